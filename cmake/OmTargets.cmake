@@ -1,0 +1,63 @@
+# How a room joins the library, how a test, a bench and a fuzz target are made.
+
+add_library(om_flags INTERFACE)
+target_compile_options(om_flags INTERFACE
+    -Wall -Wextra -Wpedantic -Wshadow -Wvla -Wmissing-prototypes -Wfloat-conversion
+    -Wdouble-promotion -ffp-contract=off)
+if(OM_WERROR)
+    target_compile_options(om_flags INTERFACE -Werror)
+endif()
+target_compile_definitions(om_flags INTERFACE _POSIX_C_SOURCE=200809L)
+if(OM_SANITIZE)
+    target_compile_options(om_flags INTERFACE -fsanitize=${OM_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(om_flags INTERFACE -fsanitize=${OM_SANITIZE} -fno-sanitize-recover=all)
+    target_compile_definitions(om_flags INTERFACE OM_SANITIZED)
+endif()
+if(OM_WITH_OPENMP)
+    target_compile_definitions(om_flags INTERFACE OM_WITH_OPENMP)
+    target_compile_options(om_flags INTERFACE ${OpenMP_C_FLAGS})
+endif()
+
+# om_room(NAME files...): add the room's source files to the library.
+function(om_room name)
+    foreach(file IN LISTS ARGN)
+        target_sources(omentum_objects PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    endforeach()
+endfunction()
+
+# The shared library users link, and a static one with every symbol in reach for the tests.
+function(om_finish_library)
+    target_include_directories(omentum_objects PUBLIC
+        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+    target_include_directories(omentum_objects SYSTEM PRIVATE
+        ${CHOLMOD_INCLUDE} ${EMBREE_INCLUDE} ${HDF5_INCLUDE} ${PNG_INCLUDE_DIRS} ${ZLIB_INCLUDE_DIRS})
+    target_include_directories(omentum_objects PRIVATE ${PROJECT_SOURCE_DIR}/src)
+    target_link_libraries(omentum_objects PRIVATE om_flags PkgConfig::YAML)
+    set(libs ${CHOLMOD_LIBRARY} ${OPENBLAS_LIBRARY} ${EMBREE_LIBRARY} ${CLINGO_LIBRARY} ${HDF5_LIBRARY}
+        PNG::PNG ZLIB::ZLIB PkgConfig::YAML Threads::Threads m)
+    if(OM_WITH_OPENMP)
+        list(APPEND libs OpenMP::OpenMP_C)
+    endif()
+    add_library(omentum SHARED $<TARGET_OBJECTS:omentum_objects>)
+    set_target_properties(omentum PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+    add_library(omentum_static STATIC $<TARGET_OBJECTS:omentum_objects>)
+    foreach(lib omentum omentum_static)
+        target_include_directories(${lib} PUBLIC
+            $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+        target_link_libraries(${lib} PRIVATE ${libs} $<BUILD_INTERFACE:om_flags>)
+    endforeach()
+endfunction()
+
+# om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.
+# Tests may include private headers ("fem/fem_internal.h").
+function(om_test name file)
+    cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS" ${ARGN})
+    add_executable(${name} ${file})
+    target_link_libraries(${name} PRIVATE omentum_static om_flags PkgConfig::CMOCKA m)
+    target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/test)
+    add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    if(NOT ARG_TIMEOUT)
+        set(ARG_TIMEOUT 120)
+    endif()
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_RETURN_CODE 77)
+endfunction()

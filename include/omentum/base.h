@@ -1,0 +1,328 @@
+/// omentum/base.h: what every room stands on (floor 0).
+///
+/// Status codes and messages, one allocator, arenas, counter-based random numbers, parallel loops with
+/// a fixed order, logging through a sink, progress reports, clocks, text and JSON building, and files
+/// that appear whole or not at all. The library never prints and never exits.
+///
+///     OmText t = {0};
+///     OmStatus s = om_text_append(&t, "%d tetrahedra", ntet);
+///     if (s == OM_OK) s = om_file_write("summary.txt", t.str, t.len);
+///     if (s < 0) fprintf(stderr, "%s\n", om_error_message());
+///     om_text_done(&t);
+#ifndef OMENTUM_BASE_H
+#define OMENTUM_BASE_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#if defined(_WIN32)
+#define OM_API
+#else
+#define OM_API __attribute__((visibility("default")))
+#endif
+
+#if defined(__GNUC__)
+#define OM_PRINTF(fmt, args) __attribute__((format(printf, fmt, args)))
+#else
+#define OM_PRINTF(fmt, args)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- status ---------------------------------------------------------------------------------
+
+/// Every status and its text. Negative: an error, nothing was changed. Positive: an honest outcome.
+#define OM_STATUS_TABLE(X)                               \
+    X(OM_OK, 0, "ok")                                    \
+    X(OM_INVALID, -1, "invalid argument or input")       \
+    X(OM_NO_MEMORY, -2, "out of memory")                 \
+    X(OM_IO, -3, "input or output failed")               \
+    X(OM_UNAVAILABLE, -4, "not available in this build") \
+    X(OM_CANCELLED, -5, "cancelled")                     \
+    X(OM_NOT_CONVERGED, 1, "not converged")              \
+    X(OM_NOT_SPD, 2, "matrix not positive definite")     \
+    X(OM_UNSAT, 3, "no solution exists")                 \
+    X(OM_TIMEOUT, 4, "time limit reached")
+
+typedef enum OmStatus {
+#define OM_STATUS_ENUM(name, value, text) name = value,
+    OM_STATUS_TABLE(OM_STATUS_ENUM)
+#undef OM_STATUS_ENUM
+} OmStatus;
+
+/// The fixed text of a status.
+OM_API const char* om_status_text(OmStatus status);
+
+/// The last error of this thread as one sentence for people; "" if none. Valid until the next failure.
+OM_API const char* om_error_message(void);
+
+/// Set this thread's message and return `status`, for use in a return statement.
+OM_API OmStatus om_error(OmStatus status, const char* format, ...) OM_PRINTF(2, 3);
+
+/// Put "`prefix`: " before this thread's message (a file, a field) and return `status`.
+OM_API OmStatus om_error_prefix(OmStatus status, const char* format, ...) OM_PRINTF(2, 3);
+
+/// Return an error (a negative status) of `call` to the caller.
+#define OM_TRY(call)                      \
+    do {                                  \
+        OmStatus om_try_status_ = (call); \
+        if (om_try_status_ < 0) {         \
+            return om_try_status_;        \
+        }                                 \
+    } while (0)
+
+/// Return `status` with a printf message unless `cond` holds.
+#define OM_CHECK(cond, status, ...)                 \
+    do {                                            \
+        if (!(cond)) {                              \
+            return om_error((status), __VA_ARGS__); \
+        }                                           \
+    } while (0)
+
+/// As OM_TRY, but jumps to `done:` with the error in the local variable `status`.
+#define OM_TRY_DONE(call) \
+    do {                  \
+        status = (call);  \
+        if (status < 0) { \
+            goto done;    \
+        }                 \
+    } while (0)
+
+/// As OM_CHECK, but jumps to `done:` with the error in the local variable `status`.
+#define OM_CHECK_DONE(cond, code, ...)              \
+    do {                                            \
+        if (!(cond)) {                              \
+            status = om_error((code), __VA_ARGS__); \
+            goto done;                              \
+        }                                           \
+    } while (0)
+
+/// An invariant of our own code; never guards input. Compiled out when NDEBUG is defined.
+OM_API void om_assert_failed(const char* expr, const char* file, int line);
+#ifdef NDEBUG
+#define OM_ASSERT(expr) ((void)0)
+#else
+#define OM_ASSERT(expr) ((expr) ? (void)0 : om_assert_failed(#expr, __FILE__, __LINE__))
+#endif
+
+// ---- memory ---------------------------------------------------------------------------------
+
+typedef struct OmAllocator {
+    void* (*alloc)(void* ctx, size_t size,
+                   size_t align);  // null on failure; align is a power of two
+    void (*free)(void* ctx, void* ptr);
+    void* ctx;
+} OmAllocator;
+
+/// Replace the allocator; to be called before anything is allocated. Null restores the default.
+OM_API void om_set_allocator(const OmAllocator* allocator);
+
+/// 64-byte aligned memory, not cleared; null with the message set on failure. Size 0 gives a valid pointer.
+OM_API void* om_alloc(size_t count, size_t size);
+/// As om_alloc, cleared to zero.
+OM_API void* om_calloc(size_t count, size_t size);
+/// Grow or shrink a block of om_alloc; on failure null, and the old block stays.
+OM_API void* om_realloc(void* ptr, size_t old_count, size_t new_count, size_t size);
+OM_API void om_free(void* ptr);
+/// Blocks allocated since start, and blocks now alive.
+OM_API int64_t om_alloc_count(void);
+OM_API int64_t om_alloc_alive(void);
+
+/// `ptr = om_alloc(...)`, returning OM_NO_MEMORY on failure.
+#define OM_ALLOC(ptr, count)                              \
+    do {                                                  \
+        (ptr) = om_alloc((size_t)(count), sizeof *(ptr)); \
+        if (!(ptr)) return OM_NO_MEMORY;                  \
+    } while (0)
+/// `ptr = om_alloc(...)`, jumping to `done:` with `status` = OM_NO_MEMORY on failure.
+#define OM_ALLOC_DONE(ptr, count)                         \
+    do {                                                  \
+        (ptr) = om_alloc((size_t)(count), sizeof *(ptr)); \
+        if (!(ptr)) {                                     \
+            status = OM_NO_MEMORY;                        \
+            goto done;                                    \
+        }                                                 \
+    } while (0)
+/// As OM_ALLOC_DONE, cleared to zero.
+#define OM_CALLOC_DONE(ptr, count)                         \
+    do {                                                   \
+        (ptr) = om_calloc((size_t)(count), sizeof *(ptr)); \
+        if (!(ptr)) {                                      \
+            status = OM_NO_MEMORY;                         \
+            goto done;                                     \
+        }                                                  \
+    } while (0)
+
+/// Scratch memory: push, mark, release. One block, never grows.
+typedef struct OmArena {
+    unsigned char* base;
+    size_t size;
+    size_t used;
+    size_t peak;
+} OmArena;
+
+OM_API OmStatus om_arena_create(size_t size, OmArena* arena);
+OM_API void om_arena_destroy(OmArena* arena);
+/// 64-byte aligned; null with the message set when the arena is full.
+OM_API void* om_arena_push(OmArena* arena, size_t count, size_t size);
+static inline size_t om_arena_mark(const OmArena* arena) { return arena->used; }
+static inline void om_arena_release(OmArena* arena, size_t mark) { arena->used = mark; }
+
+// ---- random numbers: Philox 4x32-10 (Salmon et al. 2011) ---------------------------------------
+
+/// A stream named by (seed, index): sample i can be made alone, on any thread, to the same bytes.
+typedef struct OmRng {
+    uint32_t key[2];      // seed
+    uint32_t counter[4];  // block number (2 words) and index (2 words)
+    uint32_t out[4];      // the current block
+    int used;             // words of `out` handed out
+} OmRng;
+
+OM_API OmRng om_rng_init(uint64_t seed, uint64_t index);
+OM_API uint32_t om_rng_u32(OmRng* rng);
+/// Uniform in [0, n), n > 0, without modulo bias.
+OM_API uint32_t om_rng_below(OmRng* rng, uint32_t n);
+/// Uniform in [0, 1), 53 bits.
+OM_API double om_rng_uniform(OmRng* rng);
+/// Uniform in [lo, hi).
+OM_API double om_rng_range(OmRng* rng, double lo, double hi);
+/// Standard normal (Box-Muller).
+OM_API double om_rng_normal(OmRng* rng);
+
+// ---- parallel loops ---------------------------------------------------------------------------
+
+/// Worker counts: 0 means one per processor. More than OM_MAX_WORKER is cut to it.
+#define OM_MAX_WORKER 64
+OM_API int om_worker_count(int requested);
+
+/// One block [begin, end) of a loop; `block` counts from 0 and does not depend on the worker count.
+typedef void (*OmRangeFn)(void* ctx, int begin, int end, int block);
+
+/// Run fn over [0, n) in blocks of `grain` (the last may be short). Blocks may run in any order and at
+/// once; whoever reduces stores one partial result a block and adds them in block order.
+OM_API void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
+static inline int om_block_count(int n, int grain) { return (n + grain - 1) / grain; }
+
+/// A team of workers running one function together, for iterative kernels whose loops are too short to
+/// fork for each: split the work by rank into fixed blocks, and meet at om_team_barrier.
+typedef struct OmTeam OmTeam;
+typedef void (*OmTeamFn)(void* ctx, OmTeam* team, int rank, int size);
+OM_API void om_parallel_team(int nworker, OmTeamFn fn, void* ctx);
+/// Returns when every member of the team has arrived.
+OM_API void om_team_barrier(OmTeam* team);
+
+// ---- log, progress, clock -----------------------------------------------------------------------
+
+typedef enum OmLogLevel { OM_LOG_DEBUG, OM_LOG_INFO, OM_LOG_WARNING } OmLogLevel;
+typedef void (*OmLogSink)(void* ctx, OmLogLevel level, const char* line);
+/// No sink (the default) drops every line.
+OM_API void om_log_set_sink(OmLogSink sink, void* ctx);
+OM_API void om_log(OmLogLevel level, const char* format, ...) OM_PRINTF(2, 3);
+
+/// How long work tells how far it is and learns that it should stop. May be null wherever it is taken.
+typedef struct OmProgress {
+    bool (*report)(void* ctx, const char* stage, double done, double total);  // false: cancel
+    void* ctx;
+} OmProgress;
+/// OM_OK, or OM_CANCELLED when the listener asked to stop. Null progress is OM_OK.
+OM_API OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
+                                   double total);
+
+/// Draws progress with rate and time left: a bar on a terminal, a plain line every few seconds elsewhere.
+typedef struct OmProgressBar {
+    FILE* out;
+    bool is_terminal;
+    double start_time, last_time;  // s, of the current stage
+    char stage[64];
+    int last_width;  // characters of the last line drawn
+} OmProgressBar;
+OM_API void om_progress_bar_init(OmProgressBar* bar, FILE* out);
+OM_API void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, double total);
+OM_API void om_progress_bar_done(OmProgressBar* bar);
+
+/// Monotonic time, s.
+OM_API double om_clock_now(void);
+
+// ---- hashing --------------------------------------------------------------------------------------
+
+/// FNV-1a over 8-byte words, for hashes of states; chain by passing the last result as `seed`.
+OM_API uint64_t om_hash(const void* data, size_t size, uint64_t seed);
+#define OM_HASH_SEED 14695981039346656037ull
+
+// ---- text and JSON ----------------------------------------------------------------------------------
+
+/// A growing string; zero-initialise, om_text_done frees it.
+typedef struct OmText {
+    char* str;  // always terminated once something was appended
+    size_t len;
+    size_t cap;
+} OmText;
+OM_API OmStatus om_text_append(OmText* text, const char* format, ...) OM_PRINTF(2, 3);
+OM_API OmStatus om_text_append_raw(OmText* text, const char* data, size_t len);
+/// Append with &, <, >, " and ' escaped for HTML.
+OM_API OmStatus om_text_append_html(OmText* text, const char* str);
+/// Append `data` as base64.
+OM_API OmStatus om_text_append_base64(OmText* text, const void* data, size_t size);
+OM_API void om_text_done(OmText* text);
+
+/// Writes JSON into a text; the first failure is kept and returned by om_json_end.
+typedef struct OmJson {
+    OmText* text;
+    OmStatus status;
+    int depth;
+    bool is_first[32];  // nothing written yet at this depth
+} OmJson;
+OM_API OmJson om_json_begin(OmText* text);
+/// `key` is null inside arrays and at the root. Doubles that are not finite are written as null.
+OM_API void om_json_open(OmJson* json, const char* key, char bracket);  // '{' or '['
+OM_API void om_json_close(OmJson* json, char bracket);                  // '}' or ']'
+OM_API void om_json_string(OmJson* json, const char* key, const char* value);
+OM_API void om_json_number(OmJson* json, const char* key, double value);
+OM_API void om_json_integer(OmJson* json, const char* key, int64_t value);
+OM_API void om_json_bool(OmJson* json, const char* key, bool value);
+OM_API void om_json_numbers(OmJson* json, const char* key, const double* value, int count);
+OM_API OmStatus om_json_end(OmJson* json);
+
+/// The candidate nearest to `word` by edit distance, or null if none is near; for "did you mean".
+OM_API const char* om_nearest_word(const char* word, const char* const* candidate, int count);
+
+// ---- files ------------------------------------------------------------------------------------------
+
+/// A whole file in memory, with a zero byte after its end; the caller frees with om_free.
+OM_API OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size);
+/// Write a file that appears whole or not at all (temporary name, fsync, rename).
+OM_API OmStatus om_file_write(const char* path, const void* data, size_t size);
+
+/// The same for files written piece by piece or by a library that wants a name.
+typedef struct OmAtomicFile {
+    char path[1024];
+    char temp[1100];
+    FILE* stream;
+} OmAtomicFile;
+OM_API OmStatus om_file_begin(const char* path, OmAtomicFile* file);
+/// Flush, fsync, close, rename. A failure (full disk) removes the temporary file and says so.
+OM_API OmStatus om_file_commit(OmAtomicFile* file);
+/// Close and remove the temporary file; harmless after commit.
+OM_API void om_file_abort(OmAtomicFile* file);
+
+OM_API bool om_path_exists(const char* path);
+/// Make a directory and its parents.
+OM_API OmStatus om_path_make_dir(const char* path);
+/// Remove a file or a directory with all it holds; for the temporary folders of unfinished runs.
+OM_API OmStatus om_path_remove(const char* path);
+/// `dir`/`name` into out, unless `name` is absolute; OM_INVALID if it does not fit.
+OM_API OmStatus om_path_join(const char* dir, const char* name, char* out, size_t size);
+/// The folder part of `path` into out, "." if none.
+OM_API OmStatus om_path_dir(const char* path, char* out, size_t size);
+/// The extension of `path` in lower case without the dot into out ("nii.gz" counts as one), "" if none.
+OM_API void om_path_extension(const char* path, char* out, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,44 @@
+/// omentum/image.h: volumes (CT, MR, label maps) and pictures (floor 1).
+#ifndef OMENTUM_IMAGE_H
+#define OMENTUM_IMAGE_H
+
+#include "omentum/base.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A scalar volume. Voxel (i, j, k) is value[i + dim[0] (j + dim[1] k)]; its centre in RAS metres is
+/// origin + axis * (i, j, k), whatever convention and unit the file had.
+typedef struct OmVolume {
+    int dim[3];
+    OmMat3 axis;    // columns: step of i, j, k, m (may be oblique or left-handed)
+    OmVec3 origin;  // centre of voxel (0, 0, 0), RAS m
+    float* value;   // intensity or label, slope and intercept applied
+} OmVolume;
+
+OM_API OmStatus om_volume_init(OmVolume* volume, int nx, int ny, int nz);
+OM_API void om_volume_done(OmVolume* volume);
+/// Read NIfTI-1/2 (.nii, .nii.gz, .hdr/.img) or NRRD (.nrrd, .nhdr); a header that lies about sizes, or a
+/// singular axis matrix, is OM_INVALID. Takes the first volume of a 4-D file.
+OM_API OmStatus om_volume_load(const char* path, OmVolume* volume);
+
+/// An 8-bit picture: row by row from the top, 1 (grey), 3 (RGB) or 4 (RGBA) channels.
+typedef struct OmPicture {
+    int width, height, nchannel;
+    unsigned char* pixel;  // height x width x nchannel
+} OmPicture;
+OM_API OmStatus om_picture_init(OmPicture* picture, int width, int height, int nchannel);
+OM_API void om_picture_done(OmPicture* picture);
+/// Encode as PNG into memory (append to `text`), or to a file (whole or not at all).
+OM_API OmStatus om_picture_encode_png(const OmPicture* picture, OmText* text);
+OM_API OmStatus om_picture_save_png(const OmPicture* picture, const char* path);
+/// 16-bit grey PNG (depth images in mm).
+OM_API OmStatus om_picture_save_png16(const uint16_t* value, int width, int height,
+                                      const char* path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

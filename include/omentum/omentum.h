@@ -1,0 +1,11 @@
+/// omentum/omentum.h: everything at once. Each room also has its own header.
+#ifndef OMENTUM_OMENTUM_H
+#define OMENTUM_OMENTUM_H
+
+#include "omentum/base.h"
+#include "omentum/image.h"
+#include "omentum/shape.h"
+#include "omentum/solve.h"
+#include "omentum/vec.h"
+
+#endif

@@ -1,0 +1,62 @@
+/// omentum/shape.h: surfaces, tetrahedral meshes, signed distance fields (floor 1).
+///
+/// What a body looks like, without what it is made of. Lengths are metres in RAS world coordinates.
+/// Readers and writers of mesh files are in shape_file.h.
+#ifndef OMENTUM_SHAPE_H
+#define OMENTUM_SHAPE_H
+
+#include "omentum/base.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_SET_NAME 64
+
+typedef struct OmSurface {  // triangles; om_surface_done frees
+    int nvert, ntri;
+    double* x;      // vertex positions, m                                  (nvert x 3)
+    int* tri_vert;  // vertices, counter-clockwise seen from outside        (ntri x 3)
+} OmSurface;
+
+typedef struct OmMeshSet {  // a named subset of vertices: attachments, ROI, grasped patch
+    char name[OM_SET_NAME];
+    int nvert;
+    int* vert;  // ascending, no repeats                                      (nvert)
+} OmMeshSet;
+
+typedef struct OmTetMesh {  // linear tetrahedra; om_tet_mesh_done frees
+    int nvert, ntet, nset;
+    double* x;       // vertex positions, m                                  (nvert x 3)
+    int* tet_vert;   // vertices; (b-a) x (c-a) . (d-a) > 0                  (ntet x 4)
+    int* tet_label;  // material label of each element, 0 if there is one    (ntet)
+    OmMeshSet* set;  //                                                      (nset)
+} OmTetMesh;
+
+OM_API OmStatus om_surface_init(OmSurface* surface, int nvert, int ntri);
+OM_API void om_surface_done(OmSurface* surface);
+OM_API OmStatus om_tet_mesh_init(OmTetMesh* mesh, int nvert, int ntet);
+OM_API void om_tet_mesh_done(OmTetMesh* mesh);
+/// Deep copy; `out` is overwritten.
+OM_API OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out);
+/// Add a named set (copied, sorted, repeats dropped); replaces a set of the same name.
+OM_API OmStatus om_tet_mesh_add_set(OmTetMesh* mesh, const char* name, const int* vert, int nvert);
+/// The set of that name, or null.
+OM_API const OmMeshSet* om_tet_mesh_find_set(const OmTetMesh* mesh, const char* name);
+/// Box [lo, hi] of nx x ny x nz cells, each six Kuhn tetrahedra around the main diagonal. Vertex
+/// (i, j, k) has index i + (nx + 1) (j + (ny + 1) k).
+OM_API OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, OmTetMesh* mesh);
+/// Its boundary triangles, outward. If `surface_vert` is not null it receives the mesh vertex of every
+/// surface vertex (caller frees with om_free).
+OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert);
+/// Check indices, finite positions, positive volumes; the message names the first offender.
+OM_API OmStatus om_tet_mesh_validate(const OmTetMesh* mesh);
+/// Signed volume, m^3.
+OM_API double om_tet_mesh_volume(const OmTetMesh* mesh);
+OM_API double om_surface_volume(const OmSurface* surface);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,120 @@
+// base_log.c: log lines, progress, the clock, hashes.
+#include <math.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "omentum/base.h"
+
+#define PLAIN_PERIOD 5.0  // s between progress lines where the output is no terminal
+#define BAR_PERIOD 0.1    // s between redraws on a terminal
+#define BAR_WIDTH 24
+
+static OmLogSink log_sink;
+static void* log_ctx;
+
+void om_log_set_sink(OmLogSink sink, void* ctx) {
+    log_sink = sink;
+    log_ctx = ctx;
+}
+
+void om_log(OmLogLevel level, const char* format, ...) {
+    if (!log_sink) return;
+    char line[1024];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(line, sizeof line, format, args);
+    va_end(args);
+    log_sink(log_ctx, level, line);
+}
+
+OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
+                            double total) {
+    if (!progress || !progress->report || progress->report(progress->ctx, stage, done, total)) {
+        return OM_OK;
+    }
+    return om_error(OM_CANCELLED, "cancelled during %s", stage);
+}
+
+double om_clock_now(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+// ---- progress bar ---------------------------------------------------------------------------------------
+
+void om_progress_bar_init(OmProgressBar* bar, FILE* out) {
+    memset(bar, 0, sizeof *bar);
+    bar->out = out;
+    bar->is_terminal = isatty(fileno(out)) == 1;
+}
+
+static void end_line(OmProgressBar* bar) {
+    if (bar->last_width > 0) fputc('\n', bar->out);
+    bar->last_width = 0;
+}
+
+static void print_time_left(char* out, size_t size, double left) {
+    if (!isfinite(left))
+        snprintf(out, size, "--:--");
+    else if (left >= 3600)
+        snprintf(out, size, "%d:%02d h", (int)(left / 3600), (int)fmod(left / 60, 60));
+    else
+        snprintf(out, size, "%02d:%02d", (int)(left / 60), (int)fmod(left, 60));
+}
+
+void om_progress_bar_draw(OmProgressBar* bar, const char* stage, double done, double total) {
+    double now = om_clock_now();
+    bool is_new = strncmp(stage, bar->stage, sizeof bar->stage - 1) != 0;
+    bool is_last = total > 0 && done >= total;
+    if (is_new) {
+        end_line(bar);
+        snprintf(bar->stage, sizeof bar->stage, "%s", stage);
+        bar->start_time = now;
+        bar->last_time = now;
+        if (!is_last) return;
+    }
+    if (!is_last && now - bar->last_time < (bar->is_terminal ? BAR_PERIOD : PLAIN_PERIOD)) return;
+    if (is_last && !bar->is_terminal && now - bar->start_time < PLAIN_PERIOD) return;
+    bar->last_time = now;
+    double elapsed = now - bar->start_time;
+    double rate = elapsed > 0 ? done / elapsed : 0;
+    double share = total > 0 ? done / total : 0;
+    char left[32];
+    print_time_left(left, sizeof left, rate > 0 ? (total - done) / rate : HUGE_VAL);
+    char line[160];
+    if (bar->is_terminal) {
+        char cells[BAR_WIDTH + 1];
+        for (int i = 0; i < BAR_WIDTH; ++i) cells[i] = i < (int)(share * BAR_WIDTH) ? '#' : '.';
+        cells[BAR_WIDTH] = 0;
+        int n = snprintf(line, sizeof line, "%-24s [%s] %3.0f %%  %.3g/s  %s", stage, cells,
+                         100 * share, rate, is_last ? "" : left);
+        fprintf(bar->out, "\r%-*s", bar->last_width > n ? bar->last_width : n, line);
+        bar->last_width = n;
+        if (is_last) end_line(bar);
+    } else {
+        fprintf(bar->out, "%s: %.0f of %.0f (%.0f %%), %.3g/s, %s left\n", stage, done, total,
+                100 * share, rate, left);
+    }
+    fflush(bar->out);
+}
+
+void om_progress_bar_done(OmProgressBar* bar) {
+    end_line(bar);
+    bar->stage[0] = 0;
+    fflush(bar->out);
+}
+
+uint64_t om_hash(const void* data, size_t size, uint64_t seed) {
+    const unsigned char* p = data;
+    uint64_t h = seed;
+    for (; size >= 8; size -= 8, p += 8) {
+        uint64_t word;
+        memcpy(&word, p, 8);
+        h = (h ^ word) * 1099511628211ull;
+        h ^= h >> 29;
+    }
+    for (; size > 0; --size, ++p) h = (h ^ *p) * 1099511628211ull;
+    return h;
+}

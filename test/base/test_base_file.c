@@ -1,0 +1,106 @@
+// Files that appear whole or not at all, and paths.
+#include <unistd.h>
+
+#include "test_common.h"
+
+static char dir[] = "/tmp/omentum-test-XXXXXX";
+
+static int make_dir(void** state) {
+    (void)state;
+    return mkdtemp(dir) ? 0 : -1;
+}
+static int remove_dir(void** state) {
+    (void)state;
+    return om_path_remove(dir);
+}
+
+static const char* in_dir(const char* name) {
+    static char path[256];
+    assert_ok(om_path_join(dir, name, path, sizeof path));
+    return path;
+}
+
+static void write_then_read(void** state) {
+    (void)state;
+    const char bytes[] = {'a', 0, 'b', '\n'};
+    assert_ok(om_file_write(in_dir("x.bin"), bytes, sizeof bytes));
+    char* data;
+    size_t size;
+    assert_ok(om_file_read(in_dir("x.bin"), 100, &data, &size));
+    assert_int_equal(size, sizeof bytes);
+    assert_memory_equal(data, bytes, sizeof bytes);
+    assert_int_equal(data[size], 0);
+    om_free(data);
+    assert_status(om_file_read(in_dir("x.bin"), 3, &data, &size), OM_INVALID);
+    assert_status(om_file_read(in_dir("none"), 3, &data, &size), OM_IO);
+    assert_non_null(strstr(om_error_message(), "No such file"));
+    assert_status(om_file_read(dir, 3, &data, &size), OM_IO);
+}
+
+static void aborted_files_leave_the_old_one(void** state) {
+    (void)state;
+    assert_ok(om_file_write(in_dir("y"), "old", 3));
+    OmAtomicFile file;
+    assert_ok(om_file_begin(in_dir("y"), &file));
+    fputs("new and unfinished", file.stream);
+    char temp[1100];
+    snprintf(temp, sizeof temp, "%s", file.temp);
+    assert_true(om_path_exists(temp));
+    om_file_abort(&file);
+    assert_false(om_path_exists(temp));
+    char* data;
+    size_t size;
+    assert_ok(om_file_read(in_dir("y"), 100, &data, &size));
+    assert_string_equal(data, "old");
+    om_free(data);
+}
+
+static void a_full_disk_is_reported(void** state) {
+    (void)state;
+    if (!om_path_exists("/dev/full")) skip();
+    OmAtomicFile file;
+    assert_ok(om_file_begin(in_dir("z"), &file));
+    fclose(file.stream);
+    file.stream = fopen("/dev/full", "wb");
+    assert_non_null(file.stream);
+    for (int i = 0; i < 100000; ++i) fputs("0123456789", file.stream);
+    assert_status(om_file_commit(&file), OM_IO);
+    assert_non_null(strstr(om_error_message(), "No space left"));
+    assert_false(om_path_exists(in_dir("z")));
+    assert_false(om_path_exists(file.temp));
+}
+
+static void paths(void** state) {
+    (void)state;
+    char out[64];
+    om_path_extension("/a.b/Organ.NII.gz", out, sizeof out);
+    assert_string_equal(out, "nii.gz");
+    om_path_extension("mesh.vtu", out, sizeof out);
+    assert_string_equal(out, "vtu");
+    om_path_extension("/a.b/none", out, sizeof out);
+    assert_string_equal(out, "");
+    assert_ok(om_path_dir("/a/b/c.txt", out, sizeof out));
+    assert_string_equal(out, "/a/b");
+    assert_ok(om_path_dir("c.txt", out, sizeof out));
+    assert_string_equal(out, ".");
+    assert_ok(om_path_join("/a/", "b", out, sizeof out));
+    assert_string_equal(out, "/a/b");
+    assert_ok(om_path_join("/a", "/b", out, sizeof out));
+    assert_string_equal(out, "/b");
+    assert_status(om_path_join("/a", "b", out, 3), OM_INVALID);
+    assert_ok(om_path_make_dir(in_dir("p/q/r")));
+    assert_ok(om_path_make_dir(in_dir("p/q/r")));
+    assert_ok(om_file_write(in_dir("p/q/r/f"), "", 0));
+    assert_ok(om_path_remove(in_dir("p")));
+    assert_false(om_path_exists(in_dir("p")));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(write_then_read),
+        cmocka_unit_test(aborted_files_leave_the_old_one),
+        cmocka_unit_test(a_full_disk_is_reported),
+        cmocka_unit_test(paths),
+    };
+    return cmocka_run_group_tests(tests, make_dir, remove_dir);
+}

@@ -1,0 +1,103 @@
+// Text, JSON, HTML and base64, the nearest word, progress lines.
+#include "test_common.h"
+
+static void json_is_well_formed(void** state) {
+    (void)state;
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "name", "a \"quoted\"\n\\ name");
+    om_json_number(&json, "nan", NAN);
+    om_json_number(&json, "x", 0.25);
+    om_json_open(&json, "list", '[');
+    om_json_integer(&json, NULL, -3);
+    om_json_bool(&json, NULL, true);
+    om_json_close(&json, ']');
+    double v[3] = {1, 2.5, INFINITY};
+    om_json_numbers(&json, "v", v, 3);
+    om_json_open(&json, "empty", '{');
+    om_json_close(&json, '}');
+    om_json_close(&json, '}');
+    assert_ok(om_json_end(&json));
+    assert_string_equal(text.str,
+                        "{\n  \"name\": \"a \\\"quoted\\\"\\u000a\\\\ name\",\n  \"nan\": null,\n"
+                        "  \"x\": 0.25,\n  \"list\": [\n    -3,\n    true\n  ],\n"
+                        "  \"v\": [1, 2.5, null],\n  \"empty\": {}\n}\n");
+    om_text_done(&text);
+}
+
+static void base64_pads(void** state) {
+    (void)state;
+    const char* in[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};  // RFC 4648, section 10
+    const char* out[] = {"", "Zg==", "Zm8=", "Zm9v", "Zm9vYg==", "Zm9vYmE=", "Zm9vYmFy"};
+    for (int i = 0; i < 7; ++i) {
+        OmText text = {0};
+        assert_ok(om_text_append_base64(&text, in[i], strlen(in[i])));
+        assert_string_equal(text.str, out[i]);
+        om_text_done(&text);
+    }
+}
+
+static void html_is_escaped(void** state) {
+    (void)state;
+    OmText text = {0};
+    assert_ok(om_text_append_html(&text, "<a href=\"x\">&'</a>"));
+    assert_string_equal(text.str, "&lt;a href=&quot;x&quot;&gt;&amp;&#39;&lt;/a&gt;");
+    om_text_done(&text);
+}
+
+static void appending_grows(void** state) {
+    (void)state;
+    OmText text = {0};
+    for (int i = 0; i < 1000; ++i) assert_ok(om_text_append(&text, "%d,", i));
+    assert_int_equal(text.len, 10 * 2 + 90 * 3 + 900 * 4);
+    assert_int_equal(strlen(text.str), text.len);
+    om_text_done(&text);
+}
+
+static void typing_errors_find_their_word(void** state) {
+    (void)state;
+    const char* words[] = {"young", "poisson", "density"};
+    assert_string_equal(om_nearest_word("yuong", words, 3), "young");
+    assert_string_equal(om_nearest_word("poison", words, 3), "poisson");
+    assert_null(om_nearest_word("xyz", words, 3));
+}
+
+static void plain_progress_is_quiet_when_short(void** state) {
+    (void)state;
+    FILE* f = tmpfile();
+    assert_non_null(f);
+    OmProgressBar bar;
+    om_progress_bar_init(&bar, f);
+    for (int i = 0; i <= 10; ++i) om_progress_bar_draw(&bar, "meshing", i, 10);
+    om_progress_bar_done(&bar);
+    assert_int_equal(ftell(f), 0);
+    fclose(f);
+    assert_ok(om_progress_report(NULL, "x", 0, 1));
+}
+
+static bool refuse(void* ctx, const char* stage, double done, double total) {
+    (void)ctx, (void)stage, (void)total;
+    return done < 2;
+}
+
+static void progress_cancels(void** state) {
+    (void)state;
+    OmProgress p = {refuse, NULL};
+    assert_ok(om_progress_report(&p, "meshing", 1, 5));
+    assert_status(om_progress_report(&p, "meshing", 2, 5), OM_CANCELLED);
+    assert_string_equal(om_error_message(), "cancelled during meshing");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(json_is_well_formed),
+        cmocka_unit_test(base64_pads),
+        cmocka_unit_test(html_is_escaped),
+        cmocka_unit_test(appending_grows),
+        cmocka_unit_test(progress_cancels),
+        cmocka_unit_test(typing_errors_find_their_word),
+        cmocka_unit_test(plain_progress_is_quiet_when_short),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
