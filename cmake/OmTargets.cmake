@@ -3,7 +3,7 @@
 add_library(om_flags INTERFACE)
 target_compile_options(om_flags INTERFACE
     -Wall -Wextra -Wpedantic -Wshadow -Wvla -Wmissing-prototypes -Wfloat-conversion
-    -Wdouble-promotion -ffp-contract=off)
+    -Wdouble-promotion -Wno-missing-field-initializers -ffp-contract=off)
 if(OM_WERROR)
     target_compile_options(om_flags INTERFACE -Werror)
 endif()

@@ -4,6 +4,7 @@
 
 #include "omentum/base.h"
 #include "omentum/image.h"
+#include "omentum/scene_yaml.h"
 #include "omentum/shape.h"
 #include "omentum/solve.h"
 #include "omentum/vec.h"

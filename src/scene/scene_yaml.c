@@ -1,0 +1,225 @@
+// scene_yaml.c: reads YAML by a table of fields. The only file that knows libyaml.
+//
+// libyaml builds the document; we walk the schema, not the document, so an alias that contains itself
+// cannot make us loop. Rejected: libcyaml, whose messages cannot name the nearest valid key and whose
+// schema has neither ranges nor units.
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <yaml.h>
+
+#include "omentum/scene_yaml.h"
+
+#define MAX_FILE_SIZE (4u << 20)
+#define MAX_KEYS 64
+
+typedef struct Reader {
+    yaml_document_t* doc;
+    const char* name;  // of the file
+} Reader;
+
+static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmSchema* schema, void* out);
+
+static size_t line_of(const yaml_node_t* node) { return node->start_mark.line + 1; }
+
+static const char* scalar_text(const yaml_node_t* node) {
+    return (const char*)node->data.scalar.value;
+}
+
+// A plain sentence for a value of the wrong kind.
+static OmStatus wrong_kind(const Reader* r, const yaml_node_t* node, const char* key,
+                           const char* want) {
+    const char* got = node->type == YAML_SCALAR_NODE     ? scalar_text(node)
+                      : node->type == YAML_SEQUENCE_NODE ? "a list"
+                                                         : "a mapping";
+    return om_error(OM_INVALID, "%s:%zu: %s: \"%.60s\" is not %s", r->name, line_of(node), key, got,
+                    want);
+}
+
+static OmStatus read_number(const Reader* r, const yaml_node_t* node, const OmField* f,
+                            double* out) {
+    if (node->type != YAML_SCALAR_NODE || node->data.scalar.length == 0) {
+        return wrong_kind(r, node, f->key, "a number");
+    }
+    const char* text = scalar_text(node);
+    char* end;
+    double v = strtod(text, &end);
+    if (*end != 0 || end == text || strpbrk(text, "xXnN"))
+        return wrong_kind(r, node, f->key, "a number");
+    OM_CHECK(isfinite(v), OM_INVALID, "%s:%zu: %s: %s is too large", r->name, line_of(node), f->key,
+             text);
+    bool has_range = f->min != 0.0 || f->max != 0.0;
+    OM_CHECK(!has_range || (v >= f->min && v <= f->max), OM_INVALID,
+             "%s:%zu: %s: %s is outside its range, %g to %g", r->name, line_of(node), f->key, text,
+             f->min, f->max);
+    *out = v;
+    return OM_OK;
+}
+
+static OmStatus read_enum(const Reader* r, const yaml_node_t* node, const OmField* f, int* out) {
+    if (node->type != YAML_SCALAR_NODE) return wrong_kind(r, node, f->key, "a word");
+    int count = 0;
+    for (; f->name[count]; ++count) {
+        if (strcmp(f->name[count], scalar_text(node)) == 0) {
+            *out = count;
+            return OM_OK;
+        }
+    }
+    char valid[256] = "";
+    for (int i = 0; i < count; ++i) {
+        size_t used = strlen(valid);
+        snprintf(valid + used, sizeof valid - used, "%s%s", i ? ", " : "", f->name[i]);
+    }
+    return om_error(OM_INVALID, "%s:%zu: %s: \"%.60s\" is none of %s", r->name, line_of(node),
+                    f->key, scalar_text(node), valid);
+}
+
+static OmStatus read_bool(const Reader* r, const yaml_node_t* node, const OmField* f, bool* out) {
+    const char* text = node->type == YAML_SCALAR_NODE ? scalar_text(node) : "";
+    bool is_true = strcmp(text, "true") == 0 || strcmp(text, "yes") == 0;
+    bool is_false = strcmp(text, "false") == 0 || strcmp(text, "no") == 0;
+    if (!is_true && !is_false) return wrong_kind(r, node, f->key, "true or false");
+    *out = is_true;
+    return OM_OK;
+}
+
+static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmField* f, char* out) {
+    if (node->type != YAML_SCALAR_NODE) return wrong_kind(r, node, f->key, "a text");
+    size_t len = node->data.scalar.length;
+    OM_CHECK(len < f->size, OM_INVALID, "%s:%zu: %s: %zu letters, at most %zu", r->name,
+             line_of(node), f->key, len, f->size - 1);
+    OM_CHECK(strlen(scalar_text(node)) == len, OM_INVALID, "%s:%zu: %s: has a zero byte", r->name,
+             line_of(node), f->key);
+    memcpy(out, scalar_text(node), len + 1);
+    return OM_OK;
+}
+
+static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmField* f, OmVec3* out) {
+    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, "a list of 3 numbers");
+    yaml_node_item_t* item = node->data.sequence.items.start;
+    long count = node->data.sequence.items.top - item;
+    OM_CHECK(count == 3, OM_INVALID, "%s:%zu: %s: has %ld numbers, 3 are wanted", r->name,
+             line_of(node), f->key, count);
+    double v[3];
+    for (int i = 0; i < 3; ++i) {
+        OM_TRY(read_number(r, yaml_document_get_node(r->doc, item[i]), f, &v[i]));
+    }
+    *out = om_scale(f->scale != 0.0 ? f->scale : 1.0, om_vec3(v[0], v[1], v[2]));
+    return OM_OK;
+}
+
+static OmStatus read_list(const Reader* r, const yaml_node_t* node, const OmField* f, void* out) {
+    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, "a list");
+    yaml_node_item_t* item = node->data.sequence.items.start;
+    long count = node->data.sequence.items.top - item;
+    OM_CHECK(count <= f->capacity, OM_INVALID, "%s:%zu: %s: has %ld items, at most %d", r->name,
+             line_of(node), f->key, count, f->capacity);
+    for (long i = 0; i < count; ++i) {
+        char* target = (char*)out + f->offset + (size_t)i * f->size;
+        memset(target, 0, f->size);
+        if (f->sub->set_default) f->sub->set_default(target);
+        OM_TRY(read_mapping(r, yaml_document_get_node(r->doc, item[i]), f->sub, target));
+    }
+    memcpy((char*)out + f->count_offset, &(int){(int)count}, sizeof(int));
+    return OM_OK;
+}
+
+static OmStatus read_field(const Reader* r, yaml_node_t* node, const OmField* f, void* out) {
+    void* target = (char*)out + f->offset;
+    double number;
+    switch (f->kind) {
+    case OM_FIELD_DOUBLE:
+        OM_TRY(read_number(r, node, f, &number));
+        *(double*)target = number * (f->scale != 0.0 ? f->scale : 1.0);
+        return OM_OK;
+    case OM_FIELD_INT:
+        OM_TRY(read_number(r, node, f, &number));
+        OM_CHECK(number == floor(number) && fabs(number) <= 2147483647.0, OM_INVALID,
+                 "%s:%zu: %s: %s is not a whole number", r->name, line_of(node), f->key,
+                 scalar_text(node));
+        *(int*)target = (int)number;
+        return OM_OK;
+    case OM_FIELD_BOOL: return read_bool(r, node, f, target);
+    case OM_FIELD_STRING: return read_string(r, node, f, target);
+    case OM_FIELD_VEC3: return read_vec3(r, node, f, target);
+    case OM_FIELD_ENUM: return read_enum(r, node, f, target);
+    case OM_FIELD_STRUCT: return read_mapping(r, node, f->sub, target);
+    case OM_FIELD_LIST: return read_list(r, node, f, out);
+    }
+    return OM_OK;
+}
+
+static OmStatus unknown_key(const Reader* r, const yaml_node_t* key, const OmSchema* schema) {
+    const char* word[MAX_KEYS];
+    for (int i = 0; i < schema->nfield; ++i) word[i] = schema->field[i].key;
+    const char* nearest = om_nearest_word(scalar_text(key), word, schema->nfield);
+    if (nearest) {
+        return om_error(OM_INVALID, "%s:%zu: %s: unknown key \"%.60s\"; did you mean \"%s\"?",
+                        r->name, line_of(key), schema->title, scalar_text(key), nearest);
+    }
+    char valid[512] = "";
+    for (int i = 0; i < schema->nfield; ++i) {
+        size_t used = strlen(valid);
+        snprintf(valid + used, sizeof valid - used, "%s%s", i ? ", " : "", word[i]);
+    }
+    return om_error(OM_INVALID, "%s:%zu: %s: unknown key \"%.60s\"; valid keys: %s", r->name,
+                    line_of(key), schema->title, scalar_text(key), valid);
+}
+
+static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmSchema* schema,
+                             void* out) {
+    OM_ASSERT(schema->nfield <= MAX_KEYS);
+    if (node->type != YAML_MAPPING_NODE)
+        return wrong_kind(r, node, schema->title, "a mapping of keys");
+    bool is_seen[MAX_KEYS] = {false};
+    for (yaml_node_pair_t* p = node->data.mapping.pairs.start; p < node->data.mapping.pairs.top;
+         ++p) {
+        yaml_node_t* key = yaml_document_get_node(r->doc, p->key);
+        if (key->type != YAML_SCALAR_NODE) return wrong_kind(r, key, schema->title, "a key");
+        int i = 0;
+        while (i < schema->nfield && strcmp(schema->field[i].key, scalar_text(key)) != 0) ++i;
+        if (i == schema->nfield) return unknown_key(r, key, schema);
+        OM_CHECK(!is_seen[i], OM_INVALID, "%s:%zu: %s: \"%s\" is given twice", r->name,
+                 line_of(key), schema->title, schema->field[i].key);
+        is_seen[i] = true;
+        OM_TRY(read_field(r, yaml_document_get_node(r->doc, p->value), &schema->field[i], out));
+    }
+    for (int i = 0; i < schema->nfield; ++i) {
+        OM_CHECK(is_seen[i] || !schema->field[i].is_required, OM_INVALID,
+                 "%s:%zu: %s: \"%s\" is missing", r->name, line_of(node), schema->title,
+                 schema->field[i].key);
+    }
+    return OM_OK;
+}
+
+OmStatus om_yaml_parse(const char* text, size_t size, const char* name, const OmSchema* schema,
+                       void* out) {
+    yaml_parser_t parser;
+    OM_CHECK(yaml_parser_initialize(&parser), OM_NO_MEMORY, "%s: out of memory", name);
+    yaml_parser_set_input_string(&parser, (const unsigned char*)text, size);
+    yaml_document_t doc;
+    OmStatus status;
+    if (!yaml_parser_load(&parser, &doc)) {
+        status =
+            om_error(OM_INVALID, "%s:%zu: not valid YAML: %s", name, parser.problem_mark.line + 1,
+                     parser.problem ? parser.problem : "unreadable");
+        yaml_parser_delete(&parser);
+        return status;
+    }
+    Reader r = {&doc, name};
+    yaml_node_t* root = yaml_document_get_root_node(&doc);
+    status = root ? read_mapping(&r, root, schema, out)
+                  : om_error(OM_INVALID, "%s: is empty; a %s is wanted", name, schema->title);
+    yaml_document_delete(&doc);
+    yaml_parser_delete(&parser);
+    return status;
+}
+
+OmStatus om_yaml_load(const char* path, const OmSchema* schema, void* out) {
+    char* text;
+    size_t size;
+    OM_TRY(om_file_read(path, MAX_FILE_SIZE, &text, &size));
+    OmStatus status = om_yaml_parse(text, size, path, schema, out);
+    om_free(text);
+    return status;
+}

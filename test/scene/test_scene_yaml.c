@@ -1,0 +1,110 @@
+// The schema reader: values land in SI, and every mistake is named with its line.
+#include "omentum/scene_yaml.h"
+#include "test_common.h"
+
+typedef struct Item {
+    char name[8];
+    double young;
+} Item;
+
+typedef struct Thing {
+    double size;
+    int count;
+    bool is_open;
+    int kind;
+    OmVec3 at;
+    Item first;
+    Item item[2];
+    int nitem;
+} Thing;
+
+static const char* const kind_name[] = {"sheet", "organ", NULL};
+
+static const OmField item_field[] = {
+    {"name", OM_FIELD_STRING, offsetof(Item, name), .size = 8, .is_required = true},
+    {"young", OM_FIELD_DOUBLE, offsetof(Item, young), .min = 1, .max = 1e6},
+};
+static void item_default(void* item) { ((Item*)item)->young = 3000; }
+static const OmSchema item_schema = {"item", item_field, 2, item_default};
+static const OmField field[] = {
+    {"size_mm", OM_FIELD_DOUBLE, offsetof(Thing, size), .scale = 1e-3},
+    {"count", OM_FIELD_INT, offsetof(Thing, count), .min = 0, .max = 10},
+    {"is_open", OM_FIELD_BOOL, offsetof(Thing, is_open)},
+    {"kind", OM_FIELD_ENUM, offsetof(Thing, kind), .name = kind_name},
+    {"at_mm", OM_FIELD_VEC3, offsetof(Thing, at), .scale = 1e-3},
+    {"first", OM_FIELD_STRUCT, offsetof(Thing, first), .sub = &item_schema},
+    {"items", OM_FIELD_LIST, offsetof(Thing, item), .size = sizeof(Item), .sub = &item_schema,
+     .count_offset = offsetof(Thing, nitem), .capacity = 2},
+};
+static const OmSchema schema = {"thing", field, 7, NULL};
+
+static OmStatus parse(const char* text, Thing* t) {
+    memset(t, 0, sizeof *t);
+    return om_yaml_parse(text, strlen(text), "t.yaml", &schema, t);
+}
+
+static void values_land_in_si(void** state) {
+    (void)state;
+    Thing t;
+    assert_ok(parse(
+        "# a comment\nsize_mm: 12.5\ncount: 3\nis_open: true\nkind: organ\n"
+        "at_mm: [1, 2, -3e1]\nfirst: {name: fat}\nitems:\n  - name: a\n    young: 5\n  - {name: b}\n",
+        &t));
+    assert_near(t.size, 0.0125, 1e-18);
+    assert_int_equal(t.count, 3);
+    assert_true(t.is_open);
+    assert_int_equal(t.kind, 1);
+    assert_near(om_distance(t.at, om_vec3(0.001, 0.002, -0.03)), 0, 1e-17);
+    assert_string_equal(t.first.name, "fat");
+    assert_int_equal(t.nitem, 2);
+    assert_near(t.item[0].young, 5, 0);
+    assert_near(t.item[1].young, 3000, 0);
+}
+
+static void mistakes_are_named(void** state) {
+    (void)state;
+    static const struct {
+        const char* text;
+        const char* message;
+    } bad[] = {
+        {"size_mm: 1\ncuont: 3\n",
+         "t.yaml:2: thing: unknown key \"cuont\"; did you mean \"count\"?"},
+        {"zzzzzzz: 3\n", "t.yaml:1: thing: unknown key \"zzzzzzz\"; valid keys: size_mm, count"},
+        {"count: 11\n", "t.yaml:1: count: 11 is outside its range, 0 to 10"},
+        {"count: 1.5\n", "t.yaml:1: count: 1.5 is not a whole number"},
+        {"size_mm: abc\n", "t.yaml:1: size_mm: \"abc\" is not a number"},
+        {"size_mm: nan\n", "t.yaml:1: size_mm: \"nan\" is not a number"},
+        {"size_mm: 1e999\n", "t.yaml:1: size_mm: 1e999 is too large"},
+        {"size_mm: [1]\n", "t.yaml:1: size_mm: \"a list\" is not a number"},
+        {"size_mm:\n", "t.yaml:1: size_mm: \"\" is not a number"},
+        {"kind: shet\n", "t.yaml:1: kind: \"shet\" is none of sheet, organ"},
+        {"is_open: 3\n", "t.yaml:1: is_open: \"3\" is not true or false"},
+        {"at_mm: [1, 2]\n", "t.yaml:1: at_mm: has 2 numbers, 3 are wanted"},
+        {"first: {young: 3}\n", "t.yaml:1: item: \"name\" is missing"},
+        {"first: {name: much_too_long}\n", "t.yaml:1: name: 13 letters, at most 7"},
+        {"items: [{name: a}, {name: b}, {name: c}]\n", "t.yaml:1: items: has 3 items, at most 2"},
+        {"count: 1\ncount: 2\n", "t.yaml:2: thing: \"count\" is given twice"},
+        {"count: [1\nsize_mm: 3\n", "not valid YAML"},
+        {"- a\n- b\n", "t.yaml:1: thing: \"a list\" is not a mapping of keys"},
+        {"", "t.yaml: is empty; a thing is wanted"},
+        {"first: &a\n  name: *a\n", "is not a text"},
+        {"? [a]\n: 3\n", "is not a key"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; ++i) {
+        Thing t;
+        assert_status(parse(bad[i].text, &t), OM_INVALID);
+        if (!strstr(om_error_message(), bad[i].message)) {
+            fail_msg("case %zu: got \"%s\", want \"%s\"", i, om_error_message(), bad[i].message);
+        }
+    }
+    Thing t;
+    assert_status(om_yaml_load("no/such.yaml", &schema, &t), OM_IO);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(values_land_in_si),
+        cmocka_unit_test(mistakes_are_named),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
