@@ -1,0 +1,357 @@
+// shape_mesh.c: the life of surfaces and tetrahedral meshes, their named sets, box meshes, boundaries.
+//
+// A boundary face is one that a single element owns. Faces are chained by their smallest vertex, so
+// finding the partner of a face looks at a dozen others and needs no sorting; faces keep the order of
+// their elements, so the result does not depend on anything but the mesh.
+#include "omentum/shape.h"
+
+#include <limits.h>
+#include <string.h>
+
+// The faces of a positive element, each counter-clockwise seen from outside.
+static const int face_corner[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+
+OmStatus om_surface_init(OmSurface* surface, int nvert, int ntri) {
+    memset(surface, 0, sizeof *surface);
+    OM_CHECK(nvert >= 0 && ntri >= 0, OM_INVALID, "a surface of %d vertices and %d triangles",
+             nvert, ntri);
+    surface->x = om_calloc((size_t)nvert, 3 * sizeof(double));
+    surface->tri_vert = om_calloc((size_t)ntri, 3 * sizeof(int));
+    if (!surface->x || !surface->tri_vert) {
+        om_surface_done(surface);
+        return OM_NO_MEMORY;
+    }
+    surface->nvert = nvert;
+    surface->ntri = ntri;
+    return OM_OK;
+}
+
+void om_surface_done(OmSurface* surface) {
+    if (!surface) return;
+    om_free(surface->x);
+    om_free(surface->tri_vert);
+    memset(surface, 0, sizeof *surface);
+}
+
+OmStatus om_tet_mesh_init(OmTetMesh* mesh, int nvert, int ntet) {
+    memset(mesh, 0, sizeof *mesh);
+    OM_CHECK(nvert >= 0 && ntet >= 0, OM_INVALID, "a mesh of %d vertices and %d tetrahedra", nvert,
+             ntet);
+    mesh->x = om_calloc((size_t)nvert, 3 * sizeof(double));
+    mesh->tet_vert = om_calloc((size_t)ntet, 4 * sizeof(int));
+    mesh->tet_label = om_calloc((size_t)ntet, sizeof(int));
+    if (!mesh->x || !mesh->tet_vert || !mesh->tet_label) {
+        om_tet_mesh_done(mesh);
+        return OM_NO_MEMORY;
+    }
+    mesh->nvert = nvert;
+    mesh->ntet = ntet;
+    return OM_OK;
+}
+
+void om_tet_mesh_done(OmTetMesh* mesh) {
+    if (!mesh) return;
+    for (int s = 0; s < mesh->nset; s++) om_free(mesh->set[s].vert);
+    om_free(mesh->set);
+    om_free(mesh->x);
+    om_free(mesh->tet_vert);
+    om_free(mesh->tet_label);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out) {
+    OM_TRY(om_tet_mesh_init(out, mesh->nvert, mesh->ntet));
+    memcpy(out->x, mesh->x, (size_t)mesh->nvert * 3 * sizeof(double));
+    memcpy(out->tet_vert, mesh->tet_vert, (size_t)mesh->ntet * 4 * sizeof(int));
+    memcpy(out->tet_label, mesh->tet_label, (size_t)mesh->ntet * sizeof(int));
+    for (int s = 0; s < mesh->nset; s++) {
+        const OmMeshSet* set = &mesh->set[s];
+        OmStatus status = om_tet_mesh_add_set(out, set->name, set->vert, set->nvert);
+        if (status < 0) {
+            om_tet_mesh_done(out);
+            return status;
+        }
+    }
+    return OM_OK;
+}
+
+// ---- named sets -------------------------------------------------------------------------------------
+
+// Sort and drop repeats through a flag a vertex: linear, and a set is often half the mesh.
+static OmStatus sorted_unique(int nmesh, const int* vert, int nvert, int** out, int* nout) {
+    unsigned char* is_in = om_calloc((size_t)nmesh, 1);
+    if (!is_in) return OM_NO_MEMORY;
+    int count = 0;
+    for (int i = 0; i < nvert; i++) {
+        if (!is_in[vert[i]]) {
+            is_in[vert[i]] = 1;
+            count++;
+        }
+    }
+    int* list = om_alloc((size_t)count, sizeof *list);
+    if (list) {
+        int n = 0;
+        for (int v = 0; v < nmesh; v++) {
+            if (is_in[v]) list[n++] = v;
+        }
+    }
+    om_free(is_in);
+    *out = list;
+    *nout = count;
+    return list ? OM_OK : OM_NO_MEMORY;
+}
+
+OmStatus om_tet_mesh_add_set(OmTetMesh* mesh, const char* name, const int* vert, int nvert) {
+    OM_CHECK(name && name[0] && strlen(name) < OM_SET_NAME, OM_INVALID,
+             "the name of a set must have 1 to %d characters", OM_SET_NAME - 1);
+    OM_CHECK(nvert >= 0, OM_INVALID, "set %s has %d vertices", name, nvert);
+    for (int i = 0; i < nvert; i++) {
+        OM_CHECK(vert[i] >= 0 && vert[i] < mesh->nvert, OM_INVALID,
+                 "set %s names vertex %d of a mesh of %d", name, vert[i], mesh->nvert);
+    }
+    int* list = NULL;
+    int count = 0;
+    OM_TRY(sorted_unique(mesh->nvert, vert, nvert, &list, &count));
+    OmMeshSet* old = (OmMeshSet*)om_tet_mesh_find_set(mesh, name);
+    if (old) {
+        om_free(old->vert);
+        old->vert = list;
+        old->nvert = count;
+        return OM_OK;
+    }
+    OmMeshSet* grown =
+        om_realloc(mesh->set, (size_t)mesh->nset, (size_t)mesh->nset + 1, sizeof *grown);
+    if (!grown) {
+        om_free(list);
+        return OM_NO_MEMORY;
+    }
+    mesh->set = grown;
+    OmMeshSet* set = &grown[mesh->nset++];
+    memset(set, 0, sizeof *set);
+    memcpy(set->name, name, strlen(name) + 1);
+    set->vert = list;
+    set->nvert = count;
+    return OM_OK;
+}
+
+const OmMeshSet* om_tet_mesh_find_set(const OmTetMesh* mesh, const char* name) {
+    for (int s = 0; s < mesh->nset; s++) {
+        if (strcmp(mesh->set[s].name, name) == 0) return &mesh->set[s];
+    }
+    return NULL;
+}
+
+// ---- boxes --------------------------------------------------------------------------------------------
+
+// Kuhn: each order of the three axes is a path from corner 000 to corner 111, and one tetrahedron.
+// Odd orders run around the diagonal the other way: two corners are exchanged.
+static const int kuhn_order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
+                                     {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+
+static void box_cell(const int stride[3], int corner, int* tet) {
+    for (int k = 0; k < 6; k++) {
+        int v[4] = {corner, 0, 0, 0};
+        for (int a = 0; a < 3; a++) v[a + 1] = v[a] + stride[kuhn_order[k][a]];
+        bool is_odd = k >= 3;
+        tet[4 * k] = v[0];
+        tet[4 * k + 1] = is_odd ? v[2] : v[1];
+        tet[4 * k + 2] = is_odd ? v[1] : v[2];
+        tet[4 * k + 3] = v[3];
+    }
+}
+
+OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, OmTetMesh* mesh) {
+    memset(mesh, 0, sizeof *mesh);
+    OM_CHECK(nx > 0 && ny > 0 && nz > 0, OM_INVALID, "a box mesh of %d x %d x %d cells", nx, ny,
+             nz);
+    OM_CHECK(om_is_finite3(lo) && om_is_finite3(hi) && hi.x > lo.x && hi.y > lo.y && hi.z > lo.z,
+             OM_INVALID, "a box mesh must have positive extent");
+    double ncell = (double)nx * ny * nz;
+    OM_CHECK(ncell * 6 < INT_MAX / 4, OM_INVALID, "a box mesh of %.0f cells is too large", ncell);
+    OM_TRY(om_tet_mesh_init(mesh, (nx + 1) * (ny + 1) * (nz + 1), 6 * nx * ny * nz));
+    OmVec3 size = om_sub(hi, lo);
+    int v = 0;
+    for (int k = 0; k <= nz; k++) {
+        for (int j = 0; j <= ny; j++) {
+            for (int i = 0; i <= nx; i++) {
+                om_store3(mesh->x, v++,
+                          om_vec3(lo.x + size.x * i / nx, lo.y + size.y * j / ny,
+                                  lo.z + size.z * k / nz));
+            }
+        }
+    }
+    const int stride[3] = {1, nx + 1, (nx + 1) * (ny + 1)};
+    int* tet = mesh->tet_vert;
+    for (int k = 0; k < nz; k++) {
+        for (int j = 0; j < ny; j++) {
+            for (int i = 0; i < nx; i++) {
+                box_cell(stride, i + stride[1] * j + stride[2] * k, tet);
+                tet += 24;
+            }
+        }
+    }
+    return OM_OK;
+}
+
+// ---- boundary -------------------------------------------------------------------------------------------
+
+static void face_of(const OmTetMesh* mesh, int face, int vert[3]) {
+    const int* tet = &mesh->tet_vert[4 * (size_t)(face / 4)];
+    for (int c = 0; c < 3; c++) vert[c] = tet[face_corner[face % 4][c]];
+}
+
+static void sort_three(int v[3]) {
+    for (int pass = 0; pass < 2; pass++) {
+        for (int c = 0; c < 2; c++) {
+            if (v[c] > v[c + 1]) {
+                int t = v[c];
+                v[c] = v[c + 1];
+                v[c + 1] = t;
+            }
+        }
+    }
+}
+
+// is_boundary[face] for the 4 ntet faces; OM_INVALID if three elements share one.
+static OmStatus mark_boundary(const OmTetMesh* mesh, unsigned char* is_boundary, int* nboundary) {
+    OmStatus status = OM_OK;
+    int nface = 4 * mesh->ntet;
+    int *head = NULL, *next = NULL;
+    OM_ALLOC_DONE(head, mesh->nvert);
+    OM_ALLOC_DONE(next, nface);
+    for (int v = 0; v < mesh->nvert; v++) head[v] = -1;
+    *nboundary = 0;
+    for (int f = 0; f < nface; f++) {
+        int v[3], w[3];
+        face_of(mesh, f, v);
+        sort_three(v);
+        int partner = head[v[0]], nsame = 0;
+        for (int g = head[v[0]]; g >= 0; g = next[g]) {
+            face_of(mesh, g, w);
+            sort_three(w);
+            if (v[1] == w[1] && v[2] == w[2]) {
+                partner = g;
+                nsame++;
+            }
+        }
+        OM_CHECK_DONE(nsame <= 1, OM_INVALID, "element %d: face %d %d %d belongs to three elements",
+                      f / 4, v[0], v[1], v[2]);
+        next[f] = head[v[0]];
+        head[v[0]] = f;
+        is_boundary[f] = nsame == 0;
+        if (nsame == 1) is_boundary[partner] = 0;
+        *nboundary += nsame == 0 ? 1 : -1;
+    }
+done:
+    om_free(head);
+    om_free(next);
+    return status;
+}
+
+OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert) {
+    OmStatus status = OM_OK;
+    unsigned char* is_boundary = NULL;
+    int *number = NULL, *list = NULL, nface = 0, nvert = 0;
+    memset(surface, 0, sizeof *surface);
+    if (surface_vert) *surface_vert = NULL;
+    OM_CHECK(mesh->ntet <= INT_MAX / 4, OM_INVALID, "%d tetrahedra are too many", mesh->ntet);
+    OM_ALLOC_DONE(is_boundary, 4 * (size_t)mesh->ntet);
+    OM_TRY_DONE(mark_boundary(mesh, is_boundary, &nface));
+
+    // number the vertices of the boundary in their order in the mesh
+    OM_CALLOC_DONE(number, mesh->nvert);
+    for (int f = 0; f < 4 * mesh->ntet; f++) {
+        int v[3];
+        if (!is_boundary[f]) continue;
+        face_of(mesh, f, v);
+        for (int c = 0; c < 3; c++) number[v[c]] = 1;
+    }
+    for (int v = 0; v < mesh->nvert; v++) nvert += number[v];
+    OM_ALLOC_DONE(list, nvert);
+    OM_TRY_DONE(om_surface_init(surface, nvert, nface));
+    nvert = 0;
+    for (int v = 0; v < mesh->nvert; v++) {
+        if (!number[v]) continue;
+        om_store3(surface->x, nvert, om_load3(mesh->x, v));
+        list[nvert] = v;
+        number[v] = nvert++;
+    }
+
+    // the triangles, in the order of their elements
+    int* tri = surface->tri_vert;
+    for (int f = 0; f < 4 * mesh->ntet; f++) {
+        int v[3];
+        if (!is_boundary[f]) continue;
+        face_of(mesh, f, v);
+        for (int c = 0; c < 3; c++) *tri++ = number[v[c]];
+    }
+    if (surface_vert) {
+        *surface_vert = list;
+        list = NULL;
+    }
+done:
+    om_free(is_boundary);
+    om_free(number);
+    om_free(list);
+    return status;
+}
+
+// ---- checks and measures ----------------------------------------------------------------------------------
+
+// Six times the signed volume of element e.
+static double tet_det(const OmTetMesh* mesh, int e) {
+    const int* v = &mesh->tet_vert[4 * (size_t)e];
+    OmVec3 a = om_load3(mesh->x, v[0]);
+    OmVec3 ab = om_sub(om_load3(mesh->x, v[1]), a);
+    OmVec3 ac = om_sub(om_load3(mesh->x, v[2]), a);
+    OmVec3 ad = om_sub(om_load3(mesh->x, v[3]), a);
+    return om_dot(om_cross(ab, ac), ad);
+}
+
+OmStatus om_tet_mesh_validate(const OmTetMesh* mesh) {
+    OM_CHECK(mesh->ntet > 0, OM_INVALID, "the mesh has no tetrahedra");
+    for (int v = 0; v < mesh->nvert; v++) {
+        OM_CHECK(om_is_finite3(om_load3(mesh->x, v)), OM_INVALID,
+                 "vertex %d of the mesh has a coordinate that is not finite", v);
+    }
+    for (int e = 0; e < mesh->ntet; e++) {
+        for (int c = 0; c < 4; c++) {
+            int v = mesh->tet_vert[4 * (size_t)e + (size_t)c];
+            OM_CHECK(v >= 0 && v < mesh->nvert, OM_INVALID,
+                     "element %d names vertex %d of a mesh of %d vertices", e, v, mesh->nvert);
+        }
+        double det = tet_det(mesh, e);
+        OM_CHECK(det > 0, OM_INVALID, "element %d is %s (volume %.3g m3)", e,
+                 det < 0 ? "inverted" : "flat", det / 6);
+    }
+    for (int s = 0; s < mesh->nset; s++) {
+        const OmMeshSet* set = &mesh->set[s];
+        for (int i = 0; i < set->nvert; i++) {
+            bool is_ascending = i == 0 || set->vert[i] > set->vert[i - 1];
+            OM_CHECK(is_ascending && set->vert[i] >= 0 && set->vert[i] < mesh->nvert, OM_INVALID,
+                     "set %s: entry %d (vertex %d) is out of range or out of order", set->name, i,
+                     set->vert[i]);
+        }
+    }
+    return OM_OK;
+}
+
+double om_tet_mesh_volume(const OmTetMesh* mesh) {
+    double sum = 0;
+    for (int e = 0; e < mesh->ntet; e++) sum += tet_det(mesh, e);
+    return sum / 6;
+}
+
+double om_surface_volume(const OmSurface* surface) {
+    if (surface->nvert == 0) return 0;
+    double sum = 0;  // divergence theorem, from the first vertex, which keeps the numbers small
+    OmVec3 o = om_load3(surface->x, 0);
+    for (int t = 0; t < surface->ntri; t++) {
+        const int* v = &surface->tri_vert[3 * (size_t)t];
+        OmVec3 a = om_sub(om_load3(surface->x, v[0]), o);
+        OmVec3 b = om_sub(om_load3(surface->x, v[1]), o);
+        OmVec3 c = om_sub(om_load3(surface->x, v[2]), o);
+        sum += om_dot(om_cross(a, b), c);
+    }
+    return sum / 6;
+}

@@ -1,0 +1,137 @@
+// Boxes, boundaries, sets and checks of tetrahedral meshes against exact counts and volumes.
+#include "test_common.h"
+
+#include "omentum/shape.h"
+
+static void test_box_fills_its_volume(void** unused) {
+    (void)unused;
+    OmTetMesh m;
+    assert_ok(om_tet_mesh_box(om_vec3(-1, 0, 2), om_vec3(1, 3, 2.5), 4, 5, 3, &m));
+    assert_int_equal(m.nvert, 5 * 6 * 4);
+    assert_int_equal(m.ntet, 6 * 60);
+    assert_ok(om_tet_mesh_validate(&m));
+    assert_near_rel(om_tet_mesh_volume(&m), 3.0, 1e-13);  // sums of 360 terms
+    OmVec3 last = om_load3(m.x, 4 + 5 * (5 + 6 * 3));
+    assert_near(om_distance(last, om_vec3(1, 3, 2.5)), 0, 0);
+    om_tet_mesh_done(&m);
+}
+
+// Two triangles a cell face, closed, outward: the same volume, and chi = 2.
+static void test_boundary_of_box_is_a_closed_sphere(void** unused) {
+    (void)unused;
+    OmTetMesh m;
+    OmSurface s;
+    int* vert = NULL;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 2, 3), 2, 3, 4, &m));
+    assert_ok(om_tet_mesh_boundary(&m, &s, &vert));
+    int nface = 2 * 2 * (2 * 3 + 3 * 4 + 2 * 4);
+    assert_int_equal(s.ntri, nface);
+    assert_int_equal(s.nvert - s.ntri * 3 / 2 + s.ntri, 2);
+    assert_near_rel(om_surface_volume(&s), 6.0, 1e-13);
+    for (int v = 0; v < s.nvert; v++) {
+        assert_near(om_distance(om_load3(s.x, v), om_load3(m.x, vert[v])), 0, 0);
+    }
+    om_free(vert);
+    om_surface_done(&s);
+    om_tet_mesh_done(&m);
+}
+
+static void test_sets_are_sorted_and_replaced(void** unused) {
+    (void)unused;
+    OmTetMesh m, copy;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 1, 1, 1, &m));
+    const int vert[] = {7, 3, 3, 0};
+    assert_ok(om_tet_mesh_add_set(&m, "attachment", vert, 4));
+    const OmMeshSet* set = om_tet_mesh_find_set(&m, "attachment");
+    assert_int_equal(set->nvert, 3);
+    assert_int_equal(set->vert[0], 0);
+    assert_int_equal(set->vert[2], 7);
+    assert_ok(om_tet_mesh_add_set(&m, "attachment", vert, 1));
+    assert_int_equal(om_tet_mesh_find_set(&m, "attachment")->nvert, 1);
+    assert_int_equal(m.nset, 1);
+    assert_ok(om_tet_mesh_copy(&m, &copy));
+    assert_int_equal(om_tet_mesh_find_set(&copy, "attachment")->vert[0], 7);
+    assert_null(om_tet_mesh_find_set(&m, "roi"));
+    const int wrong[] = {8};
+    assert_status(om_tet_mesh_add_set(&m, "x", wrong, 1), OM_INVALID);
+    assert_status(om_tet_mesh_add_set(&m, "", vert, 1), OM_INVALID);
+    om_tet_mesh_done(&copy);
+    om_tet_mesh_done(&m);
+}
+
+static void test_validate_names_the_offender(void** unused) {
+    (void)unused;
+    OmTetMesh m;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 1, 1, 1, &m));
+    int keep = m.tet_vert[4 * 3];
+    m.tet_vert[4 * 3] = m.tet_vert[4 * 3 + 1];
+    assert_status(om_tet_mesh_validate(&m), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "element 3 is flat"));
+    m.tet_vert[4 * 3] = 99;
+    assert_status(om_tet_mesh_validate(&m), OM_INVALID);
+    m.tet_vert[4 * 3] = keep;
+    m.x[5] = NAN;
+    assert_status(om_tet_mesh_validate(&m), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "vertex 1"));
+    om_tet_mesh_done(&m);
+}
+
+// ---- every allocation failing in turn ------------------------------------------------------------------
+
+static int countdown;
+static void* failing_alloc(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    if (countdown-- == 0) return NULL;
+    return aligned_alloc(align, (size + align - 1) / align * align);
+}
+static void failing_free(void* ctx, void* ptr) {
+    (void)ctx;
+    free(ptr);
+}
+
+static OmStatus build_everything(void) {
+    OmTetMesh m = {0}, copy = {0};
+    OmSurface s = {0};
+    int* vert = NULL;
+    const int pick[] = {1, 2};
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 2, 2, 2, &m));
+    OM_TRY_DONE(om_tet_mesh_add_set(&m, "a", pick, 2));
+    OM_TRY_DONE(om_tet_mesh_add_set(&m, "b", pick, 2));
+    OM_TRY_DONE(om_tet_mesh_copy(&m, &copy));
+    OM_TRY_DONE(om_tet_mesh_boundary(&m, &s, &vert));
+done:
+    om_free(vert);
+    om_surface_done(&s);
+    om_tet_mesh_done(&copy);
+    om_tet_mesh_done(&m);
+    return status;
+}
+
+static void test_failing_allocations_leak_nothing(void** unused) {
+    (void)unused;
+    int64_t alive = om_alloc_alive();
+    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    om_set_allocator(&failing);
+    int nfail = 0;
+    for (;; nfail++) {
+        countdown = nfail;
+        OmStatus status = build_everything();
+        if (status == OM_OK) break;
+        assert_int_equal(status, OM_NO_MEMORY);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    om_set_allocator(NULL);
+    assert_true(nfail > 15);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_box_fills_its_volume),
+        cmocka_unit_test(test_boundary_of_box_is_a_closed_sphere),
+        cmocka_unit_test(test_sets_are_sorted_and_replaced),
+        cmocka_unit_test(test_validate_names_the_offender),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
