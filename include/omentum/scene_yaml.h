@@ -4,11 +4,11 @@
 /// file's unit (told by the key: `thickness_mm`) into SI. Whatever the table does not know is an error
 /// that names file, line, key and the nearest valid key. Fill the struct with defaults, then load.
 ///
-///     static const OmField field[] = {
-///         {"young", OM_FIELD_DOUBLE, offsetof(Tissue, young), .min = 1, .max = 1e9},
-///         {"size_mm", OM_FIELD_VEC3, offsetof(Tissue, size), .scale = 1e-3},
+///     static const OmYamlField field[] = {
+///         {"young", OM_YAML_DOUBLE, offsetof(Tissue, young), .min = 1, .max = 1e9},
+///         {"size_mm", OM_YAML_VEC3, offsetof(Tissue, size), .scale = 1e-3},
 ///     };
-///     static const OmSchema schema = {"tissue", field, 2};
+///     static const OmYamlSchema schema = {"tissue", field, 2};
 ///     Tissue t = {.young = 3000};
 ///     OmStatus status = om_yaml_load("tissue.yaml", &schema, &t);
 #ifndef OMENTUM_SCENE_YAML_H
@@ -21,46 +21,46 @@
 extern "C" {
 #endif
 
-typedef enum OmFieldKind {
-    OM_FIELD_DOUBLE,  // double
-    OM_FIELD_INT,     // int
-    OM_FIELD_BOOL,    // bool
-    OM_FIELD_STRING,  // char[size]
-    OM_FIELD_VEC3,    // OmVec3, a list of three numbers
-    OM_FIELD_ENUM,    // int, the index into `name`
-    OM_FIELD_STRUCT,  // a mapping read by `sub`
-    OM_FIELD_LIST  // a list of mappings read by `sub` into an array; its length goes to count_offset
-} OmFieldKind;
+typedef enum OmYamlKind {
+    OM_YAML_DOUBLE,  // double
+    OM_YAML_INT,     // int
+    OM_YAML_BOOL,    // bool
+    OM_YAML_STRING,  // char[size]
+    OM_YAML_VEC3,    // OmVec3, a list of three numbers
+    OM_YAML_ENUM,    // int, the index into `name`
+    OM_YAML_STRUCT,  // a mapping read by `sub`
+    OM_YAML_LIST  // a list of mappings read by `sub` into an array; its length goes to count_offset
+} OmYamlKind;
 
-struct OmSchema;
+struct OmYamlSchema;
 
-typedef struct OmField {
+typedef struct OmYamlField {
     const char* key;
-    OmFieldKind kind;
-    size_t offset;               // of the member in the struct that is filled
-    double min, max;             // inclusive range in the file's unit; both 0: any finite number
-    double scale;                // file unit to SI; 0 means 1
-    size_t size;                 // bytes of a string, or of one list item
-    const struct OmSchema* sub;  // of a struct or of list items
-    const char* const* name;     // of an enum, ended by null
-    size_t count_offset;         // of the int that receives a list's length
-    int capacity;                // most items of a list
+    OmYamlKind kind;
+    size_t offset;    // of the member in the struct that is filled
+    double min, max;  // inclusive range in the file's unit; both 0: any finite number
+    double scale;     // file unit to SI; 0 means 1
+    size_t size;      // bytes of a string, or of one list item
+    const struct OmYamlSchema* sub;  // of a struct or of list items
+    const char* const* name;         // of an enum, ended by null
+    size_t count_offset;             // of the int that receives a list's length
+    int capacity;                    // most items of a list
     bool is_required;
-} OmField;
+} OmYamlField;
 
-typedef struct OmSchema {
+typedef struct OmYamlSchema {
     const char* title;  // for messages: "scene", "material"
-    const OmField* field;
+    const OmYamlField* field;
     int nfield;
     /// Called on each list item before it is read, to set defaults; may be null.
     void (*set_default)(void* item);
-} OmSchema;
+} OmYamlSchema;
 
 /// Fill `out` from a file. OM_INVALID names file, line, key and remedy; `out` is then undefined.
-OM_API OmStatus om_yaml_load(const char* path, const OmSchema* schema, void* out);
+OM_API OmStatus om_yaml_load(const char* path, const OmYamlSchema* schema, void* out);
 /// The same from memory; `name` stands for the file in messages.
 OM_API OmStatus om_yaml_parse(const char* text, size_t size, const char* name,
-                              const OmSchema* schema, void* out);
+                              const OmYamlSchema* schema, void* out);
 
 #ifdef __cplusplus
 }

@@ -18,7 +18,8 @@ typedef struct Reader {
     const char* name;  // of the file
 } Reader;
 
-static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmSchema* schema, void* out);
+static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmYamlSchema* schema,
+                             void* out);
 
 static size_t line_of(const yaml_node_t* node) { return node->start_mark.line + 1; }
 
@@ -36,7 +37,7 @@ static OmStatus wrong_kind(const Reader* r, const yaml_node_t* node, const char*
                     want);
 }
 
-static OmStatus read_number(const Reader* r, const yaml_node_t* node, const OmField* f,
+static OmStatus read_number(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
                             double* out) {
     if (node->type != YAML_SCALAR_NODE || node->data.scalar.length == 0) {
         return wrong_kind(r, node, f->key, "a number");
@@ -56,7 +57,8 @@ static OmStatus read_number(const Reader* r, const yaml_node_t* node, const OmFi
     return OM_OK;
 }
 
-static OmStatus read_enum(const Reader* r, const yaml_node_t* node, const OmField* f, int* out) {
+static OmStatus read_enum(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                          int* out) {
     if (node->type != YAML_SCALAR_NODE) return wrong_kind(r, node, f->key, "a word");
     int count = 0;
     for (; f->name[count]; ++count) {
@@ -74,7 +76,8 @@ static OmStatus read_enum(const Reader* r, const yaml_node_t* node, const OmFiel
                     f->key, scalar_text(node), valid);
 }
 
-static OmStatus read_bool(const Reader* r, const yaml_node_t* node, const OmField* f, bool* out) {
+static OmStatus read_bool(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                          bool* out) {
     const char* text = node->type == YAML_SCALAR_NODE ? scalar_text(node) : "";
     bool is_true = strcmp(text, "true") == 0 || strcmp(text, "yes") == 0;
     bool is_false = strcmp(text, "false") == 0 || strcmp(text, "no") == 0;
@@ -83,7 +86,8 @@ static OmStatus read_bool(const Reader* r, const yaml_node_t* node, const OmFiel
     return OM_OK;
 }
 
-static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmField* f, char* out) {
+static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                            char* out) {
     if (node->type != YAML_SCALAR_NODE) return wrong_kind(r, node, f->key, "a text");
     size_t len = node->data.scalar.length;
     OM_CHECK(len < f->size, OM_INVALID, "%s:%zu: %s: %zu letters, at most %zu", r->name,
@@ -94,7 +98,8 @@ static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmFi
     return OM_OK;
 }
 
-static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmField* f, OmVec3* out) {
+static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                          OmVec3* out) {
     if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, "a list of 3 numbers");
     yaml_node_item_t* item = node->data.sequence.items.start;
     long count = node->data.sequence.items.top - item;
@@ -108,7 +113,8 @@ static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmFiel
     return OM_OK;
 }
 
-static OmStatus read_list(const Reader* r, const yaml_node_t* node, const OmField* f, void* out) {
+static OmStatus read_list(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                          void* out) {
     if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, "a list");
     yaml_node_item_t* item = node->data.sequence.items.start;
     long count = node->data.sequence.items.top - item;
@@ -124,32 +130,32 @@ static OmStatus read_list(const Reader* r, const yaml_node_t* node, const OmFiel
     return OM_OK;
 }
 
-static OmStatus read_field(const Reader* r, yaml_node_t* node, const OmField* f, void* out) {
+static OmStatus read_field(const Reader* r, yaml_node_t* node, const OmYamlField* f, void* out) {
     void* target = (char*)out + f->offset;
     double number;
     switch (f->kind) {
-    case OM_FIELD_DOUBLE:
+    case OM_YAML_DOUBLE:
         OM_TRY(read_number(r, node, f, &number));
         *(double*)target = number * (f->scale != 0.0 ? f->scale : 1.0);
         return OM_OK;
-    case OM_FIELD_INT:
+    case OM_YAML_INT:
         OM_TRY(read_number(r, node, f, &number));
         OM_CHECK(number == floor(number) && fabs(number) <= 2147483647.0, OM_INVALID,
                  "%s:%zu: %s: %s is not a whole number", r->name, line_of(node), f->key,
                  scalar_text(node));
         *(int*)target = (int)number;
         return OM_OK;
-    case OM_FIELD_BOOL: return read_bool(r, node, f, target);
-    case OM_FIELD_STRING: return read_string(r, node, f, target);
-    case OM_FIELD_VEC3: return read_vec3(r, node, f, target);
-    case OM_FIELD_ENUM: return read_enum(r, node, f, target);
-    case OM_FIELD_STRUCT: return read_mapping(r, node, f->sub, target);
-    case OM_FIELD_LIST: return read_list(r, node, f, out);
+    case OM_YAML_BOOL: return read_bool(r, node, f, target);
+    case OM_YAML_STRING: return read_string(r, node, f, target);
+    case OM_YAML_VEC3: return read_vec3(r, node, f, target);
+    case OM_YAML_ENUM: return read_enum(r, node, f, target);
+    case OM_YAML_STRUCT: return read_mapping(r, node, f->sub, target);
+    case OM_YAML_LIST: return read_list(r, node, f, out);
     }
     return OM_OK;
 }
 
-static OmStatus unknown_key(const Reader* r, const yaml_node_t* key, const OmSchema* schema) {
+static OmStatus unknown_key(const Reader* r, const yaml_node_t* key, const OmYamlSchema* schema) {
     const char* word[MAX_KEYS];
     for (int i = 0; i < schema->nfield; ++i) word[i] = schema->field[i].key;
     const char* nearest = om_nearest_word(scalar_text(key), word, schema->nfield);
@@ -166,7 +172,7 @@ static OmStatus unknown_key(const Reader* r, const yaml_node_t* key, const OmSch
                     line_of(key), schema->title, scalar_text(key), valid);
 }
 
-static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmSchema* schema,
+static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmYamlSchema* schema,
                              void* out) {
     OM_ASSERT(schema->nfield <= MAX_KEYS);
     if (node->type != YAML_MAPPING_NODE)
@@ -192,7 +198,7 @@ static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmSchema*
     return OM_OK;
 }
 
-OmStatus om_yaml_parse(const char* text, size_t size, const char* name, const OmSchema* schema,
+OmStatus om_yaml_parse(const char* text, size_t size, const char* name, const OmYamlSchema* schema,
                        void* out) {
     yaml_parser_t parser;
     OM_CHECK(yaml_parser_initialize(&parser), OM_NO_MEMORY, "%s: out of memory", name);
@@ -215,7 +221,7 @@ OmStatus om_yaml_parse(const char* text, size_t size, const char* name, const Om
     return status;
 }
 
-OmStatus om_yaml_load(const char* path, const OmSchema* schema, void* out) {
+OmStatus om_yaml_load(const char* path, const OmYamlSchema* schema, void* out) {
     char* text;
     size_t size;
     OM_TRY(om_file_read(path, MAX_FILE_SIZE, &text, &size));

@@ -20,23 +20,23 @@ typedef struct Thing {
 
 static const char* const kind_name[] = {"sheet", "organ", NULL};
 
-static const OmField item_field[] = {
-    {"name", OM_FIELD_STRING, offsetof(Item, name), .size = 8, .is_required = true},
-    {"young", OM_FIELD_DOUBLE, offsetof(Item, young), .min = 1, .max = 1e6},
+static const OmYamlField item_field[] = {
+    {"name", OM_YAML_STRING, offsetof(Item, name), .size = 8, .is_required = true},
+    {"young", OM_YAML_DOUBLE, offsetof(Item, young), .min = 1, .max = 1e6},
 };
 static void item_default(void* item) { ((Item*)item)->young = 3000; }
-static const OmSchema item_schema = {"item", item_field, 2, item_default};
-static const OmField field[] = {
-    {"size_mm", OM_FIELD_DOUBLE, offsetof(Thing, size), .scale = 1e-3},
-    {"count", OM_FIELD_INT, offsetof(Thing, count), .min = 0, .max = 10},
-    {"is_open", OM_FIELD_BOOL, offsetof(Thing, is_open)},
-    {"kind", OM_FIELD_ENUM, offsetof(Thing, kind), .name = kind_name},
-    {"at_mm", OM_FIELD_VEC3, offsetof(Thing, at), .scale = 1e-3},
-    {"first", OM_FIELD_STRUCT, offsetof(Thing, first), .sub = &item_schema},
-    {"items", OM_FIELD_LIST, offsetof(Thing, item), .size = sizeof(Item), .sub = &item_schema,
+static const OmYamlSchema item_schema = {"item", item_field, 2, item_default};
+static const OmYamlField field[] = {
+    {"size_mm", OM_YAML_DOUBLE, offsetof(Thing, size), .scale = 1e-3},
+    {"count", OM_YAML_INT, offsetof(Thing, count), .min = 0, .max = 10},
+    {"is_open", OM_YAML_BOOL, offsetof(Thing, is_open)},
+    {"kind", OM_YAML_ENUM, offsetof(Thing, kind), .name = kind_name},
+    {"at_mm", OM_YAML_VEC3, offsetof(Thing, at), .scale = 1e-3},
+    {"first", OM_YAML_STRUCT, offsetof(Thing, first), .sub = &item_schema},
+    {"items", OM_YAML_LIST, offsetof(Thing, item), .size = sizeof(Item), .sub = &item_schema,
      .count_offset = offsetof(Thing, nitem), .capacity = 2},
 };
-static const OmSchema schema = {"thing", field, 7, NULL};
+static const OmYamlSchema schema = {"thing", field, 7, NULL};
 
 static OmStatus parse(const char* text, Thing* t) {
     memset(t, 0, sizeof *t);
