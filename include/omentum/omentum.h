@@ -4,8 +4,11 @@
 
 #include "omentum/base.h"
 #include "omentum/image.h"
+#include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/shape.h"
+#include "omentum/shape_meshing.h"
+#include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/vec.h"
 

@@ -1,0 +1,141 @@
+/// omentum/scene_model.h: patient models, from a medical volume to a mesh ready to simulate
+/// (room `scene`, floor 4).
+///
+/// Volume -> label -> distance field -> mesh. The clinical case is a sheet of fat that covers one side of
+/// an organ and hides a tumour on its surface: the sheet is the mesh, the organ a surface that it lies on.
+/// Everything is in RAS metres: +x right, +y anterior, +z superior.
+///
+///     OmModelDef def = om_model_default_def("kidney_left.nii.gz", 0.004);
+///     def.label[def.nlabel++] = 1;
+///     def.sheet.thickness = 0.008;
+///     om_model_build(&def, NULL, &patient, &report);
+///     om_patient_save(&patient, &report, "kidney");
+#ifndef OMENTUM_SCENE_MODEL_H
+#define OMENTUM_SCENE_MODEL_H
+
+#include "omentum/shape_meshing.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_MAX_LABEL 64
+#define OM_MAX_MATERIAL 16
+#define OM_MAX_ATTACH 8
+#define OM_NAME_LEN 64
+
+// ---- the patient model ------------------------------------------------------------------------------
+
+typedef struct OmPatientMaterial {
+    char name[OM_NAME_LEN];
+    int label;       // elements whose tet_label is this; -1: every element no other material names
+    double young;    // Pa
+    double poisson;  // below 0.5
+    double density;  // kg/m^3
+} OmPatientMaterial;
+
+typedef struct OmPatient {  // om_patient_done frees
+    char name[OM_NAME_LEN];
+    OmTetMesh
+        mesh;  // the deformable tissue; sets: attachment, and of a sheet underside, top, border
+    OmPatientMaterial material[OM_MAX_MATERIAL];
+    int nmaterial;
+    OmSurface organ;       // what the tissue rests on, closed, rigid; nvert is 0 if there is none
+    double organ_spacing;  // grid step for the organ's distance field, m
+    double* roi_point;     // points of the region of interest, m            (nroi x 3)
+    double* roi_normal;    // outward normals there                          (nroi x 3)
+    int nroi;
+    OmVec3 roi_center;  // centre of the region, m
+    double roi_radius;  // m
+    OmVec3 up;          // unit direction away from the covered side; an endoscope looks against it
+} OmPatient;
+
+// ---- building it --------------------------------------------------------------------------------------
+
+/// Where the sheet is held: "border", "underside" or "top", of which the part that lies furthest in a
+/// direction, or a random patch (thesis eq. 4.1).
+typedef struct OmAttachDef {
+    char face[16];       // "border", "underside", "top"
+    char direction[64];  // om_model_direction's words, "random", or "" for the whole face
+    double share;        // part of the face's vertices, 0-1
+    uint64_t seed;       // of "random"
+} OmAttachDef;
+
+typedef struct OmSheetDef {
+    double thickness;  // m; default 0: no sheet, the organ itself is the tissue
+    double gap;        // between organ and sheet, m; default 0
+    char side[64];     // the covered side, om_model_direction's words; default "anterior"
+    double
+        half_length;  // half-extent along the organ's longest axis, m; default 0: 0.8 of the organ's
+    double half_width;  // half-extent across it, m; default 0: 0.8 of the organ's
+    double corner;  // radius of the outline's corners, m; default 0: half the smaller half-extent
+    double wrap;    // how far the sheet reaches round, m below the organ's centre; default 0
+    OmAttachDef attach[OM_MAX_ATTACH];  // default (nattach 0): "border:medial 25 %"
+    int nattach;
+    double tumour_radius;    // of the ROI on the organ's surface, m; default 0.012
+    double tumour_height;    // how far it bulges out of the organ, m; default 0.003
+    double tumour_shift[2];  // of its centre from the middle of the sheet: along, across, m
+    int nroi;                // points sampled on it; default 200
+} OmSheetDef;
+
+typedef struct OmModelDef {
+    int cookie;
+    char input[1024];  // volume (NIfTI, NRRD), volume mesh (.msh .vtk .vtu), surface (STL OBJ PLY)
+    char name[OM_NAME_LEN];   // of the model; default: the input's file name
+    int label[OM_MAX_LABEL];  // labels whose union is meshed; nlabel 0: every value above 0
+    int nlabel;
+    bool has_window;  // intensities in [window_lo, window_hi] instead of labels
+    double window_lo, window_hi;
+    bool keep_all;        // all parts of at least min_share; default false: the largest
+    double min_share;     // smallest part kept, share of the voxels; default 0.01
+    int connectivity;     // of voxels, 6 or 26; default 6
+    bool keep_holes;      // default false: holes are filled
+    double close_radius;  // m; default 0: no closing
+    double smooth;        // voxels; default 1
+    double edge;          // mean edge of the mesh, m
+    double unit;          // m per unit of a mesh or surface file; default 0.001
+    bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
+    OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
+    int nmaterial;
+    OmSheetDef sheet;
+    int nworker;  // default 0: one a processor
+} OmModelDef;
+
+typedef struct OmModelReport {
+    OmMeshQuality quality;
+    double mask_volume;     // of the cleaned mask, m^3; 0 if the input is no volume
+    double mesh_volume;     // of the organ's tetrahedral mesh, m^3
+    double surface_volume;  // of the organ's marching-cubes surface, m^3
+    double volume_error;    // |mesh - mask| / mask
+    double surface_error_mean,
+        surface_error_max;  // distance of the mesh's boundary to the level set, m
+    double
+        surface_error_voxel;  // mean distance of the level set to the faces of the voxels, in voxels
+    double level_shift;       // of the level set that makes the volume right, m
+    double edge;              // mean edge asked of the mesher in the end, m
+    int npart_mask, npart_kept;
+    int ncapped;        // inside voxels on the border of the volume: the organ was cut there
+    double seconds;     // wall clock of the whole build
+    char warning[512];  // empty, or sentences
+} OmModelReport;
+
+OM_API OmModelDef om_model_default_def(const char* input, double edge);
+/// Build a patient model. `report` may be null. On failure `patient` is empty.
+OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress,
+                               OmPatient* patient, OmModelReport* report);
+/// A unit vector from "left", "right", "anterior", "posterior", "superior", "inferior", or "x,y,z".
+/// "lateral" and "medial" need the side of the body: `is_left` says which.
+OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction);
+
+OM_API void om_patient_done(OmPatient* patient);
+/// Write `dir` whole or not at all: NAME.yaml, NAME.vtu, organ.ply, report.json, report.html. The folder
+/// must not exist, or hold an older model, which is replaced. `report` may be null.
+OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,
+                                const char* dir);
+/// Read NAME.yaml and the files it names, relative to its folder.
+OM_API OmStatus om_patient_load(const char* path, OmPatient* patient);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,95 @@
+/// omentum/shape_sdf.h: solids as voxels and as signed distance fields (room `shape`, floor 1).
+///
+/// A mask is a segmentation: one byte a voxel on a grid that may be oblique, anisotropic or left-handed.
+/// A distance field lives on an axis-aligned grid of cubic cells in RAS metres, negative inside, so that
+/// the same organ in space gives the same field whatever header its voxels came with.
+///
+///     om_mask_keep_parts(&mask, 6, 0, &nkept, &nfound);   // largest part
+///     om_mask_fill_holes(&mask);
+///     OmSdfDef def = om_sdf_default_def(0.0015);
+///     om_sdf_from_mask(&mask, &def, &sdf);
+///     double d = om_sdf_eval(&sdf, p, &normal);
+#ifndef OMENTUM_SHAPE_SDF_H
+#define OMENTUM_SHAPE_SDF_H
+
+#include "omentum/shape.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- masks ------------------------------------------------------------------------------------------
+
+typedef struct OmMask {  // om_mask_done frees
+    int dim[3];
+    OmMat3 axis;            // columns: step of i, j, k, m; not singular
+    OmVec3 origin;          // centre of voxel (0, 0, 0), RAS m
+    unsigned char* inside;  // 0 or 1; voxel (i, j, k) at i + dim[0] (j + dim[1] k)
+} OmMask;
+
+/// All voxels outside, unit axes, origin 0.
+OM_API OmStatus om_mask_init(OmMask* mask, int nx, int ny, int nz);
+OM_API void om_mask_done(OmMask* mask);
+OM_API int64_t om_mask_count(const OmMask* mask);
+/// Volume of the inside voxels, m^3.
+OM_API double om_mask_volume(const OmMask* mask);
+/// Shrink the grid to the inside voxels plus `pad` >= 0 layers of air on each side, beyond the old border
+/// where need be: this is what caps an organ that the volume cuts. OM_INVALID if the mask is empty.
+OM_API OmStatus om_mask_crop(OmMask* mask, int pad);
+/// Keep the largest connected part (`min_share` = 0), or all parts of at least `min_share` of the inside
+/// voxels; connectivity is 6 or 26. The counts may be null.
+OM_API OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, int* nkept,
+                                   int* nfound);
+/// Make air that the border of the grid cannot reach (over faces) inside.
+OM_API OmStatus om_mask_fill_holes(OmMask* mask);
+/// Morphological closing by a ball of `radius` m, in space rather than in voxels. The grid must have
+/// that much air around the inside (om_mask_crop).
+OM_API OmStatus om_mask_close(OmMask* mask, double radius);
+
+// ---- signed distance fields ---------------------------------------------------------------------------
+
+typedef struct OmSdf {  // om_sdf_done frees
+    int dim[3];         // nodes
+    double spacing;     // m
+    OmVec3 origin;      // node (0, 0, 0), m
+    float* d;  // signed distance, m, negative inside; node (i, j, k) at i + dim[0] (j + dim[1] k)
+} OmSdf;
+
+typedef struct OmSdfDef {
+    int cookie;
+    double spacing;    // grid step, m, > 0; no default
+    double margin;     // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
+    double smooth;     // masks: width of the Gaussian, voxels, 0.5-3; default 1
+    int iterations;    // masks: rounds of volume correction, 0-100; default 12
+    int64_t max_node;  // larger grids are refused; default 2e8
+} OmSdfDef;
+
+OM_API OmSdfDef om_sdf_default_def(double spacing);
+OM_API void om_sdf_done(OmSdf* sdf);
+
+/// Negative inside; need not be a distance.
+typedef double (*OmShapeFn)(void* ctx, OmVec3 p);
+
+/// Distance field of a mask: smoothed so that every neighbourhood keeps its volume (thin parts stay), the
+/// zero level then shifted so that the whole keeps the mask's volume.
+OM_API OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf);
+/// Distance field of the zero level of `fn` within [lo, hi] (which should hold all of it).
+OM_API OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi,
+                                     const OmSdfDef* def, OmSdf* sdf);
+/// Distance field of a closed surface; the inside is where crossings counted with their direction say so
+/// on two of the three axes, so small gaps do not turn it inside out. OM_INVALID if nothing is inside.
+OM_API OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf);
+/// Distance at p, m, trilinear; outside the grid, that of the nearest point of the grid plus the distance
+/// to it. `gradient` may be null; it is the exact slope of what is returned, not normalised.
+OM_API double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient);
+/// Opposite corners of the grid.
+OM_API void om_sdf_bounds(const OmSdf* sdf, OmVec3* lo, OmVec3* hi);
+
+/// Closed, oriented, manifold surface of the set {d < level} by marching cubes, with the cells cut by the
+/// border of the grid capped. Ambiguous faces always separate the inside corners, so neighbours agree.
+OM_API OmStatus om_surface_from_sdf(const OmSdf* sdf, double level, OmSurface* surface);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
