@@ -1,29 +1,126 @@
 /// omentum/solve.h: block-sparse symmetric systems of 3x3 blocks (floor 1).
 ///
-/// A pattern is fixed once; values are refreshed every step; solvers are interchangeable: CG with block
-/// Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD). Matrices are float; residuals that
-/// decide anything are recomputed in double.
+/// A pattern is made once from the elements; values are written every step; solvers are
+/// interchangeable: CG with block Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD).
+/// Matrices are float; the residual that is reported is recomputed in double from b - A x.
 ///
-///     om_bsr_create(nvert, nedge, edge, &A);          // pattern: diagonal plus both triangles
-///     ... fill A.diag and A.offd ...
-///     om_solver_create(&def, &A, x, &solver);         // x: vertex positions, for the multigrid
+///     om_bsr_create(nvert, ntet, 4, tet_vert, &A);    // every pair of vertices of an element
+///     ... write A.value ...
+///     OmSolverDef def = om_solver_default_def();
+///     om_solver_create(&def, &A, x_rest, &solver);    // x_rest: vertex positions, for the multigrid
 ///     om_solver_refresh(solver, &A);                  // after each change of values
-///     om_solver_solve(solver, &A, nrhs, b, x, &info);
+///     om_solver_solve(solver, &A, 1, b, x, &info);
 #ifndef OMENTUM_SOLVE_H
 #define OMENTUM_SOLVE_H
 
 #include "omentum/base.h"
+#include "omentum/vec.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef enum OmPreconditioner { OM_BLOCK_JACOBI, OM_MULTIGRID, OM_CHOLESKY } OmPreconditioner;
+// ---- the matrix -----------------------------------------------------------------------------------
+
+/// A symmetric matrix of 3x3 blocks, one row of blocks a vertex, both triangles stored.
+///
+/// Row i holds the blocks row_adr[i] .. row_adr[i + 1]: first the diagonal block (i, i), then the
+/// neighbours in ascending order. Entry (3 i + r, 3 j + c) of block k is value[9 k + 3 c + r]: blocks
+/// are stored by columns. Whoever writes block (i, j) also writes its transpose to (j, i).
+///
+/// Assembly without atomics: give each thread rows, or edges. Edge e joins vertices i < j; its blocks
+/// (i, j) and (j, i) are edge_adr[2 e] and edge_adr[2 e + 1], its vertices edge_vert[2 e], [2 e + 1];
+/// edges are in ascending order of (i, j).
+typedef struct OmBsr {
+    int nvert;       // rows of blocks
+    int nedge;       // pairs i < j
+    int nblock;      // nvert + 2 nedge
+    int* row_adr;    // first block of each row, the diagonal one             (nvert + 1)
+    int* col;        // vertex of each block                                  (nblock)
+    int* edge_vert;  // vertices i < j of each edge                           (nedge x 2)
+    int* edge_adr;   // its blocks (i, j) and (j, i)                          (nedge x 2)
+    float* value;    // blocks by columns, then 3 floats of padding           (nblock x 9 + 3)
+} OmBsr;
+
+/// The pattern that couples all vertices of each element (2: edges, 4: tetrahedra, 8: hexahedra).
+/// Values are zero. Vertices outside every element keep a diagonal block.
+/// @param elem_vert  vertices of the elements (nelem x nelem_vert)
+/// @return OM_OK, OM_INVALID (index out of range), OM_NO_MEMORY
+OM_API OmStatus om_bsr_create(int nvert, int nelem, int nelem_vert, const int* elem_vert, OmBsr* A);
+OM_API void om_bsr_destroy(OmBsr* A);
+/// Index of block (i, j), or -1 if it is not in the pattern.
+OM_API int om_bsr_find(const OmBsr* A, int i, int j);
+/// Blocks of every pair of local vertices: adr[(e nelem_vert + a) nelem_vert + b] is block (a, b) of
+/// element e.
+/// @return OM_OK, OM_INVALID (a pair is not in the pattern)
+OM_API OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert,
+                                     const int* elem_vert, int* adr);
+/// All values to zero.
+OM_API void om_bsr_zero(OmBsr* A);
+/// Add a 3x3 matrix to block k; springs and contacts add to block row_adr[i], before the refresh.
+static inline void om_bsr_add(OmBsr* A, int k, OmMat3 m) {
+    float* v = A->value + 9 * (size_t)k;
+    const double e[9] = {m.cx.x, m.cx.y, m.cx.z, m.cy.x, m.cy.y, m.cy.z, m.cz.x, m.cz.y, m.cz.z};
+    for (int n = 0; n < 9; ++n) v[n] = (float)((double)v[n] + e[n]);
+}
+/// y = A x, summed in double. x, y: (nvert x 3), not the same array.
+OM_API void om_bsr_apply(const OmBsr* A, int nworker, const double* x, double* y);
+
+// ---- solvers --------------------------------------------------------------------------------------
+
+typedef enum OmPreconditioner {
+    OM_BLOCK_JACOBI,  // CG with the inverses of the diagonal blocks
+    OM_MULTIGRID,     // CG with one V-cycle; needs vertex positions
+    OM_CHOLESKY       // no CG: CHOLMOD factors A in double; the reference, and for small models
+} OmPreconditioner;
+
+typedef struct OmSolverDef {          // made by om_solver_default_def
+    OmPreconditioner preconditioner;  // default OM_MULTIGRID
+    int max_iterations;               // CG iterations of one solve, >= 1; default 200
+    double tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3
+    int nworker;       // threads, 0 is one per processor; default 0
+    int max_rhs;       // right-hand sides that will share one sweep over A, 1..8; default 1
+    uint32_t cookie;   // set by om_solver_default_def
+} OmSolverDef;
 
 typedef struct OmSolveInfo {  // what a solve did
-    int iterations;           // CG iterations, the most of any right-hand side
+    int iterations;           // CG iterations, the most of any right-hand side; 0 for OM_CHOLESKY
     double residual;  // |b - A x| / |b|, recomputed in double, the largest of any right-hand side
 } OmSolveInfo;
+
+/// A solver for one pattern: symbolic data, factors, work vectors. Not to be used by two threads at once.
+typedef struct OmSolver OmSolver;
+
+OM_API OmSolverDef om_solver_default_def(void);
+/// @param A       the pattern; its values are not read, nothing is kept of it
+/// @param x_rest  vertex positions, m (nvert x 3); null unless OM_MULTIGRID
+/// @return OM_OK, OM_INVALID (a field of def, positions not finite), OM_NO_MEMORY
+OM_API OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* x_rest,
+                                 OmSolver** solver);
+OM_API void om_solver_destroy(OmSolver* solver);
+/// Prescribe degrees of freedom: their rows and columns leave the system, and a solve keeps the x it was
+/// given there. May change at any time (grasp, release); takes effect at the next refresh.
+/// @param fixed  nonzero where prescribed (nvert x 3); null frees all
+OM_API void om_solver_set_fixed(OmSolver* solver, const unsigned char* fixed);
+/// Take over new values of A: invert diagonal blocks, make coarse matrices, or factor. No allocation,
+/// except inside CHOLMOD.
+/// @param A  the pattern of create
+/// @return OM_OK, OM_NOT_SPD (a pivot is not positive; solve refuses until the next refresh),
+///         OM_INVALID (a value is not finite)
+OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
+/// Solve A x = b for the free degrees of freedom.
+/// @param A     as at the last refresh
+/// @param nrhs  right-hand sides, any number >= 1; taken max_rhs at a time
+/// @param b     (nrhs x nvert x 3); its entries at fixed degrees of freedom are not used
+/// @param x     in: first guess, and the prescribed values; out: the solution (nrhs x nvert x 3)
+/// @param info  may be null. The residual is relative to |b - A x_fixed| over free degrees of freedom,
+///              x_fixed being x with zeros at the free ones
+/// @return OM_OK; OM_NOT_CONVERGED (x is the last iterate; never if tolerance is 0);
+///         OM_NOT_SPD (x unchanged); OM_INVALID (b or x not finite, not refreshed; x unchanged)
+OM_API OmStatus om_solver_solve(OmSolver* solver, const OmBsr* A, int nrhs, const double* b,
+                                double* x, OmSolveInfo* info);
+/// Bytes held by the solver, work vectors and coarse levels included, CHOLMOD's factor not.
+OM_API size_t om_solver_memory(const OmSolver* solver);
 
 #ifdef __cplusplus
 }
