@@ -4,6 +4,7 @@
 
 #include "omentum/base.h"
 #include "omentum/image.h"
+#include "omentum/plan.h"
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/shape.h"

@@ -1,0 +1,149 @@
+/// omentum/plan.h: deciding what the arms do next (floor 5).
+///
+/// The task of tissue retraction (thesis chapter 6, Table 6.1) as an answer set program solved by clingo in
+/// this process. The tissue is seen as an n x n grid of blocks; sensing says which fluents hold (Alg. 4); the
+/// planner gives the shortest plan around the best grasping point, proven optimal, and says why.
+///
+///     OmPlannerDef def = om_planner_default_def();
+///     OmPlanner* planner;   om_planner_create(&def, &planner);
+///     OmSituation now;      om_situation_init(&now, 5, 0.024);
+///     now.is_above_roi[om_block_at(&now, 3, 3)] = true;
+///     OmPlan plan;          OmStatus s = om_planner_solve(planner, &now, &plan);  // OM_OK or OM_UNSAT
+///     OmText t = {0};       om_plan_print(&plan, &t);  ...  om_planner_destroy(planner);
+#ifndef OMENTUM_PLAN_H
+#define OMENTUM_PLAN_H
+
+#include "omentum/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_PLAN_MAX_GRID 16  // blocks along one side of the tissue, at most
+#define OM_PLAN_MAX_BLOCK (OM_PLAN_MAX_GRID * OM_PLAN_MAX_GRID)
+#define OM_PLAN_MAX_HORIZON 64
+#define OM_PLAN_NARM 2   // psm1, psm2
+#define OM_PLAN_NCOST 5  // objectives, the most important first; see OmPlan.cost
+
+/// The actions of Table 6.1, by the names the logic program gives them.
+#define OM_PLAN_VERB_TABLE(X)       \
+    X(OM_PLAN_REACH, "reach")       \
+    X(OM_PLAN_GRASP, "grasp")       \
+    X(OM_PLAN_RELEASE, "release")   \
+    X(OM_PLAN_PULL, "pull")         \
+    X(OM_PLAN_MOVE_ROI, "move_ROI") \
+    X(OM_PLAN_MOVE_AWAY, "move_away")
+
+typedef enum OmPlanVerb {
+#define OM_PLAN_VERB_ENUM(name, text) name,
+    OM_PLAN_VERB_TABLE(OM_PLAN_VERB_ENUM)
+#undef OM_PLAN_VERB_ENUM
+        OM_PLAN_NVERB
+} OmPlanVerb;
+
+/// What has been tried on a block and did not expose the ROI; planning again must not loop.
+typedef enum OmTried {
+    OM_TRIED_GRASP = 1,      // grasping and pulling it: it is not grasped again
+    OM_TRIED_MOVE_ROI = 2,   // folding it towards the ROI
+    OM_TRIED_MOVE_AWAY = 4,  // folding it away from the camera
+} OmTried;
+
+typedef struct OmArmSituation {  // one arm, as sensed
+    int at;                      // block the tool is above, -1 none: fluent at
+    int in_hand;         // block held, -1 none: fluent in_hand; a held block means a closed gripper
+    bool is_closed;      // gripper below 20 degrees: fluent closed_gripper
+    bool is_max_height;  // tool at the height limit: fluent max_height
+    bool is_max_force;   // force above the threshold: fluent max_force
+    int nlift;           // pulls of 10 mm already made with the tissue held, 0 or more
+} OmArmSituation;
+
+/// Everything sensing tells the planner (Alg. 4). A plain value; copy it freely.
+/// Block (ix, iy), counted from 1, has index (iy - 1) * n + ix - 1; x and y are those of the task frame, and
+/// arms stand on either side of its x-z plane.
+typedef struct OmSituation {
+    int n;                                 // blocks along a side, 1 to OM_PLAN_MAX_GRID
+    bool is_fixed[OM_PLAN_MAX_BLOCK];      // the block is above attachment points
+    bool is_above_roi[OM_PLAN_MAX_BLOCK];  // the block is above the ROI; at least one is
+    uint8_t reachable[OM_PLAN_MAX_BLOCK];  // bit a: arm a reaches the block
+    uint8_t tried[OM_PLAN_MAX_BLOCK];      // bits OmTried
+    OmArmSituation arm[OM_PLAN_NARM];      // psm1, psm2
+    bool is_visible;                       // the ROI is seen: nothing to do
+    double spacing;                        // between centres of neighbouring blocks, m, > 0
+    const double*
+        center;  // centres of the blocks (n*n x 3), m, borrowed; null: the flat grid of `spacing`
+} OmSituation;
+
+/// An untouched tissue: nothing fixed, no ROI, arms open and away, blocks reachable by the arm on their side
+/// (Alg. 4, line 5; psm1 the low y, psm2 the high y, the middle row of an odd grid by psm1).
+OM_API void om_situation_init(OmSituation* situation, int n, double spacing);
+
+/// Index of block (ix, iy), both counted from 1; -1 outside of the grid.
+OM_API int om_block_at(const OmSituation* situation, int ix, int iy);
+
+typedef struct OmPlanAction {
+    OmPlanVerb verb;
+    int arm;    // 0: psm1, 1: psm2
+    int block;  // -1 for release
+    int time;   // step of the plan, from 0
+} OmPlanAction;
+
+typedef struct OmPlan {
+    int n;        // grid of the situation it was made for
+    int naction;  // 0 when the ROI is already visible, and when there is no plan
+    OmPlanAction action[OM_PLAN_MAX_HORIZON];  // in order of time
+    int grasp_block;  // block newly grasped, -1 when the plan goes on with what is held
+    int grasp_arm;    // the arm that grasps it, -1
+    int64_t cost
+        [OM_PLAN_NCOST];  // new grasps; distance of the grasp from the ROI and its closeness to the
+                          // attachments (0.1 mm); actions; order of preference between equals
+    bool is_optimal;      // no better plan exists within the horizon
+    bool is_reground;     // the program was grounded for this plan, not only solved again
+    double ground_time;   // s, making the ground program fit the situation
+    double solve_time;    // s
+} OmPlan;
+
+typedef struct OmPlannerDef {
+    int cookie;
+    int horizon;   // time steps a plan may take; default 12, range 1 to OM_PLAN_MAX_HORIZON
+    int max_lift;  // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
+    const char*
+        program;  // a file of logic program in place of the built-in asp/tissue_retraction.lp; null
+    uint32_t seed;      // of clasp; default 1. The optimum is unique, so plans do not depend on it
+    double time_limit;  // s a solve may take; default 10, <= 0 none
+} OmPlannerDef;
+
+OM_API OmPlannerDef om_planner_default_def(void);
+
+/// Holds clingo and its ground program between plans; used by one thread at a time.
+typedef struct OmPlanner OmPlanner;
+
+/// @return OM_OK; OM_INVALID (a field, or the program: clingo's text with file, line and column); OM_IO;
+///         OM_NO_MEMORY
+OM_API OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** planner);
+OM_API void om_planner_destroy(OmPlanner* planner);
+
+/// The best plan from here on. Grounds only what the last ground program does not know yet.
+/// @return OM_OK; OM_UNSAT (no plan within the horizon: plan is empty, om_planner_explain tells why);
+///         OM_TIMEOUT (plan is the best found so far, not proven, or empty); OM_INVALID (a field of the
+///         situation); OM_NO_MEMORY
+OM_API OmStatus om_planner_solve(OmPlanner* planner, const OmSituation* situation, OmPlan* plan);
+
+/// Append the plan for a surgeon, a line an action: "1. PSM1 reaches grasping point (3,2)".
+OM_API OmStatus om_plan_print(const OmPlan* plan, OmText* text);
+/// Append one action as it is printed, without number or line end: "PSM1 reaches grasping point (3,2)".
+OM_API OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text);
+
+/// Append why: the fluents that decided, and for other grasping points what forbids them or what they cost
+/// more. Each is asked of the program itself, by solving again with that point forced.
+/// @param plan    of om_planner_solve for this situation, also after OM_UNSAT
+/// @param nother  other grasping points to speak of one by one, the nearest to the ROI first; -1 all
+OM_API OmStatus om_planner_explain(OmPlanner* planner, const OmSituation* situation,
+                                   const OmPlan* plan, int nother, OmText* text);
+
+/// The built-in logic program, for a copy to change.
+OM_API const char* om_planner_program(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
