@@ -50,6 +50,8 @@ OM_API OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, Om
 /// Its boundary triangles, outward. If `surface_vert` is not null it receives the mesh vertex of every
 /// surface vertex (caller frees with om_free).
 OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert);
+/// Replace every tetrahedron by eight of the same volume; sets keep what lies between their vertices.
+OM_API OmStatus om_tet_mesh_refine(OmTetMesh* mesh);
 /// Check indices, finite positions, positive volumes; the message names the first offender.
 OM_API OmStatus om_tet_mesh_validate(const OmTetMesh* mesh);
 /// Signed volume, m^3.

@@ -1,0 +1,140 @@
+// shape_refine.c: uniform refinement, eight tetrahedra from one (Bey 1995).
+//
+// Every edge gets its middle as a new vertex; the octahedron left between the four corner tetrahedra is
+// cut along the shortest of its three diagonals, which keeps the elements from degenerating.
+#include <stdlib.h>
+#include <string.h>
+
+#include "omentum/shape.h"
+
+typedef struct Edge {
+    int a, b;  // a < b
+} Edge;
+
+static const int edge_end[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+
+static int compare_edge(const void* p, const void* q) {
+    const Edge *e = p, *f = q;
+    if (e->a != f->a) return e->a < f->a ? -1 : 1;
+    return e->b < f->b ? -1 : e->b > f->b;
+}
+
+static Edge tet_edge(const int* tet, int i) {
+    int a = tet[edge_end[i][0]], b = tet[edge_end[i][1]];
+    Edge e = {a < b ? a : b, a < b ? b : a};
+    return e;
+}
+
+// All edges once, ascending.
+static OmStatus list_edges(const OmTetMesh* mesh, Edge** edge, int* nedge) {
+    size_t n = 6 * (size_t)mesh->ntet, kept = 0;
+    OM_ALLOC(*edge, n);
+    for (int t = 0; t < mesh->ntet; ++t) {
+        for (int i = 0; i < 6; ++i)
+            (*edge)[6 * (size_t)t + (size_t)i] = tet_edge(&mesh->tet_vert[4 * t], i);
+    }
+    qsort(*edge, n, sizeof(Edge), compare_edge);
+    for (size_t i = 0; i < n; ++i) {
+        if (i == 0 || compare_edge(&(*edge)[kept - 1], &(*edge)[i]) != 0)
+            (*edge)[kept++] = (*edge)[i];
+    }
+    *nedge = (int)kept;
+    return OM_OK;
+}
+
+static double volume6(const double* x, const int v[4]) {
+    OmVec3 a = om_load3(x, v[0]);
+    OmVec3 ab = om_sub(om_load3(x, v[1]), a), ac = om_sub(om_load3(x, v[2]), a);
+    return om_dot(om_cross(ab, ac), om_sub(om_load3(x, v[3]), a));
+}
+
+static void cut_tet(const double* x, const int corner[4], const int mid[6], int out[8][4]) {
+    // Middles: 0 = 01, 1 = 02, 2 = 03, 3 = 12, 4 = 13, 5 = 23.
+    static const int at_corner[4][3] = {{0, 1, 2}, {0, 3, 4}, {1, 3, 5}, {2, 4, 5}};
+    for (int c = 0; c < 4; ++c) {
+        out[c][0] = corner[c];
+        for (int k = 0; k < 3; ++k) out[c][k + 1] = mid[at_corner[c][k]];
+    }
+    // Opposite middles, and the ring of the four others around each such diagonal.
+    static const int diagonal[3][2] = {{0, 5}, {1, 4}, {2, 3}};
+    static const int ring[3][4] = {{1, 2, 4, 3}, {0, 2, 5, 3}, {0, 1, 5, 4}};
+    int best = 0;
+    double shortest = INFINITY;
+    for (int d = 0; d < 3; ++d) {
+        double len =
+            om_distance(om_load3(x, mid[diagonal[d][0]]), om_load3(x, mid[diagonal[d][1]]));
+        if (len < shortest * (1 - 1e-12)) {
+            shortest = len;
+            best = d;
+        }
+    }
+    for (int k = 0; k < 4; ++k) {
+        out[4 + k][0] = mid[diagonal[best][0]];
+        out[4 + k][1] = mid[diagonal[best][1]];
+        out[4 + k][2] = mid[ring[best][k]];
+        out[4 + k][3] = mid[ring[best][(k + 1) % 4]];
+    }
+    for (int e = 0; e < 8; ++e) {
+        if (volume6(x, out[e]) >= 0) continue;
+        int t = out[e][2];
+        out[e][2] = out[e][3];
+        out[e][3] = t;
+    }
+}
+
+// A middle joins a set when both its ends are in it.
+static OmStatus refine_sets(const OmTetMesh* mesh, const Edge* edge, int nedge, OmTetMesh* fine) {
+    unsigned char* is_in = om_alloc((size_t)mesh->nvert, 1);
+    int* list = om_alloc((size_t)fine->nvert, sizeof *list);
+    OmStatus status = is_in && list ? OM_OK : OM_NO_MEMORY;
+    for (int s = 0; status == OM_OK && s < mesh->nset; ++s) {
+        int n = 0;
+        memset(is_in, 0, (size_t)mesh->nvert);
+        for (int i = 0; i < mesh->set[s].nvert; ++i) {
+            is_in[mesh->set[s].vert[i]] = 1;
+            list[n++] = mesh->set[s].vert[i];
+        }
+        for (int e = 0; e < nedge; ++e) {
+            if (is_in[edge[e].a] && is_in[edge[e].b]) list[n++] = mesh->nvert + e;
+        }
+        status = om_tet_mesh_add_set(fine, mesh->set[s].name, list, n);
+    }
+    om_free(is_in);
+    om_free(list);
+    return status;
+}
+
+OmStatus om_tet_mesh_refine(OmTetMesh* mesh) {
+    Edge* edge = NULL;
+    int nedge = 0;
+    OmTetMesh fine = {0};
+    OmStatus status = OM_OK;
+    OM_CHECK_DONE(mesh->ntet <= INT32_MAX / 32, OM_INVALID,
+                  "mesh of %d tetrahedra is too large to refine", mesh->ntet);
+    OM_TRY_DONE(list_edges(mesh, &edge, &nedge));
+    OM_TRY_DONE(om_tet_mesh_init(&fine, mesh->nvert + nedge, 8 * mesh->ntet));
+    memcpy(fine.x, mesh->x, 3 * (size_t)mesh->nvert * sizeof(double));
+    for (int e = 0; e < nedge; ++e) {
+        om_store3(fine.x, mesh->nvert + e,
+                  om_lerp(om_load3(mesh->x, edge[e].a), om_load3(mesh->x, edge[e].b), 0.5));
+    }
+    for (int t = 0; t < mesh->ntet; ++t) {
+        int mid[6];
+        for (int i = 0; i < 6; ++i) {
+            Edge key = tet_edge(&mesh->tet_vert[4 * t], i);
+            const Edge* found = bsearch(&key, edge, (size_t)nedge, sizeof key, compare_edge);
+            mid[i] = mesh->nvert + (int)(found - edge);
+        }
+        int(*out)[4] = (int(*)[4]) & fine.tet_vert[32 * (size_t)t];
+        cut_tet(fine.x, &mesh->tet_vert[4 * t], mid, out);
+        for (int k = 0; k < 8; ++k) fine.tet_label[8 * t + k] = mesh->tet_label[t];
+    }
+    OM_TRY_DONE(refine_sets(mesh, edge, nedge, &fine));
+    om_tet_mesh_done(mesh);
+    *mesh = fine;
+    memset(&fine, 0, sizeof fine);
+done:
+    om_tet_mesh_done(&fine);
+    om_free(edge);
+    return status;
+}
