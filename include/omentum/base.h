@@ -288,6 +288,15 @@ OM_API void om_json_bool(OmJson* json, const char* key, bool value);
 OM_API void om_json_numbers(OmJson* json, const char* key, const double* value, int count);
 OM_API OmStatus om_json_end(OmJson* json);
 
+/// Numbers of files, read and written alike under every locale. Reading starts at *str without skipping
+/// blanks, never looks at `end` or behind it, and moves *str behind the number; false if there is none
+/// (or an integer does not fit). "nan" and "inf" are read; 19 digits count.
+OM_API bool om_number_parse(const char** str, const char* end, double* value);
+OM_API bool om_integer_parse(const char** str, const char* end, int64_t* value);
+#define OM_NUMBER_SIZE 32
+/// Write with 17 significant digits, which any reader turns back into the same double; the length.
+OM_API int om_number_write(char* out, double value);
+
 /// The candidate nearest to `word` by edit distance, or null if none is near; for "did you mean".
 OM_API const char* om_nearest_word(const char* word, const char* const* candidate, int count);
 

@@ -8,6 +8,7 @@
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/shape.h"
+#include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"

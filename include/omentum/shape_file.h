@@ -1,0 +1,129 @@
+/// omentum/shape_file.h: files of meshes, surfaces and recordings of runs (room `shape`, floor 1).
+///
+/// Volume meshes: Gmsh .msh (1, 2.2, 4.1), VTK legacy .vtk, VTK XML .vtu. Surfaces: STL, OBJ, PLY, OFF,
+/// and the triangles of volume files. Recordings: VTKHDF, which ParaView opens as a time series.
+/// No mesh format states its unit, so it is always an argument: metres in the file's unit.
+///
+///     OmTetMesh mesh;
+///     OmStatus s = om_tet_mesh_load("liver.msh", OM_UNIT_MM, &mesh);  // now in metres
+///     if (s == OM_OK) s = om_tet_mesh_save(&mesh, "liver.vtu", OM_UNIT_M);
+///     if (s < 0) fprintf(stderr, "%s\n", om_error_message());
+///     om_tet_mesh_done(&mesh);
+#ifndef OMENTUM_SHAPE_FILE_H
+#define OMENTUM_SHAPE_FILE_H
+
+#include "omentum/shape.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_UNIT_M 1.0
+#define OM_UNIT_CM 1e-2
+#define OM_UNIT_MM 1e-3
+
+enum {                        // flags of loading
+    OM_MESH_FLIP = 1,         // turn inverted tetrahedra around instead of refusing them
+    OM_MESH_KEEP_UNUSED = 2,  // keep vertices that no element uses
+    OM_MESH_DROP_FLAT = 4,    // drop tetrahedra of zero volume instead of refusing them
+};
+
+// ---- loading ----------------------------------------------------------------------------------------
+
+/// Read a tetrahedral mesh (.msh, .vtk, .vtu by extension). Other cells are ignored. Labels come from
+/// Gmsh physical groups or the cell array `tet_label`; sets from named physical groups, or from point
+/// arrays of bytes that hold only 0 and 1. Vertices that no tetrahedron uses are dropped.
+/// @param unit  length of one unit of the file, m, > 0
+/// @return OM_OK, OM_IO, OM_NO_MEMORY, OM_INVALID: not such a file, no tetrahedra, a coordinate that is
+///         not finite, an index out of range, an inverted or flat element; the message says where
+OM_API OmStatus om_tet_mesh_load(const char* path, double unit, OmTetMesh* mesh);
+OM_API OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags,
+                                       OmTetMesh* mesh);
+
+/// Read a surface (.stl, .obj, .ply, .off, .msh, .vtk, .vtu by extension). Polygons become fans, equal
+/// vertices of an STL become one, degenerate triangles are dropped. From a volume file: its triangles,
+/// or the boundary of its tetrahedra if it has none. Open and non-manifold surfaces are read: check them.
+OM_API OmStatus om_surface_load(const char* path, double unit, OmSurface* surface);
+OM_API OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags,
+                                      OmSurface* surface);
+
+// ---- checking ---------------------------------------------------------------------------------------
+
+typedef struct OmSurfaceCheck {
+    int nopen_edge;      // edges of one triangle: holes
+    int nmanifold_edge;  // edges of three or more triangles
+    int nflipped_edge;   // edges whose two triangles disagree on the outside
+    int ncomponent;      // pieces connected by edges
+    int neuler;          // V - E + F of the vertices in use; 2 for a sphere
+    int first_edge[2];   // vertices of the first offending edge, -1 if none
+    int first_tri;       // its triangle, -1 if none
+} OmSurfaceCheck;
+
+/// Count what keeps a surface from bounding a volume. OM_OK also for a bad surface.
+OM_API OmStatus om_surface_check(const OmSurface* surface, OmSurfaceCheck* check);
+/// OM_INVALID, with the first offending edge in the message, unless closed, manifold and consistent.
+OM_API OmStatus om_surface_require_closed(const OmSurface* surface);
+
+// ---- saving -----------------------------------------------------------------------------------------
+
+typedef enum OmArrayType {
+    OM_ARRAY_DOUBLE,
+    OM_ARRAY_FLOAT,
+    OM_ARRAY_INT,
+    OM_ARRAY_BYTE
+} OmArrayType;
+
+typedef struct OmMeshArray {  // values on the vertices or elements of a mesh; borrowed
+    const char* name;
+    OmArrayType type;   // of what `value` points at: double, float, int (32 bits), unsigned char
+    int ncomp;          // components, 1 to 9
+    bool is_cell;       // of elements, not of vertices
+    const void* value;  // (nvert or ntet x ncomp)
+} OmMeshArray;
+
+/// Write a tetrahedral mesh with labels and sets: .vtu, .vtk, .msh (4.1). Whole or not at all.
+/// @param unit  length of one unit of the file, m, > 0
+OM_API OmStatus om_tet_mesh_save(const OmTetMesh* mesh, const char* path, double unit);
+
+typedef enum OmMeshFormat {
+    OM_MESH_VTU,        // compressed, base64
+    OM_MESH_VTU_ASCII,  // text, 17 digits
+    OM_MESH_VTK,        // legacy binary
+    OM_MESH_VTK_ASCII,
+    OM_MESH_MSH41,  // Gmsh 4.1 text
+    OM_MESH_MSH22,  // Gmsh 2.2 text
+} OmMeshFormat;
+
+/// The same in a stated format, with further arrays (.vtu and .vtk only; null if narray is 0).
+OM_API OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double unit,
+                                        OmMeshFormat format, const OmMeshArray* array, int narray);
+
+/// Write a surface: .stl (binary), .obj, .ply (binary), .off, .vtk. Whole or not at all.
+OM_API OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit);
+
+// ---- recordings -------------------------------------------------------------------------------------
+
+/// A run as a time series: the elements once, positions and arrays at every step, SI units.
+typedef struct OmRecording OmRecording;
+
+/// Start `path` (.vtkhdf) under a temporary name. The labels and sets of the mesh are constant arrays of
+/// the recording. Arrays with a value are constant and copied; arrays whose value is null are given at
+/// each step.
+/// @param mesh  copied; its x is not recorded, each step brings its own
+OM_API OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh,
+                                   const OmMeshArray* array, int narray, OmRecording** recording);
+/// Append one step.
+/// @param time   s, larger than the last
+/// @param x      vertex positions, m (nvert x 3)
+/// @param value  one pointer for each array that was given without value, in their order
+OM_API OmStatus om_recording_add_step(OmRecording* recording, double time, const double* x,
+                                      const void* const* value);
+/// Finish: flush, fsync, rename to `path`. Frees the recording in every case.
+OM_API OmStatus om_recording_end(OmRecording* recording);
+/// Drop the recording and its temporary file. Null is fine.
+OM_API void om_recording_abort(OmRecording* recording);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
