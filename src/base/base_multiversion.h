@@ -1,0 +1,14 @@
+// base_multiversion.h: OM_MULTIVERSION before a hot function compiles it for several x86-64 levels; the
+// processor's best is chosen when the program starts. Nothing where the compiler or a sanitizer cannot.
+#ifndef OMENTUM_BASE_MULTIVERSION_H
+#define OMENTUM_BASE_MULTIVERSION_H
+
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__) && \
+    __GNUC__ >= 12 && !defined(OM_SANITIZED)
+#define OM_MULTIVERSION \
+    __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#else
+#define OM_MULTIVERSION
+#endif
+
+#endif

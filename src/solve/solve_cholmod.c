@@ -1,0 +1,119 @@
+// solve_cholmod.c: the only file that knows CHOLMOD (Chen, Davis, Hager and Rajamanickam 2008).
+//
+// The lower triangle is written into compressed columns in double: row i of blocks, read transposed, is
+// column i. Prescribed degrees of freedom become rows of the identity, so the pattern and the analysis
+// never change. The factor is supernodal and double; it uses the threads of the BLAS.
+#include <cholmod.h>
+#include <string.h>
+
+#include "solve/solve_internal.h"
+
+struct OmCholesky {
+    cholmod_common common;
+    bool is_started;
+    cholmod_sparse* lower;     // lower triangle, sorted columns
+    cholmod_factor* factor;    // analysed at creation
+    cholmod_dense *X, *Y, *E;  // solution and workspace, kept between solves
+};
+
+static OmStatus status_of(const OmCholesky* chol, const char* what) {
+    int code = chol->common.status;
+    if (code == CHOLMOD_OK || code == CHOLMOD_DSMALL) return OM_OK;
+    if (code == CHOLMOD_NOT_POSDEF)
+        return om_error(OM_NOT_SPD, "CHOLMOD %s: pivot %d is not positive", what,
+                        chol->factor ? (int)chol->factor->minor : -1);
+    if (code == CHOLMOD_OUT_OF_MEMORY || code == CHOLMOD_TOO_LARGE)
+        return om_error(OM_NO_MEMORY, "CHOLMOD %s: not enough memory for the factor", what);
+    return om_error(OM_INVALID, "CHOLMOD %s: status %d", what, code);
+}
+
+static void fill_pattern(const OmBsr* A, int* colptr, int* row) {
+    int n = 0;
+    for (int i = 0; i < A->nvert; ++i) {
+        for (int c = 0; c < 3; ++c) {
+            colptr[3 * i + c] = n;
+            for (int r = c; r < 3; ++r) row[n++] = 3 * i + r;
+            for (int k = A->row_adr[i] + 1; k < A->row_adr[i + 1]; ++k)
+                for (int r = 0; r < 3 && A->col[k] > i; ++r) row[n++] = 3 * A->col[k] + r;
+        }
+    }
+    colptr[3 * A->nvert] = n;
+}
+
+OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
+    *out = NULL;
+    OM_CHECK(A->nblock < INT32_MAX / 9, OM_INVALID,
+             "the matrix is too large for a Cholesky factor");
+    OmStatus status = OM_OK;
+    OmCholesky* chol = om_calloc(1, sizeof *chol);
+    if (!chol) return OM_NO_MEMORY;
+    cholmod_common* c = &chol->common;
+    chol->is_started = cholmod_start(c) != 0;
+    c->print = 0;
+    c->supernodal = CHOLMOD_SUPERNODAL;
+    size_t n = 3 * (size_t)A->nvert, nnz = 6 * (size_t)A->nvert + 9 * (size_t)A->nedge;
+    chol->lower = cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, CHOLMOD_REAL, c);
+    OM_TRY_DONE(status_of(chol, "create"));
+    fill_pattern(A, chol->lower->p, chol->lower->i);
+    memset(chol->lower->x, 0, nnz * sizeof(double));
+    chol->factor = cholmod_analyze(chol->lower, c);
+    OM_TRY_DONE(status_of(chol, "analyse"));
+    *out = chol;
+done:
+    if (status < 0) om__cholesky_destroy(chol);
+    return status;
+}
+
+void om__cholesky_destroy(OmCholesky* chol) {
+    if (!chol) return;
+    if (chol->is_started) {
+        cholmod_free_dense(&chol->X, &chol->common);
+        cholmod_free_dense(&chol->Y, &chol->common);
+        cholmod_free_dense(&chol->E, &chol->common);
+        cholmod_free_factor(&chol->factor, &chol->common);
+        cholmod_free_sparse(&chol->lower, &chol->common);
+        cholmod_finish(&chol->common);
+    }
+    om_free(chol);
+}
+
+OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed) {
+    double* out = chol->lower->x;
+    bool is_finite = true;
+    for (int i = 0; i < A->nvert; ++i) {
+        for (int c = 0; c < 3; ++c) {
+            bool is_fixed = fixed[3 * (size_t)i + (size_t)c];
+            for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+                int j = A->col[k];
+                if (j < i) continue;
+                const float* v = A->value + 9 * (size_t)k;
+                for (int r = j == i ? c : 0; r < 3; ++r) {
+                    double e = (double)v[3 * r + c];
+                    is_finite = is_finite && e * 0.0 == 0.0;
+                    if (is_fixed || fixed[3 * (size_t)j + (size_t)r])
+                        e = j == i && r == c ? 1.0 : 0.0;
+                    *out++ = e;
+                }
+            }
+        }
+    }
+    OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
+    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    return status_of(chol, "factorise");
+}
+
+OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b) {
+    size_t n = chol->lower->nrow;
+    cholmod_dense B = {.nrow = n,
+                       .ncol = (size_t)nrhs,
+                       .nzmax = n * (size_t)nrhs,
+                       .d = n,
+                       .x = b,
+                       .xtype = CHOLMOD_REAL,
+                       .dtype = CHOLMOD_DOUBLE};
+    cholmod_solve2(CHOLMOD_A, chol->factor, &B, NULL, &chol->X, NULL, &chol->Y, &chol->E,
+                   &chol->common);
+    OmStatus status = status_of(chol, "solve");
+    if (status == OM_OK) memcpy(b, chol->X->x, n * (size_t)nrhs * sizeof(double));
+    return status;
+}

@@ -1,0 +1,63 @@
+// solve_internal.h: what the files of the room share.
+//
+// Vectors of the iterative solvers hold four floats a vertex, the fourth zero, so that a vertex is one
+// 16-byte load. Rows are cut into chunks that depend on the matrix alone; a worker takes a run of chunks,
+// and sums are added chunk by chunk: same bytes for any number of workers.
+#ifndef OMENTUM_SOLVE_INTERNAL_H
+#define OMENTUM_SOLVE_INTERNAL_H
+
+#include "base/base_multiversion.h"
+#include "omentum/solve.h"
+
+typedef struct OmCholesky OmCholesky;  // solve_cholmod.c
+
+typedef struct OmChunks {  // rows cut into pieces of about equal work
+    int num;
+    int* begin;  // first row of each                                              (num + 1)
+} OmChunks;
+
+struct OmSolver {
+    OmSolverDef def;
+    int nvert, nblock;
+    bool is_ready;  // refreshed, and positive definite
+    OmChunks chunks;
+    unsigned char* fixed;  // prescribed degrees of freedom                         (nvert x 3)
+    int nfixed_vert;       // vertices with one or more of them
+    int* fixed_vert;       // ascending                                             (nvert)
+    int* chunk_fixed;      // first of fixed_vert in each chunk                     (num + 1)
+    float* free_mask;      // 1 where free, of fixed_vert                           (nvert x 4)
+    float* dinv;           // inverses of diagonal blocks, zero where prescribed    (nvert x 9 + 3)
+    double* xd;            // the iterate                                           (nvert x 3)
+    double* rd;            // its residual                                          (nvert x 3)
+    double* partial;       // sums of each chunk                                    (num x 8)
+    float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x 4)
+    OmCholesky* cholesky;
+    size_t memory;  // bytes
+};
+
+// ---- solve_kernel.c: loops over rows [begin, end) ---------------------------------------------------
+
+/// w = A u
+void om__spmv(const OmBsr* A, const float* u, float* w, int begin, int end);
+/// One sum of products over rows; summed in float over short runs, so keep chunks short.
+double om__dot(const float* a, const float* b, int begin, int end);
+/// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s; returns r.r
+double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end);
+/// u = dinv r
+void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end);
+/// rd = b - A xd at free degrees of freedom, zero at prescribed ones; returns rd.rd. Null A: rd = b.
+double om__residual(OmSolver* S, const OmBsr* A, const double* b, int begin, int end, int chunk);
+
+// ---- solve_cg.c -------------------------------------------------------------------------------------
+
+OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, const double* b, double* x, OmSolveInfo* info);
+
+// ---- solve_cholmod.c --------------------------------------------------------------------------------
+
+OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** chol);
+void om__cholesky_destroy(OmCholesky* chol);
+OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed);
+/// b: nrhs columns of 3 nvert, overwritten with the solution.
+OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b);
+
+#endif

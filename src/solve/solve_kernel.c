@@ -1,0 +1,105 @@
+// solve_kernel.c: the loops where the time of an iterative solve goes.
+//
+// A 3x3 block stored by columns is three overlapping 16-byte loads; the fourth lane gathers rubbish from
+// the next column and is cleared once a row. Per block: four loads, three shuffles, three multiply-adds,
+// which on an x86-64-v3 processor is faster than gathering for rows side by side (tried: gathers cost
+// more than all arithmetic), and the matrix keeps its 36 bytes a block.
+#include "solve/solve_internal.h"
+
+typedef float V4 __attribute__((vector_size(16)));
+typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
+typedef int I4 __attribute__((vector_size(16)));
+
+static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
+static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
+static inline V4 clear_last(V4 v) {
+    const I4 mask = {-1, -1, -1, 0};
+    return (V4)((I4)v & mask);
+}
+static inline float sum4(V4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+static inline V4 splat(float f) {
+    V4 v = {f, f, f, f};
+    return v;
+}
+
+// Column-major 3x3 block times vertex value, added to three independent sums.
+static inline void add_block(const float* v, const float* x, V4* a0, V4* a1, V4* a2) {
+    *a0 += load4(v) * splat(x[0]);
+    *a1 += load4(v + 3) * splat(x[1]);
+    *a2 += load4(v + 6) * splat(x[2]);
+}
+
+OM_MULTIVERSION
+void om__spmv(const OmBsr* A, const float* u, float* w, int begin, int end) {
+    const int* col = A->col;
+    const float* value = A->value;
+    for (int i = begin; i < end; ++i) {
+        V4 a0 = splat(0), a1 = a0, a2 = a0;
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
+            add_block(value + 9 * (size_t)k, u + 4 * (size_t)col[k], &a0, &a1, &a2);
+        store4(w + 4 * (size_t)i, clear_last(a0 + a1 + a2));
+    }
+}
+
+OM_MULTIVERSION
+double om__dot(const float* a, const float* b, int begin, int end) {
+    V4 sum = splat(0);
+    for (int i = begin; i < end; ++i) sum += load4(a + 4 * (size_t)i) * load4(b + 4 * (size_t)i);
+    return (double)sum4(sum);
+}
+
+OM_MULTIVERSION
+double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end) {
+    V4 va = splat(alpha), vb = splat(beta), sum = splat(0);
+    float *x = S->x, *r = S->r, *p = S->p, *s = S->s;
+    const float *u = S->u, *w = S->w;
+    for (size_t i = 4 * (size_t)begin; i < 4 * (size_t)end; i += 4) {
+        V4 pi = load4(u + i) + vb * load4(p + i);
+        V4 si = load4(w + i) + vb * load4(s + i);
+        V4 ri = load4(r + i) - va * si;
+        store4(p + i, pi);
+        store4(s + i, si);
+        store4(x + i, load4(x + i) + va * pi);
+        store4(r + i, ri);
+        sum += ri * ri;
+    }
+    return (double)sum4(sum);
+}
+
+OM_MULTIVERSION
+void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        V4 a0 = splat(0), a1 = a0, a2 = a0;
+        add_block(dinv + 9 * (size_t)i, r + 4 * (size_t)i, &a0, &a1, &a2);
+        store4(u + 4 * (size_t)i, clear_last(a0 + a1 + a2));
+    }
+}
+
+OM_MULTIVERSION
+static void subtract_product(const OmBsr* A, const double* x, double* r, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        double y0 = 0, y1 = 0, y2 = 0;
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+            const float* v = A->value + 9 * (size_t)k;
+            const double* xj = x + 3 * (size_t)A->col[k];
+            y0 += (double)v[0] * xj[0] + (double)v[3] * xj[1] + (double)v[6] * xj[2];
+            y1 += (double)v[1] * xj[0] + (double)v[4] * xj[1] + (double)v[7] * xj[2];
+            y2 += (double)v[2] * xj[0] + (double)v[5] * xj[1] + (double)v[8] * xj[2];
+        }
+        r[3 * (size_t)i] -= y0;
+        r[3 * (size_t)i + 1] -= y1;
+        r[3 * (size_t)i + 2] -= y2;
+    }
+}
+
+double om__residual(OmSolver* S, const OmBsr* A, const double* b, int begin, int end, int chunk) {
+    for (size_t n = 3 * (size_t)begin; n < 3 * (size_t)end; ++n) S->rd[n] = b[n];
+    if (A) subtract_product(A, S->xd, S->rd, begin, end);
+    for (int m = S->chunk_fixed[chunk]; m < S->chunk_fixed[chunk + 1]; ++m) {
+        size_t i = 3 * (size_t)S->fixed_vert[m];
+        for (size_t c = i; c < i + 3; ++c) S->rd[c] = S->fixed[c] ? 0.0 : S->rd[c];
+    }
+    double sum = 0;
+    for (size_t n = 3 * (size_t)begin; n < 3 * (size_t)end; ++n) sum += S->rd[n] * S->rd[n];
+    return sum;
+}

@@ -1,0 +1,275 @@
+// solve_solver.c: the life of a solver: def, work vectors, prescribed degrees of freedom, diagonal blocks.
+#include <math.h>
+#include <string.h>
+
+#include "solve/solve_internal.h"
+
+#define COOKIE 0x50f7e501u
+#define MIN_CHUNK_ROWS 48  // shorter ones cost more in sums than they give in balance
+#define MAX_CHUNKS 128     // every worker adds all partial sums at every iteration
+
+OmSolverDef om_solver_default_def(void) {
+    return (OmSolverDef){.preconditioner = OM_MULTIGRID,
+                         .max_iterations = 200,
+                         .tolerance = 1e-3,
+                         .nworker = 0,
+                         .max_rhs = 1,
+                         .cookie = COOKIE};
+}
+
+static OmStatus check_def(const OmSolverDef* def, const OmBsr* A, const double* x_rest) {
+    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
+             "OmSolverDef was not made by om_solver_default_def");
+    OM_CHECK(A && A->nvert > 0, OM_INVALID, "om_solver_create: the matrix has no rows");
+    OM_CHECK(def->preconditioner >= OM_BLOCK_JACOBI && def->preconditioner <= OM_CHOLESKY,
+             OM_INVALID, "OmSolverDef.preconditioner = %d is none of OmPreconditioner",
+             (int)def->preconditioner);
+    OM_CHECK(def->max_iterations >= 1, OM_INVALID,
+             "OmSolverDef.max_iterations = %d, must be at least 1", def->max_iterations);
+    OM_CHECK(def->tolerance >= 0.0 && def->tolerance < 1.0, OM_INVALID,
+             "OmSolverDef.tolerance = %g, must be in [0, 1)", def->tolerance);
+    OM_CHECK(def->nworker >= 0, OM_INVALID, "OmSolverDef.nworker = %d, must not be negative",
+             def->nworker);
+    OM_CHECK(def->max_rhs >= 1 && def->max_rhs <= 8, OM_INVALID,
+             "OmSolverDef.max_rhs = %d, must be in 1..8", def->max_rhs);
+    if (def->preconditioner != OM_MULTIGRID) return OM_OK;
+    OM_CHECK(x_rest, OM_INVALID, "the multigrid preconditioner needs vertex positions (x_rest)");
+    for (size_t n = 0; n < 3 * (size_t)A->nvert; ++n)
+        OM_CHECK(isfinite(x_rest[n]), OM_INVALID, "position of vertex %d is not finite",
+                 (int)(n / 3));
+    return OM_OK;
+}
+
+// ---- create and destroy -----------------------------------------------------------------------------
+
+// Memory that the solver counts as its own.
+static void* take(OmSolver* S, size_t count, size_t size) {
+    void* p = om_calloc(count, size);
+    if (p) S->memory += count * size;
+    return p;
+}
+
+// Cut the rows into chunks of about equal numbers of blocks.
+static OmStatus cut_chunks(OmSolver* S, const OmBsr* A) {
+    int num = S->nvert / MIN_CHUNK_ROWS;
+    num = num < 1 ? 1 : num > MAX_CHUNKS ? MAX_CHUNKS : num;
+    S->chunks.begin = take(S, (size_t)num + 1, sizeof(int));
+    if (!S->chunks.begin) return OM_NO_MEMORY;
+    S->chunks.num = num;
+    int row = 0;
+    for (int k = 0; k < num; ++k) {
+        int64_t first = (int64_t)A->nblock * k / num;
+        while (row < S->nvert && A->row_adr[row] < first) ++row;
+        S->chunks.begin[k] = row;
+    }
+    S->chunks.begin[num] = S->nvert;
+    return OM_OK;
+}
+
+static OmStatus take_vectors(OmSolver* S) {
+    size_t n = (size_t)S->nvert, num = (size_t)S->chunks.num;
+    S->fixed = take(S, 3 * n, 1);
+    S->fixed_vert = take(S, n, sizeof(int));
+    S->chunk_fixed = take(S, num + 1, sizeof(int));
+    S->xd = take(S, 3 * n, sizeof(double));
+    S->rd = take(S, 3 * n, sizeof(double));
+    if (!S->fixed || !S->fixed_vert || !S->chunk_fixed || !S->xd || !S->rd) return OM_NO_MEMORY;
+    if (S->def.preconditioner == OM_CHOLESKY) return OM_OK;
+    S->free_mask = take(S, 4 * n, sizeof(float));
+    S->dinv = take(S, 9 * n + 3, sizeof(float));
+    S->partial = take(S, 8 * num, sizeof(double));
+    float** vector[] = {&S->x, &S->r, &S->u, &S->w, &S->p, &S->s};
+    for (int k = 0; k < 6; ++k)
+        if (!(*vector[k] = take(S, 4 * n, sizeof(float)))) return OM_NO_MEMORY;
+    return S->free_mask && S->dinv && S->partial ? OM_OK : OM_NO_MEMORY;
+}
+
+OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* x_rest,
+                          OmSolver** solver) {
+    *solver = NULL;
+    OM_TRY(check_def(def, A, x_rest));
+    OmSolver* S = om_calloc(1, sizeof *S);
+    if (!S) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    S->memory = sizeof *S;
+    S->def = *def;
+    S->nvert = A->nvert;
+    S->nblock = A->nblock;
+    OM_TRY_DONE(cut_chunks(S, A));
+    OM_TRY_DONE(take_vectors(S));
+    if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
+    *solver = S;
+done:
+    if (status < 0) om_solver_destroy(S);
+    return status;
+}
+
+void om_solver_destroy(OmSolver* S) {
+    if (!S) return;
+    om__cholesky_destroy(S->cholesky);
+    om_free(S->chunks.begin);
+    om_free(S->fixed);
+    om_free(S->fixed_vert);
+    om_free(S->chunk_fixed);
+    om_free(S->free_mask);
+    om_free(S->dinv);
+    om_free(S->xd);
+    om_free(S->rd);
+    om_free(S->partial);
+    float* vector[] = {S->x, S->r, S->u, S->w, S->p, S->s};
+    for (int k = 0; k < 6; ++k) om_free(vector[k]);
+    om_free(S);
+}
+
+size_t om_solver_memory(const OmSolver* S) { return S->memory; }
+
+// ---- refresh ----------------------------------------------------------------------------------------
+
+void om_solver_set_fixed(OmSolver* S, const unsigned char* fixed) {
+    for (size_t n = 0; n < 3 * (size_t)S->nvert; ++n) S->fixed[n] = fixed && fixed[n] ? 1 : 0;
+    S->is_ready = false;
+    S->nfixed_vert = 0;
+    for (int k = 0; k < S->chunks.num; ++k) {
+        S->chunk_fixed[k] = S->nfixed_vert;
+        for (int i = S->chunks.begin[k]; i < S->chunks.begin[k + 1]; ++i) {
+            const unsigned char* f = S->fixed + 3 * (size_t)i;
+            if (!(f[0] || f[1] || f[2])) continue;
+            if (S->free_mask)
+                for (size_t c = 0; c < 3; ++c)
+                    S->free_mask[4 * (size_t)S->nfixed_vert + c] = f[c] ? 0.0f : 1.0f;
+            S->fixed_vert[S->nfixed_vert++] = i;
+        }
+    }
+    S->chunk_fixed[S->chunks.num] = S->nfixed_vert;
+}
+
+// Inverse of a symmetric block restricted to its free part; zero elsewhere. False unless positive definite.
+static bool invert_block(const float* v, const unsigned char* fixed, float* out) {
+    double a[3][3];
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            a[r][c] = fixed[r] || fixed[c] ? (r == c ? 1.0 : 0.0) : (double)v[3 * c + r];
+    double c00 = a[1][1] * a[2][2] - a[1][2] * a[2][1];
+    double c01 = a[1][2] * a[2][0] - a[1][0] * a[2][2];
+    double c02 = a[1][0] * a[2][1] - a[1][1] * a[2][0];
+    double det = a[0][0] * c00 + a[0][1] * c01 + a[0][2] * c02;
+    double minor = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    bool is_spd = a[0][0] > 0.0 && minor > 0.0 && det > 0.0;
+    double s = is_spd ? 1.0 / det : 0.0;
+    double inv[3][3] = {
+        {c00, c01, c02},
+        {c01, a[0][0] * a[2][2] - a[0][2] * a[2][0], a[0][1] * a[2][0] - a[0][0] * a[2][1]},
+        {c02, a[0][1] * a[2][0] - a[0][0] * a[2][1], minor}};
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            out[3 * c + r] = fixed[r] || fixed[c] ? 0.0f : (float)(s * inv[r][c]);
+    return is_spd;
+}
+
+typedef struct Refresh {
+    OmSolver* S;
+    const OmBsr* A;
+} Refresh;
+
+static void invert_chunk(void* ctx, int begin, int end, int block) {
+    (void)end, (void)block;
+    const Refresh* f = ctx;
+    OmSolver* S = f->S;
+    double bad = 0;  // 1: not positive definite, 2: not finite
+    for (int i = S->chunks.begin[begin]; i < S->chunks.begin[begin + 1]; ++i) {
+        const float* v = f->A->value + 9 * (size_t)f->A->row_adr[i];
+        if (invert_block(v, S->fixed + 3 * (size_t)i, S->dinv + 9 * (size_t)i)) continue;
+        float sum = 0;
+        for (int c = 0; c < 9; ++c) sum += v[c] * 0.0f;
+        bad = fmax(bad, sum == 0.0f ? 1 : 2);
+    }
+    S->partial[begin] = bad;
+}
+
+static OmStatus invert_diagonal(OmSolver* S, const OmBsr* A) {
+    Refresh f = {S, A};
+    om_parallel_for(S->def.nworker, S->chunks.num, 1, invert_chunk, &f);
+    double bad = 0;
+    for (int k = 0; k < S->chunks.num; ++k) bad = fmax(bad, S->partial[k]);
+    OM_CHECK(bad < 2, OM_INVALID, "om_solver_refresh: a diagonal block is not finite");
+    OM_CHECK(bad < 1, OM_NOT_SPD, "om_solver_refresh: a diagonal block is not positive definite");
+    return OM_OK;
+}
+
+OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) {
+    S->is_ready = false;
+    OM_CHECK(
+        A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
+        "om_solver_refresh: the matrix has %d rows and %d blocks, the solver was made for %d and %d",
+        A->nvert, A->nblock, S->nvert, S->nblock);
+    OmStatus status =
+        S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed) : invert_diagonal(S, A);
+    S->is_ready = status == OM_OK;
+    return status;
+}
+
+// ---- solve ------------------------------------------------------------------------------------------
+
+static bool is_finite_system(const OmSolver* S, int nrhs, const double* b, const double* x) {
+    size_t n = 3 * (size_t)S->nvert;
+    for (int k = 0; k < nrhs; ++k)
+        for (size_t i = 0; i < n; ++i)
+            if (!isfinite(x[n * (size_t)k + i]) ||
+                (!S->fixed[i] && !isfinite(b[n * (size_t)k + i])))
+                return false;
+    return true;
+}
+
+static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
+    double sum = 0;
+    for (int k = 0; k < S->chunks.num; ++k)
+        sum += om__residual(S, A, b, S->chunks.begin[k], S->chunks.begin[k + 1], k);
+    return sqrt(sum);
+}
+
+// Right-hand sides, with the prescribed values at the rows of the identity, are solved in place in x.
+static OmStatus solve_direct(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
+                             OmSolveInfo* info) {
+    OM_CHECK(is_finite_system(S, nrhs, b, x), OM_INVALID,
+             "solve: the right-hand side or the first guess is not finite");
+    size_t n = 3 * (size_t)S->nvert;
+    for (int k = 0; k < nrhs; ++k) {
+        double* xk = x + n * (size_t)k;
+        for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? xk[i] : 0.0;
+        serial_residual(S, A, b + n * (size_t)k);
+        for (size_t i = 0; i < n; ++i) xk[i] = S->fixed[i] ? xk[i] : S->rd[i];
+    }
+    OM_TRY(om__cholesky_solve(S->cholesky, nrhs, x));
+    for (int k = 0; k < nrhs; ++k) {
+        const double* xk = x + n * (size_t)k;
+        for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? xk[i] : 0.0;
+        double scale = serial_residual(S, A, b + n * (size_t)k);
+        for (size_t i = 0; i < n; ++i) S->xd[i] = xk[i];
+        double norm = serial_residual(S, A, b + n * (size_t)k);
+        if (scale > 0.0) info->residual = fmax(info->residual, norm / scale);
+    }
+    return OM_OK;
+}
+
+OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
+                         OmSolveInfo* info) {
+    OmSolveInfo worst = {0}, one;
+    if (info) *info = worst;
+    OM_CHECK(S->is_ready, OM_INVALID, "om_solver_solve: the solver was not refreshed");
+    OM_CHECK(A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
+             "om_solver_solve: another matrix than the one of the refresh");
+    OM_CHECK(nrhs >= 1, OM_INVALID, "om_solver_solve: %d right-hand sides", nrhs);
+    size_t n = 3 * (size_t)S->nvert;
+    OmStatus result = OM_OK;
+    for (int k = 0; k < nrhs && !S->cholesky; ++k) {
+        OmStatus status = om__cg_solve(S, A, b + n * (size_t)k, x + n * (size_t)k, &one);
+        OM_TRY(status);
+        if (status == OM_NOT_SPD) return status;
+        if (status != OM_OK) result = status;
+        if (one.iterations > worst.iterations) worst.iterations = one.iterations;
+        worst.residual = fmax(worst.residual, one.residual);
+    }
+    if (S->cholesky) result = solve_direct(S, A, nrhs, b, x, &worst);
+    if (info) *info = worst;
+    return result;
+}
