@@ -1,0 +1,166 @@
+// cli_common.c: options, progress, Ctrl-C, exit codes.
+#include "cli_common.h"
+
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const OmCliOption* find_option(const OmCliArgs* args, const char* word) {
+    for (int i = 0; i < args->noption; ++i) {
+        const OmCliOption* o = &args->option[i];
+        if (strcmp(o->name, word) == 0 || (o->alias && strcmp(o->alias, word) == 0)) return o;
+    }
+    return NULL;
+}
+
+static bool is_option_word(const char* word) {
+    // A negative number is an argument, not an option.
+    return word[0] == '-' && word[1] != 0 && !(word[1] >= '0' && word[1] <= '9') && word[1] != '.';
+}
+
+OmStatus om_cli_check(const OmCliArgs* args, int max_positional, int* npositional) {
+    *npositional = 0;
+    for (int i = 1; i < args->argc; ++i) {
+        const char* word = args->argv[i];
+        if (!is_option_word(word)) {
+            OM_CHECK(++*npositional <= max_positional, OM_INVALID,
+                     "\"%s\" is one argument too many", word);
+            continue;
+        }
+        const OmCliOption* o = find_option(args, word);
+        if (!o) {
+            const char* name[64];
+            int n = args->noption < 64 ? args->noption : 64;
+            for (int k = 0; k < n; ++k) name[k] = args->option[k].name;
+            const char* nearest = om_nearest_word(word, name, n);
+            return nearest
+                       ? om_error(OM_INVALID, "unknown option %s; did you mean %s?", word, nearest)
+                       : om_error(OM_INVALID, "unknown option %s; --help lists them", word);
+        }
+        if (!o->arg) continue;
+        OM_CHECK(i + 1 < args->argc, OM_INVALID, "option %s needs %s", word, o->arg);
+        ++i;
+    }
+    return OM_OK;
+}
+
+// Walks the words as om_cli_check does, and returns the wanted use of an option or positional argument.
+static const char* walk(const OmCliArgs* args, const OmCliOption* wanted, int index) {
+    int seen = 0;
+    const char* last = NULL;
+    for (int i = 1; i < args->argc; ++i) {
+        const char* word = args->argv[i];
+        const OmCliOption* o = is_option_word(word) ? find_option(args, word) : NULL;
+        const char* value = !o ? word : o->arg ? (i + 1 < args->argc ? args->argv[++i] : NULL) : "";
+        if (o != wanted) continue;
+        last = value;
+        if (seen++ == index) return value;
+    }
+    return index < 0 ? last : NULL;
+}
+
+const char* om_cli_get(const OmCliArgs* args, const char* name) {
+    return walk(args, find_option(args, name), -1);
+}
+
+const char* om_cli_get_nth(const OmCliArgs* args, const char* name, int k) {
+    return walk(args, find_option(args, name), k);
+}
+
+const char* om_cli_positional(const OmCliArgs* args, int index) { return walk(args, NULL, index); }
+
+OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, double max,
+                           double* value) {
+    const char* text = om_cli_get(args, name);
+    if (!text) return OM_OK;
+    char* end;
+    double v = strtod(text, &end);
+    OM_CHECK(end != text && *end == 0 && isfinite(v), OM_INVALID,
+             "option %s: \"%s\" is not a number", name, text);
+    OM_CHECK(v >= min && v <= max, OM_INVALID, "option %s: %s is outside its range, %g to %g", name,
+             text, min, max);
+    *value = v;
+    return OM_OK;
+}
+
+OmStatus om_cli_get_int(const OmCliArgs* args, const char* name, int min, int max, int* value) {
+    double v = *value;
+    OM_TRY(om_cli_get_double(args, name, min, max, &v));
+    OM_CHECK(v == floor(v), OM_INVALID, "option %s: %g is not a whole number", name, v);
+    *value = (int)v;
+    return OM_OK;
+}
+
+void om_cli_print_options(const OmCliArgs* args) {
+    printf("\nOptions:\n");
+    for (int i = 0; i < args->noption; ++i) {
+        const OmCliOption* o = &args->option[i];
+        char left[80];
+        snprintf(left, sizeof left, "%s%s%s%s%s", o->name, o->alias ? ", " : "",
+                 o->alias ? o->alias : "", o->arg ? " " : "", o->arg ? o->arg : "");
+        printf("  %-26s %s\n", left, o->help);
+    }
+}
+
+// ---- progress and Ctrl-C -----------------------------------------------------------------------------------
+
+static volatile sig_atomic_t is_interrupted;
+static OmProgressBar bar;
+static bool is_bar_quiet;
+
+static void on_signal(int number) {
+    (void)number;
+    if (is_interrupted) _exit(OM_EXIT_CANCELLED);  // asked twice: at once
+    is_interrupted = 1;
+}
+
+static bool report_progress(void* ctx, const char* stage, double done, double total) {
+    (void)ctx;
+    if (!is_bar_quiet) om_progress_bar_draw(&bar, stage, done, total);
+    return !is_interrupted;
+}
+
+const OmProgress* om_cli_progress(bool is_quiet) {
+    static const OmProgress progress = {report_progress, NULL};
+    is_bar_quiet = is_quiet;
+    om_progress_bar_init(&bar, stderr);
+    struct sigaction action = {.sa_handler = on_signal};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    return &progress;
+}
+
+void om_cli_progress_done(void) {
+    if (bar.out) om_progress_bar_done(&bar);
+}
+
+bool om_cli_is_interrupted(void) { return is_interrupted != 0; }
+
+int om_cli_fail(const char* verb, OmStatus status) {
+    om_cli_progress_done();
+    if (status == OM_CANCELLED) {
+        fprintf(stderr, "omentum %s: %s; nothing was written\n", verb, om_error_message());
+        return OM_EXIT_CANCELLED;
+    }
+    const char* message = om_error_message();
+    fprintf(stderr, "omentum %s: %s\n", verb, message[0] ? message : om_status_text(status));
+    return OM_EXIT_ERROR;
+}
+
+OmStatus om_cli_share_path(const char* name, char* out, size_t size) {
+    char exe[1024], dir[1024];
+    ssize_t n = readlink("/proc/self/exe", exe, sizeof exe - 1);
+    exe[n > 0 ? n : 0] = 0;
+    OM_TRY(om_path_dir(exe, dir, sizeof dir));
+    const char* place[] = {"../share/omentum", "../../..", "../../../..",
+                           "."};  // installed, build tree
+    for (size_t i = 0; i < sizeof place / sizeof *place; ++i) {
+        char base[2048];
+        OM_TRY(om_path_join(dir, place[i], base, sizeof base));
+        OM_TRY(om_path_join(base, name, out, size));
+        if (om_path_exists(out)) return OM_OK;
+    }
+    return om_error(OM_IO, "%s is not installed beside %s", name, exe);
+}
