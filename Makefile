@@ -1,0 +1,57 @@
+# omentum: the commands a person types. `make help` lists them.
+# Everything is built under build/, nothing outside the checkout is written except by setup and install.
+SHELL := /bin/bash
+PREFIX ?= /usr/local
+DESTDIR ?=
+JOBS ?= $(shell nproc)
+FUZZ_SECONDS ?= 300
+
+RELEASE := build/release
+CLI := $(RELEASE)/bin/omentum
+export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
+
+.PHONY: help setup configure build demo check slow bench install format fuzz tidy clean
+.DEFAULT_GOAL := help
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1|\2/p' Makefile | \
+	    while IFS='|' read -r cmd what; do printf '%-16s %s\n' "$$cmd" "$$what"; done
+
+setup: ## install the missing packages of packages.txt
+	@tools/setup.sh packages.txt
+
+configure: setup
+	@test -f $(RELEASE)/build.ninja || cmake --preset release -G Ninja
+
+build: configure ## build the optimised library and the program
+	@cmake --build $(RELEASE)
+
+demo: build ## expose a tumour under a tissue sheet; report in out/demo
+	@$(CLI) demo -o out/demo
+
+check: setup ## format, layers, tests, sanitizers, install, samples, demo
+	@tools/check.sh
+
+slow: build ## the tests that take minutes
+	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
+
+bench: build ## timings, one JSON object a line
+	@$(RELEASE)/bin/omentum_bench
+
+install: build ## install into PREFIX (default /usr/local), below DESTDIR
+	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"
+
+format: setup ## rewrite the C files in the project's format
+	@tools/list_c.sh | xargs -0 clang-format -i
+
+tidy: ## clang-tidy over the library (needs clang-tidy)
+	@tools/setup.sh packages.txt tools/packages_clang.txt
+	@cmake --preset release -G Ninja -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+	@find src -name '*.c' -print0 | xargs -0 -P $(JOBS) -n 1 clang-tidy --quiet -p $(RELEASE)
+
+fuzz: ## every parser for FUZZ_SECONDS (default 300), with line coverage (needs clang)
+	@tools/setup.sh packages.txt tools/packages_clang.txt
+	@tools/fuzz.sh $(FUZZ_SECONDS)
+
+clean: ## remove what was built
+	@rm -rf build out

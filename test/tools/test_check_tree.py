@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""Each rule of tools/check_tree.py meets a tree that breaks it, and a tree that keeps it."""
+import pathlib
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import check_tree  # noqa: E402
+
+CLEAN = {
+    "CMakeLists.txt": "set(OM_ROOMS base math shape tissue fem scene)\n",
+    "include/omentum/base.h": "#include <stdio.h>\nint om_base(void);\n",
+    "include/omentum/vec.h": '#include "omentum/base.h"\n',
+    "include/omentum/shape_sdf.h": '#include "omentum/base.h"\n',
+    "src/base/base_alloc.c": "void* om_alloc(int n) {\n    return malloc(n);\n}\n",
+    "src/shape/shape_sdf.c": '#include <yaml.h>\n#include "omentum/shape_sdf.h"\n',
+    "src/fem/fem_internal.h": '#include "omentum/tissue.h"\n',
+    "src/fem/fem_step.c": '#include "fem/fem_internal.h"\n#include "omentum/shape_sdf.h"\n',
+    "src/cli/cli_main.c": '#include "omentum/omentum.h"\nint main(void) {\n    printf("x");\n}\n',
+    "test/fem/test_fem_step.c": "int main(void) {\n    return 0;\n}\n",
+}
+
+
+class Rules(unittest.TestCase):
+    def check(self, changes):
+        """The errors of the clean tree with some files changed, added, or (None) left out."""
+        with tempfile.TemporaryDirectory() as root:
+            for name, text in {**CLEAN, **changes}.items():
+                path = pathlib.Path(root, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            self.tree = check_tree.Tree(root)
+            self.tree.check()
+            return self.tree.errors
+
+    def assert_breaks(self, changes, where, why):
+        errors = self.check(changes)
+        self.assertEqual(len(errors), 1, errors)
+        self.assertIn(where, errors[0])
+        self.assertIn(why, errors[0])
+
+    def test_clean(self):
+        self.assertEqual(self.check({}), [])
+
+    def test_arrow_up(self):
+        self.assert_breaks({"src/shape/shape_a.c": 'int a;\n#include "omentum/scene_yaml.h"\n'},
+                           "src/shape/shape_a.c:2", "shape (floor 1) uses scene (floor 4)")
+
+    def test_arrow_up_in_a_public_header(self):
+        self.assert_breaks({"include/omentum/shape_a.h": '#include "omentum/tissue.h"\n'},
+                           "include/omentum/shape_a.h:1", "runs up")
+
+    def test_same_floor(self):
+        self.assert_breaks({"src/fem/fem_a.c": '#include "omentum/robot.h"\n'}, "fem_a.c:1", "same floor 2")
+        self.assert_breaks({"src/tissue/tissue_a.c": '#include "omentum/fem.h"\n'}, "tissue_a.c:1", "same floor 2")
+
+    def test_private_header_of_another_room(self):
+        self.assert_breaks({"src/scene/scene_a.c": '#include "fem/fem_internal.h"\n'}, "scene_a.c:1", "private")
+
+    def test_program_uses_public_headers(self):
+        self.assert_breaks({"src/cli/cli_a.c": '#include "fem/fem_internal.h"\n'}, "cli_a.c:1", "public headers only")
+
+    def test_everything_at_once_is_for_users(self):
+        self.assert_breaks({"src/fem/fem_a.c": '#include "omentum/omentum.h"\n'}, "fem_a.c:1", "for users")
+
+    def test_include_without_its_folder(self):
+        self.assert_breaks({"src/fem/fem_a.c": '#include "fem_internal.h"\n'}, "fem_a.c:1", "write the folder")
+
+    def test_unknown_room(self):
+        errors = self.check({"src/magic/magic_a.c": "int a;\n"})
+        self.assertTrue(any("no floor" in e for e in errors), errors)
+        self.assertTrue(any("not in OM_ROOMS" in e for e in errors), errors)
+
+    def test_third_party_header_twice(self):
+        self.assert_breaks({"src/shape/shape_a.c": "#include <yaml.h>\n"}, "shape_a.c", "included by 2 files")
+
+    def test_third_party_header_in_a_header(self):
+        self.assert_breaks({"include/omentum/fem.h": "#include <cholmod.h>\n"}, "fem.h", "bind it in one .c file")
+
+    def test_third_party_header_once_in_each_room(self):
+        self.assertEqual(self.check({"src/scene/scene_a.c": "#include <yaml.h>\n"}), [])
+
+    def test_order_of_rooms(self):
+        self.assert_breaks({"CMakeLists.txt": "set(OM_ROOMS base shape math tissue fem scene)\n"},
+                           "CMakeLists.txt", "shape before math")
+
+    def test_places(self):
+        for text, what in [("int a(void) {\n    printf(\"x\");\n}\n", "printing"),
+                           ("int a(void) {\n    fprintf(stderr, \"x\");\n}\n", "printing"),
+                           ("int a(void) {\n    exit(1);\n}\n", "ending"),
+                           ("void* a(void) {\n    return malloc(1);\n}\n", "allocation"),
+                           ("int a(void) {\n#pragma omp parallel\n}\n", "threads")]:
+            self.assert_breaks({"src/fem/fem_a.c": text}, "fem_a.c:2", what)
+
+    def test_places_in_comments_and_strings(self):
+        text = "// printf(\"x\")\n/* exit(1);\n malloc(2) */\nconst char* a = \"abort()\";\n" \
+               "int b(void) {\n    return snprintf(0, 0, \"x\");\n}\n"
+        self.assertEqual(self.check({"src/fem/fem_a.c": text}), [])
+
+    def test_function_length(self):
+        def function(lines):
+            return "static int a;\n\nint long_one(int x,\n             int y) {\n" + \
+                "    a = '{';\n" * (lines - 3) + "}\n\nint next(void) {\n}\n"
+        self.assertEqual(self.check({"src/fem/fem_a.c": function(100)}), [])
+        self.assertEqual(self.tree.warnings, [])
+        self.assertEqual(self.check({"src/fem/fem_a.c": function(150)}), [])
+        self.assertIn("src/fem/fem_a.c:3: long_one has 150 lines", self.tree.warnings[0])
+        self.assert_breaks({"src/fem/fem_a.c": function(151)}, "fem_a.c:3", "long_one has 151 lines")
+
+    def test_tables_are_not_functions(self):
+        text = "static const struct {\n    int a;\n} table[] = {\n" + "    {1},\n" * 300 + "};\n" \
+               "typedef struct A {\n" + "    int (*f)(int);\n" * 200 + "} A;\n"
+        self.assertEqual(self.check({"src/fem/fem_a.c": text}), [])
+
+    def test_file_length(self):
+        self.assert_breaks({"src/fem/fem_a.c": "\n" * 1001}, "fem_a.c", "1001 lines")
+        self.assert_breaks({"include/omentum/fem.h": "\n" * 601}, "fem.h", "601 lines")
+        self.assert_breaks({"samples/01_box.c": "\n" * 151}, "01_box.c", "151 lines")
+
+    def test_width(self):
+        self.assert_breaks({"src/fem/fem_a.c": "// " + "x" * 118 + "\n"}, "fem_a.c:1", "121 columns")
+
+    def test_unique_names(self):
+        self.assert_breaks({"bench/fem_step.c": ""}, "fem_step.c", "unique")
+
+    def test_names_say_the_room(self):
+        self.assert_breaks({"src/fem/energy.c": ""}, "src/fem/energy.c", "fem_topic")
+        self.assert_breaks({"test/fem/test_energy.c": ""}, "test/fem/test_energy.c", "test_fem_topic")
+
+
+if __name__ == "__main__":
+    unittest.main()

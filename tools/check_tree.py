@@ -1,0 +1,264 @@
+#!/usr/bin/env python3
+"""The rules of the source tree that a compiler does not know.
+
+    tools/check_tree.py [ROOT]     exit 0 and a line of counts, or one line per violation and exit 1
+
+Layers: each room has a floor; a file includes headers of lower floors only, besides the few arrows
+inside a floor listed below. Third-party headers, threads, the allocator and standard output each have
+their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
+"""
+import collections
+import pathlib
+import re
+import sys
+
+FLOORS = [
+    ["base", "math"],
+    ["image", "shape", "solve"],
+    ["tissue", "fem", "pbd", "robot", "nn", "report"],
+    ["contact", "sense", "match"],
+    ["scene", "world"],
+    ["umesh", "banet", "calibrate", "plan"],
+    ["defras", "rl"],
+    ["study"],
+    ["cli", "view"],
+]
+FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+
+# Arrows inside a floor, each with its reason. There is no way back along any of them.
+SIDEWAYS = {
+    ("math", "base"): "everything reports errors and allocates through base",
+    ("shape", "image"): "a surface or a mesh is made from a volume",
+    ("fem", "tissue"): "an engine implements the interface",
+    ("pbd", "tissue"): "an engine implements the interface",
+    ("world", "scene"): "a world is built from a scene",
+}
+
+EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
+
+C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h
+math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h
+stdnoreturn.h string.h tgmath.h threads.h time.h uchar.h wchar.h wctype.h
+dirent.h fcntl.h fnmatch.h glob.h libgen.h poll.h pthread.h sched.h strings.h termios.h unistd.h
+sys/ioctl.h sys/mman.h sys/resource.h sys/stat.h sys/statvfs.h sys/time.h sys/types.h sys/wait.h
+immintrin.h arm_neon.h""".split())
+
+MAX_FUNCTION, LONG_FUNCTION, MAX_C_FILE, MAX_PUBLIC_HEADER, MAX_SAMPLE = 150, 100, 1000, 600, 150
+MAX_COLUMN = 120  # the formatter holds code to 100; this catches comments it does not wrap
+
+# What a library must not do, and the files that may.
+ONLY_IN = [
+    (r"#\s*pragma\s+omp\b|\bpthread_create\s*\(", "threads", {"base_parallel.c"}),
+    (r"\b(?:malloc|calloc|realloc|aligned_alloc|posix_memalign|strdup|strndup)\s*\(", "allocation",
+     {"base_alloc.c"}),
+    (r"\b(?:printf|vprintf|puts|putchar)\s*\(|\bf(?:printf|puts|write)\s*\([^;]*\bstd(?:out|err)\b",
+     "printing", {"base_status.c", "base_log.c"}),
+    (r"\b(?:exit|_exit|_Exit|abort|longjmp)\s*\(", "ending the program", {"base_status.c"}),
+]
+
+
+def blank(match):
+    """Replace a comment by nothing and a literal by an empty one; keep the line count."""
+    text = match.group(0)
+    if text.startswith("/"):
+        return " " + "\n" * text.count("\n")
+    return text[0] + text[0]
+
+
+def strip_comments(text):
+    pattern = r"//(?:\\\n|[^\n])*|/\*.*?\*/|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'"
+    return re.sub(pattern, blank, text, flags=re.S)
+
+
+def functions(stripped):
+    """Yield (name, first line, last line) of every function definition."""
+    depth, head, head_line, current = 0, "", 0, None
+    continued = False
+    for number, line in enumerate(stripped.split("\n"), 1):
+        directive = continued or line.lstrip().startswith("#")
+        continued = directive and line.endswith("\\")
+        if directive or line.strip() in ('extern "" {', "extern '' {"):
+            continue
+        for char in line:
+            if depth == 0 and char in ";}":
+                head = ""
+            elif char == "{":
+                if depth == 0:
+                    name = re.search(r"(\w+)\s*\(", head)
+                    is_type = re.match(r"\s*(typedef|struct|enum|union)\b[^(]*$", head)
+                    current = name and not is_type and "=" not in head and (name.group(1), head_line)
+                depth += 1
+            elif char == "}":
+                depth = max(0, depth - 1)
+                if depth == 0:
+                    if current:
+                        yield current[0], current[1], number
+                    head, current = "", None
+            elif depth == 0:
+                if not head.strip() and not char.isspace():
+                    head_line = number
+                head += char
+        head += "\n" if depth == 0 else ""
+
+
+class Tree:
+    def __init__(self, root):
+        self.root = pathlib.Path(root)
+        self.errors, self.warnings = [], []
+        folders = ("include", "src", "test", "bench", "fuzz", "samples")
+        self.files = sorted(p for f in folders for p in (self.root / f).rglob("*.[ch]"))
+        self.text = {p: p.read_text(encoding="utf-8") for p in self.files}
+        self.stripped = {p: strip_comments(t) for p, t in self.text.items()}
+
+    def error(self, path, line, why):
+        where = f"{path.relative_to(self.root)}:{line}" if line else f"{path.relative_to(self.root)}"
+        self.errors.append(f"{where}: {why}")
+
+    def room_of(self, path):
+        """The room a file belongs to, or None outside the library."""
+        part = path.relative_to(self.root).parts
+        if part[0] == "src":
+            return part[1]
+        return self.header_room(path.name) if part[0] == "include" else None
+
+    @staticmethod
+    def header_room(name):
+        """omentum/shape_sdf.h belongs to shape; vec.h is the public header of math."""
+        stem = name[:-2]
+        return "math" if stem == "vec" else stem.split("_")[0]
+
+    def includes(self, path):
+        for number, line in enumerate(self.text[path].split("\n"), 1):
+            found = re.match(r'\s*#\s*include\s+(["<])([^">]+)[">]', line)
+            if found:
+                yield number, found.group(1) == "<", found.group(2)
+
+    def check_layers(self):
+        third_party = collections.defaultdict(set)
+        for path in self.files:
+            room = self.room_of(path)
+            if room is None or path.name == "omentum.h":
+                continue
+            if room not in FLOOR:
+                self.error(path, 0, f"room {room} has no floor: add it to FLOORS in tools/check_tree.py")
+                continue
+            for number, angled, name in self.includes(path):
+                if angled:
+                    if name not in C_HEADERS:
+                        third_party[room, name].add(path)
+                else:
+                    self.check_arrow(path, number, room, name)
+        for (room, name), paths in sorted(third_party.items()):
+            for path in sorted(paths):
+                if path.suffix == ".h":
+                    self.error(path, 0, f"<{name}> in a header: bind it in one .c file")
+            if len(paths) > 1:
+                names = ", ".join(sorted(p.name for p in paths))
+                self.error(min(paths), 0, f"<{name}> is included by {len(paths)} files of room {room}: {names}")
+
+    def check_arrow(self, path, number, room, name):
+        public = name.startswith("omentum/")
+        used = self.header_room(name.split("/")[-1]) if public else name.split("/")[0]
+        if "/" not in name:
+            self.error(path, number, f'"{name}": write the folder too, as "{room}/{name}"')
+        elif used == "omentum" and room != "cli":
+            self.error(path, number, "omentum.h is for users; include the headers that are needed")
+        elif used == "omentum" or name == EVERYWHERE:
+            pass
+        elif used not in FLOOR:
+            self.error(path, number, f'"{name}" belongs to no room')
+        elif room == "cli" and not public and used != "cli":
+            self.error(path, number, f"the program uses public headers only, not {name}")
+        elif used == room:
+            pass
+        elif not public:
+            self.error(path, number, f"{name} is private to room {used}")
+        elif FLOOR[used] > FLOOR[room]:
+            self.error(path, number, f"{room} (floor {FLOOR[room]}) uses {used} (floor {FLOOR[used]}): "
+                       "an arrow that runs up")
+        elif FLOOR[used] == FLOOR[room] and (room, used) not in SIDEWAYS:
+            self.error(path, number, f"{room} uses {used} of the same floor {FLOOR[room]}")
+
+    def check_room_order(self):
+        """OM_ROOMS of the root CMakeLists.txt never goes down a floor, and names every room there is."""
+        path = self.root / "CMakeLists.txt"
+        found = re.search(r"set\(OM_ROOMS\s+([^)]*)\)", path.read_text(encoding="utf-8"))
+        if not found:
+            self.error(path, 0, "no set(OM_ROOMS ...)")
+            return
+        rooms = found.group(1).split()
+        for below, above in zip(rooms, rooms[1:]):
+            if FLOOR.get(below, 0) > FLOOR.get(above, 99):
+                self.error(path, 0, f"OM_ROOMS has {below} before {above}, which is on a lower floor")
+        for folder in sorted(p for p in (self.root / "src").iterdir() if p.is_dir()):
+            if folder.name not in rooms + ["cli", "view"]:
+                self.error(folder, 0, "this room is not in OM_ROOMS")
+
+    def check_places(self):
+        for path in self.files:
+            room = self.room_of(path)
+            if room in (None, "cli") or path.suffix == ".h" and "include" in path.parts:
+                continue
+            for number, line in enumerate(self.stripped[path].split("\n"), 1):
+                for pattern, what, allowed in ONLY_IN:
+                    if path.name not in allowed and re.search(pattern, line):
+                        self.error(path, number, f"{what} belongs to {', '.join(sorted(allowed))}: {line.strip()}")
+
+    def check_sizes(self):
+        for path in self.files:
+            lines = self.text[path].count("\n")
+            part = path.relative_to(self.root).parts
+            limit = MAX_SAMPLE if part[0] == "samples" else MAX_C_FILE if path.suffix == ".c" else \
+                MAX_PUBLIC_HEADER if part[0] == "include" else MAX_C_FILE
+            if lines > limit:
+                self.error(path, 0, f"{lines} lines, the limit is {limit}")
+            for number, line in enumerate(self.text[path].split("\n"), 1):
+                if len(line) > MAX_COLUMN:
+                    self.error(path, number, f"{len(line)} columns, the limit is {MAX_COLUMN}")
+            for name, first, last in functions(self.stripped[path]):
+                length = last - first + 1
+                where = f"{path.relative_to(self.root)}:{first}"
+                if length > MAX_FUNCTION:
+                    self.error(path, first, f"{name} has {length} lines, the limit is {MAX_FUNCTION}")
+                elif length > LONG_FUNCTION:
+                    self.warnings.append(f"{where}: {name} has {length} lines; over {LONG_FUNCTION} needs a reason")
+
+    def check_names(self):
+        by_name = collections.defaultdict(list)
+        for path in self.files:
+            by_name[path.name].append(path)
+            part = path.relative_to(self.root).parts
+            stem = path.stem
+            if part[0] == "src" and stem != part[1] and not stem.startswith(part[1] + "_"):
+                self.error(path, 0, f"a file of room {part[1]} is called {part[1]}_topic")
+            if part[0] == "test" and len(part) == 3 and path.suffix == ".c" and part[1] in FLOOR and \
+                    not stem.startswith(f"test_{part[1]}"):
+                self.error(path, 0, f"a test of room {part[1]} is called test_{part[1]}_topic.c")
+        for name, paths in sorted(by_name.items()):
+            if len(paths) > 1:
+                where = ", ".join(str(p.relative_to(self.root)) for p in paths)
+                self.errors.append(f"{where}: file names are unique in the tree")
+
+    def check(self):
+        self.check_layers()
+        self.check_room_order()
+        self.check_places()
+        self.check_sizes()
+        self.check_names()
+        return not self.errors
+
+
+def main():
+    root = sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent
+    tree = Tree(root)
+    good = tree.check()
+    for line in tree.warnings:
+        print(f"note: {line}")
+    for line in tree.errors:
+        print(line)
+    print(f"{len(tree.files)} C files, {len(tree.errors)} violations")
+    sys.exit(0 if good else 1)
+
+
+if __name__ == "__main__":
+    main()
