@@ -40,6 +40,10 @@ function(om_finish_library)
     endif()
     add_library(omentum SHARED $<TARGET_OBJECTS:omentum_objects>)
     set_target_properties(omentum PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+    target_link_options(omentum PRIVATE -Wl,--as-needed)
+    if(NOT OM_SANITIZE)
+        target_link_options(omentum PRIVATE -Wl,--no-undefined)
+    endif()
     add_library(omentum_static STATIC $<TARGET_OBJECTS:omentum_objects>)
     foreach(lib omentum omentum_static)
         target_include_directories(${lib} PUBLIC
@@ -60,4 +64,15 @@ function(om_test name file)
         set(ARG_TIMEOUT 120)
     endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_RETURN_CODE 77)
+endfunction()
+
+# om_program(TARGET NAME files...): build/<preset>/bin/NAME on the shared library's public headers. It finds
+# the library beside it in the build tree, and in ../lib once installed, wherever that is.
+function(om_program target name)
+    add_executable(${target} ${ARGN})
+    target_link_libraries(${target} PRIVATE omentum om_flags m)
+    target_compile_definitions(${target} PRIVATE OM_VERSION="${PROJECT_VERSION}")
+    file(RELATIVE_PATH up /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+    set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name}
+        RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin INSTALL_RPATH "$ORIGIN/${up}")
 endfunction()

@@ -1,0 +1,55 @@
+#!/bin/bash
+# test_install.sh BUILD_DIR CC: install into a folder made for it, then use what is there as a user would.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+build=$1 cc=$2
+tmp=$(mktemp -d)
+trap 'rm -rf "$tmp"' EXIT
+fail() { echo "test_install: $1" >&2; exit 1; }
+
+cmake --install "$build" --prefix "$tmp/first" > "$tmp/install.log" || fail "$(cat "$tmp/install.log")"
+mv "$tmp/first" "$tmp/prefix"  # an installed tree can be moved
+lib=$(dirname "$(find "$tmp/prefix" -name libomentum.so)")
+[ -d "$lib" ] || fail "no libomentum.so"
+! grep -rqF "$build" "$tmp/prefix" || fail "the build folder is named in $(grep -rlF "$build" "$tmp/prefix")"
+
+# The library has a versioned name, and only om_ names leave it.
+readelf -d "$lib/libomentum.so" | grep -q 'SONAME.*libomentum\.so\.[0-9]' || fail "no SONAME"
+foreign=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep -v '^om_' || true)
+[ -z "$foreign" ] || fail "exported besides om_*: $foreign"
+private=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep '^om__' || true)
+[ -z "$private" ] || fail "private names exported: $private"
+
+# Every installed header compiles alone, as C17 and as C++, without any other include path.
+for header in "$tmp"/prefix/include/omentum/*.h; do
+    for lang in "c -std=c17" "c++ -std=c++17"; do
+        echo "#include \"omentum/$(basename "$header")\"" |
+            $cc -x $lang -Wall -Werror -fsyntax-only -I "$tmp/prefix/include" - ||
+            fail "$(basename "$header") alone as $lang"
+    done
+done
+
+# By pkg-config.
+export PKG_CONFIG_PATH=$lib/pkgconfig
+mkdir "$tmp/one" "$tmp/two"
+# shellcheck disable=SC2046
+$cc -std=c17 -Wall -Werror "$here/consumer/consumer.c" -o "$tmp/one/consumer" \
+    $(pkg-config --cflags --libs omentum) -lm "-Wl,-rpath,$lib"
+(cd "$tmp/one" && ./consumer && grep -q '^mean 0\.' mean.txt) || fail "the program built by pkg-config"
+
+# By CMake.
+cmake -S "$here/consumer" -B "$tmp/two/build" -DCMAKE_PREFIX_PATH="$tmp/prefix" -DCMAKE_C_COMPILER="$cc" \
+    > "$tmp/cmake.log" 2>&1 && cmake --build "$tmp/two/build" >> "$tmp/cmake.log" 2>&1 ||
+    fail "$(cat "$tmp/cmake.log")"
+(cd "$tmp/two" && build/consumer) || fail "the program built by CMake"
+
+# The program, from its new place, with nothing of the checkout in reach.
+cli=$tmp/prefix/bin/omentum
+if [ -x "$build/bin/omentum" ]; then
+    cd "$tmp"
+    env -i PATH=/usr/bin:/bin "$cli" --version | grep -q '^omentum [0-9]' || fail "omentum --version"
+    env -i PATH=/usr/bin:/bin "$cli" --help | grep -q retract || fail "omentum --help"
+    ! env -i PATH=/usr/bin:/bin "$cli" nonsense 2> "$tmp/err" || fail "an unknown verb succeeded"
+    [ -s "$tmp/err" ] || fail "an unknown verb without a word"
+fi
+echo "test_install: passed"
