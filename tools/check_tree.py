@@ -35,6 +35,7 @@ SIDEWAYS = {
 }
 
 EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
+WITHIN = {"base/base_multiversion.h"}  # macros for the library's own files, not for users
 
 C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h
 math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h
@@ -159,11 +160,13 @@ class Tree:
     def check_arrow(self, path, number, room, name):
         public = name.startswith("omentum/")
         used = self.header_room(name.split("/")[-1]) if public else name.split("/")[0]
-        if "/" not in name:
+        if "/" not in name and (path.parent / name).is_file():
+            pass  # beside it, in the same room
+        elif "/" not in name:
             self.error(path, number, f'"{name}": write the folder too, as "{room}/{name}"')
         elif used == "omentum" and room != "cli":
             self.error(path, number, "omentum.h is for users; include the headers that are needed")
-        elif used == "omentum" or name == EVERYWHERE:
+        elif used == "omentum" or name == EVERYWHERE or name in WITHIN:
             pass
         elif used not in FLOOR:
             self.error(path, number, f'"{name}" belongs to no room')
