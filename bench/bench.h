@@ -1,0 +1,36 @@
+// bench.h: how a room adds benchmarks: a function here, a row in the table of bench_main.c.
+#ifndef OMENTUM_BENCH_H
+#define OMENTUM_BENCH_H
+
+#include "omentum/omentum.h"
+
+typedef struct BenchOptions {
+    int nworker;    // threads, from --workers
+    int nrun;       // repetitions of each measurement, from --runs
+    bool is_quick;  // small sizes only, from --quick
+} BenchOptions;
+
+typedef struct BenchRow {  // one line of output; zero and null fields are left out
+    const char* bench;     // name of the table's row
+    const char* scene;     // what was computed on
+    const char* work;      // what was computed
+    int64_t size;          // elements, frames, states ...
+    int nworker, steps, nrun;
+    double min_ms, median_ms;     // of one step, over the runs
+    const char* reference;        // what the ratio compares with
+    double reference_ms;          // its time; printed with ratio = reference_ms / min_ms
+    double iterations, residual;  // means over the steps, worst over the steps
+    double bytes_per_element;
+    uint64_t hash;  // of the final state
+} BenchRow;
+
+typedef OmStatus (*BenchFn)(const BenchOptions* options);
+
+/// Print the row as one JSON object a line.
+OmStatus bench_print(const BenchRow* row);
+/// Least and median of n times in s, as ms; sorts them.
+void bench_times(double* time, int n, BenchRow* row);
+
+OmStatus bench_solve(const BenchOptions* options);  // bench_solve.c
+
+#endif

@@ -1,0 +1,102 @@
+// bench_main.c: omentum_bench [--workers N] [--runs N] [--quick] [--list] [NAME ...]
+//
+// Runs the benchmarks whose names begin with one of NAMEs (all without any) and prints one JSON object a
+// line: scene, workers, steps, least and median time of N runs in ms, ratio to its reference, state hash.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+
+static const struct {
+    const char* name;
+    BenchFn fn;
+} bench_table[] = {
+    {"solve", bench_solve},
+};
+#define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
+
+OmStatus bench_print(const BenchRow* row) {
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "bench", row->bench);
+    om_json_string(&json, "scene", row->scene);
+    om_json_string(&json, "work", row->work);
+    if (row->size) om_json_integer(&json, "size", row->size);
+    om_json_integer(&json, "workers", row->nworker);
+    om_json_integer(&json, "steps", row->steps);
+    om_json_integer(&json, "runs", row->nrun);
+    om_json_number(&json, "min_ms", row->min_ms);
+    om_json_number(&json, "median_ms", row->median_ms);
+    if (row->reference) {
+        om_json_string(&json, "reference", row->reference);
+        om_json_number(&json, "reference_ms", row->reference_ms);
+        om_json_number(&json, "ratio", row->min_ms > 0 ? row->reference_ms / row->min_ms : 0);
+    }
+    if (row->iterations > 0) om_json_number(&json, "iterations", row->iterations);
+    if (row->residual > 0) om_json_number(&json, "residual", row->residual);
+    if (row->bytes_per_element > 0)
+        om_json_number(&json, "bytes_per_element", row->bytes_per_element);
+    char hash[32];
+    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)row->hash);
+    if (row->hash) om_json_string(&json, "hash", hash);
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    if (status == OM_OK) {
+        for (char* c = text.str; *c; ++c) *c = *c == '\n' ? ' ' : *c;
+        puts(text.str);
+        fflush(stdout);
+    }
+    om_text_done(&text);
+    return status;
+}
+
+static int compare_doubles(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return (x > y) - (x < y);
+}
+
+void bench_times(double* time, int n, BenchRow* row) {
+    qsort(time, (size_t)n, sizeof *time, compare_doubles);
+    row->nrun = n;
+    row->min_ms = 1e3 * time[0];
+    row->median_ms = 1e3 * (n % 2 ? time[n / 2] : 0.5 * (time[n / 2 - 1] + time[n / 2]));
+}
+
+static bool is_wanted(const char* name, int nname, char** names) {
+    for (int k = 0; k < nname; ++k)
+        if (strncmp(name, names[k], strlen(names[k])) == 0) return true;
+    return nname == 0;
+}
+
+int main(int argc, char** argv) {
+    BenchOptions options = {.nworker = om_worker_count(0), .nrun = 5};
+    int arg = 1;
+    for (; arg < argc && argv[arg][0] == '-'; ++arg) {
+        if (strcmp(argv[arg], "--quick") == 0) {
+            options.is_quick = true;
+        } else if (strcmp(argv[arg], "--workers") == 0 && arg + 1 < argc) {
+            options.nworker = om_worker_count(atoi(argv[++arg]));
+        } else if (strcmp(argv[arg], "--runs") == 0 && arg + 1 < argc) {
+            options.nrun = atoi(argv[++arg]);
+        } else if (strcmp(argv[arg], "--list") == 0) {
+            for (int k = 0; k < NBENCH; ++k) puts(bench_table[k].name);
+            return 0;
+        } else {
+            fprintf(stderr, "usage: omentum_bench [--workers N] [--runs N] [--quick] [--list] "
+                            "[NAME ...]\n");
+            return 2;
+        }
+    }
+    if (options.nrun < 1) options.nrun = 1;
+    int failed = 0;
+    for (int k = 0; k < NBENCH; ++k) {
+        if (!is_wanted(bench_table[k].name, argc - arg, argv + arg)) continue;
+        OmStatus status = bench_table[k].fn(&options);
+        if (status >= 0) continue;
+        fprintf(stderr, "%s: %s\n", bench_table[k].name, om_error_message());
+        failed = 1;
+    }
+    return failed;
+}
