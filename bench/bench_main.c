@@ -44,8 +44,13 @@ OmStatus bench_print(const BenchRow* row) {
     om_json_close(&json, '}');
     OmStatus status = om_json_end(&json);
     if (status == OM_OK) {
-        for (char* c = text.str; *c; ++c) *c = *c == '\n' ? ' ' : *c;
-        puts(text.str);
+        for (const char* c = text.str; *c; ++c) {  // without line breaks and indentation
+            if (*c != '\n')
+                putchar(*c);
+            else
+                while (c[1] == ' ') ++c;
+        }
+        putchar('\n');
         fflush(stdout);
     }
     om_text_done(&text);
