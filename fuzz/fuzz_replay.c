@@ -1,0 +1,69 @@
+// fuzz_replay.c: a fuzz target without a fuzzer: every file of the corpus folders given, each of them cut
+// short at many places, and each with bytes changed at random (counter-based, so every run is the same).
+#include <dirent.h>
+#include <sys/stat.h>
+
+#include "fuzz_common.h"
+
+enum { NCUT = 40, NDAMAGE = 100, MAX_FILE = 1 << 20 };
+
+static int replay_file(const char* path, uint64_t index) {
+    static uint8_t data[MAX_FILE];
+    FILE* file = fopen(path, "rb");
+    if (!file) return 1;
+    size_t size = fread(data, 1, sizeof data, file);
+    fclose(file);
+
+    // Copies of the exact size, so that a sanitizer sees one byte too far.
+    uint8_t* copy = malloc(size ? size : 1);
+    if (!copy) return 1;
+    memcpy(copy, data, size);
+    LLVMFuzzerTestOneInput(copy, size);
+    free(copy);
+    for (int i = 0; i < NCUT && size; ++i) {
+        size_t cut = size * (size_t)i / NCUT;
+        copy = malloc(cut ? cut : 1);
+        if (!copy) return 1;
+        memcpy(copy, data, cut);
+        LLVMFuzzerTestOneInput(copy, cut);
+        free(copy);
+    }
+    for (int i = 0; i < NDAMAGE && size; ++i) {
+        OmRng rng = om_rng_init(index, (uint64_t)i);
+        copy = malloc(size);
+        if (!copy) return 1;
+        memcpy(copy, data, size);
+        for (uint32_t k = 0; k <= om_rng_below(&rng, 4); ++k)
+            copy[om_rng_below(&rng, (uint32_t)size)] = (uint8_t)om_rng_u32(&rng);
+        LLVMFuzzerTestOneInput(copy, size);
+        free(copy);
+    }
+    return 0;
+}
+
+static int compare_names(const struct dirent** a, const struct dirent** b) {
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
+int main(int argc, char** argv) {
+    int nfile = 0;
+    for (int i = 1; i < argc; ++i) {
+        struct dirent** entry = NULL;
+        int n = scandir(argv[i], &entry, NULL, compare_names);
+        for (int k = 0; k < n; ++k) {
+            char path[4096];
+            struct stat st;
+            snprintf(path, sizeof path, "%s/%s", argv[i], entry[k]->d_name);
+            free(entry[k]);
+            if (stat(path, &st) != 0 || !S_ISREG(st.st_mode)) continue;
+            if (replay_file(path, (uint64_t)nfile) != 0) {
+                fprintf(stderr, "%s cannot be read\n", path);
+                return 1;
+            }
+            ++nfile;
+        }
+        free(entry);
+    }
+    printf("%d files, each whole, cut at %d places and damaged %d times\n", nfile, NCUT, NDAMAGE);
+    return nfile > 0 ? 0 : 1;
+}
