@@ -1,0 +1,520 @@
+// image_nrrd.c: NRRD volumes, attached (.nrrd) and detached (.nhdr), raw, gzip or text.
+//
+// The header is lines "field: value" up to an empty line. Fields that place the voxels in space are
+// used, the descriptive ones passed over; a field that we do not know is an error only if it could
+// change the meaning (an encoding, a type). Axes whose direction is "none" are not of space: the first
+// entry of one such axis is read. Positions are turned from LPS or LAS to RAS.
+//
+// Reference: teem.sourceforge.net/nrrd/format.html (definition of NRRD0001 to NRRD0005).
+#include <limits.h>
+#include <string.h>
+
+#include "image/image_internal.h"
+
+#define MAX_AXIS 16
+#define LINE_SIZE 1024
+
+typedef enum Encoding { ENCODING_NONE, ENCODING_RAW, ENCODING_GZIP, ENCODING_TEXT } Encoding;
+
+typedef struct Header {
+    int naxis;  // 0: not stated yet
+    int64_t size[MAX_AXIS];
+    bool has_type, has_endian, has_size, is_big_endian;
+    OmVoxelType type;
+    Encoding encoding;
+    bool has_space;      // a named space or a space dimension
+    double flip[3];      // of each space coordinate, to RAS
+    double unit[3];      // m
+    bool has_direction;  // "space directions"
+    bool is_space[MAX_AXIS];
+    OmVec3 direction[MAX_AXIS];
+    OmVec3 origin;
+    bool has_spacing;
+    double spacing[MAX_AXIS];  // NaN: not stated
+    int64_t line_skip, byte_skip;
+    char file[LINE_SIZE];  // of detached data, "" if attached
+} Header;
+
+// ---- words of a value -------------------------------------------------------------------------------
+
+static const char* skip_blank(const char* p) {
+    while (*p == ' ' || *p == '\t') p++;
+    return p;
+}
+
+static bool read_number(const char** p, double* v) {
+    *p = skip_blank(*p);
+    return om_number_parse(p, *p + strlen(*p), v);
+}
+
+static OmStatus read_integer(const char* field, const char** p, int64_t* v) {
+    *p = skip_blank(*p);
+    OM_CHECK(om_integer_parse(p, *p + strlen(*p), v), OM_INVALID,
+             "field \"%s\": a whole number is wanted at \"%.40s\"", field, *p);
+    return OM_OK;
+}
+
+// "(x,y,z)"
+static OmStatus read_vector(const char* field, const char** p, OmVec3* v) {
+    double c[3];
+    const char* q = skip_blank(*p);
+    bool is_good = *q++ == '(';
+    for (int a = 0; is_good && a < 3; a++) {
+        is_good = read_number(&q, &c[a]);
+        q = skip_blank(q);
+        is_good = is_good && *q++ == (a < 2 ? ',' : ')');
+    }
+    OM_CHECK(is_good, OM_INVALID, "field \"%s\": a vector (x,y,z) is wanted at \"%.40s\"", field,
+             *p);
+    *p = q;
+    *v = om_vec3(c[0], c[1], c[2]);
+    return OM_OK;
+}
+
+static OmStatus need_dimension(const Header* h, const char* field) {
+    OM_CHECK(h->naxis > 0, OM_INVALID, "field \"%s\" stands before \"dimension\"", field);
+    return OM_OK;
+}
+
+// ---- fields -----------------------------------------------------------------------------------------
+
+static OmStatus set_type(Header* h, const char* value) {
+    static const struct {
+        const char* name;
+        OmVoxelType type;
+    } table[] = {
+        {"signed char", OM_VOXEL_I8},
+        {"int8", OM_VOXEL_I8},
+        {"int8_t", OM_VOXEL_I8},
+        {"uchar", OM_VOXEL_U8},
+        {"unsigned char", OM_VOXEL_U8},
+        {"uint8", OM_VOXEL_U8},
+        {"uint8_t", OM_VOXEL_U8},
+        {"short", OM_VOXEL_I16},
+        {"short int", OM_VOXEL_I16},
+        {"signed short", OM_VOXEL_I16},
+        {"signed short int", OM_VOXEL_I16},
+        {"int16", OM_VOXEL_I16},
+        {"int16_t", OM_VOXEL_I16},
+        {"ushort", OM_VOXEL_U16},
+        {"unsigned short", OM_VOXEL_U16},
+        {"unsigned short int", OM_VOXEL_U16},
+        {"uint16", OM_VOXEL_U16},
+        {"uint16_t", OM_VOXEL_U16},
+        {"int", OM_VOXEL_I32},
+        {"signed int", OM_VOXEL_I32},
+        {"int32", OM_VOXEL_I32},
+        {"int32_t", OM_VOXEL_I32},
+        {"uint", OM_VOXEL_U32},
+        {"unsigned int", OM_VOXEL_U32},
+        {"uint32", OM_VOXEL_U32},
+        {"uint32_t", OM_VOXEL_U32},
+        {"longlong", OM_VOXEL_I64},
+        {"long long", OM_VOXEL_I64},
+        {"long long int", OM_VOXEL_I64},
+        {"signed long long", OM_VOXEL_I64},
+        {"int64", OM_VOXEL_I64},
+        {"int64_t", OM_VOXEL_I64},
+        {"ulonglong", OM_VOXEL_U64},
+        {"unsigned long long", OM_VOXEL_U64},
+        {"unsigned long long int", OM_VOXEL_U64},
+        {"uint64", OM_VOXEL_U64},
+        {"uint64_t", OM_VOXEL_U64},
+        {"float", OM_VOXEL_F32},
+        {"double", OM_VOXEL_F64},
+        {"signed long long int", OM_VOXEL_I64},
+    };
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        if (strcmp(value, table[i].name) != 0) continue;
+        h->type = table[i].type;
+        h->has_type = true;
+        return OM_OK;
+    }
+    return om_error(OM_INVALID, "field \"type\": \"%.40s\" is not read", value);
+}
+
+static OmStatus set_encoding(Header* h, const char* value) {
+    if (strcmp(value, "raw") == 0) {
+        h->encoding = ENCODING_RAW;
+    } else if (strcmp(value, "gzip") == 0 || strcmp(value, "gz") == 0) {
+        h->encoding = ENCODING_GZIP;
+    } else if (strcmp(value, "ascii") == 0 || strcmp(value, "txt") == 0 ||
+               strcmp(value, "text") == 0) {
+        h->encoding = ENCODING_TEXT;
+    } else {
+        return om_error(OM_INVALID,
+                        "field \"encoding\": \"%.40s\" is not read; raw, gzip and ascii are "
+                        "(convert with: unu save -f nrrd -e gzip)",
+                        value);
+    }
+    return OM_OK;
+}
+
+static OmStatus set_dimension(Header* h, const char* value) {
+    int64_t n;
+    OM_TRY(read_integer("dimension", &value, &n));
+    OM_CHECK(n >= 3 && n <= MAX_AXIS, OM_INVALID,
+             "field \"dimension\": %lld axes; a volume has 3 (at most %d are read)", (long long)n,
+             MAX_AXIS);
+    h->naxis = (int)n;
+    return OM_OK;
+}
+
+static OmStatus set_sizes(Header* h, const char* value) {
+    OM_TRY(need_dimension(h, "sizes"));
+    for (int a = 0; a < h->naxis; a++) {
+        OM_TRY(read_integer("sizes", &value, &h->size[a]));
+        OM_CHECK(h->size[a] > 0 && h->size[a] <= INT_MAX, OM_INVALID,
+                 "field \"sizes\": %lld entries along axis %d", (long long)h->size[a], a);
+    }
+    h->has_size = true;
+    return OM_OK;
+}
+
+static OmStatus set_space(Header* h, const char* value) {
+    static const struct {
+        const char *name, *short_name;
+        double flip_x, flip_y;
+    } table[] = {{"right-anterior-superior", "RAS", 1, 1},
+                 {"left-anterior-superior", "LAS", -1, 1},
+                 {"left-posterior-superior", "LPS", -1, -1}};
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        if (strcmp(value, table[i].name) != 0 && strcmp(value, table[i].short_name) != 0) continue;
+        h->flip[0] = table[i].flip_x;
+        h->flip[1] = table[i].flip_y;
+        h->has_space = true;
+        return OM_OK;
+    }
+    bool is_free = strcmp(value, "scanner-xyz") == 0 || strcmp(value, "3D-right-handed") == 0 ||
+                   strcmp(value, "3D-left-handed") == 0;
+    OM_CHECK(is_free, OM_INVALID,
+             "field \"space\": \"%.40s\" is not read; RAS, LAS and LPS of three dimensions are",
+             value);
+    om_log(OM_LOG_WARNING, "space \"%s\" says nothing about the patient: taken as RAS", value);
+    h->has_space = true;
+    return OM_OK;
+}
+
+static OmStatus set_space_dimension(Header* h, const char* value) {
+    int64_t n;
+    OM_TRY(read_integer("space dimension", &value, &n));
+    OM_CHECK(n == 3, OM_INVALID, "field \"space dimension\": %lld, a volume lives in 3",
+             (long long)n);
+    h->has_space = true;
+    om_log(OM_LOG_WARNING, "the space has no name: taken as right-anterior-superior");
+    return OM_OK;
+}
+
+static OmStatus set_directions(Header* h, const char* value) {
+    OM_TRY(need_dimension(h, "space directions"));
+    for (int a = 0; a < h->naxis; a++) {
+        value = skip_blank(value);
+        h->is_space[a] = strncmp(value, "none", 4) != 0;
+        if (h->is_space[a])
+            OM_TRY(read_vector("space directions", &value, &h->direction[a]));
+        else
+            value += 4;
+    }
+    h->has_direction = true;
+    return OM_OK;
+}
+
+static OmStatus set_spacings(Header* h, const char* value) {
+    OM_TRY(need_dimension(h, "spacings"));
+    for (int a = 0; a < h->naxis; a++) {
+        OM_CHECK(read_number(&value, &h->spacing[a]), OM_INVALID,
+                 "field \"spacings\": %d numbers are wanted", h->naxis);
+    }
+    h->has_spacing = true;
+    return OM_OK;
+}
+
+// "mm" "mm" "mm", of the axes of space
+static OmStatus set_space_units(Header* h, const char* value) {
+    static const struct {
+        const char* name;
+        double unit;
+    } table[] = {{"mm", 1e-3}, {"m", 1},      {"cm", 1e-2},         {"um", 1e-6},
+                 {"", 1e-3},   {"???", 1e-3}, {"millimeter", 1e-3}, {"millimeters", 1e-3}};
+    for (int a = 0; a < 3; a++) {
+        value = skip_blank(value);
+        const char* close = *value == '"' ? strchr(value + 1, '"') : NULL;
+        OM_CHECK(close, OM_INVALID, "field \"space units\": three quoted words are wanted");
+        size_t len = (size_t)(close - value) - 1;
+        bool is_known = false;
+        for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+            if (strlen(table[i].name) != len || strncmp(value + 1, table[i].name, len) != 0)
+                continue;
+            h->unit[a] = table[i].unit;
+            is_known = true;
+        }
+        OM_CHECK(is_known, OM_INVALID,
+                 "field \"space units\": \"%.*s\" is not read; m, cm, mm and um are",
+                 len < 40 ? (int)len : 40, value + 1);
+        value = close + 1;
+    }
+    return OM_OK;
+}
+
+static OmStatus set_data_file(Header* h, const char* value) {
+    bool is_many = strncmp(value, "LIST", 4) == 0 || strchr(value, '%');
+    OM_CHECK(!is_many && value[0], OM_INVALID,
+             "field \"data file\": lists and patterns of files are not read (join them with: unu "
+             "save -f nrrd)");
+    memcpy(h->file, value, strlen(value) + 1);  // a value is shorter than a line
+    return OM_OK;
+}
+
+static OmStatus set_endian(Header* h, const char* value) {
+    bool is_big = strcmp(value, "big") == 0;
+    OM_CHECK(is_big || strcmp(value, "little") == 0, OM_INVALID,
+             "field \"endian\": \"%.40s\" is neither little nor big", value);
+    h->is_big_endian = is_big;
+    h->has_endian = true;
+    return OM_OK;
+}
+
+static OmStatus set_skip(const char* field, const char* value, int64_t least, int64_t* out) {
+    OM_TRY(read_integer(field, &value, out));
+    OM_CHECK(*out >= least, OM_INVALID, "field \"%s\": %lld is too small", field, (long long)*out);
+    return OM_OK;
+}
+
+static OmStatus set_field(Header* h, const char* field, const char* value) {
+    if (strcmp(field, "type") == 0) return set_type(h, value);
+    if (strcmp(field, "encoding") == 0) return set_encoding(h, value);
+    if (strcmp(field, "dimension") == 0) return set_dimension(h, value);
+    if (strcmp(field, "sizes") == 0) return set_sizes(h, value);
+    if (strcmp(field, "space") == 0) return set_space(h, value);
+    if (strcmp(field, "space dimension") == 0) return set_space_dimension(h, value);
+    if (strcmp(field, "space directions") == 0) return set_directions(h, value);
+    if (strcmp(field, "space origin") == 0) return read_vector(field, &value, &h->origin);
+    if (strcmp(field, "space units") == 0) return set_space_units(h, value);
+    if (strcmp(field, "spacings") == 0) return set_spacings(h, value);
+    if (strcmp(field, "endian") == 0) return set_endian(h, value);
+    if (strcmp(field, "data file") == 0 || strcmp(field, "datafile") == 0)
+        return set_data_file(h, value);
+    if (strcmp(field, "line skip") == 0 || strcmp(field, "lineskip") == 0)
+        return set_skip(field, value, 0, &h->line_skip);
+    if (strcmp(field, "byte skip") == 0 || strcmp(field, "byteskip") == 0)
+        return set_skip(field, value, -1, &h->byte_skip);
+    return OM_OK;  // descriptive: content, kinds, centers, labels, measurement frame, old min ...
+}
+
+// ---- the header -------------------------------------------------------------------------------------
+
+static OmStatus parse_line(Header* h, char* line) {
+    char* p = line;
+    while (*p && *p != ':') p++;
+    if (line[0] == '#' || (p[0] == ':' && p[1] == '=')) return OM_OK;  // a comment, a key and value
+    OM_CHECK(p[0] == ':' && p[1] == ' ', OM_INVALID, "\"field: value\" is wanted, not \"%.40s\"",
+             line);
+    *p = 0;
+    char* value = p + 2;
+    value += strspn(value, " \t");
+    size_t len = strlen(value);
+    while (len > 0 && (value[len - 1] == ' ' || value[len - 1] == '\t')) value[--len] = 0;
+    return set_field(h, line, value);
+}
+
+// Read lines until an empty one or the end; *body becomes the position behind it.
+static OmStatus parse_header(const char* data, size_t size, Header* h, size_t* body) {
+    char line[LINE_SIZE];
+    size_t at = 0;
+    for (int number = 1; at < size; number++) {
+        const char* end = memchr(data + at, '\n', size - at);
+        size_t len = end ? (size_t)(end - (data + at)) : size - at;
+        size_t next = end ? at + len + 1 : size;
+        if (len > 0 && data[at + len - 1] == '\r') len--;
+        OM_CHECK(len < sizeof line && !memchr(data + at, 0, len), OM_INVALID,
+                 "line %d of the header is no text of at most %d letters", number, LINE_SIZE - 1);
+        memcpy(line, data + at, len);
+        line[len] = 0;
+        at = next;
+        if (len == 0) break;
+        if (number == 1) {
+            OM_CHECK(strncmp(line, "NRRD000", 7) == 0 && line[7] >= '1' && line[7] <= '5' &&
+                         !line[8],
+                     OM_INVALID, "not an NRRD file: the first line must be NRRD0001 to NRRD0005");
+            continue;
+        }
+        OmStatus status = parse_line(h, line);
+        if (status < 0) return om_error_prefix(status, "line %d", number);
+    }
+    *body = at;
+    return OM_OK;
+}
+
+static OmStatus check_header(const Header* h) {
+    OM_CHECK(h->naxis > 0, OM_INVALID, "the field \"dimension\" is missing");
+    OM_CHECK(h->has_size, OM_INVALID, "the field \"sizes\" is missing");
+    OM_CHECK(h->has_type, OM_INVALID, "the field \"type\" is missing");
+    OM_CHECK(h->encoding != ENCODING_NONE, OM_INVALID, "the field \"encoding\" is missing");
+    OM_CHECK(h->has_endian || h->encoding == ENCODING_TEXT || om__voxel_size(h->type) == 1,
+             OM_INVALID, "the field \"endian\" is missing: add \"endian: little\" or \"big\"");
+    OM_CHECK(!h->has_direction || h->has_space, OM_INVALID,
+             "\"space directions\" without \"space\": add \"space: right-anterior-superior\" or "
+             "what it is");
+    return OM_OK;
+}
+
+// ---- axes ---------------------------------------------------------------------------------------------
+
+// The three axes of space, and what to skip of the one other axis with more than one entry.
+static OmStatus find_axes(const Header* h, int axis[3], OmVoxelLayout* layout) {
+    int nspace = 0, other = -1;
+    for (int a = 0; a < h->naxis; a++) {
+        bool is_space = h->has_direction ? h->is_space[a]
+                        : h->has_spacing ? isfinite(h->spacing[a])
+                                         : a < 3;
+        if (!h->has_direction && h->naxis == 3) is_space = true;
+        if (is_space) {
+            OM_CHECK(nspace < 3, OM_INVALID, "more than three axes are of space");
+            axis[nspace++] = a;
+        } else if (h->size[a] > 1) {
+            OM_CHECK(other < 0, OM_INVALID,
+                     "axes %d and %d are both not of space: one at most is read", other, a);
+            other = a;
+        }
+    }
+    OM_CHECK(nspace == 3, OM_INVALID, "%d axes are of space, a volume has three", nspace);
+    if (other < 0) return OM_OK;
+    om_log(OM_LOG_INFO, "axis %d is not of space: the first of %lld entries is read", other,
+           (long long)h->size[other]);
+    layout->nbefore = 1;
+    for (int a = 0; a < other; a++) layout->nbefore *= (uint64_t)h->size[a];
+    layout->nskip = (uint64_t)h->size[other] - 1;
+    return OM_OK;
+}
+
+static void set_transform(const Header* h, const int axis[3], OmVolume* volume) {
+    OmVec3 to_ras =
+        om_vec3(h->flip[0] * h->unit[0], h->flip[1] * h->unit[1], h->flip[2] * h->unit[2]);
+    OmVec3 step[3];
+    for (int a = 0; a < 3; a++) {
+        double spacing = h->has_spacing && isfinite(h->spacing[axis[a]]) ? h->spacing[axis[a]] : 1;
+        step[a] = h->has_direction
+                      ? h->direction[axis[a]]
+                      : om_vec3(a == 0 ? spacing : 0, a == 1 ? spacing : 0, a == 2 ? spacing : 0);
+        step[a] = om_vec3(step[a].x * to_ras.x, step[a].y * to_ras.y, step[a].z * to_ras.z);
+    }
+    if (!h->has_direction) {
+        om_log(OM_LOG_WARNING,
+               "no \"space directions\": orientation and position are unknown, the %s used",
+               h->has_spacing ? "spacings alone are" : "voxel size of 1 mm is");
+    }
+    volume->axis = om_mat3_cols(step[0], step[1], step[2]);
+    volume->origin =
+        om_vec3(h->origin.x * to_ras.x, h->origin.y * to_ras.y, h->origin.z * to_ras.z);
+}
+
+// ---- the voxels ---------------------------------------------------------------------------------------
+
+static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
+                          const OmVoxelLayout* layout) {
+    const char *p = data, *end = data + size;
+    size_t count = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2];
+    size_t run = layout->nskip ? (size_t)layout->nbefore : count;
+    uint64_t skip = 0;
+    for (size_t n = 0, in_run = 0; n < count;) {
+        while (p < end && (*p == ' ' || *p == '\n' || *p == '\r' || *p == '\t' || *p == ',')) p++;
+        double v;
+        OM_CHECK(p < end, OM_INVALID, "the text ends after %zu of %zu voxels", n, count);
+        OM_CHECK(om_number_parse(&p, end, &v), OM_INVALID, "voxel %zu is no number", n);
+        if (skip > 0) {
+            skip--;
+            continue;
+        }
+        bool fits = v >= -(double)3.4028234e38f && v <= (double)3.4028234e38f;
+        volume->value[n++] = fits ? (float)v : HUGE_VALF;
+        if (++in_run == run) {
+            in_run = 0;
+            skip = layout->nskip * run;
+        }
+    }
+    return OM_OK;
+}
+
+static OmStatus skip_lines(const char** data, size_t* size, int64_t nline) {
+    for (int64_t i = 0; i < nline; i++) {
+        const char* end = memchr(*data, '\n', *size);
+        OM_CHECK(end, OM_INVALID, "field \"line skip\": the data have only %lld lines",
+                 (long long)i);
+        *size -= (size_t)(end - *data) + 1;
+        *data = end + 1;
+    }
+    return OM_OK;
+}
+
+static OmStatus read_stored(const Header* h, const OmVoxelLayout* layout, uint64_t total,
+                            const char* data, size_t size, OmVolume* volume) {
+    bool is_gzip = h->encoding == ENCODING_GZIP;
+    OmSource src;
+    OM_TRY(om__source_open(&src, data, size, is_gzip));
+    OmStatus status = OM_OK;
+    uint64_t skip = h->byte_skip > 0 ? (uint64_t)h->byte_skip : 0;
+    if (h->byte_skip < 0) {  // the voxels are the last bytes of the file
+        OM_CHECK_DONE(!is_gzip && total <= size, OM_INVALID,
+                      "field \"byte skip\": -1 wants raw data of %llu bytes, there are %zu",
+                      (unsigned long long)total, size);
+        skip = size - total;
+    }
+    OM_TRY_DONE(om__source_skip(&src, skip));
+    status = om__volume_read_binary(volume, &src, layout);
+done:
+    om__source_done(&src);
+    return status;
+}
+
+static OmStatus read_voxels(const Header* h, const char* data, size_t size, OmVolume* volume) {
+    OmVoxelLayout layout = {.type = h->type, .slope = 1};
+    layout.is_swapped = h->has_endian && h->is_big_endian == om__is_little_endian();
+    int axis[3] = {0, 1, 2};
+    OM_TRY(find_axes(h, axis, &layout));
+    OM_TRY(skip_lines(&data, &size, h->line_skip));
+    // what the whole file must hold, the skipped entries too
+    uint64_t per_voxel = h->encoding == ENCODING_TEXT ? 1 : om__voxel_size(h->type);
+    uint64_t bound = h->encoding == ENCODING_GZIP ? ((uint64_t)size + 64) * OM_GZIP_RATIO : size;
+    int64_t dim[3] = {h->size[axis[0]], h->size[axis[1]], h->size[axis[2]]};
+    OM_TRY(om__volume_alloc(volume, dim, per_voxel, bound));
+    set_transform(h, axis, volume);
+    uint64_t count = (uint64_t)dim[0] * (uint64_t)dim[1] * (uint64_t)dim[2];
+    uint64_t total = count * per_voxel;
+    OM_CHECK(layout.nskip < bound / total, OM_INVALID,
+             "the header states %llu bytes, the file can hold at most %llu",
+             (unsigned long long)total, (unsigned long long)bound);
+    total *= layout.nskip + 1;
+    if (h->encoding == ENCODING_TEXT)
+        OM_TRY(read_text(volume, data, size, &layout));
+    else
+        OM_TRY(read_stored(h, &layout, total, data, size, volume));
+    return om__volume_finish(volume);
+}
+
+static OmStatus read_detached(const Header* h, const char* path, OmVolume* volume) {
+    OM_CHECK(path, OM_INVALID,
+             "field \"data file\": the header wants its voxels from another file");
+    char dir[1024], file[2048];
+    char* data = NULL;
+    size_t size = 0;
+    OM_TRY(om_path_dir(path, dir, sizeof dir));
+    OM_TRY(om_path_join(dir, h->file, file, sizeof file));
+    OM_TRY(om_file_read(file, OM_VOLUME_FILE_MAX, &data, &size));
+    OmStatus status = read_voxels(h, data, size, volume);
+    om_free(data);
+    return status < 0 ? om_error_prefix(status, "%s", file) : status;
+}
+
+OmStatus om__nrrd_parse(const void* data, size_t size, const char* path, OmVolume* volume) {
+    Header h = {.flip = {1, 1, 1}, .unit = {1e-3, 1e-3, 1e-3}};
+    size_t body = 0;
+    memset(volume, 0, sizeof *volume);
+    OmStatus status = parse_header(data, size, &h, &body);
+    if (status == OM_OK) status = check_header(&h);
+    if (status == OM_OK) {
+        status = h.file[0] ? read_detached(&h, path, volume)
+                           : read_voxels(&h, (const char*)data + body, size - body, volume);
+    }
+    if (status < 0) om_volume_done(volume);
+    return status;
+}

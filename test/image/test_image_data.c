@@ -1,0 +1,153 @@
+// Volumes of real patients against the facts of their README; skipped where the data are not.
+#include "test_common.h"
+
+#include "omentum/image.h"
+
+static const char* data_dir;
+
+typedef struct Region {  // voxels of one label
+    int count;
+    OmVec3 centroid;  // mm
+} Region;
+
+static Region region_of(const OmVolume* v, float lo, float hi) {
+    Region r = {0, {0, 0, 0}};
+    double si = 0, sj = 0, sk = 0;
+    size_t n = 0;
+    for (int k = 0; k < v->dim[2]; k++) {
+        for (int j = 0; j < v->dim[1]; j++) {
+            for (int i = 0; i < v->dim[0]; i++, n++) {
+                if (!(v->value[n] >= lo && v->value[n] <= hi)) continue;
+                r.count++;
+                si += i;
+                sj += j;
+                sk += k;
+            }
+        }
+    }
+    if (r.count == 0) return r;
+    OmVec3 mean = om_vec3(si / r.count, sj / r.count, sk / r.count);
+    r.centroid = om_scale(1000, om_add(v->origin, om_mat3_apply(v->axis, mean)));
+    return r;
+}
+
+static void load(const char* name, OmVolume* volume) {
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s", data_dir, name);
+    assert_ok(om_volume_load(path, volume));
+}
+
+static void test_ct_organs_lie_where_they_should(void** unused) {
+    (void)unused;
+    static const struct {
+        const char* name;
+        int count;
+        OmVec3 centroid;
+    } organ[] = {{"spleen", 9630, {-113.21, 122.52, 148.71}},
+                 {"kidney_right", 3996, {64.46, 125.16, 118.18}},
+                 {"kidney_left", 3676, {-76.29, 122.01, 122.35}},
+                 {"gallbladder", 1349, {65.30, 211.65, 116.79}},
+                 {"liver", 39350, {64.00, 185.53, 149.98}}};
+    static const int label[] = {1, 2, 3, 4, 5};
+    OmVolume all;
+    load("ct_abdomen/labels.nii.gz", &all);
+    assert_int_equal(all.dim[0], 122);
+    assert_int_equal(all.dim[2], 30);
+    for (int o = 0; o < 5; o++) {
+        char name[64];
+        OmVolume mask;
+        snprintf(name, sizeof name, "ct_abdomen/organs/%s.nii.gz", organ[o].name);
+        load(name, &mask);
+        Region a = region_of(&mask, 1, 1), b = region_of(&all, (float)label[o], (float)label[o]);
+        assert_int_equal(a.count, organ[o].count);
+        assert_int_equal(b.count, organ[o].count);
+        assert_near(om_distance(a.centroid, organ[o].centroid), 0, 0.01);  // the README's digits
+        assert_near(om_distance(b.centroid, organ[o].centroid), 0, 0.01);
+        om_volume_done(&mask);
+    }
+    om_volume_done(&all);
+}
+
+static void test_mr_axes_are_negative(void** unused) {
+    (void)unused;
+    OmVolume v;
+    load("mr_abdomen/labels.nii.gz", &v);
+    assert_int_equal(v.dim[0], 117);
+    assert_below(v.axis.cx.x, 0);
+    assert_below(v.axis.cy.y, 0);
+    assert_near(om_norm(v.axis.cz), 3e-3, 1e-6);
+    assert_int_equal(region_of(&v, 5, 5).count, 18480);  // liver
+    om_volume_done(&v);
+}
+
+static void test_breast_nrrd(void** unused) {
+    (void)unused;
+    static const char* const name[] = {"breast_victre/p_1.nhdr", "breast_victre/pc_1.nhdr"};
+    static const double volume_mm3[] = {257618, 256225};
+    static const OmVec3 nipple[] = {{60.85, 0.09, -16.76}, {66.54, -1.61, -0.94}};
+    for (int f = 0; f < 2; f++) {
+        OmVolume v;
+        double start = om_clock_now();
+        load(name[f], &v);
+        printf("%s: %d x %d x %d in %.2f s\n", name[f], v.dim[0], v.dim[1], v.dim[2],
+               om_clock_now() - start);
+        Region tissue = region_of(&v, 1, 255), paddle = region_of(&v, 50, 50);
+        assert_near((tissue.count - paddle.count) * 0.008, volume_mm3[f], 1);
+        // the README takes the origin for a corner of the first voxel, NRRD for its centre
+        OmVec3 half = om_vec3(0.1, 0.1, 0.1);
+        OmVec3 centroid = om_add(region_of(&v, 33, 33).centroid, half);
+        assert_near(om_distance(centroid, nipple[f]), 0, 0.02);
+        om_volume_done(&v);
+    }
+}
+
+// Values of nibabel 5.4 for the same files.
+static void test_corner_cases(void** unused) {
+    (void)unused;
+    static const struct {
+        const char* name;
+        int dim[3];
+        double sum, mean_voxel[3];  // of the first volume; centre of the grid, mm
+    } file[] = {
+        {"anatomical.nii", {33, 41, 25}, 284166082, {0, 0, 8}},
+        {"example4d.nii.gz", {128, 96, 24}, 50994397, {-9.144897, 53.93978, 33.071}},
+        {"example_nifti2.nii.gz", {32, 20, 12}, 3461748, {86.8551, -18.92809, 7.762624}},
+        {"functional.nii", {17, 21, 3}, 3883746.552, {0, 0, 8}},
+        {"reoriented_anat_moved.nii", {21, 26, 22}, 32739769.45, {4.702103, 2.022415, 14.40059}},
+        {"resampled_anat_moved.nii", {17, 21, 3}, 7749957.099, {0, 0, 8}},
+    };
+    for (size_t f = 0; f < sizeof file / sizeof file[0]; f++) {
+        char name[128];
+        OmVolume v;
+        snprintf(name, sizeof name, "nifti_corner_cases/%s", file[f].name);
+        load(name, &v);
+        size_t count = 1;
+        for (int a = 0; a < 3; a++) {
+            assert_int_equal(v.dim[a], file[f].dim[a]);
+            count *= (size_t)v.dim[a];
+        }
+        double sum = 0;
+        for (size_t i = 0; i < count; i++) sum += (double)v.value[i];
+        assert_near_rel(sum, file[f].sum, 1e-6);  // voxels are rounded to float
+        OmVec3 mid = om_vec3(0.5 * (v.dim[0] - 1), 0.5 * (v.dim[1] - 1), 0.5 * (v.dim[2] - 1));
+        OmVec3 centre = om_scale(1000, om_add(v.origin, om_mat3_apply(v.axis, mid)));
+        const double* c = file[f].mean_voxel;
+        assert_near(om_distance(centre, om_vec3(c[0], c[1], c[2])), 0, 1e-3);  // float headers
+        om_volume_done(&v);
+    }
+}
+
+int main(void) {
+    data_dir = test_data_dir();
+    if (!data_dir) {
+        printf("no data folder (OM_DATA, ../shared/data): skipped\n");
+        return SKIP_TEST_CODE;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ct_organs_lie_where_they_should),
+        cmocka_unit_test(test_mr_axes_are_negative),
+        cmocka_unit_test(test_breast_nrrd),
+        cmocka_unit_test(test_corner_cases),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
