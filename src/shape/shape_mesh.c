@@ -3,13 +3,13 @@
 // A boundary face is one that a single element owns. Faces are chained by their smallest vertex, so
 // finding the partner of a face looks at a dozen others and needs no sorting; faces keep the order of
 // their elements, so the result does not depend on anything but the mesh.
-#include "omentum/shape.h"
+#include "shape/shape_internal.h"
 
 #include <limits.h>
 #include <string.h>
 
-// The faces of a positive element, each counter-clockwise seen from outside.
-static const int face_corner[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+const int om__face_corner[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+const int om__face_opposite[4] = {3, 2, 0, 1};
 
 OmStatus om_surface_init(OmSurface* surface, int nvert, int ntri) {
     memset(surface, 0, sizeof *surface);
@@ -197,7 +197,7 @@ OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, OmTetMesh
 
 static void face_of(const OmTetMesh* mesh, int face, int vert[3]) {
     const int* tet = &mesh->tet_vert[4 * (size_t)(face / 4)];
-    for (int c = 0; c < 3; c++) vert[c] = tet[face_corner[face % 4][c]];
+    for (int c = 0; c < 3; c++) vert[c] = tet[om__face_corner[face % 4][c]];
 }
 
 static void sort_three(int v[3]) {
@@ -212,35 +212,31 @@ static void sort_three(int v[3]) {
     }
 }
 
-// is_boundary[face] for the 4 ntet faces; OM_INVALID if three elements share one.
-static OmStatus mark_boundary(const OmTetMesh* mesh, unsigned char* is_boundary, int* nboundary) {
+OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor) {
     OmStatus status = OM_OK;
-    int nface = 4 * mesh->ntet;
     int *head = NULL, *next = NULL;
+    OM_CHECK(mesh->ntet <= INT_MAX / 4, OM_INVALID, "%d tetrahedra are too many", mesh->ntet);
+    int nface = 4 * mesh->ntet;
     OM_ALLOC_DONE(head, mesh->nvert);
     OM_ALLOC_DONE(next, nface);
     for (int v = 0; v < mesh->nvert; v++) head[v] = -1;
-    *nboundary = 0;
     for (int f = 0; f < nface; f++) {
-        int v[3], w[3];
+        int v[3], w[3], partner = -1;
         face_of(mesh, f, v);
         sort_three(v);
-        int partner = head[v[0]], nsame = 0;
         for (int g = head[v[0]]; g >= 0; g = next[g]) {
             face_of(mesh, g, w);
             sort_three(w);
-            if (v[1] == w[1] && v[2] == w[2]) {
-                partner = g;
-                nsame++;
-            }
+            if (v[1] != w[1] || v[2] != w[2]) continue;
+            OM_CHECK_DONE(partner < 0, OM_INVALID,
+                          "element %d: face %d %d %d belongs to three elements", f / 4, v[0], v[1],
+                          v[2]);
+            partner = g;
         }
-        OM_CHECK_DONE(nsame <= 1, OM_INVALID, "element %d: face %d %d %d belongs to three elements",
-                      f / 4, v[0], v[1], v[2]);
         next[f] = head[v[0]];
         head[v[0]] = f;
-        is_boundary[f] = nsame == 0;
-        if (nsame == 1) is_boundary[partner] = 0;
-        *nboundary += nsame == 0 ? 1 : -1;
+        neighbor[f] = partner < 0 ? -1 : partner / 4;
+        if (partner >= 0) neighbor[partner] = f / 4;
     }
 done:
     om_free(head);
@@ -250,19 +246,18 @@ done:
 
 OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert) {
     OmStatus status = OM_OK;
-    unsigned char* is_boundary = NULL;
-    int *number = NULL, *list = NULL, nface = 0, nvert = 0;
+    int *neighbor = NULL, *number = NULL, *list = NULL, nface = 0, nvert = 0;
     memset(surface, 0, sizeof *surface);
     if (surface_vert) *surface_vert = NULL;
-    OM_CHECK(mesh->ntet <= INT_MAX / 4, OM_INVALID, "%d tetrahedra are too many", mesh->ntet);
-    OM_ALLOC_DONE(is_boundary, 4 * (size_t)mesh->ntet);
-    OM_TRY_DONE(mark_boundary(mesh, is_boundary, &nface));
+    OM_ALLOC_DONE(neighbor, 4 * (size_t)mesh->ntet);
+    OM_TRY_DONE(om__tet_neighbors(mesh, neighbor));
 
     // number the vertices of the boundary in their order in the mesh
     OM_CALLOC_DONE(number, mesh->nvert);
     for (int f = 0; f < 4 * mesh->ntet; f++) {
         int v[3];
-        if (!is_boundary[f]) continue;
+        if (neighbor[f] >= 0) continue;
+        nface++;
         face_of(mesh, f, v);
         for (int c = 0; c < 3; c++) number[v[c]] = 1;
     }
@@ -281,7 +276,7 @@ OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** s
     int* tri = surface->tri_vert;
     for (int f = 0; f < 4 * mesh->ntet; f++) {
         int v[3];
-        if (!is_boundary[f]) continue;
+        if (neighbor[f] >= 0) continue;
         face_of(mesh, f, v);
         for (int c = 0; c < 3; c++) *tri++ = number[v[c]];
     }
@@ -290,7 +285,7 @@ OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** s
         list = NULL;
     }
 done:
-    om_free(is_boundary);
+    om_free(neighbor);
     om_free(number);
     om_free(list);
     return status;

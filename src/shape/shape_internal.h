@@ -1,0 +1,29 @@
+// shape_internal.h: what the files of room `shape` share.
+#ifndef OM_SHAPE_INTERNAL_H
+#define OM_SHAPE_INTERNAL_H
+
+#include "omentum/shape_meshing.h"
+
+enum { OM__SDF_COOKIE = 0x5d0f1e1d, OM__STUFF_COOKIE = 0x57f0ff, OM__PATCH_COOKIE = 0x9a7c4 };
+
+// The faces of a positive element, each counter-clockwise seen from outside; face f is opposite to corner
+// om__face_opposite[f].
+extern const int om__face_corner[4][3];
+extern const int om__face_opposite[4];
+
+// neighbor[4 e + f]: the element behind face f of element e, -1 at the boundary. OM_INVALID if three
+// elements share a face.
+OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor);
+
+// Dimensions and origin of the grid over [lo, hi] and the margin, values not set.
+OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf);
+// Fill the nodes of a grid from a function, in parallel.
+void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx);
+// Turn any function whose zero level is right into a signed distance; if `volume` > 0 the level is
+// shifted so that the surface encloses it.
+OmStatus om__sdf_redistance(OmSdf* sdf, double volume);
+// Unsigned distance to a surface, into sdf->d.
+OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf);
+OmStatus om__sdf_check_def(const OmSdfDef* def);
+
+#endif

@@ -1,0 +1,242 @@
+// shape_smooth.c: a smooth distance field from a segmentation, without shrinking it.
+//
+// A Gaussian of the mask cut at one half rounds a kidney well, but loses an artery: a rod one voxel thick
+// stays below one half. So the level function w is corrected until, in the window of the Gaussian G, the
+// volume it encloses is that of the mask m everywhere:
+//
+//     w <- w + G * (m - occupancy(w)),   w = G * m - 1/2 at the start.
+//
+// Each correction is itself smoothed, so w stays smooth, and steps of voxels (high frequencies, which G
+// removes) are not brought back. All of it runs in voxel indices: an oblique or anisotropic header changes
+// only where the field is put in space. Fine masks are first averaged over blocks of about the grid step.
+//
+// Tried and left: the same level everywhere (loses vessels); mean-curvature flow held to the voxel centres
+// (Whitaker 2000: each convex piece shrinks by up to half a voxel).
+#include "shape/shape_internal.h"
+
+#include <string.h>
+
+#define PAD 5       // voxels of air around the mask
+#define MAX_TAP 12  // half-width of the Gaussian at smooth = 3
+
+typedef struct Level {  // values on voxel centres
+    int dim[3];
+    OmMat3 axis, inverse;
+    OmVec3 origin;
+    double slope;  // of w across a plane, per voxel
+    float* share;  // m: how much of the voxel is inside
+    float* w;      // positive inside
+    float* err;    // m - occupancy
+    float* scratch;
+} Level;
+
+static void level_done(Level* l) {
+    om_free(l->share);
+    om_free(l->w);
+    om_free(l->err);
+    om_free(l->scratch);
+}
+
+static size_t level_count(const Level* l) {
+    return (size_t)l->dim[0] * (size_t)l->dim[1] * (size_t)l->dim[2];
+}
+
+// Average the mask over blocks of block[0] x block[1] x block[2] voxels into a padded grid.
+static OmStatus level_init(const OmMask* mask, const int block[3], Level* l) {
+    memset(l, 0, sizeof *l);
+    for (int a = 0; a < 3; a++) l->dim[a] = (mask->dim[a] + block[a] - 1) / block[a] + 2 * PAD;
+    size_t n = level_count(l);
+    l->share = om_calloc(n, sizeof(float));
+    l->w = om_alloc(n, sizeof(float));
+    l->err = om_alloc(n, sizeof(float));
+    l->scratch = om_alloc(n, sizeof(float));
+    if (!l->share || !l->w || !l->err || !l->scratch) return OM_NO_MEMORY;
+    const OmMat3* x = &mask->axis;
+    l->axis = om_mat3_cols(om_scale(block[0], x->cx), om_scale(block[1], x->cy),
+                           om_scale(block[2], x->cz));
+    OmVec3 first =
+        om_vec3(0.5 * (block[0] - 1) - PAD * block[0], 0.5 * (block[1] - 1) - PAD * block[1],
+                0.5 * (block[2] - 1) - PAD * block[2]);
+    l->origin = om_add(mask->origin, om_mat3_apply(*x, first));
+    OM_TRY(om_mat3_inverse(l->axis, &l->inverse));
+    float part = 1.0f / (float)(block[0] * block[1] * block[2]);
+    const unsigned char* in = mask->inside;
+    for (int k = 0; k < mask->dim[2]; k++) {
+        for (int j = 0; j < mask->dim[1]; j++) {
+            size_t row = (size_t)l->dim[0] * ((size_t)(j / block[1] + PAD) +
+                                              (size_t)l->dim[1] * (size_t)(k / block[2] + PAD));
+            for (int i = 0; i < mask->dim[0]; i++) {
+                if (*in++) l->share[row + (size_t)(i / block[0] + PAD)] += part;
+            }
+        }
+    }
+    return OM_OK;
+}
+
+// One axis of the Gaussian; what lies beyond the grid is zero, as the grid is padded by air.
+static void blur_axis(const float* in, float* out, const int dim[3], int axis, const float* tap,
+                      int r) {
+    const size_t stride[3] = {1, (size_t)dim[0], (size_t)dim[0] * (size_t)dim[1]};
+    const size_t s = stride[axis];
+    size_t n = 0;
+    for (int k = 0; k < dim[2]; k++) {
+        for (int j = 0; j < dim[1]; j++) {
+            for (int i = 0; i < dim[0]; i++, n++) {
+                int c = axis == 0 ? i : axis == 1 ? j : k;
+                float sum = tap[0] * in[n];
+                for (int t = 1; t <= r; t++) {
+                    if (c >= t) sum += tap[t] * in[n - (size_t)t * s];
+                    if (c + t < dim[axis]) sum += tap[t] * in[n + (size_t)t * s];
+                }
+                out[n] = sum;
+            }
+        }
+    }
+}
+
+// G * field, in place.
+static void blur(Level* l, float* field, const float* tap, int r) {
+    blur_axis(field, l->scratch, l->dim, 0, tap, r);
+    blur_axis(l->scratch, field, l->dim, 1, tap, r);
+    blur_axis(field, l->scratch, l->dim, 2, tap, r);
+    memcpy(field, l->scratch, level_count(l) * sizeof(float));
+}
+
+static int gaussian_taps(double sigma, float* tap) {
+    int r = (int)ceil(3.5 * sigma);
+    if (r > MAX_TAP) r = MAX_TAP;
+    double value[MAX_TAP + 1], sum = 0;
+    for (int t = 0; t <= r; t++) {
+        value[t] = exp(-0.5 * t * t / (sigma * sigma));
+        sum += (t ? 2 : 1) * value[t];
+    }
+    for (int t = 0; t <= r; t++) tap[t] = (float)(value[t] / sum);
+    return r;
+}
+
+// How much of each voxel w encloses, from its eight octants, each cut by a plane of the usual slope.
+static void compute_error(Level* l) {
+    const ptrdiff_t sy = l->dim[0], sz = sy * l->dim[1];
+    const float scale = (float)(2.0 / l->slope);
+    memset(l->err, 0, level_count(l) * sizeof(float));
+    for (int k = 1; k < l->dim[2] - 1; k++) {
+        for (int j = 1; j < l->dim[1] - 1; j++) {
+            for (int i = 1; i < l->dim[0] - 1; i++) {
+                ptrdiff_t n = i + sy * j + sz * k;
+                float sum = 0;
+                for (int o = 0; o < 8; o++) {
+                    ptrdiff_t x = o & 1 ? 1 : -1, y = o & 2 ? sy : -sy, z = o & 4 ? sz : -sz;
+                    const float* w = &l->w[n];
+                    float near = 27 * w[0] + 9 * (w[x] + w[y] + w[z]);
+                    float far = 3 * (w[x + y] + w[y + z] + w[x + z]) + w[x + y + z];
+                    float share = 0.5f + scale * (near + far) * (1.0f / 64);
+                    sum += share < 0 ? 0 : share > 1 ? 1 : share;
+                }
+                l->err[n] = l->share[n] - 0.125f * sum;
+            }
+        }
+    }
+}
+
+static void smooth_level(Level* l, double sigma, int iterations) {
+    float tap[MAX_TAP + 1];
+    int r = gaussian_taps(sigma, tap);
+    l->slope = 1 / (sqrt(2 * OM_PI) * sigma);  // sigma >= 0.5
+    size_t n = level_count(l);
+    memcpy(l->w, l->share, n * sizeof(float));
+    blur(l, l->w, tap, r);
+    for (size_t i = 0; i < n; i++) l->w[i] -= 0.5f;
+    for (int it = 0; it < iterations; it++) {
+        compute_error(l);
+        blur(l, l->err, tap, r);
+        for (size_t i = 0; i < n; i++) l->w[i] += l->err[i];
+    }
+}
+
+// ---- the field in space ---------------------------------------------------------------------------------
+
+static void cubic_weights(double u, double w[4]) {  // Catmull-Rom
+    w[0] = 0.5 * u * (-1 + u * (2 - u));
+    w[1] = 1 + 0.5 * u * u * (3 * u - 5);
+    w[2] = 0.5 * u * (1 + u * (4 - 3 * u));
+    w[3] = 0.5 * u * u * (u - 1);
+}
+
+// -w at a point of space, tricubic: its zero level has no kinks at the faces of the voxels.
+static double level_eval(void* ctx, OmVec3 p) {
+    const Level* l = ctx;
+    OmVec3 q = om_mat3_apply(l->inverse, om_sub(p, l->origin));
+    const double x[3] = {q.x, q.y, q.z};
+    double w[3][4];
+    int c[3];
+    for (int a = 0; a < 3; a++) {
+        if (!(x[a] >= 1 && x[a] < l->dim[a] - 2)) return 0.5;
+        c[a] = (int)x[a];
+        cubic_weights(x[a] - c[a], w[a]);
+    }
+    const size_t sy = (size_t)l->dim[0], sz = sy * (size_t)l->dim[1];
+    const float* base =
+        &l->w[(size_t)(c[0] - 1) + sy * (size_t)(c[1] - 1) + sz * (size_t)(c[2] - 1)];
+    double sum = 0;
+    for (int k = 0; k < 4; k++) {
+        double plane = 0;
+        for (int j = 0; j < 4; j++) {
+            const float* f = base + sy * (size_t)j + sz * (size_t)k;
+            plane += w[1][j] * (w[0][0] * (double)f[0] + w[0][1] * (double)f[1] +
+                                w[0][2] * (double)f[2] + w[0][3] * (double)f[3]);
+        }
+        sum += w[2][k] * plane;
+    }
+    return -sum;
+}
+
+// The box in space of the voxels that w > 0 touches.
+static OmStatus level_bounds(const Level* l, OmVec3* lo, OmVec3* hi) {
+    bool is_empty = true;
+    size_t n = 0;
+    for (int k = 0; k < l->dim[2]; k++) {
+        for (int j = 0; j < l->dim[1]; j++) {
+            for (int i = 0; i < l->dim[0]; i++, n++) {
+                if (l->w[n] <= 0) continue;
+                OmVec3 c = om_add(l->origin, om_mat3_apply(l->axis, om_vec3(i, j, k)));
+                *lo = is_empty ? c : om_min3(*lo, c);
+                *hi = is_empty ? c : om_max3(*hi, c);
+                is_empty = false;
+            }
+        }
+    }
+    OM_CHECK(!is_empty, OM_INVALID,
+             "the mask is too thin for a grid of this spacing: use a smaller edge");
+    OmVec3 reach = om_vec3(fabs(l->axis.cx.x) + fabs(l->axis.cy.x) + fabs(l->axis.cz.x),
+                           fabs(l->axis.cx.y) + fabs(l->axis.cy.y) + fabs(l->axis.cz.y),
+                           fabs(l->axis.cx.z) + fabs(l->axis.cy.z) + fabs(l->axis.cz.z));
+    *lo = om_sub(*lo, reach);
+    *hi = om_add(*hi, reach);
+    return OM_OK;
+}
+
+OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf) {
+    OmStatus status = OM_OK;
+    Level level = {0};
+    OmVec3 lo, hi;
+    memset(sdf, 0, sizeof *sdf);
+    OM_TRY(om__sdf_check_def(def));
+    double volume = om_mask_volume(mask);
+    OM_CHECK(volume > 0 && isfinite(volume), OM_INVALID, "the mask is empty");
+    const double h[3] = {om_norm(mask->axis.cx), om_norm(mask->axis.cy), om_norm(mask->axis.cz)};
+    int block[3];
+    for (int a = 0; a < 3; a++) {
+        double fit = def->spacing / h[a] + 1e-6;
+        block[a] = fit < 1 ? 1 : fit > 64 ? 64 : (int)fit;
+    }
+    OM_TRY_DONE(level_init(mask, block, &level));
+    smooth_level(&level, def->smooth, def->iterations);
+    OM_TRY_DONE(level_bounds(&level, &lo, &hi));
+    OM_TRY_DONE(om__sdf_grid(def, lo, hi, sdf));
+    om__sdf_sample(sdf, level_eval, &level);
+    OM_TRY_DONE(om__sdf_redistance(sdf, volume));
+done:
+    level_done(&level);
+    if (status < 0) om_sdf_done(sdf);
+    return status;
+}
