@@ -6,6 +6,7 @@
 Layers: each room has a floor; a file includes headers of lower floors only, besides the few arrows
 inside a floor listed below. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
+Links of the documentation lead somewhere.
 """
 import collections
 import pathlib
@@ -242,7 +243,19 @@ class Tree:
                 where = ", ".join(str(p.relative_to(self.root)) for p in paths)
                 self.errors.append(f"{where}: file names are unique in the tree")
 
+    def check_links(self):
+        """What a page of the documentation points to is there."""
+        pages = [p for f in (".", "doc", "samples") for p in sorted((self.root / f).glob("*.md"))]
+        for path in pages:
+            text = re.sub(r"```.*?```", lambda m: "\n" * m.group(0).count("\n"), path.read_text(encoding="utf-8"),
+                          flags=re.S)
+            for number, line in enumerate(text.split("\n"), 1):
+                for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", line):
+                    if "://" not in target and not (path.parent / target).exists():
+                        self.error(path, number, f"the link to {target} leads nowhere")
+
     def check(self):
+        self.check_links()
         self.check_layers()
         self.check_room_order()
         self.check_places()

@@ -123,6 +123,12 @@ class Rules(unittest.TestCase):
     def test_width(self):
         self.assert_breaks({"src/fem/fem_a.c": "// " + "x" * 118 + "\n"}, "fem_a.c:1", "121 columns")
 
+    def test_links(self):
+        page = "[a](doc/a.md), [b](https://x.org/y), [c](d)\n```\n[e](f.md)\n```\n"
+        self.assertEqual(self.check({"README.md": "[a](doc/a.md#top)\n", "doc/a.md": "[up](../README.md)\n"}), [])
+        self.assert_breaks({"README.md": "\n[a](doc/b.md)\n", "doc/a.md": ""}, "README.md:2", "leads nowhere")
+        self.assert_breaks({"README.md": page, "doc/a.md": ""}, "README.md:1", "the link to d leads nowhere")
+
     def test_unique_names(self):
         self.assert_breaks({"bench/fem_step.c": ""}, "fem_step.c", "unique")
 
