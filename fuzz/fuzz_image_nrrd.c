@@ -1,0 +1,21 @@
+// fuzz_image_nrrd.c: the reader of NRRD volumes, from memory.
+#include "fuzz_common.h"
+#include "image/image_internal.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    OmVolume volume;
+    OmStatus status = om__nrrd_parse(data, size, NULL, &volume);
+    FUZZ_EXPECT(status <= 0);
+    if (status != OM_OK) {
+        FUZZ_EXPECT(volume.value == NULL && om_error_message()[0] != '\0');
+        return 0;
+    }
+    // An accepted volume has voxels, all finite, and axes that span space.
+    size_t count = (size_t)volume.dim[0] * (size_t)volume.dim[1] * (size_t)volume.dim[2];
+    FUZZ_EXPECT(count > 0);
+    for (size_t i = 0; i < count; ++i) FUZZ_EXPECT(isfinite(volume.value[i]));
+    FUZZ_EXPECT(isfinite(om_mat3_det(volume.axis)) && om_mat3_det(volume.axis) != 0);
+    FUZZ_EXPECT(isfinite(volume.origin.x + volume.origin.y + volume.origin.z));
+    om_volume_done(&volume);
+    return 0;
+}
