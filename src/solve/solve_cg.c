@@ -25,8 +25,9 @@ typedef struct CgJob {
 typedef struct Member {  // one thread of the team, and what it has to know
     CgJob* job;
     OmTeam* team;
-    int begin, end;  // its chunks
-    bool is_first;
+    int begin, end;      // its chunks
+    OmRank who;          // its place in the team, and its rows
+    bool use_multigrid;  // false: block Jacobi
 } Member;
 
 // Sum column c of the chunks' partial results, always in the same order.
@@ -94,7 +95,10 @@ static void add_correction(const Member* m, double scale) {
 // u = M^-1 r
 static void precondition(const Member* m) {
     OmSolver* S = m->job->S;
-    om__apply_blocks(S->dinv, S->r, S->u, S->chunks.begin[m->begin], S->chunks.begin[m->end]);
+    if (m->use_multigrid)
+        om__multigrid_apply(S, m->job->A, &m->who);
+    else
+        om__apply_blocks(S->dinv, S->r, S->u, m->who.begin, m->who.end);
 }
 
 // w = A u with zeros at prescribed rows, and the two sums r.u and u.w.
@@ -156,7 +160,7 @@ static CgEnd run_cg(const Member* m, double target, int max_iter, int* iteration
 // ---- refinement -------------------------------------------------------------------------------------
 
 // Every member computes the same numbers, so all take the same turns; the first one reports.
-static OmStatus solve_member(const Member* m, OmSolveInfo* info) {
+static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     const OmSolver* S = m->job->S;
     inspect(m, false);
     bool has_prescribed = total(S, HAS_PRESCRIBED) > 0, has_guess = total(S, HAS_GUESS) > 0;
@@ -168,28 +172,38 @@ static OmStatus solve_member(const Member* m, OmSolveInfo* info) {
         norm = residual_norm(m, false);
     }
     double goal = S->def.tolerance * scale;
-    int indefinite = 0;
+    bool is_indefinite = false;
     while (norm > goal && norm > 0.0 && info->iterations < S->def.max_iterations) {
         double target = fmax(0.9 * goal / norm, S->def.tolerance > 0 ? INNER_GAIN : 0.0);
         begin_cg(m, norm);
         CgEnd end = run_cg(m, target, S->def.max_iterations - info->iterations, &info->iterations);
         if (end == CG_NOT_FINITE) return OM_INVALID;
-        if (end == CG_INDEFINITE && ++indefinite) break;
+        if (end == CG_INDEFINITE) {  // the matrix, or only the preconditioner?
+            is_indefinite = !m->use_multigrid;
+            if (is_indefinite) break;
+            m->use_multigrid = false;
+            continue;
+        }
         add_correction(m, norm);
         double last = norm;
         norm = residual_norm(m, false);
         if (!(norm < 0.9 * last)) break;  // float can do no more
     }
     info->residual = scale > 0.0 ? norm / scale : 0.0;  // zero b: x is zero, and exact
-    if (indefinite) return OM_NOT_SPD;
+    if (is_indefinite) return OM_NOT_SPD;
     return norm <= goal || S->def.tolerance == 0.0 ? OM_OK : OM_NOT_CONVERGED;
 }
 
 static void team_solve(void* ctx, OmTeam* team, int rank, int size) {
     CgJob* job = ctx;
     int n = job->S->chunks.num;
-    Member m = {job, team, (int)((int64_t)n * rank / size), (int)((int64_t)n * (rank + 1) / size),
-                rank == 0};
+    Member m = {.job = job,
+                .team = team,
+                .begin = (int)((int64_t)n * rank / size),
+                .end = (int)((int64_t)n * (rank + 1) / size),
+                .use_multigrid = job->S->multigrid != NULL};
+    const int* row = job->S->chunks.begin;
+    m.who = (OmRank){team, rank, size, row[m.begin], row[m.end]};
     OmSolveInfo info = {0};
     OmStatus status = solve_member(&m, &info);
     if (rank == 0) {

@@ -9,7 +9,14 @@
 #include "base/base_multiversion.h"
 #include "omentum/solve.h"
 
-typedef struct OmCholesky OmCholesky;  // solve_cholmod.c
+typedef struct OmCholesky OmCholesky;    // solve_cholmod.c
+typedef struct OmMultigrid OmMultigrid;  // solve_multigrid.c
+
+typedef struct OmRank {  // a member of a team and its rows of the matrix
+    OmTeam* team;
+    int rank, size;
+    int begin, end;
+} OmRank;
 
 typedef struct OmChunks {  // rows cut into pieces of about equal work
     int num;
@@ -32,6 +39,7 @@ struct OmSolver {
     double* partial;       // sums of each chunk                                    (num x 8)
     float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x 4)
     OmCholesky* cholesky;
+    OmMultigrid* multigrid;
     size_t memory;  // bytes
 };
 
@@ -47,6 +55,33 @@ double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end);
 void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end);
 /// rd = b - A xd at free degrees of freedom, zero at prescribed ones; returns rd.rd. Null A: rd = b.
 double om__residual(OmSolver* S, const OmBsr* A, const double* b, int begin, int end, int chunk);
+
+/// One smoothing step: r_out = r - A d, d_out = c1 d + c2 dinv r_out, x += d_out. d_out may be null: then
+/// only the residual. r may be r_out; d may not be d_out.
+typedef struct OmSmooth {
+    const float* r;
+    float* r_out;
+    const float* d;
+    float *d_out, *x;
+    float c1, c2;
+} OmSmooth;
+void om__smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end);
+/// The first step from x = 0: d_out = x = c2 dinv r.
+void om__smooth_first(const float* dinv, const OmSmooth* s, int begin, int end);
+
+/// Inverse of a symmetric block restricted to its free part; zero elsewhere. False unless positive definite.
+bool om__invert_block(const float* v, const unsigned char* fixed, float* out);
+
+// ---- solve_multigrid.c ------------------------------------------------------------------------------
+
+OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, OmMultigrid** mg,
+                              size_t* memory);
+void om__multigrid_destroy(OmMultigrid* mg);
+void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
+void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
+/// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. The rows of
+/// others may be unfinished at return.
+void om__multigrid_apply(const OmSolver* S, const OmBsr* A, const OmRank* who);
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 

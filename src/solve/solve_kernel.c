@@ -1,33 +1,9 @@
 // solve_kernel.c: the loops where the time of an iterative solve goes.
 //
-// A 3x3 block stored by columns is three overlapping 16-byte loads; the fourth lane gathers rubbish from
-// the next column and is cleared once a row. Per block: four loads, three shuffles, three multiply-adds,
-// which on an x86-64-v3 processor is faster than gathering for rows side by side (tried: gathers cost
-// more than all arithmetic), and the matrix keeps its 36 bytes a block.
+// Rows are walked one by one with a vertex in four lanes (solve_simd.h): three broadcasts and three fused
+// multiply-adds a block, no gathers, and the matrix keeps its 36 bytes a block.
 #include "solve/solve_internal.h"
-
-typedef float V4 __attribute__((vector_size(16)));
-typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
-typedef int I4 __attribute__((vector_size(16)));
-
-static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
-static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
-static inline V4 clear_last(V4 v) {
-    const I4 mask = {-1, -1, -1, 0};
-    return (V4)((I4)v & mask);
-}
-static inline float sum4(V4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
-static inline V4 splat(float f) {
-    V4 v = {f, f, f, f};
-    return v;
-}
-
-// Column-major 3x3 block times vertex value, added to three independent sums.
-static inline void add_block(const float* v, const float* x, V4* a0, V4* a1, V4* a2) {
-    *a0 += load4(v) * splat(x[0]);
-    *a1 += load4(v + 3) * splat(x[1]);
-    *a2 += load4(v + 6) * splat(x[2]);
-}
+#include "solve/solve_simd.h"
 
 OM_MULTIVERSION
 void om__spmv(const OmBsr* A, const float* u, float* w, int begin, int end) {
@@ -72,6 +48,40 @@ void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, in
         V4 a0 = splat(0), a1 = a0, a2 = a0;
         add_block(dinv + 9 * (size_t)i, r + 4 * (size_t)i, &a0, &a1, &a2);
         store4(u + 4 * (size_t)i, clear_last(a0 + a1 + a2));
+    }
+}
+
+OM_MULTIVERSION
+void om__smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end) {
+    const int* col = A->col;
+    const float *value = A->value, *d = s->d;
+    V4 c1 = splat(s->c1), c2 = splat(s->c2);
+    for (int i = begin; i < end; ++i) {
+        size_t i4 = 4 * (size_t)i;
+        V4 a0 = splat(0), a1 = a0, a2 = a0;
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
+            add_block(value + 9 * (size_t)k, d + 4 * (size_t)col[k], &a0, &a1, &a2);
+        V4 r = load4(s->r + i4) - clear_last(a0 + a1 + a2);
+        store4(s->r_out + i4, r);
+        if (!s->d_out) continue;
+        V4 z0 = splat(0), z1 = z0, z2 = z0;
+        add_block(dinv + 9 * (size_t)i, s->r_out + i4, &z0, &z1, &z2);
+        V4 dn = c1 * load4(d + i4) + c2 * clear_last(z0 + z1 + z2);
+        store4(s->d_out + i4, dn);
+        store4(s->x + i4, load4(s->x + i4) + dn);
+    }
+}
+
+OM_MULTIVERSION
+void om__smooth_first(const float* dinv, const OmSmooth* s, int begin, int end) {
+    V4 c2 = splat(s->c2);
+    for (int i = begin; i < end; ++i) {
+        size_t i4 = 4 * (size_t)i;
+        V4 z0 = splat(0), z1 = z0, z2 = z0;
+        add_block(dinv + 9 * (size_t)i, s->r + i4, &z0, &z1, &z2);
+        V4 dn = c2 * clear_last(z0 + z1 + z2);
+        store4(s->d_out + i4, dn);
+        store4(s->x + i4, dn);
     }
 }
 

@@ -98,6 +98,9 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     OM_TRY_DONE(cut_chunks(S, A));
     OM_TRY_DONE(take_vectors(S));
     if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
+    if (def->preconditioner == OM_MULTIGRID)
+        OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker), &S->multigrid,
+                                         &S->memory));
     *solver = S;
 done:
     if (status < 0) om_solver_destroy(S);
@@ -107,6 +110,7 @@ done:
 void om_solver_destroy(OmSolver* S) {
     if (!S) return;
     om__cholesky_destroy(S->cholesky);
+    om__multigrid_destroy(S->multigrid);
     om_free(S->chunks.begin);
     om_free(S->fixed);
     om_free(S->fixed_vert);
@@ -141,10 +145,10 @@ void om_solver_set_fixed(OmSolver* S, const unsigned char* fixed) {
         }
     }
     S->chunk_fixed[S->chunks.num] = S->nfixed_vert;
+    if (S->multigrid) om__multigrid_set_fixed(S->multigrid, S->fixed);
 }
 
-// Inverse of a symmetric block restricted to its free part; zero elsewhere. False unless positive definite.
-static bool invert_block(const float* v, const unsigned char* fixed, float* out) {
+bool om__invert_block(const float* v, const unsigned char* fixed, float* out) {
     double a[3][3];
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
@@ -178,7 +182,7 @@ static void invert_chunk(void* ctx, int begin, int end, int block) {
     double bad = 0;  // 1: not positive definite, 2: not finite
     for (int i = S->chunks.begin[begin]; i < S->chunks.begin[begin + 1]; ++i) {
         const float* v = f->A->value + 9 * (size_t)f->A->row_adr[i];
-        if (invert_block(v, S->fixed + 3 * (size_t)i, S->dinv + 9 * (size_t)i)) continue;
+        if (om__invert_block(v, S->fixed + 3 * (size_t)i, S->dinv + 9 * (size_t)i)) continue;
         float sum = 0;
         for (int c = 0; c < 9; ++c) sum += v[c] * 0.0f;
         bad = fmax(bad, sum == 0.0f ? 1 : 2);
@@ -204,6 +208,7 @@ OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) {
         A->nvert, A->nblock, S->nvert, S->nblock);
     OmStatus status =
         S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed) : invert_diagonal(S, A);
+    if (status == OM_OK && S->multigrid) om__multigrid_refresh(S->multigrid, A, S->def.nworker);
     S->is_ready = status == OM_OK;
     return status;
 }

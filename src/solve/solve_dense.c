@@ -1,0 +1,101 @@
+// solve_dense.c: the coarsest level: A = U^T U in double, then the inverse of U^T by rows in float, so that
+// a solve is two triangular products that run along rows.
+#include <math.h>
+#include <string.h>
+
+#include "solve/solve_multigrid.h"
+
+#define MIN_PIVOT 1e-10  // relative to its diagonal entry; smaller: nothing holds this direction
+
+OmStatus om__dense_create(int n, OmDense* dense, size_t* memory) {
+    size_t n2 = (size_t)n * (size_t)n;
+    *dense = (OmDense){.n = n};
+    OM_ALLOC(dense->factor, n2);
+    OM_ALLOC(dense->inverse, n2);
+    OM_ALLOC(dense->apply, n2);
+    OM_ALLOC(dense->y, 2 * n);
+    *memory += 20 * n2 + 8 * (size_t)n;
+    return OM_OK;
+}
+
+void om__dense_done(OmDense* dense) {
+    om_free(dense->factor);
+    om_free(dense->inverse);
+    om_free(dense->apply);
+    om_free(dense->y);
+    *dense = (OmDense){0};
+}
+
+OM_MULTIVERSION
+static void subtract_row(double* restrict a, const double* restrict b, double s, int begin,
+                         int end) {
+    for (int k = begin; k < end; ++k) a[k] -= s * b[k];
+}
+
+static void unpack(OmDense* dense, const OmBsr* A) {
+    size_t n = (size_t)dense->n;
+    memset(dense->factor, 0, n * n * sizeof(double));
+    for (int i = 0; i < A->nvert; ++i)
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
+            for (size_t r = 0; r < 3; ++r)
+                for (size_t c = 0; c < 3; ++c)
+                    dense->factor[(3 * (size_t)i + r) * n + 3 * (size_t)A->col[k] + c] =
+                        (double)A->value[9 * (size_t)k + 3 * c + r];
+}
+
+void om__dense_refresh(OmDense* dense, const OmBsr* A) {
+    int n = dense->n;
+    double *U = dense->factor, *W = dense->inverse;
+    unpack(dense, A);
+    // Row k of U, then the rows below lose its part.
+    for (int k = 0; k < n; ++k) {
+        double* row = U + (size_t)k * (size_t)n;
+        double first = (double)A->value[9 * (size_t)A->row_adr[k / 3] + (size_t)(4 * (k % 3))];
+        bool is_held = row[k] > MIN_PIVOT * first && row[k] > 0.0;
+        double inv = is_held ? 1.0 / sqrt(row[k]) : 0.0;
+        for (int j = k; j < n; ++j) row[j] *= inv;
+        for (int i = k + 1; i < n && is_held; ++i)
+            subtract_row(U + (size_t)i * (size_t)n, row, row[i], i, n);
+    }
+    // Forward substitution on the rows of the identity.
+    memset(W, 0, (size_t)n * (size_t)n * sizeof(double));
+    for (int k = 0; k < n; ++k) {
+        double* row = W + (size_t)k * (size_t)n;
+        double pivot = U[(size_t)k * (size_t)n + (size_t)k];
+        if (pivot == 0.0) continue;  // a direction that nothing holds
+        row[k] = 1.0;
+        for (int j = 0; j < k; ++j)
+            subtract_row(row, W + (size_t)j * (size_t)n, U[(size_t)j * (size_t)n + (size_t)k], 0,
+                         j + 1);
+        for (int j = 0; j <= k; ++j) row[j] /= pivot;
+    }
+    for (size_t m = 0; m < (size_t)n * (size_t)n; ++m) dense->apply[m] = (float)W[m];
+}
+
+OM_MULTIVERSION
+static float dot_row(const float* restrict a, const float* restrict b, int n) {
+    float lane[16] = {0}, sum = 0;
+    int k = 0;
+    for (; k + 16 <= n; k += 16)
+        for (int m = 0; m < 16; ++m) lane[m] += a[k + m] * b[k + m];
+    for (int m = 0; k + m < n; ++m) lane[m] += a[k + m] * b[k + m];
+    for (int m = 0; m < 16; ++m) sum += lane[m];
+    return sum;
+}
+
+OM_MULTIVERSION
+static void add_row(float* restrict a, const float* restrict b, float s, int n) {
+    for (int k = 0; k < n; ++k) a[k] += s * b[k];
+}
+
+void om__dense_solve(OmDense* dense, const float* b, float* x) {
+    int n = dense->n;
+    float *y = dense->y, *packed = dense->y + n;
+    for (int k = 0; k < n; ++k) packed[k] = b[4 * (k / 3) + k % 3];
+    memset(y, 0, (size_t)n * sizeof(float));
+    for (int k = 0; k < n; ++k) {
+        const float* row = dense->apply + (size_t)k * (size_t)n;
+        add_row(y, row, dot_row(row, packed, k + 1), k + 1);
+    }
+    for (int k = 0; k < n; ++k) x[4 * (k / 3) + k % 3] = y[k];
+}

@@ -1,0 +1,216 @@
+// solve_galerkin.c: coarse matrices P^T A P, pattern once and values at every refresh.
+//
+// Values: row i of A P is gathered in a scratch row of padded blocks, then scattered to the coarse rows of
+// vertex i. Where everything goes was written down at creation. The rows of one layer of grid cells
+// belong to one task; layers of equal parity write to different coarse rows, so two sweeps (even, odd)
+// need neither atomics nor copies, and the sums have the same order for any number of workers.
+#include <stdlib.h>
+#include <string.h>
+
+#include "solve/solve_multigrid.h"
+#include "solve/solve_simd.h"
+
+// ---- pattern ----------------------------------------------------------------------------------------
+
+typedef struct Product {  // columns of A P, needed only while the patterns are made
+    int* adr;             // (nfine + 1)
+    int* col;
+    int* mark;  // slot of a coarse node in the current row, or position in a coarse row (ncoarse)
+    int* seen;  // the row that wrote the mark                                          (ncoarse)
+} Product;
+
+// Columns of row i of A P in the order they are met. Writes them and the slots if there is room.
+static int walk_row(const OmBsr* A, const OmInterp* P, Product* ap, int i, int* col,
+                    uint16_t* slot) {
+    int num = 0, m = 0;
+    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+        for (int e = P->adr[A->col[k]]; e < P->adr[A->col[k] + 1]; ++e, ++m) {
+            int c = P->col[e];
+            if (ap->seen[c] != i) {
+                ap->seen[c] = i;
+                ap->mark[c] = num;
+                if (col) col[num] = c;
+                ++num;
+            }
+            if (slot) slot[m] = (uint16_t)ap->mark[c];
+        }
+    }
+    return num;
+}
+
+static void forget(Product* ap, int ncoarse) {
+    for (int c = 0; c < ncoarse; ++c) ap->seen[c] = -1;
+}
+
+static OmStatus make_product(const OmBsr* A, const OmInterp* P, OmGalerkin* G, Product* ap,
+                             size_t* memory) {
+    size_t n = (size_t)P->nfine;
+    OmStatus status = OM_OK;
+    OM_CALLOC_DONE(ap->adr, n + 1);
+    OM_ALLOC_DONE(ap->mark, P->ncoarse);
+    OM_ALLOC_DONE(ap->seen, P->ncoarse);
+    OM_CALLOC_DONE(G->ap_num, n);
+    OM_CALLOC_DONE(G->slot_adr, n + 1);
+    OM_CALLOC_DONE(G->pos_adr, n + 1);
+    forget(ap, P->ncoarse);
+    int64_t nslot = 0, npos = 0, ncol = 0;
+    for (int i = 0; i < P->nfine; ++i) {
+        int num = walk_row(A, P, ap, i, NULL, NULL);
+        OM_CHECK_DONE(num < UINT16_MAX, OM_INVALID, "vertex %d has too many neighbours", i);
+        G->ap_num[i] = num;
+        G->max_ap = num > G->max_ap ? num : G->max_ap;
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
+            nslot += P->adr[A->col[k] + 1] - P->adr[A->col[k]];
+        npos += (int64_t)num * (P->adr[i + 1] - P->adr[i]);
+        ncol += num;
+        OM_CHECK_DONE(nslot < INT32_MAX && npos < INT32_MAX, OM_INVALID,
+                      "the matrix is too large for a multigrid");
+        G->slot_adr[i + 1] = (int)nslot;
+        G->pos_adr[i + 1] = (int)npos;
+        ap->adr[i + 1] = (int)ncol;
+    }
+    OM_ALLOC_DONE(ap->col, ncol);
+    OM_ALLOC_DONE(G->slot, nslot);
+    OM_ALLOC_DONE(G->pos, npos);
+    *memory += (size_t)(nslot + npos) * sizeof(uint16_t) + 3 * n * sizeof(int);
+    forget(ap, P->ncoarse);
+    for (int i = 0; i < P->nfine; ++i)
+        walk_row(A, P, ap, i, ap->col + ap->adr[i], G->slot + G->slot_adr[i]);
+done:
+    return status;
+}
+
+static int compare_ints(const void* a, const void* b) {
+    int x = *(const int*)a, y = *(const int*)b;
+    return (x > y) - (x < y);
+}
+
+// Columns of coarse row c, diagonal first, then ascending. Writes them if there is room.
+static int coarse_row(const OmInterp* P, Product* ap, int c, int* col) {
+    int num = 1;
+    ap->seen[c] = c;
+    if (col) col[0] = c;
+    for (int t = P->t_adr[c]; t < P->t_adr[c + 1]; ++t) {
+        int i = P->t_row[t];
+        for (int k = ap->adr[i]; k < ap->adr[i + 1]; ++k) {
+            if (ap->seen[ap->col[k]] == c) continue;
+            ap->seen[ap->col[k]] = c;
+            if (col) col[num] = ap->col[k];
+            ++num;
+        }
+    }
+    if (col) qsort(col + 1, (size_t)num - 1, sizeof(int), compare_ints);
+    return num;
+}
+
+static OmStatus make_coarse(const OmInterp* P, Product* ap, OmBsr* coarse, size_t* memory) {
+    OmStatus status = OM_OK;
+    int64_t nblock = 0;
+    *coarse = (OmBsr){.nvert = P->ncoarse};
+    OM_CALLOC_DONE(coarse->row_adr, (size_t)P->ncoarse + 1);
+    forget(ap, P->ncoarse);
+    for (int c = 0; c < P->ncoarse; ++c) {
+        int num = coarse_row(P, ap, c, NULL);
+        nblock += num;
+        OM_CHECK_DONE(nblock < INT32_MAX / 16 && num < UINT16_MAX, OM_INVALID,
+                      "the matrix is too large for a multigrid");
+        coarse->row_adr[c + 1] = (int)nblock;
+    }
+    coarse->nblock = (int)nblock;
+    coarse->nedge = (coarse->nblock - coarse->nvert) / 2;
+    OM_ALLOC_DONE(coarse->col, nblock);
+    OM_CALLOC_DONE(coarse->value, 9 * (size_t)nblock + 3);
+    *memory += (size_t)nblock * 40 + (size_t)P->ncoarse * sizeof(int);
+    forget(ap, P->ncoarse);
+    for (int c = 0; c < P->ncoarse; ++c) coarse_row(P, ap, c, coarse->col + coarse->row_adr[c]);
+done:
+    return status;
+}
+
+// Where each block of row i of A P goes in the coarse rows of vertex i.
+static void find_positions(const OmInterp* P, const Product* ap, const OmBsr* coarse,
+                           OmGalerkin* G) {
+    for (int c = 0; c < P->ncoarse; ++c) {
+        int* where = ap->mark;
+        for (int k = coarse->row_adr[c]; k < coarse->row_adr[c + 1]; ++k)
+            where[coarse->col[k]] = k - coarse->row_adr[c];
+        for (int t = P->t_adr[c]; t < P->t_adr[c + 1]; ++t) {
+            int i = P->t_row[t];
+            uint16_t* pos = G->pos + G->pos_adr[i] + (P->t_entry[t] - P->adr[i]) * G->ap_num[i];
+            for (int k = 0; k < G->ap_num[i]; ++k)
+                pos[k] = (uint16_t)where[ap->col[ap->adr[i] + k]];
+        }
+    }
+}
+
+OmStatus om__galerkin_create(const OmBsr* A, const OmInterp* P, int nworker, OmGalerkin* G,
+                             OmBsr* coarse, size_t* memory) {
+    OmStatus status = OM_OK;
+    Product ap = {0};
+    *coarse = (OmBsr){0};
+    OM_TRY_DONE(make_product(A, P, G, &ap, memory));
+    OM_TRY_DONE(make_coarse(P, &ap, coarse, memory));
+    find_positions(P, &ap, coarse, G);
+    OM_ALLOC_DONE(G->scratch, (size_t)nworker * (size_t)G->max_ap * 12);
+    *memory += (size_t)nworker * (size_t)G->max_ap * 48;
+done:
+    om_free(ap.adr);
+    om_free(ap.col);
+    om_free(ap.mark);
+    om_free(ap.seen);
+    return status;
+}
+
+void om__galerkin_done(OmGalerkin* G) {
+    om_free(G->ap_num);
+    om_free(G->slot_adr);
+    om_free(G->slot);
+    om_free(G->pos_adr);
+    om_free(G->pos);
+    om_free(G->scratch);
+    *G = (OmGalerkin){0};
+}
+
+// ---- values -----------------------------------------------------------------------------------------
+
+// Row i of A P: block k of A times the diagonal weights of the entries of its column.
+static inline void gather_row(const OmBsr* A, const OmInterp* P, const uint16_t* slot, int i,
+                              float* row) {
+    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+        const float* v = A->value + 9 * (size_t)k;
+        V4 v0 = load4(v), v1 = load4(v + 3), v2 = load4(v + 6);
+        int j = A->col[k];
+        for (int e = P->adr[j]; e < P->adr[j + 1]; ++e) {
+            const float* w = P->weight + 4 * (size_t)e;
+            float* out = row + 12 * (size_t)*slot++;
+            store4(out, load4(out) + v0 * splat(w[0]));
+            store4(out + 4, load4(out + 4) + v1 * splat(w[1]));
+            store4(out + 8, load4(out + 8) + v2 * splat(w[2]));
+        }
+    }
+}
+
+OM_MULTIVERSION
+void om__galerkin_layer(const OmBsr* A, const OmInterp* P, const OmGalerkin* G, int layer,
+                        float* row, OmBsr* coarse) {
+    for (int m = P->layer_adr[layer]; m < P->layer_adr[layer + 1]; ++m) {
+        int i = P->layer_row[m], num = G->ap_num[i];
+        memset(row, 0, 12 * (size_t)num * sizeof(float));
+        gather_row(A, P, G->slot + G->slot_adr[i], i, row);
+        const uint16_t* pos = G->pos + G->pos_adr[i];
+        for (int e = P->adr[i]; e < P->adr[i + 1]; ++e) {
+            V4 w = load4(P->weight + 4 * (size_t)e);  // the last lane is zero: rubbish ends here
+            float* out = coarse->value + 9 * (size_t)coarse->row_adr[P->col[e]];
+            for (int k = 0; k < num; ++k) {
+                float* block = out + 9 * (size_t)*pos++;
+                const float* in = row + 12 * (size_t)k;
+                V4 c0 = load4(block) + w * load4(in);
+                V4 c1 = load4(block + 3) + w * load4(in + 4);
+                V4 c2 = load4(block + 6) + w * load4(in + 8);
+                store4(block, c0);
+                store4(block + 3, c1);
+                store3(block + 6, c2);  // the next block may be another task's
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+// solve_multigrid.c: the V-cycle: levels, refresh, application.
+//
+// Smoother: two steps of Chebyshev iteration on D^-1 A (D: diagonal blocks) before and after the coarse
+// correction, with the same polynomial, so the cycle is symmetric and CG may use it. No eigenvalue is
+// estimated: for tetrahedra D^-1 A cannot exceed 4 (A is a sum of element matrices, each at most 4 times its
+// own block diagonal), and coarse matrices were seen to stay below 5. Overestimating costs an iteration;
+// history-free constants keep a solve a function of its inputs.
+//
+// Tried on the lift beams, iterations to 1e-3 x products with A: one step 17 x 3, two steps 10 x 5, three
+// steps 8 x 7, additive levels 45 x 1 (with 45 visits to the coarse levels): two steps are quickest.
+#include <math.h>
+#include <string.h>
+
+#include "solve/solve_multigrid.h"
+#include "solve/solve_simd.h"
+
+#define DENSE_VERTS 40     // a level this small is solved directly
+#define FINE_BOUND 4.0     // largest eigenvalue of D^-1 A that is smoothed
+#define COARSE_BOUND 5.0   // the same on coarse levels
+#define SMOOTH_RATIO 10.0  // smoothed eigenvalues: bound / ratio .. bound
+
+// ---- create -----------------------------------------------------------------------------------------
+
+static void set_chebyshev(OmLevel* L, double bound) {
+    double theta = 0.5 * (bound + bound / SMOOTH_RATIO),
+           delta = 0.5 * (bound - bound / SMOOTH_RATIO);
+    double rho0 = delta / theta, rho1 = 1.0 / (2.0 * theta / delta - rho0);
+    L->theta = (float)theta;
+    L->c1 = (float)(rho1 * rho0);
+    L->c2 = (float)(2.0 * rho1 / delta);
+}
+
+// Mean distance of neighbours: the cell size that the first grid doubles.
+static double mean_edge(const OmBsr* A, const double* x) {
+    double sum = 0;
+    int num = 0;
+    for (int i = 0; i < A->nvert; ++i)
+        for (int k = A->row_adr[i] + 1; k < A->row_adr[i + 1]; ++k, ++num)
+            sum += om_distance(om_load3(x, i), om_load3(x, A->col[k]));
+    return num > 0 ? sum / num : 0.0;
+}
+
+static OmStatus take_level_vectors(OmLevel* L, bool is_fine, size_t* memory) {
+    size_t n = 4 * (size_t)L->nvert;
+    float** vector[] = {&L->r, &L->d, &L->e, &L->b, &L->x};
+    int num = is_fine ? 3 : 5;
+    for (int k = 0; k < num; ++k)
+        if (!(*vector[k] = om_calloc(n, sizeof(float)))) return OM_NO_MEMORY;
+    *memory += (size_t)num * n * sizeof(float);
+    if (is_fine) return OM_OK;
+    *memory += 9 * (size_t)L->nvert * sizeof(float);
+    L->dinv = om_calloc(9 * (size_t)L->nvert + 3, sizeof(float));
+    return L->dinv ? OM_OK : OM_NO_MEMORY;
+}
+
+OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, OmMultigrid** out,
+                              size_t* memory) {
+    *out = NULL;
+    OmStatus status = OM_OK;
+    double *x = NULL, *node = NULL;
+    OmMultigrid* mg = om_calloc(1, sizeof *mg);
+    if (!mg) return OM_NO_MEMORY;
+    double h =
+        mean_edge(A, x_rest) / 1.2;  // edges of a box of cubes are 1.26 cells long on average
+    mg->level[0].nvert = A->nvert;
+    for (mg->nlevel = 1; mg->nlevel < OM_MG_MAX_LEVEL; ++mg->nlevel) {
+        OmLevel *fine = &mg->level[mg->nlevel - 1], *coarse = fine + 1;
+        if (mg->nlevel > 1 && fine->nvert <= DENSE_VERTS) break;
+        h *= 2;
+        OM_TRY_DONE(om__grid_interpolate(fine->nvert, x ? x : x_rest, h, &fine->P, &node, memory));
+        om_free(x);
+        x = node;
+        node = NULL;
+        coarse->nvert = fine->P.ncoarse;
+        OM_TRY_DONE(om__galerkin_create(mg->nlevel == 1 ? A : &fine->A, &fine->P, nworker, &fine->G,
+                                        &coarse->A, memory));
+        set_chebyshev(fine, mg->nlevel == 1 ? FINE_BOUND : COARSE_BOUND);
+        OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, memory));
+    }
+    OmLevel* last = &mg->level[mg->nlevel - 1];
+    OM_TRY_DONE(take_level_vectors(last, false, memory));
+    OM_TRY_DONE(om__dense_create(3 * last->nvert, &mg->dense, memory));
+    *out = mg;
+done:
+    om_free(x);
+    om_free(node);
+    if (status < 0) {
+        if (mg->nlevel < OM_MG_MAX_LEVEL) ++mg->nlevel;  // the level that failed
+        om__multigrid_destroy(mg);
+    }
+    return status;
+}
+
+void om__multigrid_destroy(OmMultigrid* mg) {
+    if (!mg) return;
+    for (int l = 0; l < mg->nlevel; ++l) {
+        OmLevel* L = &mg->level[l];
+        om_bsr_destroy(&L->A);
+        om__interp_done(&L->P);
+        om__galerkin_done(&L->G);
+        float* vector[] = {L->dinv, L->b, L->x, L->r, L->d, L->e};
+        for (int k = 0; k < 6; ++k) om_free(vector[k]);
+    }
+    om__dense_done(&mg->dense);
+    om_free(mg);
+}
+
+void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed) {
+    om__interp_mask(&mg->level[0].P, fixed);
+}
+
+// ---- refresh ----------------------------------------------------------------------------------------
+
+typedef struct MgRefresh {
+    OmMultigrid* mg;
+    const OmBsr* A;
+} MgRefresh;
+
+// Inverse diagonal blocks; a direction in which nothing holds a node is left out.
+static void invert_coarse(OmLevel* L, int begin, int end) {
+    for (int i = begin; i < end; ++i) {
+        const float* v = L->A.value + 9 * (size_t)L->A.row_adr[i];
+        float most = fmaxf(v[0], fmaxf(v[4], v[8]));
+        unsigned char loose[3];
+        for (int c = 0; c < 3; ++c) loose[c] = !(v[4 * c] > 1e-6f * most);
+        float* out = L->dinv + 9 * (size_t)i;
+        if (!om__invert_block(v, loose, out)) memset(out, 0, 9 * sizeof(float));
+    }
+}
+
+static void refresh_member(void* ctx, OmTeam* team, int rank, int size) {
+    const MgRefresh* f = ctx;
+    OmMultigrid* mg = f->mg;
+    for (int l = 0; l + 1 < mg->nlevel; ++l) {
+        OmLevel *fine = &mg->level[l], *coarse = fine + 1;
+        const OmBsr* A = l == 0 ? f->A : &fine->A;
+        float* scratch = fine->G.scratch + (size_t)rank * (size_t)fine->G.max_ap * 12;
+        size_t block = (size_t)coarse->A.nblock;
+        size_t begin = block * (size_t)rank / (size_t)size,
+               end = block * (size_t)(rank + 1) / (size_t)size;
+        memset(coarse->A.value + 9 * begin, 0, 9 * (end - begin) * sizeof(float));
+        for (int parity = 0; parity < 2; ++parity) {
+            om_team_barrier(team);
+            for (int layer = parity + 2 * rank; layer < fine->P.nlayer; layer += 2 * size)
+                om__galerkin_layer(A, &fine->P, &fine->G, layer, scratch, &coarse->A);
+        }
+        om_team_barrier(team);
+        invert_coarse(coarse, (int)((int64_t)coarse->nvert * rank / size),
+                      (int)((int64_t)coarse->nvert * (rank + 1) / size));
+    }
+    if (rank == 0) om__dense_refresh(&mg->dense, &mg->level[mg->nlevel - 1].A);
+}
+
+void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker) {
+    MgRefresh f = {mg, A};
+    om_parallel_team(nworker, refresh_member, &f);
+}
+
+// ---- V-cycle ----------------------------------------------------------------------------------------
+
+// b of coarse nodes = P^T r
+OM_MULTIVERSION
+static void restrict_rows(const OmInterp* P, const float* r, float* b, int begin, int end) {
+    for (int c = begin; c < end; ++c) {
+        V4 sum = splat(0);
+        for (int t = P->t_adr[c]; t < P->t_adr[c + 1]; ++t)
+            sum +=
+                load4(P->weight + 4 * (size_t)P->t_entry[t]) * load4(r + 4 * (size_t)P->t_row[t]);
+        store4(b + 4 * (size_t)c, sum);
+    }
+}
+
+// d = P x_coarse, x += d
+OM_MULTIVERSION
+static void prolong_rows(const OmInterp* P, const float* xc, float* d, float* x, int begin,
+                         int end) {
+    for (int i = begin; i < end; ++i) {
+        V4 sum = splat(0);
+        for (int e = P->adr[i]; e < P->adr[i + 1]; ++e)
+            sum += load4(P->weight + 4 * (size_t)e) * load4(xc + 4 * (size_t)P->col[e]);
+        store4(d + 4 * (size_t)i, sum);
+        store4(x + 4 * (size_t)i, load4(x + 4 * (size_t)i) + sum);
+    }
+}
+
+typedef struct Rows {  // what a member does on one level
+    const OmBsr* A;
+    const float* dinv;
+    const float* b;
+    float* x;
+    int begin, end;
+} Rows;
+
+static Rows rows_of(const OmSolver* S, const OmBsr* A, const OmRank* who, int l) {
+    const OmLevel* L = &S->multigrid->level[l];
+    if (l == 0) return (Rows){A, S->dinv, S->r, S->u, who->begin, who->end};
+    return (Rows){&L->A,
+                  L->dinv,
+                  L->b,
+                  L->x,
+                  (int)((int64_t)L->nvert * who->rank / who->size),
+                  (int)((int64_t)L->nvert * (who->rank + 1) / who->size)};
+}
+
+// Two Chebyshev steps from zero and the residual after them.
+static void smooth_down(const OmLevel* L, const Rows* w, OmTeam* team) {
+    OmSmooth s = {.r = w->b, .r_out = L->r, .d_out = L->d, .x = w->x, .c2 = 1.0f / L->theta};
+    om__smooth_first(w->dinv, &s, w->begin, w->end);
+    om_team_barrier(team);
+    s.d = L->d;
+    s.d_out = L->e;
+    s.c1 = L->c1;
+    s.c2 = L->c2;
+    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    om_team_barrier(team);
+    s.r = L->r;
+    s.d = L->e;
+    s.d_out = NULL;
+    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    om_team_barrier(team);
+}
+
+// Two Chebyshev steps after a correction d, which x has and the residual has not.
+static void smooth_up(const OmLevel* L, const Rows* w, OmTeam* team) {
+    OmSmooth s = {
+        .r = L->r, .r_out = L->r, .d = L->d, .d_out = L->e, .x = w->x, .c2 = 1.0f / L->theta};
+    om_team_barrier(team);
+    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    om_team_barrier(team);
+    s.d = L->e;
+    s.d_out = L->d;
+    s.c1 = L->c1;
+    s.c2 = L->c2;
+    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+}
+
+void om__multigrid_apply(const OmSolver* S, const OmBsr* A, const OmRank* who) {
+    OmMultigrid* mg = S->multigrid;
+    int last = mg->nlevel - 1;
+    Rows fine = rows_of(S, A, who, 0);
+    for (int l = 0; l < last; ++l) {
+        smooth_down(&mg->level[l], &fine, who->team);
+        fine = rows_of(S, A, who, l + 1);
+        restrict_rows(&mg->level[l].P, mg->level[l].r, mg->level[l + 1].b, fine.begin, fine.end);
+    }
+    om_team_barrier(who->team);
+    if (who->rank == 0) om__dense_solve(&mg->dense, mg->level[last].b, mg->level[last].x);
+    for (int l = last - 1; l >= 0; --l) {
+        om_team_barrier(who->team);
+        fine = rows_of(S, A, who, l);
+        prolong_rows(&mg->level[l].P, mg->level[l + 1].x, mg->level[l].d, fine.x, fine.begin,
+                     fine.end);
+        smooth_up(&mg->level[l], &fine, who->team);
+    }
+}
