@@ -220,6 +220,19 @@ OmSymbol om__asp_function(const char* name, const OmSymbol* arg, int narg) {
     return s;
 }
 
+static void ignore_message(int code, const char* message, void* data) {
+    (void)code;
+    (void)message;
+    (void)data;
+}
+
+OmStatus om__asp_parse(const char* text, OmSymbol* symbol) {
+    *symbol = 0;
+    OM_CHECK(clingo_parse_term(text, ignore_message, NULL, 0, symbol), OM_INVALID,
+             "\"%s\" is not a term", text);
+    return OM_OK;
+}
+
 const char* om__asp_name(OmSymbol symbol, const OmSymbol** arg, int* narg) {
     const char* name = "";
     size_t size = 0;

@@ -58,6 +58,8 @@ bool clingo_signature_create(const char* name, uint32_t arity, bool positive,
 void clingo_symbol_create_number(int number, clingo_symbol_t* symbol);
 bool clingo_symbol_create_function(const char* name, const clingo_symbol_t* arguments,
                                    size_t arguments_size, bool positive, clingo_symbol_t* symbol);
+bool clingo_parse_term(const char* string, clingo_logger_t logger, void* logger_data,
+                       unsigned message_limit, clingo_symbol_t* symbol);
 int clingo_symbol_type(clingo_symbol_t symbol);
 bool clingo_symbol_number(clingo_symbol_t symbol, int* number);
 bool clingo_symbol_name(clingo_symbol_t symbol, const char** name);

@@ -53,6 +53,8 @@ OmStatus om__asp_list(OmAsp* asp, const char* name, int arity, OmSymbol* atom, i
 OmSymbol om__asp_number(int value);
 /// name(arg...); 0 with the message set if memory is out.
 OmSymbol om__asp_function(const char* name, const OmSymbol* arg, int narg);
+/// The term written in `text`: "reach(psm1,b(1,2),0)".
+OmStatus om__asp_parse(const char* text, OmSymbol* symbol);
 /// Name and arguments of a function symbol; narg -1 if it is none.
 const char* om__asp_name(OmSymbol symbol, const OmSymbol** arg, int* narg);
 int om__asp_number_of(OmSymbol symbol);        // -1 if it is no number

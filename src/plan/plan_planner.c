@@ -508,7 +508,14 @@ OmStatus om_planner_solve(OmPlanner* p, const OmSituation* s, OmPlan* plan) {
     plan->is_reground = is_reground;
     plan->ground_time = sensed - start;
     plan->solve_time = om_clock_now() - sensed;
-    return status;
+    if (status == OM_UNSAT) {
+        return om_error(OM_UNSAT,
+                        "no plan of up to %d steps exposes the region of interest from here",
+                        p->def.horizon);
+    }
+    return status == OM_TIMEOUT
+               ? om_error(OM_TIMEOUT, "planning took more than %g s", p->def.time_limit)
+               : status;
 }
 
 const char* om_planner_program(void) { return om__plan_program; }
