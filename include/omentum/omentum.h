@@ -6,6 +6,7 @@
 #include "omentum/image.h"
 #include "omentum/plan.h"
 #include "omentum/scene_model.h"
+#include "omentum/robot.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/shape.h"
 #include "omentum/shape_file.h"

@@ -1,0 +1,65 @@
+/// omentum/robot.h: the patient-side manipulator (PSM) of the da Vinci Research Kit (floor 2).
+///
+/// Six joints in modified Denavit-Hartenberg convention, as the dVRK's own files give them: yaw, pitch and
+/// insertion about a remote centre of motion, then roll, wrist pitch and wrist yaw. At zero the shaft
+/// points along -z of the base; z of the tip frame is the direction of the jaws.
+///
+///     OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, pose_world_rcm);
+///     double q[6] = {0, 0, 0.1, 0, 0, 0};
+///     OmPose pose_world_tip = om_psm_forward(&psm, q);
+///     om_psm_inverse(&psm, pose_world_tip, q, q);
+#ifndef OMENTUM_ROBOT_H
+#define OMENTUM_ROBOT_H
+
+#include "omentum/shape.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_PSM_NJOINT 6
+
+typedef enum OmTool {
+    OM_TOOL_LND,      // large needle driver, 400006
+    OM_TOOL_PROGRASP  // 400093
+} OmTool;
+
+typedef struct OmPsm {
+    OmPose pose_world_rcm;        // base frame at the remote centre of motion
+    double wrist;                 // m, wrist pitch axis to wrist yaw axis
+    double q_min[OM_PSM_NJOINT];  // rad; m for the insertion
+    double q_max[OM_PSM_NJOINT];
+    double jaw_min, jaw_max;  // rad
+} OmPsm;
+
+OM_API OmPsm om_psm_default(OmTool tool, OmPose pose_world_rcm);
+/// "yaw", "pitch", "insertion", "roll", "wrist pitch", "wrist yaw".
+OM_API const char* om_psm_joint_name(int joint);
+
+/// Pose of the tip for joint values (rad, m); limits are not looked at.
+OM_API OmPose om_psm_forward(const OmPsm* psm, const double q[OM_PSM_NJOINT]);
+/// d(tip)/dq: rows linear velocity (m) then angular velocity (rad), world frame, row-major 6 x 6.
+OM_API void om_psm_jacobian(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jacobian[36]);
+/// Joint values that bring the tip to a pose, in closed form; of roll angles a turn apart, the one nearest
+/// to `q_near`.
+/// @return OM_OK; OM_INVALID: no such values within the limits, the message names the joint, what it would
+///         need and its limit; q is unchanged
+OM_API OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip,
+                               const double q_near[OM_PSM_NJOINT], double q[OM_PSM_NJOINT]);
+/// Joint torques (N m; N for the insertion) that hold a force and torque of the tip on its surroundings:
+/// J^T w, w = (force, torque) in the world frame.
+OM_API void om_psm_joint_torque(const OmPsm* psm, const double q[OM_PSM_NJOINT], OmVec3 force,
+                                OmVec3 torque, double effort[OM_PSM_NJOINT]);
+
+/// The shape of shaft, wrist and open jaws for a picture; world frame, always the same triangles.
+OM_API OmStatus om_psm_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
+                               OmSurface* surface);
+/// The same for a surface that om_psm_surface made: only positions are written.
+OM_API void om_psm_update_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
+                                  OmSurface* surface);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

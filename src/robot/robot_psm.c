@@ -1,0 +1,172 @@
+// robot_psm.c: kinematics of the da Vinci Research Kit's patient-side manipulator.
+//
+// Link i is Rx(alpha) Tx(a) Rz(theta) Tz(d) (modified Denavit-Hartenberg, Craig); the numbers are those of
+// the dVRK's instrument files. The inverse is closed: the wrist yaw axis z6 is known from the wanted pose,
+// and shaft, wrist and tip lie in one plane with it, p = a x5 + r s with x5 normal to z6, so x5 is the part
+// of p across z6, and r s = p - a x5 gives yaw, pitch and insertion; the rotation left over gives the rest.
+#include <string.h>
+
+#include "omentum/robot.h"
+
+#define DEG (OM_PI / 180.0)
+#define INSERTION_OFFSET (-0.4318)
+#define TOOL_LENGTH 0.4162
+
+typedef struct Link {
+    double alpha, a, theta, d;
+} Link;
+
+OmPsm om_psm_default(OmTool tool, OmPose pose_world_rcm) {
+    OmPsm psm = {.pose_world_rcm = pose_world_rcm,
+                 .wrist = tool == OM_TOOL_LND ? 0.0091 : 0.0107,
+                 .q_min = {-1.588, -0.925025, 0.0, -4.53786, -1.39626, -1.39626},
+                 .q_max = {1.588, 0.925025, 0.240, 4.53786, 1.39626, 1.39626},
+                 .jaw_min = tool == OM_TOOL_LND ? -0.698132 : -0.349066,
+                 .jaw_max = 1.39626};
+    return psm;
+}
+
+const char* om_psm_joint_name(int joint) {
+    static const char* const name[] = {"yaw",  "pitch",       "insertion",
+                                       "roll", "wrist pitch", "wrist yaw"};
+    return joint >= 0 && joint < OM_PSM_NJOINT ? name[joint] : "";
+}
+
+static OmPose link_pose(Link l) {
+    OmQuat rx = om_quat_axis_angle(om_vec3(1, 0, 0), l.alpha);
+    OmQuat rz = om_quat_axis_angle(om_vec3(0, 0, 1), l.theta);
+    OmVec3 p = om_add(om_vec3(l.a, 0, 0), om_quat_rotate(rx, om_vec3(0, 0, l.d)));
+    OmPose pose = {p, om_quat_mul(rx, rz)};
+    return pose;
+}
+
+static void make_links(const OmPsm* psm, const double q[6], Link link[6]) {
+    const double h = OM_PI / 2;
+    link[0] = (Link){h, 0, q[0] + h, 0};
+    link[1] = (Link){-h, 0, q[1] - h, 0};
+    link[2] = (Link){h, 0, 0, INSERTION_OFFSET + q[2]};
+    link[3] = (Link){0, 0, q[3], TOOL_LENGTH};
+    link[4] = (Link){-h, 0, q[4] - h, 0};
+    link[5] = (Link){-h, psm->wrist, q[5] - h, 0};
+}
+
+// The instrument's last rotation: rows (0 -1 0), (0 0 1), (-1 0 0).
+static OmMat3 tip_rotation(void) {
+    return om_mat3_cols(om_vec3(0, 0, -1), om_vec3(-1, 0, 0), om_vec3(0, 1, 0));
+}
+
+// Frames 1 to 6 in the world.
+static void chain(const OmPsm* psm, const double q[6], OmPose frame[6]) {
+    Link link[6];
+    make_links(psm, q, link);
+    OmPose at = psm->pose_world_rcm;
+    for (int i = 0; i < 6; ++i) {
+        at = om_pose_mul(at, link_pose(link[i]));
+        frame[i] = at;
+    }
+}
+
+OmPose om_psm_forward(const OmPsm* psm, const double q[6]) {
+    OmPose frame[6];
+    chain(psm, q, frame);
+    OmPose tip = {{0, 0, 0}, om_quat_from_mat3(tip_rotation())};
+    OmPose pose = om_pose_mul(frame[5], tip);
+    pose.q = om_quat_normalize(pose.q);
+    return pose;
+}
+
+void om_psm_jacobian(const OmPsm* psm, const double q[6], double jacobian[36]) {
+    OmPose frame[6];
+    chain(psm, q, frame);
+    OmVec3 tip = frame[5].p;
+    for (int i = 0; i < 6; ++i) {
+        OmVec3 z = om_quat_rotate(frame[i].q, om_vec3(0, 0, 1));
+        bool is_prismatic = i == 2;
+        OmVec3 v = is_prismatic ? z : om_cross(z, om_sub(tip, frame[i].p));
+        OmVec3 w = is_prismatic ? om_vec3(0, 0, 0) : z;
+        const double column[6] = {v.x, v.y, v.z, w.x, w.y, w.z};
+        for (int r = 0; r < 6; ++r) jacobian[6 * r + i] = column[r];
+    }
+}
+
+void om_psm_joint_torque(const OmPsm* psm, const double q[6], OmVec3 force, OmVec3 torque,
+                         double effort[6]) {
+    double j[36];
+    om_psm_jacobian(psm, q, j);
+    const double w[6] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
+    for (int i = 0; i < 6; ++i) {
+        effort[i] = 0;
+        for (int r = 0; r < 6; ++r) effort[i] += j[6 * r + i] * w[r];
+    }
+}
+
+// ---- inverse --------------------------------------------------------------------------------------------
+
+static double wrap(double angle) { return remainder(angle, 2 * OM_PI); }
+
+static OmStatus check_limits(const OmPsm* psm, OmVec3 tip_world, const double q[6]) {
+    const double slack = 1e-9;  // rounding of the closed form
+    for (int i = 0; i < 6; ++i) {
+        if (q[i] >= psm->q_min[i] - slack && q[i] <= psm->q_max[i] + slack) continue;
+        bool is_length = i == 2;
+        double unit = is_length ? 1e3 : 1 / DEG;
+        double limit = q[i] < psm->q_min[i] ? psm->q_min[i] : psm->q_max[i];
+        return om_error(
+            OM_INVALID,
+            "point (%.1f, %.1f, %.1f) mm is out of the arm's reach: %s would be %.1f %s, its limit "
+            "is %.1f",
+            1e3 * tip_world.x, 1e3 * tip_world.y, 1e3 * tip_world.z, om_psm_joint_name(i),
+            unit * q[i], is_length ? "mm" : "degrees", unit * limit);
+    }
+    return OM_OK;
+}
+
+OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_near[6],
+                        double q[6]) {
+    OmPose tip = om_pose_mul(om_pose_inverse(psm->pose_world_rcm), pose_world_tip);
+    OmVec3 p = tip.p, p_world = pose_world_tip.p;
+    OmMat3 r06 = om_mat3_mul(om_quat_to_mat3(tip.q), om_mat3_transpose(tip_rotation()));
+    OmVec3 x5 = om_madd(p, -om_dot(p, r06.cz), r06.cz);
+    OM_CHECK(
+        om_norm(x5) > 1e-9, OM_INVALID,
+        "point (%.1f, %.1f, %.1f) mm is singular: the wrist's axis passes through the remote centre",
+        1e3 * p_world.x, 1e3 * p_world.y, 1e3 * p_world.z);
+    x5 = om_normalize(x5);
+    OmVec3 wrist = om_madd(p, -psm->wrist, x5);
+    double r = om_norm(wrist);
+    OM_CHECK(r > 1e-9, OM_INVALID,
+             "point (%.1f, %.1f, %.1f) mm is out of the arm's reach: it is at the remote centre",
+             1e3 * p_world.x, 1e3 * p_world.y, 1e3 * p_world.z);
+    // s = (cos q1 sin q0, -sin q1, -cos q0 cos q1)
+    OmVec3 s = om_scale(1 / r, wrist);
+    double sol[6];
+    sol[1] = asin(fmax(-1, fmin(1, -s.y)));
+    sol[0] = atan2(s.x, -s.z);
+    sol[2] = r - INSERTION_OFFSET - TOOL_LENGTH;
+    // What rotation is left to roll and wrist.
+    OmMat3 rx90 = om_quat_to_mat3(om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI / 2));
+    OmPsm base = *psm;
+    base.pose_world_rcm = om_pose_identity();
+    double q3[6] = {sol[0], sol[1], sol[2], 0, 0, 0};
+    OmPose frame[6];
+    chain(&base, q3, frame);
+    OmMat3 r03 = om_quat_to_mat3(frame[2].q);
+    OmMat3 r36 = om_mat3_mul(om_mat3_transpose(r03), r06);
+    // z6 = (cos q3 cos q4, sin q3 cos q4, -sin q4) in frame 3
+    OmVec3 z6 = r36.cz;
+    sol[4] = asin(fmax(-1, fmin(1, -z6.z)));
+    sol[3] = atan2(z6.y, z6.x);
+    OmMat3 r4 = om_quat_to_mat3(om_quat_axis_angle(om_vec3(0, 0, 1), sol[3]));
+    OmMat3 r5 =
+        om_mat3_mul(om_mat3_transpose(rx90),
+                    om_quat_to_mat3(om_quat_axis_angle(om_vec3(0, 0, 1), sol[4] - OM_PI / 2)));
+    OmVec3 x6 = om_mat3_apply_transposed(om_mat3_mul(r4, r5), r36.cx);
+    sol[5] = wrap(atan2(-x6.z, x6.x) + OM_PI / 2);
+    // The roll has more than a turn: stay near where it was.
+    sol[3] += 2 * OM_PI * round((q_near[3] - sol[3]) / (2 * OM_PI));
+    if (sol[3] > psm->q_max[3]) sol[3] -= 2 * OM_PI;
+    if (sol[3] < psm->q_min[3]) sol[3] += 2 * OM_PI;
+    OM_TRY(check_limits(psm, p_world, sol));
+    memcpy(q, sol, sizeof sol);
+    return OM_OK;
+}

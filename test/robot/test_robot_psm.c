@@ -1,0 +1,160 @@
+// PSM kinematics against independent evaluations, finite differences, and itself.
+#include "omentum/robot.h"
+#include "test_common.h"
+
+static const double q_a[6] = {0.3, -0.2, 0.12, 0.5, -0.4, 0.6};
+static const double q_b[6] = {-0.7, 0.5, 0.2, -1.2, 0.9, -0.8};
+static const double q_zero[6];
+
+// Values of an independent evaluation of the same Denavit-Hartenberg table, nine digits.
+static void forward_matches_published_values(void** state) {
+    (void)state;
+    OmPsm lnd = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmPsm pro = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    const double in[6] = {0, 0, 0.1, 0, 0, 0};
+    const struct {
+        const OmPsm* psm;
+        const double* q;
+        OmVec3 p;
+    } known[] = {
+        {&lnd, q_zero, {0, 0, 0.0065}},
+        {&lnd, in, {0, 0, -0.0935}},
+        {&lnd, q_a, {0.034105370, 0.025454160, -0.104504397}},
+        {&lnd, q_b, {-0.101570079, -0.093384795, -0.130901268}},
+        {&pro, q_a, {0.034785467, 0.026282834, -0.105692154}},
+        {&pro, q_b, {-0.101098652, -0.094260176, -0.132154849}},
+        {&pro, q_zero, {0, 0, 0.0049}},
+    };
+    for (size_t i = 0; i < sizeof known / sizeof *known; ++i) {
+        OmPose tip = om_psm_forward(known[i].psm, known[i].q);
+        assert_near(om_distance(tip.p, known[i].p), 0, 1e-9);  // the values have nine digits
+    }
+    OmMat3 r = om_quat_to_mat3(om_psm_forward(&lnd, q_a).q);
+    OmMat3 expect =
+        om_mat3_transpose(om_mat3_cols(om_vec3(0.261614256, 0.475174108, 0.840099725),
+                                       om_vec3(0.714829259, -0.680239847, 0.162150795),
+                                       om_vec3(0.648519168, 0.558106905, -0.517628797)));
+    assert_near(om_mat3_norm(om_mat3_add(r, om_mat3_scale(-1, expect))), 0, 3e-9);
+    OmMat3 zero = om_quat_to_mat3(om_psm_forward(&lnd, q_zero).q);
+    OmMat3 wpi = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
+    assert_near(om_mat3_norm(om_mat3_add(zero, om_mat3_scale(-1, wpi))), 0, 1e-14);
+}
+
+static void jacobian_matches_finite_differences(void** state) {
+    (void)state;
+    OmPose base = {{0.1, 0.2, 0.3}, om_quat_axis_angle(om_vec3(1, 2, 3), 0.7)};
+    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, base);
+    const double* qs[2] = {q_a, q_b};
+    for (int k = 0; k < 2; ++k) {
+        double j[36], h = 1e-6;
+        om_psm_jacobian(&psm, qs[k], j);
+        for (int i = 0; i < 6; ++i) {
+            double lo[6], hi[6];
+            memcpy(lo, qs[k], sizeof lo);
+            memcpy(hi, qs[k], sizeof hi);
+            lo[i] -= h, hi[i] += h;
+            OmPose a = om_psm_forward(&psm, lo), b = om_psm_forward(&psm, hi);
+            OmVec3 v = om_scale(0.5 / h, om_sub(b.p, a.p));
+            OmQuat d = om_quat_mul(b.q, om_quat_conj(a.q));
+            if (d.w < 0) d = (OmQuat){-d.x, -d.y, -d.z, -d.w};
+            double fd[6] = {v.x, v.y, v.z, d.x / h, d.y / h, d.z / h};
+            for (int r = 0; r < 6; ++r)
+                assert_near(j[6 * r + i], fd[r], 1e-8);  // h^2 and rounding / h
+        }
+    }
+}
+
+// JHU's own acceptance is 0.001 degrees and 0.005 mm; the closed form does better.
+static void inverse_undoes_forward(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(5, 0);
+    OmPose base = {{0.02, -0.1, 0.11}, om_quat_axis_angle(om_vec3(-1, 0.3, 2), 1.1)};
+    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, base);
+    for (int n = 0; n < 5000; ++n) {
+        double q[6], back[6];
+        for (int i = 0; i < 6; ++i) q[i] = om_rng_range(&rng, psm.q_min[i], psm.q_max[i]);
+        if (q[2] < 0.02) continue;  // the wrist would be behind the remote centre
+        assert_ok(om_psm_inverse(&psm, om_psm_forward(&psm, q), q, back));
+        for (int i = 0; i < 6; ++i) assert_near(back[i], q[i], i == 2 ? 1e-12 : 1e-9);
+    }
+    // A joint state recorded in a real cholecystectomy (CRCD data set, CC BY 4.0).
+    const double real[6] = {0.40437773876, -0.57100342325, 0.03804740779,
+                            2.52403784972, 0.26346309980,  0.34672318006};
+    double back[6];
+    assert_ok(om_psm_inverse(&psm, om_psm_forward(&psm, real), real, back));
+    for (int i = 0; i < 6; ++i) assert_near(back[i], real[i], 1e-10);
+}
+
+static void what_is_out_of_reach_is_named(void** state) {
+    (void)state;
+    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmPose far_down = {{0, 0.01, -0.4}, om_psm_forward(&psm, q_zero).q};
+    double q[6] = {9, 9, 9, 9, 9, 9};
+    assert_status(om_psm_inverse(&psm, far_down, q_zero, q), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "insertion would be"));
+    assert_non_null(strstr(om_error_message(), "its limit is 240.0"));
+    for (int i = 0; i < 6; ++i) assert_near(q[i], 9, 0);
+    OmPose aside = {{0, -0.15, -0.02}, far_down.q};
+    assert_status(om_psm_inverse(&psm, aside, q_zero, q), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "degrees"));
+    OmPose at_rcm = {{0, 0, 0}, far_down.q};
+    assert_status(om_psm_inverse(&psm, at_rcm, q_zero, q), OM_INVALID);
+}
+
+static void efforts_do_the_work_of_the_tip(void** state) {
+    (void)state;
+    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmVec3 force = om_vec3(0.3, -0.2, 0.5), torque = om_vec3(0.01, 0.02, -0.03);
+    double effort[6], j[36];
+    om_psm_joint_torque(&psm, q_a, force, torque, effort);
+    om_psm_jacobian(&psm, q_a, j);
+    const double dq[6] = {0.1, -0.2, 0.03, 0.4, 0.5, -0.6};
+    double work_joint = 0, work_tip = 0;
+    const double w[6] = {force.x, force.y, force.z, torque.x, torque.y, torque.z};
+    for (int i = 0; i < 6; ++i) {
+        work_joint += effort[i] * dq[i];
+        for (int r = 0; r < 6; ++r) work_tip += w[r] * j[6 * r + i] * dq[i];
+    }
+    assert_near(work_joint, work_tip, 1e-14);
+}
+
+static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
+    (void)state;
+    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    OmSurface s;
+    assert_ok(om_psm_surface(&psm, q_a, 0.0, &s));
+    OmVec3 tip = om_psm_forward(&psm, q_a).p;
+    double nearest = 1;
+    for (int i = 0; i < s.nvert; ++i) nearest = fmin(nearest, om_distance(om_load3(s.x, i), tip));
+    assert_below(nearest, 0.0015);
+    assert_true(om_surface_volume(&s) > 0);
+    // Every directed edge once, its opposite once: closed and consistently oriented.
+    for (int t = 0; t < s.ntri; ++t) {
+        for (int k = 0; k < 3; ++k) {
+            int a = s.tri_vert[3 * t + k], b = s.tri_vert[3 * t + (k + 1) % 3], same = 0,
+                opposite = 0;
+            for (int u = 0; u < s.ntri; ++u) {
+                for (int l = 0; l < 3; ++l) {
+                    int c = s.tri_vert[3 * u + l], d = s.tri_vert[3 * u + (l + 1) % 3];
+                    same += c == a && d == b;
+                    opposite += c == b && d == a;
+                }
+            }
+            assert_int_equal(same, 1);
+            assert_int_equal(opposite, 1);
+        }
+    }
+    om_surface_done(&s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(forward_matches_published_values),
+        cmocka_unit_test(jacobian_matches_finite_differences),
+        cmocka_unit_test(inverse_undoes_forward),
+        cmocka_unit_test(what_is_out_of_reach_is_named),
+        cmocka_unit_test(efforts_do_the_work_of_the_tip),
+        cmocka_unit_test(the_drawn_tool_is_closed_and_ends_at_the_tip),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
