@@ -115,9 +115,7 @@ static OmStatus write_alternative(const Rules* r, const OmPlan* plan, const Alte
         OM_TRY(om_text_append(t, "allowed, but "));
         return write_difference(plan, &a->plan, t);
     case FORBIDDEN: OM_TRY(om_text_append(t, "forbidden: ")); return write_rules(r, a->broken, t);
-    default:
-        return om_text_append(
-            t, "cannot expose the region of interest within the horizon, whatever rule is broken");
+    default: return om_text_append(t, "no action of the program leads there");
     }
 }
 
@@ -256,7 +254,7 @@ static OmStatus explain_unsat(OmPlanner* p, const OmSituation* s, const Rules* r
         Alternative a;
         OmStatus status = ask(p, s, r, om__asp_function("chosen", &block, 1), plan, &a);
         if (status != OM_OK) return status;
-        broken[b] = a.verdict == IMPOSSIBLE ? UINT64_MAX : a.broken;
+        broken[b] = a.broken;
     }
     for (int b = 0; b < nblock; b++) {
         bool is_first = true, mark[OM_PLAN_MAX_BLOCK] = {false};
@@ -265,11 +263,6 @@ static OmStatus explain_unsat(OmPlanner* p, const OmSituation* s, const Rules* r
         for (int c = b; c < nblock; c++) mark[c] = broken[c] == broken[b];
         OM_TRY(om_text_append(t, "Grasping "));
         OM_TRY(write_set(s, mark, t));
-        if (broken[b] == UINT64_MAX) {
-            OM_TRY(om_text_append(t, ": takes more than the %d steps of the horizon.\n",
-                                  p->def.horizon));
-            continue;
-        }
         OM_TRY(om_text_append(t, ": forbidden, since "));
         OM_TRY(write_rules(r, broken[b], t));
         OM_TRY(om_text_append(t, ".\n"));
