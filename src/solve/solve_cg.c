@@ -171,6 +171,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
         inspect(m, true);
         norm = residual_norm(m, false);
     }
+    if (!isfinite(norm)) return OM_INVALID;  // the matrix is not finite
     double goal = S->def.tolerance * scale;
     bool is_indefinite = false;
     while (norm > goal && norm > 0.0 && info->iterations < S->def.max_iterations) {
@@ -187,6 +188,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
         add_correction(m, norm);
         double last = norm;
         norm = residual_norm(m, false);
+        if (!isfinite(norm)) return OM_INVALID;
         if (!(norm < 0.9 * last)) break;  // float can do no more
     }
     info->residual = scale > 0.0 ? norm / scale : 0.0;  // zero b: x is zero, and exact
