@@ -17,8 +17,10 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     int64_t size;          // elements, frames, states ...
     int nworker, steps, nrun;
     double min_ms, median_ms;     // of one step, over the runs
+    double worst_ms;              // where it matters, as in planning
     const char* reference;        // what the ratio compares with
-    double reference_ms;          // its time; printed with ratio = reference_ms / min_ms
+    double reference_ms;          // its time; printed with ratio = reference_ms / min_ms,
+                                  // or / median_ms where worst_ms is given
     double iterations, residual;  // means over the steps, worst over the steps
     double bytes_per_element;
     uint64_t hash;  // of the final state
@@ -32,5 +34,6 @@ OmStatus bench_print(const BenchRow* row);
 void bench_times(double* time, int n, BenchRow* row);
 
 OmStatus bench_solve(const BenchOptions* options);  // bench_solve.c
+OmStatus bench_plan(const BenchOptions* options);   // bench_plan.c
 
 #endif

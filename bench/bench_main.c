@@ -13,6 +13,7 @@ static const struct {
     BenchFn fn;
 } bench_table[] = {
     {"solve", bench_solve},
+    {"plan", bench_plan},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
@@ -29,10 +30,12 @@ OmStatus bench_print(const BenchRow* row) {
     om_json_integer(&json, "runs", row->nrun);
     om_json_number(&json, "min_ms", row->min_ms);
     om_json_number(&json, "median_ms", row->median_ms);
+    if (row->worst_ms > 0) om_json_number(&json, "worst_ms", row->worst_ms);
+    double compared_ms = row->worst_ms > 0 ? row->median_ms : row->min_ms;
     if (row->reference) {
         om_json_string(&json, "reference", row->reference);
         om_json_number(&json, "reference_ms", row->reference_ms);
-        om_json_number(&json, "ratio", row->min_ms > 0 ? row->reference_ms / row->min_ms : 0);
+        om_json_number(&json, "ratio", compared_ms > 0 ? row->reference_ms / compared_ms : 0);
     }
     if (row->iterations > 0) om_json_number(&json, "iterations", row->iterations);
     if (row->residual > 0) om_json_number(&json, "residual", row->residual);
