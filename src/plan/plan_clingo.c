@@ -17,38 +17,57 @@ struct OmAsp {
     bool has_overflow;
 };
 
+// One message becomes one line: clingo breaks its own to indent.
 static void on_message(int code, const char* message, void* data) {
     OmAsp* asp = data;
     (void)code;
-    (void)om_text_append(&asp->message, "%s", message);
+    for (const char* c = message; *c;) {
+        size_t len = strcspn(c, "\n");
+        (void)om_text_append_raw(&asp->message, c, len);
+        c += len;
+        c += strspn(c, "\n ");
+        if (*c) (void)om_text_append(&asp->message, " ");
+    }
+    (void)om_text_append(&asp->message, "\n");
 }
 
-// Clingo's words for a failed call, on one line: "file:3:5-9: error: syntax error, unexpected ...".
+static void forget_messages(OmAsp* asp) {
+    if (asp->message.len > 0) asp->message.str[0] = 0;
+    asp->message.len = 0;
+}
+
+// Clingo's words for a failed call: its first error, "file:3:5-9: error: syntax error, unexpected ...", and how many
+// more there were.
 static OmStatus fail(OmAsp* asp, const char* doing) {
     OmStatus status = clingo_error_code() == clingo_error_bad_alloc ? OM_NO_MEMORY : OM_INVALID;
-    const char* last = clingo_error_message();
-    bool has_text = asp && asp->message.len > 0;
-    if (has_text) {
-        char* c = asp->message.str;
-        for (size_t i = 0; i < asp->message.len; i++) c[i] = c[i] == '\n' ? ' ' : c[i];
-        while (asp->message.len > 0 && c[asp->message.len - 1] == ' ') c[--asp->message.len] = 0;
+    const char *last = clingo_error_message(), *first = NULL;
+    int nerror = 0;
+    for (char* line = asp->message.len > 0 ? asp->message.str : NULL; line && *line;) {
+        size_t len = strcspn(line, "\n");
+        char* next = line + len + (line[len] == '\n');
+        line[len] = 0;
+        if (strstr(line, "error:") && nerror++ == 0) first = line;
+        line = next;
     }
-    status = om_error(status, "%s: %s", doing,
-                      has_text ? asp->message.str : (last ? last : "clingo failed"));
-    if (asp) asp->message.len = 0;
+    if (!first) first = last ? last : "clingo failed without a word";
+    if (nerror > 1) {
+        status = om_error(status, "%s: %s (and %d more error%s)", doing, first, nerror - 1,
+                          nerror == 2 ? "" : "s");
+    } else {
+        status = om_error(status, "%s: %s", doing, first);
+    }
+    forget_messages(asp);
     return status;
 }
 
 // Warnings of a call that succeeded go to the log, a line each.
 static void log_messages(OmAsp* asp) {
-    if (asp->message.len == 0) return;
-    for (char* line = asp->message.str; *line;) {
+    for (const char* line = asp->message.len > 0 ? asp->message.str : ""; *line;) {
         size_t len = strcspn(line, "\n");
-        if (len > 0) om_log(OM_LOG_WARNING, "clingo: %.*s", (int)len, line);
+        om_log(OM_LOG_WARNING, "clingo: %.*s", (int)len, line);
         line += len + (line[len] == '\n');
     }
-    asp->message.len = 0;
-    asp->message.str[0] = 0;
+    forget_messages(asp);
 }
 
 OmStatus om__asp_create(const char* const* arg, int narg, OmAsp** out) {
