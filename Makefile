@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check slow bench install format fuzz tidy clean
+.PHONY: help setup configure build demo check slow tsan bench install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -34,6 +34,10 @@ check: setup ## format, layers, tests, sanitizers, install, samples, demo
 
 slow: build ## the tests that take minutes
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
+
+tsan: setup ## the quick tests under the thread sanitizer
+	@cmake --preset tsan -G Ninja > /dev/null && cmake --build build/tsan
+	@ctest --test-dir build/tsan -LE "slow|cli|sample" --output-on-failure
 
 bench: build ## timings, one JSON object a line
 	@$(RELEASE)/bin/omentum_bench

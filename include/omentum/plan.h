@@ -104,15 +104,14 @@ typedef struct OmPlan {
 
 typedef struct OmPlannerDef {
     int cookie;
-    int horizon;   // time steps a plan may take; default 12, range 1 to OM_PLAN_MAX_HORIZON
-    int max_lift;  // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
-    const char*
-        program;  // a file of logic program in place of the built-in asp/tissue_retraction.lp; null
+    int horizon;          // time steps a plan may take; default 12, range 1 to OM_PLAN_MAX_HORIZON
+    int max_lift;         // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
+    const char* program;  // a file in place of the built-in asp/tissue_retraction.lp; null
     uint32_t seed;  // of clasp; default 1. The optimum is unique, so plans do not depend on it
     bool
-        has_all_distances;  // give the program distance(B1,B2,X,0) between all blocks too, for a program of
-        // one's own; default false: only those to the ROI and to the attachments
-    double time_limit;  // s a solve may take; default 10, <= 0 none
+        has_all_distances;  // give distance(B1,B2,X,0) between all blocks too, for a program of one's
+                            // own; default false: only those to the ROI and to the attachments
+    double time_limit;      // s a solve may take; default 10, <= 0 none
 } OmPlannerDef;
 
 OM_API OmPlannerDef om_planner_default_def(void);

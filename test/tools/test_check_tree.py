@@ -91,6 +91,7 @@ class Rules(unittest.TestCase):
         for text, what in [("int a(void) {\n    printf(\"x\");\n}\n", "printing"),
                            ("int a(void) {\n    fprintf(stderr, \"x\");\n}\n", "printing"),
                            ("int a(void) {\n    exit(1);\n}\n", "ending"),
+                           ("int a(void) {\n    longjmp(b, 1);\n}\n", "longjmp"),
                            ("void* a(void) {\n    return malloc(1);\n}\n", "allocation"),
                            ("int a(void) {\n#pragma omp parallel\n}\n", "threads")]:
             self.assert_breaks({"src/fem/fem_a.c": text}, "fem_a.c:2", what)
