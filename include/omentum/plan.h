@@ -69,8 +69,7 @@ typedef struct OmSituation {
     OmArmSituation arm[OM_PLAN_NARM];      // psm1, psm2
     bool is_visible;                       // the ROI is seen: nothing to do
     double spacing;                        // between centres of neighbouring blocks, m, > 0
-    const double*
-        center;  // centres of the blocks (n*n x 3), m, borrowed; null: the flat grid of `spacing`
+    const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
 } OmSituation;
 
 /// An untouched tissue: nothing fixed, no ROI, arms open and away, blocks reachable by the arm on their side
@@ -88,18 +87,19 @@ typedef struct OmPlanAction {
 } OmPlanAction;
 
 typedef struct OmPlan {
-    int n;        // grid of the situation it was made for
-    int naction;  // 0 when the ROI is already visible, and when there is no plan
+    OmStatus outcome;  // OM_OK, OM_UNSAT or OM_TIMEOUT, as om_planner_solve returned
+    int n;             // grid of the situation it was made for
+    int naction;       // 0 when the ROI is already visible, and when there is no plan
     OmPlanAction action[OM_PLAN_MAX_HORIZON];  // in order of time
     int grasp_block;  // block newly grasped, -1 when the plan goes on with what is held
     int grasp_arm;    // the arm that grasps it, -1
-    int64_t cost
-        [OM_PLAN_NCOST];  // new grasps; distance of the grasp from the ROI and its closeness to the
-                          // attachments (0.1 mm); actions; order of preference between equals
-    bool is_optimal;      // no better plan exists within the horizon
-    bool is_reground;     // the program was grounded for this plan, not only solved again
-    double ground_time;   // s, making the ground program fit the situation
-    double solve_time;    // s
+    // New grasps; distance of the grasp from the ROI and its closeness to the attachments, both in 0.1 mm, the
+    // second negative; actions; order of preference between equals.
+    int64_t cost[OM_PLAN_NCOST];
+    bool is_optimal;     // no better plan exists within the horizon
+    bool is_reground;    // the program was grounded for this plan, not only solved again
+    double ground_time;  // s, making the ground program fit the situation
+    double solve_time;   // s
 } OmPlan;
 
 typedef struct OmPlannerDef {
@@ -108,10 +108,10 @@ typedef struct OmPlannerDef {
     int max_lift;         // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
     const char* program;  // a file in place of the built-in asp/tissue_retraction.lp; null
     uint32_t seed;  // of clasp; default 1. The optimum is unique, so plans do not depend on it
-    bool
-        has_all_distances;  // give distance(B1,B2,X,0) between all blocks too, for a program of one's
-                            // own; default false: only those to the ROI and to the attachments
-    double time_limit;      // s a solve may take; default 10, <= 0 none
+    // Give distance(B1,B2,X,0) between all blocks too, for a program of one's own; default false: only
+    // the distances to the ROI and to the attachments.
+    bool has_all_distances;
+    double time_limit;  // s a solve may take; default 10, <= 0 none
 } OmPlannerDef;
 
 OM_API OmPlannerDef om_planner_default_def(void);

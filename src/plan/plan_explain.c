@@ -165,7 +165,9 @@ static OmStatus write_fluents(const OmSituation* s, OmText* t) {
 static OmStatus write_choice(const OmSituation* s, const OmPlan* plan, OmText* t) {
     if (s->is_visible)
         return om_text_append(t, "The region of interest is visible: nothing is to be done.\n");
-    if (plan->naction == 0) return om_text_append(t, "No plan exposes the region of interest.\n");
+    if (plan->outcome == OM_UNSAT)
+        return om_text_append(t, "No plan exposes the region of interest.\n");
+    if (plan->naction == 0) return om_text_append(t, "No plan was found in the time given.\n");
     OM_TRY(om_text_append(
         t, "The plan has %d action%s%s.\n", plan->naction, plan->naction == 1 ? "" : "s",
         plan->is_optimal ? ", and no better plan exists" : "; a better one may exist"));
@@ -283,8 +285,7 @@ OmStatus om_planner_explain(OmPlanner* p, const OmSituation* s, const OmPlan* pl
     OM_TRY(om__planner_sense(p, s, true, &is_reground));
     OM_TRY(list_rules(p, &rules));
     OmStatus status = explain_first(p, s, &rules, plan, text);
-    if (status == OM_OK && plan->naction == 0) status = explain_unsat(p, s, &rules, plan, text);
-    if (status == OM_OK && plan->naction > 0)
-        status = explain_blocks(p, s, &rules, plan, nother, text);
-    return status;
+    if (status != OM_OK) return status;
+    return plan->outcome == OM_UNSAT ? explain_unsat(p, s, &rules, plan, text)
+                                     : explain_blocks(p, s, &rules, plan, nother, text);
 }

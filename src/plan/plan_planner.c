@@ -444,7 +444,8 @@ OmStatus om__planner_search(OmPlanner* p, const OmSituation* s, const int32_t* a
     if (status < 0) return status;
     if (p->answer.has_model) read_plan(p, plan);
     plan->is_optimal = p->answer.has_model && p->answer.is_final;
-    return status == OM_OK && !p->answer.has_model ? OM_UNSAT : status;
+    plan->outcome = status == OM_OK && !p->answer.has_model ? OM_UNSAT : status;
+    return plan->outcome;
 }
 
 // ---- public -------------------------------------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 //
 // The second implementation is a plain Dijkstra search in C over what the two arms hold and where they are, with
 // no windows of time and no idea of answer sets: the laws of asp/tissue_retraction.lp read again by hand.
+#include <unistd.h>
+
 #include "omentum/plan.h"
 #include "test_common.h"
 
@@ -369,6 +371,28 @@ static void test_horizon_too_short_is_an_answer(void** state) {
     om_planner_destroy(p);
 }
 
+static void test_time_limit_is_an_answer(void** state) {
+    (void)state;
+    OmPlannerDef def = om_planner_default_def();
+    def.time_limit = 1e-9;
+    OmPlanner* p;
+    int ntimeout = 0;
+    assert_ok(om_planner_create(&def, &p));
+    for (int k = 0; k < 50; k++) {
+        OmSituation s;
+        OmPlan plan;
+        om_situation_init(&s, 8, 0.02);
+        s.is_above_roi[k] = s.is_fixed[k] = true;
+        OmStatus status = om_planner_solve(p, &s, &plan);
+        assert_true(status == OM_OK || status == OM_TIMEOUT);
+        assert_true(plan.is_optimal == (status == OM_OK) && plan.outcome == status);
+        ntimeout += status == OM_TIMEOUT;
+        if (plan.naction > 0) assert_int_equal(plan.action[plan.naction - 1].verb, OM_PLAN_PULL);
+    }
+    assert_true(ntimeout > 0);
+    om_planner_destroy(p);
+}
+
 // ---- why -----------------------------------------------------------------------------------------------------------
 
 static void test_explanation_names_costs_and_rules(void** state) {
@@ -423,11 +447,17 @@ static void test_explanation_of_no_plan(void** state) {
 
 // ---- bad input ------------------------------------------------------------------------------------------------------
 
+// Tests of several builds may run at once.
+static void temporary_path(const char* name, char* path, size_t size) {
+    const char* dir = getenv("TMPDIR");
+    snprintf(path, size, "%s/omentum_%d_%s", dir ? dir : "/tmp", (int)getpid(), name);
+}
+
 static void test_bad_program_is_told_with_file_and_line(void** state) {
     (void)state;
-    const char* path = "build/test_plan_bad.lp";
+    char path[256];
+    temporary_path("test_plan_bad.lp", path, sizeof path);
     const char* text = "block(b(1..n,1..n)).\n\na(X :- b(X).\n";
-    assert_ok(om_path_make_dir("build"));
     assert_ok(om_file_write(path, text, strlen(text)));
     OmPlannerDef def = om_planner_default_def();
     def.program = path;
@@ -459,9 +489,9 @@ static void test_bad_program_is_told_with_file_and_line(void** state) {
 
 static void test_own_program_replaces_the_built_in(void** state) {
     (void)state;
-    const char* path = "build/test_plan_own.lp";
+    char path[256];
+    temporary_path("test_plan_own.lp", path, sizeof path);
     OmText t = {0};
-    assert_ok(om_path_make_dir("build"));
     assert_ok(om_text_append(&t, "%s\n:- reach(A,b(2,2),T).\n", om_planner_program()));
     assert_ok(om_file_write(path, t.str, t.len));
     OmPlannerDef def = om_planner_default_def();
@@ -574,6 +604,7 @@ int main(void) {
         cmocka_unit_test(test_replanning_does_not_loop),
         cmocka_unit_test(test_visible_needs_nothing),
         cmocka_unit_test(test_horizon_too_short_is_an_answer),
+        cmocka_unit_test(test_time_limit_is_an_answer),
         cmocka_unit_test(test_explanation_names_costs_and_rules),
         cmocka_unit_test(test_explanation_of_no_plan),
         cmocka_unit_test(test_bad_program_is_told_with_file_and_line),
