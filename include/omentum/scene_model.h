@@ -63,6 +63,7 @@ typedef struct OmAttachDef {
 
 typedef struct OmSheetDef {
     double thickness;  // m; default 0: no sheet, the organ itself is the tissue
+    double bridge;     // hollows of the organ narrower than twice this are bridged, m; default 0.02
     double gap;        // between organ and sheet, m; default 0
     char side[64];     // the covered side, om_model_direction's words; default "anterior"
     double
@@ -91,7 +92,7 @@ typedef struct OmModelDef {
     int connectivity;     // of voxels, 6 or 26; default 6
     bool keep_holes;      // default false: holes are filled
     double close_radius;  // m; default 0: no closing
-    double smooth;        // voxels; default 1
+    double smooth;        // voxels; default 1.2
     double edge;          // mean edge of the mesh, m
     double unit;          // m per unit of a mesh or surface file; default 0.001
     bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
@@ -128,11 +129,12 @@ OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress
 OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction);
 
 OM_API void om_patient_done(OmPatient* patient);
-/// Write `dir` whole or not at all: NAME.yaml, NAME.vtu, organ.ply, report.json, report.html. The folder
-/// must not exist, or hold an older model, which is replaced. `report` may be null.
+/// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
+/// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.
 OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,
                                 const char* dir);
-/// Read NAME.yaml and the files it names, relative to its folder.
+/// Read a patient.yaml and the files it names, relative to its folder. OM_INVALID also for an element
+/// without material and for a region of interest off the organ.
 OM_API OmStatus om_patient_load(const char* path, OmPatient* patient);
 
 #ifdef __cplusplus

@@ -59,8 +59,8 @@ typedef struct OmSdfDef {
     int cookie;
     double spacing;    // grid step, m, > 0; no default
     double margin;     // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
-    double smooth;     // masks: width of the Gaussian, voxels, 0.5-3; default 1
-    int iterations;    // masks: rounds of volume correction, 0-100; default 12
+    double smooth;     // masks: width of the Gaussian, voxels, 0.5-3; default 1.2
+    int iterations;    // masks: rounds of volume correction, 0-100; default 8
     int64_t max_node;  // larger grids are refused; default 2e8
 } OmSdfDef;
 

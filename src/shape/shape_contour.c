@@ -55,9 +55,9 @@ static void face_corners(int face, int corner[4]) {
     for (int i = 0; i < 4; i++) corner[i] = ring[side ? i : 3 - i] | side << a;
 }
 
-// next[e]: the cut edge that follows e on its loop. Walking round a face, the surface enters the face where
-// an inside corner begins and leaves where it ends: each run of inside corners gives one segment, which
-// keeps inside corners apart on an ambiguous face.
+// next[e]: the cut edge that follows e on its loop, counter-clockwise seen from outside the solid. Walking
+// round a face, each run of inside corners gives one segment, from the edge where it begins to the edge
+// where it ends, which keeps the inside corners apart on an ambiguous face.
 static void trace_faces(int inside, int next[12]) {
     for (int e = 0; e < 12; e++) next[e] = -1;
     for (int face = 0; face < 6; face++) {
@@ -70,7 +70,7 @@ static void trace_faces(int inside, int next[12]) {
             while (inside >> corner[(last + 1) % 4] & 1) last++;
             int entry = edge_between(before, here);
             int exit = edge_between(corner[last % 4], corner[(last + 1) % 4]);
-            next[exit] = entry;
+            next[entry] = exit;
         }
     }
 }

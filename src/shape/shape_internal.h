@@ -15,6 +15,10 @@ extern const int om__face_opposite[4];
 // elements share a face.
 OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor);
 
+// The triangle corners (3 t + c) at each vertex: corner[adr[v]] .. corner[adr[v + 1] - 1]. The caller frees
+// both with om_free, also after a failure.
+OmStatus om__surface_corners(const OmSurface* surface, int** adr, int** corner);
+
 // Dimensions and origin of the grid over [lo, hi] and the margin, values not set.
 OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf);
 // Fill the nodes of a grid from a function, in parallel.

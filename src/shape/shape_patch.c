@@ -67,8 +67,8 @@ static int heap_pop(Heap* h) {
     return top;
 }
 
-// For each vertex, the half-edges (triangle corners) that leave it: adr[v] .. adr[v + 1].
-static OmStatus vertex_corners(const OmSurface* s, int** adr, int** corner) {
+OmStatus om__surface_corners(const OmSurface* s, int** adr, int** corner) {
+    *corner = NULL;
     *adr = om_calloc((size_t)s->nvert + 1, sizeof(int));
     *corner = om_alloc(3 * (size_t)s->ntri, sizeof(int));
     if (!*adr || !*corner) return OM_NO_MEMORY;
@@ -90,7 +90,7 @@ OmStatus om_surface_geodesic(const OmSurface* surface, int from, double* distanc
     Heap heap = {.key = distance};
     OM_CHECK(from >= 0 && from < surface->nvert, OM_INVALID,
              "geodesics start at vertex %d of a surface of %d", from, surface->nvert);
-    OM_TRY_DONE(vertex_corners(surface, &adr, &corner));
+    OM_TRY_DONE(om__surface_corners(surface, &adr, &corner));
     OM_ALLOC_DONE(heap.vert, surface->nvert);
     OM_ALLOC_DONE(heap.place, surface->nvert);
     for (int v = 0; v < surface->nvert; v++) {
