@@ -1,0 +1,102 @@
+/// omentum/sense.h: what cameras see of a scene of triangles, by ray casting (floor 3).
+///
+/// A pinhole endoscope gives shaded pictures, a depth camera gives depth with range-dependent noise and
+/// partial point clouds with normals, and both respect occlusion. No display and no graphics card.
+///
+///     OmSenseScene* scene;
+///     om_sense_scene_create(&scene);
+///     om_sense_scene_add(scene, &tissue, &look, &id);
+///     om_sense_scene_update(scene, id, x);            // moved vertices; then
+///     om_sense_scene_commit(scene);
+///     om_sense_render(scene, &camera, &options, &picture);
+#ifndef OMENTUM_SENSE_H
+#define OMENTUM_SENSE_H
+
+#include "omentum/image.h"
+#include "omentum/shape.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Pinhole camera: z forward, x right, y down in its frame; square pixels, principal point in the middle.
+typedef struct OmCamera {
+    OmPose pose_world_camera;
+    int width, height;     // pixels, 1 to 8192
+    double fov;            // vertical, rad, in (0, pi)
+    double near_m, far_m;  // range of depth, m
+} OmCamera;
+
+/// Pixel coordinates (pixel centres at .5) of a point; false if it is not in front of the camera.
+OM_API bool om_camera_project(const OmCamera* camera, OmVec3 p_world, double* u, double* v);
+/// Unit direction in the world of the ray through pixel coordinates (u, v).
+OM_API OmVec3 om_camera_ray(const OmCamera* camera, double u, double v);
+
+typedef struct OmSenseLook {
+    double red, green, blue;  // 0 to 1
+    double gloss;             // strength of highlights, 0 to 1
+    bool is_smooth;           // normals of vertices, not of triangles
+    bool is_checker;          // squares of 10 mm in two shades, for boards
+    bool is_two_sided;        // lit from both sides
+} OmSenseLook;
+
+typedef struct OmSenseScene OmSenseScene;
+OM_API OmStatus om_sense_scene_create(OmSenseScene** scene);
+OM_API void om_sense_scene_destroy(OmSenseScene* scene);
+/// Add triangles (copied). `id` counts from 0 in order of adding.
+OM_API OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface,
+                                   const OmSenseLook* look, int* id);
+/// New vertex positions of an object: `x` holds those of all its vertices (nvert x 3), or, when `vert` is not
+/// null, vertex i of the object is vert[i] of x.
+OM_API void om_sense_scene_update(OmSenseScene* scene, int id, const double* x, const int* vert);
+OM_API void om_sense_scene_show(OmSenseScene* scene, int id, bool is_shown);
+/// To be called after changes, before anything is cast.
+OM_API OmStatus om_sense_scene_commit(OmSenseScene* scene);
+
+typedef struct OmSenseOptions {
+    int samples;      // rays a pixel along each side, 1 to 4: antialiasing
+    bool has_shadow;  // one shadow ray a pixel
+    int nworker;      // 0: one a processor; the picture does not depend on it
+} OmSenseOptions;
+OM_API OmSenseOptions om_sense_default_options(void);
+
+/// Shaded picture (RGB). `picture` is made by the caller with om_picture_init(width, height, 3).
+OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
+                                const OmSenseOptions* options, OmPicture* picture);
+
+/// Depth along z of the camera, m, 0 where nothing is in range; object ids (-1 none) and unit normals towards
+/// the camera if their pointers are not null.
+OM_API OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
+                               float* depth, int* id, float* normal);
+
+/// Noise of a structured-light or stereo camera: sigma = a + b z^2; surfaces seen at less than
+/// `min_grazing` (cosine of the angle to the normal) and a share `dropout` of all pixels give no depth.
+typedef struct OmDepthNoise {
+    double a, b;         // m and 1/m
+    double min_grazing;  // 0 to 1
+    double dropout;      // 0 to 1
+    uint64_t seed;
+} OmDepthNoise;
+/// About a RealSense D435: 0.2 mm at once and 1.5 mm more at one metre.
+OM_API OmDepthNoise om_depth_noise_default(uint64_t seed);
+/// Apply noise in place; pixel i of frame k draws from its own stream, so any frame can be made alone.
+OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera, uint64_t frame,
+                               const float* normal, float* depth);
+
+/// Points of the pixels whose object is `only` (-1: all): positions and normals in the world (n x 3 each,
+/// room for width * height; `normal_out` may be null together with `normal`). Returns n.
+OM_API int om_depth_to_cloud(const OmCamera* camera, const float* depth, const int* id,
+                             const float* normal, int only, double* x, double* normal_out);
+
+/// Share of sample points of a region seen by the camera (6.5.2): of the points that face the camera and lie
+/// in its picture, those whose ray meets nothing before them. Objects in `ignore` (a bit each, ids below
+/// 64) do not occlude: the region itself.
+OM_API OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera,
+                                    const double* x, const double* normal, int npoint,
+                                    uint64_t ignore, double* share);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

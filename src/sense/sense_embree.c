@@ -1,0 +1,233 @@
+// sense_embree.c: scenes of triangles for Embree 3, the only file that knows it.
+//
+// Deforming objects are refitted, not rebuilt: vertices move little between frames. The device builds with
+// one thread of its own; rays are cast from our loops, eight at a time.
+#include <embree3/rtcore.h>
+#include <string.h>
+
+#include "sense/sense_internal.h"
+
+struct OmSenseScene {
+    RTCDevice device;
+    RTCScene scene;
+    Object* object;
+    int nobject, capacity;
+};
+
+static OmStatus check_device(RTCDevice device, const char* doing) {
+    enum RTCError error = rtcGetDeviceError(device);
+    if (error == RTC_ERROR_NONE) return OM_OK;
+    OmStatus status = error == RTC_ERROR_OUT_OF_MEMORY ? OM_NO_MEMORY : OM_UNAVAILABLE;
+    return om_error(status, "ray caster: error %d while %s", (int)error, doing);
+}
+
+OmStatus om_sense_scene_create(OmSenseScene** scene) {
+    *scene = om_calloc(1, sizeof **scene);
+    if (!*scene) return OM_NO_MEMORY;
+    (*scene)->device = rtcNewDevice("threads=1,set_affinity=0");
+    OmStatus status = OM_OK;
+    if (!(*scene)->device) {
+        status = om_error(OM_UNAVAILABLE, "ray caster: no device, error %d",
+                          (int)rtcGetDeviceError(NULL));
+    } else {
+        (*scene)->scene = rtcNewScene((*scene)->device);
+        rtcSetSceneFlags((*scene)->scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
+        status = check_device((*scene)->device, "making a scene");
+    }
+    if (status < 0) {
+        om_sense_scene_destroy(*scene);
+        *scene = NULL;
+    }
+    return status;
+}
+
+void om_sense_scene_destroy(OmSenseScene* scene) {
+    if (!scene) return;
+    for (int i = 0; i < scene->nobject; ++i) {
+        Object* o = &scene->object[i];
+        if (o->geometry) rtcReleaseGeometry(o->geometry);
+        om_surface_done(&o->surface);
+        om_free(o->vert_normal);
+    }
+    if (scene->scene) rtcReleaseScene(scene->scene);
+    if (scene->device) rtcReleaseDevice(scene->device);
+    for (int i = 0; i < scene->nobject; ++i) om_free(scene->object[i].buffer);
+    om_free(scene->object);
+    om_free(scene);
+}
+
+static void write_buffer(Object* o) {
+    for (int i = 0; i < 3 * o->surface.nvert; ++i) o->buffer[i] = (float)o->surface.x[i];
+}
+
+static void compute_normals(Object* o) {
+    if (!o->vert_normal) return;
+    memset(o->vert_normal, 0, 3 * (size_t)o->surface.nvert * sizeof(double));
+    for (int t = 0; t < o->surface.ntri; ++t) {
+        const int* v = &o->surface.tri_vert[3 * t];
+        OmVec3 a = om_load3(o->surface.x, v[0]);
+        OmVec3 n = om_cross(om_sub(om_load3(o->surface.x, v[1]), a),
+                            om_sub(om_load3(o->surface.x, v[2]), a));
+        for (int k = 0; k < 3; ++k)
+            om_store3(o->vert_normal, v[k], om_add(om_load3(o->vert_normal, v[k]), n));
+    }
+}
+
+static OmStatus grow_objects(OmSenseScene* scene) {
+    if (scene->nobject < scene->capacity) return OM_OK;
+    int capacity = scene->capacity ? 2 * scene->capacity : 8;
+    Object* grown =
+        om_realloc(scene->object, (size_t)scene->nobject, (size_t)capacity, sizeof *grown);
+    if (!grown) return OM_NO_MEMORY;
+    scene->object = grown;
+    scene->capacity = capacity;
+    return OM_OK;
+}
+
+static OmStatus check_surface(const OmSurface* s) {
+    OM_CHECK(s->nvert > 0 && s->ntri > 0, OM_INVALID, "a surface without triangles cannot be seen");
+    for (int i = 0; i < 3 * s->ntri; ++i) {
+        OM_CHECK(s->tri_vert[i] >= 0 && s->tri_vert[i] < s->nvert, OM_INVALID,
+                 "triangle %d names vertex %d of %d", i / 3, s->tri_vert[i], s->nvert);
+    }
+    for (int i = 0; i < 3 * s->nvert; ++i) {
+        OM_CHECK(isfinite(s->x[i]), OM_INVALID, "vertex %d of a surface is not finite", i / 3);
+    }
+    return OM_OK;
+}
+
+OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface, const OmSenseLook* look,
+                            int* id) {
+    *id = -1;
+    OM_TRY(check_surface(surface));
+    OM_TRY(grow_objects(scene));
+    Object o = {.look = *look, .is_shown = true, .is_changed = true};
+    OmStatus status = om_surface_init(&o.surface, surface->nvert, surface->ntri);
+    if (status < 0) return status;
+    size_t nx = 3 * (size_t)surface->nvert;
+    memcpy(o.surface.x, surface->x, nx * sizeof(double));
+    memcpy(o.surface.tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof(int));
+    OM_ALLOC_DONE(o.buffer, nx + 4);  // the caster reads 16 bytes at the last vertex
+    if (look->is_smooth) OM_ALLOC_DONE(o.vert_normal, nx);
+    write_buffer(&o);
+    compute_normals(&o);
+    RTCGeometry g = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    o.geometry = g;
+    rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_REFIT);
+    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, o.buffer, 0,
+                               3 * sizeof(float), (size_t)surface->nvert);
+    unsigned* index = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                              3 * sizeof(unsigned), (size_t)surface->ntri);
+    OM_TRY_DONE(check_device(scene->device, "adding triangles"));
+    for (int i = 0; i < 3 * surface->ntri; ++i) index[i] = (unsigned)surface->tri_vert[i];
+    rtcCommitGeometry(g);
+    rtcAttachGeometryByID(scene->scene, g, (unsigned)scene->nobject);
+    OM_TRY_DONE(check_device(scene->device, "adding triangles"));
+    *id = scene->nobject;
+    scene->object[scene->nobject++] = o;
+    return OM_OK;
+done:
+    if (o.geometry) rtcReleaseGeometry(o.geometry);
+    om_surface_done(&o.surface);
+    om_free(o.buffer);
+    om_free(o.vert_normal);
+    return status;
+}
+
+void om_sense_scene_update(OmSenseScene* scene, int id, const double* x, const int* vert) {
+    OM_ASSERT(id >= 0 && id < scene->nobject);
+    Object* o = &scene->object[id];
+    for (int i = 0; i < o->surface.nvert; ++i)
+        om_store3(o->surface.x, i, om_load3(x, vert ? vert[i] : i));
+    o->is_changed = true;
+}
+
+void om_sense_scene_show(OmSenseScene* scene, int id, bool is_shown) {
+    OM_ASSERT(id >= 0 && id < scene->nobject);
+    Object* o = &scene->object[id];
+    if (o->is_shown == is_shown) return;
+    o->is_shown = is_shown;
+    if (is_shown)
+        rtcEnableGeometry(o->geometry);
+    else
+        rtcDisableGeometry(o->geometry);
+}
+
+OmStatus om_sense_scene_commit(OmSenseScene* scene) {
+    for (int i = 0; i < scene->nobject; ++i) {
+        Object* o = &scene->object[i];
+        if (!o->is_changed) continue;
+        write_buffer(o);
+        compute_normals(o);
+        rtcUpdateGeometryBuffer(o->geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+        rtcCommitGeometry(o->geometry);
+        o->is_changed = false;
+    }
+    rtcCommitScene(scene->scene);
+    return check_device(scene->device, "building the scene");
+}
+
+int om__object_count(const OmSenseScene* scene) { return scene->nobject; }
+const Object* om__object(const OmSenseScene* scene, int id) { return &scene->object[id]; }
+
+// ---- casting ----------------------------------------------------------------------------------------------
+
+void om__cast(const OmSenseScene* scene, Packet* p) {
+    struct RTCRayHit8 rh;
+    int valid[PACKET];
+    for (int i = 0; i < PACKET; ++i) {
+        valid[i] = i < p->n ? -1 : 0;
+        int k = i < p->n ? i : 0;
+        rh.ray.org_x[i] = (float)p->origin[k].x;
+        rh.ray.org_y[i] = (float)p->origin[k].y;
+        rh.ray.org_z[i] = (float)p->origin[k].z;
+        rh.ray.dir_x[i] = (float)p->direction[k].x;
+        rh.ray.dir_y[i] = (float)p->direction[k].y;
+        rh.ray.dir_z[i] = (float)p->direction[k].z;
+        rh.ray.tnear[i] = 0;
+        rh.ray.tfar[i] = (float)p->far_t[k];
+        rh.ray.time[i] = 0;
+        rh.ray.mask[i] = ~0u;
+        rh.ray.id[i] = 0;
+        rh.ray.flags[i] = 0;
+        rh.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        rh.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect8(valid, scene->scene, &context, &rh);
+    for (int i = 0; i < p->n; ++i) {
+        bool is_hit = rh.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+        p->t[i] = is_hit ? (double)rh.ray.tfar[i] : HUGE_VAL;
+        p->id[i] = is_hit ? (int)rh.hit.geomID[i] : -1;
+        p->tri[i] = is_hit ? (int)rh.hit.primID[i] : -1;
+        p->u[i] = is_hit ? rh.hit.u[i] : 0;
+        p->v[i] = is_hit ? rh.hit.v[i] : 0;
+    }
+}
+
+void om__cast_shadow(const OmSenseScene* scene, Packet* p) {
+    struct RTCRay8 ray;
+    int valid[PACKET];
+    for (int i = 0; i < PACKET; ++i) {
+        valid[i] = i < p->n ? -1 : 0;
+        int k = i < p->n ? i : 0;
+        ray.org_x[i] = (float)p->origin[k].x;
+        ray.org_y[i] = (float)p->origin[k].y;
+        ray.org_z[i] = (float)p->origin[k].z;
+        ray.dir_x[i] = (float)p->direction[k].x;
+        ray.dir_y[i] = (float)p->direction[k].y;
+        ray.dir_z[i] = (float)p->direction[k].z;
+        ray.tnear[i] = 0;
+        ray.tfar[i] = (float)p->far_t[k];
+        ray.time[i] = 0;
+        ray.mask[i] = ~0u;
+        ray.id[i] = 0;
+        ray.flags[i] = 0;
+    }
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded8(valid, scene->scene, &context, &ray);
+    for (int i = 0; i < p->n; ++i) p->t[i] = ray.tfar[i] < 0 ? 0 : HUGE_VAL;
+}
