@@ -1,0 +1,314 @@
+// scene_model.c: the pipeline from a file to a patient model.
+//
+//   read -> select -> clean -> distance field -> surface, mesh (or sheet) -> materials -> report
+//
+// The mesher cuts corners: a mesh of a ball is inscribed. So the level it meshes is shifted by a fraction of
+// an edge until the mesh has the volume of the cleaned mask (false position on volume over area). Where
+// that is not enough, as parts thinner than an edge are lost, the edge is shortened.
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include "scene/scene_model_internal.h"
+
+#define VOLUME_GOAL 0.001  // the shift of the level stops here
+#define VOLUME_LIMIT 0.02  // above it edges are refined, or a warning is given
+#define MAX_REFINE 4       // steps of 0.8
+
+void om__model_warn(OmModelReport* report, const char* format, ...) {
+    size_t len = strlen(report->warning);
+    va_list args;
+    va_start(args, format);
+    if (len > 0 && len + 2 < sizeof report->warning) {
+        memcpy(report->warning + len, "; ", 3);
+        len += 2;
+    }
+    vsnprintf(report->warning + len, sizeof report->warning - len, format, args);
+    va_end(args);
+}
+
+// ---- the def -------------------------------------------------------------------------------------------
+
+static void base_name(const char* path, char* out, size_t size) {
+    const char* slash = strrchr(path, '/');
+    snprintf(out, size, "%s", slash ? slash + 1 : path);
+    char* dot = strchr(out, '.');
+    if (dot && dot != out) *dot = 0;
+}
+
+OmModelDef om_model_default_def(const char* input, double edge) {
+    OmModelDef def = {.cookie = OM__MODEL_COOKIE,
+                      .min_share = 0.01,
+                      .connectivity = 6,
+                      .smooth = 1.2,
+                      .edge = edge,
+                      .unit = OM_UNIT_MM,
+                      .refine = true};
+    snprintf(def.input, sizeof def.input, "%s", input);
+    base_name(input, def.name, sizeof def.name);
+    snprintf(def.sheet.side, sizeof def.sheet.side, "anterior");
+    def.sheet.bridge = 0.02;
+    def.sheet.tumour_radius = 0.012;
+    def.sheet.tumour_height = 0.003;
+    def.sheet.nroi = 200;
+    return def;
+}
+
+static OmStatus check_material(const OmPatientMaterial* m) {
+    OM_CHECK(m->young > 0 && isfinite(m->young), OM_INVALID,
+             "material %s: Young's modulus %g Pa must be positive", m->name, m->young);
+    OM_CHECK(m->poisson > -1 && m->poisson < 0.5, OM_INVALID,
+             "material %s: Poisson's ratio %g must be above -1 and below 0.5", m->name, m->poisson);
+    OM_CHECK(m->density > 0 && isfinite(m->density), OM_INVALID,
+             "material %s: density %g kg/m3 must be positive", m->name, m->density);
+    return OM_OK;
+}
+
+static OmStatus check_def(const OmModelDef* def) {
+    OM_CHECK(def->cookie == OM__MODEL_COOKIE, OM_INVALID,
+             "OmModelDef was not made by om_model_default_def");
+    OM_CHECK(def->edge >= 1e-5 && def->edge <= 1, OM_INVALID,
+             "edge: %g mm is outside 0.01 to 1000 mm", def->edge * 1e3);
+    OM_CHECK(def->nlabel >= 0 && def->nlabel <= OM_MAX_LABEL, OM_INVALID,
+             "label: %d labels; at most %d", def->nlabel, OM_MAX_LABEL);
+    OM_CHECK(!def->has_window || def->window_lo <= def->window_hi, OM_INVALID,
+             "window: %g to %g is empty", def->window_lo, def->window_hi);
+    OM_CHECK(def->connectivity == 6 || def->connectivity == 26, OM_INVALID,
+             "connectivity: %d; it can be 6 or 26", def->connectivity);
+    OM_CHECK(def->min_share >= 0 && def->min_share <= 1, OM_INVALID,
+             "min_share: %g is outside 0 to 1", def->min_share);
+    OM_CHECK(def->close_radius >= 0 && def->close_radius <= 0.1, OM_INVALID,
+             "close: %g mm is outside 0 to 100 mm", def->close_radius * 1e3);
+    OM_CHECK(def->smooth >= 0.5 && def->smooth <= 3, OM_INVALID,
+             "smooth: %g voxels is outside 0.5 to 3", def->smooth);
+    OM_CHECK(def->unit > 0 && isfinite(def->unit), OM_INVALID, "unit: %g m must be positive",
+             def->unit);
+    OM_CHECK(def->nmaterial >= 0 && def->nmaterial <= OM_MAX_MATERIAL, OM_INVALID,
+             "material: %d materials; at most %d", def->nmaterial, OM_MAX_MATERIAL);
+    for (int i = 0; i < def->nmaterial; i++) OM_TRY(check_material(&def->material[i]));
+    OM_CHECK(def->name[0] && !strchr(def->name, '/') && def->name[0] != '.', OM_INVALID,
+             "name: \"%s\" cannot be the name of a file", def->name);
+    return OM_OK;
+}
+
+// ---- directions ------------------------------------------------------------------------------------------
+
+OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction) {
+    static const char* const name[] = {"right",    "left",     "anterior", "posterior",
+                                       "superior", "inferior", "lateral",  "medial"};
+    const double outward = is_left ? -1 : 1;  // +x is the patient's right
+    const OmVec3 value[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0},       {0, -1, 0},
+                            {0, 0, 1}, {0, 0, -1}, {outward, 0, 0}, {-outward, 0, 0}};
+    *direction = om_vec3(0, 0, 0);
+    for (size_t i = 0; i < sizeof name / sizeof *name; i++) {
+        if (strcmp(words, name[i]) != 0) continue;
+        *direction = value[i];
+        return OM_OK;
+    }
+    double x, y, z;
+    char rest;
+    if (sscanf(words, "%lf,%lf,%lf%c", &x, &y, &z, &rest) == 3) {
+        OmVec3 v = om_vec3(x, y, z);
+        OM_CHECK(om_is_finite3(v) && om_norm(v) > 1e-12, OM_INVALID,
+                 "direction \"%s\" has no length", words);
+        *direction = om_normalize(v);
+        return OM_OK;
+    }
+    const char* near = om_nearest_word(words, name, (int)(sizeof name / sizeof *name));
+    return om_error(OM_INVALID,
+                    "\"%s\" is no direction%s%s%s: use right, left, anterior, posterior, superior, "
+                    "inferior, lateral, medial or x,y,z",
+                    words, near ? " (did you mean \"" : "", near ? near : "", near ? "\"?)" : "");
+}
+
+// ---- meshing to a volume -------------------------------------------------------------------------------------
+
+static OmStatus boundary_area(const OmTetMesh* mesh, double* area) {
+    OmSurface s;
+    OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
+    *area = 0;
+    for (int t = 0; t < s.ntri; t++) {
+        const int* v = &s.tri_vert[3 * (size_t)t];
+        OmVec3 a = om_load3(s.x, v[0]);
+        OmVec3 n = om_cross(om_sub(om_load3(s.x, v[1]), a), om_sub(om_load3(s.x, v[2]), a));
+        *area += 0.5 * om_norm(n);
+    }
+    om_surface_done(&s);
+    return OM_OK;
+}
+
+// Mesh at one edge length; *error is what remains of the volume error.
+static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, OmTetMesh* mesh, double* level,
+                             double* error) {
+    OmStuffDef def = om_stuff_default_def(edge, task->fn, task->ctx, task->lo, task->hi);
+    def.nworker = task->nworker;
+    *level = 0;
+    for (int it = 0;; it++) {
+        double area;
+        def.level = *level;
+        if (task->level) *task->level = *level;
+        OM_TRY(om_tet_mesh_stuff(&def, mesh));
+        OmStatus status = om_tet_mesh_keep_parts(mesh, task->min_share, NULL, NULL);
+        double volume = om_tet_mesh_volume(mesh);
+        *error = task->volume > 0 ? fabs(volume / task->volume - 1) : 0;
+        if (status == OM_OK && *error > VOLUME_GOAL && it < 5) {
+            status = boundary_area(mesh, &area);
+            double step = area > 0 ? (task->volume - volume) / area : 0;
+            double next = fmax(-0.5 * edge, fmin(0.5 * edge, *level + step));
+            if (status == OM_OK && fabs(next - *level) > 1e-6 * edge) {
+                *level = next;
+                om_tet_mesh_done(mesh);
+                continue;
+            }
+        }
+        if (status < 0) om_tet_mesh_done(mesh);
+        return status;
+    }
+}
+
+OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
+                              OmModelReport* report) {
+    double edge = task->edge, best = HUGE_VAL;
+    OmStatus last = OM_OK;
+    memset(mesh, 0, sizeof *mesh);
+    for (int step = 0; step <= (task->refine ? MAX_REFINE : 0); step++, edge *= 0.8) {
+        OmTetMesh trial;
+        double level = 0, error = 0;
+        OM_TRY(om_progress_report(progress, "meshing", step, MAX_REFINE));
+        last = mesh_at_edge(task, edge, &trial, &level, &error);
+        if (last == OM_INVALID) continue;  // thinner than this edge: the next may hold it
+        if (last < 0) break;
+        if (error < best) {
+            om_tet_mesh_done(mesh);
+            *mesh = trial;
+            best = error;
+            report->edge = edge;
+            report->level_shift = level;
+            report->volume_error = error;
+        } else {
+            om_tet_mesh_done(&trial);
+        }
+        if (best <= VOLUME_LIMIT) break;
+    }
+    if (mesh->ntet == 0 || (last < 0 && last != OM_INVALID)) {
+        om_tet_mesh_done(mesh);
+        return last;
+    }
+    if (report->edge < task->edge) {
+        om__model_warn(report, "parts are thinner than the edge of %.3g mm: meshed with %.3g mm",
+                       task->edge * 1e3, report->edge * 1e3);
+    }
+    if (best > VOLUME_LIMIT) {
+        om__model_warn(report, "the mesh's volume is %.1f %% off: use edges below %.3g mm",
+                       best * 100, report->edge * 1e3);
+    }
+    report->mesh_volume = om_tet_mesh_volume(mesh);
+    return OM_OK;
+}
+
+// ---- the organ itself ------------------------------------------------------------------------------------------
+
+static OmStatus mesh_organ(const OmModelDef* def, OmBody* body, const OmProgress* progress,
+                           OmPatient* patient, OmModelReport* report) {
+    if (body->has_mesh) {  // a ready mesh is used as it is
+        patient->mesh = body->mesh;
+        memset(&body->mesh, 0, sizeof body->mesh);
+        report->edge = 0;
+        report->mesh_volume = om_tet_mesh_volume(&patient->mesh);
+        return OM_OK;
+    }
+    OmMeshTask task = {.fn = om_sdf_shape_fn,
+                       .ctx = &body->sdf,
+                       .volume = body->volume_ref,
+                       .edge = def->edge,
+                       .min_share = def->keep_all ? def->min_share : 0,
+                       .refine = def->refine,
+                       .nworker = def->nworker};
+    om_sdf_bounds(&body->sdf, &task.lo, &task.hi);
+    OM_TRY(om__mesh_with_volume(&task, progress, &patient->mesh, report));
+    om__body_label_elements(body, &patient->mesh);
+    return OM_OK;
+}
+
+static void default_materials(const OmModelDef* def, OmPatient* patient) {
+    memcpy(patient->material, def->material, sizeof patient->material);
+    patient->nmaterial = def->nmaterial;
+    if (patient->nmaterial > 0) return;
+    // adipose tissue and a soft organ; density of fat and of water
+    const bool is_sheet = def->sheet.thickness > 0;
+    OmPatientMaterial m = {.label = -1, .young = is_sheet ? 3000 : 5000, .poisson = 0.45};
+    m.density = is_sheet ? 920 : 1060;
+    snprintf(m.name, sizeof m.name, "%s", is_sheet ? "adipose tissue" : "soft tissue");
+    patient->material[0] = m;
+    patient->nmaterial = 1;
+}
+
+// Distance of the mesh's boundary to the level set it approximates.
+static OmStatus surface_error(const OmBody* body, const OmTetMesh* mesh, OmModelReport* report) {
+    OmSurface s;
+    OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
+    double sum = 0;
+    for (int v = 0; v < s.nvert; v++) {
+        double d = fabs(om_sdf_eval(&body->sdf, om_load3(s.x, v), NULL));
+        sum += d;
+        report->surface_error_max = fmax(report->surface_error_max, d);
+    }
+    report->surface_error_mean = s.nvert ? sum / s.nvert : 0;
+    om_surface_done(&s);
+    return OM_OK;
+}
+
+OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress, OmPatient* patient,
+                        OmModelReport* report) {
+    OmStatus status = OM_OK;
+    OmBody body = {0};
+    OmModelReport local;
+    if (!report) report = &local;
+    memset(patient, 0, sizeof *patient);
+    memset(report, 0, sizeof *report);
+    double start = om_clock_now();
+    OM_TRY_DONE(check_def(def));
+    const bool is_sheet = def->sheet.thickness > 0;
+    double margin = is_sheet
+                        ? def->sheet.thickness + def->sheet.gap + def->sheet.bridge + 3 * def->edge
+                        : def->edge;
+    OM_TRY_DONE(om__body_load(def, margin, progress, &body, report));
+    snprintf(patient->name, sizeof patient->name, "%s", def->name);
+    default_materials(def, patient);
+
+    OM_TRY_DONE(om_progress_report(progress, "surface", 0, 1));
+    OM_TRY_DONE(om_surface_from_sdf(&body.sdf, 0, &patient->organ));
+    patient->organ_spacing = body.sdf.spacing;
+    report->surface_volume = om_surface_volume(&patient->organ);
+    patient->up = om_vec3(0, 1, 0);
+
+    if (is_sheet) {
+        OM_TRY_DONE(om__sheet_build(def, &body, progress, patient, report));
+    } else {
+        OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
+        OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
+        om_surface_done(&patient->organ);  // it is the tissue, not what the tissue lies on
+    }
+    OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));
+    if (report->ncapped > 0) {
+        om__model_warn(report, "the volume cuts the organ: %d voxels on its border were capped",
+                       report->ncapped);
+    }
+    if (!report->quality.is_manifold) {
+        om__model_warn(report, "the boundary touches itself in single edges");
+    }
+    report->seconds = om_clock_now() - start;
+done:
+    om__body_done(&body);
+    if (status < 0) om_patient_done(patient);
+    return status;
+}
+
+void om_patient_done(OmPatient* patient) {
+    if (!patient) return;
+    om_tet_mesh_done(&patient->mesh);
+    om_surface_done(&patient->organ);
+    om_free(patient->roi_point);
+    om_free(patient->roi_normal);
+    memset(patient, 0, sizeof *patient);
+}

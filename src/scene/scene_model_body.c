@@ -1,0 +1,201 @@
+// scene_model_body.c: from an input file to a cleaned solid and its distance field.
+#include <string.h>
+
+#include "scene/scene_model_internal.h"
+
+void om__body_done(OmBody* body) {
+    om_volume_done(&body->volume);
+    om_mask_done(&body->mask);
+    om_tet_mesh_done(&body->mesh);
+    om_sdf_done(&body->sdf);
+    memset(body, 0, sizeof *body);
+}
+
+// ---- voxels ---------------------------------------------------------------------------------------------
+
+static bool is_selected(const OmModelDef* def, float value) {
+    double v = (double)value;
+    if (def->has_window) return v >= def->window_lo && v <= def->window_hi;
+    if (def->nlabel == 0) return v > 0;
+    for (int i = 0; i < def->nlabel; i++) {
+        if (v == def->label[i]) return true;
+    }
+    return false;
+}
+
+// The labels a volume holds, as "1 2 3 ...", for the message that a label is not there.
+static void list_labels(const OmVolume* volume, char* out, size_t size) {
+    bool is_there[1024] = {false};
+    size_t n = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2], len = 0;
+    for (size_t v = 0; v < n; v++) {
+        float f = volume->value[v];
+        if (f > 0 && f < 1024 && f == floorf(f)) is_there[(int)f] = true;
+    }
+    out[0] = 0;
+    for (int l = 1; l < 1024 && len + 8 < size; l++) {
+        if (is_there[l]) len += (size_t)snprintf(out + len, size - len, " %d", l);
+    }
+}
+
+static OmStatus select_voxels(const OmModelDef* def, OmBody* body, OmModelReport* report) {
+    const OmVolume* volume = &body->volume;
+    const int* dim = volume->dim;
+    OM_TRY(om_mask_init(&body->mask, dim[0], dim[1], dim[2]));
+    body->mask.axis = volume->axis;
+    body->mask.origin = volume->origin;
+    size_t n = 0;
+    int64_t count = 0;
+    for (int k = 0; k < dim[2]; k++) {
+        for (int j = 0; j < dim[1]; j++) {
+            for (int i = 0; i < dim[0]; i++, n++) {
+                if (!is_selected(def, volume->value[n])) continue;
+                body->mask.inside[n] = 1;
+                count++;
+                bool is_border = i == 0 || j == 0 || k == 0 || i == dim[0] - 1 || j == dim[1] - 1 ||
+                                 k == dim[2] - 1;
+                report->ncapped += is_border;
+            }
+        }
+    }
+    if (count > 0) return OM_OK;
+    if (def->has_window) {
+        return om_error(OM_INVALID, "%s: no voxel lies between %g and %g", def->input,
+                        def->window_lo, def->window_hi);
+    }
+    char labels[256];
+    list_labels(volume, labels, sizeof labels);
+    return om_error(OM_INVALID, "%s: no voxel has label %d%s; the volume holds%s", def->input,
+                    def->nlabel ? def->label[0] : 1,
+                    def->nlabel > 1 ? " or any other of the list" : "",
+                    labels[0] ? labels : " no labels");
+}
+
+static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* report) {
+    OmMask* m = &body->mask;
+    const double h[3] = {om_norm(m->axis.cx), om_norm(m->axis.cy), om_norm(m->axis.cz)};
+    double smallest = fmin(h[0], fmin(h[1], h[2]));
+    OM_CHECK(smallest > 0, OM_INVALID, "%s: a voxel has no size", def->input);
+    body->voxel = cbrt(fabs(om_mat3_det(m->axis)));
+    OM_TRY(om_mask_crop(m, 1 + (int)ceil(def->close_radius / smallest)));
+    OM_TRY(om_mask_close(m, def->close_radius));
+    OM_TRY(om_mask_keep_parts(m, def->connectivity, def->keep_all ? def->min_share : 0,
+                              &report->npart_kept, &report->npart_mask));
+    if (!def->keep_holes) OM_TRY(om_mask_fill_holes(m));
+    OM_TRY(om_mask_crop(m, 1));
+    body->volume_ref = report->mask_volume = om_mask_volume(m);
+    return OM_OK;
+}
+
+static OmStatus load_voxels(const OmModelDef* def, OmBody* body, OmModelReport* report) {
+    OM_TRY(om_volume_load(def->input, &body->volume));
+    body->has_volume = true;
+    const OmVolume* v = &body->volume;
+    OmVec3 half = om_scale(0.5, om_vec3(v->dim[0] - 1, v->dim[1] - 1, v->dim[2] - 1));
+    body->center_image = om_add(v->origin, om_mat3_apply(v->axis, half));
+    OM_TRY(select_voxels(def, body, report));
+    OM_TRY(clean_mask(def, body, report));
+    return OM_OK;
+}
+
+// How far the level set lies from the faces between inside and outside voxels, in voxels.
+static double face_distance(const OmBody* body) {
+    const OmMask* m = &body->mask;
+    const size_t stride[3] = {1, (size_t)m->dim[0], (size_t)m->dim[0] * (size_t)m->dim[1]};
+    double sum = 0;
+    int64_t count = 0;
+    size_t n = 0;
+    for (int k = 0; k < m->dim[2]; k++) {
+        for (int j = 0; j < m->dim[1]; j++) {
+            for (int i = 0; i < m->dim[0]; i++, n++) {
+                const int at[3] = {i, j, k};
+                for (int a = 0; a < 3; a++) {
+                    if (at[a] + 1 >= m->dim[a] || m->inside[n] == m->inside[n + stride[a]])
+                        continue;
+                    OmVec3 p = om_vec3(i + (a == 0 ? 0.5 : 0), j + (a == 1 ? 0.5 : 0),
+                                       k + (a == 2 ? 0.5 : 0));
+                    p = om_add(m->origin, om_mat3_apply(m->axis, p));
+                    sum += fabs(om_sdf_eval(&body->sdf, p, NULL));
+                    count++;
+                }
+            }
+        }
+    }
+    return count ? sum / (double)count / body->voxel : 0;
+}
+
+static int voxel_label(const OmVolume* v, const OmMat3* inverse, OmVec3 p) {
+    OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->origin));
+    double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
+    size_t n = 0, stride = 1;
+    for (int a = 0; a < 3; a++) {
+        double c = fmax(0, fmin(at[a], v->dim[a] - 1));
+        n += stride * (size_t)c;
+        stride *= (size_t)v->dim[a];
+    }
+    float f = v->value[n];
+    return f > -2147483000.0f && f < 2147483000.0f ? (int)f : 0;
+}
+
+void om__body_label_elements(const OmBody* body, OmTetMesh* mesh) {
+    OmMat3 inverse;
+    if (!body->has_volume || om_mat3_inverse(body->volume.axis, &inverse) < 0) return;
+    for (int e = 0; e < mesh->ntet; e++) {
+        OmVec3 sum = om_vec3(0, 0, 0);
+        for (int c = 0; c < 4; c++) {
+            sum = om_add(sum, om_load3(mesh->x, mesh->tet_vert[4 * (size_t)e + (size_t)c]));
+        }
+        mesh->tet_label[e] = voxel_label(&body->volume, &inverse, om_scale(0.25, sum));
+    }
+}
+
+static bool is_one_of(const char* word, const char* const* list) {
+    for (; *list; list++) {
+        if (strcmp(word, *list) == 0) return true;
+    }
+    return false;
+}
+
+static OmVec3 sdf_centroid(const OmSdf* sdf) {
+    OmVec3 sum = om_vec3(0, 0, 0);
+    double count = 0;
+    size_t n = 0;
+    for (int k = 0; k < sdf->dim[2]; k++) {
+        for (int j = 0; j < sdf->dim[1]; j++) {
+            for (int i = 0; i < sdf->dim[0]; i++, n++) {
+                if (sdf->d[n] >= 0) continue;
+                sum = om_add(sum, om_vec3(i, j, k));
+                count++;
+            }
+        }
+    }
+    if (count == 0) return sdf->origin;
+    return om_madd(sdf->origin, sdf->spacing / count, sum);
+}
+
+OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
+                       OmBody* body, OmModelReport* report) {
+    static const char* const volume_ext[] = {"nii", "nii.gz", "hdr", "img", "nrrd", "nhdr", NULL};
+    char ext[16];
+    memset(body, 0, sizeof *body);
+    OM_CHECK(om_path_exists(def->input), OM_IO, "%s: no such file", def->input);
+    om_path_extension(def->input, ext, sizeof ext);
+    OM_TRY(om_progress_report(progress, "reading", 0, 1));
+    OmSdfDef sdf_def = om_sdf_default_def(0.5 * def->edge);
+    sdf_def.margin = margin + 2 * sdf_def.spacing;
+    if (is_one_of(ext, volume_ext)) {
+        OM_TRY(load_voxels(def, body, report));
+        // finer than a third of a voxel, the grid would only repeat itself
+        sdf_def.spacing = fmax(sdf_def.spacing, body->voxel / 3);
+        sdf_def.smooth = def->smooth;
+        OM_TRY(om_progress_report(progress, "distance field", 0, 1));
+        OM_TRY(om_sdf_from_mask(&body->mask, &sdf_def, &body->sdf));
+        report->surface_error_voxel = face_distance(body);
+    } else {
+        return om_error(OM_INVALID,
+                        "%s: the extension \"%s\" is none of nii, nii.gz, hdr, img, nrrd, nhdr",
+                        def->input, ext);
+    }
+    body->centroid = sdf_centroid(&body->sdf);
+    if (!body->has_volume) body->center_image = om_vec3(0, 0, 0);
+    return OM_OK;
+}

@@ -1,0 +1,53 @@
+// scene_model_internal.h: what the files of the model pipeline share.
+#ifndef OM_SCENE_MODEL_INTERNAL_H
+#define OM_SCENE_MODEL_INTERNAL_H
+
+#include "omentum/image.h"
+#include "omentum/scene_model.h"
+#include "omentum/shape_file.h"
+
+enum { OM__MODEL_COOKIE = 0x30de1 };
+
+typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
+    bool has_volume;     // from a label map or intensities
+    OmVolume volume;     // as read; kept for the labels of elements
+    OmMask mask;         // cleaned
+    bool has_mesh;       // from a volume mesh
+    OmTetMesh mesh;
+    OmSdf sdf;
+    double volume_ref;    // what the distance field should enclose, m^3
+    double voxel;         // mean voxel side, m; 0 without voxels
+    OmVec3 centroid;      // of the body, m
+    OmVec3 center_image;  // of the whole image, m: which side of the patient the body is on
+} OmBody;
+
+void om__body_done(OmBody* body);
+// Read the input of a def, clean it and build its distance field, with `margin` around it.
+OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
+                       OmBody* body, OmModelReport* report);
+// Labels of the elements from the voxels at their centroids.
+void om__body_label_elements(const OmBody* body, OmTetMesh* mesh);
+
+// Mesh {fn < 0} with the level shifted until it has `volume` (0: no shift), refining edges if asked.
+typedef struct OmMeshTask {
+    OmShapeFn fn;
+    void* ctx;
+    OmVec3 lo, hi;
+    double volume;  // m^3
+    double edge;    // m
+    double min_share;
+    bool refine;
+    int nworker;
+    double* level;  // where fn looks up the level about to be meshed; may be null
+} OmMeshTask;
+OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
+                              OmModelReport* report);
+
+// The sheet over the organ, its sets, and the region of interest, into `patient`.
+OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,
+                         OmPatient* patient, OmModelReport* report);
+
+// Append a sentence to the report's warnings.
+void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
+
+#endif
