@@ -492,7 +492,9 @@ static void test_own_program_replaces_the_built_in(void** state) {
     char path[256];
     temporary_path("test_plan_own.lp", path, sizeof path);
     OmText t = {0};
-    assert_ok(om_text_append(&t, "%s\n:- reach(A,b(2,2),T).\n", om_planner_program()));
+    // nothing within 41 mm of the middle, where the nearest point would be
+    assert_ok(om_text_append(&t, "%s\n:- chosen(B), distance(B,b(2,2),X,0), X < 410.\n",
+                             om_planner_program()));
     assert_ok(om_file_write(path, t.str, t.len));
     OmPlannerDef def = om_planner_default_def();
     def.program = path;
@@ -504,8 +506,8 @@ static void test_own_program_replaces_the_built_in(void** state) {
     s.is_above_roi[om_block_at(&s, 2, 2)] = true;
     assert_ok(om_planner_create(&def, &p));
     assert_ok(om_planner_solve(p, &s, &plan));
-    assert_int_not_equal(plan.grasp_block, om_block_at(&s, 2, 2));
-    assert_int_equal(plan.cost[1], 400);
+    assert_int_equal(plan.grasp_block, om_block_at(&s, 1, 1));
+    assert_int_equal(plan.cost[1], 566);  // 40 mm sqrt(2)
     om_planner_destroy(p);
     om_text_done(&t);
     assert_ok(om_path_remove(path));
