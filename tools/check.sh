@@ -57,6 +57,13 @@ stage "format" check_format
 stage "layers, sizes, names" python3 tools/check_tree.py
 stage "build release" build release && tests release
 stage "build with sanitizers" build dev && tests dev
+# The second compiler is not in packages.txt (it is large): used where it is there.
+if command -v clang > /dev/null; then
+    stage "build with clang" build clang
+else
+    skipped=$((skipped + 1))
+    echo "skip  build with clang: it is not installed"
+fi
 
 echo
 for failure in "${failures[@]}"; do echo "failed: $failure"; done

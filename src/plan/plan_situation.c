@@ -26,7 +26,7 @@ OmVec3 om__situation_center(const OmSituation* s, int block) {
 }
 
 int om__situation_distance(const OmSituation* s, int block, const bool* mark) {
-    double best = INFINITY;
+    double best = HUGE_VAL;
     OmVec3 from = om__situation_center(s, block);
     for (int b = 0; b < s->n * s->n; b++) {
         if (mark[b]) best = fmin(best, om_norm(om_sub(om__situation_center(s, b), from)));

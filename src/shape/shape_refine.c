@@ -59,7 +59,7 @@ static void cut_tet(const double* x, const int corner[4], const int mid[6], int 
     static const int diagonal[3][2] = {{0, 5}, {1, 4}, {2, 3}};
     static const int ring[3][4] = {{1, 2, 4, 3}, {0, 2, 5, 3}, {0, 1, 5, 4}};
     int best = 0;
-    double shortest = INFINITY;
+    double shortest = HUGE_VAL;
     for (int d = 0; d < 3; ++d) {
         double len =
             om_distance(om_load3(x, mid[diagonal[d][0]]), om_load3(x, mid[diagonal[d][1]]));

@@ -13,7 +13,7 @@ static void json_is_well_formed(void** state) {
     om_json_integer(&json, NULL, -3);
     om_json_bool(&json, NULL, true);
     om_json_close(&json, ']');
-    double v[3] = {1, 2.5, INFINITY};
+    double v[3] = {1, 2.5, HUGE_VAL};
     om_json_numbers(&json, "v", v, 3);
     om_json_open(&json, "empty", '{');
     om_json_close(&json, '}');
