@@ -207,7 +207,7 @@ static void test_optimum_is_that_of_another_search(void** state) {
     q.horizon = 12;
     OmPlanner* p = new_planner();
     int nplan = 0, nunsat = 0, nhold = 0;
-    for (int k = 0; k < 400; k++) {
+    for (int k = 0; k < 240; k++) {
         OmSituation s = random_situation((uint64_t)k, 2 + k % 4);
         OmPlan plan;
         Node best;
@@ -234,7 +234,7 @@ static void test_optimum_is_that_of_another_search(void** state) {
     om_planner_destroy(p);
     print_message("%d plans, %d of them with tissue in hand, and %d times none\n", nplan, nhold,
                   nunsat);
-    assert_true(nplan > 200 && nunsat > 20 && nhold > 20);
+    assert_true(nplan > 150 && nunsat > 15 && nhold > 20);
 }
 
 // Far from the flat grid: centres given, as they are on lifted tissue.
@@ -264,7 +264,7 @@ static void test_given_centers_decide(void** state) {
 static void test_plan_does_not_depend_on_history(void** state) {
     (void)state;
     OmPlanner* used = new_planner();
-    for (int k = 0; k < 60; k++) {
+    for (int k = 0; k < 30; k++) {
         OmSituation s = random_situation(2000 + (uint64_t)k, 3 + k % 3);
         OmPlannerDef def = om_planner_default_def();
         def.seed = (uint32_t)k + 7;
