@@ -1,13 +1,15 @@
-/// omentum/contact.h: one-sided contact of tissue with still ground and organs (floor 3).
+/// omentum/contact.h: one-sided contact of tissue with what stays still (floor 3).
 ///
-/// The ground is a plane, an organ its signed distance field; a vertex is pushed out along the normal and
-/// never pulled. Penalties are implicit, as stiff as a multiple of the tissue at each vertex, and the set of
-/// pushed vertices is found anew within the step, so that lifted tissue does not stick.
+/// Vertices of the tissue's surface may not enter planes (a board) or organs (signed distance fields).
+/// Each step is solved with an implicit penalty on the vertices that touch, along the normal, of a
+/// stiffness far above the tissue's own, and repeated until every touching vertex is pushed and none that
+/// is free penetrates: forces only push, nothing sticks on release. Works through om_tissue_* alone.
 ///
 ///     OmContactDef def = om_contact_default_def();
-///     om_contact_def_add_plane(&def, point, normal);
-///     OmContact* contact;  om_contact_create(&def, model, &contact);
-///     om_contact_step(contact, model, state, ws, 0.02, &report);   // instead of om_tissue_step
+///     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+///     def.nplane = 1, def.plane = &board;
+///     om_contact_create(&def, model, &contact);
+///     om_contact_step(contact, model, state, work, 0.02, &report);
 #ifndef OMENTUM_CONTACT_H
 #define OMENTUM_CONTACT_H
 
@@ -18,47 +20,63 @@
 extern "C" {
 #endif
 
-#define OM_CONTACT_MAX_OBSTACLE 8
+typedef struct OmContactPlane {
+    OmVec3 point;   // on the plane, m
+    OmVec3 normal;  // towards the free side; any length but zero
+} OmContactPlane;
 
-typedef struct OmContactObstacle {
-    const OmSdf* sdf;  // borrowed until destroy; null: a plane
-    OmVec3 point;      // of the plane, m
-    OmVec3 normal;     // of the plane, unit, out of the ground
-} OmContactObstacle;
+/// Distance of p to an obstacle, m, negative inside, and its unit gradient.
+typedef double (*OmContactDistanceFn)(const void* ctx, OmVec3 p, OmVec3* gradient);
+
+typedef struct OmContactField {    // an obstacle given by a distance function
+    OmContactDistanceFn distance;  // may be called by several threads
+    const void* ctx;               // borrowed until destroy
+} OmContactField;
 
 typedef struct OmContactDef {  // made by om_contact_default_def
-    OmContactObstacle obstacle[OM_CONTACT_MAX_OBSTACLE];
-    int nobstacle;
-    double stiffness;  // of the penalty over that of the tissue at the vertex; default 10, > 0
-    double friction;   // Coulomb's coefficient, 0 to 2; default 0.05 (wet tissue)
-    int max_rounds;    // solves a step, 1 to 20; default 6
-    uint32_t cookie;
+    int nplane;
+    const OmContactPlane* plane;  //                                          (nplane)
+    int nsdf;
+    const OmSdf* const* sdf;  // organs; borrowed until destroy               (nsdf)
+    int nfield;
+    const OmContactField* field;  // other obstacles                          (nfield)
+    double offset;                // m, distance kept from every obstacle, >= 0; default 0
+    double stiffness;             // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
+    double recover_speed;  // m/s, how fast tissue that began inside is pushed out; default 0.1
+    double friction;       // Coulomb's coefficient, regularised below 1 mm/s; default 0
+    int max_iterations;    // solves of a step at most, >= 1; default 12
+    uint32_t cookie;       // set by om_contact_default_def
 } OmContactDef;
 
-typedef struct OmContactReport {  // of the last step
-    OmTissueReport step;
-    int ncontact;        // vertices pushed
-    double penetration;  // m, the deepest
-    OmVec3 force;        // resultant on the tissue, N
-    int rounds;          // solves
-    bool is_settled;     // the set of pushed vertices no longer changed
+typedef struct OmContactReport {
+    OmTissueReport tissue;  // of the linear solver, all solves
+    int nsolve;             // solves, all substeps
+    int ncontact;           // vertices that are pushed
+    double penetration;     // m, the deepest after the step
+    OmVec3 force;           // N, resultant on the tissue
+    bool is_settled;        // the set of touching vertices stopped changing
 } OmContactReport;
 
+/// Obstacles and scratch for one model; not to be used by two threads at once.
 typedef struct OmContact OmContact;
 
 OM_API OmContactDef om_contact_default_def(void);
-OM_API OmStatus om_contact_def_add_plane(OmContactDef* def, OmVec3 point, OmVec3 normal);
-OM_API OmStatus om_contact_def_add_sdf(OmContactDef* def, const OmSdf* sdf);
-/// Watches the vertices of the mesh's boundary.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);
-/// One step of the tissue with contact; as om_tissue_step otherwise.
+/// As om_tissue_step, with contact. Remembers nothing between steps: the state holds all.
+/// Contact forces are in om_tissue_contact_force and in om_tissue_get_forces.
 OM_API OmStatus om_contact_step(OmContact* contact, const OmTissueModel* model,
-                                OmTissueState* state, OmTissueWorkspace* ws, double dt,
+                                OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);
-/// Contact forces of the last step on the vertices, N (nvert x 3).
-OM_API const double* om_contact_vertex_force(const OmContact* contact);
+/// Step until no vertex is faster than `speed` m/s, for at most `seconds`.
+/// @return OM_OK; OM_NOT_CONVERGED (still moving); errors of om_contact_step
+OM_API OmStatus om_contact_settle(OmContact* contact, const OmTissueModel* model,
+                                  OmTissueState* state, OmTissueWork* work, double h, double speed,
+                                  double seconds);
+/// Distance of a point to the nearest obstacle, m; positive when free. Infinite without obstacles.
+OM_API double om_contact_eval_distance(const OmContact* contact, OmVec3 p);
 
 #ifdef __cplusplus
 }

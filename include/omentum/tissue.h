@@ -1,16 +1,18 @@
-/// omentum/tissue.h: one interface to soft tissue, whatever computes it (floor 2).
+/// omentum/tissue.h: soft tissue as a table of operators (floor 2).
 ///
-/// An *engine* is a table of operators: internal force, system matrix, solve. Above it this room has what
-/// every tissue shares: attachments, grasps, the implicit Euler step (thesis 3.3-3.6), forces in newtons.
-/// A model never changes; a state is one block (snapshot: memcpy); a workspace is scratch.
+/// A *model* is mesh, material and engine, constant and shared; a *state* is everything that changes, one
+/// flat block; a *work* is the scratch and the linear solver of one thread. Whatever the engine (finite
+/// elements today), a caller grasps, moves, steps and reads positions and forces in newtons. Implicit
+/// Euler (thesis (3.3)-(3.6), signs as in the errata): (M + h C + h^2 K) dv = h f - h^2 K v.
 ///
-///     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);
-///     OmTissueModel* m;      om_tissue_create_model(&def, &m);
-///     OmTissueState* s;      om_tissue_create_state(m, &s);
-///     OmTissueWorkspace* w;  om_tissue_create_workspace(m, &w);
-///     om_tissue_grasp(m, s, 0, pose_world_tip, 0.005, &nheld);
-///     om_tissue_move_grasp(m, s, 0, next_pose);
-///     om_tissue_step(m, s, w, 0.02, &report);
+///     OmTissueDef def = om_tissue_default_def(&mesh);      // set "attachment" of the mesh is held
+///     om_tissue_create(&def, &model);
+///     om_tissue_create_state(model, &state);
+///     om_tissue_create_work(model, &work);
+///     om_tissue_grasp(model, state, 0, pose_world_tip, 0.005, &nheld);
+///     om_tissue_move_grasp(state, 0, pose_world_tip_later);
+///     om_tissue_step(model, state, work, 0.02, &report);
+///     om_tissue_get_forces(model, state, &forces);
 #ifndef OMENTUM_TISSUE_H
 #define OMENTUM_TISSUE_H
 
@@ -23,182 +25,201 @@ extern "C" {
 #endif
 
 #define OM_TISSUE_NARM 2
-#define OM_TISSUE_MAX_MATERIAL 16
 
-typedef struct OmTissueEngine OmTissueEngine;
-typedef struct OmTissueModel OmTissueModel;
-typedef struct OmTissueWorkspace OmTissueWorkspace;
+// ---- model ----------------------------------------------------------------------------------------
 
 typedef struct OmTissueMaterial {
-    int label;       // elements of this tet_label; the first material also takes labels of no other
-    double young;    // Pa, > 0
-    double poisson;  // 0 to 0.499
-    double density;  // kg/m^3, > 0
+    double young;    // Pa, > 0; default 3000
+    double poisson;  // 0 <= poisson < 0.5; default 0.45
 } OmTissueMaterial;
 
-typedef struct OmTissueDef {       // made by om_tissue_default_def
-    const OmTissueEngine* engine;  // om_fem_engine(), ...
-    const OmTetMesh* mesh;         // copied; its set "attachment" is attached at first
-    OmTissueMaterial material[OM_TISSUE_MAX_MATERIAL];
-    int nmaterial;         // default 1: 3 kPa, 0.45, 1000 kg/m^3 (adipose tissue, thesis 6.4.7)
-    double rayleigh_mass;  // 1/s; default 0.1
-    double rayleigh_stiffness;  // s; default 0
-    OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
-    double
-        attachment_stiffness;  // N/m of a spring at each attached vertex; 0 (default) holds it still
-    OmSolverDef solver;        // default: multigrid CG to 1e-3
-    int nworker;               // 0 (default): one a processor
-    uint32_t cookie;
+typedef struct OmTissueDef {  // made by om_tissue_default_def
+    const char* engine;       // default "fem": corotational linear tetrahedra
+    const OmTetMesh* mesh;    // copied by create
+    int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
+    const OmTissueMaterial* material;   // by tet_label                                  (nmaterial)
+    OmTissueMaterial material_default;  // where nmaterial is 0
+    double density;                     // kg/m^3, > 0; default 1000
+    double rayleigh_mass;               // 1/s, >= 0; default 0.1
+    double rayleigh_stiffness;          // s, >= 0; default 0
+    OmVec3 gravity;                     // m/s^2; default (0, 0, -9.81)
+    double attachment_stiffness;        // N/m per attached vertex; default 0: held still
+    OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
+    const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
+    uint32_t cookie;                      // set by om_tissue_default_def
 } OmTissueDef;
 
-/// Everything that changes; one block of om_tissue_state_size bytes. Arrays are views into it.
-typedef struct OmTissueState {
-    double time;                   // s
-    OmPose grasp[OM_TISSUE_NARM];  // pose_world_tip the grasped vertices follow
-    int ngrasped[OM_TISSUE_NARM];  // vertices held by each arm
-    double* x;                // vertex positions, m                                   (nvert x 3)
-    double* v;                // vertex velocities, m/s                                (nvert x 3)
-    double* f_ext;            // forces added by the caller, N; cleared by a step      (nvert x 3)
-    double* anchor;           // where attachment springs pull to, m                   (nvert x 3)
-    double* grasp_local;      // grasped vertices in their tip's frame, m              (nvert x 3)
-    unsigned char* attached;  // 1 where attached                                     (nvert)
-    unsigned char* holder;    // 0 free, arm + 1 where grasped                        (nvert)
-} OmTissueState;
+typedef struct OmTissueModel OmTissueModel;  // constant; may be used by any number of threads
+typedef struct OmTissueState OmTissueState;  // one flat block
+typedef struct OmTissueWork OmTissueWork;    // one per thread that steps
 
-typedef struct OmTissueReport {  // of one step
-    int iterations;              // of the linear solver, all substeps and contact rounds
-    double residual;             // |b - A x| / |b| in double, the worst
-    int substeps;                // 1, or more where the step had to be cut
-} OmTissueReport;
-
-// ---- creation -----------------------------------------------------------------------------------------------
-
-OM_API OmTissueDef om_tissue_default_def(const OmTissueEngine* engine, const OmTetMesh* mesh);
-/// @return OM_OK; OM_INVALID names the field; OM_NO_MEMORY
-OM_API OmStatus om_tissue_create_model(const OmTissueDef* def, OmTissueModel** model);
-OM_API void om_tissue_destroy_model(OmTissueModel* model);
+OM_API OmTissueDef om_tissue_default_def(const OmTetMesh* mesh);
+/// @return OM_OK; OM_INVALID (the message names the field, the element or the vertex); OM_NO_MEMORY
+OM_API OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model);
+OM_API void om_tissue_destroy(OmTissueModel* model);
+/// The model's own copy of the mesh; x of it is the rest shape.
 OM_API const OmTetMesh* om_tissue_mesh(const OmTissueModel* model);
 /// Lumped masses, kg (nvert).
 OM_API const double* om_tissue_mass(const OmTissueModel* model);
 OM_API OmVec3 om_tissue_gravity(const OmTissueModel* model);
-/// Bytes of the model, and of a workspace made for it.
-OM_API size_t om_tissue_model_memory(const OmTissueModel* model);
-OM_API size_t om_tissue_workspace_memory(const OmTissueWorkspace* workspace);
+/// Vertices of the mesh's boundary, ascending.
+OM_API const int* om_tissue_surface_vert(const OmTissueModel* model, int* nvert);
+/// Bytes of model, one state and one work; by ntet it is the memory per element.
+OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* work);
 
-/// At rest, in the mesh's positions.
+// ---- state ----------------------------------------------------------------------------------------
+
+/// At rest in the rest shape, held at the mesh's set "attachment" if it has one.
 OM_API OmStatus om_tissue_create_state(const OmTissueModel* model, OmTissueState** state);
 OM_API void om_tissue_destroy_state(OmTissueState* state);
-/// Snapshots: copy the whole state to or from another state of the same model, or a plain block.
+OM_API void om_tissue_reset(const OmTissueModel* model, OmTissueState* state);
+/// A snapshot is a memcpy of this many bytes from or to the state of the same model.
 OM_API size_t om_tissue_state_size(const OmTissueModel* model);
-OM_API void om_tissue_save_state(const OmTissueModel* model, const OmTissueState* state,
-                                 void* block);
-OM_API void om_tissue_restore_state(const OmTissueModel* model, OmTissueState* state,
-                                    const void* block);
-OM_API uint64_t om_tissue_hash_state(const OmTissueModel* model, const OmTissueState* state);
+OM_API uint64_t om_tissue_hash(const OmTissueState* state);
+/// Views (nvert x 3), m and m/s; they stay where they are until the state is destroyed.
+OM_API const double* om_tissue_x(const OmTissueState* state);
+OM_API const double* om_tissue_v(const OmTissueState* state);
+OM_API double om_tissue_time(const OmTissueState* state);
+/// Replace positions and velocities; null v is zero velocity.
+/// @return OM_OK; OM_INVALID (a value is not finite; state unchanged)
+OM_API OmStatus om_tissue_set_x(const OmTissueModel* model, OmTissueState* state, const double* x,
+                                const double* v);
+/// External forces, N (nvert x 3), written by the caller, kept until changed; zero at first.
+OM_API double* om_tissue_external_force(OmTissueState* state);
 
-/// Scratch for steps of one state at a time; used by one thread.
-OM_API OmStatus om_tissue_create_workspace(const OmTissueModel* model,
-                                           OmTissueWorkspace** workspace);
-OM_API void om_tissue_destroy_workspace(OmTissueWorkspace* workspace);
+// ---- attachments ----------------------------------------------------------------------------------
 
-// ---- holding it ----------------------------------------------------------------------------------------------
+/// Hold other vertices from now on, in no particular order; each is drawn to its anchor.
+/// @param anchor  (nvert x 3) of the attached vertices in that order; null: their rest positions
+/// @return OM_OK; OM_INVALID (index, or a value that is not finite; state unchanged)
+OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueState* state,
+                                         int nvert, const int* vert, const double* anchor);
+/// Nonzero where attached (nvert).
+OM_API const unsigned char* om_tissue_attached(const OmTissueState* state);
 
-/// Replace all attachments by these vertices, held where they are now.
-OM_API OmStatus om_tissue_set_attachments(const OmTissueModel* model, OmTissueState* state,
-                                          const int* vert, int nvert);
-/// Hold every free vertex within `radius` m of the tip: they follow it rigidly (6.4.7).
-/// @return OM_OK; OM_INVALID: arm, or nothing in reach (the message gives the nearest distance)
+// ---- grasping (thesis 6.4.7) ----------------------------------------------------------------------
+
+/// Hold the vertices within `radius` (0: 5 mm) of the tip; they follow the tool rigidly. Vertices held
+/// still by an attachment or by the other arm are not taken. An arm that already holds is first released.
+/// @param nheld  vertices now held; may be null
+/// @return OM_OK; OM_INVALID (no vertex in reach: the message has the nearest distance; state unchanged)
 OM_API OmStatus om_tissue_grasp(const OmTissueModel* model, OmTissueState* state, int arm,
                                 OmPose pose_world_tip, double radius, int* nheld);
-/// Where the tip will be at the end of the next step.
-OM_API OmStatus om_tissue_move_grasp(const OmTissueModel* model, OmTissueState* state, int arm,
-                                     OmPose pose_world_tip);
-OM_API void om_tissue_release(const OmTissueModel* model, OmTissueState* state, int arm);
+/// Where the tool is to be at the end of the next step. Ignored by an arm that holds nothing.
+OM_API OmStatus om_tissue_move_grasp(OmTissueState* state, int arm, OmPose pose_world_tip);
+OM_API void om_tissue_release(OmTissueState* state, int arm);
+/// Vertices held by the arm, 0 if none.
+OM_API int om_tissue_nheld(const OmTissueState* state, int arm);
+/// The arm that holds each vertex, -1 if none (nvert).
+OM_API const signed char* om_tissue_held_by(const OmTissueState* state);
 
-// ---- stepping --------------------------------------------------------------------------------------------------
+// ---- stepping -------------------------------------------------------------------------------------
 
-/// One implicit Euler step, linearised once. A step that cannot be solved is cut in halves, at most
-/// OM_TISSUE_MAX_CUT times.
-/// @param dt  s, > 0
-/// @return OM_OK (also if CG stopped at its iteration limit: see report); negative: state unchanged
-OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state,
-                               OmTissueWorkspace* ws, double dt, OmTissueReport* report);
-#define OM_TISSUE_MAX_CUT 5
+typedef struct OmTissueReport {
+    int iterations;   // CG iterations of all substeps and solves; 0 for a direct solver
+    double residual;  // |b - A x| / |b|, recomputed in double; the worst
+    int substeps;     // 1 unless the step had to be cut
+} OmTissueReport;
 
-// The same in stages, for contact and other methods above. begin: forces and the matrix
-// A = (1 + dt a) M + (dt^2 + dt b) K of A dv = b. add: terms of one vertex, replaced by the next clear.
-// solve: dv from a zero guess (is_warm: from the last solution). end: v += dv, x += dt v.
+OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
+OM_API void om_tissue_destroy_work(OmTissueWork* work);
+/// One implicit Euler step, one linearisation. A step that fails is cut, down to h / 64, before giving up.
+/// @param report  may be null
+/// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate, report->residual says how good);
+///         OM_INVALID (a bad argument, or the step cannot be solved: the message has the reason; state
+///         unchanged)
+OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
+                               double h, OmTissueReport* report);
+
+/// What a method that needs more than one solve (contact) does inside a step: it adds vertex forces,
+/// solves, looks at the outcome, and at the end leaves work with the last solution.
+typedef OmStatus (*OmTissueStepFn)(void* ctx, const OmTissueModel* model, OmTissueState* state,
+                                   OmTissueWork* work, double h, OmTissueReport* report);
+/// As om_tissue_step, with `solve` called in each (sub)step where om_tissue_solve_step would be.
+OM_API OmStatus om_tissue_step_with(const OmTissueModel* model, OmTissueState* state,
+                                    OmTissueWork* work, double h, OmTissueStepFn solve, void* ctx,
+                                    OmTissueReport* report);
+
+// The stages of a step. begin_step makes A and b at the state's positions, end_step advances the state.
 OM_API OmStatus om_tissue_begin_step(const OmTissueModel* model, OmTissueState* state,
-                                     OmTissueWorkspace* ws, double dt);
-OM_API void om_tissue_clear_terms(OmTissueWorkspace* ws);
-OM_API void om_tissue_add_term(OmTissueWorkspace* ws, int vert, OmMat3 block, OmVec3 rhs);
-OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, OmTissueWorkspace* ws,
-                                     bool is_warm, OmSolveInfo* info);
-OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* state,
-                                   OmTissueWorkspace* ws);
-/// Velocity change the last solve found, m/s (nvert x 3).
-OM_API const double* om_tissue_dv(const OmTissueWorkspace* ws);
-/// A third of the trace of the vertex's diagonal block, for automatic penalties.
-OM_API double om_tissue_diagonal(const OmTissueWorkspace* ws, int vert);
-/// y = A x (nvert x 3), and A x = b for `nrhs` right-hand sides of this step's matrix (nrhs x nvert x 3); held
-/// vertices keep the x they are given.
-OM_API void om_tissue_apply(const OmTissueModel* model, OmTissueWorkspace* ws, const double* x,
-                            double* y);
-OM_API OmStatus om_tissue_solve(const OmTissueModel* model, OmTissueWorkspace* ws, int nrhs,
+                                     OmTissueWork* work, double h);
+/// Add to vertex i a force that at the end of the step is f - K (x_end - x_begin); K symmetric positive
+/// semidefinite, N/m. What was added may be cleared and added anew between solves.
+OM_API void om_tissue_add_force(OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
+OM_API void om_tissue_clear_forces(OmTissueWork* work);
+/// Solve for dv. The first solve of a step starts from zero, later ones from the last solution.
+OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueState* state,
+                                     OmTissueWork* work, OmTissueReport* report);
+/// Velocity change of the last solve, m/s (nvert x 3); x_end = x + h (v + dv).
+OM_API const double* om_tissue_dv(const OmTissueWork* work);
+/// y = A x for nrhs vectors (nrhs x nvert x 3).
+OM_API OmStatus om_tissue_apply(const OmTissueModel* model, OmTissueWork* work, int nrhs,
+                                const double* x, double* y);
+/// Solve A x = b with zero at held vertices; x: in the first guess (nrhs x nvert x 3).
+OM_API OmStatus om_tissue_solve(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* b, double* x, OmSolveInfo* info);
-/// Where the tips of the grasps are while a step is cut: the share of their way, 0 to 1, that this substep
-/// ends at. Set by whoever cuts; 1 otherwise.
-OM_API void om_tissue_set_grasp_share(OmTissueWorkspace* ws, double share);
+/// Diagonal block of A / h^2 at vertex i: what resists a displacement of this vertex alone, N/m.
+OM_API double om_tissue_vertex_stiffness(const OmTissueWork* work, int i);
+OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* state,
+                                   OmTissueWork* work);
 
-// ---- reading -----------------------------------------------------------------------------------------------------
+// ---- forces and measures --------------------------------------------------------------------------
 
-/// Elastic force of the elements on the vertices at the state's positions, N (nvert x 3).
-OM_API void om_tissue_internal_force(const OmTissueModel* model, const OmTissueState* state,
-                                     OmTissueWorkspace* ws, double* force);
-/// Force that the tool of an arm exerted on its patch in the last step, N: what the held rows of the
-/// equations of motion lack (inertia included). Zero if it holds nothing.
-OM_API OmVec3 om_tissue_grasp_force(const OmTissueModel* model, const OmTissueState* state,
-                                    const OmTissueWorkspace* ws, int arm);
-/// Force of the attachments on the tissue, N, from the stresses of the elements (springs: from their
-/// length) and the weight of the attached vertices; per vertex into `force` (nvert x 3) if not null.
-OM_API OmVec3 om_tissue_attachment_force(const OmTissueModel* model, const OmTissueState* state,
-                                         OmTissueWorkspace* ws, double* force);
-/// Mass times gravity, N.
-OM_API OmVec3 om_tissue_weight(const OmTissueModel* model);
-/// Kinetic, gravitational (zero at the origin) and elastic energy, J.
-OM_API void om_tissue_energy(const OmTissueModel* model, const OmTissueState* state,
-                             OmTissueWorkspace* ws, double* kinetic, double* gravitational,
-                             double* elastic);
-/// Largest principal stretch less 1 of each element (ntet).
-OM_API void om_tissue_stretch(const OmTissueModel* model, const OmTissueState* state,
-                              double* stretch);
+typedef struct OmTissueForces {    // N, resultants of forces on the tissue
+    OmVec3 grasp[OM_TISSUE_NARM];  // by each tool, from the constrained rows of the last step
+    OmVec3 pull[OM_TISSUE_NARM];   // the same less what holds the patch against its own weight
+    OmVec3 attachment;             // by the attachments, from element stresses (or their springs)
+    OmVec3 contact;                // by ground and organs, from the last contact step
+    OmVec3 external;               // om_tissue_external_force
+    OmVec3 weight;                 // of all tissue
+} OmTissueForces;
 
-typedef struct OmEmbedding {  // a point in an element
-    int tet;
-    double weight[4];  // barycentric
+/// At equilibrium all but `pull` sum to zero. Needs no work; allocates nothing.
+OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueState* state,
+                                     OmTissueForces* forces);
+/// Elastic force on each vertex, in double from element stresses, N (nvert x 3).
+OM_API OmStatus om_tissue_get_internal_force(const OmTissueModel* model, const OmTissueState* state,
+                                             double* force);
+/// Force on each vertex by what holds it: tools, attachments and contact, N (nvert x 3).
+OM_API OmStatus om_tissue_get_holding_force(const OmTissueModel* model, const OmTissueState* state,
+                                            double* force);
+/// Contact force on each vertex in the last step, N (nvert x 3); a contact method writes it.
+OM_API double* om_tissue_contact_force(OmTissueState* state);
+
+typedef enum OmTissueMeasure {
+    OM_VON_MISES,          // von Mises stress, Pa
+    OM_PRINCIPAL_STRETCH,  // largest singular value of F
+    OM_STRAIN,             // largest eigenvalue, by magnitude, of the corotational strain
+    OM_VOLUME_RATIO,       // det F; negative where inverted
+    OM_ENERGY_DENSITY      // J/m^3
+} OmTissueMeasure;
+/// One measure of every element (ntet).
+OM_API OmStatus om_tissue_get_measure(const OmTissueModel* model, const OmTissueState* state,
+                                      OmTissueMeasure measure, double* value);
+
+typedef struct OmTissueEnergy {  // J
+    double elastic, kinetic, gravity, spring;
+} OmTissueEnergy;
+OM_API OmStatus om_tissue_get_energy(const OmTissueModel* model, const OmTissueState* state,
+                                     OmTissueEnergy* energy);
+/// kg m/s, and about the origin kg m^2/s; either may be null.
+OM_API void om_tissue_get_momentum(const OmTissueModel* model, const OmTissueState* state,
+                                   OmVec3* linear, OmVec3* angular);
+
+// ---- embedded points ------------------------------------------------------------------------------
+
+typedef struct OmEmbedding {  // points carried by elements; om_embedding_done frees
+    int npoint;
+    int* tet;       // element that carries each point                           (npoint)
+    double* bary;   // barycentric coordinates, any sign outside the mesh        (npoint x 4)
+    int* tet_vert;  // its vertices                                              (npoint x 4)
 } OmEmbedding;
-/// The element that holds, or is nearest to, a point of the rest shape.
-OM_API OmEmbedding om_tissue_embed(const OmTissueModel* model, OmVec3 p_rest);
-OM_API OmVec3 om_tissue_embedded_point(const OmTissueModel* model, const OmTissueState* state,
-                                       OmEmbedding e);
-
-// ---- engines -------------------------------------------------------------------------------------------------------
-
-/// What an engine provides. `data` is its own, made by create from the def.
-struct OmTissueEngine {
-    const char* name;
-    OmStatus (*create)(const OmTissueDef* def, const double* mass, void** data);
-    void (*destroy)(void* data);
-    OmStatus (*create_scratch)(const void* data, const OmTissueDef* def, void** scratch);
-    void (*destroy_scratch)(void* scratch);
-    /// Forces at x into `force`, and A = mass_factor M + stiffness_factor K.
-    OmStatus (*assemble)(const void* data, void* scratch, const double* x, double mass_factor,
-                         double stiffness_factor, double* force);
-    void (*force)(const void* data, void* scratch, const double* x, double* force);
-    double (*energy)(const void* data, const double* x);
-    OmBsr* (*matrix)(void* scratch);
-    size_t (*memory)(const void* data);
-};
+/// Bind points given in the rest shape to the element that holds them, or the nearest one.
+OM_API OmStatus om_tissue_embed(const OmTissueModel* model, int npoint, const double* point,
+                                OmEmbedding* embedding);
+OM_API void om_embedding_done(OmEmbedding* embedding);
+/// Where the points are when vertices are at x (npoint x 3).
+OM_API void om_embedding_eval(const OmEmbedding* embedding, const double* x, double* point);
 
 #ifdef __cplusplus
 }
