@@ -281,7 +281,7 @@ OmStatus om_planner_explain(OmPlanner* p, const OmSituation* s, const OmPlan* pl
     OM_TRY(write_fluents(s, text));
     if (s->is_visible) return OM_OK;
     bool is_reground;
-    Rules rules;
+    Rules rules = {0};
     OM_TRY(om__planner_sense(p, s, true, &is_reground));
     OM_TRY(list_rules(p, &rules));
     OmStatus status = explain_first(p, s, &rules, plan, text);

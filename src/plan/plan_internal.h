@@ -33,7 +33,7 @@ typedef struct OmAspAnswer {
 } OmAspAnswer;
 
 /// `arg`: options of gringo and clasp.
-OmStatus om__asp_create(const char* const* arg, int narg, OmAsp** asp);
+OmStatus om__asp_create(const char* const* arg, int narg, OmAsp** out);
 void om__asp_destroy(OmAsp* asp);
 /// Add program text, from a file or from memory. OM_INVALID has clingo's text with file, line and column.
 OmStatus om__asp_load(OmAsp* asp, const char* path);

@@ -473,8 +473,9 @@ OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** out) {
     OM_ALLOC_DONE(p->distance, p->distance_cap);
     OM_ALLOC_DONE(p->distance_hash, HASH_SIZE);
     if (def->program) {
-        OM_ALLOC_DONE(p->program_path, strlen(def->program) + 1);
-        strcpy(p->program_path, def->program);
+        size_t size = strlen(def->program) + 1;
+        OM_ALLOC_DONE(p->program_path, size);
+        memcpy(p->program_path, def->program, size);
         p->def.program = p->program_path;
     }
     // a program that does not parse or ground is told here, on the smallest tissue

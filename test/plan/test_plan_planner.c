@@ -539,7 +539,7 @@ static void test_bad_situations_and_defs(void** state) {
     s.n = 17;
     assert_status(om_planner_solve(p, &s, &plan), OM_INVALID);
     s.n = 5;
-    s.spacing = NAN;
+    s.spacing = nan("");
     assert_status(om_planner_solve(p, &s, &plan), OM_INVALID);
     om_planner_destroy(p);
     om_planner_destroy(NULL);
