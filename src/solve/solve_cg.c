@@ -9,7 +9,6 @@
 
 #include "solve/solve_internal.h"
 
-#define NPARTIAL 8  // doubles a chunk; the first sums one stage, the next another
 #define INNER_GAIN \
     1e-4  // what float CG is trusted to reduce the residual by before it is recomputed
 
@@ -33,7 +32,8 @@ typedef struct Member {  // one thread of the team, and what it has to know
 // Sum column c of the chunks' partial results, always in the same order.
 static double total(const OmSolver* S, int c) {
     double sum = 0;
-    for (int k = 0; k < S->chunks.num; ++k) sum += S->partial[NPARTIAL * k + c];
+    const double* partial = S->partial + c * S->chunks.num;
+    for (int k = 0; k < S->chunks.num; ++k) sum += partial[k];
     return sum;
 }
 
@@ -46,14 +46,14 @@ static void inspect(const Member* m, bool with_guess) {
     OmSolver* S = m->job->S;
     const double *x = m->job->x, *b = m->job->b;
     for (int k = m->begin; k < m->end; ++k) {
-        double* out = S->partial + NPARTIAL * k;
-        out[HAS_PRESCRIBED] = out[HAS_GUESS] = out[HAS_BAD] = 0;
+        double found[3] = {0, 0, 0};
         size_t end = 3 * (size_t)S->chunks.begin[k + 1];
         for (size_t n = 3 * (size_t)S->chunks.begin[k]; n < end; ++n) {
-            if (!isfinite(x[n]) || (!S->fixed[n] && !isfinite(b[n]))) out[HAS_BAD] = 1;
-            if (x[n] != 0.0) out[S->fixed[n] ? HAS_PRESCRIBED : HAS_GUESS] = 1;
+            if (!isfinite(x[n]) || (!S->fixed[n] && !isfinite(b[n]))) found[HAS_BAD] = 1;
+            if (x[n] != 0.0) found[S->fixed[n] ? HAS_PRESCRIBED : HAS_GUESS] = 1;
             S->xd[n] = S->fixed[n] || with_guess ? x[n] : 0.0;
         }
+        for (int c = 0; c < 3; ++c) S->partial[c * S->chunks.num + k] = found[c];
     }
     om_team_barrier(m->team);
 }
@@ -64,8 +64,8 @@ static double residual_norm(const Member* m, bool x_is_zero) {
     OmSolver* S = job->S;
     om_team_barrier(m->team);
     for (int k = m->begin; k < m->end; ++k)
-        S->partial[NPARTIAL * k] = om__residual(S, x_is_zero ? NULL : job->A, job->b,
-                                                S->chunks.begin[k], S->chunks.begin[k + 1], k);
+        S->partial[k] = om__residual(S, x_is_zero ? NULL : job->A, job->b, S->chunks.begin[k],
+                                     S->chunks.begin[k + 1], k);
     om_team_barrier(m->team);
     return sqrt(total(S, 0));
 }
@@ -106,12 +106,12 @@ static void multiply(const Member* m) {
     OmSolver* S = m->job->S;
     for (int k = m->begin; k < m->end; ++k) {
         int begin = S->chunks.begin[k], end = S->chunks.begin[k + 1];
-        om__spmv(m->job->A, S->u, S->w, begin, end);
+        OmCgSums sums = om__cg_multiply(m->job->A, S->r, S->u, S->w, begin, end);
         for (int f = S->chunk_fixed[k]; f < S->chunk_fixed[k + 1]; ++f)
             for (size_t c = 0; c < 4; ++c)
                 S->w[4 * (size_t)S->fixed_vert[f] + c] *= S->free_mask[4 * (size_t)f + c];
-        S->partial[NPARTIAL * k + 0] = om__dot(S->r, S->u, begin, end);
-        S->partial[NPARTIAL * k + 1] = om__dot(S->u, S->w, begin, end);
+        S->partial[k] = sums.ru;  // u is zero where w was cleared
+        S->partial[S->chunks.num + k] = sums.uw;
     }
 }
 
@@ -144,9 +144,10 @@ static CgEnd run_cg(const Member* m, double target, int max_iter, int* iteration
         gamma_old = gamma;
         alpha_old = alpha;
         for (int k = m->begin; k < m->end; ++k)
-            S->partial[NPARTIAL * k + 2] = om__cg_update(
-                S, (float)alpha, (float)beta, S->chunks.begin[k], S->chunks.begin[k + 1]);
-        precondition(m);
+            S->partial[2 * S->chunks.num + k] =
+                om__cg_update(S, (float)alpha, (float)beta, !m->use_multigrid, S->chunks.begin[k],
+                              S->chunks.begin[k + 1]);
+        if (m->use_multigrid) precondition(m);
         om_team_barrier(m->team);
         if (total(S, 2) <= target * target) {
             ++it;

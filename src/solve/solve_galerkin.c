@@ -3,7 +3,9 @@
 // Values: row i of A P is gathered in a scratch row of padded blocks, then scattered to the coarse rows of
 // vertex i. Where everything goes was written down at creation. The rows of one layer of grid cells
 // belong to one task; layers of equal parity write to different coarse rows, so two sweeps (even, odd)
-// need neither atomics nor copies, and the sums have the same order for any number of workers.
+// need neither atomics nor copies, and the sums have the same order for any number of workers. Sums are
+// kept in blocks padded to three aligned columns and packed in the end: adding to packed blocks made every
+// load wait for the overlapping stores before it (five times slower).
 #include <stdlib.h>
 #include <string.h>
 
@@ -173,44 +175,93 @@ void om__galerkin_done(OmGalerkin* G) {
 
 // ---- values -----------------------------------------------------------------------------------------
 
-// Row i of A P: block k of A times the diagonal weights of the entries of its column.
+// A block of three padded columns, 12 floats.
+typedef struct Wide {
+    V8 lo;
+    V4 hi;
+} Wide;
+
+static inline Wide load_wide(const float* p) { return (Wide){(V8)(*(const V8u*)p), load4(p + 8)}; }
+static inline Wide load_packed(const float* v) {
+    return (Wide){__builtin_shufflevector(load4(v), load4(v + 3), 0, 1, 2, 3, 4, 5, 6, 7),
+                  load4(v + 6)};
+}
+static inline void store_wide(float* p, Wide b) {
+    *(V8u*)p = (V8u)b.lo;
+    store4(p + 8, b.hi);
+}
+static inline void add_scaled(float* out, Wide b, float w) {
+    const V8 w8 = {w, w, w, w, w, w, w, w};
+    Wide sum = load_wide(out);
+    sum.lo += b.lo * w8;
+    sum.hi += b.hi * splat(w);
+    store_wide(out, sum);
+}
+
+// Clear the columns (or rows) of single prescribed directions; whole vertices have zero weights already.
+static inline Wide mask_columns(Wide b, const float* free) {
+    V4 f = load4(free);
+    b.lo *= __builtin_shufflevector(f, f, 0, 0, 0, 0, 1, 1, 1, 1);
+    b.hi *= OM_SPREAD(f, 2);
+    return b;
+}
+static inline Wide mask_rows(Wide b, const float* free) {
+    V4 f = load4(free);
+    b.lo *= __builtin_shufflevector(f, f, 0, 1, 2, 3, 0, 1, 2, 3);
+    b.hi *= f;
+    return b;
+}
+
+// Row i of A P: block k of A times the weights of the entries of its column.
 static inline void gather_row(const OmBsr* A, const OmInterp* P, const uint16_t* slot, int i,
-                              float* row) {
-    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
-        const float* v = A->value + 9 * (size_t)k;
-        V4 v0 = load4(v), v1 = load4(v + 3), v2 = load4(v + 6);
-        int j = A->col[k];
-        for (int e = P->adr[j]; e < P->adr[j + 1]; ++e) {
-            const float* w = P->weight + 4 * (size_t)e;
-            float* out = row + 12 * (size_t)*slot++;
-            store4(out, load4(out) + v0 * splat(w[0]));
-            store4(out + 4, load4(out + 4) + v1 * splat(w[1]));
-            store4(out + 8, load4(out + 8) + v2 * splat(w[2]));
-        }
+                              float* restrict row) {
+    const int *col = A->col, *adr = P->adr, end = A->row_adr[i + 1];
+    const float *value = A->value, *base = P->base;
+    const unsigned char* mask = P->mask;
+    for (int k = A->row_adr[i]; k < end; ++k) {
+        int j = col[k], last = adr[j + 1];
+        Wide b = load_packed(value + 9 * (size_t)k);
+        if (mask[j] != OM_MASK_NONE) b = mask_columns(b, om__mask_lanes[mask[j]]);
+        for (int e = adr[j]; e < last; ++e) add_scaled(row + 12 * (size_t)*slot++, b, base[e]);
     }
+}
+
+// Add row i of A P, times the weight of one entry of P, to a coarse row.
+static inline void scatter_row(const float* restrict row, int num, const uint16_t* pos, float w,
+                               float* restrict out) {
+    for (int k = 0; k < num; ++k)
+        add_scaled(out + 12 * (size_t)pos[k], load_wide(row + 12 * (size_t)k), w);
 }
 
 OM_MULTIVERSION
 void om__galerkin_layer(const OmBsr* A, const OmInterp* P, const OmGalerkin* G, int layer,
-                        float* row, OmBsr* coarse) {
-    for (int m = P->layer_adr[layer]; m < P->layer_adr[layer + 1]; ++m) {
-        int i = P->layer_row[m], num = G->ap_num[i];
-        memset(row, 0, 12 * (size_t)num * sizeof(float));
-        gather_row(A, P, G->slot + G->slot_adr[i], i, row);
+                        float* restrict row, const OmBsr* coarse, float* restrict wide) {
+    const int *adr = P->adr, *coarse_adr = coarse->row_adr, *layer_row = P->layer_row;
+    const int last = P->layer_adr[layer + 1];
+    for (int m = P->layer_adr[layer]; m < last; ++m) {
+        int i = layer_row[m], num = G->ap_num[i], end = adr[i + 1];
+        unsigned char mask = P->mask[i];
         const uint16_t* pos = G->pos + G->pos_adr[i];
-        for (int e = P->adr[i]; e < P->adr[i + 1]; ++e) {
-            V4 w = load4(P->weight + 4 * (size_t)e);  // the last lane is zero: rubbish ends here
-            float* out = coarse->value + 9 * (size_t)coarse->row_adr[P->col[e]];
-            for (int k = 0; k < num; ++k) {
-                float* block = out + 9 * (size_t)*pos++;
-                const float* in = row + 12 * (size_t)k;
-                V4 c0 = load4(block) + w * load4(in);
-                V4 c1 = load4(block + 3) + w * load4(in + 4);
-                V4 c2 = load4(block + 6) + w * load4(in + 8);
-                store4(block, c0);
-                store4(block + 3, c1);
-                store3(block + 6, c2);  // the next block may be another task's
-            }
-        }
+        if (mask == OM_MASK_ALL) continue;
+        for (int k = 0; k < num; ++k) store_wide(row + 12 * (size_t)k, (Wide){{0}, {0}});
+        gather_row(A, P, G->slot + G->slot_adr[i], i, row);
+        if (mask != OM_MASK_NONE)
+            for (int k = 0; k < num; ++k)
+                store_wide(row + 12 * (size_t)k,
+                           mask_rows(load_wide(row + 12 * (size_t)k), om__mask_lanes[mask]));
+        for (int e = adr[i]; e < end; ++e, pos += num)
+            scatter_row(row, num, pos, P->base[e], wide + 12 * (size_t)coarse_adr[P->col[e]]);
+    }
+}
+
+OM_MULTIVERSION
+void om__galerkin_pack(const float* wide, OmBsr* coarse, int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+        const float* in = wide + 12 * (size_t)k;
+        float* out = coarse->value + 9 * (size_t)k;
+        V4 c0 = *(const V4*)in, c1 = *(const V4*)(in + 4), c2 = *(const V4*)(in + 8);
+        store4(out, __builtin_shufflevector(c0, c1, 0, 1, 2, 4));
+        store4(out + 4, __builtin_shufflevector(c1, c2, 1, 2, 4, 5));
+        out[8] = c2[2];
     }
 }

@@ -121,8 +121,9 @@ OmStatus om__grid_interpolate(int n, const double* x, double h, OmInterp* P, dou
     P->base = take(memory, 4 * (size_t)n, sizeof(float));
     P->layer_adr = take(memory, (size_t)P->nlayer + 2, sizeof(int));
     P->layer_row = take(memory, (size_t)n, sizeof(int));
-    OM_CHECK_DONE(P->adr && P->col && P->base && P->layer_adr && P->layer_row, OM_NO_MEMORY,
-                  "out of memory for the multigrid");
+    P->mask = take(memory, (size_t)n, 1);
+    OM_CHECK_DONE(P->mask && P->adr && P->col && P->base && P->layer_adr && P->layer_row,
+                  OM_NO_MEMORY, "out of memory for the multigrid");
 
     // Entries with grid numbers first; then the used nodes are numbered in grid order.
     for (int i = 0; i < n; ++i) {
@@ -162,6 +163,7 @@ void om__interp_done(OmInterp* P) {
     om_free(P->col);
     om_free(P->base);
     om_free(P->weight);
+    om_free(P->mask);
     om_free(P->t_adr);
     om_free(P->t_row);
     om_free(P->t_entry);
@@ -170,10 +172,15 @@ void om__interp_done(OmInterp* P) {
     *P = (OmInterp){0};
 }
 
+const float om__mask_lanes[8][4] = {{1, 1, 1, 0}, {0, 1, 1, 0}, {1, 0, 1, 0}, {0, 0, 1, 0},
+                                    {1, 1, 0, 0}, {0, 1, 0, 0}, {1, 0, 0, 0}, {0, 0, 0, 0}};
+
 void om__interp_mask(OmInterp* P, const unsigned char* fixed) {
-    for (int i = 0; i < P->nfine; ++i)
+    for (int i = 0; i < P->nfine; ++i) {
+        const unsigned char* f = fixed ? fixed + 3 * (size_t)i : NULL;
+        P->mask[i] = f ? (unsigned char)((f[0] != 0) | (f[1] != 0) << 1 | (f[2] != 0) << 2) : 0;
+        const float* lane = om__mask_lanes[P->mask[i]];
         for (int e = P->adr[i]; e < P->adr[i + 1]; ++e)
-            for (int c = 0; c < 3; ++c)
-                P->weight[4 * (size_t)e + (size_t)c] =
-                    fixed && fixed[3 * (size_t)i + (size_t)c] ? 0.0f : P->base[e];
+            for (int c = 0; c < 3; ++c) P->weight[4 * (size_t)e + (size_t)c] = lane[c] * P->base[e];
+    }
 }

@@ -36,7 +36,7 @@ struct OmSolver {
     float* dinv;           // inverses of diagonal blocks, zero where prescribed    (nvert x 9 + 3)
     double* xd;            // the iterate                                           (nvert x 3)
     double* rd;            // its residual                                          (nvert x 3)
-    double* partial;       // sums of each chunk                                    (num x 8)
+    double* partial;       // sums of the chunks, one column a quantity             (3 x num)
     float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x 4)
     OmCholesky* cholesky;
     OmMultigrid* multigrid;
@@ -45,12 +45,14 @@ struct OmSolver {
 
 // ---- solve_kernel.c: loops over rows [begin, end) ---------------------------------------------------
 
+typedef struct OmCgSums {
+    double ru, uw;  // r.u and u.w
+} OmCgSums;
 /// w = A u
-void om__spmv(const OmBsr* A, const float* u, float* w, int begin, int end);
-/// One sum of products over rows; summed in float over short runs, so keep chunks short.
-double om__dot(const float* a, const float* b, int begin, int end);
-/// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s; returns r.r
-double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end);
+OmCgSums om__cg_multiply(const OmBsr* A, const float* r, const float* u, float* w, int begin,
+                         int end);
+/// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s, and then u = dinv r if asked; returns r.r
+double om__cg_update(OmSolver* S, float alpha, float beta, bool apply_blocks, int begin, int end);
 /// u = dinv r
 void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end);
 /// rd = b - A xd at free degrees of freedom, zero at prescribed ones; returns rd.rd. Null A: rd = b.

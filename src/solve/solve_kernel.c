@@ -1,42 +1,42 @@
 // solve_kernel.c: the loops where the time of an iterative solve goes.
 //
-// Rows are walked one by one with a vertex in four lanes (solve_simd.h): three broadcasts and three fused
-// multiply-adds a block, no gathers, and the matrix keeps its 36 bytes a block.
+// Rows are walked one by one with a vertex in four lanes (solve_simd.h): no gathers, and the matrix keeps
+// its 36 bytes a block. Tried: a whole block in one 64-byte register, the same speed; gathers for rows side
+// by side, slower. Sums are float over a chunk of rows: keep chunks short.
 #include "solve/solve_internal.h"
 #include "solve/solve_simd.h"
 
 OM_MULTIVERSION
-void om__spmv(const OmBsr* A, const float* u, float* w, int begin, int end) {
-    const int* col = A->col;
-    const float* value = A->value;
+OmCgSums om__cg_multiply(const OmBsr* A, const float* r, const float* u, float* w, int begin,
+                         int end) {
+    V4 ru = splat(0), uw = splat(0);
     for (int i = begin; i < end; ++i) {
-        V4 a0 = splat(0), a1 = a0, a2 = a0;
-        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
-            add_block(value + 9 * (size_t)k, u + 4 * (size_t)col[k], &a0, &a1, &a2);
-        store4(w + 4 * (size_t)i, clear_last(a0 + a1 + a2));
+        int k = A->row_adr[i];
+        size_t i4 = 4 * (size_t)i;
+        V4 wi = row_product(A->value + 9 * (size_t)k, A->col + k, A->row_adr[i + 1] - k, u);
+        V4 ui = load4(u + i4);
+        store4(w + i4, wi);
+        uw += ui * wi;
+        ru += load4(r + i4) * ui;
     }
+    return (OmCgSums){(double)sum4(ru), (double)sum4(uw)};
 }
 
 OM_MULTIVERSION
-double om__dot(const float* a, const float* b, int begin, int end) {
-    V4 sum = splat(0);
-    for (int i = begin; i < end; ++i) sum += load4(a + 4 * (size_t)i) * load4(b + 4 * (size_t)i);
-    return (double)sum4(sum);
-}
-
-OM_MULTIVERSION
-double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end) {
+double om__cg_update(OmSolver* S, float alpha, float beta, bool apply_blocks, int begin, int end) {
     V4 va = splat(alpha), vb = splat(beta), sum = splat(0);
-    float *x = S->x, *r = S->r, *p = S->p, *s = S->s;
-    const float *u = S->u, *w = S->w;
-    for (size_t i = 4 * (size_t)begin; i < 4 * (size_t)end; i += 4) {
-        V4 pi = load4(u + i) + vb * load4(p + i);
-        V4 si = load4(w + i) + vb * load4(s + i);
-        V4 ri = load4(r + i) - va * si;
-        store4(p + i, pi);
-        store4(s + i, si);
-        store4(x + i, load4(x + i) + va * pi);
-        store4(r + i, ri);
+    float *x = S->x, *r = S->r, *p = S->p, *s = S->s, *u = S->u;
+    const float *w = S->w, *dinv = S->dinv;
+    for (int i = begin; i < end; ++i) {
+        size_t i4 = 4 * (size_t)i;
+        V4 pi = load4(u + i4) + vb * load4(p + i4);
+        V4 si = load4(w + i4) + vb * load4(s + i4);
+        V4 ri = load4(r + i4) - va * si;
+        store4(p + i4, pi);
+        store4(s + i4, si);
+        store4(x + i4, load4(x + i4) + va * pi);
+        store4(r + i4, ri);
+        if (apply_blocks) store4(u + i4, block_product(dinv + 9 * (size_t)i, r + i4));
         sum += ri * ri;
     }
     return (double)sum4(sum);
@@ -44,29 +44,21 @@ double om__cg_update(OmSolver* S, float alpha, float beta, int begin, int end) {
 
 OM_MULTIVERSION
 void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-        V4 a0 = splat(0), a1 = a0, a2 = a0;
-        add_block(dinv + 9 * (size_t)i, r + 4 * (size_t)i, &a0, &a1, &a2);
-        store4(u + 4 * (size_t)i, clear_last(a0 + a1 + a2));
-    }
+    for (int i = begin; i < end; ++i)
+        store4(u + 4 * (size_t)i, block_product(dinv + 9 * (size_t)i, r + 4 * (size_t)i));
 }
 
 OM_MULTIVERSION
 void om__smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end) {
-    const int* col = A->col;
-    const float *value = A->value, *d = s->d;
+    const float* d = s->d;
     V4 c1 = splat(s->c1), c2 = splat(s->c2);
     for (int i = begin; i < end; ++i) {
+        int k = A->row_adr[i];
         size_t i4 = 4 * (size_t)i;
-        V4 a0 = splat(0), a1 = a0, a2 = a0;
-        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k)
-            add_block(value + 9 * (size_t)k, d + 4 * (size_t)col[k], &a0, &a1, &a2);
-        V4 r = load4(s->r + i4) - clear_last(a0 + a1 + a2);
-        store4(s->r_out + i4, r);
+        V4 Ad = row_product(A->value + 9 * (size_t)k, A->col + k, A->row_adr[i + 1] - k, d);
+        store4(s->r_out + i4, load4(s->r + i4) - Ad);
         if (!s->d_out) continue;
-        V4 z0 = splat(0), z1 = z0, z2 = z0;
-        add_block(dinv + 9 * (size_t)i, s->r_out + i4, &z0, &z1, &z2);
-        V4 dn = c1 * load4(d + i4) + c2 * clear_last(z0 + z1 + z2);
+        V4 dn = c1 * load4(d + i4) + c2 * block_product(dinv + 9 * (size_t)i, s->r_out + i4);
         store4(s->d_out + i4, dn);
         store4(s->x + i4, load4(s->x + i4) + dn);
     }
@@ -77,9 +69,7 @@ void om__smooth_first(const float* dinv, const OmSmooth* s, int begin, int end) 
     V4 c2 = splat(s->c2);
     for (int i = begin; i < end; ++i) {
         size_t i4 = 4 * (size_t)i;
-        V4 z0 = splat(0), z1 = z0, z2 = z0;
-        add_block(dinv + 9 * (size_t)i, s->r + i4, &z0, &z1, &z2);
-        V4 dn = c2 * clear_last(z0 + z1 + z2);
+        V4 dn = c2 * block_product(dinv + 9 * (size_t)i, s->r + i4);
         store4(s->d_out + i4, dn);
         store4(s->x + i4, dn);
     }

@@ -78,6 +78,11 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
         OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, memory));
     }
     OmLevel* last = &mg->level[mg->nlevel - 1];
+    int most = 0;
+    for (int l = 1; l < mg->nlevel; ++l)
+        most = mg->level[l].A.nblock > most ? mg->level[l].A.nblock : most;
+    OM_ALLOC_DONE(mg->wide, 12 * (size_t)most);
+    *memory += 48 * (size_t)most;
     OM_TRY_DONE(take_level_vectors(last, false, memory));
     OM_TRY_DONE(om__dense_create(3 * last->nvert, &mg->dense, memory));
     *out = mg;
@@ -102,6 +107,7 @@ void om__multigrid_destroy(OmMultigrid* mg) {
         for (int k = 0; k < 6; ++k) om_free(vector[k]);
     }
     om__dense_done(&mg->dense);
+    om_free(mg->wide);
     om_free(mg);
 }
 
@@ -135,15 +141,16 @@ static void refresh_member(void* ctx, OmTeam* team, int rank, int size) {
         OmLevel *fine = &mg->level[l], *coarse = fine + 1;
         const OmBsr* A = l == 0 ? f->A : &fine->A;
         float* scratch = fine->G.scratch + (size_t)rank * (size_t)fine->G.max_ap * 12;
-        size_t block = (size_t)coarse->A.nblock;
-        size_t begin = block * (size_t)rank / (size_t)size,
-               end = block * (size_t)(rank + 1) / (size_t)size;
-        memset(coarse->A.value + 9 * begin, 0, 9 * (end - begin) * sizeof(float));
+        int begin = (int)((int64_t)coarse->A.nblock * rank / size),
+            end = (int)((int64_t)coarse->A.nblock * (rank + 1) / size);
+        memset(mg->wide + 12 * (size_t)begin, 0, 12 * (size_t)(end - begin) * sizeof(float));
         for (int parity = 0; parity < 2; ++parity) {
             om_team_barrier(team);
             for (int layer = parity + 2 * rank; layer < fine->P.nlayer; layer += 2 * size)
-                om__galerkin_layer(A, &fine->P, &fine->G, layer, scratch, &coarse->A);
+                om__galerkin_layer(A, &fine->P, &fine->G, layer, scratch, &coarse->A, mg->wide);
         }
+        om_team_barrier(team);
+        om__galerkin_pack(mg->wide, &coarse->A, begin, end);
         om_team_barrier(team);
         invert_coarse(coarse, (int)((int64_t)coarse->nvert * rank / size),
                       (int)((int64_t)coarse->nvert * (rank + 1) / size));

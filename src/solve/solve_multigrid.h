@@ -15,13 +15,14 @@
 // number a direction, zero where the fine degree of freedom is prescribed.
 typedef struct OmInterp {
     int nfine, ncoarse, nentry;
-    int* adr;       // entries of each fine vertex                            (nfine + 1)
-    int* col;       // coarse node of each entry                              (nentry)
-    float* base;    // weight before prescribed directions are cleared        (nentry)
-    float* weight;  // weight in x, y, z, and a zero                          (nentry x 4)
-    int* t_adr;     // entries of each coarse node                            (ncoarse + 1)
-    int* t_row;     // their fine vertices, ascending                         (nentry)
-    int* t_entry;   // their entries                                          (nentry)
+    int* adr;             // entries of each fine vertex                            (nfine + 1)
+    int* col;             // coarse node of each entry                              (nentry)
+    float* base;          // weight before prescribed directions are cleared        (nentry)
+    float* weight;        // weight in x, y, z, and a zero                          (nentry x 4)
+    unsigned char* mask;  // prescribed directions of each fine vertex, a bit each  (nfine)
+    int* t_adr;           // entries of each coarse node                            (ncoarse + 1)
+    int* t_row;           // their fine vertices, ascending                         (nentry)
+    int* t_entry;         // their entries                                          (nentry)
     int nlayer;  // layers of grid cells across the longest side: rows of layers two apart share no node
     int* layer_adr;  //                                                       (nlayer + 1)
     int* layer_row;  // fine vertices by layer                                (nfine)
@@ -62,21 +63,28 @@ struct OmMultigrid {
     int nlevel;  // the last one is dense
     OmLevel level[OM_MG_MAX_LEVEL];
     OmDense dense;
+    float* wide;  // coarse blocks while they are summed              (most coarse blocks x 12)
 };
 
 /// Interpolation of points x (n x 3) from a grid of cells about h wide; `node` gets the coarse positions.
 OmStatus om__grid_interpolate(int n, const double* x, double h, OmInterp* P, double** node,
                               size_t* memory);
 void om__interp_done(OmInterp* P);
+/// Lanes 1 where a direction of the mask is free; the fourth is zero.
+extern const float om__mask_lanes[8][4];
+#define OM_MASK_NONE 0
+#define OM_MASK_ALL 7
 /// fixed: (nfine x 3) or null.
 void om__interp_mask(OmInterp* P, const unsigned char* fixed);
 
 OmStatus om__galerkin_create(const OmBsr* A, const OmInterp* P, int nworker, OmGalerkin* G,
                              OmBsr* coarse, size_t* memory);
 void om__galerkin_done(OmGalerkin* G);
-/// Add P^T A P of the fine rows of one layer.
+/// Add P^T A P of the fine rows of one layer to `wide`: coarse blocks padded to 12 floats.
 void om__galerkin_layer(const OmBsr* A, const OmInterp* P, const OmGalerkin* G, int layer,
-                        float* scratch, OmBsr* coarse);
+                        float* scratch, const OmBsr* coarse, float* wide);
+/// Blocks [begin, end) of wide to the values of the coarse matrix.
+void om__galerkin_pack(const float* wide, OmBsr* coarse, int begin, int end);
 
 OmStatus om__dense_create(int n, OmDense* dense, size_t* memory);
 void om__dense_done(OmDense* dense);

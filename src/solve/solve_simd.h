@@ -8,6 +8,8 @@
 typedef float V4 __attribute__((vector_size(16)));
 typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
 typedef int I4 __attribute__((vector_size(16)));
+typedef float V8 __attribute__((vector_size(32)));
+typedef float V8u __attribute__((vector_size(32), aligned(4), may_alias));
 
 static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
 static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
@@ -24,13 +26,35 @@ static inline V4 splat(float f) {
     V4 v = {f, f, f, f};
     return v;
 }
+#define OM_SPREAD(v, lane) __builtin_shufflevector(v, v, lane, lane, lane, lane)
 static inline float sum4(V4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
-// Column-major 3x3 block times vertex value, added to three independent sums.
-static inline void add_block(const float* v, const float* x, V4* a0, V4* a1, V4* a2) {
-    *a0 += load4(v) * splat(x[0]);
-    *a1 += load4(v + 3) * splat(x[1]);
-    *a2 += load4(v + 6) * splat(x[2]);
+// Column-major 3x3 block times vertex value (16-byte aligned), added to three independent sums.
+static inline void add_block(const float* v, const float* x, V4 sum[3]) {
+    V4 xv = *(const V4*)x;
+    sum[0] += load4(v) * OM_SPREAD(xv, 0);
+    sum[1] += load4(v + 3) * OM_SPREAD(xv, 1);
+    sum[2] += load4(v + 6) * OM_SPREAD(xv, 2);
+}
+
+// Sum of `num` blocks times the values of their vertices. Three blocks at a time: nine sums hide the
+// latency of the multiply-adds (measured: 0.78 ns a block, 1.2 with three sums).
+static inline V4 row_product(const float* v, const int* col, int num, const float* x) {
+    V4 a[3] = {{0}}, b[3] = {{0}}, c[3] = {{0}};
+    for (; num >= 3; num -= 3, v += 27, col += 3) {
+        add_block(v, x + 4 * (size_t)col[0], a);
+        add_block(v + 9, x + 4 * (size_t)col[1], b);
+        add_block(v + 18, x + 4 * (size_t)col[2], c);
+    }
+    if (num > 0) add_block(v, x + 4 * (size_t)col[0], a);
+    if (num > 1) add_block(v + 9, x + 4 * (size_t)col[1], b);
+    return clear_last((a[0] + b[0] + c[0]) + (a[1] + b[1] + c[1]) + (a[2] + b[2] + c[2]));
+}
+
+static inline V4 block_product(const float* v, const float* x) {
+    V4 a[3] = {{0}};
+    add_block(v, x, a);
+    return clear_last(a[0] + a[1] + a[2]);
 }
 
 #endif

@@ -6,7 +6,7 @@
 
 #define COOKIE 0x50f7e501u
 #define MIN_CHUNK_ROWS 48  // shorter ones cost more in sums than they give in balance
-#define MAX_CHUNKS 128     // every worker adds all partial sums at every iteration
+#define MAX_CHUNKS 64      // every worker adds all partial sums at every iteration
 
 OmSolverDef om_solver_default_def(void) {
     return (OmSolverDef){.preconditioner = OM_MULTIGRID,
@@ -77,7 +77,7 @@ static OmStatus take_vectors(OmSolver* S) {
     if (S->def.preconditioner == OM_CHOLESKY) return OM_OK;
     S->free_mask = take(S, 4 * n, sizeof(float));
     S->dinv = take(S, 9 * n + 3, sizeof(float));
-    S->partial = take(S, 8 * num, sizeof(double));
+    S->partial = take(S, 3 * num, sizeof(double));
     float** vector[] = {&S->x, &S->r, &S->u, &S->w, &S->p, &S->s};
     for (int k = 0; k < 6; ++k)
         if (!(*vector[k] = take(S, 4 * n, sizeof(float)))) return OM_NO_MEMORY;
