@@ -13,6 +13,7 @@
 #ifndef OMENTUM_SCENE_MODEL_H
 #define OMENTUM_SCENE_MODEL_H
 
+#include "omentum/image.h"
 #include "omentum/shape_meshing.h"
 
 #ifdef __cplusplus
@@ -124,6 +125,10 @@ OM_API OmModelDef om_model_default_def(const char* input, double edge);
 /// Build a patient model. `report` may be null. On failure `patient` is empty.
 OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress,
                                OmPatient* patient, OmModelReport* report);
+/// The same from a volume in memory (borrowed during the call; null: read def->input).
+OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
+                                      const OmProgress* progress, OmPatient* patient,
+                                      OmModelReport* report);
 /// A unit vector from "left", "right", "anterior", "posterior", "superior", "inferior", or "x,y,z".
 /// "lateral" and "medial" need the side of the body: `is_left` says which.
 OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction);

@@ -226,7 +226,7 @@ static OmStatus mesh_organ(const OmModelDef* def, OmBody* body, const OmProgress
                        .nworker = def->nworker};
     om_sdf_bounds(&body->sdf, &task.lo, &task.hi);
     OM_TRY(om__mesh_with_volume(&task, progress, &patient->mesh, report));
-    om__body_label_elements(body, &patient->mesh);
+    om__body_label_elements(def, body, &patient->mesh);
     return OM_OK;
 }
 
@@ -243,23 +243,50 @@ static void default_materials(const OmModelDef* def, OmPatient* patient) {
     patient->nmaterial = 1;
 }
 
-// Distance of the mesh's boundary to the level set it approximates.
+// Distance of the mesh's boundary, at its vertices and the middles of its triangles, to the level set.
 static OmStatus surface_error(const OmBody* body, const OmTetMesh* mesh, OmModelReport* report) {
     OmSurface s;
     OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
     double sum = 0;
-    for (int v = 0; v < s.nvert; v++) {
-        double d = fabs(om_sdf_eval(&body->sdf, om_load3(s.x, v), NULL));
+    for (int i = 0; i < s.nvert + s.ntri; i++) {
+        OmVec3 x;
+        if (i < s.nvert) {
+            x = om_load3(s.x, i);
+        } else {
+            const int* v = &s.tri_vert[3 * (size_t)(i - s.nvert)];
+            x = om_add(om_load3(s.x, v[0]), om_add(om_load3(s.x, v[1]), om_load3(s.x, v[2])));
+            x = om_scale(1.0 / 3, x);
+        }
+        double d = fabs(om_sdf_eval(&body->sdf, x, NULL));
         sum += d;
         report->surface_error_max = fmax(report->surface_error_max, d);
     }
-    report->surface_error_mean = s.nvert ? sum / s.nvert : 0;
+    report->surface_error_mean = s.nvert ? sum / (s.nvert + s.ntri) : 0;
     om_surface_done(&s);
+    return OM_OK;
+}
+
+OmStatus om__patient_check_materials(const OmPatient* p) {
+    for (int e = 0; e < p->mesh.ntet; e++) {
+        bool is_named = false;
+        for (int i = 0; i < p->nmaterial && !is_named; i++) {
+            is_named = p->material[i].label < 0 || p->material[i].label == p->mesh.tet_label[e];
+        }
+        OM_CHECK(is_named, OM_INVALID,
+                 "no material for label %d (element %d); label -1 stands for all others",
+                 p->mesh.tet_label[e], e);
+    }
     return OM_OK;
 }
 
 OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress, OmPatient* patient,
                         OmModelReport* report) {
+    return om_model_build_volume(def, NULL, progress, patient, report);
+}
+
+OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
+                               const OmProgress* progress, OmPatient* patient,
+                               OmModelReport* report) {
     OmStatus status = OM_OK;
     OmBody body = {0};
     OmModelReport local;
@@ -272,7 +299,7 @@ OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress, OmPat
     double margin = is_sheet
                         ? def->sheet.thickness + def->sheet.gap + def->sheet.bridge + 3 * def->edge
                         : def->edge;
-    OM_TRY_DONE(om__body_load(def, margin, progress, &body, report));
+    OM_TRY_DONE(om__body_load(def, margin, progress, volume, &body, report));
     snprintf(patient->name, sizeof patient->name, "%s", def->name);
     default_materials(def, patient);
 
@@ -289,6 +316,7 @@ OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress, OmPat
         OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
         om_surface_done(&patient->organ);  // it is the tissue, not what the tissue lies on
     }
+    OM_TRY_DONE(om__patient_check_materials(patient));
     OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));
     if (report->ncapped > 0) {
         om__model_warn(report, "the volume cuts the organ: %d voxels on its border were capped",

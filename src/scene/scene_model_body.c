@@ -4,7 +4,7 @@
 #include "scene/scene_model_internal.h"
 
 void om__body_done(OmBody* body) {
-    om_volume_done(&body->volume);
+    if (!body->is_volume_borrowed) om_volume_done(&body->volume);
     om_mask_done(&body->mask);
     om_tet_mesh_done(&body->mesh);
     om_sdf_done(&body->sdf);
@@ -86,8 +86,14 @@ static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* r
     return OM_OK;
 }
 
-static OmStatus load_voxels(const OmModelDef* def, OmBody* body, OmModelReport* report) {
-    OM_TRY(om_volume_load(def->input, &body->volume));
+static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody* body,
+                            OmModelReport* report) {
+    if (given) {
+        body->volume = *given;
+        body->is_volume_borrowed = true;
+    } else {
+        OM_TRY(om_volume_load(def->input, &body->volume));
+    }
     body->has_volume = true;
     const OmVolume* v = &body->volume;
     OmVec3 half = om_scale(0.5, om_vec3(v->dim[0] - 1, v->dim[1] - 1, v->dim[2] - 1));
@@ -123,28 +129,41 @@ static double face_distance(const OmBody* body) {
     return count ? sum / (double)count / body->voxel : 0;
 }
 
-static int voxel_label(const OmVolume* v, const OmMat3* inverse, OmVec3 p) {
+// The label of the selected voxel nearest to p, looked for within two voxels; `otherwise` if there is none.
+static int nearest_label(const OmModelDef* def, const OmVolume* v, const OmMat3* inverse, OmVec3 p,
+                         int otherwise) {
     OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->origin));
-    double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
-    size_t n = 0, stride = 1;
-    for (int a = 0; a < 3; a++) {
-        double c = fmax(0, fmin(at[a], v->dim[a] - 1));
-        n += stride * (size_t)c;
-        stride *= (size_t)v->dim[a];
+    const double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
+    double best = HUGE_VAL;
+    int label = otherwise;
+    for (int n = 0; n < 125; n++) {
+        double c[3] = {at[0] + n % 5 - 2, at[1] + n / 5 % 5 - 2, at[2] + n / 25 - 2};
+        bool is_in = c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < v->dim[0] && c[1] < v->dim[1] &&
+                     c[2] < v->dim[2];
+        if (!is_in) continue;
+        size_t adr =
+            (size_t)c[0] + (size_t)v->dim[0] * ((size_t)c[1] + (size_t)v->dim[1] * (size_t)c[2]);
+        float value = v->value[adr];
+        if (!is_selected(def, value) || fabsf(value) >= 2147483000.0f) continue;
+        double d = om_norm2(om_mat3_apply(v->axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
+        if (d >= best) continue;
+        best = d;
+        label = (int)value;
     }
-    float f = v->value[n];
-    return f > -2147483000.0f && f < 2147483000.0f ? (int)f : 0;
+    return label;
 }
 
-void om__body_label_elements(const OmBody* body, OmTetMesh* mesh) {
+void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh) {
     OmMat3 inverse;
-    if (!body->has_volume || om_mat3_inverse(body->volume.axis, &inverse) < 0) return;
+    if (!body->has_volume || def->has_window) return;  // intensities are no labels
+    if (om_mat3_inverse(body->volume.axis, &inverse) < 0) return;
     for (int e = 0; e < mesh->ntet; e++) {
         OmVec3 sum = om_vec3(0, 0, 0);
         for (int c = 0; c < 4; c++) {
             sum = om_add(sum, om_load3(mesh->x, mesh->tet_vert[4 * (size_t)e + (size_t)c]));
         }
-        mesh->tet_label[e] = voxel_label(&body->volume, &inverse, om_scale(0.25, sum));
+        mesh->tet_label[e] = nearest_label(def, &body->volume, &inverse, om_scale(0.25, sum),
+                                           def->nlabel ? def->label[0] : 1);
     }
 }
 
@@ -173,17 +192,17 @@ static OmVec3 sdf_centroid(const OmSdf* sdf) {
 }
 
 OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
-                       OmBody* body, OmModelReport* report) {
+                       const OmVolume* given, OmBody* body, OmModelReport* report) {
     static const char* const volume_ext[] = {"nii", "nii.gz", "hdr", "img", "nrrd", "nhdr", NULL};
     char ext[16];
     memset(body, 0, sizeof *body);
-    OM_CHECK(om_path_exists(def->input), OM_IO, "%s: no such file", def->input);
+    OM_CHECK(given || om_path_exists(def->input), OM_IO, "%s: no such file", def->input);
     om_path_extension(def->input, ext, sizeof ext);
     OM_TRY(om_progress_report(progress, "reading", 0, 1));
     OmSdfDef sdf_def = om_sdf_default_def(0.5 * def->edge);
     sdf_def.margin = margin + 2 * sdf_def.spacing;
-    if (is_one_of(ext, volume_ext)) {
-        OM_TRY(load_voxels(def, body, report));
+    if (given || is_one_of(ext, volume_ext)) {
+        OM_TRY(load_voxels(def, given, body, report));
         // finer than a third of a voxel, the grid would only repeat itself
         sdf_def.spacing = fmax(sdf_def.spacing, body->voxel / 3);
         sdf_def.smooth = def->smooth;

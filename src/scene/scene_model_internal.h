@@ -10,9 +10,10 @@ enum { OM__MODEL_COOKIE = 0x30de1 };
 
 typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
     bool has_volume;     // from a label map or intensities
-    OmVolume volume;     // as read; kept for the labels of elements
-    OmMask mask;         // cleaned
-    bool has_mesh;       // from a volume mesh
+    bool is_volume_borrowed;
+    OmVolume volume;  // as read; kept for the labels of elements
+    OmMask mask;      // cleaned
+    bool has_mesh;    // from a volume mesh
     OmTetMesh mesh;
     OmSdf sdf;
     double volume_ref;    // what the distance field should enclose, m^3
@@ -22,11 +23,11 @@ typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
 } OmBody;
 
 void om__body_done(OmBody* body);
-// Read the input of a def, clean it and build its distance field, with `margin` around it.
+// Read the input of a def (or take the given volume), clean it and build its distance field, with `margin` around it.
 OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
-                       OmBody* body, OmModelReport* report);
-// Labels of the elements from the voxels at their centroids.
-void om__body_label_elements(const OmBody* body, OmTetMesh* mesh);
+                       const OmVolume* given, OmBody* body, OmModelReport* report);
+// Labels of the elements from the selected voxels nearest to their centroids.
+void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh);
 
 // Mesh {fn < 0} with the level shifted until it has `volume` (0: no shift), refining edges if asked.
 typedef struct OmMeshTask {
@@ -46,6 +47,9 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
 // The sheet over the organ, its sets, and the region of interest, into `patient`.
 OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,
                          OmPatient* patient, OmModelReport* report);
+
+// Every element has a material; the message names the label that has none.
+OmStatus om__patient_check_materials(const OmPatient* patient);
 
 // Append a sentence to the report's warnings.
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
