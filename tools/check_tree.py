@@ -199,6 +199,15 @@ class Tree:
             if folder.name not in rooms + ["cli", "view"]:
                 self.error(folder, 0, "this room is not in OM_ROOMS")
 
+    def check_everything_header(self):
+        """omentum.h includes every other public header."""
+        path = self.root / "include/omentum/omentum.h"
+        if path in self.text:
+            named = {name.split("/")[-1] for _, _, name in self.includes(path)}
+            for header in sorted(p.name for p in self.files if p.parent == path.parent and p != path):
+                if header not in named:
+                    self.error(path, 0, f"{header} is missing")
+
     def check_places(self):
         for path in self.files:
             room = self.room_of(path)
@@ -259,6 +268,7 @@ class Tree:
         self.check_links()
         self.check_layers()
         self.check_room_order()
+        self.check_everything_header()
         self.check_places()
         self.check_sizes()
         self.check_names()

@@ -3,16 +3,19 @@
 #define OMENTUM_OMENTUM_H
 
 #include "omentum/base.h"
+#include "omentum/contact.h"
 #include "omentum/image.h"
 #include "omentum/plan.h"
 #include "omentum/robot.h"
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
+#include "omentum/sense.h"
 #include "omentum/shape.h"
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
+#include "omentum/tissue.h"
 #include "omentum/vec.h"
 
 #endif

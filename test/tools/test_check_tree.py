@@ -65,6 +65,13 @@ class Rules(unittest.TestCase):
     def test_everything_at_once_is_for_users(self):
         self.assert_breaks({"src/fem/fem_a.c": '#include "omentum/omentum.h"\n'}, "fem_a.c:1", "for users")
 
+    def test_everything_header_has_everything(self):
+        three = ["base.h", "vec.h", "shape_sdf.h"]
+        page = "".join(f'#include "omentum/{name}"\n' for name in three)
+        self.assertEqual(self.check({"include/omentum/omentum.h": page}), [])
+        self.assert_breaks({"include/omentum/omentum.h": page, "include/omentum/tissue.h": ""},
+                           "omentum.h", "tissue.h is missing")
+
     def test_include_without_its_folder(self):
         self.assert_breaks({"src/fem/fem_a.c": '#include "shape_internal.h"\n'}, "fem_a.c:1", "write the folder")
         self.assertEqual(self.check({"src/fem/fem_a.c": '#include "fem_internal.h"\n'}), [])
