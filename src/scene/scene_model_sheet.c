@@ -7,7 +7,8 @@
 //     | /        \  |          -(x - centroid).n - wrap above a plane: the far side stays free
 //     |/  organ   \ |
 //
-// u is the organ's longest axis across n, v = n x u. Fat bridges what is narrower than itself, such as the
+// u is the organ's longest axis across n, v = n x u; outline and plane are taken at the foot of a point on
+// the organ, so that the rim stands upright on it, and the sheet ends where the image ends. Fat bridges what is narrower than itself, such as the
 // hilum of a kidney, so the sheet lies on the organ's closing by a ball. The tumour is a low dome on the
 // organ; the organ's distance field is rebuilt with it, so that the sheet lies on the tumour as well.
 #include <math.h>
@@ -19,12 +20,14 @@
 typedef struct Sheet {
     const OmModelDef* def;
     const OmSdf* base;  // what the sheet lies on: the closing of organ and tumour
-    OmVec3 n, u, v;     // side, along, across
-    OmVec3 center;      // of the outline, any height along n
-    OmVec3 centroid;    // of the organ
-    double half[2];     // m, along u and v
-    double corner;      // m
-    double level;       // being meshed; only the outer faces move with it
+    const OmBody* body;
+    OmMat3 image_inverse;  // of the axes of the image
+    OmVec3 n, u, v;        // side, along, across
+    OmVec3 center;         // of the outline, any height along n
+    OmVec3 centroid;       // of the organ
+    double half[2];        // m, along u and v
+    double corner;         // m
+    double level;          // being meshed; only the outer faces move with it
 } Sheet;
 
 typedef struct Bump {  // union of the organ and a dome on its surface
@@ -87,6 +90,8 @@ static OmStatus sheet_frame(const OmModelDef* def, const OmBody* body, Sheet* sh
     OmStatus status = om_model_direction(s->side, is_left, &sheet->n);
     if (status < 0) return om_error_prefix(status, "sheet side");
     sheet->def = def;
+    sheet->body = body;
+    if (body->has_volume) OM_TRY(om_mat3_inverse(body->volume.axis, &sheet->image_inverse));
     sheet->u = longest_axis(body, sheet->n);
     sheet->v = om_cross(sheet->n, sheet->u);
     sheet->centroid = sheet->center = body->centroid;
@@ -117,9 +122,32 @@ static double outline_distance(const Sheet* sheet, OmVec3 p) {
     return outside + fmin(fmax(x, y), 0) - sheet->corner;
 }
 
+// How far x lies beyond what the image shows, less a voxel: nothing is known of the organ there.
+static double image_distance(const Sheet* sheet, OmVec3 x) {
+    const OmVolume* v = &sheet->body->volume;
+    if (!sheet->body->has_volume) return -HUGE_VAL;
+    OmVec3 q = om_mat3_apply(sheet->image_inverse, om_sub(x, v->origin));
+    const double at[3] = {q.x, q.y, q.z};
+    const double h[3] = {om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz)};
+    double beyond = -HUGE_VAL;
+    for (int a = 0; a < 3; a++) {
+        beyond = fmax(beyond, h[a] * fmax(at[a] - (v->dim[a] - 1.5), 0.5 - at[a]));
+    }
+    return beyond;
+}
+
+// Distance beyond the sheet's rim, along the surface. It is taken at the foot of p, so that the rim stands
+// upright on the organ, and divided by the slope at which the surface runs through the outline.
 static double side_distance(const Sheet* sheet, OmVec3 p) {
-    double below = -om_dot(om_sub(p, sheet->centroid), sheet->n) - sheet->def->sheet.wrap;
-    return fmax(outline_distance(sheet, p), below);
+    OmVec3 g;
+    double d = om_sdf_eval(sheet->base, p, &g);
+    g = om_normalize(g);
+    OmVec3 foot = om_madd(p, -d, g);
+    double facing = om_dot(g, sheet->n), steep = sqrt(fmax(0, 1 - facing * facing));
+    double below = -om_dot(om_sub(foot, sheet->centroid), sheet->n) - sheet->def->sheet.wrap;
+    double side =
+        fmax(outline_distance(sheet, foot) / fmax(facing, 0.35), below / fmax(steep, 0.35));
+    return fmax(side, image_distance(sheet, foot));
 }
 
 // The larger of a and b, with the edge between the two zero levels rounded to a radius.
@@ -135,7 +163,7 @@ static double sheet_fn(void* ctx, OmVec3 p) {
     double d = om_sdf_eval(sheet->base, p, NULL);
     double inner = s->gap - d + sheet->level;
     double outer = d - s->gap - s->thickness;
-    return round_max(fmax(inner, outer), side_distance(sheet, p), 0.4 * s->thickness);
+    return round_max(fmax(inner, outer), side_distance(sheet, p), 0.5 * s->thickness);
 }
 
 // A dome of height h sqrt(1 - (r / radius)^2) over the organ's own surface.
