@@ -11,11 +11,13 @@ static const struct {
     double plain_ms;  // 25 CG iterations on a plain float block matrix, two threads
 } beam_table[] = {{{19, 6, 6}, 0.24}, {{36, 11, 11}, 1.32}, {{67, 21, 21}, 9.1}};
 
+#define NRHS 8
+
 typedef struct Beam {
     OmTetMesh mesh;
     OmBsr A;
     unsigned char* fixed;
-    double *b, *x;
+    double *b, *x;  // NRHS right-hand sides and solutions
     char name[64];
 } Beam;
 
@@ -30,13 +32,15 @@ static OmStatus beam_init(Beam* beam, const int cells[3]) {
     assemble_elastic(mesh, &tissue, &beam->A);
     size_t n = 3 * (size_t)mesh->nvert;
     beam->fixed = om_calloc(n, 1);
-    beam->b = om_calloc(n, sizeof(double));
-    beam->x = om_calloc(n, sizeof(double));
+    beam->b = om_calloc(NRHS * n, sizeof(double));
+    beam->x = om_calloc(NRHS * n, sizeof(double));
     if (!beam->fixed || !beam->b || !beam->x) return OM_NO_MEMORY;
     for (int i = 0; i < mesh->nvert; ++i) {
         double x = mesh->x[3 * i];
         for (int c = 0; c < 3; ++c) beam->fixed[3 * i + c] = x < 1e-9;
-        if (x > 0.1 - 1e-9) beam->b[3 * i + 2] = 1e-3;
+        for (int q = 0; q < NRHS; ++q)  // the end pulled sideways, then lengthwise, ...
+            if (x > 0.1 - 1e-9)
+                beam->b[(size_t)q * n + (size_t)(3 * i + (q + 2) % 3)] = 1e-3 * (q + 1);
     }
     return OM_OK;
 }
@@ -52,6 +56,7 @@ static void beam_done(Beam* beam) {
 // Times of refresh and of solve, each repeated until about 50 ms have passed.
 static OmStatus measure(const Beam* beam, const OmSolverDef* def, const BenchOptions* options,
                         const char* work, double plain_ms) {
+    int nrhs = def->max_rhs;
     enum { MAX_TIME = 1000 };
     double refresh[MAX_TIME], solve[MAX_TIME];
     int n = 0;
@@ -60,7 +65,7 @@ static OmStatus measure(const Beam* beam, const OmSolverDef* def, const BenchOpt
     OmStatus status = om_solver_create(def, &beam->A, beam->mesh.x, &S);
     if (status < 0) return status;
     om_solver_set_fixed(S, beam->fixed);
-    size_t size = 3 * (size_t)beam->mesh.nvert * sizeof(double);
+    size_t size = (size_t)nrhs * 3 * (size_t)beam->mesh.nvert * sizeof(double);
     double start = om_clock_now();
     while (n < MAX_TIME &&
            (n < 4 * options->nrun || om_clock_now() - start < 0.05 * options->nrun)) {
@@ -68,7 +73,7 @@ static OmStatus measure(const Beam* beam, const OmSolverDef* def, const BenchOpt
         OM_TRY_DONE(om_solver_refresh(S, &beam->A));
         double t1 = om_clock_now();
         memset(beam->x, 0, size);
-        OM_TRY_DONE(om_solver_solve(S, &beam->A, 1, beam->b, beam->x, &info));
+        OM_TRY_DONE(om_solver_solve(S, &beam->A, nrhs, beam->b, beam->x, &info));
         refresh[n] = t1 - t0;
         solve[n++] = om_clock_now() - t1;
     }
@@ -119,6 +124,9 @@ OmStatus bench_solve(const BenchOptions* options) {
         if (status == OM_OK) status = measure(&beam, &def, options, "block Jacobi to 1e-3", 0);
         def.preconditioner = OM_MULTIGRID;
         if (status == OM_OK) status = measure(&beam, &def, options, "multigrid to 1e-3", 0);
+        def.max_rhs = NRHS;
+        if (status == OM_OK)
+            status = measure(&beam, &def, options, "multigrid to 1e-3, 8 right-hand sides", 0);
         beam_done(&beam);
     }
     return status;

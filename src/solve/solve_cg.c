@@ -5,16 +5,21 @@
 // w = A u with u = M^-1 r. What that and float cost in accuracy is repaired outside: when CG believes it
 // has converged, the residual is recomputed in double and CG starts again from it if it was wrong. The
 // vectors of CG are scaled by the norm of that residual, so b may have any magnitude.
+//
+// One or eight right-hand sides ("lanes") go through the same code with other kernels. Lanes do not mix: each
+// has its own coefficients, and one that is done stands still until all are.
 #include <math.h>
 
 #include "solve/solve_internal.h"
 
-#define INNER_GAIN \
-    1e-4  // what float CG is trusted to reduce the residual by before it is recomputed
+// What float CG is trusted to reduce the residual by before it is recomputed.
+#define INNER_GAIN 1e-4
 
 typedef struct CgJob {
+    const OmKernels* K;
     OmSolver* S;
     const OmBsr* A;
+    int nrhs;
     const double* b;
     double* x;
     OmStatus status;
@@ -24,9 +29,13 @@ typedef struct CgJob {
 typedef struct Member {  // one thread of the team, and what it has to know
     CgJob* job;
     OmTeam* team;
-    int begin, end;      // its chunks
-    OmRank who;          // its place in the team, and its rows
-    bool use_multigrid;  // false: block Jacobi
+    int begin, end;             // its chunks
+    OmRank who;                 // its place in the team, and its rows
+    bool use_multigrid;         // false: block Jacobi
+    int iterations;             // done so far
+    double norm[OM_MAX_LANE];   // of the residual
+    double goal[OM_MAX_LANE];   // where to stop
+    bool is_open[OM_MAX_LANE];  // worth another round
 } Member;
 
 // Sum column c of the chunks' partial results, always in the same order.
@@ -37,164 +46,251 @@ static double total(const OmSolver* S, int c) {
     return sum;
 }
 
+static void put_partial(OmSolver* S, int column, int chunk, const double* value, int num) {
+    for (int c = 0; c < num; ++c) S->partial[(column + c) * S->chunks.num + chunk] = value[c];
+}
+
 // ---- before and after -------------------------------------------------------------------------------
 
 enum { HAS_PRESCRIBED = 0, HAS_GUESS = 1, HAS_BAD = 2 };  // columns of partial in `inspect`
 
-// Copy the prescribed values (and the guess) of x to the iterate; say what there is.
-static void inspect(const Member* m, bool with_guess) {
-    OmSolver* S = m->job->S;
-    const double *x = m->job->x, *b = m->job->b;
+// Copy the prescribed values of x to the iterate, and the guess of the lanes that shall have it; say what
+// there is.
+static void inspect(const Member* m, const bool* has_guess) {
+    const CgJob* job = m->job;
+    OmSolver* S = job->S;
+    size_t lanes = (size_t)job->K->lanes, stride = 3 * (size_t)S->nvert;
     for (int k = m->begin; k < m->end; ++k) {
         double found[3] = {0, 0, 0};
         size_t end = 3 * (size_t)S->chunks.begin[k + 1];
         for (size_t n = 3 * (size_t)S->chunks.begin[k]; n < end; ++n) {
-            if (!isfinite(x[n]) || (!S->fixed[n] && !isfinite(b[n]))) found[HAS_BAD] = 1;
-            if (x[n] != 0.0) found[S->fixed[n] ? HAS_PRESCRIBED : HAS_GUESS] = 1;
-            S->xd[n] = S->fixed[n] || with_guess ? x[n] : 0.0;
+            for (size_t q = 0; q < (size_t)job->nrhs; ++q) {
+                double x = job->x[stride * q + n], b = S->fixed[n] ? 0 : job->b[stride * q + n];
+                if (!isfinite(x) || !isfinite(b)) found[HAS_BAD] = 1;
+                if (x != 0.0) found[S->fixed[n] ? HAS_PRESCRIBED : HAS_GUESS] = 1;
+                S->xd[lanes * n + q] = S->fixed[n] || has_guess[q] ? x : 0.0;
+            }
+            for (size_t q = (size_t)job->nrhs; q < lanes; ++q) S->xd[lanes * n + q] = 0.0;
         }
-        for (int c = 0; c < 3; ++c) S->partial[c * S->chunks.num + k] = found[c];
+        put_partial(S, 0, k, found, 3);
     }
     om_team_barrier(m->team);
 }
 
-// |b - A xd| over the free degrees of freedom; rd holds the residual.
-static double residual_norm(const Member* m, bool x_is_zero) {
+// |b - A xd| over the free degrees of freedom; rd holds the residual. False if it is not finite.
+static bool residual_norms(Member* m, bool x_is_zero) {
     const CgJob* job = m->job;
-    OmSolver* S = job->S;
+    bool is_finite = true;
     om_team_barrier(m->team);
-    for (int k = m->begin; k < m->end; ++k)
-        S->partial[k] = om__residual(S, x_is_zero ? NULL : job->A, job->b, S->chunks.begin[k],
-                                     S->chunks.begin[k + 1], k);
+    for (int k = m->begin; k < m->end; ++k) {
+        double rr[OM_MAX_LANE];
+        job->K->residual(job->S, x_is_zero ? NULL : job->A, job->b, job->nrhs, k, rr);
+        put_partial(job->S, 0, k, rr, job->K->lanes);
+    }
     om_team_barrier(m->team);
-    return sqrt(total(S, 0));
+    for (int q = 0; q < job->nrhs; ++q) {
+        m->norm[q] = sqrt(total(job->S, q));
+        is_finite = is_finite && isfinite(m->norm[q]);
+    }
+    return is_finite;
 }
 
-// r = rd / scale; x, p and s start at zero.
-static void begin_cg(const Member* m, double scale) {
+// r = rd / norm in open lanes, zero in others; x, p and s start at zero.
+static void begin_cg(const Member* m) {
     OmSolver* S = m->job->S;
-    double inv = 1.0 / scale;  // scale > 0: the caller stops at a zero residual
-    for (int i = S->chunks.begin[m->begin]; i < S->chunks.begin[m->end]; ++i) {
-        for (size_t c = 0; c < 4; ++c) {
-            size_t n = 4 * (size_t)i + c;
-            S->r[n] = c < 3 ? (float)(S->rd[3 * (size_t)i + c] * inv) : 0.0f;
-            S->x[n] = S->p[n] = S->s[n] = 0.0f;
+    size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
+    double inv[OM_MAX_LANE];
+    for (size_t q = 0; q < lanes; ++q) inv[q] = m->is_open[q] ? 1.0 / m->norm[q] : 0.0;
+    for (size_t i = (size_t)m->who.begin; i < (size_t)m->who.end; ++i) {
+        for (size_t c = 0; c < width; ++c) {
+            S->r[width * i + c] = 0;
+            S->x[width * i + c] = S->p[width * i + c] = S->s[width * i + c] = 0;
         }
+        for (size_t c = 0; c < 3; ++c)
+            for (size_t q = 0; q < lanes; ++q)
+                S->r[width * i + lanes * c + q] = (float)(S->rd[lanes * (3 * i + c) + q] * inv[q]);
     }
 }
 
-static void add_correction(const Member* m, double scale) {
+static void add_correction(const Member* m) {
     OmSolver* S = m->job->S;
-    for (int i = S->chunks.begin[m->begin]; i < S->chunks.begin[m->end]; ++i)
+    size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
+    for (size_t i = (size_t)m->who.begin; i < (size_t)m->who.end; ++i)
         for (size_t c = 0; c < 3; ++c)
-            S->xd[3 * (size_t)i + c] += scale * (double)S->x[4 * (size_t)i + c];
+            for (size_t q = 0; q < lanes; ++q)
+                if (m->is_open[q])
+                    S->xd[lanes * (3 * i + c) + q] +=
+                        m->norm[q] * (double)S->x[width * i + lanes * c + q];
+}
+
+static void give_solution(const Member* m) {
+    const CgJob* job = m->job;
+    size_t lanes = (size_t)job->K->lanes, stride = 3 * (size_t)job->S->nvert;
+    for (size_t q = 0; q < (size_t)job->nrhs; ++q)
+        for (size_t n = 3 * (size_t)m->who.begin; n < 3 * (size_t)m->who.end; ++n)
+            job->x[stride * q + n] = job->S->xd[lanes * n + q];
 }
 
 // ---- CG ---------------------------------------------------------------------------------------------
 
 // u = M^-1 r
 static void precondition(const Member* m) {
-    OmSolver* S = m->job->S;
+    const CgJob* job = m->job;
     if (m->use_multigrid)
-        om__multigrid_apply(S, m->job->A, &m->who);
+        om__multigrid_apply(job->K, job->S, job->A, &m->who);
     else
-        om__apply_blocks(S->dinv, S->r, S->u, m->who.begin, m->who.end);
+        job->K->apply_blocks(job->S->dinv, job->S->r, job->S->u, m->who.begin, m->who.end);
 }
 
 // w = A u with zeros at prescribed rows, and the two sums r.u and u.w.
 static void multiply(const Member* m) {
-    OmSolver* S = m->job->S;
+    const CgJob* job = m->job;
+    OmSolver* S = job->S;
+    size_t lanes = (size_t)job->K->lanes, width = (size_t)job->K->width;
     for (int k = m->begin; k < m->end; ++k) {
-        int begin = S->chunks.begin[k], end = S->chunks.begin[k + 1];
-        OmCgSums sums = om__cg_multiply(m->job->A, S->r, S->u, S->w, begin, end);
+        double sums[2 * OM_MAX_LANE];
+        job->K->multiply(job->A, S, S->chunks.begin[k], S->chunks.begin[k + 1], sums);
         for (int f = S->chunk_fixed[k]; f < S->chunk_fixed[k + 1]; ++f)
-            for (size_t c = 0; c < 4; ++c)
-                S->w[4 * (size_t)S->fixed_vert[f] + c] *= S->free_mask[4 * (size_t)f + c];
-        S->partial[k] = sums.ru;  // u is zero where w was cleared
-        S->partial[S->chunks.num + k] = sums.uw;
+            for (size_t c = 0; c < 3; ++c)
+                for (size_t q = 0; q < lanes; ++q)
+                    S->w[width * (size_t)S->fixed_vert[f] + lanes * c + q] *=
+                        S->free_mask[4 * (size_t)f + c];
+        put_partial(S, 0, k, sums, 2 * job->K->lanes);  // u is zero where w was cleared
     }
 }
 
-typedef enum CgEnd { CG_DONE, CG_INDEFINITE, CG_BROKEN, CG_NOT_FINITE } CgEnd;
+typedef enum CgEnd { CG_DONE, CG_INDEFINITE, CG_NOT_FINITE } CgEnd;
 
-// Reduce |r| from 1 to `target` in at most `max_iter` iterations; x is the correction.
-static CgEnd run_cg(const Member* m, double target, int max_iter, int* iterations) {
-    OmSolver* S = m->job->S;
-    double gamma_old = 1, alpha_old = 1;
-    int it = 0;
-    CgEnd end = CG_DONE;
+typedef struct Lane {  // coefficients of one right-hand side
+    bool is_running;
+    double target;  // of r.r
+    double gamma_old, alpha_old;
+} Lane;
+
+// alpha and beta of a lane from its sums; zero alpha leaves it where it is.
+static CgEnd next_coefficients(Lane* lane, double gamma, double delta, bool is_first, float* alpha,
+                               float* beta) {
+    *alpha = *beta = 0;
+    if (!lane->is_running) return CG_DONE;
+    if (!isfinite(gamma) || !isfinite(delta)) return CG_NOT_FINITE;
+    double b = is_first ? 0.0 : gamma / lane->gamma_old;  // gamma_old > 0, checked below
+    double curvature = delta - (is_first ? 0.0 : b * gamma / lane->alpha_old);  // p.A p
+    if (gamma <= 0.0 || curvature <= 0.0) {
+        lane->is_running = false;  // solved exactly, or as far as float goes
+        return is_first && gamma != 0.0 ? CG_INDEFINITE : CG_DONE;
+    }
+    lane->gamma_old = gamma;
+    lane->alpha_old = gamma / curvature;
+    *alpha = (float)lane->alpha_old;
+    *beta = (float)b;
+    return CG_DONE;
+}
+
+static bool any_running(const Lane* lane, int lanes) {
+    for (int q = 0; q < lanes; ++q)
+        if (lane[q].is_running) return true;
+    return false;
+}
+
+// Reduce |r| of open lanes from 1 to target; x is the correction.
+static CgEnd run_cg(Member* m) {
+    const CgJob* job = m->job;
+    OmSolver* S = job->S;
+    int lanes = job->K->lanes;
+    Lane lane[OM_MAX_LANE] = {{0}};
+    for (int q = 0; q < job->nrhs; ++q) {
+        double target =
+            S->def.tolerance > 0 ? fmax(0.9 * m->goal[q] / m->norm[q], INNER_GAIN) : 0.0;
+        lane[q] = (Lane){.is_running = m->is_open[q], .target = target * target};
+    }
     precondition(m);
     om_team_barrier(m->team);
-    for (; it < max_iter; ++it) {
+    for (int it = 0; m->iterations < S->def.max_iterations && any_running(lane, lanes); ++it) {
+        float alpha[OM_MAX_LANE], beta[OM_MAX_LANE];
         multiply(m);
         om_team_barrier(m->team);
-        double gamma = total(S, 0), delta = total(S, 1);
-        double beta = it > 0 ? gamma / gamma_old : 0.0;  // gamma_old > 0, checked below
-        double curvature = delta - (it > 0 ? beta * gamma / alpha_old : 0.0);  // p.A p
-        if (!isfinite(gamma) || !isfinite(delta)) {
-            end = CG_NOT_FINITE;
-            break;
+        for (int q = 0; q < lanes; ++q) {
+            CgEnd end = next_coefficients(&lane[q], total(S, q), total(S, lanes + q), it == 0,
+                                          &alpha[q], &beta[q]);
+            if (end != CG_DONE) return end;
         }
-        if (gamma == 0.0) break;
-        if (gamma < 0.0 || curvature <= 0.0) {
-            end = it == 0 ? CG_INDEFINITE : CG_BROKEN;
-            break;
+        if (!any_running(lane, lanes)) break;
+        ++m->iterations;
+        for (int k = m->begin; k < m->end; ++k) {
+            double rr[OM_MAX_LANE];
+            job->K->update(S, alpha, beta, !m->use_multigrid, S->chunks.begin[k],
+                           S->chunks.begin[k + 1], rr);
+            put_partial(S, 2 * lanes, k, rr, lanes);
         }
-        double alpha = gamma / curvature;
-        gamma_old = gamma;
-        alpha_old = alpha;
-        for (int k = m->begin; k < m->end; ++k)
-            S->partial[2 * S->chunks.num + k] =
-                om__cg_update(S, (float)alpha, (float)beta, !m->use_multigrid, S->chunks.begin[k],
-                              S->chunks.begin[k + 1]);
-        if (m->use_multigrid) precondition(m);
+        // The preconditioner would be wasted after the last update: look first if that is cheap.
+        if (m->use_multigrid) {
+            om_team_barrier(m->team);
+            for (int q = 0; q < lanes; ++q)
+                if (total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
+            if (!any_running(lane, lanes) || m->iterations >= S->def.max_iterations) break;
+            precondition(m);
+        }
         om_team_barrier(m->team);
-        if (total(S, 2) <= target * target) {
-            ++it;
-            break;
-        }
+        for (int q = 0; q < lanes && !m->use_multigrid; ++q)
+            if (total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
     }
-    *iterations += it;
-    return end;
+    return CG_DONE;
 }
 
 // ---- refinement -------------------------------------------------------------------------------------
 
+// Which lanes need another round.
+static bool open_lanes(Member* m) {
+    bool any = false;
+    for (int q = 0; q < OM_MAX_LANE; ++q) {
+        m->is_open[q] = m->is_open[q] && m->norm[q] > m->goal[q] && m->norm[q] > 0.0;
+        any = any || m->is_open[q];
+    }
+    return any && m->iterations < m->job->S->def.max_iterations;
+}
+
 // Every member computes the same numbers, so all take the same turns; the first one reports.
 static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     const OmSolver* S = m->job->S;
-    inspect(m, false);
+    int nrhs = m->job->nrhs;
+    double scale[OM_MAX_LANE] = {0}, last[OM_MAX_LANE];
+    inspect(m, m->is_open);  // no lane is yet
     bool has_prescribed = total(S, HAS_PRESCRIBED) > 0, has_guess = total(S, HAS_GUESS) > 0;
     if (total(S, HAS_BAD) > 0) return OM_INVALID;
-    double scale = residual_norm(m, !has_prescribed), norm = scale;
-    if (has_guess && scale > 0.0) {
-        om_team_barrier(m->team);
-        inspect(m, true);
-        norm = residual_norm(m, false);
+    if (!residual_norms(m, !has_prescribed)) return OM_INVALID;
+    for (int q = 0; q < nrhs; ++q) {
+        scale[q] = m->norm[q];
+        m->goal[q] = S->def.tolerance * scale[q];
+        m->is_open[q] = scale[q] > 0.0;  // else x = 0 is exact
     }
-    if (!isfinite(norm)) return OM_INVALID;  // the matrix is not finite
-    double goal = S->def.tolerance * scale;
-    bool is_indefinite = false;
-    while (norm > goal && norm > 0.0 && info->iterations < S->def.max_iterations) {
-        double target = fmax(0.9 * goal / norm, S->def.tolerance > 0 ? INNER_GAIN : 0.0);
-        begin_cg(m, norm);
-        CgEnd end = run_cg(m, target, S->def.max_iterations - info->iterations, &info->iterations);
+    if (has_guess) {
+        om_team_barrier(m->team);
+        inspect(m, m->is_open);
+        if (!residual_norms(m, false)) return OM_INVALID;
+    }
+    while (open_lanes(m)) {
+        begin_cg(m);
+        CgEnd end = run_cg(m);
         if (end == CG_NOT_FINITE) return OM_INVALID;
         if (end == CG_INDEFINITE) {  // the matrix, or only the preconditioner?
-            is_indefinite = !m->use_multigrid;
-            if (is_indefinite) break;
+            if (!m->use_multigrid) return OM_NOT_SPD;
             m->use_multigrid = false;
+            om_team_barrier(m->team);
             continue;
         }
-        add_correction(m, norm);
-        double last = norm;
-        norm = residual_norm(m, false);
-        if (!isfinite(norm)) return OM_INVALID;
-        if (!(norm < 0.9 * last)) break;  // float can do no more
+        add_correction(m);
+        for (int q = 0; q < nrhs; ++q) last[q] = m->norm[q];
+        if (!residual_norms(m, false)) return OM_INVALID;
+        for (int q = 0; q < nrhs; ++q)  // float can do no more
+            m->is_open[q] = m->is_open[q] && m->norm[q] < 0.9 * last[q];
     }
-    info->residual = scale > 0.0 ? norm / scale : 0.0;  // zero b: x is zero, and exact
-    if (is_indefinite) return OM_NOT_SPD;
-    return norm <= goal || S->def.tolerance == 0.0 ? OM_OK : OM_NOT_CONVERGED;
+    bool is_converged = true;
+    for (int q = 0; q < nrhs; ++q) {
+        is_converged = is_converged && m->norm[q] <= m->goal[q];
+        if (scale[q] > 0.0) info->residual = fmax(info->residual, m->norm[q] / scale[q]);
+    }
+    info->iterations = m->iterations;
+    return is_converged || S->def.tolerance == 0.0 ? OM_OK : OM_NOT_CONVERGED;
 }
 
 static void team_solve(void* ctx, OmTeam* team, int rank, int size) {
@@ -213,13 +309,17 @@ static void team_solve(void* ctx, OmTeam* team, int rank, int size) {
         job->status = status;
         job->info = info;
     }
-    if (status < 0 || status == OM_NOT_SPD) return;
-    for (int k = 3 * job->S->chunks.begin[m.begin]; k < 3 * job->S->chunks.begin[m.end]; ++k)
-        job->x[k] = job->S->xd[k];
+    if (status >= 0 && status != OM_NOT_SPD) give_solution(&m);
 }
 
-OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, const double* b, double* x, OmSolveInfo* info) {
-    CgJob job = {.S = S, .A = A, .b = b, .x = x};
+OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
+                      OmSolveInfo* info) {
+    CgJob job = {.K = nrhs > 1 ? &om__kernels_eight : &om__kernels_one,
+                 .S = S,
+                 .A = A,
+                 .nrhs = nrhs,
+                 .b = b,
+                 .x = x};
     om_parallel_team(S->def.nworker, team_solve, &job);
     *info = job.info;
     if (job.status == OM_INVALID)

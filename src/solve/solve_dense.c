@@ -1,5 +1,5 @@
 // solve_dense.c: the coarsest level: A = U^T U in double, then the inverse of U^T by rows in float, so that
-// a solve is two triangular products that run along rows.
+// a solve is two triangular products that run along rows (solve_kernel.c).
 #include <math.h>
 #include <string.h>
 
@@ -7,14 +7,14 @@
 
 #define MIN_PIVOT 1e-10  // relative to its diagonal entry; smaller: nothing holds this direction
 
-OmStatus om__dense_create(int n, OmDense* dense, size_t* memory) {
+OmStatus om__dense_create(int n, int lanes, OmDense* dense, size_t* memory) {
     size_t n2 = (size_t)n * (size_t)n;
     *dense = (OmDense){.n = n};
     OM_ALLOC(dense->factor, n2);
     OM_ALLOC(dense->inverse, n2);
     OM_ALLOC(dense->apply, n2);
-    OM_ALLOC(dense->y, 2 * n);
-    *memory += 20 * n2 + 8 * (size_t)n;
+    OM_ALLOC(dense->y, 2 * (size_t)n * (size_t)lanes);
+    *memory += 20 * n2 + 8 * (size_t)n * (size_t)lanes;
     return OM_OK;
 }
 
@@ -70,32 +70,4 @@ void om__dense_refresh(OmDense* dense, const OmBsr* A) {
         for (int j = 0; j <= k; ++j) row[j] /= pivot;
     }
     for (size_t m = 0; m < (size_t)n * (size_t)n; ++m) dense->apply[m] = (float)W[m];
-}
-
-OM_MULTIVERSION
-static float dot_row(const float* restrict a, const float* restrict b, int n) {
-    float lane[16] = {0}, sum = 0;
-    int k = 0;
-    for (; k + 16 <= n; k += 16)
-        for (int m = 0; m < 16; ++m) lane[m] += a[k + m] * b[k + m];
-    for (int m = 0; k + m < n; ++m) lane[m] += a[k + m] * b[k + m];
-    for (int m = 0; m < 16; ++m) sum += lane[m];
-    return sum;
-}
-
-OM_MULTIVERSION
-static void add_row(float* restrict a, const float* restrict b, float s, int n) {
-    for (int k = 0; k < n; ++k) a[k] += s * b[k];
-}
-
-void om__dense_solve(OmDense* dense, const float* b, float* x) {
-    int n = dense->n;
-    float *y = dense->y, *packed = dense->y + n;
-    for (int k = 0; k < n; ++k) packed[k] = b[4 * (k / 3) + k % 3];
-    memset(y, 0, (size_t)n * sizeof(float));
-    for (int k = 0; k < n; ++k) {
-        const float* row = dense->apply + (size_t)k * (size_t)n;
-        add_row(y, row, dot_row(row, packed, k + 1), k + 1);
-    }
-    for (int k = 0; k < n; ++k) x[4 * (k / 3) + k % 3] = y[k];
 }

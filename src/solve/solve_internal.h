@@ -1,7 +1,8 @@
 // solve_internal.h: what the files of the room share.
 //
-// Vectors of the iterative solvers hold four floats a vertex, the fourth zero, so that a vertex is one
-// 16-byte load. Rows are cut into chunks that depend on the matrix alone; a worker takes a run of chunks,
+// Vectors of the iterative solvers come in two layouts. One right-hand side: four floats a vertex, the
+// fourth zero, so that a vertex is one 16-byte load. Eight at once: x, y, z of eight lanes each, 24 floats,
+// so that each value of A is loaded once for all. Rows are cut into chunks that depend on the matrix alone; a worker takes a run of chunks,
 // and sums are added chunk by chunk: same bytes for any number of workers.
 #ifndef OMENTUM_SOLVE_INTERNAL_H
 #define OMENTUM_SOLVE_INTERNAL_H
@@ -11,6 +12,11 @@
 
 typedef struct OmCholesky OmCholesky;    // solve_cholmod.c
 typedef struct OmMultigrid OmMultigrid;  // solve_multigrid.c
+
+typedef struct OmInterp OmInterp;  // solve_multigrid.h
+typedef struct OmDense OmDense;
+
+#define OM_MAX_LANE 8
 
 typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
@@ -34,29 +40,17 @@ struct OmSolver {
     int* chunk_fixed;      // first of fixed_vert in each chunk                     (num + 1)
     float* free_mask;      // 1 where free, of fixed_vert                           (nvert x 4)
     float* dinv;           // inverses of diagonal blocks, zero where prescribed    (nvert x 9 + 3)
-    double* xd;            // the iterate                                           (nvert x 3)
-    double* rd;            // its residual                                          (nvert x 3)
-    double* partial;       // sums of the chunks, one column a quantity             (3 x num)
-    float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x 4)
+    int max_lane;          // 1 or 8
+    double* xd;       // the iterate                                           (nvert x 3 x lanes)
+    double* rd;       // its residual                                          (nvert x 3 x lanes)
+    double* partial;  // sums of the chunks, one column a quantity and lane    (3 x lanes x num)
+    float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x width)
     OmCholesky* cholesky;
     OmMultigrid* multigrid;
     size_t memory;  // bytes
 };
 
-// ---- solve_kernel.c: loops over rows [begin, end) ---------------------------------------------------
-
-typedef struct OmCgSums {
-    double ru, uw;  // r.u and u.w
-} OmCgSums;
-/// w = A u
-OmCgSums om__cg_multiply(const OmBsr* A, const float* r, const float* u, float* w, int begin,
-                         int end);
-/// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s, and then u = dinv r if asked; returns r.r
-double om__cg_update(OmSolver* S, float alpha, float beta, bool apply_blocks, int begin, int end);
-/// u = dinv r
-void om__apply_blocks(const float* dinv, const float* r, float* u, int begin, int end);
-/// rd = b - A xd at free degrees of freedom, zero at prescribed ones; returns rd.rd. Null A: rd = b.
-double om__residual(OmSolver* S, const OmBsr* A, const double* b, int begin, int end, int chunk);
+// ---- solve_kernel.c, solve_kernel8.c: loops over rows [begin, end) -----------------------------------
 
 /// One smoothing step: r_out = r - A d, d_out = c1 d + c2 dinv r_out, x += d_out. d_out may be null: then
 /// only the residual. r may be r_out; d may not be d_out.
@@ -67,27 +61,54 @@ typedef struct OmSmooth {
     float *d_out, *x;
     float c1, c2;
 } OmSmooth;
-void om__smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end);
-/// The first step from x = 0: d_out = x = c2 dinv r.
-void om__smooth_first(const float* dinv, const OmSmooth* s, int begin, int end);
+
+typedef struct OmKernels {
+    int lanes, width;  // right-hand sides, floats a vertex
+    /// w = A u; sums: r.u of each lane, then u.w of each lane
+    void (*multiply)(const OmBsr* A, const OmSolver* S, int begin, int end, double* sums);
+    /// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s, and then u = dinv r if asked; rr: r.r
+    void (*update)(OmSolver* S, const float* alpha, const float* beta, bool apply_blocks, int begin,
+                   int end, double* rr);
+    /// u = dinv r
+    void (*apply_blocks)(const float* dinv, const float* r, float* u, int begin, int end);
+    /// rd = b - A xd at free degrees of freedom, zero at prescribed ones. Null A: rd = b. rr: rd.rd
+    void (*residual)(OmSolver* S, const OmBsr* A, const double* b, int nrhs, int chunk, double* rr);
+    void (*smooth)(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end);
+    /// The first step from x = 0: d_out = x = c2 dinv r.
+    void (*smooth_first)(const float* dinv, const OmSmooth* s, int begin, int end);
+    /// b of coarse nodes = P^T r
+    void (*restrict_rows)(const OmInterp* P, const float* r, float* b, int begin, int end);
+    /// d = P x_coarse, x += d
+    void (*prolong_rows)(const OmInterp* P, const float* xc, float* d, float* x, int begin,
+                         int end);
+    /// x = A^-1 b on the coarsest level
+    void (*dense_solve)(OmDense* dense, const float* b, float* x);
+} OmKernels;
+extern const OmKernels om__kernels_one, om__kernels_eight;
+
+/// Clear the prescribed entries of rows of one chunk of rd.
+void om__clear_fixed(OmSolver* S, int lanes, int chunk);
 
 /// Inverse of a symmetric block restricted to its free part; zero elsewhere. False unless positive definite.
 bool om__invert_block(const float* v, const unsigned char* fixed, float* out);
 
 // ---- solve_multigrid.c ------------------------------------------------------------------------------
 
-OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, OmMultigrid** mg,
-                              size_t* memory);
+/// width: floats a vertex of the vectors.
+OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, int width,
+                              OmMultigrid** mg, size_t* memory);
 void om__multigrid_destroy(OmMultigrid* mg);
 void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
 void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
 /// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. The rows of
 /// others may be unfinished at return.
-void om__multigrid_apply(const OmSolver* S, const OmBsr* A, const OmRank* who);
+void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, const OmRank* who);
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 
-OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, const double* b, double* x, OmSolveInfo* info);
+/// nrhs <= S->max_lane right-hand sides together.
+OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
+                      OmSolveInfo* info);
 
 // ---- solve_cholmod.c --------------------------------------------------------------------------------
 

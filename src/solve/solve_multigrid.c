@@ -12,7 +12,6 @@
 #include <string.h>
 
 #include "solve/solve_multigrid.h"
-#include "solve/solve_simd.h"
 
 #define DENSE_VERTS 40     // a level this small is solved directly
 #define FINE_BOUND 4.0     // largest eigenvalue of D^-1 A that is smoothed
@@ -40,8 +39,8 @@ static double mean_edge(const OmBsr* A, const double* x) {
     return num > 0 ? sum / num : 0.0;
 }
 
-static OmStatus take_level_vectors(OmLevel* L, bool is_fine, size_t* memory) {
-    size_t n = 4 * (size_t)L->nvert;
+static OmStatus take_level_vectors(OmLevel* L, bool is_fine, int width, size_t* memory) {
+    size_t n = (size_t)width * (size_t)L->nvert;
     float** vector[] = {&L->r, &L->d, &L->e, &L->b, &L->x};
     int num = is_fine ? 3 : 5;
     for (int k = 0; k < num; ++k)
@@ -53,8 +52,8 @@ static OmStatus take_level_vectors(OmLevel* L, bool is_fine, size_t* memory) {
     return L->dinv ? OM_OK : OM_NO_MEMORY;
 }
 
-OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, OmMultigrid** out,
-                              size_t* memory) {
+OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, int width,
+                              OmMultigrid** out, size_t* memory) {
     *out = NULL;
     OmStatus status = OM_OK;
     double *x = NULL, *node = NULL;
@@ -75,7 +74,7 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
         OM_TRY_DONE(om__galerkin_create(mg->nlevel == 1 ? A : &fine->A, &fine->P, nworker, &fine->G,
                                         &coarse->A, memory));
         set_chebyshev(fine, mg->nlevel == 1 ? FINE_BOUND : COARSE_BOUND);
-        OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, memory));
+        OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, width, memory));
     }
     OmLevel* last = &mg->level[mg->nlevel - 1];
     int most = 0;
@@ -83,8 +82,8 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
         most = mg->level[l].A.nblock > most ? mg->level[l].A.nblock : most;
     OM_ALLOC_DONE(mg->wide, 12 * (size_t)most);
     *memory += 48 * (size_t)most;
-    OM_TRY_DONE(take_level_vectors(last, false, memory));
-    OM_TRY_DONE(om__dense_create(3 * last->nvert, &mg->dense, memory));
+    OM_TRY_DONE(take_level_vectors(last, false, width, memory));
+    OM_TRY_DONE(om__dense_create(3 * last->nvert, width / 3, &mg->dense, memory));
     *out = mg;
 done:
     om_free(x);
@@ -165,31 +164,6 @@ void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker) {
 
 // ---- V-cycle ----------------------------------------------------------------------------------------
 
-// b of coarse nodes = P^T r
-OM_MULTIVERSION
-static void restrict_rows(const OmInterp* P, const float* r, float* b, int begin, int end) {
-    for (int c = begin; c < end; ++c) {
-        V4 sum = splat(0);
-        for (int t = P->t_adr[c]; t < P->t_adr[c + 1]; ++t)
-            sum +=
-                load4(P->weight + 4 * (size_t)P->t_entry[t]) * load4(r + 4 * (size_t)P->t_row[t]);
-        store4(b + 4 * (size_t)c, sum);
-    }
-}
-
-// d = P x_coarse, x += d
-OM_MULTIVERSION
-static void prolong_rows(const OmInterp* P, const float* xc, float* d, float* x, int begin,
-                         int end) {
-    for (int i = begin; i < end; ++i) {
-        V4 sum = splat(0);
-        for (int e = P->adr[i]; e < P->adr[i + 1]; ++e)
-            sum += load4(P->weight + 4 * (size_t)e) * load4(xc + 4 * (size_t)P->col[e]);
-        store4(d + 4 * (size_t)i, sum);
-        store4(x + 4 * (size_t)i, load4(x + 4 * (size_t)i) + sum);
-    }
-}
-
 typedef struct Rows {  // what a member does on one level
     const OmBsr* A;
     const float* dinv;
@@ -210,53 +184,53 @@ static Rows rows_of(const OmSolver* S, const OmBsr* A, const OmRank* who, int l)
 }
 
 // Two Chebyshev steps from zero and the residual after them.
-static void smooth_down(const OmLevel* L, const Rows* w, OmTeam* team) {
+static void smooth_down(const OmKernels* K, const OmLevel* L, const Rows* w, OmTeam* team) {
     OmSmooth s = {.r = w->b, .r_out = L->r, .d_out = L->d, .x = w->x, .c2 = 1.0f / L->theta};
-    om__smooth_first(w->dinv, &s, w->begin, w->end);
+    K->smooth_first(w->dinv, &s, w->begin, w->end);
     om_team_barrier(team);
     s.d = L->d;
     s.d_out = L->e;
     s.c1 = L->c1;
     s.c2 = L->c2;
-    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
     om_team_barrier(team);
     s.r = L->r;
     s.d = L->e;
     s.d_out = NULL;
-    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
     om_team_barrier(team);
 }
 
 // Two Chebyshev steps after a correction d, which x has and the residual has not.
-static void smooth_up(const OmLevel* L, const Rows* w, OmTeam* team) {
+static void smooth_up(const OmKernels* K, const OmLevel* L, const Rows* w, OmTeam* team) {
     OmSmooth s = {
         .r = L->r, .r_out = L->r, .d = L->d, .d_out = L->e, .x = w->x, .c2 = 1.0f / L->theta};
     om_team_barrier(team);
-    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
     om_team_barrier(team);
     s.d = L->e;
     s.d_out = L->d;
     s.c1 = L->c1;
     s.c2 = L->c2;
-    om__smooth(w->A, w->dinv, &s, w->begin, w->end);
+    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
 }
 
-void om__multigrid_apply(const OmSolver* S, const OmBsr* A, const OmRank* who) {
+void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, const OmRank* who) {
     OmMultigrid* mg = S->multigrid;
     int last = mg->nlevel - 1;
     Rows fine = rows_of(S, A, who, 0);
     for (int l = 0; l < last; ++l) {
-        smooth_down(&mg->level[l], &fine, who->team);
+        smooth_down(K, &mg->level[l], &fine, who->team);
         fine = rows_of(S, A, who, l + 1);
-        restrict_rows(&mg->level[l].P, mg->level[l].r, mg->level[l + 1].b, fine.begin, fine.end);
+        K->restrict_rows(&mg->level[l].P, mg->level[l].r, mg->level[l + 1].b, fine.begin, fine.end);
     }
     om_team_barrier(who->team);
-    if (who->rank == 0) om__dense_solve(&mg->dense, mg->level[last].b, mg->level[last].x);
+    if (who->rank == 0) K->dense_solve(&mg->dense, mg->level[last].b, mg->level[last].x);
     for (int l = last - 1; l >= 0; --l) {
         om_team_barrier(who->team);
         fine = rows_of(S, A, who, l);
-        prolong_rows(&mg->level[l].P, mg->level[l + 1].x, mg->level[l].d, fine.x, fine.begin,
-                     fine.end);
-        smooth_up(&mg->level[l], &fine, who->team);
+        K->prolong_rows(&mg->level[l].P, mg->level[l + 1].x, mg->level[l].d, fine.x, fine.begin,
+                        fine.end);
+        smooth_up(K, &mg->level[l], &fine, who->team);
     }
 }

@@ -13,7 +13,7 @@
 
 // P: each fine vertex takes the values of up to four coarse nodes. The weight of an entry is diagonal, one
 // number a direction, zero where the fine degree of freedom is prescribed.
-typedef struct OmInterp {
+struct OmInterp {
     int nfine, ncoarse, nentry;
     int* adr;             // entries of each fine vertex                            (nfine + 1)
     int* col;             // coarse node of each entry                              (nentry)
@@ -26,7 +26,7 @@ typedef struct OmInterp {
     int nlayer;  // layers of grid cells across the longest side: rows of layers two apart share no node
     int* layer_adr;  //                                                       (nlayer + 1)
     int* layer_row;  // fine vertices by layer                                (nfine)
-} OmInterp;
+};
 
 // How A P and P^T (A P) fall into place. Row i of A P has ap_num[i] coarse columns.
 typedef struct OmGalerkin {
@@ -40,21 +40,21 @@ typedef struct OmGalerkin {
         scratch;  // one row of A P for each worker                        (nworker x max_ap x 12)
 } OmGalerkin;
 
-typedef struct OmDense {  // inverse of the Cholesky factor, by rows
+struct OmDense {  // inverse of the Cholesky factor, by rows
     int n;
     double* factor;   // U of A = U^T U                                       (n x n)
     double* inverse;  // of U^T, lower triangle                               (n x n)
     float* apply;     // the same in float                                    (n x n)
-    float* y;         // work                                                 (n x 2)
-} OmDense;
+    float* y;         // work                                                 (n x 2 x lanes)
+};
 
 typedef struct OmLevel {
     int nvert;
     OmBsr A;              // level 0: empty, the caller's is used
     float* dinv;          // inverse diagonal blocks; level 0: the solver's   (nvert x 9 + 3)
     float theta, c1, c2;  // Chebyshev: d = D^-1 r / theta, then d = c1 d + c2 D^-1 r
-    float *b, *x;         // level 0: r and u of CG                           (nvert x 4)
-    float *r, *d, *e;     // residual, correction, next correction            (nvert x 4)
+    float *b, *x;         // level 0: r and u of CG                           (nvert x width)
+    float *r, *d, *e;     // residual, correction, next correction            (nvert x width)
     OmInterp P;           // from the next level
     OmGalerkin G;
 } OmLevel;
@@ -86,11 +86,9 @@ void om__galerkin_layer(const OmBsr* A, const OmInterp* P, const OmGalerkin* G, 
 /// Blocks [begin, end) of wide to the values of the coarse matrix.
 void om__galerkin_pack(const float* wide, OmBsr* coarse, int begin, int end);
 
-OmStatus om__dense_create(int n, OmDense* dense, size_t* memory);
+OmStatus om__dense_create(int n, int lanes, OmDense* dense, size_t* memory);
 void om__dense_done(OmDense* dense);
 /// Factor a block matrix; directions without stiffness are left out.
 void om__dense_refresh(OmDense* dense, const OmBsr* A);
-/// x = A^-1 b, vectors of four floats a vertex.
-void om__dense_solve(OmDense* dense, const float* b, float* x);
 
 #endif

@@ -71,16 +71,17 @@ static OmStatus take_vectors(OmSolver* S) {
     S->fixed = take(S, 3 * n, 1);
     S->fixed_vert = take(S, n, sizeof(int));
     S->chunk_fixed = take(S, num + 1, sizeof(int));
-    S->xd = take(S, 3 * n, sizeof(double));
-    S->rd = take(S, 3 * n, sizeof(double));
+    size_t lanes = (size_t)S->max_lane, width = lanes > 1 ? 3 * lanes : 4;
+    S->xd = take(S, 3 * n * lanes, sizeof(double));
+    S->rd = take(S, 3 * n * lanes, sizeof(double));
     if (!S->fixed || !S->fixed_vert || !S->chunk_fixed || !S->xd || !S->rd) return OM_NO_MEMORY;
     if (S->def.preconditioner == OM_CHOLESKY) return OM_OK;
     S->free_mask = take(S, 4 * n, sizeof(float));
     S->dinv = take(S, 9 * n + 3, sizeof(float));
-    S->partial = take(S, 3 * num, sizeof(double));
+    S->partial = take(S, 3 * lanes * num, sizeof(double));
     float** vector[] = {&S->x, &S->r, &S->u, &S->w, &S->p, &S->s};
     for (int k = 0; k < 6; ++k)
-        if (!(*vector[k] = take(S, 4 * n, sizeof(float)))) return OM_NO_MEMORY;
+        if (!(*vector[k] = take(S, width * n, sizeof(float)))) return OM_NO_MEMORY;
     return S->free_mask && S->dinv && S->partial ? OM_OK : OM_NO_MEMORY;
 }
 
@@ -95,12 +96,13 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     S->def = *def;
     S->nvert = A->nvert;
     S->nblock = A->nblock;
+    S->max_lane = def->max_rhs > 1 && def->preconditioner != OM_CHOLESKY ? OM_MAX_LANE : 1;
     OM_TRY_DONE(cut_chunks(S, A));
     OM_TRY_DONE(take_vectors(S));
     if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
     if (def->preconditioner == OM_MULTIGRID)
-        OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker), &S->multigrid,
-                                         &S->memory));
+        OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker),
+                                         S->max_lane > 1 ? 24 : 4, &S->multigrid, &S->memory));
     *solver = S;
 done:
     if (status < 0) om_solver_destroy(S);
@@ -227,8 +229,11 @@ static bool is_finite_system(const OmSolver* S, int nrhs, const double* b, const
 
 static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
     double sum = 0;
-    for (int k = 0; k < S->chunks.num; ++k)
-        sum += om__residual(S, A, b, S->chunks.begin[k], S->chunks.begin[k + 1], k);
+    for (int k = 0; k < S->chunks.num; ++k) {
+        double rr;
+        om__kernels_one.residual(S, A, b, 1, k, &rr);
+        sum += rr;
+    }
     return sqrt(sum);
 }
 
@@ -264,10 +269,13 @@ OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b,
     OM_CHECK(A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
              "om_solver_solve: another matrix than the one of the refresh");
     OM_CHECK(nrhs >= 1, OM_INVALID, "om_solver_solve: %d right-hand sides", nrhs);
+    OM_CHECK(nrhs == 1 || is_finite_system(S, nrhs, b, x), OM_INVALID,
+             "solve: a right-hand side or a first guess is not finite");
     size_t n = 3 * (size_t)S->nvert;
     OmStatus result = OM_OK;
-    for (int k = 0; k < nrhs && !S->cholesky; ++k) {
-        OmStatus status = om__cg_solve(S, A, b + n * (size_t)k, x + n * (size_t)k, &one);
+    for (int k = 0, num; k < nrhs && !S->cholesky; k += num) {
+        num = nrhs - k < S->max_lane ? nrhs - k : S->max_lane;
+        OmStatus status = om__cg_solve(S, A, num, b + n * (size_t)k, x + n * (size_t)k, &one);
         OM_TRY(status);
         if (status == OM_NOT_SPD) return status;
         if (status != OM_OK) result = status;

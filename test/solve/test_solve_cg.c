@@ -57,6 +57,65 @@ static void all_match_a_dense_solve(void** state) {
     problem_done(&p);
 }
 
+// Eleven right-hand sides of very different size, one zero, with prescribed values, guesses in some.
+static void many_together_match_one_by_one(void** state) {
+    (void)state;
+    Elastic el = elastic_tissue();
+    Problem p;
+    enum { NRHS = 11 };
+    problem_init(&p, beam_size(), 12, 4, 4, &el, NRHS);
+    for (int i = 0; i < p.mesh.nvert; i += 9) p.fixed[3 * i + i % 3] = 1;
+    for (size_t q = 0; q < NRHS; ++q)
+        for (size_t i = 0; i < p.n; ++i)
+            p.b[q * p.n + i] *= q == 2 ? 0 : pow(10, 3.0 * (double)q - 12);
+    double* start = om_calloc(NRHS * p.n, sizeof(double));
+    double* ref = om_calloc(NRHS * p.n, sizeof(double));
+    for (size_t k = 0; k < NRHS * p.n; ++k) {
+        bool has_guess = k / p.n == 5, has_prescribed = k / p.n > 6;
+        start[k] = p.fixed[k % p.n] ? (has_prescribed ? 1e-3 : 0) : (has_guess ? 1e-4 : 0);
+    }
+    for (int k = 0; k < 2; ++k) {
+        OmSolverDef def = solver_def(kinds[k], 1e-8, 2);
+        OmSolveInfo info;
+        OmSolver* one = make_solver(&p, kinds[k], 1e-8, 1);
+        memcpy(ref, start, NRHS * p.n * sizeof(double));
+        assert_ok(om_solver_solve(one, &p.A, NRHS, p.b, ref, &info));
+        uint64_t first = 0;
+        for (int nworker = 1; nworker <= 3; ++nworker) {
+            OmSolver* S;
+            def.max_rhs = 8;
+            def.nworker = nworker;
+            assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
+            om_solver_set_fixed(S, p.fixed);
+            assert_ok(om_solver_refresh(S, &p.A));
+            memcpy(p.x, start, NRHS * p.n * sizeof(double));
+            assert_ok(om_solver_solve(S, &p.A, NRHS, p.b, p.x, &info));
+            assert_true(info.residual <= 1e-8);
+            for (size_t q = 0; q < NRHS; ++q) {
+                if (q == 2)
+                    for (size_t i = 0; i < p.n; ++i) assert_true(p.x[q * p.n + i] == 0.0);
+                else  // both to 1e-8, times the condition number, about 1e3
+                    assert_below(max_difference(p.x + q * p.n, ref + q * p.n, p.n), 1e-5);
+            }
+            uint64_t hash = om_hash(p.x, NRHS * p.n * sizeof(double), OM_HASH_SEED);
+            if (nworker == 1) first = hash;
+            assert_true(hash == first);
+            // A bad number in the last one: all stay as they were.
+            double keep = p.b[NRHS * p.n - 1];
+            p.b[NRHS * p.n - 1] = (double)NAN;
+            memcpy(p.x, start, NRHS * p.n * sizeof(double));
+            assert_status(om_solver_solve(S, &p.A, NRHS, p.b, p.x, &info), OM_INVALID);
+            assert_true(memcmp(p.x, start, NRHS * p.n * sizeof(double)) == 0);
+            p.b[NRHS * p.n - 1] = keep;
+            om_solver_destroy(S);
+        }
+        om_solver_destroy(one);
+    }
+    om_free(start);
+    om_free(ref);
+    problem_done(&p);
+}
+
 static void reported_residual_is_true(void** state) {
     (void)state;
     Elastic el = elastic_tissue();
@@ -323,6 +382,7 @@ static void solving_allocates_nothing(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(all_match_a_dense_solve),
+                                       cmocka_unit_test(many_together_match_one_by_one),
                                        cmocka_unit_test(reported_residual_is_true),
                                        cmocka_unit_test(same_bytes_with_any_workers),
                                        cmocka_unit_test(indefinite_matrices_are_refused),

@@ -78,13 +78,13 @@ static void dense_level_solves(void** state) {
     problem_init(&p, beam_size(), 4, 2, 2, &el, 1);
     OmDense dense;
     size_t memory = 0;
-    assert_ok(om__dense_create((int)p.n, &dense, &memory));
+    assert_ok(om__dense_create((int)p.n, 1, &dense, &memory));
     om__dense_refresh(&dense, &p.A);
     float* b = om_calloc(4 * p.n / 3, sizeof(float));
     float* x = om_calloc(4 * p.n / 3, sizeof(float));
     double* y = om_alloc(p.n, sizeof(double));
     for (size_t k = 0; k < p.n; ++k) b[4 * (k / 3) + k % 3] = (float)p.b[k];
-    om__dense_solve(&dense, b, x);
+    om__kernels_one.dense_solve(&dense, b, x);
     for (size_t k = 0; k < p.n; ++k) p.x[k] = (double)x[4 * (k / 3) + k % 3];
     om_bsr_apply(&p.A, 1, p.x, y);
     assert_below(max_difference(y, p.b, p.n), 1e-3);  // float, condition number about 1e3
