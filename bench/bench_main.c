@@ -13,6 +13,7 @@ static const struct {
     BenchFn fn;
 } bench_table[] = {
     {"solve", bench_solve},
+    {"shape", bench_shape},
     {"plan", bench_plan},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
