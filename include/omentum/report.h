@@ -1,0 +1,75 @@
+/// omentum/report.h: reports as one HTML file that needs nothing else (floor 2).
+///
+/// Headings, paragraphs, tables, line charts (SVG) and pictures (PNG, embedded), readable on a screen in
+/// light or dark and on paper. All text is escaped. Blocks appear in the order they are added.
+///
+///     OmReport report;
+///     om_report_begin(&report, "Retraction", "sheet, layout 3");
+///     om_report_heading(&report, "Forces");
+///     om_report_chart(&report, &chart);
+///     om_report_save(&report, "report.html");      // frees it, also on failure
+#ifndef OMENTUM_REPORT_H
+#define OMENTUM_REPORT_H
+
+#include "omentum/base.h"
+#include "omentum/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmReport {
+    OmText html;
+    OmStatus status;  // the first failure; later calls do nothing
+    bool is_in_grid;  // pictures are being added
+} OmReport;
+
+OM_API void om_report_begin(OmReport* report, const char* title, const char* subtitle);
+OM_API void om_report_heading(OmReport* report, const char* text);
+OM_API void om_report_paragraph(OmReport* report, const char* text);
+/// A short sentence with weight: how it ended. `is_good` colours it.
+OM_API void om_report_verdict(OmReport* report, const char* text, bool is_good);
+/// Numbers side by side: values and what they are; `count` of each.
+OM_API void om_report_facts(OmReport* report, const char* const* value, const char* const* label,
+                            int count);
+/// A table of nrow x ncol cells, row by row, under ncol headings.
+OM_API void om_report_table(OmReport* report, const char* const* heading, int ncol,
+                            const char* const* cell, int nrow);
+/// Text as it stands, folded under a summary.
+OM_API void om_report_details(OmReport* report, const char* summary, const char* text);
+/// A picture with a caption; consecutive ones share rows.
+OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
+
+#define OM_REPORT_MAX_SERIES 6
+
+typedef struct OmReportSeries {
+    const char* name;
+    const double* x;
+    const double* y;  // values that are not finite leave a gap
+    int n;
+} OmReportSeries;
+
+typedef struct OmReportChart {
+    const char* title;
+    const char *x_label, *y_label;  // with units
+    OmReportSeries series[OM_REPORT_MAX_SERIES];
+    int nseries;
+    bool has_limit;  // a dashed line at `limit`
+    double limit;
+    const char* limit_name;
+    bool has_range;  // the y axis runs over [y_min, y_max] at least
+    double y_min, y_max;
+    const double* event;  // thin vertical lines at these x
+    int nevent;
+} OmReportChart;
+OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
+
+/// Write the file whole or not at all, and free the report.
+OM_API OmStatus om_report_save(OmReport* report, const char* path);
+/// Free a report that is not saved.
+OM_API void om_report_done(OmReport* report);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

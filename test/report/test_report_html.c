@@ -1,0 +1,140 @@
+// Reports: tags that close, text that is escaped, charts that survive bad numbers.
+#include "omentum/report.h"
+#include "test_common.h"
+
+// Every tag that opens also closes, in order; void elements and comments aside.
+static void assert_well_formed(const char* html) {
+    const char* open[64];
+    size_t len[64];
+    int depth = 0;
+    for (const char* p = strchr(html, '<'); p; p = strchr(p + 1, '<')) {
+        if (p[1] == '!') continue;
+        const char* name = p[1] == '/' ? p + 2 : p + 1;
+        size_t n = strcspn(name, " \n>/");
+        const char* end = strchr(p, '>');
+        assert_non_null(end);
+        if (p[1] == '/') {
+            assert_true(depth > 0);
+            --depth;
+            if (len[depth] != n || strncmp(open[depth], name, n) != 0) {
+                fail_msg("</%.*s> closes <%.*s>", (int)n, name, (int)len[depth], open[depth]);
+            }
+        } else if (end[-1] != '/' && strncmp(name, "meta", 4) != 0 &&
+                   strncmp(name, "img", 3) != 0) {
+            assert_true(depth < 64);
+            open[depth] = name;
+            len[depth++] = n;
+        }
+    }
+    assert_int_equal(depth, 0);
+}
+
+static char* save_and_read(OmReport* r) {
+    char path[] = "/tmp/omentum-report-XXXXXX";
+    int fd = mkstemp(path);
+    assert_true(fd >= 0);
+    assert_ok(om_report_save(r, path));
+    char* html;
+    size_t size;
+    assert_ok(om_file_read(path, 1 << 24, &html, &size));
+    remove(path);
+    return html;
+}
+
+static void blocks_are_well_formed_and_escaped(void** state) {
+    (void)state;
+    OmReport r;
+    om_report_begin(&r, "A <title> & more", "sub\"title'");
+    om_report_verdict(&r, "exposed <script>alert(1)</script>", true);
+    om_report_heading(&r, "Heading");
+    om_report_paragraph(&r, "a < b");
+    const char* value[] = {"1 N", "<2>"};
+    const char* label[] = {"force", "height"};
+    om_report_facts(&r, value, label, 2);
+    om_report_table(&r, label, 2, value, 1);
+    om_report_details(&r, "why", "x < y\n");
+    OmPicture picture;
+    assert_ok(om_picture_init(&picture, 4, 3, 3));
+    memset(picture.pixel, 200, 36);
+    om_report_picture(&r, &picture, "first");
+    om_report_picture(&r, &picture, "second");
+    om_report_heading(&r, "After pictures");
+    om_picture_done(&picture);
+    char* html = save_and_read(&r);
+    assert_well_formed(html);
+    assert_null(strstr(html, "<script"));
+    assert_non_null(strstr(html, "A &lt;title&gt; &amp; more"));
+    assert_non_null(strstr(html, "data:image/png;base64,iVBORw0KGgo"));
+    assert_null(strstr(html, "http"));  // needs nothing else
+    om_free(html);
+}
+
+static void charts_survive_bad_numbers(void** state) {
+    (void)state;
+    const double x[5] = {0, 1, 2, 3, 4}, y[5] = {1, NAN, 3, INFINITY, 2}, same[5] = {7, 7, 7, 7, 7};
+    const double event[2] = {1.5, 99};
+    OmReport r;
+    om_report_begin(&r, "Charts", "");
+    OmReportChart chart = {.title = "gaps",
+                           .x_label = "time, s",
+                           .y_label = "N",
+                           .nseries = 2,
+                           .series = {{"a", x, y, 5}, {"b", x, same, 5}},
+                           .has_limit = true,
+                           .limit = 5,
+                           .limit_name = "limit",
+                           .event = event,
+                           .nevent = 2};
+    om_report_chart(&r, &chart);
+    OmReportChart empty = {.title = "empty", .nseries = 1, .series = {{"none", x, y, 0}}};
+    om_report_chart(&r, &empty);
+    OmReportChart flat = {.title = "flat", .nseries = 1, .series = {{"flat", same, same, 5}}};
+    om_report_chart(&r, &flat);
+    char* html = save_and_read(&r);
+    assert_well_formed(html);
+    assert_null(strstr(html, "nan,"));
+    assert_null(strstr(html, ",nan"));
+    assert_null(strstr(html, "inf"));
+    om_free(html);
+}
+
+static int failing_after;
+static void* fail_later(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    return failing_after-- > 0 ? aligned_alloc(align, (size + align - 1) / align * align) : NULL;
+}
+static void release(void* ctx, void* ptr) {
+    (void)ctx;
+    free(ptr);
+}
+
+static void refused_memory_is_told_at_the_end(void** state) {
+    (void)state;
+    OmAllocator failing = {fail_later, release, NULL};
+    int64_t alive = om_alloc_alive();
+    OmStatus status = OM_NO_MEMORY;
+    int tries = 0;
+    while (status != OM_OK) {
+        failing_after = tries++;
+        om_set_allocator(&failing);
+        OmReport r;
+        om_report_begin(&r, "t", "s");
+        for (int i = 0; i < 200; ++i)
+            om_report_paragraph(&r, "a paragraph that makes the text grow");
+        status = om_report_save(&r, "/dev/null/none");
+        om_set_allocator(NULL);
+        assert_int_equal(om_alloc_alive(), alive);
+        if (status == OM_IO) break;  // memory sufficed; the path is no file
+        assert_int_equal(status, OM_NO_MEMORY);
+    }
+    assert_true(tries > 2);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(blocks_are_well_formed_and_escaped),
+        cmocka_unit_test(charts_survive_bad_numbers),
+        cmocka_unit_test(refused_memory_is_told_at_the_end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
