@@ -134,7 +134,7 @@ static void give_solution(const Member* m) {
 // ---- CG ---------------------------------------------------------------------------------------------
 
 // u = M^-1 r
-static void precondition(const Member* m) {
+static void precondition(Member* m) {
     const CgJob* job = m->job;
     if (m->use_multigrid)
         om__multigrid_apply(job->K, job->S, job->A, &m->who);
@@ -143,11 +143,12 @@ static void precondition(const Member* m) {
 }
 
 // w = A u with zeros at prescribed rows, and the two sums r.u and u.w.
-static void multiply(const Member* m) {
+static void multiply(Member* m) {
     const CgJob* job = m->job;
     OmSolver* S = job->S;
     size_t lanes = (size_t)job->K->lanes, width = (size_t)job->K->width;
-    for (int k = m->begin; k < m->end; ++k) {
+    for (int n = 0; n < m->end - m->begin; ++n) {
+        int k = m->who.is_backward ? m->end - 1 - n : m->begin + n;
         double sums[2 * OM_MAX_LANE];
         job->K->multiply(job->A, S, S->chunks.begin[k], S->chunks.begin[k + 1], sums);
         for (int f = S->chunk_fixed[k]; f < S->chunk_fixed[k + 1]; ++f)
@@ -157,6 +158,7 @@ static void multiply(const Member* m) {
                         S->free_mask[4 * (size_t)f + c];
         put_partial(S, 0, k, sums, 2 * job->K->lanes);  // u is zero where w was cleared
     }
+    m->who.is_backward = !m->who.is_backward;
 }
 
 typedef enum CgEnd { CG_DONE, CG_INDEFINITE, CG_NOT_FINITE } CgEnd;

@@ -22,6 +22,8 @@ typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
     int rank, size;
     int begin, end;
+    bool
+        is_backward;  // direction of the next sweep over the matrix: each starts where the last ended
 } OmRank;
 
 typedef struct OmChunks {  // rows cut into pieces of about equal work
@@ -102,7 +104,7 @@ void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
 void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
 /// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. The rows of
 /// others may be unfinished at return.
-void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, const OmRank* who);
+void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, OmRank* who);
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 

@@ -41,7 +41,7 @@ static void update(OmSolver* S, const float* alpha, const float* beta, bool with
         store4(s + i4, si);
         store4(x + i4, load4(x + i4) + va * pi);
         store4(r + i4, ri);
-        if (with_blocks) store4(u + i4, block_product(dinv + 9 * (size_t)i, r + i4));
+        if (with_blocks) store4(u + i4, block_product(dinv + 9 * (size_t)i, ri));
         sum += ri * ri;
     }
     *rr = (double)sum4(sum);
@@ -50,7 +50,7 @@ static void update(OmSolver* S, const float* alpha, const float* beta, bool with
 OM_MULTIVERSION
 static void apply_blocks(const float* dinv, const float* r, float* u, int begin, int end) {
     for (int i = begin; i < end; ++i)
-        store4(u + 4 * (size_t)i, block_product(dinv + 9 * (size_t)i, r + 4 * (size_t)i));
+        store4(u + 4 * (size_t)i, block_product(dinv + 9 * (size_t)i, vertex(r, i)));
 }
 
 OM_MULTIVERSION
@@ -61,9 +61,10 @@ static void smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int beg
         int k = A->row_adr[i];
         size_t i4 = 4 * (size_t)i;
         V4 Ad = row_product(A->value + 9 * (size_t)k, A->col + k, A->row_adr[i + 1] - k, d);
-        store4(s->r_out + i4, load4(s->r + i4) - Ad);
+        V4 r = load4(s->r + i4) - Ad;
+        store4(s->r_out + i4, r);
         if (!s->d_out) continue;
-        V4 dn = c1 * load4(d + i4) + c2 * block_product(dinv + 9 * (size_t)i, s->r_out + i4);
+        V4 dn = c1 * load4(d + i4) + c2 * block_product(dinv + 9 * (size_t)i, r);
         store4(s->d_out + i4, dn);
         store4(s->x + i4, load4(s->x + i4) + dn);
     }
@@ -74,7 +75,7 @@ static void smooth_first(const float* dinv, const OmSmooth* s, int begin, int en
     V4 c2 = splat(s->c2);
     for (int i = begin; i < end; ++i) {
         size_t i4 = 4 * (size_t)i;
-        V4 dn = c2 * block_product(dinv + 9 * (size_t)i, s->r + i4);
+        V4 dn = c2 * block_product(dinv + 9 * (size_t)i, load4(s->r + i4));
         store4(s->d_out + i4, dn);
         store4(s->x + i4, dn);
     }

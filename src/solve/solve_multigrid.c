@@ -16,6 +16,7 @@
 #define DENSE_VERTS 40     // a level this small is solved directly
 #define FINE_BOUND 4.0     // largest eigenvalue of D^-1 A that is smoothed
 #define COARSE_BOUND 5.0   // the same on coarse levels
+#define SWEEP_ROWS 128     // rows of one piece of a sweep
 #define SMOOTH_RATIO 10.0  // smoothed eigenvalues: bound / ratio .. bound
 
 // ---- create -----------------------------------------------------------------------------------------
@@ -183,44 +184,56 @@ static Rows rows_of(const OmSolver* S, const OmBsr* A, const OmRank* who, int l)
                   (int)((int64_t)L->nvert * (who->rank + 1) / who->size)};
 }
 
+// One smoothing step over the rows of a member, forward and backward in turn: what the last sweep left in the
+// caches is used first (fine matrices do not fit).
+static void sweep(const OmKernels* K, const Rows* w, const OmSmooth* s, OmRank* who) {
+    int num = om_block_count(w->end - w->begin, SWEEP_ROWS);
+    for (int k = 0; k < num; ++k) {
+        int begin = w->begin + SWEEP_ROWS * (who->is_backward ? num - 1 - k : k);
+        int end = begin + SWEEP_ROWS < w->end ? begin + SWEEP_ROWS : w->end;
+        K->smooth(w->A, w->dinv, s, begin, end);
+    }
+    who->is_backward = !who->is_backward;
+}
+
 // Two Chebyshev steps from zero and the residual after them.
-static void smooth_down(const OmKernels* K, const OmLevel* L, const Rows* w, OmTeam* team) {
+static void smooth_down(const OmKernels* K, const OmLevel* L, const Rows* w, OmRank* who) {
     OmSmooth s = {.r = w->b, .r_out = L->r, .d_out = L->d, .x = w->x, .c2 = 1.0f / L->theta};
     K->smooth_first(w->dinv, &s, w->begin, w->end);
-    om_team_barrier(team);
+    om_team_barrier(who->team);
     s.d = L->d;
     s.d_out = L->e;
     s.c1 = L->c1;
     s.c2 = L->c2;
-    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
-    om_team_barrier(team);
+    sweep(K, w, &s, who);
+    om_team_barrier(who->team);
     s.r = L->r;
     s.d = L->e;
     s.d_out = NULL;
-    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
-    om_team_barrier(team);
+    sweep(K, w, &s, who);
+    om_team_barrier(who->team);
 }
 
 // Two Chebyshev steps after a correction d, which x has and the residual has not.
-static void smooth_up(const OmKernels* K, const OmLevel* L, const Rows* w, OmTeam* team) {
+static void smooth_up(const OmKernels* K, const OmLevel* L, const Rows* w, OmRank* who) {
     OmSmooth s = {
         .r = L->r, .r_out = L->r, .d = L->d, .d_out = L->e, .x = w->x, .c2 = 1.0f / L->theta};
-    om_team_barrier(team);
-    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
-    om_team_barrier(team);
+    om_team_barrier(who->team);
+    sweep(K, w, &s, who);
+    om_team_barrier(who->team);
     s.d = L->e;
     s.d_out = L->d;
     s.c1 = L->c1;
     s.c2 = L->c2;
-    K->smooth(w->A, w->dinv, &s, w->begin, w->end);
+    sweep(K, w, &s, who);
 }
 
-void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, const OmRank* who) {
+void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, OmRank* who) {
     OmMultigrid* mg = S->multigrid;
     int last = mg->nlevel - 1;
     Rows fine = rows_of(S, A, who, 0);
     for (int l = 0; l < last; ++l) {
-        smooth_down(K, &mg->level[l], &fine, who->team);
+        smooth_down(K, &mg->level[l], &fine, who);
         fine = rows_of(S, A, who, l + 1);
         K->restrict_rows(&mg->level[l].P, mg->level[l].r, mg->level[l + 1].b, fine.begin, fine.end);
     }
@@ -231,6 +244,6 @@ void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, 
         fine = rows_of(S, A, who, l);
         K->prolong_rows(&mg->level[l].P, mg->level[l + 1].x, mg->level[l].d, fine.x, fine.begin,
                         fine.end);
-        smooth_up(K, &mg->level[l], &fine, who->team);
+        smooth_up(K, &mg->level[l], &fine, who);
     }
 }
