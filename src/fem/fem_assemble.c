@@ -1,0 +1,147 @@
+// fem_assemble.c: second pass of a step: every vertex gathers its row of A and its entry of b.
+//
+// With b_a = R g_a the stiffness of an element is K_ij = V (lambda b_i b_j^T + mu b_j b_i^T + mu b_i.b_j I):
+// four turned gradients instead of a 12 x 12 matrix. Scaled by sqrt(V mu (h^2 + h b)), a block of A is
+// r S + S^T + tr(S) I, with S the sum of b_i b_j^T over the elements at (i, j) and r = lambda / mu; where r
+// differs between elements, r S is summed apart. Both triangles come out as exact transposes.
+#include <string.h>
+
+#include "fem/fem_internal.h"
+
+typedef float V4 __attribute__((vector_size(16)));
+typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
+
+static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
+static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
+static inline V4 splat(float f) {
+    V4 v = {f, f, f, f};
+    return v;
+}
+
+// sum += b p^T, a column at a time.
+static inline void add_outer(float* sum, V4 b, const float* p) {
+    store4(sum, load4(sum) + b * splat(p[0]));
+    store4(sum + 4, load4(sum + 4) + b * splat(p[1]));
+    store4(sum + 8, load4(sum + 8) + b * splat(p[2]));
+}
+
+// Sums of a row over the elements of its vertex; the elastic entry of b is returned.
+static inline V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_mixed, float* S,
+                            float* rS) {
+    V4 f = splat(0);
+    for (int n = fem->visit_adr[i]; n < fem->visit_adr[i + 1]; ++n) {
+        const OmFemVisit* visit = &fem->visit[n];
+        const float* e = turned + OM__TURNED * (size_t)(visit->corner >> 2);
+        const float* p = e + 4 * (visit->corner & 3);
+        V4 b = load4(p);
+        f -=
+            load4(e + 16) * splat(p[0]) + load4(e + 20) * splat(p[1]) + load4(e + 24) * splat(p[2]);
+        for (int k = 0; k < 4; ++k) add_outer(S + 12 * visit->slot[k], b, e + 4 * k);
+        if (!is_mixed) continue;
+        V4 rb = b * splat(e[19]);
+        for (int k = 0; k < 4; ++k) add_outer(rS + 12 * visit->slot[k], rb, e + 4 * k);
+    }
+    return f;
+}
+
+// r S + S^T + tr(S) I, by columns.
+static inline void write_block(float* out, const float* S, const float* rS, float r) {
+    float trace = S[0] + S[5] + S[10];
+    for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < 3; ++k) out[3 * c + k] = r * rS[4 * c + k] + S[4 * k + c];
+    out[0] += trace;
+    out[4] += trace;
+    out[8] += trace;
+}
+
+typedef struct Rows {
+    const OmTissueModel* m;
+    const OmTissueState* s;
+    const OmFem* fem;
+    OmTissueWork* w;
+    OmFemTurn turn;
+    double h;
+} Rows;
+
+// Mass, its damping, weight, external forces and the spring of an attachment.
+static inline void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagonal) {
+    const OmTissueModel* m = rows->m;
+    const OmTissueState* s = rows->s;
+    double h = rows->h, mass = m->mass[i], alpha = m->def.rayleigh_mass;
+    double inertia = mass * (1 + h * alpha);
+    OmVec3 b = {(double)f[0], (double)f[1], (double)f[2]}, v = om_load3(rows->turn.v, i);
+    OmVec3 push = om_madd(om_load3(om__state_array(s, OM__F_EXT), i), mass,
+                          om_madd(m->def.gravity, -alpha, v));
+    if (om__is_spring(m) && om__state_attached(s)[i]) {
+        double k = m->def.attachment_stiffness;
+        OmVec3 stretch = om_sub(om_load3(om__state_array(s, OM__ANCHOR), i),
+                                om_madd(om_load3(rows->turn.x, i), h, v));
+        push = om_madd(push, k, stretch);
+        inertia += h * h * k;
+    }
+    for (int c = 0; c < 3; ++c) diagonal[4 * c] += (float)inertia;
+    om_store3(rows->w->b, i, om_madd(b, h, push));
+}
+
+static inline void write_rows(const Rows* rows, bool is_mixed, float* S, int begin, int end) {
+    const OmFem* fem = rows->fem;
+    const OmBsr* A = &rows->w->A;
+    float* rS = is_mixed ? S + 12 * (size_t)fem->max_row : S;
+    float r = is_mixed ? 1.0F : fem->ratio;
+    for (int i = begin; i < end; ++i) {
+        int adr = A->row_adr[i], num = A->row_adr[i + 1] - adr;
+        memset(S, 0, 12 * (size_t)num * sizeof(float));
+        if (is_mixed) memset(rS, 0, 12 * (size_t)num * sizeof(float));
+        V4 f = gather_row(fem, rows->turn.turned, i, is_mixed, S, rS);
+        float* out = A->value + 9 * (size_t)adr;
+        for (int k = 0; k < num; ++k)
+            write_block(out + 9 * (size_t)k, S + 12 * (size_t)k, rS + 12 * (size_t)k, r);
+        add_vertex_terms(rows, i, f, out);
+    }
+}
+
+OM_MULTIVERSION
+static void write_uniform_rows(const Rows* rows, float* S, int begin, int end) {
+    write_rows(rows, false, S, begin, end);
+}
+
+OM_MULTIVERSION
+static void write_mixed_rows(const Rows* rows, float* S, int begin, int end) {
+    write_rows(rows, true, S, begin, end);
+}
+
+static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
+    const Rows* rows = ctx;
+    const OmFem* fem = rows->fem;
+    const OmFemWork* fw = rows->w->data;
+    int64_t nbatch = fem->nbatch, nvert = rows->m->mesh.nvert;
+    om__fem_turn(&rows->turn, (int)(nbatch * rank / size), (int)(nbatch * (rank + 1) / size));
+    om_team_barrier(team);
+    float* S = fw->row + (size_t)rank * fw->row_size;
+    int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
+    if (fem->is_mixed)
+        write_mixed_rows(rows, S, begin, end);
+    else
+        write_uniform_rows(rows, S, begin, end);
+}
+
+OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
+                          double h) {
+    const OmFem* fem = m->data;
+    const OmFemWork* fw = w->data;
+    double beta = m->def.rayleigh_stiffness, scale = sqrt(h * h + h * beta);
+    Rows rows = {m,
+                 s,
+                 fem,
+                 w,
+                 {.batch = fem->batch,
+                  .x = om__state_array(s, OM__X),
+                  .v = om__state_array(s, OM__V),
+                  .lag = (float)(h + beta),
+                  .scale = (float)scale,
+                  .stress = (float)(h / scale),
+                  .turned = fw->turned},
+                 h};
+    om_parallel_team(fw->nworker, assemble_team, &rows);
+    return OM_OK;
+}

@@ -1,0 +1,157 @@
+// fem_model.c: what corotational elements know before the first step, and the engine's row of functions.
+#include <string.h>
+
+#include "fem/fem_internal.h"
+
+static void lame(OmTissueMaterial m, double* lambda, double* mu) {
+    *lambda = m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson));  // poisson < 0.5
+    *mu = m.young / (2 * (1 + m.poisson));
+}
+
+void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu) {
+    int label = model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0;
+    lame(model->def.material[label], lambda, mu);
+}
+
+// Gradients of the shape functions of vertices 1, 2, 3: the rows of Dm^-1.
+static OmStatus make_gradients(const OmTissueModel* m, OmFem* fem) {
+    const OmTetMesh* mesh = &m->mesh;
+    for (int e = 0; e < mesh->ntet; ++e) {
+        const int* v = mesh->tet_vert + 4 * (size_t)e;
+        OmVec3 o = om_load3(mesh->x, v[0]), a = om_sub(om_load3(mesh->x, v[1]), o),
+               b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
+        double* g = fem->grad + 9 * (size_t)e;
+        double inv = 1 / (6 * m->volume[e]);
+        om_store3(g, 0, om_scale(inv, om_cross(b, c)));
+        om_store3(g, 1, om_scale(inv, om_cross(c, a)));
+        om_store3(g, 2, om_scale(inv, om_cross(a, b)));
+        for (int k = 0; k < 9; ++k)
+            OM_CHECK(isfinite(g[k]) && fabs(g[k]) < 1e15, OM_INVALID,
+                     "fem: element %d is too flat to compute with (volume %g m^3)", e,
+                     m->volume[e]);
+    }
+    return OM_OK;
+}
+
+static void fill_batches(const OmTissueModel* m, OmFem* fem) {
+    const OmTetMesh* mesh = &m->mesh;
+    for (int k = 0; k < fem->nbatch * OM__LANE; ++k) {
+        OmFemBatch* batch = &fem->batch[k / OM__LANE];
+        int l = k % OM__LANE, e = k < mesh->ntet ? k : mesh->ntet - 1;
+        double lambda, mu;
+        om__fem_lame(m, e, &lambda, &mu);
+        for (int a = 0; a < 4; ++a) batch->vert[a][l] = mesh->tet_vert[4 * (size_t)e + (size_t)a];
+        for (int c = 0; c < 9; ++c) batch->grad[c][l] = (float)fem->grad[9 * (size_t)e + (size_t)c];
+        batch->root[l] = k < mesh->ntet ? (float)sqrt(m->volume[e] * mu) : 0.0F;
+        batch->ratio[l] = (float)(lambda / mu);
+        if (k == 0) fem->ratio = batch->ratio[l];
+        fem->is_mixed |= batch->ratio[l] != fem->ratio;  // exact: equal inputs give equal floats
+    }
+}
+
+// Elements of each vertex, ascending, with the places of their vertices in its row of A.
+static OmStatus make_visits(const OmTissueModel* m, OmFem* fem) {
+    const OmTetMesh* mesh = &m->mesh;
+    OmBsr A = {0};
+    int *adr = NULL, *fill = NULL;
+    OmStatus status = OM_OK;
+    size_t n = 4 * (size_t)mesh->ntet;
+    OM_TRY_DONE(om_bsr_create(mesh->nvert, mesh->ntet, 4, mesh->tet_vert, &A));
+    OM_ALLOC_DONE(adr, 4 * n);
+    OM_CALLOC_DONE(fill, (size_t)mesh->nvert);
+    OM_TRY_DONE(om_bsr_find_elements(&A, mesh->ntet, 4, mesh->tet_vert, adr));
+    for (size_t k = 0; k < n; ++k) ++fem->visit_adr[mesh->tet_vert[k] + 1];
+    for (int i = 0; i < mesh->nvert; ++i) {
+        fem->visit_adr[i + 1] += fem->visit_adr[i];
+        int row = A.row_adr[i + 1] - A.row_adr[i];
+        fem->max_row = row > fem->max_row ? row : fem->max_row;
+        OM_CHECK_DONE(row <= 65535, OM_INVALID, "fem: vertex %d has %d neighbours, at most 65535",
+                      i, row - 1);
+    }
+    for (size_t k = 0; k < n; ++k) {
+        int i = mesh->tet_vert[k];
+        OmFemVisit* visit = &fem->visit[fem->visit_adr[i] + fill[i]++];
+        visit->corner = (int)k;
+        for (int b = 0; b < 4; ++b)
+            visit->slot[b] = (unsigned short)(adr[4 * k + (size_t)b] - A.row_adr[i]);
+    }
+done:
+    om_bsr_destroy(&A);
+    om_free(adr);
+    om_free(fill);
+    return status;
+}
+
+static void fem_destroy(OmTissueModel* m) {
+    OmFem* fem = m->data;
+    if (!fem) return;
+    om_free(fem->batch);
+    om_free(fem->grad);
+    om_free(fem->visit_adr);
+    om_free(fem->visit);
+    om_free(fem);
+    m->data = NULL;
+}
+
+static OmStatus fem_create(OmTissueModel* m) {
+    OM_CHECK(m->mesh.ntet < 1 << 29, OM_INVALID, "fem: %d elements are too many", m->mesh.ntet);
+    OmFem* fem = om_calloc(1, sizeof *fem);
+    if (!fem) return OM_NO_MEMORY;
+    m->data = fem;  // freed with the model, whatever fails below
+    fem->nbatch = om_block_count(m->mesh.ntet, OM__LANE);
+    fem->batch = om_calloc((size_t)fem->nbatch, sizeof *fem->batch);
+    fem->grad = om_alloc((size_t)m->mesh.ntet, 9 * sizeof *fem->grad);
+    fem->visit_adr = om_calloc((size_t)m->mesh.nvert + 1, sizeof *fem->visit_adr);
+    fem->visit = om_alloc((size_t)m->mesh.ntet, 4 * sizeof *fem->visit);
+    if (!fem->batch || !fem->grad || !fem->visit_adr || !fem->visit) return OM_NO_MEMORY;
+    OM_TRY(make_gradients(m, fem));
+    fill_batches(m, fem);
+    return make_visits(m, fem);
+}
+
+static void fem_destroy_work(OmTissueWork* w) {
+    OmFemWork* fw = w->data;
+    if (!fw) return;
+    om_free(fw->turned);
+    om_free(fw->row);
+    om_free(fw);
+    w->data = NULL;
+}
+
+static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
+    const OmFem* fem = m->data;
+    OmFemWork* fw = om_calloc(1, sizeof *fw);
+    if (!fw) return OM_NO_MEMORY;
+    w->data = fw;  // freed with the work, whatever fails below
+    fw->ntet = m->mesh.ntet;
+    fw->nworker = m->def.solver.nworker;
+    fw->row_size = (size_t)fem->max_row * 24 + 16;
+    fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, OM__TURNED * sizeof(float));
+    fw->row = om_calloc((size_t)fw->nworker * fw->row_size, sizeof(float));
+    return fw->turned && fw->row ? OM_OK : OM_NO_MEMORY;
+}
+
+static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
+    const OmFem* fem = m->data;
+    const OmFemWork* fw = w->data;
+    size_t ntet = (size_t)m->mesh.ntet, nbatch = (size_t)fem->nbatch;
+    return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
+           ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
+           nbatch * OM__LANE * OM__TURNED * sizeof(float) +
+           (size_t)fw->nworker * fw->row_size * sizeof(float);
+}
+
+extern const OmTissueEngine om__engine_fem;
+const OmTissueEngine om__engine_fem = {
+    .name = "fem",
+    .has_matrix = true,
+    .create = fem_create,
+    .destroy = fem_destroy,
+    .create_work = fem_create_work,
+    .destroy_work = fem_destroy_work,
+    .assemble = om__fem_assemble,
+    .add_internal_force = om__fem_add_internal_force,
+    .get_measure = om__fem_get_measure,
+    .get_energy = om__fem_get_energy,
+    .get_memory = fem_get_memory,
+};

@@ -1,0 +1,165 @@
+// fem_turn.c: first pass of a step, over batches of elements: how each is turned and stressed.
+//
+// With F = D Dm^-1, R is the rotation that maximises f = tr(R^T F) = s1 + s2 +- s3. f is the largest root
+// of the quartic f^4 - 2 |F|^2 f^2 - 8 J f + 2 |F^T F|^2 - |F|^4 (Lin, Chitalu and Komura 2022, "Isotropic
+// ARAP energy using Cauchy-Green invariants", eq. 9), found by Newton from above, sqrt(3) |F|; then
+//
+//     R = df/dF = ((f^2 + |F|^2) F + 2 f cof F - 2 F F^T F) / (f^3 - |F|^2 f - 2 J)
+//
+// The denominator is 2 (s1 + s2)(s2 +- s3)(s3 +- s1): positive for inverted elements too, zero only where
+// R is not unique. Lanes near that, or where Newton has not settled, go through the SVD in double. R is a
+// function of x alone: a restored state replays to the same bytes. Tried and rejected: warm-started
+// quaternions (Mueller 2016), whose R depends on the past.
+//
+// Stress is t = mu (F' R^T + R F'^T - 2 I) + lambda (tr(F' R^T) - 3) I with F' = F + lag dF/dt, in world
+// axes, so that an element pulls its vertex a with -V t b_a, b_a = R g_a.
+#include <string.h>
+
+#include "fem/fem_internal.h"
+
+#define NNEWTON 5
+#define MIN_GAP 0.05F   // denominator of R where |F|^2 = 3; 16 at F = I
+#define MAX_STEP 1e-4F  // of the last Newton step
+
+typedef float Lanes[OM__LANE];
+
+// Edges of the elements and their rates, as floats: differences are taken in double.
+static void gather_edges(const OmFemTurn* t, const OmFemBatch* batch, Lanes d[9], Lanes w[9]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        const double *x0 = t->x + 3 * (size_t)batch->vert[0][l],
+                     *v0 = t->v + 3 * (size_t)batch->vert[0][l];
+        for (int k = 0; k < 3; ++k) {
+            const double *x = t->x + 3 * (size_t)batch->vert[k + 1][l],
+                         *v = t->v + 3 * (size_t)batch->vert[k + 1][l];
+            for (int c = 0; c < 3; ++c) {
+                d[3 * k + c][l] = (float)(x[c] - x0[c]);
+                w[3 * k + c][l] = (float)(v[c] - v0[c]);
+            }
+        }
+    }
+}
+
+// F, and F' = F + lag dF/dt, by columns.
+static inline void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9], Lanes w[9],
+                                  Lanes F[9], Lanes G[9]) {
+    for (int l = 0; l < OM__LANE; ++l)
+        for (int c = 0; c < 3; ++c) {
+            float g0 = batch->grad[c][l], g1 = batch->grad[3 + c][l], g2 = batch->grad[6 + c][l];
+            for (int r = 0; r < 3; ++r) {
+                float f = d[r][l] * g0 + d[3 + r][l] * g1 + d[6 + r][l] * g2;
+                float rate = w[r][l] * g0 + w[3 + r][l] * g1 + w[6 + r][l] * g2;
+                F[3 * c + r][l] = f;
+                G[3 * c + r][l] = f + lag * rate;
+            }
+        }
+}
+
+// R of every lane; is_bad where it needs the SVD.
+static inline void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        float a[9], cof[9], C[9];
+        float norm2 = 1e-30F;
+        for (int k = 0; k < 9; ++k) norm2 += F[k][l] * F[k][l];
+        float scale = sqrtf(3.0F / norm2);
+        for (int k = 0; k < 9; ++k) a[k] = scale * F[k][l];
+        for (int c = 0; c < 3; ++c) {
+            int p = 3 * ((c + 1) % 3), q = 3 * ((c + 2) % 3);
+            cof[3 * c] = a[p + 1] * a[q + 2] - a[p + 2] * a[q + 1];
+            cof[3 * c + 1] = a[p + 2] * a[q] - a[p] * a[q + 2];
+            cof[3 * c + 2] = a[p] * a[q + 1] - a[p + 1] * a[q];
+        }
+        float J = a[0] * cof[0] + a[1] * cof[1] + a[2] * cof[2];
+        float cc = 0;
+        for (int k = 0; k < 9; ++k) cc += cof[k] * cof[k];
+        // p(f) = f^4 - 6 f^2 - 8 J f + 9 - 4 |cof|^2, from f = 3.
+        float f = 3.0F, step = 0.0F, constant = 9.0F - 4.0F * cc;
+        for (int n = 0; n < NNEWTON; ++n) {
+            float f2 = f * f;
+            float p = (f2 - 6.0F) * f2 - 8.0F * J * f + constant;
+            float dp = 4.0F * ((f2 - 3.0F) * f - 2.0F * J);
+            step = p / fmaxf(dp, 1e-3F);
+            f -= step;
+        }
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                C[3 * c + r] =
+                    a[3 * c] * a[3 * r] + a[3 * c + 1] * a[3 * r + 1] + a[3 * c + 2] * a[3 * r + 2];
+        float gap = (f * f - 3.0F) * f - 2.0F * J;
+        float inv = 1.0F / fmaxf(gap, MIN_GAP);
+        float kF = (f * f + 3.0F) * inv, kcof = 2.0F * f * inv, kC = -2.0F * inv;
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                R[3 * c + r][l] =
+                    kF * a[3 * c + r] + kcof * cof[3 * c + r] +
+                    kC * (a[r] * C[3 * c] + a[3 + r] * C[3 * c + 1] + a[6 + r] * C[3 * c + 2]);
+        is_bad[l] = !(gap >= MIN_GAP) | !(fabsf(step) <= MAX_STEP);
+    }
+}
+
+// Degenerate lanes, one by one in double.
+static void repair_rotations(Lanes F[9], Lanes R[9], const int is_bad[OM__LANE]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        if (!is_bad[l]) continue;
+        double f[9];
+        for (int k = 0; k < 9; ++k) f[k] = (double)F[k][l];
+        OmMat3 r = om_mat3_polar(om_mat3_cols(om_vec3(f[0], f[1], f[2]), om_vec3(f[3], f[4], f[5]),
+                                              om_vec3(f[6], f[7], f[8])));
+        const double e[9] = {r.cx.x, r.cx.y, r.cx.z, r.cy.x, r.cy.y,
+                             r.cy.z, r.cz.x, r.cz.y, r.cz.z};
+        for (int k = 0; k < 9; ++k) R[k][l] = (float)e[k];
+    }
+}
+
+// What the second pass needs: 16 floats of gradients, 12 of stress columns; the fourth of each is rubbish
+// but for the first stress column, where it is lambda / mu.
+static inline void make_turned(const OmFemTurn* t, const OmFemBatch* batch, Lanes R[9], Lanes G[9],
+                               Lanes out[OM__TURNED]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        float k = t->scale * batch->root[l];
+        for (int r = 0; r < 3; ++r) {
+            float sum = 0;
+            for (int a = 0; a < 3; ++a) {
+                float b =
+                    k * (R[r][l] * batch->grad[3 * a][l] + R[3 + r][l] * batch->grad[3 * a + 1][l] +
+                         R[6 + r][l] * batch->grad[3 * a + 2][l]);
+                out[4 * (a + 1) + r][l] = b;
+                sum += b;
+            }
+            out[r][l] = -sum;
+        }
+        float B[9];  // F' R^T
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                B[3 * c + r] =
+                    G[r][l] * R[c][l] + G[3 + r][l] * R[3 + c][l] + G[6 + r][l] * R[6 + c][l];
+        float s = t->stress * batch->root[l];
+        float trace = batch->ratio[l] * (((B[0] - 1.0F) + (B[4] - 1.0F)) + (B[8] - 1.0F));
+        out[16][l] = s * (2.0F * (B[0] - 1.0F) + trace);
+        out[21][l] = s * (2.0F * (B[4] - 1.0F) + trace);
+        out[26][l] = s * (2.0F * (B[8] - 1.0F) + trace);
+        out[17][l] = out[20][l] = s * (B[1] + B[3]);
+        out[18][l] = out[24][l] = s * (B[2] + B[6]);
+        out[22][l] = out[25][l] = s * (B[5] + B[7]);
+        out[19][l] = batch->ratio[l];
+    }
+}
+
+OM_MULTIVERSION
+void om__fem_turn(const OmFemTurn* t, int begin, int end) {
+    Lanes d[9], w[9], F[9], G[9], R[9], out[OM__TURNED];
+    int is_bad[OM__LANE];
+    memset(out, 0, sizeof out);
+    for (int k = begin; k < end; ++k) {
+        const OmFemBatch* batch = &t->batch[k];
+        gather_edges(t, batch, d, w);
+        make_gradients(batch, t->lag, d, w, F, G);
+        find_rotations(F, R, is_bad);
+        int nbad = 0;
+        for (int l = 0; l < OM__LANE; ++l) nbad += is_bad[l];
+        if (nbad > 0) repair_rotations(F, R, is_bad);
+        make_turned(t, batch, R, G, out);
+        float* turned = t->turned + (size_t)k * OM__LANE * OM__TURNED;
+        for (int l = 0; l < OM__LANE; ++l)
+            for (int n = 0; n < OM__TURNED; ++n) turned[l * OM__TURNED + n] = out[n][l];
+    }
+}

@@ -1,0 +1,119 @@
+// tissue_engine.h: what an engine is, and the inside of model, state and work that engines see.
+//
+// An engine of the matrix kind fills `assemble`: it writes A and b of A dv = b at the state's positions;
+// tools, attachments, contact and the solve are done above it, alike for all. An engine that moves
+// vertices its own way (position based dynamics, a network) fills `step` instead and leaves `assemble`
+// null. Engines register by a line in the table of tissue_model.c, or by OmTissueDef.custom.
+#ifndef OMENTUM_TISSUE_ENGINE_H
+#define OMENTUM_TISSUE_ENGINE_H
+
+#include "omentum/tissue.h"
+
+typedef struct OmTissueEngine {
+    const char* name;
+    bool has_matrix;  // work gets A and a solver
+    /// Make model->data from the checked model->mesh and model->def.
+    OmStatus (*create)(OmTissueModel* model);
+    void (*destroy)(OmTissueModel* model);
+    /// Make work->data; both may be null.
+    OmStatus (*create_work)(const OmTissueModel* model, OmTissueWork* work);
+    void (*destroy_work)(OmTissueWork* work);
+    /// A = (1 + h a) M + (h^2 + h b) K + springs, b = h f - h^2 K v, at the state's positions.
+    OmStatus (*assemble)(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                         double h);
+    /// A whole step, tools included; null for engines of the matrix kind.
+    OmStatus (*step)(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work, double h,
+                     OmTissueReport* report);
+    /// Elastic forces at x in double. With a mask only those of its vertices count: added to *sum, and
+    /// to force (nvert x 3) unless it is null.
+    void (*add_internal_force)(const OmTissueModel* model, const double* x,
+                               const unsigned char* mask, double* force, OmVec3* sum);
+    void (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
+                        double* value);
+    double (*get_energy)(const OmTissueModel* model, const double* x);  // elastic, J
+    /// Bytes of model->data and work->data.
+    size_t (*get_memory)(const OmTissueModel* model, const OmTissueWork* work);
+} OmTissueEngine;
+
+struct OmTissueModel {
+    const OmTissueEngine* engine;
+    void* data;       // the engine's own
+    OmTissueDef def;  // its pointers are not used, but for `material`, which is a copy
+    OmTetMesh mesh;
+    double* mass;    // kg                                                        (nvert)
+    double* volume;  // of elements at rest, m^3                                  (ntet)
+    int nsurface;
+    int* surface_vert;      // vertices of the boundary, ascending                (nsurface)
+    const OmMeshSet* held;  // set "attachment", or null
+    double size;            // diagonal of the bounding box, m
+    double total_mass;      // kg
+};
+
+typedef struct OmTissueArm {
+    int32_t nheld;  // 0: the arm holds nothing
+    int32_t reserved;
+    OmPose pose;  // now
+    OmPose goal;  // at the end of the next step
+} OmTissueArm;
+
+struct OmTissueState {  // head of the block; arrays follow, nothing in it is a pointer
+    uint64_t size;      // bytes of the block
+    int32_t nvert;
+    int32_t reserved;
+    double time;  // s
+    OmTissueArm arm[OM_TISSUE_NARM];
+};
+
+enum {            // arrays of 3 doubles a vertex, in this order behind the head
+    OM__X,        // positions
+    OM__V,        // velocities
+    OM__F_EXT,    // external forces, by the caller
+    OM__F_TOOL,   // by tools, computed by end_step
+    OM__F_TOUCH,  // by contact, written by the contact method
+    OM__ANCHOR,   // where attached vertices are drawn to
+    OM__GRIP,     // place in the frame of the tool that holds the vertex
+    OM__NARRAY3   // then bytes: attached (nvert), held_by (nvert)
+};
+#define OM__STATE_HEAD 320  // bytes of the head, room to grow, a multiple of 64
+
+static inline double* om__state_array(const OmTissueState* s, int k) {
+    return (double*)((char*)(uintptr_t)s + OM__STATE_HEAD) + 3 * (size_t)s->nvert * (size_t)k;
+}
+static inline unsigned char* om__state_attached(const OmTissueState* s) {
+    return (unsigned char*)om__state_array(s, OM__NARRAY3);
+}
+static inline signed char* om__state_held_by(const OmTissueState* s) {
+    return (signed char*)om__state_attached(s) + s->nvert;
+}
+static inline bool om__is_spring(const OmTissueModel* m) { return m->def.attachment_stiffness > 0; }
+/// Is the vertex moved by a tool or held still, rather than by forces?
+static inline bool om__is_prescribed(const OmTissueModel* m, const OmTissueState* s, int i) {
+    return om__state_held_by(s)[i] >= 0 || (om__state_attached(s)[i] && !om__is_spring(m));
+}
+
+struct OmTissueWork {
+    int nvert;
+    const OmTissueEngine* engine;
+    void* data;  // the engine's own
+    OmBsr A;
+    OmSolver* solver;
+    double h;            // s, of the step begun; 0 outside a step
+    double share;        // of the way to the tools' goals that this step goes; 1 unless it was cut
+    bool is_fresh;       // no solve since begin_step
+    bool is_stale;       // A changed since the solver was refreshed
+    unsigned char* key;  // vertices prescribed at the last set_fixed                (nvert)
+    unsigned char* fixed;     // the same a degree of freedom                          (nvert x 3)
+    double* b;                // by assemble                                           (nvert x 3)
+    double* rhs;              // b with what was added                                 (nvert x 3)
+    double* dv;               // the solution                                          (nvert x 3)
+    int nextra;               // vertices with added forces
+    int* extra;               //                                                       (nvert)
+    unsigned char* is_extra;  //                                                    (nvert)
+    OmVec3* extra_f;          // N                                                  (nvert)
+    OmMat3* extra_K;          // N/m                                                (nvert)
+    float* extra_diag;        // diagonal blocks of A without them                  (nvert x 9)
+    OmPose next[OM_TISSUE_NARM];  // tools at the end of the step begun
+    void* backup;                 // a state, for steps that are cut
+};
+
+#endif

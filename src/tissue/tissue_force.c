@@ -1,0 +1,120 @@
+// tissue_force.c: forces a person can read, energy and momentum.
+//
+// Each force comes from where it is made: a tool's from the rows it constrains, an attachment's from the
+// stresses of the elements at it (or its spring), the ground's from its contact, weight from the masses.
+// That they sum to zero at rest is therefore a test of the whole and not a definition.
+#include <string.h>
+
+#include "tissue/tissue_engine.h"
+
+// By the attachment at vertex i on the tissue, given the elastic force there. A vertex held still feels
+// elements, weight and whatever else acts on it; its attachment carries the rest.
+static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, int i,
+                               OmVec3 elastic) {
+    if (om__is_spring(m)) {
+        OmVec3 pull = om_sub(om_load3(om__state_array(s, OM__ANCHOR), i),
+                             om_load3(om__state_array(s, OM__X), i));
+        return om_scale(m->def.attachment_stiffness, pull);
+    }
+    OmVec3 on = om_madd(elastic, m->mass[i], m->def.gravity);
+    on = om_add(on, om_load3(om__state_array(s, OM__F_EXT), i));
+    on = om_add(on, om_load3(om__state_array(s, OM__F_TOUCH), i));
+    return om_scale(-1, on);
+}
+
+OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
+                              OmTissueForces* forces) {
+    *forces = (OmTissueForces){0};
+    const signed char* by = om__state_held_by(s);
+    const unsigned char* attached = om__state_attached(s);
+    const double *f_ext = om__state_array(s, OM__F_EXT), *f_tool = om__state_array(s, OM__F_TOOL);
+    const double* f_touch = om__state_array(s, OM__F_TOUCH);
+    OmVec3 zero = {0, 0, 0}, g = m->def.gravity, sum = zero;
+    int nattached = 0;
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        forces->external = om_add(forces->external, om_load3(f_ext, i));
+        forces->contact = om_add(forces->contact, om_load3(f_touch, i));
+        if (by[i] >= 0) {
+            OmVec3 f = om_load3(f_tool, i);
+            forces->grasp[by[i]] = om_add(forces->grasp[by[i]], f);
+            forces->pull[by[i]] = om_madd(om_add(forces->pull[by[i]], f), m->mass[i], g);
+        }
+        if (!attached[i]) continue;
+        ++nattached;
+        sum = om_add(sum, attachment_force(m, s, i, zero));
+    }
+    if (nattached > 0 && !om__is_spring(m)) {
+        OmVec3 elastic = zero;
+        m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, NULL, &elastic);
+        sum = om_sub(sum, elastic);
+    }
+    forces->attachment = sum;
+    forces->weight = om_scale(m->total_mass, g);
+    return OM_OK;
+}
+
+OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueState* s,
+                                      double* force) {
+    OmVec3 sum = {0, 0, 0};
+    memset(force, 0, 3 * (size_t)m->mesh.nvert * sizeof(double));
+    m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
+    return OM_OK;
+}
+
+OmStatus om_tissue_get_holding_force(const OmTissueModel* m, const OmTissueState* s,
+                                     double* force) {
+    OmVec3 sum = {0, 0, 0};
+    size_t n = 3 * (size_t)m->mesh.nvert;
+    const unsigned char* attached = om__state_attached(s);
+    memset(force, 0, n * sizeof(double));
+    if (!om__is_spring(m))
+        m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, force, &sum);
+    const double* f_tool = om__state_array(s, OM__F_TOOL);
+    const double* f_touch = om__state_array(s, OM__F_TOUCH);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 f = om_add(om_load3(f_tool, i), om_load3(f_touch, i));
+        if (attached[i]) f = om_add(f, attachment_force(m, s, i, om_load3(force, i)));
+        om_store3(force, i, f);
+    }
+    return OM_OK;
+}
+
+OmStatus om_tissue_get_measure(const OmTissueModel* m, const OmTissueState* s,
+                               OmTissueMeasure measure, double* value) {
+    OM_CHECK(measure >= OM_VON_MISES && measure <= OM_ENERGY_DENSITY, OM_INVALID,
+             "tissue: measure %d is not known", (int)measure);
+    OM_CHECK(m->engine->get_measure, OM_UNAVAILABLE, "tissue: engine \"%s\" has no stresses",
+             m->engine->name);
+    m->engine->get_measure(m, om__state_array(s, OM__X), measure, value);
+    return OM_OK;
+}
+
+OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
+                              OmTissueEnergy* energy) {
+    *energy = (OmTissueEnergy){0};
+    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    const double* anchor = om__state_array(s, OM__ANCHOR);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 p = om_load3(x, i);
+        energy->kinetic += 0.5 * m->mass[i] * om_norm2(om_load3(v, i));
+        energy->gravity -= m->mass[i] * om_dot(m->def.gravity, p);
+        if (om__state_attached(s)[i] && om__is_spring(m))
+            energy->spring +=
+                0.5 * m->def.attachment_stiffness * om_norm2(om_sub(p, om_load3(anchor, i)));
+    }
+    energy->elastic = m->engine->get_energy(m, x);
+    return OM_OK;
+}
+
+void om_tissue_get_momentum(const OmTissueModel* m, const OmTissueState* s, OmVec3* linear,
+                            OmVec3* angular) {
+    OmVec3 p = {0, 0, 0}, l = p;
+    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 mv = om_scale(m->mass[i], om_load3(v, i));
+        p = om_add(p, mv);
+        l = om_add(l, om_cross(om_load3(x, i), mv));
+    }
+    if (linear) *linear = p;
+    if (angular) *angular = l;
+}

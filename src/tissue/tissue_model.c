@@ -1,0 +1,206 @@
+// tissue_model.c: definitions checked, masses lumped, the table of engines.
+#include <stdlib.h>
+#include <string.h>
+
+#include "tissue/tissue_engine.h"
+
+#define TISSUE_COOKIE 0x7155e001u
+
+// Engines known by name. Each is defined in its own room, which includes this one and not the reverse.
+extern const OmTissueEngine om__engine_fem;
+static const OmTissueEngine* const engine_table[] = {&om__engine_fem};
+#define NENGINE ((int)(sizeof engine_table / sizeof *engine_table))
+
+OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
+    OmTissueDef def = {.engine = "fem",
+                       .mesh = mesh,
+                       .material_default = {3000, 0.45},
+                       .density = 1000,
+                       .rayleigh_mass = 0.1,
+                       .gravity = {0, 0, -9.81},
+                       .solver = om_solver_default_def(),
+                       .cookie = TISSUE_COOKIE};
+    return def;
+}
+
+static OmStatus find_engine(const OmTissueDef* def, const OmTissueEngine** engine) {
+    if (def->custom) {
+        *engine = def->custom;
+        return OM_OK;
+    }
+    const char* name[NENGINE];
+    for (int k = 0; k < NENGINE; ++k) {
+        name[k] = engine_table[k]->name;
+        *engine = engine_table[k];
+        if (def->engine && strcmp(def->engine, name[k]) == 0) return OM_OK;
+    }
+    *engine = NULL;
+    const char* near = def->engine ? om_nearest_word(def->engine, name, NENGINE) : NULL;
+    return om_error(OM_INVALID, "tissue: engine \"%s\" is not known%s%s%s",
+                    def->engine ? def->engine : "(null)", near ? "; did you mean \"" : "",
+                    near ? near : "", near ? "\"?" : "");
+}
+
+static OmStatus check_material(const OmTissueMaterial* m, const char* field, int k) {
+    OM_CHECK(m->young > 0 && m->young <= 1e12, OM_INVALID,
+             "tissue: %s[%d].young is %g Pa; it must be above 0 and at most 1e12", field, k,
+             m->young);
+    OM_CHECK(m->poisson >= 0 && m->poisson <= 0.4999, OM_INVALID,
+             "tissue: %s[%d].poisson is %g; it must be at least 0 and at most 0.4999", field, k,
+             m->poisson);
+    return OM_OK;
+}
+
+static OmStatus check_def(const OmTissueDef* def) {
+    OM_CHECK(def->cookie == TISSUE_COOKIE, OM_INVALID,
+             "tissue: the definition was not made by om_tissue_default_def");
+    OM_CHECK(def->mesh, OM_INVALID, "tissue: mesh is null");
+    OM_CHECK(def->mesh->ntet > 0, OM_INVALID, "tissue: mesh has no elements");
+    OM_CHECK(def->nmaterial >= 0 && (def->nmaterial == 0 || def->material), OM_INVALID,
+             "tissue: nmaterial is %d but material is null or the count negative", def->nmaterial);
+    for (int k = 0; k < def->nmaterial; ++k)
+        OM_TRY(check_material(&def->material[k], "material", k));
+    if (def->nmaterial == 0) OM_TRY(check_material(&def->material_default, "material_default", 0));
+    OM_CHECK(def->density > 0 && def->density <= 1e6, OM_INVALID,
+             "tissue: density is %g kg/m^3; it must be above 0 and at most 1e6", def->density);
+    OM_CHECK(def->rayleigh_mass >= 0 && def->rayleigh_mass <= 1e6, OM_INVALID,
+             "tissue: rayleigh_mass is %g 1/s; it must be from 0 to 1e6", def->rayleigh_mass);
+    OM_CHECK(def->rayleigh_stiffness >= 0 && def->rayleigh_stiffness <= 1e3, OM_INVALID,
+             "tissue: rayleigh_stiffness is %g s; it must be from 0 to 1000",
+             def->rayleigh_stiffness);
+    OM_CHECK(om_is_finite3(def->gravity) && om_norm(def->gravity) <= 1e4, OM_INVALID,
+             "tissue: gravity (%g, %g, %g) m/s^2 must be finite and at most 1e4", def->gravity.x,
+             def->gravity.y, def->gravity.z);
+    OM_CHECK(def->attachment_stiffness >= 0 && def->attachment_stiffness <= 1e9, OM_INVALID,
+             "tissue: attachment_stiffness is %g N/m; it must be from 0 (held still) to 1e9",
+             def->attachment_stiffness);
+    return OM_OK;
+}
+
+static OmStatus check_mesh(const OmTetMesh* mesh, int nmaterial) {
+    OM_TRY(om_tet_mesh_validate(mesh));
+    for (int e = 0; nmaterial > 0 && e < mesh->ntet; ++e)
+        OM_CHECK(mesh->tet_label[e] >= 0 && mesh->tet_label[e] < nmaterial, OM_INVALID,
+                 "tissue: element %d has label %d, but material has %d entries", e,
+                 mesh->tet_label[e], nmaterial);
+    return OM_OK;
+}
+
+// A quarter of each element's mass to each of its vertices.
+static OmStatus lump_mass(OmTissueModel* m) {
+    const OmTetMesh* mesh = &m->mesh;
+    m->mass = om_calloc((size_t)mesh->nvert, sizeof(double));
+    m->volume = om_alloc((size_t)mesh->ntet, sizeof(double));
+    if (!m->mass || !m->volume) return OM_NO_MEMORY;
+    for (int e = 0; e < mesh->ntet; ++e) {
+        const int* v = mesh->tet_vert + 4 * (size_t)e;
+        OmVec3 o = om_load3(mesh->x, v[0]), a = om_sub(om_load3(mesh->x, v[1]), o),
+               b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
+        m->volume[e] = om_dot(om_cross(a, b), c) / 6;
+        for (int k = 0; k < 4; ++k) m->mass[v[k]] += 0.25 * m->def.density * m->volume[e];
+    }
+    for (int i = 0; i < mesh->nvert; ++i) {
+        OM_CHECK(m->mass[i] > 0, OM_INVALID,
+                 "tissue: vertex %d of the mesh belongs to no element; remove it", i);
+        m->total_mass += m->mass[i];
+    }
+    return OM_OK;
+}
+
+static int compare_ints(const void* a, const void* b) {
+    int x = *(const int*)a, y = *(const int*)b;
+    return (x > y) - (x < y);
+}
+
+static OmStatus find_surface(OmTissueModel* m) {
+    OmSurface surface;
+    OM_TRY(om_tet_mesh_boundary(&m->mesh, &surface, &m->surface_vert));
+    m->nsurface = surface.nvert;
+    om_surface_done(&surface);
+    qsort(m->surface_vert, (size_t)m->nsurface, sizeof(int), compare_ints);
+    OmVec3 lo = om_load3(m->mesh.x, 0), hi = lo;
+    for (int i = 1; i < m->mesh.nvert; ++i) {
+        OmVec3 p = om_load3(m->mesh.x, i);
+        lo = om_vec3(fmin(lo.x, p.x), fmin(lo.y, p.y), fmin(lo.z, p.z));
+        hi = om_vec3(fmax(hi.x, p.x), fmax(hi.y, p.y), fmax(hi.z, p.z));
+    }
+    m->size = om_norm(om_sub(hi, lo));
+    return OM_OK;
+}
+
+static OmStatus copy_materials(OmTissueModel* m, const OmTissueDef* def) {
+    int n = def->nmaterial > 0 ? def->nmaterial : 1;
+    OmTissueMaterial* copy = om_alloc((size_t)n, sizeof *copy);
+    if (!copy) return OM_NO_MEMORY;
+    if (def->nmaterial > 0)
+        memcpy(copy, def->material, (size_t)n * sizeof *copy);
+    else
+        copy[0] = def->material_default;
+    m->def.material = copy;
+    return OM_OK;
+}
+
+OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
+    *model = NULL;
+    OM_CHECK(def, OM_INVALID, "tissue: the definition is null");
+    OM_TRY(check_def(def));
+    OM_TRY(check_mesh(def->mesh, def->nmaterial));
+    const OmTissueEngine* engine;
+    OM_TRY(find_engine(def, &engine));
+    OmTissueModel* m = om_calloc(1, sizeof *m);
+    if (!m) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    m->def = *def;
+    m->def.material = NULL;
+    m->def.solver.nworker = om_worker_count(def->solver.nworker);
+    OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
+    m->def.mesh = &m->mesh;
+    m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
+    OM_TRY_DONE(copy_materials(m, def));
+    OM_TRY_DONE(lump_mass(m));
+    OM_TRY_DONE(find_surface(m));
+    m->engine = engine;
+    OM_TRY_DONE(engine->create(m));
+    *model = m;
+    return OM_OK;
+done:
+    om_tissue_destroy(m);
+    return status;
+}
+
+void om_tissue_destroy(OmTissueModel* m) {
+    if (!m) return;
+    if (m->engine) m->engine->destroy(m);
+    om_free((void*)(uintptr_t)m->def.material);
+    om_free(m->mass);
+    om_free(m->volume);
+    om_free(m->surface_vert);
+    om_tet_mesh_done(&m->mesh);
+    om_free(m);
+}
+
+const OmTetMesh* om_tissue_mesh(const OmTissueModel* m) { return &m->mesh; }
+const double* om_tissue_mass(const OmTissueModel* m) { return m->mass; }
+OmVec3 om_tissue_gravity(const OmTissueModel* m) { return m->def.gravity; }
+
+const int* om_tissue_surface_vert(const OmTissueModel* m, int* nvert) {
+    *nvert = m->nsurface;
+    return m->surface_vert;
+}
+
+size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
+    size_t nvert = (size_t)m->mesh.nvert, ntet = (size_t)m->mesh.ntet;
+    size_t mesh = nvert * 3 * sizeof(double) + ntet * 5 * sizeof(int);
+    size_t model = sizeof *m + mesh + nvert * sizeof(double) + ntet * sizeof(double) +
+                   (size_t)m->nsurface * sizeof(int);
+    size_t state = om_tissue_state_size(m);
+    size_t vertex = 2 * sizeof(char) + 3 + 9 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +
+                    sizeof(OmMat3) + 9 * sizeof(float);
+    size_t work = sizeof *w + state + nvert * vertex;
+    if (w->A.value)
+        work +=
+            ((size_t)w->A.nvert + 1 + (size_t)w->A.nblock + 4 * (size_t)w->A.nedge) * sizeof(int) +
+            (size_t)w->A.nblock * 9 * sizeof(float);
+    if (w->solver) work += om_solver_memory(w->solver);
+    return model + state + work + (m->engine->get_memory ? m->engine->get_memory(m, w) : 0);
+}

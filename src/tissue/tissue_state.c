@@ -1,0 +1,160 @@
+// tissue_state.c: the block of everything that changes; attachments and grasps.
+#include <string.h>
+
+#include "tissue/tissue_engine.h"
+
+#define GRASP_RADIUS 0.005  // m, thesis 6.4.7
+
+_Static_assert(sizeof(OmTissueState) <= OM__STATE_HEAD, "the head of a state must fit");
+
+size_t om_tissue_state_size(const OmTissueModel* m) {
+    size_t nvert = (size_t)m->mesh.nvert;
+    size_t size = OM__STATE_HEAD + nvert * (OM__NARRAY3 * 3 * sizeof(double) + 2);
+    return (size + 63) / 64 * 64;
+}
+
+OmStatus om_tissue_create_state(const OmTissueModel* m, OmTissueState** state) {
+    *state = om_calloc(1, om_tissue_state_size(m));
+    if (!*state) return OM_NO_MEMORY;
+    om_tissue_reset(m, *state);
+    return OM_OK;
+}
+
+void om_tissue_destroy_state(OmTissueState* s) { om_free(s); }
+
+void om_tissue_reset(const OmTissueModel* m, OmTissueState* s) {
+    size_t nvert = (size_t)m->mesh.nvert;
+    memset((void*)s, 0, om_tissue_state_size(m));
+    s->size = om_tissue_state_size(m);
+    s->nvert = m->mesh.nvert;
+    memcpy(om__state_array(s, OM__X), m->mesh.x, nvert * 3 * sizeof(double));
+    memcpy(om__state_array(s, OM__ANCHOR), m->mesh.x, nvert * 3 * sizeof(double));
+    memset(om__state_held_by(s), -1, nvert);
+    for (int k = 0; m->held && k < m->held->nvert; ++k) om__state_attached(s)[m->held->vert[k]] = 1;
+    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
+        s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
+}
+
+uint64_t om_tissue_hash(const OmTissueState* s) { return om_hash(s, s->size, OM_HASH_SEED); }
+const double* om_tissue_x(const OmTissueState* s) { return om__state_array(s, OM__X); }
+const double* om_tissue_v(const OmTissueState* s) { return om__state_array(s, OM__V); }
+double om_tissue_time(const OmTissueState* s) { return s->time; }
+double* om_tissue_external_force(OmTissueState* s) { return om__state_array(s, OM__F_EXT); }
+double* om_tissue_contact_force(OmTissueState* s) { return om__state_array(s, OM__F_TOUCH); }
+const unsigned char* om_tissue_attached(const OmTissueState* s) { return om__state_attached(s); }
+const signed char* om_tissue_held_by(const OmTissueState* s) { return om__state_held_by(s); }
+
+OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double* x,
+                         const double* v) {
+    size_t n = 3 * (size_t)m->mesh.nvert;
+    OM_CHECK(x, OM_INVALID, "tissue: positions are null");
+    for (size_t i = 0; i < n; ++i) {
+        OM_CHECK(isfinite(x[i]), OM_INVALID, "tissue: position of vertex %d is not finite",
+                 (int)(i / 3));
+        OM_CHECK(!v || isfinite(v[i]), OM_INVALID, "tissue: velocity of vertex %d is not finite",
+                 (int)(i / 3));
+    }
+    memmove(om__state_array(s, OM__X), x, n * sizeof(double));
+    if (v)
+        memmove(om__state_array(s, OM__V), v, n * sizeof(double));
+    else
+        memset(om__state_array(s, OM__V), 0, n * sizeof(double));
+    return OM_OK;
+}
+
+// ---- attachments ----------------------------------------------------------------------------------
+
+OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int nvert,
+                                  const int* vert, const double* anchor) {
+    OM_CHECK(nvert >= 0 && (nvert == 0 || vert), OM_INVALID,
+             "tissue: %d attached vertices, and their list is null", nvert);
+    for (int k = 0; k < nvert; ++k) {
+        OM_CHECK(vert[k] >= 0 && vert[k] < m->mesh.nvert, OM_INVALID,
+                 "tissue: attached vertex %d is not one of the mesh's %d", vert[k], m->mesh.nvert);
+        OM_CHECK(!anchor || om_is_finite3(om_load3(anchor, k)), OM_INVALID,
+                 "tissue: anchor of vertex %d is not finite", vert[k]);
+    }
+    memset(om__state_attached(s), 0, (size_t)m->mesh.nvert);
+    double* a = om__state_array(s, OM__ANCHOR);
+    memcpy(a, m->mesh.x, 3 * (size_t)m->mesh.nvert * sizeof(double));
+    for (int k = 0; k < nvert; ++k) {
+        om__state_attached(s)[vert[k]] = 1;
+        if (anchor) om_store3(a, vert[k], om_load3(anchor, k));
+    }
+    return OM_OK;
+}
+
+// ---- grasping -------------------------------------------------------------------------------------
+
+static OmStatus check_arm(int arm, OmPose pose) {
+    OM_CHECK(arm >= 0 && arm < OM_TISSUE_NARM, OM_INVALID, "tissue: arm %d is not 0 or 1", arm);
+    double n =
+        pose.q.x * pose.q.x + pose.q.y * pose.q.y + pose.q.z * pose.q.z + pose.q.w * pose.q.w;
+    OM_CHECK(om_is_finite3(pose.p) && fabs(n - 1) < 1e-6, OM_INVALID,
+             "tissue: the pose of arm %d is not finite, or its quaternion not of unit length", arm);
+    return OM_OK;
+}
+
+OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPose pose,
+                         double radius, int* nheld) {
+    if (nheld) *nheld = 0;
+    OM_TRY(check_arm(arm, pose));
+    OM_CHECK(radius >= 0 && isfinite(radius), OM_INVALID,
+             "tissue: grasp radius is %g m; it must be at least 0 (0: %g m)", radius, GRASP_RADIUS);
+    double reach = radius > 0 ? radius : GRASP_RADIUS;
+    const double* x = om__state_array(s, OM__X);
+    const signed char* by = om__state_held_by(s);
+    const unsigned char* attached = om__state_attached(s);
+    int count = 0, nbusy = 0;
+    double nearest = INFINITY;
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        double d = om_norm(om_sub(om_load3(x, i), pose.p));
+        bool is_busy = (by[i] >= 0 && by[i] != arm) || (attached[i] && !om__is_spring(m));
+        nearest = fmin(nearest, d);
+        count += d <= reach && !is_busy;
+        nbusy += d <= reach && is_busy;
+    }
+    OM_CHECK(count > 0 || nbusy == 0, OM_INVALID,
+             "arm %d cannot grasp: the %d vertices within %.1f mm of its tip are attached or held "
+             "by the other arm",
+             arm, nbusy, 1e3 * reach);
+    OM_CHECK(
+        count > 0, OM_INVALID,
+        "arm %d cannot grasp: no tissue within %.1f mm of its tip, the nearest is %.1f mm away",
+        arm, 1e3 * reach, 1e3 * nearest);
+    om_tissue_release(s, arm);
+    OmPose pose_tip_world = om_pose_inverse(pose);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 p = om_load3(x, i);
+        if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0) continue;
+        if (attached[i] && !om__is_spring(m)) continue;
+        om__state_held_by(s)[i] = (signed char)arm;
+        om_store3(om__state_array(s, OM__GRIP), i, om_pose_apply(pose_tip_world, p));
+    }
+    s->arm[arm] = (OmTissueArm){.nheld = count, .pose = pose, .goal = pose};
+    if (nheld) *nheld = count;
+    return OM_OK;
+}
+
+OmStatus om_tissue_move_grasp(OmTissueState* s, int arm, OmPose pose) {
+    OM_TRY(check_arm(arm, pose));
+    if (s->arm[arm].nheld > 0) s->arm[arm].goal = pose;
+    return OM_OK;
+}
+
+void om_tissue_release(OmTissueState* s, int arm) {
+    if (arm < 0 || arm >= OM_TISSUE_NARM || s->arm[arm].nheld == 0) return;
+    signed char* by = om__state_held_by(s);
+    OmVec3 zero = {0, 0, 0};
+    for (int i = 0; i < s->nvert; ++i) {
+        if (by[i] != arm) continue;
+        by[i] = -1;
+        om_store3(om__state_array(s, OM__F_TOOL), i, zero);
+        om_store3(om__state_array(s, OM__GRIP), i, zero);
+    }
+    s->arm[arm].nheld = 0;
+}
+
+int om_tissue_nheld(const OmTissueState* s, int arm) {
+    return arm >= 0 && arm < OM_TISSUE_NARM ? s->arm[arm].nheld : 0;
+}

@@ -1,0 +1,306 @@
+// tissue_step.c: implicit Euler around an engine's matrix.
+//
+// An engine assembles A and b; vertices held by a tool or held still leave the system with a velocity
+// change known beforehand: dv = (x_goal - x) / h - v. Forces added between solves (contact) enter the
+// diagonal blocks of A and b. What a tool exerts is the residual of the rows it holds,
+// f_tool = (A dv - b) / h, inertia included; nothing else knows it. A step that fails is cut in two.
+#include <string.h>
+
+#include "tissue/tissue_engine.h"
+
+#define MIN_SHARE (1.0 / 64)  // of h, the shortest substep
+
+OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
+    *work = NULL;
+    OmStatus status = OM_OK;
+    OmTissueWork* w = om_calloc(1, sizeof *w);
+    if (!w) return OM_NO_MEMORY;
+    size_t n = (size_t)m->mesh.nvert;
+    w->nvert = m->mesh.nvert;
+    w->engine = m->engine;
+    w->share = 1;
+    OM_CALLOC_DONE(w->key, n);
+    OM_CALLOC_DONE(w->fixed, 3 * n);
+    OM_CALLOC_DONE(w->b, 3 * n);
+    OM_CALLOC_DONE(w->rhs, 3 * n);
+    OM_CALLOC_DONE(w->dv, 3 * n);
+    OM_CALLOC_DONE(w->extra, n);
+    OM_CALLOC_DONE(w->is_extra, n);
+    OM_CALLOC_DONE(w->extra_f, n);
+    OM_CALLOC_DONE(w->extra_K, n);
+    OM_CALLOC_DONE(w->extra_diag, 9 * n);
+    w->backup = om_calloc(1, om_tissue_state_size(m));
+    if (!w->backup) {
+        status = OM_NO_MEMORY;
+        goto done;
+    }
+    if (m->engine->has_matrix) {
+        OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &w->A));
+        OM_TRY_DONE(om_solver_create(&m->def.solver, &w->A, m->mesh.x, &w->solver));
+    }
+    if (m->engine->create_work) OM_TRY_DONE(m->engine->create_work(m, w));
+    *work = w;
+    return OM_OK;
+done:
+    om_tissue_destroy_work(w);
+    return status;
+}
+
+void om_tissue_destroy_work(OmTissueWork* w) {
+    if (!w) return;
+    if (w->data && w->engine->destroy_work) w->engine->destroy_work(w);
+    om_solver_destroy(w->solver);
+    om_bsr_destroy(&w->A);
+    om_free(w->key);
+    om_free(w->fixed);
+    om_free(w->b);
+    om_free(w->rhs);
+    om_free(w->dv);
+    om_free(w->extra);
+    om_free(w->is_extra);
+    om_free(w->extra_f);
+    om_free(w->extra_K);
+    om_free(w->extra_diag);
+    om_free(w->backup);
+    om_free(w);
+}
+
+// ---- stages ---------------------------------------------------------------------------------------
+
+static OmPose interpolate_pose(OmPose a, OmPose b, double t) {
+    if (t >= 1) return b;
+    OmPose p = {om_madd(a.p, t, om_sub(b.p, a.p)), om_quat_slerp(a.q, b.q, t)};
+    return p;
+}
+
+// Where a prescribed vertex is to be at the end of the step.
+static OmVec3 goal_of(const OmTissueState* s, const OmTissueWork* w, int i) {
+    int arm = om__state_held_by(s)[i];
+    if (arm < 0) return om_load3(om__state_array(s, OM__ANCHOR), i);
+    return om_pose_apply(w->next[arm], om_load3(om__state_array(s, OM__GRIP), i));
+}
+
+// Tell the solver which vertices are prescribed, if that changed.
+static void refresh_fixed(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+    bool is_changed = false;
+    for (int i = 0; i < w->nvert; ++i) {
+        unsigned char key = om__is_prescribed(m, s, i);
+        if (key == w->key[i]) continue;
+        is_changed = true;
+        w->key[i] = key;
+        memset(w->fixed + 3 * (size_t)i, key, 3);
+    }
+    if (is_changed) om_solver_set_fixed(w->solver, w->fixed);
+}
+
+OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h) {
+    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
+    OM_CHECK(m->engine->has_matrix, OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
+             m->engine->name);
+    w->nextra = 0;
+    memset(w->is_extra, 0, (size_t)w->nvert);
+    refresh_fixed(m, s, w);
+    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
+        w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
+    OM_TRY(m->engine->assemble(m, s, w, h));
+    w->h = h;
+    w->is_fresh = w->is_stale = true;
+    memset(w->dv, 0, 3 * (size_t)w->nvert * sizeof(double));
+    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    for (int i = 0; i < w->nvert; ++i) {
+        if (!w->key[i]) continue;
+        OmVec3 speed = om_scale(1 / h, om_sub(goal_of(s, w, i), om_load3(x, i)));
+        om_store3(w->dv, i, om_sub(speed, om_load3(v, i)));
+    }
+    return OM_OK;
+}
+
+void om_tissue_add_force(OmTissueWork* w, int i, OmVec3 f, OmMat3 K) {
+    if (!w->is_extra[i]) {
+        w->is_extra[i] = 1;
+        w->extra[w->nextra++] = i;
+        w->extra_f[i] = om_vec3(0, 0, 0);
+        w->extra_K[i] = om_mat3_diag(w->extra_f[i]);
+        memcpy(w->extra_diag + 9 * (size_t)i, w->A.value + 9 * (size_t)w->A.row_adr[i],
+               9 * sizeof(float));
+    }
+    w->extra_f[i] = om_add(w->extra_f[i], f);
+    w->extra_K[i] = om_mat3_add(w->extra_K[i], K);
+    w->is_stale = true;
+}
+
+void om_tissue_clear_forces(OmTissueWork* w) {
+    for (int k = 0; k < w->nextra; ++k) {
+        int i = w->extra[k];
+        w->is_extra[i] = 0;
+        memcpy(w->A.value + 9 * (size_t)w->A.row_adr[i], w->extra_diag + 9 * (size_t)i,
+               9 * sizeof(float));
+    }
+    w->is_stale |= w->nextra > 0;
+    w->nextra = 0;
+}
+
+// What was added, into the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
+static void add_extra(const OmTissueState* s, OmTissueWork* w) {
+    const double* v = om__state_array(s, OM__V);
+    memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof(double));
+    for (int n = 0; n < w->nextra; ++n) {
+        int i = w->extra[n];
+        OmVec3 Kv = om_mat3_apply(w->extra_K[i], om_load3(v, i));
+        OmVec3 add = om_madd(om_scale(w->h, w->extra_f[i]), -w->h * w->h, Kv);
+        om_store3(w->rhs, i, om_add(om_load3(w->rhs, i), add));
+        memcpy(w->A.value + 9 * (size_t)w->A.row_adr[i], w->extra_diag + 9 * (size_t)i,
+               9 * sizeof(float));
+        om_bsr_add(&w->A, w->A.row_adr[i], om_mat3_scale(w->h * w->h, w->extra_K[i]));
+    }
+}
+
+static OmStatus refresh_solver(OmTissueWork* w) {
+    if (!w->is_stale) return OM_OK;
+    OmStatus status = om_solver_refresh(w->solver, &w->A);
+    if (status < 0) return status;
+    OM_CHECK(status == OM_OK, OM_INVALID,
+             "tissue: the system matrix of this step is not positive definite");
+    w->is_stale = false;
+    return OM_OK;
+}
+
+OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
+                              OmTissueReport* report) {
+    (void)m;
+    OM_CHECK(w->h > 0, OM_INVALID, "tissue: om_tissue_begin_step must come first");
+    add_extra(s, w);
+    OM_TRY(refresh_solver(w));
+    OmSolveInfo info = {0};
+    OmStatus status = om_solver_solve(w->solver, &w->A, 1, w->rhs, w->dv, &info);
+    if (status < 0) return status;
+    double sum = 0;  // not finite if any entry is not
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) sum += fabs(w->dv[n]);
+    OM_CHECK(status != OM_NOT_SPD && isfinite(sum), OM_INVALID,
+             "tissue: the linear system of this step has no finite solution");
+    w->is_fresh = false;
+    if (report) {
+        report->iterations += info.iterations;
+        report->residual = fmax(report->residual, info.residual);
+    }
+    return status;
+}
+
+const double* om_tissue_dv(const OmTissueWork* w) { return w->dv; }
+
+OmStatus om_tissue_apply(const OmTissueModel* m, OmTissueWork* w, int nrhs, const double* x,
+                         double* y) {
+    OM_CHECK(w->h > 0 && nrhs >= 1, OM_INVALID,
+             "tissue: om_tissue_begin_step must come first, and nrhs (%d) be at least 1", nrhs);
+    size_t n = 3 * (size_t)w->nvert;
+    for (int k = 0; k < nrhs; ++k)
+        om_bsr_apply(&w->A, m->def.solver.nworker, x + (size_t)k * n, y + (size_t)k * n);
+    return OM_OK;
+}
+
+OmStatus om_tissue_solve(const OmTissueModel* m, OmTissueWork* w, int nrhs, const double* b,
+                         double* x, OmSolveInfo* info) {
+    (void)m;
+    OM_CHECK(w->h > 0 && nrhs >= 1, OM_INVALID,
+             "tissue: om_tissue_begin_step must come first, and nrhs (%d) be at least 1", nrhs);
+    OM_TRY(refresh_solver(w));
+    for (int k = 0; k < nrhs; ++k)
+        for (int i = 0; i < w->nvert; ++i)
+            if (w->key[i]) om_store3(x + 3 * (size_t)k * (size_t)w->nvert, i, om_vec3(0, 0, 0));
+    OmStatus status = om_solver_solve(w->solver, &w->A, nrhs, b, x, info);
+    OM_CHECK(status != OM_NOT_SPD, OM_INVALID,
+             "tissue: the system matrix is not positive definite");
+    return status;
+}
+
+double om_tissue_vertex_stiffness(const OmTissueWork* w, int i) {
+    const float* d =
+        w->is_extra[i] ? w->extra_diag + 9 * (size_t)i : w->A.value + 9 * (size_t)w->A.row_adr[i];
+    return ((double)d[0] + (double)d[4] + (double)d[8]) / (3 * w->h * w->h);
+}
+
+// Row i of A times dv.
+static OmVec3 apply_row(const OmBsr* A, const double* dv, int i) {
+    OmVec3 y = {0, 0, 0};
+    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+        const float* a = A->value + 9 * (size_t)k;
+        OmVec3 d = om_load3(dv, A->col[k]);
+        y.x += (double)a[0] * d.x + (double)a[3] * d.y + (double)a[6] * d.z;
+        y.y += (double)a[1] * d.x + (double)a[4] * d.y + (double)a[7] * d.z;
+        y.z += (double)a[2] * d.x + (double)a[5] * d.y + (double)a[8] * d.z;
+    }
+    return y;
+}
+
+OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w) {
+    (void)m;
+    OM_CHECK(w->h > 0 && !w->is_fresh, OM_INVALID, "tissue: om_tissue_solve_step must come first");
+    double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    double* f_tool = om__state_array(s, OM__F_TOOL);
+    const signed char* by = om__state_held_by(s);
+    double h = w->h;
+    for (int i = 0; i < w->nvert; ++i) {
+        if (by[i] < 0) continue;
+        OmVec3 r = om_sub(apply_row(&w->A, w->dv, i), om_load3(w->rhs, i));
+        om_store3(f_tool, i, om_scale(1 / h, r));
+    }
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) {
+        v[n] += w->dv[n];
+        x[n] += h * v[n];
+    }
+    for (int i = 0; i < w->nvert; ++i)  // without the rounding of x + h ((goal - x) / h)
+        if (w->key[i]) om_store3(x, i, goal_of(s, w, i));
+    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm) s->arm[arm].pose = w->next[arm];
+    s->time += h;
+    w->h = 0;
+    return OM_OK;
+}
+
+// ---- whole steps ----------------------------------------------------------------------------------
+
+static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
+                         OmTissueStepFn solve, void* ctx, OmTissueReport* report) {
+    OM_TRY(om_tissue_begin_step(m, s, w, h));
+    OmStatus status =
+        solve ? solve(ctx, m, s, w, h, report) : om_tissue_solve_step(m, s, w, report);
+    if (status < 0) return status;
+    OM_TRY(om_tissue_end_step(m, s, w));
+    ++report->substeps;
+    return status;
+}
+
+OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
+                             OmTissueStepFn solve, void* ctx, OmTissueReport* report) {
+    OmTissueReport local;
+    if (!report) report = &local;
+    *report = (OmTissueReport){0};
+    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
+    if (m->engine->step) return m->engine->step(m, s, w, h, report);
+    OmStatus outcome = OM_OK;
+    double left = h, part = h;
+    bool is_cut = false;
+    while (left > 1e-9 * h) {
+        part = fmin(part, left);
+        w->share = part / left;
+        OmStatus status = try_step(m, s, w, part, solve, ctx, report);
+        w->share = 1;
+        if (status >= 0) {
+            left -= part;
+            if (status > 0) outcome = status;
+            continue;
+        }
+        // Cut the step; the state of its beginning is kept from the first failure on.
+        if (!is_cut) memcpy(w->backup, s, s->size);
+        is_cut = true;
+        part *= 0.5;
+        if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
+        memcpy((void*)s, w->backup, s->size);
+        return om_error_prefix(status, "step at %.4g s failed, cut to %.3g s", s->time, part);
+    }
+    return outcome;
+}
+
+OmStatus om_tissue_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
+                        OmTissueReport* report) {
+    return om_tissue_step_with(m, s, w, h, NULL, NULL, report);
+}
