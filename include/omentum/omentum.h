@@ -6,6 +6,7 @@
 #include "omentum/contact.h"
 #include "omentum/image.h"
 #include "omentum/plan.h"
+#include "omentum/report.h"
 #include "omentum/robot.h"
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"

@@ -18,10 +18,13 @@
 extern "C" {
 #endif
 
-typedef struct OmReport {
+typedef struct OmReport {  // nothing in it is for callers
     OmText html;
-    OmStatus status;  // the first failure; later calls do nothing
+    OmStatus status;    // the first failure; later calls do nothing
+    char message[256];  // its sentence
+    bool is_in_section;
     bool is_in_grid;  // pictures are being added
+    int nchart;
 } OmReport;
 
 OM_API void om_report_begin(OmReport* report, const char* title, const char* subtitle);
@@ -32,10 +35,13 @@ OM_API void om_report_verdict(OmReport* report, const char* text, bool is_good);
 /// Numbers side by side: values and what they are; `count` of each.
 OM_API void om_report_facts(OmReport* report, const char* const* value, const char* const* label,
                             int count);
-/// A table of nrow x ncol cells, row by row, under ncol headings.
+/// A table of nrow x ncol cells, row by row, under ncol headings; null is an empty cell. A column whose cells
+/// all begin with a digit or a sign stands right.
 OM_API void om_report_table(OmReport* report, const char* const* heading, int ncol,
                             const char* const* cell, int nrow);
-/// Text as it stands, folded under a summary.
+/// Text with its lines and blanks, in fixed width: a plan.
+OM_API void om_report_listing(OmReport* report, const char* text);
+/// The same, folded under a summary.
 OM_API void om_report_details(OmReport* report, const char* summary, const char* text);
 /// A picture with a caption; consecutive ones share rows.
 OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
@@ -44,12 +50,19 @@ OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const 
 
 typedef struct OmReportSeries {
     const char* name;
-    const double* x;
+    const double* x;  // ascending
     const double* y;  // values that are not finite leave a gap
     int n;
+    bool is_step;  // a value holds until the next point
 } OmReportSeries;
 
-typedef struct OmReportChart {
+typedef struct OmReportSpan {  // what went on from begin to end: an action, named above the chart
+    const char* label;
+    double begin, end;
+    bool is_bad;  // marked: it did not end as meant
+} OmReportSpan;
+
+typedef struct OmReportChart {  // zero what is not used
     const char* title;
     const char *x_label, *y_label;  // with units
     OmReportSeries series[OM_REPORT_MAX_SERIES];
@@ -61,7 +74,10 @@ typedef struct OmReportChart {
     double y_min, y_max;
     const double* event;  // thin vertical lines at these x
     int nevent;
+    const OmReportSpan* span;  // numbered from 1; named where there is room
+    int nspan;
 } OmReportChart;
+/// A line chart of any number of points; without a finite one it says so in its place.
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
 /// Write the file whole or not at all, and free the report.

@@ -1,152 +1,392 @@
-// report_chart.c: line charts as inline SVG: round ticks, a legend, gaps where a value is not finite.
-#include <math.h>
+// report_chart.c: line charts as SVG.
+//
+//      spans:   | 1 reach | 2 grasp |  3 pull   |
+//      y  +-----------------------------------------+
+//         |   -  -  -  limit  -  -  -  -  -  -  name |
+//         |         /\      : event                  |
+//         +-----------------------------------------+
+//                          x label
+//
+// Numbers are written digit by digit from integers, so that no locale puts commas into coordinates. Series
+// with more points than the plot has room for keep the first, least, largest and last of every column.
 #include <string.h>
 
-#include "omentum/report.h"
+#include "report/report_internal.h"
 
 #define WIDTH 960.0
-#define HEIGHT 280.0
-#define LEFT 64.0
-#define RIGHT 20.0
-#define TOP 56.0
-#define BOTTOM 46.0
+#define PLOT_LEFT 58.0
+#define PLOT_RIGHT 944.0
+#define PLOT_HEIGHT 210.0
+#define SPAN_HEIGHT 20.0
+#define LETTER 6.1     // px, mean width of a letter of a span's name
+#define LARGEST 1e300  // values beyond are not drawn: their differences could overflow
+#define NTICK_X 8
+#define NTICK_Y 5
 
 typedef struct Axis {
-    double lo, hi, step;
+    double lo, hi;       // of the data
+    double from, to;     // px
+    double first, step;  // of the ticks
+    int ntick, decimals, exponent;
 } Axis;
 
-static void put(OmReport* r, const char* format, ...) OM_PRINTF(2, 3);
-static void put(OmReport* r, const char* format, ...) {
-    if (r->status < 0) return;
-    char line[512];
-    va_list args;
-    va_start(args, format);
-    int n = vsnprintf(line, sizeof line, format, args);
-    va_end(args);
-    if (n >= 0 && (size_t)n < sizeof line)
-        r->status = om_text_append_raw(&r->html, line, (size_t)n);
+typedef struct Plot {
+    OmReport* report;
+    const OmReportChart* chart;
+    Axis x, y;
+    double top, bottom;  // px
+} Plot;
+
+static bool is_drawable(double v) { return fabs(v) < LARGEST; }
+
+// ---- numbers ----------------------------------------------------------------------------------------------
+
+static void put_fixed(OmReport* r, double value, int decimals) {
+    static const double power[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6};
+    long long unit = (long long)power[decimals];
+    long long n = llround(value * power[decimals]);
+    const char* sign = n < 0 ? "-" : "";
+    if (n < 0) n = -n;
+    if (decimals)
+        PUT(r, "%s%lld.%0*lld", sign, n / unit, decimals, n % unit);
+    else
+        PUT(r, "%s%lld", sign, n);
 }
 
-static void put_label(OmReport* r, double x, double y, const char* attributes, const char* text) {
-    put(r, "<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, attributes);
-    if (r->status == OM_OK) r->status = om_text_append_html(&r->html, text ? text : "");
-    put(r, "</text>\n");
+static void put_px(OmReport* r, double px) { put_fixed(r, fmax(-1e6, fmin(1e6, px)), 1); }
+
+// ` name="px"`
+static void put_attribute(OmReport* r, const char* name, double px) {
+    PUT(r, " %s=\"", name);
+    put_px(r, px);
+    PUT(r, "\"");
 }
 
-// 1, 2 or 5 times a power of ten, giving about `count` ticks.
-static double round_step(double span, int count) {
-    double raw = span / count, power = pow(10, floor(log10(raw)));
-    double m = raw / power;
-    return power * (m <= 1 ? 1 : m <= 2 ? 2 : m <= 5 ? 5 : 10);
-}
-
-static Axis make_axis(double lo, double hi, int nticks, bool is_rounded) {
-    if (!(hi > lo)) {
-        double pad = lo != 0 ? fabs(lo) * 0.5 : 1;
-        lo -= pad, hi += pad;
+static void put_tick(OmReport* r, const Axis* a, double value) {
+    if (!a->exponent || value == 0) {
+        put_fixed(r, value, value == 0 && a->exponent ? 0 : a->decimals);
+        return;
     }
-    Axis a = {lo, hi, round_step(hi - lo, nticks)};
-    if (is_rounded) {
-        a.lo = floor(lo / a.step + 1e-9) * a.step;
-        a.hi = ceil(hi / a.step - 1e-9) * a.step;
+    put_fixed(r, value / pow(10, a->exponent), a->decimals);
+    PUT(r, "e%d", a->exponent);
+}
+
+// ---- axes ---------------------------------------------------------------------------------------------------
+
+// Steps of 1, 2 or 5 times a power of ten, about `wanted` of them.
+static double tick_step(double range, int wanted) {
+    double raw = range / wanted, power = pow(10, floor(log10(raw))), rest = raw / power;
+    return power * (rest < 1.5 ? 1 : rest < 3.5 ? 2 : rest < 7.5 ? 5 : 10);
+}
+
+static void place_ticks(Axis* a, int wanted, bool is_widened) {
+    a->step = tick_step(a->hi - a->lo, wanted);
+    if (is_widened) {
+        a->lo = floor(a->lo / a->step + 1e-9) * a->step;
+        a->hi = ceil(a->hi / a->step - 1e-9) * a->step;
     }
-    return a;
+    a->first = ceil(a->lo / a->step - 1e-9) * a->step;
+    a->ntick = (int)floor((a->hi - a->first) / a->step + 1e-9) + 1;
+    double largest = fmax(fabs(a->lo), fabs(a->hi));
+    int digit = (int)floor(log10(a->step) + 1e-9);
+    a->exponent = largest >= 1e6 || largest < 1e-3 ? (int)floor(log10(largest)) : 0;
+    int decimals = a->exponent - digit;
+    a->decimals = decimals < 0 ? 0 : decimals > 6 ? 6 : decimals;
 }
 
-static double to_x(Axis a, double v) {
-    return LEFT + (v - a.lo) / (a.hi - a.lo) * (WIDTH - LEFT - RIGHT);
-}
-static double to_y(Axis a, double v) {
-    return HEIGHT - BOTTOM - (v - a.lo) / (a.hi - a.lo) * (HEIGHT - TOP - BOTTOM);
+static void widen(Axis* a, double v) {
+    if (!is_drawable(v)) return;
+    a->lo = fmin(a->lo, v);
+    a->hi = fmax(a->hi, v);
 }
 
-static void find_ranges(const OmReportChart* c, Axis* x, Axis* y) {
-    double xlo = HUGE_VAL, xhi = -HUGE_VAL;
-    double ylo = c->has_range ? c->y_min : HUGE_VAL, yhi = c->has_range ? c->y_max : -HUGE_VAL;
+// False if nothing can be drawn.
+static bool choose_ranges(Plot* p) {
+    const OmReportChart* c = p->chart;
+    p->x.lo = p->y.lo = LARGEST;
+    p->x.hi = p->y.hi = -LARGEST;
     for (int s = 0; s < c->nseries; ++s) {
         for (int i = 0; i < c->series[s].n; ++i) {
-            double px = c->series[s].x[i], py = c->series[s].y[i];
-            if (!isfinite(px) || !isfinite(py)) continue;
-            xlo = fmin(xlo, px), xhi = fmax(xhi, px);
-            ylo = fmin(ylo, py), yhi = fmax(yhi, py);
+            if (!is_drawable(c->series[s].x[i]) || !is_drawable(c->series[s].y[i])) continue;
+            widen(&p->x, c->series[s].x[i]);
+            widen(&p->y, c->series[s].y[i]);
         }
     }
-    if (c->has_limit && isfinite(c->limit))
-        ylo = fmin(ylo, c->limit), yhi = fmax(yhi, c->limit * 1.05);
-    if (!isfinite(xlo)) xlo = 0, xhi = 1;
-    if (!isfinite(ylo)) ylo = 0, yhi = 1;
-    *x = make_axis(xlo, xhi, 10, false);
-    *y = make_axis(ylo, yhi, 5, true);
+    if (p->x.lo > p->x.hi) return false;
+    for (int i = 0; i < c->nspan; ++i) {
+        widen(&p->x, c->span[i].begin);
+        widen(&p->x, c->span[i].end);
+    }
+    if (c->has_limit) widen(&p->y, c->limit);
+    if (c->has_range) {
+        widen(&p->y, c->y_min);
+        widen(&p->y, c->y_max);
+    }
+    if (p->y.lo > 0 && p->y.lo < 0.5 * p->y.hi) p->y.lo = 0;
+    if (p->y.hi < 0 && p->y.hi > 0.5 * p->y.lo) p->y.hi = 0;
+    // A constant gets a range around it; a range that rounding would swallow counts as a constant.
+    Axis* axis[2] = {&p->x, &p->y};
+    for (int k = 0; k < 2; ++k) {
+        double size = fmax(fabs(axis[k]->lo), fabs(axis[k]->hi));
+        if (axis[k]->hi - axis[k]->lo > 1e-9 * size) continue;
+        double half = size > 0 ? 0.5 * size : 0.5;
+        axis[k]->lo -= half;
+        axis[k]->hi += half;
+    }
+    place_ticks(&p->x, NTICK_X, false);
+    place_ticks(&p->y, NTICK_Y, true);
+    return true;
 }
 
-static void draw_axes(OmReport* r, const OmReportChart* c, Axis x, Axis y) {
-    for (double v = y.lo; v <= y.hi + 0.5 * y.step; v += y.step) {
-        char number[32];
-        snprintf(number, sizeof number, "%.4g", fabs(v) < 1e-9 * y.step ? 0 : v);
-        put(r, "<line class=\"axis\" x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\"/>\n", LEFT,
-            to_y(y, v), WIDTH - RIGHT, to_y(y, v));
-        put_label(r, LEFT - 8, to_y(y, v) + 4, "text-anchor=\"end\"", number);
-    }
-    for (double v = ceil(x.lo / x.step - 1e-9) * x.step; v <= x.hi + 1e-9 * x.step; v += x.step) {
-        char number[32];
-        snprintf(number, sizeof number, "%.4g", fabs(v) < 1e-9 * x.step ? 0 : v);
-        put_label(r, to_x(x, v), HEIGHT - BOTTOM + 18, "text-anchor=\"middle\"", number);
-    }
-    put_label(r, 0.5 * (LEFT + WIDTH - RIGHT), HEIGHT - 8, "text-anchor=\"middle\"", c->x_label);
-    put_label(r, 16, 24, "class=\"title\"", c->title);
-    put_label(r, 16, 42, "", c->y_label);
+static double to_px(const Axis* a, double v) {
+    return a->from + (v - a->lo) / (a->hi - a->lo) * (a->to - a->from);  // hi > lo by choose_ranges
 }
 
-static void draw_series(OmReport* r, const OmReportSeries* s, int index, Axis x, Axis y) {
-    bool is_open = false;
-    for (int i = 0; i < s->n; ++i) {
-        if (!isfinite(s->x[i]) || !isfinite(s->y[i])) {
-            if (is_open) put(r, "\"/>\n");
-            is_open = false;
-            continue;
+// ---- parts --------------------------------------------------------------------------------------------------
+
+static void put_axes(Plot* p) {
+    OmReport* r = p->report;
+    for (int i = 0; i < p->y.ntick; ++i) {
+        double v = p->y.first + i * p->y.step, y = to_px(&p->y, v);
+        PUT(r, "<line class=\"grid\"");
+        put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+        put_attribute(r, "y1", y), put_attribute(r, "y2", y);
+        PUT(r, "/><text text-anchor=\"end\"");
+        put_attribute(r, "x", PLOT_LEFT - 8), put_attribute(r, "y", y + 4);
+        PUT(r, ">");
+        put_tick(r, &p->y, v);
+        PUT(r, "</text>\n");
+    }
+    PUT(r, "<line class=\"axis\"");
+    put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+    put_attribute(r, "y1", p->bottom), put_attribute(r, "y2", p->bottom);
+    PUT(r, "/>\n");
+    for (int i = 0; i < p->x.ntick; ++i) {
+        double v = p->x.first + i * p->x.step, x = to_px(&p->x, v);
+        PUT(r, "<line class=\"axis\"");
+        put_attribute(r, "x1", x), put_attribute(r, "x2", x);
+        put_attribute(r, "y1", p->bottom), put_attribute(r, "y2", p->bottom + 5);
+        PUT(r, "/><text text-anchor=\"middle\"");
+        put_attribute(r, "x", x), put_attribute(r, "y", p->bottom + 19);
+        PUT(r, ">");
+        put_tick(r, &p->x, v);
+        PUT(r, "</text>\n");
+    }
+    PUT(r, "<text text-anchor=\"middle\"");
+    put_attribute(r, "x", 0.5 * (PLOT_LEFT + PLOT_RIGHT)), put_attribute(r, "y", p->bottom + 38);
+    PUT(r, ">");
+    om__report_escape(r, p->chart->x_label);
+    PUT(r, "</text>\n");
+}
+
+static void put_rectangle(OmReport* r, const char* class, double x0, double x1, double y0,
+                          double y1) {
+    PUT(r, "<rect class=\"%s\"", class);
+    put_attribute(r, "x", x0), put_attribute(r, "width", fmax(0, x1 - x0));
+    put_attribute(r, "y", y0), put_attribute(r, "height", y1 - y0);
+    PUT(r, ">");
+}
+
+// What went on: a strip above the plot, numbered, named where there is room, and a faint shade under it.
+static void put_spans(Plot* p) {
+    OmReport* r = p->report;
+    for (int i = 0; i < p->chart->nspan; ++i) {
+        const OmReportSpan* s = &p->chart->span[i];
+        if (!is_drawable(s->begin) || !is_drawable(s->end)) continue;
+        double x0 = to_px(&p->x, s->begin), x1 = fmax(x0 + 1, to_px(&p->x, s->end) - 1);
+        double y0 = p->top - SPAN_HEIGHT - 4;
+        const char* name = s->label ? s->label : "";
+        char number[16];
+        int ndigit = snprintf(number, sizeof number, "%d", i + 1);
+        if (i % 2 || s->is_bad) {
+            put_rectangle(r, s->is_bad ? "under bad" : "under", x0, x1, p->top, p->bottom);
+            PUT(r, "</rect>");
         }
-        if (!is_open) {
-            put(r, "<polyline fill=\"none\" stroke=\"var(--%c)\" stroke-width=\"2\" points=\"",
-                'a' + index);
+        put_rectangle(r,
+                      s->is_bad ? "span bad"
+                      : i % 2   ? "span odd"
+                                : "span",
+                      x0, x1, y0, y0 + SPAN_HEIGHT);
+        PUT(r, "<title>%s ", number);
+        om__report_escape(r, name);
+        PUT(r, "</title></rect>\n");
+        bool is_named = LETTER * (double)(strlen(name) + (size_t)ndigit + 1) + 6 < x1 - x0;
+        if (!is_named && LETTER * ndigit + 2 > x1 - x0) continue;
+        PUT(r, "<text class=\"span-name\" text-anchor=\"middle\"");
+        put_attribute(r, "x", 0.5 * (x0 + x1)), put_attribute(r, "y", y0 + 14);
+        PUT(r, ">%s", number);
+        if (is_named) {
+            PUT(r, " ");
+            om__report_escape(r, name);
         }
-        is_open = true;
-        put(r, "%.1f,%.1f ", to_x(x, s->x[i]), to_y(y, s->y[i]));
+        PUT(r, "</text>\n");
     }
-    if (is_open) put(r, "\"/>\n");
 }
 
-static void draw_legend(OmReport* r, const OmReportChart* c) {
-    double at =
-        WIDTH - RIGHT - 150.0 * (c->nseries > 1 ? c->nseries : 0) - (c->has_limit ? 170 : 0);
-    for (int s = 0; s < c->nseries && c->nseries > 1; ++s, at += 150) {
-        put(r,
-            "<line x1=\"%.1f\" y1=\"20\" x2=\"%.1f\" y2=\"20\" stroke=\"var(--%c)\" stroke-width=\"3\"/>\n",
-            at, at + 22, 'a' + s);
-        put_label(r, at + 28, 24, "", c->series[s].name);
-    }
-    if (!c->has_limit) return;
-    put(r, "<line class=\"limit\" x1=\"%.1f\" y1=\"20\" x2=\"%.1f\" y2=\"20\"/>\n", at, at + 22);
-    put_label(r, at + 28, 24, "", c->limit_name);
+static void put_limit(Plot* p) {
+    OmReport* r = p->report;
+    if (!p->chart->has_limit || !is_drawable(p->chart->limit)) return;
+    double y = to_px(&p->y, p->chart->limit);
+    PUT(r, "<line class=\"limit\"");
+    put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+    put_attribute(r, "y1", y), put_attribute(r, "y2", y);
+    PUT(r, "/><text class=\"limit-name\"");
+    bool is_at_top = y - p->top < 16;
+    put_attribute(r, "x", PLOT_LEFT + 8), put_attribute(r, "y", is_at_top ? y + 15 : y - 6);
+    PUT(r, ">");
+    om__report_escape(r, p->chart->limit_name);
+    PUT(r, "</text>\n");
 }
 
-void om_report_chart(OmReport* r, const OmReportChart* c) {
-    if (r->is_in_grid) put(r, "</div>\n");
-    r->is_in_grid = false;
-    Axis x, y;
-    find_ranges(c, &x, &y);
-    put(r, "<svg viewBox=\"0 0 %g %g\" role=\"img\">\n", WIDTH, HEIGHT);
-    draw_axes(r, c, x, y);
-    for (int i = 0; i < c->nevent; ++i) {
-        if (!(c->event[i] >= x.lo && c->event[i] <= x.hi)) continue;
-        put(r, "<line class=\"event\" x1=\"%.1f\" y1=\"%g\" x2=\"%.1f\" y2=\"%g\"/>\n",
-            to_x(x, c->event[i]), TOP, to_x(x, c->event[i]), HEIGHT - BOTTOM);
+static void put_events(Plot* p) {
+    OmReport* r = p->report;
+    for (int i = 0; i < p->chart->nevent; ++i) {
+        double at = p->chart->event[i];
+        if (!is_drawable(at) || at < p->x.lo || at > p->x.hi) continue;
+        double x = to_px(&p->x, at);
+        PUT(r, "<line class=\"event\"");
+        put_attribute(r, "x1", x), put_attribute(r, "x2", x);
+        put_attribute(r, "y1", p->top), put_attribute(r, "y2", p->bottom);
+        PUT(r, "/>\n");
     }
-    if (c->has_limit) {
-        put(r, "<line class=\"limit\" x1=\"%g\" y1=\"%.1f\" x2=\"%g\" y2=\"%.1f\"/>\n", LEFT,
-            to_y(y, c->limit), WIDTH - RIGHT, to_y(y, c->limit));
+}
+
+// ---- lines --------------------------------------------------------------------------------------------------
+
+typedef struct Pen {
+    OmReport* report;
+    bool is_down, is_step;
+} Pen;
+
+static void draw_to(Pen* pen, double x, double y) {
+    OmReport* r = pen->report;
+    if (pen->is_down && pen->is_step) {
+        PUT(r, "H");
+        put_px(r, x);
+        PUT(r, "V");
+        put_px(r, y);
+    } else {
+        PUT(r, pen->is_down ? "L" : "M");
+        put_px(r, x);
+        PUT(r, " ");
+        put_px(r, y);
     }
-    for (int s = 0; s < c->nseries && s < OM_REPORT_MAX_SERIES; ++s)
-        draw_series(r, &c->series[s], s, x, y);
-    draw_legend(r, c);
-    put(r, "</svg>\n");
+    if (!pen->is_down) PUT(r, "h0");  // a point of its own shows as a dot
+    pen->is_down = true;
+}
+
+// The points first, least, largest and last of those that share a column of the plot.
+static int draw_column(Pen* pen, const Plot* p, const OmReportSeries* s, int begin) {
+    double column = floor(to_px(&p->x, s->x[begin]));
+    int end = begin, least = begin, largest = begin;
+    for (; end < s->n && is_drawable(s->x[end]) && is_drawable(s->y[end]); ++end) {
+        if (floor(to_px(&p->x, s->x[end])) != column) break;
+        if (s->y[end] < s->y[least]) least = end;
+        if (s->y[end] > s->y[largest]) largest = end;
+    }
+    int early = least < largest ? least : largest, late = least < largest ? largest : least;
+    const int keep[4] = {begin, early, late, end - 1};
+    for (int k = 0; k < 4; ++k) {
+        if (k > 0 && keep[k] == keep[k - 1]) continue;
+        draw_to(pen, to_px(&p->x, s->x[keep[k]]), to_px(&p->y, s->y[keep[k]]));
+    }
+    return end;
+}
+
+static void put_series(Plot* p, int index) {
+    const OmReportSeries* s = &p->chart->series[index];
+    OmReport* r = p->report;
+    Pen pen = {.report = r, .is_step = s->is_step};
+    bool is_dense = s->n > 2 * (PLOT_RIGHT - PLOT_LEFT);
+    PUT(r, "<path class=\"data c%d\" d=\"", index);
+    for (int i = 0; i < s->n;) {
+        if (!is_drawable(s->x[i]) || !is_drawable(s->y[i])) {
+            pen.is_down = false;
+            ++i;
+        } else if (is_dense) {
+            i = draw_column(&pen, p, s, i);
+        } else {
+            draw_to(&pen, to_px(&p->x, s->x[i]), to_px(&p->y, s->y[i]));
+            ++i;
+        }
+    }
+    PUT(r, "\">");
+    if (s->name) {
+        PUT(r, "<title>");
+        om__report_escape(r, s->name);
+        PUT(r, "</title>");
+    }
+    PUT(r, "</path>\n");
+}
+
+// ---- the whole ----------------------------------------------------------------------------------------------
+
+static void put_caption(OmReport* r, const OmReportChart* c) {
+    PUT(r, "<figcaption><span>");
+    om__report_escape(r, c->title);
+    PUT(r, "</span>");
+    if (c->y_label && *c->y_label) {
+        PUT(r, "<span class=\"unit\">");
+        om__report_escape(r, c->y_label);
+        PUT(r, "</span>");
+    }
+    if (c->nseries > 1) {
+        PUT(r, "<span class=\"legend\">");
+        for (int s = 0; s < c->nseries; ++s) {
+            PUT(r, "<span><i class=\"c%d\"></i>", s);
+            om__report_escape(r, c->series[s].name);
+            PUT(r, "</span>");
+        }
+        PUT(r, "</span>");
+    }
+    PUT(r, "</figcaption>\n");
+}
+
+static void put_plot(Plot* p) {
+    OmReport* r = p->report;
+    const OmReportChart* c = p->chart;
+    p->top = c->nspan > 0 ? SPAN_HEIGHT + 8 : 8;
+    p->bottom = p->top + PLOT_HEIGHT;
+    p->x.from = PLOT_LEFT;
+    p->x.to = PLOT_RIGHT;
+    p->y.from = p->bottom;
+    p->y.to = p->top;
+    int id = ++r->nchart;
+    PUT(r, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", (int)WIDTH,
+        (int)(p->bottom + 46));
+    om__report_escape(r, c->title);
+    PUT(r, "\">\n<clipPath id=\"plot%d\"><rect", id);
+    put_attribute(r, "x", PLOT_LEFT), put_attribute(r, "width", PLOT_RIGHT - PLOT_LEFT);
+    put_attribute(r, "y", p->top - 2), put_attribute(r, "height", PLOT_HEIGHT + 4);
+    PUT(r, "/></clipPath>\n");
+    put_spans(p);
+    put_axes(p);
+    put_events(p);
+    PUT(r, "<g clip-path=\"url(#plot%d)\">\n", id);
+    for (int s = 0; s < c->nseries; ++s) put_series(p, s);
+    PUT(r, "</g>\n");
+    put_limit(p);
+    PUT(r, "</svg>\n");
+}
+
+static OmStatus check_chart(const OmReportChart* c) {
+    const char* title = c->title ? c->title : "";
+    OM_CHECK(c->nseries >= 0 && c->nseries <= OM_REPORT_MAX_SERIES, OM_INVALID,
+             "report: chart \"%s\" of %d series; up to %d", title, c->nseries,
+             OM_REPORT_MAX_SERIES);
+    return OM_OK;
+}
+
+void om_report_chart(OmReport* r, const OmReportChart* chart) {
+    om__report_begin_block(r);
+    om__report_keep(r, check_chart(chart));
+    if (r->status < 0) return;
+    Plot plot = {.report = r, .chart = chart};
+    PUT(r, "<figure class=\"chart\">");
+    put_caption(r, chart);
+    if (choose_ranges(&plot))
+        put_plot(&plot);
+    else
+        PUT(r, "<p>No values were recorded.</p>\n");
+    PUT(r, "</figure>\n");
 }

@@ -1,45 +1,5 @@
 // Reports: tags that close, text that is escaped, charts that survive bad numbers.
-#include "omentum/report.h"
-#include "test_common.h"
-
-// Every tag that opens also closes, in order; void elements and comments aside.
-static void assert_well_formed(const char* html) {
-    const char* open[64];
-    size_t len[64];
-    int depth = 0;
-    for (const char* p = strchr(html, '<'); p; p = strchr(p + 1, '<')) {
-        if (p[1] == '!') continue;
-        const char* name = p[1] == '/' ? p + 2 : p + 1;
-        size_t n = strcspn(name, " \n>/");
-        const char* end = strchr(p, '>');
-        assert_non_null(end);
-        if (p[1] == '/') {
-            assert_true(depth > 0);
-            --depth;
-            if (len[depth] != n || strncmp(open[depth], name, n) != 0) {
-                fail_msg("</%.*s> closes <%.*s>", (int)n, name, (int)len[depth], open[depth]);
-            }
-        } else if (end[-1] != '/' && strncmp(name, "meta", 4) != 0 &&
-                   strncmp(name, "img", 3) != 0) {
-            assert_true(depth < 64);
-            open[depth] = name;
-            len[depth++] = n;
-        }
-    }
-    assert_int_equal(depth, 0);
-}
-
-static char* save_and_read(OmReport* r) {
-    char path[] = "/tmp/omentum-report-XXXXXX";
-    int fd = mkstemp(path);
-    assert_true(fd >= 0);
-    assert_ok(om_report_save(r, path));
-    char* html;
-    size_t size;
-    assert_ok(om_file_read(path, 1 << 24, &html, &size));
-    remove(path);
-    return html;
-}
+#include "report_check.h"
 
 static void blocks_are_well_formed_and_escaped(void** state) {
     (void)state;
@@ -52,6 +12,9 @@ static void blocks_are_well_formed_and_escaped(void** state) {
     const char* label[] = {"force", "height"};
     om_report_facts(&r, value, label, 2);
     om_report_table(&r, label, 2, value, 1);
+    const char* cell[] = {"a", "1", "b", "-2.5", "3 c", NULL};
+    om_report_table(&r, label, 2, cell, 3);
+    om_report_listing(&r, "reach(psm1, 2, 3) <- free\n  pull");
     om_report_details(&r, "why", "x < y\n");
     OmPicture picture;
     assert_ok(om_picture_init(&picture, 4, 3, 3));
@@ -60,12 +23,14 @@ static void blocks_are_well_formed_and_escaped(void** state) {
     om_report_picture(&r, &picture, "second");
     om_report_heading(&r, "After pictures");
     om_picture_done(&picture);
-    char* html = save_and_read(&r);
-    assert_well_formed(html);
+    char* html = checked_page(&r);
     assert_null(strstr(html, "<script"));
     assert_non_null(strstr(html, "A &lt;title&gt; &amp; more"));
     assert_non_null(strstr(html, "data:image/png;base64,iVBORw0KGgo"));
-    assert_null(strstr(html, "http"));  // needs nothing else
+    assert_int_equal(count_text(html, "<td class=\"n\">"), 4);  // columns of numbers stand right
+    // It needs nothing else: no address but data.
+    assert_int_equal(count_text(html, "src=\""), count_text(html, "src=\"data:"));
+    assert_int_equal(count_text(html, "href=") + count_text(html, "http"), 0);
     om_free(html);
 }
 
@@ -90,8 +55,7 @@ static void charts_survive_bad_numbers(void** state) {
     om_report_chart(&r, &empty);
     OmReportChart flat = {.title = "flat", .nseries = 1, .series = {{"flat", same, same, 5}}};
     om_report_chart(&r, &flat);
-    char* html = save_and_read(&r);
-    assert_well_formed(html);
+    char* html = checked_page(&r);
     assert_null(strstr(html, "nan,"));
     assert_null(strstr(html, ",nan"));
     assert_null(strstr(html, "inf"));
@@ -119,6 +83,12 @@ static void refused_memory_is_told_at_the_end(void** state) {
         om_set_allocator(&failing);
         OmReport r;
         om_report_begin(&r, "t", "s");
+        OmPicture picture;
+        if (om_picture_init(&picture, 4, 3, 3) == OM_OK) {
+            memset(picture.pixel, 0, 36);
+            om_report_picture(&r, &picture, "caption");
+            om_picture_done(&picture);
+        }
         for (int i = 0; i < 200; ++i)
             om_report_paragraph(&r, "a paragraph that makes the text grow");
         status = om_report_save(&r, "/dev/null/none");
@@ -130,10 +100,25 @@ static void refused_memory_is_told_at_the_end(void** state) {
     assert_true(tries > 2);
 }
 
+static void misuse_is_told_at_the_end(void** state) {
+    (void)state;
+    OmReport r;
+    om_report_begin(&r, "Table", NULL);
+    om_report_table(&r, NULL, 0, NULL, 1);
+    om_report_paragraph(&r, "after the failure");
+    assert_status(om_report_save(&r, "/nowhere/report.html"), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "0; 1 to 32 columns"));
+    om_report_begin(&r, "Folder", NULL);
+    assert_status(om_report_save(&r, "/no/such/folder/report.html"), OM_IO);
+    om_report_done(&r);  // harmless after saving
+    om_report_done(NULL);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_are_well_formed_and_escaped),
         cmocka_unit_test(charts_survive_bad_numbers),
+        cmocka_unit_test(misuse_is_told_at_the_end),
         cmocka_unit_test(refused_memory_is_told_at_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

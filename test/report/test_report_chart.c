@@ -1,0 +1,183 @@
+// test_report_chart.c: where points land, what ticks say, and what is left out.
+#include "report_check.h"
+
+static char* draw(const OmReportChart* chart) {
+    OmReport r;
+    om_report_begin(&r, "Chart", NULL);
+    om_report_chart(&r, chart);
+    return checked_page(&r);
+}
+
+// Points and moves of the first line of a page.
+static int count_in_path(const char* html, char letter) {
+    const char* d = strstr(html, "<path class=\"data c0\" d=\"");
+    assert_non_null(d);
+    d += strlen("<path class=\"data c0\" d=\"");
+    int n = 0;
+    for (; *d && *d != '"'; ++d) n += *d == letter;
+    return n;
+}
+
+static void test_corners(void** state) {
+    (void)state;
+    // x from 0 to 10 spans 58 to 944 px, y from 0 to 1 spans 218 to 8 px.
+    const double x[] = {0, 5, 10}, y[] = {0, 0.5, 1};
+    OmReportSeries s = {"line", x, y, 3, false};
+    char* html = draw(&(OmReportChart){.title = "share",
+                                       .x_label = "time, s",
+                                       .series = {s},
+                                       .nseries = 1,
+                                       .has_range = true,
+                                       .y_max = 1});
+    assert_non_null(strstr(html, "d=\"M58.0 218.0h0L501.0 113.0L944.0 8.0\""));
+    assert_non_null(strstr(html, ">0.2</text>"));
+    assert_non_null(strstr(html, ">10</text>"));
+    assert_int_equal(count_text(html, "class=\"legend\""),
+                     0);  // one series: the title names it
+    om_free(html);
+}
+
+static void test_steps(void** state) {
+    (void)state;
+    const double x[] = {0, 5, 10}, y[] = {0, 1, 0};
+    OmReportSeries s = {"rate", x, y, 3, true};
+    char* html = draw(&(OmReportChart){
+        .title = "rate", .series = {s}, .nseries = 1, .has_range = true, .y_max = 1});
+    assert_non_null(strstr(html, "d=\"M58.0 218.0h0H501.0V8.0H944.0V218.0\""));
+    om_free(html);
+}
+
+static void test_gaps(void** state) {
+    (void)state;
+    const double x[] = {0, 1, 2, 3, 4, 5}, y[] = {0, 1, NAN, 1, INFINITY, 2};
+    OmReportSeries s = {"gaps", x, y, 6, false};
+    char* html = draw(&(OmReportChart){.title = "gaps", .series = {s}, .nseries = 1});
+    assert_int_equal(count_in_path(html, 'M'), 3);
+    assert_int_equal(count_in_path(html, 'L'), 1);
+    assert_int_equal(count_text(html, "nan") + count_text(html, "inf"), 0);
+    om_free(html);
+}
+
+static void test_nothing_to_draw(void** state) {
+    (void)state;
+    const double x[] = {0, 1}, y[] = {NAN, 1e305};
+    OmReportSeries s[] = {{"nan", x, y, 2, false}, {"empty", NULL, NULL, 0, false}};
+    char* html = draw(&(OmReportChart){
+        .title = "none", .series = {s[0], s[1]}, .nseries = 2, .has_limit = true, .limit = 3});
+    assert_non_null(strstr(html, "No values were recorded"));
+    assert_null(strstr(html, "<svg"));
+    om_free(html);
+    html = draw(&(OmReportChart){.title = "no series"});
+    assert_non_null(strstr(html, "No values were recorded"));
+    om_free(html);
+}
+
+static void test_one_empty_series_of_two(void** state) {
+    (void)state;
+    const double x[] = {0, 1}, y[] = {1, 2};
+    OmReportSeries s[] = {{"empty", NULL, NULL, 0, false}, {"full", x, y, 2, false}};
+    char* html = draw(&(OmReportChart){.title = "two", .series = {s[0], s[1]}, .nseries = 2});
+    assert_int_equal(count_text(html, "class=\"legend\""), 1);
+    assert_int_equal(count_in_path(html, 'M'), 0);
+    om_free(html);
+}
+
+static void test_scales(void** state) {
+    (void)state;
+    // One point, constants, zero, tiny and huge values: each gives ticks and numbers.
+    const double value[][3] = {{7, 7, 7},
+                               {0, 0, 0},
+                               {1e-9, 2e-9, 3e-9},
+                               {-4e12, 3e12, 1e11},
+                               {-1e299, 1e299, 0},
+                               {1e9, 1e9 + 1e-3, 1e9},
+                               {-0.05, -0.03, -0.04}};
+    const double x[] = {1e-3, 2e-3, 3e-3};
+    for (size_t k = 0; k < sizeof value / sizeof *value; ++k) {
+        for (int n = 1; n <= 3; n += 2) {
+            OmReportSeries s = {"scale", x, value[k], n, false};
+            char* html = draw(&(OmReportChart){.title = "scale", .series = {s}, .nseries = 1});
+            int nline = count_text(html, "class=\"grid\"");
+            if (nline < 2 || nline > 12)
+                fail_msg("%d ticks for values of about %g", nline, value[k][0]);
+            assert_int_equal(count_text(html, "nan") + count_text(html, "inf"), 0);
+            om_free(html);
+        }
+    }
+}
+
+static void test_marks(void** state) {
+    (void)state;
+    const double x[] = {0, 10}, y[] = {0, 0.2};
+    OmReportSeries s = {"force", x, y, 2, false};
+    OmReportSpan span[] = {
+        {"reach", 0, 4, false}, {"pull & hold", 4, 4.05, true}, {"lost", NAN, 4, false}};
+    const double event[] = {5, 6, 11, NAN};
+    char* html = draw(&(OmReportChart){.title = "force",
+                                       .series = {s},
+                                       .nseries = 1,
+                                       .has_limit = true,
+                                       .limit = 0.3,
+                                       .limit_name = "threshold <0.3 N>",
+                                       .span = span,
+                                       .nspan = 3,
+                                       .event = event,
+                                       .nevent = 4});
+    assert_int_equal(count_text(html, "class=\"limit\""),
+                     1);  // in range, though above the data
+    assert_non_null(strstr(html, "threshold &lt;0.3 N&gt;"));
+    assert_int_equal(count_text(html, "class=\"span"), 3);  // two strips, one of them named
+    assert_non_null(strstr(html, "1 reach</text>"));
+    assert_non_null(strstr(html, "<title>2 pull &amp; hold</title>"));
+    assert_int_equal(count_text(html, "class=\"event\""), 2);
+    om_free(html);
+}
+
+static void test_dense_series_keep_peaks(void** state) {
+    (void)state;
+    enum { N = 200000 };
+    double *x = malloc(N * sizeof *x), *y = malloc(N * sizeof *y);
+    assert_non_null(x);
+    assert_non_null(y);
+    for (int i = 0; i < N; ++i) {
+        x[i] = 1e-3 * i;
+        y[i] = 0.5;
+    }
+    y[77777] = 1;  // one sample of 200,000
+    y[123456] = NAN;
+    OmReportSeries s = {"dense", x, y, N, false};
+    char* html = draw(&(OmReportChart){
+        .title = "dense", .series = {s}, .nseries = 1, .has_range = true, .y_max = 1});
+    int npoint = count_in_path(html, 'L') + count_in_path(html, 'M');
+    assert_true(npoint < 4 * 890);
+    assert_int_equal(count_in_path(html, 'M'), 2);
+    assert_int_equal(count_text(html, " 8.0L"), 1);  // the peak, at the top of the plot
+    om_free(html);
+    free(x);
+    free(y);
+}
+
+static void test_misuse(void** state) {
+    (void)state;
+    OmReport r;
+    om_report_begin(&r, "Bad", NULL);
+    om_report_chart(&r, &(OmReportChart){.title = "many", .nseries = 9});
+    om_report_paragraph(&r, "later calls change nothing");
+    assert_status(om_report_save(&r, "/nowhere/report.html"), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "\"many\""));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_corners),
+        cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_gaps),
+        cmocka_unit_test(test_nothing_to_draw),
+        cmocka_unit_test(test_one_empty_series_of_two),
+        cmocka_unit_test(test_scales),
+        cmocka_unit_test(test_marks),
+        cmocka_unit_test(test_dense_series_keep_peaks),
+        cmocka_unit_test(test_misuse),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
