@@ -8,9 +8,10 @@
 //     |/  organ   \ |
 //
 // u is the organ's longest axis across n, v = n x u; outline and plane are taken at the foot of a point on
-// the organ, so that the rim stands upright on it, and the sheet ends where the image ends. Fat bridges what is narrower than itself, such as the
-// hilum of a kidney, so the sheet lies on the organ's closing by a ball. The tumour is a low dome on the
-// organ; the organ's distance field is rebuilt with it, so that the sheet lies on the tumour as well.
+// the organ, so that the rim stands upright on it, and the sheet ends where the image ends. Fat bridges
+// what is narrower than itself, such as the hilum of a kidney, so the sheet lies on the organ's closing by
+// a ball. The tumour is a low dome on the organ; the organ's distance field is rebuilt with it, so that the
+// sheet lies on the tumour as well.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

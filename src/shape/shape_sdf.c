@@ -248,6 +248,8 @@ typedef struct RefineTask {
     const int *adr, *corner;  // triangles around each vertex
 } RefineTask;
 
+static bool has_vertex(const int* tri, int v) { return tri[0] == v || tri[1] == v || tri[2] == v; }
+
 // The exact distance of a node to the triangles around its closest one.
 static double refined_distance2(const RefineTask* task, size_t n, OmVec3 p) {
     const OmSurface* s = task->surface;
@@ -256,6 +258,9 @@ static double refined_distance2(const RefineTask* task, size_t n, OmVec3 p) {
     for (int c = 0; c < 3; c++) {
         for (int i = task->adr[near[c]]; i < task->adr[near[c] + 1]; i++) {
             const int* v = &s->tri_vert[3 * (size_t)(task->corner[i] / 3)];
+            // those that also touch an earlier corner were looked at there
+            bool is_done = c > 0 && has_vertex(v, near[0]);
+            if (is_done || (c > 1 && has_vertex(v, near[1]))) continue;
             OmVec3 q = closest_on_triangle(p, om_load3(s->x, v[0]), om_load3(s->x, v[1]),
                                            om_load3(s->x, v[2]));
             best = fmin(best, om_norm2(om_sub(p, q)));

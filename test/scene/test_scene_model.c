@@ -186,6 +186,52 @@ static void test_cancel_leaves_nothing(void** unused) {
     om_volume_done(&v);
 }
 
+// ---- every allocation failing in turn --------------------------------------------------------------------
+
+static int countdown;
+static void* failing_alloc(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    if (countdown-- == 0) return NULL;
+    return aligned_alloc(align, (size + align - 1) / align * align);
+}
+static void failing_free(void* ctx, void* ptr) {
+    (void)ctx;
+    free(ptr);
+}
+
+static void test_failing_allocations(void** unused) {
+    (void)unused;
+    enum { N = 10 };
+    OmVolume v;
+    assert_ok(om_volume_init(&v, N, N, N));
+    v.axis = om_mat3_scale(0.008, om_mat3_identity());
+    for (int n = 0; n < N * N * N; n++) {
+        OmVec3 p = om_vec3(n % N - 4.5, n / N % N - 4.5, n / N / N - 4.5);
+        v.value[n] = om_norm(p) < 3.5;
+    }
+    OmModelDef def = om_model_default_def("ball", 0.02);
+    def.sheet.thickness = 0.03;
+    def.sheet.bridge = 0.005;
+    def.nworker = 1;
+    def.refine = false;
+    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    int64_t alive = om_alloc_alive();
+    om_set_allocator(&failing);
+    int nfail = 0;
+    for (OmStatus status = OM_NO_MEMORY; status != OM_OK;
+         nfail += 21) {  // of 300; room shape tests all
+        OmPatient p;
+        countdown = nfail;
+        status = om_model_build_volume(&def, &v, NULL, &p, NULL);
+        if (status == OM_OK) om_patient_done(&p);
+        assert_true(status == OM_OK || status == OM_NO_MEMORY);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    om_set_allocator(NULL);
+    assert_true(nfail > 100);
+    om_volume_done(&v);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sheet_on_an_ellipsoid),
@@ -193,6 +239,7 @@ int main(void) {
         cmocka_unit_test(test_bad_input_is_named),
         cmocka_unit_test(test_directions),
         cmocka_unit_test(test_cancel_leaves_nothing),
+        cmocka_unit_test(test_failing_allocations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
