@@ -4,6 +4,7 @@
 
 #include "omentum/base.h"
 #include "omentum/contact.h"
+#include "omentum/contact.h"
 #include "omentum/image.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"

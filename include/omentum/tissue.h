@@ -97,6 +97,9 @@ OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueSta
 /// Nonzero where attached (nvert).
 OM_API const unsigned char* om_tissue_attached(const OmTissueState* state);
 
+/// Is vertex i moved by a tool or held still, rather than by forces?
+OM_API bool om_tissue_is_prescribed(const OmTissueModel* model, const OmTissueState* state, int i);
+
 // ---- grasping (thesis 6.4.7) ----------------------------------------------------------------------
 
 /// Hold the vertices within `radius` (0: 5 mm) of the tip; they follow the tool rigidly. Vertices held

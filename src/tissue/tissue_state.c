@@ -84,6 +84,10 @@ OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int 
     return OM_OK;
 }
 
+bool om_tissue_is_prescribed(const OmTissueModel* m, const OmTissueState* s, int i) {
+    return om__is_prescribed(m, s, i);
+}
+
 // ---- grasping -------------------------------------------------------------------------------------
 
 static OmStatus check_arm(int arm, OmPose pose) {

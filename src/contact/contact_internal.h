@@ -1,0 +1,37 @@
+// contact_internal.h: what the files of the room share.
+#ifndef OMENTUM_CONTACT_INTERNAL_H
+#define OMENTUM_CONTACT_INTERNAL_H
+
+#include "omentum/contact.h"
+
+typedef struct OmContactPair {  // a vertex near an obstacle, in one step
+    int vert, obstacle;
+    OmVec3 n;         // from the obstacle to the tissue, unit
+    double gap;       // m, at the beginning of the step, by the plane that stands for the obstacle
+    double goal;      // m, the gap that is asked for at its end, <= 0
+    double k;         // N/m
+    double push;      // N, normal force of the last solve
+    double drag;      // N s/m, friction of the last solve
+    bool is_active;   //
+    bool was_let_go;  // left the active set in this step
+} OmContactPair;
+
+struct OmContact {
+    OmContactDef def;       // its arrays are the copies below
+    OmContactPlane* plane;  // normals of unit length
+    const OmSdf** sdf;      //
+    OmContactField* field;  //
+    int nobstacle;          // planes, then sdfs, then fields
+    double size;            // m, of the model, which scales tolerances
+    int nsurface;           //
+    int* surface_vert;      // vertices that may touch                        (nsurface)
+    int npair;              //
+    OmContactPair* pair;    //                                    (nsurface x nobstacle)
+    // computed by the last step
+    OmContactReport report;
+};
+
+/// Distance of p to an obstacle less the offset, and the unit normal.
+double om__contact_gap(const OmContact* contact, int obstacle, OmVec3 p, OmVec3* n);
+
+#endif
