@@ -1,0 +1,161 @@
+/// omentum/scene.h: a scene is everything a run needs to know, read from one YAML file (floor 4).
+///
+/// A scene names the tissue (a sheet made here, a ready mesh, or a patient model), its material, where it
+/// is attached, the region of interest (ROI) it hides, the cameras, the arms and the limits of the task.
+/// A *site* is the operating site built from it: a mesh, the still anatomy around it and the ROI. Scenes
+/// speak in a task frame: origin at the centre of the tissue's underside, z against gravity, the
+/// endoscope on the side of -x, PSM1 on the side of -y, PSM2 on that of +y.
+///
+///     OmScene scene;
+///     om_scene_load("scenes/sheet.yaml", &scene);
+///     OmSite site;
+///     om_site_build(&scene, OM_SITE_TWIN, NULL, &site);
+///     ... om_site_done(&site);
+#ifndef OMENTUM_SCENE_H
+#define OMENTUM_SCENE_H
+
+#include "omentum/base.h"
+#include "omentum/shape.h"
+#include "omentum/shape_sdf.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_SCENE_NAME 64
+#define OM_SCENE_PATH 512
+
+typedef enum OmTissueSource {
+    OM_SOURCE_SHEET,    // a box made here, lying on a board
+    OM_SOURCE_MESH,     // a ready tetrahedral mesh lying on a board
+    OM_SOURCE_PATIENT,  // a patient model's YAML file: tissue over an organ
+    OM_SOURCE_VOLUME    // the same, built from a segmented CT by the scene's own settings
+} OmTissueSource;
+
+typedef struct OmSceneTissue {
+    int source;                // OmTissueSource
+    OmVec3 size;               // m, of a sheet; default 120 x 120 x 5 mm
+    OmVec3 cells;              // of the twin's sheet, default 20 x 20 x 1
+    OmVec3 world_cells;        // of the simulated world's sheet, default 30 x 30 x 2
+    char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
+    double unit;               // of a ready mesh, m; default 1
+    OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
+    OmVec3 view;  // from the tissue towards the endoscope; default -x
+    double young, poisson;      // Pa and 1; default 3000 and 0.45
+    double density;             // kg/m^3; default 1000
+    double rayleigh_mass;       // 1/s; default 0.1
+    double rayleigh_stiffness;  // s; default 0.01
+    double gravity;             // m/s^2, downwards; default 9.81
+} OmSceneTissue;
+
+typedef struct OmSceneModel {        // how a patient model is built from a volume; see OmModelDef
+    int label;                       // of the organ in the volume
+    double edge, world_edge;         // mean edge of the twin's and of the world's mesh, m
+    double thickness;                // of the sheet of fat, m
+    char side[64];                   // of the organ that it covers: "anterior", "lateral", ...
+    double half_length, half_width;  // m
+    char attach[64];                 // what holds it: "border:medial 25 %"
+    double tumour_radius;            // m
+    OmVec3 tumour_shift;             // along, across the sheet, m; z is not used
+} OmSceneModel;
+
+typedef enum OmAttachKind {
+    OM_ATTACH_RANDOM,  // a random patch of the underside (thesis 4.2.1), covering a random share of it
+    OM_ATTACH_BOX,     // underside vertices inside a box of the task frame
+    OM_ATTACH_SET      // the mesh's own set "attachment"
+} OmAttachKind;
+
+typedef struct OmSceneAttach {
+    int kind;                     // OmAttachKind
+    double share_min, share_max;  // of the underside; default 0.1 to 0.5
+    OmVec3 lo, hi;                // m, the box
+    double stiffness;             // N/m per vertex; 0 (default) holds the vertices still
+} OmSceneAttach;
+
+typedef struct OmSceneRoi {
+    bool is_random;  // anywhere free under the tissue; default true
+    OmVec3 center;   // m, task frame, if not random
+    double radius;   // m; default 8 mm
+    double margin;   // m, from the border of the tissue and from attachments; default 5 mm
+} OmSceneRoi;
+
+typedef struct OmSceneCamera {
+    double distance;    // m from the task frame's origin
+    double elevation;   // rad above the horizontal
+    double fov;         // rad, vertical
+    int width, height;  // pixels
+} OmSceneCamera;
+
+typedef struct OmSceneWorld {  // what the simulated world hides from the twin
+    double young_factor;       // true Young's modulus over the twin's; default 0.85
+    double density_factor;     // default 1
+    double tool_noise;         // m, standard deviation of a measured tool position; default 0.2 mm
+    bool has_depth_noise;      // default true
+} OmSceneWorld;
+
+typedef struct OmSceneTask {
+    int grid;                // N of the N x N grasping points; default 5
+    double force_threshold;  // N, epsilon of Alg. 4; calibrated per scene
+    double max_height;       // m; default 50 mm
+    double pull_step;        // m; default 10 mm
+    double visibility;       // share that counts as exposed; default 0.8
+    double speed;            // m/s; default 20 mm/s
+    double grasp_radius;     // m; default 5 mm
+    double time_step;        // s; default 0.02
+    int max_actions;         // default 60
+    double retract;          // m, how far move_away goes; default 100 mm
+} OmSceneTask;
+
+typedef struct OmScene {
+    char name[OM_SCENE_NAME];
+    char path[OM_SCENE_PATH];       // the file it came from
+    char data_root[OM_SCENE_PATH];  // files are relative to it; default: the scene's folder
+    int seed;                       // of attachments, ROI and noise; --layout sets it
+    OmSceneTissue tissue;
+    OmSceneModel model;
+    OmSceneAttach attach;
+    OmSceneRoi roi;
+    OmSceneCamera endoscope, rgbd;
+    OmSceneWorld world;
+    OmSceneTask task;
+} OmScene;
+
+/// The defaults above: the thesis's sheet.
+OM_API OmScene om_scene_default(void);
+/// Read a scene file; OM_INVALID names file, line, key and remedy.
+OM_API OmStatus om_scene_load(const char* path, OmScene* scene);
+OM_API OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene);
+
+typedef enum OmSiteRole {
+    OM_SITE_TWIN,  // what the robot believes: coarse enough for real time
+    OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh
+} OmSiteRole;
+
+typedef struct OmSite {
+    OmTetMesh mesh;          // world frame; sets "underside", "top", "attachment"
+    OmPose pose_world_task;  // task frame
+    OmVec3 half_size;        // m, half the extent of the tissue in the task frame
+    bool has_ground;         // a board at the task frame's z = 0
+    bool has_organ;          // still anatomy under the tissue
+    OmSurface organ;         //
+    OmSdf organ_sdf;         //
+    int nroi;                // sample points of the ROI's surface
+    double* roi_x;           // world frame, m      (nroi x 3)
+    double* roi_n;           // outward normals     (nroi x 3)
+    OmSurface roi;           // to be drawn
+    OmVec3 roi_center;       // world frame, m
+    double young, density;   // of this site's tissue, Pa and kg/m^3
+    OmVec3 gravity;          // world frame, m/s^2
+} OmSite;
+
+/// Build the twin's or the world's site. Both have the same anatomy, attachments and ROI; the world has
+/// another mesh and, by OmSceneWorld, another stiffness.
+OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
+                              OmSite* site);
+OM_API void om_site_done(OmSite* site);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

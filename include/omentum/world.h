@@ -1,0 +1,135 @@
+/// omentum/world.h: one interface to an operating field (floor 4).
+///
+/// Whoever acts sees a world through observations and moves it through commands, and cannot tell a
+/// simulated field from a real one. The simulated field is a body of its own: another mesh, another
+/// stiffness, noise on what is measured. A *body* is soft tissue on its still anatomy, with contact, ready
+/// to be stepped; the robot's internal twin is one, the simulated world holds another.
+///
+///     OmWorld* world;
+///     om_world_create_simulated(&scene, NULL, &world);
+///     om_world_move(world, 0, p_world, 0.02);              // PSM1's tip, at 20 mm/s
+///     om_world_advance(world, 0.02);
+///     om_world_observe(world, OM_OBSERVE_VISIBILITY, &obs);
+///     om_world_destroy(world);
+#ifndef OMENTUM_WORLD_H
+#define OMENTUM_WORLD_H
+
+#include "omentum/image.h"
+#include "omentum/scene.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_WORLD_NARM 2
+
+// ---- bodies ---------------------------------------------------------------------------------------------
+
+/// Soft tissue with its contact, as the twin and the simulated world hold one each.
+typedef struct OmBody OmBody;
+
+typedef struct OmBodyForces {     // N; world frame
+    OmVec3 grasp[OM_WORLD_NARM];  // force the tool exerts on the patch it holds
+    OmVec3 pull[OM_WORLD_NARM];   // the same less the weight that the ground does not carry
+    OmVec3 attachment;            // of what the tissue is attached to, on the tissue
+    OmVec3 contact;               // of ground and organ, on the tissue
+    OmVec3 weight;                // of the tissue
+} OmBodyForces;
+
+typedef struct OmBodyReport {  // of the last step
+    int iterations;            // of the linear solver, all substeps
+    double residual;           // |b - A x| / |b|, the worst
+    int substeps;              // 1 unless the step had to be cut
+    int ncontact;              // vertices in contact
+    double penetration;        // m, the deepest
+} OmBodyReport;
+
+/// @param site  borrowed until destroy
+OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
+                               OmBody** body);
+OM_API void om_body_destroy(OmBody* body);
+/// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
+OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,
+                              int* nheld);
+OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
+OM_API void om_body_release(OmBody* body, int arm);
+OM_API bool om_body_is_holding(const OmBody* body, int arm);
+OM_API OmStatus om_body_step(OmBody* body, double dt, OmBodyReport* report);
+/// Step until it rests: speeds below `speed` m/s, at most `seconds`.
+OM_API OmStatus om_body_settle(OmBody* body, double dt, double speed, double seconds);
+/// Vertex positions, m (nvert x 3); valid until the next step.
+OM_API const double* om_body_x(const OmBody* body);
+OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
+/// Forces on each vertex by what holds it: tools, attachments, contact; N (nvert x 3).
+OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
+OM_API const OmSite* om_body_site(const OmBody* body);
+OM_API uint64_t om_body_hash(const OmBody* body);
+/// Snapshots: a block of om_body_state_size bytes.
+OM_API size_t om_body_state_size(const OmBody* body);
+OM_API void om_body_save(const OmBody* body, void* block);
+OM_API void om_body_restore(OmBody* body, const void* block);
+
+// ---- worlds ---------------------------------------------------------------------------------------------
+
+typedef struct OmArmObservation {
+    OmVec3 tip;       // measured position, world frame, m
+    double jaw;       // opening, rad
+    bool is_moving;   // a commanded motion is under way
+    bool is_holding;  // tissue between the jaws
+} OmArmObservation;
+
+enum {                          // what to observe beside the arms
+    OM_OBSERVE_VISIBILITY = 1,  // share of the ROI that the endoscope sees
+    OM_OBSERVE_IMAGE = 2,       // the endoscope's picture
+    OM_OBSERVE_CLOUD = 4        // the depth camera's points on the tissue
+};
+
+typedef struct OmObservation {  // om_observation_done frees; zero-initialise
+    double time;                // s
+    OmArmObservation arm[OM_WORLD_NARM];
+    double visibility;  // 0 to 1
+    OmPicture image;    //
+    int ncloud;         //
+    double* cloud;      // m, world frame  (ncloud x 3)
+} OmObservation;
+
+typedef struct OmWorld OmWorld;
+
+/// What a kind of world does; a real robot fills the same table.
+typedef struct OmWorldOps {
+    void (*destroy)(OmWorld* world);
+    OmStatus (*move)(OmWorld* world, int arm, OmVec3 tip, double speed);
+    OmStatus (*set_jaw)(OmWorld* world, int arm, double angle);
+    void (*stop)(OmWorld* world, int arm);
+    OmStatus (*advance)(OmWorld* world, double dt);
+    OmStatus (*observe)(OmWorld* world, unsigned what, OmObservation* observation);
+} OmWorldOps;
+
+struct OmWorld {  // head of every kind of world
+    const OmWorldOps* ops;
+};
+
+/// Command a straight motion of the tip, orientation kept, at `speed` m/s; returns at once.
+/// @return OM_OK; OM_INVALID if the arm cannot get there: the message says which joint forbids it
+OM_API OmStatus om_world_move(OmWorld* world, int arm, OmVec3 tip, double speed);
+/// Command the jaw, rad. Below 20 degrees it closes on the tissue at the tip; above, it lets go.
+OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
+OM_API void om_world_stop(OmWorld* world, int arm);
+OM_API OmStatus om_world_advance(OmWorld* world, double dt);
+OM_API OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation);
+OM_API void om_world_destroy(OmWorld* world);
+OM_API void om_observation_done(OmObservation* observation);
+
+/// A simulated operating field; `site` (of role OM_SITE_WORLD) is borrowed.
+OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site,
+                                          OmWorld** world);
+/// The truth inside a simulated world, for recordings and for judging; null for any other world.
+OM_API OmBody* om_world_truth(OmWorld* world);
+/// The endoscope's view of a simulated world at any size, for reports.
+OM_API OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

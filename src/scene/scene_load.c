@@ -1,0 +1,200 @@
+// scene_load.c: the keys of a scene file.
+#include <string.h>
+
+#include "omentum/scene.h"
+#include "omentum/scene_yaml.h"
+
+#define MM 1e-3
+#define DEG (OM_PI / 180.0)
+#define AT(type, member) offsetof(type, member)
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+
+static const char* const source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
+static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
+
+static const OmYamlField tissue_field[] = {
+    {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = source_name, .is_required = true},
+    {"size_mm", OM_YAML_VEC3, AT(OmSceneTissue, size), .min = 1, .max = 1000, .scale = MM},
+    {"cells", OM_YAML_VEC3, AT(OmSceneTissue, cells), .min = 1, .max = 200},
+    {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 1, .max = 200},
+    {"file", OM_YAML_STRING, AT(OmSceneTissue, file), .size = OM_SCENE_PATH},
+    {"unit_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, unit), .min = 1e-3, .max = 1e3, .scale = MM},
+    {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1},
+    {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1},
+    {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},
+    {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = 0.499},
+    {"density", OM_YAML_DOUBLE, AT(OmSceneTissue, density), .min = 1, .max = 20000},
+    {"rayleigh_mass", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_mass), .min = 0, .max = 1000},
+    {"rayleigh_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_stiffness), .min = 0,
+     .max = 10},
+    {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
+};
+static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL};
+
+static const OmYamlField model_field[] = {
+    {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535},
+    {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, edge), .min = 0.5, .max = 50, .scale = MM},
+    {"world_edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, world_edge), .min = 0.5, .max = 50,
+     .scale = MM},
+    {"thickness_mm", OM_YAML_DOUBLE, AT(OmSceneModel, thickness), .min = 1, .max = 100,
+     .scale = MM},
+    {"side", OM_YAML_STRING, AT(OmSceneModel, side), .size = 64},
+    {"half_length_mm", OM_YAML_DOUBLE, AT(OmSceneModel, half_length), .max = 500, .scale = MM},
+    {"half_width_mm", OM_YAML_DOUBLE, AT(OmSceneModel, half_width), .max = 500, .scale = MM},
+    {"attach", OM_YAML_STRING, AT(OmSceneModel, attach), .size = 64},
+    {"tumour_radius_mm", OM_YAML_DOUBLE, AT(OmSceneModel, tumour_radius), .min = 1, .max = 100,
+     .scale = MM},
+    {"tumour_shift_mm", OM_YAML_VEC3, AT(OmSceneModel, tumour_shift), .scale = MM},
+};
+static const OmYamlSchema model_schema = {"model", model_field, COUNT(model_field), NULL};
+
+static const OmYamlField attach_field[] = {
+    {"kind", OM_YAML_ENUM, AT(OmSceneAttach, kind), .name = attach_name, .is_required = true},
+    {"share_min", OM_YAML_DOUBLE, AT(OmSceneAttach, share_min), .min = 0.01, .max = 0.95},
+    {"share_max", OM_YAML_DOUBLE, AT(OmSceneAttach, share_max), .min = 0.01, .max = 0.95},
+    {"lo_mm", OM_YAML_VEC3, AT(OmSceneAttach, lo), .scale = MM},
+    {"hi_mm", OM_YAML_VEC3, AT(OmSceneAttach, hi), .scale = MM},
+    {"stiffness", OM_YAML_DOUBLE, AT(OmSceneAttach, stiffness), .min = 0, .max = 1e9},
+};
+static const OmYamlSchema attach_schema = {"attachments", attach_field, COUNT(attach_field), NULL};
+
+static const OmYamlField roi_field[] = {
+    {"random", OM_YAML_BOOL, AT(OmSceneRoi, is_random)},
+    {"center_mm", OM_YAML_VEC3, AT(OmSceneRoi, center), .scale = MM},
+    {"radius_mm", OM_YAML_DOUBLE, AT(OmSceneRoi, radius), .min = 0.5, .max = 100, .scale = MM},
+    {"margin_mm", OM_YAML_DOUBLE, AT(OmSceneRoi, margin), .min = 0, .max = 100, .scale = MM},
+};
+static const OmYamlSchema roi_schema = {"roi", roi_field, COUNT(roi_field), NULL};
+
+static const OmYamlField camera_field[] = {
+    {"distance_mm", OM_YAML_DOUBLE, AT(OmSceneCamera, distance), .min = 10, .max = 2000,
+     .scale = MM},
+    {"elevation_deg", OM_YAML_DOUBLE, AT(OmSceneCamera, elevation), .min = 1, .max = 90,
+     .scale = DEG},
+    {"fov_deg", OM_YAML_DOUBLE, AT(OmSceneCamera, fov), .min = 5, .max = 150, .scale = DEG},
+    {"width", OM_YAML_INT, AT(OmSceneCamera, width), .min = 16, .max = 4096},
+    {"height", OM_YAML_INT, AT(OmSceneCamera, height), .min = 16, .max = 4096},
+};
+static const OmYamlSchema camera_schema = {"camera", camera_field, COUNT(camera_field), NULL};
+
+static const OmYamlField world_field[] = {
+    {"young_factor", OM_YAML_DOUBLE, AT(OmSceneWorld, young_factor), .min = 0.1, .max = 10},
+    {"density_factor", OM_YAML_DOUBLE, AT(OmSceneWorld, density_factor), .min = 0.1, .max = 10},
+    {"tool_noise_mm", OM_YAML_DOUBLE, AT(OmSceneWorld, tool_noise), .min = 0, .max = 10,
+     .scale = MM},
+    {"depth_noise", OM_YAML_BOOL, AT(OmSceneWorld, has_depth_noise)},
+};
+static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_field), NULL};
+
+static const OmYamlField task_field[] = {
+    {"grid", OM_YAML_INT, AT(OmSceneTask, grid), .min = 2, .max = 20},
+    {"force_threshold", OM_YAML_DOUBLE, AT(OmSceneTask, force_threshold), .min = 1e-3, .max = 1000},
+    {"max_height_mm", OM_YAML_DOUBLE, AT(OmSceneTask, max_height), .min = 1, .max = 500,
+     .scale = MM},
+    {"pull_step_mm", OM_YAML_DOUBLE, AT(OmSceneTask, pull_step), .min = 1, .max = 100, .scale = MM},
+    {"visibility", OM_YAML_DOUBLE, AT(OmSceneTask, visibility), .min = 0.01, .max = 1},
+    {"speed_mm_s", OM_YAML_DOUBLE, AT(OmSceneTask, speed), .min = 0.1, .max = 500, .scale = MM},
+    {"grasp_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTask, grasp_radius), .min = 0.5, .max = 50,
+     .scale = MM},
+    {"time_step_ms", OM_YAML_DOUBLE, AT(OmSceneTask, time_step), .min = 1, .max = 100,
+     .scale = 1e-3},
+    {"max_actions", OM_YAML_INT, AT(OmSceneTask, max_actions), .min = 1, .max = 1000},
+    {"retract_mm", OM_YAML_DOUBLE, AT(OmSceneTask, retract), .min = 1, .max = 500, .scale = MM},
+};
+static const OmYamlSchema task_schema = {"task", task_field, COUNT(task_field), NULL};
+
+static const OmYamlField scene_field[] = {
+    {"name", OM_YAML_STRING, AT(OmScene, name), .size = OM_SCENE_NAME, .is_required = true},
+    {"data_root", OM_YAML_STRING, AT(OmScene, data_root), .size = OM_SCENE_PATH},
+    {"seed", OM_YAML_INT, AT(OmScene, seed), .min = 0, .max = 2147483647},
+    {"tissue", OM_YAML_STRUCT, AT(OmScene, tissue), .sub = &tissue_schema, .is_required = true},
+    {"model", OM_YAML_STRUCT, AT(OmScene, model), .sub = &model_schema},
+    {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &attach_schema},
+    {"roi", OM_YAML_STRUCT, AT(OmScene, roi), .sub = &roi_schema},
+    {"endoscope", OM_YAML_STRUCT, AT(OmScene, endoscope), .sub = &camera_schema},
+    {"rgbd", OM_YAML_STRUCT, AT(OmScene, rgbd), .sub = &camera_schema},
+    {"world", OM_YAML_STRUCT, AT(OmScene, world), .sub = &world_schema},
+    {"task", OM_YAML_STRUCT, AT(OmScene, task), .sub = &task_schema},
+};
+static const OmYamlSchema scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
+
+OmScene om_scene_default(void) {
+    OmScene s = {.name = "sheet", .seed = 1};
+    s.tissue = (OmSceneTissue){.source = OM_SOURCE_SHEET,
+                               .size = {0.12, 0.12, 0.005},
+                               .cells = {20, 20, 1},
+                               .world_cells = {30, 30, 2},
+                               .unit = 1.0,
+                               .up = {0, 0, 1},
+                               .view = {-1, 0, 0},
+                               .young = 3000,
+                               .poisson = 0.45,
+                               .density = 1000,
+                               .rayleigh_mass = 0.1,
+                               .rayleigh_stiffness = 0.01,
+                               .gravity = 9.81};
+    s.model = (OmSceneModel){.label = 1,
+                             .edge = 0.005,
+                             .world_edge = 0.0038,
+                             .thickness = 0.008,
+                             .side = "anterior",
+                             .attach = "border:medial 25 %",
+                             .tumour_radius = 0.008};
+    s.attach = (OmSceneAttach){.kind = OM_ATTACH_RANDOM, .share_min = 0.1, .share_max = 0.5};
+    s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
+    s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480};
+    s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240};
+    s.world = (OmSceneWorld){0.85, 1.0, 0.2 * MM, true};
+    s.task = (OmSceneTask){.grid = 5,
+                           .force_threshold = 0.3,
+                           .max_height = 0.05,
+                           .pull_step = 0.01,
+                           .visibility = 0.8,
+                           .speed = 0.02,
+                           .grasp_radius = 0.005,
+                           .time_step = 0.02,
+                           .max_actions = 60,
+                           .retract = 0.1};
+    return s;
+}
+
+// What a range of one key cannot tell.
+static OmStatus validate(const OmScene* s, const char* name) {
+    OM_CHECK(s->attach.share_min <= s->attach.share_max, OM_INVALID,
+             "%s: attachments: share_min %g exceeds share_max %g", name, s->attach.share_min,
+             s->attach.share_max);
+    OM_CHECK(s->tissue.source == OM_SOURCE_SHEET || s->tissue.file[0], OM_INVALID,
+             "%s: tissue: \"file\" is missing; source %s reads one", name,
+             source_name[s->tissue.source]);
+    OM_CHECK(om_norm(s->tissue.up) > 0.5, OM_INVALID, "%s: tissue: up must have length 1", name);
+    const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
+    for (int i = 0; i < 2; ++i) {
+        OmVec3 c = *cells[i];
+        OM_CHECK(c.x == floor(c.x) && c.y == floor(c.y) && c.z == floor(c.z), OM_INVALID,
+                 "%s: tissue: %s: cell counts must be whole numbers", name,
+                 i ? "world_cells" : "cells");
+    }
+    return OM_OK;
+}
+
+OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene) {
+    *scene = om_scene_default();
+    OM_TRY(om_yaml_parse(text, size, name, &scene_schema, scene));
+    scene->tissue.up = om_normalize(scene->tissue.up);
+    return validate(scene, name);
+}
+
+OmStatus om_scene_load(const char* path, OmScene* scene) {
+    char* text;
+    size_t size;
+    OM_TRY(om_file_read(path, 4u << 20, &text, &size));
+    OmStatus status = om_scene_parse(text, size, path, scene);
+    om_free(text);
+    OM_TRY(status);
+    snprintf(scene->path, sizeof scene->path, "%s", path);
+    char dir[OM_SCENE_PATH], root[OM_SCENE_PATH];
+    OM_TRY(om_path_dir(path, dir, sizeof dir));
+    OM_TRY(om_path_join(dir, scene->data_root, root, sizeof root));
+    snprintf(scene->data_root, sizeof scene->data_root, "%s", root);
+    return OM_OK;
+}

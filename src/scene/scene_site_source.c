@@ -1,0 +1,89 @@
+// scene_site_source.c: where the tissue of a site comes from: a sheet, a mesh, a patient model, a CT.
+#include <string.h>
+
+#include "omentum/scene_model.h"
+#include "omentum/shape_file.h"
+#include "scene/scene_site.h"
+
+// ---- frames ----------------------------------------------------------------------------------------------
+
+// z = up, x = away from the endoscope, origin under the middle of the mesh.
+static void place_task_frame(OmSite* site, OmVec3 up, OmVec3 view) {
+    OmVec3 z = om_normalize(up);
+    OmVec3 x = om_scale(-1, om_madd(view, -om_dot(view, z), z));
+    x = om_norm(x) > 1e-6 ? om_normalize(x) : om_orthogonal(z);
+    OmQuat q = om_quat_from_mat3(om_mat3_cols(x, om_cross(z, x), z));
+    OmPose frame = {{0, 0, 0}, q};
+    OmPose inverse = om_pose_inverse(frame);
+    OmVec3 lo = om_vec3(INFINITY, INFINITY, INFINITY), hi = om_scale(-1, lo);
+    for (int v = 0; v < site->mesh.nvert; ++v) {
+        OmVec3 p = om_pose_apply(inverse, om_load3(site->mesh.x, v));
+        lo = om_min3(lo, p);
+        hi = om_max3(hi, p);
+    }
+    frame.p = om_quat_rotate(q, om_vec3(0.5 * (lo.x + hi.x), 0.5 * (lo.y + hi.y), lo.z));
+    site->pose_world_task = frame;
+    site->half_size = om_scale(0.5, om_sub(hi, lo));
+}
+
+// Sets "underside" and "top" of a mesh that has none: boundary vertices by the direction they face.
+static OmStatus name_faces(OmSite* site) {
+    if (om_tet_mesh_find_set(&site->mesh, "underside") &&
+        om_tet_mesh_find_set(&site->mesh, "top")) {
+        return OM_OK;
+    }
+    OmSurface surface = {0};
+    int *vert = NULL, *list = NULL;
+    double* normal = NULL;
+    OmStatus status = om_tet_mesh_boundary(&site->mesh, &surface, &vert);
+    if (status < 0) goto done;
+    OM_ALLOC_DONE(normal, 3 * (size_t)surface.nvert);
+    OM_ALLOC_DONE(list, (size_t)surface.nvert);
+    om_surface_normals(&surface, normal);
+    OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
+    for (int side = 0; side < 2; ++side) {
+        int n = 0;
+        for (int i = 0; i < surface.nvert; ++i) {
+            double c = om_dot(up, om_load3(normal, i));
+            if (side == 0 ? c < -0.3 : c > 0.3) list[n++] = vert[i];
+        }
+        OM_CHECK_DONE(n > 0, OM_INVALID, "tissue: no boundary vertex faces %s; check \"up\"",
+                      side ? "up" : "down");
+        OM_TRY_DONE(om_tet_mesh_add_set(&site->mesh, side ? "top" : "underside", list, n));
+    }
+done:
+    om_free(normal);
+    om_free(list);
+    om_free(vert);
+    om_surface_done(&surface);
+    return status;
+}
+
+// ---- sources -------------------------------------------------------------------------------------------------
+
+static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* site) {
+    OmVec3 half = om_vec3(0.5 * t->size.x, 0.5 * t->size.y, 0);
+    OmVec3 n = role == OM_SITE_TWIN ? t->cells : t->world_cells;
+    OM_TRY(om_tet_mesh_box(om_scale(-1, half), om_vec3(half.x, half.y, t->size.z), (int)n.x,
+                           (int)n.y, (int)n.z, &site->mesh));
+    site->has_ground = true;
+    place_task_frame(site, om_vec3(0, 0, 1), om_vec3(-1, 0, 0));
+    return OM_OK;
+}
+
+// Mesh, frames and named faces, without attachments and ROI where the source has none of its own.
+OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
+                             OmSite* site) {
+    const OmSceneTissue* t = &scene->tissue;
+    switch (t->source) {
+    case OM_SOURCE_SHEET: OM_TRY(build_sheet(t, role, site)); break;
+    default: return om_error(OM_INVALID, "%s: tissue: only sheets are simulated", scene->path);
+    }
+    OM_TRY(name_faces(site));
+    bool is_world = role == OM_SITE_WORLD;
+    site->young = t->young * (is_world ? scene->world.young_factor : 1.0);
+    site->density = t->density * (is_world ? scene->world.density_factor : 1.0);
+    OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
+    site->gravity = om_scale(-t->gravity, up);
+    return om_tet_mesh_validate(&site->mesh);
+}

@@ -1,0 +1,132 @@
+// world_body.c: soft tissue on its still anatomy, ready to be stepped: what a twin and a simulated world share.
+#include <string.h>
+
+#include "omentum/contact.h"
+#include "omentum/tissue.h"
+#include "omentum/world.h"
+
+#define CG_TOLERANCE 1e-3
+#define CG_ITERATIONS 200
+
+struct OmBody {
+    const OmSite* site;
+    OmTissueModel* model;
+    OmTissueState* state;
+    OmTissueWork* work;
+    OmContact* contact;
+};
+
+static OmStatus create_contact(const OmSite* site, OmBody* body) {
+    OmContactDef def = om_contact_default_def();
+    OmContactPlane board = {site->pose_world_task.p,
+                            om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
+    const OmSdf* sdf = &site->organ_sdf;
+    if (site->has_ground) {
+        def.nplane = 1;
+        def.plane = &board;
+    }
+    if (site->has_organ) {
+        def.nsdf = 1;
+        def.sdf = &sdf;
+    }
+    return om_contact_create(&def, body->model, &body->contact);
+}
+
+OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
+    *body = NULL;
+    OmBody* b = om_calloc(1, sizeof *b);
+    if (!b) return OM_NO_MEMORY;
+    b->site = site;
+    OmTissueDef def = om_tissue_default_def(&site->mesh);
+    def.material_default = (OmTissueMaterial){site->young, scene->tissue.poisson};
+    def.density = site->density;
+    def.rayleigh_mass = scene->tissue.rayleigh_mass;
+    def.rayleigh_stiffness = scene->tissue.rayleigh_stiffness;
+    def.gravity = site->gravity;
+    def.attachment_stiffness = scene->attach.stiffness;
+    def.solver.tolerance = CG_TOLERANCE;
+    def.solver.max_iterations = CG_ITERATIONS;
+    def.solver.nworker = nworker;
+    OmStatus status = om_tissue_create(&def, &b->model);
+    if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);
+    if (status == OM_OK) status = om_tissue_create_work(b->model, &b->work);
+    if (status == OM_OK) status = create_contact(site, b);
+    if (status < 0)
+        om_body_destroy(b);
+    else
+        *body = b;
+    return status;
+}
+
+void om_body_destroy(OmBody* b) {
+    if (!b) return;
+    om_contact_destroy(b->contact);
+    om_tissue_destroy_work(b->work);
+    om_tissue_destroy_state(b->state);
+    om_tissue_destroy(b->model);
+    om_free(b);
+}
+
+OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld) {
+    return om_tissue_grasp(b->model, b->state, arm, tip, radius, nheld);
+}
+OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
+    return om_tissue_move_grasp(b->state, arm, tip);
+}
+void om_body_release(OmBody* b, int arm) { om_tissue_release(b->state, arm); }
+bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->state, arm) > 0; }
+
+OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
+    OmContactReport r;
+    OmStatus status = om_contact_step(b->contact, b->model, b->state, b->work, dt, &r);
+    if (status < 0) return status;
+    *report = (OmBodyReport){.iterations = r.tissue.iterations,
+                             .residual = r.tissue.residual,
+                             .substeps = r.tissue.substeps,
+                             .ncontact = r.ncontact,
+                             .penetration = r.penetration};
+    return OM_OK;  // a step that stopped at the iteration limit is a step: the report tells its residual
+}
+
+OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
+    OmStatus status =
+        om_contact_settle(b->contact, b->model, b->state, b->work, dt, speed, seconds);
+    return status < 0 ? status : OM_OK;
+}
+
+const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
+const OmSite* om_body_site(const OmBody* b) { return b->site; }
+uint64_t om_body_hash(const OmBody* b) { return om_tissue_hash(b->state); }
+
+// The weight that tools and attachments carry is what the ground does not; pull is the grasp less that.
+OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
+    OmTissueForces f;
+    OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
+    OmVec3 carried = om_add(f.weight, f.contact);
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        forces->grasp[a] = f.grasp[a];
+        forces->pull[a] = om_body_is_holding(b, a) ? om_add(f.grasp[a], carried) : om_vec3(0, 0, 0);
+    }
+    // Two arms: each carries the weight the other does not.
+    if (om_body_is_holding(b, 0) && om_body_is_holding(b, 1)) {
+        for (int a = 0; a < OM_WORLD_NARM; ++a) {
+            forces->pull[a] = om_madd(f.grasp[a], 0.5, carried);
+        }
+    }
+    forces->attachment = f.attachment;
+    forces->contact = f.contact;
+    forces->weight = f.weight;
+    return OM_OK;
+}
+
+OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
+    return om_tissue_get_holding_force(b->model, b->state, force);
+}
+
+size_t om_body_state_size(const OmBody* b) { return om_tissue_state_size(b->model); }
+void om_body_save(const OmBody* b, void* block) {
+    memcpy(block, b->state, om_tissue_state_size(b->model));
+}
+void om_body_restore(OmBody* b, const void* block) {
+    memcpy(b->state, block, om_tissue_state_size(b->model));
+}
