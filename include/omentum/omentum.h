@@ -4,11 +4,12 @@
 
 #include "omentum/base.h"
 #include "omentum/contact.h"
-#include "omentum/contact.h"
+#include "omentum/defras.h"
 #include "omentum/image.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"
 #include "omentum/robot.h"
+#include "omentum/scene.h"
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/sense.h"
@@ -19,5 +20,6 @@
 #include "omentum/solve.h"
 #include "omentum/tissue.h"
 #include "omentum/vec.h"
+#include "omentum/world.h"
 
 #endif

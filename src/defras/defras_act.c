@@ -1,0 +1,246 @@
+// defras_act.c: from actions to motions (6.4.4), tick by tick, with the force watched (check_failure).
+//
+// One tick is one step of the world and of the twin. Every motion is a straight line of the tip. While the
+// force is above the threshold the motion goes at SLOW_RATE; if that does not help within SLOW_TIME the
+// action stops and a new plan is asked for.
+#include <string.h>
+
+#include "defras/defras_internal.h"
+
+#define SLOW_RATE 0.25
+#define SLOW_TIME 0.6       // s that slowing down is given to bring the force below the threshold
+#define OVER_FACTOR 1.5     // beyond this many thresholds there is no second chance
+#define APPROACH_TIME 30.0  // s, longest motion: a motion that does not end is a fault
+#define CLEARANCE 0.025     // m, height over the tissue at which a free tool travels
+#define JAW_OPEN (40.0 * OM_PI / 180.0)
+#define JAW_CLOSED 0.0
+#define GRIP_TIME 0.2  // s for the jaws to close or open
+#define FALL_TIME 1.2  // s that released tissue is given to fall
+#define LOOK_EVERY 5   // ticks between looks through the endoscope
+
+static OmVec3 to_world(const Loop* loop, OmVec3 p_task) {
+    return om_pose_apply(loop->grid.task, p_task);
+}
+static OmVec3 to_task(const Loop* loop, OmVec3 p_world) {
+    return om_pose_apply(om_pose_inverse(loop->grid.task), p_world);
+}
+
+// ---- one tick ---------------------------------------------------------------------------------------------
+
+static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
+    double start = om_clock_now();
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        if (!om_body_is_holding(loop->twin, a)) continue;
+        OmPose tip = {obs->arm[a].tip, loop->grid.task.q};
+        OM_TRY(om_body_move(loop->twin, a, tip));
+    }
+    OmBodyReport report;
+    OmStatus status = om_body_step(loop->twin, dt, &report);
+    if (status < 0) return om_error_prefix(status, "twin at %.2f s", loop->time);
+    OmBodyForces forces;
+    OM_TRY(om_body_get_forces(loop->twin, &forces));
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        loop->force[a] = om_body_is_holding(loop->twin, a) ? om_norm(forces.pull[a]) : 0.0;
+    }
+    loop->twin_wall += om_clock_now() - start;
+    return OM_OK;
+}
+
+static void watch_force(Loop* loop) {
+    double epsilon = loop->scene->task.force_threshold, largest = 0;
+    for (int a = 0; a < OM_WORLD_NARM; ++a) largest = fmax(largest, loop->force[a]);
+    loop->force_action = fmax(loop->force_action, largest);
+    loop->result->force_max = fmax(loop->result->force_max, largest);
+    bool is_over = largest > epsilon;
+    if (is_over && !loop->is_over) ++loop->result->nforce;
+    if (is_over && loop->slow_since < 0) loop->slow_since = loop->time;
+    if (!is_over) loop->slow_since = -1;
+    loop->is_over = is_over;
+    loop->rate = is_over ? SLOW_RATE : 1.0;
+}
+
+static bool must_stop_for_force(const Loop* loop, int arm) {
+    double epsilon = loop->scene->task.force_threshold;
+    if (loop->force[arm] <= epsilon) return false;
+    return loop->force[arm] > OVER_FACTOR * epsilon ||
+           (loop->slow_since >= 0 && loop->time - loop->slow_since > SLOW_TIME);
+}
+
+static OmStatus add_sample(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    if (r->nsample == loop->sample_capacity) {
+        int capacity = loop->sample_capacity ? 2 * loop->sample_capacity : 256;
+        OmRetractSample* grown =
+            om_realloc(r->sample, (size_t)r->nsample, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        r->sample = grown;
+        loop->sample_capacity = capacity;
+    }
+    OmRetractSample* s = &r->sample[r->nsample++];
+    *s = (OmRetractSample){
+        .time = loop->time, .visibility = loop->visibility, .speed_rate = loop->rate};
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        s->force = fmax(s->force, loop->force[a]);
+        if (loop->arm[a].in_hand >= 0) s->height = fmax(s->height, loop->arm[a].lift);
+    }
+    return OM_OK;
+}
+
+OmStatus om__loop_tick(Loop* loop) {
+    double dt = loop->scene->task.time_step;
+    OmStatus status = om_world_advance(loop->world, dt);
+    if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->time);
+    bool is_look = loop->tick % LOOK_EVERY == 0;
+    OmObservation obs = {0};
+    OM_TRY(om_world_observe(loop->world, is_look ? OM_OBSERVE_VISIBILITY : 0, &obs));
+    loop->time = obs.time;
+    if (is_look) loop->visibility = obs.visibility;
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        ArmState* arm = &loop->arm[a];
+        arm->tip = to_task(loop, obs.arm[a].tip);
+        arm->is_moving = obs.arm[a].is_moving;
+        arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
+    }
+    status = step_twin(loop, &obs, dt);
+    om_observation_done(&obs);
+    OM_TRY(status);
+    watch_force(loop);
+    if (loop->recorder) OM_TRY(om__recorder_tick(loop->recorder, loop));
+    if (is_look) OM_TRY(add_sample(loop));
+    ++loop->tick;
+    int limit = loop->scene->task.max_actions;
+    return om_progress_report(loop->progress, "retracting", loop->result->naction, limit);
+}
+
+OmStatus om__loop_wait(Loop* loop, double seconds) {
+    int n = (int)ceil(seconds / loop->scene->task.time_step);
+    for (int i = 0; i < n; ++i) OM_TRY(om__loop_tick(loop));
+    return OM_OK;
+}
+
+// ---- motions -----------------------------------------------------------------------------------------------
+
+// Go straight to a goal; stops early for force, height, or because the ROI is seen.
+static OmStatus move_to(Loop* loop, int arm, OmVec3 goal_task, bool is_holding,
+                        OmActionOutcome* outcome) {
+    double speed = loop->scene->task.speed, commanded = -1;
+    double begin = loop->time;
+    ArmState* state = &loop->arm[arm];
+    *outcome = OM_ACTION_DONE;
+    for (;;) {
+        double rate = is_holding ? loop->rate : 1.0;
+        if (rate != commanded) {
+            OmStatus status =
+                om_world_move(loop->world, arm, to_world(loop, goal_task), rate * speed);
+            if (status == OM_INVALID) {
+                om_log(OM_LOG_INFO, "%s", om_error_message());
+                om_world_stop(loop->world, arm);
+                *outcome = OM_ACTION_UNREACHED;
+                return OM_OK;
+            }
+            OM_TRY(status);
+            commanded = rate;
+        }
+        OM_TRY(om__loop_tick(loop));
+        if (is_holding && loop->visibility >= loop->scene->task.visibility)
+            *outcome = OM_ACTION_EXPOSED;
+        if (is_holding && must_stop_for_force(loop, arm)) {
+            state->is_max_force = true;
+            *outcome = OM_ACTION_FORCE;
+        }
+        if (*outcome != OM_ACTION_DONE) {
+            om_world_stop(loop->world, arm);
+            return OM_OK;
+        }
+        if (!state->is_moving) return OM_OK;
+        OM_CHECK(loop->time - begin < APPROACH_TIME, OM_INVALID,
+                 "PSM%d did not reach its goal in %g s", arm + 1, APPROACH_TIME);
+    }
+}
+
+// Up, across, down: a free tool does not brush the tissue.
+static OmStatus reach(Loop* loop, int arm, int block, OmActionOutcome* outcome) {
+    int vert = loop->grid.vert[block];
+    OmVec3 target = to_task(loop, om_load3(om_body_x(loop->twin), vert));
+    double travel = fmax(loop->arm[arm].tip.z, target.z + CLEARANCE);
+    OmVec3 way[3] = {om_vec3(loop->arm[arm].tip.x, loop->arm[arm].tip.y, travel),
+                     om_vec3(target.x, target.y, travel), target};
+    *outcome = OM_ACTION_DONE;
+    for (int i = 0; i < 3 && *outcome == OM_ACTION_DONE; ++i) {
+        OM_TRY(move_to(loop, arm, way[i], false, outcome));
+    }
+    loop->arm[arm].at = *outcome == OM_ACTION_DONE ? block : -1;
+    loop->arm[arm].is_max_force = false;
+    return OM_OK;
+}
+
+static OmStatus grasp(Loop* loop, int arm, int block, OmActionOutcome* outcome) {
+    ArmState* state = &loop->arm[arm];
+    OM_TRY(om_world_set_jaw(loop->world, arm, JAW_CLOSED));
+    OM_TRY(om__loop_wait(loop, GRIP_TIME));
+    OmObservation obs = {0};
+    OM_TRY(om_world_observe(loop->world, 0, &obs));
+    *outcome = OM_ACTION_EMPTY;
+    if (obs.arm[arm].is_holding) {
+        int nheld = 0;
+        OmPose tip = {obs.arm[arm].tip, loop->grid.task.q};
+        OmStatus status =
+            om_body_grasp(loop->twin, arm, tip, loop->scene->task.grasp_radius, &nheld);
+        if (status != OM_OK && status != OM_INVALID) return status;
+        if (status == OM_OK) *outcome = OM_ACTION_DONE;
+    }
+    om_observation_done(&obs);
+    if (*outcome == OM_ACTION_EMPTY) {
+        OM_TRY(om_world_set_jaw(loop->world, arm, JAW_OPEN));
+        return om__loop_wait(loop, GRIP_TIME);
+    }
+    state->in_hand = block;
+    state->is_closed = true;
+    state->grasp_tip = state->tip;
+    state->is_max_force = false;
+    return OM_OK;
+}
+
+static OmStatus release(Loop* loop, int arm, OmActionOutcome* outcome) {
+    ArmState* state = &loop->arm[arm];
+    OM_TRY(om_world_set_jaw(loop->world, arm, JAW_OPEN));
+    om_body_release(loop->twin, arm);
+    state->in_hand = -1;
+    state->at = -1;
+    state->is_closed = false;
+    state->is_max_force = false;
+    OM_TRY(om__loop_wait(loop, GRIP_TIME));
+    // Clear of the tissue, which is given time to fall.
+    OmVec3 up = om_add(state->tip, om_vec3(0, 0, CLEARANCE));
+    OM_TRY(move_to(loop, arm, up, false, outcome));
+    OM_TRY(om__loop_wait(loop, FALL_TIME));
+    *outcome = OM_ACTION_DONE;
+    return OM_OK;
+}
+
+// compute_target of Alg. 3: planar folds keep the height.
+static OmVec3 fold_target(const Loop* loop, int arm, OmPlanVerb verb) {
+    OmVec3 tip = loop->arm[arm].tip;
+    if (verb == OM_PLAN_MOVE_ROI) {
+        OmVec3 roi = to_task(loop, loop->twin_site.roi_center);
+        return om_vec3(roi.x, roi.y, tip.z);
+    }
+    return om_vec3(tip.x + loop->scene->task.retract, tip.y, tip.z);
+}
+
+OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome) {
+    int arm = action->arm;
+    ArmState* state = &loop->arm[arm];
+    loop->force_action = 0;
+    switch (action->verb) {
+    case OM_PLAN_REACH: return reach(loop, arm, action->block, outcome);
+    case OM_PLAN_GRASP: return grasp(loop, arm, action->block, outcome);
+    case OM_PLAN_RELEASE: return release(loop, arm, outcome);
+    case OM_PLAN_PULL: {
+        double top = state->grasp_tip.z + loop->scene->task.max_height;
+        double z = fmin(state->tip.z + loop->scene->task.pull_step, top);
+        return move_to(loop, arm, om_vec3(state->tip.x, state->tip.y, z), true, outcome);
+    }
+    default: return move_to(loop, arm, fold_target(loop, arm, action->verb), true, outcome);
+    }
+}

@@ -1,0 +1,92 @@
+// defras_fluents.c: what is sensed, as the fluents of Table 6.1 (compute_fluents, Alg. 4).
+//
+// Two readings of the algorithm: a tool is at a block from the moment it was sent there, not whenever it
+// passes above; and the height that counts is that over the point where the tissue was grasped, so that
+// curved anatomy has the same limit everywhere.
+#include <string.h>
+
+#include "defras/defras_internal.h"
+
+#define HEIGHT_TOLERANCE 5e-4  // m: a measured tip stops that far from its goal
+
+static int block_of(const Grid* g, OmVec3 p_task) {
+    int ix = (int)floor((p_task.x + g->half.x) / (2 * g->half.x) * g->n);
+    int iy = (int)floor((p_task.y + g->half.y) / (2 * g->half.y) * g->n);
+    ix = ix < 0 ? 0 : ix >= g->n ? g->n - 1 : ix;
+    iy = iy < 0 ? 0 : iy >= g->n ? g->n - 1 : iy;
+    return iy * g->n + ix;
+}
+
+OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
+    memset(grid, 0, sizeof *grid);
+    grid->n = scene->task.grid;
+    grid->task = site->pose_world_task;
+    grid->half = site->half_size;
+    const OmMeshSet* top = om_tet_mesh_find_set(&site->mesh, "top");
+    OM_CHECK(top, OM_INVALID, "the tissue has no set \"top\" to grasp");
+    OmPose task = om_pose_inverse(grid->task);
+    int nblock = grid->n * grid->n, ngrasp = 0;
+    double best[OM_PLAN_MAX_BLOCK];
+    for (int b = 0; b < nblock; ++b) {
+        grid->vert[b] = -1;
+        best[b] = INFINITY;
+        OmVec3 c = om_vec3(((b % grid->n + 0.5) / grid->n * 2 - 1) * grid->half.x,
+                           ((b / grid->n + 0.5) / grid->n * 2 - 1) * grid->half.y, 0);
+        om_store3(grid->center, b, c);
+    }
+    for (int i = 0; i < top->nvert; ++i) {
+        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, top->vert[i]));
+        int b = block_of(grid, p);
+        OmVec3 c = om_load3(grid->center, b);
+        double d = (p.x - c.x) * (p.x - c.x) + (p.y - c.y) * (p.y - c.y);
+        if (d < best[b]) {
+            best[b] = d;
+            if (grid->vert[b] < 0) ++ngrasp;
+            grid->vert[b] = top->vert[i];
+        }
+    }
+    // The height of a block is that of its grasping point: distances are in space.
+    for (int b = 0; b < nblock; ++b) {
+        if (grid->vert[b] < 0) continue;
+        grid->center[3 * b + 2] = om_pose_apply(task, om_load3(site->mesh.x, grid->vert[b])).z;
+    }
+    OM_CHECK(ngrasp > 0, OM_INVALID, "no block of the tissue has a grasping point");
+    grid->roi_block = block_of(grid, om_pose_apply(task, site->roi_center));
+    return OM_OK;
+}
+
+bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    OmPose task = om_pose_inverse(grid->task);
+    for (int i = 0; held && i < held->nvert; ++i) {
+        if (block_of(grid, om_pose_apply(task, om_load3(site->mesh.x, held->vert[i]))) == block)
+            return true;
+    }
+    return false;
+}
+
+void om__sense_fluents(Loop* loop, OmSituation* s) {
+    const Grid* g = &loop->grid;
+    om_situation_init(s, g->n, 2 * fmin(g->half.x, g->half.y) / g->n);
+    s->center = g->center;
+    for (int b = 0; b < g->n * g->n; ++b) {
+        s->is_fixed[b] = om__grid_is_fixed(g, &loop->twin_site, b);
+        s->is_above_roi[b] = b == g->roi_block;
+        s->tried[b] = loop->tried[b];
+        if (g->vert[b] < 0) s->reachable[b] = 0;
+    }
+    s->is_visible = loop->visibility >= loop->scene->task.visibility;
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        const ArmState* arm = &loop->arm[a];
+        OmArmSituation* now = &s->arm[a];
+        now->at = arm->at;
+        now->in_hand = arm->in_hand;
+        now->is_closed = arm->is_closed;
+        bool is_holding = arm->in_hand >= 0;
+        now->is_max_height =
+            is_holding && arm->lift > loop->scene->task.max_height - HEIGHT_TOLERANCE;
+        now->is_max_force = is_holding && arm->is_max_force;
+        double pulls = arm->lift / loop->scene->task.pull_step;
+        now->nlift = is_holding && pulls > 0 ? (int)(pulls + 0.5) : 0;
+    }
+}

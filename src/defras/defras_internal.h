@@ -1,0 +1,79 @@
+// defras_internal.h: the loop's state, shared by its stages.
+#ifndef OMENTUM_DEFRAS_INTERNAL_H
+#define OMENTUM_DEFRAS_INTERNAL_H
+
+#include "omentum/defras.h"
+
+// The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
+typedef struct Grid {
+    int n;
+    OmPose task;                  // pose_world_task
+    OmVec3 half;                  // half extent of the tissue, m
+    int vert[OM_PLAN_MAX_BLOCK];  // grasping point: a vertex of the twin's mesh, -1 no tissue there
+    double center[3 * OM_PLAN_MAX_BLOCK];  // of the blocks at rest, task frame, m
+    int roi_block;
+} Grid;
+
+// One arm as the loop knows it.
+typedef struct ArmState {
+    int at;            // block it was moved to, -1
+    int in_hand;       // block held, -1
+    OmVec3 grasp_tip;  // task frame, where it closed
+    OmVec3 tip;        // task frame, measured
+    double lift;       // m above grasp_tip while holding
+    bool is_closed;
+    bool is_moving;
+    bool is_max_force;
+} ArmState;
+
+typedef struct Recorder Recorder;
+
+typedef struct Loop {
+    const OmScene* scene;
+    const OmRetractDef* def;
+    const OmProgress* progress;
+    OmSite twin_site, world_site;
+    OmBody* twin;
+    OmWorld* world;
+    OmPlanner* planner;
+    Grid grid;
+    ArmState arm[OM_WORLD_NARM];
+    uint8_t tried[OM_PLAN_MAX_BLOCK];
+    double visibility;
+    double force[OM_WORLD_NARM];  // N, pull less weight, by the twin
+    double force_action;          // N, largest during the current action
+    double rate;                  // share of the nominal speed
+    double time;                  // s
+    double slow_since;            // s, when the current slowing down began; negative: none
+    bool is_over;                 // the force is above the threshold
+    int tick;
+    double twin_wall;  // s spent in the twin
+    OmPlan plan;
+    OmSituation situation;
+    OmRetractResult* result;
+    int sample_capacity, action_capacity;
+    double* plan_ms;  // of each plan made
+    int plan_capacity;
+    Recorder* recorder;  // null: nothing is written
+} Loop;
+
+// defras_fluents.c
+OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid);
+bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block);
+void om__sense_fluents(Loop* loop, OmSituation* situation);
+
+// defras_act.c
+OmStatus om__loop_tick(Loop* loop);
+OmStatus om__loop_wait(Loop* loop, double seconds);
+OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome);
+
+// defras_record.c: run.vtkhdf and frames in a temporary folder, renamed when the run is complete.
+OmStatus om__recorder_create(Loop* loop, Recorder** recorder);
+OmStatus om__recorder_tick(Recorder* recorder, Loop* loop);
+OmStatus om__recorder_frame(Recorder* recorder, Loop* loop, const char* caption);
+// Append the text of a plan and its reasons for the report.
+OmStatus om__recorder_plan(Recorder* recorder, Loop* loop);
+OmStatus om__recorder_commit(Recorder* recorder, Loop* loop);
+void om__recorder_destroy(Recorder* recorder);
+
+#endif

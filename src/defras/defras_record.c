@@ -1,0 +1,231 @@
+// defras_record.c: what a run leaves behind: run.vtkhdf, frames, run.json, report.html.
+//
+// Everything is written into DIR.part, renamed to DIR when the run is complete: a run that fails or is
+// cancelled leaves nothing, and an older DIR stays until the new one is whole.
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "defras/defras_record.h"
+#include "omentum/shape_file.h"
+
+#define RECORD_EVERY 5  // ticks between steps of the recording
+
+// ---- the operating site's ROI as a set of the recorded mesh -------------------------------------------------
+
+static OmStatus add_roi_set(OmSite* site, double radius) {
+    int *list, n = 0;
+    OM_ALLOC(list, (size_t)site->mesh.nvert);
+    OmPose task = om_pose_inverse(site->pose_world_task);
+    OmVec3 c = om_pose_apply(task, site->roi_center);
+    for (int v = 0; v < site->mesh.nvert; ++v) {
+        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, v));
+        if (hypot(p.x - c.x, p.y - c.y) <= radius) list[n++] = v;
+    }
+    OmStatus status = om_tet_mesh_add_set(&site->mesh, "roi", list, n);
+    om_free(list);
+    return status;
+}
+
+// ---- the recorder -----------------------------------------------------------------------------------------
+
+static OmStatus open_folder(Recorder* rec, const char* out_dir) {
+    int n = snprintf(rec->dir, sizeof rec->dir, "%s", out_dir);
+    while (n > 1 && rec->dir[n - 1] == '/') rec->dir[--n] = 0;
+    OM_CHECK(n > 0 && n < (int)sizeof rec->dir - 32, OM_INVALID,
+             "output folder: name of %d letters", n);
+    if (om_path_exists(rec->dir)) {
+        char old[1024];
+        OM_TRY(om_path_join(rec->dir, "run.json", old, sizeof old));
+        OM_CHECK(om_path_exists(old) || rmdir(rec->dir) == 0, OM_INVALID,
+                 "%s: exists and holds no run; name another folder or remove it", rec->dir);
+    }
+    snprintf(rec->part, sizeof rec->part, "%s.part-%ld", rec->dir, (long)getpid());
+    char frames[1100];
+    OM_TRY(om_path_join(rec->part, "frames", frames, sizeof frames));
+    return om_path_make_dir(frames);
+}
+
+OmStatus om__recorder_create(Loop* loop, Recorder** recorder) {
+    *recorder = NULL;
+    Recorder* rec = om_calloc(1, sizeof *rec);
+    if (!rec) return OM_NO_MEMORY;
+    OmStatus status = open_folder(rec, loop->def->out_dir);
+    if (status < 0) goto done;
+    OM_TRY_DONE(add_roi_set(&loop->world_site, loop->scene->roi.radius));
+    OM_CALLOC_DONE(rec->vertex_force, 3 * (size_t)loop->world_site.mesh.nvert);
+    char path[1100];
+    OM_TRY_DONE(om_path_join(rec->part, "run.vtkhdf", path, sizeof path));
+    OmMeshArray force = {.name = "force", .type = OM_ARRAY_DOUBLE, .ncomp = 3};
+    OM_TRY_DONE(om_recording_begin(path, &loop->world_site.mesh, &force, 1, &rec->recording));
+    *recorder = rec;
+    rec = NULL;
+done:
+    om__recorder_destroy(rec);
+    return status;
+}
+
+void om__recorder_destroy(Recorder* rec) {
+    if (!rec) return;
+    om_recording_abort(rec->recording);
+    if (rec->part[0]) (void)om_path_remove(rec->part);
+    for (int i = 0; i < rec->nframe; ++i) {
+        om_picture_done(&rec->frame[i].picture);
+        om_free(rec->frame[i].caption);
+    }
+    om_free(rec->frame);
+    om_text_done(&rec->plans);
+    om_free(rec->vertex_force);
+    om_free(rec);
+}
+
+OmStatus om__recorder_tick(Recorder* rec, Loop* loop) {
+    if (loop->tick % RECORD_EVERY) return OM_OK;
+    OmBody* truth = om_world_truth(loop->world);
+    OM_TRY(om_body_get_vertex_forces(truth, rec->vertex_force));
+    const void* value[1] = {rec->vertex_force};
+    return om_recording_add_step(rec->recording, loop->time, om_body_x(truth), value);
+}
+
+OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {
+    if (rec->nframe == rec->frame_capacity) {
+        int capacity = rec->frame_capacity ? 2 * rec->frame_capacity : 16;
+        Frame* grown = om_realloc(rec->frame, (size_t)rec->nframe, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        rec->frame = grown;
+        rec->frame_capacity = capacity;
+    }
+    Frame f = {.time = loop->time};
+    size_t len = strlen(caption) + 1;
+    OM_ALLOC(f.caption, len);
+    memcpy(f.caption, caption, len);
+    const OmSceneCamera* cam = &loop->scene->endoscope;
+    OmStatus status = om_world_render(loop->world, cam->width, cam->height, &f.picture);
+    char name[64], path[1100];
+    snprintf(name, sizeof name, "frames/%03d.png", rec->nframe);
+    if (status == OM_OK) status = om_path_join(rec->part, name, path, sizeof path);
+    if (status == OM_OK) status = om_picture_save_png(&f.picture, path);
+    if (status < 0) {
+        om_picture_done(&f.picture);
+        om_free(f.caption);
+        return status;
+    }
+    rec->frame[rec->nframe++] = f;
+    return OM_OK;
+}
+
+OmStatus om__recorder_plan(Recorder* rec, Loop* loop) {
+    OM_TRY(om_text_append(&rec->plans, "Plan %d, at %.1f s\n", loop->result->nplan, loop->time));
+    OM_TRY(om_plan_print(&loop->plan, &rec->plans));
+    OM_TRY(om_text_append(&rec->plans, "Why:\n"));
+    OM_TRY(om_planner_explain(loop->planner, &loop->situation, &loop->plan, 3, &rec->plans));
+    return om_text_append(&rec->plans, "\n");
+}
+
+// ---- run.json ---------------------------------------------------------------------------------------------
+
+static void write_actions(OmJson* json, const OmRetractResult* r, int n) {
+    static const char* const verb[] = {
+#define VERB_TEXT(name, text) text,
+        OM_PLAN_VERB_TABLE(VERB_TEXT)
+#undef VERB_TEXT
+    };
+    om_json_open(json, "actions", '[');
+    for (int i = 0; i < r->naction; ++i) {
+        const OmRetractAction* a = &r->action[i];
+        om_json_open(json, NULL, '{');
+        om_json_string(json, "action", verb[a->verb]);
+        om_json_string(json, "arm", a->arm ? "psm2" : "psm1");
+        if (a->block >= 0) {
+            om_json_integer(json, "block_x", a->block % n + 1);
+            om_json_integer(json, "block_y", a->block / n + 1);
+        }
+        om_json_number(json, "begin_s", a->begin);
+        om_json_number(json, "end_s", a->end);
+        om_json_string(json, "outcome", om_action_outcome_text(a->outcome));
+        om_json_number(json, "visibility", a->visibility);
+        om_json_number(json, "force_max_n", a->force_max);
+        om_json_integer(json, "plan", a->plan + 1);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+}
+
+static void write_samples(OmJson* json, const OmRetractResult* r) {
+    om_json_open(json, "samples", '[');
+    for (int i = 0; i < r->nsample; ++i) {
+        const OmRetractSample* s = &r->sample[i];
+        om_json_open(json, NULL, '{');
+        om_json_number(json, "time_s", s->time);
+        om_json_number(json, "visibility", s->visibility);
+        om_json_number(json, "force_n", s->force);
+        om_json_number(json, "height_m", s->height);
+        om_json_number(json, "speed_rate", s->speed_rate);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+}
+
+static OmStatus write_json(const Recorder* rec, const Loop* loop) {
+    const OmRetractResult* r = loop->result;
+    OmText text = {0};
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_string(&json, "scene", loop->scene->name);
+    om_json_integer(&json, "seed", loop->scene->seed);
+    om_json_bool(&json, "exposed", r->is_exposed);
+    om_json_string(&json, "outcome", r->reason);
+    om_json_number(&json, "visibility_start", r->visibility_start);
+    om_json_number(&json, "visibility_end", r->visibility_end);
+    om_json_number(&json, "force_max_n", r->force_max);
+    om_json_number(&json, "force_threshold_n", loop->scene->task.force_threshold);
+    om_json_integer(&json, "times_above_force_threshold", r->nforce);
+    om_json_number(&json, "time_s", r->time);
+    om_json_number(&json, "wall_time_s", r->wall_time);
+    om_json_number(&json, "twin_step_ms", r->twin_step_ms);
+    om_json_integer(&json, "plans", r->nplan);
+    om_json_number(&json, "plan_ms_median", r->plan_ms_median);
+    om_json_number(&json, "plan_ms_max", r->plan_ms_max);
+    om_json_integer(&json, "twin_vertices", r->twin_nvert);
+    om_json_integer(&json, "twin_tetrahedra", r->twin_ntet);
+    om_json_integer(&json, "world_vertices", r->world_nvert);
+    om_json_integer(&json, "world_tetrahedra", r->world_ntet);
+    char hash[32];
+    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)r->hash);
+    om_json_string(&json, "state_hash", hash);
+    write_actions(&json, r, loop->grid.n);
+    write_samples(&json, r);
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    char path[1100];
+    if (status == OM_OK) status = om_path_join(rec->part, "run.json", path, sizeof path);
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+// ---- the end ------------------------------------------------------------------------------------------------
+
+OmStatus om__recorder_commit(Recorder* rec, Loop* loop) {
+    OM_TRY(om__recorder_frame(rec, loop, loop->result->reason));
+    OmRecording* recording = rec->recording;
+    rec->recording = NULL;
+    OM_TRY(om_recording_end(recording));
+    OM_TRY(write_json(rec, loop));
+    OM_TRY(om__report_write(rec, loop));
+    // The old run steps aside before the new one takes its name, and comes back if that fails.
+    char old[1100];
+    snprintf(old, sizeof old, "%s.old-%ld", rec->dir, (long)getpid());
+    bool has_old = om_path_exists(rec->dir);
+    if (has_old && rename(rec->dir, old) != 0) {
+        return om_error(OM_IO, "%s: cannot replace: %s", rec->dir, strerror(errno));
+    }
+    if (rename(rec->part, rec->dir) != 0) {
+        int error = errno;
+        if (has_old) (void)rename(old, rec->dir);
+        return om_error(OM_IO, "%s: cannot create: %s", rec->dir, strerror(error));
+    }
+    rec->part[0] = 0;
+    return has_old ? om_path_remove(old) : OM_OK;
+}

@@ -1,0 +1,27 @@
+// defras_record.h: the recorder of a run, shared with its report.
+#ifndef OMENTUM_DEFRAS_RECORD_H
+#define OMENTUM_DEFRAS_RECORD_H
+
+#include "defras/defras_internal.h"
+#include "omentum/image.h"
+#include "omentum/shape_file.h"
+
+typedef struct Frame {
+    OmPicture picture;
+    char* caption;
+    double time;  // s
+} Frame;
+
+struct Recorder {
+    char dir[1024];   // where the run will be
+    char part[1056];  // where it is while it is written; empty once renamed
+    OmRecording* recording;
+    double* vertex_force;  // N (world nvert x 3)
+    Frame* frame;
+    int nframe, frame_capacity;
+    OmText plans;  // every plan and its reasons, as text
+};
+
+OmStatus om__report_write(const Recorder* rec, const Loop* loop);
+
+#endif

@@ -1,0 +1,171 @@
+// defras_report.c: report.html of a run, for a reader who was not there.
+#include <string.h>
+
+#include "defras/defras_record.h"
+#include "omentum/report.h"
+
+static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
+
+static void add_facts(OmReport* report, const Loop* loop) {
+    const OmRetractResult* r = loop->result;
+    char text[8][64];
+    snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
+    snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
+    snprintf(text[2], 64, "%d", r->naction);
+    snprintf(text[3], 64, "%.2f N", r->force_max);
+    snprintf(text[4], 64, "%d", r->nforce);
+    snprintf(text[5], 64, "%.1f s", r->time);
+    snprintf(text[6], 64, "%.2f ms", r->twin_step_ms);
+    snprintf(text[7], 64, "%.1f ms", r->plan_ms_median);
+    const char *value[8],
+        *label[8] = {
+            "of the ROI seen at the end", "of the ROI seen at the start",    "actions",
+            "largest pull on the tissue", "times above the force threshold", "of operation",
+            "a step of the twin (mean)",  "to make a plan (median)"};
+    for (int i = 0; i < 8; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, 8);
+}
+
+static OmStatus add_charts(OmReport* report, const Loop* loop) {
+    const OmRetractResult* r = loop->result;
+    int n = r->nsample, ne = r->naction;
+    double *t = NULL, *y[3] = {NULL, NULL, NULL}, *event = NULL;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(t, n);
+    OM_ALLOC_DONE(event, ne);
+    for (int k = 0; k < 3; ++k) OM_ALLOC_DONE(y[k], n);
+    for (int i = 0; i < n; ++i) {
+        t[i] = r->sample[i].time;
+        y[0][i] = 100 * r->sample[i].visibility;
+        y[1][i] = r->sample[i].force;
+        y[2][i] = 1e3 * r->sample[i].height;
+    }
+    for (int i = 0; i < ne; ++i) event[i] = r->action[i].begin;
+    const OmSceneTask* task = &loop->scene->task;
+    OmReportChart chart = {.title = "Visibility of the ROI",
+                           .x_label = "time, s",
+                           .y_label = "% of its points",
+                           .nseries = 1,
+                           .series = {{"visibility", t, y[0], n}},
+                           .has_limit = true,
+                           .limit = 100 * task->visibility,
+                           .limit_name = "exposed",
+                           .has_range = true,
+                           .y_max = 100,
+                           .event = event,
+                           .nevent = ne};
+    om_report_chart(report, &chart);
+    chart.title = "Pull on the tissue, estimated by the twin";
+    chart.y_label = "N, grasp force less the weight it carries";
+    chart.series[0] = (OmReportSeries){"force", t, y[1], n};
+    chart.limit = task->force_threshold;
+    chart.limit_name = "threshold";
+    chart.y_max = task->force_threshold;
+    om_report_chart(report, &chart);
+    chart.title = "Height of the gripper over the grasping point";
+    chart.y_label = "mm";
+    chart.series[0] = (OmReportSeries){"height", t, y[2], n};
+    chart.limit = 1e3 * task->max_height;
+    chart.limit_name = "height limit";
+    chart.y_max = 1e3 * task->max_height;
+    om_report_chart(report, &chart);
+done:
+    om_free(t);
+    om_free(event);
+    for (int k = 0; k < 3; ++k) om_free(y[k]);
+    return status;
+}
+
+static OmStatus add_actions(OmReport* report, const Loop* loop) {
+    static const char* const verb[] = {
+#define VERB_TEXT(name, text) text,
+        OM_PLAN_VERB_TABLE(VERB_TEXT)
+#undef VERB_TEXT
+    };
+    enum { NCOL = 7, LEN = 48 };
+    static const char* const heading[NCOL] = {"time, s", "plan",     "action",      "block",
+                                              "outcome", "ROI seen", "largest pull"};
+    const OmRetractResult* r = loop->result;
+    int n = r->naction;
+    OmStatus status = OM_OK;
+    char* text = NULL;
+    const char** cell = NULL;
+    OM_ALLOC_DONE(text, (size_t)n * NCOL * LEN);
+    OM_ALLOC_DONE(cell, (size_t)n * NCOL);
+    for (int i = 0; i < n; ++i) {
+        const OmRetractAction* a = &r->action[i];
+        char(*c)[LEN] = (char(*)[LEN])(text + (size_t)i * NCOL * LEN);
+        snprintf(c[0], LEN, "%.1f - %.1f", a->begin, a->end);
+        snprintf(c[1], LEN, "%d%s", a->plan + 1, a->is_replanned ? " (new)" : "");
+        snprintf(c[2], LEN, "%s %s", arm_name(a->arm), verb[a->verb]);
+        if (a->block >= 0)
+            snprintf(c[3], LEN, "(%d,%d)", a->block % loop->grid.n + 1,
+                     a->block / loop->grid.n + 1);
+        else
+            snprintf(c[3], LEN, "-");
+        snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
+        snprintf(c[5], LEN, "%.0f %%", 100 * a->visibility);
+        snprintf(c[6], LEN, "%.2f N", a->force_max);
+        for (int k = 0; k < NCOL; ++k) cell[i * NCOL + k] = c[k];
+    }
+    om_report_table(report, heading, NCOL, cell, n);
+done:
+    om_free(text);
+    om_free(cell);
+    return status;
+}
+
+static void add_settings(OmReport* report, const Loop* loop) {
+    const OmScene* s = loop->scene;
+    char text[1024];
+    snprintf(
+        text, sizeof text,
+        "Twin: %d vertices, %d tetrahedra, corotational, Young's modulus %.0f Pa, Poisson's ratio %.3g. "
+        "Simulated truth: %d vertices, %d tetrahedra, %.0f Pa; measured tips are off by %.2g mm. "
+        "Rayleigh damping %.3g 1/s on mass and %.3g s on stiffness, time step %.0f ms.",
+        loop->result->twin_nvert, loop->result->twin_ntet, s->tissue.young, s->tissue.poisson,
+        loop->result->world_nvert, loop->result->world_ntet,
+        s->tissue.young * s->world.young_factor, 1e3 * s->world.tool_noise, s->tissue.rayleigh_mass,
+        s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
+    om_report_paragraph(report, text);
+    snprintf(
+        text, sizeof text,
+        "Endoscope %.0f mm from the middle of the tissue, %.0f degrees above it, vertical field of view %.0f "
+        "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
+        "mm up to %.0f mm; force threshold %.2f N; exposed at %.0f %%. Seed %d.",
+        1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
+        s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
+        1e3 * s->task.pull_step, 1e3 * s->task.max_height, s->task.force_threshold,
+        100 * s->task.visibility, s->seed);
+    om_report_paragraph(report, text);
+}
+
+OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
+    char subtitle[192], path[1100];
+    snprintf(subtitle, sizeof subtitle, "scene %s, layout %d", loop->scene->name,
+             loop->scene->seed);
+    OM_TRY(om_path_join(rec->part, "report.html", path, sizeof path));
+    OmReport report;
+    om_report_begin(&report, "Tissue retraction", subtitle);
+    om_report_verdict(&report, loop->result->reason, loop->result->is_exposed);
+    add_facts(&report, loop);
+    om_report_heading(&report, "What the endoscope saw");
+    for (int i = 0; i < rec->nframe; ++i) {
+        char caption[256];
+        snprintf(caption, sizeof caption, "%.1f s. %s", rec->frame[i].time, rec->frame[i].caption);
+        om_report_picture(&report, &rec->frame[i].picture, caption);
+    }
+    om_report_heading(&report, "The course of it");
+    OmStatus status = add_charts(&report, loop);
+    om_report_heading(&report, "What was done");
+    if (status == OM_OK) status = add_actions(&report, loop);
+    om_report_details(&report, "Every plan, and why", rec->plans.str ? rec->plans.str : "");
+    om_report_heading(&report, "Settings");
+    add_settings(&report, loop);
+    om_report_paragraph(
+        &report, "run.vtkhdf opens in ParaView 5.11 or later as a time series; run.json holds the "
+                 "numbers of this page.");
+    if (status == OM_OK) return om_report_save(&report, path);
+    om_report_done(&report);
+    return status;
+}

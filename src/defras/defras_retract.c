@@ -1,0 +1,245 @@
+// defras_retract.c: FRAS: sense, plan, act, until the region of interest is exposed (6.5.1).
+#include <stdlib.h>
+#include <string.h>
+
+#include "defras/defras_internal.h"
+
+#define RETRACT_COOKIE 0x0de78a5
+#define SETTLE_TIME 3.0    // s, at most, for the tissue to come to rest on its ground
+#define SETTLE_SPEED 1e-3  // m/s
+#define HOLD_TIME 0.5      // s that the exposed ROI is looked at before success is told
+
+const char* om_action_outcome_text(OmActionOutcome outcome) {
+    switch (outcome) {
+    case OM_ACTION_DONE: return "done";
+    case OM_ACTION_EXPOSED: return "ROI exposed";
+    case OM_ACTION_FORCE: return "stopped by force";
+    case OM_ACTION_HEIGHT: return "stopped by height";
+    case OM_ACTION_UNREACHED: return "out of reach";
+    case OM_ACTION_EMPTY: return "nothing grasped";
+    }
+    return "";
+}
+
+OmRetractDef om_retract_default_def(const OmScene* scene) {
+    return (OmRetractDef){.cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1};
+}
+
+void om_retract_result_done(OmRetractResult* result) {
+    if (!result) return;
+    om_free(result->action);
+    om_free(result->sample);
+    memset(result, 0, sizeof *result);
+}
+
+// ---- beginning ------------------------------------------------------------------------------------------
+
+static OmStatus begin(Loop* loop) {
+    const OmScene* scene = loop->scene;
+    OM_TRY(om_site_build(scene, OM_SITE_TWIN, loop->progress, &loop->twin_site));
+    OM_TRY(om_site_build(scene, OM_SITE_WORLD, loop->progress, &loop->world_site));
+    OM_TRY(om_body_create(scene, &loop->twin_site, loop->def->nworker, &loop->twin));
+    OM_TRY(om_world_create_simulated(scene, &loop->world_site, &loop->world));
+    OmPlannerDef planner = om_planner_default_def();
+    planner.program = loop->def->program;
+    planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
+    OM_TRY(om_planner_create(&planner, &loop->planner));
+    OM_TRY(om__grid_build(scene, &loop->twin_site, &loop->grid));
+    for (int a = 0; a < OM_WORLD_NARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
+    loop->rate = 1.0;
+    loop->slow_since = -1;
+    OmRetractResult* r = loop->result;
+    r->twin_nvert = loop->twin_site.mesh.nvert;
+    r->twin_ntet = loop->twin_site.mesh.ntet;
+    r->world_nvert = loop->world_site.mesh.nvert;
+    r->world_ntet = loop->world_site.mesh.ntet;
+    double dt = scene->task.time_step;
+    OM_TRY(om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME));
+    OM_TRY(om_body_settle(om_world_truth(loop->world), dt, SETTLE_SPEED, SETTLE_TIME));
+    if (loop->def->out_dir) OM_TRY(om__recorder_create(loop, &loop->recorder));
+    loop->twin_wall = 0;
+    OM_TRY(om__loop_tick(loop));
+    r->visibility_start = loop->visibility;
+    return OM_OK;
+}
+
+static void end(Loop* loop) {
+    om__recorder_destroy(loop->recorder);
+    om_world_destroy(loop->world);
+    om_body_destroy(loop->twin);
+    om_planner_destroy(loop->planner);
+    om_site_done(&loop->twin_site);
+    om_site_done(&loop->world_site);
+    om_free(loop->plan_ms);
+}
+
+// ---- planning -------------------------------------------------------------------------------------------
+
+static OmStatus make_plan(Loop* loop) {
+    om__sense_fluents(loop, &loop->situation);
+    OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
+    if (status < 0) return status;
+    OmRetractResult* r = loop->result;
+    if (r->nplan == loop->plan_capacity) {
+        int capacity = loop->plan_capacity ? 2 * loop->plan_capacity : 16;
+        double* grown =
+            om_realloc(loop->plan_ms, (size_t)r->nplan, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        loop->plan_ms = grown;
+        loop->plan_capacity = capacity;
+    }
+    loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
+    if (loop->recorder) OM_TRY(om__recorder_plan(loop->recorder, loop));
+    return status;
+}
+
+// What a failed attempt teaches the next plan (the fluents `tried`).
+static void learn(Loop* loop, const OmPlanAction* action, OmActionOutcome outcome) {
+    if (action->block < 0) return;
+    uint8_t* tried = &loop->tried[action->block];
+    bool is_gone =
+        outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;
+    if (action->verb == OM_PLAN_MOVE_ROI)
+        *tried |= OM_TRIED_MOVE_ROI;
+    else if (action->verb == OM_PLAN_MOVE_AWAY)
+        *tried |= OM_TRIED_MOVE_AWAY;
+    else if (is_gone)
+        *tried |= OM_TRIED_GRASP;
+    if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
+    int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
+    if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
+}
+
+static OmStatus note_action(Loop* loop, const OmPlanAction* action, double start, bool is_replanned,
+                            OmActionOutcome outcome) {
+    OmRetractResult* r = loop->result;
+    if (r->naction == loop->action_capacity) {
+        int capacity = loop->action_capacity ? 2 * loop->action_capacity : 32;
+        OmRetractAction* grown =
+            om_realloc(r->action, (size_t)r->naction, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        r->action = grown;
+        loop->action_capacity = capacity;
+    }
+    r->action[r->naction++] = (OmRetractAction){.verb = action->verb,
+                                                .arm = action->arm,
+                                                .block = action->block,
+                                                .begin = start,
+                                                .end = loop->time,
+                                                .outcome = outcome,
+                                                .visibility = loop->visibility,
+                                                .force_max = loop->force_action,
+                                                .is_replanned = is_replanned,
+                                                .plan = r->nplan - 1};
+    if (!loop->recorder || loop->def->frame_every < 1 || r->naction % loop->def->frame_every)
+        return OM_OK;
+    OmText caption = {0};
+    OmStatus status =
+        om_plan_print_action(&loop->plan, (int)(action - loop->plan.action), &caption);
+    if (status == OM_OK) {
+        status = om_text_append(&caption, ": %s; %.0f %% of the ROI seen",
+                                om_action_outcome_text(outcome), 100 * loop->visibility);
+    }
+    if (status == OM_OK) status = om__recorder_frame(loop->recorder, loop, caption.str);
+    om_text_done(&caption);
+    return status;
+}
+
+static bool is_exposed(const Loop* loop) {
+    return loop->visibility >= loop->scene->task.visibility;
+}
+
+// Run one plan to its end or to the first action that does not end as planned.
+static OmStatus run_plan(Loop* loop) {
+    for (int i = 0; i < loop->plan.naction; ++i) {
+        const OmPlanAction* action = &loop->plan.action[i];
+        double start = loop->time;
+        OmActionOutcome outcome;
+        OM_TRY(om__execute_action(loop, action, &outcome));
+        OM_TRY(note_action(loop, action, start, i == 0, outcome));
+        if (outcome == OM_ACTION_EXPOSED || is_exposed(loop)) {
+            // A glimpse is no exposure: hold still and look again.
+            OM_TRY(om__loop_wait(loop, HOLD_TIME));
+            if (is_exposed(loop)) return OM_OK;
+        }
+        bool is_last = i + 1 == loop->plan.naction;
+        bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
+        if (is_last || is_broken) learn(loop, action, outcome);
+        if (is_broken || loop->result->naction >= loop->scene->task.max_actions) return OM_OK;
+    }
+    return OM_OK;
+}
+
+static OmStatus deliberate(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    int max_actions = loop->scene->task.max_actions;
+    while (!is_exposed(loop)) {
+        if (r->naction >= max_actions) {
+            snprintf(r->reason, sizeof r->reason,
+                     "gave up after %d actions with %.0f %% of the ROI seen", r->naction,
+                     100 * loop->visibility);
+            return OM_OK;
+        }
+        OmStatus status = make_plan(loop);
+        OM_TRY(status);
+        if (status == OM_UNSAT || loop->plan.naction == 0) {
+            snprintf(
+                r->reason, sizeof r->reason,
+                "no plan is left after %d actions: every grasping point was tried, is attached or is "
+                "out of reach",
+                r->naction);
+            return OM_OK;
+        }
+        OM_TRY(run_plan(loop));
+    }
+    r->is_exposed = true;
+    snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
+             100 * loop->visibility, r->naction, loop->time);
+    return OM_OK;
+}
+
+// ---- the run --------------------------------------------------------------------------------------------
+
+static int compare_double(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return x < y ? -1 : x > y;
+}
+
+static void summarise(Loop* loop, double wall_start) {
+    OmRetractResult* r = loop->result;
+    r->visibility_end = loop->visibility;
+    r->time = loop->time;
+    r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
+    r->hash = om_body_hash(om_world_truth(loop->world));
+    if (r->nplan > 0) {
+        qsort(loop->plan_ms, (size_t)r->nplan, sizeof(double), compare_double);
+        r->plan_ms_median = loop->plan_ms[r->nplan / 2];
+        r->plan_ms_max = loop->plan_ms[r->nplan - 1];
+    }
+    r->wall_time = om_clock_now() - wall_start;
+}
+
+OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
+                        OmRetractResult* result) {
+    memset(result, 0, sizeof *result);
+    OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
+    OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
+    OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    double wall_start = om_clock_now();
+    Loop* loop = om_calloc(1, sizeof *loop);
+    if (!loop) return OM_NO_MEMORY;
+    loop->scene = def->scene;
+    loop->def = def;
+    loop->progress = progress;
+    loop->result = result;
+    OmStatus status = begin(loop);
+    if (status >= 0) status = deliberate(loop);
+    if (status >= 0) {
+        summarise(loop, wall_start);
+        status = loop->recorder ? om__recorder_commit(loop->recorder, loop) : OM_OK;
+    }
+    end(loop);
+    om_free(loop);
+    if (status < 0) om_retract_result_done(result);
+    return status;
+}
