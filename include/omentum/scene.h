@@ -95,16 +95,17 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
 } OmSceneWorld;
 
 typedef struct OmSceneTask {
-    int grid;                // N of the N x N grasping points; default 5
-    double force_threshold;  // N, epsilon of Alg. 4; calibrated per scene
-    double max_height;       // m; default 50 mm
-    double pull_step;        // m; default 10 mm
-    double visibility;       // share that counts as exposed; default 0.8
-    double speed;            // m/s; default 20 mm/s
-    double grasp_radius;     // m; default 5 mm
-    double time_step;        // s; default 0.02
-    int max_actions;         // default 60
-    double retract;          // m, how far move_away goes; default 100 mm
+    int grid;  // N of the N x N grasping points; default 5
+    double
+        force_threshold;  // N, epsilon of Alg. 4; default 1.54, the sheet's; calibrated per scene
+    double max_height;    // m; default 50 mm
+    double pull_step;     // m; default 10 mm
+    double visibility;    // share that counts as exposed; default 0.8
+    double speed;         // m/s; default 20 mm/s
+    double grasp_radius;  // m; default 5 mm
+    double time_step;     // s; default 0.02
+    int max_actions;      // default 150
+    double retract;  // m, how far folds go, away from the camera or beyond the ROI; default 100 mm
 } OmSceneTask;
 
 typedef struct OmScene {

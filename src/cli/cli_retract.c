@@ -13,7 +13,8 @@ static const OmCliOption option[] = {
     {"--force-threshold", NULL, "N", "epsilon of Alg. 4, in newtons (default: the scene's)"},
     {"--calibrate-force", NULL, NULL,
      "measure the scene's force threshold instead of running it (6.5.1)"},
-    {"--layouts", NULL, "N", "layouts of the calibration (default 17)"},
+    {"--layouts", NULL, "N",
+     "run layouts 1 to N, each in its own folder; of the calibration (default 17)"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--quiet", "-q", NULL, "no progress"},
     {"--help", "-h", NULL, "this text"},
@@ -30,8 +31,17 @@ static void print_help(const OmCliArgs* args) {
            "  omentum retract scenes/sheet.yaml -o out/sheet\n"
            "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
            "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
+           "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
            "  omentum retract scenes/sheet.yaml --calibrate-force\n");
 }
+
+typedef struct Settings {
+    OmScene scene;
+    const char *out, *program;
+    int nlayout;  // 0: one run
+    int nworker;
+    bool is_quiet;
+} Settings;
 
 // Five lines for whoever ran it.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
@@ -46,48 +56,78 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     if (dir) printf("  report: %s/report.html\n", dir);
 }
 
-static int run(const OmScene* scene, const char* out, const char* program, int nworker,
-               bool is_quiet) {
-    OmRetractDef def = om_retract_default_def(scene);
-    def.out_dir = out;
-    def.program = program;
-    def.nworker = nworker;
+static OmRetractDef make_def(const Settings* s, const char* dir) {
+    OmRetractDef def = om_retract_default_def(&s->scene);
+    def.out_dir = dir;
+    def.program = s->program;
+    def.nworker = s->nworker;
+    return def;
+}
+
+static int run(const Settings* s) {
+    OmRetractDef def = make_def(s, s->out);
     OmRetractResult result;
-    OmStatus status = om_retract_run(&def, om_cli_progress(is_quiet), &result);
+    OmStatus status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
-    print_result(scene, &result, out);
+    print_result(&s->scene, &result, s->out);
     int code = result.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
     om_retract_result_done(&result);
     return code;
 }
 
-static int calibrate(const OmScene* scene, int nlayout, int nworker, bool is_quiet) {
+// Layouts 1 to N, a line each. A layout that cannot be run stops the rest; those before it are kept.
+static int run_layouts(Settings* s) {
+    char dir[OM_SCENE_PATH];
+    int nexposed = 0;
+    double twin_ms = 0, pace = 0;
+    for (int k = 1; k <= s->nlayout; ++k) {
+        char name[32];
+        snprintf(name, sizeof name, "layout-%02d", k);
+        OmStatus status = om_path_join(s->out, name, dir, sizeof dir);
+        s->scene.seed = k;
+        OmRetractDef def = make_def(s, dir);
+        OmRetractResult r;
+        if (status == OM_OK) status = om_path_make_dir(s->out);
+        if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &r);
+        if (status < 0) return om_cli_fail("retract", status);
+        om_cli_progress_done();
+        printf("%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %.2f N  %s\n", k,
+               r.is_exposed ? "exposed" : "hidden", 100 * r.visibility_start,
+               100 * r.visibility_end, r.naction, r.time, r.force_max, r.reason);
+        fflush(stdout);
+        nexposed += r.is_exposed;
+        twin_ms += r.twin_step_ms / s->nlayout;
+        pace += r.time / r.wall_time / s->nlayout;
+        om_retract_result_done(&r);
+    }
+    printf("%s: %d of %d layouts exposed; a twin step %.2f ms; %.1f x real time; reports in "
+           "%s/layout-*\n",
+           s->scene.name, nexposed, s->nlayout, twin_ms, pace, s->out);
+    return nexposed == s->nlayout ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+static int calibrate(const Settings* s) {
     OmForceCalibration c;
-    OmStatus status =
-        om_retract_calibrate_force(scene, nlayout, nworker, om_cli_progress(is_quiet), &c);
+    int nlayout = s->nlayout ? s->nlayout : 17;
+    OmStatus status = om_retract_calibrate_force(&s->scene, nlayout, s->nworker,
+                                                 om_cli_progress(s->is_quiet), &c);
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
     printf(
         "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f)\n"
         "force_threshold: %.2f  # N, twice the median\n",
-        scene->name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
+        s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
         c.threshold);
     return OM_EXIT_OK;
 }
-
-typedef struct Settings {
-    OmScene scene;
-    const char* out;
-    int nlayout, nworker;
-    bool is_quiet;
-} Settings;
 
 static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     int npositional;
     OM_TRY(om_cli_check(args, 1, &npositional));
     OM_CHECK(npositional == 1, OM_INVALID, "no scene is given; see omentum retract --help");
     s->out = om_cli_get(args, "--output");
+    s->program = om_cli_get(args, "--program");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
     OM_TRY(om_cli_get_int(args, "--layouts", 1, 10000, &s->nlayout));
     OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &s->nworker));
@@ -114,19 +154,20 @@ int om_cli_retract(int argc, char** argv) {
         print_help(&args);
         return OM_EXIT_OK;
     }
-    Settings s = {.nlayout = 17};
+    Settings s = {0};
     if (read_settings(&args, &s) < 0) {
         fprintf(stderr, "omentum retract: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
     OmStatus status = read_scene(&args, &s);
     if (status < 0) return om_cli_fail("retract", status);
-    if (om_cli_get(&args, "--calibrate-force"))
-        return calibrate(&s.scene, s.nlayout, s.nworker, s.is_quiet);
-    return run(&s.scene, s.out, om_cli_get(&args, "--program"), s.nworker, s.is_quiet);
+    if (om_cli_get(&args, "--calibrate-force")) return calibrate(&s);
+    return s.nlayout ? run_layouts(&s) : run(&s);
 }
 
 // ---- demo -----------------------------------------------------------------------------------------------
+
+#define DEMO_LAYOUT 2
 
 static const OmCliOption demo_option[] = {
     {"--output", "-o", "DIR", "folder for the report (default: omentum-demo)"},
@@ -148,13 +189,17 @@ int om_cli_demo(int argc, char** argv) {
         fprintf(stderr, "omentum demo: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    OmScene scene = om_scene_default();
-    snprintf(scene.name, sizeof scene.name, "demo");
+    Settings s = {.scene = om_scene_default(), .out = om_cli_get(&args, "--output")};
+    OmScene* scene = &s.scene;
+    s.is_quiet = om_cli_get(&args, "--quiet") != NULL;
+    if (!s.out) s.out = "omentum-demo";
+    snprintf(scene->name, sizeof scene->name, "demo");
+    scene->seed = DEMO_LAYOUT;
     if (om_cli_get(&args, "--quick")) {
-        scene.world.has_depth_noise = false;
-        scene.endoscope.width = 320;
-        scene.endoscope.height = 240;
+        scene->tissue.cells = om_vec3(14, 14, 1);
+        scene->tissue.world_cells = om_vec3(20, 20, 2);
+        scene->endoscope.width = 320;
+        scene->endoscope.height = 240;
     }
-    const char* out = om_cli_get(&args, "--output");
-    return run(&scene, out ? out : "omentum-demo", NULL, 0, om_cli_get(&args, "--quiet") != NULL);
+    return run(&s);
 }

@@ -218,14 +218,17 @@ static OmStatus release(Loop* loop, int arm, OmActionOutcome* outcome) {
     return OM_OK;
 }
 
-// compute_target of Alg. 3: planar folds keep the height.
+// compute_target of Alg. 3: planar folds keep the height. Away from the camera goes the scene's `retract`;
+// towards the ROI goes on as far beyond it, since a flap held right above the ROI hides it from every side.
 static OmVec3 fold_target(const Loop* loop, int arm, OmPlanVerb verb) {
     OmVec3 tip = loop->arm[arm].tip;
-    if (verb == OM_PLAN_MOVE_ROI) {
-        OmVec3 roi = to_task(loop, loop->twin_site.roi_center);
-        return om_vec3(roi.x, roi.y, tip.z);
-    }
-    return om_vec3(tip.x + loop->scene->task.retract, tip.y, tip.z);
+    double retract = loop->scene->task.retract;
+    if (verb == OM_PLAN_MOVE_AWAY) return om_vec3(tip.x + retract, tip.y, tip.z);
+    OmVec3 roi = to_task(loop, loop->twin_site.roi_center);
+    OmVec3 to_roi = om_vec3(roi.x - tip.x, roi.y - tip.y, 0);
+    double distance = om_norm(to_roi);
+    if (distance < 1e-3) return tip;
+    return om_madd(tip, (distance + retract) / distance, to_roi);
 }
 
 OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome) {
