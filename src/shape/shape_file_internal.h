@@ -1,0 +1,152 @@
+// shape_file_internal.h: what the readers and writers of mesh files share.
+#ifndef OMENTUM_SHAPE_FILE_INTERNAL_H
+#define OMENTUM_SHAPE_FILE_INTERNAL_H
+
+#include "omentum/shape_file.h"
+
+// ---- what a file said, before units and checks (shape_file_data.c) ------------------------------
+
+typedef struct OmFileSet {  // a named group of vertices; repeats allowed
+    char name[OM_SET_NAME];
+    int *vert, nvert, cap;
+} OmFileSet;
+
+typedef struct OmFileMesh {
+    double* x;  // in the file's unit (nvert x 3)
+    int nvert, xcap;
+    int* tri;  // (ntri x 3); indices are checked when the mesh is taken over
+    int ntri, tricap;
+    int* tet;  // (ntet x 4)
+    int ntet, tetcap;
+    int* label;  // of the first nlabel tetrahedra, the others have 0
+    int nlabel, labelcap;
+    OmFileSet* set;
+    int nset, setcap;
+    bool is_soup;  // triangles share no vertices yet (STL)
+} OmFileMesh;
+
+void om__file_mesh_done(OmFileMesh* m);
+// Make room for `need` items of `size` bytes in *array, doubling.
+OmStatus om__grow(void* array, int* cap, int64_t need, size_t size);
+OmStatus om__add_vert(OmFileMesh* m, const double x[3]);
+OmStatus om__add_tri(OmFileMesh* m, int a, int b, int c);
+OmStatus om__add_tet(OmFileMesh* m, const int vert[4]);
+// The label of the tetrahedron added last.
+OmStatus om__set_label(OmFileMesh* m, int64_t label);
+// A polygon as a fan.
+OmStatus om__add_polygon(OmFileMesh* m, const int* vert, int nvert);
+// The set of that name, made if there is none; its index or -1 with the message set.
+int om__file_set(OmFileMesh* m, const char* name, size_t len);
+OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert);
+// A cell by its VTK type: tetrahedra and triangles (also quadratic) are taken, polygons split,
+// others passed over. *is_tet says whether a tetrahedron was added.
+OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, bool* is_tet);
+// A point array of bytes, of the vertices from `first` on: a set if all are 0 or 1.
+OmStatus om__add_point_flags(OmFileMesh* m, const char* name, size_t len, int first,
+                             const int64_t* value, int count);
+
+// ---- text (shape_file_scan.c) ---------------------------------------------------------------------
+
+typedef struct OmScan {  // a file in memory and a position in it
+    const char *start, *p, *end;
+} OmScan;
+typedef struct OmWord {  // letters of the file, not terminated
+    const char* str;
+    size_t len;
+} OmWord;
+
+OmScan om__scan(const char* data, size_t size);
+size_t om__scan_left(const OmScan* s);
+// The line of the position, from 1; counted when asked for.
+int om__scan_line(const OmScan* s);
+void om__skip_blank(OmScan* s);   // blanks and line ends
+void om__skip_space(OmScan* s);   // blanks of this line
+void om__skip_line(OmScan* s);    // to the start of the next line
+bool om__at_line_end(OmScan* s);  // after blanks
+OmWord om__read_word(OmScan* s);  // after blanks and line ends; length 0 at the end
+OmWord om__read_line(OmScan* s);  // the rest of this line, blanks around it cut off
+bool om__is_word(OmWord w, const char* str);
+bool om__is_word_nocase(OmWord w, const char* str);
+// Error at the current line: "line 12: ...".
+OmStatus om__scan_error(const OmScan* s, const char* format, ...) OM_PRINTF(2, 3);
+OmStatus om__read_double(OmScan* s, const char* what, double* v);
+// Finite, otherwise an error with the line.
+OmStatus om__read_coord(OmScan* s, const char* what, double* v);
+OmStatus om__read_int(OmScan* s, const char* what, int64_t lo, int64_t hi, int64_t* v);
+// A count of items of at least `least` bytes each, which the rest of the file must be able to hold.
+OmStatus om__read_count(OmScan* s, const char* what, size_t least, int* count);
+OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t least);
+// The next n bytes, or null with the message set.
+const unsigned char* om__read_bytes(OmScan* s, const char* what, uint64_t n);
+
+// ---- binary values (shape_file_scan.c) ------------------------------------------------------------
+
+typedef enum OmValueType {
+    OM_VALUE_NONE,
+    OM_VALUE_I8,
+    OM_VALUE_U8,
+    OM_VALUE_I16,
+    OM_VALUE_U16,
+    OM_VALUE_I32,
+    OM_VALUE_U32,
+    OM_VALUE_I64,
+    OM_VALUE_U64,
+    OM_VALUE_F32,
+    OM_VALUE_F64,
+} OmValueType;
+size_t om__value_size(OmValueType type);
+bool om__is_little(void);
+// Real numbers that are no integers become INT64_MIN, which no index accepts.
+double om__load_real(OmValueType type, const unsigned char* bytes, bool is_swapped);
+int64_t om__load_integer(OmValueType type, const unsigned char* bytes, bool is_swapped);
+
+// ---- base64 and zlib (shape_file_bytes.c) ----------------------------------------------------------
+
+typedef struct OmByteStream {  // plain or base64 bytes, read in order
+    const unsigned char *p, *end;
+    bool is_base64;
+    unsigned char group[3];
+    int ngroup, igroup;  // bytes of the current group of four letters, and those handed out
+} OmByteStream;
+OmStatus om__stream_read(OmByteStream* s, void* out, size_t n);
+// Inflate one zlib block to exactly out_size bytes.
+OmStatus om__inflate(const void* data, size_t size, void* out, size_t out_size);
+// Deflate into a block the caller frees with om_free.
+OmStatus om__deflate(const void* data, size_t size, unsigned char** out, size_t* out_size);
+
+// ---- formats --------------------------------------------------------------------------------------
+
+typedef OmStatus OmParseFn(const char* data, size_t size, OmFileMesh* m);
+OmParseFn om__parse_msh, om__parse_vtk, om__parse_vtu, om__parse_stl, om__parse_obj, om__parse_off,
+    om__parse_ply;
+// Take over what was parsed, for a path or from memory (the fuzz targets).
+OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh);
+OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, OmSurface* surface);
+
+typedef struct OmMeshOutput {  // what a writer writes
+    const OmTetMesh* mesh;
+    double scale;  // of positions
+    const OmMeshArray* array;
+    int narray;
+} OmMeshOutput;
+OmStatus om__write_msh(const OmMeshOutput* out, bool is_msh41, OmText* text);
+OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text);
+OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text);
+OmStatus om__write_surface_vtk(const OmSurface* surface, double scale, OmText* text);
+OmStatus om__write_stl(const OmSurface* surface, double scale, OmText* text);
+OmStatus om__write_obj(const OmSurface* surface, double scale, OmText* text);
+OmStatus om__write_off(const OmSurface* surface, double scale, OmText* text);
+OmStatus om__write_ply(const OmSurface* surface, double scale, OmText* text);
+// "x y z\n" with 17 digits each
+OmStatus om__write_point(OmText* text, const double* x, double scale);
+// Values as text, ncomp a line.
+OmStatus om__write_values(OmText* text, OmArrayType type, const void* value, size_t count,
+                          int ncomp);
+// Positions in the file's unit (nvert x 3); the caller frees with om_free.
+double* om__scaled_points(const OmMeshOutput* out);
+// 1 where a vertex is in the set (nvert)
+void om__set_flags(const OmMeshSet* set, int nvert, unsigned char* flag);
+size_t om__array_size(OmArrayType type);
+OmStatus om__check_arrays(const OmMeshArray* array, int narray);
+
+#endif

@@ -1,0 +1,647 @@
+// shape_file_vtu.c: VTK's XML files of unstructured grids (.vtu).
+//
+// Only what such files hold is understood of XML: tags with quoted attributes, comments, and text that
+// has no tags in it. The arrays of a piece may come in any order, so a piece is first listed (where does
+// each array begin, of what type is it) and decoded at its end. Arrays are text, base64 in place, or lie
+// behind the last tag (AppendedData, raw or base64); each begins with its length or, compressed by
+// zlib, with the table of its blocks:
+//
+//     [bytes] data                                                 in words of header_type
+//     [blocks][block size][last size or 0][packed size ...] packed blocks
+//
+// Reference: VTK file formats, "XML file formats".
+#include <limits.h>
+#include <string.h>
+
+#include "shape/shape_file_internal.h"
+
+#define MAX_PACKING 1032  // zlib cannot pack tighter (1:1032)
+#define MAX_FLAGS 256     // point arrays of bytes looked at in one piece
+
+typedef struct Tag {
+    OmWord name;
+    const char *attr, *attr_end;  // text of the attributes
+    bool is_end, is_empty;        // </a>, <a/>
+} Tag;
+
+typedef struct Array {  // where a DataArray is
+    OmWord name, type, format;
+    int64_t ncomp, offset;
+    const char* content;  // behind the tag
+} Array;
+
+typedef struct Piece {
+    bool is_open;
+    int npoint, ncell;
+    Array points, connectivity, offsets, types, label;  // content is null if it is missing
+    Array flags[MAX_FLAGS];
+    int nflags;
+} Piece;
+
+typedef struct Vtu {
+    OmScan s;
+    bool is_swapped, is_compressed;
+    OmValueType header_type;
+    const char* appended;  // first byte behind the underscore, null if there is none
+    bool is_appended_base64;
+    Piece piece;
+} Vtu;
+
+// ---- tags -------------------------------------------------------------------------------------------
+
+static bool skip_past(OmScan* s, const char* str) {
+    size_t len = strlen(str);
+    for (; om__scan_left(s) >= len; s->p++) {
+        if (memcmp(s->p, str, len) == 0) {
+            s->p += len;
+            return true;
+        }
+    }
+    s->p = s->end;
+    return false;
+}
+
+static bool is_name_char(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == ':' || c == '.';
+}
+
+// The next tag, text before it passed over. False at the end of the file or in a damaged tag.
+static bool next_tag(OmScan* s, Tag* tag) {
+    for (;;) {
+        const char* open = om__scan_left(s) ? memchr(s->p, '<', om__scan_left(s)) : NULL;
+        if (!open) return false;
+        s->p = open + 1;
+        if (om__scan_left(s) >= 3 && memcmp(s->p, "!--", 3) == 0) {
+            if (!skip_past(s, "-->")) return false;
+        } else if (om__scan_left(s) && (*s->p == '?' || *s->p == '!')) {
+            if (!skip_past(s, ">")) return false;
+        } else {
+            break;
+        }
+    }
+    memset(tag, 0, sizeof *tag);
+    if (om__scan_left(s) && *s->p == '/') {
+        tag->is_end = true;
+        s->p++;
+    }
+    tag->name.str = s->p;
+    while (om__scan_left(s) && is_name_char(*s->p)) s->p++;
+    tag->name.len = (size_t)(s->p - tag->name.str);
+    tag->attr = s->p;
+    char quote = 0;
+    for (; om__scan_left(s); s->p++) {
+        if (quote) {
+            if (*s->p == quote) quote = 0;
+        } else if (*s->p == '"' || *s->p == '\'') {
+            quote = *s->p;
+        } else if (*s->p == '>') {
+            break;
+        }
+    }
+    if (!om__scan_left(s)) return false;
+    tag->attr_end = s->p;
+    tag->is_empty = s->p > tag->attr && s->p[-1] == '/';
+    s->p++;
+    return true;
+}
+
+static bool find_attr(const Tag* tag, const char* name, OmWord* value) {
+    OmScan s = om__scan(tag->attr, (size_t)(tag->attr_end - tag->attr));
+    for (;;) {
+        om__skip_blank(&s);
+        OmWord key = {s.p, 0};
+        while (om__scan_left(&s) && is_name_char(*s.p)) s.p++;
+        key.len = (size_t)(s.p - key.str);
+        om__skip_blank(&s);
+        if (key.len == 0 || !om__scan_left(&s) || *s.p != '=') break;
+        s.p++;
+        om__skip_blank(&s);
+        if (!om__scan_left(&s) || (*s.p != '"' && *s.p != '\'')) break;
+        char quote = *s.p++;
+        const char* close = om__scan_left(&s) ? memchr(s.p, quote, om__scan_left(&s)) : NULL;
+        if (!close) break;
+        *value = (OmWord){s.p, (size_t)(close - s.p)};
+        s.p = close + 1;
+        if (om__is_word(key, name)) return true;
+    }
+    *value = (OmWord){"", 0};
+    return false;
+}
+
+static int shown(OmWord w) { return w.len < 40 ? (int)w.len : 40; }
+
+static OmStatus attr_integer(const Vtu* v, const Tag* tag, const char* name, int64_t fallback,
+                             int64_t* value) {
+    OmWord w;
+    *value = fallback;
+    if (!find_attr(tag, name, &w)) return OM_OK;
+    OmScan s = om__scan(w.str, w.len);
+    om__skip_blank(&s);
+    if (om_integer_parse(&s.p, s.end, value) && om__at_line_end(&s)) return OM_OK;
+    return om__scan_error(&v->s, "attribute %s: a whole number is wanted, not \"%.*s\"", name,
+                          shown(w), w.str);
+}
+
+// The name with &amp; and its like resolved; its length, 0 if it does not fit.
+static size_t unescape(OmWord w, char out[OM_SET_NAME]) {
+    static const struct {
+        const char* name;
+        char c;
+    } table[] = {{"&amp;", '&'},  {"&lt;", '<'},   {"&gt;", '>'},
+                 {"&quot;", '"'}, {"&#39;", '\''}, {"&apos;", '\''}};
+    size_t n = 0;
+    for (size_t i = 0; i < w.len;) {
+        size_t used = 1;
+        char c = w.str[i];
+        for (size_t k = 0; c == '&' && k < sizeof table / sizeof table[0]; k++) {
+            size_t len = strlen(table[k].name);
+            if (w.len - i < len || memcmp(w.str + i, table[k].name, len) != 0) continue;
+            c = table[k].c;
+            used = len;
+            break;
+        }
+        if (n + 1 >= OM_SET_NAME) return 0;
+        out[n++] = c;
+        i += used;
+    }
+    return n;
+}
+
+// ---- arrays -----------------------------------------------------------------------------------------
+
+static OmValueType type_of(OmWord w) {
+    static const char* const name[] = {"",       "Int8",  "UInt8",  "Int16",   "UInt16", "Int32",
+                                       "UInt32", "Int64", "UInt64", "Float32", "Float64"};
+    for (size_t i = 1; i < sizeof name / sizeof name[0]; i++)
+        if (om__is_word(w, name[i])) return (OmValueType)i;
+    return OM_VALUE_NONE;
+}
+
+static OmStatus read_header_word(const Vtu* v, OmByteStream* b, uint64_t* word) {
+    unsigned char bytes[8];
+    OM_TRY(om__stream_read(b, bytes, om__value_size(v->header_type)));
+    *word = (uint64_t)om__load_integer(v->header_type, bytes, v->is_swapped);
+    return OM_OK;
+}
+
+static OmStatus read_plain(const Vtu* v, OmByteStream* b, uint64_t size, unsigned char** out) {
+    uint64_t stated;
+    OM_TRY(read_header_word(v, b, &stated));
+    OM_CHECK(stated == size, OM_INVALID, "it states %llu bytes, %llu are wanted",
+             (unsigned long long)stated, (unsigned long long)size);
+    OM_CHECK(size <= (size_t)(b->end - b->p) + 2, OM_INVALID,
+             "it has %llu bytes, the file ends before", (unsigned long long)size);
+    *out = om_alloc(size, 1);
+    return *out ? om__stream_read(b, *out, size) : OM_NO_MEMORY;
+}
+
+static OmStatus inflate_blocks(OmByteStream* b, const uint64_t* packed, uint64_t nblock,
+                               uint64_t block, uint64_t size, unsigned char* out) {
+    OmStatus status = OM_OK;
+    for (uint64_t i = 0; i < nblock && status == OM_OK; i++) {
+        uint64_t wanted = i + 1 < nblock ? block : size - (nblock - 1) * block;
+        OM_CHECK(packed[i] <= (size_t)(b->end - b->p) + 2, OM_INVALID,
+                 "block %llu has %llu bytes, the file ends before", (unsigned long long)i + 1,
+                 (unsigned long long)packed[i]);
+        unsigned char* bytes = om_alloc(packed[i], 1);
+        if (!bytes) return OM_NO_MEMORY;
+        status = om__stream_read(b, bytes, packed[i]);
+        if (status == OM_OK) status = om__inflate(bytes, packed[i], out + i * block, wanted);
+        om_free(bytes);
+    }
+    return status;
+}
+
+static OmStatus read_compressed(const Vtu* v, OmByteStream* b, uint64_t size, unsigned char** out) {
+    uint64_t nblock, block, last, left = (uint64_t)(b->end - b->p);
+    OM_TRY(read_header_word(v, b, &nblock));
+    OM_TRY(read_header_word(v, b, &block));
+    OM_TRY(read_header_word(v, b, &last));
+    OM_CHECK(nblock <= left && block <= INT_MAX && last <= block, OM_INVALID,
+             "the table of its compressed blocks is damaged");
+    uint64_t stated = nblock == 0 ? 0 : last ? (nblock - 1) * block + last : nblock * block;
+    OM_CHECK(stated == size, OM_INVALID, "it states %llu bytes, %llu are wanted",
+             (unsigned long long)stated, (unsigned long long)size);
+    OM_CHECK(size / MAX_PACKING <= left, OM_INVALID, "it has %llu bytes, the file ends before",
+             (unsigned long long)size);
+    uint64_t* packed = om_alloc(nblock, sizeof *packed);
+    if (!packed) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    for (uint64_t i = 0; i < nblock && status == OM_OK; i++)
+        status = read_header_word(v, b, &packed[i]);
+    // what is encoded behind the table is a stream of its own
+    if (status == OM_OK) b->igroup = b->ngroup = 0;
+    if (status == OM_OK && !(*out = om_alloc(size, 1))) status = OM_NO_MEMORY;
+    if (status == OM_OK) status = inflate_blocks(b, packed, nblock, block, size, *out);
+    om_free(packed);
+    return status;
+}
+
+// Values of text, one by one into real or integer.
+static OmStatus read_text_values(const Vtu* v, const Array* a, size_t count, double* real,
+                                 int64_t* integer) {
+    OmScan s = v->s;
+    s.p = a->content;
+    const char* end = memchr(s.p, '<', om__scan_left(&s));
+    if (end) s.end = end;
+    OM_CHECK(count <= om__scan_left(&s), OM_INVALID, "%zu values are wanted, its text is too short",
+             count);
+    for (size_t i = 0; i < count; i++) {
+        if (real) {
+            OM_TRY(om__read_double(&s, "a value", &real[i]));
+        } else {
+            OM_TRY(om__read_int(&s, "a value", INT64_MIN, INT64_MAX, &integer[i]));
+        }
+    }
+    return OM_OK;
+}
+
+// `count` values into real or integer, whichever is not null (count items).
+static OmStatus read_values(const Vtu* v, const Array* a, size_t count, double* real,
+                            int64_t* integer) {
+    OmValueType type = type_of(a->type);
+    OM_CHECK(type != OM_VALUE_NONE, OM_INVALID, "its type \"%.*s\" is not known", shown(a->type),
+             a->type.str);
+    if (om__is_word(a->format, "ascii")) return read_text_values(v, a, count, real, integer);
+    OmByteStream b = {(const unsigned char*)a->content, (const unsigned char*)v->s.end, true};
+    if (om__is_word(a->format, "appended")) {
+        OM_CHECK(v->appended, OM_INVALID, "the file has no AppendedData");
+        OM_CHECK(a->offset >= 0 && a->offset <= v->s.end - v->appended, OM_INVALID,
+                 "its offset %lld lies outside of the file", (long long)a->offset);
+        b.p = (const unsigned char*)v->appended + a->offset;
+        b.is_base64 = v->is_appended_base64;
+    } else {
+        OM_CHECK(om__is_word(a->format, "binary"), OM_INVALID, "its format \"%.*s\" is not known",
+                 shown(a->format), a->format.str);
+    }
+    unsigned char* bytes = NULL;
+    size_t size = om__value_size(type);
+    OmStatus status = v->is_compressed ? read_compressed(v, &b, count * size, &bytes)
+                                       : read_plain(v, &b, count * size, &bytes);
+    for (size_t i = 0; i < count && status == OM_OK; i++) {
+        if (real)
+            real[i] = om__load_real(type, bytes + i * size, v->is_swapped);
+        else
+            integer[i] = om__load_integer(type, bytes + i * size, v->is_swapped);
+    }
+    om_free(bytes);
+    return status;
+}
+
+// No file holds more values than this, however well it is packed.
+static OmStatus check_plausible(const Vtu* v, size_t count) {
+    size_t size = (size_t)(v->s.end - v->s.start);
+    OM_CHECK(count / MAX_PACKING <= size, OM_INVALID,
+             "the piece states %zu values, a file of %zu bytes cannot hold them", count, size);
+    return OM_OK;
+}
+
+static OmStatus read_integers(const Vtu* v, const Array* a, const char* name, size_t count,
+                              int64_t** value) {
+    *value = NULL;
+    OM_CHECK(a->content, OM_INVALID, "the piece has no array \"%s\"", name);
+    OM_TRY(check_plausible(v, count));
+    *value = om_alloc(count, sizeof **value);
+    if (!*value) return OM_NO_MEMORY;
+    OmStatus status = read_values(v, a, count, NULL, *value);
+    if (status == OM_OK) return OM_OK;
+    om_free(*value);
+    *value = NULL;
+    return om_error_prefix(status, "array \"%s\"", name);
+}
+
+// ---- pieces -----------------------------------------------------------------------------------------
+
+static OmStatus take_points(const Vtu* v, OmFileMesh* m) {
+    const Array* a = &v->piece.points;
+    size_t count = 3 * (size_t)v->piece.npoint;
+    OM_CHECK(a->content, OM_INVALID, "the piece has no array of points");
+    OM_CHECK(a->ncomp == 3, OM_INVALID, "the points have %lld components, 3 are wanted",
+             (long long)a->ncomp);
+    OM_TRY(check_plausible(v, count));
+    double* x = om_alloc(count, sizeof *x);
+    if (!x) return OM_NO_MEMORY;
+    OmStatus status = read_values(v, a, count, x, NULL);
+    if (status < 0) om_error_prefix(status, "points");
+    for (int i = 0; i < v->piece.npoint && status == OM_OK; i++)
+        status = om__add_vert(m, x + 3 * (size_t)i);
+    om_free(x);
+    return status;
+}
+
+static OmStatus take_cell(const Piece* p, int cell, int base, const int64_t* vert, int64_t n,
+                          const int64_t* type, const int64_t* label, OmFileMesh* m) {
+    enum { MAX_CORNER = 1024 };
+    int corner[MAX_CORNER];
+    bool is_tet;
+    if (n > MAX_CORNER) return OM_OK;  // a long line or many points: no cell of ours
+    for (int64_t i = 0; i < n; i++) {
+        OM_CHECK(vert[i] >= 0 && vert[i] < p->npoint, OM_INVALID,
+                 "cell %d names point %lld, the piece has %d", cell, (long long)vert[i], p->npoint);
+        corner[i] = base + (int)vert[i];
+    }
+    int vtk_type = type[cell] >= 0 && type[cell] < 256 ? (int)type[cell] : 0;
+    OmStatus status = om__add_vtk_cell(m, vtk_type, corner, (int)n, &is_tet);
+    if (status < 0) return om_error_prefix(status, "cell %d", cell);
+    return is_tet && label ? om__set_label(m, label[cell]) : OM_OK;
+}
+
+static OmStatus take_cells(const Vtu* v, int base, OmFileMesh* m) {
+    const Piece* p = &v->piece;
+    OmStatus status = OM_OK;
+    int64_t *offset = NULL, *type = NULL, *vert = NULL, *label = NULL, last = 0;
+    OM_TRY_DONE(read_integers(v, &p->offsets, "offsets", (size_t)p->ncell, &offset));
+    OM_TRY_DONE(read_integers(v, &p->types, "types", (size_t)p->ncell, &type));
+    for (int c = 0; c < p->ncell; c++) {
+        OM_CHECK_DONE(offset[c] >= last && offset[c] <= INT_MAX, OM_INVALID,
+                      "array \"offsets\": entry %d is %lld, the one before %lld", c,
+                      (long long)offset[c], (long long)last);
+        last = offset[c];
+    }
+    OM_TRY_DONE(read_integers(v, &p->connectivity, "connectivity", (size_t)last, &vert));
+    if (p->label.content && p->label.ncomp == 1)
+        OM_TRY_DONE(read_integers(v, &p->label, "tet_label", (size_t)p->ncell, &label));
+    last = 0;
+    for (int c = 0; c < p->ncell; c++) {
+        OM_TRY_DONE(take_cell(p, c, base, vert + last, offset[c] - last, type, label, m));
+        last = offset[c];
+    }
+done:
+    om_free(offset);
+    om_free(type);
+    om_free(vert);
+    om_free(label);
+    return status;
+}
+
+static OmStatus take_piece(const Vtu* v, OmFileMesh* m) {
+    const Piece* p = &v->piece;
+    if (p->npoint == 0 && p->ncell == 0) return OM_OK;
+    int base = m->nvert;
+    OM_TRY(take_points(v, m));
+    if (p->ncell > 0) OM_TRY(take_cells(v, base, m));
+    for (int i = 0; i < p->nflags; i++) {
+        char name[OM_SET_NAME], where[OM_SET_NAME + 16];
+        int64_t* value;
+        size_t len = unescape(p->flags[i].name, name);
+        snprintf(where, sizeof where, "%.*s", (int)len, name);
+        OM_TRY(read_integers(v, &p->flags[i], where, (size_t)p->npoint, &value));
+        OmStatus status = om__add_point_flags(m, name, len, base, value, p->npoint);
+        om_free(value);
+        OM_TRY(status);
+    }
+    return OM_OK;
+}
+
+static OmStatus open_piece(Vtu* v, const Tag* tag) {
+    int64_t npoint, ncell;
+    OM_TRY(attr_integer(v, tag, "NumberOfPoints", -1, &npoint));
+    OM_TRY(attr_integer(v, tag, "NumberOfCells", -1, &ncell));
+    if (npoint < 0 || npoint > INT_MAX / 4 || ncell < 0 || ncell > INT_MAX / 4) {
+        return om__scan_error(&v->s, "a piece of %lld points and %lld cells", (long long)npoint,
+                              (long long)ncell);
+    }
+    memset(&v->piece, 0, sizeof v->piece);
+    v->piece.is_open = true;
+    v->piece.npoint = (int)npoint;
+    v->piece.ncell = (int)ncell;
+    return OM_OK;
+}
+
+static OmStatus list_array(Vtu* v, const Tag* tag, OmWord section) {
+    Piece* p = &v->piece;
+    Array a = {.content = v->s.p};
+    find_attr(tag, "Name", &a.name);
+    find_attr(tag, "type", &a.type);
+    find_attr(tag, "format", &a.format);
+    OM_TRY(attr_integer(v, tag, "NumberOfComponents", 1, &a.ncomp));
+    OM_TRY(attr_integer(v, tag, "offset", 0, &a.offset));
+    OmValueType type = type_of(a.type);
+    if (om__is_word(section, "Points")) {
+        p->points = a;
+    } else if (om__is_word(section, "Cells")) {
+        if (om__is_word(a.name, "connectivity")) p->connectivity = a;
+        if (om__is_word(a.name, "offsets")) p->offsets = a;
+        if (om__is_word(a.name, "types")) p->types = a;
+    } else if (om__is_word(section, "CellData")) {
+        if (om__is_word(a.name, "tet_label")) p->label = a;
+    } else if (om__is_word(section, "PointData") && a.ncomp == 1 && a.name.len > 0 &&
+               (type == OM_VALUE_U8 || type == OM_VALUE_I8)) {
+        if (p->nflags < MAX_FLAGS) p->flags[p->nflags++] = a;
+    }
+    return OM_OK;
+}
+
+// ---- the file ---------------------------------------------------------------------------------------
+
+static OmStatus read_file_tag(Vtu* v, const Tag* tag) {
+    OmWord w;
+    find_attr(tag, "type", &w);
+    OM_CHECK(om__is_word(w, "UnstructuredGrid"), OM_INVALID,
+             "VTKFile is of type \"%.*s\", UnstructuredGrid is wanted", shown(w), w.str);
+    v->is_swapped = !om__is_little();
+    if (find_attr(tag, "byte_order", &w)) {
+        bool is_big = om__is_word(w, "BigEndian");
+        OM_CHECK(is_big || om__is_word(w, "LittleEndian"), OM_INVALID,
+                 "byte_order \"%.*s\" is not known", shown(w), w.str);
+        v->is_swapped = is_big == om__is_little();
+    }
+    v->header_type = OM_VALUE_U32;
+    if (find_attr(tag, "header_type", &w)) {
+        v->header_type = type_of(w);
+        OM_CHECK(v->header_type == OM_VALUE_U32 || v->header_type == OM_VALUE_U64, OM_INVALID,
+                 "header_type \"%.*s\" is not known", shown(w), w.str);
+    }
+    v->is_compressed = find_attr(tag, "compressor", &w) && w.len > 0;
+    OM_CHECK(!v->is_compressed || om__is_word(w, "vtkZLibDataCompressor"), OM_INVALID,
+             "compressor \"%.*s\" is not read; save the file with zlib or uncompressed", shown(w),
+             w.str);
+    return OM_OK;
+}
+
+// The appended data may hold anything, also brackets: they are looked for before the tags are read.
+static OmStatus find_appended(Vtu* v) {
+    OmScan s = v->s;
+    Tag tag;
+    while (next_tag(&s, &tag)) {
+        if (tag.is_end || !om__is_word(tag.name, "AppendedData")) continue;
+        OmWord encoding;
+        find_attr(&tag, "encoding", &encoding);
+        v->is_appended_base64 = om__is_word(encoding, "base64");
+        OM_CHECK(v->is_appended_base64 || om__is_word(encoding, "raw"), OM_INVALID,
+                 "AppendedData of encoding \"%.*s\"", shown(encoding), encoding.str);
+        om__skip_blank(&s);
+        OM_CHECK(om__scan_left(&s) && *s.p == '_', OM_INVALID,
+                 "AppendedData do not begin with an underscore");
+        v->appended = s.p + 1;
+        break;
+    }
+    return OM_OK;
+}
+
+static bool is_section(OmWord name) {
+    static const char* const section[] = {"PointData", "CellData", "Points", "Cells", "FieldData"};
+    for (size_t i = 0; i < sizeof section / sizeof section[0]; i++)
+        if (om__is_word(name, section[i])) return true;
+    return false;
+}
+
+static OmStatus read_tags(Vtu* v, OmFileMesh* m) {
+    OmWord section = {"", 0};
+    int npiece = 0;
+    Tag tag;
+    while (next_tag(&v->s, &tag)) {
+        if (om__is_word(tag.name, "AppendedData")) break;
+        if (om__is_word(tag.name, "Piece")) {
+            if (!tag.is_end) OM_TRY(open_piece(v, &tag));
+            if ((tag.is_end || tag.is_empty) && v->piece.is_open) {
+                OM_TRY(take_piece(v, m));
+                v->piece.is_open = false;
+                npiece++;
+            }
+        } else if (om__is_word(tag.name, "DataArray")) {
+            if (!tag.is_end && v->piece.is_open) OM_TRY(list_array(v, &tag, section));
+        } else if (is_section(tag.name)) {
+            section = tag.is_end ? (OmWord){"", 0} : tag.name;
+        }
+    }
+    OM_CHECK(!v->piece.is_open, OM_INVALID, "the file ends inside of a piece: it is cut short");
+    OM_CHECK(npiece > 0, OM_INVALID, "the file has no piece");
+    return OM_OK;
+}
+
+OmStatus om__parse_vtu(const char* data, size_t size, OmFileMesh* m) {
+    Tag tag;
+    Vtu* v = om_calloc(1, sizeof *v);
+    if (!v) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    v->s = om__scan(data, size);
+    OM_CHECK_DONE(next_tag(&v->s, &tag) && om__is_word(tag.name, "VTKFile"), OM_INVALID,
+                  "this is no VTK XML file: it does not begin with a tag VTKFile");
+    OM_TRY_DONE(read_file_tag(v, &tag));
+    OM_TRY_DONE(find_appended(v));
+    OM_TRY_DONE(read_tags(v, m));
+done:
+    om_free(v);
+    return status;
+}
+
+// ---- writing ----------------------------------------------------------------------------------------
+
+#define BLOCK ((size_t)1 << 18)
+
+static OmStatus write_compressed(OmText* text, const unsigned char* data, size_t size) {
+    size_t nblock = (size + BLOCK - 1) / BLOCK;
+    uint32_t* head = om_alloc(3 + nblock, sizeof *head);
+    if (!head) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    OmText packed = {0};
+    head[0] = (uint32_t)nblock;
+    head[1] = (uint32_t)BLOCK;
+    head[2] = (uint32_t)(size % BLOCK);
+    for (size_t i = 0; i < nblock; i++) {
+        unsigned char* bytes;
+        size_t len, n = size - i * BLOCK < BLOCK ? size - i * BLOCK : BLOCK;
+        OM_TRY_DONE(om__deflate(data + i * BLOCK, n, &bytes, &len));
+        status = om_text_append_raw(&packed, (const char*)bytes, len);
+        om_free(bytes);
+        OM_TRY_DONE(status);
+        head[3 + i] = (uint32_t)len;
+    }
+    OM_TRY_DONE(om_text_append_base64(text, head, (3 + nblock) * sizeof *head));
+    OM_TRY_DONE(om_text_append_base64(text, packed.str, packed.len));
+done:
+    om_text_done(&packed);
+    om_free(head);
+    return status;
+}
+
+static OmStatus write_array(OmText* text, bool is_text, const OmMeshArray* a, int nitem) {
+    static const char* const type[] = {"Float64", "Float32", "Int32", "UInt8"};
+    size_t count = (size_t)nitem * (size_t)a->ncomp;
+    OM_TRY(om_text_append(text, "<DataArray type=\"%s\" Name=\"", type[a->type]));
+    OM_TRY(om_text_append_html(text, a->name));
+    OM_TRY(om_text_append(text, "\" NumberOfComponents=\"%d\" format=\"%s\">\n", a->ncomp,
+                          is_text ? "ascii" : "binary"));
+    if (is_text)
+        OM_TRY(om__write_values(text, a->type, a->value, count, a->ncomp));
+    else
+        OM_TRY(write_compressed(text, a->value, count * om__array_size(a->type)));
+    return om_text_append(text, "%s</DataArray>\n", is_text ? "" : "\n");
+}
+
+static OmStatus write_cells(OmText* text, bool is_text, const OmTetMesh* mesh) {
+    OmStatus status = OM_OK;
+    unsigned char* type = NULL;
+    int* offset = NULL;
+    OM_ALLOC_DONE(type, mesh->ntet);
+    OM_ALLOC_DONE(offset, mesh->ntet);
+    memset(type, 10, (size_t)mesh->ntet);
+    for (int e = 0; e < mesh->ntet; e++) offset[e] = 4 * (e + 1);
+    const OmMeshArray array[] = {{"connectivity", OM_ARRAY_INT, 4, true, mesh->tet_vert},
+                                 {"offsets", OM_ARRAY_INT, 1, true, offset},
+                                 {"types", OM_ARRAY_BYTE, 1, true, type}};
+    OM_TRY_DONE(om_text_append(text, "<Cells>\n"));
+    for (int i = 0; i < 3; i++) {
+        OmMeshArray a = array[i];
+        if (i == 0) a.ncomp = 1;  // VTK wants a flat list
+        OM_TRY_DONE(write_array(text, is_text, &a, i == 0 ? 4 * mesh->ntet : mesh->ntet));
+    }
+    OM_TRY_DONE(om_text_append(text, "</Cells>\n"));
+done:
+    om_free(type);
+    om_free(offset);
+    return status;
+}
+
+static OmStatus write_points(OmText* text, bool is_text, const OmMeshOutput* out) {
+    double* x = om__scaled_points(out);
+    if (!x) return OM_NO_MEMORY;
+    const OmMeshArray a = {"Points", OM_ARRAY_DOUBLE, 3, false, x};
+    OmStatus status = om_text_append(text, "<Points>\n");
+    if (status == OM_OK) status = write_array(text, is_text, &a, out->mesh->nvert);
+    if (status == OM_OK) status = om_text_append(text, "</Points>\n");
+    om_free(x);
+    return status;
+}
+
+static OmStatus write_data(OmText* text, bool is_text, const OmMeshOutput* out) {
+    const OmTetMesh* mesh = out->mesh;
+    OmStatus status = OM_OK;
+    unsigned char* flag = NULL;
+    const OmMeshArray label = {"tet_label", OM_ARRAY_INT, 1, true, mesh->tet_label};
+    OM_ALLOC_DONE(flag, mesh->nvert);
+    OM_TRY_DONE(om_text_append(text, "<PointData>\n"));
+    for (int s = 0; s < mesh->nset; s++) {
+        const OmMeshArray a = {mesh->set[s].name, OM_ARRAY_BYTE, 1, false, flag};
+        om__set_flags(&mesh->set[s], mesh->nvert, flag);
+        OM_TRY_DONE(write_array(text, is_text, &a, mesh->nvert));
+    }
+    for (int i = 0; i < out->narray; i++)
+        if (!out->array[i].is_cell)
+            OM_TRY_DONE(write_array(text, is_text, &out->array[i], mesh->nvert));
+    OM_TRY_DONE(om_text_append(text, "</PointData>\n<CellData>\n"));
+    OM_TRY_DONE(write_array(text, is_text, &label, mesh->ntet));
+    for (int i = 0; i < out->narray; i++)
+        if (out->array[i].is_cell)
+            OM_TRY_DONE(write_array(text, is_text, &out->array[i], mesh->ntet));
+    OM_TRY_DONE(om_text_append(text, "</CellData>\n"));
+done:
+    om_free(flag);
+    return status;
+}
+
+OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
+    OM_TRY(om_text_append(
+        text,
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" "
+        "version=\"1.0\" byte_order=\"%s\" header_type=\"UInt32\"%s>\n"
+        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
+        om__is_little() ? "LittleEndian" : "BigEndian",
+        is_text ? "" : " compressor=\"vtkZLibDataCompressor\"", out->mesh->nvert, out->mesh->ntet));
+    OM_TRY(write_data(text, is_text, out));
+    OM_TRY(write_points(text, is_text, out));
+    OM_TRY(write_cells(text, is_text, out->mesh));
+    return om_text_append(text, "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+}
