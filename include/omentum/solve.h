@@ -102,6 +102,10 @@ OM_API void om_solver_destroy(OmSolver* solver);
 /// given there. May change at any time (grasp, release); takes effect at the next refresh.
 /// @param fixed  nonzero where prescribed (nvert x 3); null frees all
 OM_API void om_solver_set_fixed(OmSolver* solver, const unsigned char* fixed);
+/// Measure residuals against `norm` instead of |b|, in later solves: for a b that stiff penalties make
+/// large, which would loosen the tolerance of everything else. 0, the default, is |b| again. Not used by
+/// OM_CHOLESKY.
+OM_API void om_solver_set_reference(OmSolver* solver, double norm);
 /// Take over new values of A: invert diagonal blocks, make coarse matrices, or factor. No allocation,
 /// except inside CHOLMOD.
 /// @param A  the pattern of create

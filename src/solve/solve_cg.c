@@ -261,9 +261,9 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     if (total(S, HAS_BAD) > 0) return OM_INVALID;
     if (!residual_norms(m, !has_prescribed)) return OM_INVALID;
     for (int q = 0; q < nrhs; ++q) {
-        scale[q] = m->norm[q];
+        m->is_open[q] = m->norm[q] > 0.0;  // else x = 0 is exact
+        scale[q] = m->is_open[q] && S->reference > 0.0 ? S->reference : m->norm[q];
         m->goal[q] = S->def.tolerance * scale[q];
-        m->is_open[q] = scale[q] > 0.0;  // else x = 0 is exact
     }
     if (has_guess) {
         om_team_barrier(m->team);

@@ -131,6 +131,10 @@ size_t om_solver_memory(const OmSolver* S) { return S->memory; }
 
 // ---- refresh ----------------------------------------------------------------------------------------
 
+void om_solver_set_reference(OmSolver* S, double norm) {
+    S->reference = norm > 0.0 && isfinite(norm) ? norm : 0.0;
+}
+
 void om_solver_set_fixed(OmSolver* S, const unsigned char* fixed) {
     for (size_t n = 0; n < 3 * (size_t)S->nvert; ++n) S->fixed[n] = fixed && fixed[n] ? 1 : 0;
     S->is_ready = false;

@@ -155,6 +155,16 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
     }
 }
 
+// Penalties on moving vertices make a large right-hand side, against which any residual of the tissue is
+// small: with forces added, what counts is the right-hand side without them.
+static double reference_norm(const OmTissueWork* w) {
+    double sum = 0;
+    if (w->nextra == 0) return 0;
+    for (int i = 0; i < w->nvert; ++i)
+        if (!w->key[i]) sum += om_norm2(om_load3(w->b, i));
+    return sqrt(sum);
+}
+
 static OmStatus refresh_solver(OmTissueWork* w) {
     if (!w->is_stale) return OM_OK;
     OmStatus status = om_solver_refresh(w->solver, &w->A);
@@ -171,6 +181,7 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
     OM_CHECK(w->h > 0, OM_INVALID, "tissue: om_tissue_begin_step must come first");
     add_extra(s, w);
     OM_TRY(refresh_solver(w));
+    om_solver_set_reference(w->solver, reference_norm(w));
     OmSolveInfo info = {0};
     OmStatus status = om_solver_solve(w->solver, &w->A, 1, w->rhs, w->dv, &info);
     if (status < 0) return status;
@@ -204,6 +215,7 @@ OmStatus om_tissue_solve(const OmTissueModel* m, OmTissueWork* w, int nrhs, cons
     OM_CHECK(w->h > 0 && nrhs >= 1, OM_INVALID,
              "tissue: om_tissue_begin_step must come first, and nrhs (%d) be at least 1", nrhs);
     OM_TRY(refresh_solver(w));
+    om_solver_set_reference(w->solver, 0);
     for (int k = 0; k < nrhs; ++k)
         for (int i = 0; i < w->nvert; ++i)
             if (w->key[i]) om_store3(x + 3 * (size_t)k * (size_t)w->nvert, i, om_vec3(0, 0, 0));
