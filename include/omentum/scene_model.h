@@ -133,6 +133,10 @@ OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* vol
 /// "lateral" and "medial" need the side of the body: `is_left` says which.
 OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction);
 
+/// An attachment in words: "FACE" or "FACE:WHERE [SHARE%] [seed N]", as in "border:medial 25 %" or
+/// "underside:random 10% seed 3"; vectors are written x/y/z. OM_INVALID says which word is wrong.
+OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
+
 OM_API void om_patient_done(OmPatient* patient);
 /// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
 /// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.

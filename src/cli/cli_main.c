@@ -15,6 +15,7 @@ typedef struct Verb {
 
 static const Verb verb[] = {
     {"demo", om_cli_demo, "expose a tumour under a sheet of tissue; needs no file"},
+    {"model", om_cli_model, "build a patient model from a CT, a label map or a mesh"},
     {"plan", om_cli_plan, "plan a retraction from a described situation, and say why"},
     {"retract", om_cli_retract,
      "run a scene: sense, plan, act until the ROI is seen; writes a report"},

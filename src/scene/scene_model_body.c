@@ -167,6 +167,32 @@ void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMes
     }
 }
 
+// ---- meshes and surfaces ------------------------------------------------------------------------------------
+
+static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
+    OM_TRY(om_tet_mesh_load(def->input, def->unit, &body->mesh));
+    body->has_mesh = true;
+    OmSurface surface;
+    OM_TRY(om_tet_mesh_boundary(&body->mesh, &surface, NULL));
+    body->volume_ref = om_tet_mesh_volume(&body->mesh);
+    OmStatus status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
+    om_surface_done(&surface);
+    return status;
+}
+
+static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
+                             OmModelReport* report) {
+    OmSurface surface;
+    OM_TRY(om_surface_load(def->input, def->unit, &surface));
+    int euler;
+    bool is_closed = om_surface_check_closed(&surface, &euler) == OM_OK;
+    if (!is_closed) om__model_warn(report, "%s", om_error_message());
+    body->volume_ref = is_closed ? fabs(om_surface_volume(&surface)) : 0;
+    OmStatus status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
+    om_surface_done(&surface);
+    return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
+}
+
 static bool is_one_of(const char* word, const char* const* list) {
     for (; *list; list++) {
         if (strcmp(word, *list) == 0) return true;
@@ -194,6 +220,8 @@ static OmVec3 sdf_centroid(const OmSdf* sdf) {
 OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
                        const OmVolume* given, OmBody* body, OmModelReport* report) {
     static const char* const volume_ext[] = {"nii", "nii.gz", "hdr", "img", "nrrd", "nhdr", NULL};
+    static const char* const mesh_ext[] = {"msh", "vtk", "vtu", NULL};
+    static const char* const surface_ext[] = {"stl", "obj", "ply", "off", NULL};
     char ext[16];
     memset(body, 0, sizeof *body);
     OM_CHECK(given || om_path_exists(def->input), OM_IO, "%s: no such file", def->input);
@@ -209,10 +237,16 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
         OM_TRY(om_progress_report(progress, "distance field", 0, 1));
         OM_TRY(om_sdf_from_mask(&body->mask, &sdf_def, &body->sdf));
         report->surface_error_voxel = face_distance(body);
+    } else if (is_one_of(ext, mesh_ext)) {
+        OM_TRY(load_mesh(def, &sdf_def, body));
+    } else if (is_one_of(ext, surface_ext)) {
+        OM_TRY(load_surface(def, &sdf_def, body, report));
     } else {
-        return om_error(OM_INVALID,
-                        "%s: the extension \"%s\" is none of nii, nii.gz, hdr, img, nrrd, nhdr",
-                        def->input, ext);
+        return om_error(
+            OM_INVALID,
+            "%s: the extension \"%s\" is none of nii, nii.gz, hdr, img, nrrd, nhdr (volumes), "
+            "msh, vtk, vtu (meshes), stl, obj, ply, off (surfaces)",
+            def->input, ext);
     }
     body->centroid = sdf_centroid(&body->sdf);
     if (!body->has_volume) body->center_image = om_vec3(0, 0, 0);

@@ -71,13 +71,83 @@ static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* sit
     return OM_OK;
 }
 
+static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* site) {
+    char path[OM_SCENE_PATH];
+    OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, sizeof path));
+    OM_TRY(om_tet_mesh_load(path, scene->tissue.unit, &site->mesh));
+    if (role == OM_SITE_WORLD) OM_TRY(om_tet_mesh_refine(&site->mesh));
+    site->has_ground = true;
+    place_task_frame(site, scene->tissue.up, scene->tissue.view);
+    return OM_OK;
+}
+
+// Take mesh, organ and ROI out of a patient model; what is left of it is freed by the caller.
+static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
+    OM_CHECK(patient->nroi > 0, OM_INVALID, "%s: the patient model %s has no ROI to expose",
+             scene->path, patient->name);
+    site->mesh = patient->mesh;
+    memset(&patient->mesh, 0, sizeof patient->mesh);
+    site->nroi = patient->nroi;
+    site->roi_x = patient->roi_point;
+    site->roi_n = patient->roi_normal;
+    patient->roi_point = patient->roi_normal = NULL;
+    site->roi_center = patient->roi_center;
+    site->has_organ = patient->organ.nvert > 0;
+    if (site->has_organ) {
+        site->organ = patient->organ;
+        memset(&patient->organ, 0, sizeof patient->organ);
+        OmSdfDef def = om_sdf_default_def(patient->organ_spacing);
+        def.margin = 0.02;
+        OM_TRY(om_sdf_from_surface(&site->organ, &def, &site->organ_sdf));
+    }
+    place_task_frame(site, patient->up, scene->tissue.view);
+    return OM_OK;
+}
+
+static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
+                                  OmPatient* patient) {
+    const OmSceneModel* m = &scene->model;
+    char path[OM_SCENE_PATH];
+    OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, sizeof path));
+    OmModelDef def = om_model_default_def(path, role == OM_SITE_TWIN ? m->edge : m->world_edge);
+    snprintf(def.name, sizeof def.name, "%s", scene->name);
+    def.label[def.nlabel++] = m->label;
+    def.sheet.thickness = m->thickness;
+    snprintf(def.sheet.side, sizeof def.sheet.side, "%s", m->side);
+    def.sheet.half_length = m->half_length;
+    def.sheet.half_width = m->half_width;
+    def.sheet.tumour_radius = m->tumour_radius;
+    def.sheet.tumour_shift[0] = m->tumour_shift.x;
+    def.sheet.tumour_shift[1] = m->tumour_shift.y;
+    OM_TRY(om_model_parse_attach(m->attach, &def.sheet.attach[def.sheet.nattach++]));
+    return om_model_build(&def, progress, patient, NULL);
+}
+
+static OmStatus build_from_patient(const OmScene* scene, OmSiteRole role,
+                                   const OmProgress* progress, OmSite* site) {
+    OmPatient patient = {0};
+    OmStatus status;
+    if (scene->tissue.source == OM_SOURCE_VOLUME) {
+        status = build_from_volume(scene, role, progress, &patient);
+    } else {
+        char path[OM_SCENE_PATH];
+        status = om_path_join(scene->data_root, scene->tissue.file, path, sizeof path);
+        if (status == OM_OK) status = om_patient_load(path, &patient);
+        if (status == OM_OK && role == OM_SITE_WORLD) status = om_tet_mesh_refine(&patient.mesh);
+    }
+    if (status == OM_OK) status = take_patient(scene, &patient, site);
+    om_patient_done(&patient);
+    return status;
+}
+
 // Mesh, frames and named faces, without attachments and ROI where the source has none of its own.
 OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                              OmSite* site) {
     const OmSceneTissue* t = &scene->tissue;
     switch (t->source) {
     case OM_SOURCE_SHEET: OM_TRY(build_sheet(t, role, site)); break;
-    default: return om_error(OM_INVALID, "%s: tissue: only sheets are simulated", scene->path);
+    case OM_SOURCE_MESH: OM_TRY(build_from_mesh(scene, role, site)); break;
+    default: OM_TRY(build_from_patient(scene, role, progress, site)); break;
     }
     OM_TRY(name_faces(site));
     bool is_world = role == OM_SITE_WORLD;

@@ -1,0 +1,303 @@
+// cli_model.c: omentum model: from a volume or a mesh to a patient model.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_common.h"
+#include "omentum/scene_model.h"
+
+static const OmCliOption option[] = {
+    {"--label", "-l", "N[,N...]",
+     "labels whose union is meshed; may be repeated (default: all above 0)"},
+    {"--window", NULL, "LO,HI", "intensities from LO to HI instead of labels"},
+    {"--edge", "-e", "MM", "mean edge of the tetrahedra (default 4)"},
+    {"--all-parts", NULL, NULL, "keep every part of at least --min-share, not only the largest"},
+    {"--min-share", NULL, "PERCENT", "smallest part that --all-parts keeps (default 1)"},
+    {"--connectivity", NULL, "6|26", "when voxels belong together (default 6)"},
+    {"--keep-holes", NULL, NULL, "do not fill holes inside the organ"},
+    {"--close", NULL, "MM", "morphological closing by a ball of this radius (default 0)"},
+    {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes (default 1.2)"},
+    {"--no-refine", NULL, NULL, "keep the edge even where parts are thinner than it"},
+    {"--unit", NULL, "mm|cm|m", "unit of a mesh or surface file (default mm)"},
+    {"--sheet", NULL, "KEY=VALUE,...",
+     "cover a side with fat: thickness, side, gap, bridge, length, width, corner, wrap (mm)"},
+    {"--tumour", NULL, "KEY=VALUE,...",
+     "on the organ under the sheet: radius, height, along, across (mm), points"},
+    {"--attach", NULL, "FACE[:WHERE]", "hold the sheet: border, underside or top; may be repeated"},
+    {"--material", NULL, "KEY=VALUE,...",
+     "name, label, young (Pa), poisson, density; may be repeated"},
+    {"--name", NULL, "NAME", "name of the model (default: that of the file)"},
+    {"--output", "-o", "DIR", "folder of the model; an older model there is replaced"},
+    {"--threads", NULL, "N", "workers (default: one a processor; the mesh does not depend on it)"},
+    {"--quiet", "-q", NULL, "no progress bar"},
+    {"--help", "-h", NULL, "this text"},
+};
+
+static void print_help(const OmCliArgs* args) {
+    printf(
+        "Usage: omentum model INPUT -o DIR [options]\n\n"
+        "Builds a patient model from a volume (NIfTI, NRRD), a volume mesh (msh, vtk, vtu) or a\n"
+        "surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
+        "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"
+        "organ.ply, report.json and report.html, all of them or none.\n");
+    om_cli_print_options(args);
+    printf(
+        "\nDirections (side, where): right, left, anterior, posterior, superior, inferior, lateral,\n"
+        "medial, or x,y,z written x/y/z in RAS.\n"
+        "\nExamples:\n"
+        "  omentum model labels.nii.gz --label 5 --edge 6 -o liver\n"
+        "  omentum model breast.nhdr --label 1,2,29,33,88,95,125,150,225 --edge 5 -o breast\n"
+        "  omentum model ct.nii.gz --window 150,3000 --all-parts --edge 4 -o bone\n"
+        "  omentum model liver.stl --unit m --edge 5 -o liver\n"
+        "  omentum model labels.nii.gz --label 3 --edge 4 --sheet thickness=8,side=lateral \\\n"
+        "      --attach \"border:superior 30%%\" --attach \"underside:random 20%% seed 7\" \\\n"
+        "      --tumour radius=12,height=3 -o kidney\n");
+}
+
+// ---- words to numbers --------------------------------------------------------------------------------------
+
+static OmStatus parse_number(const char* what, const char* text, double* value) {
+    char* end;
+    *value = strtod(text, &end);
+    OM_CHECK(end != text && *end == 0 && isfinite(*value), OM_INVALID, "%s: \"%s\" is not a number",
+             what, text);
+    return OM_OK;
+}
+
+// Cut `list` at `separator` into words of `buffer`; returns their number, or -1 if too many or too long.
+static int split(const char* list, char separator, char* buffer, size_t size, char** word,
+                 int max) {
+    if (strlen(list) >= size) return -1;
+    memcpy(buffer, list, strlen(list) + 1);
+    int n = 0;
+    for (char* at = buffer; at; n++) {
+        if (n == max) return -1;
+        word[n] = at;
+        at = strchr(at, separator);
+        if (at) *at++ = 0;
+    }
+    return n;
+}
+
+static OmStatus parse_labels(const OmCliArgs* args, OmModelDef* def) {
+    const char* list;
+    for (int k = 0; (list = om_cli_get_nth(args, "--label", k)) != NULL; k++) {
+        char buffer[1024];
+        char* word[OM_MAX_LABEL];
+        int n = split(list, ',', buffer, sizeof buffer, word, OM_MAX_LABEL);
+        OM_CHECK(n > 0 && def->nlabel + n <= OM_MAX_LABEL, OM_INVALID, "--label: at most %d labels",
+                 OM_MAX_LABEL);
+        for (int i = 0; i < n; i++) {
+            double value;
+            OM_TRY(parse_number("--label", word[i], &value));
+            OM_CHECK(value == floor(value) && fabs(value) < 1e9, OM_INVALID,
+                     "--label: %g is not a whole number", value);
+            def->label[def->nlabel++] = (int)value;
+        }
+    }
+    return OM_OK;
+}
+
+static OmStatus parse_window(const OmCliArgs* args, OmModelDef* def) {
+    const char* text = om_cli_get(args, "--window");
+    if (!text) return OM_OK;
+    char buffer[128];
+    char* word[2];
+    OM_CHECK(split(text, ',', buffer, sizeof buffer, word, 2) == 2, OM_INVALID,
+             "--window: \"%s\" is not of the form LO,HI", text);
+    OM_CHECK(def->nlabel == 0, OM_INVALID, "--window and --label exclude each other");
+    OM_TRY(parse_number("--window", word[0], &def->window_lo));
+    OM_TRY(parse_number("--window", word[1], &def->window_hi));
+    def->has_window = true;
+    return OM_OK;
+}
+
+typedef struct Key {
+    const char* name;
+    double* number;  // receives scale times the value, or
+    char* text;      // receives the words, with / turned into , so that x/y/z can stand in a list
+    size_t size;
+    double scale;
+} Key;
+
+// KEY=VALUE,KEY=VALUE...
+static OmStatus parse_pairs(const char* verb, const char* list, const Key* key, int nkey) {
+    char buffer[1024];
+    char* word[32];
+    int n = split(list, ',', buffer, sizeof buffer, word, 32);
+    OM_CHECK(n > 0, OM_INVALID, "%s: too many words", verb);
+    for (int i = 0; i < n; i++) {
+        char* value = strchr(word[i], '=');
+        OM_CHECK(value, OM_INVALID, "%s: \"%s\" is not of the form KEY=VALUE", verb, word[i]);
+        *value++ = 0;
+        const Key* found = NULL;
+        const char* names[32];
+        for (int k = 0; k < nkey; k++) {
+            names[k] = key[k].name;
+            if (strcmp(word[i], key[k].name) == 0) found = &key[k];
+        }
+        const char* near = om_nearest_word(word[i], names, nkey);
+        OM_CHECK(found, OM_INVALID, "%s: unknown key \"%s\"%s%s%s", verb, word[i],
+                 near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "");
+        if (found->text) {
+            OM_CHECK(strlen(value) < found->size, OM_INVALID, "%s: \"%s\" is too long", verb,
+                     value);
+            for (char* c = value; *c; c++) *c = *c == '/' ? ',' : *c;
+            memcpy(found->text, value, strlen(value) + 1);
+        } else {
+            OM_TRY(parse_number(word[i], value, found->number));
+            *found->number *= found->scale;
+        }
+    }
+    return OM_OK;
+}
+
+// ---- the def --------------------------------------------------------------------------------------------------
+
+static OmStatus parse_sheet(const OmCliArgs* args, OmModelDef* def) {
+    OmSheetDef* s = &def->sheet;
+    double points = s->nroi;
+    const Key sheet_key[] = {
+        {"thickness", &s->thickness, NULL, 0, 1e-3},
+        {"side", NULL, s->side, sizeof s->side, 1},
+        {"gap", &s->gap, NULL, 0, 1e-3},
+        {"bridge", &s->bridge, NULL, 0, 1e-3},
+        {"length", &s->half_length, NULL, 0, 5e-4},
+        {"width", &s->half_width, NULL, 0, 5e-4},
+        {"corner", &s->corner, NULL, 0, 1e-3},
+        {"wrap", &s->wrap, NULL, 0, 1e-3},
+    };
+    const Key tumour_key[] = {
+        {"radius", &s->tumour_radius, NULL, 0, 1e-3},
+        {"height", &s->tumour_height, NULL, 0, 1e-3},
+        {"along", &s->tumour_shift[0], NULL, 0, 1e-3},
+        {"across", &s->tumour_shift[1], NULL, 0, 1e-3},
+        {"points", &points, NULL, 0, 1},
+    };
+    const char* sheet = om_cli_get(args, "--sheet");
+    const char* tumour = om_cli_get(args, "--tumour");
+    const char* attach = om_cli_get(args, "--attach");
+    OM_CHECK(sheet || (!tumour && !attach), OM_INVALID, "%s needs --sheet",
+             tumour ? "--tumour" : "--attach");
+    if (!sheet) return OM_OK;
+    OM_TRY(parse_pairs("--sheet", sheet, sheet_key, 8));
+    OM_CHECK(s->thickness > 0, OM_INVALID, "--sheet: thickness (mm) is missing or not positive");
+    if (tumour) OM_TRY(parse_pairs("--tumour", tumour, tumour_key, 5));
+    OM_CHECK(points >= 1 && points <= 20000 && points == floor(points), OM_INVALID,
+             "--tumour: points %g must be 1 to 20000", points);
+    s->nroi = (int)points;
+    for (int k = 0; (attach = om_cli_get_nth(args, "--attach", k)) != NULL; k++) {
+        OM_CHECK(k < OM_MAX_ATTACH, OM_INVALID, "--attach: at most %d", OM_MAX_ATTACH);
+        OM_TRY(om_model_parse_attach(attach, &s->attach[s->nattach++]));
+    }
+    return OM_OK;
+}
+
+static OmStatus parse_materials(const OmCliArgs* args, OmModelDef* def) {
+    const char* list;
+    for (int k = 0; (list = om_cli_get_nth(args, "--material", k)) != NULL; k++) {
+        OM_CHECK(k < OM_MAX_MATERIAL, OM_INVALID, "--material: at most %d", OM_MAX_MATERIAL);
+        OmPatientMaterial* m = &def->material[def->nmaterial++];
+        *m = (OmPatientMaterial){.poisson = 0.45, .density = 1000};
+        double label = -1;
+        const Key key[] = {
+            {"name", NULL, m->name, sizeof m->name, 1}, {"label", &label, NULL, 0, 1},
+            {"young", &m->young, NULL, 0, 1},           {"poisson", &m->poisson, NULL, 0, 1},
+            {"density", &m->density, NULL, 0, 1},
+        };
+        OM_TRY(parse_pairs("--material", list, key, 5));
+        OM_CHECK(label >= -1 && label < 1e9 && label == floor(label), OM_INVALID,
+                 "--material: label %g is not a whole number", label);
+        OM_CHECK(m->young > 0, OM_INVALID, "--material: young (Pa) is missing or not positive");
+        m->label = (int)label;
+        if (!m->name[0]) snprintf(m->name, sizeof m->name, "material %d", k + 1);
+    }
+    return OM_OK;
+}
+
+static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* def) {
+    double edge = 4, share = 1, close = 0;
+    const char* unit = om_cli_get(args, "--unit");
+    const char* name = om_cli_get(args, "--name");
+    OM_CHECK(strlen(input) < sizeof def->input, OM_INVALID, "the input's name is too long");
+    OM_TRY(om_cli_get_double(args, "--edge", 0.01, 1000, &edge));
+    *def = om_model_default_def(input, edge * 1e-3);
+    OM_TRY(parse_labels(args, def));
+    OM_TRY(parse_window(args, def));
+    OM_TRY(om_cli_get_double(args, "--min-share", 0, 100, &share));
+    OM_TRY(om_cli_get_double(args, "--close", 0, 100, &close));
+    OM_TRY(om_cli_get_double(args, "--smooth", 0.5, 3, &def->smooth));
+    OM_TRY(om_cli_get_int(args, "--connectivity", 6, 26, &def->connectivity));
+    OM_TRY(om_cli_get_int(args, "--threads", 0, OM_MAX_WORKER, &def->nworker));
+    def->min_share = share / 100;
+    def->close_radius = close * 1e-3;
+    def->keep_all = om_cli_get(args, "--all-parts") != NULL;
+    def->keep_holes = om_cli_get(args, "--keep-holes") != NULL;
+    def->refine = om_cli_get(args, "--no-refine") == NULL;
+    if (unit) {
+        bool is_m = strcmp(unit, "m") == 0, is_cm = strcmp(unit, "cm") == 0;
+        OM_CHECK(is_m || is_cm || strcmp(unit, "mm") == 0, OM_INVALID,
+                 "--unit: \"%s\" is none of mm, cm, m", unit);
+        def->unit = is_m ? 1 : is_cm ? 0.01 : 0.001;
+    }
+    if (name) {
+        OM_CHECK(strlen(name) < sizeof def->name, OM_INVALID, "--name: \"%s\" is too long", name);
+        memcpy(def->name, name, strlen(name) + 1);
+    }
+    OM_TRY(parse_sheet(args, def));
+    return parse_materials(args, def);
+}
+
+// ---- the verb ---------------------------------------------------------------------------------------------------
+
+static void print_summary(const OmPatient* p, const OmModelReport* r, const char* dir) {
+    const OmMeshQuality* q = &r->quality;
+    const double deg = 180 / 3.14159265358979;
+    printf("%s: %d tetrahedra, %d vertices, edges %.2f / %.2f / %.2f mm\n", p->name, q->ntet,
+           q->nvert, q->edge_min * 1e3, q->edge_mean * 1e3, q->edge_max * 1e3);
+    printf(
+        "dihedral angles %.1f to %.1f degrees; volume %.2f mL, %.2f %% off; surface %.2f mm off (mean)\n",
+        q->dihedral_min * deg, q->dihedral_max * deg, q->volume * 1e6, r->volume_error * 100,
+        r->surface_error_mean * 1e3);
+    for (int s = 0; s < p->mesh.nset; s++) {
+        printf("%s%s %d", s ? ", " : "sets: ", p->mesh.set[s].name, p->mesh.set[s].nvert);
+    }
+    if (p->mesh.nset) printf(" vertices; region of interest: %d points\n", p->nroi);
+    if (r->warning[0]) printf("note: %s\n", r->warning);
+    printf("%s: written in %.1f s; open report.html\n", dir, r->seconds);
+}
+
+int om_cli_model(int argc, char** argv) {
+    const OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    int npositional;
+    OmStatus status = om_cli_check(&args, 1, &npositional);
+    if (status == OM_OK && om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    const char* input = status == OM_OK ? om_cli_positional(&args, 0) : NULL;
+    const char* dir = status == OM_OK ? om_cli_get(&args, "--output") : NULL;
+    OmModelDef def;
+    if (status == OM_OK && !input)
+        status = om_error(OM_INVALID, "which volume or mesh? see --help");
+    if (status == OM_OK && !dir) status = om_error(OM_INVALID, "where to? give -o DIR");
+    if (status == OM_OK) status = parse_def(&args, input, &def);
+    if (status < 0) {
+        om_cli_fail("model", status);
+        return OM_EXIT_USAGE;
+    }
+
+    OmPatient patient;
+    OmModelReport report;
+    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    status = om_model_build(&def, progress, &patient, &report);
+    if (status < 0) return om_cli_fail("model", status);
+    status = om_progress_report(progress, "writing", 0, 1);
+    if (status == OM_OK) status = om_patient_save(&patient, &report, dir);
+    if (status == OM_OK) {
+        om_cli_progress_done();
+        print_summary(&patient, &report, dir);
+    }
+    om_patient_done(&patient);
+    return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
+}

@@ -1,0 +1,365 @@
+// scene_model_save.c: patient models as folders: patient.yaml, tissue.vtu, organ.ply, reports.
+//
+// A folder is written beside its place and renamed when it is whole; an older model that stood there is
+// moved aside first and removed last.
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "omentum/scene_yaml.h"
+#include "scene/scene_model_internal.h"
+
+enum { MAX_ROI = 20000 };
+
+// ---- patient.yaml ---------------------------------------------------------------------------------------
+
+typedef struct RoiItem {
+    OmVec3 point, normal;
+} RoiItem;
+
+typedef struct PatientFile {  // what the schema below fills
+    char name[OM_NAME_LEN];
+    char mesh[256];
+    char organ[256];
+    double organ_spacing;
+    OmVec3 up, roi_center;
+    double roi_radius;
+    OmPatientMaterial material[OM_MAX_MATERIAL];
+    int nmaterial;
+    int nroi;
+    RoiItem roi_item[MAX_ROI];
+} PatientFile;
+
+static const OmYamlField material_field[] = {
+    {"name", OM_YAML_STRING, offsetof(OmPatientMaterial, name), .size = OM_NAME_LEN,
+     .is_required = true},
+    {"label", OM_YAML_INT, offsetof(OmPatientMaterial, label), .min = -1, .max = 1e9},
+    {"young", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, young), .min = 1e-3, .max = 1e12,
+     .is_required = true},
+    {"poisson", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, poisson), .min = -0.99, .max = 0.4999,
+     .is_required = true},
+    {"density", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, density), .min = 1e-3, .max = 1e5,
+     .is_required = true},
+};
+static void material_default(void* item) { ((OmPatientMaterial*)item)->label = -1; }
+static const OmYamlSchema material_schema = {"material", material_field, 5, material_default};
+
+static const OmYamlField roi_item_field[] = {
+    {"point_mm", OM_YAML_VEC3, offsetof(RoiItem, point), .scale = 1e-3, .is_required = true},
+    {"normal", OM_YAML_VEC3, offsetof(RoiItem, normal), .is_required = true},
+};
+static const OmYamlSchema roi_item_schema = {"roi point", roi_item_field, 2, NULL};
+
+static const OmYamlField patient_field[] = {
+    {"name", OM_YAML_STRING, offsetof(PatientFile, name), .size = OM_NAME_LEN, .is_required = true},
+    {"mesh", OM_YAML_STRING, offsetof(PatientFile, mesh), .size = 256, .is_required = true},
+    {"organ", OM_YAML_STRING, offsetof(PatientFile, organ), .size = 256},
+    {"organ_spacing_mm", OM_YAML_DOUBLE, offsetof(PatientFile, organ_spacing), .min = 1e-3,
+     .max = 1e3, .scale = 1e-3},
+    {"up", OM_YAML_VEC3, offsetof(PatientFile, up), .is_required = true},
+    {"material", OM_YAML_LIST, offsetof(PatientFile, material), .size = sizeof(OmPatientMaterial),
+     .sub = &material_schema, .count_offset = offsetof(PatientFile, nmaterial),
+     .capacity = OM_MAX_MATERIAL, .is_required = true},
+    {"roi_center_mm", OM_YAML_VEC3, offsetof(PatientFile, roi_center), .scale = 1e-3},
+    {"roi_radius_mm", OM_YAML_DOUBLE, offsetof(PatientFile, roi_radius), .min = 0, .max = 1e3,
+     .scale = 1e-3},
+    {"roi", OM_YAML_LIST, offsetof(PatientFile, roi_item), .size = sizeof(RoiItem),
+     .sub = &roi_item_schema, .count_offset = offsetof(PatientFile, nroi), .capacity = MAX_ROI},
+};
+static const OmYamlSchema patient_schema = {"patient", patient_field,
+                                            sizeof patient_field / sizeof *patient_field, NULL};
+
+static OmStatus append_quoted(OmText* t, const char* key, const char* value) {
+    OM_TRY(om_text_append(t, "%s: \"", key));
+    for (const char* c = value; *c; c++) {
+        if ((unsigned char)*c < 0x20)
+            OM_TRY(om_text_append(t, "\\x%02x", (unsigned)*c));
+        else
+            OM_TRY(om_text_append(t, *c == '"' || *c == '\\' ? "\\%c" : "%c", *c));
+    }
+    return om_text_append(t, "\"\n");
+}
+
+static OmStatus append_vec3(OmText* t, const char* key, OmVec3 v, double scale) {
+    return om_text_append(t, "%s: [%.9g, %.9g, %.9g]\n", key, scale * v.x, scale * v.y,
+                          scale * v.z);
+}
+
+static OmStatus append_yaml(OmText* t, const OmPatient* p) {
+    OM_TRY(om_text_append(t, "# omentum patient model; RAS: +x right, +y anterior, +z superior\n"));
+    OM_TRY(append_quoted(t, "name", p->name));
+    OM_TRY(om_text_append(t, "mesh: tissue.vtu        # metres; sets are its 0/1 point arrays\n"));
+    if (p->organ.ntri > 0) {
+        OM_TRY(om_text_append(t, "organ: organ.ply        # metres; what the tissue lies on\n"));
+        OM_TRY(om_text_append(t, "organ_spacing_mm: %.9g\n", p->organ_spacing * 1e3));
+    }
+    OM_TRY(append_vec3(t, "up", p->up, 1));
+    OM_TRY(
+        om_text_append(t, "material:               # Pa, kg/m3; label -1: all other elements\n"));
+    for (int i = 0; i < p->nmaterial; i++) {
+        const OmPatientMaterial* m = &p->material[i];
+        OM_TRY(append_quoted(t, "  - name", m->name));
+        OM_TRY(om_text_append(
+            t, "    label: %d\n    young: %.9g\n    poisson: %.9g\n    density: %.9g\n", m->label,
+            m->young, m->poisson, m->density));
+    }
+    if (p->nroi == 0) return OM_OK;
+    OM_TRY(append_vec3(t, "roi_center_mm", p->roi_center, 1e3));
+    OM_TRY(om_text_append(t, "roi_radius_mm: %.9g\nroi:\n", p->roi_radius * 1e3));
+    for (int i = 0; i < p->nroi; i++) {
+        OmVec3 x = om_scale(1e3, om_load3(p->roi_point, i)), n = om_load3(p->roi_normal, i);
+        OM_TRY(om_text_append(t, "  - {point_mm: [%.9g, %.9g, %.9g], normal: [%.9g, %.9g, %.9g]}\n",
+                              x.x, x.y, x.z, n.x, n.y, n.z));
+    }
+    return OM_OK;
+}
+
+// ---- report.json ------------------------------------------------------------------------------------------
+
+static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* r) {
+    const OmMeshQuality* q = &r->quality;
+    const double deg = 180 / OM_PI;
+    OmJson j = om_json_begin(t);
+    om_json_open(&j, NULL, '{');
+    om_json_string(&j, "name", p->name);
+    om_json_integer(&j, "nvert", q->nvert);
+    om_json_integer(&j, "ntet", q->ntet);
+    om_json_integer(&j, "nboundary_tri", q->nboundary_tri);
+    om_json_integer(&j, "npart", q->npart);
+    om_json_integer(&j, "euler", q->euler);
+    om_json_bool(&j, "is_manifold", q->is_manifold);
+    om_json_number(&j, "edge_asked_mm", r->edge * 1e3);
+    om_json_number(&j, "edge_min_mm", q->edge_min * 1e3);
+    om_json_number(&j, "edge_mean_mm", q->edge_mean * 1e3);
+    om_json_number(&j, "edge_max_mm", q->edge_max * 1e3);
+    om_json_number(&j, "dihedral_min_deg", q->dihedral_min * deg);
+    om_json_number(&j, "dihedral_max_deg", q->dihedral_max * deg);
+    om_json_open(&j, "dihedral_histogram_10deg", '[');
+    for (int i = 0; i < OM_DIHEDRAL_BIN; i++) om_json_integer(&j, NULL, q->dihedral_bin[i]);
+    om_json_close(&j, ']');
+    om_json_number(&j, "mask_volume_ml", r->mask_volume * 1e6);
+    om_json_number(&j, "mesh_volume_ml", q->volume * 1e6);
+    om_json_number(&j, "surface_volume_ml", r->surface_volume * 1e6);
+    om_json_number(&j, "volume_error_percent", r->volume_error * 100);
+    om_json_number(&j, "surface_error_mean_mm", r->surface_error_mean * 1e3);
+    om_json_number(&j, "surface_error_max_mm", r->surface_error_max * 1e3);
+    om_json_number(&j, "surface_error_voxel", r->surface_error_voxel);
+    om_json_number(&j, "level_shift_mm", r->level_shift * 1e3);
+    om_json_integer(&j, "parts_found", r->npart_mask);
+    om_json_integer(&j, "parts_kept", r->npart_kept);
+    om_json_integer(&j, "capped_voxels", r->ncapped);
+    om_json_open(&j, "sets", '{');
+    for (int s = 0; s < p->mesh.nset; s++)
+        om_json_integer(&j, p->mesh.set[s].name, p->mesh.set[s].nvert);
+    om_json_close(&j, '}');
+    om_json_integer(&j, "roi_points", p->nroi);
+    om_json_number(&j, "seconds", r->seconds);
+    om_json_string(&j, "warning", r->warning);
+    om_json_close(&j, '}');
+    return om_json_end(&j);
+}
+
+// ---- report.html --------------------------------------------------------------------------------------------
+
+static OmStatus append_row(OmText* t, const char* what, double value, const char* unit) {
+    return om_text_append(t, "<tr><td>%s</td><td class=n>%.4g</td><td>%s</td></tr>\n", what, value,
+                          unit);
+}
+
+static OmStatus append_histogram(OmText* t, const OmMeshQuality* q) {
+    int64_t most = 1;
+    for (int i = 0; i < OM_DIHEDRAL_BIN; i++) {
+        if (q->dihedral_bin[i] > most) most = q->dihedral_bin[i];
+    }
+    OM_TRY(om_text_append(t, "<svg viewBox='0 0 560 190' width=560 role=img "
+                             "aria-label='histogram of dihedral angles'>\n"));
+    for (int i = 0; i < OM_DIHEDRAL_BIN; i++) {
+        double h = 150.0 * (double)q->dihedral_bin[i] / (double)most;
+        OM_TRY(om_text_append(t,
+                              "<rect x=%d y=%.1f width=28 height=%.1f fill='#4477aa'>"
+                              "<title>%d-%d degrees: %lld</title></rect>\n",
+                              10 + 30 * i, 160 - h, h, 10 * i, 10 * i + 10,
+                              (long long)q->dihedral_bin[i]));
+        if (i % 3 == 0)
+            OM_TRY(
+                om_text_append(t, "<text x=%d y=178 font-size=12>%d</text>\n", 8 + 30 * i, 10 * i));
+    }
+    return om_text_append(t, "<text x=480 y=178 font-size=12>degrees</text></svg>\n");
+}
+
+static OmStatus append_html(OmText* t, const OmPatient* p, const OmModelReport* r) {
+    const OmMeshQuality* q = &r->quality;
+    const double deg = 180 / OM_PI;
+    OM_TRY(om_text_append(t,
+                          "<!doctype html><meta charset=utf-8><title>Patient model</title><style>"
+                          "body{font:15px sans-serif;max-width:46em;margin:2em auto;padding:0 1em}"
+                          "td{padding:.15em .8em;border-bottom:1px solid #ddd}.n{text-align:right}"
+                          ".w{background:#fff3cd;padding:.6em}</style>\n<h1>Patient model "));
+    OM_TRY(om_text_append_html(t, p->name));
+    OM_TRY(om_text_append(t, "</h1>\n"));
+    if (r->warning[0]) {
+        OM_TRY(om_text_append(t, "<p class=w>"));
+        OM_TRY(om_text_append_html(t, r->warning));
+        OM_TRY(om_text_append(t, "</p>\n"));
+    }
+    OM_TRY(om_text_append(t, "<table>\n"));
+    OM_TRY(append_row(t, "tetrahedra", q->ntet, ""));
+    OM_TRY(append_row(t, "vertices", q->nvert, ""));
+    OM_TRY(append_row(t, "smallest dihedral angle", q->dihedral_min * deg, "degrees"));
+    OM_TRY(append_row(t, "largest dihedral angle", q->dihedral_max * deg, "degrees"));
+    OM_TRY(append_row(t, "shortest edge", q->edge_min * 1e3, "mm"));
+    OM_TRY(append_row(t, "mean edge", q->edge_mean * 1e3, "mm"));
+    OM_TRY(append_row(t, "longest edge", q->edge_max * 1e3, "mm"));
+    if (r->mask_volume > 0)
+        OM_TRY(append_row(t, "volume of the cleaned label map", r->mask_volume * 1e6, "mL"));
+    OM_TRY(append_row(t, "volume of the mesh", q->volume * 1e6, "mL"));
+    OM_TRY(append_row(t, "volume error of the mesh", r->volume_error * 100, "%"));
+    OM_TRY(append_row(t, "volume inside the organ's surface", r->surface_volume * 1e6, "mL"));
+    OM_TRY(append_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "mm"));
+    OM_TRY(append_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "mm"));
+    if (r->mask_volume > 0) {
+        OM_TRY(append_row(t, "level set to voxel faces, mean", r->surface_error_voxel, "voxels"));
+    }
+    OM_TRY(append_row(t, "parts found", r->npart_mask, ""));
+    OM_TRY(append_row(t, "parts kept", r->npart_kept, ""));
+    OM_TRY(append_row(t, "time", r->seconds, "s"));
+    OM_TRY(om_text_append(t, "</table>\n<h2>Dihedral angles</h2>\n"));
+    OM_TRY(append_histogram(t, q));
+    OM_TRY(om_text_append(t, "<h2>Sets</h2>\n<table>\n"));
+    for (int s = 0; s < p->mesh.nset; s++) {
+        OM_TRY(append_row(t, p->mesh.set[s].name, p->mesh.set[s].nvert, "vertices"));
+    }
+    if (p->nroi > 0) OM_TRY(append_row(t, "region of interest", p->nroi, "points"));
+    return om_text_append(t, "</table>\n");
+}
+
+// ---- saving -------------------------------------------------------------------------------------------------
+
+typedef OmStatus (*AppendFn)(OmText*, const OmPatient*, const OmModelReport*);
+
+static OmStatus append_patient(OmText* t, const OmPatient* p, const OmModelReport* r) {
+    (void)r;
+    return append_yaml(t, p);
+}
+
+static OmStatus write_text(const OmPatient* p, const OmModelReport* r, AppendFn append,
+                           const char* dir, const char* name) {
+    OmText t = {0};
+    char path[1024];
+    OmStatus status = om_path_join(dir, name, path, sizeof path);
+    if (status == OM_OK) status = append(&t, p, r);
+    if (status == OM_OK) status = om_file_write(path, t.str, t.len);
+    om_text_done(&t);
+    return status;
+}
+
+static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char* dir) {
+    char path[1024];
+    OM_TRY(om_path_make_dir(dir));
+    OM_TRY(om_path_join(dir, "tissue.vtu", path, sizeof path));
+    OM_TRY(om_tet_mesh_save(&p->mesh, path, OM_UNIT_M));
+    if (p->organ.ntri > 0) {
+        OM_TRY(om_path_join(dir, "organ.ply", path, sizeof path));
+        OM_TRY(om_surface_save(&p->organ, path, OM_UNIT_M));
+    }
+    OM_TRY(write_text(p, r, append_patient, dir, "patient.yaml"));
+    if (!r) return OM_OK;
+    OM_TRY(write_text(p, r, append_json, dir, "report.json"));
+    return write_text(p, r, append_html, dir, "report.html");
+}
+
+OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, const char* dir) {
+    char place[900], partial[1024], old[1024], yaml[1024];
+    size_t len = strlen(dir);
+    OM_CHECK(len > 0 && len < sizeof place, OM_INVALID,
+             "the folder's name must have 1 to %d characters", (int)sizeof place - 1);
+    OM_CHECK(patient->nroi <= MAX_ROI, OM_INVALID, "%d points of interest; at most %d",
+             patient->nroi, MAX_ROI);
+    memcpy(place, dir, len + 1);
+    while (len > 1 && place[len - 1] == '/') place[--len] = 0;
+    snprintf(partial, sizeof partial, "%s.partial", place);
+    snprintf(old, sizeof old, "%s.old", place);
+    snprintf(yaml, sizeof yaml, "%s/patient.yaml", place);
+    bool is_there = om_path_exists(place);
+    OM_CHECK(!is_there || om_path_exists(yaml), OM_IO,
+             "%s exists and holds no patient model: choose another folder", place);
+    if (om_path_exists(partial)) OM_TRY(om_path_remove(partial));
+    OmStatus status = write_all(patient, report, partial);
+    if (status == OM_OK && is_there) {
+        if (om_path_exists(old)) status = om_path_remove(old);
+        if (status == OM_OK && rename(place, old) != 0)
+            status = om_error(OM_IO, "%s cannot be moved aside", place);
+    }
+    if (status == OM_OK && rename(partial, place) != 0)
+        status = om_error(OM_IO, "%s cannot be made", place);
+    if (status == OM_OK && is_there) return om_path_remove(old);
+    if (status < 0) {  // keep the message of what failed
+        char message[512];
+        snprintf(message, sizeof message, "%s", om_error_message());
+        if (om_path_exists(partial)) (void)om_path_remove(partial);
+        return om_error(status, "%s", message);
+    }
+    return OM_OK;
+}
+
+// ---- loading ------------------------------------------------------------------------------------------------
+
+// Every element has a material, and the region lies on the organ.
+static OmStatus check_patient(const OmPatient* p) {
+    OM_TRY(om__patient_check_materials(p));
+    OM_CHECK(om_norm(p->up) > 0.5 && om_norm(p->up) < 2, OM_INVALID, "up must be a direction");
+    double allowed = 0.005 + 2 * p->organ_spacing;
+    for (int i = 0; i < p->nroi && p->organ.nvert > 0; i++) {
+        double nearest = HUGE_VAL;
+        OmVec3 x = om_load3(p->roi_point, i);
+        for (int v = 0; v < p->organ.nvert; v++) {
+            nearest = fmin(nearest, om_norm2(om_sub(om_load3(p->organ.x, v), x)));
+        }
+        OM_CHECK(sqrt(nearest) <= allowed, OM_INVALID,
+                 "roi: point %d lies %.3g mm from the organ's surface", i, sqrt(nearest) * 1e3);
+    }
+    return OM_OK;
+}
+
+static OmStatus fill_patient(const PatientFile* file, const char* dir, OmPatient* p) {
+    char path[1024];
+    memcpy(p->name, file->name, sizeof p->name);
+    memcpy(p->material, file->material, sizeof p->material);
+    p->nmaterial = file->nmaterial;
+    p->organ_spacing = file->organ_spacing;
+    p->up = om_normalize(file->up);
+    p->roi_center = file->roi_center;
+    p->roi_radius = file->roi_radius;
+    OM_TRY(om_path_join(dir, file->mesh, path, sizeof path));
+    OM_TRY(om_tet_mesh_load(path, OM_UNIT_M, &p->mesh));
+    if (file->organ[0]) {
+        OM_TRY(om_path_join(dir, file->organ, path, sizeof path));
+        OM_TRY(om_surface_load(path, OM_UNIT_M, &p->organ));
+    }
+    OM_ALLOC(p->roi_point, 3 * (size_t)file->nroi);
+    OM_ALLOC(p->roi_normal, 3 * (size_t)file->nroi);
+    p->nroi = file->nroi;
+    for (int i = 0; i < p->nroi; i++) {
+        om_store3(p->roi_point, i, file->roi_item[i].point);
+        om_store3(p->roi_normal, i, om_normalize(file->roi_item[i].normal));
+    }
+    return OM_OK;
+}
+
+OmStatus om_patient_load(const char* path, OmPatient* patient) {
+    char dir[1024];
+    memset(patient, 0, sizeof *patient);
+    PatientFile* file = om_calloc(1, sizeof *file);
+    if (!file) return OM_NO_MEMORY;
+    file->organ_spacing = 0.002;
+    OmStatus status = om_yaml_load(path, &patient_schema, file);
+    if (status == OM_OK) status = om_path_dir(path, dir, sizeof dir);
+    if (status == OM_OK) status = fill_patient(file, dir, patient);
+    om_free(file);
+    if (status == OM_OK) {
+        status = check_patient(patient);
+        if (status < 0) om_error_prefix(status, "%s", path);
+    }
+    if (status < 0) om_patient_done(patient);
+    return status;
+}

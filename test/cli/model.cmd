@@ -1,0 +1,96 @@
+# omentum model: from a label map to a patient model, whole or not at all.
+$ (printf 'NRRD0004\ntype: uint8\ndimension: 3\nspace: right-anterior-superior\nsizes: 24 24 24\nspace directions: (3,0,0) (0,3,0) (0,0,3)\nspace origin: (-80,-35,-35)\nencoding: ascii\n\n'; awk 'BEGIN { for (k = 0; k < 24; k++) for (j = 0; j < 24; j++) for (i = 0; i < 24; i++) print ((i-11.5)^2 + (j-11.5)^2 + (k-11.5)^2 < 80) ? 7 : 0 }') > ball.nrrd
+exit 0
+
+$ omentum model ball.nrrd --label 7 --edge 5 -q -o ball
+exit 0
+out ^ball: \d+ tetrahedra
+out dihedral angles
+no-err
+file ball/patient.yaml
+file ball/tissue.vtu
+file ball/report.json
+file ball/report.html
+no-file ball/organ.ply
+no-file ball.partial
+
+# The sheet, over the model that is there; two runs write the same bytes.
+$ omentum model ball.nrrd -l 7 -e 5 --sheet thickness=8,side=anterior --attach "border:medial 25%" --attach "underside:random 10% seed 3" --tumour radius=10,height=2 -q -o ball
+exit 0
+out sets: underside \d+, top \d+, border \d+, attachment \d+ vertices; region of interest: 200 points
+file ball/organ.ply
+no-file ball.old
+$ omentum model ball.nrrd -l 7 -e 5 --sheet thickness=8,side=anterior --attach "border:medial 25%" --attach "underside:random 10% seed 3" --tumour radius=10,height=2 -q --threads 1 -o again && cmp ball/tissue.vtu again/tissue.vtu && cmp ball/patient.yaml again/patient.yaml && cmp ball/organ.ply again/organ.ply
+exit 0
+
+# A ready surface, through its distance field; its unit is metres.
+$ omentum model ball/organ.ply --unit m --edge 6 -q -o surface
+exit 0
+file surface/tissue.vtu
+# A ready mesh is used as it is.
+$ omentum model surface/tissue.vtu --unit m -q -o mesh
+exit 0
+file mesh/patient.yaml
+
+# Wrong input: one sentence, an exit code, nothing written.
+$ omentum model ball.nrrd --label 3 -q -o none
+exit 3
+err no voxel has label 3; the volume holds 7
+err-lines 1
+no-file none
+no-file none.partial
+
+$ omentum model missing.nii -o none
+exit 3
+err missing\.nii: no such file
+
+$ omentum model ball.nrrd --lable 7 -o none
+exit 2
+err did you mean --label\?
+
+$ omentum model ball.nrrd
+exit 2
+err give -o DIR
+
+$ omentum model ball.nrrd --sheet thicknes=8 -o none
+exit 2
+err unknown key "thicknes"; did you mean "thickness"\?
+
+$ omentum model ball.nrrd --sheet thickness=8,side=anteriour -q -o none
+exit 3
+err did you mean "anterior"
+
+$ omentum model ball.nrrd --attach border -o none
+exit 2
+err --attach needs --sheet
+
+$ omentum model ball.nrrd --edge 0 -o none
+exit 2
+err --edge
+
+$ omentum model ball.nrrd --window 5,1 -q -o none
+exit 3
+err window: 5 to 1 is empty
+
+$ mkdir keep && echo mine > keep/notes.txt && omentum model ball.nrrd -q -o keep
+exit 3
+err keep exists and holds no patient model
+file keep/notes.txt
+no-file keep.partial
+
+$ touch file && omentum model ball.nrrd -q -o file/model
+exit 3
+err-lines 1
+
+$ head -c 3000 ball.nrrd > cut.nrrd && omentum model cut.nrrd -q -o none
+exit 3
+err cut\.nrrd
+no-file none
+
+$ sed '/triangle/d;s/^[0-9.e+-]* [0-9.e+-]* [0-9.e+-]*$/nan 0 0/' /dev/null > empty.stl; omentum model empty.stl -q -o none
+exit 3
+err empty\.stl
+
+$ omentum model --help
+exit 0
+out Examples:
