@@ -17,8 +17,9 @@ typedef struct Reader {
 } Reader;
 
 static const Reader reader[] = {
-    {"vtu", om__parse_vtu, true},  {"stl", om__parse_stl, false}, {"obj", om__parse_obj, false},
-    {"ply", om__parse_ply, false}, {"off", om__parse_off, false},
+    {"msh", om__parse_msh, true},  {"vtk", om__parse_vtk, true},  {"vtu", om__parse_vtu, true},
+    {"stl", om__parse_stl, false}, {"obj", om__parse_obj, false}, {"ply", om__parse_ply, false},
+    {"off", om__parse_off, false},
 };
 
 static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
@@ -33,7 +34,7 @@ static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
             found = &reader[i];
     OM_CHECK(found, OM_INVALID, "\"%s\" is not a %s by its name; %s are read", ext,
              wants_tet ? "mesh of tetrahedra" : "surface",
-             wants_tet ? ".vtu" : ".stl, .obj, .ply, .off and .vtu");
+             wants_tet ? ".msh, .vtk and .vtu" : ".stl, .obj, .ply, .off, .msh, .vtk and .vtu");
     OM_TRY(om_file_read(path, MAX_FILE, &data, &size));
     OmStatus status = found->parse(data, size, m);
     om_free(data);
@@ -122,10 +123,10 @@ OmStatus om__write_values(OmText* text, OmArrayType type, const void* value, siz
     return OM_OK;
 }
 
-double* om__scaled_points(const OmMeshOutput* out) {
-    double* x = om_alloc(3 * (size_t)out->mesh->nvert, sizeof *x);
-    for (int i = 0; x && i < 3 * out->mesh->nvert; i++) x[i] = out->mesh->x[i] * out->scale;
-    return x;
+double* om__scaled_points(const double* x, int nvert, double scale) {
+    double* scaled = om_alloc(3 * (size_t)nvert, sizeof *scaled);
+    for (int i = 0; scaled && i < 3 * nvert; i++) scaled[i] = x[i] * scale;
+    return scaled;
 }
 
 void om__set_flags(const OmMeshSet* set, int nvert, unsigned char* flag) {
@@ -146,6 +147,10 @@ OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double
     switch (format) {
     case OM_MESH_VTU: status = om__write_vtu(&out, false, &text); break;
     case OM_MESH_VTU_ASCII: status = om__write_vtu(&out, true, &text); break;
+    case OM_MESH_VTK: status = om__write_vtk(&out, false, &text); break;
+    case OM_MESH_VTK_ASCII: status = om__write_vtk(&out, true, &text); break;
+    case OM_MESH_MSH41: status = om__write_msh(&out, true, &text); break;
+    case OM_MESH_MSH22: status = om__write_msh(&out, false, &text); break;
     default: status = om_error(OM_INVALID, "mesh format %d", (int)format);
     }
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
@@ -157,13 +162,15 @@ OmStatus om_tet_mesh_save(const OmTetMesh* mesh, const char* path, double unit) 
     static const struct {
         const char* ext;
         OmMeshFormat format;
-    } table[] = {{"vtu", OM_MESH_VTU}};
+    } table[] = {{"vtu", OM_MESH_VTU}, {"vtk", OM_MESH_VTK}, {"msh", OM_MESH_MSH41}};
     char ext[16];
     om_path_extension(path, ext, sizeof ext);
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
         if (strcmp(ext, table[i].ext) == 0)
             return om_tet_mesh_save_format(mesh, path, unit, table[i].format, NULL, 0);
-    return om_error(OM_INVALID, "%s: \"%s\" is no format of a mesh; .vtu is written", path, ext);
+    return om_error(OM_INVALID,
+                    "%s: \"%s\" is no format of a mesh; .vtu, .vtk and .msh are written", path,
+                    ext);
 }
 
 OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit) {
@@ -174,15 +181,16 @@ OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit
     } table[] = {{"stl", om__write_stl},
                  {"obj", om__write_obj},
                  {"ply", om__write_ply},
-                 {"off", om__write_off}};
+                 {"off", om__write_off},
+                 {"vtk", om__write_surface_vtk}};
     char ext[16];
     WriteFn* write = NULL;
     om_path_extension(path, ext, sizeof ext);
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
         if (strcmp(ext, table[i].ext) == 0) write = table[i].write;
     OM_CHECK(write, OM_INVALID,
-             "%s: \"%s\" is no format of a surface; .stl, .obj, .ply and .off are written", path,
-             ext);
+             "%s: \"%s\" is no format of a surface; .stl, .obj, .ply, .off and .vtk are written",
+             path, ext);
     OM_CHECK(isfinite(unit) && unit > 0, OM_INVALID, "%s: unit: %g m is no length", path, unit);
     OmText text = {0};
     OmStatus status = write(surface, 1 / unit, &text);

@@ -143,7 +143,7 @@ OmStatus om__write_point(OmText* text, const double* x, double scale);
 OmStatus om__write_values(OmText* text, OmArrayType type, const void* value, size_t count,
                           int ncomp);
 // Positions in the file's unit (nvert x 3); the caller frees with om_free.
-double* om__scaled_points(const OmMeshOutput* out);
+double* om__scaled_points(const double* x, int nvert, double scale);
 // 1 where a vertex is in the set (nvert)
 void om__set_flags(const OmMeshSet* set, int nvert, unsigned char* flag);
 size_t om__array_size(OmArrayType type);

@@ -330,27 +330,24 @@ static OmStatus take_points(const Vtu* v, OmFileMesh* m) {
     return status;
 }
 
-static OmStatus take_cell(const Piece* p, int cell, int base, const int64_t* vert, int64_t n,
-                          const int64_t* type, const int64_t* label, OmFileMesh* m) {
-    enum { MAX_CORNER = 1024 };
-    int corner[MAX_CORNER];
-    bool is_tet;
-    if (n > MAX_CORNER) return OM_OK;  // a long line or many points: no cell of ours
-    for (int64_t i = 0; i < n; i++) {
+// The corners of all cells as vertices of the mesh.
+static OmStatus number_corners(const Piece* p, int base, const int64_t* vert, int64_t count,
+                               int** corner) {
+    OM_ALLOC(*corner, count);
+    for (int64_t i = 0; i < count; i++) {
         OM_CHECK(vert[i] >= 0 && vert[i] < p->npoint, OM_INVALID,
-                 "cell %d names point %lld, the piece has %d", cell, (long long)vert[i], p->npoint);
-        corner[i] = base + (int)vert[i];
+                 "array \"connectivity\": entry %lld names point %lld, the piece has %d",
+                 (long long)i, (long long)vert[i], p->npoint);
+        (*corner)[i] = base + (int)vert[i];
     }
-    int vtk_type = type[cell] >= 0 && type[cell] < 256 ? (int)type[cell] : 0;
-    OmStatus status = om__add_vtk_cell(m, vtk_type, corner, (int)n, &is_tet);
-    if (status < 0) return om_error_prefix(status, "cell %d", cell);
-    return is_tet && label ? om__set_label(m, label[cell]) : OM_OK;
+    return OM_OK;
 }
 
 static OmStatus take_cells(const Vtu* v, int base, OmFileMesh* m) {
     const Piece* p = &v->piece;
     OmStatus status = OM_OK;
     int64_t *offset = NULL, *type = NULL, *vert = NULL, *label = NULL, last = 0;
+    int* corner = NULL;
     OM_TRY_DONE(read_integers(v, &p->offsets, "offsets", (size_t)p->ncell, &offset));
     OM_TRY_DONE(read_integers(v, &p->types, "types", (size_t)p->ncell, &type));
     for (int c = 0; c < p->ncell; c++) {
@@ -362,12 +359,21 @@ static OmStatus take_cells(const Vtu* v, int base, OmFileMesh* m) {
     OM_TRY_DONE(read_integers(v, &p->connectivity, "connectivity", (size_t)last, &vert));
     if (p->label.content && p->label.ncomp == 1)
         OM_TRY_DONE(read_integers(v, &p->label, "tet_label", (size_t)p->ncell, &label));
+    OM_TRY_DONE(number_corners(p, base, vert, last, &corner));
     last = 0;
     for (int c = 0; c < p->ncell; c++) {
-        OM_TRY_DONE(take_cell(p, c, base, vert + last, offset[c] - last, type, label, m));
+        bool is_tet;
+        int vtk_type = type[c] >= 0 && type[c] < 256 ? (int)type[c] : 0;
+        status = om__add_vtk_cell(m, vtk_type, corner + last, (int)(offset[c] - last), &is_tet);
+        if (status == OM_OK && is_tet && label) status = om__set_label(m, label[c]);
+        if (status < 0) {
+            om_error_prefix(status, "cell %d", c);
+            goto done;
+        }
         last = offset[c];
     }
 done:
+    om_free(corner);
     om_free(offset);
     om_free(type);
     om_free(vert);
@@ -596,7 +602,7 @@ done:
 }
 
 static OmStatus write_points(OmText* text, bool is_text, const OmMeshOutput* out) {
-    double* x = om__scaled_points(out);
+    double* x = om__scaled_points(out->mesh->x, out->mesh->nvert, out->scale);
     if (!x) return OM_NO_MEMORY;
     const OmMeshArray a = {"Points", OM_ARRAY_DOUBLE, 3, false, x};
     OmStatus status = om_text_append(text, "<Points>\n");

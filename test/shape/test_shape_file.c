@@ -51,7 +51,9 @@ static void test_meshes_round_trip(void** unused) {
     static const struct {
         const char* name;
         OmMeshFormat format;
-    } table[] = {{"a.vtu", OM_MESH_VTU}, {"b.vtu", OM_MESH_VTU_ASCII}};
+    } table[] = {{"a.vtu", OM_MESH_VTU},   {"b.vtu", OM_MESH_VTU_ASCII},
+                 {"a.vtk", OM_MESH_VTK},   {"b.vtk", OM_MESH_VTK_ASCII},
+                 {"a.msh", OM_MESH_MSH41}, {"b.msh", OM_MESH_MSH22}};
     OmTetMesh mesh, back;
     make_mesh(&mesh);
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
@@ -86,7 +88,7 @@ static void test_units_scale_positions(void** unused) {
 // Surfaces keep their triangles and positions; an STL has floats and an order of its own.
 static void test_surfaces_round_trip(void** unused) {
     (void)unused;
-    static const char* const name[] = {"s.obj", "s.ply", "s.off", "s.stl"};
+    static const char* const name[] = {"s.obj", "s.ply", "s.off", "s.vtk", "s.stl"};
     OmTetMesh mesh;
     OmSurface surface, back;
     make_mesh(&mesh);
@@ -99,7 +101,7 @@ static void test_surfaces_round_trip(void** unused) {
         assert_int_equal(back.nvert, surface.nvert);
         assert_int_equal(back.ntri, surface.ntri);
         assert_ok(om_surface_require_closed(&back));
-        if (i < 3) {
+        if (i < 4) {
             assert_memory_equal(back.x, surface.x, 3 * (size_t)back.nvert * sizeof(double));
             assert_memory_equal(back.tri_vert, surface.tri_vert,
                                 3 * (size_t)back.ntri * sizeof(int));
