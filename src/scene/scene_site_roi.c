@@ -1,6 +1,7 @@
 // scene_site_roi.c: the region of interest of a site: a dome on the board, under the tissue.
 #include <string.h>
 
+#include "omentum/shape_meshing.h"
 #include "scene/scene_site.h"
 
 #define ROI_POINTS 200
@@ -92,6 +93,36 @@ OmStatus om__site_place_roi(const OmScene* scene, OmSite* site) {
              "%s: roi: center_mm (%g, %g) is not under the tissue, which reaches %g and %g mm",
              scene->path, 1e3 * c.x, 1e3 * c.y, 1e3 * site->half_size.x, 1e3 * site->half_size.y);
     return make_dome_roi(site, c, scene->roi.radius);
+}
+
+static bool is_roi_triangle(const OmSite* site, double radius, int t) {
+    for (int k = 0; k < 3; ++k) {
+        OmVec3 p = om_load3(site->organ.x, site->organ.tri_vert[3 * t + k]);
+        if (om_distance(p, site->roi_center) > radius) return false;
+    }
+    return true;
+}
+
+OmStatus om__site_draw_roi(double radius, OmSite* site) {
+    const OmSurface* organ = &site->organ;
+    int ntri = 0;
+    for (int t = 0; t < organ->ntri; ++t) ntri += is_roi_triangle(site, radius, t);
+    if (ntri == 0) return OM_OK;
+    double* normal;
+    OM_ALLOC(normal, 3 * (size_t)organ->nvert);
+    om_surface_normals(organ, normal);
+    OmStatus status = om_surface_init(&site->roi, 3 * ntri, ntri);
+    for (int t = 0, n = 0; status == OM_OK && t < organ->ntri; ++t) {
+        if (!is_roi_triangle(site, radius, t)) continue;
+        for (int k = 0; k < 3; ++k, ++n) {
+            int v = organ->tri_vert[3 * t + k];
+            om_store3(site->roi.x, n,
+                      om_madd(om_load3(organ->x, v), ROI_HEIGHT, om_load3(normal, v)));
+            site->roi.tri_vert[n] = n;
+        }
+    }
+    om_free(normal);
+    return status;
 }
 
 static OmStatus copy_doubles(const double* from, size_t n, double** to) {

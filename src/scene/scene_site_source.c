@@ -99,6 +99,7 @@ static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* s
         OmSdfDef def = om_sdf_default_def(patient->organ_spacing);
         def.margin = 0.02;
         OM_TRY(om_sdf_from_surface(&site->organ, &def, &site->organ_sdf));
+        OM_TRY(om__site_draw_roi(patient->roi_radius, site));
     }
     place_task_frame(site, patient->up, scene->tissue.view);
     return OM_OK;
