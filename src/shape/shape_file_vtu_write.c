@@ -1,0 +1,124 @@
+// shape_file_vtu_write.c: writing VTK's XML files of unstructured grids (.vtu).
+//
+// Arrays stand in place: as text, or compressed by zlib in blocks and written as base64, the table of the
+// blocks first. Labels are a cell array, sets point arrays of bytes.
+#include <string.h>
+
+#include "shape/shape_file_internal.h"
+
+#define BLOCK ((size_t)1 << 18)
+
+static OmStatus write_compressed(OmText* text, const unsigned char* data, size_t size) {
+    size_t nblock = (size + BLOCK - 1) / BLOCK;
+    uint32_t* head = om_alloc(3 + nblock, sizeof *head);
+    if (!head) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    OmText packed = {0};
+    head[0] = (uint32_t)nblock;
+    head[1] = (uint32_t)BLOCK;
+    head[2] = (uint32_t)(size % BLOCK);
+    for (size_t i = 0; i < nblock; i++) {
+        unsigned char* bytes;
+        size_t len, n = size - i * BLOCK < BLOCK ? size - i * BLOCK : BLOCK;
+        OM_TRY_DONE(om__deflate(data + i * BLOCK, n, &bytes, &len));
+        status = om_text_append_raw(&packed, (const char*)bytes, len);
+        om_free(bytes);
+        OM_TRY_DONE(status);
+        head[3 + i] = (uint32_t)len;
+    }
+    OM_TRY_DONE(om_text_append_base64(text, head, (3 + nblock) * sizeof *head));
+    OM_TRY_DONE(om_text_append_base64(text, packed.str, packed.len));
+done:
+    om_text_done(&packed);
+    om_free(head);
+    return status;
+}
+
+static OmStatus write_array(OmText* text, bool is_text, const OmMeshArray* a, int nitem) {
+    static const char* const type[] = {"Float64", "Float32", "Int32", "UInt8"};
+    size_t count = (size_t)nitem * (size_t)a->ncomp;
+    OM_TRY(om_text_append(text, "<DataArray type=\"%s\" Name=\"", type[a->type]));
+    OM_TRY(om_text_append_html(text, a->name));
+    OM_TRY(om_text_append(text, "\" NumberOfComponents=\"%d\" format=\"%s\">\n", a->ncomp,
+                          is_text ? "ascii" : "binary"));
+    if (is_text)
+        OM_TRY(om__write_values(text, a->type, a->value, count, a->ncomp));
+    else
+        OM_TRY(write_compressed(text, a->value, count * om__array_size(a->type)));
+    return om_text_append(text, "%s</DataArray>\n", is_text ? "" : "\n");
+}
+
+static OmStatus write_cells(OmText* text, bool is_text, const OmTetMesh* mesh) {
+    OmStatus status = OM_OK;
+    unsigned char* type = NULL;
+    int* offset = NULL;
+    OM_ALLOC_DONE(type, mesh->ntet);
+    OM_ALLOC_DONE(offset, mesh->ntet);
+    memset(type, 10, (size_t)mesh->ntet);
+    for (int e = 0; e < mesh->ntet; e++) offset[e] = 4 * (e + 1);
+    const OmMeshArray array[] = {{"connectivity", OM_ARRAY_INT, 4, true, mesh->tet_vert},
+                                 {"offsets", OM_ARRAY_INT, 1, true, offset},
+                                 {"types", OM_ARRAY_BYTE, 1, true, type}};
+    OM_TRY_DONE(om_text_append(text, "<Cells>\n"));
+    for (int i = 0; i < 3; i++) {
+        OmMeshArray a = array[i];
+        if (i == 0) a.ncomp = 1;  // VTK wants a flat list
+        OM_TRY_DONE(write_array(text, is_text, &a, i == 0 ? 4 * mesh->ntet : mesh->ntet));
+    }
+    OM_TRY_DONE(om_text_append(text, "</Cells>\n"));
+done:
+    om_free(type);
+    om_free(offset);
+    return status;
+}
+
+static OmStatus write_points(OmText* text, bool is_text, const OmMeshOutput* out) {
+    double* x = om__scaled_points(out->mesh->x, out->mesh->nvert, out->scale);
+    if (!x) return OM_NO_MEMORY;
+    const OmMeshArray a = {"Points", OM_ARRAY_DOUBLE, 3, false, x};
+    OmStatus status = om_text_append(text, "<Points>\n");
+    if (status == OM_OK) status = write_array(text, is_text, &a, out->mesh->nvert);
+    if (status == OM_OK) status = om_text_append(text, "</Points>\n");
+    om_free(x);
+    return status;
+}
+
+static OmStatus write_data(OmText* text, bool is_text, const OmMeshOutput* out) {
+    const OmTetMesh* mesh = out->mesh;
+    OmStatus status = OM_OK;
+    unsigned char* flag = NULL;
+    const OmMeshArray label = {"tet_label", OM_ARRAY_INT, 1, true, mesh->tet_label};
+    OM_ALLOC_DONE(flag, mesh->nvert);
+    OM_TRY_DONE(om_text_append(text, "<PointData>\n"));
+    for (int s = 0; s < mesh->nset; s++) {
+        const OmMeshArray a = {mesh->set[s].name, OM_ARRAY_BYTE, 1, false, flag};
+        om__set_flags(&mesh->set[s], mesh->nvert, flag);
+        OM_TRY_DONE(write_array(text, is_text, &a, mesh->nvert));
+    }
+    for (int i = 0; i < out->narray; i++)
+        if (!out->array[i].is_cell)
+            OM_TRY_DONE(write_array(text, is_text, &out->array[i], mesh->nvert));
+    OM_TRY_DONE(om_text_append(text, "</PointData>\n<CellData>\n"));
+    OM_TRY_DONE(write_array(text, is_text, &label, mesh->ntet));
+    for (int i = 0; i < out->narray; i++)
+        if (out->array[i].is_cell)
+            OM_TRY_DONE(write_array(text, is_text, &out->array[i], mesh->ntet));
+    OM_TRY_DONE(om_text_append(text, "</CellData>\n"));
+done:
+    om_free(flag);
+    return status;
+}
+
+OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
+    OM_TRY(om_text_append(
+        text,
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" "
+        "version=\"1.0\" byte_order=\"%s\" header_type=\"UInt32\"%s>\n"
+        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
+        om__is_little() ? "LittleEndian" : "BigEndian",
+        is_text ? "" : " compressor=\"vtkZLibDataCompressor\"", out->mesh->nvert, out->mesh->ntet));
+    OM_TRY(write_data(text, is_text, out));
+    OM_TRY(write_points(text, is_text, out));
+    OM_TRY(write_cells(text, is_text, out->mesh));
+    return om_text_append(text, "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+}
