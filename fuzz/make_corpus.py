@@ -3,9 +3,11 @@
 
 The files are small (a few hundred bytes of data) and are committed; run this again only to add one.
 """
+import base64
 import gzip
 import pathlib
 import struct
+import zlib
 
 CORPUS = pathlib.Path(__file__).resolve().parent / "corpus"
 
@@ -107,6 +109,149 @@ def nrrds():
                                       + geometry.format("LPS"), struct.pack(">24q", *range(24))))
 
 
+# Two tetrahedra that share a face, and the surface of the first.
+POINTS = [(0, 0, 0), (10, 0, 0), (0, 10, 0), (0, 0, 10), (8, 8, 8.5)]
+TETS = [(0, 1, 2, 3), (1, 4, 2, 3)]
+FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+
+
+def lines(rows, shift=0):
+    return "".join(" ".join(str(v + shift) for v in row) + "\n" for row in rows)
+
+
+def numbered(rows, prefix="", shift=0, first=1):
+    return "".join(f"{n} {prefix}" + " ".join(str(v + shift) for v in row) + "\n"
+                   for n, row in enumerate(rows, first))
+
+
+def mshes():
+    names = '$PhysicalNames\n2\n2 1 "attachment"\n3 7 "fat tissue"\n$EndPhysicalNames\n'
+    elements = "$Elements\n4\n1 2 2 1 1 1 3 2\n2 15 2 1 1 1\n" + \
+        numbered(TETS, "4 2 7 1 ", 1, 3) + "$EndElements\n"
+    put("msh/v2_text.msh", "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" + names + "$Nodes\n5\n" + numbered(POINTS)
+        + "$EndNodes\n" + elements)
+    put("msh/v1.msh", "$NOD\n5\n" + numbered(POINTS) + "$ENDNOD\n$ELM\n2\n"
+        + numbered(TETS, "4 7 1 4 ", 1) + "$ENDELM\n")
+    nodes = b"".join(struct.pack("<i3d", n, *p) for n, p in enumerate(POINTS, 1))
+    tets = struct.pack("<3i", 4, 2, 2) + b"".join(
+        struct.pack("<7i", n, 7, 1, *(v + 1 for v in t)) for n, t in enumerate(TETS, 1))
+    put("msh/v2_binary.msh", b"$MeshFormat\n2.2 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n" + names.encode()
+        + b"$Nodes\n5\n" + nodes + b"\n$EndNodes\n$Elements\n2\n" + tets + b"\n$EndElements\n")
+    entities = "$Entities\n0 0 1 1\n1 0 0 0 10 10 10 1 1 0\n1 0 0 0 10 10 10 1 7 1 1\n$EndEntities\n"
+    put("msh/v4_text.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + names + entities
+        + "$Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n" + lines(POINTS) + "$EndNodes\n"
+        + "$Elements\n2 3 1 3\n2 1 2 1\n1 1 3 2\n3 1 4 2\n" + numbered(TETS, "", 1, 2) + "$EndElements\n")
+    entities = struct.pack("<4Q", 0, 0, 1, 1) + \
+        struct.pack("<i6dQiQ", 1, 0, 0, 0, 10, 10, 10, 1, 1, 0) + \
+        struct.pack("<i6dQiQi", 1, 0, 0, 0, 10, 10, 10, 1, 7, 1, 1)
+    nodes = struct.pack("<4Q", 1, 5, 1, 5) + struct.pack("<3iQ", 3, 1, 0, 5) + struct.pack("<5Q", 1, 2, 3, 4, 5) + \
+        b"".join(struct.pack("<3d", *p) for p in POINTS)
+    tets = struct.pack("<4Q", 1, 2, 1, 2) + struct.pack("<3iQ", 3, 1, 4, 2) + b"".join(
+        struct.pack("<5Q", n, *(v + 1 for v in t)) for n, t in enumerate(TETS, 1))
+    put("msh/v4_binary.msh", b"$MeshFormat\n4.1 1 8\n" + struct.pack("<i", 1) + b"\n$EndMeshFormat\n" + names.encode()
+        + b"$Entities\n" + entities + b"\n$EndEntities\n$Nodes\n" + nodes + b"\n$EndNodes\n$Elements\n" + tets
+        + b"\n$EndElements\n")
+
+
+def vtks():
+    head = "# vtk DataFile Version {}\ntwo tetrahedra\n{}\nDATASET {}\n"
+    cells = lines((4,) + t for t in TETS)
+    data = "CELL_DATA 2\nSCALARS tet_label int 1\nLOOKUP_TABLE default\n1\n2\n" \
+        "POINT_DATA 5\nFIELD FieldData 2\nattachment 1 5 unsigned_char\n1 0 0 1 0\nu 3 5 float\n" + "0 " * 15 + "\n" \
+        "VECTORS v double\n" + "1 " * 15 + "\nNORMALS n float\n" + "0 " * 15 + "\n"
+    put("vtk/text.vtk", head.format("3.0", "ASCII", "UNSTRUCTURED_GRID") + "POINTS 5 double\n" + lines(POINTS)
+        + "CELLS 2 10\n" + cells + "CELL_TYPES 2\n10\n10\n" + data)
+    put("vtk/polydata.vtk", head.format("2.0", "ASCII", "POLYDATA") + "POINTS 4 float\n" + lines(POINTS[:4])
+        + "POLYGONS 4 16\n" + lines((3,) + f for f in FACES))
+    points = b"".join(struct.pack(">3f", *p) for p in POINTS)
+    tets = b"".join(struct.pack(">5i", 4, *t) for t in TETS)
+    put("vtk/binary.vtk", head.format("3.0", "BINARY", "UNSTRUCTURED_GRID").encode() + b"POINTS 5 float\n" + points
+        + b"\nCELLS 2 10\n" + tets + b"\nCELL_TYPES 2\n" + struct.pack(">2i", 10, 10)
+        + b"\nCELL_DATA 2\nSCALARS tet_label int\nLOOKUP_TABLE default\n" + struct.pack(">2i", 1, 2)
+        + b"\nPOINT_DATA 5\nSCALARS attachment unsigned_char\nLOOKUP_TABLE default\n\1\0\0\1\0\n")
+    put("vtk/v5.vtk", head.format("5.1", "ASCII", "UNSTRUCTURED_GRID") + "POINTS 5 double\n" + lines(POINTS)
+        + "CELLS 3 8\nOFFSETS vtktypeint64\n0 4 8\nCONNECTIVITY vtktypeint64\n" + lines(TETS) + "CELL_TYPES 2\n10\n10\n")
+
+
+def vtus():
+    def grid(body, extra="", tail=""):
+        return f'<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" ' \
+            f'header_type="UInt32"{extra}>\n<!-- a seed -->\n<UnstructuredGrid>\n<Piece NumberOfPoints="5" ' \
+            f'NumberOfCells="2">\n{body}</Piece>\n</UnstructuredGrid>\n{tail}</VTKFile>\n'
+
+    def arrays(form):
+        def array(name, kind, values, components=1):
+            return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" {form(kind, values)}'
+        flat = [v for p in POINTS for v in p]
+        return "<PointData>\n" + array("attachment", "UInt8", [1, 0, 0, 1, 0]) + "</PointData>\n<CellData>\n" \
+            + array("tet_label", "Int32", [1, 2]) + "</CellData>\n<Points>\n" + array("Points", "Float64", flat, 3) \
+            + "</Points>\n<Cells>\n" + array("connectivity", "Int64", [v for t in TETS for v in t]) \
+            + array("offsets", "Int32", [4, 8]) + array("types", "UInt8", [10, 10]) + "</Cells>\n"
+
+    letter = {"UInt8": "B", "Int32": "i", "Int64": "q", "Float64": "d"}
+
+    def packed(kind, values):
+        return struct.pack(f"<{len(values)}{letter[kind]}", *values)
+
+    def text(_, values):
+        return 'format="ascii">' + " ".join(map(str, values)) + "</DataArray>\n"
+
+    def inline(kind, values):
+        raw = packed(kind, values)
+        return 'format="binary">' + base64.b64encode(struct.pack("<I", len(raw)) + raw).decode() + "</DataArray>\n"
+
+    def inline_zlib(kind, values):
+        raw = packed(kind, values)
+        body = zlib.compress(raw)
+        head = struct.pack("<4I", 1, len(raw), len(raw), len(body))
+        return 'format="binary">' + base64.b64encode(head).decode() + base64.b64encode(body).decode() + "</DataArray>\n"
+
+    put("vtu/text.vtu", grid(arrays(text)))
+    put("vtu/inline.vtu", grid(arrays(inline)))
+    put("vtu/zlib.vtu", grid(arrays(inline_zlib), ' compressor="vtkZLibDataCompressor"'))
+    for encoding in ("raw", "base64"):
+        block = bytearray()
+
+        def appended(kind, values):
+            raw = packed(kind, values)
+            raw = struct.pack("<I", len(raw)) + raw
+            at = len(block)
+            block.extend(raw if encoding == "raw" else base64.b64encode(raw))
+            return f'format="appended" offset="{at}"/>\n'
+        page = grid(arrays(appended), tail="@@").encode()
+        tail = f'<AppendedData encoding="{encoding}">\n_'.encode() + bytes(block) + b"\n</AppendedData>\n"
+        put(f"vtu/appended_{encoding}.vtu", page.replace(b"@@", tail))
+
+
+def surfaces():
+    corners = [[POINTS[v] for v in f] for f in FACES]
+    put("stl/text.stl", "solid two words\n" + "".join(
+        "facet normal 0 0 1\n outer loop\n" + "".join(f"  vertex {x} {y} {z}\n" for x, y, z in c)
+        + " endloop\nendfacet\n" for c in corners) + "endsolid two words\n")
+    put("stl/binary.stl", b"solid but binary".ljust(80) + struct.pack("<I", 4) + b"".join(
+        struct.pack("<3f", 0, 0, 1) + b"".join(struct.pack("<3f", *p) for p in c) + b"\0\0" for c in corners))
+    put("obj/faces.obj", "# seed\nmtllib a.mtl\no one\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in POINTS[:4])
+        + "vn 0 0 1\nvt 0 0\ng side\nusemtl m\ns off\nf 1 3 2\nf 1/1 2/1 4/1\nf 1//1 4//1 3//1\nf -3/1/1 -2/1/1 -1/1/1\n")
+    put("obj/quad.obj", "v 0 0 0\nv 1 0 0 1.0\nv 1 1 0 0.5 0.5 0.5\nv 0 1 0\nf 1 2 \\\n3 4\nl 1 2\np 1\n")
+    head = "ply\nformat {} 1.0\ncomment seed\nelement vertex 4\nproperty float x\nproperty float y\n" \
+        "property float z\nproperty uchar red\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    put("ply/text.ply", head.format("ascii") + lines(p + (7,) for p in POINTS[:4]) + lines((3,) + f for f in FACES))
+    for name, order in (("little", "<"), ("big", ">")):
+        put(f"ply/{name}.ply", head.format(f"binary_{name}_endian").encode()
+            + b"".join(struct.pack(order + "3fB", *p, 7) for p in POINTS[:4])
+            + b"".join(struct.pack(order + "B3i", 3, *f) for f in FACES))
+    put("ply/double_list.ply", "ply\nformat ascii 1.0\nobj_info x\nelement vertex 4\nproperty double x\n"
+        "property double y\nproperty double z\nproperty list int float extra\nelement face 1\nproperty int32 flag\n"
+        "property list uint8 uint32 vertex_index\nelement edge 1\nproperty short a\nend_header\n"
+        + lines(p + (2, 0.5, 1) for p in POINTS[:4]) + "1 4 0 1 2 3\n5\n")
+    put("off/plain.off", "OFF\n4 4 6\n" + lines(POINTS[:4]) + lines((3,) + f for f in FACES))
+    put("off/comments.off", "# seed\nOFF 4 1 0\n" + lines(POINTS[:4]) + "4 0 1 2 3 255 0 0\n")
+
+
 if __name__ == "__main__":
     niftis()
     nrrds()
+    mshes()
+    vtks()
+    vtus()
+    surfaces()

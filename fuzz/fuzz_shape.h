@@ -1,0 +1,78 @@
+// fuzz_shape.h: what must hold of every mesh and surface that a reader accepts.
+#ifndef OMENTUM_FUZZ_SHAPE_H
+#define OMENTUM_FUZZ_SHAPE_H
+
+#include "fuzz_common.h"
+#include "omentum/shape_file.h"
+
+/// What was read is written and read again: the same mesh. (Only the bytes of positions count: a set may
+/// have a name that a format cannot hold, and then saving refuses.)
+static inline void fuzz_save_tet_mesh(const OmTetMesh* mesh, const char* suffix) {
+    const char* path = fuzz_file((const uint8_t*)"", 0, suffix);
+    OmTetMesh back;
+    OmStatus status = om_tet_mesh_save(mesh, path, OM_UNIT_M);
+    if (status == OM_OK) {
+        status = om_tet_mesh_load_flags(path, OM_UNIT_M, OM_MESH_KEEP_UNUSED, &back);
+        FUZZ_EXPECT(status == OM_OK);
+        FUZZ_EXPECT(back.nvert == mesh->nvert && back.ntet == mesh->ntet);
+        FUZZ_EXPECT(memcmp(back.x, mesh->x, 3 * (size_t)mesh->nvert * sizeof(double)) == 0);
+        FUZZ_EXPECT(memcmp(back.tet_vert, mesh->tet_vert, 4 * (size_t)mesh->ntet * sizeof(int)) ==
+                    0);
+        FUZZ_EXPECT(memcmp(back.tet_label, mesh->tet_label, (size_t)mesh->ntet * sizeof(int)) == 0);
+        om_tet_mesh_done(&back);
+    }
+    fuzz_file_done(path);
+}
+
+/// The same for a surface in a format that keeps doubles.
+static inline void fuzz_save_surface(const OmSurface* surface, const char* suffix) {
+    const char* path = fuzz_file((const uint8_t*)"", 0, suffix);
+    OmSurface back;
+    FUZZ_EXPECT(om_surface_save(surface, path, OM_UNIT_M) == OM_OK);
+    FUZZ_EXPECT(om_surface_load_flags(path, OM_UNIT_M, OM_MESH_KEEP_UNUSED, &back) == OM_OK);
+    FUZZ_EXPECT(back.nvert == surface->nvert && back.ntri == surface->ntri);
+    FUZZ_EXPECT(memcmp(back.x, surface->x, 3 * (size_t)back.nvert * sizeof(double)) == 0);
+    FUZZ_EXPECT(memcmp(back.tri_vert, surface->tri_vert, 3 * (size_t)back.ntri * sizeof(int)) == 0);
+    om_surface_done(&back);
+    fuzz_file_done(path);
+}
+
+static inline void fuzz_tet_mesh(const uint8_t* data, size_t size, const char* suffix) {
+    const char* path = fuzz_file(data, size, suffix);
+    OmTetMesh mesh;
+    // odd inputs also take the forgiving ways through the reader
+    unsigned flags = size % 2 ? OM_MESH_FLIP | OM_MESH_DROP_FLAT | OM_MESH_KEEP_UNUSED : 0;
+    OmStatus status = om_tet_mesh_load_flags(path, OM_UNIT_MM, flags, &mesh);
+    fuzz_file_done(path);
+    FUZZ_EXPECT(status <= 0);
+    if (status != OM_OK) {
+        FUZZ_EXPECT(mesh.x == NULL && om_error_message()[0] != '\0');
+        return;
+    }
+    FUZZ_EXPECT(mesh.nvert >= 4 && mesh.ntet >= 1);
+    FUZZ_EXPECT(om_tet_mesh_validate(&mesh) == OM_OK);
+    fuzz_save_tet_mesh(&mesh, suffix);
+    om_tet_mesh_done(&mesh);
+}
+
+static inline void fuzz_surface(const uint8_t* data, size_t size, const char* suffix) {
+    const char* path = fuzz_file(data, size, suffix);
+    OmSurface surface;
+    OmStatus status = om_surface_load(path, OM_UNIT_MM, &surface);
+    fuzz_file_done(path);
+    FUZZ_EXPECT(status <= 0);
+    if (status != OM_OK) {
+        FUZZ_EXPECT(surface.x == NULL && om_error_message()[0] != '\0');
+        return;
+    }
+    FUZZ_EXPECT(surface.nvert >= 3 && surface.ntri >= 1);
+    for (int i = 0; i < surface.nvert; ++i) FUZZ_EXPECT(om_is_finite3(om_load3(surface.x, i)));
+    for (int i = 0; i < 3 * surface.ntri; ++i)
+        FUZZ_EXPECT(surface.tri_vert[i] >= 0 && surface.tri_vert[i] < surface.nvert);
+    OmSurfaceCheck check;
+    FUZZ_EXPECT(om_surface_check(&surface, &check) == OM_OK);
+    fuzz_save_surface(&surface, strcmp(suffix, ".obj") && strcmp(suffix, ".off") ? ".ply" : suffix);
+    om_surface_done(&surface);
+}
+
+#endif
