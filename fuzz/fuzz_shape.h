@@ -24,16 +24,20 @@ static inline void fuzz_save_tet_mesh(const OmTetMesh* mesh, const char* suffix)
     fuzz_file_done(path);
 }
 
-/// The same for a surface in a format that keeps doubles.
+/// The same for a surface; STL keeps floats only, so there it must just be written.
 static inline void fuzz_save_surface(const OmSurface* surface, const char* suffix) {
     const char* path = fuzz_file((const uint8_t*)"", 0, suffix);
     OmSurface back;
     FUZZ_EXPECT(om_surface_save(surface, path, OM_UNIT_M) == OM_OK);
-    FUZZ_EXPECT(om_surface_load_flags(path, OM_UNIT_M, OM_MESH_KEEP_UNUSED, &back) == OM_OK);
-    FUZZ_EXPECT(back.nvert == surface->nvert && back.ntri == surface->ntri);
-    FUZZ_EXPECT(memcmp(back.x, surface->x, 3 * (size_t)back.nvert * sizeof(double)) == 0);
-    FUZZ_EXPECT(memcmp(back.tri_vert, surface->tri_vert, 3 * (size_t)back.ntri * sizeof(int)) == 0);
-    om_surface_done(&back);
+    OmStatus status = om_surface_load_flags(path, OM_UNIT_M, OM_MESH_KEEP_UNUSED, &back);
+    if (strcmp(suffix, ".stl") != 0) {
+        FUZZ_EXPECT(status == OM_OK);
+        FUZZ_EXPECT(back.nvert == surface->nvert && back.ntri == surface->ntri);
+        FUZZ_EXPECT(memcmp(back.x, surface->x, 3 * (size_t)back.nvert * sizeof(double)) == 0);
+        FUZZ_EXPECT(memcmp(back.tri_vert, surface->tri_vert, 3 * (size_t)back.ntri * sizeof(int)) ==
+                    0);
+    }
+    if (status == OM_OK) om_surface_done(&back);
     fuzz_file_done(path);
 }
 
@@ -71,7 +75,8 @@ static inline void fuzz_surface(const uint8_t* data, size_t size, const char* su
         FUZZ_EXPECT(surface.tri_vert[i] >= 0 && surface.tri_vert[i] < surface.nvert);
     OmSurfaceCheck check;
     FUZZ_EXPECT(om_surface_check(&surface, &check) == OM_OK);
-    fuzz_save_surface(&surface, strcmp(suffix, ".obj") && strcmp(suffix, ".off") ? ".ply" : suffix);
+    bool is_volume = strcmp(suffix, ".msh") == 0 || strcmp(suffix, ".vtu") == 0;
+    fuzz_save_surface(&surface, is_volume ? ".ply" : suffix);
     om_surface_done(&surface);
 }
 

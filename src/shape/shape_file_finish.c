@@ -165,6 +165,10 @@ static OmStatus finish_boundary(const OmFileMesh* m, double unit, unsigned flags
     OM_TRY(om__finish_tet_mesh(m, unit, flags | OM_MESH_FLIP | OM_MESH_DROP_FLAT, &mesh));
     OmStatus status = om_tet_mesh_boundary(&mesh, surface, NULL);
     om_tet_mesh_done(&mesh);
+    if (status == OM_OK && surface->ntri == 0) {
+        om_surface_done(surface);
+        return om_error(OM_INVALID, "the tetrahedra have no outer face: they occur twice");
+    }
     return status;
 }
 

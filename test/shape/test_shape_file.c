@@ -1,31 +1,5 @@
 // Files of meshes and surfaces: what is written is read back, number for number.
-#include "test_common.h"
-
-#include <unistd.h>
-
-#include "omentum/shape_file.h"
-
-// A path of this process's own in the temporary folder.
-static const char* temp_path(const char* name) {
-    static char path[2][256];
-    static int turn;
-    turn = !turn;
-    snprintf(path[turn], sizeof path[turn], "/tmp/omentum-%ld-%s", (long)getpid(), name);
-    return path[turn];
-}
-
-// A box of odd numbers, with labels and sets whose names try the escapes of XML.
-static void make_mesh(OmTetMesh* mesh) {
-    assert_ok(
-        om_tet_mesh_box(om_vec3(-1.0 / 3, 0.1, 1e-7), om_vec3(2.0 / 7, 1.0, 3), 3, 4, 5, mesh));
-    OmRng rng = om_rng_init(3, 0);
-    for (int i = 0; i < 3 * mesh->nvert; i++) mesh->x[i] += om_rng_range(&rng, -0.01, 0.01);
-    for (int e = 0; e < mesh->ntet; e++) mesh->tet_label[e] = e % 5 - 1;
-    const int few[] = {3, 77, 12};
-    assert_ok(om_tet_mesh_add_set(mesh, "attachment", few, 3));
-    const int one[] = {mesh->nvert - 1};
-    assert_ok(om_tet_mesh_add_set(mesh, "a<b>&\"c\"", one, 1));
-}
+#include "shape_file_common.h"
 
 static void assert_same_sets(const OmTetMesh* a, const OmTetMesh* b) {
     assert_int_equal(a->nset, b->nset);
@@ -114,11 +88,80 @@ static void test_surfaces_round_trip(void** unused) {
     om_tet_mesh_done(&mesh);
 }
 
+// Further arrays stand beside labels and sets, in both kinds, and do not become sets themselves.
+static void test_arrays_are_written(void** unused) {
+    (void)unused;
+    static const struct {
+        const char *name, *expected;
+        OmMeshFormat format;
+    } table[] = {{"c.vtu", "Name=\"force\" NumberOfComponents=\"3\"", OM_MESH_VTU},
+                 {"d.vtu", "<DataArray type=\"Float32\" Name=\"stress\"", OM_MESH_VTU_ASCII},
+                 {"c.vtk", "force 3 120 double", OM_MESH_VTK},
+                 {"d.vtk", "stress 1 360 float", OM_MESH_VTK_ASCII}};
+    OmTetMesh mesh, back;
+    make_mesh(&mesh);
+    assert_int_equal(mesh.nvert, 120);
+    double* force = om_calloc(3 * (size_t)mesh.nvert, sizeof *force);
+    float* stress = om_calloc((size_t)mesh.ntet, sizeof *stress);
+    const OmMeshArray array[] = {{"force", OM_ARRAY_DOUBLE, 3, false, force},
+                                 {"stress", OM_ARRAY_FLOAT, 1, true, stress}};
+    for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
+        const char* path = temp_path(table[i].name);
+        char* text;
+        size_t size;
+        assert_ok(om_tet_mesh_save_format(&mesh, path, OM_UNIT_M, table[i].format, array, 2));
+        assert_ok(om_tet_mesh_load(path, OM_UNIT_M, &back));
+        assert_same_mesh(&mesh, &back);
+        om_tet_mesh_done(&back);
+        assert_ok(om_file_read(path, 1 << 20, &text, &size));
+        if (table[i].format == OM_MESH_VTK)  // zeros would end the string
+            for (size_t k = 0; k < size; k++) text[k] = text[k] ? text[k] : '0';
+        if (!strstr(text, table[i].expected))
+            fail_msg("%s: \"%s\" is not in the file", table[i].name, table[i].expected);
+        om_free(text);
+        remove(path);
+    }
+    const char* path = temp_path("c.msh");
+    assert_status(om_tet_mesh_save_format(&mesh, path, OM_UNIT_M, OM_MESH_MSH41, array, 2),
+                  OM_INVALID);
+    assert_false(om_path_exists(path));
+    om_free(force);
+    om_free(stress);
+    om_tet_mesh_done(&mesh);
+}
+
+static void test_bad_saves_leave_nothing(void** unused) {
+    (void)unused;
+    OmTetMesh mesh;
+    make_mesh(&mesh);
+    const OmMeshArray bad[] = {{"two words", OM_ARRAY_FLOAT, 1, true, mesh.x},
+                               {"wide", OM_ARRAY_FLOAT, 10, true, mesh.x},
+                               {"none", OM_ARRAY_FLOAT, 1, true, NULL}};
+    const char* path = temp_path("bad.vtu");
+    for (int i = 0; i < 3; i++) {
+        assert_status(om_tet_mesh_save_format(&mesh, path, OM_UNIT_M, OM_MESH_VTU, &bad[i], 1),
+                      OM_INVALID);
+        assert_non_null(strstr(om_error_message(), bad[i].name));
+    }
+    assert_status(om_tet_mesh_save(&mesh, path, 0), OM_INVALID);
+    assert_status(om_tet_mesh_save(&mesh, path, NAN), OM_INVALID);
+    assert_status(om_tet_mesh_save(&mesh, temp_path("bad.stl"), OM_UNIT_M), OM_INVALID);
+    mesh.x[5] = NAN;
+    assert_status(om_tet_mesh_save(&mesh, path, OM_UNIT_M), OM_INVALID);
+    assert_false(om_path_exists(path));
+    mesh.x[5] = 0;
+    assert_status(om_tet_mesh_save(&mesh, "/nowhere/at/all.vtu", OM_UNIT_M), OM_IO);
+    assert_non_null(strstr(om_error_message(), "/nowhere/at/all.vtu"));
+    om_tet_mesh_done(&mesh);
+}
+
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_meshes_round_trip),
         cmocka_unit_test(test_units_scale_positions),
         cmocka_unit_test(test_surfaces_round_trip),
+        cmocka_unit_test(test_arrays_are_written),
+        cmocka_unit_test(test_bad_saves_leave_nothing),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }

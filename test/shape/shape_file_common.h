@@ -1,0 +1,40 @@
+// shape_file_common.h: what the tests of mesh files share.
+#ifndef OMENTUM_SHAPE_FILE_COMMON_H
+#define OMENTUM_SHAPE_FILE_COMMON_H
+
+#include "test_common.h"
+
+#include <unistd.h>
+
+#include "omentum/shape_file.h"
+
+/// A path of this process's own in the temporary folder; valid for two calls.
+static inline const char* temp_path(const char* name) {
+    static char path[2][256];
+    static int turn;
+    turn = !turn;
+    snprintf(path[turn], sizeof path[turn], "/tmp/omentum-%ld-%s", (long)getpid(), name);
+    return path[turn];
+}
+
+static inline void write_bytes(const char* path, const void* data, size_t size) {
+    FILE* file = fopen(path, "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(data, 1, size, file), size);
+    assert_int_equal(fclose(file), 0);
+}
+
+/// A box of odd numbers, with labels and sets whose names try the escapes of the formats.
+static inline void make_mesh(OmTetMesh* mesh) {
+    assert_ok(
+        om_tet_mesh_box(om_vec3(-1.0 / 3, 0.1, 1e-7), om_vec3(2.0 / 7, 1.0, 3), 3, 4, 5, mesh));
+    OmRng rng = om_rng_init(3, 0);
+    for (int i = 0; i < 3 * mesh->nvert; i++) mesh->x[i] += om_rng_range(&rng, -0.01, 0.01);
+    for (int e = 0; e < mesh->ntet; e++) mesh->tet_label[e] = e % 5 - 1;
+    const int few[] = {3, 77, 12};
+    assert_ok(om_tet_mesh_add_set(mesh, "attachment", few, 3));
+    const int one[] = {mesh->nvert - 1};
+    assert_ok(om_tet_mesh_add_set(mesh, "a <b> & \"c\" 100%", one, 1));
+}
+
+#endif
