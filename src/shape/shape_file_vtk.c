@@ -375,7 +375,7 @@ static OmStatus read_head(Vtk* v) {
     static const char magic[] = "# vtk DataFile Version ";
     double version;
     OmWord line = om__read_line(&v->s);
-    OM_CHECK(line.len > sizeof magic && memcmp(line.str, magic, sizeof magic - 1) == 0, OM_INVALID,
+    OM_CHECK(line.len >= sizeof magic && memcmp(line.str, magic, sizeof magic - 1) == 0, OM_INVALID,
              "this is no VTK legacy file: it does not begin with \"%.22s\"", magic);
     const char* number = line.str + sizeof magic - 1;
     OM_CHECK(om_number_parse(&number, line.str + line.len, &version), OM_INVALID,
