@@ -141,6 +141,9 @@ def mshes():
     put("msh/v4_text.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + names + entities
         + "$Nodes\n1 5 1 5\n3 1 0 5\n1\n2\n3\n4\n5\n" + lines(POINTS) + "$EndNodes\n"
         + "$Elements\n2 3 1 3\n2 1 2 1\n1 1 3 2\n3 1 4 2\n" + numbered(TETS, "", 1, 2) + "$EndElements\n")
+    put("msh/v4_parametric.msh", "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n2 5 3 30\n2 4 1 4\n3\n20\n7\n30\n"
+        + lines(p + (0.5, 0.25) for p in POINTS[:4]) + "3 1 1 1\n9\n" + lines(p + (0, 0, 1) for p in POINTS[4:])
+        + "$EndNodes\n$Periodic\n0\n$EndPeriodic\n$Elements\n1 2 1 2\n3 1 4 2\n5 3 20 7 30\n6 20 9 7 30\n$EndElements\n")
     entities = struct.pack("<4Q", 0, 0, 1, 1) + \
         struct.pack("<i6dQiQ", 1, 0, 0, 0, 10, 10, 10, 1, 1, 0) + \
         struct.pack("<i6dQiQi", 1, 0, 0, 0, 10, 10, 10, 1, 7, 1, 1)
@@ -169,6 +172,11 @@ def vtks():
         + b"\nCELLS 2 10\n" + tets + b"\nCELL_TYPES 2\n" + struct.pack(">2i", 10, 10)
         + b"\nCELL_DATA 2\nSCALARS tet_label int\nLOOKUP_TABLE default\n" + struct.pack(">2i", 1, 2)
         + b"\nPOINT_DATA 5\nSCALARS attachment unsigned_char\nLOOKUP_TABLE default\n\1\0\0\1\0\n")
+    # VTK puts a paragraph of metadata, closed by an empty line, behind an array
+    put("vtk/metadata.vtk", head.format("4.2", "ASCII", "UNSTRUCTURED_GRID") + "POINTS 5 double\n" + lines(POINTS)
+        + "METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 0 14\n\nCELLS 2 10\n" + cells
+        + "CELL_TYPES 2\n10\n10\nCELL_DATA 2\nFIELD FieldData 2\nu 1 2 double\n0 1\nMETADATA\nINFORMATION 0\n\n"
+        "tet_label 1 2 vtktypeint32\n1 2\n\nPOINT_DATA 5\nFIELD FieldData 1\ntwo%20words 1 5 vtktypeuint8\n1 0 0 1 0\n")
     put("vtk/v5.vtk", head.format("5.1", "ASCII", "UNSTRUCTURED_GRID") + "POINTS 5 double\n" + lines(POINTS)
         + "CELLS 3 8\nOFFSETS vtktypeint64\n0 4 8\nCONNECTIVITY vtktypeint64\n" + lines(TETS) + "CELL_TYPES 2\n10\n10\n")
 

@@ -111,10 +111,7 @@ static OmStatus write_entities(const OmMeshOutput* out, const Volume* volume, in
         const Volume* v = &volume[i];
         OM_TRY(om_text_append(text, "%d %.9g %.9g %.9g %.9g %.9g %.9g ", i + 1, v->lo.x, v->lo.y,
                               v->lo.z, v->hi.x, v->hi.y, v->hi.z));
-        if (v->label != 0)
-            OM_TRY(om_text_append(text, "1 %d 0\n", v->label));
-        else
-            OM_TRY(om_text_append(text, "0 0\n"));
+        OM_TRY(om_text_append(text, "1 %d 0\n", v->label));  // also 0: meshio wants all or none
     }
     return om_text_append(text, "$EndEntities\n");
 }

@@ -42,14 +42,29 @@ typedef struct Type {
 } Type;
 
 static const Type type_table[] = {
-    {"unsigned_char", OM_VALUE_U8},  {"char", OM_VALUE_I8},
-    {"signed_char", OM_VALUE_I8},    {"unsigned_short", OM_VALUE_U16},
-    {"short", OM_VALUE_I16},         {"unsigned_int", OM_VALUE_U32},
-    {"int", OM_VALUE_I32},           {"unsigned_long", OM_VALUE_U64},
-    {"long", OM_VALUE_I64},          {"vtktypeint64", OM_VALUE_I64},
-    {"vtktypeuint64", OM_VALUE_U64}, {"vtkidtype", OM_VALUE_I32},  // written with 32 bits
-    {"float", OM_VALUE_F32},         {"double", OM_VALUE_F64},
-    {"bit", OM_VALUE_NONE},  // eight to a byte; only passed over
+    {"unsigned_char", OM_VALUE_U8},
+    {"char", OM_VALUE_I8},
+    {"signed_char", OM_VALUE_I8},
+    {"unsigned_short", OM_VALUE_U16},
+    {"short", OM_VALUE_I16},
+    {"unsigned_int", OM_VALUE_U32},
+    {"int", OM_VALUE_I32},
+    {"unsigned_long", OM_VALUE_U64},
+    {"long", OM_VALUE_I64},
+    {"float", OM_VALUE_F32},
+    {"double", OM_VALUE_F64},
+    {"vtktypeint8", OM_VALUE_I8},
+    {"vtktypeuint8", OM_VALUE_U8},
+    {"vtktypeint16", OM_VALUE_I16},
+    {"vtktypeuint16", OM_VALUE_U16},
+    {"vtktypeint32", OM_VALUE_I32},
+    {"vtktypeuint32", OM_VALUE_U32},
+    {"vtktypeint64", OM_VALUE_I64},
+    {"vtktypeuint64", OM_VALUE_U64},
+    {"vtktypefloat32", OM_VALUE_F32},
+    {"vtktypefloat64", OM_VALUE_F64},
+    {"vtkidtype", OM_VALUE_I32},  // written with 32 bits
+    {"bit", OM_VALUE_NONE},       // eight to a byte; only passed over
 };
 
 static OmStatus read_type(Vtk* v, OmValueType* type) {
@@ -303,6 +318,12 @@ static OmStatus read_array(Vtk* v, OmWord name, OmValueType type, int64_t ncomp,
     return status;
 }
 
+// METADATA: to behind the next empty line.
+static void skip_metadata(Vtk* v) {
+    om__skip_line(&v->s);
+    while (om__scan_left(&v->s) && om__read_line(&v->s).len > 0) continue;
+}
+
 // FIELD name n, then n times: name ncomp ntuple type values
 static OmStatus read_field(Vtk* v) {
     int64_t narray, ncomp, ntuple;
@@ -312,7 +333,7 @@ static OmStatus read_field(Vtk* v) {
     for (int64_t i = 0; i < narray; i++) {
         OmWord name = om__read_word(&v->s);
         if (om__is_word(name, "METADATA")) {
-            while (om__scan_left(&v->s) && om__read_line(&v->s).len > 0) continue;
+            skip_metadata(v);
             name = om__read_word(&v->s);
         }
         if (om__is_word(name, "NULL_ARRAY")) continue;
@@ -398,12 +419,6 @@ static OmStatus read_dataset(Vtk* v) {
                           shown(w), w.str);
 }
 
-static OmStatus skip_metadata(Vtk* v) {
-    om__skip_line(&v->s);
-    while (om__scan_left(&v->s) && om__read_line(&v->s).len > 0) continue;
-    return OM_OK;
-}
-
 static OmStatus read_grid_cells(Vtk* v) {
     OM_CHECK(!v->cells.offset, OM_INVALID, "line %d: CELLS come twice", om__scan_line(&v->s));
     return read_cells(v, &v->cells);
@@ -432,7 +447,10 @@ static OmStatus read_keyword(Vtk* v, OmWord w) {
     if (om__is_word_nocase(w, "TEXTURE_COORDINATES")) return read_counted(v, true, false);
     if (om__is_word_nocase(w, "COLOR_SCALARS")) return read_counted(v, false, false);
     if (om__is_word_nocase(w, "LOOKUP_TABLE")) return read_counted(v, false, true);
-    if (om__is_word_nocase(w, "METADATA")) return skip_metadata(v);
+    if (om__is_word_nocase(w, "METADATA")) {
+        skip_metadata(v);
+        return OM_OK;
+    }
     return om__scan_error(&v->s, "keyword \"%.*s\" is not known", shown(w), w.str);
 }
 

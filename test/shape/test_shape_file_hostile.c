@@ -312,6 +312,7 @@ static void starve_seed(const char* seed, const char* ext, const char* data, siz
     (void)data;
     (void)size;
     OmStatus healthy = load_any(seed, ext);
+    assert_int_equal(healthy, strstr(seed, "twice") ? OM_INVALID : OM_OK);
     int64_t alive = om_alloc_alive();
     OmStatus status = OM_NO_MEMORY;
     for (int n = 0; status == OM_NO_MEMORY; n++) {
