@@ -195,6 +195,6 @@ OmStatus om_scene_load(const char* path, OmScene* scene) {
     char dir[OM_SCENE_PATH], root[OM_SCENE_PATH];
     OM_TRY(om_path_dir(path, dir, sizeof dir));
     OM_TRY(om_path_join(dir, scene->data_root, root, sizeof root));
-    snprintf(scene->data_root, sizeof scene->data_root, "%s", root);
+    snprintf(scene->data_root, sizeof scene->data_root, "%s", scene->data_root[0] ? root : dir);
     return OM_OK;
 }

@@ -1,0 +1,232 @@
+// test_scene_site.c: scene files, and the operating sites built from them.
+#include "test_alloc.h"
+
+#include "omentum/scene.h"
+#include "omentum/shape_file.h"
+
+// ---- files ---------------------------------------------------------------------------------------------
+
+static void test_the_sheet_is_the_default(void** state) {
+    (void)state;
+    OmScene file, plain = om_scene_default();
+    assert_ok(om_scene_load("scenes/sheet.yaml", &file));
+    assert_string_equal(file.data_root, "scenes");
+    // But for where it came from, the committed scene and the built-in one are the same.
+    memcpy(plain.path, file.path, sizeof plain.path);
+    memcpy(plain.data_root, file.data_root, sizeof plain.data_root);
+    assert_int_equal(file.seed, plain.seed);
+    assert_near(file.tissue.size.x, plain.tissue.size.x, 1e-12);
+    assert_near(file.tissue.young, plain.tissue.young, 0);
+    assert_near(file.task.force_threshold, plain.task.force_threshold, 0);
+    assert_near(file.task.max_height, plain.task.max_height, 1e-12);
+    assert_near(file.roi.radius, plain.roi.radius, 1e-12);
+    assert_near(file.endoscope.elevation, plain.endoscope.elevation, 1e-12);
+    assert_near(file.world.young_factor, plain.world.young_factor, 0);
+}
+
+static void test_all_scenes_load(void** state) {
+    (void)state;
+    static const char* const path[] = {"scenes/sheet.yaml", "scenes/silicone.yaml",
+                                       "scenes/kidney.yaml"};
+    for (int i = 0; i < 3; ++i) {
+        OmScene scene;
+        assert_ok(om_scene_load(path[i], &scene));
+    }
+}
+
+static void expect_refusal(const char* text, const char* words) {
+    OmScene scene;
+    assert_status(om_scene_parse(text, strlen(text), "s.yaml", &scene), OM_INVALID);
+    if (!strstr(om_error_message(), words))
+        fail_msg("\"%s\" does not say \"%s\"", om_error_message(), words);
+}
+
+static void test_wrong_scenes_are_explained(void** state) {
+    (void)state;
+    expect_refusal("name: x\n", "tissue");
+    expect_refusal("name: x\ntissue: {source: sheat}\n", "sheet");
+    expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "did you mean \"young\"");
+    expect_refusal("name: x\ntissue:\n  source: sheet\n  yuong: 3\n", "s.yaml:4");
+    expect_refusal("name: x\ntissue: {source: sheet, young: soft}\n", "young");
+    expect_refusal("name: x\ntissue: {source: sheet, poisson: 0.5}\n", "poisson");
+    expect_refusal("name: x\ntissue: {source: mesh}\n", "\"file\" is missing");
+    expect_refusal("name: x\ntissue: {source: sheet, cells: [2.5, 2, 1]}\n", "whole numbers");
+    expect_refusal("name: x\ntissue: {source: sheet}\n"
+                   "attachments: {kind: random_patch, share_min: 0.5, share_max: 0.2}\n",
+                   "share_min");
+    expect_refusal("name: x\ntissue: {source: sheet, up: [0, 0, 0]}\n", "up");
+}
+
+// ---- sites ---------------------------------------------------------------------------------------------
+
+static bool has(const OmMeshSet* set, int vert) {
+    for (int i = 0; i < set->nvert; ++i)
+        if (set->vert[i] == vert) return true;
+    return false;
+}
+
+static void test_seventeen_layouts(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    for (int seed = 1; seed <= 17; ++seed) {
+        scene.seed = seed;
+        OmSite site;
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+        const OmMeshSet* under = om_tet_mesh_find_set(&site.mesh, "underside");
+        const OmMeshSet* held = om_tet_mesh_find_set(&site.mesh, "attachment");
+        double share = (double)held->nvert / under->nvert;
+        // A patch is a whole number of vertices; the underside has 441.
+        if (share < 0.1 - 2.0 / 441 || share > 0.5 + 2.0 / 441)
+            fail_msg("layout %d holds %g of the underside", seed, share);
+        for (int i = 0; i < held->nvert; ++i) assert_true(has(under, held->vert[i]));
+        // The ROI lies on the board, its margin clear of what is held.
+        for (int i = 0; i < held->nvert; ++i) {
+            OmVec3 p = om_load3(site.mesh.x, held->vert[i]);
+            double gap = om_distance(p, site.roi_center) - scene.roi.radius;
+            if (gap < scene.roi.margin - 1e-3)
+                fail_msg("layout %d: the ROI is %g mm from an attachment", seed, 1e3 * gap);
+        }
+        for (int i = 0; i < site.nroi; ++i) {
+            OmVec3 p = om_load3(site.roi_x, i);
+            assert_true(p.z > 0 && p.z < 1e-3);
+            assert_true(om_distance(p, site.roi_center) <= scene.roi.radius + 1e-3);
+        }
+        om_site_done(&site);
+    }
+}
+
+static void test_world_is_another_body(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    OmSite twin, world, again;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &again));
+    assert_true(world.mesh.nvert >= 2 * twin.mesh.nvert);
+    assert_near_rel(world.young, scene.world.young_factor * twin.young, 1e-12);
+    assert_near_rel(om_tet_mesh_volume(&world.mesh), om_tet_mesh_volume(&twin.mesh), 1e-9);
+    assert_memory_equal(world.roi_x, twin.roi_x, 3 * (size_t)twin.nroi * sizeof(double));
+    assert_memory_equal(world.mesh.x, again.mesh.x, 3 * (size_t)world.mesh.nvert * sizeof(double));
+    // Both hold the same part of the underside: every held vertex of one has one of the other near.
+    const OmMeshSet* a = om_tet_mesh_find_set(&twin.mesh, "attachment");
+    const OmMeshSet* b = om_tet_mesh_find_set(&world.mesh, "attachment");
+    assert_true(b && b->nvert > a->nvert);
+    for (int i = 0; i < b->nvert; ++i) {
+        double nearest = INFINITY;
+        for (int k = 0; k < a->nvert; ++k)
+            nearest = fmin(nearest, om_distance(om_load3(world.mesh.x, b->vert[i]),
+                                                om_load3(twin.mesh.x, a->vert[k])));
+        assert_below(nearest, 0.0043);  // half the diagonal of the twin's 6 mm squares
+    }
+    om_site_done(&twin);
+    om_site_done(&world);
+    om_site_done(&again);
+}
+
+static void test_a_mesh_lies_on_its_board(void** state) {
+    (void)state;
+    // A box with y up, in millimetres: the scene's task frame turns it upright.
+    OmTetMesh box;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.006, 0.06), 8, 2, 6, &box));
+    assert_ok(om_tet_mesh_save(&box, "/tmp/om_test_site.vtu", OM_UNIT_MM));
+    om_tet_mesh_done(&box);
+    OmScene scene = om_scene_default();
+    scene.tissue.source = OM_SOURCE_MESH;
+    snprintf(scene.tissue.file, sizeof scene.tissue.file, "/tmp/om_test_site.vtu");
+    scene.tissue.unit = OM_UNIT_MM;
+    scene.tissue.up = om_vec3(0, 1, 0);
+    scene.tissue.view = om_vec3(0, 0, 1);
+    OmSite site;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_near(site.half_size.x, 0.03, 1e-9);  // z of the file, away from the camera
+    assert_near(site.half_size.y, 0.04, 1e-9);
+    assert_near(site.half_size.z, 0.003, 1e-9);
+    OmVec3 away = om_quat_rotate(site.pose_world_task.q, om_vec3(1, 0, 0));
+    assert_near(om_dot(away, om_vec3(0, 0, -1)), 1, 1e-9);
+    assert_near(om_dot(site.gravity, om_vec3(0, -1, 0)), 9.81, 1e-9);
+    assert_true(om_tet_mesh_find_set(&site.mesh, "underside")->nvert >= 63);
+    om_site_done(&site);
+    remove("/tmp/om_test_site.vtu");
+}
+
+static void test_impossible_sites_are_explained(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    OmSite site;
+    scene.roi.radius = 0.058;
+    assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "radius_mm"));
+    scene = om_scene_default();
+    scene.roi.is_random = false;
+    scene.roi.center = om_vec3(0.2, 0, 0);
+    assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "not under the tissue"));
+    scene = om_scene_default();
+    scene.attach.kind = OM_ATTACH_BOX;
+    scene.attach.lo = scene.attach.hi = om_vec3(1, 1, 1);
+    assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "box holds no vertex"));
+    scene = om_scene_default();
+    scene.tissue.world_cells = scene.tissue.cells;
+    assert_status(om_site_build(&scene, OM_SITE_WORLD, NULL, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "world_cells"));
+    scene = om_scene_default();
+    scene.tissue.source = OM_SOURCE_VOLUME;
+    snprintf(scene.tissue.file, sizeof scene.tissue.file, "none.nii.gz");
+    assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_IO);
+    assert_non_null(strstr(om_error_message(), "none.nii.gz"));
+}
+
+static void test_kidney(void** state) {
+    (void)state;
+    const char* data = test_data_dir();
+    OmScene scene;
+    assert_ok(om_scene_load("scenes/kidney.yaml", &scene));
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", data ? data : "");
+    if (!data || !om_path_exists("../shared/data/ct_abdomen")) {
+        print_message("skipped: no data folder\n");
+        skip();
+    }
+    OmSite site;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_true(site.has_organ && !site.has_ground && site.nroi > 100 && site.roi.ntri > 10);
+    // The tissue is outside the organ; the ROI is under the tissue.
+    for (int i = 0; i < site.mesh.nvert; ++i)
+        assert_true(om_sdf_eval(&site.organ_sdf, om_load3(site.mesh.x, i), NULL) > -1e-3);
+    OmPose task = om_pose_inverse(site.pose_world_task);
+    OmVec3 roi = om_pose_apply(task, site.roi_center);
+    assert_true(fabs(roi.x) < site.half_size.x && fabs(roi.y) < site.half_size.y);
+    om_site_done(&site);
+}
+
+// ---- failing allocations -----------------------------------------------------------------------------------
+
+static OmStatus build_world_site(void* scene) {
+    OmSite site;
+    OmStatus status = om_site_build(scene, OM_SITE_WORLD, NULL, &site);
+    om_site_done(&site);
+    return status;
+}
+
+static void test_failing_allocations_leak_nothing(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    scene.tissue.cells = om_vec3(12, 12, 1);
+    scene.tissue.world_cells = om_vec3(18, 18, 2);
+    assert_true(test_failing_allocations(build_world_site, &scene, 1) > 30);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_the_sheet_is_the_default),
+        cmocka_unit_test(test_all_scenes_load),
+        cmocka_unit_test(test_wrong_scenes_are_explained),
+        cmocka_unit_test(test_seventeen_layouts),
+        cmocka_unit_test(test_world_is_another_body),
+        cmocka_unit_test(test_a_mesh_lies_on_its_board),
+        cmocka_unit_test(test_impossible_sites_are_explained),
+        cmocka_unit_test(test_kidney),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
