@@ -1,0 +1,131 @@
+// 04_lift_and_look.c: a sheet lies on a board; a tool lifts its corner, and a camera sees what was under it.
+//
+// Contact with the ground, a grasp that moves, the force at the tool, a picture, and how much of a region
+// is visible. Writes 04_lift_and_look.png.
+#include <stdio.h>
+#include <string.h>
+
+#include "omentum/omentum.h"
+
+#define TIME_STEP 0.02
+
+typedef struct Field {  // everything that has to be destroyed
+    OmTetMesh mesh;
+    OmSurface skin;
+    int* skin_vert;  // mesh vertex of each skin vertex
+    OmTissueModel* model;
+    OmTissueState* state;
+    OmTissueWork* work;
+    OmContact* contact;
+    OmSenseScene* scene;
+    int skin_id;
+} Field;
+
+static OmStatus make_tissue(Field* f) {
+    // 80 x 80 x 4 mm, held along x = 0, resting on the plane z = 0
+    OmStatus status =
+        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.08, 0.004), 16, 16, 1, &f->mesh);
+    if (status != OM_OK) return status;
+    int held[2 * 17], nheld = 0;
+    for (int i = 0; i < f->mesh.nvert; ++i)
+        if (om_load3(f->mesh.x, i).x < 1e-9) held[nheld++] = i;
+    status = om_tet_mesh_add_set(&f->mesh, "attachment", held, nheld);
+    if (status != OM_OK) return status;
+
+    OmTissueDef def = om_tissue_default_def(&f->mesh);
+    def.solver.nworker = 1;  // too small to share among threads
+    status = om_tissue_create(&def, &f->model);
+    if (status == OM_OK) status = om_tissue_create_state(f->model, &f->state);
+    if (status == OM_OK) status = om_tissue_create_work(f->model, &f->work);
+    if (status != OM_OK) return status;
+
+    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactDef ground = om_contact_default_def();
+    ground.nplane = 1;
+    ground.plane = &board;
+    return om_contact_create(&ground, f->model, &f->contact);
+}
+
+static OmStatus make_scene(Field* f) {
+    const OmSenseLook look = {.red = 0.9, .green = 0.75, .blue = 0.5, .is_two_sided = true};
+    OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->skin, &f->skin_vert);
+    if (status == OM_OK) status = om_sense_scene_create(&f->scene);
+    if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->skin, &look, &f->skin_id);
+    return status;
+}
+
+// The share of the points at z = 0 around (60, 60) mm that the camera sees past the sheet.
+static OmStatus look(Field* f, const OmCamera* camera, double* share) {
+    double x[3 * 25], normal[3 * 25];
+    for (int i = 0; i < 25; ++i) {
+        om_store3(x, i, om_vec3(0.055 + 0.0025 * (i % 5), 0.055 + 0.0025 * (i / 5), 0.0002));
+        om_store3(normal, i, om_vec3(0, 0, 1));
+    }
+    om_sense_scene_update(f->scene, f->skin_id, om_tissue_x(f->state), f->skin_vert);
+    OmStatus status = om_sense_scene_commit(f->scene);
+    if (status == OM_OK) status = om_sense_visibility(f->scene, camera, x, normal, 25, 0, share);
+    return status;
+}
+
+static OmStatus lift(Field* f) {
+    OmPose tip = {om_vec3(0.08, 0.08, 0.004), om_quat_identity()};
+    OmContactReport report;
+    int nheld;
+    OmStatus status = om_tissue_grasp(f->model, f->state, 0, tip, 0.005, &nheld);
+    for (int step = 0; status == OM_OK && step < 200; ++step) {
+        if (step < 150) {  // 10 mm/s up, and back over the sheet
+            tip.p.z += 0.010 * TIME_STEP;
+            tip.p.x -= 0.010 * TIME_STEP;
+            status = om_tissue_move_grasp(f->state, 0, tip);
+        }
+        if (status == OM_OK)
+            status = om_contact_step(f->contact, f->model, f->state, f->work, TIME_STEP, &report);
+    }
+    OmTissueForces force;
+    if (status == OM_OK) status = om_tissue_get_forces(f->model, f->state, &force);
+    if (status == OM_OK)
+        printf("%d vertices held with %.3f N; %d vertices on the board carry %.3f of %.3f N\n",
+               nheld, om_norm(force.grasp[0]), report.ncontact, force.contact.z, -force.weight.z);
+    return status;
+}
+
+static OmStatus take_picture(const Field* f, const OmCamera* camera, const char* path) {
+    OmPicture picture;
+    OmSenseOptions options = om_sense_default_options();
+    OmStatus status = om_picture_init(&picture, camera->width, camera->height, 3);
+    if (status != OM_OK) return status;
+    status = om_sense_render(f->scene, camera, &options, &picture);
+    if (status == OM_OK) status = om_picture_save_png(&picture, path);
+    om_picture_done(&picture);
+    return status;
+}
+
+int main(void) {
+    Field f;
+    memset(&f, 0, sizeof f);
+    // a camera at the free corner's side, looking down at 45 degrees: z forward, x right, y down
+    OmVec3 eye = om_vec3(0.16, 0.16, 0.10), target = om_vec3(0.055, 0.055, 0);
+    OmCamera camera = {om_pose_look_at(eye, target, om_vec3(0, 0, 1)), 320, 240, 0.7, 0.01, 1};
+    double before = 0, after = 0;
+
+    OmStatus status = make_tissue(&f);
+    if (status == OM_OK) status = make_scene(&f);
+    if (status == OM_OK) status = look(&f, &camera, &before);
+    if (status == OM_OK) status = lift(&f);
+    if (status == OM_OK) status = look(&f, &camera, &after);
+    if (status == OM_OK) status = take_picture(&f, &camera, "04_lift_and_look.png");
+    if (status == OM_OK)
+        printf("visible: %.0f %% before, %.0f %% after\n", 100 * before, 100 * after);
+    else
+        fprintf(stderr, "%s\n", om_error_message());
+
+    om_sense_scene_destroy(f.scene);
+    om_contact_destroy(f.contact);
+    om_tissue_destroy_work(f.work);
+    om_tissue_destroy_state(f.state);
+    om_tissue_destroy(f.model);
+    om_surface_done(&f.skin);
+    om_free(f.skin_vert);
+    om_tet_mesh_done(&f.mesh);
+    return status == OM_OK && before < 0.05 && after > 0.5 ? 0 : 1;
+}
