@@ -10,7 +10,7 @@
 
 /// A path of this process's own in the temporary folder; valid for two calls.
 static inline const char* temp_path(const char* name) {
-    static char path[2][256];
+    static char path[2][512];
     static int turn;
     turn = !turn;
     snprintf(path[turn], sizeof path[turn], "/tmp/omentum-%ld-%s", (long)getpid(), name);

@@ -1,0 +1,317 @@
+// NIfTI-1 and 2: every type, both byte orders, both transforms, and headers that lie.
+#include "image_common.h"
+
+enum { NX = 3, NY = 4, NZ = 2, COUNT = NX * NY * NZ, HEADER = 352 };
+
+typedef struct File {  // a NIfTI-1 file being made
+    unsigned char bytes[HEADER + 8 * 8 * COUNT];
+    size_t size;
+    bool is_big;
+} File;
+
+static void put(File* f, size_t at, const void* value, size_t size) {
+    const unsigned char* v = value;
+    for (size_t i = 0; i < size; i++) f->bytes[at + i] = v[f->is_big ? size - 1 - i : i];
+}
+static void put16(File* f, size_t at, int value) {
+    int16_t v = (int16_t)value;
+    put(f, at, &v, sizeof v);
+}
+static void put32(File* f, size_t at, int32_t value) { put(f, at, &value, sizeof value); }
+static void put_float(File* f, size_t at, double value) {
+    float v = (float)value;
+    put(f, at, &v, sizeof v);
+}
+
+// Millimetres, voxels of 0.7 x 0.8 x 1.5, no transform yet.
+static void begin(File* f, bool is_big, int datatype, int bitpix) {
+    static const int dim[8] = {3, NX, NY, NZ, 1, 1, 1, 1};
+    memset(f, 0, sizeof *f);
+    f->is_big = is_big;
+    f->size = HEADER;
+    put32(f, 0, 348);
+    for (size_t i = 0; i < 8; i++) put16(f, 40 + 2 * i, dim[i]);
+    put16(f, 70, datatype);
+    put16(f, 72, bitpix);
+    put_float(f, 76, 1);
+    put_float(f, 80, 0.7);
+    put_float(f, 84, 0.8);
+    put_float(f, 88, 1.5);
+    put_float(f, 108, HEADER);
+    f->bytes[123] = 2;
+    memcpy(f->bytes + 344, "n+1", 4);
+}
+
+static void put_sform(File* f, OmMat3 axis, OmVec3 origin) {
+    put16(f, 254, 1);
+    const OmVec3 col[4] = {axis.cx, axis.cy, axis.cz, origin};
+    for (size_t c = 0; c < 4; c++) {
+        put_float(f, 280 + 4 * c, col[c].x);
+        put_float(f, 296 + 4 * c, col[c].y);
+        put_float(f, 312 + 4 * c, col[c].z);
+    }
+}
+
+static void put_bytes(File* f) {  // the voxels 0, 1, 2 ...
+    for (int i = 0; i < COUNT; i++) f->bytes[f->size++] = (unsigned char)i;
+}
+
+static OmStatus load(const File* f, OmVolume* volume) {
+    return load_bytes("t.nii", f->bytes, f->size, volume);
+}
+
+#define PUT_VOXELS(type)                         \
+    for (int i = 0; i < COUNT; i++) {            \
+        type stored = (type)(3 * i);             \
+        put(&f, f.size, &stored, sizeof stored); \
+        f.size += sizeof stored;                 \
+    }
+
+static void test_all_types_in_both_orders(void** unused) {
+    (void)unused;
+    static const int type[][2] = {{2, 8},   {4, 16},   {8, 32},   {16, 32},   {64, 64},
+                                  {256, 8}, {512, 16}, {768, 32}, {1024, 64}, {1280, 64}};
+    for (size_t t = 0; t < 10; t++) {
+        for (int is_big = 0; is_big < 2; is_big++) {
+            File f;
+            OmVolume v;
+            begin(&f, is_big, type[t][0], type[t][1]);
+            put_sform(&f, om_mat3_diag(om_vec3(0.7, 0.8, 1.5)), om_vec3(0, 0, 0));
+            switch (type[t][0]) {
+            case 2: PUT_VOXELS(uint8_t) break;
+            case 4: PUT_VOXELS(int16_t) break;
+            case 8: PUT_VOXELS(int32_t) break;
+            case 16: PUT_VOXELS(float) break;
+            case 64: PUT_VOXELS(double) break;
+            case 256: PUT_VOXELS(int8_t) break;
+            case 512: PUT_VOXELS(uint16_t) break;
+            case 768: PUT_VOXELS(uint32_t) break;
+            case 1024: PUT_VOXELS(int64_t) break;
+            default: PUT_VOXELS(uint64_t) break;
+            }
+            assert_ok(load(&f, &v));
+            assert_int_equal(v.dim[0], NX);
+            assert_int_equal(v.dim[1], NY);
+            assert_int_equal(v.dim[2], NZ);
+            for (int i = 0; i < COUNT; i++) assert_near((double)v.value[i], 3 * i, 0);
+            om_volume_done(&v);
+        }
+    }
+}
+
+// The quaternion and the matrix of one rotation place the voxels alike; a negative pixdim[0] mirrors.
+static void test_qform_is_sform(void** unused) {
+    (void)unused;
+    OmRng rng = om_rng_init(5, 0);
+    for (int k = 0; k < 50; k++) {
+        OmQuat q = {om_rng_normal(&rng), om_rng_normal(&rng), om_rng_normal(&rng),
+                    fabs(om_rng_normal(&rng))};
+        double len = sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+        if (k == 0) q.w = 0, len = sqrt(q.x * q.x + q.y * q.y + q.z * q.z);  // half a turn
+        q = (OmQuat){q.x / len, q.y / len, q.z / len, q.w / len};
+        double mirror = k % 2 ? -1 : 1;
+        OmMat3 r = om_quat_to_mat3(q);
+        OmMat3 axis =
+            om_mat3_cols(om_scale(0.7, r.cx), om_scale(0.8, r.cy), om_scale(1.5 * mirror, r.cz));
+        OmVec3 origin = om_vec3(-10, 20, 30);
+        File a, b;
+        OmVolume va, vb;
+        begin(&a, false, 2, 8);
+        put16(&a, 252, 1);
+        put_float(&a, 76, mirror);
+        const double field[6] = {q.x, q.y, q.z, origin.x, origin.y, origin.z};
+        for (size_t i = 0; i < 6; i++) put_float(&a, 256 + 4 * i, field[i]);
+        put_bytes(&a);
+        begin(&b, false, 2, 8);
+        put_sform(&b, axis, origin);
+        put_bytes(&b);
+        assert_ok(load(&a, &va));
+        assert_ok(load(&b, &vb));
+        // single precision in the header; w is found from the rest by a root
+        double tol = 1e-3 * (k == 0 ? 2e-3 : 2e-5);
+        assert_near(om_distance(va.axis.cx, vb.axis.cx), 0, tol);
+        assert_near(om_distance(va.axis.cy, vb.axis.cy), 0, tol);
+        assert_near(om_distance(va.axis.cz, vb.axis.cz), 0, tol);
+        assert_near(om_distance(va.origin, vb.origin), 0, 1e-9);
+        assert_near(om_distance(vb.origin, om_scale(1e-3, origin)), 0, 1e-9);
+        om_volume_done(&va);
+        om_volume_done(&vb);
+    }
+}
+
+// Turn the axes of the grid in the file and its header with them: every value stays where it was.
+static void test_turned_header_gives_the_same_organ(void** unused) {
+    (void)unused;
+    OmMat3 axis = om_mat3_cols(om_vec3(0.7, 0.1, 0), om_vec3(-0.1, 0.8, 0), om_vec3(0, 0.2, 1.5));
+    OmVec3 origin = om_vec3(-10, 20, 30);
+    File a, b;
+    OmVolume va, vb;
+    begin(&a, false, 2, 8);
+    put_sform(&a, axis, origin);
+    put_bytes(&a);
+    begin(&b, false, 2, 8);  // the first axis backwards
+    put_sform(&b, om_mat3_cols(om_scale(-1, axis.cx), axis.cy, axis.cz),
+              om_add(origin, om_scale(NX - 1, axis.cx)));
+    for (int i = 0; i < COUNT; i++)
+        b.bytes[b.size++] = (unsigned char)(i / NX * NX + NX - 1 - i % NX);
+    assert_ok(load(&a, &va));
+    assert_ok(load(&b, &vb));
+    for (int n = 0; n < COUNT; n++) {
+        int mirrored = n / NX * NX + NX - 1 - n % NX;
+        OmVec3 i = om_vec3(n % NX, n / NX % NY, n / NX / NY);
+        OmVec3 j = om_vec3(NX - 1 - n % NX, i.y, i.z);
+        OmVec3 p = om_add(va.origin, om_mat3_apply(va.axis, i));
+        OmVec3 q = om_add(vb.origin, om_mat3_apply(vb.axis, j));
+        assert_near(om_distance(p, q), 0, 1e-8);  // floats of the header, m
+        assert_near((double)va.value[n], (double)vb.value[mirrored], 0);
+    }
+    om_volume_done(&va);
+    om_volume_done(&vb);
+}
+
+static void test_units_and_scaling(void** unused) {
+    (void)unused;
+    static const double slope[] = {2, 0, NAN}, first[] = {-5, 0, 0}, second[] = {-3, 1, 1};
+    static const double metre[] = {1e-3, 1, 1e-3, 1e-6};  // unset, m, mm, um
+    for (int k = 0; k < 4; k++) {
+        File f;
+        OmVolume v;
+        begin(&f, false, 2, 8);
+        put_sform(&f, om_mat3_identity(), om_vec3(1, 2, 3));
+        f.bytes[123] = (unsigned char)k;
+        put_float(&f, 112, slope[k % 3]);
+        put_float(&f, 116, -5);
+        put_bytes(&f);
+        assert_ok(load(&f, &v));
+        assert_near_rel(v.axis.cx.x, metre[k], 1e-12);
+        assert_near_rel(v.origin.z, 3 * metre[k], 1e-12);
+        assert_near((double)v.value[0], first[k % 3], 0);
+        assert_near((double)v.value[1], second[k % 3], 0);
+        om_volume_done(&v);
+    }
+}
+
+static void test_the_first_of_a_series_is_read(void** unused) {
+    (void)unused;
+    File f;
+    OmVolume v;
+    begin(&f, false, 2, 8);
+    put_sform(&f, om_mat3_identity(), om_vec3(0, 0, 0));
+    put16(&f, 40, 4);
+    put16(&f, 48, 2);
+    put_bytes(&f);
+    put_bytes(&f);
+    assert_ok(load(&f, &v));
+    assert_int_equal(v.dim[2], NZ);
+    assert_near((double)v.value[COUNT - 1], COUNT - 1, 0);
+    om_volume_done(&v);
+}
+
+static void test_compressed_and_paired_files(void** unused) {
+    (void)unused;
+    OmVolume plain, other;
+    assert_ok(om_volume_load("fuzz/corpus/nifti/u8_sform.nii", &plain));
+    assert_ok(om_volume_load("fuzz/corpus/nifti/u8_sform.nii.gz", &other));
+    assert_memory_equal(plain.value, other.value, COUNT * sizeof(float));
+    om_volume_done(&other);
+
+    char *hdr, path[2][512];
+    size_t size;
+    unsigned char voxel[COUNT];
+    for (int i = 0; i < COUNT; i++) voxel[i] = (unsigned char)i;
+    assert_ok(om_file_read("fuzz/corpus/nifti/pair.hdr", 4096, &hdr, &size));
+    memset(hdr + 108, 0, 4);  // the voxels begin their file
+    snprintf(path[0], sizeof path[0], "%s", temp_path("pair.hdr"));
+    snprintf(path[1], sizeof path[1], "%s", temp_path("pair.img"));
+    write_bytes(path[0], hdr, size);
+    assert_status(om_volume_load(path[0], &other), OM_IO);
+    assert_non_null(strstr(om_error_message(), "pair.img"));
+    write_bytes(path[1], voxel, sizeof voxel);
+    for (int half = 0; half < 2; half++) {
+        assert_ok(om_volume_load(path[half], &other));
+        assert_memory_equal(plain.value, other.value, COUNT * sizeof(float));
+        om_volume_done(&other);
+    }
+    remove(path[0]);
+    remove(path[1]);
+    om_free(hdr);
+    om_volume_done(&plain);
+}
+
+static void test_voxels_that_are_not_finite_become_zero(void** unused) {
+    (void)unused;
+    File f;
+    OmVolume v;
+    begin(&f, false, 16, 32);
+    put_sform(&f, om_mat3_identity(), om_vec3(0, 0, 0));
+    for (int i = 0; i < COUNT; i++, f.size += 4)
+        put_float(&f, f.size, i == 3 ? NAN : i == 4 ? INFINITY : i);
+    assert_ok(load(&f, &v));
+    assert_near((double)v.value[3], 0, 0);
+    assert_near((double)v.value[4], 0, 0);
+    assert_near((double)v.value[5], 5, 0);
+    om_volume_done(&v);
+}
+
+static void test_headers_that_lie(void** unused) {
+    (void)unused;
+    static const struct {
+        int at, size;  // 2: an integer of 16 bits, 4: a float, 1: a byte
+        double value;
+        const char* expected;
+    } lie[] = {{0, 2, 349, "neither 348 nor 540"},
+               {344, 1, 'x', "no NIfTI mark"},
+               {40, 2, 0, "field dim: 0 axes"},
+               {40, 2, 9, "field dim: 9 axes"},
+               {42, 2, -3, "-3 voxels along axis 0"},
+               {42, 2, 0, "0 voxels along axis 0"},
+               {46, 2, 30000, "30000 voxels"},
+               {70, 2, 128, "field datatype: 128"},
+               {72, 2, 16, "datatype (2) and bitpix (16) disagree"},
+               {108, 4, NAN, "vox_offset"},
+               {108, 4, -1, "vox_offset"},
+               {108, 4, 100, "inside the header"},
+               {108, 4, 1e9, "behind the end"},
+               {112, 4, INFINITY, "scl_slope"},
+               {123, 1, 5, "xyzt_units"},
+               {280, 4, NAN, "not finite"},
+               {280, 4, 0, "singular"}};
+    for (size_t i = 0; i < sizeof lie / sizeof lie[0]; i++) {
+        File f;
+        OmVolume v;
+        begin(&f, false, 2, 8);
+        put_sform(&f, om_mat3_diag(om_vec3(0.7, 0.8, 1.5)), om_vec3(0, 0, 0));
+        put_bytes(&f);
+        size_t at = (size_t)lie[i].at;
+        if (lie[i].size == 1) f.bytes[at] = (unsigned char)lie[i].value;
+        if (lie[i].size == 2) put16(&f, at, (int)lie[i].value);
+        if (lie[i].size == 4) put_float(&f, at, lie[i].value);
+        assert_refused(load(&f, &v), &v, "t.nii", lie[i].expected);
+    }
+    OmVolume v;
+    assert_refused(load_bytes("t.nii", "", 0, &v), &v, "t.nii", "empty");
+    assert_refused(load_bytes("t.dcm", "x", 1, &v), &v, "t.dcm", "dcm2niix");
+    assert_refused(load_bytes("t.nii.gz", "\x1f\x8bxyz", 5, &v), &v, "t.nii.gz", "gzip");
+    assert_status(om_volume_load("/nowhere/a.nii", &v), OM_IO);
+    assert_non_null(strstr(om_error_message(), "/nowhere/a.nii"));
+}
+
+static void test_seeds_cut_and_starved(void** unused) {
+    (void)unused;
+    assert_seeds_are_survived("fuzz/corpus/nifti");
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_all_types_in_both_orders),
+        cmocka_unit_test(test_qform_is_sform),
+        cmocka_unit_test(test_turned_header_gives_the_same_organ),
+        cmocka_unit_test(test_units_and_scaling),
+        cmocka_unit_test(test_the_first_of_a_series_is_read),
+        cmocka_unit_test(test_compressed_and_paired_files),
+        cmocka_unit_test(test_voxels_that_are_not_finite_become_zero),
+        cmocka_unit_test(test_headers_that_lie),
+        cmocka_unit_test(test_seeds_cut_and_starved),
+    };
+    return cmocka_run_group_tests(test, NULL, NULL);
+}

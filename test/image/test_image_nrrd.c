@@ -1,0 +1,193 @@
+// NRRD: types, encodings, spaces, axes that are not of space, and headers that lie.
+#include "image_common.h"
+
+enum { NX = 3, NY = 4, NZ = 2, COUNT = NX * NY * NZ };
+
+#define GRID                                                                                \
+    "dimension: 3\nsizes: 3 4 2\nspace directions: (0.7,0.1,0) (0,0.8,0) (0,0,1.5)\nspace " \
+    "origin: (-10,20,30)\n"
+
+// The header, an empty line and the voxels 0, 1, 2 ... as bytes (nbyte of them).
+static OmStatus load(const char* header, int nbyte, OmVolume* volume) {
+    char file[2048];
+    int n = snprintf(file, sizeof file, "NRRD0004\n%s\n", header);
+    for (int i = 0; i < nbyte; i++) file[n++] = (char)i;
+    return load_bytes("t.nrrd", file, (size_t)n, volume);
+}
+
+static void test_spaces_become_ras(void** unused) {
+    (void)unused;
+    static const struct {
+        const char* name;
+        double x, y;
+    } space[] = {{"left-posterior-superior", -1, -1}, {"LPS", -1, -1}, {"RAS", 1, 1},
+                 {"right-anterior-superior", 1, 1},   {"LAS", -1, 1},  {"scanner-xyz", 1, 1}};
+    for (size_t i = 0; i < sizeof space / sizeof space[0]; i++) {
+        char header[512];
+        OmVolume v;
+        snprintf(header, sizeof header, "type: uchar\nencoding: raw\nspace: %s\n" GRID,
+                 space[i].name);
+        assert_ok(load(header, COUNT, &v));
+        OmVec3 origin = om_vec3(-0.010 * space[i].x, 0.020 * space[i].y, 0.030);
+        OmVec3 cx = om_vec3(0.7e-3 * space[i].x, 0.1e-3 * space[i].y, 0);
+        assert_near(om_distance(v.origin, origin), 0, 1e-15);
+        assert_near(om_distance(v.axis.cx, cx), 0, 1e-18);
+        for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
+        om_volume_done(&v);
+    }
+}
+
+// The same 24 values in text and in four types and orders of bytes.
+static void test_encodings_agree(void** unused) {
+    (void)unused;
+    char file[4096];
+    OmVolume v;
+    for (int form = 0; form < 5; form++) {
+        static const char* const field[] = {
+            "type: float\nencoding: ascii\n", "type: int16\nencoding: raw\nendian: big\n",
+            "type: uint\nencoding: raw\nendian: little\n",
+            "type: double\nencoding: raw\nendian: little\nbyte skip: -1\n",
+            "type: int8\nencoding: raw\nline skip: 2\nbyte skip: 3\n"};
+        int n =
+            snprintf(file, sizeof file,
+                     "NRRD0005\r\n# comment\nkey:=value\n%sspace: RAS\n" GRID "\n%s", field[form],
+                     form == 3   ? "rubbish"
+                     : form == 4 ? "one\ntwo\nxyz"
+                                 : "");
+        for (int i = 0; i < COUNT; i++) {
+            double real = i;
+            if (form == 0) n += snprintf(file + n, sizeof file - (size_t)n, "%d,\n", i);
+            if (form == 1) file[n++] = 0;
+            if (form == 1 || form == 2 || form == 4) file[n++] = (char)i;
+            for (int k = 0; form == 2 && k < 3; k++) file[n++] = 0;
+            if (form == 3) memcpy(file + n, &real, 8), n += 8;
+        }
+        assert_ok(load_bytes("t.nrrd", file, (size_t)n, &v));
+        for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
+        om_volume_done(&v);
+    }
+}
+
+// The first entry of an axis of components, fastest or slowest.
+static void test_axes_that_are_not_of_space(void** unused) {
+    (void)unused;
+    OmVolume v;
+    assert_ok(load("type: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: RAS\n"
+                   "space directions: none (1,0,0) (0,1,0) (0,0,1)\n",
+                   2 * COUNT, &v));
+    for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], 2 * k, 0);
+    om_volume_done(&v);
+    assert_ok(load("type: uchar\nencoding: raw\ndimension: 4\nsizes: 3 4 2 2\nspace: RAS\n"
+                   "space directions: (1,0,0) (0,1,0) (0,0,1) none\n",
+                   2 * COUNT, &v));
+    for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
+    om_volume_done(&v);
+}
+
+static void test_spacings_and_units(void** unused) {
+    (void)unused;
+    OmVolume v;
+    assert_ok(load("type: uchar\nencoding: raw\ndimension: 3\nsizes: 3 4 2\nspacings: 1 2 nan\n",
+                   COUNT, &v));
+    assert_near(om_distance(v.axis.cy, om_vec3(0, 2e-3, 0)), 0, 1e-18);
+    assert_near(om_distance(v.axis.cz, om_vec3(0, 0, 1e-3)), 0, 1e-18);
+    om_volume_done(&v);
+    assert_ok(
+        load("type: uchar\nencoding: raw\nspace: RAS\nspace units: \"cm\" \"cm\" \"cm\"\n" GRID,
+             COUNT, &v));
+    assert_near(v.origin.z, 0.3, 1e-15);
+    om_volume_done(&v);
+}
+
+static void test_detached_voxels(void** unused) {
+    (void)unused;
+    char header[512], path[2][512], voxel[COUNT];
+    OmVolume v;
+    snprintf(path[0], sizeof path[0], "%s", temp_path("t.nhdr"));
+    snprintf(path[1], sizeof path[1], "%s", temp_path("t.raw"));
+    int n = snprintf(header, sizeof header,
+                     "NRRD0004\ntype: uchar\nencoding: raw\nspace: RAS\n" GRID "data file: %s\n\n",
+                     strrchr(path[1], '/') + 1);
+    write_bytes(path[0], header, (size_t)n);
+    assert_status(om_volume_load(path[0], &v), OM_IO);
+    for (int i = 0; i < COUNT; i++) voxel[i] = (char)i;
+    write_bytes(path[1], voxel, COUNT);
+    assert_ok(om_volume_load(path[0], &v));
+    assert_near((double)v.value[COUNT - 1], COUNT - 1, 0);
+    om_volume_done(&v);
+    write_bytes(path[1], voxel, COUNT - 1);
+    assert_refused(om_volume_load(path[0], &v), &v, path[1], "file");
+    remove(path[0]);
+    remove(path[1]);
+}
+
+static void test_headers_that_lie(void** unused) {
+    (void)unused;
+    static const struct {
+        const char *header, *expected;
+    } lie[] = {
+        {"", "\"dimension\" is missing"},
+        {"type uchar\n", "line 2: \"field: value\" is wanted"},
+        {"type: half\n", "\"half\" is not read"},
+        {"encoding: bzip2\n", "\"bzip2\" is not read"},
+        {"dimension: 2\n", "2 axes"},
+        {"dimension: three\n", "a whole number is wanted at \"three\""},
+        {"sizes: 3 4 2\n", "stands before \"dimension\""},
+        {"dimension: 3\nsizes: 3 4\n", "field \"sizes\""},
+        {"dimension: 3\nsizes: 3 -4 2\n", "-4 entries along axis 1"},
+        {"dimension: 3\nsizes: 3 4 2\n", "\"type\" is missing"},
+        {"type: uchar\n" GRID, "\"encoding\" is missing"},
+        {"type: short\nencoding: raw\nspace: RAS\n" GRID, "\"endian\" is missing"},
+        {"type: uchar\nencoding: raw\n" GRID, "without \"space\""},
+        {"endian: middle\n", "neither little nor big"},
+        {"space: XYZ\n", "\"XYZ\" is not read"},
+        {"space dimension: 2\n", "lives in 3"},
+        {"dimension: 3\nspace directions: (1,0,0) (0,1,0) 1\n", "a vector (x,y,z) is wanted"},
+        {"space units: mm mm mm\n", "quoted"},
+        {"space units: \"in\" \"in\" \"in\"\n", "\"in\" is not read"},
+        {"data file: LIST\n", "lists and patterns"},
+        {"line skip: -2\n", "-2 is too small"},
+        {"type: uchar\nencoding: raw\nspace: RAS\nline skip: 9\n" GRID, "line skip"},
+        {"type: uchar\nencoding: raw\nspace: RAS\nbyte skip: 99999\n" GRID, "too early"},
+        {"type: uchar\nencoding: raw\nspace: RAS\ndimension: 3\nsizes: 300 400 2\n"
+         "space directions: (1,0,0) (0,1,0) (0,0,1)\n",
+         "can hold at most"},
+        {"type: uchar\nencoding: raw\nspace: RAS\ndimension: 3\nsizes: 2000000 2000000 2000000\n"
+         "space directions: (1,0,0) (0,1,0) (0,0,1)\n",
+         "more than"},
+        {"type: uchar\nencoding: raw\nspace: RAS\ndimension: 3\nsizes: 3 4 2\n"
+         "space directions: (1,0,0) (1,0,0) (0,0,1)\n",
+         "singular"},
+        {"type: float\nencoding: ascii\nspace: RAS\n" GRID, "voxel 0 is no number"},
+        {"type: uchar\nencoding: gzip\nspace: RAS\n" GRID, "gzip"},
+        {"type: uchar\nencoding: raw\nspace: RAS\ndimension: 4\nsizes: 3 4 2 1\n"
+         "space directions: (1,0,0) (0,1,0) none none\n",
+         "2 axes are of space"},
+    };
+    for (size_t i = 0; i < sizeof lie / sizeof lie[0]; i++) {
+        OmVolume v;
+        OmStatus status = load(lie[i].header, COUNT, &v);
+        assert_refused(status, &v, "t.nrrd", lie[i].expected);
+    }
+    OmVolume v;
+    assert_refused(load_bytes("t.nrrd", "NRRD0009\n\n", 10, &v), &v, "t.nrrd", "NRRD0001");
+    assert_refused(load_bytes("t.nhdr", "x\n", 2, &v), &v, "t.nhdr", "NRRD0001");
+}
+
+static void test_seeds_cut_and_starved(void** unused) {
+    (void)unused;
+    assert_seeds_are_survived("fuzz/corpus/nrrd");
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_spaces_become_ras),
+        cmocka_unit_test(test_encodings_agree),
+        cmocka_unit_test(test_axes_that_are_not_of_space),
+        cmocka_unit_test(test_spacings_and_units),
+        cmocka_unit_test(test_detached_voxels),
+        cmocka_unit_test(test_headers_that_lie),
+        cmocka_unit_test(test_seeds_cut_and_starved),
+    };
+    return cmocka_run_group_tests(test, NULL, NULL);
+}

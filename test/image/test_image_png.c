@@ -1,0 +1,167 @@
+// PNG files, decoded by a reader of the test's own: chunks, zlib, the five filters.
+#include "image_common.h"
+
+#include <zlib.h>
+
+typedef struct Decoded {
+    int width, height, depth, color;
+    unsigned char* row;  // height x stride, unfiltered
+    size_t stride;
+} Decoded;
+
+static unsigned long get32(const unsigned char* p) {
+    return (unsigned long)p[0] << 24 | (unsigned long)p[1] << 16 | (unsigned long)p[2] << 8 | p[3];
+}
+
+static int paeth(int a, int b, int c) {
+    int p = a + b - c, pa = abs(p - a), pb = abs(p - b), pc = abs(p - c);
+    return pa <= pb && pa <= pc ? a : pb <= pc ? b : c;
+}
+
+static void unfilter(Decoded* d, const unsigned char* packed, size_t pixel) {
+    for (int y = 0; y < d->height; y++) {
+        const unsigned char* in = packed + (size_t)y * (d->stride + 1);
+        unsigned char* out = d->row + (size_t)y * d->stride;
+        for (size_t i = 0; i < d->stride; i++) {
+            int a = i >= pixel ? out[i - pixel] : 0;
+            int b = y > 0 ? out[i - d->stride] : 0;
+            int c = y > 0 && i >= pixel ? (out - d->stride)[i - pixel] : 0;
+            const int guess[] = {0, a, b, (a + b) / 2, paeth(a, b, c)};
+            assert_true(in[0] < 5);
+            out[i] = (unsigned char)(in[1 + i] + guess[in[0]]);
+        }
+    }
+}
+
+static void decode(const unsigned char* png, size_t size, Decoded* d) {
+    static const int channels[] = {1, 0, 3, 0, 0, 0, 4};
+    unsigned char* idat = test_malloc(size);
+    size_t nidat = 0, at = 8;
+    bool is_end = false;
+    memset(d, 0, sizeof *d);
+    assert_memory_equal(png, "\x89PNG\r\n\x1a\n", 8);
+    while (at + 12 <= size) {
+        size_t len = get32(png + at);
+        const unsigned char* body = png + at + 8;
+        assert_true(at + 12 + len <= size);
+        assert_int_equal(crc32(crc32(0, NULL, 0), png + at + 4, (uInt)len + 4), get32(body + len));
+        if (memcmp(png + at + 4, "IHDR", 4) == 0) {
+            d->width = (int)get32(body);
+            d->height = (int)get32(body + 4);
+            d->depth = body[8];
+            d->color = body[9];
+        } else if (memcmp(png + at + 4, "IDAT", 4) == 0) {
+            memcpy(idat + nidat, body, len);
+            nidat += len;
+        }
+        is_end = memcmp(png + at + 4, "IEND", 4) == 0;
+        at += 12 + len;
+    }
+    assert_true(is_end && at == size);
+    size_t pixel = (size_t)channels[d->color] * (size_t)d->depth / 8;
+    d->stride = pixel * (size_t)d->width;
+    uLongf total = (uLongf)((d->stride + 1) * (size_t)d->height);
+    unsigned char* packed = test_malloc(total);
+    d->row = test_malloc(d->stride * (size_t)d->height);
+    assert_int_equal(uncompress(packed, &total, idat, (uLong)nidat), Z_OK);
+    assert_int_equal(total, (d->stride + 1) * (size_t)d->height);
+    unfilter(d, packed, pixel);
+    test_free(packed);
+    test_free(idat);
+}
+
+static void fill(OmPicture* p) {
+    OmRng rng = om_rng_init(1, 0);
+    for (int i = 0; i < p->width * p->height * p->nchannel; i++)
+        p->pixel[i] = (unsigned char)(i % 3 ? i / p->width : (int)om_rng_below(&rng, 256));
+}
+
+static void test_pictures_survive(void** unused) {
+    (void)unused;
+    static const int nchannel[] = {1, 3, 4}, color[] = {0, 2, 6};
+    for (int k = 0; k < 3; k++) {
+        OmPicture p;
+        OmText text = {0};
+        Decoded d;
+        assert_ok(om_picture_init(&p, 61, 47, nchannel[k]));
+        fill(&p);
+        assert_ok(om_picture_encode_png(&p, &text));
+        decode((const unsigned char*)text.str, text.len, &d);
+        assert_int_equal(d.width, 61);
+        assert_int_equal(d.height, 47);
+        assert_int_equal(d.depth, 8);
+        assert_int_equal(d.color, color[k]);
+        assert_memory_equal(d.row, p.pixel, (size_t)(61 * 47 * nchannel[k]));
+        test_free(d.row);
+        om_text_done(&text);
+        om_picture_done(&p);
+    }
+}
+
+static void test_depth_images_survive(void** unused) {
+    (void)unused;
+    enum { W = 33, H = 20 };
+    uint16_t value[W * H];
+    Decoded d;
+    char* png;
+    size_t size;
+    for (int i = 0; i < W * H; i++) value[i] = (uint16_t)(i * 97);
+    const char* path = temp_path("depth.png");
+    assert_ok(om_picture_save_png16(value, W, H, path));
+    assert_ok(om_file_read(path, 1 << 20, &png, &size));
+    decode((const unsigned char*)png, size, &d);
+    assert_int_equal(d.depth, 16);
+    for (size_t i = 0; i < W * H; i++)
+        assert_int_equal(d.row[2 * i] << 8 | d.row[2 * i + 1], value[i]);
+    test_free(d.row);
+    om_free(png);
+    remove(path);
+}
+
+static void test_bad_pictures(void** unused) {
+    (void)unused;
+    OmPicture p;
+    OmText text = {0};
+    assert_status(om_picture_init(&p, 0, 5, 3), OM_INVALID);
+    assert_status(om_picture_init(&p, 5, 70000, 3), OM_INVALID);
+    assert_status(om_picture_init(&p, 5, 5, 2), OM_INVALID);
+    assert_status(om_picture_encode_png(&p, &text), OM_INVALID);
+    assert_status(om_picture_save_png16(NULL, 0, 1, "/tmp/x.png"), OM_INVALID);
+    assert_ok(om_picture_init(&p, 4, 4, 3));
+    assert_status(om_picture_save_png(&p, "/nowhere/a.png"), OM_IO);
+    om_picture_done(&p);
+    om_picture_done(NULL);
+}
+
+static void test_failing_allocations(void** unused) {
+    (void)unused;
+    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    countdown = -1;
+    om_set_allocator(&failing);
+    OmPicture p;
+    assert_ok(om_picture_init(&p, 61, 47, 3));
+    fill(&p);
+    int64_t alive = om_alloc_alive();
+    int n = 0;
+    for (OmStatus status = OM_NO_MEMORY; status != OM_OK; n++) {
+        OmText text = {0};
+        countdown = n;
+        status = om_picture_encode_png(&p, &text);
+        om_text_done(&text);
+        assert_true(status == OM_OK || status == OM_NO_MEMORY);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    assert_true(n > 4);
+    om_picture_done(&p);
+    om_set_allocator(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_pictures_survive),
+        cmocka_unit_test(test_depth_images_survive),
+        cmocka_unit_test(test_bad_pictures),
+        cmocka_unit_test(test_failing_allocations),
+    };
+    return cmocka_run_group_tests(test, NULL, NULL);
+}
