@@ -37,6 +37,7 @@ SIDEWAYS = {
 
 EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
 WITHIN = {"base/base_multiversion.h"}  # macros for the library's own files, not for users
+ENGINE = "tissue/tissue_engine.h"  # private to tissue, but for its engines on the same floor
 
 C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h
 math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h
@@ -176,7 +177,7 @@ class Tree:
             self.error(path, number, f"the program uses public headers only, not {name}")
         elif used == room:
             pass
-        elif not public:
+        elif not public and not (name == ENGINE and (room, used) in SIDEWAYS):
             self.error(path, number, f"{name} is private to room {used}")
         elif FLOOR[used] > FLOOR[room]:
             self.error(path, number, f"{room} (floor {FLOOR[room]}) uses {used} (floor {FLOOR[used]}): "

@@ -86,7 +86,8 @@ static void test_the_boundary_of_a_volume_file(void** unused) {
     assert_ok(om_surface_load(data_path("retraction_sheet/tissue_surface.obj"), OM_UNIT_M, &b));
     assert_int_equal(a.nvert, b.nvert);
     assert_int_equal(a.ntri, b.ntri);
-    assert_near_rel(om_surface_volume(&a), om_surface_volume(&b), 1e-4);  // digits of the OBJ: 1 um in 8 mm
+    assert_near_rel(om_surface_volume(&a), om_surface_volume(&b),
+                    1e-4);  // digits of the OBJ: 1 um in 8 mm
     om_surface_done(&a);
     om_surface_done(&b);
 }

@@ -59,6 +59,11 @@ class Rules(unittest.TestCase):
     def test_private_header_of_another_room(self):
         self.assert_breaks({"src/scene/scene_a.c": '#include "fem/fem_internal.h"\n'}, "scene_a.c:1", "private")
 
+    def test_engines_see_their_interface(self):
+        engine = '#include "tissue/tissue_engine.h"\n'
+        self.assert_breaks({"src/scene/scene_a.c": engine}, "scene_a.c:1", "private")
+        self.assertEqual(self.check({"src/fem/fem_a.c": engine}), [])
+
     def test_program_uses_public_headers(self):
         self.assert_breaks({"src/cli/cli_a.c": '#include "fem/fem_internal.h"\n'}, "cli_a.c:1", "public headers only")
 
