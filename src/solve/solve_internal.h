@@ -1,9 +1,10 @@
 // solve_internal.h: what the files of the room share.
 //
 // Vectors of the iterative solvers come in two layouts. One right-hand side: four floats a vertex, the
-// fourth zero, so that a vertex is one 16-byte load. Eight at once: x, y, z of eight lanes each, 24 floats,
-// so that each value of A is loaded once for all. Rows are cut into chunks that depend on the matrix alone; a worker takes a run of chunks,
-// and sums are added chunk by chunk: same bytes for any number of workers.
+// fourth zero, so that a vertex is one 16-byte load. Eight at once: x, y, z of eight lanes each, 24
+// floats, so that each value of A is loaded once for all. Rows are cut into chunks that depend on the
+// matrix alone; a worker takes a run of chunks, and sums are added chunk by chunk: same bytes for any
+// number of workers.
 #ifndef OMENTUM_SOLVE_INTERNAL_H
 #define OMENTUM_SOLVE_INTERNAL_H
 
