@@ -73,7 +73,7 @@ static int find_volume(const Volume* volume, int nvolume, int label) {
 // One volume a label, ascending, with the boxes of their elements. The caller frees.
 static OmStatus list_volumes(const OmMeshOutput* out, Volume** volume, int* nvolume) {
     const OmTetMesh* mesh = out->mesh;
-    const OmVec3 far = om_vec3(INFINITY, INFINITY, INFINITY);
+    const OmVec3 far = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
     int n = 0;
     Volume* list;
     OM_ALLOC(list, mesh->ntet);
