@@ -47,7 +47,8 @@ static OmStatus make_tissue(Field* f) {
 }
 
 static OmStatus make_scene(Field* f) {
-    const OmSenseLook look = {.red = 0.9, .green = 0.75, .blue = 0.5, .is_two_sided = true};
+    const OmSenseLook look = {
+        .red = 0.9, .green = 0.75, .blue = 0.5, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
     OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->skin, &f->skin_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
     if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->skin, &look, &f->skin_id);

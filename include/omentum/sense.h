@@ -38,7 +38,7 @@ typedef struct OmSenseLook {
     double gloss;             // strength of highlights, 0 to 1
     bool is_smooth;           // normals of vertices, not of triangles
     bool is_checker;          // squares of 10 mm in two shades, for boards
-    bool is_two_sided;        // lit from both sides
+    double grain;             // variation of shade fixed to the material, 0 to 1; 0.1 suits fat
 } OmSenseLook;
 
 typedef struct OmSenseScene OmSenseScene;

@@ -48,6 +48,7 @@ void om_sense_scene_destroy(OmSenseScene* scene) {
         if (o->geometry) rtcReleaseGeometry(o->geometry);
         om_surface_done(&o->surface);
         om_free(o->vert_normal);
+        om_free(o->vert_shade);
     }
     if (scene->scene) rtcReleaseScene(scene->scene);
     if (scene->device) rtcReleaseDevice(scene->device);
@@ -109,8 +110,10 @@ OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface, const
     memcpy(o.surface.tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof(int));
     OM_ALLOC_DONE(o.buffer, nx + 4);  // the caster reads 16 bytes at the last vertex
     if (look->is_smooth) OM_ALLOC_DONE(o.vert_normal, nx);
+    if (look->grain > 0) OM_ALLOC_DONE(o.vert_shade, surface->nvert);
     write_buffer(&o);
     compute_normals(&o);
+    om__choose_shades(&o);
     RTCGeometry g = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     o.geometry = g;
     rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_REFIT);
@@ -131,6 +134,7 @@ done:
     om_surface_done(&o.surface);
     om_free(o.buffer);
     om_free(o.vert_normal);
+    om_free(o.vert_shade);
     return status;
 }
 

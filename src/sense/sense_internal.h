@@ -10,6 +10,7 @@ typedef struct Object {
     OmSurface surface;  // current positions
     OmSenseLook look;
     double* vert_normal;  // of the vertices (nvert x 3); null if not smooth
+    float* vert_shade;    // factors on the colour (nvert); null without grain
     float* buffer;        // positions shared with the ray caster (nvert x 3 and padding)
     void* geometry;
     bool is_shown, is_changed;
@@ -30,6 +31,8 @@ void om__cast(const OmSenseScene* scene, Packet* packet);
 void om__cast_shadow(const OmSenseScene* scene, Packet* packet);
 int om__object_count(const OmSenseScene* scene);
 const Object* om__object(const OmSenseScene* scene, int id);
+// Factors on the colour from the positions now, for objects with grain.
+void om__choose_shades(Object* object);
 // Unit normal of a hit: of the vertices interpolated, or of the triangle.
 OmVec3 om__hit_normal(const Object* object, int tri, double u, double v);
 

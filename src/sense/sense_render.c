@@ -11,10 +11,21 @@
 #define CHECKER 0.01      // m
 #define LIGHT_RIGHT 0.06  // m, where the second light is, from the camera
 #define LIGHT_UP 0.12
+#define WRAP 0.25     // cosine behind the terminator that still gets light
+#define GRAIN 0.012   // m, wavelength of the variation of shade
+#define VIGNETTE 0.3  // share of light lost in the corners
+#define NTONE 2048
+#define MOST_LIGHT 2.0
 
 OmSenseOptions om_sense_default_options(void) {
     return (OmSenseOptions){.samples = 1, .has_shadow = true};
 }
+
+// What all rays of a picture share: the direction through (u, v) is first + u du + v dv, not normalised,
+// one long along the axis.
+typedef struct View {
+    OmVec3 eye, first, du, dv;
+} View;
 
 static double focal_length(const OmCamera* c) { return 0.5 * c->height / tan(0.5 * c->fov); }
 
@@ -27,10 +38,23 @@ bool om_camera_project(const OmCamera* c, OmVec3 p_world, double* u, double* v) 
     return true;
 }
 
-OmVec3 om_camera_ray(const OmCamera* c, double u, double v) {
+static View make_view(const OmCamera* c) {
     double f = focal_length(c);
-    OmVec3 d = om_vec3((u - 0.5 * c->width) / f, (v - 0.5 * c->height) / f, 1);
-    return om_quat_rotate(c->pose_world_camera.q, om_normalize(d));
+    OmQuat q = c->pose_world_camera.q;
+    View view = {.eye = c->pose_world_camera.p,
+                 .first = om_quat_rotate(q, om_vec3(-0.5 * c->width / f, -0.5 * c->height / f, 1)),
+                 .du = om_quat_rotate(q, om_vec3(1 / f, 0, 0)),
+                 .dv = om_quat_rotate(q, om_vec3(0, 1 / f, 0))};
+    return view;
+}
+
+static OmVec3 view_ray(const View* view, double u, double v) {
+    return om_normalize(om_madd(om_madd(view->first, u, view->du), v, view->dv));
+}
+
+OmVec3 om_camera_ray(const OmCamera* c, double u, double v) {
+    View view = make_view(c);
+    return view_ray(&view, u, v);
 }
 
 static OmStatus check_camera(const OmCamera* c) {
@@ -56,11 +80,10 @@ OmVec3 om__hit_normal(const Object* o, int tri, double u, double v) {
                                  om_sub(om_load3(o->surface.x, vert[2]), a)));
 }
 
-// Rays that meet nothing leave room for depth limits: from near to far along the axis.
-static void set_ray(Packet* p, int i, const OmCamera* c, double u, double v) {
-    p->origin[i] = c->pose_world_camera.p;
-    p->direction[i] = om_camera_ray(c, u, v);
-    p->far_t[i] = c->far_m * 4;
+static void set_ray(Packet* p, int i, const View* view, double far_t, double u, double v) {
+    p->origin[i] = view->eye;
+    p->direction[i] = view_ray(view, u, v);
+    p->far_t[i] = far_t;
 }
 
 // ---- pictures -------------------------------------------------------------------------------------------------
@@ -68,13 +91,33 @@ static void set_ray(Packet* p, int i, const OmCamera* c, double u, double v) {
 typedef struct Render {
     const OmSenseScene* scene;
     const OmCamera* camera;
+    View view;
     OmSenseOptions options;
     OmPicture* picture;
-    OmVec3 light;  // the second one
+    OmVec3 light, up;               // where the second light is; towards it from the picture
+    unsigned char tone[NTONE + 1];  // bytes of the square roots of light
 } Render;
 
-static OmVec3 surface_color(const Object* o, OmVec3 p) {
+// Shades of the material: a smooth sum of waves, so that a finer mesh only shows it better.
+void om__choose_shades(Object* o) {
+    if (!o->vert_shade) return;
+    for (int i = 0; i < o->surface.nvert; ++i) {
+        OmVec3 p = om_scale(2 * OM_PI / GRAIN, om_load3(o->surface.x, i));
+        double wave =
+            sin(p.x + 2.1 * sin(0.7 * p.y + 0.3)) * sin(1.1 * p.y + 1.7 * sin(0.6 * p.x)) +
+            0.5 * sin(2.3 * p.x + 1.3 * p.z) * sin(2.1 * p.y - 0.9 * p.z + 1);
+        o->vert_shade[i] = (float)(1 + o->look.grain * fmax(-1, fmin(1, wave)));
+    }
+}
+
+static OmVec3 surface_color(const Object* o, int tri, double u, double v, OmVec3 p) {
     OmVec3 c = om_vec3(o->look.red, o->look.green, o->look.blue);
+    if (o->vert_shade) {
+        const int* vert = &o->surface.tri_vert[3 * tri];
+        const float* f = o->vert_shade;
+        c = om_scale(
+            (1 - u - v) * (double)f[vert[0]] + u * (double)f[vert[1]] + v * (double)f[vert[2]], c);
+    }
     if (!o->look.is_checker) return c;
     int cell = (int)floor(p.x / CHECKER) + (int)floor(p.y / CHECKER);
     return om_scale(cell & 1 ? 0.86 : 1.0, c);
@@ -82,17 +125,28 @@ static OmVec3 surface_color(const Object* o, OmVec3 p) {
 
 static double square(double x) { return x * x; }
 
-static OmVec3 shade(const Render* r, const Object* o, OmVec3 p, OmVec3 n, OmVec3 view,
+// x^48: the width of a highlight on a wet surface.
+static double gleam_power(double x) {
+    double x16 = square(square(square(square(x))));
+    return x16 * x16 * x16;
+}
+
+// Diffuse light wraps a little round tissue, which it enters; the sky is brighter than the ground.
+static OmVec3 shade(const Render* r, const Object* o, OmVec3 color, OmVec3 p, OmVec3 n, OmVec3 view,
                     bool is_lit) {
     if (om_dot(n, view) < 0) n = om_scale(-1, n);
     OmVec3 to_light = om_normalize(om_sub(r->light, p));
-    double head = om_dot(n, view), key = fmax(0, om_dot(n, to_light));
-    if (!is_lit) key *= 0.15;
-    double gleam =
-        o->look.gloss *
-        (0.35 * pow(head, 60) +
-         (is_lit ? 0.5 * pow(fmax(0, om_dot(n, om_normalize(om_add(to_light, view)))), 40) : 0));
-    OmVec3 c = om_scale(0.16 + 0.42 * head + 0.48 * key, surface_color(o, p));
+    double wrap = o->look.is_smooth ? WRAP : 0;
+    double head = om_dot(n, view);
+    double key = fmax(0, (om_dot(n, to_light) + wrap) / (1 + wrap));
+    double gleam = 0.3 * gleam_power(head) + 0.12 * square(square(1 - head));
+    if (is_lit)
+        gleam += 0.6 * gleam_power(fmax(0, om_dot(n, om_normalize(om_add(to_light, view)))));
+    else
+        key *= 0.12;
+    gleam *= o->look.gloss;
+    double sky = 0.15 + 0.07 * om_dot(n, r->up);
+    OmVec3 c = om_scale(sky + 0.34 * head + 0.56 * key, color);
     return om_add(c, om_vec3(gleam, gleam, gleam));
 }
 
@@ -102,7 +156,7 @@ static OmVec3 background(double v_share) {
 
 static void shade_packet(const Render* r, Packet* p, const double* v_share, OmVec3* color) {
     Packet shadow = *p;
-    OmVec3 point[PACKET], normal[PACKET];
+    OmVec3 point[PACKET], normal[PACKET], base[PACKET];
     for (int i = 0; i < p->n; ++i) {
         shadow.t[i] = HUGE_VAL;
         if (p->id[i] < 0) {
@@ -112,6 +166,7 @@ static void shade_packet(const Render* r, Packet* p, const double* v_share, OmVe
         const Object* o = om__object(r->scene, p->id[i]);
         point[i] = om_madd(p->origin[i], p->t[i], p->direction[i]);
         normal[i] = om__hit_normal(o, p->tri[i], (double)p->u[i], (double)p->v[i]);
+        base[i] = surface_color(o, p->tri[i], (double)p->u[i], (double)p->v[i], point[i]);
         OmVec3 out = om_dot(normal[i], p->direction[i]) > 0 ? om_scale(-1, normal[i]) : normal[i];
         shadow.origin[i] = om_madd(point[i], SHADOW_BIAS, out);
         OmVec3 to_light = om_sub(r->light, shadow.origin[i]);
@@ -121,17 +176,30 @@ static void shade_packet(const Render* r, Packet* p, const double* v_share, OmVe
     if (r->options.has_shadow) om__cast_shadow(r->scene, &shadow);
     for (int i = 0; i < p->n; ++i) {
         color[i] = p->id[i] < 0 ? background(v_share[i])
-                                : shade(r, om__object(r->scene, p->id[i]), point[i], normal[i],
-                                        om_scale(-1, p->direction[i]), shadow.t[i] != 0);
+                                : shade(r, om__object(r->scene, p->id[i]), base[i], point[i],
+                                        normal[i], om_scale(-1, p->direction[i]), shadow.t[i] != 0);
     }
 }
 
-// From light to the numbers of a screen: gamma 2.2, with a soft shoulder.
-static unsigned char to_byte(double light) {
-    double x = fmax(0, light);
-    x = x / (1 + 0.25 * square(x));
-    double y = 255 * pow(fmin(1, x), 1 / 2.2) + 0.5;
-    return (unsigned char)fmin(255, y);
+// From light to the numbers of a screen: gamma 2.2 with a soft shoulder, by the square root of light, where
+// the curve is smooth.
+static void make_tone(unsigned char* tone) {
+    for (int i = 0; i <= NTONE; ++i) {
+        double x = MOST_LIGHT * square((double)i / NTONE);
+        x = x / (1 + 0.25 * square(x));
+        tone[i] = (unsigned char)(255 * pow(fmin(1, x), 1 / 2.2) + 0.5);
+    }
+}
+
+static unsigned char to_byte(const Render* r, double light) {
+    double x = fmax(0, fmin(1, light / MOST_LIGHT));
+    return r->tone[(int)(sqrt(x) * NTONE + 0.5)];
+}
+
+// An endoscope's picture darkens towards its corners.
+static double vignette(const OmCamera* c, double u, double v) {
+    double x = 2 * u / c->width - 1, y = 2 * v / c->height - 1;
+    return 1 - 0.5 * VIGNETTE * (x * x + y * y);
 }
 
 static void render_row(const Render* r, int row) {
@@ -143,7 +211,7 @@ static void render_row(const Render* r, int row) {
             Packet p = {.n = n};
             double v = row + (k / s + 0.5) / s, v_share[PACKET];
             for (int i = 0; i < n; ++i) {
-                set_ray(&p, i, r->camera, x0 + i + (k % s + 0.5) / s, v);
+                set_ray(&p, i, &r->view, 4 * r->camera->far_m, x0 + i + (k % s + 0.5) / s, v);
                 v_share[i] = v / r->camera->height;
             }
             om__cast(r->scene, &p);
@@ -152,10 +220,10 @@ static void render_row(const Render* r, int row) {
             for (int i = 0; i < n; ++i) sum[i] = om_add(sum[i], color[i]);
         }
         for (int i = 0; i < n; ++i) {
-            OmVec3 c = om_scale(1.0 / (s * s), sum[i]);
+            OmVec3 c = om_scale(vignette(r->camera, x0 + i + 0.5, row + 0.5) / (s * s), sum[i]);
             unsigned char* out =
                 &r->picture->pixel[3 * ((size_t)row * (size_t)w + (size_t)(x0 + i))];
-            out[0] = to_byte(c.x), out[1] = to_byte(c.y), out[2] = to_byte(c.z);
+            out[0] = to_byte(r, c.x), out[1] = to_byte(r, c.y), out[2] = to_byte(r, c.z);
         }
     }
 }
@@ -174,8 +242,15 @@ OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                  picture->nchannel == 3,
              OM_INVALID, "picture of %d x %d x %d does not fit the camera's %d x %d x 3",
              picture->width, picture->height, picture->nchannel, camera->width, camera->height);
-    Render r = {scene, camera, *options, picture,
-                om_pose_apply(camera->pose_world_camera, om_vec3(LIGHT_RIGHT, -LIGHT_UP, 0))};
+    OmPose pose = camera->pose_world_camera;
+    Render r = {.scene = scene,
+                .camera = camera,
+                .view = make_view(camera),
+                .options = *options,
+                .picture = picture,
+                .light = om_pose_apply(pose, om_vec3(LIGHT_RIGHT, -LIGHT_UP, 0)),
+                .up = om_quat_rotate(pose.q, om_vec3(0, -1, 0))};
+    make_tone(r.tone);
     om_parallel_for(options->nworker, camera->height, ROWS, render_rows, &r);
     return OM_OK;
 }
@@ -185,6 +260,7 @@ OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
 typedef struct Depth {
     const OmSenseScene* scene;
     const OmCamera* camera;
+    View view;
     float* depth;
     int* id;
     float* normal;
@@ -217,7 +293,8 @@ static void depth_rows(void* ctx, int begin, int end, int block) {
     for (int row = begin; row < end; ++row) {
         for (int x0 = 0; x0 < w; x0 += PACKET) {
             Packet p = {.n = w - x0 < PACKET ? w - x0 : PACKET};
-            for (int i = 0; i < p.n; ++i) set_ray(&p, i, d->camera, x0 + i + 0.5, row + 0.5);
+            for (int i = 0; i < p.n; ++i)
+                set_ray(&p, i, &d->view, 4 * d->camera->far_m, x0 + i + 0.5, row + 0.5);
             om__cast(d->scene, &p);
             depth_packet(d, &p, (size_t)row * (size_t)w + (size_t)x0);
         }
@@ -227,7 +304,7 @@ static void depth_rows(void* ctx, int begin, int end, int block) {
 OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                         float* depth, int* id, float* normal) {
     OM_TRY(check_camera(camera));
-    Depth d = {scene, camera, depth, id, normal};
+    Depth d = {scene, camera, make_view(camera), depth, id, normal};
     om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
     return OM_OK;
 }
@@ -239,6 +316,7 @@ OmDepthNoise om_depth_noise_default(uint64_t seed) {
 
 void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* c, uint64_t frame,
                         const float* normal, float* depth) {
+    View view = make_view(c);
     for (int i = 0; i < c->width * c->height; ++i) {
         double z = (double)depth[i];
         if (z <= 0) continue;
@@ -247,7 +325,7 @@ void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* c, uint64_t f
         if (normal) {
             OmVec3 n = om_vec3((double)normal[3 * i], (double)normal[3 * i + 1],
                                (double)normal[3 * i + 2]);
-            grazing = fabs(om_dot(n, om_camera_ray(c, i % c->width + 0.5, i / c->width + 0.5)));
+            grazing = fabs(om_dot(n, view_ray(&view, i % c->width + 0.5, i / c->width + 0.5)));
         }
         bool is_lost = om_rng_uniform(&rng) < noise->dropout || grazing < noise->min_grazing;
         double noisy = z + (noise->a + noise->b * z * z) * om_rng_normal(&rng);
