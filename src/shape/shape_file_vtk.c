@@ -261,7 +261,7 @@ static OmStatus read_cell_types(Vtk* v) {
 static size_t decode_name(OmWord w, char out[OM_SET_NAME]) {
     size_t n = 0;
     for (size_t i = 0; i < w.len; i++) {
-        int c = w.str[i], value = 0;
+        int c = (unsigned char)w.str[i], value = 0;
         for (size_t k = 1; c == '%' && k <= 2 && i + k < w.len; k++) {
             char h = w.str[i + k];
             int digit = h >= '0' && h <= '9'   ? h - '0'

@@ -16,7 +16,7 @@
 #include "shape/shape_file_internal.h"
 
 #define MAX_PACKING 1032  // zlib cannot pack tighter (1:1032)
-#define MAX_FLAGS 256     // point arrays of bytes looked at in one piece
+#define MAX_FLAGS 256     // point arrays of bytes in one piece
 
 typedef struct Tag {
     OmWord name;
@@ -434,7 +434,9 @@ static OmStatus list_array(Vtu* v, const Tag* tag, OmWord section) {
         if (om__is_word(a.name, "tet_label")) p->label = a;
     } else if (om__is_word(section, "PointData") && a.ncomp == 1 && a.name.len > 0 &&
                (type == OM_VALUE_U8 || type == OM_VALUE_I8)) {
-        if (p->nflags < MAX_FLAGS) p->flags[p->nflags++] = a;
+        if (p->nflags == MAX_FLAGS)
+            return om__scan_error(&v->s, "more than %d point arrays of bytes", MAX_FLAGS);
+        p->flags[p->nflags++] = a;
     }
     return OM_OK;
 }
