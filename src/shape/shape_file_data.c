@@ -98,24 +98,20 @@ OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, b
 
 // ---- sets -------------------------------------------------------------------------------------------
 
-int om__file_set(OmFileMesh* m, const char* name, size_t len) {
-    if (len == 0 || len >= OM_SET_NAME) {
-        om_error(OM_INVALID, "the name of a set has %zu letters, 1 to %d are read: \"%.*s\"", len,
-                 OM_SET_NAME - 1, len < 80 ? (int)len : 80, name);
-        return -1;
+OmStatus om__file_set(OmFileMesh* m, const char* name, size_t len, int* index) {
+    OM_CHECK(len > 0 && len < OM_SET_NAME, OM_INVALID,
+             "the name of a set has %zu letters, 1 to %d are read: \"%.*s\"", len, OM_SET_NAME - 1,
+             len < 80 ? (int)len : 80, name);
+    for (*index = 0; *index < m->nset; ++*index) {
+        const char* known = m->set[*index].name;
+        if (strlen(known) == len && memcmp(known, name, len) == 0) return OM_OK;
     }
-    for (int s = 0; s < m->nset; s++) {
-        if (strlen(m->set[s].name) == len && memcmp(m->set[s].name, name, len) == 0) return s;
-    }
-    if (m->nset >= MAX_SET) {
-        om_error(OM_INVALID, "more than %d named sets", MAX_SET);
-        return -1;
-    }
-    if (om__grow(&m->set, &m->setcap, m->nset + 1, sizeof *m->set) < 0) return -1;
-    OmFileSet* set = &m->set[m->nset];
+    OM_CHECK(m->nset < MAX_SET, OM_INVALID, "more than %d named sets", MAX_SET);
+    OM_TRY(om__grow(&m->set, &m->setcap, m->nset + 1, sizeof *m->set));
+    OmFileSet* set = &m->set[m->nset++];
     memset(set, 0, sizeof *set);
     memcpy(set->name, name, len);
-    return m->nset++;
+    return OM_OK;
 }
 
 OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert) {
@@ -132,8 +128,8 @@ OmStatus om__add_point_flags(OmFileMesh* m, const char* name, size_t len, int fi
     for (int i = 0; i < count; i++) {
         if (value[i] != 0 && value[i] != 1) return OM_OK;
     }
-    int set = om__file_set(m, name, len);
-    if (set < 0) return OM_INVALID;
+    int set;
+    OM_TRY(om__file_set(m, name, len, &set));
     for (int i = 0; i < count; i++) {
         if (value[i]) OM_TRY(om__add_set_vert(m, set, first + i));
     }

@@ -35,8 +35,8 @@ OmStatus om__add_tet(OmFileMesh* m, const int vert[4]);
 OmStatus om__set_label(OmFileMesh* m, int64_t label);
 // A polygon as a fan.
 OmStatus om__add_polygon(OmFileMesh* m, const int* vert, int nvert);
-// The set of that name, made if there is none; its index or -1 with the message set.
-int om__file_set(OmFileMesh* m, const char* name, size_t len);
+// The index of the set of that name, made if there is none.
+OmStatus om__file_set(OmFileMesh* m, const char* name, size_t len, int* index);
 OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert);
 // A cell by its VTK type: tetrahedra and triangles (also quadratic) are taken, polygons split,
 // others passed over. *is_tet says whether a tetrahedron was added.

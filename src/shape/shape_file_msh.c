@@ -204,8 +204,9 @@ static OmStatus read_names(Msh* r) {
         OmWord name = om__read_line(&r->s);
         if (name.len < 2 || name.str[0] != '"' || name.str[name.len - 1] != '"')
             return om__scan_error(&before, "the name of a group in quotes is wanted");
-        int set = om__file_set(r->m, name.str + 1, name.len - 2);
-        if (set < 0) return om_error_prefix(OM_INVALID, "line %d", om__scan_line(&before));
+        int set;
+        OmStatus status = om__file_set(r->m, name.str + 1, name.len - 2, &set);
+        if (status < 0) return om_error_prefix(status, "line %d", om__scan_line(&before));
         OM_TRY(om__grow(&r->group, &r->groupcap, (int64_t)r->ngroup + 1, sizeof *r->group));
         r->group[r->ngroup++] = (Group){(int)dim, (int)tag, set};
     }
