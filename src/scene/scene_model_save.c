@@ -2,6 +2,7 @@
 //
 // A folder is written beside its place and renamed when it is whole; an older model that stood there is
 // moved aside first and removed last.
+#include <errno.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -9,13 +10,18 @@
 #include "omentum/scene_yaml.h"
 #include "scene/scene_model_internal.h"
 
-enum { MAX_ROI = 20000 };
+enum { MAX_ROI = 20000, MAX_SET = 256 };
 
 // ---- patient.yaml ---------------------------------------------------------------------------------------
 
 typedef struct RoiItem {
     OmVec3 point, normal;
 } RoiItem;
+
+typedef struct SetItem {
+    char name[OM_SET_NAME];
+    int nvert;
+} SetItem;
 
 typedef struct PatientFile {  // what the schema below fills
     char name[OM_NAME_LEN];
@@ -26,6 +32,8 @@ typedef struct PatientFile {  // what the schema below fills
     double roi_radius;
     OmPatientMaterial material[OM_MAX_MATERIAL];
     int nmaterial;
+    SetItem set[MAX_SET];
+    int nset;
     int nroi;
     RoiItem roi_item[MAX_ROI];
 } PatientFile;
@@ -50,6 +58,12 @@ static const OmYamlField roi_item_field[] = {
 };
 static const OmYamlSchema roi_item_schema = {"roi point", roi_item_field, 2, NULL};
 
+static const OmYamlField set_item_field[] = {
+    {"name", OM_YAML_STRING, offsetof(SetItem, name), .size = OM_SET_NAME, .is_required = true},
+    {"vertices", OM_YAML_INT, offsetof(SetItem, nvert), .min = 0, .max = 2e9, .is_required = true},
+};
+static const OmYamlSchema set_item_schema = {"set", set_item_field, 2, NULL};
+
 static const OmYamlField patient_field[] = {
     {"name", OM_YAML_STRING, offsetof(PatientFile, name), .size = OM_NAME_LEN, .is_required = true},
     {"mesh", OM_YAML_STRING, offsetof(PatientFile, mesh), .size = 256, .is_required = true},
@@ -60,6 +74,8 @@ static const OmYamlField patient_field[] = {
     {"material", OM_YAML_LIST, offsetof(PatientFile, material), .size = sizeof(OmPatientMaterial),
      .sub = &material_schema, .count_offset = offsetof(PatientFile, nmaterial),
      .capacity = OM_MAX_MATERIAL, .is_required = true},
+    {"set", OM_YAML_LIST, offsetof(PatientFile, set), .size = sizeof(SetItem),
+     .sub = &set_item_schema, .count_offset = offsetof(PatientFile, nset), .capacity = MAX_SET},
     {"roi_center_mm", OM_YAML_VEC3, offsetof(PatientFile, roi_center), .scale = 1e-3},
     {"roi_radius_mm", OM_YAML_DOUBLE, offsetof(PatientFile, roi_radius), .min = 0, .max = 1e3,
      .scale = 1e-3},
@@ -102,6 +118,11 @@ static OmStatus append_yaml(OmText* t, const OmPatient* p) {
         OM_TRY(om_text_append(
             t, "    label: %d\n    young: %.9g\n    poisson: %.9g\n    density: %.9g\n", m->label,
             m->young, m->poisson, m->density));
+    }
+    if (p->mesh.nset > 0) OM_TRY(om_text_append(t, "set:\n"));
+    for (int i = 0; i < p->mesh.nset; i++) {
+        OM_TRY(append_quoted(t, "  - name", p->mesh.set[i].name));
+        OM_TRY(om_text_append(t, "    vertices: %d\n", p->mesh.set[i].nvert));
     }
     if (p->nroi == 0) return OM_OK;
     OM_TRY(append_vec3(t, "roi_center_mm", p->roi_center, 1e3));
@@ -268,6 +289,21 @@ static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char
     return write_text(p, r, append_html, dir, "report.html");
 }
 
+// Put the finished folder in its place; what stands there goes aside first, and back if the move fails.
+static OmStatus move_into_place(const char* partial, const char* place, const char* old) {
+    bool is_there = om_path_exists(place);
+    if (om_path_exists(old)) OM_TRY(om_path_remove(old));
+    if (is_there && rename(place, old) != 0) {
+        return om_error(OM_IO, "%s cannot be moved aside: %s", place, strerror(errno));
+    }
+    if (rename(partial, place) != 0) {
+        OmStatus status = om_error(OM_IO, "%s cannot be made: %s", place, strerror(errno));
+        if (is_there) (void)rename(old, place);
+        return status;
+    }
+    return is_there ? om_path_remove(old) : OM_OK;
+}
+
 OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, const char* dir) {
     char place[900], partial[1024], old[1024], yaml[1024];
     size_t len = strlen(dir);
@@ -280,19 +316,11 @@ OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, 
     snprintf(partial, sizeof partial, "%s.partial", place);
     snprintf(old, sizeof old, "%s.old", place);
     snprintf(yaml, sizeof yaml, "%s/patient.yaml", place);
-    bool is_there = om_path_exists(place);
-    OM_CHECK(!is_there || om_path_exists(yaml), OM_IO,
+    OM_CHECK(!om_path_exists(place) || om_path_exists(yaml), OM_IO,
              "%s exists and holds no patient model: choose another folder", place);
     if (om_path_exists(partial)) OM_TRY(om_path_remove(partial));
     OmStatus status = write_all(patient, report, partial);
-    if (status == OM_OK && is_there) {
-        if (om_path_exists(old)) status = om_path_remove(old);
-        if (status == OM_OK && rename(place, old) != 0)
-            status = om_error(OM_IO, "%s cannot be moved aside", place);
-    }
-    if (status == OM_OK && rename(partial, place) != 0)
-        status = om_error(OM_IO, "%s cannot be made", place);
-    if (status == OM_OK && is_there) return om_path_remove(old);
+    if (status == OM_OK) status = move_into_place(partial, place, old);
     if (status < 0) {  // keep the message of what failed
         char message[512];
         snprintf(message, sizeof message, "%s", om_error_message());
@@ -304,10 +332,26 @@ OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, 
 
 // ---- loading ------------------------------------------------------------------------------------------------
 
-// Every element has a material, and the region lies on the organ.
+// The mesh holds the sets that the file names: it is the mesh of this model.
+static OmStatus check_sets(const PatientFile* file, const OmTetMesh* mesh) {
+    for (int i = 0; i < file->nset; i++) {
+        const OmMeshSet* set = om_tet_mesh_find_set(mesh, file->set[i].name);
+        if (!set && file->set[i].nvert == 0) continue;
+        OM_CHECK(set, OM_INVALID, "set: %s has no set \"%s\"", file->mesh, file->set[i].name);
+        OM_CHECK(set->nvert == file->set[i].nvert, OM_INVALID,
+                 "set: \"%s\" has %d vertices in %s, not %d", set->name, set->nvert, file->mesh,
+                 file->set[i].nvert);
+    }
+    return OM_OK;
+}
+
+// Every element has a material, the organ bounds a volume, and the region lies on it.
 static OmStatus check_patient(const OmPatient* p) {
     OM_TRY(om__patient_check_materials(p));
-    OM_CHECK(om_norm(p->up) > 0.5 && om_norm(p->up) < 2, OM_INVALID, "up must be a direction");
+    if (p->organ.nvert > 0) {
+        OmStatus status = om_surface_require_closed(&p->organ);
+        if (status < 0) return om_error_prefix(status, "organ");
+    }
     double allowed = 0.005 + 2 * p->organ_spacing;
     for (int i = 0; i < p->nroi && p->organ.nvert > 0; i++) {
         double nearest = HUGE_VAL;
@@ -327,11 +371,13 @@ static OmStatus fill_patient(const PatientFile* file, const char* dir, OmPatient
     memcpy(p->material, file->material, sizeof p->material);
     p->nmaterial = file->nmaterial;
     p->organ_spacing = file->organ_spacing;
+    OM_CHECK(om_norm(file->up) > 1e-6, OM_INVALID, "up must be a direction");
     p->up = om_normalize(file->up);
     p->roi_center = file->roi_center;
     p->roi_radius = file->roi_radius;
     OM_TRY(om_path_join(dir, file->mesh, path, sizeof path));
     OM_TRY(om_tet_mesh_load(path, OM_UNIT_M, &p->mesh));
+    OM_TRY(check_sets(file, &p->mesh));
     if (file->organ[0]) {
         OM_TRY(om_path_join(dir, file->organ, path, sizeof path));
         OM_TRY(om_surface_load(path, OM_UNIT_M, &p->organ));
@@ -340,6 +386,8 @@ static OmStatus fill_patient(const PatientFile* file, const char* dir, OmPatient
     OM_ALLOC(p->roi_normal, 3 * (size_t)file->nroi);
     p->nroi = file->nroi;
     for (int i = 0; i < p->nroi; i++) {
+        OM_CHECK(om_norm(file->roi_item[i].normal) > 1e-6, OM_INVALID,
+                 "roi: the normal of point %d has no length", i);
         om_store3(p->roi_point, i, file->roi_item[i].point);
         om_store3(p->roi_normal, i, om_normalize(file->roi_item[i].normal));
     }
@@ -353,13 +401,13 @@ OmStatus om_patient_load(const char* path, OmPatient* patient) {
     if (!file) return OM_NO_MEMORY;
     file->organ_spacing = 0.002;
     OmStatus status = om_yaml_load(path, &patient_schema, file);
-    if (status == OM_OK) status = om_path_dir(path, dir, sizeof dir);
-    if (status == OM_OK) status = fill_patient(file, dir, patient);
-    om_free(file);
     if (status == OM_OK) {
-        status = check_patient(patient);
+        status = om_path_dir(path, dir, sizeof dir);
+        if (status == OM_OK) status = fill_patient(file, dir, patient);
+        if (status == OM_OK) status = check_patient(patient);
         if (status < 0) om_error_prefix(status, "%s", path);
     }
+    om_free(file);
     if (status < 0) om_patient_done(patient);
     return status;
 }
