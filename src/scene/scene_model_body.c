@@ -169,26 +169,53 @@ void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMes
 
 // ---- meshes and surfaces ------------------------------------------------------------------------------------
 
-static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
-    OM_TRY(om_tet_mesh_load(def->input, def->unit, &body->mesh));
-    body->has_mesh = true;
+// A mesh in the wrong unit is out by a factor of 1000: nothing in a body is larger than 2 m or below 1 mm.
+static OmStatus check_size(const OmModelDef* def, const double* x, int nvert) {
+    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
+    for (int v = 0; v < nvert; v++) {
+        lo = om_min3(lo, om_load3(x, v));
+        hi = om_max3(hi, om_load3(x, v));
+    }
+    OmVec3 size = om_sub(hi, lo);
+    double largest = fmax(size.x, fmax(size.y, size.z));
+    OM_CHECK(largest >= 0.001 && largest <= 2, OM_INVALID,
+             "the mesh is %.3g mm long if a unit of the file is %g mm: state its unit",
+             largest * 1e3, def->unit * 1e3);
+    return OM_OK;
+}
+
+// The field must resolve the elements, whatever edge the def asks for.
+static OmStatus mesh_field(const OmTetMesh* mesh, OmSdfDef def, OmSdf* sdf) {
+    OmMeshQuality quality;
     OmSurface surface;
-    OM_TRY(om_tet_mesh_boundary(&body->mesh, &surface, NULL));
-    body->volume_ref = om_tet_mesh_volume(&body->mesh);
-    OmStatus status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
+    OM_TRY(om_tet_mesh_quality(mesh, &quality));
+    def.spacing = fmin(def.spacing, 0.4 * quality.edge_mean);
+    OM_TRY(om_tet_mesh_boundary(mesh, &surface, NULL));
+    OmStatus status = om_sdf_from_surface(&surface, &def, sdf);
     om_surface_done(&surface);
     return status;
 }
 
-static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
-                             OmModelReport* report) {
+static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
+    OM_TRY(om_tet_mesh_load(def->input, def->unit, &body->mesh));
+    body->has_mesh = true;
+    body->volume_ref = om_tet_mesh_volume(&body->mesh);
+    OmStatus status = check_size(def, body->mesh.x, body->mesh.nvert);
+    if (status == OM_OK) status = mesh_field(&body->mesh, *sdf_def, &body->sdf);
+    return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
+}
+
+static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
     OmSurface surface;
     OM_TRY(om_surface_load(def->input, def->unit, &surface));
-    int euler;
-    bool is_closed = om_surface_check_closed(&surface, &euler) == OM_OK;
-    if (!is_closed) om__model_warn(report, "%s", om_error_message());
-    body->volume_ref = is_closed ? fabs(om_surface_volume(&surface)) : 0;
-    OmStatus status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
+    OmStatus status = check_size(def, surface.x, surface.nvert);
+    if (status == OM_OK) status = om_surface_require_closed(&surface);
+    if (status == OM_OK) {
+        body->volume_ref = om_surface_volume(&surface);
+        if (body->volume_ref <= 0)
+            status = om_error(OM_INVALID, "the surface is inside out: its triangles face inwards");
+    }
+    if (status == OM_OK) status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
     om_surface_done(&surface);
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
@@ -240,7 +267,7 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
     } else if (is_one_of(ext, mesh_ext)) {
         OM_TRY(load_mesh(def, &sdf_def, body));
     } else if (is_one_of(ext, surface_ext)) {
-        OM_TRY(load_surface(def, &sdf_def, body, report));
+        OM_TRY(load_surface(def, &sdf_def, body));
     } else {
         return om_error(
             OM_INVALID,

@@ -94,3 +94,26 @@ err empty\.stl
 $ omentum model --help
 exit 0
 out Examples:
+
+# A mesh in another unit than told, a surface with a hole, one inside out.
+$ omentum model mesh/tissue.vtu --unit mm -q -o none
+exit 3
+err mesh/tissue\.vtu: .* if a unit of the file is 1 mm
+no-file none.partial
+
+$ printf 'OFF\n4 3 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 2 1\n3 0 1 3\n3 0 3 2\n' > open.off; omentum model open.off -q -o none2
+exit 3
+err open\.off.*open
+no-file none2
+
+$ printf 'OFF\n4 4 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n' > inward.off; omentum model inward.off -q -o none2
+exit 3
+err inward\.off: the surface is inside out
+no-file none2
+
+# Ctrl-C: one sentence, nothing half-written, the older model as it was.
+$ omentum model ball.nrrd -l 7 -e 0.7 -q -o ball & pid=$!; sleep 0.3; kill -INT $pid; wait $pid; code=$?; test -s ball/organ.ply && exit $code
+exit 130
+err nothing was written
+no-file ball.partial
+no-file ball.old
