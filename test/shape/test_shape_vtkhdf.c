@@ -1,0 +1,177 @@
+// Recordings: what VTKHDF says must be there is there, read back by HDF5 itself; bad input leaves nothing.
+#include "shape_file_common.h"
+
+#include <hdf5.h>
+
+static void make_recording(const char* path, const OmTetMesh* mesh, int nstep) {
+    OmRecording* r;
+    int nvert = mesh->nvert, ntet = mesh->ntet;
+    double* x = om_calloc(3 * (size_t)nvert, sizeof *x);
+    float* stress = om_calloc((size_t)ntet, sizeof *stress);
+    int* part = om_calloc((size_t)ntet, sizeof *part);
+    for (int e = 0; e < ntet; e++) part[e] = 7 * e;
+    const OmMeshArray array[] = {{"force", OM_ARRAY_DOUBLE, 3, false, NULL},
+                                 {"part", OM_ARRAY_INT, 1, true, part},
+                                 {"stress", OM_ARRAY_FLOAT, 1, true, NULL}};
+    assert_ok(om_recording_begin(path, mesh, array, 3, &r));
+    for (int s = 0; s < nstep; s++) {
+        for (int i = 0; i < 3 * nvert; i++) x[i] = mesh->x[i] + s;
+        for (int e = 0; e < ntet; e++) stress[e] = (float)(100 * s + e);
+        const void* value[] = {x, stress};
+        assert_false(om_path_exists(path));
+        assert_ok(om_recording_add_step(r, 0.25 * s, x, value));
+    }
+    assert_ok(om_recording_end(r));
+    om_free(x);
+    om_free(stress);
+    om_free(part);
+}
+
+// Rows of a dataset, and its values as doubles (null: none wanted).
+static int read_set(hid_t file, const char* name, double* value, int most) {
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    if (set < 0) fail_msg("%s is not in the file", name);
+    hid_t space = H5Dget_space(set);
+    hsize_t dim[2] = {0, 1};
+    assert_true(H5Sget_simple_extent_dims(space, dim, NULL) >= 1);
+    H5Sclose(space);
+    if (value) {
+        assert_true((int)(dim[0] * dim[1]) <= most);
+        assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0);
+    }
+    H5Dclose(set);
+    return (int)dim[0];
+}
+
+static void test_a_run_is_read_back(void** unused) {
+    (void)unused;
+    enum { NSTEP = 3, MOST = 8000 };
+    static double value[MOST];
+    OmTetMesh mesh;
+    make_mesh(&mesh);
+    const char* path = temp_path("run.vtkhdf");
+    make_recording(path, &mesh, NSTEP);
+    hid_t f = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(f >= 0);
+    int nvert = mesh.nvert, ntet = mesh.ntet;
+
+    // elements, labels and sets once
+    assert_int_equal(read_set(f, "VTKHDF/Connectivity", value, MOST), 4 * ntet);
+    for (int i = 0; i < 4 * ntet; i++) assert_near(value[i], mesh.tet_vert[i], 0);
+    assert_int_equal(read_set(f, "VTKHDF/Offsets", value, MOST), ntet + 1);
+    assert_near(value[ntet], 4 * ntet, 0);
+    assert_int_equal(read_set(f, "VTKHDF/CellData/tet_label", value, MOST), ntet);
+    for (int e = 0; e < ntet; e++) assert_near(value[e], mesh.tet_label[e], 0);
+    assert_int_equal(read_set(f, "VTKHDF/PointData/attachment", value, MOST), nvert);
+    double sum = 0;
+    for (int i = 0; i < nvert; i++) sum += value[i];
+    assert_near(sum, 3, 0);
+    assert_int_equal(read_set(f, "VTKHDF/CellData/part", value, MOST), ntet);
+    assert_near(value[5], 35, 0);
+
+    // positions and what was given at each step, one step behind the other
+    assert_int_equal(read_set(f, "VTKHDF/Points", value, MOST), NSTEP * nvert);
+    for (int i = 0; i < 3 * nvert; i++)
+        assert_near(value[2 * 3 * nvert + i], mesh.x[i] + 2, 4e-7);  // floats of up to 5
+    assert_int_equal(read_set(f, "VTKHDF/CellData/stress", value, MOST), NSTEP * ntet);
+    assert_near(value[ntet + 9], 109, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Steps/Values", value, MOST), NSTEP);
+    assert_near(value[2], 0.5, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Steps/PointOffsets", value, MOST), NSTEP);
+    assert_near(value[2], 2 * nvert, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Steps/CellDataOffsets/stress", value, MOST), NSTEP);
+    assert_near(value[1], ntet, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Steps/PointDataOffsets/attachment", value, MOST), NSTEP);
+    assert_near(value[2], 0, 0);
+    H5Fclose(f);
+    remove(path);
+    om_tet_mesh_done(&mesh);
+}
+
+static int count_leftovers(const char* part) {
+    char command[300];
+    snprintf(command, sizeof command, "ls -a /tmp | grep -c -- '%s'", part);
+    FILE* pipe = popen(command, "r");
+    int n = -1;
+    assert_non_null(pipe);
+    assert_int_equal(fscanf(pipe, "%d", &n), 1);
+    pclose(pipe);
+    return n;
+}
+
+static void test_bad_input_leaves_nothing(void** unused) {
+    (void)unused;
+    OmTetMesh mesh;
+    OmRecording* r;
+    make_mesh(&mesh);
+    char name[64];
+    snprintf(name, sizeof name, "omentum-%ld-bad.vtkhdf", (long)getpid());
+    const char* path = temp_path("bad.vtkhdf");
+    const OmMeshArray wide = {"wide", OM_ARRAY_DOUBLE, 12, false, NULL};
+    const OmMeshArray unnamed = {"", OM_ARRAY_DOUBLE, 1, false, NULL};
+    assert_status(om_recording_begin(path, &mesh, &wide, 1, &r), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "wide"));
+    assert_null(r);
+    assert_status(om_recording_begin(path, &mesh, &unnamed, 1, &r), OM_INVALID);
+    assert_status(om_recording_begin("/nowhere/a.vtkhdf", &mesh, NULL, 0, &r), OM_IO);
+    assert_non_null(strstr(om_error_message(), "/nowhere"));
+
+    assert_ok(om_recording_begin(path, &mesh, NULL, 0, &r));
+    assert_ok(om_recording_add_step(r, 1, mesh.x, NULL));
+    assert_status(om_recording_add_step(r, 1, mesh.x, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "time 1 s"));
+    assert_status(om_recording_add_step(r, NAN, mesh.x, NULL), OM_INVALID);
+    om_recording_abort(r);
+    om_recording_abort(NULL);
+    assert_int_equal(count_leftovers(name), 0);
+    om_tet_mesh_done(&mesh);
+}
+
+static int countdown;
+static void* failing_alloc(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    if (countdown-- == 0) return NULL;
+    return aligned_alloc(align, (size + align - 1) / align * align);
+}
+static void failing_free(void* ctx, void* ptr) {
+    (void)ctx;
+    free(ptr);
+}
+
+static void test_failing_allocations(void** unused) {
+    (void)unused;
+    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    countdown = -1;
+    om_set_allocator(&failing);
+    OmTetMesh mesh;
+    make_mesh(&mesh);
+    const char* path = temp_path("starved.vtkhdf");
+    int64_t alive = om_alloc_alive();
+    int n = 0;
+    for (OmStatus status = OM_NO_MEMORY; status != OM_OK; n++) {
+        OmRecording* r;
+        countdown = n;
+        status = om_recording_begin(path, &mesh, NULL, 0, &r);
+        if (status == OM_OK) status = om_recording_add_step(r, 0, mesh.x, NULL);
+        if (r) {
+            OmStatus end = om_recording_end(r);
+            if (status == OM_OK) status = end;
+        }
+        assert_int_equal(om_alloc_alive(), alive);
+        assert_int_equal(om_path_exists(path), status == OM_OK);
+        assert_true(n < 100);
+    }
+    assert_true(n > 3);
+    remove(path);
+    om_tet_mesh_done(&mesh);
+    om_set_allocator(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_a_run_is_read_back),
+        cmocka_unit_test(test_bad_input_leaves_nothing),
+        cmocka_unit_test(test_failing_allocations),
+    };
+    return cmocka_run_group_tests(test, NULL, NULL);
+}
