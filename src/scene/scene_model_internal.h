@@ -3,6 +3,7 @@
 #define OM_SCENE_MODEL_INTERNAL_H
 
 #include "omentum/image.h"
+#include "omentum/report.h"
 #include "omentum/scene_model.h"
 #include "omentum/shape_file.h"
 
@@ -50,6 +51,12 @@ OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProg
 
 // Every element has a material; the message names the label that has none.
 OmStatus om__patient_check_materials(const OmPatient* patient);
+
+// Write report.html: verdict, pictures, tables, dihedral angles.
+OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* report,
+                             const char* path);
+// Add pictures of the model to a page.
+OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page);
 
 // Append a sentence to the report's warnings.
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);

@@ -180,80 +180,6 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     return om_json_end(&j);
 }
 
-// ---- report.html --------------------------------------------------------------------------------------------
-
-static OmStatus append_row(OmText* t, const char* what, double value, const char* unit) {
-    return om_text_append(t, "<tr><td>%s</td><td class=n>%.4g</td><td>%s</td></tr>\n", what, value,
-                          unit);
-}
-
-static OmStatus append_histogram(OmText* t, const OmMeshQuality* q) {
-    int64_t most = 1;
-    for (int i = 0; i < OM_DIHEDRAL_BIN; i++) {
-        if (q->dihedral_bin[i] > most) most = q->dihedral_bin[i];
-    }
-    OM_TRY(om_text_append(t, "<svg viewBox='0 0 560 190' width=560 role=img "
-                             "aria-label='histogram of dihedral angles'>\n"));
-    for (int i = 0; i < OM_DIHEDRAL_BIN; i++) {
-        double h = 150.0 * (double)q->dihedral_bin[i] / (double)most;
-        OM_TRY(om_text_append(t,
-                              "<rect x=%d y=%.1f width=28 height=%.1f fill='#4477aa'>"
-                              "<title>%d-%d degrees: %lld</title></rect>\n",
-                              10 + 30 * i, 160 - h, h, 10 * i, 10 * i + 10,
-                              (long long)q->dihedral_bin[i]));
-        if (i % 3 == 0)
-            OM_TRY(
-                om_text_append(t, "<text x=%d y=178 font-size=12>%d</text>\n", 8 + 30 * i, 10 * i));
-    }
-    return om_text_append(t, "<text x=480 y=178 font-size=12>degrees</text></svg>\n");
-}
-
-static OmStatus append_html(OmText* t, const OmPatient* p, const OmModelReport* r) {
-    const OmMeshQuality* q = &r->quality;
-    const double deg = 180 / OM_PI;
-    OM_TRY(om_text_append(t,
-                          "<!doctype html><meta charset=utf-8><title>Patient model</title><style>"
-                          "body{font:15px sans-serif;max-width:46em;margin:2em auto;padding:0 1em}"
-                          "td{padding:.15em .8em;border-bottom:1px solid #ddd}.n{text-align:right}"
-                          ".w{background:#fff3cd;padding:.6em}</style>\n<h1>Patient model "));
-    OM_TRY(om_text_append_html(t, p->name));
-    OM_TRY(om_text_append(t, "</h1>\n"));
-    if (r->warning[0]) {
-        OM_TRY(om_text_append(t, "<p class=w>"));
-        OM_TRY(om_text_append_html(t, r->warning));
-        OM_TRY(om_text_append(t, "</p>\n"));
-    }
-    OM_TRY(om_text_append(t, "<table>\n"));
-    OM_TRY(append_row(t, "tetrahedra", q->ntet, ""));
-    OM_TRY(append_row(t, "vertices", q->nvert, ""));
-    OM_TRY(append_row(t, "smallest dihedral angle", q->dihedral_min * deg, "degrees"));
-    OM_TRY(append_row(t, "largest dihedral angle", q->dihedral_max * deg, "degrees"));
-    OM_TRY(append_row(t, "shortest edge", q->edge_min * 1e3, "mm"));
-    OM_TRY(append_row(t, "mean edge", q->edge_mean * 1e3, "mm"));
-    OM_TRY(append_row(t, "longest edge", q->edge_max * 1e3, "mm"));
-    if (r->mask_volume > 0)
-        OM_TRY(append_row(t, "volume of the cleaned label map", r->mask_volume * 1e6, "mL"));
-    OM_TRY(append_row(t, "volume of the mesh", q->volume * 1e6, "mL"));
-    OM_TRY(append_row(t, "volume error of the mesh", r->volume_error * 100, "%"));
-    OM_TRY(append_row(t, "volume inside the organ's surface", r->surface_volume * 1e6, "mL"));
-    OM_TRY(append_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "mm"));
-    OM_TRY(append_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "mm"));
-    if (r->mask_volume > 0) {
-        OM_TRY(append_row(t, "level set to voxel faces, mean", r->surface_error_voxel, "voxels"));
-    }
-    OM_TRY(append_row(t, "parts found", r->npart_mask, ""));
-    OM_TRY(append_row(t, "parts kept", r->npart_kept, ""));
-    OM_TRY(append_row(t, "time", r->seconds, "s"));
-    OM_TRY(om_text_append(t, "</table>\n<h2>Dihedral angles</h2>\n"));
-    OM_TRY(append_histogram(t, q));
-    OM_TRY(om_text_append(t, "<h2>Sets</h2>\n<table>\n"));
-    for (int s = 0; s < p->mesh.nset; s++) {
-        OM_TRY(append_row(t, p->mesh.set[s].name, p->mesh.set[s].nvert, "vertices"));
-    }
-    if (p->nroi > 0) OM_TRY(append_row(t, "region of interest", p->nroi, "points"));
-    return om_text_append(t, "</table>\n");
-}
-
 // ---- saving -------------------------------------------------------------------------------------------------
 
 typedef OmStatus (*AppendFn)(OmText*, const OmPatient*, const OmModelReport*);
@@ -286,7 +212,8 @@ static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char
     OM_TRY(write_text(p, r, append_patient, dir, "patient.yaml"));
     if (!r) return OM_OK;
     OM_TRY(write_text(p, r, append_json, dir, "report.json"));
-    return write_text(p, r, append_html, dir, "report.html");
+    OM_TRY(om_path_join(dir, "report.html", path, sizeof path));
+    return om__model_save_page(p, r, path);
 }
 
 // Put the finished folder in its place; what stands there goes aside first, and back if the move fails.

@@ -1,0 +1,127 @@
+// scene_model_page.c: report.html of a patient model.
+#include "scene/scene_model_internal.h"
+
+#define MAX_CELL 96
+#define MAX_CELL_LEN 96
+
+typedef struct Table {  // rows of three cells: what, value, unit; texts live here
+    char text[MAX_CELL][MAX_CELL_LEN];
+    const char* cell[MAX_CELL];
+    int n;
+} Table;
+
+static void add_row(Table* t, const char* what, double value, const char* format,
+                    const char* unit) {
+    if (t->n + 3 > MAX_CELL) return;  // more sets than a reader wants to see
+    snprintf(t->text[t->n], MAX_CELL_LEN, "%s", what);
+    snprintf(t->text[t->n + 1], MAX_CELL_LEN, format, value);
+    snprintf(t->text[t->n + 2], MAX_CELL_LEN, "%s", unit);
+    for (int i = 0; i < 3; i++, t->n++) t->cell[t->n] = t->text[t->n];
+}
+
+static void put_table(Table* t, OmReport* page) {
+    static const char* const heading[] = {"", "value", "unit"};
+    om_report_table(page, heading, 3, t->cell, t->n / 3);
+    t->n = 0;
+}
+
+static void add_facts(const OmPatient* p, const OmModelReport* r, OmReport* page) {
+    const OmMeshQuality* q = &r->quality;
+    char text[4][64];
+    const char* value[4] = {text[0], text[1], text[2], text[3]};
+    static const char* const label[] = {"tetrahedra", "smallest dihedral angle", "volume",
+                                        "volume error"};
+    (void)p;
+    snprintf(text[0], sizeof text[0], "%d", q->ntet);
+    snprintf(text[1], sizeof text[1], "%.1f\xc2\xb0", q->dihedral_min * 180 / OM_PI);
+    snprintf(text[2], sizeof text[2], "%.4g mL", q->volume * 1e6);
+    snprintf(text[3], sizeof text[3], "%.2g %%", r->volume_error * 100);
+    om_report_facts(page, value, label, 4);
+}
+
+static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
+    const OmMeshQuality* q = &r->quality;
+    const double deg = 180 / OM_PI;
+    add_row(t, "vertices", q->nvert, "%.0f", "");
+    add_row(t, "parts", q->npart, "%.0f", "");
+    add_row(t, "smallest dihedral angle", q->dihedral_min * deg, "%.2f", "degrees");
+    add_row(t, "largest dihedral angle", q->dihedral_max * deg, "%.2f", "degrees");
+    add_row(t, "shortest edge", q->edge_min * 1e3, "%.2f", "mm");
+    add_row(t, "mean edge", q->edge_mean * 1e3, "%.2f", "mm");
+    add_row(t, "longest edge", q->edge_max * 1e3, "%.2f", "mm");
+    add_row(t, "boundary to level set, mean", r->surface_error_mean * 1e3, "%.3f", "mm");
+    add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");
+    add_row(t, "shift of the level set for the right volume", r->level_shift * 1e3, "%.3f", "mm");
+    if (r->mask_volume > 0) {
+        add_row(t, "volume of the cleaned label map", r->mask_volume * 1e6, "%.3f", "mL");
+        add_row(t, "volume inside the organ's surface", r->surface_volume * 1e6, "%.3f", "mL");
+        add_row(t, "level set to faces of voxels, mean", r->surface_error_voxel, "%.3f", "voxels");
+        add_row(t, "parts found in the label map", r->npart_mask, "%.0f", "");
+        add_row(t, "parts kept", r->npart_kept, "%.0f", "");
+        add_row(t, "voxels capped at the border of the volume", r->ncapped, "%.0f", "");
+    }
+    add_row(t, "time", r->seconds, "%.2f", "s");
+    put_table(t, page);
+}
+
+static void add_angles(const OmMeshQuality* q, OmReport* page) {
+    double x[OM_DIHEDRAL_BIN + 1], y[OM_DIHEDRAL_BIN + 1];
+    for (int i = 0; i <= OM_DIHEDRAL_BIN; i++) {
+        x[i] = 10 * i;
+        y[i] = i < OM_DIHEDRAL_BIN ? (double)q->dihedral_bin[i] : 0;
+    }
+    OmReportChart chart = {.x_label = "dihedral angle, degrees", .y_label = "edges of elements"};
+    chart.series[chart.nseries++] = (OmReportSeries){"", x, y, OM_DIHEDRAL_BIN + 1, true};
+    om_report_chart(page, &chart);
+}
+
+static void add_sets(Table* t, const OmPatient* p, OmReport* page) {
+    for (int s = 0; s < p->mesh.nset; s++) {
+        add_row(t, p->mesh.set[s].name, p->mesh.set[s].nvert, "%.0f", "vertices");
+    }
+    if (p->nroi > 0) {
+        add_row(t, "region of interest", p->nroi, "%.0f", "points");
+        add_row(t, "its radius", p->roi_radius * 1e3, "%.1f", "mm");
+    }
+    if (t->n == 0) return;
+    om_report_heading(page, "Sets");
+    put_table(t, page);
+}
+
+static void add_materials(Table* t, const OmPatient* p, OmReport* page) {
+    om_report_heading(page, "Materials");
+    for (int i = 0; i < p->nmaterial; i++) {
+        const OmPatientMaterial* m = &p->material[i];
+        char name[OM_NAME_LEN + 16];
+        if (m->label < 0)
+            snprintf(name, sizeof name, "%s", m->name);
+        else
+            snprintf(name, sizeof name, "%s (label %d)", m->name, m->label);
+        add_row(t, name, m->young, "%.4g", "Pa, Young's modulus");
+        add_row(t, "", m->poisson, "%.4g", "Poisson's ratio");
+        add_row(t, "", m->density, "%.4g", "kg/m\xc2\xb3");
+    }
+    put_table(t, page);
+}
+
+OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* report,
+                             const char* path) {
+    OmReport page;
+    Table* table = om_calloc(1, sizeof *table);
+    if (!table) return OM_NO_MEMORY;
+    om_report_begin(&page, "Patient model", patient->name);
+    if (report->warning[0]) om_report_verdict(&page, report->warning, false);
+    add_facts(patient, report, &page);
+    OmStatus status = om__model_add_pictures(patient, &page);
+    om_report_heading(&page, "Mesh");
+    add_mesh_table(table, report, &page);
+    add_angles(&report->quality, &page);
+    add_sets(table, patient, &page);
+    add_materials(table, patient, &page);
+    om_free(table);
+    if (status < 0)
+        om_report_done(&page);
+    else
+        status = om_report_save(&page, path);
+    return status;
+}

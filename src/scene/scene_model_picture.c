@@ -1,0 +1,199 @@
+// scene_model_picture.c: pictures of a patient model for its page.
+//
+// Seen along the covered side and obliquely: the organ with the region of interest, the tissue over it with
+// its attachments, a view from the side, and a cut through both that shows the elements.
+#include <string.h>
+
+#include "omentum/sense.h"
+#include "scene/scene_model_internal.h"
+
+enum { WIDTH = 440, HEIGHT = 340 };
+
+enum { ORGAN, ROI, TISSUE, HELD, CUT_ORGAN, CUT_TISSUE, NOBJECT };
+
+typedef struct Stage {
+    OmSenseScene* scene;
+    int id[NOBJECT];  // -1: there is none
+    OmVec3 center;
+    double radius;            // of everything about the centre, m
+    OmVec3 front, top, side;  // unit, orthogonal: towards the viewer, up the body, across
+} Stage;
+
+#define LOOK(r, g, b, smooth) \
+    { .red = r, .green = g, .blue = b, .gloss = 0.2, .is_smooth = smooth }
+
+static const OmSenseLook look[NOBJECT] = {
+    [ORGAN] = LOOK(0.66, 0.26, 0.22, true),      [ROI] = LOOK(0.30, 0.75, 0.30, true),
+    [TISSUE] = LOOK(0.93, 0.80, 0.45, false),    [HELD] = LOOK(0.20, 0.35, 0.80, false),
+    [CUT_ORGAN] = LOOK(0.66, 0.26, 0.22, false), [CUT_TISSUE] = LOOK(0.93, 0.80, 0.45, false),
+};
+
+// ---- what is shown ------------------------------------------------------------------------------------------
+
+// Add the triangles of a surface whose flag is `wanted`.
+static OmStatus add_part(Stage* stage, int object, const OmSurface* surface,
+                         const unsigned char* flag, int wanted) {
+    OmSurface part;
+    int n = 0;
+    for (int t = 0; t < surface->ntri; t++) n += flag[t] == wanted;
+    if (n == 0) return OM_OK;
+    OM_TRY(om_surface_init(&part, surface->nvert, n));
+    memcpy(part.x, surface->x, 3 * sizeof(double) * (size_t)surface->nvert);
+    n = 0;
+    for (int t = 0; t < surface->ntri; t++) {
+        if (flag[t] != wanted) continue;
+        memcpy(&part.tri_vert[3 * n++], &surface->tri_vert[3 * t], 3 * sizeof(int));
+    }
+    OmStatus status = om_sense_scene_add(stage->scene, &part, &look[object], &stage->id[object]);
+    om_surface_done(&part);
+    return status;
+}
+
+static OmVec3 triangle_center(const OmSurface* s, int t) {
+    const int* v = &s->tri_vert[3 * t];
+    return om_scale(
+        1.0 / 3, om_add(om_load3(s->x, v[0]), om_add(om_load3(s->x, v[1]), om_load3(s->x, v[2]))));
+}
+
+static bool is_cut_away(const Stage* stage, OmVec3 p) {
+    return om_dot(om_sub(p, stage->center), stage->side) > 0;
+}
+
+static OmStatus add_organ(const OmPatient* p, Stage* stage) {
+    const OmSurface* organ = &p->organ;
+    unsigned char* flag;
+    OM_ALLOC(flag, (size_t)organ->ntri);
+    for (int t = 0; t < organ->ntri; t++) {
+        flag[t] =
+            p->nroi > 0 && om_distance(triangle_center(organ, t), p->roi_center) < p->roi_radius;
+    }
+    OmStatus status = add_part(stage, ORGAN, organ, flag, 0);
+    if (status == OM_OK) status = add_part(stage, ROI, organ, flag, 1);
+    for (int t = 0; t < organ->ntri; t++) flag[t] = is_cut_away(stage, triangle_center(organ, t));
+    if (status == OM_OK) status = add_part(stage, CUT_ORGAN, organ, flag, 0);
+    om_free(flag);
+    return status;
+}
+
+// The tissue's boundary: triangles between three held vertices apart.
+static OmStatus add_tissue(const OmPatient* p, Stage* stage) {
+    OmStatus status = OM_OK;
+    OmSurface boundary = {0};
+    int* vert = NULL;
+    unsigned char *is_held = NULL, *flag = NULL;
+    OM_TRY_DONE(om_tet_mesh_boundary(&p->mesh, &boundary, &vert));
+    OM_CALLOC_DONE(is_held, (size_t)p->mesh.nvert);
+    OM_ALLOC_DONE(flag, (size_t)boundary.ntri);
+    const OmMeshSet* held = om_tet_mesh_find_set(&p->mesh, "attachment");
+    for (int i = 0; held && i < held->nvert; i++) is_held[held->vert[i]] = 1;
+    for (int t = 0; t < boundary.ntri; t++) {
+        const int* v = &boundary.tri_vert[3 * t];
+        flag[t] = is_held[vert[v[0]]] && is_held[vert[v[1]]] && is_held[vert[v[2]]];
+    }
+    OM_TRY_DONE(add_part(stage, TISSUE, &boundary, flag, 0));
+    OM_TRY_DONE(add_part(stage, HELD, &boundary, flag, 1));
+done:
+    om_surface_done(&boundary);
+    om_free(vert);
+    om_free(is_held);
+    om_free(flag);
+    return status;
+}
+
+// The elements behind the plane of the cut, whole.
+static OmStatus add_cut_tissue(const OmPatient* p, Stage* stage) {
+    OmTetMesh half;
+    OmSurface boundary = {0};
+    OM_TRY(om_tet_mesh_init(&half, p->mesh.nvert, p->mesh.ntet));
+    memcpy(half.x, p->mesh.x, 3 * sizeof(double) * (size_t)p->mesh.nvert);
+    half.ntet = 0;
+    for (int e = 0; e < p->mesh.ntet; e++) {
+        const int* v = &p->mesh.tet_vert[4 * (size_t)e];
+        OmVec3 sum = om_vec3(0, 0, 0);
+        for (int c = 0; c < 4; c++) sum = om_add(sum, om_load3(p->mesh.x, v[c]));
+        if (is_cut_away(stage, om_scale(0.25, sum))) continue;
+        memcpy(&half.tet_vert[4 * (size_t)half.ntet++], v, 4 * sizeof(int));
+    }
+    OmStatus status = half.ntet ? om_tet_mesh_boundary(&half, &boundary, NULL) : OM_OK;
+    if (status == OM_OK && boundary.ntri > 0) {
+        status =
+            om_sense_scene_add(stage->scene, &boundary, &look[CUT_TISSUE], &stage->id[CUT_TISSUE]);
+    }
+    om_surface_done(&boundary);
+    om_tet_mesh_done(&half);
+    return status;
+}
+
+static void place_stage(const OmPatient* p, Stage* stage) {
+    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
+    for (int i = 0; i < p->mesh.nvert + p->organ.nvert; i++) {
+        OmVec3 x =
+            i < p->mesh.nvert ? om_load3(p->mesh.x, i) : om_load3(p->organ.x, i - p->mesh.nvert);
+        lo = om_min3(lo, x);
+        hi = om_max3(hi, x);
+    }
+    stage->center = om_scale(0.5, om_add(lo, hi));
+    stage->radius = fmax(1e-6, 0.5 * om_distance(lo, hi));
+    stage->front = p->up;
+    OmVec3 up = fabs(p->up.z) < 0.8 ? om_vec3(0, 0, 1) : om_vec3(0, 1, 0);
+    stage->top = om_normalize(om_madd(up, -om_dot(up, stage->front), stage->front));
+    stage->side = om_cross(stage->top, stage->front);
+}
+
+// ---- pictures ------------------------------------------------------------------------------------------------
+
+static OmStatus take_picture(Stage* stage, OmVec3 from, OmVec3 up, unsigned shown,
+                             const char* caption, OmReport* page) {
+    for (int i = 0; i < NOBJECT; i++) {
+        if (stage->id[i] >= 0) om_sense_scene_show(stage->scene, stage->id[i], shown >> i & 1);
+    }
+    OM_TRY(om_sense_scene_commit(stage->scene));
+    const double fov = 0.45, distance = 0.8 * stage->radius / sin(0.5 * fov);
+    OmVec3 eye = om_madd(stage->center, distance, om_normalize(from));
+    OmCamera camera = {
+        om_pose_look_at(eye, stage->center, up), WIDTH, HEIGHT, fov, 0.1 * distance, 3 * distance};
+    OmSenseOptions options = om_sense_default_options();
+    options.samples = 2;
+    options.has_shadow = false;  // shapes are read better without
+    OmPicture picture;
+    OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
+    OmStatus status = om_sense_render(stage->scene, &camera, &options, &picture);
+    if (status == OM_OK) om_report_picture(page, &picture, caption);
+    om_picture_done(&picture);
+    return status;
+}
+
+static OmStatus take_pictures(const OmPatient* p, Stage* stage, OmReport* page) {
+    const OmVec3 f = stage->front, t = stage->top, s = stage->side;
+    const OmVec3 oblique = om_madd(om_madd(f, 0.35, t), 0.55, s);
+    const unsigned organ = 1u << ORGAN | 1u << ROI, tissue = 1u << TISSUE | 1u << HELD;
+    const unsigned cut = 1u << CUT_ORGAN | 1u << CUT_TISSUE;
+    if (p->organ.ntri > 0) {
+        OM_TRY(take_picture(stage, oblique, t, organ, "The organ, the region of interest in green",
+                            page));
+        OM_TRY(take_picture(stage, oblique, t, organ | tissue,
+                            "The tissue over it, held where it is blue", page));
+        OM_TRY(take_picture(stage, om_madd(s, 0.1, f), f, organ | tissue,
+                            "From the side, the covered side up", page));
+        return take_picture(stage, om_madd(s, 0.1, f), f, cut,
+                            "Cut open: elements of the tissue and the hollow surface of the organ",
+                            page);
+    }
+    OM_TRY(take_picture(stage, oblique, t, tissue, "The tissue", page));
+    OmVec3 behind = om_madd(om_madd(om_scale(-1, f), 0.35, t), -0.55, s);
+    OM_TRY(take_picture(stage, behind, t, tissue, "From behind", page));
+    return take_picture(stage, om_madd(s, 0.2, f), t, cut, "Cut open", page);
+}
+
+OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page) {
+    Stage stage;
+    for (int i = 0; i < NOBJECT; i++) stage.id[i] = -1;
+    place_stage(patient, &stage);
+    OM_TRY(om_sense_scene_create(&stage.scene));
+    OmStatus status = add_organ(patient, &stage);
+    if (status == OM_OK) status = add_tissue(patient, &stage);
+    if (status == OM_OK) status = add_cut_tissue(patient, &stage);
+    if (status == OM_OK) status = take_pictures(patient, &stage, page);
+    om_sense_scene_destroy(stage.scene);
+    return status;
+}
