@@ -77,10 +77,12 @@ typedef struct OmDepthNoise {
     double min_grazing;  // 0 to 1
     double dropout;      // 0 to 1
     uint64_t seed;
+    int nworker;  // 0: one a processor; the noise does not depend on it
 } OmDepthNoise;
 /// About a RealSense D435: 0.2 mm at once and 1.5 mm more at one metre.
 OM_API OmDepthNoise om_depth_noise_default(uint64_t seed);
-/// Apply noise in place; pixel i of frame k draws from its own stream, so any frame can be made alone.
+/// Apply noise in place; pixel i of frame k (below 2^38) draws from its own stream, so any frame can be made
+/// alone.
 OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera, uint64_t frame,
                                const float* normal, float* depth);
 

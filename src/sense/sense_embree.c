@@ -32,6 +32,8 @@ OmStatus om_sense_scene_create(OmSenseScene** scene) {
     } else {
         (*scene)->scene = rtcNewScene((*scene)->device);
         rtcSetSceneFlags((*scene)->scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
+        // one tree an object, which can be refitted; a better tree over all would be built anew each time
+        rtcSetSceneBuildQuality((*scene)->scene, RTC_BUILD_QUALITY_LOW);
         status = check_device((*scene)->device, "making a scene");
     }
     if (status < 0) {
@@ -61,16 +63,25 @@ static void write_buffer(Object* o) {
     for (int i = 0; i < 3 * o->surface.nvert; ++i) o->buffer[i] = (float)o->surface.x[i];
 }
 
+// Unit normals of the vertices: of their triangles, weighted by area.
 static void compute_normals(Object* o) {
-    if (!o->vert_normal) return;
-    memset(o->vert_normal, 0, 3 * (size_t)o->surface.nvert * sizeof(double));
+    float* normal = o->vert_normal;
+    if (!normal) return;
+    memset(normal, 0, 3 * (size_t)o->surface.nvert * sizeof *normal);
     for (int t = 0; t < o->surface.ntri; ++t) {
         const int* v = &o->surface.tri_vert[3 * t];
-        OmVec3 a = om_load3(o->surface.x, v[0]);
-        OmVec3 n = om_cross(om_sub(om_load3(o->surface.x, v[1]), a),
-                            om_sub(om_load3(o->surface.x, v[2]), a));
-        for (int k = 0; k < 3; ++k)
-            om_store3(o->vert_normal, v[k], om_add(om_load3(o->vert_normal, v[k]), n));
+        const float *a = &o->buffer[3 * v[0]], *b = &o->buffer[3 * v[1]], *c = &o->buffer[3 * v[2]];
+        float e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+        float f[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+        float n[3] = {e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2],
+                      e[0] * f[1] - e[1] * f[0]};
+        for (int k = 0; k < 9; ++k) normal[3 * v[k / 3] + k % 3] += n[k % 3];
+    }
+    for (int i = 0; i < o->surface.nvert; ++i) {
+        float* n = &normal[3 * i];
+        float length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        float scale = length > 0 ? 1 / length : 0;
+        for (int k = 0; k < 3; ++k) n[k] *= scale;
     }
 }
 
@@ -171,29 +182,33 @@ OmStatus om_sense_scene_commit(OmSenseScene* scene) {
     return check_device(scene->device, "building the scene");
 }
 
-int om__object_count(const OmSenseScene* scene) { return scene->nobject; }
 const Object* om__object(const OmSenseScene* scene, int id) { return &scene->object[id]; }
 
 // ---- casting ----------------------------------------------------------------------------------------------
 
+static void set_ray8(struct RTCRay8* ray, int* valid, const Packet* p) {
+    memcpy(ray->org_x, p->ox, sizeof p->ox);
+    memcpy(ray->org_y, p->oy, sizeof p->oy);
+    memcpy(ray->org_z, p->oz, sizeof p->oz);
+    memcpy(ray->dir_x, p->dx, sizeof p->dx);
+    memcpy(ray->dir_y, p->dy, sizeof p->dy);
+    memcpy(ray->dir_z, p->dz, sizeof p->dz);
+    memcpy(ray->tfar, p->far_t, sizeof p->far_t);
+    for (int i = 0; i < PACKET; ++i) {
+        valid[i] = i < p->n && p->far_t[i] >= 0 ? -1 : 0;
+        ray->tnear[i] = 0;
+        ray->time[i] = 0;
+        ray->mask[i] = ~0u;
+        ray->id[i] = 0;
+        ray->flags[i] = 0;
+    }
+}
+
 void om__cast(const OmSenseScene* scene, Packet* p) {
     struct RTCRayHit8 rh;
     int valid[PACKET];
+    set_ray8(&rh.ray, valid, p);
     for (int i = 0; i < PACKET; ++i) {
-        valid[i] = i < p->n ? -1 : 0;
-        int k = i < p->n ? i : 0;
-        rh.ray.org_x[i] = (float)p->origin[k].x;
-        rh.ray.org_y[i] = (float)p->origin[k].y;
-        rh.ray.org_z[i] = (float)p->origin[k].z;
-        rh.ray.dir_x[i] = (float)p->direction[k].x;
-        rh.ray.dir_y[i] = (float)p->direction[k].y;
-        rh.ray.dir_z[i] = (float)p->direction[k].z;
-        rh.ray.tnear[i] = 0;
-        rh.ray.tfar[i] = (float)p->far_t[k];
-        rh.ray.time[i] = 0;
-        rh.ray.mask[i] = ~0u;
-        rh.ray.id[i] = 0;
-        rh.ray.flags[i] = 0;
         rh.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
         rh.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
@@ -201,37 +216,26 @@ void om__cast(const OmSenseScene* scene, Packet* p) {
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect8(valid, scene->scene, &context, &rh);
-    for (int i = 0; i < p->n; ++i) {
+    memcpy(p->t, rh.ray.tfar, sizeof p->t);
+    for (int i = 0; i < PACKET; ++i) {
         bool is_hit = rh.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
-        p->t[i] = is_hit ? (double)rh.ray.tfar[i] : HUGE_VAL;
         p->id[i] = is_hit ? (int)rh.hit.geomID[i] : -1;
         p->tri[i] = is_hit ? (int)rh.hit.primID[i] : -1;
         p->u[i] = is_hit ? rh.hit.u[i] : 0;
         p->v[i] = is_hit ? rh.hit.v[i] : 0;
+        p->nx[i] = is_hit ? rh.hit.Ng_x[i] : 0;
+        p->ny[i] = is_hit ? rh.hit.Ng_y[i] : 0;
+        p->nz[i] = is_hit ? rh.hit.Ng_z[i] : 0;
     }
 }
 
 void om__cast_shadow(const OmSenseScene* scene, Packet* p) {
     struct RTCRay8 ray;
     int valid[PACKET];
-    for (int i = 0; i < PACKET; ++i) {
-        valid[i] = i < p->n ? -1 : 0;
-        int k = i < p->n ? i : 0;
-        ray.org_x[i] = (float)p->origin[k].x;
-        ray.org_y[i] = (float)p->origin[k].y;
-        ray.org_z[i] = (float)p->origin[k].z;
-        ray.dir_x[i] = (float)p->direction[k].x;
-        ray.dir_y[i] = (float)p->direction[k].y;
-        ray.dir_z[i] = (float)p->direction[k].z;
-        ray.tnear[i] = 0;
-        ray.tfar[i] = (float)p->far_t[k];
-        ray.time[i] = 0;
-        ray.mask[i] = ~0u;
-        ray.id[i] = 0;
-        ray.flags[i] = 0;
-    }
+    set_ray8(&ray, valid, p);
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcOccluded8(valid, scene->scene, &context, &ray);
-    for (int i = 0; i < p->n; ++i) p->t[i] = ray.tfar[i] < 0 ? 0 : HUGE_VAL;
+    for (int i = 0; i < PACKET; ++i) p->t[i] = valid[i] && ray.tfar[i] < 0 ? 0.0f : 1.0f;
 }
