@@ -15,6 +15,7 @@ static const struct {
     {"solve", bench_solve},
     {"shape", bench_shape},
     {"plan", bench_plan},
+    {"sense", bench_sense},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
