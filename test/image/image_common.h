@@ -92,6 +92,7 @@ static inline void assert_starving_is_survived(const char* seed) {
         status = load_and_drop(seed);
         assert_true(n < 1000);
     }
+    if (countdown < 0) fail_msg("%s: a failed allocation ended as status %d", seed, (int)status);
     countdown = -1;
     om_set_allocator(NULL);
     assert_int_equal(status, healthy);

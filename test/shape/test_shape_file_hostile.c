@@ -264,16 +264,27 @@ static void for_each_seed(SeedFn* fn) {
     assert_true(nseed >= 20);
 }
 
-static OmStatus load_any(const char* path, const char* ext) {
-    bool has_tet = strcmp(ext, "msh") == 0 || strncmp(ext, "vt", 2) == 0;
+static bool has_tet(const char* ext) {
+    return strcmp(ext, "msh") == 0 || strncmp(ext, "vt", 2) == 0;
+}
+
+static OmStatus load_tet(const char* path) {
     OmTetMesh mesh;
-    OmSurface surface;
-    OmStatus status = has_tet ? om_tet_mesh_load(path, OM_UNIT_M, &mesh) : OM_INVALID;
+    OmStatus status = om_tet_mesh_load(path, OM_UNIT_M, &mesh);
     if (status == OM_OK) om_tet_mesh_done(&mesh);
-    if (status == OM_NO_MEMORY) return status;
-    OmStatus other = om_surface_load(path, OM_UNIT_M, &surface);
-    if (other == OM_OK) om_surface_done(&surface);
-    return other;
+    return status;
+}
+
+static OmStatus load_surface(const char* path) {
+    OmSurface surface;
+    OmStatus status = om_surface_load(path, OM_UNIT_M, &surface);
+    if (status == OM_OK) om_surface_done(&surface);
+    return status;
+}
+
+static void assert_cut(const char* seed, const char* path, size_t cut, OmStatus status) {
+    if (status != OM_OK && (status != OM_INVALID || !strstr(om_error_message(), path)))
+        fail_msg("%s cut at byte %zu: status %d, %s", seed, cut, (int)status, om_error_message());
 }
 
 static void cut_seed(const char* seed, const char* ext, const char* data, size_t size) {
@@ -283,10 +294,8 @@ static void cut_seed(const char* seed, const char* ext, const char* data, size_t
     int64_t alive = om_alloc_alive();
     for (size_t cut = 0; cut < size; cut++) {
         write_bytes(path, data, cut);
-        OmStatus status = load_any(path, ext);
-        if (status != OM_OK && (status != OM_INVALID || !strstr(om_error_message(), path)))
-            fail_msg("%s cut at byte %zu: status %d, %s", seed, cut, (int)status,
-                     om_error_message());
+        assert_cut(seed, path, cut, load_surface(path));
+        if (has_tet(ext)) assert_cut(seed, path, cut, load_tet(path));
         assert_int_equal(om_alloc_alive(), alive);
     }
     remove(path);
@@ -308,21 +317,27 @@ static void failing_free(void* ctx, void* ptr) {
     free(ptr);
 }
 
-static void starve_seed(const char* seed, const char* ext, const char* data, size_t size) {
-    (void)data;
-    (void)size;
-    OmStatus healthy = load_any(seed, ext);
-    assert_int_equal(healthy, strstr(seed, "twice") ? OM_INVALID : OM_OK);
+// With the n-th allocation failing, n = 0, 1, ..., nothing but OM_NO_MEMORY until none is needed.
+static void starve(const char* seed, OmStatus (*load)(const char*)) {
+    OmStatus healthy = load(seed), status = OM_NO_MEMORY;
     int64_t alive = om_alloc_alive();
-    OmStatus status = OM_NO_MEMORY;
     for (int n = 0; status == OM_NO_MEMORY; n++) {
         countdown = n;
-        status = load_any(seed, ext);
+        status = load(seed);
         assert_int_equal(om_alloc_alive(), alive);
         assert_true(n < 1000);
     }
+    if (countdown < 0) fail_msg("%s: a failed allocation ended as status %d", seed, (int)status);
     countdown = -1;
     assert_int_equal(status, healthy);
+}
+
+static void starve_seed(const char* seed, const char* ext, const char* data, size_t size) {
+    (void)data;
+    (void)size;
+    assert_int_equal(load_surface(seed), strstr(seed, "twice") ? OM_INVALID : OM_OK);
+    starve(seed, load_surface);
+    if (has_tet(ext)) starve(seed, load_tet);
 }
 
 static void test_failing_allocations_of_readers(void** unused) {
