@@ -6,7 +6,7 @@
 /// to be stepped; the robot's internal twin is one, the simulated world holds another.
 ///
 ///     OmWorld* world;
-///     om_world_create_simulated(&scene, NULL, &world);
+///     om_world_create_simulated(&scene, &site, 0, &world);
 ///     om_world_move(world, 0, p_world, 0.02);              // PSM1's tip, at 20 mm/s
 ///     om_world_advance(world, 0.02);
 ///     om_world_observe(world, OM_OBSERVE_VISIBILITY, &obs);
@@ -122,7 +122,8 @@ OM_API void om_world_destroy(OmWorld* world);
 OM_API void om_observation_done(OmObservation* observation);
 
 /// A simulated operating field; `site` (of role OM_SITE_WORLD) is borrowed.
-OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site,
+/// @param nworker  threads of the tissue, 0: one a processor; the outcome does not depend on it
+OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
 /// The truth inside a simulated world, for recordings and for judging; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);

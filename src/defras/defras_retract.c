@@ -7,6 +7,7 @@
 #define RETRACT_COOKIE 0x0de78a5
 #define SETTLE_TIME 3.0    // s, at most, for the tissue to come to rest on its ground
 #define SETTLE_SPEED 1e-3  // m/s
+#define MAX_GLIMPSE 8      // times a motion goes on after the ROI closed again
 #define HOLD_TIME 0.5      // s that the exposed ROI is looked at before success is told
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
@@ -39,7 +40,7 @@ static OmStatus begin(Loop* loop) {
     OM_TRY(om_site_build(scene, OM_SITE_TWIN, loop->progress, &loop->twin_site));
     OM_TRY(om_site_build(scene, OM_SITE_WORLD, loop->progress, &loop->world_site));
     OM_TRY(om_body_create(scene, &loop->twin_site, loop->def->nworker, &loop->twin));
-    OM_TRY(om_world_create_simulated(scene, &loop->world_site, &loop->world));
+    OM_TRY(om_world_create_simulated(scene, &loop->world_site, loop->def->nworker, &loop->world));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = loop->def->program;
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
@@ -149,19 +150,30 @@ static bool is_exposed(const Loop* loop) {
     return loop->visibility >= loop->scene->task.visibility;
 }
 
+// Execute one action. A glimpse of the ROI is no exposure: then hold still and look again, and go on with
+// the motion if it closed.
+static OmStatus run_action(Loop* loop, const OmPlanAction* action, bool is_first,
+                           OmActionOutcome* outcome) {
+    for (int glimpse = 0; glimpse < MAX_GLIMPSE; ++glimpse) {
+        double start = loop->time;
+        OM_TRY(om__execute_action(loop, action, outcome));
+        OM_TRY(note_action(loop, action, start, is_first && glimpse == 0, *outcome));
+        if (*outcome != OM_ACTION_EXPOSED && !is_exposed(loop)) return OM_OK;
+        OM_TRY(om__loop_wait(loop, HOLD_TIME));
+        if (is_exposed(loop) || *outcome != OM_ACTION_EXPOSED ||
+            loop->result->naction >= loop->scene->task.max_actions)
+            return OM_OK;
+    }
+    return OM_OK;
+}
+
 // Run one plan to its end or to the first action that does not end as planned.
 static OmStatus run_plan(Loop* loop) {
     for (int i = 0; i < loop->plan.naction; ++i) {
         const OmPlanAction* action = &loop->plan.action[i];
-        double start = loop->time;
         OmActionOutcome outcome;
-        OM_TRY(om__execute_action(loop, action, &outcome));
-        OM_TRY(note_action(loop, action, start, i == 0, outcome));
-        if (outcome == OM_ACTION_EXPOSED || is_exposed(loop)) {
-            // A glimpse is no exposure: hold still and look again.
-            OM_TRY(om__loop_wait(loop, HOLD_TIME));
-            if (is_exposed(loop)) return OM_OK;
-        }
+        OM_TRY(run_action(loop, action, i == 0, &outcome));
+        if (is_exposed(loop)) return OM_OK;
         bool is_last = i + 1 == loop->plan.naction;
         bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
         if (is_last || is_broken) learn(loop, action, outcome);

@@ -304,14 +304,15 @@ static const OmWorldOps sim_ops = {.destroy = sim_destroy,
                                    .advance = sim_advance,
                                    .observe = sim_observe};
 
-OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, OmWorld** world) {
+OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
+                                   OmWorld** world) {
     *world = NULL;
     SimWorld* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
     w->head.ops = &sim_ops;
     w->scene = scene;
     w->site = site;
-    OmStatus status = om_body_create(scene, site, 0, &w->body);
+    OmStatus status = om_body_create(scene, site, nworker, &w->body);
     for (int a = 0; status == OM_OK && a < OM_WORLD_NARM; ++a) status = place_arm(w, a);
     if (status == OM_OK) status = build_sense(w);
     if (status < 0)

@@ -33,7 +33,7 @@ typedef struct Field {
 static void setup(Field* f, OmScene scene) {
     f->scene = scene;
     assert_ok(om_site_build(&f->scene, OM_SITE_WORLD, NULL, &f->site));
-    assert_ok(om_world_create_simulated(&f->scene, &f->site, &f->world));
+    assert_ok(om_world_create_simulated(&f->scene, &f->site, 0, &f->world));
 }
 static void teardown(Field* f) {
     om_world_destroy(f->world);
@@ -258,7 +258,7 @@ static OmStatus live_a_little(void* ctx) {
     OmWorld* world = NULL;
     OmObservation obs = {0};
     OmStatus status = om_site_build(ctx, OM_SITE_WORLD, NULL, &site);
-    if (status == OM_OK) status = om_world_create_simulated(ctx, &site, &world);
+    if (status == OM_OK) status = om_world_create_simulated(ctx, &site, 1, &world);
     if (status == OM_OK) status = om_world_advance(world, 0.02);
     if (status == OM_OK)
         status = om_world_observe(

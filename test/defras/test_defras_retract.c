@@ -1,0 +1,199 @@
+// test_defras_retract.c: whole retractions of small sheets: success, limits, failure, output, determinism.
+#include <unistd.h>
+
+#include "test_alloc.h"
+
+#include "omentum/defras.h"
+
+// A coarse sheet, held on the far half, its ROI near the free corner of PSM1.
+static OmScene easy_scene(void) {
+    OmScene s = om_scene_default();
+    s.tissue.cells = om_vec3(8, 8, 1);
+    s.tissue.world_cells = om_vec3(12, 12, 1);
+    s.endoscope.width = 80, s.endoscope.height = 60;
+    s.attach.kind = OM_ATTACH_BOX;
+    s.attach.lo = om_vec3(0.01, -1, -1);
+    s.attach.hi = om_vec3(1, 1, 1);
+    s.roi.is_random = false;
+    s.roi.center = om_vec3(-0.04, -0.03, 0);
+    s.task.force_threshold = 3;
+    s.task.grasp_radius = 0.011;
+    s.task.speed = 0.05;
+    return s;
+}
+
+static void run(const OmScene* scene, int nworker, const char* dir, OmRetractResult* r) {
+    OmRetractDef def = om_retract_default_def(scene);
+    def.nworker = nworker;
+    def.out_dir = dir;
+    assert_ok(om_retract_run(&def, NULL, r));
+}
+
+static void test_a_free_corner_is_lifted(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    if (!r.is_exposed) fail_msg("%s", r.reason);
+    assert_true(r.visibility_start <= 0.05 && r.visibility_end >= 0.8);
+    assert_true(r.world_nvert >= 2 * r.twin_nvert);
+    // The first actions are those of any retraction; the height limit is kept at every instant.
+    assert_int_equal(r.action[0].verb, OM_PLAN_REACH);
+    assert_int_equal(r.action[1].verb, OM_PLAN_GRASP);
+    assert_int_equal(r.action[2].verb, OM_PLAN_PULL);
+    for (int i = 0; i < r.nsample; ++i) {
+        assert_true(r.sample[i].height <= scene.task.max_height + 2e-3);
+        assert_true(r.sample[i].visibility >= 0 && r.sample[i].visibility <= 1);
+        if (i) assert_true(r.sample[i].time > r.sample[i - 1].time);
+    }
+    for (int i = 1; i < r.naction; ++i)
+        assert_true(r.action[i].begin >= r.action[i - 1].end - 1e-9);
+    om_retract_result_done(&r);
+}
+
+static void test_same_bytes_with_one_or_two_workers(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult a, b;
+    run(&scene, 1, NULL, &a);
+    run(&scene, 2, NULL, &b);
+    assert_true(a.hash == b.hash && a.naction == b.naction);
+    assert_true(a.visibility_end == b.visibility_end && a.force_max == b.force_max);
+    om_retract_result_done(&a);
+    om_retract_result_done(&b);
+}
+
+// The twin is another body than the world: made stiffer, the world ends elsewhere and the twin's forces stay.
+static void test_the_truth_is_hidden_from_the_twin(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.visibility = 1.0;  // so that both go on for the same actions
+    scene.task.max_actions = 5;
+    scene.world.tool_noise = 0;
+    OmRetractResult a, b;
+    run(&scene, 0, NULL, &a);
+    scene.world.young_factor = 2;
+    run(&scene, 0, NULL, &b);
+    assert_true(a.hash != b.hash);
+    assert_int_equal(a.nsample, b.nsample);
+    for (int i = 0; i < a.nsample; ++i) assert_near(a.sample[i].force, b.sample[i].force, 0);
+    om_retract_result_done(&a);
+    om_retract_result_done(&b);
+}
+
+static void test_force_stops_a_pull(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.force_threshold = 0.25;
+    scene.task.max_actions = 10;
+    scene.task.visibility = 1.0;
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    int nstop = 0;
+    bool has_slowed = false;
+    for (int i = 0; i < r.naction; ++i) nstop += r.action[i].outcome == OM_ACTION_FORCE;
+    for (int i = 0; i < r.nsample; ++i) has_slowed |= r.sample[i].speed_rate < 1;
+    assert_true(nstop > 0 && r.nforce > 0 && has_slowed && r.nplan > 1);
+    om_retract_result_done(&r);
+}
+
+static void test_what_cannot_be_done_is_an_answer(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.attach.lo = om_vec3(-1, -1, -1);  // everything is attached
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    assert_false(r.is_exposed);
+    assert_non_null(strstr(r.reason, "no plan is left"));
+    om_retract_result_done(&r);
+}
+
+static void test_output_is_whole(void** state) {
+    (void)state;
+    static const char* const file[] = {"report.html", "run.json", "run.vtkhdf", "frames/000.png"};
+    char dir[] = "/tmp/om_retract_XXXXXX", out[64], path[128];
+    assert_non_null(mkdtemp(dir));
+    snprintf(out, sizeof out, "%s/run", dir);
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    for (int k = 0; k < 2; ++k) {  // the second run replaces the first
+        run(&scene, 0, out, &r);
+        om_retract_result_done(&r);
+        for (int i = 0; i < 4; ++i) {
+            snprintf(path, sizeof path, "%s/%s", out, file[i]);
+            assert_true(om_path_exists(path));
+        }
+    }
+    // Nothing but the run is left beside it.
+    assert_int_equal(rmdir(dir), -1);
+    assert_ok(om_path_remove(out));
+    assert_int_equal(rmdir(dir), 0);
+}
+
+static bool cancel_soon(void* ctx, const char* stage, double done, double total) {
+    (void)stage, (void)done, (void)total;
+    return ++*(int*)ctx < 20;
+}
+
+static void test_cancelling_leaves_nothing(void** state) {
+    (void)state;
+    char dir[] = "/tmp/om_retract_XXXXXX", out[64];
+    assert_non_null(mkdtemp(dir));
+    snprintf(out, sizeof out, "%s/run", dir);
+    OmScene scene = easy_scene();
+    OmRetractDef def = om_retract_default_def(&scene);
+    def.out_dir = out;
+    int calls = 0;
+    OmProgress progress = {cancel_soon, &calls};
+    OmRetractResult r;
+    int64_t alive = om_alloc_alive();
+    assert_status(om_retract_run(&def, &progress, &r), OM_CANCELLED);
+    assert_int_equal(om_alloc_alive(), alive);
+    assert_int_equal(rmdir(dir), 0);  // no folder, no temporary file
+}
+
+static void test_wrong_defs_are_refused(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    OmRetractDef def = om_retract_default_def(NULL);
+    assert_status(om_retract_run(&def, NULL, &r), OM_INVALID);
+    def = om_retract_default_def(&scene);
+    def.program = "/nonexistent/program.lp";
+    assert_true(om_retract_run(&def, NULL, &r) < 0);
+    assert_non_null(strstr(om_error_message(), "program.lp"));
+    def = om_retract_default_def(&scene);
+    def.out_dir = "/proc/omentum-cannot-be-here";
+    assert_status(om_retract_run(&def, NULL, &r), OM_IO);
+}
+
+static void test_calibration(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.grid = 2;
+    scene.task.max_height = 0.02;
+    OmForceCalibration a, b;
+    assert_ok(om_retract_calibrate_force(&scene, 2, 1, NULL, &a));
+    assert_ok(om_retract_calibrate_force(&scene, 2, 2, NULL, &b));
+    assert_int_equal(a.nrun, 8);
+    assert_memory_equal(&a, &b, sizeof a);
+    assert_true(a.lower_quartile <= a.median && a.median <= a.upper_quartile &&
+                a.upper_quartile <= a.max);
+    assert_near(a.threshold, 2 * a.median, 1e-12);
+    assert_true(a.median > 0.01 && a.max < 20);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_free_corner_is_lifted),
+        cmocka_unit_test(test_same_bytes_with_one_or_two_workers),
+        cmocka_unit_test(test_the_truth_is_hidden_from_the_twin),
+        cmocka_unit_test(test_force_stops_a_pull),
+        cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
+        cmocka_unit_test(test_output_is_whole),
+        cmocka_unit_test(test_cancelling_leaves_nothing),
+        cmocka_unit_test(test_wrong_defs_are_refused),
+        cmocka_unit_test(test_calibration),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
