@@ -147,6 +147,53 @@ static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
     om_surface_done(&s);
 }
 
+static int countdown;
+static void* failing_alloc(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    return countdown-- > 0 ? aligned_alloc(align, (size + align - 1) / align * align) : NULL;
+}
+static void failing_free(void* ctx, void* ptr) {
+    (void)ctx;
+    free(ptr);
+}
+
+static void refused_memory_leaks_nothing(void** state) {
+    (void)state;
+    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    int64_t alive = om_alloc_alive();
+    om_set_allocator(&failing);
+    int nfail = 0;
+    for (;; ++nfail) {
+        OmSurface s;
+        countdown = nfail;
+        OmStatus status = om_psm_surface(&psm, q_a, 0.2, &s);
+        if (status == OM_OK) {
+            om_surface_done(&s);
+            break;
+        }
+        assert_int_equal(status, OM_NO_MEMORY);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    om_set_allocator(NULL);
+    assert_true(nfail > 0);
+    assert_int_equal(om_alloc_alive(), alive);
+}
+
+// Written anew for other joints, a drawing is that of the other joints, byte for byte.
+static void the_drawing_follows_the_joints(void** state) {
+    (void)state;
+    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    OmSurface moved, fresh;
+    assert_ok(om_psm_surface(&psm, q_a, 0.1, &moved));
+    om_psm_update_surface(&psm, q_b, 0.6, &moved);
+    assert_ok(om_psm_surface(&psm, q_b, 0.6, &fresh));
+    assert_int_equal(moved.nvert, fresh.nvert);
+    assert_memory_equal(moved.x, fresh.x, 3 * (size_t)fresh.nvert * sizeof(double));
+    om_surface_done(&moved);
+    om_surface_done(&fresh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forward_matches_published_values),
@@ -155,6 +202,8 @@ int main(void) {
         cmocka_unit_test(what_is_out_of_reach_is_named),
         cmocka_unit_test(efforts_do_the_work_of_the_tip),
         cmocka_unit_test(the_drawn_tool_is_closed_and_ends_at_the_tip),
+        cmocka_unit_test(the_drawing_follows_the_joints),
+        cmocka_unit_test(refused_memory_leaks_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
