@@ -71,9 +71,20 @@ static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* sit
     return OM_OK;
 }
 
+// Where the scene's file is.
+static OmStatus data_path(const OmScene* scene, char* path, size_t size) {
+    OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, size));
+    OM_CHECK(
+        om_path_exists(path), OM_IO,
+        "%s: no such file; the scene's files are looked for in its data root, set by --data or "
+        "data_root",
+        path);
+    return OM_OK;
+}
+
 static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* site) {
     char path[OM_SCENE_PATH];
-    OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, sizeof path));
+    OM_TRY(data_path(scene, path, sizeof path));
     OM_TRY(om_tet_mesh_load(path, scene->tissue.unit, &site->mesh));
     if (role == OM_SITE_WORLD) OM_TRY(om_tet_mesh_refine(&site->mesh));
     site->has_ground = true;
@@ -109,7 +120,7 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
                                   OmPatient* patient) {
     const OmSceneModel* m = &scene->model;
     char path[OM_SCENE_PATH];
-    OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, sizeof path));
+    OM_TRY(data_path(scene, path, sizeof path));
     OmModelDef def = om_model_default_def(path, role == OM_SITE_TWIN ? m->edge : m->world_edge);
     snprintf(def.name, sizeof def.name, "%s", scene->name);
     def.label[def.nlabel++] = m->label;
@@ -132,7 +143,7 @@ static OmStatus build_from_patient(const OmScene* scene, OmSiteRole role,
         status = build_from_volume(scene, role, progress, &patient);
     } else {
         char path[OM_SCENE_PATH];
-        status = om_path_join(scene->data_root, scene->tissue.file, path, sizeof path);
+        status = data_path(scene, path, sizeof path);
         if (status == OM_OK) status = om_patient_load(path, &patient);
         if (status == OM_OK && role == OM_SITE_WORLD) status = om_tet_mesh_refine(&patient.mesh);
     }

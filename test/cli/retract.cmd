@@ -1,0 +1,130 @@
+# omentum retract and demo: five lines, a report, and one sentence for whatever goes wrong.
+write small.yaml
+    name: small
+    tissue:
+      source: sheet
+      cells: [8, 8, 1]
+      world_cells: [12, 12, 1]
+    attachments:
+      kind: box
+      lo_mm: [10, -100, -1]
+      hi_mm: [100, 100, 1]
+    roi:
+      random: false
+      center_mm: [-40, -30, 0]
+    endoscope: {distance_mm: 200, elevation_deg: 45, fov_deg: 60, width: 80, height: 60}
+    task:
+      force_threshold: 3
+      grasp_radius_mm: 11
+      speed_mm_s: 50
+$ omentum retract small.yaml -q -o run
+exit 0
+out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
+out ROI seen: 0 % at the start
+out a twin step \d+\.\d+ ms
+out report: run/report\.html
+no-err
+file run/report.html
+file run/run.json
+file run/run.vtkhdf
+file run/frames/000.png
+
+# The same bytes again, with one thread.
+$ omentum retract small.yaml -q --workers 1 -o again && diff <(grep state_hash run/run.json) <(grep state_hash again/run.json) && cmp run/frames/003.png again/frames/003.png
+exit 0
+
+# Not exposed is an outcome, not an error: exit code 1 and a report.
+$ sed 's/lo_mm:.*/lo_mm: [-100, -100, -1]/' small.yaml > held.yaml && omentum retract held.yaml -q -o held
+exit 1
+out no plan is left
+file held/report.html
+
+# Layouts in a row.
+$ omentum retract small.yaml -q --layouts 2 -o many
+exit 0
+out ^ 1  exposed
+out ^ 2  exposed
+out 2 of 2 layouts exposed
+file many/layout-01/report.html
+file many/layout-02/report.html
+
+$ omentum retract small.yaml -q --calibrate-force --layouts 1
+exit 0
+out largest pull of 25 grasps in 1 layouts
+out ^force_threshold: \d
+
+# Wrong input.
+$ omentum retract none.yaml -o out
+exit 3
+err none\.yaml: .*[Nn]o such file
+err-lines 1
+
+$ sed 's/force_threshold/force_treshold/' small.yaml > typo.yaml && omentum retract typo.yaml -o out
+exit 3
+err typo\.yaml:15: .*"force_treshold".*did you mean "force_threshold"
+err-lines 1
+no-file out
+
+$ sed 's/grasp_radius_mm: 11/grasp_radius_mm: wide/' small.yaml > type.yaml && omentum retract type.yaml -o out
+exit 3
+err type\.yaml:16
+err-lines 1
+
+$ sed 's/center_mm:.*/center_mm: [-400, 0, 0]/' small.yaml > far.yaml && omentum retract far.yaml -q -o out
+exit 3
+err far\.yaml: roi: center_mm .* is not under the tissue
+err-lines 1
+no-file out
+
+$ omentum retract $ROOT/scenes/kidney.yaml --data . -q -o out
+exit 3
+err ct_abdomen/labels\.nii\.gz: no such file.*--data
+err-lines 1
+no-file out
+
+$ omentum retract small.yaml
+exit 2
+err add -o DIR
+
+$ omentum retract -o out
+exit 2
+err no scene is given
+
+$ omentum retract small.yaml -o out --layuot 3
+exit 2
+err did you mean --layout
+
+$ omentum retract small.yaml -q -o out --program none.lp
+exit 3
+err none\.lp
+no-file out
+
+$ printf 'a :- b, .\n' > bad.lp; omentum retract small.yaml -q -o out --program bad.lp
+exit 3
+err bad\.lp:1
+no-file out
+
+$ touch taken && omentum retract small.yaml -q -o taken/out
+exit 3
+err taken
+err-lines 1
+
+# Ctrl-C: nothing is left, not even a temporary folder.
+$ mkdir int && (timeout -s INT 1 omentum retract $ROOT/scenes/sheet.yaml -q -o int/out; code=$?; ls -A int; exit $code)
+exit 124
+no-out
+no-file int/out
+
+$ omentum demo --quick -q -o demo
+exit 0
+out ^demo, layout \d+: \d+ % of the ROI exposed
+out report: demo/report\.html
+file demo/report.html
+
+$ omentum demo --slow
+exit 2
+err-lines 1
+
+$ omentum retract --help
+exit 0
+out Examples:
