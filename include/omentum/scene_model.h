@@ -96,6 +96,7 @@ typedef struct OmModelDef {
     double smooth;        // voxels; default 1.2
     double edge;          // mean edge of the mesh, m
     double unit;          // m per unit of a mesh or surface file; default 0.001
+    bool remesh;  // mesh a volume mesh anew, through its distance field; default false: as it is
     bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;

@@ -18,6 +18,7 @@ static const OmCliOption option[] = {
     {"--close", NULL, "MM", "morphological closing by a ball of this radius (default 0)"},
     {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes (default 1.2)"},
     {"--no-refine", NULL, NULL, "keep the edge even where parts are thinner than it"},
+    {"--remesh", NULL, NULL, "mesh a volume mesh anew instead of using it as it is"},
     {"--unit", NULL, "mm|cm|m", "unit of a mesh or surface file (default mm)"},
     {"--sheet", NULL, "KEY=VALUE,...",
      "cover a side with fat: thickness, side, gap, bridge, length, width, corner, wrap (mm)"},
@@ -46,7 +47,7 @@ static void print_help(const OmCliArgs* args) {
         "medial, or x,y,z written x/y/z in RAS.\n"
         "\nExamples:\n"
         "  omentum model labels.nii.gz --label 5 --edge 6 -o liver\n"
-        "  omentum model breast.nhdr --label 1,2,29,33,88,95,125,150,225 --edge 5 -o breast\n"
+        "  omentum model breast.nhdr --label 1,2,29,33,40,88,95,125,150,225 --edge 5 -o breast\n"
         "  omentum model ct.nii.gz --window 150,3000 --all-parts --edge 4 -o bone\n"
         "  omentum model liver.stl --unit m --edge 5 -o liver\n"
         "  omentum model labels.nii.gz --label 3 --edge 4 --sheet thickness=8,side=lateral \\\n"
@@ -233,6 +234,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     def->close_radius = close * 1e-3;
     def->keep_all = om_cli_get(args, "--all-parts") != NULL;
     def->keep_holes = om_cli_get(args, "--keep-holes") != NULL;
+    def->remesh = om_cli_get(args, "--remesh") != NULL;
     def->refine = om_cli_get(args, "--no-refine") == NULL;
     if (unit) {
         bool is_m = strcmp(unit, "m") == 0, is_cm = strcmp(unit, "cm") == 0;

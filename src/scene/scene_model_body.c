@@ -198,7 +198,7 @@ static OmStatus mesh_field(const OmTetMesh* mesh, OmSdfDef def, OmSdf* sdf) {
 
 static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
     OM_TRY(om_tet_mesh_load(def->input, def->unit, &body->mesh));
-    body->has_mesh = true;
+    body->has_mesh = !def->remesh;
     body->volume_ref = om_tet_mesh_volume(&body->mesh);
     OmStatus status = check_size(def, body->mesh.x, body->mesh.nvert);
     if (status == OM_OK) status = mesh_field(&body->mesh, *sdf_def, &body->sdf);

@@ -32,6 +32,11 @@ $ omentum model surface/tissue.vtu --unit m -q -o mesh
 exit 0
 file mesh/patient.yaml
 
+# ... or meshed anew.
+$ omentum model surface/tissue.vtu --unit m --remesh --edge 8 -q -o coarse
+exit 0
+out edges [\d.]+ / [67]\.\d+ /
+
 # Wrong input: one sentence, an exit code, nothing written.
 $ omentum model ball.nrrd --label 3 -q -o none
 exit 3
