@@ -34,6 +34,7 @@ OmStatus bench_print(const BenchRow* row);
 void bench_times(double* time, int n, BenchRow* row);
 
 OmStatus bench_solve(const BenchOptions* options);  // bench_solve.c
+OmStatus bench_fem(const BenchOptions* options);    // bench_fem.c
 OmStatus bench_shape(const BenchOptions* options);  // bench_shape.c
 OmStatus bench_plan(const BenchOptions* options);   // bench_plan.c
 OmStatus bench_sense(const BenchOptions* options);  // bench_sense.c

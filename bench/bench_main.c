@@ -13,6 +13,7 @@ static const struct {
     BenchFn fn;
 } bench_table[] = {
     {"solve", bench_solve},
+    {"fem", bench_fem},
     {"shape", bench_shape},
     {"plan", bench_plan},
     {"sense", bench_sense},

@@ -1,0 +1,129 @@
+// bench_fem.c: the lift scenes: one end of a beam or a slab is fixed, the other goes up 2 cm in 1 s and
+// stays. 20 steps of warm-up, 200 timed. 25 CG iterations a step, and multigrid to 1e-3, from a zero guess.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+
+#define NWARM 20
+#define NSTEP 200
+
+static const struct {
+    const char* name;
+    double size[3];  // m
+    int cells[3];
+    bool is_quick;
+    double peer_ms;    // SOFA v26.06, its fastest corotational elements, 25 CG iterations, one core
+    double target_ms;  // to be reached with 1e-3
+} scene_table[] = {
+    {"beam", {0.1, 0.03, 0.03}, {15, 4, 4}, true, 0.68, 0},
+    {"beam", {0.1, 0.03, 0.03}, {19, 6, 6}, true, 1.77, 1},
+    {"beam", {0.1, 0.03, 0.03}, {36, 11, 11}, false, 11.8, 7},
+    {"beam", {0.1, 0.03, 0.03}, {67, 21, 21}, false, 80.5, 60},
+    {"slab", {0.12, 0.12, 0.005}, {15, 15, 1}, true, 0, 0},
+    {"slab", {0.12, 0.12, 0.005}, {26, 26, 1}, false, 0, 0},
+    {"slab", {0.12, 0.12, 0.005}, {38, 38, 3}, false, 0, 0},
+};
+#define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
+
+static OmStatus make_mesh(int k, OmTetMesh* mesh) {
+    const double* L = scene_table[k].size;
+    const int* n = scene_table[k].cells;
+    OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(L[0], L[1], L[2]), n[0], n[1], n[2], mesh));
+    int* vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
+    if (!vert) return OM_NO_MEMORY;
+    int count = 0;
+    for (int i = 0; i < mesh->nvert; ++i)
+        if (mesh->x[3 * i] < 1e-9) vert[count++] = i;
+    OmStatus status = om_tet_mesh_add_set(mesh, "attachment", vert, count);
+    om_free(vert);
+    return status;
+}
+
+// A tool that holds the whole end face: a sphere so large that it is flat there.
+static OmPose end_tool(int k, double lift, double* radius) {
+    const double* L = scene_table[k].size;
+    *radius = 1000;
+    OmPose pose = {om_vec3(L[0] + *radius - 1e-5, L[1] / 2, L[2] / 2 + lift), om_quat_identity()};
+    return pose;
+}
+
+static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, bool is_plain) {
+    OmTissueDef def = om_tissue_default_def(mesh);
+    def.gravity = om_vec3(0, 0, 0);
+    def.rayleigh_mass = 0;
+    def.solver.nworker = options->nworker;
+    def.solver.preconditioner = is_plain ? OM_BLOCK_JACOBI : OM_MULTIGRID;
+    def.solver.max_iterations = is_plain ? 25 : 200;
+    def.solver.tolerance = is_plain ? 0 : 1e-3;
+    OmTissueModel* m = NULL;
+    OmTissueState* s = NULL;
+    OmTissueWork* w = NULL;
+    OmStatus status = OM_OK;
+    double* time = om_alloc((size_t)options->nrun, NSTEP * sizeof *time);
+    double iterations = 0, residual = 0, radius;
+    if (!time) return OM_NO_MEMORY;
+    OM_TRY_DONE(om_tissue_create(&def, &m));
+    OM_TRY_DONE(om_tissue_create_state(m, &s));
+    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    const double h = 0.02;
+    int ntime = 0;
+    for (int run = 0; run < options->nrun; ++run) {
+        om_tissue_reset(m, s);
+        OM_TRY_DONE(om_tissue_grasp(m, s, 0, end_tool(k, 0, &radius), 1000, NULL));
+        for (int step = 0; step < NWARM + NSTEP; ++step) {
+            double lift = 0.02 * fmin(1, fmax(0, (step + 1 - NWARM) * h));
+            OM_TRY_DONE(om_tissue_move_grasp(s, 0, end_tool(k, lift, &radius)));
+            OmTissueReport report;
+            double start = om_clock_now();
+            OM_TRY_DONE(om_tissue_step(m, s, w, h, &report));
+            if (step < NWARM) continue;
+            time[ntime++] = om_clock_now() - start;
+            iterations += report.iterations;
+            residual = fmax(residual, report.residual);
+        }
+    }
+    char scene[64];
+    const int* n = scene_table[k].cells;
+    snprintf(scene, sizeof scene, "lift %s %dx%dx%d", scene_table[k].name, n[0], n[1], n[2]);
+    BenchRow row = {
+        .bench = "fem",
+        .scene = scene,
+        .work = is_plain ? "step, 25 block-Jacobi iterations" : "step, multigrid to 1e-3",
+        .size = mesh->ntet,
+        .nworker = options->nworker,
+        .steps = NSTEP,
+        .reference = is_plain && scene_table[k].peer_ms > 0
+                         ? "SOFA v26.06, fastest corotational, 25 CG iterations, one core"
+                     : !is_plain && scene_table[k].target_ms > 0 ? "to reach"
+                                                                 : NULL,
+        .reference_ms = is_plain ? scene_table[k].peer_ms : scene_table[k].target_ms,
+        .iterations = iterations / ntime,
+        .residual = residual,
+        .bytes_per_element = (double)om_tissue_memory(m, w) / mesh->ntet,
+        .hash = om_tissue_hash(s)};
+    bench_times(time, ntime, &row);
+    row.nrun = options->nrun;
+    row.worst_ms = 1e3 * time[ntime - 1];
+    status = bench_print(&row);
+done:
+    om_tissue_destroy_work(w);
+    om_tissue_destroy_state(s);
+    om_tissue_destroy(m);
+    om_free(time);
+    return status;
+}
+
+OmStatus bench_fem(const BenchOptions* options) {
+    for (int k = 0; k < NSCENE; ++k) {
+        if (options->is_quick && !scene_table[k].is_quick) continue;
+        OmTetMesh mesh;
+        OmStatus status = make_mesh(k, &mesh);
+        for (int plain = 1; plain >= 0 && status >= 0; --plain)
+            status = measure(k, &mesh, options, plain);
+        om_tet_mesh_done(&mesh);
+        if (status < 0) return status;
+    }
+    return OM_OK;
+}
