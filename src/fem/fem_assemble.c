@@ -11,23 +11,23 @@
 typedef float V4 __attribute__((vector_size(16)));
 typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
 
-static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
-static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
-static inline V4 splat(float f) {
+OM__INLINE V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
+OM__INLINE void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
+OM__INLINE V4 splat(float f) {
     V4 v = {f, f, f, f};
     return v;
 }
 
 // sum += b p^T, a column at a time.
-static inline void add_outer(float* sum, V4 b, const float* p) {
+OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
     store4(sum, load4(sum) + b * splat(p[0]));
     store4(sum + 4, load4(sum + 4) + b * splat(p[1]));
     store4(sum + 8, load4(sum + 8) + b * splat(p[2]));
 }
 
 // Sums of a row over the elements of its vertex; the elastic entry of b is returned.
-static inline V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_mixed, float* S,
-                            float* rS) {
+OM__INLINE V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_mixed, float* S,
+                         float* rS) {
     V4 f = splat(0);
     for (int n = fem->visit_adr[i]; n < fem->visit_adr[i + 1]; ++n) {
         const OmFemVisit* visit = &fem->visit[n];
@@ -45,7 +45,7 @@ static inline V4 gather_row(const OmFem* fem, const float* turned, int i, bool i
 }
 
 // r S + S^T + tr(S) I, by columns.
-static inline void write_block(float* out, const float* S, const float* rS, float r) {
+OM__INLINE void write_block(float* out, const float* S, const float* rS, float r) {
     float trace = S[0] + S[5] + S[10];
     for (int c = 0; c < 3; ++c)
         for (int k = 0; k < 3; ++k) out[3 * c + k] = r * rS[4 * c + k] + S[4 * k + c];
@@ -64,7 +64,7 @@ typedef struct Rows {
 } Rows;
 
 // Mass, its damping, weight, external forces and the spring of an attachment.
-static inline void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagonal) {
+OM__INLINE void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagonal) {
     const OmTissueModel* m = rows->m;
     const OmTissueState* s = rows->s;
     double h = rows->h, mass = m->mass[i], alpha = m->def.rayleigh_mass;
@@ -83,7 +83,7 @@ static inline void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagon
     om_store3(rows->w->b, i, om_madd(b, h, push));
 }
 
-static inline void write_rows(const Rows* rows, bool is_mixed, float* S, int begin, int end) {
+OM__INLINE void write_rows(const Rows* rows, bool is_mixed, float* S, int begin, int end) {
     const OmFem* fem = rows->fem;
     const OmBsr* A = &rows->w->A;
     float* rS = is_mixed ? S + 12 * (size_t)fem->max_row : S;

@@ -10,6 +10,13 @@
 #include "base/base_multiversion.h"
 #include "tissue/tissue_engine.h"
 
+// Inlined into each clone of a multiversioned function, so that it is compiled for its processor.
+#if defined(__GNUC__)
+#define OM__INLINE static inline __attribute__((always_inline))
+#else
+#define OM__INLINE static inline
+#endif
+
 #define OM__LANE 16
 #define OM__TURNED 28  // floats an element leaves for the second pass
 

@@ -24,7 +24,7 @@
 typedef float Lanes[OM__LANE];
 
 // Edges of the elements and their rates, as floats: differences are taken in double.
-static void gather_edges(const OmFemTurn* t, const OmFemBatch* batch, Lanes d[9], Lanes w[9]) {
+OM__INLINE void gather_edges(const OmFemTurn* t, const OmFemBatch* batch, Lanes d[9], Lanes w[9]) {
     for (int l = 0; l < OM__LANE; ++l) {
         const double *x0 = t->x + 3 * (size_t)batch->vert[0][l],
                      *v0 = t->v + 3 * (size_t)batch->vert[0][l];
@@ -40,8 +40,8 @@ static void gather_edges(const OmFemTurn* t, const OmFemBatch* batch, Lanes d[9]
 }
 
 // F, and F' = F + lag dF/dt, by columns.
-static inline void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9], Lanes w[9],
-                                  Lanes F[9], Lanes G[9]) {
+OM__INLINE void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9], Lanes w[9],
+                               Lanes F[9], Lanes G[9]) {
     for (int l = 0; l < OM__LANE; ++l)
         for (int c = 0; c < 3; ++c) {
             float g0 = batch->grad[c][l], g1 = batch->grad[3 + c][l], g2 = batch->grad[6 + c][l];
@@ -55,7 +55,7 @@ static inline void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9]
 }
 
 // R of every lane; is_bad where it needs the SVD.
-static inline void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) {
+OM__INLINE void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) {
     for (int l = 0; l < OM__LANE; ++l) {
         float a[9], cof[9], C[9];
         float norm2 = 1e-30F;
@@ -77,7 +77,7 @@ static inline void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) 
             float f2 = f * f;
             float p = (f2 - 6.0F) * f2 - 8.0F * J * f + constant;
             float dp = 4.0F * ((f2 - 3.0F) * f - 2.0F * J);
-            step = p / fmaxf(dp, 1e-3F);
+            step = p / (dp > 1e-3F ? dp : 1e-3F);
             f -= step;
         }
         for (int c = 0; c < 3; ++c)
@@ -85,7 +85,7 @@ static inline void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) 
                 C[3 * c + r] =
                     a[3 * c] * a[3 * r] + a[3 * c + 1] * a[3 * r + 1] + a[3 * c + 2] * a[3 * r + 2];
         float gap = (f * f - 3.0F) * f - 2.0F * J;
-        float inv = 1.0F / fmaxf(gap, MIN_GAP);
+        float inv = 1.0F / (gap > MIN_GAP ? gap : MIN_GAP);
         float kF = (f * f + 3.0F) * inv, kcof = 2.0F * f * inv, kC = -2.0F * inv;
         for (int c = 0; c < 3; ++c)
             for (int r = 0; r < 3; ++r)
@@ -112,8 +112,8 @@ static void repair_rotations(Lanes F[9], Lanes R[9], const int is_bad[OM__LANE])
 
 // What the second pass needs: 16 floats of gradients, 12 of stress columns; the fourth of each is rubbish
 // but for the first stress column, where it is lambda / mu.
-static inline void make_turned(const OmFemTurn* t, const OmFemBatch* batch, Lanes R[9], Lanes G[9],
-                               Lanes out[OM__TURNED]) {
+OM__INLINE void make_turned(const OmFemTurn* t, const OmFemBatch* batch, Lanes R[9], Lanes G[9],
+                            Lanes out[OM__TURNED]) {
     for (int l = 0; l < OM__LANE; ++l) {
         float k = t->scale * batch->root[l];
         for (int r = 0; r < 3; ++r) {
