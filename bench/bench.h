@@ -16,11 +16,12 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     const char* work;      // what was computed
     int64_t size;          // elements, frames, states ...
     int nworker, steps, nrun;
-    double min_ms, median_ms;     // of one step, over the runs
-    double worst_ms;              // where it matters, as in planning
-    const char* reference;        // what the ratio compares with
-    double reference_ms;          // its time; printed with ratio = reference_ms / min_ms,
-                                  // or / median_ms where worst_ms is given
+    double min_ms, median_ms;  // of one step, over the runs
+    double worst_ms;           // where it matters, as in planning
+    const char* reference;     // what the ratio compares with
+    double reference_ms;       // its time; printed with ratio = reference_ms / min_ms,
+                               // or / median_ms where worst_ms is given
+    double goal_ms;  // to be reached on the reference machine; goal_ratio = goal_ms / the same
     double iterations, residual;  // means over the steps, worst over the steps
     double bytes_per_element;
     uint64_t hash;  // of the final state

@@ -12,11 +12,8 @@ static const struct {
     const char* name;
     BenchFn fn;
 } bench_table[] = {
-    {"solve", bench_solve},
-    {"fem", bench_fem},
-    {"shape", bench_shape},
-    {"plan", bench_plan},
-    {"sense", bench_sense},
+    {"solve", bench_solve}, {"fem", bench_fem},     {"shape", bench_shape},
+    {"plan", bench_plan},   {"sense", bench_sense},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
@@ -39,6 +36,10 @@ OmStatus bench_print(const BenchRow* row) {
         om_json_string(&json, "reference", row->reference);
         om_json_number(&json, "reference_ms", row->reference_ms);
         om_json_number(&json, "ratio", compared_ms > 0 ? row->reference_ms / compared_ms : 0);
+    }
+    if (row->goal_ms > 0) {
+        om_json_number(&json, "goal_ms", row->goal_ms);
+        om_json_number(&json, "goal_ratio", compared_ms > 0 ? row->goal_ms / compared_ms : 0);
     }
     if (row->iterations > 0) om_json_number(&json, "iterations", row->iterations);
     if (row->residual > 0) om_json_number(&json, "residual", row->residual);
