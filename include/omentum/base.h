@@ -196,7 +196,8 @@ OM_API double om_rng_normal(OmRng* rng);
 
 // ---- parallel loops ---------------------------------------------------------------------------
 
-/// Worker counts: 0 means one per processor. More than OM_MAX_WORKER is cut to it.
+/// Worker counts: 0 means one per processor, and fewer while the machine is crowded: no result depends on it.
+/// More than OM_MAX_WORKER is cut to it.
 #define OM_MAX_WORKER 64
 OM_API int om_worker_count(int requested);
 

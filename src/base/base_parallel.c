@@ -4,6 +4,10 @@
 // libgomp). Work is cut into blocks that do not depend on the worker count, so results that are reduced
 // in block order have the same bytes with one worker or many. A team's barrier spins for some thousand
 // turns before it yields: the loops of a CG iteration last microseconds, and a futex costs more.
+//
+// On a crowded machine a team waits at every barrier for a member that is not being run: two workers on two
+// busy processors were twenty times slower than one. A yield that takes as long as a slice of the scheduler
+// tells; then "one per processor" means one for a while, which no result can show.
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
@@ -14,7 +18,10 @@
 #include <omp.h>
 #endif
 
-#define SPIN_LIMIT 20000
+#define SPIN_LIMIT 4000       // some hundred microseconds
+#define SLICE 0.5e-3          // s: a yield that long let somebody else run
+#define CROWDED_FOR 0.25      // s that teams stay single, doubled while the crowd is still there
+#define CROWDED_FOR_MOST 4.0  // s
 
 struct OmTeam {
     int size;
@@ -29,6 +36,39 @@ int om_worker_count(int requested) {
     }
     return requested < OM_MAX_WORKER ? requested : OM_MAX_WORKER;
 }
+
+// ---- a crowded machine ----------------------------------------------------------------------------------
+
+static _Atomic double crowded_until;  // om_clock_now at which teams are tried again
+static _Atomic double crowded_for;    // s of the last retreat
+
+static void note_crowd(double now) {
+    double until = atomic_load_explicit(&crowded_until, memory_order_relaxed);
+    double last = atomic_load_explicit(&crowded_for, memory_order_relaxed);
+    if (now < until) return;
+    bool is_new = now > until + CROWDED_FOR_MOST;
+    double next = is_new || last == 0 ? CROWDED_FOR : 2 * last;
+    next = next < CROWDED_FOR_MOST ? next : CROWDED_FOR_MOST;
+    atomic_store_explicit(&crowded_for, next, memory_order_relaxed);
+    atomic_store_explicit(&crowded_until, now + next, memory_order_relaxed);
+}
+
+// As asked for, but one where the count was left to us and the machine has no room.
+static int team_size(int requested) {
+    int size = om_worker_count(requested);
+    if (requested > 0 || size == 1) return size;
+    double until = atomic_load_explicit(&crowded_until, memory_order_relaxed);
+    return until > 0 && om_clock_now() < until ? 1 : size;
+}
+
+static void yield(void) {
+    double begin = om_clock_now();
+    sched_yield();
+    double end = om_clock_now();
+    if (end - begin > SLICE) note_crowd(end);
+}
+
+// ---- barriers -------------------------------------------------------------------------------------------
 
 static inline void pause_briefly(void) {
 #if defined(__x86_64__) || defined(__i386__)
@@ -49,7 +89,7 @@ void om_team_barrier(OmTeam* team) {
         if (spin < SPIN_LIMIT)
             pause_briefly();
         else
-            sched_yield();
+            yield();
     }
 }
 
@@ -58,7 +98,7 @@ void om_team_barrier(OmTeam* team) {
 #ifdef OM_WITH_OPENMP
 
 void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
-    OmTeam team = {.size = om_worker_count(nworker)};
+    OmTeam team = {.size = team_size(nworker)};
     if (team.size == 1 || omp_in_parallel()) {  // no teams within teams
         team.size = 1;
         fn(ctx, &team, 0, 1);
@@ -104,7 +144,7 @@ static void* run_gated(void* arg) {
 }
 
 void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
-    int wanted = is_in_team ? 1 : om_worker_count(nworker);
+    int wanted = is_in_team ? 1 : team_size(nworker);
     OmTeam team = {.size = 1};
     pthread_t thread[OM_MAX_WORKER];
     Gate gate[OM_MAX_WORKER];
@@ -150,6 +190,6 @@ void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx) {
     if (n <= 0) return;
     if (grain < 1) grain = 1;
     Loop loop = {.fn = fn, .ctx = ctx, .n = n, .grain = grain};
-    int worker = om_worker_count(nworker), nblock = om_block_count(n, grain);
+    int worker = team_size(nworker), nblock = om_block_count(n, grain);
     om_parallel_team(worker < nblock ? worker : nblock, run_loop, &loop);
 }

@@ -127,7 +127,7 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->nworker = m->def.solver.nworker;
     fw->row_size = (size_t)fem->max_row * 24 + 16;
     fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, OM__TURNED * sizeof(float));
-    fw->row = om_calloc((size_t)fw->nworker * fw->row_size, sizeof(float));
+    fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
     return fw->turned && fw->row ? OM_OK : OM_NO_MEMORY;
 }
 
@@ -138,7 +138,7 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
            nbatch * OM__LANE * OM__TURNED * sizeof(float) +
-           (size_t)fw->nworker * fw->row_size * sizeof(float);
+           (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
 
 extern const OmTissueEngine om__engine_fem;

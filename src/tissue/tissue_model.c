@@ -152,7 +152,6 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     OmStatus status = OM_OK;
     m->def = *def;
     m->def.material = NULL;
-    m->def.solver.nworker = om_worker_count(def->solver.nworker);
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
     m->def.mesh = &m->mesh;
     m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
