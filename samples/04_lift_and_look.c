@@ -46,12 +46,30 @@ static OmStatus make_tissue(Field* f) {
     return om_contact_create(&ground, f->model, &f->contact);
 }
 
+static OmStatus add_square(OmSenseScene* scene, OmVec3 centre, double half,
+                           const OmSenseLook* look) {
+    OmSurface square;
+    int id;
+    OmStatus status = om_surface_init(&square, 4, 2);
+    if (status != OM_OK) return status;
+    for (int i = 0; i < 4; ++i)
+        om_store3(square.x, i, om_madd(centre, half, om_vec3(i % 2 ? 1 : -1, i / 2 ? 1 : -1, 0)));
+    memcpy(square.tri_vert, (int[6]){0, 1, 3, 0, 3, 2}, 6 * sizeof(int));
+    status = om_sense_scene_add(scene, &square, look, &id);
+    om_surface_done(&square);
+    return status;
+}
+
 static OmStatus make_scene(Field* f) {
     const OmSenseLook look = {
-        .red = 0.9, .green = 0.75, .blue = 0.5, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
+        .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
+    const OmSenseLook paint = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
+    const OmSenseLook magenta = {.red = 0.85, .green = 0.08, .blue = 0.55};
     OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->skin, &f->skin_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
     if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->skin, &look, &f->skin_id);
+    if (status == OM_OK) status = add_square(f->scene, om_vec3(0.04, 0.04, -1e-4), 0.1, &paint);
+    if (status == OM_OK) status = add_square(f->scene, om_vec3(0.06, 0.06, 1e-4), 0.005, &magenta);
     return status;
 }
 
@@ -93,6 +111,7 @@ static OmStatus lift(Field* f) {
 static OmStatus take_picture(const Field* f, const OmCamera* camera, const char* path) {
     OmPicture picture;
     OmSenseOptions options = om_sense_default_options();
+    options.samples = 2;  // smooth outlines
     OmStatus status = om_picture_init(&picture, camera->width, camera->height, 3);
     if (status != OM_OK) return status;
     status = om_sense_render(f->scene, camera, &options, &picture);
@@ -102,10 +121,9 @@ static OmStatus take_picture(const Field* f, const OmCamera* camera, const char*
 }
 
 int main(void) {
-    Field f;
-    memset(&f, 0, sizeof f);
-    // a camera at the free corner's side, looking down at 45 degrees: z forward, x right, y down
-    OmVec3 eye = om_vec3(0.16, 0.16, 0.10), target = om_vec3(0.055, 0.055, 0);
+    Field f = {0};
+    // a camera on the side of the free corner: z forward, x right, y down
+    OmVec3 eye = om_vec3(0.15, 0.15, 0.09), target = om_vec3(0.05, 0.05, 0);
     OmCamera camera = {om_pose_look_at(eye, target, om_vec3(0, 0, 1)), 320, 240, 0.7, 0.01, 1};
     double before = 0, after = 0;
 
