@@ -57,10 +57,12 @@ typedef struct OmSdf {  // om_sdf_done frees
 
 typedef struct OmSdfDef {
     int cookie;
-    double spacing;    // grid step, m, > 0; no default
-    double margin;     // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
-    double smooth;     // masks: width of the Gaussian, voxels, 0.5-3; default 1.2
-    int iterations;    // masks: rounds of volume correction, 0-100; default 8
+    double spacing;  // grid step, m, > 0; no default
+    double margin;   // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
+    double smooth;   // masks: width of the Gaussian, voxels, 0.5-3; default 1.2
+    int iterations;  // masks: rounds of volume correction, 0-100; default 8
+    bool
+        is_raw;  // functions: keep their values, measure no distances: for a contour; default false
     int64_t max_node;  // larger grids are refused; default 2e8
 } OmSdfDef;
 

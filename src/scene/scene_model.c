@@ -13,7 +13,10 @@
 
 #define VOLUME_GOAL 0.001  // the shift of the level stops here
 #define VOLUME_LIMIT 0.02  // above it edges are refined, or a warning is given
+#define MAX_SHIFT 5        // of the level at one edge
 #define MAX_REFINE 4       // steps of 0.8
+#define MAX_TET 2e7        // larger meshes are refused before they are begun
+#define TET_DENSITY 10.5   // elements in a cube of one edge, measured on organs
 
 void om__model_warn(OmModelReport* report, const char* format, ...) {
     size_t len = strlen(report->warning);
@@ -138,8 +141,8 @@ static OmStatus boundary_area(const OmTetMesh* mesh, double* area) {
 }
 
 // Mesh at one edge length; *error is what remains of the volume error.
-static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, OmTetMesh* mesh, double* level,
-                             double* error) {
+static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgress* progress,
+                             OmTetMesh* mesh, double* level, double* error) {
     OmStuffDef def = om_stuff_default_def(edge, task->fn, task->ctx, task->lo, task->hi);
     def.nworker = task->nworker;
     *level = 0;
@@ -147,11 +150,12 @@ static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, OmTetMesh* mes
         double area;
         def.level = *level;
         if (task->level) *task->level = *level;
+        OM_TRY(om_progress_report(progress, "meshing", it, MAX_SHIFT));
         OM_TRY(om_tet_mesh_stuff(&def, mesh));
         OmStatus status = om_tet_mesh_keep_parts(mesh, task->min_share, NULL, NULL);
         double volume = om_tet_mesh_volume(mesh);
         *error = task->volume > 0 ? fabs(volume / task->volume - 1) : 0;
-        if (status == OM_OK && *error > VOLUME_GOAL && it < 5) {
+        if (status == OM_OK && *error > VOLUME_GOAL && it < MAX_SHIFT) {
             status = boundary_area(mesh, &area);
             double step = area > 0 ? (task->volume - volume) / area : 0;
             double next = fmax(-0.5 * edge, fmin(0.5 * edge, *level + step));
@@ -169,13 +173,17 @@ static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, OmTetMesh* mes
 OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
                               OmModelReport* report) {
     double edge = task->edge, best = HUGE_VAL;
+    double ntet = TET_DENSITY * task->volume / (edge * edge * edge);  // edge > 0 by check_def
     OmStatus last = OM_OK;
     memset(mesh, 0, sizeof *mesh);
+    OM_CHECK(ntet < MAX_TET, OM_INVALID,
+             "an edge of %.3g mm would make %.0f million tetrahedra, above %.0f million: use a "
+             "larger edge",
+             edge * 1e3, ntet * 1e-6, MAX_TET * 1e-6);
     for (int step = 0; step <= (task->refine ? MAX_REFINE : 0); step++, edge *= 0.8) {
         OmTetMesh trial;
         double level = 0, error = 0;
-        OM_TRY(om_progress_report(progress, "meshing", step, MAX_REFINE));
-        last = mesh_at_edge(task, edge, &trial, &level, &error);
+        last = mesh_at_edge(task, edge, progress, &trial, &level, &error);
         if (last == OM_INVALID) continue;  // thinner than this edge: the next may hold it
         if (last < 0) break;
         if (error < best) {

@@ -404,6 +404,7 @@ done:
 // Volume of the sheet's level set, from a fine contour.
 static OmStatus sheet_volume(Sheet* sheet, OmVec3 lo, OmVec3 hi, double* volume) {
     OmSdfDef def = om_sdf_default_def(sheet->def->edge / 3);
+    def.is_raw = true;
     OmSdf fine;
     OmSurface s;
     OM_TRY(om_sdf_from_function(sheet_fn, sheet, lo, hi, &def, &fine));

@@ -367,7 +367,7 @@ OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi, con
                               OmSdf* sdf) {
     OM_TRY(om__sdf_grid(def, lo, hi, sdf));
     om__sdf_sample(sdf, fn, ctx);
-    OmStatus status = om__sdf_redistance(sdf, 0);
+    OmStatus status = def->is_raw ? OM_OK : om__sdf_redistance(sdf, 0);
     if (status < 0) om_sdf_done(sdf);
     return status;
 }
