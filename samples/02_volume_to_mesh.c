@@ -2,7 +2,8 @@
 //
 //     02_volume_to_mesh [labels.nii.gz [label]]      without arguments, of an ellipsoid made here
 //
-// The steps of `omentum model`, one by one: voxels, mask, distance field, surface, mesh, quality, file.
+// The steps of `omentum model`, one by one: voxels, mask, distance field, mesh, quality, file. Writes
+// 02_volume_to_mesh.vtu, which ParaView opens.
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -72,6 +73,7 @@ int main(int argc, char** argv) {
     if (status == OM_OK) status = make_mask(&volume, argc > 2 ? atoi(argv[2]) : 1, &mask);
     if (status == OM_OK) status = make_mesh(&mask, &mesh);
     if (status == OM_OK) status = om_tet_mesh_quality(&mesh, &quality);
+    if (status == OM_OK) status = om_tet_mesh_save(&mesh, "02_volume_to_mesh.vtu", OM_UNIT_M);
     if (status == OM_OK)
         print_quality(&mask, &quality);
     else
