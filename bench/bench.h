@@ -23,6 +23,7 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
                                // or / median_ms where worst_ms is given
     double goal_ms;  // to be reached on the reference machine; goal_ratio = goal_ms / the same
     double iterations, residual;  // means over the steps, worst over the steps
+    double solves;                // linear solves a step
     double bytes_per_element;
     uint64_t hash;  // of the final state
 } BenchRow;
@@ -34,10 +35,11 @@ OmStatus bench_print(const BenchRow* row);
 /// Least and median of n times in s, as ms; sorts them.
 void bench_times(double* time, int n, BenchRow* row);
 
-OmStatus bench_solve(const BenchOptions* options);  // bench_solve.c
-OmStatus bench_fem(const BenchOptions* options);    // bench_fem.c
-OmStatus bench_shape(const BenchOptions* options);  // bench_shape.c
-OmStatus bench_plan(const BenchOptions* options);   // bench_plan.c
-OmStatus bench_sense(const BenchOptions* options);  // bench_sense.c
+OmStatus bench_solve(const BenchOptions* options);    // bench_solve.c
+OmStatus bench_fem(const BenchOptions* options);      // bench_fem.c
+OmStatus bench_contact(const BenchOptions* options);  // bench_contact.c
+OmStatus bench_shape(const BenchOptions* options);    // bench_shape.c
+OmStatus bench_plan(const BenchOptions* options);     // bench_plan.c
+OmStatus bench_sense(const BenchOptions* options);    // bench_sense.c
 
 #endif

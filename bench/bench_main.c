@@ -12,8 +12,8 @@ static const struct {
     const char* name;
     BenchFn fn;
 } bench_table[] = {
-    {"solve", bench_solve}, {"fem", bench_fem},     {"shape", bench_shape},
-    {"plan", bench_plan},   {"sense", bench_sense},
+    {"solve", bench_solve}, {"fem", bench_fem},   {"contact", bench_contact},
+    {"shape", bench_shape}, {"plan", bench_plan}, {"sense", bench_sense},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
@@ -42,6 +42,7 @@ OmStatus bench_print(const BenchRow* row) {
         om_json_number(&json, "goal_ratio", compared_ms > 0 ? row->goal_ms / compared_ms : 0);
     }
     if (row->iterations > 0) om_json_number(&json, "iterations", row->iterations);
+    if (row->solves > 0) om_json_number(&json, "solves", row->solves);
     if (row->residual > 0) om_json_number(&json, "residual", row->residual);
     if (row->bytes_per_element > 0)
         om_json_number(&json, "bytes_per_element", row->bytes_per_element);
