@@ -31,7 +31,7 @@ typedef struct OmBody OmBody;
 
 typedef struct OmBodyForces {     // N; world frame
     OmVec3 grasp[OM_WORLD_NARM];  // force the tool exerts on the patch it holds
-    OmVec3 pull[OM_WORLD_NARM];   // the same less the weight that the ground does not carry
+    OmVec3 pull[OM_WORLD_NARM];   // the same less the weight taken over from the ground
     OmVec3 attachment;            // of what the tissue is attached to, on the tissue
     OmVec3 contact;               // of ground and organ, on the tissue
     OmVec3 weight;                // of the tissue

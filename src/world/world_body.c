@@ -14,6 +14,8 @@ struct OmBody {
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
+    OmVec3 ground_at_rest;  // N, what the ground bore before the tissue was first grasped
+    bool has_ground_at_rest;
 };
 
 static OmStatus create_contact(const OmSite* site, OmBody* body) {
@@ -68,6 +70,12 @@ void om_body_destroy(OmBody* b) {
 }
 
 OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld) {
+    if (!b->has_ground_at_rest) {
+        OmTissueForces f;
+        OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
+        b->ground_at_rest = f.contact;
+        b->has_ground_at_rest = true;
+    }
     return om_tissue_grasp(b->model, b->state, arm, tip, radius, nheld);
 }
 OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
@@ -98,20 +106,17 @@ const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
 const OmSite* om_body_site(const OmBody* b) { return b->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_hash(b->state); }
 
-// The weight that tools and attachments carry is what the ground does not; pull is the grasp less that.
+// A tool carries the weight that the ground no longer bears; pull is the grasp less that. Two tools share it.
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OmTissueForces f;
     OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
-    OmVec3 carried = om_add(f.weight, f.contact);
+    OmVec3 carried = om_sub(b->ground_at_rest, f.contact);
+    bool is_shared = om_body_is_holding(b, 0) && om_body_is_holding(b, 1);
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         forces->grasp[a] = f.grasp[a];
-        forces->pull[a] = om_body_is_holding(b, a) ? om_add(f.grasp[a], carried) : om_vec3(0, 0, 0);
-    }
-    // Two arms: each carries the weight the other does not.
-    if (om_body_is_holding(b, 0) && om_body_is_holding(b, 1)) {
-        for (int a = 0; a < OM_WORLD_NARM; ++a) {
-            forces->pull[a] = om_madd(f.grasp[a], 0.5, carried);
-        }
+        forces->pull[a] = om_vec3(0, 0, 0);
+        if (om_body_is_holding(b, a))
+            forces->pull[a] = om_madd(f.grasp[a], is_shared ? -0.5 : -1.0, carried);
     }
     forces->attachment = f.attachment;
     forces->contact = f.contact;

@@ -128,6 +128,8 @@ static void test_lifting_and_letting_go(void** state) {
     OmBodyForces forces;
     assert_ok(om_body_get_forces(truth, &forces));
     assert_true(forces.grasp[0].z > 0.02);
+    // The pull is less than the grasp by what the ground no longer bears.
+    assert_true(om_norm(forces.pull[0]) < om_norm(forces.grasp[0]));
     // At rest the forces on the tissue are in balance, to what still moves.
     OmVec3 sum =
         om_add(om_add(forces.grasp[0], forces.attachment), om_add(forces.contact, forces.weight));
@@ -144,6 +146,39 @@ static void test_lifting_and_letting_go(void** state) {
         highest = fmax(highest, om_load3(om_body_x(truth), i).z);
     assert_below(highest, 0.0065);
     teardown(&f);
+}
+
+// A sheet that nothing holds: lifted off the board it pulls at nothing, and the tool carries its weight.
+static void test_free_tissue_is_carried_without_pull(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    OmSite site;
+    OmBody* body;
+    OmBodyReport report;
+    OmBodyForces forces;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    int nset = site.mesh.nset;
+    site.mesh.nset = 0;  // forget what is attached, and everything else
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
+    OmPose tip = {om_vec3(0, 0, 0.005), om_quat_identity()};
+    assert_ok(om_body_grasp(body, 0, tip, 0.012, NULL));
+    assert_ok(om_body_get_forces(body, &forces));
+    assert_near(om_norm(forces.pull[0]), 0, 1e-3);
+    for (int i = 0; i < 400; ++i) {
+        tip.p.z = fmin(0.15, tip.p.z + 0.001);
+        assert_ok(om_body_move(body, 0, tip));
+        assert_ok(om_body_step(body, 0.02, &report));
+    }
+    assert_ok(om_body_get_forces(body, &forces));
+    double weight = om_norm(forces.weight);
+    assert_near_rel(weight, 0.12 * 0.12 * 0.005 * 1000 * 9.81, 1e-6);
+    assert_near(om_norm(forces.contact), 0, 1e-9);
+    assert_near(forces.grasp[0].z, weight, 0.02 * weight);  // what still swings
+    assert_near(om_norm(forces.pull[0]), 0, 0.02 * weight);
+    om_body_destroy(body);
+    site.mesh.nset = nset;
+    om_site_done(&site);
 }
 
 static void test_jaws_close_on_air(void** state) {
@@ -285,6 +320,7 @@ int main(void) {
         cmocka_unit_test(test_unreachable_goals_are_refused),
         cmocka_unit_test(test_every_grasping_point_is_in_reach),
         cmocka_unit_test(test_lifting_and_letting_go),
+        cmocka_unit_test(test_free_tissue_is_carried_without_pull),
         cmocka_unit_test(test_jaws_close_on_air),
         cmocka_unit_test(test_hidden_at_first),
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
