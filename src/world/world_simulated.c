@@ -185,7 +185,8 @@ static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
     OM_TRY(om_tet_mesh_boundary(&site->mesh, &w->tissue, &w->tissue_vert));
-    OmSenseLook fat = {.red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.5, .is_smooth = true};
+    OmSenseLook fat = {
+        .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.5, .is_smooth = true, .grain = 0.08};
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     w->roi_id = -1;
     if (site->roi.ntri > 0) {
