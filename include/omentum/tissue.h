@@ -91,7 +91,8 @@ OM_API double* om_tissue_external_force(OmTissueState* state);
 
 /// Hold other vertices from now on, in no particular order; each is drawn to its anchor.
 /// @param anchor  (nvert x 3) of the attached vertices in that order; null: their rest positions
-/// @return OM_OK; OM_INVALID (index, or a value that is not finite; state unchanged)
+/// @return OM_OK; OM_INVALID (index, a value that is not finite, or a vertex to be held still that an
+///         arm holds; state unchanged)
 OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueState* state,
                                          int nvert, const int* vert, const double* anchor);
 /// Nonzero where attached (nvert).

@@ -73,6 +73,10 @@ OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int 
                  "tissue: attached vertex %d is not one of the mesh's %d", vert[k], m->mesh.nvert);
         OM_CHECK(!anchor || om_is_finite3(om_load3(anchor, k)), OM_INVALID,
                  "tissue: anchor of vertex %d is not finite", vert[k]);
+        int arm = om__state_held_by(s)[vert[k]];
+        OM_CHECK(arm < 0 || om__is_spring(m), OM_INVALID,
+                 "tissue: vertex %d cannot be attached, arm %d holds it; release it first", vert[k],
+                 arm);
     }
     memset(om__state_attached(s), 0, (size_t)m->mesh.nvert);
     double* a = om__state_array(s, OM__ANCHOR);
