@@ -11,7 +11,8 @@ typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     double goal;      // m, the gap that is asked for at its end, <= 0
     double k;         // N/m
     double push;      // N, normal force of the last solve
-    double drag;      // N s/m, friction of the last solve
+    double drag;      // N s/m, friction in the next solve
+    double was_drag;  // N s/m, in the last solve
     bool is_active;   //
     bool was_let_go;  // left the active set in this step
 } OmContactPair;
