@@ -97,7 +97,7 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
 typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points; default 5
     double
-        force_threshold;  // N, epsilon of Alg. 4; default 1.55, the sheet's; calibrated per scene
+        force_threshold;  // N, epsilon of Alg. 4; default 1.97, the sheet's; calibrated per scene
     double max_height;    // m; default 50 mm
     double pull_step;     // m; default 10 mm
     double visibility;    // share that counts as exposed; default 0.8
