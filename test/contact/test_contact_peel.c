@@ -53,8 +53,8 @@ static Peel peel(double tolerance) {
 }
 
 // The sheet weighs 0.71 N and its resultant goes from about 0.6 to 0.3 N and back within 2 s, 0.003 N a step.
-// A row of 11 vertices that leaves or lands carries 0.06 N. When residuals were measured against the
-// penalties of moving vertices, the resultant jumped by 4 N for a tick.
+// A row of 11 vertices that leaves or lands carries 0.06 N. When residuals were measured against the penalties
+// of moving vertices, the resultant jumped by 0.11 N here at a tolerance of 1e-3, by 4 N on finer sheets.
 static void test_peel(void** context) {
     (void)context;
     double tolerance[2] = {1e-3, 1e-5};
@@ -64,7 +64,7 @@ static void test_peel(void** context) {
             "tolerance %g: contact at most %.3f N, changes by at most %.4f N a step, deepest %.3g m, %d steps "
             "unsettled\n",
             tolerance[k], p.most, p.jump, p.deepest, p.nunsettled);
-        assert_below(p.jump, 0.1);
+        assert_below(p.jump, 0.08);
         assert_below(p.most, 0.85);
         assert_below(p.deepest, 1e-4);
     }
