@@ -10,13 +10,13 @@
 //
 // Friction is Coulomb's with the normal force of the last solve, viscous below SLOW:
 // f = -mu push v_t / max(|v_t|, SLOW), v_t at the end of the step, |v_t| of the last solve; solved again until
-// push / |v_t| stays. With one correction only, what should stick crept at 14 mm/s.
+// push / |v_t| stays. The first solve takes both from the state. With one correction only, what should stick crept at 14 mm/s.
 #include <string.h>
 
 #include "contact/contact_internal.h"
 
 #define SLOW 1e-3       // m/s
-#define SAME_DRAG 0.05  // relative: friction that changes more is solved again
+#define SAME_DRAG 0.02  // relative: friction that changes more is solved again
 #define LET_GO 1e-8     // of the model's size: pulled
 #define TAKE 1e-6       // of the model's size: went in
 #define REACH 0.05      // of the model's size: pairs farther than this are not looked at
@@ -31,10 +31,17 @@ static void linearise(const OmContact* c, OmContactPair* pair, const double* x, 
     pair->gap = gap + om_dot(pair->n, om_sub(om_load3(x, pair->vert), p));
 }
 
+// Friction as the last step left it, for the first solve.
+static void recall_friction(const OmContact* c, OmContactPair* pair, OmVec3 force, OmVec3 v) {
+    pair->push = fmax(0, om_dot(force, pair->n));
+    OmVec3 vt = om_madd(v, -om_dot(pair->n, v), pair->n);
+    pair->drag = c->def.friction * pair->push / fmax(SLOW, om_norm(vt));
+}
+
 // Pairs within reach, active where the vertex would go in if nothing else acted.
-static void find_pairs(OmContact* c, const OmTissueModel* m, const OmTissueState* s,
+static void find_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* w, double h) {
-    const double *x = om_tissue_x(s), *v = om_tissue_v(s);
+    const double *x = om_tissue_x(s), *v = om_tissue_v(s), *touch = om_tissue_contact_force(s);
     c->npair = 0;
     for (int n = 0; n < c->nsurface; ++n) {
         int i = c->surface_vert[n];
@@ -49,6 +56,8 @@ static void find_pairs(OmContact* c, const OmTissueModel* m, const OmTissueState
             pair->goal = fmin(0, fmin(begin, pair->gap) + c->def.recover_speed * h);
             pair->k = c->def.stiffness * om_tissue_vertex_stiffness(w, i);
             pair->is_active = begin < 0 || pair->gap + om_dot(pair->n, d) < pair->goal;
+            if (pair->is_active && c->def.friction > 0)
+                recall_friction(c, pair, om_load3(touch, i), om_load3(v, i));
         }
     }
 }
