@@ -1,4 +1,4 @@
-// test_contact_peel.c: a sheet is peeled off its board and laid down again at 20 mm/s; forces do not jump.
+// test_contact_peel.c: a sheet is peeled off its board, or an organ, and laid down again at 20 mm/s; forces do not jump.
 #include "test_rig.h"
 
 static const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
@@ -70,7 +70,71 @@ static void test_peel(void** context) {
     }
 }
 
+static double ball(void* ctx, OmVec3 p) {
+    (void)ctx;
+    return om_norm(om_sub(p, om_vec3(0, 0, -0.04))) - 0.04;
+}
+
+// A layer draped over a round organ on springs at one edge; the other edge is lifted by 30 mm and laid down. At
+// the end everything that acts on it sums to zero.
+static void test_peel_off_organ(void** context) {
+    (void)context;
+    OmSdfDef sdf_def = om_sdf_default_def(0.002);
+    OmSdf sdf;
+    assert_ok(om_sdf_from_function(ball, NULL, om_vec3(-0.045, -0.045, -0.085),
+                                   om_vec3(0.045, 0.045, 0.005), &sdf_def, &sdf));
+    const OmSdf* list[1] = {&sdf};
+    OmContactDef def = om_contact_default_def();
+    def.nsdf = 1;
+    def.sdf = list;
+    TestRig r;
+    rig_box(&r, om_vec3(-0.03, -0.03, 0), om_vec3(0.03, 0.03, 0.004), 10, 10, 1);
+    rig_attach_plane(&r, 0, -0.03);
+    for (int i = 0; i < r.mesh.nvert; ++i) {  // bent to the shape of the ball
+        OmVec3 p = om_load3(r.mesh.x, i), c = om_vec3(0, 0, -0.04);
+        OmVec3 out = om_sub(om_vec3(p.x, p.y, 0), c);
+        om_store3(r.mesh.x, i, om_madd(c, (0.04 + p.z) / om_norm(out), out));
+    }
+    r.def.attachment_stiffness = 20;
+    r.def.rayleigh_stiffness = 0.02;
+    r.def.rayleigh_mass = 2;
+    r.def.solver.tolerance = 1e-4;
+    rig_start(&r);
+    assert_ok(om_contact_create(&def, r.m, &r.c));
+    assert_ok(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 1e-3, 5));
+    OmPose tip = {om_load3(om_tissue_x(r.s), 10 + 11 * (5 + 11)), om_quat_identity()};
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.007, NULL));
+    OmContactReport report;
+    assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+    OmVec3 last = report.force;
+    double jump = 0, deepest = 0;
+    for (int n = 0; n < 260; ++n) {
+        if (n < 75) tip.p = om_add(tip.p, om_vec3(-0.0002, 0, 0.0004));
+        if (n >= 85 && n < 160) tip.p = om_sub(tip.p, om_vec3(-0.0002, 0, 0.0004));
+        assert_ok(om_tissue_move_grasp(r.s, 0, tip));
+        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        jump = fmax(jump, om_norm(om_sub(report.force, last)));
+        deepest = fmax(deepest, report.penetration);
+        last = report.force;
+    }
+    OmTissueForces f;
+    assert_ok(om_tissue_get_forces(r.m, r.s, &f));
+    OmVec3 sum = om_add(om_add(f.grasp[0], f.attachment), om_add(f.contact, f.weight));
+    double weight = om_norm(f.weight);
+    printf(
+        "organ: contact changes by at most %.4f N a step, deepest %.3g m; at rest grasp %.4f, springs %.4f, "
+        "contact %.4f, weight %.4f N, sum %.2g\n",
+        jump, deepest, om_norm(f.grasp[0]), om_norm(f.attachment), om_norm(f.contact), weight,
+        om_norm(sum));
+    assert_below(jump, 0.2 * weight);
+    assert_below(deepest, 1e-4);
+    assert_near(om_norm(sum), 0, 1e-3 * weight);
+    om_sdf_done(&sdf);
+    rig_done(&r);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_peel)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_peel),
+                                       cmocka_unit_test(test_peel_off_organ)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
