@@ -5,6 +5,7 @@
 // every array begins. Elements, labels and sets do not change, so all steps point at the first copy.
 // Positions and what is given at each step are stored in single precision: half the bytes, and 6e-8 of a
 // metre's worth of error is far below what a picture shows.
+#include <errno.h>
 #include <hdf5.h>
 #include <string.h>
 
@@ -32,7 +33,8 @@ struct OmRecording {
 };
 
 static OmStatus failed(const OmRecording* r, const char* doing) {
-    return om_error(OM_IO, "%s: recording: cannot %s", r->target.path, doing);
+    return om_error(OM_IO, "%s: recording: cannot %s%s%s", r->target.path, doing, errno ? ": " : "",
+                    errno ? strerror(errno) : "");
 }
 
 static hid_t type_of(OmArrayType type) {
@@ -195,6 +197,8 @@ static hid_t make_group(hid_t parent, const char* name) {
 }
 
 static OmStatus open_file(OmRecording* r, const char* path) {
+    errno = 0;
+    (void)H5dont_atexit();                  // on a full disk its last flush, at exit, is a crash
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // errors are ours to tell
     OM_TRY(om_file_begin(path, &r->target));
     r->file = H5Fcreate(r->target.temp, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
@@ -240,6 +244,7 @@ OmStatus om_recording_add_step(OmRecording* r, double time, const double* x,
     OM_CHECK(isfinite(time) && (r->nstep == 0 || time > r->last_time), OM_INVALID,
              "recording: time %g s does not follow %g s", time, r->last_time);
     hsize_t first;
+    errno = 0;  // HDF5 leaves it where a write failed
     bool is_good = append(r->points, H5T_NATIVE_DOUBLE, (hsize_t)r->nvert, x, &first) &&
                    append_one(r->point_starts, (int64_t)first) && append_one(r->parts, 1) &&
                    append_one(r->part_offsets, 0) && append_one(r->cell_starts, 0) &&
@@ -312,6 +317,7 @@ static bool close_all(OmRecording* r) {
 
 OmStatus om_recording_end(OmRecording* r) {
     if (!r) return OM_OK;
+    errno = 0;
     bool is_good = write_step_count(r) &&
                    write_constant_offsets(r, r->point_data, r->point_offsets) &&
                    write_constant_offsets(r, r->cell_data, r->cell_offsets);

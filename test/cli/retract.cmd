@@ -109,6 +109,13 @@ exit 3
 err taken
 err-lines 1
 
+# A full disk, as a limit on the size of files: one sentence, nothing left.
+$ mkdir full && (trap '' XFSZ; ulimit -f 300; omentum retract small.yaml -q -o full/out; code=$?; ls -A full; exit $code)
+exit 3
+err cannot .*: File too large
+err-lines 1
+no-out
+
 # Ctrl-C: nothing is left, not even a temporary folder.
 $ mkdir int && (timeout -s INT 1 omentum retract $ROOT/scenes/sheet.yaml -q -o int/out; code=$?; ls -A int; exit $code)
 exit 124
