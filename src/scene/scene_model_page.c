@@ -25,13 +25,27 @@ static void put_table(Table* t, OmReport* page) {
     t->n = 0;
 }
 
-static void add_facts(const OmPatient* p, const OmModelReport* r, OmReport* page) {
+// What a simulation asks of a mesh; what is worth knowing besides comes below.
+static void add_verdict(const OmModelReport* r, OmReport* page) {
+    const double angle = r->quality.dihedral_min * 180 / OM_PI;
+    bool is_good = r->volume_error <= 0.02 && angle > 8;
+    char text[256];
+    snprintf(text, sizeof text, "Volume %s 2 %%, smallest dihedral angle %s 8 degrees.",
+             r->volume_error <= 0.02 ? "within" : "off by more than",
+             angle > 8 ? "above" : "not above");
+    om_report_verdict(page, text, is_good);
+    if (!r->warning[0]) return;
+    char note[sizeof r->warning + 8];
+    snprintf(note, sizeof note, "Note: %s.", r->warning);
+    om_report_paragraph(page, note);
+}
+
+static void add_facts(const OmModelReport* r, OmReport* page) {
     const OmMeshQuality* q = &r->quality;
     char text[4][64];
     const char* value[4] = {text[0], text[1], text[2], text[3]};
     static const char* const label[] = {"tetrahedra", "smallest dihedral angle", "volume",
                                         "volume error"};
-    (void)p;
     snprintf(text[0], sizeof text[0], "%d", q->ntet);
     snprintf(text[1], sizeof text[1], "%.1f\xc2\xb0", q->dihedral_min * 180 / OM_PI);
     snprintf(text[2], sizeof text[2], "%.4g mL", q->volume * 1e6);
@@ -70,7 +84,9 @@ static void add_angles(const OmMeshQuality* q, OmReport* page) {
         x[i] = 10 * i;
         y[i] = i < OM_DIHEDRAL_BIN ? (double)q->dihedral_bin[i] : 0;
     }
-    OmReportChart chart = {.x_label = "dihedral angle, degrees", .y_label = "edges of elements"};
+    OmReportChart chart = {.title = "Dihedral angles",
+                           .x_label = "dihedral angle, degrees",
+                           .y_label = "edges of elements"};
     chart.series[chart.nseries++] = (OmReportSeries){"", x, y, OM_DIHEDRAL_BIN + 1, true};
     om_report_chart(page, &chart);
 }
@@ -110,8 +126,8 @@ OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* repo
     Table* table = om_calloc(1, sizeof *table);
     if (!table) return OM_NO_MEMORY;
     om_report_begin(&page, "Patient model", patient->name);
-    if (report->warning[0]) om_report_verdict(&page, report->warning, false);
-    add_facts(patient, report, &page);
+    add_verdict(report, &page);
+    add_facts(report, &page);
     OmStatus status = om__model_add_pictures(patient, &page);
     om_report_heading(&page, "Mesh");
     add_mesh_table(table, report, &page);
