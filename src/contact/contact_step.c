@@ -10,7 +10,8 @@
 //
 // Friction is Coulomb's with the normal force of the last solve, viscous below SLOW:
 // f = -mu push v_t / max(|v_t|, SLOW), v_t at the end of the step, |v_t| of the last solve; solved again until
-// push / |v_t| stays. The first solve takes both from the state. With one correction only, what should stick crept at 14 mm/s.
+// push / |v_t| stays. The first solve takes both from the state. With one correction only, what should stick
+// crept at 14 mm/s.
 #include <string.h>
 
 #include "contact/contact_internal.h"

@@ -77,7 +77,7 @@ static void test_no_sticking(void** context) {
     rig_done(&r);
 }
 
-// On a slope without friction it slides with g sin(a); with mu > tan(a) it stays.
+// On a slope it slides with g (sin(a) - mu cos(a)); with mu > tan(a) it stays.
 static void slide(double friction, double* travel, double* ideal) {
     TestRig r;
     double a = 0.2, h = 0.01;
@@ -106,12 +106,15 @@ static void slide(double friction, double* travel, double* ideal) {
 
 static void test_slope(void** context) {
     (void)context;
-    double free, ideal, rough;
+    double free, ideal, rough, slow;
     slide(0, &free, &ideal);
     slide(0.5, &rough, &ideal);
+    slide(0.1, &slow, &ideal);
     printf("slope: %.2f mm without friction, theory %.2f; %.3f mm with mu = 0.5\n", 1e3 * free,
            1e3 * ideal, 1e3 * rough);
     assert_near_rel(free, ideal, 0.01);
+    printf("with mu = 0.1 %.2f mm, theory %.2f\n", 1e3 * slow, 1e3 * ideal * (1 - 0.1 / tan(0.2)));
+    assert_near_rel(slow, ideal * (1 - 0.1 / tan(0.2)), 0.02);  // friction settles to 2 %
     assert_below(rough, 4e-4);  // viscous below 1 mm/s: it creeps at tan(a) / mu of that, 0.4 mm/s
 }
 
