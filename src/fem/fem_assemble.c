@@ -3,20 +3,11 @@
 // With b_a = R g_a the stiffness of an element is K_ij = V (lambda b_i b_j^T + mu b_j b_i^T + mu b_i.b_j I):
 // four turned gradients instead of a 12 x 12 matrix. Scaled by sqrt(V mu (h^2 + h b)), a block of A is
 // r S + S^T + tr(S) I, with S the sum of b_i b_j^T over the elements at (i, j) and r = lambda / mu; where r
-// differs between elements, r S is summed apart. Both triangles come out as exact transposes.
+// differs between elements, r S is summed apart. Gradients of an element sum to zero, so the diagonal S is
+// less the sum of the others in its row. Off the diagonal both triangles come out as exact transposes.
 #include <string.h>
 
-#include "fem/fem_internal.h"
-
-typedef float V4 __attribute__((vector_size(16)));
-typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
-
-OM__INLINE V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
-OM__INLINE void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
-OM__INLINE V4 splat(float f) {
-    V4 v = {f, f, f, f};
-    return v;
-}
+#include "fem/fem_simd.h"
 
 // sum += b p^T, a column at a time.
 OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
@@ -29,29 +20,49 @@ OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
 OM__INLINE V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_mixed, float* S,
                          float* rS) {
     V4 f = splat(0);
-    for (int n = fem->visit_adr[i]; n < fem->visit_adr[i + 1]; ++n) {
-        const OmFemVisit* visit = &fem->visit[n];
+    for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
+        const OmFemVisit* visit = &fem->visit[at];
         const float* e = turned + OM__TURNED * (size_t)(visit->corner >> 2);
         const float* p = e + 4 * (visit->corner & 3);
         V4 b = load4(p);
         f -=
             load4(e + 16) * splat(p[0]) + load4(e + 20) * splat(p[1]) + load4(e + 24) * splat(p[2]);
-        for (int k = 0; k < 4; ++k) add_outer(S + 12 * visit->slot[k], b, e + 4 * k);
-        if (!is_mixed) continue;
-        V4 rb = b * splat(e[19]);
-        for (int k = 0; k < 4; ++k) add_outer(rS + 12 * visit->slot[k], rb, e + 4 * k);
+        int own = visit->corner & 3;
+        for (int n = 1; n < 4; ++n) {  // the other three
+            int k = (own + n) & 3;
+            add_outer(S + 12 * visit->slot[k], b, e + 4 * k);
+            if (is_mixed) add_outer(rS + 12 * visit->slot[k], b * splat(e[19]), e + 4 * k);
+        }
     }
     return f;
 }
 
-// r S + S^T + tr(S) I, by columns.
+// The diagonal sums, from those of the neighbours.
+OM__INLINE void sum_diagonal(float* S, int num) {
+    V4 a = splat(0), b = splat(0), c = splat(0);
+    for (int k = 1; k < num; ++k) {
+        a -= load4(S + 12 * k);
+        b -= load4(S + 12 * k + 4);
+        c -= load4(S + 12 * k + 8);
+    }
+    store4(S, a);
+    store4(S + 4, b);
+    store4(S + 8, c);
+}
+
+// r S + S^T + tr(S) I, by columns of three: the last store begins inside the second column.
 OM__INLINE void write_block(float* out, const float* S, const float* rS, float r) {
+    V4 a = load4(S), b = load4(S + 4), c = load4(S + 8), vr = splat(r);
     float trace = S[0] + S[5] + S[10];
-    for (int c = 0; c < 3; ++c)
-        for (int k = 0; k < 3; ++k) out[3 * c + k] = r * rS[4 * c + k] + S[4 * k + c];
-    out[0] += trace;
-    out[4] += trace;
-    out[8] += trace;
+    V4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5),
+       AB = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    V4 x = {trace, 0, 0, 0}, y = {0, trace, 0, 0}, z = {0, 0, trace, 0};
+    x += vr * load4(rS) + __builtin_shufflevector(ab, c, 0, 1, 4, 7);
+    y += vr * load4(rS + 4) + __builtin_shufflevector(ab, c, 2, 3, 5, 7);
+    z += vr * load4(rS + 8) + __builtin_shufflevector(AB, c, 0, 1, 6, 7);
+    store4(out, x);
+    store4(out + 3, y);
+    store4(out + 5, __builtin_shufflevector(y, z, 2, 4, 5, 6));
 }
 
 typedef struct Rows {
@@ -93,6 +104,8 @@ OM__INLINE void write_rows(const Rows* rows, bool is_mixed, float* S, int begin,
         memset(S, 0, 12 * (size_t)num * sizeof(float));
         if (is_mixed) memset(rS, 0, 12 * (size_t)num * sizeof(float));
         V4 f = gather_row(fem, rows->turn.turned, i, is_mixed, S, rS);
+        sum_diagonal(S, num);
+        if (is_mixed) sum_diagonal(rS, num);
         float* out = A->value + 9 * (size_t)adr;
         for (int k = 0; k < num; ++k)
             write_block(out + 9 * (size_t)k, S + 12 * (size_t)k, rS + 12 * (size_t)k, r);

@@ -15,7 +15,7 @@
 // axes, so that an element pulls its vertex a with -V t b_a, b_a = R g_a.
 #include <string.h>
 
-#include "fem/fem_internal.h"
+#include "fem/fem_simd.h"
 
 #define NNEWTON 5
 #define MIN_GAP 0.05F   // denominator of R where |F|^2 = 3; 16 at F = I
@@ -159,7 +159,8 @@ void om__fem_turn(const OmFemTurn* t, int begin, int end) {
         if (nbad > 0) repair_rotations(F, R, is_bad);
         make_turned(t, batch, R, G, out);
         float* turned = t->turned + (size_t)k * OM__LANE * OM__TURNED;
-        for (int l = 0; l < OM__LANE; ++l)
-            for (int n = 0; n < OM__TURNED; ++n) turned[l * OM__TURNED + n] = out[n][l];
+        for (int l = 0; l < OM__LANE; l += 4)
+            for (int n = 0; n < OM__TURNED; n += 4)
+                transpose4(&out[n][l], OM__LANE, turned + l * OM__TURNED + n, OM__TURNED);
     }
 }
