@@ -1,4 +1,5 @@
 // cli_main.c: the omentum program: finds the verb and hands over.
+#include <signal.h>
 #include <string.h>
 
 #include "cli_common.h"
@@ -39,7 +40,16 @@ static void print_warning(void* ctx, OmLogLevel level, const char* line) {
     if (level >= OM_LOG_WARNING) fprintf(stderr, "warning: %s\n", line);
 }
 
+// What was printed must have arrived: a full disk behind a redirection is a failure too.
+static int check_output(int code) {
+    bool is_lost = fflush(stdout) != 0 || ferror(stdout);
+    if (!is_lost || code >= OM_EXIT_USAGE) return code;
+    fprintf(stderr, "omentum: standard output: cannot write\n");
+    return OM_EXIT_ERROR;
+}
+
 int main(int argc, char** argv) {
+    signal(SIGXFSZ, SIG_IGN);  // a file too large is an error to report, not a death
     om_log_set_sink(print_warning, NULL);
     if (argc < 2) {
         print_help(stderr);
@@ -57,7 +67,8 @@ int main(int argc, char** argv) {
     const char* name[NVERB];
     for (int i = 0; i < NVERB; ++i) {
         name[i] = verb[i].name;
-        if (strcmp(argv[1], verb[i].name) == 0) return verb[i].run(argc - 1, argv + 1);
+        if (strcmp(argv[1], verb[i].name) == 0)
+            return check_output(verb[i].run(argc - 1, argv + 1));
     }
     const char* nearest = om_nearest_word(argv[1], name, NVERB);
     fprintf(stderr, "omentum: unknown verb \"%s\"%s%s%s; omentum --help lists them\n", argv[1],

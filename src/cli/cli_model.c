@@ -146,7 +146,9 @@ static OmStatus parse_pairs(const char* verb, const char* list, const Key* key, 
             for (char* c = value; *c; c++) *c = *c == '/' ? ',' : *c;
             memcpy(found->text, value, strlen(value) + 1);
         } else {
-            OM_TRY(parse_number(word[i], value, found->number));
+            char what[64];
+            snprintf(what, sizeof what, "%s: %s", verb, found->name);
+            OM_TRY(parse_number(what, value, found->number));
             *found->number *= found->scale;
         }
     }
@@ -211,7 +213,7 @@ static OmStatus parse_materials(const OmCliArgs* args, OmModelDef* def) {
                  "--material: label %g is not a whole number", label);
         OM_CHECK(m->young > 0, OM_INVALID, "--material: young (Pa) is missing or not positive");
         m->label = (int)label;
-        if (!m->name[0]) snprintf(m->name, sizeof m->name, "material %d", k + 1);
+        if (!m->name[0]) snprintf(m->name, sizeof m->name, "tissue %d", k + 1);
     }
     return OM_OK;
 }

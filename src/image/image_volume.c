@@ -40,11 +40,13 @@ OmStatus om__volume_alloc(OmVolume* volume, const int64_t dim[3], uint64_t bytes
         count *= (uint64_t)dim[a];
     }
     // at most 2^31 voxels of a few bytes: no overflow
-    OM_CHECK(bytes_per_voxel == 0 || count <= bound / bytes_per_voxel, OM_INVALID,
-             "the header states %lld x %lld x %lld voxels of %llu bytes, the file can hold at most "
-             "%llu bytes: it is cut short or its header is wrong",
-             (long long)dim[0], (long long)dim[1], (long long)dim[2],
-             (unsigned long long)bytes_per_voxel, (unsigned long long)bound);
+    OM_CHECK(
+        bytes_per_voxel == 0 || count <= bound / bytes_per_voxel, OM_INVALID,
+        "the header states %lld x %lld x %lld voxels of %llu byte%s, the file can hold at most "
+        "%llu bytes: it is cut short or its header is wrong",
+        (long long)dim[0], (long long)dim[1], (long long)dim[2],
+        (unsigned long long)bytes_per_voxel, bytes_per_voxel == 1 ? "" : "s",
+        (unsigned long long)bound);
     // not cleared: every voxel is written, or the volume is dropped
     volume->value = om_alloc((size_t)count, sizeof(float));
     if (!volume->value) return OM_NO_MEMORY;

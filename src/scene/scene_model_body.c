@@ -271,9 +271,9 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
     } else {
         return om_error(
             OM_INVALID,
-            "%s: the extension \"%s\" is none of nii, nii.gz, hdr, img, nrrd, nhdr (volumes), "
-            "msh, vtk, vtu (meshes), stl, obj, ply, off (surfaces)",
-            def->input, ext);
+            "%s: its name ends in none of .nii, .nii.gz, .hdr, .img, .nrrd, .nhdr (volumes), "
+            ".msh, .vtk, .vtu (meshes), .stl, .obj, .ply, .off (surfaces)",
+            def->input);
     }
     body->centroid = sdf_centroid(&body->sdf);
     if (!body->has_volume) body->center_image = om_vec3(0, 0, 0);

@@ -284,8 +284,8 @@ OmStatus om_surface_require_closed(const OmSurface* surface) {
     OM_CHECK(surface->ntri > 0, OM_INVALID, "the surface has no triangles");
     OM_CHECK(
         c.first_tri < 0, OM_INVALID,
-        "the surface does not bound a volume: %d open edges, %d edges of three or more triangles, %d edges "
-        "whose triangles disagree on the outside; the first joins vertices %d and %d of triangle %d",
+        "the surface does not bound a volume: open edges %d, edges of three or more triangles %d, edges "
+        "whose triangles disagree on the outside %d; the first joins vertices %d and %d of triangle %d",
         c.nopen_edge, c.nmanifold_edge, c.nflipped_edge, c.first_edge[0], c.first_edge[1],
         c.first_tri);
     return OM_OK;

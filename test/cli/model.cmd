@@ -116,6 +116,73 @@ exit 3
 err inward\.off: the surface is inside out
 no-file none2
 
+# Not a number, inverted elements, surfaces that bound nothing: each names its file and where.
+$ printf 'v 0 0 0\nv 30 0 0\nv 0 nan 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' > nan.obj; omentum model nan.obj -q -o none2
+exit 3
+err nan\.obj: line 3: a coordinate is not finite
+err-lines 1
+no-file none2
+
+$ printf 'v 0 0 0\nv 30 0 0\nv 0 30 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 1 4 9\nf 2 3 4\n' > index.obj; omentum model index.obj -q -o none2
+exit 3
+err index\.obj: triangle 3 names vertex 9, the file has 4
+no-file none2
+
+$ printf 'OFF\n5 5 0\n0 0 0\n30 0 0\n0 30 0\n0 0 30\n40 40 40\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 0 1 4\n' > fin.off; omentum model fin.off -q -o none2
+exit 3
+err fin\.off: the surface does not bound a volume: open edges 2, edges of three or more triangles 1
+err-lines 1
+no-file none2
+
+$ printf '# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 30 0 0 0 30 0 0 0 30\nCELLS 1 5\n4 0 2 1 3\nCELL_TYPES 1\n10\n' > inverted.vtk; omentum model inverted.vtk -q -o none2
+exit 3
+err inverted\.vtk: tetrahedron 1 is inverted
+err-lines 1
+no-file none2
+
+$ gzip -c /dev/null > empty.nii.gz; omentum model empty.nii.gz -q -o none2
+exit 3
+err empty\.nii\.gz: .*too early
+err-lines 1
+no-file none2
+
+$ mkdir folder; omentum model folder -q -o none2
+exit 3
+err folder: its name ends in none of \.nii
+no-file none2
+
+$ omentum model ball.nrrd --sheet thickness=thick -o none2
+exit 2
+err --sheet: thickness: "thick" is not a number
+
+$ omentum model ball.nrrd --material young=3000,poisson=0.5 -q -o none2
+exit 3
+err Poisson's ratio 0.5 must be
+no-file none2
+
+$ omentum model ball.nrrd --edge 0.05 -q -o none2
+exit 3
+err million tetrahedra.*use a larger edge
+no-file none2
+
+# A folder that cannot be made; a file that cannot grow: as on a full disk; nobody reads what is printed.
+$ omentum model ball.nrrd -q -o /proc/none
+exit 3
+err /proc/none.*cannot make the folder
+err-lines 1
+
+$ ulimit -f 4; omentum model ball.nrrd -e 5 -q -o none2
+exit 3
+err none2\.partial/.*: cannot write: File too large
+err-lines 1
+no-file none2
+no-file none2.partial
+
+$ omentum model ball.nrrd -e 5 -q -o told > /dev/full
+exit 3
+err standard output: cannot write
+file told/patient.yaml
+
 # Ctrl-C: one sentence, nothing half-written, the older model as it was.
 $ omentum model ball.nrrd -l 7 -e 0.7 -q -o ball & pid=$!; sleep 0.3; kill -INT $pid; wait $pid; code=$?; test -s ball/organ.ply && exit $code
 exit 130
