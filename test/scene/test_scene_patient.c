@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include "omentum/scene.h"
 #include "omentum/scene_model.h"
 #include "omentum/shape_file.h"
 #include "test_alloc.h"
@@ -112,6 +113,31 @@ static void test_mesh_without_organ(void** unused) {
     assert_false(om_path_exists(in_folder("box/report.json")));
     om_patient_done(&p);
     om_patient_done(&q);
+}
+
+// What was saved becomes an operating site; the world's mesh is finer and held at the same places.
+static void test_site_of_a_saved_model(void** unused) {
+    (void)unused;
+    static const char text[] =
+        "name: ball\ntissue: {source: patient, file: round/patient.yaml, view: [0, 0, -1]}\n"
+        "attachments: {kind: set}\n";
+    OmScene scene;
+    OmSite twin, world;
+    OmPatient p;
+    assert_ok(om_scene_parse(text, sizeof text - 1, "ball.yaml", &scene));
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", folder);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
+    assert_ok(om_patient_load(in_folder("round/patient.yaml"), &p));
+    assert_same_mesh(&p.mesh, &twin.mesh);
+    assert_true(twin.has_organ && world.has_organ);
+    assert_int_equal(twin.nroi, p.nroi);
+    assert_int_equal(world.mesh.ntet, 8 * p.mesh.ntet);
+    const OmMeshSet* held = om_tet_mesh_find_set(&world.mesh, "attachment");
+    assert_true(held && held->nvert >= om_tet_mesh_find_set(&p.mesh, "attachment")->nvert);
+    om_site_done(&twin);
+    om_site_done(&world);
+    om_patient_done(&p);
 }
 
 // ---- damage --------------------------------------------------------------------------------------------------
@@ -309,9 +335,13 @@ static int remove_folder(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         // in this order: the first two write what the others damage
-        cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_mesh_without_organ),
-        cmocka_unit_test(test_damaged_yaml),  cmocka_unit_test(test_damaged_files),
-        cmocka_unit_test(test_full_disk),     cmocka_unit_test(test_folders),
+        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_mesh_without_organ),
+        cmocka_unit_test(test_site_of_a_saved_model),
+        cmocka_unit_test(test_damaged_yaml),
+        cmocka_unit_test(test_damaged_files),
+        cmocka_unit_test(test_full_disk),
+        cmocka_unit_test(test_folders),
         cmocka_unit_test(test_scarce_memory),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
