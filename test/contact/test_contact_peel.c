@@ -1,4 +1,5 @@
-// test_contact_peel.c: a sheet is peeled off its board, or an organ, and laid down again at 20 mm/s; forces do not jump.
+// test_contact_peel.c: a sheet is peeled off its board, or an organ, and laid down again at 20 mm/s;
+// forces do not jump.
 #include "test_rig.h"
 
 static const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
