@@ -158,9 +158,9 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_open(&j, "dihedral_histogram_10deg", '[');
     for (int i = 0; i < OM_DIHEDRAL_BIN; i++) om_json_integer(&j, NULL, q->dihedral_bin[i]);
     om_json_close(&j, ']');
-    om_json_number(&j, "mask_volume_ml", r->mask_volume * 1e6);
-    om_json_number(&j, "mesh_volume_ml", q->volume * 1e6);
-    om_json_number(&j, "surface_volume_ml", r->surface_volume * 1e6);
+    om_json_number(&j, "organ_mask_volume_ml", r->mask_volume * 1e6);
+    om_json_number(&j, "tissue_volume_ml", q->volume * 1e6);
+    om_json_number(&j, "organ_surface_volume_ml", r->surface_volume * 1e6);
     om_json_number(&j, "volume_error_percent", r->volume_error * 100);
     om_json_number(&j, "surface_error_mean_mm", r->surface_error_mean * 1e3);
     om_json_number(&j, "surface_error_max_mm", r->surface_error_max * 1e3);
