@@ -126,8 +126,9 @@ static float object_shade(const Object* o, const Packet* p, int i) {
         shade = (1 - u - v) * f[vert[0]] + u * f[vert[1]] + v * f[vert[2]];
     }
     if (o->look.is_checker) {
-        float x = p->ox[i] + p->t[i] * p->dx[i], y = p->oy[i] + p->t[i] * p->dy[i];
-        int cell = (int)floorf(x / CHECKER) + (int)floorf(y / CHECKER);
+        float x = p->ox[i] + p->t[i] * p->dx[i], y = p->oy[i] + p->t[i] * p->dy[i],
+              z = p->oz[i] + p->t[i] * p->dz[i];
+        int cell = (int)floorf(x / CHECKER) + (int)floorf(y / CHECKER) + (int)floorf(z / CHECKER);
         if (cell & 1) shade *= 0.86f;
     }
     return shade;
