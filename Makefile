@@ -40,7 +40,7 @@ tsan: setup ## the quick tests under the thread sanitizer
 	@ctest --test-dir build/tsan -LE "slow|cli|sample" --output-on-failure
 
 bench: build ## timings, one JSON object a line
-	@$(RELEASE)/bin/omentum_bench
+	@OMP_WAIT_POLICY=active $(RELEASE)/bin/omentum_bench
 
 install: build ## install into PREFIX (default /usr/local), below DESTDIR
 	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"
