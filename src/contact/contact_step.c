@@ -39,7 +39,9 @@ static void recall_friction(const OmContact* c, OmContactPair* pair, OmVec3 forc
     pair->drag = c->def.friction * pair->push / fmax(SLOW, om_norm(vt));
 }
 
-// Pairs within reach, active where the vertex would go in if nothing else acted.
+// Pairs within reach, active where the last step pushed or the vertex would go in if nothing else acted. On a
+// curved organ a plane is off by more than a resting vertex sinks: its distance alone cannot tell that it rests,
+// and to find that out again by solving took three solves a step.
 static void find_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* w, double h) {
     const double *x = om_tissue_x(s), *v = om_tissue_v(s), *touch = om_tissue_contact_force(s);
@@ -56,7 +58,9 @@ static void find_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
             linearise(c, pair, x, om_add(p, d));
             pair->goal = fmin(0, fmin(begin, pair->gap) + c->def.recover_speed * h);
             pair->k = c->def.stiffness * om_tissue_vertex_stiffness(w, i);
-            pair->is_active = begin < 0 || pair->gap + om_dot(pair->n, d) < pair->goal;
+            bool was_pushed = om_dot(om_load3(touch, i), pair->n) > 0;
+            double sunk = fmin(begin, pair->gap + om_dot(pair->n, d) - pair->goal);
+            pair->is_active = was_pushed || sunk < -TAKE * c->size;
             if (pair->is_active && c->def.friction > 0)
                 recall_friction(c, pair, om_load3(touch, i), om_load3(v, i));
         }
