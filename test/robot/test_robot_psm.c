@@ -1,6 +1,6 @@
 // PSM kinematics against independent evaluations, finite differences, and itself.
 #include "omentum/robot.h"
-#include "test_common.h"
+#include "test_alloc.h"
 
 static const double q_a[6] = {0.3, -0.2, 0.12, 0.5, -0.4, 0.6};
 static const double q_b[6] = {-0.7, 0.5, 0.2, -1.2, 0.9, -0.8};
@@ -147,26 +147,16 @@ static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
     om_surface_done(&s);
 }
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    return countdown-- > 0 ? aligned_alloc(align, (size + align - 1) / align * align) : NULL;
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
 static void refused_memory_leaks_nothing(void** state) {
     (void)state;
     OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_set_allocator(&failing);
     int nfail = 0;
     for (;; ++nfail) {
         OmSurface s;
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         OmStatus status = om_psm_surface(&psm, q_a, 0.2, &s);
         if (status == OM_OK) {
             om_surface_done(&s);

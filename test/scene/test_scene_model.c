@@ -1,5 +1,5 @@
 // Patient models: the sheet over an organ, materials, what bad input is told.
-#include "test_common.h"
+#include "test_alloc.h"
 
 #include "omentum/scene_model.h"
 
@@ -188,18 +188,7 @@ static void test_cancel_leaves_nothing(void** unused) {
 
 // ---- every allocation failing in turn --------------------------------------------------------------------
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
-static void test_failing_allocations(void** unused) {
+static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     enum { N = 10 };
     OmVolume v;
@@ -214,14 +203,14 @@ static void test_failing_allocations(void** unused) {
     def.sheet.bridge = 0.005;
     def.nworker = 1;
     def.refine = false;
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_set_allocator(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK;
          nfail += 21) {  // of 300; room shape tests all
         OmPatient p;
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         status = om_model_build_volume(&def, &v, NULL, &p, NULL);
         if (status == OM_OK) om_patient_done(&p);
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
@@ -239,7 +228,7 @@ int main(void) {
         cmocka_unit_test(test_bad_input_is_named),
         cmocka_unit_test(test_directions),
         cmocka_unit_test(test_cancel_leaves_nothing),
-        cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

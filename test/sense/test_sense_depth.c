@@ -2,6 +2,7 @@
 // real tool; the same bytes for any number of workers; refused memory.
 #include "omentum/robot.h"
 #include "sense_shapes.h"
+#include "test_alloc.h"
 
 enum { W = 96, H = 72 };
 
@@ -257,16 +258,6 @@ static void refitting_is_building_anew(void** state) {
     }
 }
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    return countdown-- > 0 ? aligned_alloc(align, (size + align - 1) / align * align) : NULL;
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
 static OmStatus use_a_scene(const OmSurface* s) {
     OmSenseLook look = {.red = 1, .is_smooth = true, .grain = 0.1};
     OmSenseScene* scene = NULL;
@@ -294,11 +285,11 @@ static void refused_memory_leaks_nothing(void** state) {
     (void)state;
     OmSurface sphere = make_sphere(om_vec3(0, 0, 0.05), 0.03, 8);
     int64_t alive = om_alloc_alive();
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     om_set_allocator(&failing);
     int nfail = 0;
     for (;; ++nfail) {
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         OmStatus status = use_a_scene(&sphere);
         assert_int_equal(om_alloc_alive(), alive);
         if (status == OM_OK) break;

@@ -1,5 +1,6 @@
 // Files that lie: each is refused with one sentence that says where, and nothing is left behind.
 #include "shape_file_common.h"
+#include "test_alloc.h"
 
 #include <dirent.h>
 
@@ -306,29 +307,19 @@ static void test_truncation_at_every_byte(void** unused) {
     for_each_seed(cut_seed);
 }
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
 // With the n-th allocation failing, n = 0, 1, ..., nothing but OM_NO_MEMORY until none is needed.
 static void starve(const char* seed, OmStatus (*load)(const char*)) {
     OmStatus healthy = load(seed), status = OM_NO_MEMORY;
     int64_t alive = om_alloc_alive();
     for (int n = 0; status == OM_NO_MEMORY; n++) {
-        countdown = n;
+        test_alloc_countdown = n;
         status = load(seed);
         assert_int_equal(om_alloc_alive(), alive);
         assert_true(n < 1000);
     }
-    if (countdown < 0) fail_msg("%s: a failed allocation ended as status %d", seed, (int)status);
-    countdown = -1;
+    if (test_alloc_countdown < 0)
+        fail_msg("%s: a failed allocation ended as status %d", seed, (int)status);
+    test_alloc_countdown = -1;
     assert_int_equal(status, healthy);
 }
 
@@ -342,8 +333,8 @@ static void starve_seed(const char* seed, const char* ext, const char* data, siz
 
 static void test_failing_allocations_of_readers(void** unused) {
     (void)unused;
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
-    countdown = -1;
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
+    test_alloc_countdown = -1;
     om_set_allocator(&failing);
     for_each_seed(starve_seed);
     om_set_allocator(NULL);
@@ -352,8 +343,8 @@ static void test_failing_allocations_of_readers(void** unused) {
 static void test_failing_allocations_of_writers(void** unused) {
     (void)unused;
     static const char* const ext[] = {"vtu", "vtk", "msh", "stl", "obj", "ply", "off"};
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
-    countdown = -1;
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
+    test_alloc_countdown = -1;
     om_set_allocator(&failing);
     OmTetMesh mesh;
     OmSurface surface;
@@ -367,7 +358,7 @@ static void test_failing_allocations_of_writers(void** unused) {
         OmStatus status = OM_NO_MEMORY;
         int n = 0;
         for (; status != OM_OK; n++) {
-            countdown = n;
+            test_alloc_countdown = n;
             status = i < 3 ? om_tet_mesh_save(&mesh, path, OM_UNIT_M)
                            : om_surface_save(&surface, path, OM_UNIT_M);
             assert_int_equal(om_alloc_alive(), alive);

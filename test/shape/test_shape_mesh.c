@@ -1,5 +1,5 @@
 // Boxes, boundaries, sets and checks of tetrahedral meshes against exact counts and volumes.
-#include "test_common.h"
+#include "test_alloc.h"
 
 #include "omentum/shape.h"
 
@@ -78,17 +78,6 @@ static void test_validate_names_the_offender(void** unused) {
 
 // ---- every allocation failing in turn ------------------------------------------------------------------
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
 static OmStatus build_everything(void) {
     OmTetMesh m = {0}, copy = {0};
     OmSurface s = {0};
@@ -111,11 +100,11 @@ done:
 static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     int64_t alive = om_alloc_alive();
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     om_set_allocator(&failing);
     int nfail = 0;
     for (;; nfail++) {
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         OmStatus status = build_everything();
         if (status == OM_OK) break;
         assert_int_equal(status, OM_NO_MEMORY);

@@ -1,5 +1,5 @@
 // Distance fields from functions, surfaces and masks; contours that are closed whatever the field.
-#include "test_common.h"
+#include "test_alloc.h"
 
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_sdf.h"
@@ -288,17 +288,6 @@ static void test_parts_holes_crop_close(void** unused) {
 
 // ---- every allocation failing in turn ------------------------------------------------------------------------
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
 static OmStatus build_everything(const OmMask* mask) {
     OmStatus status = OM_OK;
     OmMask m = {0};
@@ -323,17 +312,17 @@ done:
     return status;
 }
 
-static void test_failing_allocations(void** unused) {
+static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     OmMask mask;
     make_mask(&mask, 8, 8, 8, om_mat3_scale(0.004, om_mat3_identity()),
               om_vec3(0.012, 0.012, 0.012));
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_set_allocator(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; nfail++) {
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         status = build_everything(&mask);
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
@@ -352,7 +341,7 @@ int main(void) {
         cmocka_unit_test(test_thin_parts_stay),
         cmocka_unit_test(test_header_does_not_move_the_organ),
         cmocka_unit_test(test_parts_holes_crop_close),
-        cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 // Isosurface stuffing: the guaranteed dihedral bounds, exact filling, convergence of the sphere's volume,
 // the same mesh for any number of workers, one to the failure of every allocation.
-#include "test_common.h"
+#include "test_alloc.h"
 
 #include "omentum/shape_meshing.h"
 
@@ -142,30 +142,19 @@ static void test_bad_input(void** unused) {
     assert_status(om_tet_mesh_stuff(&def, &m), OM_INVALID);
 }
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
-static void test_failing_allocations(void** unused) {
+static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     double r = 0.05;
     OmStuffDef def =
         om_stuff_default_def(0.02, sphere_fn, &r, om_vec3(-r, -r, -r), om_vec3(r, r, r));
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_set_allocator(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; nfail++) {
         OmTetMesh m;
         OmMeshQuality q;
-        countdown = nfail;
+        test_alloc_countdown = nfail;
         status = om_tet_mesh_stuff(&def, &m);
         if (status == OM_OK) status = om_tet_mesh_keep_parts(&m, 0, NULL, NULL);
         if (status == OM_OK) status = om_tet_mesh_quality(&m, &q);
@@ -184,7 +173,7 @@ int main(void) {
         cmocka_unit_test(test_workers_do_not_matter),
         cmocka_unit_test(test_parts),
         cmocka_unit_test(test_bad_input),
-        cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,5 +1,6 @@
 // Recordings: what VTKHDF says must be there is there, read back by HDF5 itself; bad input leaves nothing.
 #include "shape_file_common.h"
+#include "test_alloc.h"
 
 #include <hdf5.h>
 
@@ -127,21 +128,10 @@ static void test_bad_input_leaves_nothing(void** unused) {
     om_tet_mesh_done(&mesh);
 }
 
-static int countdown;
-static void* failing_alloc(void* ctx, size_t size, size_t align) {
-    (void)ctx;
-    if (countdown-- == 0) return NULL;
-    return aligned_alloc(align, (size + align - 1) / align * align);
-}
-static void failing_free(void* ctx, void* ptr) {
-    (void)ctx;
-    free(ptr);
-}
-
-static void test_failing_allocations(void** unused) {
+static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
-    const OmAllocator failing = {failing_alloc, failing_free, NULL};
-    countdown = -1;
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
+    test_alloc_countdown = -1;
     om_set_allocator(&failing);
     OmTetMesh mesh;
     make_mesh(&mesh);
@@ -150,7 +140,7 @@ static void test_failing_allocations(void** unused) {
     int n = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; n++) {
         OmRecording* r;
-        countdown = n;
+        test_alloc_countdown = n;
         status = om_recording_begin(path, &mesh, NULL, 0, &r);
         if (status == OM_OK) status = om_recording_add_step(r, 0, mesh.x, NULL);
         if (r) {
@@ -171,7 +161,7 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_a_run_is_read_back),
         cmocka_unit_test(test_bad_input_leaves_nothing),
-        cmocka_unit_test(test_failing_allocations),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
