@@ -91,7 +91,7 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     }
 }
 
-static int compare_double(const void* a, const void* b) {
+int om__compare_double(const void* a, const void* b) {
     double x = *(const double*)a, y = *(const double*)b;
     return x < y ? -1 : x > y;
 }
@@ -103,7 +103,7 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
     }
     OM_CHECK(n > 0, OM_INVALID, "%s: no grasping point of any layout can be grasped",
              c->scene->path);
-    qsort(c->largest, (size_t)n, sizeof(double), compare_double);
+    qsort(c->largest, (size_t)n, sizeof(double), om__compare_double);
     *out = (OmForceCalibration){.nrun = n,
                                 .median = 0.5 * (c->largest[(n - 1) / 2] + c->largest[n / 2]),
                                 .lower_quartile = c->largest[n / 4],

@@ -76,4 +76,7 @@ OmStatus om__recorder_plan(Recorder* recorder, Loop* loop);
 OmStatus om__recorder_commit(Recorder* recorder, Loop* loop);
 void om__recorder_destroy(Recorder* recorder);
 
+// For qsort.
+int om__compare_double(const void* a, const void* b);
+
 #endif

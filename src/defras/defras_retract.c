@@ -212,11 +212,6 @@ static OmStatus deliberate(Loop* loop) {
 
 // ---- the run --------------------------------------------------------------------------------------------
 
-static int compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return x < y ? -1 : x > y;
-}
-
 static void summarise(Loop* loop, double wall_start) {
     OmRetractResult* r = loop->result;
     r->visibility_end = loop->visibility;
@@ -224,7 +219,7 @@ static void summarise(Loop* loop, double wall_start) {
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->hash = om_body_hash(om_world_truth(loop->world));
     if (r->nplan > 0) {
-        qsort(loop->plan_ms, (size_t)r->nplan, sizeof(double), compare_double);
+        qsort(loop->plan_ms, (size_t)r->nplan, sizeof(double), om__compare_double);
         r->plan_ms_median = loop->plan_ms[r->nplan / 2];
         r->plan_ms_max = loop->plan_ms[r->nplan - 1];
     }

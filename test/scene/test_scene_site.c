@@ -1,5 +1,6 @@
 // test_scene_site.c: scene files, and the operating sites built from them.
 #include "test_alloc.h"
+#include "test_files.h"
 
 #include "omentum/scene.h"
 #include "omentum/shape_file.h"
@@ -128,11 +129,12 @@ static void test_a_mesh_lies_on_its_board(void** state) {
     // A box with y up, in millimetres: the scene's task frame turns it upright.
     OmTetMesh box;
     assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.006, 0.06), 8, 2, 6, &box));
-    assert_ok(om_tet_mesh_save(&box, "/tmp/om_test_site.vtu", OM_UNIT_MM));
+    const char* path = temp_path("site.vtu");
+    assert_ok(om_tet_mesh_save(&box, path, OM_UNIT_MM));
     om_tet_mesh_done(&box);
     OmScene scene = om_scene_default();
     scene.tissue.source = OM_SOURCE_MESH;
-    snprintf(scene.tissue.file, sizeof scene.tissue.file, "/tmp/om_test_site.vtu");
+    snprintf(scene.tissue.file, sizeof scene.tissue.file, "%s", path);
     scene.tissue.unit = OM_UNIT_MM;
     scene.tissue.up = om_vec3(0, 1, 0);
     scene.tissue.view = om_vec3(0, 0, 1);
@@ -146,7 +148,7 @@ static void test_a_mesh_lies_on_its_board(void** state) {
     assert_near(om_dot(site.gravity, om_vec3(0, -1, 0)), 9.81, 1e-9);
     assert_true(om_tet_mesh_find_set(&site.mesh, "underside")->nvert >= 63);
     om_site_done(&site);
-    remove("/tmp/om_test_site.vtu");
+    remove(path);
 }
 
 static void test_impossible_sites_are_explained(void** state) {
@@ -180,13 +182,15 @@ static void test_impossible_sites_are_explained(void** state) {
 static void test_kidney(void** state) {
     (void)state;
     const char* data = test_data_dir();
-    OmScene scene;
-    assert_ok(om_scene_load("scenes/kidney.yaml", &scene));
-    snprintf(scene.data_root, sizeof scene.data_root, "%s", data ? data : "");
-    if (!data || !om_path_exists("../shared/data/ct_abdomen")) {
-        print_message("skipped: no data folder\n");
+    char volume[1024];
+    snprintf(volume, sizeof volume, "%s/ct_abdomen", data ? data : "");
+    if (!data || !om_path_exists(volume)) {
+        print_message("skipped: no CT in the data folder\n");
         skip();
     }
+    OmScene scene;
+    assert_ok(om_scene_load("scenes/kidney.yaml", &scene));
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", data);
     OmSite site;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
     assert_true(site.has_organ && !site.has_ground && site.nroi > 100 && site.roi.ntri > 10);
