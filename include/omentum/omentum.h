@@ -19,6 +19,7 @@
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/tissue.h"
+#include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 #include "omentum/world.h"
 

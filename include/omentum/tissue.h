@@ -18,6 +18,7 @@
 
 #include "omentum/shape.h"
 #include "omentum/solve.h"
+#include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -28,22 +29,17 @@ extern "C" {
 
 // ---- model ----------------------------------------------------------------------------------------
 
-typedef struct OmTissueMaterial {
-    double young;    // Pa, > 0; default 3000
-    double poisson;  // 0 <= poisson < 0.5; default 0.45
-} OmTissueMaterial;
-
 typedef struct OmTissueDef {  // made by om_tissue_default_def
     const char* engine;       // default "fem": corotational linear tetrahedra
     const OmTetMesh* mesh;    // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
-    const OmTissueMaterial* material;   // by tet_label                                  (nmaterial)
-    OmTissueMaterial material_default;  // where nmaterial is 0
-    double density;                     // kg/m^3, > 0; default 1000
-    double rayleigh_mass;               // 1/s, >= 0; default 0.1
-    double rayleigh_stiffness;          // s, >= 0; default 0
-    OmVec3 gravity;                     // m/s^2; default (0, 0, -9.81)
-    double attachment_stiffness;        // N/m per attached vertex; default 0: held still
+    const OmMaterial* material;   // by tet_label                                  (nmaterial)
+    OmMaterial material_default;  // where nmaterial is 0
+    double density;               // kg/m^3, > 0; default 1000
+    double rayleigh_mass;         // 1/s, >= 0; default 0.1
+    double rayleigh_stiffness;    // s, >= 0; default 0
+    OmVec3 gravity;               // m/s^2; default (0, 0, -9.81)
+    double attachment_stiffness;  // N/m per attached vertex; default 0: held still
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
     uint32_t cookie;                      // set by om_tissue_default_def

@@ -3,14 +3,10 @@
 
 #include "fem/fem_internal.h"
 
-static void lame(OmTissueMaterial m, double* lambda, double* mu) {
-    *lambda = m.young * m.poisson / ((1 + m.poisson) * (1 - 2 * m.poisson));  // poisson < 0.5
-    *mu = m.young / (2 * (1 + m.poisson));
-}
-
 void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu) {
     int label = model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0;
-    lame(model->def.material[label], lambda, mu);
+    double bulk;
+    om_material_lame(&model->def.material[label], lambda, mu, &bulk);
 }
 
 // Gradients of the shape functions of vertices 1, 2, 3: the rows of Dm^-1.

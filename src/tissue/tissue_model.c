@@ -1,4 +1,5 @@
 // tissue_model.c: definitions checked, masses lumped, the table of engines.
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,7 +15,7 @@ static const OmTissueEngine* const engine_table[] = {&om__engine_fem};
 OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
     OmTissueDef def = {.engine = "fem",
                        .mesh = mesh,
-                       .material_default = {3000, 0.45},
+                       .material_default = {.young = 3000, .poisson = 0.45},
                        .density = 1000,
                        .rayleigh_mass = 0.1,
                        .gravity = {0, 0, -9.81},
@@ -41,16 +42,6 @@ static OmStatus find_engine(const OmTissueDef* def, const OmTissueEngine** engin
                     near ? near : "", near ? "\"?" : "");
 }
 
-static OmStatus check_material(const OmTissueMaterial* m, const char* field, int k) {
-    OM_CHECK(m->young > 0 && m->young <= 1e12, OM_INVALID,
-             "tissue: %s[%d].young is %g Pa; it must be above 0 and at most 1e12", field, k,
-             m->young);
-    OM_CHECK(m->poisson >= 0 && m->poisson <= 0.4999, OM_INVALID,
-             "tissue: %s[%d].poisson is %g; it must be at least 0 and at most 0.4999", field, k,
-             m->poisson);
-    return OM_OK;
-}
-
 static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->cookie == TISSUE_COOKIE, OM_INVALID,
              "tissue: the definition was not made by om_tissue_default_def");
@@ -58,9 +49,13 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->mesh->ntet > 0, OM_INVALID, "tissue: mesh has no elements");
     OM_CHECK(def->nmaterial >= 0 && (def->nmaterial == 0 || def->material), OM_INVALID,
              "tissue: nmaterial is %d but material is null or the count negative", def->nmaterial);
-    for (int k = 0; k < def->nmaterial; ++k)
-        OM_TRY(check_material(&def->material[k], "material", k));
-    if (def->nmaterial == 0) OM_TRY(check_material(&def->material_default, "material_default", 0));
+    for (int k = 0; k < def->nmaterial; ++k) {
+        char field[32];
+        snprintf(field, sizeof field, "tissue: material[%d]", k);
+        OM_TRY(om_material_validate(&def->material[k], field));
+    }
+    if (def->nmaterial == 0)
+        OM_TRY(om_material_validate(&def->material_default, "tissue: material_default"));
     OM_CHECK(def->density > 0 && def->density <= 1e6, OM_INVALID,
              "tissue: density is %g kg/m^3; it must be above 0 and at most 1e6", def->density);
     OM_CHECK(def->rayleigh_mass >= 0 && def->rayleigh_mass <= 1e6, OM_INVALID,
@@ -130,7 +125,7 @@ static OmStatus find_surface(OmTissueModel* m) {
 
 static OmStatus copy_materials(OmTissueModel* m, const OmTissueDef* def) {
     int n = def->nmaterial > 0 ? def->nmaterial : 1;
-    OmTissueMaterial* copy = om_alloc((size_t)n, sizeof *copy);
+    OmMaterial* copy = om_alloc((size_t)n, sizeof *copy);
     if (!copy) return OM_NO_MEMORY;
     if (def->nmaterial > 0)
         memcpy(copy, def->material, (size_t)n * sizeof *copy);

@@ -37,7 +37,7 @@ static void test_force_is_slope(void** context) {
     (void)context;
     TestRig r;
     rig_box(&r, lo, hi, 3, 2, 2);
-    OmTissueMaterial material[2] = {{3000, 0.45}, {9000, 0.1}};
+    OmMaterial material[2] = {{.young = 3000, .poisson = 0.45}, {.young = 9000, .poisson = 0.1}};
     r.def.nmaterial = 2;
     r.def.material = material;
     for (int e = 0; e < r.mesh.ntet; ++e) r.mesh.tet_label[e] = e % 3 == 0;

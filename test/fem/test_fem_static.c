@@ -56,7 +56,7 @@ static double hang_error(int cells) {
     double L = 0.08, young = 1e5, g = 9.81;
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.02, 0.02, L), cells, cells, 4 * cells);
     rig_attach_plane(&r, 2, L);
-    r.def.material_default = (OmTissueMaterial){young, 0};
+    r.def.material_default = (OmMaterial){.young = young, .poisson = 0};
     rig_start(&r);
     rig_relax(&r, 4);
     double error = 0, size = 0;
@@ -86,7 +86,7 @@ static double cantilever_ratio(int cells) {
     double L = 0.1, a = 0.02, young = 3e6, nu = 0.3, g = 9.81;
     rig_box(&r, om_vec3(0, 0, 0), om_vec3(L, a, a), 5 * cells, cells, cells);
     rig_attach_plane(&r, 0, 0);
-    r.def.material_default = (OmTissueMaterial){young, nu};
+    r.def.material_default = (OmMaterial){.young = young, .poisson = nu};
     r.def.gravity = om_vec3(0, 0, -g);
     rig_start(&r);
     rig_relax(&r, 4);

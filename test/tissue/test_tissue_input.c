@@ -34,13 +34,15 @@ static void gravity_nan(TestRig* r) { r->def.gravity.y = (double)NAN; }
 static void spring_negative(TestRig* r) { r->def.attachment_stiffness = -5; }
 static void no_materials(TestRig* r) { r->def.nmaterial = 2; }
 static void label_too_large(TestRig* r) {
-    static const OmTissueMaterial material[2] = {{3000, 0.45}, {3000, 0.45}};
+    static const OmMaterial material[2] = {{.young = 3000, .poisson = 0.45},
+                                           {.young = 3000, .poisson = 0.45}};
     r->def.nmaterial = 2;
     r->def.material = material;
     r->mesh.tet_label[7] = 2;
 }
 static void second_material(TestRig* r) {
-    static const OmTissueMaterial material[2] = {{3000, 0.45}, {-3000, 0.45}};
+    static const OmMaterial material[2] = {{.young = 3000, .poisson = 0.45},
+                                           {.young = -3000, .poisson = 0.45}};
     r->def.nmaterial = 2;
     r->def.material = material;
 }
