@@ -65,6 +65,57 @@ OM__INLINE void write_block(float* out, const float* S, const float* rS, float r
     store4(out + 5, __builtin_shufflevector(y, z, 2, 4, 5, 6));
 }
 
+// ---- blocks of any law ------------------------------------------------------------------------------
+
+// sum += a block of nine floats by columns.
+OM__INLINE void add_block(float* sum, const float* block) {
+    store4(sum, load4(sum) + load4(block));
+    store4(sum + 4, load4(sum + 4) + load4(block + 3));
+    store4(sum + 8, load4(sum + 8) + load4(block + 6));
+}
+
+// sum += its transpose.
+OM__INLINE void add_transposed(float* sum, const float* block) {
+    V4 a = load4(block), b = load4(block + 3), c = load4(block + 6);
+    V4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5),
+       AB = __builtin_shufflevector(a, b, 2, 6, 3, 7);
+    store4(sum, load4(sum) + __builtin_shufflevector(ab, c, 0, 1, 4, 7));
+    store4(sum + 4, load4(sum + 4) + __builtin_shufflevector(ab, c, 2, 3, 5, 7));
+    store4(sum + 8, load4(sum + 8) + __builtin_shufflevector(AB, c, 0, 1, 6, 7));
+}
+
+// Sums of a row over the elements of its vertex, from their blocks; the elastic entry of b is returned.
+OM__INLINE V4 gather_blocks(const OmFem* fem, const float* left, int i, float* S) {
+    static const signed char pair[4][4] = {
+        {-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
+    V4 f = splat(0);
+    for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
+        const OmFemVisit* visit = &fem->visit[at];
+        const float* e = left + OM__BLOCKED * (size_t)(visit->corner >> 2);
+        int own = visit->corner & 3;
+        f += load4(e + 54 + 3 * own);
+        for (int n = 0; n < own; ++n) add_transposed(S + 12 * visit->slot[n], e + 9 * pair[own][n]);
+        for (int n = own + 1; n < 4; ++n) add_block(S + 12 * visit->slot[n], e + 9 * pair[own][n]);
+    }
+    return f;
+}
+
+// A sum by columns; the last store begins inside the second column.
+OM__INLINE void pack_block(float* out, const float* S) {
+    V4 b = load4(S + 4), c = load4(S + 8);
+    store4(out, load4(S));
+    store4(out + 3, b);
+    store4(out + 5, __builtin_shufflevector(b, c, 2, 4, 5, 6));
+}
+
+// The diagonal block, of which only rounding can make an asymmetric one.
+OM__INLINE void pack_diagonal(float* out, const float* S) {
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) out[3 * c + r] = 0.5F * (S[4 * c + r] + S[4 * r + c]);
+}
+
+// ---- rows ---------------------------------------------------------------------------------------------
+
 typedef struct Rows {
     const OmTissueModel* m;
     const OmTissueState* s;
@@ -123,16 +174,38 @@ static void write_mixed_rows(const Rows* rows, float* S, int begin, int end) {
     write_rows(rows, true, S, begin, end);
 }
 
+OM_MULTIVERSION
+static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
+    const OmFem* fem = rows->fem;
+    const OmBsr* A = &rows->w->A;
+    for (int i = begin; i < end; ++i) {
+        int adr = A->row_adr[i], num = A->row_adr[i + 1] - adr;
+        memset(S, 0, 12 * (size_t)num * sizeof(float));
+        V4 f = gather_blocks(fem, rows->turn.turned, i, S);
+        sum_diagonal(S, num);
+        float* out = A->value + 9 * (size_t)adr;
+        for (int k = 1; k < num; ++k) pack_block(out + 9 * (size_t)k, S + 12 * (size_t)k);
+        pack_diagonal(out, S);
+        add_vertex_terms(rows, i, f, out);
+    }
+}
+
 static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     const Rows* rows = ctx;
     const OmFem* fem = rows->fem;
     const OmFemWork* fw = rows->w->data;
     int64_t nbatch = fem->nbatch, nvert = rows->m->mesh.nvert;
-    om__fem_turn(&rows->turn, (int)(nbatch * rank / size), (int)(nbatch * (rank + 1) / size));
+    int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
+    if (fem->is_blocked)
+        om__fem_stretch(&rows->turn, first, last);
+    else
+        om__fem_turn(&rows->turn, first, last);
     om_team_barrier(team);
     float* S = fw->row + (size_t)rank * fw->row_size;
     int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
-    if (fem->is_mixed)
+    if (fem->is_blocked)
+        write_blocked_rows(rows, S, begin, end);
+    else if (fem->is_mixed)
         write_mixed_rows(rows, S, begin, end);
     else
         write_uniform_rows(rows, S, begin, end);
@@ -153,7 +226,8 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                   .lag = (float)(h + beta),
                   .scale = (float)scale,
                   .stress = (float)(h / scale),
-                  .turned = fw->turned},
+                  .turned = fw->turned,
+                  .model = m},
                  h};
     om_parallel_team(fw->nworker, assemble_team, &rows);
     return OM_OK;

@@ -1,8 +1,8 @@
-// fem_force.c: elastic forces, energy and measures of corotational elements, in double.
+// fem_force.c: elastic forces, energy and measures, in double.
 //
-// What a step computes in float, computed again from the state alone, element after element:
-// e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a.
-#include "fem/fem_internal.h"
+// What a step computes in float, computed again from the state alone, element after element. Corotational:
+// e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a. Other laws: -V P g_a.
+#include "fem/fem_simd.h"
 
 // See fem_turn.c. Newton starts above the largest root and so comes down to it.
 OmMat3 om__fem_rotation(OmMat3 F) {
@@ -28,10 +28,26 @@ OmMat3 om__fem_rotation(OmMat3 F) {
 typedef struct Element {
     const int* vert;
     OmMat3 g;  // shape gradients of vertices 1, 2, 3 as columns
-    OmMat3 F, R;
-    OmMat3 e;  // corotational strain
-    double lambda, mu, volume, trace;
+    OmMat3 F;
+    OmMat3 P;       // first Piola-Kirchhoff stress, Pa
+    double energy;  // J/m^3
+    double volume;  // at rest, m^3
 } Element;
+
+static OmMat3 corotational_strain(OmMat3 F, OmMat3 R) {
+    OmMat3 U = om_mat3_mul(om_mat3_transpose(R), F);
+    OmMat3 e = om_mat3_scale(0.5, om_mat3_add(U, om_mat3_transpose(U)));
+    return om_mat3_add(e, om_mat3_diag(om_vec3(-1, -1, -1)));
+}
+
+static OmMat3 corotational_stress(const OmMaterial* m, OmMat3 F, double* energy) {
+    double lambda, mu, bulk;
+    om_material_lame(m, &lambda, &mu, &bulk);
+    OmMat3 R = om__fem_rotation(F), e = corotational_strain(F, R);
+    double t = om_mat3_trace(e), p = lambda * t, n = om_mat3_norm(e);
+    *energy = mu * n * n + 0.5 * lambda * t * t;
+    return om_mat3_mul(R, om_mat3_add(om_mat3_scale(2 * mu, e), om_mat3_diag(om_vec3(p, p, p))));
+}
 
 static Element look_at(const OmTissueModel* m, const double* x, int e) {
     Element el = {.vert = m->mesh.tet_vert + 4 * (size_t)e, .volume = m->volume[e]};
@@ -41,20 +57,10 @@ static Element look_at(const OmTissueModel* m, const double* x, int e) {
     OmMat3 D = om_mat3_cols(om_sub(om_load3(x, el.vert[1]), o), om_sub(om_load3(x, el.vert[2]), o),
                             om_sub(om_load3(x, el.vert[3]), o));
     el.F = om_mat3_mul(D, om_mat3_transpose(el.g));
-    el.R = om__fem_rotation(el.F);
-    OmMat3 U = om_mat3_mul(om_mat3_transpose(el.R), el.F);
-    el.e = om_mat3_scale(0.5, om_mat3_add(U, om_mat3_transpose(U)));
-    el.e.cx.x -= 1;
-    el.e.cy.y -= 1;
-    el.e.cz.z -= 1;
-    el.trace = om_mat3_trace(el.e);
-    om__fem_lame(m, e, &el.lambda, &el.mu);
+    const OmMaterial* material = om__fem_material(m, e);
+    el.P = material->law == OM_COROTATIONAL ? corotational_stress(material, el.F, &el.energy)
+                                            : om__law_stress(material, el.F, &el.energy);
     return el;
-}
-
-static OmMat3 stress_of(const Element* el) {
-    double p = el->lambda * el->trace;
-    return om_mat3_add(om_mat3_scale(2 * el->mu, el->e), om_mat3_diag(om_vec3(p, p, p)));
 }
 
 void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
@@ -63,7 +69,7 @@ void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const u
         const int* v = m->mesh.tet_vert + 4 * (size_t)e;
         if (mask && !(mask[v[0]] | mask[v[1]] | mask[v[2]] | mask[v[3]])) continue;
         Element el = look_at(m, x, e);
-        OmMat3 P = om_mat3_scale(-el.volume, om_mat3_mul(el.R, stress_of(&el)));
+        OmMat3 P = om_mat3_scale(-el.volume, el.P);
         OmVec3 f[4];
         f[1] = om_mat3_apply(P, el.g.cx);
         f[2] = om_mat3_apply(P, el.g.cy);
@@ -77,38 +83,37 @@ void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const u
     }
 }
 
-static double energy_density(const Element* el) {
-    double ee = om_norm2(el->e.cx) + om_norm2(el->e.cy) + om_norm2(el->e.cz);
-    return el->mu * ee + 0.5 * el->lambda * el->trace * el->trace;
-}
-
 double om__fem_get_energy(const OmTissueModel* m, const double* x) {
     double sum = 0;
     for (int e = 0; e < m->mesh.ntet; ++e) {
         Element el = look_at(m, x, e);
-        sum += el.volume * energy_density(&el);
+        sum += el.volume * el.energy;
     }
     return sum;
 }
 
-static double von_mises(const Element* el) {
-    OmMat3 s = stress_of(el);
+// Of P R^T (corotational) or of Cauchy's stress P F^T / J; of P R^T too where an element is nearly flat.
+static double von_mises(const OmMaterial* m, const Element* el) {
+    double J = om_mat3_det(el->F);
+    bool is_true = m->law != OM_COROTATIONAL && J > 1e-6;
+    OmMat3 s = is_true ? om_mat3_scale(1 / J, om_mat3_mul(el->P, om_mat3_transpose(el->F)))
+                       : om_mat3_mul(el->P, om_mat3_transpose(om__fem_rotation(el->F)));
     double p = om_mat3_trace(s) / 3;
     OmMat3 d = om_mat3_add(s, om_mat3_diag(om_vec3(-p, -p, -p)));
     return sqrt(1.5 * (om_norm2(d.cx) + om_norm2(d.cy) + om_norm2(d.cz)));
 }
 
-static double measure_of(const Element* el, OmTissueMeasure measure) {
+static double measure_of(const OmMaterial* m, const Element* el, OmTissueMeasure measure) {
     OmMat3 u, v;
     OmVec3 s;
     switch (measure) {
-    case OM_VON_MISES: return von_mises(el);
+    case OM_VON_MISES: return von_mises(m, el);
     case OM_PRINCIPAL_STRETCH: om_mat3_svd(el->F, &u, &s, &v); return s.x;
     case OM_STRAIN:
-        om_mat3_eigen_symmetric(el->e, &s, &v);
+        om_mat3_eigen_symmetric(corotational_strain(el->F, om__fem_rotation(el->F)), &s, &v);
         return fabs(s.x) > fabs(s.z) ? s.x : s.z;
     case OM_VOLUME_RATIO: return om_mat3_det(el->F);
-    case OM_ENERGY_DENSITY: return energy_density(el);
+    case OM_ENERGY_DENSITY: return el->energy;
     }
     return 0;
 }
@@ -117,6 +122,59 @@ void om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasur
                          double* value) {
     for (int e = 0; e < m->mesh.ntet; ++e) {
         Element el = look_at(m, x, e);
-        value[e] = measure_of(&el, measure);
+        value[e] = measure_of(om__fem_material(m, e), &el, measure);
     }
+}
+
+// ---- the least volume ratio ---------------------------------------------------------------------------
+
+typedef struct Least {
+    const OmTissueModel* m;
+    const double* x;
+    double* least;  // of each member
+} Least;
+
+OM_MULTIVERSION
+static double least_of(const OmFemBatch* batch, const double* x, int begin, int end) {
+    Lanes d[9], least;
+    for (int l = 0; l < OM__LANE; ++l) least[l] = INFINITY;
+    for (int k = begin; k < end; ++k) {
+        const OmFemBatch* b = &batch[k];
+        for (int l = 0; l < OM__LANE; ++l) {
+            const double* o = x + 3 * (size_t)b->vert[0][l];
+            for (int n = 0; n < 3; ++n)
+                for (int c = 0; c < 3; ++c)
+                    d[3 * n + c][l] = (float)(x[3 * (size_t)b->vert[n + 1][l] + (size_t)c] - o[c]);
+        }
+        for (int l = 0; l < OM__LANE; ++l) {
+            float now = d[0][l] * (d[4][l] * d[8][l] - d[5][l] * d[7][l]) +
+                        d[1][l] * (d[5][l] * d[6][l] - d[3][l] * d[8][l]) +
+                        d[2][l] * (d[3][l] * d[7][l] - d[4][l] * d[6][l]);
+            float J = now * b->per_volume[l];
+            least[l] = J < least[l] ? J : least[l];
+        }
+    }
+    float all = least[0];
+    for (int l = 1; l < OM__LANE; ++l) all = fminf(all, least[l]);
+    return (double)all;
+}
+
+static void least_team(void* ctx, OmTeam* team, int rank, int size) {
+    (void)team;
+    const Least* a = ctx;
+    const OmFem* fem = a->m->data;
+    a->least[rank] = least_of(fem->batch, a->x, (int)((int64_t)fem->nbatch * rank / size),
+                              (int)((int64_t)fem->nbatch * (rank + 1) / size));
+}
+
+double om__fem_get_least_ratio(const OmTissueModel* m, const OmTissueWork* w, const double* x) {
+    const OmFem* fem = m->data;
+    const OmFemWork* fw = w->data;
+    double least[OM_MAX_WORKER], all = INFINITY;
+    if (!fem->is_blocked) return all;
+    for (int k = 0; k < OM_MAX_WORKER; ++k) least[k] = INFINITY;
+    Least args = {m, x, least};
+    om_parallel_team(fw->nworker, least_team, &args);
+    for (int k = 0; k < OM_MAX_WORKER; ++k) all = fmin(all, least[k]);
+    return all;
 }

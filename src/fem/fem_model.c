@@ -1,12 +1,31 @@
-// fem_model.c: what corotational elements know before the first step, and the engine's row of functions.
+// fem_model.c: what elements know before the first step, and the engine's row of functions.
 #include <string.h>
 
 #include "fem/fem_internal.h"
 
+const OmMaterial* om__fem_material(const OmTissueModel* model, int e) {
+    return &model->def.material[model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0];
+}
+
 void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu) {
-    int label = model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0;
     double bulk;
-    om_material_lame(&model->def.material[label], lambda, mu, &bulk);
+    om_material_lame(om__fem_material(model, e), lambda, mu, &bulk);
+}
+
+static OmFemFamily family_of(const OmMaterial* m) {
+    switch (m->law) {
+    case OM_NEO_HOOKEAN: return OM__FAMILY_NEO;
+    case OM_STABLE_NEO_HOOKEAN: return OM__FAMILY_STABLE;
+    case OM_ST_VENANT_KIRCHHOFF: return OM__FAMILY_VENANT;
+    default: return OM__FAMILY_OTHER;
+    }
+}
+
+// Is the model in need of blocks, for one of its elements is not corotational?
+static bool find_blocked(const OmTissueModel* m) {
+    for (int e = 0; e < m->mesh.ntet; ++e)
+        if (om__fem_material(m, e)->law != OM_COROTATIONAL) return true;
+    return false;
 }
 
 // Gradients of the shape functions of vertices 1, 2, 3: the rows of Dm^-1.
@@ -40,6 +59,10 @@ static void fill_batches(const OmTissueModel* m, OmFem* fem) {
         for (int c = 0; c < 9; ++c) batch->grad[c][l] = (float)fem->grad[9 * (size_t)e + (size_t)c];
         batch->root[l] = k < mesh->ntet ? (float)sqrt(m->volume[e] * mu) : 0.0F;
         batch->ratio[l] = (float)(lambda / mu);
+        batch->per_volume[l] = (float)(1 / (6 * m->volume[e]));  // checked by make_gradients
+        OmFemFamily family = family_of(om__fem_material(m, e));
+        if (l == 0) batch->family = family;
+        if (batch->family != family) batch->family = OM__FAMILY_OTHER;
         if (k == 0) fem->ratio = batch->ratio[l];
         fem->is_mixed |= batch->ratio[l] != fem->ratio;  // exact: equal inputs give equal floats
     }
@@ -101,9 +124,13 @@ static OmStatus fem_create(OmTissueModel* m) {
     fem->visit = om_alloc((size_t)m->mesh.ntet, 4 * sizeof *fem->visit);
     if (!fem->batch || !fem->grad || !fem->visit_adr || !fem->visit) return OM_NO_MEMORY;
     OM_TRY(make_gradients(m, fem));
+    fem->is_blocked = find_blocked(m);
     fill_batches(m, fem);
     return make_visits(m, fem);
 }
+
+// Floats an element leaves for the second pass.
+static size_t left_size(const OmFem* fem) { return fem->is_blocked ? OM__BLOCKED : OM__TURNED; }
 
 static void fem_destroy_work(OmTissueWork* w) {
     OmFemWork* fw = w->data;
@@ -122,7 +149,7 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->ntet = m->mesh.ntet;
     fw->nworker = m->def.solver.nworker;
     fw->row_size = (size_t)fem->max_row * 24 + 16;
-    fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, OM__TURNED * sizeof(float));
+    fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, left_size(fem) * sizeof(float));
     fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
     return fw->turned && fw->row ? OM_OK : OM_NO_MEMORY;
 }
@@ -133,7 +160,7 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t ntet = (size_t)m->mesh.ntet, nbatch = (size_t)fem->nbatch;
     return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
-           nbatch * OM__LANE * OM__TURNED * sizeof(float) +
+           nbatch * OM__LANE * left_size(fem) * sizeof(float) +
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
 
@@ -149,5 +176,6 @@ const OmTissueEngine om__engine_fem = {
     .add_internal_force = om__fem_add_internal_force,
     .get_measure = om__fem_get_measure,
     .get_energy = om__fem_get_energy,
+    .get_least_ratio = om__fem_get_least_ratio,
     .get_memory = fem_get_memory,
 };

@@ -21,39 +21,6 @@
 #define MIN_GAP 0.05F   // denominator of R where |F|^2 = 3; 16 at F = I
 #define MAX_STEP 1e-4F  // of the last Newton step
 
-typedef float Lanes[OM__LANE];
-
-// Edges of the elements and their rates, as floats: differences are taken in double.
-OM__INLINE void gather_edges(const OmFemTurn* t, const OmFemBatch* batch, Lanes d[9], Lanes w[9]) {
-    for (int l = 0; l < OM__LANE; ++l) {
-        const double *x0 = t->x + 3 * (size_t)batch->vert[0][l],
-                     *v0 = t->v + 3 * (size_t)batch->vert[0][l];
-        for (int k = 0; k < 3; ++k) {
-            const double *x = t->x + 3 * (size_t)batch->vert[k + 1][l],
-                         *v = t->v + 3 * (size_t)batch->vert[k + 1][l];
-            for (int c = 0; c < 3; ++c) {
-                d[3 * k + c][l] = (float)(x[c] - x0[c]);
-                w[3 * k + c][l] = (float)(v[c] - v0[c]);
-            }
-        }
-    }
-}
-
-// F, and F' = F + lag dF/dt, by columns.
-OM__INLINE void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9], Lanes w[9],
-                               Lanes F[9], Lanes G[9]) {
-    for (int l = 0; l < OM__LANE; ++l)
-        for (int c = 0; c < 3; ++c) {
-            float g0 = batch->grad[c][l], g1 = batch->grad[3 + c][l], g2 = batch->grad[6 + c][l];
-            for (int r = 0; r < 3; ++r) {
-                float f = d[r][l] * g0 + d[3 + r][l] * g1 + d[6 + r][l] * g2;
-                float rate = w[r][l] * g0 + w[3 + r][l] * g1 + w[6 + r][l] * g2;
-                F[3 * c + r][l] = f;
-                G[3 * c + r][l] = f + lag * rate;
-            }
-        }
-}
-
 // R of every lane; is_bad where it needs the SVD.
 OM__INLINE void find_rotations(Lanes F[9], Lanes R[9], int is_bad[OM__LANE]) {
     for (int l = 0; l < OM__LANE; ++l) {

@@ -31,6 +31,9 @@ typedef struct OmTissueEngine {
     void (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
                         double* value);
     double (*get_energy)(const OmTissueModel* model, const double* x);  // elastic, J
+    /// The least det F of all elements; null where a step cannot invert one, or may.
+    double (*get_least_ratio)(const OmTissueModel* model, const OmTissueWork* work,
+                              const double* x);
     /// Bytes of model->data and work->data.
     size_t (*get_memory)(const OmTissueModel* model, const OmTissueWork* work);
 } OmTissueEngine;
@@ -113,6 +116,7 @@ struct OmTissueWork {
     OmMat3* extra_K;          // N/m                                                (nvert)
     float* extra_diag;        // diagonal blocks of A without them                  (nvert x 9)
     OmPose next[OM_TISSUE_NARM];  // tools at the end of the step begun
+    double* x_end;                // where the step would end                          (nvert x 3)
     void* backup;                 // a state, for steps that are cut
 };
 

@@ -24,6 +24,7 @@ OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     OM_CALLOC_DONE(w->b, 3 * n);
     OM_CALLOC_DONE(w->rhs, 3 * n);
     OM_CALLOC_DONE(w->dv, 3 * n);
+    OM_CALLOC_DONE(w->x_end, 3 * n);
     OM_CALLOC_DONE(w->extra, n);
     OM_CALLOC_DONE(w->is_extra, n);
     OM_CALLOC_DONE(w->extra_f, n);
@@ -56,6 +57,7 @@ void om_tissue_destroy_work(OmTissueWork* w) {
     om_free(w->b);
     om_free(w->rhs);
     om_free(w->dv);
+    om_free(w->x_end);
     om_free(w->extra);
     om_free(w->is_extra);
     om_free(w->extra_f);
@@ -270,31 +272,57 @@ OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWo
 
 // ---- whole steps ----------------------------------------------------------------------------------
 
+// The least det F that a step may end with: elements may be flattened to a tenth, those that are flat already to
+// a half of what they are; inverted ones come back in their own time, but not by way of the far side.
+static double least_allowed(double begin) {
+    if (begin <= 0) return 2 * begin - 0.5;
+    return fmin(0.1, 0.5 * begin);
+}
+
+// Would the step begun and solved flatten or invert elements? One linearisation cannot see that coming.
+static bool is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+    if (!m->engine->get_least_ratio) return false;
+    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->x_end[n] = x[n] + w->h * (v[n] + w->dv[n]);
+    double end = m->engine->get_least_ratio(m, w, w->x_end);
+    return end < 0.1 && end < least_allowed(m->engine->get_least_ratio(m, w, x));
+}
+
+typedef struct Solve {
+    OmTissueStepFn fn;
+    void* ctx;
+} Solve;
+
+// is_last: no shorter step will be tried, so any that is finite will do.
 static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
-                         OmTissueStepFn solve, void* ctx, OmTissueReport* report) {
+                         bool is_last, const Solve* solve, OmTissueReport* report) {
     OM_TRY(om_tissue_begin_step(m, s, w, h));
-    OmStatus status =
-        solve ? solve(ctx, m, s, w, h, report) : om_tissue_solve_step(m, s, w, report);
+    OmStatus status = solve->fn ? solve->fn(solve->ctx, m, s, w, h, report)
+                                : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
+    if (!is_last && is_crushing(m, s, w))
+        return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
     OM_TRY(om_tissue_end_step(m, s, w));
     ++report->substeps;
     return status;
 }
 
 OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
-                             OmTissueStepFn solve, void* ctx, OmTissueReport* report) {
+                             OmTissueStepFn fn, void* ctx, OmTissueReport* report) {
     OmTissueReport local;
     if (!report) report = &local;
     *report = (OmTissueReport){0};
     OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
     if (m->engine->step) return m->engine->step(m, s, w, h, report);
     OmStatus outcome = OM_OK;
+    Solve solve = {fn, ctx};
     double left = h, part = h;
     bool is_cut = false;
     while (left > 1e-9 * h) {
         part = fmin(part, left);
         w->share = part / left;
-        OmStatus status = try_step(m, s, w, part, solve, ctx, report);
+        bool is_last = part < 2 * MIN_SHARE * h;
+        OmStatus status = try_step(m, s, w, part, is_last, &solve, report);
         w->share = 1;
         if (status >= 0) {
             left -= part;

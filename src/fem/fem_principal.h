@@ -1,0 +1,31 @@
+// fem_principal.h: laws of elasticity in principal stretches.
+//
+// With F = U diag(s) V^T, U and V rotations and s[2] negative where F is inverted, an isotropic law is a
+// function W(s). In the frame of U and V its stress is diagonal, P[i] = dW/ds_i, and its tangent falls apart
+// (Smith, de Goes and Kim 2018, "Stable neo-Hookean flesh simulation", section 4): dP_ii = sum_j H_ij dF_jj,
+// and for a pair (i, j) with k the third index dP_ij = own[k] dF_ij + cross[k] dF_ji, with own + cross
+// = (P_i - P_j) / (s_i - s_j) the stiffness against a flip and own - cross = (P_i + P_j) / (s_i + s_j) that
+// against a twist.
+#ifndef OMENTUM_FEM_PRINCIPAL_H
+#define OMENTUM_FEM_PRINCIPAL_H
+
+#include "omentum/tissue_material.h"
+#include "omentum/vec.h"
+
+#define OM__BARRIER 0.2  // J, and stretches in Ogden's terms: below it, second-order continuation
+
+typedef struct OmPrincipal {
+    double W;        // J/m^3
+    double P[3];     // Pa
+    double H[3][3];  // Pa
+    double own[3], cross[3];
+} OmPrincipal;
+
+/// Anything but OM_LINEAR, which is no function of stretches.
+void om__principal_eval(const OmMaterial* material, const double s[3], OmPrincipal* out);
+/// The nearest positive semidefinite tangent: negative eigenvalues to zero.
+void om__principal_project(OmPrincipal* p);
+/// First Piola-Kirchhoff stress and energy density at F, every law.
+OmMat3 om__law_stress(const OmMaterial* material, OmMat3 F, double* energy);
+
+#endif
