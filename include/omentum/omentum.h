@@ -19,6 +19,7 @@
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
+#include "omentum/study.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"

@@ -1,0 +1,96 @@
+// study_body.c: bodies as functions, and their meshes of a wanted number of elements.
+//
+// The number of elements goes with edge^-3 but for the surface; a secant search in logarithms finds the edge
+// in a few meshes. Isosurface stuffing places whole lattice cells, so the last percent is left to chance.
+#include <math.h>
+#include <string.h>
+
+#include "omentum/shape_meshing.h"
+#include "study/study_internal.h"
+
+#define MESH_TOLERANCE 0.01  // of the number of elements
+#define MAX_TRY 10
+
+double om_study_eval_body(const OmStudyBody* body, OmVec3 p) {
+    return body->is_file ? om_sdf_eval(&body->sdf, p, NULL) : om__study_eval_phantom(body, p);
+}
+
+double om__study_shape_fn(void* ctx, OmVec3 p) { return om_study_eval_body(ctx, p); }
+
+const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion) {
+    *nlesion = body->nlesion;
+    return body->lesion;
+}
+
+void om_study_destroy_body(OmStudyBody* body) {
+    if (!body) return;
+    om_sdf_done(&body->sdf);
+    om_free(body->held);
+    om_free(body);
+}
+
+// ---- meshes ---------------------------------------------------------------------------------------
+
+// Name the vertices of the boundary that are held.
+static OmStatus add_attachment(const OmStudyBody* body, double edge, OmTetMesh* mesh) {
+    OmSurface surface = {0};
+    int *vert = NULL, n = 0;
+    OmStatus status = om_tet_mesh_boundary(mesh, &surface, &vert);
+    if (status < 0) goto done;
+    for (int i = 0; i < surface.nvert; ++i)
+        if (om__study_is_held(body, om_load3(surface.x, i), edge)) vert[n++] = vert[i];
+    OM_CHECK_DONE(n > 0, OM_INVALID, "study: no vertex of a mesh of %d elements is held",
+                  mesh->ntet);
+    status = om_tet_mesh_add_set(mesh, "attachment", vert, n);
+done:
+    om_surface_done(&surface);
+    om_free(vert);
+    return status;
+}
+
+static OmStatus mesh_with_edge(const OmStudyBody* body, double edge, int nworker, OmTetMesh* mesh) {
+    OmVec3 pad = om_vec3(edge, edge, edge);
+    OmStuffDef def = om_stuff_default_def(edge, om__study_shape_fn, (void*)body,
+                                          om_sub(body->lo, pad), om_add(body->hi, pad));
+    def.nworker = nworker;
+    OM_TRY(om_tet_mesh_stuff(&def, mesh));
+    OmStatus status = om_tet_mesh_keep_parts(mesh, 0, NULL, NULL);
+    if (status < 0) om_tet_mesh_done(mesh);
+    return status;
+}
+
+OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh) {
+    memset(mesh, 0, sizeof *mesh);
+    OM_CHECK(ntet >= 100 && ntet <= 2000000, OM_INVALID,
+             "study: a mesh of %d elements; 100 to 2000000 are possible", ntet);
+    OmVec3 size = om_sub(body->hi, body->lo);
+    // a tetrahedron of the lattice has about 0.1 edge^3, and the body fills about half its box
+    double log_edge = log(cbrt(0.5 * size.x * size.y * size.z / (0.1 * ntet)));
+    double last_edge = 0, last_miss = 0, best = HUGE_VAL, edge = 0;
+    for (int k = 0; k < MAX_TRY && best > MESH_TOLERANCE; ++k) {
+        OmTetMesh trial;
+        OmStatus status = mesh_with_edge(body, exp(log_edge), nworker, &trial);
+        if (status < 0) {
+            om_tet_mesh_done(mesh);
+            return status;
+        }
+        double miss = log((double)trial.ntet / ntet);
+        if (fabs(miss) < best) {
+            om_tet_mesh_done(mesh);
+            *mesh = trial;
+            best = fabs(miss);
+            edge = exp(log_edge);
+        } else {
+            om_tet_mesh_done(&trial);
+        }
+        double slope =
+            k > 0 && log_edge != last_edge ? (miss - last_miss) / (log_edge - last_edge) : -3;
+        if (!(slope < -1.5 && slope > -6)) slope = -3;  // whole cells make the count jump
+        last_edge = log_edge;
+        last_miss = miss;
+        log_edge -= miss / slope;
+    }
+    OmStatus status = add_attachment(body, edge, mesh);
+    if (status < 0) om_tet_mesh_done(mesh);
+    return status;
+}

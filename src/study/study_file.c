@@ -1,0 +1,187 @@
+// study_file.c: bodies from a mesh file and a list of lesions.
+//
+// The mesh is not used as it is: its boundary becomes a distance field, from which the study makes meshes
+// of its own at every resolution. The probe comes from above: the last surface point over a lesion along
+// `up` gives the normal, which is the way of the probe, and the highest of the surface under its face is
+// where it first touches.
+#include <math.h>
+#include <string.h>
+
+#include "omentum/shape_file.h"
+#include "study/study_internal.h"
+
+#define NODE_ALONG_BOX 100  // nodes of the field along the longest side of the body
+#define BASE_SHARE 0.02     // of the height: what is held if the file does not say
+#define MAX_LESION_FILE (1 << 20)
+#define DEFAULT_RADIUS 0.003
+#define FACE_SAMPLES 21  // along the probe's long side, for the first touch
+
+// ---- where it is held -----------------------------------------------------------------------------
+
+bool om__study_is_held(const OmStudyBody* body, OmVec3 p, double edge) {
+    if (!body->is_file) return p.z < 1e-3 * edge;
+    if (!body->nheld) {
+        double depth = fmax(BASE_SHARE * (body->high - body->low), 0.25 * edge);
+        return om_dot(body->up, p) < body->low + depth;
+    }
+    for (int i = 0; i < body->nheld; ++i)
+        if (om_distance(p, om_load3(body->held, i)) < body->held_reach) return true;
+    return false;
+}
+
+static OmStatus keep_held(OmStudyBody* body, const OmTetMesh* mesh, const OmSurface* surface,
+                          const int* surface_vert) {
+    const OmMeshSet* set = om_tet_mesh_find_set(mesh, "attachment");
+    if (!set) return OM_OK;
+    unsigned char* in = om_calloc((size_t)mesh->nvert, 1);
+    if (!in) return OM_NO_MEMORY;
+    for (int i = 0; i < set->nvert; ++i) in[set->vert[i]] = 1;
+    double sum = 0;
+    for (int i = 0; i < surface->ntri; ++i)
+        sum += om_distance(om_load3(surface->x, surface->tri_vert[3 * i]),
+                           om_load3(surface->x, surface->tri_vert[3 * i + 1]));
+    body->held_reach = 0.75 * sum / surface->ntri;
+    body->held = om_alloc(3 * (size_t)surface->nvert, sizeof *body->held);
+    for (int i = 0; body->held && i < surface->nvert; ++i)
+        if (in[surface_vert[i]]) om_store3(body->held, body->nheld++, om_load3(surface->x, i));
+    om_free(in);
+    return body->held ? OM_OK : OM_NO_MEMORY;
+}
+
+// ---- the solid ------------------------------------------------------------------------------------
+
+static OmStatus load_solid(OmStudyBody* body, const char* path, double unit) {
+    OmTetMesh mesh = {0};
+    OmSurface surface = {0};
+    int* vert = NULL;
+    OmStatus status;
+    OM_TRY_DONE(om_tet_mesh_load_flags(path, unit, OM_MESH_FLIP | OM_MESH_DROP_FLAT, &mesh));
+    OM_TRY_DONE(om_tet_mesh_boundary(&mesh, &surface, &vert));
+    body->lo = body->hi = om_load3(surface.x, 0);
+    body->low = body->high = om_dot(body->up, body->lo);
+    for (int i = 0; i < surface.nvert; ++i) {
+        OmVec3 p = om_load3(surface.x, i);
+        body->lo = om_min3(body->lo, p);
+        body->hi = om_max3(body->hi, p);
+        body->low = fmin(body->low, om_dot(body->up, p));
+        body->high = fmax(body->high, om_dot(body->up, p));
+    }
+    OM_TRY_DONE(keep_held(body, &mesh, &surface, vert));
+    OmVec3 size = om_sub(body->hi, body->lo);
+    OmSdfDef def = om_sdf_default_def(fmax(size.x, fmax(size.y, size.z)) / NODE_ALONG_BOX);
+    OM_TRY_DONE(om_sdf_from_surface(&surface, &def, &body->sdf));
+done:
+    om_tet_mesh_done(&mesh);
+    om_surface_done(&surface);
+    om_free(vert);
+    return status;
+}
+
+// ---- lesions --------------------------------------------------------------------------------------
+
+// Distance from p along the unit vector d to where the ray last leaves the body.
+static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
+    double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = end;
+    while (t > 0 && om_study_eval_body(body, om_madd(p, t, d)) > 0) t -= step;
+    double in = t, out = t + step;
+    for (int k = 0; k < 30; ++k) {
+        double mid = 0.5 * (in + out);
+        *(om_study_eval_body(body, om_madd(p, mid, d)) > 0 ? &out : &in) = mid;
+    }
+    return in;
+}
+
+// Choose the way of the probe over a lesion and where its face first touches.
+static OmStatus aim(const OmStudyBody* body, OmStudyLesion* l) {
+    OM_CHECK(om_study_eval_body(body, l->center) < 0, OM_INVALID,
+             "a lesion at (%.2f, %.2f, %.2f) mm is not inside the body", 1e3 * l->center.x,
+             1e3 * l->center.y, 1e3 * l->center.z);
+    OmVec3 above = om_madd(l->center, last_exit(body, l->center, body->up), body->up), slope;
+    om_sdf_eval(&body->sdf, above, &slope);
+    l->normal = om_dot(slope, body->up) > 0.5 * om_norm(slope) ? om_normalize(slope) : body->up;
+    l->along = om__study_across(l->normal, om_vec3(1, 0, 0));
+    OmVec3 wide = om_cross(l->normal, l->along);
+    // the highest of the body under the face, on a grid of rays along the normal
+    double height = -HUGE_VAL, reach = om_distance(body->lo, body->hi);
+    for (int i = 0; i < FACE_SAMPLES; ++i) {
+        for (int j = -2; j <= 2; ++j) {
+            double u = PROBE_LONG * ((double)i / (FACE_SAMPLES - 1) - 0.5), v = PROBE_WIDE * j / 4;
+            OmVec3 p = om_add(l->center, om_add(om_scale(u, l->along), om_scale(v, wide)));
+            OmVec3 from = om_madd(p, -0.5 * reach, l->normal);
+            double t = last_exit(body, from, l->normal) - 0.5 * reach;
+            if (t > -0.5 * reach + 1e-9) height = fmax(height, t);
+        }
+    }
+    l->touch = om_madd(l->center, height, l->normal);
+    return OM_OK;
+}
+
+static OmStatus read_lesion(const char** at, const char* end, double unit, OmStudyLesion* l,
+                            bool* is_found) {
+    double value[4] = {0, 0, 0, DEFAULT_RADIUS / unit};
+    int n = 0;
+    const char* s = *at;
+    while (s < end && *s != '\n' && *s != '#') {
+        if (*s == ' ' || *s == '\t' || *s == ',' || *s == '\r') {
+            ++s;
+            continue;
+        }
+        double v;
+        OM_CHECK(om_number_parse(&s, end, &v) && isfinite(v) && n < 4, OM_INVALID,
+                 "\"%.20s\" is not one of x y z [radius]", s);
+        value[n++] = v;
+    }
+    while (s < end && *s != '\n') ++s;
+    *at = s < end ? s + 1 : s;
+    *is_found = n > 0;
+    OM_CHECK(n == 0 || n >= 3, OM_INVALID, "%d numbers; x y z [radius] are wanted", n);
+    OM_CHECK(value[3] > 0, OM_INVALID, "a radius of %g; more than 0 is wanted", value[3]);
+    memset(l, 0, sizeof *l);
+    l->center = om_vec3(unit * value[0], unit * value[1], unit * value[2]);
+    l->radius = unit * value[3];
+    return OM_OK;
+}
+
+static OmStatus load_lesions(OmStudyBody* body, const char* path, double unit) {
+    char* text;
+    size_t size;
+    OM_TRY(om_file_read(path, MAX_LESION_FILE, &text, &size));
+    const char *at = text, *end = text + size;
+    OmStatus status = OM_OK;
+    for (int line = 1; at < end && status == OM_OK; ++line) {
+        OmStudyLesion l;
+        bool is_found = false;
+        status = read_lesion(&at, end, unit, &l, &is_found);
+        if (status == OM_OK && is_found) {
+            status = body->nlesion < OM_STUDY_MAX_LESION
+                         ? aim(body, &l)
+                         : om_error(OM_INVALID, "more than %d lesions", OM_STUDY_MAX_LESION);
+            if (status == OM_OK) body->lesion[body->nlesion++] = l;
+        }
+        if (status < 0) om_error_prefix(status, "%s:%d", path, line);
+    }
+    om_free(text);
+    if (status == OM_OK && body->nlesion == 0)
+        status = om_error(OM_INVALID, "%s: no lesion; one a line, x y z [radius]", path);
+    return status;
+}
+
+OmStatus om_study_load_body(const char* mesh, const char* lesion, double unit, OmVec3 up,
+                            OmStudyBody** out) {
+    *out = NULL;
+    OM_CHECK(unit > 0 && isfinite(unit), OM_INVALID, "study: unit = %g; above 0 is wanted", unit);
+    OM_CHECK(om_is_finite3(up), OM_INVALID, "study: the direction up is not finite");
+    OmStudyBody* body = om_calloc(1, sizeof *body);
+    if (!body) return OM_NO_MEMORY;
+    const char* name = strrchr(mesh, '/');
+    snprintf(body->name, sizeof body->name, "%s", name ? name + 1 : mesh);
+    body->is_file = true;
+    body->up = om_norm(up) > 0 ? om_normalize(up) : om_vec3(0, 0, 1);
+    OmStatus status = load_solid(body, mesh, unit);
+    if (status == OM_OK) status = load_lesions(body, lesion, unit);
+    if (status < 0)
+        om_study_destroy_body(body);
+    else
+        *out = body;
+    return status < 0 ? status : OM_OK;
+}
