@@ -73,7 +73,7 @@ static OmStatus make_board(Field* f) {
 
 static OmStatus make_tool(Field* f) {
     OmPose rcm = {om_vec3(0.015, -0.105, 0.125), om_quat_identity()};
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, rcm);
+    OmPsm psm = om_psm_default(OM_PROGRASP, rcm);
     OmMat3 down = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
     double near_zero[OM_PSM_NJOINT] = {0}, q[OM_PSM_NJOINT];
     OM_TRY(om_psm_inverse(&psm, (OmPose){om_vec3(-0.01, 0, 0.038), om_quat_from_mat3(down)},

@@ -4,7 +4,7 @@
 /// insertion about a remote centre of motion, then roll, wrist pitch and wrist yaw. At zero the shaft
 /// points along -z of the base; z of the tip frame is the direction of the jaws.
 ///
-///     OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, pose_world_rcm);
+///     OmPsm psm = om_psm_default(OM_PROGRASP, pose_world_rcm);
 ///     double q[6] = {0, 0, 0.1, 0, 0, 0};
 ///     OmPose pose_world_tip = om_psm_forward(&psm, q);
 ///     om_psm_inverse(&psm, pose_world_tip, q, q);
@@ -20,10 +20,10 @@ extern "C" {
 
 #define OM_PSM_NJOINT 6
 
-typedef enum OmTool {
-    OM_TOOL_LND,      // large needle driver, 400006
-    OM_TOOL_PROGRASP  // 400093
-} OmTool;
+typedef enum OmInstrument {
+    OM_LARGE_NEEDLE_DRIVER,  // large needle driver, 400006
+    OM_PROGRASP              // 400093
+} OmInstrument;
 
 typedef struct OmPsm {
     OmPose pose_world_rcm;        // base frame at the remote centre of motion
@@ -33,7 +33,7 @@ typedef struct OmPsm {
     double jaw_min, jaw_max;  // rad
 } OmPsm;
 
-OM_API OmPsm om_psm_default(OmTool tool, OmPose pose_world_rcm);
+OM_API OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm);
 /// "yaw", "pitch", "insertion", "roll", "wrist pitch", "wrist yaw".
 OM_API const char* om_psm_joint_name(int joint);
 

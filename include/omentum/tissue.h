@@ -40,6 +40,8 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     double rayleigh_stiffness;    // s, >= 0; default 0
     OmVec3 gravity;               // m/s^2; default (0, 0, -9.81)
     double attachment_stiffness;  // N/m per attached vertex; default 0: held still
+    int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
+    double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
     uint32_t cookie;                      // set by om_tissue_default_def
@@ -116,20 +118,34 @@ OM_API const signed char* om_tissue_held_by(const OmTissueState* state);
 // ---- stepping -------------------------------------------------------------------------------------
 
 typedef struct OmTissueReport {
-    int iterations;   // CG iterations of all substeps and solves; 0 for a direct solver
-    double residual;  // |b - A x| / |b|, recomputed in double; the worst
-    int substeps;     // 1 unless the step had to be cut
+    int iterations;          // CG iterations of all substeps and solves; 0 for a direct solver
+    double residual;         // |b - A x| / |b|, recomputed in double; the worst
+    int substeps;            // 1 unless the step had to be cut
+    int newton;              // iterations of Newton's method; 0 where one linearisation did
+    double newton_residual;  // what is left of the residual that the first linearisation saw
 } OmTissueReport;
 
 OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
 OM_API void om_tissue_destroy_work(OmTissueWork* work);
-/// One implicit Euler step, one linearisation. A step that fails is cut, down to h / 64, before giving up.
+/// One implicit Euler step, one linearisation unless def.max_newton asks for more. Where that would turn an
+/// element inside out, Newton's method with line search goes on; a step that fails still is cut, down to
+/// h / 64, before giving up.
 /// @param report  may be null
 /// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate, report->residual says how good);
 ///         OM_INVALID (a bad argument, or the step cannot be solved: the message has the reason; state
 ///         unchanged)
 OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
                                double h, OmTissueReport* report);
+
+/// Static equilibrium under weight, external forces and what holds the tissue, tools at their goals: Newton's
+/// method with line search on the energy. Velocities become zero, time stays.
+/// @param tolerance  of the norm of forces out of balance at the beginning, in (0, 1); floats allow 1e-5
+/// @param report  may be null: newton, newton_residual, iterations of the linear solver
+/// @return OM_OK; OM_NOT_CONVERGED (state is the last iterate, report->newton_residual says how good);
+///         OM_INVALID, OM_UNAVAILABLE (state unchanged)
+OM_API OmStatus om_tissue_find_rest(const OmTissueModel* model, OmTissueState* state,
+                                    OmTissueWork* work, double tolerance, int max_iterations,
+                                    OmTissueReport* report);
 
 /// What a method that needs more than one solve (contact) does inside a step: it adds vertex forces,
 /// solves, looks at the outcome, and at the end leaves work with the last solution.

@@ -122,27 +122,27 @@ typedef struct Rows {
     const OmFem* fem;
     OmTissueWork* w;
     OmFemTurn turn;
-    double h;
+    const OmAssembly* at;
 } Rows;
 
 // Mass, its damping, weight, external forces and the spring of an attachment.
 OM__INLINE void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagonal) {
     const OmTissueModel* m = rows->m;
     const OmTissueState* s = rows->s;
-    double h = rows->h, mass = m->mass[i], alpha = m->def.rayleigh_mass;
-    double inertia = mass * (1 + h * alpha);
-    OmVec3 b = {(double)f[0], (double)f[1], (double)f[2]}, v = om_load3(rows->turn.v, i);
+    const OmAssembly* at = rows->at;
+    double mass = m->mass[i], inertia = mass * at->mass;
+    OmVec3 b = {(double)f[0], (double)f[1], (double)f[2]}, v = om_load3(at->v, i);
     OmVec3 push = om_madd(om_load3(om__state_array(s, OM__F_EXT), i), mass,
-                          om_madd(m->def.gravity, -alpha, v));
+                          om_madd(m->def.gravity, -m->def.rayleigh_mass, v));
     if (om__is_spring(m) && om__state_attached(s)[i]) {
         double k = m->def.attachment_stiffness;
         OmVec3 stretch = om_sub(om_load3(om__state_array(s, OM__ANCHOR), i),
-                                om_madd(om_load3(rows->turn.x, i), h, v));
+                                om_madd(om_load3(at->x, i), at->spring_lag, v));
         push = om_madd(push, k, stretch);
-        inertia += h * h * k;
+        inertia += at->spring * k;
     }
     for (int c = 0; c < 3; ++c) diagonal[4 * c] += (float)inertia;
-    om_store3(rows->w->b, i, om_madd(b, h, push));
+    om_store3(rows->w->b, i, om_madd(b, at->force, push));
 }
 
 OM__INLINE void write_rows(const Rows* rows, bool is_mixed, float* S, int begin, int end) {
@@ -212,23 +212,22 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
 }
 
 OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
-                          double h) {
-    const OmFem* fem = m->data;
+                          const OmAssembly* at) {
     const OmFemWork* fw = w->data;
-    double beta = m->def.rayleigh_stiffness, scale = sqrt(h * h + h * beta);
-    Rows rows = {m,
-                 s,
-                 fem,
-                 w,
-                 {.batch = fem->batch,
-                  .x = om__state_array(s, OM__X),
-                  .v = om__state_array(s, OM__V),
-                  .lag = (float)(h + beta),
-                  .scale = (float)scale,
-                  .stress = (float)(h / scale),
-                  .turned = fw->turned,
-                  .model = m},
-                 h};
+    double scale = sqrt(at->stiffness);
+    Rows rows = {.m = m,
+                 .s = s,
+                 .fem = m->data,
+                 .w = w,
+                 .turn = {.batch = ((const OmFem*)m->data)->batch,
+                          .x = at->x,
+                          .v = at->v,
+                          .lag = (float)at->lag,
+                          .scale = (float)scale,
+                          .stress = (float)(at->force / scale),
+                          .turned = fw->turned,
+                          .model = m},
+                 .at = at};
     om_parallel_team(fw->nworker, assemble_team, &rows);
     return OM_OK;
 }

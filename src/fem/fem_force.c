@@ -83,12 +83,32 @@ void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const u
     }
 }
 
-double om__fem_get_energy(const OmTissueModel* m, const double* x) {
-    double sum = 0;
-    for (int e = 0; e < m->mesh.ntet; ++e) {
-        Element el = look_at(m, x, e);
-        sum += el.volume * el.energy;
+#define NPART 64  // of the elements, each summed by one worker: the same sum for any number of them
+
+typedef struct Energy {
+    const OmTissueModel* m;
+    const double* x;
+    double part[NPART];
+} Energy;
+
+static void sum_energy(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Energy* a = ctx;
+    int64_t ntet = a->m->mesh.ntet;
+    for (int k = begin; k < end; ++k) {
+        a->part[k] = 0;
+        for (int e = (int)(ntet * k / NPART); e < (int)(ntet * (k + 1) / NPART); ++e) {
+            Element el = look_at(a->m, a->x, e);
+            a->part[k] += el.volume * el.energy;
+        }
     }
+}
+
+double om__fem_get_energy(const OmTissueModel* m, const double* x) {
+    Energy a = {.m = m, .x = x};
+    double sum = 0;
+    om_parallel_for(m->def.solver.nworker, NPART, 1, sum_energy, &a);
+    for (int k = 0; k < NPART; ++k) sum += a.part[k];
     return sum;
 }
 

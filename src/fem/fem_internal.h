@@ -87,7 +87,7 @@ void om__fem_stretch(const OmFemTurn* turn, int begin, int end);
 const OmMaterial* om__fem_material(const OmTissueModel* model, int e);
 /// A and b; see OmTissueEngine.assemble.
 OmStatus om__fem_assemble(const OmTissueModel* model, const OmTissueState* state,
-                          OmTissueWork* work, double h);
+                          OmTissueWork* work, const OmAssembly* at);
 void om__fem_add_internal_force(const OmTissueModel* model, const double* x,
                                 const unsigned char* mask, double* force, OmVec3* sum);
 void om__fem_get_measure(const OmTissueModel* model, const double* x, OmTissueMeasure measure,

@@ -16,12 +16,12 @@ typedef struct Link {
     double alpha, a, theta, d;
 } Link;
 
-OmPsm om_psm_default(OmTool tool, OmPose pose_world_rcm) {
+OmPsm om_psm_default(OmInstrument instrument, OmPose pose_world_rcm) {
     OmPsm psm = {.pose_world_rcm = pose_world_rcm,
-                 .wrist = tool == OM_TOOL_LND ? 0.0091 : 0.0107,
+                 .wrist = instrument == OM_LARGE_NEEDLE_DRIVER ? 0.0091 : 0.0107,
                  .q_min = {-1.588, -0.925025, 0.0, -4.53786, -1.39626, -1.39626},
                  .q_max = {1.588, 0.925025, 0.240, 4.53786, 1.39626, 1.39626},
-                 .jaw_min = tool == OM_TOOL_LND ? -0.698132 : -0.349066,
+                 .jaw_min = instrument == OM_LARGE_NEEDLE_DRIVER ? -0.698132 : -0.349066,
                  .jaw_max = 1.39626};
     return psm;
 }

@@ -9,6 +9,17 @@
 
 #include "omentum/tissue.h"
 
+/// What an engine is to assemble: A = mass M + stiffness K + spring k, b = force f(x + lag v) to first order.
+typedef struct OmAssembly {
+    const double *x, *v;  // (nvert x 3)
+    double mass;          // of masses: 1 + h a, 0 at rest
+    double stiffness;     // of K: h^2 + h b
+    double force;         // of all forces: h
+    double lag;           // s, of elastic forces: h + b
+    double spring;        // of the springs of attachments: h^2
+    double spring_lag;    // s, of their forces: h
+} OmAssembly;
+
 typedef struct OmTissueEngine {
     const char* name;
     bool has_matrix;  // work gets A and a solver
@@ -18,9 +29,9 @@ typedef struct OmTissueEngine {
     /// Make work->data; both may be null.
     OmStatus (*create_work)(const OmTissueModel* model, OmTissueWork* work);
     void (*destroy_work)(OmTissueWork* work);
-    /// A = (1 + h a) M + (h^2 + h b) K + springs, b = h f - h^2 K v, at the state's positions.
+    /// w->A and w->b.
     OmStatus (*assemble)(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
-                         double h);
+                         const OmAssembly* at);
     /// A whole step, tools included; null for engines of the matrix kind.
     OmStatus (*step)(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work, double h,
                      OmTissueReport* report);
@@ -116,8 +127,31 @@ struct OmTissueWork {
     OmMat3* extra_K;          // N/m                                                (nvert)
     float* extra_diag;        // diagonal blocks of A without them                  (nvert x 9)
     OmPose next[OM_TISSUE_NARM];  // tools at the end of the step begun
-    double* x_end;                // where the step would end                          (nvert x 3)
+    bool is_static;               // a body at rest is sought: no inertia, h is 1
+    double reference;             // norm that a solve is measured against; 0: as it sees fit
+    double *x_end, *v_end;        // where the step would end                          (nvert x 3)
+    double *from, *trial;         // velocity changes of Newton's method               (nvert x 3)
     void* backup;                 // a state, for steps that are cut
 };
+
+// ---- tissue_newton.c ------------------------------------------------------------------------------
+
+typedef struct OmNewton {
+    double tolerance;    // of the norm of what is left
+    double scale;        // that norm's unit; 0: what is left at the beginning
+    int max_iterations;  //
+    OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
+    void* ctx;           //
+} OmNewton;
+
+/// From the step begun and, unless at rest, solved: w->dv to Newton's solution.
+/// @return OM_OK; OM_NOT_CONVERGED (w->dv is the last iterate); errors of the solve
+OmStatus om__newton(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
+                    const OmNewton* newton, OmTissueReport* report);
+/// Of the step begun and solved once: the norm that its solution had to bring to zero.
+double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
+/// Would the velocity change flatten or invert elements?
+bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                     const double* dv);
 
 #endif

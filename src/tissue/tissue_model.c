@@ -19,6 +19,8 @@ OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
                        .density = 1000,
                        .rayleigh_mass = 0.1,
                        .gravity = {0, 0, -9.81},
+                       .max_newton = 1,
+                       .newton_tolerance = 1e-3,
                        .solver = om_solver_default_def(),
                        .cookie = TISSUE_COOKIE};
     return def;
@@ -63,6 +65,11 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->rayleigh_stiffness >= 0 && def->rayleigh_stiffness <= 1e3, OM_INVALID,
              "tissue: rayleigh_stiffness is %g s; it must be from 0 to 1000",
              def->rayleigh_stiffness);
+    OM_CHECK(def->max_newton >= 1 && def->max_newton <= 1000, OM_INVALID,
+             "tissue: max_newton is %d; it must be from 1 (one linearisation a step) to 1000",
+             def->max_newton);
+    OM_CHECK(def->newton_tolerance > 0 && def->newton_tolerance < 1, OM_INVALID,
+             "tissue: newton_tolerance is %g; it must be in (0, 1)", def->newton_tolerance);
     OM_CHECK(om_is_finite3(def->gravity) && om_norm(def->gravity) <= 1e4, OM_INVALID,
              "tissue: gravity (%g, %g, %g) m/s^2 must be finite and at most 1e4", def->gravity.x,
              def->gravity.y, def->gravity.z);
@@ -188,7 +195,7 @@ size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t model = sizeof *m + mesh + nvert * sizeof(double) + ntet * sizeof(double) +
                    (size_t)m->nsurface * sizeof(int);
     size_t state = om_tissue_state_size(m);
-    size_t vertex = 2 * sizeof(char) + 3 + 12 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +
+    size_t vertex = 2 * sizeof(char) + 3 + 21 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +
                     sizeof(OmMat3) + 9 * sizeof(float);
     size_t work = sizeof *w + state + nvert * vertex;
     if (w->A.value)

@@ -9,6 +9,7 @@
 #include "tissue/tissue_engine.h"
 
 #define MIN_SHARE (1.0 / 64)  // of h, the shortest substep
+#define CRUSH_NEWTON 20       // iterations for a step that would turn elements inside out
 
 OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     *work = NULL;
@@ -25,6 +26,9 @@ OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     OM_CALLOC_DONE(w->rhs, 3 * n);
     OM_CALLOC_DONE(w->dv, 3 * n);
     OM_CALLOC_DONE(w->x_end, 3 * n);
+    OM_CALLOC_DONE(w->v_end, 3 * n);
+    OM_CALLOC_DONE(w->from, 3 * n);
+    OM_CALLOC_DONE(w->trial, 3 * n);
     OM_CALLOC_DONE(w->extra, n);
     OM_CALLOC_DONE(w->is_extra, n);
     OM_CALLOC_DONE(w->extra_f, n);
@@ -58,6 +62,9 @@ void om_tissue_destroy_work(OmTissueWork* w) {
     om_free(w->rhs);
     om_free(w->dv);
     om_free(w->x_end);
+    om_free(w->v_end);
+    om_free(w->from);
+    om_free(w->trial);
     om_free(w->extra);
     om_free(w->is_extra);
     om_free(w->extra_f);
@@ -104,7 +111,16 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     refresh_fixed(m, s, w);
     for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
         w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
-    OM_TRY(m->engine->assemble(m, s, w, h));
+    double a = m->def.rayleigh_mass, b = m->def.rayleigh_stiffness;
+    OmAssembly at = {.x = om__state_array(s, OM__X),
+                     .v = om__state_array(s, OM__V),
+                     .mass = 1 + h * a,
+                     .stiffness = h * h + h * b,
+                     .force = h,
+                     .lag = h + b,
+                     .spring = h * h,
+                     .spring_lag = h};
+    if (!w->is_static) OM_TRY(m->engine->assemble(m, s, w, &at));
     w->h = h;
     w->is_fresh = w->is_stale = true;
     memset(w->dv, 0, 3 * (size_t)w->nvert * sizeof(double));
@@ -161,7 +177,7 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
 // small: with forces added, what counts is the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
     double sum = 0;
-    if (w->nextra == 0) return 0;
+    if (w->reference > 0 || w->nextra == 0) return w->reference;
     for (int i = 0; i < w->nvert; ++i)
         if (!w->key[i]) sum += om_norm2(om_load3(w->b, i));
     return sqrt(sum);
@@ -279,11 +295,12 @@ static double least_allowed(double begin) {
     return fmin(0.1, 0.5 * begin);
 }
 
-// Would the step begun and solved flatten or invert elements? One linearisation cannot see that coming.
-static bool is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+// One linearisation cannot see it coming.
+bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
+                     const double* dv) {
     if (!m->engine->get_least_ratio) return false;
     const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
-    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->x_end[n] = x[n] + w->h * (v[n] + w->dv[n]);
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->x_end[n] = x[n] + w->h * (v[n] + dv[n]);
     double end = m->engine->get_least_ratio(m, w, w->x_end);
     return end < 0.1 && end < least_allowed(m->engine->get_least_ratio(m, w, x));
 }
@@ -300,8 +317,19 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
     OmStatus status = solve->fn ? solve->fn(solve->ctx, m, s, w, h, report)
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
-    if (!is_last && is_crushing(m, s, w))
-        return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
+    bool is_crushing = om__is_crushing(m, s, w, w->dv);
+    if (m->def.max_newton > 1 || is_crushing) {
+        OmNewton newton = {.tolerance = m->def.max_newton > 1 ? m->def.newton_tolerance : 0.1,
+                           .scale = om__newton_scale(m, w),
+                           .max_iterations =
+                               m->def.max_newton > 1 ? m->def.max_newton : CRUSH_NEWTON,
+                           .fn = solve->fn,
+                           .ctx = solve->ctx};
+        status = om__newton(m, s, w, &newton, report);
+        if (status < 0) return status;
+        if (!is_last && (status > 0 || om__is_crushing(m, s, w, w->dv)))
+            return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
+    }
     OM_TRY(om_tissue_end_step(m, s, w));
     ++report->substeps;
     return status;

@@ -66,7 +66,7 @@ static OmStatus place_arm(SimWorld* w, int index) {
     OmVec3 z = om_normalize(om_sub(rcm, middle));
     OmVec3 x = om_normalize(om_madd(om_vec3(1, 0, 0), -z.x, z));
     OmPose rcm_task = {rcm, om_quat_from_mat3(om_mat3_cols(x, om_cross(z, x), z))};
-    arm->psm = om_psm_default(OM_TOOL_PROGRASP, om_pose_mul(task, rcm_task));
+    arm->psm = om_psm_default(OM_PROGRASP, om_pose_mul(task, rcm_task));
     // Jaws straight down, the gripper opening along the arm's own side.
     OmMat3 down = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
     OmVec3 park = om_vec3(0.25 * half.x, side * half.y, 2 * half.z + PARK_HEIGHT);

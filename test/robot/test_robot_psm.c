@@ -9,8 +9,8 @@ static const double q_zero[6];
 // Values of an independent evaluation of the same Denavit-Hartenberg table, nine digits.
 static void forward_matches_published_values(void** state) {
     (void)state;
-    OmPsm lnd = om_psm_default(OM_TOOL_LND, om_pose_identity());
-    OmPsm pro = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    OmPsm lnd = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
+    OmPsm pro = om_psm_default(OM_PROGRASP, om_pose_identity());
     const double in[6] = {0, 0, 0.1, 0, 0, 0};
     const struct {
         const OmPsm* psm;
@@ -43,7 +43,7 @@ static void forward_matches_published_values(void** state) {
 static void jacobian_matches_finite_differences(void** state) {
     (void)state;
     OmPose base = {{0.1, 0.2, 0.3}, om_quat_axis_angle(om_vec3(1, 2, 3), 0.7)};
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, base);
+    OmPsm psm = om_psm_default(OM_PROGRASP, base);
     const double* qs[2] = {q_a, q_b};
     for (int k = 0; k < 2; ++k) {
         double j[36], h = 1e-6;
@@ -69,7 +69,7 @@ static void inverse_undoes_forward(void** state) {
     (void)state;
     OmRng rng = om_rng_init(5, 0);
     OmPose base = {{0.02, -0.1, 0.11}, om_quat_axis_angle(om_vec3(-1, 0.3, 2), 1.1)};
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, base);
+    OmPsm psm = om_psm_default(OM_PROGRASP, base);
     for (int n = 0; n < 5000; ++n) {
         double q[6], back[6];
         for (int i = 0; i < 6; ++i) q[i] = om_rng_range(&rng, psm.q_min[i], psm.q_max[i]);
@@ -87,7 +87,7 @@ static void inverse_undoes_forward(void** state) {
 
 static void what_is_out_of_reach_is_named(void** state) {
     (void)state;
-    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
     OmPose far_down = {{0, 0.01, -0.4}, om_psm_forward(&psm, q_zero).q};
     double q[6] = {9, 9, 9, 9, 9, 9};
     assert_status(om_psm_inverse(&psm, far_down, q_zero, q), OM_INVALID);
@@ -103,7 +103,7 @@ static void what_is_out_of_reach_is_named(void** state) {
 
 static void efforts_do_the_work_of_the_tip(void** state) {
     (void)state;
-    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
     OmVec3 force = om_vec3(0.3, -0.2, 0.5), torque = om_vec3(0.01, 0.02, -0.03);
     double effort[6], j[36];
     om_psm_joint_torque(&psm, q_a, force, torque, effort);
@@ -120,7 +120,7 @@ static void efforts_do_the_work_of_the_tip(void** state) {
 
 static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
     (void)state;
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
     OmSurface s;
     assert_ok(om_psm_surface(&psm, q_a, 0.0, &s));
     OmVec3 tip = om_psm_forward(&psm, q_a).p;
@@ -149,7 +149,7 @@ static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
 
 static void refused_memory_leaks_nothing(void** state) {
     (void)state;
-    OmPsm psm = om_psm_default(OM_TOOL_LND, om_pose_identity());
+    OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     om_set_allocator(&failing);
@@ -173,7 +173,7 @@ static void refused_memory_leaks_nothing(void** state) {
 // Written anew for other joints, a drawing is that of the other joints, byte for byte.
 static void the_drawing_follows_the_joints(void** state) {
     (void)state;
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, om_pose_identity());
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
     OmSurface moved, fresh;
     assert_ok(om_psm_surface(&psm, q_a, 0.1, &moved));
     om_psm_update_surface(&psm, q_b, 0.6, &moved);

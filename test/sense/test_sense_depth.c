@@ -116,7 +116,7 @@ static OmSenseScene* make_scene(int* disc, int* tool, OmSurface* tool_surface) {
     om_surface_done(&s);
     // A gripper whose shaft comes in from the side, its tip above the disc's middle.
     OmPose rcm = {{0.08, 0, 0.14}, om_quat_identity()};
-    OmPsm psm = om_psm_default(OM_TOOL_PROGRASP, rcm);
+    OmPsm psm = om_psm_default(OM_PROGRASP, rcm);
     const double start[OM_PSM_NJOINT] = {0};
     double q[OM_PSM_NJOINT];
     OmMat3 down = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
