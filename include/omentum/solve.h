@@ -112,6 +112,11 @@ OM_API void om_solver_set_reference(OmSolver* solver, double norm);
 /// @return OM_OK, OM_NOT_SPD (a pivot is not positive; solve refuses until the next refresh),
 ///         OM_INVALID (a value is not finite)
 OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
+/// The same after a few stiff terms (contacts) came or went: only diagonal blocks are inverted anew, coarse
+/// matrices keep what they have. Solutions do not depend on it, iterations do. OM_CHOLESKY factors.
+OM_API OmStatus om_solver_refresh_diagonal(OmSolver* solver, const OmBsr* A);
+/// Replace def.tolerance in later solves; outside (0, 1) it is def.tolerance again.
+OM_API void om_solver_set_tolerance(OmSolver* solver, double tolerance);
 /// Solve A x = b for the free degrees of freedom.
 /// @param A     as at the last refresh
 /// @param nrhs  right-hand sides, any number >= 1; taken max_rhs at a time

@@ -163,9 +163,17 @@ OM_API OmStatus om_tissue_begin_step(const OmTissueModel* model, OmTissueState* 
 /// semidefinite, N/m. What was added may be cleared and added anew between solves.
 OM_API void om_tissue_add_force(OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
 OM_API void om_tissue_clear_forces(OmTissueWork* work);
+/// The same on the point sum weight[a] x[vert[a]] of an element's vertices; cleared with the others. Room for
+/// all points of a step must have been made before; making room allocates once.
+/// @return OM_OK; OM_INVALID (vertices that share no element, or no room: nothing was added)
+OM_API OmStatus om_tissue_reserve_points(OmTissueWork* work, int npoint);
+OM_API OmStatus om_tissue_add_point_force(OmTissueWork* work, const int vert[4],
+                                          const double weight[4], OmVec3 f, OmMat3 K);
 /// Solve for dv. The first solve of a step starts from zero, later ones from the last solution.
 OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueWork* work, OmTissueReport* report);
+/// Of the linear solver in later solves of this step, in (0, 1); anything else is the model's again.
+OM_API void om_tissue_set_tolerance(OmTissueWork* work, double tolerance);
 /// Velocity change of the last solve, m/s (nvert x 3); x_end = x + h (v + dv).
 OM_API const double* om_tissue_dv(const OmTissueWork* work);
 /// y = A x for nrhs vectors (nrhs x nvert x 3).

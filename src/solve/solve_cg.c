@@ -201,8 +201,7 @@ static CgEnd run_cg(Member* m) {
     int lanes = job->K->lanes;
     Lane lane[OM_MAX_LANE] = {{0}};
     for (int q = 0; q < job->nrhs; ++q) {
-        double target =
-            S->def.tolerance > 0 ? fmax(0.9 * m->goal[q] / m->norm[q], INNER_GAIN) : 0.0;
+        double target = S->tolerance > 0 ? fmax(0.9 * m->goal[q] / m->norm[q], INNER_GAIN) : 0.0;
         lane[q] = (Lane){.is_running = m->is_open[q], .target = target * target};
     }
     precondition(m);
@@ -263,7 +262,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     for (int q = 0; q < nrhs; ++q) {
         m->is_open[q] = m->norm[q] > 0.0;  // else x = 0 is exact
         scale[q] = m->is_open[q] && S->reference > 0.0 ? S->reference : m->norm[q];
-        m->goal[q] = S->def.tolerance * scale[q];
+        m->goal[q] = S->tolerance * scale[q];
     }
     if (has_guess) {
         om_team_barrier(m->team);
@@ -292,7 +291,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
         if (scale[q] > 0.0) info->residual = fmax(info->residual, m->norm[q] / scale[q]);
     }
     info->iterations = m->iterations;
-    return is_converged || S->def.tolerance == 0.0 ? OM_OK : OM_NOT_CONVERGED;
+    return is_converged || S->tolerance == 0.0 ? OM_OK : OM_NOT_CONVERGED;
 }
 
 static void team_solve(void* ctx, OmTeam* team, int rank, int size) {
@@ -331,6 +330,6 @@ OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, do
         return om_error(OM_NOT_SPD, "solve: the matrix is not positive definite");
     if (job.status == OM_NOT_CONVERGED)
         return om_error(OM_NOT_CONVERGED, "solve: residual %.3g after %d iterations, wanted %.3g",
-                        job.info.residual, job.info.iterations, S->def.tolerance);
+                        job.info.residual, job.info.iterations, S->tolerance);
     return job.status;
 }

@@ -34,6 +34,7 @@ typedef struct OmChunks {  // rows cut into pieces of about equal work
 
 struct OmSolver {
     OmSolverDef def;
+    double tolerance;  // def.tolerance unless it was replaced
     double reference;  // norm that tolerance and residual are relative to; 0: that of b
     int nvert, nblock;
     bool is_ready;  // refreshed, and positive definite

@@ -94,6 +94,7 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     OmStatus status = OM_OK;
     S->memory = sizeof *S;
     S->def = *def;
+    S->tolerance = def->tolerance;
     S->nvert = A->nvert;
     S->nblock = A->nblock;
     S->max_lane = def->max_rhs > 1 && def->preconditioner != OM_CHOLESKY ? OM_MAX_LANE : 1;
@@ -133,6 +134,10 @@ size_t om_solver_memory(const OmSolver* S) { return S->memory; }
 
 void om_solver_set_reference(OmSolver* S, double norm) {
     S->reference = norm > 0.0 && isfinite(norm) ? norm : 0.0;
+}
+
+void om_solver_set_tolerance(OmSolver* S, double tolerance) {
+    S->tolerance = tolerance > 0.0 && tolerance < 1.0 ? tolerance : S->def.tolerance;
 }
 
 void om_solver_set_fixed(OmSolver* S, const unsigned char* fixed) {
@@ -206,7 +211,7 @@ static OmStatus invert_diagonal(OmSolver* S, const OmBsr* A) {
     return OM_OK;
 }
 
-OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) {
+static OmStatus refresh(OmSolver* S, const OmBsr* A, bool is_whole) {
     S->is_ready = false;
     OM_CHECK(
         A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
@@ -214,9 +219,16 @@ OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) {
         A->nvert, A->nblock, S->nvert, S->nblock);
     OmStatus status =
         S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed) : invert_diagonal(S, A);
-    if (status == OM_OK && S->multigrid) om__multigrid_refresh(S->multigrid, A, S->def.nworker);
+    if (status == OM_OK && S->multigrid && is_whole)
+        om__multigrid_refresh(S->multigrid, A, S->def.nworker);
     S->is_ready = status == OM_OK;
     return status;
+}
+
+OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) { return refresh(S, A, true); }
+
+OmStatus om_solver_refresh_diagonal(OmSolver* S, const OmBsr* A) {
+    return refresh(S, A, !S->is_ready);
 }
 
 // ---- solve ------------------------------------------------------------------------------------------

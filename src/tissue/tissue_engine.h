@@ -105,6 +105,20 @@ static inline bool om__is_prescribed(const OmTissueModel* m, const OmTissueState
     return om__state_held_by(s)[i] >= 0 || (om__state_attached(s)[i] && !om__is_spring(m));
 }
 
+typedef struct OmTissuePoint {  // a force on a point inside an element
+    int vert[4];
+    double weight[4];
+    OmVec3 f;       // N
+    OmMat3 K;       // N/m
+    bool has_K;     // not zero
+    int block[16];  // of A, if so
+} OmTissuePoint;
+
+typedef struct OmTissueUndo {  // a block of A before it was changed
+    int block;
+    float value[9];
+} OmTissueUndo;
+
 struct OmTissueWork {
     int nvert;
     const OmTissueEngine* engine;
@@ -114,7 +128,8 @@ struct OmTissueWork {
     double h;            // s, of the step begun; 0 outside a step
     double share;        // of the way to the tools' goals that this step goes; 1 unless it was cut
     bool is_fresh;       // no solve since begin_step
-    bool is_stale;       // A changed since the solver was refreshed
+    bool is_stale;       // A is another one than at the solver's last refresh
+    bool is_changed;     // forces changed A since then: diagonal blocks are enough
     unsigned char* key;  // vertices prescribed at the last set_fixed                (nvert)
     unsigned char* fixed;     // the same a degree of freedom                          (nvert x 3)
     double* b;                // by assemble                                           (nvert x 3)
@@ -126,6 +141,10 @@ struct OmTissueWork {
     OmVec3* extra_f;          // N                                                  (nvert)
     OmMat3* extra_K;          // N/m                                                (nvert)
     float* extra_diag;        // diagonal blocks of A without them                  (nvert x 9)
+    int npoint, max_point;    // forces on points, tissue_point.c
+    OmTissuePoint* point;     //                                                    (max_point)
+    int nundo;                // blocks of A that they changed
+    OmTissueUndo* undo;       //                                                    (max_point x 16)
     OmPose next[OM_TISSUE_NARM];  // tools at the end of the step begun
     bool is_static;               // a body at rest is sought: no inertia, h is 1
     double reference;             // norm that a solve is measured against; 0: as it sees fit
@@ -153,5 +172,11 @@ double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 /// Would the velocity change flatten or invert elements?
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);
+
+// ---- tissue_point.c -------------------------------------------------------------------------------
+
+/// Forces on points into A and rhs, and out of A again.
+void om__points_apply(const OmTissueState* state, OmTissueWork* work);
+void om__points_undo(OmTissueWork* work);
 
 #endif

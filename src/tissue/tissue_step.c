@@ -70,6 +70,8 @@ void om_tissue_destroy_work(OmTissueWork* w) {
     om_free(w->extra_f);
     om_free(w->extra_K);
     om_free(w->extra_diag);
+    om_free(w->point);
+    om_free(w->undo);
     om_free(w->backup);
     om_free(w);
 }
@@ -106,8 +108,9 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
     OM_CHECK(m->engine->has_matrix, OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
              m->engine->name);
-    w->nextra = 0;
+    w->nextra = w->npoint = w->nundo = 0;
     memset(w->is_extra, 0, (size_t)w->nvert);
+    om_solver_set_tolerance(w->solver, 0);
     refresh_fixed(m, s, w);
     for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
         w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
@@ -134,6 +137,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
 }
 
 void om_tissue_add_force(OmTissueWork* w, int i, OmVec3 f, OmMat3 K) {
+    om__points_undo(w);
     if (!w->is_extra[i]) {
         w->is_extra[i] = 1;
         w->extra[w->nextra++] = i;
@@ -144,24 +148,26 @@ void om_tissue_add_force(OmTissueWork* w, int i, OmVec3 f, OmMat3 K) {
     }
     w->extra_f[i] = om_add(w->extra_f[i], f);
     w->extra_K[i] = om_mat3_add(w->extra_K[i], K);
-    w->is_stale = true;
+    w->is_changed = true;
 }
 
 void om_tissue_clear_forces(OmTissueWork* w) {
+    w->is_changed |= w->nundo > 0 || w->nextra > 0;
+    om__points_undo(w);
     for (int k = 0; k < w->nextra; ++k) {
         int i = w->extra[k];
         w->is_extra[i] = 0;
         memcpy(w->A.value + 9 * (size_t)w->A.row_adr[i], w->extra_diag + 9 * (size_t)i,
                9 * sizeof(float));
     }
-    w->is_stale |= w->nextra > 0;
-    w->nextra = 0;
+    w->nextra = w->npoint = 0;
 }
 
 // What was added, into the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
 static void add_extra(const OmTissueState* s, OmTissueWork* w) {
     const double* v = om__state_array(s, OM__V);
     memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof(double));
+    om__points_undo(w);
     for (int n = 0; n < w->nextra; ++n) {
         int i = w->extra[n];
         OmVec3 Kv = om_mat3_apply(w->extra_K[i], om_load3(v, i));
@@ -171,25 +177,27 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
                9 * sizeof(float));
         om_bsr_add(&w->A, w->A.row_adr[i], om_mat3_scale(w->h * w->h, w->extra_K[i]));
     }
+    om__points_apply(s, w);
 }
 
 // Penalties on moving vertices make a large right-hand side, against which any residual of the tissue is
 // small: with forces added, what counts is the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
     double sum = 0;
-    if (w->reference > 0 || w->nextra == 0) return w->reference;
+    if (w->reference > 0 || w->nextra + w->npoint == 0) return w->reference;
     for (int i = 0; i < w->nvert; ++i)
         if (!w->key[i]) sum += om_norm2(om_load3(w->b, i));
     return sqrt(sum);
 }
 
 static OmStatus refresh_solver(OmTissueWork* w) {
-    if (!w->is_stale) return OM_OK;
-    OmStatus status = om_solver_refresh(w->solver, &w->A);
+    if (!w->is_stale && !w->is_changed) return OM_OK;
+    OmStatus status = w->is_stale ? om_solver_refresh(w->solver, &w->A)
+                                  : om_solver_refresh_diagonal(w->solver, &w->A);
     if (status < 0) return status;
     OM_CHECK(status == OM_OK, OM_INVALID,
              "tissue: the system matrix of this step is not positive definite");
-    w->is_stale = false;
+    w->is_stale = w->is_changed = false;
     return OM_OK;
 }
 
@@ -213,6 +221,10 @@ OmStatus om_tissue_solve_step(const OmTissueModel* m, const OmTissueState* s, Om
         report->residual = fmax(report->residual, info.residual);
     }
     return status;
+}
+
+void om_tissue_set_tolerance(OmTissueWork* w, double tolerance) {
+    if (w->solver) om_solver_set_tolerance(w->solver, tolerance);
 }
 
 const double* om_tissue_dv(const OmTissueWork* w) { return w->dv; }
