@@ -6,6 +6,7 @@
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"
 #include "omentum/defras.h"
+#include "omentum/fem.h"
 #include "omentum/image.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"

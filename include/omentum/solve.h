@@ -40,6 +40,7 @@ typedef struct OmBsr {
     int* edge_vert;  // vertices i < j of each edge                           (nedge x 2)
     int* edge_adr;   // its blocks (i, j) and (j, i)                          (nedge x 2)
     float* value;    // blocks by columns, then 3 floats of padding           (nblock x 9 + 3)
+    double* exact;   // the same in double, or null; a Cholesky factor is made of it  (nblock x 9)
 } OmBsr;
 
 /// The pattern that couples all vertices of each element (2: edges, 4: tetrahedra, 8: hexahedra).
@@ -55,6 +56,9 @@ OM_API int om_bsr_find(const OmBsr* A, int i, int j);
 /// @return OM_OK, OM_INVALID (a pair is not in the pattern)
 OM_API OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert,
                                      const int* elem_vert, int* adr);
+/// Keep values in double as well, for statics to the last digit; whoever writes `value` itself then writes
+/// `exact` too.
+OM_API OmStatus om_bsr_make_exact(OmBsr* A);
 /// All values to zero.
 OM_API void om_bsr_zero(OmBsr* A);
 /// Add a 3x3 matrix to block k; springs and contacts add to block row_adr[i], before the refresh.
@@ -62,6 +66,7 @@ static inline void om_bsr_add(OmBsr* A, int k, OmMat3 m) {
     float* v = A->value + 9 * (size_t)k;
     const double e[9] = {m.cx.x, m.cx.y, m.cx.z, m.cy.x, m.cy.y, m.cy.z, m.cz.x, m.cz.y, m.cz.z};
     for (int n = 0; n < 9; ++n) v[n] = (float)((double)v[n] + e[n]);
+    for (int n = 0; n < 9 && A->exact; ++n) A->exact[9 * (size_t)k + (size_t)n] += e[n];
 }
 /// y = A x, summed in double. x, y: (nvert x 3), not the same array.
 OM_API void om_bsr_apply(const OmBsr* A, int nworker, const double* x, double* y);
@@ -80,7 +85,10 @@ typedef struct OmSolverDef {          // made by om_solver_default_def
     double tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3
     int nworker;       // threads, 0 is one per processor; default 0
     int max_rhs;       // right-hand sides that will share one sweep over A, 1..8; default 1
-    uint32_t cookie;   // set by om_solver_default_def
+    double
+        row_bound;  // of OM_MULTIGRID: no eigenvalue of D^-1 A is larger, D the diagonal blocks; default
+                    // 4, right for linear tetrahedra; at most the nodes of an element
+    uint32_t cookie;  // set by om_solver_default_def
 } OmSolverDef;
 
 typedef struct OmSolveInfo {  // what a solve did

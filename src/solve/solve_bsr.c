@@ -125,6 +125,7 @@ void om_bsr_destroy(OmBsr* A) {
     om_free(A->edge_vert);
     om_free(A->edge_adr);
     om_free(A->value);
+    om_free(A->exact);
     *A = (OmBsr){0};
 }
 
@@ -160,7 +161,17 @@ OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert, const i
     return OM_OK;
 }
 
-void om_bsr_zero(OmBsr* A) { memset(A->value, 0, ((size_t)A->nblock * 9 + 3) * sizeof(float)); }
+OmStatus om_bsr_make_exact(OmBsr* A) {
+    if (A->exact) return OM_OK;
+    OM_ALLOC(A->exact, 9 * (size_t)A->nblock);
+    for (size_t n = 0; n < 9 * (size_t)A->nblock; ++n) A->exact[n] = (double)A->value[n];
+    return OM_OK;
+}
+
+void om_bsr_zero(OmBsr* A) {
+    memset(A->value, 0, ((size_t)A->nblock * 9 + 3) * sizeof(float));
+    if (A->exact) memset(A->exact, 0, 9 * (size_t)A->nblock * sizeof(double));
+}
 
 // ---- y = A x in double ----------------------------------------------------------------------------
 

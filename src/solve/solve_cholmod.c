@@ -86,9 +86,9 @@ OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned c
             for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
                 int j = A->col[k];
                 if (j < i) continue;
-                const float* v = A->value + 9 * (size_t)k;
                 for (int r = j == i ? c : 0; r < 3; ++r) {
-                    double e = (double)v[3 * r + c];
+                    size_t at = 9 * (size_t)k + (size_t)(3 * r + c);
+                    double e = A->exact ? A->exact[at] : (double)A->value[at];
                     is_finite = is_finite && e * 0.0 == 0.0;
                     if (is_fixed || fixed[3 * (size_t)j + (size_t)r])
                         e = j == i && r == c ? 1.0 : 0.0;

@@ -99,9 +99,9 @@ bool om__invert_block(const float* v, const unsigned char* fixed, float* out);
 
 // ---- solve_multigrid.c ------------------------------------------------------------------------------
 
-/// width: floats a vertex of the vectors.
+/// width: floats a vertex of the vectors; bound: OmSolverDef.row_bound.
 OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, int width,
-                              OmMultigrid** mg, size_t* memory);
+                              double bound, OmMultigrid** mg, size_t* memory);
 void om__multigrid_destroy(OmMultigrid* mg);
 void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
 void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);

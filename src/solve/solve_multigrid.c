@@ -14,8 +14,7 @@
 #include "solve/solve_multigrid.h"
 
 #define DENSE_VERTS 40     // a level this small is solved directly
-#define FINE_BOUND 4.0     // largest eigenvalue of D^-1 A that is smoothed
-#define COARSE_BOUND 5.0   // the same on coarse levels
+#define COARSE_BOUND 5.0   // largest eigenvalue of D^-1 A that is smoothed on coarse levels
 #define SWEEP_ROWS 128     // rows of one piece of a sweep
 #define SMOOTH_RATIO 10.0  // smoothed eigenvalues: bound / ratio .. bound
 
@@ -54,7 +53,7 @@ static OmStatus take_level_vectors(OmLevel* L, bool is_fine, int width, size_t* 
 }
 
 OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker, int width,
-                              OmMultigrid** out, size_t* memory) {
+                              double bound, OmMultigrid** out, size_t* memory) {
     *out = NULL;
     OmStatus status = OM_OK;
     double *x = NULL, *node = NULL;
@@ -74,7 +73,7 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
         coarse->nvert = fine->P.ncoarse;
         OM_TRY_DONE(om__galerkin_create(mg->nlevel == 1 ? A : &fine->A, &fine->P, nworker, &fine->G,
                                         &coarse->A, memory));
-        set_chebyshev(fine, mg->nlevel == 1 ? FINE_BOUND : COARSE_BOUND);
+        set_chebyshev(fine, mg->nlevel == 1 ? bound : COARSE_BOUND);
         OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, width, memory));
     }
     OmLevel* last = &mg->level[mg->nlevel - 1];

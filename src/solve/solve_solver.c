@@ -14,6 +14,7 @@ OmSolverDef om_solver_default_def(void) {
                          .tolerance = 1e-3,
                          .nworker = 0,
                          .max_rhs = 1,
+                         .row_bound = 4,
                          .cookie = COOKIE};
 }
 
@@ -32,6 +33,8 @@ static OmStatus check_def(const OmSolverDef* def, const OmBsr* A, const double* 
              def->nworker);
     OM_CHECK(def->max_rhs >= 1 && def->max_rhs <= 8, OM_INVALID,
              "OmSolverDef.max_rhs = %d, must be in 1..8", def->max_rhs);
+    OM_CHECK(def->row_bound >= 1 && def->row_bound <= 1000, OM_INVALID,
+             "OmSolverDef.row_bound = %g, must be in 1..1000", def->row_bound);
     if (def->preconditioner != OM_MULTIGRID) return OM_OK;
     OM_CHECK(x_rest, OM_INVALID, "the multigrid preconditioner needs vertex positions (x_rest)");
     for (size_t n = 0; n < 3 * (size_t)A->nvert; ++n)
@@ -103,7 +106,8 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
     if (def->preconditioner == OM_MULTIGRID)
         OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker),
-                                         S->max_lane > 1 ? 24 : 4, &S->multigrid, &S->memory));
+                                         S->max_lane > 1 ? 24 : 4, def->row_bound, &S->multigrid,
+                                         &S->memory));
     *solver = S;
 done:
     if (status < 0) om_solver_destroy(S);

@@ -1,0 +1,261 @@
+/// omentum/fem.h: solids of any element and law, in double precision (floor 2).
+///
+/// Energy, force and tangent of a hyperelastic body; static equilibrium by Newton's method with load
+/// steps; implicit and explicit dynamics. It is written to be right and readable: the engine "fem" of
+/// tissue.h is the fast one for linear tetrahedra, and the two are tested against each other.
+///
+///     om_fem_mesh_from_tet(&tet, OM_TET10, &mesh);
+///     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
+///     om_fem_create(&def, &solid);
+///     OmFemLoad load = {.body = {0, 0, -9.81}, .fixed = fixed};
+///     OmFemStaticDef how = om_fem_default_static_def(solid);
+///     memcpy(x, mesh.x, 3 * (size_t)mesh.nnode * sizeof *x);
+///     om_fem_solve_static(solid, &load, &how, x, reaction, &report);   // x: equilibrium
+#ifndef OMENTUM_FEM_H
+#define OMENTUM_FEM_H
+
+#include "omentum/shape.h"
+#include "omentum/shape_sdf.h"
+#include "omentum/solve.h"
+#include "omentum/tissue_material.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- meshes -----------------------------------------------------------------------------------------
+
+typedef enum OmElement {
+    OM_TET4,       // linear tetrahedron, one quadrature point
+    OM_TET10,      // quadratic; nodes 4..9 on edges 01 12 02 03 13 23; four points
+    OM_HEX8,       // nodes counter-clockwise below, then above; 2 x 2 x 2 points
+    OM_HEX8_MEAN,  // the same with one volume ratio in U(J), v / V (Simo, Taylor and Pister 1985)
+    OM_NELEMENT
+} OmElement;
+#define OM_MAX_ELEM_NODE 10
+
+typedef struct OmFemMesh {  // om_fem_mesh_done frees
+    OmElement kind;
+    int nnode, nelem, nelem_node;  // nelem_node: 4, 10 or 8
+    double* x;                     // node positions, m                          (nnode x 3)
+    int* elem_node;                //                                   (nelem x nelem_node)
+    int* elem_material;            // index of the material                          (nelem)
+} OmFemMesh;
+
+typedef struct OmFemFaces {  // boundary faces, om_fem_faces_done frees
+    int nface, nface_node;   // 3 (tet4), 6 (tet10: corners, then edges 01 12 20) or 4
+    int* face_node;          // counter-clockwise seen from outside    (nface x nface_node)
+    int* face_elem;          // the element behind                                 (nface)
+} OmFemFaces;
+
+typedef struct OmFemGrid {  // which cell of a regular grid is which element; om_fem_grid_done frees
+    int dim[3];             // cells
+    double spacing;         // m
+    OmVec3 origin;          // lowest corner of cell (0, 0, 0)
+    int* cell_elem;         // cell i + dim[0] (j + dim[1] k): its element or -1         (cells)
+    int* elem_cell;         //                                                           (nelem)
+} OmFemGrid;
+
+OM_API const char* om_element_name(OmElement kind);  // "tet10"; null if there is no such element
+OM_API void om_fem_mesh_done(OmFemMesh* mesh);
+OM_API void om_fem_faces_done(OmFemFaces* faces);
+OM_API void om_fem_grid_done(OmFemGrid* grid);
+/// Vertices keep their numbers; mid-edge nodes (tet10), on straight edges, follow. Labels become materials.
+/// @param kind  OM_TET4 or OM_TET10
+OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFemMesh* mesh);
+/// Box [lo, hi] of num[0] x num[1] x num[2] cells, x fastest; tetrahedra as in om_tet_mesh_box.
+OM_API OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],
+                                OmFemMesh* mesh);
+/// Cubes of side `spacing` that touch the inside of the field, sampled at its own spacing: the grid
+/// that U-Mesh wants (thesis 4). The grid starts at the lowest corner of what is inside, less half a cell
+/// on average. Elements are ordered by cell. `grid` may be null.
+OM_API OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* mesh,
+                                 OmFemGrid* grid);
+/// Faces of one element only, in the order of elements.
+OM_API OmStatus om_fem_mesh_boundary(const OmFemMesh* mesh, OmFemFaces* faces);
+/// Check indices, finite positions, positive volume at every quadrature point.
+OM_API OmStatus om_fem_mesh_validate(const OmFemMesh* mesh);
+/// Where points lie: the element (that holds the point, else the nearest) and the weights of its nodes. In
+/// curved or skewed elements by Newton's method.
+/// @param p       (n x 3), m
+/// @param elem    (n)
+/// @param weight  (n x nelem_node)
+/// @return OM_OK, OM_INVALID (a point is not finite), OM_NO_MEMORY
+OM_API OmStatus om_fem_mesh_embed(const OmFemMesh* mesh, int n, const double* p, int* elem,
+                                  double* weight);
+
+// ---- the solid --------------------------------------------------------------------------------------
+
+typedef enum OmLocking {  // remedies against volumetric locking of linear tetrahedra, nu > 0.45
+    OM_LOCKING_NONE,
+    OM_NODAL_VOLUME,  // U(J) of the volume ratio of each node's patch (Bonet and Burton 1998)
+} OmLocking;
+
+typedef struct OmFemDef {        // made by om_fem_default_def; create copies everything
+    const OmFemMesh* mesh;       // borrowed until create returns
+    int nmaterial;               // elem_material < nmaterial
+    const OmMaterial* material;  // (nmaterial)
+    const double* density;       // kg/m^3, > 0 (nmaterial); null, the default: 1000
+    OmLocking locking;           // default OM_LOCKING_NONE; OM_NODAL_VOLUME is for OM_TET4
+    bool is_projected;  // tangents of elements projected to positive semidefinite; default false
+    int nworker;        // threads, 0 is one per processor; default 0
+    uint32_t cookie;
+} OmFemDef;
+
+/// A body at rest: constant after create, may be shared between threads.
+typedef struct OmFemSolid OmFemSolid;
+
+OM_API OmFemDef om_fem_default_def(const OmFemMesh* mesh, int nmaterial,
+                                   const OmMaterial* material);
+/// OM_HEX8_MEAN and OM_NODAL_VOLUME need a law with a term in J alone: any but OM_COROTATIONAL, OM_LINEAR
+/// and OM_ST_VENANT_KIRCHHOFF.
+/// @return OM_OK; OM_INVALID (the message names element or field); OM_NO_MEMORY
+OM_API OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** solid);
+OM_API void om_fem_destroy(OmFemSolid* solid);
+OM_API const OmFemMesh* om_fem_mesh(const OmFemSolid* solid);
+OM_API const double* om_fem_mass(const OmFemSolid* solid);  // lumped, kg (nnode)
+
+/// The pattern of the tangent, with double values (OmBsr.exact).
+OM_API OmStatus om_fem_create_matrix(const OmFemSolid* solid, OmBsr* A);
+/// Stored energy at node positions x (nnode x 3), J. Evaluations fail only for lack of memory.
+OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, double* energy);
+/// f = dW/dx, N (nnode x 3): what nodes must be held with. Any finite x gives finite forces. The energy may
+/// be null.
+OM_API OmStatus om_fem_eval_force(const OmFemSolid* solid, const double* x, double* f,
+                                  double* energy);
+/// A = d2W/dx2, by the option is_projected. A (of om_fem_create_matrix) is overwritten.
+OM_API OmStatus om_fem_eval_tangent(const OmFemSolid* solid, const double* x, OmBsr* A);
+/// A += scale M, consistent or lumped.
+OM_API void om_fem_add_mass(const OmFemSolid* solid, double scale, bool is_consistent, OmBsr* A);
+/// y = M x (nnode x 3).
+OM_API void om_fem_apply_mass(const OmFemSolid* solid, bool is_consistent, const double* x,
+                              double* y);
+/// Volume of each element over its rest volume (nelem; may be null).
+/// @return the least det F at a quadrature point; not above 0: inverted
+OM_API double om_fem_eval_volume(const OmFemSolid* solid, const double* x, double* ratio);
+/// Cauchy stress, Pa, and deformation gradient inside an element; either may be null.
+/// @param weight  of its nodes at the point, as from om_fem_mesh_embed; null: mean over quadrature points
+OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int elem,
+                                   const double* weight, OmMat3* stress, OmMat3* F);
+
+// ---- loads ------------------------------------------------------------------------------------------
+
+/// An energy E of its own beside the body's, such as contact with a tool that is pressed further as `load`
+/// grows. `eval` adds E to *energy, its gradient dE/dx to f (nnode x 3), its second derivative to A by
+/// om_bsr_add on blocks of the pattern (nodes of one element, symmetric: both (i, j) and (j, i)); each is null
+/// where not wanted. `finish` is called at equilibrium: the place to change what must stay the same during
+/// Newton's method (multipliers, friction); OM_NOT_CONVERGED from it asks for another solve at the same load.
+/// An error from either ends the solve with that error.
+typedef struct OmFemExtra {
+    OmStatus (*eval)(void* ctx, const double* x, double load, double* energy, double* f, OmBsr* A);
+    OmStatus (*finish)(void* ctx, const double* x, double load);  // may be null
+    void* ctx;
+} OmFemExtra;
+
+typedef struct OmFemPressure {  // on faces of om_fem_mesh_boundary
+    int nface, nface_node;
+    const int* face_node;  // (nface x nface_node)
+    OmVec3 traction;       // dead: N per m^2 of the rest area
+    double pressure;       // follower: Pa, against the outward normal of the deformed face
+} OmFemPressure;
+
+typedef struct OmFemLoad {  // zero-initialise; everything at its full value, load = 1
+    OmVec3 body;            // force per mass, m/s^2: gravity
+    const double* force;    // dead, N (nnode x 3), or null
+    int npressure;
+    const OmFemPressure* pressure;  // (npressure)
+    const unsigned char* fixed;     // nonzero where prescribed (nnode x 3), or null
+    const double* goal;             // displacement there, m (nnode x 3); null: 0
+    const OmFemExtra* extra;        // or null
+} OmFemLoad;
+
+// ---- statics ----------------------------------------------------------------------------------------
+
+typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
+    double load_begin;           // loads act with load_begin of their value at the start; default 0
+    int nstep;                   // load steps to 1 at first, >= 1; default 1
+    double min_step;             // a step that fails is halved down to this share; default 1/4096
+    int max_newton;              // iterations of a load step, default 30
+    double tolerance;            // |residual| over the norm of loads and reactions; default 1e-9
+    OmSolverDef solver;          // default OM_CHOLESKY up to 6,000 nodes, else OM_MULTIGRID to 1e-3
+    const OmProgress* progress;  // "load" from 0 to 1; may be null
+    uint32_t cookie;
+} OmFemStaticDef;
+
+typedef struct OmFemReport {
+    double load;         // share reached: 1, or less if not converged
+    double residual;     // |forces at free degrees of freedom| over the norm of loads and reactions
+    double force_scale;  // that norm, N
+    int nstep, ncut;     // load steps made, and steps that failed and were halved
+    int nnewton;         // Newton iterations in all
+    int ncg;             // CG iterations in all
+    double min_volume;   // least det F
+    double history[32];  // residuals of the last load step's iterations
+    int nhistory;
+    char reason[160];  // why it stopped short; "" if it did not
+} OmFemReport;
+
+OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
+/// Equilibrium under a load that grows from load_begin to 1; prescribed degrees of freedom move from where
+/// they are in x to rest + goal. Newton's method with line search, each step at most as long as it
+/// converges; a tangent that is not positive definite is projected.
+/// @param x         in: equilibrium at load_begin (at 0: the rest positions); out: at report->load
+/// @param reaction  force on prescribed degrees of freedom, N (nnode x 3), 0 elsewhere; may be null
+/// @param report    may be null
+/// @return OM_OK; OM_NOT_CONVERGED (x is the last equilibrium, report->load < 1 its load); OM_INVALID,
+///         OM_NO_MEMORY, OM_CANCELLED (x unchanged)
+OM_API OmStatus om_fem_solve_static(const OmFemSolid* solid, const OmFemLoad* load,
+                                    const OmFemStaticDef* def, double* x, double* reaction,
+                                    OmFemReport* report);
+
+// ---- dynamics ---------------------------------------------------------------------------------------
+
+typedef enum OmIntegrator {
+    OM_IMPLICIT_EULER,     // damps
+    OM_IMPLICIT_MIDPOINT,  // keeps momenta and, to second order, energy
+    OM_CENTRAL_DIFFERENCE  // explicit (total Lagrangian, thesis 2.3.1; Miller et al. 2007)
+} OmIntegrator;
+
+typedef struct OmFemDynamicDef {  // made by om_fem_default_dynamic_def
+    OmIntegrator integrator;      // default OM_IMPLICIT_EULER
+    bool is_consistent_mass;      // default false: lumped; OM_CENTRAL_DIFFERENCE needs lumped
+    double mass_damping;          // Rayleigh's: force -mass_damping M v, 1/s, >= 0; default 0
+    double min_step;              // a step that fails is halved down to this share; default 1/64
+    int max_newton;               // default 30
+    double tolerance;             // as in statics, inertia among the loads; default 1e-9
+    OmSolverDef solver;           // as in statics
+    uint32_t cookie;
+} OmFemDynamicDef;
+
+typedef struct OmFemMotion {  // caller's arrays
+    double* x;                // m (nnode x 3)
+    double* v;                // m/s (nnode x 3); of OM_CENTRAL_DIFFERENCE: half a step earlier
+    double time;              // s
+} OmFemMotion;
+
+/// Work and matrices of a motion; not to be used by two threads at once.
+typedef struct OmFemDynamics OmFemDynamics;
+
+OM_API OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid);
+OM_API OmStatus om_fem_create_dynamics(const OmFemSolid* solid, const OmFemDynamicDef* def,
+                                       OmFemDynamics** dynamics);
+OM_API void om_fem_destroy_dynamics(OmFemDynamics* dynamics);
+/// Advance by h under full loads; prescribed degrees of freedom go to rest + goal. An implicit step that
+/// fails is cut (report->ncut). An explicit one is OM_INVALID beyond its range of stability as soon as a
+/// value is not finite; motion unchanged.
+/// @return OM_OK, OM_NOT_CONVERGED (as far as motion->time), OM_INVALID, OM_NO_MEMORY
+OM_API OmStatus om_fem_step(OmFemDynamics* dynamics, const OmFemLoad* load, double h,
+                            OmFemMotion* motion, OmFemReport* report);
+/// Longest stable step of OM_CENTRAL_DIFFERENCE at positions x: 2 / omega, omega the largest frequency of the
+/// tangent against the lumped mass (Lanczos), less 2 %. It falls where elements are squeezed.
+/// @param fixed  (nnode x 3) or null
+OM_API OmStatus om_fem_eval_stable_step(const OmFemSolid* solid, const double* x,
+                                        const unsigned char* fixed, double* h);
+/// Kinetic energy, J; linear and angular momentum about the origin (either may be null).
+OM_API double om_fem_eval_momentum(const OmFemSolid* solid, bool is_consistent,
+                                   const OmFemMotion* motion, OmVec3* linear, OmVec3* angular);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,426 @@
+// fem_assemble_solid.c: energy, forces and tangent of a solid at given positions.
+//
+// With g_a the rest gradient of shape function a at a quadrature point of volume w, F = sum x_a g_a^T, node a
+// feels w P g_a and block (a, b) of the tangent is w g_a . H . g_b. Where the volume ratio is shared (a
+// mean-dilatation hexahedron, the patch of a node) U(J) is taken of the shared ratio t = v / V:
+//
+//     E = sum w W_shape(F) + sum V U(t),  P = P_shape + p C,  H = H_shape + p d2J,  p = U'(t) (mean of the nodes')
+//
+// and each shared ratio adds V U''(t) grad t grad t^T, which couples all nodes it depends on. Bonet and Burton
+// (1998) average nodal pressures as here; with several materials U of a patch is their sum by volume.
+#include <string.h>
+
+#include "fem/fem_solid.h"
+
+#define GRAIN 64
+
+typedef struct Pass {
+    const OmFemSolid* s;
+    const double* x;
+    const int* elem;  // elements of the colour
+    double* f;        // null: not wanted
+    OmBsr* A;         // null: not wanted
+    bool is_projected;
+    const double* pressure;  // of nodes, OM_NODAL_VOLUME
+    double* partial;         // energy by block
+    double *ratio, *node_pressure, *node_curvature;
+} Pass;
+
+// ---- elements ---------------------------------------------------------------------------------------
+
+void om__fem_gradient(const OmFemSolid* s, int e, int q, const double* x, double F[9]) {
+    size_t k = (size_t)s->mesh.nelem_node;
+    const int* node = s->mesh.elem_node + (size_t)e * k;
+    const double* g = s->grad + ((size_t)e * (size_t)s->npoint + (size_t)q) * k * 3;
+    memset(F, 0, 9 * sizeof *F);
+    for (size_t a = 0; a < k; ++a) {
+        const double* p = x + 3 * (size_t)node[a];
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r) F[3 * c + r] += p[r] * g[3 * a + (size_t)c];
+    }
+}
+
+// v / V of an element.
+static double elem_ratio(const OmFemSolid* s, int e, const double* x) {
+    double v = 0, F[9], C[9];
+    for (int q = 0; q < s->npoint; ++q) {
+        om__fem_gradient(s, e, q, x, F);
+        v += s->weight[(size_t)e * (size_t)s->npoint + (size_t)q] * om__law_det(F, C);
+    }
+    return v / s->volume[e];
+}
+
+// The pressure that an element shares, and how its parts of the law are cut.
+static double shared_pressure(const Pass* p, int e, OmJet* U) {
+    const OmFemSolid* s = p->s;
+    *U = (OmJet){0, 0, 0};
+    if (s->mesh.kind == OM_HEX8_MEAN) {
+        *U = om__law_volume(&s->law[s->mesh.elem_material[e]], elem_ratio(s, e, p->x));
+        return U->d;
+    }
+    if (!p->pressure) return 0;
+    const int* node = s->mesh.elem_node + 4 * (size_t)e;
+    return 0.25 * (p->pressure[node[0]] + p->pressure[node[1]] + p->pressure[node[2]] +
+                   p->pressure[node[3]]);
+}
+
+static OmLawPart part_of(const OmFemSolid* s) {
+    bool is_shared = s->mesh.kind == OM_HEX8_MEAN || s->locking == OM_NODAL_VOLUME;
+    return is_shared ? OM_LAW_SHAPE : OM_LAW_WHOLE;
+}
+
+// Energy and force on the nodes of an element.
+static double eval_element(const Pass* p, int e, double* fe) {
+    const OmFemSolid* s = p->s;
+    size_t k = (size_t)s->mesh.nelem_node, at = (size_t)e * (size_t)s->npoint;
+    OmJet U;
+    double pressure = shared_pressure(p, e, &U), energy = s->volume[e] * U.f;
+    OmLawValue law;
+    memset(fe, 0, 3 * k * sizeof *fe);
+    for (int q = 0; q < s->npoint; ++q) {
+        double F[9], C[9], w = s->weight[at + (size_t)q];
+        const double* g = s->grad + (at + (size_t)q) * k * 3;
+        om__fem_gradient(s, e, q, p->x, F);
+        om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s),
+                     p->f ? OM_LAW_STRESS : OM_LAW_ENERGY, &law);
+        energy += w * law.W;
+        if (!p->f) continue;
+        if (part_of(s) == OM_LAW_SHAPE) {
+            om__law_det(F, C);
+            for (int i = 0; i < 9; ++i) law.P[i] += pressure * C[i];
+        }
+        for (size_t a = 0; a < k; ++a)
+            for (size_t r = 0; r < 3; ++r)
+                fe[3 * a + r] += w * (law.P[r] * g[3 * a] + law.P[3 + r] * g[3 * a + 1] +
+                                      law.P[6 + r] * g[3 * a + 2]);
+    }
+    return energy;
+}
+
+// K += w g_a . H . g_b for a <= b; block (a, b) at K[9 (a k + b)], by columns.
+static void add_point_tangent(size_t k, const double* g, double w, const double H[81], double* K) {
+    for (size_t b = 0; b < k; ++b) {
+        double T[27];  // T[9 c + i]: H[i, 3 d + c] g_b[d]
+        const double g0 = w * g[3 * b], g1 = w * g[3 * b + 1], g2 = w * g[3 * b + 2];
+        for (size_t c = 0; c < 3; ++c)
+            for (size_t i = 0; i < 9; ++i)
+                T[9 * c + i] =
+                    H[9 * c + i] * g0 + H[9 * (3 + c) + i] * g1 + H[9 * (6 + c) + i] * g2;
+        for (size_t a = 0; a <= b; ++a) {
+            const double* ga = g + 3 * a;
+            double* block = K + 9 * (a * k + b);
+            for (size_t c = 0; c < 3; ++c)
+                for (size_t r = 0; r < 3; ++r)
+                    block[3 * c + r] +=
+                        ga[0] * T[9 * c + r] + ga[1] * T[9 * c + 3 + r] + ga[2] * T[9 * c + 6 + r];
+        }
+    }
+}
+
+static void add_outer(size_t k, double scale, const double* v, double* K) {
+    for (size_t a = 0; a < k; ++a)
+        for (size_t b = a; b < k; ++b)
+            for (size_t c = 0; c < 3; ++c)
+                for (size_t r = 0; r < 3; ++r)
+                    K[9 * (a * k + b) + 3 * c + r] += scale * v[3 * a + r] * v[3 * b + c];
+}
+
+static void eval_tangent(const Pass* p, int e, double* K) {
+    const OmFemSolid* s = p->s;
+    size_t k = (size_t)s->mesh.nelem_node, at = (size_t)e * (size_t)s->npoint;
+    OmJet U;
+    double pressure = shared_pressure(p, e, &U), mean[3 * OM_MAX_ELEM_NODE] = {0};
+    OmLawValue law;
+    memset(K, 0, 9 * k * k * sizeof *K);
+    for (int q = 0; q < s->npoint; ++q) {
+        double F[9], C[9], w = s->weight[at + (size_t)q];
+        const double* g = s->grad + (at + (size_t)q) * k * 3;
+        om__fem_gradient(s, e, q, p->x, F);
+        om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s), OM_LAW_TANGENT, &law);
+        if (part_of(s) == OM_LAW_SHAPE) om__law_add_det2(F, pressure, law.H);
+        if (p->is_projected) om__law_project(F, law.H);
+        add_point_tangent(k, g, w, law.H, K);
+        if (s->mesh.kind != OM_HEX8_MEAN) continue;
+        om__law_det(F, C);
+        for (size_t a = 0; a < k; ++a)
+            for (size_t r = 0; r < 3; ++r)
+                mean[3 * a + r] +=
+                    w * (C[r] * g[3 * a] + C[3 + r] * g[3 * a + 1] + C[6 + r] * g[3 * a + 2]);
+    }
+    if (p->is_projected && U.dd < 0) U.dd = 0;
+    if (s->mesh.kind == OM_HEX8_MEAN) add_outer(k, U.dd / s->volume[e], mean, K);
+}
+
+// ---- passes over colours ----------------------------------------------------------------------------
+
+static void force_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    double fe[3 * OM_MAX_ELEM_NODE];
+    for (int n = begin; n < end; ++n) {
+        int e = p->elem[n], k = p->s->mesh.nelem_node;
+        const int* node = p->s->mesh.elem_node + (size_t)e * (size_t)k;
+        p->partial[e] = eval_element(p, e, fe);
+        for (int a = 0; a < k && p->f; ++a)
+            om_store3(p->f, node[a], om_add(om_load3(p->f, node[a]), om_load3(fe, a)));
+    }
+}
+
+static void tangent_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    double K[9 * OM_MAX_ELEM_NODE * OM_MAX_ELEM_NODE];
+    size_t k = (size_t)p->s->mesh.nelem_node;
+    for (int n = begin; n < end; ++n) {
+        size_t e = (size_t)p->elem[n];
+        const int* adr = p->s->elem_adr + e * k * k;
+        eval_tangent(p, (int)e, K);
+        for (size_t a = 0; a < k; ++a) {
+            for (size_t b = a; b < k; ++b) {
+                const double* from = K + 9 * (a * k + b);
+                double* upper = p->A->exact + 9 * (size_t)adr[a * k + b];
+                double* lower = p->A->exact + 9 * (size_t)adr[b * k + a];
+                for (size_t i = 0; i < 9; ++i) upper[i] += from[i];
+                for (size_t i = 0; i < 9 && a != b; ++i) lower[i] += from[3 * (i % 3) + i / 3];
+            }
+        }
+    }
+}
+
+static void for_colors(Pass* p, OmRangeFn fn) {
+    for (int c = 0; c < p->s->ncolor; ++c) {
+        p->elem = p->s->color_elem + p->s->color_adr[c];
+        om_parallel_for(p->s->nworker, p->s->color_adr[c + 1] - p->s->color_adr[c], GRAIN, fn, p);
+    }
+}
+
+// ---- nodal volumes ----------------------------------------------------------------------------------
+
+static void ratio_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    for (int e = begin; e < end; ++e) p->ratio[e] = elem_ratio(p->s, e, p->x);
+}
+
+// Pressure, curvature of the energy by nodal volume, and the energy of each node's patch.
+static void pressure_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    const OmFemSolid* s = p->s;
+    for (int i = begin; i < end; ++i) {
+        double v = 0;
+        OmJet sum = {0, 0, 0};
+        for (int m = s->node_adr[i]; m < s->node_adr[i + 1]; ++m)
+            v += 0.25 * s->volume[s->node_elem[m]] * p->ratio[s->node_elem[m]];
+        double V = s->node_volume[i];
+        for (int m = s->node_adr[i]; m < s->node_adr[i + 1]; ++m) {
+            int e = s->node_elem[m];
+            OmJet U = om__law_volume(&s->law[s->mesh.elem_material[e]], v / V);
+            sum.f += 0.25 * s->volume[e] * U.f;
+            sum.d += 0.25 * s->volume[e] * U.d / V;
+            sum.dd += 0.25 * s->volume[e] * U.dd / (V * V);
+        }
+        p->partial[i] = sum.f;
+        p->node_pressure[i] = sum.d;
+        p->node_curvature[i] = sum.dd;
+    }
+}
+
+// Gradient of the volume of node a's patch at node i: a quarter of dv_e / dx_i summed over elements of both.
+static OmVec3 volume_gradient(const OmFemSolid* s, const double* x, int a, int i) {
+    OmVec3 sum = {0, 0, 0};
+    for (int m = s->node_adr[i]; m < s->node_adr[i + 1]; ++m) {
+        size_t e = (size_t)s->node_elem[m];
+        const int* node = s->mesh.elem_node + 4 * e;
+        int has = -1, local = 0;
+        for (int b = 0; b < 4; ++b) {
+            if (node[b] == a) has = b;
+            if (node[b] == i) local = b;
+        }
+        if (has < 0) continue;
+        double F[9], C[9];
+        const double* g = s->grad + 12 * e + 3 * (size_t)local;
+        om__fem_gradient(s, (int)e, 0, x, F);
+        om__law_det(F, C);
+        for (int c = 0; c < 3; ++c) sum = om_madd(sum, 0.25 * s->volume[e] * g[c], om_load3(C, c));
+    }
+    return sum;
+}
+
+// Row i of sum_a curvature_a grad v_a grad v_a^T: a runs over i and its neighbours, j over a's patch.
+static void patch_rows(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    const OmFemSolid* s = p->s;
+    for (int i = begin; i < end; ++i) {
+        for (int m = s->node_adr[i]; m < s->node_adr[i + 1]; ++m) {
+            const int* around = s->mesh.elem_node + 4 * (size_t)s->node_elem[m];
+            for (int b = 0; b < 4; ++b) {
+                // each pair (element around i, its node a) once per a: where a is met first
+                int a = around[b], first = s->node_adr[i];
+                bool is_met = false;
+                for (; first < m && !is_met; ++first)
+                    for (int c = 0; c < 4; ++c)
+                        is_met |=
+                            s->mesh.elem_node[4 * (size_t)s->node_elem[first] + (size_t)c] == a;
+                double curvature = p->node_curvature[a];
+                if (is_met || (p->is_projected && curvature < 0)) continue;
+                OmVec3 gi = om_scale(curvature, volume_gradient(s, p->x, a, i));
+                for (int n = s->node_adr[a]; n < s->node_adr[a + 1]; ++n) {
+                    size_t e = (size_t)s->node_elem[n];
+                    double F[9], C[9];
+                    om__fem_gradient(s, (int)e, 0, p->x, F);
+                    om__law_det(F, C);
+                    for (size_t d = 0; d < 4; ++d) {
+                        const double* g = s->grad + 12 * e + 3 * d;
+                        OmVec3 gj = {0, 0, 0};
+                        for (int c = 0; c < 3; ++c)
+                            gj = om_madd(gj, 0.25 * s->volume[e] * g[c], om_load3(C, c));
+                        double* to = p->A->exact +
+                                     9 * (size_t)om_bsr_find(p->A, i, s->mesh.elem_node[4 * e + d]);
+                        OmMat3 add = om_mat3_outer(gi, gj);
+                        for (int c = 0; c < 3; ++c) {
+                            OmVec3 col = c == 0 ? add.cx : c == 1 ? add.cy : add.cz;
+                            om_store3(to, c, om_add(om_load3(to, c), col));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+// Pressures and curvatures into scratch that the caller frees.
+static OmStatus begin_pass(Pass* p, double** scratch, double* energy) {
+    const OmFemSolid* s = p->s;
+    size_t ne = (size_t)s->mesh.nelem, nn = (size_t)s->mesh.nnode;
+    bool is_nodal = s->locking == OM_NODAL_VOLUME;
+    *energy = 0;
+    OM_ALLOC(*scratch, ne > nn ? 2 * ne + 2 * nn : ne + 3 * nn);
+    p->partial = *scratch;
+    if (!is_nodal) return OM_OK;
+    p->node_pressure = p->partial + (ne > nn ? ne : nn);
+    p->node_curvature = p->node_pressure + nn;
+    p->ratio = p->node_curvature + nn;
+    om_parallel_for(s->nworker, s->mesh.nelem, GRAIN, ratio_block, p);
+    om_parallel_for(s->nworker, s->mesh.nnode, GRAIN, pressure_block, p);
+    p->pressure = p->node_pressure;
+    for (size_t i = 0; i < nn; ++i) *energy += p->partial[i];
+    return OM_OK;
+}
+
+// ---- what the header has ----------------------------------------------------------------------------
+
+OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, double* energy) {
+    Pass p = {.s = s, .x = x, .f = f};
+    double *scratch, sum;
+    OM_TRY(begin_pass(&p, &scratch, &sum));
+    if (f) memset(f, 0, 3 * (size_t)s->mesh.nnode * sizeof *f);
+    for_colors(&p, force_block);
+    for (int e = 0; e < s->mesh.nelem; ++e) sum += p.partial[e];
+    if (energy) *energy = sum;
+    om_free(scratch);
+    return OM_OK;
+}
+
+OmStatus om_fem_eval_energy(const OmFemSolid* s, const double* x, double* energy) {
+    return om_fem_eval_force(s, x, NULL, energy);
+}
+
+static void round_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    OmBsr* A = ctx;
+    for (size_t n = 9 * (size_t)begin; n < 9 * (size_t)end; ++n) A->value[n] = (float)A->exact[n];
+}
+
+OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected, OmBsr* A) {
+    OM_CHECK(A->exact && A->nvert == s->mesh.nnode, OM_INVALID,
+             "the matrix was not made by om_fem_create_matrix of this solid");
+    Pass p = {.s = s, .x = x, .A = A, .is_projected = is_projected};
+    double *scratch, energy;
+    OM_TRY(begin_pass(&p, &scratch, &energy));
+    om_bsr_zero(A);
+    for_colors(&p, tangent_block);
+    if (s->locking == OM_NODAL_VOLUME)
+        om_parallel_for(s->nworker, s->mesh.nnode, GRAIN, patch_rows, &p);
+    om_parallel_for(s->nworker, A->nblock, 4096, round_block, A);
+    om_free(scratch);
+    return OM_OK;
+}
+
+OmStatus om_fem_eval_tangent(const OmFemSolid* s, const double* x, OmBsr* A) {
+    return om__fem_tangent(s, x, s->is_projected, A);
+}
+
+double om_fem_eval_volume(const OmFemSolid* s, const double* x, double* ratio) {
+    double least = INFINITY, F[9], C[9];
+    for (int e = 0; e < s->mesh.nelem; ++e) {
+        for (int q = 0; q < s->npoint; ++q) {
+            om__fem_gradient(s, e, q, x, F);
+            least = fmin(least, om__law_det(F, C));
+        }
+        if (ratio) ratio[e] = elem_ratio(s, e, x);
+    }
+    return least;
+}
+
+// Shape gradients at the point that has these weights; reference coordinates are sums over nodes.
+static OmStatus gradients_at(const OmFemSolid* s, int e, const double* weight, double* g) {
+    static const double tet[10][3] = {{0, 0, 0},   {1, 0, 0},   {0, 1, 0},  {0, 0, 1},
+                                      {.5, 0, 0},  {.5, .5, 0}, {0, .5, 0}, {0, 0, .5},
+                                      {.5, 0, .5}, {0, .5, .5}};
+    static const double hex[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                     {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+    int k = s->mesh.nelem_node;
+    double xi[3] = {0, 0, 0}, N[OM_MAX_ELEM_NODE], dN[3 * OM_MAX_ELEM_NODE];
+    for (int a = 0; a < k; ++a)
+        for (int c = 0; c < 3; ++c) xi[c] += weight[a] * (k == 8 ? hex[a][c] : tet[a][c]);
+    om__element_shape(s->mesh.kind, xi, N, dN);
+    const int* node = s->mesh.elem_node + (size_t)e * (size_t)k;
+    OmMat3 inverse;
+    OM_TRY(om_mat3_inverse(om__element_jacobian(k, dN, s->mesh.x, node), &inverse));
+    for (int a = 0; a < k; ++a) om_store3(g, a, om_mat3_apply_transposed(inverse, om_load3(dN, a)));
+    return OM_OK;
+}
+
+// Cauchy stress of one deformation gradient, added to sum with a weight.
+static void add_stress(const OmFemSolid* s, int e, const double* x, const double F[9], double w,
+                       double sum[9]) {
+    OmLawValue law;
+    double C[9], J = om__law_det(F, C);
+    om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s), OM_LAW_STRESS, &law);
+    if (s->mesh.kind == OM_HEX8_MEAN) {
+        OmJet U = om__law_volume(&s->law[s->mesh.elem_material[e]], elem_ratio(s, e, x));
+        for (int i = 0; i < 9; ++i) law.P[i] += U.d * C[i];
+    }
+    double by_J = fabs(J) > 1e-12 ? w / J : 0;  // no Cauchy stress without volume
+    for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r)
+            for (int k = 0; k < 3; ++k) sum[3 * c + r] += by_J * law.P[3 * k + r] * F[3 * k + c];
+}
+
+OmStatus om_fem_eval_stress(const OmFemSolid* s, const double* x, int elem, const double* weight,
+                            OmMat3* stress, OmMat3* F) {
+    OM_CHECK(elem >= 0 && elem < s->mesh.nelem, OM_INVALID, "there is no element %d of %d", elem,
+             s->mesh.nelem);
+    OM_CHECK(s->locking == OM_LOCKING_NONE || !stress, OM_INVALID,
+             "om_fem_eval_stress: the pressure of OM_NODAL_VOLUME belongs to nodes");
+    double f[9], mean[9] = {0}, sigma[9] = {0}, g[3 * OM_MAX_ELEM_NODE];
+    const int* node = s->mesh.elem_node + (size_t)elem * (size_t)s->mesh.nelem_node;
+    if (weight) {
+        OM_TRY(gradients_at(s, elem, weight, g));
+        for (int a = 0; a < s->mesh.nelem_node; ++a)
+            for (int c = 0; c < 3; ++c)
+                om_store3(mean, c, om_madd(om_load3(mean, c), g[3 * a + c], om_load3(x, node[a])));
+        add_stress(s, elem, x, mean, 1, sigma);
+    }
+    for (int q = 0; q < s->npoint && !weight; ++q) {
+        double share = s->weight[(size_t)elem * (size_t)s->npoint + (size_t)q] / s->volume[elem];
+        om__fem_gradient(s, elem, q, x, f);
+        for (int i = 0; i < 9; ++i) mean[i] += share * f[i];
+        add_stress(s, elem, x, f, share, sigma);
+    }
+    if (stress) *stress = om_mat3_cols(om_load3(sigma, 0), om_load3(sigma, 1), om_load3(sigma, 2));
+    if (F) *F = om_mat3_cols(om_load3(mean, 0), om_load3(mean, 1), om_load3(mean, 2));
+    return OM_OK;
+}

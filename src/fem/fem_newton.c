@@ -1,0 +1,254 @@
+// fem_newton.c: Newton's method for equilibrium at one load, with inertia if asked.
+//
+// The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
+// solves A dx = -dE/dx, with prescribed entries of dx given in the first one, then halves dx (by the parabola
+// through what is known) until E falls; where a follower load leaves no E, until the residual does. A that is not
+// positive definite is made anew of projected element tangents, and shifted by its diagonal if that is not
+// enough: the step then still goes downhill. Nocedal and Wright (2006), chapters 3 and 11.
+#include <string.h>
+
+#include "fem/fem_solid.h"
+
+#define DIRECT_NODES 6000  // CHOLMOD is quicker below
+#define MAX_BACKTRACK 14
+#define DESCENT 1e-4           // share of the predicted fall that must come true
+#define ENERGY_ROUNDING 1e-13  // of the energies that are summed
+#define FORCE_ROUNDING 4e-16
+
+// ---- create -----------------------------------------------------------------------------------------
+
+OmSolverDef om__newton_solver_def(const OmFemSolid* s) {
+    OmSolverDef def = om_solver_default_def();
+    def.preconditioner = s->mesh.nnode <= DIRECT_NODES ? OM_CHOLESKY : OM_MULTIGRID;
+    def.max_iterations = 1000;
+    def.nworker = s->nworker;
+    def.row_bound =
+        s->mesh.nelem_node;  // element matrices are at most so many times their diagonal
+    return def;
+}
+
+OmStatus om__newton_create(const OmFemSolid* s, const OmSolverDef* solver, OmFemNewton* N) {
+    *N = (OmFemNewton){.solid = s, .solver_def = *solver};
+    OmStatus status = OM_OK;
+    size_t n = 3 * (size_t)s->mesh.nnode;
+    OM_TRY_DONE(om_fem_create_matrix(s, &N->A));
+    OM_TRY_DONE(om_solver_create(&N->solver_def, &N->A, s->mesh.x, &N->solver));
+    double** array[] = {&N->x_hat, &N->dead, &N->r, &N->dx, &N->trial, &N->work, &N->scratch};
+    for (int k = 0; k < 7; ++k) OM_CALLOC_DONE(*array[k], n);
+    OM_CALLOC_DONE(N->fixed, n);
+done:
+    if (status < 0) om__newton_done(N);
+    return status;
+}
+
+void om__newton_done(OmFemNewton* N) {
+    om_solver_destroy(N->solver);
+    om_bsr_destroy(&N->A);
+    double* array[] = {N->x_hat, N->dead, N->r, N->dx, N->trial, N->work, N->scratch};
+    for (int k = 0; k < 7; ++k) om_free(array[k]);
+    om_free(N->fixed);
+    *N = (OmFemNewton){0};
+}
+
+OmStatus om__newton_set_load(OmFemNewton* N, const OmFemLoad* load) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    OM_TRY(om__fem_check_load(N->solid, load));
+    N->load = load;
+    for (size_t i = 0; i < n; ++i) N->fixed[i] = load->fixed && load->fixed[i] ? 1 : 0;
+    memset(N->dead, 0, n * sizeof(double));
+    om__fem_add_dead(N->solid, load, N->dead);
+    om_solver_set_fixed(N->solver, N->fixed);
+    return OM_OK;
+}
+
+// ---- residual and energy ----------------------------------------------------------------------------
+
+typedef struct Balance {
+    double energy;    // J
+    double rounding;  // of it, J
+    double residual;  // norm of r at free degrees of freedom, N
+    double scale;     // norm of loads, reactions and inertia, N
+} Balance;
+
+// r = dE/dx at x and its norms.
+static OmStatus eval_balance(OmFemNewton* N, const double* x, double share, double* r, Balance* b) {
+    const OmFemSolid* s = N->solid;
+    size_t n = 3 * (size_t)s->mesh.nnode;
+    double energy, extra = 0, work = 0, inertia = 0, loads = 0, reactions = 0;
+    OM_TRY(om_fem_eval_force(s, x, r, &energy));
+    b->residual = 0;
+    for (size_t i = 0; i < n; ++i) N->work[i] = share * N->dead[i];
+    om__fem_add_follower(N->load, x, share, N->work, NULL);
+    for (size_t i = 0; i < n; ++i) {
+        r[i] -= N->work[i];
+        work += share * N->dead[i] * (x[i] - s->mesh.x[i]);
+        if (!N->fixed[i]) loads += N->work[i] * N->work[i];
+    }
+    if (N->inertia > 0) {
+        for (size_t i = 0; i < n; ++i) N->scratch[i] = x[i] - N->x_hat[i];
+        om_fem_apply_mass(s, N->is_consistent, N->scratch, N->work);
+        for (size_t i = 0; i < n; ++i) {
+            double f = N->inertia * N->work[i];
+            inertia += 0.5 * f * N->scratch[i];
+            r[i] += f;
+            if (!N->fixed[i]) loads += f * f;
+        }
+    }
+    if (N->load->extra)
+        OM_TRY(N->load->extra->eval(N->load->extra->ctx, x, share, &extra, r, NULL));
+    for (size_t i = 0; i < n; ++i) {
+        double square = r[i] * r[i];
+        if (N->fixed[i])
+            reactions += square;
+        else
+            b->residual += square;
+    }
+    b->energy = energy + extra + inertia - work;
+    b->rounding = ENERGY_ROUNDING * (fabs(energy) + fabs(extra) + fabs(inertia) + fabs(work));
+    b->residual = sqrt(b->residual);
+    b->scale = sqrt(loads + reactions);
+    return OM_OK;
+}
+
+OmStatus om__newton_residual(OmFemNewton* N, const double* x, double share, double* r,
+                             double* scale) {
+    Balance b;
+    OM_TRY(eval_balance(N, x, share, r, &b));
+    *scale = b.scale;
+    return OM_OK;
+}
+
+// ---- the linear system ------------------------------------------------------------------------------
+
+static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool is_projected,
+                            double shift) {
+    OM_TRY(om__fem_tangent(N->solid, x, is_projected, &N->A));
+    if (!is_projected) om__fem_add_follower(N->load, x, share, NULL, &N->A);
+    if (N->load->extra)
+        OM_TRY(N->load->extra->eval(N->load->extra->ctx, x, share, NULL, NULL, &N->A));
+    if (N->inertia > 0) om_fem_add_mass(N->solid, N->inertia, N->is_consistent, &N->A);
+    // What rounding of positions does to forces, and the shift.
+    double largest = 0, sum = 0;
+    for (size_t i = 0; i < 3 * (size_t)N->solid->mesh.nnode; ++i)
+        largest = fmax(largest, fabs(x[i]));
+    for (int i = 0; i < N->A.nvert; ++i) {
+        double d[3];
+        for (int c = 0; c < 3; ++c) d[c] = N->A.exact[9 * (size_t)N->A.row_adr[i] + 4 * (size_t)c];
+        for (int c = 0; c < 3; ++c) sum += d[c] * d[c];
+        if (shift <= 0) continue;
+        OmVec3 more = {shift * fabs(d[0]), shift * fabs(d[1]), shift * fabs(d[2])};
+        om_bsr_add(&N->A, N->A.row_adr[i], om_mat3_diag(more));
+    }
+    N->rounding = FORCE_ROUNDING * largest * sqrt(sum);
+    return om_solver_refresh(N->solver, &N->A);
+}
+
+// dx, its prescribed entries given, from A dx = -r; A made positive definite if it is not.
+static OmStatus find_step(OmFemNewton* N, const double* x, double share, OmFemReport* report) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    for (size_t i = 0; i < n; ++i) N->work[i] = -N->r[i];
+    for (int attempt = N->solid->is_projected ? 1 : 0; attempt < 6; ++attempt) {
+        double shift = attempt < 2 ? 0 : pow(10, attempt - 5);
+        OmStatus status = make_matrix(N, x, share, attempt > 0, shift);
+        if (status < 0) return status;
+        if (status == OM_OK) {
+            OmSolveInfo info;
+            for (size_t i = 0; i < n; ++i)
+                if (!N->fixed[i]) N->dx[i] = 0;
+            status = om_solver_solve(N->solver, &N->A, 1, N->work, N->dx, &info);
+            if (status < 0) return status;
+            report->ncg += info.iterations;
+        }
+        if (status == OM_NOT_SPD) continue;
+        double slope = 0;
+        bool is_driven = false;
+        for (size_t i = 0; i < n; ++i) {
+            if (N->fixed[i])
+                is_driven = is_driven || N->dx[i] != 0;
+            else
+                slope += N->r[i] * N->dx[i];
+        }
+        if (slope <= 0 || is_driven) return OM_OK;
+    }
+    snprintf(report->reason, sizeof report->reason,
+             "the tangent could not be made positive definite");
+    return OM_NOT_CONVERGED;
+}
+
+// ---- line search ------------------------------------------------------------------------------------
+
+// x += a dx with the first a = 1, .. that lowers the energy (or the residual); r and b follow.
+static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    bool has_energy = !om__fem_has_follower(N->load);
+    double slope = 0, a = 1;
+    Balance now = *b;
+    for (size_t i = 0; i < n; ++i) slope += N->r[i] * N->dx[i];
+    for (int turn = 0; turn < MAX_BACKTRACK; ++turn) {
+        for (size_t i = 0; i < n; ++i) N->trial[i] = x[i] + a * N->dx[i];
+        OM_TRY(eval_balance(N, N->trial, share, N->r, &now));
+        double rise = now.energy - b->energy, noise = b->rounding + now.rounding;
+        bool is_good = has_energy ? rise <= DESCENT * a * slope + noise
+                                  : now.residual <= (1 - DESCENT * a) * b->residual;
+        if (is_good && isfinite(now.residual)) break;
+        double next = 0.5 * a;
+        if (has_energy && isfinite(rise) && rise - slope * a > 0)
+            next = -slope * a * a / (2 * (rise - slope * a));
+        a = fmin(fmax(next, 0.1 * a), 0.5 * a);
+    }
+    memcpy(x, N->trial, n * sizeof *x);
+    *b = now;
+    return OM_OK;
+}
+
+// ---- iterations -------------------------------------------------------------------------------------
+
+static bool note_residual(const OmFemNewton* N, const Balance* b, OmFemReport* report) {
+    report->force_scale = b->scale;
+    report->residual = b->scale > 0 ? b->residual / b->scale : 0;
+    if (report->nhistory < 32) report->history[report->nhistory++] = report->residual;
+    return b->residual <= N->tolerance * b->scale || b->residual <= N->rounding;
+}
+
+static bool set_prescribed(OmFemNewton* N, const double* target, const double* x) {
+    bool moves = false;
+    for (size_t i = 0; i < 3 * (size_t)N->solid->mesh.nnode; ++i) {
+        N->dx[i] = N->fixed[i] ? target[i] - x[i] : 0;
+        moves = moves || N->dx[i] != 0;
+    }
+    return moves;
+}
+
+OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, double* x,
+                          OmFemReport* report) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    Balance b;
+    report->nhistory = 0;
+    report->reason[0] = 0;
+    N->rounding = 0;
+    OM_TRY(eval_balance(N, x, share, N->r, &b));
+    bool is_moved = set_prescribed(N, target, x);
+    if (!is_moved && note_residual(N, &b, report)) return OM_OK;
+    for (int turn = 0; turn < N->max_newton; ++turn) {
+        OmStatus status = find_step(N, x, share, report);
+        if (status != OM_OK) return status;
+        ++report->nnewton;
+        if (is_moved) {  // there is no energy to compare with until the prescribed ones are in place
+            for (size_t i = 0; i < n; ++i) x[i] = N->fixed[i] ? target[i] : x[i] + N->dx[i];
+            OM_TRY(eval_balance(N, x, share, N->r, &b));
+            memset(N->dx, 0, n * sizeof *N->dx);
+            is_moved = false;
+        } else {
+            OM_TRY(search_line(N, share, x, &b));
+        }
+        if (!isfinite(b.residual)) {
+            snprintf(report->reason, sizeof report->reason, "the forces are not finite");
+            return OM_NOT_CONVERGED;
+        }
+        if (note_residual(N, &b, report)) return OM_OK;
+    }
+    snprintf(report->reason, sizeof report->reason,
+             "the residual is %.3g of the loads after %d iterations of Newton's method",
+             report->residual, N->max_newton);
+    return OM_NOT_CONVERGED;
+}

@@ -1,0 +1,106 @@
+// fem_solid.h: what the files of the general solid share.
+#ifndef OMENTUM_FEM_SOLID_H
+#define OMENTUM_FEM_SOLID_H
+
+#include "fem/fem_law.h"
+#include "omentum/fem.h"
+
+#define OM__MAX_POINT 27  // quadrature points of an element, those of mass included
+
+// ---- fem_element.c ----------------------------------------------------------------------------------
+
+typedef struct OmRule {  // quadrature on the reference element
+    int npoint;
+    double xi[OM__MAX_POINT][3], weight[OM__MAX_POINT];
+} OmRule;
+
+int om__element_nnode(OmElement kind);
+/// For the energy, or exact for products of two shape functions.
+void om__element_rule(OmElement kind, bool is_mass, OmRule* rule);
+/// Shape functions N and their derivatives dN[3 a + k] = dN_a / dxi_k at xi; dN may be null.
+void om__element_shape(OmElement kind, const double xi[3], double* N, double* dN);
+/// The middle of the reference element, and the distance of xi from leaving it (negative: outside).
+void om__element_centre(OmElement kind, double xi[3]);
+double om__element_inside(OmElement kind, const double xi[3]);
+/// dx/dxi by columns from node positions.
+OmMat3 om__element_jacobian(int nnode, const double* dN, const double* x, const int* node);
+/// The nodes of face `face` of an element, counter-clockwise from outside; false past the last.
+bool om__element_face(OmElement kind, int face, int local[6], int* nlocal);
+/// Rule and shape functions on a face of nnode nodes: N, dN[2 a + k].
+void om__face_rule(int nnode, OmRule* rule);
+void om__face_shape(int nnode, const double xi[3], double* N, double* dN);
+
+// ---- fem_solid.c ------------------------------------------------------------------------------------
+
+struct OmFemSolid {
+    OmFemMesh mesh;
+    int nmaterial, nworker, npoint;
+    OmLocking locking;
+    bool is_projected;
+    OmLawParam* law;      //                                                       (nmaterial)
+    double* density;      // kg/m^3                                                (nmaterial)
+    double* grad;         // dN_a/dX at the points            (nelem x npoint x nelem_node x 3)
+    double* weight;       // rest volume of the points, m^3                   (nelem x npoint)
+    double* volume;       // m^3                                                       (nelem)
+    double* elem_mass;    // consistent, kg                  (nelem x nelem_node x nelem_node)
+    double* mass;         // lumped, kg                                                (nnode)
+    int* elem_adr;        // blocks of the matrix            (nelem x nelem_node x nelem_node)
+    int ncolor;           // elements of a colour share no node
+    int* color_adr;       //                                                      (ncolor + 1)
+    int* color_elem;      //                                                           (nelem)
+    int* node_adr;        // elements of each node                                 (nnode + 1)
+    int* node_elem;       //                                              (nelem x nelem_node)
+    double* node_volume;  // a quarter of each element around, m^3; OM_NODAL_VOLUME (nnode)
+};
+
+/// As om_fem_eval_tangent, whatever the solid's own option.
+OmStatus om__fem_tangent(const OmFemSolid* solid, const double* x, bool is_projected, OmBsr* A);
+/// F at a quadrature point from node positions x.
+void om__fem_gradient(const OmFemSolid* solid, int elem, int point, const double* x, double F[9]);
+
+// ---- fem_load.c -------------------------------------------------------------------------------------
+
+OmStatus om__fem_check_load(const OmFemSolid* solid, const OmFemLoad* load);
+/// Dead forces at full load added to f (nnode x 3).
+void om__fem_add_dead(const OmFemSolid* solid, const OmFemLoad* load, double* f);
+/// Is there a load that is not the gradient of an energy?
+bool om__fem_has_follower(const OmFemLoad* load);
+/// Follower forces at x times `share` added to f; the symmetric part of their tangent subtracted from A. Either
+/// may be null.
+void om__fem_add_follower(const OmFemLoad* load, const double* x, double share, double* f,
+                          OmBsr* A);
+
+// ---- fem_newton.c -----------------------------------------------------------------------------------
+
+typedef struct OmFemNewton {  // everything a solve needs, made once
+    const OmFemSolid* solid;
+    const OmFemLoad* load;
+    OmSolverDef solver_def;
+    OmBsr A;
+    OmSolver* solver;
+    int max_newton;
+    double tolerance;
+    double inertia;  // factor of M in the tangent, 1/s^2; 0: statics
+    bool is_consistent;
+    double* x_hat;  // where inertia draws to            (nnode x 3)
+    double *dead, *r, *dx, *trial, *work, *scratch;  //         (nnode x 3 each)
+    unsigned char* fixed;  //                                   (nnode x 3)
+    double rounding;       // norm of forces that rounding of positions makes, N
+} OmFemNewton;
+
+/// CHOLMOD for few nodes, else CG with multigrid.
+OmSolverDef om__newton_solver_def(const OmFemSolid* solid);
+OmStatus om__newton_create(const OmFemSolid* solid, const OmSolverDef* solver, OmFemNewton* newton);
+void om__newton_done(OmFemNewton* newton);
+/// Prescribed degrees of freedom and dead loads; before the solves.
+OmStatus om__newton_set_load(OmFemNewton* newton, const OmFemLoad* load);
+/// Find equilibrium at `share` of the loads from x, prescribed entries of which go to `target` (nnode x 3).
+/// Adds to the counts of report.
+/// @return OM_OK, OM_NOT_CONVERGED (report->reason; x is of no use)
+OmStatus om__newton_solve(OmFemNewton* newton, double share, const double* target, double* x,
+                          OmFemReport* report);
+/// Gradient of all energies at x to r, and the norm of loads and reactions.
+OmStatus om__newton_residual(OmFemNewton* newton, const double* x, double share, double* r,
+                             double* scale);
+
+#endif

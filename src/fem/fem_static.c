@@ -1,0 +1,158 @@
+// fem_static.c: equilibrium by load steps that are as long as Newton's method stands.
+//
+// A step that does not converge, or ends with an inverted element, is halved and tried again from the last
+// equilibrium; after a success a halved step doubles, never beyond the first length.
+#include <string.h>
+
+#include "fem/fem_solid.h"
+
+#define COOKIE 0x50f7f302u
+#define MAX_REPEAT 50  // times that `extra` may ask for another solve of a step
+
+OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid) {
+    return (OmFemStaticDef){.nstep = 1,
+                            .min_step = 1.0 / 4096,
+                            .max_newton = 30,
+                            .tolerance = 1e-9,
+                            .solver = om__newton_solver_def(solid),
+                            .cookie = COOKIE};
+}
+
+static OmStatus check_def(const OmFemSolid* s, const OmFemStaticDef* def, const double* x) {
+    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
+             "OmFemStaticDef was not made by om_fem_default_static_def");
+    OM_CHECK(def->load_begin >= 0 && def->load_begin < 1, OM_INVALID,
+             "OmFemStaticDef.load_begin = %g, must be in [0, 1)", def->load_begin);
+    OM_CHECK(def->nstep >= 1, OM_INVALID, "OmFemStaticDef.nstep = %d, must be at least 1",
+             def->nstep);
+    OM_CHECK(def->min_step > 0 && def->min_step <= 1, OM_INVALID,
+             "OmFemStaticDef.min_step = %g, must be in (0, 1]", def->min_step);
+    OM_CHECK(def->max_newton >= 1, OM_INVALID, "OmFemStaticDef.max_newton = %d, must be at least 1",
+             def->max_newton);
+    OM_CHECK(def->tolerance > 0 && def->tolerance < 1, OM_INVALID,
+             "OmFemStaticDef.tolerance = %g, must be in (0, 1)", def->tolerance);
+    for (int i = 0; i < s->mesh.nnode; ++i)
+        OM_CHECK(om_is_finite3(om_load3(x, i)), OM_INVALID, "position of node %d is not finite", i);
+    return OM_OK;
+}
+
+// Newton's method, again while `extra` asks for it; then no element may be inverted.
+static OmStatus solve_step(OmFemNewton* N, double share, const double* target, double* x,
+                           OmFemReport* report) {
+    const OmFemExtra* extra = N->load->extra;
+    OmStatus status = OM_NOT_CONVERGED;
+    for (int turn = 0; turn < MAX_REPEAT; ++turn) {
+        status = om__newton_solve(N, share, target, x, report);
+        if (status != OM_OK) return status;
+        report->min_volume = om_fem_eval_volume(N->solid, x, NULL);
+        if (!(report->min_volume > 0)) {
+            snprintf(report->reason, sizeof report->reason,
+                     "an element is inverted at equilibrium (least volume ratio %.3g)",
+                     report->min_volume);
+            return OM_NOT_CONVERGED;
+        }
+        if (extra && extra->finish) status = extra->finish(extra->ctx, x, share);
+        if (status != OM_NOT_CONVERGED) return status;
+    }
+    snprintf(report->reason, sizeof report->reason,
+             "OmFemExtra.finish was not content after %d solves", MAX_REPEAT);
+    return OM_NOT_CONVERGED;
+}
+
+typedef struct Path {  // where prescribed nodes come from and go, and the last equilibrium
+    double *from, *to, *target, *good;
+} Path;
+
+static OmStatus begin_path(const OmFemNewton* N, const double* x, Path* p) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    const double* rest = N->solid->mesh.x;
+    OM_ALLOC(p->from, n);
+    OM_ALLOC(p->to, n);
+    OM_ALLOC(p->target, n);
+    OM_ALLOC(p->good, n);
+    memcpy(p->from, x, n * sizeof *x);
+    memcpy(p->good, x, n * sizeof *x);
+    for (size_t i = 0; i < n; ++i)
+        p->to[i] = N->fixed[i] ? rest[i] + (N->load->goal ? N->load->goal[i] : 0) : x[i];
+    return OM_OK;
+}
+
+static void end_path(Path* p) {
+    om_free(p->from);
+    om_free(p->to);
+    om_free(p->target);
+    om_free(p->good);
+}
+
+static OmStatus follow_path(OmFemNewton* N, const OmFemStaticDef* def, Path* p, double* x,
+                            OmFemReport* report) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    double whole = 1 - def->load_begin, first = whole / def->nstep, step = first;
+    char reason[sizeof report->reason] = "";
+    while (report->load < 1) {
+        double next = report->load + step;
+        if (next > 1 - 1e-9 * whole) next = 1;
+        double way = (next - def->load_begin) / whole;
+        for (size_t i = 0; i < n; ++i)
+            p->target[i] = next < 1 ? p->from[i] + way * (p->to[i] - p->from[i]) : p->to[i];
+        OmStatus status = solve_step(N, next, p->target, x, report);
+        if (status < 0) return status;
+        if (status == OM_OK) {
+            memcpy(p->good, x, n * sizeof *x);
+            report->load = next;
+            ++report->nstep;
+            step = fmin(2 * step, first);
+            OM_TRY(om_progress_report(def->progress, "load", next, 1));
+            continue;
+        }
+        memcpy(reason, report->reason, sizeof reason);
+        memcpy(x, p->good, n * sizeof *x);
+        step *= 0.5;
+        ++report->ncut;
+        if (step < def->min_step * whole) {
+            snprintf(report->reason, sizeof report->reason, "%s", reason);
+            return om_error(OM_NOT_CONVERGED, "statics stopped at load %g: %s", report->load,
+                            reason);
+        }
+    }
+    return OM_OK;
+}
+
+// Forces on prescribed degrees of freedom, and the residual, of the state that is handed back.
+static OmStatus final_forces(OmFemNewton* N, const double* x, double* reaction,
+                             OmFemReport* report) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    double sum = 0;
+    OM_TRY(om__newton_residual(N, x, report->load, N->r, &report->force_scale));
+    for (size_t i = 0; i < n; ++i)
+        if (!N->fixed[i]) sum += N->r[i] * N->r[i];
+    report->residual = report->force_scale > 0 ? sqrt(sum) / report->force_scale : 0;
+    report->min_volume = om_fem_eval_volume(N->solid, x, NULL);
+    for (size_t i = 0; i < n && reaction; ++i) reaction[i] = N->fixed[i] ? N->r[i] : 0;
+    return OM_OK;
+}
+
+OmStatus om_fem_solve_static(const OmFemSolid* s, const OmFemLoad* load, const OmFemStaticDef* def,
+                             double* x, double* reaction, OmFemReport* out) {
+    OmFemReport report = {.load = def->load_begin};
+    if (out) *out = report;
+    OM_TRY(check_def(s, def, x));
+    OmFemNewton N = {0};
+    Path path = {0};
+    OmStatus status = OM_OK;
+    size_t size = 3 * (size_t)s->mesh.nnode * sizeof *x;
+    OM_TRY_DONE(om__newton_create(s, &def->solver, &N));
+    OM_TRY_DONE(om__newton_set_load(&N, load));
+    N.max_newton = def->max_newton;
+    N.tolerance = def->tolerance;
+    OM_TRY_DONE(begin_path(&N, x, &path));
+    OM_TRY_DONE(follow_path(&N, def, &path, x, &report));
+    OmStatus forces = final_forces(&N, x, reaction, &report);
+    if (forces < 0) status = forces;
+done:
+    if (status < 0 && path.from) memcpy(x, path.from, size);
+    if (out) *out = report;
+    end_path(&path);
+    om__newton_done(&N);
+    return status;
+}
