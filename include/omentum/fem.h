@@ -177,6 +177,7 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
     double min_step;             // a step that fails is halved down to this share; default 1/4096
     int max_newton;              // iterations of a load step, default 30
     double tolerance;            // |residual| over the norm of loads and reactions; default 1e-9
+    bool is_plain;               // whole steps of Newton's method, no line search; default false
     OmSolverDef solver;          // default OM_CHOLESKY up to 6,000 nodes, else OM_MULTIGRID to 1e-3
     const OmProgress* progress;  // "load" from 0 to 1; may be null
     uint32_t cookie;
@@ -190,7 +191,8 @@ typedef struct OmFemReport {
     int nnewton;         // Newton iterations in all
     int ncg;             // CG iterations in all
     double min_volume;   // least det F
-    double history[32];  // residuals of the last load step's iterations
+    double
+        history[32];  // residuals, N, of the last load step: at its start and after each iteration
     int nhistory;
     char reason[160];  // why it stopped short; "" if it did not
 } OmFemReport;

@@ -12,7 +12,8 @@
 
 #include "fem/fem_solid.h"
 
-#define GRAIN 64
+#define GRAIN 32
+#define SERIAL 128  // elements of a colour that are not worth a team
 
 typedef struct Pass {
     const OmFemSolid* s;
@@ -189,8 +190,9 @@ static void tangent_block(void* ctx, int begin, int end, int block) {
 
 static void for_colors(Pass* p, OmRangeFn fn) {
     for (int c = 0; c < p->s->ncolor; ++c) {
+        int num = p->s->color_adr[c + 1] - p->s->color_adr[c];
         p->elem = p->s->color_elem + p->s->color_adr[c];
-        om_parallel_for(p->s->nworker, p->s->color_adr[c + 1] - p->s->color_adr[c], GRAIN, fn, p);
+        om_parallel_for(num < SERIAL ? 1 : p->s->nworker, num, GRAIN, fn, p);
     }
 }
 

@@ -190,7 +190,7 @@ static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b)
         double rise = now.energy - b->energy, noise = b->rounding + now.rounding;
         bool is_good = has_energy ? rise <= DESCENT * a * slope + noise
                                   : now.residual <= (1 - DESCENT * a) * b->residual;
-        if (is_good && isfinite(now.residual)) break;
+        if ((is_good || N->is_plain) && isfinite(now.residual)) break;
         double next = 0.5 * a;
         if (has_energy && isfinite(rise) && rise - slope * a > 0)
             next = -slope * a * a / (2 * (rise - slope * a));
@@ -206,7 +206,7 @@ static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b)
 static bool note_residual(const OmFemNewton* N, const Balance* b, OmFemReport* report) {
     report->force_scale = b->scale;
     report->residual = b->scale > 0 ? b->residual / b->scale : 0;
-    if (report->nhistory < 32) report->history[report->nhistory++] = report->residual;
+    if (report->nhistory < 32) report->history[report->nhistory++] = b->residual;
     return b->residual <= N->tolerance * b->scale || b->residual <= N->rounding;
 }
 

@@ -79,6 +79,7 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     OmBsr A;
     OmSolver* solver;
     int max_newton;
+    bool is_plain;
     double tolerance;
     double inertia;  // factor of M in the tangent, 1/s^2; 0: statics
     bool is_consistent;
