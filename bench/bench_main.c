@@ -12,8 +12,9 @@ static const struct {
     const char* name;
     BenchFn fn;
 } bench_table[] = {
-    {"solve", bench_solve}, {"fem", bench_fem},   {"contact", bench_contact},
-    {"shape", bench_shape}, {"plan", bench_plan}, {"sense", bench_sense},
+    {"solve", bench_solve},     {"fem", bench_fem},     {"static", bench_static},
+    {"contact", bench_contact}, {"shape", bench_shape}, {"plan", bench_plan},
+    {"sense", bench_sense},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 

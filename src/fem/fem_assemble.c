@@ -196,14 +196,15 @@ static void assemble_team(void* ctx, OmTeam* team, int rank, int size) {
     const OmFemWork* fw = rows->w->data;
     int64_t nbatch = fem->nbatch, nvert = rows->m->mesh.nvert;
     int first = (int)(nbatch * rank / size), last = (int)(nbatch * (rank + 1) / size);
-    if (fem->is_blocked)
+    bool is_blocked = fem->is_blocked && !rows->at->is_turned;
+    if (is_blocked)
         om__fem_stretch(&rows->turn, first, last);
     else
         om__fem_turn(&rows->turn, first, last);
     om_team_barrier(team);
     float* S = fw->row + (size_t)rank * fw->row_size;
     int begin = (int)(nvert * rank / size), end = (int)(nvert * (rank + 1) / size);
-    if (fem->is_blocked)
+    if (is_blocked)
         write_blocked_rows(rows, S, begin, end);
     else if (fem->is_mixed)
         write_mixed_rows(rows, S, begin, end);
@@ -226,7 +227,8 @@ OmStatus om__fem_assemble(const OmTissueModel* m, const OmTissueState* s, OmTiss
                           .scale = (float)scale,
                           .stress = (float)(at->force / scale),
                           .turned = fw->turned,
-                          .model = m},
+                          .model = m,
+                          .is_exact = at->is_exact},
                  .at = at};
     om_parallel_team(fw->nworker, assemble_team, &rows);
     return OM_OK;

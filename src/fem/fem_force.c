@@ -83,34 +83,67 @@ void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const u
     }
 }
 
+double om__fem_get_energy(const OmTissueModel* m, const double* x) {
+    double sum = 0;
+    for (int e = 0; e < m->mesh.ntet; ++e) {
+        Element el = look_at(m, x, e);
+        sum += el.volume * el.energy;
+    }
+    return sum;
+}
+
+// ---- forces and energy by many workers --------------------------------------------------------------
+
 #define NPART 64  // of the elements, each summed by one worker: the same sum for any number of them
 
-typedef struct Energy {
+typedef struct Balance {
     const OmTissueModel* m;
     const double* x;
+    double* corner;  // forces of elements on their vertices                  (ntet x 4 x 3)
+    double* force;
     double part[NPART];
-} Energy;
+} Balance;
 
-static void sum_energy(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Energy* a = ctx;
-    int64_t ntet = a->m->mesh.ntet;
-    for (int k = begin; k < end; ++k) {
+static void balance_team(void* ctx, OmTeam* team, int rank, int size) {
+    Balance* a = ctx;
+    const OmFem* fem = a->m->data;
+    int64_t ntet = a->m->mesh.ntet, nvert = a->m->mesh.nvert;
+    for (int k = NPART * rank / size; k < NPART * (rank + 1) / size; ++k) {
         a->part[k] = 0;
         for (int e = (int)(ntet * k / NPART); e < (int)(ntet * (k + 1) / NPART); ++e) {
             Element el = look_at(a->m, a->x, e);
             a->part[k] += el.volume * el.energy;
+            OmMat3 P = om_mat3_scale(-el.volume, el.P);
+            OmVec3 f1 = om_mat3_apply(P, el.g.cx), f2 = om_mat3_apply(P, el.g.cy),
+                   f3 = om_mat3_apply(P, el.g.cz);
+            om_store3(a->corner, 4 * e, om_scale(-1, om_add(om_add(f1, f2), f3)));
+            om_store3(a->corner, 4 * e + 1, f1);
+            om_store3(a->corner, 4 * e + 2, f2);
+            om_store3(a->corner, 4 * e + 3, f3);
         }
+    }
+    om_team_barrier(team);
+    for (int i = (int)(nvert * rank / size); i < (int)(nvert * (rank + 1) / size); ++i) {
+        OmVec3 f = {0, 0, 0};
+        for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at)
+            f = om_add(f, om_load3(a->corner, fem->visit[at].corner));
+        om_store3(a->force, i, f);
     }
 }
 
-double om__fem_get_energy(const OmTissueModel* m, const double* x) {
-    Energy a = {.m = m, .x = x};
-    double sum = 0;
-    om_parallel_for(m->def.solver.nworker, NPART, 1, sum_energy, &a);
-    for (int k = 0; k < NPART; ++k) sum += a.part[k];
-    return sum;
+OmStatus om__fem_eval_balance(const OmTissueModel* m, OmTissueWork* w, const double* x,
+                              double* force, double* energy) {
+    OmFemWork* fw = w->data;
+    if (!fw->corner) fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof(double));
+    if (!fw->corner) return OM_NO_MEMORY;
+    Balance a = {.m = m, .x = x, .corner = fw->corner, .force = force};
+    om_parallel_team(fw->nworker, balance_team, &a);
+    *energy = 0;
+    for (int k = 0; k < NPART; ++k) *energy += a.part[k];
+    return OM_OK;
 }
+
+// ---- measures -----------------------------------------------------------------------------------------
 
 // Of P R^T (corotational) or of Cauchy's stress P F^T / J; of P R^T too where an element is nearly flat.
 static double von_mises(const OmMaterial* m, const Element* el) {

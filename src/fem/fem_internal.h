@@ -60,8 +60,9 @@ typedef struct OmFem {  // model->data
 typedef struct OmFemWork {  // work->data
     int ntet, nworker;      // sizes of the arrays
     size_t row_size;        // floats of one worker's row
-    float* turned;  // what the first pass leaves: OM__TURNED or OM__BLOCKED floats an element
-    float* row;     // the row a worker gathers                       (nworker x row_size)
+    float* turned;   // what the first pass leaves: OM__TURNED or OM__BLOCKED floats an element
+    double* corner;  // forces on the corners of elements, made by the first balance (ntet x 4 x 3)
+    float* row;      // the row a worker gathers                       (nworker x row_size)
 } OmFemWork;
 
 typedef struct OmFemTurn {  // arguments of the first pass
@@ -72,6 +73,7 @@ typedef struct OmFemTurn {  // arguments of the first pass
     float stress;  // of the stress, h / scale
     float* turned;
     const OmTissueModel* model;
+    bool is_exact;  // tangents are not projected
 } OmFemTurn;
 
 /// The rotation nearest to F, in double: from its invariants, or by SVD where these do not determine it.
@@ -94,6 +96,8 @@ void om__fem_get_measure(const OmTissueModel* model, const double* x, OmTissueMe
                          double* value);
 double om__fem_get_least_ratio(const OmTissueModel* model, const OmTissueWork* work,
                                const double* x);
+OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,
+                              double* force, double* energy);
 double om__fem_get_energy(const OmTissueModel* model, const double* x);
 
 #endif

@@ -136,6 +136,7 @@ static void fem_destroy_work(OmTissueWork* w) {
     OmFemWork* fw = w->data;
     if (!fw) return;
     om_free(fw->turned);
+    om_free(fw->corner);
     om_free(fw->row);
     om_free(fw);
     w->data = NULL;
@@ -160,6 +161,7 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t ntet = (size_t)m->mesh.ntet, nbatch = (size_t)fem->nbatch;
     return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
+           (fw->corner ? ntet * 12 * sizeof(double) : 0) +
            nbatch * OM__LANE * left_size(fem) * sizeof(float) +
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
@@ -175,6 +177,7 @@ const OmTissueEngine om__engine_fem = {
     .assemble = om__fem_assemble,
     .add_internal_force = om__fem_add_internal_force,
     .get_measure = om__fem_get_measure,
+    .eval_balance = om__fem_eval_balance,
     .get_energy = om__fem_get_energy,
     .get_least_ratio = om__fem_get_least_ratio,
     .get_memory = fem_get_memory,

@@ -215,14 +215,15 @@ static void linear_lane(const OmMaterial* m, double mu, const V16 F[9], int l, F
     }
 }
 
-static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l, Frame* f) {
+static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l, bool is_exact,
+                           Frame* f) {
     OmMat3 U, V;
     OmVec3 s;
     OmPrincipal p;
     om_mat3_svd(lane_matrix(F, l), &U, &s, &V);
     const double stretch[3] = {s.x, s.y, s.z};
     om__principal_eval(m, stretch, &p);
-    om__principal_project(&p);
+    if (!is_exact) om__principal_project(&p);
     OmMat3 D = om_mat3_diag(om_vec3(p.P[0] / mu, p.P[1] / mu, p.P[2] / mu));
     set_lane_matrix(f->U, l, U);
     set_lane_matrix(f->V, l, V);
@@ -245,7 +246,7 @@ static void repair_lanes(const OmFemTurn* t, int batch, const V16 F[9], Frame* f
         if (m->law == OM_LINEAR)
             linear_lane(m, mu, F, l, f);
         else
-            principal_lane(m, mu, F, l, f);
+            principal_lane(m, mu, F, l, t->is_exact, f);
     }
 }
 
@@ -334,7 +335,7 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     case OM__FAMILY_VENANT: st_venant(F, ratio, &f); break;
     default: st_venant(F, ratio, &f); f.is_bad = f.is_bad | -1;
     }
-    project(&f);
+    if (!t->is_exact) project(&f);
     int nbad = 0;
     for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
     if (nbad > 0) repair_lanes(t, k, F, &f);

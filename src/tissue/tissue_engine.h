@@ -18,6 +18,8 @@ typedef struct OmAssembly {
     double lag;           // s, of elastic forces: h + b
     double spring;        // of the springs of attachments: h^2
     double spring_lag;    // s, of their forces: h
+    bool is_exact;        // the tangent as it is; else its negative eigenvalues are zero
+    bool is_turned;  // of the corotational law with the same constants, forces too: a predictor
 } OmAssembly;
 
 typedef struct OmTissueEngine {
@@ -42,6 +44,9 @@ typedef struct OmTissueEngine {
     void (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
                         double* value);
     double (*get_energy)(const OmTissueModel* model, const double* x);  // elastic, J
+    /// The same forces and energy for Newton's method: by all workers, force (nvert x 3) overwritten.
+    OmStatus (*eval_balance)(const OmTissueModel* model, OmTissueWork* work, const double* x,
+                             double* force, double* energy);
     /// The least det F of all elements; null where a step cannot invert one, or may.
     double (*get_least_ratio)(const OmTissueModel* model, const OmTissueWork* work,
                               const double* x);
@@ -145,12 +150,13 @@ struct OmTissueWork {
     OmTissuePoint* point;     //                                                    (max_point)
     int nundo;                // blocks of A that they changed
     OmTissueUndo* undo;       //                                                    (max_point x 16)
-    OmPose next[OM_TISSUE_NARM];  // tools at the end of the step begun
-    bool is_static;               // a body at rest is sought: no inertia, h is 1
-    double reference;             // norm that a solve is measured against; 0: as it sees fit
-    double *x_end, *v_end;        // where the step would end                          (nvert x 3)
-    double *from, *trial;         // velocity changes of Newton's method               (nvert x 3)
-    void* backup;                 // a state, for steps that are cut
+    OmPose next[OM_TISSUE_NARM];   // tools at the end of the step begun
+    bool is_static;                // a body at rest is sought: no inertia, h is 1
+    double reference;              // norm that a solve is measured against; 0: as it sees fit
+    double *x_end, *v_end;         // where the step would end                          (nvert x 3)
+    double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)
+    double* elastic;               // elastic force at the last one looked at, N        (nvert x 3)
+    void* backup;                  // a state, for steps that are cut
 };
 
 // ---- tissue_newton.c ------------------------------------------------------------------------------
@@ -159,6 +165,7 @@ typedef struct OmNewton {
     double tolerance;    // of the norm of what is left
     double scale;        // that norm's unit; 0: what is left at the beginning
     int max_iterations;  //
+    bool predicts;       // begin with the corotational law
     OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
     void* ctx;           //
 } OmNewton;

@@ -195,7 +195,7 @@ size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t model = sizeof *m + mesh + nvert * sizeof(double) + ntet * sizeof(double) +
                    (size_t)m->nsurface * sizeof(int);
     size_t state = om_tissue_state_size(m);
-    size_t vertex = 2 * sizeof(char) + 3 + 21 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +
+    size_t vertex = 2 * sizeof(char) + 3 + 27 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +
                     sizeof(OmMat3) + 9 * sizeof(float);
     size_t work = sizeof *w + state + nvert * vertex;
     if (w->A.value)

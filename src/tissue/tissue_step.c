@@ -29,6 +29,8 @@ OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     OM_CALLOC_DONE(w->v_end, 3 * n);
     OM_CALLOC_DONE(w->from, 3 * n);
     OM_CALLOC_DONE(w->trial, 3 * n);
+    OM_CALLOC_DONE(w->start, 3 * n);
+    OM_CALLOC_DONE(w->elastic, 3 * n);
     OM_CALLOC_DONE(w->extra, n);
     OM_CALLOC_DONE(w->is_extra, n);
     OM_CALLOC_DONE(w->extra_f, n);
@@ -65,6 +67,8 @@ void om_tissue_destroy_work(OmTissueWork* w) {
     om_free(w->v_end);
     om_free(w->from);
     om_free(w->trial);
+    om_free(w->start);
+    om_free(w->elastic);
     om_free(w->extra);
     om_free(w->is_extra);
     om_free(w->extra_f);
