@@ -2,7 +2,7 @@
 //
 // The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
 // solves A dx = -dE/dx, with prescribed entries of dx given in the first one, then halves dx (by the parabola
-// through what is known) until E falls; where a follower load leaves no E, until the residual does. A that is not
+// through what is known) until E falls; where a follower load leaves no E, until the force along dx does. A that is not
 // positive definite is made anew of projected element tangents, and shifted by its diagonal if that is not
 // enough: the step then still goes downhill. Nocedal and Wright (2006), chapters 3 and 11.
 #include <string.h>
@@ -12,6 +12,7 @@
 #define DIRECT_NODES 6000  // CHOLMOD is quicker below
 #define MAX_BACKTRACK 14
 #define DESCENT 1e-4           // share of the predicted fall that must come true
+#define SLOPE_LEFT 0.9         // share of the force along the step that may be left at its end
 #define ENERGY_ROUNDING 1e-13  // of the energies that are summed
 #define FORCE_ROUNDING 4e-16
 
@@ -177,7 +178,7 @@ static OmStatus find_step(OmFemNewton* N, const double* x, double share, OmFemRe
 
 // ---- line search ------------------------------------------------------------------------------------
 
-// x += a dx with the first a = 1, .. that lowers the energy (or the residual); r and b follow.
+// x += a dx with the first a = 1, .. that lowers the energy (or the force along dx); r and b follow.
 static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     bool has_energy = !om__fem_has_follower(N->load);
@@ -187,13 +188,15 @@ static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b)
     for (int turn = 0; turn < MAX_BACKTRACK; ++turn) {
         for (size_t i = 0; i < n; ++i) N->trial[i] = x[i] + a * N->dx[i];
         OM_TRY(eval_balance(N, N->trial, share, N->r, &now));
-        double rise = now.energy - b->energy, noise = b->rounding + now.rounding;
+        double rise = now.energy - b->energy, noise = b->rounding + now.rounding, end = 0;
+        for (size_t i = 0; i < n; ++i) end += N->r[i] * N->dx[i];
         bool is_good = has_energy ? rise <= DESCENT * a * slope + noise
-                                  : now.residual <= (1 - DESCENT * a) * b->residual;
+                                  : fabs(end) <= SLOPE_LEFT * fabs(slope);
         if ((is_good || N->is_plain) && isfinite(now.residual)) break;
         double next = 0.5 * a;
         if (has_energy && isfinite(rise) && rise - slope * a > 0)
             next = -slope * a * a / (2 * (rise - slope * a));
+        if (!has_energy && isfinite(end) && end > slope) next = a * slope / (slope - end);
         a = fmin(fmax(next, 0.1 * a), 0.5 * a);
     }
     memcpy(x, N->trial, n * sizeof *x);
