@@ -42,6 +42,7 @@ typedef struct OmSceneTissue {
     double unit;               // of a ready mesh, m; default 1
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
+    int law;      // OmLaw; default OM_COROTATIONAL
     double young, poisson;      // Pa and 1; default 3000 and 0.45
     double density;             // kg/m^3; default 1000
     double rayleigh_mass;       // 1/s; default 0.1

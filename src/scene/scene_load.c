@@ -3,6 +3,7 @@
 
 #include "omentum/scene.h"
 #include "omentum/scene_yaml.h"
+#include "omentum/tissue_material.h"
 
 #define MM 1e-3
 #define DEG (OM_PI / 180.0)
@@ -11,6 +12,12 @@
 
 static const char* const source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
 static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
+
+// As OmLaw orders them.
+static const char* const law_name[] = {
+    "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
+    "mooney-rivlin", "ogden",  "ogden-coupled",       NULL};
+_Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
 
 static const OmYamlField tissue_field[] = {
     {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = source_name, .is_required = true},
@@ -21,6 +28,7 @@ static const OmYamlField tissue_field[] = {
     {"unit_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, unit), .min = 1e-3, .max = 1e3, .scale = MM},
     {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1},
     {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1},
+    {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name},
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},
     {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = 0.499},
     {"density", OM_YAML_DOUBLE, AT(OmSceneTissue, density), .min = 1, .max = 20000},

@@ -40,7 +40,8 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     if (!b) return OM_NO_MEMORY;
     b->site = site;
     OmTissueDef def = om_tissue_default_def(&site->mesh);
-    def.material_default = (OmMaterial){.young = site->young, .poisson = scene->tissue.poisson};
+    def.material_default = (OmMaterial){
+        .law = (OmLaw)scene->tissue.law, .young = site->young, .poisson = scene->tissue.poisson};
     def.density = site->density;
     def.rayleigh_mass = scene->tissue.rayleigh_mass;
     def.rayleigh_stiffness = scene->tissue.rayleigh_stiffness;
