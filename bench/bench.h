@@ -39,6 +39,7 @@ OmStatus bench_solve(const BenchOptions* options);    // bench_solve.c
 OmStatus bench_fem(const BenchOptions* options);      // bench_fem.c
 OmStatus bench_static(const BenchOptions* options);   // bench_static.c
 OmStatus bench_contact(const BenchOptions* options);  // bench_contact.c
+OmStatus bench_press(const BenchOptions* options);    // bench_press.c
 OmStatus bench_shape(const BenchOptions* options);    // bench_shape.c
 OmStatus bench_plan(const BenchOptions* options);     // bench_plan.c
 OmStatus bench_sense(const BenchOptions* options);    // bench_sense.c

@@ -13,8 +13,8 @@ static const struct {
     BenchFn fn;
 } bench_table[] = {
     {"solve", bench_solve},     {"fem", bench_fem},     {"static", bench_static},
-    {"contact", bench_contact}, {"shape", bench_shape}, {"plan", bench_plan},
-    {"sense", bench_sense},
+    {"contact", bench_contact}, {"press", bench_press}, {"shape", bench_shape},
+    {"plan", bench_plan},       {"sense", bench_sense},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 

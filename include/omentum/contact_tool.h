@@ -76,12 +76,12 @@ typedef struct OmPressDef {  // made by om_press_default_def
     const OmSurface*
         surface;       // contact surface in the rest shape, copied; null: made from the boundary
     int ntri;          // triangles of one that is made; default 1004; 0: the boundary as it is
-    double stiffness;  // N/m a contact, penalty and prescribed; default 0: 1000 times what resists
-                       // moving the point alone, so that tissue sinks in by micrometres
+    double stiffness;  // N/m a contact, penalty and prescribed; default 0: 100 times what resists
+                       // moving the point alone, so that tissue sinks in by hundredths of a mm
     double friction;   // Coulomb's coefficient, 0 to 10, not for prescribed; default 0
     double tolerance;  // multipliers: largest |min(lambda / lambda_max, gap / edge)|; default 1e-4;
                        // 1e-8 is the test mode and needs a linear solver as exact (1e-10)
-    int max_iterations;  // solves of a (sub)step at most, >= 1; default 20
+    int max_iterations;  // solves of a (sub)step at most, >= 1; default 40
     int reuse;  // multipliers: steps that share one Delassus matrix, the thesis's variant: 5;
                 // default 1. Above 1 a step depends on those before it
     OmVec3 direction;  // prescribed: where the probe presses to, in its frame; default (0, 0, -1)

@@ -174,8 +174,13 @@ OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueS
                                      OmTissueWork* work, OmTissueReport* report);
 /// Of the linear solver in later solves of this step, in (0, 1); anything else is the model's again.
 OM_API void om_tissue_set_tolerance(OmTissueWork* work, double tolerance);
+/// A force, N, that residuals of this step's solves are measured against besides those in b: for forces that
+/// come with this step and b does not know yet. 0: none.
+OM_API void om_tissue_set_force_scale(OmTissueWork* work, double force);
 /// Velocity change of the last solve, m/s (nvert x 3); x_end = x + h (v + dv).
 OM_API const double* om_tissue_dv(const OmTissueWork* work);
+/// Add to it a correction found by om_tissue_solve (nvert x 3); zero at prescribed vertices.
+OM_API void om_tissue_add_dv(OmTissueWork* work, const double* correction);
 /// y = A x for nrhs vectors (nrhs x nvert x 3).
 OM_API OmStatus om_tissue_apply(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* x, double* y);

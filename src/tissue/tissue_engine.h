@@ -152,6 +152,7 @@ struct OmTissueWork {
     OmTissueUndo* undo;       //                                                    (max_point x 16)
     OmPose next[OM_TISSUE_NARM];   // tools at the end of the step begun
     bool is_static;                // a body at rest is sought: no inertia, h is 1
+    double force_scale;            // N, that solves are measured against besides b
     double reference;              // norm that a solve is measured against; 0: as it sees fit
     double *x_end, *v_end;         // where the step would end                          (nvert x 3)
     double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)

@@ -114,6 +114,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
              m->engine->name);
     w->nextra = w->npoint = w->nundo = 0;
     memset(w->is_extra, 0, (size_t)w->nvert);
+    w->force_scale = 0;
     om_solver_set_tolerance(w->solver, 0);
     refresh_fixed(m, s, w);
     for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
@@ -187,7 +188,7 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
 // Penalties on moving vertices make a large right-hand side, against which any residual of the tissue is
 // small: with forces added, what counts is the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
-    double sum = 0;
+    double sum = w->h * w->h * w->force_scale * w->force_scale;
     if (w->reference > 0 || w->nextra + w->npoint == 0) return w->reference;
     for (int i = 0; i < w->nvert; ++i)
         if (!w->key[i]) sum += om_norm2(om_load3(w->b, i));
@@ -231,7 +232,13 @@ void om_tissue_set_tolerance(OmTissueWork* w, double tolerance) {
     if (w->solver) om_solver_set_tolerance(w->solver, tolerance);
 }
 
+void om_tissue_set_force_scale(OmTissueWork* w, double force) { w->force_scale = force; }
+
 const double* om_tissue_dv(const OmTissueWork* w) { return w->dv; }
+
+void om_tissue_add_dv(OmTissueWork* w, const double* correction) {
+    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->dv[n] += correction[n];
+}
 
 OmStatus om_tissue_apply(const OmTissueModel* m, OmTissueWork* w, int nrhs, const double* x,
                          double* y) {

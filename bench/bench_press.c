@@ -1,0 +1,149 @@
+// bench_press.c: a sphere of 25 mm pressed 20 mm into a block in 1 s and held for 1 s: 0.15 x 0.1 x 0.07 m, bottom
+// fixed, neo-Hookean, E 3 kPa, nu 0.45, no gravity, no damping, h = 0.02 s; by each of the three methods.
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "bench.h"
+
+#define NPRESS 50
+#define NHOLD 50
+#define NSTEP (NPRESS + NHOLD)
+#define NTRI 5200  // of the contact surface: about 40 of its points touch in the end
+
+static const struct {
+    int cells[3];
+    bool is_quick;
+    double goal_ms[3];  // penalty, multipliers, prescribed
+    double
+        peer_ms[2];  // SOFA v26.06, one core: penalty with 25 CG iterations, multipliers (median)
+} scene_table[] = {
+    {{11, 8, 8}, true, {1.5, 8, 1}, {4.3, 45}},
+    {{21, 15, 14}, false, {7, 60, 5}, {25, 2300}},
+    {{42, 28, 25}, false, {60, 1000, 40}, {0, 0}},
+};
+#define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
+
+static const char* const method_name[] = {"penalty", "multipliers", "prescribed"};
+
+typedef struct Bed {
+    OmTetMesh mesh;
+    OmTissueModel* model;
+    OmTissueState* state;
+    OmTissueWork* work;
+    OmProbe* probe;
+    OmPress* press;
+} Bed;
+
+static OmStatus make_bed(int k, OmPressMethod method, const BenchOptions* options, Bed* bed) {
+    const int* n = scene_table[k].cells;
+    OM_TRY(
+        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.15, 0.1, 0.07), n[0], n[1], n[2], &bed->mesh));
+    int num = (n[0] + 1) * (n[1] + 1), *vert = om_alloc((size_t)num, sizeof *vert);
+    if (!vert) return OM_NO_MEMORY;
+    for (int i = 0; i < num; ++i) vert[i] = i;  // the lowest layer
+    OmStatus status = om_tet_mesh_add_set(&bed->mesh, "attachment", vert, num);
+    om_free(vert);
+    OM_TRY(status);
+    OmTissueDef def = om_tissue_default_def(&bed->mesh);
+    def.gravity = om_vec3(0, 0, 0);
+    def.rayleigh_mass = 0;
+    def.material_default.law = OM_NEO_HOOKEAN;
+    def.solver.nworker = options->nworker;
+    def.solver.max_rhs = method == OM_PRESS_MULTIPLIERS ? 8 : 1;
+    OM_TRY(om_tissue_create(&def, &bed->model));
+    OM_TRY(om_tissue_create_state(bed->model, &bed->state));
+    OM_TRY(om_tissue_create_work(bed->model, &bed->work));
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    OM_TRY(om_probe_create(&shape, &bed->probe));
+    OmPressDef press = om_press_default_def(bed->probe);
+    press.method = method;
+    press.ntri = NTRI;
+    return om_press_create(&press, bed->model, &bed->press);
+}
+
+static void bed_done(Bed* bed) {
+    om_press_destroy(bed->press);
+    om_probe_destroy(bed->probe);
+    om_tissue_destroy_work(bed->work);
+    om_tissue_destroy_state(bed->state);
+    om_tissue_destroy(bed->model);
+    om_tet_mesh_done(&bed->mesh);
+}
+
+typedef struct Outcome {
+    double worst_penetration, force, area;
+    int ncontact, substeps, newton;
+} Outcome;
+
+static OmStatus press_once(Bed* bed, double* time, BenchRow* row, Outcome* out) {
+    OmPose pose = {om_vec3(0.075, 0.05, 0.07 + 0.025), om_quat_identity()};
+    *out = (Outcome){0};
+    om_tissue_reset(bed->model, bed->state);
+    OM_TRY(om_press_place(bed->press, bed->model, bed->state, pose));
+    for (int step = 0; step < NSTEP; ++step) {
+        OmPressReport report;
+        pose.p.z = 0.07 + 0.025 - 0.02 * fmin(1, (step + 1.0) / NPRESS);
+        double start = om_clock_now();
+        OM_TRY(om_press_step(bed->press, bed->model, bed->state, bed->work, pose, 0.02, &report));
+        time[step] = om_clock_now() - start;
+        row->iterations += (double)report.tissue.iterations / NSTEP;
+        row->solves += (double)report.nsolve / NSTEP;
+        row->residual = fmax(row->residual, report.tissue.residual);
+        out->worst_penetration = fmax(out->worst_penetration, report.penetration);
+        out->substeps += report.tissue.substeps;
+        out->newton += report.tissue.newton;
+        out->ncontact = report.ncontact;
+        out->force = report.force.z;
+        out->area = report.area;
+    }
+    return OM_OK;
+}
+
+static OmStatus measure(int k, OmPressMethod method, const BenchOptions* options) {
+    const int* n = scene_table[k].cells;
+    Bed bed = {0};
+    OmStatus status = OM_OK;
+    Outcome out = {0};
+    char scene[64], work[128];
+    snprintf(scene, sizeof scene, "press block %dx%dx%d", n[0], n[1], n[2]);
+    BenchRow row = {.bench = "press",
+                    .scene = scene,
+                    .work = work,
+                    .nworker = options->nworker,
+                    .steps = NSTEP,
+                    .goal_ms = scene_table[k].goal_ms[method],
+                    .reference_ms = method < 2 ? scene_table[k].peer_ms[method] : 0};
+    double* time = om_alloc((size_t)options->nrun, NSTEP * sizeof *time);
+    if (!time) return OM_NO_MEMORY;
+    OM_TRY_DONE(make_bed(k, method, options, &bed));
+    if (row.reference_ms > 0)
+        row.reference = method == OM_PRESS_PENALTY
+                            ? "SOFA v26.06, penalty, 25 CG iterations, one core"
+                            : "SOFA v26.06, multipliers on an analytic sphere, one core";
+    row.size = bed.mesh.ntet;
+    for (int run = 0; run < options->nrun; ++run) {
+        row.iterations = row.solves = 0;
+        OM_TRY_DONE(press_once(&bed, time + (size_t)run * NSTEP, &row, &out));
+    }
+    snprintf(work, sizeof work, "%s, %d contacts, %.3f N, %.0f mm2, in by %.2g mm",
+             method_name[method], out.ncontact, out.force, 1e6 * out.area,
+             1e3 * out.worst_penetration);
+    row.hash = om_tissue_hash(bed.state);
+    row.bytes_per_element = (double)om_tissue_memory(bed.model, bed.work) / bed.mesh.ntet;
+    bench_times(time, options->nrun * NSTEP, &row);
+    row.nrun = options->nrun;
+    status = bench_print(&row);
+done:
+    bed_done(&bed);
+    om_free(time);
+    return status;
+}
+
+OmStatus bench_press(const BenchOptions* options) {
+    for (int k = 0; k < NSCENE; ++k) {
+        if (options->is_quick && !scene_table[k].is_quick) continue;
+        for (int method = 0; method < 3; ++method)
+            OM_TRY(measure(k, (OmPressMethod)method, options));
+    }
+    return OM_OK;
+}

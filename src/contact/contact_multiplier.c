@@ -1,0 +1,452 @@
+// contact_multiplier.c: Signorini's law met exactly by Lagrange multipliers (thesis 3.8-3.12).
+//
+//     A dv = b + H^T lambda,   delta = delta_0 + h H dv,   0 <= lambda  _|_  delta >= 0
+//
+// lambda is an impulse, N s. Eliminating dv leaves W = H A^-1 H^T, one row and column a contact (three with
+// friction). The stages of a step:
+//
+//   motion      A dv = b + H^T lambda_0; lambda_0 are the impulses of the last step, recovered from the nodal forces
+//               in the state, so that a step is a function of the state and yet starts near its end. With
+//               lambda_0 = 0, the thesis's free motion, tissue pressed 20 mm springs back and all of that must be
+//               corrected
+//   detection   who is pushed, or goes in by that motion
+//   response    columns of W by block CG, eight at a time and loosely: W only has to be a good preconditioner
+//   correction  projected Gauss-Seidel on delta_k + h W (lambda - lambda_k); dv moves by a loose solve of
+//               A x = H^T (lambda - lambda_k), which gives delta anew, and so on until every contact meets the law
+//               to def.tolerance; at the end the whole system is solved to the model's tolerance from there, and
+//               looked at again.
+//
+// With def.reuse above 1 columns are kept for some steps, as the thesis keeps its factor: a stale W corrects a
+// little less each time, and what is reached is the same.
+//
+// Tried and left: solving the whole system for each correction (a residual of 1e-3 of all forces hides a small
+// correction: it stalled at 1e-3); columns for all who are near (twice as many as are pushed).
+#include <string.h>
+
+#include "contact/contact_press_internal.h"
+
+#define LANES 8            // columns solved for together
+#define COLUMN_LOOSE 0.03  // residual of a column
+#define MOVE_LOOSE 0.03    // residual of a correction
+#define SWEEPS 400         // of Gauss-Seidel at most
+#define FIRST_ROOM 512     // contacts, before more memory is taken
+
+struct OmPressLcp {
+    int dim;      // rows of a contact: 1, or 3 with friction
+    int max;      // contacts there is room for
+    int num;      // contacts
+    int ready;    // of them, the first so many have columns
+    int* touch;   // of each contact, -1 if it is not near in this step          (max)
+    int* point;   //                                                             (max)
+    OmVec3* dir;  // of each row                                                 (max x dim)
+    double* W;    // m s / (N s)                                    (max dim x max dim)
+    double *lambda, *was;  // impulses, N s, and those of the last solve         (max x dim)
+    double* delta;         // gap or slip of the last solve, m                   (max x dim)
+    int nvert;
+    double *b, *u;  // eight right-hand sides and solutions                      (8 x nvert x 3)
+    int age;        // steps that used these columns
+    double h;       // they were made for
+};
+
+OmStatus om__press_lcp_create(OmPressLcp** lcp) {
+    *lcp = om_calloc(1, sizeof **lcp);
+    return *lcp ? OM_OK : OM_NO_MEMORY;
+}
+
+static void free_rows(OmPressLcp* c) {
+    om_free(c->touch);
+    om_free(c->point);
+    om_free(c->dir);
+    om_free(c->W);
+    om_free(c->lambda);
+    om_free(c->was);
+    om_free(c->delta);
+    c->touch = c->point = NULL;
+    c->dir = NULL;
+    c->W = c->lambda = c->was = c->delta = NULL;
+    c->max = c->num = c->ready = 0;
+}
+
+void om__press_lcp_destroy(OmPressLcp* c) {
+    if (!c) return;
+    free_rows(c);
+    om_free(c->b);
+    om_free(c->u);
+    om_free(c);
+}
+
+void om__press_lcp_forget(OmPressLcp* c) { c->num = c->ready = c->age = 0; }
+
+// Room for `num` contacts; columns are lost where it was too small.
+static OmStatus reserve(OmPressLcp* c, int dim, int num, int nvert) {
+    if (!c->b) {
+        c->b = om_calloc(LANES * 3 * (size_t)nvert, sizeof *c->b);
+        if (!c->b) return OM_NO_MEMORY;
+        c->u = om_calloc(LANES * 3 * (size_t)nvert, sizeof *c->u);
+        if (!c->u) {
+            om_free(c->b);
+            c->b = NULL;
+            return OM_NO_MEMORY;
+        }
+        c->nvert = nvert;
+    }
+    if (num <= c->max && dim == c->dim) return OM_OK;
+    free_rows(c);
+    size_t rows = (size_t)dim * (size_t)num;
+    c->touch = om_calloc((size_t)num, sizeof *c->touch);
+    c->point = om_calloc((size_t)num, sizeof *c->point);
+    c->dir = om_calloc(rows, sizeof *c->dir);
+    c->W = om_calloc(rows * rows, sizeof *c->W);
+    c->lambda = om_calloc(rows, sizeof *c->lambda);
+    c->was = om_calloc(rows, sizeof *c->was);
+    c->delta = om_calloc(rows, sizeof *c->delta);
+    if (!c->touch || !c->point || !c->dir || !c->W || !c->lambda || !c->was || !c->delta) {
+        free_rows(c);
+        return OM_NO_MEMORY;
+    }
+    c->dim = dim;
+    c->max = num;
+    return OM_OK;
+}
+
+static double* entry(const OmPressLcp* c, int row, int col) {
+    return c->W + (size_t)row * (size_t)(c->max * c->dim) + col;
+}
+
+// ---- columns --------------------------------------------------------------------------------------
+
+static void spread(const OmPress* p, int point, OmVec3 dir, double* b) {
+    for (int a = 0; a < 4; ++a) {
+        int v = p->embedding.tet_vert[4 * (size_t)point + (size_t)a];
+        om_store3(b, v,
+                  om_madd(om_load3(b, v), p->embedding.bary[4 * (size_t)point + (size_t)a], dir));
+    }
+}
+
+// Columns of rows [first, dim num) of W, and by symmetry the rows.
+static OmStatus solve_columns(OmPress* p, OmTissueWork* w, int first) {
+    OmPressLcp* c = p->lcp;
+    int rows = c->dim * c->num;
+    size_t n3 = 3 * (size_t)c->nvert;
+    om_tissue_set_tolerance(w, COLUMN_LOOSE);
+    for (int at = first; at < rows; at += LANES) {
+        int num = rows - at < LANES ? rows - at : LANES;
+        memset(c->b, 0, (size_t)num * n3 * sizeof *c->b);
+        memset(c->u, 0, (size_t)num * n3 * sizeof *c->u);
+        for (int k = 0; k < num; ++k)
+            spread(p, c->point[(at + k) / c->dim], c->dir[at + k], c->b + (size_t)k * n3);
+        OmStatus status = om_tissue_solve(p->model, w, num, c->b, c->u, NULL);
+        if (status < 0) return status;
+        p->report.ncolumn += num;
+        for (int k = 0; k < num; ++k)
+            for (int i = 0; i < rows; ++i)
+                *entry(c, i, at + k) = om_dot(
+                    c->dir[i], om__press_point(p, c->u + (size_t)k * n3, c->point[i / c->dim]));
+    }
+    om_tissue_set_tolerance(w, 0);
+    for (int i = 0; i < rows; ++i) {
+        for (int j = first > i ? first : i + 1; j < rows; ++j) {
+            double both = i < first ? *entry(c, i, j) : 0.5 * (*entry(c, i, j) + *entry(c, j, i));
+            *entry(c, i, j) = *entry(c, j, i) = both;
+        }
+    }
+    return OM_OK;
+}
+
+// ---- who is in ------------------------------------------------------------------------------------
+
+static int find_contact(const OmPressLcp* c, int point) {
+    for (int k = 0; k < c->num; ++k)
+        if (c->point[k] == point) return k;
+    return -1;
+}
+
+static void set_directions(OmPressLcp* c, int k, OmVec3 n) {
+    c->dir[k * c->dim] = n;
+    if (c->dim == 1) return;
+    c->dir[k * c->dim + 1] = om_orthogonal(n);
+    c->dir[k * c->dim + 2] = om_cross(n, c->dir[k * c->dim + 1]);
+}
+
+// A touch becomes a contact with a row of its own, if it is not one; false if there is no room.
+static bool join(OmPress* p, int touch) {
+    OmPressLcp* c = p->lcp;
+    OmTouch* t = &p->touch[touch];
+    int k = find_contact(c, t->point);
+    t->is_active = true;
+    if (k < 0) {
+        if (c->num == c->max) return false;
+        k = c->num++;
+        c->point[k] = t->point;
+        for (int r = 0; r < c->dim; ++r) c->lambda[k * c->dim + r] = 0;
+    }
+    c->touch[k] = touch;
+    set_directions(c, k, t->n);
+    return true;
+}
+
+// Impulses that the nodal forces of the last step stand for: least squares by Gauss-Seidel on H H^T.
+static void recall_impulses(OmPress* p, OmTissueState* s, double h) {
+    OmPressLcp* c = p->lcp;
+    const double* f = om_tissue_contact_force(s);
+    int rows = c->dim * c->num;
+    memset(c->u, 0, 3 * (size_t)c->nvert * sizeof *c->u);  // H^T lambda
+    for (int sweep = 0; sweep < 60; ++sweep) {
+        for (int i = 0; i < rows; ++i) {
+            int point = c->point[i / c->dim];
+            if (c->touch[i / c->dim] < 0 || i % c->dim > 0) continue;
+            const double* share = p->embedding.bary + 4 * (size_t)point;
+            double miss = 0, norm = 0;
+            for (int a = 0; a < 4; ++a) {
+                int v = p->embedding.tet_vert[4 * (size_t)point + (size_t)a];
+                OmVec3 d = om_sub(om_scale(h, om_load3(f, v)), om_load3(c->u, v));
+                miss += share[a] * om_dot(c->dir[i], d);
+                norm += share[a] * share[a];
+            }
+            double now = fmax(0, c->lambda[i] + miss / norm), add = now - c->lambda[i];
+            c->lambda[i] = now;
+            spread(p, point, om_scale(add, c->dir[i]), c->u);
+        }
+    }
+}
+
+// ---- Gauss-Seidel ---------------------------------------------------------------------------------
+
+static double predicted(const OmPressLcp* c, int i, double h) {
+    int rows = c->dim * c->num;
+    const double* W = entry(c, i, 0);
+    double sum = 0;
+    for (int j = 0; j < rows; ++j) sum += W[j] * (c->lambda[j] - c->was[j]);
+    return c->delta[i] + h * sum;
+}
+
+// Into the disc of radius mu lambda_n.
+static void project_friction(double* lambda, double mu) {
+    double size = sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2]), most = mu * lambda[0];
+    double share = size > most ? most / size : 1;  // size > most >= 0
+    lambda[1] *= share;
+    lambda[2] *= share;
+}
+
+// Both tangential impulses of a contact at once and by one factor: then what stays is Coulomb's law.
+static double relax_friction(OmPress* p, int i, double h) {
+    OmPressLcp* c = p->lcp;
+    double *lambda = c->lambda + i, was1 = lambda[1], was2 = lambda[2];
+    double unit = h * (*entry(c, i + 1, i + 1) + *entry(c, i + 2, i + 2));  // W is definite
+    double d1 = predicted(c, i + 1, h) / unit, d2 = predicted(c, i + 2, h) / unit;
+    lambda[1] -= d1;
+    lambda[2] -= d2;
+    project_friction(lambda, p->def.friction);
+    return hypot(lambda[1] - was1, lambda[2] - was2);
+}
+
+// lambda of delta_k + h W (lambda - lambda_k), from lambda_k; stops at changes of `small` of the largest.
+static void gauss_seidel(OmPress* p, double h, double small) {
+    OmPressLcp* c = p->lcp;
+    for (int sweep = 0; sweep < SWEEPS; ++sweep) {
+        double change = 0, most = 0;
+        for (int k = 0; k < c->num; ++k) {
+            if (c->touch[k] < 0) continue;
+            int i = k * c->dim;
+            double *lambda = c->lambda + i, old = lambda[0];
+            lambda[0] = fmax(0, old - predicted(c, i, h) / (h * *entry(c, i, i)));
+            change = fmax(change, fabs(lambda[0] - old));
+            most = fmax(most, lambda[0]);
+            if (c->dim > 1) change = fmax(change, relax_friction(p, i, h));
+        }
+        if (change <= small * most) return;
+    }
+}
+
+// ---- the step -------------------------------------------------------------------------------------
+
+// Forces that the impulses are, on touches.
+static void tell_forces(OmPress* p, double h) {
+    const OmPressLcp* c = p->lcp;
+    for (int k = 0; k < c->num; ++k) {
+        if (c->touch[k] < 0) continue;
+        OmVec3 f = {0, 0, 0};
+        for (int r = 0; r < c->dim; ++r)
+            f = om_madd(f, c->lambda[k * c->dim + r] / h, c->dir[k * c->dim + r]);
+        p->touch[c->touch[k]].force = f;
+    }
+}
+
+static OmStatus add_impulses(OmPress* p, OmTissueWork* w, double h) {
+    const OmPressLcp* c = p->lcp;
+    OmMat3 none = om_mat3_diag(om_vec3(0, 0, 0));
+    om_tissue_clear_forces(w);
+    tell_forces(p, h);
+    for (int k = 0; k < c->num; ++k) {
+        if (c->touch[k] < 0) continue;
+        OmVec3 f = p->touch[c->touch[k]].force;
+        if (om_norm2(f) > 0) OM_TRY(om__press_add_force(p, w, c->point[k], f, none));
+    }
+    return OM_OK;
+}
+
+// delta of all contacts after a solve, how well they meet the laws, and who goes in and was free.
+static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
+                     bool may_bend, int* njoin) {
+    OmPressLcp* c = p->lcp;
+    double most = 0, worst = 0;
+    *njoin = 0;
+    for (int k = 0; k < c->num; ++k)
+        if (c->touch[k] >= 0) most = fmax(most, c->lambda[k * c->dim]);
+    double unit = most > 0 ? 1 / most : 0;
+    for (int k = 0; k < c->num; ++k) {
+        if (c->touch[k] < 0) continue;
+        OmTouch* t = &p->touch[c->touch[k]];
+        double *lambda = c->lambda + k * c->dim, *delta = c->delta + k * c->dim;
+        OmVec3 d = om__press_move(p, s, w, t->point, h);
+        if (may_bend && om__press_bend(p, t, om_add(t->x, d))) {
+            set_directions(c, k, t->n);
+            ++*njoin;
+        }
+        delta[0] = t->gap + om_dot(t->n, d) - t->goal;
+        worst = fmax(worst, fabs(fmin(lambda[0] * unit, delta[0] / p->edge)));
+        if (c->dim == 1) continue;
+        OmVec3 slip = om_sub(d, t->slip);
+        double would[3] = {lambda[0]};
+        for (int r = 1; r < 3; ++r) {
+            delta[r] = om_dot(c->dir[k * c->dim + r], slip);
+            would[r] = lambda[r] - delta[r] * most / p->edge;
+        }
+        project_friction(would, p->def.friction);
+        worst = fmax(worst, unit * hypot(would[1] - lambda[1], would[2] - lambda[2]));
+    }
+    for (int n = 0; n < p->ntouch; ++n) {
+        OmTouch* t = &p->touch[n];
+        if (t->is_active) continue;
+        OmVec3 place = om_add(t->x, om__press_move(p, s, w, t->point, h));
+        double gap = om__press_gap(p, place) - t->goal;
+        if (gap >= 0) continue;
+        worst = fmax(worst, -gap / p->edge);
+        if (gap > -0.1 * p->def.tolerance * p->edge) continue;
+        om__press_linearise(p, t, place);
+        OM_CHECK(join(p, n), OM_INVALID, "press: more than %d contacts at once", c->max);
+        int row = find_contact(c, t->point) * c->dim;
+        for (int r = 0; r < c->dim; ++r)
+            c->delta[row + r] =
+                r == 0 ? gap : om_dot(c->dir[row + r], om_sub(place, om_add(t->x, t->slip)));
+        ++*njoin;
+    }
+    p->report.complementarity = worst;
+    return OM_OK;
+}
+
+// Who is in contact to begin with: pushed in the last step, or in on the way.
+static OmStatus begin_contacts(OmPress* p, OmTissueState* s, double h) {
+    OmPressLcp* c = p->lcp;
+    int dim = p->def.friction > 0 ? 3 : 1;
+    int room = p->surface.nvert < FIRST_ROOM ? p->surface.nvert : FIRST_ROOM;
+    while (room < p->ntouch) room *= 2;
+    if (room > p->surface.nvert) room = p->surface.nvert;
+    OM_TRY(reserve(c, dim, room, om_tissue_mesh(p->model)->nvert));
+    if (c->age >= p->def.reuse || c->h != h) om__press_lcp_forget(c);
+    if (c->num + p->ntouch > c->max) om__press_lcp_forget(c);
+    c->h = h;
+    for (int k = 0; k < c->num; ++k) c->touch[k] = -1;
+    for (int k = 0; k < c->dim * c->max; ++k) c->lambda[k] = 0;
+    for (int n = 0; n < p->ntouch; ++n) {
+        OmTouch* t = &p->touch[n];
+        double push = om_dot(om__press_point(p, om_tissue_contact_force(s), t->point), t->n);
+        double now = om_dot(t->n, t->slip) + t->gap;  // if it moved as the probe does
+        bool was_pushed = push > 0 && now < 10 * OM_PRESS_TAKE * p->size;
+        if (was_pushed || t->gap + om_dot(t->n, t->guess) - t->goal < 0) join(p, n);
+    }
+    recall_impulses(p, s, h);
+    return OM_OK;
+}
+
+// Forget contacts without a column that need none: not pushed, and not in.
+static void drop_idle(OmPress* p) {
+    OmPressLcp* c = p->lcp;
+    int num = c->ready;
+    for (int k = c->ready; k < c->num; ++k) {
+        if (c->lambda[k * c->dim] == 0 && c->delta[k * c->dim] >= 0) {
+            p->touch[c->touch[k]].is_active = false;
+            continue;
+        }
+        for (int r = 0; r < c->dim; ++r) {
+            c->lambda[num * c->dim + r] = c->lambda[k * c->dim + r];
+            c->delta[num * c->dim + r] = c->delta[k * c->dim + r];
+            c->dir[num * c->dim + r] = c->dir[k * c->dim + r];
+        }
+        c->point[num] = c->point[k];
+        c->touch[num++] = c->touch[k];
+    }
+    c->num = num;
+}
+
+// The way dv goes with lambda - lambda_k.
+static OmStatus move(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
+    OmPressLcp* c = p->lcp;
+    OmSolveInfo info;
+    size_t n3 = 3 * (size_t)c->nvert;
+    memset(c->b, 0, n3 * sizeof *c->b);
+    memset(c->u, 0, n3 * sizeof *c->u);
+    for (int i = 0; i < c->num * c->dim; ++i)
+        if (c->touch[i / c->dim] >= 0)
+            spread(p, c->point[i / c->dim], om_scale(c->lambda[i] - c->was[i], c->dir[i]), c->b);
+    om_tissue_set_tolerance(w, MOVE_LOOSE);
+    OmStatus status = om_tissue_solve(p->model, w, 1, c->b, c->u, &info);
+    om_tissue_set_tolerance(w, 0);
+    if (status < 0) return status;
+    om_tissue_add_dv(w, c->u);
+    report->iterations += info.iterations;
+    ++p->report.nsolve;
+    return OM_OK;
+}
+
+// Columns, Gauss-Seidel and moves until all contacts meet their law, or solves run out.
+static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h, int most,
+                        OmTissueReport* report) {
+    OmPressLcp* c = p->lcp;
+    int njoin = 1, may_bend = most - p->def.max_iterations / 2;
+    while (p->report.nsolve < most - 1 &&
+           (njoin > 0 || p->report.complementarity > p->def.tolerance)) {
+        if (c->ready < c->num) OM_TRY(solve_columns(p, w, c->ready * c->dim));
+        c->ready = c->num;
+        memcpy(c->was, c->lambda, (size_t)(c->num * c->dim) * sizeof *c->was);
+        gauss_seidel(p, h, fmin(1e-3, 0.1 * p->def.tolerance));
+        OM_TRY(move(p, w, report));
+        OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
+    }
+    return OM_OK;
+}
+
+OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                               double h, OmTissueReport* report) {
+    OmPress* p = ctx;
+    OmTissueReport last = {0};
+    OmStatus status = OM_OK;
+    int njoin, first = p->report.nsolve, most = first + p->def.max_iterations;
+    int may_bend = most - p->def.max_iterations / 2;
+    om__press_path(p, s, h);
+    om__press_detect(p, s, w, h);
+    OM_TRY(begin_contacts(p, s, h));
+    bool is_done = false;
+    while (!is_done && p->report.nsolve < most) {
+        OM_TRY(add_impulses(p, w, h));
+        last = (OmTissueReport){0};
+        status = om_tissue_solve_step(m, s, w, &last);
+        if (status < 0) return status;
+        report->iterations += last.iterations;
+        bool is_first = p->report.nsolve++ == first;
+        OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
+        if (is_first) drop_idle(p);
+        is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
+        if (!is_done) OM_TRY(correct(p, s, w, h, most, report));
+    }
+    tell_forces(p, h);
+    report->residual = fmax(report->residual, last.residual);
+    ++p->lcp->age;
+    p->report.is_settled = is_done;
+    if (status == OM_OK && !is_done)
+        return om_error(
+            OM_NOT_CONVERGED,
+            "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
+            p->report.complementarity, p->def.tolerance, p->def.max_iterations);
+    return status;
+}

@@ -1,0 +1,147 @@
+// contact_penalty.c: stiff one-sided springs at the points that touch (thesis 3.7), implicit.
+//
+// A touching point gets the force k (goal - gap) n at the end of the step; k is a hundred times what resists moving
+// the point alone, so tissue sinks in by hundredths of a millimetre. The step minimises
+//
+//     Phi(dv) = 1/2 dv . A dv - b . dv + sum 1/2 k min(0, gap - goal)^2
+//
+// by a semismooth Newton iteration: solve with the springs of those that touch, let go of what is pulled, take what went
+// in, solve again. From the third solve on, dv goes only as far towards the solution as Phi falls: it is a
+// parabola on every piece of the way, and its slope costs one product with A. Points of one facet that a curved
+// probe touches in turn made the plain iteration cycle. Only the first solve of a step makes coarse matrices; later
+// ones change a few diagonal blocks. Friction is Coulomb's with the normal force of the last solve, viscous below
+// 1 mm/s, against the motion of the probe.
+#include <string.h>
+
+#include "contact/contact_press_internal.h"
+
+#define STIFF 100       // times what resists moving a point alone
+#define SEARCH_FROM 2   // solves before steps may be shortened
+#define SAME_DRAG 0.02  // relative: friction that changes more is solved again
+
+static void choose_first(OmPress* p, OmTissueState* s, const OmTissueWork* w, double h) {
+    for (int k = 0; k < p->ntouch; ++k) {
+        OmTouch* t = &p->touch[k];
+        t->k =
+            p->def.stiffness > 0 ? p->def.stiffness : STIFF * om__press_stiffness(p, w, t->point);
+        OmVec3 d = t->guess;
+        double end = t->gap + om_dot(t->n, d) - t->goal;
+        t->is_active = end < -OM_PRESS_TAKE * p->size;
+        double push = om_dot(om__press_point(p, om_tissue_contact_force(s), t->point), t->n);
+        double now = om_dot(t->n, t->slip) + t->gap;  // if it moved as the probe does
+        t->is_active |= push > 0 && now < 10 * OM_PRESS_TAKE * p->size;
+        if (!t->is_active || p->def.friction == 0) continue;
+        OmVec3 rel = om_sub(d, t->slip);
+        t->push = fmax(0, -t->k * end);
+        t->drag = p->def.friction * t->push /
+                  fmax(OM_PRESS_SLOW, om_norm(om_madd(rel, -om_dot(rel, t->n), t->n)) / h);
+    }
+}
+
+static OmStatus add_forces(OmPress* p, OmTissueWork* w, double h) {
+    om_tissue_clear_forces(w);
+    for (int k = 0; k < p->ntouch; ++k) {
+        OmTouch* t = &p->touch[k];
+        t->was_drag = t->drag;
+        if (!t->is_active) continue;
+        OmMat3 nn = om_mat3_outer(t->n, t->n);
+        OmMat3 K = om_mat3_scale(t->k - t->drag / h, nn);
+        K = om_mat3_add(K, om_mat3_scale(t->drag / h, om_mat3_identity()));
+        OmVec3 along = om_madd(t->slip, -om_dot(t->slip, t->n), t->n);
+        OmVec3 f = om_madd(om_scale(t->k * (t->goal - t->gap), t->n), t->drag / h, along);
+        OM_TRY(om__press_add_force(p, w, t->point, f, K));
+    }
+    return OM_OK;
+}
+
+// Look at the outcome of a solve; how many points changed sides.
+static int update(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
+                  bool may_bend) {
+    int nchange = 0;
+    for (int k = 0; k < p->ntouch; ++k) {
+        OmTouch* t = &p->touch[k];
+        OmVec3 d = om__press_move(p, s, w, t->point, h), zero = {0, 0, 0};
+        double end = t->gap + om_dot(t->n, d) - t->goal;
+        t->force = zero;
+        if (t->is_active && end > OM_PRESS_LET_GO * p->size) {
+            t->is_active = false;
+            t->push = t->drag = 0;
+            ++nchange;
+        } else if (t->is_active) {
+            OmVec3 rel = om_sub(d, t->slip);
+            rel = om_madd(rel, -om_dot(rel, t->n), t->n);
+            t->push = fmax(0, -t->k * end);
+            t->force = om_madd(om_scale(t->push, t->n), -t->was_drag / h, rel);
+            t->drag = p->def.friction * t->push / fmax(OM_PRESS_SLOW, om_norm(rel) / h);
+            nchange += fabs(t->drag - t->was_drag) > SAME_DRAG * t->drag;
+            nchange += may_bend && om__press_bend(p, t, om_add(t->x, d));
+        } else {
+            OmVec3 place = om_add(t->x, d);
+            if (om__press_gap(p, place) - t->goal >= -OM_PRESS_TAKE * p->size) continue;
+            om__press_linearise(p, t, place);
+            t->is_active = true;
+            ++nchange;
+        }
+    }
+    return nchange;
+}
+
+// How far from `last` towards the solution Phi falls, at most all the way. Friction is left out.
+static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h) {
+    size_t n3 = 3 * (size_t)om_tissue_mesh(p->model)->nvert;
+    const double* dv = om_tissue_dv(w);
+    double curve = 0, slope = 0, farthest = 0;
+    for (size_t n = 0; n < n3; ++n) p->way[n] = dv[n] - p->last[n];
+    if (om_tissue_apply(p->model, w, 1, p->way, p->scratch) < 0) return 1;
+    for (size_t n = 0; n < n3; ++n) curve += p->way[n] * p->scratch[n];
+    slope = -curve;  // dv solves the equations with the springs of those that were active
+    for (int k = 0; k < p->ntouch; ++k) {
+        OmTouch* t = &p->touch[k];
+        OmVec3 begin = om_add(om__press_point(p, om_tissue_v(s), t->point),
+                              om__press_point(p, p->last, t->point));
+        t->in = t->goal - t->gap - h * om_dot(t->n, begin);
+        t->rate = h * om_dot(t->n, om__press_point(p, p->way, t->point));
+        farthest = fmax(farthest, fabs(t->rate));
+        if (!t->is_active) continue;
+        curve -= t->k * t->rate * t->rate;
+        slope += t->k * t->in * t->rate;
+    }
+    if (farthest < OM_PRESS_TAKE * p->size) return 1;  // what differs is what solves leave
+    double lo = 0, hi = 1;
+    for (int n = 0; n < 30; ++n) {
+        double at = n == 0 ? 1 : 0.5 * (lo + hi), sum = slope + at * curve;
+        for (int k = 0; k < p->ntouch; ++k) {
+            const OmTouch* t = &p->touch[k];
+            sum -= t->k * fmax(0, t->in - at * t->rate) * t->rate;
+        }
+        if (sum <= 0 && n == 0) return 1;
+        *(sum <= 0 ? &lo : &hi) = at;
+    }
+    return 0.5 * (lo + hi);
+}
+
+OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                           double h, OmTissueReport* report) {
+    OmPress* p = ctx;
+    OmStatus status = OM_OK;
+    om__press_path(p, s, h);
+    om__press_detect(p, s, w, h);
+    choose_first(p, s, w, h);
+    om_tissue_set_force_scale(w, om__press_guess_force(p, w));
+    size_t n3 = 3 * (size_t)om_tissue_mesh(m)->nvert;
+    p->report.is_settled = false;
+    for (int n = 0; n < p->def.max_iterations && !p->report.is_settled; ++n) {
+        if (n >= SEARCH_FROM) memcpy(p->last, om_tissue_dv(w), n3 * sizeof *p->last);
+        OM_TRY(add_forces(p, w, h));
+        status = om_tissue_solve_step(m, s, w, report);
+        if (status < 0) return status;
+        ++p->report.nsolve;
+        double share = n >= SEARCH_FROM ? search_line(p, s, w, h) : 1;
+        if (share < 1) {
+            for (size_t i = 0; i < n3; ++i) p->way[i] *= share - 1;
+            om_tissue_add_dv(w, p->way);
+        }
+        p->report.is_settled = update(p, s, w, h, 2 * n < p->def.max_iterations) == 0 && share == 1;
+    }
+    return status;
+}

@@ -1,0 +1,449 @@
+// contact_press.c: a probe carried along its path: detection, the step, the report.
+//
+// A point of the contact surface that is near the probe, or crosses it on the way, gets a plane: through the place
+// where its path relative to the probe enters it, or else through the nearest point of the probe where the
+// solution is expected: x + h (v + dv), at first no farther than the probe goes and half an edge. A path longer than half the probe's thickness is looked at in pieces, so a
+// thin probe does not slip through. What the methods do with planes is in their own files.
+#include <string.h>
+
+#include "contact/contact_press_internal.h"
+#include "omentum/shape_meshing.h"
+
+#define PRESS_COOKIE 0x93e55u
+#define REACH 0.05     // of the model's size: points farther from the probe are not looked at
+#define RESTING 0.02   // of the probe's thickness: a point less deep lies on it
+#define MAX_PIECES 64  // of a path
+#define FACING 0.1     // prescribed: least cosine between the surface's normal and the probe's way
+
+OmPressDef om_press_default_def(const OmProbe* probe) {
+    OmPressDef def = {.probe = probe,
+                      .ntri = 1004,
+                      .tolerance = 1e-4,
+                      .max_iterations = 40,
+                      .reuse = 1,
+                      .direction = {0, 0, -1},
+                      .reach = 0.01,
+                      .cookie = PRESS_COOKIE};
+    return def;
+}
+
+// ---- create ---------------------------------------------------------------------------------------
+
+static OmStatus check_def(const OmPressDef* def) {
+    OM_CHECK(def->cookie == PRESS_COOKIE, OM_INVALID,
+             "press: the definition was not made by om_press_default_def");
+    OM_CHECK(def->probe, OM_INVALID, "press: probe is null");
+    OM_CHECK(def->method >= OM_PRESS_PENALTY && def->method <= OM_PRESS_PRESCRIBED, OM_INVALID,
+             "press: method %d is none of OmPressMethod", (int)def->method);
+    OM_CHECK(def->surface || def->ntri == 0 || (def->ntri >= 4 && def->ntri <= 10000000),
+             OM_INVALID, "press: ntri is %d; it must be 0 or from 4 to 10 million", def->ntri);
+    OM_CHECK(def->stiffness == 0 || (def->stiffness >= 1e-3 && def->stiffness <= 1e9), OM_INVALID,
+             "press: stiffness is %g N/m; it must be 0 or from 1e-3 to 1e9", def->stiffness);
+    OM_CHECK(def->friction >= 0 && def->friction <= 10, OM_INVALID,
+             "press: friction is %g; it must be from 0 to 10", def->friction);
+    OM_CHECK(def->friction == 0 || def->method != OM_PRESS_PRESCRIBED, OM_INVALID,
+             "press: friction is %g; a prescribed area sticks and has none", def->friction);
+    OM_CHECK(def->tolerance >= 1e-12 && def->tolerance <= 0.1, OM_INVALID,
+             "press: tolerance is %g; it must be from 1e-12 to 0.1", def->tolerance);
+    OM_CHECK(def->max_iterations >= 1 && def->max_iterations <= 1000, OM_INVALID,
+             "press: max_iterations is %d; it must be from 1 to 1000", def->max_iterations);
+    OM_CHECK(def->reuse >= 1 && def->reuse <= 1000, OM_INVALID,
+             "press: reuse is %d steps; it must be from 1 to 1000", def->reuse);
+    double length = om_norm(def->direction);
+    OM_CHECK(length > 1e-9 && length < 1e9, OM_INVALID,
+             "press: direction (%g, %g, %g) has no direction", def->direction.x, def->direction.y,
+             def->direction.z);
+    OM_CHECK(def->reach > 0 && def->reach <= 10, OM_INVALID,
+             "press: reach is %g m; it must be above 0 and at most 10", def->reach);
+    return OM_OK;
+}
+
+static OmStatus copy_surface(const OmSurface* from, OmSurface* to) {
+    OM_CHECK(from->nvert >= 1 && from->ntri >= 1 && from->x && from->tri_vert, OM_INVALID,
+             "press: the contact surface has no triangles");
+    for (int n = 0; n < 3 * from->nvert; ++n)
+        OM_CHECK(isfinite(from->x[n]), OM_INVALID,
+                 "press: vertex %d of the contact surface is not finite", n / 3);
+    for (int n = 0; n < 3 * from->ntri; ++n)
+        OM_CHECK(from->tri_vert[n] >= 0 && from->tri_vert[n] < from->nvert, OM_INVALID,
+                 "press: triangle %d of the contact surface has vertex %d, the surface %d", n / 3,
+                 from->tri_vert[n], from->nvert);
+    OM_TRY(om_surface_init(to, from->nvert, from->ntri));
+    memcpy(to->x, from->x, 3 * (size_t)from->nvert * sizeof(double));
+    memcpy(to->tri_vert, from->tri_vert, 3 * (size_t)from->ntri * sizeof(int));
+    return OM_OK;
+}
+
+static void measure_surface(OmPress* p) {
+    const OmSurface* s = &p->surface;
+    for (int t = 0; t < s->ntri; ++t)
+        for (int k = 0; k < 3; ++k)
+            p->edge += om_distance(om_load3(s->x, s->tri_vert[3 * t + k]),
+                                   om_load3(s->x, s->tri_vert[3 * t + (k + 1) % 3]));
+    p->edge /= 3 * s->ntri;
+    const OmTetMesh* mesh = om_tissue_mesh(p->model);
+    for (int i = 0; i < mesh->nvert; ++i)
+        p->size = fmax(p->size, om_distance(om_load3(mesh->x, i), om_load3(mesh->x, 0)));
+}
+
+OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPress** press) {
+    *press = NULL;
+    OM_CHECK(def && model, OM_INVALID, "press: the definition or the model is null");
+    OM_TRY(check_def(def));
+    OmStatus status = OM_OK;
+    OmPress* p = om_calloc(1, sizeof *p);
+    if (!p) return OM_NO_MEMORY;
+    p->def = *def;
+    p->def.surface = NULL;
+    p->def.direction = om_normalize(def->direction);
+    p->model = model;
+    if (def->surface)
+        OM_TRY_DONE(copy_surface(def->surface, &p->surface));
+    else if (def->ntri > 0)
+        OM_TRY_DONE(om_contact_surface_make(om_tissue_mesh(model), def->ntri, &p->surface));
+    else
+        OM_TRY_DONE(om_tet_mesh_boundary(om_tissue_mesh(model), &p->surface, NULL));
+    OM_TRY_DONE(om_tissue_embed(model, p->surface.nvert, p->surface.x, &p->embedding));
+    size_t n = (size_t)p->surface.nvert;
+    OM_CALLOC_DONE(p->touch, n);
+    OM_CALLOC_DONE(p->touch_of, n);
+    OM_CALLOC_DONE(p->area, n);
+    OM_CALLOC_DONE(p->grip, 3 * n);
+    OM_CALLOC_DONE(p->tri_area, n);
+    OM_CALLOC_DONE(p->out_vert, n);
+    OM_CALLOC_DONE(p->out_point, 3 * n);
+    OM_CALLOC_DONE(p->out_normal, 3 * n);
+    OM_CALLOC_DONE(p->out_push, 3 * n);
+    OM_CALLOC_DONE(p->out_gap, n);
+    if (def->method == OM_PRESS_PENALTY) {
+        OM_CALLOC_DONE(p->last, 3 * (size_t)om_tissue_mesh(model)->nvert);
+        OM_CALLOC_DONE(p->way, 3 * (size_t)om_tissue_mesh(model)->nvert);
+        OM_CALLOC_DONE(p->scratch, 3 * (size_t)om_tissue_mesh(model)->nvert);
+    }
+    if (def->method == OM_PRESS_MULTIPLIERS) OM_TRY_DONE(om__press_lcp_create(&p->lcp));
+    measure_surface(p);
+    *press = p;
+    return OM_OK;
+done:
+    om_press_destroy(p);
+    return status;
+}
+
+void om_press_destroy(OmPress* p) {
+    if (!p) return;
+    om_surface_done(&p->surface);
+    om_embedding_done(&p->embedding);
+    om_free(p->touch);
+    om_free(p->touch_of);
+    om_free(p->area);
+    om_free(p->grip);
+    om_free(p->tri_area);
+    om_free(p->out_vert);
+    om_free(p->out_point);
+    om_free(p->out_normal);
+    om_free(p->out_push);
+    om_free(p->out_gap);
+    om_free(p->last);
+    om_free(p->way);
+    om_free(p->scratch);
+    om__press_lcp_destroy(p->lcp);
+    om_free(p);
+}
+
+OmPose om_press_pose(const OmPress* p) { return p->pose; }
+const OmSurface* om_press_surface(const OmPress* p) { return &p->surface; }
+const OmEmbedding* om_press_embedding(const OmPress* p) { return &p->embedding; }
+
+// ---- points ---------------------------------------------------------------------------------------
+
+OmVec3 om__press_point(const OmPress* p, const double* x, int i) {
+    const int* v = p->embedding.tet_vert + 4 * (size_t)i;
+    const double* w = p->embedding.bary + 4 * (size_t)i;
+    OmVec3 sum = om_scale(w[0], om_load3(x, v[0]));
+    for (int a = 1; a < 4; ++a) sum = om_madd(sum, w[a], om_load3(x, v[a]));
+    return sum;
+}
+
+OmVec3 om__press_move(const OmPress* p, const OmTissueState* s, const OmTissueWork* w, int i,
+                      double h) {
+    return om_scale(
+        h, om_add(om__press_point(p, om_tissue_v(s), i), om__press_point(p, om_tissue_dv(w), i)));
+}
+
+// Is the point carried by vertices that are held or attached only?
+static bool is_still(const OmPress* p, const OmTissueState* s, int i) {
+    for (int a = 0; a < 4; ++a)
+        if (p->embedding.bary[4 * (size_t)i + (size_t)a] != 0 &&
+            !om_tissue_is_prescribed(p->model, s, p->embedding.tet_vert[4 * (size_t)i + (size_t)a]))
+            return false;
+    return true;
+}
+
+double om__press_stiffness(const OmPress* p, const OmTissueWork* w, int i) {
+    double give = 0;
+    for (int a = 0; a < 4; ++a) {
+        double share = p->embedding.bary[4 * (size_t)i + (size_t)a];
+        int v = p->embedding.tet_vert[4 * (size_t)i + (size_t)a];
+        give += share * share / om_tissue_vertex_stiffness(w, v);  // diagonal of A: above 0
+    }
+    return 1 / give;  // the shares sum to 1
+}
+
+double om__press_guess_force(const OmPress* p, const OmTissueWork* w) {
+    double sum = 0;
+    for (int k = 0; k < p->ntouch; ++k) {
+        const OmTouch* t = &p->touch[k];
+        double in = t->is_active ? t->goal - t->gap - om_dot(t->n, t->guess) : 0;
+        if (in <= 0) continue;
+        double f = in * om__press_stiffness(p, w, t->point);
+        for (int a = 0; a < 4; ++a) {
+            double share = p->embedding.bary[4 * (size_t)t->point + (size_t)a];
+            sum += share * share * f * f;
+        }
+    }
+    return sqrt(sum);
+}
+
+OmStatus om__press_add_force(const OmPress* p, OmTissueWork* w, int i, OmVec3 f, OmMat3 K) {
+    return om_tissue_add_point_force(w, p->embedding.tet_vert + 4 * (size_t)i,
+                                     p->embedding.bary + 4 * (size_t)i, f, K);
+}
+
+// ---- detection ------------------------------------------------------------------------------------
+
+static OmPose interpolate_pose(OmPose a, OmPose b, double t) {
+    if (t <= 0) return a;
+    if (t >= 1) return b;
+    return (OmPose){om_lerp(a.p, b.p, t), om_quat_slerp(a.q, b.q, t)};
+}
+
+void om__press_path(OmPress* p, const OmTissueState* s, double h) {
+    double t = (om_tissue_time(s) - p->time) / p->h, end = t + h / p->h;
+    p->from = interpolate_pose(p->begin, p->end, t > 1e-9 ? t : 0);
+    p->to = interpolate_pose(p->begin, p->end, end < 1 - 1e-9 ? end : 1);
+}
+
+static OmVec3 to_local(OmPose pose, OmVec3 x) {
+    return om_quat_rotate(om_quat_conj(pose.q), om_sub(x, pose.p));
+}
+
+double om__press_gap(const OmPress* p, OmVec3 x) {
+    return om_probe_eval_distance(p->def.probe, to_local(p->to, x), NULL);
+}
+
+double om__press_linearise(const OmPress* p, OmTouch* t, OmVec3 x) {
+    OmVec3 n;
+    double gap = om_probe_eval_distance(p->def.probe, to_local(p->to, x), &n);
+    t->n = om_quat_rotate(p->to.q, n);
+    t->gap = gap + om_dot(t->n, om_sub(t->x, x));
+    return gap;
+}
+
+bool om__press_bend(const OmPress* p, OmTouch* t, OmVec3 x) {
+    double gap = t->gap + om_dot(t->n, om_sub(x, t->x));
+    if (fabs(om__press_gap(p, x) - gap) < OM_PRESS_BENT * p->size) return false;
+    om__press_linearise(p, t, x);
+    return true;
+}
+
+// Where the path a -> b, in the probe's frame, first goes in; false if it does not. a is not inside.
+static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) {
+    double length = om_distance(a, b), lo = 0, hi = -1;
+    int num = (int)fmin(MAX_PIECES, 1 + floor(length / (0.5 * probe->thickness)));
+    for (int k = 1; k <= num && hi < 0; ++k) {
+        double t = (double)k / num;
+        if (om_probe_eval_distance(probe, om_lerp(a, b, t), NULL) < 0)
+            hi = t;
+        else
+            lo = t;
+    }
+    if (hi < 0) return false;
+    for (int k = 0; k < 12; ++k) {
+        double t = 0.5 * (lo + hi);
+        *(om_probe_eval_distance(probe, om_lerp(a, b, t), NULL) < 0 ? &hi : &lo) = t;
+    }
+    *entry = om_lerp(a, b, hi);
+    return true;
+}
+
+void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {
+    const OmProbe* probe = p->def.probe;
+    const double* x = om_tissue_x(s);
+    OmVec3 middle = om_lerp(probe->lo, probe->hi, 0.5);
+    double reach = REACH * p->size, radius = 0.5 * om_distance(probe->lo, probe->hi) + reach;
+    bool is_first = om_tissue_time(s) != p->seen_time || h != p->seen_h;
+    p->seen_time = om_tissue_time(s);
+    p->seen_h = h;
+    p->ntouch = 0;
+    for (int i = 0; i < p->surface.nvert; ++i) {
+        p->touch_of[i] = -1;
+        OmTouch t = {.point = i, .x = om__press_point(p, x, i)};
+        OmVec3 a = to_local(p->from, t.x), entry;
+        t.slip = om_sub(om_pose_apply(p->to, a), t.x);
+        t.guess = om__press_move(p, s, w, i, h);
+        double far = om_norm(t.guess), most = om_norm(t.slip) + 0.5 * p->edge;
+        if (is_first && far > most) t.guess = om_scale(most / far, t.guess);
+        OmVec3 place = om_add(t.x, t.guess), b = to_local(p->to, place);
+        if (om_distance(b, middle) > radius + om_distance(a, b) || is_still(p, s, i)) continue;
+        double begin = om_probe_eval_distance(probe, a, NULL);
+        double end = om_probe_eval_distance(probe, b, NULL);
+        bool is_resting = begin < 0 && begin > -RESTING * probe->thickness && end < 0;
+        bool is_entering = begin >= 0 && (end < 0 || om_distance(a, b) > 0.5 * probe->thickness) &&
+                           find_entry(probe, a, b, &entry);
+        if (!is_entering && end > reach) continue;
+        if (is_resting) entry = a;
+        OmVec3 at = is_entering || is_resting ? om_pose_apply(p->to, entry) : place;
+        om__press_linearise(p, &t, at);
+        t.goal = fmin(0, fmin(begin, end) + OM_PRESS_RECOVER * h);
+        if (begin >= 0) t.goal = 0;
+        p->touch_of[i] = p->ntouch;
+        p->touch[p->ntouch++] = t;
+    }
+}
+
+// ---- placing --------------------------------------------------------------------------------------
+
+static OmStatus check_pose(OmPose pose) {
+    OmQuat q = pose.q;
+    double n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    OM_CHECK(om_is_finite3(pose.p) && om_norm(pose.p) < 1e6 && fabs(n - 1) < 1e-6, OM_INVALID,
+             "press: the pose is not finite, or its quaternion not of unit length");
+    return OM_OK;
+}
+
+// Does the probe lie behind the point q of its frame, no farther than reach against its direction?
+static bool is_under(const OmPress* p, OmVec3 q) {
+    double way = 0;
+    for (int k = 0; k < 200 && way <= p->def.reach; ++k) {
+        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -way, p->def.direction), NULL);
+        if (d <= 1e-3 * p->def.reach) return true;
+        way += d;
+    }
+    return false;
+}
+
+static OmStatus take_area(OmPress* p, const OmTissueState* s, OmPose pose) {
+    OmStatus status = OM_OK;
+    OmSurface now = p->surface;
+    double *x = NULL, *normal = NULL, nearest = INFINITY;
+    int narea = 0;
+    OM_ALLOC_DONE(x, 3 * (size_t)now.nvert);
+    OM_ALLOC_DONE(normal, 3 * (size_t)now.nvert);
+    for (int i = 0; i < now.nvert; ++i) om_store3(x, i, om__press_point(p, om_tissue_x(s), i));
+    now.x = x;
+    om_surface_normals(&now, normal);
+    OmVec3 way = om_quat_rotate(pose.q, p->def.direction);
+    for (int i = 0; i < now.nvert; ++i) {
+        OmVec3 q = to_local(pose, om_load3(x, i));
+        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
+        if (om_dot(om_load3(normal, i), way) > -FACING || is_still(p, s, i) || !is_under(p, q))
+            continue;
+        p->area[narea] = i;
+        om_store3(p->grip, narea++, q);
+    }
+    OM_CHECK_DONE(narea > 0, OM_INVALID,
+                  "press: no point of the contact surface lies under the probe within %.1f mm; the "
+                  "nearest is %.1f mm away",
+                  1e3 * p->def.reach, 1e3 * nearest);
+    p->narea = narea;
+done:
+    om_free(x);
+    om_free(normal);
+    return status;
+}
+
+OmStatus om_press_place(OmPress* p, const OmTissueModel* m, const OmTissueState* s, OmPose pose) {
+    OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
+    OM_TRY(check_pose(pose));
+    if (p->def.method == OM_PRESS_PRESCRIBED) OM_TRY(take_area(p, s, pose));
+    if (p->lcp) om__press_lcp_forget(p->lcp);
+    p->pose = pose;
+    p->is_placed = true;
+    return OM_OK;
+}
+
+double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) {
+    double nearest = INFINITY;
+    for (int i = 0; i < p->surface.nvert; ++i) {
+        OmVec3 q = to_local(pose, om__press_point(p, om_tissue_x(s), i));
+        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
+    }
+    return nearest;
+}
+
+// ---- report ---------------------------------------------------------------------------------------
+
+// A third of the triangles around each point, as they are now.
+static void measure_areas(OmPress* p, const double* x) {
+    const OmSurface* s = &p->surface;
+    memset(p->tri_area, 0, (size_t)s->nvert * sizeof *p->tri_area);
+    for (int t = 0; t < s->ntri; ++t) {
+        const int* v = s->tri_vert + 3 * (size_t)t;
+        OmVec3 a = om__press_point(p, x, v[0]);
+        OmVec3 n = om_cross(om_sub(om__press_point(p, x, v[1]), a),
+                            om_sub(om__press_point(p, x, v[2]), a));
+        for (int k = 0; k < 3; ++k) p->tri_area[v[k]] += om_norm(n) / 6;
+    }
+}
+
+// Forces into the state; what the probe feels into the report.
+static void report_touches(OmPress* p, OmTissueState* s) {
+    OmPressReport* r = &p->report;
+    const double* x = om_tissue_x(s);
+    double* f_touch = om_tissue_contact_force(s);
+    memset(f_touch, 0, 3 * (size_t)om_tissue_mesh(p->model)->nvert * sizeof *f_touch);
+    measure_areas(p, x);
+    for (int k = 0; k < p->ntouch; ++k) {
+        const OmTouch* t = &p->touch[k];
+        if (om_norm2(t->force) == 0) continue;
+        OmVec3 at = om__press_point(p, x, t->point), n;
+        int c = r->ncontact++;
+        for (int a = 0; a < 4; ++a) {
+            int v = p->embedding.tet_vert[4 * (size_t)t->point + (size_t)a];
+            double share = p->embedding.bary[4 * (size_t)t->point + (size_t)a];
+            om_store3(f_touch, v, om_madd(om_load3(f_touch, v), share, t->force));
+        }
+        r->force = om_sub(r->force, t->force);
+        r->torque = om_sub(r->torque, om_cross(om_sub(at, p->pose.p), t->force));
+        r->area += p->tri_area[t->point];
+        p->out_vert[c] = t->point;
+        p->out_gap[c] = om_probe_eval_distance(p->def.probe, to_local(p->pose, at), &n);
+        om_store3(p->out_point, c, at);
+        om_store3(p->out_normal, c, om_quat_rotate(p->pose.q, n));
+        om_store3(p->out_push, c, t->force);
+    }
+    r->penetration = fmax(0, -om_press_eval_gap(p, s, p->pose));
+    r->vert = p->out_vert;
+    r->point = p->out_point;
+    r->normal = p->out_normal;
+    r->push = p->out_push;
+    r->gap = p->out_gap;
+}
+
+// ---- the step -------------------------------------------------------------------------------------
+
+OmStatus om_press_step(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                       OmPose pose_end, double h, OmPressReport* report) {
+    static const OmTissueStepFn method_table[] = {om__press_penalty, om__press_multipliers,
+                                                  om__press_prescribed};
+    p->report = (OmPressReport){0};
+    if (report) *report = p->report;
+    OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
+    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "press: time step is %g s; it must be in (0, 10]", h);
+    OM_TRY(check_pose(pose_end));
+    OM_TRY(om_tissue_reserve_points(w, p->surface.nvert));
+    if (!p->is_placed) OM_TRY(om_press_place(p, m, s, pose_end));
+    p->begin = p->pose;
+    p->end = pose_end;
+    p->time = om_tissue_time(s);
+    p->h = h;
+    p->seen_h = 0;
+    OmTissueReport tissue;
+    OmStatus status = om_tissue_step_with(m, s, w, h, method_table[p->def.method], p, &tissue);
+    if (status < 0) return status;
+    p->report.tissue = tissue;
+    p->pose = pose_end;
+    report_touches(p, s);
+    if (report) *report = p->report;
+    return status;
+}

@@ -1,0 +1,116 @@
+// contact_press_internal.h: what the files of pressing share.
+//
+//   contact_probe.c, contact_probe_mesh.c   shapes and their distances
+//   contact_surface.c                       the triangle mesh whose vertices touch
+//   contact_press.c                         detection, the step, the report
+//   contact_penalty.c, contact_multiplier.c, contact_prescribed.c   what happens inside a step
+#ifndef OMENTUM_CONTACT_PRESS_INTERNAL_H
+#define OMENTUM_CONTACT_PRESS_INTERNAL_H
+
+#include "omentum/contact_tool.h"
+
+#define OM_PRESS_RECOVER 0.1  // m/s, how fast tissue that began inside a probe is pushed out
+#define OM_PRESS_SLOW 1e-3    // m/s, friction is viscous below it
+#define OM_PRESS_TAKE 1e-6    // of the model's size: went in
+#define OM_PRESS_LET_GO 1e-8  // of the model's size: pulled
+#define OM_PRESS_BENT 1e-4    // of the model's size: a plane is no longer the probe
+
+// ---- contact_probe_mesh.c ---------------------------------------------------------------------------
+
+typedef struct OmProbeMesh OmProbeMesh;
+OmStatus om__probe_mesh_create(const OmSurface* surface, OmProbeMesh** mesh);
+void om__probe_mesh_destroy(OmProbeMesh* mesh);
+double om__probe_mesh_distance(const OmProbeMesh* mesh, OmVec3 p, OmVec3* normal);
+const OmSurface* om__probe_mesh_surface(const OmProbeMesh* mesh);
+
+struct OmProbe {
+    OmProbeDef def;
+    OmProbeMesh* mesh;  // of OM_PROBE_MESH
+    OmVec3 lo, hi;
+    double thickness;  // m; a path is looked at in pieces shorter than half of it
+};
+
+// ---- pressing -----------------------------------------------------------------------------------------
+
+typedef struct OmTouch {  // a point of the contact surface near the probe, in one (sub)step
+    int point;
+    OmVec3 x;      // at the beginning of the step, m
+    OmVec3 n;      // from the probe to the tissue, unit, at the end of the step
+    double gap;    // m, of x by the plane that stands for the probe at the end of the step
+    double goal;   // m, the gap asked for, <= 0
+    OmVec3 guess;  // m, how far the point is expected to go
+    OmVec3 slip;   // m, how the probe moves there in the step
+    double k;      // N/m, penalty
+    bool is_active;
+    double in, rate;        // m, how deep at the beginning of a way, and how much less at its end
+    double push;            // N, normal force of the last solve
+    double drag, was_drag;  // N s/m, friction of the penalty method: next solve, last solve
+    OmVec3 force;           // N, on the tissue
+} OmTouch;
+
+typedef struct OmPressLcp OmPressLcp;  // contact_multiplier.c
+
+struct OmPress {
+    OmPressDef def;
+    const OmTissueModel* model;
+    OmSurface surface;
+    OmEmbedding embedding;
+    double size;  // m, of the model
+    double edge;  // m, mean edge of the contact surface
+    bool is_placed;
+    OmPose pose;
+    // the path of the step
+    OmPose begin, end;
+    double time, h;   // when it began, and how long it is
+    OmPose from, to;  // of the substep
+    double seen_time,
+        seen_h;        // of the last linear problem: one of the same step goes on from its solution
+    int ntouch;        //
+    OmTouch* touch;    //                                                  (points)
+    int* touch_of;     // of each point, -1 if none                        (points)
+    int narea;         // prescribed: points that move with the probe
+    int* area;         //                                                  (points)
+    double* grip;      // where they are in its frame                      (points x 3)
+    double* tri_area;  // m^2, a third of the triangles at each point      (points)
+    double *last, *way, *scratch;  // penalty: a solution, the way from it to the next  (nvert x 3)
+    OmPressLcp* lcp;               // of OM_PRESS_MULTIPLIERS
+    OmPressReport report;
+    int* out_vert;  // what the report shows                                  (points)
+    double *out_point, *out_normal, *out_push, *out_gap;
+};
+
+/// Begin a (sub)step of length h: where the probe goes in it.
+void om__press_path(OmPress* press, const OmTissueState* state, double h);
+/// Place of point i when vertices are at x.
+OmVec3 om__press_point(const OmPress* press, const double* x, int i);
+/// How far the point goes in the step by the last solution.
+OmVec3 om__press_move(const OmPress* press, const OmTissueState* state, const OmTissueWork* work,
+                      int i, double h);
+/// Fill `touch` with the points near the probe, planes laid where the last solution expects them.
+void om__press_detect(OmPress* press, const OmTissueState* state, const OmTissueWork* work,
+                      double h);
+/// Lay the plane of a touch for a point expected at p, and tell the true gap there.
+double om__press_linearise(const OmPress* press, OmTouch* touch, OmVec3 p);
+/// Lay the plane anew if at p it is not the probe any more; whether it was.
+bool om__press_bend(const OmPress* press, OmTouch* touch, OmVec3 p);
+/// True gap of a point expected at p at the end of the step.
+double om__press_gap(const OmPress* press, OmVec3 p);
+/// What resists moving point i alone, N/m.
+double om__press_stiffness(const OmPress* press, const OmTissueWork* work, int i);
+/// About the force that the touches will need, N: what moves each point alone as far as it must go.
+double om__press_guess_force(const OmPress* press, const OmTissueWork* work);
+OmStatus om__press_add_force(const OmPress* press, OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
+
+/// Methods, each an OmTissueStepFn with the press as its context.
+OmStatus om__press_penalty(void* ctx, const OmTissueModel* model, OmTissueState* state,
+                           OmTissueWork* work, double h, OmTissueReport* report);
+OmStatus om__press_multipliers(void* ctx, const OmTissueModel* model, OmTissueState* state,
+                               OmTissueWork* work, double h, OmTissueReport* report);
+OmStatus om__press_prescribed(void* ctx, const OmTissueModel* model, OmTissueState* state,
+                              OmTissueWork* work, double h, OmTissueReport* report);
+
+OmStatus om__press_lcp_create(OmPressLcp** lcp);
+void om__press_lcp_destroy(OmPressLcp* lcp);
+void om__press_lcp_forget(OmPressLcp* lcp);
+
+#endif

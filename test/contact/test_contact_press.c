@@ -1,0 +1,178 @@
+// test_contact_press.c: a probe pressed into a block by each method: forces, balance, consistency.
+#include "test_rig.h"
+
+#include "omentum/contact_tool.h"
+
+#define H 0.02
+
+typedef struct PressRig {
+    TestRig r;
+    OmProbe* probe;
+    OmPress* press;
+} PressRig;
+
+// A block on its fixed underside, 0.12 x 0.1 x 0.05 m.
+static void make_block(PressRig* p, int nx, int ny, int nz) {
+    memset(p, 0, sizeof *p);
+    rig_box(&p->r, om_vec3(0, 0, 0), om_vec3(0.12, 0.1, 0.05), nx, ny, nz);
+    rig_attach_plane(&p->r, 2, 0);
+    p->r.def.gravity = om_vec3(0, 0, 0);
+    p->r.def.rayleigh_mass = 2;
+    p->r.def.solver.max_rhs = 8;
+    p->r.def.solver.tolerance = 1e-5;
+}
+
+// The upper side as a grid of 2 mm, so that a flat probe has rows of points under it and
+// none under its rounded edges.
+static void make_top(OmSurface* top) {
+    enum { NX = 61, NY = 51 };
+    assert_ok(om_surface_init(top, NX * NY, 2 * (NX - 1) * (NY - 1)));
+    int* t = top->tri_vert;
+    for (int j = 0; j < NY; ++j) {
+        for (int i = 0; i < NX; ++i) {
+            om_store3(top->x, i + NX * j, om_vec3(0.002 * i, 0.002 * j, 0.05));
+            if (i == NX - 1 || j == NY - 1) continue;
+            int a = i + NX * j, tri[6] = {a, a + 1, a + 1 + NX, a, a + 1 + NX, a + NX};
+            memcpy(t, tri, sizeof tri);
+            t += 6;
+        }
+    }
+}
+
+static void start(PressRig* p, const OmProbeDef* shape, OmPressMethod method, double friction,
+                  double tolerance) {
+    rig_start(&p->r);
+    assert_ok(om_probe_create(shape, &p->probe));
+    OmPressDef def = om_press_default_def(p->probe);
+    def.method = method;
+    def.ntri = 2600;
+    OmSurface top = {0};
+    if (shape->shape == OM_PROBE_BOX) {
+        make_top(&top);
+        def.surface = &top;
+    }
+    def.friction = friction;
+    def.tolerance = tolerance;
+    assert_ok(om_press_create(&def, p->r.m, &p->press));
+    om_surface_done(&top);
+}
+
+static void done(PressRig* p) {
+    om_press_destroy(p->press);
+    om_probe_destroy(p->probe);
+    rig_done(&p->r);
+}
+
+static OmPose above(double z) {
+    OmPose pose = {om_vec3(0.06, 0.05, z), om_quat_identity()};
+    return pose;
+}
+
+static OmPressReport press_down(PressRig* p, double top, double depth, int npress, int nhold,
+                                double h) {
+    OmPressReport report;
+    assert_ok(om_press_place(p->press, p->r.m, p->r.s, above(top)));
+    for (int n = 0; n < npress + nhold; ++n) {
+        double z = top - depth * fmin(1, (n + 1.0) / npress);
+        OmStatus status = om_press_step(p->press, p->r.m, p->r.s, p->r.w, above(z), h, &report);
+        if (status != OM_OK) fail_msg("step %d: %s", n, om_error_message());
+        assert_true(report.is_settled);
+    }
+    return report;
+}
+
+// A flat box, 1 mm (2 %) into the block, by three methods: one force, in balance with the attachment.
+static void test_flat_box(void** test) {
+    (void)test;
+    double force[3];
+    for (int method = 0; method < 3; ++method) {
+        PressRig p;
+        make_block(&p, 24, 20, 8);
+        OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
+        shape.rounding = 0.0005;
+        start(&p, &shape, (OmPressMethod)method, 0, 1e-6);
+        OmPressReport report = press_down(&p, 0.05, 0.001, 5, 0, H);
+        for (int n = 0; n < 4; ++n)  // at rest: steps so long that inertia is nothing
+            assert_ok(om_press_step(p.press, p.r.m, p.r.s, p.r.w, above(0.049), 5, &report));
+        OmTissueForces f;
+        assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
+        force[method] = report.force.z;
+        assert_near(f.attachment.z, report.force.z, 1e-3 * report.force.z);
+        assert_near(f.contact.z, -report.force.z, 1e-12);
+        double aside = method == OM_PRESS_PRESCRIBED ? 0.1 : 1e-6;  // what sticks is pulled aside
+        assert_below(fabs(report.force.x) + fabs(report.force.y), aside * report.force.z);
+        assert_below(report.penetration, 5e-5);
+        // the report's own sums: force, and torque about the centre of the face
+        OmVec3 sum = {0, 0, 0}, torque = {0, 0, 0};
+        for (int k = 0; k < report.ncontact; ++k) {
+            OmVec3 push = om_load3(report.push, k), at = om_load3(report.point, k);
+            sum = om_sub(sum, push);
+            torque = om_sub(torque, om_cross(om_sub(at, above(0.049).p), push));
+            assert_true(method == OM_PRESS_PRESCRIBED || fabs(report.gap[k]) < 5e-5);
+        }
+        assert_near(om_distance(sum, report.force), 0, 1e-12);
+        assert_near(om_distance(torque, report.torque), 0, 1e-12);
+        assert_below(om_norm(report.torque), 0.002 * report.force.z);  // 2 mm off the axis
+        done(&p);
+    }
+    printf("flat box, 1 mm: penalty %.5f N, multipliers %.5f N, prescribed %.5f N\n", force[0],
+           force[1], force[2]);
+    assert_near_rel(force[0], force[1], 0.01);
+    assert_near_rel(force[2], force[1], 0.05);
+}
+
+// A sphere far in, with and without friction: what it feels is what holds the block.
+static void test_sphere_balance(void** test) {
+    (void)test;
+    for (int run = 0; run < 4; ++run) {
+        PressRig p;
+        make_block(&p, 12, 10, 5);
+        OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+        start(&p, &shape, run % 2 ? OM_PRESS_MULTIPLIERS : OM_PRESS_PENALTY, run < 2 ? 0 : 0.3,
+              1e-5);
+        OmPressReport report = press_down(&p, 0.075, 0.015, 30, 0, H);
+        for (int n = 0; n < 10; ++n)
+            assert_ok(om_press_step(p.press, p.r.m, p.r.s, p.r.w, above(0.06), 5, &report));
+        OmTissueForces f;
+        assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
+        printf("sphere, run %d: %.5f N, attachment %.5f N, %d contacts, %.0f mm2, in by %.2g um\n",
+               run, report.force.z, f.attachment.z, report.ncontact, 1e6 * report.area,
+               1e6 * report.penetration);
+        assert_near(om_distance(f.attachment, report.force), 0, 1e-3 * report.force.z);
+        assert_below(report.penetration, 5e-5);
+        done(&p);
+    }
+}
+
+// Signorini's law to rounding in every step of a press, and of lifting off again.
+static void test_signorini(void** test) {
+    (void)test;
+    PressRig p;
+    make_block(&p, 8, 6, 4);
+    p.r.def.solver.tolerance = 1e-10;
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    start(&p, &shape, OM_PRESS_MULTIPLIERS, 0, 1e-8);
+    assert_ok(om_press_place(p.press, p.r.m, p.r.s, above(0.0755)));
+    int most = 0;
+    for (int n = 0; n < 50; ++n) {
+        OmPressReport report;
+        double z = 0.0755 - 0.01 * sin(OM_PI * (n + 1) / 45.0);
+        assert_ok(om_press_step(p.press, p.r.m, p.r.s, p.r.w, above(z), H, &report));
+        assert_true(report.complementarity <= 1e-8 * test_tol_scale());
+        for (int k = 0; k < report.ncontact; ++k)
+            assert_true(om_dot(om_load3(report.push, k), om_load3(report.normal, k)) > 0);
+        most = report.ncontact > most ? report.ncontact : most;
+        if (n == 49) assert_int_equal(report.ncontact, 0);
+    }
+    assert_true(most >= 5);
+    done(&p);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flat_box),
+        cmocka_unit_test(test_sphere_balance),
+        cmocka_unit_test(test_signorini),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
