@@ -50,13 +50,17 @@ static Momentum momentum_of(const TestRig* r) {
 }
 
 // A free body that spins, drifts and vibrates; returns the change of angular momentum, relative.
-static double spin_change(double h, double seconds, OmPreconditioner preconditioner) {
+static double spin_change(double h, double seconds, OmPreconditioner preconditioner, OmLaw law,
+                          int max_newton) {
     TestRig r;
     rig_box(&r, lo, hi, 4, 3, 2);
     r.def.gravity = om_vec3(0, 0, 0);
     r.def.rayleigh_mass = 0;
     r.def.solver.preconditioner = preconditioner;
     r.def.solver.tolerance = 1e-7;
+    r.def.material_default.law = law;
+    r.def.max_newton = max_newton;
+    r.def.newton_tolerance = 1e-8;
     rig_start(&r);
     size_t n = 3 * (size_t)r.mesh.nvert;
     double *x = om_alloc(n, sizeof *x), *v = om_alloc(n, sizeof *v);
@@ -72,7 +76,7 @@ static double spin_change(double h, double seconds, OmPreconditioner preconditio
         assert_ok(om_tissue_step(r.m, r.s, r.w, h, NULL));
         Momentum now = momentum_of(&r);
         // one linearisation a step is not the implicit equation itself: 1e-4 of energy may come back
-        assert_true(now.energy <= last.energy * (1 + 1e-3));
+        assert_true(now.energy <= last.energy * (1 + (max_newton > 1 ? 1e-9 : 1e-3)));
         last = now;
     }
     // rows of K sum to zero but for their rounding to float: 1e-7 of the internal forces
@@ -88,13 +92,38 @@ static double spin_change(double h, double seconds, OmPreconditioner preconditio
 // within some thousandths.
 static void test_momentum(void** context) {
     (void)context;
-    for (double h = 0.02; h > 0.001; h *= 0.5) assert_below(spin_change(h, 0.2, OM_CHOLESKY), 5e-3);
-    (void)spin_change(0.01, 0.2, OM_MULTIGRID);
-    double a = spin_change(4e-4, 0.02, OM_CHOLESKY), b = spin_change(2e-4, 0.02, OM_CHOLESKY),
-           c = spin_change(1e-4, 0.02, OM_CHOLESKY);
+    OmLaw turned = OM_COROTATIONAL;
+    for (double h = 0.02; h > 0.001; h *= 0.5)
+        assert_below(spin_change(h, 0.2, OM_CHOLESKY, turned, 1), 5e-3);
+    (void)spin_change(0.01, 0.2, OM_MULTIGRID, turned, 1);
+    double a = spin_change(4e-4, 0.02, OM_CHOLESKY, turned, 1),
+           b = spin_change(2e-4, 0.02, OM_CHOLESKY, turned, 1),
+           c = spin_change(1e-4, 0.02, OM_CHOLESKY, turned, 1);
     printf("angular momentum changed in 20 ms by %.3g, %.3g, %.3g of it at h = 0.4, 0.2, 0.1 ms\n",
            a, b, c);
     assert_true(log2(a / b) > 0.7 && log2(b / c) > 0.7);
+}
+
+// Solved to the end, the forces of a step belong to its final shape and have no moment about it: angular momentum is
+// lost only as implicit Euler loses it, (h w)^2 of it a step for a spin w, and energy never grows. The linearised
+// forces of hyperelastic laws have a moment, h v x f: a body that spins and vibrates at 5 % strain loses a third of
+// its momentum in 20 steps with them, whether the tangent is projected or not.
+static void test_momentum_of_laws(void** context) {
+    (void)context;
+    const OmLaw law[] = {OM_NEO_HOOKEAN, OM_STABLE_NEO_HOOKEAN, OM_ST_VENANT_KIRCHHOFF};
+    for (int k = 0; k < 3; ++k) {
+        double once = spin_change(0.01, 0.2, OM_CHOLESKY, law[k], 1);
+        double a = spin_change(0.01, 0.2, OM_CHOLESKY, law[k], 50),
+               b = spin_change(0.005, 0.2, OM_CHOLESKY, law[k], 50);
+        printf(
+            "%s: angular momentum changed by %.3g (one linearisation), converged %.3g, %.3g at h = "
+            "10, 5 ms\n",
+            om_law_name(law[k]), once, a, b);
+        assert_below(once, 0.5);
+        // 20 steps of (0.01 s x 6.4 /s)^2, and half as much at half the step
+        assert_below(a, 20 * 0.064 * 0.064);
+        assert_below(b, 0.7 * a);
+    }
 }
 
 // ---- order in time ----------------------------------------------------------------------------------
@@ -214,6 +243,7 @@ static void test_rayleigh_damping(void** context) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_free_fall), cmocka_unit_test(test_momentum),
-        cmocka_unit_test(test_order_in_time), cmocka_unit_test(test_rayleigh_damping)};
+        cmocka_unit_test(test_momentum_of_laws), cmocka_unit_test(test_order_in_time),
+        cmocka_unit_test(test_rayleigh_damping)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
