@@ -28,6 +28,7 @@
 #define LANES 8            // columns solved for together
 #define COLUMN_LOOSE 0.03  // residual of a column
 #define MOVE_LOOSE 0.03    // residual of a correction
+#define SAME_WAY 0.98      // cosine: a column is good for directions as near as that
 #define SWEEPS 400         // of Gauss-Seidel at most
 #define FIRST_ROOM 512     // contacts, before more memory is taken
 
@@ -300,6 +301,7 @@ static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, 
         double *lambda = c->lambda + k * c->dim, *delta = c->delta + k * c->dim;
         OmVec3 d = om__press_move(p, s, w, t->point, h);
         if (may_bend && om__press_bend(p, t, om_add(t->x, d))) {
+            if (om_dot(t->n, c->dir[k * c->dim]) < SAME_WAY && k < c->ready) c->ready = k;
             set_directions(c, k, t->n);
             ++*njoin;
         }

@@ -1,4 +1,5 @@
-// contact_penalty.c: stiff one-sided springs at the points that touch (thesis 3.7), implicit.
+// contact_penalty.c: stiff one-sided springs at the points that touch (thesis 3.7), implicit; with a glued area
+// (contact_prescribed.c) also the prescribed method.
 //
 // A touching point gets the force k (goal - gap) n at the end of the step; k is a hundred times what resists moving
 // the point alone, so tissue sinks in by hundredths of a millimetre. The step minimises
@@ -24,6 +25,7 @@ static void choose_first(OmPress* p, OmTissueState* s, const OmTissueWork* w, do
         OmTouch* t = &p->touch[k];
         t->k =
             p->def.stiffness > 0 ? p->def.stiffness : STIFF * om__press_stiffness(p, w, t->point);
+        if (t->is_glued) continue;
         OmVec3 d = t->guess;
         double end = t->gap + om_dot(t->n, d) - t->goal;
         t->is_active = end < -OM_PRESS_TAKE * p->size;
@@ -44,6 +46,11 @@ static OmStatus add_forces(OmPress* p, OmTissueWork* w, double h) {
         OmTouch* t = &p->touch[k];
         t->was_drag = t->drag;
         if (!t->is_active) continue;
+        if (t->is_glued) {
+            OmMat3 K = om_mat3_scale(t->k, om_mat3_identity());
+            OM_TRY(om__press_add_force(p, w, t->point, om_scale(t->k, t->slip), K));
+            continue;
+        }
         OmMat3 nn = om_mat3_outer(t->n, t->n);
         OmMat3 K = om_mat3_scale(t->k - t->drag / h, nn);
         K = om_mat3_add(K, om_mat3_scale(t->drag / h, om_mat3_identity()));
@@ -63,7 +70,9 @@ static int update(OmPress* p, const OmTissueState* s, const OmTissueWork* w, dou
         OmVec3 d = om__press_move(p, s, w, t->point, h), zero = {0, 0, 0};
         double end = t->gap + om_dot(t->n, d) - t->goal;
         t->force = zero;
-        if (t->is_active && end > OM_PRESS_LET_GO * p->size) {
+        if (t->is_glued) {
+            t->force = om_scale(t->k, om_sub(t->slip, d));
+        } else if (t->is_active && end > OM_PRESS_LET_GO * p->size) {
             t->is_active = false;
             t->push = t->drag = 0;
             ++nchange;
@@ -97,6 +106,8 @@ static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, d
     slope = -curve;  // dv solves the equations with the springs of those that were active
     for (int k = 0; k < p->ntouch; ++k) {
         OmTouch* t = &p->touch[k];
+        t->in = t->rate = 0;
+        if (t->is_glued) continue;  // its spring is a part of A
         OmVec3 begin = om_add(om__press_point(p, om_tissue_v(s), t->point),
                               om__press_point(p, p->last, t->point));
         t->in = t->goal - t->gap - h * om_dot(t->n, begin);
@@ -126,6 +137,7 @@ OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, 
     OmStatus status = OM_OK;
     om__press_path(p, s, h);
     om__press_detect(p, s, w, h);
+    if (p->def.method == OM_PRESS_PRESCRIBED) om__press_glue(p, s);
     choose_first(p, s, w, h);
     om_tissue_set_force_scale(w, om__press_guess_force(p, w));
     size_t n3 = 3 * (size_t)om_tissue_mesh(m)->nvert;

@@ -2,34 +2,63 @@
 //
 // Each point of the area is held by a spring to its place in the probe's frame, a hundred times stiffer than what
 // resists moving it alone: from a formulation point of view a penalty without detection. Points rather than
-// vertices of the volume, so that the area is the same on every mesh. One solve a step.
+// vertices of the volume, so that the area is the same on every mesh. The other points are kept out of the
+// probe by the penalty method: without that, tissue beside the area bulges into the sides of a probe 20 mm deep
+// (2.3 mm at 30 mm). As long as none of them touches, a step is one solve.
 #include "contact/contact_press_internal.h"
+#include "omentum/shape_meshing.h"
 
-#define STIFF 100  // times what resists moving a point alone
+#define FACING 0.1  // least cosine between the surface's normal and the probe's way
 
-OmStatus om__press_prescribed(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                              double h, OmTissueReport* report) {
-    OmPress* p = ctx;
-    om__press_path(p, s, h);
-    om_tissue_clear_forces(w);
-    p->ntouch = 0;
-    for (int k = 0; k < p->narea; ++k) {
-        OmTouch* t = &p->touch[p->ntouch++];
-        *t = (OmTouch){.point = p->area[k], .is_active = true};
-        t->x = om__press_point(p, om_tissue_x(s), t->point);
-        t->k =
-            p->def.stiffness > 0 ? p->def.stiffness : STIFF * om__press_stiffness(p, w, t->point);
-        t->slip = om_sub(om_pose_apply(p->to, om_load3(p->grip, k)), t->x);
-        OmMat3 K = om_mat3_scale(t->k, om_mat3_identity());
-        OM_TRY(om__press_add_force(p, w, t->point, om_scale(t->k, t->slip), K));
+// Does the probe lie behind the point q of its frame, no farther than reach against its direction?
+static bool is_under(const OmPress* p, OmVec3 q) {
+    double way = 0;
+    for (int k = 0; k < 200 && way <= p->def.reach; ++k) {
+        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -way, p->def.direction), NULL);
+        if (d <= 1e-3 * p->def.reach) return true;
+        way += d;
     }
-    OmStatus status = om_tissue_solve_step(m, s, w, report);
-    if (status < 0) return status;
-    ++p->report.nsolve;
-    for (int k = 0; k < p->ntouch; ++k) {
-        OmTouch* t = &p->touch[k];
-        t->force = om_scale(t->k, om_sub(t->slip, om__press_move(p, s, w, t->point, h)));
+    return false;
+}
+
+OmStatus om__press_take_area(OmPress* p, const OmTissueState* s, OmPose pose) {
+    OmStatus status = OM_OK;
+    OmSurface now = p->surface;
+    double *x = NULL, *normal = NULL, nearest = INFINITY;
+    int narea = 0;
+    OM_ALLOC_DONE(x, 3 * (size_t)now.nvert);
+    OM_ALLOC_DONE(normal, 3 * (size_t)now.nvert);
+    for (int i = 0; i < now.nvert; ++i) om_store3(x, i, om__press_point(p, om_tissue_x(s), i));
+    now.x = x;
+    om_surface_normals(&now, normal);
+    OmVec3 way = om_quat_rotate(pose.q, p->def.direction);
+    for (int i = 0; i < now.nvert; ++i) {
+        OmVec3 q = om__press_local(pose, om_load3(x, i));
+        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
+        if (om_dot(om_load3(normal, i), way) > -FACING || om__press_is_still(p, s, i) ||
+            !is_under(p, q))
+            continue;
+        p->area[narea] = i;
+        om_store3(p->grip, narea++, q);
     }
-    p->report.is_settled = true;
+    OM_CHECK_DONE(narea > 0, OM_INVALID,
+                  "press: no point of the contact surface lies under the probe within %.1f mm; the "
+                  "nearest is %.1f mm away",
+                  1e3 * p->def.reach, 1e3 * nearest);
+    p->narea = narea;
+done:
+    om_free(x);
+    om_free(normal);
     return status;
+}
+
+void om__press_glue(OmPress* p, const OmTissueState* s) {
+    for (int k = 0; k < p->narea; ++k) {
+        int i = p->area[k];
+        if (p->touch_of[i] < 0) p->touch_of[i] = p->ntouch++;
+        OmTouch* t = &p->touch[p->touch_of[i]];
+        *t = (OmTouch){.point = i, .is_active = true, .is_glued = true};
+        t->x = om__press_point(p, om_tissue_x(s), i);
+        t->slip = om_sub(om_pose_apply(p->to, om_load3(p->grip, k)), t->x);
+    }
 }

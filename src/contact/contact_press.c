@@ -7,13 +7,11 @@
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
-#include "omentum/shape_meshing.h"
 
 #define PRESS_COOKIE 0x93e55u
 #define REACH 0.05     // of the model's size: points farther from the probe are not looked at
 #define RESTING 0.02   // of the probe's thickness: a point less deep lies on it
 #define MAX_PIECES 64  // of a path
-#define FACING 0.1     // prescribed: least cosine between the surface's normal and the probe's way
 
 OmPressDef om_press_default_def(const OmProbe* probe) {
     OmPressDef def = {.probe = probe,
@@ -115,7 +113,7 @@ OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPr
     OM_CALLOC_DONE(p->out_normal, 3 * n);
     OM_CALLOC_DONE(p->out_push, 3 * n);
     OM_CALLOC_DONE(p->out_gap, n);
-    if (def->method == OM_PRESS_PENALTY) {
+    if (def->method != OM_PRESS_MULTIPLIERS) {
         OM_CALLOC_DONE(p->last, 3 * (size_t)om_tissue_mesh(model)->nvert);
         OM_CALLOC_DONE(p->way, 3 * (size_t)om_tissue_mesh(model)->nvert);
         OM_CALLOC_DONE(p->scratch, 3 * (size_t)om_tissue_mesh(model)->nvert);
@@ -170,8 +168,7 @@ OmVec3 om__press_move(const OmPress* p, const OmTissueState* s, const OmTissueWo
         h, om_add(om__press_point(p, om_tissue_v(s), i), om__press_point(p, om_tissue_dv(w), i)));
 }
 
-// Is the point carried by vertices that are held or attached only?
-static bool is_still(const OmPress* p, const OmTissueState* s, int i) {
+bool om__press_is_still(const OmPress* p, const OmTissueState* s, int i) {
     for (int a = 0; a < 4; ++a)
         if (p->embedding.bary[4 * (size_t)i + (size_t)a] != 0 &&
             !om_tissue_is_prescribed(p->model, s, p->embedding.tet_vert[4 * (size_t)i + (size_t)a]))
@@ -193,6 +190,7 @@ double om__press_guess_force(const OmPress* p, const OmTissueWork* w) {
     double sum = 0;
     for (int k = 0; k < p->ntouch; ++k) {
         const OmTouch* t = &p->touch[k];
+        if (t->is_glued) continue;
         double in = t->is_active ? t->goal - t->gap - om_dot(t->n, t->guess) : 0;
         if (in <= 0) continue;
         double f = in * om__press_stiffness(p, w, t->point);
@@ -223,17 +221,13 @@ void om__press_path(OmPress* p, const OmTissueState* s, double h) {
     p->to = interpolate_pose(p->begin, p->end, end < 1 - 1e-9 ? end : 1);
 }
 
-static OmVec3 to_local(OmPose pose, OmVec3 x) {
-    return om_quat_rotate(om_quat_conj(pose.q), om_sub(x, pose.p));
-}
-
 double om__press_gap(const OmPress* p, OmVec3 x) {
-    return om_probe_eval_distance(p->def.probe, to_local(p->to, x), NULL);
+    return om_probe_eval_distance(p->def.probe, om__press_local(p->to, x), NULL);
 }
 
 double om__press_linearise(const OmPress* p, OmTouch* t, OmVec3 x) {
     OmVec3 n;
-    double gap = om_probe_eval_distance(p->def.probe, to_local(p->to, x), &n);
+    double gap = om_probe_eval_distance(p->def.probe, om__press_local(p->to, x), &n);
     t->n = om_quat_rotate(p->to.q, n);
     t->gap = gap + om_dot(t->n, om_sub(t->x, x));
     return gap;
@@ -278,13 +272,14 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
     for (int i = 0; i < p->surface.nvert; ++i) {
         p->touch_of[i] = -1;
         OmTouch t = {.point = i, .x = om__press_point(p, x, i)};
-        OmVec3 a = to_local(p->from, t.x), entry;
+        OmVec3 a = om__press_local(p->from, t.x), entry;
         t.slip = om_sub(om_pose_apply(p->to, a), t.x);
         t.guess = om__press_move(p, s, w, i, h);
         double far = om_norm(t.guess), most = om_norm(t.slip) + 0.5 * p->edge;
         if (is_first && far > most) t.guess = om_scale(most / far, t.guess);
-        OmVec3 place = om_add(t.x, t.guess), b = to_local(p->to, place);
-        if (om_distance(b, middle) > radius + om_distance(a, b) || is_still(p, s, i)) continue;
+        OmVec3 place = om_add(t.x, t.guess), b = om__press_local(p->to, place);
+        if (om_distance(b, middle) > radius + om_distance(a, b) || om__press_is_still(p, s, i))
+            continue;
         double begin = om_probe_eval_distance(probe, a, NULL);
         double end = om_probe_eval_distance(probe, b, NULL);
         bool is_resting = begin < 0 && begin > -RESTING * probe->thickness && end < 0;
@@ -311,51 +306,10 @@ static OmStatus check_pose(OmPose pose) {
     return OM_OK;
 }
 
-// Does the probe lie behind the point q of its frame, no farther than reach against its direction?
-static bool is_under(const OmPress* p, OmVec3 q) {
-    double way = 0;
-    for (int k = 0; k < 200 && way <= p->def.reach; ++k) {
-        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -way, p->def.direction), NULL);
-        if (d <= 1e-3 * p->def.reach) return true;
-        way += d;
-    }
-    return false;
-}
-
-static OmStatus take_area(OmPress* p, const OmTissueState* s, OmPose pose) {
-    OmStatus status = OM_OK;
-    OmSurface now = p->surface;
-    double *x = NULL, *normal = NULL, nearest = INFINITY;
-    int narea = 0;
-    OM_ALLOC_DONE(x, 3 * (size_t)now.nvert);
-    OM_ALLOC_DONE(normal, 3 * (size_t)now.nvert);
-    for (int i = 0; i < now.nvert; ++i) om_store3(x, i, om__press_point(p, om_tissue_x(s), i));
-    now.x = x;
-    om_surface_normals(&now, normal);
-    OmVec3 way = om_quat_rotate(pose.q, p->def.direction);
-    for (int i = 0; i < now.nvert; ++i) {
-        OmVec3 q = to_local(pose, om_load3(x, i));
-        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
-        if (om_dot(om_load3(normal, i), way) > -FACING || is_still(p, s, i) || !is_under(p, q))
-            continue;
-        p->area[narea] = i;
-        om_store3(p->grip, narea++, q);
-    }
-    OM_CHECK_DONE(narea > 0, OM_INVALID,
-                  "press: no point of the contact surface lies under the probe within %.1f mm; the "
-                  "nearest is %.1f mm away",
-                  1e3 * p->def.reach, 1e3 * nearest);
-    p->narea = narea;
-done:
-    om_free(x);
-    om_free(normal);
-    return status;
-}
-
 OmStatus om_press_place(OmPress* p, const OmTissueModel* m, const OmTissueState* s, OmPose pose) {
     OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
     OM_TRY(check_pose(pose));
-    if (p->def.method == OM_PRESS_PRESCRIBED) OM_TRY(take_area(p, s, pose));
+    if (p->def.method == OM_PRESS_PRESCRIBED) OM_TRY(om__press_take_area(p, s, pose));
     if (p->lcp) om__press_lcp_forget(p->lcp);
     p->pose = pose;
     p->is_placed = true;
@@ -365,7 +319,7 @@ OmStatus om_press_place(OmPress* p, const OmTissueModel* m, const OmTissueState*
 double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) {
     double nearest = INFINITY;
     for (int i = 0; i < p->surface.nvert; ++i) {
-        OmVec3 q = to_local(pose, om__press_point(p, om_tissue_x(s), i));
+        OmVec3 q = om__press_local(pose, om__press_point(p, om_tissue_x(s), i));
         nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
     }
     return nearest;
@@ -407,7 +361,7 @@ static void report_touches(OmPress* p, OmTissueState* s) {
         r->torque = om_sub(r->torque, om_cross(om_sub(at, p->pose.p), t->force));
         r->area += p->tri_area[t->point];
         p->out_vert[c] = t->point;
-        p->out_gap[c] = om_probe_eval_distance(p->def.probe, to_local(p->pose, at), &n);
+        p->out_gap[c] = om_probe_eval_distance(p->def.probe, om__press_local(p->pose, at), &n);
         om_store3(p->out_point, c, at);
         om_store3(p->out_normal, c, om_quat_rotate(p->pose.q, n));
         om_store3(p->out_push, c, t->force);
@@ -425,7 +379,7 @@ static void report_touches(OmPress* p, OmTissueState* s) {
 OmStatus om_press_step(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                        OmPose pose_end, double h, OmPressReport* report) {
     static const OmTissueStepFn method_table[] = {om__press_penalty, om__press_multipliers,
-                                                  om__press_prescribed};
+                                                  om__press_penalty};
     p->report = (OmPressReport){0};
     if (report) *report = p->report;
     OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");

@@ -42,6 +42,7 @@ typedef struct OmTouch {  // a point of the contact surface near the probe, in o
     OmVec3 slip;   // m, how the probe moves there in the step
     double k;      // N/m, penalty
     bool is_active;
+    bool is_glued;          // held at x + slip by a spring in all directions
     double in, rate;        // m, how deep at the beginning of a way, and how much less at its end
     double push;            // N, normal force of the last solve
     double drag, was_drag;  // N s/m, friction of the penalty method: next solve, last solve
@@ -79,6 +80,11 @@ struct OmPress {
     double *out_point, *out_normal, *out_push, *out_gap;
 };
 
+static inline OmVec3 om__press_local(OmPose pose, OmVec3 x) {
+    return om_quat_rotate(om_quat_conj(pose.q), om_sub(x, pose.p));
+}
+/// Is the point carried by vertices that are held or attached only?
+bool om__press_is_still(const OmPress* press, const OmTissueState* state, int i);
 /// Begin a (sub)step of length h: where the probe goes in it.
 void om__press_path(OmPress* press, const OmTissueState* state, double h);
 /// Place of point i when vertices are at x.
@@ -106,8 +112,13 @@ OmStatus om__press_penalty(void* ctx, const OmTissueModel* model, OmTissueState*
                            OmTissueWork* work, double h, OmTissueReport* report);
 OmStatus om__press_multipliers(void* ctx, const OmTissueModel* model, OmTissueState* state,
                                OmTissueWork* work, double h, OmTissueReport* report);
-OmStatus om__press_prescribed(void* ctx, const OmTissueModel* model, OmTissueState* state,
-                              OmTissueWork* work, double h, OmTissueReport* report);
+
+// ---- contact_prescribed.c ---------------------------------------------------------------------------
+
+/// The points that face the probe at that pose.
+OmStatus om__press_take_area(OmPress* press, const OmTissueState* state, OmPose pose);
+/// Turn the touches of the area into springs to their places at the end of the step.
+void om__press_glue(OmPress* press, const OmTissueState* state);
 
 OmStatus om__press_lcp_create(OmPressLcp** lcp);
 void om__press_lcp_destroy(OmPressLcp* lcp);
