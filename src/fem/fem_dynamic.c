@@ -61,6 +61,7 @@ OmStatus om_fem_create_dynamics(const OmFemSolid* s, const OmFemDynamicDef* def,
     d->newton.max_newton = def->max_newton;
     d->newton.tolerance = def->tolerance;
     d->newton.is_consistent = def->is_consistent_mass;
+    d->newton.is_lumped = !def->is_consistent_mass;
     OM_ALLOC_DONE(d->x, n);
     OM_ALLOC_DONE(d->target, n);
     OM_ALLOC_DONE(d->x0, n);

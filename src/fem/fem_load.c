@@ -60,11 +60,13 @@ static void add_traction(const OmFemSolid* s, const OmFemPressure* p, double* f)
     }
 }
 
-void om__fem_add_dead(const OmFemSolid* s, const OmFemLoad* load, double* f) {
+void om__fem_add_dead(const OmFemSolid* s, const OmFemLoad* load, bool is_lumped, double* f) {
     size_t k = (size_t)s->mesh.nelem_node;
     if (load->force)
         for (int i = 0; i < 3 * s->mesh.nnode; ++i) f[i] += load->force[i];
-    for (size_t n = 0; n < (size_t)s->mesh.nelem * k * k; ++n) {
+    for (int i = 0; i < s->mesh.nnode && is_lumped; ++i)
+        om_store3(f, i, om_madd(om_load3(f, i), s->mass[i], load->body));
+    for (size_t n = 0; n < (size_t)s->mesh.nelem * k * k && !is_lumped; ++n) {
         int node = s->mesh.elem_node[n / k];  // rows of the element's mass
         om_store3(f, node, om_madd(om_load3(f, node), s->elem_mass[n], load->body));
     }

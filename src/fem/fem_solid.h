@@ -61,8 +61,8 @@ void om__fem_gradient(const OmFemSolid* solid, int elem, int point, const double
 // ---- fem_load.c -------------------------------------------------------------------------------------
 
 OmStatus om__fem_check_load(const OmFemSolid* solid, const OmFemLoad* load);
-/// Dead forces at full load added to f (nnode x 3).
-void om__fem_add_dead(const OmFemSolid* solid, const OmFemLoad* load, double* f);
+/// Dead forces at full load added to f (nnode x 3); gravity on lumped masses, so that all fall alike, or not.
+void om__fem_add_dead(const OmFemSolid* solid, const OmFemLoad* load, bool is_lumped, double* f);
 /// Is there a load that is not the gradient of an energy?
 bool om__fem_has_follower(const OmFemLoad* load);
 /// Follower forces at x times `share` added to f; the symmetric part of their tangent subtracted from A. Either
@@ -79,12 +79,13 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     OmBsr A;
     OmSolver* solver;
     int max_newton;
-    bool is_plain;
+    bool is_plain, is_plain_only;  // whole steps now, and never others
+    bool is_repaired;              // the last tangent had to be made positive definite
     double tolerance;
-    double inertia;  // factor of M in the tangent, 1/s^2; 0: statics
-    bool is_consistent;
-    double* x_hat;  // where inertia draws to            (nnode x 3)
-    double *dead, *r, *dx, *trial, *work, *scratch;  //         (nnode x 3 each)
+    double inertia;                 // factor of M in the tangent, 1/s^2; 0: statics
+    bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses
+    double* x_hat;                  // where inertia draws to            (nnode x 3)
+    double *dead, *r, *dx, *trial, *work, *scratch, *start;  //         (nnode x 3 each)
     unsigned char* fixed;  //                                   (nnode x 3)
     double rounding;       // norm of forces that rounding of positions makes, N
 } OmFemNewton;

@@ -1,0 +1,306 @@
+// test_fem_solve.c: statics that answer: far compression, contact by `extra`, refusals, meshes, memory.
+#include "test_alloc.h"
+#include "test_solid.h"
+
+// A cube pressed to a share of its height between rough plates, whole load at once.
+static void start_press(TestSolid* t, OmElement kind, OmLaw law, double squeeze) {
+    *t = (TestSolid){.material = {.young = 3000, .poisson = 0.45, .law = law}};
+    solid_box(t, kind, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), 4, 4, 4);
+    solid_start(t);
+    solid_clamp(t, 2, 0);
+    solid_clamp(t, 2, 0.1);
+    solid_hold(t, 2, 0.1, 2, -squeeze * 0.1);
+}
+
+// Equilibrium, or how far it got and why; never anything else.
+static void check_answer(TestSolid* t, OmStatus status) {
+    double *f = om_alloc(3 * (size_t)t->mesh.nnode, 8), free2 = 0, all2 = 0;
+    assert_ok(om_fem_eval_force(t->solid, t->x, f, NULL));
+    for (int i = 0; i < 3 * t->mesh.nnode; ++i) {
+        assert_true(isfinite(t->x[i]));
+        all2 += f[i] * f[i];
+        if (!t->fixed[i]) free2 += f[i] * f[i];
+        if (status == OM_OK && t->fixed[i]) assert_near(t->x[i] - t->mesh.x[i], t->goal[i], 1e-15);
+    }
+    assert_true(sqrt(free2) <= 2e-9 * sqrt(all2) + 1e-15);
+    assert_true(om_fem_eval_volume(t->solid, t->x, NULL) > 0);
+    if (status == OM_OK)
+        assert_true(t->report.load == 1);
+    else
+        assert_true(t->report.load < 1 && t->report.reason[0]);
+    om_free(f);
+}
+
+static void test_far_compression(void** context) {
+    (void)context;
+    const OmLaw law[] = {OM_COROTATIONAL,       OM_ST_VENANT_KIRCHHOFF, OM_NEO_HOOKEAN,
+                         OM_STABLE_NEO_HOOKEAN, OM_MOONEY_RIVLIN,       OM_OGDEN};
+    for (int n = 0; n < 6; ++n) {
+        for (int kind = OM_TET4; kind <= OM_HEX8; kind += 2) {
+            TestSolid t;
+            start_press(&t, (OmElement)kind, law[n], 0.4);
+            OmFemStaticDef def = om_fem_default_static_def(t.solid);
+            def.min_step = 1.0 / 16;
+            def.max_newton = 20;
+            OmStatus status =
+                om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report);
+            printf(
+                "press to 0.6, %s, %s: load %.3g, %d steps, %d cuts, %d Newton iterations, least J "
+                "%.3f %s\n",
+                om_law_name(law[n]), om_element_name(t.mesh.kind), t.report.load, t.report.nstep,
+                t.report.ncut, t.report.nnewton, t.report.min_volume, t.report.reason);
+            assert_true(status >= 0);
+            check_answer(&t, status);
+            if (law[n] == OM_NEO_HOOKEAN || law[n] == OM_MOONEY_RIVLIN)
+                assert_int_equal(status, OM_OK);
+            solid_done(&t);
+        }
+    }
+}
+
+// Multigrid CG and CHOLMOD find the same.
+static void test_solvers_agree(void** context) {
+    (void)context;
+    double z[2];
+    for (int k = 0; k < 2; ++k) {
+        TestSolid t;
+        start_press(&t, OM_TET10, OM_NEO_HOOKEAN, 0.2);
+        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        def.solver.preconditioner = k == 0 ? OM_CHOLESKY : OM_MULTIGRID;
+        def.tolerance = 1e-11;
+        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        assert_true((t.report.ncg > 0) == (k == 1));
+        z[k] = 0;
+        for (int i = 0; i < t.mesh.nnode; ++i)
+            if (t.mesh.x[3 * i + 2] > 0.1 - 1e-9) z[k] += t.reaction[3 * i + 2];
+        solid_done(&t);
+    }
+    assert_near_rel(z[0], z[1], 1e-9);
+}
+
+// ---- contact by `extra` -----------------------------------------------------------------------------
+
+typedef struct Plate {  // a frictionless plate z <= height - travel load, on springs at nodes
+    double height, travel, stiffness;
+    int nnode, nfinish;
+    double force;
+} Plate;
+
+static OmStatus plate_eval(void* ctx, const double* x, double load, double* energy, double* f,
+                           OmBsr* A) {
+    Plate* p = ctx;
+    double sum = 0;
+    for (int i = 0; i < p->nnode; ++i) {
+        double depth = x[3 * i + 2] - (p->height - p->travel * load);
+        if (depth <= 0) continue;
+        if (energy) *energy += 0.5 * p->stiffness * depth * depth;
+        if (f) f[3 * i + 2] += p->stiffness * depth;
+        if (A) om_bsr_add(A, A->row_adr[i], om_mat3_diag(om_vec3(0, 0, p->stiffness)));
+        sum += p->stiffness * depth;
+    }
+    if (f) p->force = sum;
+    return OM_OK;
+}
+
+static OmStatus plate_finish(void* ctx, const double* x, double load) {
+    (void)x, (void)load;
+    Plate* p = ctx;
+    return ++p->nfinish % 2 == 1 ? OM_NOT_CONVERGED : OM_OK;  // asks for one more solve each step
+}
+
+// The plate's force is what holds the bottom; continuing from load_begin ends where one go does.
+static void test_extra_contact(void** context) {
+    (void)context;
+    double whole = 0;
+    for (int parts = 1; parts <= 2; ++parts) {
+        TestSolid t = {.material = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN}};
+        solid_box(&t, OM_TET10, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.05), 4, 4, 2);
+        solid_start(&t);
+        solid_clamp(&t, 2, 0);
+        Plate plate = {.height = 0.05, .travel = 0.01, .stiffness = 1e3, .nnode = t.mesh.nnode};
+        OmFemExtra extra = {plate_eval, plate_finish, &plate};
+        t.load.extra = &extra;
+        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        if (parts == 2) {
+            plate.travel = 0.005;
+            assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL));
+            plate.travel = 0.01;
+            def.load_begin = 0.5;
+        }
+        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        OmVec3 sum = {0, 0, 0};
+        for (int i = 0; i < t.mesh.nnode; ++i) sum = om_add(sum, om_load3(t.reaction, i));
+        assert_near_rel(sum.z, plate.force, 1e-7);
+        assert_true(plate.nfinish >= 2);
+        if (parts == 1) whole = plate.force;
+        assert_near_rel(plate.force, whole, 1e-7);
+        solid_done(&t);
+    }
+    printf("plate: %.4f N\n", whole);
+}
+
+// ---- refusals and memory ----------------------------------------------------------------------------
+
+static bool stop_at_half(void* ctx, const char* stage, double done, double total) {
+    (void)ctx, (void)stage;
+    return done < 0.5 * total;
+}
+
+static void test_refusals(void** context) {
+    (void)context;
+    TestSolid t;
+    start_press(&t, OM_TET4, OM_NEO_HOOKEAN, 0.2);
+    OmFemStaticDef def = om_fem_default_static_def(t.solid), raw = {.nstep = 1};
+    assert_status(om_fem_solve_static(t.solid, &t.load, &raw, t.x, NULL, NULL), OM_INVALID);
+    t.force[4] = NAN;
+    assert_status(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL), OM_INVALID);
+    t.force[4] = 0;
+    OmProgress progress = {stop_at_half, NULL};
+    def.progress = &progress;
+    def.nstep = 4;
+    assert_status(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL), OM_CANCELLED);
+    for (int i = 0; i < 3 * t.mesh.nnode; ++i) assert_true(t.x[i] == t.mesh.x[i]);
+    OmFemDef bad = om_fem_default_def(&t.mesh, 1, &t.material);
+    OmFemSolid* solid;
+    t.mesh.elem_material[3] = 7;
+    assert_status(om_fem_create(&bad, &solid), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "element 3"));
+    t.mesh.elem_material[3] = 0;
+    t.material.law = OM_COROTATIONAL;
+    bad.locking = OM_NODAL_VOLUME;
+    assert_status(om_fem_create(&bad, &solid), OM_INVALID);
+    t.mesh.elem_node[1] = t.mesh.elem_node[0];
+    assert_status(om_fem_mesh_validate(&t.mesh), OM_INVALID);
+    solid_done(&t);
+}
+
+static OmStatus small_press(void* ctx) {
+    const OmFemMesh* mesh = ctx;
+    OmMaterial material = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+    OmFemDef def = om_fem_default_def(mesh, 1, &material);
+    OmFemSolid* solid;
+    def.locking = OM_NODAL_VOLUME;
+    def.nworker = 1;
+    OM_TRY(om_fem_create(&def, &solid));
+    unsigned char fixed[24] = {0};
+    double x[24], goal[24] = {0};
+    memcpy(x, mesh->x, sizeof x);
+    for (int i = 0; i < 24; ++i) fixed[i] = i < 12 || i % 3 == 2;
+    for (int i = 14; i < 24; i += 3) goal[i] = -0.01;
+    OmFemLoad load = {.fixed = fixed, .goal = goal};
+    OmFemStaticDef how = om_fem_default_static_def(solid);
+    how.solver.preconditioner = OM_BLOCK_JACOBI;
+    how.solver.nworker = 1;
+    OmStatus status = om_fem_solve_static(solid, &load, &how, x, NULL, NULL);
+    om_fem_destroy(solid);
+    return status;
+}
+
+static void test_memory(void** context) {
+    (void)context;
+    OmFemMesh mesh;
+    const int num[3] = {1, 1, 1};
+    assert_ok(om_fem_mesh_box(OM_TET4, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), num, &mesh));
+    int nfail = test_failing_allocations(small_press, &mesh, 1);
+    printf("memory: %d allocations failed in turn\n", nfail);
+    assert_true(nfail > 40);
+    om_fem_mesh_done(&mesh);
+}
+
+// ---- meshes -----------------------------------------------------------------------------------------
+
+static double ball(void* ctx, OmVec3 p) {
+    (void)ctx;
+    return om_norm(p) - 0.05;
+}
+
+static void test_grid(void** context) {
+    (void)context;
+    OmSdf sdf;
+    OmSdfDef def = om_sdf_default_def(0.003);
+    OmFemMesh mesh;
+    OmFemGrid grid;
+    assert_ok(om_sdf_from_function(ball, NULL, om_vec3(-0.06, -0.06, -0.06),
+                                   om_vec3(0.06, 0.06, 0.06), &def, &sdf));
+    assert_ok(om_fem_mesh_grid(&sdf, 0.01, &mesh, &grid));
+    assert_ok(om_fem_mesh_validate(&mesh));
+    double volume = mesh.nelem * 1e-6;
+    assert_true(volume > 5.236e-4 &&
+                volume < 9.5e-4);  // the ball's, and that of the cells it touches
+    for (int e = 0; e < mesh.nelem; ++e) assert_int_equal(grid.cell_elem[grid.elem_cell[e]], e);
+    // every point of the ball is in a cell
+    OmRng rng = om_rng_init(1, 2);
+    for (int n = 0; n < 2000; ++n) {
+        OmVec3 d =
+            om_normalize(om_vec3(om_rng_normal(&rng), om_rng_normal(&rng), om_rng_normal(&rng)));
+        OmVec3 p = om_sub(om_scale(0.0499 * cbrt(om_rng_uniform(&rng)), d), grid.origin);
+        int i = (int)(p.x / 0.01), j = (int)(p.y / 0.01), k = (int)(p.z / 0.01);
+        assert_true(grid.cell_elem[i + grid.dim[0] * (j + grid.dim[1] * k)] >= 0);
+    }
+    om_fem_mesh_done(&mesh);
+    om_fem_grid_done(&grid);
+    om_sdf_done(&sdf);
+}
+
+// Boundary faces close the body and point outward; embedded points come back.
+static void test_boundary_and_embedding(void** context) {
+    (void)context;
+    for (int kind = 0; kind < OM_NELEMENT; ++kind) {
+        OmFemMesh mesh;
+        OmFemFaces faces;
+        const int num[3] = {3, 2, 4};
+        assert_ok(
+            om_fem_mesh_box((OmElement)kind, om_vec3(0, 0, 0), om_vec3(0.3, 0.2, 0.4), num, &mesh));
+        for (int i = 0; i < mesh.nnode; ++i)
+            mesh.x[3 * i] += 0.3 * mesh.x[3 * i + 1] * mesh.x[3 * i + 2];
+        assert_ok(om_fem_mesh_boundary(&mesh, &faces));
+        double volume = 0;
+        for (int f = 0; f < faces.nface; ++f) {
+            const int* v = faces.face_node + f * faces.nface_node;
+            for (int a = 1; a + 1 < (faces.nface_node == 4 ? 4 : 3); ++a)
+                volume += om_dot(om_load3(mesh.x, v[0]),
+                                 om_cross(om_load3(mesh.x, v[a]), om_load3(mesh.x, v[a + 1]))) /
+                          6;
+        }
+        assert_near_rel(volume, 0.024, kind == OM_TET10 ? 2e-3 : 1e-2);
+        OmRng rng = om_rng_init(9, (uint64_t)kind);
+        double p[60 * 3], weight[60 * 10];
+        int elem[60];
+        for (int n = 0; n < 60; ++n) {
+            OmVec3 q = {om_rng_range(&rng, 0.03, 0.27), om_rng_range(&rng, 0.02, 0.18),
+                        om_rng_range(&rng, 0.02, 0.38)};
+            q.x += 0.3 * q.y * q.z;
+            om_store3(p, n, q);
+        }
+        assert_ok(om_fem_mesh_embed(&mesh, 60, p, elem, weight));
+        for (int n = 0; n < 60; ++n) {
+            OmVec3 q = {0, 0, 0};
+            double sum = 0;
+            for (int a = 0; a < mesh.nelem_node; ++a) {
+                double w = weight[n * mesh.nelem_node + a];
+                sum += w;
+                q = om_madd(q, w, om_load3(mesh.x, mesh.elem_node[elem[n] * mesh.nelem_node + a]));
+            }
+            assert_near(sum, 1, 1e-12);
+            assert_below(om_distance(q, om_load3(p, n)), 1e-10);
+        }
+        double far[3] = {1, 0.1, 0.1};
+        assert_ok(om_fem_mesh_embed(&mesh, 1, far, elem, weight));
+        for (int a = 0; a < mesh.nelem_node; ++a) assert_true(fabs(weight[a]) <= 1 + 1e-9);
+        om_fem_faces_done(&faces);
+        om_fem_mesh_done(&mesh);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_far_compression),
+        cmocka_unit_test(test_solvers_agree),
+        cmocka_unit_test(test_extra_contact),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_grid),
+        cmocka_unit_test(test_boundary_and_embedding),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
