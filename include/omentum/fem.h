@@ -86,9 +86,10 @@ OM_API OmStatus om_fem_mesh_embed(const OmFemMesh* mesh, int n, const double* p,
 
 // ---- the solid --------------------------------------------------------------------------------------
 
-typedef enum OmLocking {  // remedies against volumetric locking of linear tetrahedra, nu > 0.45
+typedef enum OmLocking {  // remedies against locking of linear tetrahedra, nu > 0.45
     OM_LOCKING_NONE,
     OM_NODAL_VOLUME,  // U(J) of the volume ratio of each node's patch (Bonet and Burton 1998)
+    OM_SMOOTHED  // the same, and the rest of W of the mean F around each edge (Liu and Nguyen 2010)
 } OmLocking;
 
 typedef struct OmFemDef {        // made by om_fem_default_def; create copies everything
@@ -96,7 +97,7 @@ typedef struct OmFemDef {        // made by om_fem_default_def; create copies ev
     int nmaterial;               // elem_material < nmaterial
     const OmMaterial* material;  // (nmaterial)
     const double* density;       // kg/m^3, > 0 (nmaterial); null, the default: 1000
-    OmLocking locking;           // default OM_LOCKING_NONE; OM_NODAL_VOLUME is for OM_TET4
+    OmLocking locking;           // default OM_LOCKING_NONE; the others are for OM_TET4
     bool is_projected;  // tangents of elements projected to positive semidefinite; default false
     int nworker;        // threads, 0 is one per processor; default 0
     uint32_t cookie;
@@ -107,7 +108,7 @@ typedef struct OmFemSolid OmFemSolid;
 
 OM_API OmFemDef om_fem_default_def(const OmFemMesh* mesh, int nmaterial,
                                    const OmMaterial* material);
-/// OM_HEX8_MEAN and OM_NODAL_VOLUME need a law with a term in J alone: any but OM_COROTATIONAL, OM_LINEAR
+/// OM_HEX8_MEAN, OM_NODAL_VOLUME and OM_SMOOTHED need a law with a term in J alone: any but OM_COROTATIONAL, OM_LINEAR
 /// and OM_ST_VENANT_KIRCHHOFF.
 /// @return OM_OK; OM_INVALID (the message names element or field); OM_NO_MEMORY
 OM_API OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** solid);

@@ -8,6 +8,7 @@
 //
 // and each shared ratio adds V U''(t) grad t grad t^T, which couples all nodes it depends on. Bonet and Burton
 // (1998) average nodal pressures as here; with several materials U of a patch is their sum by volume.
+// Where shapes are smoothed too, W_shape is taken of the mean F of the elements around each edge.
 #include <string.h>
 
 #include "fem/fem_solid.h"
@@ -66,8 +67,17 @@ static double shared_pressure(const Pass* p, int e, OmJet* U) {
 }
 
 static OmLawPart part_of(const OmFemSolid* s) {
-    bool is_shared = s->mesh.kind == OM_HEX8_MEAN || s->locking == OM_NODAL_VOLUME;
+    bool is_shared = s->mesh.kind == OM_HEX8_MEAN || s->locking != OM_LOCKING_NONE;
     return is_shared ? OM_LAW_SHAPE : OM_LAW_WHOLE;
+}
+
+// What an element has of its own; with OM_SMOOTHED that is nothing but the shared pressure.
+static void eval_law(const OmFemSolid* s, int e, const double F[9], OmLawOrder order,
+                     OmLawValue* out) {
+    if (s->locking == OM_SMOOTHED)
+        memset(out, 0, sizeof *out);
+    else
+        om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s), order, out);
 }
 
 // Energy and force on the nodes of an element.
@@ -82,8 +92,7 @@ static double eval_element(const Pass* p, int e, double* fe) {
         double F[9], C[9], w = s->weight[at + (size_t)q];
         const double* g = s->grad + (at + (size_t)q) * k * 3;
         om__fem_gradient(s, e, q, p->x, F);
-        om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s),
-                     p->f ? OM_LAW_STRESS : OM_LAW_ENERGY, &law);
+        eval_law(s, e, F, p->f ? OM_LAW_STRESS : OM_LAW_ENERGY, &law);
         energy += w * law.W;
         if (!p->f) continue;
         if (part_of(s) == OM_LAW_SHAPE) {
@@ -137,7 +146,7 @@ static void eval_tangent(const Pass* p, int e, double* K) {
         double F[9], C[9], w = s->weight[at + (size_t)q];
         const double* g = s->grad + (at + (size_t)q) * k * 3;
         om__fem_gradient(s, e, q, p->x, F);
-        om__law_eval(&s->law[s->mesh.elem_material[e]], F, part_of(s), OM_LAW_TANGENT, &law);
+        eval_law(s, e, F, OM_LAW_TANGENT, &law);
         if (part_of(s) == OM_LAW_SHAPE) om__law_add_det2(F, pressure, law.H);
         if (p->is_projected) om__law_project(F, law.H);
         add_point_tangent(k, g, w, law.H, K);
@@ -167,6 +176,13 @@ static void force_block(void* ctx, int begin, int end, int block) {
     }
 }
 
+// A block and its transpose into place; on the diagonal they are one.
+static void scatter(OmBsr* A, int upper, int lower, const double* from) {
+    double *to = A->exact + 9 * (size_t)upper, *other = A->exact + 9 * (size_t)lower;
+    for (size_t i = 0; i < 9; ++i) to[i] += from[i];
+    for (size_t i = 0; i < 9 && upper != lower; ++i) other[i] += from[3 * (i % 3) + i / 3];
+}
+
 static void tangent_block(void* ctx, int begin, int end, int block) {
     (void)block;
     const Pass* p = ctx;
@@ -178,21 +194,77 @@ static void tangent_block(void* ctx, int begin, int end, int block) {
         eval_tangent(p, (int)e, K);
         for (size_t a = 0; a < k; ++a) {
             for (size_t b = a; b < k; ++b) {
-                const double* from = K + 9 * (a * k + b);
-                double* upper = p->A->exact + 9 * (size_t)adr[a * k + b];
-                double* lower = p->A->exact + 9 * (size_t)adr[b * k + a];
-                for (size_t i = 0; i < 9; ++i) upper[i] += from[i];
-                for (size_t i = 0; i < 9 && a != b; ++i) lower[i] += from[3 * (i % 3) + i / 3];
+                scatter(p->A, adr[a * k + b], adr[b * k + a], K + 9 * (a * k + b));
             }
         }
     }
 }
 
-static void for_colors(Pass* p, OmRangeFn fn) {
-    for (int c = 0; c < p->s->ncolor; ++c) {
-        int num = p->s->color_adr[c + 1] - p->s->color_adr[c];
-        p->elem = p->s->color_elem + p->s->color_adr[c];
+static void for_colors(Pass* p, const OmColors* colors, OmRangeFn fn) {
+    for (int c = 0; c < colors->num; ++c) {
+        int num = colors->adr[c + 1] - colors->adr[c];
+        p->elem = colors->cell + colors->adr[c];
         om_parallel_for(num < SERIAL ? 1 : p->s->nworker, num, GRAIN, fn, p);
+    }
+}
+
+// ---- edge patches -----------------------------------------------------------------------------------
+
+// Energy, stress and tangent of a patch, times its volume.
+static void eval_patch(const Pass* p, int patch, OmLawOrder order, OmLawValue* sum) {
+    const OmPatches* P = &p->s->patches;
+    double F[9] = {0};
+    for (int a = P->adr[patch]; a < P->adr[patch + 1]; ++a)
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                F[3 * c + r] += p->x[3 * P->node[a] + r] * P->grad[3 * a + c];
+    memset(sum, 0, sizeof *sum);
+    for (int m = P->part_adr[patch]; m < P->part_adr[patch + 1]; ++m) {
+        OmLawValue law;
+        om__law_eval(&p->s->law[P->material[m]], F, OM_LAW_SHAPE, order, &law);
+        sum->W += P->volume[m] * law.W;
+        for (int i = 0; i < 9 && order >= OM_LAW_STRESS; ++i) sum->P[i] += P->volume[m] * law.P[i];
+        for (int i = 0; i < 81 && order == OM_LAW_TANGENT; ++i)
+            sum->H[i] += P->volume[m] * law.H[i];
+    }
+    if (order == OM_LAW_TANGENT && p->is_projected) om__law_project(F, sum->H);
+}
+
+static void patch_force_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    const OmPatches* P = &p->s->patches;
+    for (int n = begin; n < end; ++n) {
+        OmLawValue law;
+        int patch = p->elem[n];
+        eval_patch(p, patch, p->f ? OM_LAW_STRESS : OM_LAW_ENERGY, &law);
+        p->partial[patch] = law.W;
+        for (int a = P->adr[patch]; a < P->adr[patch + 1] && p->f; ++a) {
+            OmVec3 f = om_load3(p->f, P->node[a]);
+            for (int c = 0; c < 3; ++c) f = om_madd(f, P->grad[3 * a + c], om_load3(law.P, c));
+            om_store3(p->f, P->node[a], f);
+        }
+    }
+}
+
+static void patch_tangent_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    const OmPatches* P = &p->s->patches;
+    double K[9 * OM__MAX_PATCH * OM__MAX_PATCH];
+    for (int n = begin; n < end; ++n) {
+        OmLawValue law;
+        int patch = p->elem[n];
+        size_t first = (size_t)P->adr[patch], k = (size_t)P->adr[patch + 1] - first;
+        eval_patch(p, patch, OM_LAW_TANGENT, &law);
+        memset(K, 0, 9 * k * k * sizeof *K);
+        add_point_tangent(k, P->grad + 3 * first, 1, law.H, K);
+        for (size_t a = 0; a < k; ++a)
+            for (size_t b = a; b < k; ++b) {
+                int i = P->node[first + a], j = P->node[first + b];
+                scatter(p->A, om_bsr_find(p->A, i, j), om_bsr_find(p->A, j, i),
+                        K + 9 * (a * k + b));
+            }
     }
 }
 
@@ -296,12 +368,14 @@ static void patch_rows(void* ctx, int begin, int end, int block) {
 static OmStatus begin_pass(Pass* p, double** scratch, double* energy) {
     const OmFemSolid* s = p->s;
     size_t ne = (size_t)s->mesh.nelem, nn = (size_t)s->mesh.nnode;
-    bool is_nodal = s->locking == OM_NODAL_VOLUME;
+    bool is_nodal = s->locking != OM_LOCKING_NONE;
     *energy = 0;
-    OM_ALLOC(*scratch, ne > nn ? 2 * ne + 2 * nn : ne + 3 * nn);
+    size_t most = ne > nn ? ne : nn;  // elements, nodes or patches
+    if ((size_t)s->patches.num > most) most = (size_t)s->patches.num;
+    OM_ALLOC(*scratch, most + ne + 2 * nn);
     p->partial = *scratch;
     if (!is_nodal) return OM_OK;
-    p->node_pressure = p->partial + (ne > nn ? ne : nn);
+    p->node_pressure = p->partial + most;
     p->node_curvature = p->node_pressure + nn;
     p->ratio = p->node_curvature + nn;
     om_parallel_for(s->nworker, s->mesh.nelem, GRAIN, ratio_block, p);
@@ -318,8 +392,10 @@ OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, doub
     double *scratch, sum;
     OM_TRY(begin_pass(&p, &scratch, &sum));
     if (f) memset(f, 0, 3 * (size_t)s->mesh.nnode * sizeof *f);
-    for_colors(&p, force_block);
+    for_colors(&p, &s->colors, force_block);
     for (int e = 0; e < s->mesh.nelem; ++e) sum += p.partial[e];
+    for_colors(&p, &s->patches.colors, patch_force_block);
+    for (int e = 0; e < s->patches.num; ++e) sum += p.partial[e];
     if (energy) *energy = sum;
     om_free(scratch);
     return OM_OK;
@@ -342,8 +418,9 @@ OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected
     double *scratch, energy;
     OM_TRY(begin_pass(&p, &scratch, &energy));
     om_bsr_zero(A);
-    for_colors(&p, tangent_block);
-    if (s->locking == OM_NODAL_VOLUME)
+    for_colors(&p, &s->colors, tangent_block);
+    for_colors(&p, &s->patches.colors, patch_tangent_block);
+    if (s->locking != OM_LOCKING_NONE)
         om_parallel_for(s->nworker, s->mesh.nnode, GRAIN, patch_rows, &p);
     om_parallel_for(s->nworker, A->nblock, 4096, round_block, A);
     om_free(scratch);

@@ -23,10 +23,11 @@ static OmStatus check_def(const OmFemDef* def) {
     OM_CHECK(def->nworker >= 0, OM_INVALID, "OmFemDef.nworker = %d, must not be negative",
              def->nworker);
     OM_CHECK(def->locking == OM_LOCKING_NONE ||
-                 (def->locking == OM_NODAL_VOLUME && def->mesh->kind == OM_TET4),
+                 ((def->locking == OM_NODAL_VOLUME || def->locking == OM_SMOOTHED) &&
+                  def->mesh->kind == OM_TET4),
              OM_INVALID, "OmFemDef.locking = %d is not a remedy for elements %s", (int)def->locking,
              om_element_name(def->mesh->kind));
-    bool needs_split = def->locking == OM_NODAL_VOLUME || def->mesh->kind == OM_HEX8_MEAN;
+    bool needs_split = def->locking != OM_LOCKING_NONE || def->mesh->kind == OM_HEX8_MEAN;
     for (int k = 0; k < def->nmaterial; ++k) {
         char field[40];
         snprintf(field, sizeof field, "material[%d]", k);
@@ -38,7 +39,7 @@ static OmStatus check_def(const OmFemDef* def) {
         OM_CHECK(!needs_split || om__law_is_split(&law), OM_INVALID,
                  "%s: law %s has no term in J alone, which %s needs; take another law or element",
                  field, om_law_name(law.law),
-                 def->locking == OM_NODAL_VOLUME ? "OM_NODAL_VOLUME" : "OM_HEX8_MEAN");
+                 def->mesh->kind == OM_HEX8_MEAN ? "OM_HEX8_MEAN" : "OmFemDef.locking");
     }
     for (int e = 0; e < def->mesh->nelem; ++e)
         OM_CHECK(def->mesh->elem_material[e] >= 0 && def->mesh->elem_material[e] < def->nmaterial,
@@ -142,34 +143,35 @@ static OmStatus list_node_elements(OmFemSolid* s) {
     return OM_OK;
 }
 
-static OmStatus color_elements(OmFemSolid* s) {
-    int ne = s->mesh.nelem, k = s->mesh.nelem_node;
+OmStatus om__fem_color(int nnode, int ncell, const int* adr, int k, const int* node,
+                       OmColors* out) {
     OmStatus status = OM_OK;
-    uint64_t* used = NULL;  // colours of the elements around each node
+    uint64_t* used = NULL;  // colours of the cells around each node
     int* color = NULL;
-    OM_CALLOC_DONE(used, (size_t)s->mesh.nnode * COLOR_WORDS);
-    OM_ALLOC_DONE(color, ne);
-    OM_CALLOC_DONE(s->color_adr, 64 * COLOR_WORDS + 2);
-    OM_ALLOC_DONE(s->color_elem, ne);
-    for (int e = 0; e < ne; ++e) {
-        const int* node = s->mesh.elem_node + (size_t)e * (size_t)k;
-        int c = 0;
-        for (bool is_taken = true; is_taken && c < 64 * COLOR_WORDS; c += is_taken) {
-            is_taken = false;
-            for (int a = 0; a < k; ++a)
-                is_taken |= used[(size_t)node[a] * COLOR_WORDS + (size_t)(c / 64)] >> (c % 64) & 1;
+    OM_CALLOC_DONE(used, (size_t)nnode * COLOR_WORDS);
+    OM_ALLOC_DONE(color, ncell);
+    OM_CALLOC_DONE(out->adr, 64 * COLOR_WORDS + 2);
+    OM_ALLOC_DONE(out->cell, ncell);
+    for (int e = 0; e < ncell; ++e) {
+        size_t begin = adr ? (size_t)adr[e] : (size_t)e * (size_t)k;
+        size_t end = adr ? (size_t)adr[e + 1] : begin + (size_t)k;
+        int c = -1;
+        for (size_t w = 0; w < COLOR_WORDS && c < 0; ++w) {
+            uint64_t taken = 0;
+            for (size_t a = begin; a < end; ++a) taken |= used[(size_t)node[a] * COLOR_WORDS + w];
+            for (int bit = 0; bit < 64 && c < 0; ++bit)
+                if (!(taken >> bit & 1)) c = 64 * (int)w + bit;
         }
-        OM_CHECK_DONE(c < 64 * COLOR_WORDS, OM_INVALID,
-                      "a node of element %d is shared by more than %d elements", e,
+        OM_CHECK_DONE(c >= 0, OM_INVALID, "a node is shared by more than %d elements or patches",
                       64 * COLOR_WORDS);
-        for (int a = 0; a < k; ++a)
+        for (size_t a = begin; a < end; ++a)
             used[(size_t)node[a] * COLOR_WORDS + (size_t)(c / 64)] |= (uint64_t)1 << (c % 64);
         color[e] = c;
-        ++s->color_adr[c + 2];
-        if (c >= s->ncolor) s->ncolor = c + 1;
+        ++out->adr[c + 2];
+        if (c >= out->num) out->num = c + 1;
     }
-    for (int c = 0; c < s->ncolor; ++c) s->color_adr[c + 2] += s->color_adr[c + 1];
-    for (int e = 0; e < ne; ++e) s->color_elem[s->color_adr[color[e] + 1]++] = e;
+    for (int c = 0; c < out->num; ++c) out->adr[c + 2] += out->adr[c + 1];
+    for (int e = 0; e < ncell; ++e) out->cell[out->adr[color[e] + 1]++] = e;
 done:
     om_free(used);
     om_free(color);
@@ -190,7 +192,7 @@ static OmStatus find_blocks(OmFemSolid* s) {
 }
 
 static OmStatus make_node_volumes(OmFemSolid* s) {
-    if (s->locking != OM_NODAL_VOLUME) return OM_OK;
+    if (s->locking == OM_LOCKING_NONE) return OM_OK;
     s->node_volume = om_calloc((size_t)s->mesh.nnode, sizeof(double));
     if (!s->node_volume) return OM_NO_MEMORY;
     for (size_t m = 0; m < 4 * (size_t)s->mesh.nelem; ++m)
@@ -208,7 +210,9 @@ OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** out) {
     OM_TRY_DONE(make_gradients(s));
     OM_TRY_DONE(make_masses(s));
     OM_TRY_DONE(list_node_elements(s));
-    OM_TRY_DONE(color_elements(s));
+    OM_TRY_DONE(om__fem_color(s->mesh.nnode, s->mesh.nelem, NULL, s->mesh.nelem_node,
+                              s->mesh.elem_node, &s->colors));
+    if (s->locking == OM_SMOOTHED) OM_TRY_DONE(om__fem_make_patches(s, &s->patches));
     OM_TRY_DONE(make_node_volumes(s));
     OM_TRY_DONE(find_blocks(s));
     *out = s;
@@ -220,9 +224,10 @@ done:
 void om_fem_destroy(OmFemSolid* s) {
     if (!s) return;
     om_fem_mesh_done(&s->mesh);
-    void* array[] = {s->law,       s->density,    s->grad,       s->weight,   s->volume,
-                     s->mass,      s->elem_adr,   s->color_adr,  s->node_adr, s->elem_mass,
-                     s->node_elem, s->color_elem, s->node_volume};
+    om__fem_destroy_patches(&s->patches);
+    void* array[] = {s->law,       s->density,     s->grad,       s->weight,   s->volume,
+                     s->mass,      s->elem_adr,    s->colors.adr, s->node_adr, s->elem_mass,
+                     s->node_elem, s->colors.cell, s->node_volume};
     for (size_t k = 0; k < sizeof array / sizeof *array; ++k) om_free(array[k]);
     om_free(s);
 }
@@ -260,7 +265,7 @@ done:
 OmStatus om_fem_create_matrix(const OmFemSolid* s, OmBsr* A) {
     *A = (OmBsr){0};
     OmStatus status;
-    if (s->locking == OM_NODAL_VOLUME) {
+    if (s->locking != OM_LOCKING_NONE) {
         int *pair, npair = 0;
         OM_TRY(patch_pairs(s, &pair, &npair));
         status = om_bsr_create(s->mesh.nnode, npair, 2, pair, A);

@@ -32,22 +32,40 @@ void om__face_shape(int nnode, const double xi[3], double* N, double* dN);
 
 // ---- fem_solid.c ------------------------------------------------------------------------------------
 
+typedef struct OmColors {  // cells of a colour share no node
+    int num;
+    int* adr;   //                                                               (num + 1)
+    int* cell;  //                                                               (cells)
+} OmColors;
+
+typedef struct
+    OmPatches {  // OM_SMOOTHED: the elements around each edge, each with a sixth of its volume
+    int num;
+    int* adr;       // nodes of each patch                                         (num + 1)
+    int* node;      //                                                             (nodes)
+    double* grad;   // F = sum x_a g_a^T, the mean over the patch                  (nodes x 3)
+    int* part_adr;  // materials of each patch                                     (num + 1)
+    int* material;  // and their volumes, m^3
+    double* volume;
+    OmColors colors;
+} OmPatches;
+#define OM__MAX_PATCH 32  // nodes
+
 struct OmFemSolid {
     OmFemMesh mesh;
     int nmaterial, nworker, npoint;
     OmLocking locking;
     bool is_projected;
-    OmLawParam* law;      //                                                       (nmaterial)
-    double* density;      // kg/m^3                                                (nmaterial)
-    double* grad;         // dN_a/dX at the points            (nelem x npoint x nelem_node x 3)
-    double* weight;       // rest volume of the points, m^3                   (nelem x npoint)
-    double* volume;       // m^3                                                       (nelem)
-    double* elem_mass;    // consistent, kg                  (nelem x nelem_node x nelem_node)
-    double* mass;         // lumped, kg                                                (nnode)
-    int* elem_adr;        // blocks of the matrix            (nelem x nelem_node x nelem_node)
-    int ncolor;           // elements of a colour share no node
-    int* color_adr;       //                                                      (ncolor + 1)
-    int* color_elem;      //                                                           (nelem)
+    OmLawParam* law;    //                                                       (nmaterial)
+    double* density;    // kg/m^3                                                (nmaterial)
+    double* grad;       // dN_a/dX at the points            (nelem x npoint x nelem_node x 3)
+    double* weight;     // rest volume of the points, m^3                   (nelem x npoint)
+    double* volume;     // m^3                                                       (nelem)
+    double* elem_mass;  // consistent, kg                  (nelem x nelem_node x nelem_node)
+    double* mass;       // lumped, kg                                                (nnode)
+    int* elem_adr;      // blocks of the matrix            (nelem x nelem_node x nelem_node)
+    OmColors colors;    // of elements
+    OmPatches patches;
     int* node_adr;        // elements of each node                                 (nnode + 1)
     int* node_elem;       //                                              (nelem x nelem_node)
     double* node_volume;  // a quarter of each element around, m^3; OM_NODAL_VOLUME (nnode)
@@ -57,6 +75,14 @@ struct OmFemSolid {
 OmStatus om__fem_tangent(const OmFemSolid* solid, const double* x, bool is_projected, OmBsr* A);
 /// F at a quadrature point from node positions x.
 void om__fem_gradient(const OmFemSolid* solid, int elem, int point, const double* x, double F[9]);
+
+/// Elements or patches adr[c] .. adr[c + 1] of `node` (null adr: k nodes each) to colours.
+OmStatus om__fem_color(int nnode, int ncell, const int* adr, int k, const int* node, OmColors* out);
+
+// ---- fem_patch.c ------------------------------------------------------------------------------------
+
+OmStatus om__fem_make_patches(const OmFemSolid* solid, OmPatches* out);
+void om__fem_destroy_patches(OmPatches* patches);
 
 // ---- fem_load.c -------------------------------------------------------------------------------------
 

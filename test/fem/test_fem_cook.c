@@ -56,14 +56,16 @@ static void test_cook_incompressible(void** context) {
     for (int n = 8; n <= 32; n *= 2) {
         double locked = cook(OM_TET4, OM_LOCKING_NONE, material, n, 100, tip, 1);
         double u = cook(OM_TET4, OM_NODAL_VOLUME, material, n, 100, tip, 1);
+        double smooth = cook(OM_TET4, OM_SMOOTHED, material, n, 100, tip, 1);
         double hex = cook(OM_HEX8_MEAN, OM_LOCKING_NONE, material, n, 100, tip, 1);
         printf(
             "Cook, nu 0.499, %d cells: tetrahedra %.4f mm (%+.2f %%), with nodal volumes %.4f mm "
-            "(%+.2f %%), hexahedra of mean dilatation %.4f mm (%+.2f %%)\n",
-            n, locked, 100 * (locked / reference - 1), u, 100 * (u / reference - 1), hex,
-            100 * (hex / reference - 1));
+            "(%+.2f %%), smoothed %.4f mm (%+.2f %%), hexahedra of mean dilatation %.4f mm (%+.2f %%)\n",
+            n, locked, 100 * (locked / reference - 1), u, 100 * (u / reference - 1), smooth,
+            100 * (smooth / reference - 1), hex, 100 * (hex / reference - 1));
         if (n < 32) continue;
         assert_near_rel(u, reference, 0.04);
+        assert_near_rel(smooth, reference, 0.02);
         assert_near_rel(hex, reference, 0.01);
     }
 }

@@ -14,6 +14,8 @@ static const Case cases[] = {
     {OM_TET4, OM_LOCKING_NONE, {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN}},
     {OM_TET4, OM_NODAL_VOLUME, {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN}},
     {OM_TET4, OM_NODAL_VOLUME, {.young = 3000, .poisson = 0.49, .law = OM_MOONEY_RIVLIN}},
+    {OM_TET4, OM_SMOOTHED, {.young = 3000, .poisson = 0.49, .law = OM_MOONEY_RIVLIN}},
+    {OM_TET4, OM_SMOOTHED, {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN}},
     {OM_TET10, OM_LOCKING_NONE, {.young = 3000, .poisson = 0.3, .law = OM_ST_VENANT_KIRCHHOFF}},
     {OM_TET10, OM_LOCKING_NONE, {.young = 3000, .poisson = 0.45, .law = OM_OGDEN}},
     {OM_HEX8, OM_LOCKING_NONE, {.young = 3000, .poisson = 0.45, .law = OM_COROTATIONAL}},

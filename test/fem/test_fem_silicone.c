@@ -1,0 +1,65 @@
+// test_fem_silicone.c: a real silicone cylinder that sags under its weight; its tip was measured.
+#include "test_solid.h"
+
+#include "omentum/shape_file.h"
+
+// PDMS, R 4.25 mm, L 182 mm, clamped at z = 0, gravity along -y; Mooney-Rivlin of its makers.
+static double tip_distance(const OmTetMesh* tet, OmElement kind, OmLocking locking,
+                           double tolerance) {
+    TestSolid t = {.material = {.young = 6 * (151065.46 + 101709.668),
+                                .law = OM_MOONEY_RIVLIN,
+                                .c10 = 101709.668,
+                                .c01 = 151065.46,
+                                .bulk = 1e7},
+                   .density = 965,
+                   .locking = locking};
+    assert_ok(om_fem_mesh_from_tet(tet, kind, &t.mesh));
+    for (int e = 0; e < t.mesh.nelem; ++e) t.mesh.elem_material[e] = 0;
+    solid_start(&t);
+    double end = 0, num = 0;
+    for (int i = 0; i < t.mesh.nnode; ++i) {
+        end = fmax(end, t.mesh.x[3 * i + 2]);
+        for (int k = 0; k < 3 && t.mesh.x[3 * i + 2] < 1e-6; ++k) t.fixed[3 * i + k] = 1;
+    }
+    t.load.body = om_vec3(0, -9.81, 0);
+    double start = om_clock_now();
+    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    def.nstep = 6;
+    def.tolerance = tolerance;
+    def.solver.preconditioner = OM_CHOLESKY;  // a needle: few fill-ins, many turns of CG
+    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+    OmVec3 tip = {0, 0, 0}, measured = {0, -0.11625, 0.128};
+    for (int i = 0; i < t.mesh.nnode; ++i) {
+        if (t.mesh.x[3 * i + 2] < end - 1e-6) continue;
+        tip = om_add(tip, om_load3(t.x, i));
+        ++num;
+    }
+    tip = om_scale(1 / num, tip);
+    double d = om_distance(tip, measured);
+    printf("silicone, %s%s: tip (%.5f, %.5f, %.5f) m, %.2f mm from the measured one; %d Newton "
+           "iterations, %d of CG, %.1f s\n",
+           om_element_name(kind), locking ? " with nodal volumes" : "", tip.x, tip.y, tip.z,
+           1e3 * d, t.report.nnewton, t.report.ncg, om_clock_now() - start);
+    solid_done(&t);
+    return d;
+}
+
+static void test_silicone(void** context) {
+    (void)context;
+    char path[600];
+    OmTetMesh tet;
+    const char* data = test_data_dir();
+    if (data) snprintf(path, sizeof path, "%s/silicone_beam/cylinderPDMS12724Vol.vtk", data);
+    if (!data || !om_path_exists(path)) {
+        printf("no data folder: the silicone beam is skipped\n");
+        skip();
+    }
+    assert_ok(om_tet_mesh_load(path, OM_UNIT_M, &tet));
+    assert_below(tip_distance(&tet, OM_TET10, OM_LOCKING_NONE, 1e-5), 4e-3);
+    om_tet_mesh_done(&tet);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_silicone)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
