@@ -108,8 +108,8 @@ typedef struct OmFemSolid OmFemSolid;
 
 OM_API OmFemDef om_fem_default_def(const OmFemMesh* mesh, int nmaterial,
                                    const OmMaterial* material);
-/// OM_HEX8_MEAN, OM_NODAL_VOLUME and OM_SMOOTHED need a law with a term in J alone: any but OM_COROTATIONAL, OM_LINEAR
-/// and OM_ST_VENANT_KIRCHHOFF.
+/// OM_HEX8_MEAN, OM_NODAL_VOLUME and OM_SMOOTHED need a law with a term in J alone: any but OM_COROTATIONAL,
+/// OM_LINEAR and OM_ST_VENANT_KIRCHHOFF.
 /// @return OM_OK; OM_INVALID (the message names element or field); OM_NO_MEMORY
 OM_API OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** solid);
 OM_API void om_fem_destroy(OmFemSolid* solid);
@@ -177,8 +177,9 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
     int nstep;                   // load steps to 1 at first, >= 1; default 1
     double min_step;             // a step that fails is halved down to this share; default 1/4096
     int max_newton;              // iterations of a load step, default 30
-    double tolerance;            // |residual| over the norm of loads and reactions; default 1e-9
-    bool is_plain;               // whole steps of Newton's method, no line search; default false
+    double
+        tolerance;  // |residual| over the norm of loads and reactions (or rounding); default 1e-9
+    bool is_plain;  // whole steps of Newton's method, no line search; default false
     OmSolverDef solver;          // default OM_CHOLESKY up to 6,000 nodes, else OM_MULTIGRID to 1e-3
     const OmProgress* progress;  // "load" from 0 to 1; may be null
     uint32_t cookie;
@@ -192,16 +193,16 @@ typedef struct OmFemReport {
     int nnewton;         // Newton iterations in all
     int ncg;             // CG iterations in all
     double min_volume;   // least det F
-    double
-        history[32];  // residuals, N, of the last load step: at its start and after each iteration
+    double history[32];  // residuals, N, of the last load step: at its start, after each iteration
     int nhistory;
     char reason[160];  // why it stopped short; "" if it did not
 } OmFemReport;
 
 OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
 /// Equilibrium under a load that grows from load_begin to 1; prescribed degrees of freedom move from where
-/// they are in x to rest + goal. Newton's method with line search, each step at most as long as it
-/// converges; a tangent that is not positive definite is projected.
+/// they are in x to rest + goal. Newton's method, with whole steps first and a line search if they fail; a
+/// tangent that is not positive definite is projected; a load step that fails, or ends with an inverted
+/// element, is halved.
 /// @param x         in: equilibrium at load_begin (at 0: the rest positions); out: at report->load
 /// @param reaction  force on prescribed degrees of freedom, N (nnode x 3), 0 elsewhere; may be null
 /// @param report    may be null

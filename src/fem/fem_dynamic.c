@@ -191,7 +191,10 @@ OmStatus om_fem_step(OmFemDynamics* d, const OmFemLoad* load, double h, OmFemMot
         memcpy(m->v, d->v0, n * sizeof *d->v0);
         m->time = time;
     }
-    if (out) *out = report;
+    if (out) {
+        report.min_volume = om_fem_eval_volume(d->solid, m->x, NULL);
+        *out = report;
+    }
     return status;
 }
 

@@ -63,9 +63,16 @@ static OmJet jet_power(double x, double e) {
     return x < OM__LAW_FLOOR ? continued(y, x) : y;
 }
 
-// c/2 g^2
-static OmJet jet_square(double c, OmJet g) {
-    return (OmJet){c / 2 * g.f * g.f, c * g.f * g.d, c * (g.d * g.d + g.f * g.dd)};
+// c/2 (x - 1)^2
+static OmJet jet_square(double c, double x) {
+    return (OmJet){c / 2 * (x - 1) * (x - 1), c * (x - 1), c};
+}
+
+// c/2 (ln x)^2
+static OmJet jet_log_square(double c, double x) {
+    double b = x > OM__LAW_FLOOR ? x : OM__LAW_FLOOR, l = log(b);
+    OmJet y = {c / 2 * l * l, c * l / b, c * (1 - l) / (b * b)};
+    return x < OM__LAW_FLOOR ? continued(y, x) : y;
 }
 
 bool om__law_is_split(const OmLawParam* law) {
@@ -74,15 +81,15 @@ bool om__law_is_split(const OmLawParam* law) {
 }
 
 OmJet om__law_volume(const OmLawParam* law, double J) {
-    OmJet by_one = {J - 1, 1, 0}, log = jet_log(J);
+    OmJet log = jet_log(J);
     double K = law->bulk;
-    if (law->law == OM_NEO_HOOKEAN) return jet_square(law->lambda, log);
-    if (law->law == OM_STABLE_NEO_HOOKEAN) return jet_square(law->lambda + law->mu, by_one);
+    if (law->law == OM_NEO_HOOKEAN) return jet_log_square(law->lambda, J);
+    if (law->law == OM_STABLE_NEO_HOOKEAN) return jet_square(law->lambda + law->mu, J);
     switch (law->volumetric) {
-    case OM_VOLUME_LOG: return jet_square(K, log);
+    case OM_VOLUME_LOG: return jet_log_square(K, J);
     case OM_VOLUME_MIXED:
         return (OmJet){K / 4 * (J * J - 1 - 2 * log.f), K / 2 * (J - log.d), K / 2 * (1 - log.dd)};
-    default: return jet_square(K, by_one);
+    default: return jet_square(K, J);
     }
 }
 

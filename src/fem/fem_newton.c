@@ -148,7 +148,7 @@ static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool 
         om_bsr_add(&N->A, N->A.row_adr[i], om_mat3_diag(more));
     }
     N->rounding = FORCE_ROUNDING * largest * sqrt(sum);
-    return om_solver_refresh(N->solver, &N->A);
+    return OM_OK;
 }
 
 // dx, its prescribed entries given, from A dx = -r; A made positive definite if it is not.
@@ -157,19 +157,24 @@ static OmStatus find_step(OmFemNewton* N, const double* x, double share, OmFemRe
     for (size_t i = 0; i < n; ++i) N->work[i] = -N->r[i];
     N->is_repaired = false;
     for (int attempt = N->solid->is_projected ? 1 : 0; attempt < 6; ++attempt) {
-        double shift = attempt < 2 ? 0 : pow(10, attempt - 5);
-        OmStatus status = make_matrix(N, x, share, attempt > 0, shift);
-        if (status < 0) return status;
+        OM_TRY(make_matrix(N, x, share, attempt > 0, attempt < 2 ? 0 : pow(10, attempt - 5)));
+        OmStatus status = om_solver_refresh(N->solver, &N->A);
         if (status == OM_OK) {
             OmSolveInfo info;
             for (size_t i = 0; i < n; ++i)
                 if (!N->fixed[i]) N->dx[i] = 0;
             status = om_solver_solve(N->solver, &N->A, 1, N->work, N->dx, &info);
-            if (status < 0) return status;
             report->ncg += info.iterations;
         }
-        if (status == OM_NOT_SPD) N->is_repaired = true;
-        if (status == OM_NOT_SPD) continue;
+        if (status == OM_INVALID) {  // our own numbers have overflowed
+            snprintf(report->reason, sizeof report->reason, "the linear system is not finite");
+            return OM_NOT_CONVERGED;
+        }
+        if (status < 0) return status;
+        if (status == OM_NOT_SPD) {
+            N->is_repaired = true;
+            continue;
+        }
         double slope = 0;
         bool is_driven = false;
         for (size_t i = 0; i < n; ++i) {

@@ -2,6 +2,7 @@
 #include "test_common.h"
 
 #include "fem/fem_law.h"
+#include "fem/fem_principal.h"
 
 #define KAPPA 10000.0
 
@@ -312,12 +313,39 @@ static void test_projection(void** context) {
     }
 }
 
+// The engine's laws, written in principal stretches, are the same.
+static void test_engine_laws(void** context) {
+    (void)context;
+    OmRng rng = om_rng_init(12, 6);
+    double worst = 0;
+    for (int n = 0; n < 200 * NMATERIAL; ++n) {
+        const OmMaterial* m = &material[n % NMATERIAL];
+        OmLawParam law;
+        OmLawValue a;
+        double F[9], energy;
+        om__law_init(m, &law);
+        random_F(&rng, n / NMATERIAL % 4, F);
+        om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_STRESS, &a);
+        OmMat3 f = {{F[0], F[1], F[2]}, {F[3], F[4], F[5]}, {F[6], F[7], F[8]}};
+        OmMat3 P = om__law_stress(m, f, &energy);
+        double size = fmax(largest(a.P, 9), 1e3);
+        for (int c = 0; c < 3; ++c) {
+            OmVec3 col = c == 0 ? P.cx : c == 1 ? P.cy : P.cz;
+            worst = fmax(worst, om_distance(col, om_load3(a.P, c)) / size);
+        }
+        worst = fmax(worst, fabs(energy - a.W) / size);
+    }
+    printf("laws of the engine: within %.2g\n", worst);
+    assert_below(worst, 1e-10);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_differences),  cmocka_unit_test(test_floor),
         cmocka_unit_test(test_extremes),     cmocka_unit_test(test_rest),
         cmocka_unit_test(test_invariance),   cmocka_unit_test(test_uniaxial_biaxial),
         cmocka_unit_test(test_simple_shear), cmocka_unit_test(test_projection),
+        cmocka_unit_test(test_engine_laws),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
