@@ -30,6 +30,7 @@
 #define MOVE_LOOSE 0.03    // residual of a correction
 #define SAME_WAY 0.98      // cosine: a column is good for directions as near as that
 #define SWEEPS 400         // of Gauss-Seidel at most
+#define WORST 5e-3         // of the law in a step that is let pass
 #define FIRST_ROOM 512     // contacts, before more memory is taken
 
 struct OmPressLcp {

@@ -235,6 +235,7 @@ double om__press_linearise(const OmPress* p, OmTouch* t, OmVec3 x) {
 
 bool om__press_bend(const OmPress* p, OmTouch* t, OmVec3 x) {
     double gap = t->gap + om_dot(t->n, om_sub(x, t->x));
+    if (t->is_through && fabs(gap) > 0.25 * p->def.probe->thickness) return false;
     if (fabs(om__press_gap(p, x) - gap) < OM_PRESS_BENT * p->size) return false;
     om__press_linearise(p, t, x);
     return true;
@@ -289,6 +290,7 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
         if (is_resting) entry = a;
         OmVec3 at = is_entering || is_resting ? om_pose_apply(p->to, entry) : place;
         om__press_linearise(p, &t, at);
+        t.is_through = is_entering && end >= 0;
         t.goal = fmin(0, fmin(begin, end) + OM_PRESS_RECOVER * h);
         if (begin >= 0) t.goal = 0;
         p->touch_of[i] = p->ntouch;

@@ -42,6 +42,7 @@ typedef struct OmTouch {  // a point of the contact surface near the probe, in o
     OmVec3 slip;   // m, how the probe moves there in the step
     double k;      // N/m, penalty
     bool is_active;
+    bool is_through;        // would end beyond the probe: what is near it there is the wrong side
     bool is_glued;          // held at x + slip by a spring in all directions
     double in, rate;        // m, how deep at the beginning of a way, and how much less at its end
     double push;            // N, normal force of the last solve
