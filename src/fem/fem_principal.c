@@ -12,23 +12,23 @@ typedef struct Taylor {  // a function of one variable with two derivatives
 
 // The second-order Taylor polynomial about the barrier.
 static Taylor continue_below(Taylor at, double x) {
-    double t = x - OM__BARRIER;
+    double t = x - OM__LAW_FLOOR;
     Taylor y = {at.f + t * (at.d + 0.5 * t * at.dd), at.d + t * at.dd, at.dd};
     return y;
 }
 
 static Taylor power_of(double x, double q) {
-    double b = fmax(x, OM__BARRIER), f = pow(b, q);
+    double b = fmax(x, OM__LAW_FLOOR), f = pow(b, q);
     Taylor y = {f, q * f / b, q * (q - 1) * f / (b * b)};
-    return x < OM__BARRIER ? continue_below(y, x) : y;
+    return x < OM__LAW_FLOOR ? continue_below(y, x) : y;
 }
 
 // k1 ln J + k2 (ln J)^2, continued as a whole: the square of a continued logarithm would be a polynomial of
 // twelfth degree in positions, under which deeply inverted elements explode.
 static Taylor logs_of(double k1, double k2, double J) {
-    double b = fmax(J, OM__BARRIER), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
+    double b = fmax(J, OM__LAW_FLOOR), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
     Taylor y = {(k1 + k2 * l) * l, d * inv, (2 * k2 - d) * inv * inv};
-    return J < OM__BARRIER ? continue_below(y, J) : y;
+    return J < OM__LAW_FLOOR ? continue_below(y, J) : y;
 }
 
 static Taylor volumetric(const OmMaterial* m, double K, double J) {

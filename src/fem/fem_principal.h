@@ -9,10 +9,8 @@
 #ifndef OMENTUM_FEM_PRINCIPAL_H
 #define OMENTUM_FEM_PRINCIPAL_H
 
-#include "omentum/tissue_material.h"
+#include "fem/fem_law.h"
 #include "omentum/vec.h"
-
-#define OM__BARRIER 0.2  // J, and stretches in Ogden's terms: below it, second-order continuation
 
 typedef struct OmPrincipal {
     double W;        // J/m^3
