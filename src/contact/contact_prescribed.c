@@ -8,14 +8,16 @@
 #include "contact/contact_press_internal.h"
 #include "omentum/shape_meshing.h"
 
+#define FRONT 0.5   // least cosine between the probe's normal and its way: not its sides
 #define FACING 0.1  // least cosine between the surface's normal and the probe's way
 
-// Does the probe lie behind the point q of its frame, no farther than reach against its direction?
+// Does the probe's front lie behind the point q of its frame, no farther than reach against its direction?
 static bool is_under(const OmPress* p, OmVec3 q) {
     double way = 0;
     for (int k = 0; k < 200 && way <= p->def.reach; ++k) {
-        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -way, p->def.direction), NULL);
-        if (d <= 1e-3 * p->def.reach) return true;
+        OmVec3 n;
+        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -way, p->def.direction), &n);
+        if (d <= 1e-3 * p->def.reach) return om_dot(n, p->def.direction) > FRONT;
         way += d;
     }
     return false;
