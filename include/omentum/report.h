@@ -62,6 +62,11 @@ typedef struct OmReportSpan {  // what went on from begin to end: an action, nam
     bool is_bad;  // marked: it did not end as meant
 } OmReportSpan;
 
+typedef struct OmReportBox {  // of a sample of n values; nothing is drawn where n is 0
+    double least, lower, median, upper, most;  // ends of the whiskers, quartiles
+    int n;
+} OmReportBox;
+
 typedef struct OmReportChart {  // zero what is not used
     const char* title;
     const char *x_label, *y_label;  // with units
@@ -70,14 +75,21 @@ typedef struct OmReportChart {  // zero what is not used
     bool has_limit;  // a dashed line at `limit`
     double limit;
     const char* limit_name;
-    bool has_range;  // the y axis runs over [y_min, y_max] at least
+    double limit2;  // another line, if it has a name
+    const char* limit2_name;
+    bool is_log_x, is_log_y;  // decades; values that are not above 0 leave a gap
+    bool has_range;           // the y axis runs over [y_min, y_max] at least
     double y_min, y_max;
     const double* event;  // thin vertical lines at these x
     int nevent;
     const OmReportSpan* span;  // numbered from 1; named where there is room
     int nspan;
+    // box plots instead of lines: ngroup groups along x, in each a box of every series (only its name is used)
+    int ngroup;
+    const char* const* group;  // names                     (ngroup)
+    const OmReportBox* box;    //                (ngroup x nseries)
 } OmReportChart;
-/// A line chart of any number of points; without a finite one it says so in its place.
+/// A chart of lines of any number of points, or of boxes; without a finite value it says so in its place.
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
 /// Write the file whole or not at all, and free the report.

@@ -1,4 +1,4 @@
-// report_chart.c: line charts as SVG.
+// report_chart.c: line charts and box plots as SVG.
 //
 //      spans:   | 1 reach | 2 grasp |  3 pull   |
 //      y  +-----------------------------------------+
@@ -24,6 +24,7 @@
 #define NTICK_Y 5
 
 typedef struct Axis {
+    bool is_log;         // then lo, hi, first and step are logarithms to base 10
     double lo, hi;       // of the data
     double from, to;     // px
     double first, step;  // of the ticks
@@ -38,6 +39,8 @@ typedef struct Plot {
 } Plot;
 
 static bool is_drawable(double v) { return fabs(v) < LARGEST; }
+
+static bool is_on(const Axis* a, double v) { return is_drawable(v) && !(a->is_log && v <= 0); }
 
 // ---- numbers ----------------------------------------------------------------------------------------------
 
@@ -63,6 +66,14 @@ static void put_attribute(OmReport* r, const char* name, double px) {
 }
 
 static void put_tick(OmReport* r, const Axis* a, double value) {
+    if (a->is_log) {
+        int decade = (int)lround(value);
+        if (decade < -6 || decade > 9)
+            PUT(r, "1e%d", decade);
+        else
+            put_fixed(r, pow(10, decade), decade < 0 ? -decade : 0);
+        return;
+    }
     if (!a->exponent || value == 0) {
         put_fixed(r, value, value == 0 && a->exponent ? 0 : a->decimals);
         return;
@@ -80,6 +91,14 @@ static double tick_step(double range, int wanted) {
 }
 
 static void place_ticks(Axis* a, int wanted, bool is_widened) {
+    if (a->is_log) {
+        a->lo = floor(a->lo + 1e-9);
+        a->hi = fmax(ceil(a->hi - 1e-9), a->lo + 1);
+        a->step = ceil((a->hi - a->lo) / (wanted + 1));
+        a->first = a->lo;
+        a->ntick = (int)floor((a->hi - a->first) / a->step + 1e-9) + 1;
+        return;
+    }
     a->step = tick_step(a->hi - a->lo, wanted);
     if (is_widened) {
         a->lo = floor(a->lo / a->step + 1e-9) * a->step;
@@ -95,7 +114,8 @@ static void place_ticks(Axis* a, int wanted, bool is_widened) {
 }
 
 static void widen(Axis* a, double v) {
-    if (!is_drawable(v)) return;
+    if (!is_on(a, v)) return;
+    if (a->is_log) v = log10(v);
     a->lo = fmin(a->lo, v);
     a->hi = fmax(a->hi, v);
 }
@@ -105,9 +125,19 @@ static bool choose_ranges(Plot* p) {
     const OmReportChart* c = p->chart;
     p->x.lo = p->y.lo = LARGEST;
     p->x.hi = p->y.hi = -LARGEST;
+    p->x.is_log = c->is_log_x && !c->ngroup;
+    p->y.is_log = c->is_log_y;
+    for (int i = 0; i < c->ngroup * c->nseries; ++i) {
+        const OmReportBox* b = &c->box[i];
+        if (!b->n || !is_on(&p->y, b->least) || !is_on(&p->y, b->most)) continue;
+        widen(&p->x, 0);
+        widen(&p->x, c->ngroup);
+        widen(&p->y, b->least);
+        widen(&p->y, b->most);
+    }
     for (int s = 0; s < c->nseries; ++s) {
         for (int i = 0; i < c->series[s].n; ++i) {
-            if (!is_drawable(c->series[s].x[i]) || !is_drawable(c->series[s].y[i])) continue;
+            if (!is_on(&p->x, c->series[s].x[i]) || !is_on(&p->y, c->series[s].y[i])) continue;
             widen(&p->x, c->series[s].x[i]);
             widen(&p->y, c->series[s].y[i]);
         }
@@ -118,17 +148,18 @@ static bool choose_ranges(Plot* p) {
         widen(&p->x, c->span[i].end);
     }
     if (c->has_limit) widen(&p->y, c->limit);
+    if (c->limit2_name) widen(&p->y, c->limit2);
     if (c->has_range) {
         widen(&p->y, c->y_min);
         widen(&p->y, c->y_max);
     }
-    if (p->y.lo > 0 && p->y.lo < 0.5 * p->y.hi) p->y.lo = 0;
-    if (p->y.hi < 0 && p->y.hi > 0.5 * p->y.lo) p->y.hi = 0;
+    if (!p->y.is_log && p->y.lo > 0 && p->y.lo < 0.5 * p->y.hi) p->y.lo = 0;
+    if (!p->y.is_log && p->y.hi < 0 && p->y.hi > 0.5 * p->y.lo) p->y.hi = 0;
     // A constant gets a range around it; a range that rounding would swallow counts as a constant.
     Axis* axis[2] = {&p->x, &p->y};
     for (int k = 0; k < 2; ++k) {
         double size = fmax(fabs(axis[k]->lo), fabs(axis[k]->hi));
-        if (axis[k]->hi - axis[k]->lo > 1e-9 * size) continue;
+        if (axis[k]->is_log || axis[k]->hi - axis[k]->lo > 1e-9 * size) continue;
         double half = size > 0 ? 0.5 * size : 0.5;
         axis[k]->lo -= half;
         axis[k]->hi += half;
@@ -139,15 +170,27 @@ static bool choose_ranges(Plot* p) {
 }
 
 static double to_px(const Axis* a, double v) {
+    if (a->is_log) v = log10(v);
     return a->from + (v - a->lo) / (a->hi - a->lo) * (a->to - a->from);  // hi > lo by choose_ranges
 }
 
 // ---- parts --------------------------------------------------------------------------------------------------
 
+static void put_groups(Plot* p) {
+    OmReport* r = p->report;
+    for (int i = 0; i < p->chart->ngroup; ++i) {
+        PUT(r, "<text text-anchor=\"middle\"");
+        put_attribute(r, "x", to_px(&p->x, i + 0.5)), put_attribute(r, "y", p->bottom + 19);
+        PUT(r, ">");
+        om__report_escape(r, p->chart->group[i]);
+        PUT(r, "</text>\n");
+    }
+}
+
 static void put_axes(Plot* p) {
     OmReport* r = p->report;
     for (int i = 0; i < p->y.ntick; ++i) {
-        double v = p->y.first + i * p->y.step, y = to_px(&p->y, v);
+        double v = p->y.first + i * p->y.step, y = to_px(&p->y, p->y.is_log ? pow(10, v) : v);
         PUT(r, "<line class=\"grid\"");
         put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
         put_attribute(r, "y1", y), put_attribute(r, "y2", y);
@@ -161,8 +204,9 @@ static void put_axes(Plot* p) {
     put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
     put_attribute(r, "y1", p->bottom), put_attribute(r, "y2", p->bottom);
     PUT(r, "/>\n");
-    for (int i = 0; i < p->x.ntick; ++i) {
-        double v = p->x.first + i * p->x.step, x = to_px(&p->x, v);
+    put_groups(p);
+    for (int i = 0; i < p->x.ntick && !p->chart->ngroup; ++i) {
+        double v = p->x.first + i * p->x.step, x = to_px(&p->x, p->x.is_log ? pow(10, v) : v);
         PUT(r, "<line class=\"axis\"");
         put_attribute(r, "x1", x), put_attribute(r, "x2", x);
         put_attribute(r, "y1", p->bottom), put_attribute(r, "y2", p->bottom + 5);
@@ -223,10 +267,10 @@ static void put_spans(Plot* p) {
     }
 }
 
-static void put_limit(Plot* p) {
+static void put_limit(Plot* p, double limit, const char* name) {
     OmReport* r = p->report;
-    if (!p->chart->has_limit || !is_drawable(p->chart->limit)) return;
-    double y = to_px(&p->y, p->chart->limit);
+    if (!is_on(&p->y, limit)) return;
+    double y = to_px(&p->y, limit);
     PUT(r, "<line class=\"limit\"");
     put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
     put_attribute(r, "y1", y), put_attribute(r, "y2", y);
@@ -234,7 +278,7 @@ static void put_limit(Plot* p) {
     bool is_at_top = y - p->top < 16;
     put_attribute(r, "x", PLOT_LEFT + 8), put_attribute(r, "y", is_at_top ? y + 15 : y - 6);
     PUT(r, ">");
-    om__report_escape(r, p->chart->limit_name);
+    om__report_escape(r, name);
     PUT(r, "</text>\n");
 }
 
@@ -279,7 +323,7 @@ static void draw_to(Pen* pen, double x, double y) {
 static int draw_column(Pen* pen, const Plot* p, const OmReportSeries* s, int begin) {
     double column = floor(to_px(&p->x, s->x[begin]));
     int end = begin, least = begin, largest = begin;
-    for (; end < s->n && is_drawable(s->x[end]) && is_drawable(s->y[end]); ++end) {
+    for (; end < s->n && is_on(&p->x, s->x[end]) && is_on(&p->y, s->y[end]); ++end) {
         if (floor(to_px(&p->x, s->x[end])) != column) break;
         if (s->y[end] < s->y[least]) least = end;
         if (s->y[end] > s->y[largest]) largest = end;
@@ -300,7 +344,7 @@ static void put_series(Plot* p, int index) {
     bool is_dense = s->n > 2 * (PLOT_RIGHT - PLOT_LEFT);
     PUT(r, "<path class=\"data c%d\" d=\"", index);
     for (int i = 0; i < s->n;) {
-        if (!is_drawable(s->x[i]) || !is_drawable(s->y[i])) {
+        if (!is_on(&p->x, s->x[i]) || !is_on(&p->y, s->y[i])) {
             pen.is_down = false;
             ++i;
         } else if (is_dense) {
@@ -317,6 +361,36 @@ static void put_series(Plot* p, int index) {
         PUT(r, "</title>");
     }
     PUT(r, "</path>\n");
+}
+
+// ---- boxes --------------------------------------------------------------------------------------------------
+
+// Whiskers from the least to the largest, a box between the quartiles, a line at the median.
+static void put_box(Plot* p, int group, int series) {
+    OmReport* r = p->report;
+    const OmReportChart* c = p->chart;
+    const OmReportBox* b = &c->box[group * c->nseries + series];
+    if (!b->n || !is_on(&p->y, b->least) || !is_on(&p->y, b->most)) return;
+    double wide = 0.8 / c->nseries, x = group + 0.1 + (series + 0.5) * wide;
+    double left = to_px(&p->x, x - 0.36 * wide), right = to_px(&p->x, x + 0.36 * wide);
+    double middle = to_px(&p->x, x), upper = to_px(&p->y, b->upper), lower = to_px(&p->y, b->lower);
+    const double line[3][4] = {{middle, middle, to_px(&p->y, b->most), upper},
+                               {middle, middle, lower, to_px(&p->y, b->least)},
+                               {left, right, to_px(&p->y, b->median), to_px(&p->y, b->median)}};
+    for (int i = 0; i < 3; ++i) {
+        PUT(r, "<line class=\"data c%d\"", series);
+        put_attribute(r, "x1", line[i][0]), put_attribute(r, "x2", line[i][1]);
+        put_attribute(r, "y1", line[i][2]), put_attribute(r, "y2", line[i][3]);
+        PUT(r, "/>\n");
+    }
+    char class[24];
+    snprintf(class, sizeof class, "data c%d", series);
+    put_rectangle(r, class, left, right, upper, lower);
+    PUT(r, "<title>");
+    om__report_escape(r, c->series[series].name);
+    PUT(r, ", ");
+    om__report_escape(r, c->group[group]);
+    PUT(r, ", %d values</title></rect>\n", b->n);
 }
 
 // ---- the whole ----------------------------------------------------------------------------------------------
@@ -363,9 +437,11 @@ static void put_plot(Plot* p) {
     put_axes(p);
     put_events(p);
     PUT(r, "<g clip-path=\"url(#plot%d)\">\n", id);
-    for (int s = 0; s < c->nseries; ++s) put_series(p, s);
+    for (int s = 0; s < c->nseries && !c->ngroup; ++s) put_series(p, s);
+    for (int i = 0; i < c->ngroup * c->nseries; ++i) put_box(p, i / c->nseries, i % c->nseries);
     PUT(r, "</g>\n");
-    put_limit(p);
+    if (c->has_limit) put_limit(p, c->limit, c->limit_name);
+    if (c->limit2_name) put_limit(p, c->limit2, c->limit2_name);
     PUT(r, "</svg>\n");
 }
 
