@@ -13,7 +13,9 @@
 #ifndef OMENTUM_STUDY_H
 #define OMENTUM_STUDY_H
 
+#include "omentum/contact_tool.h"
 #include "omentum/shape.h"
+#include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -54,6 +56,56 @@ OM_API double om_study_eval_body(const OmStudyBody* body, OmVec3 p);
 /// A mesh of about `ntet` elements, with the set "attachment".
 /// @param ntet  100 to 2,000,000
 OM_API OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh);
+
+// ---- the contact study ----------------------------------------------------------------------------
+
+#define OM_STUDY_NMETHOD 3  // of OmPressMethod
+#define OM_STUDY_NDEPTH 5   // deformation ranges D10 to D30
+#define OM_STUDY_MAX_RESOLUTION 16
+#define OM_STUDY_MAX_STEP 2000
+
+typedef struct OmStudyContactDef {  // made by om_study_default_contact_def
+    const OmStudyBody* body;        // borrowed
+    const char*
+        out_dir;      // meshes, truth, runs and the report; what is there already is not done again
+    int nresolution;  // default the thesis's nine
+    int resolution[OM_STUDY_MAX_RESOLUTION];  // elements, ascending
+    bool has_method[OM_STUDY_NMETHOD];        // default all
+    int nlesion;                              // the first so many; default 0: all
+    double depth[OM_STUDY_NDEPTH];  // m, ascending; default 0.010, 0.015, 0.020, 0.025, 0.030
+    double speed;                   // of the probe, m/s; default 0.01
+    double time_step;               // s; default 0.02
+    OmMaterial material;            // default 3 kPa, 0.45, neo-Hookean
+    double density;                 // kg/m^3; default 1000
+    double rayleigh_mass;           // 1/s; default 0.1
+    int contact_ntri;  // triangles of the contact surface; default 4000 (the thesis's 1,004 have edges as
+                       // long as the probe is wide: it slips between vertices)
+    double friction;         // Coulomb's coefficient; default 0
+    double tolerance;        // relative residual of the linear solver; default 1e-3
+    int max_iterations;      // of conjugate gradients; default 400
+    double max_penetration;  // m, of a step that counts; default 0.0005
+    int truth_ntet;          // elements of the quadratic truth; default 35000
+    double lesion_ratio;     // stiffness of a lesion over the tissue's; default 7.5
+    double probe_noise;      // m, standard deviation of the probe's calibration; default 0.0007147
+    double pointer_noise;    // m, of the registration; default 0.000334
+    uint64_t seed;           // of the noise; default 1
+    int nworker;             // default 0: one a processor
+    uint32_t cookie;
+} OmStudyContactDef;
+
+typedef struct OmStudyContactSummary {
+    int nrun, nnew;          // runs of the study, and those made now rather than found
+    int ncomplete;           // that went the whole way within the bar
+    int ncell, ncell_met;    // method x resolution, and those that meet the whole bar
+    double worst_stability;  // least share of a path, 0 to 1
+} OmStudyContactSummary;
+
+OM_API OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir);
+/// Make what is missing of meshes, truth and runs, then report.html, study.json, runs.csv and errors.csv.
+/// @return OM_OK, OM_INVALID (the message names the field), OM_IO, OM_NO_MEMORY, OM_CANCELLED (what is
+///         finished stays)
+OM_API OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
+                                     OmStudyContactSummary* summary);
 
 #ifdef __cplusplus
 }

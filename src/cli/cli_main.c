@@ -20,6 +20,7 @@ static const Verb verb[] = {
     {"plan", om_cli_plan, "plan a retraction from a described situation, and say why"},
     {"retract", om_cli_retract,
      "run a scene: sense, plan, act until the ROI is seen; writes a report"},
+    {"study", om_cli_study, "repeat an experiment of the thesis, with its tables and figures"},
 };
 enum { NVERB = sizeof verb / sizeof *verb };
 

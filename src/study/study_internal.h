@@ -2,8 +2,10 @@
 #ifndef OMENTUM_STUDY_INTERNAL_H
 #define OMENTUM_STUDY_INTERNAL_H
 
+#include "omentum/report.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/study.h"
+#include "omentum/tissue.h"
 
 struct OmStudyBody {
     char name[64];
@@ -31,5 +33,154 @@ OmVec3 om__study_across(OmVec3 normal, OmVec3 wish);
 // The probe of the thesis: its face, m.
 #define PROBE_LONG 0.050
 #define PROBE_WIDE 0.010
+#define PROBE_ROUNDING 0.002  // of its edges; a sharp edge would have an unbounded pressure
+
+// ---- runs -----------------------------------------------------------------------------------------
+
+typedef struct StudyStep {
+    double ms;           // wall clock
+    double force;        // N, of the tissue on the probe, along its way
+    double penetration;  // m
+    double residual;
+    int ncontact, substeps;
+} StudyStep;
+
+typedef struct StudyReached {  // at one of the depths
+    double depth;              // m
+    OmVec3 lesion;             // where the model says that it is, m
+} StudyReached;
+
+typedef struct StudyRun {  // one method, mesh and lesion; what its file holds
+    char setup[20];        // hash of all that the result depends on
+    int method, resolution, lesion;
+    int ntet, nvert;
+    int nstep;          // steps of the whole path
+    int ndone;          // steps made within the bar
+    char reason[200];   // why it ended early; "" if it did not
+    double volume_min;  // least det F of all steps
+    int nreached;
+    StudyReached reached[OM_STUDY_NDEPTH];
+    int nrecord;      // steps recorded: ndone, and the one that failed
+    StudyStep* step;  // (OM_STUDY_MAX_STEP)
+} StudyRun;
+
+extern const char* const om__study_method_name[OM_STUDY_NMETHOD + 1];  // for files: "penalty"
+extern const char* const om__study_method_title[OM_STUDY_NMETHOD];     // for people
+
+OmStatus om__study_save_run(const StudyRun* run, const char* path);
+// OM_INVALID also for a file of another setup.
+OmStatus om__study_load_run(const char* path, StudyRun* run);
+
+// What the runs on one mesh share.
+typedef struct StudyStage {
+    const OmStudyContactDef* def;
+    const OmProbe* probe;
+    const OmSurface* surface;  // of contact
+    OmTissueModel* model;
+    OmTissueState* state;
+    OmTissueWork* work;
+} StudyStage;
+
+OmStatus om__study_stage_create(const OmStudyContactDef* def, const OmTetMesh* mesh,
+                                StudyStage* stage);
+void om__study_stage_done(StudyStage* stage);
+// Press over one lesion. `run` has setup, method, resolution and lesion; an instability is a result.
+OmStatus om__study_press(StudyStage* stage, StudyRun* run);
+// The probe's pose `depth` after first touch.
+OmPose om__study_probe_pose(const OmStudyLesion* lesion, double depth);
+int om__study_nstep(const OmStudyContactDef* def);
+
+// ---- the study ------------------------------------------------------------------------------------
+
+int om__study_nlesion(const OmStudyContactDef* def);
+uint64_t om__study_hash_body(const OmStudyBody* body);
+uint64_t om__study_hash_task(const OmStudyContactDef* def);
+// A path in the study's folder.
+OmStatus om__study_path(const OmStudyContactDef* def, char* out, size_t size, const char* format,
+                        ...) OM_PRINTF(4, 5);
+// The mesh of about `ntet` elements, from the folder if it is there.
+OmStatus om__study_get_mesh(const OmStudyContactDef* def, int ntet, OmTetMesh* mesh);
+// The contact surface that all meshes share.
+OmStatus om__study_get_surface(const OmStudyContactDef* def, OmSurface* surface);
+
+// ---- truth ----------------------------------------------------------------------------------------
+
+typedef struct StudyTruthDepth {
+    double depth;         // m
+    OmVec3 fine, coarse;  // the lesion's centre by the two meshes, m
+    double force;         // N, of the tissue on the probe, along its way
+    double coarse_force;  // N
+    double sink;          // m, how deep the touching tissue is inside the probe, mean
+    double residual;      // of equilibrium
+    int nnewton;
+} StudyTruthDepth;
+
+typedef struct StudyTruthResult {
+    char setup[20];
+    int lesion, ntet, ntet_coarse;
+    double seconds;
+    int ndepth;
+    StudyTruthDepth at[OM_STUDY_NDEPTH];
+} StudyTruthResult;
+
+typedef struct StudyTruth StudyTruth;
+OmStatus om__study_truth_create(const OmStudyContactDef* def, const OmProbe* probe,
+                                StudyTruth** truth);
+void om__study_truth_destroy(StudyTruth* truth);
+OmStatus om__study_truth_solve(StudyTruth* truth, int lesion, const OmProgress* progress,
+                               StudyTruthResult* result);
+uint64_t om__study_hash_truth(const OmStudyContactDef* def, int lesion);
+OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path);
+// OM_INVALID also for a file of another setup.
+OmStatus om__study_load_truth(const char* path, StudyTruthResult* truth);
+// What the tracking would have measured of the lesion at depth k: truth and noise.
+OmVec3 om__study_measured(const OmStudyContactDef* def, const StudyTruthResult* truth, int k);
+
+// ---- scores and the report ------------------------------------------------------------------------
+
+typedef struct Study {
+    const OmStudyContactDef* def;
+    const OmProgress* progress;
+    int nlesion, nrun, nfound, nmade;
+    StudyRun* run;            // [resolution][method][lesion]
+    StudyTruthResult* truth;  // [lesion]
+    OmProbe* probe;
+    OmSurface surface;  // of contact
+} Study;
+
+typedef struct StudySample {  // of a set of values; all 0 if n is 0
+    int n;
+    double mean, sd, least, lower, median, upper, most;
+} StudySample;
+
+typedef struct StudyCell {  // a method on a mesh
+    int ntet;
+    int nrun;               // runs there are
+    StudySample stability;  // share of the path, %, of the lesions
+    StudySample ms;         // time of a step, all steps of all lesions
+    StudySample error;      // mm, of the deformations that all methods completed
+    double finest;          // mm, mean error of the finest mesh on the same deformations
+    bool is_met;            // the whole bar
+    char why[320];          // what is missed
+} StudyCell;
+
+typedef struct StudyScore {
+    StudyCell cell[OM_STUDY_MAX_RESOLUTION][OM_STUDY_NMETHOD];
+    // errors by deformation, mm, over all resolutions; [OM_STUDY_NMETHOD] is the rigid model
+    StudySample by_depth[OM_STUDY_NMETHOD + 1][OM_STUDY_NDEPTH];
+    StudySample refinement;   // mm, of the lesion between the two meshes of the truth
+    StudySample force_check;  // %, of the force between them
+    StudySample sink;         // mm
+} StudyScore;
+
+const StudyRun* om__study_run_at(const Study* s, int resolution, int method, int lesion);
+// Distance of the model's lesion to the measured one, m; negative if the run did not come so far.
+double om__study_error(const Study* s, const StudyRun* run, int depth);
+// Sorts `value`.
+StudySample om__study_sample(double* value, int n);
+OmStatus om__study_score(const Study* s, StudyScore* score);
+OmStatus om__study_write_files(const Study* s, const StudyScore* score);
+OmStatus om__study_write_report(const Study* s, const StudyScore* score);
+OmStatus om__study_add_pictures(const Study* s, OmReport* report);
 
 #endif

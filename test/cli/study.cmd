@@ -1,0 +1,53 @@
+# omentum study contact: files, resuming, a body of one's own, and one sentence for whatever goes wrong.
+$ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 2000 --methods penalty,prescribed -q -o out
+exit 0
+out ^2 runs \(2 new\): 2 completed the path; the worst reached 100 %
+out ^the bar is met by 2 of 2 combinations
+no-err
+file out/report.html
+file out/study.json
+file out/runs.csv
+file out/errors.csv
+file out/truth/lesion-01.json
+file out/runs/penalty-000623-01.json
+
+# What is finished is not done again; what is damaged is.
+$ printf '{' > out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 2000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
+exit 0
+out ^2 runs \(1 new\)
+
+# A mesh and lesions of one's own.
+$ mesh=$(ls out/meshes/002000-*.vtu) && printf '# x y z radius\n0 0 50 4\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions none.txt -q -o own
+exit 3
+err none\.txt
+err-lines 1
+
+$ mesh=$(ls out/meshes/002000-*.vtu) && printf '0 0 0.05 0.004\n0 0 1\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions sites.txt -q -o own
+exit 3
+err sites\.txt:2: .*not inside the body
+err-lines 1
+
+$ omentum study contact
+exit 2
+err add -o DIR
+
+$ omentum study scan -o out
+exit 2
+err no study "scan"
+
+$ omentum study contact -o out --resolutions 12,a
+exit 2
+err --resolutions: "12,a"
+
+$ omentum study contact -o out --methods springs
+exit 2
+err none of penalty, multipliers, prescribed
+
+$ omentum study contact -o out --mesh a.vtu
+exit 2
+err go together
+
+$ touch taken && omentum study contact --quick -q -o taken/out
+exit 3
+err taken
+err-lines 1
