@@ -61,7 +61,7 @@ typedef struct OmFemWork {  // work->data
     int ntet, nworker;      // sizes of the arrays
     size_t row_size;        // floats of one worker's row
     float* turned;   // what the first pass leaves: OM__TURNED or OM__BLOCKED floats an element
-    double* corner;  // forces on the corners of elements, made by the first balance (ntet x 4 x 3)
+    double* corner;  // forces on the corners of elements, null until needed (ntet x 4 x 3)
     float* row;      // the row a worker gathers                       (nworker x row_size)
 } OmFemWork;
 

@@ -152,7 +152,11 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->row_size = (size_t)fem->max_row * 24 + 16;
     fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, left_size(fem) * sizeof(float));
     fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
-    return fw->turned && fw->row ? OM_OK : OM_NO_MEMORY;
+    if (!fw->turned || !fw->row) return OM_NO_MEMORY;
+    // A step that may need Newton's method has its memory from the start.
+    if (!fem->is_blocked && m->def.max_newton <= 1) return OM_OK;
+    fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof *fw->corner);
+    return fw->corner ? OM_OK : OM_NO_MEMORY;
 }
 
 static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
