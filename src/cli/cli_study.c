@@ -117,7 +117,7 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyContactDef* def) {
     OM_TRY(read_methods(om_cli_get(args, "--methods"), def));
     OM_TRY(om_cli_get_int(args, "--lesions-used", 1, OM_STUDY_MAX_LESION, &def->nlesion));
     OM_TRY(om_cli_get_double(args, "--friction", 0, 10, &def->friction));
-    OM_TRY(om_cli_get_int(args, "--contact-triangles", 100, 1000000, &def->contact_ntri));
+    OM_TRY(om_cli_get_int(args, "--contact-triangles", 100, 200000, &def->contact_ntri));
     OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
     return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
 }

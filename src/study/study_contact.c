@@ -15,8 +15,9 @@
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1c027u
-#define SURFACE_NTET 26220  // of the mesh whose boundary becomes the contact surface
-#define VERSION 1           // of what a run's result depends on besides the definition
+#define SURFACE_NTET \
+    6.555          // elements, a contact triangle, of the mesh whose boundary they come from
+#define VERSION 1  // of what a run's result depends on besides the definition
 
 OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir) {
     OmStudyContactDef def = {
@@ -70,6 +71,10 @@ static OmStatus validate(const OmStudyContactDef* def) {
                  "contact study: depth[%d] = %g m; ascending numbers above 0", i, def->depth[i]);
     OM_CHECK(def->nlesion >= 0 && def->nlesion <= def->body->nlesion, OM_INVALID,
              "contact study: nlesion = %d; the body has %d", def->nlesion, def->body->nlesion);
+    OM_CHECK(def->contact_ntri >= 100 && def->contact_ntri <= 200000, OM_INVALID,
+             "contact study: contact_ntri = %d; 100 to 200000 are possible", def->contact_ntri);
+    OM_CHECK(def->truth_ntet >= 800 && def->truth_ntet <= 2000000, OM_INVALID,
+             "contact study: truth_ntet = %d; 800 to 2000000 are possible", def->truth_ntet);
     OM_TRY(check_positive("speed", def->speed));
     OM_TRY(check_positive("time_step", def->time_step));
     OM_TRY(check_positive("tolerance", def->tolerance));
@@ -151,7 +156,7 @@ OmStatus om__study_get_mesh(const OmStudyContactDef* def, int ntet, OmTetMesh* m
 OmStatus om__study_get_surface(const OmStudyContactDef* def, OmSurface* surface) {
     OmTetMesh mesh;
     memset(surface, 0, sizeof *surface);
-    OM_TRY(om__study_get_mesh(def, SURFACE_NTET, &mesh));
+    OM_TRY(om__study_get_mesh(def, (int)(SURFACE_NTET * def->contact_ntri), &mesh));
     OmStatus status = om_contact_surface_make(&mesh, def->contact_ntri, surface);
     om_tet_mesh_done(&mesh);
     return status;

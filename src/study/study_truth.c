@@ -4,10 +4,10 @@
 // them, static equilibrium by Newton's method, and a contact of its own: an integral over the faces instead
 // of a condition on vertices,
 //
-//     p(g) = p0 exp(-g / e),    g the exact distance to the probe's rounded box, p0 the tissue's modulus,
+//     p(g) = p0 exp(-g / e),    g the exact distance to the probe's rounded box,
 //
 // integrated over the rest shape with 64 points a face: e = 0.2 mm is how far the gap strays from 0 while the
-// pressure varies by a factor of 2.7 about p0. It is smooth: a linear penalty of the same accuracy makes
+// pressure varies by a factor of 2.7; p0 is chosen so that its mean, weighted by p, is 0. It is smooth: a linear penalty of the same accuracy makes
 // Newton's method chatter, and so do multipliers at those points, of which there are more than nodes.
 //
 // The first guess at each depth is a run of linear tetrahedra on the same mesh, with penalty contact: no
@@ -24,9 +24,12 @@
 #include "study/study_internal.h"
 
 #define SOFTNESS 2e-4  // m, e
-#define FAR 16         // in e: farther than this there is no pressure to speak of
-#define LINEAR 4       // from p = p0 exp(LINEAR) on, p grows linearly
-#define NSPLIT 8       // a face has NSPLIT^2 points
+#define SINK 1e-5      // m, as near to 0 as the mean gap is brought
+#define MAX_TURN 3
+#define LEAST_PRESSURE 0.05  // of p0, in Young's moduli: while the probe hardly touches
+#define FAR 16               // in e: farther than this there is no pressure to speak of
+#define LINEAR 4             // from p = p0 exp(LINEAR) on, p grows linearly
+#define NSPLIT 8             // a face has NSPLIT^2 points
 #define NPOINT (NSPLIT * NSPLIT)
 #define COARSER 8         // elements of the fine mesh over those of the coarse
 #define LEAD_STEP 0.0005  // m a step of the linear tetrahedra, in LEAD_TIME
@@ -62,7 +65,9 @@ typedef struct Touch {
     Level* level;
     const OmProbe* probe;
     const OmStudyLesion* lesion;
+    double young;     // of the tissue, Pa
     double pressure;  // p0, Pa
+    int nturn;        // how often it was chosen anew
     double from, to;  // m, depth at loads 0 and 1
     bool has_matrix;  // the last evaluation made one
     OmVec3 force;     // of the last evaluation: N, on the probe
@@ -167,6 +172,17 @@ static OmStatus eval_touch(void* ctx, const double* x, double load, double* ener
     }
     t->sink = sum > 0 ? sink / sum : 0;
     return OM_OK;
+}
+
+// Choose p0 so that the gap, weighted by the pressure, is 0 on the mean.
+static OmStatus centre_gap(void* ctx, const double* x, double load) {
+    Touch* t = ctx;
+    OM_TRY(eval_touch(t, x, load, NULL, NULL, NULL));
+    if (fabs(t->sink) < SINK || t->nturn++ >= MAX_TURN) return OM_OK;
+    double least = LEAST_PRESSURE * t->young, last = t->pressure;
+    t->pressure = fmax(least, last * exp(t->sink / SOFTNESS));
+    if (t->pressure == last) return OM_OK;
+    return OM_NOT_CONVERGED;
 }
 
 // ---- the body on a mesh ---------------------------------------------------------------------------
@@ -328,7 +344,7 @@ void om__study_truth_destroy(StudyTruth* t) {
 
 // Equilibrium with the probe going from touch->from to touch->to.
 static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmFemReport* report) {
-    OmFemExtra extra = {.eval = eval_touch, .ctx = touch};
+    OmFemExtra extra = {.eval = eval_touch, .finish = centre_gap, .ctx = touch};
     OmFemLoad load = {.fixed = level->fixed, .extra = &extra};
     OmFemStaticDef how = om_fem_default_static_def(level->solid);
     how.tolerance = TOLERANCE;
@@ -337,7 +353,7 @@ static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmF
     how.solver.preconditioner = OM_MULTIGRID;
     if (touch->from == touch->to) how.min_step = 1;  // a guess is good or it is not
     touch->level = level;
-    touch->pressure = t->def->material.young;
+    touch->nturn = 0;
     touch->has_matrix = false;
     OM_TRY(om_fem_solve_static(level->solid, &load, &how, level->x, NULL, report));
     if (report->load < 1) return OM_NOT_CONVERGED;
@@ -403,7 +419,10 @@ OmStatus om__study_truth_solve(StudyTruth* t, int lesion, const OmProgress* prog
     const OmStudyContactDef* def = t->def;
     Level *fine = &t->fine, *coarse = &t->coarse;
     double begin = om_clock_now();
-    Touch touch = {.probe = t->probe, .lesion = &def->body->lesion[lesion]};
+    Touch touch = {.probe = t->probe,
+                   .lesion = &def->body->lesion[lesion],
+                   .young = def->material.young,
+                   .pressure = 0.3 * def->material.young};
     result->lesion = lesion;
     result->ntet = fine->mesh.nelem;
     result->ntet_coarse = coarse->mesh.nelem;
