@@ -144,7 +144,8 @@ OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int
 /// An energy E of its own beside the body's, such as contact with a tool that is pressed further as `load`
 /// grows. `eval` adds E to *energy, its gradient dE/dx to f (nnode x 3), its second derivative to A by
 /// om_bsr_add on blocks of the pattern (nodes of one element, symmetric: both (i, j) and (j, i)); each is null
-/// where not wanted. `finish` is called at equilibrium: the place to change what must stay the same during
+/// where not wanted. A second derivative that is not positive semidefinite is made so where Newton's method
+/// needs it, node by node; springs much stiffer than the elements around cost iterations. `finish` is called at equilibrium: the place to change what must stay the same during
 /// Newton's method (multipliers, friction); OM_NOT_CONVERGED from it asks for another solve at the same load.
 /// An error from either ends the solve with that error.
 typedef struct OmFemExtra {
@@ -180,7 +181,7 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
     double
         tolerance;  // |residual| over the norm of loads and reactions (or rounding); default 1e-9
     bool is_plain;  // whole steps of Newton's method, no line search; default false
-    OmSolverDef solver;          // default OM_CHOLESKY up to 6,000 nodes, else OM_MULTIGRID to 1e-3
+    OmSolverDef solver;          // default OM_CHOLESKY up to 3,000 nodes, else OM_MULTIGRID to 1e-3
     const OmProgress* progress;  // "load" from 0 to 1; may be null
     uint32_t cookie;
 } OmFemStaticDef;
@@ -200,7 +201,7 @@ typedef struct OmFemReport {
 
 OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
 /// Equilibrium under a load that grows from load_begin to 1; prescribed degrees of freedom move from where
-/// they are in x to rest + goal. Newton's method, with whole steps first and a line search if they fail; a
+/// they are in x to rest + goal. Newton's method, with whole steps first (unless there is `extra`) and a line search if they fail; a
 /// tangent that is not positive definite is projected; a load step that fails, or ends with an inverted
 /// element, is halved.
 /// @param x         in: equilibrium at load_begin (at 0: the rest positions); out: at report->load

@@ -94,7 +94,7 @@ static OmStatus implicit_step(OmFemDynamics* d, double h, OmFemMotion* m, OmFemR
         d->x[i] = m->x[i];
         if (is_midpoint) d->target[i] = 0.5 * (m->x[i] + d->target[i]);
     }
-    OmStatus status = om__newton_solve(N, 1, d->target, d->x, report);
+    OmStatus status = om__newton_solve(N, 1, d->target, d->x, NULL, report);
     if (status != OM_OK) return status;
     for (size_t i = 0; i < n; ++i) {
         double v = (d->x[i] - m->x[i]) / k;

@@ -8,14 +8,16 @@
 //
 // Slender bodies turn: there whole steps, though the energy rises at first, are three times quicker than steps
 // that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
-// and not inverted, else the search begins anew from the start with the line search.
+// and not inverted, else the search begins anew from the start with the line search. Contact (`extra`) is the
+// other way round: its stiffness comes and goes, whole steps run away, and the line search takes some ten steps.
 #include <string.h>
 
 #include "fem/fem_solid.h"
 
-#define DIRECT_NODES 6000  // CHOLMOD is quicker below
-#define PLAIN_TURNS 12
-#define RUNAWAY 1e4  // times the residual after the first iteration
+#define DIRECT_NODES 3000  // CHOLMOD is quicker below
+#define PLAIN_TURNS 8      // whole steps that may rise; from then on they must fall
+#define PATIENCE 4         // in so many iterations
+#define RUNAWAY 1e4        // times the residual after the first iteration
 #define MAX_BACKTRACK 14
 #define DESCENT 1e-4           // share of the predicted fall that must come true
 #define SLOPE_LEFT 0.9         // share of the force along the step that may be left at its end
@@ -44,6 +46,7 @@ OmStatus om__newton_create(const OmFemSolid* s, const OmSolverDef* solver, OmFem
                         &N->trial, &N->work, &N->scratch, &N->start};
     for (int k = 0; k < 8; ++k) OM_CALLOC_DONE(*array[k], n);
     OM_CALLOC_DONE(N->fixed, n);
+    OM_ALLOC_DONE(N->own, 3 * n);
 done:
     if (status < 0) om__newton_done(N);
     return status;
@@ -55,6 +58,7 @@ void om__newton_done(OmFemNewton* N) {
     double* array[] = {N->x_hat, N->dead, N->r, N->dx, N->trial, N->work, N->scratch, N->start};
     for (int k = 0; k < 8; ++k) om_free(array[k]);
     om_free(N->fixed);
+    om_free(N->own);
     *N = (OmFemNewton){0};
 }
 
@@ -128,12 +132,32 @@ OmStatus om__newton_residual(OmFemNewton* N, const double* x, double share, doub
 
 // ---- the linear system ------------------------------------------------------------------------------
 
+// The tangent of `extra`; projected, each node loses what is negative of its own block.
+static OmStatus add_extra(OmFemNewton* N, const double* x, double share, bool is_projected) {
+    OmBsr* A = &N->A;
+    const OmFemExtra* extra = N->load->extra;
+    for (int i = 0; i < A->nvert && is_projected; ++i)
+        memcpy(N->own + 9 * (size_t)i, A->exact + 9 * (size_t)A->row_adr[i], 9 * sizeof(double));
+    OM_TRY(extra->eval(extra->ctx, x, share, NULL, NULL, A));
+    for (int i = 0; i < A->nvert && is_projected; ++i) {
+        const double *own = N->own + 9 * (size_t)i, *now = A->exact + 9 * (size_t)A->row_adr[i];
+        if (memcmp(own, now, 9 * sizeof *own) == 0) continue;
+        OmVec3 w;
+        OmMat3 V, more = om_mat3_cols(om_sub(om_load3(now, 0), om_load3(own, 0)),
+                                      om_sub(om_load3(now, 1), om_load3(own, 1)),
+                                      om_sub(om_load3(now, 2), om_load3(own, 2)));
+        om_mat3_eigen_symmetric(more, &w, &V);
+        OmMat3 lift = om_mat3_diag(om_vec3(fmax(-w.x, 0), fmax(-w.y, 0), fmax(-w.z, 0)));
+        om_bsr_add(A, A->row_adr[i], om_mat3_mul(V, om_mat3_mul(lift, om_mat3_transpose(V))));
+    }
+    return OM_OK;
+}
+
 static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool is_projected,
                             double shift) {
     OM_TRY(om__fem_tangent(N->solid, x, is_projected, &N->A));
     if (!is_projected) om__fem_add_follower(N->load, x, share, NULL, &N->A);
-    if (N->load->extra)
-        OM_TRY(N->load->extra->eval(N->load->extra->ctx, x, share, NULL, NULL, &N->A));
+    if (N->load->extra) OM_TRY(add_extra(N, x, share, is_projected));
     if (N->inertia > 0) om_fem_add_mass(N->solid, N->inertia, N->is_consistent, &N->A);
     // What rounding of positions does to forces, and the shift.
     double largest = 0, sum = 0;
@@ -241,7 +265,8 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
                         OmFemReport* report) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     Balance b;
-    int most = N->is_plain && !N->is_plain_only ? PLAIN_TURNS : N->max_newton;
+    double before[PATIENCE] = {INFINITY};  // residuals of the last iterations
+    bool is_trial = N->is_plain && !N->is_plain_only;
     double first = 0;  // residual after the first iteration
     report->nhistory = 0;
     report->reason[0] = 0;
@@ -249,7 +274,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
     OM_TRY(eval_balance(N, x, share, N->r, &b));
     bool is_moved = set_prescribed(N, target, x);
     if (!is_moved && note_residual(N, &b, report)) return OM_OK;
-    for (int turn = 0; turn < most; ++turn) {
+    for (int turn = 0; turn < N->max_newton; ++turn) {
         OmStatus status = find_step(N, x, share, report);
         if (status != OM_OK) return status;
         ++report->nnewton;
@@ -266,23 +291,35 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
             snprintf(report->reason, sizeof report->reason, "Newton's method ran away");
             return OM_NOT_CONVERGED;
         }
+        double* last = &before[turn % PATIENCE];
+        if (is_trial && turn >= PLAIN_TURNS && b.residual > 0.7 * *last) break;
+        *last = b.residual;
         if (note_residual(N, &b, report)) return OM_OK;
     }
     snprintf(report->reason, sizeof report->reason,
              "the residual is %.3g of the loads after %d iterations of Newton's method",
-             report->residual, most);
+             report->residual, N->max_newton);
     return OM_NOT_CONVERGED;
 }
 
 OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, double* x,
-                          OmFemReport* report) {
+                          const double* guess, OmFemReport* report) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     memcpy(N->start, x, n * sizeof *x);
-    N->is_plain = true;
-    OmStatus status = iterate(N, share, target, x, report);
-    bool is_done = status == OM_OK && !N->is_repaired && om_fem_eval_volume(N->solid, x, NULL) > 0;
-    if (status < 0 || is_done || N->is_plain_only) return status;
-    memcpy(x, N->start, n * sizeof *x);
+    if (!N->load->extra || N->is_plain_only) {
+        if (guess) memcpy(x, guess, n * sizeof *x);
+        N->is_plain = true;
+        OmStatus status = iterate(N, share, target, x, report);
+        bool is_done =
+            status == OM_OK && !N->is_repaired && om_fem_eval_volume(N->solid, x, NULL) > 0;
+        if (status < 0 || is_done || N->is_plain_only) return status;
+        memcpy(x, N->start, n * sizeof *x);
+    } else if (guess) {
+        Balance here, there;
+        OM_TRY(eval_balance(N, x, share, N->r, &here));
+        OM_TRY(eval_balance(N, guess, share, N->r, &there));
+        if (there.energy < here.energy) memcpy(x, guess, n * sizeof *x);
+    }
     N->is_plain = false;
     return iterate(N, share, target, x, report);
 }

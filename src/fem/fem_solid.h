@@ -112,6 +112,7 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses
     double* x_hat;                  // where inertia draws to            (nnode x 3)
     double *dead, *r, *dx, *trial, *work, *scratch, *start;  //         (nnode x 3 each)
+    double* own;           // blocks of nodes without `extra`    (nnode x 9)
     unsigned char* fixed;  //                                   (nnode x 3)
     double rounding;       // norm of forces that rounding of positions makes, N
 } OmFemNewton;
@@ -123,10 +124,10 @@ void om__newton_done(OmFemNewton* newton);
 /// Prescribed degrees of freedom and dead loads; before the solves.
 OmStatus om__newton_set_load(OmFemNewton* newton, const OmFemLoad* load);
 /// Find equilibrium at `share` of the loads from x, prescribed entries of which go to `target` (nnode x 3).
-/// Adds to the counts of report.
+/// `guess` (may be null) is where to begin if that is no worse than x. Adds to the counts of report.
 /// @return OM_OK, OM_NOT_CONVERGED (report->reason; x is of no use)
 OmStatus om__newton_solve(OmFemNewton* newton, double share, const double* target, double* x,
-                          OmFemReport* report);
+                          const double* guess, OmFemReport* report);
 /// Gradient of all energies at x to r, and the norm of loads and reactions.
 OmStatus om__newton_residual(OmFemNewton* newton, const double* x, double share, double* r,
                              double* scale);

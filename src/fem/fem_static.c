@@ -1,7 +1,8 @@
 // fem_static.c: equilibrium by load steps that are as long as Newton's method stands.
 //
 // A step that does not converge, or ends with an inverted element, is halved and tried again from the last
-// equilibrium; after a success a halved step doubles, never beyond the first length.
+// equilibrium; after a success a halved step doubles, never beyond the first length. From the second step on
+// Newton's method begins on the straight line through the last two equilibria.
 #include <string.h>
 
 #include "fem/fem_solid.h"
@@ -37,12 +38,12 @@ static OmStatus check_def(const OmFemSolid* s, const OmFemStaticDef* def, const 
 }
 
 // Newton's method, again while `extra` asks for it; then no element may be inverted.
-static OmStatus solve_step(OmFemNewton* N, double share, const double* target, double* x,
-                           OmFemReport* report) {
+static OmStatus solve_step(OmFemNewton* N, double share, const double* target, const double* guess,
+                           double* x, OmFemReport* report) {
     const OmFemExtra* extra = N->load->extra;
     OmStatus status = OM_NOT_CONVERGED;
     for (int turn = 0; turn < MAX_REPEAT; ++turn) {
-        status = om__newton_solve(N, share, target, x, report);
+        status = om__newton_solve(N, share, target, x, turn == 0 ? guess : NULL, report);
         if (status != OM_OK) return status;
         report->min_volume = om_fem_eval_volume(N->solid, x, NULL);
         if (!(report->min_volume > 0)) {
@@ -59,8 +60,9 @@ static OmStatus solve_step(OmFemNewton* N, double share, const double* target, d
     return OM_NOT_CONVERGED;
 }
 
-typedef struct Path {  // where prescribed nodes come from and go, and the last equilibrium
-    double *from, *to, *target, *good;
+typedef struct Path {  // where prescribed nodes come from and go, and the last two equilibria
+    double *from, *to, *target, *good, *before, *guess;
+    double load_before;  // of `before`; not below the last load: there is none
 } Path;
 
 static OmStatus begin_path(const OmFemNewton* N, const double* x, Path* p) {
@@ -70,8 +72,12 @@ static OmStatus begin_path(const OmFemNewton* N, const double* x, Path* p) {
     OM_ALLOC(p->to, n);
     OM_ALLOC(p->target, n);
     OM_ALLOC(p->good, n);
+    OM_ALLOC(p->before, n);
+    OM_ALLOC(p->guess, n);
     memcpy(p->from, x, n * sizeof *x);
     memcpy(p->good, x, n * sizeof *x);
+    memcpy(p->before, x, n * sizeof *x);
+    p->load_before = 2;
     for (size_t i = 0; i < n; ++i)
         p->to[i] = N->fixed[i] ? rest[i] + (N->load->goal ? N->load->goal[i] : 0) : x[i];
     return OM_OK;
@@ -82,6 +88,8 @@ static void end_path(Path* p) {
     om_free(p->to);
     om_free(p->target);
     om_free(p->good);
+    om_free(p->before);
+    om_free(p->guess);
 }
 
 static OmStatus follow_path(OmFemNewton* N, const OmFemStaticDef* def, Path* p, double* x,
@@ -95,10 +103,15 @@ static OmStatus follow_path(OmFemNewton* N, const OmFemStaticDef* def, Path* p, 
         double way = (next - def->load_begin) / whole;
         for (size_t i = 0; i < n; ++i)
             p->target[i] = next < 1 ? p->from[i] + way * (p->to[i] - p->from[i]) : p->to[i];
-        OmStatus status = solve_step(N, next, p->target, x, report);
+        bool has_guess = p->load_before < report->load;
+        double more = has_guess ? (next - report->load) / (report->load - p->load_before) : 0;
+        for (size_t i = 0; i < n; ++i) p->guess[i] = x[i] + more * (x[i] - p->before[i]);
+        OmStatus status = solve_step(N, next, p->target, has_guess ? p->guess : NULL, x, report);
         if (status < 0) return status;
         if (status == OM_OK) {
+            memcpy(p->before, p->good, n * sizeof *x);
             memcpy(p->good, x, n * sizeof *x);
+            p->load_before = report->load;
             report->load = next;
             ++report->nstep;
             step = fmin(2 * step, first);
