@@ -442,9 +442,15 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
         if (!is_done) OM_TRY(correct(p, s, w, h, most, report));
     }
-    tell_forces(p, h);
-    report->residual = fmax(report->residual, last.residual);
     ++p->lcp->age;
+    if (is_done && status == OM_OK) {
+        tell_forces(p, h);
+        report->residual = fmax(report->residual, last.residual);
+    } else {
+        om__press_lcp_forget(p->lcp);
+        status = om__press_augmented(p, m, s, w, h, report);
+        is_done = p->report.is_settled;
+    }
     p->report.is_settled = is_done;
     if (status == OM_OK && !is_done)
         return om_error(

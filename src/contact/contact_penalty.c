@@ -18,6 +18,7 @@
 
 #define STIFF 100       // times what resists moving a point alone
 #define SEARCH_FROM 2   // solves before steps may be shortened
+#define ROUNDS 8        // of multipliers that take over
 #define SAME_DRAG 0.02  // relative: friction that changes more is solved again
 
 static void choose_first(OmPress* p, OmTissueState* s, const OmTissueWork* w, double h) {
@@ -34,7 +35,7 @@ static void choose_first(OmPress* p, OmTissueState* s, const OmTissueWork* w, do
         t->is_active |= push > 0 && now < 10 * OM_PRESS_TAKE * p->size;
         if (!t->is_active || p->def.friction == 0) continue;
         OmVec3 rel = om_sub(d, t->slip);
-        t->push = fmax(0, -t->k * end);
+        t->push = fmax(0, t->multiplier - t->k * end);
         t->drag = p->def.friction * t->push /
                   fmax(OM_PRESS_SLOW, om_norm(om_madd(rel, -om_dot(rel, t->n), t->n)) / h);
     }
@@ -55,7 +56,8 @@ static OmStatus add_forces(OmPress* p, OmTissueWork* w, double h) {
         OmMat3 K = om_mat3_scale(t->k - t->drag / h, nn);
         K = om_mat3_add(K, om_mat3_scale(t->drag / h, om_mat3_identity()));
         OmVec3 along = om_madd(t->slip, -om_dot(t->slip, t->n), t->n);
-        OmVec3 f = om_madd(om_scale(t->k * (t->goal - t->gap), t->n), t->drag / h, along);
+        OmVec3 f =
+            om_madd(om_scale(t->multiplier + t->k * (t->goal - t->gap), t->n), t->drag / h, along);
         OM_TRY(om__press_add_force(p, w, t->point, f, K));
     }
     return OM_OK;
@@ -68,25 +70,25 @@ static int update(OmPress* p, const OmTissueState* s, const OmTissueWork* w, dou
     for (int k = 0; k < p->ntouch; ++k) {
         OmTouch* t = &p->touch[k];
         OmVec3 d = om__press_move(p, s, w, t->point, h), zero = {0, 0, 0};
-        double end = t->gap + om_dot(t->n, d) - t->goal;
+        double end = t->gap + om_dot(t->n, d) - t->goal, lift = t->multiplier / t->k;
         t->force = zero;
         if (t->is_glued) {
             t->force = om_scale(t->k, om_sub(t->slip, d));
-        } else if (t->is_active && end > OM_PRESS_LET_GO * p->size) {
+        } else if (t->is_active && end - lift > OM_PRESS_LET_GO * p->size) {
             t->is_active = false;
             t->push = t->drag = 0;
             ++nchange;
         } else if (t->is_active) {
             OmVec3 rel = om_sub(d, t->slip);
             rel = om_madd(rel, -om_dot(rel, t->n), t->n);
-            t->push = fmax(0, -t->k * end);
+            t->push = fmax(0, t->multiplier - t->k * end);
             t->force = om_madd(om_scale(t->push, t->n), -t->was_drag / h, rel);
             t->drag = p->def.friction * t->push / fmax(OM_PRESS_SLOW, om_norm(rel) / h);
             nchange += fabs(t->drag - t->was_drag) > SAME_DRAG * t->drag;
             nchange += may_bend && om__press_bend(p, t, om_add(t->x, d));
         } else {
             OmVec3 place = om_add(t->x, d);
-            if (om__press_gap(p, place) - t->goal >= -OM_PRESS_TAKE * p->size) continue;
+            if (om__press_gap(p, place) - t->goal - lift >= -OM_PRESS_TAKE * p->size) continue;
             om__press_linearise(p, t, place);
             t->is_active = true;
             ++nchange;
@@ -110,7 +112,7 @@ static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, d
         if (t->is_glued) continue;  // its spring is a part of A
         OmVec3 begin = om_add(om__press_point(p, om_tissue_v(s), t->point),
                               om__press_point(p, p->last, t->point));
-        t->in = t->goal - t->gap - h * om_dot(t->n, begin);
+        t->in = t->multiplier / t->k + t->goal - t->gap - h * om_dot(t->n, begin);
         t->rate = h * om_dot(t->n, om__press_point(p, p->way, t->point));
         farthest = fmax(farthest, fabs(t->rate));
         if (!t->is_active) continue;
@@ -131,15 +133,10 @@ static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, d
     return 0.5 * (lo + hi);
 }
 
-OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                           double h, OmTissueReport* report) {
-    OmPress* p = ctx;
+// Solve until no one changes sides.
+static OmStatus settle(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                       double h, OmTissueReport* report) {
     OmStatus status = OM_OK;
-    om__press_path(p, s, h);
-    om__press_detect(p, s, w, h);
-    if (p->def.method == OM_PRESS_PRESCRIBED) om__press_glue(p, s);
-    choose_first(p, s, w, h);
-    om_tissue_set_force_scale(w, om__press_guess_force(p, w));
     size_t n3 = 3 * (size_t)om_tissue_mesh(m)->nvert;
     p->report.is_settled = false;
     for (int n = 0; n < p->def.max_iterations && !p->report.is_settled; ++n) {
@@ -155,5 +152,65 @@ OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, 
         }
         p->report.is_settled = update(p, s, w, h, 2 * n < p->def.max_iterations) == 0 && share == 1;
     }
+    return status;
+}
+
+OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                           double h, OmTissueReport* report) {
+    OmPress* p = ctx;
+    om__press_path(p, s, h);
+    om__press_detect(p, s, w, h);
+    if (p->def.method == OM_PRESS_PRESCRIBED) om__press_glue(p, s);
+    choose_first(p, s, w, h);
+    om_tissue_set_force_scale(w, om__press_guess_force(p, w));
+    return settle(p, m, s, w, h, report);
+}
+
+// ---- augmented Lagrangian -----------------------------------------------------------------------------
+
+// How far the touches are from Signorini's law, max |min(push / most, gap / edge)|; what springs give goes to
+// multipliers.
+static double take_over(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {
+    double most = 0, worst = 0;
+    for (int k = 0; k < p->ntouch; ++k)
+        if (p->touch[k].is_active) most = fmax(most, p->touch[k].push);
+    for (int k = 0; k < p->ntouch; ++k) {
+        OmTouch* t = &p->touch[k];
+        OmVec3 d = om__press_move(p, s, w, t->point, h);
+        double gap = t->is_active ? t->gap + om_dot(t->n, d) - t->goal
+                                  : om__press_gap(p, om_add(t->x, d)) - t->goal;
+        double push = t->is_active && most > 0 ? t->push / most : 0;
+        worst = fmax(worst, fabs(fmin(push, gap / p->edge)));
+        t->multiplier = t->is_active ? t->push : 0;
+    }
+    return worst;
+}
+
+OmStatus om__press_augmented(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                             double h, OmTissueReport* report) {
+    // From the motion of the beginning: what brought us here may have led astray.
+    int nvert = om_tissue_mesh(m)->nvert;
+    for (int i = 0; i < nvert; ++i) {
+        bool is_held = om_tissue_is_prescribed(m, s, i);
+        OmVec3 back = om_scale(-1, om_load3(om_tissue_dv(w), i)), zero = {0, 0, 0};
+        om_store3(p->way, i, is_held ? zero : back);
+    }
+    om_tissue_add_dv(w, p->way);
+    p->seen_h = 0;
+    om__press_detect(p, s, w, h);
+    choose_first(p, s, w, h);
+    om_tissue_set_force_scale(w, om__press_guess_force(p, w));
+    OmStatus status = OM_OK;
+    for (int round = 0; round < ROUNDS; ++round) {
+        OmTissueReport one = {0};
+        status = settle(p, m, s, w, h, &one);
+        report->iterations += one.iterations;
+        if (status < 0) return status;
+        p->report.complementarity = take_over(p, s, w, h);
+        bool is_met = p->report.complementarity <= p->def.tolerance;
+        if (is_met || round == ROUNDS - 1) report->residual = fmax(report->residual, one.residual);
+        if (is_met) break;
+    }
+    p->report.is_settled = p->report.is_settled && p->report.complementarity <= p->def.tolerance;
     return status;
 }

@@ -113,11 +113,9 @@ OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPr
     OM_CALLOC_DONE(p->out_normal, 3 * n);
     OM_CALLOC_DONE(p->out_push, 3 * n);
     OM_CALLOC_DONE(p->out_gap, n);
-    if (def->method != OM_PRESS_MULTIPLIERS) {
-        OM_CALLOC_DONE(p->last, 3 * (size_t)om_tissue_mesh(model)->nvert);
-        OM_CALLOC_DONE(p->way, 3 * (size_t)om_tissue_mesh(model)->nvert);
-        OM_CALLOC_DONE(p->scratch, 3 * (size_t)om_tissue_mesh(model)->nvert);
-    }
+    OM_CALLOC_DONE(p->last, 3 * (size_t)om_tissue_mesh(model)->nvert);
+    OM_CALLOC_DONE(p->way, 3 * (size_t)om_tissue_mesh(model)->nvert);
+    OM_CALLOC_DONE(p->scratch, 3 * (size_t)om_tissue_mesh(model)->nvert);
     if (def->method == OM_PRESS_MULTIPLIERS) OM_TRY_DONE(om__press_lcp_create(&p->lcp));
     measure_surface(p);
     *press = p;

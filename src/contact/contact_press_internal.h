@@ -42,10 +42,11 @@ typedef struct OmTouch {  // a point of the contact surface near the probe, in o
     OmVec3 slip;   // m, how the probe moves there in the step
     double k;      // N/m, penalty
     bool is_active;
-    bool is_through;        // would end beyond the probe: what is near it there is the wrong side
-    bool is_glued;          // held at x + slip by a spring in all directions
-    double in, rate;        // m, how deep at the beginning of a way, and how much less at its end
-    double push;            // N, normal force of the last solve
+    bool is_through;    // would end beyond the probe: what is near it there is the wrong side
+    bool is_glued;      // held at x + slip by a spring in all directions
+    double in, rate;    // m, how deep at the beginning of a way, and how much less at its end
+    double multiplier;  // N, normal force that the spring adds to; 0 but for augmented Lagrangians
+    double push;        // N, normal force of the last solve
     double drag, was_drag;  // N s/m, friction of the penalty method: next solve, last solve
     OmVec3 force;           // N, on the tissue
 } OmTouch;
@@ -74,7 +75,7 @@ struct OmPress {
     int* area;         //                                                  (points)
     double* grip;      // where they are in its frame                      (points x 3)
     double* tri_area;  // m^2, a third of the triangles at each point      (points)
-    double *last, *way, *scratch;  // penalty: a solution, the way from it to the next  (nvert x 3)
+    double *last, *way, *scratch;  // a solution, the way from it to the next  (nvert x 3)
     OmPressLcp* lcp;               // of OM_PRESS_MULTIPLIERS
     OmPressReport report;
     int* out_vert;  // what the report shows                                  (points)
@@ -111,6 +112,10 @@ OmStatus om__press_add_force(const OmPress* press, OmTissueWork* work, int i, Om
 /// Methods, each an OmTissueStepFn with the press as its context.
 OmStatus om__press_penalty(void* ctx, const OmTissueModel* model, OmTissueState* state,
                            OmTissueWork* work, double h, OmTissueReport* report);
+/// Signorini's law by the penalty method: springs that give what multipliers miss, which then take it over
+/// (augmented Lagrangian, Simo and Laursen 1992), until def.tolerance is met.
+OmStatus om__press_augmented(OmPress* press, const OmTissueModel* model, OmTissueState* state,
+                             OmTissueWork* work, double h, OmTissueReport* report);
 OmStatus om__press_multipliers(void* ctx, const OmTissueModel* model, OmTissueState* state,
                                OmTissueWork* work, double h, OmTissueReport* report);
 
