@@ -170,7 +170,8 @@ static void force_block(void* ctx, int begin, int end, int block) {
     for (int n = begin; n < end; ++n) {
         int e = p->elem[n], k = p->s->mesh.nelem_node;
         const int* node = p->s->mesh.elem_node + (size_t)e * (size_t)k;
-        p->partial[e] = eval_element(p, e, fe);
+        double energy = eval_element(p, e, fe);
+        if (p->partial) p->partial[e] = energy;
         for (int a = 0; a < k && p->f; ++a)
             om_store3(p->f, node[a], om_add(om_load3(p->f, node[a]), om_load3(fe, a)));
     }
@@ -364,12 +365,14 @@ static void patch_rows(void* ctx, int begin, int end, int block) {
     }
 }
 
-// Pressures and curvatures into scratch that the caller frees.
-static OmStatus begin_pass(Pass* p, double** scratch, double* energy) {
+// Pressures and curvatures into scratch that the caller frees; null where nothing needs it.
+static OmStatus begin_pass(Pass* p, bool wants_energy, double** scratch, double* energy) {
     const OmFemSolid* s = p->s;
     size_t ne = (size_t)s->mesh.nelem, nn = (size_t)s->mesh.nnode;
     bool is_nodal = s->locking != OM_LOCKING_NONE;
     *energy = 0;
+    *scratch = NULL;
+    if (!is_nodal && !wants_energy) return OM_OK;
     size_t most = ne > nn ? ne : nn;  // elements, nodes or patches
     if ((size_t)s->patches.num > most) most = (size_t)s->patches.num;
     OM_ALLOC(*scratch, most + ne + 2 * nn);
@@ -390,10 +393,10 @@ static OmStatus begin_pass(Pass* p, double** scratch, double* energy) {
 OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, double* energy) {
     Pass p = {.s = s, .x = x, .f = f};
     double *scratch, sum;
-    OM_TRY(begin_pass(&p, &scratch, &sum));
+    OM_TRY(begin_pass(&p, energy != NULL, &scratch, &sum));
     if (f) memset(f, 0, 3 * (size_t)s->mesh.nnode * sizeof *f);
     for_colors(&p, &s->colors, force_block);
-    for (int e = 0; e < s->mesh.nelem; ++e) sum += p.partial[e];
+    for (int e = 0; e < s->mesh.nelem && p.partial; ++e) sum += p.partial[e];
     for_colors(&p, &s->patches.colors, patch_force_block);
     for (int e = 0; e < s->patches.num; ++e) sum += p.partial[e];
     if (energy) *energy = sum;
@@ -416,7 +419,7 @@ OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected
              "the matrix was not made by om_fem_create_matrix of this solid");
     Pass p = {.s = s, .x = x, .A = A, .is_projected = is_projected};
     double *scratch, energy;
-    OM_TRY(begin_pass(&p, &scratch, &energy));
+    OM_TRY(begin_pass(&p, false, &scratch, &energy));
     om_bsr_zero(A);
     for_colors(&p, &s->colors, tangent_block);
     for_colors(&p, &s->patches.colors, patch_tangent_block);

@@ -13,8 +13,8 @@
 struct OmFemDynamics {
     const OmFemSolid* solid;
     OmFemDynamicDef def;
-    OmFemNewton newton;            // dead, r and fixed serve central differences too
-    double *x, *target, *x0, *v0;  // of a step                                 (nnode x 3)
+    OmFemNewton newton;                   // dead, r and fixed serve central differences too
+    double *x, *target, *goal, *x0, *v0;  // of a step                                 (nnode x 3)
 };
 
 OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid) {
@@ -64,6 +64,7 @@ OmStatus om_fem_create_dynamics(const OmFemSolid* s, const OmFemDynamicDef* def,
     d->newton.is_lumped = !def->is_consistent_mass;
     OM_ALLOC_DONE(d->x, n);
     OM_ALLOC_DONE(d->target, n);
+    OM_ALLOC_DONE(d->goal, n);
     OM_ALLOC_DONE(d->x0, n);
     OM_ALLOC_DONE(d->v0, n);
     *out = d;
@@ -77,6 +78,7 @@ void om_fem_destroy_dynamics(OmFemDynamics* d) {
     if (d->newton.solid) om__newton_done(&d->newton);
     om_free(d->x);
     om_free(d->target);
+    om_free(d->goal);
     om_free(d->x0);
     om_free(d->v0);
     om_free(d);
@@ -132,8 +134,8 @@ static OmStatus explicit_step(OmFemDynamics* d, const OmFemLoad* load, double h,
 }
 
 // Implicit steps that are halved where they fail; prescribed nodes move evenly over the whole of h.
-static OmStatus cut_steps(OmFemDynamics* d, const double* goal, double h, OmFemMotion* m,
-                          OmFemReport* report) {
+static OmStatus cut_steps(OmFemDynamics* d, double h, OmFemMotion* m, OmFemReport* report) {
+    const double* goal = d->goal;
     size_t n = 3 * (size_t)d->solid->mesh.nnode;
     double done = 0, part = 1, begin = m->time;
     while (done < 1) {
@@ -173,18 +175,14 @@ OmStatus om_fem_step(OmFemDynamics* d, const OmFemLoad* load, double h, OmFemMot
     memcpy(d->v0, m->v, n * sizeof *d->v0);
     double time = m->time;
     // where prescribed nodes go; free entries are not used
-    double* goal;
     for (size_t i = 0; i < n; ++i)
         d->target[i] = N->fixed[i] ? rest[i] + (load->goal ? load->goal[i] : 0) : m->x[i];
     OmStatus status;
     if (d->def.integrator == OM_CENTRAL_DIFFERENCE) {
         status = explicit_step(d, load, h, m);
     } else {
-        goal = om_alloc(n, sizeof *goal);
-        if (!goal) return OM_NO_MEMORY;
-        memcpy(goal, d->target, n * sizeof *goal);
-        status = cut_steps(d, goal, h, m, &report);
-        om_free(goal);
+        memcpy(d->goal, d->target, n * sizeof *d->goal);
+        status = cut_steps(d, h, m, &report);
     }
     if (status < 0) {
         memcpy(m->x, d->x0, n * sizeof *d->x0);
