@@ -78,6 +78,111 @@ static void test_solvers_agree(void** context) {
     assert_near_rel(z[0], z[1], 1e-9);
 }
 
+// One and four workers end in the same bytes.
+static void test_determinism(void** context) {
+    (void)context;
+    uint64_t hash[2];
+    for (int k = 0; k < 2; ++k) {
+        TestSolid t;
+        start_press(&t, OM_TET10, OM_NEO_HOOKEAN, 0.2);
+        om_fem_destroy(t.solid);
+        OmFemDef solid = om_fem_default_def(&t.mesh, 1, &t.material);
+        solid.nworker = k == 0 ? 1 : 4;
+        assert_ok(om_fem_create(&solid, &t.solid));
+        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        def.solver.preconditioner = OM_MULTIGRID;
+        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        hash[k] = om_hash(t.x, 3 * (size_t)t.mesh.nnode * sizeof(double), OM_HASH_SEED);
+        solid_done(&t);
+    }
+    assert_true(hash[0] == hash[1]);
+}
+
+// The border is held, the inside shaken about until a good part of it is inverted: it comes back to rest.
+static void test_recovery(void** context) {
+    (void)context;
+    const struct {
+        OmElement kind;
+        OmLaw law;
+        OmLocking locking;
+    } one[] = {{OM_TET4, OM_NEO_HOOKEAN, OM_LOCKING_NONE},
+               {OM_TET4, OM_MOONEY_RIVLIN, OM_SMOOTHED},
+               {OM_TET4, OM_STABLE_NEO_HOOKEAN, OM_NODAL_VOLUME},
+               {OM_TET10, OM_NEO_HOOKEAN, OM_LOCKING_NONE},
+               {OM_HEX8, OM_MOONEY_RIVLIN, OM_LOCKING_NONE},
+               {OM_HEX8_MEAN, OM_NEO_HOOKEAN, OM_LOCKING_NONE}};
+    for (int c = 0; c < 6; ++c) {
+        TestSolid t = {.material = {.young = 3000, .poisson = 0.4, .law = one[c].law},
+                       .locking = one[c].locking};
+        solid_box(&t, one[c].kind, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), 3, 3, 3);
+        solid_start(&t);
+        for (int k = 0; k < 3; ++k) {
+            solid_clamp(&t, k, 0);
+            solid_clamp(&t, k, 0.1);
+        }
+        OmRng rng = om_rng_init(3, (uint64_t)c);
+        double shake = one[c].kind == OM_TET10 ? 0.006 : 0.03;  // nodes are 17 and 33 mm apart
+        for (int i = 0; i < 3 * t.mesh.nnode; ++i)
+            if (!t.fixed[i]) t.x[i] += shake * om_rng_range(&rng, -1, 1);
+        double least = om_fem_eval_volume(t.solid, t.x, NULL), worst = 0;
+        assert_true(least < 0);
+        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        def.max_newton = 60;
+        def.load_begin = 0.5;
+        def.tolerance = 1e-8;
+        OmStatus status = om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, &t.report);
+        for (int i = 0; i < 3 * t.mesh.nnode; ++i) worst = fmax(worst, fabs(t.x[i] - t.mesh.x[i]));
+        printf(
+            "recovery, %s, %s: least J %.2f at first, %d Newton iterations, %.2g m from rest %s\n",
+            om_element_name(one[c].kind), om_law_name(one[c].law), least, t.report.nnewton, worst,
+            t.report.reason);
+        assert_int_equal(status, OM_OK);
+        assert_below(worst, 1e-7);
+        solid_done(&t);
+    }
+}
+
+// With projected elements the tangent of any shape is positive definite.
+static void test_projected_tangent(void** context) {
+    (void)context;
+    for (int kind = 0; kind < OM_NELEMENT + 2; ++kind) {
+        OmMaterial material = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+        OmFemMesh mesh;
+        const int num[3] = {2, 2, 2};
+        OmElement element = kind < OM_NELEMENT ? (OmElement)kind : OM_TET4;
+        assert_ok(om_fem_mesh_box(element, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), num, &mesh));
+        OmSolverDef solver_def = om_solver_default_def();
+        solver_def.preconditioner = OM_CHOLESKY;
+        OmStatus status[2];
+        for (int p = 0; p < 2; ++p) {
+            OmFemDef def = om_fem_default_def(&mesh, 1, &material);
+            OmFemSolid* solid;
+            OmSolver* solver;
+            OmBsr A;
+            def.locking =
+                kind < OM_NELEMENT ? OM_LOCKING_NONE : (OmLocking)(kind - OM_NELEMENT + 1);
+            def.is_projected = p == 1;
+            assert_ok(om_fem_create(&def, &solid));
+            assert_ok(om_fem_create_matrix(solid, &A));
+            OmRng rng = om_rng_init(5, 5);
+            double* x = om_alloc(3 * (size_t)mesh.nnode, sizeof *x);
+            for (int i = 0; i < 3 * mesh.nnode; ++i)
+                x[i] = mesh.x[i] + om_rng_range(&rng, -0.03, 0.03);
+            assert_ok(om_fem_eval_tangent(solid, x, &A));
+            om_fem_add_mass(solid, 1e-3, false, &A);  // rigid motions have no stiffness
+            assert_ok(om_solver_create(&solver_def, &A, NULL, &solver));
+            status[p] = om_solver_refresh(solver, &A);
+            om_solver_destroy(solver);
+            om_bsr_destroy(&A);
+            om_fem_destroy(solid);
+            om_free(x);
+        }
+        assert_int_equal(status[0], OM_NOT_SPD);
+        assert_int_equal(status[1], OM_OK);
+        om_fem_mesh_done(&mesh);
+    }
+}
+
 // ---- contact by `extra` -----------------------------------------------------------------------------
 
 typedef struct Plate {  // a frictionless plate z <= height - travel load, on springs at nodes
@@ -196,6 +301,41 @@ static OmStatus small_press(void* ctx) {
     return status;
 }
 
+// Everything else that allocates.
+static OmStatus small_motion(void* ctx) {
+    (void)ctx;
+    OmFemMesh mesh = {0};
+    OmFemFaces faces = {0};
+    OmFemSolid* solid = NULL;
+    OmFemDynamics* dynamics = NULL;
+    OmMaterial material = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+    OmStatus status = OM_OK;
+    const int num[3] = {1, 1, 1};
+    double x[81], v[81] = {0}, weight[10], h, p[3] = {0.03, 0.05, 0.02};
+    int elem;
+    OM_TRY_DONE(om_fem_mesh_box(OM_TET10, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), num, &mesh));
+    OM_TRY_DONE(om_fem_mesh_boundary(&mesh, &faces));
+    OM_TRY_DONE(om_fem_mesh_embed(&mesh, 1, p, &elem, weight));
+    OmFemDef def = om_fem_default_def(&mesh, 1, &material);
+    def.nworker = 1;
+    OM_TRY_DONE(om_fem_create(&def, &solid));
+    memcpy(x, mesh.x, sizeof x);
+    OM_TRY_DONE(om_fem_eval_stable_step(solid, x, NULL, &h));
+    OmFemDynamicDef how = om_fem_default_dynamic_def(solid);
+    how.solver.preconditioner = OM_MULTIGRID;
+    how.solver.nworker = 1;
+    OM_TRY_DONE(om_fem_create_dynamics(solid, &how, &dynamics));
+    OmFemMotion m = {x, v, 0};
+    OmFemLoad load = {.body = {0, 0, -9.81}};
+    OM_TRY_DONE(om_fem_step(dynamics, &load, 0.01, &m, NULL));
+done:
+    om_fem_destroy_dynamics(dynamics);
+    om_fem_destroy(solid);
+    om_fem_faces_done(&faces);
+    om_fem_mesh_done(&mesh);
+    return status;
+}
+
 static void test_memory(void** context) {
     (void)context;
     OmFemMesh mesh;
@@ -204,6 +344,7 @@ static void test_memory(void** context) {
     int nfail = test_failing_allocations(small_press, &mesh, 1);
     printf("memory: %d allocations failed in turn\n", nfail);
     assert_true(nfail > 40);
+    assert_true(test_failing_allocations(small_motion, NULL, 1) > 60);
     om_fem_mesh_done(&mesh);
 }
 
@@ -296,6 +437,9 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_far_compression),
         cmocka_unit_test(test_solvers_agree),
+        cmocka_unit_test(test_determinism),
+        cmocka_unit_test(test_recovery),
+        cmocka_unit_test(test_projected_tangent),
         cmocka_unit_test(test_extra_contact),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_memory),
