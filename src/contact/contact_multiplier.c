@@ -26,12 +26,15 @@
 #include "contact/contact_press_internal.h"
 
 #define LANES 8            // columns solved for together
-#define COLUMN_LOOSE 0.03  // residual of a column
-#define MOVE_LOOSE 0.03    // residual of a correction
-#define SAME_WAY 0.98      // cosine: a column is good for directions as near as that
-#define SWEEPS 400         // of Gauss-Seidel at most
-#define WORST 5e-3         // of the law in a step that is let pass
-#define FIRST_ROOM 512     // contacts, before more memory is taken
+#define COLUMN_LOOSE 0.03  // residual of a column at first; 0.1 is a fifth quicker and led astray
+#define COLUMN_TIGHT 1e-3  // the least
+#define SLOW_GAIN 0.4  // a correction that leaves more than this of a miss asks for better columns
+#define ASTRAY 1.0     // a miss beyond which another way is taken
+#define MOVE_LOOSE 0.03  // residual of a correction
+#define SAME_WAY 0.98    // cosine: a column is good for directions as near as that
+#define SWEEPS 400       // of Gauss-Seidel at most
+#define WORST 5e-3       // of the law in a step that is let pass
+#define FIRST_ROOM 512   // contacts, before more memory is taken
 
 struct OmPressLcp {
     int dim;      // rows of a contact: 1, or 3 with friction
@@ -46,6 +49,7 @@ struct OmPressLcp {
     double* delta;         // gap or slip of the last solve, m                   (max x dim)
     int nvert;
     double *b, *u;  // eight right-hand sides and solutions                      (8 x nvert x 3)
+    double loose;   // residual of their columns
     int age;        // steps that used these columns
     double h;       // they were made for
 };
@@ -77,7 +81,10 @@ void om__press_lcp_destroy(OmPressLcp* c) {
     om_free(c);
 }
 
-void om__press_lcp_forget(OmPressLcp* c) { c->num = c->ready = c->age = 0; }
+void om__press_lcp_forget(OmPressLcp* c) {
+    c->num = c->ready = c->age = 0;
+    c->loose = COLUMN_LOOSE;
+}
 
 // Room for `num` contacts; columns are lost where it was too small.
 static OmStatus reserve(OmPressLcp* c, int dim, int num, int nvert) {
@@ -130,7 +137,7 @@ static OmStatus solve_columns(OmPress* p, OmTissueWork* w, int first) {
     OmPressLcp* c = p->lcp;
     int rows = c->dim * c->num;
     size_t n3 = 3 * (size_t)c->nvert;
-    om_tissue_set_tolerance(w, COLUMN_LOOSE);
+    om_tissue_set_tolerance(w, c->loose);
     for (int at = first; at < rows; at += LANES) {
         int num = rows - at < LANES ? rows - at : LANES;
         memset(c->b, 0, (size_t)num * n3 * sizeof *c->b);
@@ -414,7 +421,14 @@ static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, dou
         memcpy(c->was, c->lambda, (size_t)(c->num * c->dim) * sizeof *c->was);
         gauss_seidel(p, h, fmin(1e-3, 0.1 * p->def.tolerance));
         OM_TRY(move(p, w, report));
+        double before = p->report.complementarity;
         OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
+        if (!(p->report.complementarity < fmax(ASTRAY, 2 * before))) return OM_OK;
+        if (njoin == 0 && p->report.complementarity > fmax(SLOW_GAIN * before, p->def.tolerance) &&
+            c->loose > COLUMN_TIGHT) {
+            c->loose *= 0.1;
+            c->ready = 0;
+        }
     }
     return OM_OK;
 }
@@ -440,6 +454,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
         if (is_first) drop_idle(p);
         is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
+        if (!(p->report.complementarity < ASTRAY) && !is_first) break;
         if (!is_done) OM_TRY(correct(p, s, w, h, most, report));
     }
     ++p->lcp->age;

@@ -217,16 +217,19 @@ void om__press_path(OmPress* p, const OmTissueState* s, double h) {
     double t = (om_tissue_time(s) - p->time) / p->h, end = t + h / p->h;
     p->from = interpolate_pose(p->begin, p->end, t > 1e-9 ? t : 0);
     p->to = interpolate_pose(p->begin, p->end, end < 1 - 1e-9 ? end : 1);
+    p->turn_from = om_quat_to_mat3(p->from.q);
+    p->turn_to = om_quat_to_mat3(p->to.q);
 }
 
 double om__press_gap(const OmPress* p, OmVec3 x) {
-    return om_probe_eval_distance(p->def.probe, om__press_local(p->to, x), NULL);
+    OmVec3 q = om_mat3_apply_transposed(p->turn_to, om_sub(x, p->to.p));
+    return om_probe_eval_distance(p->def.probe, q, NULL);
 }
 
 double om__press_linearise(const OmPress* p, OmTouch* t, OmVec3 x) {
-    OmVec3 n;
-    double gap = om_probe_eval_distance(p->def.probe, om__press_local(p->to, x), &n);
-    t->n = om_quat_rotate(p->to.q, n);
+    OmVec3 n, q = om_mat3_apply_transposed(p->turn_to, om_sub(x, p->to.p));
+    double gap = om_probe_eval_distance(p->def.probe, q, &n);
+    t->n = om_mat3_apply(p->turn_to, n);
     t->gap = gap + om_dot(t->n, om_sub(t->x, x));
     return gap;
 }
@@ -259,10 +262,20 @@ static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) 
     return true;
 }
 
+// The guess for point i at x: as far as it is going, at first no farther than the probe goes and half an edge (`most`; below 0: as far).
+static OmVec3 guess_move(const OmPress* p, const OmTissueState* s, const OmTissueWork* w, int i,
+                         double h, double most) {
+    if (most < 0) return om__press_move(p, s, w, i, h);
+    OmVec3 d = om_scale(h, om__press_point(p, om_tissue_v(s), i));
+    double far = om_norm(d);
+    return far > most ? om_scale(most / far, d) : d;
+}
+
 void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {
     const OmProbe* probe = p->def.probe;
     const double* x = om_tissue_x(s);
     OmVec3 middle = om_lerp(probe->lo, probe->hi, 0.5);
+    OmVec3 middle_from = om_pose_apply(p->from, middle), middle_to = om_pose_apply(p->to, middle);
     double reach = REACH * p->size, radius = 0.5 * om_distance(probe->lo, probe->hi) + reach;
     bool is_first = om_tissue_time(s) != p->seen_time || h != p->seen_h;
     p->seen_time = om_tissue_time(s);
@@ -271,14 +284,17 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
     for (int i = 0; i < p->surface.nvert; ++i) {
         p->touch_of[i] = -1;
         OmTouch t = {.point = i, .x = om__press_point(p, x, i)};
-        OmVec3 a = om__press_local(p->from, t.x), entry;
-        t.slip = om_sub(om_pose_apply(p->to, a), t.x);
-        t.guess = om__press_move(p, s, w, i, h);
-        double far = om_norm(t.guess), most = om_norm(t.slip) + 0.5 * p->edge;
-        if (is_first && far > most) t.guess = om_scale(most / far, t.guess);
-        OmVec3 place = om_add(t.x, t.guess), b = om__press_local(p->to, place);
-        if (om_distance(b, middle) > radius + om_distance(a, b) || om__press_is_still(p, s, i))
+        // far from the ball around the probe on all of the way
+        OmVec3 begin_to = om_sub(t.x, middle_from);
+        double begin_far = om_norm(begin_to);
+        OmVec3 a = om_mat3_apply_transposed(p->turn_from, om_sub(t.x, p->from.p)), entry;
+        t.slip = om_sub(om_add(p->to.p, om_mat3_apply(p->turn_to, a)), t.x);
+        t.guess = guess_move(p, s, w, i, h, is_first ? om_norm(t.slip) + 0.5 * p->edge : -1);
+        OmVec3 place = om_add(t.x, t.guess);
+        if (begin_far > radius + om_distance(om_sub(place, middle_to), begin_to) ||
+            om__press_is_still(p, s, i))
             continue;
+        OmVec3 b = om_mat3_apply_transposed(p->turn_to, om_sub(place, p->to.p));
         double begin = om_probe_eval_distance(probe, a, NULL);
         double end = om_probe_eval_distance(probe, b, NULL);
         bool is_resting = begin < 0 && begin > -RESTING * probe->thickness && end < 0;
@@ -289,8 +305,7 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
         OmVec3 at = is_entering || is_resting ? om_pose_apply(p->to, entry) : place;
         om__press_linearise(p, &t, at);
         t.is_through = is_entering && end >= 0;
-        t.goal = fmin(0, fmin(begin, end) + OM_PRESS_RECOVER * h);
-        if (begin >= 0) t.goal = 0;
+        t.goal = begin >= 0 ? 0 : fmin(0, fmin(begin, end) + OM_PRESS_RECOVER * h);
         p->touch_of[i] = p->ntouch;
         p->touch[p->ntouch++] = t;
     }
@@ -327,17 +342,31 @@ double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) 
 
 // ---- report ---------------------------------------------------------------------------------------
 
-// A third of the triangles around each point, as they are now.
+// A third of the triangles around each point that is pushed, as they are now.
 static void measure_areas(OmPress* p, const double* x) {
     const OmSurface* s = &p->surface;
-    memset(p->tri_area, 0, (size_t)s->nvert * sizeof *p->tri_area);
+    for (int k = 0; k < p->ntouch; ++k) p->tri_area[p->touch[k].point] = 0;
     for (int t = 0; t < s->ntri; ++t) {
         const int* v = s->tri_vert + 3 * (size_t)t;
+        if (p->touch_of[v[0]] < 0 && p->touch_of[v[1]] < 0 && p->touch_of[v[2]] < 0) continue;
         OmVec3 a = om__press_point(p, x, v[0]);
         OmVec3 n = om_cross(om_sub(om__press_point(p, x, v[1]), a),
                             om_sub(om__press_point(p, x, v[2]), a));
         for (int k = 0; k < 3; ++k) p->tri_area[v[k]] += om_norm(n) / 6;
     }
+}
+
+// The deepest point in the probe where it is now.
+static double measure_depth(const OmPress* p, const double* x) {
+    const OmProbe* probe = p->def.probe;
+    OmVec3 middle = om_pose_apply(p->pose, om_lerp(probe->lo, probe->hi, 0.5));
+    double r = 0.5 * om_distance(probe->lo, probe->hi), deepest = 0;
+    for (int i = 0; i < p->surface.nvert; ++i) {
+        OmVec3 at = om__press_point(p, x, i);
+        if (om_norm2(om_sub(at, middle)) > r * r) continue;
+        deepest = fmax(deepest, -om_probe_eval_distance(probe, om__press_local(p->pose, at), NULL));
+    }
+    return deepest;
 }
 
 // Forces into the state; what the probe feels into the report.
@@ -366,7 +395,7 @@ static void report_touches(OmPress* p, OmTissueState* s) {
         om_store3(p->out_normal, c, om_quat_rotate(p->pose.q, n));
         om_store3(p->out_push, c, t->force);
     }
-    r->penetration = fmax(0, -om_press_eval_gap(p, s, p->pose));
+    r->penetration = measure_depth(p, x);
     r->vert = p->out_vert;
     r->point = p->out_point;
     r->normal = p->out_normal;

@@ -64,8 +64,9 @@ struct OmPress {
     OmPose pose;
     // the path of the step
     OmPose begin, end;
-    double time, h;   // when it began, and how long it is
-    OmPose from, to;  // of the substep
+    double time, h;             // when it began, and how long it is
+    OmPose from, to;            // of the substep
+    OmMat3 turn_from, turn_to;  // their rotations
     double seen_time,
         seen_h;        // of the last linear problem: one of the same step goes on from its solution
     int ntouch;        //
