@@ -182,7 +182,7 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
         tolerance;  // |residual| over the norm of loads and reactions (or rounding); default 1e-9
     bool is_plain;  // whole steps of Newton's method, no line search; default false
     OmSolverDef solver;          // default OM_CHOLESKY up to 3,000 nodes, else OM_MULTIGRID to 1e-3
-    const OmProgress* progress;  // "load" from 0 to 1; may be null
+    const OmProgress* progress;  // "load" from 0 to 1, at every iteration; may be null
     uint32_t cookie;
 } OmFemStaticDef;
 

@@ -10,6 +10,7 @@
 // that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
 // and not inverted, else the search begins anew from the start with the line search. Contact (`extra`) is the
 // other way round: its stiffness comes and goes, whole steps run away, and the line search takes some ten steps.
+#include <float.h>
 #include <string.h>
 
 #include "fem/fem_solid.h"
@@ -287,7 +288,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
             OM_TRY(search_line(N, share, x, &b));
         }
         if (turn == 0) first = b.residual;
-        if (!(b.residual <= RUNAWAY * first)) {
+        if (!(b.residual <= (N->is_plain ? RUNAWAY * first : DBL_MAX))) {
             snprintf(report->reason, sizeof report->reason, "Newton's method ran away");
             return OM_NOT_CONVERGED;
         }
@@ -295,6 +296,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
         if (is_trial && turn >= PLAIN_TURNS && b.residual > 0.7 * *last) break;
         *last = b.residual;
         if (note_residual(N, &b, report)) return OM_OK;
+        OM_TRY(om_progress_report(N->progress, "load", report->load, 1));
     }
     snprintf(report->reason, sizeof report->reason,
              "the residual is %.3g of the loads after %d iterations of Newton's method",

@@ -101,6 +101,7 @@ void om__fem_add_follower(const OmFemLoad* load, const double* x, double share, 
 typedef struct OmFemNewton {  // everything a solve needs, made once
     const OmFemSolid* solid;
     const OmFemLoad* load;
+    const OmProgress* progress;  // may be null; told the load at every iteration
     OmSolverDef solver_def;
     OmBsr A;
     OmSolver* solver;

@@ -159,6 +159,7 @@ OmStatus om_fem_solve_static(const OmFemSolid* s, const OmFemLoad* load, const O
     N.max_newton = def->max_newton;
     N.tolerance = def->tolerance;
     N.is_plain_only = def->is_plain;
+    N.progress = def->progress;
     OM_TRY_DONE(begin_path(&N, x, &path));
     OM_TRY_DONE(follow_path(&N, def, &path, x, &report));
     OmStatus forces = final_forces(&N, x, reaction, &report);
