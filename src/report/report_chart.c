@@ -267,16 +267,18 @@ static void put_spans(Plot* p) {
     }
 }
 
-static void put_limit(Plot* p, double limit, const char* name) {
+// The name stands at the left end of the line, or at the right one.
+static void put_limit(Plot* p, double limit, const char* name, bool is_right) {
     OmReport* r = p->report;
     if (!is_on(&p->y, limit)) return;
     double y = to_px(&p->y, limit);
     PUT(r, "<line class=\"limit\"");
     put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
     put_attribute(r, "y1", y), put_attribute(r, "y2", y);
-    PUT(r, "/><text class=\"limit-name\"");
+    PUT(r, "/><text class=\"limit-name\"%s", is_right ? " text-anchor=\"end\"" : "");
     bool is_at_top = y - p->top < 16;
-    put_attribute(r, "x", PLOT_LEFT + 8), put_attribute(r, "y", is_at_top ? y + 15 : y - 6);
+    put_attribute(r, "x", is_right ? PLOT_RIGHT - 8 : PLOT_LEFT + 8);
+    put_attribute(r, "y", is_at_top ? y + 15 : y - 6);
     PUT(r, ">");
     om__report_escape(r, name);
     PUT(r, "</text>\n");
@@ -440,8 +442,8 @@ static void put_plot(Plot* p) {
     for (int s = 0; s < c->nseries && !c->ngroup; ++s) put_series(p, s);
     for (int i = 0; i < c->ngroup * c->nseries; ++i) put_box(p, i / c->nseries, i % c->nseries);
     PUT(r, "</g>\n");
-    if (c->has_limit) put_limit(p, c->limit, c->limit_name);
-    if (c->limit2_name) put_limit(p, c->limit2, c->limit2_name);
+    if (c->has_limit) put_limit(p, c->limit, c->limit_name, false);
+    if (c->limit2_name) put_limit(p, c->limit2, c->limit2_name, true);
     PUT(r, "</svg>\n");
 }
 

@@ -105,7 +105,7 @@ static void judge_cell(const Study* s, int k, int m, StudyCell* cell) {
     int used = 0;
     if (nshort)
         used = snprintf(cell->why, sizeof cell->why,
-                        "%d of %d paths end early; lesion %d at %.1f mm: %.120s", nshort,
+                        "paths that end early: %d of %d; lesion %d at %.1f mm: %.120s", nshort,
                         cell->nrun, worst->lesion + 1,
                         1e3 * worst->ndone * s->def->speed * s->def->time_step, worst->reason);
     if (cell->ntet >= SLACK_NTET && cell->error.n && cell->error.mean > cell->finest + ERROR_SLACK)

@@ -7,8 +7,9 @@
 //     p(g) = p0 exp(-g / e),    g the exact distance to the probe's rounded box,
 //
 // integrated over the rest shape with 64 points a face: e = 0.2 mm is how far the gap strays from 0 while the
-// pressure varies by a factor of 2.7; p0 is chosen so that its mean, weighted by p, is 0. It is smooth: a linear penalty of the same accuracy makes
-// Newton's method chatter, and so do multipliers at those points, of which there are more than nodes.
+// pressure varies by a factor of 2.7; p0 is chosen so that its mean, weighted by p, is 0. It is smooth: a linear
+// penalty of the same accuracy makes Newton's method chatter, and so do multipliers at those points, of which
+// there are more than nodes.
 //
 // The first guess at each depth is a run of linear tetrahedra on the same mesh, with penalty contact: no
 // element of it is inverted, and it is some tenths of a millimetre off. A mesh of an eighth of the elements

@@ -157,6 +157,48 @@ static void test_dense_series_keep_peaks(void** state) {
     free(y);
 }
 
+// Decades are evenly spaced; what is not above 0 leaves a gap.
+static void test_decades(void** state) {
+    (void)state;
+    const double x[] = {100, 1000, 10000, 100000}, y[] = {0.1, 1, 0, 100};
+    OmReportSeries s = {"time", x, y, 4, false};
+    char* html = draw(&(OmReportChart){.title = "time",
+                                       .series = {s},
+                                       .nseries = 1,
+                                       .has_limit = true,
+                                       .limit = 20,
+                                       .limit_name = "real time",
+                                       .limit2 = 40,
+                                       .limit2_name = "25 frames a second",
+                                       .is_log_x = true,
+                                       .is_log_y = true});
+    // three decades over 886 px, and over 210 px
+    assert_non_null(strstr(html, "d=\"M58.0 218.0h0L353.3 148.0M944.0 8.0h0\""));
+    assert_non_null(strstr(html, ">0.1</text>"));
+    assert_non_null(strstr(html, ">100000</text>"));
+    assert_non_null(strstr(html, "25 frames a second</text>"));
+    om_free(html);
+}
+
+// A box from the lower to the upper quartile; none for a sample of nothing.
+static void test_boxes(void** state) {
+    (void)state;
+    const char* group[] = {"623", "1363"};
+    const OmReportBox box[] = {{0, 1, 2, 3, 4, 9}, {1, 1, 1, 1, 1, 3}, {0}, {0, 2, 2.5, 3, 4, 7}};
+    char* html = draw(&(OmReportChart){.title = "error",
+                                       .series = {{.name = "LM"}, {.name = "Penalty"}},
+                                       .nseries = 2,
+                                       .ngroup = 2,
+                                       .group = group,
+                                       .box = box});
+    assert_int_equal(count_text(html, "<rect class=\"data"), 3);
+    assert_non_null(strstr(html, "<title>Penalty, 1363, 7 values</title>"));
+    assert_non_null(strstr(html, ">623</text>"));
+    // y from 0 to 4 spans 218 to 8 px: quartiles 1 and 3
+    assert_non_null(strstr(html, "y=\"60.5\" height=\"105.0\""));
+    om_free(html);
+}
+
 static void test_misuse(void** state) {
     (void)state;
     OmReport r;
@@ -177,6 +219,8 @@ int main(void) {
         cmocka_unit_test(test_scales),
         cmocka_unit_test(test_marks),
         cmocka_unit_test(test_dense_series_keep_peaks),
+        cmocka_unit_test(test_decades),
+        cmocka_unit_test(test_boxes),
         cmocka_unit_test(test_misuse),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
