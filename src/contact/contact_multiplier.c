@@ -458,12 +458,13 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         if (!is_done) OM_TRY(correct(p, s, w, h, most, report));
     }
     ++p->lcp->age;
-    if (is_done && status == OM_OK) {
+    if (is_done && status == OM_OK && om__press_check_depth(p, s, w, h) == OM_OK) {
         tell_forces(p, h);
         report->residual = fmax(report->residual, last.residual);
     } else {
         om__press_lcp_forget(p->lcp);
         status = om__press_augmented(p, m, s, w, h, report);
+        if (status < 0) return status;
         is_done = p->report.is_settled;
     }
     p->report.is_settled = is_done;

@@ -137,13 +137,16 @@ static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, d
 static OmStatus settle(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                        double h, OmTissueReport* report) {
     OmStatus status = OM_OK;
+    OmTissueReport one = {0};
     size_t n3 = 3 * (size_t)om_tissue_mesh(m)->nvert;
     p->report.is_settled = false;
     for (int n = 0; n < p->def.max_iterations && !p->report.is_settled; ++n) {
         if (n >= SEARCH_FROM) memcpy(p->last, om_tissue_dv(w), n3 * sizeof *p->last);
         OM_TRY(add_forces(p, w, h));
-        status = om_tissue_solve_step(m, s, w, report);
+        one = (OmTissueReport){0};
+        status = om_tissue_solve_step(m, s, w, &one);
         if (status < 0) return status;
+        report->iterations += one.iterations;
         ++p->report.nsolve;
         double share = n >= SEARCH_FROM ? search_line(p, s, w, h) : 1;
         if (share < 1) {
@@ -152,6 +155,7 @@ static OmStatus settle(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmT
         }
         p->report.is_settled = update(p, s, w, h, 2 * n < p->def.max_iterations) == 0 && share == 1;
     }
+    report->residual = fmax(report->residual, one.residual);  // of the solve that counts
     return status;
 }
 
@@ -163,7 +167,10 @@ OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, 
     if (p->def.method == OM_PRESS_PRESCRIBED) om__press_glue(p, s);
     choose_first(p, s, w, h);
     om_tissue_set_force_scale(w, om__press_guess_force(p, w));
-    return settle(p, m, s, w, h, report);
+    OmStatus status = settle(p, m, s, w, h, report);
+    if (status < 0) return status;
+    OM_TRY(om__press_check_depth(p, s, w, h));
+    return status;
 }
 
 // ---- augmented Lagrangian -----------------------------------------------------------------------------
@@ -212,5 +219,6 @@ OmStatus om__press_augmented(OmPress* p, const OmTissueModel* m, OmTissueState* 
         if (is_met) break;
     }
     p->report.is_settled = p->report.is_settled && p->report.complementarity <= p->def.tolerance;
+    OM_TRY(om__press_check_depth(p, s, w, h));
     return status;
 }

@@ -8,6 +8,8 @@
 
 #include "contact/contact_press_internal.h"
 
+#define TOO_DEEP 0.05  // of an edge of the contact surface, by the true distance: the step is cut
+#define SHORTEST (1.0 / 32)  // of a step, for that
 #define PRESS_COOKIE 0x93e55u
 #define REACH 0.05     // of the model's size: points farther from the probe are not looked at
 #define RESTING 0.02   // of the probe's thickness: a point less deep lies on it
@@ -338,6 +340,22 @@ double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) 
         nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
     }
     return nearest;
+}
+
+OmStatus om__press_check_depth(const OmPress* p, const OmTissueState* s, const OmTissueWork* w,
+                               double h) {
+    const OmProbe* probe = p->def.probe;
+    OmVec3 middle = om_pose_apply(p->to, om_lerp(probe->lo, probe->hi, 0.5));
+    double r = 0.5 * om_distance(probe->lo, probe->hi), deepest = 0;
+    for (int i = 0; i < p->surface.nvert; ++i) {
+        const OmTouch* t = p->touch_of[i] >= 0 ? &p->touch[p->touch_of[i]] : NULL;
+        if (t ? t->is_glued : om__press_is_still(p, s, i)) continue;
+        OmVec3 place = om_add(om__press_point(p, om_tissue_x(s), i), om__press_move(p, s, w, i, h));
+        if (om_norm2(om_sub(place, middle)) > r * r) continue;
+        deepest = fmax(deepest, (t ? t->goal : 0) - om__press_gap(p, place));
+    }
+    if (deepest <= TOO_DEEP * p->edge || h < 2 * SHORTEST * p->h) return OM_OK;
+    return om_error(OM_INVALID, "press: a point would end %.3g mm inside the probe", 1e3 * deepest);
 }
 
 // ---- report ---------------------------------------------------------------------------------------
