@@ -181,9 +181,8 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
 OmStatus om__study_load_truth(const char* path, StudyTruthResult* truth) {
     StudyTruthResult file = {0};
     OM_TRY(om_yaml_load(path, &truth_schema, &file));
-    OM_CHECK(strcmp(file.setup, truth->setup) == 0 && file.lesion == truth->lesion &&
-                 file.ndepth == OM_STUDY_NDEPTH,
-             OM_INVALID, "%s: truth of another setup", path);
+    OM_CHECK(strcmp(file.setup, truth->setup) == 0 && file.lesion == truth->lesion, OM_INVALID,
+             "%s: truth of another setup", path);
     *truth = file;
     return OM_OK;
 }

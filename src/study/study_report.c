@@ -279,11 +279,12 @@ static void add_forces(const Study* s, OmReport* report) {
     }
     double *depth = x + 2 * NMETHOD * OM_STUDY_MAX_STEP, *force = depth + OM_STUDY_MAX_STEP;
     depth[0] = force[0] = 0;
-    for (int d = 0; d < NDEPTH; ++d) {
+    int ndepth = s->truth[0].ndepth;
+    for (int d = 0; d < ndepth; ++d) {
         depth[d + 1] = 1e3 * s->truth[0].at[d].depth;
         force[d + 1] = s->truth[0].at[d].force;
     }
-    chart.series[NMETHOD] = (OmReportSeries){"truth", depth, force, NDEPTH + 1, false};
+    chart.series[NMETHOD] = (OmReportSeries){"truth", depth, force, ndepth + 1, false};
     om_report_heading(report, "Force");
     om_report_chart(report, &chart);
     om_free(x);
@@ -298,7 +299,7 @@ static void add_truth(const Study* s, const StudyScore* score, OmReport* report)
         text, sizeof text,
         "Truth is another model: %d quadratic tetrahedra in double precision, lesions %.1f times as stiff "
         "as the tissue, static equilibrium, and a contact integrated over the faces, without friction, "
-        "in which the tissue sinks in by %.3f mm (median). The same on %d quadratic tetrahedra puts the "
+        "in which the mean gap, weighted by the pressure, is %.3f mm (median). The same on %d quadratic tetrahedra puts the "
         "lesions %.2f mm away (median; upper quartile %.2f, largest %.2f mm) and its force differs by "
         "%.1f %% (median): this is the check by refinement; the finer one errs less.",
         s->truth[0].ntet, s->def->lesion_ratio, score->sink.median, s->truth[0].ntet_coarse,

@@ -18,7 +18,7 @@ const StudyRun* om__study_run_at(const Study* s, int resolution, int method, int
 }
 
 double om__study_error(const Study* s, const StudyRun* run, int depth) {
-    if (run->nreached <= depth) return -1;
+    if (run->nreached <= depth || s->truth[run->lesion].ndepth <= depth) return -1;
     OmVec3 measured = om__study_measured(s->def, &s->truth[run->lesion], depth);
     return om_distance(run->reached[depth].lesion, measured);
 }
@@ -53,6 +53,7 @@ StudySample om__study_sample(double* value, int n) {
 
 // Did every method of the study complete this deformation?
 static bool is_valid(const Study* s, int resolution, int lesion, int depth) {
+    if (s->truth[lesion].ndepth <= depth) return false;
     for (int m = 0; m < NMETHOD; ++m)
         if (s->def->has_method[m] && om__study_run_at(s, resolution, m, lesion)->nreached <= depth)
             return false;
@@ -126,7 +127,7 @@ static void score_depths(const Study* s, double* value, StudyScore* score) {
                     if (m < NMETHOD) {
                         double e = om__study_error(s, om__study_run_at(s, k, m, l), d);
                         if (e >= 0) value[n++] = 1e3 * e;
-                    } else if (k == 0) {
+                    } else if (k == 0 && s->truth[l].ndepth > d) {
                         const OmStudyLesion* lesion = &s->def->body->lesion[l];
                         OmVec3 rigid = om_madd(lesion->center, -s->def->depth[d], lesion->normal);
                         value[n++] =
@@ -139,20 +140,19 @@ static void score_depths(const Study* s, double* value, StudyScore* score) {
     }
 }
 
-static void score_truth(const Study* s, double* value, StudyScore* score) {
-    int n = s->nlesion * NDEPTH;
-    for (int i = 0; i < n; ++i) {
-        const StudyTruthDepth* t = &s->truth[i / NDEPTH].at[i % NDEPTH];
-        value[i] = 1e3 * om_distance(t->fine, t->coarse);
+// One of three measures of the truth at every depth it reached: 0 difference of the meshes, mm; 1 of their
+// forces, %; 2 the mean gap, mm.
+static StudySample sample_truth(const Study* s, int what, double* value) {
+    int n = 0;
+    for (int l = 0; l < s->nlesion; ++l) {
+        for (int d = 0; d < s->truth[l].ndepth; ++d) {
+            const StudyTruthDepth* t = &s->truth[l].at[d];
+            value[n++] = what == 0   ? 1e3 * om_distance(t->fine, t->coarse)
+                         : what == 1 ? 100 * fabs(t->coarse_force / t->force - 1)
+                                     : 1e3 * fabs(t->sink);
+        }
     }
-    score->refinement = om__study_sample(value, n);
-    for (int i = 0; i < n; ++i) {
-        const StudyTruthDepth* t = &s->truth[i / NDEPTH].at[i % NDEPTH];
-        value[i] = 100 * fabs(t->coarse_force / t->force - 1);
-    }
-    score->force_check = om__study_sample(value, n);
-    for (int i = 0; i < n; ++i) value[i] = 1e3 * s->truth[i / NDEPTH].at[i % NDEPTH].sink;
-    score->sink = om__study_sample(value, n);
+    return om__study_sample(value, n);
 }
 
 OmStatus om__study_score(const Study* s, StudyScore* score) {
@@ -169,7 +169,9 @@ OmStatus om__study_score(const Study* s, StudyScore* score) {
         }
     }
     score_depths(s, value, score);
-    score_truth(s, value, score);
+    score->refinement = sample_truth(s, 0, value);
+    score->force_check = sample_truth(s, 1, value);
+    score->sink = sample_truth(s, 2, value);
     om_free(value);
     return OM_OK;
 }
