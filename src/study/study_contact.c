@@ -275,7 +275,11 @@ static OmStatus do_truth(Study* s) {
         snprintf(t->setup, sizeof t->setup, "%016llx",
                  (unsigned long long)om__study_hash_truth(s->def, i));
         OM_TRY(truth_path(s, i, path, sizeof path));
-        is_found[i] = om_path_exists(path) && om__study_load_truth(path, t) == OM_OK;
+        if (om_path_exists(path)) {
+            OmStatus status = om__study_load_truth(path, t);
+            if (status == OM_NO_MEMORY) return status;
+            is_found[i] = status == OM_OK;
+        }
         nfound += is_found[i];
     }
     return nfound == s->nlesion ? OM_OK : make_truth(s, is_found);

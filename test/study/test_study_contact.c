@@ -1,6 +1,6 @@
 // test_study_contact.c: the contact study small: it resumes to the same numbers, refuses nonsense, and its
 // truth does not depend on its mesh more than the check by refinement says.
-#include "test_common.h"
+#include "test_alloc.h"
 
 #include "study/study_internal.h"
 
@@ -148,6 +148,31 @@ static void test_nonsense(void** unused) {
     assert_status(om_study_run_contact(&def, NULL, &sum), OM_INVALID);
 }
 
+static OmStatus finish_again(void* ctx) {
+    OmStudyContactSummary sum;
+    return om_study_run_contact(ctx, NULL, &sum);
+}
+
+static OmStatus make_body(void* ctx) {
+    (void)ctx;
+    OmStudyBody* phantom;
+    OmTetMesh mesh;
+    OmStatus status = om_study_create_phantom(3, 2, &phantom);
+    if (status == OM_OK) status = om_study_mesh_body(phantom, 200, 1, &mesh);
+    if (status == OM_OK) om_tet_mesh_done(&mesh);
+    om_study_destroy_body(phantom);
+    return status;
+}
+
+static void test_memory(void** unused) {
+    (void)unused;
+    OmStudyContactDef def = small_def();  // its runs are there
+    int nfail = test_failing_allocations(make_body, NULL, 7);
+    nfail += test_failing_allocations(finish_again, &def, 61);
+    printf("%d allocations failed\n", nfail);
+    assert_true(nfail > 10);
+}
+
 static int begin(void** unused) {
     (void)unused;
     assert_non_null(mkdtemp(dir));
@@ -165,7 +190,7 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_study),    cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_truth),    cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_nonsense),
+        cmocka_unit_test(test_nonsense), cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(test, begin, end);
 }
