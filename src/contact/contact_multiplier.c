@@ -33,7 +33,7 @@
 #define MOVE_LOOSE 0.03  // residual of a correction
 #define SAME_WAY 0.98    // cosine: a column is good for directions as near as that
 #define SWEEPS 400       // of Gauss-Seidel at most
-#define WORST 5e-3       // of the law in a step that is let pass
+#define LEAST_SHARE 0.1  // of a step, which is not cut for the sake of contacts
 #define FIRST_ROOM 512   // contacts, before more memory is taken
 
 struct OmPressLcp {
@@ -468,10 +468,9 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         is_done = p->report.is_settled;
     }
     p->report.is_settled = is_done;
-    if (status == OM_OK && !is_done)
-        return om_error(
-            OM_NOT_CONVERGED,
-            "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
-            p->report.complementarity, p->def.tolerance, p->def.max_iterations);
-    return status;
+    if (status != OM_OK || is_done) return status;
+    // a shorter step is tried before this one is let pass
+    return om_error(h > p->h * LEAST_SHARE ? OM_INVALID : OM_NOT_CONVERGED,
+                    "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
+                    p->report.complementarity, p->def.tolerance, p->def.max_iterations);
 }

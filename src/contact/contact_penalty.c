@@ -216,7 +216,7 @@ OmStatus om__press_augmented(OmPress* p, const OmTissueModel* m, OmTissueState* 
         p->report.complementarity = take_over(p, s, w, h);
         bool is_met = p->report.complementarity <= p->def.tolerance;
         if (is_met || round == ROUNDS - 1) report->residual = fmax(report->residual, one.residual);
-        if (is_met) break;
+        if (is_met && p->report.is_settled) break;
     }
     p->report.is_settled = p->report.is_settled && p->report.complementarity <= p->def.tolerance;
     OM_TRY(om__press_check_depth(p, s, w, h));
