@@ -145,8 +145,9 @@ OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int
 /// grows. `eval` adds E to *energy, its gradient dE/dx to f (nnode x 3), its second derivative to A by
 /// om_bsr_add on blocks of the pattern (nodes of one element, symmetric: both (i, j) and (j, i)); each is null
 /// where not wanted. A second derivative that is not positive semidefinite is made so where Newton's method
-/// needs it, node by node; springs much stiffer than the elements around cost iterations. `finish` is called at equilibrium: the place to change what must stay the same during
-/// Newton's method (multipliers, friction); OM_NOT_CONVERGED from it asks for another solve at the same load.
+/// needs it, node by node; springs much stiffer than the elements around cost iterations. `finish` is called
+/// at equilibrium: the place to change what must stay the same during Newton's method (multipliers,
+/// friction); OM_NOT_CONVERGED from it asks for another solve at the same load.
 /// An error from either ends the solve with that error.
 typedef struct OmFemExtra {
     OmStatus (*eval)(void* ctx, const double* x, double load, double* energy, double* f, OmBsr* A);
@@ -201,9 +202,9 @@ typedef struct OmFemReport {
 
 OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
 /// Equilibrium under a load that grows from load_begin to 1; prescribed degrees of freedom move from where
-/// they are in x to rest + goal. Newton's method, with whole steps first (unless there is `extra`) and a line search if they fail; a
-/// tangent that is not positive definite is projected; a load step that fails, or ends with an inverted
-/// element, is halved.
+/// they are in x to rest + goal. Newton's method, with whole steps first (unless there is `extra`) and a line
+/// search if they fail; a tangent that is not positive definite is projected; a load step that fails, or ends
+/// with an inverted element, is halved.
 /// @param x         in: equilibrium at load_begin (at 0: the rest positions); out: at report->load
 /// @param reaction  force on prescribed degrees of freedom, N (nnode x 3), 0 elsewhere; may be null
 /// @param report    may be null

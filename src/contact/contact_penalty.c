@@ -6,8 +6,8 @@
 //
 //     Phi(dv) = 1/2 dv . A dv - b . dv + sum 1/2 k min(0, gap - goal)^2
 //
-// by a semismooth Newton iteration: solve with the springs of those that touch, let go of what is pulled, take what went
-// in, solve again. From the third solve on, dv goes only as far towards the solution as Phi falls: it is a
+// by a semismooth Newton iteration: solve with the springs of those that touch, let go of what is pulled, take
+// what went in, solve again. From the third solve on, dv goes only as far towards the solution as Phi falls: it is a
 // parabola on every piece of the way, and its slope costs one product with A. Points of one facet that a curved
 // probe touches in turn made the plain iteration cycle. Only the first solve of a step makes coarse matrices; later
 // ones change a few diagonal blocks. Friction is Coulomb's with the normal force of the last solve, viscous below

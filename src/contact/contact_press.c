@@ -2,8 +2,9 @@
 //
 // A point of the contact surface that is near the probe, or crosses it on the way, gets a plane: through the place
 // where its path relative to the probe enters it, or else through the nearest point of the probe where the
-// solution is expected: x + h (v + dv), at first no farther than the probe goes and half an edge. A path longer than half the probe's thickness is looked at in pieces, so a
-// thin probe does not slip through. What the methods do with planes is in their own files.
+// solution is expected: x + h (v + dv), at first no farther than the probe goes and half an edge. A path longer
+// than half the probe's thickness is looked at in pieces, so a thin probe does not slip through. What the methods
+// do with planes is in their own files.
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
@@ -264,7 +265,8 @@ static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) 
     return true;
 }
 
-// The guess for point i at x: as far as it is going, at first no farther than the probe goes and half an edge (`most`; below 0: as far).
+// The guess for point i at x: as far as it is going, at first no farther than the probe goes and half an edge
+// (`most`; below 0: as far).
 static OmVec3 guess_move(const OmPress* p, const OmTissueState* s, const OmTissueWork* w, int i,
                          double h, double most) {
     if (most < 0) return om__press_move(p, s, w, i, h);

@@ -2,7 +2,8 @@
 //
 // Tetrahedra: xi in the unit corner, node 0 at the origin, nodes 1, 2, 3 on the axes. Hexahedra: xi in
 // [-1, 1]^3. Rules: Keast's 4 points (degree 2) for tetrahedra, 14 positive points of degree 5 for mass
-// (Walkington 2000); Gauss 2 x 2 x 2 for hexahedra, 3 x 3 x 3 for their mass; on faces 7 points of degree 5 (Radon) and Gauss 2 x 2.
+// (Walkington 2000); Gauss 2 x 2 x 2 for hexahedra, 3 x 3 x 3 for their mass; on faces 7 points of degree 5
+// (Radon) and Gauss 2 x 2.
 #include <string.h>
 
 #include "fem/fem_solid.h"

@@ -1,6 +1,7 @@
 // test_fem_cases.c: numbers that other codes and books give for the same meshes and laws.
 //
-// FEBio's test suite (te01, ma36, ma02, ma01, dy11), CalculiX's beamog, caribou's StVK beam. "norm" is that of all free displacements at the end.
+// FEBio's test suite (te01, ma36, ma02, ma01, dy11), CalculiX's beamog, caribou's StVK beam. "norm" is that of all
+// free displacements at the end.
 #include "test_solid.h"
 
 // A1, FEBio te01: one linear tetrahedron pressed down.
