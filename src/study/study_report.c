@@ -299,9 +299,9 @@ static void add_truth(const Study* s, const StudyScore* score, OmReport* report)
         text, sizeof text,
         "Truth is another model: %d quadratic tetrahedra in double precision, lesions %.1f times as stiff "
         "as the tissue, static equilibrium, and a contact integrated over the faces, without friction, "
-        "in which the mean gap, weighted by the pressure, is %.3f mm (median). The same "
-        "on %d quadratic tetrahedra puts the lesions %.2f mm away (median; upper quartile %.2f, largest %.2f mm) and its force differs by "
-        "%.1f %% (median): this is the check by refinement; the finer one errs less.",
+        "in which the mean gap, weighted by the pressure, is %.3f mm (median). The same on %d quadratic "
+        "tetrahedra puts the lesions %.2f mm away (median; upper quartile %.2f, largest %.2f mm) and its "
+        "force differs by %.1f %% (median): this is the check by refinement; the finer one errs less.",
         s->truth[0].ntet, s->def->lesion_ratio, score->sink.median, s->truth[0].ntet_coarse,
         score->refinement.median, score->refinement.upper, score->refinement.most,
         score->force_check.median);
