@@ -141,7 +141,7 @@ static uint64_t press_hash(PressRig* p) {
     uint64_t hash = OM_HASH_SEED;
     om_tissue_reset(p->r.m, p->r.s);
     assert_ok(om_press_place(p->press, p->r.m, p->r.s, at(0.06, 0.05)));
-    for (int k = 0; k < 12; ++k) {
+    for (int k = 0; k < 8; ++k) {
         OmPressReport report = go(p, at(0.06 + 0.0002 * k, 0.05 - 0.0005 * (k + 1)), H);
         hash = om_hash(&report.force, sizeof report.force, hash);
         hash = om_hash(report.push, 3 * (size_t)report.ncontact * sizeof(double), hash);
@@ -154,7 +154,7 @@ static void test_same_bytes(void** test) {
     (void)test;
     for (int method = 0; method < 3; ++method) {
         uint64_t first = 0;
-        for (int nworker = 1; nworker <= 4; nworker += 3) {
+        for (int nworker = 1; nworker <= 2; ++nworker) {
             PressRig p;
             make_block(&p, 8, 7, 4);
             p.r.def.solver.nworker = nworker;
@@ -168,13 +168,13 @@ static void test_same_bytes(void** test) {
             size_t size = om_tissue_state_size(p.r.m);
             void* before = om_alloc(1, size);
             memcpy(before, p.r.s, size);
-            go(&p, at(0.062, 0.043), H);
+            go(&p, at(0.0615, 0.0455), H);
             uint64_t once = om_tissue_hash(p.r.s);
             memcpy(p.r.s, before, size);
             if (method != OM_PRESS_PRESCRIBED) {  // its area is where it was put down
                 assert_ok(om_press_place(p.press, p.r.m, p.r.s, here));
                 test_count_begin();
-                go(&p, at(0.062, 0.043), H);
+                go(&p, at(0.0615, 0.0455), H);
                 assert_int_equal(test_count_end(), 0);
                 assert_true(om_tissue_hash(p.r.s) == once);
             }
