@@ -82,8 +82,9 @@ typedef struct OmPressDef {  // made by om_press_default_def
     double tolerance;  // multipliers: largest |min(lambda / lambda_max, gap / edge)|; default 1e-4;
                        // 1e-8 is the test mode and needs a linear solver as exact (1e-10)
     int max_iterations;  // solves of a (sub)step at most, >= 1; default 40
-    int reuse;  // multipliers: steps that share one Delassus matrix, the thesis's variant: 5;
-                // default 1. Above 1 a step depends on those before it
+    int reuse;  // multipliers: 0: an augmented Lagrangian (with friction as 1); 1: a Delassus matrix each step;
+        // more: steps that share one, the thesis's variant is 5 (then a step depends on those
+        // before it); default 0
     OmVec3 direction;  // prescribed: where the probe presses to, in its frame; default (0, 0, -1)
     double reach;      // prescribed: how far before the probe its area lies, m; default 0.01
     uint32_t cookie;   // set by om_press_default_def

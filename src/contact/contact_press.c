@@ -21,7 +21,6 @@ OmPressDef om_press_default_def(const OmProbe* probe) {
                       .ntri = 1004,
                       .tolerance = 1e-4,
                       .max_iterations = 40,
-                      .reuse = 1,
                       .direction = {0, 0, -1},
                       .reach = 0.01,
                       .cookie = PRESS_COOKIE};
@@ -48,8 +47,10 @@ static OmStatus check_def(const OmPressDef* def) {
              "press: tolerance is %g; it must be from 1e-12 to 0.1", def->tolerance);
     OM_CHECK(def->max_iterations >= 1 && def->max_iterations <= 1000, OM_INVALID,
              "press: max_iterations is %d; it must be from 1 to 1000", def->max_iterations);
-    OM_CHECK(def->reuse >= 1 && def->reuse <= 1000, OM_INVALID,
-             "press: reuse is %d steps; it must be from 1 to 1000", def->reuse);
+    OM_CHECK(
+        def->reuse >= 0 && def->reuse <= 1000, OM_INVALID,
+        "press: reuse is %d steps; it must be from 0 (no Delassus matrix unless needed) to 1000",
+        def->reuse);
     double length = om_norm(def->direction);
     OM_CHECK(length > 1e-9 && length < 1e9, OM_INVALID,
              "press: direction (%g, %g, %g) has no direction", def->direction.x, def->direction.y,

@@ -299,7 +299,7 @@ static void test_input(void** test) {
     REFUSE(def.friction = 0.1; def.method = OM_PRESS_PRESCRIBED, "friction");
     REFUSE(def.tolerance = 0, "tolerance");
     REFUSE(def.max_iterations = 0, "max_iterations");
-    REFUSE(def.reuse = 0, "reuse");
+    REFUSE(def.reuse = -1, "reuse");
     REFUSE(def.direction = om_vec3(0, 0, 0), "direction");
     REFUSE(def.reach = 0, "reach");
     REFUSE(def.surface = &bad, "vertex 2");
