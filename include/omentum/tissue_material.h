@@ -8,10 +8,10 @@
 ///     OmMaterial tissue = {.young = 3000, .poisson = 0.45};                    // corotational
 ///     OmMaterial breast = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
 ///
-/// Logarithms and fractional powers end at J = 0. Below J = 0.2 the terms made of ln J (as a whole: squares
-/// included) and the powers of J, and below a stretch of 0.2 its powers, are continued by their Taylor
-/// polynomials of second order there, so that every law is twice continuously differentiable for every F,
-/// inverted ones included, and pushes back out of inversion.
+/// Logarithms and fractional powers end at J = 0. Below J = 0.1 the terms made of ln J (as a whole: squares
+/// included), and below 0.2 the powers of J and of stretches, are continued by their Taylor polynomials of
+/// second order there, so that every law is twice continuously differentiable for every F, inverted ones
+/// included, and pushes back out of inversion.
 #ifndef OMENTUM_TISSUE_MATERIAL_H
 #define OMENTUM_TISSUE_MATERIAL_H
 

@@ -379,7 +379,7 @@ static void drop_idle(OmPress* p) {
     int num = c->ready;
     for (int k = c->ready; k < c->num; ++k) {
         if (c->lambda[k * c->dim] == 0 && c->delta[k * c->dim] >= 0) {
-            p->touch[c->touch[k]].is_active = false;
+            if (c->touch[k] >= 0) p->touch[c->touch[k]].is_active = false;
             continue;
         }
         for (int r = 0; r < c->dim; ++r) {

@@ -46,21 +46,21 @@ void om__law_init(const OmMaterial* m, OmLawParam* law) {
 
 // ---- functions of one variable ----------------------------------------------------------------------
 
-static OmJet continued(OmJet at, double x) {
-    double t = x - OM__LAW_FLOOR;
+static OmJet continued(OmJet at, double x, double floor) {
+    double t = x - floor;
     return (OmJet){at.f + t * (at.d + 0.5 * t * at.dd), at.d + t * at.dd, at.dd};
 }
 
 static OmJet jet_log(double x) {
-    double b = x > OM__LAW_FLOOR ? x : OM__LAW_FLOOR;
+    double b = x > OM__LOG_FLOOR ? x : OM__LOG_FLOOR;
     OmJet y = {log(b), 1 / b, -1 / (b * b)};
-    return x < OM__LAW_FLOOR ? continued(y, x) : y;
+    return x < OM__LOG_FLOOR ? continued(y, x, OM__LOG_FLOOR) : y;
 }
 
 static OmJet jet_power(double x, double e) {
     double b = x > OM__LAW_FLOOR ? x : OM__LAW_FLOOR, f = pow(b, e);
     OmJet y = {f, e * f / b, e * (e - 1) * f / (b * b)};
-    return x < OM__LAW_FLOOR ? continued(y, x) : y;
+    return x < OM__LAW_FLOOR ? continued(y, x, OM__LAW_FLOOR) : y;
 }
 
 // c/2 (x - 1)^2
@@ -70,9 +70,9 @@ static OmJet jet_square(double c, double x) {
 
 // c/2 (ln x)^2
 static OmJet jet_log_square(double c, double x) {
-    double b = x > OM__LAW_FLOOR ? x : OM__LAW_FLOOR, l = log(b);
+    double b = x > OM__LOG_FLOOR ? x : OM__LOG_FLOOR, l = log(b);
     OmJet y = {c / 2 * l * l, c * l / b, c * (1 - l) / (b * b)};
-    return x < OM__LAW_FLOOR ? continued(y, x) : y;
+    return x < OM__LOG_FLOOR ? continued(y, x, OM__LOG_FLOOR) : y;
 }
 
 bool om__law_is_split(const OmLawParam* law) {

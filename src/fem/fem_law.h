@@ -8,7 +8,10 @@
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 
-#define OM__LAW_FLOOR 0.2  // J, and Ogden's stretches: below it, Taylor polynomials of second order
+// Below these, terms go on as Taylor polynomials of second order. That of logarithms is the lower one, for it is they
+// that keep elements from inverting: with 0.2 the crushed elements at the edge of a probe gave way.
+#define OM__LAW_FLOOR 0.2  // of J and stretches in powers
+#define OM__LOG_FLOOR 0.1  // of J in logarithms
 
 typedef struct OmLawParam {  // constants of a law, ready for use
     OmLaw law;

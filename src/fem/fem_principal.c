@@ -10,9 +10,9 @@ typedef struct Taylor {  // a function of one variable with two derivatives
     double f, d, dd;
 } Taylor;
 
-// The second-order Taylor polynomial about the barrier.
-static Taylor continue_below(Taylor at, double x) {
-    double t = x - OM__LAW_FLOOR;
+// The second-order Taylor polynomial about the floor.
+static Taylor continue_below(Taylor at, double x, double floor) {
+    double t = x - floor;
     Taylor y = {at.f + t * (at.d + 0.5 * t * at.dd), at.d + t * at.dd, at.dd};
     return y;
 }
@@ -20,15 +20,15 @@ static Taylor continue_below(Taylor at, double x) {
 static Taylor power_of(double x, double q) {
     double b = fmax(x, OM__LAW_FLOOR), f = pow(b, q);
     Taylor y = {f, q * f / b, q * (q - 1) * f / (b * b)};
-    return x < OM__LAW_FLOOR ? continue_below(y, x) : y;
+    return x < OM__LAW_FLOOR ? continue_below(y, x, OM__LAW_FLOOR) : y;
 }
 
 // k1 ln J + k2 (ln J)^2, continued as a whole: the square of a continued logarithm would be a polynomial of
 // twelfth degree in positions, under which deeply inverted elements explode.
 static Taylor logs_of(double k1, double k2, double J) {
-    double b = fmax(J, OM__LAW_FLOOR), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
+    double b = fmax(J, OM__LOG_FLOOR), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
     Taylor y = {(k1 + k2 * l) * l, d * inv, (2 * k2 - d) * inv * inv};
-    return J < OM__LAW_FLOOR ? continue_below(y, J) : y;
+    return J < OM__LOG_FLOOR ? continue_below(y, J, OM__LOG_FLOOR) : y;
 }
 
 static Taylor volumetric(const OmMaterial* m, double K, double J) {

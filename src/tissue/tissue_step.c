@@ -342,14 +342,18 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
     if (status < 0) return status;
     bool is_crushing = om__is_crushing(m, s, w, w->dv);
     if (m->def.max_newton > 1 || is_crushing) {
-        OmNewton newton = {.tolerance = m->def.max_newton > 1 ? m->def.newton_tolerance : 0.1,
+        OmNewton newton = {.tolerance = m->def.newton_tolerance,
                            .scale = om__newton_scale(m, w),
                            .max_iterations =
                                m->def.max_newton > 1 ? m->def.max_newton : CRUSH_NEWTON,
                            .fn = solve->fn,
                            .ctx = solve->ctx};
+        // Newton's linear solves are measured against ever smaller norms: what counts is its own residual.
+        double linear = report->residual, worst = report->newton_residual;
         status = om__newton(m, s, w, &newton, report);
         if (status < 0) return status;
+        report->residual = linear;
+        report->newton_residual = fmax(worst, report->newton_residual);
         if (!is_last && (status > 0 || om__is_crushing(m, s, w, w->dv)))
             return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
     }
@@ -373,6 +377,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         part = fmin(part, left);
         w->share = part / left;
         bool is_last = part < 2 * MIN_SHARE * h;
+        double residual = report->residual, newton_residual = report->newton_residual;
         OmStatus status = try_step(m, s, w, part, is_last, &solve, report);
         w->share = 1;
         if (status >= 0) {
@@ -381,6 +386,8 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
             continue;
         }
         // Cut the step; the state of its beginning is kept from the first failure on.
+        report->residual = residual;
+        report->newton_residual = newton_residual;
         if (!is_cut) memcpy(w->backup, s, s->size);
         is_cut = true;
         part *= 0.5;
