@@ -1,21 +1,11 @@
 // test_fem_energy.c: corotational elements at one state: forces are slopes of the energy, rigid motion costs
 // nothing, rotations are the nearest ones, the matrix of a step is the slope of the forces.
+#include "test_random.h"
 #include "test_rig.h"
 
 #include "fem/fem_internal.h"
 
 static const OmVec3 lo = {0, 0, 0}, hi = {0.03, 0.02, 0.02};
-
-static OmMat3 random_mat3(OmRng* rng, double size) {
-    double e[9];
-    for (int k = 0; k < 9; ++k) e[k] = size * om_rng_normal(rng);
-    return om_mat3_cols(om_load3(e, 0), om_load3(e, 1), om_load3(e, 2));
-}
-
-static OmMat3 random_rotation(OmRng* rng) {
-    OmVec3 axis = om_vec3(om_rng_normal(rng), om_rng_normal(rng), om_rng_normal(rng));
-    return om_quat_to_mat3(om_quat_axis_angle(axis, om_rng_range(rng, 0.1, 3.1)));
-}
 
 static double distance(OmMat3 a, OmMat3 b) {
     return om_mat3_norm(om_mat3_add(a, om_mat3_scale(-1, b)));

@@ -1,5 +1,6 @@
 // test_fem_stretch.c: every law in the engine: forces are slopes of the energy, tangents those of forces, the
 // matrix of a step is the projected tangent, rigid motion costs nothing, inverted elements come back.
+#include "test_random.h"
 #include "test_rig.h"
 
 #include "fem/fem_internal.h"
@@ -34,17 +35,6 @@ static const OmMaterial material_table[] = {
      .ogden_alpha = {5}},
 };
 #define NMATERIAL ((int)(sizeof material_table / sizeof *material_table))
-
-static OmMat3 random_mat3(OmRng* rng, double size) {
-    double e[9];
-    for (int k = 0; k < 9; ++k) e[k] = size * om_rng_normal(rng);
-    return om_mat3_cols(om_load3(e, 0), om_load3(e, 1), om_load3(e, 2));
-}
-
-static OmMat3 random_rotation(OmRng* rng) {
-    OmVec3 axis = om_vec3(om_rng_normal(rng), om_rng_normal(rng), om_rng_normal(rng));
-    return om_quat_to_mat3(om_quat_axis_angle(axis, om_rng_range(rng, 0.1, 3.1)));
-}
 
 static double inner(OmMat3 a, OmMat3 b) {
     return om_dot(a.cx, b.cx) + om_dot(a.cy, b.cy) + om_dot(a.cz, b.cz);
