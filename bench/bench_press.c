@@ -31,9 +31,9 @@ static const struct {
 } way_table[] = {
     {"penalty", OM_PRESS_PENALTY, 0},
     {"multipliers", OM_PRESS_MULTIPLIERS, 0},
+    {"prescribed", OM_PRESS_PRESCRIBED, 0},
     {"multipliers, Gauss-Seidel", OM_PRESS_MULTIPLIERS, 1},
     {"multipliers, Gauss-Seidel, matrix kept 5 steps", OM_PRESS_MULTIPLIERS, 5},
-    {"prescribed", OM_PRESS_PRESCRIBED, 0},
 };
 #define NWAY ((int)(sizeof way_table / sizeof *way_table))
 

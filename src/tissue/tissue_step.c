@@ -354,7 +354,9 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
         if (status < 0) return status;
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
-        if (!is_last && (status > 0 || om__is_crushing(m, s, w, w->dv)))
+        // om__newton has said why where it did not converge
+        if (!is_last && status > 0) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
+        if (!is_last && om__is_crushing(m, s, w, w->dv))
             return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
     }
     OM_TRY(om_tissue_end_step(m, s, w));

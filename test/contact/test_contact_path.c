@@ -1,25 +1,9 @@
 // test_contact_path.c: probes along paths: nothing missed, friction, the same bytes, memory, bad input.
-#include "test_rig.h"
-
 #include "test_alloc.h"
+#include "test_press_rig.h"
 
-#include "omentum/contact_tool.h"
-
-#define H 0.02
-
-typedef struct PressRig {
-    TestRig r;
-    OmProbe* probe;
-    OmPress* press;
-} PressRig;
-
-static void make_block(PressRig* p, int nx, int ny, int nz) {
-    memset(p, 0, sizeof *p);
-    rig_box(&p->r, om_vec3(0, 0, 0), om_vec3(0.12, 0.1, 0.05), nx, ny, nz);
-    rig_attach_plane(&p->r, 2, 0);
-    p->r.def.gravity = om_vec3(0, 0, 0);
-    p->r.def.rayleigh_mass = 2;
-    p->r.def.solver.max_rhs = 8;
+static void make_soft_block(PressRig* p, int nx, int ny, int nz) {
+    make_block(p, nx, ny, nz);
     p->r.def.solver.tolerance = 1e-4;
     p->r.def.material_default.law = OM_NEO_HOOKEAN;
 }
@@ -31,12 +15,6 @@ static void start(PressRig* p, const OmProbeDef* shape, OmPressMethod method, do
     def.method = method;
     def.friction = friction;
     assert_ok(om_press_create(&def, p->r.m, &p->press));
-}
-
-static void done(PressRig* p) {
-    om_press_destroy(p->press);
-    om_probe_destroy(p->probe);
-    rig_done(&p->r);
 }
 
 static OmPose at(double x, double z) {
@@ -56,7 +34,7 @@ static void test_nothing_missed(void** test) {
     (void)test;
     for (int method = 0; method < 3; ++method) {
         PressRig p;
-        make_block(&p, 8, 7, 4);
+        make_soft_block(&p, 8, 7, 4);
         OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
         start(&p, &shape, (OmPressMethod)method, 0);
         assert_ok(om_press_place(p.press, p.r.m, p.r.s, at(0.06, 0.075)));
@@ -87,7 +65,7 @@ static void test_thin_and_fast(void** test) {
     (void)test;
     for (int method = 0; method < 2; ++method) {
         PressRig p;
-        make_block(&p, 8, 7, 4);
+        make_soft_block(&p, 8, 7, 4);
         OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
         shape.size = om_vec3(0.04, 0.04, 0.002);
         start(&p, &shape, (OmPressMethod)method, 0);
@@ -116,7 +94,7 @@ static void test_friction(void** test) {
     const double mu = 0.3;
     for (int method = 0; method < 2; ++method) {
         PressRig p;
-        make_block(&p, 8, 7, 4);
+        make_soft_block(&p, 8, 7, 4);
         OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
         shape.radius = 0.2;  // flat where it touches: its normals lean by 0.07 at most
         start(&p, &shape, (OmPressMethod)method, mu);
@@ -156,7 +134,7 @@ static void test_same_bytes(void** test) {
         uint64_t first = 0;
         for (int nworker = 1; nworker <= 2; ++nworker) {
             PressRig p;
-            make_block(&p, 8, 7, 4);
+            make_soft_block(&p, 8, 7, 4);
             p.r.def.solver.nworker = nworker;
             OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
             start(&p, &shape, (OmPressMethod)method, method == OM_PRESS_MULTIPLIERS ? 0.2 : 0);
@@ -191,7 +169,7 @@ static void test_reuse(void** test) {
     int column[2] = {0, 0};
     for (int run = 0; run < 2; ++run) {
         PressRig p;
-        make_block(&p, 8, 7, 4);
+        make_soft_block(&p, 8, 7, 4);
         p.r.def.solver.tolerance = 1e-6;
         OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
         rig_start(&p.r);
@@ -255,7 +233,7 @@ done:
 static void test_memory(void** test) {
     (void)test;
     PressRig p;
-    make_block(&p, 2, 2, 1);
+    make_soft_block(&p, 2, 2, 1);
     rig_start(&p.r);
     for (int method = 0; method < 3; ++method) {
         Scene scene = {&p.r, (OmPressMethod)method};
@@ -276,8 +254,8 @@ static void refuse(const PressRig* p, const OmPressDef* def, const char* word) {
 static void test_input(void** test) {
     (void)test;
     PressRig p, other;
-    make_block(&p, 3, 3, 2);
-    make_block(&other, 2, 2, 1);
+    make_soft_block(&p, 3, 3, 2);
+    make_soft_block(&other, 2, 2, 1);
     rig_start(&other.r);
     OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
     start(&p, &shape, OM_PRESS_PRESCRIBED, 0);

@@ -1,26 +1,5 @@
 // test_contact_press.c: a probe pressed into a block by each method: forces, balance, consistency.
-#include "test_rig.h"
-
-#include "omentum/contact_tool.h"
-
-#define H 0.02
-
-typedef struct PressRig {
-    TestRig r;
-    OmProbe* probe;
-    OmPress* press;
-} PressRig;
-
-// A block on its fixed underside, 0.12 x 0.1 x 0.05 m.
-static void make_block(PressRig* p, int nx, int ny, int nz) {
-    memset(p, 0, sizeof *p);
-    rig_box(&p->r, om_vec3(0, 0, 0), om_vec3(0.12, 0.1, 0.05), nx, ny, nz);
-    rig_attach_plane(&p->r, 2, 0);
-    p->r.def.gravity = om_vec3(0, 0, 0);
-    p->r.def.rayleigh_mass = 2;
-    p->r.def.solver.max_rhs = 8;
-    p->r.def.solver.tolerance = 1e-5;
-}
+#include "test_press_rig.h"
 
 // The upper side as a grid of 2 mm, so that a flat probe has rows of points under it and
 // none under its rounded edges.
@@ -56,12 +35,6 @@ static void start(PressRig* p, const OmProbeDef* shape, OmPressMethod method, in
     def.tolerance = tolerance;
     assert_ok(om_press_create(&def, p->r.m, &p->press));
     om_surface_done(&top);
-}
-
-static void done(PressRig* p) {
-    om_press_destroy(p->press);
-    om_probe_destroy(p->probe);
-    rig_done(&p->r);
 }
 
 static OmPose above(double z) {
