@@ -2,9 +2,10 @@
 //
 // The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
 // solves A dx = -dE/dx, with prescribed entries of dx given in the first one, then halves dx (by the parabola
-// through what is known) until E falls; where a follower load leaves no E, until the force along dx does. A that is not
-// positive definite is made anew of projected element tangents, and shifted by its diagonal if that is not
-// enough: the step then still goes downhill. Nocedal and Wright (2006), chapters 3 and 11.
+// through what is known) until E falls; where a follower load leaves no E, or the fall is lost in its rounding
+// (its terms cancel at rest), until the force along dx does (Hager and Zhang 2005). A that is not positive
+// definite is made anew of projected element tangents, and shifted by its diagonal if that is not enough: the
+// step then still goes downhill. Nocedal and Wright (2006), chapters 3 and 11.
 //
 // Slender bodies turn: there whole steps, though the energy rises at first, are three times quicker than steps
 // that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
@@ -48,6 +49,10 @@ OmStatus om__newton_create(const OmFemSolid* s, const OmSolverDef* solver, OmFem
     for (int k = 0; k < 8; ++k) OM_CALLOC_DONE(*array[k], n);
     OM_CALLOC_DONE(N->fixed, n);
     OM_ALLOC_DONE(N->own, 3 * n);
+    for (int e = 0; e < s->mesh.nelem; ++e) {
+        const OmLawParam* law = &s->law[s->mesh.elem_material[e]];
+        N->energy_rounding += DBL_EPSILON * s->volume[e] * (law->mu + law->bulk);
+    }
 done:
     if (status < 0) om__newton_done(N);
     return status;
@@ -217,7 +222,8 @@ static OmStatus find_step(OmFemNewton* N, const double* x, double share, OmFemRe
 
 // ---- line search ------------------------------------------------------------------------------------
 
-// x += a dx with the first a = 1, .. that lowers the energy (or the force along dx); r and b follow.
+// x += a dx with the first a = 1, .. that lowers the energy, or the force along dx where there is no telling
+// energies apart; r and b follow.
 static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     bool has_energy = !om__fem_has_follower(N->load);
@@ -229,8 +235,9 @@ static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b)
         OM_TRY(eval_balance(N, N->trial, share, N->r, &now));
         double rise = now.energy - b->energy, noise = b->rounding + now.rounding, end = 0;
         for (size_t i = 0; i < n; ++i) end += N->r[i] * N->dx[i];
-        bool is_good = has_energy ? rise <= DESCENT * a * slope + noise
-                                  : fabs(end) <= SLOPE_LEFT * fabs(slope);
+        bool is_lower = has_energy && rise <= DESCENT * a * slope + noise;
+        bool is_slack = fabs(end) <= SLOPE_LEFT * fabs(slope);
+        bool is_good = is_lower || (is_slack && (!has_energy || rise <= N->energy_rounding));
         if ((is_good || N->is_plain) && isfinite(now.residual)) break;
         double next = 0.5 * a;
         if (has_energy && isfinite(rise) && rise - slope * a > 0)

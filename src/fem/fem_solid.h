@@ -113,9 +113,10 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses
     double* x_hat;                  // where inertia draws to            (nnode x 3)
     double *dead, *r, *dx, *trial, *work, *scratch, *start;  //         (nnode x 3 each)
-    double* own;           // blocks of nodes without `extra`    (nnode x 9)
-    unsigned char* fixed;  //                                   (nnode x 3)
-    double rounding;       // norm of forces that rounding of positions makes, N
+    double* own;             // blocks of nodes without `extra`    (nnode x 9)
+    unsigned char* fixed;    //                                   (nnode x 3)
+    double rounding;         // norm of forces that rounding of positions makes, N
+    double energy_rounding;  // of the stored energy, whose terms cancel at rest, J
 } OmFemNewton;
 
 /// CHOLMOD for few nodes, else CG with multigrid.
