@@ -3,6 +3,7 @@
 #define OMENTUM_OMENTUM_H
 
 #include "omentum/base.h"
+#include "omentum/calibrate.h"
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"
 #include "omentum/defras.h"

@@ -1,0 +1,162 @@
+/// omentum/calibrate.h: parameters of a model identified from observations (floor 5).
+///
+/// A calibration is a set of named parameters with bounds and a function that turns a vector of them into
+/// errors: distances between what the model says and what was observed, by experiment, level and landmark
+/// (thesis (3.15), (5.2)). The search is that of Fig. 3.6: a global evolutionary stage, then a direct search
+/// restricted to 40 % of the range around the best. Every evaluation goes to a journal: a search that was
+/// killed goes on where it was, and ends in the same bytes. At the end each parameter's sensitivity says
+/// what the data cannot determine. Tissue models are evaluated by calibrate_tissue.h.
+///
+///     OmCalibrationDef def = om_calibrate_default_def(eval, ctx, nerror);
+///     om_calibrate_add_param(&def, "young", 500, 50000, 3000, true);
+///     def.noise = 0.0008, def.out_dir = "out";
+///     OmCalibrationResult result;
+///     om_calibrate_run(&def, NULL, &result);                 // result.best[0], out/report.html
+///     om_calibrate_result_done(&result);
+#ifndef OMENTUM_CALIBRATE_H
+#define OMENTUM_CALIBRATE_H
+
+#include "omentum/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_CALIBRATION_MAX_PARAM 8
+#define OM_CALIBRATION_NAME 48
+
+// ---- the problem ------------------------------------------------------------------------------------
+
+typedef struct OmCalibrationParam {
+    char name[OM_CALIBRATION_NAME];  // as a scene calls it: "tissue.young", "pbd.radius_mm"
+    double lo, hi;                   // bounds, SI, lo < hi
+    double start;                    // a first guess within them
+    bool is_log;                     // searched and judged by its logarithm; lo > 0
+    double unit;                     // SI of one unit of the name: 1e-3 for "_mm"; default 1
+} OmCalibrationParam;
+
+typedef struct OmCalibrationLabel {  // what an entry of the errors is, for the report
+    int experiment;                  // index into def.experiment
+    int landmark;                    // index into def.landmark
+    double level;                    // deformation there, m
+} OmCalibrationLabel;
+
+/// Errors of the model with parameters `param` (nparam), m, each >= 0, into `error` (nerror). Called by several
+/// threads at once; the outcome may depend on nothing but `param` and ctx, `nworker` (threads that this call
+/// may use itself) included.
+/// @return OM_OK; a positive status: no model has these parameters (the cost is infinite); a negative one ends
+///         the calibration
+typedef OmStatus (*OmCalibrationFn)(void* ctx, const double* param, int nworker, double* error);
+
+typedef enum OmCalibrationNorm {  // the cost, m, of errors e
+    OM_NORM_MEAN,                 // mean of e: (3.15), (5.2)
+    OM_NORM_SQUARE,               // root of the mean of e^2
+    OM_NORM_HUBER,                // mean of e^2 / 2s up to s = norm_size, of e - s / 2 beyond
+    OM_NORM_TRIMMED,              // mean of the smallest; the share norm_size of all is left out
+    OM_NNORM
+} OmCalibrationNorm;
+
+typedef enum OmCalibrationGlobal {
+    OM_GLOBAL_NONE,  // start at def.param[].start: fine-tuning (thesis 3.5.1)
+    OM_GLOBAL_EVOLUTION,  // differential evolution, current-to-pbest/1/bin, a generation evaluated at once
+    OM_GLOBAL_CRS,   // NLopt's controlled random search, one evaluation at a time
+    OM_GLOBAL_ESCH,  // NLopt's evolutionary strategy, one evaluation at a time
+    OM_NGLOBAL
+} OmCalibrationGlobal;
+
+typedef enum OmCalibrationLocal {
+    OM_LOCAL_NONE,
+    OM_LOCAL_SUBPLEX,  // NLopt's SBPLX: simplex searches in subspaces; takes kinks of the cost
+    OM_LOCAL_BOBYQA,  // NLopt's BOBYQA: quadratic models; fewer evaluations where the cost is smooth
+    OM_NLOCAL
+} OmCalibrationLocal;
+
+typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
+    const char* title;             // of the report; default "Calibration"
+    OmCalibrationFn eval;          //
+    void* ctx;                     // borrowed
+    uint64_t
+        problem;  // hash of all that eval depends on besides the parameters; guards the journal; default 0
+    int nparam;  // 1 to OM_CALIBRATION_MAX_PARAM
+    OmCalibrationParam param[OM_CALIBRATION_MAX_PARAM];
+    int nerror;                       // >= 1
+    const OmCalibrationLabel* label;  // borrowed; default null: no table of errors   (nerror)
+    int nexperiment, nlandmark;
+    const char* const* experiment;  // names, borrowed                               (nexperiment)
+    const char* const* landmark;    // names, borrowed                                 (nlandmark)
+    OmCalibrationNorm norm;         // default OM_NORM_MEAN
+    double norm_size;  // Huber: m, default 0: twice the noise; trimmed: share, default 0: 0.2
+    double noise;      // cost that a perfect model would have, m; default 0: not known
+    OmCalibrationGlobal global;  // default OM_GLOBAL_EVOLUTION
+    int population;              // default 0: 8 a parameter, at least 12
+    int max_generations;         // default 40
+    OmCalibrationLocal local;    // default OM_LOCAL_SUBPLEX
+    int max_local;               // evaluations; default 0: 60 a parameter
+    double local_range;          // share of the range around its start, (0, 1]; default 0.4 (3.5.1)
+    double tolerance;            // of a parameter, over its range, where local ends; default 1e-3
+    int patience;  // generations without 1 % of progress that end the global stage; default 8
+    double unfit;  // the model cannot fit where that happens above this many times noise; default 4
+    double rise;   // sensitivity: rise of the cost that counts, over max(cost, noise); default 0.1;
+                   // 0: no sensitivity
+    uint64_t seed;        // default 1
+    int nworker;          // default 0: one a processor
+    const char* out_dir;  // journal and report; default null: none, nothing is resumed
+    uint32_t cookie;
+} OmCalibrationDef;
+
+OM_API OmCalibrationDef om_calibrate_default_def(OmCalibrationFn eval, void* ctx, int nerror);
+/// Add a parameter; one too many is found by om_calibrate_run.
+OM_API void om_calibrate_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
+                                   double start, bool is_log);
+/// The cost of errors by def's norm; infinite where one is not finite. OM_NORM_TRIMMED needs `sorted` (n), scratch.
+OM_API double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* error,
+                                     double* sorted);
+
+// ---- the outcome ------------------------------------------------------------------------------------
+
+#define OM_CALIBRATION_NPROFILE 17  // points of a profile, the optimum in the middle
+
+typedef struct OmCalibrationProfile {   // the cost along one parameter, the others at the optimum
+    double x[OM_CALIBRATION_NPROFILE];  // ascending, SI
+    double cost[OM_CALIBRATION_NPROFILE];
+    double lo, hi;                // where the cost has risen by def.rise; the bounds if nowhere
+    bool is_open_lo, is_open_hi;  // it does not rise so much before the bound
+    double partner_rho;           // see below; 0 without partner
+    int partner;         // parameter that it can be traded for, -1 if none: the cost hardly
+                         // rises along the valley, correlation rho beyond 0.95
+    bool is_determined;  // closed on both sides, no partner
+} OmCalibrationProfile;
+
+typedef enum OmCalibrationOutcome {
+    OM_CALIBRATED,          // the local stage (else the global one) ended by its tolerance
+    OM_CALIBRATION_BUDGET,  // it ended by its number of evaluations
+    OM_CALIBRATION_UNFIT    // stagnation far above the noise: the model cannot fit
+} OmCalibrationOutcome;
+
+typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
+    OmCalibrationOutcome outcome;
+    int nparam, nerror;
+    int neval, nnew;                // evaluations in all, and made by this call
+    int nglobal, nlocal, nprofile;  // by stage; one more is start, one the best at the end
+    int ngeneration;
+    double best[OM_CALIBRATION_MAX_PARAM];  // SI
+    double cost_start, cost_global, cost;   // m
+    double *error_start, *error;            // at start and best, m                 (nerror)
+    double* trace;                          // cost of every evaluation in order    (neval)
+    bool has_profile;
+    OmCalibrationProfile profile[OM_CALIBRATION_MAX_PARAM];
+} OmCalibrationResult;
+
+/// Search, then sensitivity, then out_dir/report.html, calibration.json and calibrated.yaml. The journal
+/// out_dir/journal.jsonl has a line an evaluation, in the same order whatever the worker count.
+/// @return OM_OK; OM_NOT_CONVERGED (budget); OM_UNSAT (unfit): result is complete for all three; OM_INVALID
+///         (the message names the field, or the journal of another problem); OM_IO; OM_NO_MEMORY;
+///         OM_CANCELLED (what is evaluated stays in the journal); errors of eval
+OM_API OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progress,
+                                 OmCalibrationResult* result);
+OM_API void om_calibrate_result_done(OmCalibrationResult* result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
