@@ -83,7 +83,8 @@ static OmStatus run_local(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     return OM_OK;
 }
 
-// Local search (shorter where the model hardly fits) and profiles (none where it does not), again where a profile found a way down that the search had missed.
+// Local search (shorter where the model hardly fits) and profiles (none where it does not), again where a
+// profile found a way down that the search had missed.
 static OmStatus run_refinement(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     for (int round = 0; round < MAX_ROUND; ++round) {
         OM_TRY(run_local(s, r, is_done));
