@@ -51,8 +51,8 @@ typedef OmStatus (*OmCalibrationFn)(void* ctx, const double* param, int nworker,
 typedef enum OmCalibrationNorm {  // the cost, m, of errors e
     OM_NORM_MEAN,                 // mean of e: (3.15), (5.2)
     OM_NORM_SQUARE,               // root of the mean of e^2
-    OM_NORM_HUBER,                // mean of e^2 / 2s up to s = norm_size, of e - s / 2 beyond
-    OM_NORM_TRIMMED,              // mean of the smallest; the share norm_size of all is left out
+    OM_NORM_HUBER,    // root of the mean of e^2 up to s = norm_size, of 2 s e - s^2 beyond
+    OM_NORM_TRIMMED,  // mean of the smallest; the share norm_size of all is left out
     OM_NNORM
 } OmCalibrationNorm;
 
