@@ -19,6 +19,7 @@
 #include "omentum/shape.h"
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
+#include "omentum/shape_points.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/study.h"

@@ -1,0 +1,32 @@
+/// omentum/shape_points.h: the nearest of many points (room `shape`, floor 1).
+///
+/// A k-d tree over a fixed set of points: built in O(n log n), asked in about O(log n), by any number of
+/// threads at once. Answers do not depend on the tree: of equally near points the one of least index.
+///
+///     om_point_tree_create(n, x, &tree);
+///     int i = om_point_tree_find(tree, p, &distance);
+///     om_point_tree_destroy(tree);
+#ifndef OMENTUM_SHAPE_POINTS_H
+#define OMENTUM_SHAPE_POINTS_H
+
+#include "omentum/base.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmPointTree OmPointTree;
+
+/// @param x  (n x 3), m, copied
+/// @return OM_OK; OM_INVALID (no points, or one that is not finite); OM_NO_MEMORY
+OM_API OmStatus om_point_tree_create(int n, const double* x, OmPointTree** tree);
+OM_API void om_point_tree_destroy(OmPointTree* tree);
+/// Index of the point nearest to p, which must be finite.
+/// @param distance  to it, m; may be null
+OM_API int om_point_tree_find(const OmPointTree* tree, OmVec3 p, double* distance);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

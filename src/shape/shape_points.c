@@ -1,0 +1,139 @@
+// shape_points.c: a k-d tree without pointers.
+//
+// The points of a node are a range of the array; the node splits it at its middle along its longest side, by
+// Hoare's selection. Left and right of the middle are its children: the tree is the order of the points. A
+// range of a few points is searched one by one.
+#include <math.h>
+#include <string.h>
+
+#include "omentum/shape_points.h"
+
+#define LEAF 8
+
+struct OmPointTree {
+    int n;
+    double* x;    // in the order of the tree           (n x 3)
+    int* index;   // what point it was                      (n)
+    char* split;  // axis along which a middle splits       (n)
+};
+
+// ---- building -------------------------------------------------------------------------------------
+
+static void swap(OmPointTree* t, int a, int b) {
+    OmVec3 p = om_load3(t->x, a);
+    om_store3(t->x, a, om_load3(t->x, b));
+    om_store3(t->x, b, p);
+    int kept = t->index[a];
+    t->index[a] = t->index[b];
+    t->index[b] = kept;
+}
+
+static int longest_side(const OmPointTree* t, int begin, int end) {
+    OmVec3 lo = om_load3(t->x, begin), hi = lo;
+    for (int i = begin + 1; i < end; ++i) {
+        lo = om_min3(lo, om_load3(t->x, i));
+        hi = om_max3(hi, om_load3(t->x, i));
+    }
+    OmVec3 d = om_sub(hi, lo);
+    return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
+}
+
+// Put the element of rank `middle` of [begin, end) in its place, smaller ones before it, larger ones behind.
+static void select_middle(OmPointTree* t, int begin, int end, int middle, int axis) {
+    int lo = begin, hi = end - 1;
+    while (lo < hi) {
+        double pivot = t->x[3 * ((lo + hi) / 2) + axis];
+        int i = lo, j = hi;
+        while (i <= j) {
+            while (t->x[3 * i + axis] < pivot) ++i;
+            while (t->x[3 * j + axis] > pivot) --j;
+            if (i <= j) swap(t, i++, j--);
+        }
+        if (middle <= j)
+            hi = j;
+        else if (middle >= i)
+            lo = i;
+        else
+            return;
+    }
+}
+
+static void build(OmPointTree* t, int begin, int end) {
+    while (end - begin > LEAF) {
+        int middle = begin + (end - begin) / 2, axis = longest_side(t, begin, end);
+        select_middle(t, begin, end, middle, axis);
+        t->split[middle] = (char)axis;
+        build(t, begin, middle);
+        begin = middle + 1;
+    }
+}
+
+OmStatus om_point_tree_create(int n, const double* x, OmPointTree** tree) {
+    *tree = NULL;
+    OM_CHECK(n > 0, OM_INVALID, "a tree of %d points", n);
+    for (int i = 0; i < n; ++i)
+        OM_CHECK(om_is_finite3(om_load3(x, i)), OM_INVALID, "point %d is not finite", i);
+    OmStatus status = OM_OK;
+    OmPointTree* t = om_calloc(1, sizeof *t);
+    if (!t) return OM_NO_MEMORY;
+    t->n = n;
+    OM_ALLOC_DONE(t->x, 3 * (size_t)n);
+    OM_ALLOC_DONE(t->index, n);
+    OM_CALLOC_DONE(t->split, n);
+    memcpy(t->x, x, 3 * (size_t)n * sizeof *x);
+    for (int i = 0; i < n; ++i) t->index[i] = i;
+    build(t, 0, n);
+    *tree = t;
+    return OM_OK;
+done:
+    om_point_tree_destroy(t);
+    return status;
+}
+
+void om_point_tree_destroy(OmPointTree* tree) {
+    if (!tree) return;
+    om_free(tree->x);
+    om_free(tree->index);
+    om_free(tree->split);
+    om_free(tree);
+}
+
+// ---- asking ---------------------------------------------------------------------------------------
+
+typedef struct Nearest {
+    OmVec3 p;
+    double d2;  // of the best so far
+    int index;
+} Nearest;
+
+static void look(const OmPointTree* t, int i, Nearest* best) {
+    double d2 = om_norm2(om_sub(om_load3(t->x, i), best->p));
+    if (d2 > best->d2 || (d2 == best->d2 && t->index[i] > best->index)) return;
+    best->d2 = d2;
+    best->index = t->index[i];
+}
+
+static void descend(const OmPointTree* t, int begin, int end, Nearest* best) {
+    if (end - begin <= LEAF) {
+        for (int i = begin; i < end; ++i) look(t, i, best);
+        return;
+    }
+    int middle = begin + (end - begin) / 2, axis = t->split[middle];
+    double gap = (axis == 0   ? best->p.x
+                  : axis == 1 ? best->p.y
+                              : best->p.z) -
+                 t->x[3 * middle + axis];
+    look(t, middle, best);
+    if (gap <= 0) descend(t, begin, middle, best);
+    if (gap > 0) descend(t, middle + 1, end, best);
+    if (gap * gap > best->d2) return;  // nothing nearer, nor as near, behind the plane
+    if (gap <= 0) descend(t, middle + 1, end, best);
+    if (gap > 0) descend(t, begin, middle, best);
+}
+
+int om_point_tree_find(const OmPointTree* tree, OmVec3 p, double* distance) {
+    Nearest best = {.p = p, .d2 = INFINITY, .index = tree->n};
+    descend(tree, 0, tree->n, &best);
+    if (distance) *distance = sqrt(best.d2);
+    return best.index;
+}

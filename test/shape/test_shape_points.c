@@ -1,0 +1,74 @@
+// test_shape_points.c: the nearest of many points, against looking at all of them.
+#include "omentum/shape_points.h"
+#include "test_alloc.h"
+
+static int find_slowly(int n, const double* x, OmVec3 p) {
+    int best = 0;
+    for (int i = 1; i < n; ++i)
+        if (om_norm2(om_sub(om_load3(x, i), p)) < om_norm2(om_sub(om_load3(x, best), p))) best = i;
+    return best;
+}
+
+// Points at random, on a coarse lattice (many equally near), on a line, and all in one place.
+static void make_points(int kind, int n, double* x) {
+    OmRng rng = om_rng_init(1, (uint64_t)kind);
+    for (int i = 0; i < 3 * n; ++i) {
+        double u = om_rng_uniform(&rng);
+        x[i] = kind == 0   ? u
+               : kind == 1 ? floor(4 * u)
+               : kind == 2 ? (i % 3 == 1) * floor(9 * u)
+                           : 0.5;
+    }
+}
+
+static void test_every_point_is_found(void** state) {
+    (void)state;
+    static const int size[] = {1, 2, 8, 9, 17, 1000};
+    double x[3000];
+    for (int kind = 0; kind < 4; ++kind) {
+        for (size_t k = 0; k < sizeof size / sizeof *size; ++k) {
+            make_points(kind, size[k], x);
+            OmPointTree* tree;
+            assert_ok(om_point_tree_create(size[k], x, &tree));
+            OmRng rng = om_rng_init(2, (uint64_t)kind);
+            for (int q = 0; q < 500; ++q) {
+                OmVec3 p = om_vec3(om_rng_range(&rng, -1, 5), om_rng_range(&rng, -1, 5),
+                                   floor(5 * om_rng_uniform(&rng)));
+                double d;
+                int i = om_point_tree_find(tree, p, &d);
+                assert_int_equal(i, find_slowly(size[k], x, p));
+                assert_true(d == om_distance(om_load3(x, i), p));
+            }
+            om_point_tree_destroy(tree);
+        }
+    }
+}
+
+static OmStatus make_tree(void* ctx) {
+    OmPointTree* tree;
+    OM_TRY(om_point_tree_create(100, ctx, &tree));
+    om_point_tree_destroy(tree);
+    return OM_OK;
+}
+
+static void test_bad_input(void** state) {
+    (void)state;
+    double x[300];
+    make_points(0, 100, x);
+    assert_int_equal(test_failing_allocations(make_tree, x, 1), 4);
+    OmPointTree* tree;
+    assert_status(om_point_tree_create(0, x, &tree), OM_INVALID);
+    x[7] = NAN;
+    assert_status(om_point_tree_create(100, x, &tree), OM_INVALID);
+    assert_null(tree);
+    assert_non_null(strstr(om_error_message(), "point 2"));
+    om_point_tree_destroy(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_point_is_found),
+        cmocka_unit_test(test_bad_input),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
