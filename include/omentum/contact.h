@@ -43,9 +43,10 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     double offset;                // m, distance kept from every obstacle, >= 0; default 0
     double stiffness;             // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
     double recover_speed;  // m/s, how fast tissue that began inside is pushed out; default 0.1
-    double friction;       // Coulomb's coefficient, regularised below 1 mm/s; default 0
-    int max_iterations;    // solves of a step at most, >= 1; default 12
-    uint32_t cookie;       // set by om_contact_default_def
+    double
+        friction;  // Coulomb's coefficient, regularised below 1 mm/s; default 0 (engine "pbd": its own)
+    int max_iterations;  // solves of a step at most, >= 1; default 12
+    uint32_t cookie;     // set by om_contact_default_def
 } OmContactDef;
 
 typedef struct OmContactReport {
@@ -75,6 +76,10 @@ OM_API OmStatus om_contact_step(OmContact* contact, const OmTissueModel* model,
 OM_API OmStatus om_contact_settle(OmContact* contact, const OmTissueModel* model,
                                   OmTissueState* state, OmTissueWork* work, double h, double speed,
                                   double seconds);
+/// Its obstacles for om_tissue_step_among, to be joined by others such as om_probe_obstacle; views, valid until
+/// destroy. om_contact_step does this by itself for engines that keep out of obstacles.
+/// @return how many
+OM_API int om_contact_get_obstacles(const OmContact* contact, const OmTissueObstacle** obstacle);
 /// Distance of a point to the nearest obstacle, m; positive when free. Infinite without obstacles.
 OM_API double om_contact_eval_distance(const OmContact* contact, OmVec3 p);
 

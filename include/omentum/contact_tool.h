@@ -55,6 +55,11 @@ OM_API OmStatus om_probe_get_surface(const OmProbe* probe, OmSurface* surface);
 /// The box around it, in its frame.
 OM_API void om_probe_get_bounds(const OmProbe* probe, OmVec3* lo, OmVec3* hi);
 
+/// The probe on its way through a step, for om_tissue_step_among: engine "pbd" has no press.
+/// @param friction  Coulomb's; negative: the engine's own
+OM_API OmTissueObstacle om_probe_obstacle(const OmProbe* probe, OmPose begin, OmPose end,
+                                          double friction);
+
 // ---- contact surfaces -----------------------------------------------------------------------------
 
 /// The boundary of a mesh as about `ntri` triangles of like size: edges are collapsed, shortest first and

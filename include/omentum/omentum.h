@@ -9,6 +9,7 @@
 #include "omentum/defras.h"
 #include "omentum/fem.h"
 #include "omentum/image.h"
+#include "omentum/pbd.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"
 #include "omentum/robot.h"

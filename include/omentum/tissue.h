@@ -2,8 +2,9 @@
 ///
 /// A *model* is mesh, material and engine, constant and shared; a *state* is everything that changes, one
 /// flat block; a *work* is the scratch and the linear solver of one thread. Whatever the engine (finite
-/// elements today), a caller grasps, moves, steps and reads positions and forces in newtons. Implicit
-/// Euler (thesis (3.3)-(3.6), signs as in the errata): (M + h C + h^2 K) dv = h f - h^2 K v.
+/// elements, or the particles of pbd.h), a caller grasps, moves, steps and reads positions and forces in
+/// newtons. Implicit Euler (thesis (3.3)-(3.6), signs as in the errata):
+/// (M + h C + h^2 K) dv = h f - h^2 K v.
 ///
 ///     OmTissueDef def = om_tissue_default_def(&mesh);      // set "attachment" of the mesh is held
 ///     om_tissue_create(&def, &model);
@@ -30,7 +31,7 @@ extern "C" {
 // ---- model ----------------------------------------------------------------------------------------
 
 typedef struct OmTissueDef {  // made by om_tissue_default_def
-    const char* engine;       // default "fem": corotational linear tetrahedra
+    const char* engine;       // default "fem": corotational linear tetrahedra; "pbd": see pbd.h
     const OmTetMesh* mesh;    // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
@@ -43,6 +44,7 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
+    const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
     uint32_t cookie;                      // set by om_tissue_default_def
 } OmTissueDef;
@@ -147,6 +149,26 @@ OM_API OmStatus om_tissue_find_rest(const OmTissueModel* model, OmTissueState* s
                                     OmTissueWork* work, double tolerance, int max_iterations,
                                     OmTissueReport* report);
 
+/// A rigid body that tissue may not enter, for engines that keep out of obstacles themselves ("pbd"). Room
+/// contact hands it over; it is asked by several threads.
+typedef struct OmTissueObstacle {
+    /// Distance of p, in the obstacle's frame, m, negative inside, and the unit direction in which it grows.
+    double (*distance)(const void* ctx, OmVec3 p, OmVec3* normal);
+    const void* ctx;
+    OmPose pose_begin, pose_end;  // pose_world_obstacle at the beginning and the end of the step
+    double friction;              // Coulomb's; negative: the engine's own
+    // computed by the step
+    OmVec3 force, torque;  // N, N m on the tissue, mean over the step; torque about pose_end.p
+    int ncontact;          // vertices pushed in the last substep
+    double penetration;    // m, the deepest of those after the step
+} OmTissueObstacle;
+/// Does the engine move vertices and keep out of obstacles itself, without stages and system matrix?
+OM_API bool om_tissue_moves_itself(const OmTissueModel* model);
+/// As om_tissue_step among obstacles, for such an engine only.
+OM_API OmStatus om_tissue_step_among(const OmTissueModel* model, OmTissueState* state,
+                                     OmTissueWork* work, double h, int nobstacle,
+                                     OmTissueObstacle* obstacle, OmTissueReport* report);
+
 /// What a method that needs more than one solve (contact) does inside a step: it adds vertex forces,
 /// solves, looks at the outcome, and at the end leaves work with the last solution.
 typedef OmStatus (*OmTissueStepFn)(void* ctx, const OmTissueModel* model, OmTissueState* state,
@@ -239,11 +261,12 @@ OM_API void om_tissue_get_momentum(const OmTissueModel* model, const OmTissueSta
 
 typedef struct OmEmbedding {  // points carried by elements; om_embedding_done frees
     int npoint;
-    int* tet;       // element that carries each point                           (npoint)
+    int* tet;       // element that carries each point, -1 for particles         (npoint)
     double* bary;   // barycentric coordinates, any sign outside the mesh        (npoint x 4)
-    int* tet_vert;  // its vertices                                              (npoint x 4)
+    int* tet_vert;  // its vertices, or the particles                            (npoint x 4)
 } OmEmbedding;
-/// Bind points given in the rest shape to the element that holds them, or the nearest one.
+/// Bind points given in the rest shape to the element that holds them, or the nearest one; without elements
+/// to the nearest particles, those of a single layer carrying the point's foot in their plane.
 OM_API OmStatus om_tissue_embed(const OmTissueModel* model, int npoint, const double* point,
                                 OmEmbedding* embedding);
 OM_API void om_embedding_done(OmEmbedding* embedding);

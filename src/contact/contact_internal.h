@@ -17,22 +17,37 @@ typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     bool was_let_go;  // left the active set in this step
 } OmContactPair;
 
+typedef struct OmContactAmong {  // which obstacle of which contact
+    const OmContact* contact;
+    int obstacle;
+} OmContactAmong;
+
 struct OmContact {
-    OmContactDef def;       // its arrays are the copies below
-    OmContactPlane* plane;  // normals of unit length
-    const OmSdf** sdf;      //
-    OmContactField* field;  //
-    int nobstacle;          // planes, then sdfs, then fields
-    double size;            // m, of the model, which scales tolerances
-    int nsurface;           //
-    int* surface_vert;      // vertices that may touch                        (nsurface)
-    int npair;              //
-    OmContactPair* pair;    //                                    (nsurface x nobstacle)
+    OmContactDef def;        // its arrays are the copies below
+    OmContactPlane* plane;   // normals of unit length
+    const OmSdf** sdf;       //
+    OmContactField* field;   //
+    int nobstacle;           // planes, then sdfs, then fields
+    double size;             // m, of the model, which scales tolerances
+    int nsurface;            //
+    int* surface_vert;       // vertices that may touch                        (nsurface)
+    int npair;               //
+    OmContactPair* pair;     //                                    (nsurface x nobstacle)
+    OmContactAmong* among;   //                                              (nobstacle)
+    OmTissueObstacle* body;  // the obstacles for engines that move vertices themselves (nobstacle)
     // computed by the last step
     OmContactReport report;
 };
 
 /// Distance of p to an obstacle less the offset, and the unit normal.
 double om__contact_gap(const OmContact* contact, int obstacle, OmVec3 p, OmVec3* n);
+
+// ---- contact_among.c
+
+OmStatus om__contact_among_create(OmContact* contact);
+/// A step of an engine that moves vertices itself, into contact->report.
+OmStatus om__contact_step_among(OmContact* contact, const OmTissueModel* model,
+                                OmTissueState* state, OmTissueWork* work, double h,
+                                OmTissueReport* tissue);
 
 #endif

@@ -81,6 +81,7 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     const OmTetMesh* mesh = om_tissue_mesh(model);
     for (int i = 0; i < mesh->nvert; ++i)
         c->size = fmax(c->size, om_norm(om_sub(om_load3(mesh->x, i), om_load3(mesh->x, 0))));
+    OM_TRY_DONE(om__contact_among_create(c));
     *contact = c;
     return OM_OK;
 done:
@@ -95,6 +96,8 @@ void om_contact_destroy(OmContact* c) {
     om_free(c->field);
     om_free(c->surface_vert);
     om_free(c->pair);
+    om_free(c->among);
+    om_free(c->body);
     om_free(c);
 }
 

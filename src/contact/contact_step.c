@@ -161,8 +161,10 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
 OmStatus om_contact_step(OmContact* c, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                          double h, OmContactReport* report) {
     c->report = (OmContactReport){0};
-    OmTissueReport tissue;
-    OmStatus status = om_tissue_step_with(m, s, w, h, solve_contact, c, &tissue);
+    OmTissueReport tissue = {0};
+    OmStatus status = om_tissue_moves_itself(m)
+                          ? om__contact_step_among(c, m, s, w, h, &tissue)
+                          : om_tissue_step_with(m, s, w, h, solve_contact, c, &tissue);
     c->report.tissue = tissue;
     if (report) *report = c->report;
     return status;

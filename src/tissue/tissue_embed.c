@@ -3,6 +3,11 @@
 // A point goes to the element that holds it in the rest shape, or the one nearest to it; outside, its
 // barycentric coordinates extrapolate, so that a point just off the surface moves with it. All elements
 // are tried, spheres around them first: done once a scene.
+//
+// Where there are particles and no elements a point goes to the nearest one and three more near it that span a
+// tetrahedron with it; in a single layer, to the three that span a triangle, at its foot in their plane.
+#include <string.h>
+
 #include "tissue/tissue_engine.h"
 
 typedef struct Search {
@@ -74,6 +79,74 @@ static void search_points(void* ctx, int begin, int end, int block) {
     }
 }
 
+// ---- particles without elements -----------------------------------------------------------------------
+
+#define NEAR 24    // particles looked at
+#define WIDE 0.25  // of what a right angle would span: wide enough to carry a point
+
+// The NEAR particles nearest to p, nearest first; returns how many there are.
+static int find_nearest(const OmTetMesh* mesh, OmVec3 p, int vert[NEAR]) {
+    double d2[NEAR];
+    int num = 0;
+    for (int i = 0; i < mesh->nvert; ++i) {
+        double d = om_norm2(om_sub(om_load3(mesh->x, i), p));
+        if (num == NEAR && d >= d2[NEAR - 1]) continue;
+        int k = num < NEAR ? num++ : NEAR - 1;
+        for (; k > 0 && d2[k - 1] > d; --k) d2[k] = d2[k - 1], vert[k] = vert[k - 1];
+        d2[k] = d, vert[k] = i;
+    }
+    return num;
+}
+
+// Weights of p among the corners o, o + e[0], ... of a point, line, triangle or tetrahedron (n edges).
+static void weigh_point(OmVec3 d, int n, const OmVec3 e[3], double bary[4]) {
+    memset(bary, 0, 4 * sizeof *bary);
+    if (n == 1) bary[1] = om_dot(d, e[0]) / om_norm2(e[0]);
+    if (n == 2) {
+        OmVec3 normal = om_cross(e[0], e[1]);
+        double area2 = om_norm2(normal);  // wide enough: above 0
+        bary[1] = om_dot(om_cross(d, e[1]), normal) / area2;
+        bary[2] = om_dot(om_cross(e[0], d), normal) / area2;
+    }
+    if (n == 3) {
+        double volume = om_dot(om_cross(e[0], e[1]), e[2]);
+        bary[1] = om_dot(om_cross(d, e[1]), e[2]) / volume;
+        bary[2] = om_dot(om_cross(e[0], d), e[2]) / volume;
+        bary[3] = om_dot(om_cross(e[0], e[1]), d) / volume;
+    }
+    bary[0] = 1 - bary[1] - bary[2] - bary[3];
+}
+
+static void embed_in_particles(const OmTetMesh* mesh, OmVec3 p, int vert[4], double bary[4]) {
+    int near[NEAR], num = find_nearest(mesh, p, near), n = 0;
+    OmVec3 o = om_load3(mesh->x, near[0]), e[3];
+    for (int a = 0; a < 4; ++a) vert[a] = near[0];
+    for (int k = 1; k < num && n < 3; ++k) {
+        OmVec3 d = om_sub(om_load3(mesh->x, near[k]), o);
+        double length = om_norm(d);
+        bool is_wide = length > 0;
+        if (n == 1) is_wide = om_norm(om_cross(e[0], d)) > WIDE * om_norm(e[0]) * length;
+        if (n == 2) {
+            OmVec3 normal = om_cross(e[0], e[1]);
+            is_wide = fabs(om_dot(normal, d)) > WIDE * om_norm(normal) * length;
+        }
+        if (!is_wide) continue;
+        e[n++] = d;
+        vert[n] = near[k];
+    }
+    weigh_point(om_sub(p, o), n, e, bary);
+}
+
+static void search_particles(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Search* s = ctx;
+    for (int k = begin; k < end; ++k) {
+        s->out->tet[k] = -1;
+        embed_in_particles(&s->m->mesh, om_load3(s->point, k), s->out->tet_vert + 4 * (size_t)k,
+                           s->out->bary + 4 * (size_t)k);
+    }
+}
+
 static void bound_elements(const OmTetMesh* mesh, double* sphere) {
     for (int e = 0; e < mesh->ntet; ++e) {
         const int* v = mesh->tet_vert + 4 * (size_t)e;
@@ -103,7 +176,8 @@ OmStatus om_tissue_embed(const OmTissueModel* m, int npoint, const double* point
     OM_ALLOC_DONE(embedding->tet_vert, 4 * (size_t)npoint);
     embedding->npoint = npoint;
     bound_elements(&m->mesh, s.sphere);
-    om_parallel_for(m->def.solver.nworker, npoint, 16, search_points, &s);
+    om_parallel_for(m->def.solver.nworker, npoint, 16,
+                    m->mesh.ntet > 0 ? search_points : search_particles, &s);
 done:
     om_free(s.sphere);
     if (status < 0) om_embedding_done(embedding);

@@ -34,11 +34,18 @@ typedef struct OmTissueEngine {
     /// w->A and w->b.
     OmStatus (*assemble)(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                          const OmAssembly* at);
-    /// A whole step, tools included; null for engines of the matrix kind.
+    /// A whole step, tools and obstacles included; null for engines of the matrix kind. It leaves in OM__F_TOOL
+    /// what holds each prescribed vertex, by a tool or an attachment, and in OM__F_TOUCH what obstacles push.
     OmStatus (*step)(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work, double h,
-                     OmTissueReport* report);
+                     int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report);
+    /// For engines that take meshes without elements: masses of their vertices; else null.
+    OmStatus (*lump_mass)(const OmTissueModel* model, double* mass);
+    /// Bytes behind the state's arrays that are the engine's, and how they follow from positions that were
+    /// set from outside; both may be null.
+    size_t (*get_state_size)(const OmTissueModel* model);
+    void (*sync_state)(const OmTissueModel* model, OmTissueState* state);
     /// Elastic forces at x in double. With a mask only those of its vertices count: added to *sum, and
-    /// to force (nvert x 3) unless it is null.
+    /// to force (nvert x 3) unless it is null. May be null with `step`, as may all that follow.
     void (*add_internal_force)(const OmTissueModel* model, const double* x,
                                const unsigned char* mask, double* force, OmVec3* sum);
     void (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
@@ -87,7 +94,7 @@ enum {            // arrays of 3 doubles a vertex, in this order behind the head
     OM__X,        // positions
     OM__V,        // velocities
     OM__F_EXT,    // external forces, by the caller
-    OM__F_TOOL,   // by tools, computed by end_step
+    OM__F_TOOL,   // by tools, computed by end_step or the engine's own step
     OM__F_TOUCH,  // by contact, written by the contact method
     OM__ANCHOR,   // where attached vertices are drawn to
     OM__GRIP,     // place in the frame of the tool that holds the vertex
@@ -103,6 +110,14 @@ static inline unsigned char* om__state_attached(const OmTissueState* s) {
 }
 static inline signed char* om__state_held_by(const OmTissueState* s) {
     return (signed char*)om__state_attached(s) + s->nvert;
+}
+/// Bytes of a state before those of the engine.
+static inline size_t om__state_size(int nvert) {
+    size_t size = OM__STATE_HEAD + (size_t)nvert * (OM__NARRAY3 * 3 * sizeof(double) + 2);
+    return (size + 63) / 64 * 64;
+}
+static inline void* om__state_engine(const OmTissueState* s) {
+    return (char*)(uintptr_t)s + om__state_size(s->nvert);
 }
 static inline bool om__is_spring(const OmTissueModel* m) { return m->def.attachment_stiffness > 0; }
 /// Is the vertex moved by a tool or held still, rather than by forces?

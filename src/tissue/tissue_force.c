@@ -16,6 +16,7 @@ static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, i
                              om_load3(om__state_array(s, OM__X), i));
         return om_scale(m->def.attachment_stiffness, pull);
     }
+    if (m->engine->step) return om_load3(om__state_array(s, OM__F_TOOL), i);
     OmVec3 on = om_madd(elastic, m->mass[i], m->def.gravity);
     on = om_add(on, om_load3(om__state_array(s, OM__F_EXT), i));
     on = om_add(on, om_load3(om__state_array(s, OM__F_TOUCH), i));
@@ -43,7 +44,7 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
         ++nattached;
         sum = om_add(sum, attachment_force(m, s, i, zero));
     }
-    if (nattached > 0 && !om__is_spring(m)) {
+    if (nattached > 0 && !om__is_spring(m) && !m->engine->step) {
         OmVec3 elastic = zero;
         m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, NULL, &elastic);
         sum = om_sub(sum, elastic);
@@ -56,6 +57,8 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
 OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueState* s,
                                       double* force) {
     OmVec3 sum = {0, 0, 0};
+    OM_CHECK(m->engine->add_internal_force, OM_UNAVAILABLE,
+             "tissue: engine \"%s\" has no internal forces", m->engine->name);
     memset(force, 0, 3 * (size_t)m->mesh.nvert * sizeof(double));
     m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
     return OM_OK;
@@ -67,12 +70,13 @@ OmStatus om_tissue_get_holding_force(const OmTissueModel* m, const OmTissueState
     size_t n = 3 * (size_t)m->mesh.nvert;
     const unsigned char* attached = om__state_attached(s);
     memset(force, 0, n * sizeof(double));
-    if (!om__is_spring(m))
+    if (!om__is_spring(m) && !m->engine->step)
         m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, force, &sum);
     const double* f_tool = om__state_array(s, OM__F_TOOL);
     const double* f_touch = om__state_array(s, OM__F_TOUCH);
     for (int i = 0; i < m->mesh.nvert; ++i) {
-        OmVec3 f = om_add(om_load3(f_tool, i), om_load3(f_touch, i));
+        OmVec3 f = om_load3(f_touch, i);
+        if (om__state_held_by(s)[i] >= 0) f = om_add(f, om_load3(f_tool, i));
         if (attached[i]) f = om_add(f, attachment_force(m, s, i, om_load3(force, i)));
         om_store3(force, i, f);
     }
@@ -102,7 +106,7 @@ OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
             energy->spring +=
                 0.5 * m->def.attachment_stiffness * om_norm2(om_sub(p, om_load3(anchor, i)));
     }
-    energy->elastic = m->engine->get_energy(m, x);
+    if (m->engine->get_energy) energy->elastic = m->engine->get_energy(m, x);
     return OM_OK;
 }
 

@@ -9,7 +9,8 @@
 
 // Engines known by name. Each is defined in its own room, which includes this one and not the reverse.
 extern const OmTissueEngine om__engine_fem;
-static const OmTissueEngine* const engine_table[] = {&om__engine_fem};
+extern const OmTissueEngine om__engine_pbd;
+static const OmTissueEngine* const engine_table[] = {&om__engine_fem, &om__engine_pbd};
 #define NENGINE ((int)(sizeof engine_table / sizeof *engine_table))
 
 OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
@@ -48,7 +49,6 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(def->cookie == TISSUE_COOKIE, OM_INVALID,
              "tissue: the definition was not made by om_tissue_default_def");
     OM_CHECK(def->mesh, OM_INVALID, "tissue: mesh is null");
-    OM_CHECK(def->mesh->ntet > 0, OM_INVALID, "tissue: mesh has no elements");
     OM_CHECK(def->nmaterial >= 0 && (def->nmaterial == 0 || def->material), OM_INVALID,
              "tissue: nmaterial is %d but material is null or the count negative", def->nmaterial);
     for (int k = 0; k < def->nmaterial; ++k) {
@@ -79,7 +79,24 @@ static OmStatus check_def(const OmTissueDef* def) {
     return OM_OK;
 }
 
-static OmStatus check_mesh(const OmTetMesh* mesh, int nmaterial) {
+// Particles: vertices without elements.
+static OmStatus check_points(const OmTetMesh* mesh, const OmTissueEngine* engine) {
+    OM_CHECK(engine->lump_mass, OM_INVALID,
+             "tissue: mesh has no elements, and engine \"%s\" needs them", engine->name);
+    OM_CHECK(mesh->nvert > 0, OM_INVALID, "tissue: mesh has no vertices");
+    for (int i = 0; i < mesh->nvert; ++i)
+        OM_CHECK(om_is_finite3(om_load3(mesh->x, i)), OM_INVALID, "tissue: vertex %d is not finite",
+                 i);
+    for (int k = 0; k < mesh->nset; ++k)
+        for (int n = 0; n < mesh->set[k].nvert; ++n)
+            OM_CHECK(mesh->set[k].vert[n] >= 0 && mesh->set[k].vert[n] < mesh->nvert, OM_INVALID,
+                     "tissue: set \"%s\" names vertex %d of %d", mesh->set[k].name,
+                     mesh->set[k].vert[n], mesh->nvert);
+    return OM_OK;
+}
+
+static OmStatus check_mesh(const OmTetMesh* mesh, const OmTissueEngine* engine, int nmaterial) {
+    if (mesh->ntet == 0) return check_points(mesh, engine);
     OM_TRY(om_tet_mesh_validate(mesh));
     for (int e = 0; nmaterial > 0 && e < mesh->ntet; ++e)
         OM_CHECK(mesh->tet_label[e] >= 0 && mesh->tet_label[e] < nmaterial, OM_INVALID,
@@ -94,6 +111,7 @@ static OmStatus lump_mass(OmTissueModel* m) {
     m->mass = om_calloc((size_t)mesh->nvert, sizeof(double));
     m->volume = om_alloc((size_t)mesh->ntet, sizeof(double));
     if (!m->mass || !m->volume) return OM_NO_MEMORY;
+    if (mesh->ntet == 0) OM_TRY(m->engine->lump_mass(m, m->mass));
     for (int e = 0; e < mesh->ntet; ++e) {
         const int* v = mesh->tet_vert + 4 * (size_t)e;
         OmVec3 o = om_load3(mesh->x, v[0]), a = om_sub(om_load3(mesh->x, v[1]), o),
@@ -103,7 +121,7 @@ static OmStatus lump_mass(OmTissueModel* m) {
     }
     for (int i = 0; i < mesh->nvert; ++i) {
         OM_CHECK(m->mass[i] > 0, OM_INVALID,
-                 "tissue: vertex %d of the mesh belongs to no element; remove it", i);
+                 "tissue: vertex %d of the mesh has no mass, for no element has it; remove it", i);
         m->total_mass += m->mass[i];
     }
     return OM_OK;
@@ -115,11 +133,17 @@ static int compare_ints(const void* a, const void* b) {
 }
 
 static OmStatus find_surface(OmTissueModel* m) {
-    OmSurface surface;
-    OM_TRY(om_tet_mesh_boundary(&m->mesh, &surface, &m->surface_vert));
-    m->nsurface = surface.nvert;
-    om_surface_done(&surface);
-    qsort(m->surface_vert, (size_t)m->nsurface, sizeof(int), compare_ints);
+    if (m->mesh.ntet == 0) {  // any particle may come to touch
+        m->nsurface = m->mesh.nvert;
+        OM_ALLOC(m->surface_vert, m->nsurface);
+        for (int i = 0; i < m->nsurface; ++i) m->surface_vert[i] = i;
+    } else {
+        OmSurface surface;
+        OM_TRY(om_tet_mesh_boundary(&m->mesh, &surface, &m->surface_vert));
+        m->nsurface = surface.nvert;
+        om_surface_done(&surface);
+        qsort(m->surface_vert, (size_t)m->nsurface, sizeof(int), compare_ints);
+    }
     OmVec3 lo = om_load3(m->mesh.x, 0), hi = lo;
     for (int i = 1; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_load3(m->mesh.x, i);
@@ -146,22 +170,23 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     *model = NULL;
     OM_CHECK(def, OM_INVALID, "tissue: the definition is null");
     OM_TRY(check_def(def));
-    OM_TRY(check_mesh(def->mesh, def->nmaterial));
     const OmTissueEngine* engine;
     OM_TRY(find_engine(def, &engine));
+    OM_TRY(check_mesh(def->mesh, engine, def->nmaterial));
     OmTissueModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     m->def = *def;
     m->def.material = NULL;
+    m->engine = engine;
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
     m->def.mesh = &m->mesh;
     m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
     OM_TRY_DONE(copy_materials(m, def));
     OM_TRY_DONE(lump_mass(m));
     OM_TRY_DONE(find_surface(m));
-    m->engine = engine;
     OM_TRY_DONE(engine->create(m));
+    m->def.pbd = NULL;  // borrowed until here
     *model = m;
     return OM_OK;
 done:
@@ -182,6 +207,7 @@ void om_tissue_destroy(OmTissueModel* m) {
 
 const OmTetMesh* om_tissue_mesh(const OmTissueModel* m) { return &m->mesh; }
 const double* om_tissue_mass(const OmTissueModel* m) { return m->mass; }
+bool om_tissue_moves_itself(const OmTissueModel* m) { return m->engine->step != NULL; }
 OmVec3 om_tissue_gravity(const OmTissueModel* m) { return m->def.gravity; }
 
 const int* om_tissue_surface_vert(const OmTissueModel* m, int* nvert) {

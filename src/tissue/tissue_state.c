@@ -8,9 +8,8 @@
 _Static_assert(sizeof(OmTissueState) <= OM__STATE_HEAD, "the head of a state must fit");
 
 size_t om_tissue_state_size(const OmTissueModel* m) {
-    size_t nvert = (size_t)m->mesh.nvert;
-    size_t size = OM__STATE_HEAD + nvert * (OM__NARRAY3 * 3 * sizeof(double) + 2);
-    return (size + 63) / 64 * 64;
+    size_t extra = m->engine->get_state_size ? m->engine->get_state_size(m) : 0;
+    return (om__state_size(m->mesh.nvert) + extra + 63) / 64 * 64;
 }
 
 OmStatus om_tissue_create_state(const OmTissueModel* m, OmTissueState** state) {
@@ -33,6 +32,7 @@ void om_tissue_reset(const OmTissueModel* m, OmTissueState* s) {
     for (int k = 0; m->held && k < m->held->nvert; ++k) om__state_attached(s)[m->held->vert[k]] = 1;
     for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
         s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
+    if (m->engine->sync_state) m->engine->sync_state(m, s);
 }
 
 uint64_t om_tissue_hash(const OmTissueState* s) { return om_hash(s, s->size, OM_HASH_SEED); }
@@ -59,6 +59,7 @@ OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double*
         memmove(om__state_array(s, OM__V), v, n * sizeof(double));
     else
         memset(om__state_array(s, OM__V), 0, n * sizeof(double));
+    if (m->engine->sync_state) m->engine->sync_state(m, s);
     return OM_OK;
 }
 

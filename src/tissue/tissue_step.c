@@ -370,7 +370,11 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
     if (!report) report = &local;
     *report = (OmTissueReport){0};
     OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
-    if (m->engine->step) return m->engine->step(m, s, w, h, report);
+    OM_CHECK(
+        !m->engine->step || !fn, OM_UNAVAILABLE,
+        "tissue: engine \"%s\" solves no system in a step; om_tissue_step_among takes obstacles",
+        m->engine->name);
+    if (m->engine->step) return m->engine->step(m, s, w, h, 0, NULL, report);
     OmStatus outcome = OM_OK;
     Solve solve = {fn, ctx};
     double left = h, part = h;
@@ -403,4 +407,17 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
 OmStatus om_tissue_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
                         OmTissueReport* report) {
     return om_tissue_step_with(m, s, w, h, NULL, NULL, report);
+}
+
+OmStatus om_tissue_step_among(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
+                              int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
+    OmTissueReport local;
+    if (!report) report = &local;
+    *report = (OmTissueReport){0};
+    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
+    OM_CHECK(m->engine->step, OM_UNAVAILABLE,
+             "tissue: engine \"%s\" needs room contact to keep out of obstacles", m->engine->name);
+    OM_CHECK(nobstacle >= 0 && (nobstacle == 0 || obstacle), OM_INVALID,
+             "tissue: %d obstacles, and their list is null or the count negative", nobstacle);
+    return m->engine->step(m, s, w, h, nobstacle, obstacle, report);
 }

@@ -1,0 +1,88 @@
+/// omentum/pbd.h: position based dynamics, the tissue model made for speed (floor 2; thesis 2.4.2, 3.5).
+///
+/// Particles are predicted by symplectic Euler and then moved to where constraints want them: rigid shapes
+/// of overlapping clusters, (3.13)-(3.14), or the elastic energy of tetrahedra with its physical constants
+/// (XPBD). It cannot become unstable. It is the engine "pbd" of tissue.h: create, grasp, attach, step,
+/// snapshot, hash and contact are those of every tissue. Shape matching has no interaction forces: what
+/// om_tissue_get_forces says of it is the balance of momentum, in which a stretch has no modulus.
+///
+///     OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
+///     om_pbd_sample_surface(&skin, 0.005, &particles, &pbd.particle_volume);
+///     OmTissueDef def = om_tissue_default_def(&particles);
+///     def.engine = "pbd", def.pbd = &pbd;
+///     om_tissue_create(&def, &model);               // then as in tissue.h
+#ifndef OMENTUM_PBD_H
+#define OMENTUM_PBD_H
+
+#include "omentum/shape_sdf.h"
+#include "omentum/tissue.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum OmPbdKind {
+    OM_PBD_CLUSTERS,  // region-based shape matching; the material of OmTissueDef is not used
+    OM_PBD_ELASTIC  // XPBD: neo-Hookean tetrahedra with the material of OmTissueDef; forces in newtons
+} OmPbdKind;
+
+typedef struct OmPbdDef {  // made by om_pbd_default_def; lengths in m; copied by om_tissue_create
+    OmPbdKind kind;        // default OM_PBD_CLUSTERS
+    int substeps;          // of a step, 1 to 1000; default 3, elastic 10
+    int iterations;        // of a substep, 1 to 1000; default 9, elastic 2
+    double damping;        // viscous drag on velocities, 1/s, >= 0; default 12, elastic 0
+    double max_speed;      // of a particle, m/s, > 0; default 10
+    double
+        particle_volume;  // m^3, of each particle of a mesh without elements; default 0: not known
+    // clusters
+    double cluster_spacing;    // between centres, > 0; default 12.7 mm (5.4.1)
+    double cluster_radius;     // at least half the spacing; default 9.5 mm
+    double cluster_stiffness;  // alpha of (3.14), 0 to 1; default 0.361
+    double
+        linear_stretch;  // 0: clusters are rigid; to 1: goals follow the cluster's best linear map
+                         // of the same volume (Mueller et al. 2005); default 0
+    // contact
+    double collision_distance;  // kept from obstacles and, with self_collision, between particles;
+                                // 0 for particles that lie on the surface, as mesh vertices do;
+                                // default 3 mm
+    double recover_speed;      // m/s, how fast what began inside an obstacle comes out; default 0.5
+    double friction;           // Coulomb's, against obstacles without their own; default 0.35
+    double particle_friction;  // Coulomb's, between particles; default 0.25
+    bool has_self_collision;   // default true for OM_PBD_CLUSTERS
+    uint32_t cookie;           // set by om_pbd_default_def
+} OmPbdDef;
+
+/// Table 3.1 and the optimum of 5.4.1 for clusters; substeps rather than iterations for elasticity.
+OM_API OmPbdDef om_pbd_default_def(OmPbdKind kind);
+
+// ---- particles ------------------------------------------------------------------------------------
+
+// Particles are the vertices of a mesh without elements (om_tet_mesh_done frees), or those of any mesh with
+// elements, which lends them its masses.
+
+/// A cubic lattice inside a closed surface, centred in its bounding box.
+/// @param spacing          m; the thesis's is 5 mm
+/// @param particle_volume  m^3, the solid's over the number of particles
+/// @return OM_OK; OM_INVALID (spacing; nothing inside; more than 10 million); OM_NO_MEMORY
+OM_API OmStatus om_pbd_sample_surface(const OmSurface* surface, double spacing,
+                                      OmTetMesh* particles, double* particle_volume);
+/// The same where the field is negative.
+OM_API OmStatus om_pbd_sample_sdf(const OmSdf* sdf, double spacing, OmTetMesh* particles,
+                                  double* particle_volume);
+/// A single layer: the sheet's middle plane is z = 0, its centre the origin, particles at cell centres.
+/// @param size_x,size_y,thickness  m; the thickness gives particles their volume
+OM_API OmStatus om_pbd_sample_sheet(double size_x, double size_y, double thickness, double spacing,
+                                    OmTetMesh* particles, double* particle_volume);
+
+// ---- what a model is made of ----------------------------------------------------------------------
+
+/// Members of each cluster in the order of clusters: vertices vert[adr[c]] to vert[adr[c + 1] - 1].
+/// @return clusters; 0 if the model is another engine's or has none
+OM_API int om_pbd_clusters(const OmTissueModel* model, const int** adr, const int** vert);
+/// Do its interaction forces mean newtons? Only those of OM_PBD_ELASTIC do.
+OM_API bool om_pbd_has_forces(const OmTissueModel* model);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,276 @@
+// pbd_cluster.c: which particles form which clusters.
+//
+// Centres lie on a lattice of cluster_spacing over the bounding box of the particles, evened out to fill it; a
+// cluster is all within cluster_radius of its centre. A lattice leaves some particles out (at the corners of its
+// cells, and where the body is ragged): each in turn, by index, becomes the centre of one more cluster until all
+// are covered. Clusters of fewer than four particles have no shape to match and are left to that second stage.
+#include <stdlib.h>
+#include <string.h>
+
+#include "pbd/pbd_internal.h"
+
+#define LEAST_MEMBER 4
+#define MAX_CENTER 4000000
+#define FLAT 1e-4  // of the largest spread: directions without extent
+
+typedef struct Grid {  // particles by cells of the bounding box
+    OmVec3 lo, hi;
+    double cell;  // m
+    int dim[3];
+    int* adr;   //                                                      (cells + 1)
+    int* vert;  //                                                      (nvert)
+} Grid;
+
+typedef struct Builder {
+    const OmTetMesh* mesh;
+    const OmPbdDef* def;
+    OmPbdClusters* shape;
+    Grid grid;
+    int* found;      // members of a ball                             (nvert)
+    int* ncovering;  // clusters of each particle                     (nvert)
+    int max_cluster, max_member;
+} Builder;
+
+static int clamp_cell(double t, int dim) {
+    if (!(t > 0)) return 0;
+    return t >= dim ? dim - 1 : (int)t;
+}
+
+static void cell_of(const Grid* g, OmVec3 p, int c[3]) {
+    c[0] = clamp_cell((p.x - g->lo.x) / g->cell, g->dim[0]);
+    c[1] = clamp_cell((p.y - g->lo.y) / g->cell, g->dim[1]);
+    c[2] = clamp_cell((p.z - g->lo.z) / g->cell, g->dim[2]);
+}
+
+static size_t cell_index(const Grid* g, const int c[3]) {
+    return (size_t)c[0] + (size_t)g->dim[0] * ((size_t)c[1] + (size_t)g->dim[1] * (size_t)c[2]);
+}
+
+static OmStatus make_grid(const OmTetMesh* mesh, double cell, Grid* g) {
+    g->lo = g->hi = om_load3(mesh->x, 0);
+    for (int i = 1; i < mesh->nvert; ++i) {
+        g->lo = om_min3(g->lo, om_load3(mesh->x, i));
+        g->hi = om_max3(g->hi, om_load3(mesh->x, i));
+    }
+    OmVec3 size = om_sub(g->hi, g->lo);
+    double longest = fmax(size.x, fmax(size.y, size.z));
+    g->cell = fmax(cell, longest / 128);
+    g->dim[0] = 1 + (int)(size.x / g->cell);
+    g->dim[1] = 1 + (int)(size.y / g->cell);
+    g->dim[2] = 1 + (int)(size.z / g->cell);
+    size_t ncell = (size_t)g->dim[0] * (size_t)g->dim[1] * (size_t)g->dim[2];
+    g->adr = om_calloc(ncell + 1, sizeof *g->adr);
+    g->vert = om_alloc((size_t)mesh->nvert, sizeof *g->vert);
+    if (!g->adr || !g->vert) return OM_NO_MEMORY;
+    int c[3];
+    for (int i = 0; i < mesh->nvert; ++i) {
+        cell_of(g, om_load3(mesh->x, i), c);
+        ++g->adr[cell_index(g, c) + 1];
+    }
+    for (size_t k = 0; k < ncell; ++k) g->adr[k + 1] += g->adr[k];
+    for (int i = mesh->nvert - 1; i >= 0; --i) {  // from behind, so that cells are ascending
+        cell_of(g, om_load3(mesh->x, i), c);
+        g->vert[--g->adr[cell_index(g, c) + 1]] = i;
+    }
+    // each adr[k + 1] now is where cell k begins: move up by one
+    for (size_t k = 0; k < ncell; ++k) g->adr[k] = g->adr[k + 1];
+    g->adr[ncell] = mesh->nvert;
+    return OM_OK;
+}
+
+static int compare_ints(const void* a, const void* b) {
+    int x = *(const int*)a, y = *(const int*)b;
+    return (x > y) - (x < y);
+}
+
+// Particles within the cluster radius of p, ascending, into b->found.
+static int find_ball(Builder* b, OmVec3 p) {
+    const Grid* g = &b->grid;
+    double r = b->def->cluster_radius * (1 + 1e-9);
+    OmVec3 reach = {r, r, r};
+    int lo[3], hi[3], num = 0;
+    cell_of(g, om_sub(p, reach), lo);
+    cell_of(g, om_add(p, reach), hi);
+    for (int k = lo[2]; k <= hi[2]; ++k)
+        for (int j = lo[1]; j <= hi[1]; ++j)
+            for (int i = lo[0]; i <= hi[0]; ++i) {
+                size_t cell = cell_index(g, (int[3]){i, j, k});
+                for (int n = g->adr[cell]; n < g->adr[cell + 1]; ++n)
+                    if (om_distance(om_load3(b->mesh->x, g->vert[n]), p) <= r)
+                        b->found[num++] = g->vert[n];
+            }
+    qsort(b->found, (size_t)num, sizeof *b->found, compare_ints);
+    return num;
+}
+
+// The found particles become a cluster.
+static OmStatus add_cluster(Builder* b, int num) {
+    OmPbdClusters* s = b->shape;
+    int nmember = s->adr ? s->adr[s->ncluster] : 0;
+    if (s->ncluster + 2 > b->max_cluster) {
+        int room = 2 * b->max_cluster + 64;
+        int* adr = om_realloc(s->adr, (size_t)b->max_cluster, (size_t)room, sizeof *adr);
+        if (!adr) return OM_NO_MEMORY;
+        s->adr = adr;
+        b->max_cluster = room;
+        if (s->ncluster == 0) adr[0] = 0;
+    }
+    if (nmember + num > b->max_member) {
+        OM_CHECK(nmember <= 500000000 - num, OM_INVALID,
+                 "pbd: clusters of radius %g mm every %g mm have more than 500 million members; "
+                 "enlarge cluster_spacing or reduce cluster_radius",
+                 1e3 * b->def->cluster_radius, 1e3 * b->def->cluster_spacing);
+        int room = 2 * b->max_member + num + 256;
+        int* vert = om_realloc(s->vert, (size_t)b->max_member, (size_t)room, sizeof *vert);
+        if (!vert) return OM_NO_MEMORY;
+        s->vert = vert;
+        b->max_member = room;
+    }
+    memcpy(s->vert + nmember, b->found, (size_t)num * sizeof(int));
+    for (int n = 0; n < num; ++n) ++b->ncovering[b->found[n]];
+    s->adr[++s->ncluster] = nmember + num;
+    return OM_OK;
+}
+
+static OmStatus place_clusters(Builder* b) {
+    const Grid* g = &b->grid;
+    OmVec3 size = om_sub(g->hi, g->lo);
+    double length[3] = {size.x, size.y, size.z}, count = 1;
+    int num[3];
+    for (int a = 0; a < 3; ++a) {
+        double n = fmax(1, round(length[a] / b->def->cluster_spacing));
+        count *= n;
+        num[a] = (int)fmin(n, MAX_CENTER);
+    }
+    OM_CHECK(count <= MAX_CENTER, OM_INVALID,
+             "pbd: cluster_spacing of %g mm makes %.3g clusters; the most is %d",
+             1e3 * b->def->cluster_spacing, count, MAX_CENTER);
+    for (int k = 0; k < num[2]; ++k)
+        for (int j = 0; j < num[1]; ++j)
+            for (int i = 0; i < num[0]; ++i) {
+                OmVec3 at = {(i + 0.5) / num[0] * size.x, (j + 0.5) / num[1] * size.y,
+                             (k + 0.5) / num[2] * size.z};
+                int found = find_ball(b, om_add(g->lo, at));
+                if (found >= LEAST_MEMBER) OM_TRY(add_cluster(b, found));
+            }
+    for (int i = 0; i < b->mesh->nvert; ++i)
+        if (b->ncovering[i] == 0) OM_TRY(add_cluster(b, find_ball(b, om_load3(b->mesh->x, i))));
+    return OM_OK;
+}
+
+// Clusters of each particle, and its share.
+static OmStatus make_incidence(const OmTetMesh* mesh, OmPbdClusters* s) {
+    int nmember = s->adr[s->ncluster];
+    OM_ALLOC(s->part_share, mesh->nvert);
+    s->part_adr = om_calloc((size_t)mesh->nvert + 1, sizeof *s->part_adr);
+    s->part_cluster = om_alloc((size_t)nmember, sizeof *s->part_cluster);
+    if (!s->part_adr || !s->part_cluster) return OM_NO_MEMORY;
+    for (int n = 0; n < nmember; ++n) ++s->part_adr[s->vert[n] + 1];
+    for (int i = 0; i < mesh->nvert; ++i) {
+        s->part_share[i] = 1.0 / s->part_adr[i + 1];  // every particle is covered
+        s->part_adr[i + 1] += s->part_adr[i];
+    }
+    for (int c = s->ncluster - 1; c >= 0; --c)
+        for (int n = s->adr[c]; n < s->adr[c + 1]; ++n)
+            s->part_cluster[--s->part_adr[s->vert[n] + 1]] = c;
+    for (int i = 0; i < mesh->nvert; ++i) s->part_adr[i] = s->part_adr[i + 1];
+    s->part_adr[mesh->nvert] = nmember;
+    return OM_OK;
+}
+
+// Rest centre, weights and spread of cluster c.
+static void weigh_cluster(const OmTetMesh* mesh, const double* mass, OmPbdClusters* s, int c) {
+    double total = 0;
+    OmVec3 center = {0, 0, 0};
+    for (int n = s->adr[c]; n < s->adr[c + 1]; ++n) {
+        int i = s->vert[n];
+        double w = mass[i] * s->part_share[i];
+        total += w;
+        center = om_madd(center, w, om_load3(mesh->x, i));
+    }
+    center = om_scale(1 / total, center);  // masses are above 0
+    om_store3(s->center, c, center);
+    OmMat3 spread = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, V;
+    for (int n = s->adr[c]; n < s->adr[c + 1]; ++n) {
+        int i = s->vert[n];
+        double w = mass[i] * s->part_share[i] / total;
+        OmVec3 q = om_sub(om_load3(mesh->x, i), center);
+        double* out = s->weight + 4 * (size_t)n;
+        out[0] = w, out[1] = w * q.x, out[2] = w * q.y, out[3] = w * q.z;
+        spread = om_mat3_add(spread, om_mat3_outer(om_scale(w, q), q));
+    }
+    OmVec3 e;
+    om_mat3_eigen_symmetric(spread, &e, &V);
+    double value[3] = {e.x, e.y, e.z};
+    OmVec3 axis[3] = {V.cx, V.cy, V.cz};
+    OmMat3 inverse = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, flat = inverse;
+    for (int k = 0; k < 3; ++k) {
+        OmMat3 aa = om_mat3_outer(axis[k], axis[k]);
+        if (value[k] > FLAT * e.z && value[k] > 1e-30)
+            inverse = om_mat3_add(inverse, om_mat3_scale(1 / value[k], aa));
+        else
+            flat = om_mat3_add(flat, aa);
+    }
+    double *si = s->spread_inverse + 9 * (size_t)c, *fl = s->flat + 9 * (size_t)c;
+    om_store3(si, 0, inverse.cx), om_store3(si, 1, inverse.cy), om_store3(si, 2, inverse.cz);
+    om_store3(fl, 0, flat.cx), om_store3(fl, 1, flat.cy), om_store3(fl, 2, flat.cz);
+}
+
+// Parts of the body that no chain of clusters joins; `label` is (nvert).
+static int count_parts(const OmPbdClusters* s, int nvert, int* label) {
+    for (int i = 0; i < nvert; ++i) label[i] = i;
+    int nparts = nvert;
+    for (int c = 0; c < s->ncluster; ++c) {
+        int root = -1;
+        for (int n = s->adr[c]; n < s->adr[c + 1]; ++n) {
+            int i = s->vert[n];
+            while (label[i] != i) i = label[i] = label[label[i]];
+            if (root < 0) root = i;
+            if (i == root) continue;
+            label[i] = root;
+            --nparts;
+        }
+    }
+    return nparts;
+}
+
+OmStatus om__pbd_make_clusters(const OmTissueModel* m, const OmPbdDef* def, OmPbdClusters* s) {
+    OmStatus status = OM_OK;
+    Builder b = {.mesh = &m->mesh, .def = def, .shape = s};
+    OM_TRY_DONE(make_grid(&m->mesh, def->cluster_radius, &b.grid));
+    OM_ALLOC_DONE(b.found, m->mesh.nvert);
+    OM_CALLOC_DONE(b.ncovering, m->mesh.nvert);
+    OM_TRY_DONE(place_clusters(&b));
+    s->nbatch = (s->ncluster + OM__PBD_LANE - 1) / OM__PBD_LANE;
+    OM_TRY_DONE(make_incidence(&m->mesh, s));
+    OM_ALLOC_DONE(s->weight, 4 * (size_t)s->adr[s->ncluster]);
+    OM_ALLOC_DONE(s->center, 3 * (size_t)s->ncluster);
+    OM_ALLOC_DONE(s->spread_inverse, 9 * (size_t)s->ncluster);
+    OM_ALLOC_DONE(s->flat, 9 * (size_t)s->ncluster);
+    for (int c = 0; c < s->ncluster; ++c) weigh_cluster(&m->mesh, m->mass, s, c);
+    int nparts = count_parts(s, m->mesh.nvert, b.found);
+    if (nparts > 1)
+        om_log(OM_LOG_WARNING,
+               "pbd: clusters of radius %g mm every %g mm leave the body in %d parts; enlarge "
+               "cluster_radius",
+               1e3 * def->cluster_radius, 1e3 * def->cluster_spacing, nparts);
+done:
+    om_free(b.grid.adr);
+    om_free(b.grid.vert);
+    om_free(b.found);
+    om_free(b.ncovering);
+    return status;
+}
+
+void om__pbd_clusters_done(OmPbdClusters* s) {
+    om_free(s->adr);
+    om_free(s->vert);
+    om_free(s->weight);
+    om_free(s->center);
+    om_free(s->spread_inverse);
+    om_free(s->flat);
+    om_free(s->part_share);
+    om_free(s->part_adr);
+    om_free(s->part_cluster);
+    *s = (OmPbdClusters){0};
+}

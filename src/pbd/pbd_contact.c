@@ -1,0 +1,142 @@
+// pbd_contact.c: particles out of rigid obstacles, with Coulomb's friction.
+//
+// In each substep a particle asks an obstacle once, where it was and where it is predicted; only if it is near it
+// asks again in every iteration. What began a substep inside comes out with recover_speed, so that an obstacle put
+// into tissue does not throw it. Friction takes back slip against the moving surface, in a substep no more than
+// the coefficient times the depth pushed out. Pushes, m d / sub^2, sum to the momentum that obstacles gave.
+#include <string.h>
+
+#include "pbd/pbd_internal.h"
+
+#define SLACK 0.5  // of a cluster's spacing: how far an iteration may move what is not near
+
+OmStatus om__pbd_reserve(OmPbdWork* w, int nvert, int nobstacle) {
+    if (nobstacle <= w->max_obstacle) return OM_OK;
+    size_t n = (size_t)nvert * (size_t)nobstacle;
+    double* gap_goal = om_alloc(n, sizeof *gap_goal);
+    unsigned char* is_near = om_alloc(n, 1);
+    double* push = om_alloc(n, 3 * sizeof *push);
+    OmPbdFrame* frame = om_alloc((size_t)nobstacle, sizeof *frame);
+    if (!gap_goal || !is_near || !push || !frame) {
+        om_free(gap_goal);
+        om_free(is_near);
+        om_free(push);
+        om_free(frame);
+        return OM_NO_MEMORY;
+    }
+    om_free(w->gap_goal);
+    om_free(w->is_near);
+    om_free(w->push);
+    om_free(w->frame);
+    w->gap_goal = gap_goal;
+    w->is_near = is_near;
+    w->push = push;
+    w->frame = frame;
+    size_t add = (size_t)(nobstacle - w->max_obstacle);
+    w->size += add * ((size_t)nvert * (4 * sizeof(double) + 1) + sizeof *frame);
+    w->max_obstacle = nobstacle;
+    return OM_OK;
+}
+
+static OmPose between(OmPose a, OmPose b, double t) {
+    if (t <= 0) return a;
+    if (t >= 1) return b;
+    return (OmPose){om_lerp(a.p, b.p, t), om_quat_slerp(a.q, b.q, t)};
+}
+
+static bool is_identity(OmPose p) {
+    return om_norm2(p.p) == 0 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0 && p.q.w == 1;
+}
+
+void om__pbd_move_obstacles(OmPbdStep* s) {
+    double n = s->pbd->def.substeps;
+    for (int k = 0; k < s->nobstacle; ++k) {
+        const OmTissueObstacle* o = &s->obstacle[k];
+        OmPbdFrame* f = &s->w->frame[k];
+        f->begin = between(o->pose_begin, o->pose_end, s->k / n);
+        f->end = between(o->pose_begin, o->pose_end, (s->k + 1) / n);
+        f->inverse_begin = om_pose_inverse(f->begin);
+        f->inverse_end = om_pose_inverse(f->end);
+        f->friction = o->friction < 0 ? s->pbd->def.friction : o->friction;
+        f->is_still = is_identity(o->pose_begin) && is_identity(o->pose_end);
+    }
+}
+
+// Gap of world point p to obstacle k, at the end of the substep or its beginning; the normal in the world.
+static double gap_of(const OmPbdStep* s, int k, bool is_end, OmVec3 p, OmVec3* n) {
+    const OmTissueObstacle* o = &s->obstacle[k];
+    const OmPbdFrame* f = &s->w->frame[k];
+    double d;
+    if (f->is_still) {
+        d = o->distance(o->ctx, p, n);
+    } else {
+        d = o->distance(o->ctx, om_pose_apply(is_end ? f->inverse_end : f->inverse_begin, p), n);
+        *n = om_quat_rotate(is_end ? f->end.q : f->begin.q, *n);
+    }
+    if (!isfinite(d) || !om_is_finite3(*n)) return INFINITY;
+    return d - s->pbd->def.collision_distance;
+}
+
+void om__pbd_find_near(OmPbdStep* s, int i) {
+    int nvert = s->m->mesh.nvert;
+    OmVec3 p = om_load3(s->x, i), b = om_load3(s->w->begin, i), n;
+    double slack = SLACK * s->pbd->def.cluster_spacing + om_distance(p, b);
+    for (int k = 0; k < s->nobstacle; ++k) {
+        size_t at = (size_t)k * (size_t)nvert + (size_t)i;
+        s->w->is_near[at] = gap_of(s, k, true, p, &n) < slack;
+        if (!s->w->is_near[at]) continue;
+        double begin = gap_of(s, k, false, b, &n);
+        s->w->gap_goal[at] = fmin(0, begin + s->pbd->def.recover_speed * s->sub);
+    }
+}
+
+void om__pbd_push_out(OmPbdStep* s, int i) {
+    int nvert = s->m->mesh.nvert;
+    OmPbdWork* w = s->w;
+    for (int k = 0; k < s->nobstacle; ++k) {
+        size_t at = (size_t)k * (size_t)nvert + (size_t)i;
+        if (!w->is_near[at]) continue;
+        OmVec3 p = om_load3(s->x, i), n;
+        double depth = w->gap_goal[at] - gap_of(s, k, true, p, &n);
+        if (!(depth > 0)) continue;
+        OmVec3 d = om_scale(depth, n);
+        w->normal_sum[i] += depth;
+        // slip against the surface, which moved from where the same material point was
+        const OmPbdFrame* f = &w->frame[k];
+        OmVec3 was = f->is_still ? p : om_pose_apply(f->begin, om_pose_apply(f->inverse_end, p));
+        OmVec3 slip = om_sub(om_sub(p, om_load3(w->begin, i)), om_sub(p, was));
+        slip = om_madd(slip, -om_dot(slip, n), n);
+        double length = om_norm(slip);
+        double back = fmin(length, f->friction * w->normal_sum[i] - w->friction_sum[i]);
+        if (back > 0) {
+            d = om_madd(d, -back / length, slip);
+            w->friction_sum[i] += back;
+        }
+        om_store3(s->x, i, om_add(p, d));
+        double* push = w->push + 3 * at;
+        om_store3(push, 0, om_madd(om_load3(push, 0), s->m->mass[i] / (s->sub * s->h), d));
+    }
+}
+
+void om__pbd_report_contacts(OmPbdStep* s) {
+    int nvert = s->m->mesh.nvert;
+    double* touch = om__state_array(s->s, OM__F_TOUCH);
+    memset(touch, 0, 3 * (size_t)nvert * sizeof *touch);
+    for (int k = 0; k < s->nobstacle; ++k) {
+        OmTissueObstacle* o = &s->obstacle[k];
+        o->force = o->torque = om_vec3(0, 0, 0);
+        o->ncontact = 0;
+        o->penetration = 0;
+        for (int i = 0; i < nvert; ++i) {
+            size_t at = (size_t)k * (size_t)nvert + (size_t)i;
+            OmVec3 f = om_load3(s->w->push, (int)at), p = om_load3(s->x, i), n;
+            if (om_norm2(f) == 0) continue;
+            o->force = om_add(o->force, f);
+            o->torque = om_add(o->torque, om_cross(om_sub(p, o->pose_end.p), f));
+            om_store3(touch, i, om_add(om_load3(touch, i), f));
+            double depth = -gap_of(s, k, true, p, &n);
+            o->penetration = fmax(o->penetration, depth);
+            ++o->ncontact;
+        }
+    }
+}

@@ -1,0 +1,96 @@
+// pbd_internal.h: what the files of the room share.
+#ifndef OMENTUM_PBD_INTERNAL_H
+#define OMENTUM_PBD_INTERNAL_H
+
+#include "omentum/pbd.h"
+#include "tissue/tissue_engine.h"
+
+#define OM__PBD_LANE 8  // clusters turned at once
+
+typedef struct OmPbdClusters {  // region-based shape matching, constant
+    int ncluster, nbatch;       // nbatch x OM__PBD_LANE >= ncluster
+    int* adr;                   // members of clusters                        (ncluster + 1)
+    int* vert;                  //                                            (nmember)
+    double* weight;          // w, w q: weight of sum 1, place about the rest centre (nmember x 4)
+    double* center;          // rest centres, m                            (ncluster x 3)
+    double* spread_inverse;  // pseudo-inverse of sum w q q^T, columns     (ncluster x 9)
+    double* flat;            // projection on directions without extent    (ncluster x 9)
+    double* part_share;      // 1 / number of its clusters                 (nvert)
+    int* part_adr;           // clusters of particles                      (nvert + 1)
+    int* part_cluster;       //                                            (nmember)
+} OmPbdClusters;
+
+typedef struct OmPbd {  // of a model
+    OmPbdDef def;
+    OmPbdClusters shape;
+} OmPbd;
+
+typedef struct OmPbdFrame {  // an obstacle in a substep
+    OmPose begin, end;       // pose_world_obstacle
+    OmPose inverse_begin, inverse_end;
+    double friction;
+    bool is_still;  // its frame is the world's
+} OmPbdFrame;
+
+typedef struct OmPbdWork {  // of a work
+    double* begin;          // positions at the beginning of the substep                (nvert x 3)
+    double* map;      // of clusters: rows (R, t) of (3.13)                        (ncluster x 12)
+    double* hold;     // what holds prescribed vertices, N                         (nvert x 3)
+    double* v_begin;  // velocities of prescribed vertices at the step's begin     (nvert x 3)
+    double* pull;     // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
+    double* normal_sum;      // depth pushed out in the substep, m                        (nvert)
+    double* friction_sum;    // slip taken back in the substep, m                         (nvert)
+    double* gap_goal;        // gap to be kept in the substep, m              (max_obstacle x nvert)
+    unsigned char* is_near;  // worth asking in the substep                   (max_obstacle x nvert)
+    double* push;            // by each obstacle, N                       (max_obstacle x nvert x 3)
+    OmPbdFrame* frame;       //                                                    (max_obstacle)
+    int max_obstacle;
+    size_t size;  // bytes of the above
+} OmPbdWork;
+
+typedef struct OmPbdStep {  // one step, shared by the team
+    const OmTissueModel* m;
+    const OmPbd* pbd;
+    OmTissueState* s;
+    OmPbdWork* w;
+    double *x, *v;
+    double* turn;  // unit quaternions of clusters, in the state         (nbatch x 4 x OM__PBD_LANE)
+    int nobstacle;
+    OmTissueObstacle* obstacle;
+    double h, sub;               // s, of the step and of a substep
+    int k;                       // the substep
+    OmPose arm[OM_TISSUE_NARM];  // tools at the end of the substep
+} OmPbdStep;
+
+// ---- pbd_cluster.c
+
+OmStatus om__pbd_make_clusters(const OmTissueModel* model, const OmPbdDef* def,
+                               OmPbdClusters* shape);
+void om__pbd_clusters_done(OmPbdClusters* shape);
+
+// ---- pbd_shape.c
+
+/// Centres, rotations and maps of batches [begin, end) at positions x; `turn` goes on from where it is.
+void om__pbd_match(const OmPbdClusters* shape, double linear_stretch, const double* x, int begin,
+                   int end, int nnewton, double* turn, double* map);
+/// Where the clusters of particle i want it.
+OmVec3 om__pbd_goal(const OmPbdClusters* shape, const double* map, int i, OmVec3 rest);
+
+// ---- pbd_contact.c
+
+OmStatus om__pbd_reserve(OmPbdWork* work, int nvert, int nobstacle);
+/// Obstacles at substep s->k; by one member of the team.
+void om__pbd_move_obstacles(OmPbdStep* s);
+/// Which obstacles particle i, predicted at x, has to look at in this substep.
+void om__pbd_find_near(OmPbdStep* s, int i);
+/// Out of obstacles, with friction.
+void om__pbd_push_out(OmPbdStep* s, int i);
+/// Resultants of the step.
+void om__pbd_report_contacts(OmPbdStep* s);
+
+// ---- pbd_step.c
+
+OmStatus om__pbd_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
+                      double h, int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report);
+
+#endif

@@ -1,0 +1,206 @@
+// pbd_model.c: definitions checked, masses of particles, the engine's row of functions.
+#include <string.h>
+
+#include "pbd/pbd_internal.h"
+
+#define PBD_COOKIE 0x9bd0001u
+
+extern const OmTissueEngine om__engine_pbd;
+
+OmPbdDef om_pbd_default_def(OmPbdKind kind) {
+    bool is_elastic = kind == OM_PBD_ELASTIC;
+    OmPbdDef def = {.kind = kind,
+                    .substeps = is_elastic ? 10 : 3,
+                    .iterations = is_elastic ? 2 : 9,
+                    .damping = is_elastic ? 0 : 12,
+                    .max_speed = 10,
+                    .cluster_spacing = 0.0127,
+                    .cluster_radius = 0.0095,
+                    .cluster_stiffness = 0.361,
+                    .collision_distance = 0.003,
+                    .recover_speed = 0.5,
+                    .friction = 0.35,
+                    .particle_friction = 0.25,
+                    .has_self_collision = !is_elastic,
+                    .cookie = PBD_COOKIE};
+    return def;
+}
+
+static OmStatus check_clusters(const OmPbdDef* def) {
+    OM_CHECK(def->cluster_spacing >= 1e-6 && def->cluster_spacing <= 10, OM_INVALID,
+             "pbd: cluster_spacing is %g m; it must be from 1e-6 to 10", def->cluster_spacing);
+    OM_CHECK(def->cluster_radius <= 100, OM_INVALID,
+             "pbd: cluster_radius is %g m; it must be at most 100", def->cluster_radius);
+    OM_CHECK(
+        def->cluster_radius >= 0.5 * def->cluster_spacing, OM_INVALID,
+        "pbd: cluster_radius is %g mm, less than half of cluster_spacing, %g mm: particles between "
+        "clusters would belong to none; set it to %g mm or more",
+        1e3 * def->cluster_radius, 1e3 * def->cluster_spacing, 500 * def->cluster_spacing);
+    OM_CHECK(def->cluster_stiffness >= 0 && def->cluster_stiffness <= 1, OM_INVALID,
+             "pbd: cluster_stiffness is %g; it must be from 0 to 1", def->cluster_stiffness);
+    OM_CHECK(def->linear_stretch >= 0 && def->linear_stretch <= 1, OM_INVALID,
+             "pbd: linear_stretch is %g; it must be from 0 (rigid clusters) to 1",
+             def->linear_stretch);
+    return OM_OK;
+}
+
+static OmStatus check_def(const OmPbdDef* def) {
+    OM_CHECK(def->cookie == PBD_COOKIE, OM_INVALID,
+             "pbd: the definition was not made by om_pbd_default_def");
+    OM_CHECK(def->kind == OM_PBD_CLUSTERS, OM_INVALID, "pbd: kind %d is none of OmPbdKind",
+             (int)def->kind);
+    OM_CHECK(def->substeps >= 1 && def->substeps <= 1000, OM_INVALID,
+             "pbd: substeps is %d; it must be from 1 to 1000", def->substeps);
+    OM_CHECK(def->iterations >= 1 && def->iterations <= 1000, OM_INVALID,
+             "pbd: iterations is %d; it must be from 1 to 1000", def->iterations);
+    OM_CHECK(def->damping >= 0 && def->damping <= 1e6, OM_INVALID,
+             "pbd: damping is %g 1/s; it must be from 0 to 1e6", def->damping);
+    OM_CHECK(def->max_speed > 0 && def->max_speed <= 1e6, OM_INVALID,
+             "pbd: max_speed is %g m/s; it must be above 0 and at most 1e6", def->max_speed);
+    OM_CHECK(def->collision_distance >= 0 && def->collision_distance <= 1, OM_INVALID,
+             "pbd: collision_distance is %g m; it must be from 0 to 1", def->collision_distance);
+    OM_CHECK(def->recover_speed > 0 && def->recover_speed <= 100, OM_INVALID,
+             "pbd: recover_speed is %g m/s; it must be above 0 and at most 100",
+             def->recover_speed);
+    OM_CHECK(def->friction >= 0 && def->friction <= 10, OM_INVALID,
+             "pbd: friction is %g; it must be from 0 to 10", def->friction);
+    OM_CHECK(def->particle_friction >= 0 && def->particle_friction <= 10, OM_INVALID,
+             "pbd: particle_friction is %g; it must be from 0 to 10", def->particle_friction);
+    return check_clusters(def);
+}
+
+static OmStatus pbd_lump_mass(const OmTissueModel* m, double* mass) {
+    double volume = m->def.pbd ? m->def.pbd->particle_volume : 0;
+    OM_CHECK(
+        volume > 1e-30 && volume < 1e3, OM_INVALID,
+        "pbd: particle_volume is %g m^3; a mesh without elements needs it: om_pbd_sample_* gives it",
+        volume);
+    for (int i = 0; i < m->mesh.nvert; ++i) mass[i] = m->def.density * volume;
+    return OM_OK;
+}
+
+static void pbd_destroy(OmTissueModel* m) {
+    OmPbd* pbd = m->data;
+    if (!pbd) return;
+    om__pbd_clusters_done(&pbd->shape);
+    om_free(pbd);
+    m->data = NULL;
+}
+
+static OmStatus pbd_create(OmTissueModel* m) {
+    OmPbdDef def = m->def.pbd ? *m->def.pbd : om_pbd_default_def(OM_PBD_CLUSTERS);
+    OM_TRY(check_def(&def));
+    OmPbd* pbd = om_calloc(1, sizeof *pbd);
+    if (!pbd) return OM_NO_MEMORY;
+    m->data = pbd;  // freed with the model, whatever fails below
+    pbd->def = def;
+    return om__pbd_make_clusters(m, &def, &pbd->shape);
+}
+
+// ---- the engine's part of a state: rotations of clusters ----------------------------------------------
+
+static size_t pbd_get_state_size(const OmTissueModel* m) {
+    const OmPbd* pbd = m->data;
+    return 4 * (size_t)(pbd->shape.nbatch * OM__PBD_LANE) * sizeof(double);
+}
+
+// Positions from outside may be turned by any angle: rotations from the polar decomposition, one by one.
+static void pbd_sync_state(const OmTissueModel* m, OmTissueState* s) {
+    const OmPbd* pbd = m->data;
+    const OmPbdClusters* shape = &pbd->shape;
+    const double* x = om__state_array(s, OM__X);
+    double* turn = om__state_engine(s);
+    for (int c = 0; c < shape->nbatch * OM__PBD_LANE; ++c) {
+        OmMat3 A = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        for (int n = c < shape->ncluster ? shape->adr[c] : 0;
+             c < shape->ncluster && n < shape->adr[c + 1]; ++n)
+            A = om_mat3_add(A, om_mat3_outer(om_load3(x, shape->vert[n]),
+                                             om_load3(shape->weight + 4 * (size_t)n + 1, 0)));
+        double scale = om_mat3_norm(A);
+        OmQuat q = om_quat_identity();
+        if (scale > 1e-100 && isfinite(scale))
+            q = om_quat_from_mat3(om_mat3_polar(om_mat3_scale(1 / scale, A)));
+        double* out = turn + 4 * (size_t)(c / OM__PBD_LANE * OM__PBD_LANE) + c % OM__PBD_LANE;
+        out[0] = q.x;
+        out[OM__PBD_LANE] = q.y;
+        out[2 * OM__PBD_LANE] = q.z;
+        out[3 * OM__PBD_LANE] = q.w;
+    }
+}
+
+// ---- work -------------------------------------------------------------------------------------------
+
+static void pbd_destroy_work(OmTissueWork* w) {
+    OmPbdWork* pw = w->data;
+    if (!pw) return;
+    om_free(pw->begin);
+    om_free(pw->map);
+    om_free(pw->hold);
+    om_free(pw->v_begin);
+    om_free(pw->pull);
+    om_free(pw->normal_sum);
+    om_free(pw->friction_sum);
+    om_free(pw->gap_goal);
+    om_free(pw->is_near);
+    om_free(pw->push);
+    om_free(pw->frame);
+    om_free(pw);
+    w->data = NULL;
+}
+
+static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
+    const OmPbd* pbd = m->data;
+    OmPbdWork* pw = om_calloc(1, sizeof *pw);
+    if (!pw) return OM_NO_MEMORY;
+    w->data = pw;  // freed with the work, whatever fails below
+    size_t n = (size_t)m->mesh.nvert, ncluster = (size_t)pbd->shape.ncluster;
+    pw->begin = om_calloc(3 * n, sizeof(double));
+    pw->map = om_calloc(12 * ncluster, sizeof(double));
+    pw->hold = om_calloc(3 * n, sizeof(double));
+    pw->v_begin = om_calloc(3 * n, sizeof(double));
+    pw->pull = om_calloc(3 * n, sizeof(double));
+    pw->normal_sum = om_calloc(n, sizeof(double));
+    pw->friction_sum = om_calloc(n, sizeof(double));
+    if (!pw->begin || !pw->map || !pw->hold || !pw->v_begin || !pw->pull || !pw->normal_sum ||
+        !pw->friction_sum)
+        return OM_NO_MEMORY;
+    pw->size = (14 * n + 12 * ncluster) * sizeof(double);
+    return om__pbd_reserve(pw, m->mesh.nvert, 2);
+}
+
+static size_t pbd_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
+    const OmPbd* pbd = m->data;
+    const OmPbdWork* pw = w->data;
+    size_t nmember = (size_t)pbd->shape.adr[pbd->shape.ncluster];
+    return sizeof *pbd + nmember * (2 * sizeof(int) + 4 * sizeof(double)) +
+           (size_t)pbd->shape.ncluster * (sizeof(int) + 21 * sizeof(double)) +
+           (size_t)m->mesh.nvert * (sizeof(int) + sizeof(double)) + sizeof *pw + pw->size;
+}
+
+// ---- views ------------------------------------------------------------------------------------------
+
+int om_pbd_clusters(const OmTissueModel* m, const int** adr, const int** vert) {
+    *adr = *vert = NULL;
+    if (m->engine != &om__engine_pbd) return 0;
+    const OmPbd* pbd = m->data;
+    *adr = pbd->shape.adr;
+    *vert = pbd->shape.vert;
+    return pbd->shape.ncluster;
+}
+
+bool om_pbd_has_forces(const OmTissueModel* m) {
+    return m->engine == &om__engine_pbd && ((const OmPbd*)m->data)->def.kind == OM_PBD_ELASTIC;
+}
+
+const OmTissueEngine om__engine_pbd = {
+    .name = "pbd",
+    .create = pbd_create,
+    .destroy = pbd_destroy,
+    .create_work = pbd_create_work,
+    .destroy_work = pbd_destroy_work,
+    .step = om__pbd_step,
+    .lump_mass = pbd_lump_mass,
+    .get_state_size = pbd_get_state_size,
+    .sync_state = pbd_sync_state,
+    .get_memory = pbd_get_memory,
+};

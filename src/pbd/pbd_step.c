@@ -1,0 +1,205 @@
+// pbd_step.c: a step: substeps of prediction, iterations of constraints, velocities from the way made.
+//
+// A team shares each stage in fixed blocks of particles or clusters and meets at barriers; nobody adds to what
+// another wrote, so any number of workers gives the same bytes. All is Jacobi's scheme: clusters read
+// positions, then every particle goes alpha of the way to the mean of its goals, to its spring's anchor
+// and out of obstacles.
+#include <string.h>
+
+#include "pbd/pbd_internal.h"
+
+#define NEWTON_FIRST 3  // of rotations, after a prediction
+#define NEWTON_NEXT 1   // between iterations, which turn clusters by little
+
+typedef struct Range {
+    int begin, end;
+} Range;
+
+static Range share_of(int n, int rank, int size) {
+    return (Range){(int)((int64_t)n * rank / size), (int)((int64_t)n * (rank + 1) / size)};
+}
+
+static OmVec3 limit_speed(OmVec3 v, double most) {
+    double largest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
+    if (!isfinite(largest) || !om_is_finite3(v)) return om_vec3(0, 0, 0);
+    if (largest <= 0.5 * most) return v;
+    OmVec3 u = om_scale(1 / largest, v);
+    double length = om_norm(u) * largest;
+    return length > most ? om_scale(most / om_norm(u), u) : v;
+}
+
+// ---- prediction -------------------------------------------------------------------------------------
+
+// Where a prescribed vertex is at the end of the substep.
+static OmVec3 prescribed_place(const OmPbdStep* s, int i) {
+    int arm = om__state_held_by(s->s)[i];
+    if (arm >= 0) return om_pose_apply(s->arm[arm], om_load3(om__state_array(s->s, OM__GRIP), i));
+    OmVec3 p = om_load3(s->x, i), anchor = om_load3(om__state_array(s->s, OM__ANCHOR), i);
+    int left = s->pbd->def.substeps - s->k;
+    return left == 1 ? anchor : om_lerp(p, anchor, 1.0 / left);
+}
+
+static void predict(OmPbdStep* s, Range r) {
+    const OmPbdDef* def = &s->pbd->def;
+    const double* f_ext = om__state_array(s->s, OM__F_EXT);
+    double drag = 1 / (1 + def->damping * s->sub);
+    for (int i = r.begin; i < r.end; ++i) {
+        OmVec3 p = om_load3(s->x, i);
+        om_store3(s->w->begin, i, p);
+        if (om__is_prescribed(s->m, s->s, i)) {
+            if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
+            om_store3(s->x, i, prescribed_place(s, i));
+            continue;
+        }
+        OmVec3 a = om_madd(s->m->def.gravity, 1 / s->m->mass[i], om_load3(f_ext, i));
+        OmVec3 v = om_scale(drag, om_madd(om_load3(s->v, i), s->sub, a));
+        v = limit_speed(v, def->max_speed);
+        om_store3(s->x, i, om_madd(p, s->sub, v));
+        om_store3(s->w->pull, i, om_vec3(0, 0, 0));
+        s->w->normal_sum[i] = s->w->friction_sum[i] = 0;
+        om__pbd_find_near(s, i);
+    }
+}
+
+// ---- iterations -------------------------------------------------------------------------------------
+
+// A spring to the anchor by its multiplier (Macklin et al. 2016): compliance 1 / k.
+static void pull_to_anchor(OmPbdStep* s, int i) {
+    double *pull = s->w->pull, compliance = 1 / (s->m->def.attachment_stiffness * s->sub * s->sub);
+    double give = 1 / s->m->mass[i];
+    OmVec3 p = om_load3(s->x, i), anchor = om_load3(om__state_array(s->s, OM__ANCHOR), i);
+    OmVec3 rest = om_madd(om_sub(anchor, p), -compliance, om_load3(pull, i));
+    OmVec3 more = om_scale(1 / (give + compliance), rest);
+    om_store3(pull, i, om_add(om_load3(pull, i), more));
+    om_store3(s->x, i, om_madd(p, give, more));
+}
+
+static void follow_clusters(OmPbdStep* s, Range r) {
+    const OmPbdDef* def = &s->pbd->def;
+    bool has_springs = om__is_spring(s->m);
+    const unsigned char* attached = om__state_attached(s->s);
+    double per_force = 1 / (s->sub * s->h);
+    for (int i = r.begin; i < r.end; ++i) {
+        OmVec3 p = om_load3(s->x, i);
+        OmVec3 goal = om__pbd_goal(&s->pbd->shape, s->w->map, i, om_load3(s->m->mesh.x, i));
+        OmVec3 d = om_scale(def->cluster_stiffness, om_sub(goal, p));  // (3.14)
+        if (om__is_prescribed(s->m, s->s, i)) {
+            OmVec3 hold = om_load3(s->w->hold, i);
+            om_store3(s->w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, d));
+            continue;
+        }
+        om_store3(s->x, i, om_add(p, d));
+        if (has_springs && attached[i]) pull_to_anchor(s, i);
+        om__pbd_push_out(s, i);
+    }
+}
+
+static void find_velocities(OmPbdStep* s, Range r) {
+    double inverse = 1 / s->sub;
+    for (int i = r.begin; i < r.end; ++i) {
+        OmVec3 way = om_sub(om_load3(s->x, i), om_load3(s->w->begin, i));
+        om_store3(s->v, i, limit_speed(om_scale(inverse, way), s->pbd->def.max_speed));
+    }
+}
+
+// ---- the step ---------------------------------------------------------------------------------------
+
+static void begin_substep(OmPbdStep* s, int k) {
+    s->k = k;
+    double t = (k + 1.0) / s->pbd->def.substeps;
+    for (int a = 0; a < OM_TISSUE_NARM; ++a) {
+        const OmTissueArm* arm = &s->s->arm[a];
+        s->arm[a] = arm->goal;
+        if (k + 1 < s->pbd->def.substeps)
+            s->arm[a] = (OmPose){om_lerp(arm->pose.p, arm->goal.p, t),
+                                 om_quat_slerp(arm->pose.q, arm->goal.q, t)};
+    }
+    om__pbd_move_obstacles(s);
+}
+
+static void run_step(void* ctx, OmTeam* team, int rank, int size) {
+    OmPbdStep* s = ctx;
+    const OmPbd* pbd = s->pbd;
+    Range part = share_of(s->m->mesh.nvert, rank, size);
+    Range batch = share_of(pbd->shape.nbatch, rank, size);
+    for (int k = 0; k < pbd->def.substeps; ++k) {
+        if (rank == 0) begin_substep(s, k);
+        om_team_barrier(team);
+        predict(s, part);
+        for (int n = 0; n < pbd->def.iterations; ++n) {
+            om_team_barrier(team);
+            om__pbd_match(&pbd->shape, pbd->def.linear_stretch, s->x, batch.begin, batch.end,
+                          n == 0 ? NEWTON_FIRST : NEWTON_NEXT, s->turn, s->w->map);
+            om_team_barrier(team);
+            follow_clusters(s, part);
+        }
+        find_velocities(s, part);
+        om_team_barrier(team);
+    }
+}
+
+// What holds prescribed vertices: against clusters, weight, other forces, and for their acceleration.
+static void report_holding(OmPbdStep* s) {
+    double* f_tool = om__state_array(s->s, OM__F_TOOL);
+    const double* f_ext = om__state_array(s->s, OM__F_EXT);
+    for (int i = 0; i < s->m->mesh.nvert; ++i) {
+        OmVec3 f = {0, 0, 0};
+        if (om__is_prescribed(s->m, s->s, i)) {
+            OmVec3 gain = om_sub(om_load3(s->v, i), om_load3(s->w->v_begin, i));
+            OmVec3 a = om_sub(om_scale(1 / s->h, gain), s->m->def.gravity);
+            f = om_madd(om_load3(s->w->hold, i), s->m->mass[i], a);
+            f = om_sub(f, om_load3(f_ext, i));
+        }
+        om_store3(f_tool, i, f);
+    }
+}
+
+static OmStatus check_input(const OmTissueState* s, int nobstacle,
+                            const OmTissueObstacle* obstacle) {
+    const double* f_ext = om__state_array(s, OM__F_EXT);
+    for (int i = 0; i < s->nvert; ++i)
+        OM_CHECK(om_is_finite3(om_load3(f_ext, i)), OM_INVALID,
+                 "pbd: the external force on vertex %d is not finite", i);
+    for (int k = 0; k < nobstacle; ++k) {
+        OmPose a = obstacle[k].pose_begin, b = obstacle[k].pose_end;
+        double na = a.q.x * a.q.x + a.q.y * a.q.y + a.q.z * a.q.z + a.q.w * a.q.w;
+        double nb = b.q.x * b.q.x + b.q.y * b.q.y + b.q.z * b.q.z + b.q.w * b.q.w;
+        OM_CHECK(
+            om_is_finite3(a.p) && om_is_finite3(b.p) && fabs(na - 1) < 1e-6 &&
+                fabs(nb - 1) < 1e-6 && obstacle[k].distance,
+            OM_INVALID,
+            "pbd: obstacle[%d] has no distance, or a pose that is not finite or whose quaternion is "
+            "not of unit length",
+            k);
+    }
+    return OM_OK;
+}
+
+OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork* work, double h,
+                      int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
+    const OmPbd* pbd = m->data;
+    OmPbdWork* w = work->data;
+    OM_TRY(check_input(state, nobstacle, obstacle));
+    OM_TRY(om__pbd_reserve(w, m->mesh.nvert, nobstacle));
+    OmPbdStep s = {.m = m,
+                   .pbd = pbd,
+                   .s = state,
+                   .w = w,
+                   .x = om__state_array(state, OM__X),
+                   .v = om__state_array(state, OM__V),
+                   .turn = om__state_engine(state),
+                   .nobstacle = nobstacle,
+                   .obstacle = obstacle,
+                   .h = h,
+                   .sub = h / pbd->def.substeps};
+    size_t n3 = 3 * (size_t)m->mesh.nvert * sizeof(double);
+    memset(w->hold, 0, n3);
+    if (nobstacle > 0) memset(w->push, 0, n3 * (size_t)nobstacle);
+    om_parallel_team(m->def.solver.nworker, run_step, &s);
+    report_holding(&s);
+    om__pbd_report_contacts(&s);
+    for (int a = 0; a < OM_TISSUE_NARM; ++a) state->arm[a].pose = state->arm[a].goal;
+    state->time += h;
+    report->substeps = 1;
+    return OM_OK;
+}
