@@ -1,0 +1,106 @@
+/// omentum/calibrate_tissue.h: tissue models held against what was seen of the tissue (floor 5).
+///
+/// Experiments are paths: tissue left to itself, a probe pressed into it, a pinch point lifted. At levels of
+/// each path landmarks were located (thesis (3.15)), a depth camera took a point cloud (5.2), or the force on
+/// the tool was read. The model is any OmTissueModel that a function makes of the parameters; it is carried
+/// along the same paths, and what it says differs from what was seen by the errors of calibrate.h.
+///
+///     OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, ctx);
+///     def.npath = 1, def.path = &press, def.nlandmark = 1, def.rest = rest;
+///     def.nobservation = 4, def.observation = seen;
+///     om_calibrate_create_tissue(&def, start, &tissue);
+///     OmCalibrationDef search = om_calibrate_tissue_search(tissue);      // then as in calibrate.h
+#ifndef OMENTUM_CALIBRATE_TISSUE_H
+#define OMENTUM_CALIBRATE_TISSUE_H
+
+#include "omentum/calibrate.h"
+#include "omentum/contact_tool.h"
+#include "omentum/tissue.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// A model of these parameters; the caller destroys it. Its outcome depends on param and ctx alone.
+/// @param nworker  for its linear solver
+/// @return OM_OK; a positive status: there is no such model; a negative one ends the calibration
+typedef OmStatus (*OmCalibrationBuildFn)(void* ctx, const double* param, int nworker,
+                                         OmTissueModel** model);
+
+typedef enum OmCalibrationPathKind {
+    OM_PATH_REST,   // nothing moves it but its weight; one level, 0
+    OM_PATH_PRESS,  // a probe, from first touch along `direction`
+    OM_PATH_LIFT    // a grasp at `point` carried along `direction`
+} OmCalibrationPathKind;
+
+typedef struct OmCalibrationPath {
+    const char* name;
+    OmCalibrationPathKind kind;
+    OmVec3 point;          // press: origin of the probe at first touch; lift: the pinch point; m
+    OmVec3 direction;      // of travel, any length but zero
+    OmVec3 along;          // press: the probe's x axis, any length; zero: any across
+    double radius;         // lift: of the grasp, m; 0: 5 mm
+    const OmProbe* probe;  // press: its z axis is -direction; borrowed
+    OmPressMethod method;  // press
+    int contact_ntri;      // press: triangles of the contact surface; 0: the boundary as it is
+    double friction;       // press
+    double speed;          // m/s, > 0
+    double time_step;      // s, > 0
+    double settle;         // s of steps without travel, before the path and at each of its levels
+    int nlevel;
+    const double* level;  // travel, m, ascending, from 0                                  (nlevel)
+} OmCalibrationPath;
+
+#define OM_SEEN_CLOUD -1  // instead of a landmark: a point of the cloud
+#define OM_SEEN_FORCE -2  // the force of the tool on the tissue, N
+
+typedef struct OmCalibrationSeen {
+    int path, level;  // indices
+    int landmark;     // index, or one of the above
+    OmVec3 x;         // where it was, m; or the force, N
+} OmCalibrationSeen;
+
+typedef struct
+    OmCalibrationTissueDef {  // made by om_calibrate_default_tissue_def; arrays are copied
+    OmCalibrationBuildFn build;
+    void* ctx;  // borrowed
+    int npath;
+    const OmCalibrationPath* path;  // names and probes are borrowed                   (npath)
+    int nlandmark;
+    const char* const* landmark;  // names, borrowed; may be null                  (nlandmark)
+    const double* rest;           // in the rest shape, m                      (nlandmark x 3)
+    int nobservation;
+    const OmCalibrationSeen* observation;  // in any order                      (nobservation)
+    double force_scale;                    // m of error a newton of difference counts; default 0.01
+    int ncloud_point;  // points of the model held against clouds; default 0: all vertices of its surface
+    const double* cloud_point;  // in the rest shape, m                     (ncloud_point x 3)
+    uint32_t cookie;
+} OmCalibrationTissueDef;
+
+typedef struct OmCalibrationTissue
+    OmCalibrationTissue;  // constant; may be used by any number of threads
+
+OM_API OmCalibrationTissueDef om_calibrate_default_tissue_def(OmCalibrationBuildFn build,
+                                                              void* ctx);
+/// @param start  parameters of a first model, which tells the points held against clouds
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; what build says
+OM_API OmStatus om_calibrate_create_tissue(const OmCalibrationTissueDef* def, const double* start,
+                                           OmCalibrationTissue** tissue);
+OM_API void om_calibrate_destroy_tissue(OmCalibrationTissue* tissue);
+/// The evaluation for calibrate.h; ctx is the OmCalibrationTissue. Paths run at once on `nworker` threads. An
+/// error a landmark and a force, in the order of the observations; then, path by path and level by level,
+/// an error a point of the model where there is a cloud.
+OM_API OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker,
+                                         double* error);
+/// A definition with eval, nerror, labels and names; it borrows the tissue. The caller adds parameters.
+OM_API OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* tissue);
+/// Where the model says that the landmarks of a path are: observations from elsewhere, or for a picture.
+/// @param x      m                            (nlevel x nlandmark x 3); may be null
+/// @param force  on the tissue, N                         (nlevel x 3); may be null
+OM_API OmStatus om_calibrate_run_path(const OmCalibrationTissue* tissue, const double* param,
+                                      int path, double* x, double* force);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
