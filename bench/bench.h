@@ -40,6 +40,7 @@ OmStatus bench_fem(const BenchOptions* options);      // bench_fem.c
 OmStatus bench_static(const BenchOptions* options);   // bench_static.c
 OmStatus bench_contact(const BenchOptions* options);  // bench_contact.c
 OmStatus bench_press(const BenchOptions* options);    // bench_press.c
+OmStatus bench_pbd(const BenchOptions* options);      // bench_pbd.c
 OmStatus bench_shape(const BenchOptions* options);    // bench_shape.c
 OmStatus bench_plan(const BenchOptions* options);     // bench_plan.c
 OmStatus bench_sense(const BenchOptions* options);    // bench_sense.c

@@ -14,7 +14,7 @@ static const struct {
 } bench_table[] = {
     {"solve", bench_solve},     {"fem", bench_fem},     {"static", bench_static},
     {"contact", bench_contact}, {"press", bench_press}, {"shape", bench_shape},
-    {"plan", bench_plan},       {"sense", bench_sense},
+    {"plan", bench_plan},       {"sense", bench_sense}, {"pbd", bench_pbd},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 

@@ -33,7 +33,14 @@ typedef enum OmTissueSource {
     OM_SOURCE_VOLUME    // the same, built from a segmented CT by the scene's own settings
 } OmTissueSource;
 
+typedef enum OmSceneEngine {  // how the twin computes; the simulated world is always of finite elements
+    OM_ENGINE_FEM,            // finite elements
+    OM_ENGINE_PBD,            // particles in clusters (pbd.h): fast, forces without a modulus
+    OM_ENGINE_XPBD            // particles with the elements' elastic energy
+} OmSceneEngine;
+
 typedef struct OmSceneTissue {
+    int model;                 // OmSceneEngine, of the twin; default OM_ENGINE_FEM
     int source;                // OmTissueSource
     OmVec3 size;               // m, of a sheet; default 120 x 120 x 5 mm
     OmVec3 cells;              // of the twin's sheet, default 20 x 20 x 1
@@ -43,11 +50,13 @@ typedef struct OmSceneTissue {
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     int law;      // OmLaw; default OM_COROTATIONAL
-    double young, poisson;      // Pa and 1; default 3000 and 0.45
-    double density;             // kg/m^3; default 1000
-    double rayleigh_mass;       // 1/s; default 0.1
-    double rayleigh_stiffness;  // s; default 0.01
-    double gravity;             // m/s^2, downwards; default 9.81
+    double young, poisson;                   // Pa and 1; default 3000 and 0.45
+    double density;                          // kg/m^3; default 1000
+    double rayleigh_mass;                    // 1/s; default 0.1
+    double rayleigh_stiffness;               // s; default 0.01
+    double gravity;                          // m/s^2, downwards; default 9.81
+    double cluster_spacing, cluster_radius;  // of OM_ENGINE_PBD, m; default 12.7 and 9.5 mm
+    double cluster_stiffness;                // 0 to 1; default 0.361
 } OmSceneTissue;
 
 typedef struct OmSceneModel {        // how a patient model is built from a volume; see OmModelDef
@@ -135,6 +144,7 @@ typedef enum OmSiteRole {
 } OmSiteRole;
 
 typedef struct OmSite {
+    OmSiteRole role;         //
     OmTetMesh mesh;          // world frame; sets "underside", "top", "attachment"
     OmPose pose_world_task;  // task frame
     OmVec3 half_size;        // m, half the extent of the tissue in the task frame

@@ -1,9 +1,11 @@
 // pbd_cluster.c: which particles form which clusters.
 //
-// Centres lie on a lattice of cluster_spacing over the bounding box of the particles, evened out to fill it; a
+// Centres lie on a lattice of at most cluster_spacing over the bounding box of the particles, which it fills; a
 // cluster is all within cluster_radius of its centre. A lattice leaves some particles out (at the corners of its
 // cells, and where the body is ragged): each in turn, by index, becomes the centre of one more cluster until all
 // are covered. Clusters of fewer than four particles have no shape to match and are left to that second stage.
+// Where overlaps hold no particle the body would fall apart: each particle in turn whose ball joins two parts
+// becomes the centre of one more cluster.
 #include <stdlib.h>
 #include <string.h>
 
@@ -138,7 +140,7 @@ static OmStatus place_clusters(Builder* b) {
     double length[3] = {size.x, size.y, size.z}, count = 1;
     int num[3];
     for (int a = 0; a < 3; ++a) {
-        double n = fmax(1, round(length[a] / b->def->cluster_spacing));
+        double n = fmax(1, ceil(length[a] / b->def->cluster_spacing - 1e-6));
         count *= n;
         num[a] = (int)fmin(n, MAX_CENTER);
     }
@@ -157,6 +159,47 @@ static OmStatus place_clusters(Builder* b) {
         if (b->ncovering[i] == 0) OM_TRY(add_cluster(b, find_ball(b, om_load3(b->mesh->x, i))));
     return OM_OK;
 }
+
+// ---- one body ---------------------------------------------------------------------------------------
+
+// The particle that stands for i's part.
+static int find_part(int* part, int i) {
+    while (part[i] != i) i = part[i] = part[part[i]];
+    return i;
+}
+
+// All found particles are of one part from now on; how many parts that joined.
+static int join_found(int* part, const int* vert, int num) {
+    int njoin = 0, root = num > 0 ? find_part(part, vert[0]) : 0;
+    for (int n = 1; n < num; ++n) {
+        int other = find_part(part, vert[n]);
+        if (other == root) continue;
+        part[other] = root;
+        ++njoin;
+    }
+    return njoin;
+}
+
+static OmStatus join_parts(Builder* b, int* part) {
+    const OmPbdClusters* s = b->shape;
+    int nvert = b->mesh->nvert, nparts = nvert;
+    for (int i = 0; i < nvert; ++i) part[i] = i;
+    for (int c = 0; c < s->ncluster; ++c)
+        nparts -= join_found(part, s->vert + s->adr[c], s->adr[c + 1] - s->adr[c]);
+    for (int i = 0; i < nvert && nparts > 1; ++i) {
+        int num = find_ball(b, om_load3(b->mesh->x, i)), njoin = join_found(part, b->found, num);
+        nparts -= njoin;
+        if (njoin > 0) OM_TRY(add_cluster(b, num));
+    }
+    if (nparts > 1)
+        om_log(
+            OM_LOG_WARNING,
+            "pbd: particles farther apart than cluster_radius, %g mm, leave the body in %d parts",
+            1e3 * b->def->cluster_radius, nparts);
+    return OM_OK;
+}
+
+// ---- weights ----------------------------------------------------------------------------------------
 
 // Clusters of each particle, and its share.
 static OmStatus make_incidence(const OmTetMesh* mesh, OmPbdClusters* s) {
@@ -216,31 +259,16 @@ static void weigh_cluster(const OmTetMesh* mesh, const double* mass, OmPbdCluste
     om_store3(fl, 0, flat.cx), om_store3(fl, 1, flat.cy), om_store3(fl, 2, flat.cz);
 }
 
-// Parts of the body that no chain of clusters joins; `label` is (nvert).
-static int count_parts(const OmPbdClusters* s, int nvert, int* label) {
-    for (int i = 0; i < nvert; ++i) label[i] = i;
-    int nparts = nvert;
-    for (int c = 0; c < s->ncluster; ++c) {
-        int root = -1;
-        for (int n = s->adr[c]; n < s->adr[c + 1]; ++n) {
-            int i = s->vert[n];
-            while (label[i] != i) i = label[i] = label[label[i]];
-            if (root < 0) root = i;
-            if (i == root) continue;
-            label[i] = root;
-            --nparts;
-        }
-    }
-    return nparts;
-}
-
 OmStatus om__pbd_make_clusters(const OmTissueModel* m, const OmPbdDef* def, OmPbdClusters* s) {
     OmStatus status = OM_OK;
     Builder b = {.mesh = &m->mesh, .def = def, .shape = s};
+    int* part = NULL;
     OM_TRY_DONE(make_grid(&m->mesh, def->cluster_radius, &b.grid));
     OM_ALLOC_DONE(b.found, m->mesh.nvert);
     OM_CALLOC_DONE(b.ncovering, m->mesh.nvert);
+    OM_ALLOC_DONE(part, m->mesh.nvert);
     OM_TRY_DONE(place_clusters(&b));
+    OM_TRY_DONE(join_parts(&b, part));
     s->nbatch = (s->ncluster + OM__PBD_LANE - 1) / OM__PBD_LANE;
     OM_TRY_DONE(make_incidence(&m->mesh, s));
     OM_ALLOC_DONE(s->weight, 4 * (size_t)s->adr[s->ncluster]);
@@ -248,17 +276,12 @@ OmStatus om__pbd_make_clusters(const OmTissueModel* m, const OmPbdDef* def, OmPb
     OM_ALLOC_DONE(s->spread_inverse, 9 * (size_t)s->ncluster);
     OM_ALLOC_DONE(s->flat, 9 * (size_t)s->ncluster);
     for (int c = 0; c < s->ncluster; ++c) weigh_cluster(&m->mesh, m->mass, s, c);
-    int nparts = count_parts(s, m->mesh.nvert, b.found);
-    if (nparts > 1)
-        om_log(OM_LOG_WARNING,
-               "pbd: clusters of radius %g mm every %g mm leave the body in %d parts; enlarge "
-               "cluster_radius",
-               1e3 * def->cluster_radius, 1e3 * def->cluster_spacing, nparts);
 done:
     om_free(b.grid.adr);
     om_free(b.grid.vert);
     om_free(b.found);
     om_free(b.ncovering);
+    om_free(part);
     return status;
 }
 

@@ -13,6 +13,8 @@
 static const char* const source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
 static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
 
+static const char* const engine_name[] = {"fem", "pbd", NULL};
+
 // As OmLaw orders them.
 static const char* const law_name[] = {
     "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
@@ -21,6 +23,7 @@ _Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
 
 static const OmYamlField tissue_field[] = {
     {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = source_name, .is_required = true},
+    {"model", OM_YAML_ENUM, AT(OmSceneTissue, model), .name = engine_name},
     {"size_mm", OM_YAML_VEC3, AT(OmSceneTissue, size), .min = 1, .max = 1000, .scale = MM},
     {"cells", OM_YAML_VEC3, AT(OmSceneTissue, cells), .min = 1, .max = 200},
     {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 1, .max = 200},
@@ -36,6 +39,11 @@ static const OmYamlField tissue_field[] = {
     {"rayleigh_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_stiffness), .min = 0,
      .max = 10},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
+    {"cluster_spacing_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_spacing), .min = 0.1,
+     .max = 1000, .scale = MM},
+    {"cluster_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_radius), .min = 0.1,
+     .max = 1000, .scale = MM},
+    {"cluster_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_stiffness), .min = 0, .max = 1},
 };
 static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL};
 
@@ -140,7 +148,10 @@ OmScene om_scene_default(void) {
                                .density = 1000,
                                .rayleigh_mass = 0.1,
                                .rayleigh_stiffness = 0.01,
-                               .gravity = 9.81};
+                               .gravity = 9.81,
+                               .cluster_spacing = 0.0127,
+                               .cluster_radius = 0.0095,
+                               .cluster_stiffness = 0.361};
     s.model = (OmSceneModel){.label = 1,
                              .edge = 0.005,
                              .world_edge = 0.0038,
@@ -175,6 +186,9 @@ static OmStatus validate(const OmScene* s, const char* name) {
              "%s: tissue: \"file\" is missing; source %s reads one", name,
              source_name[s->tissue.source]);
     OM_CHECK(om_norm(s->tissue.up) > 0.5, OM_INVALID, "%s: tissue: up must have length 1", name);
+    OM_CHECK(s->tissue.cluster_radius >= 0.5 * s->tissue.cluster_spacing, OM_INVALID,
+             "%s: tissue: cluster_radius_mm %g is less than half of cluster_spacing_mm %g", name,
+             1e3 * s->tissue.cluster_radius, 1e3 * s->tissue.cluster_spacing);
     const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
     for (int i = 0; i < 2; ++i) {
         OmVec3 c = *cells[i];

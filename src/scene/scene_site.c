@@ -146,6 +146,7 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
     memset(site, 0, sizeof *site);
     OmStatus status = role == OM_SITE_TWIN ? build_twin(scene, progress, site)
                                            : build_world(scene, progress, site);
+    site->role = role;
     if (status < 0) om_site_done(site);
     return status;
 }

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "omentum/contact.h"
+#include "omentum/pbd.h"
 #include "omentum/tissue.h"
 #include "omentum/world.h"
 
@@ -34,6 +35,17 @@ static OmStatus create_contact(const OmSite* site, OmBody* body) {
     return om_contact_create(&def, body->model, &body->contact);
 }
 
+// Particles are the vertices of the site's mesh, which lie on its surface.
+static OmPbdDef particle_def(const OmSceneTissue* t) {
+    OmPbdDef def =
+        om_pbd_default_def(t->model == OM_ENGINE_XPBD ? OM_PBD_ELASTIC : OM_PBD_CLUSTERS);
+    def.cluster_spacing = t->cluster_spacing;
+    def.cluster_radius = t->cluster_radius;
+    def.cluster_stiffness = t->cluster_stiffness;
+    def.collision_distance = 0;
+    return def;
+}
+
 OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
     *body = NULL;
     OmBody* b = om_calloc(1, sizeof *b);
@@ -50,6 +62,11 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
     def.solver.nworker = nworker;
+    OmPbdDef pbd = particle_def(&scene->tissue);
+    if (site->role == OM_SITE_TWIN && scene->tissue.model != OM_ENGINE_FEM) {
+        def.engine = "pbd";
+        def.pbd = &pbd;
+    }
     OmStatus status = om_tissue_create(&def, &b->model);
     if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);
     if (status == OM_OK) status = om_tissue_create_work(b->model, &b->work);

@@ -1,0 +1,120 @@
+// bench_pbd.c: particles in clusters, 3 substeps of 9 iterations, h = 0.02 s: a sheet in a single layer, held on
+// one side and lifted at the other, with the optimum of 5.4.1, and a block every 5 mm that lies on a board.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "bench.h"
+
+#define NWARM 20
+#define NSTEP 100
+
+static const struct {
+    const char* name;
+    double size[3];  // m; thickness 0: a sheet
+    double spacing;  // m
+    bool has_self_collision;
+    double goal_ms;  // one core for the sheet, two for the block
+} scene_table[] = {
+    {"sheet", {0.09, 0.09, 0.003}, 0.003, false, 0.4},
+    {"sheet touching itself", {0.09, 0.09, 0.003}, 0.003, true, 0},
+    {"block", {0.125, 0.1, 0.1}, 0.005, false, 20},
+};
+#define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
+
+static OmStatus make_particles(int k, OmTetMesh* particles, double* volume) {
+    const double* L = scene_table[k].size;
+    if (L[2] < 0.01)
+        return om_pbd_sample_sheet(L[0], L[1], L[2], scene_table[k].spacing, particles, volume);
+    OmTetMesh box = {0};
+    OmSurface skin = {0};
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(L[0], L[1], L[2]), 2, 2, 2, &box));
+    OM_TRY_DONE(om_tet_mesh_boundary(&box, &skin, NULL));
+    OM_TRY_DONE(om_pbd_sample_surface(&skin, scene_table[k].spacing, particles, volume));
+done:
+    om_surface_done(&skin);
+    om_tet_mesh_done(&box);
+    return status;
+}
+
+// Particles at least x, held from the start.
+static OmStatus attach_side(OmTetMesh* particles) {
+    int* vert = om_alloc((size_t)particles->nvert, sizeof *vert);
+    if (!vert) return OM_NO_MEMORY;
+    double lo = INFINITY;
+    for (int i = 0; i < particles->nvert; ++i) lo = fmin(lo, particles->x[3 * i]);
+    int num = 0;
+    for (int i = 0; i < particles->nvert; ++i)
+        if (particles->x[3 * i] < lo + 1e-6) vert[num++] = i;
+    OmStatus status = om_tet_mesh_add_set(particles, "attachment", vert, num);
+    om_free(vert);
+    return status;
+}
+
+static OmStatus run_steps(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, OmContact* board,
+                          OmVec3 tip, double* time) {
+    const double h = 0.02;
+    om_tissue_reset(m, s);
+    OM_TRY(om_tissue_grasp(m, s, 0, (OmPose){tip, om_quat_identity()}, 0.006, NULL));
+    for (int step = 0; step < NWARM + NSTEP; ++step) {
+        OmPose pose = {om_madd(tip, 0.0003 * step, om_vec3(0, 0, 1)), om_quat_identity()};
+        OM_TRY(om_tissue_move_grasp(s, 0, pose));
+        double begin = om_clock_now();
+        OM_TRY(om_contact_step(board, m, s, w, h, NULL));
+        if (step >= NWARM) *time += (om_clock_now() - begin) / NSTEP;
+    }
+    return OM_OK;
+}
+
+static OmStatus measure(int k, const BenchOptions* options) {
+    OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
+    pbd.has_self_collision = scene_table[k].has_self_collision;
+    OmTetMesh particles = {0};
+    OmTissueModel* m = NULL;
+    OmTissueState* s = NULL;
+    OmTissueWork* w = NULL;
+    OmContact* board = NULL;
+    OmStatus status = OM_OK;
+    double* time = om_calloc((size_t)options->nrun, sizeof *time);
+    if (!time) return OM_NO_MEMORY;
+    OM_TRY_DONE(make_particles(k, &particles, &pbd.particle_volume));
+    OM_TRY_DONE(attach_side(&particles));
+    OmTissueDef def = om_tissue_default_def(&particles);
+    def.engine = "pbd", def.pbd = &pbd;
+    def.solver.nworker = options->nworker;
+    OM_TRY_DONE(om_tissue_create(&def, &m));
+    OM_TRY_DONE(om_tissue_create_state(m, &s));
+    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    OmContactPlane plane = {om_vec3(0, 0, -0.003), om_vec3(0, 0, 1)};
+    OmContactDef ground = om_contact_default_def();
+    ground.nplane = 1, ground.plane = &plane;
+    OM_TRY_DONE(om_contact_create(&ground, m, &board));
+    OmVec3 tip = om_load3(particles.x, particles.nvert - 1);
+    for (int run = 0; run < options->nrun; ++run)
+        OM_TRY_DONE(run_steps(m, s, w, board, tip, &time[run]));
+    BenchRow row = {.bench = "pbd",
+                    .scene = scene_table[k].name,
+                    .work = "step, 3 substeps of 9 iterations",
+                    .size = particles.nvert,
+                    .nworker = options->nworker,
+                    .steps = NSTEP,
+                    .nrun = options->nrun,
+                    .goal_ms = scene_table[k].goal_ms,
+                    .hash = om_tissue_hash(s)};
+    bench_times(time, options->nrun, &row);
+    status = bench_print(&row);
+done:
+    om_contact_destroy(board);
+    om_tissue_destroy_work(w);
+    om_tissue_destroy_state(s);
+    om_tissue_destroy(m);
+    om_tet_mesh_done(&particles);
+    om_free(time);
+    return status;
+}
+
+OmStatus bench_pbd(const BenchOptions* options) {
+    for (int k = 0; k < NSCENE; ++k) OM_TRY(measure(k, options));
+    return OM_OK;
+}
