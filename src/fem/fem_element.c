@@ -136,10 +136,12 @@ bool om__element_face(OmElement kind, int face, int local[6], int* nlocal) {
     static const int tet[4][6] = {
         {0, 2, 1, 6, 5, 4}, {0, 1, 3, 4, 8, 7}, {1, 2, 3, 5, 9, 8}, {2, 0, 3, 6, 7, 9}};
     if (face >= (is_hex(kind) ? 6 : 4)) return false;
-    *nlocal = is_hex(kind) ? 4 : kind == OM_TET10 ? 6 : 3;
+    *nlocal = om__face_nnode(kind);
     memcpy(local, is_hex(kind) ? hex[face] : tet[face], (size_t)*nlocal * sizeof *local);
     return true;
 }
+
+int om__face_nnode(OmElement kind) { return is_hex(kind) ? 4 : kind == OM_TET10 ? 6 : 3; }
 
 static void add_three(OmRule* rule, double a, double weight) {
     add_point(rule, a, a, 0, weight / 2);
@@ -159,7 +161,9 @@ void om__face_rule(int nnode, OmRule* rule) {
     }
 }
 
-void om__face_shape(int nnode, const double xi[3], double* N, double* dN) {
+static const double dL[3][2] = {{-1, -1}, {1, 0}, {0, 1}};  // of barycentric coordinates
+
+void om__face_shape(int nnode, const double* xi, double* N, double* dN) {
     if (nnode == 4) {
         for (int a = 0; a < 4; ++a) {
             double f = 0.5 * (1 + corner[a][0] * xi[0]), g = 0.5 * (1 + corner[a][1] * xi[1]);
@@ -169,7 +173,6 @@ void om__face_shape(int nnode, const double xi[3], double* N, double* dN) {
         }
         return;
     }
-    static const double dL[3][2] = {{-1, -1}, {1, 0}, {0, 1}};
     const double L[3] = {1 - xi[0] - xi[1], xi[0], xi[1]};
     for (int a = 0; a < 3; ++a) {
         int b = (a + 1) % 3;
@@ -179,5 +182,27 @@ void om__face_shape(int nnode, const double xi[3], double* N, double* dN) {
             dN[2 * a + k] = nnode == 6 ? (4 * L[a] - 1) * dL[a][k] : dL[a][k];
             if (nnode == 6) dN[2 * (3 + a) + k] = 4 * (L[a] * dL[b][k] + L[b] * dL[a][k]);
         }
+    }
+}
+
+void om__face_curvature(int nnode, double* ddN) {
+    memset(ddN, 0, 3 * (size_t)nnode * sizeof *ddN);
+    for (int a = 0; a < 4 && nnode == 4; ++a) ddN[3 * a + 2] = 0.25 * corner[a][0] * corner[a][1];
+    for (int a = 0; a < 3 && nnode == 6; ++a) {
+        const double *u = dL[a], *v = dL[(a + 1) % 3];
+        for (int k = 0; k < 3; ++k) {
+            int i = k == 1, j = k > 0;
+            ddN[3 * a + k] = 4 * u[i] * u[j];
+            ddN[3 * (3 + a) + k] = 4 * (u[i] * v[j] + u[j] * v[i]);
+        }
+    }
+}
+
+void om__face_tangents(int nnode, const double* dN, const int* node, const double* x, OmVec3* a,
+                       OmVec3* b) {
+    *a = *b = om_vec3(0, 0, 0);
+    for (int k = 0; k < nnode; ++k) {
+        *a = om_madd(*a, dN[2 * k], om_load3(x, node[k]));
+        *b = om_madd(*b, dN[2 * k + 1], om_load3(x, node[k]));
     }
 }

@@ -18,7 +18,7 @@ OmStatus om__fem_check_load(const OmFemSolid* s, const OmFemLoad* load) {
     OM_CHECK(load->npressure == 0 || load->pressure, OM_INVALID, "OmFemLoad.pressure is null");
     for (int n = 0; n < load->npressure; ++n) {
         const OmFemPressure* p = &load->pressure[n];
-        int nface_node = s->mesh.nelem_node == 8 ? 4 : s->mesh.nelem_node == 10 ? 6 : 3;
+        int nface_node = om__face_nnode(s->mesh.kind);
         OM_CHECK(p->nface >= 0 && (p->nface == 0 || p->face_node) && p->nface_node == nface_node,
                  OM_INVALID, "OmFemLoad.pressure[%d]: faces of %s have %d nodes, not %d", n,
                  om_element_name(s->mesh.kind), nface_node, p->nface_node);
@@ -33,16 +33,6 @@ OmStatus om__fem_check_load(const OmFemSolid* s, const OmFemLoad* load) {
     return OM_OK;
 }
 
-// Tangents of a face at a point.
-static void face_tangents(int nnode, const double* dN, const int* node, const double* x, OmVec3* a,
-                          OmVec3* b) {
-    *a = *b = om_vec3(0, 0, 0);
-    for (int k = 0; k < nnode; ++k) {
-        *a = om_madd(*a, dN[2 * k], om_load3(x, node[k]));
-        *b = om_madd(*b, dN[2 * k + 1], om_load3(x, node[k]));
-    }
-}
-
 static void add_traction(const OmFemSolid* s, const OmFemPressure* p, double* f) {
     OmRule rule;
     om__face_rule(p->nface_node, &rule);
@@ -52,7 +42,7 @@ static void add_traction(const OmFemSolid* s, const OmFemPressure* p, double* f)
             double N[6], dN[12];
             OmVec3 a, b;
             om__face_shape(p->nface_node, rule.xi[q], N, dN);
-            face_tangents(p->nface_node, dN, node, s->mesh.x, &a, &b);
+            om__face_tangents(p->nface_node, dN, node, s->mesh.x, &a, &b);
             double area = rule.weight[q] * om_norm(om_cross(a, b));
             for (int k = 0; k < p->nface_node; ++k)
                 om_store3(f, node[k], om_madd(om_load3(f, node[k]), area * N[k], p->traction));
@@ -112,7 +102,7 @@ void om__fem_add_follower(const OmFemLoad* load, const double* x, double share, 
                 double N[6], dN[12], scale = share * p->pressure * rule.weight[q];
                 OmVec3 a, b;
                 om__face_shape(p->nface_node, rule.xi[q], N, dN);
-                face_tangents(p->nface_node, dN, node, x, &a, &b);
+                om__face_tangents(p->nface_node, dN, node, x, &a, &b);
                 OmVec3 normal = om_cross(a, b);
                 for (int k = 0; k < p->nface_node && f; ++k)
                     om_store3(f, node[k], om_madd(om_load3(f, node[k]), -scale * N[k], normal));

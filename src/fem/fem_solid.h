@@ -26,9 +26,15 @@ double om__element_inside(OmElement kind, const double xi[3]);
 OmMat3 om__element_jacobian(int nnode, const double* dN, const double* x, const int* node);
 /// The nodes of face `face` of an element, counter-clockwise from outside; false past the last.
 bool om__element_face(OmElement kind, int face, int local[6], int* nlocal);
-/// Rule and shape functions on a face of nnode nodes: N, dN[2 a + k].
+int om__face_nnode(OmElement kind);
+/// Rule and shape functions on a face of nnode nodes: N, dN[2 a + k]; xi[2] is not used.
 void om__face_rule(int nnode, OmRule* rule);
-void om__face_shape(int nnode, const double xi[3], double* N, double* dN);
+void om__face_shape(int nnode, const double* xi, double* N, double* dN);
+/// Second derivatives, the same at every point: ddN[3 a + k], k: 00, 11, 01.
+void om__face_curvature(int nnode, double* ddN);
+/// Both tangents of a face from dN.
+void om__face_tangents(int nnode, const double* dN, const int* node, const double* x, OmVec3* a,
+                       OmVec3* b);
 
 // ---- fem_solid.c ------------------------------------------------------------------------------------
 
