@@ -73,6 +73,8 @@ OM_API OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* me
                                  OmFemGrid* grid);
 /// Faces of one element only, in the order of elements.
 OM_API OmStatus om_fem_mesh_boundary(const OmFemMesh* mesh, OmFemFaces* faces);
+/// Two bodies as one mesh: nodes and elements of b follow those of a, of the same kind.
+OM_API OmStatus om_fem_mesh_join(const OmFemMesh* a, const OmFemMesh* b, OmFemMesh* mesh);
 /// Check indices, finite positions, positive volume at every quadrature point.
 OM_API OmStatus om_fem_mesh_validate(const OmFemMesh* mesh);
 /// Where points lie: the element (that holds the point, else the nearest) and the weights of its nodes. In
@@ -92,12 +94,25 @@ typedef enum OmLocking {  // remedies against locking of linear tetrahedra, nu >
     OM_SMOOTHED  // the same, and the rest of W of the mean F around each edge (Liu and Nguyen 2010)
 } OmLocking;
 
-typedef struct OmFemDef {        // made by om_fem_default_def; create copies everything
-    const OmFemMesh* mesh;       // borrowed until create returns
-    int nmaterial;               // elem_material < nmaterial
-    const OmMaterial* material;  // (nmaterial)
-    const double* density;       // kg/m^3, > 0 (nmaterial); null, the default: 1000
-    OmLocking locking;           // default OM_LOCKING_NONE; the others are for OM_TET4
+/// Two sets of faces that press on each other without friction: pressure is `stiffness` times depth. Points of
+/// both sides are looked at, and neither side is preferred; an energy, so the forces of both sides balance. The
+/// tangent couples each node of one side with each of the other: sets of up to about a thousand nodes. A set
+/// should go on beyond where the other touches it: what lies beside it does not touch.
+typedef struct OmFemContact {
+    int nface[2];
+    const int* face_node[2];  // rows of om_fem_mesh_boundary; the sides share no node
+    double stiffness;  // Pa/m; 0, the default: 100 times that of the softer layer of elements
+    double reach;      // deeper points do not touch, m; 0, the default: an edge of a face
+} OmFemContact;
+
+typedef struct OmFemDef {         // made by om_fem_default_def; create copies everything
+    const OmFemMesh* mesh;        // borrowed until create returns
+    int nmaterial;                // elem_material < nmaterial
+    const OmMaterial* material;   // (nmaterial)
+    const double* density;        // kg/m^3, > 0 (nmaterial); null, the default: 1000
+    OmLocking locking;            // default OM_LOCKING_NONE; the others are for OM_TET4
+    int ncontact;                 // default 0
+    const OmFemContact* contact;  // part of the solid's energy                     (ncontact)
     bool is_projected;  // tangents of elements projected to positive semidefinite; default false
     int nworker;        // threads, 0 is one per processor; default 0
     uint32_t cookie;
@@ -118,7 +133,8 @@ OM_API const double* om_fem_mass(const OmFemSolid* solid);  // lumped, kg (nnode
 
 /// The pattern of the tangent, with double values (OmBsr.exact).
 OM_API OmStatus om_fem_create_matrix(const OmFemSolid* solid, OmBsr* A);
-/// Stored energy at node positions x (nnode x 3), J. Evaluations fail only for lack of memory.
+/// Energy stored in elements and contacts at node positions x (nnode x 3), J. Evaluations fail only for lack of
+/// memory.
 OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, double* energy);
 /// f = dW/dx, N (nnode x 3): what nodes must be held with. Any finite x gives finite forces. The energy may
 /// be null.
@@ -138,6 +154,18 @@ OM_API double om_fem_eval_volume(const OmFemSolid* solid, const double* x, doubl
 /// @param weight  of its nodes at the point, as from om_fem_mesh_embed; null: mean over quadrature points
 OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int elem,
                                    const double* weight, OmMat3* stress, OmMat3* F);
+
+typedef struct OmFemTouch {  // what side 0 of a contact feels; side 1 feels the opposite
+    OmVec3 force, torque;    // N; N m about the origin
+    double area;             // rest area that touches, mean of both sides, m^2
+    double depth;            // of the deepest point, m
+    double energy;           // J
+} OmFemTouch;
+
+/// Contact number `contact` of the definition at positions x.
+/// @param f  its part of om_fem_eval_force (nnode x 3); may be null
+OM_API OmStatus om_fem_eval_contact(const OmFemSolid* solid, const double* x, int contact,
+                                    OmFemTouch* touch, double* f);
 
 // ---- loads ------------------------------------------------------------------------------------------
 

@@ -399,9 +399,9 @@ OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, doub
     for (int e = 0; e < s->mesh.nelem && p.partial; ++e) sum += p.partial[e];
     for_colors(&p, &s->patches.colors, patch_force_block);
     for (int e = 0; e < s->patches.num; ++e) sum += p.partial[e];
-    if (energy) *energy = sum;
     om_free(scratch);
-    return OM_OK;
+    if (energy) *energy = sum;
+    return om__contact_eval(s, x, false, energy, f, NULL);
 }
 
 OmStatus om_fem_eval_energy(const OmFemSolid* s, const double* x, double* energy) {
@@ -425,8 +425,9 @@ OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected
     for_colors(&p, &s->patches.colors, patch_tangent_block);
     if (s->locking != OM_LOCKING_NONE)
         om_parallel_for(s->nworker, s->mesh.nnode, GRAIN, patch_rows, &p);
-    om_parallel_for(s->nworker, A->nblock, 4096, round_block, A);
     om_free(scratch);
+    OM_TRY(om__contact_eval(s, x, is_projected, NULL, NULL, A));
+    om_parallel_for(s->nworker, A->nblock, 4096, round_block, A);
     return OM_OK;
 }
 

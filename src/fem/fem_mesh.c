@@ -37,6 +37,22 @@ static OmStatus init_mesh(OmFemMesh* mesh, OmElement kind, int nnode, int nelem)
     return OM_NO_MEMORY;
 }
 
+OmStatus om_fem_mesh_join(const OmFemMesh* a, const OmFemMesh* b, OmFemMesh* mesh) {
+    *mesh = (OmFemMesh){0};
+    OM_CHECK(a->kind == b->kind, OM_INVALID, "om_fem_mesh_join: elements %s and %s, must be alike",
+             om_element_name(a->kind), om_element_name(b->kind));
+    OM_TRY(init_mesh(mesh, a->kind, a->nnode + b->nnode, a->nelem + b->nelem));
+    size_t na = (size_t)a->nnode, nb = (size_t)b->nnode, ea = (size_t)a->nelem;
+    size_t eb = (size_t)b->nelem, k = (size_t)a->nelem_node;
+    memcpy(mesh->x, a->x, 3 * na * sizeof(double));
+    memcpy(mesh->x + 3 * na, b->x, 3 * nb * sizeof(double));
+    memcpy(mesh->elem_node, a->elem_node, ea * k * sizeof(int));
+    for (size_t n = 0; n < eb * k; ++n) mesh->elem_node[ea * k + n] = a->nnode + b->elem_node[n];
+    memcpy(mesh->elem_material, a->elem_material, ea * sizeof(int));
+    memcpy(mesh->elem_material + ea, b->elem_material, eb * sizeof(int));
+    return OM_OK;
+}
+
 // ---- from tetrahedra --------------------------------------------------------------------------------
 
 OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFemMesh* mesh) {

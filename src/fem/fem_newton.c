@@ -9,8 +9,9 @@
 //
 // Slender bodies turn: there whole steps, though the energy rises at first, are three times quicker than steps
 // that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
-// and not inverted, else the search begins anew from the start with the line search. Contact (`extra`) is the
-// other way round: its stiffness comes and goes, whole steps run away, and the line search takes some ten steps.
+// and not inverted, else the search begins anew from the start with the line search. Contact (the solid's, or
+// `extra`) is the other way round: its stiffness comes and goes, whole steps run away, and the line search takes
+// some ten steps.
 #include <float.h>
 #include <string.h>
 
@@ -33,8 +34,9 @@ OmSolverDef om__newton_solver_def(const OmFemSolid* s) {
     def.preconditioner = s->mesh.nnode <= DIRECT_NODES ? OM_CHOLESKY : OM_MULTIGRID;
     def.max_iterations = 1000;
     def.nworker = s->nworker;
-    def.row_bound =
-        s->mesh.nelem_node;  // element matrices are at most so many times their diagonal
+    // matrices of elements and of touching faces are at most so many times their diagonal
+    int nrow = s->mesh.nelem_node, ntouch = 2 * om__face_nnode(s->mesh.kind);
+    def.row_bound = s->ncontact > 0 && ntouch > nrow ? ntouch : nrow;
     return def;
 }
 
@@ -315,7 +317,8 @@ OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, do
                           const double* guess, OmFemReport* report) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     memcpy(N->start, x, n * sizeof *x);
-    if (!N->load->extra || N->is_plain_only) {
+    bool is_rough = N->load->extra || N->solid->ncontact > 0;
+    if (!is_rough || N->is_plain_only) {
         if (guess) memcpy(x, guess, n * sizeof *x);
         N->is_plain = true;
         OmStatus status = iterate(N, share, target, x, report);

@@ -214,6 +214,7 @@ OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** out) {
                               s->mesh.elem_node, &s->colors));
     if (s->locking == OM_SMOOTHED) OM_TRY_DONE(om__fem_make_patches(s, &s->patches));
     OM_TRY_DONE(make_node_volumes(s));
+    OM_TRY_DONE(om__contact_create(s, def->ncontact, def->contact));
     OM_TRY_DONE(find_blocks(s));
     *out = s;
 done:
@@ -225,6 +226,7 @@ void om_fem_destroy(OmFemSolid* s) {
     if (!s) return;
     om_fem_mesh_done(&s->mesh);
     om__fem_destroy_patches(&s->patches);
+    om__contact_destroy(s);
     void* array[] = {s->law,       s->density,     s->grad,       s->weight,   s->volume,
                      s->mass,      s->elem_adr,    s->colors.adr, s->node_adr, s->elem_mass,
                      s->node_elem, s->colors.cell, s->node_volume};
@@ -237,26 +239,32 @@ const double* om_fem_mass(const OmFemSolid* solid) { return solid->mass; }
 
 // ---- matrix and mass --------------------------------------------------------------------------------
 
-// Pairs of nodes that share a patch: patches are what nodal volumes depend on.
-static OmStatus patch_pairs(const OmFemSolid* s, int** out, int* npair) {
+// Pairs of nodes that the energy couples: of an element, of the patch of a node (what nodal volumes depend on), of
+// two sides that may touch.
+static OmStatus coupled_pairs(const OmFemSolid* s, int** out, int* npair) {
     OmStatus status = OM_OK;
     OmBsr graph;
-    int64_t num = 0;
+    bool is_nodal = s->locking != OM_LOCKING_NONE;
     *out = NULL;
-    OM_TRY(om_bsr_create(s->mesh.nnode, s->mesh.nelem, 4, s->mesh.elem_node, &graph));
-    for (int i = 0; i < s->mesh.nnode; ++i) {
+    OM_TRY(
+        om_bsr_create(s->mesh.nnode, s->mesh.nelem, s->mesh.nelem_node, s->mesh.elem_node, &graph));
+    int64_t ntouch = om__contact_pairs(s, NULL), num = is_nodal ? 0 : graph.nedge;
+    for (int i = 0; i < s->mesh.nnode && is_nodal; ++i) {
         int64_t n = graph.row_adr[i + 1] - graph.row_adr[i];
         num += n * (n - 1) / 2;
     }
-    OM_CHECK_DONE(num < INT32_MAX / 2, OM_INVALID, "OM_NODAL_VOLUME: the mesh is too large");
-    OM_ALLOC_DONE(*out, 2 * num);
-    *npair = 0;
-    for (int i = 0; i < s->mesh.nnode; ++i)
+    OM_CHECK_DONE(num + ntouch < INT32_MAX / 2, OM_INVALID, "%s: the mesh is too large",
+                  is_nodal ? "OM_NODAL_VOLUME" : "OmFemDef.contact");
+    OM_ALLOC_DONE(*out, 2 * (num + ntouch));
+    if (!is_nodal) memcpy(*out, graph.edge_vert, 2 * (size_t)num * sizeof(int));
+    *npair = is_nodal ? 0 : (int)num;
+    for (int i = 0; i < s->mesh.nnode && is_nodal; ++i)
         for (int a = graph.row_adr[i]; a < graph.row_adr[i + 1]; ++a)
             for (int b = graph.row_adr[i]; b < a; ++b, ++*npair) {
                 (*out)[2 * *npair] = graph.col[a];
                 (*out)[2 * *npair + 1] = graph.col[b];
             }
+    *npair += (int)om__contact_pairs(s, *out + 2 * *npair);
 done:
     om_bsr_destroy(&graph);
     return status;
@@ -265,9 +273,9 @@ done:
 OmStatus om_fem_create_matrix(const OmFemSolid* s, OmBsr* A) {
     *A = (OmBsr){0};
     OmStatus status;
-    if (s->locking != OM_LOCKING_NONE) {
+    if (s->locking != OM_LOCKING_NONE || s->ncontact > 0) {
         int *pair, npair = 0;
-        OM_TRY(patch_pairs(s, &pair, &npair));
+        OM_TRY(coupled_pairs(s, &pair, &npair));
         status = om_bsr_create(s->mesh.nnode, npair, 2, pair, A);
         om_free(pair);
     } else {

@@ -57,6 +57,16 @@ typedef struct
 } OmPatches;
 #define OM__MAX_PATCH 32  // nodes
 
+typedef struct OmFacePair {  // two sets of faces that may touch
+    int nface_node, nface[2], npoint[2], nnode[2];
+    int* face_node[2];         //                                              (nface x nface_node)
+    int* node[2];              // of the faces, ascending                                   (nnode)
+    unsigned char* border[2];  // edges and corners on the border of the set, by bits  (nface)
+    double* weight[2];         // half the stiffness times the rest area of points, N/m    (npoint)
+    double stiffness;          // Pa/m
+    double reach;              // m
+} OmFacePair;
+
 struct OmFemSolid {
     OmFemMesh mesh;
     int nmaterial, nworker, npoint;
@@ -72,8 +82,10 @@ struct OmFemSolid {
     int* elem_adr;      // blocks of the matrix            (nelem x nelem_node x nelem_node)
     OmColors colors;    // of elements
     OmPatches patches;
-    int* node_adr;        // elements of each node                                 (nnode + 1)
-    int* node_elem;       //                                              (nelem x nelem_node)
+    int* node_adr;   // elements of each node                                 (nnode + 1)
+    int* node_elem;  //                                              (nelem x nelem_node)
+    int ncontact;
+    OmFacePair* contact;  //                                                      (ncontact)
     double* node_volume;  // a quarter of each element around, m^3; OM_NODAL_VOLUME (nnode)
 };
 
@@ -89,6 +101,17 @@ OmStatus om__fem_color(int nnode, int ncell, const int* adr, int k, const int* n
 
 OmStatus om__fem_make_patches(const OmFemSolid* solid, OmPatches* out);
 void om__fem_destroy_patches(OmPatches* patches);
+
+// ---- fem_contact.c ----------------------------------------------------------------------------------
+
+/// After om_fem_create has listed the elements of nodes.
+OmStatus om__contact_create(OmFemSolid* solid, int ncontact, const OmFemContact* def);
+void om__contact_destroy(OmFemSolid* solid);
+/// Pairs of nodes that contacts couple, each once a contact, into `pair`; null: no more than how many.
+int64_t om__contact_pairs(const OmFemSolid* solid, int* pair);
+/// Energy, forces and tangent at x added; each may be null.
+OmStatus om__contact_eval(const OmFemSolid* solid, const double* x, bool is_projected,
+                          double* energy, double* f, OmBsr* A);
 
 // ---- fem_load.c -------------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ typedef struct TestSolid {
     OmMaterial material;
     double density;
     OmLocking locking;
+    const OmFemContact* contact;  // one, or null
     OmFemSolid* solid;
     OmFemFaces faces;
     unsigned char* fixed;
@@ -19,12 +20,14 @@ typedef struct TestSolid {
     OmFemReport report;
 } TestSolid;
 
-// After mesh, material (and locking, density) are set.
+// After mesh, material (and locking, contact, density) are set.
 static inline void solid_start(TestSolid* t) {
     size_t n = 3 * (size_t)t->mesh.nnode;
     OmFemDef def = om_fem_default_def(&t->mesh, 1, &t->material);
     if (t->density > 0) def.density = &t->density;
     def.locking = t->locking;
+    def.contact = t->contact;
+    def.ncontact = t->contact ? 1 : 0;
     assert_ok(om_fem_create(&def, &t->solid));
     assert_ok(om_fem_mesh_boundary(&t->mesh, &t->faces));
     t->fixed = om_calloc(n, 1);
