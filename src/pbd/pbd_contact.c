@@ -1,39 +1,44 @@
 // pbd_contact.c: particles out of rigid obstacles, with Coulomb's friction.
 //
-// In each substep a particle asks an obstacle once, where it was and where it is predicted; only if it is near it
-// asks again in every iteration. What began a substep inside comes out with recover_speed, so that an obstacle put
+// In each substep a particle asks an obstacle once, where it was and where it is predicted; if it is near it keeps
+// out of the tangent plane there, and asks again in the last iteration, if that plane says it may touch. What began a substep inside comes out with recover_speed, so that an obstacle put
 // into tissue does not throw it. Friction takes back slip against the moving surface, in a substep no more than
 // the coefficient times the depth pushed out. Pushes, m d / sub^2, sum to the momentum that obstacles gave.
 #include <string.h>
 
 #include "pbd/pbd_internal.h"
 
-#define SLACK 0.5  // of a cluster's spacing: how far an iteration may move what is not near
+#define SLACK 0.5    // of a cluster's spacing: how far iterations may move what is not near
+#define MARGIN 0.02  // of a cluster's spacing: how much a plane may overrate a gap
 
 OmStatus om__pbd_reserve(OmPbdWork* w, int nvert, int nobstacle) {
     if (nobstacle <= w->max_obstacle) return OM_OK;
     size_t n = (size_t)nvert * (size_t)nobstacle;
     double* gap_goal = om_alloc(n, sizeof *gap_goal);
+    double* plane = om_alloc(n, 4 * sizeof *plane);
     unsigned char* is_near = om_alloc(n, 1);
     double* push = om_alloc(n, 3 * sizeof *push);
     OmPbdFrame* frame = om_alloc((size_t)nobstacle, sizeof *frame);
-    if (!gap_goal || !is_near || !push || !frame) {
+    if (!gap_goal || !plane || !is_near || !push || !frame) {
         om_free(gap_goal);
+        om_free(plane);
         om_free(is_near);
         om_free(push);
         om_free(frame);
         return OM_NO_MEMORY;
     }
     om_free(w->gap_goal);
+    om_free(w->plane);
     om_free(w->is_near);
     om_free(w->push);
     om_free(w->frame);
     w->gap_goal = gap_goal;
+    w->plane = plane;
     w->is_near = is_near;
     w->push = push;
     w->frame = frame;
     size_t add = (size_t)(nobstacle - w->max_obstacle);
-    w->size += add * ((size_t)nvert * (4 * sizeof(double) + 1) + sizeof *frame);
+    w->size += add * ((size_t)nvert * (8 * sizeof(double) + 1) + sizeof *frame);
     w->max_obstacle = nobstacle;
     return OM_OK;
 }
@@ -77,37 +82,47 @@ static double gap_of(const OmPbdStep* s, int k, bool is_end, OmVec3 p, OmVec3* n
     return d - s->pbd->def.collision_distance;
 }
 
-void om__pbd_find_near(OmPbdStep* s, int i) {
+bool om__pbd_find_near(OmPbdStep* s, int i) {
     int nvert = s->m->mesh.nvert;
     OmVec3 p = om_load3(s->x, i), b = om_load3(s->w->begin, i), n;
     double slack = SLACK * s->pbd->def.cluster_spacing + om_distance(p, b);
+    bool is_any = false;
     for (int k = 0; k < s->nobstacle; ++k) {
         size_t at = (size_t)k * (size_t)nvert + (size_t)i;
-        s->w->is_near[at] = gap_of(s, k, true, p, &n) < slack;
+        double gap = gap_of(s, k, true, p, &n);
+        s->w->is_near[at] = gap < slack;
         if (!s->w->is_near[at]) continue;
+        is_any = true;
+        om_store3(s->w->plane + 4 * at, 0, n);
+        s->w->plane[4 * at + 3] = gap - om_dot(n, p);
         double begin = gap_of(s, k, false, b, &n);
         s->w->gap_goal[at] = fmin(0, begin + s->pbd->def.recover_speed * s->sub);
     }
+    if (is_any) s->w->normal_sum[i] = s->w->friction_sum[i] = 0;
+    return is_any;
 }
 
-void om__pbd_push_out(OmPbdStep* s, int i) {
-    int nvert = s->m->mesh.nvert;
+void om__pbd_push_out(OmPbdStep* s, int i, bool is_last) {
     OmPbdWork* w = s->w;
+    double margin = MARGIN * s->pbd->def.cluster_spacing;
     for (int k = 0; k < s->nobstacle; ++k) {
-        size_t at = (size_t)k * (size_t)nvert + (size_t)i;
+        size_t at = (size_t)k * (size_t)s->m->mesh.nvert + (size_t)i;
         if (!w->is_near[at]) continue;
-        OmVec3 p = om_load3(s->x, i), n;
-        double depth = w->gap_goal[at] - gap_of(s, k, true, p, &n);
+        const double* plane = w->plane + 4 * at;
+        OmVec3 p = om_load3(s->x, i), n = om_load3(plane, 0);
+        double depth = w->gap_goal[at] - om_dot(n, p) - plane[3];
+        if (is_last && depth > -margin) depth = w->gap_goal[at] - gap_of(s, k, true, p, &n);
         if (!(depth > 0)) continue;
         OmVec3 d = om_scale(depth, n);
         w->normal_sum[i] += depth;
         // slip against the surface, which moved from where the same material point was
         const OmPbdFrame* f = &w->frame[k];
         OmVec3 was = f->is_still ? p : om_pose_apply(f->begin, om_pose_apply(f->inverse_end, p));
-        OmVec3 slip = om_sub(om_sub(p, om_load3(w->begin, i)), om_sub(p, was));
+        OmVec3 slip = om_sub(was, om_load3(w->begin, i));
         slip = om_madd(slip, -om_dot(slip, n), n);
-        double length = om_norm(slip);
-        double back = fmin(length, f->friction * w->normal_sum[i] - w->friction_sum[i]);
+        double length = om_norm(slip),
+               allowed = f->friction * w->normal_sum[i] - w->friction_sum[i];
+        double back = length < allowed ? length : allowed;
         if (back > 0) {
             d = om_madd(d, -back / length, slip);
             w->friction_sum[i] += back;

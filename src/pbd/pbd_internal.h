@@ -6,6 +6,7 @@
 #include "tissue/tissue_engine.h"
 
 #define OM__PBD_LANE 8  // clusters turned at once
+#define OM__PBD_MAP 16  // doubles of a cluster's map: columns of R and t, four each
 
 typedef struct OmPbdClusters {  // region-based shape matching, constant
     int ncluster, nbatch;       // nbatch x OM__PBD_LANE >= ncluster
@@ -32,15 +33,25 @@ typedef struct OmPbdFrame {  // an obstacle in a substep
     bool is_still;  // its frame is the world's
 } OmPbdFrame;
 
+enum {                       // what a particle is in a substep, bits
+    OM__PBD_PRESCRIBED = 1,  // moved by a tool or held still
+    OM__PBD_SPRING = 2,      // drawn to an anchor
+    OM__PBD_NEAR = 4         // near an obstacle
+};
+
 typedef struct OmPbdWork {  // of a work
     double* begin;          // positions at the beginning of the substep                (nvert x 3)
-    double* map;      // of clusters: rows (R, t) of (3.13)                        (ncluster x 12)
-    double* hold;     // what holds prescribed vertices, N                         (nvert x 3)
-    double* v_begin;  // velocities of prescribed vertices at the step's begin     (nvert x 3)
-    double* pull;     // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
-    double* normal_sum;      // depth pushed out in the substep, m                        (nvert)
-    double* friction_sum;    // slip taken back in the substep, m                         (nvert)
-    double* gap_goal;        // gap to be kept in the substep, m              (max_obstacle x nvert)
+    double* map;            // of clusters: columns of R and t, (3.13)   (ncluster x OM__PBD_MAP)
+    double* hold;           // what holds prescribed vertices, N                         (nvert x 3)
+    double* v_begin;        // velocities of prescribed vertices at the step's begin     (nvert x 3)
+    unsigned char* kind;    //                                                (nvert)
+    double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
+    double* pull;           // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
+    double* normal_sum;     // depth pushed out in the substep, m                        (nvert)
+    double* friction_sum;   // slip taken back in the substep, m                         (nvert)
+    double* gap_goal;       // gap to be kept in the substep, m              (max_obstacle x nvert)
+    double*
+        plane;  // n, c: the obstacle as the prediction saw it, gap n p + c   (max_obstacle x nvert x 4)
     unsigned char* is_near;  // worth asking in the substep                   (max_obstacle x nvert)
     double* push;            // by each obstacle, N                       (max_obstacle x nvert x 3)
     OmPbdFrame* frame;       //                                                    (max_obstacle)
@@ -73,18 +84,20 @@ void om__pbd_clusters_done(OmPbdClusters* shape);
 /// Centres, rotations and maps of batches [begin, end) at positions x; `turn` goes on from where it is.
 void om__pbd_match(const OmPbdClusters* shape, double linear_stretch, const double* x, int begin,
                    int end, int nnewton, double* turn, double* map);
-/// Where the clusters of particle i want it.
-OmVec3 om__pbd_goal(const OmPbdClusters* shape, const double* map, int i, OmVec3 rest);
+/// (3.14) for particles [begin, end): a share `alpha` of the way to the mean of the goals of their clusters is
+/// added to x, and put into `way` for those whose kind is not 0: prescribed ones do not move.
+void om__pbd_follow(const OmPbdClusters* shape, const double* map, const double* rest, double alpha,
+                    const unsigned char* kind, int begin, int end, double* x, double* way);
 
 // ---- pbd_contact.c
 
 OmStatus om__pbd_reserve(OmPbdWork* work, int nvert, int nobstacle);
 /// Obstacles at substep s->k; by one member of the team.
 void om__pbd_move_obstacles(OmPbdStep* s);
-/// Which obstacles particle i, predicted at x, has to look at in this substep.
-void om__pbd_find_near(OmPbdStep* s, int i);
-/// Out of obstacles, with friction.
-void om__pbd_push_out(OmPbdStep* s, int i);
+/// Which obstacles particle i, predicted at x, has to look at in this substep; is there one?
+bool om__pbd_find_near(OmPbdStep* s, int i);
+/// Out of obstacles, with friction; by planes that stand for them but in the last iteration.
+void om__pbd_push_out(OmPbdStep* s, int i, bool is_last);
 /// Resultants of the step.
 void om__pbd_report_contacts(OmPbdStep* s);
 

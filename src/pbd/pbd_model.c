@@ -141,6 +141,9 @@ static void pbd_destroy_work(OmTissueWork* w) {
     om_free(pw->normal_sum);
     om_free(pw->friction_sum);
     om_free(pw->gap_goal);
+    om_free(pw->plane);
+    om_free(pw->kind);
+    om_free(pw->way);
     om_free(pw->is_near);
     om_free(pw->push);
     om_free(pw->frame);
@@ -155,16 +158,18 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     w->data = pw;  // freed with the work, whatever fails below
     size_t n = (size_t)m->mesh.nvert, ncluster = (size_t)pbd->shape.ncluster;
     pw->begin = om_calloc(3 * n, sizeof(double));
-    pw->map = om_calloc(12 * ncluster, sizeof(double));
+    pw->map = om_calloc(OM__PBD_MAP * ncluster, sizeof(double));
     pw->hold = om_calloc(3 * n, sizeof(double));
     pw->v_begin = om_calloc(3 * n, sizeof(double));
     pw->pull = om_calloc(3 * n, sizeof(double));
     pw->normal_sum = om_calloc(n, sizeof(double));
     pw->friction_sum = om_calloc(n, sizeof(double));
-    if (!pw->begin || !pw->map || !pw->hold || !pw->v_begin || !pw->pull || !pw->normal_sum ||
-        !pw->friction_sum)
+    pw->kind = om_calloc(n, 1);
+    pw->way = om_calloc(3 * n, sizeof(double));
+    if (!pw->begin || !pw->kind || !pw->way || !pw->map || !pw->hold || !pw->v_begin || !pw->pull ||
+        !pw->normal_sum || !pw->friction_sum)
         return OM_NO_MEMORY;
-    pw->size = (14 * n + 12 * ncluster) * sizeof(double);
+    pw->size = (17 * n + OM__PBD_MAP * ncluster) * sizeof(double) + n;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);
 }
 

@@ -9,9 +9,19 @@
 // not determine (rank one, or zero: a cluster collapsed to a point) has no gradient, so R stays what it was.
 // Eight clusters are turned at once; only + - * / and sqrt are used, in a fixed order.
 #include <math.h>
+#include <string.h>
 
 #include "base/base_multiversion.h"
 #include "pbd/pbd_internal.h"
+
+// Everything is inlined into the clones of two functions (base_multiversion.h).
+#if defined(__GNUC__)
+#define INLINE static inline __attribute__((always_inline))
+#else
+#define INLINE static inline
+#endif
+
+typedef double V4 __attribute__((vector_size(32)));
 
 #define LANE OM__PBD_LANE
 #define LEAST_TURN 1e-6  // of |A|, added to H: along what A does not determine
@@ -19,7 +29,7 @@
 #define KICK 1e-3        // away from a saddle
 
 // x -> R for each lane, columns first: r[3 c + k] is row k of column c.
-static inline void rotation_of(const double* restrict q, double r[9][LANE]) {
+INLINE void rotation_of(const double* restrict q, double r[9][LANE]) {
     for (int l = 0; l < LANE; ++l) {
         double x = q[l], y = q[LANE + l], z = q[2 * LANE + l], w = q[3 * LANE + l];
         r[0][l] = 1 - 2 * (y * y + z * z);
@@ -35,7 +45,7 @@ static inline void rotation_of(const double* restrict q, double r[9][LANE]) {
 }
 
 // One Newton step of the rotations q towards those of a.
-static inline void turn_once(double a[9][LANE], double* restrict q) {
+INLINE void turn_once(double a[9][LANE], double* restrict q) {
     double r[9][LANE];
     rotation_of(q, r);
     for (int l = 0; l < LANE; ++l) {
@@ -81,17 +91,17 @@ static inline void turn_once(double a[9][LANE], double* restrict q) {
 }
 
 // Rows of sum x (w, w q)^T: the centre and A.
-static inline void sum_cluster(const OmPbdClusters* shape, const double* restrict x, int c,
-                               double sum[12]) {
-    double s[12] = {0};
+INLINE void sum_cluster(const OmPbdClusters* shape, const double* restrict x, int c,
+                        double sum[12]) {
+    V4 row[3] = {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}};
     for (int n = shape->adr[c]; n < shape->adr[c + 1]; ++n) {
         const double* p = x + 3 * (size_t)shape->vert[n];
-        const double* w = shape->weight + 4 * (size_t)n;
-        for (int k = 0; k < 4; ++k) s[k] += p[0] * w[k];
-        for (int k = 0; k < 4; ++k) s[4 + k] += p[1] * w[k];
-        for (int k = 0; k < 4; ++k) s[8 + k] += p[2] * w[k];
+        V4 w = *(const V4*)(shape->weight + 4 * (size_t)n);
+        row[0] += p[0] * w;
+        row[1] += p[1] * w;
+        row[2] += p[2] * w;
     }
-    for (int k = 0; k < 12; ++k) sum[k] = s[k];
+    memcpy(sum, row, sizeof row);
 }
 
 // (1 - beta) R + beta L, L the best linear map with the volume of the rest shape; flat directions turn with R.
@@ -105,8 +115,8 @@ static OmMat3 stretch(const OmPbdClusters* shape, int c, double beta, OmMat3 A, 
     return om_mat3_add(om_mat3_scale(1 - beta, R), om_mat3_scale(beta, L));
 }
 
-static inline void write_map(const OmPbdClusters* shape, int c, double beta, const double sum[12],
-                             double r[9][LANE], int l, double* restrict map) {
+INLINE void write_map(const OmPbdClusters* shape, int c, double beta, const double sum[12],
+                      double r[9][LANE], int l, double* restrict map) {
     OmMat3 R = {
         {r[0][l], r[1][l], r[2][l]}, {r[3][l], r[4][l], r[5][l]}, {r[6][l], r[7][l], r[8][l]}};
     if (beta > 0) {
@@ -115,10 +125,11 @@ static inline void write_map(const OmPbdClusters* shape, int c, double beta, con
     }
     OmVec3 t =
         om_sub(om_vec3(sum[0], sum[4], sum[8]), om_mat3_apply(R, om_load3(shape->center, c)));
-    double* m = map + 12 * (size_t)c;
-    m[0] = R.cx.x, m[1] = R.cy.x, m[2] = R.cz.x, m[3] = t.x;
-    m[4] = R.cx.y, m[5] = R.cy.y, m[6] = R.cz.y, m[7] = t.y;
-    m[8] = R.cx.z, m[9] = R.cy.z, m[10] = R.cz.z, m[11] = t.z;
+    double* m = map + OM__PBD_MAP * (size_t)c;
+    m[0] = R.cx.x, m[1] = R.cx.y, m[2] = R.cx.z, m[3] = 0;
+    m[4] = R.cy.x, m[5] = R.cy.y, m[6] = R.cy.z, m[7] = 0;
+    m[8] = R.cz.x, m[9] = R.cz.y, m[10] = R.cz.z, m[11] = 0;
+    m[12] = t.x, m[13] = t.y, m[14] = t.z, m[15] = 0;
 }
 
 OM_MULTIVERSION void om__pbd_match(const OmPbdClusters* shape, double linear_stretch,
@@ -139,15 +150,23 @@ OM_MULTIVERSION void om__pbd_match(const OmPbdClusters* shape, double linear_str
     }
 }
 
-OmVec3 om__pbd_goal(const OmPbdClusters* shape, const double* map, int i, OmVec3 rest) {
-    double sum[12] = {0};
-    for (int n = shape->part_adr[i]; n < shape->part_adr[i + 1]; ++n) {
-        const double* m = map + 12 * (size_t)shape->part_cluster[n];
-        for (int k = 0; k < 12; ++k) sum[k] += m[k];
+OM_MULTIVERSION void om__pbd_follow(const OmPbdClusters* shape, const double* restrict map,
+                                    const double* restrict rest, double alpha,
+                                    const unsigned char* restrict kind, int begin, int end,
+                                    double* restrict x, double* restrict way) {
+    for (int i = begin; i < end; ++i) {
+        V4 cx = {0, 0, 0, 0}, cy = cx, cz = cx, t = cx;
+        for (int n = shape->part_adr[i]; n < shape->part_adr[i + 1]; ++n) {
+            const V4* m = (const V4*)(map + OM__PBD_MAP * (size_t)shape->part_cluster[n]);
+            cx += m[0], cy += m[1], cz += m[2], t += m[3];
+        }
+        const double* q = rest + 3 * (size_t)i;
+        V4 goal = shape->part_share[i] * (q[0] * cx + q[1] * cy + q[2] * cz + t);  // (3.13)
+        double* p = x + 3 * (size_t)i;
+        double d[3] = {alpha * (goal[0] - p[0]), alpha * (goal[1] - p[1]),
+                       alpha * (goal[2] - p[2])};
+        if (kind[i] != 0) memcpy(way + 3 * (size_t)i, d, sizeof d);
+        if (kind[i] & OM__PBD_PRESCRIBED) continue;
+        for (int k = 0; k < 3; ++k) p[k] += d[k];
     }
-    double share = shape->part_share[i];
-    OmVec3 g = {sum[0] * rest.x + sum[1] * rest.y + sum[2] * rest.z + sum[3],
-                sum[4] * rest.x + sum[5] * rest.y + sum[6] * rest.z + sum[7],
-                sum[8] * rest.x + sum[9] * rest.y + sum[10] * rest.z + sum[11]};
-    return om_scale(share, g);
 }

@@ -20,12 +20,11 @@ static Range share_of(int n, int rank, int size) {
 }
 
 static OmVec3 limit_speed(OmVec3 v, double most) {
+    if (om_norm2(v) <= most * most) return v;
     double largest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
     if (!isfinite(largest) || !om_is_finite3(v)) return om_vec3(0, 0, 0);
-    if (largest <= 0.5 * most) return v;
     OmVec3 u = om_scale(1 / largest, v);
-    double length = om_norm(u) * largest;
-    return length > most ? om_scale(most / om_norm(u), u) : v;
+    return om_scale(most / om_norm(u), u);
 }
 
 // ---- prediction -------------------------------------------------------------------------------------
@@ -42,22 +41,28 @@ static OmVec3 prescribed_place(const OmPbdStep* s, int i) {
 static void predict(OmPbdStep* s, Range r) {
     const OmPbdDef* def = &s->pbd->def;
     const double* f_ext = om__state_array(s->s, OM__F_EXT);
+    const unsigned char* attached = om__state_attached(s->s);
     double drag = 1 / (1 + def->damping * s->sub);
     for (int i = r.begin; i < r.end; ++i) {
         OmVec3 p = om_load3(s->x, i);
         om_store3(s->w->begin, i, p);
+        s->w->kind[i] = 0;
         if (om__is_prescribed(s->m, s->s, i)) {
+            s->w->kind[i] = OM__PBD_PRESCRIBED;
             if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
             om_store3(s->x, i, prescribed_place(s, i));
             continue;
         }
         OmVec3 a = om_madd(s->m->def.gravity, 1 / s->m->mass[i], om_load3(f_ext, i));
-        OmVec3 v = om_scale(drag, om_madd(om_load3(s->v, i), s->sub, a));
+        OmVec3 v =
+            om_madd(om_scale(drag, om_load3(s->v, i)), s->sub, a);  // at rest all of the weight
         v = limit_speed(v, def->max_speed);
         om_store3(s->x, i, om_madd(p, s->sub, v));
-        om_store3(s->w->pull, i, om_vec3(0, 0, 0));
-        s->w->normal_sum[i] = s->w->friction_sum[i] = 0;
-        om__pbd_find_near(s, i);
+        if (attached[i]) {  // by a spring, or it would be prescribed
+            s->w->kind[i] |= OM__PBD_SPRING;
+            om_store3(s->w->pull, i, om_vec3(0, 0, 0));
+        }
+        if (om__pbd_find_near(s, i)) s->w->kind[i] |= OM__PBD_NEAR;
     }
 }
 
@@ -74,23 +79,19 @@ static void pull_to_anchor(OmPbdStep* s, int i) {
     om_store3(s->x, i, om_madd(p, give, more));
 }
 
-static void follow_clusters(OmPbdStep* s, Range r) {
-    const OmPbdDef* def = &s->pbd->def;
-    bool has_springs = om__is_spring(s->m);
-    const unsigned char* attached = om__state_attached(s->s);
+static void follow_clusters(OmPbdStep* s, Range r, bool is_last) {
+    OmPbdWork* w = s->w;
+    om__pbd_follow(&s->pbd->shape, w->map, s->m->mesh.x, s->pbd->def.cluster_stiffness, w->kind,
+                   r.begin, r.end, s->x, w->way);
     double per_force = 1 / (s->sub * s->h);
     for (int i = r.begin; i < r.end; ++i) {
-        OmVec3 p = om_load3(s->x, i);
-        OmVec3 goal = om__pbd_goal(&s->pbd->shape, s->w->map, i, om_load3(s->m->mesh.x, i));
-        OmVec3 d = om_scale(def->cluster_stiffness, om_sub(goal, p));  // (3.14)
-        if (om__is_prescribed(s->m, s->s, i)) {
-            OmVec3 hold = om_load3(s->w->hold, i);
-            om_store3(s->w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, d));
-            continue;
+        if (w->kind[i] == 0) continue;
+        if (w->kind[i] & OM__PBD_PRESCRIBED) {
+            OmVec3 hold = om_load3(w->hold, i);
+            om_store3(w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, om_load3(w->way, i)));
         }
-        om_store3(s->x, i, om_add(p, d));
-        if (has_springs && attached[i]) pull_to_anchor(s, i);
-        om__pbd_push_out(s, i);
+        if (w->kind[i] & OM__PBD_SPRING) pull_to_anchor(s, i);
+        if (w->kind[i] & OM__PBD_NEAR) om__pbd_push_out(s, i, is_last);
     }
 }
 
@@ -131,7 +132,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
             om__pbd_match(&pbd->shape, pbd->def.linear_stretch, s->x, batch.begin, batch.end,
                           n == 0 ? NEWTON_FIRST : NEWTON_NEXT, s->turn, s->w->map);
             om_team_barrier(team);
-            follow_clusters(s, part);
+            follow_clusters(s, part, n + 1 == pbd->def.iterations);
         }
         find_velocities(s, part);
         om_team_barrier(team);

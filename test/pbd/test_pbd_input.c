@@ -1,0 +1,199 @@
+// test_pbd_input.c: clusters cover everything, wrong definitions name their field, forces balance, contact holds.
+#include "pbd_rig.h"
+
+static void expect(PbdRig* p, const char* word) {
+    OmTissueModel* m;
+    p->r.def.engine = "pbd";
+    p->r.def.pbd = &p->pbd;
+    p->r.def.mesh = &p->r.mesh;
+    assert_status(om_tissue_create(&p->r.def, &m), OM_INVALID);
+    if (!strstr(om_error_message(), word))
+        fail_msg("\"%s\" does not name %s", om_error_message(), word);
+    assert_null(m);
+}
+
+static void test_definitions(void** state) {
+    (void)state;
+    PbdRig p;
+    pbd_sheet(&p, 0.03);
+    OmPbdDef good = p.pbd;
+    p.pbd.cluster_radius = 0.49 * p.pbd.cluster_spacing, expect(&p, "half of cluster_spacing");
+    p.pbd = good, p.pbd.cluster_stiffness = 1.1, expect(&p, "cluster_stiffness");
+    p.pbd = good, p.pbd.cluster_stiffness = NAN, expect(&p, "cluster_stiffness");
+    p.pbd = good, p.pbd.cluster_radius = INFINITY, expect(&p, "cluster_radius");
+    p.pbd = good, p.pbd.substeps = 0, expect(&p, "substeps");
+    p.pbd = good, p.pbd.iterations = 0, expect(&p, "iterations");
+    p.pbd = good, p.pbd.damping = -1, expect(&p, "damping");
+    p.pbd = good, p.pbd.friction = NAN, expect(&p, "friction");
+    p.pbd = good, p.pbd.particle_volume = 0, expect(&p, "particle_volume");
+    p.pbd = good, p.pbd.cookie = 0, expect(&p, "om_pbd_default_def");
+    p.pbd = good, p.pbd.kind = (OmPbdKind)7, expect(&p, "kind");
+    OmTissueDef fem = om_tissue_default_def(&p.r.mesh);
+    OmTissueModel* m;
+    assert_status(om_tissue_create(&fem, &m), OM_INVALID);
+    om_tet_mesh_done(&p.r.mesh);
+    double volume;
+    assert_status(om_pbd_sample_sheet(0, 1, 1, 0.1, &p.r.mesh, &volume), OM_INVALID);
+    assert_status(om_pbd_sample_sheet(1, 1, 1, 1e-5, &p.r.mesh, &volume), OM_INVALID);
+}
+
+// Any spacing and radius: each particle in a cluster, and the body in one piece.
+static void test_clusters_cover(void** state) {
+    (void)state;
+    for (int k = 0; k < 60; ++k) {
+        OmRng rng = om_rng_init(5, (uint64_t)k);
+        PbdRig p;
+        pbd_sheet(&p, 0.045);
+        p.pbd.cluster_spacing = om_rng_range(&rng, 0.005, 0.035);
+        p.pbd.cluster_radius = fmax(0.0045, om_rng_range(&rng, 0.5, 1.5) * p.pbd.cluster_spacing);
+        pbd_start(&p);
+        const int *adr, *vert;
+        int ncluster = om_pbd_clusters(p.r.m, &adr, &vert), n = p.r.mesh.nvert;
+        int* part = om_alloc((size_t)n, sizeof *part);
+        for (int i = 0; i < n; ++i) part[i] = -1;
+        for (int c = 0; c < ncluster; ++c)
+            for (int a = adr[c]; a < adr[c + 1]; ++a) part[vert[a]] = 0;
+        for (int i = 0; i < n; ++i) assert_int_equal(part[i], 0);
+        part[0] = 1;  // spread over clusters until nothing changes
+        for (bool grows = true; grows;) {
+            grows = false;
+            for (int c = 0; c < ncluster; ++c) {
+                int top = 0;
+                for (int a = adr[c]; a < adr[c + 1]; ++a) top |= part[vert[a]];
+                for (int a = adr[c]; a < adr[c + 1]; ++a)
+                    if (part[vert[a]] != top) part[vert[a]] = top, grows = true;
+            }
+        }
+        for (int i = 0; i < n; ++i) assert_int_equal(part[i], 1);
+        om_free(part);
+        pbd_done(&p);
+    }
+}
+
+// The box's particles: cell centres, all of the volume.
+static void test_sampling(void** state) {
+    (void)state;
+    OmTetMesh box, particles;
+    OmSurface skin;
+    double volume;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.155, 0.1, 0.07), 2, 2, 2, &box));
+    assert_ok(om_tet_mesh_boundary(&box, &skin, NULL));
+    assert_ok(om_pbd_sample_surface(&skin, 0.005, &particles, &volume));
+    assert_int_equal(particles.nvert, 31 * 20 * 14);
+    assert_near_rel(volume * particles.nvert, 0.155 * 0.1 * 0.07, 1e-12);
+    assert_near(om_distance(om_load3(particles.x, 0), om_vec3(0.0025, 0.0025, 0.0025)), 0, 1e-12);
+    om_tet_mesh_done(&particles);
+    OmSdf sdf;
+    OmSdfDef def = om_sdf_default_def(0.0025);
+    assert_ok(om_sdf_from_surface(&skin, &def, &sdf));
+    assert_ok(om_pbd_sample_sdf(&sdf, 0.005, &particles, &volume));
+    // the field rounds edges off by its spacing: a particle layer more or less there
+    assert_near_rel(volume * particles.nvert, 0.155 * 0.1 * 0.07, 0.02);
+    om_sdf_done(&sdf);
+    om_tet_mesh_done(&particles);
+    om_surface_done(&skin);
+    om_tet_mesh_done(&box);
+}
+
+// At rest what holds a body bears its weight, whatever its stiffness; nothing is below the board.
+static void test_forces_balance(void** state) {
+    (void)state;
+    PbdRig p;
+    pbd_sheet(&p, 0.06);
+    rig_attach_plane(&p.r, 0, p.r.mesh.x[0]);
+    pbd_start(&p);
+    OmContactDef def = om_contact_default_def();
+    OmContactPlane board = {om_vec3(0, 0, -0.02), om_vec3(0, 0, 1)};
+    def.nplane = 1, def.plane = &board;
+    assert_ok(om_contact_create(&def, p.r.m, &p.r.c));
+    OmVec3 tip = om_load3(p.r.mesh.x, 19);
+    OmPose pose = {tip, om_quat_identity()};
+    assert_ok(om_tissue_grasp(p.r.m, p.r.s, 0, pose, 0.004, NULL));
+    OmContactReport report;
+    for (int n = 0; n < 1000; ++n)
+        assert_ok(om_contact_step(p.r.c, p.r.m, p.r.s, p.r.w, 0.02, &report));
+    OmTissueForces f;
+    assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
+    OmVec3 sum = om_add(om_add(f.grasp[0], f.attachment), om_add(f.contact, f.weight));
+    assert_below(om_norm(sum), 1e-6 * om_norm(f.weight) * test_tol_scale());  // 20 s of damping
+    assert_near_rel(om_norm(f.weight), 9.81 * 1000 * 0.06 * 0.06 * 0.003, 1e-12);
+    assert_true(report.ncontact > 50 && f.contact.z > 0.1 * -f.weight.z);
+    assert_near(om_distance(report.force, f.contact), 0, 1e-12);
+    assert_below(report.penetration, 1e-5);
+    for (int i = 0; i < p.r.mesh.nvert; ++i)
+        assert_true(om_load3(om_tissue_x(p.r.s), i).z > -0.017 - 1e-5);  // 3 mm kept
+    assert_false(om_pbd_has_forces(p.r.m));
+    double* value = om_alloc(1, 8);
+    assert_status(om_tissue_get_internal_force(p.r.m, p.r.s, value), OM_UNAVAILABLE);
+    om_free(value);
+    pbd_done(&p);
+}
+
+// A block on a slope stays below the angle of friction and slides above it, as fast as Coulomb has it.
+static void test_friction(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        PbdRig p;
+        pbd_box(&p, om_vec3(0.04, 0.04, 0.02), 4, 4, 2);
+        p.pbd.damping = 0;
+        p.pbd.friction = 0.35;
+        p.pbd.cluster_spacing = p.pbd.cluster_radius = 0.1;
+        p.pbd.cluster_stiffness = 1;
+        double angle = k == 0 ? atan(0.3) : atan(0.6);
+        p.r.def.gravity = om_vec3(9.81 * sin(angle), 0, -9.81 * cos(angle));
+        pbd_start(&p);
+        OmContactDef def = om_contact_default_def();
+        OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+        def.nplane = 1, def.plane = &board;
+        assert_ok(om_contact_create(&def, p.r.m, &p.r.c));
+        for (int n = 0; n < 50; ++n)
+            assert_ok(om_contact_step(p.r.c, p.r.m, p.r.s, p.r.w, 0.01, NULL));
+        double way = om_tissue_x(p.r.s)[0] - p.r.mesh.x[0], t = 0.5;
+        double a = 9.81 * (sin(angle) - 0.35 * cos(angle));
+        if (k == 0)
+            assert_near(way, 0, 1e-4);
+        else
+            assert_near_rel(way, 0.5 * a * t * t, 0.03);  // first order in the substep
+        pbd_done(&p);
+    }
+}
+
+// Points follow: in a turned body exactly, whether elements or particles carry them.
+static void test_embedded_points(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        PbdRig p;
+        pbd_box(&p, om_vec3(0.04, 0.04, 0.04), 4, 4, 4);
+        if (k == 1) {
+            p.r.mesh.ntet = 0;
+            p.pbd.particle_volume = 1e-6;
+        }
+        pbd_start(&p);
+        double point[6] = {0.013, 0.021, 0.017, 0.041, 0.01, 0.03}, out[6];
+        OmEmbedding e;
+        assert_ok(om_tissue_embed(p.r.m, 2, point, &e));
+        OmPose pose = {om_vec3(0.1, 0.2, 0.3),
+                       om_quat_axis_angle(om_normalize(om_vec3(1, 1, 0)), 2)};
+        double* x = om_alloc(3 * (size_t)p.r.mesh.nvert, 8);
+        for (int i = 0; i < p.r.mesh.nvert; ++i)
+            om_store3(x, i, om_pose_apply(pose, om_load3(p.r.mesh.x, i)));
+        om_embedding_eval(&e, x, out);
+        for (int i = 0; i < 2; ++i) {
+            OmVec3 want = om_pose_apply(pose, om_load3(point, i));
+            assert_near(om_distance(om_load3(out, i), want), 0, 1e-14);
+        }
+        om_free(x);
+        om_embedding_done(&e);
+        if (k == 1) p.r.mesh.ntet = 384;
+        pbd_done(&p);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_definitions), cmocka_unit_test(test_clusters_cover),
+        cmocka_unit_test(test_sampling),    cmocka_unit_test(test_forces_balance),
+        cmocka_unit_test(test_friction),    cmocka_unit_test(test_embedded_points),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
