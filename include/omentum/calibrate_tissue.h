@@ -14,6 +14,7 @@
 #define OMENTUM_CALIBRATE_TISSUE_H
 
 #include "omentum/calibrate.h"
+#include "omentum/contact.h"
 #include "omentum/contact_tool.h"
 #include "omentum/tissue.h"
 
@@ -64,6 +65,8 @@ typedef struct
     OmCalibrationTissueDef {  // made by om_calibrate_default_tissue_def; arrays are copied
     OmCalibrationBuildFn build;
     void* ctx;  // borrowed
+    const OmContactDef*
+        contact;  // what tissue lies on, not for presses; borrowed with all it names; null: nothing
     int npath;
     const OmCalibrationPath* path;  // names and probes are borrowed                   (npath)
     int nlandmark;

@@ -4,6 +4,7 @@
 
 #include "omentum/base.h"
 #include "omentum/calibrate.h"
+#include "omentum/calibrate_problem.h"
 #include "omentum/calibrate_tissue.h"
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"

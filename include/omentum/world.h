@@ -15,7 +15,9 @@
 #define OMENTUM_WORLD_H
 
 #include "omentum/image.h"
+#include "omentum/pbd.h"
 #include "omentum/scene.h"
+#include "omentum/tissue.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -45,6 +47,9 @@ typedef struct OmBodyReport {  // of the last step
     double penetration;        // m, the deepest
 } OmBodyReport;
 
+/// The tissue that a scene describes on a site, for om_tissue_create; borrows the site's mesh.
+/// @param pbd  receives what an engine of particles needs; the definition borrows it
+OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDef* pbd);
 /// @param site  borrowed until destroy
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
                                OmBody** body);

@@ -270,7 +270,8 @@ static void run_paths(void* ctx, int begin, int end, int block) {
                      .path = p,
                      .error = e->error,
                      .x = e->x + 3 * (size_t)p * (size_t)e->t->npoint};
-        e->status[p] = om__calibrate_walk(e->model, &e->t->path[p], look_at_level, &look);
+        e->status[p] =
+            om__calibrate_walk(e->model, &e->t->path[p], e->t->def.contact, look_at_level, &look);
         if (e->status[p] < 0) snprintf(e->message[p], 256, "%s", om_error_message());
     }
 }
@@ -327,7 +328,8 @@ OmStatus om_calibrate_run_path(const OmCalibrationTissue* t, const double* param
     if (status == OM_OK && t->npoint)
         status = om_tissue_embed(model, t->npoint, t->point, &embedding);
     Look look = {t, &embedding, path, scratch, NULL, x, force};
-    if (status == OM_OK) status = om__calibrate_walk(model, &t->path[path], look_at_level, &look);
+    if (status == OM_OK)
+        status = om__calibrate_walk(model, &t->path[path], t->def.contact, look_at_level, &look);
     if (embedding.npoint) om_embedding_done(&embedding);
     om_free(scratch);
     om_tissue_destroy(model);

@@ -10,8 +10,8 @@ typedef OmStatus (*OmWalkFn)(void* ctx, int level, const double* vert_x, OmVec3 
 /// Carry a new state of the model along the path. `force` is that of the tool on the tissue, N.
 /// @return OM_OK; OM_UNSAT (a step could not be made: no model for these parameters); OM_INVALID (no tissue in
 ///         reach of the tool); OM_NO_MEMORY; what fn says
-OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath* path, OmWalkFn fn,
-                            void* ctx);
+OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath* path,
+                            const OmContactDef* contact, OmWalkFn fn, void* ctx);
 OmStatus om__calibrate_check_path(const OmCalibrationPath* path, int index);
 
 #endif

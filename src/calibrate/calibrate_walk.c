@@ -15,8 +15,9 @@ typedef struct Walk {
     OmTissueState* state;
     OmTissueWork* work;
     OmPress* press;
-    bool is_begun;  // the tool is in place
-    OmVec3 force;   // of the tool on the tissue, N
+    OmContact* contact;  // what the tissue lies on, or null
+    bool is_begun;       // the tool is in place
+    OmVec3 force;        // of the tool on the tissue, N
 } Walk;
 
 OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
@@ -92,7 +93,8 @@ static OmStatus step(Walk* w, double travel) {
         return judge(status);
     }
     if (w->is_begun) OM_TRY(om_tissue_move_grasp(w->state, 0, pose_at(w, travel)));
-    return judge(om_tissue_step(w->model, w->state, w->work, h, NULL));
+    return judge(w->contact ? om_contact_step(w->contact, w->model, w->state, w->work, h, NULL)
+                            : om_tissue_step(w->model, w->state, w->work, h, NULL));
 }
 
 static OmStatus settle(Walk* w, double travel) {
@@ -137,8 +139,8 @@ static OmStatus walk(Walk* w, OmWalkFn fn, void* ctx) {
     return status;
 }
 
-OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath* path, OmWalkFn fn,
-                            void* ctx) {
+OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath* path,
+                            const OmContactDef* contact, OmWalkFn fn, void* ctx) {
     Walk w = {.model = model, .path = path};
     if (path->kind != OM_PATH_REST) {
         w.direction = om_normalize(path->direction);
@@ -146,7 +148,10 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
     }
     OmStatus status = om_tissue_create_state(model, &w.state);
     if (status == OM_OK) status = om_tissue_create_work(model, &w.work);
+    if (status == OM_OK && contact && path->kind != OM_PATH_PRESS)
+        status = om_contact_create(contact, model, &w.contact);
     if (status == OM_OK) status = walk(&w, fn, ctx);
+    om_contact_destroy(w.contact);
     om_press_destroy(w.press);
     om_tissue_destroy_work(w.work);
     om_tissue_destroy_state(w.state);

@@ -53,6 +53,7 @@ int om_cli_fail(const char* verb, OmStatus status);
 OmStatus om_cli_share_path(const char* name, char* out, size_t size);
 
 // The verbs.
+int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);
 int om_cli_plan(int argc, char** argv);
 int om_cli_retract(int argc, char** argv);

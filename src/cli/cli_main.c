@@ -15,6 +15,7 @@ typedef struct Verb {
 } Verb;
 
 static const Verb verb[] = {
+    {"calibrate", om_cli_calibrate, "find a tissue's parameters from what was seen of it"},
     {"demo", om_cli_demo, "expose a tumour under a sheet of tissue; needs no file"},
     {"model", om_cli_model, "build a patient model from a CT, a label map or a mesh"},
     {"plan", om_cli_plan, "plan a retraction from a described situation, and say why"},

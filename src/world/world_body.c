@@ -46,11 +46,7 @@ static OmPbdDef particle_def(const OmSceneTissue* t) {
     return def;
 }
 
-OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
-    *body = NULL;
-    OmBody* b = om_calloc(1, sizeof *b);
-    if (!b) return OM_NO_MEMORY;
-    b->site = site;
+OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDef* pbd) {
     OmTissueDef def = om_tissue_default_def(&site->mesh);
     def.material_default = (OmMaterial){
         .law = (OmLaw)scene->tissue.law, .young = site->young, .poisson = scene->tissue.poisson};
@@ -61,12 +57,22 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     def.attachment_stiffness = scene->attach.stiffness;
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
-    def.solver.nworker = nworker;
-    OmPbdDef pbd = particle_def(&scene->tissue);
+    *pbd = particle_def(&scene->tissue);
     if (site->role == OM_SITE_TWIN && scene->tissue.model != OM_ENGINE_FEM) {
         def.engine = "pbd";
-        def.pbd = &pbd;
+        def.pbd = pbd;
     }
+    return def;
+}
+
+OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
+    *body = NULL;
+    OmBody* b = om_calloc(1, sizeof *b);
+    if (!b) return OM_NO_MEMORY;
+    b->site = site;
+    OmPbdDef pbd;
+    OmTissueDef def = om_body_tissue_def(scene, site, &pbd);
+    def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, &b->model);
     if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);
     if (status == OM_OK) status = om_tissue_create_work(b->model, &b->work);

@@ -1,0 +1,52 @@
+/// omentum/calibrate_problem.h: calibrations described by files (floor 5).
+///
+/// A problem is one YAML file: the scene whose twin is the model, parameters by the keys of a scene, the paths
+/// of the experiments, the search; and a CSV file of what was seen, in the scene's task frame:
+///
+///     experiment,level_mm,landmark,x_mm,y_mm,z_mm
+///     bead 1,rest,tip,0,0,47            where the landmark is in the rest shape
+///     bead 1,10,tip,0.1,0,41.2          where it was after 10 mm of travel
+///     pinch 2,20,cloud,12,40,18.5       a point of the cloud there (any number)
+///     bead 1,10,force,0,0,-1.9          the force of the tool on the tissue, N
+///
+///     om_calibrate_load_problem("gel.yaml", &problem);
+///     OmCalibrationDef def = om_calibrate_problem_search(problem);
+///     om_calibrate_run(&def, progress, &result);
+///     om_calibrate_destroy_problem(problem);
+#ifndef OMENTUM_CALIBRATE_PROBLEM_H
+#define OMENTUM_CALIBRATE_PROBLEM_H
+
+#include "omentum/calibrate_tissue.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define OM_CALIBRATION_MAX_PATH 32
+#define OM_CALIBRATION_MAX_LEVEL 32
+#define OM_CALIBRATION_MAX_LANDMARK 256
+
+typedef struct OmCalibrationProblem OmCalibrationProblem;  // constant
+
+/// Read a problem, its scene and its observations, whose names are relative to its folder.
+/// @return OM_OK; OM_INVALID (the message names file, line, key or column, and the remedy); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_calibrate_load_problem(const char* path, OmCalibrationProblem** problem);
+OM_API void om_calibrate_destroy_problem(OmCalibrationProblem* problem);
+/// The search that the file describes; it borrows the problem. The caller adds out_dir and nworker.
+OM_API OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* problem);
+/// The parameters as the scene has them, or as the file says where they start (nparam).
+OM_API const double* om_calibrate_problem_start(const OmCalibrationProblem* problem);
+/// What would have been seen, in place of what the observations say: the scene's *world*, another mesh than the
+/// twin's and by OmSceneWorld another stiffness, carried along the paths with these parameters, plus noise. To
+/// learn before an experiment what it can determine.
+/// @param param  (nparam); of the twin: the world's own factors come on top
+/// @param noise  m, standard deviation of each coordinate; forces have none
+/// @param path   of the CSV file
+OM_API OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* problem,
+                                            const double* param, double noise, uint64_t seed,
+                                            const char* path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,318 @@
+// calibrate_problem.c: from a problem's files to a search.
+//
+// The scene is built once; a parameter vector makes a copy of its numbers, and the tissue from that. Whatever
+// engine the scene names is calibrated.
+#include <math.h>
+#include <string.h>
+
+#include "calibrate/calibrate_problem_internal.h"
+#include "omentum/world.h"
+
+#define MAX_FILE_SIZE ((size_t)256 << 20)
+
+typedef struct Body {  // one site of the scene and the tissue on it: what a model is built from
+    const OmCalibrationProblem* problem;
+    OmSite site;
+    OmContactPlane board;
+    const OmSdf* organ;
+    OmContactDef contact;
+    bool is_world;  // the hidden truth of the scene rather than its twin
+} Body;
+
+struct OmCalibrationProblem {
+    ProblemFile file;
+    OmScene scene;
+    Sights sights;
+    Body twin;
+    OmProbe* probe[OM_CALIBRATION_MAX_PATH];
+    double start[OM_CALIBRATION_MAX_PARAM];
+    uint64_t hash;
+    OmCalibrationTissue* tissue;
+};
+
+// ---- models ---------------------------------------------------------------------------------------
+
+static const SceneKey* key_of(const OmCalibrationProblem* p, int i) {
+    return &om__calibrate_scene_key[p->file.param[i].name];
+}
+
+static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
+    const Body* b = ctx;
+    const OmCalibrationProblem* p = b->problem;
+    OmScene scene = p->scene;
+    OmSite site = b->site;  // shares mesh and organ
+    for (int i = 0; i < p->file.nparam; ++i)
+        *(double*)((char*)&scene + key_of(p, i)->offset) = param[i];
+    site.young = scene.tissue.young * (b->is_world ? scene.world.young_factor : 1);
+    site.density = scene.tissue.density * (b->is_world ? scene.world.density_factor : 1);
+    OmPbdDef pbd;
+    OmTissueDef def = om_body_tissue_def(&scene, &site, &pbd);
+    def.solver.nworker = nworker;
+    def.solver.tolerance = 1e-5;  // steps of the solver would be steps of the cost
+    return om_tissue_create(&def, model);
+}
+
+static OmStatus make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
+    b->problem = p;
+    b->is_world = is_world;
+    OM_TRY(om_site_build(&p->scene, is_world ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &b->site));
+    b->contact = om_contact_default_def();
+    b->board = (OmContactPlane){b->site.pose_world_task.p,
+                                om_quat_rotate(b->site.pose_world_task.q, om_vec3(0, 0, 1))};
+    b->organ = &b->site.organ_sdf;
+    if (b->site.has_ground) b->contact.nplane = 1, b->contact.plane = &b->board;
+    if (b->site.has_organ) b->contact.nsdf = 1, b->contact.sdf = &b->organ;
+    return OM_OK;
+}
+
+// ---- paths and observations, in the world -----------------------------------------------------------
+
+static OmStatus make_probe(const ProbeItem* item, OmProbe** probe) {
+    OmProbeDef def = om_probe_default_def((OmProbeShape)item->shape);
+    def.size = item->size;
+    def.radius = item->radius;
+    def.length = item->length;
+    def.rounding = item->rounding;
+    return om_probe_create(&def, probe);
+}
+
+static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
+                            OmCalibrationTissue** tissue) {
+    OmPose pose = body->site.pose_world_task;
+    OmCalibrationPath path[OM_CALIBRATION_MAX_PATH];
+    const Sights* s = &p->sights;
+    for (int i = 0; i < p->file.npath; ++i) {
+        const PathItem* item = &p->file.path[i];
+        path[i] = (OmCalibrationPath){.name = item->name,
+                                      .kind = (OmCalibrationPathKind)item->kind,
+                                      .point = om_pose_apply(pose, item->point),
+                                      .direction = om_quat_rotate(pose.q, item->direction),
+                                      .along = om_quat_rotate(pose.q, item->along),
+                                      .radius = item->radius,
+                                      .probe = p->probe[i],
+                                      .method = (OmPressMethod)item->method,
+                                      .contact_ntri = item->contact_ntri,
+                                      .friction = item->friction,
+                                      .speed = item->speed,
+                                      .time_step = item->time_step,
+                                      .settle = item->settle,
+                                      .nlevel = s->nlevel[i],
+                                      .level = s->level[i]};
+    }
+    OmStatus status = OM_OK;
+    OmCalibrationSeen* seen = NULL;
+    double rest[3 * OM_CALIBRATION_MAX_LANDMARK];
+    const char* name[OM_CALIBRATION_MAX_LANDMARK];
+    for (int i = 0; i < s->nlandmark; ++i) {
+        om_store3(rest, i, om_pose_apply(pose, om_load3(s->rest, i)));
+        name[i] = s->landmark[i];
+    }
+    OM_ALLOC_DONE(seen, s->nseen);
+    for (int i = 0; i < s->nseen; ++i) {
+        seen[i] = s->seen[i];
+        seen[i].x = seen[i].landmark == OM_SEEN_FORCE ? om_quat_rotate(pose.q, seen[i].x)
+                                                      : om_pose_apply(pose, seen[i].x);
+    }
+    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, body);
+    def.contact = body->contact.nplane + body->contact.nsdf > 0 ? &body->contact : NULL;
+    def.npath = p->file.npath, def.path = path;
+    def.nlandmark = s->nlandmark, def.landmark = name, def.rest = rest;
+    def.nobservation = s->nseen, def.observation = seen;
+    def.force_scale = p->file.search.force_scale;
+    status = om_calibrate_create_tissue(&def, p->start, tissue);
+done:
+    om_free(seen);
+    return status;
+}
+
+// ---- loading --------------------------------------------------------------------------------------
+
+static OmStatus read_hashed(const char* path, uint64_t* hash, char** text, size_t* size) {
+    OM_TRY(om_file_read(path, MAX_FILE_SIZE, text, size));
+    *hash = om_hash(*text, *size, *hash);
+    return OM_OK;
+}
+
+static OmStatus read_sights(const char* path, OmCalibrationProblem* p) {
+    char* text;
+    size_t size;
+    OM_TRY(read_hashed(path, &p->hash, &text, &size));
+    OmStatus status =
+        om__calibrate_parse_sights(text, size, path, p->file.npath, p->file.path, &p->sights);
+    om_free(text);
+    return status;
+}
+
+static OmStatus hash_file(const char* path, uint64_t* hash) {
+    char* text;
+    size_t size;
+    OM_TRY(read_hashed(path, hash, &text, &size));
+    om_free(text);
+    return OM_OK;
+}
+
+static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
+    for (int i = 0; i < p->file.nparam; ++i) {
+        const ParamItem* item = &p->file.param[i];
+        const SceneKey* key = key_of(p, i);
+        bool is_given = !isnan(item->start);
+        p->start[i] =
+            is_given ? item->start * key->unit : *(double*)((char*)&p->scene + key->offset);
+        double v = p->start[i] / key->unit;
+        OM_CHECK(v >= item->min && v <= item->max, OM_INVALID,
+                 "%s: parameters: %s: %s %g is outside of min %g to max %g", path, key->name,
+                 is_given ? "start" : "the scene's value", v, item->min, item->max);
+    }
+    return OM_OK;
+}
+
+static OmStatus load(const char* path, OmCalibrationProblem* p) {
+    char dir[OM_SCENE_PATH], file[2 * OM_SCENE_PATH];
+    p->hash = OM_HASH_SEED;
+    OM_TRY(om__calibrate_read_problem(path, &p->file));
+    OM_TRY(hash_file(path, &p->hash));
+    OM_TRY(om_path_dir(path, dir, sizeof dir));
+    OM_TRY(om_path_join(dir, p->file.scene, file, sizeof file));
+    OM_TRY(om_scene_load(file, &p->scene));
+    OM_TRY(hash_file(file, &p->hash));
+    OM_TRY(set_start(path, p));
+    OM_TRY(om_path_join(dir, p->file.observations, file, sizeof file));
+    OM_TRY(read_sights(file, p));
+    OM_TRY(make_body(p, false, &p->twin));
+    p->hash =
+        om_hash(p->twin.site.mesh.x, 3 * (size_t)p->twin.site.mesh.nvert * sizeof(double), p->hash);
+    for (int i = 0; i < p->file.npath; ++i)
+        if (p->file.path[i].kind == OM_PATH_PRESS)
+            OM_TRY(make_probe(&p->file.path[i].probe, &p->probe[i]));
+    OmStatus status = make_tissue(p, &p->twin, &p->tissue);
+    return status < 0 ? om_error_prefix(status, "%s", path) : status;
+}
+
+OmStatus om_calibrate_load_problem(const char* path, OmCalibrationProblem** problem) {
+    *problem = NULL;
+    OmCalibrationProblem* p = om_calloc(1, sizeof *p);
+    if (!p) return OM_NO_MEMORY;
+    OmStatus status = load(path, p);
+    if (status < 0) {
+        om_calibrate_destroy_problem(p);
+        return status;
+    }
+    *problem = p;
+    return OM_OK;
+}
+
+void om_calibrate_destroy_problem(OmCalibrationProblem* p) {
+    if (!p) return;
+    om_calibrate_destroy_tissue(p->tissue);
+    for (int i = 0; i < OM_CALIBRATION_MAX_PATH; ++i) om_probe_destroy(p->probe[i]);
+    om_site_done(&p->twin.site);
+    om_free(p->sights.seen);
+    om_free(p);
+}
+
+const double* om_calibrate_problem_start(const OmCalibrationProblem* p) { return p->start; }
+
+OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* p) {
+    OmCalibrationDef def = om_calibrate_tissue_search(p->tissue);
+    const SearchItem* s = &p->file.search;
+    for (int i = 0; i < p->file.nparam; ++i) {
+        const ParamItem* item = &p->file.param[i];
+        const SceneKey* key = key_of(p, i);
+        om_calibrate_add_param(&def, key->name, item->min * key->unit, item->max * key->unit,
+                               p->start[i], item->is_log);
+        def.param[i].unit = key->unit;
+    }
+    def.title = p->file.title;
+    def.problem = p->hash;
+    def.norm = (OmCalibrationNorm)s->norm;
+    def.norm_size = s->norm == OM_NORM_TRIMMED ? s->trim : s->huber;
+    def.noise = s->noise;
+    def.global = (OmCalibrationGlobal)s->global;
+    def.local = (OmCalibrationLocal)s->local;
+    def.population = s->population;
+    def.max_generations = s->generations;
+    def.max_local = s->local_evaluations;
+    def.local_range = s->local_range;
+    def.tolerance = s->tolerance;
+    def.patience = s->patience;
+    def.unfit = s->unfit;
+    def.rise = s->rise;
+    def.seed = (uint64_t)s->seed;
+    return def;
+}
+
+// ---- synthetic observations -----------------------------------------------------------------------
+
+static OmStatus append_row(OmText* t, const char* experiment, const char* level,
+                           const char* landmark, OmVec3 v) {
+    return om_text_append(t, "%s,%s,%s,%.5f,%.5f,%.5f\n", experiment, level, landmark, v.x, v.y,
+                          v.z);
+}
+
+static OmStatus append_path(const OmCalibrationProblem* p, const OmCalibrationTissue* tissue,
+                            const double* param, int path, OmPose pose_task_world, OmRng* rng,
+                            double noise, OmText* t) {
+    const Sights* s = &p->sights;
+    int nlevel = s->nlevel[path];
+    OmStatus status = OM_OK;
+    double *x = NULL, *force = NULL;
+    OM_ALLOC_DONE(x, 3 * (size_t)nlevel * (size_t)(s->nlandmark + 1));
+    OM_ALLOC_DONE(force, 3 * (size_t)nlevel);
+    OM_TRY_DONE(om_calibrate_run_path(tissue, param, path, x, force));
+    OM_CHECK_DONE(status == OM_OK, OM_INVALID,
+                  "path %s: the world's tissue cannot be carried along it",
+                  p->file.path[path].name);
+    for (int i = 0; i < s->nseen; ++i) {
+        const OmCalibrationSeen* o = &s->seen[i];
+        if (o->path != path || o->landmark == OM_SEEN_CLOUD) continue;
+        char level[32];
+        snprintf(level, sizeof level, "%.9g", 1e3 * s->level[path][o->level]);
+        OmVec3 v = om_quat_rotate(pose_task_world.q, om_load3(force, o->level));
+        if (o->landmark >= 0) {
+            v = om_pose_apply(pose_task_world, om_load3(x, o->level * s->nlandmark + o->landmark));
+            double e[3];
+            for (int k = 0; k < 3; ++k) e[k] = noise * om_rng_normal(rng);
+            v = om_scale(1e3, om_add(v, om_load3(e, 0)));
+        }
+        OM_TRY_DONE(append_row(t, p->file.path[path].name, level,
+                               o->landmark < 0 ? "force" : s->landmark[o->landmark], v));
+    }
+done:
+    om_free(x);
+    om_free(force);
+    return status;
+}
+
+static OmStatus append_all(const OmCalibrationProblem* p, const OmCalibrationTissue* tissue,
+                           const double* param, OmPose pose_world_task, OmRng* rng, double noise,
+                           OmText* t) {
+    const Sights* s = &p->sights;
+    OmPose back = om_pose_inverse(pose_world_task);
+    OM_TRY(om_text_append(t, "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"));
+    for (int i = 0; i < s->nlandmark; ++i)
+        OM_TRY(append_row(t, p->file.path[0].name, "rest", s->landmark[i],
+                          om_scale(1e3, om_load3(s->rest, i))));
+    for (int k = 0; k < p->file.npath; ++k)
+        OM_TRY(append_path(p, tissue, param, k, back, rng, noise, t));
+    return OM_OK;
+}
+
+OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* p, const double* param,
+                                     double noise, uint64_t seed, const char* path) {
+    OM_CHECK(noise >= 0 && isfinite(noise), OM_INVALID, "noise is %g: at least 0", noise);
+    OmCalibrationTissue* tissue = NULL;
+    OmText text = {0};
+    OmRng rng = om_rng_init(seed, 0);
+    Body* world = om_calloc(1, sizeof *world);
+    if (!world) return OM_NO_MEMORY;
+    OmStatus status = make_body(p, true, world);
+    if (status == OM_OK) status = make_tissue(p, world, &tissue);
+    if (status == OM_OK)
+        status = append_all(p, tissue, param, world->site.pose_world_task, &rng, noise, &text);
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    om_calibrate_destroy_tissue(tissue);
+    om_site_done(&world->site);
+    om_free(world);
+    return status;
+}

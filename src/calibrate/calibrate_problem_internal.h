@@ -1,0 +1,73 @@
+// calibrate_problem_internal.h: a problem as it is read from its files.
+#ifndef OMENTUM_CALIBRATE_PROBLEM_INTERNAL_H
+#define OMENTUM_CALIBRATE_PROBLEM_INTERNAL_H
+
+#include "omentum/calibrate_problem.h"
+#include "omentum/scene.h"
+
+#define PATH_NAME 64
+#define LANDMARK_NAME 48
+
+typedef struct ParamItem {
+    int name;         // index into om__calibrate_scene_key
+    double min, max;  // in the unit of the key
+    double start;     // NAN: as the scene has it
+    bool is_log;
+} ParamItem;
+
+typedef struct ProbeItem {
+    int shape;  // OmProbeShape
+    OmVec3 size;
+    double radius, length, rounding;
+} ProbeItem;
+
+typedef struct PathItem {
+    char name[PATH_NAME];
+    int kind;  // OmCalibrationPathKind
+    OmVec3 point, direction, along;
+    double radius;
+    ProbeItem probe;
+    int method, contact_ntri;
+    double friction, speed, time_step, settle;
+} PathItem;
+
+typedef struct SearchItem {
+    int norm, global, local;
+    double huber, trim, noise, force_scale;
+    int population, generations, local_evaluations, patience, seed;
+    double local_range, tolerance, unfit, rise;
+} SearchItem;
+
+typedef struct ProblemFile {
+    char title[128], scene[OM_SCENE_PATH], observations[OM_SCENE_PATH];
+    int nparam, npath;
+    ParamItem param[OM_CALIBRATION_MAX_PARAM];
+    PathItem path[OM_CALIBRATION_MAX_PATH];
+    SearchItem search;
+} ProblemFile;
+
+typedef struct SceneKey {  // a number of a scene that can be calibrated
+    const char* name;
+    size_t offset;  // in OmScene
+    double unit;
+} SceneKey;
+extern const SceneKey om__calibrate_scene_key[];
+
+OmStatus om__calibrate_read_problem(const char* path, ProblemFile* file);
+
+typedef struct Sights {  // the rows of the CSV file
+    int npath;
+    int nlevel[OM_CALIBRATION_MAX_PATH];
+    double level[OM_CALIBRATION_MAX_PATH][OM_CALIBRATION_MAX_LEVEL];  // m, ascending
+    int nlandmark;
+    char landmark[OM_CALIBRATION_MAX_LANDMARK][LANDMARK_NAME];
+    double rest[3 * OM_CALIBRATION_MAX_LANDMARK];  // m
+    int nseen;
+    OmCalibrationSeen* seen;  // level is an index
+} Sights;
+
+/// @param name  of the file, for messages
+OmStatus om__calibrate_parse_sights(const char* text, size_t size, const char* name, int npath,
+                                    const PathItem* path, Sights* sights);
+
+#endif

@@ -1,0 +1,155 @@
+// cli_calibrate.c: omentum calibrate: the parameters of a tissue from what was seen of it.
+#include <math.h>
+#include <string.h>
+
+#include "cli_common.h"
+#include "omentum/calibrate_problem.h"
+
+static const OmCliOption option[] = {
+    {"--output", "-o", "DIR",
+     "journal, report and calibrated.yaml; what is there is not done again"},
+    {"--seed", NULL, "N", "another seed than the problem's"},
+    {"--synthetic", NULL, "OUT.csv", "write what the scene's world would have shown instead"},
+    {"--set", NULL, "NAME=VALUE", "with --synthetic: a parameter of that world; may be repeated"},
+    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--quiet", "-q", NULL, "no progress"},
+    {"--help", "-h", NULL, "this text"},
+};
+
+static void print_help(const OmCliArgs* args) {
+    printf(
+        "omentum calibrate: the parameters of a tissue from what was seen of it\n\n"
+        "Usage: omentum calibrate PROBLEM.yaml -o DIR [options]\n"
+        "       omentum calibrate PROBLEM.yaml --synthetic OUT.csv [--set NAME=VALUE ...]\n\n"
+        "The problem names a scene, its parameters with bounds, the paths of probe or grasper, and a file of\n"
+        "observations: landmarks, point clouds, forces (doc/calibrate.md). A global search, then a local one\n"
+        "within 40 %% of the range, then how far each parameter can move before the error rises. DIR receives\n"
+        "report.html, calibration.json, calibrated.yaml, which a scene takes as `calibrated:`, and journal.jsonl:\n"
+        "started again after it was stopped, the search goes on where it was. Exit code 0: calibrated; 1: the\n"
+        "model cannot fit, or the evaluations were used up.\n");
+    om_cli_print_options(args);
+    printf("\nExamples:\n"
+           "  omentum calibrate gel.yaml -o out/gel\n"
+           "  omentum calibrate gel.yaml --synthetic planned.csv --set tissue.young=5000\n");
+}
+
+// ---- what came out --------------------------------------------------------------------------------
+
+static void print_param(const OmCalibrationDef* def, const OmCalibrationResult* r, int k) {
+    const OmCalibrationParam* p = &def->param[k];
+    const OmCalibrationProfile* f = &r->profile[k];
+    printf("%s: %.6g (start %.6g", p->name, r->best[k] / p->unit, p->start / p->unit);
+    if (r->has_profile) printf(", %.4g to %.4g", f->lo / p->unit, f->hi / p->unit);
+    printf(")%s", !r->has_profile || f->is_determined ? "\n" : ": the data cannot determine it");
+    if (!r->has_profile || f->is_determined) return;
+    if (f->partner >= 0)
+        printf(" apart from %s\n", def->param[f->partner].name);
+    else
+        printf(", it is open %s\n", f->is_open_lo && f->is_open_hi ? "on both sides"
+                                    : f->is_open_lo                ? "below"
+                                                                   : "above");
+}
+
+static void print_result(const OmCalibrationDef* def, const OmCalibrationResult* r) {
+    static const char* const outcome[] = {"calibrated", "not finished: the evaluations are used up",
+                                          "the model cannot fit"};
+    printf("%s: error %.3f mm at the start, %.3f mm now", outcome[r->outcome], 1e3 * r->cost_start,
+           1e3 * r->cost);
+    if (def->noise > 0) printf(", noise %.3f mm", 1e3 * def->noise);
+    printf("\n%d evaluations (%d new)\n", r->neval, r->nnew);
+    for (int k = 0; k < def->nparam; ++k) print_param(def, r, k);
+    printf("report: %s/report.html\n", def->out_dir);
+}
+
+// ---- synthetic observations -----------------------------------------------------------------------
+
+static OmStatus set_value(const OmCalibrationDef* def, const char* word, double* param) {
+    const char *equals = strchr(word, '='), *name[OM_CALIBRATION_MAX_PARAM];
+    size_t n = equals ? (size_t)(equals - word) : 0;
+    OM_CHECK(n > 0, OM_INVALID, "--set: \"%s\" is not NAME=VALUE", word);
+    for (int k = 0; k < def->nparam; ++k) {
+        const OmCalibrationParam* p = &def->param[k];
+        name[k] = p->name;
+        if (strlen(p->name) != n || strncmp(p->name, word, n) != 0) continue;
+        const char *at = equals + 1, *end = word + strlen(word);
+        OM_CHECK(om_number_parse(&at, end, &param[k]) && at == end && isfinite(param[k]),
+                 OM_INVALID, "--set: \"%s\" is not a number", equals + 1);
+        param[k] *= p->unit;
+        return OM_OK;
+    }
+    const char* near = om_nearest_word(word, name, def->nparam);
+    return om_error(OM_INVALID, "--set: the problem has no parameter \"%.*s\"%s%s", (int)n, word,
+                    near ? "; did you mean " : "", near ? near : "");
+}
+
+static int write_synthetic(const OmCliArgs* args, const OmCalibrationProblem* problem,
+                           const OmCalibrationDef* def) {
+    double param[OM_CALIBRATION_MAX_PARAM];
+    memcpy(param, om_calibrate_problem_start(problem), (size_t)def->nparam * sizeof *param);
+    const char *word, *out = om_cli_get(args, "--synthetic");
+    OmStatus status = OM_OK;
+    for (int i = 0; status == OM_OK && (word = om_cli_get_nth(args, "--set", i)); ++i)
+        status = set_value(def, word, param);
+    if (status == OM_OK)
+        status = om_calibrate_save_synthetic(problem, param, def->noise / sqrt(8 / OM_PI),
+                                             def->seed, out);
+    if (status < 0) return om_cli_fail("calibrate", status);
+    printf("synthetic observations: %s\n", out);
+    return OM_EXIT_OK;
+}
+
+// ---- the verb -------------------------------------------------------------------------------------
+
+static OmStatus check_args(const OmCliArgs* args) {
+    int npositional, number = 1;
+    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_CHECK(npositional == 1, OM_INVALID, "no problem is given; see --help");
+    const char *dir = om_cli_get(args, "--output"), *csv = om_cli_get(args, "--synthetic");
+    OM_CHECK(dir || csv, OM_INVALID, "no output folder is given; add -o DIR");
+    OM_CHECK(!dir || !csv, OM_INVALID, "-o and --synthetic are two commands");
+    OM_CHECK(csv || !om_cli_get(args, "--set"), OM_INVALID, "--set goes with --synthetic");
+    OM_TRY(om_cli_get_int(args, "--seed", 0, 2147483647, &number));
+    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &number);
+}
+
+static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
+    OmCalibrationDef def = *search;
+    OmCalibrationResult result;
+    OmStatus status = om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def.nworker);
+    def.out_dir = om_cli_get(args, "--output");
+    const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
+    if (status == OM_OK) status = om_calibrate_run(&def, progress, &result);
+    if (status == OM_CANCELLED) {
+        om_cli_progress_done();
+        fprintf(stderr, "omentum calibrate: cancelled; the same command goes on from here\n");
+        return OM_EXIT_CANCELLED;
+    }
+    if (status < 0) return om_cli_fail("calibrate", status);
+    om_cli_progress_done();
+    print_result(&def, &result);
+    om_calibrate_result_done(&result);
+    return status == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+int om_cli_calibrate(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    if (om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    if (check_args(&args) < 0) {
+        fprintf(stderr, "omentum calibrate: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    OmCalibrationProblem* problem;
+    OmStatus status = om_calibrate_load_problem(om_cli_positional(&args, 0), &problem);
+    if (status < 0) return om_cli_fail("calibrate", status);
+    OmCalibrationDef def = om_calibrate_problem_search(problem);
+    int seed = (int)def.seed;
+    om_cli_get_int(&args, "--seed", 0, 2147483647, &seed);  // looked at before
+    def.seed = (uint64_t)seed;
+    int code = om_cli_get(&args, "--synthetic") ? write_synthetic(&args, problem, &def)
+                                                : calibrate(&args, &def);
+    om_calibrate_destroy_problem(problem);
+    return code;
+}
