@@ -49,7 +49,8 @@ static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel
     OmTissueDef def = om_body_tissue_def(&scene, &site, &pbd);
     def.solver.nworker = nworker;
     def.solver.tolerance = 1e-5;  // steps of the solver would be steps of the cost
-    return om_tissue_create(&def, model);
+    OmStatus status = om_tissue_create(&def, model);
+    return status == OM_INVALID ? OM_UNSAT : status;  // such as clusters that leave particles out
 }
 
 static OmStatus make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {

@@ -15,6 +15,9 @@ const SceneKey om__calibrate_scene_key[] = {
     {"tissue.density", AT(OmScene, tissue.density), 1},
     {"tissue.rayleigh_mass", AT(OmScene, tissue.rayleigh_mass), 1},
     {"tissue.rayleigh_stiffness", AT(OmScene, tissue.rayleigh_stiffness), 1},
+    {"tissue.cluster_spacing_mm", AT(OmScene, tissue.cluster_spacing), MM},
+    {"tissue.cluster_radius_mm", AT(OmScene, tissue.cluster_radius), MM},
+    {"tissue.cluster_stiffness", AT(OmScene, tissue.cluster_stiffness), 1},
     {"attachments.stiffness", AT(OmScene, attach.stiffness), 1},
 };
 // In the order of the table above.
@@ -23,6 +26,9 @@ static const char* const key_name[] = {"tissue.young",
                                        "tissue.density",
                                        "tissue.rayleigh_mass",
                                        "tissue.rayleigh_stiffness",
+                                       "tissue.cluster_spacing_mm",
+                                       "tissue.cluster_radius_mm",
+                                       "tissue.cluster_stiffness",
                                        "attachments.stiffness",
                                        NULL};
 _Static_assert(COUNT(key_name) == COUNT(om__calibrate_scene_key) + 1, "every key has a name");

@@ -177,8 +177,11 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
     OM_TRY(make_clouds(def, t));
     OmTissueModel* model = NULL;
     OmStatus status = def->build(def->ctx, start, 1, &model);
-    if (status > 0)
-        status = om_error(OM_INVALID, "there is no model of the start: %s", om_status_text(status));
+    if (status > 0) {
+        char why[256];
+        snprintf(why, sizeof why, "%s", om_error_message());
+        status = om_error(OM_INVALID, "there is no model of the start: %s", why);
+    }
     if (status == OM_OK) status = gather_points(def, model, t);
     om_tissue_destroy(model);
     return status == OM_OK ? make_labels(def, t) : status;
