@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "calibrate/calibrate_tissue_internal.h"
+#include "omentum/pbd.h"
 #include "omentum/shape_points.h"
 
 #define COOKIE 0x43544953u
@@ -169,6 +170,16 @@ static OmStatus make_labels(const OmCalibrationTissueDef* def, OmCalibrationTiss
     return OM_OK;
 }
 
+static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* model) {
+    for (int i = 0; i < t->nseen; ++i)
+        OM_CHECK(t->seen[i].landmark != OM_SEEN_FORCE || !om_tissue_moves_itself(model) ||
+                     om_pbd_has_forces(model),
+                 OM_INVALID,
+                 "a force was seen in path %s, and clusters of particles have none in newtons",
+                 t->path[t->seen[i].path].name);
+    return OM_OK;
+}
+
 static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
                      OmCalibrationTissue* t) {
     t->def = *def;
@@ -182,6 +193,7 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
         snprintf(why, sizeof why, "%s", om_error_message());
         status = om_error(OM_INVALID, "there is no model of the start: %s", why);
     }
+    if (status == OM_OK) status = check_forces(t, model);
     if (status == OM_OK) status = gather_points(def, model, t);
     om_tissue_destroy(model);
     return status == OM_OK ? make_labels(def, t) : status;

@@ -17,6 +17,7 @@ typedef struct Walk {
     OmPress* press;
     OmContact* contact;  // what the tissue lies on, or null
     bool is_begun;       // the tool is in place
+    double at;           // travel at the end of the last step, m
     OmVec3 force;        // of the tool on the tissue, N
 } Walk;
 
@@ -75,6 +76,7 @@ static OmStatus begin(Walk* w) {
     w->is_begun = true;
     if (p->kind == OM_PATH_LIFT)
         return om_tissue_grasp(w->model, w->state, 0, pose_at(w, 0), p->radius, NULL);
+    if (om_tissue_moves_itself(w->model)) return OM_OK;
     OmPressDef def = om_press_default_def(p->probe);
     def.method = p->method;
     def.ntri = p->contact_ntri;
@@ -83,18 +85,36 @@ static OmStatus begin(Walk* w) {
     return om_press_place(w->press, w->model, w->state, pose_at(w, 0));
 }
 
+// The probe in a step of an engine that keeps out of it itself.
+static OmStatus step_among(Walk* w, double travel) {
+    OmTissueObstacle probe =
+        om_probe_obstacle(w->path->probe, pose_at(w, w->at), pose_at(w, travel), w->path->friction);
+    OmStatus status =
+        om_tissue_step_among(w->model, w->state, w->work, w->path->time_step, 1, &probe, NULL);
+    if (status >= 0) w->force = probe.force;
+    return status;
+}
+
+static OmStatus step_press(Walk* w, double travel) {
+    OmPressReport report;
+    OmStatus status = om_press_step(w->press, w->model, w->state, w->work, pose_at(w, travel),
+                                    w->path->time_step, &report);
+    if (status >= 0) w->force = om_scale(-1, report.force);
+    return status;
+}
+
 static OmStatus step(Walk* w, double travel) {
     double h = w->path->time_step;
-    if (w->press) {
-        OmPressReport report;
-        OmStatus status =
-            om_press_step(w->press, w->model, w->state, w->work, pose_at(w, travel), h, &report);
-        if (status >= 0) w->force = om_scale(-1, report.force);
-        return judge(status);
+    OmStatus status;
+    if (w->is_begun && w->path->kind == OM_PATH_PRESS) {
+        status = w->press ? step_press(w, travel) : step_among(w, travel);
+    } else {
+        if (w->is_begun) OM_TRY(om_tissue_move_grasp(w->state, 0, pose_at(w, travel)));
+        status = w->contact ? om_contact_step(w->contact, w->model, w->state, w->work, h, NULL)
+                            : om_tissue_step(w->model, w->state, w->work, h, NULL);
     }
-    if (w->is_begun) OM_TRY(om_tissue_move_grasp(w->state, 0, pose_at(w, travel)));
-    return judge(w->contact ? om_contact_step(w->contact, w->model, w->state, w->work, h, NULL)
-                            : om_tissue_step(w->model, w->state, w->work, h, NULL));
+    w->at = travel;
+    return judge(status);
 }
 
 static OmStatus settle(Walk* w, double travel) {

@@ -117,6 +117,7 @@ static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     OmCalibrationResult result;
     OmStatus status = om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def.nworker);
     def.out_dir = om_cli_get(args, "--output");
+    om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     if (status == OM_OK) status = om_calibrate_run(&def, progress, &result);
     if (status == OM_CANCELLED) {
