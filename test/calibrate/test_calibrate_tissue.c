@@ -1,0 +1,312 @@
+// test_calibrate_tissue.c: tissue held against what was seen of it: another discretisation's landmarks, its own
+// clouds and forces, bad definitions.
+#include "omentum/calibrate_tissue.h"
+#include "omentum/fem.h"
+#include "test_alloc.h"
+
+#define WIDTH 0.04
+#define LENGTH 0.08
+
+typedef struct Maker {  // what models are made from
+    OmTetMesh mesh;
+    OmTissueDef def;
+    int nparam;  // young, then density
+} Maker;
+
+static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
+    const Maker* m = ctx;
+    OmTissueDef def = m->def;
+    def.mesh = &m->mesh;
+    def.material_default.young = param[0];
+    if (m->nparam > 1) def.density = param[1];
+    def.solver.nworker = nworker;
+    OmStatus status = om_tissue_create(&def, model);
+    return status == OM_INVALID ? OM_UNSAT : status;
+}
+
+// A bar that is held at one end of its length.
+static void make_bar(Maker* m, OmVec3 size, int nx, int ny, int nz, int axis, double at) {
+    memset(m, 0, sizeof *m);
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), size, nx, ny, nz, &m->mesh));
+    int *vert = om_alloc((size_t)m->mesh.nvert, sizeof *vert), n = 0;
+    for (int i = 0; i < m->mesh.nvert; ++i)
+        if (fabs(m->mesh.x[3 * i + axis] - at) < 1e-9) vert[n++] = i;
+    assert_ok(om_tet_mesh_add_set(&m->mesh, "attachment", vert, n));
+    om_free(vert);
+    m->nparam = 1;
+    m->def = om_tissue_default_def(&m->mesh);
+    m->def.material_default = (OmMaterial){.young = 3000, .poisson = 0.3, .law = OM_NEO_HOOKEAN};
+    m->def.solver.tolerance = 1e-6;
+    m->def.solver.max_iterations = 500;
+}
+
+// ---- another discretisation -----------------------------------------------------------------------
+
+enum { NMARK = 12 };
+
+static void draw_marks(double* rest) {
+    OmRng rng = om_rng_init(5, 0);
+    for (int i = 0; i < NMARK; ++i)
+        for (int k = 0; k < 3; ++k)
+            rest[3 * i + k] = (0.1 + 0.8 * om_rng_uniform(&rng)) * (k == 2 ? LENGTH : WIDTH);
+}
+
+// Where the marks of a hanging bar are: quadratic tetrahedra, double precision, static; plus noise.
+static void hang_truth(double young, double noise, const double* rest, double* x) {
+    OmTetMesh tet;
+    OmFemMesh mesh;
+    OmFemSolid* solid;
+    OmMaterial material = {.young = young, .poisson = 0.3, .law = OM_NEO_HOOKEAN};
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(WIDTH, WIDTH, LENGTH), 3, 3, 6, &tet));
+    assert_ok(om_fem_mesh_from_tet(&tet, OM_TET10, &mesh));
+    OmFemDef def = om_fem_default_def(&mesh, 1, &material);
+    def.nworker = 1;
+    assert_ok(om_fem_create(&def, &solid));
+    unsigned char* fixed = om_calloc(3 * (size_t)mesh.nnode, 1);
+    for (int i = 0; i < mesh.nnode; ++i)
+        for (int k = 0; k < 3; ++k) fixed[3 * i + k] = mesh.x[3 * i + 2] > LENGTH - 1e-9;
+    double* node = om_alloc(3 * (size_t)mesh.nnode, sizeof *node);
+    memcpy(node, mesh.x, 3 * (size_t)mesh.nnode * sizeof *node);
+    OmFemLoad load = {.body = {0, 0, -9.81}, .fixed = fixed};
+    OmFemStaticDef how = om_fem_default_static_def(solid);
+    assert_ok(om_fem_solve_static(solid, &load, &how, node, NULL, NULL));
+    int elem[NMARK];
+    double weight[NMARK * OM_MAX_ELEM_NODE];
+    assert_ok(om_fem_mesh_embed(&mesh, NMARK, rest, elem, weight));
+    OmRng rng = om_rng_init(6, 0);
+    for (int i = 0; i < NMARK; ++i) {
+        OmVec3 p = om_vec3(0, 0, 0);
+        for (int a = 0; a < mesh.nelem_node; ++a)
+            p = om_madd(p, weight[i * mesh.nelem_node + a],
+                        om_load3(node, mesh.elem_node[elem[i] * mesh.nelem_node + a]));
+        for (int k = 0; k < 3; ++k) x[3 * i + k] = noise * om_rng_normal(&rng);
+        om_store3(x, i, om_add(p, om_load3(x, i)));
+    }
+    om_free(fixed);
+    om_free(node);
+    om_fem_destroy(solid);
+    om_fem_mesh_done(&mesh);
+    om_tet_mesh_done(&tet);
+}
+
+typedef struct Hang {
+    Maker maker;
+    double rest[3 * NMARK], x[3 * NMARK], level[1];
+    OmCalibrationSeen seen[NMARK];
+    OmCalibrationPath path;
+    OmCalibrationTissueDef def;
+} Hang;
+
+static void make_hang(Hang* h, double noise) {
+    make_bar(&h->maker, om_vec3(WIDTH, WIDTH, LENGTH), 4, 4, 8, 2, LENGTH);
+    draw_marks(h->rest);
+    hang_truth(4000, noise, h->rest, h->x);
+    for (int i = 0; i < NMARK; ++i) h->seen[i] = (OmCalibrationSeen){0, 0, i, om_load3(h->x, i)};
+    h->level[0] = 0;
+    // steps so long that inertia is nothing
+    h->path = (OmCalibrationPath){.name = "hang",
+                                  .kind = OM_PATH_REST,
+                                  .time_step = 5,
+                                  .settle = 40,
+                                  .nlevel = 1,
+                                  .level = h->level};
+    h->def = om_calibrate_default_tissue_def(build, &h->maker);
+    h->def.npath = 1, h->def.path = &h->path;
+    h->def.nlandmark = NMARK, h->def.rest = h->rest;
+    h->def.nobservation = NMARK, h->def.observation = h->seen;
+}
+
+static void test_stiffness_from_weight(void** state) {
+    (void)state;
+    static Hang h;
+    make_hang(&h, 0.0003);
+    double start[2] = {1500, 1000};
+    OmCalibrationTissue* tissue;
+    OmCalibrationResult r;
+    assert_ok(om_calibrate_create_tissue(&h.def, start, &tissue));
+    OmCalibrationDef def = om_calibrate_tissue_search(tissue);
+    om_calibrate_add_param(&def, "young", 1000, 20000, start[0], true);
+    def.noise = 0.00048;  // mean length of a vector of 0.3 mm a coordinate
+    def.max_generations = 6;
+    assert_ok(om_calibrate_run(&def, NULL, &r));
+    // 0.3 mm over 12 marks that sink 7 mm on average: 1 %; the coarser mesh adds 1 %
+    assert_near_rel(r.best[0], 4000, 0.04);
+    assert_true(r.profile[0].is_determined);
+    assert_true(r.profile[0].lo < 4000 && r.profile[0].hi > 4000);
+    assert_near(r.cost, def.noise, 0.3 * def.noise);  // 36 numbers: +- 15 %
+    om_calibrate_result_done(&r);
+
+    // Weight and stiffness at once: the data know their ratio, and the result says so.
+    h.maker.nparam = 2;
+    om_calibrate_add_param(&def, "density", 200, 5000, start[1], true);
+    def.max_local = 60;
+    assert_true(om_calibrate_run(&def, NULL, &r) >= 0);
+    assert_near_rel(r.best[0] / r.best[1], 4, 0.05);
+    assert_int_equal(r.profile[0].partner, 1);
+    assert_int_equal(r.profile[1].partner, 0);
+    assert_false(r.profile[0].is_determined || r.profile[1].is_determined);
+    om_calibrate_result_done(&r);
+    om_calibrate_destroy_tissue(tissue);
+    om_tet_mesh_done(&h.maker.mesh);
+}
+
+// ---- its own clouds and forces --------------------------------------------------------------------
+
+// A strip held at one end lies on a board; its other end is lifted. A probe presses a block. What the model of
+// known parameters shows is given back as landmarks, cloud and forces: all errors are then zero, and only then.
+static void test_paths_give_back_what_they_showed(void** state) {
+    (void)state;
+    Maker maker;
+    make_bar(&maker, om_vec3(0.08, 0.04, 0.01), 8, 4, 1, 0, 0);
+    maker.def.gravity = om_vec3(0, 0, -1);  // a press knows no board: the strip must not sag away from it
+    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactDef contact = om_contact_default_def();
+    contact.nplane = 1, contact.plane = &board;
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    shape.radius = 0.01;
+    OmProbe* probe;
+    assert_ok(om_probe_create(&shape, &probe));
+    const double lift[] = {0, 0.01, 0.02}, press[] = {0.004};
+    OmCalibrationPath path[] = {
+        {.name = "lift",
+         .kind = OM_PATH_LIFT,
+         .point = {0.08, 0.02, 0.01},
+         .direction = {0, 0, 3},
+         .radius = 0.012,
+         .speed = 0.02,
+         .time_step = 0.1,
+         .settle = 0.2,
+         .nlevel = 3,
+         .level = lift},
+        {.name = "press",
+         .kind = OM_PATH_PRESS,
+         .point = {0.02, 0.02, 0.02},
+         .direction = {0, 0, -1},
+         .probe = probe,
+         .contact_ntri = 0,
+         .speed = 0.01,
+         .time_step = 0.1,
+         .nlevel = 1,
+         .level = press},
+    };
+    double rest[] = {0.06, 0.02, 0.005, 0.03, 0.01, 0.008};
+    OmCalibrationSeen seen[800] = {
+        {0, 0, 0}, {0, 1, 1}, {0, 2, 0}, {0, 2, OM_SEEN_FORCE}, {1, 0, OM_SEEN_FORCE}};
+    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, &maker);
+    def.contact = &contact;
+    def.npath = 2, def.path = path;
+    def.nlandmark = 2, def.rest = rest;
+    def.nobservation = 5, def.observation = seen;
+    OmCalibrationTissue* tissue;
+    double param[] = {30000}, x[18], force[9], push[3];
+    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
+    assert_ok(om_calibrate_run_path(tissue, param, 0, x, force));
+    assert_ok(om_calibrate_run_path(tissue, param, 1, NULL, push));
+    om_calibrate_destroy_tissue(tissue);
+    assert_true(x[2] < 0.006 &&
+                x[3 * 4 + 2] > x[2] + 0.005);         // it lay on the board, then was lifted
+    assert_true(force[8] > 0.02 && push[2] < -0.01);  // up, down
+    seen[0].x = om_load3(x, 0), seen[1].x = om_load3(x, 2 + 1), seen[2].x = om_load3(x, 4);
+    seen[3].x = om_load3(force, 2), seen[4].x = om_load3(push, 0);
+    // a cloud at the second level: the landmarks there, and points far below that are nobody's nearest
+    seen[5] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 2)};
+    seen[6] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 3)};
+    seen[7] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, {0, 0, -5}};
+    def.nobservation = 8;
+    def.ncloud_point = 2, def.cloud_point = rest;
+    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
+    OmCalibrationDef search = om_calibrate_tissue_search(tissue);
+    assert_int_equal(search.nerror, 5 + 2);
+    double error[7], other[7];
+    for (int nworker = 1; nworker <= 2; ++nworker) {
+        assert_ok(om_calibrate_eval_tissue(tissue, param, nworker, error));
+        for (int i = 0; i < 7; ++i) assert_near(error[i], 0, 1e-15);
+    }
+    param[0] = 15000;
+    assert_ok(om_calibrate_eval_tissue(tissue, param, 1, error));
+    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, other));
+    assert_memory_equal(error, other, sizeof error);
+    for (int i = 0; i < 7; ++i) assert_true(error[i] > 1e-6);
+    // half the stiffness, and deeper sunk: less than half the push; an error of 0.01 m a newton
+    assert_true(error[4] > 0.01 * 0.5 * fabs(push[2]) && error[4] < 0.01 * fabs(push[2]));
+    assert_string_equal(search.experiment[1], "press");
+    assert_string_equal(search.landmark[search.label[5].landmark], "cloud");
+    assert_near(search.label[5].level, 0.01, 0);
+    param[0] = -1;
+    assert_status(om_calibrate_eval_tissue(tissue, param, 1, error), OM_UNSAT);
+    om_calibrate_destroy_tissue(tissue);
+
+    // all vertices of the surface where no points are given
+    def.ncloud_point = 0;
+    param[0] = 30000;
+    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
+    assert_int_equal(om_calibrate_tissue_search(tissue).nerror, 5 + maker.mesh.nvert);
+    om_calibrate_destroy_tissue(tissue);
+    om_probe_destroy(probe);
+    om_tet_mesh_done(&maker.mesh);
+}
+
+// ---- what can go wrong ----------------------------------------------------------------------------
+
+static OmStatus make_and_run(void* ctx) {
+    Hang* h = ctx;
+    double param = 3000, error[NMARK];
+    OmCalibrationTissue* tissue;
+    OM_TRY(om_calibrate_create_tissue(&h->def, &param, &tissue));
+    OmStatus status = om_calibrate_eval_tissue(tissue, &param, 1, error);
+    om_calibrate_destroy_tissue(tissue);
+    return status;
+}
+
+static void test_bad_input(void** state) {
+    (void)state;
+    static Hang h;
+    make_hang(&h, 0);
+    h.path.settle = 5;  // one step
+    assert_true(test_failing_allocations(make_and_run, &h, 5) > 5);
+    OmCalibrationTissue* tissue;
+    double start = 3000;
+    const OmCalibrationTissueDef good = h.def;
+    const OmCalibrationPath path = h.path;
+#define REFUSED(change, word)                                                           \
+    do {                                                                                \
+        change;                                                                         \
+        assert_status(om_calibrate_create_tissue(&h.def, &start, &tissue), OM_INVALID); \
+        assert_null(tissue);                                                            \
+        if (!strstr(om_error_message(), word)) fail_msg("\"%s\"", om_error_message());  \
+        h.def = good, h.path = path;                                                    \
+    } while (0)
+    REFUSED(h.def.cookie = 1, "om_calibrate_default_tissue_def");
+    REFUSED(h.def.npath = 0, "no path");
+    REFUSED(h.path.level = NULL, "path hang: nothing was seen");
+    REFUSED(h.path.time_step = 0, "path hang: time_step");
+    REFUSED(h.path.settle = NAN, "path hang: settle");
+    REFUSED(h.path.kind = OM_PATH_PRESS, "path hang: speed");
+    REFUSED((h.path.kind = OM_PATH_LIFT, h.path.speed = 1), "path hang: point and direction");
+    REFUSED((h.path.kind = OM_PATH_PRESS, h.path.speed = 1, h.path.direction.z = 1),
+            "probe is null");
+    REFUSED(h.def.nobservation = 0, "no observation");
+    REFUSED(h.seen[3].landmark = 99, "observation[3].landmark");
+    h.seen[3].landmark = 3;
+    REFUSED(h.def.force_scale = 0, "force_scale");
+    REFUSED(start = -3, "there is no model of the start: ");
+    start = 3000;
+    // a grasp that reaches nothing is a mistake of the problem, not of the parameters
+    double level = 0.01, error[NMARK];
+    h.path.kind = OM_PATH_LIFT, h.path.speed = 1, h.path.direction.z = 1, h.path.point.x = 5;
+    h.path.level = &level;
+    assert_ok(om_calibrate_create_tissue(&h.def, &start, &tissue));
+    assert_status(om_calibrate_eval_tissue(tissue, &start, 1, error), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "path hang: "));
+    om_calibrate_destroy_tissue(tissue);
+    om_tet_mesh_done(&h.maker.mesh);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_stiffness_from_weight),
+        cmocka_unit_test(test_paths_give_back_what_they_showed),
+        cmocka_unit_test(test_bad_input),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
