@@ -288,6 +288,8 @@ OM_API void om_json_integer(OmJson* json, const char* key, int64_t value);
 OM_API void om_json_bool(OmJson* json, const char* key, bool value);
 OM_API void om_json_numbers(OmJson* json, const char* key, const double* value, int count);
 OM_API OmStatus om_json_end(OmJson* json);
+/// The end as well: the text goes into a file, whole or not at all, and is freed, also on failure.
+OM_API OmStatus om_json_save(OmJson* json, const char* path);
 
 /// Numbers of files, read and written alike under every locale. Reading starts at *str without skipping
 /// blanks, never looks at `end` or behind it, and moves *str behind the number; false if there is none

@@ -105,3 +105,10 @@ OmStatus om_json_end(OmJson* json) {
     OM_ASSERT(json->depth == 0);
     return json->status;
 }
+
+OmStatus om_json_save(OmJson* json, const char* path) {
+    OmStatus status = om_json_end(json);
+    if (status == OM_OK) status = om_file_write(path, json->text->str, json->text->len);
+    om_text_done(json->text);
+    return status;
+}

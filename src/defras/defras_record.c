@@ -169,6 +169,8 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
 
 static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     const OmRetractResult* r = loop->result;
+    char path[1100];
+    OM_TRY(om_path_join(rec->part, "run.json", path, sizeof path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -197,12 +199,7 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     write_actions(&json, r, loop->grid.n);
     write_samples(&json, r);
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    char path[1100];
-    if (status == OM_OK) status = om_path_join(rec->part, "run.json", path, sizeof path);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om_json_save(&json, path);
 }
 
 // ---- the end ------------------------------------------------------------------------------------------------

@@ -76,6 +76,8 @@ static void put_lesions(OmJson* json, const Study* s) {
 }
 
 static OmStatus write_json(const Study* s, const StudyScore* score) {
+    char path[1024];
+    OM_TRY(om__study_path(s->def, path, sizeof path, "study.json"));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -116,10 +118,7 @@ static OmStatus write_json(const Study* s, const StudyScore* score) {
     put_sample(&json, "truth_force_refinement_percent", &score->force_check);
     put_sample(&json, "truth_sink_mm", &score->sink);
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK) status = write_text(s, "study.json", &text);
-    om_text_done(&text);
-    return status;
+    return om_json_save(&json, path);
 }
 
 // A line of CSV; every field is a number or a word, but the reason, which is quoted.

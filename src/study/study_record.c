@@ -94,10 +94,7 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
     }
     om_json_close(&json, ']');
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om_json_save(&json, path);
 }
 
 OmStatus om__study_load_run(const char* path, StudyRun* run) {
@@ -172,10 +169,7 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
     }
     om_json_close(&json, ']');
     om_json_close(&json, '}');
-    OmStatus status = om_json_end(&json);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    return status;
+    return om_json_save(&json, path);
 }
 
 OmStatus om__study_load_truth(const char* path, StudyTruthResult* truth) {

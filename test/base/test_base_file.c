@@ -37,6 +37,25 @@ static void write_then_read(void** state) {
     assert_status(om_file_read(dir, 3, &data, &size), OM_IO);
 }
 
+static void json_is_saved_and_freed(void** state) {
+    (void)state;
+    int64_t alive = om_alloc_alive();
+    for (int k = 0; k < 2; ++k) {
+        OmText text = {0};
+        OmJson json = om_json_begin(&text);
+        om_json_open(&json, NULL, '{');
+        om_json_integer(&json, "n", 7);
+        om_json_close(&json, '}');
+        assert_status(om_json_save(&json, in_dir(k ? "none/n.json" : "n.json")), k ? OM_IO : OM_OK);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    char* data;
+    size_t size;
+    assert_ok(om_file_read(in_dir("n.json"), 100, &data, &size));
+    assert_string_equal(data, "{\n  \"n\": 7\n}\n");
+    om_free(data);
+}
+
 static void aborted_files_leave_the_old_one(void** state) {
     (void)state;
     assert_ok(om_file_write(in_dir("y"), "old", 3));
@@ -98,6 +117,7 @@ static void paths(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(write_then_read),
+        cmocka_unit_test(json_is_saved_and_freed),
         cmocka_unit_test(aborted_files_leave_the_old_one),
         cmocka_unit_test(a_full_disk_is_reported),
         cmocka_unit_test(paths),
