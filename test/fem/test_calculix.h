@@ -4,7 +4,7 @@
 
 #include <zlib.h>
 
-#include "test_common.h"
+#include "test_files.h"
 
 #include "omentum/shape_file.h"
 
@@ -55,22 +55,17 @@ static inline char* calculix_read(const char* name, size_t* size) {
 
 // The mesh, in metres; vertices keep their numbers, less one. Skips the test if there is none.
 static inline void calculix_load_mesh(const CalculixCase* c, OmTetMesh* mesh) {
-    size_t size;
+    size_t size = 0;
     char* text = calculix_read(c->mesh, &size);
     if (!text) {
         printf("no reference folder beside the data: the comparison with CalculiX is skipped\n");
         skip();
     }
-    char dir[] = "/tmp/omentum_test_XXXXXX", path[64];
-    assert_non_null(mkdtemp(dir));
-    snprintf(path, sizeof path, "%s/mesh.msh", dir);
-    FILE* file = fopen(path, "wb");
-    assert_non_null(file);
-    assert_true(fwrite(text, 1, size, file) == size);
-    assert_int_equal(fclose(file), 0);
+    const char* path = temp_path("mesh.msh");
+    write_bytes(path, text, size);
     free(text);
     assert_ok(om_tet_mesh_load(path, OM_UNIT_MM, mesh));
-    assert_ok(om_path_remove(dir));
+    assert_ok(om_path_remove(path));
 }
 
 // Displacements in metres, in the order of the nodes (om_free).
