@@ -1,43 +1,11 @@
 // test_fem_law.c: every law against differences of its energy, symmetry, and closed forms.
 #include "test_common.h"
+#include "test_materials.h"
 
 #include "fem/fem_law.h"
 #include "fem/fem_principal.h"
 
 #define KAPPA 10000.0
-
-// One material of each law and volumetric term.
-static const OmMaterial material[] = {
-    {.young = 3000, .poisson = 0.45, .law = OM_COROTATIONAL},
-    {.young = 3000, .poisson = 0.45, .law = OM_LINEAR},
-    {.young = 3000, .poisson = 0.45, .law = OM_ST_VENANT_KIRCHHOFF},
-    {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN},
-    {.young = 3000, .poisson = 0.45, .law = OM_STABLE_NEO_HOOKEAN},
-    {.young = 3000, .poisson = 0.45, .law = OM_MOONEY_RIVLIN},
-    {.young = 3000,
-     .poisson = 0.45,
-     .law = OM_MOONEY_RIVLIN,
-     .volumetric = OM_VOLUME_LOG,
-     .c10 = 400,
-     .c01 = 117,
-     .bulk = 9000},
-    {.young = 3000,
-     .poisson = 0.45,
-     .law = OM_OGDEN,
-     .volumetric = OM_VOLUME_MIXED,
-     .nterm = 2,
-     .ogden_mu = {700, -90},
-     .ogden_alpha = {2.3, -4.1}},
-    {.young = 3000, .poisson = 0.45, .law = OM_OGDEN, .volumetric = OM_VOLUME_LOG},
-    {.young = 3000,
-     .poisson = 0.45,
-     .law = OM_OGDEN_COUPLED,
-     .nterm = 1,
-     .ogden_mu = {500},
-     .ogden_alpha = {6.83},
-     .bulk = 4000},
-};
-#define NMATERIAL ((int)(sizeof material / sizeof *material))
 
 // Ordinary, strong, nearly flat and inverted.
 static void random_F(OmRng* rng, int kind, double F[9]) {
@@ -67,14 +35,14 @@ static void test_differences(void** context) {
     (void)context;
     OmRng rng = om_rng_init(3, 1);
     double worst_stress = 0, worst_tangent = 0;
-    for (int n = 0; n < 400 * NMATERIAL; ++n) {
-        const OmMaterial* m = &material[n % NMATERIAL];
+    for (int n = 0; n < 400 * NLAW; ++n) {
+        const OmMaterial* m = &every_law[n % NLAW];
         OmLawParam law;
         OmLawValue at, hi, lo;
         double F[9], h = 3e-6;
         assert_ok(om_material_validate(m, "material"));
         om__law_init(m, &law);
-        random_F(&rng, n / NMATERIAL % 4, F);
+        random_F(&rng, n / NLAW % 4, F);
         if (is_near_crease(m, F)) continue;
         om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_TANGENT, &at);
         double stress = fmax(largest(at.P, 9), 1), tangent = largest(at.H, 81);
@@ -116,20 +84,20 @@ static void check_floor(const OmMaterial* m, double floor) {
 
 static void test_floor(void** context) {
     (void)context;
-    for (int n = 0; n < NMATERIAL; ++n) {
-        check_floor(&material[n], OM__LAW_FLOOR);
-        check_floor(&material[n], OM__LOG_FLOOR);
+    for (int n = 0; n < NLAW; ++n) {
+        check_floor(&every_law[n], OM__LAW_FLOOR);
+        check_floor(&every_law[n], OM__LOG_FLOOR);
     }
 }
 
 static void test_extremes(void** context) {
     (void)context;
     const double scale[] = {0, 1e-8, -1, -5, 30};
-    for (int n = 0; n < NMATERIAL * 5; ++n) {
+    for (int n = 0; n < NLAW * 5; ++n) {
         OmLawParam law;
         OmLawValue a;
         double F[9] = {scale[n % 5], 0, 0, 0, 1, 0, 0, 0, scale[n % 5]};
-        om__law_init(&material[n / 5], &law);
+        om__law_init(&every_law[n / 5], &law);
         om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_TANGENT, &a);
         assert_true(isfinite(a.W) && isfinite(largest(a.P, 9)) && isfinite(largest(a.H, 81)));
         for (int i = 0; i < 81; ++i) assert_true(isfinite(a.H[i]));
@@ -139,12 +107,12 @@ static void test_extremes(void** context) {
 // At rest: no energy, no stress, and the tangent of linear elasticity.
 static void test_rest(void** context) {
     (void)context;
-    for (int n = 0; n < NMATERIAL; ++n) {
+    for (int n = 0; n < NLAW; ++n) {
         OmLawParam law, linear;
         OmLawValue a, b;
         double lambda, mu, bulk;
-        om__law_init(&material[n], &law);
-        om_material_lame(&material[n], &lambda, &mu, &bulk);
+        om__law_init(&every_law[n], &law);
+        om_material_lame(&every_law[n], &lambda, &mu, &bulk);
         linear = (OmLawParam){.law = OM_LINEAR, .lambda = lambda, .mu = mu};
         const double I[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
         om__law_eval(&law, I, OM_LAW_WHOLE, OM_LAW_TANGENT, &a);
@@ -159,8 +127,8 @@ static void test_rest(void** context) {
 static void test_invariance(void** context) {
     (void)context;
     OmRng rng = om_rng_init(5, 2);
-    for (int n = 0; n < 100 * NMATERIAL; ++n) {
-        const OmMaterial* m = &material[n % NMATERIAL];
+    for (int n = 0; n < 100 * NLAW; ++n) {
+        const OmMaterial* m = &every_law[n % NLAW];
         OmLawParam law;
         OmLawValue a, b, shape;
         double F[9], G[9], C[9];
@@ -234,15 +202,15 @@ static double stress_by_hand(const OmMaterial* m, double l1, double l2, double l
 
 static void test_uniaxial_biaxial(void** context) {
     (void)context;
-    for (int n = 0; n < NMATERIAL; ++n) {
+    for (int n = 0; n < NLAW; ++n) {
         for (double l = 0.6; l < 1.8; l += 0.1) {
             OmLawValue a;
-            eval_diag(&material[n], l, 0.9, 0.9, &a);  // pulled or pressed along one axis
-            assert_near(a.P[0], stress_by_hand(&material[n], l, 0.9, 0.9), 1e-10 * KAPPA);
-            assert_near(a.P[4], stress_by_hand(&material[n], 0.9, l, 0.9), 1e-10 * KAPPA);
-            eval_diag(&material[n], l, l, 1 / l, &a);  // along two
-            assert_near(a.P[0], stress_by_hand(&material[n], l, l, 1 / l), 1e-10 * KAPPA);
-            assert_near(a.P[8], stress_by_hand(&material[n], 1 / l, l, l), 1e-10 * KAPPA);
+            eval_diag(&every_law[n], l, 0.9, 0.9, &a);  // pulled or pressed along one axis
+            assert_near(a.P[0], stress_by_hand(&every_law[n], l, 0.9, 0.9), 1e-10 * KAPPA);
+            assert_near(a.P[4], stress_by_hand(&every_law[n], 0.9, l, 0.9), 1e-10 * KAPPA);
+            eval_diag(&every_law[n], l, l, 1 / l, &a);  // along two
+            assert_near(a.P[0], stress_by_hand(&every_law[n], l, l, 1 / l), 1e-10 * KAPPA);
+            assert_near(a.P[8], stress_by_hand(&every_law[n], 1 / l, l, l), 1e-10 * KAPPA);
             for (int i = 0; i < 9; ++i)
                 if (i % 4) assert_near(a.P[i], 0, 1e-10 * KAPPA);
         }
@@ -252,8 +220,8 @@ static void test_uniaxial_biaxial(void** context) {
 // Simple shear x += g y: J = 1, and each law's shear stress P_xy has a short form.
 static void test_simple_shear(void** context) {
     (void)context;
-    for (int n = 0; n < NMATERIAL; ++n) {
-        const OmMaterial* m = &material[n];
+    for (int n = 0; n < NLAW; ++n) {
+        const OmMaterial* m = &every_law[n];
         double lambda, mu, K;
         om_material_lame(m, &lambda, &mu, &K);
         for (double g = -1; g < 1.05; g += 0.25) {
@@ -290,11 +258,11 @@ static void test_simple_shear(void** context) {
 static void test_projection(void** context) {
     (void)context;
     OmRng rng = om_rng_init(8, 4);
-    for (int n = 0; n < 200 * NMATERIAL; ++n) {
+    for (int n = 0; n < 200 * NLAW; ++n) {
         OmLawParam law;
         OmLawValue a, b;
         double F[9];
-        om__law_init(&material[n % NMATERIAL], &law);
+        om__law_init(&every_law[n % NLAW], &law);
         random_F(&rng, n % 4, F);
         om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_TANGENT, &a);
         b = a;
@@ -323,13 +291,13 @@ static void test_engine_laws(void** context) {
     (void)context;
     OmRng rng = om_rng_init(12, 6);
     double worst = 0;
-    for (int n = 0; n < 200 * NMATERIAL; ++n) {
-        const OmMaterial* m = &material[n % NMATERIAL];
+    for (int n = 0; n < 200 * NLAW; ++n) {
+        const OmMaterial* m = &every_law[n % NLAW];
         OmLawParam law;
         OmLawValue a;
         double F[9], energy;
         om__law_init(m, &law);
-        random_F(&rng, n / NMATERIAL % 4, F);
+        random_F(&rng, n / NLAW % 4, F);
         om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_STRESS, &a);
         OmMat3 f = {{F[0], F[1], F[2]}, {F[3], F[4], F[5]}, {F[6], F[7], F[8]}};
         OmMat3 P = om__law_stress(m, f, &energy);

@@ -1,40 +1,13 @@
 // test_fem_stretch.c: every law in the engine: forces are slopes of the energy, tangents those of forces, the
 // matrix of a step is the projected tangent, rigid motion costs nothing, inverted elements come back.
+#include "test_materials.h"
 #include "test_random.h"
 #include "test_rig.h"
 
 #include "fem/fem_internal.h"
-#include "fem/fem_law.h"
+#include "fem/fem_principal.h"
 
 static const OmVec3 lo = {0, 0, 0}, hi = {0.03, 0.02, 0.02};
-
-static const OmMaterial material_table[] = {
-    {.young = 3000, .poisson = 0.45, .law = OM_LINEAR},
-    {.young = 3000, .poisson = 0.45, .law = OM_ST_VENANT_KIRCHHOFF},
-    {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN},
-    {.young = 3000, .poisson = 0.45, .law = OM_STABLE_NEO_HOOKEAN},
-    {.young = 3000, .poisson = 0.45, .law = OM_MOONEY_RIVLIN},
-    {.young = 3000,
-     .poisson = 0.45,
-     .law = OM_MOONEY_RIVLIN,
-     .volumetric = OM_VOLUME_LOG,
-     .c10 = 300,
-     .c01 = 220},
-    {.young = 3000,
-     .poisson = 0.4,
-     .law = OM_OGDEN,
-     .volumetric = OM_VOLUME_MIXED,
-     .nterm = 2,
-     .ogden_mu = {500, -40},
-     .ogden_alpha = {3, -2.5}},
-    {.young = 3000,
-     .poisson = 0.4,
-     .law = OM_OGDEN_COUPLED,
-     .nterm = 1,
-     .ogden_mu = {400},
-     .ogden_alpha = {5}},
-};
-#define NMATERIAL ((int)(sizeof material_table / sizeof *material_table))
 
 static double inner(OmMat3 a, OmMat3 b) {
     return om_dot(a.cx, b.cx) + om_dot(a.cy, b.cy) + om_dot(a.cz, b.cz);
@@ -67,8 +40,9 @@ static OmMat3 tangent(const OmMaterial* m, OmMat3 F, OmMat3 dF, bool is_projecte
 static void test_derivatives(void** context) {
     (void)context;
     OmRng rng = om_rng_init(11, 0);
-    for (int k = 1; k < NMATERIAL; ++k) {  // the linear law has no principal form
-        const OmMaterial* m = &material_table[k];
+    for (int k = 0; k < NLAW; ++k) {
+        const OmMaterial* m = &every_law[k];
+        if (m->law == OM_LINEAR) continue;  // has no principal form
         double worst_stress = 0, worst_tangent = 0;
         for (int trial = 0; trial < 200; ++trial) {
             double size = trial % 3 == 0 ? 0.01 : trial % 3 == 1 ? 0.3 : 0.6;
@@ -98,30 +72,6 @@ static void test_derivatives(void** context) {
         }
         printf("%s: stress off by %.1e, tangent by %.1e\n", om_law_name(m->law), worst_stress,
                worst_tangent);
-    }
-}
-
-// The laws of the engine, in stretches, are those of solids, in tensors: energy and stress at any F.
-static void test_two_implementations(void** context) {
-    (void)context;
-    OmRng rng = om_rng_init(12, 0);
-    for (int k = 0; k < NMATERIAL; ++k) {
-        OmLawParam law;
-        OmLawValue value;
-        om__law_init(&material_table[k], &law);
-        for (int trial = 0; trial < 300; ++trial) {
-            OmMat3 F = om_mat3_add(random_rotation(&rng), random_mat3(&rng, trial % 2 ? 0.1 : 0.7));
-            const double f[9] = {F.cx.x, F.cx.y, F.cx.z, F.cy.x, F.cy.y,
-                                 F.cy.z, F.cz.x, F.cz.y, F.cz.z};
-            double energy;
-            OmMat3 P = om__law_stress(&material_table[k], F, &energy);
-            om__law_eval(&law, f, OM_LAW_WHOLE, OM_LAW_STRESS, &value);
-            OmMat3 Q =
-                om_mat3_cols(om_load3(value.P, 0), om_load3(value.P, 1), om_load3(value.P, 2));
-            double size = om_mat3_norm(P) + 3000;
-            assert_near(om_mat3_norm(om_mat3_add(P, om_mat3_scale(-1, Q))) / size, 0, 1e-10);
-            assert_near(energy, value.W, 1e-10 * (fabs(energy) + 3000));
-        }
     }
 }
 
@@ -214,9 +164,10 @@ static void check_step(const OmMaterial* material, bool is_small) {
 
 static void test_step(void** context) {
     (void)context;
-    for (int k = 0; k < NMATERIAL; ++k) {
-        check_step(&material_table[k], true);
-        check_step(&material_table[k], false);
+    for (int k = 0; k < NLAW; ++k) {
+        if (every_law[k].law == OM_COROTATIONAL) continue;  // test_fem_energy.c has its own matrix
+        check_step(&every_law[k], true);
+        check_step(&every_law[k], false);
     }
 }
 
@@ -224,11 +175,12 @@ static void test_step(void** context) {
 static void test_rigid_motion(void** context) {
     (void)context;
     OmRng rng = om_rng_init(3, 0);
-    for (int k = 1; k < NMATERIAL; ++k) {
+    for (int k = 0; k < NLAW; ++k) {
+        if (every_law[k].law == OM_LINEAR) continue;
         TestRig r;
         rig_box(&r, lo, hi, 3, 2, 2);
         r.def.gravity = om_vec3(0, 0, 0);
-        r.def.material_default = material_table[k];
+        r.def.material_default = every_law[k];
         rig_start(&r);
         size_t n = 3 * (size_t)r.mesh.nvert;
         double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), most = 0;
@@ -243,7 +195,7 @@ static void test_rigid_motion(void** context) {
             assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
             for (size_t j = 0; j < n; ++j) most = fmax(most, fabs(om_tissue_x(r.s)[j] - x[j]));
         }
-        printf("%s: a rigid motion moves by %.1e m\n", om_law_name(material_table[k].law), most);
+        printf("%s: a rigid motion moves by %.1e m\n", om_law_name(every_law[k].law), most);
         assert_below(most, 4e-8);
         om_free(x);
         om_free(f);
@@ -251,38 +203,41 @@ static void test_rigid_motion(void** context) {
     }
 }
 
-// Vertices thrown about until elements are inverted, one face held: all turn back to rest.
+// Vertices thrown about until elements are inverted, one face held: all turn back to rest. Thrown twice as far,
+// corotational elements still do; a neo-Hookean body can end in a knot, at rest with no element inverted.
 static void test_inverted_recover(void** context) {
     (void)context;
-    for (int k = 2; k < NMATERIAL; ++k) {
+    for (int k = 0; k < NLAW; ++k) {
+        if (every_law[k].law == OM_LINEAR || every_law[k].law == OM_ST_VENANT_KIRCHHOFF) continue;
+        bool is_wild = every_law[k].law == OM_COROTATIONAL;
         TestRig r;
         rig_box(&r, lo, hi, 3, 2, 2);
         rig_attach_plane(&r, 0, 0);
         r.def.gravity = om_vec3(0, 0, 0);
         r.def.rayleigh_mass = 5;
-        r.def.material_default = material_table[k];
+        r.def.material_default = every_law[k];
         rig_start(&r);
         size_t n = 3 * (size_t)r.mesh.nvert;
         double* x = om_alloc(n, sizeof *x);
         double* J = om_alloc((size_t)r.mesh.ntet, sizeof *J);
         memcpy(x, r.mesh.x, n * sizeof *x);
-        rig_shake(&r.mesh, om_tissue_attached(r.s), 0.01, x);
+        rig_shake(&r.mesh, om_tissue_attached(r.s), is_wild ? 0.02 : 0.01, x);
         assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
         assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
         int ninverted = 0, nleft = 0, nbad = 0;
         for (int e = 0; e < r.mesh.ntet; ++e) ninverted += J[e] < 0;
-        assert_true(6 * ninverted > r.mesh.ntet);
+        assert_true((is_wild ? 4 : 6) * ninverted > r.mesh.ntet);
         for (int step = 0; step < 400; ++step)
             nbad += om_tissue_step(r.m, r.s, r.w, 0.02, NULL) < 0;
         assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
         double off = 0;
-        for (int e = 0; e < r.mesh.ntet; ++e) nleft += J[e] < 0.5;
+        for (int e = 0; e < r.mesh.ntet; ++e) nleft += fabs(J[e] - 1) > 1e-3;
         for (size_t j = 0; j < n; ++j) off = fmax(off, fabs(om_tissue_x(r.s)[j] - r.mesh.x[j]));
         printf("%s: %d of %d inverted, after 8 s %d, %.1e m from rest, %d steps failed\n",
-               om_law_name(material_table[k].law), ninverted, r.mesh.ntet, nleft, off, nbad);
+               om_law_name(every_law[k].law), ninverted, r.mesh.ntet, nleft, off, nbad);
         assert_int_equal(nbad, 0);
         assert_int_equal(nleft, 0);
-        assert_below(off, 1e-5);
+        assert_below(off, 1e-6);
         om_free(x);
         om_free(J);
         rig_done(&r);
@@ -292,7 +247,6 @@ static void test_inverted_recover(void** context) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_two_implementations),
         cmocka_unit_test(test_step),
         cmocka_unit_test(test_rigid_motion),
         cmocka_unit_test(test_inverted_recover),
