@@ -18,7 +18,7 @@
 //
 // By default (def.reuse 0, no friction) an augmented Lagrangian comes first (contact_penalty.c): the same law to the
 // same tolerance without W, four times faster in the study of a breast, whose probe slides over more points than
-// there are vertices under it; W is then for what does not settle.
+// there are vertices under it. What does not settle is cut, and W is for the shortest substeps.
 //
 // With def.reuse above 1 columns are kept for some steps, as the thesis keeps its factor: a stale W corrects a
 // little less each time, and what is reached is the same.
@@ -37,7 +37,6 @@
 #define MOVE_LOOSE 0.03  // residual of a correction
 #define SAME_WAY 0.98    // cosine: a column is good for directions as near as that
 #define SWEEPS 400       // of Gauss-Seidel at most
-#define LEAST_SHARE 0.1  // of a step, which is not cut for the sake of contacts
 #define FIRST_ROOM 512   // contacts, before more memory is taken
 
 struct OmPressLcp {
@@ -437,6 +436,12 @@ static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, dou
     return OM_OK;
 }
 
+static OmStatus refuse(const OmPress* p, OmStatus status) {
+    return om_error(status,
+                    "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
+                    p->report.complementarity, p->def.tolerance, p->report.nsolve);
+}
+
 OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                                double h, OmTissueReport* report) {
     OmPress* p = ctx;
@@ -450,6 +455,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     if (p->def.reuse == 0 && p->def.friction == 0) {
         status = om__press_augmented(p, m, s, w, h, report);
         if (status == OM_OK && p->report.is_settled) return status;
+        if (om__press_may_cut(p, h)) return status < 0 ? status : refuse(p, OM_INVALID);
         om__press_detect(p, s, w, h);
         first = p->report.nsolve;
         most = first + p->def.max_iterations;
@@ -483,7 +489,5 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     p->report.is_settled = is_done;
     if (status != OM_OK || is_done) return status;
     // a shorter step is tried before this one is let pass
-    return om_error(h > p->h * LEAST_SHARE ? OM_INVALID : OM_NOT_CONVERGED,
-                    "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
-                    p->report.complementarity, p->def.tolerance, p->def.max_iterations);
+    return refuse(p, om__press_may_cut(p, h) ? OM_INVALID : OM_NOT_CONVERGED);
 }

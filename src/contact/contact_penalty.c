@@ -11,7 +11,8 @@
 // parabola on every piece of the way, and its slope costs one product with A. Points of one facet that a curved
 // probe touches in turn made the plain iteration cycle. Only the first solve of a step makes coarse matrices; later
 // ones change a few diagonal blocks. Friction is Coulomb's with the normal force of the last solve, viscous below
-// 1 mm/s, against the motion of the probe.
+// 1 mm/s, against the motion of the probe. Tissue that snaps off never settles in a long step: after ten solves a
+// shorter one is asked for while there is one.
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
@@ -19,6 +20,7 @@
 #define STIFF 100       // times what resists moving a point alone
 #define SEARCH_FROM 2   // solves before steps may be shortened
 #define ROUNDS 8        // of multipliers that take over
+#define PATIENCE 10     // solves before a shorter step is asked for
 #define SAME_DRAG 0.02  // relative: friction that changes more is solved again
 
 static void choose_first(OmPress* p, OmTissueState* s, const OmTissueWork* w, double h) {
@@ -142,6 +144,8 @@ static OmStatus settle(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmT
     p->report.is_settled = false;
     for (int n = 0; n < p->def.max_iterations && !p->report.is_settled; ++n) {
         if (n >= SEARCH_FROM) memcpy(p->last, om_tissue_dv(w), n3 * sizeof *p->last);
+        OM_CHECK(n < PATIENCE || !om__press_may_cut(p, h), OM_INVALID,
+                 "press: the points that touch have not settled after %d solves", n);
         OM_TRY(add_forces(p, w, h));
         one = (OmTissueReport){0};
         status = om_tissue_solve_step(m, s, w, &one);

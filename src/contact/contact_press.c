@@ -10,7 +10,7 @@
 #include "contact/contact_press_internal.h"
 
 #define TOO_DEEP 0.05  // of an edge of the contact surface, by the true distance: the step is cut
-#define SHORTEST (1.0 / 32)  // of a step, for that
+#define SHORTEST (1.0 / 32)  // of a step, to which it is cut for the sake of contacts
 #define PRESS_COOKIE 0x93e55u
 #define REACH 0.05     // of the model's size: points farther from the probe are not looked at
 #define RESTING 0.02   // of the probe's thickness: a point less deep lies on it
@@ -345,6 +345,8 @@ double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) 
     return nearest;
 }
 
+bool om__press_may_cut(const OmPress* p, double h) { return h >= 2 * SHORTEST * p->h; }
+
 OmStatus om__press_check_depth(const OmPress* p, const OmTissueState* s, const OmTissueWork* w,
                                double h) {
     const OmProbe* probe = p->def.probe;
@@ -357,7 +359,7 @@ OmStatus om__press_check_depth(const OmPress* p, const OmTissueState* s, const O
         if (om_norm2(om_sub(place, middle)) > r * r) continue;
         deepest = fmax(deepest, (t ? t->goal : 0) - om__press_gap(p, place));
     }
-    if (deepest <= TOO_DEEP * p->edge || h < 2 * SHORTEST * p->h) return OM_OK;
+    if (deepest <= TOO_DEEP * p->edge || !om__press_may_cut(p, h)) return OM_OK;
     return om_error(OM_INVALID, "press: a point would end %.3g mm inside the probe", 1e3 * deepest);
 }
 

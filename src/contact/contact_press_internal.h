@@ -104,6 +104,8 @@ double om__press_linearise(const OmPress* press, OmTouch* touch, OmVec3 p);
 bool om__press_bend(const OmPress* press, OmTouch* touch, OmVec3 p);
 /// True gap of a point expected at p at the end of the step.
 double om__press_gap(const OmPress* press, OmVec3 p);
+/// Will a shorter substep than this one be tried?
+bool om__press_may_cut(const OmPress* press, double h);
 /// Are all touches where they should be, not only by the planes that stood for the probe? Says so, and asks for a
 /// shorter step while there is one.
 OmStatus om__press_check_depth(const OmPress* press, const OmTissueState* state,

@@ -3,13 +3,17 @@
 // An engine assembles A and b; vertices held by a tool or held still leave the system with a velocity
 // change known beforehand: dv = (x_goal - x) / h - v. Forces added between solves (contact) enter the
 // diagonal blocks of A and b. What a tool exerts is the residual of the rows it holds,
-// f_tool = (A dv - b) / h, inertia included; nothing else knows it. A step that fails is cut in two.
+// f_tool = (A dv - b) / h, inertia included; nothing else knows it. A step that fails is cut in two, and substeps
+// grow again as they succeed. A step with contact that would turn an element inside out is cut before Newton's
+// method is asked: there it has no potential to go down, and where tissue snaps off a probe it took 16 s (26,000
+// elements) to fail where shorter steps take a twentieth of it.
 #include <string.h>
 
 #include "tissue/tissue_engine.h"
 
 #define MIN_SHARE (1.0 / 64)  // of h, the shortest substep
 #define CRUSH_NEWTON 20       // iterations for a step that would turn elements inside out
+#define NLENGTHEN 2           // substeps that must succeed before a longer one is tried
 
 OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     *work = NULL;
@@ -328,6 +332,10 @@ bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWor
     return end < 0.1 && end < least_allowed(m->engine->get_least_ratio(m, w, x));
 }
 
+static OmStatus refuse_crushing(void) {
+    return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
+}
+
 typedef struct Solve {
     OmTissueStepFn fn;
     void* ctx;
@@ -341,6 +349,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
     bool is_crushing = om__is_crushing(m, s, w, w->dv);
+    if (is_crushing && solve->fn && m->def.max_newton <= 1 && !is_last) return refuse_crushing();
     if (m->def.max_newton > 1 || is_crushing) {
         OmNewton newton = {.tolerance = m->def.newton_tolerance,
                            .scale = om__newton_scale(m, w),
@@ -356,8 +365,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
         report->newton_residual = fmax(worst, report->newton_residual);
         // om__newton has said why where it did not converge
         if (!is_last && status > 0) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
-        if (!is_last && om__is_crushing(m, s, w, w->dv))
-            return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
+        if (!is_last && om__is_crushing(m, s, w, w->dv)) return refuse_crushing();
     }
     OM_TRY(om_tissue_end_step(m, s, w));
     ++report->substeps;
@@ -379,6 +387,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
     Solve solve = {fn, ctx};
     double left = h, part = h;
     bool is_cut = false;
+    int ngood = 0;
     while (left > 1e-9 * h) {
         part = fmin(part, left);
         w->share = part / left;
@@ -389,6 +398,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         if (status >= 0) {
             left -= part;
             if (status > 0) outcome = status;
+            if (++ngood % NLENGTHEN == 0) part *= 2;
             continue;
         }
         // Cut the step; the state of its beginning is kept from the first failure on.
@@ -396,6 +406,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         report->newton_residual = newton_residual;
         if (!is_cut) memcpy(w->backup, s, s->size);
         is_cut = true;
+        ngood = 0;
         part *= 0.5;
         if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
         memcpy((void*)s, w->backup, s->size);
