@@ -122,7 +122,10 @@ typedef struct OmScene {
     char name[OM_SCENE_NAME];
     char path[OM_SCENE_PATH];       // the file it came from
     char data_root[OM_SCENE_PATH];  // files are relative to it; default: the scene's folder
-    int seed;                       // of attachments, ROI and noise; --layout sets it
+    char calibrated
+        [OM_SCENE_PATH];  // values that replace the scene's own, as `omentum calibrate` leaves
+                          // them; relative to the scene's folder; "": none
+    int seed;             // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
     OmSceneAttach attach;

@@ -337,29 +337,39 @@ static OmStatus save_json(const Leaf* l, const char* path) {
     return status;
 }
 
+// A value that the data say nothing of stays out.
+static bool is_idle(const Leaf* l, int k) {
+    return l->r->has_profile && l->r->profile[k].is_open_lo && l->r->profile[k].is_open_hi;
+}
+
+static OmStatus append_param(const Leaf* l, int k, const char* key, OmText* t) {
+    const OmCalibrationParam* p = &l->def->param[k];
+    const OmCalibrationProfile* f = &l->r->profile[k];
+    bool is_doubtful = l->r->has_profile && !f->is_determined;
+    OM_TRY(
+        om_text_append(t, "%s%s: %.9g", is_idle(l, k) ? "# " : "", key, l->r->best[k] / p->unit));
+    if (l->r->has_profile)
+        OM_TRY(om_text_append(t, "  # %.4g to %.4g%s", f->lo / p->unit, f->hi / p->unit,
+                              is_doubtful ? "; the data cannot determine it" : ""));
+    return om_text_append(t, "\n");
+}
+
 // "tissue.young" is `young` of the mapping `tissue`; the parameters of a mapping are written together.
 static OmStatus append_group(const Leaf* l, int first, OmText* t) {
-    const char* name = l->def->param[first].name;
+    const OmCalibrationParam* p = l->def->param;
+    const char* name = p[first].name;
     size_t n = strcspn(name, ".");
-    bool is_grouped = name[n] == '.';
-    for (int k = 0; k < first && is_grouped; ++k)
-        if (strncmp(l->def->param[k].name, name, n + 1) == 0) return OM_OK;  // was written with it
-    if (is_grouped) OM_TRY(om_text_append(t, "%.*s:\n", (int)n, name));
+    if (name[n] != '.') return append_param(l, first, name, t);
+    for (int k = 0; k < first; ++k)
+        if (strncmp(p[k].name, name, n + 1) == 0) return OM_OK;  // was written with that one
+    bool is_empty = true;
+    for (int k = first; k < l->def->nparam; ++k)
+        is_empty = is_empty && (strncmp(p[k].name, name, n + 1) != 0 || is_idle(l, k));
+    OM_TRY(om_text_append(t, "%s%.*s:\n", is_empty ? "# " : "", (int)n, name));
     for (int k = first; k < l->def->nparam; ++k) {
-        const OmCalibrationParam* p = &l->def->param[k];
-        bool is_mine = is_grouped ? strncmp(p->name, name, n + 1) == 0 : k == first;
-        if (!is_mine) continue;
-        const OmCalibrationProfile* f = &l->r->profile[k];
-        const char* doubt =
-            l->r->has_profile && !f->is_determined ? "; the data cannot determine it" : "";
-        // a value that the data say nothing of stays out
-        bool is_idle = l->r->has_profile && f->is_open_lo && f->is_open_hi;
-        OM_TRY(om_text_append(t, "%s%s%s: %.9g", is_grouped ? "  " : "", is_idle ? "# " : "",
-                              p->name + (is_grouped ? n + 1 : 0), l->r->best[k] / p->unit));
-        if (l->r->has_profile)
-            OM_TRY(
-                om_text_append(t, "  # %.4g to %.4g%s", f->lo / p->unit, f->hi / p->unit, doubt));
-        OM_TRY(om_text_append(t, "\n"));
+        if (strncmp(p[k].name, name, n + 1) != 0) continue;
+        OM_TRY(om_text_append(t, "  "));
+        OM_TRY(append_param(l, k, p[k].name + n + 1, t));
     }
     return OM_OK;
 }

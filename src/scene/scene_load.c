@@ -32,13 +32,14 @@ static const OmYamlField tissue_field[] = {
     {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1},
     {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1},
     {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name},
+    {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
+    // what can be calibrated stands last: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},
     {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = 0.499},
     {"density", OM_YAML_DOUBLE, AT(OmSceneTissue, density), .min = 1, .max = 20000},
     {"rayleigh_mass", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_mass), .min = 0, .max = 1000},
     {"rayleigh_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_stiffness), .min = 0,
      .max = 10},
-    {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
     {"cluster_spacing_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_spacing), .min = 0.1,
      .max = 1000, .scale = MM},
     {"cluster_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_radius), .min = 0.1,
@@ -122,6 +123,7 @@ static const OmYamlSchema task_schema = {"task", task_field, COUNT(task_field), 
 static const OmYamlField scene_field[] = {
     {"name", OM_YAML_STRING, AT(OmScene, name), .size = OM_SCENE_NAME, .is_required = true},
     {"data_root", OM_YAML_STRING, AT(OmScene, data_root), .size = OM_SCENE_PATH},
+    {"calibrated", OM_YAML_STRING, AT(OmScene, calibrated), .size = OM_SCENE_PATH},
     {"seed", OM_YAML_INT, AT(OmScene, seed), .min = 0, .max = 2147483647},
     {"tissue", OM_YAML_STRUCT, AT(OmScene, tissue), .sub = &tissue_schema, .is_required = true},
     {"model", OM_YAML_STRUCT, AT(OmScene, model), .sub = &model_schema},
@@ -133,6 +135,19 @@ static const OmYamlField scene_field[] = {
     {"task", OM_YAML_STRUCT, AT(OmScene, task), .sub = &task_schema},
 };
 static const OmYamlSchema scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
+
+// What a calibration leaves: the numbers at the end of two of the tables, none of them required.
+enum { NTISSUE_NUMBER = 8 };
+static const OmYamlSchema calibrated_tissue_schema = {
+    "tissue", tissue_field + COUNT(tissue_field) - NTISSUE_NUMBER, NTISSUE_NUMBER, NULL};
+static const OmYamlSchema calibrated_attach_schema = {
+    "attachments", attach_field + COUNT(attach_field) - 1, 1, NULL};
+static const OmYamlField calibrated_field[] = {
+    {"tissue", OM_YAML_STRUCT, AT(OmScene, tissue), .sub = &calibrated_tissue_schema},
+    {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &calibrated_attach_schema},
+};
+static const OmYamlSchema calibrated_schema = {"calibration", calibrated_field,
+                                               COUNT(calibrated_field), NULL};
 
 OmScene om_scene_default(void) {
     OmScene s = {.name = "sheet", .seed = 1};
@@ -216,6 +231,11 @@ OmStatus om_scene_load(const char* path, OmScene* scene) {
     snprintf(scene->path, sizeof scene->path, "%s", path);
     char dir[OM_SCENE_PATH], root[OM_SCENE_PATH];
     OM_TRY(om_path_dir(path, dir, sizeof dir));
+    if (scene->calibrated[0]) {
+        OM_TRY(om_path_join(dir, scene->calibrated, root, sizeof root));
+        OM_TRY(om_yaml_load(root, &calibrated_schema, scene));
+        OM_TRY(validate(scene, root));
+    }
     OM_TRY(om_path_join(dir, scene->data_root, root, sizeof root));
     snprintf(scene->data_root, sizeof scene->data_root, "%s", scene->data_root[0] ? root : dir);
     return OM_OK;

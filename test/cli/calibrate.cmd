@@ -1,0 +1,124 @@
+# omentum calibrate: from an experiment that is planned to a calibrated scene, and one sentence for whatever goes
+# wrong.
+write strip.yaml
+    name: strip
+    tissue:
+      source: sheet
+      size_mm: [60, 30, 10]
+      cells: [6, 3, 1]
+      world_cells: [9, 5, 2]
+      young: 3000
+      poisson: 0.3
+      rayleigh_stiffness: 0
+    attachments: {kind: box, lo_mm: [-31, -16, -1], hi_mm: [-20, 16, 1]}
+    roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}
+    world: {young_factor: 1}
+write lift.yaml
+    title: A strip lifted at its end
+    scene: strip.yaml
+    observations: seen.csv
+    parameters:
+      - {name: tissue.young, min: 500, max: 50000, start: 2000, log: true}
+    paths:
+      - name: end
+        kind: lift
+        point_mm: [30, 0, 10]
+        direction: [0, 0, 1]
+        grasp_radius_mm: 12
+        speed_mm_s: 10
+        time_step_s: 0.1
+        settle_s: 2
+    search: {noise_mm: 0.5, force_mm_per_n: 50, generations: 4, population: 6}
+write seen.csv
+    experiment,level_mm,landmark,x_mm,y_mm,z_mm
+    # what is to be seen; --synthetic fills in where
+    end,rest,middle,5,0,5
+    end,10,middle,0,0,0
+    end,20,middle,0,0,0
+    end,20,force,0,0,0
+
+$ omentum calibrate lift.yaml --synthetic seen2.csv --set tissue.young=6000
+exit 0
+out ^synthetic observations: seen2.csv
+no-err
+file seen2.csv
+
+$ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
+exit 0
+out ^calibrated: error .* mm at the start
+out ^tissue.young: [4-8][0-9][0-9][0-9]
+no-err
+file out/report.html
+file out/calibration.json
+file out/calibrated.yaml
+file out/journal.jsonl
+
+# Again: nothing is evaluated; other workers: the same journal.
+$ omentum calibrate lift.yaml -q -o out
+exit 0
+out evaluations \(0 new\)
+
+$ omentum calibrate lift.yaml -q -o two --workers 2 && cmp out/journal.jsonl two/journal.jsonl && cmp out/report.html two/report.html
+exit 0
+
+# Killed and started again.
+$ head -c 900 out/journal.jsonl > cut && rm -rf out2 && mkdir out2 && mv cut out2/journal.jsonl && omentum calibrate lift.yaml -q -o out2 && cmp out/journal.jsonl out2/journal.jsonl && cmp out/calibration.json out2/calibration.json
+exit 0
+
+# The scene takes what was found.
+$ printf 'calibrated: out/calibrated.yaml\n' >> strip.yaml && sed -i 's/start: 2000, //' lift.yaml && omentum calibrate lift.yaml -q -o four
+exit 0
+out ^tissue.young: .*start [4-8][0-9][0-9][0-9]
+
+$ printf 'tissue:\n  yuong: 3\n' > out/calibrated.yaml && omentum calibrate lift.yaml -q -o four
+exit 3
+err out/calibrated.yaml:2: tissue: unknown key "yuong"; did you mean "young"
+err-lines 1
+
+$ sed -i '/^calibrated/d' strip.yaml && omentum calibrate lift.yaml -q -o two --seed 2
+exit 3
+err two/journal.jsonl: the journal of another problem
+err-lines 1
+
+# What is wrong with a problem.
+$ sed 's/tissue.young/tissue.yung/' lift.yaml > bad.yaml; omentum calibrate bad.yaml -q -o bad
+exit 3
+err bad.yaml:5: name: "tissue.yung" is none of
+err-lines 1
+
+$ sed 's/end,10,middle/ends,10,middle/' seen.csv > bad.csv; sed 's/seen.csv/bad.csv/' lift.yaml > bad.yaml; omentum calibrate bad.yaml -q -o bad
+exit 3
+err bad.csv:3: experiment: no path "ends"; did you mean "end"
+err-lines 1
+
+$ sed 's/end,20,force/end,20,tip/' seen.csv > bad.csv; omentum calibrate bad.yaml -q -o bad
+exit 3
+err bad.csv:5: landmark: where "tip" is at rest is nowhere said
+err-lines 1
+
+$ sed 's/end,10,middle,/end,10,middle,x/' seen.csv > bad.csv; omentum calibrate bad.yaml -q -o bad
+exit 3
+err bad.csv:3: x_mm: "x.*" is not a number
+err-lines 1
+
+$ sed 's/30, 0, 10/90, 0, 10/' lift.yaml > bad.yaml; omentum calibrate bad.yaml -q -o bad
+exit 3
+err path end: .*
+err-lines 1
+
+$ sed 's/min: 500/min: 9000/' lift.yaml > bad.yaml; omentum calibrate bad.yaml -q -o bad
+exit 3
+err tissue.young: the scene's value .* is outside
+err-lines 1
+
+$ omentum calibrate lift.yaml
+exit 2
+err add -o DIR
+
+$ omentum calibrate lift.yaml --synthetic a.csv --set tissue.yung=3
+exit 3
+err did you mean tissue.young
+
+$ omentum calibrate none.yaml -o x
+exit 3
+err none.yaml
