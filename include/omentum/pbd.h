@@ -28,8 +28,8 @@ typedef enum OmPbdKind {
 
 typedef struct OmPbdDef {  // made by om_pbd_default_def; lengths in m; copied by om_tissue_create
     OmPbdKind kind;        // default OM_PBD_CLUSTERS
-    int substeps;          // of a step, 1 to 1000; default 3, elastic 10
-    int iterations;        // of a substep, 1 to 1000; default 9, elastic 2
+    int substeps;          // of a step, 1 to 1000; default 3, elastic 20
+    int iterations;        // of a substep, 1 to 1000; default 9, elastic 1
     double damping;        // viscous drag on velocities, 1/s, >= 0; default 12, elastic 0
     double max_speed;      // of a particle, m/s, > 0; default 10
     double

@@ -1,9 +1,10 @@
 // pbd_contact.c: particles out of rigid obstacles, with Coulomb's friction.
 //
 // In each substep a particle asks an obstacle once, where it was and where it is predicted; if it is near it keeps
-// out of the tangent plane there, and asks again in the last iteration, if that plane says it may touch. What began a substep inside comes out with recover_speed, so that an obstacle put
-// into tissue does not throw it. Friction takes back slip against the moving surface, in a substep no more than
-// the coefficient times the depth pushed out. Pushes, m d / sub^2, sum to the momentum that obstacles gave.
+// out of the tangent plane there, and asks again in the last iteration, if that plane says it may touch. What
+// began a substep inside comes out with recover_speed, so that an obstacle put into tissue does not throw it.
+// Friction takes back slip against the moving surface, in a substep no more than the coefficient times the depth
+// pushed out. Pushes, m d / sub^2, sum to the momentum that obstacles gave.
 #include <string.h>
 
 #include "pbd/pbd_internal.h"

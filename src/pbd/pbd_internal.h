@@ -21,9 +21,24 @@ typedef struct OmPbdClusters {  // region-based shape matching, constant
     int* part_cluster;       //                                            (nmember)
 } OmPbdClusters;
 
+typedef struct OmPbdTet {  // of OM_PBD_ELASTIC
+    int vert[4];
+    double grad[9];            // gradients of the shape functions of vertices 1, 2, 3, 1/m
+    double gamma;              // volume ratio at which J's constraint is zero
+    double volume_compliance;  // 1/J
+    double shape_compliance;   // 1/J
+} OmPbdTet;
+
+typedef struct OmPbdElastic {
+    int ntet, ncolor;
+    int* color_adr;  // elements of each colour                               (ncolor + 1)
+    OmPbdTet* tet;   // by colour                                             (ntet)
+} OmPbdElastic;
+
 typedef struct OmPbd {  // of a model
     OmPbdDef def;
-    OmPbdClusters shape;
+    OmPbdClusters shape;   // of OM_PBD_CLUSTERS, else empty
+    OmPbdElastic elastic;  // of OM_PBD_ELASTIC, else empty
 } OmPbd;
 
 typedef struct OmPbdFrame {  // an obstacle in a substep
@@ -47,9 +62,11 @@ typedef struct OmPbdWork {  // of a work
     unsigned char* kind;    //                                                (nvert)
     double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
     double* pull;           // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
-    double* normal_sum;     // depth pushed out in the substep, m                        (nvert)
-    double* friction_sum;   // slip taken back in the substep, m                         (nvert)
-    double* gap_goal;       // gap to be kept in the substep, m              (max_obstacle x nvert)
+    double* give;    // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
+    double* lambda;  // multipliers of its elements                                       (ntet x 2)
+    double* normal_sum;    // depth pushed out in the substep, m                        (nvert)
+    double* friction_sum;  // slip taken back in the substep, m                         (nvert)
+    double* gap_goal;      // gap to be kept in the substep, m              (max_obstacle x nvert)
     double*
         plane;  // n, c: the obstacle as the prediction saw it, gap n p + c   (max_obstacle x nvert x 4)
     unsigned char* is_near;  // worth asking in the substep                   (max_obstacle x nvert)
@@ -88,6 +105,16 @@ void om__pbd_match(const OmPbdClusters* shape, double linear_stretch, const doub
 /// added to x, and put into `way` for those whose kind is not 0: prescribed ones do not move.
 void om__pbd_follow(const OmPbdClusters* shape, const double* map, const double* rest, double alpha,
                     const unsigned char* kind, int begin, int end, double* x, double* way);
+
+// ---- pbd_elastic.c
+
+OmStatus om__pbd_make_elastic(const OmTissueModel* model, OmPbdElastic* elastic);
+void om__pbd_elastic_done(OmPbdElastic* elastic);
+/// Elements [begin, end) of one colour.
+void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
+void om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
+                                const unsigned char* mask, double* force, OmVec3* sum);
+double om__pbd_get_energy(const OmTissueModel* model, const double* x);
 
 // ---- pbd_contact.c
 

@@ -6,12 +6,13 @@
 #define PBD_COOKIE 0x9bd0001u
 
 extern const OmTissueEngine om__engine_pbd;
+static const OmTissueEngine elastic_engine;  // the same with forces and energy; create puts it in
 
 OmPbdDef om_pbd_default_def(OmPbdKind kind) {
     bool is_elastic = kind == OM_PBD_ELASTIC;
     OmPbdDef def = {.kind = kind,
-                    .substeps = is_elastic ? 10 : 3,
-                    .iterations = is_elastic ? 2 : 9,
+                    .substeps = is_elastic ? 20 : 3,
+                    .iterations = is_elastic ? 1 : 9,
                     .damping = is_elastic ? 0 : 12,
                     .max_speed = 10,
                     .cluster_spacing = 0.0127,
@@ -47,8 +48,8 @@ static OmStatus check_clusters(const OmPbdDef* def) {
 static OmStatus check_def(const OmPbdDef* def) {
     OM_CHECK(def->cookie == PBD_COOKIE, OM_INVALID,
              "pbd: the definition was not made by om_pbd_default_def");
-    OM_CHECK(def->kind == OM_PBD_CLUSTERS, OM_INVALID, "pbd: kind %d is none of OmPbdKind",
-             (int)def->kind);
+    OM_CHECK(def->kind == OM_PBD_CLUSTERS || def->kind == OM_PBD_ELASTIC, OM_INVALID,
+             "pbd: kind %d is none of OmPbdKind", (int)def->kind);
     OM_CHECK(def->substeps >= 1 && def->substeps <= 1000, OM_INVALID,
              "pbd: substeps is %d; it must be from 1 to 1000", def->substeps);
     OM_CHECK(def->iterations >= 1 && def->iterations <= 1000, OM_INVALID,
@@ -83,6 +84,7 @@ static void pbd_destroy(OmTissueModel* m) {
     OmPbd* pbd = m->data;
     if (!pbd) return;
     om__pbd_clusters_done(&pbd->shape);
+    om__pbd_elastic_done(&pbd->elastic);
     om_free(pbd);
     m->data = NULL;
 }
@@ -94,7 +96,9 @@ static OmStatus pbd_create(OmTissueModel* m) {
     if (!pbd) return OM_NO_MEMORY;
     m->data = pbd;  // freed with the model, whatever fails below
     pbd->def = def;
-    return om__pbd_make_clusters(m, &def, &pbd->shape);
+    if (def.kind == OM_PBD_CLUSTERS) return om__pbd_make_clusters(m, &def, &pbd->shape);
+    m->engine = &elastic_engine;
+    return om__pbd_make_elastic(m, &pbd->elastic);
 }
 
 // ---- the engine's part of a state: rotations of clusters ----------------------------------------------
@@ -140,6 +144,8 @@ static void pbd_destroy_work(OmTissueWork* w) {
     om_free(pw->pull);
     om_free(pw->normal_sum);
     om_free(pw->friction_sum);
+    om_free(pw->give);
+    om_free(pw->lambda);
     om_free(pw->gap_goal);
     om_free(pw->plane);
     om_free(pw->kind);
@@ -166,19 +172,26 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     pw->friction_sum = om_calloc(n, sizeof(double));
     pw->kind = om_calloc(n, 1);
     pw->way = om_calloc(3 * n, sizeof(double));
-    if (!pw->begin || !pw->kind || !pw->way || !pw->map || !pw->hold || !pw->v_begin || !pw->pull ||
-        !pw->normal_sum || !pw->friction_sum)
+    pw->give = om_calloc(n, sizeof(double));
+    pw->lambda = om_calloc((size_t)pbd->elastic.ntet, 2 * sizeof(double));
+    if (!pw->begin || !pw->give || !pw->lambda || !pw->kind || !pw->way || !pw->map || !pw->hold ||
+        !pw->v_begin || !pw->pull || !pw->normal_sum || !pw->friction_sum)
         return OM_NO_MEMORY;
-    pw->size = (17 * n + OM__PBD_MAP * ncluster) * sizeof(double) + n;
+    pw->size =
+        (18 * n + 2 * (size_t)pbd->elastic.ntet + OM__PBD_MAP * ncluster) * sizeof(double) + n;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);
 }
 
 static size_t pbd_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     const OmPbd* pbd = m->data;
     const OmPbdWork* pw = w->data;
-    size_t nmember = (size_t)pbd->shape.adr[pbd->shape.ncluster];
+    size_t ncluster = (size_t)pbd->shape.ncluster;
+    size_t nmember = ncluster > 0 ? (size_t)pbd->shape.adr[ncluster] : 0;
+    if (pbd->def.kind == OM_PBD_ELASTIC)
+        return sizeof *pbd + (size_t)pbd->elastic.ntet * sizeof *pbd->elastic.tet + sizeof *pw +
+               pw->size;
     return sizeof *pbd + nmember * (2 * sizeof(int) + 4 * sizeof(double)) +
-           (size_t)pbd->shape.ncluster * (sizeof(int) + 21 * sizeof(double)) +
+           ncluster * (sizeof(int) + 21 * sizeof(double)) +
            (size_t)m->mesh.nvert * (sizeof(int) + sizeof(double)) + sizeof *pw + pw->size;
 }
 
@@ -193,19 +206,14 @@ int om_pbd_clusters(const OmTissueModel* m, const int** adr, const int** vert) {
     return pbd->shape.ncluster;
 }
 
-bool om_pbd_has_forces(const OmTissueModel* m) {
-    return m->engine == &om__engine_pbd && ((const OmPbd*)m->data)->def.kind == OM_PBD_ELASTIC;
-}
+bool om_pbd_has_forces(const OmTissueModel* m) { return m->engine == &elastic_engine; }
 
-const OmTissueEngine om__engine_pbd = {
-    .name = "pbd",
-    .create = pbd_create,
-    .destroy = pbd_destroy,
-    .create_work = pbd_create_work,
-    .destroy_work = pbd_destroy_work,
-    .step = om__pbd_step,
-    .lump_mass = pbd_lump_mass,
-    .get_state_size = pbd_get_state_size,
-    .sync_state = pbd_sync_state,
-    .get_memory = pbd_get_memory,
-};
+#define COMMON_ROW                                                                               \
+    .name = "pbd", .create = pbd_create, .destroy = pbd_destroy, .create_work = pbd_create_work, \
+    .destroy_work = pbd_destroy_work, .step = om__pbd_step, .lump_mass = pbd_lump_mass,          \
+    .get_state_size = pbd_get_state_size, .sync_state = pbd_sync_state,                          \
+    .get_memory = pbd_get_memory
+
+const OmTissueEngine om__engine_pbd = {COMMON_ROW};
+static const OmTissueEngine elastic_engine = {
+    COMMON_ROW, .add_internal_force = om__pbd_add_internal_force, .get_energy = om__pbd_get_energy};

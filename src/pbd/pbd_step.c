@@ -42,11 +42,13 @@ static void predict(OmPbdStep* s, Range r) {
     const OmPbdDef* def = &s->pbd->def;
     const double* f_ext = om__state_array(s->s, OM__F_EXT);
     const unsigned char* attached = om__state_attached(s->s);
-    double drag = 1 / (1 + def->damping * s->sub);
+    double rayleigh = def->kind == OM_PBD_ELASTIC ? s->m->def.rayleigh_mass : 0;
+    double drag = 1 / (1 + (def->damping + rayleigh) * s->sub);
     for (int i = r.begin; i < r.end; ++i) {
         OmVec3 p = om_load3(s->x, i);
         om_store3(s->w->begin, i, p);
         s->w->kind[i] = 0;
+        s->w->give[i] = 0;
         if (om__is_prescribed(s->m, s->s, i)) {
             s->w->kind[i] = OM__PBD_PRESCRIBED;
             if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
@@ -58,6 +60,7 @@ static void predict(OmPbdStep* s, Range r) {
             om_madd(om_scale(drag, om_load3(s->v, i)), s->sub, a);  // at rest all of the weight
         v = limit_speed(v, def->max_speed);
         om_store3(s->x, i, om_madd(p, s->sub, v));
+        s->w->give[i] = 1 / s->m->mass[i];
         if (attached[i]) {  // by a spring, or it would be prescribed
             s->w->kind[i] |= OM__PBD_SPRING;
             om_store3(s->w->pull, i, om_vec3(0, 0, 0));
@@ -79,27 +82,53 @@ static void pull_to_anchor(OmPbdStep* s, int i) {
     om_store3(s->x, i, om_madd(p, give, more));
 }
 
-static void follow_clusters(OmPbdStep* s, Range r, bool is_last) {
+// What acts on one particle alone.
+static void act_alone(OmPbdStep* s, Range r, bool is_last) {
+    const OmPbdWork* w = s->w;
+    for (int i = r.begin; i < r.end; ++i) {
+        if (w->kind[i] & OM__PBD_SPRING) pull_to_anchor(s, i);
+        if (w->kind[i] & OM__PBD_NEAR) om__pbd_push_out(s, i, is_last);
+    }
+}
+
+static void follow_clusters(OmPbdStep* s, Range r) {
     OmPbdWork* w = s->w;
     om__pbd_follow(&s->pbd->shape, w->map, s->m->mesh.x, s->pbd->def.cluster_stiffness, w->kind,
                    r.begin, r.end, s->x, w->way);
     double per_force = 1 / (s->sub * s->h);
     for (int i = r.begin; i < r.end; ++i) {
-        if (w->kind[i] == 0) continue;
-        if (w->kind[i] & OM__PBD_PRESCRIBED) {
-            OmVec3 hold = om_load3(w->hold, i);
-            om_store3(w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, om_load3(w->way, i)));
-        }
-        if (w->kind[i] & OM__PBD_SPRING) pull_to_anchor(s, i);
-        if (w->kind[i] & OM__PBD_NEAR) om__pbd_push_out(s, i, is_last);
+        if (!(w->kind[i] & OM__PBD_PRESCRIBED)) continue;
+        OmVec3 hold = om_load3(w->hold, i);
+        om_store3(w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, om_load3(w->way, i)));
+    }
+}
+
+static void match_shapes(OmPbdStep* s, OmTeam* team, int rank, int size, int n) {
+    const OmPbd* pbd = s->pbd;
+    Range batch = share_of(pbd->shape.nbatch, rank, size);
+    om__pbd_match(&pbd->shape, pbd->def.linear_stretch, s->x, batch.begin, batch.end,
+                  n == 0 ? NEWTON_FIRST : NEWTON_NEXT, s->turn, s->w->map);
+    om_team_barrier(team);
+    follow_clusters(s, share_of(s->m->mesh.nvert, rank, size));
+}
+
+static void relax_elements(OmPbdStep* s, OmTeam* team, int rank, int size) {
+    const OmPbdElastic* el = &s->pbd->elastic;
+    for (int c = 0; c < el->ncolor; ++c) {
+        Range r = share_of(el->color_adr[c + 1] - el->color_adr[c], rank, size);
+        om__pbd_solve_elements(s, el->color_adr[c] + r.begin, el->color_adr[c] + r.end);
+        om_team_barrier(team);
     }
 }
 
 static void find_velocities(OmPbdStep* s, Range r) {
     double inverse = 1 / s->sub;
     for (int i = r.begin; i < r.end; ++i) {
-        OmVec3 way = om_sub(om_load3(s->x, i), om_load3(s->w->begin, i));
-        om_store3(s->v, i, limit_speed(om_scale(inverse, way), s->pbd->def.max_speed));
+        OmVec3 begin = om_load3(s->w->begin, i), way = om_sub(om_load3(s->x, i), begin);
+        OmVec3 u = om_scale(inverse, way), v = limit_speed(u, s->pbd->def.max_speed);
+        om_store3(s->v, i, v);
+        if (om_norm2(v) != om_norm2(u) && !(s->w->kind[i] & OM__PBD_PRESCRIBED))
+            om_store3(s->x, i, om_madd(begin, s->sub, v));
     }
 }
 
@@ -120,19 +149,22 @@ static void begin_substep(OmPbdStep* s, int k) {
 
 static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     OmPbdStep* s = ctx;
-    const OmPbd* pbd = s->pbd;
+    const OmPbdDef* def = &s->pbd->def;
     Range part = share_of(s->m->mesh.nvert, rank, size);
-    Range batch = share_of(pbd->shape.nbatch, rank, size);
-    for (int k = 0; k < pbd->def.substeps; ++k) {
+    Range element = share_of(s->pbd->elastic.ntet, rank, size);
+    for (int k = 0; k < def->substeps; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
         predict(s, part);
-        for (int n = 0; n < pbd->def.iterations; ++n) {
+        memset(s->w->lambda + 2 * (size_t)element.begin, 0,
+               2 * (size_t)(element.end - element.begin) * sizeof(double));
+        for (int n = 0; n < def->iterations; ++n) {
             om_team_barrier(team);
-            om__pbd_match(&pbd->shape, pbd->def.linear_stretch, s->x, batch.begin, batch.end,
-                          n == 0 ? NEWTON_FIRST : NEWTON_NEXT, s->turn, s->w->map);
-            om_team_barrier(team);
-            follow_clusters(s, part, n + 1 == pbd->def.iterations);
+            if (def->kind == OM_PBD_ELASTIC)
+                relax_elements(s, team, rank, size);
+            else
+                match_shapes(s, team, rank, size, n);
+            act_alone(s, part, n + 1 == def->iterations);
         }
         find_velocities(s, part);
         om_team_barrier(team);

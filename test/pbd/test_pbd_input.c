@@ -28,6 +28,7 @@ static void test_definitions(void** state) {
     p.pbd = good, p.pbd.particle_volume = 0, expect(&p, "particle_volume");
     p.pbd = good, p.pbd.cookie = 0, expect(&p, "om_pbd_default_def");
     p.pbd = good, p.pbd.kind = (OmPbdKind)7, expect(&p, "kind");
+    p.pbd = good, p.pbd.kind = OM_PBD_ELASTIC, expect(&p, "elements");
     OmTissueDef fem = om_tissue_default_def(&p.r.mesh);
     OmTissueModel* m;
     assert_status(om_tissue_create(&fem, &m), OM_INVALID);

@@ -32,7 +32,7 @@ static void make_scene(OmRng* rng, PbdRig* p) {
         pbd_box(p, om_vec3(0.02, 0.03, 0.02), 2, 3, 2);
         if (om_rng_below(rng, 2)) rig_attach_plane(&p->r, 2, 0);
     }
-    p->pbd.kind = (OmPbdKind)(0);
+    p->pbd.kind = (OmPbdKind)(p->r.mesh.ntet > 0 ? om_rng_below(rng, 2) : 0);
     if (p->pbd.kind == OM_PBD_ELASTIC) p->pbd = om_pbd_default_def(OM_PBD_ELASTIC);
     p->pbd.cluster_stiffness = pick(rng, ends, 3);
     p->pbd.linear_stretch = pick(rng, ends, 3);
@@ -143,11 +143,13 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
 
 static void test_same_bytes(void** state) {
     (void)state;
-    for (int kind = 0; kind < 1; ++kind) {
-        uint64_t one = run_busy(1, 60, (OmPbdKind)kind, false);
-        assert_true(one == run_busy(2, 60, (OmPbdKind)kind, false));
-        assert_true(one == run_busy(3, 60, (OmPbdKind)kind, false));
-        assert_true(one == run_busy(1, 60, (OmPbdKind)kind, true));
+    for (int kind = 0; kind < 2; ++kind) {
+        int nstep =
+            kind == OM_PBD_CLUSTERS ? 60 : 8;  // colours meet often, slowly on a busy machine
+        uint64_t one = run_busy(1, nstep, (OmPbdKind)kind, false);
+        assert_true(one == run_busy(2, nstep, (OmPbdKind)kind, false));
+        assert_true(one == run_busy(3, nstep, (OmPbdKind)kind, false));
+        assert_true(one == run_busy(1, nstep, (OmPbdKind)kind, true));
     }
 }
 
@@ -176,7 +178,7 @@ static OmStatus make_particles(void* ctx) {
 
 static void test_memory(void** state) {
     (void)state;
-    for (int kind = 0; kind < 1; ++kind) {
+    for (int kind = 0; kind < 2; ++kind) {
         PbdRig p;
         pbd_box(&p, om_vec3(0.03, 0.03, 0.02), 3, 3, 2);
         if (kind == OM_PBD_ELASTIC) p.pbd = om_pbd_default_def(OM_PBD_ELASTIC);

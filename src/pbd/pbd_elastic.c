@@ -1,0 +1,195 @@
+// pbd_elastic.c: XPBD on tetrahedra, stable neo-Hookean (Macklin and Mueller 2021, "A constraint-based formulation
+// of stable neo-Hookean materials"; the law is OM_STABLE_NEO_HOOKEAN of tissue_material.h).
+//
+// W = mu/2 (I1 - 3) + (lambda + mu)/2 (J - gamma)^2 + const., gamma = 1 + mu / (lambda + mu), is the energy
+// C^2 / (2 alpha) of two constraints: J - gamma with the compliance 1 / ((lambda + mu) V) and sqrt(I1) with
+// 1 / (mu V). At rest neither is zero, their forces cancel; so each element solves for both multipliers at once,
+// and then rest stays rest. Elements are coloured so that those of one colour share no vertex: Gauss and Seidel's
+// scheme, in parallel, with the same bytes for any number of workers.
+#include <string.h>
+
+#include "base/base_multiversion.h"
+#include "pbd/pbd_internal.h"
+
+#define NWORD 8             // of 64 colours: more elements at a vertex than any mesh of ours has
+#define LEAST_STRETCH 1e-6  // sqrt(I1) below which it has no direction
+
+// The first colour that none of the element's vertices has seen; -1 if there is none.
+static int free_color(const uint64_t* seen, const int* vert) {
+    for (int w = 0; w < NWORD; ++w) {
+        uint64_t all = 0;
+        for (int a = 0; a < 4; ++a) all |= seen[(size_t)vert[a] * NWORD + (size_t)w];
+        if (all == UINT64_MAX) continue;
+        int bit = 0;
+        while (all >> bit & 1) ++bit;
+        return 64 * w + bit;
+    }
+    return -1;
+}
+
+// Colour of each element, and how many of each there are.
+static OmStatus color_elements(const OmTetMesh* mesh, int* color, int count[64 * NWORD]) {
+    uint64_t* seen = om_calloc((size_t)mesh->nvert * NWORD, sizeof *seen);
+    if (!seen) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    for (int e = 0; e < mesh->ntet; ++e) {
+        const int* v = mesh->tet_vert + 4 * (size_t)e;
+        int c = free_color(seen, v);
+        OM_CHECK_DONE(c >= 0, OM_INVALID,
+                      "pbd: more than %d elements around element %d share its vertices", 64 * NWORD,
+                      e);
+        color[e] = c;
+        ++count[c];
+        for (int a = 0; a < 4; ++a)
+            seen[(size_t)v[a] * NWORD + (size_t)(c / 64)] |= 1ull << (c % 64);
+    }
+done:
+    om_free(seen);
+    return status;
+}
+
+static OmStatus make_element(const OmTissueModel* m, int e, OmPbdTet* t) {
+    const OmTetMesh* mesh = &m->mesh;
+    memcpy(t->vert, mesh->tet_vert + 4 * (size_t)e, sizeof t->vert);
+    OmVec3 o = om_load3(mesh->x, t->vert[0]), a = om_sub(om_load3(mesh->x, t->vert[1]), o),
+           b = om_sub(om_load3(mesh->x, t->vert[2]), o),
+           c = om_sub(om_load3(mesh->x, t->vert[3]), o);
+    double inverse = 1 / (6 * m->volume[e]), lambda, mu, bulk;
+    om_store3(t->grad, 0, om_scale(inverse, om_cross(b, c)));
+    om_store3(t->grad, 1, om_scale(inverse, om_cross(c, a)));
+    om_store3(t->grad, 2, om_scale(inverse, om_cross(a, b)));
+    for (int k = 0; k < 9; ++k)
+        OM_CHECK(isfinite(t->grad[k]) && fabs(t->grad[k]) < 1e15, OM_INVALID,
+                 "pbd: element %d is too flat to compute with (volume %g m^3)", e, m->volume[e]);
+    const OmMaterial* material = &m->def.material[m->def.nmaterial > 0 ? mesh->tet_label[e] : 0];
+    om_material_lame(material, &lambda, &mu, &bulk);
+    t->gamma = 1 + mu / (lambda + mu);
+    t->volume_compliance = 1 / ((lambda + mu) * m->volume[e]);
+    t->shape_compliance = 1 / (mu * m->volume[e]);
+    return OM_OK;
+}
+
+OmStatus om__pbd_make_elastic(const OmTissueModel* m, OmPbdElastic* el) {
+    int ntet = m->mesh.ntet, count[64 * NWORD] = {0};
+    OM_CHECK(ntet > 0, OM_INVALID, "pbd: kind OM_PBD_ELASTIC needs a mesh with elements");
+    OmStatus status = OM_OK;
+    int *color = NULL, *next = NULL;
+    OM_ALLOC_DONE(color, ntet);
+    OM_ALLOC_DONE(el->tet, ntet);
+    OM_CALLOC_DONE(next, 64 * NWORD + 1);
+    OM_TRY_DONE(color_elements(&m->mesh, color, count));
+    while (el->ncolor < 64 * NWORD && count[el->ncolor] > 0) ++el->ncolor;
+    OM_CALLOC_DONE(el->color_adr, (size_t)el->ncolor + 1);
+    for (int c = 0; c < el->ncolor; ++c)
+        el->color_adr[c + 1] = next[c + 1] = el->color_adr[c] + count[c];
+    for (int e = 0; e < ntet; ++e) OM_TRY_DONE(make_element(m, e, &el->tet[next[color[e]]++]));
+    el->ntet = ntet;
+done:
+    om_free(color);
+    om_free(next);
+    return status;
+}
+
+void om__pbd_elastic_done(OmPbdElastic* el) {
+    om_free(el->tet);
+    om_free(el->color_adr);
+    *el = (OmPbdElastic){0};
+}
+
+// F by columns, the gradients of both constraints at vertices 1, 2, 3 (then 0 is less their sum), and sqrt(I1).
+typedef struct Strain {
+    OmVec3 volume[4], shape[4];
+    double J, stretch;
+} Strain;
+
+static inline void strain_of(const OmPbdTet* t, const double* x, Strain* s) {
+    OmVec3 o = om_load3(x, t->vert[0]), f[3], cof[3];
+    OmVec3 d1 = om_sub(om_load3(x, t->vert[1]), o), d2 = om_sub(om_load3(x, t->vert[2]), o),
+           d3 = om_sub(om_load3(x, t->vert[3]), o);
+    const double* g = t->grad;
+    for (int c = 0; c < 3; ++c)
+        f[c] = om_madd(om_madd(om_scale(g[c], d1), g[3 + c], d2), g[6 + c], d3);
+    for (int c = 0; c < 3; ++c) cof[c] = om_cross(f[(c + 1) % 3], f[(c + 2) % 3]);
+    s->J = om_dot(f[0], cof[0]);
+    s->stretch = sqrt(om_norm2(f[0]) + om_norm2(f[1]) + om_norm2(f[2]));
+    double inverse = s->stretch > LEAST_STRETCH ? 1 / s->stretch : 0;
+    s->volume[0] = s->shape[0] = om_vec3(0, 0, 0);
+    for (int a = 0; a < 3; ++a) {
+        const double* ga = g + 3 * a;
+        s->volume[a + 1] = om_madd(om_madd(om_scale(ga[0], cof[0]), ga[1], cof[1]), ga[2], cof[2]);
+        OmVec3 Fg = om_madd(om_madd(om_scale(ga[0], f[0]), ga[1], f[1]), ga[2], f[2]);
+        s->shape[a + 1] = om_scale(inverse, Fg);
+        s->volume[0] = om_sub(s->volume[0], s->volume[a + 1]);
+        s->shape[0] = om_sub(s->shape[0], s->shape[a + 1]);
+    }
+}
+
+// Both multipliers of an element by the 2 x 2 system (W + alpha / sub^2) dl = -C - alpha / sub^2 l.
+static inline void solve_element(const OmPbdStep* s, int e) {
+    const OmPbdTet* t = &s->pbd->elastic.tet[e];
+    const double* give = s->w->give;
+    Strain g;
+    strain_of(t, s->x, &g);
+    double per = 1 / (s->sub * s->sub), hh = t->volume_compliance * per,
+           dd = t->shape_compliance * per;
+    double* l = s->w->lambda + 2 * (size_t)e;
+    double rh = -(g.J - t->gamma) - hh * l[0], rd = -g.stretch - dd * l[1], hd = 0;
+    for (int a = 0; a < 4; ++a) {
+        double w = give[t->vert[a]];
+        hh += w * om_norm2(g.volume[a]);
+        dd += w * om_norm2(g.shape[a]);
+        hd += w * om_dot(g.volume[a], g.shape[a]);
+    }
+    double det = hh * dd - hd * hd;  // compliances make it positive, but for overflow
+    if (!(det > 0) || !isfinite(det)) return;
+    double lh = (dd * rh - hd * rd) / det, ld = (hh * rd - hd * rh) / det;
+    if (!isfinite(lh) || !isfinite(ld)) return;
+    l[0] += lh, l[1] += ld;
+    for (int a = 0; a < 4; ++a) {
+        int i = t->vert[a];
+        OmVec3 d = om_madd(om_scale(lh, g.volume[a]), ld, g.shape[a]);
+        if (give[i] > 0)
+            om_store3(s->x, i, om_madd(om_load3(s->x, i), give[i], d));
+        else
+            om_store3(s->w->hold, i, om_madd(om_load3(s->w->hold, i), -1 / (s->sub * s->h), d));
+    }
+}
+
+OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end) {
+    for (int e = begin; e < end; ++e) solve_element(s, e);
+}
+
+// ---- forces and energy at given positions, for om_tissue_get_* ------------------------------------------
+
+// The elements' forces at x: -dW/dx, from the constraints' own multipliers -C / alpha.
+void om__pbd_add_internal_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
+                                double* force, OmVec3* sum) {
+    const OmPbd* pbd = m->data;
+    for (int e = 0; e < pbd->elastic.ntet; ++e) {
+        const OmPbdTet* t = &pbd->elastic.tet[e];
+        Strain g;
+        strain_of(t, x, &g);
+        double lh = -(g.J - t->gamma) / t->volume_compliance, ld = -g.stretch / t->shape_compliance;
+        for (int a = 0; a < 4; ++a) {
+            int i = t->vert[a];
+            if (mask && !mask[i]) continue;
+            OmVec3 f = om_madd(om_scale(lh, g.volume[a]), ld, g.shape[a]);
+            *sum = om_add(*sum, f);
+            if (force) om_store3(force, i, om_add(om_load3(force, i), f));
+        }
+    }
+}
+
+double om__pbd_get_energy(const OmTissueModel* m, const double* x) {
+    const OmPbd* pbd = m->data;
+    double energy = 0;
+    for (int e = 0; e < pbd->elastic.ntet; ++e) {
+        const OmPbdTet* t = &pbd->elastic.tet[e];
+        Strain g;
+        strain_of(t, x, &g);
+        double C = g.J - t->gamma, C0 = 1 - t->gamma;
+        energy += 0.5 * (C * C - C0 * C0) / t->volume_compliance +
+                  0.5 * (g.stretch * g.stretch - 3) / t->shape_compliance;
+    }
+    return energy;
+}
