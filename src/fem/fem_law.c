@@ -63,6 +63,14 @@ static OmJet jet_power(double x, double e) {
     return x < OM__LAW_FLOOR ? continued(y, x, OM__LAW_FLOOR) : y;
 }
 
+// x^e as a factor of energies, above 0 everywhere: om__principal_eval has the same.
+static OmJet jet_factor(double x, double e) {
+    if (e <= 0 || x >= OM__LAW_FLOOR) return jet_power(x, e);
+    OmJet g = jet_power(x, -e);  // at least that of the floor
+    double y = 1 / g.f;
+    return (OmJet){y, -g.d * y * y, (2 * g.d * g.d * y - g.dd) * y * y};
+}
+
 // c/2 (x - 1)^2
 static OmJet jet_square(double c, double x) {
     return (OmJet){c / 2 * (x - 1) * (x - 1), c * (x - 1), c};
@@ -279,7 +287,7 @@ static void add_ogden(Sums* s, const OmLawParam* law, bool is_isochoric) {
     for (int t = 0; t < law->nterm; ++t) {
         OmJet p[3], q = one;
         for (int k = 0; k < 3; ++k) p[k] = jet_power(f.l[k], law->alpha[t]);
-        if (is_isochoric) q = jet_power(s->J, -law->alpha[t] / 3);
+        if (is_isochoric) q = jet_factor(s->J, -law->alpha[t] / 3);
         add_stretches(s, law->a[t], &f, p, q);
         s->out->W -= 3 * law->a[t];
     }

@@ -8,7 +8,8 @@
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 
-// Below these, terms go on as Taylor polynomials of second order. That of logarithms is the lower one, for it is they
+// Below these, terms go on as Taylor polynomials of second order (positive powers of J that are factors, as the
+// reciprocals of such: they stay above 0). That of logarithms is the lower one, for it is they
 // that keep elements from inverting: with 0.2 the crushed elements at the edge of a probe gave way.
 #define OM__LAW_FLOOR 0.2  // of J and stretches in powers
 #define OM__LOG_FLOOR 0.1  // of J in logarithms

@@ -23,6 +23,15 @@ static Taylor power_of(double x, double q) {
     return x < OM__LAW_FLOOR ? continue_below(y, x, OM__LAW_FLOOR) : y;
 }
 
+// x^q as a factor of energies, which must stay above 0: for q > 0 it goes on below the floor as 1 / x^-q does.
+// Its polynomial is below 0 where x is, and an inverted element would gain energy without end.
+static Taylor factor_of(double x, double q) {
+    if (q <= 0 || x >= OM__LAW_FLOOR) return power_of(x, q);
+    Taylor g = power_of(x, -q);  // at least that of the floor
+    double y = 1 / g.f;
+    return (Taylor){y, -g.d * y * y, (2 * g.d * g.d * y - g.dd) * y * y};
+}
+
 // k1 ln J + k2 (ln J)^2, continued as a whole: the square of a continued logarithm would be a polynomial of
 // twelfth degree in positions, under which deeply inverted elements explode.
 static Taylor logs_of(double k1, double k2, double J) {
@@ -183,7 +192,7 @@ void om__principal_eval(const OmMaterial* m, const double s[3], OmPrincipal* p) 
             double alpha = m->nterm > 0 ? m->ogden_alpha[n] : 2;
             double mu_n = m->nterm > 0 ? m->ogden_mu[n] : mu;
             bool is_coupled = m->law == OM_OGDEN_COUPLED;
-            add_ogden(p, &a, mu_n, alpha, is_coupled ? one : power_of(a.J, -alpha / 3));
+            add_ogden(p, &a, mu_n, alpha, is_coupled ? one : factor_of(a.J, -alpha / 3));
             if (is_coupled) add_volume(p, &a, logs_of(-mu_n, 0, a.J));
         }
         add_volume(p, &a, volumetric(m, m->law == OM_OGDEN_COUPLED ? lambda : K, a.J));

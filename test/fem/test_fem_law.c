@@ -254,6 +254,26 @@ static void test_simple_shear(void** context) {
     }
 }
 
+// No F, however inverted, has less energy than rest: there is nowhere to fall without end.
+static void test_least_energy(void** context) {
+    (void)context;
+    OmRng rng = om_rng_init(9, 4);
+    for (int k = 0; k < NLAW; ++k) {
+        OmLawParam law;
+        OmLawValue a;
+        double least = INFINITY;
+        om__law_init(&every_law[k], &law);
+        for (int n = 0; n < 3000; ++n) {
+            double F[9], spread = n % 3 == 0 ? 0.3 : n % 3 == 1 ? 1.5 : 6;
+            for (int i = 0; i < 9; ++i) F[i] = (i % 4 == 0) + spread * om_rng_range(&rng, -1, 1);
+            om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_ENERGY, &a);
+            least = fmin(least, a.W);
+        }
+        printf("%s: least energy %.3g J/m^3\n", om_law_name(law.law), least);
+        assert_true(least >= -1e-9 * KAPPA);
+    }
+}
+
 // Projected: no eigenvalue below zero, and unchanged where there was none.
 static void test_projection(void** context) {
     (void)context;
@@ -318,7 +338,7 @@ int main(void) {
         cmocka_unit_test(test_extremes),     cmocka_unit_test(test_rest),
         cmocka_unit_test(test_invariance),   cmocka_unit_test(test_uniaxial_biaxial),
         cmocka_unit_test(test_simple_shear), cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_engine_laws),
+        cmocka_unit_test(test_engine_laws),  cmocka_unit_test(test_least_energy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
