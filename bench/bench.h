@@ -32,6 +32,8 @@ typedef OmStatus (*BenchFn)(const BenchOptions* options);
 
 /// Print the row as one JSON object a line.
 OmStatus bench_print(const BenchRow* row);
+/// Box [0, size] of tetrahedra, cells[0] x cells[1] x cells[2] cubes, attached where coordinate `axis` is 0.
+OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh);
 /// Least and median of n times in s, as ms; sorts them.
 void bench_times(double* time, int n, BenchRow* row);
 

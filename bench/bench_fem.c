@@ -11,7 +11,7 @@
 
 static const struct {
     const char* name;
-    double size[3];  // m
+    OmVec3 size;  // m
     int cells[3];
     bool is_quick;
     double
@@ -29,25 +29,11 @@ static const struct {
 static const OmLaw law_table[] = {OM_COROTATIONAL, OM_NEO_HOOKEAN, OM_ST_VENANT_KIRCHHOFF};
 #define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
 
-static OmStatus make_mesh(int k, OmTetMesh* mesh) {
-    const double* L = scene_table[k].size;
-    const int* n = scene_table[k].cells;
-    OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(L[0], L[1], L[2]), n[0], n[1], n[2], mesh));
-    int* vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
-    if (!vert) return OM_NO_MEMORY;
-    int count = 0;
-    for (int i = 0; i < mesh->nvert; ++i)
-        if (mesh->x[3 * i] < 1e-9) vert[count++] = i;
-    OmStatus status = om_tet_mesh_add_set(mesh, "attachment", vert, count);
-    om_free(vert);
-    return status;
-}
-
 // A tool that holds the whole end face: a sphere so large that it is flat there.
 static OmPose end_tool(int k, double lift, double* radius) {
-    const double* L = scene_table[k].size;
+    OmVec3 L = scene_table[k].size;
     *radius = 1000;
-    OmPose pose = {om_vec3(L[0] + *radius - 1e-5, L[1] / 2, L[2] / 2 + lift), om_quat_identity()};
+    OmPose pose = {om_vec3(L.x + *radius - 1e-5, L.y / 2, L.z / 2 + lift), om_quat_identity()};
     return pose;
 }
 
@@ -124,7 +110,7 @@ OmStatus bench_fem(const BenchOptions* options) {
     for (int k = 0; k < NSCENE; ++k) {
         if (options->is_quick && !scene_table[k].is_quick) continue;
         OmTetMesh mesh;
-        OmStatus status = make_mesh(k, &mesh);
+        OmStatus status = bench_box(scene_table[k].size, scene_table[k].cells, 0, &mesh);
         for (int law = 0; law < 3; ++law)
             for (int plain = 1; plain >= 0 && status >= 0; --plain)
                 if (law == 0 || scene_table[k].peer_ms[law] > 0)

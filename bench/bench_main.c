@@ -18,6 +18,17 @@ static const struct {
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
+OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh) {
+    OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), size, cells[0], cells[1], cells[2], mesh));
+    int count = 0, *vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
+    if (!vert) return OM_NO_MEMORY;
+    for (int i = 0; i < mesh->nvert; ++i)
+        if (mesh->x[3 * i + axis] < 1e-9) vert[count++] = i;
+    OmStatus status = om_tet_mesh_add_set(mesh, "attachment", vert, count);
+    om_free(vert);
+    return status;
+}
+
 OmStatus bench_print(const BenchRow* row) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);

@@ -47,15 +47,7 @@ typedef struct Bed {
 } Bed;
 
 static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) {
-    const int* n = scene_table[k].cells;
-    OM_TRY(
-        om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.15, 0.1, 0.07), n[0], n[1], n[2], &bed->mesh));
-    int num = (n[0] + 1) * (n[1] + 1), *vert = om_alloc((size_t)num, sizeof *vert);
-    if (!vert) return OM_NO_MEMORY;
-    for (int i = 0; i < num; ++i) vert[i] = i;  // the lowest layer
-    OmStatus status = om_tet_mesh_add_set(&bed->mesh, "attachment", vert, num);
-    om_free(vert);
-    OM_TRY(status);
+    OM_TRY(bench_box(om_vec3(0.15, 0.1, 0.07), scene_table[k].cells, 2, &bed->mesh));
     OmTissueDef def = om_tissue_default_def(&bed->mesh);
     def.gravity = om_vec3(0, 0, 0);
     def.rayleigh_mass = 0;

@@ -15,18 +15,6 @@ static const struct {
 };
 #define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
 
-static OmStatus make_mesh(const int* n, OmTetMesh* mesh) {
-    OM_TRY(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.1, 0.03, 0.03), n[0], n[1], n[2], mesh));
-    int* vert = om_alloc((size_t)mesh->nvert, sizeof *vert);
-    if (!vert) return OM_NO_MEMORY;
-    int count = 0;
-    for (int i = 0; i < mesh->nvert; ++i)
-        if (mesh->x[3 * i] < 1e-9) vert[count++] = i;
-    OmStatus status = om_tet_mesh_add_set(mesh, "attachment", vert, count);
-    om_free(vert);
-    return status;
-}
-
 static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, OmLaw law) {
     OmTissueDef def = om_tissue_default_def(mesh);
     def.gravity = om_vec3(0, 0, -1);
@@ -79,7 +67,7 @@ OmStatus bench_static(const BenchOptions* options) {
     for (int k = 0; k < NSCENE; ++k) {
         if (options->is_quick && !scene_table[k].is_quick) continue;
         OmTetMesh mesh;
-        OmStatus status = make_mesh(scene_table[k].cells, &mesh);
+        OmStatus status = bench_box(om_vec3(0.1, 0.03, 0.03), scene_table[k].cells, 0, &mesh);
         if (status >= 0) status = measure(k, &mesh, options, OM_ST_VENANT_KIRCHHOFF);
         if (status >= 0) status = measure(k, &mesh, options, OM_NEO_HOOKEAN);
         om_tet_mesh_done(&mesh);
