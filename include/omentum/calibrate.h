@@ -96,8 +96,9 @@ typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
     double tolerance;            // of a parameter, over its range, where local ends; default 1e-3
     int patience;  // generations without 1 % of progress that end the global stage; default 8
     double unfit;  // the model cannot fit where that happens above this many times noise; default 4
-    double rise;   // sensitivity: rise of the cost that counts, over max(cost, noise); default 0.1;
-                   // 0: no sensitivity
+    double
+        rise;  // sensitivity: share by which the cost must rise; where it is below the noise, its square
+               // by what that share of the noise adds; default 0.1; 0: no sensitivity
     uint64_t seed;        // default 1
     int nworker;          // default 0: one a processor
     const char* out_dir;  // journal and report; default null: none, nothing is resumed

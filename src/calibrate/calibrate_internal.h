@@ -86,6 +86,8 @@ typedef enum OmNloptMethod {
 OmStatus om__calibrate_nlopt(OmSearch* s, OmNloptMethod method, const double* u0, const double* lo,
                              const double* hi, int max_eval, int patience, bool* is_done);
 
+/// The cost that counts as risen from the least: c^2 + ((1 + rise)^2 - 1) max(c, noise)^2, squared.
+double om__calibrate_limit(const OmCalibrationDef* def, double least);
 /// Profiles along each parameter around the best evaluation, then pairs of parameters.
 OmStatus om__calibrate_profile(OmSearch* s, OmCalibrationProfile* profile);
 /// Evaluations that it makes at most.

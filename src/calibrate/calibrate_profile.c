@@ -19,6 +19,11 @@ int om__calibrate_profile_count(int nparam) {
     return 2 * NSIDE * nparam + 2 * nparam * (nparam - 1);
 }
 
+double om__calibrate_limit(const OmCalibrationDef* def, double least) {
+    double scale = fmax(least, def->noise);
+    return sqrt(least * least + def->rise * (2 + def->rise) * scale * scale);
+}
+
 // ---- along the axes -------------------------------------------------------------------------------
 
 // Point m of a profile, in [-NSIDE, NSIDE], as a coordinate.
@@ -100,7 +105,7 @@ static OmStatus walk_pairs(OmSearch* s, const double* u, const double* lo, const
 OmStatus om__calibrate_profile(OmSearch* s, OmCalibrationProfile* profile) {
     enum { N = OM_CALIBRATION_MAX_PARAM };
     double u[N], lo[N], hi[N], cost[N][OM_CALIBRATION_NPROFILE];
-    double centre = s->cost[s->best], limit = centre + s->def->rise * fmax(centre, s->def->noise);
+    double centre = s->cost[s->best], limit = om__calibrate_limit(s->def, centre);
     memcpy(u, s->u + (size_t)s->best * (size_t)s->n, (size_t)s->n * sizeof *u);
     om__search_begin(s, "sensitivity", om__calibrate_profile_count(s->n));
     OM_TRY(walk_axes(s, u, cost));

@@ -253,7 +253,7 @@ static void add_profile(const Leaf* l, int k, OmReport* report) {
         .nseries = 1,
         .is_log_x = p->is_log,
         .has_limit = true,
-        .limit = 1e3 * (middle + l->def->rise * fmax(middle, l->def->noise)),
+        .limit = 1e3 * om__calibrate_limit(l->def, middle),
         .limit_name = "rise that counts",
     };
     chart.series[0] = (OmReportSeries){"error along this parameter", x, y, n, false};

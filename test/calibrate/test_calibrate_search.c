@@ -7,8 +7,7 @@
 #include "test_alloc.h"
 #include "test_files.h"
 
-// A spring with a constant, a weight and an offset: y(t) = offset + weight t / k at levels t; the errors are
-// distances to observations with noise. What a model of displacements can know.
+// A spring and a disturbance, y(t) = t / stiffness + offset sin(4 t) / 100, seen at levels t with noise.
 enum { NLEVEL = 20, NPARAM = 2 };
 
 typedef struct Spring {
@@ -20,7 +19,7 @@ typedef struct Spring {
 } Spring;
 
 static double spring_y(const Spring* s, const double* p, double t) {
-    return s->is_ratio ? t * p[1] / p[0] : 0.01 * sin(t) * p[1] + t / p[0];
+    return s->is_ratio ? t * p[1] / p[0] : 0.01 * sin(4 * t) * p[1] + t / p[0];
 }
 
 static OmStatus spring_eval(void* ctx, const double* p, int nworker, double* error) {
@@ -229,7 +228,7 @@ static void test_robust_norms_ignore_outliers(void** state) {
         Spring s = {0};
         make_spring(&s, 1e-5, 3);
         s.observed[17] += 1e-3;
-        s.observed[4] -= 1e-3;
+        s.observed[18] += 1e-3;
         OmCalibrationDef def = spring_def(&s);
         def.norm = (OmCalibrationNorm)norm;
         def.noise = 1e-5;
@@ -239,10 +238,11 @@ static void test_robust_norms_ignore_outliers(void** state) {
         miss[norm] = fabs(r.best[0] / truth[0] - 1);
         om_calibrate_result_done(&r);
     }
-    // 1e-5 of noise against displacements of up to 6e-4: 1 to 2 % of k; measured 0.011, 0.016
-    assert_below(miss[OM_NORM_TRIMMED], 0.03);
-    assert_below(miss[OM_NORM_HUBER], 0.1);
-    assert_true(miss[OM_NORM_SQUARE] > 0.3);
+    // measured: mean 0.24 %, trimmed 0.21 %, Huber 0.46 %, squares 29 %
+    assert_below(miss[OM_NORM_MEAN], 0.01);
+    assert_below(miss[OM_NORM_TRIMMED], 0.01);
+    assert_below(miss[OM_NORM_HUBER], 0.02);
+    assert_true(miss[OM_NORM_SQUARE] > 0.1);
 }
 
 static void test_stops_when_the_model_cannot_fit(void** state) {

@@ -158,7 +158,8 @@ static void test_paths_give_back_what_they_showed(void** state) {
     (void)state;
     Maker maker;
     make_bar(&maker, om_vec3(0.08, 0.04, 0.01), 8, 4, 1, 0, 0);
-    maker.def.gravity = om_vec3(0, 0, -1);  // a press knows no board: the strip must not sag away from it
+    maker.def.gravity =
+        om_vec3(0, 0, -1);  // a press knows no board: the strip must not sag away from it
     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
     OmContactDef contact = om_contact_default_def();
     contact.nplane = 1, contact.plane = &board;
