@@ -19,6 +19,7 @@ static const struct {
 } scene_table[] = {
     {"sheet", {0.09, 0.09, 0.003}, 0.003, false, false, 0.4},
     {"sheet on a board", {0.09, 0.09, 0.003}, 0.003, true, false, 0},
+    {"sheet touching itself", {0.09, 0.09, 0.003}, 0.003, true, true, 0},
     {"block", {0.125, 0.1, 0.1}, 0.005, true, false, 20},
 };
 #define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))

@@ -39,6 +39,7 @@ typedef struct OmPbd {  // of a model
     OmPbdDef def;
     OmPbdClusters shape;   // of OM_PBD_CLUSTERS, else empty
     OmPbdElastic elastic;  // of OM_PBD_ELASTIC, else empty
+    bool has_pairs;        // particles keep away from each other
 } OmPbd;
 
 typedef struct OmPbdFrame {  // an obstacle in a substep
@@ -53,6 +54,19 @@ enum {                       // what a particle is in a substep, bits
     OM__PBD_SPRING = 2,      // drawn to an anchor
     OM__PBD_NEAR = 4         // near an obstacle
 };
+
+#define OM__PBD_NEIGHBOR 16  // particles that one keeps away from, at most
+
+typedef struct OmPbdPairs {  // of self-collision, else empty
+    uint32_t mask;           // buckets less one, a power of two less one
+    int* adr;                // particles of buckets                                  (buckets + 1)
+    int* order;              //                                                       (nvert)
+    int* cell;               // of each particle                                      (nvert x 3)
+    int* near_num;           //                                                       (nvert)
+    int* near;               //                                          (nvert x OM__PBD_NEIGHBOR)
+    double* shift;           // of an iteration, m                                    (nvert x 3)
+    size_t size;             // bytes of the above
+} OmPbdPairs;
 
 typedef struct OmPbdWork {  // of a work
     double* begin;          // positions at the beginning of the substep                (nvert x 3)
@@ -71,7 +85,9 @@ typedef struct OmPbdWork {  // of a work
         plane;  // n, c: the obstacle as the prediction saw it, gap n p + c   (max_obstacle x nvert x 4)
     unsigned char* is_near;  // worth asking in the substep                   (max_obstacle x nvert)
     double* push;            // by each obstacle, N                       (max_obstacle x nvert x 3)
-    OmPbdFrame* frame;       //                                                    (max_obstacle)
+    OmPbdPairs pairs;
+    bool has_pairs[OM_MAX_WORKER];  // found by each member of the team, in the substep
+    OmPbdFrame* frame;  //                                                    (max_obstacle)
     int max_obstacle;
     size_t size;  // bytes of the above
 } OmPbdWork;
@@ -115,6 +131,18 @@ void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
                                 const unsigned char* mask, double* force, OmVec3* sum);
 double om__pbd_get_energy(const OmTissueModel* model, const double* x);
+
+// ---- pbd_self.c
+
+OmStatus om__pbd_make_pairs(int nvert, OmPbdPairs* pairs);
+void om__pbd_pairs_done(OmPbdPairs* pairs);
+/// The grid of the predicted positions; by one member of the team.
+void om__pbd_fill_grid(OmPbdStep* s);
+/// Whom particles [begin, end) have to keep away from; is there anyone?
+bool om__pbd_find_pairs(OmPbdStep* s, int begin, int end);
+/// How far that takes them in this iteration; then, after all have asked, take them there.
+void om__pbd_find_shifts(OmPbdStep* s, int begin, int end);
+void om__pbd_shift(OmPbdStep* s, int begin, int end);
 
 // ---- pbd_contact.c
 

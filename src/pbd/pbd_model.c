@@ -96,6 +96,7 @@ static OmStatus pbd_create(OmTissueModel* m) {
     if (!pbd) return OM_NO_MEMORY;
     m->data = pbd;  // freed with the model, whatever fails below
     pbd->def = def;
+    pbd->has_pairs = def.has_self_collision && def.collision_distance > 0;
     if (def.kind == OM_PBD_CLUSTERS) return om__pbd_make_clusters(m, &def, &pbd->shape);
     m->engine = &elastic_engine;
     return om__pbd_make_elastic(m, &pbd->elastic);
@@ -144,6 +145,7 @@ static void pbd_destroy_work(OmTissueWork* w) {
     om_free(pw->pull);
     om_free(pw->normal_sum);
     om_free(pw->friction_sum);
+    om__pbd_pairs_done(&pw->pairs);
     om_free(pw->give);
     om_free(pw->lambda);
     om_free(pw->gap_goal);
@@ -179,6 +181,8 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
         return OM_NO_MEMORY;
     pw->size =
         (18 * n + 2 * (size_t)pbd->elastic.ntet + OM__PBD_MAP * ncluster) * sizeof(double) + n;
+    if (pbd->has_pairs) OM_TRY(om__pbd_make_pairs(m->mesh.nvert, &pw->pairs));
+    pw->size += pw->pairs.size;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);
 }
 

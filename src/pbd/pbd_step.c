@@ -147,6 +147,25 @@ static void begin_substep(OmPbdStep* s, int k) {
     om__pbd_move_obstacles(s);
 }
 
+// Who is near whom in this substep; the same answer for every member of the team: is there anyone?
+static bool find_all_pairs(OmPbdStep* s, OmTeam* team, Range part, int rank, int size) {
+    om_team_barrier(team);
+    if (rank == 0) om__pbd_fill_grid(s);
+    om_team_barrier(team);
+    s->w->has_pairs[rank] = om__pbd_find_pairs(s, part.begin, part.end);
+    om_team_barrier(team);
+    bool is_any = false;
+    for (int r = 0; r < size; ++r) is_any |= s->w->has_pairs[r];
+    return is_any;
+}
+
+static void keep_apart(OmPbdStep* s, OmTeam* team, Range part) {
+    om_team_barrier(team);
+    om__pbd_find_shifts(s, part.begin, part.end);
+    om_team_barrier(team);
+    om__pbd_shift(s, part.begin, part.end);
+}
+
 static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     OmPbdStep* s = ctx;
     const OmPbdDef* def = &s->pbd->def;
@@ -156,6 +175,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
         predict(s, part);
+        bool has_pairs = s->pbd->has_pairs && find_all_pairs(s, team, part, rank, size);
         memset(s->w->lambda + 2 * (size_t)element.begin, 0,
                2 * (size_t)(element.end - element.begin) * sizeof(double));
         for (int n = 0; n < def->iterations; ++n) {
@@ -164,6 +184,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
                 relax_elements(s, team, rank, size);
             else
                 match_shapes(s, team, rank, size, n);
+            if (has_pairs) keep_apart(s, team, part);
             act_alone(s, part, n + 1 == def->iterations);
         }
         find_velocities(s, part);

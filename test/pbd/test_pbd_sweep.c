@@ -145,10 +145,9 @@ static void test_same_bytes(void** state) {
     (void)state;
     for (int kind = 0; kind < 2; ++kind) {
         int nstep =
-            kind == OM_PBD_CLUSTERS ? 60 : 8;  // colours meet often, slowly on a busy machine
+            kind == OM_PBD_CLUSTERS ? 40 : 8;  // colours meet often, slowly on a busy machine
         uint64_t one = run_busy(1, nstep, (OmPbdKind)kind, false);
         assert_true(one == run_busy(2, nstep, (OmPbdKind)kind, false));
-        assert_true(one == run_busy(3, nstep, (OmPbdKind)kind, false));
         assert_true(one == run_busy(1, nstep, (OmPbdKind)kind, true));
     }
 }
