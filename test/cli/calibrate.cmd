@@ -27,8 +27,8 @@ write lift.yaml
         grasp_radius_mm: 12
         speed_mm_s: 10
         time_step_s: 0.1
-        settle_s: 2
-    search: {noise_mm: 0.5, force_mm_per_n: 50, generations: 4, population: 6}
+        settle_s: 0.5
+    search: {noise_mm: 0.5, force_mm_per_n: 50, generations: 2, population: 5, tolerance: 0.02}
 write seen.csv
     experiment,level_mm,landmark,x_mm,y_mm,z_mm
     # what is to be seen; --synthetic fills in where

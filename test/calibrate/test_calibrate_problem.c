@@ -1,0 +1,170 @@
+// test_calibrate_problem.c: problems in files: what they come to, what is said of wrong ones, lack of memory.
+#include "omentum/calibrate_problem.h"
+#include "test_alloc.h"
+#include "test_files.h"
+
+static char dir[512];
+
+static void put(const char* name, const char* text) {
+    char path[600];
+    snprintf(path, sizeof path, "%s/%s", dir, name);
+    write_bytes(path, text, strlen(text));
+}
+
+static const char scene[] =
+    "name: strip\n"
+    "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [4, 2, 1], world_cells: [6, 3, 2]}\n"
+    "attachments: {kind: box, lo_mm: [-31, -16, -1], hi_mm: [-20, 16, 1], stiffness: 50}\n"
+    "roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n";
+
+static const char problem_text[] =
+    "scene: scene.yaml\n"
+    "observations: seen.csv\n"
+    "parameters:\n"
+    "  - {name: tissue.young, min: 500, max: 50000, log: true}\n"
+    "  - {name: attachments.stiffness, min: 1, max: 100, start: 20}\n"
+    "  - {name: tissue.cluster_radius_mm, min: 8, max: 12}\n"
+    "paths:\n"
+    "  - {name: hang, kind: rest, settle_s: 0.1}\n"
+    "  - {name: end, kind: lift, point_mm: [30, 0, 10], direction: [0, 0, 1], grasp_radius_mm: 15, time_step_s: 0.1}\n"
+    "search: {norm: huber, huber_mm: 2, noise_mm: 0.5, global: crs, local: bobyqa, generations: 7, seed: 9}\n";
+
+static const char seen[] = "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"
+                           "end,2,tip,20,1,8\n"
+                           "end,rest,tip,20,0,5\n"
+                           "hang,0,cloud,1,2,3\n"
+                           "hang,0,cloud,1,2,4\n"
+                           "end,1,tip,20,2,7\n"
+                           "end,2,force,0,0,1\n";
+
+static void put_all(void) {
+    snprintf(dir, sizeof dir, "%s", temp_path("problem"));
+    assert_ok(om_path_make_dir(dir));
+    put("scene.yaml", scene);
+    put("problem.yaml", problem_text);
+    put("seen.csv", seen);
+}
+
+static const char* problem_path(void) {
+    static char path[600];
+    snprintf(path, sizeof path, "%s/problem.yaml", dir);
+    return path;
+}
+
+static void test_a_problem_is_read(void** state) {
+    (void)state;
+    put_all();
+    OmCalibrationProblem* problem;
+    assert_ok(om_calibrate_load_problem(problem_path(), &problem));
+    OmCalibrationDef def = om_calibrate_problem_search(problem);
+    assert_int_equal(def.nparam, 3);
+    assert_string_equal(def.param[0].name, "tissue.young");
+    assert_near(def.param[0].start, 3000, 0);  // the scene's default
+    assert_true(def.param[0].is_log && !def.param[1].is_log);
+    assert_near(def.param[1].start, 20, 0);
+    assert_near(def.param[2].start, 0.0095, 1e-15);
+    assert_near_rel(def.param[2].hi, 0.012, 1e-15);
+    assert_near(def.param[2].unit, 1e-3, 0);
+    assert_int_equal(def.norm, OM_NORM_HUBER);
+    assert_near_rel(def.norm_size, 0.002, 1e-15);
+    assert_int_equal(def.global, OM_GLOBAL_CRS);
+    assert_int_equal(def.local, OM_LOCAL_BOBYQA);
+    assert_int_equal(def.max_generations, 7);
+    assert_int_equal(def.seed, 9);
+    // two landmarks, a force, and a cloud against every vertex of the surface: 5 x 3 x 2
+    assert_int_equal(def.nerror, 3 + 30);
+    assert_near(def.label[0].level, 0.002, 1e-15);
+    assert_near(def.label[1].level, 0.001, 1e-15);
+    assert_string_equal(def.experiment[def.label[0].experiment], "end");
+    assert_string_equal(def.landmark[def.label[2].landmark], "force");
+    assert_string_equal(def.experiment[def.label[3].experiment], "hang");
+    uint64_t hash = def.problem;
+    om_calibrate_destroy_problem(problem);
+    // whatever decides about the evaluations is in the hash
+    put("seen.csv",
+        "experiment,level_mm,landmark,x_mm,y_mm,z_mm\nhang,0,cloud,1,2,3\nend,1,cloud,1,2,3\n");
+    assert_ok(om_calibrate_load_problem(problem_path(), &problem));
+    assert_true(om_calibrate_problem_search(problem).problem != hash);
+    om_calibrate_destroy_problem(problem);
+    assert_ok(om_path_remove(dir));
+}
+
+static void assert_refused(const char* file, const char* text, const char* message) {
+    put_all();
+    put(file, text);
+    OmCalibrationProblem* problem;
+    OmStatus status = om_calibrate_load_problem(problem_path(), &problem);
+    if (status >= 0 || !strstr(om_error_message(), message))
+        fail_msg("%s: status %d, \"%s\" and not \"%s\"", file, (int)status, om_error_message(),
+                 message);
+    assert_null(problem);
+    assert_ok(om_path_remove(dir));
+}
+
+static void test_wrong_files(void** state) {
+    (void)state;
+#define HEAD "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"
+#define YAML "scene: scene.yaml\nobservations: seen.csv\n"
+#define PARAM "parameters: [{name: tissue.young, min: 1, max: 9000}]\n"
+#define PATHS "paths: [{name: end, kind: rest}, {name: hang, kind: rest}]\n"
+    assert_refused("seen.csv", "", "seen.csv:1: the first line must be experiment,level_mm");
+    assert_refused("seen.csv", HEAD "hang,0,cloud,1,2\n", "seen.csv:2: z_mm: \"\" is not a number");
+    assert_refused("seen.csv", HEAD "hang,0,cloud,1,2,3,4\n", "seen.csv:2: more than six columns");
+    assert_refused("seen.csv", HEAD "\n# x\nhang,-1,cloud,1,2,3\n", "seen.csv:4: level_mm: -1");
+    assert_refused("seen.csv", HEAD "hang,0,,1,2,3\n", "seen.csv:2: landmark: a name of 0 letters");
+    assert_refused("seen.csv", HEAD "hung,0,cloud,1,2,3\n",
+                   "no path \"hung\"; did you mean \"hang\"?");
+    assert_refused("seen.csv", HEAD "hang,rest,a,1,2,3\nend,rest,a,1,2,3\n",
+                   "seen.csv:3: landmark: \"a\" has a place at rest already");
+    assert_refused("seen.csv", HEAD "hang,rest,force,1,2,3\n",
+                   "seen.csv:2: landmark: a force has no place");
+    assert_refused("seen.csv", HEAD "hang,0,a,1,2,3\nend,1,a,1,2,3\n",
+                   "\"a\" is at rest is nowhere said");
+    assert_refused("seen.csv", HEAD "hang,0,cloud,1,2,3\n", "nothing was seen of the path \"end\"");
+    assert_refused("seen.csv", HEAD "hang,5,cloud,1,2,3\nend,1,cloud,1,2,3\n", "one level, 0");
+    assert_refused("problem.yaml", YAML "parameters: []\n" PATHS, "parameters: the list is empty");
+    assert_refused("problem.yaml", YAML PARAM "paths: []\n", "paths: the list is empty");
+    assert_refused("problem.yaml", "scene: scene.yaml\n" PARAM PATHS,
+                   "\"observations\" is missing");
+    assert_refused("problem.yaml",
+                   YAML "parameters: [{name: tissue.young, min: 9, max: 1}]\n" PATHS,
+                   "tissue.young: min 9 is not below max 1");
+    assert_refused("problem.yaml",
+                   YAML PARAM "paths: [{name: a, kind: rest}, {name: a, kind: rest}]\n",
+                   "two have the name \"a\"");
+    assert_refused("problem.yaml", YAML PARAM PATHS "search: {norm: huber}\n",
+                   "needs huber_mm or noise_mm");
+    assert_refused("problem.yaml", YAML PARAM PATHS "search: {sed: 3}\n",
+                   "problem.yaml:5: search: unknown key \"sed\"; did you mean \"seed\"?");
+    assert_refused("scene.yaml", "name: x\n", "scene.yaml");
+    // clusters have no forces in newtons
+    assert_refused("scene.yaml",
+                   "name: strip\n"
+                   "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], model: pbd}\n"
+                   "roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
+                   "a force was seen in path end, and clusters of particles have none");
+}
+
+static OmStatus load(void* ctx) {
+    (void)ctx;
+    OmCalibrationProblem* problem;
+    OM_TRY(om_calibrate_load_problem(problem_path(), &problem));
+    om_calibrate_destroy_problem(problem);
+    return OM_OK;
+}
+
+static void test_allocations_fail(void** state) {
+    (void)state;
+    put_all();
+    assert_true(test_failing_allocations(load, NULL, 3) > 20);
+    assert_ok(om_path_remove(dir));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_problem_is_read),
+        cmocka_unit_test(test_wrong_files),
+        cmocka_unit_test(test_allocations_fail),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
