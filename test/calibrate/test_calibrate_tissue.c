@@ -1,7 +1,8 @@
 // test_calibrate_tissue.c: tissue held against what was seen of it: another discretisation's landmarks, its own
 // clouds and forces, bad definitions.
-#include "omentum/calibrate_tissue.h"
+#include "calibrate/calibrate_tissue_internal.h"
 #include "omentum/fem.h"
+#include "omentum/pbd.h"
 #include "test_alloc.h"
 
 #define WIDTH 0.04
@@ -11,6 +12,7 @@ typedef struct Maker {  // what models are made from
     OmTetMesh mesh;
     OmTissueDef def;
     int nparam;  // young, then density
+    double particle_volume;
 } Maker;
 
 static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
@@ -247,6 +249,99 @@ static void test_paths_give_back_what_they_showed(void** state) {
     om_tet_mesh_done(&maker.mesh);
 }
 
+// ---- particles ------------------------------------------------------------------------------------
+
+// A sheet of one layer of particles in clusters (thesis 5.4.1), held on one side, lifted at the other, and pressed.
+static OmStatus build_sheet(void* ctx, const double* param, int nworker, OmTissueModel** model) {
+    const Maker* m = ctx;
+    OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
+    pbd.cluster_stiffness = param[0];
+    pbd.cluster_radius = param[1];
+    pbd.particle_volume = m->particle_volume;
+    OmTissueDef def = om_tissue_default_def(&m->mesh);
+    def.engine = "pbd";
+    def.pbd = &pbd;
+    def.solver.nworker = nworker;
+    OmStatus status = om_tissue_create(&def, model);
+    return status == OM_INVALID ? OM_UNSAT : status;
+}
+
+static OmStatus keep_surface(void* ctx, int level, const double* x, OmVec3 force) {
+    (void)level, (void)force;
+    Maker* m = ctx;
+    memcpy(m->mesh.x, x, 3 * (size_t)m->mesh.nvert * sizeof *x);
+    return OM_OK;
+}
+
+static void test_particles(void** state) {
+    (void)state;
+    Maker maker = {0}, shown = {0};
+    assert_ok(om_pbd_sample_sheet(0.06, 0.06, 0.003, 0.004, &maker.mesh, &maker.particle_volume));
+    int n = maker.mesh.nvert, nheld = 0, held[400];
+    assert_true(n <= 400);
+    for (int i = 0; i < n; ++i)
+        if (maker.mesh.x[3 * i] < -0.025) held[nheld++] = i;
+    assert_ok(om_tet_mesh_add_set(&maker.mesh, "attachment", held, nheld));
+    assert_ok(om_tet_mesh_copy(&maker.mesh, &shown.mesh));
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    shape.radius = 0.01;
+    OmProbe* probe;
+    assert_ok(om_probe_create(&shape, &probe));
+    const double level[] = {0.02};
+    OmCalibrationPath path[] = {
+        {.name = "lift",
+         .kind = OM_PATH_LIFT,
+         .point = {0.028, 0, 0},
+         .direction = {0, 0, 1},
+         .radius = 0.006,
+         .speed = 0.05,
+         .time_step = 0.02,
+         .nlevel = 1,
+         .level = level},
+        {.name = "press",
+         .kind = OM_PATH_PRESS,
+         .point = {-0.01, 0, 0.011},
+         .direction = {0, 0, -1},
+         .probe = probe,
+         .speed = 0.05,
+         .time_step = 0.02,
+         .nlevel = 1,
+         .level = level},
+    };
+    // the cloud is where the particles of known parameters were
+    double param[] = {0.5, 0.01};
+    static OmCalibrationSeen seen[800];
+    for (int p = 0; p < 2; ++p) {
+        OmTissueModel* model;
+        assert_ok(build_sheet(&maker, param, 1, &model));
+        assert_ok(om__calibrate_walk(model, &path[p], NULL, keep_surface, &shown));
+        for (int i = 0; i < n; ++i)
+            seen[p * n + i] = (OmCalibrationSeen){p, 0, OM_SEEN_CLOUD, om_load3(shown.mesh.x, i)};
+        om_tissue_destroy(model);
+    }
+    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build_sheet, &maker);
+    def.npath = 2, def.path = path;
+    def.nobservation = 2 * n, def.observation = seen;
+    OmCalibrationTissue* tissue;
+    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
+    OmCalibrationDef search = om_calibrate_tissue_search(tissue);
+    assert_int_equal(search.nerror, 2 * n);
+    double* error = om_alloc(2 * (size_t)n, sizeof *error);
+    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, error));
+    for (int i = 0; i < 2 * n; ++i) assert_near(error[i], 0, 1e-15);
+    assert_near(om_calibrate_eval_norm(&search, n, error + n, NULL), 0, 1e-15);
+    param[0] = 0.1;
+    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, error));
+    assert_true(om_calibrate_eval_norm(&search, n, error, NULL) > 1e-4);
+    param[1] = 0.001;  // less than half the spacing: no such model
+    assert_status(om_calibrate_eval_tissue(tissue, param, 2, error), OM_UNSAT);
+    om_free(error);
+    om_calibrate_destroy_tissue(tissue);
+    om_probe_destroy(probe);
+    om_tet_mesh_done(&maker.mesh);
+    om_tet_mesh_done(&shown.mesh);
+}
+
 // ---- what can go wrong ----------------------------------------------------------------------------
 
 static OmStatus make_and_run(void* ctx) {
@@ -307,6 +402,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_stiffness_from_weight),
         cmocka_unit_test(test_paths_give_back_what_they_showed),
+        cmocka_unit_test(test_particles),
         cmocka_unit_test(test_bad_input),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
