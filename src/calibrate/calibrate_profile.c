@@ -53,7 +53,7 @@ static OmStatus walk_axes(OmSearch* s, const double* u, double (*cost)[OM_CALIBR
     int count = 0;
     for (int k = 0; k < s->n; ++k) {
         for (int m = -NSIDE; m <= NSIDE; ++m) {
-            if (m == 0) continue;
+            if (place(u[k], m) == u[k]) continue;  // the middle; at a bound the whole side
             double* p = point + count++ * s->n;
             memcpy(p, u, (size_t)s->n * sizeof *p);
             p[k] = place(u[k], m);
@@ -63,7 +63,7 @@ static OmStatus walk_axes(OmSearch* s, const double* u, double (*cost)[OM_CALIBR
     OM_TRY(om__search_batch(s, count, point, NULL));
     for (int k = 0; k < s->n; ++k)
         for (int m = -NSIDE; m <= NSIDE; ++m)
-            cost[k][m + NSIDE] = m == 0 ? centre : s->cost[first++];
+            cost[k][m + NSIDE] = place(u[k], m) == u[k] ? centre : s->cost[first++];
     return OM_OK;
 }
 
