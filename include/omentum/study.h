@@ -32,6 +32,7 @@ typedef struct OmStudyLesion {
     OmVec3 touch;   // middle of the probe's face when it first touches, m
     OmVec3 normal;  // unit, out of the body; the probe is pressed along -normal
     OmVec3 along;   // unit, the long side of the probe; perpendicular to normal
+    double most;    // the farthest that the probe is pressed, m
 } OmStudyLesion;
 
 /// A solid known as a function, its lesions and where it is held: meshed at any resolution.
@@ -41,14 +42,17 @@ typedef struct OmStudyBody OmStudyBody;
 /// biopsy phantom; lesions of 5-10 mm between 10 and 35 mm under the surface, the probe along the normal.
 /// @param nlesion  1 to 20
 OM_API OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** body);
-/// The solid bounded by a tetrahedral mesh. It is held where the set "attachment" of the mesh is, else at
+/// The solid bounded by a tetrahedral mesh. The probe is pressed as far as the study says, but at most through 0.6 of
+/// the tissue under its face. It is held where the set "attachment" of the mesh is, else at
 /// the end of the body towards -`up`.
 /// @param up      towards the probe, any length; zero: +z
-/// @param unit    length of one unit of both files, m
-/// @param lesion  text, one a line: x y z [radius], in file units; "#" begins a comment. Radius 3 mm if
-///                it is not given. Lesions outside the body are OM_INVALID
-OM_API OmStatus om_study_load_body(const char* mesh, const char* lesion, double unit, OmVec3 up,
-                                   OmStudyBody** body);
+/// @param unit    length of one unit of the mesh, m; lesion_unit: of the lesions
+/// @param lesion  text, one a line: x y z [radius]; "#" begins a comment. Radius 3 mm if it is not given.
+///                Lesions outside the body are left out; OM_INVALID if all are
+OM_API OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion,
+                                   double lesion_unit, OmVec3 up, OmStudyBody** body);
+/// How many lesions of its file were left out.
+OM_API int om_study_count_outside(const OmStudyBody* body);
 OM_API void om_study_destroy_body(OmStudyBody* body);
 OM_API const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion);
 /// Negative inside; about a distance near the surface, m.

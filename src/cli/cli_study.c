@@ -15,6 +15,7 @@ static const OmCliOption option[] = {
     {"--mesh", NULL, "FILE", "a body of your own: a tetrahedral mesh (msh, vtk, vtu)"},
     {"--lesions", NULL, "FILE", "its lesions, one a line: x y z [radius]"},
     {"--unit", NULL, "mm|cm|m", "unit of both files (default mm)"},
+    {"--lesion-unit", NULL, "mm|cm|m", "unit of the lesions (default: --unit)"},
     {"--up", NULL, "X,Y,Z", "where the probe comes from (default 0,0,1)"},
     {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers (default 0)"},
     {"--contact-triangles", NULL, "N", "of the contact surface (default 4000)"},
@@ -34,12 +35,12 @@ static void print_help(const OmCliArgs* args) {
         "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
         "1: some cell misses it, the report names each.\n");
     om_cli_print_options(args);
-    printf(
-        "\nExamples:\n"
-        "  omentum study contact --quick -o out/quick\n"
-        "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
-        "  omentum study contact -o out/contact\n"
-        "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt -o out/breast\n");
+    printf("\nExamples:\n"
+           "  omentum study contact --quick -o out/quick\n"
+           "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
+           "  omentum study contact -o out/contact\n"
+           "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt "
+           "--lesion-unit mm -o out/breast\n");
 }
 
 // ---- options --------------------------------------------------------------------------------------
@@ -75,7 +76,7 @@ static OmStatus read_methods(const char* list, OmStudyContactDef* def) {
     return OM_OK;
 }
 
-static OmStatus read_unit(const char* name, double* unit) {
+static OmStatus read_unit(const char* flag, const char* name, double* unit) {
     if (!name || strcmp(name, "mm") == 0)
         *unit = OM_UNIT_MM;
     else if (strcmp(name, "cm") == 0)
@@ -83,8 +84,15 @@ static OmStatus read_unit(const char* name, double* unit) {
     else if (strcmp(name, "m") == 0)
         *unit = OM_UNIT_M;
     else
-        return om_error(OM_INVALID, "--unit: \"%s\" is none of mm, cm, m", name);
+        return om_error(OM_INVALID, "%s: \"%s\" is none of mm, cm, m", flag, name);
     return OM_OK;
+}
+
+static OmStatus read_units(const OmCliArgs* args, double* unit, double* lesion_unit) {
+    OM_TRY(read_unit("--unit", om_cli_get(args, "--unit"), unit));
+    *lesion_unit = *unit;
+    const char* own = om_cli_get(args, "--lesion-unit");
+    return own ? read_unit("--lesion-unit", own, lesion_unit) : OM_OK;
 }
 
 static OmStatus read_up(const char* text, OmVec3* up) {
@@ -134,11 +142,16 @@ static void print_result(const OmStudyContactSummary* r, const char* dir) {
 static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
     const char *mesh = om_cli_get(args, "--mesh"), *lesions = om_cli_get(args, "--lesions");
     if (!mesh) return om_study_create_phantom(10, 1, body);
-    double unit = OM_UNIT_MM;
+    double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
     OmVec3 up;
-    OM_TRY(read_unit(om_cli_get(args, "--unit"), &unit));
+    OM_TRY(read_units(args, &unit, &lesion_unit));
     OM_TRY(read_up(om_cli_get(args, "--up"), &up));
-    return om_study_load_body(mesh, lesions, unit, up, body);
+    OM_TRY(om_study_load_body(mesh, unit, lesions, lesion_unit, up, body));
+    int n = om_study_count_outside(*body);
+    if (n > 0)
+        fprintf(stderr, "note: %d %s %s outside the body and left out\n", n,
+                n == 1 ? "lesion" : "lesions", n == 1 ? "is" : "are");
+    return OM_OK;
 }
 
 static OmStatus check_args(const OmCliArgs* args) {
@@ -153,9 +166,9 @@ static OmStatus check_args(const OmCliArgs* args) {
              "--mesh and --lesions go together");
     // every word is looked at before anything is loaded
     OmStudyContactDef trial = om_study_default_contact_def(NULL, NULL);
-    double unit = OM_UNIT_MM;
+    double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
     OmVec3 up;
-    OM_TRY(read_unit(om_cli_get(args, "--unit"), &unit));
+    OM_TRY(read_units(args, &unit, &lesion_unit));
     OM_TRY(read_up(om_cli_get(args, "--up"), &up));
     return read_def(args, &trial);
 }

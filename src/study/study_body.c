@@ -22,6 +22,8 @@ const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion) {
     return body->lesion;
 }
 
+int om_study_count_outside(const OmStudyBody* body) { return body->noutside; }
+
 void om_study_destroy_body(OmStudyBody* body) {
     if (!body) return;
     om_sdf_done(&body->sdf);

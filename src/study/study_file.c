@@ -14,6 +14,7 @@
 #define BASE_SHARE 0.02     // of the height: what is held if the file does not say
 #define MAX_LESION_FILE (1 << 20)
 #define DEFAULT_RADIUS 0.003
+#define MOST_SHARE 0.6   // of the tissue under the probe's face, through which it is pressed
 #define FACE_SAMPLES 21  // along the probe's long side, for the first touch
 
 // ---- where it is held -----------------------------------------------------------------------------
@@ -91,29 +92,38 @@ static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     return in;
 }
 
-// Choose the way of the probe over a lesion and where its face first touches.
-static OmStatus aim(const OmStudyBody* body, OmStudyLesion* l) {
-    OM_CHECK(om_study_eval_body(body, l->center) < 0, OM_INVALID,
-             "a lesion at (%.2f, %.2f, %.2f) mm is not inside the body", 1e3 * l->center.x,
-             1e3 * l->center.y, 1e3 * l->center.z);
+// Distance from p, inside, along the unit vector d to where the ray first leaves the body.
+static double first_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
+    double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = step;
+    while (t < end && om_study_eval_body(body, om_madd(p, t, d)) < 0) t += step;
+    return t;
+}
+
+// Choose the way of the probe over a lesion, where its face first touches, and how far it may go: rays along the
+// normal, on a grid over the face, find the highest of the body and what is held below. A thin place bends away.
+static void aim(const OmStudyBody* body, OmStudyLesion* l) {
     OmVec3 above = om_madd(l->center, last_exit(body, l->center, body->up), body->up), slope;
     om_sdf_eval(&body->sdf, above, &slope);
     l->normal = om_dot(slope, body->up) > 0.5 * om_norm(slope) ? om_normalize(slope) : body->up;
     l->along = om__study_across(l->normal, om_vec3(1, 0, 0));
-    OmVec3 wide = om_cross(l->normal, l->along);
-    // the highest of the body under the face, on a grid of rays along the normal
-    double height = -HUGE_VAL, reach = om_distance(body->lo, body->hi);
+    OmVec3 wide = om_cross(l->normal, l->along), down = om_scale(-1, l->normal);
+    double height = -HUGE_VAL, reach = om_distance(body->lo, body->hi), edge = body->sdf.spacing;
+    double bottom = -first_exit(body, l->center, down);
     for (int i = 0; i < FACE_SAMPLES; ++i) {
         for (int j = -2; j <= 2; ++j) {
             double u = PROBE_LONG * ((double)i / (FACE_SAMPLES - 1) - 0.5), v = PROBE_WIDE * j / 4;
             OmVec3 p = om_add(l->center, om_add(om_scale(u, l->along), om_scale(v, wide)));
             OmVec3 from = om_madd(p, -0.5 * reach, l->normal);
             double t = last_exit(body, from, l->normal) - 0.5 * reach;
-            if (t > -0.5 * reach + 1e-9) height = fmax(height, t);
+            if (t < -0.5 * reach + 1e-9) continue;
+            height = fmax(height, t);
+            double low = t - edge - first_exit(body, om_madd(p, t - edge, l->normal), down);
+            bool is_held = om__study_is_held(body, om_madd(p, low, l->normal), 4 * edge);
+            if (is_held) bottom = fmax(bottom, low);
         }
     }
     l->touch = om_madd(l->center, height, l->normal);
-    return OM_OK;
+    l->most = MOST_SHARE * (height - bottom);
 }
 
 static OmStatus read_lesion(const char** at, const char* end, double unit, OmStudyLesion* l,
@@ -142,6 +152,18 @@ static OmStatus read_lesion(const char** at, const char* end, double unit, OmStu
     return OM_OK;
 }
 
+static OmStatus add_lesion(OmStudyBody* body, OmStudyLesion* l) {
+    if (om_study_eval_body(body, l->center) >= 0) {
+        ++body->noutside;
+        return OM_OK;
+    }
+    OM_CHECK(body->nlesion < OM_STUDY_MAX_LESION, OM_INVALID, "more than %d lesions",
+             OM_STUDY_MAX_LESION);
+    aim(body, l);
+    body->lesion[body->nlesion++] = *l;
+    return OM_OK;
+}
+
 static OmStatus load_lesions(OmStudyBody* body, const char* path, double unit) {
     char* text;
     size_t size;
@@ -152,24 +174,25 @@ static OmStatus load_lesions(OmStudyBody* body, const char* path, double unit) {
         OmStudyLesion l;
         bool is_found = false;
         status = read_lesion(&at, end, unit, &l, &is_found);
-        if (status == OM_OK && is_found) {
-            status = body->nlesion < OM_STUDY_MAX_LESION
-                         ? aim(body, &l)
-                         : om_error(OM_INVALID, "more than %d lesions", OM_STUDY_MAX_LESION);
-            if (status == OM_OK) body->lesion[body->nlesion++] = l;
-        }
+        if (status == OM_OK && is_found) status = add_lesion(body, &l);
         if (status < 0) om_error_prefix(status, "%s:%d", path, line);
     }
     om_free(text);
-    if (status == OM_OK && body->nlesion == 0)
-        status = om_error(OM_INVALID, "%s: no lesion; one a line, x y z [radius]", path);
-    return status;
+    if (status < 0 || body->nlesion > 0) return status;
+    OM_CHECK(body->noutside > 0, OM_INVALID, "%s: no lesion; one a line, x y z [radius]", path);
+    return om_error(
+        OM_INVALID,
+        "%s: none of %d lesions is inside the body, which is in (%.1f, %.1f, %.1f)-(%.1f, "
+        "%.1f, %.1f) mm; are the units right?",
+        path, body->noutside, 1e3 * body->lo.x, 1e3 * body->lo.y, 1e3 * body->lo.z,
+        1e3 * body->hi.x, 1e3 * body->hi.y, 1e3 * body->hi.z);
 }
 
-OmStatus om_study_load_body(const char* mesh, const char* lesion, double unit, OmVec3 up,
-                            OmStudyBody** out) {
+OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion, double lesion_unit,
+                            OmVec3 up, OmStudyBody** out) {
     *out = NULL;
-    OM_CHECK(unit > 0 && isfinite(unit), OM_INVALID, "study: unit = %g; above 0 is wanted", unit);
+    OM_CHECK(unit > 0 && isfinite(unit) && lesion_unit > 0 && isfinite(lesion_unit), OM_INVALID,
+             "study: units are %g and %g m; above 0 is wanted", unit, lesion_unit);
     OM_CHECK(om_is_finite3(up), OM_INVALID, "study: the direction up is not finite");
     OmStudyBody* body = om_calloc(1, sizeof *body);
     if (!body) return OM_NO_MEMORY;
@@ -178,7 +201,7 @@ OmStatus om_study_load_body(const char* mesh, const char* lesion, double unit, O
     body->is_file = true;
     body->up = om_norm(up) > 0 ? om_normalize(up) : om_vec3(0, 0, 1);
     OmStatus status = load_solid(body, mesh, unit);
-    if (status == OM_OK) status = load_lesions(body, lesion, unit);
+    if (status == OM_OK) status = load_lesions(body, lesion, lesion_unit);
     if (status < 0)
         om_study_destroy_body(body);
     else

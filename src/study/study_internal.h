@@ -12,6 +12,7 @@ struct OmStudyBody {
     OmVec3 lo, hi;  // box around the body
     OmVec3 up;      // unit, towards the probe
     int nlesion;
+    int noutside;  // lesions of the file that are not inside the body, left out
     OmStudyLesion lesion[OM_STUDY_MAX_LESION];
     OmVec3 half;  // phantom: half-axes, m
     bool is_file;
@@ -88,7 +89,8 @@ void om__study_stage_done(StudyStage* stage);
 OmStatus om__study_press(StudyStage* stage, StudyRun* run);
 // The probe's pose `depth` after first touch.
 OmPose om__study_probe_pose(const OmStudyLesion* lesion, double depth);
-int om__study_nstep(const OmStudyContactDef* def);
+// Steps to the last depth, or as far as the probe is pressed over a lesion; lesion < 0: over none in particular.
+int om__study_nstep(const OmStudyContactDef* def, int lesion);
 
 // ---- the study ------------------------------------------------------------------------------------
 

@@ -50,6 +50,7 @@ static OmStudyLesion lesion_at(OmVec3 h, double tilt, double turn, double depth,
     l.normal = om_normalize(om_vec3(u.x / h.x, u.y / h.y, u.z / h.z));
     l.center = om_madd(l.touch, -depth, l.normal);
     l.radius = radius;
+    l.most = h.z;
     l.along = om__study_across(l.normal, om_vec3(1, 0, 0));
     return l;
 }

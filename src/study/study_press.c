@@ -14,8 +14,10 @@ const char* const om__study_method_name[OM_STUDY_NMETHOD + 1] = {"penalty", "mul
                                                                  "prescribed", NULL};
 const char* const om__study_method_title[OM_STUDY_NMETHOD] = {"Penalty", "LM", "PrescrDispl"};
 
-int om__study_nstep(const OmStudyContactDef* def) {
-    return (int)ceil(def->depth[OM_STUDY_NDEPTH - 1] / (def->speed * def->time_step) - 1e-9);
+int om__study_nstep(const OmStudyContactDef* def, int lesion) {
+    double last = def->depth[OM_STUDY_NDEPTH - 1];
+    if (lesion >= 0) last = fmin(last, def->body->lesion[lesion].most);
+    return (int)ceil(last / (def->speed * def->time_step) - 1e-9);
 }
 
 OmPose om__study_probe_pose(const OmStudyLesion* l, double depth) {
@@ -74,7 +76,7 @@ static OmStatus check_step(const StudyStage* stage, const OmPressReport* report,
 static OmStatus take_step(StudyStage* stage, OmPress* press, const OmStudyLesion* lesion, int k,
                           double* volume, StudyRun* run) {
     const OmStudyContactDef* def = stage->def;
-    double last = def->depth[OM_STUDY_NDEPTH - 1];
+    double last = fmin(def->depth[OM_STUDY_NDEPTH - 1], lesion->most);
     OmPose pose = om__study_probe_pose(lesion, fmin(last, (k + 1) * def->speed * def->time_step));
     OmPressReport report = {0};
     double begin = om_clock_now();
@@ -95,9 +97,9 @@ static OmStatus take_step(StudyStage* stage, OmPress* press, const OmStudyLesion
     return check_step(stage, &report, volume, run);
 }
 
-static void record_depths(const OmStudyContactDef* def, const OmEmbedding* embedding,
+static void record_depths(const OmStudyContactDef* def, double most, const OmEmbedding* embedding,
                           const OmTissueState* state, StudyRun* run) {
-    double depth = run->ndone * def->speed * def->time_step;
+    double depth = fmin(run->ndone * def->speed * def->time_step, most);
     while (run->nreached < OM_STUDY_NDEPTH && depth > def->depth[run->nreached] - 1e-9) {
         double p[3];
         om_embedding_eval(embedding, om_tissue_x(state), p);
@@ -117,7 +119,7 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
     OmStatus status;
     run->ntet = mesh->ntet;
     run->nvert = mesh->nvert;
-    run->nstep = om__study_nstep(def);
+    run->nstep = om__study_nstep(def, run->lesion);
     run->ndone = run->nreached = run->nrecord = 0;
     run->volume_min = 1;
     run->reason[0] = 0;
@@ -135,7 +137,7 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
         OM_TRY_DONE(take_step(stage, press, lesion, run->ndone, volume, run));
         if (run->reason[0]) break;
         run->ndone++;
-        record_depths(def, &embedding, stage->state, run);
+        record_depths(def, lesion->most, &embedding, stage->state, run);
     }
     status = OM_OK;
 done:

@@ -321,14 +321,29 @@ static void add_assumptions(const Study* s, OmReport* report) {
     const OmStudyContactDef* d = s->def;
     char text[1400];
     om_report_heading(report, "Assumptions");
+    const OmStudyBody* body = d->body;
+    char own[320];
+    int nshort = 0;
+    for (int l = 0; l < s->nlesion; ++l) nshort += om__study_nstep(d, l) < om__study_nstep(d, -1);
+    snprintf(
+        own, sizeof own,
+        "Body: %s, %s; %d of the lesions in its file are outside and left out. Over %d of %d lesions the "
+        "path ends where the probe has gone through 0.6 of the tissue under its face.",
+        body->name, body->nheld ? "held where its file says" : "held at its low end",
+        body->noutside, nshort, s->nlesion);
+    om_report_paragraph(
+        report,
+        body->is_file
+            ? own
+            : "Body: a phantom. The thesis prints no dimension of its own; ours is half an ellipsoid of 150 x 120 x "
+              "72 mm on a flat base that is held, lesions of 5-10 mm between 10 and 35 mm deep.");
     snprintf(
         text, sizeof text,
-        "Body: %s. The thesis prints no dimension of its phantom; ours is half an ellipsoid of 150 x 120 x "
-        "72 mm on a flat base that is held, lesions of 5-10 mm between 10 and 35 mm deep. Probe: a rigid "
+        "Probe: a rigid "
         "box, face %.0f x %.0f mm, edges rounded by %.0f mm (a choice: a sharp edge has unbounded "
         "pressure), pressed along the inward normal at the surface point over the lesion, from first touch, "
         "at %.3g m/s (the thesis prints m/s^2).",
-        d->body->name, 1e3 * PROBE_LONG, 1e3 * PROBE_WIDE, 1e3 * PROBE_ROUNDING, d->speed);
+        1e3 * PROBE_LONG, 1e3 * PROBE_WIDE, 1e3 * PROBE_ROUNDING, d->speed);
     om_report_paragraph(report, text);
     snprintf(
         text, sizeof text,

@@ -430,6 +430,7 @@ OmStatus om__study_truth_solve(StudyTruth* t, int lesion, const OmProgress* prog
         OmFemReport report = {0};
         double last = k ? def->depth[k - 1] : 0;
         d->depth = def->depth[k];
+        if (d->depth > touch.lesion->most) break;
         OmStatus status = press_level(t, coarse, &touch, last, d->depth, &report);
         if (status < 0) return status;
         if (status == OM_NOT_CONVERGED) break;

@@ -29,9 +29,9 @@ exit 3
 err none\.txt
 err-lines 1
 
-$ mesh=$(ls out/meshes/002000-*.vtu) && printf '0 0 0.05 0.004\n0 0 1\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions sites.txt -q -o own
+$ mesh=$(ls out/meshes/002000-*.vtu) && printf '0 0 1\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions sites.txt -q -o own
 exit 3
-err sites\.txt:2: .*not inside the body
+err sites\.txt: none of 1 lesions is inside the body, .*units
 err-lines 1
 
 $ omentum study contact

@@ -90,7 +90,7 @@ static void test_file(void** unused) {
         assert_ok(om_text_append(&text, "%.6f, %.6f %.6f %.3f # lesion\n", 1e3 * l[i].center.x,
                                  1e3 * l[i].center.y, 1e3 * l[i].center.z, 1e3 * l[i].radius));
     assert_ok(om_file_write(sites, text.str, text.len));
-    assert_ok(om_study_load_body(path, sites, OM_UNIT_MM, om_vec3(0, 0, 0), &read));
+    assert_ok(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 0), &read));
     int m;
     const OmStudyLesion* r = om_study_lesions(read, &m);
     assert_int_equal(n, m);
@@ -107,10 +107,18 @@ static void test_file(void** unused) {
     om_study_destroy_body(read);
     // messages name file and line
     assert_ok(om_file_write(sites, "0 0 500\n", 8));
-    assert_status(om_study_load_body(path, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read), OM_INVALID);
-    assert_non_null(strstr(om_error_message(), "sites.txt:1"));
+    assert_status(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
+                  OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "none of 1 lesions is inside"));
+    assert_ok(om_file_write(sites, "0 0 5\n0 0 50\n0 0 3\n", 19));
+    assert_ok(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_CM, om_vec3(0, 0, 1), &read));
+    om_study_lesions(read, &m);
+    assert_int_equal(m, 2);
+    assert_int_equal(om_study_count_outside(read), 1);
+    om_study_destroy_body(read);
     assert_ok(om_file_write(sites, "0 0 30\n1 2\n", 11));
-    assert_status(om_study_load_body(path, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read), OM_INVALID);
+    assert_status(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
+                  OM_INVALID);
     assert_non_null(strstr(om_error_message(), "sites.txt:2"));
     om_text_done(&text);
     om_tet_mesh_done(&mesh);
