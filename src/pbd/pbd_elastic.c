@@ -3,15 +3,23 @@
 //
 // W = mu/2 (I1 - 3) + (lambda + mu)/2 (J - gamma)^2 + const., gamma = 1 + mu / (lambda + mu), is the energy
 // C^2 / (2 alpha) of two constraints: J - gamma with the compliance 1 / ((lambda + mu) V) and sqrt(I1) with
-// 1 / (mu V). At rest neither is zero, their forces cancel; so each element solves for both multipliers at once,
-// and then rest stays rest. Elements are coloured so that those of one colour share no vertex: Gauss and Seidel's
-// scheme, in parallel, with the same bytes for any number of workers.
+// 1 / (mu V). At rest neither is zero, their forces cancel; so each element solves for both multipliers at once.
+//
+// Multipliers do not begin a substep at zero, as they do in the paper, but at what the positions at its beginning
+// ask for, as far as an explicit step can bear it: equilibrium stays equilibrium, whatever the substep and however
+// few iterations. From zero, elements go a way until theirs are found, which turns the gradients they have used:
+// an indentation took 10 % too little force at 20 substeps.
+//
+// Elements are coloured so that those of one colour share no vertex: Gauss and Seidel's scheme, in parallel, with
+// the same bytes for any number of workers.
 #include <string.h>
 
 #include "base/base_multiversion.h"
 #include "pbd/pbd_internal.h"
 
-#define NWORD 8             // of 64 colours: more elements at a vertex than any mesh of ours has
+#define NWORD 8  // of 64 colours: more elements at a vertex than any mesh of ours has
+#define EXPLICIT \
+    1.0  // h^2 stiffness / mass of an element up to which it begins with all of its force
 #define LEAST_STRETCH 1e-6  // sqrt(I1) below which it has no direction
 
 // The first colour that none of the element's vertices has seen; -1 if there is none.
@@ -124,6 +132,20 @@ static inline void strain_of(const OmPbdTet* t, const double* x, Strain* s) {
     }
 }
 
+// What multipliers an element moves its vertices by: x += w grad C l, or what holds them bears it.
+static inline void apply_element(const OmPbdStep* s, const OmPbdTet* t, const Strain* g, double lh,
+                                 double ld) {
+    const double* give = s->w->give;
+    for (int a = 0; a < 4; ++a) {
+        int i = t->vert[a];
+        OmVec3 d = om_madd(om_scale(lh, g->volume[a]), ld, g->shape[a]);
+        if (give[i] > 0)
+            om_store3(s->x, i, om_madd(om_load3(s->x, i), give[i], d));
+        else
+            om_store3(s->w->hold, i, om_madd(om_load3(s->w->hold, i), -1 / (s->sub * s->h), d));
+    }
+}
+
 // Both multipliers of an element by the 2 x 2 system (W + alpha / sub^2) dl = -C - alpha / sub^2 l.
 static inline void solve_element(const OmPbdStep* s, int e) {
     const OmPbdTet* t = &s->pbd->elastic.tet[e];
@@ -145,14 +167,33 @@ static inline void solve_element(const OmPbdStep* s, int e) {
     double lh = (dd * rh - hd * rd) / det, ld = (hh * rd - hd * rh) / det;
     if (!isfinite(lh) || !isfinite(ld)) return;
     l[0] += lh, l[1] += ld;
+    apply_element(s, t, &g, lh, ld);
+}
+
+// Multipliers to begin with: those of the positions at the beginning of the substep, -C sub^2 / alpha, or the
+// part of them that an explicit step can bear.
+static inline void start_element(const OmPbdStep* s, int e) {
+    const OmPbdTet* t = &s->pbd->elastic.tet[e];
+    const double* give = s->w->give;
+    Strain g;
+    strain_of(t, s->w->begin, &g);
+    double hh = 0, dd = 0, sub2 = s->sub * s->sub;
     for (int a = 0; a < 4; ++a) {
-        int i = t->vert[a];
-        OmVec3 d = om_madd(om_scale(lh, g.volume[a]), ld, g.shape[a]);
-        if (give[i] > 0)
-            om_store3(s->x, i, om_madd(om_load3(s->x, i), give[i], d));
-        else
-            om_store3(s->w->hold, i, om_madd(om_load3(s->w->hold, i), -1 / (s->sub * s->h), d));
+        double w = give[t->vert[a]];
+        hh += w * om_norm2(g.volume[a]);
+        dd += w * om_norm2(g.shape[a]);
     }
+    double stiff = hh * sub2 / t->volume_compliance + dd * sub2 / t->shape_compliance;
+    double part = stiff > EXPLICIT ? EXPLICIT / stiff : 1;
+    double* l = s->w->lambda + 2 * (size_t)e;
+    l[0] = -part * sub2 * (g.J - t->gamma) / t->volume_compliance;
+    l[1] = -part * sub2 * g.stretch / t->shape_compliance;
+    if (!isfinite(l[0]) || !isfinite(l[1])) l[0] = l[1] = 0;
+    apply_element(s, t, &g, l[0], l[1]);
+}
+
+OM_MULTIVERSION void om__pbd_start_elements(const OmPbdStep* s, int begin, int end) {
+    for (int e = begin; e < end; ++e) start_element(s, e);
 }
 
 OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end) {

@@ -126,7 +126,8 @@ void om__pbd_follow(const OmPbdClusters* shape, const double* map, const double*
 
 OmStatus om__pbd_make_elastic(const OmTissueModel* model, OmPbdElastic* elastic);
 void om__pbd_elastic_done(OmPbdElastic* elastic);
-/// Elements [begin, end) of one colour.
+/// Elements [begin, end) of one colour: their multipliers at the substep's beginning; better ones.
+void om__pbd_start_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
                                 const unsigned char* mask, double* force, OmVec3* sum);

@@ -8,6 +8,7 @@
 
 #include "pbd/pbd_internal.h"
 
+#define SMALL 200  // elements of a colour, and 20 times as many members of clusters: worth sharing
 #define NEWTON_FIRST 3  // of rotations, after a prediction
 #define NEWTON_NEXT 1   // between iterations, which turn clusters by little
 
@@ -112,11 +113,13 @@ static void match_shapes(OmPbdStep* s, OmTeam* team, int rank, int size, int n) 
     follow_clusters(s, share_of(s->m->mesh.nvert, rank, size));
 }
 
-static void relax_elements(OmPbdStep* s, OmTeam* team, int rank, int size) {
+typedef void (*ElementFn)(const OmPbdStep* s, int begin, int end);
+
+static void visit_elements(OmPbdStep* s, OmTeam* team, int rank, int size, ElementFn fn) {
     const OmPbdElastic* el = &s->pbd->elastic;
     for (int c = 0; c < el->ncolor; ++c) {
         Range r = share_of(el->color_adr[c + 1] - el->color_adr[c], rank, size);
-        om__pbd_solve_elements(s, el->color_adr[c] + r.begin, el->color_adr[c] + r.end);
+        fn(s, el->color_adr[c] + r.begin, el->color_adr[c] + r.end);
         om_team_barrier(team);
     }
 }
@@ -170,18 +173,21 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     OmPbdStep* s = ctx;
     const OmPbdDef* def = &s->pbd->def;
     Range part = share_of(s->m->mesh.nvert, rank, size);
-    Range element = share_of(s->pbd->elastic.ntet, rank, size);
     for (int k = 0; k < def->substeps; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
         predict(s, part);
         bool has_pairs = s->pbd->has_pairs && find_all_pairs(s, team, part, rank, size);
-        memset(s->w->lambda + 2 * (size_t)element.begin, 0,
-               2 * (size_t)(element.end - element.begin) * sizeof(double));
+        if (def->kind == OM_PBD_ELASTIC) {
+            om_team_barrier(team);
+            visit_elements(s, team, rank, size, om__pbd_start_elements);
+            act_alone(s, part,
+                      false);  // so that a touching vertex at rest is where its elements want it
+        }
         for (int n = 0; n < def->iterations; ++n) {
             om_team_barrier(team);
             if (def->kind == OM_PBD_ELASTIC)
-                relax_elements(s, team, rank, size);
+                visit_elements(s, team, rank, size, om__pbd_solve_elements);
             else
                 match_shapes(s, team, rank, size, n);
             if (has_pairs) keep_apart(s, team, part);
@@ -229,6 +235,12 @@ static OmStatus check_input(const OmTissueState* s, int nobstacle,
     return OM_OK;
 }
 
+// Meeting at barriers would take longer than sharing the work saves; the bytes are the same.
+static bool is_small(const OmPbd* pbd) {
+    if (pbd->def.kind == OM_PBD_ELASTIC) return pbd->elastic.ntet < SMALL * pbd->elastic.ncolor;
+    return pbd->shape.adr[pbd->shape.ncluster] < SMALL * 20;
+}
+
 OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork* work, double h,
                       int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
     const OmPbd* pbd = m->data;
@@ -249,7 +261,7 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
     size_t n3 = 3 * (size_t)m->mesh.nvert * sizeof(double);
     memset(w->hold, 0, n3);
     if (nobstacle > 0) memset(w->push, 0, n3 * (size_t)nobstacle);
-    om_parallel_team(m->def.solver.nworker, run_step, &s);
+    om_parallel_team(is_small(pbd) ? 1 : m->def.solver.nworker, run_step, &s);
     report_holding(&s);
     om__pbd_report_contacts(&s);
     for (int a = 0; a < OM_TISSUE_NARM; ++a) state->arm[a].pose = state->arm[a].goal;
