@@ -115,6 +115,8 @@ static void test_file(void** unused) {
     om_study_lesions(read, &m);
     assert_int_equal(m, 2);
     assert_int_equal(om_study_count_outside(read), 1);
+    // 0.6 of the 72 mm between the top of the phantom and its base, which is held
+    assert_near(om_study_lesions(read, &m)[0].most, 0.6 * 0.072, 0.002);
     om_study_destroy_body(read);
     assert_ok(om_file_write(sites, "0 0 30\n1 2\n", 11));
     assert_status(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
