@@ -101,7 +101,7 @@ typedef enum OmLocking {  // remedies against locking of linear tetrahedra, nu >
 typedef struct OmFemContact {
     int nface[2];
     const int* face_node[2];  // rows of om_fem_mesh_boundary; the sides share no node
-    double stiffness;  // Pa/m; 0, the default: 100 times that of the softer layer of elements
+    double stiffness;  // Pa/m; 0, the default: 100 times that of the softer layer, Young by height
     double reach;      // deeper points do not touch, m; 0, the default: an edge of a face
 } OmFemContact;
 

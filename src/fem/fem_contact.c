@@ -67,7 +67,8 @@ static OmStatus check_side(const OmFemSolid* s, const OmFemContact* c, int n, in
     return OM_OK;
 }
 
-// Rest areas of the points, the stiffness of a layer of elements (Pa/m) and the mean edge, by area.
+// Rest areas of the points, the stiffness of a layer of elements (Pa/m, of Young's modulus: that against volume is no
+// measure of how faces give way, and makes unlike meshes touch in spots) and the mean edge, by area.
 static void measure_side(const OmFemSolid* s, const OmFacePair* c, int side, double* layer,
                          double* edge) {
     size_t k = (size_t)c->nface_node;
@@ -89,7 +90,9 @@ static void measure_side(const OmFemSolid* s, const OmFacePair* c, int side, dou
         }
         int e = element_behind(s, face);
         const OmLawParam* law = &s->law[s->mesh.elem_material[e]];
-        *layer += area * (law->bulk + 4 * law->mu / 3) * area / s->volume[e];
+        double young =
+            law->mu * (3 * law->lambda + 2 * law->mu) / (law->lambda + law->mu);  // mu > 0
+        *layer += area * young * area / s->volume[e];
         *edge += area * om_distance(om_load3(s->mesh.x, face[0]), om_load3(s->mesh.x, face[1]));
         whole += area;
     }
