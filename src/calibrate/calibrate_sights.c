@@ -37,11 +37,11 @@ static OmStatus take_word(Lines* f, const char* end, const char* column, char* o
 }
 
 static OmStatus take_value(Lines* f, const char* end, const char* column, double* v) {
-    const char* from = f->at;
-    bool is_number = om_number_parse(&f->at, end, v) && isfinite(*v);
-    OM_CHECK(is_number && (f->at == end || *f->at == ','), OM_INVALID,
-             "%s:%d: %s: \"%.*s\" is not a number", f->name, f->line, column,
-             (int)strcspn(from, ",\r\n"), from);
+    const char *from = f->at, *stop = from;
+    while (stop < end && *stop != ',') ++stop;
+    bool is_number = om_number_parse(&f->at, end, v) && isfinite(*v) && f->at == stop;
+    OM_CHECK(is_number, OM_INVALID, "%s:%d: %s: \"%.*s\" is not a number", f->name, f->line, column,
+             (int)(stop - from), from);
     if (f->at < end) ++f->at;
     return OM_OK;
 }
