@@ -23,14 +23,15 @@ extern "C" {
 
 typedef enum OmPbdKind {
     OM_PBD_CLUSTERS,  // region-based shape matching; the material of OmTissueDef is not used
-    OM_PBD_ELASTIC  // XPBD: neo-Hookean tetrahedra with the material of OmTissueDef; forces in newtons
+    OM_PBD_ELASTIC,  // XPBD: neo-Hookean tetrahedra with the material of OmTissueDef; forces in newtons
+    OM_PBD_LENGTHS  // XPBD: lengths of edges and volumes of tetrahedra; springs, not a material
 } OmPbdKind;
 
 typedef struct OmPbdDef {  // made by om_pbd_default_def; lengths in m; copied by om_tissue_create
     OmPbdKind kind;        // default OM_PBD_CLUSTERS
-    int substeps;          // of a step, 1 to 1000; default 3, elastic 20
-    int iterations;        // of a substep, 1 to 1000; default 9, elastic 1
-    double damping;        // viscous drag on velocities, 1/s, >= 0; default 12, elastic 0
+    int substeps;          // of a step, 1 to 1000; default 3, else 20
+    int iterations;        // of a substep, 1 to 1000; default 9, else 1
+    double damping;        // viscous drag on velocities, 1/s, >= 0; default 12, else 0
     double max_speed;      // of a particle, m/s, > 0; default 10
     double
         particle_volume;  // m^3, of each particle of a mesh without elements; default 0: not known
@@ -41,6 +42,10 @@ typedef struct OmPbdDef {  // made by om_pbd_default_def; lengths in m; copied b
     double
         linear_stretch;  // 0: clusters are rigid; to 1: goals follow the cluster's best linear map
                          // of the same volume (Mueller et al. 2005); default 0
+    // lengths
+    double edge_stiffness;  // of each edge, N/m, > 0; default 10
+    double
+        volume_stiffness;  // K of K/2 (V - V0)^2 / V0, Pa, >= 0; 0: volumes are free; default 1e4
     // contact
     double collision_distance;  // kept from obstacles and, with self_collision, between particles;
                                 // 0 for particles that lie on the surface, as mesh vertices do;
@@ -79,7 +84,7 @@ OM_API OmStatus om_pbd_sample_sheet(double size_x, double size_y, double thickne
 /// Members of each cluster in the order of clusters: vertices vert[adr[c]] to vert[adr[c + 1] - 1].
 /// @return clusters; 0 if the model is another engine's or has none
 OM_API int om_pbd_clusters(const OmTissueModel* model, const int** adr, const int** vert);
-/// Do its interaction forces mean newtons? Only those of OM_PBD_ELASTIC do.
+/// Do its interaction forces follow from stiffness? Those of OM_PBD_CLUSTERS do not.
 OM_API bool om_pbd_has_forces(const OmTissueModel* model);
 
 #ifdef __cplusplus

@@ -79,7 +79,8 @@ static OmStatus make_element(const OmTissueModel* m, int e, OmPbdTet* t) {
 
 OmStatus om__pbd_make_elastic(const OmTissueModel* m, OmPbdElastic* el) {
     int ntet = m->mesh.ntet, count[64 * NWORD] = {0};
-    OM_CHECK(ntet > 0, OM_INVALID, "pbd: kind OM_PBD_ELASTIC needs a mesh with elements");
+    OM_CHECK(ntet > 0, OM_INVALID,
+             "pbd: kinds OM_PBD_ELASTIC and OM_PBD_LENGTHS need a mesh with elements");
     OmStatus status = OM_OK;
     int *color = NULL, *next = NULL;
     OM_ALLOC_DONE(color, ntet);
@@ -101,6 +102,7 @@ done:
 void om__pbd_elastic_done(OmPbdElastic* el) {
     om_free(el->tet);
     om_free(el->color_adr);
+    om_free(el->length);
     *el = (OmPbdElastic){0};
 }
 

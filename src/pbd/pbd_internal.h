@@ -21,7 +21,7 @@ typedef struct OmPbdClusters {  // region-based shape matching, constant
     int* part_cluster;       //                                            (nmember)
 } OmPbdClusters;
 
-typedef struct OmPbdTet {  // of OM_PBD_ELASTIC
+typedef struct OmPbdTet {
     int vert[4];
     double grad[9];            // gradients of the shape functions of vertices 1, 2, 3, 1/m
     double gamma;              // volume ratio at which J's constraint is zero
@@ -29,16 +29,23 @@ typedef struct OmPbdTet {  // of OM_PBD_ELASTIC
     double shape_compliance;   // 1/J
 } OmPbdTet;
 
+typedef struct OmPbdLength {        // of an element of OM_PBD_LENGTHS
+    double rest[6], compliance[6];  // of edges, m and m/N
+    double volume;                  // m^3
+    double volume_compliance;       // m^3/Pa; negative: free
+} OmPbdLength;
+
 typedef struct OmPbdElastic {
     int ntet, ncolor;
-    int* color_adr;  // elements of each colour                               (ncolor + 1)
-    OmPbdTet* tet;   // by colour                                             (ntet)
+    int* color_adr;       // elements of each colour                               (ncolor + 1)
+    OmPbdTet* tet;        // by colour                                             (ntet)
+    OmPbdLength* length;  // of OM_PBD_LENGTHS, else null                     (ntet)
 } OmPbdElastic;
 
 typedef struct OmPbd {  // of a model
     OmPbdDef def;
     OmPbdClusters shape;   // of OM_PBD_CLUSTERS, else empty
-    OmPbdElastic elastic;  // of OM_PBD_ELASTIC, else empty
+    OmPbdElastic elastic;  // of the others, else empty
     bool has_pairs;        // particles keep away from each other
 } OmPbd;
 
@@ -76,8 +83,9 @@ typedef struct OmPbdWork {  // of a work
     unsigned char* kind;    //                                                (nvert)
     double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
     double* pull;           // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
-    double* give;    // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
-    double* lambda;  // multipliers of its elements                                       (ntet x 2)
+    double* give;  // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
+    double*
+        lambda;  // multipliers of its elements                                       (ntet x nlambda)
     double* normal_sum;    // depth pushed out in the substep, m                        (nvert)
     double* friction_sum;  // slip taken back in the substep, m                         (nvert)
     double* gap_goal;      // gap to be kept in the substep, m              (max_obstacle x nvert)
@@ -144,6 +152,17 @@ bool om__pbd_find_pairs(OmPbdStep* s, int begin, int end);
 /// How far that takes them in this iteration; then, after all have asked, take them there.
 void om__pbd_find_shifts(OmPbdStep* s, int begin, int end);
 void om__pbd_shift(OmPbdStep* s, int begin, int end);
+
+// ---- pbd_length.c
+
+OmStatus om__pbd_make_lengths(const OmTissueModel* model, const OmPbdDef* def,
+                              OmPbdElastic* elastic);
+/// As om__pbd_solve_elements, for OM_PBD_LENGTHS.
+void om__pbd_solve_lengths(const OmPbdStep* s, int begin, int end);
+/// Multipliers of an element.
+static inline size_t om__pbd_nlambda(const OmPbdDef* def) {
+    return def->kind == OM_PBD_LENGTHS ? 7 : 2;
+}
 
 // ---- pbd_contact.c
 

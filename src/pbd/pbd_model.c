@@ -9,7 +9,7 @@ extern const OmTissueEngine om__engine_pbd;
 static const OmTissueEngine elastic_engine;  // the same with forces and energy; create puts it in
 
 OmPbdDef om_pbd_default_def(OmPbdKind kind) {
-    bool is_elastic = kind == OM_PBD_ELASTIC;
+    bool is_elastic = kind != OM_PBD_CLUSTERS;
     OmPbdDef def = {.kind = kind,
                     .substeps = is_elastic ? 20 : 3,
                     .iterations = is_elastic ? 1 : 9,
@@ -18,6 +18,8 @@ OmPbdDef om_pbd_default_def(OmPbdKind kind) {
                     .cluster_spacing = 0.0127,
                     .cluster_radius = 0.0095,
                     .cluster_stiffness = 0.361,
+                    .edge_stiffness = 10,
+                    .volume_stiffness = 1e4,
                     .collision_distance = 0.003,
                     .recover_speed = 0.5,
                     .friction = 0.35,
@@ -48,7 +50,7 @@ static OmStatus check_clusters(const OmPbdDef* def) {
 static OmStatus check_def(const OmPbdDef* def) {
     OM_CHECK(def->cookie == PBD_COOKIE, OM_INVALID,
              "pbd: the definition was not made by om_pbd_default_def");
-    OM_CHECK(def->kind == OM_PBD_CLUSTERS || def->kind == OM_PBD_ELASTIC, OM_INVALID,
+    OM_CHECK(def->kind >= OM_PBD_CLUSTERS && def->kind <= OM_PBD_LENGTHS, OM_INVALID,
              "pbd: kind %d is none of OmPbdKind", (int)def->kind);
     OM_CHECK(def->substeps >= 1 && def->substeps <= 1000, OM_INVALID,
              "pbd: substeps is %d; it must be from 1 to 1000", def->substeps);
@@ -67,6 +69,10 @@ static OmStatus check_def(const OmPbdDef* def) {
              "pbd: friction is %g; it must be from 0 to 10", def->friction);
     OM_CHECK(def->particle_friction >= 0 && def->particle_friction <= 10, OM_INVALID,
              "pbd: particle_friction is %g; it must be from 0 to 10", def->particle_friction);
+    OM_CHECK(def->edge_stiffness >= 1e-9 && def->edge_stiffness <= 1e9, OM_INVALID,
+             "pbd: edge_stiffness is %g N/m; it must be from 1e-9 to 1e9", def->edge_stiffness);
+    OM_CHECK(def->volume_stiffness >= 0 && def->volume_stiffness <= 1e12, OM_INVALID,
+             "pbd: volume_stiffness is %g Pa; it must be from 0 to 1e12", def->volume_stiffness);
     return check_clusters(def);
 }
 
@@ -98,8 +104,9 @@ static OmStatus pbd_create(OmTissueModel* m) {
     pbd->def = def;
     pbd->has_pairs = def.has_self_collision && def.collision_distance > 0;
     if (def.kind == OM_PBD_CLUSTERS) return om__pbd_make_clusters(m, &def, &pbd->shape);
-    m->engine = &elastic_engine;
-    return om__pbd_make_elastic(m, &pbd->elastic);
+    if (def.kind == OM_PBD_ELASTIC) m->engine = &elastic_engine;
+    OM_TRY(om__pbd_make_elastic(m, &pbd->elastic));
+    return def.kind == OM_PBD_LENGTHS ? om__pbd_make_lengths(m, &def, &pbd->elastic) : OM_OK;
 }
 
 // ---- the engine's part of a state: rotations of clusters ----------------------------------------------
@@ -175,12 +182,14 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     pw->kind = om_calloc(n, 1);
     pw->way = om_calloc(3 * n, sizeof(double));
     pw->give = om_calloc(n, sizeof(double));
-    pw->lambda = om_calloc((size_t)pbd->elastic.ntet, 2 * sizeof(double));
+    pw->lambda = om_calloc((size_t)pbd->elastic.ntet, om__pbd_nlambda(&pbd->def) * sizeof(double));
     if (!pw->begin || !pw->give || !pw->lambda || !pw->kind || !pw->way || !pw->map || !pw->hold ||
         !pw->v_begin || !pw->pull || !pw->normal_sum || !pw->friction_sum)
         return OM_NO_MEMORY;
     pw->size =
-        (18 * n + 2 * (size_t)pbd->elastic.ntet + OM__PBD_MAP * ncluster) * sizeof(double) + n;
+        (18 * n + om__pbd_nlambda(&pbd->def) * (size_t)pbd->elastic.ntet + OM__PBD_MAP * ncluster) *
+            sizeof(double) +
+        n;
     if (pbd->has_pairs) OM_TRY(om__pbd_make_pairs(m->mesh.nvert, &pw->pairs));
     pw->size += pw->pairs.size;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);
@@ -191,9 +200,12 @@ static size_t pbd_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     const OmPbdWork* pw = w->data;
     size_t ncluster = (size_t)pbd->shape.ncluster;
     size_t nmember = ncluster > 0 ? (size_t)pbd->shape.adr[ncluster] : 0;
-    if (pbd->def.kind == OM_PBD_ELASTIC)
-        return sizeof *pbd + (size_t)pbd->elastic.ntet * sizeof *pbd->elastic.tet + sizeof *pw +
-               pw->size;
+    if (pbd->elastic.ntet > 0)
+        return sizeof *pbd +
+               (size_t)pbd->elastic.ntet *
+                   (sizeof *pbd->elastic.tet +
+                    (pbd->elastic.length ? sizeof *pbd->elastic.length : 0)) +
+               sizeof *pw + pw->size;
     return sizeof *pbd + nmember * (2 * sizeof(int) + 4 * sizeof(double)) +
            ncluster * (sizeof(int) + 21 * sizeof(double)) +
            (size_t)m->mesh.nvert * (sizeof(int) + sizeof(double)) + sizeof *pw + pw->size;
@@ -210,7 +222,10 @@ int om_pbd_clusters(const OmTissueModel* m, const int** adr, const int** vert) {
     return pbd->shape.ncluster;
 }
 
-bool om_pbd_has_forces(const OmTissueModel* m) { return m->engine == &elastic_engine; }
+bool om_pbd_has_forces(const OmTissueModel* m) {
+    if (m->engine != &om__engine_pbd) return m->engine == &elastic_engine;
+    return ((const OmPbd*)m->data)->def.kind != OM_PBD_CLUSTERS;
+}
 
 #define COMMON_ROW                                                                               \
     .name = "pbd", .create = pbd_create, .destroy = pbd_destroy, .create_work = pbd_create_work, \

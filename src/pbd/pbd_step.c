@@ -43,7 +43,7 @@ static void predict(OmPbdStep* s, Range r) {
     const OmPbdDef* def = &s->pbd->def;
     const double* f_ext = om__state_array(s->s, OM__F_EXT);
     const unsigned char* attached = om__state_attached(s->s);
-    double rayleigh = def->kind == OM_PBD_ELASTIC ? s->m->def.rayleigh_mass : 0;
+    double rayleigh = def->kind != OM_PBD_CLUSTERS ? s->m->def.rayleigh_mass : 0;
     double drag = 1 / (1 + (def->damping + rayleigh) * s->sub);
     for (int i = r.begin; i < r.end; ++i) {
         OmVec3 p = om_load3(s->x, i);
@@ -173,6 +173,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     OmPbdStep* s = ctx;
     const OmPbdDef* def = &s->pbd->def;
     Range part = share_of(s->m->mesh.nvert, rank, size);
+    Range element = share_of(s->pbd->elastic.ntet, rank, size);
     for (int k = 0; k < def->substeps; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
@@ -184,10 +185,15 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
             act_alone(s, part,
                       false);  // so that a touching vertex at rest is where its elements want it
         }
+        if (def->kind == OM_PBD_LENGTHS)
+            memset(s->w->lambda + 7 * (size_t)element.begin, 0,
+                   7 * (size_t)(element.end - element.begin) * sizeof(double));
         for (int n = 0; n < def->iterations; ++n) {
             om_team_barrier(team);
             if (def->kind == OM_PBD_ELASTIC)
                 visit_elements(s, team, rank, size, om__pbd_solve_elements);
+            else if (def->kind == OM_PBD_LENGTHS)
+                visit_elements(s, team, rank, size, om__pbd_solve_lengths);
             else
                 match_shapes(s, team, rank, size, n);
             if (has_pairs) keep_apart(s, team, part);
@@ -237,7 +243,7 @@ static OmStatus check_input(const OmTissueState* s, int nobstacle,
 
 // Meeting at barriers would take longer than sharing the work saves; the bytes are the same.
 static bool is_small(const OmPbd* pbd) {
-    if (pbd->def.kind == OM_PBD_ELASTIC) return pbd->elastic.ntet < SMALL * pbd->elastic.ncolor;
+    if (pbd->elastic.ntet > 0) return pbd->elastic.ntet < SMALL * pbd->elastic.ncolor;
     return pbd->shape.adr[pbd->shape.ncluster] < SMALL * 20;
 }
 

@@ -140,11 +140,44 @@ static void test_forces_of_energy(void** state) {
     pbd_done(&p);
 }
 
+// One element whose edges are springs: its corner goes where Hooke's law has it.
+static void test_lengths(void** state) {
+    (void)state;
+    PbdRig p;
+    memset(&p, 0, sizeof p);
+    assert_ok(om_tet_mesh_init(&p.r.mesh, 4, 1));
+    const double x[12] = {0, 0, 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+    memcpy(p.r.mesh.x, x, sizeof x);
+    memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
+    assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
+    p.r.def = om_tissue_default_def(&p.r.mesh);
+    p.r.def.gravity = om_vec3(0, 0, 0);
+    p.r.def.rayleigh_mass = 20;
+    p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
+    p.pbd.edge_stiffness = 3;
+    p.pbd.volume_stiffness = 0;
+    pbd_start(&p);
+    om_store3(om_tissue_external_force(p.r.s), 3, om_vec3(0, 0, 1e-4));
+    pbd_run(&p, 200, 0.02);
+    OmVec3 u = om_sub(om_load3(om_tissue_x(p.r.s), 3), om_vec3(0, 0, 0.01));
+    // K = k [[1/2, 0, -1/2], [0, 1/2, -1/2], [-1/2, -1/2, 2]]: u = f / k (1, 1, 1)
+    for (int a = 0; a < 3; ++a) {
+        double got = a == 0 ? u.x : a == 1 ? u.y : u.z;
+        assert_near_rel(got, 1e-4 / 3, 0.02);  // the second order of a strain of 0.3 %
+    }
+    OmTissueForces f;
+    assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
+    assert_near(f.attachment.z, -1e-4, 1e-6);  // multipliers of the last substeps
+    assert_true(om_pbd_has_forces(p.r.m));
+    pbd_done(&p);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_weight_as_finite_elements),
         cmocka_unit_test(test_forces_as_finite_elements),
         cmocka_unit_test(test_forces_of_energy),
+        cmocka_unit_test(test_lengths),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -32,8 +32,10 @@ static void make_scene(OmRng* rng, PbdRig* p) {
         pbd_box(p, om_vec3(0.02, 0.03, 0.02), 2, 3, 2);
         if (om_rng_below(rng, 2)) rig_attach_plane(&p->r, 2, 0);
     }
-    p->pbd.kind = (OmPbdKind)(p->r.mesh.ntet > 0 ? om_rng_below(rng, 2) : 0);
-    if (p->pbd.kind == OM_PBD_ELASTIC) p->pbd = om_pbd_default_def(OM_PBD_ELASTIC);
+    p->pbd.kind = (OmPbdKind)(p->r.mesh.ntet > 0 ? om_rng_below(rng, 3) : 0);
+    if (p->pbd.kind != OM_PBD_CLUSTERS) p->pbd = om_pbd_default_def(p->pbd.kind);
+    p->pbd.edge_stiffness = pow(10, om_rng_range(rng, -9, 9));
+    p->pbd.volume_stiffness = om_rng_below(rng, 3) ? pow(10, om_rng_range(rng, -3, 12)) : 0;
     p->pbd.cluster_stiffness = pick(rng, ends, 3);
     p->pbd.linear_stretch = pick(rng, ends, 3);
     p->pbd.damping = pick(rng, drag, 3);
@@ -112,7 +114,7 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
         pbd_sheet(&p, 0.15);  // large enough to be shared among workers
     else
         pbd_box(&p, om_vec3(0.12, 0.12, 0.01), 24, 24, 4);
-    if (kind == OM_PBD_ELASTIC) p.pbd = om_pbd_default_def(kind);
+    if (kind != OM_PBD_CLUSTERS) p.pbd = om_pbd_default_def(kind);
     p.pbd.has_self_collision = kind == OM_PBD_CLUSTERS;
     p.r.def.solver.nworker = nworker;
     pbd_start(&p);
@@ -143,7 +145,7 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
 
 static void test_same_bytes(void** state) {
     (void)state;
-    for (int kind = 0; kind < 2; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         int nstep =
             kind == OM_PBD_CLUSTERS ? 20 : 3;  // colours meet often, slowly on a busy machine
         uint64_t one = run_busy(1, nstep, (OmPbdKind)kind, false);
@@ -177,10 +179,10 @@ static OmStatus make_particles(void* ctx) {
 
 static void test_memory(void** state) {
     (void)state;
-    for (int kind = 0; kind < 2; ++kind) {
+    for (int kind = 0; kind < 3; ++kind) {
         PbdRig p;
         pbd_box(&p, om_vec3(0.03, 0.03, 0.02), 3, 3, 2);
-        if (kind == OM_PBD_ELASTIC) p.pbd = om_pbd_default_def(OM_PBD_ELASTIC);
+        if (kind > 0) p.pbd = om_pbd_default_def((OmPbdKind)kind);
         p.pbd.has_self_collision = true;
         pbd_start(&p);
         assert_true(test_failing_allocations(make_and_step, &p, 1) > 20);
