@@ -53,6 +53,17 @@ exit 0
 out largest pull of 25 grasps in 1 layouts
 out ^force_threshold: \d
 
+# A twin of particles: one line more.
+$ sed -e 's/  source: sheet/  source: sheet\n  model: pbd/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1
+exit 0
+out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
+file pbd/report.html
+
+$ sed 's/  source: sheet/  source: sheet\n  model: sph/' small.yaml > sph.yaml && omentum retract sph.yaml -o sph
+exit 3
+err model
+err-lines 1
+
 # Wrong input.
 $ omentum retract none.yaml -o out
 exit 3
