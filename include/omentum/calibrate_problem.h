@@ -9,7 +9,7 @@
 ///     pinch 2,20,cloud,12,40,18.5       a point of the cloud there (any number)
 ///     bead 1,10,force,0,0,-1.9          the force of the tool on the tissue, N
 ///
-///     om_calibrate_load_problem("gel.yaml", &problem);
+///     om_calibrate_load_problem("gel.yaml", NULL, &problem);
 ///     OmCalibrationDef def = om_calibrate_problem_search(problem);
 ///     om_calibrate_run(&def, progress, &result);
 ///     om_calibrate_destroy_problem(problem);
@@ -29,8 +29,10 @@ extern "C" {
 typedef struct OmCalibrationProblem OmCalibrationProblem;  // constant
 
 /// Read a problem, its scene and its observations, whose names are relative to its folder.
+/// @param observations  a file in place of the one that the problem names; null: that one
 /// @return OM_OK; OM_INVALID (the message names file, line, key or column, and the remedy); OM_IO; OM_NO_MEMORY
-OM_API OmStatus om_calibrate_load_problem(const char* path, OmCalibrationProblem** problem);
+OM_API OmStatus om_calibrate_load_problem(const char* path, const char* observations,
+                                          OmCalibrationProblem** problem);
 OM_API void om_calibrate_destroy_problem(OmCalibrationProblem* problem);
 /// The search that the file describes; it borrows the problem. The caller adds out_dir and nworker.
 OM_API OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* problem);

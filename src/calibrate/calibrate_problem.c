@@ -10,33 +10,13 @@
 
 #define MAX_FILE_SIZE ((size_t)256 << 20)
 
-typedef struct Body {  // one site of the scene and the tissue on it: what a model is built from
-    const OmCalibrationProblem* problem;
-    OmSite site;
-    OmContactPlane board;
-    const OmSdf* organ;
-    OmContactDef contact;
-    bool is_world;  // the hidden truth of the scene rather than its twin
-} Body;
-
-struct OmCalibrationProblem {
-    ProblemFile file;
-    OmScene scene;
-    Sights sights;
-    Body twin;
-    OmProbe* probe[OM_CALIBRATION_MAX_PATH];
-    double start[OM_CALIBRATION_MAX_PARAM];
-    uint64_t hash;
-    OmCalibrationTissue* tissue;
-};
-
 // ---- models ---------------------------------------------------------------------------------------
 
 static const SceneKey* key_of(const OmCalibrationProblem* p, int i) {
     return &om__calibrate_scene_key[p->file.param[i].name];
 }
 
-static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
+OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
     const Body* b = ctx;
     const OmCalibrationProblem* p = b->problem;
     OmScene scene = p->scene;
@@ -53,7 +33,7 @@ static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel
     return status == OM_INVALID ? OM_UNSAT : status;  // such as clusters that leave particles out
 }
 
-static OmStatus make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
+OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
     b->problem = p;
     b->is_world = is_world;
     OM_TRY(om_site_build(&p->scene, is_world ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &b->site));
@@ -77,10 +57,9 @@ static OmStatus make_probe(const ProbeItem* item, OmProbe** probe) {
     return om_probe_create(&def, probe);
 }
 
-static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
-                            OmCalibrationTissue** tissue) {
+void om__calibrate_make_paths(const OmCalibrationProblem* p, const Body* body,
+                              OmCalibrationPath* path) {
     OmPose pose = body->site.pose_world_task;
-    OmCalibrationPath path[OM_CALIBRATION_MAX_PATH];
     const Sights* s = &p->sights;
     for (int i = 0; i < p->file.npath; ++i) {
         const PathItem* item = &p->file.path[i];
@@ -100,8 +79,28 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
                                       .nlevel = s->nlevel[i],
                                       .level = s->level[i]};
     }
+}
+
+// What is held against clouds: the side of a sheet that a camera sees, or all of the surface.
+static OmStatus choose_cloud_points(const OmTetMesh* mesh, double** point, int* n) {
+    const OmMeshSet* top = om_tet_mesh_find_set(mesh, "top");
+    *n = top ? top->nvert : 0;
+    if (*n == 0) return OM_OK;
+    *point = om_alloc(3 * (size_t)*n, sizeof **point);
+    if (!*point) return OM_NO_MEMORY;
+    for (int i = 0; i < *n; ++i) om_store3(*point, i, om_load3(mesh->x, top->vert[i]));
+    return OM_OK;
+}
+
+static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
+                            OmCalibrationTissue** tissue) {
+    OmPose pose = body->site.pose_world_task;
+    OmCalibrationPath path[OM_CALIBRATION_MAX_PATH];
+    const Sights* s = &p->sights;
+    om__calibrate_make_paths(p, body, path);
     OmStatus status = OM_OK;
     OmCalibrationSeen* seen = NULL;
+    double* cloud_point = NULL;
     double rest[3 * OM_CALIBRATION_MAX_LANDMARK];
     const char* name[OM_CALIBRATION_MAX_LANDMARK];
     for (int i = 0; i < s->nlandmark; ++i) {
@@ -114,7 +113,9 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
         seen[i].x = seen[i].landmark == OM_SEEN_FORCE ? om_quat_rotate(pose.q, seen[i].x)
                                                       : om_pose_apply(pose, seen[i].x);
     }
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, body);
+    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(om__calibrate_build, body);
+    OM_TRY_DONE(choose_cloud_points(&body->site.mesh, &cloud_point, &def.ncloud_point));
+    def.cloud_point = cloud_point;
     def.contact = body->contact.nplane + body->contact.nsdf > 0 ? &body->contact : NULL;
     def.npath = p->file.npath, def.path = path;
     def.nlandmark = s->nlandmark, def.landmark = name, def.rest = rest;
@@ -123,6 +124,7 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
     status = om_calibrate_create_tissue(&def, p->start, tissue);
 done:
     om_free(seen);
+    om_free(cloud_point);
     return status;
 }
 
@@ -167,7 +169,7 @@ static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
     return OM_OK;
 }
 
-static OmStatus load(const char* path, OmCalibrationProblem* p) {
+static OmStatus load(const char* path, const char* observations, OmCalibrationProblem* p) {
     char dir[OM_SCENE_PATH], file[2 * OM_SCENE_PATH];
     p->hash = OM_HASH_SEED;
     OM_TRY(om__calibrate_read_problem(path, &p->file));
@@ -178,8 +180,8 @@ static OmStatus load(const char* path, OmCalibrationProblem* p) {
     OM_TRY(hash_file(file, &p->hash));
     OM_TRY(set_start(path, p));
     OM_TRY(om_path_join(dir, p->file.observations, file, sizeof file));
-    OM_TRY(read_sights(file, p));
-    OM_TRY(make_body(p, false, &p->twin));
+    OM_TRY(read_sights(observations ? observations : file, p));
+    OM_TRY(om__calibrate_make_body(p, false, &p->twin));
     p->hash =
         om_hash(p->twin.site.mesh.x, 3 * (size_t)p->twin.site.mesh.nvert * sizeof(double), p->hash);
     for (int i = 0; i < p->file.npath; ++i)
@@ -189,11 +191,12 @@ static OmStatus load(const char* path, OmCalibrationProblem* p) {
     return status < 0 ? om_error_prefix(status, "%s", path) : status;
 }
 
-OmStatus om_calibrate_load_problem(const char* path, OmCalibrationProblem** problem) {
+OmStatus om_calibrate_load_problem(const char* path, const char* observations,
+                                   OmCalibrationProblem** problem) {
     *problem = NULL;
     OmCalibrationProblem* p = om_calloc(1, sizeof *p);
     if (!p) return OM_NO_MEMORY;
-    OmStatus status = load(path, p);
+    OmStatus status = load(path, observations, p);
     if (status < 0) {
         om_calibrate_destroy_problem(p);
         return status;
@@ -240,80 +243,4 @@ OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* p) {
     def.rise = s->rise;
     def.seed = (uint64_t)s->seed;
     return def;
-}
-
-// ---- synthetic observations -----------------------------------------------------------------------
-
-static OmStatus append_row(OmText* t, const char* experiment, const char* level,
-                           const char* landmark, OmVec3 v) {
-    return om_text_append(t, "%s,%s,%s,%.5f,%.5f,%.5f\n", experiment, level, landmark, v.x, v.y,
-                          v.z);
-}
-
-static OmStatus append_path(const OmCalibrationProblem* p, const OmCalibrationTissue* tissue,
-                            const double* param, int path, OmPose pose_task_world, OmRng* rng,
-                            double noise, OmText* t) {
-    const Sights* s = &p->sights;
-    int nlevel = s->nlevel[path];
-    OmStatus status = OM_OK;
-    double *x = NULL, *force = NULL;
-    OM_ALLOC_DONE(x, 3 * (size_t)nlevel * (size_t)(s->nlandmark + 1));
-    OM_ALLOC_DONE(force, 3 * (size_t)nlevel);
-    OM_TRY_DONE(om_calibrate_run_path(tissue, param, path, x, force));
-    OM_CHECK_DONE(status == OM_OK, OM_INVALID,
-                  "path %s: the world's tissue cannot be carried along it",
-                  p->file.path[path].name);
-    for (int i = 0; i < s->nseen; ++i) {
-        const OmCalibrationSeen* o = &s->seen[i];
-        if (o->path != path || o->landmark == OM_SEEN_CLOUD) continue;
-        char level[32];
-        snprintf(level, sizeof level, "%.9g", 1e3 * s->level[path][o->level]);
-        OmVec3 v = om_quat_rotate(pose_task_world.q, om_load3(force, o->level));
-        if (o->landmark >= 0) {
-            v = om_pose_apply(pose_task_world, om_load3(x, o->level * s->nlandmark + o->landmark));
-            double e[3];
-            for (int k = 0; k < 3; ++k) e[k] = noise * om_rng_normal(rng);
-            v = om_scale(1e3, om_add(v, om_load3(e, 0)));
-        }
-        OM_TRY_DONE(append_row(t, p->file.path[path].name, level,
-                               o->landmark < 0 ? "force" : s->landmark[o->landmark], v));
-    }
-done:
-    om_free(x);
-    om_free(force);
-    return status;
-}
-
-static OmStatus append_all(const OmCalibrationProblem* p, const OmCalibrationTissue* tissue,
-                           const double* param, OmPose pose_world_task, OmRng* rng, double noise,
-                           OmText* t) {
-    const Sights* s = &p->sights;
-    OmPose back = om_pose_inverse(pose_world_task);
-    OM_TRY(om_text_append(t, "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"));
-    for (int i = 0; i < s->nlandmark; ++i)
-        OM_TRY(append_row(t, p->file.path[0].name, "rest", s->landmark[i],
-                          om_scale(1e3, om_load3(s->rest, i))));
-    for (int k = 0; k < p->file.npath; ++k)
-        OM_TRY(append_path(p, tissue, param, k, back, rng, noise, t));
-    return OM_OK;
-}
-
-OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* p, const double* param,
-                                     double noise, uint64_t seed, const char* path) {
-    OM_CHECK(noise >= 0 && isfinite(noise), OM_INVALID, "noise is %g: at least 0", noise);
-    OmCalibrationTissue* tissue = NULL;
-    OmText text = {0};
-    OmRng rng = om_rng_init(seed, 0);
-    Body* world = om_calloc(1, sizeof *world);
-    if (!world) return OM_NO_MEMORY;
-    OmStatus status = make_body(p, true, world);
-    if (status == OM_OK) status = make_tissue(p, world, &tissue);
-    if (status == OM_OK)
-        status = append_all(p, tissue, param, world->site.pose_world_task, &rng, noise, &text);
-    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
-    om_text_done(&text);
-    om_calibrate_destroy_tissue(tissue);
-    om_site_done(&world->site);
-    om_free(world);
-    return status;
 }

@@ -3,7 +3,7 @@
 #define OMENTUM_CALIBRATE_PROBLEM_INTERNAL_H
 
 #include "omentum/calibrate_problem.h"
-#include "omentum/scene.h"
+#include "omentum/world.h"
 
 #define PATH_NAME 64
 #define LANDMARK_NAME 48
@@ -69,5 +69,32 @@ typedef struct Sights {  // the rows of the CSV file
 /// @param name  of the file, for messages
 OmStatus om__calibrate_parse_sights(const char* text, size_t size, const char* name, int npath,
                                     const PathItem* path, Sights* sights);
+
+typedef struct Body {  // one site of the scene and the tissue on it: what a model is built from
+    const OmCalibrationProblem* problem;
+    OmSite site;
+    OmContactPlane board;
+    const OmSdf* organ;
+    OmContactDef contact;
+    bool is_world;  // the hidden truth of the scene rather than its twin
+} Body;
+
+struct OmCalibrationProblem {
+    ProblemFile file;
+    OmScene scene;
+    Sights sights;
+    Body twin;
+    OmProbe* probe[OM_CALIBRATION_MAX_PATH];
+    double start[OM_CALIBRATION_MAX_PARAM];
+    uint64_t hash;
+    OmCalibrationTissue* tissue;
+};
+
+OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b);
+// An OmCalibrationBuildFn; ctx is a Body.
+OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTissueModel** model);
+// The paths in the world of that site (npath).
+void om__calibrate_make_paths(const OmCalibrationProblem* p, const Body* body,
+                              OmCalibrationPath* path);
 
 #endif

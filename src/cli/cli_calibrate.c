@@ -8,6 +8,7 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR",
      "journal, report and calibrated.yaml; what is there is not done again"},
+    {"--observations", NULL, "FILE.csv", "in place of the file that the problem names"},
     {"--seed", NULL, "N", "another seed than the problem's"},
     {"--synthetic", NULL, "OUT.csv", "write what the scene's world would have shown instead"},
     {"--set", NULL, "NAME=VALUE", "with --synthetic: a parameter of that world; may be repeated"},
@@ -30,7 +31,8 @@ static void print_help(const OmCliArgs* args) {
     om_cli_print_options(args);
     printf("\nExamples:\n"
            "  omentum calibrate gel.yaml -o out/gel\n"
-           "  omentum calibrate gel.yaml --synthetic planned.csv --set tissue.young=5000\n");
+           "  omentum calibrate gel.yaml --synthetic planned.csv --set tissue.young=5000\n"
+           "  omentum calibrate gel.yaml --observations planned.csv -o out/planned\n");
 }
 
 // ---- what came out --------------------------------------------------------------------------------
@@ -143,7 +145,8 @@ int om_cli_calibrate(int argc, char** argv) {
         return OM_EXIT_USAGE;
     }
     OmCalibrationProblem* problem;
-    OmStatus status = om_calibrate_load_problem(om_cli_positional(&args, 0), &problem);
+    OmStatus status = om_calibrate_load_problem(om_cli_positional(&args, 0),
+                                                om_cli_get(&args, "--observations"), &problem);
     if (status < 0) return om_cli_fail("calibrate", status);
     OmCalibrationDef def = om_calibrate_problem_search(problem);
     int seed = (int)def.seed;

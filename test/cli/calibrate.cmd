@@ -43,7 +43,7 @@ out ^synthetic observations: seen2.csv
 no-err
 file seen2.csv
 
-$ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
+$ omentum calibrate lift.yaml --observations seen2.csv -q -o out
 exit 0
 out ^calibrated: error .* mm at the start
 out ^tissue.young: [4-8][0-9][0-9][0-9]
@@ -52,6 +52,10 @@ file out/report.html
 file out/calibration.json
 file out/calibrated.yaml
 file out/journal.jsonl
+
+$ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
+exit 0
+out evaluations \(0 new\)
 
 # Again: nothing is evaluated; other workers: the same journal.
 $ omentum calibrate lift.yaml -q -o out
