@@ -17,7 +17,15 @@
 #include "base/base_multiversion.h"
 #include "pbd/pbd_internal.h"
 
-#define NWORD 8  // of 64 colours: more elements at a vertex than any mesh of ours has
+#if defined(__GNUC__)
+#define INLINE static inline __attribute__((always_inline))
+#else
+#define INLINE static inline
+#endif
+
+#define LANE OM__PBD_LANE
+#define MOST 1e200  // a multiplier beyond is not used
+#define NWORD 8     // of 64 colours: more elements at a vertex than any mesh of ours has
 #define EXPLICIT \
     1.0  // h^2 stiffness / mass of an element up to which it begins with all of its force
 #define LEAST_STRETCH 1e-6  // sqrt(I1) below which it has no direction
@@ -77,6 +85,31 @@ static OmStatus make_element(const OmTissueModel* m, int e, OmPbdTet* t) {
     return OM_OK;
 }
 
+// Elements by colour into lanes.
+static OmStatus fill_batches(OmPbdElastic* el) {
+    el->batch_adr = om_calloc((size_t)el->ncolor + 1, sizeof *el->batch_adr);
+    if (!el->batch_adr) return OM_NO_MEMORY;
+    for (int c = 0; c < el->ncolor; ++c)
+        el->batch_adr[c + 1] =
+            el->batch_adr[c] + (el->color_adr[c + 1] - el->color_adr[c] + LANE - 1) / LANE;
+    OM_ALLOC(el->batch, el->batch_adr[el->ncolor]);
+    for (int c = 0; c < el->ncolor; ++c)
+        for (int n = el->batch_adr[c]; n < el->batch_adr[c + 1]; ++n) {
+            OmPbdBatch* b = &el->batch[n];
+            int first = el->color_adr[c] + (n - el->batch_adr[c]) * LANE;
+            b->num = el->color_adr[c + 1] - first < LANE ? el->color_adr[c + 1] - first : LANE;
+            for (int l = 0; l < LANE; ++l) {
+                const OmPbdTet* t = &el->tet[first + (l < b->num ? l : b->num - 1)];
+                for (int a = 0; a < 4; ++a) b->vert[a][l] = t->vert[a];
+                for (int k = 0; k < 9; ++k) b->grad[k][l] = t->grad[k];
+                b->gamma[l] = t->gamma;
+                b->volume_compliance[l] = t->volume_compliance;
+                b->shape_compliance[l] = t->shape_compliance;
+            }
+        }
+    return OM_OK;
+}
+
 OmStatus om__pbd_make_elastic(const OmTissueModel* m, OmPbdElastic* el) {
     int ntet = m->mesh.ntet, count[64 * NWORD] = {0};
     OM_CHECK(ntet > 0, OM_INVALID,
@@ -93,6 +126,7 @@ OmStatus om__pbd_make_elastic(const OmTissueModel* m, OmPbdElastic* el) {
         el->color_adr[c + 1] = next[c + 1] = el->color_adr[c] + count[c];
     for (int e = 0; e < ntet; ++e) OM_TRY_DONE(make_element(m, e, &el->tet[next[color[e]]++]));
     el->ntet = ntet;
+    OM_TRY_DONE(fill_batches(el));
 done:
     om_free(color);
     om_free(next);
@@ -103,6 +137,8 @@ void om__pbd_elastic_done(OmPbdElastic* el) {
     om_free(el->tet);
     om_free(el->color_adr);
     om_free(el->length);
+    om_free(el->batch);
+    om_free(el->batch_adr);
     *el = (OmPbdElastic){0};
 }
 
@@ -134,72 +170,139 @@ static inline void strain_of(const OmPbdTet* t, const double* x, Strain* s) {
     }
 }
 
-// What multipliers an element moves its vertices by: x += w grad C l, or what holds them bears it.
-static inline void apply_element(const OmPbdStep* s, const OmPbdTet* t, const Strain* g, double lh,
-                                 double ld) {
-    const double* give = s->w->give;
-    for (int a = 0; a < 4; ++a) {
-        int i = t->vert[a];
-        OmVec3 d = om_madd(om_scale(lh, g->volume[a]), ld, g->shape[a]);
-        if (give[i] > 0)
-            om_store3(s->x, i, om_madd(om_load3(s->x, i), give[i], d));
-        else
-            om_store3(s->w->hold, i, om_madd(om_load3(s->w->hold, i), -1 / (s->sub * s->h), d));
+// ---- eight elements at once ----------------------------------------------------------------------------
+
+typedef double Lanes[LANE];
+
+typedef struct Gradients {  // of both constraints at the four vertices, and their values
+    Lanes volume[12], shape[12], J, stretch;
+} Gradients;
+
+INLINE void find_gradients(const OmPbdBatch* restrict b, const double* restrict x,
+                           Gradients* restrict out) {
+    Lanes p[12];
+    for (int a = 0; a < 4; ++a)
+        for (int l = 0; l < LANE; ++l)
+            for (int c = 0; c < 3; ++c) p[3 * a + c][l] = x[3 * (size_t)b->vert[a][l] + (size_t)c];
+    for (int l = 0; l < LANE; ++l) {
+        double f[9], k[9], J = 0, I1 = 0;  // F and its cofactor by columns
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r)
+                f[3 * c + r] = b->grad[c][l] * (p[3 + r][l] - p[r][l]) +
+                               b->grad[3 + c][l] * (p[6 + r][l] - p[r][l]) +
+                               b->grad[6 + c][l] * (p[9 + r][l] - p[r][l]);
+        for (int c = 0; c < 3; ++c)
+            for (int r = 0; r < 3; ++r) {
+                int c1 = 3 * ((c + 1) % 3), c2 = 3 * ((c + 2) % 3), r1 = (r + 1) % 3,
+                    r2 = (r + 2) % 3;
+                k[3 * c + r] = f[c1 + r1] * f[c2 + r2] - f[c1 + r2] * f[c2 + r1];
+            }
+        for (int r = 0; r < 3; ++r) J += f[r] * k[r];
+        for (int n = 0; n < 9; ++n) I1 += f[n] * f[n];
+        double stretch = sqrt(I1), inverse = stretch > LEAST_STRETCH ? 1 / stretch : 0;
+        for (int r = 0; r < 3; ++r) {
+            double sum_k = 0, sum_f = 0;
+            for (int a = 0; a < 3; ++a) {
+                double gk = b->grad[3 * a][l] * k[r] + b->grad[3 * a + 1][l] * k[3 + r] +
+                            b->grad[3 * a + 2][l] * k[6 + r];
+                double gf = b->grad[3 * a][l] * f[r] + b->grad[3 * a + 1][l] * f[3 + r] +
+                            b->grad[3 * a + 2][l] * f[6 + r];
+                gf *= inverse;
+                out->volume[3 * (a + 1) + r][l] = gk;
+                out->shape[3 * (a + 1) + r][l] = gf;
+                sum_k += gk, sum_f += gf;
+            }
+            out->volume[r][l] = -sum_k;
+            out->shape[r][l] = -sum_f;
+        }
+        out->J[l] = J;
+        out->stretch[l] = stretch;
     }
 }
 
-// Both multipliers of an element by the 2 x 2 system (W + alpha / sub^2) dl = -C - alpha / sub^2 l.
-static inline void solve_element(const OmPbdStep* s, int e) {
-    const OmPbdTet* t = &s->pbd->elastic.tet[e];
-    const double* give = s->w->give;
-    Strain g;
-    strain_of(t, s->x, &g);
-    double per = 1 / (s->sub * s->sub), hh = t->volume_compliance * per,
-           dd = t->shape_compliance * per;
-    double* l = s->w->lambda + 2 * (size_t)e;
-    double rh = -(g.J - t->gamma) - hh * l[0], rd = -g.stretch - dd * l[1], hd = 0;
-    for (int a = 0; a < 4; ++a) {
-        double w = give[t->vert[a]];
-        hh += w * om_norm2(g.volume[a]);
-        dd += w * om_norm2(g.shape[a]);
-        hd += w * om_dot(g.volume[a], g.shape[a]);
+// grad C^T w grad C of both constraints and between them.
+INLINE void find_give(const OmPbdBatch* restrict b, const double* restrict give,
+                      const Gradients* restrict g, Lanes hh, Lanes dd, Lanes hd) {
+    Lanes w[4];
+    for (int a = 0; a < 4; ++a)
+        for (int l = 0; l < LANE; ++l) w[a][l] = give[b->vert[a][l]];
+    for (int l = 0; l < LANE; ++l) {
+        double vv = 0, ss = 0, vs = 0;
+        for (int n = 0; n < 12; ++n) {
+            double v = g->volume[n][l], s = g->shape[n][l];
+            vv += w[n / 3][l] * v * v;
+            ss += w[n / 3][l] * s * s;
+            vs += w[n / 3][l] * v * s;
+        }
+        hh[l] = vv, dd[l] = ss, hd[l] = vs;
     }
-    double det = hh * dd - hd * hd;  // compliances make it positive, but for overflow
-    if (!(det > 0) || !isfinite(det)) return;
-    double lh = (dd * rh - hd * rd) / det, ld = (hh * rd - hd * rh) / det;
-    if (!isfinite(lh) || !isfinite(ld)) return;
-    l[0] += lh, l[1] += ld;
-    apply_element(s, t, &g, lh, ld);
+}
+
+// What multipliers move vertices by: x += w grad C l, or what holds them bears it.
+INLINE void apply_multipliers(const OmPbdStep* s, const OmPbdBatch* b, const Gradients* g,
+                              const Lanes lh, const Lanes ld) {
+    Lanes d[12];
+    for (int n = 0; n < 12; ++n)
+        for (int l = 0; l < LANE; ++l) d[n][l] = lh[l] * g->volume[n][l] + ld[l] * g->shape[n][l];
+    double per_force = 1 / (s->sub * s->h);
+    for (int l = 0; l < b->num; ++l)
+        for (int a = 0; a < 4; ++a) {
+            int i = b->vert[a][l];
+            double give = s->w->give[i], way = give > 0 ? give : -per_force;
+            double* to = (give > 0 ? s->x : s->w->hold) + 3 * (size_t)i;
+            for (int c = 0; c < 3; ++c) to[c] += way * d[3 * a + c][l];
+        }
 }
 
 // Multipliers to begin with: those of the positions at the beginning of the substep, -C sub^2 / alpha, or the
 // part of them that an explicit step can bear.
-static inline void start_element(const OmPbdStep* s, int e) {
-    const OmPbdTet* t = &s->pbd->elastic.tet[e];
-    const double* give = s->w->give;
-    Strain g;
-    strain_of(t, s->w->begin, &g);
-    double hh = 0, dd = 0, sub2 = s->sub * s->sub;
-    for (int a = 0; a < 4; ++a) {
-        double w = give[t->vert[a]];
-        hh += w * om_norm2(g.volume[a]);
-        dd += w * om_norm2(g.shape[a]);
-    }
-    double stiff = hh * sub2 / t->volume_compliance + dd * sub2 / t->shape_compliance;
-    double part = stiff > EXPLICIT ? EXPLICIT / stiff : 1;
-    double* l = s->w->lambda + 2 * (size_t)e;
-    l[0] = -part * sub2 * (g.J - t->gamma) / t->volume_compliance;
-    l[1] = -part * sub2 * g.stretch / t->shape_compliance;
-    if (!isfinite(l[0]) || !isfinite(l[1])) l[0] = l[1] = 0;
-    apply_element(s, t, &g, l[0], l[1]);
-}
-
 OM_MULTIVERSION void om__pbd_start_elements(const OmPbdStep* s, int begin, int end) {
-    for (int e = begin; e < end; ++e) start_element(s, e);
+    double sub2 = s->sub * s->sub;
+    for (int n = begin; n < end; ++n) {
+        const OmPbdBatch* b = &s->pbd->elastic.batch[n];
+        Gradients g;
+        Lanes hh, dd, hd;
+        find_gradients(b, s->w->begin, &g);
+        find_give(b, s->w->give, &g, hh, dd, hd);
+        double *lh = s->w->lambda + 2 * LANE * (size_t)n, *ld = lh + LANE;
+        for (int l = 0; l < LANE; ++l) {
+            double kv = sub2 / b->volume_compliance[l], ks = sub2 / b->shape_compliance[l];
+            double stiff = hh[l] * kv + dd[l] * ks;
+            double part = stiff > EXPLICIT ? EXPLICIT / stiff : 1;
+            double h = part * kv * (b->gamma[l] - g.J[l]), d = -part * ks * g.stretch[l];
+            bool is_good = fabs(h) < MOST && fabs(d) < MOST;
+            lh[l] = is_good ? h : 0;
+            ld[l] = is_good ? d : 0;
+        }
+        apply_multipliers(s, b, &g, lh, ld);
+    }
 }
 
+// Both multipliers of an element by the 2 x 2 system (W + alpha / sub^2) dl = -C - alpha / sub^2 l.
 OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end) {
-    for (int e = begin; e < end; ++e) solve_element(s, e);
+    double per = 1 / (s->sub * s->sub);
+    for (int n = begin; n < end; ++n) {
+        const OmPbdBatch* b = &s->pbd->elastic.batch[n];
+        Gradients g;
+        Lanes hh, dd, hd, more_h, more_d;
+        find_gradients(b, s->x, &g);
+        find_give(b, s->w->give, &g, hh, dd, hd);
+        double *lh = s->w->lambda + 2 * LANE * (size_t)n, *ld = lh + LANE;
+        for (int l = 0; l < LANE; ++l) {
+            double av = b->volume_compliance[l] * per, as = b->shape_compliance[l] * per;
+            double rh = b->gamma[l] - g.J[l] - av * lh[l], rd = -g.stretch[l] - as * ld[l];
+            double h = hh[l] + av, d = dd[l] + as, det = h * d - hd[l] * hd[l];
+            double inverse =
+                det > 0 ? 1 / det : 0;  // compliances make it positive, but for overflow
+            double mh = inverse * (d * rh - hd[l] * rd), md = inverse * (h * rd - hd[l] * rh);
+            bool is_good = fabs(mh) < MOST && fabs(md) < MOST;
+            more_h[l] = is_good ? mh : 0;
+            more_d[l] = is_good ? md : 0;
+            lh[l] += more_h[l];
+            ld[l] += more_d[l];
+        }
+        apply_multipliers(s, b, &g, more_h, more_d);
+    }
 }
 
 // ---- forces and energy at given positions, for om_tissue_get_* ------------------------------------------

@@ -29,6 +29,13 @@ typedef struct OmPbdTet {
     double shape_compliance;   // 1/J
 } OmPbdTet;
 
+typedef struct OmPbdBatch {  // elements of one colour, a lane each; lanes left over repeat the last
+    int num;                 // lanes that count
+    int vert[4][OM__PBD_LANE];
+    double grad[9][OM__PBD_LANE], gamma[OM__PBD_LANE];
+    double volume_compliance[OM__PBD_LANE], shape_compliance[OM__PBD_LANE];
+} OmPbdBatch;
+
 typedef struct OmPbdLength {        // of an element of OM_PBD_LENGTHS
     double rest[6], compliance[6];  // of edges, m and m/N
     double volume;                  // m^3
@@ -37,6 +44,8 @@ typedef struct OmPbdLength {        // of an element of OM_PBD_LENGTHS
 
 typedef struct OmPbdElastic {
     int ntet, ncolor;
+    int* batch_adr;  // batches of each colour, of OM_PBD_ELASTIC   (ncolor + 1)
+    OmPbdBatch* batch;
     int* color_adr;       // elements of each colour                               (ncolor + 1)
     OmPbdTet* tet;        // by colour                                             (ntet)
     OmPbdLength* length;  // of OM_PBD_LENGTHS, else null                     (ntet)
@@ -134,7 +143,7 @@ void om__pbd_follow(const OmPbdClusters* shape, const double* map, const double*
 
 OmStatus om__pbd_make_elastic(const OmTissueModel* model, OmPbdElastic* elastic);
 void om__pbd_elastic_done(OmPbdElastic* elastic);
-/// Elements [begin, end) of one colour: their multipliers at the substep's beginning; better ones.
+/// Batches [begin, end) of one colour: their multipliers at the substep's beginning; better ones.
 void om__pbd_start_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
@@ -157,11 +166,13 @@ void om__pbd_shift(OmPbdStep* s, int begin, int end);
 
 OmStatus om__pbd_make_lengths(const OmTissueModel* model, const OmPbdDef* def,
                               OmPbdElastic* elastic);
-/// As om__pbd_solve_elements, for OM_PBD_LENGTHS.
+/// The same for elements [begin, end) of OM_PBD_LENGTHS.
 void om__pbd_solve_lengths(const OmPbdStep* s, int begin, int end);
-/// Multipliers of an element.
-static inline size_t om__pbd_nlambda(const OmPbdDef* def) {
-    return def->kind == OM_PBD_LENGTHS ? 7 : 2;
+/// Multipliers of all elements.
+static inline size_t om__pbd_nlambda(const OmPbd* pbd) {
+    const OmPbdElastic* el = &pbd->elastic;
+    if (pbd->def.kind == OM_PBD_LENGTHS) return 7 * (size_t)el->ntet;
+    return el->batch_adr ? 2 * OM__PBD_LANE * (size_t)el->batch_adr[el->ncolor] : 0;
 }
 
 // ---- pbd_contact.c

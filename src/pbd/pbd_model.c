@@ -182,14 +182,11 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     pw->kind = om_calloc(n, 1);
     pw->way = om_calloc(3 * n, sizeof(double));
     pw->give = om_calloc(n, sizeof(double));
-    pw->lambda = om_calloc((size_t)pbd->elastic.ntet, om__pbd_nlambda(&pbd->def) * sizeof(double));
+    pw->lambda = om_calloc(om__pbd_nlambda(pbd), sizeof(double));
     if (!pw->begin || !pw->give || !pw->lambda || !pw->kind || !pw->way || !pw->map || !pw->hold ||
         !pw->v_begin || !pw->pull || !pw->normal_sum || !pw->friction_sum)
         return OM_NO_MEMORY;
-    pw->size =
-        (18 * n + om__pbd_nlambda(&pbd->def) * (size_t)pbd->elastic.ntet + OM__PBD_MAP * ncluster) *
-            sizeof(double) +
-        n;
+    pw->size = (18 * n + om__pbd_nlambda(pbd) + OM__PBD_MAP * ncluster) * sizeof(double) + n;
     if (pbd->has_pairs) OM_TRY(om__pbd_make_pairs(m->mesh.nvert, &pw->pairs));
     pw->size += pw->pairs.size;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);

@@ -115,11 +115,12 @@ static void match_shapes(OmPbdStep* s, OmTeam* team, int rank, int size, int n) 
 
 typedef void (*ElementFn)(const OmPbdStep* s, int begin, int end);
 
-static void visit_elements(OmPbdStep* s, OmTeam* team, int rank, int size, ElementFn fn) {
+static void visit_elements(OmPbdStep* s, OmTeam* team, int rank, int size, const int* color_adr,
+                           ElementFn fn) {
     const OmPbdElastic* el = &s->pbd->elastic;
     for (int c = 0; c < el->ncolor; ++c) {
-        Range r = share_of(el->color_adr[c + 1] - el->color_adr[c], rank, size);
-        fn(s, el->color_adr[c] + r.begin, el->color_adr[c] + r.end);
+        Range r = share_of(color_adr[c + 1] - color_adr[c], rank, size);
+        fn(s, color_adr[c] + r.begin, color_adr[c] + r.end);
         om_team_barrier(team);
     }
 }
@@ -173,7 +174,8 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     OmPbdStep* s = ctx;
     const OmPbdDef* def = &s->pbd->def;
     Range part = share_of(s->m->mesh.nvert, rank, size);
-    Range element = share_of(s->pbd->elastic.ntet, rank, size);
+    const OmPbdElastic* el = &s->pbd->elastic;
+    Range element = share_of(el->ntet, rank, size);
     for (int k = 0; k < def->substeps; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
@@ -181,7 +183,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
         bool has_pairs = s->pbd->has_pairs && find_all_pairs(s, team, part, rank, size);
         if (def->kind == OM_PBD_ELASTIC) {
             om_team_barrier(team);
-            visit_elements(s, team, rank, size, om__pbd_start_elements);
+            visit_elements(s, team, rank, size, el->batch_adr, om__pbd_start_elements);
             act_alone(s, part,
                       false);  // so that a touching vertex at rest is where its elements want it
         }
@@ -191,9 +193,9 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
         for (int n = 0; n < def->iterations; ++n) {
             om_team_barrier(team);
             if (def->kind == OM_PBD_ELASTIC)
-                visit_elements(s, team, rank, size, om__pbd_solve_elements);
+                visit_elements(s, team, rank, size, el->batch_adr, om__pbd_solve_elements);
             else if (def->kind == OM_PBD_LENGTHS)
-                visit_elements(s, team, rank, size, om__pbd_solve_lengths);
+                visit_elements(s, team, rank, size, el->color_adr, om__pbd_solve_lengths);
             else
                 match_shapes(s, team, rank, size, n);
             if (has_pairs) keep_apart(s, team, part);
