@@ -190,6 +190,45 @@ static void test_embedded_points(void** state) {
     }
 }
 
+// What needs a system matrix or stresses says that it is not there, and changes nothing.
+static void test_not_available(void** state) {
+    (void)state;
+    PbdRig p;
+    pbd_box(&p, om_vec3(0.03, 0.03, 0.03), 3, 3, 3);
+    rig_attach_plane(&p.r, 2, 0);
+    pbd_start(&p);
+    uint64_t hash = om_tissue_hash(p.r.s);
+    assert_true(om_tissue_moves_itself(p.r.m));
+    assert_status(om_tissue_find_rest(p.r.m, p.r.s, p.r.w, 1e-3, 10, NULL), OM_UNAVAILABLE);
+    assert_status(om_tissue_begin_step(p.r.m, p.r.s, p.r.w, 0.02), OM_UNAVAILABLE);
+    double value[162];
+    assert_status(om_tissue_get_measure(p.r.m, p.r.s, OM_VON_MISES, value), OM_UNAVAILABLE);
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    OmProbe* ball;
+    OmPress* press;
+    assert_ok(om_probe_create(&shape, &ball));
+    OmPressDef def = om_press_default_def(ball);
+    def.ntri = 0;
+    assert_ok(om_press_create(&def, p.r.m, &press));
+    OmPose pose = {om_vec3(0, 0, 0.05), om_quat_identity()};
+    assert_status(om_press_step(press, p.r.m, p.r.s, p.r.w, pose, 0.02, NULL), OM_UNAVAILABLE);
+    om_press_destroy(press);
+    OmTissueObstacle bad = om_probe_obstacle(ball, pose, pose, 0);
+    bad.pose_end.q.w = 2;
+    assert_status(om_tissue_step_among(p.r.m, p.r.s, p.r.w, 0.02, 1, &bad, NULL), OM_INVALID);
+    om_tissue_external_force(p.r.s)[5] = NAN;
+    assert_status(om_tissue_step(p.r.m, p.r.s, p.r.w, 0.02, NULL), OM_INVALID);
+    om_tissue_external_force(p.r.s)[5] = 0;
+    assert_true(hash == om_tissue_hash(p.r.s));
+    om_probe_destroy(ball);
+    TestRig fem;
+    rig_box(&fem, om_vec3(0, 0, 0), om_vec3(0.01, 0.01, 0.01), 1, 1, 1);
+    rig_start(&fem);
+    assert_status(om_tissue_step_among(fem.m, fem.s, fem.w, 0.02, 0, NULL, NULL), OM_UNAVAILABLE);
+    rig_done(&fem);
+    pbd_done(&p);
+}
+
 // Two small sheets, one body: the upper falls on the lower, which is held. It rests 3 mm above, and does not without
 // self-collision. Pairs give and take the same momentum.
 static void test_self_collision(void** state) {
@@ -246,7 +285,7 @@ int main(void) {
         cmocka_unit_test(test_definitions),    cmocka_unit_test(test_clusters_cover),
         cmocka_unit_test(test_sampling),       cmocka_unit_test(test_forces_balance),
         cmocka_unit_test(test_friction),       cmocka_unit_test(test_embedded_points),
-        cmocka_unit_test(test_self_collision),
+        cmocka_unit_test(test_self_collision), cmocka_unit_test(test_not_available),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
