@@ -3,13 +3,16 @@
 // multipliers with a Delassus matrix and Gauss-Seidel.
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "bench.h"
 
 #define NPRESS 50
 #define NHOLD 50
 #define NSTEP (NPRESS + NHOLD)
-#define NTRI 5200  // of the contact surface: about 40 of its points touch in the end
+#define NX \
+    20  // cells of the contact surface, the top of the block: 40 of its points touch in the end, on any mesh
+#define NY 19
 
 static const struct {
     int cells[3];
@@ -44,7 +47,23 @@ typedef struct Bed {
     OmTissueWork* work;
     OmProbe* probe;
     OmPress* press;
+    OmSurface top;
 } Bed;
+
+static OmStatus make_top(OmSurface* top) {
+    OM_TRY(om_surface_init(top, (NX + 1) * (NY + 1), 2 * NX * NY));
+    for (int j = 0, n = 0; j <= NY; ++j)
+        for (int i = 0; i <= NX; ++i, ++n)
+            om_store3(top->x, n, om_vec3(0.15 * i / NX, 0.1 * j / NY, 0.07));
+    int* v = top->tri_vert;
+    for (int j = 0; j < NY; ++j)
+        for (int i = 0; i < NX; ++i, v += 6) {
+            int a = j * (NX + 1) + i, b = a + NX + 1;
+            const int cell[6] = {a, a + 1, b + 1, a, b + 1, b};
+            memcpy(v, cell, sizeof cell);
+        }
+    return OM_OK;
+}
 
 static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) {
     OM_TRY(bench_box(om_vec3(0.15, 0.1, 0.07), scene_table[k].cells, 2, &bed->mesh));
@@ -62,7 +81,8 @@ static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) 
     OmPressDef press = om_press_default_def(bed->probe);
     press.method = way_table[way].method;
     press.reuse = way_table[way].reuse;
-    press.ntri = NTRI;
+    OM_TRY(make_top(&bed->top));
+    press.surface = &bed->top;
     return om_press_create(&press, bed->model, &bed->press);
 }
 
@@ -73,6 +93,7 @@ static void bed_done(Bed* bed) {
     om_tissue_destroy_state(bed->state);
     om_tissue_destroy(bed->model);
     om_tet_mesh_done(&bed->mesh);
+    om_surface_done(&bed->top);
 }
 
 typedef struct Outcome {
