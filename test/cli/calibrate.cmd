@@ -57,6 +57,12 @@ $ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
 exit 0
 out evaluations \(0 new\)
 
+# A cloud is what the scene's depth camera sees.
+$ (head -1 seen.csv; echo end,20,cloud,0,0,0) > plan.csv && omentum calibrate lift.yaml --observations plan.csv --synthetic cloud.csv && echo points $(grep -c ^end,20,cloud cloud.csv)
+exit 0
+out ^points [1-9][0-9]
+no-err
+
 # Again: nothing is evaluated; other workers: the same journal.
 $ omentum calibrate lift.yaml -q -o out
 exit 0
