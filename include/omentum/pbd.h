@@ -23,29 +23,27 @@ extern "C" {
 
 typedef enum OmPbdKind {
     OM_PBD_CLUSTERS,  // region-based shape matching; the material of OmTissueDef is not used
-    OM_PBD_ELASTIC,  // XPBD: neo-Hookean tetrahedra with the material of OmTissueDef; forces in newtons
-    OM_PBD_LENGTHS  // XPBD: lengths of edges and volumes of tetrahedra; springs, not a material
+    OM_PBD_ELASTIC,  // XPBD: stable neo-Hookean tetrahedra with Lame's constants of the materials of
+                     // OmTissueDef, whatever their law; forces in newtons
+    OM_PBD_LENGTHS   // XPBD: lengths of edges and volumes of tetrahedra; springs, not a material
 } OmPbdKind;
 
-typedef struct OmPbdDef {  // made by om_pbd_default_def; lengths in m; copied by om_tissue_create
-    OmPbdKind kind;        // default OM_PBD_CLUSTERS
-    int substeps;          // of a step, 1 to 1000; default 3, else 20
-    int iterations;        // of a substep, 1 to 1000; default 9, else 1
-    double damping;        // viscous drag on velocities, 1/s, >= 0; default 12, else 0
-    double max_speed;      // of a particle, m/s, > 0; default 10
-    double
-        particle_volume;  // m^3, of each particle of a mesh without elements; default 0: not known
+typedef struct OmPbdDef {    // made by om_pbd_default_def; lengths in m; copied by om_tissue_create
+    OmPbdKind kind;          // default OM_PBD_CLUSTERS
+    int substeps;            // of a step, 1 to 1000; default 3, else 20
+    int iterations;          // of a substep, 1 to 1000; default 9, else 1
+    double damping;          // viscous drag on velocities, 1/s, >= 0; default 12, else 0
+    double max_speed;        // of a particle, m/s, > 0; default 10
+    double particle_volume;  // m^3, of each, where the mesh has no elements; default 0: not known
     // clusters
     double cluster_spacing;    // between centres, > 0; default 12.7 mm (5.4.1)
     double cluster_radius;     // at least half the spacing; default 9.5 mm
     double cluster_stiffness;  // alpha of (3.14), 0 to 1; default 0.361
-    double
-        linear_stretch;  // 0: clusters are rigid; to 1: goals follow the cluster's best linear map
-                         // of the same volume (Mueller et al. 2005); default 0
+    double linear_stretch;     // 0 to 1: goals follow the cluster's best linear map of the same
+                               // volume by that share (Mueller et al. 2005); default 0: rigid
     // lengths
-    double edge_stiffness;  // of each edge, N/m, > 0; default 10
-    double
-        volume_stiffness;  // K of K/2 (V - V0)^2 / V0, Pa, >= 0; 0: volumes are free; default 1e4
+    double edge_stiffness;    // of each edge, N/m, > 0; default 10
+    double volume_stiffness;  // K of K/2 (V - V0)^2 / V0, Pa; 0: volumes are free; default 1e4
     // contact
     double collision_distance;  // kept from obstacles and, with self_collision, between particles;
                                 // 0 for particles that lie on the surface, as mesh vertices do;
