@@ -95,10 +95,23 @@ static bool is_wanted(const char* name, int nname, char** names) {
     return nname == 0;
 }
 
+static int say_usage(void) {
+    fprintf(stderr, "usage: omentum_bench [--workers N] [--runs N] [--quick] [--list] [NAME ...]\n"
+                    "names begin with one of those that --list prints\n");
+    return 2;
+}
+
+// Does it name a bench?
+static bool is_known(const char* name) {
+    for (int k = 0; k < NBENCH; ++k)
+        if (strncmp(bench_table[k].name, name, strlen(name)) == 0) return true;
+    return false;
+}
+
 int main(int argc, char** argv) {
     BenchOptions options = {.nworker = om_worker_count(0), .nrun = 5};
-    int arg = 1;
-    for (; arg < argc && argv[arg][0] == '-'; ++arg) {
+    int nname = 0;  // names are moved to the front of argv
+    for (int arg = 1; arg < argc; ++arg) {
         if (strcmp(argv[arg], "--quick") == 0) {
             options.is_quick = true;
         } else if (strcmp(argv[arg], "--workers") == 0 && arg + 1 < argc) {
@@ -108,16 +121,16 @@ int main(int argc, char** argv) {
         } else if (strcmp(argv[arg], "--list") == 0) {
             for (int k = 0; k < NBENCH; ++k) puts(bench_table[k].name);
             return 0;
+        } else if (is_known(argv[arg])) {
+            argv[nname++] = argv[arg];
         } else {
-            fprintf(stderr, "usage: omentum_bench [--workers N] [--runs N] [--quick] [--list] "
-                            "[NAME ...]\n");
-            return 2;
+            return say_usage();
         }
     }
     if (options.nrun < 1) options.nrun = 1;
     int failed = 0;
     for (int k = 0; k < NBENCH; ++k) {
-        if (!is_wanted(bench_table[k].name, argc - arg, argv + arg)) continue;
+        if (!is_wanted(bench_table[k].name, nname, argv)) continue;
         OmStatus status = bench_table[k].fn(&options);
         if (status >= 0) continue;
         fprintf(stderr, "%s: %s\n", bench_table[k].name, om_error_message());
