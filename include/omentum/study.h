@@ -42,6 +42,9 @@ typedef struct OmStudyBody OmStudyBody;
 /// biopsy phantom; lesions of 5-10 mm between 10 and 35 mm under the surface, the probe along the normal.
 /// @param nlesion  1 to 20
 OM_API OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** body);
+/// The thesis's box of ballistic gel, 155 x 100 x 70 mm on its held base z = 0, with three beads of 18 mm whose tops
+/// are at heights of 47, 53 and 63 mm (3.5.1); the probe comes from above and goes down by 20 mm at most.
+OM_API OmStatus om_study_create_gel(OmStudyBody** body);
 /// The solid bounded by a tetrahedral mesh. The probe is pressed as far as the study says, but at most through 0.6 of
 /// the tissue under its face. It is held where the set "attachment" of the mesh is, else at
 /// the end of the body towards -`up`.
@@ -110,6 +113,54 @@ OM_API OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, c
 ///         finished stays)
 OM_API OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
                                      OmStudyContactSummary* summary);
+
+// ---- the calibration study ------------------------------------------------------------------------
+
+#define OM_STUDY_NCLUSTER 3  // parameters: cluster spacing (m), radius (m), stiffness
+
+typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_def
+    const char*
+        out_dir;       // truth, runs, searches, the report; what is there already is not done again
+    int nlesion;       // of the breast phantom, 2 to 20; default 10
+    int tuned;         // the lesion fine-tuned on, from 0; default 0
+    int nacquisition;  // of each bead, 1 to 100; default 5
+    double spacing;    // of particles, m; default 0.005 (Table 3.1)
+    double speed;      // of the probe through particles, m/s; default 0.025
+    double time_step;  // s; default 0.02 (Table 3.1)
+    double settle;     // s, the probe waits at each depth; default 0.1
+    int population, max_generations;  // of the gel's global search; default 16 and 8
+    int max_local;                    // evaluations of each local search; default 40
+    bool has_sensitivity;             // of the fine-tuned parameters too; default true
+    int truth_ntet;                   // elements of the quadratic truths; default 12000
+    int fe_ntet;                      // elements of the finite elements compared; default 4126
+    int contact_ntri;                 // triangles of the contact surfaces; default 4000
+    uint64_t seed;                    // of noise and search; default 1
+    int nworker;                      // default 0: one a processor
+    uint32_t cookie;
+} OmStudyCalibrationDef;
+
+typedef struct OmStudyCalibrationSummary {  // errors in m
+    double gel[OM_STUDY_NCLUSTER], tuned[OM_STUDY_NCLUSTER];
+    double gel_start,
+        gel_error;  // mean error on the beads, at the thesis's parameters and the best
+    double tuned_start,
+        tuned_error;  // on the lesion fine-tuned on, at the gel's parameters and the best
+    // means over the same deformations of 15 to 30 mm of the other lesions
+    int nunseen;
+    double unseen_gel, unseen_tuned, unseen_prescribed, unseen_penalty, unseen_rigid;
+    int neval, nnew;  // evaluations of both searches, and those made now
+    double seconds;   // of both searches, now
+    bool is_met;  // unseen_tuned at most 1.5 unseen_prescribed, and fine-tuning improved its lesion
+} OmStudyCalibrationSummary;
+
+OM_API OmStudyCalibrationDef om_study_default_calibration_def(const char* out_dir);
+/// Cluster parameters of particles found on the gel, fine-tuned on one lesion of the breast phantom, tested on the
+/// others (thesis 3.5.1, Tables 3.2 and 3.6): report.html, study.json and errors.csv in out_dir.
+/// @return OM_OK (whether or not the bar is met); OM_INVALID (the message names the field); OM_IO; OM_NO_MEMORY;
+///         OM_CANCELLED (what is finished stays)
+OM_API OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def,
+                                         const OmProgress* progress,
+                                         OmStudyCalibrationSummary* summary);
 
 #ifdef __cplusplus
 }

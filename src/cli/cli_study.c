@@ -8,7 +8,7 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
-    {"--quick", NULL, NULL, "three coarse meshes, two lesions, a coarse truth: under a minute"},
+    {"--quick", NULL, NULL, "coarse meshes, few lesions, a coarse truth: under a minute"},
     {"--resolutions", NULL, "N[,N...]", "elements of the meshes (default: the thesis's nine)"},
     {"--methods", NULL, "NAME[,NAME...]", "penalty, multipliers, prescribed (default: all)"},
     {"--lesions-used", NULL, "N", "press over the first N lesions only"},
@@ -19,7 +19,8 @@ static const OmCliOption option[] = {
     {"--up", NULL, "X,Y,Z", "where the probe comes from (default 0,0,1)"},
     {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers (default 0)"},
     {"--contact-triangles", NULL, "N", "of the contact surface (default 4000)"},
-    {"--truth", NULL, "N", "elements of the quadratic truth (default 35000)"},
+    {"--truth", NULL, "N", "elements of the quadratic truth (default 35000; calibration 12000)"},
+    {"--tune-on", NULL, "N", "calibration: the lesion fine-tuned on (default 1)"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--quiet", "-q", NULL, "no progress"},
     {"--help", "-h", NULL, "this text"},
@@ -27,18 +28,23 @@ static const OmCliOption option[] = {
 
 static void print_help(const OmCliArgs* args) {
     printf(
-        "omentum study contact: three ways to press a probe on a breast, measured\n\n"
-        "Usage: omentum study contact -o DIR [options]\n\n"
-        "The study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
+        "omentum study: the thesis's experiments\n\n"
+        "Usage: omentum study contact|calibration -o DIR [options]\n\n"
+        "contact is the study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
         "breast phantom, by penalty, Lagrange multipliers and prescribed displacement, on nine meshes. DIR\n"
         "receives report.html, study.json, runs.csv, errors.csv, and a file for every run: started again\n"
         "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
-        "1: some cell misses it, the report names each.\n");
+        "1: some cell misses it, the report names each.\n\n"
+        "calibration is that of thesis 3.5.1: cluster parameters of particles found on a box of gel with three\n"
+        "beads, fine-tuned on one lesion of the breast phantom and tested on the others, against a truth of\n"
+        "finite elements. Options: --quick, --truth, --lesions-used, --tune-on, --workers, --quiet. Exit code 0:\n"
+        "the error on unseen lesions is at most 1.5 times that of finite elements; 1: it is more.\n");
     om_cli_print_options(args);
     printf("\nExamples:\n"
            "  omentum study contact --quick -o out/quick\n"
            "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
            "  omentum study contact -o out/contact\n"
+           "  omentum study calibration --quick -o out/calibration\n"
            "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt "
            "--lesion-unit mm -o out/breast\n");
 }
@@ -154,17 +160,41 @@ static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
     return OM_OK;
 }
 
-static OmStatus check_args(const OmCliArgs* args) {
-    int npositional;
-    OM_TRY(om_cli_check(args, 1, &npositional));
-    OM_CHECK(npositional == 1, OM_INVALID, "no study is given; there is one: contact");
-    const char* name = om_cli_positional(args, 0);
-    OM_CHECK(strcmp(name, "contact") == 0, OM_INVALID, "no study \"%s\"; there is one: contact",
-             name);
-    OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
+// Few lesions, coarse particles and searches of a few evaluations.
+static void make_quick_calibration(OmStudyCalibrationDef* def) {
+    def->nlesion = 3;
+    def->spacing = 0.008;
+    def->settle = 0;
+    def->population = 6;
+    def->max_generations = 2;
+    def->max_local = 10;
+    def->has_sensitivity = false;
+    def->truth_ntet = 2000;
+    def->fe_ntet = 1363;
+    def->contact_ntri = 2000;
+}
+
+static OmStatus read_calibration(const OmCliArgs* args, OmStudyCalibrationDef* def) {
+    static const char* const of_contact[] = {
+        "--resolutions", "--methods",           "--mesh",    "--lesions", "--unit", "--lesion-unit",
+        "--up",          "--contact-triangles", "--friction"};
+    int tuned = 1;
+    for (size_t i = 0; i < sizeof of_contact / sizeof *of_contact; ++i)
+        OM_CHECK(!om_cli_get(args, of_contact[i]), OM_INVALID,
+                 "%s is an option of study contact, not of study calibration", of_contact[i]);
+    if (om_cli_get(args, "--quick")) make_quick_calibration(def);
+    OM_TRY(om_cli_get_int(args, "--lesions-used", 2, 20, &def->nlesion));
+    OM_TRY(om_cli_get_int(args, "--tune-on", 1, def->nlesion, &tuned));
+    def->tuned = tuned - 1;
+    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
+    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+}
+
+static OmStatus check_contact(const OmCliArgs* args) {
     OM_CHECK(!om_cli_get(args, "--mesh") == !om_cli_get(args, "--lesions"), OM_INVALID,
              "--mesh and --lesions go together");
-    // every word is looked at before anything is loaded
+    OM_CHECK(!om_cli_get(args, "--tune-on"), OM_INVALID,
+             "--tune-on is an option of study calibration, not of study contact");
     OmStudyContactDef trial = om_study_default_contact_def(NULL, NULL);
     double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
     OmVec3 up;
@@ -173,28 +203,69 @@ static OmStatus check_args(const OmCliArgs* args) {
     return read_def(args, &trial);
 }
 
-int om_cli_study(int argc, char** argv) {
-    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
-    if (check_args(&args) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
+// Every word is looked at before anything is loaded.
+static OmStatus check_args(const OmCliArgs* args, bool* is_calibration) {
+    int npositional;
+    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_CHECK(npositional == 1, OM_INVALID,
+             "no study is given; there are two: contact, calibration");
+    const char* name = om_cli_positional(args, 0);
+    *is_calibration = strcmp(name, "calibration") == 0;
+    OM_CHECK(*is_calibration || strcmp(name, "contact") == 0, OM_INVALID,
+             "no study \"%s\"; there are two: contact, calibration", name);
+    OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
+    OmStudyCalibrationDef trial = om_study_default_calibration_def(NULL);
+    return *is_calibration ? read_calibration(args, &trial) : check_contact(args);
+}
+
+static int run_contact(const OmCliArgs* args, const char* dir, const OmProgress* progress) {
     OmStudyBody* body = NULL;
     OmStudyContactSummary summary;
-    OmStatus status = get_body(&args, &body);
-    const char* dir = om_cli_get(&args, "--output");
+    OmStatus status = get_body(args, &body);
     OmStudyContactDef def = om_study_default_contact_def(body, dir);
-    if (status == OM_OK) status = read_def(&args, &def);
-    if (status == OM_OK)
-        status = om_study_run_contact(&def, om_cli_progress(om_cli_get(&args, "--quiet") != NULL),
-                                      &summary);
+    if (status == OM_OK) status = read_def(args, &def);
+    if (status == OM_OK) status = om_study_run_contact(&def, progress, &summary);
     om_study_destroy_body(body);
     if (status < 0) return om_cli_fail("study", status);
     om_cli_progress_done();
     print_result(&summary, dir);
     return summary.ncell_met == summary.ncell ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+static int run_calibration(const OmCliArgs* args, const char* dir, const OmProgress* progress) {
+    OmStudyCalibrationSummary r;
+    OmStudyCalibrationDef def = om_study_default_calibration_def(dir);
+    OmStatus status = read_calibration(args, &def);
+    if (status == OM_OK) status = om_study_run_calibration(&def, progress, &r);
+    if (status < 0) return om_cli_fail("study", status);
+    om_cli_progress_done();
+    printf("gel: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm\n", 1e3 * r.gel[0],
+           1e3 * r.gel[1], r.gel[2], 1e3 * r.gel_error);
+    printf("breast: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm, %.2f before\n",
+           1e3 * r.tuned[0], 1e3 * r.tuned[1], r.tuned[2], 1e3 * r.tuned_error,
+           1e3 * r.tuned_start);
+    printf("unseen lesions: particles %.2f mm (gel's parameters %.2f), finite elements %.2f, "
+           "rigid %.2f\n",
+           1e3 * r.unseen_tuned, 1e3 * r.unseen_gel, 1e3 * r.unseen_prescribed,
+           1e3 * r.unseen_rigid);
+    printf("%d evaluations (%d new); the bar is %s\nreport: %s/report.html\n", r.neval, r.nnew,
+           r.is_met ? "met" : "missed", dir);
+    return r.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+int om_cli_study(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    bool is_calibration = false;
+    if (om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    if (check_args(&args, &is_calibration) < 0) {
+        fprintf(stderr, "omentum study: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    const char* dir = om_cli_get(&args, "--output");
+    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    return is_calibration ? run_calibration(&args, dir, progress)
+                          : run_contact(&args, dir, progress);
 }

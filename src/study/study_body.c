@@ -12,7 +12,8 @@
 #define MAX_TRY 10
 
 double om_study_eval_body(const OmStudyBody* body, OmVec3 p) {
-    return body->is_file ? om_sdf_eval(&body->sdf, p, NULL) : om__study_eval_phantom(body, p);
+    if (body->is_file) return om_sdf_eval(&body->sdf, p, NULL);
+    return body->is_box ? om__study_eval_box(body, p) : om__study_eval_phantom(body, p);
 }
 
 double om__study_shape_fn(void* ctx, OmVec3 p) { return om_study_eval_body(ctx, p); }

@@ -17,7 +17,7 @@
 #define COOKIE 0x57d1c027u
 #define SURFACE_NTET \
     6.555          // elements, a contact triangle, of the mesh whose boundary they come from
-#define VERSION 1  // of what a run's result depends on besides the definition
+#define VERSION 2  // of what a run's result depends on besides the definition
 
 OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir) {
     OmStudyContactDef def = {
@@ -258,6 +258,8 @@ static OmStatus make_truth(Study* s, const bool* is_found) {
         status = om__study_truth_solve(truth, i, s->progress, &s->truth[i]);
         if (status == OM_OK) status = truth_path(s, i, path, sizeof path);
         if (status == OM_OK) status = om__study_save_truth(&s->truth[i], path);
+        // as the next start of the study will find it, to the last digit
+        if (status == OM_OK) status = om__study_load_truth(path, &s->truth[i]);
     }
     om__study_truth_destroy(truth);
     return status;
@@ -285,7 +287,7 @@ static OmStatus do_truth(Study* s) {
     return nfound == s->nlesion ? OM_OK : make_truth(s, is_found);
 }
 
-static void study_done(Study* s) {
+void om__study_close(Study* s) {
     om_free(s->truth);
     for (int i = 0; s->run && i < s->nrun; ++i) om_free(s->run[i].step);
     om_free(s->run);
@@ -311,23 +313,30 @@ static void summarise(const Study* s, const StudyScore* score, OmStudyContactSum
     }
 }
 
-OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
-                              OmStudyContactSummary* summary) {
-    memset(summary, 0, sizeof *summary);
+OmStatus om__study_open(const OmStudyContactDef* def, const OmProgress* progress, Study* s) {
+    memset(s, 0, sizeof *s);
+    s->def = def;
+    s->progress = progress;
     OM_TRY(validate(def));
-    Study s = {.def = def, .progress = progress};
-    StudyScore* score = NULL;
     OmProbeDef probe = om_probe_default_def(OM_PROBE_BOX);
     probe.size.x = PROBE_LONG;
     probe.size.y = PROBE_WIDE;
     probe.rounding = PROBE_ROUNDING;
+    OM_TRY(open_folders(def));
+    OM_TRY(begin_runs(s));
+    OM_TRY(om_probe_create(&probe, &s->probe));
+    OM_TRY(do_truth(s));
+    OM_TRY(om__study_get_surface(def, &s->surface));
+    return do_runs(s);
+}
+
+OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
+                              OmStudyContactSummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    Study s;
+    StudyScore* score = NULL;
     OmStatus status;
-    OM_TRY_DONE(open_folders(def));
-    OM_TRY_DONE(begin_runs(&s));
-    OM_TRY_DONE(om_probe_create(&probe, &s.probe));
-    OM_TRY_DONE(do_truth(&s));
-    OM_TRY_DONE(om__study_get_surface(def, &s.surface));
-    OM_TRY_DONE(do_runs(&s));
+    OM_TRY_DONE(om__study_open(def, progress, &s));
     OM_CALLOC_DONE(score, 1);
     OM_TRY_DONE(om__study_score(&s, score));
     OM_TRY_DONE(om__study_write_files(&s, score));
@@ -336,6 +345,6 @@ OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* pr
     status = OM_OK;
 done:
     om_free(score);
-    study_done(&s);
+    om__study_close(&s);
     return status;
 }

@@ -2,6 +2,7 @@
 #ifndef OMENTUM_STUDY_INTERNAL_H
 #define OMENTUM_STUDY_INTERNAL_H
 
+#include "omentum/calibrate_tissue.h"
 #include "omentum/report.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/study.h"
@@ -14,7 +15,8 @@ struct OmStudyBody {
     int nlesion;
     int noutside;  // lesions of the file that are not inside the body, left out
     OmStudyLesion lesion[OM_STUDY_MAX_LESION];
-    OmVec3 half;  // phantom: half-axes, m
+    OmVec3 half;  // phantom: half-axes; box: half-sides, m
+    bool is_box;
     bool is_file;
     OmSdf sdf;          // file: its distance field
     double low, high;   // file: the least and largest dot(up, vertex)
@@ -24,10 +26,13 @@ struct OmStudyBody {
 };
 
 double om__study_eval_phantom(const OmStudyBody* body, OmVec3 p);
+double om__study_eval_box(const OmStudyBody* body, OmVec3 p);
 // Is a point of the surface held? `edge`: of the mesh that asks.
 bool om__study_is_held(const OmStudyBody* body, OmVec3 p, double edge);
 // The body as an OmShapeFn; ctx is the body.
 double om__study_shape_fn(void* ctx, OmVec3 p);
+// The point of a lesion's contour nearest to the probe, at rest: what an image shows best (thesis 3.5.1).
+OmVec3 om__study_contour(const OmStudyLesion* lesion);
 // The unit vector across `normal` that is nearest to `wish`, or to another axis if they are parallel.
 OmVec3 om__study_across(OmVec3 normal, OmVec3 wish);
 
@@ -48,7 +53,7 @@ typedef struct StudyStep {
 
 typedef struct StudyReached {  // at one of the depths
     double depth;              // m
-    OmVec3 lesion;             // where the model says that it is, m
+    OmVec3 lesion, contour;    // where the model says that its centre and its contour point are, m
 } StudyReached;
 
 typedef struct StudyRun {  // one method, mesh and lesion; what its file holds
@@ -110,6 +115,7 @@ OmStatus om__study_get_surface(const OmStudyContactDef* def, OmSurface* surface)
 typedef struct StudyTruthDepth {
     double depth;         // m
     OmVec3 fine, coarse;  // the lesion's centre by the two meshes, m
+    OmVec3 contour;       // its contour point by the finer one, m
     double force;         // N, of the tissue on the probe, along its way
     double coarse_force;  // N
     double sink;          // m, how deep the touching tissue is inside the probe, mean
@@ -137,6 +143,9 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path);
 OmStatus om__study_load_truth(const char* path, StudyTruthResult* truth);
 // What the tracking would have measured of the lesion at depth k: truth and noise.
 OmVec3 om__study_measured(const OmStudyContactDef* def, const StudyTruthResult* truth, int k);
+// The same of its contour point.
+OmVec3 om__study_measured_contour(const OmStudyContactDef* def, const StudyTruthResult* truth,
+                                  int k);
 
 // ---- scores and the report ------------------------------------------------------------------------
 
@@ -175,6 +184,9 @@ typedef struct StudyScore {
     StudySample sink;         // mm
 } StudyScore;
 
+// Make what is missing of meshes, truth and runs; om__study_close frees, also on failure.
+OmStatus om__study_open(const OmStudyContactDef* def, const OmProgress* progress, Study* s);
+void om__study_close(Study* s);
 const StudyRun* om__study_run_at(const Study* s, int resolution, int method, int lesion);
 // Distance of the model's lesion to the measured one, m; negative if the run did not come so far.
 double om__study_error(const Study* s, const StudyRun* run, int depth);
@@ -184,5 +196,41 @@ OmStatus om__study_score(const Study* s, StudyScore* score);
 OmStatus om__study_write_files(const Study* s, const StudyScore* score);
 OmStatus om__study_write_report(const Study* s, const StudyScore* score);
 OmStatus om__study_add_pictures(const Study* s, OmReport* report);
+
+// ---- the calibration study ------------------------------------------------------------------------
+
+typedef enum StudyBy {  // what says where a lesion goes
+    BY_GEL,             // particles with the gel's parameters
+    BY_TUNED,           // particles fine-tuned on one lesion
+    BY_PRESCRIBED,      // finite elements
+    BY_PENALTY,
+    BY_RIGID,  // moved as the probe is
+    NBY
+} StudyBy;
+
+typedef struct StudyFit {  // particles held against the truth of one body
+    const OmStudyCalibrationDef* def;
+    OmStudyBody* body;
+    OmStudyContactDef contact;
+    Study study;
+    OmTetMesh particles;
+    double volume;  // m^3, of each particle
+    char name[OM_STUDY_MAX_LESION][16];
+    OmCalibrationResult result;
+} StudyFit;
+
+typedef struct StudyCalibration {
+    const OmStudyCalibrationDef* def;
+    StudyFit gel, breast;
+    // of the breast's lesions, m; negative where truth or model did not come so far
+    double error[NBY][OM_STUDY_MAX_LESION][OM_STUDY_NDEPTH];
+    OmStudyCalibrationSummary sum;
+} StudyCalibration;
+
+extern const char* const om__study_by_name[NBY];  // for files
+extern const char* const om__study_by_title[NBY];
+// Does this deformation count: 15 mm and more, and every method came there?
+bool om__study_counts(const StudyCalibration* s, int lesion, int depth);
+OmStatus om__study_report_calibration(const StudyCalibration* s);
 
 #endif

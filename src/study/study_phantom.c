@@ -43,6 +43,10 @@ OmVec3 om__study_across(OmVec3 normal, OmVec3 wish) {
     return om_normalize(a);
 }
 
+OmVec3 om__study_contour(const OmStudyLesion* l) {
+    return om_madd(l->center, l->radius, l->normal);
+}
+
 static OmStudyLesion lesion_at(OmVec3 h, double tilt, double turn, double depth, double radius) {
     OmStudyLesion l;
     OmVec3 u = om_vec3(sin(tilt) * cos(turn), sin(tilt) * sin(turn), cos(tilt));

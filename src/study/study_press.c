@@ -101,9 +101,10 @@ static void record_depths(const OmStudyContactDef* def, double most, const OmEmb
                           const OmTissueState* state, StudyRun* run) {
     double depth = fmin(run->ndone * def->speed * def->time_step, most);
     while (run->nreached < OM_STUDY_NDEPTH && depth > def->depth[run->nreached] - 1e-9) {
-        double p[3];
+        double p[6];
         om_embedding_eval(embedding, om_tissue_x(state), p);
         run->reached[run->nreached].depth = def->depth[run->nreached];
+        run->reached[run->nreached].contour = om_load3(p, 1);
         run->reached[run->nreached++].lesion = om_load3(p, 0);
     }
 }
@@ -115,7 +116,7 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
     const OmTetMesh* mesh = om_tissue_mesh(stage->model);
     OmEmbedding embedding = {0};
     OmPress* press = NULL;
-    double *volume = NULL, center[3];
+    double *volume = NULL, point[6];
     OmStatus status;
     run->ntet = mesh->ntet;
     run->nvert = mesh->nvert;
@@ -123,10 +124,11 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
     run->ndone = run->nreached = run->nrecord = 0;
     run->volume_min = 1;
     run->reason[0] = 0;
-    om_store3(center, 0, lesion->center);
+    om_store3(point, 0, lesion->center);
+    om_store3(point, 1, om__study_contour(lesion));
     om_tissue_reset(stage->model, stage->state);
     OM_ALLOC_DONE(volume, mesh->ntet);
-    OM_TRY_DONE(om_tissue_embed(stage->model, 1, center, &embedding));
+    OM_TRY_DONE(om_tissue_embed(stage->model, 2, point, &embedding));
     OmPressDef press_def = om_press_default_def(stage->probe);
     press_def.method = (OmPressMethod)run->method;
     press_def.surface = stage->surface;

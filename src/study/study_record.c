@@ -21,6 +21,7 @@ static const OmYamlSchema step_schema = {"step", step_field, COUNT(step_field)};
 static const OmYamlField reached_field[] = {
     {"depth", OM_YAML_DOUBLE, offsetof(StudyReached, depth)},
     {"lesion", OM_YAML_VEC3, offsetof(StudyReached, lesion)},
+    {"contour", OM_YAML_VEC3, offsetof(StudyReached, contour)},
 };
 static const OmYamlSchema reached_schema = {"reached", reached_field, COUNT(reached_field)};
 
@@ -77,6 +78,7 @@ OmStatus om__study_save_run(const StudyRun* run, const char* path) {
         om_json_open(&json, NULL, '{');
         om_json_number(&json, "depth", run->reached[i].depth);
         put_vec3(&json, "lesion", run->reached[i].lesion);
+        put_vec3(&json, "contour", run->reached[i].contour);
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');
@@ -123,6 +125,7 @@ static const OmYamlField depth_field[] = {
     {"depth", OM_YAML_DOUBLE, offsetof(StudyTruthDepth, depth)},
     {"fine", OM_YAML_VEC3, offsetof(StudyTruthDepth, fine)},
     {"coarse", OM_YAML_VEC3, offsetof(StudyTruthDepth, coarse)},
+    {"contour", OM_YAML_VEC3, offsetof(StudyTruthDepth, contour)},
     {"force", OM_YAML_DOUBLE, offsetof(StudyTruthDepth, force)},
     {"coarse_force", OM_YAML_DOUBLE, offsetof(StudyTruthDepth, coarse_force)},
     {"sink", OM_YAML_DOUBLE, offsetof(StudyTruthDepth, sink)},
@@ -160,6 +163,7 @@ OmStatus om__study_save_truth(const StudyTruthResult* truth, const char* path) {
         om_json_number(&json, "depth", d->depth);
         put_vec3(&json, "fine", d->fine);
         put_vec3(&json, "coarse", d->coarse);
+        put_vec3(&json, "contour", d->contour);
         om_json_number(&json, "force", finite(d->force));
         om_json_number(&json, "coarse_force", finite(d->coarse_force));
         om_json_number(&json, "sink", finite(d->sink));

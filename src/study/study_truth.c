@@ -38,6 +38,7 @@
 #define STEP 0.0025     // m, of the coarse path
 #define MIN_STEP 0.2    // of STEP: then the depth is left out
 #define TOLERANCE 1e-4  // of equilibrium
+#define VERSION 2       // of what a result has
 #define NSHARE 8        // steps of the share of an element inside lesions
 #define NSAMPLE 5       // points along an edge to measure that share
 
@@ -51,7 +52,7 @@ typedef struct Level {  // the heterogeneous body on one mesh
     OmTissueState* state;
     OmTissueWork* work;
     OmPress* press;
-    int* lesion_elem;  // where each lesion's centre is, and its weights
+    int* lesion_elem;  // where centres, then contour points of all lesions are, and their weights
     double* lesion_weight;
 } Level;
 
@@ -269,7 +270,8 @@ static OmStatus level_create(const OmStudyContactDef* def, const OmProbe* probe,
                              Level* level) {
     const OmStudyBody* body = def->body;
     OmTetMesh tet;
-    double* center = NULL;
+    double* point = NULL;
+    int npoint = 2 * body->nlesion;
     OmStatus status;
     OM_TRY(om__study_get_mesh(def, ntet, &tet));
     label_lesions(body, &tet);
@@ -279,14 +281,17 @@ static OmStatus level_create(const OmStudyContactDef* def, const OmProbe* probe,
     OM_TRY_DONE(hold(&tet, level));
     OM_ALLOC_DONE(level->x, 3 * level->mesh.nnode);
     OM_ALLOC_DONE(level->before, 3 * level->mesh.nnode);
-    OM_ALLOC_DONE(level->lesion_elem, body->nlesion);
-    OM_ALLOC_DONE(level->lesion_weight, 10 * body->nlesion);
-    OM_ALLOC_DONE(center, 3 * body->nlesion);
-    for (int i = 0; i < body->nlesion; ++i) om_store3(center, i, body->lesion[i].center);
-    OM_TRY_DONE(om_fem_mesh_embed(&level->mesh, body->nlesion, center, level->lesion_elem,
-                                  level->lesion_weight));
+    OM_ALLOC_DONE(level->lesion_elem, npoint);
+    OM_ALLOC_DONE(level->lesion_weight, 10 * npoint);
+    OM_ALLOC_DONE(point, 3 * npoint);
+    for (int i = 0; i < body->nlesion; ++i) {
+        om_store3(point, i, body->lesion[i].center);
+        om_store3(point, body->nlesion + i, om__study_contour(&body->lesion[i]));
+    }
+    OM_TRY_DONE(
+        om_fem_mesh_embed(&level->mesh, npoint, point, level->lesion_elem, level->lesion_weight));
 done:
-    om_free(center);
+    om_free(point);
     om_tet_mesh_done(&tet);
     return status;
 }
@@ -313,8 +318,8 @@ static OmVec3 blend(const OmFemMesh* mesh, int elem, const double* weight, const
     return p;
 }
 
-static OmVec3 lesion_now(const Level* level, int lesion) {
-    return blend(&level->mesh, level->lesion_elem[lesion], level->lesion_weight + 10 * lesion,
+static OmVec3 point_now(const Level* level, int point) {
+    return blend(&level->mesh, level->lesion_elem[point], level->lesion_weight + 10 * point,
                  level->x);
 }
 
@@ -434,12 +439,13 @@ OmStatus om__study_truth_solve(StudyTruth* t, int lesion, const OmProgress* prog
         OmStatus status = press_level(t, coarse, &touch, last, d->depth, &report);
         if (status < 0) return status;
         if (status == OM_NOT_CONVERGED) break;
-        d->coarse = lesion_now(coarse, lesion);
+        d->coarse = point_now(coarse, lesion);
         d->coarse_force = om_dot(touch.force, touch.lesion->normal);
         status = press_level(t, fine, &touch, last, d->depth, &report);
         if (status < 0) return status;
         if (status == OM_NOT_CONVERGED) break;
-        d->fine = lesion_now(fine, lesion);
+        d->fine = point_now(fine, lesion);
+        d->contour = point_now(fine, def->body->nlesion + lesion);
         d->force = om_dot(touch.force, touch.lesion->normal);
         d->sink = touch.sink;
         d->residual = report.residual;
@@ -465,7 +471,7 @@ uint64_t om__study_hash_truth(const OmStudyContactDef* def, int lesion) {
     const double value[] = {l->touch.x,  l->touch.y,      l->touch.z,        l->normal.x,
                             l->normal.y, l->normal.z,     l->along.x,        l->along.y,
                             l->along.z,  def->truth_ntet, def->lesion_ratio, SOFTNESS,
-                            LINEAR,      PROBE_ROUNDING,  TOLERANCE};
+                            LINEAR,      PROBE_ROUNDING,  TOLERANCE,         VERSION};
     return om_hash(value, sizeof value, hash);
 }
 
@@ -477,9 +483,18 @@ static OmVec3 noise(uint64_t seed, uint64_t index, double length) {
     return om_vec3(s * x, s * y, s * z);
 }
 
-OmVec3 om__study_measured(const OmStudyContactDef* def, const StudyTruthResult* truth, int k) {
+static OmVec3 tracking_noise(const OmStudyContactDef* def, int lesion, int k) {
     // registration is done once a lesion, the probe's calibration errs anew at each depth
-    uint64_t i = (uint64_t)truth->lesion * (OM_STUDY_NDEPTH + 1);
-    OmVec3 p = om_add(truth->at[k].fine, noise(def->seed, i, def->pointer_noise));
-    return om_add(p, noise(def->seed, i + 1 + (uint64_t)k, def->probe_noise));
+    uint64_t i = (uint64_t)lesion * (OM_STUDY_NDEPTH + 1);
+    return om_add(noise(def->seed, i, def->pointer_noise),
+                  noise(def->seed, i + 1 + (uint64_t)k, def->probe_noise));
+}
+
+OmVec3 om__study_measured(const OmStudyContactDef* def, const StudyTruthResult* truth, int k) {
+    return om_add(truth->at[k].fine, tracking_noise(def, truth->lesion, k));
+}
+
+OmVec3 om__study_measured_contour(const OmStudyContactDef* def, const StudyTruthResult* truth,
+                                  int k) {
+    return om_add(truth->at[k].contour, tracking_noise(def, truth->lesion, k));
 }

@@ -58,3 +58,11 @@ $ touch taken && omentum study contact --quick -q -o taken/out
 exit 3
 err taken
 err-lines 1
+
+$ omentum study calibration -o out --mesh a.vtu
+exit 2
+err --mesh is an option of study contact
+
+$ omentum study calibration -o out --tune-on 11
+exit 2
+err --tune-on
