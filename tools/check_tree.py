@@ -16,7 +16,7 @@ import sys
 FLOORS = [
     ["base", "math"],
     ["image", "shape", "solve"],
-    ["tissue", "fem", "pbd", "robot", "nn", "report"],
+    ["tissue", "fem", "pbd", "heuristic", "robot", "nn", "report"],
     ["contact", "sense", "match"],
     ["scene", "world"],
     ["umesh", "banet", "calibrate", "plan"],
@@ -32,6 +32,7 @@ SIDEWAYS = {
     ("shape", "image"): "a surface or a mesh is made from a volume",
     ("fem", "tissue"): "an engine implements the interface",
     ("pbd", "tissue"): "an engine implements the interface",
+    ("heuristic", "tissue"): "an engine implements the interface",
     ("world", "scene"): "a world is built from a scene",
 }
 

@@ -10,6 +10,7 @@
 #include "omentum/contact_tool.h"
 #include "omentum/defras.h"
 #include "omentum/fem.h"
+#include "omentum/heuristic.h"
 #include "omentum/image.h"
 #include "omentum/pbd.h"
 #include "omentum/plan.h"

@@ -31,7 +31,8 @@ extern "C" {
 // ---- model ----------------------------------------------------------------------------------------
 
 typedef struct OmTissueDef {  // made by om_tissue_default_def
-    const char* engine;       // default "fem": corotational linear tetrahedra; "pbd": see pbd.h
+    const char* engine;       // default "fem": corotational linear tetrahedra; "pbd": see pbd.h;
+                              // "springs": see heuristic.h
     const OmTetMesh* mesh;    // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)

@@ -10,7 +10,9 @@
 // Engines known by name. Each is defined in its own room, which includes this one and not the reverse.
 extern const OmTissueEngine om__engine_fem;
 extern const OmTissueEngine om__engine_pbd;
-static const OmTissueEngine* const engine_table[] = {&om__engine_fem, &om__engine_pbd};
+extern const OmTissueEngine om__engine_springs;
+static const OmTissueEngine* const engine_table[] = {&om__engine_fem, &om__engine_pbd,
+                                                     &om__engine_springs};
 #define NENGINE ((int)(sizeof engine_table / sizeof *engine_table))
 
 OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {

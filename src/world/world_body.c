@@ -58,9 +58,12 @@ OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDe
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
     *pbd = particle_def(&scene->tissue);
-    if (site->role == OM_SITE_TWIN && scene->tissue.model != OM_ENGINE_FEM) {
-        def.engine = "pbd";
-        def.pbd = pbd;
+    if (site->role != OM_SITE_TWIN) return def;
+    switch ((OmSceneEngine)scene->tissue.model) {
+    case OM_ENGINE_FEM: break;
+    case OM_ENGINE_PBD:
+    case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = pbd; break;
+    case OM_ENGINE_SPRINGS: def.engine = "springs"; break;
     }
     return def;
 }
