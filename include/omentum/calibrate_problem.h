@@ -38,6 +38,17 @@ OM_API void om_calibrate_destroy_problem(OmCalibrationProblem* problem);
 OM_API OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* problem);
 /// The parameters as the scene has them, or as the file says where they start (nparam).
 OM_API const double* om_calibrate_problem_start(const OmCalibrationProblem* problem);
+/// All that was seen, in the scene's task frame; a view (n).
+OM_API const OmCalibrationSeen* om_calibrate_problem_seen(const OmCalibrationProblem* problem,
+                                                          int* n);
+/// How many points of the model are held against a cloud.
+OM_API int om_calibrate_problem_npoint(const OmCalibrationProblem* problem);
+/// Where the model has those points at each level of a path, in the scene's task frame: for pictures.
+/// @param param  (nparam)
+/// @param x      m                                   (nlevel x npoint x 3)
+/// @return OM_OK; OM_UNSAT: there is no such model; OM_INVALID (no such path); OM_NO_MEMORY
+OM_API OmStatus om_calibrate_run_points(const OmCalibrationProblem* problem, const double* param,
+                                        int path, double* x);
 /// What would have been seen, in place of what the observations say: the scene's *world*, another mesh than the
 /// twin's and by OmSceneWorld another stiffness, carried along the paths with these parameters, plus noise. To
 /// learn before an experiment what it can determine.

@@ -27,6 +27,7 @@
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/study.h"
+#include "omentum/study_sheet.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "calibrate/calibrate_problem_internal.h"
+#include "calibrate/calibrate_tissue_internal.h"
 #include "omentum/world.h"
 
 #define MAX_FILE_SIZE ((size_t)256 << 20)
@@ -215,6 +216,25 @@ void om_calibrate_destroy_problem(OmCalibrationProblem* p) {
 }
 
 const double* om_calibrate_problem_start(const OmCalibrationProblem* p) { return p->start; }
+
+const OmCalibrationSeen* om_calibrate_problem_seen(const OmCalibrationProblem* p, int* n) {
+    *n = p->sights.nseen;
+    return p->sights.seen;
+}
+
+int om_calibrate_problem_npoint(const OmCalibrationProblem* p) {
+    return om__calibrate_ncloud(p->tissue);
+}
+
+OmStatus om_calibrate_run_points(const OmCalibrationProblem* p, const double* param, int path,
+                                 double* x) {
+    OmStatus status = om__calibrate_run_cloud(p->tissue, param, path, x);
+    if (status != OM_OK) return status;
+    OmPose back = om_pose_inverse(p->twin.site.pose_world_task);
+    int n = p->sights.nlevel[path] * om_calibrate_problem_npoint(p);
+    for (int i = 0; i < n; ++i) om_store3(x, i, om_pose_apply(back, om_load3(x, i)));
+    return OM_OK;
+}
 
 OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* p) {
     OmCalibrationDef def = om_calibrate_tissue_search(p->tissue);

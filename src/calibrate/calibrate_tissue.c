@@ -241,6 +241,7 @@ typedef struct Look {  // at one path of one model
     double* error;  // or null
     double* out_x;  // or null
     double* out_force;
+    double* out_cloud;  // of the points held against clouds, or null
 } Look;
 
 static OmStatus look_at_level(void* ctx, int level, const double* vert_x, OmVec3 force) {
@@ -251,6 +252,10 @@ static OmStatus look_at_level(void* ctx, int level, const double* vert_x, OmVec3
     if (k->out_x)
         memcpy(k->out_x + 3 * level * nlandmark, k->x, 3 * (size_t)nlandmark * sizeof(double));
     if (k->out_force) om_store3(k->out_force, level, force);
+    size_t ncloud = 3 * (size_t)t->def.ncloud_point;
+    if (k->out_cloud)
+        memcpy(k->out_cloud + (size_t)level * ncloud, k->x + 3 * nlandmark,
+               ncloud * sizeof(double));
     if (!k->error) return OM_OK;
     for (int i = 0; i < t->nseen; ++i) {
         const OmCalibrationSeen* o = &t->seen[i];
@@ -332,21 +337,35 @@ OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* t) {
     return def;
 }
 
-OmStatus om_calibrate_run_path(const OmCalibrationTissue* t, const double* param, int path,
-                               double* x, double* force) {
-    OM_CHECK(path >= 0 && path < t->def.npath, OM_INVALID, "path %d: there are %d", path,
-             t->def.npath);
+// `look` says what of the path goes where.
+static OmStatus run_path(const double* param, Look look) {
+    const OmCalibrationTissue* t = look.t;
+    OM_CHECK(look.path >= 0 && look.path < t->def.npath, OM_INVALID, "path %d: there are %d",
+             look.path, t->def.npath);
     OmTissueModel* model = NULL;
     OmEmbedding embedding = {0};
-    double* scratch = om_alloc(3 * (size_t)(t->npoint + 1), sizeof *scratch);
-    OmStatus status = scratch ? t->def.build(t->def.ctx, param, 1, &model) : OM_NO_MEMORY;
+    look.embedding = &embedding;
+    look.x = om_alloc(3 * (size_t)(t->npoint + 1), sizeof *look.x);
+    OmStatus status = look.x ? t->def.build(t->def.ctx, param, 1, &model) : OM_NO_MEMORY;
     if (status == OM_OK && t->npoint)
         status = om_tissue_embed(model, t->npoint, t->point, &embedding);
-    Look look = {t, &embedding, path, scratch, NULL, x, force};
     if (status == OM_OK)
-        status = om__calibrate_walk(model, &t->path[path], t->def.contact, look_at_level, &look);
+        status =
+            om__calibrate_walk(model, &t->path[look.path], t->def.contact, look_at_level, &look);
     if (embedding.npoint) om_embedding_done(&embedding);
-    om_free(scratch);
+    om_free(look.x);
     om_tissue_destroy(model);
     return status;
 }
+
+OmStatus om_calibrate_run_path(const OmCalibrationTissue* t, const double* param, int path,
+                               double* x, double* force) {
+    return run_path(param, (Look){.t = t, .path = path, .out_x = x, .out_force = force});
+}
+
+OmStatus om__calibrate_run_cloud(const OmCalibrationTissue* t, const double* param, int path,
+                                 double* x) {
+    return run_path(param, (Look){.t = t, .path = path, .out_cloud = x});
+}
+
+int om__calibrate_ncloud(const OmCalibrationTissue* t) { return t->def.ncloud_point; }

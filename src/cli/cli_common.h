@@ -59,5 +59,6 @@ int om_cli_plan(int argc, char** argv);
 int om_cli_retract(int argc, char** argv);
 int om_cli_demo(int argc, char** argv);
 int om_cli_study(int argc, char** argv);
+int om_cli_study_sheet(int argc, char** argv);
 
 #endif

@@ -40,6 +40,7 @@ static void print_help(const OmCliArgs* args) {
         "finite elements. Options: --quick, --truth, --lesions-used, --tune-on, --workers, --quiet. Exit code 0:\n"
         "the error on unseen lesions is at most 1.5 times that of finite elements; 1: it is more.\n");
     om_cli_print_options(args);
+    printf("\nA third study: omentum study sheet-calibration --help\n");
     printf("\nExamples:\n"
            "  omentum study contact --quick -o out/quick\n"
            "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
@@ -208,11 +209,11 @@ static OmStatus check_args(const OmCliArgs* args, bool* is_calibration) {
     int npositional;
     OM_TRY(om_cli_check(args, 1, &npositional));
     OM_CHECK(npositional == 1, OM_INVALID,
-             "no study is given; there are two: contact, calibration");
+             "no study is given; there are three: contact, calibration, sheet-calibration");
     const char* name = om_cli_positional(args, 0);
     *is_calibration = strcmp(name, "calibration") == 0;
     OM_CHECK(*is_calibration || strcmp(name, "contact") == 0, OM_INVALID,
-             "no study \"%s\"; there are two: contact, calibration", name);
+             "no study \"%s\"; there are three: contact, calibration, sheet-calibration", name);
     OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
     OmStudyCalibrationDef trial = om_study_default_calibration_def(NULL);
     return *is_calibration ? read_calibration(args, &trial) : check_contact(args);
@@ -254,6 +255,8 @@ static int run_calibration(const OmCliArgs* args, const char* dir, const OmProgr
 }
 
 int om_cli_study(int argc, char** argv) {
+    if (argc > 1 && strcmp(argv[1], "sheet-calibration") == 0)  // it has options of its own
+        return om_cli_study_sheet(argc, argv);
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     bool is_calibration = false;
     if (om_cli_get(&args, "--help")) {

@@ -89,6 +89,34 @@ static void test_a_problem_is_read(void** state) {
     assert_ok(om_path_remove(dir));
 }
 
+// The points that a picture shows are those that the errors are about.
+static void test_points_of_a_cloud(void** state) {
+    (void)state;
+    put_all();
+    OmCalibrationProblem* problem;
+    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
+    OmCalibrationDef def = om_calibrate_problem_search(problem);
+    const double* start = om_calibrate_problem_start(problem);
+    int nseen, n = om_calibrate_problem_npoint(problem);
+    const OmCalibrationSeen* all = om_calibrate_problem_seen(problem, &nseen);
+    assert_int_equal(nseen, 5);
+    assert_int_equal(n, 15);
+    double x[45], error[18];
+    assert_int_equal(def.nerror, 18);
+    assert_ok(om_calibrate_run_points(problem, start, 0, x));
+    assert_ok(def.eval(def.ctx, start, 1, error));
+    for (int i = 0; i < n; ++i) {
+        double least = INFINITY;
+        for (int k = 0; k < nseen; ++k)
+            if (all[k].landmark == OM_SEEN_CLOUD)
+                least = fmin(least, om_distance(all[k].x, om_load3(x, i)));
+        assert_near(error[3 + i], least, 1e-12);  // rounding of the task frame's pose
+    }
+    assert_status(om_calibrate_run_points(problem, start, 2, x), OM_INVALID);
+    om_calibrate_destroy_problem(problem);
+    assert_ok(om_path_remove(dir));
+}
+
 static void assert_refused(const char* file, const char* text, const char* message) {
     put_all();
     put(file, text);
@@ -163,6 +191,7 @@ static void test_allocations_fail(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_problem_is_read),
+        cmocka_unit_test(test_points_of_a_cloud),
         cmocka_unit_test(test_wrong_files),
         cmocka_unit_test(test_allocations_fail),
     };

@@ -1,0 +1,34 @@
+# omentum study sheet-calibration: the quick study, resumed, and one sentence for whatever goes wrong. Coarse
+# particles against coarse clouds: the goal is out of reach, whence exit code 1.
+$ omentum study sheet-calibration --quick -q -o out
+exit 1
+out ^all clouds: [0-9.]+ mm with the thesis's parameters, [0-9.]+ mm with those found
+out ^pinch points that no search saw: 
+out ^spacing .* mm, radius .* mm, stiffness 
+no-err
+file out/report.html
+file out/study.json
+file out/clouds.csv
+file out/without-1/calibrated.yaml
+
+$ omentum study sheet-calibration --quick -q -o out
+exit 1
+out evaluations \(0 new\)
+
+# What a search did can be done by hand.
+$ omentum calibrate out/without-1/lift.yaml -q -o out/without-1
+out evaluations \(0 new\)
+exit 1
+
+$ omentum study sheet-calibration -q -o out
+exit 3
+err other settings; choose another folder
+err-lines 1
+
+$ omentum study sheet-calibration
+exit 2
+err add -o DIR
+
+$ omentum study sheet-calibration -o out --leave-one-outt
+exit 2
+err --leave-one-out
