@@ -77,7 +77,7 @@ static OmStatus render(const Sheet* s, const OmSenseScene* scene, const char* ca
                            om_vec3(0.14, -0.16, 0.09), om_vec3(0.005, 0, 0.01), om_vec3(0, 0, 1)),
                        .width = WIDTH,
                        .height = HEIGHT,
-                       .fov = 28 * OM_PI / 180,
+                       .fov = 25 * OM_PI / 180,
                        .near_m = 0.01,
                        .far_m = 10};
     OmSenseOptions options = om_sense_default_options();

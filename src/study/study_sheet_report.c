@@ -58,10 +58,16 @@ static void add_experiment(const Sheet* s, OmReport* report) {
 }
 
 static void add_params(const Sheet* s, OmReport* report) {
-    enum { NCOL = 8 };
-    static const char* const heading[NCOL] = {"held out",    "spacing, mm", "radius, mm",
-                                              "stiffness",   "seen, mm",    "unseen, mm",
-                                              "evaluations", "how it ended"};
+    enum { NCOL = 9 };
+    static const char* const heading[NCOL] = {"held out",
+                                              "spacing, mm",
+                                              "radius, mm",
+                                              "stiffness",
+                                              "seen, mm",
+                                              "unseen, mm",
+                                              "thesis's on the unseen, mm",
+                                              "evaluations",
+                                              "how it ended"};
     static const char* const outcome[] = {"calibrated", "evaluations used up", "cannot fit"};
     char text[OM_STUDY_NPINCH + 1][NCOL][WORD];
     const char* cell[(OM_STUDY_NPINCH + 1) * NCOL] = {NULL};
@@ -78,8 +84,9 @@ static void add_params(const Sheet* s, OmReport* report) {
         const SheetErrors* e = f ? &f->error : &s->thesis_error;
         snprintf(t[4], WORD, "%.2f", 1e3 * om__study_sheet_mean(e, held));
         snprintf(t[5], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(e, held));
-        snprintf(t[6], WORD, "%d", f ? f->result.neval : 0);
-        snprintf(t[7], WORD, "%s", f ? outcome[f->result.outcome] : "-");
+        snprintf(t[6], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(&s->thesis_error, held));
+        snprintf(t[7], WORD, "%d", f ? f->result.neval : 0);
+        snprintf(t[8], WORD, "%s", f ? outcome[f->result.outcome] : "-");
         for (int c = 0; c < NCOL; ++c) cell[k * NCOL + c] = t[c];
     }
     om_report_heading(report, "Parameters");
@@ -229,7 +236,7 @@ static void put_folds(OmJson* json, const Sheet* s) {
                        om__study_sheet_pinch_mean(&s->thesis_error, f->held));
         om_json_integer(json, "evaluations", f->result.neval);
         om_json_integer(json, "new_evaluations", f->result.nnew);
-        om_json_number(json, "seconds", f->seconds);
+        om_json_number(json, "seconds_of_this_call", f->seconds);
         put_errors(json, "error_by_pinch_and_lift", &f->error);
         om_json_close(json, '}');
     }
