@@ -132,7 +132,7 @@ OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork**
 OM_API void om_tissue_destroy_work(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. Where that would turn an
 /// element inside out, Newton's method with line search goes on; with contact, or if that fails too, the step is
-/// cut, down to h / 64, before giving up.
+/// cut, down to h / 1024, before giving up.
 /// @param report  may be null
 /// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate, report->residual says how good);
 ///         OM_INVALID (a bad argument, or the step cannot be solved: the message has the reason; state

@@ -310,7 +310,7 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
         OmVec3 at = is_entering || is_resting ? om_pose_apply(p->to, entry) : place;
         om__press_linearise(p, &t, at);
         t.is_through = is_entering && end >= 0;
-        t.goal = begin >= 0 ? 0 : fmin(0, fmin(begin, end) + OM_PRESS_RECOVER * h);
+        t.goal = begin >= 0 ? 0 : fmin(0, begin + OM_PRESS_RECOVER * h);
         p->touch_of[i] = p->ntouch;
         p->touch[p->ntouch++] = t;
     }
