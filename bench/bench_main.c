@@ -12,9 +12,10 @@ static const struct {
     const char* name;
     BenchFn fn;
 } bench_table[] = {
-    {"solve", bench_solve},     {"fem", bench_fem},     {"static", bench_static},
-    {"contact", bench_contact}, {"press", bench_press}, {"shape", bench_shape},
-    {"plan", bench_plan},       {"sense", bench_sense}, {"pbd", bench_pbd},
+    {"solve", bench_solve},         {"fem", bench_fem},     {"static", bench_static},
+    {"contact", bench_contact},     {"press", bench_press}, {"shape", bench_shape},
+    {"plan", bench_plan},           {"sense", bench_sense}, {"pbd", bench_pbd},
+    {"heuristic", bench_heuristic},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 

@@ -37,7 +37,8 @@ typedef enum OmSceneEngine {  // how the twin computes; the simulated world is a
     OM_ENGINE_FEM,            // finite elements
     OM_ENGINE_PBD,            // particles in clusters (pbd.h): fast, forces without a modulus
     OM_ENGINE_XPBD,           // particles with the elements' elastic energy
-    OM_ENGINE_SPRINGS         // a spring on every edge (heuristic.h)
+    OM_ENGINE_SPRINGS,        // a spring on every edge (heuristic.h)
+    OM_ENGINE_CHAINMAIL       // links instead of forces (heuristic.h)
 } OmSceneEngine;
 
 typedef struct OmSceneTissue {

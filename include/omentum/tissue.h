@@ -32,7 +32,7 @@ extern "C" {
 
 typedef struct OmTissueDef {  // made by om_tissue_default_def
     const char* engine;       // default "fem": corotational linear tetrahedra; "pbd": see pbd.h;
-                              // "springs": see heuristic.h
+                              // "springs", "chainmail": see heuristic.h
     const OmTetMesh* mesh;    // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
@@ -46,6 +46,7 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
+    const struct OmChainDef* chain;       // of "chainmail"; null: om_heuristic_default_chain
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
     uint32_t cookie;                      // set by om_tissue_default_def
 } OmTissueDef;

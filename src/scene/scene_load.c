@@ -13,7 +13,7 @@
 static const char* const source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
 static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
 
-static const char* const engine_name[] = {"fem", "pbd", "xpbd", "springs", NULL};
+static const char* const engine_name[] = {"fem", "pbd", "xpbd", "springs", "chainmail", NULL};
 
 // As OmLaw orders them.
 static const char* const law_name[] = {

@@ -11,8 +11,9 @@
 extern const OmTissueEngine om__engine_fem;
 extern const OmTissueEngine om__engine_pbd;
 extern const OmTissueEngine om__engine_springs;
+extern const OmTissueEngine om__engine_chainmail;
 static const OmTissueEngine* const engine_table[] = {&om__engine_fem, &om__engine_pbd,
-                                                     &om__engine_springs};
+                                                     &om__engine_springs, &om__engine_chainmail};
 #define NENGINE ((int)(sizeof engine_table / sizeof *engine_table))
 
 OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
@@ -189,6 +190,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     OM_TRY_DONE(find_surface(m));
     OM_TRY_DONE(engine->create(m));
     m->def.pbd = NULL;  // borrowed until here
+    m->def.chain = NULL;
     *model = m;
     return OM_OK;
 done:

@@ -64,6 +64,7 @@ OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDe
     case OM_ENGINE_PBD:
     case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = pbd; break;
     case OM_ENGINE_SPRINGS: def.engine = "springs"; break;
+    case OM_ENGINE_CHAINMAIL: def.engine = "chainmail"; break;
     }
     return def;
 }

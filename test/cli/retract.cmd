@@ -59,11 +59,16 @@ exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file pbd/report.html
 
-# A twin of springs.
+# A twin of springs, and one of links.
 $ sed -e 's/  source: sheet/  source: sheet\n  model: springs/' small.yaml > springs.yaml && omentum retract springs.yaml -q -o springs; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file springs/report.html
+
+$ sed -e 's/  source: sheet/  source: sheet\n  model: chainmail/' small.yaml > mail.yaml && omentum retract mail.yaml -q -o mail; test $? -le 1
+exit 0
+out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
+file mail/report.html
 
 $ sed 's/  source: sheet/  source: sheet\n  model: sph/' small.yaml > sph.yaml && omentum retract sph.yaml -o sph
 exit 3

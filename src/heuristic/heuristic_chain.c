@@ -1,0 +1,449 @@
+// heuristic_chain.c: ChainMail on the edges of a mesh, with relaxation.
+//
+// Gibson (1997) lets an element move relative to each neighbour within a box: closer by `compress` or farther by
+// `stretch` along the link, aside by `shear`, fractions of its length at rest; axes are those of space. Li and
+// Brodlie (2003) take the same to the edges of any mesh: here, with e the edge at rest, an end's displacement less
+// the other's is along each axis at most stretch |e_c| + shear (|e_a| + |e_b|) outwards and compress |e_c| + the
+// same inwards: every uniform deformation with stretches from 1 - compress to 1 + stretch and shears up to `shear`
+// is allowed, and no link asks for less.
+//
+// Along one axis these limits are bounds u_j - u_i <= up_ij, that is distances: what vertex i at u_i allows j is at
+// most u_i + d(i, j), d the shortest path over `up`. So the classic propagation, the first moved first (the one
+// most out of its box first: Schill et al. 1998), is Dijkstra's algorithm from the moved vertices, once for the
+// highest and once for the lowest place of each vertex, which is then moved no farther than into between. Bounds
+// of this kind are closed under minimum and maximum: what kept all links before keeps them after, exactly, on any
+// mesh. Where two holds ask for more than the links between have, vertices go to the middle. A shape
+// that breaks its links (set from outside, or after such holds) goes first to the mean of the highest and
+// the lowest one that keep them and touch it (McShane's extensions), from all vertices at once.
+//
+// Relaxation moves vertices one by one towards the mean displacement of their neighbours, as far as their links
+// let them: the energy sum |u_i - u_j|^2 falls, and links stay kept.
+#include <string.h>
+
+#include "omentum/heuristic.h"
+#include "tissue/tissue_engine.h"
+
+#define CHAIN_COOKIE 0xc4a10001u
+#define NROUND 8    // of moving vertices out of obstacles
+#define DEEP 0.7    // of the deepest: moved in the same round
+#define KEPT 1e-12  // of the model's size: rounding, not a broken link
+
+typedef struct Link {  // from the vertex in whose list it is
+    int vert;          // its other end
+    double
+        most[2]
+            [3];  // m, by which the other end's displacement may be above [0], below [1] this one's
+} Link;
+
+typedef struct Chain {  // model->data
+    OmChainDef def;
+    int* adr;    // first link of each vertex                                            (nvert + 1)
+    Link* link;  // both ends of each                                                      (2 edges)
+} Chain;
+
+typedef struct ChainWork {  // work->data
+    double* u;              // displacements from rest, m                               (nvert x 3)
+    double* goal;           // of vertices that something moves                         (nvert x 3)
+    double*
+        bound[2];  // of displacements along one axis: above, and below with its sign turned (nvert)
+    unsigned char* is_moved;  // by a tool, an attachment or an obstacle                     (nvert)
+    int *queue, *place;  // of Dijkstra's algorithm: vertices, and where they are in it  (nvert)
+} ChainWork;
+
+extern const OmTissueEngine om__engine_chainmail;
+
+// ---- model --------------------------------------------------------------------------------------------
+
+OmChainDef om_heuristic_default_chain(void) {
+    OmChainDef def = {.stretch = 0.1,
+                      .compress = 0.1,
+                      .shear = 0.1,
+                      .relaxation = 1,
+                      .sweeps = 10,
+                      .cookie = CHAIN_COOKIE};
+    return def;
+}
+
+static OmStatus check_def(const OmChainDef* def) {
+    OM_CHECK(def->cookie == CHAIN_COOKIE, OM_INVALID,
+             "chainmail: the definition was not made by om_heuristic_default_chain");
+    OM_CHECK(def->stretch >= 0 && def->stretch <= 10, OM_INVALID,
+             "chainmail: stretch is %g; it must be from 0 to 10", def->stretch);
+    OM_CHECK(def->compress >= 0 && def->compress < 1, OM_INVALID,
+             "chainmail: compress is %g; it must be from 0 to below 1", def->compress);
+    OM_CHECK(def->shear >= 0 && def->shear <= 10, OM_INVALID,
+             "chainmail: shear is %g; it must be from 0 to 10", def->shear);
+    OM_CHECK(def->relaxation >= 0 && def->relaxation <= 1, OM_INVALID,
+             "chainmail: relaxation is %g; it must be from 0 to 1", def->relaxation);
+    OM_CHECK(def->sweeps >= 0 && def->sweeps <= 1000, OM_INVALID,
+             "chainmail: sweeps is %d; it must be from 0 to 1000", def->sweeps);
+    return OM_OK;
+}
+
+static Link make_link(const OmTissueModel* m, const OmChainDef* def, int i, int j) {
+    Link link = {.vert = j};
+    OmVec3 d = om_sub(om_load3(m->mesh.x, j), om_load3(m->mesh.x, i));
+    const double e[3] = {d.x, d.y, d.z};
+    for (int c = 0; c < 3; ++c) {
+        double aside = def->shear * (fabs(e[(c + 1) % 3]) + fabs(e[(c + 2) % 3]));
+        double out = def->stretch * fabs(e[c]) + aside, in = def->compress * fabs(e[c]) + aside;
+        link.most[0][c] = e[c] >= 0 ? out : in;
+        link.most[1][c] = e[c] > 0 ? in : out;
+        if (e[c] == 0) link.most[0][c] = link.most[1][c] = aside;
+    }
+    return link;
+}
+
+static void chain_destroy(OmTissueModel* m) {
+    Chain* chain = m->data;
+    if (!chain) return;
+    om_free(chain->adr);
+    om_free(chain->link);
+    om_free(chain);
+    m->data = NULL;
+}
+
+static OmStatus chain_create(OmTissueModel* m) {
+    OmChainDef def = m->def.chain ? *m->def.chain : om_heuristic_default_chain();
+    OM_TRY(check_def(&def));
+    OmBsr A = {0};
+    OmStatus status = OM_OK;
+    Chain* chain = om_calloc(1, sizeof *chain);
+    if (!chain) return OM_NO_MEMORY;
+    m->data = chain;  // freed with the model, whatever fails below
+    chain->def = def;
+    OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &A));
+    OM_ALLOC_DONE(chain->adr, m->mesh.nvert + 1);
+    OM_CALLOC_DONE(chain->link, 2 * (size_t)A.nedge);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        chain->adr[i] =
+            A.row_adr[i] - i;  // without diagonal blocks, which come first in their rows
+        for (int k = A.row_adr[i] + 1; k < A.row_adr[i + 1]; ++k)
+            chain->link[k - i - 1] = make_link(m, &def, i, A.col[k]);
+    }
+    chain->adr[m->mesh.nvert] = 2 * A.nedge;
+done:
+    om_bsr_destroy(&A);
+    return status;
+}
+
+static void chain_destroy_work(OmTissueWork* w) {
+    ChainWork* cw = w->data;
+    if (!cw) return;
+    om_free(cw->u);
+    om_free(cw->goal);
+    om_free(cw->bound[0]);
+    om_free(cw->bound[1]);
+    om_free(cw->is_moved);
+    om_free(cw->queue);
+    om_free(cw->place);
+    om_free(cw);
+    w->data = NULL;
+}
+
+static OmStatus chain_create_work(const OmTissueModel* m, OmTissueWork* w) {
+    ChainWork* cw = om_calloc(1, sizeof *cw);
+    if (!cw) return OM_NO_MEMORY;
+    w->data = cw;  // freed with the work, whatever fails below
+    size_t n = (size_t)m->mesh.nvert;
+    cw->u = om_calloc(3 * n, sizeof(double));
+    cw->goal = om_calloc(3 * n, sizeof(double));
+    cw->bound[0] = om_calloc(n, sizeof(double));
+    cw->bound[1] = om_calloc(n, sizeof(double));
+    cw->is_moved = om_calloc(n, 1);
+    cw->queue = om_calloc(n, sizeof(int));
+    cw->place = om_calloc(n, sizeof(int));
+    bool is_whole =
+        cw->u && cw->goal && cw->bound[0] && cw->bound[1] && cw->is_moved && cw->queue && cw->place;
+    return is_whole ? OM_OK : OM_NO_MEMORY;
+}
+
+static size_t chain_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
+    const Chain* chain = m->data;
+    (void)w;
+    size_t n = (size_t)m->mesh.nvert;
+    return sizeof *chain + (n + 1) * sizeof(int) + (size_t)chain->adr[n] * sizeof(Link) +
+           sizeof(ChainWork) + n * (8 * sizeof(double) + 2 * sizeof(int) + 1);
+}
+
+// ---- the links ----------------------------------------------------------------------------------------
+
+// The most by which a link is beyond its limits, at displacements x from `rest`, or from nothing if it is null. Each
+// link is looked at from both ends: what is below one is above the other.
+static double excess_of(const OmTissueModel* m, const double* x, const double* rest) {
+    const Chain* chain = m->data;
+    double worst = 0;
+    for (size_t i = 0; i < (size_t)m->mesh.nvert; ++i) {
+        for (int k = chain->adr[i]; k < chain->adr[i + 1]; ++k) {
+            const Link* link = &chain->link[k];
+            size_t j = (size_t)link->vert;
+            for (size_t c = 0; c < 3; ++c) {
+                double above = x[3 * j + c] - x[3 * i + c];
+                if (rest) above -= rest[3 * j + c] - rest[3 * i + c];
+                worst = fmax(worst, above - link->most[0][c]);
+            }
+        }
+    }
+    return worst;
+}
+
+double om_heuristic_eval_excess(const OmTissueModel* m, const double* x) {
+    return m->engine == &om__engine_chainmail ? excess_of(m, x, m->mesh.x) : 0;
+}
+
+// ---- Dijkstra's algorithm -----------------------------------------------------------------------------
+
+typedef struct Queue {  // a heap, the least key on top
+    int num;
+    int *vert, *place;  // place: in the heap, -1 if not
+    const double* key;
+} Queue;
+
+static void set_at(Queue* q, int at, int i) {
+    q->vert[at] = i;
+    q->place[i] = at;
+}
+
+// Into the heap, or up in it after its key became less.
+static void put(Queue* q, int i) {
+    int at = q->place[i] >= 0 ? q->place[i] : q->num++;
+    while (at > 0 && q->key[i] < q->key[q->vert[(at - 1) / 2]]) {
+        set_at(q, at, q->vert[(at - 1) / 2]);
+        at = (at - 1) / 2;
+    }
+    set_at(q, at, i);
+}
+
+static int take_least(Queue* q) {
+    int least = q->vert[0], i = q->vert[--q->num], at = 0;
+    q->place[least] = -1;
+    for (int child = 1; child < q->num; child = 2 * at + 1) {
+        if (child + 1 < q->num && q->key[q->vert[child + 1]] < q->key[q->vert[child]]) ++child;
+        if (!(q->key[q->vert[child]] < q->key[i])) break;
+        set_at(q, at, q->vert[child]);
+        at = child;
+    }
+    if (q->num > 0) set_at(q, at, i);
+    return least;
+}
+
+// What the vertices in `from` (null: all) at `place` allow every vertex along axis c: the most above with side 0;
+// with side 1 the most below, as its negative.
+static void spread(const Chain* chain, ChainWork* w, int nvert, const unsigned char* from,
+                   const double* place, int c, int side) {
+    double *bound = w->bound[side], sign = side == 0 ? 1 : -1;
+    Queue q = {.vert = w->queue, .place = w->place, .key = bound};
+    for (int i = 0; i < nvert; ++i) {
+        q.place[i] = -1;
+        bound[i] = INFINITY;
+    }
+    for (int i = 0; i < nvert; ++i) {
+        if (from && !from[i]) continue;
+        bound[i] = sign * place[3 * (size_t)i + (size_t)c];
+        put(&q, i);
+    }
+    while (q.num > 0) {
+        int i = take_least(&q);
+        for (int k = chain->adr[i]; k < chain->adr[i + 1]; ++k) {
+            double reach = bound[i] + chain->link[k].most[side][c];
+            if (!(reach < bound[chain->link[k].vert])) continue;
+            bound[chain->link[k].vert] = reach;
+            put(&q, chain->link[k].vert);
+        }
+    }
+}
+
+// Take all vertices along with those that are moved, no farther than links ask for.
+static void drag(const Chain* chain, ChainWork* w, int nvert) {
+    for (int c = 0; c < 3; ++c) {
+        spread(chain, w, nvert, w->is_moved, w->goal, c, 0);
+        spread(chain, w, nvert, w->is_moved, w->goal, c, 1);
+        for (int i = 0; i < nvert; ++i) {
+            double high = w->bound[0][i], low = -w->bound[1][i];
+            double* u = &w->u[3 * (size_t)i + (size_t)c];
+            if (w->is_moved[i])
+                *u = w->goal[3 * (size_t)i + (size_t)c];
+            else if (low > high)  // holds that ask for more than there is
+                *u = 0.5 * low + 0.5 * high;
+            else
+                *u = fmin(fmax(*u, low), high);
+        }
+    }
+}
+
+// To a shape near this one whose links are all within their limits.
+static void mend(const Chain* chain, ChainWork* w, int nvert) {
+    for (int c = 0; c < 3; ++c) {
+        spread(chain, w, nvert, NULL, w->u, c, 0);  // the highest below it
+        spread(chain, w, nvert, NULL, w->u, c, 1);  // the lowest above it
+        for (int i = 0; i < nvert; ++i)
+            w->u[3 * (size_t)i + (size_t)c] = 0.5 * w->bound[0][i] - 0.5 * w->bound[1][i];
+    }
+}
+
+// ---- relaxation ---------------------------------------------------------------------------------------
+
+// give: m, of limits that contradict each other by rounding. Where holds tear links, the excess is spread.
+static void relax_vertex(const Chain* chain, ChainWork* w, int i, double give) {
+    int num = chain->adr[i + 1] - chain->adr[i];
+    for (int c = 0; c < 3; ++c) {
+        double mean = 0, low = -INFINITY, high = INFINITY;
+        double* u = &w->u[3 * (size_t)i + (size_t)c];
+        for (int k = chain->adr[i]; k < chain->adr[i + 1]; ++k) {
+            const Link* link = &chain->link[k];
+            double other = w->u[3 * (size_t)link->vert + (size_t)c];
+            mean += other;
+            high = fmin(high, other + link->most[1][c]);
+            low = fmax(low, other - link->most[0][c]);
+        }
+        mean /= num;  // a vertex has mass, so elements, so links
+        double next = *u + chain->def.relaxation * (mean - *u);
+        if (low <= high)
+            *u = fmin(fmax(next, low), high);
+        else if (low > high + give)
+            *u = next;
+    }
+}
+
+// Forth and back in turn, so that no end of the body is the first each time.
+static void relax(const Chain* chain, ChainWork* w, int nvert, double give) {
+    for (int n = 0; n < chain->def.sweeps; ++n)
+        for (int k = 0; k < nvert; ++k) {
+            int i = n % 2 == 0 ? k : nvert - 1 - k;
+            if (!w->is_moved[i]) relax_vertex(chain, w, i, give);
+        }
+}
+
+// ---- the step -----------------------------------------------------------------------------------------
+
+static bool is_held(const OmTissueState* s, int i) {
+    return om__state_held_by(s)[i] >= 0 || om__state_attached(s)[i];
+}
+
+static OmVec3 held_place(const OmTissueState* s, int i) {
+    int arm = om__state_held_by(s)[i];
+    if (arm < 0) return om_load3(om__state_array(s, OM__ANCHOR), i);
+    return om_pose_apply(s->arm[arm].goal, om_load3(om__state_array(s, OM__GRIP), i));
+}
+
+static void find_held(const OmTissueModel* m, const OmTissueState* s, ChainWork* w) {
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        w->is_moved[i] = is_held(s, i);
+        if (!w->is_moved[i]) continue;
+        om_store3(w->goal, i, om_sub(held_place(s, i), om_load3(m->mesh.x, i)));
+    }
+}
+
+static double depth_of(const OmTissueObstacle* o, OmVec3 p, OmVec3* normal) {
+    double gap = o->distance(o->ctx, om_pose_apply(om_pose_inverse(o->pose_end), p), normal);
+    *normal = om_quat_rotate(o->pose_end.q, *normal);
+    return -gap;
+}
+
+// How deep a vertex that nothing moves is in obstacles, and its place out of them.
+static double find_way_out(const OmTissueModel* m, const ChainWork* w, int i, int nobstacle,
+                           const OmTissueObstacle* obstacle, OmVec3* out) {
+    OmVec3 p = om_add(om_load3(m->mesh.x, i), om_load3(w->u, i)), n;
+    double deepest = 0;
+    for (int k = 0; k < nobstacle; ++k) {
+        double depth = depth_of(&obstacle[k], p, &n);
+        if (!(depth > 0)) continue;
+        p = om_madd(p, depth, n);
+        deepest = fmax(deepest, depth);
+    }
+    *out = p;
+    return deepest;
+}
+
+// The vertices that are deepest in obstacles are moved out and drag the others, which may be enough for these; if
+// not, the next deepest. What then breaks links is mended.
+static void push_out(const OmTissueModel* m, const OmTissueState* s, ChainWork* w, int nobstacle,
+                     const OmTissueObstacle* obstacle) {
+    const Chain* chain = m->data;
+    int nvert = m->mesh.nvert;
+    OmVec3 out;
+    for (int round = 0; round < NROUND; ++round) {
+        double deepest = 0;
+        for (int i = 0; i < nvert; ++i)
+            if (!w->is_moved[i])
+                deepest = fmax(deepest, find_way_out(m, w, i, nobstacle, obstacle, &out));
+        if (!(deepest > KEPT * m->size)) break;
+        for (int i = 0; i < nvert; ++i) {
+            if (w->is_moved[i]) continue;
+            double depth = find_way_out(m, w, i, nobstacle, obstacle, &out);
+            if (depth < DEEP * deepest) continue;
+            w->is_moved[i] = 1;
+            om_store3(w->goal, i, om_sub(out, om_load3(m->mesh.x, i)));
+        }
+        drag(chain, w, nvert);
+    }
+    if (excess_of(m, w->u, NULL) <= KEPT * m->size) return;
+    mend(chain, w, nvert);
+    find_held(m, s, w);
+    drag(chain, w, nvert);
+}
+
+static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
+    for (int k = 0; k < nobstacle; ++k) {
+        OmTissueObstacle* o = &obstacle[k];
+        OmQuat q = o->pose_end.q;
+        double unit = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p) && fabs(unit - 1) < 1e-6, OM_INVALID,
+                 "chainmail: obstacle[%d] has no distance or no proper pose_end", k);
+        o->force = o->torque = om_vec3(0, 0, 0);
+        o->ncontact = 0;
+        o->penetration = 0;
+    }
+    return OM_OK;
+}
+
+static void write_state(const OmTissueModel* m, OmTissueState* s, const ChainWork* w, double h) {
+    double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 p = om_add(om_load3(m->mesh.x, i), om_load3(w->u, i));
+        if (is_held(s, i)) p = held_place(s, i);  // without rounding
+        om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
+        om_store3(x, i, p);
+    }
+    for (int a = 0; a < OM_TISSUE_NARM; ++a) s->arm[a].pose = s->arm[a].goal;
+    s->time += h;
+}
+
+static OmStatus chain_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* work, double h,
+                           int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
+    const Chain* chain = m->data;
+    ChainWork* w = work->data;
+    int nvert = m->mesh.nvert;
+    const double* x = om__state_array(s, OM__X);
+    OM_TRY(check_obstacles(nobstacle, obstacle));
+    for (size_t n = 0; n < 3 * (size_t)nvert; ++n) w->u[n] = x[n] - m->mesh.x[n];
+    if (excess_of(m, w->u, NULL) > KEPT * m->size) mend(chain, w, nvert);
+    find_held(m, s, w);
+    drag(chain, w, nvert);
+    relax(chain, w, nvert, KEPT * m->size);
+    push_out(m, s, w, nobstacle, obstacle);
+    double sum = 0;  // not finite if any entry is not
+    for (size_t n = 0; n < 3 * (size_t)nvert; ++n) sum += fabs(w->u[n]) / h;
+    OM_CHECK(isfinite(sum), OM_INVALID, "chainmail: the step has no finite outcome");
+    write_state(m, s, w, h);
+    for (int k = 0; k < nobstacle; ++k) {
+        for (int i = 0; i < nvert; ++i) {
+            OmVec3 n;
+            double depth = depth_of(&obstacle[k], om_load3(x, i), &n);
+            obstacle[k].penetration = fmax(obstacle[k].penetration, depth);
+            obstacle[k].ncontact += depth > -KEPT * m->size;
+        }
+    }
+    report->substeps = 1;
+    return OM_OK;
+}
+
+const OmTissueEngine om__engine_chainmail = {
+    .name = "chainmail",
+    .create = chain_create,
+    .destroy = chain_destroy,
+    .create_work = chain_create_work,
+    .destroy_work = chain_destroy_work,
+    .step = chain_step,
+    .get_memory = chain_get_memory,
+};
