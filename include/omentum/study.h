@@ -3,7 +3,8 @@
 /// The contact study (thesis 3.3, 3.4, 3.7): an ultrasound probe is pressed over each lesion of a breast
 /// phantom; three ways to model the contact, on nine meshes, say where the lesion goes. Truth is a finer,
 /// quadratic, heterogeneous static model plus the noise of the thesis's tracking. Every run is one file
-/// that appears whole or not at all: a study that was killed goes on where it was.
+/// that appears whole or not at all: a study that was killed goes on where it was. The calibration study
+/// (3.5.1) finds the parameters of particles on a box of gel and tests them on the phantom's lesions.
 ///
 ///     OmStudyBody* body;
 ///     om_study_create_phantom(10, 1, &body);

@@ -19,7 +19,7 @@
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1ca1bu
-#define VERSION 1       // of the model held against truth
+#define VERSION 2       // of the model held against truth
 #define BAR 1.5         // times the error of finite elements
 #define COUNTS_FROM 1   // of depths: 15 mm
 #define GEL_LAST 0.020  // m
@@ -75,9 +75,14 @@ static OmStatus validate(const OmStudyCalibrationDef* def) {
 
 // ---- particles ------------------------------------------------------------------------------------
 
-// A model of these parameters; clusters that leave particles out are no model.
+// A model of these parameters. Clusters that leave particles out are no model, nor are those so small that
+// neighbours share none: the body would fall to pieces.
 static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
     const StudyFit* fit = ctx;
+    *model = NULL;
+    if (param[1] < fmax(0.5 * param[0], fit->def->spacing))
+        return om_error(OM_UNSAT, "clusters of radius %g mm leave particles %g mm apart alone",
+                        1e3 * param[1], 1e3 * fit->def->spacing);
     OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
     pbd.particle_volume = fit->volume;
     pbd.cluster_spacing = param[0];
