@@ -126,9 +126,9 @@ typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_
     int tuned;         // the lesion fine-tuned on, from 0; default 0
     int nacquisition;  // of each bead, 1 to 100; default 5
     double spacing;    // of particles, m; default 0.005 (Table 3.1)
-    double speed;      // of the probe through particles, m/s; default 0.025
+    double speed;      // of the probe through particles, m/s; default 0.05
     double time_step;  // s; default 0.02 (Table 3.1)
-    double settle;     // s, the probe waits at each depth; default 0.1
+    double settle;     // s, the probe waits at each depth; default 0.06
     int population, max_generations;  // of the gel's global search; default 16 and 8
     int max_local;                    // evaluations of each local search; default 40
     bool has_sensitivity;             // of the fine-tuned parameters too; default true

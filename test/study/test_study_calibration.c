@@ -15,7 +15,7 @@ static OmStudyCalibrationDef small_def(void) {
     def.speed = 0.05;
     def.population = 5;
     def.max_generations = 1;
-    def.max_local = 4;
+    def.max_local = 2;
     def.has_sensitivity = false;
     def.truth_ntet = 900;
     def.fe_ntet = 400;
