@@ -11,7 +11,8 @@
 
 enum { N = 3, NZ = 12 };
 
-static const double measured[] = {0.01174, 0.00869};  // m, how far the marks sank: 3,000 Pa and noise
+static const double measured[] = {0.01174,
+                                  0.00869};  // m, how far the marks sank: 3,000 Pa and noise
 
 // The middle of the lowest layer, and of that at half height.
 static const int mark[] = {N / 2 + (N + 1) * (N / 2),
