@@ -385,7 +385,8 @@ static void test_time_limit_is_an_answer(void** state) {
         om_situation_init(&s, 8, 0.02);
         s.is_above_roi[k] = s.is_fixed[k] = true;
         OmStatus status = om_planner_solve(p, &s, &plan);
-        assert_true(status == OM_OK || status == OM_TIMEOUT);
+        if (status != OM_OK && status != OM_TIMEOUT)
+            fail_msg("status %d: %s", (int)status, om_error_message());
         assert_true(plan.is_optimal == (status == OM_OK) && plan.outcome == status);
         ntimeout += status == OM_TIMEOUT;
         if (plan.naction > 0) assert_int_equal(plan.action[plan.naction - 1].verb, OM_PLAN_PULL);
