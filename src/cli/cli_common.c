@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 static const OmCliOption* find_option(const OmCliArgs* args, const char* word) {
@@ -106,13 +107,23 @@ void om_cli_print_options(const OmCliArgs* args) {
 
 // ---- progress and Ctrl-C -----------------------------------------------------------------------------------
 
+#define PATIENCE 0.5  // s
+
 static volatile sig_atomic_t is_interrupted;
 static OmProgressBar bar;
 static bool is_bar_quiet;
 
+// Asked again half a second later: at once. Those who stop a whole group of processes (timeout, a shell) may send
+// the same wish twice.
 static void on_signal(int number) {
+    static struct timespec first;
+    struct timespec now = {0};
     (void)number;
-    if (is_interrupted) _exit(OM_EXIT_CANCELLED);  // asked twice: at once
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    double since =
+        (double)(now.tv_sec - first.tv_sec) + 1e-9 * (double)(now.tv_nsec - first.tv_nsec);
+    if (is_interrupted && since > PATIENCE) _exit(OM_EXIT_CANCELLED);
+    if (!is_interrupted) first = now;
     is_interrupted = 1;
 }
 

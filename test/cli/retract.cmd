@@ -144,6 +144,12 @@ exit 124
 no-out
 no-file int/out
 
+# The same wish sent twice, as timeout and shells do, is one wish.
+$ mkdir twice && (omentum retract $ROOT/scenes/sheet.yaml -q -o twice/out 2> /dev/null & p=$!; sleep 1; kill -TERM $p; kill -TERM $p; sleep 0.01; kill -TERM $p; wait $p; code=$?; ls -A twice; exit $code)
+exit 130
+no-out
+no-file twice/out
+
 $ omentum demo --quick -q -o demo
 exit 0
 out ^demo, layout \d+: \d+ % of the ROI exposed
