@@ -59,6 +59,8 @@ int om_cli_plan(int argc, char** argv);
 int om_cli_retract(int argc, char** argv);
 int om_cli_demo(int argc, char** argv);
 int om_cli_study(int argc, char** argv);
+int om_cli_study_contact(int argc, char** argv);
+int om_cli_study_calibration(int argc, char** argv);
 int om_cli_study_sheet(int argc, char** argv);
 
 #endif

@@ -1,274 +1,41 @@
-// cli_study.c: omentum study: the thesis's experiments.
-#include <stdlib.h>
+// cli_study.c: omentum study: the thesis's experiments, one file each.
+#include <stdio.h>
 #include <string.h>
 
 #include "cli_common.h"
-#include "omentum/shape_file.h"
-#include "omentum/study.h"
 
-static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
-    {"--quick", NULL, NULL, "coarse meshes, few lesions, a coarse truth: under a minute"},
-    {"--resolutions", NULL, "N[,N...]", "elements of the meshes (default: the thesis's nine)"},
-    {"--methods", NULL, "NAME[,NAME...]", "penalty, multipliers, prescribed (default: all)"},
-    {"--lesions-used", NULL, "N", "press over the first N lesions only"},
-    {"--mesh", NULL, "FILE", "a body of your own: a tetrahedral mesh (msh, vtk, vtu)"},
-    {"--lesions", NULL, "FILE", "its lesions, one a line: x y z [radius]"},
-    {"--unit", NULL, "mm|cm|m", "unit of both files (default mm)"},
-    {"--lesion-unit", NULL, "mm|cm|m", "unit of the lesions (default: --unit)"},
-    {"--up", NULL, "X,Y,Z", "where the probe comes from (default 0,0,1)"},
-    {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers (default 0)"},
-    {"--contact-triangles", NULL, "N", "of the contact surface (default 4000)"},
-    {"--truth", NULL, "N", "elements of the quadratic truth (default 35000; calibration 12000)"},
-    {"--tune-on", NULL, "N", "calibration: the lesion fine-tuned on (default 1)"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
-    {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
+static const struct {
+    const char* name;
+    int (*run)(int argc, char** argv);
+    const char* about;
+} study_table[] = {
+    {"contact", om_cli_study_contact, "three ways to press a probe on a breast, measured"},
+    {"calibration", om_cli_study_calibration, "particles calibrated on gel, tested on a breast"},
+    {"sheet-calibration", om_cli_study_sheet,
+     "particles calibrated on a sheet seen by a depth camera"},
 };
+#define NSTUDY ((int)(sizeof study_table / sizeof *study_table))
 
-static void print_help(const OmCliArgs* args) {
+static void print_help(void) {
     printf(
-        "omentum study: the thesis's experiments\n\n"
-        "Usage: omentum study contact|calibration -o DIR [options]\n\n"
-        "contact is the study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
-        "breast phantom, by penalty, Lagrange multipliers and prescribed displacement, on nine meshes. DIR\n"
-        "receives report.html, study.json, runs.csv, errors.csv, and a file for every run: started again\n"
-        "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
-        "1: some cell misses it, the report names each.\n\n"
-        "calibration is that of thesis 3.5.1: cluster parameters of particles found on a box of gel with three\n"
-        "beads, fine-tuned on one lesion of the breast phantom and tested on the others, against a truth of\n"
-        "finite elements. Options: --quick, --truth, --lesions-used, --tune-on, --workers, --quiet. Exit code 0:\n"
-        "the error on unseen lesions is at most 1.5 times that of finite elements; 1: it is more.\n");
-    om_cli_print_options(args);
-    printf("\nA third study: omentum study sheet-calibration --help\n");
-    printf("\nExamples:\n"
-           "  omentum study contact --quick -o out/quick\n"
-           "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
-           "  omentum study contact -o out/contact\n"
-           "  omentum study calibration --quick -o out/calibration\n"
-           "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt "
-           "--lesion-unit mm -o out/breast\n");
-}
-
-// ---- options --------------------------------------------------------------------------------------
-
-static OmStatus read_resolutions(const char* list, OmStudyContactDef* def) {
-    if (!list) return OM_OK;
-    const char *at = list, *end = list + strlen(list);
-    for (def->nresolution = 0; at < end; ++at) {
-        int64_t n;
-        OM_CHECK(def->nresolution < OM_STUDY_MAX_RESOLUTION && om_integer_parse(&at, end, &n) &&
-                     n > 0 && n <= 2000000 && (at == end || *at == ','),
-                 OM_INVALID, "--resolutions: \"%s\" is not a list of up to %d numbers", list,
-                 OM_STUDY_MAX_RESOLUTION);
-        def->resolution[def->nresolution++] = (int)n;
-    }
-    return OM_OK;
-}
-
-static OmStatus read_methods(const char* list, OmStudyContactDef* def) {
-    static const char* const name[] = {"penalty", "multipliers", "prescribed"};
-    if (!list) return OM_OK;
-    for (int m = 0; m < OM_STUDY_NMETHOD; ++m) def->has_method[m] = false;
-    while (*list) {
-        size_t n = strcspn(list, ",");
-        int found = -1;
-        for (int m = 0; m < OM_STUDY_NMETHOD; ++m)
-            if (strlen(name[m]) == n && strncmp(name[m], list, n) == 0) found = m;
-        OM_CHECK(found >= 0, OM_INVALID,
-                 "--methods: \"%.*s\" is none of penalty, multipliers, prescribed", (int)n, list);
-        def->has_method[found] = true;
-        list += n + (list[n] == ',');
-    }
-    return OM_OK;
-}
-
-static OmStatus read_unit(const char* flag, const char* name, double* unit) {
-    if (!name || strcmp(name, "mm") == 0)
-        *unit = OM_UNIT_MM;
-    else if (strcmp(name, "cm") == 0)
-        *unit = OM_UNIT_CM;
-    else if (strcmp(name, "m") == 0)
-        *unit = OM_UNIT_M;
-    else
-        return om_error(OM_INVALID, "%s: \"%s\" is none of mm, cm, m", flag, name);
-    return OM_OK;
-}
-
-static OmStatus read_units(const OmCliArgs* args, double* unit, double* lesion_unit) {
-    OM_TRY(read_unit("--unit", om_cli_get(args, "--unit"), unit));
-    *lesion_unit = *unit;
-    const char* own = om_cli_get(args, "--lesion-unit");
-    return own ? read_unit("--lesion-unit", own, lesion_unit) : OM_OK;
-}
-
-static OmStatus read_up(const char* text, OmVec3* up) {
-    *up = om_vec3(0, 0, 1);
-    if (!text) return OM_OK;
-    double v[3];
-    const char *at = text, *end = text + strlen(text);
-    for (int i = 0; i < 3; ++i) {
-        OM_CHECK(om_number_parse(&at, end, &v[i]) && (i == 2 ? at == end : *at++ == ','),
-                 OM_INVALID, "--up: \"%s\" is not three numbers x,y,z", text);
-    }
-    *up = om_vec3(v[0], v[1], v[2]);
-    OM_CHECK(om_norm(*up) > 0, OM_INVALID, "--up: a direction of no length");
-    return OM_OK;
-}
-
-// Few meshes, few lesions, a truth that takes seconds.
-static void make_quick(OmStudyContactDef* def) {
-    static const int resolution[] = {623, 1363, 2539};
-    def->nresolution = 3;
-    memcpy(def->resolution, resolution, sizeof resolution);
-    def->nlesion = 2;
-    def->truth_ntet = 4000;
-    def->time_step = 0.05;
-}
-
-static OmStatus read_def(const OmCliArgs* args, OmStudyContactDef* def) {
-    if (om_cli_get(args, "--quick")) make_quick(def);
-    OM_TRY(read_resolutions(om_cli_get(args, "--resolutions"), def));
-    OM_TRY(read_methods(om_cli_get(args, "--methods"), def));
-    OM_TRY(om_cli_get_int(args, "--lesions-used", 1, OM_STUDY_MAX_LESION, &def->nlesion));
-    OM_TRY(om_cli_get_double(args, "--friction", 0, 10, &def->friction));
-    OM_TRY(om_cli_get_int(args, "--contact-triangles", 100, 200000, &def->contact_ntri));
-    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
-}
-
-// ---- the verb -------------------------------------------------------------------------------------
-
-static void print_result(const OmStudyContactSummary* r, const char* dir) {
-    printf("%d runs (%d new): %d completed the path; the worst reached %.0f %%\n", r->nrun, r->nnew,
-           r->ncomplete, 100 * r->worst_stability);
-    printf("the bar is met by %d of %d combinations of method and mesh\n", r->ncell_met, r->ncell);
-    printf("report: %s/report.html\n", dir);
-}
-
-static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
-    const char *mesh = om_cli_get(args, "--mesh"), *lesions = om_cli_get(args, "--lesions");
-    if (!mesh) return om_study_create_phantom(10, 1, body);
-    double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
-    OmVec3 up;
-    OM_TRY(read_units(args, &unit, &lesion_unit));
-    OM_TRY(read_up(om_cli_get(args, "--up"), &up));
-    OM_TRY(om_study_load_body(mesh, unit, lesions, lesion_unit, up, body));
-    int n = om_study_count_outside(*body);
-    if (n > 0)
-        fprintf(stderr, "note: %d %s %s outside the body and left out\n", n,
-                n == 1 ? "lesion" : "lesions", n == 1 ? "is" : "are");
-    return OM_OK;
-}
-
-// Few lesions, coarse particles and searches of a few evaluations.
-static void make_quick_calibration(OmStudyCalibrationDef* def) {
-    def->nlesion = 3;
-    def->spacing = 0.008;
-    def->settle = 0;
-    def->population = 6;
-    def->max_generations = 2;
-    def->max_local = 10;
-    def->has_sensitivity = false;
-    def->truth_ntet = 2000;
-    def->fe_ntet = 1363;
-    def->contact_ntri = 2000;
-}
-
-static OmStatus read_calibration(const OmCliArgs* args, OmStudyCalibrationDef* def) {
-    static const char* const of_contact[] = {
-        "--resolutions", "--methods",           "--mesh",    "--lesions", "--unit", "--lesion-unit",
-        "--up",          "--contact-triangles", "--friction"};
-    int tuned = 1;
-    for (size_t i = 0; i < sizeof of_contact / sizeof *of_contact; ++i)
-        OM_CHECK(!om_cli_get(args, of_contact[i]), OM_INVALID,
-                 "%s is an option of study contact, not of study calibration", of_contact[i]);
-    if (om_cli_get(args, "--quick")) make_quick_calibration(def);
-    OM_TRY(om_cli_get_int(args, "--lesions-used", 2, 20, &def->nlesion));
-    OM_TRY(om_cli_get_int(args, "--tune-on", 1, def->nlesion, &tuned));
-    def->tuned = tuned - 1;
-    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
-}
-
-static OmStatus check_contact(const OmCliArgs* args) {
-    OM_CHECK(!om_cli_get(args, "--mesh") == !om_cli_get(args, "--lesions"), OM_INVALID,
-             "--mesh and --lesions go together");
-    OM_CHECK(!om_cli_get(args, "--tune-on"), OM_INVALID,
-             "--tune-on is an option of study calibration, not of study contact");
-    OmStudyContactDef trial = om_study_default_contact_def(NULL, NULL);
-    double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
-    OmVec3 up;
-    OM_TRY(read_units(args, &unit, &lesion_unit));
-    OM_TRY(read_up(om_cli_get(args, "--up"), &up));
-    return read_def(args, &trial);
-}
-
-// Every word is looked at before anything is loaded.
-static OmStatus check_args(const OmCliArgs* args, bool* is_calibration) {
-    int npositional;
-    OM_TRY(om_cli_check(args, 1, &npositional));
-    OM_CHECK(npositional == 1, OM_INVALID,
-             "no study is given; there are three: contact, calibration, sheet-calibration");
-    const char* name = om_cli_positional(args, 0);
-    *is_calibration = strcmp(name, "calibration") == 0;
-    OM_CHECK(*is_calibration || strcmp(name, "contact") == 0, OM_INVALID,
-             "no study \"%s\"; there are three: contact, calibration, sheet-calibration", name);
-    OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
-    OmStudyCalibrationDef trial = om_study_default_calibration_def(NULL);
-    return *is_calibration ? read_calibration(args, &trial) : check_contact(args);
-}
-
-static int run_contact(const OmCliArgs* args, const char* dir, const OmProgress* progress) {
-    OmStudyBody* body = NULL;
-    OmStudyContactSummary summary;
-    OmStatus status = get_body(args, &body);
-    OmStudyContactDef def = om_study_default_contact_def(body, dir);
-    if (status == OM_OK) status = read_def(args, &def);
-    if (status == OM_OK) status = om_study_run_contact(&def, progress, &summary);
-    om_study_destroy_body(body);
-    if (status < 0) return om_cli_fail("study", status);
-    om_cli_progress_done();
-    print_result(&summary, dir);
-    return summary.ncell_met == summary.ncell ? OM_EXIT_OK : OM_EXIT_FAILED;
-}
-
-static int run_calibration(const OmCliArgs* args, const char* dir, const OmProgress* progress) {
-    OmStudyCalibrationSummary r;
-    OmStudyCalibrationDef def = om_study_default_calibration_def(dir);
-    OmStatus status = read_calibration(args, &def);
-    if (status == OM_OK) status = om_study_run_calibration(&def, progress, &r);
-    if (status < 0) return om_cli_fail("study", status);
-    om_cli_progress_done();
-    printf("gel: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm\n", 1e3 * r.gel[0],
-           1e3 * r.gel[1], r.gel[2], 1e3 * r.gel_error);
-    printf("breast: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm, %.2f before\n",
-           1e3 * r.tuned[0], 1e3 * r.tuned[1], r.tuned[2], 1e3 * r.tuned_error,
-           1e3 * r.tuned_start);
-    printf("unseen lesions: particles %.2f mm (gel's parameters %.2f), finite elements %.2f, "
-           "rigid %.2f\n",
-           1e3 * r.unseen_tuned, 1e3 * r.unseen_gel, 1e3 * r.unseen_prescribed,
-           1e3 * r.unseen_rigid);
-    printf("%d evaluations (%d new); the bar is %s\nreport: %s/report.html\n", r.neval, r.nnew,
-           r.is_met ? "met" : "missed", dir);
-    return r.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
+        "omentum study: the thesis's experiments\n\nUsage: omentum study NAME -o DIR [options]\n\n");
+    for (int k = 0; k < NSTUDY; ++k)
+        printf("  %-18s %s\n", study_table[k].name, study_table[k].about);
+    printf("\n  omentum study NAME --help   options and examples of a study\n");
 }
 
 int om_cli_study(int argc, char** argv) {
-    if (argc > 1 && strcmp(argv[1], "sheet-calibration") == 0)  // it has options of its own
-        return om_cli_study_sheet(argc, argv);
-    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    bool is_calibration = false;
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
+    const char* name = argc > 1 ? argv[1] : "";
+    for (int k = 0; k < NSTUDY; ++k)
+        if (strcmp(name, study_table[k].name) == 0) return study_table[k].run(argc, argv);
+    if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0) {
+        print_help();
         return OM_EXIT_OK;
     }
-    if (check_args(&args, &is_calibration) < 0) {
-        fprintf(stderr, "omentum study: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    const char* dir = om_cli_get(&args, "--output");
-    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
-    return is_calibration ? run_calibration(&args, dir, progress)
-                          : run_contact(&args, dir, progress);
+    if (*name && *name != '-')
+        fprintf(stderr, "omentum study: no study \"%s\"", name);
+    else
+        fprintf(stderr, "omentum study: no study is given");
+    fprintf(stderr, "; there are contact, calibration and sheet-calibration\n");
+    return OM_EXIT_USAGE;
 }

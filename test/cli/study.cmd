@@ -61,8 +61,17 @@ err-lines 1
 
 $ omentum study calibration -o out --mesh a.vtu
 exit 2
-err --mesh is an option of study contact
+err unknown option --mesh
 
 $ omentum study calibration -o out --tune-on 11
 exit 2
 err --tune-on
+
+# Each study has options of its own; the verb lists the studies.
+$ omentum study contact -o out --tune-on 1
+exit 2
+err unknown option --tune-on
+
+$ omentum study --help
+out calibration
+out sheet-calibration
