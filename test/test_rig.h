@@ -41,6 +41,21 @@ static inline void rig_done(TestRig* r) {
     om_tet_mesh_done(&r->mesh);
 }
 
+/// Model, state, work and a step of a definition, all freed again: for test_failing_allocations.
+static inline OmStatus rig_create_and_step(void* def) {
+    OmTissueModel* m = NULL;
+    OmTissueState* s = NULL;
+    OmTissueWork* w = NULL;
+    OmStatus status = om_tissue_create(def, &m);
+    if (status >= 0) status = om_tissue_create_state(m, &s);
+    if (status >= 0) status = om_tissue_create_work(m, &w);
+    if (status >= 0) status = om_tissue_step(m, s, w, 0.02, NULL);
+    om_tissue_destroy_work(w);
+    om_tissue_destroy_state(s);
+    om_tissue_destroy(m);
+    return status;
+}
+
 /// Attach the vertices whose coordinate `axis` (0, 1, 2) lies within 1 nm of `at`; before rig_start.
 static inline void rig_attach_plane(TestRig* r, int axis, double at) {
     int* vert = om_alloc((size_t)r->mesh.nvert, sizeof *vert);

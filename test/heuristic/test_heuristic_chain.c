@@ -370,28 +370,11 @@ static void test_definitions(void** state) {
     om_tet_mesh_done(&p.r.mesh);
 }
 
-static OmStatus create_and_step(void* ctx) {
-    const OmTissueDef* def = ctx;
-    OmTissueModel* m = NULL;
-    OmTissueState* s = NULL;
-    OmTissueWork* w = NULL;
-    OmStatus status = OM_OK;
-    OM_TRY_DONE(om_tissue_create(def, &m));
-    OM_TRY_DONE(om_tissue_create_state(m, &s));
-    OM_TRY_DONE(om_tissue_create_work(m, &w));
-    OM_TRY_DONE(om_tissue_step(m, s, w, 0.02, NULL));
-done:
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
-    om_tissue_destroy(m);
-    return status;
-}
-
 static void test_failing_memory(void** state) {
     (void)state;
     Mail p;
     mail_box(&p, om_vec3(0.02, 0.02, 0.02), 2, 2, 2);
-    assert_true(test_failing_allocations(create_and_step, &p.r.def, 1) > 10);
+    assert_true(test_failing_allocations(rig_create_and_step, &p.r.def, 1) > 10);
     om_tet_mesh_done(&p.r.mesh);
 }
 

@@ -154,21 +154,6 @@ static void test_same_bytes(void** state) {
     }
 }
 
-static OmStatus make_and_step(void* ctx) {
-    PbdRig* p = ctx;
-    OmTissueModel* m = NULL;
-    OmTissueState* s = NULL;
-    OmTissueWork* w = NULL;
-    OmStatus status = om_tissue_create(&p->r.def, &m);
-    if (status >= 0) status = om_tissue_create_state(m, &s);
-    if (status >= 0) status = om_tissue_create_work(m, &w);
-    if (status >= 0) status = om_tissue_step(m, s, w, 0.02, NULL);
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
-    om_tissue_destroy(m);
-    return status;
-}
-
 static OmStatus make_particles(void* ctx) {
     OmTetMesh particles;
     double volume;
@@ -185,7 +170,7 @@ static void test_memory(void** state) {
         if (kind > 0) p.pbd = om_pbd_default_def((OmPbdKind)kind);
         p.pbd.has_self_collision = true;
         pbd_start(&p);
-        assert_true(test_failing_allocations(make_and_step, &p, 1) > 20);
+        assert_true(test_failing_allocations(rig_create_and_step, &p.r.def, 1) > 20);
         pbd_run(&p, 1, 0.02);
         test_count_begin();
         pbd_run(&p, 3, 0.02);
