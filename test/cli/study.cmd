@@ -73,5 +73,6 @@ exit 2
 err unknown option --tune-on
 
 $ omentum study --help
+exit 0
 out calibration
 out sheet-calibration
