@@ -5,6 +5,7 @@ The files are small (a few hundred bytes of data) and are committed; run this ag
 """
 import base64
 import gzip
+import json
 import pathlib
 import struct
 import zlib
@@ -256,6 +257,27 @@ def surfaces():
     put("off/comments.off", "# seed\nOFF 4 1 0\n" + lines(POINTS[:4]) + "4 0 1 2 3 255 0 0\n")
 
 
+def safetensors(entries, data, meta=None, pad=0):
+    head = ({"__metadata__": meta} if meta else {}) | {
+        name: {"dtype": kind, "shape": shape, "data_offsets": [begin, end]} for name, kind, shape, begin, end in entries}
+    text = json.dumps(head, separators=(",", ":")).encode() + b" " * pad
+    return struct.pack("<Q", len(text)) + text + data
+
+
+def weights():
+    put("safetensors/two.safetensors", safetensors(
+        [("conv.weight", "F32", [2, 1, 3], 0, 24), ("conv.bias", "F32", [2], 24, 32)], struct.pack("<8f", *range(8)),
+        {"units": "m", "network": "0123456789abcdef"}, pad=5))
+    put("safetensors/types.safetensors", safetensors(
+        [("d", "F64", [2], 0, 16), ("h", "F16", [3], 16, 22), ("b", "BF16", [1, 1], 22, 24), ("i", "I64", [], 24, 32),
+         ("u", "U8", [0, 7], 32, 32)], struct.pack("<2d3eHq", 1, -2, 0.5, 6e-8, 65504, 0x3f80, 7)))
+    put("safetensors/empty.safetensors", safetensors([], b""))
+    put("safetensors/overlap.safetensors", safetensors(
+        [("a", "F32", [2], 0, 8), ("b", "F32", [2], 4, 12)], bytes(12)))
+    put("safetensors/hole.safetensors", safetensors([("a", "F32", [1], 4, 8)], bytes(8)))
+    put("safetensors/huge_empty.safetensors", safetensors([("a", "F32", [2**63 - 1, 2**63 - 1, 0], 0, 0)], b""))
+
+
 if __name__ == "__main__":
     niftis()
     nrrds()
@@ -263,3 +285,4 @@ if __name__ == "__main__":
     vtks()
     vtus()
     surfaces()
+    weights()

@@ -1,0 +1,93 @@
+/// omentum/nn_file.h: networks as files (floor 2).
+///
+/// A safetensors file is a JSON header (name, type, shape and place of every tensor, and pairs of texts: what the
+/// network is, its units, the data it was trained on, how well it does) followed by the numbers, little-endian.
+/// The reader trusts nothing: lengths, places that overlap or leave holes, names twice, and values that are not
+/// finite are refused with a sentence. Files appear whole or not at all.
+///
+///     OmTensorFile* file;
+///     if (om_tensor_file_load("weights.safetensors", &file) < 0) puts(om_error_message());
+///     for (int i = 0; i < om_tensor_file_count(file); ++i) puts(om_tensor_file_get(file, i)->name);
+///     om_tensor_file_destroy(file);
+#ifndef OMENTUM_NN_FILE_H
+#define OMENTUM_NN_FILE_H
+
+#include "omentum/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmTextPair {  // a line of a file's metadata, UTF-8
+    const char* key;
+    const char* value;
+} OmTextPair;
+
+#define OM_TENSOR_MAX_RANK 8
+#define OM_TENSOR_MAX_HEADER (8u << 20)  // bytes of JSON that are read
+
+/// Types by their name in a file, bytes a value, and whether values are read (the others are only skipped).
+#define OM_TENSOR_TYPE_TABLE(X) \
+    X(F64, 8, true)             \
+    X(F32, 4, true)             \
+    X(F16, 2, true)             \
+    X(BF16, 2, true)            \
+    X(I64, 8, false)            \
+    X(U64, 8, false)            \
+    X(I32, 4, false)            \
+    X(U32, 4, false)            \
+    X(I16, 2, false)            \
+    X(U16, 2, false)            \
+    X(I8, 1, false)             \
+    X(U8, 1, false)             \
+    X(BOOL, 1, false)           \
+    X(F8_E4M3, 1, false)        \
+    X(F8_E5M2, 1, false)
+
+typedef enum OmTensorType {
+#define OM_TENSOR_TYPE_ENUM(name, size, is_read) OM_TENSOR_##name,
+    OM_TENSOR_TYPE_TABLE(OM_TENSOR_TYPE_ENUM)
+#undef OM_TENSOR_TYPE_ENUM
+        OM_TENSOR_NTYPE
+} OmTensorType;
+
+typedef struct OmTensor {  // as it is in a file, or is to be written; everything in it is borrowed
+    const char* name;
+    OmTensorType type;
+    int rank;                         // 0 is a single value
+    int64_t dim[OM_TENSOR_MAX_RANK];  // the last runs fastest
+    const void*
+        data;  // to write: float (OM_TENSOR_F32) or double (OM_TENSOR_F64); read: little-endian bytes
+} OmTensor;
+
+/// Values of a tensor: the product of its shape.
+OM_API int64_t om_tensor_count(const OmTensor* tensor);
+
+/// Write tensors of OM_TENSOR_F32 and OM_TENSOR_F64, whole or not at all. OM_INVALID for another type, a value that
+/// is not finite, a name given twice, or text that is not UTF-8.
+OM_API OmStatus om_tensor_file_save(const OmTensor* tensor, int ntensor, const OmTextPair* meta,
+                                    int nmeta, const char* path);
+
+/// A file in memory, checked. The caller destroys it.
+typedef struct OmTensorFile OmTensorFile;
+OM_API OmStatus om_tensor_file_load(const char* path, OmTensorFile** file);
+OM_API void om_tensor_file_destroy(OmTensorFile* file);
+OM_API int om_tensor_file_count(const OmTensorFile* file);
+/// Tensor i in the order of the data; valid until the file is destroyed.
+OM_API const OmTensor* om_tensor_file_get(const OmTensorFile* file, int i);
+/// Its number, or -1.
+OM_API int om_tensor_file_find(const OmTensorFile* file, const char* name);
+/// The text of a metadata key, or null; valid until the file is destroyed.
+OM_API const char* om_tensor_file_meta(const OmTensorFile* file, const char* key);
+/// The values of the tensor `name`, which must have this shape, from F64, F32, F16 or BF16. OM_INVALID, with the
+/// shape found, if it has another, is not there, or holds a value that is not finite (as a float).
+OM_API OmStatus om_tensor_file_read(const OmTensorFile* file, const char* name, int rank,
+                                    const int64_t* dim, float* value);
+/// The same in double.
+OM_API OmStatus om_tensor_file_read_double(const OmTensorFile* file, const char* name, int rank,
+                                           const int64_t* dim, double* value);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
