@@ -12,6 +12,7 @@
 #include "omentum/fem.h"
 #include "omentum/heuristic.h"
 #include "omentum/image.h"
+#include "omentum/nn.h"
 #include "omentum/nn_file.h"
 #include "omentum/pbd.h"
 #include "omentum/plan.h"

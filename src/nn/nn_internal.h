@@ -1,0 +1,219 @@
+// nn_internal.h: what the files of room nn share.
+//
+//   nn_net.c     the description: layers, shapes, the table of parameters
+//   nn_unet.c    the U-Net of the thesis, written in layers
+//   nn_compile.c a network compiled for one batch: what is fused, layouts, kernels, memory
+//   nn_run.c     parameters in, forward, backward
+//   nn_plan.c    where pieces of memory lie that live for a while
+//   nn_dnnl.c    one oneDNN primitive with its memories; the only file that knows oneDNN
+//   nn_tensor.c  loops over tensors that oneDNN does not have, or not better: concatenation, masks, dropout
+//   nn_norm.c    batch and group normalisation
+#ifndef OMENTUM_NN_INTERNAL_H
+#define OMENTUM_NN_INTERNAL_H
+
+#include "omentum/nn.h"
+
+struct OmNet {
+    OmLayer* layer;
+    int nlayer, layer_cap;
+    OmNetParameter* param;
+    int nparam, param_cap;
+    int output;
+    bool is_finished;
+    OmStatus status;  // of the first om_net_add_* that failed
+    char error[512];  // its sentence
+};
+
+static inline int64_t om__net_cells(OmNetShape s) { return (int64_t)s.d * s.h * s.w; }
+static inline int64_t om__net_values(OmNetShape s) { return s.c * om__net_cells(s); }
+
+// ---- tensors -----------------------------------------------------------------------------------------
+
+// Values (sample n, channel c, cell s) in blocks of channels, at ((n nblock + c / B) ncell + s) B + c % B with
+// nblock = ceil(c / B). B = 1 is NCDHW, B = c is NDHWC, B = 16 is oneDNN's nCdhw16c; the channels
+// that fill up the last block are zero.
+typedef struct OmTensor {
+    int n;  // samples
+    OmNetShape shape;
+    int block;     // B
+    bool is_last;  // channels last: B = c; oneDNN tells it from blocks of c
+    OmNetType type;
+    void* data;
+} OmTensor;
+
+static inline int om__tensor_nblock(const OmTensor* t) {
+    return (t->shape.c + t->block - 1) / t->block;
+}
+/// Values of one sample, with the filling.
+static inline int64_t om__tensor_stride(const OmTensor* t) {
+    return (int64_t)om__tensor_nblock(t) * t->block * om__net_cells(t->shape);
+}
+static inline size_t om__type_size(OmNetType type) { return type == OM_F32 ? 4 : 2; }
+static inline size_t om__tensor_bytes(const OmTensor* t) {
+    return (size_t)t->n * (size_t)om__tensor_stride(t) * om__type_size(t->type);
+}
+
+// Loops of nn_tensor.c. All may run on any number of workers with the same bytes.
+void om__tensor_from_plain(int nworker, const float* plain, const OmTensor* t);
+void om__tensor_to_plain(int nworker, const OmTensor* t, float* plain);
+/// sum += x, of equal layouts.
+void om__tensor_add(int nworker, const OmTensor* x, const OmTensor* sum);
+/// Channels [0, num) of `from` beginning at from_c into those of `to` beginning at to_c.
+void om__tensor_copy_channels(int nworker, const OmTensor* from, int from_c, const OmTensor* to,
+                              int to_c, int num);
+/// y = mask * x; may be the same tensor.
+void om__tensor_mask(int nworker, const OmTensor* x, const float* mask, const OmTensor* y);
+/// y = x where it is kept, by 1 / (1 - rate), else 0; the same choice whenever seed and first are the same.
+/// `first` is the number of the first sample. Not the same tensor.
+void om__tensor_dropout(int nworker, const OmTensor* x, float rate, uint64_t seed, int64_t first,
+                        const OmTensor* y);
+
+/// `num` values of a tensor from `at` as float: in place, or converted into `buffer`.
+const float* om__tensor_read(const OmTensor* t, int64_t at, int num, float* buffer);
+/// Where to put float values for om__tensor_write, which stores them: in place, or `buffer`.
+float* om__tensor_place(const OmTensor* t, int64_t at, float* buffer);
+void om__tensor_write(const OmTensor* t, int64_t at, int num, const float* value);
+
+// ---- norms -------------------------------------------------------------------------------------------
+
+// y = a x + b with a, b for each (sample, channel); one set of statistics a (sample, group), or a channel.
+typedef struct OmNorm {
+    int n, c, ngroup;
+    bool is_batch;       // statistics over samples, one group a channel
+    float epsilon;       //
+    double *mean, *var;  // (n x ngroup), or (c); those of the last forward
+    double* part;        // (n x c x nchunk x 2) sums over pieces of a channel
+    float* coef;         // (n x c x 3): y = coef0 x + coef1; dx = coef0 dy + coef1 x + coef2
+    int nchunk;          // pieces of a channel
+} OmNorm;
+
+OmStatus om__norm_create(const OmTensor* x, const OmLayer* layer, OmNorm* norm);
+void om__norm_done(OmNorm* norm);
+size_t om__norm_memory(const OmNorm* norm);
+/// Mean and variance of x.
+void om__norm_measure(int nworker, OmNorm* norm, const OmTensor* x);
+/// y = (x - mean) / sqrt(var + epsilon) weight + bias; y may be x.
+void om__norm_apply(int nworker, OmNorm* norm, const OmTensor* x, const float* weight,
+                    const float* bias, const OmTensor* y);
+/// Derivatives by x (null: not wanted), weight and bias of a forward that measured x; dx may be dy.
+void om__norm_backward(int nworker, OmNorm* norm, const OmTensor* x, const OmTensor* dy,
+                       const float* weight, const OmTensor* dx, float* dweight, float* dbias);
+
+// ---- oneDNN ---------------------------------------------------------------------------------------------
+
+typedef struct OmEngine OmEngine;  // where kernels run, and with how many threads
+
+OmStatus om__engine_create(int nworker, OmEngine** engine);
+void om__engine_destroy(OmEngine* engine);
+/// Between these two oneDNN uses the engine's threads. OM_INVALID from within a parallel region.
+OmStatus om__engine_begin(OmEngine* engine);
+void om__engine_end(OmEngine* engine);
+/// The block of channels convolutions like best here: 16 or 8, or 0 for channels last.
+int om__engine_block(const OmEngine* engine, OmNetType type);
+
+typedef enum OmPass { OM_PASS_FORWARD, OM_PASS_DATA, OM_PASS_WEIGHTS } OmPass;
+
+typedef enum OmSlot {  // an argument of a kernel
+    OM_SLOT_SRC,
+    OM_SLOT_DST,
+    OM_SLOT_WEIGHTS,
+    OM_SLOT_BIAS,
+    OM_SLOT_DIFF_SRC,
+    OM_SLOT_DIFF_DST,
+    OM_SLOT_DIFF_WEIGHTS,
+    OM_SLOT_DIFF_BIAS,
+    OM_SLOT_WORKSPACE,
+    OM_SLOT_SCRATCH,
+    OM_SLOT_COUNT
+} OmSlot;
+
+typedef struct OmKernel OmKernel;  // one primitive and its memories
+
+typedef struct OmKernelDef {
+    const OmLayer* layer;       // kind, kernel, stride, padding
+    OmPass pass;                //
+    bool is_training;           // of a forward pass: leave what backward wants in the workspace
+    const OmTensor *src, *dst;  // layouts; data are bound later
+    OmActivation activation;    // applied to what a convolution or dense layer gives
+    float slope;
+} OmKernelDef;
+
+/// Convolutions, dense, pooling, up-sampling and activation. A backward activation reads DST, the activated.
+OmStatus om__kernel_create(OmEngine* engine, const OmKernelDef* def, OmKernel** kernel);
+/// From a slot of `owner` to the plain parameters of its layer, or back; float outside. Slots SRC and DST.
+OmStatus om__kernel_create_reorder(OmEngine* engine, const OmKernel* owner, OmSlot slot,
+                                   bool is_to_plain, OmKernel** kernel);
+void om__kernel_destroy(OmKernel* kernel);
+/// Bytes behind an argument, 0 where the kernel has none.
+size_t om__kernel_bytes(const OmKernel* kernel, OmSlot slot);
+/// Do both keep this argument in the same layout?
+bool om__kernel_is_same(const OmKernel* a, OmSlot a_slot, const OmKernel* b, OmSlot b_slot);
+OmStatus om__kernel_bind(OmKernel* kernel, OmSlot slot, const void* data);
+OmStatus om__kernel_run(OmKernel* kernel);
+/// What oneDNN calls the implementation; for benchmarks.
+const char* om__kernel_name(const OmKernel* kernel);
+
+// ---- memory -----------------------------------------------------------------------------------------------
+
+typedef struct OmPiece {  // alive from step `begin` to step `end`, both included
+    size_t bytes;
+    int begin, end;
+    size_t at;  // where it lies: multiple of 64
+} OmPiece;
+
+/// Lay out the pieces so that none alive at the same step overlap. Returns the bytes of all, in *size.
+OmStatus om__plan_pieces(int num, OmPiece* piece, size_t* size);
+
+// ---- a compiled network -------------------------------------------------------------------------------------
+
+typedef struct OmOp {  // one layer at work, with the activation behind it if that could be fused
+    const OmLayer* layer;
+    OmActivation activation;
+    float slope;
+    int out;                     // layer whose output it writes: its own, or the fused activation
+    int nin;                     //
+    int in[OM_LAYER_MAX_INPUT];  // layers whose outputs it reads
+    bool is_placed[OM_LAYER_MAX_INPUT];  // concatenation: the input is written where it belongs
+    OmKernel *forward, *data, *weights;  // the passes
+    OmKernel* activate_back;             // gradient through the fused activation, in place
+    OmKernel *load, *load_back, *store;  // plain weights into forward and data; gradient to plain
+    bool is_extra[OM_LAYER_MAX_INPUT];   // its gradient adds to what is there
+    OmTensor extra[OM_LAYER_MAX_INPUT];  // and goes here first
+    int extra_piece[OM_LAYER_MAX_INPUT];
+    int workspace_piece, grad_piece, bias_piece;  // or -1
+    size_t weight_at, weight_back_at;             // bytes in the parameters' memory
+    OmNorm norm;
+} OmOp;
+
+struct OmNetRun {
+    const OmNet* net;
+    OmNetRunDef def;
+    int nworker;
+    OmEngine* engine;
+    int nop;
+    OmOp* op;
+    int*
+        held_by;  // layer whose tensor holds a layer's output: itself unless fused or nothing to do
+    OmTensor* value;    // (nlayer)
+    OmTensor* grad;     // (nlayer), training
+    bool* needs_grad;   // (nlayer)
+    int* placed_in;     // (nlayer) the concatenation whose tensor its output is part of, or -1
+    size_t* placed_at;  // bytes
+    int *value_piece, *grad_piece;  // (nlayer) or -1
+    OmPiece* piece;
+    int npiece, piece_cap;
+    int scratch_piece;
+    char *memory, *weights;  // what the plan covers; parameters in the kernels' layouts
+    size_t memory_size, weights_size;
+    float* small;       // parameters that kernels read as they are: biases and norms
+    int64_t* small_at;  // (nparam) or -1
+    size_t small_size;
+    uint64_t step;
+    int64_t first_sample;
+    bool has_parameters, has_forward;
+};
+
+/// Everything but the parameters; on failure the caller destroys what there is.
+OmStatus om__net_compile(OmNetRun* run);
+
+#endif
