@@ -1,27 +1,48 @@
-/// omentum/nn_file.h: networks as files (floor 2).
+/// omentum/nn_file.h: networks as files (floor 2): safetensors in and out, ONNX out.
 ///
 /// A safetensors file is a JSON header (name, type, shape and place of every tensor, and pairs of texts: what the
 /// network is, its units, the data it was trained on, how well it does) followed by the numbers, little-endian.
 /// The reader trusts nothing: lengths, places that overlap or leave holes, names twice, and values that are not
 /// finite are refused with a sentence. Files appear whole or not at all.
 ///
-///     OmTensorFile* file;
-///     if (om_tensor_file_load("weights.safetensors", &file) < 0) puts(om_error_message());
-///     for (int i = 0; i < om_tensor_file_count(file); ++i) puts(om_tensor_file_get(file, i)->name);
-///     om_tensor_file_destroy(file);
+///     OmTextPair about[] = {{"units", "m"}, {"mean_error_mm", "0.048"}};
+///     OmStatus s = om_net_save(net, param, about, 2, "phantom.safetensors");
+///     if (s == OM_OK) s = om_net_load(net, "phantom.safetensors", param);
+///     if (s == OM_OK) s = om_net_save_onnx(net, param, about, 2, "phantom.onnx");
 #ifndef OMENTUM_NN_FILE_H
 #define OMENTUM_NN_FILE_H
 
 #include "omentum/base.h"
+#include "omentum/nn.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
+// ---- networks ---------------------------------------------------------------------------------------
+
 typedef struct OmTextPair {  // a line of a file's metadata, UTF-8
     const char* key;
     const char* value;
 } OmTextPair;
+
+/// Write the parameters under the names of the net's table, with `meta` and two pairs of its own: "architecture", the
+/// text of om_net_describe, and "network", om_net_hash in 16 hexadecimal digits. OM_INVALID if a value is not finite.
+OM_API OmStatus om_net_save(const OmNet* net, const float* param, const OmTextPair* meta, int nmeta,
+                            const char* path);
+/// Read parameters from a file that has exactly the tensors of the net's table, by name and shape, and, where it
+/// says of which network it is, names this one. Otherwise OM_INVALID, with file, tensor and both shapes in the
+/// message, and `param` is not to be used.
+OM_API OmStatus om_net_load(const OmNet* net, const char* path, float* param);
+/// Append one line a layer.
+OM_API OmStatus om_net_describe(const OmNet* net, OmText* text);
+
+/// Write the network with these parameters as ONNX (opset 13, IR 7), as it predicts: dropout is left out, norms use
+/// their statistics. The first dimension of input "input" and output "output" is free.
+OM_API OmStatus om_net_save_onnx(const OmNet* net, const float* param, const OmTextPair* meta,
+                                 int nmeta, const char* path);
+
+// ---- any safetensors file ---------------------------------------------------------------------------
 
 #define OM_TENSOR_MAX_RANK 8
 #define OM_TENSOR_MAX_HEADER (8u << 20)  // bytes of JSON that are read

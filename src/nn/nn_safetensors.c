@@ -1,7 +1,8 @@
 // nn_safetensors.c: safetensors files. The only file that knows jansson.
 //
 //     8 bytes   length of the header, little-endian
-//     header    {"__metadata__": {"key": "text"}, "name": {"dtype": "F32", "shape": [..], "data_offsets": [begin, end]}}
+//     header    {"__metadata__": {"key": "text"},
+//                "name": {"dtype": "F32", "shape": [..], "data_offsets": [begin, end]}}
 //     data      offsets count from here; every byte belongs to exactly one tensor
 //
 // The header stays alive as jansson's tree, which owns names and texts; the data stay in the block read from the
