@@ -14,6 +14,7 @@
 #include "omentum/image.h"
 #include "omentum/nn.h"
 #include "omentum/nn_file.h"
+#include "omentum/nn_train.h"
 #include "omentum/pbd.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"

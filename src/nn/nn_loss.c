@@ -1,0 +1,184 @@
+// nn_loss.c: what training makes small, and its derivative.
+//
+// Values are summed in double: each block of cells (or of planes, for Dice) in order, then the blocks in order, so
+// that any worker count gives the same bytes. A batch is samples x channels x cells; a block is a range of the
+// samples' cells and runs over the channels of each. Dice needs its sums before its derivative and takes whole
+// planes (one channel of one sample) instead.
+//
+// BCE of logits: max(y, 0) - y t + log(1 + exp(-|y|)), which neither overflows nor cancels.
+#include <math.h>
+
+#include "nn/nn_train_internal.h"
+
+enum { MAX_BLOCK = 256, MIN_GRAIN = 1024 };
+
+// Under the root of the norm: the derivative stays finite where y = t, and the loss is wrong by less.
+#define NORM_FLOOR 1e-24
+#define DICE_SMOOTH 1.0
+
+typedef struct Work {
+    OmLossKind kind;
+    int64_t nchannel, ncell;
+    const float *y, *t, *weight;
+    float* dy;              // added to; or null
+    double factor;          // of each cell's value in the loss
+    double sum[MAX_BLOCK];  // one a block
+} Work;
+
+OmLoss om_loss(OmLossKind kind) {
+    OmLoss loss = {.nterm = 1};
+    loss.term[0].kind = kind;
+    loss.term[0].scale = 1;
+    return loss;
+}
+
+static double sigmoid(double y) {
+    return y >= 0 ? 1 / (1 + exp(-y)) : exp(y) / (1 + exp(y));  // the exponent is never positive
+}
+
+// ---- terms that are sums over cells -----------------------------------------------------------------
+
+static double square_cells(const Work* w, int64_t at, int64_t cell, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+        double weight = w->weight ? (double)w->weight[cell + i] : 1;
+        double e = (double)w->y[at + i] - (double)w->t[at + i];
+        sum += weight * e * e;
+        if (w->dy) w->dy[at + i] += (float)(2 * w->factor * weight * e);
+    }
+    return sum;
+}
+
+static double entropy_cells(const Work* w, int64_t at, int64_t cell, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+        double weight = w->weight ? (double)w->weight[cell + i] : 1;
+        double y = (double)w->y[at + i], t = (double)w->t[at + i];
+        sum += weight * (fmax(y, 0) - y * t + log1p(exp(-fabs(y))));
+        if (w->dy) w->dy[at + i] += (float)(w->factor * weight * (sigmoid(y) - t));
+    }
+    return sum;
+}
+
+// `at` is the first channel's value of the first cell; the next channel's lies ncell behind.
+static double norm_cells(const Work* w, int64_t at, int64_t cell, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i) {
+        double weight = w->weight ? (double)w->weight[cell + i] : 1;
+        double square = NORM_FLOOR;
+        for (int64_t c = 0, k = at + i; c < w->nchannel; ++c, k += w->ncell) {
+            double e = (double)w->y[k] - (double)w->t[k];
+            square += e * e;
+        }
+        double norm = sqrt(square);  // > 0 by NORM_FLOOR
+        sum += weight * norm;
+        if (!w->dy) continue;
+        for (int64_t c = 0, k = at + i; c < w->nchannel; ++c, k += w->ncell)
+            w->dy[k] += (float)(w->factor * weight * ((double)w->y[k] - (double)w->t[k]) / norm);
+    }
+    return sum;
+}
+
+// A range of cells of all samples: cut where a sample ends.
+static void cell_block(void* ctx, int begin, int end, int block) {
+    Work* w = ctx;
+    double sum = 0;
+    while (begin < end) {
+        int64_t sample = begin / w->ncell, cell = begin % w->ncell;
+        int64_t left = w->ncell - cell;
+        int count = left < end - begin ? (int)left : end - begin;
+        int64_t at = sample * w->nchannel * w->ncell + cell;
+        if (w->kind == OM_LOSS_NORM) {
+            sum += norm_cells(w, at, cell, count);
+        } else {
+            for (int64_t c = 0; c < w->nchannel; ++c, at += w->ncell)
+                sum += w->kind == OM_LOSS_MSE ? square_cells(w, at, cell, count)
+                                              : entropy_cells(w, at, cell, count);
+        }
+        begin += count;
+    }
+    w->sum[block] = sum;
+}
+
+// ---- Dice -------------------------------------------------------------------------------------------
+
+// 1 - n / d of one plane with n = 2 sum w p t + 1, d = sum w p + sum w t + 1 >= 1;
+// d/dy = -w p (1 - p) (2 t d - n) / d^2
+static double dice_plane(const Work* w, int64_t at) {
+    double both = 0, either = 0;
+    for (int64_t i = 0; i < w->ncell; ++i) {
+        double weight = w->weight ? (double)w->weight[i] : 1;
+        double p = sigmoid((double)w->y[at + i]), t = (double)w->t[at + i];
+        both += weight * p * t;
+        either += weight * (p + t);
+    }
+    double n = 2 * both + DICE_SMOOTH, d = either + DICE_SMOOTH;
+    for (int64_t i = 0; w->dy && i < w->ncell; ++i) {
+        double weight = w->weight ? (double)w->weight[i] : 1;
+        double p = sigmoid((double)w->y[at + i]), t = (double)w->t[at + i];
+        w->dy[at + i] -= (float)(w->factor * weight * p * (1 - p) * (2 * t * d - n) / (d * d));
+    }
+    return 1 - n / d;
+}
+
+static void plane_block(void* ctx, int begin, int end, int block) {
+    Work* w = ctx;
+    double sum = 0;
+    for (int plane = begin; plane < end; ++plane) sum += dice_plane(w, plane * w->ncell);
+    w->sum[block] = sum;
+}
+
+// ---- the sum ----------------------------------------------------------------------------------------
+
+OmStatus om__loss_check(const OmLoss* loss, int nsample, OmNetShape shape, double* weight_sum) {
+    OM_CHECK(loss->nterm >= 1 && loss->nterm <= OM_LOSS_MAX_TERM, OM_INVALID,
+             "loss: %d terms, 1 to %d are possible", loss->nterm, OM_LOSS_MAX_TERM);
+    for (int i = 0; i < loss->nterm; ++i) {
+        int kind = (int)loss->term[i].kind;
+        double scale = loss->term[i].scale;
+        OM_CHECK(kind >= 0 && kind < OM_LOSS_NKIND, OM_INVALID, "loss: term %d: no kind %d", i,
+                 kind);
+        OM_CHECK(scale > 0 && isfinite(scale), OM_INVALID,
+                 "loss: term %d: scale is %g, must be above 0", i, scale);
+    }
+    OM_CHECK(shape.c > 0 && shape.d > 0 && shape.h > 0 && shape.w > 0 && nsample > 0, OM_INVALID,
+             "loss: %d samples of %d x %d x %d x %d", nsample, shape.c, shape.d, shape.h, shape.w);
+    int64_t ncell = (int64_t)shape.d * shape.h * shape.w;
+    OM_CHECK(ncell <= INT32_MAX / nsample && shape.c <= INT32_MAX / nsample, OM_INVALID,
+             "loss: a batch of %d samples of %lld cells is too large", nsample, (long long)ncell);
+    *weight_sum = loss->weight ? 0 : (double)ncell;
+    for (int64_t i = 0; loss->weight && i < ncell; ++i) {
+        double weight = (double)loss->weight[i];
+        OM_CHECK(weight >= 0 && isfinite(weight), OM_INVALID, "loss: weight %lld is %g",
+                 (long long)i, weight);
+        *weight_sum += weight;
+    }
+    OM_CHECK(*weight_sum > 0, OM_INVALID, "loss: all weights are 0");
+    return OM_OK;
+}
+
+OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const float* y,
+                      const float* t, int nworker, double* value, float* dy) {
+    double weight_sum;
+    *value = 0;
+    OM_TRY(om__loss_check(loss, nsample, shape, &weight_sum));
+    int64_t ncell = (int64_t)shape.d * shape.h * shape.w;
+    Work w = {
+        .nchannel = shape.c, .ncell = ncell, .y = y, .t = t, .weight = loss->weight, .dy = dy};
+    for (int64_t i = 0; dy && i < nsample * shape.c * ncell; ++i) dy[i] = 0;
+    for (int k = 0; k < loss->nterm; ++k) {
+        bool is_dice = loss->term[k].kind == OM_LOSS_DICE;
+        int n = is_dice ? nsample * shape.c : (int)(nsample * ncell);
+        int grain = om_block_count(n, MAX_BLOCK);
+        if (!is_dice && grain < MIN_GRAIN) grain = MIN_GRAIN;
+        double over = is_dice ? n : nsample * weight_sum;
+        if (loss->term[k].kind == OM_LOSS_MSE || loss->term[k].kind == OM_LOSS_BCE) over *= shape.c;
+        w.kind = loss->term[k].kind;
+        w.factor = loss->term[k].scale / over;
+        om_parallel_for(nworker, n, grain, is_dice ? plane_block : cell_block, &w);
+        double sum = 0;
+        for (int i = 0; i < om_block_count(n, grain); ++i) sum += w.sum[i];
+        *value += w.factor * sum;
+    }
+    return OM_OK;
+}
