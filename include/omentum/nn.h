@@ -41,7 +41,7 @@ typedef struct OmNetShape {  // of one sample
     int c, d, h, w;          // channels, depth, height, width (fastest), each > 0
 } OmNetShape;
 
-typedef enum OmActivation { OM_LINEAR, OM_RELU, OM_LEAKY_RELU, OM_TANH, OM_SIGMOID } OmActivation;
+typedef enum OmActivation { OM_IDENTITY, OM_RELU, OM_LEAKY_RELU, OM_TANH, OM_SIGMOID } OmActivation;
 
 typedef enum OmLayerKind {
     OM_LAYER_INPUT,

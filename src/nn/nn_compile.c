@@ -112,12 +112,12 @@ static bool has_kernel(OmLayerKind kind) {
 
 static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
     bool has_weights = op->layer->kind != OM_LAYER_ACTIVATION && op->layer->weight >= 0;
-    if (op->activation != OM_LINEAR) {  // fused
+    if (op->activation != OM_IDENTITY) {  // fused
         def.pass = OM_PASS_DATA;
         def.activation = op->activation;
         def.slope = op->slope;
         OM_TRY(om__kernel_create(run->engine, &def, &op->activate_back));
-        def.activation = OM_LINEAR;
+        def.activation = OM_IDENTITY;
     }
     if (has_weights) {
         def.pass = OM_PASS_WEIGHTS;
@@ -153,7 +153,7 @@ static OmStatus create_kernels(OmNetRun* run) {
         if (om__kernel_bytes(op->forward, OM_SLOT_WEIGHTS) > 0)
             OM_TRY(om__kernel_create_reorder(run->engine, op->forward, OM_SLOT_WEIGHTS, false,
                                              &op->load));
-        if (!is_activation) def.activation = OM_LINEAR;
+        if (!is_activation) def.activation = OM_IDENTITY;
         if (run->def.is_training && run->needs_grad[op->out]) OM_TRY(create_backward(run, op, def));
     }
     return OM_OK;
@@ -217,7 +217,7 @@ static void plan_values(OmNetRun* run) {
         bool is_back = run->def.is_training && run->needs_grad[op->out];
         bool keeps_in = is_back && op->layer->weight >= 0;
         bool keeps_out =
-            is_back && (op->activation != OM_LINEAR || op->layer->kind == OM_LAYER_ACTIVATION);
+            is_back && (op->activation != OM_IDENTITY || op->layer->kind == OM_LAYER_ACTIVATION);
         for (int k = 0; k < op->nin; ++k) {
             int piece = run->value_piece[root_of(run, op->in[k])];
             live_until(run, piece, i);

@@ -192,7 +192,7 @@ static OmStatus create_attr(const OmKernelDef* def, dnnl_primitive_attr_t* attr)
     *attr = NULL;
     OM_TRY(check(dnnl_primitive_attr_create(attr), "attributes"));
     dnnl_status_t s = dnnl_primitive_attr_set_scratchpad_mode(*attr, dnnl_scratchpad_mode_user);
-    if (s == dnnl_success && def->pass == OM_PASS_FORWARD && def->activation != OM_LINEAR) {
+    if (s == dnnl_success && def->pass == OM_PASS_FORWARD && def->activation != OM_IDENTITY) {
         dnnl_post_ops_t ops = NULL;
         s = dnnl_post_ops_create(&ops);
         if (s == dnnl_success)
@@ -374,7 +374,7 @@ static DescribeFn describe_of(OmLayerKind kind) {
 static void list_slots(const OmKernelDef* def, bool has_bias, OmSlot* slot) {
     int n = 0;
     const OmLayer* l = def->layer;
-    bool is_activation = l->kind == OM_LAYER_ACTIVATION || def->activation != OM_LINEAR;
+    bool is_activation = l->kind == OM_LAYER_ACTIVATION || def->activation != OM_IDENTITY;
     if (def->pass == OM_PASS_FORWARD) {
         slot[n++] = OM_SLOT_SRC;
         slot[n++] = OM_SLOT_DST;
@@ -406,13 +406,13 @@ OmStatus om__kernel_create(OmEngine* e, const OmKernelDef* def, OmKernel** kerne
     Parts parts;
     take_parts(def, &parts, k);
     // The backward pass of a fused activation is a kernel of its own.
-    bool is_activation = def->pass != OM_PASS_FORWARD && def->activation != OM_LINEAR;
+    bool is_activation = def->pass != OM_PASS_FORWARD && def->activation != OM_IDENTITY;
     DescribeFn describe = is_activation ? describe_activation : describe_of(def->layer->kind);
     OmSlot slots[OM_SLOT_COUNT + 1];
     list_slots(def, parts.has_bias, slots);
     bool is_own = describe == describe_activation;  // activation as the operation itself
     OmKernelDef bare = *def;
-    if (is_own) bare.activation = OM_LINEAR;
+    if (is_own) bare.activation = OM_IDENTITY;
     OM_TRY_DONE(create_attr(&bare, &attr));
     if (def->pass != OM_PASS_FORWARD)
         OM_TRY_DONE(describe(e, &parts, OM_PASS_FORWARD, NULL, NULL, &hint));
