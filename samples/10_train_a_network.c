@@ -44,10 +44,10 @@ static OmStatus make_net(OmNet** net) {
 static OmStatus train(const OmNet* net, float* param, const char* path) {
     OmTrainDef def = om_train_default_def(net, fill, NULL);
     OmTrainResult result;
-    def.ntrain = 2000;
+    def.ntrain = 1000;
     def.nvalid = 200;
     def.batch = 20;
-    def.nepoch = 60;
+    def.nepoch = 40;
     def.schedule = om_schedule_one_cycle(1e-2);
     om_net_init_parameters(net, 1, param);
     OmStatus status = om_train_run(&def, NULL, param, &result);
