@@ -485,23 +485,8 @@ const char* om__kernel_name(const OmKernel* k) {
     return name;
 }
 
-int om__engine_block(const OmEngine* e, OmNetType type) {
-    // Ask for a 3x3x3 convolution of 16 channels without saying how the values are to be laid out.
-    const dnnl_dims_t src = {1, 16, 8, 8, 8}, weights = {16, 16, 3, 3, 3}, one = {1, 1, 1};
-    dnnl_memory_desc_t s = any_desc(5, src, data_type(type)),
-                       w = any_desc(5, weights, data_type(type));
-    dnnl_convolution_desc_t d;
-    dnnl_primitive_desc_t pd = NULL;
-    int block = 0;
-    if (dnnl_convolution_forward_desc_init(&d, dnnl_forward_inference, dnnl_convolution_direct, &s,
-                                           &w, NULL, &s, one, one, one) != dnnl_success ||
-        dnnl_primitive_desc_create(&pd, &d, NULL, e->engine, NULL) != dnnl_success)
-        return 0;
-    const dnnl_memory_desc_t* got = dnnl_primitive_desc_query_md(pd, dnnl_query_dst_md, 0);
-    const dnnl_blocking_desc_t* b = &got->format_desc.blocking;
-    if (b->inner_nblks == 1 && b->inner_idxs[0] == 1 &&
-        (b->inner_blks[0] == 8 || b->inner_blks[0] == 16))
-        block = (int)b->inner_blks[0];
-    dnnl_primitive_desc_destroy(pd);
-    return block;
+int om__engine_block(OmNetType type) {
+    int isa = (int)dnnl_get_effective_cpu_isa();
+    if ((isa & (int)dnnl_cpu_isa_avx512_core) == (int)dnnl_cpu_isa_avx512_core) return 16;
+    return type == OM_F32 && (isa & (int)dnnl_cpu_isa_avx2) == (int)dnnl_cpu_isa_avx2 ? 8 : 0;
 }

@@ -72,6 +72,25 @@ size_t om_net_run_memory(const OmNetRun* run) {
 
 // ---- parameters -----------------------------------------------------------------------------------------
 
+// The weights (in, out, cells) of an unfolded transposed convolution as (cells, out, in), and its bias for each
+// cell; where the weights now are.
+static const float* load_unfolded(OmNetRun* run, const OmOp* op, const float* param) {
+    const OmLayer* l = op->layer;
+    const OmNetParameter* p = &run->net->param[l->weight];
+    int nin = p->dim[0], nout = p->dim[1], ncell = op->folded.shape.c / nout;
+    const float* from = param + p->adr;
+    float* to = (float*)(void*)(run->weights + run->staging_at);
+    float* bias = (float*)(void*)(run->weights + op->folded_bias_at);
+    for (int i = 0; i < nin; ++i)
+        for (int o = 0; o < nout; ++o)
+            for (int k = 0; k < ncell; ++k)
+                to[((int64_t)k * nout + o) * nin + i] = from[((int64_t)i * nout + o) * ncell + k];
+    for (int k = 0; k < ncell && l->bias >= 0; ++k)
+        memcpy(bias + (int64_t)k * nout, param + run->net->param[l->bias].adr,
+               (size_t)nout * sizeof *bias);
+    return to;
+}
+
 static OmStatus load_parameters(OmNetRun* run, const float* param) {
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
@@ -79,7 +98,9 @@ static OmStatus load_parameters(OmNetRun* run, const float* param) {
         for (int k = 0; k < 2; ++k) {
             if (!load[k]) continue;
             const OmNetParameter* p = &run->net->param[op->layer->weight];
-            OM_TRY(om__kernel_bind(load[k], OM_SLOT_SRC, param + p->adr));
+            const float* from = param + p->adr;
+            if (k == 0 && op->is_unfolded) from = load_unfolded(run, op, param);
+            OM_TRY(om__kernel_bind(load[k], OM_SLOT_SRC, from));
             OM_TRY(om__kernel_run(load[k]));
         }
     }
@@ -142,7 +163,11 @@ static void concat_forward(OmNetRun* run, const OmOp* op) {
 
 static OmStatus op_forward(OmNetRun* run, OmOp* op) {
     const OmTensor *x = &run->value[op->in[0]], *y = &run->value[op->out];
-    if (op->forward) return om__kernel_run(op->forward);
+    if (op->forward) {
+        OM_TRY(om__kernel_run(op->forward));
+        if (op->is_unfolded) om__tensor_unfold(run->nworker, &op->folded, op->layer->kernel, y);
+        return OM_OK;
+    }
     switch (op->layer->kind) {
     case OM_LAYER_CONCAT: concat_forward(run, op); break;
     case OM_LAYER_MASK: om__tensor_mask(run->nworker, x, op->layer->mask, y); break;

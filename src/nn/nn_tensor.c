@@ -264,6 +264,55 @@ void om__tensor_copy_channels(int nworker, const OmTensor* from, int from_c, con
     om_parallel_for(nworker, from->n * om_block_count(num, loop.chunk), 1, copy_range, &loop);
 }
 
+// ---- windows ------------------------------------------------------------------------------------------
+
+typedef struct UnfoldLoop {
+    const OmTensor *from, *to;
+    const int* kernel;
+} UnfoldLoop;
+
+// One row of cells of one block: the windows of a row of `from`, cell by cell of their width.
+static void unfold_row(const UnfoldLoop* p, int n, int block, int d, int h) {
+    const OmTensor *x = p->from, *y = p->to;
+    const int* K = p->kernel;
+    size_t size = om__type_size(y->type), width = (size_t)y->block * size;
+    int kd = d % K[0], kh = h % K[1], c0 = block * y->block;
+    size_t step_x = (size_t)x->block * size, step_y = (size_t)K[2] * width;
+    OmNetShape sx = x->shape, sy = y->shape;
+    int64_t row_x = ((int64_t)(d / K[0]) * sx.h + h / K[1]) * sx.w,
+            row_y = ((int64_t)d * sy.h + h) * sy.w;
+    for (int kw = 0; kw < K[2]; ++kw) {
+        int channel = ((kd * K[1] + kh) * K[2] + kw) * sy.c + c0;
+        const char* from = (const char*)x->data;
+        from += (size_t)(channel_at(x, n, channel) + row_x * x->block) * size;
+        char* to = (char*)y->data;
+        to += (size_t)(channel_at(y, n, c0) + (row_y + kw) * y->block) * size;
+        for (int w = 0; w < sx.w; ++w, from += step_x, to += step_y) {
+            if (width == 64)  // sixteen floats
+                memcpy(to, from, 64);
+            else if (width == 32)  // sixteen bfloat16
+                memcpy(to, from, 32);
+            else
+                memcpy(to, from, width);
+        }
+    }
+}
+
+// Index: (sample, block of channels, slice of depth).
+static void unfold_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const UnfoldLoop* p = ctx;
+    int depth = p->to->shape.d, nblock = om__tensor_nblock(p->to);
+    for (int k = begin; k < end; ++k)
+        for (int h = 0; h < p->to->shape.h; ++h)
+            unfold_row(p, k / depth / nblock, k / depth % nblock, k % depth, h);
+}
+
+void om__tensor_unfold(int nworker, const OmTensor* from, const int kernel[3], const OmTensor* to) {
+    UnfoldLoop loop = {from, to, kernel};
+    om_parallel_for(nworker, to->n * om__tensor_nblock(to) * to->shape.d, 4, unfold_range, &loop);
+}
+
 // ---- dropout ------------------------------------------------------------------------------------------
 
 typedef struct DropLoop {

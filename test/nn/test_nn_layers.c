@@ -143,7 +143,14 @@ static OmNet* make_conv_up(OmRng* rng, bool is_smooth) {
     OmNet* net;
     assert_ok(om_net_create(&net));
     int x = om_net_add_input(net, "in", draw_shape(rng, 20, 3, 5));
-    x = om_net_add_conv_up(net, "a", x, draw_conv(rng, 36));
+    OmNetConv conv = draw_conv(rng, 36);
+    for (int k = 0; k < 3 && draw(rng, 0, 1);
+         ++k) {  // windows side by side have a way of their own
+        conv.stride[k] = conv.kernel[k];
+        conv.padding[k] = 0;
+        conv.channels = draw(rng, 0, 1) ? 16 : conv.channels;
+    }
+    x = om_net_add_conv_up(net, "a", x, conv);
     if (draw(rng, 0, 1)) x = add_activation(net, rng, x, is_smooth);
     return finish(net, x);
 }
