@@ -1,4 +1,6 @@
 // test_nn_optim.c: Adam, AdamW and the schedules against the formulas of the papers, in double.
+#include <sys/wait.h>
+
 #include "omentum/nn_train.h"
 #include "test_alloc.h"
 
@@ -113,6 +115,57 @@ static void test_clipping_and_average(void** state) {
     def.average = 0.95;
     def.nworker = 2;
     compare_with_reference(def);
+}
+
+// The same steps by PyTorch, where python3 (or OM_PYTHON) has it: optimisers, clipping and one cycle.
+static void test_pytorch(void** state) {
+    (void)state;
+    enum { NSTEP = 40, N = 16 };
+    const struct {
+        OmOptimKind kind;
+        double decay, clip;
+    } one[] = {{OM_OPTIM_ADAM, 0.1, 0}, {OM_OPTIM_ADAMW, 0.5, 0}, {OM_OPTIM_ADAMW, 0.01, 0.5}};
+    const char* python = getenv("OM_PYTHON");
+    char command[512];
+    double theirs[3][N];
+    snprintf(command, sizeof command, "%s test/nn/run_torch.py", python ? python : "python3");
+    FILE* pipe = popen(command, "r");
+    assert_non_null(pipe);
+    int nread = 0;
+    while (nread < 3 * N && fscanf(pipe, "%lf", &theirs[nread / N][nread % N]) == 1) ++nread;
+    char rest[256];
+    while (fgets(rest, sizeof rest, pipe)) continue;  // so that it never writes to a closed pipe
+    int code = pclose(pipe);
+    if (WIFEXITED(code) && WEXITSTATUS(code) == SKIP_TEST_CODE) {
+        print_message("skip: PyTorch is not importable by %s\n", python ? python : "python3");
+        skip();
+    }
+    assert_int_equal(nread, 3 * N);
+    OmNet* net;
+    assert_ok(om_net_create(&net));
+    int x = om_net_add_input(net, "input", (OmNetShape){3, 1, 1, 1});
+    assert_ok(om_net_finish(net, om_net_add_dense(net, "only", x, 4)));
+    assert_int_equal(om_net_parameter_size(net), N);
+    OmSchedule schedule = om_schedule_one_cycle(0.1);
+    for (int i = 0; i < 3; ++i) {
+        OmOptimDef def = om_optim_default_def();
+        OmOptim* optim;
+        float param[N], grad[N];
+        def.kind = one[i].kind;
+        def.weight_decay = one[i].decay;
+        def.clip_norm = one[i].clip;
+        assert_ok(om_optim_create(&def, net, &optim));
+        for (int k = 0; k < N; ++k) param[k] = (float)cos(k);
+        for (int t = 0; t < NSTEP; ++t) {
+            for (int k = 0; k < N; ++k) grad[k] = (float)(sin(1.7 * t + 2.3 * k) * (1 + 0.1 * k));
+            assert_ok(
+                om_optim_step(optim, om_schedule_rate(&schedule, t, NSTEP), grad, param, NULL));
+        }
+        // 40 steps rounded in float on both sides; theirs clips to norm / (norm + 1e-6)
+        for (int k = 0; k < N; ++k) assert_near((double)param[k], theirs[i][k], 4e-6);
+        om_optim_destroy(optim);
+    }
+    om_net_destroy(net);
 }
 
 // A first step of Adam has the length of the rate, whatever the gradient's.
@@ -266,6 +319,7 @@ int main(void) {
         cmocka_unit_test(test_adam),
         cmocka_unit_test(test_adamw),
         cmocka_unit_test(test_clipping_and_average),
+        cmocka_unit_test(test_pytorch),
         cmocka_unit_test(test_first_step),
         cmocka_unit_test(test_gradient_not_finite),
         cmocka_unit_test(test_any_worker_count),
