@@ -145,15 +145,13 @@ typedef struct Step {
     OmOptim* o;
     const float* grad;
     float* param;
-    int64_t adr;  // of the entry worked on
-    float scale;  // of the gradient
-    float beta1, beta2, epsilon;
-    float new1, new2;  // 1 - beta
-    float rate;        // with the first moment's correction
-    float root;        // 1 / sqrt of the second moment's correction
-    float keep;        // share of the weight that AdamW keeps
-    float decay;       // what Adam adds to the gradient, times the weight
-    float mean_keep;   // of the averaged weights
+    double learning_rate;
+    float scale;                  // of the gradient
+    float beta1, beta2, epsilon;  //
+    float new1, new2;             // 1 - beta
+    float rate;                   // with the first moment's correction
+    float root;                   // 1 / sqrt of the second moment's correction
+    float mean_keep;              // of the averaged weights
 } Step;
 
 // ---- the length of the gradient
@@ -184,13 +182,15 @@ static double gradient_norm(Step* s) {
 
 // ---- the step
 
-OM_MULTIVERSION static void update(const Step* s, int n, const float* restrict grad,
+OM_MULTIVERSION static void update(const Step* s, double decay, int n, const float* restrict grad,
                                    float* restrict param, float* restrict m, float* restrict v) {
-    float scale = s->scale, decay = s->decay, keep = s->keep, rate = s->rate, root = s->root;
+    bool is_w = s->o->def.kind == OM_OPTIM_ADAMW;
+    float keep = is_w ? (float)(1 - s->learning_rate * decay) : 1;
+    float add = is_w ? 0 : (float)decay;
+    float scale = s->scale, rate = s->rate, root = s->root, epsilon = s->epsilon;
     float beta1 = s->beta1, beta2 = s->beta2, new1 = s->new1, new2 = s->new2;
-    float epsilon = s->epsilon;
     for (int i = 0; i < n; ++i) {
-        float g = scale * grad[i] + decay * param[i];
+        float g = scale * grad[i] + add * param[i];
         m[i] = beta1 * m[i] + new1 * g;
         v[i] = beta2 * v[i] + new2 * (g * g);
         param[i] = keep * param[i] - rate * m[i] / (sqrtf(v[i]) * root + epsilon);  // epsilon > 0
@@ -202,14 +202,21 @@ OM_MULTIVERSION static void average(int n, float keep, const float* restrict par
     for (int i = 0; i < n; ++i) mean[i] += (1 - keep) * (param[i] - mean[i]);
 }
 
+// A range of the flat array: the parts of the entries in it.
 static void update_block(void* ctx, int begin, int end, int block) {
     (void)block;
     const Step* s = ctx;
     OmOptim* o = s->o;
-    int64_t at = s->adr + begin;
-    int n = end - begin;
-    update(s, n, s->grad + at, s->param + at, o->m + at, o->v + at);
-    if (o->mean) average(n, s->mean_keep, s->param + at, o->mean + at);
+    for (int i = 0; i < om_net_parameter_count(o->net); ++i) {
+        const OmNetParameter* p = om_net_parameter(o->net, i);
+        int64_t at = p->adr > begin ? p->adr : begin;
+        int64_t stop = p->adr + p->num < end ? p->adr + p->num : end;
+        if (!p->is_trained || at >= stop) continue;
+        int n = (int)(stop - at);
+        update(s, p->is_decayed ? o->def.weight_decay : 0, n, s->grad + at, s->param + at,
+               o->m + at, o->v + at);
+        if (o->mean) average(n, s->mean_keep, s->param + at, o->mean + at);
+    }
 }
 
 OmStatus om_optim_step(OmOptim* o, double rate, const float* grad, float* param, double* norm) {
@@ -229,18 +236,11 @@ OmStatus om_optim_step(OmOptim* o, double rate, const float* grad, float* param,
     s.new1 = (float)(1 - d->beta1);
     s.new2 = (float)(1 - d->beta2);
     s.epsilon = (float)d->epsilon;
+    s.learning_rate = rate;
     s.rate = (float)(rate / (1 - pow(d->beta1, t)));  // beta < 1, t >= 1
     s.root = (float)(1 / sqrt(1 - pow(d->beta2, t)));
     s.mean_keep = t == 1 ? 0 : (float)fmin(d->average, t / (9 + t));
-    for (int i = 0; i < om_net_parameter_count(o->net); ++i) {
-        const OmNetParameter* p = om_net_parameter(o->net, i);
-        if (!p->is_trained) continue;
-        double decay = p->is_decayed ? d->weight_decay : 0;
-        s.adr = p->adr;
-        s.keep = d->kind == OM_OPTIM_ADAMW ? (float)(1 - rate * decay) : 1;
-        s.decay = d->kind == OM_OPTIM_ADAM ? (float)decay : 0;
-        om_parallel_for(p->num > 2 * GRAIN ? d->nworker : 1, (int)p->num, GRAIN, update_block, &s);
-    }
+    om_parallel_for(d->nworker, (int)o->nparam, GRAIN, update_block, &s);
     return OM_OK;
 }
 
