@@ -193,7 +193,7 @@ static OmNet* make_norm(OmRng* rng, bool is_smooth) {
     (void)is_smooth;
     OmNet* net;
     assert_ok(om_net_create(&net));
-    OmNetShape shape = draw_shape(rng, 5, 2, 4);
+    OmNetShape shape = draw_shape(rng, 5, 2, 3);
     shape.c *= 4;
     int x = om_net_add_input(net, "in", shape);
     x = draw(rng, 0, 1) ? om_net_add_batch_norm(net, "norm", x)
@@ -231,7 +231,7 @@ static void try_layers(MakeFn make, bool is_apart, int count) {
     }
 }
 
-static void test_conv(void** state) { (void)state, try_layers(make_conv, false, 36); }
+static void test_conv(void** state) { (void)state, try_layers(make_conv, false, 24); }
 static void test_conv_up(void** state) { (void)state, try_layers(make_conv_up, false, 24); }
 static void test_upsample(void** state) { (void)state, try_layers(make_upsample, false, 18); }
 static void test_pool(void** state) { (void)state, try_layers(make_pool, true, 24); }
