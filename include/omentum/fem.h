@@ -242,6 +242,17 @@ OM_API OmStatus om_fem_solve_static(const OmFemSolid* solid, const OmFemLoad* lo
                                     const OmFemStaticDef* def, double* x, double* reaction,
                                     OmFemReport* report);
 
+/// The same for many loads on one body: matrix, solver and work are made once. Not to be used by two threads at
+/// once; the solid is borrowed.
+typedef struct OmFemStatics OmFemStatics;
+
+OM_API OmStatus om_fem_create_statics(const OmFemSolid* solid, const OmFemStaticDef* def,
+                                      OmFemStatics** statics);
+OM_API void om_fem_destroy_statics(OmFemStatics* statics);
+/// As om_fem_solve_static.
+OM_API OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, double* x,
+                                     double* reaction, OmFemReport* report);
+
 // ---- dynamics ---------------------------------------------------------------------------------------
 
 typedef enum OmIntegrator {

@@ -19,7 +19,7 @@ OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid) {
                             .cookie = COOKIE};
 }
 
-static OmStatus check_def(const OmFemSolid* s, const OmFemStaticDef* def, const double* x) {
+static OmStatus check_def(const OmFemStaticDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
              "OmFemStaticDef was not made by om_fem_default_static_def");
     OM_CHECK(def->load_begin >= 0 && def->load_begin < 1, OM_INVALID,
@@ -32,8 +32,6 @@ static OmStatus check_def(const OmFemSolid* s, const OmFemStaticDef* def, const 
              def->max_newton);
     OM_CHECK(def->tolerance > 0 && def->tolerance < 1, OM_INVALID,
              "OmFemStaticDef.tolerance = %g, must be in (0, 1)", def->tolerance);
-    for (int i = 0; i < s->mesh.nnode; ++i)
-        OM_CHECK(om_is_finite3(om_load3(x, i)), OM_INVALID, "position of node %d is not finite", i);
     return OM_OK;
 }
 
@@ -65,25 +63,24 @@ typedef struct Path {  // where prescribed nodes come from and go, and the last 
     double load_before;  // of `before`; not below the last load: there is none
 } Path;
 
-static OmStatus begin_path(const OmFemNewton* N, const double* x, Path* p) {
+static OmStatus create_path(size_t n, Path* p) {
+    double** array[] = {&p->from, &p->to, &p->target, &p->good, &p->before, &p->guess};
+    for (int k = 0; k < 6; ++k) OM_ALLOC(*array[k], n);
+    return OM_OK;
+}
+
+static void begin_path(const OmFemNewton* N, const double* x, Path* p) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     const double* rest = N->solid->mesh.x;
-    OM_ALLOC(p->from, n);
-    OM_ALLOC(p->to, n);
-    OM_ALLOC(p->target, n);
-    OM_ALLOC(p->good, n);
-    OM_ALLOC(p->before, n);
-    OM_ALLOC(p->guess, n);
     memcpy(p->from, x, n * sizeof *x);
     memcpy(p->good, x, n * sizeof *x);
     memcpy(p->before, x, n * sizeof *x);
     p->load_before = 2;
     for (size_t i = 0; i < n; ++i)
         p->to[i] = N->fixed[i] ? rest[i] + (N->load->goal ? N->load->goal[i] : 0) : x[i];
-    return OM_OK;
 }
 
-static void end_path(Path* p) {
+static void destroy_path(Path* p) {
     om_free(p->from);
     om_free(p->to);
     om_free(p->target);
@@ -145,29 +142,64 @@ static OmStatus final_forces(OmFemNewton* N, const double* x, double* reaction,
     return OM_OK;
 }
 
+struct OmFemStatics {
+    OmFemStaticDef def;
+    OmFemNewton newton;
+    Path path;
+};
+
+OmStatus om_fem_create_statics(const OmFemSolid* s, const OmFemStaticDef* def, OmFemStatics** out) {
+    *out = NULL;
+    OM_TRY(check_def(def));
+    OmFemStatics* statics = om_calloc(1, sizeof *statics);
+    if (!statics) return OM_NO_MEMORY;
+    statics->def = *def;
+    OmStatus status = om__newton_create(s, &def->solver, &statics->newton);
+    if (status >= 0) status = create_path(3 * (size_t)s->mesh.nnode, &statics->path);
+    statics->newton.max_newton = def->max_newton;
+    statics->newton.tolerance = def->tolerance;
+    statics->newton.is_plain_only = def->is_plain;
+    statics->newton.progress = def->progress;
+    if (status < 0)
+        om_fem_destroy_statics(statics);
+    else
+        *out = statics;
+    return status < 0 ? status : OM_OK;
+}
+
+void om_fem_destroy_statics(OmFemStatics* statics) {
+    if (!statics) return;
+    om__newton_done(&statics->newton);
+    destroy_path(&statics->path);
+    om_free(statics);
+}
+
+OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, double* x,
+                              double* reaction, OmFemReport* out) {
+    OmFemNewton* N = &statics->newton;
+    const OmFemMesh* mesh = &N->solid->mesh;
+    OmFemReport report = {.load = statics->def.load_begin};
+    if (out) *out = report;
+    for (int i = 0; i < mesh->nnode; ++i)
+        OM_CHECK(om_is_finite3(om_load3(x, i)), OM_INVALID, "position of node %d is not finite", i);
+    OM_TRY(om__newton_set_load(N, load));
+    begin_path(N, x, &statics->path);
+    OmStatus status = follow_path(N, &statics->def, &statics->path, x, &report);
+    if (status >= 0) {
+        OmStatus forces = final_forces(N, x, reaction, &report);
+        if (forces < 0) status = forces;
+    }
+    if (status < 0) memcpy(x, statics->path.from, 3 * (size_t)mesh->nnode * sizeof *x);
+    if (out) *out = report;
+    return status;
+}
+
 OmStatus om_fem_solve_static(const OmFemSolid* s, const OmFemLoad* load, const OmFemStaticDef* def,
-                             double* x, double* reaction, OmFemReport* out) {
-    OmFemReport report = {.load = def->load_begin};
-    if (out) *out = report;
-    OM_TRY(check_def(s, def, x));
-    OmFemNewton N = {0};
-    Path path = {0};
-    OmStatus status = OM_OK;
-    size_t size = 3 * (size_t)s->mesh.nnode * sizeof *x;
-    OM_TRY_DONE(om__newton_create(s, &def->solver, &N));
-    OM_TRY_DONE(om__newton_set_load(&N, load));
-    N.max_newton = def->max_newton;
-    N.tolerance = def->tolerance;
-    N.is_plain_only = def->is_plain;
-    N.progress = def->progress;
-    OM_TRY_DONE(begin_path(&N, x, &path));
-    OM_TRY_DONE(follow_path(&N, def, &path, x, &report));
-    OmStatus forces = final_forces(&N, x, reaction, &report);
-    if (forces < 0) status = forces;
-done:
-    if (status < 0 && path.from) memcpy(x, path.from, size);
-    if (out) *out = report;
-    end_path(&path);
-    om__newton_done(&N);
+                             double* x, double* reaction, OmFemReport* report) {
+    if (report) *report = (OmFemReport){.load = def->load_begin};
+    OmFemStatics* statics;
+    OM_TRY(om_fem_create_statics(s, def, &statics));
+    OmStatus status = om_fem_solve_statics(statics, load, x, reaction, report);
+    om_fem_destroy_statics(statics);
     return status;
 }
