@@ -78,6 +78,11 @@ OM_API OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf*
 /// Distance field of the zero level of `fn` within [lo, hi] (which should hold all of it).
 OM_API OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi,
                                      const OmSdfDef* def, OmSdf* sdf);
+/// Half an ellipsoid on its flat side, z = 0, around the origin: a distance to first order, m. Half-axes `half`.
+OM_API double om_half_ellipsoid_eval(OmVec3 half, OmVec3 p);
+/// Half-axes of the breast phantom: base 150 x 120 mm, height 72 mm, 0.68 litres. The thesis scans a CIRS 073 and
+/// prints no dimension of it; the outline is ours.
+#define OM_PHANTOM_HALF ((OmVec3){0.075, 0.060, 0.072})
 /// Distance field of a closed surface; the inside is where crossings counted with their direction say so
 /// on two of the three axes, so small gaps do not turn it inside out. OM_INVALID if nothing is inside.
 OM_API OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf);

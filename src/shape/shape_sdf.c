@@ -489,3 +489,11 @@ done:
     if (status < 0) om_sdf_done(sdf);
     return status;
 }
+
+double om_half_ellipsoid_eval(OmVec3 h, OmVec3 p) {
+    OmVec3 q = om_vec3(p.x / h.x, p.y / h.y, p.z / h.z);
+    OmVec3 g = om_vec3(q.x / h.x, q.y / h.y, q.z / h.z);
+    // (|q|^2 - 1) over its slope: a distance to first order; the slope is kept away from 0 at the middle
+    double f = 0.5 * (om_norm2(q) - 1) / fmax(om_norm(g), 0.5 / h.x);
+    return fmax(f, -p.z);
+}

@@ -7,10 +7,9 @@
 //           /        o        \     n ~ s / h^2, outward normal at s
 //          |___________________|    z = 0, held
 //
-// The thesis scans a CIRS 073 and prints no dimension of it. The outline is ours: base 150 x 120 mm, height
-// 72 mm, 0.68 litres. The body is convex, so the probe's flat face first touches at s itself, and at every
-// lesion more than 60 mm of tissue lie under the probe along its way. Depths and diameters are stratified:
-// whatever the seed, lesions are spread over 10-35 mm and 5-10 mm.
+// The outline is OM_PHANTOM_HALF. The body is convex, so the probe's flat face first touches at s itself, and
+// at every lesion more than 60 mm of tissue lie under the probe along its way. Depths and diameters are
+// stratified: whatever the seed, lesions are spread over 10-35 mm and 5-10 mm.
 #include <math.h>
 #include <string.h>
 
@@ -93,11 +92,7 @@ static OmStatus place_lesions(OmStudyBody* body, int nlesion, uint64_t seed) {
 }
 
 double om__study_eval_phantom(const OmStudyBody* body, OmVec3 p) {
-    OmVec3 h = body->half, q = om_vec3(p.x / h.x, p.y / h.y, p.z / h.z);
-    OmVec3 g = om_vec3(q.x / h.x, q.y / h.y, q.z / h.z);
-    // (|q|^2 - 1) over its slope: a distance to first order; the slope is kept away from 0 at the middle
-    double f = 0.5 * (om_norm2(q) - 1) / fmax(om_norm(g), 0.5 / h.x);
-    return fmax(f, -p.z);
+    return om_half_ellipsoid_eval(body->half, p);
 }
 
 OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** out) {
@@ -107,10 +102,11 @@ OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** out) 
     OmStudyBody* body = om_calloc(1, sizeof *body);
     if (!body) return OM_NO_MEMORY;
     snprintf(body->name, sizeof body->name, "phantom");
-    body->half = om_vec3(0.075, 0.060, 0.072);
+    OmVec3 half = OM_PHANTOM_HALF;
+    body->half = half;
     body->up = om_vec3(0, 0, 1);
-    body->lo = om_vec3(-0.075, -0.060, 0);
-    body->hi = om_vec3(0.075, 0.060, 0.072);
+    body->lo = om_vec3(-half.x, -half.y, 0);
+    body->hi = half;
     OmStatus status = place_lesions(body, nlesion, seed);
     if (status < 0)
         om_study_destroy_body(body);
