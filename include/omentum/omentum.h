@@ -33,6 +33,7 @@
 #include "omentum/study_sheet.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_material.h"
+#include "omentum/umesh.h"
 #include "omentum/vec.h"
 #include "omentum/world.h"
 

@@ -115,18 +115,19 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     int nsample;                 // default 1000
     uint64_t seed;               // default 1
     OmMaterial
-        material;        // default neo-Hookean, 750 Pa, 0.45: 0.8 N reach the thesis's deformations
-    double max_force;    // N, default 0.8
-    double max_tilt;     // rad, default 45 degrees
+        material;      // default neo-Hookean, 1800 Pa, 0.45: 0.8 N reach the thesis's deformations
+    double max_force;  // N, default 0.8
+    double max_tilt;   // rad, default 45 degrees
     double press_share;  // of samples that the probe moves instead; default 0.5
-    double max_press;    // m, default 0.035
-    double pull_share;   // of samples that are drawn outwards; default 0
+    double max_press;   // m, default 0.035; nowhere more than half the way to the nearest held node
+    double pull_share;  // of samples that are drawn outwards; default 0
     double patch_size[3];  // OmUmeshPatch.size, m; default 0.05, 0.01, 0.01
     int min_patch;         // nodes of a patch at least, else it is redrawn; default 4
     double tolerance;      // of the residual, relative to loads and reactions; default 1e-5
     double min_volume;     // least det F of a sample; default 0.05
     int max_attempt;       // draws of one sample; default 64
     int shard;             // samples of a file; default 100
+    int npicture;          // of the report; default 4
     int nworker;           // default 0: one a processor
     uint32_t cookie;
 } OmUmeshDataDef;

@@ -62,5 +62,7 @@ int om_cli_study(int argc, char** argv);
 int om_cli_study_contact(int argc, char** argv);
 int om_cli_study_calibration(int argc, char** argv);
 int om_cli_study_sheet(int argc, char** argv);
+int om_cli_umesh(int argc, char** argv);
+int om_cli_umesh_generate(int argc, char** argv);
 
 #endif

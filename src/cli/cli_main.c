@@ -22,6 +22,7 @@ static const Verb verb[] = {
     {"retract", om_cli_retract,
      "run a scene: sense, plan, act until the ROI is seen; writes a report"},
     {"study", om_cli_study, "repeat an experiment of the thesis, with its tables and figures"},
+    {"umesh", om_cli_umesh, "make data for a network that knows how an organ deforms"},
 };
 enum { NVERB = sizeof verb / sizeof *verb };
 

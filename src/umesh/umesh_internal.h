@@ -1,0 +1,68 @@
+// umesh_internal.h: what the files of the room share.
+#ifndef OMENTUM_UMESH_INTERNAL_H
+#define OMENTUM_UMESH_INTERNAL_H
+
+#include "omentum/umesh.h"
+
+// ---- umesh_grid.c -----------------------------------------------------------------------------------
+
+typedef struct OmUmeshFrame {  // where the points of a grid are
+    int dim[3];
+    double spacing;
+    OmVec3 origin, up;
+} OmUmeshFrame;
+
+// Nodes and elements of the active cells; `fixed`, `skin_x` and the hash are still to be set.
+OmStatus om__umesh_grid_init(const OmUmeshFrame* frame, const unsigned char* active,
+                             OmUmeshGrid* grid);
+// Once `fixed` is known: the free nodes of boundary faces.
+OmStatus om__umesh_grid_find_skin(OmUmeshGrid* grid);
+uint64_t om__umesh_grid_hash(const OmUmeshGrid* grid);
+
+// ---- umesh_organ.c ----------------------------------------------------------------------------------
+
+struct OmUmeshOrgan {
+    OmUmeshGrid grid;
+    OmSurface surface;
+    OmSdf sdf;
+    double* area;  // of the free triangles up to and with each one, m^2         (surface.ntri)
+};
+
+// A point of the free surface, even by area, and the outward normal there.
+void om__umesh_pick_point(const OmUmeshOrgan* organ, OmRng* rng, OmVec3* p, OmVec3* normal);
+
+// ---- umesh_sample.c ---------------------------------------------------------------------------------
+
+OmStatus om__umesh_check_def(const OmUmeshDataDef* def);
+// Of all that samples depend on.
+uint64_t om__umesh_hash_def(const OmUmeshDataDef* def);
+
+// ---- umesh_shard.c ----------------------------------------------------------------------------------
+
+#define OM__UMESH_MAX_NAME 32
+
+typedef struct OmUmeshShard {  // samples first .. first + num - 1
+    int first, num;
+    uint64_t seed, hash;
+    OmUmeshSample* sample;  //                                                  (num)
+    unsigned char* mask;    //                                          (num x nnode)
+    float* u;               //                                      (num x nnode x 3)
+} OmUmeshShard;
+
+void om__umesh_shard_name(int first, char name[OM__UMESH_MAX_NAME]);
+OmStatus om__umesh_shard_alloc(int nnode, int num, OmUmeshShard* shard);
+void om__umesh_shard_done(OmUmeshShard* shard);
+OmStatus om__umesh_shard_save(const OmUmeshShard* shard, const OmUmeshGrid* grid,
+                              const OmUmeshDataDef* def, const char* path);
+// The grid is made from the file too; either result may be null where it is not wanted.
+OmStatus om__umesh_shard_load(const char* path, OmUmeshGrid* grid, OmUmeshShard* shard);
+// The same from bytes in memory; `name` is for messages.
+OmStatus om__umesh_shard_parse(const char* data, size_t size, const char* name, OmUmeshGrid* grid,
+                               OmUmeshShard* shard);
+
+// ---- umesh_report.c ---------------------------------------------------------------------------------
+
+OmStatus om__umesh_write_report(const OmUmeshDataDef* def, const OmUmeshSummary* summary,
+                                const OmUmeshSample* sample, OmUmeshSolver* solver);
+
+#endif

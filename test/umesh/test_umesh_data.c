@@ -1,0 +1,268 @@
+// test_umesh_data.c: data sets on disk: the same bytes however made, resumed, extended; damaged files refused.
+#include "test_alloc.h"
+#include "test_files.h"
+#include "umesh/test_umesh.h"
+#include "umesh/umesh_internal.h"
+
+static OmUmeshOrgan* the_organ;
+
+static int set_up(void** state) {
+    (void)state;
+    the_organ = make_organ(120);
+    return 0;
+}
+
+static int tear_down(void** state) {
+    (void)state;
+    om_umesh_destroy_organ(the_organ);
+    return 0;
+}
+
+typedef struct Folder {
+    char dir[256], path[2][300];  // and its two shards
+} Folder;
+
+static Folder fresh_folder(const char* name) {
+    Folder f;
+    snprintf(f.dir, sizeof f.dir, "%s", temp_path(name));
+    snprintf(f.path[0], sizeof f.path[0], "%s/samples_000000.h5", f.dir);
+    snprintf(f.path[1], sizeof f.path[1], "%s/samples_000004.h5", f.dir);
+    if (om_path_exists(f.dir)) assert_ok(om_path_remove(f.dir));
+    return f;
+}
+
+static void assert_same_file(const char* a, const char* b) {
+    char *p, *q;
+    size_t np, nq;
+    assert_ok(om_file_read(a, 1 << 26, &p, &np));
+    assert_ok(om_file_read(b, 1 << 26, &q, &nq));
+    assert_int_equal(np, nq);
+    assert_memory_equal(p, q, np);
+    om_free(p);
+    om_free(q);
+}
+
+// ---- making -----------------------------------------------------------------------------------------
+
+static void test_workers(void** state) {
+    (void)state;
+    Folder one = fresh_folder("umesh1"), two = fresh_folder("umesh2");
+    OmUmeshDataDef def = small_def(the_organ, one.dir);
+    OmUmeshSummary a, b;
+    def.nworker = 1;
+    assert_ok(om_umesh_generate(&def, NULL, &a));
+    def.out_dir = two.dir;
+    def.nworker = 3;
+    def.npicture = 2;  // of the report, not of the set
+    assert_ok(om_umesh_generate(&def, NULL, &b));
+    for (int k = 0; k < 2; ++k) assert_same_file(one.path[k], two.path[k]);
+    assert_int_equal(a.nsample, 6);
+    assert_int_equal(a.nmade, 6);
+    assert_true(a.max_u == b.max_u && a.max_u > 0);
+    char file[300];
+    snprintf(file, sizeof file, "%s/summary.json", one.dir);
+    assert_true(om_path_exists(file));
+    snprintf(file, sizeof file, "%s/report.html", one.dir);
+    assert_true(om_path_exists(file));
+    assert_ok(om_path_remove(one.dir));
+    assert_ok(om_path_remove(two.dir));
+}
+
+static void test_load(void** state) {
+    (void)state;
+    Folder f = fresh_folder("umesh3");
+    OmUmeshDataDef def = small_def(the_organ, f.dir);
+    OmUmeshData data;
+    assert_ok(om_umesh_generate(&def, NULL, NULL));
+    assert_ok(om_umesh_load_data(f.dir, 0, &data));
+    const OmUmeshGrid *g = om_umesh_grid(the_organ), *h = &data.grid;
+    size_t nnode = (size_t)g->mesh.nnode;
+    assert_int_equal(data.nsample, 6);
+    assert_int_equal(h->mesh.nnode, g->mesh.nnode);
+    assert_true(h->hash == g->hash && data.seed == 1);
+    assert_memory_equal(h->mesh.elem_node, g->mesh.elem_node,
+                        8 * (size_t)g->mesh.nelem * sizeof(int));
+    assert_memory_equal(h->mesh.x, g->mesh.x, 3 * nnode * sizeof(double));
+    assert_memory_equal(h->skin_x, g->skin_x, 3 * nnode * sizeof(double));
+    assert_memory_equal(h->fixed, g->fixed, nnode);
+    // sample 5 made alone
+    OmUmeshSolver* solver;
+    OmUmeshSample sample;
+    unsigned char* mask = om_alloc(nnode, 1);
+    double* u = om_alloc(3 * nnode, sizeof *u);
+    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_make_sample(solver, 5, &sample, mask, u));
+    sample.seconds = 0;
+    data.sample[5].seconds = 0;
+    assert_memory_equal(&sample, &data.sample[5], sizeof sample);
+    assert_memory_equal(mask, data.mask + 5 * nnode, nnode);
+    for (size_t i = 0; i < 3 * nnode; ++i) assert_true((float)u[i] == data.u[15 * nnode + i]);
+    om_umesh_destroy_solver(solver);
+    om_umesh_data_done(&data);
+    assert_ok(om_umesh_load_data(f.dir, 5, &data));
+    assert_int_equal(data.nsample, 5);
+    om_umesh_data_done(&data);
+    om_free(mask);
+    om_free(u);
+    assert_ok(om_path_remove(f.dir));
+}
+
+static bool stop_at_five(void* ctx, const char* stage, double done, double total) {
+    (void)stage;
+    (void)total;
+    *(int*)ctx += 1;
+    return done < 5;
+}
+
+// Stopped in the second shard, gone on with, extended: the files of an uninterrupted run.
+static void test_resume(void** state) {
+    (void)state;
+    Folder whole = fresh_folder("umesh4"), f = fresh_folder("umesh5");
+    OmUmeshDataDef def = small_def(the_organ, whole.dir);
+    OmUmeshSummary sum;
+    assert_ok(om_umesh_generate(&def, NULL, NULL));
+    def.out_dir = f.dir;
+    def.nworker = 1;
+    int nreport = 0;
+    OmProgress progress = {stop_at_five, &nreport};
+    assert_status(om_umesh_generate(&def, &progress, &sum), OM_CANCELLED);
+    assert_true(nreport > 0);
+    assert_same_file(whole.path[0], f.path[0]);
+    assert_false(om_path_exists(f.path[1]));
+    def.nsample = 5;
+    assert_ok(om_umesh_generate(&def, NULL, &sum));
+    assert_int_equal(sum.nmade, 1);
+    def.nsample = 6;
+    assert_ok(om_umesh_generate(&def, NULL, &sum));
+    assert_int_equal(sum.nmade, 2);  // the short shard is made again
+    assert_int_equal(sum.nsample, 6);
+    for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], f.path[k]);
+    assert_ok(om_umesh_generate(&def, NULL, &sum));
+    assert_int_equal(sum.nmade, 0);
+    // a damaged shard is made again
+    write_bytes(f.path[0], "omentum umesh 1\n", 16);
+    assert_ok(om_umesh_generate(&def, NULL, &sum));
+    assert_int_equal(sum.nmade, 4);
+    assert_same_file(whole.path[0], f.path[0]);
+    // another seed has no business in the folder
+    def.seed = 2;
+    assert_status(om_umesh_generate(&def, NULL, &sum), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "another seed"));
+    assert_ok(om_path_remove(whole.dir));
+    assert_ok(om_path_remove(f.dir));
+}
+
+// ---- what is refused --------------------------------------------------------------------------------
+
+static void assert_refused(const char* dir, const char* why) {
+    OmUmeshData data;
+    assert_status(om_umesh_load_data(dir, 0, &data), OM_INVALID);
+    if (!strstr(om_error_message(), why)) fail_msg("\"%s\" lacks \"%s\"", om_error_message(), why);
+    assert_null(data.u);
+}
+
+static void test_hostile(void** state) {
+    (void)state;
+    Folder f = fresh_folder("umesh6");
+    OmUmeshDataDef def = small_def(the_organ, f.dir);
+    char* good;
+    size_t size;
+    assert_ok(om_umesh_generate(&def, NULL, NULL));
+    assert_ok(om_file_read(f.path[0], 1 << 26, &good, &size));
+    // shorter by any amount
+    const size_t length[] = {0, 3, 15, 40, 511, 512, 513, 2000, size / 2, size - 1};
+    for (size_t k = 0; k < sizeof length / sizeof *length; ++k) {
+        write_bytes(f.path[0], good, length[k]);
+        assert_refused(f.dir, length[k] < 15 ? "not a file of samples" : "truncated");
+    }
+    // a flipped bit anywhere behind the head
+    for (size_t at = 512; at < size; at += size / 40) {
+        good[at] ^= 4;
+        write_bytes(f.path[0], good, size);
+        assert_refused(f.dir, "corrupted");
+        good[at] ^= 4;
+    }
+    // another format, no samples at all
+    good[14] = '9';
+    write_bytes(f.path[0], good, size);
+    assert_refused(f.dir, "format 9");
+    good[14] = '1';
+    // the second shard in place of the first, none, one of another set
+    OmUmeshData data;
+    assert_ok(om_path_remove(f.path[0]));
+    assert_refused(f.dir, "missing");
+    char* second;
+    size_t second_size;
+    assert_ok(om_file_read(f.path[1], 1 << 26, &second, &second_size));
+    write_bytes(f.path[0], second, second_size);
+    assert_refused(f.dir, "same set");
+    assert_ok(om_path_remove(f.path[0]));
+    Folder other = fresh_folder("umesh7");
+    def.out_dir = other.dir;
+    def.max_force = 0.2;
+    assert_ok(om_umesh_generate(&def, NULL, NULL));
+    assert_ok(om_path_remove(f.path[1]));
+    assert_refused(f.dir, "no file of samples");
+    write_bytes(f.path[0], good, size);
+    assert_ok(om_umesh_load_data(f.dir, 0, &data));
+    om_umesh_data_done(&data);
+    char* foreign;
+    assert_ok(om_file_read(other.path[1], 1 << 26, &foreign, &second_size));
+    write_bytes(f.path[1], foreign, second_size);
+    assert_refused(f.dir, "same set");
+    om_free(good);
+    om_free(second);
+    om_free(foreign);
+    assert_ok(om_path_remove(f.dir));
+    assert_ok(om_path_remove(other.dir));
+}
+
+static void test_write_failure(void** state) {
+    (void)state;
+    Folder f = fresh_folder("umesh8");
+    write_bytes(f.dir, "x", 1);  // a file where the folder should be
+    OmUmeshDataDef def = small_def(the_organ, f.dir);
+    assert_status(om_umesh_generate(&def, NULL, NULL), OM_IO);
+    assert_ok(om_path_remove(f.dir));
+    OmUmeshData data;
+    assert_status(om_umesh_load_data("/nowhere/at/all", 0, &data), OM_INVALID);
+}
+
+// ---- memory -----------------------------------------------------------------------------------------
+
+static OmStatus generate_work(void* ctx) {
+    OmUmeshDataDef def = *(OmUmeshDataDef*)ctx;
+    if (om_path_exists(def.out_dir)) OM_TRY(om_path_remove(def.out_dir));
+    return om_umesh_generate(&def, NULL, NULL);
+}
+
+static OmStatus load_work(void* ctx) {
+    OmUmeshDataDef* def = ctx;
+    OmUmeshData data;
+    OmStatus status = om_umesh_load_data(def->out_dir, 0, &data);
+    om_umesh_data_done(&data);
+    return status;
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    Folder f = fresh_folder("umesh9");
+    OmUmeshDataDef def = small_def(the_organ, f.dir);
+    def.nworker = 1;
+    def.nsample = 2;
+    def.shard = 1;
+    def.max_press = 1e-3;
+    def.max_force = 0.01;
+    assert_true(test_failing_allocations(generate_work, &def, 7) > 10);
+    assert_true(test_failing_allocations(load_work, &def, 1) > 10);
+    assert_ok(om_path_remove(f.dir));
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_workers),       cmocka_unit_test(test_load),
+        cmocka_unit_test(test_resume),        cmocka_unit_test(test_hostile),
+        cmocka_unit_test(test_write_failure), cmocka_unit_test(test_memory),
+    };
+    return cmocka_run_group_tests(test, set_up, tear_down);
+}
