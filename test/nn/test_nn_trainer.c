@@ -186,6 +186,63 @@ static void test_seeds(void** state) {
     om_net_destroy(net);
 }
 
+// A masked U-Net learns to spread a value over its neighbours, as a tissue does.
+enum { SIDE = 8, NCELL = SIDE * SIDE * SIDE };
+
+static OmStatus fill_field(void* ctx, const OmTrainBatch* b) {
+    (void)ctx;
+    for (int i = 0; i < b->count; ++i) {
+        OmRng rng = om_rng_init(3, (uint64_t)b->sample[i] + (b->is_validation ? 1000 : 0));
+        float *in = b->in + i * NCELL, *target = b->target + i * NCELL;
+        int at[3];
+        for (int k = 0; k < 3; ++k) at[k] = (int)om_rng_below(&rng, SIDE);
+        for (int c = 0; c < NCELL; ++c) {
+            int x = c % SIDE - at[0], y = c / SIDE % SIDE - at[1], z = c / SIDE / SIDE - at[2];
+            in[c] = x == 0 && y == 0 && z == 0;
+            target[c] = c % SIDE < 6 ? expf(-(float)(x * x + y * y + z * z) / 4) : 0;
+        }
+    }
+    return OM_OK;
+}
+
+static void learn_field(OmNetType type) {
+    OmNet* net;
+    OmTrainResult r;
+    float mask[NCELL];
+    OmUnetDef unet = om_unet_default_def((OmNetShape){1, SIDE, SIDE, SIDE}, 1);
+    for (int c = 0; c < NCELL; ++c) mask[c] = c % SIDE < 6;
+    unet.nlevel = 1;
+    unet.mask = mask;
+    assert_ok(om_net_create_unet(&unet, &net));
+    OmTrainDef def = om_train_default_def(net, fill_field, NULL);
+    def.ntrain = 60;
+    def.nvalid = 10;
+    def.nepoch = 8;
+    def.type = type;
+    def.nworker = 1;
+    def.loss.weight = mask;
+    def.optim.average = 0.9;
+    def.schedule = om_schedule_one_cycle(5e-3);
+    float* param = om_alloc(om_net_parameter_size(net), sizeof *param);
+    om_net_init_parameters(net, 1, param);
+    OmStatus status = om_train_run(&def, NULL, param, &r);
+    if (status == OM_UNAVAILABLE) {
+        print_message("skip: %s\n", om_error_message());
+    } else {
+        assert_int_equal(status, OM_OK);
+        assert_below(r.best_value, 0.1 * r.epoch[0].train);
+    }
+    om_train_result_done(&r);
+    om_free(param);
+    om_net_destroy(net);
+}
+
+static void test_u_net(void** state) {
+    (void)state;
+    learn_field(OM_F32);
+    learn_field(OM_BF16);
+}
+
 // ---- stopping and going on ----------------------------------------------------------------------------------
 
 static void rest_of_training(const char* dir, bool has_norm, uint64_t expected) {
@@ -571,6 +628,7 @@ int main(int argc, char** argv) {
     snprintf(self, sizeof self, "%s", argv[0]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_it_learns),
+        cmocka_unit_test(test_u_net),
         cmocka_unit_test(test_without_validation),
         cmocka_unit_test(test_best_weights_and_patience),
         cmocka_unit_test(test_seeds),
