@@ -83,6 +83,7 @@ OmStatus om__engine_begin(OmEngine* e) {
     e->old_nworker = omp_get_max_threads();
     omp_set_num_threads(e->nworker);
 #endif
+    (void)e;
     return OM_OK;
 }
 
