@@ -278,6 +278,25 @@ def weights():
     put("safetensors/huge_empty.safetensors", safetensors([("a", "F32", [2**63 - 1, 2**63 - 1, 0], 0, 0)], b""))
 
 
+def umesh():
+    """Heads of shards, and changes of values as fuzz_umesh_shard.c reads them: nine bytes each."""
+    def real(what, value):
+        return struct.pack("<Bd", what, value)
+
+    def whole(what, value, place=0, byte=0):
+        return struct.pack("<BiBB2x", what, value, place, byte)
+
+    put("umesh/head.txt", "omentum umesh 1\nsize 8\nhash 0123456789abcdef\n".ljust(512, "\0") + "whatever")
+    put("umesh/other.txt", "omentum umesh 7\nsize 0\nhash 0\n")
+    put("umesh/grid.bin", real(0, 0.02) + real(1, 1.5) + real(2, 0.5) + whole(4, 0, 0, 1) + whole(5, 3, 0, 1))
+    put("umesh/samples.bin", whole(7, 100) + real(8, 0.3) + whole(9, -1, 1) + whole(11, 0, 4, 9))
+    put("umesh/dim.bin", whole(3, 7, 1))
+    put("umesh/spacing.bin", real(0, float("nan")))
+    put("umesh/first.bin", whole(7, -4))
+    put("umesh/skin.bin", real(6, float("inf")))
+    put("umesh/u.bin", struct.pack("<Bf4x", 10, float("nan")))
+
+
 if __name__ == "__main__":
     niftis()
     nrrds()
@@ -286,3 +305,4 @@ if __name__ == "__main__":
     vtus()
     surfaces()
     weights()
+    umesh()

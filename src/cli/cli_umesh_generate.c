@@ -79,7 +79,7 @@ static OmStatus read_model(const OmCliArgs* args, OmUmeshOrganDef* def, Source* 
     return OM_OK;
 }
 
-static OmStatus read_organ(const OmCliArgs* args, OmUmeshOrganDef* def, Source* source) {
+static OmStatus read_grid(const OmCliArgs* args, OmUmeshOrganDef* def) {
     double spacing_mm = 0;
     const char* points = om_cli_get(args, "--points");
     OM_TRY(om_cli_get_int(args, "--elements", 8, 1000000, &def->nelem));
@@ -89,7 +89,7 @@ static OmStatus read_organ(const OmCliArgs* args, OmUmeshOrganDef* def, Source* 
     OM_CHECK(!points ||
                  sscanf(points, "%dx%dx%d%c", &def->dim[0], &def->dim[1], &def->dim[2], &rest) == 3,
              OM_INVALID, "--points %s is not of the form 32x24x16", points);
-    return read_model(args, def, source);
+    return OM_OK;
 }
 
 // ---- the data ---------------------------------------------------------------------------------------
@@ -140,11 +140,12 @@ static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def
     return status;
 }
 
-static OmStatus check_args(const OmCliArgs* args) {
+static OmStatus check_args(const OmCliArgs* args, OmUmeshOrganDef* organ) {
     int npositional;
     OmUmeshDataDef def = om_umesh_default_data_def(NULL, NULL);
     OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
+    OM_TRY(read_grid(args, organ));
     return read_data(args, &def);
 }
 
@@ -156,11 +157,11 @@ int om_cli_umesh_generate(int argc, char** argv) {
     }
     OmUmeshOrganDef def = om_umesh_default_organ_def();
     Source source = {0};
-    if (check_args(&args) < 0) {
+    if (check_args(&args, &def) < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    OmStatus status = read_organ(&args, &def, &source);
+    OmStatus status = read_model(&args, &def, &source);
     if (status == OM_OK) status = generate(&args, &def);
     om_patient_done(&source.patient);
     om_surface_done(&source.surface);

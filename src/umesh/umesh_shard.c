@@ -253,18 +253,25 @@ static OmStatus get_attribute(const Reader* r, const char* name, hid_t type, int
     return OM_OK;
 }
 
-static OmStatus get_array(const Reader* r, const char* name, hid_t type, const hsize_t dim[3],
-                          void* value) {
+// An open dataset of that shape; 0 ends the extents.
+static OmStatus open_array(const Reader* r, const char* name, const hsize_t dim[3], hid_t* set) {
     hsize_t have[3] = {0, 0, 0};
-    hid_t set = H5Dopen2(r->file, name, H5P_DEFAULT), space = set >= 0 ? H5Dget_space(set) : -1;
+    *set = H5Dopen2(r->file, name, H5P_DEFAULT);
+    hid_t space = *set >= 0 ? H5Dget_space(*set) : -1;
     int rank = space >= 0 ? H5Sget_simple_extent_ndims(space) : 0;
     if (rank >= 1 && rank <= 3) H5Sget_simple_extent_dims(space, have, NULL);
-    bool is_shaped = rank <= 3 && memcmp(have, dim, sizeof have) == 0;
-    bool is_read = is_shaped && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0;
     if (space >= 0) H5Sclose(space);
-    if (set >= 0) H5Dclose(set);
-    OM_CHECK(is_shaped, OM_INVALID, "%s: array %s is missing or has the wrong shape", r->name,
-             name);
+    if (rank >= 1 && rank <= 3 && memcmp(have, dim, sizeof have) == 0) return OM_OK;
+    if (*set >= 0) H5Dclose(*set);
+    return om_error(OM_INVALID, "%s: array %s is missing or has the wrong shape", r->name, name);
+}
+
+static OmStatus get_array(const Reader* r, const char* name, hid_t type, const hsize_t dim[3],
+                          void* value) {
+    hid_t set;
+    OM_TRY(open_array(r, name, dim, &set));
+    bool is_read = H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0;
+    H5Dclose(set);
     OM_CHECK(is_read, OM_INVALID, "%s: array %s cannot be read; make the file again", r->name,
              name);
     return OM_OK;
@@ -334,6 +341,10 @@ static OmStatus get_samples(const Reader* r, int nnode, OmUmeshShard* s) {
     OM_TRY(get_attribute(r, "num", H5T_NATIVE_INT, 1, &num));
     OM_CHECK(num >= 1 && num <= 10000 && s->first >= 0, OM_INVALID, "%s: %d samples from %d on",
              r->name, num, s->first);
+    const hsize_t extent[3] = {(hsize_t)num, n, 3};
+    hid_t set;
+    OM_TRY(open_array(r, "sample/u", extent, &set));  // before as much memory is asked for
+    H5Dclose(set);
     OmStatus status = OM_OK;
     OM_TRY(om__umesh_shard_alloc(nnode, num, s));
     OM_ALLOC_DONE(flat, 3 * sizeof(double) * (size_t)num);
@@ -349,7 +360,8 @@ static OmStatus get_samples(const Reader* r, int nnode, OmUmeshShard* s) {
     }
     OM_TRY_DONE(
         get_array(r, "sample/mask", H5T_NATIVE_UCHAR, (hsize_t[3]){(hsize_t)num, n}, s->mask));
-    OM_TRY_DONE(get_array(r, "sample/u", H5T_NATIVE_FLOAT, (hsize_t[3]){(hsize_t)num, n, 3}, s->u));
+    OM_TRY_DONE(get_array(r, "sample/u", H5T_NATIVE_FLOAT, extent, s->u));
+    for (size_t i = 0; i < (size_t)num * (size_t)nnode; ++i) s->mask[i] = s->mask[i] != 0;
     for (size_t i = 0; i < 3 * (size_t)num * (size_t)nnode; ++i)
         OM_CHECK_DONE(isfinite(s->u[i]), OM_INVALID, "%s: displacement %zu is not finite", r->name,
                       i);

@@ -1,0 +1,108 @@
+// fuzz_umesh_shard.c: the reader of U-Mesh samples.
+//
+// Bytes as they are seldom pass the checksum, behind which HDF5 reads; its library is not ours to fuzz, and dies
+// of forged files. So the same bytes also say which values of a good set become what, before it is written: what
+// HDF5 then reads faithfully must be refused, or be a set that holds together.
+#include "fuzz_common.h"
+#include "umesh/umesh_internal.h"
+
+#define NSAMPLE 2
+
+static OmUmeshOrgan* organ;
+static OmUmeshShard good;
+
+static void make_good(void) {
+    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    def.spacing = 0.03;
+    def.multiple = 1;
+    def.dim[0] = def.dim[1] = def.dim[2] = 0;
+    FUZZ_EXPECT(om_umesh_create_organ(&def, &organ) == OM_OK);
+    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    FUZZ_EXPECT(om__umesh_shard_alloc((int)nnode, NSAMPLE, &good) == OM_OK);
+    memset(good.mask, 0, NSAMPLE * nnode);
+    for (size_t i = 0; i < 3 * NSAMPLE * nnode; ++i) good.u[i] = 0.001f * (float)(i % 7);
+}
+
+static void check(const OmUmeshGrid* g, const OmUmeshShard* s) {
+    FUZZ_EXPECT(g->spacing > 0 && om_is_finite3(g->origin) && om_is_finite3(g->up));
+    FUZZ_EXPECT(om_fem_mesh_validate(&g->mesh) == OM_OK);
+    for (int i = 0; i < g->mesh.nnode; ++i) FUZZ_EXPECT(g->point_node[g->node_point[i]] == i);
+    FUZZ_EXPECT(s->num >= 1 && s->first >= 0);
+    for (int i = 0; i < 3 * s->num * g->mesh.nnode; ++i) FUZZ_EXPECT(isfinite(s->u[i]));
+    for (int i = 0; i < s->num * g->mesh.nnode; ++i) FUZZ_EXPECT(s->mask[i] <= 1);
+}
+
+static void parse(const uint8_t* data, size_t size) {
+    OmUmeshGrid grid;
+    OmUmeshShard shard;
+    OmStatus status = om__umesh_shard_parse((const char*)data, size, "fuzz", &grid, &shard);
+    FUZZ_EXPECT(status <= 0);
+    if (status == OM_OK)
+        check(&grid, &shard);
+    else
+        FUZZ_EXPECT(grid.mesh.x == NULL && shard.u == NULL && om_error_message()[0] != '\0');
+    om_umesh_grid_done(&grid);
+    om__umesh_shard_done(&shard);
+}
+
+// Nine bytes: which value, and its bits.
+static void change(const uint8_t* at, OmUmeshGrid* g, OmUmeshShard* s) {
+    int whole;
+    double real;
+    memcpy(&whole, at + 1, sizeof whole);
+    memcpy(&real, at + 1, sizeof real);
+    size_t place = (size_t)whole;
+    switch (at[0] % 12) {
+    case 0: g->spacing = real; break;
+    case 1: g->origin.x = real; break;
+    case 2: g->up.y = real; break;
+    case 3: g->dim[at[5] % 3] = whole; break;
+    case 4: g->cell_elem[place % (size_t)g->npoint] = at[6] % 2 ? 0 : -1; break;
+    case 5: g->fixed[place % (size_t)g->mesh.nnode] = at[6]; break;
+    case 6: g->skin_x[at[1] % (3 * g->mesh.nnode)] = real; break;
+    case 7: s->first = whole; break;
+    case 8: s->sample[at[5] % NSAMPLE].patch.center.z = real; break;
+    case 9: s->sample[at[5] % NSAMPLE].npatch = whole; break;
+    case 10: memcpy(&s->u[at[5] % (3 * g->mesh.nnode)], at + 1, sizeof(float)); break;
+    default: s->mask[at[5] % g->mesh.nnode] = at[6];
+    }
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    if (!organ) make_good();
+    parse(data, size);
+    // a copy to change
+    const OmUmeshGrid* from = om_umesh_grid(organ);
+    OmUmeshGrid g = *from;
+    size_t nnode = (size_t)g.mesh.nnode, npoint = (size_t)g.npoint;
+    OmUmeshShard s = {.num = NSAMPLE, .seed = 1};
+    g.cell_elem = malloc(npoint * sizeof(int));
+    g.fixed = malloc(nnode);
+    g.skin_x = malloc(3 * nnode * sizeof(double));
+    s.sample = malloc(NSAMPLE * sizeof *s.sample);
+    s.mask = malloc(NSAMPLE * nnode);
+    s.u = malloc(3 * NSAMPLE * nnode * sizeof(float));
+    memcpy(g.cell_elem, from->cell_elem, npoint * sizeof(int));
+    memcpy(g.fixed, from->fixed, nnode);
+    memcpy(g.skin_x, from->skin_x, 3 * nnode * sizeof(double));
+    memcpy(s.sample, good.sample, NSAMPLE * sizeof *s.sample);
+    memcpy(s.mask, good.mask, NSAMPLE * nnode);
+    memcpy(s.u, good.u, 3 * NSAMPLE * nnode * sizeof(float));
+    for (size_t at = 0; at + 9 <= size && at < 9 * 8; at += 9) change(data + at, &g, &s);
+    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    const char* path = fuzz_file((const uint8_t*)"", 0, ".h5");
+    FUZZ_EXPECT(om__umesh_shard_save(&s, &g, &def, path) == OM_OK);
+    char* bytes;
+    size_t length;
+    FUZZ_EXPECT(om_file_read(path, 1 << 24, &bytes, &length) == OM_OK);
+    parse((const uint8_t*)bytes, length);
+    om_free(bytes);
+    fuzz_file_done(path);
+    free(g.cell_elem);
+    free(g.fixed);
+    free(g.skin_x);
+    free(s.sample);
+    free(s.mask);
+    free(s.u);
+    return 0;
+}
