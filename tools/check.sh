@@ -64,6 +64,19 @@ else
     skipped=$((skipped + 1))
     echo "skip  build with clang: it is not installed"
 fi
+# Nor is Open MPI; its test trains as two ranks.
+check_mpi() {
+    { [ -f build/mpi/build.ninja ] || cmake --preset mpi -G Ninja; } > build/mpi.log 2>&1 &&
+        cmake --build build/mpi --target test_nn_mpi >> build/mpi.log 2>&1 &&
+        ctest --test-dir build/mpi -R '^test_nn_mpi' --no-tests=error --output-on-failure >> build/mpi.log 2>&1 ||
+        { tail -n 40 build/mpi.log; return 1; }
+}
+if command -v mpiexec > /dev/null && command -v mpicc > /dev/null; then
+    stage "two ranks over MPI" check_mpi
+else
+    skipped=$((skipped + 1))
+    echo "skip  two ranks over MPI: Open MPI is not installed"
+fi
 
 echo
 for failure in "${failures[@]}"; do echo "failed: $failure"; done
