@@ -47,5 +47,6 @@ OmStatus bench_heuristic(const BenchOptions* options);  // bench_heuristic.c
 OmStatus bench_shape(const BenchOptions* options);      // bench_shape.c
 OmStatus bench_plan(const BenchOptions* options);       // bench_plan.c
 OmStatus bench_sense(const BenchOptions* options);      // bench_sense.c
+OmStatus bench_nn(const BenchOptions* options);         // bench_nn.c
 
 #endif

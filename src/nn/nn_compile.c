@@ -74,7 +74,7 @@ static bool is_plain_input(const OmNetRun* run) {
 
 static void set_layout(OmNetRun* run, int i, int block, bool is_last) {
     OmNetShape shape = run->net->layer[i].shape;
-    run->value[i] = (OmTensor){.n = run->def.batch, .shape = shape, .type = run->def.type};
+    run->value[i] = (OmBlocks){.n = run->def.batch, .shape = shape, .type = run->def.type};
     run->value[i].is_last = is_last;
     run->value[i].block = is_last ? shape.c : block;
     run->grad[i] = run->value[i];
@@ -94,7 +94,7 @@ static void choose_layouts(OmNetRun* run) {
         set_layout(run, 0, block, is_last || is_row);
     for (int i = 0; i < run->nop; ++i) {
         const OmOp* op = &run->op[i];
-        const OmTensor* in = &run->value[op->in[0]];
+        const OmBlocks* in = &run->value[op->in[0]];
         if (op->layer->kind == OM_LAYER_DENSE)
             set_layout(run, op->out, 1, true);
         else if (op->layer->kind == OM_LAYER_CONV || op->layer->kind == OM_LAYER_CONV_UP)
@@ -114,7 +114,7 @@ static bool has_kernel(OmLayerKind kind) {
 // A transposed convolution as one of 1 x 1 x 1 to out.c times as many channels as its window has cells.
 static bool can_unfold(const OmNetRun* run, const OmOp* op) {
     const OmLayer* l = op->layer;
-    const OmTensor* y = &run->value[op->out];
+    const OmBlocks* y = &run->value[op->out];
     if (l->kind != OM_LAYER_CONV_UP || (!y->is_last && y->shape.c % y->block != 0)) return false;
     for (int k = 0; k < 3; ++k)
         if (l->kernel[k] != l->stride[k] || l->padding[k] != 0) return false;
@@ -207,7 +207,7 @@ static void live_until(OmNetRun* run, int piece, int step) {
 
 // May the output of layer `in` be written straight into its place within concatenation `op`?
 static bool can_place(const OmNetRun* run, const OmOp* op, int k, int from_c) {
-    const OmTensor *x = &run->value[op->in[k]], *y = &run->value[op->out];
+    const OmBlocks *x = &run->value[op->in[k]], *y = &run->value[op->out];
     if (run->def.is_training || run->def.batch != 1 || x->is_last || x->block != y->block)
         return false;
     if (x->shape.c % x->block != 0 || from_c % y->block != 0) return false;
@@ -220,7 +220,7 @@ static void place_concats(OmNetRun* run) {
         if (op->layer->kind != OM_LAYER_CONCAT) continue;
         for (int k = 0, c = 0; k < op->nin; c += run->value[op->in[k]].shape.c, ++k) {
             if (!can_place(run, op, k, c)) continue;
-            const OmTensor* y = &run->value[op->out];
+            const OmBlocks* y = &run->value[op->out];
             op->is_placed[k] = true;
             run->placed_in[op->in[k]] = op->out;
             run->placed_at[op->in[k]] =
@@ -236,11 +236,11 @@ static int root_of(const OmNetRun* run, int i) {
 }
 
 static void plan_values(OmNetRun* run) {
-    run->value_piece[0] = add_piece(run, om__tensor_bytes(&run->value[0]), 0, 0);
+    run->value_piece[0] = add_piece(run, om__blocks_bytes(&run->value[0]), 0, 0);
     for (int i = 0; i < run->nop; ++i) {
         int out = run->op[i].out;
         if (run->placed_in[out] < 0)
-            run->value_piece[out] = add_piece(run, om__tensor_bytes(&run->value[out]), i, i);
+            run->value_piece[out] = add_piece(run, om__blocks_bytes(&run->value[out]), i, i);
     }
     for (int i = 0; i < run->nop; ++i) {
         const OmOp* op = &run->op[i];
@@ -265,7 +265,7 @@ static void plan_gradients(OmNetRun* run) {
     int output = run->held_by[run->net->output];
     if (run->needs_grad[output])
         run->grad_piece[output] =
-            add_piece(run, om__tensor_bytes(&run->grad[output]), run->nop, run->nop);
+            add_piece(run, om__blocks_bytes(&run->grad[output]), run->nop, run->nop);
     for (int i = run->nop - 1; i >= 0; --i) {
         OmOp* op = &run->op[i];
         int step = back_step(run, i);
@@ -274,7 +274,7 @@ static void plan_gradients(OmNetRun* run) {
         for (int k = 0; k < op->nin; ++k) {
             int in = op->in[k];
             if (!run->needs_grad[in]) continue;
-            size_t bytes = om__tensor_bytes(&run->grad[in]);
+            size_t bytes = om__blocks_bytes(&run->grad[in]);
             op->is_extra[k] = run->grad_piece[in] >= 0;
             if (op->is_extra[k]) {
                 op->extra[k] = run->grad[in];
@@ -299,7 +299,7 @@ static void plan_rest(OmNetRun* run) {
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
         size_t workspace = om__kernel_bytes(op->forward, OM_SLOT_WORKSPACE);
-        if (op->is_unfolded) op->folded_piece = add_piece(run, om__tensor_bytes(&op->folded), i, i);
+        if (op->is_unfolded) op->folded_piece = add_piece(run, om__blocks_bytes(&op->folded), i, i);
         if (workspace) op->workspace_piece = add_piece(run, workspace, i, back_step(run, i));
         const OmKernel* all[] = {op->forward, op->data,      op->weights, op->activate_back,
                                  op->load,    op->load_back, op->store};

@@ -99,7 +99,7 @@ void om__engine_end(OmEngine* e) {
 static dnnl_data_type_t data_type(OmNetType type) { return type == OM_F32 ? dnnl_f32 : dnnl_bf16; }
 
 // A tensor as oneDNN sees it: five axes, or samples and channels only.
-static dnnl_memory_desc_t tensor_desc(const OmTensor* t, int ndim) {
+static dnnl_memory_desc_t tensor_desc(const OmBlocks* t, int ndim) {
     const dnnl_dims_t dims = {t->n, t->shape.c, t->shape.d, t->shape.h, t->shape.w};
     dnnl_format_tag_t tag = t->block == 1   ? dnnl_ncdhw
                             : t->block == 8 ? dnnl_nCdhw8c
@@ -229,7 +229,7 @@ typedef struct Parts {
 
 static void take_parts(const OmKernelDef* def, Parts* p, OmKernel* k) {
     const OmLayer* l = def->layer;
-    const OmTensor *src = def->src, *dst = def->dst;
+    const OmBlocks *src = def->src, *dst = def->dst;
     memset(p, 0, sizeof *p);
     p->def = def;
     p->forward = def->is_training || def->pass != OM_PASS_FORWARD ? dnnl_forward_training

@@ -6,7 +6,7 @@
 //   nn_run.c     parameters in, forward, backward
 //   nn_plan.c    where pieces of memory lie that live for a while
 //   nn_dnnl.c    one oneDNN primitive with its memories; the only file that knows oneDNN
-//   nn_tensor.c  loops over tensors that oneDNN does not have, or not better: concatenation, masks, dropout
+//   nn_blocks.c  loops over tensors that oneDNN does not have, or not better: concatenation, masks, dropout
 //   nn_norm.c    batch and group normalisation
 #ifndef OMENTUM_NN_INTERNAL_H
 #define OMENTUM_NN_INTERNAL_H
@@ -32,50 +32,50 @@ static inline int64_t om__net_values(OmNetShape s) { return s.c * om__net_cells(
 // Values (sample n, channel c, cell s) in blocks of channels, at ((n nblock + c / B) ncell + s) B + c % B with
 // nblock = ceil(c / B). B = 1 is NCDHW, B = c is NDHWC, B = 16 is oneDNN's nCdhw16c; the channels
 // that fill up the last block are zero.
-typedef struct OmTensor {
+typedef struct OmBlocks {
     int n;  // samples
     OmNetShape shape;
     int block;     // B
     bool is_last;  // channels last: B = c; oneDNN tells it from blocks of c
     OmNetType type;
     void* data;
-} OmTensor;
+} OmBlocks;
 
-static inline int om__tensor_nblock(const OmTensor* t) {
+static inline int om__blocks_nblock(const OmBlocks* t) {
     return (t->shape.c + t->block - 1) / t->block;
 }
 /// Values of one sample, with the filling.
-static inline int64_t om__tensor_stride(const OmTensor* t) {
-    return (int64_t)om__tensor_nblock(t) * t->block * om__net_cells(t->shape);
+static inline int64_t om__blocks_stride(const OmBlocks* t) {
+    return (int64_t)om__blocks_nblock(t) * t->block * om__net_cells(t->shape);
 }
 static inline size_t om__type_size(OmNetType type) { return type == OM_F32 ? 4 : 2; }
-static inline size_t om__tensor_bytes(const OmTensor* t) {
-    return (size_t)t->n * (size_t)om__tensor_stride(t) * om__type_size(t->type);
+static inline size_t om__blocks_bytes(const OmBlocks* t) {
+    return (size_t)t->n * (size_t)om__blocks_stride(t) * om__type_size(t->type);
 }
 
-// Loops of nn_tensor.c. All may run on any number of workers with the same bytes.
-void om__tensor_from_plain(int nworker, const float* plain, const OmTensor* t);
-void om__tensor_to_plain(int nworker, const OmTensor* t, float* plain);
+// Loops of nn_blocks.c. All may run on any number of workers with the same bytes.
+void om__blocks_from_plain(int nworker, const float* plain, const OmBlocks* t);
+void om__blocks_to_plain(int nworker, const OmBlocks* t, float* plain);
 /// sum += x, of equal layouts.
-void om__tensor_add(int nworker, const OmTensor* x, const OmTensor* sum);
+void om__blocks_add(int nworker, const OmBlocks* x, const OmBlocks* sum);
 /// Channels [0, num) of `from` beginning at from_c into those of `to` beginning at to_c.
-void om__tensor_copy_channels(int nworker, const OmTensor* from, int from_c, const OmTensor* to,
+void om__blocks_copy_channels(int nworker, const OmBlocks* from, int from_c, const OmBlocks* to,
                               int to_c, int num);
 /// Channels (k, c) of `from`, k a place in a window of `kernel` cells, to the cells of that window in `to`.
 /// Whole blocks of channels: `to` is channels last, or its channels fill its blocks.
-void om__tensor_unfold(int nworker, const OmTensor* from, const int kernel[3], const OmTensor* to);
+void om__blocks_unfold(int nworker, const OmBlocks* from, const int kernel[3], const OmBlocks* to);
 /// y = mask * x; may be the same tensor.
-void om__tensor_mask(int nworker, const OmTensor* x, const float* mask, const OmTensor* y);
+void om__blocks_mask(int nworker, const OmBlocks* x, const float* mask, const OmBlocks* y);
 /// y = x where it is kept, by 1 / (1 - rate), else 0; the same choice whenever seed and first are the same.
 /// `first` is the number of the first sample. Not the same tensor.
-void om__tensor_dropout(int nworker, const OmTensor* x, float rate, uint64_t seed, int64_t first,
-                        const OmTensor* y);
+void om__blocks_dropout(int nworker, const OmBlocks* x, float rate, uint64_t seed, int64_t first,
+                        const OmBlocks* y);
 
 /// `num` values of a tensor from `at` as float: in place, or converted into `buffer`.
-const float* om__tensor_read(const OmTensor* t, int64_t at, int num, float* buffer);
-/// Where to put float values for om__tensor_write, which stores them: in place, or `buffer`.
-float* om__tensor_place(const OmTensor* t, int64_t at, float* buffer);
-void om__tensor_write(const OmTensor* t, int64_t at, int num, const float* value);
+const float* om__blocks_read(const OmBlocks* t, int64_t at, int num, float* buffer);
+/// Where to put float values for om__blocks_write, which stores them: in place, or `buffer`.
+float* om__blocks_place(const OmBlocks* t, int64_t at, float* buffer);
+void om__blocks_write(const OmBlocks* t, int64_t at, int num, const float* value);
 
 // ---- norms -------------------------------------------------------------------------------------------
 
@@ -90,17 +90,17 @@ typedef struct OmNorm {
     int nchunk;          // pieces of a channel
 } OmNorm;
 
-OmStatus om__norm_create(const OmTensor* x, const OmLayer* layer, OmNorm* norm);
+OmStatus om__norm_create(const OmBlocks* x, const OmLayer* layer, OmNorm* norm);
 void om__norm_done(OmNorm* norm);
 size_t om__norm_memory(const OmNorm* norm);
 /// Mean and variance of x.
-void om__norm_measure(int nworker, OmNorm* norm, const OmTensor* x);
+void om__norm_measure(int nworker, OmNorm* norm, const OmBlocks* x);
 /// y = (x - mean) / sqrt(var + epsilon) weight + bias; y may be x.
-void om__norm_apply(int nworker, OmNorm* norm, const OmTensor* x, const float* weight,
-                    const float* bias, const OmTensor* y);
+void om__norm_apply(int nworker, OmNorm* norm, const OmBlocks* x, const float* weight,
+                    const float* bias, const OmBlocks* y);
 /// Derivatives by x (null: not wanted), weight and bias of a forward that measured x; dx may be dy.
-void om__norm_backward(int nworker, OmNorm* norm, const OmTensor* x, const OmTensor* dy,
-                       const float* weight, const OmTensor* dx, float* dweight, float* dbias);
+void om__norm_backward(int nworker, OmNorm* norm, const OmBlocks* x, const OmBlocks* dy,
+                       const float* weight, const OmBlocks* dx, float* dweight, float* dbias);
 
 // ---- oneDNN ---------------------------------------------------------------------------------------------
 
@@ -136,7 +136,7 @@ typedef struct OmKernelDef {
     const OmLayer* layer;       // kind, kernel, stride, padding
     OmPass pass;                //
     bool is_training;           // of a forward pass: leave what backward wants in the workspace
-    const OmTensor *src, *dst;  // layouts; data are bound later
+    const OmBlocks *src, *dst;  // layouts; data are bound later
     OmActivation activation;    // applied to what a convolution or dense layer gives
     float slope;
 } OmKernelDef;
@@ -181,14 +181,14 @@ typedef struct OmOp {  // one layer at work, with the activation behind it if th
     OmKernel* activate_back;             // gradient through the fused activation, in place
     OmKernel *load, *load_back, *store;  // plain weights into forward and data; gradient to plain
     bool is_extra[OM_LAYER_MAX_INPUT];   // its gradient adds to what is there
-    OmTensor extra[OM_LAYER_MAX_INPUT];  // and goes here first
+    OmBlocks extra[OM_LAYER_MAX_INPUT];  // and goes here first
     int extra_piece[OM_LAYER_MAX_INPUT];
     int workspace_piece, grad_piece, bias_piece;  // or -1
     size_t weight_at, weight_back_at;             // bytes in the parameters' memory
     // A transposed convolution whose windows do not overlap is one of 1 x 1 x 1 to all cells of the window as
     // channels, which are then put in place: several times faster than oneDNN's own.
     bool is_unfolded;
-    OmTensor folded;        // what the convolution gives
+    OmBlocks folded;        // what the convolution gives
     int folded_piece;       //
     size_t folded_bias_at;  // its bias, one copy a cell of the window
     OmNorm norm;
@@ -203,8 +203,8 @@ struct OmNetRun {
     OmOp* op;
     int*
         held_by;  // layer whose tensor holds a layer's output: itself unless fused or nothing to do
-    OmTensor* value;    // (nlayer)
-    OmTensor* grad;     // (nlayer), training
+    OmBlocks* value;    // (nlayer)
+    OmBlocks* grad;     // (nlayer), training
     bool* needs_grad;   // (nlayer)
     int* placed_in;     // (nlayer) the concatenation whose tensor its output is part of, or -1
     size_t* placed_at;  // bytes

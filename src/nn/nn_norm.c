@@ -15,7 +15,7 @@
 #define CELLS 1024  // of a piece
 #define LANES 256   // channels at a time
 
-OmStatus om__norm_create(const OmTensor* x, const OmLayer* layer, OmNorm* norm) {
+OmStatus om__norm_create(const OmBlocks* x, const OmLayer* layer, OmNorm* norm) {
     OmStatus status = OM_OK;
     int c = x->shape.c;
     *norm = (OmNorm){.n = x->n, .c = c, .is_batch = layer->kind == OM_LAYER_BATCH_NORM};
@@ -51,7 +51,7 @@ size_t om__norm_memory(const OmNorm* norm) {
 
 typedef struct NormLoop {
     const OmNorm* norm;
-    const OmTensor *x, *dy, *to;  // dy is null where there is none
+    const OmBlocks *x, *dy, *to;  // dy is null where there is none
 } NormLoop;
 
 // Sums of (x, x^2) or, with dy, of (dy, dy x) over the cells of a piece, for `num` channels side by side.
@@ -60,8 +60,8 @@ OM_MULTIVERSION static void sum_piece(const NormLoop* p, int64_t at, int ncell, 
     float bx[LANES], by[LANES];
     for (int c = 0; c < num; ++c) sum0[c] = sum1[c] = 0;
     for (int s = 0; s < ncell; ++s, at += p->x->block) {
-        const float* x = om__tensor_read(p->x, at, num, bx);
-        const float* y = p->dy ? om__tensor_read(p->dy, at, num, by) : x;
+        const float* x = om__blocks_read(p->x, at, num, bx);
+        const float* y = p->dy ? om__blocks_read(p->dy, at, num, by) : x;
         for (int c = 0; c < num; ++c) {
             sum0[c] += (double)y[c];
             sum1[c] += (double)y[c] * (double)x[c];
@@ -73,8 +73,8 @@ OM_MULTIVERSION static void sum_piece(const NormLoop* p, int64_t at, int ncell, 
 static void sum_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const NormLoop* p = ctx;
-    const OmTensor* x = p->x;
-    int npiece = p->norm->nchunk, nblock = om__tensor_nblock(x), B = x->block;
+    const OmBlocks* x = p->x;
+    int npiece = p->norm->nchunk, nblock = om__blocks_nblock(x), B = x->block;
     int ncell = (int)om__net_cells(x->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -83,7 +83,7 @@ static void sum_range(void* ctx, int begin, int end, int block) {
         for (int lane = 0; lane < width; lane += LANES) {
             int num = width - lane < LANES ? width - lane : LANES;
             double sum[2][LANES];
-            int64_t at = n * om__tensor_stride(x) + ((int64_t)b * ncell + first) * B + lane;
+            int64_t at = n * om__blocks_stride(x) + ((int64_t)b * ncell + first) * B + lane;
             sum_piece(p, at, count, num, sum[0], sum[1]);
             for (int c = 0; c < num; ++c) {
                 int64_t row = (int64_t)n * x->shape.c + b * B + lane + c;
@@ -95,9 +95,9 @@ static void sum_range(void* ctx, int begin, int end, int block) {
     }
 }
 
-static void sum_all(int nworker, const OmNorm* norm, const OmTensor* x, const OmTensor* dy) {
+static void sum_all(int nworker, const OmNorm* norm, const OmBlocks* x, const OmBlocks* dy) {
     NormLoop loop = {norm, x, dy, NULL};
-    int count = x->n * om__tensor_nblock(x) * norm->nchunk;
+    int count = x->n * om__blocks_nblock(x) * norm->nchunk;
     om_parallel_for(nworker, count, 1, sum_range, &loop);
 }
 
@@ -116,12 +116,12 @@ static int stat_of(const OmNorm* norm, int n, int c) {
 }
 
 // Values that share one mean.
-static double share_of(const OmNorm* norm, const OmTensor* x) {
+static double share_of(const OmNorm* norm, const OmBlocks* x) {
     int64_t ncell = om__net_cells(x->shape);
     return (double)(norm->is_batch ? norm->n * ncell : norm->c / norm->ngroup * ncell);
 }
 
-void om__norm_measure(int nworker, OmNorm* norm, const OmTensor* x) {
+void om__norm_measure(int nworker, OmNorm* norm, const OmBlocks* x) {
     sum_all(nworker, norm, x, NULL);
     int nstat = norm->is_batch ? norm->c : norm->n * norm->ngroup;
     double share = share_of(norm, x);
@@ -144,24 +144,24 @@ OM_MULTIVERSION static void apply_piece(const NormLoop* p, int64_t at, int ncell
                                         const float coef[3][LANES]) {
     float bx[LANES], by[LANES], bt[LANES];
     for (int s = 0; s < ncell; ++s, at += p->x->block) {
-        const float* x = om__tensor_read(p->x, at, num, bx);
-        float* to = om__tensor_place(p->to, at, bt);
+        const float* x = om__blocks_read(p->x, at, num, bx);
+        float* to = om__blocks_place(p->to, at, bt);
         if (p->dy) {
-            const float* dy = om__tensor_read(p->dy, at, num, by);
+            const float* dy = om__blocks_read(p->dy, at, num, by);
             for (int c = 0; c < num; ++c)
                 to[c] = coef[0][c] * dy[c] + coef[1][c] * x[c] + coef[2][c];
         } else {
             for (int c = 0; c < num; ++c) to[c] = coef[0][c] * x[c] + coef[1][c];
         }
-        om__tensor_write(p->to, at, num, to);
+        om__blocks_write(p->to, at, num, to);
     }
 }
 
 static void apply_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const NormLoop* p = ctx;
-    const OmTensor* x = p->x;
-    int npiece = p->norm->nchunk, nblock = om__tensor_nblock(x), B = x->block;
+    const OmBlocks* x = p->x;
+    int npiece = p->norm->nchunk, nblock = om__blocks_nblock(x), B = x->block;
     int ncell = (int)om__net_cells(x->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -174,19 +174,19 @@ static void apply_range(void* ctx, int begin, int end, int block) {
                 const float* row = p->norm->coef + 3 * ((int64_t)n * x->shape.c + channel);
                 for (int i = 0; i < 3; ++i) coef[i][c] = channel < x->shape.c ? row[i] : 0;
             }
-            int64_t at = n * om__tensor_stride(x) + ((int64_t)b * ncell + first) * B + lane;
+            int64_t at = n * om__blocks_stride(x) + ((int64_t)b * ncell + first) * B + lane;
             apply_piece(p, at, count, num, (const float(*)[LANES])coef);
         }
     }
 }
 
 static void apply_all(int nworker, const NormLoop* loop) {
-    int count = loop->x->n * om__tensor_nblock(loop->x) * loop->norm->nchunk;
+    int count = loop->x->n * om__blocks_nblock(loop->x) * loop->norm->nchunk;
     om_parallel_for(nworker, count, 1, apply_range, (void*)loop);
 }
 
-void om__norm_apply(int nworker, OmNorm* norm, const OmTensor* x, const float* weight,
-                    const float* bias, const OmTensor* y) {
+void om__norm_apply(int nworker, OmNorm* norm, const OmBlocks* x, const float* weight,
+                    const float* bias, const OmBlocks* y) {
     for (int n = 0; n < norm->n; ++n)
         for (int c = 0; c < norm->c; ++c) {
             int k = stat_of(norm, n, c);
@@ -239,8 +239,8 @@ static void set_gradient_coefs(OmNorm* norm, const float* weight, double share) 
     }
 }
 
-void om__norm_backward(int nworker, OmNorm* norm, const OmTensor* x, const OmTensor* dy,
-                       const float* weight, const OmTensor* dx, float* dweight, float* dbias) {
+void om__norm_backward(int nworker, OmNorm* norm, const OmBlocks* x, const OmBlocks* dy,
+                       const float* weight, const OmBlocks* dx, float* dweight, float* dbias) {
     sum_all(nworker, norm, x, dy);
     for (int c = 0; c < norm->c; ++c) {
         double dw = 0, db = 0;

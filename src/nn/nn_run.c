@@ -63,7 +63,7 @@ done:
 size_t om_net_run_memory(const OmNetRun* run) {
     size_t size =
         sizeof *run + run->memory_size + run->weights_size + run->small_size * sizeof(float);
-    size += (size_t)run->net->nlayer * (sizeof(OmOp) + 2 * sizeof(OmTensor) + 40);
+    size += (size_t)run->net->nlayer * (sizeof(OmOp) + 2 * sizeof(OmBlocks) + 40);
     size += (size_t)run->piece_cap * sizeof(OmPiece);
     for (int i = 0; i < run->nop; ++i)
         if (run->op[i].norm.coef) size += om__norm_memory(&run->op[i].norm);
@@ -139,7 +139,7 @@ static uint64_t dropout_seed(const OmNetRun* run, const OmOp* op) {
 }
 
 static void norm_forward(OmNetRun* run, OmOp* op) {
-    const OmTensor *x = &run->value[op->in[0]], *y = &run->value[op->out];
+    const OmBlocks *x = &run->value[op->in[0]], *y = &run->value[op->out];
     const OmLayer* l = op->layer;
     if (!op->norm.is_batch || run->def.is_training) {
         om__norm_measure(run->nworker, &op->norm, x);
@@ -154,25 +154,25 @@ static void norm_forward(OmNetRun* run, OmOp* op) {
 
 static void concat_forward(OmNetRun* run, const OmOp* op) {
     for (int k = 0, c = 0; k < op->nin; ++k) {
-        const OmTensor* x = &run->value[op->in[k]];
+        const OmBlocks* x = &run->value[op->in[k]];
         if (!op->is_placed[k])
-            om__tensor_copy_channels(run->nworker, x, 0, &run->value[op->out], c, x->shape.c);
+            om__blocks_copy_channels(run->nworker, x, 0, &run->value[op->out], c, x->shape.c);
         c += x->shape.c;
     }
 }
 
 static OmStatus op_forward(OmNetRun* run, OmOp* op) {
-    const OmTensor *x = &run->value[op->in[0]], *y = &run->value[op->out];
+    const OmBlocks *x = &run->value[op->in[0]], *y = &run->value[op->out];
     if (op->forward) {
         OM_TRY(om__kernel_run(op->forward));
-        if (op->is_unfolded) om__tensor_unfold(run->nworker, &op->folded, op->layer->kernel, y);
+        if (op->is_unfolded) om__blocks_unfold(run->nworker, &op->folded, op->layer->kernel, y);
         return OM_OK;
     }
     switch (op->layer->kind) {
     case OM_LAYER_CONCAT: concat_forward(run, op); break;
-    case OM_LAYER_MASK: om__tensor_mask(run->nworker, x, op->layer->mask, y); break;
+    case OM_LAYER_MASK: om__blocks_mask(run->nworker, x, op->layer->mask, y); break;
     case OM_LAYER_DROPOUT:
-        om__tensor_dropout(run->nworker, x, op->layer->rate, dropout_seed(run, op),
+        om__blocks_dropout(run->nworker, x, op->layer->rate, dropout_seed(run, op),
                            run->first_sample, y);
         break;
     default: norm_forward(run, op); break;
@@ -185,13 +185,13 @@ OmStatus om_net_run_forward(OmNetRun* run, const float* in, float* out) {
              "the network has no parameters: call om_net_run_set_parameters first");
     OM_TRY(om__engine_begin(run->engine));
     OmStatus status = OM_OK;
-    om__tensor_from_plain(run->nworker, in, &run->value[0]);
+    om__blocks_from_plain(run->nworker, in, &run->value[0]);
     for (int i = 0; i < run->nop && status == OM_OK; ++i) {
         status = op_forward(run, &run->op[i]);
         if (status < 0) om_error_prefix(status, "layer %s", run->op[i].layer->name);
     }
     if (status == OM_OK)
-        om__tensor_to_plain(run->nworker, &run->value[run->held_by[run->net->output]], out);
+        om__blocks_to_plain(run->nworker, &run->value[run->held_by[run->net->output]], out);
     om__engine_end(run->engine);
     run->has_forward = status == OM_OK;
     return status;
@@ -200,7 +200,7 @@ OmStatus om_net_run_forward(OmNetRun* run, const float* in, float* out) {
 // ---- backward -------------------------------------------------------------------------------------------
 
 // Where the gradient by input k goes; null if nobody wants it.
-static const OmTensor* target_of(const OmNetRun* run, const OmOp* op, int k) {
+static const OmBlocks* target_of(const OmNetRun* run, const OmOp* op, int k) {
     if (!run->needs_grad[op->in[k]]) return NULL;
     return op->is_extra[k] ? &op->extra[k] : &run->grad[op->in[k]];
 }
@@ -231,31 +231,31 @@ static void norm_backward(OmNetRun* run, OmOp* op, float* grad) {
 
 static void concat_backward(OmNetRun* run, const OmOp* op) {
     for (int k = 0, c = 0; k < op->nin; ++k) {
-        const OmTensor* to = target_of(run, op, k);
+        const OmBlocks* to = target_of(run, op, k);
         int num = run->value[op->in[k]].shape.c;
-        if (to) om__tensor_copy_channels(run->nworker, &run->grad[op->out], c, to, 0, num);
+        if (to) om__blocks_copy_channels(run->nworker, &run->grad[op->out], c, to, 0, num);
         c += num;
     }
 }
 
 static OmStatus op_backward(OmNetRun* run, OmOp* op, float* grad) {
-    const OmTensor *dy = &run->grad[op->out], *dx = target_of(run, op, 0);
+    const OmBlocks *dy = &run->grad[op->out], *dx = target_of(run, op, 0);
     OmStatus status = OM_OK;
     if (op->forward) {
         status = kernels_backward(run, op, grad);
     } else {
         switch (op->layer->kind) {
         case OM_LAYER_CONCAT: concat_backward(run, op); break;
-        case OM_LAYER_MASK: om__tensor_mask(run->nworker, dy, op->layer->mask, dx); break;
+        case OM_LAYER_MASK: om__blocks_mask(run->nworker, dy, op->layer->mask, dx); break;
         case OM_LAYER_DROPOUT:
-            om__tensor_dropout(run->nworker, dy, op->layer->rate, dropout_seed(run, op),
+            om__blocks_dropout(run->nworker, dy, op->layer->rate, dropout_seed(run, op),
                                run->first_sample, dx);
             break;
         default: norm_backward(run, op, grad); break;
         }
     }
     for (int k = 0; k < op->nin; ++k)
-        if (op->is_extra[k]) om__tensor_add(run->nworker, &op->extra[k], &run->grad[op->in[k]]);
+        if (op->is_extra[k]) om__blocks_add(run->nworker, &op->extra[k], &run->grad[op->in[k]]);
     return status;
 }
 
@@ -274,13 +274,13 @@ OmStatus om_net_run_backward(OmNetRun* run, const float* dout, float* grad, floa
         const OmNetParameter* p = &run->net->param[i];
         if (!p->is_trained) memset(grad + p->adr, 0, (size_t)p->num * sizeof *grad);
     }
-    if (run->needs_grad[output]) om__tensor_from_plain(run->nworker, dout, &run->grad[output]);
+    if (run->needs_grad[output]) om__blocks_from_plain(run->nworker, dout, &run->grad[output]);
     for (int i = run->nop - 1; i >= 0 && status == OM_OK; --i) {
         if (!run->needs_grad[run->op[i].out]) continue;
         status = op_backward(run, &run->op[i], grad);
         if (status < 0) om_error_prefix(status, "layer %s, backward", run->op[i].layer->name);
     }
-    if (status == OM_OK && din) om__tensor_to_plain(run->nworker, &run->grad[0], din);
+    if (status == OM_OK && din) om__blocks_to_plain(run->nworker, &run->grad[0], din);
     om__engine_end(run->engine);
     run->has_forward = false;  // gradients have overwritten what forward left
     return status;

@@ -1,4 +1,4 @@
-// nn_tensor.c: loops over tensors in blocks of channels, for what oneDNN does not have or needs a layout for.
+// nn_blocks.c: loops over tensors in blocks of channels, for what oneDNN does not have or needs a layout for.
 //
 // bfloat16 is the upper half of a float; it is widened by a shift and narrowed with rounding to nearest, ties
 // to even. Loops are written once, in float, over short rows: a row of float is used where it lies, a row
@@ -30,57 +30,57 @@ OM_MULTIVERSION static void narrow(const float* from, int num, uint16_t* to) {
     }
 }
 
-const float* om__tensor_read(const OmTensor* t, int64_t at, int num, float* buffer) {
+const float* om__blocks_read(const OmBlocks* t, int64_t at, int num, float* buffer) {
     if (t->type == OM_F32) return (const float*)t->data + at;
     widen((const uint16_t*)t->data + at, num, buffer);
     return buffer;
 }
 
-float* om__tensor_place(const OmTensor* t, int64_t at, float* buffer) {
+float* om__blocks_place(const OmBlocks* t, int64_t at, float* buffer) {
     return t->type == OM_F32 ? (float*)t->data + at : buffer;
 }
 
-void om__tensor_write(const OmTensor* t, int64_t at, int num, const float* value) {
+void om__blocks_write(const OmBlocks* t, int64_t at, int num, const float* value) {
     if (t->type == OM_BF16) narrow(value, num, (uint16_t*)t->data + at);
 }
 
 // ---- in and out ---------------------------------------------------------------------------------------
 
 typedef struct PlainLoop {
-    const OmTensor* t;
+    const OmBlocks* t;
     const float* from;  // plain, or null
     float* to;          // plain, or null
 } PlainLoop;
 
 // One piece of `width` channels of B by cells, between blocks and planes. B values of filling become zero.
 static void gather_block(const PlainLoop* p, int n, int block, int begin, int end) {
-    const OmTensor* t = p->t;
+    const OmBlocks* t = p->t;
     int B = t->block, c0 = block * B, ncell = (int)om__net_cells(t->shape);
     int width = t->shape.c - c0 < B ? t->shape.c - c0 : B;
     const float* plane = p->from + ((int64_t)n * t->shape.c + c0) * ncell;
-    int64_t at = n * om__tensor_stride(t) + (int64_t)block * ncell * B;
+    int64_t at = n * om__blocks_stride(t) + (int64_t)block * ncell * B;
     float buffer[ROW];
     int step = ROW / B > 0 ? ROW / B : 1;
     for (int s = begin; s < end; s += step) {
         int num = end - s < step ? end - s : step;
         for (int first = 0; first < B; first += ROW) {  // blocks wider than the buffer in parts
             int part = B - first < ROW ? B - first : ROW;
-            float* row = om__tensor_place(t, at + (int64_t)s * B + first, buffer);
+            float* row = om__blocks_place(t, at + (int64_t)s * B + first, buffer);
             for (int i = 0; i < num; ++i)
                 for (int c = 0; c < part; ++c)
                     row[i * B + c] =
                         first + c < width ? plane[(int64_t)(first + c) * ncell + s + i] : 0;
-            om__tensor_write(t, at + (int64_t)s * B + first, num > 1 ? num * B : part, row);
+            om__blocks_write(t, at + (int64_t)s * B + first, num > 1 ? num * B : part, row);
         }
     }
 }
 
 static void scatter_block(const PlainLoop* p, int n, int block, int begin, int end) {
-    const OmTensor* t = p->t;
+    const OmBlocks* t = p->t;
     int B = t->block, c0 = block * B, ncell = (int)om__net_cells(t->shape);
     int width = t->shape.c - c0 < B ? t->shape.c - c0 : B;
     float* plane = p->to + ((int64_t)n * t->shape.c + c0) * ncell;
-    int64_t at = n * om__tensor_stride(t) + (int64_t)block * ncell * B;
+    int64_t at = n * om__blocks_stride(t) + (int64_t)block * ncell * B;
     float buffer[ROW];
     int step = ROW / B > 0 ? ROW / B : 1;
     for (int s = begin; s < end; s += step) {
@@ -88,7 +88,7 @@ static void scatter_block(const PlainLoop* p, int n, int block, int begin, int e
         for (int first = 0; first < width; first += ROW) {
             int part = width - first < ROW ? width - first : ROW;
             int count = num > 1 ? num * B : part;
-            const float* row = om__tensor_read(t, at + (int64_t)s * B + first, count, buffer);
+            const float* row = om__blocks_read(t, at + (int64_t)s * B + first, count, buffer);
             for (int i = 0; i < num; ++i)
                 for (int c = 0; c < part; ++c)
                     plane[(int64_t)(first + c) * ncell + s + i] = row[i * B + c];
@@ -99,14 +99,14 @@ static void scatter_block(const PlainLoop* p, int n, int block, int begin, int e
 // Loop index: cells in pieces of CELLS, for each (sample, block).
 #define CELLS 2048
 
-static int piece_count(const OmTensor* t) {
+static int piece_count(const OmBlocks* t) {
     return om_block_count((int)om__net_cells(t->shape), CELLS);
 }
 
 static void plain_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const PlainLoop* p = ctx;
-    int npiece = piece_count(p->t), nblock = om__tensor_nblock(p->t);
+    int npiece = piece_count(p->t), nblock = om__blocks_nblock(p->t);
     int ncell = (int)om__net_cells(p->t->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -118,22 +118,22 @@ static void plain_range(void* ctx, int begin, int end, int block) {
     }
 }
 
-void om__tensor_from_plain(int nworker, const float* plain, const OmTensor* t) {
+void om__blocks_from_plain(int nworker, const float* plain, const OmBlocks* t) {
     PlainLoop loop = {t, plain, NULL};
-    int count = t->n * om__tensor_nblock(t) * piece_count(t);
+    int count = t->n * om__blocks_nblock(t) * piece_count(t);
     om_parallel_for(nworker, count, 4, plain_range, &loop);
 }
 
-void om__tensor_to_plain(int nworker, const OmTensor* t, float* plain) {
+void om__blocks_to_plain(int nworker, const OmBlocks* t, float* plain) {
     PlainLoop loop = {t, NULL, plain};
-    int count = t->n * om__tensor_nblock(t) * piece_count(t);
+    int count = t->n * om__blocks_nblock(t) * piece_count(t);
     om_parallel_for(nworker, count, 4, plain_range, &loop);
 }
 
 // ---- sums -------------------------------------------------------------------------------------------------
 
 typedef struct PairLoop {
-    const OmTensor *x, *y;
+    const OmBlocks *x, *y;
     const float* mask;
 } PairLoop;
 
@@ -146,24 +146,24 @@ OM_MULTIVERSION static void add_row(const float* x, int num, const float* old, f
 static void add_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const PairLoop* p = ctx;
-    int64_t size = p->x->n * om__tensor_stride(p->x);
+    int64_t size = p->x->n * om__blocks_stride(p->x);
     int64_t last = (int64_t)end * PIECE < size ? (int64_t)end * PIECE : size;
     float bx[ROW], by[ROW];
     for (int64_t at = (int64_t)begin * PIECE; at < last; at += ROW) {
         int num = last - at < ROW ? (int)(last - at) : ROW;
-        const float* x = om__tensor_read(p->x, at, num, bx);
-        const float* old = om__tensor_read(p->y, at, num, by);
-        float* sum = om__tensor_place(p->y, at, by);
+        const float* x = om__blocks_read(p->x, at, num, bx);
+        const float* old = om__blocks_read(p->y, at, num, by);
+        float* sum = om__blocks_place(p->y, at, by);
         add_row(x, num, old, sum);
-        om__tensor_write(p->y, at, num, sum);
+        om__blocks_write(p->y, at, num, sum);
     }
 }
 
-static int count_of_pieces(const OmTensor* t) {
-    return (int)((t->n * om__tensor_stride(t) + PIECE - 1) / PIECE);
+static int count_of_pieces(const OmBlocks* t) {
+    return (int)((t->n * om__blocks_stride(t) + PIECE - 1) / PIECE);
 }
 
-void om__tensor_add(int nworker, const OmTensor* x, const OmTensor* sum) {
+void om__blocks_add(int nworker, const OmBlocks* x, const OmBlocks* sum) {
     PairLoop loop = {x, sum, NULL};
     om_parallel_for(nworker, count_of_pieces(x), 1, add_range, &loop);
 }
@@ -179,10 +179,10 @@ OM_MULTIVERSION static void mask_block(const PairLoop* p, int index) {
         for (int first = 0; first < B; first += ROW) {
             int num = B - first < ROW ? B - first : ROW;
             int64_t here = at + (int64_t)s * B + first;
-            const float* x = om__tensor_read(p->x, here, num, bx);
-            float* y = om__tensor_place(p->y, here, by);
+            const float* x = om__blocks_read(p->x, here, num, bx);
+            float* y = om__blocks_place(p->y, here, by);
             for (int c = 0; c < num; ++c) y[c] = p->mask[s] * x[c];
-            om__tensor_write(p->y, here, num, y);
+            om__blocks_write(p->y, here, num, y);
         }
 }
 
@@ -191,21 +191,21 @@ static void mask_range(void* ctx, int begin, int end, int block) {
     for (int k = begin; k < end; ++k) mask_block(ctx, k);
 }
 
-void om__tensor_mask(int nworker, const OmTensor* x, const float* mask, const OmTensor* y) {
+void om__blocks_mask(int nworker, const OmBlocks* x, const float* mask, const OmBlocks* y) {
     PairLoop loop = {x, y, mask};
-    om_parallel_for(nworker, x->n * om__tensor_nblock(x), 1, mask_range, &loop);
+    om_parallel_for(nworker, x->n * om__blocks_nblock(x), 1, mask_range, &loop);
 }
 
 // ---- channels -------------------------------------------------------------------------------------------
 
 typedef struct CopyLoop {
-    const OmTensor *from, *to;
+    const OmBlocks *from, *to;
     int from_c, to_c, num;
     int chunk;  // channels a block of the loop
 } CopyLoop;
 
-static int64_t channel_at(const OmTensor* t, int n, int c) {
-    return n * om__tensor_stride(t) + (int64_t)(c / t->block) * om__net_cells(t->shape) * t->block +
+static int64_t channel_at(const OmBlocks* t, int n, int c) {
+    return n * om__blocks_stride(t) + (int64_t)(c / t->block) * om__net_cells(t->shape) * t->block +
            c % t->block;
 }
 
@@ -227,8 +227,8 @@ static void copy_lanes(const CopyLoop* p, int n, int offset, int width) {
 
 // The filling of the last block of `to`, where the last channel was copied into it.
 static void clear_filling(const CopyLoop* p, int n) {
-    const OmTensor* t = p->to;
-    int width = om__tensor_nblock(t) * t->block - t->shape.c;
+    const OmBlocks* t = p->to;
+    int width = om__blocks_nblock(t) * t->block - t->shape.c;
     if (width == 0 || p->to_c + p->num < t->shape.c) return;
     size_t size = om__type_size(t->type);
     char* y = (char*)t->data + (size_t)channel_at(t, n, t->shape.c) * size;
@@ -257,7 +257,7 @@ static void copy_range(void* ctx, int begin, int end, int block) {
     }
 }
 
-void om__tensor_copy_channels(int nworker, const OmTensor* from, int from_c, const OmTensor* to,
+void om__blocks_copy_channels(int nworker, const OmBlocks* from, int from_c, const OmBlocks* to,
                               int to_c, int num) {
     bool is_wide = from->block > 16 || to->block > 16;
     CopyLoop loop = {from, to, from_c, to_c, num, is_wide ? num : 16};
@@ -267,13 +267,13 @@ void om__tensor_copy_channels(int nworker, const OmTensor* from, int from_c, con
 // ---- windows ------------------------------------------------------------------------------------------
 
 typedef struct UnfoldLoop {
-    const OmTensor *from, *to;
+    const OmBlocks *from, *to;
     const int* kernel;
 } UnfoldLoop;
 
 // One row of cells of one block: the windows of a row of `from`, cell by cell of their width.
 static void unfold_row(const UnfoldLoop* p, int n, int block, int d, int h) {
-    const OmTensor *x = p->from, *y = p->to;
+    const OmBlocks *x = p->from, *y = p->to;
     const int* K = p->kernel;
     size_t size = om__type_size(y->type), width = (size_t)y->block * size;
     int kd = d % K[0], kh = h % K[1], c0 = block * y->block;
@@ -302,21 +302,21 @@ static void unfold_row(const UnfoldLoop* p, int n, int block, int d, int h) {
 static void unfold_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const UnfoldLoop* p = ctx;
-    int depth = p->to->shape.d, nblock = om__tensor_nblock(p->to);
+    int depth = p->to->shape.d, nblock = om__blocks_nblock(p->to);
     for (int k = begin; k < end; ++k)
         for (int h = 0; h < p->to->shape.h; ++h)
             unfold_row(p, k / depth / nblock, k / depth % nblock, k % depth, h);
 }
 
-void om__tensor_unfold(int nworker, const OmTensor* from, const int kernel[3], const OmTensor* to) {
+void om__blocks_unfold(int nworker, const OmBlocks* from, const int kernel[3], const OmBlocks* to) {
     UnfoldLoop loop = {from, to, kernel};
-    om_parallel_for(nworker, to->n * om__tensor_nblock(to) * to->shape.d, 4, unfold_range, &loop);
+    om_parallel_for(nworker, to->n * om__blocks_nblock(to) * to->shape.d, 4, unfold_range, &loop);
 }
 
 // ---- dropout ------------------------------------------------------------------------------------------
 
 typedef struct DropLoop {
-    const OmTensor *x, *y;
+    const OmBlocks *x, *y;
     uint64_t seed;
     int64_t first;
     uint32_t threshold;  // a word below it drops the value
@@ -334,18 +334,18 @@ static void drop_range(void* ctx, int begin, int end, int block) {
         OmRng rng = om_rng_init(p->seed, (uint64_t)((p->first + n) * channels + c));
         for (int s = 0; s < ncell; ++s, at += p->x->block) {
             float bx[1], by[1];
-            const float* x = om__tensor_read(p->x, at, 1, bx);
-            float* y = om__tensor_place(p->y, at, by);
+            const float* x = om__blocks_read(p->x, at, 1, bx);
+            float* y = om__blocks_place(p->y, at, by);
             *y = om_rng_u32(&rng) < p->threshold ? 0 : p->scale * *x;
-            om__tensor_write(p->y, at, 1, y);
+            om__blocks_write(p->y, at, 1, y);
         }
     }
 }
 
-void om__tensor_dropout(int nworker, const OmTensor* x, float rate, uint64_t seed, int64_t first,
-                        const OmTensor* y) {
+void om__blocks_dropout(int nworker, const OmBlocks* x, float rate, uint64_t seed, int64_t first,
+                        const OmBlocks* y) {
     DropLoop loop = {x, y, seed, first, (uint32_t)((double)rate * 4294967296.0), 1 / (1 - rate)};
-    int filled = om__tensor_nblock(y) * y->block;
-    if (filled != y->shape.c) memset(y->data, 0, om__tensor_bytes(y));
+    int filled = om__blocks_nblock(y) * y->block;
+    if (filled != y->shape.c) memset(y->data, 0, om__blocks_bytes(y));
     om_parallel_for(nworker, x->n * x->shape.c, 16, drop_range, &loop);
 }
