@@ -201,6 +201,39 @@ static void tangent_block(void* ctx, int begin, int end, int block) {
     }
 }
 
+// The same for hexahedra eight at a time.
+static void octet_force_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    double fe[8][24], energy[8];
+    for (int n = begin; n < end; n += 8) {
+        int num = end - n < 8 ? end - n : 8;
+        om__octet_force(p->s, p->elem + n, num, p->x, fe, energy);
+        for (int l = 0; l < num; ++l) {
+            const int* node = p->s->mesh.elem_node + 8 * (size_t)p->elem[n + l];
+            if (p->partial) p->partial[p->elem[n + l]] = energy[l];
+            for (int a = 0; a < 8 && p->f; ++a)
+                om_store3(p->f, node[a], om_add(om_load3(p->f, node[a]), om_load3(fe[l], a)));
+        }
+    }
+}
+
+static void octet_tangent_block(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const Pass* p = ctx;
+    double K[8][36][9];
+    for (int n = begin; n < end; n += 8) {
+        int num = end - n < 8 ? end - n : 8;
+        om__octet_tangent(p->s, p->elem + n, num, p->x, K);
+        for (int l = 0; l < num; ++l) {
+            const int* adr = p->s->elem_adr + 64 * (size_t)p->elem[n + l];
+            for (size_t a = 0, m = 0; a < 8; ++a)
+                for (size_t b = a; b < 8; ++b, ++m)
+                    scatter(p->A, adr[8 * a + b], adr[8 * b + a], K[l][m]);
+        }
+    }
+}
+
 static void for_colors(Pass* p, const OmColors* colors, OmRangeFn fn) {
     for (int c = 0; c < colors->num; ++c) {
         int num = colors->adr[c + 1] - colors->adr[c];
@@ -395,7 +428,7 @@ OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, doub
     double *scratch, sum;
     OM_TRY(begin_pass(&p, energy != NULL, &scratch, &sum));
     if (f) memset(f, 0, 3 * (size_t)s->mesh.nnode * sizeof *f);
-    for_colors(&p, &s->colors, force_block);
+    for_colors(&p, &s->colors, s->has_octets ? octet_force_block : force_block);
     for (int e = 0; e < s->mesh.nelem && p.partial; ++e) sum += p.partial[e];
     for_colors(&p, &s->patches.colors, patch_force_block);
     for (int e = 0; e < s->patches.num; ++e) sum += p.partial[e];
@@ -421,7 +454,8 @@ OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected
     double *scratch, energy;
     OM_TRY(begin_pass(&p, false, &scratch, &energy));
     om_bsr_zero(A);
-    for_colors(&p, &s->colors, tangent_block);
+    for_colors(&p, &s->colors,
+               s->has_octets && !is_projected ? octet_tangent_block : tangent_block);
     for_colors(&p, &s->patches.colors, patch_tangent_block);
     if (s->locking != OM_LOCKING_NONE)
         om_parallel_for(s->nworker, s->mesh.nnode, GRAIN, patch_rows, &p);

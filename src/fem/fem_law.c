@@ -101,6 +101,16 @@ OmJet om__law_volume(const OmLawParam* law, double J) {
     }
 }
 
+bool om__law_is_neo(const OmLawParam* law) {
+    return law->law == OM_NEO_HOOKEAN || law->law == OM_STABLE_NEO_HOOKEAN;
+}
+
+OmJet om__law_neo_volume(const OmLawParam* law, double J) {
+    OmJet U = om__law_volume(law, J);
+    OmJet one = law->law == OM_NEO_HOOKEAN ? jet_log(J) : (OmJet){J - 1, 1, 0};
+    return (OmJet){U.f - law->mu * one.f, U.d - law->mu * one.d, U.dd - law->mu * one.dd};
+}
+
 // ---- matrices ---------------------------------------------------------------------------------------
 
 double om__law_det(const double F[9], double C[9]) {

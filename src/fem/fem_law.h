@@ -50,6 +50,9 @@ void om__law_eval(const OmLawParam* law, const double F[9], OmLawPart part, OmLa
 bool om__law_is_split(const OmLawParam* law);
 /// That term, U(J), of a law that is split.
 OmJet om__law_volume(const OmLawParam* law, double J);
+/// Is W = mu/2 (I1 - 3) + f(J)? And f.
+bool om__law_is_neo(const OmLawParam* law);
+OmJet om__law_neo_volume(const OmLawParam* law, double J);
 /// The nearest positive semidefinite tangent of an isotropic law at F: in the frame of the singular vectors H
 /// is a 3 x 3 and three 2 x 2 matrices, whose negative eigenvalues become zero.
 void om__law_project(const double F[9], double H[81]);

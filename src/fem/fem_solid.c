@@ -208,6 +208,7 @@ OmStatus om_fem_create(const OmFemDef* def, OmFemSolid** out) {
     if (!s) return OM_NO_MEMORY;
     OM_TRY_DONE(copy_def(def, s));
     OM_TRY_DONE(make_gradients(s));
+    s->has_octets = om__octet_fits(s);
     OM_TRY_DONE(make_masses(s));
     OM_TRY_DONE(list_node_elements(s));
     OM_TRY_DONE(om__fem_color(s->mesh.nnode, s->mesh.nelem, NULL, s->mesh.nelem_node,

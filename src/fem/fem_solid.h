@@ -71,7 +71,7 @@ struct OmFemSolid {
     OmFemMesh mesh;
     int nmaterial, nworker, npoint;
     OmLocking locking;
-    bool is_projected;
+    bool is_projected, has_octets;
     OmLawParam* law;    //                                                       (nmaterial)
     double* density;    // kg/m^3                                                (nmaterial)
     double* grad;       // dN_a/dX at the points            (nelem x npoint x nelem_node x 3)
@@ -96,6 +96,17 @@ void om__fem_gradient(const OmFemSolid* solid, int elem, int point, const double
 
 /// Elements or patches adr[c] .. adr[c + 1] of `node` (null adr: k nodes each) to colours.
 OmStatus om__fem_color(int nnode, int ncell, const int* adr, int k, const int* node, OmColors* out);
+
+// ---- fem_octet.c ------------------------------------------------------------------------------------
+
+/// Are all elements hexahedra of neo-Hookean laws, without shared volumes?
+bool om__octet_fits(const OmFemSolid* solid);
+/// Forces on the nodes of num <= 8 elements, and their energies.
+void om__octet_force(const OmFemSolid* solid, const int* elem, int num, const double* x,
+                     double fe[8][24], double energy[8]);
+/// Blocks (a, b), a <= b, of num <= 8 elements, by columns.
+void om__octet_tangent(const OmFemSolid* solid, const int* elem, int num, const double* x,
+                       double block[8][36][9]);
 
 // ---- fem_patch.c ------------------------------------------------------------------------------------
 
