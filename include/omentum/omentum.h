@@ -30,10 +30,12 @@
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/study.h"
+#include "omentum/study_methods.h"
 #include "omentum/study_sheet.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_material.h"
 #include "omentum/umesh.h"
+#include "omentum/umesh_net.h"
 #include "omentum/vec.h"
 #include "omentum/world.h"
 

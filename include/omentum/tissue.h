@@ -48,6 +48,7 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
     const struct OmChainDef* chain;       // of "chainmail"; null: om_heuristic_default_chain
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
+    const void* custom_data;              // what that engine works with, borrowed by the model
     uint32_t cookie;                      // set by om_tissue_default_def
 } OmTissueDef;
 

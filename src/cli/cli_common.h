@@ -62,7 +62,11 @@ int om_cli_study(int argc, char** argv);
 int om_cli_study_contact(int argc, char** argv);
 int om_cli_study_calibration(int argc, char** argv);
 int om_cli_study_sheet(int argc, char** argv);
+int om_cli_study_methods(int argc, char** argv);
 int om_cli_umesh(int argc, char** argv);
 int om_cli_umesh_generate(int argc, char** argv);
+int om_cli_umesh_train(int argc, char** argv);
+int om_cli_umesh_eval(int argc, char** argv);
+int om_cli_umesh_predict(int argc, char** argv);
 
 #endif

@@ -13,6 +13,7 @@ static const struct {
     {"calibration", om_cli_study_calibration, "particles calibrated on gel, tested on a breast"},
     {"sheet-calibration", om_cli_study_sheet,
      "particles calibrated on a sheet seen by a depth camera"},
+    {"methods", om_cli_study_methods, "finite elements, particles and a network, compared"},
 };
 #define NSTUDY ((int)(sizeof study_table / sizeof *study_table))
 
@@ -36,6 +37,6 @@ int om_cli_study(int argc, char** argv) {
         fprintf(stderr, "omentum study: no study \"%s\"", name);
     else
         fprintf(stderr, "omentum study: no study is given");
-    fprintf(stderr, "; there are contact, calibration and sheet-calibration\n");
+    fprintf(stderr, "; there are contact, calibration, sheet-calibration and methods\n");
     return OM_EXIT_USAGE;
 }

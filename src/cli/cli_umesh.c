@@ -10,6 +10,9 @@ static const struct {
     const char* about;
 } step_table[] = {
     {"generate", om_cli_umesh_generate, "make samples of how an organ deforms, by finite elements"},
+    {"train", om_cli_umesh_train, "let a network learn from them"},
+    {"predict", om_cli_umesh_predict, "press on the organ and see where all of it goes"},
+    {"eval", om_cli_umesh_eval, "hold predictions against samples that training has not seen"},
 };
 #define NSTEP ((int)(sizeof step_table / sizeof *step_table))
 

@@ -15,7 +15,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/pbd.h"
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1ca1bu
@@ -73,119 +72,9 @@ static OmStatus validate(const OmStudyCalibrationDef* def) {
     return OM_OK;
 }
 
-// ---- particles ------------------------------------------------------------------------------------
-
-// A model of these parameters. Clusters that leave particles out are no model, nor are those so small that
-// neighbours share none: the body would fall to pieces.
-static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
-    const StudyFit* fit = ctx;
-    *model = NULL;
-    if (param[1] < fmax(0.5 * param[0], fit->def->spacing))
-        return om_error(OM_UNSAT, "clusters of radius %g mm leave particles %g mm apart alone",
-                        1e3 * param[1], 1e3 * fit->def->spacing);
-    OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
-    pbd.particle_volume = fit->volume;
-    pbd.cluster_spacing = param[0];
-    pbd.cluster_radius = param[1];
-    pbd.cluster_stiffness = param[2];
-    OmTissueDef def = om_tissue_default_def(&fit->particles);
-    def.engine = "pbd";
-    def.pbd = &pbd;
-    def.gravity = om_vec3(0, 0, 0);
-    def.density = fit->contact.density;
-    def.solver.nworker = nworker;
-    OmStatus status = om_tissue_create(&def, model);
-    return status == OM_INVALID ? OM_UNSAT : status;
-}
-
-// The lattice inside the body, its lowest layer held.
-static OmStatus make_particles(StudyFit* fit) {
-    OmTetMesh* p = &fit->particles;
-    OM_TRY(om_pbd_sample_surface(&fit->study.surface, fit->def->spacing, p, &fit->volume));
-    double low = HUGE_VAL;
-    int n = 0, *held = om_alloc((size_t)p->nvert, sizeof *held);
-    if (!held) return OM_NO_MEMORY;
-    for (int i = 0; i < p->nvert; ++i) low = fmin(low, om_load3(p->x, i).z);
-    for (int i = 0; i < p->nvert; ++i)
-        if (om_load3(p->x, i).z < low + 0.5 * fit->def->spacing) held[n++] = i;
-    OmStatus status = om_tet_mesh_add_set(p, "attachment", held, n);
-    om_free(held);
-    return status;
-}
-
-static OmVec3 nearest_particle(const OmTetMesh* particles, OmVec3 p) {
-    int best = 0;
-    for (int i = 1; i < particles->nvert; ++i)
-        if (om_distance(om_load3(particles->x, i), p) <
-            om_distance(om_load3(particles->x, best), p))
-            best = i;
-    return om_load3(particles->x, best);
-}
-
-// Paths over `n` lesions from depth `first` on, each seen `nseen` times, against what the tracking says. Errors come
-// lesion by lesion, depth by depth, acquisition by acquisition.
-typedef struct Plan {
-    int n, first, nseen;
-    const int* lesion;
-} Plan;
-
-static int depths_of(const StudyFit* fit, const Plan* plan, int i) {
-    int n = fit->study.truth[plan->lesion[i]].ndepth - plan->first;
-    return n > 0 ? n : 0;
-}
-
-static OmStatus make_tissue(StudyFit* fit, const Plan* plan, const double* start,
-                            OmCalibrationTissue** tissue) {
-    OmCalibrationPath path[OM_STUDY_MAX_LESION] = {0};
-    const char* name[OM_STUDY_MAX_LESION];
-    double rest[3 * OM_STUDY_MAX_LESION];
-    int nseen = 0;
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, fit);
-    OmCalibrationSeen* seen =
-        om_alloc((size_t)(plan->n * OM_STUDY_NDEPTH * plan->nseen), sizeof *seen);
-    if (!seen) return OM_NO_MEMORY;
-    for (int i = 0; i < plan->n; ++i) {
-        int lesion = plan->lesion[i];
-        const OmStudyLesion* l = &fit->body->lesion[lesion];
-        OmVec3 contour = om__study_contour(l), p = nearest_particle(&fit->particles, contour);
-        om_store3(rest, i, p);
-        name[i] = fit->name[lesion];
-        path[i] = (OmCalibrationPath){.name = fit->name[lesion],
-                                      .kind = OM_PATH_PRESS,
-                                      .point = l->touch,
-                                      .direction = om_scale(-1, l->normal),
-                                      .along = l->along,
-                                      .probe = fit->study.probe,
-                                      .friction = fit->contact.friction,
-                                      .speed = fit->def->speed,
-                                      .time_step = fit->def->time_step,
-                                      .settle = fit->def->settle,
-                                      .nlevel = depths_of(fit, plan, i),
-                                      .level = fit->contact.depth + plan->first};
-        for (int k = 0; k < path[i].nlevel; ++k) {
-            for (int a = 0; a < plan->nseen; ++a) {
-                OmStudyContactDef noise = fit->contact;
-                noise.seed += (uint64_t)a;
-                OmVec3 x =
-                    om__study_measured_contour(&noise, &fit->study.truth[lesion], plan->first + k);
-                seen[nseen++] = (OmCalibrationSeen){i, k, i, om_add(p, om_sub(x, contour))};
-            }
-        }
-    }
-    def.npath = def.nlandmark = plan->n;
-    def.path = path;
-    def.landmark = name;
-    def.rest = rest;
-    def.nobservation = nseen;
-    def.observation = seen;
-    OmStatus status = om_calibrate_create_tissue(&def, start, tissue);
-    om_free(seen);
-    return status;
-}
-
 // ---- searches -------------------------------------------------------------------------------------
 
-static uint64_t hash_fit(const StudyFit* fit, const Plan* plan) {
+static uint64_t hash_fit(const StudyFit* fit, const StudyPlan* plan) {
     const OmStudyCalibrationDef* d = fit->def;
     const double value[] = {VERSION,
                             d->spacing,
@@ -219,7 +108,7 @@ static void add_params(OmCalibrationDef* search, const double* start) {
 }
 
 // Find the parameters on the plan's lesions, from `start`; a search that ends by its budget is an answer too.
-static OmStatus find(StudyFit* fit, const Plan* plan, const double* start, bool is_global,
+static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, bool is_global,
                      const OmProgress* progress) {
     const OmStudyCalibrationDef* def = fit->def;
     OmCalibrationTissue* tissue;
@@ -227,7 +116,7 @@ static OmStatus find(StudyFit* fit, const Plan* plan, const double* start, bool 
     uint64_t problem = hash_fit(fit, plan);
     OM_TRY(om__study_path(&fit->contact, dir, sizeof dir, "search-%016llx",
                           (unsigned long long)om_hash(start, 3 * sizeof *start, problem)));
-    OM_TRY(make_tissue(fit, plan, start, &tissue));
+    OM_TRY(om__study_make_tissue(fit, plan, start, &tissue));
     OmCalibrationDef search = om_calibrate_tissue_search(tissue);
     add_params(&search, start);
     const OmStudyContactDef* c = &fit->contact;
@@ -249,26 +138,6 @@ static OmStatus find(StudyFit* fit, const Plan* plan, const double* start, bool 
 }
 
 // ---- errors of the breast's lesions ---------------------------------------------------------------
-
-static OmStatus score_particles(StudyCalibration* s, StudyBy by, const double* param) {
-    StudyFit* fit = &s->breast;
-    int lesion[OM_STUDY_MAX_LESION];
-    Plan plan = {.nseen = 1, .lesion = lesion};
-    for (int l = 0; l < s->def->nlesion; ++l)
-        if (fit->study.truth[l].ndepth) lesion[plan.n++] = l;
-    OM_CHECK(plan.n > 0, OM_INVALID,
-             "calibration study: no lesion has a truth; ask for a finer one (truth_ntet = %d)",
-             s->def->truth_ntet);
-    OmCalibrationTissue* tissue;
-    double error[OM_STUDY_MAX_LESION * OM_STUDY_NDEPTH];
-    OM_TRY(make_tissue(fit, &plan, param, &tissue));
-    OmStatus status = om_calibrate_eval_tissue(tissue, param, s->def->nworker, error);
-    om_calibrate_destroy_tissue(tissue);
-    const double* e = error;
-    for (int i = 0; i < plan.n && status == OM_OK; ++i)
-        for (int k = 0; k < depths_of(fit, &plan, i); ++k) s->error[by][lesion[i]][k] = *e++;
-    return status;
-}
 
 static void score_others(StudyCalibration* s) {
     const Study* study = &s->breast.study;
@@ -346,7 +215,7 @@ static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* dir, cons
     for (int i = 0; i < fit->body->nlesion; ++i)
         snprintf(fit->name[i], sizeof fit->name[i], "%s %d", word, i + 1);
     OM_TRY(om__study_open(c, progress, &fit->study));
-    return make_particles(fit);
+    return om__study_make_particles(fit);
 }
 
 static void close_fit(StudyFit* fit) {
@@ -358,17 +227,17 @@ static void close_fit(StudyFit* fit) {
 
 static OmStatus do_gel(StudyCalibration* s, const double* start, const OmProgress* progress) {
     static const int bead[] = {0, 1, 2};
-    Plan plan = {3, 0, s->def->nacquisition, bead};
+    StudyPlan plan = {3, 0, s->def->nacquisition, bead};
     for (int i = 0; i < 3; ++i)
-        OM_CHECK(depths_of(&s->gel, &plan, i) > 0, OM_INVALID,
+        OM_CHECK(om__study_plan_depths(&s->gel, &plan, i) > 0, OM_INVALID,
                  "calibration study: bead %d has no truth; ask for a finer one (truth_ntet = %d)",
                  i + 1, s->def->truth_ntet);
     return find(&s->gel, &plan, start, true, progress);
 }
 
 static OmStatus do_breast(StudyCalibration* s, const OmProgress* progress) {
-    Plan plan = {1, COUNTS_FROM, 1, &s->def->tuned};
-    OM_CHECK(depths_of(&s->breast, &plan, 0) > 0, OM_INVALID,
+    StudyPlan plan = {1, COUNTS_FROM, 1, &s->def->tuned};
+    OM_CHECK(om__study_plan_depths(&s->breast, &plan, 0) > 0, OM_INVALID,
              "calibration study: lesion %d has no truth at 15 mm; tune on another", s->def->tuned);
     return find(&s->breast, &plan, s->gel.result.best, false, progress);
 }
@@ -398,8 +267,10 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
     begin = om_clock_now();
     OM_TRY_DONE(do_breast(s, progress));
     s->sum.seconds += om_clock_now() - begin;
-    OM_TRY_DONE(score_particles(s, BY_GEL, s->gel.result.best));
-    OM_TRY_DONE(score_particles(s, BY_TUNED, s->breast.result.best));
+    OM_TRY_DONE(
+        om__study_score_particles(&s->breast, def->nlesion, s->gel.result.best, s->error[BY_GEL]));
+    OM_TRY_DONE(om__study_score_particles(&s->breast, def->nlesion, s->breast.result.best,
+                                          s->error[BY_TUNED]));
     score_others(s);
     summarise(s);
     OM_TRY_DONE(om__study_report_calibration(s));

@@ -6,6 +6,7 @@
 #include "omentum/report.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/study.h"
+#include "omentum/study_methods.h"
 #include "omentum/tissue.h"
 
 struct OmStudyBody {
@@ -215,9 +216,25 @@ typedef struct StudyFit {  // particles held against the truth of one body
     Study study;
     OmTetMesh particles;
     double volume;  // m^3, of each particle
-    char name[OM_STUDY_MAX_LESION][16];
+    char name[OM_STUDY_MAX_LESION][24];
     OmCalibrationResult result;
 } StudyFit;
+
+// Paths over `n` lesions from depth `first` on, each seen `nseen` times, against what the tracking says. Errors come
+// lesion by lesion, depth by depth, acquisition by acquisition.
+typedef struct StudyPlan {
+    int n, first, nseen;
+    const int* lesion;
+} StudyPlan;
+
+// The lattice inside the body, its lowest layer held.
+OmStatus om__study_make_particles(StudyFit* fit);
+int om__study_plan_depths(const StudyFit* fit, const StudyPlan* plan, int i);
+OmStatus om__study_make_tissue(StudyFit* fit, const StudyPlan* plan, const double* start,
+                               OmCalibrationTissue** tissue);
+// Errors of the first lesions at all depths that truth has, m; others are left as they are.
+OmStatus om__study_score_particles(StudyFit* fit, int nlesion, const double* param,
+                                   double error[][OM_STUDY_NDEPTH]);
 
 typedef struct StudyCalibration {
     const OmStudyCalibrationDef* def;
@@ -232,5 +249,25 @@ extern const char* const om__study_by_title[NBY];
 // Does this deformation count: 15 mm and more, and every method came there?
 bool om__study_counts(const StudyCalibration* s, int lesion, int depth);
 OmStatus om__study_report_calibration(const StudyCalibration* s);
+
+// ---- the comparison of methods --------------------------------------------------------------------
+
+typedef struct StudyMethods {
+    const OmStudyMethodsDef* def;
+    OmStudyCalibrationDef particles;  // what the runs of particles are told
+    StudyFit fit;
+    // m; negative where truth or method did not come so far
+    double error[OM_STUDY_NBY][OM_STUDY_MAX_LESION][OM_STUDY_NDEPTH];
+    bool is_outside[OM_STUDY_MAX_LESION][OM_STUDY_NDEPTH];  // the network's own test says so
+    double stability[OM_STUDY_NBY][OM_STUDY_MAX_LESION];
+    double ms[OM_STUDY_NBY];
+    char training[512];  // what the file of weights says about itself
+    OmStudyMethodsSummary sum;
+} StudyMethods;
+
+extern const char* const om__study_method_by_name[OM_STUDY_NBY];  // for files
+extern const char* const om__study_method_by_title[OM_STUDY_NBY];
+bool om__study_methods_count(const StudyMethods* s, int lesion, int depth);
+OmStatus om__study_report_methods(const StudyMethods* s);
 
 #endif

@@ -1,0 +1,143 @@
+/// omentum/umesh_net.h: U-Mesh trained, and asked (floor 5).
+///
+/// A network for one organ in its grid (thesis 3.6, Fig. 3.7b): displacements of the nodes that a probe moves in,
+/// displacements of all nodes out. It knows what it was trained on, and says when an input is outside of that. A
+/// file holds the weights and the grid, so that nothing else is needed to predict.
+///
+///     OmUmeshTrainDef def = om_umesh_default_train_def(&data, "out/phantom");
+///     om_umesh_train(&def, progress, &summary);               // out/phantom/weights.safetensors
+///     om_umesh_load_net("out/phantom/weights.safetensors", &net);
+///     om_umesh_create_predictor(net, 0, &predictor);
+///     om_umesh_predict(predictor, mask, u, &trust);           // u: in at masked nodes, out everywhere
+#ifndef OMENTUM_UMESH_NET_H
+#define OMENTUM_UMESH_NET_H
+
+#include "omentum/nn.h"
+#include "omentum/umesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- the trained network ------------------------------------------------------------------------------
+
+typedef struct OmUmeshNet OmUmeshNet;  // constant; may be used by any number of threads
+
+/// Read weights, grid and region of trust. Files of another kind, damaged, or with tensors that do not fit each
+/// other are refused: OM_INVALID, with the file and the tensor.
+OM_API OmStatus om_umesh_load_net(const char* path, OmUmeshNet** net);
+OM_API void om_umesh_destroy_net(OmUmeshNet* net);
+OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
+/// The network itself, and its parameters.
+OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** param);
+/// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
+OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
+/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, and place (3).
+OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
+
+// ---- prediction -----------------------------------------------------------------------------------------
+
+/// Is an input like those of training? Each measure is a share of the most that training saw, so that 1 is its
+/// limit; the score is the largest. Limits are widened, once, until 99 % of the samples kept for validation
+/// are inside.
+typedef struct OmUmeshTrust {
+    double score;  // inside if at most 1
+    double
+        way;  // of a node's displacement, over the most of that place and its neighbours; huge where no
+              // sample moved any
+    double stretch;  // of the departure of the displacements from their mean
+    double size;     // of the number of nodes, over the most or under the least
+    double angle;    // between the mean displacement and the inward normal
+    bool is_inside;
+    char why[128];  // what is outside, for people; "" if nothing is
+} OmUmeshTrust;
+
+/// Memory of one thread for one sample at a time.
+typedef struct OmUmeshPredictor OmUmeshPredictor;
+
+/// @param net      borrowed
+/// @param nworker  0: one per processor
+OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
+                                          OmUmeshPredictor** predictor);
+OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
+/// Held nodes stay, masked ones go where they are told, the network says the rest.
+/// @param mask   1 where the displacement is given (nnode)
+/// @param u      in: at masked nodes; out: everywhere, m (nnode x 3)
+/// @param trust  may be null
+/// @return OM_OK, also outside of what was trained; OM_INVALID (a displacement is not finite, no node is masked)
+OM_API OmStatus om_umesh_predict(OmUmeshPredictor* predictor, const unsigned char* mask, float* u,
+                                 OmUmeshTrust* trust);
+/// The test alone.
+OM_API void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const float* u,
+                           OmUmeshTrust* trust);
+
+/// The grid as tetrahedra, six an element, for files, pictures and engines: vertices are nodes, set "attachment" the
+/// held ones. The caller frees it with om_tet_mesh_done.
+OM_API OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* grid, OmTetMesh* mesh);
+/// The place on the skin that is nearest to p, with the outward normal of the surface around it.
+OM_API OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* grid, OmVec3 p);
+
+// ---- training -------------------------------------------------------------------------------------------
+
+typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
+    const OmUmeshData* data;      // borrowed
+    const char* out_dir;  // checkpoint, metrics.csv, weights.safetensors, report.html; borrowed
+    const char* command;  // kept in the file; may be null
+    int nvalid;           // the last samples are kept for validation; default a tenth
+    int base_channels;    // default 16
+    int nlevel;           // default 3
+    OmNetType type;       // default OM_F32; OM_BF16 is faster where the processor has it
+    int batch, nepoch;    // default 4 and 100
+    double rate;          // peak of the one-cycle schedule; default 2e-3
+    uint64_t seed;        // default 1
+    int nworker;          // default 0: one a processor
+    uint32_t cookie;
+} OmUmeshTrainDef;
+
+typedef struct OmUmeshTrainSummary {
+    double valid_error;  // mean norm error of the best epoch on the validation samples, m
+    int best_epoch, nepoch;
+    int64_t nstep;
+    double seconds;  // of all calls
+    bool is_resumed;
+} OmUmeshTrainSummary;
+
+OM_API OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir);
+/// Train, or go on where it stopped, and write the weights of the best epoch.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
+                               OmUmeshTrainSummary* summary);
+
+// ---- evaluation -------------------------------------------------------------------------------------------
+
+typedef struct OmUmeshEval {  // mean norm errors (3.17) over the nodes that are not held, m
+    int n;
+    double mean, sd, worst;
+    int worst_sample;
+    double max_u;                         // largest displacement of a node in the data
+    double ms_median, ms_least, ms_most;  // of a prediction, all in
+    int ninside;                          // samples that the test takes for known
+    double* error;                        // of each sample (n); freed by om_umesh_eval_done
+    double* score;                        // of the test (n)
+} OmUmeshEval;
+
+/// Predict the data's samples `first` .. `first + n - 1`. OM_INVALID if the data is of another grid.
+OM_API OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
+                              int nworker, OmUmeshEval* eval);
+OM_API void om_umesh_eval_done(OmUmeshEval* eval);
+
+// ---- as tissue --------------------------------------------------------------------------------------------
+
+/// The trained network as an engine of tissue.h:
+///     def.custom = om_umesh_engine(), def.custom_data = net;
+/// The mesh is any in the place of the organ; its vertices go where the grid does. Skin that a tool holds, or
+/// an obstacle has touched, moves with it and sticks until the obstacle leaves the place where the skin is at rest.
+/// Quasi-static, without forces: a tool or an obstacle feels nothing. Attachments are those of training. A step
+/// outside of what was trained is made and returns OM_NOT_CONVERGED with the reason; report->residual is the
+/// test's score.
+OM_API const struct OmTissueEngine* om_umesh_engine(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,105 @@
+// cli_study_methods.c: omentum study methods.
+#include <stdio.h>
+
+#include "cli_common.h"
+#include "omentum/study_methods.h"
+
+static const OmCliOption option[] = {
+    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
+    {"--weights", "-w", "FILE", "a network trained on the phantom, by omentum umesh train"},
+    {"--truth-from", NULL, "DIR", "folder of a contact study: its truth and meshes are used"},
+    {"--clusters", NULL, "MM,MM,K",
+     "spacing, radius and stiffness of particles (default: the thesis's)"},
+    {"--lesions-used", NULL, "N", "press over the first N lesions only (default 10)"},
+    {"--truth", NULL, "N", "elements of the quadratic truth (default 12000)"},
+    {"--quick", NULL, NULL, "two lesions, a coarse truth, coarse particles"},
+    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--quiet", "-q", NULL, "no progress"},
+    {"--help", "-h", NULL, "this text"},
+};
+
+static void print_help(const OmCliArgs* args) {
+    printf(
+        "omentum study methods: finite elements, particles, a trained network, compared\n\n"
+        "Usage: omentum study methods -w WEIGHTS -o DIR [options]\n\n"
+        "Thesis 3.8, Tables 3.5 to 3.7: a probe is pressed over the lesions of the breast phantom, and each\n"
+        "method says where they go. DIR receives report.html, study.json and errors.csv. Exit code 0: the\n"
+        "network errs at most 0.3 mm more than finite elements at every depth and all paths were completed; 1:\n"
+        "not so.\n");
+    om_cli_print_options(args);
+    printf(
+        "\nExamples:\n"
+        "  omentum study methods -w weights/phantom.safetensors -o out/methods\n"
+        "  omentum study methods -w out/umesh/weights.safetensors --truth-from out/contact -o out/methods \\\n"
+        "      --truth 35000 --clusters 10.2,9.1,0.55\n");
+}
+
+static OmStatus read_clusters(const OmCliArgs* args, double* cluster) {
+    const char* text = om_cli_get(args, "--clusters");
+    double value[3];
+    char rest;
+    if (!text) return OM_OK;
+    OM_CHECK(
+        sscanf(text, "%lf,%lf,%lf%c", &value[0], &value[1], &value[2], &rest) == 3 &&
+            value[0] > 0 && value[1] > 0 && value[2] >= 0 && value[2] <= 1,
+        OM_INVALID,
+        "--clusters is \"%s\"; it must be spacing, radius (mm), stiffness (0 to 1), like 9.6,9.2,0.45",
+        text);
+    cluster[0] = 1e-3 * value[0];
+    cluster[1] = 1e-3 * value[1];
+    cluster[2] = value[2];
+    return OM_OK;
+}
+
+static OmStatus read_def(const OmCliArgs* args, OmStudyMethodsDef* def) {
+    int npositional;
+    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
+    OM_CHECK(def->weights, OM_INVALID,
+             "no network is given; add -w FILE (omentum umesh generate, then train, make one)");
+    def->truth_dir = om_cli_get(args, "--truth-from");
+    if (om_cli_get(args, "--quick")) {
+        def->nlesion = 2;
+        def->truth_ntet = 2000;
+        def->fe_ntet = 1363;
+        def->spacing = 0.008;
+        def->settle = 0;
+    }
+    OM_TRY(read_clusters(args, def->cluster));
+    OM_TRY(om_cli_get_int(args, "--lesions-used", 1, 20, &def->nlesion));
+    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
+    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+}
+
+static void print_result(const OmStudyMethodsSummary* r, const char* dir) {
+    static const char* const name[] = {"finite elements", "particles", "U-Mesh", "rigid"};
+    printf("%-16s %8s %10s %12s\n", "", "error", "a step", "stability");
+    for (int by = 0; by < OM_STUDY_NBY; ++by)
+        printf("%-16s %5.2f mm %7.2f ms %10.1f %%\n", name[by], 1e3 * r->by[by].mean, r->by[by].ms,
+               100 * r->by[by].stability);
+    printf(
+        "U-Mesh less finite elements: at most %+.2f mm, over %d deformations; %d of them outside of its training\n",
+        1e3 * r->worst_gap, r->ncount, r->noutside);
+    printf("the bar is %s\nreport: %s/report.html\n", r->is_met ? "met" : "missed", dir);
+}
+
+int om_cli_study_methods(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    if (om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    OmStudyMethodsSummary summary;
+    OmStudyMethodsDef def =
+        om_study_default_methods_def(om_cli_get(&args, "--output"), om_cli_get(&args, "--weights"));
+    if (read_def(&args, &def) < 0) {
+        fprintf(stderr, "omentum study: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
+    OmStatus status = om_study_run_methods(&def, progress, &summary);
+    if (status < 0) return om_cli_fail("study", status);
+    om_cli_progress_done();
+    print_result(&summary, def.out_dir);
+    return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
+}

@@ -1,0 +1,113 @@
+// cli_umesh_eval.c: omentum umesh eval.
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "cli_common.h"
+#include "omentum/umesh_net.h"
+
+#define BAR_MEAN 0.05   // mm, over the samples
+#define BAR_WORST 0.25  // mm, of the worst of them
+#define BAR_MS 3.0      // of a prediction, median
+
+static const OmCliOption option[] = {
+    {"--weights", "-w", "FILE", "of omentum umesh train"},
+    {"--data", "-d", "DIR", "samples it has not seen: generated with another seed"},
+    {"--samples", NULL, "N", "the first N (default: all)"},
+    {"--output", "-o", "DIR", "also eval.json and errors.csv there"},
+    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--help", "-h", NULL, "this text"},
+};
+
+static void print_help(const OmCliArgs* args) {
+    printf(
+        "omentum umesh eval: how far predictions are from finite elements\n\n"
+        "Usage: omentum umesh eval -w WEIGHTS -d DATA [options]\n\n"
+        "Mean norm errors (thesis, equation 3.17) over the nodes that are not held, and the time of a prediction.\n"
+        "Exit code 0: a mean of %g mm or less and no sample above %g mm; 1: more.\n",
+        BAR_MEAN, BAR_WORST);
+    om_cli_print_options(args);
+    printf("\nExamples:\n"
+           "  omentum umesh generate --samples 200 --seed 2 -o out/test\n"
+           "  omentum umesh eval -w out/umesh/weights.safetensors -d out/test\n");
+}
+
+static OmStatus write_json(const OmUmeshEval* e, const char* dir) {
+    char path[1024];
+    OmText text = {0};
+    OM_TRY(om_path_join(dir, "eval.json", path, sizeof path));
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_integer(&json, "samples", e->n);
+    om_json_number(&json, "mean_error_mm", 1e3 * e->mean);
+    om_json_number(&json, "sd_mm", 1e3 * e->sd);
+    om_json_number(&json, "worst_mm", 1e3 * e->worst);
+    om_json_integer(&json, "worst_sample", e->worst_sample);
+    om_json_number(&json, "largest_displacement_mm", 1e3 * e->max_u);
+    om_json_number(&json, "prediction_ms_median", e->ms_median);
+    om_json_number(&json, "prediction_ms_least", e->ms_least);
+    om_json_integer(&json, "inside", e->ninside);
+    om_json_close(&json, '}');
+    return om_json_save(&json, path);
+}
+
+static OmStatus write_errors(const OmUmeshEval* e, const char* dir) {
+    char path[1024];
+    OmText t = {0};
+    OM_TRY(om_path_join(dir, "errors.csv", path, sizeof path));
+    OmStatus status = om_text_append(&t, "sample,error_mm,score\n");
+    for (int s = 0; s < e->n && status >= 0; ++s)
+        status = om_text_append(&t, "%d,%.6f,%.4f\n", s, 1e3 * e->error[s], e->score[s]);
+    if (status >= 0) status = om_file_write(path, t.str, t.len);
+    om_text_done(&t);
+    return status;
+}
+
+static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_met) {
+    OmUmeshNet* net = NULL;
+    OmUmeshData data = {0};
+    OmUmeshEval e = {0};
+    const char* dir = om_cli_get(args, "--output");
+    OmStatus status;
+    OM_TRY(om_umesh_load_net(om_cli_get(args, "--weights"), &net));
+    OM_TRY_DONE(om_umesh_load_data(om_cli_get(args, "--data"), nsample, &data));
+    OM_TRY_DONE(om_umesh_eval(net, &data, 0, data.nsample, nworker, &e));
+    if (dir) OM_TRY_DONE(om_path_make_dir(dir));
+    if (dir) OM_TRY_DONE(write_json(&e, dir));
+    if (dir) OM_TRY_DONE(write_errors(&e, dir));
+    printf("%d samples, displacements up to %.1f mm\n", e.n, 1e3 * e.max_u);
+    printf("mean norm error %.4f mm (sd %.4f), worst sample %.4f mm (number %d)\n", 1e3 * e.mean,
+           1e3 * e.sd, 1e3 * e.worst, e.worst_sample);
+    printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_least, e.ms_most);
+    printf("taken for known: %d of %d\n", e.ninside, e.n);
+    *is_met = 1e3 * e.mean <= BAR_MEAN && 1e3 * e.worst <= BAR_WORST;
+    printf("the bar (mean %g mm, worst %g mm) is %s; a prediction in %g ms %s\n", BAR_MEAN,
+           BAR_WORST, *is_met ? "met" : "missed", BAR_MS, e.ms_median <= BAR_MS ? "too" : "is not");
+done:
+    om_umesh_eval_done(&e);
+    om_umesh_data_done(&data);
+    om_umesh_destroy_net(net);
+    return status;
+}
+
+int om_cli_umesh_eval(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    if (om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    int npositional, nsample = 0, nworker = 0;
+    bool is_met = false;
+    OmStatus status = om_cli_check(&args, 0, &npositional);
+    if (status >= 0) status = om_cli_get_int(&args, "--samples", 1, 100000000, &nsample);
+    if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
+    if (status >= 0 && !(om_cli_get(&args, "--weights") && om_cli_get(&args, "--data")))
+        status = om_error(OM_INVALID, "give the weights (-w FILE) and the samples (-d DATA)");
+    if (status < 0) {
+        fprintf(stderr, "omentum umesh: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    status = eval(&args, nsample, nworker, &is_met);
+    if (status < 0) return om_cli_fail("umesh", status);
+    return is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
+}

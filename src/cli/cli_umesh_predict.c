@@ -1,0 +1,209 @@
+// cli_umesh_predict.c: omentum umesh predict: press on the organ, see where all of it goes.
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_common.h"
+#include "omentum/shape_file.h"
+#include "omentum/umesh_net.h"
+
+#define NREPEAT 20  // predictions timed
+
+static const OmCliOption option[] = {
+    {"--weights", "-w", "FILE", "of omentum umesh train"},
+    {"--at", NULL, "X,Y,Z",
+     "where the probe is put, mm; the nearest place of the skin (default: the top)"},
+    {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},
+    {"--turn", NULL, "DEG", "of the probe about the normal (default 0)"},
+    {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
+    {"--output", "-o", "FILE", "the deformed organ: .vtu or .vtk, opens in ParaView"},
+    {"--onnx", NULL, "FILE", "write the network as ONNX, too"},
+    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--help", "-h", NULL, "this text"},
+};
+
+typedef struct Press {
+    const OmCliArgs* args;
+    const OmUmeshGrid* grid;
+    OmUmeshPatch patch;
+    double way;  // m
+    unsigned char* mask;
+    float* u;
+    int nmasked;
+} Press;
+
+static void print_help(const OmCliArgs* args) {
+    printf(
+        "omentum umesh predict: where an organ goes under a probe, by a trained network\n\n"
+        "Usage: omentum umesh predict -w WEIGHTS [options]\n\n"
+        "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
+        "like those of training, and where points inside go. Exit code 0: it is; 1: it is not, so do not\n"
+        "trust the answer.\n");
+    om_cli_print_options(args);
+    printf(
+        "\nExamples:\n"
+        "  omentum umesh predict -w weights/phantom.safetensors --press 20 --point 0,0,50\n"
+        "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu\n");
+}
+
+static OmStatus read_point(const char* text, const char* name, OmVec3* p) {
+    double x[3];
+    char* end = (char*)(uintptr_t)text;
+    for (int c = 0; c < 3; ++c) {
+        const char* begin = end;
+        x[c] = strtod(begin, &end);
+        OM_CHECK(end != begin && isfinite(x[c]) && *end == (c < 2 ? ',' : '\0'), OM_INVALID,
+                 "%s is \"%s\"; it must be three numbers, like 10,0,65", name, text);
+        ++end;
+    }
+    *p = om_scale(1e-3, om_vec3(x[0], x[1], x[2]));
+    return OM_OK;
+}
+
+// The highest place of the skin.
+static OmVec3 top_of(const OmUmeshGrid* g) {
+    OmVec3 top = om_vec3(0, 0, 0);
+    double high = -HUGE_VAL;
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        double h = om_dot(om_load3(g->skin_x, i), g->up);
+        if (g->is_skin[i] && h > high) high = h, top = om_load3(g->skin_x, i);
+    }
+    return top;
+}
+
+static OmStatus place_probe(Press* p) {
+    const char* at = om_cli_get(p->args, "--at");
+    double way = 15, turn = 0;
+    OmVec3 place = top_of(p->grid);
+    if (at) OM_TRY(read_point(at, "--at", &place));
+    OM_TRY(om_cli_get_double(p->args, "--press", -200, 200, &way));
+    OM_TRY(om_cli_get_double(p->args, "--turn", -360, 360, &turn));
+    p->way = 1e-3 * way;
+    p->patch = om_umesh_find_place(p->grid, place);
+    OmVec3 across = om_cross(p->patch.normal, p->patch.along);
+    double angle = turn * OM_PI / 180;
+    p->patch.along = om_add(om_scale(cos(angle), p->patch.along), om_scale(sin(angle), across));
+    OM_ALLOC(p->mask, p->grid->mesh.nnode);
+    OM_ALLOC(p->u, 3 * (size_t)p->grid->mesh.nnode);
+    p->nmasked = om_umesh_select_patch(p->grid, &p->patch, p->mask);
+    OM_CHECK(p->nmasked > 0, OM_INVALID,
+             "no node of the skin lies under the probe there; try --turn");
+    return OM_OK;
+}
+
+static void set_way(const Press* p) {
+    OmVec3 d = om_scale(-p->way, p->patch.normal);
+    const double value[3] = {d.x, d.y, d.z};
+    for (int i = 0; i < p->grid->mesh.nnode; ++i)
+        for (int c = 0; c < 3; ++c) p->u[3 * i + c] = p->mask[i] ? (float)value[c] : 0;
+}
+
+static int compare_double(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return (x > y) - (x < y);
+}
+
+static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUmeshTrust* trust) {
+    OmUmeshPredictor* predictor;
+    double ms[NREPEAT];
+    OmStatus status = OM_OK;
+    OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
+    for (int k = 0; k < NREPEAT && status >= 0; ++k) {
+        set_way(p);
+        double begin = om_clock_now();
+        status = om_umesh_predict(predictor, p->mask, p->u, trust);
+        ms[k] = 1e3 * (om_clock_now() - begin);
+    }
+    om_umesh_destroy_predictor(predictor);
+    if (status < 0) return status;
+    qsort(ms, NREPEAT, sizeof *ms, compare_double);
+    printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm in; %d nodes of the skin move with it\n",
+           1e3 * p->patch.center.x, 1e3 * p->patch.center.y, 1e3 * p->patch.center.z, 1e3 * p->way,
+           p->nmasked);
+    printf("a prediction: %.2f ms (median of %d), %d nodes\n", ms[NREPEAT / 2], NREPEAT,
+           p->grid->mesh.nnode);
+    return OM_OK;
+}
+
+static OmStatus print_points(const Press* p) {
+    const char* text;
+    for (int k = 0; (text = om_cli_get_nth(p->args, "--point", k)); ++k) {
+        OmVec3 x, u = om_vec3(0, 0, 0);
+        int elem;
+        double weight[8], at[3];
+        OM_TRY(read_point(text, "--point", &x));
+        om_store3(at, 0, x);
+        OM_TRY(om_fem_mesh_embed(&p->grid->mesh, 1, at, &elem, weight));
+        for (int a = 0; a < 8; ++a) {
+            const float* v = p->u + 3 * (size_t)p->grid->mesh.elem_node[8 * elem + a];
+            u = om_madd(u, weight[a], om_vec3(v[0], v[1], v[2]));
+        }
+        printf("point (%s) mm moves by (%.2f, %.2f, %.2f), %.2f mm\n", text, 1e3 * u.x, 1e3 * u.y,
+               1e3 * u.z, 1e3 * om_norm(u));
+    }
+    return OM_OK;
+}
+
+static OmStatus write_mesh(const Press* p, const char* path) {
+    OmTetMesh mesh;
+    char ext[8];
+    om_path_extension(path, ext, sizeof ext);
+    OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
+             "%s: written are .vtu and .vtk", path);
+    OM_TRY(om_umesh_make_tet_mesh(p->grid, &mesh));
+    for (int n = 0; n < 3 * mesh.nvert; ++n) mesh.x[n] += (double)p->u[n];
+    const OmMeshArray array[] = {{"displacement", OM_ARRAY_FLOAT, 3, false, p->u},
+                                 {"under_probe", OM_ARRAY_BYTE, 1, false, p->mask}};
+    OmStatus status = om_tet_mesh_save_format(
+        &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 2);
+    om_tet_mesh_done(&mesh);
+    if (status >= 0) printf("wrote %s (m)\n", path);
+    return status;
+}
+
+static OmStatus run(const OmCliArgs* args, int nworker, bool* is_inside) {
+    OmUmeshNet* net;
+    OmUmeshTrust trust;
+    const char *out = om_cli_get(args, "--output"), *onnx = om_cli_get(args, "--onnx");
+    OM_TRY(om_umesh_load_net(om_cli_get(args, "--weights"), &net));
+    Press p = {.args = args, .grid = om_umesh_net_grid(net)};
+    OmStatus status;
+    OM_TRY_DONE(place_probe(&p));
+    OM_TRY_DONE(predict(&p, net, nworker, &trust));
+    OM_TRY_DONE(print_points(&p));
+    if (out) OM_TRY_DONE(write_mesh(&p, out));
+    if (onnx) OM_TRY_DONE(om_umesh_save_onnx(net, onnx));
+    *is_inside = trust.is_inside;
+    if (trust.is_inside)
+        printf("like what was trained (%.2f of the limit)\n", trust.score);
+    else
+        printf("NOT like what was trained: %s\n", trust.why);
+done:
+    om_free(p.mask);
+    om_free(p.u);
+    om_umesh_destroy_net(net);
+    return status;
+}
+
+int om_cli_umesh_predict(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    if (om_cli_get(&args, "--help")) {
+        print_help(&args);
+        return OM_EXIT_OK;
+    }
+    int npositional, nworker = 0;
+    bool is_inside = false;
+    OmStatus status = om_cli_check(&args, 0, &npositional);
+    if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
+    if (status >= 0 && !om_cli_get(&args, "--weights"))
+        status = om_error(OM_INVALID,
+                          "no weights are given; add -w FILE (omentum umesh train writes one)");
+    if (status < 0) {
+        fprintf(stderr, "omentum umesh: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    status = run(&args, nworker, &is_inside);
+    if (status < 0) return om_cli_fail("umesh", status);
+    return is_inside ? OM_EXIT_OK : OM_EXIT_FAILED;
+}

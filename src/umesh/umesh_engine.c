@@ -1,0 +1,328 @@
+// umesh_engine.c: the network as tissue: what tools and obstacles move goes in, all vertices come out.
+//
+// The network knows the skin of its grid. A node of the skin moves with the vertex of the mesh that is nearest to its
+// place on the surface, if a tool holds that one; or with an obstacle that it has touched. Contacts are kept in the
+// state, in the obstacle's frame: a network has no forces that could tell when tissue lets go, so a contact ends when
+// the obstacle has left the place where the node is at rest. Then
+//
+//     u_grid = net(u_skin),  x = X + sum_a N_a(X) u_grid,a
+//
+// and what holds vertices has the last word.
+#include <math.h>
+#include <string.h>
+
+#include "tissue/tissue_engine.h"
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define TOUCHING 1e-6  // m
+#define NROUND 3       // of predictions in which more of the skin is found to touch
+
+typedef struct Skin {
+    int node;   // of the grid
+    int vert;   // of the mesh, the nearest to its place on the surface
+    OmVec3 x;   // that place
+    bool near;  // within a cell of that vertex
+} Skin;
+
+typedef struct Learned {  // model->data
+    const OmUmeshNet* net;
+    int nskin;
+    Skin* skin;
+    int* elem;       // of the grid, that carries each vertex                          (nvert)
+    double* weight;  // of its nodes                                                (nvert x 8)
+} Learned;
+
+typedef struct Touch {  // of a node of the skin, behind the state's arrays
+    double place[3];    // in the obstacle's frame
+    int64_t obstacle;   // from 1; 0: none
+} Touch;
+
+typedef struct LearnedWork {  // work->data
+    OmUmeshPredictor* predictor;
+    unsigned char* mask;  //                                                          (nnode)
+    float *u, *goal;      // predicted; and of masked nodes                       (nnode x 3)
+} LearnedWork;
+
+// ---- model ------------------------------------------------------------------------------------------
+
+static void learned_destroy(OmTissueModel* m) {
+    Learned* l = m->data;
+    if (!l) return;
+    om_free(l->skin);
+    om_free(l->elem);
+    om_free(l->weight);
+    om_free(l);
+    m->data = NULL;
+}
+
+static void find_skin(const OmTissueModel* m, Learned* l) {
+    const OmUmeshGrid* g = &l->net->grid;
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        if (!g->is_skin[i]) continue;
+        Skin* skin = &l->skin[l->nskin++];
+        *skin = (Skin){.node = i, .vert = 0, .x = om_load3(g->skin_x, i)};
+        double best = HUGE_VAL;
+        for (int k = 0; k < m->nsurface; ++k) {
+            double d = om_distance(om_load3(m->mesh.x, m->surface_vert[k]), skin->x);
+            if (d < best) best = d, skin->vert = m->surface_vert[k];
+        }
+        skin->near = best < g->spacing;
+    }
+}
+
+static OmStatus learned_create(OmTissueModel* m) {
+    const OmUmeshNet* net = m->def.custom_data;
+    OM_CHECK(net, OM_INVALID, "learned: no trained network is given (OmTissueDef.custom_data)");
+    Learned* l = om_calloc(1, sizeof *l);
+    if (!l) return OM_NO_MEMORY;
+    m->data = l;  // freed with the model, whatever fails below
+    l->net = net;
+    OM_ALLOC(l->skin, net->grid.mesh.nnode);
+    OM_ALLOC(l->elem, m->mesh.nvert);
+    OM_ALLOC(l->weight, 8 * (size_t)m->mesh.nvert);
+    OM_TRY(om_fem_mesh_embed(&net->grid.mesh, m->mesh.nvert, m->mesh.x, l->elem, l->weight));
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 p = om_vec3(0, 0, 0);
+        for (int a = 0; a < 8; ++a)
+            p = om_madd(p, l->weight[8 * (size_t)i + (size_t)a],
+                        om_load3(net->grid.mesh.x,
+                                 net->grid.mesh.elem_node[8 * (size_t)l->elem[i] + (size_t)a]));
+        double off = om_distance(p, om_load3(m->mesh.x, i));
+        OM_CHECK(
+            off < 2 * net->grid.spacing, OM_INVALID,
+            "learned: vertex %d of the mesh is %.3g mm outside of the organ that the network was "
+            "trained on",
+            i, 1e3 * off);
+    }
+    find_skin(m, l);
+    return OM_OK;
+}
+
+static size_t learned_state_size(const OmTissueModel* m) {
+    const Learned* l = m->data;
+    return (size_t)l->nskin * sizeof(Touch);
+}
+
+// Positions were set from outside, or the state is new: nothing touches.
+static void learned_sync(const OmTissueModel* m, OmTissueState* s) {
+    memset(om__state_engine(s), 0, learned_state_size(m));
+}
+
+static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
+    const Learned* l = m->data;
+    size_t nvert = (size_t)m->mesh.nvert, nnode = (size_t)l->net->grid.mesh.nnode;
+    size_t model = sizeof *l + (size_t)l->nskin * sizeof *l->skin +
+                   nvert * (sizeof *l->elem + 8 * sizeof *l->weight);
+    return model + (work ? nnode * (1 + 6 * sizeof(float)) : 0);
+}
+
+// ---- work -------------------------------------------------------------------------------------------
+
+static void learned_destroy_work(OmTissueWork* work) {
+    LearnedWork* w = work->data;
+    if (!w) return;
+    om_umesh_destroy_predictor(w->predictor);
+    om_free(w->mask);
+    om_free(w->u);
+    om_free(w->goal);
+    om_free(w);
+    work->data = NULL;
+}
+
+static OmStatus learned_create_work(const OmTissueModel* m, OmTissueWork* work) {
+    const Learned* l = m->data;
+    size_t nnode = (size_t)l->net->grid.mesh.nnode;
+    LearnedWork* w = om_calloc(1, sizeof *w);
+    if (!w) return OM_NO_MEMORY;
+    work->data = w;
+    OM_ALLOC(w->mask, nnode);
+    OM_ALLOC(w->u, 3 * nnode);
+    OM_ALLOC(w->goal, 3 * nnode);
+    return om_umesh_create_predictor(l->net, m->def.solver.nworker, &w->predictor);
+}
+
+// ---- what moves the skin ------------------------------------------------------------------------------
+
+static void put_goal(LearnedWork* w, const Skin* skin, OmVec3 place) {
+    OmVec3 u = om_sub(place, skin->x);
+    const double value[3] = {u.x, u.y, u.z};
+    w->mask[skin->node] = 1;
+    for (int c = 0; c < 3; ++c) w->goal[3 * skin->node + c] = (float)value[c];
+}
+
+static OmVec3 held_place(const OmTissueState* s, int i) {
+    int arm = om__state_held_by(s)[i];
+    return om_pose_apply(s->arm[arm].goal, om_load3(om__state_array(s, OM__GRIP), i));
+}
+
+// The skin that arms hold; the node nearest to what they hold, if that lies between the nodes.
+static void take_held(const OmTissueModel* m, const OmTissueState* s, LearnedWork* w) {
+    const Learned* l = m->data;
+    const signed char* held_by = om__state_held_by(s);
+    int num[OM_TISSUE_NARM] = {0};
+    for (int k = 0; k < l->nskin; ++k) {
+        const Skin* skin = &l->skin[k];
+        if (!skin->near || held_by[skin->vert] < 0) continue;
+        OmVec3 rest = om_load3(m->mesh.x, skin->vert);
+        put_goal(w, skin, om_add(held_place(s, skin->vert), om_sub(skin->x, rest)));
+        ++num[held_by[skin->vert]];
+    }
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        int arm = held_by[i];
+        if (arm < 0 || num[arm]) continue;
+        OmVec3 rest = om_load3(m->mesh.x, i);
+        const Skin* best = NULL;
+        for (int k = 0; k < l->nskin; ++k)
+            if (!best || om_distance(l->skin[k].x, rest) < om_distance(best->x, rest))
+                best = &l->skin[k];
+        if (!best) return;
+        put_goal(w, best, om_add(held_place(s, i), om_sub(best->x, rest)));
+        ++num[arm];
+    }
+}
+
+static double distance_to(const OmTissueObstacle* o, OmPose pose, OmVec3 p, OmVec3* normal) {
+    double gap = o->distance(o->ctx, om_pose_apply(om_pose_inverse(pose), p), normal);
+    *normal = om_quat_rotate(pose.q, *normal);
+    return gap;
+}
+
+// Contacts of before that go on move their nodes; others end.
+static void keep_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
+                          const OmTissueObstacle* obstacle) {
+    Touch* touch = om__state_engine(s);
+    for (int k = 0; k < l->nskin; ++k) {
+        Touch* t = &touch[k];
+        OmVec3 n;
+        if (!t->obstacle) continue;
+        const OmTissueObstacle* o = t->obstacle <= nobstacle ? &obstacle[t->obstacle - 1] : NULL;
+        if (!o || distance_to(o, o->pose_end, l->skin[k].x, &n) > TOUCHING) {
+            t->obstacle = 0;
+            continue;
+        }
+        if (!w->mask[l->skin[k].node])
+            put_goal(w, &l->skin[k],
+                     om_pose_apply(o->pose_end, om_vec3(t->place[0], t->place[1], t->place[2])));
+    }
+}
+
+// Skin that would be inside an obstacle touches it from now on, where it comes out of it.
+static bool find_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
+                          const OmTissueObstacle* obstacle) {
+    Touch* touch = om__state_engine(s);
+    bool is_new = false;
+    for (int k = 0; k < l->nskin; ++k) {
+        const Skin* skin = &l->skin[k];
+        if (w->mask[skin->node]) continue;
+        const float* u = w->u + 3 * (size_t)skin->node;
+        OmVec3 p = om_add(skin->x, om_vec3(u[0], u[1], u[2])), n;
+        for (int b = 0; b < nobstacle; ++b) {
+            double gap = distance_to(&obstacle[b], obstacle[b].pose_end, p, &n);
+            if (!(gap < -TOUCHING)) continue;
+            OmVec3 out = om_madd(p, -gap, n);
+            OmVec3 place = om_pose_apply(om_pose_inverse(obstacle[b].pose_end), out);
+            touch[k] = (Touch){{place.x, place.y, place.z}, b + 1};
+            put_goal(w, skin, out);
+            is_new = true;
+            break;
+        }
+    }
+    return is_new;
+}
+
+// ---- the step ---------------------------------------------------------------------------------------
+
+static OmStatus predict(const Learned* l, LearnedWork* w, OmUmeshTrust* trust) {
+    size_t nnode = (size_t)l->net->grid.mesh.nnode, num = 0;
+    for (size_t i = 0; i < nnode; ++i) num += w->mask[i];
+    memset(w->u, 0, 3 * nnode * sizeof *w->u);
+    *trust = (OmUmeshTrust){.is_inside = true};
+    if (!num) return OM_OK;
+    for (size_t i = 0; i < 3 * nnode; ++i)
+        if (w->mask[i / 3]) w->u[i] = w->goal[i];
+    return om_umesh_predict(w->predictor, w->mask, w->u, trust);
+}
+
+static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedWork* w, double h) {
+    const Learned* l = m->data;
+    double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        const int* node = l->net->grid.mesh.elem_node + 8 * (size_t)l->elem[i];
+        OmVec3 p = om_load3(m->mesh.x, i);
+        for (int a = 0; a < 8; ++a) {
+            const float* u = w->u + 3 * (size_t)node[a];
+            p = om_madd(p, l->weight[8 * (size_t)i + (size_t)a], om_vec3(u[0], u[1], u[2]));
+        }
+        if (om__state_held_by(s)[i] >= 0)
+            p = held_place(s, i);
+        else if (om__state_attached(s)[i])
+            p = om_load3(om__state_array(s, OM__ANCHOR), i);
+        om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
+        om_store3(x, i, p);
+    }
+    for (int a = 0; a < OM_TISSUE_NARM; ++a) s->arm[a].pose = s->arm[a].goal;
+    s->time += h;
+}
+
+static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
+    for (int k = 0; k < nobstacle; ++k) {
+        OmTissueObstacle* o = &obstacle[k];
+        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p), OM_INVALID,
+                 "learned: obstacle[%d] has no distance or no proper pose_end", k);
+        o->force = o->torque = om_vec3(0, 0, 0);
+        o->ncontact = 0;
+        o->penetration = 0;
+    }
+    return OM_OK;
+}
+
+static void report_contacts(const Learned* l, const OmTissueState* s, const LearnedWork* w,
+                            int nobstacle, OmTissueObstacle* obstacle) {
+    const Touch* touch = om__state_engine(s);
+    for (int k = 0; k < l->nskin; ++k) {
+        const float* u = w->u + 3 * (size_t)l->skin[k].node;
+        OmVec3 p = om_add(l->skin[k].x, om_vec3(u[0], u[1], u[2])), n;
+        if (touch[k].obstacle) ++obstacle[touch[k].obstacle - 1].ncontact;
+        for (int b = 0; b < nobstacle; ++b) {
+            double gap = distance_to(&obstacle[b], obstacle[b].pose_end, p, &n);
+            obstacle[b].penetration = fmax(obstacle[b].penetration, -gap);
+        }
+    }
+}
+
+static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* work, double h,
+                             int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
+    const Learned* l = m->data;
+    LearnedWork* w = work->data;
+    OmUmeshTrust trust;
+    OM_TRY(check_obstacles(nobstacle, obstacle));
+    memset(w->mask, 0, (size_t)l->net->grid.mesh.nnode);
+    take_held(m, s, w);
+    keep_touching(l, s, w, nobstacle, obstacle);
+    OM_TRY(predict(l, w, &trust));
+    for (int round = 0; round < NROUND; ++round) {
+        if (!find_touching(l, s, w, nobstacle, obstacle)) break;
+        OM_TRY(predict(l, w, &trust));
+    }
+    write_state(m, s, w, h);
+    report_contacts(l, s, w, nobstacle, obstacle);
+    report->substeps = 1;
+    report->residual = trust.score;
+    if (trust.is_inside) return OM_OK;
+    return om_error(OM_NOT_CONVERGED, "learned: outside of what was trained: %s", trust.why);
+}
+
+static const OmTissueEngine engine = {
+    .name = "learned",
+    .create = learned_create,
+    .destroy = learned_destroy,
+    .create_work = learned_create_work,
+    .destroy_work = learned_destroy_work,
+    .step = learned_step,
+    .get_state_size = learned_state_size,
+    .sync_state = learned_sync,
+    .get_memory = learned_memory,
+};
+
+const OmTissueEngine* om_umesh_engine(void) { return &engine; }

@@ -1,0 +1,361 @@
+// umesh_net.c: a trained network and its file.
+//
+// One safetensors file holds all that a prediction needs. Besides the weights, under their own names:
+//     grid.dim (3), grid.frame (7)      points; spacing, origin, up
+//     grid.active (npoint)              1 at the lowest point of an active cell
+//     grid.fixed (nnode), grid.skin_x (nnode, 3)
+//     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5), scale (1)
+// Everything else of the grid follows from these; what does not fit them is refused.
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define FORMAT "omentum-umesh-1"
+#define MAX_TENSOR 512
+#define NOWN 9  // tensors besides the weights
+#define MAX_DIM 1024
+#define MAX_POINT (1 << 24)
+
+// ---- create -----------------------------------------------------------------------------------------
+
+OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to) {
+    OmUmeshFrame frame = {.spacing = from->spacing, .origin = from->origin, .up = from->up};
+    memcpy(frame.dim, from->dim, sizeof frame.dim);
+    unsigned char* active;
+    OM_ALLOC(active, from->npoint);
+    for (int p = 0; p < from->npoint; ++p) active[p] = from->cell_elem[p] >= 0;
+    OmStatus status = om__umesh_grid_init(&frame, active, to);
+    om_free(active);
+    if (status < 0) return status;
+    memcpy(to->fixed, from->fixed, (size_t)to->mesh.nnode);
+    memcpy(to->skin_x, from->skin_x, 3 * (size_t)to->mesh.nnode * sizeof *to->skin_x);
+    status = om__umesh_grid_find_skin(to);
+    to->hash = om__umesh_grid_hash(to);
+    if (status < 0) om_umesh_grid_done(to);
+    return status;
+}
+
+static OmStatus make_layers(OmUmeshNet* n) {
+    const OmUmeshGrid* g = &n->grid;
+    OmUnetDef def =
+        om_unet_default_def((OmNetShape){UMESH_NCHANNEL, g->dim[2], g->dim[1], g->dim[0]}, 3);
+    float* mask = om_calloc((size_t)g->npoint, sizeof *mask);
+    if (!mask) return OM_NO_MEMORY;
+    for (int i = 0; i < g->mesh.nnode; ++i) mask[g->node_point[i]] = g->fixed[i] ? 0 : 1;
+    def.base_channels = n->base_channels;
+    def.nlevel = n->nlevel;
+    def.mask = mask;
+    OmStatus status = om_net_create_unet(&def, &n->net);
+    om_free(mask);
+    if (status < 0) return status;
+    OM_ALLOC(n->param, om_net_parameter_size(n->net));
+    return OM_OK;
+}
+
+// With n->grid set.
+static OmStatus finish(OmUmeshNet* n, int base_channels, int nlevel) {
+    n->base_channels = base_channels;
+    n->nlevel = nlevel;
+    OM_TRY(make_layers(n));
+    return om__umesh_region_alloc(n);
+}
+
+OmStatus om__umesh_net_create(const OmUmeshGrid* grid, int base_channels, int nlevel,
+                              OmUmeshNet** out) {
+    *out = NULL;
+    OmUmeshNet* n = om_calloc(1, sizeof *n);
+    if (!n) return OM_NO_MEMORY;
+    OmStatus status = om__umesh_grid_copy(grid, &n->grid);
+    if (status >= 0) status = finish(n, base_channels, nlevel);
+    if (status < 0)
+        om_umesh_destroy_net(n);
+    else
+        *out = n;
+    return status;
+}
+
+void om_umesh_destroy_net(OmUmeshNet* n) {
+    if (!n) return;
+    om_umesh_grid_done(&n->grid);
+    om_net_destroy(n->net);
+    om_free(n->param);
+    om_free(n->region.way);
+    om_free(n->region.inward);
+    for (int i = 0; i < n->nfact; ++i) {
+        om_free((void*)(uintptr_t)n->fact[i].key);
+        om_free((void*)(uintptr_t)n->fact[i].value);
+    }
+    om_free(n);
+}
+
+const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* n) { return &n->grid; }
+
+const OmNet* om_umesh_net_layers(const OmUmeshNet* n, const float** param) {
+    if (param) *param = n->param;
+    return n->net;
+}
+
+const char* om_umesh_net_fact(const OmUmeshNet* n, const char* key) {
+    for (int i = 0; i < n->nfact; ++i)
+        if (strcmp(n->fact[i].key, key) == 0) return n->fact[i].value;
+    return NULL;
+}
+
+static char* copy_text(const char* text) {
+    size_t size = strlen(text) + 1;
+    char* copy = om_alloc(size, 1);
+    if (copy) memcpy(copy, text, size);
+    return copy;
+}
+
+OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* format, ...) {
+    char value[1024];
+    va_list arg;
+    va_start(arg, format);
+    vsnprintf(value, sizeof value, format, arg);
+    va_end(arg);
+    OM_CHECK(n->nfact < UMESH_NFACT, OM_INVALID, "umesh: more than %d facts", UMESH_NFACT);
+    char *k = copy_text(key), *v = copy_text(value);
+    if (!k || !v) {
+        om_free(k);
+        om_free(v);
+        return OM_NO_MEMORY;
+    }
+    n->fact[n->nfact++] = (OmTextPair){k, v};
+    return OM_OK;
+}
+
+// ---- save -------------------------------------------------------------------------------------------
+
+typedef struct Own {  // the tensors besides the weights, in the types of the file
+    double dim[3], frame[7], limit[5], scale;
+    float *active, *fixed;
+} Own;
+
+static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
+    const OmUmeshGrid* g = &n->grid;
+    const UmeshRegion* r = &n->region;
+    *own = (Own){
+        .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
+        .limit = {r->stretch, r->angle, r->most, r->least, r->margin},
+        .scale = n->scale};
+    for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(own->active, g->npoint);
+    OM_ALLOC_DONE(own->fixed, g->mesh.nnode);
+    for (int p = 0; p < g->npoint; ++p) own->active[p] = g->cell_elem[p] >= 0 ? 1 : 0;
+    for (int i = 0; i < g->mesh.nnode; ++i) own->fixed[i] = g->fixed[i] ? 1 : 0;
+done:
+    return status;
+}
+
+static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
+    int num = 0, nnode = n->grid.mesh.nnode;
+    for (int i = 0; i < om_net_parameter_count(n->net); ++i) {
+        const OmNetParameter* p = om_net_parameter(n->net, i);
+        t[num] = (OmTensor){
+            .name = p->name, .type = OM_TENSOR_F32, .rank = p->ndim, .data = n->param + p->adr};
+        for (int d = 0; d < p->ndim; ++d) t[num].dim[d] = p->dim[d];
+        ++num;
+    }
+    t[num++] = (OmTensor){"grid.dim", OM_TENSOR_F64, 1, {3}, own->dim};
+    t[num++] = (OmTensor){"grid.frame", OM_TENSOR_F64, 1, {7}, own->frame};
+    t[num++] = (OmTensor){"grid.active", OM_TENSOR_F32, 1, {n->grid.npoint}, own->active};
+    t[num++] = (OmTensor){"grid.fixed", OM_TENSOR_F32, 1, {nnode}, own->fixed};
+    t[num++] = (OmTensor){"grid.skin_x", OM_TENSOR_F64, 2, {nnode, 3}, n->grid.skin_x};
+    t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
+    t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
+    t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {5}, own->limit};
+    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {1}, &own->scale};
+    return num;
+}
+
+OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
+    Own own;
+    OmText layers = {0};
+    OmTensor tensor[MAX_TENSOR];
+    OmTextPair meta[UMESH_NFACT + 6];
+    char base[16], levels[16], hash[24];
+    int nmeta = 0;
+    OM_CHECK(om_net_parameter_count(n->net) + NOWN <= MAX_TENSOR, OM_INVALID,
+             "umesh: the network has more than %d tensors", MAX_TENSOR - NOWN);
+    OmStatus status = fill_own(n, &own);
+    if (status >= 0) status = om_net_describe(n->net, &layers);
+    if (status >= 0) {
+        snprintf(base, sizeof base, "%d", n->base_channels);
+        snprintf(levels, sizeof levels, "%d", n->nlevel);
+        snprintf(hash, sizeof hash, "%016llx", (unsigned long long)om_net_hash(n->net));
+        meta[nmeta++] = (OmTextPair){"format", FORMAT};
+        meta[nmeta++] = (OmTextPair){"base_channels", base};
+        meta[nmeta++] = (OmTextPair){"levels", levels};
+        meta[nmeta++] = (OmTextPair){"network", hash};
+        meta[nmeta++] = (OmTextPair){"architecture", layers.str};
+        meta[nmeta++] = (OmTextPair){"units", "m"};
+        for (int i = 0; i < n->nfact; ++i) meta[nmeta++] = n->fact[i];
+        status = om_tensor_file_save(tensor, list_tensors(n, &own, tensor), meta, nmeta, path);
+    }
+    om_text_done(&layers);
+    om_free(own.active);
+    om_free(own.fixed);
+    return status;
+}
+
+OmStatus om_umesh_save_onnx(const OmUmeshNet* n, const char* path) {
+    char scale[32];
+    snprintf(scale, sizeof scale, "%.17g", n->scale);
+    OmTextPair meta[UMESH_NFACT + 1] = {{"scale_m", scale}};
+    memcpy(meta + 1, n->fact, (size_t)n->nfact * sizeof *meta);
+    return om_net_save_onnx(n->net, n->param, meta, n->nfact + 1, path);
+}
+
+// ---- load -------------------------------------------------------------------------------------------
+
+static OmStatus read_setting(const OmTensorFile* f, const char* path, const char* key, int lo,
+                             int hi, int* value) {
+    const char* text = om_tensor_file_meta(f, key);
+    char* end;
+    OM_CHECK(text, OM_INVALID, "%s: the metadata have no \"%s\"; was it written by omentum umesh?",
+             path, key);
+    long v = strtol(text, &end, 10);
+    OM_CHECK(*text && !*end && v >= lo && v <= hi, OM_INVALID, "%s: %s is \"%.20s\"; %d to %d",
+             path, key, text, lo, hi);
+    *value = (int)v;
+    return OM_OK;
+}
+
+// Zeros and ones.
+static OmStatus read_flags(const OmTensorFile* f, const char* path, const char* name, int n,
+                           unsigned char* flag) {
+    const int64_t dim[1] = {n};
+    float* value;
+    OM_ALLOC(value, n);
+    OmStatus status = om_tensor_file_read(f, name, 1, dim, value);
+    for (int i = 0; i < n && status >= 0; ++i) {
+        flag[i] = value[i] == 1;
+        if (value[i] != 0 && value[i] != 1)
+            status = om_error(OM_INVALID, "%s: tensor \"%s\" has a value of %g, not 0 or 1", path,
+                              name, (double)value[i]);
+    }
+    om_free(value);
+    return status;
+}
+
+static OmStatus read_frame(const OmTensorFile* f, const char* path, OmUmeshFrame* frame) {
+    double dim[3], value[7];
+    OM_TRY(om_tensor_file_read_double(f, "grid.dim", 1, (const int64_t[]){3}, dim));
+    OM_TRY(om_tensor_file_read_double(f, "grid.frame", 1, (const int64_t[]){7}, value));
+    for (int c = 0; c < 3; ++c) {
+        OM_CHECK(dim[c] >= 2 && dim[c] <= MAX_DIM && dim[c] == floor(dim[c]), OM_INVALID,
+                 "%s: grid.dim[%d] is %g; 2 to %d", path, c, dim[c], MAX_DIM);
+        frame->dim[c] = (int)dim[c];
+    }
+    OM_CHECK(dim[0] * dim[1] * dim[2] <= MAX_POINT, OM_INVALID,
+             "%s: a grid of %g x %g x %g points; at most %d are read", path, dim[0], dim[1], dim[2],
+             MAX_POINT);
+    frame->spacing = value[0];
+    frame->origin = om_vec3(value[1], value[2], value[3]);
+    frame->up = om_vec3(value[4], value[5], value[6]);
+    OM_CHECK(frame->spacing > 1e-6 && frame->spacing < 1, OM_INVALID,
+             "%s: spacing of the grid is %g m; 1e-6 to 1", path, frame->spacing);
+    OM_CHECK(om_norm(frame->up) > 0.99 && om_norm(frame->up) < 1.01 && om_norm(frame->origin) < 1e3,
+             OM_INVALID, "%s: grid.frame is no frame", path);
+    return OM_OK;
+}
+
+static OmStatus read_grid(const OmTensorFile* f, const char* path, OmUmeshGrid* g) {
+    OmUmeshFrame frame;
+    OM_TRY(read_frame(f, path, &frame));
+    int npoint = frame.dim[0] * frame.dim[1] * frame.dim[2];
+    unsigned char* active;
+    OM_ALLOC(active, npoint);
+    OmStatus status = read_flags(f, path, "grid.active", npoint, active);
+    if (status >= 0) status = om__umesh_grid_init(&frame, active, g);
+    om_free(active);
+    if (status < 0) return status;
+    OM_TRY(read_flags(f, path, "grid.fixed", g->mesh.nnode, g->fixed));
+    OM_TRY(om_tensor_file_read_double(f, "grid.skin_x", 2, (const int64_t[]){g->mesh.nnode, 3},
+                                      g->skin_x));
+    OM_TRY(om__umesh_grid_find_skin(g));
+    g->hash = om__umesh_grid_hash(g);
+    return OM_OK;
+}
+
+static OmStatus read_weights(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
+    int num = om_net_parameter_count(n->net);
+    for (int i = 0; i < num; ++i) {
+        const OmNetParameter* p = om_net_parameter(n->net, i);
+        int64_t dim[5];
+        for (int d = 0; d < p->ndim; ++d) dim[d] = p->dim[d];
+        OM_TRY(om_tensor_file_read(f, p->name, p->ndim, dim, n->param + p->adr));
+    }
+    OM_CHECK(om_tensor_file_count(f) == num + NOWN, OM_INVALID,
+             "%s: has %d tensors; a network of %d channels and %d levels with its grid has %d",
+             path, om_tensor_file_count(f), n->base_channels, n->nlevel, num + NOWN);
+    return OM_OK;
+}
+
+static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
+    UmeshRegion* r = &n->region;
+    const int64_t dim[2] = {n->grid.mesh.nnode, 3};
+    double limit[5];
+    OM_TRY(om_tensor_file_read(f, "trust.way", 1, dim, r->way));
+    OM_TRY(om_tensor_file_read(f, "trust.inward", 2, dim, r->inward));
+    OM_TRY(om_tensor_file_read_double(f, "trust.limit", 1, (const int64_t[]){5}, limit));
+    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){1}, &n->scale));
+    r->stretch = limit[0];
+    r->angle = limit[1];
+    r->most = limit[2];
+    r->least = limit[3];
+    r->margin = limit[4];
+    OM_CHECK(r->stretch >= 0 && r->angle >= 0 && r->least >= 1 && r->most >= r->least &&
+                 r->margin >= 1 && r->margin <= 2,
+             OM_INVALID, "%s: trust.limit is no region", path);
+    OM_CHECK(n->scale > 1e-9 && n->scale < 1e3, OM_INVALID, "%s: scale is %g m; 1e-9 to 1000", path,
+             n->scale);
+    return OM_OK;
+}
+
+static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
+    static const char* const key[] = {"command",       "seed",         "data",
+                                      "samples",       "epochs",       "validation_error_mm",
+                                      "test_error_mm", "test_worst_mm"};
+    for (size_t i = 0; i < sizeof key / sizeof *key; ++i) {
+        const char* value = om_tensor_file_meta(f, key[i]);
+        if (value) OM_TRY(om__umesh_net_add_fact(n, key[i], "%s", value));
+    }
+    return OM_OK;
+}
+
+static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
+    const char* format = om_tensor_file_meta(f, "format");
+    int base, nlevel;
+    OM_CHECK(
+        format && strcmp(format, FORMAT) == 0, OM_INVALID,
+        "%s: not a trained U-Mesh (format \"%.30s\", wanted \"%s\"); omentum umesh train writes one",
+        path, format ? format : "", FORMAT);
+    OM_TRY(read_setting(f, path, "base_channels", 1, 256, &base));
+    OM_TRY(read_setting(f, path, "levels", 1, 6, &nlevel));
+    OM_TRY(read_grid(f, path, &n->grid));
+    OM_TRY(finish(n, base, nlevel));
+    OM_TRY(read_weights(f, path, n));
+    OM_TRY(read_region(f, path, n));
+    return read_facts(f, n);
+}
+
+OmStatus om_umesh_load_net(const char* path, OmUmeshNet** out) {
+    *out = NULL;
+    OmTensorFile* file;
+    OM_TRY(om_tensor_file_load(path, &file));
+    OmUmeshNet* n = om_calloc(1, sizeof *n);
+    OmStatus status = n ? read_net(file, path, n) : OM_NO_MEMORY;
+    om_tensor_file_destroy(file);
+    if (status < 0)
+        om_umesh_destroy_net(n);
+    else
+        *out = n;
+    return status;
+}

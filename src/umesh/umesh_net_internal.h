@@ -1,0 +1,64 @@
+// umesh_net_internal.h: what the files of the trained network share.
+#ifndef OMENTUM_UMESH_NET_INTERNAL_H
+#define OMENTUM_UMESH_NET_INTERNAL_H
+
+#include "omentum/nn_file.h"
+#include "omentum/umesh_net.h"
+
+#define UMESH_NCHANNEL 9  // displacement (3), patch, organ, held, place (3)
+#define UMESH_NFACT 12    // lines of metadata that are kept
+
+typedef struct UmeshRegion {  // what training saw, and by how much its limits are widened
+    float* way;               // largest displacement of a node, its neighbours' too, m    (nnode)
+    float* inward;            // mean inward normal of the skin around a node          (nnode x 3)
+    double stretch;           // m
+    double angle;             // rad
+    double most, least;       // nodes
+    double margin;            // >= 1
+} UmeshRegion;
+
+struct OmUmeshNet {
+    OmUmeshGrid grid;
+    OmNet* net;
+    float* param;
+    int base_channels, nlevel;
+    double scale;  // m, of displacements in and out
+    UmeshRegion region;
+    int nfact;
+    OmTextPair fact[UMESH_NFACT];  // strings of its own
+};
+
+// ---- umesh_net.c ------------------------------------------------------------------------------------
+
+// Without weights and region: the layers for a copy of the grid.
+OmStatus om__umesh_net_create(const OmUmeshGrid* grid, int base_channels, int nlevel,
+                              OmUmeshNet** net);
+OmStatus om__umesh_net_add_fact(OmUmeshNet* net, const char* key, const char* format, ...)
+    OM_PRINTF(3, 4);
+OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
+// The grid from where its cells, held nodes and skin are.
+OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);
+
+// ---- umesh_predict.c --------------------------------------------------------------------------------
+
+// Channels that no input changes: organ, held, place; zeros elsewhere. in: (UMESH_NCHANNEL x npoint)
+void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
+// Displacement over `scale` and patch.
+void om__umesh_fill_input(const OmUmeshGrid* grid, double scale, const unsigned char* mask,
+                          const float* u, float* in);
+// Mean norm error over the nodes that are not held, m.
+double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float* b);
+
+// ---- umesh_trust.c ----------------------------------------------------------------------------------
+
+// From the first `ntrain` samples; the margin from those that follow.
+OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain);
+OmStatus om__umesh_region_alloc(OmUmeshNet* net);
+
+// ---- umesh_train_report.c ---------------------------------------------------------------------------
+
+struct OmTrainResult;
+OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet* net,
+                                   const struct OmTrainResult* result, const OmUmeshEval* eval);
+
+#endif

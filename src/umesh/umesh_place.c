@@ -1,0 +1,61 @@
+// umesh_place.c: a grid as tetrahedra, and places on its skin.
+#include <math.h>
+#include <string.h>
+
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* g, OmTetMesh* mesh) {
+    // around the diagonal from node 0 to node 6, alike in all cells: faces of neighbours are cut alike
+    static const int tet[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
+                                  {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
+    int nheld = 0;
+    OM_TRY(om_tet_mesh_init(mesh, g->mesh.nnode, 6 * g->mesh.nelem));
+    memcpy(mesh->x, g->mesh.x, 3 * (size_t)g->mesh.nnode * sizeof *mesh->x);
+    for (int e = 0; e < g->mesh.nelem; ++e)
+        for (int k = 0; k < 6; ++k)
+            for (int a = 0; a < 4; ++a)
+                mesh->tet_vert[24 * e + 4 * k + a] = g->mesh.elem_node[8 * e + tet[k][a]];
+    int* held = om_alloc((size_t)g->mesh.nnode, sizeof *held);
+    OmStatus status = held ? OM_OK : OM_NO_MEMORY;
+    for (int i = 0; i < g->mesh.nnode && held; ++i)
+        if (g->fixed[i]) held[nheld++] = i;
+    if (status >= 0) status = om_tet_mesh_add_set(mesh, "attachment", held, nheld);
+    om_free(held);
+    if (status < 0) om_tet_mesh_done(mesh);
+    return status;
+}
+
+// The plane through the places of the skin within `reach` of p by least squares: its normal is the direction in
+// which they vary least.
+OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* g, OmVec3 p) {
+    double best = HUGE_VAL, reach = 2.5 * g->spacing;
+    OmVec3 at = p, mean = om_vec3(0, 0, 0), middle = mean;
+    int num = 0, nskin = 0;
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        if (!g->is_skin[i]) continue;
+        OmVec3 x = om_load3(g->skin_x, i);
+        middle = om_add(middle, x);
+        ++nskin;
+        if (om_distance(x, p) < best) best = om_distance(x, p), at = x;
+    }
+    OmMat3 spread = {0};
+    for (int round = 0; round < 2; ++round) {
+        for (int i = 0; i < g->mesh.nnode; ++i) {
+            OmVec3 x = om_load3(g->skin_x, i);
+            if (!g->is_skin[i] || om_distance(x, at) > reach) continue;
+            if (round == 0)
+                mean = om_add(mean, x), ++num;
+            else
+                spread = om_mat3_add(spread, om_mat3_outer(om_sub(x, mean), om_sub(x, mean)));
+        }
+        if (round == 0) mean = om_scale(1.0 / (num ? num : 1), mean);
+    }
+    OmVec3 w, out = om_sub(at, om_scale(1.0 / (nskin ? nskin : 1), middle));
+    OmMat3 V;
+    om_mat3_eigen_symmetric(spread, &w, &V);
+    OmVec3 normal = V.cx;
+    if (om_dot(normal, out) < 0) normal = om_scale(-1, normal);
+    OmVec3 along = om_cross(normal, fabs(normal.x) < 0.9 ? om_vec3(1, 0, 0) : om_vec3(0, 1, 0));
+    return om_umesh_default_patch(at, normal, om_normalize(along));
+}

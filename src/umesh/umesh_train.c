@@ -1,0 +1,198 @@
+// umesh_train.c: the network learns an organ's samples.
+//
+// Loss is what is judged: the mean norm error (3.17) over free nodes, in units of the data's scale; the thesis
+// minimises the square of it (3.16), which cares for the largest displacements first. The last samples of the data
+// are kept for validation, which chooses the epoch; the test is another data set.
+#include <math.h>
+#include <string.h>
+
+#include "omentum/nn_train.h"
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define COOKIE 0x03e540a1u
+#define AVERAGE 0.999  // of the weights, a step
+#define CLIP 1.0
+
+typedef struct Training {
+    const OmUmeshTrainDef* def;
+    OmUmeshNet* net;
+    const float* fixed_channel;  // (UMESH_NCHANNEL x npoint)
+    const OmProgress* progress;
+    int ntrain;
+} Training;
+
+OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir) {
+    OmUmeshTrainDef def = {.data = data,
+                           .out_dir = out_dir,
+                           .nvalid = data->nsample / 10,
+                           .base_channels = 16,
+                           .nlevel = 3,
+                           .type = OM_F32,
+                           .batch = 4,
+                           .nepoch = 100,
+                           .rate = 2e-3,
+                           .seed = 1,
+                           .cookie = COOKIE};
+    return def;
+}
+
+static OmStatus validate(const OmUmeshTrainDef* def) {
+    OM_CHECK(def->cookie == COOKIE, OM_INVALID,
+             "umesh: a definition not made by om_umesh_default_train_def");
+    OM_CHECK(def->out_dir, OM_INVALID, "umesh: no folder to train in");
+    OM_CHECK(def->base_channels >= 1 && def->base_channels <= 256, OM_INVALID,
+             "umesh: base_channels = %d; 1 to 256, fast when a multiple of 16", def->base_channels);
+    OM_CHECK(def->nlevel >= 1 && def->nlevel <= 6, OM_INVALID, "umesh: nlevel = %d; 1 to 6",
+             def->nlevel);
+    OM_CHECK(
+        def->nvalid >= 1 && def->nvalid + def->batch <= def->data->nsample, OM_INVALID,
+        "umesh: %d samples of %d are kept for validation; at least 1, and a batch of %d besides",
+        def->nvalid, def->data->nsample, def->batch);
+    OM_CHECK(def->batch >= 1 && def->nepoch >= 1 && def->rate > 0, OM_INVALID,
+             "umesh: batch = %d, nepoch = %d, rate = %g; all must be above 0", def->batch,
+             def->nepoch, def->rate);
+    return OM_OK;
+}
+
+// ---- what the loop asks for -------------------------------------------------------------------------
+
+static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
+    const Training* t = ctx;
+    const OmUmeshData* data = t->def->data;
+    const OmUmeshGrid* g = &t->net->grid;
+    size_t nnode = (size_t)g->mesh.nnode, npoint = (size_t)g->npoint;
+    float over = (float)(1 / t->net->scale);
+    for (int b = 0; b < batch->count; ++b) {
+        size_t s = (size_t)batch->sample[b] + (batch->is_validation ? (size_t)t->ntrain : 0);
+        float* in = batch->in + (size_t)b * UMESH_NCHANNEL * npoint;
+        float* target = batch->target + (size_t)b * 3 * npoint;
+        const float* u = data->u + 3 * s * nnode;
+        memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
+        om__umesh_fill_input(g, t->net->scale, data->mask + s * nnode, u, in);
+        om_umesh_scatter(g, u, NULL, target);
+        for (size_t n = 0; n < 3 * npoint; ++n) target[n] *= over;
+    }
+    return OM_OK;
+}
+
+// Sum of mean norm errors, m.
+static double measure(void* ctx, const float* out, const float* target, int count) {
+    const Training* t = ctx;
+    const OmUmeshGrid* g = &t->net->grid;
+    size_t npoint = (size_t)g->npoint;
+    double sum = 0;
+    for (int b = 0; b < count; ++b, out += 3 * npoint, target += 3 * npoint) {
+        double error = 0;
+        int num = 0;
+        for (int i = 0; i < g->mesh.nnode; ++i) {
+            if (g->fixed[i]) continue;
+            double d2 = 0;
+            for (size_t c = 0; c < 3; ++c) {
+                size_t at = c * npoint + (size_t)g->node_point[i];
+                d2 += (double)(out[at] - target[at]) * (double)(out[at] - target[at]);
+            }
+            error += sqrt(d2);
+            ++num;
+        }
+        sum += num ? t->net->scale * error / num : 0;
+    }
+    return sum;
+}
+
+// ---- training ---------------------------------------------------------------------------------------
+
+// The root mean square of what the patches do: inputs and outputs are then of the order of one.
+static double find_scale(const OmUmeshData* data, int ntrain) {
+    size_t nnode = (size_t)data->grid.mesh.nnode;
+    double sum = 0;
+    int64_t num = 0;
+    for (size_t n = 0; n < (size_t)ntrain * nnode; ++n) {
+        if (!data->mask[n]) continue;
+        for (size_t c = 0; c < 3; ++c)
+            sum += (double)data->u[3 * n + c] * (double)data->u[3 * n + c];
+        ++num;
+    }
+    return num && sum > 0 ? sqrt(sum / (double)num) : 1e-3;
+}
+
+static OmStatus add_facts(const OmUmeshTrainDef* def, const OmTrainResult* result,
+                          OmUmeshNet* net) {
+    if (def->command) OM_TRY(om__umesh_net_add_fact(net, "command", "%s", def->command));
+    OM_TRY(om__umesh_net_add_fact(net, "seed", "%llu", (unsigned long long)def->seed));
+    OM_TRY(om__umesh_net_add_fact(net, "data", "%016llx", (unsigned long long)def->data->hash));
+    OM_TRY(om__umesh_net_add_fact(net, "samples", "%d", def->data->nsample - def->nvalid));
+    OM_TRY(om__umesh_net_add_fact(net, "epochs", "%d", result->best_epoch));
+    return om__umesh_net_add_fact(net, "validation_error_mm", "%.5f", 1e3 * result->best_value);
+}
+
+// Weights, facts and report from what the loop left.
+static OmStatus keep(Training* t, const OmTrainResult* result) {
+    const OmUmeshTrainDef* def = t->def;
+    char path[1024];
+    OmUmeshEval eval;
+    OM_TRY(add_facts(def, result, t->net));
+    OM_TRY(om_path_join(def->out_dir, "weights.safetensors", path, sizeof path));
+    OM_TRY(om__umesh_net_save(t->net, path));
+    OM_TRY(om_umesh_eval(t->net, def->data, t->ntrain, def->nvalid, def->nworker, &eval));
+    OmStatus status = om__umesh_report_training(def, t->net, result, &eval);
+    om_umesh_eval_done(&eval);
+    return status;
+}
+
+static OmStatus run_loop(Training* t, const float* weight, OmTrainResult* result) {
+    const OmUmeshTrainDef* def = t->def;
+    OmTrainDef loop = om_train_default_def(t->net->net, fill, t);
+    loop.ntrain = t->ntrain;
+    loop.nvalid = def->nvalid;
+    loop.batch = def->batch;
+    loop.nepoch = def->nepoch;
+    loop.loss = om_loss(OM_LOSS_NORM);
+    loop.loss.weight = weight;
+    loop.optim.kind = OM_OPTIM_ADAM;
+    loop.optim.weight_decay = 0;
+    loop.optim.average = AVERAGE;
+    loop.optim.clip_norm = CLIP;
+    loop.schedule = om_schedule_one_cycle(def->rate);
+    loop.type = def->type;
+    loop.nworker = def->nworker;
+    loop.seed = def->seed;
+    loop.metric = measure;
+    loop.dir = def->out_dir;
+    loop.data_hash = def->data->hash;
+    om_net_init_parameters(t->net->net, def->seed, t->net->param);
+    return om_train_run(&loop, t->progress, t->net->param, result);
+}
+
+OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
+                        OmUmeshTrainSummary* summary) {
+    *summary = (OmUmeshTrainSummary){0};
+    OM_TRY(validate(def));
+    const OmUmeshGrid* g = &def->data->grid;
+    Training t = {.def = def, .progress = progress, .ntrain = def->data->nsample - def->nvalid};
+    OmTrainResult result = {0};
+    float *channel = NULL, *weight = NULL;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om__umesh_net_create(g, def->base_channels, def->nlevel, &t.net));
+    OM_TRY_DONE(om__umesh_region_make(t.net, def->data, t.ntrain));
+    t.net->scale = find_scale(def->data, t.ntrain);
+    OM_ALLOC_DONE(channel, UMESH_NCHANNEL * (size_t)g->npoint);
+    OM_CALLOC_DONE(weight, g->npoint);
+    om__umesh_fill_fixed_channels(g, channel);
+    t.fixed_channel = channel;
+    for (int i = 0; i < g->mesh.nnode; ++i) weight[g->node_point[i]] = g->fixed[i] ? 0 : 1;
+    OM_TRY_DONE(run_loop(&t, weight, &result));
+    OM_TRY_DONE(keep(&t, &result));
+    *summary = (OmUmeshTrainSummary){.valid_error = result.best_value,
+                                     .best_epoch = result.best_epoch,
+                                     .nepoch = result.nepoch,
+                                     .nstep = result.nstep,
+                                     .seconds = result.seconds,
+                                     .is_resumed = result.is_resumed};
+done:
+    om_train_result_done(&result);
+    om_free(weight);
+    om_free(channel);
+    om_umesh_destroy_net(t.net);
+    return status;
+}

@@ -1,0 +1,196 @@
+// umesh_trust.c: is an input like those of training?
+//
+// A network answers anything. What it was shown are patches of the skin, each moved about as one by a probe: so an
+// input is measured by how far its nodes go against the farthest that training moved them or their neighbours
+// (a zone never touched has no such way), by how much its displacements differ among themselves, by its number of
+// nodes, and by its direction. A measure is a share of training's most. Other samples exceed the most of a finite
+// set at times: all limits are widened by one margin, that of the sample of validation that 99 % are below.
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define INSIDE_SHARE 0.99
+#define UNTOUCHED 99.0  // a score for places that no sample moved
+#define LEAST_WAY 1e-4  // m: below it directions and ratios mean nothing
+#define NDILATE 1       // rounds in which a node takes over its neighbours' way
+
+typedef struct Measure {
+    double way, stretch, angle;  // m / m, m, rad
+    int count;
+} Measure;
+
+OmStatus om__umesh_region_alloc(OmUmeshNet* net) {
+    OmStatus status = OM_OK;
+    OM_CALLOC_DONE(net->region.way, net->grid.mesh.nnode);
+    OM_CALLOC_DONE(net->region.inward, 3 * (size_t)net->grid.mesh.nnode);
+done:
+    return status;
+}
+
+static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const float* u) {
+    const UmeshRegion* r = &net->region;
+    Measure m = {0};
+    OmVec3 mean = om_vec3(0, 0, 0), inward = mean;
+    for (int i = 0; i < net->grid.mesh.nnode; ++i) {
+        if (!mask[i]) continue;
+        const float *ui = u + 3 * (size_t)i, *ni = r->inward + 3 * (size_t)i;
+        OmVec3 d = om_vec3(ui[0], ui[1], ui[2]);
+        double way = om_norm(d);
+        if (way > LEAST_WAY)
+            m.way = fmax(m.way, r->way[i] > 0 ? way / (double)r->way[i] : UNTOUCHED);
+        mean = om_add(mean, d);
+        inward = om_add(inward, om_vec3(ni[0], ni[1], ni[2]));
+        ++m.count;
+    }
+    if (!m.count) return m;
+    mean = om_scale(1.0 / m.count, mean);
+    for (int i = 0; i < net->grid.mesh.nnode; ++i) {
+        if (!mask[i]) continue;
+        const float* ui = u + 3 * (size_t)i;
+        m.stretch = fmax(m.stretch, om_distance(mean, om_vec3(ui[0], ui[1], ui[2])));
+    }
+    double length = om_norm(mean) * om_norm(inward);
+    if (om_norm(mean) > LEAST_WAY && length > 0)
+        m.angle = acos(fmin(1, fmax(-1, om_dot(mean, inward) / length)));
+    return m;
+}
+
+static double over(double value, double limit) {
+    return limit > 0 ? value / limit : value > 0 ? UNTOUCHED : 0;
+}
+
+void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const float* u,
+                    OmUmeshTrust* trust) {
+    const UmeshRegion* r = &net->region;
+    Measure m = measure(net, mask, u);
+    *trust = (OmUmeshTrust){.way = m.way / r->margin,
+                            .stretch = over(m.stretch, r->stretch * r->margin),
+                            .angle = over(m.angle, r->angle * r->margin)};
+    trust->size = fmax(m.count / r->most, m.count ? r->least / m.count : UNTOUCHED) / r->margin;
+    trust->score = fmax(fmax(trust->way, trust->stretch), fmax(trust->angle, trust->size));
+    trust->is_inside = trust->score <= 1;
+    if (trust->is_inside) return;
+    if (trust->way == trust->score)
+        snprintf(trust->why, sizeof trust->why,
+                 m.way >= UNTOUCHED ? "no training sample touched this place"
+                                    : "a displacement is %.2g times the largest trained there",
+                 trust->way);
+    else if (trust->stretch == trust->score)
+        snprintf(trust->why, sizeof trust->why,
+                 "displacements differ by %.2g times as much as in any training sample",
+                 trust->stretch);
+    else if (trust->angle == trust->score)
+        snprintf(trust->why, sizeof trust->why,
+                 "the direction is %.0f degrees off the inward normal, in training at most %.0f",
+                 m.angle * 180 / OM_PI, r->angle * 180 / OM_PI);
+    else
+        snprintf(trust->why, sizeof trust->why, "%d nodes are moved, in training %.0f to %.0f",
+                 m.count, r->least, r->most);
+}
+
+// ---- from data --------------------------------------------------------------------------------------
+
+// Inward normals of the grid's free faces, summed at nodes and then smoothed over a node's neighbours, for the
+// faces of a grid know six directions only.
+static OmStatus find_inward(OmUmeshNet* net) {
+    const OmUmeshGrid* g = &net->grid;
+    OmFemFaces faces = {0};
+    OmStatus status = OM_OK;
+    double* sum = NULL;
+    OM_TRY_DONE(om_fem_mesh_boundary(&g->mesh, &faces));
+    OM_CALLOC_DONE(sum, 3 * (size_t)g->mesh.nnode);
+    for (int round = 0; round < 3; ++round) {
+        for (int f = 0; f < faces.nface; ++f) {
+            const int* v = faces.face_node + 4 * (size_t)f;
+            OmVec3 x[4], n = om_vec3(0, 0, 0);
+            bool is_free = true;
+            for (int a = 0; a < 4; ++a) {
+                x[a] = om_load3(g->mesh.x, v[a]);
+                is_free = is_free && g->is_skin[v[a]];
+                const float* old = net->region.inward + 3 * (size_t)v[a];
+                n = om_add(n, om_vec3(old[0], old[1], old[2]));
+            }
+            if (!is_free) continue;
+            if (round == 0) n = om_cross(om_sub(x[3], x[1]), om_sub(x[2], x[0]));
+            for (int a = 0; a < 4; ++a) om_store3(sum, v[a], om_add(om_load3(sum, v[a]), n));
+        }
+        for (int i = 0; i < g->mesh.nnode; ++i) {
+            OmVec3 n = om_load3(sum, i);
+            if (om_norm(n) > 0) n = om_normalize(n);
+            const double value[3] = {n.x, n.y, n.z};
+            for (size_t c = 0; c < 3; ++c) net->region.inward[3 * (size_t)i + c] = (float)value[c];
+            om_store3(sum, i, om_vec3(0, 0, 0));
+        }
+    }
+done:
+    om_free(sum);
+    om_fem_faces_done(&faces);
+    return status;
+}
+
+// A node takes the largest way of the skin's nodes it shares an element with.
+static OmStatus dilate(const OmUmeshGrid* g, float* way) {
+    float* wide;
+    OM_ALLOC(wide, g->mesh.nnode);
+    for (int round = 0; round < NDILATE; ++round) {
+        memcpy(wide, way, (size_t)g->mesh.nnode * sizeof *way);
+        for (int e = 0; e < g->mesh.nelem; ++e) {
+            const int* v = g->mesh.elem_node + 8 * (size_t)e;
+            float most = 0;
+            for (int a = 0; a < 8; ++a) most = fmaxf(most, way[v[a]]);
+            for (int a = 0; a < 8; ++a)
+                if (g->is_skin[v[a]]) wide[v[a]] = fmaxf(wide[v[a]], most);
+        }
+        memcpy(way, wide, (size_t)g->mesh.nnode * sizeof *way);
+    }
+    om_free(wide);
+    return OM_OK;
+}
+
+static int compare_double(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return (x > y) - (x < y);
+}
+
+OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain) {
+    UmeshRegion* r = &net->region;
+    size_t nnode = (size_t)net->grid.mesh.nnode;
+    int nvalid = data->nsample - ntrain;
+    OM_TRY(find_inward(net));
+    for (int s = 0; s < ntrain; ++s) {
+        const unsigned char* mask = data->mask + (size_t)s * nnode;
+        const float* u = data->u + 3 * (size_t)s * nnode;
+        for (size_t i = 0; i < nnode; ++i)
+            if (mask[i])
+                r->way[i] =
+                    fmaxf(r->way[i], sqrtf(u[3 * i] * u[3 * i] + u[3 * i + 1] * u[3 * i + 1] +
+                                           u[3 * i + 2] * u[3 * i + 2]));
+    }
+    OM_TRY(dilate(&net->grid, r->way));
+    r->margin = 1;
+    r->least = HUGE_VAL;
+    for (int s = 0; s < ntrain; ++s) {
+        Measure m = measure(net, data->mask + (size_t)s * nnode, data->u + 3 * (size_t)s * nnode);
+        r->stretch = fmax(r->stretch, m.stretch);
+        r->angle = fmax(r->angle, m.angle);
+        r->most = fmax(r->most, m.count);
+        r->least = fmin(r->least, m.count);
+    }
+    if (nvalid < 1) return OM_OK;
+    double* score;
+    OM_ALLOC(score, nvalid);
+    for (int s = 0; s < nvalid; ++s) {
+        OmUmeshTrust trust;
+        size_t at = (size_t)(ntrain + s) * nnode;
+        om_umesh_judge(net, data->mask + at, data->u + 3 * at, &trust);
+        score[s] = trust.score;
+    }
+    qsort(score, (size_t)nvalid, sizeof *score, compare_double);
+    int last = (int)ceil(INSIDE_SHARE * nvalid) - 1;
+    r->margin = fmax(1, fmin(score[last < 0 ? 0 : last], 2));
+    om_free(score);
+    return OM_OK;
+}

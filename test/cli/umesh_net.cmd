@@ -1,0 +1,68 @@
+# omentum umesh train, predict and eval: from samples to an answer, resumed, and one sentence for whatever goes wrong.
+$ omentum umesh generate --elements 200 --points 8x8x8 -n 12 --shard 6 -q -o data
+exit 0
+
+$ omentum umesh train -d data -o net --levels 1 --epochs 2 --validation 2 -q
+exit 0
+out ^2 epochs, 4 steps, .* validation error
+file net/weights.safetensors
+file net/report.html
+file net/metrics.csv
+no-err
+
+# Done: nothing is trained again.
+$ omentum umesh train -d data -o net --levels 1 --epochs 2 --validation 2 -q
+exit 0
+out ^resumed: 2 epochs, 4 steps
+
+$ omentum umesh eval -w net/weights.safetensors -d data -o eval
+exit 1
+out ^12 samples, displacements up to
+out ^mean norm error
+out ^the bar .* is missed
+file eval/eval.json
+file eval/errors.csv
+
+# Another organ's samples.
+$ omentum umesh generate --elements 150 --points 8x8x8 -n 1 -q -o other
+exit 0
+
+$ omentum umesh eval -w net/weights.safetensors -d other
+exit 3
+err another organ or grid
+err-lines 1
+
+$ omentum umesh predict -w net/weights.safetensors --press 5 --point 0,0,30 -o pressed.vtu --onnx net.onnx
+exit 0
+out ^probe at
+out ^point \(0,0,30\) mm moves by
+out like what was trained
+file pressed.vtu
+file net.onnx
+
+# Twice as deep as anything that was trained: told.
+$ omentum umesh predict -w net/weights.safetensors --press 120
+exit 1
+out ^NOT like what was trained
+
+$ omentum umesh predict -w net/metrics.csv
+exit 3
+err metrics.csv
+err-lines 1
+
+$ omentum umesh predict
+exit 2
+err -w FILE
+
+$ omentum umesh train -d data
+exit 2
+err -o DIR
+
+$ omentum umesh train -d nowhere -o net2 -q
+exit 3
+err nowhere
+err-lines 1
+
+$ omentum umesh predict -w net/weights.safetensors --point 1,2
+exit 3
+err three numbers

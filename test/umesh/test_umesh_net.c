@@ -1,0 +1,349 @@
+// test_umesh_net.c: a small grid, samples of a known field: the network learns it, its file brings it back, inputs
+// unlike those of training are told, the network as tissue follows a probe, damaged files are refused.
+#include "test_alloc.h"
+
+#include "omentum/contact_tool.h"
+#include "omentum/umesh_net.h"
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define NSAMPLE 48
+#define SPACING 0.01
+
+static char dir[] = "/tmp/om_umesh_net_XXXXXX";
+static OmUmeshData data;
+static char weights[256];
+
+// A block of 6 x 5 x 3 cells, held below, whose skin is its top and sides.
+static void make_grid(OmUmeshGrid* g) {
+    unsigned char active[8 * 8 * 8] = {0};
+    OmUmeshFrame frame = {.dim = {8, 8, 8}, .spacing = SPACING, .up = {0, 0, 1}};
+    for (int k = 0; k < 3; ++k)
+        for (int j = 0; j < 5; ++j)
+            for (int i = 0; i < 6; ++i) active[i + 8 * (j + 8 * k)] = 1;
+    assert_ok(om__umesh_grid_init(&frame, active, g));
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->mesh.x, i);
+        om_store3(g->skin_x, i, x);
+        g->fixed[i] = x.z < 1e-9;
+    }
+    assert_ok(om__umesh_grid_find_skin(g));
+    g->hash = om__umesh_grid_hash(g);
+}
+
+// A patch of the top goes down by `way` and a little aside; the rest follows it, less with the distance.
+static void make_sample(int s, double way, double side) {
+    const OmUmeshGrid* g = &data.grid;
+    size_t nnode = (size_t)g->mesh.nnode;
+    OmRng rng = om_rng_init(7, (uint64_t)s);
+    OmVec3 c = om_vec3(om_rng_range(&rng, 0.02, 0.04), om_rng_range(&rng, 0.015, 0.035), 0.03);
+    OmVec3 move = om_vec3(side * way, 0, -way);
+    unsigned char* mask = data.mask + (size_t)s * nnode;
+    float* u = data.u + 3 * (size_t)s * nnode;
+    data.sample[s] = (OmUmeshSample){.max_u = om_norm(move)};
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->mesh.x, i), r = om_sub(x, c);
+        mask[i] = x.z > 0.029 && fabs(r.x) < 0.011 && fabs(r.y) < 0.011;
+        double share = mask[i] ? 1 : exp(-om_norm2(r) / 4e-4) * x.z / 0.03;
+        u[3 * i] = (float)(share * move.x);
+        u[3 * i + 1] = 0;
+        u[3 * i + 2] = (float)(share * move.z);
+    }
+}
+
+static int begin(void** unused) {
+    (void)unused;
+    if (!mkdtemp(dir)) return -1;
+    make_grid(&data.grid);
+    size_t nnode = (size_t)data.grid.mesh.nnode;
+    data.nsample = NSAMPLE;
+    data.hash = 42;
+    data.sample = om_calloc(NSAMPLE, sizeof *data.sample);
+    data.mask = om_calloc(NSAMPLE * nnode, 1);
+    data.u = om_calloc(3 * NSAMPLE * nnode, sizeof *data.u);
+    for (int s = 0; s < NSAMPLE; ++s) {
+        OmRng rng = om_rng_init(8, (uint64_t)s);
+        make_sample(s, om_rng_range(&rng, 0.001, 0.008), om_rng_range(&rng, -0.3, 0.3));
+    }
+    snprintf(weights, sizeof weights, "%s/weights.safetensors", dir);
+    return 0;
+}
+
+static int end(void** unused) {
+    (void)unused;
+    om_umesh_data_done(&data);
+    return 0;
+}
+
+static OmUmeshTrainDef small_def(void) {
+    OmUmeshTrainDef def = om_umesh_default_train_def(&data, dir);
+    def.nvalid = 8;
+    def.nlevel = 1;
+    def.nepoch = 40;
+    def.nworker = 1;
+    def.command = "test";
+    return def;
+}
+
+// ---- learning ---------------------------------------------------------------------------------------
+
+// Far better than to say that nothing but the patch moves; and the same call again finds all done.
+static void test_train(void** unused) {
+    (void)unused;
+    OmUmeshTrainDef def = small_def();
+    OmUmeshTrainSummary sum, again;
+    assert_ok(om_umesh_train(&def, NULL, &sum));
+    size_t nnode = (size_t)data.grid.mesh.nnode;
+    double still = 0;
+    for (int s = NSAMPLE - 8; s < NSAMPLE; ++s) {
+        float* u = om_calloc(3 * nnode, sizeof *u);
+        for (size_t n = 0; n < 3 * nnode; ++n)
+            if (data.mask[(size_t)s * nnode + n / 3]) u[n] = data.u[3 * (size_t)s * nnode + n];
+        still += om__umesh_mean_error(&data.grid, u, data.u + 3 * (size_t)s * nnode) / 8;
+        om_free(u);
+    }
+    printf("validation error %.4f mm, of %.4f if the rest stayed; %d epochs\n",
+           1e3 * sum.valid_error, 1e3 * still, sum.nepoch);
+    assert_below(sum.valid_error, 0.25 * still);
+    assert_ok(om_umesh_train(&def, NULL, &again));
+    assert_true(again.is_resumed && again.nstep == sum.nstep);
+    assert_near(again.valid_error, sum.valid_error, 0);
+}
+
+// What is loaded predicts what was trained: the validation error of the report, from the file.
+static void test_file(void** unused) {
+    (void)unused;
+    OmUmeshNet *net, *copy;
+    OmUmeshEval eval, second;
+    char path[300];
+    assert_ok(om_umesh_load_net(weights, &net));
+    assert_true(om_umesh_net_grid(net)->hash == data.grid.hash);
+    assert_string_equal(om_umesh_net_fact(net, "command"), "test");
+    assert_null(om_umesh_net_fact(net, "nothing"));
+    assert_ok(om_umesh_eval(net, &data, NSAMPLE - 8, 8, 1, &eval));
+    // less than the loop measured: nodes of the patch are put where they were told to go
+    double loop = 1e-3 * atof(om_umesh_net_fact(net, "validation_error_mm"));
+    assert_true(eval.mean <= loop && eval.mean > 0.7 * loop);
+    snprintf(path, sizeof path, "%s/copy.safetensors", dir);
+    assert_ok(om__umesh_net_save(net, path));
+    assert_ok(om_umesh_load_net(path, &copy));
+    assert_ok(om_umesh_eval(copy, &data, NSAMPLE - 8, 8, 1, &second));
+    assert_memory_equal(eval.error, second.error, 8 * sizeof(double));
+    om_umesh_eval_done(&eval);
+    om_umesh_eval_done(&second);
+    om_umesh_destroy_net(copy);
+    snprintf(path, sizeof path, "%s/net.onnx", dir);
+    assert_ok(om_umesh_save_onnx(net, path));
+    om_umesh_destroy_net(net);
+}
+
+// Every byte of the header's length, cuts, and flipped bytes of grid and weights: a sentence or the same network.
+static void test_damage(void** unused) {
+    (void)unused;
+    char *bytes, path[300];
+    size_t size;
+    OmUmeshNet* net;
+    snprintf(path, sizeof path, "%s/bad.safetensors", dir);
+    assert_ok(om_file_read(weights, 1 << 28, &bytes, &size));
+    const size_t cut[] = {0, 7, 8, 100, size / 2, size - 1};
+    for (size_t k = 0; k < sizeof cut / sizeof *cut; ++k) {
+        assert_ok(om_file_write(path, bytes, cut[k]));
+        assert_true(om_umesh_load_net(path, &net) < 0);
+        assert_non_null(strstr(om_error_message(), "bad.safetensors"));
+    }
+    int nrefused = 0;
+    for (int k = 0; k < 200; ++k) {
+        OmRng rng = om_rng_init(3, (uint64_t)k);
+        size_t at = om_rng_below(&rng, k < 100 ? 6000 : (uint32_t)size);
+        char old = bytes[at];
+        bytes[at] = (char)(old ^ (1 << om_rng_below(&rng, 8)));
+        assert_ok(om_file_write(path, bytes, size));
+        OmStatus status = om_umesh_load_net(path, &net);
+        bytes[at] = old;
+        nrefused += status < 0;
+        om_umesh_destroy_net(net);
+    }
+    printf("%d of 200 flipped bits refused\n", nrefused);
+    assert_true(nrefused > 20);
+    om_free(bytes);
+    assert_true(om_umesh_load_net("/nonexistent/weights", &net) < 0);
+}
+
+// ---- trust --------------------------------------------------------------------------------------------
+
+static void test_trust(void** unused) {
+    (void)unused;
+    OmUmeshNet* net;
+    OmUmeshTrust trust;
+    size_t nnode = (size_t)data.grid.mesh.nnode;
+    assert_ok(om_umesh_load_net(weights, &net));
+    float* u = om_calloc(3 * nnode, sizeof *u);
+    unsigned char* mask = om_calloc(nnode, 1);
+    int ninside = 0;
+    for (int s = 0; s < NSAMPLE; ++s) {
+        om_umesh_judge(net, data.mask + (size_t)s * nnode, data.u + 3 * (size_t)s * nnode, &trust);
+        ninside += trust.is_inside;
+    }
+    assert_true(ninside >= NSAMPLE - 1);
+    // four times as far, outwards, a place nobody touched, all of the skin, nothing
+    for (size_t n = 0; n < 3 * nnode; ++n) u[n] = 8 * data.u[n];
+    om_umesh_judge(net, data.mask, u, &trust);
+    assert_true(!trust.is_inside && strstr(trust.why, "times the largest"));
+    for (size_t n = 0; n < 3 * nnode; ++n) u[n] = -data.u[n];
+    om_umesh_judge(net, data.mask, u, &trust);
+    assert_true(!trust.is_inside && strstr(trust.why, "degrees"));
+    memset(u, 0, 3 * nnode * sizeof *u);
+    for (size_t i = 0; i < nnode; ++i) {
+        OmVec3 x = om_load3(data.grid.mesh.x, (int)i);
+        mask[i] = x.x < 1e-9 && x.z > 0.005 && x.z < 0.015;
+        if (mask[i]) u[3 * i] = 0.002f;
+    }
+    om_umesh_judge(net, mask, u, &trust);
+    assert_true(!trust.is_inside && strstr(trust.why, "touched this place"));
+    for (size_t i = 0; i < nnode; ++i) {
+        mask[i] = data.grid.is_skin[i];
+        u[3 * i] = 0;
+    }
+    om_umesh_judge(net, mask, u, &trust);
+    assert_true(!trust.is_inside && strstr(trust.why, "nodes are moved"));
+    om_free(u);
+    om_free(mask);
+    om_umesh_destroy_net(net);
+}
+
+static void test_predict(void** unused) {
+    (void)unused;
+    OmUmeshNet* net;
+    OmUmeshPredictor* p;
+    size_t nnode = (size_t)data.grid.mesh.nnode;
+    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_create_predictor(net, 1, &p));
+    float* u = om_calloc(3 * nnode, sizeof *u);
+    unsigned char* none = om_calloc(nnode, 1);
+    memcpy(u, data.u, 3 * nnode * sizeof *u);
+    assert_ok(om_umesh_predict(p, data.mask, u, NULL));
+    for (size_t i = 0; i < nnode; ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+            if (data.mask[i]) assert_true(u[3 * i + c] == data.u[3 * i + c]);
+            if (data.grid.fixed[i]) assert_true(u[3 * i + c] == 0);
+        }
+    }
+    assert_status(om_umesh_predict(p, none, u, NULL), OM_INVALID);
+    for (size_t i = 0; i < 3 * nnode; ++i) u[i] = NAN;
+    assert_status(om_umesh_predict(p, data.mask, u, NULL), OM_INVALID);
+    om_free(u);
+    om_free(none);
+    om_umesh_destroy_predictor(p);
+    om_umesh_destroy_net(net);
+}
+
+// ---- as tissue ------------------------------------------------------------------------------------------
+
+// A probe goes down on the block: what is under it follows it to the rounding of floats, it sticks, and lets go when
+// the probe leaves; a snapshot brings it all back.
+static void test_engine(void** unused) {
+    (void)unused;
+    OmUmeshNet* net;
+    OmTetMesh mesh;
+    OmTissueModel* model;
+    OmTissueState *state, *snapshot;
+    OmTissueWork* work;
+    OmProbe* probe;
+    OmTissueReport report;
+    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
+    OmTissueDef def = om_tissue_default_def(&mesh);
+    def.custom = om_umesh_engine();
+    assert_status(om_tissue_create(&def, &model), OM_INVALID);
+    def.custom_data = net;
+    def.gravity = om_vec3(0, 0, 0);
+    assert_ok(om_tissue_create(&def, &model));
+    assert_ok(om_tissue_create_state(model, &state));
+    assert_ok(om_tissue_create_state(model, &snapshot));
+    assert_ok(om_tissue_create_work(model, &work));
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
+    shape.size = om_vec3(0.018, 0.018, 0.05);
+    shape.rounding = 0;
+    assert_ok(om_probe_create(&shape, &probe));
+    OmPose pose = {om_vec3(0.03, 0.02, 0.0305), om_quat_identity()}, next = pose;
+    int top = -1;
+    for (int i = 0; i < mesh.nvert; ++i)
+        if (om_distance(om_load3(mesh.x, i), om_vec3(0.03, 0.02, 0.03)) < 1e-9) top = i;
+    assert_true(top >= 0);
+    for (int k = 0; k < 10; ++k, pose = next) {
+        next.p.z -= 0.0005;
+        OmTissueObstacle o = om_probe_obstacle(probe, pose, next, -1);
+        OmStatus status = om_tissue_step_among(model, state, work, 0.02, 1, &o, &report);
+        assert_true(status == OM_OK || status == OM_NOT_CONVERGED);
+        if (k == 4) memcpy((void*)snapshot, state, om_tissue_state_size(model));
+        if (k > 0) assert_true(o.ncontact > 0);
+        double goal = fmin(0.03, next.p.z);
+        assert_near(om_load3(om_tissue_x(state), top).z, goal, 2e-6);
+    }
+    uint64_t hash = om_tissue_hash(state);
+    memcpy((void*)state, snapshot, om_tissue_state_size(model));
+    pose.p.z = next.p.z = 0.0305 - 5 * 0.0005;
+    for (int k = 5; k < 10; ++k, pose = next) {
+        next.p.z -= 0.0005;
+        OmTissueObstacle o = om_probe_obstacle(probe, pose, next, -1);
+        assert_true(om_tissue_step_among(model, state, work, 0.02, 1, &o, &report) >= 0 ||
+                    report.residual > 1);
+    }
+    assert_true(om_tissue_hash(state) == hash);
+    next.p.z = 0.05;
+    OmTissueObstacle o = om_probe_obstacle(probe, pose, next, -1);
+    assert_ok(om_tissue_step_among(model, state, work, 0.02, 1, &o, &report));
+    assert_int_equal(o.ncontact, 0);
+    assert_near(om_load3(om_tissue_x(state), top).z, 0.03, 1e-12);
+    om_probe_destroy(probe);
+    om_tissue_destroy_work(work);
+    om_tissue_destroy_state(snapshot);
+    om_tissue_destroy_state(state);
+    om_tissue_destroy(model);
+    om_tet_mesh_done(&mesh);
+    om_umesh_destroy_net(net);
+}
+
+// ---- memory ---------------------------------------------------------------------------------------------
+
+static OmStatus load_and_predict(void* ctx) {
+    (void)ctx;
+    OmUmeshNet* net;
+    OmUmeshEval eval;
+    OM_TRY(om_umesh_load_net(weights, &net));
+    OmStatus status = om_umesh_eval(net, &data, 0, 2, 1, &eval);
+    if (status >= 0) om_umesh_eval_done(&eval);
+    om_umesh_destroy_net(net);
+    return status;
+}
+
+static void test_memory(void** unused) {
+    (void)unused;
+    int nfail = test_failing_allocations(load_and_predict, NULL, 1);
+    printf("%d allocations failed\n", nfail);
+    assert_true(nfail > 20);
+}
+
+static void test_bad(void** unused) {
+    (void)unused;
+    OmUmeshTrainSummary sum;
+    OmUmeshTrainDef def = {0};
+    assert_status(om_umesh_train(&def, NULL, &sum), OM_INVALID);
+    def = small_def();
+    def.nvalid = NSAMPLE;
+    assert_status(om_umesh_train(&def, NULL, &sum), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "kept for validation"));
+    def = small_def();
+    def.base_channels = 0;
+    assert_status(om_umesh_train(&def, NULL, &sum), OM_INVALID);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_train),   cmocka_unit_test(test_file),
+        cmocka_unit_test(test_damage),  cmocka_unit_test(test_trust),
+        cmocka_unit_test(test_predict), cmocka_unit_test(test_engine),
+        cmocka_unit_test(test_memory),  cmocka_unit_test(test_bad),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
