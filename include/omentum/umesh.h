@@ -108,16 +108,17 @@ OM_API const OmSurface* om_umesh_surface(const OmUmeshOrgan* organ);
 /// about the normal. Either its nodes share a force, |f| uniform in [0, max_force], whose direction is the
 /// inward normal tilted by an angle uniform in [-max_tilt, max_tilt] about a random tangent (Algorithm 2 with
 /// its line 9 put right), or the probe moves them all along such a direction, by a way uniform in [0, max_press].
-/// The network's task, displacements from displacements, does not depend on Young's modulus.
+/// With 1800 Pa 0.8 N reach the thesis's deformations of the phantom; the network's task, displacements from
+/// displacements, does not depend on Young's modulus.
 typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     const OmUmeshOrgan* organ;   // borrowed
     const char* out_dir;         // borrowed
     int nsample;                 // default 1000
     uint64_t seed;               // default 1
     OmMaterial
-        material;      // default neo-Hookean, 1800 Pa, 0.45: 0.8 N reach the thesis's deformations
-    double max_force;  // N, default 0.8
-    double max_tilt;   // rad, default 45 degrees
+        material;  // default neo-Hookean; the patient's modulus and ratio, else 1800 Pa and 0.45
+    double max_force;    // N, default 0.8
+    double max_tilt;     // rad, default 45 degrees
     double press_share;  // of samples that the probe moves instead; default 0.5
     double max_press;   // m, default 0.035; nowhere more than half the way to the nearest held node
     double pull_share;  // of samples that are drawn outwards; default 0

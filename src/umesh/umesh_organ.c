@@ -332,6 +332,10 @@ OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     OmStatus status = OM_OK;
     OmUmeshOrgan* o = om_calloc(1, sizeof *o);
     if (!o) return OM_NO_MEMORY;
+    if (def->patient && def->patient->nmaterial > 0) {
+        o->young = def->patient->material[0].young;
+        o->poisson = def->patient->material[0].poisson;
+    }
     OM_TRY_DONE(make_field(def, &o->sdf));
     OM_TRY_DONE(om_surface_from_sdf(&o->sdf, 0, &o->surface));
     OM_TRY_DONE(measure_shape(def, &o->surface, &shape));

@@ -22,12 +22,16 @@
 #define DRAW_SHIFT 40      // draws and indices share the 64 bits of a random stream
 
 OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir) {
+    bool is_known = organ && organ->young > 0;
+    OmMaterial material = {.law = OM_NEO_HOOKEAN,
+                           .young = is_known ? organ->young : 1800,
+                           .poisson = is_known ? organ->poisson : 0.45};
     return (OmUmeshDataDef){
         .organ = organ,
         .out_dir = out_dir,
         .nsample = 1000,
         .seed = 1,
-        .material = {.young = 1800, .poisson = 0.45, .law = OM_NEO_HOOKEAN},
+        .material = material,
         .max_force = 0.8,
         .max_tilt = OM_PI / 4,
         .press_share = 0.5,

@@ -102,7 +102,8 @@ static void test_parts(void** state) {
 // A patient with a set "attachment" is held there, from above.
 static void test_patient(void** state) {
     (void)state;
-    OmPatient patient = {.up = {0, -1, 0}};
+    OmPatient patient = {.up = {0, -1, 0}, .nmaterial = 1};
+    patient.material[0] = (OmPatientMaterial){.young = 5000, .poisson = 0.4};
     assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.06, 0.04, 0.05), 6, 4, 5, &patient.mesh));
     int vert[7 * 6], n = 0;
     for (int i = 0; i < patient.mesh.nvert; ++i)
@@ -115,6 +116,9 @@ static void test_patient(void** state) {
     assert_ok(om_umesh_create_organ(&def, &organ));
     const OmUmeshGrid* g = om_umesh_grid(organ);
     assert_near(g->up.y, -1, 0);
+    OmUmeshDataDef data = om_umesh_default_data_def(organ, "");
+    assert_near(data.material.young, 5000, 0);
+    assert_near(data.material.poisson, 0.4, 0);
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (g->mesh.x[3 * i + 1] > 0.0399) assert_true(g->fixed[i]);
         if (g->mesh.x[3 * i + 1] < 0.025) assert_false(g->fixed[i]);
