@@ -297,6 +297,22 @@ def umesh():
     put("umesh/u.bin", struct.pack("<Bf4x", 10, float("nan")))
 
 
+def umesh_nets():
+    """Changes to a good network's file as fuzz_umesh_net.c reads them: eight bytes each."""
+    def byte(place, value):
+        return struct.pack("<BHB4x", 1, place, value)
+
+    def real(place, value):
+        return struct.pack("<BHxf", 0, place, value)
+
+    put("umesh_net/none.bin", b"")
+    put("umesh_net/text.txt", "not a network")
+    put("umesh_net/quote.bin", byte(1, ord("x")) + byte(20, ord("9")))
+    put("umesh_net/digits.bin", b"".join(byte(place, ord("7")) for place in range(60, 68)))
+    put("umesh_net/weights.bin", real(0, 1e30) + real(5, -1) + real(9, float("nan")))
+    put("umesh_net/tail.bin", b"".join(real(65535 - i, 0.5) for i in range(8)))
+
+
 if __name__ == "__main__":
     niftis()
     nrrds()
@@ -306,3 +322,4 @@ if __name__ == "__main__":
     surfaces()
     weights()
     umesh()
+    umesh_nets()

@@ -1,0 +1,92 @@
+// fuzz_umesh_net.c: the reader of trained U-Meshes.
+//
+// The bytes as they are, and then as changes to the file of a good network, eight bytes each: which byte of the
+// file, or which value of which tensor, becomes what. What is read must be able to predict.
+#include <math.h>
+
+#include "fuzz_common.h"
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define CHANGE 8  // bytes of one
+
+static char* good;
+static size_t good_size;
+
+static void make_good(void) {
+    OmUmeshGrid grid;
+    OmUmeshNet* net;
+    unsigned char active[64] = {0};
+    OmUmeshFrame frame = {.dim = {4, 4, 4}, .spacing = 0.01, .up = {0, 0, 1}};
+    active[0] = active[1] = active[4] = active[16] = 1;
+    FUZZ_EXPECT(om__umesh_grid_init(&frame, active, &grid) == OM_OK);
+    for (int i = 0; i < grid.mesh.nnode; ++i) {
+        om_store3(grid.skin_x, i, om_load3(grid.mesh.x, i));
+        grid.fixed[i] = om_load3(grid.mesh.x, i).z < 1e-9;
+    }
+    FUZZ_EXPECT(om__umesh_grid_find_skin(&grid) == OM_OK);
+    FUZZ_EXPECT(om__umesh_net_create(&grid, 1, 1, &net) == OM_OK);
+    om_net_init_parameters(net->net, 1, net->param);
+    net->scale = 0.01;
+    net->region.most = net->region.least = net->region.margin = 1;
+    const char* path = fuzz_file((const uint8_t*)"", 0, ".safetensors");
+    FUZZ_EXPECT(om__umesh_net_save(net, path) == OM_OK);
+    FUZZ_EXPECT(om_file_read(path, 1 << 24, &good, &good_size) == OM_OK);
+    fuzz_file_done(path);
+    om_umesh_destroy_net(net);
+    om_umesh_grid_done(&grid);
+}
+
+static void ask(const OmUmeshNet* net) {
+    const OmUmeshGrid* g = om_umesh_net_grid(net);
+    size_t nnode = (size_t)g->mesh.nnode;
+    OmUmeshTrust trust;
+    FUZZ_EXPECT(om_fem_mesh_validate(&g->mesh) == OM_OK && net->scale > 0);
+    for (int i = 0; i < g->mesh.nnode; ++i) FUZZ_EXPECT(g->point_node[g->node_point[i]] == i);
+    float* u = om_calloc(3 * nnode, sizeof *u);
+    unsigned char* mask = om_calloc(nnode, 1);
+    FUZZ_EXPECT(u != NULL && mask != NULL);
+    mask[nnode - 1] = 1;
+    u[3 * nnode - 1] = -0.001f;
+    om_umesh_judge(net, mask, u, &trust);
+    FUZZ_EXPECT(trust.is_inside == (trust.score <= 1));
+    om_free(mask);
+    om_free(u);
+}
+
+static void load(const uint8_t* data, size_t size) {
+    OmUmeshNet* net;
+    const char* path = fuzz_file(data, size, ".safetensors");
+    OmStatus status = om_umesh_load_net(path, &net);
+    FUZZ_EXPECT(status <= 0);
+    if (status == OM_OK)
+        ask(net);
+    else
+        FUZZ_EXPECT(net == NULL && om_error_message()[0] != '\0');
+    om_umesh_destroy_net(net);
+    fuzz_file_done(path);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    if (!good) make_good();
+    load(data, size);
+    uint8_t* file = malloc(good_size);
+    FUZZ_EXPECT(file != NULL);
+    memcpy(file, good, good_size);
+    uint64_t header;
+    memcpy(&header, good, sizeof header);
+    for (size_t at = 0; at + CHANGE <= size && at < 8 * CHANGE; at += CHANGE) {
+        uint16_t place;
+        float value;
+        memcpy(&place, data + at + 1, sizeof place);
+        memcpy(&value, data + at + 4, sizeof value);
+        size_t body = 8 + (size_t)header, num = (good_size - body) / sizeof value;
+        if (data[at] % 2)
+            file[8 + place % (size_t)header] = data[at + 3];
+        else
+            memcpy(file + body + place % num * sizeof value, &value, sizeof value);
+    }
+    load(file, good_size);
+    free(file);
+    return 0;
+}
