@@ -15,7 +15,7 @@ static const struct {
     {"solve", bench_solve},         {"fem", bench_fem},     {"static", bench_static},
     {"contact", bench_contact},     {"press", bench_press}, {"shape", bench_shape},
     {"plan", bench_plan},           {"sense", bench_sense}, {"pbd", bench_pbd},
-    {"heuristic", bench_heuristic}, {"nn", bench_nn},
+    {"heuristic", bench_heuristic}, {"nn", bench_nn},       {"umesh", bench_umesh},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
