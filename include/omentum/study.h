@@ -132,11 +132,14 @@ typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_
     int population, max_generations;  // of the gel's global search; default 16 and 8
     int max_local;                    // evaluations of each local search; default 40
     bool has_sensitivity;             // of the fine-tuned parameters too; default true
-    int truth_ntet;                   // elements of the quadratic truths; default 12000
-    int fe_ntet;                      // elements of the finite elements compared; default 4126
-    int contact_ntri;                 // triangles of the contact surfaces; default 4000
-    uint64_t seed;                    // of noise and search; default 1
-    int nworker;                      // default 0: one a processor
+    const char*
+        truth_dir;  // of a contact study whose truth, meshes and runs of the breast are used where they
+                    // fit; default null: out_dir/breast
+    int truth_ntet, gel_truth_ntet;  // elements of the quadratic truths; default 12000
+    int fe_ntet;                     // elements of the finite elements compared; default 4126
+    int contact_ntri;                // triangles of the contact surfaces; default 4000
+    uint64_t seed;                   // of noise and search; default 1
+    int nworker;                     // default 0: one a processor
     uint32_t cookie;
 } OmStudyCalibrationDef;
 

@@ -9,7 +9,8 @@ static const OmCliOption option[] = {
     {"--quick", NULL, NULL, "three lesions, coarse particles and truth, few evaluations"},
     {"--lesions-used", NULL, "N", "of the breast, the first N (default: all ten)"},
     {"--tune-on", NULL, "N", "the lesion fine-tuned on (default 1); the others are the test"},
-    {"--truth", NULL, "N", "elements of the quadratic truth (default 12000)"},
+    {"--truth", NULL, "N", "elements of the breast's quadratic truth (default 12000)"},
+    {"--truth-from", NULL, "DIR", "folder of a contact study: its truth of the breast is used"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--quiet", "-q", NULL, "no progress"},
     {"--help", "-h", NULL, "this text"},
@@ -25,10 +26,12 @@ static void print_help(const OmCliArgs* args) {
         "after it was stopped, it goes on where it was. Exit code 0: the error on unseen lesions is at most 1.5\n"
         "times that of finite elements; 1: it is more.\n");
     om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum study calibration --quick -o out/quick\n"
-           "  omentum study calibration -o out/calibration\n"
-           "  omentum study calibration --tune-on 4 -o out/calibration-4\n");
+    printf(
+        "\nExamples:\n"
+        "  omentum study calibration --quick -o out/quick\n"
+        "  omentum study calibration -o out/calibration\n"
+        "  omentum study calibration --tune-on 4 -o out/calibration-4\n"
+        "  omentum study calibration --truth-from out/contact --truth 35000 -o out/calibration\n");
 }
 
 // Few lesions, coarse particles and searches of a few evaluations.
@@ -40,7 +43,7 @@ static void make_quick(OmStudyCalibrationDef* def) {
     def->max_generations = 2;
     def->max_local = 10;
     def->has_sensitivity = false;
-    def->truth_ntet = 2000;
+    def->truth_ntet = def->gel_truth_ntet = 2000;
     def->fe_ntet = 1363;
     def->contact_ntri = 2000;
 }
@@ -53,6 +56,7 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyCalibrationDef* def) {
     OM_TRY(om_cli_get_int(args, "--lesions-used", 2, 20, &def->nlesion));
     OM_TRY(om_cli_get_int(args, "--tune-on", 1, def->nlesion, &tuned));
     def->tuned = tuned - 1;
+    def->truth_dir = om_cli_get(args, "--truth-from");
     OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
     return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
 }

@@ -1,6 +1,7 @@
 // study_calibration.c: cluster parameters of particles, found on a box of gel and fine-tuned on a breast.
 //
-//   DIR/gel, DIR/breast               truth, meshes and finite elements, as in study_contact.c
+//   DIR/gel, DIR/breast               truth, meshes and finite elements, as in study_contact.c; those of the breast
+//                                     may be a contact study's
 //   DIR/gel/search-HASH, DIR/breast/search-HASH   journal and report of each search
 //   DIR/report.html, study.json, errors.csv
 //
@@ -42,6 +43,7 @@ OmStudyCalibrationDef om_study_default_calibration_def(const char* out_dir) {
                                  .max_local = 40,
                                  .has_sensitivity = true,
                                  .truth_ntet = 12000,
+                                 .gel_truth_ntet = 12000,
                                  .fe_ntet = 4126,
                                  .contact_ntri = 4000,
                                  .seed = 1,
@@ -112,10 +114,12 @@ static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, 
                      const OmProgress* progress) {
     const OmStudyCalibrationDef* def = fit->def;
     OmCalibrationTissue* tissue;
-    char dir[1024];
+    char dir[1024], name[32];
     uint64_t problem = hash_fit(fit, plan);
-    OM_TRY(om__study_path(&fit->contact, dir, sizeof dir, "search-%016llx",
-                          (unsigned long long)om_hash(start, 3 * sizeof *start, problem)));
+    snprintf(name, sizeof name, "search-%016llx",
+             (unsigned long long)om_hash(start, 3 * sizeof *start, problem));
+    OM_TRY(om_path_make_dir(fit->dir));
+    OM_TRY(om_path_join(fit->dir, name, dir, sizeof dir));
     OM_TRY(om__study_make_tissue(fit, plan, start, &tissue));
     OmCalibrationDef search = om_calibrate_tissue_search(tissue);
     add_params(&search, start);
@@ -197,14 +201,15 @@ static void summarise(StudyCalibration* s) {
 // ---- the study ------------------------------------------------------------------------------------
 
 // Truth, finite elements if `has_fe`, and particles of a body.
-static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* dir, const char* word,
-                         bool has_fe, const OmProgress* progress, StudyFit* fit) {
+static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* word, bool has_fe,
+                         const OmProgress* progress, StudyFit* fit) {
+    const char* dir = has_fe && def->truth_dir ? def->truth_dir : fit->dir;
     fit->def = def;
     fit->contact = om_study_default_contact_def(fit->body, dir);
     OmStudyContactDef* c = &fit->contact;
     c->nresolution = 1;
     c->resolution[0] = def->fe_ntet;
-    c->truth_ntet = def->truth_ntet;
+    c->truth_ntet = has_fe ? def->truth_ntet : def->gel_truth_ntet;
     c->contact_ntri = def->contact_ntri;
     c->seed = def->seed;
     c->nworker = def->nworker;
@@ -249,21 +254,20 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
     OM_TRY(validate(def));
     StudyCalibration* s = om_calloc(1, sizeof *s);
     if (!s) return OM_NO_MEMORY;
-    char gel_dir[1024], breast_dir[1024];
     OmStatus status;
     s->def = def;
     for (int by = 0; by < NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
-    OM_TRY_DONE(om_path_join(def->out_dir, "gel", gel_dir, sizeof gel_dir));
-    OM_TRY_DONE(om_path_join(def->out_dir, "breast", breast_dir, sizeof breast_dir));
+    OM_TRY_DONE(om_path_join(def->out_dir, "gel", s->gel.dir, sizeof s->gel.dir));
+    OM_TRY_DONE(om_path_join(def->out_dir, "breast", s->breast.dir, sizeof s->breast.dir));
     OM_TRY_DONE(om_study_create_gel(&s->gel.body));
     OM_TRY_DONE(om_study_create_phantom(def->nlesion, 1, &s->breast.body));
-    OM_TRY_DONE(open_fit(def, gel_dir, "bead", false, progress, &s->gel));
+    OM_TRY_DONE(open_fit(def, "bead", false, progress, &s->gel));
     double begin = om_clock_now();
     OM_TRY_DONE(do_gel(s, start, progress));
     s->sum.seconds = om_clock_now() - begin;
-    OM_TRY_DONE(open_fit(def, breast_dir, "lesion", true, progress, &s->breast));
+    OM_TRY_DONE(open_fit(def, "lesion", true, progress, &s->breast));
     begin = om_clock_now();
     OM_TRY_DONE(do_breast(s, progress));
     s->sum.seconds += om_clock_now() - begin;

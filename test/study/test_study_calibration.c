@@ -17,7 +17,7 @@ static OmStudyCalibrationDef small_def(void) {
     def.max_generations = 1;
     def.max_local = 2;
     def.has_sensitivity = false;
-    def.truth_ntet = 900;
+    def.truth_ntet = def.gel_truth_ntet = 900;
     def.fe_ntet = 400;
     def.contact_ntri = 900;
     def.nworker = 1;
