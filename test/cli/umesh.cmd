@@ -15,6 +15,14 @@ exit 0
 out ^5 samples \(2 new,
 err ^warning: .*not a file of samples
 
+# Killed at any moment, it goes on to the same files.
+$ timeout -s KILL 0.5 omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --workers 1 -q -o killed; true
+exit 0
+
+$ omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 -q -o killed && cmp kept.h5 killed/samples_000003.h5 && cmp out/samples_000000.h5 killed/samples_000000.h5
+exit 0
+no-err
+
 # Another seed is another set.
 $ omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --seed 2 -q -o out
 exit 3
