@@ -5,8 +5,9 @@
 #include "omentum/nn_file.h"
 #include "omentum/umesh_net.h"
 
-#define UMESH_NCHANNEL 9  // displacement (3), patch, organ, held, place (3)
-#define UMESH_NFACT 12    // lines of metadata that are kept
+// displacement (3), patch, organ, held, place (3), and zeros: oneDNN 2.6 has no fast convolution of nine
+#define UMESH_NCHANNEL 16
+#define UMESH_NFACT 12  // lines of metadata that are kept
 
 typedef struct UmeshRegion {  // what training saw, and by how much its limits are widened
     float* way;               // largest displacement of a node, its neighbours' too, m    (nnode)
