@@ -120,8 +120,9 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     double max_force;    // N, default 0.8
     double max_tilt;     // rad, default 45 degrees
     double press_share;  // of samples that the probe moves instead; default 0.5
-    double max_press;   // m, default 0.035; nowhere more than half the way to the nearest held node
-    double pull_share;  // of samples that are drawn outwards; default 0
+    double
+        max_press;  // m, default 0.035; nowhere more than 0.6 of the way to the nearest held node
+    double pull_share;     // of samples that are drawn outwards; default 0
     double patch_size[3];  // OmUmeshPatch.size, m; default 0.05, 0.01, 0.01
     int min_patch;         // nodes of a patch at least, else it is redrawn; default 4
     double tolerance;      // of the residual, relative to loads and reactions; default 1e-5

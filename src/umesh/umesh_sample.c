@@ -16,9 +16,9 @@
 #include "umesh/umesh_internal.h"
 
 #define COOKIE 0x50f7f502u
-#define VERSION 1          // of what a (seed, index) gives; new when samples change
+#define VERSION 2          // of what a (seed, index) gives; new when samples change
 #define CG_TOLERANCE 1e-2  // of the linear systems; Newton's method mends the rest
-#define PRESS_SHARE 0.5    // of the way to the nearest held node that the probe may go
+#define PRESS_SHARE 0.6    // of the way to the nearest held node that the probe may go
 #define DRAW_SHIFT 40      // draws and indices share the 64 bits of a random stream
 
 OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir) {
