@@ -104,6 +104,18 @@ static void choose_layouts(OmNetRun* run) {
     }
 }
 
+// In bfloat16 the last sums need not be rounded to 8 bits: those of the last convolution or dense layer, and what
+// masks make of them, stay float. Gradients do not.
+static void keep_output_exact(OmNetRun* run) {
+    int last = run->nop - 1;
+    while (last > 0 && run->op[last].layer->kind == OM_LAYER_MASK) --last;
+    if (last < 0) return;
+    const OmOp* op = &run->op[last];
+    OmLayerKind kind = op->layer->kind;
+    if ((kind != OM_LAYER_CONV && kind != OM_LAYER_DENSE) || op->activation != OM_IDENTITY) return;
+    for (int i = last; i < run->nop; ++i) run->value[run->op[i].out].type = OM_F32;
+}
+
 // ---- kernels --------------------------------------------------------------------------------------------
 
 static bool has_kernel(OmLayerKind kind) {
@@ -137,6 +149,7 @@ static OmStatus create_unfolded(OmNetRun* run, OmOp* op, OmKernelDef def) {
 }
 
 static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
+    def.dst = &run->grad[op->out];
     bool has_weights = op->layer->kind != OM_LAYER_ACTIVATION && op->layer->weight >= 0;
     if (op->activation != OM_IDENTITY) {  // fused
         def.pass = OM_PASS_DATA;
@@ -445,6 +458,7 @@ OmStatus om__net_compile(OmNetRun* run) {
     list_ops(run);
     mark_gradients(run);
     choose_layouts(run);
+    keep_output_exact(run);
     OM_TRY_DONE(create_kernels(run));
     place_concats(run);
     plan_values(run);
