@@ -106,7 +106,7 @@ static int piece_count(const OmBlocks* t) {
 static void plain_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const PlainLoop* p = ctx;
-    int npiece = piece_count(p->t), nblock = om__blocks_nblock(p->t);
+    int npiece = piece_count(p->t), nblock = om__blocks_count(p->t);
     int ncell = (int)om__net_cells(p->t->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -120,13 +120,13 @@ static void plain_range(void* ctx, int begin, int end, int block) {
 
 void om__blocks_from_plain(int nworker, const float* plain, const OmBlocks* t) {
     PlainLoop loop = {t, plain, NULL};
-    int count = t->n * om__blocks_nblock(t) * piece_count(t);
+    int count = t->n * om__blocks_count(t) * piece_count(t);
     om_parallel_for(nworker, count, 4, plain_range, &loop);
 }
 
 void om__blocks_to_plain(int nworker, const OmBlocks* t, float* plain) {
     PlainLoop loop = {t, NULL, plain};
-    int count = t->n * om__blocks_nblock(t) * piece_count(t);
+    int count = t->n * om__blocks_count(t) * piece_count(t);
     om_parallel_for(nworker, count, 4, plain_range, &loop);
 }
 
@@ -193,7 +193,7 @@ static void mask_range(void* ctx, int begin, int end, int block) {
 
 void om__blocks_mask(int nworker, const OmBlocks* x, const float* mask, const OmBlocks* y) {
     PairLoop loop = {x, y, mask};
-    om_parallel_for(nworker, x->n * om__blocks_nblock(x), 1, mask_range, &loop);
+    om_parallel_for(nworker, x->n * om__blocks_count(x), 1, mask_range, &loop);
 }
 
 // ---- channels -------------------------------------------------------------------------------------------
@@ -228,7 +228,7 @@ static void copy_lanes(const CopyLoop* p, int n, int offset, int width) {
 // The filling of the last block of `to`, where the last channel was copied into it.
 static void clear_filling(const CopyLoop* p, int n) {
     const OmBlocks* t = p->to;
-    int width = om__blocks_nblock(t) * t->block - t->shape.c;
+    int width = om__blocks_count(t) * t->block - t->shape.c;
     if (width == 0 || p->to_c + p->num < t->shape.c) return;
     size_t size = om__type_size(t->type);
     char* y = (char*)t->data + (size_t)channel_at(t, n, t->shape.c) * size;
@@ -302,7 +302,7 @@ static void unfold_row(const UnfoldLoop* p, int n, int block, int d, int h) {
 static void unfold_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const UnfoldLoop* p = ctx;
-    int depth = p->to->shape.d, nblock = om__blocks_nblock(p->to);
+    int depth = p->to->shape.d, nblock = om__blocks_count(p->to);
     for (int k = begin; k < end; ++k)
         for (int h = 0; h < p->to->shape.h; ++h)
             unfold_row(p, k / depth / nblock, k / depth % nblock, k % depth, h);
@@ -310,7 +310,7 @@ static void unfold_range(void* ctx, int begin, int end, int block) {
 
 void om__blocks_unfold(int nworker, const OmBlocks* from, const int kernel[3], const OmBlocks* to) {
     UnfoldLoop loop = {from, to, kernel};
-    om_parallel_for(nworker, to->n * om__blocks_nblock(to) * to->shape.d, 4, unfold_range, &loop);
+    om_parallel_for(nworker, to->n * om__blocks_count(to) * to->shape.d, 4, unfold_range, &loop);
 }
 
 // ---- dropout ------------------------------------------------------------------------------------------
@@ -345,7 +345,7 @@ static void drop_range(void* ctx, int begin, int end, int block) {
 void om__blocks_dropout(int nworker, const OmBlocks* x, float rate, uint64_t seed, int64_t first,
                         const OmBlocks* y) {
     DropLoop loop = {x, y, seed, first, (uint32_t)((double)rate * 4294967296.0), 1 / (1 - rate)};
-    int filled = om__blocks_nblock(y) * y->block;
+    int filled = om__blocks_count(y) * y->block;
     if (filled != y->shape.c) memset(y->data, 0, om__blocks_bytes(y));
     om_parallel_for(nworker, x->n * x->shape.c, 16, drop_range, &loop);
 }

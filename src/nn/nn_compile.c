@@ -81,10 +81,7 @@ static void set_layout(OmNetRun* run, int i, int block, bool is_last) {
 }
 
 static void choose_layouts(OmNetRun* run) {
-    // Measured on Zen 4: blocks are faster but for training in float, where channels last win by 7 %.
     bool is_last = run->def.layout == OM_LAYOUT_CHANNELS_LAST;
-    if (run->def.layout == OM_LAYOUT_AUTO)
-        is_last = run->def.is_training && run->def.type == OM_F32;
     int block = is_last ? 0 : om__engine_block(run->def.type);
     is_last = block == 0;
     bool is_row = om__net_cells(run->net->layer[0].shape) == 1;
@@ -148,6 +145,40 @@ static OmStatus create_unfolded(OmNetRun* run, OmOp* op, OmKernelDef def) {
     return om__kernel_create(run->engine, &def, &op->forward);
 }
 
+// Worth it where tiles are many.
+static bool can_winograd(const OmNetRun* run, const OmOp* op) {
+    const OmLayer* l = op->layer;
+    const OmBlocks *x = &run->value[op->in[0]], *y = &run->value[op->out];
+    if (l->kind != OM_LAYER_CONV || x->is_last || y->is_last) return false;
+    if (x->type != OM_F32 || y->type != OM_F32) return false;
+    if (x->block != OM_WINOGRAD_BLOCK || y->block != OM_WINOGRAD_BLOCK) return false;
+    if (x->shape.c % x->block != 0 || y->shape.c % y->block != 0) return false;
+    if (op->activation == OM_TANH || op->activation == OM_SIGMOID) return false;
+    for (int k = 0; k < 3; ++k)
+        if (l->kernel[k] != 3 || l->stride[k] != 1 || l->padding[k] != 1) return false;
+    return x->shape.h >= 8 && x->shape.w >= 8;
+}
+
+// The convolution between the transforms, of one sample: forward, or the gradient by the input.
+static OmStatus create_winograd(OmNetRun* run, OmOp* op, bool is_back) {
+    OmWinograd* w = is_back ? &op->winograd_back : &op->winograd;
+    OmLayer layer = *op->layer;
+    w->is_on = true;
+    w->in = is_back ? run->grad[op->out] : run->value[op->in[0]];
+    w->out = is_back ? run->grad[op->in[0]] : run->value[op->out];
+    w->in.n = w->out.n = 1;
+    w->in.shape = om__winograd_shape(w->in.shape);
+    w->out.shape = om__winograd_shape(w->out.shape);
+    layer.shape = w->out.shape;
+    layer.kernel[1] = layer.kernel[2] = 1;
+    layer.padding[1] = layer.padding[2] = 0;
+    layer.bias = -1;
+    OmKernelDef def = {.layer = &layer, .pass = OM_PASS_FORWARD, .ngroup = OM_WINOGRAD_POINTS};
+    def.src = &w->in;
+    def.dst = &w->out;
+    return om__kernel_create(run->engine, &def, is_back ? &op->data : &op->forward);
+}
+
 static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
     def.dst = &run->grad[op->out];
     bool has_weights = op->layer->kind != OM_LAYER_ACTIVATION && op->layer->weight >= 0;
@@ -166,9 +197,12 @@ static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
     }
     if (!run->needs_grad[op->in[0]]) return OM_OK;
     def.pass = OM_PASS_DATA;
-    OM_TRY(om__kernel_create(run->engine, &def, &op->data));
+    if (op->winograd.is_on)
+        OM_TRY(create_winograd(run, op, true));
+    else
+        OM_TRY(om__kernel_create(run->engine, &def, &op->data));
     bool is_same = om__kernel_is_same(op->forward, OM_SLOT_WEIGHTS, op->data, OM_SLOT_WEIGHTS);
-    if (has_weights && (op->is_unfolded || !is_same))
+    if (has_weights && (op->is_unfolded || op->winograd.is_on || !is_same))
         OM_TRY(om__kernel_create_reorder(run->engine, op->data, OM_SLOT_WEIGHTS, false,
                                          &op->load_back));
     return OM_OK;
@@ -191,6 +225,8 @@ static OmStatus create_kernels(OmNetRun* run) {
                            .slope = is_activation ? op->layer->slope : op->slope};
         if (can_unfold(run, op))
             OM_TRY(create_unfolded(run, op, def));
+        else if (can_winograd(run, op))
+            OM_TRY(create_winograd(run, op, false));
         else
             OM_TRY(om__kernel_create(run->engine, &def, &op->forward));
         if (om__kernel_bytes(op->forward, OM_SLOT_WEIGHTS) > 0)
@@ -307,11 +343,19 @@ static void plan_gradients(OmNetRun* run) {
 
 static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
 
+static void plan_winograd(OmNetRun* run, OmWinograd* w, int step) {
+    if (!w->is_on) return;
+    w->in_piece = add_piece(run, om__blocks_bytes(&w->in), step, step);
+    w->out_piece = add_piece(run, om__blocks_bytes(&w->out), step, step);
+}
+
 static void plan_rest(OmNetRun* run) {
     size_t scratch = 0;
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
         size_t workspace = om__kernel_bytes(op->forward, OM_SLOT_WORKSPACE);
+        plan_winograd(run, &op->winograd, i);
+        plan_winograd(run, &op->winograd_back, back_step(run, i));
         if (op->is_unfolded) op->folded_piece = add_piece(run, om__blocks_bytes(&op->folded), i, i);
         if (workspace) op->workspace_piece = add_piece(run, workspace, i, back_step(run, i));
         const OmKernel* all[] = {op->forward, op->data,      op->weights, op->activate_back,
@@ -336,10 +380,13 @@ static void plan_parameters(OmNetRun* run) {
     size_t staging = 0;
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
+        size_t num = op->layer->weight >= 0 ? (size_t)run->net->param[op->layer->weight].num : 0;
+        if (op->winograd.is_on)
+            staging = larger(staging, num / 9 * OM_WINOGRAD_POINTS * sizeof(float));
         if (!op->is_unfolded) continue;
         op->folded_bias_at = at;
         at += ((size_t)op->folded.shape.c * sizeof(float) + 63) / 64 * 64;
-        staging = larger(staging, (size_t)run->net->param[op->layer->weight].num * sizeof(float));
+        staging = larger(staging, num * sizeof(float));
     }
     run->staging_at = at;
     run->weights_size = at + staging;
@@ -373,9 +420,16 @@ static void locate_tensors(OmNetRun* run) {
         for (int k = 0; k < run->op[i].nin; ++k)
             if (run->op[i].is_extra[k])
                 run->op[i].extra[k].data = piece_data(run, run->op[i].extra_piece[k]);
-    for (int i = 0; i < run->nop; ++i)
-        if (run->op[i].is_unfolded)
-            run->op[i].folded.data = piece_data(run, run->op[i].folded_piece);
+    for (int i = 0; i < run->nop; ++i) {
+        OmOp* op = &run->op[i];
+        if (op->is_unfolded) op->folded.data = piece_data(run, op->folded_piece);
+        OmWinograd* w[2] = {&op->winograd, &op->winograd_back};
+        for (int k = 0; k < 2; ++k) {
+            if (!w[k]->is_on) continue;
+            w[k]->in.data = piece_data(run, w[k]->in_piece);
+            w[k]->out.data = piece_data(run, w[k]->out_piece);
+        }
+    }
 }
 
 static OmStatus bind_op(OmNetRun* run, OmOp* op) {
@@ -388,17 +442,21 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
     const char *weight = run->weights + op->weight_at,
                *weight_back = run->weights + op->weight_back_at;
     const void* bias = l->bias >= 0 ? run->small + run->small_at[l->bias] : NULL;
-    const void* result = dst;
-    if (op->is_unfolded) {
-        result = op->folded.data;
-        bias = run->weights + op->folded_bias_at;
+    const void *source = src, *result = op->is_unfolded ? op->folded.data : dst;
+    const void *back_source = NULL, *back_result = dst;  // an activation reads its result
+    if (op->winograd.is_on) {
+        source = op->winograd.in.data;
+        result = op->winograd.out.data;
+        back_source = op->winograd_back.in.data;
+        back_result = op->winograd_back.out.data;
     }
+    if (op->is_unfolded) bias = run->weights + op->folded_bias_at;
     const struct {
         OmKernel* kernel;
         OmSlot slot;
         const void* data;
     } bind[] = {
-        {op->forward, OM_SLOT_SRC, src},
+        {op->forward, OM_SLOT_SRC, source},
         {op->forward, OM_SLOT_DST, result},
         {op->forward, OM_SLOT_WEIGHTS, weight},
         {op->forward, OM_SLOT_BIAS, bias},
@@ -411,7 +469,8 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
         {op->weights, OM_SLOT_DIFF_WEIGHTS, piece_data(run, op->grad_piece)},
         {op->weights, OM_SLOT_DIFF_BIAS, piece_data(run, op->bias_piece)},
         {op->store, OM_SLOT_SRC, piece_data(run, op->grad_piece)},
-        {op->data, OM_SLOT_DST, dst},
+        {op->data, OM_SLOT_SRC, back_source},
+        {op->data, OM_SLOT_DST, back_result},
         {op->data, OM_SLOT_DIFF_DST, ddst},
         {op->data, OM_SLOT_DIFF_SRC, dsrc},
         {op->data, OM_SLOT_WEIGHTS, weight_back},
@@ -443,8 +502,8 @@ static OmStatus allocate_tables(OmNetRun* run) {
     OM_CALLOC_DONE(run->value_piece, n);
     OM_CALLOC_DONE(run->grad_piece, n);
     OM_CALLOC_DONE(run->small_at, (size_t)run->net->nparam);
-    // per layer: a value, a gradient, a workspace, two of parameters, extras; and the scratch
-    run->piece_cap = run->net->nlayer * (5 + OM_LAYER_MAX_INPUT) + 1;
+    // per layer: a value, a gradient, a workspace, two of parameters, four of transformed values, extras
+    run->piece_cap = run->net->nlayer * (9 + OM_LAYER_MAX_INPUT) + 1;  // and the scratch
     OM_CALLOC_DONE(run->piece, (size_t)run->piece_cap);
     for (size_t i = 0; i < n; ++i)
         run->placed_in[i] = run->value_piece[i] = run->grad_piece[i] = -1;

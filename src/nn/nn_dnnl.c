@@ -248,6 +248,13 @@ static void take_parts(const OmKernelDef* def, Parts* p, OmKernel* k) {
                              is_dense ? src->shape.h : l->kernel[1],
                              is_dense ? src->shape.w : l->kernel[2]};
     p->has_bias = l->bias >= 0;
+    if (def->ngroup > 1) {
+        const dnnl_dims_t grouped = {
+            def->ngroup, dim[0] / def->ngroup, dim[1] / def->ngroup, dim[2], dim[3], dim[4]};
+        p->weights = any_desc(6, grouped, data_type(src->type));
+        k->plain = plain_desc(6, grouped, false);
+        return;
+    }
     p->weights = any_desc(ndim, dim, data_type(src->type));
     p->grad_weights = any_desc(ndim, dim, dnnl_f32);
     k->plain = plain_desc(ndim, dim, l->kind == OM_LAYER_CONV_UP);

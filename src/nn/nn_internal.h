@@ -7,6 +7,7 @@
 //   nn_plan.c    where pieces of memory lie that live for a while
 //   nn_dnnl.c    one oneDNN primitive with its memories; the only file that knows oneDNN
 //   nn_blocks.c  loops over tensors that oneDNN does not have, or not better: concatenation, masks, dropout
+//   nn_winograd.c  transforms around a cheaper 3x3x3 convolution
 //   nn_norm.c    batch and group normalisation
 #ifndef OMENTUM_NN_INTERNAL_H
 #define OMENTUM_NN_INTERNAL_H
@@ -41,12 +42,12 @@ typedef struct OmBlocks {
     void* data;
 } OmBlocks;
 
-static inline int om__blocks_nblock(const OmBlocks* t) {
+static inline int om__blocks_count(const OmBlocks* t) {
     return (t->shape.c + t->block - 1) / t->block;
 }
 /// Values of one sample, with the filling.
 static inline int64_t om__blocks_stride(const OmBlocks* t) {
-    return (int64_t)om__blocks_nblock(t) * t->block * om__net_cells(t->shape);
+    return (int64_t)om__blocks_count(t) * t->block * om__net_cells(t->shape);
 }
 static inline size_t om__type_size(OmNetType type) { return type == OM_F32 ? 4 : 2; }
 static inline size_t om__blocks_bytes(const OmBlocks* t) {
@@ -137,6 +138,7 @@ typedef struct OmKernelDef {
     OmPass pass;                //
     bool is_training;           // of a forward pass: leave what backward wants in the workspace
     const OmBlocks *src, *dst;  // layouts; data are bound later
+    int ngroup;                 // of a convolution; 0 is one
     OmActivation activation;    // applied to what a convolution or dense layer gives
     float slope;
 } OmKernelDef;
@@ -155,6 +157,29 @@ OmStatus om__kernel_bind(OmKernel* kernel, OmSlot slot, const void* data);
 OmStatus om__kernel_run(OmKernel* kernel);
 /// What oneDNN calls the implementation; for benchmarks.
 const char* om__kernel_name(const OmKernel* kernel);
+
+// ---- Winograd's convolution ------------------------------------------------------------------------------
+
+#define OM_WINOGRAD_BLOCK 16   // channels
+#define OM_WINOGRAD_POINTS 36  // of a transformed tile
+
+typedef struct
+    OmWinograd {  // the transformed values of one sample, before and after the convolution
+    bool is_on;
+    OmBlocks in, out;
+    int in_piece, out_piece;
+} OmWinograd;
+
+/// The shape of transformed values of that shape.
+OmNetShape om__winograd_shape(OmNetShape shape);
+/// (out, in, 3, 3, 3) to (36, out, in, 3); or to (36, in, out, 3) with the taps turned round, which is what the
+/// gradient goes through.
+void om__winograd_weights(int nworker, const float* plain, int nout, int nin, bool is_back,
+                          float* to);
+/// x through the transforms and the kernel between w->in and w->out, sample by sample; with bias (or null), and
+/// where is_bent with `slope` for what is negative.
+OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
+                          const float* bias, bool is_bent, float slope, const OmBlocks* y);
 
 // ---- memory -----------------------------------------------------------------------------------------------
 
@@ -188,9 +213,10 @@ typedef struct OmOp {  // one layer at work, with the activation behind it if th
     // A transposed convolution whose windows do not overlap is one of 1 x 1 x 1 to all cells of the window as
     // channels, which are then put in place: several times faster than oneDNN's own.
     bool is_unfolded;
-    OmBlocks folded;        // what the convolution gives
-    int folded_piece;       //
-    size_t folded_bias_at;  // its bias, one copy a cell of the window
+    OmWinograd winograd, winograd_back;  // forward and data by Winograd's convolution
+    OmBlocks folded;                     // what the convolution gives
+    int folded_piece;                    //
+    size_t folded_bias_at;               // its bias, one copy a cell of the window
     OmNorm norm;
 } OmOp;
 

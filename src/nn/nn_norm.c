@@ -74,7 +74,7 @@ static void sum_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const NormLoop* p = ctx;
     const OmBlocks* x = p->x;
-    int npiece = p->norm->nchunk, nblock = om__blocks_nblock(x), B = x->block;
+    int npiece = p->norm->nchunk, nblock = om__blocks_count(x), B = x->block;
     int ncell = (int)om__net_cells(x->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -97,7 +97,7 @@ static void sum_range(void* ctx, int begin, int end, int block) {
 
 static void sum_all(int nworker, const OmNorm* norm, const OmBlocks* x, const OmBlocks* dy) {
     NormLoop loop = {norm, x, dy, NULL};
-    int count = x->n * om__blocks_nblock(x) * norm->nchunk;
+    int count = x->n * om__blocks_count(x) * norm->nchunk;
     om_parallel_for(nworker, count, 1, sum_range, &loop);
 }
 
@@ -161,7 +161,7 @@ static void apply_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const NormLoop* p = ctx;
     const OmBlocks* x = p->x;
-    int npiece = p->norm->nchunk, nblock = om__blocks_nblock(x), B = x->block;
+    int npiece = p->norm->nchunk, nblock = om__blocks_count(x), B = x->block;
     int ncell = (int)om__net_cells(x->shape);
     for (int k = begin; k < end; ++k) {
         int piece = k % npiece, b = k / npiece % nblock, n = k / npiece / nblock;
@@ -181,7 +181,7 @@ static void apply_range(void* ctx, int begin, int end, int block) {
 }
 
 static void apply_all(int nworker, const NormLoop* loop) {
-    int count = loop->x->n * om__blocks_nblock(loop->x) * loop->norm->nchunk;
+    int count = loop->x->n * om__blocks_count(loop->x) * loop->norm->nchunk;
     om_parallel_for(nworker, count, 1, apply_range, (void*)loop);
 }
 

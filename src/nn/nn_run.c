@@ -100,6 +100,11 @@ static OmStatus load_parameters(OmNetRun* run, const float* param) {
             const OmNetParameter* p = &run->net->param[op->layer->weight];
             const float* from = param + p->adr;
             if (k == 0 && op->is_unfolded) from = load_unfolded(run, op, param);
+            if (op->winograd.is_on) {
+                float* staging = (float*)(void*)(run->weights + run->staging_at);
+                om__winograd_weights(run->nworker, from, p->dim[0], p->dim[1], k == 1, staging);
+                from = staging;
+            }
             OM_TRY(om__kernel_bind(load[k], OM_SLOT_SRC, from));
             OM_TRY(om__kernel_run(load[k]));
         }
@@ -163,6 +168,11 @@ static void concat_forward(OmNetRun* run, const OmOp* op) {
 
 static OmStatus op_forward(OmNetRun* run, OmOp* op) {
     const OmBlocks *x = &run->value[op->in[0]], *y = &run->value[op->out];
+    if (op->winograd.is_on) {
+        const float* bias = op->layer->bias >= 0 ? small_of(run, op->layer->bias) : NULL;
+        return om__winograd_run(run->nworker, &op->winograd, op->forward, x, bias,
+                                op->activation != OM_IDENTITY, op->slope, y);
+    }
     if (op->forward) {
         OM_TRY(om__kernel_run(op->forward));
         if (op->is_unfolded) om__blocks_unfold(run->nworker, &op->folded, op->layer->kernel, y);
@@ -218,6 +228,9 @@ static OmStatus kernels_backward(OmNetRun* run, OmOp* op, float* grad) {
                    (size_t)p->num * sizeof *grad);
         }
     }
+    if (op->winograd_back.is_on)
+        return om__winograd_run(run->nworker, &op->winograd_back, op->data, &run->grad[op->out],
+                                NULL, false, 0, target_of(run, op, 0));
     return op->data ? om__kernel_run(op->data) : OM_OK;
 }
 

@@ -139,6 +139,21 @@ static OmNet* make_conv(OmRng* rng, bool is_smooth) {
     return finish(net, x);
 }
 
+// Where Winograd's transforms are used: whole blocks of channels, tiles that fit and that do not.
+static OmNet* make_winograd(OmRng* rng, bool is_smooth) {
+    (void)is_smooth;
+    OmNet* net;
+    assert_ok(om_net_create(&net));
+    OmNetShape shape = {16 * draw(rng, 1, 2), draw(rng, 1, 3), draw(rng, 8, 11), draw(rng, 8, 11)};
+    int x = om_net_add_input(net, "in", shape);
+    OmNetConv conv = om_net_conv(16 * draw(rng, 1, 2), 3);
+    conv.has_bias = draw(rng, 0, 1);
+    x = om_net_add_conv(net, "a", x, conv);
+    if (draw(rng, 0, 1))
+        x = om_net_add_activation(net, x, (OmActivation)draw(rng, OM_RELU, OM_LEAKY_RELU), 0.2f);
+    return finish(net, x);
+}
+
 static OmNet* make_conv_up(OmRng* rng, bool is_smooth) {
     OmNet* net;
     assert_ok(om_net_create(&net));
@@ -232,6 +247,15 @@ static void try_layers(MakeFn make, bool is_apart, int count) {
 }
 
 static void test_conv(void** state) { (void)state, try_layers(make_conv, false, 24); }
+static void test_winograd(void** state) {
+    (void)state;
+    for (int i = 0; i < 8; ++i) {
+        OmRng rng = om_rng_init(9, (uint64_t)i);
+        Trial t = {.layout = OM_LAYOUT_BLOCKED, .batch = 1 + i % 2, .nworker = 1 + i / 2 % 2};
+        t.tolerance = 1e-4;  // the transforms multiply by up to 8 and subtract again
+        compare(make_winograd(&rng, false), &rng, &t);
+    }
+}
 static void test_conv_up(void** state) { (void)state, try_layers(make_conv_up, false, 24); }
 static void test_upsample(void** state) { (void)state, try_layers(make_upsample, false, 18); }
 static void test_pool(void** state) { (void)state, try_layers(make_pool, true, 24); }
@@ -316,11 +340,11 @@ static void test_reference(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_conv),      cmocka_unit_test(test_conv_up),
-        cmocka_unit_test(test_upsample),  cmocka_unit_test(test_pool),
-        cmocka_unit_test(test_dense),     cmocka_unit_test(test_norm),
-        cmocka_unit_test(test_concat),    cmocka_unit_test(test_unet),
-        cmocka_unit_test(test_reference),
+        cmocka_unit_test(test_conv),    cmocka_unit_test(test_winograd),
+        cmocka_unit_test(test_conv_up), cmocka_unit_test(test_upsample),
+        cmocka_unit_test(test_pool),    cmocka_unit_test(test_dense),
+        cmocka_unit_test(test_norm),    cmocka_unit_test(test_concat),
+        cmocka_unit_test(test_unet),    cmocka_unit_test(test_reference),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

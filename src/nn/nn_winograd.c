@@ -1,0 +1,228 @@
+// nn_winograd.c: 3x3x3 convolutions with a quarter of the products (Winograd; Lavin and Gray 2016, F(4x4, 3x3)).
+//
+// Height and width are cut into tiles of 4 x 4 outputs, each of which reads 6 x 6 inputs. With the matrices below
+//     Y = A^T [ (G g G^T) . (B^T x B) ] A
+// for each pair of channels, summed over input channels and the three taps in depth between the transforms. So
+// each of the 36 points of a transformed tile is a convolution of its own along depth: oneDNN does
+// all as one convolution of 36 groups with a 3 x 1 x 1 kernel, where the tiles of a slice lie along width:
+//     x (n, c, d, h, w)  ->  v (n, 36 c, d, 1, tiles)  ->  m (n, 36 out, d, 1, tiles)  ->  y (n, out, d, h, w)
+// 36 instead of 144 products a tile. Sums grow by the transforms' factors: errors are some five times those of
+// a plain sum in float. Not for bfloat16. Blocks of 16 channels: a row of 16 is what the loops handle.
+#include <math.h>
+#include <string.h>
+
+#include "base/base_multiversion.h"
+#include "nn/nn_internal.h"
+
+#define LANES OM_WINOGRAD_BLOCK
+#define POINTS OM_WINOGRAD_POINTS
+
+OmNetShape om__winograd_shape(OmNetShape s) {
+    int tiles = ((s.h + 3) / 4) * ((s.w + 3) / 4);
+    return (OmNetShape){POINTS * s.c, s.d, 1, tiles};
+}
+
+// ---- weights --------------------------------------------------------------------------------------------
+
+// G g for three rows of lanes, `from` apart, into six, `step` apart.
+static inline void weight_column(const float* g, int from, float* y, int step) {
+    for (int l = 0; l < LANES; ++l) {
+        float a = g[l], b = g[from + l], c = g[2 * from + l];
+        float even = a + c, wide = a / 24 + c / 6;
+        y[l] = a / 4;
+        y[step + l] = -(even + b) / 6;
+        y[2 * step + l] = -(even - b) / 6;
+        y[3 * step + l] = wide + b / 12;
+        y[4 * step + l] = wide - b / 12;
+        y[5 * step + l] = c;
+    }
+}
+
+typedef struct WeightLoop {
+    const float* plain;
+    float* to;
+    int nout, nin;
+    bool is_back;
+} WeightLoop;
+
+// Up to LANES pairs of channels side by side.
+OM_MULTIVERSION static void weight_group(const WeightLoop* p, int64_t first, int num) {
+    float g[27 * LANES] = {0}, half[18 * LANES], u[36 * LANES], out[36 * 3 * LANES];
+    for (int l = 0; l < num; ++l) {
+        // The result's rows are inputs of the layer when the gradient goes back through it, the taps turned round.
+        int64_t pair = first + l;
+        int64_t from = p->is_back ? pair % p->nout * p->nin + pair / p->nout : pair;
+        const float* tap = p->plain + from * 27;
+        for (int k = 0; k < 27; ++k) g[k * LANES + l] = tap[p->is_back ? 26 - k : k];
+    }
+    for (int kd = 0; kd < 3; ++kd) {
+        for (int w = 0; w < 3; ++w)
+            weight_column(g + (kd * 9 + w) * LANES, 3 * LANES, half + w * LANES, 3 * LANES);
+        for (int i = 0; i < 6; ++i)
+            weight_column(half + i * 3 * LANES, LANES, u + i * 6 * LANES, LANES);
+        for (int k = 0; k < POINTS; ++k)
+            for (int l = 0; l < LANES; ++l) out[(k * LANES + l) * 3 + kd] = u[k * LANES + l];
+    }
+    int64_t npair = (int64_t)p->nout * p->nin;
+    for (int k = 0; k < POINTS; ++k)
+        memcpy(p->to + (k * npair + first) * 3, out + k * LANES * 3, (size_t)num * 3 * sizeof *out);
+}
+
+// Index: group of pairs, in the order of the result.
+static void weight_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const WeightLoop* p = ctx;
+    int64_t npair = (int64_t)p->nout * p->nin;
+    for (int64_t k = begin; k < end; ++k) {
+        int64_t first = k * LANES;
+        weight_group(p, first, npair - first < LANES ? (int)(npair - first) : LANES);
+    }
+}
+
+void om__winograd_weights(int nworker, const float* plain, int nout, int nin, bool is_back,
+                          float* to) {
+    WeightLoop loop = {plain, to, nout, nin, is_back};
+    om_parallel_for(nworker, om_block_count(nout * nin, LANES), 16, weight_range, &loop);
+}
+
+// ---- inputs -----------------------------------------------------------------------------------------------
+
+// B^T x for a column of six rows of lanes, `step` floats apart in both.
+static inline void input_column(const float* x, int step, float* y) {
+    for (int l = 0; l < LANES; ++l) {
+        float a = x[l], b = x[step + l], c = x[2 * step + l];
+        float d = x[3 * step + l], e = x[4 * step + l], f = x[5 * step + l];
+        float p = e - 4 * c, q = d - 4 * b, r = e - c, s = 2 * (d - b);
+        y[l] = 4 * a - 5 * c + e;
+        y[step + l] = p + q;
+        y[2 * step + l] = p - q;
+        y[3 * step + l] = r + s;
+        y[4 * step + l] = r - s;
+        y[5 * step + l] = 4 * b - 5 * d + f;
+    }
+}
+
+typedef struct WinogradLoop {
+    const OmBlocks *x, *v;  // x the tensor, v the transformed
+    const float* bias;      // or null
+    float mean_slope,
+        half_jump;  // the activation as mean_slope y + half_jump |y|: no branch, vectors
+} WinogradLoop;
+
+// One tile: its 6 x 6 cells from (h0, w0), zero outside, into the 36 points `stride` floats apart.
+OM_MULTIVERSION static void input_tile(const float* slice, OmNetShape s, int h0, int w0, float* to,
+                                       int64_t stride) {
+    float x[36 * LANES], y[36 * LANES];
+    for (int i = 0; i < 6; ++i)
+        for (int k = 0; k < 6; ++k) {
+            int h = h0 + i, w = w0 + k;
+            bool is_in = h >= 0 && w >= 0 && h < s.h && w < s.w;
+            const float* from = slice + ((int64_t)h * s.w + w) * LANES;
+            float* at = x + (i * 6 + k) * LANES;
+            if (is_in)
+                for (int l = 0; l < LANES; ++l) at[l] = from[l];
+            else
+                for (int l = 0; l < LANES; ++l) at[l] = 0;
+        }
+    for (int k = 0; k < 6; ++k) input_column(x + k * LANES, 6 * LANES, y + k * LANES);
+    for (int i = 0; i < 6; ++i) input_column(y + i * 6 * LANES, LANES, x + i * 6 * LANES);
+    for (int p = 0; p < POINTS; ++p, to += stride)
+        for (int l = 0; l < LANES; ++l) to[l] = x[p * LANES + l];
+}
+
+// Index: (sample, block of channels, slice of depth).
+static void input_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const WinogradLoop* p = ctx;
+    OmNetShape s = p->x->shape;
+    int nblock = om__blocks_count(p->x), tiles = p->v->shape.w, across = (s.w + 3) / 4;
+    int64_t stride = (int64_t)nblock * s.d * tiles * LANES;  // of points
+    for (int k = begin; k < end; ++k) {
+        int d = k % s.d, b = k / s.d % nblock, n = k / s.d / nblock;
+        const float* slice = (const float*)p->x->data + (int64_t)k * s.h * s.w * LANES;
+        float* to = (float*)p->v->data + n * om__blocks_stride(p->v);
+        to += ((int64_t)b * s.d + d) * tiles * LANES;
+        for (int t = 0; t < tiles; ++t)
+            input_tile(slice, s, t / across * 4 - 1, t % across * 4 - 1, to + t * LANES, stride);
+    }
+}
+
+static void transform_input(int nworker, const OmBlocks* x, const OmBlocks* v) {
+    WinogradLoop loop = {.x = x, .v = v};
+    om_parallel_for(nworker, x->n * om__blocks_count(x) * x->shape.d, 4, input_range, &loop);
+}
+
+// ---- outputs ----------------------------------------------------------------------------------------------
+
+// A^T m for a column of six rows, `step` floats apart in both; four rows of result.
+static inline void output_column(const float* m, int step, float* y) {
+    for (int l = 0; l < LANES; ++l) {
+        float a = m[l], b = m[step + l], c = m[2 * step + l];
+        float d = m[3 * step + l], e = m[4 * step + l], f = m[5 * step + l];
+        float bc = b + c, b_c = b - c, de = d + e, d_e = d - e;
+        y[l] = a + bc + de;
+        y[step + l] = b_c + 2 * d_e;
+        y[2 * step + l] = bc + 4 * de;
+        y[3 * step + l] = b_c + 8 * d_e + f;
+    }
+}
+
+// One tile back: 4 x 4 cells at (h0, w0), those inside.
+OM_MULTIVERSION static void output_tile(const float* from, int64_t stride, const float bias[LANES],
+                                        const WinogradLoop* p, int h0, int w0, float* slice) {
+    float m[36 * LANES], y[24 * LANES], z[16 * LANES];
+    OmNetShape s = p->x->shape;
+    for (int i = 0; i < POINTS; ++i, from += stride)
+        for (int l = 0; l < LANES; ++l) m[i * LANES + l] = from[l];
+    for (int k = 0; k < 6; ++k) output_column(m + k * LANES, 6 * LANES, y + k * LANES);
+    for (int i = 0; i < 4; ++i) output_column(y + i * 6 * LANES, LANES, z + i * 4 * LANES);
+    for (int i = 0; i < 4 && h0 + i < s.h; ++i)
+        for (int k = 0; k < 4 && w0 + k < s.w; ++k) {
+            float* to = slice + ((int64_t)(h0 + i) * s.w + w0 + k) * LANES;
+            const float* at = z + (i * 4 + k) * LANES;
+            for (int l = 0; l < LANES; ++l) {
+                float sum = at[l] + bias[l];
+                to[l] = p->mean_slope * sum + p->half_jump * fabsf(sum);
+            }
+        }
+}
+
+static void output_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const WinogradLoop* p = ctx;
+    OmNetShape s = p->x->shape;
+    int nblock = om__blocks_count(p->x), tiles = p->v->shape.w, across = (s.w + 3) / 4;
+    int64_t stride = (int64_t)nblock * s.d * tiles * LANES;
+    for (int k = begin; k < end; ++k) {
+        int d = k % s.d, b = k / s.d % nblock, n = k / s.d / nblock;
+        float *slice = (float*)p->x->data + (int64_t)k * s.h * s.w * LANES, bias[LANES];
+        const float* from = (const float*)p->v->data + n * om__blocks_stride(p->v);
+        from += ((int64_t)b * s.d + d) * tiles * LANES;
+        for (int l = 0; l < LANES; ++l) bias[l] = p->bias ? p->bias[b * LANES + l] : 0;
+        for (int t = 0; t < tiles; ++t)
+            output_tile(from + t * LANES, stride, bias, p, t / across * 4, t % across * 4, slice);
+    }
+}
+
+static void transform_output(int nworker, const OmBlocks* m, const float* bias, bool is_bent,
+                             float slope, const OmBlocks* y) {
+    float below = is_bent ? slope : 1;
+    WinogradLoop loop = {y, m, bias, (1 + below) / 2, (1 - below) / 2};
+    om_parallel_for(nworker, y->n * om__blocks_count(y) * y->shape.d, 4, output_range, &loop);
+}
+
+// ---- all three ------------------------------------------------------------------------------------------
+
+OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
+                          const float* bias, bool is_bent, float slope, const OmBlocks* y) {
+    OmBlocks xn = *x, yn = *y;
+    xn.n = yn.n = 1;
+    for (int n = 0; n < x->n; ++n) {
+        xn.data = (float*)x->data + n * om__blocks_stride(x);
+        yn.data = (float*)y->data + n * om__blocks_stride(y);
+        transform_input(nworker, &xn, &w->in);
+        OM_TRY(om__kernel_run(kernel));
+        transform_output(nworker, &w->out, bias, is_bent, slope, &yn);
+    }
+    return OM_OK;
+}
