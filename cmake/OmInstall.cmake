@@ -1,12 +1,12 @@
 # What `make install` gives: headers, the library, a pkg-config file, a CMake package, the program,
-# logic programs and scenes. Paths are relative, so that a tree can be installed anywhere and moved.
+# logic programs, scenes and weights. Paths are relative, so that a tree can be installed anywhere and moved.
 include(CMakePackageConfigHelpers)
 set(OM_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/omentum)
 
 install(TARGETS omentum EXPORT omentumTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY include/omentum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 install(FILES LICENSE NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
-foreach(folder asp scenes)
+foreach(folder asp scenes weights)
     if(EXISTS ${PROJECT_SOURCE_DIR}/${folder})
         install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_DATADIR}/omentum)
     endif()

@@ -125,6 +125,10 @@ typedef struct OmUmeshEval {  // mean norm errors (3.17) over the nodes that are
 OM_API OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
                               int nworker, OmUmeshEval* eval);
 OM_API void om_umesh_eval_done(OmUmeshEval* eval);
+/// Write the network again, with what a test measured: facts "test_seed", "test_samples", "test_error_mm" and
+/// "test_worst_mm".
+OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* test,
+                                     const OmUmeshEval* eval, const char* path);
 
 // ---- as tissue --------------------------------------------------------------------------------------------
 

@@ -175,3 +175,11 @@ OmStatus om_cli_share_path(const char* name, char* out, size_t size) {
     }
     return om_error(OM_IO, "%s is not installed beside %s", name, exe);
 }
+
+OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size) {
+    const char* given = om_cli_get(args, "--weights");
+    if (!given) return om_cli_share_path("weights/phantom.safetensors", out, size);
+    OM_CHECK(snprintf(out, size, "%s", given) < (int)size, OM_INVALID,
+             "--weights: too long a path");
+    return OM_OK;
+}

@@ -52,6 +52,9 @@ int om_cli_fail(const char* verb, OmStatus status);
 // The folder of scenes and logic programs: beside the program in the build tree, or installed.
 OmStatus om_cli_share_path(const char* name, char* out, size_t size);
 
+// The argument of --weights, or the file of the phantom's that comes with the program.
+OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
+
 // The verbs.
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);

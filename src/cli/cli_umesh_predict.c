@@ -11,7 +11,8 @@
 #define NREPEAT 20  // predictions timed
 
 static const OmCliOption option[] = {
-    {"--weights", "-w", "FILE", "of omentum umesh train"},
+    {"--weights", "-w", "FILE",
+     "of omentum umesh train (default: those of the phantom that come along)"},
     {"--at", NULL, "X,Y,Z",
      "where the probe is put, mm; the nearest place of the skin (default: the top)"},
     {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},
@@ -36,7 +37,7 @@ typedef struct Press {
 static void print_help(const OmCliArgs* args) {
     printf(
         "omentum umesh predict: where an organ goes under a probe, by a trained network\n\n"
-        "Usage: omentum umesh predict -w WEIGHTS [options]\n\n"
+        "Usage: omentum umesh predict [-w WEIGHTS] [options]\n\n"
         "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
         "like those of training, and where points inside go. Exit code 0: it is; 1: it is not, so do not\n"
         "trust the answer.\n");
@@ -166,7 +167,9 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_inside) {
     OmUmeshNet* net;
     OmUmeshTrust trust;
     const char *out = om_cli_get(args, "--output"), *onnx = om_cli_get(args, "--onnx");
-    OM_TRY(om_umesh_load_net(om_cli_get(args, "--weights"), &net));
+    char weights[1024];
+    OM_TRY(om_cli_weights_path(args, weights, sizeof weights));
+    OM_TRY(om_umesh_load_net(weights, &net));
     Press p = {.args = args, .grid = om_umesh_net_grid(net)};
     OmStatus status;
     OM_TRY_DONE(place_probe(&p));
@@ -196,9 +199,6 @@ int om_cli_umesh_predict(int argc, char** argv) {
     bool is_inside = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
-    if (status >= 0 && !om_cli_get(&args, "--weights"))
-        status = om_error(OM_INVALID,
-                          "no weights are given; add -w FILE (omentum umesh train writes one)");
     if (status < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;

@@ -212,6 +212,39 @@ OmStatus om_umesh_save_onnx(const OmUmeshNet* n, const char* path) {
     return om_net_save_onnx(n->net, n->param, meta, n->nfact + 1, path);
 }
 
+static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
+    OM_TRY(om__umesh_net_create(&n->grid, n->base_channels, n->nlevel, out));
+    OmUmeshNet* c = *out;
+    size_t nnode = (size_t)n->grid.mesh.nnode;
+    float *way = c->region.way, *inward = c->region.inward;
+    memcpy(c->param, n->param, om_net_parameter_size(n->net) * sizeof *n->param);
+    memcpy(way, n->region.way, nnode * sizeof *way);
+    memcpy(inward, n->region.inward, 3 * nnode * sizeof *inward);
+    c->region = n->region;
+    c->region.way = way;
+    c->region.inward = inward;
+    c->scale = n->scale;
+    for (int i = 0; i < n->nfact; ++i)
+        if (strncmp(n->fact[i].key, "test_", 5) != 0)
+            OM_TRY(om__umesh_net_add_fact(c, n->fact[i].key, "%s", n->fact[i].value));
+    return OM_OK;
+}
+
+OmStatus om_umesh_record_test(const OmUmeshNet* n, const OmUmeshData* test, const OmUmeshEval* eval,
+                              const char* path) {
+    OmUmeshNet* copy = NULL;
+    OmStatus status;
+    OM_TRY_DONE(copy_net(n, &copy));
+    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_seed", "%llu", (unsigned long long)test->seed));
+    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_samples", "%d", eval->n));
+    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_error_mm", "%.5f", 1e3 * eval->mean));
+    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_worst_mm", "%.5f", 1e3 * eval->worst));
+    OM_TRY_DONE(om__umesh_net_save(copy, path));
+done:
+    om_umesh_destroy_net(copy);
+    return status;
+}
+
 // ---- load -------------------------------------------------------------------------------------------
 
 static OmStatus read_setting(const OmTensorFile* f, const char* path, const char* key, int lo,
@@ -320,9 +353,10 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
 }
 
 static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
-    static const char* const key[] = {"command",       "seed",         "data",
-                                      "samples",       "epochs",       "validation_error_mm",
-                                      "test_error_mm", "test_worst_mm"};
+    static const char* const key[] = {"command",      "seed",         "data",
+                                      "samples",      "epochs",       "validation_error_mm",
+                                      "test_seed",    "test_samples", "test_error_mm",
+                                      "test_worst_mm"};
     for (size_t i = 0; i < sizeof key / sizeof *key; ++i) {
         const char* value = om_tensor_file_meta(f, key[i]);
         if (value) OM_TRY(om__umesh_net_add_fact(n, key[i], "%s", value));

@@ -23,6 +23,11 @@ out ^the bar .* is missed
 file eval/eval.json
 file eval/errors.csv
 
+# The figures go into a copy of the weights.
+$ omentum umesh eval -w net/weights.safetensors -d data --record tested.safetensors
+exit 1
+file tested.safetensors
+
 # Another organ's samples.
 $ omentum umesh generate --elements 150 --points 8x8x8 -n 1 -q -o other
 exit 0
@@ -49,10 +54,6 @@ $ omentum umesh predict -w net/metrics.csv
 exit 3
 err metrics.csv
 err-lines 1
-
-$ omentum umesh predict
-exit 2
-err -w FILE
 
 $ omentum umesh train -d data
 exit 2

@@ -129,9 +129,14 @@ static void test_file(void** unused) {
     assert_ok(om_umesh_load_net(path, &copy));
     assert_ok(om_umesh_eval(copy, &data, NSAMPLE - 8, 8, 1, &second));
     assert_memory_equal(eval.error, second.error, 8 * sizeof(double));
+    om_umesh_destroy_net(copy);
+    assert_ok(om_umesh_record_test(net, &data, &eval, path));
+    assert_ok(om_umesh_load_net(path, &copy));
+    assert_string_equal(om_umesh_net_fact(copy, "test_samples"), "8");
+    assert_near(atof(om_umesh_net_fact(copy, "test_error_mm")), 1e3 * eval.mean, 1e-5);
+    om_umesh_destroy_net(copy);
     om_umesh_eval_done(&eval);
     om_umesh_eval_done(&second);
-    om_umesh_destroy_net(copy);
     snprintf(path, sizeof path, "%s/net.onnx", dir);
     assert_ok(om_umesh_save_onnx(net, path));
     om_umesh_destroy_net(net);
