@@ -32,7 +32,8 @@ OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
 OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** param);
 /// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
 OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
-/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, place (3), and zeros to 16.
+/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, place (3), and zeros
+/// to 16.
 OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 // umesh_predict.c: what the network is fed, what comes back, and how good it is.
 //
-// Nine channels of sixteen at the points of the grid: the displacement of the patch, over the scale of the data; where the
-// patch is; and what tells places apart, for a convolution alone does not know where it is: the organ, the held
+// Nine channels of sixteen at the points of the grid: the displacement of the patch, over the scale of the data; where
+// the patch is; and what tells places apart, for a convolution alone does not know where it is: the organ, the held
 // nodes, and the coordinates from -1 to 1. Only the first four change.
 #include <math.h>
 #include <stdlib.h>
