@@ -322,4 +322,26 @@ static inline void ref_backward(Reference* r, const float* dout) {
     for (int i = n - 1; i > 0; --i) ref_layer(r, i, 1);
 }
 
+/// Does oneDNN have bfloat16 on this processor? Says so once if not.
+static inline bool has_bf16(void) {
+    static int answer = -1;
+    if (answer >= 0) return answer;
+    OmNet* net;
+    OmNetRun* run;
+    assert_ok(om_net_create(&net));
+    int x = om_net_add_input(net, "in", (OmNetShape){4, 1, 1, 1});
+    assert_ok(om_net_finish(net, om_net_add_dense(net, "a", x, 4)));
+    OmNetRunDef def = om_net_run_default_def(1);
+    def.type = OM_BF16;
+    OmStatus status = om_net_run_create(net, &def, &run);
+    if (status != OM_OK) {
+        assert_int_equal(status, OM_UNAVAILABLE);
+        print_message("no bfloat16 on this processor: tested in float\n");
+    }
+    om_net_run_destroy(run);
+    om_net_destroy(net);
+    answer = status == OM_OK;
+    return answer == 1;
+}
+
 #endif
