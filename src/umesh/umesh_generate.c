@@ -130,7 +130,7 @@ static OmStatus generate(const OmUmeshDataDef* def, Crew* c, int nworker, OmUmes
             add_sample(sum, &shard.sample[i]);
         }
         om__umesh_shard_done(&shard);
-        OM_TRY(status);
+        if (status != OM_OK) return status;
     }
     return OM_OK;
 }
@@ -154,7 +154,8 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     OM_ALLOC_DONE(c.u, 3 * (size_t)c.nnode * (size_t)nworker);
     OM_ALLOC_DONE(all, def->nsample);
     for (int k = 0; k < nworker; ++k) OM_TRY_DONE(om_umesh_create_solver(def, &c.solver[k]));
-    OM_TRY_DONE(generate(def, &c, nworker, &sum, all));
+    status = generate(def, &c, nworker, &sum, all);
+    if (status != OM_OK) goto done;
     sum.mean_u /= sum.nsample;
     sum.solve_seconds /= sum.nmade > 0 ? sum.nmade : 1;
     sum.seconds = om_clock_now() - begin;

@@ -276,6 +276,11 @@ OmStatus om_umesh_make_sample(OmUmeshSolver* s, int64_t index, OmUmeshSample* ou
         }
         ++nfail;
     }
+    OM_CHECK(
+        nfail > 0, OM_NOT_CONVERGED,
+        "umesh: none of %d patches drawn for sample %lld has %d nodes under it; make the patch "
+        "larger or min_patch smaller",
+        s->def.max_attempt, (long long)index, s->def.min_patch);
     return om_error(OM_NOT_CONVERGED,
                     "umesh: none of %d draws of sample %lld has an equilibrium; make max_force or "
                     "max_press smaller",

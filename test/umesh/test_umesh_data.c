@@ -228,6 +228,21 @@ static void test_write_failure(void** state) {
     assert_status(om_umesh_load_data("/nowhere/at/all", 0, &data), OM_INVALID);
 }
 
+// A set of which a sample cannot be made is not called finished.
+static void test_given_up(void** state) {
+    (void)state;
+    Folder f = fresh_folder("umesh10");
+    char report[300];
+    OmUmeshDataDef def = small_def(the_organ, f.dir);
+    def.min_patch = 1000000;
+    def.max_attempt = 3;
+    assert_status(om_umesh_generate(&def, NULL, NULL), OM_NOT_CONVERGED);
+    assert_non_null(strstr(om_error_message(), "min_patch"));
+    snprintf(report, sizeof report, "%s/report.html", f.dir);
+    assert_false(om_path_exists(report));
+    assert_ok(om_path_remove(f.dir));
+}
+
 // ---- memory -----------------------------------------------------------------------------------------
 
 static OmStatus generate_work(void* ctx) {
@@ -262,7 +277,8 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_workers),       cmocka_unit_test(test_load),
         cmocka_unit_test(test_resume),        cmocka_unit_test(test_hostile),
-        cmocka_unit_test(test_write_failure), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_write_failure), cmocka_unit_test(test_given_up),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(test, set_up, tear_down);
 }
