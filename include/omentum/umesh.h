@@ -78,15 +78,15 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
                   // ellipsoid of 150 x 120 x 72 mm on its flat side
     const OmSurface* surface;  // or a closed surface; borrowed; default null
     OmVec3 up;                 // away from what holds the organ; default 0: the patient's, else +z
-    int nelem;                 // active elements wanted, met within 1 %; default 2174 (thesis)
-    double spacing;            // of the grid, m; default 0: by nelem
-    int dim[3];                // points of the padded grid at least; default 32 x 24 x 16
-    int multiple;              // dim are multiples of this, 2^levels of the network; default 8
+    int nelem;       // active elements wanted, met within 1 % from 200 on; default 2174 (thesis)
+    double spacing;  // of the grid, m; default 0: by nelem
+    int dim[3];      // points of the padded grid at least; default 32 x 24 x 16
+    int multiple;    // dim are multiples of this, 2^levels of the network; default 8
     double
         min_fill;  // share of a cell that must be inside for it to be active, (0, 1); default 0.5
     double
-        held_height;  // without a set "attachment": share of the height, from below, that is held; default 0,
-                      // the lowest nodes
+        held_height;  // share of the height, from below, that is held; default 0: the patient's set
+                      // "attachment", else the lowest nodes of the phantom and a tenth of others
     uint32_t cookie;
 } OmUmeshOrganDef;
 
@@ -95,7 +95,6 @@ typedef struct OmUmeshOrgan OmUmeshOrgan;
 
 OM_API OmUmeshOrganDef om_umesh_default_organ_def(void);
 /// Cells with enough inside become elements, of which the largest part that hangs together over faces stays.
-/// Held are the nodes near the patient's set "attachment", else the lowest along `up`.
 /// @return OM_OK, OM_INVALID (nothing inside, nothing held, an element count that no spacing gives), OM_NO_MEMORY
 OM_API OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** organ);
 OM_API void om_umesh_destroy_organ(OmUmeshOrgan* organ);

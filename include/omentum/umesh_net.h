@@ -40,7 +40,7 @@ OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 /// Is an input like those of training? Each measure is a share of the most that training saw, so that 1 is its
 /// limit; the score is the largest. Limits are widened, once, until 99 % of the samples kept for validation
-/// are inside.
+/// are inside, but never to more than double.
 typedef struct OmUmeshTrust {
     double score;  // inside if at most 1
     double
@@ -114,7 +114,7 @@ OM_API OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* pro
 typedef struct OmUmeshEval {  // mean norm errors (3.17) over the nodes that are not held, m
     int n;
     double mean, sd, worst;
-    int worst_sample;
+    int worst_sample;                     // from `first` on
     double max_u;                         // largest displacement of a node in the data
     double ms_median, ms_least, ms_most;  // of a prediction, all in
     int ninside;                          // samples that the test takes for known

@@ -55,7 +55,7 @@ OmStatus om__umesh_shard_alloc(int nnode, int num, OmUmeshShard* shard);
 void om__umesh_shard_done(OmUmeshShard* shard);
 OmStatus om__umesh_shard_save(const OmUmeshShard* shard, const OmUmeshGrid* grid,
                               const OmUmeshDataDef* def, const char* path);
-// The grid is made from the file too; either result may be null where it is not wanted.
+// The grid is made from the file too.
 OmStatus om__umesh_shard_load(const char* path, OmUmeshGrid* grid, OmUmeshShard* shard);
 // The same from bytes in memory; `name` is for messages.
 OmStatus om__umesh_shard_parse(const char* data, size_t size, const char* name, OmUmeshGrid* grid,

@@ -317,7 +317,11 @@ static OmStatus get_grid(const Reader* r, OmUmeshGrid* g) {
     if (!active) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     OM_TRY_DONE(get_array(r, "grid/active", H5T_NATIVE_UCHAR, (hsize_t[3]){npoint}, active));
-    OM_TRY_DONE(om__umesh_grid_init(&frame, active, g));
+    status = om__umesh_grid_init(&frame, active, g);
+    if (status < 0) {
+        om_error_prefix(status, "%s", r->name);
+        goto done;
+    }
     hsize_t nnode = (hsize_t)g->mesh.nnode;
     OM_TRY_DONE(get_array(r, "grid/fixed", H5T_NATIVE_UCHAR, (hsize_t[3]){nnode}, g->fixed));
     OM_TRY_DONE(get_array(r, "grid/skin_x", H5T_NATIVE_DOUBLE, (hsize_t[3]){nnode, 3}, g->skin_x));
@@ -328,7 +332,7 @@ static OmStatus get_grid(const Reader* r, OmUmeshGrid* g) {
 done:
     om_free(active);
     if (status < 0) om_umesh_grid_done(g);
-    return status < 0 ? om_error_prefix(status, "%s", r->name) : OM_OK;
+    return status;
 }
 
 static OmStatus get_samples(const Reader* r, int nnode, OmUmeshShard* s) {
