@@ -96,7 +96,7 @@ static double mean_edge(const OmTetMesh* mesh) {
     return sum / mesh->ntet;
 }
 
-static OmStatus measure_shape(const OmUmeshOrganDef* def, const OmSurface* surface, Shape* s) {
+static void measure_shape(const OmUmeshOrganDef* def, const OmSurface* surface, Shape* s) {
     *s = (Shape){.def = def, .lo = om_load3(surface->x, 0), .low = INFINITY, .high = -INFINITY};
     bool is_phantom = !def->patient && !def->surface;
     s->up = om_norm(def->up) > 0 ? def->up : def->patient ? def->patient->up : om_vec3(0, 0, 1);
@@ -119,7 +119,6 @@ static OmStatus measure_shape(const OmUmeshOrganDef* def, const OmSurface* surfa
         s->held_x = def->patient->mesh.x;
         s->reach = 0.75 * mean_edge(&def->patient->mesh);
     }
-    return OM_OK;
 }
 
 // Is p held, or within `more` of what is? `low` is where the organ, or its grid, begins.
@@ -338,7 +337,7 @@ OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     }
     OM_TRY_DONE(make_field(def, &o->sdf));
     OM_TRY_DONE(om_surface_from_sdf(&o->sdf, 0, &o->surface));
-    OM_TRY_DONE(measure_shape(def, &o->surface, &shape));
+    measure_shape(def, &o->surface, &shape);
     OM_TRY_DONE(find_cells(&shape, &o->sdf, &frame, &cells));
     OM_TRY_DONE(om__umesh_grid_init(&frame, cells.active, &o->grid));
     OM_TRY_DONE(hold_nodes(&shape, &o->grid));

@@ -100,7 +100,7 @@ OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float*
     om_umesh_gather(g, p->out, p->u);
     if (trust) om_umesh_judge(p->net, mask, u, trust);
     for (int i = 0; i < g->mesh.nnode; ++i)
-        for (int c = 0; c < 3 && !mask[i]; ++c)
+        for (int c = 0; c < 3 && (g->fixed[i] || !mask[i]); ++c)
             u[3 * i + c] = g->fixed[i] ? 0 : scale * p->u[3 * i + c];
     return OM_OK;
 }
@@ -149,8 +149,8 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     OM_CHECK(data->grid.hash == net->grid.hash, OM_INVALID,
              "umesh: the data are of another organ or grid than the network (%d and %d elements)",
              data->grid.mesh.nelem, net->grid.mesh.nelem);
-    OM_CHECK(n >= 1 && first >= 0 && first + n <= data->nsample, OM_INVALID,
-             "umesh: samples %d to %d; the data have %d", first, first + n - 1, data->nsample);
+    OM_CHECK(n >= 1 && first >= 0 && n <= data->nsample - first, OM_INVALID,
+             "umesh: %d samples from %d on; the data have %d", n, first, data->nsample);
     OmUmeshPredictor* p = NULL;
     float* u = NULL;
     double* ms = NULL;

@@ -45,13 +45,13 @@ static OmStatus validate(const OmUmeshTrainDef* def) {
              "umesh: base_channels = %d; 1 to 256, fast when a multiple of 16", def->base_channels);
     OM_CHECK(def->nlevel >= 1 && def->nlevel <= 6, OM_INVALID, "umesh: nlevel = %d; 1 to 6",
              def->nlevel);
-    OM_CHECK(
-        def->nvalid >= 1 && def->nvalid + def->batch <= def->data->nsample, OM_INVALID,
-        "umesh: %d samples of %d are kept for validation; at least 1, and a batch of %d besides",
-        def->nvalid, def->data->nsample, def->batch);
     OM_CHECK(def->batch >= 1 && def->nepoch >= 1 && def->rate > 0, OM_INVALID,
              "umesh: batch = %d, nepoch = %d, rate = %g; all must be above 0", def->batch,
              def->nepoch, def->rate);
+    OM_CHECK(
+        def->nvalid >= 1 && def->nvalid <= def->data->nsample - def->batch, OM_INVALID,
+        "umesh: %d samples of %d are kept for validation; at least 1, and a batch of %d besides",
+        def->nvalid, def->data->nsample, def->batch);
     return OM_OK;
 }
 

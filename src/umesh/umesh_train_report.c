@@ -38,8 +38,7 @@ static void add_curves(const OmTrainResult* r, OmReport* report) {
     om_free(value);
 }
 
-static void add_facts(const OmUmeshNet* net, const OmTrainResult* result, const OmUmeshEval* eval,
-                      OmReport* report) {
+static void add_facts(const OmTrainResult* result, const OmUmeshEval* eval, OmReport* report) {
     char fact[6][WORD];
     snprintf(fact[0], WORD, "%.3f mm", 1e3 * eval->mean);
     snprintf(fact[1], WORD, "%.3f mm", 1e3 * eval->worst);
@@ -55,7 +54,6 @@ static void add_facts(const OmUmeshNet* net, const OmTrainResult* result, const 
                            "steps of training",
                            "training"};
     om_report_facts(report, value, label, 6);
-    (void)net;
 }
 
 OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet* net,
@@ -67,7 +65,7 @@ OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet*
              net->grid.dim[2]);
     OmReport report;
     om_report_begin(&report, "U-Mesh: training", subtitle);
-    add_facts(net, result, eval, &report);
+    add_facts(result, eval, &report);
     om_report_heading(&report, "How it learned");
     add_curves(result, &report);
     om_report_heading(&report, "What it is");
