@@ -415,7 +415,7 @@ int64_t om_net_out_size(const OmNet* net) {
 uint64_t om_net_hash(const OmNet* net) {
     uint64_t hash = OM_HASH_SEED;
     for (int i = 0; i < net->nlayer; ++i) {
-        OmLayer layer = net->layer[i];  // with its filling bytes, which were zero from the start
+        const OmLayer layer = net->layer[i];  // field by field: filling bytes are no part of it
         hash = om_hash(layer.name, strlen(layer.name), hash);
         const int32_t word[] = {(int32_t)layer.kind,
                                 layer.ninput,
