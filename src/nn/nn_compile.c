@@ -159,13 +159,15 @@ static bool can_winograd(const OmNetRun* run, const OmOp* op) {
     return x->shape.h >= 8 && x->shape.w >= 8;
 }
 
-// The convolution between the transforms, of one sample: forward, or the gradient by the input.
-static OmStatus create_winograd(OmNetRun* run, OmOp* op, bool is_back) {
-    OmWinograd* w = is_back ? &op->winograd_back : &op->winograd;
+// The convolution between the transforms, of one sample. The gradient by the input is a forward convolution too.
+static OmStatus create_winograd(OmNetRun* run, OmOp* op, OmPass pass) {
+    bool is_data = pass == OM_PASS_DATA, is_weights = pass == OM_PASS_WEIGHTS;
+    OmWinograd* w = is_data ? &op->winograd_back : is_weights ? &op->winograd_grad : &op->winograd;
+    OmKernel** kernel = is_data ? &op->data : is_weights ? &op->weights : &op->forward;
     OmLayer layer = *op->layer;
     w->is_on = true;
-    w->in = is_back ? run->grad[op->out] : run->value[op->in[0]];
-    w->out = is_back ? run->grad[op->in[0]] : run->value[op->out];
+    w->in = is_data ? run->grad[op->out] : run->value[op->in[0]];
+    w->out = is_data ? run->grad[op->in[0]] : run->value[op->out];
     w->in.n = w->out.n = 1;
     w->in.shape = om__winograd_shape(w->in.shape);
     w->out.shape = om__winograd_shape(w->out.shape);
@@ -173,10 +175,11 @@ static OmStatus create_winograd(OmNetRun* run, OmOp* op, bool is_back) {
     layer.kernel[1] = layer.kernel[2] = 1;
     layer.padding[1] = layer.padding[2] = 0;
     layer.bias = -1;
-    OmKernelDef def = {.layer = &layer, .pass = OM_PASS_FORWARD, .ngroup = OM_WINOGRAD_POINTS};
+    OmKernelDef def = {.layer = &layer, .ngroup = OM_WINOGRAD_POINTS};
+    def.pass = is_weights ? OM_PASS_WEIGHTS : OM_PASS_FORWARD;
     def.src = &w->in;
     def.dst = &w->out;
-    return om__kernel_create(run->engine, &def, is_back ? &op->data : &op->forward);
+    return om__kernel_create(run->engine, &def, kernel);
 }
 
 static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
@@ -191,14 +194,17 @@ static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
     }
     if (has_weights) {
         def.pass = OM_PASS_WEIGHTS;
-        OM_TRY(om__kernel_create(run->engine, &def, &op->weights));
+        if (op->winograd.is_on)
+            OM_TRY(create_winograd(run, op, OM_PASS_WEIGHTS));
+        else
+            OM_TRY(om__kernel_create(run->engine, &def, &op->weights));
         OM_TRY(om__kernel_create_reorder(run->engine, op->weights, OM_SLOT_DIFF_WEIGHTS, true,
                                          &op->store));
     }
     if (!run->needs_grad[op->in[0]]) return OM_OK;
     def.pass = OM_PASS_DATA;
     if (op->winograd.is_on)
-        OM_TRY(create_winograd(run, op, true));
+        OM_TRY(create_winograd(run, op, OM_PASS_DATA));
     else
         OM_TRY(om__kernel_create(run->engine, &def, &op->data));
     bool is_same = om__kernel_is_same(op->forward, OM_SLOT_WEIGHTS, op->data, OM_SLOT_WEIGHTS);
@@ -226,7 +232,7 @@ static OmStatus create_kernels(OmNetRun* run) {
         if (can_unfold(run, op))
             OM_TRY(create_unfolded(run, op, def));
         else if (can_winograd(run, op))
-            OM_TRY(create_winograd(run, op, false));
+            OM_TRY(create_winograd(run, op, OM_PASS_FORWARD));
         else
             OM_TRY(om__kernel_create(run->engine, &def, &op->forward));
         if (om__kernel_bytes(op->forward, OM_SLOT_WEIGHTS) > 0)
@@ -356,6 +362,13 @@ static void plan_rest(OmNetRun* run) {
         size_t workspace = om__kernel_bytes(op->forward, OM_SLOT_WORKSPACE);
         plan_winograd(run, &op->winograd, i);
         plan_winograd(run, &op->winograd_back, back_step(run, i));
+        plan_winograd(run, &op->winograd_grad, back_step(run, i));
+        if (op->winograd_grad.is_on) {
+            const OmBlocks* y = &run->value[op->out];
+            size_t num = (size_t)om__blocks_count(y) * OM_WINOGRAD_BLOCK * (size_t)y->shape.d;
+            op->slice_piece =
+                add_piece(run, num * sizeof(float), back_step(run, i), back_step(run, i));
+        }
         if (op->is_unfolded) op->folded_piece = add_piece(run, om__blocks_bytes(&op->folded), i, i);
         if (workspace) op->workspace_piece = add_piece(run, workspace, i, back_step(run, i));
         const OmKernel* all[] = {op->forward, op->data,      op->weights, op->activate_back,
@@ -423,8 +436,8 @@ static void locate_tensors(OmNetRun* run) {
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
         if (op->is_unfolded) op->folded.data = piece_data(run, op->folded_piece);
-        OmWinograd* w[2] = {&op->winograd, &op->winograd_back};
-        for (int k = 0; k < 2; ++k) {
+        OmWinograd* w[3] = {&op->winograd, &op->winograd_back, &op->winograd_grad};
+        for (int k = 0; k < 3; ++k) {
             if (!w[k]->is_on) continue;
             w[k]->in.data = piece_data(run, w[k]->in_piece);
             w[k]->out.data = piece_data(run, w[k]->out_piece);
@@ -444,11 +457,14 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
     const void* bias = l->bias >= 0 ? run->small + run->small_at[l->bias] : NULL;
     const void *source = src, *result = op->is_unfolded ? op->folded.data : dst;
     const void *back_source = NULL, *back_result = dst;  // an activation reads its result
+    const void *grad_source = src, *grad_result = ddst;
     if (op->winograd.is_on) {
         source = op->winograd.in.data;
         result = op->winograd.out.data;
         back_source = op->winograd_back.in.data;
         back_result = op->winograd_back.out.data;
+        grad_source = op->winograd_grad.in.data;
+        grad_result = op->winograd_grad.out.data;
     }
     if (op->is_unfolded) bias = run->weights + op->folded_bias_at;
     const struct {
@@ -464,8 +480,8 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
         {op->activate_back, OM_SLOT_DST, dst},
         {op->activate_back, OM_SLOT_DIFF_DST, ddst},
         {op->activate_back, OM_SLOT_DIFF_SRC, ddst},
-        {op->weights, OM_SLOT_SRC, src},
-        {op->weights, OM_SLOT_DIFF_DST, ddst},
+        {op->weights, OM_SLOT_SRC, grad_source},
+        {op->weights, OM_SLOT_DIFF_DST, grad_result},
         {op->weights, OM_SLOT_DIFF_WEIGHTS, piece_data(run, op->grad_piece)},
         {op->weights, OM_SLOT_DIFF_BIAS, piece_data(run, op->bias_piece)},
         {op->store, OM_SLOT_SRC, piece_data(run, op->grad_piece)},
@@ -502,8 +518,8 @@ static OmStatus allocate_tables(OmNetRun* run) {
     OM_CALLOC_DONE(run->value_piece, n);
     OM_CALLOC_DONE(run->grad_piece, n);
     OM_CALLOC_DONE(run->small_at, (size_t)run->net->nparam);
-    // per layer: a value, a gradient, a workspace, two of parameters, four of transformed values, extras
-    run->piece_cap = run->net->nlayer * (9 + OM_LAYER_MAX_INPUT) + 1;  // and the scratch
+    // per layer: a value, a gradient, a workspace, two of parameters, seven of transformed values, extras
+    run->piece_cap = run->net->nlayer * (12 + OM_LAYER_MAX_INPUT) + 1;  // and the scratch
     OM_CALLOC_DONE(run->piece, (size_t)run->piece_cap);
     for (size_t i = 0; i < n; ++i)
         run->placed_in[i] = run->value_piece[i] = run->grad_piece[i] = -1;

@@ -252,6 +252,7 @@ static void take_parts(const OmKernelDef* def, Parts* p, OmKernel* k) {
         const dnnl_dims_t grouped = {
             def->ngroup, dim[0] / def->ngroup, dim[1] / def->ngroup, dim[2], dim[3], dim[4]};
         p->weights = any_desc(6, grouped, data_type(src->type));
+        p->grad_weights = any_desc(6, grouped, dnnl_f32);
         k->plain = plain_desc(6, grouped, false);
         return;
     }

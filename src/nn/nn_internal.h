@@ -181,6 +181,13 @@ void om__winograd_weights(int nworker, const float* plain, int nout, int nin, bo
 OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
                           const float* bias, bool is_bent, float slope, const OmBlocks* y);
 
+/// The gradients by weight (out, in, 3, 3, 3) and bias (out, or null), of x and the gradient dy of the result.
+/// `weights` leaves the kernel's own, which `store` brings into staging (36, out, in, 3).
+/// @param slice  room for a block's channels x blocks x depth
+OmStatus om__winograd_gradient(int nworker, const OmWinograd* w, OmKernel* weights, OmKernel* store,
+                               const OmBlocks* x, const OmBlocks* dy, float* slice, float* staging,
+                               float* dweight, float* dbias);
+
 // ---- memory -----------------------------------------------------------------------------------------------
 
 typedef struct OmPiece {  // alive from step `begin` to step `end`, both included
@@ -214,9 +221,11 @@ typedef struct OmOp {  // one layer at work, with the activation behind it if th
     // channels, which are then put in place: several times faster than oneDNN's own.
     bool is_unfolded;
     OmWinograd winograd, winograd_back;  // forward and data by Winograd's convolution
-    OmBlocks folded;                     // what the convolution gives
-    int folded_piece;                    //
-    size_t folded_bias_at;               // its bias, one copy a cell of the window
+    OmWinograd winograd_grad;  // weights: transformed values, transformed gradient of the result
+    int slice_piece;           // sums of that gradient over slices, for the bias
+    OmBlocks folded;           // what the convolution gives
+    int folded_piece;          //
+    size_t folded_bias_at;     // its bias, one copy a cell of the window
     OmNorm norm;
 } OmOp;
 

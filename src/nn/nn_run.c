@@ -215,19 +215,30 @@ static const OmBlocks* target_of(const OmNetRun* run, const OmOp* op, int k) {
     return op->is_extra[k] ? &op->extra[k] : &run->grad[op->in[k]];
 }
 
+static OmStatus weights_backward(OmNetRun* run, OmOp* op, float* grad) {
+    const OmLayer* l = op->layer;
+    const OmNetParameter* param = run->net->param;
+    float *dweight = grad + param[l->weight].adr,
+          *dbias = l->bias >= 0 ? grad + param[l->bias].adr : NULL;
+    if (op->winograd_grad.is_on) {
+        float* slice = (float*)(void*)(run->memory + run->piece[op->slice_piece].at);
+        float* staging = (float*)(void*)(run->weights + run->staging_at);
+        return om__winograd_gradient(run->nworker, &op->winograd_grad, op->weights, op->store,
+                                     &run->value[op->in[0]], &run->grad[op->out], slice, staging,
+                                     dweight, dbias);
+    }
+    OM_TRY(om__kernel_run(op->weights));
+    OM_TRY(om__kernel_bind(op->store, OM_SLOT_DST, dweight));
+    OM_TRY(om__kernel_run(op->store));
+    if (dbias)
+        memcpy(dbias, run->memory + run->piece[op->bias_piece].at,
+               (size_t)param[l->bias].num * sizeof *grad);
+    return OM_OK;
+}
+
 static OmStatus kernels_backward(OmNetRun* run, OmOp* op, float* grad) {
     if (op->activate_back) OM_TRY(om__kernel_run(op->activate_back));
-    if (op->weights) {
-        const OmLayer* l = op->layer;
-        OM_TRY(om__kernel_run(op->weights));
-        OM_TRY(om__kernel_bind(op->store, OM_SLOT_DST, grad + run->net->param[l->weight].adr));
-        OM_TRY(om__kernel_run(op->store));
-        if (l->bias >= 0) {
-            const OmNetParameter* p = &run->net->param[l->bias];
-            memcpy(grad + p->adr, run->memory + run->piece[op->bias_piece].at,
-                   (size_t)p->num * sizeof *grad);
-        }
-    }
+    if (op->weights) OM_TRY(weights_backward(run, op, grad));
     if (op->winograd_back.is_on)
         return om__winograd_run(run->nworker, &op->winograd_back, op->data, &run->grad[op->out],
                                 NULL, false, 0, target_of(run, op, 0));

@@ -211,6 +211,137 @@ static void transform_output(int nworker, const OmBlocks* m, const float* bias, 
     om_parallel_for(nworker, y->n * om__blocks_count(y) * y->shape.d, 4, output_range, &loop);
 }
 
+// ---- the gradient by the weights ------------------------------------------------------------------------
+//
+// dU = sum of (A dY A^T) . (B^T x B) over tiles and depth, which oneDNN's gradient of the grouped convolution
+// gives, and dg = G^T dU G.
+
+// A y for a column of four rows, `from` apart, into six, `step` apart.
+static inline void grad_column(const float* g, int from, float* y, int step) {
+    for (int l = 0; l < LANES; ++l) {
+        float a = g[l], b = g[from + l], c = g[2 * from + l], d = g[3 * from + l];
+        float even = a + c, odd = b + d, even4 = a + 4 * c, odd2 = 2 * b + 8 * d;
+        y[l] = a;
+        y[step + l] = even + odd;
+        y[2 * step + l] = even - odd;
+        y[3 * step + l] = even4 + odd2;
+        y[4 * step + l] = even4 - odd2;
+        y[5 * step + l] = d;
+    }
+}
+
+// One tile of 4 x 4 cells from (h0, w0), zero outside; adds the cells to `sum`.
+OM_MULTIVERSION static void grad_tile(const float* slice, OmNetShape s, int h0, int w0, float* to,
+                                      int64_t stride, float sum[LANES]) {
+    float g[16 * LANES] = {0}, half[24 * LANES], z[36 * LANES];
+    for (int i = 0; i < 4 && h0 + i < s.h; ++i)
+        for (int k = 0; k < 4 && w0 + k < s.w; ++k) {
+            const float* from = slice + ((int64_t)(h0 + i) * s.w + w0 + k) * LANES;
+            float* at = g + (i * 4 + k) * LANES;
+            for (int l = 0; l < LANES; ++l) {
+                at[l] = from[l];
+                sum[l] += from[l];
+            }
+        }
+    for (int k = 0; k < 4; ++k) grad_column(g + k * LANES, 4 * LANES, half + k * LANES, 4 * LANES);
+    for (int i = 0; i < 6; ++i) grad_column(half + i * 4 * LANES, LANES, z + i * 6 * LANES, LANES);
+    for (int p = 0; p < POINTS; ++p, to += stride)
+        for (int l = 0; l < LANES; ++l) to[l] = z[p * LANES + l];
+}
+
+typedef struct GradLoop {
+    const OmBlocks *dy, *z;  // one sample
+    float* slice;            // (blocks x depth x LANES)
+} GradLoop;
+
+// Index: (block of channels, slice of depth).
+static void grad_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const GradLoop* p = ctx;
+    OmNetShape s = p->dy->shape;
+    int tiles = p->z->shape.w, across = (s.w + 3) / 4;
+    int64_t stride = (int64_t)om__blocks_count(p->dy) * s.d * tiles * LANES;
+    for (int k = begin; k < end; ++k) {
+        const float* slice = (const float*)p->dy->data + (int64_t)k * s.h * s.w * LANES;
+        float *to = (float*)p->z->data + (int64_t)k * tiles * LANES, sum[LANES] = {0};
+        for (int t = 0; t < tiles; ++t)
+            grad_tile(slice, s, t / across * 4, t % across * 4, to + t * LANES, stride, sum);
+        memcpy(p->slice + (int64_t)k * LANES, sum, sizeof sum);
+    }
+}
+
+// G^T m for six rows of lanes, `from` apart, into three, `step` apart.
+static inline void tap_column(const float* m, int from, float* y, int step) {
+    for (int l = 0; l < LANES; ++l) {
+        float b = m[from + l], c = m[2 * from + l], d = m[3 * from + l], e = m[4 * from + l];
+        float even = (b + c) / 6, wide = d + e;
+        y[l] = m[l] / 4 - even + wide / 24;
+        y[step + l] = (c - b) / 6 + (d - e) / 12;
+        y[2 * step + l] = wide / 6 - even + m[5 * from + l];
+    }
+}
+
+typedef struct TapLoop {
+    const float* from;  // (36, pairs, 3)
+    float* to;          // (pairs, 27), added to
+    int npair;
+} TapLoop;
+
+// Up to LANES pairs of channels side by side.
+OM_MULTIVERSION static void tap_group(const TapLoop* p, int first, int num) {
+    float m[36 * LANES], half[18 * LANES], g[9 * LANES];
+    for (int kd = 0; kd < 3; ++kd) {
+        for (int k = 0; k < POINTS; ++k) {
+            const float* from = p->from + ((int64_t)k * p->npair + first) * 3 + kd;
+            for (int l = 0; l < LANES; ++l) m[k * LANES + l] = l < num ? from[l * 3] : 0;
+        }
+        for (int k = 0; k < 6; ++k)
+            tap_column(m + k * LANES, 6 * LANES, half + k * LANES, 6 * LANES);
+        for (int i = 0; i < 3; ++i)
+            tap_column(half + i * 6 * LANES, LANES, g + i * 3 * LANES, LANES);
+        for (int l = 0; l < num; ++l)
+            for (int k = 0; k < 9; ++k)
+                p->to[((int64_t)(first + l) * 3 + kd) * 9 + k] += g[k * LANES + l];
+    }
+}
+
+static void tap_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    const TapLoop* p = ctx;
+    for (int k = begin; k < end; ++k) {
+        int first = k * LANES;
+        tap_group(p, first, p->npair - first < LANES ? p->npair - first : LANES);
+    }
+}
+
+OmStatus om__winograd_gradient(int nworker, const OmWinograd* w, OmKernel* weights, OmKernel* store,
+                               const OmBlocks* x, const OmBlocks* dy, float* slice, float* staging,
+                               float* dweight, float* dbias) {
+    int nin = x->shape.c, nout = dy->shape.c, depth = dy->shape.d, nslice = nout / LANES * depth;
+    memset(dweight, 0, (size_t)nout * (size_t)nin * 27 * sizeof *dweight);
+    if (dbias) memset(dbias, 0, (size_t)nout * sizeof *dbias);
+    OM_TRY(om__kernel_bind(store, OM_SLOT_DST, staging));
+    for (int n = 0; n < x->n; ++n) {
+        OmBlocks xn = *x, dyn = *dy;
+        xn.n = dyn.n = 1;
+        xn.data = (float*)x->data + n * om__blocks_stride(x);
+        dyn.data = (float*)dy->data + n * om__blocks_stride(dy);
+        transform_input(nworker, &xn, &w->in);
+        om_parallel_for(nworker, nslice, 4, grad_range, &(GradLoop){&dyn, &w->out, slice});
+        OM_TRY(om__kernel_run(weights));
+        OM_TRY(om__kernel_run(store));
+        TapLoop taps = {staging, dweight, nout * nin};
+        om_parallel_for(nworker, om_block_count(taps.npair, LANES), 16, tap_range, &taps);
+        for (int c = 0; c < nout && dbias; ++c) {
+            double sum = 0;
+            for (int d = 0; d < depth; ++d)
+                sum += (double)slice[((int64_t)(c / LANES) * depth + d) * LANES + c % LANES];
+            dbias[c] += (float)sum;
+        }
+    }
+    return OM_OK;
+}
+
 // ---- all three ------------------------------------------------------------------------------------------
 
 OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
