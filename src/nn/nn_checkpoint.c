@@ -1,8 +1,8 @@
 // nn_checkpoint.c: a training on the disk: its checkpoint, a safetensors file, and its table of metrics.
 //
 // Whole numbers of the state are below 2^53 and travel as doubles. The file names the network, the data and the
-// settings it belongs to by their hashes; what changes at most the rounding of the result (worker count) and what has no
-// part in it (folder, period) is not among them.
+// settings it belongs to by their hashes; what changes at most the rounding of the result (worker count) and what has
+// no part in it (folder, period) is not among them.
 #include <math.h>
 #include <string.h>
 
