@@ -89,14 +89,15 @@ int om_cli_study_methods(int argc, char** argv) {
         return OM_EXIT_OK;
     }
     OmStudyMethodsSummary summary;
-    OmStudyMethodsDef def =
-        om_study_default_methods_def(om_cli_get(&args, "--output"), om_cli_get(&args, "--weights"));
+    char weights[1024] = "";
+    OmStudyMethodsDef def = om_study_default_methods_def(om_cli_get(&args, "--output"), weights);
     if (read_def(&args, &def) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
-    OmStatus status = om_study_run_methods(&def, progress, &summary);
+    OmStatus status = om_cli_weights_path(&args, weights, sizeof weights);
+    if (status == OM_OK) status = om_study_run_methods(&def, progress, &summary);
     if (status < 0) return om_cli_fail("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);

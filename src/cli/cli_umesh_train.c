@@ -97,5 +97,10 @@ int om_cli_umesh_train(int argc, char** argv) {
     if (status < 0) return om_cli_fail("umesh", status);
     status = train(&args, &data);
     om_umesh_data_done(&data);
+    if (status == OM_CANCELLED) {
+        om_cli_progress_done();
+        fprintf(stderr, "omentum umesh: cancelled; the same command goes on from here\n");
+        return OM_EXIT_CANCELLED;
+    }
     return status < 0 ? om_cli_fail("umesh", status) : OM_EXIT_OK;
 }
