@@ -96,6 +96,7 @@ static OmStatus score_fe(StudyMethods* s) {
 static OmStatus score_particles(StudyMethods* s) {
     const OmStudyMethodsDef* def = s->def;
     double begin = om_clock_now(), steps = 0;
+    int npath = 0;
     OM_TRY(om__study_score_particles(&s->fit, def->nlesion, def->cluster,
                                      s->error[OM_STUDY_PARTICLES]));
     double seconds = om_clock_now() - begin;
@@ -107,11 +108,13 @@ static OmStatus score_particles(StudyMethods* s) {
             is_whole = is_whole && isfinite(s->error[OM_STUDY_PARTICLES][l][k]) &&
                        s->error[OM_STUDY_PARTICLES][l][k] >= 0;
         s->stability[OM_STUDY_PARTICLES][l] = is_whole ? 1 : 0;
+        ++npath;
         steps += (s->fit.contact.depth[t->ndepth - 1] / def->speed + t->ndepth * def->settle) /
                  s->particles.time_step;
     }
     // paths are worked on side by side, one a worker
     int nworker = om_worker_count(def->nworker);
+    if (nworker > npath) nworker = npath;
     s->ms[OM_STUDY_PARTICLES] = steps > 0 ? 1e3 * seconds * nworker / steps : 0;
     return OM_OK;
 }
