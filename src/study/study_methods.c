@@ -218,16 +218,13 @@ static void describe(StudyMethods* s, const OmUmeshNet* net) {
              om_umesh_net_grid(net)->mesh.nelem, value[0], value[1], value[2], value[3]);
 }
 
-static OmStatus score_umesh(StudyMethods* s) {
-    OmUmeshNet* net;
+static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
     OmStatus status = OM_OK;
     Asked a = {0};
     double* ms = NULL;
     int num = 0;
-    OM_TRY(om_umesh_load_net(s->def->weights, &net));
     a.grid = om_umesh_net_grid(net);
     describe(s, net);
-    OM_TRY_DONE(check_organ(s, a.grid));
     OM_TRY_DONE(om_umesh_create_predictor(net, s->def->nworker, &a.predictor));
     OM_ALLOC_DONE(a.mask, a.grid->mesh.nnode);
     OM_ALLOC_DONE(a.u, 3 * (size_t)a.grid->mesh.nnode);
@@ -239,7 +236,6 @@ done:
     om_free(a.u);
     om_free(a.mask);
     om_umesh_destroy_predictor(a.predictor);
-    om_umesh_destroy_net(net);
     return status;
 }
 
@@ -279,7 +275,7 @@ static void summarise(StudyMethods* s) {
     sum->is_met = sum->ncount > 0 && sum->worst_gap <= BAR && is_stable;
 }
 
-static OmStatus open_fit(StudyMethods* s, const OmProgress* progress) {
+static OmStatus open_fit(StudyMethods* s, const OmUmeshNet* net, const OmProgress* progress) {
     const OmStudyMethodsDef* def = s->def;
     OmStudyContactDef* c = &s->fit.contact;
     s->particles = om_study_default_calibration_def(def->out_dir);
@@ -289,6 +285,7 @@ static OmStatus open_fit(StudyMethods* s, const OmProgress* progress) {
     s->particles.nworker = def->nworker;
     s->fit.def = &s->particles;
     OM_TRY(om_study_create_phantom(def->nlesion, 1, &s->fit.body));
+    OM_TRY(check_organ(s, om_umesh_net_grid(net)));  // before the truth takes minutes
     *c = om_study_default_contact_def(s->fit.body, def->truth_dir ? def->truth_dir : def->out_dir);
     c->nresolution = 1;
     c->resolution[0] = def->fe_ntet;
@@ -310,13 +307,15 @@ OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* pr
     StudyMethods* s = om_calloc(1, sizeof *s);
     if (!s) return OM_NO_MEMORY;
     OmStatus status;
+    OmUmeshNet* net = NULL;
     s->def = def;
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
-    OM_TRY_DONE(open_fit(s, progress));
+    OM_TRY_DONE(om_umesh_load_net(def->weights, &net));
+    OM_TRY_DONE(open_fit(s, net, progress));
     OM_TRY_DONE(score_fe(s));
-    OM_TRY_DONE(score_umesh(s));
+    OM_TRY_DONE(score_umesh(s, net));
     OM_TRY_DONE(score_particles(s));
     summarise(s);
     OM_TRY_DONE(om__study_report_methods(s));
@@ -325,6 +324,7 @@ done:
     om__study_close(&s->fit.study);
     om_tet_mesh_done(&s->fit.particles);
     om_study_destroy_body(s->fit.body);
+    om_umesh_destroy_net(net);
     om_free(s);
     return status;
 }

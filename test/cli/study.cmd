@@ -67,6 +67,20 @@ $ omentum study calibration -o out --tune-on 11
 exit 2
 err --tune-on
 
+$ omentum study methods
+exit 2
+err add -o DIR
+
+$ omentum study methods -o out --clusters 10,9
+exit 2
+err --clusters
+
+# Weights that are not there are told before the truth is computed.
+$ omentum study methods -o methods -w nowhere.safetensors -q
+exit 3
+err nowhere\.safetensors
+err-lines 1
+
 # Each study has options of its own; the verb lists the studies.
 $ omentum study contact -o out --tune-on 1
 exit 2
