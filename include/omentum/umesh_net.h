@@ -135,11 +135,11 @@ OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* t
 
 /// The trained network as an engine of tissue.h:
 ///     def.custom = om_umesh_engine(), def.custom_data = net;
-/// The mesh is any in the place of the organ; its vertices go where the grid does. Skin that a tool holds, or
-/// an obstacle has touched, moves with it and sticks until the obstacle leaves the place where the skin is at rest.
-/// Quasi-static, without forces: a tool or an obstacle feels nothing. Attachments are those of training. A step
-/// outside of what was trained is made and returns OM_NOT_CONVERGED with the reason; report->residual is the
-/// test's score.
+/// The net is borrowed as long as the model lives. The mesh is any in the place of the organ; its vertices go
+/// where the grid does. Skin that a tool holds, or an obstacle has touched, moves with it and sticks until the
+/// obstacle leaves the place where the skin is at rest. Quasi-static, without forces: a tool or an obstacle feels
+/// nothing. Attachments are those of training. A step outside of what was trained is made and returns
+/// OM_NOT_CONVERGED with the reason; report->residual is the test's score.
 OM_API const struct OmTissueEngine* om_umesh_engine(void);
 
 #ifdef __cplusplus

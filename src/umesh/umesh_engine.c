@@ -114,7 +114,10 @@ static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
     size_t nvert = (size_t)m->mesh.nvert, nnode = (size_t)l->net->grid.mesh.nnode;
     size_t model = sizeof *l + (size_t)l->nskin * sizeof *l->skin +
                    nvert * (sizeof *l->elem + 8 * sizeof *l->weight);
-    return model + (work ? nnode * (1 + 6 * sizeof(float)) : 0);
+    if (!work) return model;
+    const LearnedWork* w = work->data;
+    return model + sizeof *w + nnode * (1 + 6 * sizeof(float)) +
+           om__umesh_predictor_memory(w->predictor);
 }
 
 // ---- work -------------------------------------------------------------------------------------------

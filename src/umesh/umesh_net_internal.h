@@ -47,6 +47,7 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
 // Displacement over `scale` and patch.
 void om__umesh_fill_input(const OmUmeshGrid* grid, double scale, const unsigned char* mask,
                           const float* u, float* in);
+size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);
 // Mean norm error over the nodes that are not held, m.
 double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float* b);
 

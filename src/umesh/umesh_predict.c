@@ -82,6 +82,12 @@ void om_umesh_destroy_predictor(OmUmeshPredictor* p) {
     om_free(p);
 }
 
+size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
+    size_t npoint = (size_t)p->net->grid.npoint, nnode = (size_t)p->net->grid.mesh.nnode;
+    return sizeof *p + om_net_run_memory(p->run) +
+           ((UMESH_NCHANNEL + 3) * npoint + 3 * nnode) * sizeof(float);
+}
+
 OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
                           OmUmeshTrust* trust) {
     const OmUmeshGrid* g = &p->net->grid;
