@@ -1,4 +1,4 @@
-// bench_nn.c: the U-Net of thesis Fig. 3.7b on 32 x 24 x 16 nodes: forward of one sample, and a training step of
+// bench_nn.c: the U-Net of thesis Fig. 3.7b on 32 x 24 x 16 nodes, the 32 along width: forward of one sample, and a training step of
 // four: parameters into the kernels' layouts, forward, backward, Adam.
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static OmStatus work_create(int k, int nworker, Work* w) {
     OmStatus status = OM_OK;
     *w = (Work){0};
     int batch = case_table[k].is_training ? 4 : 1;
-    OmUnetDef unet = om_unet_default_def((OmNetShape){3, 32, 24, 16}, 3);
+    OmUnetDef unet = om_unet_default_def((OmNetShape){3, 16, 24, 32}, 3);
     unet.base_channels = case_table[k].base;
     OM_TRY_DONE(om_net_create_unet(&unet, &w->net));
     OmNetRunDef def = om_net_run_default_def(batch);

@@ -162,7 +162,7 @@ static bool can_winograd(const OmNetRun* run, const OmOp* op) {
 // The convolution between the transforms, of one sample. The gradient by the input is a forward convolution too.
 static OmStatus create_winograd(OmNetRun* run, OmOp* op, OmPass pass) {
     bool is_data = pass == OM_PASS_DATA, is_weights = pass == OM_PASS_WEIGHTS;
-    OmWinograd* w = is_data ? &op->winograd_back : is_weights ? &op->winograd_grad : &op->winograd;
+    OmDetour* w = is_data ? &op->winograd_back : is_weights ? &op->winograd_grad : &op->winograd;
     OmKernel** kernel = is_data ? &op->data : is_weights ? &op->weights : &op->forward;
     OmLayer layer = *op->layer;
     w->is_on = true;
@@ -182,6 +182,25 @@ static OmStatus create_winograd(OmNetRun* run, OmOp* op, OmPass pass) {
     return om__kernel_create(run->engine, &def, kernel);
 }
 
+// oneDNN has no fast gradient by the weights for some small extents in blocks, but has one in channels last.
+static OmStatus turn_weights(OmNetRun* run, OmOp* op, OmKernelDef def) {
+    if (def.src->is_last || strncmp(om__kernel_name(op->weights), "ref", 3) != 0) return OM_OK;
+    OmDetour* t = &op->turned;
+    t->in = *def.src;
+    t->out = *def.dst;
+    t->in.is_last = t->out.is_last = true;
+    t->in.block = t->in.shape.c;
+    t->out.block = t->out.shape.c;
+    def.src = &t->in;
+    def.dst = &t->out;
+    OmKernel* kernel = NULL;
+    OM_TRY(om__kernel_create(run->engine, &def, &kernel));
+    t->is_on = strncmp(om__kernel_name(kernel), "ref", 3) != 0;
+    om__kernel_destroy(t->is_on ? op->weights : kernel);
+    if (t->is_on) op->weights = kernel;
+    return OM_OK;
+}
+
 static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
     def.dst = &run->grad[op->out];
     bool has_weights = op->layer->kind != OM_LAYER_ACTIVATION && op->layer->weight >= 0;
@@ -198,6 +217,8 @@ static OmStatus create_backward(OmNetRun* run, OmOp* op, OmKernelDef def) {
             OM_TRY(create_winograd(run, op, OM_PASS_WEIGHTS));
         else
             OM_TRY(om__kernel_create(run->engine, &def, &op->weights));
+        if (!op->winograd.is_on && op->layer->kind == OM_LAYER_CONV)
+            OM_TRY(turn_weights(run, op, def));
         OM_TRY(om__kernel_create_reorder(run->engine, op->weights, OM_SLOT_DIFF_WEIGHTS, true,
                                          &op->store));
     }
@@ -349,7 +370,7 @@ static void plan_gradients(OmNetRun* run) {
 
 static size_t larger(size_t a, size_t b) { return a > b ? a : b; }
 
-static void plan_winograd(OmNetRun* run, OmWinograd* w, int step) {
+static void plan_detour(OmNetRun* run, OmDetour* w, int step) {
     if (!w->is_on) return;
     w->in_piece = add_piece(run, om__blocks_bytes(&w->in), step, step);
     w->out_piece = add_piece(run, om__blocks_bytes(&w->out), step, step);
@@ -360,9 +381,10 @@ static void plan_rest(OmNetRun* run) {
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
         size_t workspace = om__kernel_bytes(op->forward, OM_SLOT_WORKSPACE);
-        plan_winograd(run, &op->winograd, i);
-        plan_winograd(run, &op->winograd_back, back_step(run, i));
-        plan_winograd(run, &op->winograd_grad, back_step(run, i));
+        plan_detour(run, &op->winograd, i);
+        plan_detour(run, &op->winograd_back, back_step(run, i));
+        plan_detour(run, &op->winograd_grad, back_step(run, i));
+        plan_detour(run, &op->turned, back_step(run, i));
         if (op->winograd_grad.is_on) {
             const OmBlocks* y = &run->value[op->out];
             size_t num = (size_t)om__blocks_count(y) * OM_WINOGRAD_BLOCK * (size_t)y->shape.d;
@@ -436,8 +458,8 @@ static void locate_tensors(OmNetRun* run) {
     for (int i = 0; i < run->nop; ++i) {
         OmOp* op = &run->op[i];
         if (op->is_unfolded) op->folded.data = piece_data(run, op->folded_piece);
-        OmWinograd* w[3] = {&op->winograd, &op->winograd_back, &op->winograd_grad};
-        for (int k = 0; k < 3; ++k) {
+        OmDetour* w[4] = {&op->winograd, &op->winograd_back, &op->winograd_grad, &op->turned};
+        for (int k = 0; k < 4; ++k) {
             if (!w[k]->is_on) continue;
             w[k]->in.data = piece_data(run, w[k]->in_piece);
             w[k]->out.data = piece_data(run, w[k]->out_piece);
@@ -457,7 +479,8 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
     const void* bias = l->bias >= 0 ? run->small + run->small_at[l->bias] : NULL;
     const void *source = src, *result = op->is_unfolded ? op->folded.data : dst;
     const void *back_source = NULL, *back_result = dst;  // an activation reads its result
-    const void *grad_source = src, *grad_result = ddst;
+    const void* grad_source = op->turned.is_on ? op->turned.in.data : src;
+    const void* grad_result = op->turned.is_on ? op->turned.out.data : ddst;
     if (op->winograd.is_on) {
         source = op->winograd.in.data;
         result = op->winograd.out.data;
@@ -518,8 +541,8 @@ static OmStatus allocate_tables(OmNetRun* run) {
     OM_CALLOC_DONE(run->value_piece, n);
     OM_CALLOC_DONE(run->grad_piece, n);
     OM_CALLOC_DONE(run->small_at, (size_t)run->net->nparam);
-    // per layer: a value, a gradient, a workspace, two of parameters, seven of transformed values, extras
-    run->piece_cap = run->net->nlayer * (12 + OM_LAYER_MAX_INPUT) + 1;  // and the scratch
+    // per layer: a value, a gradient, a workspace, two of parameters, nine of detours, extras
+    run->piece_cap = run->net->nlayer * (14 + OM_LAYER_MAX_INPUT) + 1;  // and the scratch
     OM_CALLOC_DONE(run->piece, (size_t)run->piece_cap);
     for (size_t i = 0; i < n; ++i)
         run->placed_in[i] = run->value_piece[i] = run->grad_piece[i] = -1;

@@ -155,7 +155,7 @@ size_t om__kernel_bytes(const OmKernel* kernel, OmSlot slot);
 bool om__kernel_is_same(const OmKernel* a, OmSlot a_slot, const OmKernel* b, OmSlot b_slot);
 OmStatus om__kernel_bind(OmKernel* kernel, OmSlot slot, const void* data);
 OmStatus om__kernel_run(OmKernel* kernel);
-/// What oneDNN calls the implementation; for benchmarks.
+/// What oneDNN calls the implementation; "ref..." is its slow one.
 const char* om__kernel_name(const OmKernel* kernel);
 
 // ---- Winograd's convolution ------------------------------------------------------------------------------
@@ -163,12 +163,11 @@ const char* om__kernel_name(const OmKernel* kernel);
 #define OM_WINOGRAD_BLOCK 16   // channels
 #define OM_WINOGRAD_POINTS 36  // of a transformed tile
 
-typedef struct
-    OmWinograd {  // the transformed values of one sample, before and after the convolution
+typedef struct OmDetour {  // the transformed values of one sample, before and after the convolution
     bool is_on;
     OmBlocks in, out;
     int in_piece, out_piece;
-} OmWinograd;
+} OmDetour;
 
 /// The shape of transformed values of that shape.
 OmNetShape om__winograd_shape(OmNetShape shape);
@@ -178,13 +177,13 @@ void om__winograd_weights(int nworker, const float* plain, int nout, int nin, bo
                           float* to);
 /// x through the transforms and the kernel between w->in and w->out, sample by sample; with bias (or null), and
 /// where is_bent with `slope` for what is negative.
-OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
+OmStatus om__winograd_run(int nworker, const OmDetour* w, OmKernel* kernel, const OmBlocks* x,
                           const float* bias, bool is_bent, float slope, const OmBlocks* y);
 
 /// The gradients by weight (out, in, 3, 3, 3) and bias (out, or null), of x and the gradient dy of the result.
 /// `weights` leaves the kernel's own, which `store` brings into staging (36, out, in, 3).
 /// @param slice  room for a block's channels x blocks x depth
-OmStatus om__winograd_gradient(int nworker, const OmWinograd* w, OmKernel* weights, OmKernel* store,
+OmStatus om__winograd_gradient(int nworker, const OmDetour* w, OmKernel* weights, OmKernel* store,
                                const OmBlocks* x, const OmBlocks* dy, float* slice, float* staging,
                                float* dweight, float* dbias);
 
@@ -220,12 +219,13 @@ typedef struct OmOp {  // one layer at work, with the activation behind it if th
     // A transposed convolution whose windows do not overlap is one of 1 x 1 x 1 to all cells of the window as
     // channels, which are then put in place: several times faster than oneDNN's own.
     bool is_unfolded;
-    OmWinograd winograd, winograd_back;  // forward and data by Winograd's convolution
-    OmWinograd winograd_grad;  // weights: transformed values, transformed gradient of the result
-    int slice_piece;           // sums of that gradient over slices, for the bias
-    OmBlocks folded;           // what the convolution gives
-    int folded_piece;          //
-    size_t folded_bias_at;     // its bias, one copy a cell of the window
+    OmDetour winograd, winograd_back;  // forward and data by Winograd's convolution
+    OmDetour winograd_grad;  // weights: transformed values, transformed gradient of the result
+    OmDetour turned;         // weights in channels last, where blocks have no fast kernel
+    int slice_piece;         // sums of that gradient over slices, for the bias
+    OmBlocks folded;         // what the convolution gives
+    int folded_piece;        //
+    size_t folded_bias_at;   // its bias, one copy a cell of the window
     OmNorm norm;
 } OmOp;
 

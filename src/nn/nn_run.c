@@ -227,6 +227,11 @@ static OmStatus weights_backward(OmNetRun* run, OmOp* op, float* grad) {
                                      &run->value[op->in[0]], &run->grad[op->out], slice, staging,
                                      dweight, dbias);
     }
+    if (op->turned.is_on) {
+        const OmDetour* t = &op->turned;
+        om__blocks_copy_channels(run->nworker, &run->value[op->in[0]], 0, &t->in, 0, t->in.shape.c);
+        om__blocks_copy_channels(run->nworker, &run->grad[op->out], 0, &t->out, 0, t->out.shape.c);
+    }
     OM_TRY(om__kernel_run(op->weights));
     OM_TRY(om__kernel_bind(op->store, OM_SLOT_DST, dweight));
     OM_TRY(om__kernel_run(op->store));

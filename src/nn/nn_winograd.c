@@ -314,7 +314,7 @@ static void tap_range(void* ctx, int begin, int end, int block) {
     }
 }
 
-OmStatus om__winograd_gradient(int nworker, const OmWinograd* w, OmKernel* weights, OmKernel* store,
+OmStatus om__winograd_gradient(int nworker, const OmDetour* w, OmKernel* weights, OmKernel* store,
                                const OmBlocks* x, const OmBlocks* dy, float* slice, float* staging,
                                float* dweight, float* dbias) {
     int nin = x->shape.c, nout = dy->shape.c, depth = dy->shape.d, nslice = nout / LANES * depth;
@@ -344,7 +344,7 @@ OmStatus om__winograd_gradient(int nworker, const OmWinograd* w, OmKernel* weigh
 
 // ---- all three ------------------------------------------------------------------------------------------
 
-OmStatus om__winograd_run(int nworker, const OmWinograd* w, OmKernel* kernel, const OmBlocks* x,
+OmStatus om__winograd_run(int nworker, const OmDetour* w, OmKernel* kernel, const OmBlocks* x,
                           const float* bias, bool is_bent, float slope, const OmBlocks* y) {
     OmBlocks xn = *x, yn = *y;
     xn.n = yn.n = 1;

@@ -512,6 +512,37 @@ static void test_plan(void** state) {
     }
 }
 
+// No layer of a U-Net falls back to oneDNN's reference code, a hundred times slower: grids of all proportions.
+static void test_fast_kernels(void** state) {
+    (void)state;
+    if (om__engine_block(OM_F32) != 16 || !has_bf16()) return;  // said of AVX-512 only
+    const OmNetShape grid[] = {
+        {3, 32, 24, 16}, {3, 16, 24, 32}, {3, 16, 16, 16}, {3, 24, 32, 8}, {3, 8, 32, 24}};
+    for (int k = 0; k < 5; ++k)
+        for (int turn = 0; turn < 4; ++turn) {
+            OmUnetDef unet = om_unet_default_def(grid[k], 3);
+            OmNet* net;
+            assert_ok(om_net_create_unet(&unet, &net));
+            OmNetRunDef def = om_net_run_default_def(turn % 2 ? 4 : 1);
+            def.type = turn / 2 ? OM_BF16 : OM_F32;
+            def.is_training = turn % 2;
+            def.nworker = 1;
+            OmNetRun* run;
+            assert_ok(om_net_run_create(net, &def, &run));
+            for (int i = 0; i < run->nop; ++i) {
+                const OmOp* op = &run->op[i];
+                const OmKernel* all[] = {op->forward, op->data, op->weights};
+                for (int pass = 0; pass < 3; ++pass)
+                    if (strncmp(om__kernel_name(all[pass]), "ref", 3) == 0)
+                        fail_msg("%s on %d x %d x %d, type %d, pass %d: %s", op->layer->name,
+                                 grid[k].d, grid[k].h, grid[k].w, (int)def.type, pass,
+                                 om__kernel_name(all[pass]));
+            }
+            om_net_run_destroy(run);
+            om_net_destroy(net);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unet),           cmocka_unit_test(test_initialisation),
@@ -519,7 +550,8 @@ int main(void) {
         cmocka_unit_test(test_refused_runs),   cmocka_unit_test(test_allocations),
         cmocka_unit_test(test_determinism),    cmocka_unit_test(test_dropout),
         cmocka_unit_test(test_statistics),     cmocka_unit_test(test_shift),
-        cmocka_unit_test(test_memory),         cmocka_unit_test(test_plan),
+        cmocka_unit_test(test_memory),         cmocka_unit_test(test_fast_kernels),
+        cmocka_unit_test(test_plan),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
