@@ -111,7 +111,8 @@ OM_API OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* pro
 
 // ---- evaluation -------------------------------------------------------------------------------------------
 
-typedef struct OmUmeshEval {  // mean norm errors (3.17) over the nodes that are not held, m
+// Mean norm errors (3.17) over the nodes that are not held, m; those of the patch are among them, without error.
+typedef struct OmUmeshEval {
     int n;
     double mean, sd, worst;
     int worst_sample;                     // from `first` on

@@ -130,7 +130,7 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
 static OmStatus print_points(const Press* p) {
     const char* text;
     for (int k = 0; (text = om_cli_get_nth(p->args, "--point", k)); ++k) {
-        OmVec3 x, u = om_vec3(0, 0, 0);
+        OmVec3 x, u = om_vec3(0, 0, 0), in = u;
         int elem;
         double weight[8], at[3];
         OM_TRY(read_point(text, "--point", &x));
@@ -139,9 +139,16 @@ static OmStatus print_points(const Press* p) {
         for (int a = 0; a < 8; ++a) {
             const float* v = p->u + 3 * (size_t)p->grid->mesh.elem_node[8 * elem + a];
             u = om_madd(u, weight[a], om_vec3(v[0], v[1], v[2]));
+            in = om_madd(in, weight[a],
+                         om_load3(p->grid->mesh.x, p->grid->mesh.elem_node[8 * elem + a]));
         }
-        printf("point (%s) mm moves by (%.2f, %.2f, %.2f), %.2f mm\n", text, 1e3 * u.x, 1e3 * u.y,
+        printf("point (%s) mm moves by (%.2f, %.2f, %.2f), %.2f mm", text, 1e3 * u.x, 1e3 * u.y,
                1e3 * u.z, 1e3 * om_norm(u));
+        double off = 1e3 * om_distance(in, x);
+        if (off > 0.01)
+            printf(" - it is %.1f mm outside of the grid, this is the nearest point\n", off);
+        else
+            printf("\n");
     }
     return OM_OK;
 }

@@ -271,9 +271,9 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
     begin = om_clock_now();
     OM_TRY_DONE(do_breast(s, progress));
     s->sum.seconds += om_clock_now() - begin;
-    OM_TRY_DONE(
-        om__study_score_particles(&s->breast, def->nlesion, s->gel.result.best, s->error[BY_GEL]));
-    OM_TRY_DONE(om__study_score_particles(&s->breast, def->nlesion, s->breast.result.best,
+    OM_TRY_DONE(om__study_score_particles(&s->breast, 0, def->nlesion, s->gel.result.best,
+                                          s->error[BY_GEL]));
+    OM_TRY_DONE(om__study_score_particles(&s->breast, 0, def->nlesion, s->breast.result.best,
                                           s->error[BY_TUNED]));
     score_others(s);
     summarise(s);

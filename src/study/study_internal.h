@@ -234,8 +234,9 @@ OmStatus om__study_make_particles(StudyFit* fit);
 int om__study_plan_depths(const StudyFit* fit, const StudyPlan* plan, int i);
 OmStatus om__study_make_tissue(StudyFit* fit, const StudyPlan* plan, const double* start,
                                OmCalibrationTissue** tissue);
-// Errors of the first lesions at all depths that truth has, m; others are left as they are.
-OmStatus om__study_score_particles(StudyFit* fit, int nlesion, const double* param,
+// Errors of lesions `first` to `end` - 1 at all depths that truth has, m; others are left as they are, and all are
+// where a status above OM_OK says that a path failed.
+OmStatus om__study_score_particles(StudyFit* fit, int first, int end, const double* param,
                                    double error[][OM_STUDY_NDEPTH]);
 
 typedef struct StudyCalibration {

@@ -39,11 +39,20 @@ OmStudyMethodsDef om_study_default_methods_def(const char* out_dir, const char* 
 static OmStatus validate(const OmStudyMethodsDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
              "methods study: a definition not made by om_study_default_methods_def");
-    OM_CHECK(def->out_dir && def->weights, OM_INVALID, "methods study: no folder or no weights");
+    OM_CHECK(def->out_dir, OM_INVALID, "methods study: no folder");
+    OM_CHECK(def->weights, OM_INVALID, "methods study: no weights");
     OM_CHECK(def->nlesion >= 1 && def->nlesion <= 20, OM_INVALID,
              "methods study: nlesion = %d; 1 to 20 are possible", def->nlesion);
     OM_CHECK(def->spacing >= 0.002 && def->spacing <= 0.02, OM_INVALID,
              "methods study: spacing = %g m; 0.002 to 0.02 are possible", def->spacing);
+    OM_CHECK(def->speed > 0 && def->speed <= 1 && def->settle >= 0 && def->settle <= 10, OM_INVALID,
+             "methods study: speed = %g m/s, settle = %g s; up to 1 and 10 are possible",
+             def->speed, def->settle);
+    OM_CHECK(
+        def->cluster[0] > 0 && def->cluster[1] > 0 && def->cluster[2] >= 0 && def->cluster[2] <= 1,
+        OM_INVALID,
+        "methods study: clusters of %g m, radius %g m, stiffness %g; lengths above 0, stiffness 0 to 1",
+        def->cluster[0], def->cluster[1], def->cluster[2]);
     return OM_OK;
 }
 
@@ -77,6 +86,7 @@ static OmStatus score_fe(StudyMethods* s) {
         for (int i = 0; i < run->nrecord; ++i) ms[num++] = run->step[i].ms;
         s->stability[OM_STUDY_FE][l] = (double)run->ndone / run->nstep;
         s->stability[OM_STUDY_RIGID][l] = 1;
+        s->stability[OM_STUDY_PARTICLES][l] = study->truth[l].ndepth ? 0 : -1;  // not pressed there
         for (int k = 0; k < study->truth[l].ndepth; ++k) {
             OmVec3 x = om__study_measured_contour(study->def, &study->truth[l], k);
             OmVec3 rigid =
@@ -93,29 +103,24 @@ static OmStatus score_fe(StudyMethods* s) {
 
 // ---- particles ------------------------------------------------------------------------------------
 
+// Lesion by lesion: one path that fails leaves the others their errors.
 static OmStatus score_particles(StudyMethods* s) {
     const OmStudyMethodsDef* def = s->def;
     double begin = om_clock_now(), steps = 0;
-    int npath = 0;
-    OM_TRY(om__study_score_particles(&s->fit, def->nlesion, def->cluster,
-                                     s->error[OM_STUDY_PARTICLES]));
-    double seconds = om_clock_now() - begin;
     for (int l = 0; l < def->nlesion; ++l) {
         const StudyTruthResult* t = &s->fit.study.truth[l];
         if (!t->ndepth) continue;
-        bool is_whole = true;
-        for (int k = 0; k < t->ndepth; ++k)
-            is_whole = is_whole && isfinite(s->error[OM_STUDY_PARTICLES][l][k]) &&
-                       s->error[OM_STUDY_PARTICLES][l][k] >= 0;
+        OmStatus status = om__study_score_particles(&s->fit, l, l + 1, def->cluster,
+                                                    s->error[OM_STUDY_PARTICLES]);
+        if (status < 0) return status;
+        bool is_whole = status == OM_OK;
+        for (int k = 0; k < t->ndepth && is_whole; ++k)
+            is_whole = isfinite(s->error[OM_STUDY_PARTICLES][l][k]);
         s->stability[OM_STUDY_PARTICLES][l] = is_whole ? 1 : 0;
-        ++npath;
         steps += (s->fit.contact.depth[t->ndepth - 1] / def->speed + t->ndepth * def->settle) /
                  s->particles.time_step;
     }
-    // paths are worked on side by side, one a worker
-    int nworker = om_worker_count(def->nworker);
-    if (nworker > npath) nworker = npath;
-    s->ms[OM_STUDY_PARTICLES] = steps > 0 ? 1e3 * seconds * nworker / steps : 0;
+    s->ms[OM_STUDY_PARTICLES] = steps > 0 ? 1e3 * (om_clock_now() - begin) / steps : 0;
     return OM_OK;
 }
 
@@ -130,16 +135,20 @@ typedef struct Asked {  // the network at one lesion
     double weight[8];
 } Asked;
 
+// Is a corner of an element turned inside out?
 static bool has_inverted(const OmUmeshGrid* g, const float* u) {
+    static const int next[8][3] = {{1, 3, 4}, {2, 0, 5}, {3, 1, 6}, {0, 2, 7},
+                                   {7, 5, 0}, {4, 6, 1}, {5, 7, 2}, {6, 4, 3}};
     for (int e = 0; e < g->mesh.nelem; ++e) {
-        static const int corner[4] = {0, 1, 3, 4};
-        OmVec3 x[4];
-        for (int a = 0; a < 4; ++a) {
-            int i = g->mesh.elem_node[8 * e + corner[a]];
+        OmVec3 x[8];
+        for (int a = 0; a < 8; ++a) {
+            int i = g->mesh.elem_node[8 * e + a];
             x[a] = om_add(om_load3(g->mesh.x, i), om_vec3(u[3 * i], u[3 * i + 1], u[3 * i + 2]));
         }
-        double v = om_dot(om_cross(om_sub(x[1], x[0]), om_sub(x[2], x[0])), om_sub(x[3], x[0]));
-        if (!(v > 0)) return true;
+        for (int a = 0; a < 8; ++a) {
+            OmVec3 p = om_sub(x[next[a][0]], x[a]), q = om_sub(x[next[a][1]], x[a]);
+            if (!(om_dot(om_cross(p, q), om_sub(x[next[a][2]], x[a])) > 0)) return true;
+        }
     }
     return false;
 }
@@ -173,7 +182,7 @@ static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* n
              "methods study: the network's skin has no node under the probe over lesion %d; was it "
              "trained on the phantom?",
              l + 1);
-    double last = study->def->depth[OM_STUDY_NDEPTH - 1];
+    double last = fmin(study->def->depth[OM_STUDY_NDEPTH - 1], lesion->most);
     for (step = 0; step < nstep; ++step) {
         double begin = om_clock_now();
         OM_TRY(ask(a, lesion, last * (step + 1) / nstep, &contour, &trust));
@@ -250,8 +259,13 @@ static void summarise(StudyMethods* s) {
         double total = 0;
         int n = 0;
         r->ms = s->ms[by];
-        for (int l = 0; l < s->def->nlesion; ++l)
-            r->stability += s->stability[by][l] / s->def->nlesion;
+        int npressed = 0;
+        for (int l = 0; l < s->def->nlesion; ++l) {
+            if (s->stability[by][l] < 0) continue;
+            r->stability += s->stability[by][l];
+            ++npressed;
+        }
+        r->stability /= npressed ? npressed : 1;
         is_stable = is_stable && r->stability > 1 - 1e-12;
         for (int k = 0; k < OM_STUDY_NDEPTH; ++k) {
             for (int l = 0; l < s->def->nlesion; ++l) {
@@ -272,6 +286,7 @@ static void summarise(StudyMethods* s) {
         sum->gap[k] = sum->by[OM_STUDY_UMESH].error[k] - sum->by[OM_STUDY_FE].error[k];
         sum->worst_gap = fmax(sum->worst_gap, sum->gap[k]);
     }
+    if (!sum->ncount) sum->worst_gap = 0;
     sum->is_met = sum->ncount > 0 && sum->worst_gap <= BAR && is_stable;
 }
 

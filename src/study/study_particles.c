@@ -105,11 +105,11 @@ OmStatus om__study_make_tissue(StudyFit* fit, const StudyPlan* plan, const doubl
     return status;
 }
 
-OmStatus om__study_score_particles(StudyFit* fit, int nlesion, const double* param,
+OmStatus om__study_score_particles(StudyFit* fit, int first, int end, const double* param,
                                    double error[][OM_STUDY_NDEPTH]) {
     int lesion[OM_STUDY_MAX_LESION];
     StudyPlan plan = {.nseen = 1, .lesion = lesion};
-    for (int l = 0; l < nlesion; ++l)
+    for (int l = first; l < end; ++l)
         if (fit->study.truth[l].ndepth) lesion[plan.n++] = l;
     OM_CHECK(plan.n > 0, OM_INVALID,
              "%s: no lesion has a truth; ask for a finer one (truth_ntet = %d)",

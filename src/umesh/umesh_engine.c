@@ -271,7 +271,9 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedW
 static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
     for (int k = 0; k < nobstacle; ++k) {
         OmTissueObstacle* o = &obstacle[k];
-        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p), OM_INVALID,
+        OmQuat q = o->pose_end.q;
+        double unit = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p) && fabs(unit - 1) < 1e-6, OM_INVALID,
                  "learned: obstacle[%d] has no distance or no proper pose_end", k);
         o->force = o->torque = om_vec3(0, 0, 0);
         o->ncontact = 0;
@@ -294,19 +296,32 @@ static void report_contacts(const Learned* l, const OmTissueState* s, const Lear
     }
 }
 
+// Contacts, until nothing more of the skin is found to touch.
+static OmStatus settle(const OmTissueModel* m, OmTissueState* s, LearnedWork* w, int nobstacle,
+                       const OmTissueObstacle* obstacle, OmUmeshTrust* trust) {
+    const Learned* l = m->data;
+    memset(w->mask, 0, (size_t)l->net->grid.mesh.nnode);
+    take_held(m, s, w);
+    keep_touching(l, s, w, nobstacle, obstacle);
+    OM_TRY(predict(l, w, trust));
+    for (int round = 0; round < NROUND; ++round) {
+        if (!find_touching(l, s, w, nobstacle, obstacle)) break;
+        OM_TRY(predict(l, w, trust));
+    }
+    return OM_OK;
+}
+
 static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* work, double h,
                              int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
     const Learned* l = m->data;
     LearnedWork* w = work->data;
     OmUmeshTrust trust;
     OM_TRY(check_obstacles(nobstacle, obstacle));
-    memset(w->mask, 0, (size_t)l->net->grid.mesh.nnode);
-    take_held(m, s, w);
-    keep_touching(l, s, w, nobstacle, obstacle);
-    OM_TRY(predict(l, w, &trust));
-    for (int round = 0; round < NROUND; ++round) {
-        if (!find_touching(l, s, w, nobstacle, obstacle)) break;
-        OM_TRY(predict(l, w, &trust));
+    memcpy(work->backup, s, s->size);
+    OmStatus status = settle(m, s, w, nobstacle, obstacle, &trust);
+    if (status < 0) {
+        memcpy((void*)s, work->backup, s->size);
+        return status;
     }
     write_state(m, s, w, h);
     report_contacts(l, s, w, nobstacle, obstacle);

@@ -26,36 +26,42 @@ OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* g, OmTetMesh* mesh) {
     return status;
 }
 
+// The middle of the elements around a place lies inwards of it, on a hollow too.
+static OmVec3 find_inward(const OmUmeshGrid* g, OmVec3 at, double reach) {
+    OmVec3 sum = om_vec3(0, 0, 0);
+    for (int e = 0; e < g->mesh.nelem; ++e) {
+        OmVec3 c = om_vec3(0, 0, 0);
+        for (int a = 0; a < 8; ++a)
+            c = om_madd(c, 0.125, om_load3(g->mesh.x, g->mesh.elem_node[8 * e + a]));
+        if (om_distance(c, at) < reach) sum = om_add(sum, om_sub(c, at));
+    }
+    return sum;
+}
+
 // The plane through the places of the skin within `reach` of p by least squares: its normal is the direction in
 // which they vary least.
 OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* g, OmVec3 p) {
     double best = HUGE_VAL, reach = 2.5 * g->spacing;
-    OmVec3 at = p, mean = om_vec3(0, 0, 0), middle = mean;
-    int num = 0, nskin = 0;
+    OmVec3 at = p, mean = om_vec3(0, 0, 0), w;
+    OmMat3 spread = {0}, V;
+    int num = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (!g->is_skin[i]) continue;
         OmVec3 x = om_load3(g->skin_x, i);
-        middle = om_add(middle, x);
-        ++nskin;
-        if (om_distance(x, p) < best) best = om_distance(x, p), at = x;
+        if (g->is_skin[i] && om_distance(x, p) < best) best = om_distance(x, p), at = x;
     }
-    OmMat3 spread = {0};
-    for (int round = 0; round < 2; ++round) {
-        for (int i = 0; i < g->mesh.nnode; ++i) {
-            OmVec3 x = om_load3(g->skin_x, i);
-            if (!g->is_skin[i] || om_distance(x, at) > reach) continue;
-            if (round == 0)
-                mean = om_add(mean, x), ++num;
-            else
-                spread = om_mat3_add(spread, om_mat3_outer(om_sub(x, mean), om_sub(x, mean)));
-        }
-        if (round == 0) mean = om_scale(1.0 / (num ? num : 1), mean);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->skin_x, i);
+        if (g->is_skin[i] && om_distance(x, at) <= reach) mean = om_add(mean, x), ++num;
     }
-    OmVec3 w, out = om_sub(at, om_scale(1.0 / (nskin ? nskin : 1), middle));
-    OmMat3 V;
+    mean = om_scale(1.0 / (num ? num : 1), mean);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->skin_x, i), d = om_sub(x, mean);
+        if (g->is_skin[i] && om_distance(x, at) <= reach)
+            spread = om_mat3_add(spread, om_mat3_outer(d, d));
+    }
     om_mat3_eigen_symmetric(spread, &w, &V);
     OmVec3 normal = V.cx;
-    if (om_dot(normal, out) < 0) normal = om_scale(-1, normal);
+    if (om_dot(normal, find_inward(g, at, reach)) > 0) normal = om_scale(-1, normal);
     OmVec3 along = om_cross(normal, fabs(normal.x) < 0.9 ? om_vec3(1, 0, 0) : om_vec3(0, 1, 0));
     return om_umesh_default_patch(at, normal, om_normalize(along));
 }

@@ -287,8 +287,8 @@ static OmStatus get_frame(const Reader* r, OmUmeshFrame* f) {
     double origin[3], up[3], total = 1;
     int format;
     OM_TRY(get_attribute(r, "format", H5T_NATIVE_INT, 1, &format));
-    OM_CHECK(format == FORMAT, OM_INVALID, "%s: format %d; this program reads %d", r->name, format,
-             FORMAT);
+    OM_CHECK(format == FORMAT, OM_UNAVAILABLE, "%s: format %d; this program reads %d", r->name,
+             format, FORMAT);
     OM_TRY(get_attribute(r, "dim", H5T_NATIVE_INT, 3, f->dim));
     OM_TRY(get_attribute(r, "spacing_m", H5T_NATIVE_DOUBLE, 1, &f->spacing));
     OM_TRY(get_attribute(r, "origin_m", H5T_NATIVE_DOUBLE, 3, origin));
@@ -384,7 +384,7 @@ static OmStatus check_head(const char* data, size_t size, const char* name) {
     memcpy(head, data, size < HEAD ? size : HEAD);
     OM_CHECK(sscanf(head, "omentum umesh %d", &format) == 1, OM_INVALID,
              "%s: not a file of samples", name);
-    OM_CHECK(format == FORMAT, OM_INVALID, "%s: format %d; this program reads %d", name, format,
+    OM_CHECK(format == FORMAT, OM_UNAVAILABLE, "%s: format %d; this program reads %d", name, format,
              FORMAT);
     bool is_whole = size > HEAD &&
                     sscanf(head, "omentum umesh %*d\nsize %zu\nhash %" SCNx64, &length, &hash) == 2;

@@ -25,7 +25,7 @@ typedef struct Training {
 OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir) {
     OmUmeshTrainDef def = {.data = data,
                            .out_dir = out_dir,
-                           .nvalid = data->nsample / 10,
+                           .nvalid = data->nsample < 10 ? 1 : data->nsample / 10,
                            .base_channels = 16,
                            .nlevel = 3,
                            .type = OM_F32,

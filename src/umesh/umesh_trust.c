@@ -13,7 +13,7 @@
 #include "umesh/umesh_net_internal.h"
 
 #define INSIDE_SHARE 0.99
-#define UNTOUCHED 99.0  // a score for places that no sample moved
+#define UNTOUCHED HUGE_VAL  // the score of places that no sample moved
 #define LEAST_WAY 1e-4  // m: below it directions and ratios mean nothing
 #define NDILATE 1       // rounds in which a node takes over its neighbours' way
 
@@ -39,6 +39,7 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
         const float *ui = u + 3 * (size_t)i, *ni = r->inward + 3 * (size_t)i;
         OmVec3 d = om_vec3(ui[0], ui[1], ui[2]);
         double way = om_norm(d);
+        if (!isfinite(way)) m.stretch = m.way = HUGE_VAL;
         if (way > LEAST_WAY)
             m.way = fmax(m.way, r->way[i] > 0 ? way / (double)r->way[i] : UNTOUCHED);
         mean = om_add(mean, d);
@@ -50,7 +51,8 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
     for (int i = 0; i < net->grid.mesh.nnode; ++i) {
         if (!mask[i]) continue;
         const float* ui = u + 3 * (size_t)i;
-        m.stretch = fmax(m.stretch, om_distance(mean, om_vec3(ui[0], ui[1], ui[2])));
+        double off = om_distance(mean, om_vec3(ui[0], ui[1], ui[2]));
+        m.stretch = isfinite(off) ? fmax(m.stretch, off) : HUGE_VAL;
     }
     double length = om_norm(mean) * om_norm(inward);
     if (om_norm(mean) > LEAST_WAY && length > 0)
@@ -75,8 +77,8 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
     if (trust->is_inside) return;
     if (trust->way == trust->score)
         snprintf(trust->why, sizeof trust->why,
-                 m.way >= UNTOUCHED ? "no training sample touched this place"
-                                    : "a displacement is %.2g times the largest trained there",
+                 isinf(m.way) ? "no training sample touched this place"
+                              : "a displacement is %.2g times the largest trained there",
                  trust->way);
     else if (trust->stretch == trust->score)
         snprintf(trust->why, sizeof trust->why,
@@ -176,6 +178,7 @@ OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntr
         Measure m = measure(net, data->mask + (size_t)s * nnode, data->u + 3 * (size_t)s * nnode);
         r->stretch = fmax(r->stretch, m.stretch);
         r->angle = fmax(r->angle, m.angle);
+        if (!m.count) continue;
         r->most = fmax(r->most, m.count);
         r->least = fmin(r->least, m.count);
     }

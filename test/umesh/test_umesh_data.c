@@ -156,7 +156,8 @@ static void test_resume(void** state) {
 
 static void assert_refused(const char* dir, const char* why) {
     OmUmeshData data;
-    assert_status(om_umesh_load_data(dir, 0, &data), OM_INVALID);
+    OmStatus status = om_umesh_load_data(dir, 0, &data);
+    assert_true(status == OM_INVALID || status == OM_UNAVAILABLE);
     if (!strstr(om_error_message(), why)) fail_msg("\"%s\" lacks \"%s\"", om_error_message(), why);
     assert_null(data.u);
 }

@@ -211,9 +211,25 @@ static void test_trust(void** unused) {
     }
     om_umesh_judge(net, mask, u, &trust);
     assert_true(!trust.is_inside && strstr(trust.why, "nodes are moved"));
+    u[3 * nnode - 1] = NAN;
+    mask[nnode - 1] = 1;
+    om_umesh_judge(net, mask, u, &trust);
+    assert_false(trust.is_inside);
     om_free(u);
     om_free(mask);
     om_umesh_destroy_net(net);
+}
+
+// On top, on a side and in a hollow: the normal points out of the organ.
+static void test_place(void** unused) {
+    (void)unused;
+    const OmUmeshGrid* g = &data.grid;
+    OmUmeshPatch top = om_umesh_find_place(g, om_vec3(0.03, 0.025, 0.05));
+    OmUmeshPatch side = om_umesh_find_place(g, om_vec3(-0.02, 0.025, 0.015));
+    assert_near(top.normal.z, 1, 0.02);  // edges of the block are within reach
+    assert_near(top.center.z, 0.03, 1e-12);
+    assert_near(side.normal.x, -1, 0.2);
+    assert_near(om_dot(top.along, top.normal), 0, 1e-12);
 }
 
 static void test_predict(void** unused) {
@@ -345,10 +361,11 @@ static void test_bad(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_train),   cmocka_unit_test(test_file),
-        cmocka_unit_test(test_damage),  cmocka_unit_test(test_trust),
-        cmocka_unit_test(test_predict), cmocka_unit_test(test_engine),
-        cmocka_unit_test(test_memory),  cmocka_unit_test(test_bad),
+        cmocka_unit_test(test_train),  cmocka_unit_test(test_file),
+        cmocka_unit_test(test_damage), cmocka_unit_test(test_trust),
+        cmocka_unit_test(test_place),  cmocka_unit_test(test_predict),
+        cmocka_unit_test(test_engine), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_bad),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
