@@ -1,5 +1,5 @@
-// bench_nn.c: the U-Net of thesis Fig. 3.7b on 32 x 24 x 16 nodes, the 32 along width: forward of one sample, and a training step of
-// four: parameters into the kernels' layouts, forward, backward, Adam.
+// bench_nn.c: the U-Net of thesis Fig. 3.7b on 32 x 24 x 16 nodes, the 32 along width: forward of one sample, and a
+// training step of four: parameters into the kernels' layouts, forward, backward, Adam.
 #include <stdio.h>
 #include <stdlib.h>
 
