@@ -25,9 +25,9 @@ static void make_good(void) {
         grid.fixed[i] = om_load3(grid.mesh.x, i).z < 1e-9;
     }
     FUZZ_EXPECT(om__umesh_grid_find_skin(&grid) == OM_OK);
-    FUZZ_EXPECT(om__umesh_net_create(&grid, 1, 1, &net) == OM_OK);
+    FUZZ_EXPECT(om__umesh_net_create(&grid, 0.45, 1, 1, &net) == OM_OK);
     om_net_init_parameters(net->net, 1, net->param);
-    net->scale = 0.01;
+    net->scale = net->correction = 0.01;
     net->region.most = net->region.least = net->region.margin = 1;
     const char* path = fuzz_file((const uint8_t*)"", 0, ".safetensors");
     FUZZ_EXPECT(om__umesh_net_save(net, path) == OM_OK);

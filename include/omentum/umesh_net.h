@@ -32,8 +32,8 @@ OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
 OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** param);
 /// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
 OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
-/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, place (3), and zeros
-/// to 16.
+/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, place (3), linear
+/// answer (3), and zeros to 16; what comes out, in units of "correction_m", is added to the linear answer.
 OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------
@@ -89,6 +89,7 @@ typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
     int nlevel;           // default 3
     OmNetType type;       // default OM_F32; OM_BF16 is faster where the processor has it
     int batch, nepoch;    // default 4 and 100
+    double poisson;       // of the linear answer that the network corrects; default 0.45
     double rate;          // peak of the one-cycle schedule; default 2e-3
     uint64_t seed;        // default 1
     int nworker;          // default 0: one a processor
@@ -96,7 +97,8 @@ typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
 } OmUmeshTrainDef;
 
 typedef struct OmUmeshTrainSummary {
-    double valid_error;  // mean norm error of the best epoch on the validation samples, m
+    double valid_error;   // mean norm error of the best epoch on the validation samples, m
+    double linear_error;  // of the linear answer alone, the same
     int best_epoch, nepoch;
     int64_t nstep;
     double seconds;  // of all calls

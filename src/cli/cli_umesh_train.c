@@ -68,11 +68,12 @@ static OmStatus train(const OmCliArgs* args, const OmUmeshData* data) {
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OM_TRY(om_umesh_train(&def, progress, &summary));
     om_cli_progress_done();
-    printf("%s%d epochs, %lld steps, %.1f min; validation error %.4f mm (epoch %d)\n"
-           "weights: %s/weights.safetensors\nreport: %s/report.html\n",
-           summary.is_resumed ? "resumed: " : "", summary.nepoch, (long long)summary.nstep,
-           summary.seconds / 60, 1e3 * summary.valid_error, summary.best_epoch, def.out_dir,
-           def.out_dir);
+    printf(
+        "%s%d epochs, %lld steps, %.1f min; validation error %.4f mm (epoch %d), linear elasticity alone %.4f\n"
+        "weights: %s/weights.safetensors\nreport: %s/report.html\n",
+        summary.is_resumed ? "resumed: " : "", summary.nepoch, (long long)summary.nstep,
+        summary.seconds / 60, 1e3 * summary.valid_error, summary.best_epoch,
+        1e3 * summary.linear_error, def.out_dir, def.out_dir);
     return OM_OK;
 }
 

@@ -4,7 +4,8 @@
 //     grid.dim (3), grid.frame (7)      points; spacing, origin, up
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
-//     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5), scale (1)
+//     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5)
+//     scale (3)                         of inputs, of corrections, m; Poisson's ratio of the linear answer
 // Everything else of the grid follows from these; what does not fit them is refused.
 #include <math.h>
 #include <stdarg.h>
@@ -14,7 +15,7 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define FORMAT "omentum-umesh-1"
+#define FORMAT "omentum-umesh-2"
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
@@ -57,20 +58,22 @@ static OmStatus make_layers(OmUmeshNet* n) {
 }
 
 // With n->grid set.
-static OmStatus finish(OmUmeshNet* n, int base_channels, int nlevel) {
+static OmStatus finish(OmUmeshNet* n, double poisson, int base_channels, int nlevel) {
+    n->poisson = poisson;
     n->base_channels = base_channels;
     n->nlevel = nlevel;
     OM_TRY(make_layers(n));
-    return om__umesh_region_alloc(n);
+    OM_TRY(om__umesh_region_alloc(n));
+    return om__umesh_linear_create(&n->grid, poisson, 0, &n->linear);
 }
 
-OmStatus om__umesh_net_create(const OmUmeshGrid* grid, int base_channels, int nlevel,
-                              OmUmeshNet** out) {
+OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
+                              int nlevel, OmUmeshNet** out) {
     *out = NULL;
     OmUmeshNet* n = om_calloc(1, sizeof *n);
     if (!n) return OM_NO_MEMORY;
     OmStatus status = om__umesh_grid_copy(grid, &n->grid);
-    if (status >= 0) status = finish(n, base_channels, nlevel);
+    if (status >= 0) status = finish(n, poisson, base_channels, nlevel);
     if (status < 0)
         om_umesh_destroy_net(n);
     else
@@ -81,6 +84,7 @@ OmStatus om__umesh_net_create(const OmUmeshGrid* grid, int base_channels, int nl
 void om_umesh_destroy_net(OmUmeshNet* n) {
     if (!n) return;
     om_umesh_grid_done(&n->grid);
+    om__umesh_linear_destroy(n->linear);
     om_net_destroy(n->net);
     om_free(n->param);
     om_free(n->region.way);
@@ -132,7 +136,7 @@ OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* form
 // ---- save -------------------------------------------------------------------------------------------
 
 typedef struct Own {  // the tensors besides the weights, in the types of the file
-    double dim[3], frame[7], limit[5], scale;
+    double dim[3], frame[7], limit[5], scale[3];
     float *active, *fixed;
 } Own;
 
@@ -142,7 +146,7 @@ static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     *own = (Own){
         .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
         .limit = {r->stretch, r->angle, r->most, r->least, r->margin},
-        .scale = n->scale};
+        .scale = {n->scale, n->correction, n->poisson}};
     for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(own->active, g->npoint);
@@ -170,7 +174,7 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
     t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
     t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {5}, own->limit};
-    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {1}, &own->scale};
+    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {3}, own->scale};
     return num;
 }
 
@@ -205,15 +209,16 @@ OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
 }
 
 OmStatus om_umesh_save_onnx(const OmUmeshNet* n, const char* path) {
-    char scale[32];
+    char scale[32], correction[32];
     snprintf(scale, sizeof scale, "%.17g", n->scale);
-    OmTextPair meta[UMESH_NFACT + 1] = {{"scale_m", scale}};
-    memcpy(meta + 1, n->fact, (size_t)n->nfact * sizeof *meta);
-    return om_net_save_onnx(n->net, n->param, meta, n->nfact + 1, path);
+    snprintf(correction, sizeof correction, "%.17g", n->correction);
+    OmTextPair meta[UMESH_NFACT + 2] = {{"scale_m", scale}, {"correction_m", correction}};
+    memcpy(meta + 2, n->fact, (size_t)n->nfact * sizeof *meta);
+    return om_net_save_onnx(n->net, n->param, meta, n->nfact + 2, path);
 }
 
 static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
-    OM_TRY(om__umesh_net_create(&n->grid, n->base_channels, n->nlevel, out));
+    OM_TRY(om__umesh_net_create(&n->grid, n->poisson, n->base_channels, n->nlevel, out));
     OmUmeshNet* c = *out;
     size_t nnode = (size_t)n->grid.mesh.nnode;
     float *way = c->region.way, *inward = c->region.inward;
@@ -224,6 +229,7 @@ static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
     c->region.way = way;
     c->region.inward = inward;
     c->scale = n->scale;
+    c->correction = n->correction;
     for (int i = 0; i < n->nfact; ++i)
         if (strncmp(n->fact[i].key, "test_", 5) != 0)
             OM_TRY(om__umesh_net_add_fact(c, n->fact[i].key, "%s", n->fact[i].value));
@@ -338,7 +344,6 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
     OM_TRY(om_tensor_file_read(f, "trust.way", 1, dim, r->way));
     OM_TRY(om_tensor_file_read(f, "trust.inward", 2, dim, r->inward));
     OM_TRY(om_tensor_file_read_double(f, "trust.limit", 1, (const int64_t[]){5}, limit));
-    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){1}, &n->scale));
     r->stretch = limit[0];
     r->angle = limit[1];
     r->most = limit[2];
@@ -347,8 +352,21 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
     OM_CHECK(r->stretch >= 0 && r->angle >= 0 && r->least >= 1 && r->most >= r->least &&
                  r->margin >= 1 && r->margin <= 2,
              OM_INVALID, "%s: trust.limit is no region", path);
-    OM_CHECK(n->scale > 1e-9 && n->scale < 1e3, OM_INVALID, "%s: scale is %g m; 1e-9 to 1000", path,
-             n->scale);
+    return OM_OK;
+}
+
+static OmStatus read_scale(const OmTensorFile* f, const char* path, OmUmeshNet* n,
+                           double* poisson) {
+    double value[3];
+    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){3}, value));
+    for (int i = 0; i < 2; ++i)
+        OM_CHECK(value[i] > 1e-9 && value[i] < 1e3, OM_INVALID,
+                 "%s: scale[%d] is %g m; 1e-9 to 1000", path, i, value[i]);
+    OM_CHECK(value[2] > -0.9 && value[2] < 0.4999, OM_INVALID,
+             "%s: scale[2], Poisson's ratio, is %g; above -0.9, below 0.4999", path, value[2]);
+    n->scale = value[0];
+    n->correction = value[1];
+    *poisson = value[2];
     return OM_OK;
 }
 
@@ -367,6 +385,7 @@ static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
 static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
     const char* format = om_tensor_file_meta(f, "format");
     int base, nlevel;
+    double poisson = 0;
     OM_CHECK(
         format && strcmp(format, FORMAT) == 0, OM_INVALID,
         "%s: not a trained U-Mesh (format \"%.30s\", wanted \"%s\"); omentum umesh train writes one",
@@ -374,7 +393,8 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
     OM_TRY(read_setting(f, path, "base_channels", 1, 256, &base));
     OM_TRY(read_setting(f, path, "levels", 1, 6, &nlevel));
     OM_TRY(read_grid(f, path, &n->grid));
-    OM_TRY(finish(n, base, nlevel));
+    OM_TRY(read_scale(f, path, n, &poisson));
+    OM_TRY(finish(n, poisson, base, nlevel));
     OM_TRY(read_weights(f, path, n));
     OM_TRY(read_region(f, path, n));
     return read_facts(f, n);

@@ -5,7 +5,7 @@
 #include "omentum/nn_file.h"
 #include "omentum/umesh_net.h"
 
-// displacement (3), patch, organ, held, place (3), and zeros: oneDNN 2.6 has no fast convolution of nine
+// displacement (3), patch, organ, held, place (3), linear answer (3), and zeros: oneDNN works on channels by sixteens
 #define UMESH_NCHANNEL 16
 #define UMESH_NFACT 12  // lines of metadata that are kept
 
@@ -18,12 +18,17 @@ typedef struct UmeshRegion {  // what training saw, and by how much its limits a
     double margin;            // >= 1
 } UmeshRegion;
 
+typedef struct UmeshLinear UmeshLinear;  // constant
+
 struct OmUmeshNet {
     OmUmeshGrid grid;
+    UmeshLinear* linear;
+    double poisson;  // of it
     OmNet* net;
     float* param;
     int base_channels, nlevel;
-    double scale;  // m, of displacements in and out
+    double scale;       // m, of displacements in
+    double correction;  // m, of what comes out
     UmeshRegion region;
     int nfact;
     OmTextPair fact[UMESH_NFACT];  // strings of its own
@@ -32,21 +37,32 @@ struct OmUmeshNet {
 // ---- umesh_net.c ------------------------------------------------------------------------------------
 
 // Without weights and region: the layers for a copy of the grid.
-OmStatus om__umesh_net_create(const OmUmeshGrid* grid, int base_channels, int nlevel,
-                              OmUmeshNet** net);
+OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
+                              int nlevel, OmUmeshNet** net);
 OmStatus om__umesh_net_add_fact(OmUmeshNet* net, const char* key, const char* format, ...)
     OM_PRINTF(3, 4);
 OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
 // The grid from where its cells, held nodes and skin are.
 OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);
 
+// ---- umesh_linear.c ---------------------------------------------------------------------------------
+
+/// @return OM_INVALID if nothing is held, or the grid too large
+OmStatus om__umesh_linear_create(const OmUmeshGrid* grid, double poisson, int nworker,
+                                 UmeshLinear** linear);
+void om__umesh_linear_destroy(UmeshLinear* linear);
+size_t om__umesh_linear_memory(const UmeshLinear* linear);
+// Displacements of all nodes when those of the mask that are on the skin go where u says; zero if there are none.
+OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* mask,
+                                const float* u, float* out);
+
 // ---- umesh_predict.c --------------------------------------------------------------------------------
 
 // Channels that no input changes: organ, held, place; zeros elsewhere. in: (UMESH_NCHANNEL x npoint)
 void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
-// Displacement over `scale` and patch.
+// Displacement over `scale`, patch, and the linear answer over `scale`.
 void om__umesh_fill_input(const OmUmeshGrid* grid, double scale, const unsigned char* mask,
-                          const float* u, float* in);
+                          const float* u, const float* linear, float* in);
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);
 // Mean norm error over the nodes that are not held, m.
 double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float* b);

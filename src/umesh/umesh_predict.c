@@ -1,8 +1,8 @@
 // umesh_predict.c: what the network is fed, what comes back, and how good it is.
 //
-// Nine channels of sixteen at the points of the grid: the displacement of the patch, over the scale of the data; where
-// the patch is; and what tells places apart, for a convolution alone does not know where it is: the organ, the held
-// nodes, and the coordinates from -1 to 1. Only the first four change.
+// Channels at the points of the grid: the displacement of the patch, over the scale of the data; where the patch is;
+// what tells places apart, for a convolution alone does not know where it is: the organ, the held nodes, and the
+// coordinates from -1 to 1; and the linear answer. What comes out is added to that.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,12 +10,12 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-enum { CH_PATCH = 3, CH_ORGAN = 4, CH_HELD = 5, CH_PLACE = 6 };
+enum { CH_PATCH = 3, CH_ORGAN = 4, CH_HELD = 5, CH_PLACE = 6, CH_LINEAR = 9 };
 
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
     OmNetRun* run;
-    float *in, *out, *u;
+    float *in, *out, *u, *linear;
 };
 
 // ---- channels ---------------------------------------------------------------------------------------
@@ -39,12 +39,13 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* g, float* in) {
 }
 
 void om__umesh_fill_input(const OmUmeshGrid* g, double scale, const unsigned char* mask,
-                          const float* u, float* in) {
+                          const float* u, const float* linear, float* in) {
     size_t npoint = (size_t)g->npoint;
-    float* patch = in + CH_PATCH * npoint;
+    float *patch = in + CH_PATCH * npoint, *answer = in + CH_LINEAR * npoint;
     float over = (float)(1 / scale);
     om_umesh_scatter(g, u, mask, in);
-    for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over;
+    om_umesh_scatter(g, linear, NULL, answer);
+    for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over, answer[n] *= over;
     memset(patch, 0, npoint * sizeof *patch);
     for (int i = 0; i < g->mesh.nnode; ++i)
         if (mask[i]) patch[g->node_point[i]] = 1;
@@ -65,6 +66,7 @@ OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPr
     OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.npoint);
     OM_ALLOC_DONE(p->out, 3 * (size_t)net->grid.npoint);
     OM_ALLOC_DONE(p->u, 3 * (size_t)net->grid.mesh.nnode);
+    OM_ALLOC_DONE(p->linear, 3 * (size_t)net->grid.mesh.nnode);
     om__umesh_fill_fixed_channels(&net->grid, p->in);
     *out = p;
     return OM_OK;
@@ -79,19 +81,20 @@ void om_umesh_destroy_predictor(OmUmeshPredictor* p) {
     om_free(p->in);
     om_free(p->out);
     om_free(p->u);
+    om_free(p->linear);
     om_free(p);
 }
 
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
     size_t npoint = (size_t)p->net->grid.npoint, nnode = (size_t)p->net->grid.mesh.nnode;
     return sizeof *p + om_net_run_memory(p->run) +
-           ((UMESH_NCHANNEL + 3) * npoint + 3 * nnode) * sizeof(float);
+           ((UMESH_NCHANNEL + 3) * npoint + 6 * nnode) * sizeof(float);
 }
 
 OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
                           OmUmeshTrust* trust) {
     const OmUmeshGrid* g = &p->net->grid;
-    float scale = (float)p->net->scale;
+    float scale = (float)p->net->correction;
     int nmasked = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (!mask[i]) continue;
@@ -101,13 +104,14 @@ OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float*
                      "umesh: the displacement of node %d is not finite", i);
     }
     OM_CHECK(nmasked > 0, OM_INVALID, "umesh: no node is moved");
-    om__umesh_fill_input(g, p->net->scale, mask, u, p->in);
+    OM_TRY(om__umesh_linear_solve(p->net->linear, mask, u, p->linear));
+    om__umesh_fill_input(g, p->net->scale, mask, u, p->linear, p->in);
     OM_TRY(om_net_run_forward(p->run, p->in, p->out));
     om_umesh_gather(g, p->out, p->u);
     if (trust) om_umesh_judge(p->net, mask, u, trust);
     for (int i = 0; i < g->mesh.nnode; ++i)
         for (int c = 0; c < 3 && (g->fixed[i] || !mask[i]); ++c)
-            u[3 * i + c] = g->fixed[i] ? 0 : scale * p->u[3 * i + c];
+            u[3 * i + c] = g->fixed[i] ? 0 : p->linear[3 * i + c] + scale * p->u[3 * i + c];
     return OM_OK;
 }
 

@@ -1,7 +1,8 @@
 // umesh_train.c: the network learns an organ's samples.
 //
 // Loss is what is judged: the mean norm error (3.17) over free nodes, in units of the data's scale; the thesis
-// minimises the square of it (3.16), which cares for the largest displacements first. The last samples of the data
+// minimises the square of it (3.16), which cares for the largest displacements first. What is learnt is the difference
+// to the linear answer. The last samples of the data
 // are kept for validation, which chooses the epoch; the test is another data set.
 #include <math.h>
 #include <string.h>
@@ -18,8 +19,10 @@ typedef struct Training {
     const OmUmeshTrainDef* def;
     OmUmeshNet* net;
     const float* fixed_channel;  // (UMESH_NCHANNEL x npoint)
+    float* linear;               // answers of all samples, m          (nsample x nnode x 3)
     const OmProgress* progress;
     int ntrain;
+    double linear_error;  // mean norm error of the linear answers on the validation samples, m
 } Training;
 
 OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir) {
@@ -32,6 +35,7 @@ OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* 
                            .batch = 4,
                            .nepoch = 100,
                            .rate = 2e-3,
+                           .poisson = 0.45,
                            .seed = 1,
                            .cookie = COOKIE};
     return def;
@@ -62,16 +66,19 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
     size_t nnode = (size_t)g->mesh.nnode, npoint = (size_t)g->npoint;
-    float over = (float)(1 / t->net->scale);
+    float over = (float)(1 / t->net->correction);
     for (int b = 0; b < batch->count; ++b) {
         size_t s = (size_t)batch->sample[b] + (batch->is_validation ? (size_t)t->ntrain : 0);
         float* in = batch->in + (size_t)b * UMESH_NCHANNEL * npoint;
         float* target = batch->target + (size_t)b * 3 * npoint;
-        const float* u = data->u + 3 * s * nnode;
+        const float *u = data->u + 3 * s * nnode, *linear = t->linear + 3 * s * nnode;
         memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
-        om__umesh_fill_input(g, t->net->scale, data->mask + s * nnode, u, in);
-        om_umesh_scatter(g, u, NULL, target);
-        for (size_t n = 0; n < 3 * npoint; ++n) target[n] *= over;
+        om__umesh_fill_input(g, t->net->scale, data->mask + s * nnode, u, linear, in);
+        memset(target, 0, 3 * npoint * sizeof *target);
+        for (size_t i = 0; i < nnode; ++i)
+            for (size_t c = 0; c < 3; ++c)
+                target[c * npoint + (size_t)g->node_point[i]] =
+                    over * (u[3 * i + c] - linear[3 * i + c]);
     }
     return OM_OK;
 }
@@ -95,7 +102,7 @@ static double measure(void* ctx, const float* out, const float* target, int coun
             error += sqrt(d2);
             ++num;
         }
-        sum += num ? t->net->scale * error / num : 0;
+        sum += num ? t->net->correction * error / num : 0;
     }
     return sum;
 }
@@ -114,6 +121,35 @@ static double find_scale(const OmUmeshData* data, int ntrain) {
         ++num;
     }
     return num && sum > 0 ? sqrt(sum / (double)num) : 1e-3;
+}
+
+// The linear answers of all samples, and how large what they lack is on free nodes: the scale of what is learnt.
+static OmStatus solve_linear(Training* t) {
+    const OmUmeshData* data = t->def->data;
+    const OmUmeshGrid* g = &t->net->grid;
+    size_t nnode = (size_t)g->mesh.nnode;
+    double sum = 0, num = 0;
+    OM_ALLOC(t->linear, 3 * nnode * (size_t)data->nsample);
+    for (int s = 0; s < data->nsample; ++s) {
+        const float* u = data->u + 3 * (size_t)s * nnode;
+        float* linear = t->linear + 3 * (size_t)s * nnode;
+        OM_TRY(om__umesh_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u, linear));
+        OM_TRY(om_progress_report(t->progress, "linear answers", s + 1, data->nsample));
+        if (s >= t->ntrain) {
+            t->linear_error += om__umesh_mean_error(g, u, linear) / t->def->nvalid;
+            continue;
+        }
+        for (size_t i = 0; i < nnode; ++i) {
+            if (g->fixed[i]) continue;
+            for (size_t c = 0; c < 3; ++c) {
+                double d = (double)u[3 * i + c] - (double)linear[3 * i + c];
+                sum += d * d;
+            }
+            num += 1;
+        }
+    }
+    t->net->correction = num > 0 && sum > 0 ? sqrt(sum / num) : 1e-3;
+    return OM_OK;
 }
 
 static OmStatus add_facts(const OmUmeshTrainDef* def, const OmTrainResult* result,
@@ -173,9 +209,10 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
     OmTrainResult result = {0};
     float *channel = NULL, *weight = NULL;
     OmStatus status = OM_OK;
-    OM_TRY_DONE(om__umesh_net_create(g, def->base_channels, def->nlevel, &t.net));
+    OM_TRY_DONE(om__umesh_net_create(g, def->poisson, def->base_channels, def->nlevel, &t.net));
     OM_TRY_DONE(om__umesh_region_make(t.net, def->data, t.ntrain));
     t.net->scale = find_scale(def->data, t.ntrain);
+    OM_TRY_DONE(solve_linear(&t));
     OM_ALLOC_DONE(channel, UMESH_NCHANNEL * (size_t)g->npoint);
     OM_CALLOC_DONE(weight, g->npoint);
     om__umesh_fill_fixed_channels(g, channel);
@@ -184,6 +221,7 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
     OM_TRY_DONE(run_loop(&t, weight, &result));
     OM_TRY_DONE(keep(&t, &result));
     *summary = (OmUmeshTrainSummary){.valid_error = result.best_value,
+                                     .linear_error = t.linear_error,
                                      .best_epoch = result.best_epoch,
                                      .nepoch = result.nepoch,
                                      .nstep = result.nstep,
@@ -191,6 +229,7 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
                                      .is_resumed = result.is_resumed};
 done:
     om_train_result_done(&result);
+    om_free(t.linear);
     om_free(weight);
     om_free(channel);
     om_umesh_destroy_net(t.net);

@@ -14,8 +14,8 @@
 
 #define INSIDE_SHARE 0.99
 #define UNTOUCHED HUGE_VAL  // the score of places that no sample moved
-#define LEAST_WAY 1e-4  // m: below it directions and ratios mean nothing
-#define NDILATE 1       // rounds in which a node takes over its neighbours' way
+#define LEAST_WAY 1e-4      // m: below it directions and ratios mean nothing
+#define NDILATE 1           // rounds in which a node takes over its neighbours' way
 
 typedef struct Measure {
     double way, stretch, angle;  // m / m, m, rad

@@ -1,0 +1,197 @@
+// umesh_linear.c: the linear answer that the network corrects.
+//
+// Linear elasticity on the same grid answers the same question exactly: prescribed displacements u_P of a patch, the
+// rest free of load, some nodes held. With C the compliance (columns of K^-1 for forces on the skin),
+//
+//     C_PP f = u_P,   u = C_:P f
+//
+// costs a dense system of three times the patch's nodes and as many columns of C, all made once. What the answer
+// lacks is what large deformations do: smooth, smaller, and all that a network has to learn. C does not depend on
+// Young's modulus. Its columns are kept in float: 90 MB for the phantom (2,866 nodes, 882 on the skin).
+#include <math.h>
+#include <string.h>
+
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_net_internal.h"
+
+#define NBLOCK 24  // right-hand sides solved together
+#define MAX_BYTES ((size_t)2 << 30)
+#define GIVE 1e-6      // of the mean of C_PP's diagonal, added to it: the rounding of floats
+#define MAX_SIDE 3072  // unknowns of a patch
+
+struct UmeshLinear {
+    int nnode, nskin;
+    int* skin;        // of a node: its number, or -1                     (nnode)
+    float* response;  // m per unit of force                 (3 nskin x 3 nnode)
+};
+
+void om__umesh_linear_destroy(UmeshLinear* l) {
+    if (!l) return;
+    om_free(l->skin);
+    om_free(l->response);
+    om_free(l);
+}
+
+// ---- the compliance ---------------------------------------------------------------------------------
+
+typedef struct Factor {
+    OmFemSolid* solid;
+    OmBsr K;
+    OmSolver* solver;
+    unsigned char* fixed;  //                                              (nnode x 3)
+} Factor;
+
+static void destroy_factor(Factor* f) {
+    om_solver_destroy(f->solver);
+    om_bsr_destroy(&f->K);
+    om_fem_destroy(f->solid);
+    om_free(f->fixed);
+}
+
+static OmStatus make_factor(const OmUmeshGrid* g, double poisson, int nworker, Factor* f) {
+    // unit modulus times the cell: compliances of the order of one
+    OmMaterial material = {.law = OM_LINEAR, .young = 1 / g->spacing, .poisson = poisson};
+    OmFemDef def = om_fem_default_def(&g->mesh, 1, &material);
+    OmStatus status = OM_OK;
+    int nfixed = 0;
+    def.nworker = nworker;
+    OM_TRY_DONE(om_fem_create(&def, &f->solid));
+    OM_TRY_DONE(om_fem_create_matrix(f->solid, &f->K));
+    OM_TRY_DONE(om_fem_eval_tangent(f->solid, g->mesh.x, &f->K));
+    OM_ALLOC_DONE(f->fixed, 3 * (size_t)g->mesh.nnode);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        memset(f->fixed + 3 * (size_t)i, g->fixed[i], 3);
+        nfixed += g->fixed[i];
+    }
+    OM_CHECK_DONE(nfixed > 0, OM_INVALID, "umesh: no node of the grid is held");
+    OmSolverDef how = om_solver_default_def();
+    how.preconditioner = OM_CHOLESKY;
+    how.nworker = nworker;
+    OM_TRY_DONE(om_solver_create(&how, &f->K, NULL, &f->solver));
+    om_solver_set_fixed(f->solver, f->fixed);
+    OM_TRY_DONE(om_solver_refresh(f->solver, &f->K));
+done:
+    return status < 0 ? status : OM_OK;
+}
+
+static OmStatus fill_response(const OmUmeshGrid* g, const Factor* f, UmeshLinear* l) {
+    size_t n = 3 * (size_t)l->nnode;
+    double *b = NULL, *x = NULL;
+    int column[NBLOCK], num = 0, total = 0;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(b, NBLOCK * n);
+    OM_ALLOC_DONE(x, NBLOCK * n);
+    for (int dof = 0; dof < 3 * l->nnode; ++dof) {
+        if (l->skin[dof / 3] >= 0) column[num++] = dof;
+        if (num == 0 || (num < NBLOCK && dof + 1 < 3 * l->nnode)) continue;
+        memset(b, 0, (size_t)num * n * sizeof *b);
+        memset(x, 0, (size_t)num * n * sizeof *x);
+        for (int k = 0; k < num; ++k) b[(size_t)k * n + (size_t)column[k]] = 1;
+        OM_TRY_DONE(om_solver_solve(f->solver, &f->K, num, b, x, NULL));
+        for (int k = 0; k < num; ++k, ++total)
+            for (size_t i = 0; i < n; ++i)
+                l->response[(size_t)total * n + i] = (float)x[(size_t)k * n + i];
+        num = 0;
+    }
+    (void)g;
+done:
+    om_free(b);
+    om_free(x);
+    return status < 0 ? status : OM_OK;
+}
+
+OmStatus om__umesh_linear_create(const OmUmeshGrid* g, double poisson, int nworker,
+                                 UmeshLinear** out) {
+    *out = NULL;
+    Factor f = {0};
+    OmStatus status = OM_OK;
+    UmeshLinear* l = om_calloc(1, sizeof *l);
+    if (!l) return OM_NO_MEMORY;
+    l->nnode = g->mesh.nnode;
+    OM_ALLOC_DONE(l->skin, l->nnode);
+    for (int i = 0; i < l->nnode; ++i) l->skin[i] = g->is_skin[i] ? l->nskin++ : -1;
+    size_t size = 9 * (size_t)l->nskin * (size_t)l->nnode;
+    OM_CHECK_DONE(
+        size * sizeof(float) <= MAX_BYTES, OM_INVALID,
+        "umesh: a grid of %d nodes, %d of them on the skin: its linear response would take %.1f GB, at "
+        "most 2 are taken; use fewer elements",
+        l->nnode, l->nskin, (double)size * sizeof(float) / 1e9);
+    OM_ALLOC_DONE(l->response, size ? size : 1);
+    OM_TRY_DONE(make_factor(g, poisson, nworker, &f));
+    OM_TRY_DONE(fill_response(g, &f, l));
+done:
+    destroy_factor(&f);
+    if (status < 0)
+        om__umesh_linear_destroy(l);
+    else
+        *out = l;
+    return status;
+}
+
+size_t om__umesh_linear_memory(const UmeshLinear* l) {
+    return sizeof *l + (size_t)l->nnode * (sizeof *l->skin + 9 * (size_t)l->nskin * sizeof(float));
+}
+
+// ---- an answer --------------------------------------------------------------------------------------
+
+// A = L L^T in place (its lower triangle, row by row), then x = A^-1 x. A pivot that is lost leaves out its row.
+static void solve_dense(double* A, int n, double* x) {
+    for (int i = 0; i < n; ++i) {
+        double* row = A + (size_t)i * (size_t)n;
+        for (int j = 0; j <= i; ++j) {
+            const double* other = A + (size_t)j * (size_t)n;
+            double sum = row[j];
+            for (int k = 0; k < j; ++k) sum -= row[k] * other[k];
+            row[j] = j < i ? sum * other[j] : sum > 0 ? 1 / sqrt(sum) : 0;  // pivots inverted
+        }
+        double sum = x[i];
+        for (int k = 0; k < i; ++k) sum -= row[k] * x[k];
+        x[i] = sum * row[i];
+    }
+    for (int i = n - 1; i >= 0; --i) {
+        x[i] *= A[(size_t)i * (size_t)n + (size_t)i];
+        for (int k = 0; k < i; ++k) x[k] -= A[(size_t)i * (size_t)n + (size_t)k] * x[i];
+    }
+}
+
+OmStatus om__umesh_linear_solve(const UmeshLinear* l, const unsigned char* mask, const float* u,
+                                float* out) {
+    size_t n = 3 * (size_t)l->nnode;
+    int num = 0;
+    memset(out, 0, n * sizeof *out);
+    for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->skin[i] >= 0 ? 3 : 0;
+    if (num == 0 || num > MAX_SIDE) return OM_OK;  // the network alone
+    OmStatus status = OM_OK;
+    double *A = NULL, *f = NULL;
+    const float** column = NULL;
+    int* dof = NULL;
+    OM_ALLOC_DONE(A, (size_t)num * (size_t)num);
+    OM_ALLOC_DONE(f, num);
+    OM_ALLOC_DONE(column, num);
+    OM_ALLOC_DONE(dof, num);
+    num = 0;
+    for (int i = 0; i < l->nnode; ++i)
+        for (int c = 0; c < 3 && mask[i] && l->skin[i] >= 0; ++c, ++num) {
+            column[num] = l->response + (3 * (size_t)l->skin[i] + (size_t)c) * n;
+            dof[num] = 3 * i + c;
+            f[num] = (double)u[dof[num]];
+        }
+    double mean = 0;
+    for (int i = 0; i < num; ++i) mean += (double)column[i][dof[i]] / num;
+    for (int i = 0; i < num; ++i)
+        for (int j = 0; j <= i; ++j)
+            A[(size_t)i * (size_t)num + (size_t)j] =
+                0.5 * ((double)column[i][dof[j]] + (double)column[j][dof[i]]) +
+                (i == j ? GIVE * mean : 0);
+    solve_dense(A, num, f);
+    for (int k = 0; k < num; ++k) {
+        float force = (float)f[k];
+        for (size_t i = 0; i < n; ++i) out[i] += force * column[k][i];
+    }
+done:
+    om_free(A);
+    om_free(f);
+    om_free((void*)column);
+    om_free(dof);
+    return status;
+}
