@@ -170,8 +170,10 @@ typedef struct OmTrainDef {
     OmNetType type;       // of the runs, default OM_F32
     int nworker;          // 0 (default): one per processor
     uint64_t seed;        // of order, draws and dropout, default 1
-    /// What validation measures, the smaller the better: the sum over `count` samples; null: the loss.
-    double (*metric)(void* ctx, const float* out, const float* target, int count);
+    /// What validation measures, the smaller the better: the sum over `count` samples, whose numbers are in
+    /// `sample`; null: the loss.
+    double (*metric)(void* ctx, const int64_t* sample, const float* out, const float* target,
+                     int count);
     void (*on_epoch)(void* ctx,
                      const OmTrainEpoch* row);  // after each epoch, on rank 0; may be null
     const char* dir;  // of metrics.csv and checkpoint.safetensors, made if missing; null: no files

@@ -32,8 +32,9 @@ OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
 OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** param);
 /// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
 OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
-/// Write it as ONNX: channels are displacement (3, in units of "scale_m"), patch, organ, held, place (3), linear
-/// answer (3), and zeros to 16; what comes out, in units of "correction_m", is added to the linear answer.
+/// Write it as ONNX. Channels are, with a the largest displacement of the patch: displacement over a (3), patch, organ,
+/// held, place from -1 to 1 (3), linear answer over a (3), a over "scale_m", zeros to 16; what comes out, times a and
+/// "correction", is added to the linear answer.
 OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------

@@ -280,7 +280,7 @@ static OmStatus measure(Loop* l, double* sum) {
         OM_TRY(om_net_run_forward(l->valid_run, l->in, l->out));
         double value;
         if (d->metric) {
-            value = d->metric(d->ctx, l->out, l->target, count);
+            value = d->metric(d->ctx, l->sample, l->out, l->target, count);
         } else {
             OM_TRY(om_loss_eval(&d->loss, count, l->out_shape, l->out, l->target, d->nworker,
                                 &value, NULL));

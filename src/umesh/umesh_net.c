@@ -5,7 +5,7 @@
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
 //     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5)
-//     scale (3)                         of inputs, of corrections, m; Poisson's ratio of the linear answer
+//     scale (3)                         of inputs, m; of corrections; Poisson's ratio of the linear answer
 // Everything else of the grid follows from these; what does not fit them is refused.
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +15,7 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define FORMAT "omentum-umesh-2"
+#define FORMAT "omentum-umesh-3"
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
@@ -212,7 +212,7 @@ OmStatus om_umesh_save_onnx(const OmUmeshNet* n, const char* path) {
     char scale[32], correction[32];
     snprintf(scale, sizeof scale, "%.17g", n->scale);
     snprintf(correction, sizeof correction, "%.17g", n->correction);
-    OmTextPair meta[UMESH_NFACT + 2] = {{"scale_m", scale}, {"correction_m", correction}};
+    OmTextPair meta[UMESH_NFACT + 2] = {{"scale_m", scale}, {"correction", correction}};
     memcpy(meta + 2, n->fact, (size_t)n->nfact * sizeof *meta);
     return om_net_save_onnx(n->net, n->param, meta, n->nfact + 2, path);
 }
@@ -360,8 +360,8 @@ static OmStatus read_scale(const OmTensorFile* f, const char* path, OmUmeshNet* 
     double value[3];
     OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){3}, value));
     for (int i = 0; i < 2; ++i)
-        OM_CHECK(value[i] > 1e-9 && value[i] < 1e3, OM_INVALID,
-                 "%s: scale[%d] is %g m; 1e-9 to 1000", path, i, value[i]);
+        OM_CHECK(value[i] > 1e-9 && value[i] < 1e3, OM_INVALID, "%s: scale[%d] is %g; 1e-9 to 1000",
+                 path, i, value[i]);
     OM_CHECK(value[2] > -0.9 && value[2] < 0.4999, OM_INVALID,
              "%s: scale[2], Poisson's ratio, is %g; above -0.9, below 0.4999", path, value[2]);
     n->scale = value[0];

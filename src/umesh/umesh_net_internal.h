@@ -5,7 +5,7 @@
 #include "omentum/nn_file.h"
 #include "omentum/umesh_net.h"
 
-// displacement (3), patch, organ, held, place (3), linear answer (3), and zeros: oneDNN works on channels by sixteens
+// displacement (3), patch, organ, held, place (3), linear answer (3), size; zeros: oneDNN works on channels by sixteens
 #define UMESH_NCHANNEL 16
 #define UMESH_NFACT 12  // lines of metadata that are kept
 
@@ -27,8 +27,8 @@ struct OmUmeshNet {
     OmNet* net;
     float* param;
     int base_channels, nlevel;
-    double scale;       // m, of displacements in
-    double correction;  // m, of what comes out
+    double scale;       // m, of the size of inputs
+    double correction;  // of what comes out, over the size of the input
     UmeshRegion region;
     int nfact;
     OmTextPair fact[UMESH_NFACT];  // strings of its own
@@ -60,9 +60,11 @@ OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* 
 
 // Channels that no input changes: organ, held, place; zeros elsewhere. in: (UMESH_NCHANNEL x npoint)
 void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
-// Displacement over `scale`, patch, and the linear answer over `scale`.
+// Displacement and linear answer over the input's size, patch, and that size over `scale`.
 void om__umesh_fill_input(const OmUmeshGrid* grid, double scale, const unsigned char* mask,
                           const float* u, const float* linear, float* in);
+// The size of an input: its largest displacement, m; above 0.
+double om__umesh_size(const OmUmeshGrid* grid, const unsigned char* mask, const float* u);
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);
 // Mean norm error over the nodes that are not held, m.
 double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float* b);

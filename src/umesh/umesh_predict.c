@@ -1,8 +1,9 @@
 // umesh_predict.c: what the network is fed, what comes back, and how good it is.
 //
-// Channels at the points of the grid: the displacement of the patch, over the scale of the data; where the patch is;
-// what tells places apart, for a convolution alone does not know where it is: the organ, the held nodes, and the
-// coordinates from -1 to 1; and the linear answer. What comes out is added to that.
+// Channels at the points of the grid: the displacement of the patch over the input's size, which is the largest of
+// them; where the patch is; what tells places apart, for a convolution alone does not know where it is: the organ, the
+// held nodes, and the coordinates from -1 to 1; the linear answer, over the size; and the size itself, everywhere. So
+// small inputs are as large as others; what comes out, times the size, is added to the linear answer.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +11,9 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-enum { CH_PATCH = 3, CH_ORGAN = 4, CH_HELD = 5, CH_PLACE = 6, CH_LINEAR = 9 };
+enum { CH_PATCH = 3, CH_ORGAN = 4, CH_HELD = 5, CH_PLACE = 6, CH_LINEAR = 9, CH_SIZE = 12 };
+
+#define LEAST_SIZE 1e-6  // m, of an input
 
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
@@ -38,17 +41,29 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* g, float* in) {
     }
 }
 
+double om__umesh_size(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
+    double most = 0;
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        const float* d = u + 3 * (size_t)i;
+        if (mask[i]) most = fmax(most, om_norm2(om_vec3(d[0], d[1], d[2])));
+    }
+    return fmax(sqrt(most), LEAST_SIZE);
+}
+
 void om__umesh_fill_input(const OmUmeshGrid* g, double scale, const unsigned char* mask,
                           const float* u, const float* linear, float* in) {
     size_t npoint = (size_t)g->npoint;
     float *patch = in + CH_PATCH * npoint, *answer = in + CH_LINEAR * npoint;
-    float over = (float)(1 / scale);
+    double size = om__umesh_size(g, mask, u);
+    float over = (float)(1 / size), share = (float)(size / scale);
     om_umesh_scatter(g, u, mask, in);
     om_umesh_scatter(g, linear, NULL, answer);
     for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over, answer[n] *= over;
     memset(patch, 0, npoint * sizeof *patch);
-    for (int i = 0; i < g->mesh.nnode; ++i)
+    for (int i = 0; i < g->mesh.nnode; ++i) {
         if (mask[i]) patch[g->node_point[i]] = 1;
+        in[CH_SIZE * npoint + (size_t)g->node_point[i]] = share;
+    }
 }
 
 // ---- prediction ---------------------------------------------------------------------------------------
@@ -94,7 +109,6 @@ size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
 OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
                           OmUmeshTrust* trust) {
     const OmUmeshGrid* g = &p->net->grid;
-    float scale = (float)p->net->correction;
     int nmasked = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (!mask[i]) continue;
@@ -104,6 +118,7 @@ OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float*
                      "umesh: the displacement of node %d is not finite", i);
     }
     OM_CHECK(nmasked > 0, OM_INVALID, "umesh: no node is moved");
+    float scale = (float)(p->net->correction * om__umesh_size(g, mask, u));
     OM_TRY(om__umesh_linear_solve(p->net->linear, mask, u, p->linear));
     om__umesh_fill_input(g, p->net->scale, mask, u, p->linear, p->in);
     OM_TRY(om_net_run_forward(p->run, p->in, p->out));

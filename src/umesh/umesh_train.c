@@ -1,8 +1,8 @@
 // umesh_train.c: the network learns an organ's samples.
 //
-// Loss is what is judged: the mean norm error (3.17) over free nodes, in units of the data's scale; the thesis
-// minimises the square of it (3.16), which cares for the largest displacements first. What is learnt is the difference
-// to the linear answer. The last samples of the data
+// Loss is what is judged, the mean norm error (3.17) over free nodes, but over the size of the input, so that every
+// sample teaches alike; the thesis minimises the square of the error itself (3.16), which cares for the largest
+// displacements first. What is learnt is the difference to the linear answer. The last samples of the data
 // are kept for validation, which chooses the epoch; the test is another data set.
 #include <math.h>
 #include <string.h>
@@ -20,6 +20,7 @@ typedef struct Training {
     OmUmeshNet* net;
     const float* fixed_channel;  // (UMESH_NCHANNEL x npoint)
     float* linear;               // answers of all samples, m          (nsample x nnode x 3)
+    double* size;                // of all samples, m                                (nsample)
     const OmProgress* progress;
     int ntrain;
     double linear_error;  // mean norm error of the linear answers on the validation samples, m
@@ -66,7 +67,6 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
     size_t nnode = (size_t)g->mesh.nnode, npoint = (size_t)g->npoint;
-    float over = (float)(1 / t->net->correction);
     for (int b = 0; b < batch->count; ++b) {
         size_t s = (size_t)batch->sample[b] + (batch->is_validation ? (size_t)t->ntrain : 0);
         float* in = batch->in + (size_t)b * UMESH_NCHANNEL * npoint;
@@ -74,6 +74,7 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
         const float *u = data->u + 3 * s * nnode, *linear = t->linear + 3 * s * nnode;
         memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
         om__umesh_fill_input(g, t->net->scale, data->mask + s * nnode, u, linear, in);
+        float over = (float)(1 / (t->net->correction * t->size[s]));
         memset(target, 0, 3 * npoint * sizeof *target);
         for (size_t i = 0; i < nnode; ++i)
             for (size_t c = 0; c < 3; ++c)
@@ -84,7 +85,8 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
 }
 
 // Sum of mean norm errors, m.
-static double measure(void* ctx, const float* out, const float* target, int count) {
+static double measure(void* ctx, const int64_t* sample, const float* out, const float* target,
+                      int count) {
     const Training* t = ctx;
     const OmUmeshGrid* g = &t->net->grid;
     size_t npoint = (size_t)g->npoint;
@@ -102,14 +104,14 @@ static double measure(void* ctx, const float* out, const float* target, int coun
             error += sqrt(d2);
             ++num;
         }
-        sum += num ? t->net->correction * error / num : 0;
+        sum += num ? t->net->correction * t->size[t->ntrain + sample[b]] * error / num : 0;
     }
     return sum;
 }
 
 // ---- training ---------------------------------------------------------------------------------------
 
-// The root mean square of what the patches do: inputs and outputs are then of the order of one.
+// The root mean square of what the patches do.
 static double find_scale(const OmUmeshData* data, int ntrain) {
     size_t nnode = (size_t)data->grid.mesh.nnode;
     double sum = 0;
@@ -123,16 +125,19 @@ static double find_scale(const OmUmeshData* data, int ntrain) {
     return num && sum > 0 ? sqrt(sum / (double)num) : 1e-3;
 }
 
-// The linear answers of all samples, and how large what they lack is on free nodes: the scale of what is learnt.
+// The linear answers of all samples, and how large what they lack is on free nodes, over the sizes of the inputs: the
+// scale of what is learnt.
 static OmStatus solve_linear(Training* t) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
     size_t nnode = (size_t)g->mesh.nnode;
     double sum = 0, num = 0;
     OM_ALLOC(t->linear, 3 * nnode * (size_t)data->nsample);
+    OM_ALLOC(t->size, data->nsample);
     for (int s = 0; s < data->nsample; ++s) {
         const float* u = data->u + 3 * (size_t)s * nnode;
         float* linear = t->linear + 3 * (size_t)s * nnode;
+        t->size[s] = om__umesh_size(g, data->mask + (size_t)s * nnode, u);
         OM_TRY(om__umesh_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u, linear));
         OM_TRY(om_progress_report(t->progress, "linear answers", s + 1, data->nsample));
         if (s >= t->ntrain) {
@@ -142,13 +147,13 @@ static OmStatus solve_linear(Training* t) {
         for (size_t i = 0; i < nnode; ++i) {
             if (g->fixed[i]) continue;
             for (size_t c = 0; c < 3; ++c) {
-                double d = (double)u[3 * i + c] - (double)linear[3 * i + c];
+                double d = ((double)u[3 * i + c] - (double)linear[3 * i + c]) / t->size[s];
                 sum += d * d;
             }
             num += 1;
         }
     }
-    t->net->correction = num > 0 && sum > 0 ? sqrt(sum / num) : 1e-3;
+    t->net->correction = num > 0 && sum > 0 ? sqrt(sum / num) : 1;
     return OM_OK;
 }
 
@@ -176,6 +181,18 @@ static OmStatus keep(Training* t, const OmTrainResult* result) {
     return status;
 }
 
+// The last layer to zero: learning begins at the linear answer.
+static void start_at_linear(OmUmeshNet* net) {
+    const OmLayer* head = NULL;
+    for (int i = 0; i < om_net_layer_count(net->net); ++i)
+        if (om_net_layer(net->net, i)->weight >= 0) head = om_net_layer(net->net, i);
+    const int entry[] = {head->weight, head->bias};
+    for (int k = 0; k < 2; ++k) {
+        const OmNetParameter* p = om_net_parameter(net->net, entry[k]);
+        memset(net->param + p->adr, 0, (size_t)p->num * sizeof *net->param);
+    }
+}
+
 static OmStatus run_loop(Training* t, const float* weight, OmTrainResult* result) {
     const OmUmeshTrainDef* def = t->def;
     OmTrainDef loop = om_train_default_def(t->net->net, fill, t);
@@ -197,6 +214,7 @@ static OmStatus run_loop(Training* t, const float* weight, OmTrainResult* result
     loop.dir = def->out_dir;
     loop.data_hash = def->data->hash;
     om_net_init_parameters(t->net->net, def->seed, t->net->param);
+    start_at_linear(t->net);
     return om_train_run(&loop, t->progress, t->net->param, result);
 }
 
@@ -230,6 +248,7 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
 done:
     om_train_result_done(&result);
     om_free(t.linear);
+    om_free(t.size);
     om_free(weight);
     om_free(channel);
     om_umesh_destroy_net(t.net);

@@ -45,8 +45,10 @@ static OmStatus fill(void* ctx, const OmTrainBatch* b) {
     return OM_OK;
 }
 
-static double metric(void* ctx, const float* out, const float* target, int count) {
+static double metric(void* ctx, const int64_t* sample, const float* out, const float* target,
+                     int count) {
     Task* t = ctx;
+    for (int i = 1; i < count; ++i) assert_int_equal(sample[i], sample[0] + i);
     double worst = 0;
     for (int i = 0; i < count * NOUT; ++i)
         worst = fmax(worst, fabs((double)out[i] - (double)target[i]));
