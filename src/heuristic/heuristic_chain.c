@@ -383,20 +383,6 @@ static void push_out(const OmTissueModel* m, const OmTissueState* s, ChainWork* 
     drag(chain, w, nvert);
 }
 
-static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
-    for (int k = 0; k < nobstacle; ++k) {
-        OmTissueObstacle* o = &obstacle[k];
-        OmQuat q = o->pose_end.q;
-        double unit = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p) && fabs(unit - 1) < 1e-6, OM_INVALID,
-                 "chainmail: obstacle[%d] has no distance or no proper pose_end", k);
-        o->force = o->torque = om_vec3(0, 0, 0);
-        o->ncontact = 0;
-        o->penetration = 0;
-    }
-    return OM_OK;
-}
-
 static void write_state(const OmTissueModel* m, OmTissueState* s, const ChainWork* w, double h) {
     double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
     for (int i = 0; i < m->mesh.nvert; ++i) {
@@ -415,7 +401,6 @@ static OmStatus chain_step(const OmTissueModel* m, OmTissueState* s, OmTissueWor
     ChainWork* w = work->data;
     int nvert = m->mesh.nvert;
     const double* x = om__state_array(s, OM__X);
-    OM_TRY(check_obstacles(nobstacle, obstacle));
     for (size_t n = 0; n < 3 * (size_t)nvert; ++n) w->u[n] = x[n] - m->mesh.x[n];
     if (excess_of(m, w->u, NULL) > KEPT * m->size) mend(chain, w, nvert);
     find_held(m, s, w);

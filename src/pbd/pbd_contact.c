@@ -140,9 +140,6 @@ void om__pbd_report_contacts(OmPbdStep* s) {
     memset(touch, 0, 3 * (size_t)nvert * sizeof *touch);
     for (int k = 0; k < s->nobstacle; ++k) {
         OmTissueObstacle* o = &s->obstacle[k];
-        o->force = o->torque = om_vec3(0, 0, 0);
-        o->ncontact = 0;
-        o->penetration = 0;
         for (int i = 0; i < nvert; ++i) {
             size_t at = (size_t)k * (size_t)nvert + (size_t)i;
             OmVec3 f = om_load3(s->w->push, (int)at), p = om_load3(s->x, i), n;

@@ -222,24 +222,11 @@ static void report_holding(OmPbdStep* s) {
     }
 }
 
-static OmStatus check_input(const OmTissueState* s, int nobstacle,
-                            const OmTissueObstacle* obstacle) {
+static OmStatus check_input(const OmTissueState* s) {
     const double* f_ext = om__state_array(s, OM__F_EXT);
     for (int i = 0; i < s->nvert; ++i)
         OM_CHECK(om_is_finite3(om_load3(f_ext, i)), OM_INVALID,
                  "pbd: the external force on vertex %d is not finite", i);
-    for (int k = 0; k < nobstacle; ++k) {
-        OmPose a = obstacle[k].pose_begin, b = obstacle[k].pose_end;
-        double na = a.q.x * a.q.x + a.q.y * a.q.y + a.q.z * a.q.z + a.q.w * a.q.w;
-        double nb = b.q.x * b.q.x + b.q.y * b.q.y + b.q.z * b.q.z + b.q.w * b.q.w;
-        OM_CHECK(
-            om_is_finite3(a.p) && om_is_finite3(b.p) && fabs(na - 1) < 1e-6 &&
-                fabs(nb - 1) < 1e-6 && obstacle[k].distance,
-            OM_INVALID,
-            "pbd: obstacle[%d] has no distance, or a pose that is not finite or whose quaternion is "
-            "not of unit length",
-            k);
-    }
     return OM_OK;
 }
 
@@ -253,7 +240,7 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
                       int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
     const OmPbd* pbd = m->data;
     OmPbdWork* w = work->data;
-    OM_TRY(check_input(state, nobstacle, obstacle));
+    OM_TRY(check_input(state));
     OM_TRY(om__pbd_reserve(w, m->mesh.nvert, nobstacle));
     OmPbdStep s = {.m = m,
                    .pbd = pbd,

@@ -422,6 +422,26 @@ OmStatus om_tissue_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* 
     return om_tissue_step_with(m, s, w, h, NULL, NULL, report);
 }
 
+static bool is_pose(OmPose p) {
+    double unit = p.q.x * p.q.x + p.q.y * p.q.y + p.q.z * p.q.z + p.q.w * p.q.w;
+    return om_is_finite3(p.p) && fabs(unit - 1) < 1e-6;
+}
+
+// All of an obstacle that the step reads; what it writes begins at nothing.
+static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
+    for (int k = 0; k < nobstacle; ++k) {
+        OmTissueObstacle* o = &obstacle[k];
+        OM_CHECK(o->distance && is_pose(o->pose_begin) && is_pose(o->pose_end), OM_INVALID,
+                 "tissue: obstacle[%d] has no distance, or a pose that is not finite or whose "
+                 "quaternion is not of unit length",
+                 k);
+        o->force = o->torque = om_vec3(0, 0, 0);
+        o->ncontact = 0;
+        o->penetration = 0;
+    }
+    return OM_OK;
+}
+
 OmStatus om_tissue_step_among(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
                               int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
     OmTissueReport local;
@@ -432,5 +452,6 @@ OmStatus om_tissue_step_among(const OmTissueModel* m, OmTissueState* s, OmTissue
              "tissue: engine \"%s\" needs room contact to keep out of obstacles", m->engine->name);
     OM_CHECK(nobstacle >= 0 && (nobstacle == 0 || obstacle), OM_INVALID,
              "tissue: %d obstacles, and their list is null or the count negative", nobstacle);
+    OM_TRY(check_obstacles(nobstacle, obstacle));
     return m->engine->step(m, s, w, h, nobstacle, obstacle, report);
 }

@@ -268,20 +268,6 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedW
     s->time += h;
 }
 
-static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
-    for (int k = 0; k < nobstacle; ++k) {
-        OmTissueObstacle* o = &obstacle[k];
-        OmQuat q = o->pose_end.q;
-        double unit = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-        OM_CHECK(o->distance && om_is_finite3(o->pose_end.p) && fabs(unit - 1) < 1e-6, OM_INVALID,
-                 "learned: obstacle[%d] has no distance or no proper pose_end", k);
-        o->force = o->torque = om_vec3(0, 0, 0);
-        o->ncontact = 0;
-        o->penetration = 0;
-    }
-    return OM_OK;
-}
-
 static void report_contacts(const Learned* l, const OmTissueState* s, const LearnedWork* w,
                             int nobstacle, OmTissueObstacle* obstacle) {
     const Touch* touch = om__state_engine(s);
@@ -316,7 +302,6 @@ static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueW
     const Learned* l = m->data;
     LearnedWork* w = work->data;
     OmUmeshTrust trust;
-    OM_TRY(check_obstacles(nobstacle, obstacle));
     memcpy(work->backup, s, s->size);
     OmStatus status = settle(m, s, w, nobstacle, obstacle, &trust);
     if (status < 0) {
