@@ -178,7 +178,12 @@ OmStatus om_cli_share_path(const char* name, char* out, size_t size) {
 
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size) {
     const char* given = om_cli_get(args, "--weights");
-    if (!given) return om_cli_share_path("weights/phantom.safetensors", out, size);
+    if (!given)
+        OM_CHECK(
+            om_cli_share_path("weights/phantom.safetensors", out, size) >= 0, OM_IO,
+            "no weights are given (-w FILE), and none of the phantom are installed: make them by omentum umesh "
+            "generate -o DATA, then omentum umesh train -d DATA -o DIR");
+    if (!given) return OM_OK;
     OM_CHECK(snprintf(out, size, "%s", given) < (int)size, OM_INVALID,
              "--weights: too long a path");
     return OM_OK;

@@ -52,7 +52,7 @@ int om_cli_fail(const char* verb, OmStatus status);
 // The folder of scenes and logic programs: beside the program in the build tree, or installed.
 OmStatus om_cli_share_path(const char* name, char* out, size_t size);
 
-// The argument of --weights, or the file of the phantom's that comes with the program.
+// The argument of --weights, or weights/phantom.safetensors beside the program, if it is there.
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
 
 // The verbs.

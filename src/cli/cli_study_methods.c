@@ -7,7 +7,7 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
     {"--weights", "-w", "FILE",
-     "a network trained on the phantom (default: the one that comes along)"},
+     "a network trained on the phantom (default: weights/phantom.safetensors, if installed)"},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth and meshes are used"},
     {"--clusters", NULL, "MM,MM,K",
      "spacing, radius and stiffness of particles (default: the thesis's)"},
@@ -30,7 +30,7 @@ static void print_help(const OmCliArgs* args) {
     om_cli_print_options(args);
     printf(
         "\nExamples:\n"
-        "  omentum study methods -w weights/phantom.safetensors -o out/methods\n"
+        "  omentum study methods -w out/umesh/weights.safetensors -o out/methods\n"
         "  omentum study methods -w out/umesh/weights.safetensors --truth-from out/contact -o out/methods \\\n"
         "      --truth 35000 --clusters 10.2,9.1,0.55\n");
 }

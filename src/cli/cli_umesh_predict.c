@@ -12,7 +12,7 @@
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE",
-     "of omentum umesh train (default: those of the phantom that come along)"},
+     "of omentum umesh train (default: weights/phantom.safetensors, if installed)"},
     {"--at", NULL, "X,Y,Z",
      "where the probe is put, mm; the nearest place of the skin (default: the top)"},
     {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},
@@ -44,7 +44,7 @@ static void print_help(const OmCliArgs* args) {
     om_cli_print_options(args);
     printf(
         "\nExamples:\n"
-        "  omentum umesh predict -w weights/phantom.safetensors --press 20 --point 0,0,50\n"
+        "  omentum umesh predict -w out/umesh/weights.safetensors --press 20 --point 0,0,50\n"
         "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu\n");
 }
 
