@@ -42,6 +42,8 @@ typedef struct OmLoss {  // the sum of its terms
         double scale;  // > 0
     } term[OM_LOSS_MAX_TERM];
     const float* weight;  // of each cell, >= 0 and not all 0 (d h w), or null; borrowed
+    const float*
+        sample_weight;  // of each sample in the means over samples, >= 0, or null; borrowed
 } OmLoss;
 
 /// One term of scale 1.
@@ -141,6 +143,7 @@ typedef struct OmTrainBatch {
         draw;  // for augmentation: om_rng_init(draw[i], ..) is sample i's own, in this epoch  (count)
     float* in;      // to fill: count x shape of the input
     float* target;  // to fill: count x shape of the output
+    float* weight;  // of the samples in the loss, 1 unless changed (count)
 } OmTrainBatch;
 typedef OmStatus (*OmTrainFillFn)(void* ctx, const OmTrainBatch* batch);
 

@@ -80,7 +80,7 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
     OmVec3 up;                 // away from what holds the organ; default 0: the patient's, else +z
     int nelem;       // active elements wanted, met within 1 % from 200 on; default 2174 (thesis)
     double spacing;  // of the grid, m; default 0: by nelem
-    int dim[3];      // points of the padded grid at least; default 32 x 24 x 16
+    int dim[3];      // points of the padded grid at least; default 0: as few as there can be
     int multiple;    // dim are multiples of this, 2^levels of the network; default 8
     double
         min_fill;  // share of a cell that must be inside for it to be active, (0, 1); default 0.5

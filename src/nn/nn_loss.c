@@ -19,9 +19,9 @@ enum { MAX_BLOCK = 256, MIN_GRAIN = 1024 };
 typedef struct Work {
     OmLossKind kind;
     int64_t nchannel, ncell;
-    const float *y, *t, *weight;
+    const float *y, *t, *weight, *sample_weight;
     float* dy;              // added to; or null
-    double factor;          // of each cell's value in the loss
+    double factor;          // of each cell's value in the loss, before the sample's weight
     double sum[MAX_BLOCK];  // one a block
 } Work;
 
@@ -36,32 +36,36 @@ static double sigmoid(double y) {
     return y >= 0 ? 1 / (1 + exp(-y)) : exp(y) / (1 + exp(y));  // the exponent is never positive
 }
 
+static double weight_of(const Work* w, int64_t sample) {
+    return w->sample_weight ? (double)w->sample_weight[sample] : 1;
+}
+
 // ---- terms that are sums over cells -----------------------------------------------------------------
 
-static double square_cells(const Work* w, int64_t at, int64_t cell, int count) {
+static double square_cells(const Work* w, int64_t at, int64_t cell, int count, double factor) {
     double sum = 0;
     for (int i = 0; i < count; ++i) {
         double weight = w->weight ? (double)w->weight[cell + i] : 1;
         double e = (double)w->y[at + i] - (double)w->t[at + i];
         sum += weight * e * e;
-        if (w->dy) w->dy[at + i] += (float)(2 * w->factor * weight * e);
+        if (w->dy) w->dy[at + i] += (float)(2 * factor * weight * e);
     }
     return sum;
 }
 
-static double entropy_cells(const Work* w, int64_t at, int64_t cell, int count) {
+static double entropy_cells(const Work* w, int64_t at, int64_t cell, int count, double factor) {
     double sum = 0;
     for (int i = 0; i < count; ++i) {
         double weight = w->weight ? (double)w->weight[cell + i] : 1;
         double y = (double)w->y[at + i], t = (double)w->t[at + i];
         sum += weight * (fmax(y, 0) - y * t + log1p(exp(-fabs(y))));
-        if (w->dy) w->dy[at + i] += (float)(w->factor * weight * (sigmoid(y) - t));
+        if (w->dy) w->dy[at + i] += (float)(factor * weight * (sigmoid(y) - t));
     }
     return sum;
 }
 
 // `at` is the first channel's value of the first cell; the next channel's lies ncell behind.
-static double norm_cells(const Work* w, int64_t at, int64_t cell, int count) {
+static double norm_cells(const Work* w, int64_t at, int64_t cell, int count, double factor) {
     double sum = 0;
     for (int i = 0; i < count; ++i) {
         double weight = w->weight ? (double)w->weight[cell + i] : 1;
@@ -74,7 +78,7 @@ static double norm_cells(const Work* w, int64_t at, int64_t cell, int count) {
         sum += weight * norm;
         if (!w->dy) continue;
         for (int64_t c = 0, k = at + i; c < w->nchannel; ++c, k += w->ncell)
-            w->dy[k] += (float)(w->factor * weight * ((double)w->y[k] - (double)w->t[k]) / norm);
+            w->dy[k] += (float)(factor * weight * ((double)w->y[k] - (double)w->t[k]) / norm);
     }
     return sum;
 }
@@ -88,12 +92,13 @@ static void cell_block(void* ctx, int begin, int end, int block) {
         int64_t left = w->ncell - cell;
         int count = left < end - begin ? (int)left : end - begin;
         int64_t at = sample * w->nchannel * w->ncell + cell;
+        double share = weight_of(w, sample), factor = w->factor * share;
         if (w->kind == OM_LOSS_NORM) {
-            sum += norm_cells(w, at, cell, count);
+            sum += share * norm_cells(w, at, cell, count, factor);
         } else {
             for (int64_t c = 0; c < w->nchannel; ++c, at += w->ncell)
-                sum += w->kind == OM_LOSS_MSE ? square_cells(w, at, cell, count)
-                                              : entropy_cells(w, at, cell, count);
+                sum += share * (w->kind == OM_LOSS_MSE ? square_cells(w, at, cell, count, factor)
+                                                       : entropy_cells(w, at, cell, count, factor));
         }
         begin += count;
     }
@@ -104,7 +109,7 @@ static void cell_block(void* ctx, int begin, int end, int block) {
 
 // 1 - n / d of one plane with n = 2 sum w p t + 1, d = sum w p + sum w t + 1 >= 1;
 // d/dy = -w p (1 - p) (2 t d - n) / d^2
-static double dice_plane(const Work* w, int64_t at) {
+static double dice_plane(const Work* w, int64_t at, double share) {
     double both = 0, either = 0;
     for (int64_t i = 0; i < w->ncell; ++i) {
         double weight = w->weight ? (double)w->weight[i] : 1;
@@ -116,15 +121,17 @@ static double dice_plane(const Work* w, int64_t at) {
     for (int64_t i = 0; w->dy && i < w->ncell; ++i) {
         double weight = w->weight ? (double)w->weight[i] : 1;
         double p = sigmoid((double)w->y[at + i]), t = (double)w->t[at + i];
-        w->dy[at + i] -= (float)(w->factor * weight * p * (1 - p) * (2 * t * d - n) / (d * d));
+        w->dy[at + i] -=
+            (float)(share * w->factor * weight * p * (1 - p) * (2 * t * d - n) / (d * d));
     }
-    return 1 - n / d;
+    return share * (1 - n / d);
 }
 
 static void plane_block(void* ctx, int begin, int end, int block) {
     Work* w = ctx;
     double sum = 0;
-    for (int plane = begin; plane < end; ++plane) sum += dice_plane(w, plane * w->ncell);
+    for (int plane = begin; plane < end; ++plane)
+        sum += dice_plane(w, plane * w->ncell, weight_of(w, plane / w->nchannel));
     w->sum[block] = sum;
 }
 
@@ -146,6 +153,9 @@ OmStatus om__loss_check(const OmLoss* loss, int nsample, OmNetShape shape, doubl
     int64_t ncell = (int64_t)shape.d * shape.h * shape.w;
     OM_CHECK(ncell <= INT32_MAX / nsample && shape.c <= INT32_MAX / nsample, OM_INVALID,
              "loss: a batch of %d samples of %lld cells is too large", nsample, (long long)ncell);
+    for (int i = 0; loss->sample_weight && i < nsample; ++i)
+        OM_CHECK(loss->sample_weight[i] >= 0 && isfinite(loss->sample_weight[i]), OM_INVALID,
+                 "loss: sample_weight %d is %g", i, (double)loss->sample_weight[i]);
     *weight_sum = loss->weight ? 0 : (double)ncell;
     for (int64_t i = 0; loss->weight && i < ncell; ++i) {
         double weight = (double)loss->weight[i];
@@ -163,8 +173,13 @@ OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const f
     *value = 0;
     OM_TRY(om__loss_check(loss, nsample, shape, &weight_sum));
     int64_t ncell = (int64_t)shape.d * shape.h * shape.w;
-    Work w = {
-        .nchannel = shape.c, .ncell = ncell, .y = y, .t = t, .weight = loss->weight, .dy = dy};
+    Work w = {.nchannel = shape.c,
+              .ncell = ncell,
+              .y = y,
+              .t = t,
+              .weight = loss->weight,
+              .sample_weight = loss->sample_weight,
+              .dy = dy};
     for (int64_t i = 0; dy && i < nsample * shape.c * ncell; ++i) dy[i] = 0;
     for (int k = 0; k < loss->nterm; ++k) {
         bool is_dice = loss->term[k].kind == OM_LOSS_DICE;

@@ -26,10 +26,10 @@ typedef struct Loop {
     OmNetShape out_shape;
     int64_t in_size, out_size, nparam, nbatch;  // values of a sample; batches of an epoch
     int rank, nrank;
-    int64_t *order, *sample;  // of the epoch (ntrain), of the batch (batch)
-    uint64_t* draw;           // (batch)
-    float *in, *target, *out, *dout;
-    float *grad, *mean;  // (parameters); mean: the averaged weights
+    int64_t *order, *sample;                   // of the epoch (ntrain), of the batch (batch)
+    uint64_t* draw;                            // (batch)
+    float *in, *target, *out, *dout, *weight;  // weight: of the batch's samples (batch)
+    float *grad, *mean;                        // (parameters); mean: the averaged weights
     double start, last_save, last_metrics;
     OmStatus pending;  // a file that failed on this rank, not yet told to the others
 } Loop;
@@ -96,6 +96,7 @@ static OmStatus create_arrays(Loop* l) {
     OM_ALLOC(l->order, d->ntrain);
     OM_ALLOC(l->sample, batch);
     OM_ALLOC(l->draw, batch);
+    OM_ALLOC(l->weight, batch);
     OM_ALLOC(l->target, batch * l->out_size);
     OM_ALLOC(l->out, batch * l->out_size);
     OM_ALLOC(l->dout, batch * l->out_size);
@@ -115,6 +116,7 @@ static void loop_done(Loop* l) {
     om_free(l->order);
     om_free(l->sample);
     om_free(l->draw);
+    om_free(l->weight);
     om_free(l->in);
     om_free(l->target);
     om_free(l->out);
@@ -164,6 +166,7 @@ static OmStatus fill_batch(Loop* l, bool is_validation, int epoch, int count) {
         uint64_t name[3] = {l->def->seed, is_validation ? UINT64_MAX : (uint64_t)epoch,
                             (uint64_t)l->sample[i]};
         l->draw[i] = om_hash(name, sizeof name, OM_HASH_SEED);
+        l->weight[i] = 1;
     }
     OmTrainBatch batch = {.is_validation = is_validation,
                           .epoch = epoch,
@@ -171,8 +174,16 @@ static OmStatus fill_batch(Loop* l, bool is_validation, int epoch, int count) {
                           .sample = l->sample,
                           .draw = l->draw,
                           .in = l->in,
-                          .target = l->target};
+                          .target = l->target,
+                          .weight = l->weight};
     return l->def->fill(l->def->ctx, &batch);
+}
+
+static OmStatus eval_loss(Loop* l, int count, double* value, float* dout) {
+    OmLoss loss = l->def->loss;
+    loss.sample_weight = l->weight;
+    return om_loss_eval(&loss, count, l->out_shape, l->out, l->target, l->def->nworker, value,
+                        dout);
 }
 
 // The gradient of this rank's part of batch b.
@@ -185,8 +196,7 @@ static OmStatus differentiate(Loop* l, int64_t b, double* loss) {
     OM_TRY(om_net_run_set_parameters(l->run, s->param));
     om_net_run_set_step(l->run, (uint64_t)(s->nrow * l->nbatch + b), (int64_t)l->rank * d->batch);
     OM_TRY(om_net_run_forward(l->run, l->in, l->out));
-    OM_TRY(om_loss_eval(&d->loss, d->batch, l->out_shape, l->out, l->target, d->nworker, loss,
-                        l->dout));
+    OM_TRY(eval_loss(l, d->batch, loss, l->dout));
     OM_CHECK(isfinite(*loss), OM_INVALID,
              "epoch %d, batch %lld: the loss is %g; lower the learning rate (peak %g) or clip the "
              "gradient",
@@ -282,8 +292,7 @@ static OmStatus measure(Loop* l, double* sum) {
         if (d->metric) {
             value = d->metric(d->ctx, l->sample, l->out, l->target, count);
         } else {
-            OM_TRY(om_loss_eval(&d->loss, count, l->out_shape, l->out, l->target, d->nworker,
-                                &value, NULL));
+            OM_TRY(eval_loss(l, count, &value, NULL));
             value *= count;
         }
         *sum += value;

@@ -5,7 +5,8 @@
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
 //     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5)
-//     scale (3)                         of inputs, m; of corrections; Poisson's ratio of the linear answer
+//     scale (4)                         of inputs, m; of corrections; Poisson's ratio of the linear answer; of
+//                                       the second order's forces
 // Everything else of the grid follows from these; what does not fit them is refused.
 #include <math.h>
 #include <stdarg.h>
@@ -15,7 +16,7 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define FORMAT "omentum-umesh-3"
+#define FORMAT "omentum-umesh-4"
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
@@ -136,7 +137,7 @@ OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* form
 // ---- save -------------------------------------------------------------------------------------------
 
 typedef struct Own {  // the tensors besides the weights, in the types of the file
-    double dim[3], frame[7], limit[5], scale[3];
+    double dim[3], frame[7], limit[5], scale[4];
     float *active, *fixed;
 } Own;
 
@@ -146,7 +147,7 @@ static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     *own = (Own){
         .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
         .limit = {r->stretch, r->angle, r->most, r->least, r->margin},
-        .scale = {n->scale, n->correction, n->poisson}};
+        .scale = {n->scale, n->correction, n->poisson, n->second}};
     for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(own->active, g->npoint);
@@ -174,7 +175,7 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
     t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
     t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {5}, own->limit};
-    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {3}, own->scale};
+    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {4}, own->scale};
     return num;
 }
 
@@ -230,6 +231,7 @@ static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
     c->region.inward = inward;
     c->scale = n->scale;
     c->correction = n->correction;
+    c->second = n->second;
     for (int i = 0; i < n->nfact; ++i)
         if (strncmp(n->fact[i].key, "test_", 5) != 0)
             OM_TRY(om__umesh_net_add_fact(c, n->fact[i].key, "%s", n->fact[i].value));
@@ -357,15 +359,16 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
 
 static OmStatus read_scale(const OmTensorFile* f, const char* path, OmUmeshNet* n,
                            double* poisson) {
-    double value[3];
-    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){3}, value));
-    for (int i = 0; i < 2; ++i)
-        OM_CHECK(value[i] > 1e-9 && value[i] < 1e3, OM_INVALID, "%s: scale[%d] is %g; 1e-9 to 1000",
-                 path, i, value[i]);
+    double value[4];
+    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){4}, value));
+    for (int i = 0; i < 4; ++i)
+        OM_CHECK(i == 2 || (value[i] > 1e-9 && value[i] < 1e3), OM_INVALID,
+                 "%s: scale[%d] is %g; 1e-9 to 1000", path, i, value[i]);
     OM_CHECK(value[2] > -0.9 && value[2] < 0.4999, OM_INVALID,
              "%s: scale[2], Poisson's ratio, is %g; above -0.9, below 0.4999", path, value[2]);
     n->scale = value[0];
     n->correction = value[1];
+    n->second = value[3];
     *poisson = value[2];
     return OM_OK;
 }

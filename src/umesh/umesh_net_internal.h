@@ -5,7 +5,8 @@
 #include "omentum/nn_file.h"
 #include "omentum/umesh_net.h"
 
-// displacement (3), patch, organ, held, place (3), linear answer (3), size; zeros: oneDNN works on channels by sixteens
+// displacement (3), patch, organ, held, place (3), linear answer (3), size, forces of second order (3); one of zeros:
+// oneDNN works on channels by sixteens
 #define UMESH_NCHANNEL 16
 #define UMESH_NFACT 12  // lines of metadata that are kept
 
@@ -29,6 +30,7 @@ struct OmUmeshNet {
     int base_channels, nlevel;
     double scale;       // m, of the size of inputs
     double correction;  // of what comes out, over the size of the input
+    double second;      // of the forces of second order
     UmeshRegion region;
     int nfact;
     OmTextPair fact[UMESH_NFACT];  // strings of its own
@@ -54,15 +56,23 @@ void om__umesh_linear_destroy(UmeshLinear* linear);
 size_t om__umesh_linear_memory(const UmeshLinear* linear);
 // Displacements of all nodes when those of the mask that are on the skin go where u says; zero if there are none.
 OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* mask,
-                                const float* u, float* out);
+                                const float* u, int nworker, float* out);
+
+// ---- umesh_second.c ---------------------------------------------------------------------------------
+
+// Nodal forces of second order at the displacements u, over mu spacing^2, times the spacing over `size`.
+// u, force: (nnode x 3)
+void om__umesh_second_order(const OmUmeshGrid* grid, double poisson, double size, const float* u,
+                            float* force);
 
 // ---- umesh_predict.c --------------------------------------------------------------------------------
 
 // Channels that no input changes: organ, held, place; zeros elsewhere. in: (UMESH_NCHANNEL x npoint)
 void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
-// Displacement and linear answer over the input's size, patch, and that size over `scale`.
-void om__umesh_fill_input(const OmUmeshGrid* grid, double scale, const unsigned char* mask,
-                          const float* u, const float* linear, float* in);
+// What an input changes, but for the fixed channels.
+// @param work  (nnode x 3)
+void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, const float* u,
+                          const float* linear, float* work, float* in);
 // The size of an input: its largest displacement, m; above 0.
 double om__umesh_size(const OmUmeshGrid* grid, const unsigned char* mask, const float* u);
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);

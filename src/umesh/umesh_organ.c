@@ -18,8 +18,7 @@
 #define MAX_POINT (1 << 24)
 
 OmUmeshOrganDef om_umesh_default_organ_def(void) {
-    return (OmUmeshOrganDef){
-        .nelem = 2174, .dim = {32, 24, 16}, .multiple = 8, .min_fill = 0.5, .cookie = COOKIE};
+    return (OmUmeshOrganDef){.nelem = 2174, .multiple = 8, .min_fill = 0.5, .cookie = COOKIE};
 }
 
 static OmStatus check_def(const OmUmeshOrganDef* def) {

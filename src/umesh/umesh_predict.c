@@ -3,7 +3,8 @@
 // Channels at the points of the grid: the displacement of the patch over the input's size, which is the largest of
 // them; where the patch is; what tells places apart, for a convolution alone does not know where it is: the organ, the
 // held nodes, and the coordinates from -1 to 1; the linear answer, over the size; and the size itself, everywhere. So
-// small inputs are as large as others; what comes out, times the size, is added to the linear answer.
+// small inputs are as large as others; what comes out, times the size, is added to the linear answer. Last, the forces
+// of second order (umesh_second.c): what drives the correction.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,13 +12,22 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-enum { CH_PATCH = 3, CH_ORGAN = 4, CH_HELD = 5, CH_PLACE = 6, CH_LINEAR = 9, CH_SIZE = 12 };
+enum {
+    CH_PATCH = 3,
+    CH_ORGAN = 4,
+    CH_HELD = 5,
+    CH_PLACE = 6,
+    CH_LINEAR = 9,
+    CH_SIZE = 12,
+    CH_FORCE = 13
+};
 
 #define LEAST_SIZE 1e-6  // m, of an input
 
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
     OmNetRun* run;
+    int nworker;
     float *in, *out, *u, *linear;
 };
 
@@ -50,15 +60,20 @@ double om__umesh_size(const OmUmeshGrid* g, const unsigned char* mask, const flo
     return fmax(sqrt(most), LEAST_SIZE);
 }
 
-void om__umesh_fill_input(const OmUmeshGrid* g, double scale, const unsigned char* mask,
-                          const float* u, const float* linear, float* in) {
+void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, const float* u,
+                          const float* linear, float* work, float* in) {
+    const OmUmeshGrid* g = &net->grid;
     size_t npoint = (size_t)g->npoint;
     float *patch = in + CH_PATCH * npoint, *answer = in + CH_LINEAR * npoint;
+    float* force = in + CH_FORCE * npoint;
     double size = om__umesh_size(g, mask, u);
-    float over = (float)(1 / size), share = (float)(size / scale);
+    float over = (float)(1 / size), share = (float)(size / net->scale);
+    float drive = (float)(1 / net->second);
     om_umesh_scatter(g, u, mask, in);
     om_umesh_scatter(g, linear, NULL, answer);
-    for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over, answer[n] *= over;
+    om__umesh_second_order(g, net->poisson, size, linear, work);
+    om_umesh_scatter(g, work, NULL, force);
+    for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over, answer[n] *= over, force[n] *= drive;
     memset(patch, 0, npoint * sizeof *patch);
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (mask[i]) patch[g->node_point[i]] = 1;
@@ -76,6 +91,7 @@ OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPr
     OmNetRunDef def = om_net_run_default_def(1);
     def.nworker = nworker;
     p->net = net;
+    p->nworker = nworker;
     OM_TRY_DONE(om_net_run_create(net->net, &def, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
     OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.npoint);
@@ -119,8 +135,8 @@ OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float*
     }
     OM_CHECK(nmasked > 0, OM_INVALID, "umesh: no node is moved");
     float scale = (float)(p->net->correction * om__umesh_size(g, mask, u));
-    OM_TRY(om__umesh_linear_solve(p->net->linear, mask, u, p->linear));
-    om__umesh_fill_input(g, p->net->scale, mask, u, p->linear, p->in);
+    OM_TRY(om__umesh_linear_solve(p->net->linear, mask, u, p->nworker, p->linear));
+    om__umesh_fill_input(p->net, mask, u, p->linear, p->u, p->in);
     OM_TRY(om_net_run_forward(p->run, p->in, p->out));
     om_umesh_gather(g, p->out, p->u);
     if (trust) om_umesh_judge(p->net, mask, u, trust);

@@ -1,8 +1,9 @@
 // umesh_train.c: the network learns an organ's samples.
 //
-// Loss is what is judged, the mean norm error (3.17) over free nodes, but over the size of the input, so that every
-// sample teaches alike; the thesis minimises the square of the error itself (3.16), which cares for the largest
-// displacements first. What is learnt is the difference to the linear answer. The last samples of the data
+// Loss is what is judged, the mean norm error (3.17) over free nodes, in metres: outputs are over the size of the
+// input, so samples count by their size. The thesis minimises the square of the error (3.16), which cares for the
+// largest displacements first; with every sample alike, a network spends itself on small ones that the linear answer
+// already has. What is learnt is the difference to the linear answer. The last samples of the data
 // are kept for validation, which chooses the epoch; the test is another data set.
 #include <math.h>
 #include <string.h>
@@ -21,6 +22,8 @@ typedef struct Training {
     const float* fixed_channel;  // (UMESH_NCHANNEL x npoint)
     float* linear;               // answers of all samples, m          (nsample x nnode x 3)
     double* size;                // of all samples, m                                (nsample)
+    float* work;                 //                                               (nnode x 3)
+    double mean_size;            // of the samples to learn from, m
     const OmProgress* progress;
     int ntrain;
     double linear_error;  // mean norm error of the linear answers on the validation samples, m
@@ -73,7 +76,8 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
         float* target = batch->target + (size_t)b * 3 * npoint;
         const float *u = data->u + 3 * s * nnode, *linear = t->linear + 3 * s * nnode;
         memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
-        om__umesh_fill_input(g, t->net->scale, data->mask + s * nnode, u, linear, in);
+        om__umesh_fill_input(t->net, data->mask + s * nnode, u, linear, t->work, in);
+        batch->weight[b] = (float)(t->size[s] / t->mean_size);
         float over = (float)(1 / (t->net->correction * t->size[s]));
         memset(target, 0, 3 * npoint * sizeof *target);
         for (size_t i = 0; i < nnode; ++i)
@@ -131,29 +135,35 @@ static OmStatus solve_linear(Training* t) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
     size_t nnode = (size_t)g->mesh.nnode;
-    double sum = 0, num = 0;
+    double sum = 0, square = 0, num = 0;
     OM_ALLOC(t->linear, 3 * nnode * (size_t)data->nsample);
     OM_ALLOC(t->size, data->nsample);
+    OM_ALLOC(t->work, 3 * nnode);
     for (int s = 0; s < data->nsample; ++s) {
         const float* u = data->u + 3 * (size_t)s * nnode;
         float* linear = t->linear + 3 * (size_t)s * nnode;
         t->size[s] = om__umesh_size(g, data->mask + (size_t)s * nnode, u);
-        OM_TRY(om__umesh_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u, linear));
+        OM_TRY(om__umesh_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u,
+                                      t->def->nworker, linear));
         OM_TRY(om_progress_report(t->progress, "linear answers", s + 1, data->nsample));
         if (s >= t->ntrain) {
             t->linear_error += om__umesh_mean_error(g, u, linear) / t->def->nvalid;
             continue;
         }
+        t->mean_size += t->size[s] / t->ntrain;
+        om__umesh_second_order(g, t->net->poisson, t->size[s], linear, t->work);
         for (size_t i = 0; i < nnode; ++i) {
             if (g->fixed[i]) continue;
             for (size_t c = 0; c < 3; ++c) {
                 double d = ((double)u[3 * i + c] - (double)linear[3 * i + c]) / t->size[s];
                 sum += d * d;
+                square += (double)t->work[3 * i + c] * (double)t->work[3 * i + c];
             }
             num += 1;
         }
     }
     t->net->correction = num > 0 && sum > 0 ? sqrt(sum / num) : 1;
+    t->net->second = num > 0 && square > 0 ? sqrt(square / num) : 1;
     return OM_OK;
 }
 
@@ -249,6 +259,7 @@ done:
     om_train_result_done(&result);
     om_free(t.linear);
     om_free(t.size);
+    om_free(t.work);
     om_free(weight);
     om_free(channel);
     om_umesh_destroy_net(t.net);

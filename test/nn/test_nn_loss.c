@@ -72,6 +72,27 @@ static void test_formulas(void** state) {
     assert_near_rel(value, expected, 1e-13);
 }
 
+// A weight is a sample's share of the mean over samples.
+static void test_sample_weights(void** state) {
+    (void)state;
+    float y[N], t[N];
+    const float weight[NSAMPLE] = {2, 0, 0.5F};
+    draw(11, false, N, y);
+    draw(12, true, N, t);
+    for (int kind = 0; kind < OM_LOSS_NKIND; ++kind) {
+        OmLoss loss = om_loss((OmLossKind)kind);
+        double value, expected = 0;
+        for (int s = 0; s < NSAMPLE; ++s) {
+            int at = s * NCHANNEL * NCELL;
+            assert_ok(om_loss_eval(&loss, 1, shape, y + at, t + at, 1, &value, NULL));
+            expected += (double)weight[s] * value / NSAMPLE;
+        }
+        loss.sample_weight = weight;
+        assert_ok(om_loss_eval(&loss, NSAMPLE, shape, y, t, 1, &value, NULL));
+        assert_near_rel(value, expected, 1e-13);
+    }
+}
+
 static void check_derivative(const OmLoss* loss, float* y, const float* t) {
     float dy[N];
     double value;
@@ -102,6 +123,8 @@ static void test_derivatives(void** state) {
         check_derivative(&loss, y, t);
         loss.weight = weight;
         loss.term[0].scale = 3;
+        check_derivative(&loss, y, t);
+        loss.sample_weight = (const float[]){2, 0, 0.5F};
         check_derivative(&loss, y, t);
     }
     OmLoss both = {.nterm = 2, .term = {{OM_LOSS_DICE, 1}, {OM_LOSS_BCE, 0.5}}, .weight = weight};
@@ -174,6 +197,10 @@ static void test_refused(void** state) {
     weight[3] = -1;
     assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "weight 3 is -1"));
+    loss = om_loss(OM_LOSS_MSE);
+    loss.sample_weight = (const float[]){1, NAN, 1};
+    assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "sample_weight 1 is nan"));
     loss = om_loss((OmLossKind)77);
     assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
     loss = om_loss(OM_LOSS_MSE);
@@ -187,9 +214,9 @@ static void test_refused(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_formulas),     cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_known_values), cmocka_unit_test(test_any_worker_count),
-        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_formulas),         cmocka_unit_test(test_sample_weights),
+        cmocka_unit_test(test_derivatives),      cmocka_unit_test(test_known_values),
+        cmocka_unit_test(test_any_worker_count), cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -85,6 +85,49 @@ static OmUmeshTrainDef small_def(void) {
     return def;
 }
 
+// ---- what drives the correction ---------------------------------------------------------------------
+
+// Of a field whose gradient is the same everywhere, where Gauss points and the element's centre agree: half the second
+// difference of the neo-Hookean law's own forces.
+static void test_second_order(void** unused) {
+    (void)unused;
+    const OmUmeshGrid* g = &data.grid;
+    size_t n = 3 * (size_t)g->mesh.nnode;
+    const double H[3][3] = {{0.3, -0.2, 0.1}, {0.5, -0.4, 0.2}, {-0.1, 0.6, 0.25}}, size = 0.02;
+    OmMaterial material = {.law = OM_NEO_HOOKEAN, .young = 2 * 1.4, .poisson = 0.4};  // mu = 1
+    OmFemDef def = om_fem_default_def(&g->mesh, 1, &material);
+    OmFemSolid* solid;
+    double *x = om_alloc(n, sizeof *x), *f[2];
+    float *u = om_alloc(n, sizeof *u), *force = om_alloc(n, sizeof *force);
+    assert_ok(om_fem_create(&def, &solid));
+    const double step[2] = {1e-3, -1e-3};
+    for (int k = 0; k < 2; ++k) {
+        f[k] = om_alloc(n, sizeof **f);
+        for (size_t i = 0; i < n; ++i) {
+            const double *h = H[i % 3], *X = g->mesh.x + i / 3 * 3;
+            double value = h[0] * X[0] + h[1] * X[1] + h[2] * X[2];
+            x[i] = g->mesh.x[i] + step[k] * value;
+            u[i] = (float)value;
+        }
+        assert_ok(om_fem_eval_force(solid, x, f[k], NULL));
+    }
+    om__umesh_second_order(g, material.poisson, size, u, force);
+    double most = 0;
+    for (size_t i = 0; i < n; ++i) most = fmax(most, fabs((double)force[i]));
+    for (size_t i = 0; i < n; ++i) {
+        double second = (f[0][i] + f[1][i]) / (2 * step[0] * step[0]);
+        double expected =
+            -second / (SPACING * SPACING) * SPACING / size;    // dW/dx is what holds it back
+        assert_near((double)force[i], expected, 1e-5 * most);  // fourth order, and floats
+    }
+    assert_true(most > 0.01);
+    for (int k = 0; k < 2; ++k) om_free(f[k]);
+    om_free(x);
+    om_free(u);
+    om_free(force);
+    om_fem_destroy(solid);
+}
+
 // ---- learning ---------------------------------------------------------------------------------------
 
 // Far better than to say that nothing but the patch moves; and the same call again finds all done.
@@ -361,11 +404,11 @@ static void test_bad(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_train),  cmocka_unit_test(test_file),
-        cmocka_unit_test(test_damage), cmocka_unit_test(test_trust),
-        cmocka_unit_test(test_place),  cmocka_unit_test(test_predict),
-        cmocka_unit_test(test_engine), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_bad),
+        cmocka_unit_test(test_second_order), cmocka_unit_test(test_train),
+        cmocka_unit_test(test_file),         cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_trust),        cmocka_unit_test(test_place),
+        cmocka_unit_test(test_predict),      cmocka_unit_test(test_engine),
+        cmocka_unit_test(test_memory),       cmocka_unit_test(test_bad),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
