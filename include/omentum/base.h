@@ -255,6 +255,12 @@ OM_API double om_clock_now(void);
 OM_API uint64_t om_hash(const void* data, size_t size, uint64_t seed);
 #define OM_HASH_SEED 14695981039346656037ull
 
+// ---- sorting ----------------------------------------------------------------------------------------
+
+/// Into ascending order; nothing is said about where a NaN goes.
+OM_API void om_sort_ints(int* value, int n);
+OM_API void om_sort_doubles(double* value, int n);
+
 // ---- text and JSON ----------------------------------------------------------------------------------
 
 /// A growing string; zero-initialise, om_text_done frees it.

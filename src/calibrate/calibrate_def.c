@@ -1,6 +1,5 @@
 // calibrate_def.c: definitions, their validation, and the norms of errors.
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "calibrate/calibrate_internal.h"
@@ -126,11 +125,6 @@ double om__calibrate_to_unit(const OmCalibrationParam* p, double v) {
 
 // ---- norms ----------------------------------------------------------------------------------------
 
-static int compare_doubles(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return x < y ? -1 : x > y;
-}
-
 double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* error,
                               double* sorted) {
     double sum = 0, s = def->norm_size > 0 ? def->norm_size : 2 * def->noise;
@@ -148,7 +142,7 @@ double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* 
         double share = def->norm_size > 0 ? def->norm_size : 0.2;
         int kept = n - (int)(share * n);  // at least 1: share < 1
         memcpy(sorted, error, (size_t)n * sizeof *sorted);
-        qsort(sorted, (size_t)n, sizeof *sorted, compare_doubles);
+        om_sort_doubles(sorted, n);
         for (int i = 0; i < kept; ++i) sum += sorted[i];
         return sum / kept;
     }

@@ -100,11 +100,6 @@ static void set_way(const Press* p) {
         for (int c = 0; c < 3; ++c) p->u[3 * i + c] = p->mask[i] ? (float)value[c] : 0;
 }
 
-static int compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
 static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUmeshTrust* trust) {
     OmUmeshPredictor* predictor;
     double ms[NREPEAT];
@@ -118,7 +113,7 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
     }
     om_umesh_destroy_predictor(predictor);
     if (status < 0) return status;
-    qsort(ms, NREPEAT, sizeof *ms, compare_double);
+    om_sort_doubles(ms, NREPEAT);
     printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm in; %d nodes of the skin move with it\n",
            1e3 * p->patch.center.x, 1e3 * p->patch.center.y, 1e3 * p->patch.center.z, 1e3 * p->way,
            p->nmasked);

@@ -3,7 +3,6 @@
 // The twin alone: every block of every layout is grasped at rest and lifted straight to the height limit
 // at the task's speed, whatever the force. The threshold is twice the median of the largest pulls. Layouts
 // run in parallel, each alone in its thread, and their results are put in order of layout and block.
-#include <stdlib.h>
 #include <string.h>
 
 #include "defras/defras_internal.h"
@@ -91,11 +90,6 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     }
 }
 
-int om__compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return x < y ? -1 : x > y;
-}
-
 static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
     int n = 0;
     for (int i = 0; i < c->nlayout * c->nblock; ++i) {
@@ -103,7 +97,7 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
     }
     OM_CHECK(n > 0, OM_INVALID, "%s: no grasping point of any layout can be grasped",
              c->scene->path);
-    qsort(c->largest, (size_t)n, sizeof(double), om__compare_double);
+    om_sort_doubles(c->largest, n);
     *out = (OmForceCalibration){.nrun = n,
                                 .median = 0.5 * (c->largest[(n - 1) / 2] + c->largest[n / 2]),
                                 .lower_quartile = c->largest[n / 4],

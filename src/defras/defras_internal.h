@@ -77,6 +77,5 @@ OmStatus om__recorder_commit(Recorder* recorder, Loop* loop);
 void om__recorder_destroy(Recorder* recorder);
 
 // For qsort.
-int om__compare_double(const void* a, const void* b);
 
 #endif

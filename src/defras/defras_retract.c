@@ -1,5 +1,4 @@
 // defras_retract.c: FRAS: sense, plan, act, until the region of interest is exposed (6.5.1).
-#include <stdlib.h>
 #include <string.h>
 
 #include "defras/defras_internal.h"
@@ -219,7 +218,7 @@ static void summarise(Loop* loop, double wall_start) {
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->hash = om_body_hash(om_world_truth(loop->world));
     if (r->nplan > 0) {
-        qsort(loop->plan_ms, (size_t)r->nplan, sizeof(double), om__compare_double);
+        om_sort_doubles(loop->plan_ms, r->nplan);
         r->plan_ms_median = loop->plan_ms[r->nplan / 2];
         r->plan_ms_max = loop->plan_ms[r->nplan - 1];
     }

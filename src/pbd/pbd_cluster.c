@@ -6,7 +6,6 @@
 // are covered. Clusters of fewer than four particles have no shape to match and are left to that second stage.
 // Where overlaps hold no particle the body would fall apart: each particle in turn whose ball joins two parts
 // becomes the centre of one more cluster.
-#include <stdlib.h>
 #include <string.h>
 
 #include "pbd/pbd_internal.h"
@@ -80,11 +79,6 @@ static OmStatus make_grid(const OmTetMesh* mesh, double cell, Grid* g) {
     return OM_OK;
 }
 
-static int compare_ints(const void* a, const void* b) {
-    int x = *(const int*)a, y = *(const int*)b;
-    return (x > y) - (x < y);
-}
-
 // Particles within the cluster radius of p, ascending, into b->found.
 static int find_ball(Builder* b, OmVec3 p) {
     const Grid* g = &b->grid;
@@ -101,7 +95,7 @@ static int find_ball(Builder* b, OmVec3 p) {
                     if (om_distance(om_load3(b->mesh->x, g->vert[n]), p) <= r)
                         b->found[num++] = g->vert[n];
             }
-    qsort(b->found, (size_t)num, sizeof *b->found, compare_ints);
+    om_sort_ints(b->found, num);
     return num;
 }
 

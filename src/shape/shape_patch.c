@@ -247,11 +247,6 @@ static int compare_ranked(const void* a, const void* b) {
     return x->vert < y->vert ? -1 : x->vert > y->vert;
 }
 
-static int compare_int(const void* a, const void* b) {
-    const int *x = a, *y = b;
-    return *x < *y ? -1 : *x > *y;
-}
-
 // D of eq. 4.1 for every candidate.
 static void rank_candidates(const OmSurface* s, const int* candidate, int n, const OmPatchDef* def,
                             OmRng* rng, int center, const double* distance, const double* normal,
@@ -300,7 +295,7 @@ OmStatus om_surface_random_patch(const OmSurface* surface, const int* candidate,
     int take = (int)(def->share * n + 0.5);
     OM_ALLOC_DONE(*vert, take);
     for (int i = 0; i < take; i++) (*vert)[i] = ranked[i].vert;
-    qsort(*vert, (size_t)take, sizeof(int), compare_int);
+    om_sort_ints(*vert, take);
     *nvert = take;
 done:
     om_free(distance);

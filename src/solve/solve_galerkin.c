@@ -6,7 +6,6 @@
 // need neither atomics nor copies, and the sums have the same order for any number of workers. Sums are
 // kept in blocks padded to three aligned columns and packed in the end: adding to packed blocks made every
 // load wait for the overlapping stores before it (five times slower).
-#include <stdlib.h>
 #include <string.h>
 
 #include "solve/solve_multigrid.h"
@@ -82,11 +81,6 @@ done:
     return status;
 }
 
-static int compare_ints(const void* a, const void* b) {
-    int x = *(const int*)a, y = *(const int*)b;
-    return (x > y) - (x < y);
-}
-
 // Columns of coarse row c, diagonal first, then ascending. Writes them if there is room.
 static int coarse_row(const OmInterp* P, Product* ap, int c, int* col) {
     int num = 1;
@@ -101,7 +95,7 @@ static int coarse_row(const OmInterp* P, Product* ap, int c, int* col) {
             ++num;
         }
     }
-    if (col) qsort(col + 1, (size_t)num - 1, sizeof(int), compare_ints);
+    if (col) om_sort_ints(col + 1, num - 1);
     return num;
 }
 

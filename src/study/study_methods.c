@@ -5,7 +5,6 @@
 // its skin under the probe's face go where the probe goes. A lesion's contour point is carried by whatever element
 // it lies in. Stability is the share of the path before a value is not finite or an element inverted.
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "omentum/umesh_net.h"
@@ -62,14 +61,9 @@ bool om__study_methods_count(const StudyMethods* s, int lesion, int depth) {
     return true;
 }
 
-static int compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
 static double median(double* value, int n) {
     if (!n) return 0;
-    qsort(value, (size_t)n, sizeof *value, compare_double);
+    om_sort_doubles(value, n);
     return value[n / 2];
 }
 

@@ -3,7 +3,6 @@
 // As in the thesis (3.7), the error of a deformation counts only if every method completed it on that mesh
 // and lesion: a method that fails early would otherwise be spared its largest errors.
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "study/study_internal.h"
@@ -23,11 +22,6 @@ double om__study_error(const Study* s, const StudyRun* run, int depth) {
     return om_distance(run->reached[depth].lesion, measured);
 }
 
-static int compare(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
 static double quantile(const double* sorted, int n, double q) {
     double at = q * (n - 1);
     int i = (int)at;
@@ -37,7 +31,7 @@ static double quantile(const double* sorted, int n, double q) {
 StudySample om__study_sample(double* value, int n) {
     StudySample s = {.n = n};
     if (!n) return s;
-    qsort(value, (size_t)n, sizeof *value, compare);
+    om_sort_doubles(value, n);
     double sum = 0, square = 0;
     for (int i = 0; i < n; ++i) sum += value[i];
     s.mean = sum / n;

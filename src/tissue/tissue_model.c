@@ -1,6 +1,5 @@
 // tissue_model.c: definitions checked, masses lumped, the table of engines.
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "tissue/tissue_engine.h"
@@ -130,11 +129,6 @@ static OmStatus lump_mass(OmTissueModel* m) {
     return OM_OK;
 }
 
-static int compare_ints(const void* a, const void* b) {
-    int x = *(const int*)a, y = *(const int*)b;
-    return (x > y) - (x < y);
-}
-
 static OmStatus find_surface(OmTissueModel* m) {
     if (m->mesh.ntet == 0) {  // any particle may come to touch
         m->nsurface = m->mesh.nvert;
@@ -145,7 +139,7 @@ static OmStatus find_surface(OmTissueModel* m) {
         OM_TRY(om_tet_mesh_boundary(&m->mesh, &surface, &m->surface_vert));
         m->nsurface = surface.nvert;
         om_surface_done(&surface);
-        qsort(m->surface_vert, (size_t)m->nsurface, sizeof(int), compare_ints);
+        om_sort_ints(m->surface_vert, m->nsurface);
     }
     OmVec3 lo = om_load3(m->mesh.x, 0), hi = lo;
     for (int i = 1; i < m->mesh.nvert; ++i) {
