@@ -33,8 +33,8 @@ OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** par
 /// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
 OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
 /// Write it as ONNX. Channels are, with a the largest displacement of the patch: displacement over a (3), patch, organ,
-/// held, place from -1 to 1 (3), linear answer over a (3), a over "scale_m", zeros to 16; what comes out, times a and
-/// "correction", is added to the linear answer.
+/// held, place from -1 to 1 (3), linear answer over a (3), a over "scale_m", forces of second order over "second" (3),
+/// zeros; what comes out, times a and "correction", is added to the linear answer.
 OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------
@@ -91,7 +91,7 @@ typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
     OmNetType type;       // default OM_F32; OM_BF16 is faster where the processor has it
     int batch, nepoch;    // default 4 and 100
     double poisson;       // of the linear answer that the network corrects; default 0.45
-    double rate;          // peak of the one-cycle schedule; default 2e-3
+    double rate;          // peak of the one-cycle schedule; default 1e-3
     uint64_t seed;        // default 1
     int nworker;          // default 0: one a processor
     uint32_t cookie;

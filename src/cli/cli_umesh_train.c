@@ -14,7 +14,7 @@ static const OmCliOption option[] = {
     {"--levels", NULL, "N", "halvings of the grid (default 3)"},
     {"--epochs", NULL, "N", "passes through the samples (default 100)"},
     {"--batch", NULL, "N", "samples a step (default 4)"},
-    {"--rate", NULL, "R", "peak of the learning rate (default 0.002)"},
+    {"--rate", NULL, "R", "peak of the learning rate (default 0.001)"},
     {"--seed", NULL, "N", "of weights and order (default 1)"},
     {"--bf16", NULL, NULL, "values between layers in 16 bits: faster on processors that have it"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},

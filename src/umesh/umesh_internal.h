@@ -4,6 +4,8 @@
 
 #include "omentum/umesh.h"
 
+#define OM__UMESH_MAX_POINT (1 << 24)  // of a grid
+
 // ---- umesh_grid.c -----------------------------------------------------------------------------------
 
 typedef struct OmUmeshFrame {  // where the points of a grid are

@@ -85,6 +85,15 @@ double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float
 OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain);
 OmStatus om__umesh_region_alloc(OmUmeshNet* net);
 
+// ---- umesh_symmetry.c -------------------------------------------------------------------------------
+
+// The image of each node in the plane square to each axis, or null where the grid has no such plane.
+// @param mirror  freed by the caller, also on failure (nnode each)
+OmStatus om__umesh_find_mirrors(const OmUmeshGrid* grid, int* mirror[3]);
+// Displacements of the mirror image; `is_on` only where there is a plane. (nnode x 3)
+void om__umesh_reflect(const OmUmeshGrid* grid, int* const mirror[3], const bool is_on[3],
+                       const float* from, float* to);
+
 // ---- umesh_train_report.c ---------------------------------------------------------------------------
 
 struct OmTrainResult;

@@ -15,7 +15,6 @@
 #define NELEM_SLACK 0.01  // of the number of elements
 #define MAX_TRY 40
 #define HELD_SHARE 0.1  // of the height, of an organ without a set "attachment"
-#define MAX_POINT (1 << 24)
 
 OmUmeshOrganDef om_umesh_default_organ_def(void) {
     return (OmUmeshOrganDef){.nelem = 2174, .multiple = 8, .min_fill = 0.5, .cookie = COOKIE};
@@ -162,8 +161,8 @@ static OmStatus place_grid(const Shape* s, double spacing, OmUmeshFrame* f) {
         if (up[c] < -0.9) begin = hi[c] - ncell * spacing;
         origin[c] = begin - (f->dim[c] - ncell - 1) / 2 * spacing;
     }
-    OM_CHECK(total <= MAX_POINT, OM_INVALID, "umesh: a grid of %d x %d x %d points is too large",
-             f->dim[0], f->dim[1], f->dim[2]);
+    OM_CHECK(total <= OM__UMESH_MAX_POINT, OM_INVALID,
+             "umesh: a grid of %d x %d x %d points is too large", f->dim[0], f->dim[1], f->dim[2]);
     f->origin = om_vec3(origin[0], origin[1], origin[2]);
     return OM_OK;
 }

@@ -6,7 +6,6 @@
 // small inputs are as large as others; what comes out, times the size, is added to the linear answer. Last, the forces
 // of second order (umesh_second.c): what drives the correction.
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
@@ -164,11 +163,6 @@ double om__umesh_mean_error(const OmUmeshGrid* g, const float* a, const float* b
     return num ? sum / num : 0;
 }
 
-static int compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
 static void summarise(OmUmeshEval* e, double* ms) {
     for (int s = 0; s < e->n; ++s) {
         e->mean += e->error[s] / e->n;
@@ -177,7 +171,7 @@ static void summarise(OmUmeshEval* e, double* ms) {
     for (int s = 0; s < e->n; ++s)
         e->sd += (e->error[s] - e->mean) * (e->error[s] - e->mean) / e->n;
     e->sd = sqrt(e->sd);
-    qsort(ms, (size_t)e->n, sizeof *ms, compare_double);
+    om_sort_doubles(ms, e->n);
     e->ms_least = ms[0];
     e->ms_median = ms[e->n / 2];
     e->ms_most = ms[e->n - 1];

@@ -10,14 +10,12 @@
 // Objects carry no times, so that the same samples are the same bytes.
 #include <hdf5.h>
 #include <inttypes.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
 
 #define HEAD 512
 #define MAX_BYTES ((size_t)4 << 30)
-#define MAX_POINT (1 << 24)
 #define FORMAT 1
 #define GENERATOR "omentum umesh 1"
 #define BLOCK (1 << 20)  // growth of the image in memory
@@ -294,12 +292,13 @@ static OmStatus get_frame(const Reader* r, OmUmeshFrame* f) {
     OM_TRY(get_attribute(r, "origin_m", H5T_NATIVE_DOUBLE, 3, origin));
     OM_TRY(get_attribute(r, "up", H5T_NATIVE_DOUBLE, 3, up));
     for (int c = 0; c < 3; ++c) {
-        OM_CHECK(f->dim[c] >= 2 && f->dim[c] <= MAX_POINT, OM_INVALID,
+        OM_CHECK(f->dim[c] >= 2 && f->dim[c] <= OM__UMESH_MAX_POINT, OM_INVALID,
                  "%s: a grid of %d x %d x %d points", r->name, f->dim[0], f->dim[1], f->dim[2]);
         total *= f->dim[c];
     }
-    OM_CHECK(total <= MAX_POINT, OM_INVALID, "%s: a grid of %d x %d x %d points is too large",
-             r->name, f->dim[0], f->dim[1], f->dim[2]);
+    OM_CHECK(total <= OM__UMESH_MAX_POINT, OM_INVALID,
+             "%s: a grid of %d x %d x %d points is too large", r->name, f->dim[0], f->dim[1],
+             f->dim[2]);
     OM_CHECK(f->spacing > 0 && isfinite(f->spacing), OM_INVALID, "%s: spacing %g m", r->name,
              f->spacing);
     OM_TRY(check_finite(r, "origin_m", origin, 3));

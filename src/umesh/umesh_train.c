@@ -15,15 +15,19 @@
 #define COOKIE 0x03e540a1u
 #define AVERAGE 0.999  // of the weights, a step
 #define CLIP 1.0
+#define WARMUP 0.1  // share of the steps
 
 typedef struct Training {
     const OmUmeshTrainDef* def;
     OmUmeshNet* net;
-    const float* fixed_channel;  // (UMESH_NCHANNEL x npoint)
-    float* linear;               // answers of all samples, m          (nsample x nnode x 3)
-    double* size;                // of all samples, m                                (nsample)
-    float* work;                 //                                               (nnode x 3)
-    double mean_size;            // of the samples to learn from, m
+    const float* fixed_channel;   // (UMESH_NCHANNEL x npoint)
+    float* linear;                // answers of all samples, m          (nsample x nnode x 3)
+    double* size;                 // of all samples, m                                (nsample)
+    float* work;                  //                                               (nnode x 3)
+    int* mirror[3];               // of nodes, null without a plane of symmetry       (nnode)
+    float *image, *linear_image;  // of the sample                                 (nnode x 3)
+    unsigned char* mask_image;    //                                                   (nnode)
+    double mean_size;             // of the samples to learn from, m
     const OmProgress* progress;
     int ntrain;
     double linear_error;  // mean norm error of the linear answers on the validation samples, m
@@ -38,7 +42,7 @@ OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* 
                            .type = OM_F32,
                            .batch = 4,
                            .nepoch = 100,
-                           .rate = 2e-3,
+                           .rate = 1e-3,
                            .poisson = 0.45,
                            .seed = 1,
                            .cookie = COOKIE};
@@ -65,6 +69,30 @@ static OmStatus validate(const OmUmeshTrainDef* def) {
 
 // ---- what the loop asks for -------------------------------------------------------------------------
 
+// A sample to learn from, or its image in planes of symmetry drawn at random.
+static void reflect(const Training* t, uint64_t draw, const unsigned char** mask, const float** u,
+                    const float** linear) {
+    const OmUmeshGrid* g = &t->net->grid;
+    OmRng rng = om_rng_init(draw, 0);
+    bool is_on[3], is_any = false;
+    for (int c = 0; c < 3; ++c) {
+        is_on[c] = t->mirror[c] && om_rng_below(&rng, 2);
+        is_any = is_any || is_on[c];
+    }
+    if (!is_any) return;
+    om__umesh_reflect(g, t->mirror, is_on, *u, t->image);
+    om__umesh_reflect(g, t->mirror, is_on, *linear, t->linear_image);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        int image = i;
+        for (int c = 0; c < 3; ++c)
+            if (is_on[c]) image = t->mirror[c][image];
+        t->mask_image[image] = (*mask)[i];
+    }
+    *mask = t->mask_image;
+    *u = t->image;
+    *linear = t->linear_image;
+}
+
 static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
     const Training* t = ctx;
     const OmUmeshData* data = t->def->data;
@@ -74,9 +102,11 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
         size_t s = (size_t)batch->sample[b] + (batch->is_validation ? (size_t)t->ntrain : 0);
         float* in = batch->in + (size_t)b * UMESH_NCHANNEL * npoint;
         float* target = batch->target + (size_t)b * 3 * npoint;
+        const unsigned char* mask = data->mask + s * nnode;
         const float *u = data->u + 3 * s * nnode, *linear = t->linear + 3 * s * nnode;
         memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
-        om__umesh_fill_input(t->net, data->mask + s * nnode, u, linear, t->work, in);
+        if (!batch->is_validation) reflect(t, batch->draw[b], &mask, &u, &linear);
+        om__umesh_fill_input(t->net, mask, u, linear, t->work, in);
         batch->weight[b] = (float)(t->size[s] / t->mean_size);
         float over = (float)(1 / (t->net->correction * t->size[s]));
         memset(target, 0, 3 * npoint * sizeof *target);
@@ -217,6 +247,7 @@ static OmStatus run_loop(Training* t, const float* weight, OmTrainResult* result
     loop.optim.average = AVERAGE;
     loop.optim.clip_norm = CLIP;
     loop.schedule = om_schedule_one_cycle(def->rate);
+    loop.schedule.warmup = WARMUP;
     loop.type = def->type;
     loop.nworker = def->nworker;
     loop.seed = def->seed;
@@ -241,6 +272,10 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
     OM_TRY_DONE(om__umesh_region_make(t.net, def->data, t.ntrain));
     t.net->scale = find_scale(def->data, t.ntrain);
     OM_TRY_DONE(solve_linear(&t));
+    OM_TRY_DONE(om__umesh_find_mirrors(g, t.mirror));
+    OM_ALLOC_DONE(t.image, 3 * (size_t)g->mesh.nnode);
+    OM_ALLOC_DONE(t.linear_image, 3 * (size_t)g->mesh.nnode);
+    OM_ALLOC_DONE(t.mask_image, g->mesh.nnode);
     OM_ALLOC_DONE(channel, UMESH_NCHANNEL * (size_t)g->npoint);
     OM_CALLOC_DONE(weight, g->npoint);
     om__umesh_fill_fixed_channels(g, channel);
@@ -260,6 +295,10 @@ done:
     om_free(t.linear);
     om_free(t.size);
     om_free(t.work);
+    for (int c = 0; c < 3; ++c) om_free(t.mirror[c]);
+    om_free(t.image);
+    om_free(t.linear_image);
+    om_free(t.mask_image);
     om_free(weight);
     om_free(channel);
     om_umesh_destroy_net(t.net);

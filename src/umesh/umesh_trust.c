@@ -6,7 +6,6 @@
 // nodes, and by its direction. A measure is a share of training's most. Other samples exceed the most of a finite
 // set at times: all limits are widened by one margin, that of the sample of validation that 99 % are below.
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
@@ -152,11 +151,6 @@ static OmStatus dilate(const OmUmeshGrid* g, float* way) {
     return OM_OK;
 }
 
-static int compare_double(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
 OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain) {
     UmeshRegion* r = &net->region;
     size_t nnode = (size_t)net->grid.mesh.nnode;
@@ -191,7 +185,7 @@ OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntr
         om_umesh_judge(net, data->mask + at, data->u + 3 * at, &trust);
         score[s] = trust.score;
     }
-    qsort(score, (size_t)nvalid, sizeof *score, compare_double);
+    om_sort_doubles(score, nvalid);
     int last = (int)ceil(INSIDE_SHARE * nvalid) - 1;
     r->margin = fmax(1, fmin(score[last < 0 ? 0 : last], 2));
     om_free(score);

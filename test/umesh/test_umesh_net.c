@@ -79,7 +79,8 @@ static OmUmeshTrainDef small_def(void) {
     OmUmeshTrainDef def = om_umesh_default_train_def(&data, dir);
     def.nvalid = 8;
     def.nlevel = 1;
-    def.nepoch = 40;
+    def.nepoch = 60;
+    def.rate = 2e-3;  // few steps: faster than the default
     def.nworker = 1;
     def.command = "test";
     return def;
@@ -126,6 +127,58 @@ static void test_second_order(void** unused) {
     om_free(u);
     om_free(force);
     om_fem_destroy(solid);
+}
+
+// ---- symmetry ---------------------------------------------------------------------------------------
+
+// The block has planes across x and y; held below, it has none across z. The answer to a reflected input is the
+// reflected answer.
+static void test_symmetry(void** unused) {
+    (void)unused;
+    const OmUmeshGrid* g = &data.grid;
+    size_t nnode = (size_t)g->mesh.nnode;
+    const bool is_on[3] = {true, true, false};
+    int* mirror[3];
+    UmeshLinear* linear;
+    float* u = om_alloc(4 * 3 * nnode, sizeof *u);
+    float *reflected = u + 3 * nnode, *answer = u + 6 * nnode, *image = u + 9 * nnode;
+    unsigned char* mask = om_calloc(nnode, 1);
+    assert_ok(om__umesh_find_mirrors(g, mirror));
+    assert_true(mirror[0] && mirror[1] && !mirror[2]);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        int twice = mirror[0][mirror[1][i]];
+        OmVec3 x = om_load3(g->mesh.x, i), y = om_load3(g->mesh.x, twice);
+        assert_near(x.x + y.x, 6 * SPACING, 1e-12);
+        assert_near(x.y + y.y, 5 * SPACING, 1e-12);
+        assert_near(x.z, y.z, 1e-12);
+        mask[twice] = data.mask[i];
+    }
+    assert_ok(om__umesh_linear_create(g, 0.4, 1, &linear));
+    assert_ok(om__umesh_linear_solve(linear, data.mask, data.u, 1, answer));
+    om__umesh_reflect(g, mirror, is_on, answer, image);
+    om__umesh_reflect(g, mirror, is_on, data.u, reflected);
+    assert_ok(om__umesh_linear_solve(linear, mask, reflected, 1, answer));
+    double most = 0;
+    for (size_t i = 0; i < 3 * nnode; ++i) {
+        most = fmax(most, fabs((double)image[i]));
+        assert_near((double)answer[i], (double)image[i], 1e-6);  // m; responses are floats
+    }
+    assert_true(most > 1e-3);
+    // One cell more, and the plane across x is gone; the one across y stays.
+    OmUmeshGrid other;
+    unsigned char active[8 * 8 * 8] = {0};
+    OmUmeshFrame frame = {.dim = {8, 8, 8}, .spacing = SPACING, .up = {0, 0, 1}};
+    for (int j = 0; j < 3; ++j) active[8 * j] = 1;
+    active[1 + 8] = 1;
+    assert_ok(om__umesh_grid_init(&frame, active, &other));
+    for (int c = 0; c < 3; ++c) om_free(mirror[c]);
+    assert_ok(om__umesh_find_mirrors(&other, mirror));
+    assert_true(!mirror[0] && mirror[1] && mirror[2]);
+    for (int c = 0; c < 3; ++c) om_free(mirror[c]);
+    om_umesh_grid_done(&other);
+    om__umesh_linear_destroy(linear);
+    om_free(mask);
+    om_free(u);
 }
 
 // ---- learning ---------------------------------------------------------------------------------------
@@ -368,6 +421,54 @@ static void test_engine(void** unused) {
     om_umesh_destroy_net(net);
 }
 
+// A tool takes hold of the top's middle and draws it in: what it holds is where the tool is, the rest comes along less,
+// the base stays; let go, all is at rest again.
+static void test_grasp(void** unused) {
+    (void)unused;
+    OmUmeshNet* net;
+    OmTetMesh mesh;
+    OmTissueModel* model;
+    OmTissueState* state;
+    OmTissueWork* work;
+    OmTissueReport report;
+    int nheld;
+    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
+    OmTissueDef def = om_tissue_default_def(&mesh);
+    def.custom = om_umesh_engine();
+    def.custom_data = net;
+    def.gravity = om_vec3(0, 0, 0);
+    assert_ok(om_tissue_create(&def, &model));
+    assert_ok(om_tissue_create_state(model, &state));
+    assert_ok(om_tissue_create_work(model, &work));
+    OmPose tip = {om_vec3(0.03, 0.02, 0.03), om_quat_identity()};
+    assert_ok(om_tissue_grasp(model, state, 0, tip, 0.011, &nheld));
+    assert_int_equal(nheld, 6);  // the node, its four neighbours on top, the one below
+    tip.p.z -= 0.002;
+    assert_ok(om_tissue_move_grasp(state, 0, tip));
+    OmStatus status = om_tissue_step(model, state, work, 0.02, &report);
+    assert_true(status == OM_OK || status == OM_NOT_CONVERGED);
+    double aside = 0;
+    for (int i = 0; i < mesh.nvert; ++i) {
+        OmVec3 rest = om_load3(mesh.x, i), x = om_load3(om_tissue_x(state), i);
+        if (om_distance(rest, om_vec3(0.03, 0.02, 0.03)) < 0.0105)
+            assert_near(x.z, rest.z - 0.002, 1e-9);
+        else
+            aside = fmax(aside, om_distance(x, rest));
+        if (rest.z < 1e-9) assert_near(om_distance(x, rest), 0, 1e-12);
+    }
+    assert_true(aside > 1e-4 && aside < 0.002);
+    om_tissue_release(state, 0);
+    assert_ok(om_tissue_step(model, state, work, 0.02, &report));
+    for (int i = 0; i < mesh.nvert; ++i)
+        assert_near(om_distance(om_load3(om_tissue_x(state), i), om_load3(mesh.x, i)), 0, 1e-12);
+    om_tissue_destroy_work(work);
+    om_tissue_destroy_state(state);
+    om_tissue_destroy(model);
+    om_tet_mesh_done(&mesh);
+    om_umesh_destroy_net(net);
+}
+
 // ---- memory ---------------------------------------------------------------------------------------------
 
 static OmStatus load_and_predict(void* ctx) {
@@ -404,10 +505,11 @@ static void test_bad(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_second_order), cmocka_unit_test(test_train),
-        cmocka_unit_test(test_file),         cmocka_unit_test(test_damage),
-        cmocka_unit_test(test_trust),        cmocka_unit_test(test_place),
-        cmocka_unit_test(test_predict),      cmocka_unit_test(test_engine),
+        cmocka_unit_test(test_second_order), cmocka_unit_test(test_symmetry),
+        cmocka_unit_test(test_train),        cmocka_unit_test(test_file),
+        cmocka_unit_test(test_damage),       cmocka_unit_test(test_trust),
+        cmocka_unit_test(test_place),        cmocka_unit_test(test_predict),
+        cmocka_unit_test(test_engine),       cmocka_unit_test(test_grasp),
         cmocka_unit_test(test_memory),       cmocka_unit_test(test_bad),
     };
     return cmocka_run_group_tests(tests, begin, end);

@@ -10,7 +10,7 @@ static void test_phantom(void** state) {
     assert_ok(om_umesh_create_organ(&def, &organ));
     const OmUmeshGrid* g = om_umesh_grid(organ);
     assert_in_range(g->mesh.nelem, 2153, 2195);  // the thesis's 2,174, within a percent
-    assert_int_equal(g->dim[0], 32);
+    assert_int_equal(g->dim[0], 24);
     assert_int_equal(g->dim[1], 24);
     assert_int_equal(g->dim[2], 16);
     // half of the cells that the surface cuts are in: the volume is right to what the staircase leaves
@@ -27,6 +27,23 @@ static void test_phantom(void** state) {
         assert_near(om_half_ellipsoid_eval(half, skin), 0, 0.8e-3);
     }
     om_umesh_destroy_organ(organ);
+}
+
+// More points than needed, as the thesis has them: the same cells with more around them.
+static void test_padding(void** state) {
+    (void)state;
+    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrgan *tight, *wide;
+    assert_ok(om_umesh_create_organ(&def, &tight));
+    memcpy(def.dim, (const int[]){32, 24, 16}, sizeof def.dim);
+    assert_ok(om_umesh_create_organ(&def, &wide));
+    const OmUmeshGrid *g = om_umesh_grid(tight), *w = om_umesh_grid(wide);
+    assert_int_equal(w->npoint, 32 * 24 * 16);
+    assert_int_equal(w->mesh.nelem, g->mesh.nelem);
+    for (int i = 0; i < g->mesh.nnode; ++i)
+        assert_below(om_distance(om_load3(w->mesh.x, i), om_load3(g->mesh.x, i)), 1e-12);
+    om_umesh_destroy_organ(tight);
+    om_umesh_destroy_organ(wide);
 }
 
 static void test_maps(void** state) {
@@ -166,9 +183,10 @@ static void test_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_phantom),  cmocka_unit_test(test_maps),
-        cmocka_unit_test(test_parts),    cmocka_unit_test(test_patient),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_phantom), cmocka_unit_test(test_padding),
+        cmocka_unit_test(test_maps),    cmocka_unit_test(test_parts),
+        cmocka_unit_test(test_patient), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
