@@ -30,10 +30,12 @@ typedef enum OmLossKind {
     OM_LOSS_MSE,  // mean over samples, channels and cells of (y - t)^2
     OM_LOSS_NORM,  // mean over samples and cells of |y - t|, the length across channels: a mean norm error
     OM_LOSS_DICE,  // 1 - (2 sum w p t + 1) / (sum w p + sum w t + 1), mean over samples and channels (eq. 4.3)
+    OM_LOSS_SLOPE,  // mean over samples and cells of |grad (y - t)|: forward differences across channels and axes,
+                    // between cells of weight; a Sobolev loss beside OM_LOSS_NORM
     OM_LOSS_BCE  // mean over samples, channels and cells of -t log p - (1 - t) log(1 - p) (eq. 4.4)
 } OmLossKind;
 #define OM_LOSS_NKIND ((int)OM_LOSS_BCE + 1)
-#define OM_LOSS_MAX_TERM 4
+#define OM_LOSS_MAX_TERM 8
 
 typedef struct OmLoss {  // the sum of its terms
     int nterm;

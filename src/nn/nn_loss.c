@@ -15,10 +15,12 @@ enum { MAX_BLOCK = 256, MIN_GRAIN = 1024 };
 // Under the root of the norm: the derivative stays finite where y = t, and the loss is wrong by less.
 #define NORM_FLOOR 1e-24
 #define DICE_SMOOTH 1.0
+#define SLOPE_CHANNEL 64  // at most
 
 typedef struct Work {
     OmLossKind kind;
     int64_t nchannel, ncell;
+    int extent[3];  // width, height, depth
     const float *y, *t, *weight, *sample_weight;
     float* dy;              // added to; or null
     double factor;          // of each cell's value in the loss, before the sample's weight
@@ -135,6 +137,59 @@ static void plane_block(void* ctx, int begin, int end, int block) {
     w->sum[block] = sum;
 }
 
+// ---- slopes -----------------------------------------------------------------------------------------
+
+// The differences of e = y - t to the next cells along width, height and depth, into difference[axis nchannel + c];
+// 0 where there is none. The square of their length.
+static double find_slope(const Work* w, int64_t at, int64_t cell, const bool has_next[3],
+                         const int64_t step[3], double* difference) {
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (int64_t c = 0; c < w->nchannel; ++c) {
+            double* d = &difference[axis * w->nchannel + c];
+            int64_t i = at + c * w->ncell + cell, next = i + step[axis];
+            *d = 0;
+            if (!has_next[axis]) continue;
+            *d = ((double)w->y[next] - (double)w->t[next]) - ((double)w->y[i] - (double)w->t[i]);
+            square += *d * *d;
+        }
+    return square;
+}
+
+static double slope_sample(const Work* w, int64_t sample, double* difference) {
+    const int* n = w->extent;
+    const int64_t step[3] = {1, n[0], (int64_t)n[0] * n[1]}, at = sample * w->nchannel * w->ncell;
+    double sum = 0, factor = w->factor * weight_of(w, sample);
+    for (int64_t cell = 0; cell < w->ncell; ++cell) {
+        const int64_t place[3] = {cell % n[0], cell / n[0] % n[1], cell / step[2]};
+        double weight = w->weight ? (double)w->weight[cell] : 1;
+        bool has_next[3];
+        if (weight == 0) continue;
+        for (int axis = 0; axis < 3; ++axis)
+            has_next[axis] =
+                place[axis] + 1 < n[axis] && !(w->weight && w->weight[cell + step[axis]] == 0);
+        double norm = sqrt(find_slope(w, at, cell, has_next, step, difference) + NORM_FLOOR);
+        sum += weight * norm;
+        if (!w->dy) continue;
+        for (int axis = 0; axis < 3; ++axis)
+            for (int64_t c = 0; c < w->nchannel && has_next[axis]; ++c) {
+                int64_t i = at + c * w->ncell + cell;
+                float g = (float)(factor * weight * difference[axis * w->nchannel + c] / norm);
+                w->dy[i] -= g;
+                w->dy[i + step[axis]] += g;
+            }
+    }
+    return sum * weight_of(w, sample);
+}
+
+// Whole samples, for a cell adds to the derivatives of the next ones.
+static void sample_block(void* ctx, int begin, int end, int block) {
+    Work* w = ctx;
+    double sum = 0, difference[3 * SLOPE_CHANNEL];
+    for (int sample = begin; sample < end; ++sample) sum += slope_sample(w, sample, difference);
+    w->sum[block] = sum;
+}
+
 // ---- the sum ----------------------------------------------------------------------------------------
 
 OmStatus om__loss_check(const OmLoss* loss, int nsample, OmNetShape shape, double* weight_sum) {
@@ -164,6 +219,9 @@ OmStatus om__loss_check(const OmLoss* loss, int nsample, OmNetShape shape, doubl
         *weight_sum += weight;
     }
     OM_CHECK(*weight_sum > 0, OM_INVALID, "loss: all weights are 0");
+    for (int i = 0; i < loss->nterm; ++i)
+        OM_CHECK(loss->term[i].kind != OM_LOSS_SLOPE || shape.c <= SLOPE_CHANNEL, OM_INVALID,
+                 "loss: slopes of %d channels, at most %d are possible", shape.c, SLOPE_CHANNEL);
     return OM_OK;
 }
 
@@ -175,6 +233,7 @@ OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const f
     int64_t ncell = (int64_t)shape.d * shape.h * shape.w;
     Work w = {.nchannel = shape.c,
               .ncell = ncell,
+              .extent = {shape.w, shape.h, shape.d},
               .y = y,
               .t = t,
               .weight = loss->weight,
@@ -183,14 +242,19 @@ OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const f
     for (int64_t i = 0; dy && i < nsample * shape.c * ncell; ++i) dy[i] = 0;
     for (int k = 0; k < loss->nterm; ++k) {
         bool is_dice = loss->term[k].kind == OM_LOSS_DICE;
-        int n = is_dice ? nsample * shape.c : (int)(nsample * ncell);
+        bool is_slope = loss->term[k].kind == OM_LOSS_SLOPE;
+        int n = is_dice ? nsample * shape.c : is_slope ? nsample : (int)(nsample * ncell);
         int grain = om_block_count(n, MAX_BLOCK);
-        if (!is_dice && grain < MIN_GRAIN) grain = MIN_GRAIN;
+        if (!is_dice && !is_slope && grain < MIN_GRAIN) grain = MIN_GRAIN;
         double over = is_dice ? n : nsample * weight_sum;
         if (loss->term[k].kind == OM_LOSS_MSE || loss->term[k].kind == OM_LOSS_BCE) over *= shape.c;
         w.kind = loss->term[k].kind;
         w.factor = loss->term[k].scale / over;
-        om_parallel_for(nworker, n, grain, is_dice ? plane_block : cell_block, &w);
+        om_parallel_for(nworker, n, grain,
+                        is_dice    ? plane_block
+                        : is_slope ? sample_block
+                                   : cell_block,
+                        &w);
         double sum = 0;
         for (int i = 0; i < om_block_count(n, grain); ++i) sum += w.sum[i];
         *value += w.factor * sum;

@@ -13,6 +13,22 @@ static void draw(uint64_t seed, bool is_share, int n, float* out) {
 
 static double share(double y) { return 1 / (1 + exp(-y)); }
 
+// |grad (y - t)| of cell v of sample s.
+static double plain_slope(const float* weight, const float* y, const float* t, int s, int v) {
+    const int extent[3] = {shape.w, shape.h, shape.d}, step[3] = {1, shape.w, shape.w * shape.h};
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        bool is_last = v / step[axis] % extent[axis] == extent[axis] - 1;
+        if (is_last || (weight && weight[v + step[axis]] == 0)) continue;
+        for (int c = 0; c < NCHANNEL; ++c) {
+            int i = (s * NCHANNEL + c) * NCELL + v, k = i + step[axis];
+            double d = (double)y[k] - (double)t[k] - ((double)y[i] - (double)t[i]);
+            square += d * d;
+        }
+    }
+    return sqrt(square);
+}
+
 // The formulas of the header, one after the other.
 static double plain(OmLossKind kind, const float* weight, const float* y, const float* t) {
     double sum = 0, total = 0;
@@ -28,6 +44,7 @@ static double plain(OmLossKind kind, const float* weight, const float* y, const 
             total += w;
             if (kind == OM_LOSS_MSE) sum += w * square / NCHANNEL;
             if (kind == OM_LOSS_NORM) sum += w * sqrt(square);
+            if (kind == OM_LOSS_SLOPE) sum += w * plain_slope(weight, y, t, s, v);
             if (kind == OM_LOSS_BCE) sum += w * entropy / NCHANNEL;
         }
     if (kind != OM_LOSS_DICE) return sum / total;
