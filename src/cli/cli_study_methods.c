@@ -7,7 +7,7 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
     {"--weights", "-w", "FILE",
-     "a network trained on the phantom (default: weights/phantom.safetensors, if installed)"},
+     "a network trained on the phantom (default: the phantom's, weights/phantom.safetensors)"},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth and meshes are used"},
     {"--clusters", NULL, "MM,MM,K",
      "spacing, radius and stiffness of particles (default: the thesis's)"},

@@ -12,7 +12,7 @@
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE",
-     "of omentum umesh train (default: weights/phantom.safetensors, if installed)"},
+     "of omentum umesh train (default: the phantom's, weights/phantom.safetensors)"},
     {"--data", "-d", "DIR", "samples it has not seen: generated with another seed"},
     {"--samples", NULL, "N", "the first N (default: all)"},
     {"--output", "-o", "DIR", "also eval.json and errors.csv there"},

@@ -12,7 +12,7 @@
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE",
-     "of omentum umesh train (default: weights/phantom.safetensors, if installed)"},
+     "of omentum umesh train (default: the phantom's, weights/phantom.safetensors)"},
     {"--at", NULL, "X,Y,Z",
      "where the probe is put, mm; the nearest place of the skin (default: the top)"},
     {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},

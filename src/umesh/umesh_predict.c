@@ -82,16 +82,25 @@ void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, cons
 
 // ---- prediction ---------------------------------------------------------------------------------------
 
+// In 16 bits where the processor multiplies them: a fifth faster. What they round is the correction, not the answer.
+static OmStatus create_run(const OmUmeshNet* net, int nworker, OmNetRun** run) {
+    OmNetRunDef def = om_net_run_default_def(1);
+    def.nworker = nworker;
+    def.type = OM_BF16;
+    OmStatus status = om_net_run_create(net->net, &def, run);
+    if (status != OM_UNAVAILABLE) return status;
+    def.type = OM_F32;
+    return om_net_run_create(net->net, &def, run);
+}
+
 OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPredictor** out) {
     *out = NULL;
     OmUmeshPredictor* p = om_calloc(1, sizeof *p);
     if (!p) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
-    OmNetRunDef def = om_net_run_default_def(1);
-    def.nworker = nworker;
     p->net = net;
     p->nworker = nworker;
-    OM_TRY_DONE(om_net_run_create(net->net, &def, &p->run));
+    OM_TRY_DONE(create_run(net, nworker, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
     OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.npoint);
     OM_ALLOC_DONE(p->out, 3 * (size_t)net->grid.npoint);

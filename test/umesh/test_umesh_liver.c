@@ -1,0 +1,79 @@
+// test_umesh_liver.c: the same steps for a patient: a liver from a CT, its grid, samples, a short training, a
+// prediction held against finite elements.
+#include "omentum/umesh_net.h"
+#include "test_common.h"
+
+#define NSAMPLE 120
+#define NVALID 12
+
+static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
+
+static void make_organ(OmUmeshOrgan** organ) {
+    char path[1024];
+    OmPatient patient;
+    OmModelReport report;
+    snprintf(path, sizeof path, "%s/ct_abdomen/organs/liver.nii.gz", test_data_dir());
+    OmModelDef model = om_model_default_def(path, 0.008);
+    assert_ok(om_model_build(&model, NULL, &patient, &report));
+    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    def.patient = &patient;
+    def.nelem = 700;
+    assert_ok(om_umesh_create_organ(&def, organ));
+    const OmUmeshGrid* g = om_umesh_grid(*organ);
+    printf("liver of %.0f ml: %d elements of %.1f mm, %d x %d x %d points\n",
+           1e6 * report.quality.volume, g->mesh.nelem, 1e3 * g->spacing, g->dim[0], g->dim[1],
+           g->dim[2]);
+    assert_near(g->mesh.nelem, 700, 7);
+    assert_near_rel(g->mesh.nelem * pow(g->spacing, 3), report.quality.volume, 0.05);
+    om_patient_done(&patient);
+}
+
+static void test_liver(void** unused) {
+    (void)unused;
+    OmUmeshOrgan* organ;
+    OmUmeshSummary made;
+    OmUmeshData data;
+    OmUmeshTrainSummary trained;
+    OmUmeshNet* net;
+    OmUmeshEval eval;
+    char path[256];
+    make_organ(&organ);
+    OmUmeshDataDef def = om_umesh_default_data_def(organ, dir);
+    def.nsample = NSAMPLE;
+    def.max_force =
+        0.1;  // held by its lowest tenth, lobes bend by decimetres under the phantom's 0.8 N
+    def.npicture = 0;
+    assert_ok(om_umesh_generate(&def, NULL, &made));
+    assert_int_equal(made.nsample, NSAMPLE);
+    assert_ok(om_umesh_load_data(dir, 0, &data));
+    OmUmeshTrainDef train = om_umesh_default_train_def(&data, dir);
+    train.nvalid = NVALID;
+    train.nepoch = 20;
+    train.rate = 2e-3;
+    assert_ok(om_umesh_train(&train, NULL, &trained));
+    snprintf(path, sizeof path, "%s/weights.safetensors", dir);
+    assert_ok(om_umesh_load_net(path, &net));
+    assert_ok(om_umesh_eval(net, &data, NSAMPLE - NVALID, NVALID, 0, &eval));
+    printf("largest displacement %.1f mm; error %.3f mm, of the linear answer %.3f mm\n",
+           1e3 * made.max_u, 1e3 * eval.mean, 1e3 * trained.linear_error);
+    assert_below(eval.mean, trained.linear_error);  // so few samples already help
+    assert_true(eval.ninside >= NVALID / 2);  // a hundred samples leave much of a liver untouched
+    om_umesh_eval_done(&eval);
+    om_umesh_destroy_net(net);
+    om_umesh_data_done(&data);
+    om_umesh_destroy_organ(organ);
+}
+
+static int begin(void** unused) {
+    (void)unused;
+    return mkdtemp(dir) ? 0 : -1;
+}
+
+int main(void) {
+    if (!test_data_dir()) {
+        printf("no data folder: skipped\n");
+        return SKIP_TEST_CODE;
+    }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_liver)};
+    return cmocka_run_group_tests(tests, begin, NULL);
+}
