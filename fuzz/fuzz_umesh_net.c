@@ -27,11 +27,13 @@ static void make_good(void) {
     FUZZ_EXPECT(om__umesh_grid_find_skin(&grid) == OM_OK);
     FUZZ_EXPECT(om__umesh_net_create(&grid, 0.45, 1, 1, &net) == OM_OK);
     om_net_init_parameters(net->net, 1, net->param);
-    net->scale = net->correction = 0.01;
+    net->scale = net->correction = net->second = 0.01;
     net->region.most = net->region.least = net->region.margin = 1;
     const char* path = fuzz_file((const uint8_t*)"", 0, ".safetensors");
     FUZZ_EXPECT(om__umesh_net_save(net, path) == OM_OK);
     FUZZ_EXPECT(om_file_read(path, 1 << 24, &good, &good_size) == OM_OK);
+    om_umesh_destroy_net(net);
+    FUZZ_EXPECT(om_umesh_load_net(path, &net) == OM_OK);
     fuzz_file_done(path);
     om_umesh_destroy_net(net);
     om_umesh_grid_done(&grid);

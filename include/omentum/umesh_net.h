@@ -48,6 +48,7 @@ typedef struct OmUmeshTrust {
         way;  // of a node's displacement, over the most of that place and its neighbours; huge where no
               // sample moved any
     double stretch;  // of the departure of the displacements from their mean
+    double rough;    // of the difference between neighbours, over the largest displacement
     double size;     // of the number of nodes, over the most or under the least
     double angle;    // between the mean displacement and the inward normal
     bool is_inside;

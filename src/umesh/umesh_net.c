@@ -4,7 +4,7 @@
 //     grid.dim (3), grid.frame (7)      points; spacing, origin, up
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
-//     trust.way (nnode), trust.inward (nnode, 3), trust.limit (5)
+//     trust.way (nnode), trust.inward (nnode, 3), trust.limit (6)
 //     scale (4)                         of inputs, m; of corrections; Poisson's ratio of the linear answer; of
 //                                       the second order's forces
 // Everything else of the grid follows from these; what does not fit them is refused.
@@ -16,7 +16,7 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define FORMAT "omentum-umesh-4"
+#define FORMAT "omentum-umesh-5"
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
@@ -138,7 +138,7 @@ OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* form
 // ---- save -------------------------------------------------------------------------------------------
 
 typedef struct Own {  // the tensors besides the weights, in the types of the file
-    double dim[3], frame[7], limit[5], scale[4];
+    double dim[3], frame[7], limit[6], scale[4];
     float *active, *fixed;
 } Own;
 
@@ -147,7 +147,7 @@ static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     const UmeshRegion* r = &n->region;
     *own = (Own){
         .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
-        .limit = {r->stretch, r->angle, r->most, r->least, r->margin},
+        .limit = {r->stretch, r->rough, r->angle, r->most, r->least, r->margin},
         .scale = {n->scale, n->correction, n->poisson, n->second}};
     for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
     OmStatus status = OM_OK;
@@ -175,7 +175,7 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     t[num++] = (OmTensor){"grid.skin_x", OM_TENSOR_F64, 2, {nnode, 3}, n->grid.skin_x};
     t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
     t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
-    t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {5}, own->limit};
+    t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {6}, own->limit};
     t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {4}, own->scale};
     return num;
 }
@@ -345,17 +345,18 @@ static OmStatus read_weights(const OmTensorFile* f, const char* path, OmUmeshNet
 static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
     UmeshRegion* r = &n->region;
     const int64_t dim[2] = {n->grid.mesh.nnode, 3};
-    double limit[5];
+    double limit[6];
     OM_TRY(om_tensor_file_read(f, "trust.way", 1, dim, r->way));
     OM_TRY(om_tensor_file_read(f, "trust.inward", 2, dim, r->inward));
-    OM_TRY(om_tensor_file_read_double(f, "trust.limit", 1, (const int64_t[]){5}, limit));
+    OM_TRY(om_tensor_file_read_double(f, "trust.limit", 1, (const int64_t[]){6}, limit));
     r->stretch = limit[0];
-    r->angle = limit[1];
-    r->most = limit[2];
-    r->least = limit[3];
-    r->margin = limit[4];
-    OM_CHECK(r->stretch >= 0 && r->angle >= 0 && r->least >= 1 && r->most >= r->least &&
-                 r->margin >= 1 && r->margin <= 2,
+    r->rough = limit[1];
+    r->angle = limit[2];
+    r->most = limit[3];
+    r->least = limit[4];
+    r->margin = limit[5];
+    OM_CHECK(r->stretch >= 0 && r->rough >= 0 && r->angle >= 0 && r->least >= 1 &&
+                 r->most >= r->least && r->margin >= 1 && r->margin <= 2,
              OM_INVALID, "%s: trust.limit is no region", path);
     return OM_OK;
 }

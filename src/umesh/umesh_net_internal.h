@@ -14,6 +14,7 @@ typedef struct UmeshRegion {  // what training saw, and by how much its limits a
     float* way;               // largest displacement of a node, its neighbours' too, m    (nnode)
     float* inward;            // mean inward normal of the skin around a node          (nnode x 3)
     double stretch;           // m
+    double rough;             // m / m
     double angle;             // rad
     double most, least;       // nodes
     double margin;            // >= 1

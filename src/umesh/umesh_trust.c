@@ -2,9 +2,10 @@
 //
 // A network answers anything. What it was shown are patches of the skin, each moved about as one by a probe: so an
 // input is measured by how far its nodes go against the farthest that training moved them or their neighbours
-// (a zone never touched has no such way), by how much its displacements differ among themselves, by its number of
-// nodes, and by its direction. A measure is a share of training's most. Other samples exceed the most of a finite
-// set at times: all limits are widened by one margin, that of the sample of validation that 99 % are below.
+// (a zone never touched has no such way), by how much its displacements differ among themselves and from node to
+// node, by its number of nodes, and by its direction. A measure is a share of training's most. Other samples exceed
+// the most of a finite set at times: all limits are widened by one margin, that of the sample of validation that 99 %
+// are below.
 #include <math.h>
 #include <string.h>
 
@@ -17,7 +18,7 @@
 #define NDILATE 1           // rounds in which a node takes over its neighbours' way
 
 typedef struct Measure {
-    double way, stretch, angle;  // m / m, m, rad
+    double way, stretch, rough, angle;  // m / m, m, m / m, rad
     int count;
 } Measure;
 
@@ -29,9 +30,27 @@ done:
     return status;
 }
 
+// The largest difference between masked nodes that are next to each other, m.
+static double find_jump(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
+    const int step[3] = {1, g->dim[0], g->dim[0] * g->dim[1]};
+    double most = 0;
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        if (!mask[i]) continue;
+        for (int c = 0; c < 3; ++c) {
+            int point = g->node_point[i] + step[c];
+            int next = point < g->npoint ? g->point_node[point] : -1;
+            if (next < 0 || !mask[next]) continue;
+            const float *a = u + 3 * (size_t)i, *b = u + 3 * (size_t)next;
+            most = fmax(most, om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2])));
+        }
+    }
+    return most;
+}
+
 static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const float* u) {
     const UmeshRegion* r = &net->region;
     Measure m = {0};
+    double farthest = 0;
     OmVec3 mean = om_vec3(0, 0, 0), inward = mean;
     for (int i = 0; i < net->grid.mesh.nnode; ++i) {
         if (!mask[i]) continue;
@@ -39,6 +58,7 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
         OmVec3 d = om_vec3(ui[0], ui[1], ui[2]);
         double way = om_norm(d);
         if (!isfinite(way)) m.stretch = m.way = HUGE_VAL;
+        farthest = fmax(farthest, way);
         if (way > LEAST_WAY)
             m.way = fmax(m.way, r->way[i] > 0 ? way / (double)r->way[i] : UNTOUCHED);
         mean = om_add(mean, d);
@@ -53,6 +73,8 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
         double off = om_distance(mean, om_vec3(ui[0], ui[1], ui[2]));
         m.stretch = isfinite(off) ? fmax(m.stretch, off) : HUGE_VAL;
     }
+    if (farthest > LEAST_WAY && isfinite(farthest))
+        m.rough = find_jump(&net->grid, mask, u) / farthest;
     double length = om_norm(mean) * om_norm(inward);
     if (om_norm(mean) > LEAST_WAY && length > 0)
         m.angle = acos(fmin(1, fmax(-1, om_dot(mean, inward) / length)));
@@ -69,9 +91,11 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
     Measure m = measure(net, mask, u);
     *trust = (OmUmeshTrust){.way = m.way / r->margin,
                             .stretch = over(m.stretch, r->stretch * r->margin),
+                            .rough = over(m.rough, r->rough * r->margin),
                             .angle = over(m.angle, r->angle * r->margin)};
     trust->size = fmax(m.count / r->most, m.count ? r->least / m.count : UNTOUCHED) / r->margin;
-    trust->score = fmax(fmax(trust->way, trust->stretch), fmax(trust->angle, trust->size));
+    trust->score =
+        fmax(fmax(fmax(trust->way, trust->stretch), fmax(trust->angle, trust->size)), trust->rough);
     trust->is_inside = trust->score <= 1;
     if (trust->is_inside) return;
     if (trust->way == trust->score)
@@ -79,6 +103,10 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
                  isinf(m.way) ? "no training sample touched this place"
                               : "a displacement is %.2g times the largest trained there",
                  trust->way);
+    else if (trust->rough == trust->score)
+        snprintf(trust->why, sizeof trust->why,
+                 "neighbours differ by %.2g of the largest displacement, in training at most %.2g",
+                 m.rough, r->rough);
     else if (trust->stretch == trust->score)
         snprintf(trust->why, sizeof trust->why,
                  "displacements differ by %.2g times as much as in any training sample",
@@ -171,6 +199,7 @@ OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntr
     for (int s = 0; s < ntrain; ++s) {
         Measure m = measure(net, data->mask + (size_t)s * nnode, data->u + 3 * (size_t)s * nnode);
         r->stretch = fmax(r->stretch, m.stretch);
+        r->rough = fmax(r->rough, m.rough);
         r->angle = fmax(r->angle, m.angle);
         if (!m.count) continue;
         r->most = fmax(r->most, m.count);

@@ -286,13 +286,18 @@ static void test_trust(void** unused) {
         ninside += trust.is_inside;
     }
     assert_true(ninside >= NSAMPLE - 1);
-    // four times as far, outwards, a place nobody touched, all of the skin, nothing
+    // four times as far, outwards, every second node left behind, a place nobody touched, all of the skin, nothing
     for (size_t n = 0; n < 3 * nnode; ++n) u[n] = 8 * data.u[n];
     om_umesh_judge(net, data.mask, u, &trust);
     assert_true(!trust.is_inside && strstr(trust.why, "times the largest"));
     for (size_t n = 0; n < 3 * nnode; ++n) u[n] = -data.u[n];
     om_umesh_judge(net, data.mask, u, &trust);
     assert_true(!trust.is_inside && strstr(trust.why, "degrees"));
+    for (size_t n = 0, num = 0; n < nnode; ++n)
+        for (size_t c = 0; c < 3; ++c)
+            u[3 * n + c] = data.mask[n] && (c ? num : ++num) % 2 ? data.u[3 * n + c] : 0;
+    om_umesh_judge(net, data.mask, u, &trust);
+    assert_true(!trust.is_inside && strstr(trust.why, "neighbours differ"));
     memset(u, 0, 3 * nnode * sizeof *u);
     for (size_t i = 0; i < nnode; ++i) {
         OmVec3 x = om_load3(data.grid.mesh.x, (int)i);
