@@ -1,4 +1,5 @@
 // cli_umesh_generate.c: omentum umesh generate.
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -117,6 +118,17 @@ static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
     return OM_OK;
 }
 
+// From corner to corner of its box, m.
+static double organ_size(const OmUmeshGrid* g) {
+    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
+    for (int i = 0; i < g->mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->mesh.x, i);
+        lo = om_vec3(fmin(lo.x, x.x), fmin(lo.y, x.y), fmin(lo.z, x.z));
+        hi = om_vec3(fmax(hi.x, x.x), fmax(hi.y, x.y), fmax(hi.z, x.z));
+    }
+    return om_distance(lo, hi);
+}
+
 static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const char* dir) {
     printf("%d elements of %.2f mm, %d nodes, in %d x %d x %d points\n", g->mesh.nelem,
            1e3 * g->spacing, g->mesh.nnode, g->dim[0], g->dim[1], g->dim[2]);
@@ -125,6 +137,12 @@ static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const c
     printf("largest displacement %.1f mm, %.1f mm in the mean of samples; %.0f s\n", 1e3 * s->max_u,
            1e3 * s->mean_u, s->seconds);
     printf("report: %s/report.html\n", dir);
+    if (s->max_u > 0.5 * organ_size(g))
+        fprintf(
+            stderr,
+            "warning: displacements reach %.0f %% of the organ's size; is it held where it should be? --force N "
+            "makes them smaller\n",
+            100 * s->max_u / organ_size(g));
 }
 
 static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def) {
