@@ -132,9 +132,9 @@ OM_API OmStatus om_net_finish(OmNet* net, int output);
 
 typedef struct OmUnetDef {
     uint32_t cookie;
-    OmNetShape in;     // channels and grid; each extent a multiple of 2^nlevel
+    OmNetShape in;     // channels and grid; each extent a multiple of 4, or 2 for one level
     int out_channels;  //
-    int nlevel;        // halvings of the grid                               1 to 6, default 3
+    int nlevel;        // halvings of the grid, of axes that are even by then; 1 to 6, default 3
     int base_channels;  // of the first level, doubled by each; fast when a multiple of 16, default 16
     OmActivation activation;  // default OM_RELU
     float slope;              // of leaky ReLU, default 0.01

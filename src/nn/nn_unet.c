@@ -33,11 +33,11 @@ static OmStatus check_def(const OmUnetDef* def) {
              OM_INVALID, "OmUnetDef: norm is neither 0 nor one of the norm layers");
     const int extent[3] = {def->in.d, def->in.h, def->in.w};
     static const char* const axis[3] = {"depth", "height", "width"};
-    int step = 1 << def->nlevel;
+    int step = def->nlevel == 1 ? 2 : 4;
     for (int k = 0; k < 3; ++k)
         OM_CHECK(extent[k] >= step && extent[k] % step == 0, OM_INVALID,
-                 "OmUnetDef: %s %d is no multiple of %d (2^nlevel): pad the grid to %d", axis[k],
-                 extent[k], step, (extent[k] > 0 ? (extent[k] + step - 1) / step : 1) * step);
+                 "OmUnetDef: %s %d is no multiple of %d: pad the grid to %d", axis[k], extent[k],
+                 step, (extent[k] > 0 ? (extent[k] + step - 1) / step : 1) * step);
     return OM_OK;
 }
 
@@ -60,26 +60,48 @@ static int add_stages(OmNet* net, const OmUnetDef* def, int x, int channels, con
     return add_stage(net, def, x, channels, part, 2);
 }
 
+// By how much each axis shrinks below a level of this grid: odd axes stay as they are.
+static bool find_factor(OmNetShape grid, int factor[3]) {
+    const int extent[3] = {grid.d, grid.h, grid.w};
+    bool is_any = false;
+    for (int k = 0; k < 3; ++k) {
+        factor[k] = extent[k] % 2 == 0 ? 2 : 1;
+        is_any = is_any || factor[k] == 2;
+    }
+    return is_any;
+}
+
 OmStatus om_net_create_unet(const OmUnetDef* def, OmNet** net_out) {
     *net_out = NULL;
     OM_TRY(check_def(def));
     OmNet* net = NULL;
     OM_TRY(om_net_create(&net));
-    const int two[3] = {2, 2, 2}, zero[3] = {0};
-    int skip[6] = {0};
+    const int zero[3] = {0};
+    int skip[6] = {0}, factor[6][3];
+    OmNetShape grid = def->in;
     char name[OM_NET_NAME];
     int x = om_net_add_input(net, "input", def->in), channels = def->base_channels;
     for (int k = 0; k < def->nlevel; ++k, channels *= 2) {
         snprintf(name, sizeof name, "enc%d", k);
         x = skip[k] = add_stages(net, def, x, channels, name);
-        x = om_net_add_max_pool(net, x, two, two, zero);
+        if (!find_factor(grid, factor[k])) {
+            om_net_destroy(net);
+            return om_error(OM_INVALID,
+                            "OmUnetDef: %d x %d x %d is halved at most %d times, nlevel is %d",
+                            def->in.d, def->in.h, def->in.w, k, def->nlevel);
+        }
+        x = om_net_add_max_pool(net, x, factor[k], factor[k], zero);
+        grid.d /= factor[k][0], grid.h /= factor[k][1], grid.w /= factor[k][2];
     }
     x = add_stages(net, def, x, channels, "bottom");
     if (def->dropout != 0) x = om_net_add_dropout(net, x, def->dropout);
     for (int k = def->nlevel - 1; k >= 0; --k) {
         channels /= 2;
         snprintf(name, sizeof name, "dec%d.up", k);
-        int up = om_net_add_conv_up(net, name, x, om_net_conv_strided(channels, 2, 2, 0));
+        OmNetConv rise = om_net_conv_strided(channels, 2, 2, 0);
+        memcpy(rise.kernel, factor[k], sizeof rise.kernel);
+        memcpy(rise.stride, factor[k], sizeof rise.stride);
+        int up = om_net_add_conv_up(net, name, x, rise);
         x = om_net_add_concat(net, 2, (int[]){skip[k], up});
         snprintf(name, sizeof name, "dec%d", k);
         x = add_stages(net, def, x, channels, name);

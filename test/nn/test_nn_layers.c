@@ -276,6 +276,18 @@ static void test_concat(void** state) { (void)state, try_layers(make_concat, fal
 
 // ---- the U-Net ------------------------------------------------------------------------------------------
 
+// 12 x 4 x 20 points: below the second level 3 x 1 x 5, and nothing is even; at three levels 8 x 4 x 12 keeps two axes.
+static void try_odd_unet(OmNetShape in, int nlevel, const Trial* t) {
+    OmRng rng = om_rng_init(5, (uint64_t)nlevel);
+    OmUnetDef def = om_unet_default_def(in, 3);
+    def.nlevel = nlevel;
+    def.base_channels = 4;
+    def.activation = OM_LEAKY_RELU;
+    OmNet* net;
+    assert_ok(om_net_create_unet(&def, &net));
+    compare(net, &rng, t);
+}
+
 static void try_unet(OmLayerKind norm, OmActivation activation, const Trial* t) {
     OmRng rng = om_rng_init(3, (uint64_t)norm);
     OmUnetDef def = om_unet_default_def((OmNetShape){3, 8, 4, 4}, 3);
@@ -295,6 +307,10 @@ static void test_unet(void** state) {
     try_unet(0, OM_LEAKY_RELU, &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
     try_unet(OM_LAYER_BATCH_NORM, OM_TANH, &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
     try_unet(OM_LAYER_GROUP_NORM, OM_TANH, &(Trial){.batch = 1, .nworker = 1, .tolerance = 1e-4});
+    try_odd_unet((OmNetShape){3, 12, 4, 20}, 2,
+                 &(Trial){.batch = 2, .nworker = 2, .tolerance = 1e-4});
+    try_odd_unet((OmNetShape){3, 8, 4, 12}, 3,
+                 &(Trial){.batch = 1, .nworker = 1, .tolerance = 1e-4});
     if (!has_bf16()) return;
     try_unet(0, OM_TANH, &(Trial){.batch = 1, .type = OM_BF16, .nworker = 2, .tolerance = 0.1});
 }

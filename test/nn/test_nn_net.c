@@ -158,8 +158,12 @@ static void test_refused_unets(void** state) {
     OmNet* net;
     OmUnetDef def = om_unet_default_def(shape(3, 30, 24, 16), 3), zero = {0};
     assert_status(om_net_create_unet(&def, &net), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "depth 30 is no multiple of 4: pad the grid to 32"));
+    assert_null(net);
+    def = om_unet_default_def(shape(3, 4, 12, 4), 3);
+    assert_status(om_net_create_unet(&def, &net), OM_INVALID);
     assert_non_null(
-        strstr(om_error_message(), "depth 30 is no multiple of 8 (2^nlevel): pad the grid to 32"));
+        strstr(om_error_message(), "4 x 12 x 4 is halved at most 2 times, nlevel is 3"));
     assert_null(net);
     assert_status(om_net_create_unet(&zero, &net), OM_INVALID);
     def = om_unet_default_def(shape(3, 32, 24, 16), 0);

@@ -55,7 +55,7 @@ static OmNet* u_net(void) {
     float mask[8 * 4 * 12];
     OmUnetDef def = om_unet_default_def((OmNetShape){3, 8, 4, 12}, 3);
     for (int i = 0; i < 8 * 4 * 12; ++i) mask[i] = i % 3 > 0;
-    def.nlevel = 2;
+    def.nlevel = 3;  // at the last one height and width are odd, and stay
     def.base_channels = 4;
     def.norm = OM_LAYER_GROUP_NORM;
     def.ngroup = 4;
