@@ -40,8 +40,8 @@ OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 // ---- prediction -----------------------------------------------------------------------------------------
 
 /// Is an input like those of training? Each measure is a share of the most that training saw, so that 1 is its
-/// limit; the score is the largest. Limits are widened, once, until 99 % of the samples kept for validation
-/// are inside, but never to more than double.
+/// limit; the score is the largest. Limits but that of `rough` are widened, once, until 99 % of the samples kept
+/// for validation are inside, but never to more than double.
 typedef struct OmUmeshTrust {
     double score;  // inside if at most 1
     double

@@ -17,7 +17,7 @@
 #define HELD_SHARE 0.1  // of the height, of an organ without a set "attachment"
 
 OmUmeshOrganDef om_umesh_default_organ_def(void) {
-    return (OmUmeshOrganDef){.nelem = 2174, .multiple = 8, .min_fill = 0.5, .cookie = COOKIE};
+    return (OmUmeshOrganDef){.nelem = 2174, .multiple = 4, .min_fill = 0.5, .cookie = COOKIE};
 }
 
 static OmStatus check_def(const OmUmeshOrganDef* def) {

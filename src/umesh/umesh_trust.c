@@ -4,8 +4,8 @@
 // input is measured by how far its nodes go against the farthest that training moved them or their neighbours
 // (a zone never touched has no such way), by how much its displacements differ among themselves and from node to
 // node, by its number of nodes, and by its direction. A measure is a share of training's most. Other samples exceed
-// the most of a finite set at times: all limits are widened by one margin, that of the sample of validation that 99 %
-// are below.
+// the most of a finite set at times: limits are widened by one margin, that of the sample of validation that 99 % are
+// below; but for jumps between neighbours, which are near the whole displacement in training already.
 #include <math.h>
 #include <string.h>
 
@@ -91,7 +91,7 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
     Measure m = measure(net, mask, u);
     *trust = (OmUmeshTrust){.way = m.way / r->margin,
                             .stretch = over(m.stretch, r->stretch * r->margin),
-                            .rough = over(m.rough, r->rough * r->margin),
+                            .rough = over(m.rough, r->rough),
                             .angle = over(m.angle, r->angle * r->margin)};
     trust->size = fmax(m.count / r->most, m.count ? r->least / m.count : UNTOUCHED) / r->margin;
     trust->score =

@@ -1,0 +1,68 @@
+// test_umesh_weights.c: the weights that come along still reach what they say they reach.
+//
+// The first samples of the test set are made again by finite elements and predicted: errors of the file's own
+// measure, over other samples than it was trained on.
+#include "test_common.h"
+
+#include "omentum/umesh_net.h"
+
+#define NSAMPLE 32
+#define SLACK 2.0  // the mean of so few samples against that of all: errors are skewed
+
+static void test_metrics(void** unused) {
+    (void)unused;
+    OmUmeshNet* net;
+    OmUmeshOrgan* organ;
+    OmUmeshSolver* solver;
+    OmUmeshPredictor* predictor;
+    OmUmeshSample sample;
+    assert_ok(om_umesh_load_net("weights/phantom.safetensors", &net));
+    const char* fact[] = {"command", "seed", "data", "test_seed", "test_error_mm", "test_worst_mm"};
+    for (int i = 0; i < 6; ++i) assert_non_null(om_umesh_net_fact(net, fact[i]));
+    double claimed = atof(om_umesh_net_fact(net, "test_error_mm"));
+    double worst = atof(om_umesh_net_fact(net, "test_worst_mm"));
+    OmUmeshOrganDef organ_def = om_umesh_default_organ_def();
+    assert_ok(om_umesh_create_organ(&organ_def, &organ));
+    assert_true(om_umesh_grid(organ)->hash == om_umesh_net_grid(net)->hash);
+    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    def.seed = (uint64_t)atoll(om_umesh_net_fact(net, "test_seed"));
+    assert_true(def.seed != (uint64_t)atoll(om_umesh_net_fact(net, "seed")));
+    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_create_predictor(net, 1, &predictor));
+    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    unsigned char* mask = om_calloc(nnode, 1);
+    double *u = om_calloc(3 * nnode, sizeof *u), mean = 0;
+    float* predicted = om_calloc(3 * nnode, sizeof *predicted);
+    for (int s = 0; s < NSAMPLE; ++s) {
+        assert_ok(om_umesh_make_sample(solver, s, &sample, mask, u));
+        for (size_t n = 0; n < 3 * nnode; ++n) predicted[n] = mask[n / 3] ? (float)u[n] : 0;
+        assert_ok(om_umesh_predict(predictor, mask, predicted, NULL));
+        double sum = 0;
+        int num = 0;
+        for (size_t i = 0; i < nnode; ++i) {
+            if (om_umesh_grid(organ)->fixed[i]) continue;
+            OmVec3 p = om_vec3(predicted[3 * i], predicted[3 * i + 1], predicted[3 * i + 2]);
+            sum += om_distance(p, om_load3(u, (int)i));
+            ++num;
+        }
+        double error = 1e3 * sum / num;
+        // the largest error was found over all samples of the test, these are among them
+        assert_below(error, 1.01 * worst + 1e-3);
+        mean += error / NSAMPLE;
+    }
+    printf("%d samples: %.4f mm; the file says %.4f over %s, worst %.4f\n", NSAMPLE, mean, claimed,
+           om_umesh_net_fact(net, "test_samples"), worst);
+    assert_below(mean, SLACK * claimed);
+    om_free(mask);
+    om_free(u);
+    om_free(predicted);
+    om_umesh_destroy_predictor(predictor);
+    om_umesh_destroy_solver(solver);
+    om_umesh_destroy_organ(organ);
+    om_umesh_destroy_net(net);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_metrics)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
