@@ -77,7 +77,8 @@ static void print_result(const OmStudyMethodsSummary* r, const char* dir) {
         printf("%-16s %5.2f mm %7.2f ms %10.1f %%\n", name[by], 1e3 * r->by[by].mean, r->by[by].ms,
                100 * r->by[by].stability);
     printf(
-        "U-Mesh less finite elements: at most %+.2f mm, over %d deformations; %d of them outside of its training\n",
+        "U-Mesh less finite elements: %+.2f mm where it is worst, over %d deformations; %d of them outside of its "
+        "training\n",
         1e3 * r->worst_gap, r->ncount, r->noutside);
     printf("the bar is %s\nreport: %s/report.html\n", r->is_met ? "met" : "missed", dir);
 }

@@ -28,12 +28,13 @@ static void add_curves(const OmTrainResult* r, OmReport* report) {
                            .limit = THESIS_ERROR,
                            .limit_name = "thesis, on its test samples"};
     om_report_chart(report, &chart);
-    chart = (OmReportChart){.title = "Loss",
-                            .x_label = "epoch",
-                            .y_label = "mean norm error, in units of the scale",
-                            .series = {{"training", epoch, train, r->nepoch, false}},
-                            .nseries = 1,
-                            .is_log_y = true};
+    chart =
+        (OmReportChart){.title = "Loss",
+                        .x_label = "epoch",
+                        .y_label = "mean norm errors of values and, three times, of differences",
+                        .series = {{"training", epoch, train, r->nepoch, false}},
+                        .nseries = 1,
+                        .is_log_y = true};
     om_report_chart(report, &chart);
     om_free(value);
 }
