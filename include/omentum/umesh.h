@@ -81,7 +81,7 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
     int nelem;       // active elements wanted, met within 1 % from 200 on; default 2174 (thesis)
     double spacing;  // of the grid, m; default 0: by nelem
     int dim[3];      // points of the padded grid at least; default 0: as few as there can be
-    int multiple;    // dim are multiples of this; default 4, what a U-Net needs
+    int multiple;  // dim are multiples of this, the longest of twice this; default 4, for a U-Net of 3 levels
     double
         min_fill;  // share of a cell that must be inside for it to be active, (0, 1); default 0.5
     double

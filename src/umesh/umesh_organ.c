@@ -149,12 +149,18 @@ static OmStatus place_grid(const Shape* s, double spacing, OmUmeshFrame* f) {
     const double lo[3] = {s->lo.x, s->lo.y, s->lo.z}, hi[3] = {s->hi.x, s->hi.y, s->hi.z};
     const double up[3] = {s->up.x, s->up.y, s->up.z};
     double origin[3], total = 1;
-    int multiple = s->def->multiple;
+    int ncells[3], longest = 0;
     for (int c = 0; c < 3; ++c) {
         double num = ceil((hi[c] - lo[c]) / spacing - 1e-6);
         OM_CHECK(num < 1000, OM_INVALID, "umesh: spacing %g m makes too many cells", spacing);
         int ncell = (int)num, most = ncell + 1 > s->def->dim[c] ? ncell + 1 : s->def->dim[c];
-        f->dim[c] = (most + multiple - 1) / multiple * multiple;
+        ncells[c] = ncell;
+        f->dim[c] = most;
+        if (f->dim[c] > f->dim[longest]) longest = c;
+    }
+    for (int c = 0; c < 3; ++c) {
+        int multiple = (c == longest ? 2 : 1) * s->def->multiple, ncell = ncells[c];
+        f->dim[c] = (f->dim[c] + multiple - 1) / multiple * multiple;
         total *= f->dim[c];
         double begin = 0.5 * (lo[c] + hi[c]) - 0.5 * ncell * spacing;
         if (up[c] > 0.9) begin = lo[c];

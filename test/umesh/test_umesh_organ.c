@@ -29,6 +29,25 @@ static void test_phantom(void** state) {
     om_umesh_destroy_organ(organ);
 }
 
+// Whatever the spacing, three levels of a U-Net have an axis to halve.
+static void test_halving(void** state) {
+    (void)state;
+    for (int nelem = 300; nelem <= 2100; nelem += 600) {
+        OmUmeshOrganDef def = om_umesh_default_organ_def();
+        OmUmeshOrgan* organ;
+        int most = 0;
+        def.nelem = nelem;
+        assert_ok(om_umesh_create_organ(&def, &organ));
+        const OmUmeshGrid* g = om_umesh_grid(organ);
+        for (int c = 0; c < 3; ++c) {
+            assert_int_equal(g->dim[c] % 4, 0);
+            most = g->dim[c] > most ? g->dim[c] : most;
+        }
+        assert_int_equal(most % 8, 0);
+        om_umesh_destroy_organ(organ);
+    }
+}
+
 // More points than needed, as the thesis has them: the same cells with more around them.
 static void test_padding(void** state) {
     (void)state;
@@ -183,10 +202,10 @@ static void test_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_phantom), cmocka_unit_test(test_padding),
-        cmocka_unit_test(test_maps),    cmocka_unit_test(test_parts),
-        cmocka_unit_test(test_patient), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_phantom),  cmocka_unit_test(test_padding),
+        cmocka_unit_test(test_halving),  cmocka_unit_test(test_maps),
+        cmocka_unit_test(test_parts),    cmocka_unit_test(test_patient),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
