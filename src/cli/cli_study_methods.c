@@ -30,7 +30,7 @@ static void print_help(const OmCliArgs* args) {
     om_cli_print_options(args);
     printf(
         "\nExamples:\n"
-        "  omentum study methods -w out/umesh/weights.safetensors -o out/methods\n"
+        "  omentum study methods -o out/methods\n"
         "  omentum study methods -w out/umesh/weights.safetensors --truth-from out/contact -o out/methods \\\n"
         "      --truth 35000 --clusters 10.2,9.1,0.55\n");
 }

@@ -44,7 +44,7 @@ static void print_help(const OmCliArgs* args) {
     om_cli_print_options(args);
     printf(
         "\nExamples:\n"
-        "  omentum umesh predict -w out/umesh/weights.safetensors --press 20 --point 0,0,50\n"
+        "  omentum umesh predict --press 20 --point 0,0,50\n"
         "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu\n");
 }
 

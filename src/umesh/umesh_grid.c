@@ -22,11 +22,14 @@ void om_umesh_grid_done(OmUmeshGrid* grid) {
 
 // ---- making it --------------------------------------------------------------------------------------
 
+const int om__umesh_corner[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                    {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+
 static void cell_points(const int dim[3], int cell, int point[8]) {
-    static const int step[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                                   {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-    for (int a = 0; a < 8; ++a)
-        point[a] = cell + step[a][0] + dim[0] * (step[a][1] + dim[1] * step[a][2]);
+    for (int a = 0; a < 8; ++a) {
+        const int* step = om__umesh_corner[a];
+        point[a] = cell + step[0] + dim[0] * (step[1] + dim[1] * step[2]);
+    }
 }
 
 // The last point of a row begins no cell.

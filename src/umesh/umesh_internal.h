@@ -14,6 +14,9 @@ typedef struct OmUmeshFrame {  // where the points of a grid are
     OmVec3 origin, up;
 } OmUmeshFrame;
 
+// Where the nodes of an element are in its cell.
+extern const int om__umesh_corner[8][3];
+
 // Nodes and elements of the active cells; `fixed`, `skin_x` and the hash are still to be set.
 OmStatus om__umesh_grid_init(const OmUmeshFrame* frame, const unsigned char* active,
                              OmUmeshGrid* grid);

@@ -76,7 +76,7 @@ done:
     return status < 0 ? status : OM_OK;
 }
 
-static OmStatus fill_response(const OmUmeshGrid* g, const Factor* f, UmeshLinear* l) {
+static OmStatus fill_response(const Factor* f, UmeshLinear* l) {
     size_t n = 3 * (size_t)l->nnode;
     double *b = NULL, *x = NULL;
     int column[NBLOCK], num = 0, total = 0;
@@ -95,7 +95,6 @@ static OmStatus fill_response(const OmUmeshGrid* g, const Factor* f, UmeshLinear
                 l->response[(size_t)total * n + i] = (float)x[(size_t)k * n + i];
         num = 0;
     }
-    (void)g;
 done:
     om_free(b);
     om_free(x);
@@ -120,7 +119,7 @@ OmStatus om__umesh_linear_create(const OmUmeshGrid* g, double poisson, int nwork
         l->nnode, l->nskin, (double)size * sizeof(float) / 1e9);
     OM_ALLOC_DONE(l->response, size ? size : 1);
     OM_TRY_DONE(make_factor(g, poisson, nworker, &f));
-    OM_TRY_DONE(fill_response(g, &f, l));
+    OM_TRY_DONE(fill_response(&f, l));
 done:
     destroy_factor(&f);
     if (status < 0)

@@ -17,9 +17,6 @@
 
 typedef float Lanes[NLANE];
 
-static const int side[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
-                               {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-
 static void add(Lanes to, const Lanes from, int is_above) {
     float sign = is_above ? 1 : -1;
     for (int l = 0; l < NLANE; ++l) to[l] += sign * from[l];
@@ -53,13 +50,13 @@ void om__umesh_second_order(const OmUmeshGrid* g, double poisson, double size, c
         for (int a = 0; a < 8; ++a)
             for (int i = 0; i < 3; ++i) {
                 for (int l = 0; l < num; ++l) value[l] = grad * u[3 * node[8 * l + a] + i];
-                for (int j = 0; j < 3; ++j) add(H[i][j], value, side[a][j]);
+                for (int j = 0; j < 3; ++j) add(H[i][j], value, om__umesh_corner[a][j]);
             }
         find_stress(lambda, H, P);
         for (int a = 0; a < 8; ++a)
             for (int i = 0; i < 3; ++i) {
                 memset(value, 0, sizeof value);
-                for (int j = 0; j < 3; ++j) add(value, P[i][j], side[a][j]);
+                for (int j = 0; j < 3; ++j) add(value, P[i][j], om__umesh_corner[a][j]);
                 for (int l = 0; l < num; ++l) force[3 * node[8 * l + a] + i] += share * value[l];
             }
     }
