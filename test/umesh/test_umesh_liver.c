@@ -3,8 +3,8 @@
 #include "omentum/umesh_net.h"
 #include "test_common.h"
 
-#define NSAMPLE 120
-#define NVALID 12
+#define NSAMPLE 60
+#define NVALID 10
 
 static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
 
@@ -17,13 +17,13 @@ static void make_organ(OmUmeshOrgan** organ) {
     assert_ok(om_model_build(&model, NULL, &patient, &report));
     OmUmeshOrganDef def = om_umesh_default_organ_def();
     def.patient = &patient;
-    def.nelem = 700;
+    def.nelem = 350;
     assert_ok(om_umesh_create_organ(&def, organ));
     const OmUmeshGrid* g = om_umesh_grid(*organ);
     printf("liver of %.0f ml: %d elements of %.1f mm, %d x %d x %d points\n",
            1e6 * report.quality.volume, g->mesh.nelem, 1e3 * g->spacing, g->dim[0], g->dim[1],
            g->dim[2]);
-    assert_near(g->mesh.nelem, 700, 7);
+    assert_near(g->mesh.nelem, 350, 4);
     assert_near_rel(g->mesh.nelem * pow(g->spacing, 3), report.quality.volume, 0.05);
     om_patient_done(&patient);
 }
@@ -48,7 +48,7 @@ static void test_liver(void** unused) {
     assert_ok(om_umesh_load_data(dir, 0, &data));
     OmUmeshTrainDef train = om_umesh_default_train_def(&data, dir);
     train.nvalid = NVALID;
-    train.nepoch = 20;
+    train.nepoch = 30;
     train.rate = 2e-3;
     assert_ok(om_umesh_train(&train, NULL, &trained));
     snprintf(path, sizeof path, "%s/weights.safetensors", dir);
