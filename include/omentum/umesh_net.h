@@ -55,6 +55,13 @@ typedef struct OmUmeshTrust {
     char why[128];  // what is outside, for people; "" if nothing is
 } OmUmeshTrust;
 
+/// How an answer was brought to equilibrium.
+typedef struct OmUmeshRefinement {
+    int ncycle;         // 0: the network's answer as it is
+    double left;        // estimate of the mean distance that is left to equilibrium, m
+    double min_volume;  // least det F at a Gauss point; not above 0: an element is turned over
+} OmUmeshRefinement;
+
 /// Memory of one thread for one sample at a time.
 typedef struct OmUmeshPredictor OmUmeshPredictor;
 
@@ -63,7 +70,15 @@ typedef struct OmUmeshPredictor OmUmeshPredictor;
 OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
 OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
-/// Held nodes stay, masked ones go where they are told, the network says the rest.
+/// Stop refining when the mean distance left is estimated below `tolerance` (default 5e-5 m), or after max_cycle cycles
+/// (default 40); 0 cycles: the network alone. Only networks of neo-Hookean samples refine; on others this does nothing.
+OM_API void om_umesh_set_refinement(OmUmeshPredictor* predictor, double tolerance, int max_cycle);
+/// Refine the linear elastic answer instead (default false): some cycles more, and no network to run.
+OM_API void om_umesh_set_linear(OmUmeshPredictor* predictor, bool is_linear);
+/// Of the last prediction.
+OM_API OmUmeshRefinement om_umesh_refinement(const OmUmeshPredictor* predictor);
+/// Held nodes stay, masked ones go where they are told, the network says the rest; then elements are brought to
+/// equilibrium, by the law of the samples.
 /// @param mask   1 where the displacement is given (nnode)
 /// @param u      in: at masked nodes; out: everywhere, m (nnode x 3)
 /// @param trust  may be null
@@ -119,7 +134,13 @@ OM_API OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* pro
 typedef struct OmUmeshEval {
     int n;
     double mean, sd, worst;
-    int worst_sample;                     // from `first` on
+    int worst_sample;                    // from `first` on
+    double network_mean, network_worst;  // of the network's answers, not refined
+    double linear_mean, linear_worst;    // of linear answers, refined
+    double linear_ms;                    // of these, median
+    double mean_cycle;                   // of the refinement
+    int most_cycle;
+    int ninverted;                        // answers with an element turned over
     double max_u;                         // largest displacement of a node in the data
     double ms_median, ms_least, ms_most;  // of a prediction, all in
     int ninside;                          // samples that the test takes for known
@@ -131,8 +152,8 @@ typedef struct OmUmeshEval {
 OM_API OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
                               int nworker, OmUmeshEval* eval);
 OM_API void om_umesh_eval_done(OmUmeshEval* eval);
-/// Write the network again, with what a test measured: facts "test_seed", "test_samples", "test_error_mm" and
-/// "test_worst_mm".
+/// Write the network again, with what a test measured: facts "test_seed", "test_samples", "test_error_mm",
+/// "test_worst_mm" and "test_network_error_mm".
 OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* test,
                                      const OmUmeshEval* eval, const char* path);
 

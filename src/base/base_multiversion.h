@@ -11,4 +11,11 @@
 #define OM_MULTIVERSION
 #endif
 
+// For what such functions call in their loops: a call would leave the level.
+#if defined(__GNUC__)
+#define OM_INLINE static inline __attribute__((always_inline))
+#else
+#define OM_INLINE static inline
+#endif
+
 #endif

@@ -45,6 +45,14 @@ static OmStatus write_json(const OmUmeshEval* e, const char* dir) {
     om_json_number(&json, "sd_mm", 1e3 * e->sd);
     om_json_number(&json, "worst_mm", 1e3 * e->worst);
     om_json_integer(&json, "worst_sample", e->worst_sample);
+    om_json_number(&json, "network_mean_error_mm", 1e3 * e->network_mean);
+    om_json_number(&json, "network_worst_mm", 1e3 * e->network_worst);
+    om_json_number(&json, "linear_mean_error_mm", 1e3 * e->linear_mean);
+    om_json_number(&json, "linear_worst_mm", 1e3 * e->linear_worst);
+    om_json_number(&json, "linear_ms_median", e->linear_ms);
+    om_json_number(&json, "cycles_mean", e->mean_cycle);
+    om_json_integer(&json, "cycles_most", e->most_cycle);
+    om_json_integer(&json, "inverted", e->ninverted);
     om_json_number(&json, "largest_displacement_mm", 1e3 * e->max_u);
     om_json_number(&json, "prediction_ms_median", e->ms_median);
     om_json_number(&json, "prediction_ms_least", e->ms_least);
@@ -103,11 +111,19 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_m
     printf("mean norm error %.4f mm (sd %.4f), worst sample %.4f mm (number %d)\n", 1e3 * e.mean,
            1e3 * e.sd, 1e3 * e.worst, e.worst_sample);
     print_kinds(&e, data.sample);
+    printf("the network alone: %.4f mm, worst %.4f; refined by %.1f cycles, at most %d\n",
+           1e3 * e.network_mean, 1e3 * e.network_worst, e.mean_cycle, e.most_cycle);
+    printf(
+        "linear elasticity, refined without the network: %.4f mm, worst %.4f; %.2f ms (median)\n",
+        1e3 * e.linear_mean, 1e3 * e.linear_worst, e.linear_ms);
+    if (e.ninverted) printf("an element is turned over in %d\n", e.ninverted);
     printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_least, e.ms_most);
     printf("taken for known: %d of %d\n", e.ninside, e.n);
     *is_met = 1e3 * e.mean <= BAR_MEAN && 1e3 * e.worst <= BAR_WORST;
-    printf("the bar (mean %g mm, worst %g mm) is %s; a prediction in %g ms %s\n", BAR_MEAN,
-           BAR_WORST, *is_met ? "met" : "missed", BAR_MS, e.ms_median <= BAR_MS ? "too" : "is not");
+    printf("the bars: mean %g mm %s, worst %g mm %s, median %g ms %s\n", BAR_MEAN,
+           1e3 * e.mean <= BAR_MEAN ? "met" : "MISSED", BAR_WORST,
+           1e3 * e.worst <= BAR_WORST ? "met" : "MISSED", BAR_MS,
+           e.ms_median <= BAR_MS ? "met" : "MISSED");
 done:
     om_umesh_eval_done(&e);
     om_umesh_data_done(&data);

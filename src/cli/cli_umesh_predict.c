@@ -8,7 +8,8 @@
 #include "omentum/shape_file.h"
 #include "omentum/umesh_net.h"
 
-#define NREPEAT 20  // predictions timed
+#define NREPEAT 20     // predictions timed
+#define MAX_CYCLE 100  // of the refinement
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE",
@@ -19,6 +20,9 @@ static const OmCliOption option[] = {
     {"--turn", NULL, "DEG", "of the probe about the normal (default 0)"},
     {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
     {"--output", "-o", "FILE", "the deformed organ: .vtu or .vtk, opens in ParaView"},
+    {"--tolerance", NULL, "MM",
+     "refine until the mean distance to equilibrium is estimated below it (default 0.05); 0: the network alone"},
+    {"--linear", NULL, NULL, "refine the linear elastic answer; the network is left out"},
     {"--onnx", NULL, "FILE", "write the network as ONNX, too"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--help", "-h", NULL, "this text"},
@@ -45,6 +49,7 @@ static void print_help(const OmCliArgs* args) {
     printf(
         "\nExamples:\n"
         "  omentum umesh predict --press 20 --point 0,0,50\n"
+        "  omentum umesh predict --press 30 --tolerance 0.001\n"
         "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu\n");
 }
 
@@ -104,13 +109,18 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
     OmUmeshPredictor* predictor;
     double ms[NREPEAT];
     OmStatus status = OM_OK;
+    double tolerance = 0.05;
+    OM_TRY(om_cli_get_double(p->args, "--tolerance", 0, 100, &tolerance));
     OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
+    om_umesh_set_refinement(predictor, 1e-3 * tolerance, tolerance > 0 ? MAX_CYCLE : 0);
+    om_umesh_set_linear(predictor, om_cli_get(p->args, "--linear") != NULL);
     for (int k = 0; k < NREPEAT && status >= 0; ++k) {
         set_way(p);
         double begin = om_clock_now();
         status = om_umesh_predict(predictor, p->mask, p->u, trust);
         ms[k] = 1e3 * (om_clock_now() - begin);
     }
+    OmUmeshRefinement refined = om_umesh_refinement(predictor);
     om_umesh_destroy_predictor(predictor);
     if (status < 0) return status;
     om_sort_doubles(ms, NREPEAT);
@@ -119,6 +129,11 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
            p->nmasked);
     printf("a prediction: %.2f ms (median of %d), %d nodes\n", ms[NREPEAT / 2], NREPEAT,
            p->grid->mesh.nnode);
+    if (refined.ncycle > 0)
+        printf("refined by %d cycles; to equilibrium are left about %.3f mm\n", refined.ncycle,
+               1e3 * refined.left);
+    else
+        printf("not refined\n");
     return OM_OK;
 }
 

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/base_multiversion.h"
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
@@ -129,22 +130,24 @@ done:
     return status;
 }
 
-size_t om__umesh_linear_memory(const UmeshLinear* l) {
-    return sizeof *l + (size_t)l->nnode * (sizeof *l->skin + 9 * (size_t)l->nskin * sizeof(float));
-}
-
 // ---- an answer --------------------------------------------------------------------------------------
 
-// A = L L^T in place (its lower triangle, row by row), then x = A^-1 x. A pivot that is lost leaves out its row.
-static void solve_dense(double* A, int n, double* x) {
+// A = L L^T in place (its lower triangle, row by row), pivots inverted. A pivot that is lost leaves out its row.
+static void factor_dense(double* A, int n) {
     for (int i = 0; i < n; ++i) {
         double* row = A + (size_t)i * (size_t)n;
         for (int j = 0; j <= i; ++j) {
             const double* other = A + (size_t)j * (size_t)n;
             double sum = row[j];
             for (int k = 0; k < j; ++k) sum -= row[k] * other[k];
-            row[j] = j < i ? sum * other[j] : sum > 0 ? 1 / sqrt(sum) : 0;  // pivots inverted
+            row[j] = j < i ? sum * other[j] : sum > 0 ? 1 / sqrt(sum) : 0;
         }
+    }
+}
+
+static void solve_dense(const double* A, int n, double* x) {
+    for (int i = 0; i < n; ++i) {
+        const double* row = A + (size_t)i * (size_t)n;
         double sum = x[i];
         for (int k = 0; k < i; ++k) sum -= row[k] * x[k];
         x[i] = sum * row[i];
@@ -155,9 +158,66 @@ static void solve_dense(double* A, int n, double* x) {
     }
 }
 
+OmStatus om__umesh_patch_init(const UmeshLinear* l, const unsigned char* mask, UmeshPatch* p) {
+    size_t n = 3 * (size_t)l->nnode;
+    int num = 0;
+    OmStatus status = OM_OK;
+    *p = (UmeshPatch){0};
+    for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->skin[i] >= 0 ? 3 : 0;
+    if (num == 0 || num > MAX_SIDE) return OM_OK;  // no answer: zero
+    OM_ALLOC_DONE(p->factor, (size_t)num * (size_t)num);
+    OM_ALLOC_DONE(p->column, num);
+    OM_ALLOC_DONE(p->dof, num);
+    for (int i = 0; i < l->nnode; ++i)
+        for (int c = 0; c < 3 && mask[i] && l->skin[i] >= 0; ++c, ++p->num) {
+            p->column[p->num] = l->response + (3 * (size_t)l->skin[i] + (size_t)c) * n;
+            p->dof[p->num] = 3 * i + c;
+        }
+    double mean = 0;
+    for (int i = 0; i < num; ++i) mean += (double)p->column[i][p->dof[i]] / num;
+    for (int i = 0; i < num; ++i)
+        for (int j = 0; j <= i; ++j)
+            p->factor[(size_t)i * (size_t)num + (size_t)j] =
+                (double)p->column[i][p->dof[j]] + (i == j ? GIVE * mean : 0);
+    factor_dense(p->factor, num);
+done:
+    if (status < 0) om__umesh_patch_done(p);
+    return status;
+}
+
+void om__umesh_patch_done(UmeshPatch* p) {
+    om_free(p->factor);
+    om_free((void*)p->column);
+    om_free(p->dof);
+    *p = (UmeshPatch){0};
+}
+
+void om__umesh_patch_solve(const UmeshPatch* p, const float* u, double* share) {
+    for (int k = 0; k < p->num; ++k) share[k] = (double)u[p->dof[k]];
+    solve_dense(p->factor, p->num, share);
+}
+
+// Four columns at once: what they are added to is read and written that much less often.
+OM_MULTIVERSION void om__umesh_patch_add(const UmeshPatch* p, const double* share, double sign,
+                                         float* out, int begin, int end) {
+    int k = 0;
+    for (; k + 4 <= p->num; k += 4) {
+        const float *a = p->column[k], *b = p->column[k + 1];
+        const float *c = p->column[k + 2], *d = p->column[k + 3];
+        const float sa = (float)(sign * share[k]), sb = (float)(sign * share[k + 1]);
+        const float sc = (float)(sign * share[k + 2]), sd = (float)(sign * share[k + 3]);
+        for (int i = begin; i < end; ++i)
+            out[i] += (sa * a[i] + sb * b[i]) + (sc * c[i] + sd * d[i]);
+    }
+    for (; k < p->num; ++k) {
+        const float* a = p->column[k];
+        const float sa = (float)(sign * share[k]);
+        for (int i = begin; i < end; ++i) out[i] += sa * a[i];
+    }
+}
+
 typedef struct Sum {
-    int num;
-    const float* const* column;
+    const UmeshPatch* patch;
     const double* share;
     float* out;
 } Sum;
@@ -165,48 +225,27 @@ typedef struct Sum {
 static void sum_rows(void* ctx, int begin, int end, int block) {
     const Sum* s = ctx;
     (void)block;
-    for (int k = 0; k < s->num; ++k) {
-        const float* column = s->column[k];
-        float share = (float)s->share[k];
-        for (int i = begin; i < end; ++i) s->out[i] += share * column[i];
-    }
+    om__umesh_patch_add(s->patch, s->share, 1, s->out, begin, end);
+}
+
+OmStatus om__umesh_linear_answer(const UmeshLinear* l, const UmeshPatch* p, const float* u,
+                                 int nworker, float* out) {
+    int n = 3 * l->nnode;
+    double* share;
+    memset(out, 0, (size_t)n * sizeof *out);
+    OM_ALLOC(share, p->num ? p->num : 1);
+    om__umesh_patch_solve(p, u, share);
+    Sum sum = {p, share, out};
+    om_parallel_for(nworker, n, GRAIN, sum_rows, &sum);
+    om_free(share);
+    return OM_OK;
 }
 
 OmStatus om__umesh_linear_solve(const UmeshLinear* l, const unsigned char* mask, const float* u,
                                 int nworker, float* out) {
-    size_t n = 3 * (size_t)l->nnode;
-    int num = 0;
-    memset(out, 0, n * sizeof *out);
-    for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->skin[i] >= 0 ? 3 : 0;
-    if (num == 0 || num > MAX_SIDE) return OM_OK;  // the network alone
-    OmStatus status = OM_OK;
-    double *A = NULL, *f = NULL;
-    const float** column = NULL;
-    int* dof = NULL;
-    OM_ALLOC_DONE(A, (size_t)num * (size_t)num);
-    OM_ALLOC_DONE(f, num);
-    OM_ALLOC_DONE(column, num);
-    OM_ALLOC_DONE(dof, num);
-    num = 0;
-    for (int i = 0; i < l->nnode; ++i)
-        for (int c = 0; c < 3 && mask[i] && l->skin[i] >= 0; ++c, ++num) {
-            column[num] = l->response + (3 * (size_t)l->skin[i] + (size_t)c) * n;
-            dof[num] = 3 * i + c;
-            f[num] = (double)u[dof[num]];
-        }
-    double mean = 0;
-    for (int i = 0; i < num; ++i) mean += (double)column[i][dof[i]] / num;
-    for (int i = 0; i < num; ++i)
-        for (int j = 0; j <= i; ++j)
-            A[(size_t)i * (size_t)num + (size_t)j] =
-                (double)column[i][dof[j]] + (i == j ? GIVE * mean : 0);
-    solve_dense(A, num, f);
-    Sum sum = {num, column, f, out};
-    om_parallel_for(nworker, (int)n, GRAIN, sum_rows, &sum);
-done:
-    om_free(A);
-    om_free(f);
-    om_free((void*)column);
-    om_free(dof);
+    UmeshPatch p;
+    OM_TRY(om__umesh_patch_init(l, mask, &p));
+    OmStatus status = om__umesh_linear_answer(l, &p, u, nworker, out);
+    om__umesh_patch_done(&p);
     return status;
 }

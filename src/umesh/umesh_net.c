@@ -5,8 +5,8 @@
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
 //     trust.way (nnode), trust.inward (nnode, 3), trust.limit (6)
-//     scale (4)                         of inputs, m; of corrections; Poisson's ratio of the linear answer; of
-//                                       the second order's forces
+//     scale (5)                         of inputs, m; of corrections; Poisson's ratio; of the second order's
+//                                       forces; how far samples are from equilibrium by the refinement's law
 // Everything else of the grid follows from these; what does not fit them is refused.
 #include <math.h>
 #include <stdarg.h>
@@ -16,10 +16,11 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define FORMAT "omentum-umesh-5"
+#define FORMAT "omentum-umesh-6"
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
+#define MOST_UNBALANCED 0.01  // above it samples are of another law than that of the refinement
 
 // ---- create -----------------------------------------------------------------------------------------
 
@@ -69,6 +70,15 @@ static OmStatus finish(OmUmeshNet* n, double poisson, int base_channels, int nle
     return om__umesh_linear_create(&n->grid, poisson, 0, &n->linear);
 }
 
+OmStatus om__umesh_net_set_balance(OmUmeshNet* n, double balance) {
+    om__umesh_refine_destroy(n->refine);
+    n->refine = NULL;
+    n->balance = balance;
+    if (!(balance <= MOST_UNBALANCED)) return OM_OK;
+    OmStatus status = om__umesh_refine_create(&n->grid, n->poisson, 0, &n->refine);
+    return status == OM_UNAVAILABLE ? OM_OK : status;  // a grid too large: the network alone
+}
+
 OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
                               int nlevel, OmUmeshNet** out) {
     *out = NULL;
@@ -87,6 +97,7 @@ void om_umesh_destroy_net(OmUmeshNet* n) {
     if (!n) return;
     om_umesh_grid_done(&n->grid);
     om__umesh_linear_destroy(n->linear);
+    om__umesh_refine_destroy(n->refine);
     om_net_destroy(n->net);
     om_free(n->param);
     om_free(n->region.way);
@@ -138,7 +149,7 @@ OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* form
 // ---- save -------------------------------------------------------------------------------------------
 
 typedef struct Own {  // the tensors besides the weights, in the types of the file
-    double dim[3], frame[7], limit[6], scale[4];
+    double dim[3], frame[7], limit[6], scale[5];
     float *active, *fixed;
 } Own;
 
@@ -148,7 +159,7 @@ static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     *own = (Own){
         .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
         .limit = {r->stretch, r->rough, r->angle, r->most, r->least, r->margin},
-        .scale = {n->scale, n->correction, n->poisson, n->second}};
+        .scale = {n->scale, n->correction, n->poisson, n->second, n->balance}};
     for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(own->active, g->npoint);
@@ -176,7 +187,7 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
     t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
     t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {6}, own->limit};
-    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {4}, own->scale};
+    t[num++] = (OmTensor){"scale", OM_TENSOR_F64, 1, {5}, own->scale};
     return num;
 }
 
@@ -235,6 +246,7 @@ static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
     c->scale = n->scale;
     c->correction = n->correction;
     c->second = n->second;
+    c->balance = n->balance;
     for (int i = 0; i < n->nfact; ++i)
         if (strncmp(n->fact[i].key, "test_", 5) != 0)
             OM_TRY(om__umesh_net_add_fact(c, n->fact[i].key, "%s", n->fact[i].value));
@@ -250,6 +262,8 @@ OmStatus om_umesh_record_test(const OmUmeshNet* n, const OmUmeshData* test, cons
     OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_samples", "%d", eval->n));
     OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_error_mm", "%.5f", 1e3 * eval->mean));
     OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_worst_mm", "%.5f", 1e3 * eval->worst));
+    OM_TRY_DONE(
+        om__umesh_net_add_fact(copy, "test_network_error_mm", "%.5f", 1e3 * eval->network_mean));
     OM_TRY_DONE(om__umesh_net_save(copy, path));
 done:
     om_umesh_destroy_net(copy);
@@ -363,25 +377,35 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
 
 static OmStatus read_scale(const OmTensorFile* f, const char* path, OmUmeshNet* n,
                            double* poisson) {
-    double value[4];
-    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){4}, value));
-    for (int i = 0; i < 4; ++i)
-        OM_CHECK(i == 2 || (value[i] > 1e-9 && value[i] < 1e3), OM_INVALID,
+    double value[5];
+    OM_TRY(om_tensor_file_read_double(f, "scale", 1, (const int64_t[]){5}, value));
+    for (int i = 0; i < 5; ++i)
+        OM_CHECK(i == 2 || i == 4 || (value[i] > 1e-9 && value[i] < 1e3), OM_INVALID,
                  "%s: scale[%d] is %g; 1e-9 to 1000", path, i, value[i]);
     OM_CHECK(value[2] > -0.9 && value[2] < 0.4999, OM_INVALID,
              "%s: scale[2], Poisson's ratio, is %g; above -0.9, below 0.4999", path, value[2]);
     n->scale = value[0];
     n->correction = value[1];
     n->second = value[3];
+    OM_CHECK(value[4] >= 0 && value[4] < 1e9, OM_INVALID,
+             "%s: scale[4], the balance of the samples, is %g; 0 to 1e9", path, value[4]);
+    n->balance = value[4];
     *poisson = value[2];
     return OM_OK;
 }
 
 static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
-    static const char* const key[] = {"command",      "seed",         "data",
-                                      "samples",      "epochs",       "validation_error_mm",
-                                      "test_seed",    "test_samples", "test_error_mm",
-                                      "test_worst_mm"};
+    static const char* const key[] = {"command",
+                                      "seed",
+                                      "data",
+                                      "samples",
+                                      "epochs",
+                                      "validation_error_mm",
+                                      "test_seed",
+                                      "test_samples",
+                                      "test_error_mm",
+                                      "test_worst_mm",
+                                      "test_network_error_mm"};
     for (size_t i = 0; i < sizeof key / sizeof *key; ++i) {
         const char* value = om_tensor_file_meta(f, key[i]);
         if (value) OM_TRY(om__umesh_net_add_fact(n, key[i], "%s", value));
@@ -404,6 +428,7 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
     OM_TRY(finish(n, poisson, base, nlevel));
     OM_TRY(read_weights(f, path, n));
     OM_TRY(read_region(f, path, n));
+    OM_TRY(om__umesh_net_set_balance(n, n->balance));
     return read_facts(f, n);
 }
 

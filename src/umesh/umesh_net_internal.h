@@ -21,11 +21,16 @@ typedef struct UmeshRegion {  // what training saw, and by how much its limits a
 } UmeshRegion;
 
 typedef struct UmeshLinear UmeshLinear;  // constant
+typedef struct UmeshCoarse UmeshCoarse;  // constant
+typedef struct UmeshRefine UmeshRefine;  // constant
+typedef struct UmeshRefineWork UmeshRefineWork;
 
 struct OmUmeshNet {
     OmUmeshGrid grid;
     UmeshLinear* linear;
-    double poisson;  // of it
+    UmeshRefine* refine;  // null where the samples do not follow its law
+    double poisson;       // of both
+    double balance;       // forces left in samples, by that law, over those in linear answers
     OmNet* net;
     float* param;
     int base_channels, nlevel;
@@ -42,6 +47,8 @@ struct OmUmeshNet {
 // Without weights and region: the layers for a copy of the grid.
 OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
                               int nlevel, OmUmeshNet** net);
+// What is left of forces in the samples decides whether answers are refined.
+OmStatus om__umesh_net_set_balance(OmUmeshNet* net, double balance);
 OmStatus om__umesh_net_add_fact(OmUmeshNet* net, const char* key, const char* format, ...)
     OM_PRINTF(3, 4);
 OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
@@ -54,10 +61,48 @@ OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);
 OmStatus om__umesh_linear_create(const OmUmeshGrid* grid, double poisson, int nworker,
                                  UmeshLinear** linear);
 void om__umesh_linear_destroy(UmeshLinear* linear);
-size_t om__umesh_linear_memory(const UmeshLinear* linear);
+// A patch: C_PP factored, and the columns that its nodes take. Nothing where no node is on the skin.
+typedef struct UmeshPatch {
+    int num;               // unknowns
+    double* factor;        //                                                  (num x num)
+    const float** column;  // of the response, borrowed                              (num)
+    int* dof;              //                                                        (num)
+} UmeshPatch;
+
+OmStatus om__umesh_patch_init(const UmeshLinear* linear, const unsigned char* mask,
+                              UmeshPatch* patch);
+void om__umesh_patch_done(UmeshPatch* patch);
+// Shares of the columns by which the patch goes where u (nnode x 3) says. (num)
+void om__umesh_patch_solve(const UmeshPatch* patch, const float* u, double* share);
+// out += sign times what they do, for the unknowns begin .. end - 1.
+void om__umesh_patch_add(const UmeshPatch* patch, const double* share, double sign, float* out,
+                         int begin, int end);
+
 // Displacements of all nodes when those of the mask that are on the skin go where u says; zero if there are none.
+OmStatus om__umesh_linear_answer(const UmeshLinear* linear, const UmeshPatch* patch, const float* u,
+                                 int nworker, float* out);
 OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* mask,
                                 const float* u, int nworker, float* out);
+
+// ---- umesh_refine.c ---------------------------------------------------------------------------------
+
+/// @param grid  borrowed
+/// @return OM_UNAVAILABLE if the grid is too large
+OmStatus om__umesh_refine_create(const OmUmeshGrid* grid, double poisson, int nworker,
+                                 UmeshRefine** refine);
+// How far samples `first` .. first + n - 1 are from equilibrium by the law of the refinement: the norm of their forces
+// over that of those in the linear answers, the mean.
+OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, const float* linear,
+                                   int first, int n, double* balance);
+void om__umesh_refine_destroy(UmeshRefine* refine);
+OmStatus om__umesh_refine_work_create(const UmeshRefine* refine, UmeshRefineWork** work);
+void om__umesh_refine_work_destroy(UmeshRefineWork* work);
+size_t om__umesh_refine_work_memory(const UmeshRefineWork* work);
+// From u to equilibrium with the masked nodes and the held ones where they are.
+// @param patch  of the mask
+OmStatus om__umesh_refine(UmeshRefineWork* work, const UmeshPatch* patch, const unsigned char* mask,
+                          double tolerance, int max_cycle, int nworker, float* u,
+                          OmUmeshRefinement* report);
 
 // ---- umesh_second.c ---------------------------------------------------------------------------------
 
@@ -73,7 +118,7 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* grid, float* in);
 // What an input changes, but for the fixed channels.
 // @param work  (nnode x 3)
 void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, const float* u,
-                          const float* linear, float* work, float* in);
+                          const float* linear, int nworker, float* work, float* in);
 // The size of an input: its largest displacement, m; above 0.
 double om__umesh_size(const OmUmeshGrid* grid, const unsigned char* mask, const float* u);
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);

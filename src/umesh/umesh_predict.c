@@ -23,10 +23,17 @@ enum {
 
 #define LEAST_SIZE 1e-6  // m, of an input
 
+#define TOLERANCE 5e-5  // m
+#define MAX_CYCLE 40
+
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
     OmNetRun* run;
-    int nworker;
+    UmeshRefineWork* refine;  // null: the network's answer is the last
+    OmUmeshRefinement refinement;
+    double tolerance;
+    int max_cycle, nworker;
+    bool is_linear;  // the network is left out
     float *in, *out, *u, *linear;
 };
 
@@ -59,25 +66,48 @@ double om__umesh_size(const OmUmeshGrid* g, const unsigned char* mask, const flo
     return fmax(sqrt(most), LEAST_SIZE);
 }
 
-void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, const float* u,
-                          const float* linear, float* work, float* in) {
-    const OmUmeshGrid* g = &net->grid;
-    size_t npoint = (size_t)g->npoint;
-    float *patch = in + CH_PATCH * npoint, *answer = in + CH_LINEAR * npoint;
-    float* force = in + CH_FORCE * npoint;
-    double size = om__umesh_size(g, mask, u);
-    float over = (float)(1 / size), share = (float)(size / net->scale);
-    float drive = (float)(1 / net->second);
-    om_umesh_scatter(g, u, mask, in);
-    om_umesh_scatter(g, linear, NULL, answer);
-    om__umesh_second_order(g, net->poisson, size, linear, work);
-    om_umesh_scatter(g, work, NULL, force);
-    for (size_t n = 0; n < 3 * npoint; ++n) in[n] *= over, answer[n] *= over, force[n] *= drive;
+typedef struct Filling {
+    const OmUmeshNet* net;
+    const unsigned char* mask;
+    const float *u, *linear;
+    float *work, *in;
+    double size;
+} Filling;
+
+static void fill_displacements(const Filling* f) {
+    const OmUmeshGrid* g = &f->net->grid;
+    const size_t npoint = (size_t)g->npoint;
+    float *patch = f->in + CH_PATCH * npoint, *answer = f->in + CH_LINEAR * npoint;
+    const float over = (float)(1 / f->size), share = (float)(f->size / f->net->scale);
+    om_umesh_scatter(g, f->u, f->mask, f->in);
+    om_umesh_scatter(g, f->linear, NULL, answer);
+    for (size_t n = 0; n < 3 * npoint; ++n) f->in[n] *= over, answer[n] *= over;
     memset(patch, 0, npoint * sizeof *patch);
     for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (mask[i]) patch[g->node_point[i]] = 1;
-        in[CH_SIZE * npoint + (size_t)g->node_point[i]] = share;
+        if (f->mask[i]) patch[g->node_point[i]] = 1;
+        f->in[CH_SIZE * npoint + (size_t)g->node_point[i]] = share;
     }
+}
+
+static void fill_forces(const Filling* f) {
+    const OmUmeshGrid* g = &f->net->grid;
+    const size_t npoint = (size_t)g->npoint;
+    float* force = f->in + CH_FORCE * npoint;
+    const float drive = (float)(1 / f->net->second);
+    om__umesh_second_order(g, f->net->poisson, f->size, f->linear, f->work);
+    om_umesh_scatter(g, f->work, NULL, force);
+    for (size_t n = 0; n < 3 * npoint; ++n) force[n] *= drive;
+}
+
+static void fill_part(void* ctx, int begin, int end, int block) {
+    (void)block;
+    for (int k = begin; k < end; ++k) k == 0 ? fill_forces(ctx) : fill_displacements(ctx);
+}
+
+void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, const float* u,
+                          const float* linear, int nworker, float* work, float* in) {
+    Filling f = {net, mask, u, linear, work, in, om__umesh_size(&net->grid, mask, u)};
+    om_parallel_for(nworker, 2, 1, fill_part, &f);
 }
 
 // ---- prediction ---------------------------------------------------------------------------------------
@@ -100,6 +130,8 @@ OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPr
     OmStatus status = OM_OK;
     p->net = net;
     p->nworker = nworker;
+    om_umesh_set_refinement(p, TOLERANCE, MAX_CYCLE);
+    if (net->refine) OM_TRY_DONE(om__umesh_refine_work_create(net->refine, &p->refine));
     OM_TRY_DONE(create_run(net, nworker, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
     OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.npoint);
@@ -117,6 +149,7 @@ done:
 void om_umesh_destroy_predictor(OmUmeshPredictor* p) {
     if (!p) return;
     om_net_run_destroy(p->run);
+    om__umesh_refine_work_destroy(p->refine);
     om_free(p->in);
     om_free(p->out);
     om_free(p->u);
@@ -127,12 +160,20 @@ void om_umesh_destroy_predictor(OmUmeshPredictor* p) {
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
     size_t npoint = (size_t)p->net->grid.npoint, nnode = (size_t)p->net->grid.mesh.nnode;
     return sizeof *p + om_net_run_memory(p->run) +
+           (p->refine ? om__umesh_refine_work_memory(p->refine) : 0) +
            ((UMESH_NCHANNEL + 3) * npoint + 6 * nnode) * sizeof(float);
 }
 
-OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
-                          OmUmeshTrust* trust) {
-    const OmUmeshGrid* g = &p->net->grid;
+void om_umesh_set_refinement(OmUmeshPredictor* p, double tolerance, int max_cycle) {
+    p->tolerance = tolerance;
+    p->max_cycle = max_cycle;
+}
+
+void om_umesh_set_linear(OmUmeshPredictor* p, bool is_linear) { p->is_linear = is_linear; }
+
+OmUmeshRefinement om_umesh_refinement(const OmUmeshPredictor* p) { return p->refinement; }
+
+static OmStatus check_input(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     int nmasked = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (!mask[i]) continue;
@@ -142,16 +183,58 @@ OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float*
                      "umesh: the displacement of node %d is not finite", i);
     }
     OM_CHECK(nmasked > 0, OM_INVALID, "umesh: no node is moved");
-    float scale = (float)(p->net->correction * om__umesh_size(g, mask, u));
-    OM_TRY(om__umesh_linear_solve(p->net->linear, mask, u, p->nworker, p->linear));
-    om__umesh_fill_input(p->net, mask, u, p->linear, p->u, p->in);
+    return OM_OK;
+}
+
+static bool is_finite(const float* u, size_t n) {
+    for (size_t i = 0; i < n; ++i)
+        if (!isfinite(u[i])) return false;
+    return true;
+}
+
+// To equilibrium; the answer is left as it is if that fails.
+static OmStatus refine(OmUmeshPredictor* p, const UmeshPatch* patch, const unsigned char* mask,
+                       float* u) {
+    size_t n = 3 * (size_t)p->net->grid.mesh.nnode;
+    p->refinement = (OmUmeshRefinement){0};
+    if (!p->refine || p->max_cycle <= 0) return OM_OK;
+    memcpy(p->linear, u, n * sizeof *u);
+    OM_TRY(om__umesh_refine(p->refine, patch, mask, p->tolerance, p->max_cycle, p->nworker, u,
+                            &p->refinement));
+    if (is_finite(u, n)) return OM_OK;
+    memcpy(u, p->linear, n * sizeof *u);
+    p->refinement = (OmUmeshRefinement){.left = INFINITY};
+    return OM_OK;
+}
+
+// What the network says, to the linear answer.
+static OmStatus add_correction(OmUmeshPredictor* p, const unsigned char* mask, const float* u) {
+    const OmUmeshGrid* g = &p->net->grid;
+    const float scale = (float)(p->net->correction * om__umesh_size(g, mask, u));
+    om__umesh_fill_input(p->net, mask, u, p->linear, p->nworker, p->u, p->in);
     OM_TRY(om_net_run_forward(p->run, p->in, p->out));
     om_umesh_gather(g, p->out, p->u);
+    for (int i = 0; i < 3 * g->mesh.nnode; ++i) p->linear[i] += scale * p->u[i];
+    return OM_OK;
+}
+
+OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
+                          OmUmeshTrust* trust) {
+    const OmUmeshGrid* g = &p->net->grid;
+    UmeshPatch patch;
+    OmStatus status = OM_OK;
+    OM_TRY(check_input(g, mask, u));
+    OM_TRY(om__umesh_patch_init(p->net->linear, mask, &patch));
+    OM_TRY_DONE(om__umesh_linear_answer(p->net->linear, &patch, u, p->nworker, p->linear));
+    if (!p->is_linear) OM_TRY_DONE(add_correction(p, mask, u));
     if (trust) om_umesh_judge(p->net, mask, u, trust);
     for (int i = 0; i < g->mesh.nnode; ++i)
         for (int c = 0; c < 3 && (g->fixed[i] || !mask[i]); ++c)
-            u[3 * i + c] = g->fixed[i] ? 0 : p->linear[3 * i + c] + scale * p->u[3 * i + c];
-    return OM_OK;
+            u[3 * i + c] = g->fixed[i] ? 0 : p->linear[3 * i + c];
+    OM_TRY_DONE(refine(p, &patch, mask, u));
+done:
+    om__umesh_patch_done(&patch);
+    return status;
 }
 
 // ---- evaluation ---------------------------------------------------------------------------------------
@@ -172,7 +255,44 @@ double om__umesh_mean_error(const OmUmeshGrid* g, const float* a, const float* b
     return num ? sum / num : 0;
 }
 
-static void summarise(OmUmeshEval* e, double* ms) {
+enum { NETWORK, LINEAR, REFINED };  // the network alone, linear answers refined, both
+
+// All samples one way; one after the other, for times of steady use.
+static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* data, int first,
+                            float* u, double* ms, OmUmeshEval* e) {
+    const OmUmeshGrid* g = &p->net->grid;
+    const size_t nnode = (size_t)g->mesh.nnode;
+    om_umesh_set_refinement(p, TOLERANCE, kind == NETWORK ? 0 : MAX_CYCLE);
+    om_umesh_set_linear(p, kind == LINEAR);
+    for (int s = 0; s < e->n; ++s) {
+        const float* truth = data->u + 3 * (size_t)(first + s) * nnode;
+        OmUmeshTrust trust;
+        memcpy(u, truth, 3 * nnode * sizeof *u);
+        double begin = om_clock_now();
+        OM_TRY(om_umesh_predict(p, data->mask + (size_t)(first + s) * nnode, u, &trust));
+        ms[s] = 1e3 * (om_clock_now() - begin);
+        double error = om__umesh_mean_error(g, u, truth);
+        if (kind == NETWORK) {
+            e->network_mean += error / e->n;
+            e->network_worst = fmax(e->network_worst, error);
+        } else if (kind == LINEAR) {
+            e->linear_mean += error / e->n;
+            e->linear_worst = fmax(e->linear_worst, error);
+        } else {
+            const OmUmeshRefinement* r = &p->refinement;
+            e->error[s] = error;
+            e->score[s] = trust.score;
+            e->ninside += trust.is_inside;
+            e->mean_cycle += (double)r->ncycle / e->n;
+            if (r->ncycle > e->most_cycle) e->most_cycle = r->ncycle;
+            if (r->ncycle > 0 && !(r->min_volume > 0)) ++e->ninverted;
+        }
+    }
+    om_sort_doubles(ms, e->n);
+    return OM_OK;
+}
+
+static void summarise(OmUmeshEval* e) {
     for (int s = 0; s < e->n; ++s) {
         e->mean += e->error[s] / e->n;
         if (e->error[s] >= e->worst) e->worst = e->error[s], e->worst_sample = s;
@@ -180,15 +300,10 @@ static void summarise(OmUmeshEval* e, double* ms) {
     for (int s = 0; s < e->n; ++s)
         e->sd += (e->error[s] - e->mean) * (e->error[s] - e->mean) / e->n;
     e->sd = sqrt(e->sd);
-    om_sort_doubles(ms, e->n);
-    e->ms_least = ms[0];
-    e->ms_median = ms[e->n / 2];
-    e->ms_most = ms[e->n - 1];
 }
 
 OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
                        int nworker, OmUmeshEval* e) {
-    size_t nnode = (size_t)net->grid.mesh.nnode;
     *e = (OmUmeshEval){.n = n};
     OM_CHECK(data->grid.hash == net->grid.hash, OM_INVALID,
              "umesh: the data are of another organ or grid than the network (%d and %d elements)",
@@ -200,23 +315,19 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     double* ms = NULL;
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_umesh_create_predictor(net, nworker, &p));
-    OM_ALLOC_DONE(u, 3 * nnode);
+    OM_ALLOC_DONE(u, 3 * (size_t)net->grid.mesh.nnode);
     OM_ALLOC_DONE(ms, n);
     OM_ALLOC_DONE(e->error, n);
     OM_ALLOC_DONE(e->score, n);
-    for (int s = 0; s < n; ++s) {
-        size_t at = (size_t)(first + s) * nnode;
-        OmUmeshTrust trust;
-        memcpy(u, data->u + 3 * at, 3 * nnode * sizeof *u);
-        double begin = om_clock_now();
-        OM_TRY_DONE(om_umesh_predict(p, data->mask + at, u, &trust));
-        ms[s] = 1e3 * (om_clock_now() - begin);
-        e->error[s] = om__umesh_mean_error(&net->grid, u, data->u + 3 * at);
-        e->score[s] = trust.score;
-        e->ninside += trust.is_inside;
-        e->max_u = fmax(e->max_u, data->sample[first + s].max_u);
-    }
-    summarise(e, ms);
+    OM_TRY_DONE(try_samples(p, NETWORK, data, first, u, ms, e));
+    OM_TRY_DONE(try_samples(p, LINEAR, data, first, u, ms, e));
+    e->linear_ms = ms[n / 2];
+    OM_TRY_DONE(try_samples(p, REFINED, data, first, u, ms, e));
+    e->ms_least = ms[0];
+    e->ms_median = ms[n / 2];
+    e->ms_most = ms[n - 1];
+    for (int s = first; s < first + n; ++s) e->max_u = fmax(e->max_u, data->sample[s].max_u);
+    summarise(e);
 done:
     om_free(ms);
     om_free(u);

@@ -108,7 +108,7 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
         const float *u = data->u + 3 * s * nnode, *linear = t->linear + 3 * s * nnode;
         memcpy(in, t->fixed_channel, UMESH_NCHANNEL * npoint * sizeof *in);
         if (!batch->is_validation) reflect(t, batch->draw[b], &mask, &u, &linear);
-        om__umesh_fill_input(t->net, mask, u, linear, t->work, in);
+        om__umesh_fill_input(t->net, mask, u, linear, 1, t->work, in);
         batch->weight[b] = (float)(t->size[s] / t->mean_size);
         float over = (float)(1 / (t->net->correction * t->size[s]));
         memset(target, 0, 3 * npoint * sizeof *target);
@@ -196,7 +196,8 @@ static OmStatus solve_linear(Training* t) {
     }
     t->net->correction = num > 0 && sum > 0 ? sqrt(sum / num) : 1;
     t->net->second = num > 0 && square > 0 ? sqrt(square / num) : 1;
-    return OM_OK;
+    return om__umesh_measure_balance(data, t->net->poisson, t->linear, t->ntrain, t->def->nvalid,
+                                     &t->net->balance);
 }
 
 static OmStatus add_facts(const OmUmeshTrainDef* def, const OmTrainResult* result,
@@ -215,6 +216,7 @@ static OmStatus keep(Training* t, const OmTrainResult* result) {
     char path[1024];
     OmUmeshEval eval;
     OM_TRY(add_facts(def, result, t->net));
+    OM_TRY(om__umesh_net_set_balance(t->net, t->net->balance));
     OM_TRY(om_path_join(def->out_dir, "weights.safetensors", path, sizeof path));
     OM_TRY(om__umesh_net_save(t->net, path));
     OM_TRY(om_umesh_eval(t->net, def->data, t->ntrain, def->nvalid, def->nworker, &eval));

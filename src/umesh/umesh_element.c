@@ -1,0 +1,385 @@
+// umesh_element.c: the compressible neo-Hookean law on the cells of a grid, for the refinement.
+//
+//     W = mu/2 (F:F - 3) + psi(J),   psi = -mu ln J + lambda/2 (ln J)^2,   P = mu F + psi'(J) cof F
+//
+// All cells are alike, so gradients of shape functions are one table; the eight Gauss points of an element are the
+// lanes. With mu = 1. det F is linear in the position of one node, so that the energy of a node among its neighbours
+// is convex as long as psi is: |d|^2 and psi of something linear. Its Newton step needs the 3 x 3 matrix
+//
+//     sum of mu |b|^2 I + psi'' (cof F b)(cof F b)^T,   b the gradient of its shape function
+//
+// and a bound that keeps det F positive is exact. Nodes are relaxed one after the other (vertex block descent, Chen et
+// al. 2024, on hexahedra); elements that came turned over are turned back, for psi goes on below REFINE_LEAST as a
+// parabola.
+#include <math.h>
+#include <string.h>
+
+#include "base/base_multiversion.h"
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_refine_internal.h"
+
+#define NPOINT REFINE_POINT
+#define KEEP 0.2f    // of det F, by a step of one node at least
+#define SMALL 0.01f  // of the spacing: a step that no element minds
+
+// The points of an element, in the compiler's portable vectors.
+typedef float V8 __attribute__((vector_size(32)));
+typedef int I8 __attribute__((vector_size(32)));
+
+OM_INLINE V8 get(const float* p) {
+    V8 v;
+    memcpy(&v, p, sizeof v);
+    return v;
+}
+
+OM_INLINE void put(float* p, V8 v) { memcpy(p, &v, sizeof v); }
+
+OM_INLINE V8 where(I8 mask, V8 yes, V8 no) { return (V8)((mask & (I8)yes) | (~mask & (I8)no)); }
+
+OM_INLINE float total(V8 v) {
+    return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
+}
+
+// ln x of normal positive x to 1e-7: x = 2^e m, m in sqrt(1/2) .. sqrt(2), and the series of atanh.
+OM_INLINE V8 log8(V8 x) {
+    I8 e = ((I8)x - 0x3f3504f3) >> 23;
+    V8 m = (V8)((I8)x - (e << 23)), s = (m - 1) / (m + 1), s2 = s * s;
+    V8 series = 1 + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f)));
+    return __builtin_convertvector(e, V8) * 0.69314718f + 2 * s * series;
+}
+
+typedef struct Mat {  // by rows
+    V8 xx, xy, xz, yx, yy, yz, zx, zy, zz;
+} Mat;
+
+OM_INLINE Mat load(const float* F) {
+    const int n = NPOINT;
+    return (Mat){get(F),         get(F + n),     get(F + 2 * n), get(F + 3 * n), get(F + 4 * n),
+                 get(F + 5 * n), get(F + 6 * n), get(F + 7 * n), get(F + 8 * n)};
+}
+
+OM_INLINE Mat cofactor(Mat f) {
+    return (Mat){f.yy * f.zz - f.yz * f.zy, f.yz * f.zx - f.yx * f.zz, f.yx * f.zy - f.yy * f.zx,
+                 f.zy * f.xz - f.zz * f.xy, f.zz * f.xx - f.zx * f.xz, f.zx * f.xy - f.zy * f.xx,
+                 f.xy * f.yz - f.xz * f.yy, f.xz * f.yx - f.xx * f.yz, f.xx * f.yy - f.xy * f.yx};
+}
+
+OM_INLINE V8 dot(Mat a, Mat b) {
+    return a.xx * b.xx + a.xy * b.xy + a.xz * b.xz + a.yx * b.yx + a.yy * b.yy + a.yz * b.yz +
+           a.zx * b.zx + a.zy * b.zy + a.zz * b.zz;
+}
+
+OM_INLINE V8 det(Mat f, Mat cof) { return f.xx * cof.xx + f.xy * cof.xy + f.xz * cof.xz; }
+
+// a + s b
+OM_INLINE Mat add(Mat a, V8 s, Mat b) {
+    return (Mat){a.xx + s * b.xx, a.xy + s * b.xy, a.xz + s * b.xz,
+                 a.yx + s * b.yx, a.yy + s * b.yy, a.yz + s * b.yz,
+                 a.zx + s * b.zx, a.zy + s * b.zy, a.zz + s * b.zz};
+}
+
+OM_INLINE V8 all(float x) { return (V8){x, x, x, x, x, x, x, x}; }
+
+typedef struct Psi {
+    V8 first, second;  // derivatives; the second not below 0
+} Psi;
+
+OM_INLINE Psi find_psi(V8 J, float lambda) {
+    I8 is_below = J < REFINE_LEAST;
+    V8 at = where(is_below, all(REFINE_LEAST), J), over = 1 / at, ln = lambda * log8(at);
+    Psi p = {(ln - 1) * over, (1 + lambda - ln) * over * over};
+    p.first += p.second * where(is_below, J - REFINE_LEAST, all(0));
+    p.second = where(p.second > 0, p.second, all(0));
+    return p;
+}
+
+// ---- tables -----------------------------------------------------------------------------------------
+
+static void fill_gradients(UmeshElements* t) {
+    for (int q = 0; q < NPOINT; ++q)
+        for (int a = 0; a < 8; ++a) {
+            double square = 0;
+            for (int c = 0; c < 3; ++c) {
+                double value = 1 / t->grid->spacing;
+                for (int k = 0; k < 3; ++k) {
+                    double at = 0.5 + (om__umesh_corner[q][k] ? 0.5 : -0.5) / sqrt(3.0);
+                    int is_high = om__umesh_corner[a][k];
+                    value *= k == c ? (is_high ? 1 : -1) : (is_high ? at : 1 - at);
+                }
+                t->grad[a][c][q] = (float)value;
+                square += value * value;
+            }
+            t->square[a][q] = (float)square;
+        }
+}
+
+static int color_of(const OmUmeshGrid* g, int node) {
+    int p = g->node_point[node], color = 0;
+    for (int c = 0; c < 3; ++c) {
+        color |= (p % g->dim[c] & 1) << c;
+        p /= g->dim[c];
+    }
+    return color;
+}
+
+OmStatus om__umesh_elements_init(const OmUmeshGrid* g, double poisson, UmeshElements* t) {
+    int nnode = g->mesh.nnode, num = 0;
+    *t = (UmeshElements){.grid = g, .lambda = (float)(2 * poisson / (1 - 2 * poisson))};
+    fill_gradients(t);
+    OmStatus status = OM_OK;
+    OM_CALLOC_DONE(t->use_adr, nnode + 1);
+    OM_ALLOC_DONE(t->use, 8 * (size_t)g->mesh.nelem);
+    OM_CALLOC_DONE(t->color_adr, 9);
+    OM_ALLOC_DONE(t->color_node, nnode);
+    for (int k = 0; k < 8 * g->mesh.nelem; ++k) ++t->use_adr[g->mesh.elem_node[k] + 1];
+    for (int i = 0; i < nnode; ++i) t->use_adr[i + 1] += t->use_adr[i];
+    for (int k = 8 * g->mesh.nelem - 1; k >= 0; --k)  // from behind: the ends become the beginnings
+        t->use[--t->use_adr[g->mesh.elem_node[k] + 1]] = k;
+    for (int i = 0; i < nnode; ++i) t->use_adr[i] = t->use_adr[i + 1];
+    t->use_adr[nnode] = 8 * g->mesh.nelem;
+    for (int color = 0; color < 8; ++color) {
+        for (int i = 0; i < nnode; ++i)
+            if (!g->fixed[i] && color_of(g, i) == color) t->color_node[num++] = i;
+        t->color_adr[color + 1] = num;
+    }
+done:
+    if (status < 0) om__umesh_elements_done(t);
+    return status;
+}
+
+void om__umesh_elements_done(UmeshElements* t) {
+    om_free(t->use_adr);
+    om_free(t->use);
+    om_free(t->color_adr);
+    om_free(t->color_node);
+    *t = (UmeshElements){0};
+}
+
+void om__umesh_rest_stiffness(const UmeshElements* t, double* K) {
+    for (int row = 0; row < 24; ++row)
+        for (int col = 0; col < 24; ++col) {
+            int a = row / 3, i = row % 3, b = col / 3, j = col % 3;
+            double sum = 0;
+            for (int q = 0; q < NPOINT; ++q) {
+                for (int c = 0; c < 3 && i == j; ++c)
+                    sum += (double)t->grad[a][c][q] * (double)t->grad[b][c][q];
+                sum += (double)t->grad[b][i][q] * (double)t->grad[a][j][q] +
+                       (double)t->lambda * (double)t->grad[a][i][q] * (double)t->grad[b][j][q];
+            }
+            K[24 * row + col] = sum;
+        }
+}
+
+// ---- elements ---------------------------------------------------------------------------------------
+
+OM_MULTIVERSION void om__umesh_gradients(const UmeshElements* t, const float* u, float start,
+                                         float* F, int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+        const int* node = t->grid->mesh.elem_node + 8 * (size_t)e;
+        V8 sum[9];
+        for (int k = 0; k < 9; ++k) sum[k] = all(k % 4 == 0 ? start : 0);
+        for (int a = 0; a < 8; ++a)
+            for (int k = 0; k < 9; ++k)
+                sum[k] += u[3 * (size_t)node[a] + (size_t)(k / 3)] * get(t->grad[a][k % 3]);
+        for (int k = 0; k < 9; ++k) put(F + REFINE_F * (size_t)e + NPOINT * k, sum[k]);
+    }
+}
+
+OM_MULTIVERSION void om__umesh_element_forces(const UmeshElements* t, const float* F, float* force,
+                                              int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+        Mat f = load(F + REFINE_F * (size_t)e), cof = cofactor(f);
+        Mat p = add(f, find_psi(det(f, cof), t->lambda).first, cof);
+        for (int a = 0; a < 8; ++a) {
+            float* to = force + 24 * (size_t)e + 3 * (size_t)a;
+            V8 x = get(t->grad[a][0]), y = get(t->grad[a][1]), z = get(t->grad[a][2]);
+            to[0] = total(p.xx * x + p.xy * y + p.xz * z);
+            to[1] = total(p.yx * x + p.yy * y + p.yz * z);
+            to[2] = total(p.zx * x + p.zy * y + p.zz * z);
+        }
+    }
+}
+
+void om__umesh_node_forces(const UmeshElements* t, const unsigned char* mask, const float* force,
+                           float* drive, int begin, int end) {
+    for (int n = begin; n < end; ++n) {
+        float* to = drive + 3 * (size_t)n;
+        to[0] = to[1] = to[2] = 0;
+        if (mask[n] || t->grid->fixed[n]) continue;
+        for (int k = t->use_adr[n]; k < t->use_adr[n + 1]; ++k)
+            for (int i = 0; i < 3; ++i) to[i] -= force[3 * (size_t)t->use[k] + (size_t)i];
+    }
+}
+
+OM_MULTIVERSION void om__umesh_curvature(const float* F, const float* before, const float* D,
+                                         float lambda, int begin, int end, double sum[3]) {
+    V8 dd = all(0), ds = all(0), ss = all(0);
+    for (int e = begin; e < end; ++e) {
+        const size_t at = REFINE_F * (size_t)e;
+        Mat f = load(F + at), d = load(D + at), s = add(f, all(-1), load(before + at));
+        Mat cof = cofactor(f);
+        Psi psi = find_psi(det(f, cof), lambda);
+        V8 by_d = dot(cof, d), by_s = dot(cof, s);
+        // the second variation of det F by a and b is F : (cof(a + b) - cof a - cof b)
+        V8 twice_dd = dot(f, cofactor(d)), twice_ss = dot(f, cofactor(s));
+        V8 both = dot(f, cofactor(add(d, all(1), s))) - twice_dd - twice_ss;
+        dd += dot(d, d) + psi.second * by_d * by_d + 2 * psi.first * twice_dd;
+        ds += dot(d, s) + psi.second * by_d * by_s + psi.first * both;
+        ss += dot(s, s) + psi.second * by_s * by_s + 2 * psi.first * twice_ss;
+    }
+    sum[0] = (double)total(dd);
+    sum[1] = (double)total(ds);
+    sum[2] = (double)total(ss);
+}
+
+// share[0] D + share[1] (F - before)
+OM_INLINE Mat direction(Mat f, const float* before, const float* D, const float share[2]) {
+    Mat d = load(D), none = {0};
+    Mat along = add(none, all(share[0]), d);
+    return share[1] == 0 ? along : add(along, all(share[1]), add(f, all(-1), load(before)));
+}
+
+OM_MULTIVERSION double om__umesh_slope(const float* F, const float* before, const float* D,
+                                       const float share[2], float lambda, float way, float keep,
+                                       int begin, int end, bool* is_open) {
+    V8 slope = all(0);
+    I8 closed = {0};
+    for (int e = begin; e < end; ++e) {
+        const size_t at = REFINE_F * (size_t)e;
+        Mat f = load(F + at), d = direction(f, before + at, D + at, share);
+        Mat moved = add(f, all(way), d), cof = cofactor(moved);
+        V8 old = det(f, cofactor(f)), J = det(moved, cof);
+        slope += dot(moved, d) + find_psi(J, lambda).first * dot(cof, d);
+        closed |= (old > 0) & (J < keep * old);
+    }
+    *is_open = true;
+    for (int q = 0; q < NPOINT; ++q) *is_open = *is_open && !closed[q];
+    return (double)total(slope);
+}
+
+OM_MULTIVERSION void om__umesh_advance(float* F, float* before, const float* D,
+                                       const float share[2], float way, int begin, int end) {
+    const float by_d = way * share[0], by_before = way * share[1];
+    for (size_t i = REFINE_F * (size_t)begin; i < REFINE_F * (size_t)end; i += NPOINT) {
+        V8 f = get(F + i), old = get(before + i);
+        put(before + i, f);
+        put(F + i, f + by_d * get(D + i) + by_before * (f - old));
+    }
+}
+
+OM_MULTIVERSION void om__umesh_find_strained(const float* F, float limit,
+                                             unsigned char* is_strained, int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+        Mat f = load(F + REFINE_F * (size_t)e);
+        f.xx -= 1, f.yy -= 1, f.zz -= 1;
+        is_strained[e] = total(dot(f, f)) > NPOINT * limit * limit;
+    }
+}
+
+float om__umesh_least_volume(const float* F, int begin, int end) {
+    V8 least = all(INFINITY);
+    for (int e = begin; e < end; ++e) {
+        Mat f = load(F + REFINE_F * (size_t)e);
+        V8 J = det(f, cofactor(f));
+        least = where(J < least, J, least);
+    }
+    float all_least = least[0];
+    for (int q = 1; q < NPOINT; ++q) all_least = least[q] < all_least ? least[q] : all_least;
+    return all_least;
+}
+
+// ---- nodes ------------------------------------------------------------------------------------------
+
+typedef struct Corner {  // of one element of a node: det F, and its derivative by the node's place
+    V8 J, x, y, z;
+} Corner;
+
+// The gradient and the matrix (xx, yy, zz, xy, xz, yz) of the energy by a node's place.
+OM_INLINE void look(const UmeshElements* t, int node, const float* F, Corner* corner,
+                    float gradient[3], float H[6]) {
+    V8 g[3] = {{0}}, h[6] = {{0}};
+    for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
+        const int a = t->use[k] % 8;
+        V8 bx = get(t->grad[a][0]), by = get(t->grad[a][1]), bz = get(t->grad[a][2]);
+        Mat f = load(F + REFINE_F * (size_t)(t->use[k] / 8)), cof = cofactor(f);
+        V8 J = det(f, cof), square = get(t->square[a]);
+        Psi psi = find_psi(J, t->lambda);
+        V8 x = cof.xx * bx + cof.xy * by + cof.xz * bz;
+        V8 y = cof.yx * bx + cof.yy * by + cof.yz * bz;
+        V8 z = cof.zx * bx + cof.zy * by + cof.zz * bz;
+        V8 px = psi.second * x, py = psi.second * y;
+        *corner++ = (Corner){J, x, y, z};
+        g[0] += f.xx * bx + f.xy * by + f.xz * bz + psi.first * x;
+        g[1] += f.yx * bx + f.yy * by + f.yz * bz + psi.first * y;
+        g[2] += f.zx * bx + f.zy * by + f.zz * bz + psi.first * z;
+        h[0] += square + px * x;
+        h[1] += square + py * y;
+        h[2] += square + psi.second * z * z;
+        h[3] += px * y;
+        h[4] += px * z;
+        h[5] += py * z;
+    }
+    for (int i = 0; i < 3; ++i) gradient[i] = total(g[i]);
+    for (int i = 0; i < 6; ++i) H[i] = total(h[i]);
+}
+
+// step = -H^-1 gradient; H is positive definite.
+OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
+    float xx = H[1] * H[2] - H[5] * H[5], xy = H[4] * H[5] - H[3] * H[2];
+    float xz = H[3] * H[5] - H[4] * H[1], yy = H[0] * H[2] - H[4] * H[4];
+    float yz = H[3] * H[4] - H[0] * H[5], zz = H[0] * H[1] - H[3] * H[3];
+    float over = -1 / (H[0] * xx + H[3] * xy + H[4] * xz);
+    step[0] = over * (xx * gradient[0] + xy * gradient[1] + xz * gradient[2]);
+    step[1] = over * (xy * gradient[0] + yy * gradient[1] + yz * gradient[2]);
+    step[2] = over * (xz * gradient[0] + yz * gradient[1] + zz * gradient[2]);
+}
+
+// The share of the step that leaves every positive det F at least KEEP of itself.
+OM_INLINE float find_share(const Corner* corner, int num, const float step[3]) {
+    V8 most = all(1);  // what det F loses, over what it may
+    for (const Corner* c = corner; c < corner + num; ++c) {
+        V8 loss = -(step[0] * c->x + step[1] * c->y + step[2] * c->z);
+        V8 over = loss / ((1 - KEEP) * c->J);
+        most = where((c->J > 0) & (over > most), over, most);
+    }
+    float worst = 1;
+    for (int q = 0; q < NPOINT; ++q) worst = most[q] > worst ? most[q] : worst;
+    return 1 / worst;
+}
+
+void om__umesh_find_still(const UmeshElements* t, const unsigned char* mask,
+                          const unsigned char* is_strained, unsigned char* is_still, int begin,
+                          int end) {
+    for (int n = begin; n < end; ++n) {
+        bool is_any = false;
+        for (int k = t->use_adr[n]; k < t->use_adr[n + 1]; ++k)
+            is_any = is_any || is_strained[t->use[k] / 8];
+        is_still[n] = mask[n] || !is_any;
+    }
+}
+
+OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char* is_still,
+                                     float* F, float* u, int begin, int end) {
+    const float small = SMALL * (float)t->grid->spacing;
+    for (int at = begin; at < end; ++at) {
+        const int node = t->color_node[at];
+        Corner corner[8];
+        float gradient[3], H[6], step[3];
+        if (is_still[node]) continue;
+        look(t, node, F, corner, gradient, H);
+        solve(H, gradient, step);
+        const float square = step[0] * step[0] + step[1] * step[1] + step[2] * step[2];
+        const int nuse = t->use_adr[node + 1] - t->use_adr[node];
+        const float share = square < small * small ? 1 : find_share(corner, nuse, step);
+        for (int i = 0; i < 3; ++i) {
+            step[i] *= share;
+            u[3 * (size_t)node + (size_t)i] += step[i];
+        }
+        for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
+            float* to = F + REFINE_F * (size_t)(t->use[k] / 8);
+            const int a = t->use[k] % 8;
+            for (int i = 0; i < 9; ++i)
+                put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
+        }
+    }
+}

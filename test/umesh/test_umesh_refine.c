@@ -1,0 +1,348 @@
+// test_umesh_refine.c: the refinement against the finite elements of the mechanics room: forces, slopes and curvatures
+// of its law, the coarse correction against what it inverts, and equilibria from linear answers and from elements that
+// are turned over.
+#include "test_alloc.h"
+
+#include "umesh/umesh_internal.h"
+#include "umesh/umesh_refine_internal.h"
+
+#define NELEM 320
+#define POISSON 0.45
+
+static OmUmeshOrgan* organ;
+static const OmUmeshGrid* g;
+static OmUmeshSolver* solver;
+static OmFemSolid* solid;
+static UmeshElements elements;
+static UmeshRefine* refine;
+static UmeshLinear* linear;
+static size_t nnode, nelem;
+static double unit;  // N, of the refinement's forces
+
+static int begin(void** unused) {
+    (void)unused;
+    OmUmeshOrganDef organ_def = om_umesh_default_organ_def();
+    organ_def.nelem = NELEM;
+    assert_ok(om_umesh_create_organ(&organ_def, &organ));
+    g = om_umesh_grid(organ);
+    nnode = (size_t)g->mesh.nnode;
+    nelem = (size_t)g->mesh.nelem;
+    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    def.tolerance = 1e-9;
+    assert_near(def.material.poisson, POISSON, 1e-12);
+    assert_ok(om_umesh_create_solver(&def, &solver));
+    OmFemDef fem = om_fem_default_def(&g->mesh, 1, &def.material);
+    assert_ok(om_fem_create(&fem, &solid));
+    assert_ok(om__umesh_elements_init(g, POISSON, &elements));
+    assert_ok(om__umesh_refine_create(g, POISSON, 1, &refine));
+    assert_ok(om__umesh_linear_create(g, POISSON, 1, &linear));
+    unit = def.material.young / (2 * (1 + POISSON)) * pow(g->spacing, 3) / 8;
+    return 0;
+}
+
+static int end(void** unused) {
+    (void)unused;
+    om__umesh_linear_destroy(linear);
+    om__umesh_refine_destroy(refine);
+    om__umesh_elements_done(&elements);
+    om_fem_destroy(solid);
+    om_umesh_destroy_solver(solver);
+    om_umesh_destroy_organ(organ);
+    return 0;
+}
+
+// A smooth bend, and noise of so much of the spacing.
+static void deform(double noise, uint64_t seed, float* u) {
+    OmRng rng = om_rng_init(seed, 0);
+    for (size_t i = 0; i < nnode; ++i) {
+        OmVec3 x = om_load3(g->mesh.x, (int)i);
+        const double bend[3] = {0.2 * x.z, 3 * x.x * x.z, -0.15 * x.z - 2 * x.y * x.y};
+        for (int c = 0; c < 3; ++c)
+            u[3 * i + (size_t)c] =
+                (float)(bend[c] + noise * g->spacing * om_rng_range(&rng, -1, 1));
+    }
+}
+
+static double energy_of(const float* u) {
+    double* x = om_calloc(3 * nnode, sizeof *x);
+    double energy;
+    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->mesh.x[i] + (double)u[i];
+    assert_ok(om_fem_eval_energy(solid, x, &energy));
+    om_free(x);
+    return energy;
+}
+
+static void test_forces(void** unused) {
+    (void)unused;
+    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(REFINE_F * nelem, sizeof *F);
+    float *force = om_calloc(24 * nelem, sizeof *force),
+          *drive = om_calloc(3 * nnode, sizeof *drive);
+    double *x = om_calloc(3 * nnode, sizeof *x), *f = om_calloc(3 * nnode, sizeof *f), worst = 0;
+    unsigned char* mask = om_calloc(nnode, 1);
+    deform(0.08, 3, u);
+    mask[nnode - 1] = 1;
+    om__umesh_gradients(&elements, u, 1, F, 0, (int)nelem);
+    om__umesh_element_forces(&elements, F, force, 0, (int)nelem);
+    om__umesh_node_forces(&elements, mask, force, drive, 0, (int)nnode);
+    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->mesh.x[i] + (double)u[i];
+    assert_ok(om_fem_eval_force(solid, x, f, NULL));
+    double most = 0;
+    for (size_t i = 0; i < 3 * nnode; ++i) {
+        bool is_given = mask[i / 3] || g->fixed[i / 3];
+        worst = fmax(worst, fabs(unit * (double)drive[i] + (is_given ? 0 : f[i])));
+        most = fmax(most, fabs(f[i]));
+    }
+    assert_below(worst, 1e-5 * most);
+    double least = om_fem_eval_volume(solid, x, NULL);
+    assert_near((double)om__umesh_least_volume(F, 0, (int)nelem), least, 1e-5);
+    assert_true(least > 0.2 && least < 0.9);
+    om_free(u), om_free(F), om_free(force), om_free(drive), om_free(x), om_free(f), om_free(mask);
+}
+
+// The slope along D is that of the energy, the curvatures those of the slope; D and S are two other fields.
+static void test_slopes(void** unused) {
+    (void)unused;
+    float *u = om_calloc(3 * nnode, sizeof *u), *d = om_calloc(3 * nnode, sizeof *d);
+    float *s = om_calloc(3 * nnode, sizeof *s), *at = om_calloc(3 * nnode, sizeof *at);
+    float* F[4];
+    for (int k = 0; k < 4; ++k) F[k] = om_calloc(REFINE_F * nelem, sizeof *F[k]);
+    deform(0.05, 1, u);
+    deform(0.3, 2, d);
+    deform(0.3, 5, s);
+    bool is_open;
+    double curve[3], slope[2][2], energy[2];
+    const float step = 0.01f, along[2] = {1, 0};
+    om__umesh_gradients(&elements, u, 1, F[0], 0, (int)nelem);
+    om__umesh_gradients(&elements, d, 0, F[1], 0, (int)nelem);
+    om__umesh_gradients(&elements, s, 0, F[2], 0, (int)nelem);
+    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];  // before S
+    om__umesh_curvature(F[0], F[3], F[1], elements.lambda, 0, (int)nelem, curve);
+    for (int sign = 0; sign < 2; ++sign) {
+        const float way = sign ? step : -step;
+        for (size_t i = 0; i < 3 * nnode; ++i) at[i] = u[i] + way * d[i];
+        energy[sign] = energy_of(at);
+        slope[0][sign] = om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, way, 0, 0,
+                                         (int)nelem, &is_open);
+        for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] + way * F[2][i];
+        slope[1][sign] = om__umesh_slope(F[3], F[0], F[1], along, elements.lambda, 0, 0, 0,
+                                         (int)nelem, &is_open);
+    }
+    double here =
+        om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    assert_true(is_open);
+    assert_near_rel(unit * here, (energy[1] - energy[0]) / (2 * (double)step), 2e-3);
+    assert_near_rel(curve[0], (slope[0][1] - slope[0][0]) / (2 * (double)step), 2e-3);
+    assert_near(curve[1], (slope[1][1] - slope[1][0]) / (2 * (double)step), 2e-3 * curve[0]);
+    assert_true(curve[2] > 0);
+    const float both[2] = {0.5f, -2};  // D / 2 - 2 S is what advance goes along
+    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];
+    double mixed =
+        om__umesh_slope(F[0], F[3], F[1], both, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    double by_s =
+        om__umesh_slope(F[0], F[3], F[2], along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    assert_near(mixed, 0.5 * here - 2 * by_s, 1e-4 * (fabs(here) + fabs(by_s)));
+    float* moved = om_calloc(REFINE_F * nelem, sizeof *moved);
+    memcpy(moved, F[0], REFINE_F * nelem * sizeof *moved);
+    om__umesh_advance(moved, F[3], F[1], both, 0.1f, 0, (int)nelem);
+    for (size_t i = 0; i < REFINE_F * nelem; ++i)
+        assert_near((double)moved[i], (double)(F[0][i] + 0.1f * (0.5f * F[1][i] - 2 * F[2][i])),
+                    1e-5);
+    assert_memory_equal(F[3], F[0], REFINE_F * nelem * sizeof *moved);
+    om_free(moved);
+    (void)om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, 5, 0.4f, 0, (int)nelem,
+                          &is_open);
+    assert_false(is_open);  // so far along noise elements turn over
+    om_free(u), om_free(d), om_free(s), om_free(at);
+    for (int k = 0; k < 4; ++k) om_free(F[k]);
+}
+
+// Sweeps turn every element back, and then only ever lower the energy.
+static void test_relax(void** unused) {
+    (void)unused;
+    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(REFINE_F * nelem, sizeof *F);
+    float* again = om_calloc(REFINE_F * nelem, sizeof *again);
+    unsigned char* is_still = om_calloc(nnode, 1);
+    deform(0.55, 4, u);
+    for (size_t i = 0; i < nnode; ++i) is_still[i] = g->mesh.x[3 * i] < 0;
+    float kept = 0;
+    for (size_t i = 0; i < 3 * nnode; ++i) kept += is_still[i / 3] ? u[i] : 0;
+    om__umesh_gradients(&elements, u, 1, F, 0, (int)nelem);
+    assert_below((double)om__umesh_least_volume(F, 0, (int)nelem), -0.1);
+    memset(is_still, 0, nnode);
+    double last = INFINITY;
+    for (int sweep = 0; sweep < 8; ++sweep) {
+        for (int color = 0; color < 8; ++color)
+            om__umesh_relax(&elements, is_still, F, u, elements.color_adr[color],
+                            elements.color_adr[color + 1]);
+        if (sweep < 3) continue;
+        double energy = energy_of(u);
+        assert_below(energy, last * (1 + 1e-6));
+        last = energy;
+    }
+    assert_true(om__umesh_least_volume(F, 0, (int)nelem) > 0.05f);
+    om__umesh_gradients(&elements, u, 1, again, 0, (int)nelem);  // those that were kept up, anew
+    for (size_t i = 0; i < REFINE_F * nelem; ++i) assert_near((double)F[i], (double)again[i], 1e-4);
+    memset(is_still, 1, nnode);
+    memcpy(again, u, 3 * nnode * sizeof *u);
+    om__umesh_relax(&elements, is_still, F, u, 0, elements.color_adr[8]);
+    assert_memory_equal(again, u, 3 * nnode * sizeof *u);
+    om_free(u), om_free(F), om_free(again), om_free(is_still);
+}
+
+// Forces that a field of the coarse grid makes at rest: the correction finds the field again.
+static void test_coarse(void** unused) {
+    (void)unused;
+    UmeshCoarse* c;
+    double K[24 * 24], off = 0, size = 0;
+    assert_ok(om__umesh_coarse_create(&elements, 1, &c));
+    const int num = om__umesh_coarse_size(c);
+    assert_true(num > (int)nnode / 16 && num < (int)nnode / 2);
+    float *w = om_calloc(3 * (size_t)num, sizeof *w),
+          *sum = om_calloc(3 * (size_t)num, sizeof *sum);
+    float *u = om_calloc(3 * nnode, sizeof *u), *r = om_calloc(3 * nnode, sizeof *r);
+    float* z = om_calloc(3 * nnode, sizeof *z);
+    OmRng rng = om_rng_init(9, 0);
+    for (int i = 0; i < 3 * num; ++i) w[i] = (float)om_rng_range(&rng, -1, 1);
+    om__umesh_coarse_prolong(c, w, u, 0, (int)nnode);
+    for (size_t i = 0; i < nnode; ++i) assert_true(!g->fixed[i] || u[3 * i] == 0);
+    om__umesh_rest_stiffness(&elements, K);
+    for (size_t e = 0; e < nelem; ++e)
+        for (int row = 0; row < 24; ++row) {
+            const int* node = g->mesh.elem_node + 8 * e;
+            double f = 0;
+            for (int col = 0; col < 24; ++col)
+                f += K[24 * row + col] * (double)u[3 * node[col / 3] + col % 3];
+            r[3 * node[row / 3] + row % 3] += (float)f;
+        }
+    om__umesh_coarse_restrict(c, r, sum, 0, num);
+    om__umesh_coarse_multiply(c, sum, w, 0, num);
+    om__umesh_coarse_prolong(c, w, z, 0, (int)nnode);
+    for (size_t i = 0; i < 3 * nnode; ++i) {
+        off += pow((double)z[i] - (double)u[i], 2);
+        size += pow((double)u[i], 2);
+    }
+    printf("a field of the coarse grid comes back to %.4f of itself\n", sqrt(off / size));
+    assert_below(sqrt(off / size), 0.02);  // bfloat16
+    om__umesh_coarse_destroy(c);
+    om_free(w), om_free(sum), om_free(u), om_free(r), om_free(z);
+}
+
+// From linear answers to presses of 5 to 20 mm: the same states as Newton's method, the same bytes with two workers.
+static void test_equilibrium(void** unused) {
+    (void)unused;
+    unsigned char* mask = om_calloc(nnode, 1);
+    float *u = om_calloc(3 * nnode, sizeof *u), *v = om_calloc(3 * nnode, sizeof *v);
+    float* truth = om_calloc(3 * nnode, sizeof *truth);
+    double* goal = om_calloc(3 * nnode, sizeof *goal);
+    UmeshRefineWork* work;
+    assert_ok(om__umesh_refine_work_create(refine, &work));
+    for (int press = 5; press <= 20; press += 5) {
+        OmUmeshPatch place = om_umesh_find_place(g, om_vec3(0.02, 0.01, 0.07));
+        assert_true(om_umesh_select_patch(g, &place, mask) >= 3);
+        OmVec3 way = om_scale(-1e-3 * press, place.normal);
+        for (int i = 0; i < g->mesh.nnode; ++i)
+            om_store3(goal, i, mask[i] ? way : om_vec3(0, 0, 0));
+        for (size_t i = 0; i < 3 * nnode; ++i) v[i] = (float)goal[i];
+        UmeshPatch patch;
+        OmUmeshRefinement one, two, loose;
+        assert_ok(om__umesh_patch_init(linear, mask, &patch));
+        assert_ok(om__umesh_linear_answer(linear, &patch, v, 1, u));
+        for (size_t i = 0; i < 3 * nnode; ++i) u[i] = mask[i / 3] ? v[i] : u[i];
+        assert_ok(om_umesh_solve(solver, mask, goal, NULL));
+        for (size_t i = 0; i < 3 * nnode; ++i) truth[i] = (float)goal[i];
+        double before = om__umesh_mean_error(g, u, truth);
+        memcpy(v, u, 3 * nnode * sizeof *u);
+        assert_ok(om__umesh_refine(work, &patch, mask, 1e-4, 60, 1, u, &loose));
+        double rough = om__umesh_mean_error(g, u, truth);
+        memcpy(u, v, 3 * nnode * sizeof *u);
+        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, 1, u, &one));
+        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, 2, v, &two));
+        double after = om__umesh_mean_error(g, u, truth);
+        printf("press of %d mm: linear %.3f mm off, %.4f after %d cycles, %.5f after %d\n", press,
+               1e3 * before, 1e3 * rough, loose.ncycle, 1e3 * after, one.ncycle);
+        assert_below(rough, 1e-4);
+        assert_below(after, 1e-5);
+        assert_true(loose.ncycle <= one.ncycle && one.ncycle < 60 && one.left < 3e-6);
+        assert_true(one.min_volume > 0.1);
+        assert_memory_equal(u, v, 3 * nnode * sizeof *u);
+        assert_memory_equal(&one, &two, sizeof one);
+        for (size_t i = 0; i < 3 * nnode; ++i)
+            assert_true(g->fixed[i / 3] ? u[i] == 0 : !mask[i / 3] || u[i] == (float)goal[i]);
+        om__umesh_patch_done(&patch);
+    }
+    om__umesh_refine_work_destroy(work);
+    om_free(mask), om_free(u), om_free(v), om_free(truth), om_free(goal);
+}
+
+// Samples of this law are known from those of another.
+static void test_balance(void** unused) {
+    (void)unused;
+    const OmLaw law[2] = {OM_NEO_HOOKEAN, OM_ST_VENANT_KIRCHHOFF};
+    float* answer = om_calloc(3 * nnode, sizeof *answer);
+    double* u = om_calloc(3 * nnode, sizeof *u);
+    for (int k = 0; k < 2; ++k) {
+        OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+        OmUmeshSolver* own;
+        OmUmeshSample sample;
+        OmUmeshData data = {.grid = *g, .nsample = 1, .sample = &sample};
+        double balance, other;
+        def.material.law = law[k];
+        def.press_share = 0;
+        data.mask = om_calloc(nnode, 1);
+        data.u = om_calloc(3 * nnode, sizeof *data.u);
+        assert_ok(om_umesh_create_solver(&def, &own));
+        assert_ok(om_umesh_make_sample(own, 3, &sample, data.mask, u));
+        for (size_t i = 0; i < 3 * nnode; ++i) data.u[i] = (float)u[i];
+        assert_ok(om__umesh_linear_solve(linear, data.mask, data.u, 1, answer));
+        assert_ok(om__umesh_measure_balance(&data, POISSON, answer, 0, 1, &balance));
+        assert_ok(om__umesh_measure_balance(&data, 0.4, answer, 0, 1, &other));
+        printf("%s: forces left %.5f, with another Poisson's ratio %.3f\n", om_law_name(law[k]),
+               balance, other);
+        assert_true(k == 0 ? balance < 2e-3 : balance > 0.05);
+        assert_true(other > 0.05);
+        om_umesh_destroy_solver(own);
+        om_free(data.mask);
+        om_free(data.u);
+    }
+    om_free(answer), om_free(u);
+}
+
+static OmStatus make_all(void* unused) {
+    (void)unused;
+    UmeshRefine* r = NULL;
+    UmeshRefineWork* work = NULL;
+    UmeshPatch patch = {0};
+    OmUmeshRefinement report;
+    unsigned char* mask = NULL;
+    float* u = NULL;
+    OmStatus status = OM_OK;
+    OM_CALLOC_DONE(mask, nnode);
+    OM_CALLOC_DONE(u, 3 * nnode);
+    for (size_t i = 0; i < nnode; ++i) mask[i] = g->is_skin[i] && g->mesh.x[3 * i + 2] > 0.06;
+    OM_TRY_DONE(om__umesh_patch_init(linear, mask, &patch));
+    OM_TRY_DONE(om__umesh_refine_create(g, POISSON, 1, &r));
+    OM_TRY_DONE(om__umesh_refine_work_create(r, &work));
+    OM_TRY_DONE(om__umesh_refine(work, &patch, mask, 1e-5, 3, 1, u, &report));
+done:
+    om__umesh_patch_done(&patch);
+    om__umesh_refine_work_destroy(work);
+    om__umesh_refine_destroy(r);
+    om_free(mask);
+    om_free(u);
+    return status;
+}
+
+static void test_no_memory(void** unused) {
+    (void)unused;
+    assert_true(test_failing_allocations(make_all, NULL, 1) > 20);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_forces),      cmocka_unit_test(test_slopes),
+        cmocka_unit_test(test_relax),       cmocka_unit_test(test_coarse),
+        cmocka_unit_test(test_equilibrium), cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_no_memory),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
