@@ -61,6 +61,12 @@ function(om_finish_library)
     endforeach()
 endfunction()
 
+# Seconds after which a test hangs; sanitizers take three to five times as long.
+set(OM_TEST_TIMEOUT 120)
+if(OM_SANITIZE)
+    set(OM_TEST_TIMEOUT 300)
+endif()
+
 # om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.
 # Tests may include private headers ("fem/fem_internal.h").
 function(om_test name file)
@@ -70,7 +76,7 @@ function(om_test name file)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/test)
     add_test(NAME ${name} COMMAND ${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
     if(NOT ARG_TIMEOUT)
-        set(ARG_TIMEOUT 120)
+        set(ARG_TIMEOUT ${OM_TEST_TIMEOUT})
     endif()
     set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_RETURN_CODE 77
         ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tools/tsan.supp")

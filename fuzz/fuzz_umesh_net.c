@@ -8,7 +8,8 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define CHANGE 8  // bytes of one
+#define CHANGE 8       // bytes of one
+#define MAX_POINT 512  // of a grid that is asked
 
 static char* good;
 static size_t good_size;
@@ -52,6 +53,11 @@ static void ask(const OmUmeshNet* net) {
     u[3 * nnode - 1] = -0.001f;
     om_umesh_judge(net, mask, u, &trust);
     FUZZ_EXPECT(trust.is_inside == (trust.score <= 1));
+    OmUmeshPredictor* p;
+    if (g->npoint <= MAX_POINT && om_umesh_create_predictor(net, 1, &p) == OM_OK) {
+        FUZZ_EXPECT(om_umesh_predict(p, mask, u, NULL) == OM_OK);
+        om_umesh_destroy_predictor(p);
+    }
     om_free(mask);
     om_free(u);
 }

@@ -57,7 +57,7 @@ typedef struct OmUmeshTrust {
 
 /// How an answer was brought to equilibrium.
 typedef struct OmUmeshRefinement {
-    int ncycle;         // 0: the network's answer as it is
+    int ncycle;         // 0: the network's answer as it is; the others say nothing then
     double left;        // estimate of the mean distance that is left to equilibrium, m
     double min_volume;  // least det F at a Gauss point; not above 0: an element is turned over
 } OmUmeshRefinement;
@@ -71,7 +71,8 @@ OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
 OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
 /// Stop refining when the mean distance left is estimated below `tolerance` (default 5e-5 m), or after max_cycle cycles
-/// (default 40); 0 cycles: the network alone. Only networks of neo-Hookean samples refine; on others this does nothing.
+/// (default 40); 0 cycles: the network alone. What does not refine: networks of samples of another law than the
+/// neo-Hookean, and grids of more than 3,800 points of twice the spacing.
 OM_API void om_umesh_set_refinement(OmUmeshPredictor* predictor, double tolerance, int max_cycle);
 /// Refine the linear elastic answer instead (default false): some cycles more, and no network to run.
 OM_API void om_umesh_set_linear(OmUmeshPredictor* predictor, bool is_linear);
@@ -140,7 +141,7 @@ typedef struct OmUmeshEval {
     double linear_ms;                    // of these, median
     double mean_cycle;                   // of the refinement
     int most_cycle;
-    int ninverted;                        // answers with an element turned over
+    int ninverted;                        // refined answers with an element turned over
     double max_u;                         // largest displacement of a node in the data
     double ms_median, ms_least, ms_most;  // of a prediction, all in
     int ninside;                          // samples that the test takes for known

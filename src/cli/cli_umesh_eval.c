@@ -111,11 +111,16 @@ static OmStatus eval(const OmCliArgs* args, int nsample, int nworker, bool* is_m
     printf("mean norm error %.4f mm (sd %.4f), worst sample %.4f mm (number %d)\n", 1e3 * e.mean,
            1e3 * e.sd, 1e3 * e.worst, e.worst_sample);
     print_kinds(&e, data.sample);
-    printf("the network alone: %.4f mm, worst %.4f; refined by %.1f cycles, at most %d\n",
-           1e3 * e.network_mean, 1e3 * e.network_worst, e.mean_cycle, e.most_cycle);
-    printf(
-        "linear elasticity, refined without the network: %.4f mm, worst %.4f; %.2f ms (median)\n",
-        1e3 * e.linear_mean, 1e3 * e.linear_worst, e.linear_ms);
+    if (e.mean_cycle > 0) {
+        printf("the network alone: %.4f mm, worst %.4f; refined by %.1f cycles, at most %d\n",
+               1e3 * e.network_mean, 1e3 * e.network_worst, e.mean_cycle, e.most_cycle);
+        printf(
+            "linear elasticity, refined without the network: %.4f mm, worst %.4f; %.2f ms (median)\n",
+            1e3 * e.linear_mean, 1e3 * e.linear_worst, e.linear_ms);
+    } else {
+        printf(
+            "the network alone, not refined: its samples are of another law, or its grid is too large\n");
+    }
     if (e.ninverted) printf("an element is turned over in %d\n", e.ninverted);
     printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_least, e.ms_most);
     printf("taken for known: %d of %d\n", e.ninside, e.n);

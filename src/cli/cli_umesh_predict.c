@@ -9,7 +9,7 @@
 #include "omentum/umesh_net.h"
 
 #define NREPEAT 20     // predictions timed
-#define MAX_CYCLE 100  // of the refinement
+#define MAX_CYCLE 100  // of the refinement, for fine tolerances
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE",

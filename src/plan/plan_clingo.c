@@ -168,7 +168,9 @@ OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double ti
         "the logic program shows more than %d atoms or has more than %d levels of optimisation; "
         "show only actions",
         OM_ASP_MAX_SYMBOL, OM_ASP_MAX_COST);
+    // a search that is cancelled before it begins calls itself unsatisfiable, too
     answer->is_final =
+        (result & clingo_solve_result_interrupted) == 0 &&
         (result & (clingo_solve_result_exhausted | clingo_solve_result_unsatisfiable)) != 0;
     return answer->is_final ? OM_OK : OM_TIMEOUT;
 }

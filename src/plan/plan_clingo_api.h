@@ -33,6 +33,7 @@ enum {
     clingo_solve_result_satisfiable = 1,
     clingo_solve_result_unsatisfiable = 2,
     clingo_solve_result_exhausted = 4,
+    clingo_solve_result_interrupted = 8,
 };
 
 typedef struct clingo_location clingo_location_t;

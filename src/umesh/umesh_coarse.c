@@ -10,7 +10,7 @@
 #include "umesh/umesh_refine_internal.h"
 
 #define NBLOCK 24      // right-hand sides solved together
-#define MAX_NODE 2700  // of the coarse grid: 260 MB
+#define MAX_NODE 3800  // of the coarse grid: 260 MB
 #define STIFFEN 1e-5   // of the mean diagonal, added to it: points at the rim carry little
 
 struct UmeshCoarse {

@@ -19,8 +19,7 @@
 #include "umesh/umesh_refine_internal.h"
 
 #define NPOINT REFINE_POINT
-#define KEEP 0.2f    // of det F, by a step of one node at least
-#define SMALL 0.01f  // of the spacing: a step that no element minds
+#define KEEP 0.2f  // of det F, by a step of one node at least
 
 // The points of an element, in the compiler's portable vectors.
 typedef float V8 __attribute__((vector_size(32)));
@@ -211,45 +210,41 @@ void om__umesh_node_forces(const UmeshElements* t, const unsigned char* mask, co
     }
 }
 
-OM_MULTIVERSION void om__umesh_curvature(const float* F, const float* before, const float* D,
-                                         float lambda, int begin, int end, double sum[3]) {
+OM_MULTIVERSION void om__umesh_curvature(const UmeshWay* w, float lambda, int begin, int end,
+                                         double sum[3]) {
     V8 dd = all(0), ds = all(0), ss = all(0);
     for (int e = begin; e < end; ++e) {
         const size_t at = REFINE_F * (size_t)e;
-        Mat f = load(F + at), d = load(D + at), s = add(f, all(-1), load(before + at));
+        Mat f = load(w->F + at), d = load(w->D + at);
+        Mat s = add(f, all(-1), load(w->before + at));
         Mat cof = cofactor(f);
         Psi psi = find_psi(det(f, cof), lambda);
         V8 by_d = dot(cof, d), by_s = dot(cof, s);
         // the second variation of det F by a and b is F : (cof(a + b) - cof a - cof b)
-        V8 twice_dd = dot(f, cofactor(d)), twice_ss = dot(f, cofactor(s));
-        V8 both = dot(f, cofactor(add(d, all(1), s))) - twice_dd - twice_ss;
-        dd += dot(d, d) + psi.second * by_d * by_d + 2 * psi.first * twice_dd;
+        V8 half_dd = dot(f, cofactor(d)), half_ss = dot(f, cofactor(s));
+        V8 both = dot(f, cofactor(add(d, all(1), s))) - half_dd - half_ss;
+        dd += dot(d, d) + psi.second * by_d * by_d + 2 * psi.first * half_dd;
         ds += dot(d, s) + psi.second * by_d * by_s + psi.first * both;
-        ss += dot(s, s) + psi.second * by_s * by_s + 2 * psi.first * twice_ss;
+        ss += dot(s, s) + psi.second * by_s * by_s + 2 * psi.first * half_ss;
     }
     sum[0] = (double)total(dd);
     sum[1] = (double)total(ds);
     sum[2] = (double)total(ss);
 }
 
-// share[0] D + share[1] (F - before)
-OM_INLINE Mat direction(Mat f, const float* before, const float* D, const float share[2]) {
-    Mat d = load(D), none = {0};
-    Mat along = add(none, all(share[0]), d);
-    return share[1] == 0 ? along : add(along, all(share[1]), add(f, all(-1), load(before)));
-}
-
-OM_MULTIVERSION double om__umesh_slope(const float* F, const float* before, const float* D,
-                                       const float share[2], float lambda, float way, float keep,
+OM_MULTIVERSION double om__umesh_slope(const UmeshWay* w, float lambda, float length, float keep,
                                        int begin, int end, bool* is_open) {
     V8 slope = all(0);
     I8 closed = {0};
     for (int e = begin; e < end; ++e) {
         const size_t at = REFINE_F * (size_t)e;
-        Mat f = load(F + at), d = direction(f, before + at, D + at, share);
-        Mat moved = add(f, all(way), d), cof = cofactor(moved);
+        const Mat f = load(w->F + at), none = {0};
+        Mat along = add(none, all(w->share[0]), load(w->D + at));
+        if (w->share[1] != 0)
+            along = add(along, all(w->share[1]), add(f, all(-1), load(w->before + at)));
+        Mat moved = add(f, all(length), along), cof = cofactor(moved);
         V8 old = det(f, cofactor(f)), J = det(moved, cof);
-        slope += dot(moved, d) + find_psi(J, lambda).first * dot(cof, d);
+        slope += dot(moved, along) + find_psi(J, lambda).first * dot(cof, along);
         closed |= (old > 0) & (J < keep * old);
     }
     *is_open = true;
@@ -257,13 +252,12 @@ OM_MULTIVERSION double om__umesh_slope(const float* F, const float* before, cons
     return (double)total(slope);
 }
 
-OM_MULTIVERSION void om__umesh_advance(float* F, float* before, const float* D,
-                                       const float share[2], float way, int begin, int end) {
-    const float by_d = way * share[0], by_before = way * share[1];
+OM_MULTIVERSION void om__umesh_advance(const UmeshWay* w, float length, int begin, int end) {
+    const float by_d = length * w->share[0], by_before = length * w->share[1];
     for (size_t i = REFINE_F * (size_t)begin; i < REFINE_F * (size_t)end; i += NPOINT) {
-        V8 f = get(F + i), old = get(before + i);
-        put(before + i, f);
-        put(F + i, f + by_d * get(D + i) + by_before * (f - old));
+        V8 f = get(w->F + i), old = get(w->before + i);
+        put(w->before + i, f);
+        put(w->F + i, f + by_d * get(w->D + i) + by_before * (f - old));
     }
 }
 
@@ -272,7 +266,7 @@ OM_MULTIVERSION void om__umesh_find_strained(const float* F, float limit,
     for (int e = begin; e < end; ++e) {
         Mat f = load(F + REFINE_F * (size_t)e);
         f.xx -= 1, f.yy -= 1, f.zz -= 1;
-        is_strained[e] = total(dot(f, f)) > NPOINT * limit * limit;
+        is_strained[e] = total(dot(f, f)) >= NPOINT * limit * limit;
     }
 }
 
@@ -323,15 +317,17 @@ OM_INLINE void look(const UmeshElements* t, int node, const float* F, Corner* co
     for (int i = 0; i < 6; ++i) H[i] = total(h[i]);
 }
 
-// step = -H^-1 gradient; H is positive definite.
+// step = -H^-1 gradient; H is positive definite. In double: its determinant has the sixth power of 1/m.
 OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
-    float xx = H[1] * H[2] - H[5] * H[5], xy = H[4] * H[5] - H[3] * H[2];
-    float xz = H[3] * H[5] - H[4] * H[1], yy = H[0] * H[2] - H[4] * H[4];
-    float yz = H[3] * H[4] - H[0] * H[5], zz = H[0] * H[1] - H[3] * H[3];
-    float over = -1 / (H[0] * xx + H[3] * xy + H[4] * xz);
-    step[0] = over * (xx * gradient[0] + xy * gradient[1] + xz * gradient[2]);
-    step[1] = over * (xy * gradient[0] + yy * gradient[1] + yz * gradient[2]);
-    step[2] = over * (xz * gradient[0] + yz * gradient[1] + zz * gradient[2]);
+    const double a = (double)H[0], b = (double)H[1], c = (double)H[2];
+    const double ab = (double)H[3], ac = (double)H[4], bc = (double)H[5];
+    const double x = (double)gradient[0], y = (double)gradient[1], z = (double)gradient[2];
+    const double xx = b * c - bc * bc, xy = ac * bc - ab * c, xz = ab * bc - ac * b;
+    const double yy = a * c - ac * ac, yz = ab * ac - a * bc, zz = a * b - ab * ab;
+    const double over = -1 / (a * xx + ab * xy + ac * xz);
+    step[0] = (float)(over * (xx * x + xy * y + xz * z));
+    step[1] = (float)(over * (xy * x + yy * y + yz * z));
+    step[2] = (float)(over * (xz * x + yz * y + zz * z));
 }
 
 // The share of the step that leaves every positive det F at least KEEP of itself.
@@ -360,7 +356,6 @@ void om__umesh_find_still(const UmeshElements* t, const unsigned char* mask,
 
 OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char* is_still,
                                      float* F, float* u, int begin, int end) {
-    const float small = SMALL * (float)t->grid->spacing;
     for (int at = begin; at < end; ++at) {
         const int node = t->color_node[at];
         Corner corner[8];
@@ -368,9 +363,7 @@ OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char
         if (is_still[node]) continue;
         look(t, node, F, corner, gradient, H);
         solve(H, gradient, step);
-        const float square = step[0] * step[0] + step[1] * step[1] + step[2] * step[2];
-        const int nuse = t->use_adr[node + 1] - t->use_adr[node];
-        const float share = square < small * small ? 1 : find_share(corner, nuse, step);
+        const float share = find_share(corner, t->use_adr[node + 1] - t->use_adr[node], step);
         for (int i = 0; i < 3; ++i) {
             step[i] *= share;
             u[3 * (size_t)node + (size_t)i] += step[i];

@@ -158,11 +158,12 @@ static void solve_dense(const double* A, int n, double* x) {
     }
 }
 
-OmStatus om__umesh_patch_init(const UmeshLinear* l, const unsigned char* mask, UmeshPatch* p) {
+OmStatus om__umesh_patch_init(const UmeshLinear* l, const unsigned char* mask,
+                              UmeshPatchSystem* p) {
     size_t n = 3 * (size_t)l->nnode;
     int num = 0;
     OmStatus status = OM_OK;
-    *p = (UmeshPatch){0};
+    *p = (UmeshPatchSystem){0};
     for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->skin[i] >= 0 ? 3 : 0;
     if (num == 0 || num > MAX_SIDE) return OM_OK;  // no answer: zero
     OM_ALLOC_DONE(p->factor, (size_t)num * (size_t)num);
@@ -185,21 +186,21 @@ done:
     return status;
 }
 
-void om__umesh_patch_done(UmeshPatch* p) {
+void om__umesh_patch_done(UmeshPatchSystem* p) {
     om_free(p->factor);
     om_free((void*)p->column);
     om_free(p->dof);
-    *p = (UmeshPatch){0};
+    *p = (UmeshPatchSystem){0};
 }
 
-void om__umesh_patch_solve(const UmeshPatch* p, const float* u, double* share) {
+void om__umesh_patch_solve(const UmeshPatchSystem* p, const float* u, double* share) {
     for (int k = 0; k < p->num; ++k) share[k] = (double)u[p->dof[k]];
     solve_dense(p->factor, p->num, share);
 }
 
 // Four columns at once: what they are added to is read and written that much less often.
-OM_MULTIVERSION void om__umesh_patch_add(const UmeshPatch* p, const double* share, double sign,
-                                         float* out, int begin, int end) {
+OM_MULTIVERSION void om__umesh_patch_add(const UmeshPatchSystem* p, const double* share,
+                                         double sign, float* out, int begin, int end) {
     int k = 0;
     for (; k + 4 <= p->num; k += 4) {
         const float *a = p->column[k], *b = p->column[k + 1];
@@ -217,7 +218,7 @@ OM_MULTIVERSION void om__umesh_patch_add(const UmeshPatch* p, const double* shar
 }
 
 typedef struct Sum {
-    const UmeshPatch* patch;
+    const UmeshPatchSystem* patch;
     const double* share;
     float* out;
 } Sum;
@@ -228,7 +229,7 @@ static void sum_rows(void* ctx, int begin, int end, int block) {
     om__umesh_patch_add(s->patch, s->share, 1, s->out, begin, end);
 }
 
-OmStatus om__umesh_linear_answer(const UmeshLinear* l, const UmeshPatch* p, const float* u,
+OmStatus om__umesh_linear_answer(const UmeshLinear* l, const UmeshPatchSystem* p, const float* u,
                                  int nworker, float* out) {
     int n = 3 * l->nnode;
     double* share;
@@ -243,7 +244,7 @@ OmStatus om__umesh_linear_answer(const UmeshLinear* l, const UmeshPatch* p, cons
 
 OmStatus om__umesh_linear_solve(const UmeshLinear* l, const unsigned char* mask, const float* u,
                                 int nworker, float* out) {
-    UmeshPatch p;
+    UmeshPatchSystem p;
     OM_TRY(om__umesh_patch_init(l, mask, &p));
     OmStatus status = om__umesh_linear_answer(l, &p, u, nworker, out);
     om__umesh_patch_done(&p);

@@ -74,7 +74,8 @@ OmStatus om__umesh_net_set_balance(OmUmeshNet* n, double balance) {
     om__umesh_refine_destroy(n->refine);
     n->refine = NULL;
     n->balance = balance;
-    if (!(balance <= MOST_UNBALANCED)) return OM_OK;
+    if (!(balance <= MOST_UNBALANCED) || n->poisson < 0)
+        return OM_OK;  // below 0 the law may collapse
     OmStatus status = om__umesh_refine_create(&n->grid, n->poisson, 0, &n->refine);
     return status == OM_UNAVAILABLE ? OM_OK : status;  // a grid too large: the network alone
 }

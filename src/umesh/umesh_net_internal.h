@@ -62,25 +62,25 @@ OmStatus om__umesh_linear_create(const OmUmeshGrid* grid, double poisson, int nw
                                  UmeshLinear** linear);
 void om__umesh_linear_destroy(UmeshLinear* linear);
 // A patch: C_PP factored, and the columns that its nodes take. Nothing where no node is on the skin.
-typedef struct UmeshPatch {
+typedef struct UmeshPatchSystem {
     int num;               // unknowns
     double* factor;        //                                                  (num x num)
     const float** column;  // of the response, borrowed                              (num)
     int* dof;              //                                                        (num)
-} UmeshPatch;
+} UmeshPatchSystem;
 
 OmStatus om__umesh_patch_init(const UmeshLinear* linear, const unsigned char* mask,
-                              UmeshPatch* patch);
-void om__umesh_patch_done(UmeshPatch* patch);
+                              UmeshPatchSystem* patch);
+void om__umesh_patch_done(UmeshPatchSystem* patch);
 // Shares of the columns by which the patch goes where u (nnode x 3) says. (num)
-void om__umesh_patch_solve(const UmeshPatch* patch, const float* u, double* share);
+void om__umesh_patch_solve(const UmeshPatchSystem* patch, const float* u, double* share);
 // out += sign times what they do, for the unknowns begin .. end - 1.
-void om__umesh_patch_add(const UmeshPatch* patch, const double* share, double sign, float* out,
-                         int begin, int end);
+void om__umesh_patch_add(const UmeshPatchSystem* patch, const double* share, double sign,
+                         float* out, int begin, int end);
 
 // Displacements of all nodes when those of the mask that are on the skin go where u says; zero if there are none.
-OmStatus om__umesh_linear_answer(const UmeshLinear* linear, const UmeshPatch* patch, const float* u,
-                                 int nworker, float* out);
+OmStatus om__umesh_linear_answer(const UmeshLinear* linear, const UmeshPatchSystem* patch,
+                                 const float* u, int nworker, float* out);
 OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* mask,
                                 const float* u, int nworker, float* out);
 
@@ -91,7 +91,7 @@ OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* 
 OmStatus om__umesh_refine_create(const OmUmeshGrid* grid, double poisson, int nworker,
                                  UmeshRefine** refine);
 // How far samples `first` .. first + n - 1 are from equilibrium by the law of the refinement: the norm of their forces
-// over that of those in the linear answers, the mean.
+// over that of those in the linear answers, the median: small samples are rounding, crushed answers huge.
 OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, const float* linear,
                                    int first, int n, double* balance);
 void om__umesh_refine_destroy(UmeshRefine* refine);
@@ -100,9 +100,9 @@ void om__umesh_refine_work_destroy(UmeshRefineWork* work);
 size_t om__umesh_refine_work_memory(const UmeshRefineWork* work);
 // From u to equilibrium with the masked nodes and the held ones where they are.
 // @param patch  of the mask
-OmStatus om__umesh_refine(UmeshRefineWork* work, const UmeshPatch* patch, const unsigned char* mask,
-                          double tolerance, int max_cycle, int nworker, float* u,
-                          OmUmeshRefinement* report);
+OmStatus om__umesh_refine(UmeshRefineWork* work, const UmeshPatchSystem* patch,
+                          const unsigned char* mask, double tolerance, int max_cycle, int nworker,
+                          float* u, OmUmeshRefinement* report);
 
 // ---- umesh_second.c ---------------------------------------------------------------------------------
 

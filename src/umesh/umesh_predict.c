@@ -193,10 +193,9 @@ static bool is_finite(const float* u, size_t n) {
 }
 
 // To equilibrium; the answer is left as it is if that fails.
-static OmStatus refine(OmUmeshPredictor* p, const UmeshPatch* patch, const unsigned char* mask,
-                       float* u) {
+static OmStatus refine(OmUmeshPredictor* p, const UmeshPatchSystem* patch,
+                       const unsigned char* mask, float* u) {
     size_t n = 3 * (size_t)p->net->grid.mesh.nnode;
-    p->refinement = (OmUmeshRefinement){0};
     if (!p->refine || p->max_cycle <= 0) return OM_OK;
     memcpy(p->linear, u, n * sizeof *u);
     OM_TRY(om__umesh_refine(p->refine, patch, mask, p->tolerance, p->max_cycle, p->nworker, u,
@@ -221,8 +220,9 @@ static OmStatus add_correction(OmUmeshPredictor* p, const unsigned char* mask, c
 OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
                           OmUmeshTrust* trust) {
     const OmUmeshGrid* g = &p->net->grid;
-    UmeshPatch patch;
+    UmeshPatchSystem patch;
     OmStatus status = OM_OK;
+    p->refinement = (OmUmeshRefinement){0};
     OM_TRY(check_input(g, mask, u));
     OM_TRY(om__umesh_patch_init(p->net->linear, mask, &patch));
     OM_TRY_DONE(om__umesh_linear_answer(p->net->linear, &patch, u, p->nworker, p->linear));

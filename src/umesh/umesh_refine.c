@@ -10,7 +10,7 @@
 //
 // What is left is estimated from what the last cycle moved, and cycles end when it is below a tolerance: an easy answer
 // takes one, a press of 30 mm ten. Held against finite elements by prescribed displacements (the same equations) it
-// ends at the same state, unless there are two: 17 of 5000 answers are another equilibrium, 0.26 to 1.2 mm away, which
+// ends at the same state, unless there are two: 18 of 5000 answers are another equilibrium, 0.26 to 1.2 mm away, which
 // other load steps lead Newton's method to, too.
 //
 // Tried and rejected: corrections without relaxation (elements that are turned over make steps useless); the whole
@@ -141,7 +141,7 @@ size_t om__umesh_refine_work_memory(const UmeshRefineWork* w) {
 
 typedef struct Refining {  // what all members know
     UmeshRefineWork* work;
-    const UmeshPatch* patch;
+    const UmeshPatchSystem* patch;
     const unsigned char* mask;
     float* u;
     int nfree;  // nodes that can move
@@ -219,11 +219,12 @@ static void find_answer(const Member* m) {
 // @return what drives along the direction that comes of it, above 0; 0: no way down
 static double choose_shares(const Member* m, bool has_before, double share[2]) {
     UmeshRefineWork* w = m->w;
+    const UmeshWay way = {w->F, w->before, w->D, {0}};
     const OmFemMesh* mesh = &m->t->grid->mesh;
     int begin, end;
     for (int b = part(m, w->nelem_block, m->rank); b < part(m, w->nelem_block, m->rank + 1); ++b) {
         find_block(b, mesh->nelem, &begin, &end);
-        om__umesh_curvature(w->F, w->before, w->D, m->t->lambda, begin, end, w->curve + 3 * b);
+        om__umesh_curvature(&way, m->t->lambda, begin, end, w->curve + 3 * b);
     }
     for (int b = part(m, w->nnode_block, m->rank); b < part(m, w->nnode_block, m->rank + 1); ++b) {
         double by_z = 0, by_old = 0;
@@ -251,11 +252,12 @@ static double choose_shares(const Member* m, bool has_before, double share[2]) {
     return isfinite(drive) && drive > 0 ? drive : 0;
 }
 
-// How much of the direction can be gone.
-static double choose_way(const Member* m, const float share[2], double drive) {
+// How much of the way can be gone.
+static double choose_length(const Member* m, const UmeshWay* along, double drive) {
     UmeshRefineWork* w = m->w;
     const int nelem = m->t->grid->mesh.nelem;
-    double way = 1;
+    double length = 1;
+    bool is_closed = false;
     for (int trial = 0; trial < MAX_TRIAL; ++trial) {
         double* slope = w->slope[trial % 2];  // two, for those that are still at the last sum
         for (int b = part(m, w->nelem_block, m->rank); b < part(m, w->nelem_block, m->rank + 1);
@@ -263,38 +265,38 @@ static double choose_way(const Member* m, const float share[2], double drive) {
             int begin, end;
             bool is_open;
             find_block(b, nelem, &begin, &end);
-            slope[2 * b] = om__umesh_slope(w->F, w->before, w->D, share, m->t->lambda, (float)way,
-                                           CRUSH, begin, end, &is_open);
+            slope[2 * b] =
+                om__umesh_slope(along, m->t->lambda, (float)length, CRUSH, begin, end, &is_open);
             slope[2 * b + 1] = is_open ? 0 : 1;
         }
         om_team_barrier(m->team);
         double end_slope = add_blocks(slope, w->nelem_block, 2, 0);
-        if (add_blocks(slope, w->nelem_block, 2, 1) > 0) {
-            way *= 0.5;
+        is_closed = add_blocks(slope, w->nelem_block, 2, 1) > 0;
+        if (is_closed) {
+            length *= 0.5;
             continue;
         }
-        if (end_slope <= OVERSHOOT * drive) return way;
-        way *= fmax(LEAST_CUT, drive / (drive + end_slope));
+        if (end_slope <= OVERSHOOT * drive) return length;
+        length *= fmax(LEAST_CUT, drive / (drive + end_slope));
     }
-    return way;
+    return is_closed ? 0 : length;
 }
 
 typedef struct Step {
-    double length,
-        answer;  // means over free nodes: of the step, of what the organ at rest answered, m
-    double fit;  // share of that answer that the step took
-    double way;  // share of the step that was wanted
+    double length, answer;  // means over free nodes: of it, of what the organ at rest answered, m
+    double fit;             // share of that answer that it took
+    double way;             // share of what was wanted
 } Step;
 
 static Step make_step(const Member* m, bool has_before) {
     UmeshRefineWork* w = m->w;
     const OmFemMesh* mesh = &m->t->grid->mesh;
-    double wanted[2];
-    const double drive = choose_shares(m, has_before, wanted);
-    const float share[2] = {(float)wanted[0], (float)wanted[1]};
-    const double way = drive > 0 ? choose_way(m, share, drive) : 0;
+    double share[2];
+    const double drive = choose_shares(m, has_before, share);
+    const UmeshWay along = {w->F, w->before, w->D, {(float)share[0], (float)share[1]}};
+    const double way = drive > 0 ? choose_length(m, &along, drive) : 0;
     om_team_barrier(m->team);
-    om__umesh_advance(w->F, w->before, w->D, share, (float)way, MINE(m, mesh->nelem));
+    om__umesh_advance(&along, (float)way, MINE(m, mesh->nelem));
     for (int b = part(m, w->nnode_block, m->rank); b < part(m, w->nnode_block, m->rank + 1); ++b) {
         int begin, end;
         double length = 0, answer = 0;
@@ -302,7 +304,8 @@ static Step make_step(const Member* m, bool has_before) {
         for (int i = begin; i < end; ++i) {
             double square = 0, answer_square = 0;
             for (size_t k = 3 * (size_t)i; k < 3 * (size_t)i + 3; ++k) {
-                float s = (float)way * (share[0] * w->z[k] + share[1] * (m->r->u[k] - w->old[k]));
+                float s = (float)way *
+                          (along.share[0] * w->z[k] + along.share[1] * (m->r->u[k] - w->old[k]));
                 w->old[k] = m->r->u[k];
                 m->r->u[k] += s;
                 square += (double)s * (double)s;
@@ -315,7 +318,7 @@ static Step make_step(const Member* m, bool has_before) {
     }
     om_team_barrier(m->team);
     return (Step){add_blocks(w->dot, w->nnode_block, 2, 0) / m->r->nfree,
-                  add_blocks(w->dot, w->nnode_block, 2, 1) / m->r->nfree, way * wanted[0], way};
+                  add_blocks(w->dot, w->nnode_block, 2, 1) / m->r->nfree, way * share[0], way};
 }
 
 // What the cycles to come will move: a geometric series, and what a step that was cut did not go. Where tissue is stiff
@@ -325,7 +328,7 @@ static double estimate(Step step, Step last, bool is_first, double* floor_rate) 
     double rate = is_first ? 1 - step.fit : last.length > 0 ? step.length / last.length : 1;
     rate = fmin(fmax(rate, *floor_rate), MOST_RATE);
     double series = step.length * rate / (1 - rate);
-    double cut = step.way > 0 ? step.length * (1 - step.way) / step.way : (double)INFINITY;
+    double cut = step.way > 0 ? step.length * (1 - step.way) / step.way : step.answer;
     return fmax(series + cut, SOFTNESS * step.answer);
 }
 
@@ -335,10 +338,17 @@ static void begin(const Member* m) {
     const size_t first = (size_t)part(m, mesh->nelem, m->rank);
     const size_t num = (size_t)part(m, mesh->nelem, m->rank + 1) - first;
     om__umesh_gradients(m->t, m->r->u, 1, w->F, MINE(m, mesh->nelem));
-    om__umesh_find_strained(w->F, m->r->tolerance < FINE ? 0 : STRAINED, w->is_strained,
-                            MINE(m, mesh->nelem));
     memcpy(w->before + REFINE_F * first, w->F + REFINE_F * first, REFINE_F * num * sizeof *w->F);
     if (m->rank == 0) memcpy(w->old, m->r->u, 3 * (size_t)mesh->nnode * sizeof *w->old);
+    om_team_barrier(m->team);
+}
+
+// Which nodes are relaxed.
+static void find_still(const Member* m) {
+    UmeshRefineWork* w = m->w;
+    const OmFemMesh* mesh = &m->t->grid->mesh;
+    om__umesh_find_strained(w->F, m->r->tolerance < FINE ? 0 : STRAINED, w->is_strained,
+                            MINE(m, mesh->nelem));
     om_team_barrier(m->team);
     om__umesh_find_still(m->t, m->r->mask, w->is_strained, w->is_still, MINE(m, mesh->nnode));
     om_team_barrier(m->team);
@@ -353,6 +363,7 @@ static void refine(void* ctx, OmTeam* team, int rank, int size) {
     int cycle = 0;
     begin(m);
     while (cycle < r->max_cycle) {
+        find_still(m);
         relax(m, true);
         find_drive(m);
         find_answer(m);
@@ -372,9 +383,9 @@ static void refine(void* ctx, OmTeam* team, int rank, int size) {
         r->report->min_volume = fmin(r->report->min_volume, m->w->dot[k]);
 }
 
-OmStatus om__umesh_refine(UmeshRefineWork* w, const UmeshPatch* patch, const unsigned char* mask,
-                          double tolerance, int max_cycle, int nworker, float* u,
-                          OmUmeshRefinement* report) {
+OmStatus om__umesh_refine(UmeshRefineWork* w, const UmeshPatchSystem* patch,
+                          const unsigned char* mask, double tolerance, int max_cycle, int nworker,
+                          float* u, OmUmeshRefinement* report) {
     const OmUmeshGrid* g = w->with->elements.grid;
     *report = (OmUmeshRefinement){0};
     if (patch->num > w->nshare || !w->share) {
@@ -414,23 +425,28 @@ OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, cons
     size_t nnode = (size_t)mesh->nnode;
     UmeshElements t = {0};
     float *F = NULL, *force = NULL, *drive = NULL;
+    double* ratio = NULL;
+    int num = 0;
     OmStatus status = OM_OK;
     OM_TRY_DONE(om__umesh_elements_init(&data->grid, poisson, &t));
     OM_ALLOC_DONE(F, REFINE_F * (size_t)mesh->nelem);
     OM_ALLOC_DONE(force, 24 * (size_t)mesh->nelem);
     OM_ALLOC_DONE(drive, 3 * nnode);
-    *balance = 0;
+    OM_ALLOC_DONE(ratio, n);
     for (int s = first; s < first + n; ++s) {
         const unsigned char* mask = data->mask + (size_t)s * nnode;
         const size_t at = 3 * (size_t)s * nnode;
         double left = force_norm(&t, mask, data->u + at, F, force, drive);
         double all = force_norm(&t, mask, linear + at, F, force, drive);
-        *balance += all > 0 ? left / all / n : 0;
+        if (all > 0) ratio[num++] = left / all;
     }
+    om_sort_doubles(ratio, num);
+    *balance = num > 0 ? ratio[num / 2] : 0;
 done:
     om__umesh_elements_done(&t);
     om_free(F);
     om_free(force);
     om_free(drive);
+    om_free(ratio);
     return status;
 }

@@ -40,16 +40,21 @@ void om__umesh_element_forces(const UmeshElements* elements, const float* F, flo
 // What drives nodes, by all of their elements; 0 where they are held or masked. (nnode x 3)
 void om__umesh_node_forces(const UmeshElements* elements, const unsigned char* mask,
                            const float* force, float* drive, int begin, int end);
-// Second variations of the energy by D and S = F - before: DD, DS, SS. D: (nelem x REFINE_F)
-void om__umesh_curvature(const float* F, const float* before, const float* D, float lambda,
-                         int begin, int end, double sum[3]);
-// Along the direction E = share[0] D + share[1] (F - before), at F + way E: the slope of the energy by `way`, and
-// whether no det F that is positive falls below `keep` of itself.
-double om__umesh_slope(const float* F, const float* before, const float* D, const float share[2],
-                       float lambda, float way, float keep, int begin, int end, bool* is_open);
-// F += way E, before = F.
-void om__umesh_advance(float* F, float* before, const float* D, const float share[2], float way,
-                       int begin, int end);
+// Where to go from F: E = share[0] D + share[1] S, S = F - before.
+typedef struct UmeshWay {
+    float *F, *before;  //                                                   (nelem x REFINE_F)
+    const float* D;
+    float share[2];
+} UmeshWay;
+
+// Second variations of the energy by D and S: DD, DS, SS.
+void om__umesh_curvature(const UmeshWay* way, float lambda, int begin, int end, double sum[3]);
+// At F + length E: the slope of the energy by `length`, and whether no det F that is positive falls below `keep` of
+// itself.
+double om__umesh_slope(const UmeshWay* way, float lambda, float length, float keep, int begin,
+                       int end, bool* is_open);
+// F += length E, before = F.
+void om__umesh_advance(const UmeshWay* way, float length, int begin, int end);
 // The least det F.
 float om__umesh_least_volume(const float* F, int begin, int end);
 // Elements where the root mean square of |F - I| is above the limit.

@@ -40,21 +40,26 @@ static void add_curves(const OmTrainResult* r, OmReport* report) {
 }
 
 static void add_facts(const OmTrainResult* result, const OmUmeshEval* eval, OmReport* report) {
-    char fact[6][WORD];
-    snprintf(fact[0], WORD, "%.3f mm", 1e3 * eval->mean);
-    snprintf(fact[1], WORD, "%.3f mm", 1e3 * eval->worst);
-    snprintf(fact[2], WORD, "%.1f mm", 1e3 * eval->max_u);
-    snprintf(fact[3], WORD, "%.2f ms", eval->ms_median);
-    snprintf(fact[4], WORD, "%lld", (long long)result->nstep);
-    snprintf(fact[5], WORD, "%.1f min", result->seconds / 60);
-    const char* value[] = {fact[0], fact[1], fact[2], fact[3], fact[4], fact[5]};
-    const char* label[] = {"mean norm error, validation",
-                           "the worst of these samples",
-                           "largest displacement of a node",
-                           "a prediction, median",
-                           "steps of training",
-                           "training"};
-    om_report_facts(report, value, label, 6);
+    char fact[8][WORD];
+    snprintf(fact[0], WORD, "%.3f mm", 1e3 * eval->network_mean);
+    snprintf(fact[1], WORD, "%.3f mm", 1e3 * eval->network_worst);
+    snprintf(fact[2], WORD, "%.3f mm", 1e3 * eval->mean);
+    snprintf(fact[3], WORD, "%.3f mm", 1e3 * eval->worst);
+    snprintf(fact[4], WORD, "%.1f mm", 1e3 * eval->max_u);
+    snprintf(fact[5], WORD, "%.2f ms", eval->ms_median);
+    snprintf(fact[6], WORD, "%lld", (long long)result->nstep);
+    snprintf(fact[7], WORD, "%.1f min", result->seconds / 60);
+    const char *value[8],
+        *label[8] = {"mean norm error, validation",
+                     "the worst of these samples",
+                     eval->mean_cycle > 0 ? "refined" : "not refined: another law",
+                     "the worst of these",
+                     "largest displacement of a node",
+                     "a prediction, median",
+                     "steps of training",
+                     "training"};
+    for (int k = 0; k < 8; ++k) value[k] = fact[k];
+    om_report_facts(report, value, label, 8);
 }
 
 OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet* net,

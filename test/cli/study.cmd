@@ -11,13 +11,6 @@ file out/errors.csv
 file out/truth/lesion-01.json
 file out/runs/penalty-000623-01.json
 
-# The quick study with all methods on its three meshes: every path to its end.
-$ omentum study contact --quick --lesions-used 1 -q -o quick
-exit 0
-out ^9 runs \(9 new\): 9 completed the path; the worst reached 100 %
-out ^the bar is met by 9 of 9 combinations
-no-err
-
 # What is finished is not done again; what is damaged is.
 $ printf '{' > out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 2000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
 exit 0

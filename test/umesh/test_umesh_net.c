@@ -350,6 +350,15 @@ static void test_predict(void** unused) {
             if (data.grid.fixed[i]) assert_true(u[3 * i + c] == 0);
         }
     }
+    assert_int_equal(om_umesh_refinement(p).ncycle, 0);  // the samples follow no law
+    float* answer = om_calloc(3 * nnode, sizeof *answer);
+    memcpy(u, data.u, 3 * nnode * sizeof *u);
+    assert_ok(om__umesh_linear_solve(net->linear, data.mask, u, 1, answer));
+    om_umesh_set_linear(p, true);
+    assert_ok(om_umesh_predict(p, data.mask, u, NULL));
+    for (size_t i = 0; i < nnode; ++i)
+        if (!data.mask[i] && !data.grid.fixed[i]) assert_true(u[3 * i] == answer[3 * i]);
+    om_free(answer);
     assert_status(om_umesh_predict(p, none, u, NULL), OM_INVALID);
     for (size_t i = 0; i < 3 * nnode; ++i) u[i] = NAN;
     assert_status(om_umesh_predict(p, data.mask, u, NULL), OM_INVALID);

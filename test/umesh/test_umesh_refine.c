@@ -111,47 +111,45 @@ static void test_slopes(void** unused) {
     deform(0.3, 5, s);
     bool is_open;
     double curve[3], slope[2][2], energy[2];
-    const float step = 0.01f, along[2] = {1, 0};
+    const float step = 0.01f;
+    UmeshWay along = {F[0], F[3], F[1], {1, 0}};
     om__umesh_gradients(&elements, u, 1, F[0], 0, (int)nelem);
     om__umesh_gradients(&elements, d, 0, F[1], 0, (int)nelem);
     om__umesh_gradients(&elements, s, 0, F[2], 0, (int)nelem);
     for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];  // before S
-    om__umesh_curvature(F[0], F[3], F[1], elements.lambda, 0, (int)nelem, curve);
+    om__umesh_curvature(&along, elements.lambda, 0, (int)nelem, curve);
     for (int sign = 0; sign < 2; ++sign) {
         const float way = sign ? step : -step;
         for (size_t i = 0; i < 3 * nnode; ++i) at[i] = u[i] + way * d[i];
         energy[sign] = energy_of(at);
-        slope[0][sign] = om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, way, 0, 0,
-                                         (int)nelem, &is_open);
+        slope[0][sign] = om__umesh_slope(&along, elements.lambda, way, 0, 0, (int)nelem, &is_open);
+        UmeshWay beside = {F[3], F[3], F[1], {1, 0}};
         for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] + way * F[2][i];
-        slope[1][sign] = om__umesh_slope(F[3], F[0], F[1], along, elements.lambda, 0, 0, 0,
-                                         (int)nelem, &is_open);
+        slope[1][sign] = om__umesh_slope(&beside, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
     }
-    double here =
-        om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    double here = om__umesh_slope(&along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
     assert_true(is_open);
     assert_near_rel(unit * here, (energy[1] - energy[0]) / (2 * (double)step), 2e-3);
     assert_near_rel(curve[0], (slope[0][1] - slope[0][0]) / (2 * (double)step), 2e-3);
     assert_near(curve[1], (slope[1][1] - slope[1][0]) / (2 * (double)step), 2e-3 * curve[0]);
     assert_true(curve[2] > 0);
-    const float both[2] = {0.5f, -2};  // D / 2 - 2 S is what advance goes along
-    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];
-    double mixed =
-        om__umesh_slope(F[0], F[3], F[1], both, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
-    double by_s =
-        om__umesh_slope(F[0], F[3], F[2], along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
-    assert_near(mixed, 0.5 * here - 2 * by_s, 1e-4 * (fabs(here) + fabs(by_s)));
-    float* moved = om_calloc(REFINE_F * nelem, sizeof *moved);
-    memcpy(moved, F[0], REFINE_F * nelem * sizeof *moved);
-    om__umesh_advance(moved, F[3], F[1], both, 0.1f, 0, (int)nelem);
-    for (size_t i = 0; i < REFINE_F * nelem; ++i)
-        assert_near((double)moved[i], (double)(F[0][i] + 0.1f * (0.5f * F[1][i] - 2 * F[2][i])),
-                    1e-5);
-    assert_memory_equal(F[3], F[0], REFINE_F * nelem * sizeof *moved);
-    om_free(moved);
-    (void)om__umesh_slope(F[0], F[0], F[1], along, elements.lambda, 5, 0.4f, 0, (int)nelem,
-                          &is_open);
+    (void)om__umesh_slope(&along, elements.lambda, 5, 0.4f, 0, (int)nelem, &is_open);
     assert_false(is_open);  // so far along noise elements turn over
+
+    // D / 2 - 2 S: the slope is that of both, and what is gone along it ends there
+    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];
+    UmeshWay by_s = {F[0], F[3], F[2], {1, 0}}, both = {F[0], F[3], F[1], {0.5f, -2}};
+    double other = om__umesh_slope(&by_s, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    double mixed = om__umesh_slope(&both, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    assert_near(mixed, 0.5 * here - 2 * other, 1e-4 * (fabs(here) + fabs(other)));
+    float* old = om_calloc(REFINE_F * nelem, sizeof *old);
+    memcpy(old, F[0], REFINE_F * nelem * sizeof *old);
+    om__umesh_advance(&both, 0.1f, 0, (int)nelem);
+    for (size_t i = 0; i < REFINE_F * nelem; ++i)
+        assert_near((double)F[0][i], (double)(old[i] + 0.1f * (0.5f * F[1][i] - 2 * F[2][i])),
+                    1e-5);
+    assert_memory_equal(F[3], old, REFINE_F * nelem * sizeof *old);
+    om_free(old);
     om_free(u), om_free(d), om_free(s), om_free(at);
     for (int k = 0; k < 4; ++k) om_free(F[k]);
 }
@@ -163,12 +161,8 @@ static void test_relax(void** unused) {
     float* again = om_calloc(REFINE_F * nelem, sizeof *again);
     unsigned char* is_still = om_calloc(nnode, 1);
     deform(0.55, 4, u);
-    for (size_t i = 0; i < nnode; ++i) is_still[i] = g->mesh.x[3 * i] < 0;
-    float kept = 0;
-    for (size_t i = 0; i < 3 * nnode; ++i) kept += is_still[i / 3] ? u[i] : 0;
     om__umesh_gradients(&elements, u, 1, F, 0, (int)nelem);
     assert_below((double)om__umesh_least_volume(F, 0, (int)nelem), -0.1);
-    memset(is_still, 0, nnode);
     double last = INFINITY;
     for (int sweep = 0; sweep < 8; ++sweep) {
         for (int color = 0; color < 8; ++color)
@@ -182,10 +176,15 @@ static void test_relax(void** unused) {
     assert_true(om__umesh_least_volume(F, 0, (int)nelem) > 0.05f);
     om__umesh_gradients(&elements, u, 1, again, 0, (int)nelem);  // those that were kept up, anew
     for (size_t i = 0; i < REFINE_F * nelem; ++i) assert_near((double)F[i], (double)again[i], 1e-4);
-    memset(is_still, 1, nnode);
+    size_t nmoved = 0;
+    for (size_t i = 0; i < nnode; ++i) is_still[i] = g->mesh.x[3 * i] < 0;
     memcpy(again, u, 3 * nnode * sizeof *u);
     om__umesh_relax(&elements, is_still, F, u, 0, elements.color_adr[8]);
-    assert_memory_equal(again, u, 3 * nnode * sizeof *u);
+    for (size_t i = 0; i < 3 * nnode; ++i) {
+        assert_true(!is_still[i / 3] || u[i] == again[i]);
+        nmoved += u[i] != again[i];
+    }
+    assert_true(nmoved > nnode / 2);
     om_free(u), om_free(F), om_free(again), om_free(is_still);
 }
 
@@ -227,7 +226,7 @@ static void test_coarse(void** unused) {
     om_free(w), om_free(sum), om_free(u), om_free(r), om_free(z);
 }
 
-// From linear answers to presses of 5 to 20 mm: the same states as Newton's method, the same bytes with two workers.
+// From linear answers to presses of 0 to 20 mm: the same states as Newton's method, the same bytes with any workers.
 static void test_equilibrium(void** unused) {
     (void)unused;
     unsigned char* mask = om_calloc(nnode, 1);
@@ -236,15 +235,16 @@ static void test_equilibrium(void** unused) {
     double* goal = om_calloc(3 * nnode, sizeof *goal);
     UmeshRefineWork* work;
     assert_ok(om__umesh_refine_work_create(refine, &work));
-    for (int press = 5; press <= 20; press += 5) {
+    for (int press = 0; press <= 20; press += 5) {
         OmUmeshPatch place = om_umesh_find_place(g, om_vec3(0.02, 0.01, 0.07));
         assert_true(om_umesh_select_patch(g, &place, mask) >= 3);
         OmVec3 way = om_scale(-1e-3 * press, place.normal);
         for (int i = 0; i < g->mesh.nnode; ++i)
             om_store3(goal, i, mask[i] ? way : om_vec3(0, 0, 0));
         for (size_t i = 0; i < 3 * nnode; ++i) v[i] = (float)goal[i];
-        UmeshPatch patch;
-        OmUmeshRefinement one, two, loose;
+        UmeshPatchSystem patch;
+        OmUmeshRefinement one, other, loose;
+        const int nworker = 2 + press / 5;  // they cut the work elsewhere each
         assert_ok(om__umesh_patch_init(linear, mask, &patch));
         assert_ok(om__umesh_linear_answer(linear, &patch, v, 1, u));
         for (size_t i = 0; i < 3 * nnode; ++i) u[i] = mask[i / 3] ? v[i] : u[i];
@@ -256,16 +256,18 @@ static void test_equilibrium(void** unused) {
         double rough = om__umesh_mean_error(g, u, truth);
         memcpy(u, v, 3 * nnode * sizeof *u);
         assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, 1, u, &one));
-        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, 2, v, &two));
+        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, nworker, v, &other));
         double after = om__umesh_mean_error(g, u, truth);
         printf("press of %d mm: linear %.3f mm off, %.4f after %d cycles, %.5f after %d\n", press,
                1e3 * before, 1e3 * rough, loose.ncycle, 1e3 * after, one.ncycle);
         assert_below(rough, 1e-4);
         assert_below(after, 1e-5);
         assert_true(loose.ncycle <= one.ncycle && one.ncycle < 60 && one.left < 3e-6);
+        assert_true(press > 0 || one.ncycle == 1);  // nothing moves: nothing to do
         assert_true(one.min_volume > 0.1);
         assert_memory_equal(u, v, 3 * nnode * sizeof *u);
-        assert_memory_equal(&one, &two, sizeof one);
+        assert_true(one.ncycle == other.ncycle && one.left == other.left &&
+                    one.min_volume == other.min_volume);
         for (size_t i = 0; i < 3 * nnode; ++i)
             assert_true(g->fixed[i / 3] ? u[i] == 0 : !mask[i / 3] || u[i] == (float)goal[i]);
         om__umesh_patch_done(&patch);
@@ -311,7 +313,7 @@ static OmStatus make_all(void* unused) {
     (void)unused;
     UmeshRefine* r = NULL;
     UmeshRefineWork* work = NULL;
-    UmeshPatch patch = {0};
+    UmeshPatchSystem patch = {0};
     OmUmeshRefinement report;
     unsigned char* mask = NULL;
     float* u = NULL;
