@@ -70,9 +70,11 @@ typedef struct OmUmeshPredictor OmUmeshPredictor;
 OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
 OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
-/// Stop refining when the mean distance left is estimated below `tolerance` (default 5e-5 m), or after max_cycle cycles
-/// (default 40); 0 cycles: the network alone. What does not refine: networks of samples of another law than the
-/// neo-Hookean, and grids of more than 3,800 points of twice the spacing.
+#define OM_UMESH_TOLERANCE 5e-5  // m, the default
+#define OM_UMESH_MAX_CYCLE 40
+/// Stop refining when the mean distance left is estimated below `tolerance`, or after max_cycle cycles; 0 cycles: the
+/// network alone. What does not refine: networks of samples of another law than the neo-Hookean, and grids of more than
+/// 3,800 points of twice the spacing.
 OM_API void om_umesh_set_refinement(OmUmeshPredictor* predictor, double tolerance, int max_cycle);
 /// Refine the linear elastic answer instead (default false): some cycles more, and no network to run.
 OM_API void om_umesh_set_linear(OmUmeshPredictor* predictor, bool is_linear);
@@ -141,17 +143,19 @@ typedef struct OmUmeshEval {
     double linear_ms;                    // of these, median
     double mean_cycle;                   // of the refinement
     int most_cycle;
-    int ninverted;                        // refined answers with an element turned over
-    double max_u;                         // largest displacement of a node in the data
+    int ninverted;  // refined answers with an element turned over
+    int nbeyond;    // refined answers farther off than the tolerance and what was estimated
+    double max_u;   // largest displacement of a node in the data
     double ms_median, ms_least, ms_most;  // of a prediction, all in
     int ninside;                          // samples that the test takes for known
     double* error;                        // of each sample (n); freed by om_umesh_eval_done
     double* score;                        // of the test (n)
 } OmUmeshEval;
 
-/// Predict the data's samples `first` .. `first + n - 1`. OM_INVALID if the data is of another grid.
+/// Predict the data's samples `first` .. `first + n - 1`, refined to `tolerance` (m).
+/// @return OM_INVALID if the data is of another grid
 OM_API OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
-                              int nworker, OmUmeshEval* eval);
+                              double tolerance, int nworker, OmUmeshEval* eval);
 OM_API void om_umesh_eval_done(OmUmeshEval* eval);
 /// Write the network again, with what a test measured: facts "test_seed", "test_samples", "test_error_mm",
 /// "test_worst_mm" and "test_network_error_mm".

@@ -109,7 +109,7 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
     OmUmeshPredictor* predictor;
     double ms[NREPEAT];
     OmStatus status = OM_OK;
-    double tolerance = 0.05;
+    double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     OM_TRY(om_cli_get_double(p->args, "--tolerance", 0, 100, &tolerance));
     OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
     om_umesh_set_refinement(predictor, 1e-3 * tolerance, tolerance > 0 ? MAX_CYCLE : 0);

@@ -23,9 +23,6 @@ enum {
 
 #define LEAST_SIZE 1e-6  // m, of an input
 
-#define TOLERANCE 5e-5  // m
-#define MAX_CYCLE 40
-
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
     OmNetRun* run;
@@ -130,7 +127,7 @@ OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPr
     OmStatus status = OM_OK;
     p->net = net;
     p->nworker = nworker;
-    om_umesh_set_refinement(p, TOLERANCE, MAX_CYCLE);
+    om_umesh_set_refinement(p, OM_UMESH_TOLERANCE, OM_UMESH_MAX_CYCLE);
     if (net->refine) OM_TRY_DONE(om__umesh_refine_work_create(net->refine, &p->refine));
     OM_TRY_DONE(create_run(net, nworker, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
@@ -259,10 +256,10 @@ enum { NETWORK, LINEAR, REFINED };  // the network alone, linear answers refined
 
 // All samples one way; one after the other, for times of steady use.
 static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* data, int first,
-                            float* u, double* ms, OmUmeshEval* e) {
+                            double tolerance, float* u, double* ms, OmUmeshEval* e) {
     const OmUmeshGrid* g = &p->net->grid;
     const size_t nnode = (size_t)g->mesh.nnode;
-    om_umesh_set_refinement(p, TOLERANCE, kind == NETWORK ? 0 : MAX_CYCLE);
+    om_umesh_set_refinement(p, tolerance, kind == NETWORK ? 0 : OM_UMESH_MAX_CYCLE);
     om_umesh_set_linear(p, kind == LINEAR);
     for (int s = 0; s < e->n; ++s) {
         const float* truth = data->u + 3 * (size_t)(first + s) * nnode;
@@ -286,6 +283,7 @@ static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* da
             e->mean_cycle += (double)r->ncycle / e->n;
             if (r->ncycle > e->most_cycle) e->most_cycle = r->ncycle;
             if (r->ncycle > 0 && !(r->min_volume > 0)) ++e->ninverted;
+            if (r->ncycle > 0 && error > fmax(tolerance, r->left)) ++e->nbeyond;
         }
     }
     om_sort_doubles(ms, e->n);
@@ -303,7 +301,7 @@ static void summarise(OmUmeshEval* e) {
 }
 
 OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first, int n,
-                       int nworker, OmUmeshEval* e) {
+                       double tolerance, int nworker, OmUmeshEval* e) {
     *e = (OmUmeshEval){.n = n};
     OM_CHECK(data->grid.hash == net->grid.hash, OM_INVALID,
              "umesh: the data are of another organ or grid than the network (%d and %d elements)",
@@ -319,10 +317,10 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     OM_ALLOC_DONE(ms, n);
     OM_ALLOC_DONE(e->error, n);
     OM_ALLOC_DONE(e->score, n);
-    OM_TRY_DONE(try_samples(p, NETWORK, data, first, u, ms, e));
-    OM_TRY_DONE(try_samples(p, LINEAR, data, first, u, ms, e));
+    OM_TRY_DONE(try_samples(p, NETWORK, data, first, tolerance, u, ms, e));
+    OM_TRY_DONE(try_samples(p, LINEAR, data, first, tolerance, u, ms, e));
     e->linear_ms = ms[n / 2];
-    OM_TRY_DONE(try_samples(p, REFINED, data, first, u, ms, e));
+    OM_TRY_DONE(try_samples(p, REFINED, data, first, tolerance, u, ms, e));
     e->ms_least = ms[0];
     e->ms_median = ms[n / 2];
     e->ms_most = ms[n - 1];

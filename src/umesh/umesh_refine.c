@@ -10,8 +10,8 @@
 //
 // What is left is estimated from what the last cycle moved, and cycles end when it is below a tolerance: an easy answer
 // takes one, a press of 30 mm ten. Held against finite elements by prescribed displacements (the same equations) it
-// ends at the same state, unless there are two: 18 of 5000 answers are another equilibrium, 0.26 to 1.2 mm away, which
-// other load steps lead Newton's method to, too.
+// ends at the same state, unless there are two: 18 of 5000 answers are more than 0.25 mm away, in another equilibrium
+// wherever that was looked into; other load steps lead Newton's method there, too.
 //
 // Tried and rejected: corrections without relaxation (elements that are turned over make steps useless); the whole
 // compliance instead of the coarse one (hardly fewer cycles, each several times as long); one direction with a line

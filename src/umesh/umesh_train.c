@@ -219,7 +219,8 @@ static OmStatus keep(Training* t, const OmTrainResult* result) {
     OM_TRY(om__umesh_net_set_balance(t->net, t->net->balance));
     OM_TRY(om_path_join(def->out_dir, "weights.safetensors", path, sizeof path));
     OM_TRY(om__umesh_net_save(t->net, path));
-    OM_TRY(om_umesh_eval(t->net, def->data, t->ntrain, def->nvalid, def->nworker, &eval));
+    OM_TRY(om_umesh_eval(t->net, def->data, t->ntrain, def->nvalid, OM_UMESH_TOLERANCE,
+                         def->nworker, &eval));
     OmStatus status = om__umesh_report_training(def, t->net, result, &eval);
     om_umesh_eval_done(&eval);
     return status;

@@ -19,9 +19,19 @@ $ omentum umesh eval -w net/weights.safetensors -d data -o eval
 exit 1
 out ^12 samples, displacements up to
 out ^mean norm error
+out ^refined, \d+ are farther than 0.25 mm off, \d+ farther than estimated .*, 0 inverted
 out ^the bars: mean 0.05 mm MISSED
 file eval/eval.json
 file eval/errors.csv
+
+# A finer tolerance brings the answers nearer to finite elements; one of nothing is refused.
+$ omentum umesh eval -w net/weights.safetensors -d data --tolerance 0.001
+exit 0
+out ^mean norm error 0\.00
+
+$ omentum umesh eval -w net/weights.safetensors -d data --tolerance 0
+exit 2
+err --tolerance: 0 is outside
 
 # The figures go into a copy of the weights.
 $ omentum umesh eval -w net/weights.safetensors -d data --record tested.safetensors

@@ -216,14 +216,14 @@ static void test_file(void** unused) {
     assert_true(om_umesh_net_grid(net)->hash == data.grid.hash);
     assert_string_equal(om_umesh_net_fact(net, "command"), "test");
     assert_null(om_umesh_net_fact(net, "nothing"));
-    assert_ok(om_umesh_eval(net, &data, NSAMPLE - 8, 8, 1, &eval));
+    assert_ok(om_umesh_eval(net, &data, NSAMPLE - 8, 8, OM_UMESH_TOLERANCE, 1, &eval));
     // less than the loop measured: nodes of the patch are put where they were told to go
     double loop = 1e-3 * atof(om_umesh_net_fact(net, "validation_error_mm"));
     assert_true(eval.mean <= loop && eval.mean > 0.7 * loop);
     snprintf(path, sizeof path, "%s/copy.safetensors", dir);
     assert_ok(om__umesh_net_save(net, path));
     assert_ok(om_umesh_load_net(path, &copy));
-    assert_ok(om_umesh_eval(copy, &data, NSAMPLE - 8, 8, 1, &second));
+    assert_ok(om_umesh_eval(copy, &data, NSAMPLE - 8, 8, OM_UMESH_TOLERANCE, 1, &second));
     assert_memory_equal(eval.error, second.error, 8 * sizeof(double));
     om_umesh_destroy_net(copy);
     assert_ok(om_umesh_record_test(net, &data, &eval, path));
@@ -490,7 +490,7 @@ static OmStatus load_and_predict(void* ctx) {
     OmUmeshNet* net;
     OmUmeshEval eval;
     OM_TRY(om_umesh_load_net(weights, &net));
-    OmStatus status = om_umesh_eval(net, &data, 0, 2, 1, &eval);
+    OmStatus status = om_umesh_eval(net, &data, 0, 2, OM_UMESH_TOLERANCE, 1, &eval);
     if (status >= 0) om_umesh_eval_done(&eval);
     om_umesh_destroy_net(net);
     return status;
