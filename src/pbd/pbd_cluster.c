@@ -12,7 +12,8 @@
 
 #define LEAST_MEMBER 4
 #define MAX_CENTER 4000000
-#define FLAT 1e-4  // of the largest spread: directions without extent
+#define STACKED 2.0  // standard deviations of a cluster's members that make a body higher than it
+#define FLAT 1e-4    // of the largest spread: directions without extent
 
 typedef struct Grid {  // particles by cells of the bounding box
     OmVec3 lo, hi;
@@ -253,6 +254,35 @@ static void weigh_cluster(const OmTetMesh* mesh, const double* mass, OmPbdCluste
     om_store3(fl, 0, flat.cx), om_store3(fl, 1, flat.cy), om_store3(fl, 2, flat.cz);
 }
 
+// How far the clusters of one part of the body are stacked along the weight: from the lowest centre to the highest.
+// A body no higher than the clusters themselves (a sheet that lies flat) is not stacked.
+static OmStatus measure_height(const OmTissueModel* m, double radius, int* part, OmPbdClusters* s) {
+    OmStatus status = OM_OK;
+    double *lo = NULL, *hi = NULL, g = om_norm(m->def.gravity);
+    if (!(g > 0)) return OM_OK;
+    OmVec3 axis = om_scale(1 / g, m->def.gravity);
+    OM_ALLOC_DONE(lo, m->mesh.nvert);
+    OM_ALLOC_DONE(hi, m->mesh.nvert);
+    for (int i = 0; i < m->mesh.nvert; ++i) lo[i] = INFINITY, hi[i] = -INFINITY;
+    for (int c = 0; c < s->ncluster; ++c) {
+        double at = om_dot(axis, om_load3(s->center, c));
+        int root = find_part(part, s->vert[s->adr[c]]);
+        lo[root] = fmin(lo[root], at);
+        hi[root] = fmax(hi[root], at);
+        for (int n = s->adr[c]; n < s->adr[c + 1]; ++n) {
+            int i = s->vert[n];
+            double q = om_dot(axis, om_load3(m->mesh.x, i)) - at;
+            s->spread2 += m->mass[i] * s->part_share[i] * q * q / m->total_mass;
+        }
+    }
+    for (int i = 0; i < m->mesh.nvert; ++i) s->height = fmax(s->height, hi[i] - lo[i]);
+    if (s->height < STACKED * sqrt(s->spread2) + 1e-3 * radius) s->height = 0;
+done:
+    om_free(lo);
+    om_free(hi);
+    return status;
+}
+
 OmStatus om__pbd_make_clusters(const OmTissueModel* m, const OmPbdDef* def, OmPbdClusters* s) {
     OmStatus status = OM_OK;
     Builder b = {.mesh = &m->mesh, .def = def, .shape = s};
@@ -270,6 +300,7 @@ OmStatus om__pbd_make_clusters(const OmTissueModel* m, const OmPbdDef* def, OmPb
     OM_ALLOC_DONE(s->spread_inverse, 9 * (size_t)s->ncluster);
     OM_ALLOC_DONE(s->flat, 9 * (size_t)s->ncluster);
     for (int c = 0; c < s->ncluster; ++c) weigh_cluster(&m->mesh, m->mass, s, c);
+    OM_TRY_DONE(measure_height(m, def->cluster_radius, part, s));
 done:
     om_free(b.grid.adr);
     om_free(b.grid.vert);

@@ -55,7 +55,7 @@ static bool is_identity(OmPose p) {
 }
 
 void om__pbd_move_obstacles(OmPbdStep* s) {
-    double n = s->pbd->def.substeps;
+    double n = s->nsub;
     for (int k = 0; k < s->nobstacle; ++k) {
         const OmTissueObstacle* o = &s->obstacle[k];
         OmPbdFrame* f = &s->w->frame[k];

@@ -19,6 +19,8 @@ typedef struct OmPbdClusters {  // region-based shape matching, constant
     double* part_share;      // 1 / number of its clusters                 (nvert)
     int* part_adr;           // clusters of particles                      (nvert + 1)
     int* part_cluster;       //                                            (nmember)
+    double spread2;          // of members about their cluster's centre along the weight, m^2
+    double height;           // of stacked clusters along the weight, centre to centre, m
 } OmPbdClusters;
 
 typedef struct OmPbdTet {
@@ -119,7 +121,7 @@ typedef struct OmPbdStep {  // one step, shared by the team
     int nobstacle;
     OmTissueObstacle* obstacle;
     double h, sub;               // s, of the step and of a substep
-    int k;                       // the substep
+    int nsub, k;                 // substeps; the substep
     OmPose arm[OM_TISSUE_NARM];  // tools at the end of the substep
 } OmPbdStep;
 

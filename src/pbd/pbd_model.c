@@ -4,6 +4,13 @@
 #include "pbd/pbd_internal.h"
 
 #define PBD_COOKIE 0x9bd0001u
+#define TABLE_SUBSTEPS 3  // of clusters, Table 3.1
+#define ELASTIC_SUBSTEPS 20
+#define MOST_SUBSTEPS 100  // chosen from the body
+#define WEIGHT_STRAIN \
+    0.05                  // of the lowest clusters by the body's weight, where substeps are chosen
+#define SAGGING 0.15      // such a strain is worth a warning
+#define COMMON_STEP 0.02  // s, the step that the warning assumes
 
 extern const OmTissueEngine om__engine_pbd;
 static const OmTissueEngine elastic_engine;  // the same with forces and energy; create puts it in
@@ -11,7 +18,7 @@ static const OmTissueEngine elastic_engine;  // the same with forces and energy;
 OmPbdDef om_pbd_default_def(OmPbdKind kind) {
     bool is_elastic = kind != OM_PBD_CLUSTERS;
     OmPbdDef def = {.kind = kind,
-                    .substeps = is_elastic ? 20 : 3,
+                    .substeps = 0,
                     .iterations = is_elastic ? 1 : 9,
                     .damping = is_elastic ? 0 : 12,
                     .max_speed = 10,
@@ -52,8 +59,8 @@ static OmStatus check_def(const OmPbdDef* def) {
              "pbd: the definition was not made by om_pbd_default_def");
     OM_CHECK(def->kind >= OM_PBD_CLUSTERS && def->kind <= OM_PBD_LENGTHS, OM_INVALID,
              "pbd: kind %d is none of OmPbdKind", (int)def->kind);
-    OM_CHECK(def->substeps >= 1 && def->substeps <= 1000, OM_INVALID,
-             "pbd: substeps is %d; it must be from 1 to 1000", def->substeps);
+    OM_CHECK(def->substeps >= 0 && def->substeps <= 1000, OM_INVALID,
+             "pbd: substeps is %d; it must be from 1 to 1000, or 0 (chosen)", def->substeps);
     OM_CHECK(def->iterations >= 1 && def->iterations <= 1000, OM_INVALID,
              "pbd: iterations is %d; it must be from 1 to 1000", def->iterations);
     OM_CHECK(def->damping >= 0 && def->damping <= 1e6, OM_INVALID,
@@ -95,6 +102,66 @@ static void pbd_destroy(OmTissueModel* m) {
     m->data = NULL;
 }
 
+// ---- what clusters can carry --------------------------------------------------------------------------
+
+// In an iteration a particle goes alpha of the way from where it is to the mean of its clusters' goals. Of a
+// smooth displacement u the means of clusters and the mean over the clusters of a particle leave
+// u + spread2 u'': small clusters pull at curvature alone, as a rod does. What weight adds in a substep, g sub^2,
+// is taken back by the iterations where alpha iterations spread2 u'' = -g sub^2: a rod of the modulus
+// density iterations alpha spread2 / sub^2 (Poisson's ratio 0). A share linear_stretch of u' is let go.
+static double carry_of(const OmTissueModel* m) {
+    const OmPbd* pbd = m->data;
+    const OmPbdDef* def = &pbd->def;
+    return def->iterations * def->cluster_stiffness * (1 - def->linear_stretch) *
+           pbd->shape.spread2;
+}
+
+int om_pbd_substeps(const OmTissueModel* m, double h) {
+    if (m->engine != &om__engine_pbd && m->engine != &elastic_engine) return 0;
+    const OmPbd* pbd = m->data;
+    if (pbd->def.substeps > 0) return pbd->def.substeps;
+    if (pbd->def.kind != OM_PBD_CLUSTERS) return ELASTIC_SUBSTEPS;
+    double carry = carry_of(m), weight = om_norm(m->def.gravity) * pbd->shape.height;
+    if (!(weight > 0)) return TABLE_SUBSTEPS;
+    if (!(carry > 0)) return MOST_SUBSTEPS;
+    double least = ceil(h * sqrt(weight / (WEIGHT_STRAIN * carry)) * (1 - 1e-9));
+    return (int)fmin(fmax(least, TABLE_SUBSTEPS), MOST_SUBSTEPS);
+}
+
+double om_pbd_modulus(const OmTissueModel* m, double h) {
+    if (m->engine != &om__engine_pbd || !(h > 0)) return 0;
+    if (((const OmPbd*)m->data)->def.kind != OM_PBD_CLUSTERS) return 0;
+    double sub = h / om_pbd_substeps(m, h);
+    return m->def.density * carry_of(m) / (sub * sub);
+}
+
+double om_pbd_weight_strain(const OmTissueModel* m, double h) {
+    double modulus = om_pbd_modulus(m, h);
+    if (m->engine != &om__engine_pbd) return 0;
+    double stress =
+        m->def.density * om_norm(m->def.gravity) * ((const OmPbd*)m->data)->shape.height;
+    return stress > 0 ? stress / fmax(modulus, 1e-300) : 0;
+}
+
+static void warn_of_sagging(const OmTissueModel* m) {
+    const OmPbd* pbd = m->data;
+    double strain = om_pbd_weight_strain(m, COMMON_STEP);
+    if (strain < SAGGING) return;
+    om_log(OM_LOG_WARNING,
+           "pbd: in steps of %g ms, %d substeps of %d iterations give the clusters a modulus of "
+           "%.3g Pa: their own weight compresses the lowest by %.0f %%; %s",
+           1e3 * COMMON_STEP, om_pbd_substeps(m, COMMON_STEP), pbd->def.iterations,
+           om_pbd_modulus(m, COMMON_STEP), 100 * strain,
+           pbd->def.substeps > 0 ? "leave substeps at 0 to have them chosen from the body"
+                                 : "enlarge cluster_radius, cluster_stiffness or iterations");
+}
+
+static OmStatus create_clusters(OmTissueModel* m, OmPbd* pbd) {
+    OM_TRY(om__pbd_make_clusters(m, &pbd->def, &pbd->shape));
+    warn_of_sagging(m);
+    return OM_OK;
+}
+
 static OmStatus pbd_create(OmTissueModel* m) {
     OmPbdDef def = m->def.pbd ? *m->def.pbd : om_pbd_default_def(OM_PBD_CLUSTERS);
     OM_TRY(check_def(&def));
@@ -103,7 +170,7 @@ static OmStatus pbd_create(OmTissueModel* m) {
     m->data = pbd;  // freed with the model, whatever fails below
     pbd->def = def;
     pbd->has_pairs = def.has_self_collision && def.collision_distance > 0;
-    if (def.kind == OM_PBD_CLUSTERS) return om__pbd_make_clusters(m, &def, &pbd->shape);
+    if (def.kind == OM_PBD_CLUSTERS) return create_clusters(m, pbd);
     if (def.kind == OM_PBD_ELASTIC) m->engine = &elastic_engine;
     OM_TRY(om__pbd_make_elastic(m, &pbd->elastic));
     return def.kind == OM_PBD_LENGTHS ? om__pbd_make_lengths(m, &def, &pbd->elastic) : OM_OK;

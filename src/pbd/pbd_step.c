@@ -35,7 +35,7 @@ static OmVec3 prescribed_place(const OmPbdStep* s, int i) {
     int arm = om__state_held_by(s->s)[i];
     if (arm >= 0) return om_pose_apply(s->arm[arm], om_load3(om__state_array(s->s, OM__GRIP), i));
     OmVec3 p = om_load3(s->x, i), anchor = om_load3(om__state_array(s->s, OM__ANCHOR), i);
-    int left = s->pbd->def.substeps - s->k;
+    int left = s->nsub - s->k;
     return left == 1 ? anchor : om_lerp(p, anchor, 1.0 / left);
 }
 
@@ -140,11 +140,11 @@ static void find_velocities(OmPbdStep* s, Range r) {
 
 static void begin_substep(OmPbdStep* s, int k) {
     s->k = k;
-    double t = (k + 1.0) / s->pbd->def.substeps;
+    double t = (k + 1.0) / s->nsub;
     for (int a = 0; a < OM_TISSUE_NARM; ++a) {
         const OmTissueArm* arm = &s->s->arm[a];
         s->arm[a] = arm->goal;
-        if (k + 1 < s->pbd->def.substeps)
+        if (k + 1 < s->nsub)
             s->arm[a] = (OmPose){om_lerp(arm->pose.p, arm->goal.p, t),
                                  om_quat_slerp(arm->pose.q, arm->goal.q, t)};
     }
@@ -176,7 +176,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     Range part = share_of(s->m->mesh.nvert, rank, size);
     const OmPbdElastic* el = &s->pbd->elastic;
     Range element = share_of(el->ntet, rank, size);
-    for (int k = 0; k < def->substeps; ++k) {
+    for (int k = 0; k < s->nsub; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
         predict(s, part);
@@ -242,6 +242,7 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
     OmPbdWork* w = work->data;
     OM_TRY(check_input(state));
     OM_TRY(om__pbd_reserve(w, m->mesh.nvert, nobstacle));
+    int nsub = om_pbd_substeps(m, h);
     OmPbdStep s = {.m = m,
                    .pbd = pbd,
                    .s = state,
@@ -252,7 +253,8 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
                    .nobstacle = nobstacle,
                    .obstacle = obstacle,
                    .h = h,
-                   .sub = h / pbd->def.substeps};
+                   .sub = h / nsub,
+                   .nsub = nsub};
     size_t n3 = 3 * (size_t)m->mesh.nvert * sizeof(double);
     memset(w->hold, 0, n3);
     if (nobstacle > 0) memset(w->push, 0, n3 * (size_t)nobstacle);

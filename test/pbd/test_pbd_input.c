@@ -21,7 +21,7 @@ static void test_definitions(void** state) {
     p.pbd = good, p.pbd.cluster_stiffness = 1.1, expect(&p, "cluster_stiffness");
     p.pbd = good, p.pbd.cluster_stiffness = NAN, expect(&p, "cluster_stiffness");
     p.pbd = good, p.pbd.cluster_radius = INFINITY, expect(&p, "cluster_radius");
-    p.pbd = good, p.pbd.substeps = 0, expect(&p, "substeps");
+    p.pbd = good, p.pbd.substeps = -1, expect(&p, "substeps");
     p.pbd = good, p.pbd.iterations = 0, expect(&p, "iterations");
     p.pbd = good, p.pbd.damping = -1, expect(&p, "damping");
     p.pbd = good, p.pbd.friction = NAN, expect(&p, "friction");
