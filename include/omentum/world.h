@@ -70,7 +70,8 @@ OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
 OM_API const OmSite* om_body_site(const OmBody* body);
 OM_API uint64_t om_body_hash(const OmBody* body);
-/// Snapshots: a block of om_body_state_size bytes.
+/// Snapshots: a block of om_body_state_size bytes, with what the ground bore before the first grasp, which
+/// OmBodyForces.pull is measured from.
 OM_API size_t om_body_state_size(const OmBody* body);
 OM_API void om_body_save(const OmBody* body, void* block);
 OM_API void om_body_restore(OmBody* body, const void* block);

@@ -9,14 +9,18 @@
 #define CG_TOLERANCE 1e-3
 #define CG_ITERATIONS 200
 
+typedef struct Rest {  // changes with the state, and is part of a snapshot
+    OmVec3 ground;     // N, what the ground bore before the tissue was first grasped
+    int64_t is_known;
+} Rest;
+
 struct OmBody {
     const OmSite* site;
     OmTissueModel* model;
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
-    OmVec3 ground_at_rest;  // N, what the ground bore before the tissue was first grasped
-    bool has_ground_at_rest;
+    Rest rest;
 };
 
 static OmStatus create_contact(const OmSite* site, OmBody* body) {
@@ -98,11 +102,10 @@ void om_body_destroy(OmBody* b) {
 }
 
 OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld) {
-    if (!b->has_ground_at_rest) {
+    if (!b->rest.is_known) {
         OmTissueForces f;
         OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
-        b->ground_at_rest = f.contact;
-        b->has_ground_at_rest = true;
+        b->rest = (Rest){f.contact, 1};
     }
     return om_tissue_grasp(b->model, b->state, arm, tip, radius, nheld);
 }
@@ -138,7 +141,7 @@ uint64_t om_body_hash(const OmBody* b) { return om_tissue_hash(b->state); }
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OmTissueForces f;
     OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
-    OmVec3 carried = om_sub(b->ground_at_rest, f.contact);
+    OmVec3 carried = om_sub(b->rest.ground, f.contact);
     bool is_shared = om_body_is_holding(b, 0) && om_body_is_holding(b, 1);
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         forces->grasp[a] = f.grasp[a];
@@ -156,10 +159,14 @@ OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
     return om_tissue_get_holding_force(b->model, b->state, force);
 }
 
-size_t om_body_state_size(const OmBody* b) { return om_tissue_state_size(b->model); }
+size_t om_body_state_size(const OmBody* b) { return om_tissue_state_size(b->model) + sizeof(Rest); }
 void om_body_save(const OmBody* b, void* block) {
-    memcpy(block, b->state, om_tissue_state_size(b->model));
+    size_t size = om_tissue_state_size(b->model);
+    memcpy(block, b->state, size);
+    memcpy((char*)block + size, &b->rest, sizeof b->rest);
 }
 void om_body_restore(OmBody* b, const void* block) {
-    memcpy(b->state, block, om_tissue_state_size(b->model));
+    size_t size = om_tissue_state_size(b->model);
+    memcpy(b->state, block, size);
+    memcpy(&b->rest, (const char*)block + size, sizeof b->rest);
 }

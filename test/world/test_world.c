@@ -288,6 +288,36 @@ static void test_snapshots(void** state) {
     teardown(&f);
 }
 
+// What the ground bore before the first grasp belongs to the snapshot: a body restored to before it is grasped anew,
+// and its pulls are those of a body that was never grasped elsewhere.
+static void test_snapshots_keep_the_ground_at_rest(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    OmBody* body = om_world_truth(f.world);
+    void* block = malloc(om_body_state_size(body));
+    om_body_save(body, block);  // never grasped
+    OmPose tip = {om_vec3(-0.048, -0.048, 0.005), om_quat_identity()};
+    OmBodyReport report;
+    OmBodyForces first, second, third;
+    for (int i = 0; i < 10; ++i) assert_ok(om_body_step(body, 0.02, &report));
+    assert_ok(om_body_grasp(body, 0, tip, 0.008, NULL));
+    assert_ok(om_body_get_forces(body, &first));
+    void* held = malloc(om_body_state_size(body));
+    om_body_save(body, held);
+    om_body_restore(body, block);  // in the air: nothing has touched the ground yet
+    assert_ok(om_body_grasp(body, 0, tip, 0.008, NULL));
+    assert_ok(om_body_get_forces(body, &second));
+    assert_near(om_distance(second.pull[0], second.grasp[0]), 0, 1e-12);
+    om_body_restore(body, held);
+    assert_ok(om_body_get_forces(body, &third));
+    assert_near(om_distance(third.pull[0], first.pull[0]), 0, 0);
+    assert_true(om_norm(first.contact) > 0.01);
+    free(held);
+    free(block);
+    teardown(&f);
+}
+
 static OmStatus live_a_little(void* ctx) {
     OmSite site = {0};
     OmWorld* world = NULL;
@@ -326,6 +356,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
         cmocka_unit_test(test_noise_is_of_the_measurement),
         cmocka_unit_test(test_snapshots),
+        cmocka_unit_test(test_snapshots_keep_the_ground_at_rest),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
