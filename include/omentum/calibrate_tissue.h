@@ -66,7 +66,8 @@ typedef struct
     OmCalibrationBuildFn build;
     void* ctx;  // borrowed
     const OmContactDef*
-        contact;  // what tissue lies on, not for presses; borrowed with all it names; null: nothing
+        contact;  // what tissue lies on; borrowed with all it names; null: nothing. A press of an
+                  // engine with a system matrix is refused with it
     int npath;
     const OmCalibrationPath* path;  // names and probes are borrowed                   (npath)
     int nlandmark;

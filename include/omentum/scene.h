@@ -27,8 +27,8 @@ extern "C" {
 #define OM_SCENE_PATH 512
 
 typedef enum OmTissueSource {
-    OM_SOURCE_SHEET,    // a box made here, lying on a board
-    OM_SOURCE_MESH,     // a ready tetrahedral mesh lying on a board
+    OM_SOURCE_SHEET,    // a box made here, lying on a board unless has_board is false
+    OM_SOURCE_MESH,     // a ready tetrahedral mesh, the same
     OM_SOURCE_PATIENT,  // a patient model's YAML file: tissue over an organ
     OM_SOURCE_VOLUME    // the same, built from a segmented CT by the scene's own settings
 } OmTissueSource;
@@ -49,9 +49,10 @@ typedef struct OmSceneTissue {
     OmVec3 world_cells;        // of the simulated world's sheet, default 30 x 30 x 2
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1
-    OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
-    OmVec3 view;  // from the tissue towards the endoscope; default -x
-    int law;      // OmLaw; default OM_COROTATIONAL
+    OmVec3 up;       // against gravity, in the mesh's coordinates; default z; a patient has its own
+    OmVec3 view;     // from the tissue towards the endoscope; default -x
+    int law;         // OmLaw; default OM_COROTATIONAL
+    bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;                   // Pa and 1; default 3000 and 0.45
     double density;                          // kg/m^3; default 1000
     double rayleigh_mass;                    // 1/s; default 0.1

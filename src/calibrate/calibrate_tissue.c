@@ -180,6 +180,20 @@ static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* 
     return OM_OK;
 }
 
+// The press of engines with a system matrix solves for the probe alone.
+static OmStatus check_presses(const OmCalibrationTissue* t, const OmTissueModel* model) {
+    const OmContactDef* c = t->def.contact;
+    bool has_obstacle = c && c->nplane + c->nsdf + c->nfield > 0;
+    for (int p = 0; p < t->def.npath && has_obstacle; ++p)
+        OM_CHECK(t->path[p].kind != OM_PATH_PRESS || om_tissue_moves_itself(model), OM_INVALID,
+                 "path %s: a press of finite elements knows the probe alone, so that the tissue "
+                 "would pass through %s under it; take the board away (tissue: board: false) where "
+                 "attachments carry the tissue, or calibrate particles (model: pbd or xpbd), which "
+                 "keep out of both",
+                 t->path[p].name, c->nplane > 0 ? "the board" : "the organ");
+    return OM_OK;
+}
+
 static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
                      OmCalibrationTissue* t) {
     t->def = *def;
@@ -194,6 +208,7 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
         status = om_error(OM_INVALID, "there is no model of the start: %s", why);
     }
     if (status == OM_OK) status = check_forces(t, model);
+    if (status == OM_OK) status = check_presses(t, model);
     if (status == OM_OK) status = gather_points(def, model, t);
     om_tissue_destroy(model);
     return status == OM_OK ? make_labels(def, t) : status;

@@ -4,6 +4,7 @@
 // step makes the path quasi-static with an implicit engine: with h = 1 s inertia is nothing and one step a
 // millimetre or two is enough; a position-based engine keeps its own 0.02 s.
 #include <math.h>
+#include <string.h>
 
 #include "calibrate/calibrate_tissue_internal.h"
 
@@ -15,10 +16,11 @@ typedef struct Walk {
     OmTissueState* state;
     OmTissueWork* work;
     OmPress* press;
-    OmContact* contact;  // what the tissue lies on, or null
-    bool is_begun;       // the tool is in place
-    double at;           // travel at the end of the last step, m
-    OmVec3 force;        // of the tool on the tissue, N
+    OmContact* contact;          // what the tissue lies on, or null
+    OmTissueObstacle* obstacle;  // the probe, then those of the contact, of such an engine
+    bool is_begun;               // the tool is in place
+    double at;                   // travel at the end of the last step, m
+    OmVec3 force;                // of the tool on the tissue, N
 } Walk;
 
 OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
@@ -85,13 +87,16 @@ static OmStatus begin(Walk* w) {
     return om_press_place(w->press, w->model, w->state, pose_at(w, 0));
 }
 
-// The probe in a step of an engine that keeps out of it itself.
+// The probe, and what the tissue lies on, in a step of an engine that keeps out of obstacles itself.
 static OmStatus step_among(Walk* w, double travel) {
-    OmTissueObstacle probe =
+    const OmTissueObstacle* still = NULL;
+    int nstill = w->contact ? om_contact_get_obstacles(w->contact, &still) : 0;
+    if (nstill) memcpy(w->obstacle + 1, still, (size_t)nstill * sizeof *still);
+    w->obstacle[0] =
         om_probe_obstacle(w->path->probe, pose_at(w, w->at), pose_at(w, travel), w->path->friction);
-    OmStatus status =
-        om_tissue_step_among(w->model, w->state, w->work, w->path->time_step, 1, &probe, NULL);
-    if (status >= 0) w->force = probe.force;
+    OmStatus status = om_tissue_step_among(w->model, w->state, w->work, w->path->time_step,
+                                           1 + nstill, w->obstacle, NULL);
+    if (status >= 0) w->force = w->obstacle[0].force;
     return status;
 }
 
@@ -168,9 +173,15 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
     }
     OmStatus status = om_tissue_create_state(model, &w.state);
     if (status == OM_OK) status = om_tissue_create_work(model, &w.work);
-    if (status == OM_OK && contact && path->kind != OM_PATH_PRESS)
-        status = om_contact_create(contact, model, &w.contact);
+    if (status == OM_OK && contact) status = om_contact_create(contact, model, &w.contact);
+    if (status == OM_OK && path->kind == OM_PATH_PRESS && om_tissue_moves_itself(model)) {
+        const OmTissueObstacle* still;
+        int n = 1 + (w.contact ? om_contact_get_obstacles(w.contact, &still) : 0);
+        w.obstacle = om_alloc((size_t)n, sizeof *w.obstacle);
+        if (!w.obstacle) status = OM_NO_MEMORY;
+    }
     if (status == OM_OK) status = walk(&w, fn, ctx);
+    om_free(w.obstacle);
     om_contact_destroy(w.contact);
     om_press_destroy(w.press);
     om_tissue_destroy_work(w.work);

@@ -32,6 +32,7 @@ static const OmYamlField tissue_field[] = {
     {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1},
     {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1},
     {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name},
+    {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board)},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
     // what can be calibrated stands last: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},
@@ -158,6 +159,7 @@ OmScene om_scene_default(void) {
                                .unit = 1.0,
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
+                               .has_board = true,
                                .young = 3000,
                                .poisson = 0.45,
                                .density = 1000,

@@ -66,7 +66,7 @@ static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* sit
     OmVec3 n = role == OM_SITE_TWIN ? t->cells : t->world_cells;
     OM_TRY(om_tet_mesh_box(om_scale(-1, half), om_vec3(half.x, half.y, t->size.z), (int)n.x,
                            (int)n.y, (int)n.z, &site->mesh));
-    site->has_ground = true;
+    site->has_ground = t->has_board;
     place_task_frame(site, om_vec3(0, 0, 1), om_vec3(-1, 0, 0));
     return OM_OK;
 }
@@ -87,7 +87,7 @@ static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* s
     OM_TRY(data_path(scene, path, sizeof path));
     OM_TRY(om_tet_mesh_load(path, scene->tissue.unit, &site->mesh));
     if (role == OM_SITE_WORLD) OM_TRY(om_tet_mesh_refine(&site->mesh));
-    site->has_ground = true;
+    site->has_ground = scene->tissue.has_board;
     place_task_frame(site, scene->tissue.up, scene->tissue.view);
     return OM_OK;
 }

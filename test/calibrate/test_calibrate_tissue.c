@@ -154,14 +154,13 @@ static void test_stiffness_from_weight(void** state) {
 
 // ---- its own clouds and forces --------------------------------------------------------------------
 
-// A strip held at one end lies on a board; its other end is lifted. A probe presses a block. What the model of
-// known parameters shows is given back as landmarks, cloud and forces: all errors are then zero, and only then.
-static void test_paths_give_back_what_they_showed(void** state) {
-    (void)state;
+// A strip held at one end, which lies on a board or hangs, is lifted at its other end; the one that hangs is pressed as
+// well. What the model of known parameters shows is given back as landmarks, cloud and forces: all errors are then
+// zero, and only then.
+static void check_paths(bool has_board) {
     Maker maker;
     make_bar(&maker, om_vec3(0.08, 0.04, 0.01), 8, 4, 1, 0, 0);
-    maker.def.gravity =
-        om_vec3(0, 0, -1);  // a press knows no board: the strip must not sag away from it
+    maker.def.gravity = om_vec3(0, 0, -1);  // the strip must not sag away from the probe
     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
     OmContactDef contact = om_contact_default_def();
     contact.nplane = 1, contact.plane = &board;
@@ -195,22 +194,23 @@ static void test_paths_give_back_what_they_showed(void** state) {
     double rest[] = {0.06, 0.02, 0.005, 0.03, 0.01, 0.008};
     OmCalibrationSeen seen[800] = {
         {0, 0, 0}, {0, 1, 1}, {0, 2, 0}, {0, 2, OM_SEEN_FORCE}, {1, 0, OM_SEEN_FORCE}};
+    if (has_board) seen[4] = seen[3];
     OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, &maker);
-    def.contact = &contact;
-    def.npath = 2, def.path = path;
+    def.contact = has_board ? &contact : NULL;
+    def.npath = has_board ? 1 : 2, def.path = path;
     def.nlandmark = 2, def.rest = rest;
     def.nobservation = 5, def.observation = seen;
     OmCalibrationTissue* tissue;
-    double param[] = {30000}, x[18], force[9], push[3];
+    double param[] = {30000}, x[18], force[9], push[3] = {0, 0, -1};
     assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
     assert_ok(om_calibrate_run_path(tissue, param, 0, x, force));
-    assert_ok(om_calibrate_run_path(tissue, param, 1, NULL, push));
+    if (!has_board) assert_ok(om_calibrate_run_path(tissue, param, 1, NULL, push));
     om_calibrate_destroy_tissue(tissue);
-    assert_true(x[2] < 0.006 &&
-                x[3 * 4 + 2] > x[2] + 0.005);         // it lay on the board, then was lifted
-    assert_true(force[8] > 0.02 && push[2] < -0.01);  // up, down
+    assert_true(x[2] < 0.006 && x[3 * 4 + 2] > x[2] + 0.005);  // it lay or hung, then was lifted
+    assert_true(!has_board || x[2] > 0.0045);                  // on the board
+    assert_true(force[8] > 0.02 && push[2] < -0.01);           // up, down
     seen[0].x = om_load3(x, 0), seen[1].x = om_load3(x, 2 + 1), seen[2].x = om_load3(x, 4);
-    seen[3].x = om_load3(force, 2), seen[4].x = om_load3(push, 0);
+    seen[3].x = om_load3(force, 2), seen[4].x = has_board ? seen[3].x : om_load3(push, 0);
     // a cloud at the second level: the landmarks there, and points far below that are nobody's nearest
     seen[5] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 2)};
     seen[6] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 3)};
@@ -231,8 +231,10 @@ static void test_paths_give_back_what_they_showed(void** state) {
     assert_memory_equal(error, other, sizeof error);
     for (int i = 0; i < 7; ++i) assert_true(error[i] > 1e-6);
     // half the stiffness, and deeper sunk: less than half the push; an error of 0.01 m a newton
-    assert_true(error[4] > 0.01 * 0.5 * fabs(push[2]) && error[4] < 0.01 * fabs(push[2]));
-    assert_string_equal(search.experiment[1], "press");
+    if (!has_board) {
+        assert_true(error[4] > 0.01 * 0.5 * fabs(push[2]) && error[4] < 0.01 * fabs(push[2]));
+        assert_string_equal(search.experiment[1], "press");
+    }
     assert_string_equal(search.landmark[search.label[5].landmark], "cloud");
     assert_near(search.label[5].level, 0.01, 0);
     param[0] = -1;
@@ -247,6 +249,66 @@ static void test_paths_give_back_what_they_showed(void** state) {
     om_calibrate_destroy_tissue(tissue);
     om_probe_destroy(probe);
     om_tet_mesh_done(&maker.mesh);
+}
+
+static void test_paths_give_back_what_they_showed(void** state) {
+    (void)state;
+    check_paths(true);
+    check_paths(false);
+}
+
+// A block that lies on a board is pressed by a flat punch. Elements do not know board and probe at once and say so;
+// particles keep out of both: no landmark of the underside comes out below the board.
+static void test_presses_on_a_board(void** state) {
+    (void)state;
+    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactDef contact = om_contact_default_def();
+    contact.nplane = 1, contact.plane = &board;
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    shape.radius = 0.02;
+    OmProbe* probe;
+    assert_ok(om_probe_create(&shape, &probe));
+    const double level[] = {0.01};
+    OmCalibrationPath path = {.name = "press",
+                              .kind = OM_PATH_PRESS,
+                              .point = {0.02, 0.02, 0.04},
+                              .direction = {0, 0, -1},
+                              .probe = probe,
+                              .speed = 0.05,
+                              .time_step = 0.02,
+                              .settle = 0.2,
+                              .nlevel = 1,
+                              .level = level};
+    const double rest[] = {0.02, 0.02, 0, 0.01, 0.01, 0, 0.02, 0.02, 0.02};
+    const OmCalibrationSeen seen[] = {{0, 0, 0, {0, 0, 0}}};
+    for (int k = 0; k < 2; ++k) {
+        Maker maker;
+        make_bar(&maker, om_vec3(0.04, 0.04, 0.02), 4, 4, 2, 0, 0);
+        OmPbdDef pbd = om_pbd_default_def(OM_PBD_ELASTIC);
+        pbd.collision_distance = 0;
+        if (k == 1) maker.def.engine = "pbd", maker.def.pbd = &pbd;
+        OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, &maker);
+        def.contact = &contact;
+        def.npath = 1, def.path = &path;
+        def.nlandmark = 3, def.rest = rest;
+        def.nobservation = 1, def.observation = seen;
+        OmCalibrationTissue* tissue;
+        double param[] = {5000}, x[9], force[3];
+        OmStatus status = om_calibrate_create_tissue(&def, param, &tissue);
+        if (k == 0) {
+            assert_status(status, OM_INVALID);
+            assert_non_null(strstr(om_error_message(), "path press: a press of finite elements"));
+            assert_non_null(strstr(om_error_message(), "the board"));
+        } else {
+            assert_ok(status);
+            assert_ok(om_calibrate_run_path(tissue, param, 0, x, force));
+            assert_true(x[2] > -1e-5 && x[5] > -1e-5);
+            assert_true(x[8] < 0.012 && force[2] < -0.1);  // pressed, 10 mm deep
+        }
+        om_calibrate_destroy_tissue(tissue);
+        om_tet_mesh_done(&maker.mesh);
+    }
+    om_probe_destroy(probe);
 }
 
 // ---- particles ------------------------------------------------------------------------------------
@@ -402,6 +464,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_stiffness_from_weight),
         cmocka_unit_test(test_paths_give_back_what_they_showed),
+        cmocka_unit_test(test_presses_on_a_board),
         cmocka_unit_test(test_particles),
         cmocka_unit_test(test_bad_input),
     };
