@@ -6,6 +6,7 @@
 // is new and solves. Both give the same plans (the hash).
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "bench.h"
 
@@ -30,38 +31,68 @@ static OmSituation random_state(int n, int percent, int index) {
     return s;
 }
 
-static OmStatus measure(int n, int percent, bool is_fresh, int nstate) {
+typedef struct Case {
+    int n, percent, nstate;
+    bool is_fresh;    // read, ground and solve for each state
+    bool is_bounded;  // the program in use, else the plain one
+} Case;
+
+static OmStatus create_planner(bool is_bounded, OmPlanner** planner) {
     OmPlannerDef def = om_planner_default_def();
+    def.time_limit = 0;
+    def.has_all_distances = !is_bounded;
+    if (!is_bounded) def.program = "asp/tissue_retraction_plain.lp";
+    return om_planner_create(&def, planner);
+}
+
+// Does the program in use find a plan of the same cost?
+static OmStatus check_cost(const OmSituation* s, const OmPlan* plan) {
+    OmPlanner* planner;
+    OmPlan bounded;
+    OM_TRY(create_planner(true, &planner));
+    OmStatus status = om_planner_solve(planner, s, &bounded);
+    om_planner_destroy(planner);
+    OM_TRY(status);
+    OM_CHECK(memcmp(plan->cost, bounded.cost, sizeof plan->cost) == 0, OM_INVALID,
+             "the bounded program's plan has another cost than the unbounded one's");
+    return OM_OK;
+}
+
+static OmStatus measure(const Case* c) {
     OmPlanner* planner = NULL;
     OmStatus status = OM_OK;
     double time[MAX_STATE];
-    char scene[64];
-    snprintf(scene, sizeof scene, "grid %dx%d, %d %% attached", n, n, percent);
+    char scene[64], work[64];
+    snprintf(scene, sizeof scene, "grid %dx%d, %d %% attached", c->n, c->n, c->percent);
+    snprintf(work, sizeof work, "%s%s", c->is_bounded ? "" : "unbounded, ",
+             c->is_fresh ? "grounded anew" : "re-solved");
     BenchRow row = {.bench = "plan",
                     .scene = scene,
-                    .work = is_fresh ? "grounded anew" : "re-solved",
-                    .size = nstate,
+                    .work = work,
+                    .size = c->nstate,
                     .nworker = 1,
                     .steps = 1,
                     .reference = "thesis Table 6.4",
-                    .reference_ms = 1e3 * thesis[n - 5][percent / 20],
+                    .reference_ms = 1e3 * thesis[c->n - 5][c->percent / 20],
                     .hash = OM_HASH_SEED};
     OmPlan plan;
-    for (int i = is_fresh ? 0 : -1; i < nstate; i++) {  // state -1 grounds the program, untimed
-        OmSituation s = random_state(n, percent, i < 0 ? MAX_STATE : i);
-        if (is_fresh) {
+    for (int i = c->is_fresh ? 0 : -1; i < c->nstate; i++) {  // state -1 grounds, untimed
+        OmSituation s = random_state(c->n, c->percent, i < 0 ? MAX_STATE : i);
+        if (c->is_fresh) {
             om_planner_destroy(planner);
             planner = NULL;
         }
-        if (!planner) OM_TRY_DONE(om_planner_create(&def, &planner));
-        double start = om_clock_now();
+        if (!planner) OM_TRY_DONE(create_planner(c->is_bounded, &planner));
+        clock_t start = clock();
         OM_TRY_DONE(om_planner_solve(planner, &s, &plan));
-        if (i >= 0) time[i] = om_clock_now() - start;
+        if (i < 0) continue;
+        time[i] = (double)(clock() - start) / CLOCKS_PER_SEC;
         OM_CHECK_DONE(plan.is_optimal, OM_INVALID, "%s: state %d has no proven optimum", scene, i);
-        if (i >= 0) row.hash = om_hash(plan.cost, sizeof plan.cost, row.hash);
+        if (!c->is_bounded) OM_TRY_DONE(check_cost(&s, &plan));
+        row.hash = om_hash(plan.cost, sizeof plan.cost, row.hash);
     }
-    bench_times(time, nstate, &row);
-    row.worst_ms = 1e3 * time[nstate - 1];
+    bench_times(time, c->nstate, &row);
+    row.worst_ms = 1e3 * time[c->nstate - 1];
     OM_TRY_DONE(bench_print(&row));
 done:
     om_planner_destroy(planner);
@@ -72,9 +103,14 @@ OmStatus bench_plan(const BenchOptions* options) {
     for (int n = 5; n <= 10; n += options->is_quick ? 5 : 1) {
         for (int percent = 10; percent <= 70; percent += 20) {
             int nstate = options->is_quick ? 20 : MAX_STATE;
-            OM_TRY(measure(n, percent, true, nstate));
-            OM_TRY(measure(n, percent, false, nstate));
+            OM_TRY(measure(&(Case){n, percent, nstate, true, true}));
+            OM_TRY(measure(&(Case){n, percent, nstate, false, true}));
         }
+    }
+    for (int n = 5; n <= (options->is_quick ? 5 : 10); n += n == 5 ? 2 : 3) {
+        int nstate = n < 10 ? 10 : 5;
+        OM_TRY(measure(&(Case){n, 30, nstate, true, false}));
+        OM_TRY(measure(&(Case){n, 30, nstate, false, false}));
     }
     return OM_OK;
 }

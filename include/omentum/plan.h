@@ -94,7 +94,8 @@ typedef struct OmPlan {
     int grasp_block;  // block newly grasped, -1 when the plan goes on with what is held
     int grasp_arm;    // the arm that grasps it, -1
     // New grasps; distance of the grasp from the ROI and its closeness to the attachments, both in 0.1 mm, the
-    // second negative; actions; order of preference between equals.
+    // second negative; actions; order of preference between equals. All 0 for a program of one's own that has
+    // another number of levels.
     int64_t cost[OM_PLAN_NCOST];
     bool is_optimal;     // no better plan exists within the horizon
     bool is_reground;    // the program was grounded for this plan, not only solved again
@@ -108,8 +109,9 @@ typedef struct OmPlannerDef {
     int max_lift;         // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
     const char* program;  // a file in place of the built-in asp/tissue_retraction.lp; null
     uint32_t seed;  // of clasp; default 1. The optimum is unique, so plans do not depend on it
-    // Give distance(B1,B2,X,0) between all blocks too, for a program of one's own; default false: only
-    // the distances to the ROI and to the attachments.
+    // Give metric(B1,B2,X) between all blocks too, for a program of one's own, and set the external atoms
+    // distance(B1,B2,X,0) if the program declares them; default false: only the distances to the ROI and to
+    // the attachments.
     bool has_all_distances;
     double time_limit;  // s a solve may take; default 10, <= 0 none
 } OmPlannerDef;

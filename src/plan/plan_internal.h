@@ -83,7 +83,6 @@ struct OmPlanner {
     OmDistanceFluent* distance;
     int ndistance, distance_cap;
     int* distance_hash;  // open addressing into `distance`, -1 empty
-    bool has_level[2];   // some distance above zero to roi, attachments: its cost level exists
     OmAspAnswer answer;  // of the last solve
 };
 

@@ -206,13 +206,34 @@ static OmStatus find_fluents(OmPlanner* p) {
     return OM_OK;
 }
 
+// distance(B1,B2,X,0) of all pairs, where the program has these as external atoms: all of them hold.
+static OmStatus sense_all_distances(const OmPlanner* p, const OmSituation* s) {
+    OmSymbol arg[4];
+    bool mark[OM_PLAN_MAX_BLOCK] = {false};
+    arg[3] = om__asp_number(0);
+    for (int b = 0; b < p->n * p->n; b++) {
+        mark[b] = true;
+        for (int c = 0; c < p->n * p->n; c++) {
+            int32_t literal;
+            arg[0] = om__plan_block_symbol(p->n, c);
+            arg[1] = om__plan_block_symbol(p->n, b);
+            arg[2] = om__asp_number(om__situation_distance(s, c, mark));
+            OmSymbol atom = om__asp_function("distance", arg, 4);
+            if (!arg[0] || !arg[1] || !atom) return OM_NO_MEMORY;
+            OM_TRY(om__asp_find_external(p->asp, atom, &literal));
+            if (literal) OM_TRY(om__asp_assign(p->asp, literal, true));
+        }
+        mark[b] = false;
+    }
+    return OM_OK;
+}
+
 static void forget_ground(OmPlanner* p) {
     om__asp_destroy(p->asp);
     p->asp = NULL;
     om_free(p->fluent);
     p->fluent = NULL;
     p->ndistance = 0;
-    p->has_level[0] = p->has_level[1] = false;
     for (int i = 0; i < HASH_SIZE; i++) p->distance_hash[i] = -1;
 }
 
@@ -243,6 +264,7 @@ static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     OM_TRY_DONE(om__asp_ground(p->asp, &(OmAspPart){"base", NULL, 0}, 1));
     OM_CALLOC_DONE(p->fluent, fluent_count(p));
     OM_TRY_DONE(find_fluents(p));
+    if (p->def.has_all_distances) OM_TRY_DONE(sense_all_distances(p, s));
 done:
     om_text_done(&facts);
     if (status < 0) forget_ground(p);
@@ -321,7 +343,6 @@ static OmStatus sense_distances(OmPlanner* p, const OmSituation* s) {
     for (int i = 0; i < nnew; i++) {
         OM_TRY_DONE(distance_symbol(p, &p->distance[first + i], &arg[4 * i], &atom));
         part[i] = (OmAspPart){"sensed_distance", &arg[4 * i], 3};
-        if (p->distance[first + i].x > 0) p->has_level[p->distance[first + i].to] = true;
     }
     if (nnew > 0) OM_TRY_DONE(om__asp_ground(p->asp, part, nnew));
     for (int i = 0; i < p->ndistance; i++) {
@@ -427,12 +448,9 @@ static void read_plan(const OmPlanner* p, OmPlan* plan) {
             plan->grasp_arm = a.arm;
         }
     }
-    // levels of the program: broken rules, grasps, roi, attachments, actions, order; a level without any
-    // atom is not in the answer
-    const bool has[OM_PLAN_NCOST] = {true, p->has_level[0], p->has_level[1], true, true};
-    for (int k = 0, at = 1; k < OM_PLAN_NCOST; k++) {
-        plan->cost[k] = has[k] && at < answer->ncost ? answer->cost[at++] : 0;
-    }
+    // levels of the program: broken rules, grasps, roi, attachments, actions, order
+    bool has_all = answer->ncost == OM_PLAN_NCOST + 1;
+    for (int k = 0; k < OM_PLAN_NCOST && has_all; k++) plan->cost[k] = answer->cost[k + 1];
 }
 
 OmStatus om__planner_search(OmPlanner* p, const OmSituation* s, const int32_t* assume, int nassume,

@@ -209,7 +209,7 @@ static void test_optimum_is_that_of_another_search(void** state) {
     OmPlanner* p = new_planner();
     int nplan = 0, nunsat = 0, nhold = 0;
     for (int k = 0; k < 240; k++) {
-        OmSituation s = random_situation((uint64_t)k, 2 + k % 4);
+        OmSituation s = random_situation((uint64_t)k, 1 + k % 5);
         OmPlan plan;
         Node best;
         OmStatus status = om_planner_solve(p, &s, &plan), expected = search(&q, &s, &best);
@@ -236,6 +236,46 @@ static void test_optimum_is_that_of_another_search(void** state) {
     print_message("%d plans, %d of them with tissue in hand, and %d times none\n", nplan, nhold,
                   nunsat);
     assert_true(nplan > 150 && nunsat > 15 && nhold > 20);
+}
+
+// The program in use bounds the steps at which an action may occur, and knows only the distances that decide.
+// asp/tissue_retraction_plain.lp has neither of these: any action at any step, all distances at all steps.
+static void test_bounds_keep_the_optimum(void** state) {
+    (void)state;
+    OmPlannerDef def = om_planner_default_def();
+    def.time_limit = 0;
+    def.program = "asp/tissue_retraction_plain.lp";
+    def.has_all_distances = true;
+    OmPlanner *plain, *bounded = new_planner();
+    assert_ok(om_planner_create(&def, &plain));
+    const int until[4] = {20, 140, 190, 200};  // situations up to 1 x 1, 2 x 2, .. 4 x 4 blocks
+    int nplan = 0, nunsat = 0, nhold = 0;
+    for (int k = 0, n = 1; k < until[3]; k++) {
+        n += k == until[n - 1];
+        OmSituation s = random_situation(3000 + (uint64_t)k, n);
+        OmPlan a, b;
+        OmStatus status = om_planner_solve(bounded, &s, &a);
+        OmStatus expected = om_planner_solve(plain, &s, &b);
+        if (status != expected)
+            fail_msg("situation %d: status %d, %d without bounds", k, status, expected);
+        for (int i = 0; i < OM_PLAN_NCOST; i++) {
+            if (a.cost[i] != b.cost[i]) {
+                fail_msg("situation %d: cost[%d] %lld, %lld without bounds", k, i,
+                         (long long)a.cost[i], (long long)b.cost[i]);
+            }
+        }
+        assert_true(status != OM_OK || (a.is_optimal && b.is_optimal));
+        assert_int_equal(a.naction, b.naction);
+        assert_memory_equal(a.action, b.action, sizeof a.action);  // the optimum is unique
+        nplan += status == OM_OK;
+        nunsat += status == OM_UNSAT;
+        nhold += status == OM_OK && a.naction > 0 && a.grasp_block < 0;
+    }
+    om_planner_destroy(plain);
+    om_planner_destroy(bounded);
+    print_message("%d plans, %d of them with tissue in hand, and %d times none\n", nplan, nhold,
+                  nunsat);
+    assert_true(nplan > 120 && nunsat > 20 && nhold > 20);
 }
 
 // Far from the flat grid: centres given, as they are on lifted tissue.
@@ -603,6 +643,7 @@ static void test_every_allocation_failing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_optimum_is_that_of_another_search),
+        cmocka_unit_test(test_bounds_keep_the_optimum),
         cmocka_unit_test(test_given_centers_decide),
         cmocka_unit_test(test_plan_does_not_depend_on_history),
         cmocka_unit_test(test_replanning_does_not_loop),
