@@ -139,6 +139,7 @@ typedef struct OmUmeshEval {
     double mean, sd, worst;
     int worst_sample;                    // from `first` on
     double network_mean, network_worst;  // of the network's answers, not refined
+    double alone_mean, alone_worst;      // of linear answers, not refined
     double linear_mean, linear_worst;    // of linear answers, refined
     double linear_ms;                    // of these, median
     double mean_cycle;                   // of the refinement

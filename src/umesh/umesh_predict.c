@@ -252,15 +252,21 @@ double om__umesh_mean_error(const OmUmeshGrid* g, const float* a, const float* b
     return num ? sum / num : 0;
 }
 
-enum { NETWORK, LINEAR, REFINED };  // the network alone, linear answers refined, both
+enum {
+    NETWORK,
+    ALONE,
+    LINEAR,
+    REFINED
+};  // the network alone, linear answers: alone and refined; all
 
 // All samples one way; one after the other, for times of steady use.
 static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* data, int first,
                             double tolerance, float* u, double* ms, OmUmeshEval* e) {
     const OmUmeshGrid* g = &p->net->grid;
     const size_t nnode = (size_t)g->mesh.nnode;
-    om_umesh_set_refinement(p, tolerance, kind == NETWORK ? 0 : OM_UMESH_MAX_CYCLE);
-    om_umesh_set_linear(p, kind == LINEAR);
+    bool is_refined = kind == LINEAR || kind == REFINED;
+    om_umesh_set_refinement(p, tolerance, is_refined ? OM_UMESH_MAX_CYCLE : 0);
+    om_umesh_set_linear(p, kind == ALONE || kind == LINEAR);
     for (int s = 0; s < e->n; ++s) {
         const float* truth = data->u + 3 * (size_t)(first + s) * nnode;
         OmUmeshTrust trust;
@@ -272,6 +278,9 @@ static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* da
         if (kind == NETWORK) {
             e->network_mean += error / e->n;
             e->network_worst = fmax(e->network_worst, error);
+        } else if (kind == ALONE) {
+            e->alone_mean += error / e->n;
+            e->alone_worst = fmax(e->alone_worst, error);
         } else if (kind == LINEAR) {
             e->linear_mean += error / e->n;
             e->linear_worst = fmax(e->linear_worst, error);
@@ -318,6 +327,7 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     OM_ALLOC_DONE(e->error, n);
     OM_ALLOC_DONE(e->score, n);
     OM_TRY_DONE(try_samples(p, NETWORK, data, first, tolerance, u, ms, e));
+    OM_TRY_DONE(try_samples(p, ALONE, data, first, tolerance, u, ms, e));
     OM_TRY_DONE(try_samples(p, LINEAR, data, first, tolerance, u, ms, e));
     e->linear_ms = ms[n / 2];
     OM_TRY_DONE(try_samples(p, REFINED, data, first, tolerance, u, ms, e));

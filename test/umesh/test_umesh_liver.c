@@ -1,10 +1,15 @@
 // test_umesh_liver.c: the same steps for a patient: a liver from a CT, its grid, samples, a short training, a
-// prediction held against finite elements.
+// prediction compared with finite elements.
+//
+// The network alone is compared with the linear answer that it corrects: refined answers say nothing about
+// training, for the linear answer refined is as good. In a trial the network left 88 % of the linear answer's
+// error, trained on displacements of other samples (labels shuffled) it left 99 %.
 #include "omentum/umesh_net.h"
 #include "test_common.h"
 
 #define NSAMPLE 60
 #define NVALID 10
+#define SHARE 0.95  // of the linear answer's error that the network may leave
 
 static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
 
@@ -54,9 +59,10 @@ static void test_liver(void** unused) {
     snprintf(path, sizeof path, "%s/weights.safetensors", dir);
     assert_ok(om_umesh_load_net(path, &net));
     assert_ok(om_umesh_eval(net, &data, NSAMPLE - NVALID, NVALID, OM_UMESH_TOLERANCE, 0, &eval));
-    printf("largest displacement %.1f mm; error %.3f mm, of the linear answer %.3f mm\n",
-           1e3 * made.max_u, 1e3 * eval.mean, 1e3 * trained.linear_error);
-    assert_below(eval.mean, trained.linear_error);  // so few samples already help
+    printf(
+        "largest displacement %.1f mm; error of the network alone %.3f mm, of the linear answer %.3f mm\n",
+        1e3 * made.max_u, 1e3 * eval.network_mean, 1e3 * eval.alone_mean);
+    assert_below(eval.network_mean, SHARE * eval.alone_mean);
     assert_true(eval.ninside >= NVALID / 2);  // a hundred samples leave much of a liver untouched
     om_umesh_eval_done(&eval);
     om_umesh_destroy_net(net);
