@@ -91,9 +91,22 @@ OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera
 OM_API int om_depth_to_cloud(const OmCamera* camera, const float* depth, const int* id,
                              const float* normal, int only, double* x, double* normal_out);
 
-/// Share of sample points of a region seen by the camera (6.5.2): of the points that face the camera and lie
-/// in its picture, those whose ray meets nothing before them. Objects in `ignore` (a bit each, ids below
-/// 64) do not occlude: the region itself.
+/// How many sample points of a region the camera sees, and why it does not see the others. Every point is counted
+/// once: npoint = nseen + naway + noutside + nhidden.
+typedef struct OmVisibility {
+    int npoint;    // of the region
+    int nseen;     // seen
+    int naway;     // their normal points away from the camera
+    int noutside;  // facing it, outside its picture
+    int nhidden;   // in its picture, behind something
+} OmVisibility;
+
+/// Objects in `ignore` (a bit each, ids below 64) do not occlude: the region itself. `normal` may be null.
+OM_API OmStatus om_sense_count_visible(const OmSenseScene* scene, const OmCamera* camera,
+                                       const double* x, const double* normal, int npoint,
+                                       uint64_t ignore, OmVisibility* visibility);
+/// Share of all sample points that the camera sees (6.5.2): a point that faces away or lies outside the
+/// picture is not seen, and counts in the denominator.
 OM_API OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera,
                                     const double* x, const double* normal, int npoint,
                                     uint64_t ignore, double* share);

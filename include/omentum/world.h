@@ -17,6 +17,7 @@
 #include "omentum/image.h"
 #include "omentum/pbd.h"
 #include "omentum/scene.h"
+#include "omentum/sense.h"
 #include "omentum/tissue.h"
 #include "omentum/vec.h"
 
@@ -131,6 +132,19 @@ OM_API void om_observation_done(OmObservation* observation);
 /// @param nworker  threads of the tissue, 0: one a processor; the outcome does not depend on it
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
+/// The endoscope's view of the ROI over still anatomy and tissue, without tools: for motions that are tried on
+/// a body alone.
+typedef struct OmView OmView;
+/// @param site  borrowed until destroy
+OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
+OM_API void om_view_destroy(OmView* view);
+/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: the tissue is removed, and what is
+///           seen is the most that any retraction can expose
+OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);
+/// OM_INVALID if less than OM_WORLD_LEAST_VISIBLE of the ROI, or less than the task's own `visibility`, could be
+/// seen with the tissue removed; the message names the reason and the remedy.
+OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site);
+#define OM_WORLD_LEAST_VISIBLE 0.9
 /// The truth inside a simulated world, for recordings and for judging; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
 /// The endoscope's view of a simulated world at any size, for reports.

@@ -190,10 +190,11 @@ static void aim(Packet* p, OmVec3 eye, OmVec3 ray) {
     p->far_t[i] = (float)om_norm(ray) - VISIBILITY_SLACK;
 }
 
-OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera, const double* x,
-                             const double* normal, int npoint, uint64_t ignore, double* share) {
+OmStatus om_sense_count_visible(const OmSenseScene* scene, const OmCamera* camera, const double* x,
+                                const double* normal, int npoint, uint64_t ignore,
+                                OmVisibility* visibility) {
+    *visibility = (OmVisibility){.npoint = npoint};
     OM_TRY(om__check_camera(camera));
-    int nfacing = 0, nseen = 0;
     Packet p = {0};
     bool is_seen[PACKET];
     OmVec3 eye = camera->pose_world_camera.p;
@@ -202,18 +203,32 @@ OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera, 
             OmVec3 q = om_load3(x, i), d = om_sub(q, eye);
             double u, v;
             bool is_facing = !normal || om_dot(om_load3(normal, i), d) < 0;
-            if (is_facing && om_camera_project(camera, q, &u, &v) && u >= 0 && u < camera->width &&
-                v >= 0 && v < camera->height) {
+            bool is_inside = om_camera_project(camera, q, &u, &v) && u >= 0 && u < camera->width &&
+                             v >= 0 && v < camera->height;
+            if (!is_facing)
+                ++visibility->naway;
+            else if (!is_inside)
+                ++visibility->noutside;
+            else
                 aim(&p, eye, d);
-            }
         }
         if (p.n == PACKET || (i == npoint && p.n > 0)) {
-            nfacing += p.n;
             mark_visible(scene, &p, ignore, is_seen);
-            for (int k = 0; k < p.n; ++k) nseen += is_seen[k];
+            for (int k = 0; k < p.n; ++k) {
+                visibility->nseen += is_seen[k];
+                visibility->nhidden += !is_seen[k];
+            }
             p.n = 0;
         }
     }
-    *share = nfacing > 0 ? (double)nseen / nfacing : 0;
+    return OM_OK;
+}
+
+OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera, const double* x,
+                             const double* normal, int npoint, uint64_t ignore, double* share) {
+    OmVisibility v;
+    *share = 0;
+    OM_TRY(om_sense_count_visible(scene, camera, x, normal, npoint, ignore, &v));
+    if (npoint > 0) *share = (double)v.nseen / npoint;
     return OM_OK;
 }

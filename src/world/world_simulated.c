@@ -8,6 +8,7 @@
 #include "omentum/robot.h"
 #include "omentum/sense.h"
 #include "omentum/world.h"
+#include "world/world_view.h"
 
 #define JAW_CLOSED (20.0 * OM_PI / 180.0)  // below: tissue is held (Alg. 4)
 #define JAW_SPEED 3.0                      // rad/s
@@ -153,34 +154,6 @@ static OmStatus sim_advance(OmWorld* world, double dt) {
 
 // ---- cameras -------------------------------------------------------------------------------------------------
 
-static OmCamera make_camera(const OmSite* site, const OmSceneCamera* c, double side) {
-    OmVec3 eye =
-        om_vec3(side * c->distance * cos(c->elevation), 0, c->distance * sin(c->elevation));
-    OmVec3 eye_w = om_pose_apply(site->pose_world_task, eye);
-    OmVec3 target = om_pose_apply(site->pose_world_task, om_vec3(0, 0, site->half_size.z));
-    OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
-    OmCamera camera = {om_pose_look_at(eye_w, target, up), c->width, c->height, c->fov, 0.01, 2.0};
-    return camera;
-}
-
-// The board the tissue lies on, a little under the ROI that is drawn on it.
-static OmStatus add_board(SimWorld* w) {
-    OmSurface board = {0};
-    OM_TRY(om_surface_init(&board, 4, 2));
-    double r = 2.2 * fmax(w->site->half_size.x, w->site->half_size.y);
-    const double corner[4][2] = {{-r, -r}, {r, -r}, {r, r}, {-r, r}};
-    for (int i = 0; i < 4; ++i) {
-        OmVec3 p = om_vec3(corner[i][0], corner[i][1], -1e-4);
-        om_store3(board.x, i, om_pose_apply(w->site->pose_world_task, p));
-    }
-    memcpy(board.tri_vert, (int[6]){0, 1, 2, 0, 2, 3}, 6 * sizeof(int));
-    OmSenseLook look = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
-    int id;
-    OmStatus status = om_sense_scene_add(w->sense, &board, &look, &id);
-    om_surface_done(&board);
-    return status;
-}
-
 static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
@@ -188,25 +161,13 @@ static OmStatus build_sense(SimWorld* w) {
     OmSenseLook fat = {
         .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.5, .is_smooth = true, .grain = 0.08};
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
-    w->roi_id = -1;
-    if (site->roi.ntri > 0) {
-        OmSenseLook magenta = {
-            .red = 0.85, .green = 0.08, .blue = 0.55, .gloss = 0.4, .is_smooth = true};
-        OM_TRY(om_sense_scene_add(w->sense, &site->roi, &magenta, &w->roi_id));
-    }
-    if (site->has_ground) OM_TRY(add_board(w));
-    int id;
-    if (site->has_organ) {
-        OmSenseLook red = {
-            .red = 0.62, .green = 0.20, .blue = 0.16, .gloss = 0.5, .is_smooth = true};
-        OM_TRY(om_sense_scene_add(w->sense, &site->organ, &red, &id));
-    }
+    OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
     OmSenseLook steel = {.red = 0.55, .green = 0.57, .blue = 0.60, .gloss = 0.9};
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         OM_TRY(om_sense_scene_add(w->sense, &w->arm[a].surface, &steel, &w->arm[a].object));
     }
-    w->endoscope = make_camera(site, &w->scene->endoscope, -1);
-    w->rgbd = make_camera(site, &w->scene->rgbd, 1);
+    w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
+    w->rgbd = om__world_camera(site, &w->scene->rgbd, 1);
     w->is_sense_stale = true;
     return OM_OK;
 }
@@ -284,7 +245,7 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     observe_arms(w, obs);
     OmStatus status = what ? refresh_sense(w) : OM_OK;
     if (status == OM_OK && (what & OM_OBSERVE_VISIBILITY)) {
-        uint64_t ignore = w->roi_id >= 0 ? (uint64_t)1 << w->roi_id : 0;
+        uint64_t ignore = om__world_roi_bit(w->roi_id);
         status = om_sense_visibility(w->sense, &w->endoscope, w->site->roi_x, w->site->roi_n,
                                      w->site->nroi, ignore, &obs->visibility);
     }

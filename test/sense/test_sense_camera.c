@@ -97,6 +97,36 @@ static void a_half_hidden_disc_is_half_visible(void** state) {
     om_sense_scene_destroy(scene);
 }
 
+// Points that face away or lie outside the picture are not seen, and count: the share is of all points.
+static void every_point_counts(void** state) {
+    (void)state;
+    enum { N = 4000 };
+    static double x[3 * N], n[3 * N];
+    OmCamera c = look_down(64, 48);
+    double edge = 0.2 * tan(OM_PI / 6) * 64 / 48;  // the picture's right border on the plane z = 0
+    for (int i = 0; i < N; ++i) {
+        double r = 0.01 * sqrt((i + 0.5) / N), a = i * OM_PI * (3 - sqrt(5.0));
+        om_store3(x, i, om_vec3(edge + r * cos(a), r * sin(a), 0));
+        om_store3(n, i, om_vec3(0, 0, 1));
+    }
+    OmSenseScene* scene;
+    OmVisibility v;
+    double share;
+    assert_ok(om_sense_scene_create(&scene));
+    assert_ok(om_sense_scene_commit(scene));
+    assert_ok(om_sense_visibility(scene, &c, x, n, N, 0, &share));
+    assert_near(share, 0.5, 0.01);  // half of the disc lies beyond the border; sampling
+    for (int i = 0; i < N; i += 4) om_store3(n, i, om_vec3(0, 0, -1));
+    assert_ok(om_sense_count_visible(scene, &c, x, n, N, 0, &v));
+    assert_int_equal(v.npoint, N);
+    assert_int_equal(v.naway, N / 4);
+    assert_int_equal(v.nhidden, 0);
+    assert_int_equal(v.nseen + v.naway + v.noutside, N);
+    assert_ok(om_sense_visibility(scene, &c, x, n, N, 0, &share));
+    assert_near(share, 0.375, 0.01);
+    om_sense_scene_destroy(scene);
+}
+
 static void noise_has_the_stated_spread(void** state) {
     (void)state;
     enum { W = 200, H = 200 };
@@ -198,6 +228,7 @@ int main(void) {
         cmocka_unit_test(projection_and_rays_agree),
         cmocka_unit_test(depth_is_exact),
         cmocka_unit_test(a_half_hidden_disc_is_half_visible),
+        cmocka_unit_test(every_point_counts),
         cmocka_unit_test(noise_has_the_stated_spread),
         cmocka_unit_test(pictures_do_not_depend_on_workers),
         cmocka_unit_test(bad_surfaces_are_refused),

@@ -207,6 +207,32 @@ static void test_hidden_at_first(void** state) {
     }
 }
 
+// The ROI in the corner of a narrow picture: what lies outside counts as hidden, and such a scene is refused.
+static void test_most_that_can_be_seen(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    OmSite site;
+    OmView* view;
+    OmVisibility v;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_world_check_visible(&scene, &site));
+    assert_ok(om_view_create(&scene, &site, &view));
+    assert_ok(om_view_look(view, NULL, &v));
+    assert_int_equal(v.nseen, v.npoint);
+    assert_ok(om_view_look(view, site.mesh.x, &v));
+    assert_int_equal(v.nseen, 0);
+    assert_int_equal(v.nhidden, v.npoint);
+    om_view_destroy(view);
+    scene.endoscope.fov = 12 * OM_PI / 180;  // 42 mm across at 200 mm; the ROI is 20 to 36 mm off
+    assert_ok(om_view_create(&scene, &site, &view));
+    assert_ok(om_view_look(view, NULL, &v));
+    assert_true(v.noutside > v.npoint / 4 && v.nseen + v.noutside == v.npoint);
+    om_view_destroy(view);
+    assert_status(om_world_check_visible(&scene, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "fov_deg or distance_mm"));
+    om_site_done(&site);
+}
+
 static void test_cloud_lies_on_the_tissue(void** state) {
     (void)state;
     Field f;
@@ -353,6 +379,7 @@ int main(void) {
         cmocka_unit_test(test_free_tissue_is_carried_without_pull),
         cmocka_unit_test(test_jaws_close_on_air),
         cmocka_unit_test(test_hidden_at_first),
+        cmocka_unit_test(test_most_that_can_be_seen),
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
         cmocka_unit_test(test_noise_is_of_the_measurement),
         cmocka_unit_test(test_snapshots),

@@ -1,0 +1,113 @@
+// world_view.c: the endoscope's pose, the still anatomy it sees, and how much of the ROI it could ever see.
+#include <string.h>
+
+#include "world/world_view.h"
+
+#include "omentum/world.h"
+
+OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double side) {
+    OmVec3 eye =
+        om_vec3(side * c->distance * cos(c->elevation), 0, c->distance * sin(c->elevation));
+    OmVec3 eye_w = om_pose_apply(site->pose_world_task, eye);
+    OmVec3 target = om_pose_apply(site->pose_world_task, om_vec3(0, 0, site->half_size.z));
+    OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
+    OmCamera camera = {om_pose_look_at(eye_w, target, up), c->width, c->height, c->fov, 0.01, 2.0};
+    return camera;
+}
+
+// The board the tissue lies on, a little under the ROI that is drawn on it.
+static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
+    OmSurface board = {0};
+    OM_TRY(om_surface_init(&board, 4, 2));
+    double r = 2.2 * fmax(site->half_size.x, site->half_size.y);
+    const double corner[4][2] = {{-r, -r}, {r, -r}, {r, r}, {-r, r}};
+    for (int i = 0; i < 4; ++i) {
+        OmVec3 p = om_vec3(corner[i][0], corner[i][1], -1e-4);
+        om_store3(board.x, i, om_pose_apply(site->pose_world_task, p));
+    }
+    memcpy(board.tri_vert, (int[6]){0, 1, 2, 0, 2, 3}, 6 * sizeof(int));
+    OmSenseLook look = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
+    int id;
+    OmStatus status = om_sense_scene_add(sense, &board, &look, &id);
+    om_surface_done(&board);
+    return status;
+}
+
+OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, int* roi_id) {
+    *roi_id = -1;
+    if (site->roi.ntri > 0) {
+        OmSenseLook magenta = {
+            .red = 0.85, .green = 0.08, .blue = 0.55, .gloss = 0.4, .is_smooth = true};
+        OM_TRY(om_sense_scene_add(sense, &site->roi, &magenta, roi_id));
+    }
+    if (site->has_ground) OM_TRY(add_board(site, sense));
+    if (!site->has_organ) return OM_OK;
+    int id;
+    OmSenseLook red = {.red = 0.62, .green = 0.20, .blue = 0.16, .gloss = 0.5, .is_smooth = true};
+    return om_sense_scene_add(sense, &site->organ, &red, &id);
+}
+
+// ---- a view without tools -----------------------------------------------------------------------------------
+
+struct OmView {
+    const OmSite* site;
+    OmSenseScene* sense;
+    OmSurface tissue;  // boundary of the mesh
+    int* tissue_vert;  // its vertices in the mesh
+    int tissue_id, roi_id;
+    OmCamera camera;
+};
+
+OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view) {
+    *view = NULL;
+    OmView* v = om_calloc(1, sizeof *v);
+    if (!v) return OM_NO_MEMORY;
+    v->site = site;
+    v->camera = om__world_camera(site, &scene->endoscope, -1);
+    OmSenseLook look = {.red = 1};
+    OmStatus status = om_sense_scene_create(&v->sense);
+    if (status == OM_OK) status = om_tet_mesh_boundary(&site->mesh, &v->tissue, &v->tissue_vert);
+    if (status == OM_OK) status = om_sense_scene_add(v->sense, &v->tissue, &look, &v->tissue_id);
+    if (status == OM_OK) status = om__world_add_anatomy(site, v->sense, &v->roi_id);
+    if (status < 0)
+        om_view_destroy(v);
+    else
+        *view = v;
+    return status;
+}
+
+void om_view_destroy(OmView* v) {
+    if (!v) return;
+    om_sense_scene_destroy(v->sense);
+    om_surface_done(&v->tissue);
+    om_free(v->tissue_vert);
+    om_free(v);
+}
+
+OmStatus om_view_look(OmView* v, const double* x, OmVisibility* visibility) {
+    if (x) om_sense_scene_update(v->sense, v->tissue_id, x, v->tissue_vert);
+    om_sense_scene_show(v->sense, v->tissue_id, x != NULL);
+    OM_TRY(om_sense_scene_commit(v->sense));
+    return om_sense_count_visible(v->sense, &v->camera, v->site->roi_x, v->site->roi_n,
+                                  v->site->nroi, om__world_roi_bit(v->roi_id), visibility);
+}
+
+OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
+    OmVisibility v = {0};
+    OmView* view;
+    OM_TRY(om_view_create(scene, site, &view));
+    OmStatus status = om_view_look(view, NULL, &v);
+    om_view_destroy(view);
+    OM_TRY(status);
+    double least = fmax(OM_WORLD_LEAST_VISIBLE, scene->task.visibility);
+    if (v.nseen >= least * v.npoint) return OM_OK;
+    const char* remedy = "raise the endoscope's elevation_deg or move the ROI";
+    if (v.noutside >= v.naway && v.noutside >= v.nhidden)
+        remedy = "make the endoscope's fov_deg or distance_mm larger, or move the ROI";
+    return om_error(
+        OM_INVALID,
+        "%s: endoscope: with the tissue removed it sees %.0f %% of the ROI, and %.0f %% is needed: "
+        "of %d points %d face away, %d lie outside the picture, %d lie behind the organ; %s",
+        scene->path[0] ? scene->path : scene->name, 100.0 * v.nseen / v.npoint, 100 * least,
+        v.npoint, v.naway, v.noutside, v.nhidden, remedy);
+}
