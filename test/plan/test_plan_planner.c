@@ -80,8 +80,8 @@ static void expand_arm(Search* q, const Node* from, int i) {
         to.arm[i].is_closed = to.arm[i].is_max_force = false;
         push(q, to);
     }
-    if (must_let_go) return;
-    if (!a->is_closed && other->in_hand < 0) {
+    if (must_let_go && !is_strained[i]) return;
+    if (!must_let_go && !a->is_closed && other->in_hand < 0) {
         for (int b = 0; b < s->n * s->n; b++) {  // reach, which is only for the grasp that follows
             bool is_there = a->at == b && !a->is_max_height;
             bool is_good = !s->is_fixed[b] && !(s->tried[b] & OM_TRIED_GRASP) &&
@@ -105,7 +105,7 @@ static void expand_arm(Search* q, const Node* from, int i) {
         }
     }
     if (a->in_hand < 0 || s->is_fixed[a->in_hand]) return;
-    if (!a->is_max_height) {  // pull
+    if (!a->is_max_height && !is_strained[i]) {  // pull
         Node to = *from;
         to.is_visible = to.arm[i].is_max_height = ++to.arm[i].nlift >= q->max_lift;
         push(q, to);
@@ -370,6 +370,11 @@ static void test_replanning_does_not_loop(void** state) {
         s.arm[arm] = (OmArmSituation){
             .at = b, .in_hand = b, .is_closed = true, .is_max_force = true, .nlift = 2};
         s.tried[b] |= OM_TRIED_GRASP;
+        // above the force limit it is folded both ways before another block is grasped
+        assert_ok(om_planner_solve(p, &s, &plan));
+        assert_int_equal(plan.naction, 1);
+        assert_int_equal(plan.action[0].verb, OM_PLAN_MOVE_AWAY);
+        s.tried[b] |= OM_TRIED_MOVE_AWAY | OM_TRIED_MOVE_ROI;
         status = om_planner_solve(p, &s, &plan);
     }
     assert_int_equal(nplan, 25);
