@@ -34,9 +34,10 @@ OM_API OmRetractDef om_retract_default_def(const OmScene* scene);
 typedef struct OmRetractSample {  // one instant of a run, every OM_RETRACT_SAMPLE s
     double time;                  // s
     double visibility;            // 0 to 1
-    double force;                 // N, the larger of both arms: pull less the weight carried
-    double height;      // m, the higher of the arms that hold tissue, over where it was grasped
-    double speed_rate;  // 1, or less while slowed down by force
+    double force;        // N, by the twin, the larger of both arms: pull less the weight carried
+    double force_world;  // N, the same in the simulated truth; NAN in a world without one
+    double height;       // m, the higher of the arms that hold tissue, over where it was grasped
+    double speed_rate;   // 1, or less while slowed down by force
 } OmRetractSample;
 
 #define OM_RETRACT_SAMPLE 0.1  // s
@@ -56,20 +57,26 @@ typedef struct OmRetractAction {  // one executed action
     int arm, block;     // block -1: none
     double begin, end;  // s
     OmActionOutcome outcome;
-    double visibility;  // at its end
-    double force_max;   // N, during it
-    bool is_replanned;  // a new plan starts with it
-    int plan;           // which plan, from 0
+    double visibility;       // at its end
+    double force_max;        // N, during it, by the twin
+    double force_world_max;  // N, during it, in the truth; NAN without one
+    bool is_replanned;       // a new plan starts with it
+    int plan;                // which plan, from 0
 } OmRetractAction;
 
 typedef struct OmRetractResult {  // om_retract_result_done frees
     bool is_exposed;              // visibility reached the scene's limit
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
-    double force_max;     // N
-    int nforce;           // times the force rose above the threshold
-    double time;          // s of the operation
-    double wall_time;     // s it took here
+    // Forces: the arms see those of the twin alone. The truth's are for judging; NAN in a world without one.
+    double force_max;        // N, by the twin
+    double force_world_max;  // N, in the truth
+    double force_more;       // N, the most by which the truth exceeded the twin at one instant
+    double force_less;       // N, the most by which it fell short
+    int nforce;        // times the twin's force rose to where the arms act: threshold less margin
+    int nforce_world;  // times the truth's force rose above the threshold
+    double time;       // s of the operation
+    double wall_time;  // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
     double plan_ms_median, plan_ms_max;
@@ -88,16 +95,36 @@ OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progre
 OM_API void om_retract_result_done(OmRetractResult* result);
 
 /// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is
-/// grasped and pulled to the height limit by the twin, measured forces ignored; epsilon is twice the median
-/// of the largest pull of each run.
+/// grasped by the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured
+/// forces ignored; epsilon is twice the median of the largest pull of each grasp. A fifth of the grasps is
+/// repeated on the simulated truth: the margin is the 95 % quantile of how much more than the twin it bears while
+/// the twin is between half the threshold and the threshold.
 typedef struct OmForceCalibration {
     int nrun;                                            // grasps that held tissue
     double median, lower_quartile, upper_quartile, max;  // N, of the largest pulls
     double threshold;                                    // N, 2 x median
+    double margin;                                       // N, for OmSceneTask.force_margin
+    double more_median;                                  // N, the median of truth less twin
+    int npair;  // instants at which truth and twin were compared
 } OmForceCalibration;
 OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
                                            const OmProgress* progress,
                                            OmForceCalibration* calibration);
+
+/// Whether a layout can be exposed at all: every sequence of the planner's actions for one grasp (lift to the
+/// height or force limit, then no fold, either fold, or one after the other), for every grasping point that is
+/// not above an attachment, tried from rest on the simulated truth, without noise and without tools in view.
+typedef struct OmSearchResult {
+    int ngrasp, ncourse;       // grasping points and sequences tried
+    int nexposed;              // sequences that exposed the ROI
+    double visibility;         // the most that any of them showed, 0 to 1
+    double force;              // N, the largest pull of that one, in the truth
+    int block;                 // its grasping point, -1: nothing can be grasped
+    OmPlanVerb first, second;  // its folds; OM_PLAN_PULL: none
+} OmSearchResult;
+/// @param force_limit  N; a motion ends there
+OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
+                                  const OmProgress* progress, OmSearchResult* result);
 
 #ifdef __cplusplus
 }

@@ -51,7 +51,7 @@ typedef struct OmSceneTissue {
     double unit;               // of a ready mesh, m; default 1
     OmVec3 up;       // against gravity, in the mesh's coordinates; default z; a patient has its own
     OmVec3 view;     // from the tissue towards the endoscope; default -x
-    int law;         // OmLaw; default OM_COROTATIONAL
+    int law;         // OmLaw; default OM_STABLE_NEO_HOOKEAN
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;                   // Pa and 1; default 3000 and 0.45
     double density;                          // kg/m^3; default 1000
@@ -71,6 +71,10 @@ typedef struct OmSceneModel {        // how a patient model is built from a volu
     char attach[64];                 // what holds it: "border:medial 25 %"
     double tumour_radius;            // m
     OmVec3 tumour_shift;             // along, across the sheet, m; z is not used
+    // Layouts of one patient: a seed above 0 shifts the tumour by up to tumour_range either way and turns the
+    // direction of `attach` by up to attach_turn either way about the covered side's. Default 0: nothing is drawn.
+    OmVec3 tumour_range;  // along, across the sheet, m; z is not used
+    double attach_turn;   // rad
 } OmSceneModel;
 
 typedef enum OmAttachKind {
@@ -111,6 +115,9 @@ typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points; default 5
     double
         force_threshold;  // N, epsilon of Alg. 4; default 1.97, the sheet's; calibrated per scene
+    double
+        force_margin;  // N, how much more than the twin says the tissue may really bear; the arms act at
+                       // force_threshold less this; default 0, calibrated per scene
     double max_height;    // m; default 50 mm
     double pull_step;     // m; default 10 mm
     double visibility;    // share that counts as exposed; default 0.8
@@ -118,7 +125,9 @@ typedef struct OmSceneTask {
     double grasp_radius;  // m; default 5 mm
     double time_step;     // s; default 0.02
     int max_actions;      // default 150
-    double retract;  // m, how far folds go, away from the camera or beyond the ROI; default 100 mm
+    double
+        retract;  // m, how far a fold goes, away from the camera or beyond the ROI, before it must gain
+                  // visibility to go on; default 100 mm
 } OmSceneTask;
 
 typedef struct OmScene {

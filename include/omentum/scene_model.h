@@ -60,6 +60,7 @@ typedef struct OmAttachDef {
     char direction[64];  // om_model_direction's words, "random", or "" for the whole face
     double share;        // part of the face's vertices, 0-1
     uint64_t seed;       // of "random"
+    double turn;  // rad, by which the direction is turned about the covered side's; default 0
 } OmAttachDef;
 
 typedef struct OmSheetDef {

@@ -13,8 +13,11 @@ static const OmCliOption option[] = {
     {"--force-threshold", NULL, "N", "epsilon of Alg. 4, in newtons (default: the scene's)"},
     {"--calibrate-force", NULL, NULL,
      "measure the scene's force threshold instead of running it (6.5.1)"},
+    {"--search", NULL, NULL,
+     "try every sequence of actions on the simulated truth: can the ROI be exposed at all?"},
+    {"--first", NULL, "K", "with --layouts: the first layout (default 1)"},
     {"--layouts", NULL, "N",
-     "run layouts 1 to N, each in its own folder; of the calibration (default 17)"},
+     "run N layouts, each in its own folder; of the calibration (default 17)"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--quiet", "-q", NULL, "no progress"},
     {"--help", "-h", NULL, "this text"},
@@ -32,6 +35,8 @@ static void print_help(const OmCliArgs* args) {
            "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
            "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
            "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
+           "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
+           "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
            "  omentum retract scenes/sheet.yaml --calibrate-force\n");
 }
 
@@ -39,6 +44,7 @@ typedef struct Settings {
     OmScene scene;
     const char *out, *program;
     int nlayout;  // 0: one run
+    int first;    // layout of several
     int nworker;
     bool is_quiet;
 } Settings;
@@ -48,8 +54,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
     printf("  ROI seen: %.0f %% at the start, %.0f %% at the end (%.0f %% wanted)\n",
            100 * r->visibility_start, 100 * r->visibility_end, 100 * scene->task.visibility);
-    printf("  force: at most %.2f N, above the threshold of %.2f N %d times\n", r->force_max,
-           scene->task.force_threshold, r->nforce);
+    printf(
+        "  force: at most %.2f N by the twin, %.2f N in the truth (at most %.2f N more than the twin); "
+        "threshold %.2f N less a margin of %.2f N, reached %d times\n",
+        r->force_max, r->force_world_max, r->force_more, scene->task.force_threshold,
+        scene->task.force_margin, r->nforce);
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
         r->time, r->wall_time, r->twin_step_ms, r->plan_ms_median, r->nplan);
@@ -76,12 +85,35 @@ static int run(const Settings* s) {
     return code;
 }
 
-// Layouts 1 to N, a line each. A layout that cannot be run stops the rest; those before it are kept.
+// Can the scene's layout be exposed, whatever is chosen? A line for people.
+static int search(const Settings* s) {
+    static const char* const fold[OM_PLAN_NVERB] = {[OM_PLAN_MOVE_ROI] = ", folded towards the ROI",
+                                                    [OM_PLAN_MOVE_AWAY] =
+                                                        ", folded away from the camera"};
+    const OmScene* scene = &s->scene;
+    OmSearchResult r;
+    OmStatus status = om_retract_search(scene, scene->task.force_threshold, s->nworker,
+                                        om_cli_progress(s->is_quiet), &r);
+    if (status < 0) return om_cli_fail("retract", status);
+    om_cli_progress_done();
+    printf("%s, layout %d: %d of %d sequences of %d grasps expose the ROI", scene->name,
+           scene->seed, r.nexposed, r.ncourse, r.ngrasp);
+    if (r.block >= 0) {
+        int n = scene->task.grid;
+        printf("; most seen: %.0f %%, block (%d,%d) lifted%s%s, %.2f N", 100 * r.visibility,
+               r.block % n + 1, r.block / n + 1, fold[r.first] ? fold[r.first] : "",
+               fold[r.second] ? fold[r.second] : "", r.force);
+    }
+    printf("\n");
+    return r.nexposed > 0 ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+// Layouts FIRST to FIRST + N - 1, a line each. A layout that cannot be run stops the rest; those before it are kept.
 static int run_layouts(Settings* s) {
     char dir[OM_SCENE_PATH];
     int nexposed = 0;
     double twin_ms = 0, pace = 0;
-    for (int k = 1; k <= s->nlayout; ++k) {
+    for (int k = s->first; k < s->first + s->nlayout; ++k) {
         char name[32];
         snprintf(name, sizeof name, "layout-%02d", k);
         OmStatus status = om_path_join(s->out, name, dir, sizeof dir);
@@ -92,9 +124,11 @@ static int run_layouts(Settings* s) {
         if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &r);
         if (status < 0) return om_cli_fail("retract", status);
         om_cli_progress_done();
-        printf("%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %.2f N  %s\n", k,
-               r.is_exposed ? "exposed" : "hidden", 100 * r.visibility_start,
-               100 * r.visibility_end, r.naction, r.time, r.force_max, r.reason);
+        printf(
+            "%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %.2f N by the twin, %.2f N in "
+            "the truth  %s\n",
+            k, r.is_exposed ? "exposed" : "hidden", 100 * r.visibility_start,
+            100 * r.visibility_end, r.naction, r.time, r.force_max, r.force_world_max, r.reason);
         fflush(stdout);
         nexposed += r.is_exposed;
         twin_ms += r.twin_step_ms / s->nlayout;
@@ -116,9 +150,10 @@ static int calibrate(const Settings* s) {
     om_cli_progress_done();
     printf(
         "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f)\n"
-        "force_threshold: %.2f  # N, twice the median\n",
+        "force_threshold: %.2f  # N, twice the median\n"
+        "force_margin: %.2f  # N, 95 %% quantile of truth less twin at %d instants; median %.2f N\n",
         s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
-        c.threshold);
+        c.threshold, c.margin, c.npair, c.more_median);
     return OM_EXIT_OK;
 }
 
@@ -129,10 +164,12 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->out = om_cli_get(args, "--output");
     s->program = om_cli_get(args, "--program");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
+    s->first = 1;
     OM_TRY(om_cli_get_int(args, "--layouts", 1, 10000, &s->nlayout));
+    OM_TRY(om_cli_get_int(args, "--first", 0, 1000000, &s->first));
     OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &s->nworker));
-    OM_CHECK(s->out || om_cli_get(args, "--calibrate-force"), OM_INVALID,
-             "no output folder is given; add -o DIR");
+    bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search");
+    OM_CHECK(s->out || !has_folder, OM_INVALID, "no output folder is given; add -o DIR");
     return OM_OK;
 }
 
@@ -162,6 +199,7 @@ int om_cli_retract(int argc, char** argv) {
     OmStatus status = read_scene(&args, &s);
     if (status < 0) return om_cli_fail("retract", status);
     if (om_cli_get(&args, "--calibrate-force")) return calibrate(&s);
+    if (om_cli_get(&args, "--search")) return search(&s);
     return s.nlayout ? run_layouts(&s) : run(&s);
 }
 

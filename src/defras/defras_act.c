@@ -1,8 +1,12 @@
 // defras_act.c: from actions to motions (6.4.4), tick by tick, with the force watched (check_failure).
 //
 // One tick is one step of the world and of the twin. Every motion is a straight line of the tip. While the
-// force is above the threshold the motion goes at SLOW_RATE; if that does not help within SLOW_TIME the
-// action stops and a new plan is asked for.
+// force is above its limit (the threshold less the margin) the motion goes at SLOW_RATE; if that does not help
+// within SLOW_TIME the arm goes back until the force is below the limit, and a new plan is made.
+//
+// A motion stops where the ROI is seen by a margin more than is wanted, or where more than is wanted is seen
+// and it becomes less. A fold goes on beyond its nominal way while each step gains visibility and the force is
+// below its limit; force, the arm's workspace and the gain end it.
 #include <string.h>
 
 #include "defras/defras_internal.h"
@@ -10,6 +14,10 @@
 #define SLOW_RATE 0.25
 #define SLOW_TIME 0.6       // s that slowing down is given to bring the force below the threshold
 #define OVER_FACTOR 1.5     // beyond this many thresholds there is no second chance
+#define EASE 0.9            // share of the limit to which the force is let down after a force stop
+#define HOLD_TIME 0.5       // s for which the ROI must be seen without a break
+#define HOLD_LIMIT 1.5      // s that tissue still moving is given to come to that
+#define DROP 0.01           // visibility below its best that tells that the best is over
 #define APPROACH_TIME 30.0  // s, longest motion: a motion that does not end is a fault
 #define CLEARANCE 0.025     // m, height over the tissue at which a free tool travels
 #define JAW_OPEN (40.0 * OM_PI / 180.0)
@@ -46,12 +54,36 @@ static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
     return OM_OK;
 }
 
+// The truth's force is recorded and never acted on.
+static OmStatus watch_truth(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    OmBody* truth = om_world_truth(loop->world);
+    loop->force_world = NAN;
+    if (!truth) return OM_OK;
+    double was = loop->force_world_last, largest = 0, twin = 0;
+    OmBodyForces forces = {0};
+    if (om_body_is_holding(truth, 0) || om_body_is_holding(truth, 1))
+        OM_TRY(om_body_get_forces(truth, &forces));
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        largest = fmax(largest, om_norm(forces.pull[a]));
+        twin = fmax(twin, loop->force[a]);
+    }
+    double epsilon = loop->scene->task.force_threshold;
+    if (largest > epsilon && !(was > epsilon)) ++r->nforce_world;
+    loop->force_world = loop->force_world_last = largest;
+    loop->force_world_action = fmax(loop->force_world_action, largest);
+    r->force_world_max = fmax(r->force_world_max, largest);
+    r->force_more = fmax(r->force_more, largest - twin);
+    r->force_less = fmax(r->force_less, twin - largest);
+    return OM_OK;
+}
+
 static void watch_force(Loop* loop) {
-    double epsilon = loop->scene->task.force_threshold, largest = 0;
+    double limit = om__force_limit(&loop->scene->task), largest = 0;
     for (int a = 0; a < OM_WORLD_NARM; ++a) largest = fmax(largest, loop->force[a]);
     loop->force_action = fmax(loop->force_action, largest);
     loop->result->force_max = fmax(loop->result->force_max, largest);
-    bool is_over = largest > epsilon;
+    bool is_over = largest > limit;
     if (is_over && !loop->is_over) ++loop->result->nforce;
     if (is_over && loop->slow_since < 0) loop->slow_since = loop->time;
     if (!is_over) loop->slow_since = -1;
@@ -60,9 +92,9 @@ static void watch_force(Loop* loop) {
 }
 
 static bool must_stop_for_force(const Loop* loop, int arm) {
-    double epsilon = loop->scene->task.force_threshold;
-    if (loop->force[arm] <= epsilon) return false;
-    return loop->force[arm] > OVER_FACTOR * epsilon ||
+    double limit = om__force_limit(&loop->scene->task);
+    if (loop->force[arm] <= limit) return false;
+    return loop->force[arm] > OVER_FACTOR * limit ||
            (loop->slow_since >= 0 && loop->time - loop->slow_since > SLOW_TIME);
 }
 
@@ -77,8 +109,10 @@ static OmStatus add_sample(Loop* loop) {
         loop->sample_capacity = capacity;
     }
     OmRetractSample* s = &r->sample[r->nsample++];
-    *s = (OmRetractSample){
-        .time = loop->time, .visibility = loop->visibility, .speed_rate = loop->rate};
+    *s = (OmRetractSample){.time = loop->time,
+                           .visibility = loop->visibility,
+                           .force_world = loop->force_world,
+                           .speed_rate = loop->rate};
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         s->force = fmax(s->force, loop->force[a]);
         if (loop->arm[a].in_hand >= 0) s->height = fmax(s->height, loop->arm[a].lift);
@@ -105,6 +139,7 @@ OmStatus om__loop_tick(Loop* loop) {
     om_observation_done(&obs);
     OM_TRY(status);
     watch_force(loop);
+    OM_TRY(watch_truth(loop));
     if (loop->recorder) OM_TRY(om__recorder_tick(loop->recorder, loop));
     if (is_look) OM_TRY(add_sample(loop));
     ++loop->tick;
@@ -118,7 +153,39 @@ OmStatus om__loop_wait(Loop* loop, double seconds) {
     return OM_OK;
 }
 
+OmStatus om__loop_hold(Loop* loop) {
+    double wanted = loop->scene->task.visibility, begin = loop->time, since = loop->time;
+    while (!loop->is_exposed && loop->time - begin < HOLD_LIMIT) {
+        OM_TRY(om__loop_tick(loop));
+        if (loop->visibility < wanted) since = loop->time;
+        loop->is_exposed = loop->time - since >= HOLD_TIME;
+    }
+    return OM_OK;
+}
+
 // ---- motions -----------------------------------------------------------------------------------------------
+
+bool om__watch_stop(Watch* w, double visibility) {
+    w->best = fmax(w->best, visibility);
+    if (visibility < w->wanted) return false;
+    return visibility >= fmin(1.0, w->wanted + w->margin) || visibility < w->best - DROP;
+}
+
+// After a force stop: back along the way, a pull down to where the tissue was grasped, until the force is below
+// its limit.
+static OmStatus ease(Loop* loop, int arm, OmVec3 from_task) {
+    double limit = EASE * om__force_limit(&loop->scene->task), begin = loop->time;
+    OmStatus status = om_world_move(loop->world, arm, to_world(loop, from_task),
+                                    SLOW_RATE * loop->scene->task.speed);
+    if (status == OM_INVALID) return OM_OK;  // it stays where it is
+    OM_TRY(status);
+    do {
+        OM_TRY(om__loop_tick(loop));
+    } while (loop->arm[arm].is_moving && loop->force[arm] > limit &&
+             loop->time - begin < APPROACH_TIME);
+    om_world_stop(loop->world, arm);
+    return OM_OK;
+}
 
 // Go straight to a goal; stops early for force, height, or because the ROI is seen.
 static OmStatus move_to(Loop* loop, int arm, OmVec3 goal_task, bool is_holding,
@@ -126,6 +193,10 @@ static OmStatus move_to(Loop* loop, int arm, OmVec3 goal_task, bool is_holding,
     double speed = loop->scene->task.speed, commanded = -1;
     double begin = loop->time;
     ArmState* state = &loop->arm[arm];
+    OmVec3 from = state->tip;
+    bool is_pull = goal_task.x == from.x && goal_task.y == from.y;
+    if (is_holding && is_pull) from.z = state->grasp_tip.z;
+    Watch watch = {loop->scene->task.visibility, loop->margin, loop->visibility};
     *outcome = OM_ACTION_DONE;
     for (;;) {
         double rate = is_holding ? loop->rate : 1.0;
@@ -142,15 +213,14 @@ static OmStatus move_to(Loop* loop, int arm, OmVec3 goal_task, bool is_holding,
             commanded = rate;
         }
         OM_TRY(om__loop_tick(loop));
-        if (is_holding && loop->visibility >= loop->scene->task.visibility)
-            *outcome = OM_ACTION_EXPOSED;
+        if (is_holding && om__watch_stop(&watch, loop->visibility)) *outcome = OM_ACTION_EXPOSED;
         if (is_holding && must_stop_for_force(loop, arm)) {
             state->is_max_force = true;
             *outcome = OM_ACTION_FORCE;
         }
         if (*outcome != OM_ACTION_DONE) {
             om_world_stop(loop->world, arm);
-            return OM_OK;
+            return *outcome == OM_ACTION_FORCE ? ease(loop, arm, from) : OM_OK;
         }
         if (!state->is_moving) return OM_OK;
         OM_CHECK(loop->time - begin < APPROACH_TIME, OM_INVALID,
@@ -220,21 +290,41 @@ static OmStatus release(Loop* loop, int arm, OmActionOutcome* outcome) {
 
 // compute_target of Alg. 3: planar folds keep the height. Away from the camera goes the scene's `retract`;
 // towards the ROI goes on as far beyond it, since a flap held right above the ROI hides it from every side.
-static OmVec3 fold_target(const Loop* loop, int arm, OmPlanVerb verb) {
-    OmVec3 tip = loop->arm[arm].tip;
-    double retract = loop->scene->task.retract;
-    if (verb == OM_PLAN_MOVE_AWAY) return om_vec3(tip.x + retract, tip.y, tip.z);
-    OmVec3 roi = to_task(loop, loop->twin_site.roi_center);
-    OmVec3 to_roi = om_vec3(roi.x - tip.x, roi.y - tip.y, 0);
+void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
+                  double* length) {
+    *direction = om_vec3(1, 0, 0);
+    *length = retract;
+    if (verb == OM_PLAN_MOVE_AWAY) return;
+    OmVec3 to_roi = om_vec3(grid->roi.x - tip.x, grid->roi.y - tip.y, 0);
     double distance = om_norm(to_roi);
-    if (distance < 1e-3) return tip;
-    return om_madd(tip, (distance + retract) / distance, to_roi);
+    *length = distance < 1e-3 ? 0 : distance + retract;  // right above it: no direction
+    if (distance >= 1e-3) *direction = om_scale(1 / distance, to_roi);
+}
+
+// The nominal way, as much of it as the arm reaches; then further steps while each of them gains visibility.
+static OmStatus fold(Loop* loop, int arm, OmPlanVerb verb, OmActionOutcome* outcome) {
+    OmVec3 tip = loop->arm[arm].tip, direction;
+    double way, before = loop->visibility;
+    om__fold_way(&loop->grid, loop->scene->task.retract, tip, verb, &direction, &way);
+    *outcome = OM_ACTION_UNREACHED;
+    for (way -= FOLD_STEP; way > 0 && *outcome == OM_ACTION_UNREACHED; way -= FOLD_STEP) {
+        OM_TRY(move_to(loop, arm, om_madd(tip, way, direction), true, outcome));
+    }
+    if (*outcome == OM_ACTION_UNREACHED || *outcome != OM_ACTION_DONE) return OM_OK;
+    do {
+        before = loop->visibility;
+        OM_TRY(
+            move_to(loop, arm, om_madd(loop->arm[arm].tip, FOLD_STEP, direction), true, outcome));
+    } while (*outcome == OM_ACTION_DONE && !loop->is_over &&
+             loop->visibility >= before + FOLD_GAIN);
+    if (*outcome == OM_ACTION_UNREACHED) *outcome = OM_ACTION_DONE;  // the end of the workspace
+    return OM_OK;
 }
 
 OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome) {
     int arm = action->arm;
     ArmState* state = &loop->arm[arm];
-    loop->force_action = 0;
+    loop->force_action = loop->force_world_action = 0;
     switch (action->verb) {
     case OM_PLAN_REACH: return reach(loop, arm, action->block, outcome);
     case OM_PLAN_GRASP: return grasp(loop, arm, action->block, outcome);
@@ -244,6 +334,6 @@ OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutc
         double z = fmin(state->tip.z + loop->scene->task.pull_step, top);
         return move_to(loop, arm, om_vec3(state->tip.x, state->tip.y, z), true, outcome);
     }
-    default: return move_to(loop, arm, fold_target(loop, arm, action->verb), true, outcome);
+    default: return fold(loop, arm, action->verb, outcome);
     }
 }

@@ -1,82 +1,126 @@
-// defras_calibrate.c: the force threshold of a scene, by what pulling its tissue takes (6.5.1).
+// defras_calibrate.c: the force threshold of a scene, by the force that retracting its tissue takes (6.5.1).
 //
-// The twin alone: every block of every layout is grasped at rest and lifted straight to the height limit
-// at the task's speed, whatever the force. The threshold is twice the median of the largest pulls. Layouts
-// run in parallel, each alone in its thread, and their results are put in order of layout and block.
+// The twin alone tries every block of every layout from rest, whatever the force: a lift straight to the height
+// limit, then, if the ROI is still hidden, a fold away from the camera and, again from the height limit, a
+// fold towards the ROI. The largest pull of all three counts; the threshold is twice the median. The motions are
+// SPEED_UP times as fast as the task's.
+//
+// The margin is for how much more the tissue may bear than the twin says. Of the grasps that the planner may
+// choose (not above an attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. Of all
+// instants at which the twin's pull lies between half the threshold and the threshold, the margin is the 95 %
+// quantile of truth less twin. Above attachments the twin's forces mean little: it holds one vertex there, the
+// truth ten, and bears four to seven times as much. Layouts run in parallel, each alone in its thread, and their
+// results are put in order of layout and block.
 #include <string.h>
 
-#include "defras/defras_internal.h"
+#include "defras/defras_trial.h"
 
-#define SETTLE_TIME 3.0
-#define SETTLE_SPEED 1e-3
-#define HOLD_TIME 0.4  // s at the top
+#define SPEED_UP 3.0
+#define TRUTH_EVERY 4
+#define MARGIN_QUANTILE 0.95
 
-typedef struct Outcome {  // messages belong to a thread: they are carried home
-    OmStatus status;
-    char message[512];
-} Outcome;
+typedef struct Pairs {  // twin's and truth's pull at the same instants, N
+    int n, capacity;
+    double *twin, *truth;
+} Pairs;
 
 typedef struct Calibration {
     const OmScene* scene;
-    double* largest;   // N, -1 where nothing was held (nlayout x nblock)
-    Outcome* outcome;  // of each layout
+    double* largest;        // N, -1 where nothing was held (nlayout x nblock)
+    Pairs* pairs;           // of each layout
+    TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
     int first;  // layout of the round under way
 } Calibration;
 
-// Lift one block from the settled state; the largest pull on the way.
-static OmStatus lift_block(const OmScene* scene, const Grid* grid, OmBody* body, int block,
-                           double* largest) {
-    *largest = -1;
-    OmVec3 tip = om_load3(om_body_x(body), grid->vert[block]);
-    OmPose pose = {tip, grid->task.q};
-    int nheld;
-    OmStatus status = om_body_grasp(body, 0, pose, scene->task.grasp_radius, &nheld);
-    if (status == OM_INVALID) return OM_OK;  // only attached tissue in reach
-    OM_TRY(status);
-    OmVec3 up = om_quat_rotate(grid->task.q, om_vec3(0, 0, 1));
-    double dt = scene->task.time_step, time = scene->task.max_height / scene->task.speed;
-    *largest = 0;
-    for (double t = dt; t <= time + HOLD_TIME; t += dt) {
-        pose.p = om_madd(tip, fmin(t, time) * scene->task.speed, up);
-        OmBodyReport report;
-        OmBodyForces forces;
-        OM_TRY(om_body_move(body, 0, pose));
-        OM_TRY(om_body_step(body, dt, &report));
-        OM_TRY(om_body_get_forces(body, &forces));
-        *largest = fmax(*largest, om_norm(forces.pull[0]));
+static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
+    int need = p->n + trace->n;
+    if (need > p->capacity) {
+        int capacity = need > 2 * p->capacity ? need : 2 * p->capacity;
+        double* twin = om_realloc(p->twin, (size_t)p->n, (size_t)capacity, sizeof *twin);
+        if (!twin) return OM_NO_MEMORY;
+        p->twin = twin;
+        double* grown = om_realloc(p->truth, (size_t)p->n, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        p->truth = grown;
+        p->capacity = capacity;
     }
+    memcpy(p->twin + p->n, trace->force, (size_t)trace->n * sizeof *trace->force);
+    memcpy(p->truth + p->n, truth, (size_t)trace->n * sizeof *truth);
+    p->n = need;
     return OM_OK;
 }
 
-static OmStatus run_layout(Calibration* c, int layout) {
-    OmScene scene = *c->scene;
-    scene.seed = layout + 1;
-    OmSite site = {0};
-    OmBody* body = NULL;
-    Grid* grid = NULL;
-    void* rest = NULL;
-    OmStatus status = om_site_build(&scene, OM_SITE_TWIN, NULL, &site);
-    if (status < 0) goto done;
-    OM_CALLOC_DONE(grid, 1);
-    OM_TRY_DONE(om_body_create(&scene, &site, 1, &body));
-    OM_TRY_DONE(om__grid_build(&scene, &site, grid));
-    OM_TRY_DONE(om_body_settle(body, scene.task.time_step, SETTLE_SPEED, SETTLE_TIME));
-    rest = om_alloc(1, om_body_state_size(body));
-    OM_CHECK_DONE(rest, OM_NO_MEMORY, "out of memory for a snapshot");
-    om_body_save(body, rest);
-    for (int b = 0; b < c->nblock; ++b) {
-        double* largest = &c->largest[layout * c->nblock + b];
-        *largest = -1;
-        if (grid->vert[b] < 0) continue;
-        om_body_restore(body, rest);
-        OM_TRY_DONE(lift_block(&scene, grid, body, b, largest));
+// The same motions on the truth: the lift, and each fold from its top.
+static OmStatus replay_grasp(Trial* truth, int block, const Trace trace[3], Pairs* pairs) {
+    OmStatus status = OM_OK;
+    Course course = {0};
+    int nheld, longest = 0;
+    double* force = NULL;
+    void* lifted = NULL;
+    OM_TRY(om__trial_grasp(truth, block, &course, &nheld));
+    if (nheld == 0) return OM_OK;
+    for (int k = 0; k < 3; ++k) longest = trace[k].n > longest ? trace[k].n : longest;
+    OM_ALLOC_DONE(force, longest);
+    lifted = om_alloc(1, om_body_state_size(truth->body));
+    OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+    for (int k = 0; k < 3; ++k) {
+        if (k > 1) om_body_restore(truth->body, lifted);
+        OM_TRY_DONE(om__trial_replay(truth, &trace[k], force));
+        OM_TRY_DONE(add_pairs(pairs, &trace[k], force));
+        if (k == 0) om_body_save(truth->body, lifted);
     }
 done:
-    om_free(rest);
-    om_free(grid);
-    om_body_destroy(body);
-    om_site_done(&site);
+    om_free(force);
+    om_free(lifted);
+    return status;
+}
+
+// All motions of one grasp by the twin; the truth follows if it is not null.
+static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest, Pairs* pairs) {
+    static const OmPlanVerb fold[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
+    Trace trace[3] = {{0}, {0}, {0}};
+    Course course = {.trace = &trace[0]};
+    void* lifted = NULL;
+    int nheld;
+    OM_TRY(om__trial_grasp(twin, block, &course, &nheld));
+    if (nheld == 0) return OM_OK;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om__trial_lift(twin, (double)INFINITY, &course));
+    *largest = course.force;
+    if (course.visibility < twin->scene.task.visibility) {
+        lifted = om_alloc(1, om_body_state_size(twin->body));
+        OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+        om_body_save(twin->body, lifted);
+        for (int k = 0; k < 2; ++k) {
+            if (k) om_body_restore(twin->body, lifted);
+            Course c = {.tip = course.tip, .trace = &trace[1 + k]};
+            OM_TRY_DONE(om__trial_fold(twin, fold[k], (double)INFINITY, &c));
+            *largest = fmax(*largest, c.force);
+        }
+    }
+    if (truth) status = replay_grasp(truth, block, trace, pairs);
+done:
+    om_free(lifted);
+    for (int k = 0; k < 3; ++k) om__trace_done(&trace[k]);
+    return status;
+}
+
+static OmStatus run_layout(Calibration* c, int layout) {
+    Trial *twin = NULL, *truth = NULL;
+    OmStatus status = om__trial_create(c->scene, layout + 1, OM_SITE_TWIN, 1, &twin);
+    if (status == OM_OK) status = om__trial_create(c->scene, layout + 1, OM_SITE_WORLD, 1, &truth);
+    for (int b = 0, nfree = layout; status >= 0 && b < c->nblock; ++b) {
+        double* largest = &c->largest[layout * c->nblock + b];
+        *largest = -1;
+        if (twin->grid.vert[b] < 0) continue;
+        twin->speed = SPEED_UP * c->scene->task.speed;
+        bool has_truth =
+            !om__grid_is_fixed(&twin->grid, &twin->site, b) && nfree++ % TRUTH_EVERY == 0;
+        status = try_grasp(twin, has_truth ? truth : NULL, b, largest, &c->pairs[layout]);
+    }
+    om__trial_destroy(twin);
+    om__trial_destroy(truth);
     return status;
 }
 
@@ -84,10 +128,37 @@ static void run_layouts(void* ctx, int begin, int end, int block) {
     (void)block;
     Calibration* c = ctx;
     for (int i = begin; i < end; ++i) {
-        Outcome* o = &c->outcome[c->first + i];
+        TrialOutcome* o = &c->outcome[c->first + i];
         o->status = run_layout(c, c->first + i);
         if (o->status < 0) snprintf(o->message, sizeof o->message, "%s", om_error_message());
     }
+}
+
+static double quantile(const double* sorted, int n, double share) {
+    int i = (int)(share * n);
+    return sorted[i < n ? i : n - 1];
+}
+
+static OmStatus find_margin(const Calibration* c, OmForceCalibration* out) {
+    int total = 0, n = 0;
+    for (int k = 0; k < c->nlayout; ++k) total += c->pairs[k].n;
+    double* more;
+    OM_ALLOC(more, total);
+    for (int k = 0; k < c->nlayout; ++k) {
+        const Pairs* p = &c->pairs[k];
+        for (int i = 0; i < p->n; ++i) {
+            if (p->twin[i] >= 0.5 * out->threshold && p->twin[i] <= out->threshold)
+                more[n++] = p->truth[i] - p->twin[i];
+        }
+    }
+    out->npair = n;
+    if (n > 0) {
+        om_sort_doubles(more, n);
+        out->more_median = quantile(more, n, 0.5);
+        out->margin = fmax(0, quantile(more, n, MARGIN_QUANTILE));
+    }
+    om_free(more);
+    return OM_OK;
 }
 
 static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
@@ -100,11 +171,11 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
     om_sort_doubles(c->largest, n);
     *out = (OmForceCalibration){.nrun = n,
                                 .median = 0.5 * (c->largest[(n - 1) / 2] + c->largest[n / 2]),
-                                .lower_quartile = c->largest[n / 4],
-                                .upper_quartile = c->largest[(3 * n) / 4 < n ? (3 * n) / 4 : n - 1],
+                                .lower_quartile = quantile(c->largest, n, 0.25),
+                                .upper_quartile = quantile(c->largest, n, 0.75),
                                 .max = c->largest[n - 1]};
     out->threshold = 2 * out->median;
-    return OM_OK;
+    return find_margin(c, out);
 }
 
 OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
@@ -115,6 +186,7 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
         .scene = scene, .nlayout = nlayout, .nblock = scene->task.grid * scene->task.grid};
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
+    OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
     // A round of as many layouts as workers at a time: progress is told, and cancelling heard, between.
     int worker = om_worker_count(nworker);
@@ -129,6 +201,11 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
     }
     status = summarise(&c, calibration);
 done:
+    for (int k = 0; c.pairs && k < nlayout; ++k) {
+        om_free(c.pairs[k].twin);
+        om_free(c.pairs[k].truth);
+    }
+    om_free(c.pairs);
     om_free(c.largest);
     om_free(c.outcome);
     return status;

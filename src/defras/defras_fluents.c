@@ -48,10 +48,12 @@ OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
     // The height of a block is that of its grasping point: distances are in space.
     for (int b = 0; b < nblock; ++b) {
         if (grid->vert[b] < 0) continue;
-        grid->center[3 * b + 2] = om_pose_apply(task, om_load3(site->mesh.x, grid->vert[b])).z;
+        grid->tip[b] = om_pose_apply(task, om_load3(site->mesh.x, grid->vert[b]));
+        grid->center[3 * b + 2] = grid->tip[b].z;
     }
     OM_CHECK(ngrasp > 0, OM_INVALID, "no block of the tissue has a grasping point");
-    grid->roi_block = block_of(grid, om_pose_apply(task, site->roi_center));
+    grid->roi = om_pose_apply(task, site->roi_center);
+    grid->roi_block = block_of(grid, grid->roi);
     return OM_OK;
 }
 
@@ -75,7 +77,7 @@ void om__sense_fluents(Loop* loop, OmSituation* s) {
         s->tried[b] = loop->tried[b];
         if (g->vert[b] < 0) s->reachable[b] = 0;
     }
-    s->is_visible = loop->visibility >= loop->scene->task.visibility;
+    s->is_visible = loop->is_exposed;
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         const ArmState* arm = &loop->arm[a];
         OmArmSituation* now = &s->arm[a];

@@ -10,9 +10,20 @@ typedef struct Grid {
     OmPose task;                  // pose_world_task
     OmVec3 half;                  // half extent of the tissue, m
     int vert[OM_PLAN_MAX_BLOCK];  // grasping point: a vertex of the twin's mesh, -1 no tissue there
+    OmVec3 tip[OM_PLAN_MAX_BLOCK];         // the grasping point at rest, task frame, m
     double center[3 * OM_PLAN_MAX_BLOCK];  // of the blocks at rest, task frame, m
     int roi_block;
+    OmVec3 roi;  // centre of the ROI, task frame, m
 } Grid;
+
+// When a motion stops because the ROI is exposed. `wanted` must be exceeded by a margin, or be passed at a peak.
+typedef struct Watch {
+    double wanted, margin;
+    double best;  // of the looks of this motion
+} Watch;
+
+#define FOLD_STEP 0.010  // m by which a fold goes on while it gains visibility
+#define FOLD_GAIN 0.01   // visibility that such a step must gain
 
 // One arm as the loop knows it.
 typedef struct ArmState {
@@ -40,12 +51,17 @@ typedef struct Loop {
     ArmState arm[OM_WORLD_NARM];
     uint8_t tried[OM_PLAN_MAX_BLOCK];
     double visibility;
-    double force[OM_WORLD_NARM];  // N, pull less weight, by the twin
-    double force_action;          // N, largest during the current action
-    double rate;                  // share of the nominal speed
-    double time;                  // s
-    double slow_since;            // s, when the current slowing down began; negative: none
-    bool is_over;                 // the force is above the threshold
+    bool is_exposed;              // seen without a break for HOLD_TIME
+    double margin;                // visibility above the wanted one at which a motion stops
+    double force[OM_WORLD_NARM];  // N, pull less weight, by the twin: what the arms act on
+    double force_world;  // N, the larger of both arms in the truth, for reports alone; NAN unknown
+    double force_world_last;    // N, at the tick before
+    double force_world_action;  // N, largest during the current action
+    double force_action;        // N, largest during the current action
+    double rate;                // share of the nominal speed
+    double time;                // s
+    double slow_since;          // s, when the current slowing down began; negative: none
+    bool is_over;               // the force is above om__force_limit
     int tick;
     double twin_wall;  // s spent in the twin
     OmPlan plan;
@@ -62,9 +78,22 @@ OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block);
 void om__sense_fluents(Loop* loop, OmSituation* situation);
 
+// The force by the twin at which the arms act, N.
+static inline double om__force_limit(const OmSceneTask* task) {
+    return task->force_threshold - task->force_margin;
+}
+
 // defras_act.c
+// Where a fold of tissue held at `tip` leads: a unit vector along the board and a length, m, both of the task
+// frame. The length is 0 where the fold leads nowhere.
+void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
+                  double* length);
+// Feed a look; true where a motion should stop because the ROI is exposed.
+bool om__watch_stop(Watch* watch, double visibility);
 OmStatus om__loop_tick(Loop* loop);
 OmStatus om__loop_wait(Loop* loop, double seconds);
+// Hold still and look: sets is_exposed if the ROI is seen without a break for long enough.
+OmStatus om__loop_hold(Loop* loop);
 OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome);
 
 // defras_record.c: run.vtkhdf and frames in a temporary folder, renamed when the run is complete.
@@ -75,7 +104,5 @@ OmStatus om__recorder_frame(Recorder* recorder, Loop* loop, const char* caption)
 OmStatus om__recorder_plan(Recorder* recorder, Loop* loop);
 OmStatus om__recorder_commit(Recorder* recorder, Loop* loop);
 void om__recorder_destroy(Recorder* recorder);
-
-// For qsort.
 
 #endif

@@ -146,6 +146,7 @@ static void write_actions(OmJson* json, const OmRetractResult* r, int n) {
         om_json_string(json, "outcome", om_action_outcome_text(a->outcome));
         om_json_number(json, "visibility", a->visibility);
         om_json_number(json, "force_max_n", a->force_max);
+        om_json_number(json, "force_world_max_n", a->force_world_max);
         om_json_integer(json, "plan", a->plan + 1);
         om_json_close(json, '}');
     }
@@ -160,6 +161,7 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
         om_json_number(json, "time_s", s->time);
         om_json_number(json, "visibility", s->visibility);
         om_json_number(json, "force_n", s->force);
+        om_json_number(json, "force_world_n", s->force_world);
         om_json_number(json, "height_m", s->height);
         om_json_number(json, "speed_rate", s->speed_rate);
         om_json_close(json, '}');
@@ -181,8 +183,13 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     om_json_number(&json, "visibility_start", r->visibility_start);
     om_json_number(&json, "visibility_end", r->visibility_end);
     om_json_number(&json, "force_max_n", r->force_max);
+    om_json_number(&json, "force_world_max_n", r->force_world_max);
+    om_json_number(&json, "force_world_above_twin_max_n", r->force_more);
+    om_json_number(&json, "force_world_below_twin_max_n", r->force_less);
     om_json_number(&json, "force_threshold_n", loop->scene->task.force_threshold);
-    om_json_integer(&json, "times_above_force_threshold", r->nforce);
+    om_json_number(&json, "force_margin_n", loop->scene->task.force_margin);
+    om_json_integer(&json, "times_above_force_limit", r->nforce);
+    om_json_integer(&json, "times_world_above_force_threshold", r->nforce_world);
     om_json_number(&json, "time_s", r->time);
     om_json_number(&json, "wall_time_s", r->wall_time);
     om_json_number(&json, "twin_step_ms", r->twin_step_ms);

@@ -8,7 +8,7 @@ static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
 
 static void add_facts(OmReport* report, const Loop* loop) {
     const OmRetractResult* r = loop->result;
-    char text[8][64];
+    char text[10][64];
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
     snprintf(text[2], 64, "%d", r->naction);
@@ -17,28 +17,36 @@ static void add_facts(OmReport* report, const Loop* loop) {
     snprintf(text[5], 64, "%.1f s", r->time);
     snprintf(text[6], 64, "%.2f ms", r->twin_step_ms);
     snprintf(text[7], 64, "%.1f ms", r->plan_ms_median);
-    const char *value[8],
-        *label[8] = {
-            "of the ROI seen at the end", "of the ROI seen at the start",    "actions",
-            "largest pull on the tissue", "times above the force threshold", "of operation",
-            "a step of the twin (mean)",  "to make a plan (median)"};
-    for (int i = 0; i < 8; ++i) value[i] = text[i];
-    om_report_facts(report, value, label, 8);
+    snprintf(text[8], 64, isnan(r->force_world_max) ? "not known" : "%.2f N", r->force_world_max);
+    snprintf(text[9], 64, isnan(r->force_more) ? "not known" : "%.2f N", r->force_more);
+    const char *value[10], *label[10] = {"of the ROI seen at the end",
+                                         "of the ROI seen at the start",
+                                         "actions",
+                                         "largest pull, by the twin",
+                                         "times at the force limit",
+                                         "of operation",
+                                         "a step of the twin (mean)",
+                                         "to make a plan (median)",
+                                         "largest pull, in the truth",
+                                         "most by which the truth exceeds the twin"};
+    for (int i = 0; i < 10; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, 10);
 }
 
 static OmStatus add_charts(OmReport* report, const Loop* loop) {
     const OmRetractResult* r = loop->result;
     int n = r->nsample, ne = r->naction;
-    double *t = NULL, *y[3] = {NULL, NULL, NULL}, *event = NULL;
+    double *t = NULL, *y[4] = {NULL, NULL, NULL, NULL}, *event = NULL;
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(t, n);
     OM_ALLOC_DONE(event, ne);
-    for (int k = 0; k < 3; ++k) OM_ALLOC_DONE(y[k], n);
+    for (int k = 0; k < 4; ++k) OM_ALLOC_DONE(y[k], n);
     for (int i = 0; i < n; ++i) {
         t[i] = r->sample[i].time;
         y[0][i] = 100 * r->sample[i].visibility;
         y[1][i] = r->sample[i].force;
         y[2][i] = 1e3 * r->sample[i].height;
+        y[3][i] = r->sample[i].force_world;
     }
     for (int i = 0; i < ne; ++i) event[i] = r->action[i].begin;
     const OmSceneTask* task = &loop->scene->task;
@@ -55,13 +63,20 @@ static OmStatus add_charts(OmReport* report, const Loop* loop) {
                            .event = event,
                            .nevent = ne};
     om_report_chart(report, &chart);
-    chart.title = "Pull on the tissue, estimated by the twin";
+    chart.title =
+        "Pull on the tissue, estimated by the twin, and in the truth that the arms do not see";
     chart.y_label = "N, grasp force less the weight it carries";
-    chart.series[0] = (OmReportSeries){"force", t, y[1], n};
+    chart.series[0] = (OmReportSeries){"twin", t, y[1], n};
+    chart.series[1] = (OmReportSeries){"truth", t, y[3], n};
+    chart.nseries = r->nsample && isnan(y[3][0]) ? 1 : 2;
     chart.limit = task->force_threshold;
     chart.limit_name = "threshold";
+    chart.limit2 = om__force_limit(task);
+    chart.limit2_name = task->force_margin > 0 ? "the arms act" : NULL;
     chart.y_max = task->force_threshold;
     om_report_chart(report, &chart);
+    chart.nseries = 1;
+    chart.limit2_name = NULL;
     chart.title = "Height of the gripper over the grasping point";
     chart.y_label = "mm";
     chart.series[0] = (OmReportSeries){"height", t, y[2], n};
@@ -72,7 +87,7 @@ static OmStatus add_charts(OmReport* report, const Loop* loop) {
 done:
     om_free(t);
     om_free(event);
-    for (int k = 0; k < 3; ++k) om_free(y[k]);
+    for (int k = 0; k < 4; ++k) om_free(y[k]);
     return status;
 }
 
@@ -82,9 +97,9 @@ static OmStatus add_actions(OmReport* report, const Loop* loop) {
         OM_PLAN_VERB_TABLE(VERB_TEXT)
 #undef VERB_TEXT
     };
-    enum { NCOL = 7, LEN = 48 };
-    static const char* const heading[NCOL] = {"time, s", "plan",     "action",      "block",
-                                              "outcome", "ROI seen", "largest pull"};
+    enum { NCOL = 8, LEN = 48 };
+    static const char* const heading[NCOL] = {"time, s", "plan",     "action",     "block",
+                                              "outcome", "ROI seen", "pull, twin", "pull, truth"};
     const OmRetractResult* r = loop->result;
     int n = r->naction;
     OmStatus status = OM_OK;
@@ -106,6 +121,7 @@ static OmStatus add_actions(OmReport* report, const Loop* loop) {
         snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
         snprintf(c[5], LEN, "%.0f %%", 100 * a->visibility);
         snprintf(c[6], LEN, "%.2f N", a->force_max);
+        snprintf(c[7], LEN, isnan(a->force_world_max) ? "-" : "%.2f N", a->force_world_max);
         for (int k = 0; k < NCOL; ++k) cell[i * NCOL + k] = c[k];
     }
     om_report_table(report, heading, NCOL, cell, n);
@@ -132,11 +148,12 @@ static void add_settings(OmReport* report, const Loop* loop) {
         text, sizeof text,
         "Endoscope %.0f mm from the middle of the tissue, %.0f degrees above it, vertical field of view %.0f "
         "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
-        "mm up to %.0f mm; force threshold %.2f N; exposed at %.0f %%. Seed %d.",
+        "mm up to %.0f mm; force threshold %.2f N, of which %.2f N are margin; exposed at %.0f %% of all its points. "
+        "Seed %d.",
         1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
         s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
         1e3 * s->task.pull_step, 1e3 * s->task.max_height, s->task.force_threshold,
-        100 * s->task.visibility, s->seed);
+        s->task.force_margin, 100 * s->task.visibility, s->seed);
     om_report_paragraph(report, text);
 }
 

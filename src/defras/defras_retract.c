@@ -7,7 +7,8 @@
 #define SETTLE_TIME 3.0    // s, at most, for the tissue to come to rest on its ground
 #define SETTLE_SPEED 1e-3  // m/s
 #define MAX_GLIMPSE 8      // times a motion goes on after the ROI closed again
-#define HOLD_TIME 0.5      // s that the exposed ROI is looked at before success is told
+#define MARGIN \
+    0.05  // visibility above the wanted one at which a motion stops; once more per glimpse
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
     switch (outcome) {
@@ -38,6 +39,7 @@ static OmStatus begin(Loop* loop) {
     const OmScene* scene = loop->scene;
     OM_TRY(om_site_build(scene, OM_SITE_TWIN, loop->progress, &loop->twin_site));
     OM_TRY(om_site_build(scene, OM_SITE_WORLD, loop->progress, &loop->world_site));
+    OM_TRY(om_world_check_visible(scene, &loop->twin_site));
     OM_TRY(om_body_create(scene, &loop->twin_site, loop->def->nworker, &loop->twin));
     OM_TRY(om_world_create_simulated(scene, &loop->world_site, loop->def->nworker, &loop->world));
     OmPlannerDef planner = om_planner_default_def();
@@ -121,16 +123,18 @@ static OmStatus note_action(Loop* loop, const OmPlanAction* action, double start
         r->action = grown;
         loop->action_capacity = capacity;
     }
-    r->action[r->naction++] = (OmRetractAction){.verb = action->verb,
-                                                .arm = action->arm,
-                                                .block = action->block,
-                                                .begin = start,
-                                                .end = loop->time,
-                                                .outcome = outcome,
-                                                .visibility = loop->visibility,
-                                                .force_max = loop->force_action,
-                                                .is_replanned = is_replanned,
-                                                .plan = r->nplan - 1};
+    r->action[r->naction++] = (OmRetractAction){
+        .verb = action->verb,
+        .arm = action->arm,
+        .block = action->block,
+        .begin = start,
+        .end = loop->time,
+        .outcome = outcome,
+        .visibility = loop->visibility,
+        .force_max = loop->force_action,
+        .force_world_max = om_world_truth(loop->world) ? loop->force_world_action : (double)NAN,
+        .is_replanned = is_replanned,
+        .plan = r->nplan - 1};
     if (!loop->recorder || loop->def->frame_every < 1 || r->naction % loop->def->frame_every)
         return OM_OK;
     OmText caption = {0};
@@ -145,21 +149,18 @@ static OmStatus note_action(Loop* loop, const OmPlanAction* action, double start
     return status;
 }
 
-static bool is_exposed(const Loop* loop) {
-    return loop->visibility >= loop->scene->task.visibility;
-}
-
-// Execute one action. A glimpse of the ROI is no exposure: then hold still and look again, and go on with
-// the motion if it closed.
+// Execute one action. A glimpse of the ROI is no exposure: hold still and look; if it closes, go on with the
+// motion, with a larger margin.
 static OmStatus run_action(Loop* loop, const OmPlanAction* action, bool is_first,
                            OmActionOutcome* outcome) {
     for (int glimpse = 0; glimpse < MAX_GLIMPSE; ++glimpse) {
         double start = loop->time;
+        loop->margin = MARGIN * (1 + glimpse);
         OM_TRY(om__execute_action(loop, action, outcome));
         OM_TRY(note_action(loop, action, start, is_first && glimpse == 0, *outcome));
-        if (*outcome != OM_ACTION_EXPOSED && !is_exposed(loop)) return OM_OK;
-        OM_TRY(om__loop_wait(loop, HOLD_TIME));
-        if (is_exposed(loop) || *outcome != OM_ACTION_EXPOSED ||
+        if (loop->visibility < loop->scene->task.visibility) return OM_OK;
+        OM_TRY(om__loop_hold(loop));
+        if (loop->is_exposed || *outcome != OM_ACTION_EXPOSED ||
             loop->result->naction >= loop->scene->task.max_actions)
             return OM_OK;
     }
@@ -172,7 +173,7 @@ static OmStatus run_plan(Loop* loop) {
         const OmPlanAction* action = &loop->plan.action[i];
         OmActionOutcome outcome;
         OM_TRY(run_action(loop, action, i == 0, &outcome));
-        if (is_exposed(loop)) return OM_OK;
+        if (loop->is_exposed) return OM_OK;
         bool is_last = i + 1 == loop->plan.naction;
         bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
         if (is_last || is_broken) learn(loop, action, outcome);
@@ -184,7 +185,8 @@ static OmStatus run_plan(Loop* loop) {
 static OmStatus deliberate(Loop* loop) {
     OmRetractResult* r = loop->result;
     int max_actions = loop->scene->task.max_actions;
-    while (!is_exposed(loop)) {
+    if (loop->visibility >= loop->scene->task.visibility) OM_TRY(om__loop_hold(loop));
+    while (!loop->is_exposed) {
         if (r->naction >= max_actions) {
             snprintf(r->reason, sizeof r->reason,
                      "gave up after %d actions with %.0f %% of the ROI seen", r->naction,
@@ -214,6 +216,7 @@ static OmStatus deliberate(Loop* loop) {
 static void summarise(Loop* loop, double wall_start) {
     OmRetractResult* r = loop->result;
     r->visibility_end = loop->visibility;
+    if (!om_world_truth(loop->world)) r->force_world_max = r->force_more = r->force_less = NAN;
     r->time = loop->time;
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->hash = om_body_hash(om_world_truth(loop->world));

@@ -63,6 +63,8 @@ static const OmYamlField model_field[] = {
     {"tumour_radius_mm", OM_YAML_DOUBLE, AT(OmSceneModel, tumour_radius), .min = 1, .max = 100,
      .scale = MM},
     {"tumour_shift_mm", OM_YAML_VEC3, AT(OmSceneModel, tumour_shift), .scale = MM},
+    {"tumour_range_mm", OM_YAML_VEC3, AT(OmSceneModel, tumour_range), .max = 100, .scale = MM},
+    {"attach_turn_deg", OM_YAML_DOUBLE, AT(OmSceneModel, attach_turn), .max = 180, .scale = DEG},
 };
 static const OmYamlSchema model_schema = {"model", model_field, COUNT(model_field), NULL};
 
@@ -107,6 +109,7 @@ static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_fiel
 static const OmYamlField task_field[] = {
     {"grid", OM_YAML_INT, AT(OmSceneTask, grid), .min = 2, .max = 20},
     {"force_threshold", OM_YAML_DOUBLE, AT(OmSceneTask, force_threshold), .min = 1e-3, .max = 1000},
+    {"force_margin", OM_YAML_DOUBLE, AT(OmSceneTask, force_margin), .min = 0, .max = 1000},
     {"max_height_mm", OM_YAML_DOUBLE, AT(OmSceneTask, max_height), .min = 1, .max = 500,
      .scale = MM},
     {"pull_step_mm", OM_YAML_DOUBLE, AT(OmSceneTask, pull_step), .min = 1, .max = 100, .scale = MM},
@@ -160,6 +163,7 @@ OmScene om_scene_default(void) {
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
                                .has_board = true,
+                               .law = OM_STABLE_NEO_HOOKEAN,
                                .young = 3000,
                                .poisson = 0.45,
                                .density = 1000,
@@ -202,6 +206,9 @@ static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(s->tissue.source == OM_SOURCE_SHEET || s->tissue.file[0], OM_INVALID,
              "%s: tissue: \"file\" is missing; source %s reads one", name,
              source_name[s->tissue.source]);
+    OM_CHECK(s->task.force_margin < s->task.force_threshold, OM_INVALID,
+             "%s: task: force_margin %g leaves nothing of force_threshold %g", name,
+             s->task.force_margin, s->task.force_threshold);
     OM_CHECK(om_norm(s->tissue.up) > 0.5, OM_INVALID, "%s: tissue: up must have length 1", name);
     OM_CHECK(s->tissue.cluster_radius >= 0.5 * s->tissue.cluster_spacing, OM_INVALID,
              "%s: tissue: cluster_radius_mm %g is less than half of cluster_spacing_mm %g", name,

@@ -319,9 +319,9 @@ static OmStatus add_face_sets(const Sheet* sheet, OmTetMesh* mesh, const int* bo
 }
 
 // Mark the vertices of one attachment.
-static OmStatus mark_attachment(const OmAttachDef* a, bool is_left, const OmTetMesh* mesh,
-                                const OmSurface* surface, const int* surface_vert,
-                                unsigned char* is_held) {
+static OmStatus mark_attachment(const OmAttachDef* a, const Sheet* sheet, bool is_left,
+                                const OmTetMesh* mesh, const OmSurface* surface,
+                                const int* surface_vert, unsigned char* is_held) {
     OmStatus status = OM_OK;
     int *candidate = NULL, *patch = NULL, npatch = 0;
     Ranked* ranked = NULL;
@@ -347,6 +347,7 @@ static OmStatus mark_attachment(const OmAttachDef* a, bool is_left, const OmTetM
     } else {
         OmVec3 toward;
         OM_TRY_DONE(om_model_direction(a->direction, is_left, &toward));
+        toward = om_quat_rotate(om_quat_axis_angle(sheet->n, a->turn), toward);
         OM_ALLOC_DONE(ranked, face->nvert);
         for (int i = 0; i < face->nvert; i++) {
             OmVec3 x = om_load3(mesh->x, face->vert[i]);
@@ -363,17 +364,17 @@ done:
     return status;
 }
 
-static OmStatus add_attachments(const OmModelDef* def, bool is_left, OmTetMesh* mesh,
+static OmStatus add_attachments(const Sheet* sheet, bool is_left, OmTetMesh* mesh,
                                 const OmSurface* surface, const int* surface_vert) {
-    static const OmAttachDef usual = {"border", "medial", 0.25, 0};
-    const OmSheetDef* s = &def->sheet;
+    static const OmAttachDef usual = {"border", "medial", 0.25, 0, 0};
+    const OmSheetDef* s = &sheet->def->sheet;
     OmStatus status = OM_OK;
     int *list = NULL, n = 0;
     unsigned char* is_held = om_calloc((size_t)mesh->nvert, 1);
     if (!is_held) return OM_NO_MEMORY;
     for (int i = 0; i < (s->nattach ? s->nattach : 1); i++) {
         const OmAttachDef* a = s->nattach ? &s->attach[i] : &usual;
-        OM_TRY_DONE(mark_attachment(a, is_left, mesh, surface, surface_vert, is_held));
+        OM_TRY_DONE(mark_attachment(a, sheet, is_left, mesh, surface, surface_vert, is_held));
     }
     OM_ALLOC_DONE(list, mesh->nvert);
     for (int v = 0; v < mesh->nvert; v++) {
@@ -392,7 +393,7 @@ static OmStatus add_sets(const Sheet* sheet, bool is_left, OmTetMesh* mesh) {
     int* surface_vert = NULL;
     OM_TRY_DONE(om_tet_mesh_boundary(mesh, &surface, &surface_vert));
     OM_TRY_DONE(add_face_sets(sheet, mesh, surface_vert, surface.nvert));
-    OM_TRY_DONE(add_attachments(sheet->def, is_left, mesh, &surface, surface_vert));
+    OM_TRY_DONE(add_attachments(sheet, is_left, mesh, &surface, surface_vert));
 done:
     om_surface_done(&surface);
     om_free(surface_vert);

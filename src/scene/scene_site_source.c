@@ -132,6 +132,12 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
     def.sheet.tumour_shift[0] = m->tumour_shift.x;
     def.sheet.tumour_shift[1] = m->tumour_shift.y;
     OM_TRY(om_model_parse_attach(m->attach, &def.sheet.attach[def.sheet.nattach++]));
+    if (scene->seed > 0) {  // both roles draw the same
+        OmRng rng = om_rng_init((uint64_t)scene->seed, 3);
+        def.sheet.tumour_shift[0] += om_rng_range(&rng, -m->tumour_range.x, m->tumour_range.x);
+        def.sheet.tumour_shift[1] += om_rng_range(&rng, -m->tumour_range.y, m->tumour_range.y);
+        def.sheet.attach[0].turn = om_rng_range(&rng, -m->attach_turn, m->attach_turn);
+    }
     return om_model_build(&def, progress, patient, NULL);
 }
 

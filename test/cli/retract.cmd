@@ -29,6 +29,20 @@ file run/run.json
 file run/run.vtkhdf
 file run/frames/000.png
 
+# Both forces, and how far they are apart.
+$ grep -c force_world_above_twin_max_n run/run.json; grep -c '"force_world_n"' run/run.json; grep '"force_max_n"\|"force_world_max_n"' run/run.json | head -2 | sed 's/.*: *//' | sort -u | wc -l
+exit 0
+out ^1$
+out ^\d\d+$
+out ^2$
+
+# A ROI that the picture does not hold.
+$ sed 's/fov_deg: 60/fov_deg: 18/' small.yaml > narrow.yaml && omentum retract narrow.yaml -q -o narrow
+exit 3
+err narrow\.yaml: endoscope: with the tissue removed it sees \d+ % of the ROI.*outside the picture.*fov_deg or distance_mm
+err-lines 1
+no-file narrow
+
 # The same bytes again, with one thread.
 $ omentum retract small.yaml -q --workers 1 -o again && diff <(grep state_hash run/run.json) <(grep state_hash again/run.json) && cmp run/frames/003.png again/frames/003.png
 exit 0
@@ -48,10 +62,21 @@ out 2 of 2 layouts exposed
 file many/layout-01/report.html
 file many/layout-02/report.html
 
+# Layouts from another one on; what could expose the ROI at all.
+$ omentum retract small.yaml -q --layouts 1 --first 18 -o later
+exit 0
+out ^18  exposed
+file later/layout-18/report.html
+
+$ omentum retract small.yaml -q --search --layout 2
+exit 0
+out ^small, layout 2: \d+ of \d+ sequences of \d+ grasps expose the ROI; most seen: \d+ %, block \(\d,\d\) lifted
+
 $ omentum retract small.yaml -q --calibrate-force --layouts 1
 exit 0
 out largest pull of 25 grasps in 1 layouts
 out ^force_threshold: \d
+out ^force_margin: \d
 
 # A twin of particles: one line more.
 $ sed -e 's/  source: sheet/  source: sheet\n  model: pbd/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1

@@ -3,7 +3,7 @@
 
 #include "test_alloc.h"
 
-#include "omentum/defras.h"
+#include "defras/defras_internal.h"
 
 // A coarse sheet, held on the far half, its ROI near the free corner of PSM1.
 static OmScene easy_scene(void) {
@@ -97,6 +97,117 @@ static void test_force_stops_a_pull(void** state) {
     om_retract_result_done(&r);
 }
 
+// Above the force limit the arm goes back until the force is below it, and the tissue is folded instead of
+// pulled before it is let go (6.4.1).
+static void test_fold_after_a_force_stop(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.force_threshold = 0.08;
+    scene.task.max_actions = 9;
+    scene.task.visibility = 1.0;
+    OmRetractResult r, m;
+    run(&scene, 0, NULL, &r);
+    int i = 0;
+    while (i < r.naction && r.action[i].outcome != OM_ACTION_FORCE) ++i;
+    assert_true(i + 1 < r.naction);
+    assert_int_equal(r.action[i].verb, OM_PLAN_PULL);
+    assert_int_equal(r.action[i + 1].verb, OM_PLAN_MOVE_AWAY);
+    assert_int_equal(r.action[i + 1].block, r.action[i].block);
+    for (int k = 0; k < r.nsample; ++k) {  // eased when the next action begins
+        bool is_then = fabs(r.sample[k].time - r.action[i + 1].begin) < 0.5 * OM_RETRACT_SAMPLE;
+        if (is_then) assert_true(r.sample[k].force <= scene.task.force_threshold);
+    }
+    // A margin makes the arms act as a lower threshold would.
+    scene.task.force_threshold = 3;
+    scene.task.force_margin = 2.92;
+    run(&scene, 0, NULL, &m);
+    assert_int_equal(m.nforce, r.nforce);
+    assert_int_equal(m.naction, r.naction);
+    assert_int_equal(m.nforce_world, 0);  // the truth stays below the threshold itself
+    om_retract_result_done(&r);
+    om_retract_result_done(&m);
+}
+
+// The truth's force is recorded beside the twin's, which alone decides.
+static void test_both_forces_are_told(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    double twin = 0, truth = 0, more = 0;
+    for (int i = 0; i < r.nsample; ++i) {
+        twin = fmax(twin, r.sample[i].force);
+        truth = fmax(truth, r.sample[i].force_world);
+        more = fmax(more, r.sample[i].force_world - r.sample[i].force);
+    }
+    assert_true(r.force_max > 0.05 && r.force_world_max > 0.05);
+    assert_true(fabs(r.force_world_max - r.force_max) > 1e-3);
+    assert_true(twin <= r.force_max && truth <= r.force_world_max && more <= r.force_more);
+    assert_true(twin > 0.8 * r.force_max && truth > 0.8 * r.force_world_max);
+    for (int i = 0; i < r.naction; ++i) assert_true(r.action[i].force_world_max >= 0);
+    om_retract_result_done(&r);
+}
+
+// A motion stops a margin above what is wanted, or once more than is wanted becomes less.
+static void test_when_a_motion_stops(void** state) {
+    (void)state;
+    Watch w = {.wanted = 0.8, .margin = 0.05};
+    assert_false(om__watch_stop(&w, 0.5));
+    assert_false(om__watch_stop(&w, 0.81));
+    assert_false(om__watch_stop(&w, 0.84));
+    assert_true(om__watch_stop(&w, 0.82));  // past its best
+    assert_false(om__watch_stop(&w, 0.79));
+    w.best = 0;
+    assert_true(om__watch_stop(&w, 0.86));
+    w = (Watch){.wanted = 1.0, .margin = 0.05};
+    assert_true(om__watch_stop(&w, 1.0));
+}
+
+// Exposed means: seen without a break for half a second, at the end.
+static void test_exposed_is_held(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    assert_true(r.is_exposed);
+    int nheld = 0;
+    for (int i = r.nsample - 1; i >= 0 && r.sample[i].time > r.time - 0.5; --i, ++nheld)
+        assert_true(r.sample[i].visibility >= scene.task.visibility);
+    assert_true(nheld >= 4);
+    om_retract_result_done(&r);
+}
+
+// Less than nine tenths of the ROI in the picture, tissue or not: no run begins.
+static void test_impossible_scenes_are_refused(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    OmSearchResult search;
+    scene.endoscope.fov = 18 * OM_PI / 180;
+    OmRetractDef def = om_retract_default_def(&scene);
+    assert_status(om_retract_run(&def, NULL, &r), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "outside the picture"));
+    assert_non_null(strstr(om_error_message(), "fov_deg"));
+    assert_status(om_retract_search(&scene, 3, 0, NULL, &search), OM_INVALID);
+}
+
+static void test_search(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.grid = 2;
+    OmSearchResult found, none;
+    assert_ok(om_retract_search(&scene, 3, 1, NULL, &found));
+    assert_true(found.ngrasp > 0 && found.nexposed > 0 && found.visibility >= 0.8);
+    assert_true(found.force > 0 && found.block >= 0);
+    assert_ok(om_retract_search(&scene, 0.02, 1, NULL, &none));  // nothing may be lifted
+    assert_int_equal(none.nexposed, 0);
+    assert_int_equal(none.ngrasp, found.ngrasp);
+    assert_true(none.visibility < 0.8);
+    scene.attach.lo = om_vec3(-1, -1, -1);  // everything is attached
+    assert_ok(om_retract_search(&scene, 3, 1, NULL, &none));
+    assert_true(none.ngrasp == 0 && none.block == -1);
+}
+
 static void test_what_cannot_be_done_is_an_answer(void** state) {
     (void)state;
     OmScene scene = easy_scene();
@@ -181,6 +292,7 @@ static void test_calibration(void** state) {
                 a.upper_quartile <= a.max);
     assert_near(a.threshold, 2 * a.median, 1e-12);
     assert_true(a.median > 0.01 && a.max < 20);
+    assert_true(a.npair >= 0 && a.margin >= 0 && a.margin >= a.more_median);
 }
 
 int main(void) {
@@ -189,6 +301,12 @@ int main(void) {
         cmocka_unit_test(test_same_bytes_with_one_or_two_workers),
         cmocka_unit_test(test_the_truth_is_hidden_from_the_twin),
         cmocka_unit_test(test_force_stops_a_pull),
+        cmocka_unit_test(test_fold_after_a_force_stop),
+        cmocka_unit_test(test_both_forces_are_told),
+        cmocka_unit_test(test_when_a_motion_stops),
+        cmocka_unit_test(test_exposed_is_held),
+        cmocka_unit_test(test_impossible_scenes_are_refused),
+        cmocka_unit_test(test_search),
         cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
         cmocka_unit_test(test_output_is_whole),
         cmocka_unit_test(test_cancelling_leaves_nothing),

@@ -1,0 +1,85 @@
+// defras_search.c: what grasps could expose the ROI at all: every motion of the planner, tried on the truth.
+//
+// For every grasping point that is not above an attachment, from rest: the lift to the height limit or to the force
+// limit; from there the fold away from the camera, the fold towards the ROI, and each of them followed by the
+// other one. That is every sequence of actions the planner has for one grasp (asp/tissue_retraction.lp). The
+// truth alone is tried, without noise, without tools in the picture, with its own force against the threshold:
+// a layout that the search cannot expose, no choice of the planner can, from a tissue at rest.
+#include <string.h>
+
+#include "defras/defras_trial.h"
+
+typedef struct Search {
+    const OmScene* scene;
+    Trial* trial;
+    double force_limit;
+    OmSearchResult* best;
+} Search;
+
+static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, const Course* c) {
+    OmSearchResult* r = s->best;
+    ++r->ncourse;
+    if (c->visibility >= s->scene->task.visibility) ++r->nexposed;
+    if (c->visibility <= r->visibility) return;
+    r->visibility = c->visibility;
+    r->force = c->force;
+    r->block = block;
+    r->first = first;
+    r->second = second;
+}
+
+// Both folds from a lifted state, each followed by the other.
+static OmStatus try_folds(Search* s, int block, const Course* lift) {
+    static const OmPlanVerb verb[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
+    Trial* t = s->trial;
+    OmStatus status = OM_OK;
+    void* lifted = om_alloc(1, om_body_state_size(t->body));
+    OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
+    om_body_save(t->body, lifted);
+    for (int k = 0; k < 2; ++k) {
+        Course c = *lift;
+        if (k) om_body_restore(t->body, lifted);
+        OM_TRY_DONE(om__trial_fold(t, verb[k], s->force_limit, &c));
+        keep(s, block, verb[k], OM_PLAN_PULL, &c);
+        if (c.visibility >= s->scene->task.visibility) continue;
+        OM_TRY_DONE(om__trial_fold(t, verb[1 - k], s->force_limit, &c));
+        keep(s, block, verb[k], verb[1 - k], &c);
+    }
+done:
+    om_free(lifted);
+    return status;
+}
+
+static OmStatus try_block(Search* s, int block) {
+    Course c = {0};
+    int nheld;
+    OM_TRY(om__trial_grasp(s->trial, block, &c, &nheld));
+    if (nheld == 0) return OM_OK;
+    ++s->best->ngrasp;
+    OM_TRY(om__trial_lift(s->trial, s->force_limit, &c));
+    keep(s, block, OM_PLAN_PULL, OM_PLAN_PULL, &c);
+    return c.visibility < s->scene->task.visibility ? try_folds(s, block, &c) : OM_OK;
+}
+
+OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
+                           const OmProgress* progress, OmSearchResult* result) {
+    *result = (OmSearchResult){.block = -1};
+    OM_CHECK(force_limit > 0, OM_INVALID, "force limit of %g N; must be positive", force_limit);
+    Search s = {.scene = scene, .force_limit = force_limit, .best = result};
+    OmSite twin = {0};
+    OmStatus status = om_site_build(scene, OM_SITE_TWIN, progress, &twin);
+    if (status < 0) return status;
+    OM_TRY_DONE(om_world_check_visible(scene, &twin));
+    OM_TRY_DONE(om__trial_create(scene, scene->seed, OM_SITE_WORLD, nworker, &s.trial));
+    int nblock = scene->task.grid * scene->task.grid;
+    for (int b = 0; b < nblock; ++b) {
+        OM_TRY_DONE(om_progress_report(progress, "searching", b, nblock));
+        const Grid* g = &s.trial->grid;
+        if (g->vert[b] < 0 || om__grid_is_fixed(g, &twin, b)) continue;
+        OM_TRY_DONE(try_block(&s, b));
+    }
+done:
+    om__trial_destroy(s.trial);
+    om_site_done(&twin);
+    return status;
+}

@@ -1,0 +1,149 @@
+// defras_trial.c: grasps tried on a body alone, from its rest: what calibration and search share.
+//
+// No robot, no tools in the picture, no second body: the tip moves as the loop moves it (speed, height limit,
+// folds that go on while they gain visibility), and force and visibility are those of this one body.
+#include "defras/defras_trial.h"
+
+#define SETTLE_TIME 3.0
+#define SETTLE_SPEED 1e-3
+#define HOLD_TIME 0.4  // s at the end of a motion
+#define LOOK_EVERY 5   // steps between looks
+
+OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int nworker,
+                          Trial** trial) {
+    *trial = NULL;
+    Trial* t = om_calloc(1, sizeof *t);
+    if (!t) return OM_NO_MEMORY;
+    t->scene = *scene;
+    t->scene.seed = seed;
+    t->speed = scene->task.speed;
+    OmSite twin = {0};  // grasping points are vertices of the twin, whatever body is tried
+    OmStatus status = om_site_build(&t->scene, OM_SITE_TWIN, NULL, &twin);
+    if (status < 0) goto done;
+    OM_TRY_DONE(om__grid_build(&t->scene, &twin, &t->grid));
+    OM_TRY_DONE(om_site_build(&t->scene, role, NULL, &t->site));
+    OM_TRY_DONE(om_body_create(&t->scene, &t->site, nworker, &t->body));
+    OM_TRY_DONE(om_view_create(&t->scene, &t->site, &t->view));
+    OM_TRY_DONE(om_body_settle(t->body, t->scene.task.time_step, SETTLE_SPEED, SETTLE_TIME));
+    t->rest = om_alloc(1, om_body_state_size(t->body));
+    OM_CHECK_DONE(t->rest, OM_NO_MEMORY, "out of memory for a snapshot");
+    om_body_save(t->body, t->rest);
+    *trial = t;
+    t = NULL;
+done:
+    om_site_done(&twin);
+    om__trial_destroy(t);
+    return status;
+}
+
+void om__trial_destroy(Trial* t) {
+    if (!t) return;
+    om_free(t->rest);
+    om_view_destroy(t->view);
+    om_body_destroy(t->body);
+    om_site_done(&t->site);
+    om_free(t);
+}
+
+static OmStatus look(Trial* t, Course* c, double* now) {
+    OmVisibility v;
+    OM_TRY(om_view_look(t->view, om_body_x(t->body), &v));
+    *now = (double)v.nseen / v.npoint;
+    c->visibility = fmax(c->visibility, *now);
+    return OM_OK;
+}
+
+OmStatus om__trial_grasp(Trial* t, int block, Course* c, int* nheld) {
+    *c = (Course){.trace = c->trace};
+    *nheld = 0;
+    om_body_restore(t->body, t->rest);
+    c->tip = om_pose_apply(t->grid.task, t->grid.tip[block]);
+    OmPose pose = {c->tip, t->grid.task.q};
+    OmStatus status = om_body_grasp(t->body, 0, pose, t->scene.task.grasp_radius, nheld);
+    return status == OM_INVALID ? OM_OK : status;  // only attached tissue in reach
+}
+
+static OmStatus add_to_trace(Trace* trace, OmVec3 tip, double force) {
+    if (trace->n == trace->capacity) {
+        int capacity = trace->capacity ? 2 * trace->capacity : 256;
+        OmVec3* tips = om_realloc(trace->tip, (size_t)trace->n, (size_t)capacity, sizeof *tips);
+        if (!tips) return OM_NO_MEMORY;
+        trace->tip = tips;
+        double* forces =
+            om_realloc(trace->force, (size_t)trace->n, (size_t)capacity, sizeof *forces);
+        if (!forces) return OM_NO_MEMORY;
+        trace->force = forces;
+        trace->capacity = capacity;
+    }
+    trace->tip[trace->n] = tip;
+    trace->force[trace->n++] = force;
+    return OM_OK;
+}
+
+void om__trace_done(Trace* trace) {
+    om_free(trace->tip);
+    om_free(trace->force);
+    *trace = (Trace){0};
+}
+
+// One step with the tip at a place, and the pull it takes.
+static OmStatus step(Trial* t, OmVec3 tip, double* force) {
+    OmBodyReport report;
+    OmBodyForces forces;
+    OM_TRY(om_body_move(t->body, 0, (OmPose){tip, t->grid.task.q}));
+    OmStatus status = om_body_step(t->body, t->scene.task.time_step, &report);
+    if (status < 0) return status;
+    OM_TRY(om_body_get_forces(t->body, &forces));
+    *force = om_norm(forces.pull[0]);
+    return OM_OK;
+}
+
+OmStatus om__trial_replay(Trial* t, const Trace* trace, double* force) {
+    for (int i = 0; i < trace->n; ++i) OM_TRY(step(t, trace->tip[i], &force[i]));
+    return OM_OK;
+}
+
+// Move the tip straight by `way` m, and hold still for `hold` s. Ends early above the force limit.
+static OmStatus move(Trial* t, OmVec3 direction_task, double way, double hold, double force_limit,
+                     Course* c) {
+    OmVec3 direction = om_quat_rotate(t->grid.task.q, direction_task);
+    double dt = t->scene.task.time_step, time = way / t->speed, now, gone = 0;
+    OmVec3 from = c->tip;
+    c->is_stopped = false;
+    int nstep = 0;
+    for (double s = dt; s <= time + hold + 0.5 * dt; s += dt) {
+        gone = fmin(s, time) * t->speed;
+        c->tip = om_madd(from, gone, direction);
+        double force;
+        OM_TRY(step(t, c->tip, &force));
+        c->force = fmax(c->force, force);
+        if (c->trace) OM_TRY(add_to_trace(c->trace, c->tip, force));
+        if (++nstep % LOOK_EVERY == 0) OM_TRY(look(t, c, &now));
+        if (force > force_limit) {
+            c->is_stopped = true;
+            break;
+        }
+    }
+    c->way += gone;
+    return OM_OK;
+}
+
+OmStatus om__trial_lift(Trial* t, double force_limit, Course* c) {
+    return move(t, om_vec3(0, 0, 1), t->scene.task.max_height, HOLD_TIME, force_limit, c);
+}
+
+OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, Course* c) {
+    OmVec3 tip = om_pose_apply(om_pose_inverse(t->grid.task), c->tip), direction;
+    double way, before, now;
+    om__fold_way(&t->grid, t->scene.task.retract, tip, verb, &direction, &way);
+    if (way <= 0) return OM_OK;
+    OM_TRY(move(t, direction, way - FOLD_STEP, 0, force_limit, c));
+    OM_TRY(look(t, c, &now));
+    do {
+        if (c->is_stopped) return OM_OK;
+        before = now;
+        OM_TRY(move(t, direction, FOLD_STEP, 0, force_limit, c));
+        OM_TRY(look(t, c, &now));
+    } while (now >= before + FOLD_GAIN);
+    return move(t, direction, 0, HOLD_TIME, force_limit, c);
+}
