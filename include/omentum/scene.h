@@ -53,8 +53,11 @@ typedef struct OmSceneTissue {
     OmVec3 view;     // from the tissue towards the endoscope; default -x
     int law;         // OmLaw; default OM_STABLE_NEO_HOOKEAN
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
-    double young, poisson;                   // Pa and 1; default 3000 and 0.45
-    double density;                          // kg/m^3; default 1000
+    double young, poisson;  // Pa and 1; default 3000 and 0.45
+    double density;         // kg/m^3; default 1000
+    // A patient or a volume has materials of its own, which a scene file leaves as they are (below 0)
+    // where it says nothing. A young or density that it gives is the first material's, and the others
+    // keep their ratio to it; a poisson is every material's.
     double rayleigh_mass;                    // 1/s; default 0.1
     double rayleigh_stiffness;               // s; default 0.01
     double gravity;                          // m/s^2, downwards; default 9.81
@@ -158,6 +161,13 @@ typedef enum OmSiteRole {
     OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh
 } OmSiteRole;
 
+typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label
+    char name[64];
+    double young, poisson, density;  // Pa, 1, kg/m^3
+} OmSiteMaterial;
+
+#define OM_SITE_MATERIALS 16
+
 typedef struct OmSite {
     OmSiteRole role;         //
     OmTetMesh mesh;          // world frame; sets "underside", "top", "attachment"
@@ -172,8 +182,11 @@ typedef struct OmSite {
     double* roi_n;           // outward normals     (nroi x 3)
     OmSurface roi;           // to be drawn
     OmVec3 roi_center;       // world frame, m
-    double young, density;   // of this site's tissue, Pa and kg/m^3
-    OmVec3 gravity;          // world frame, m/s^2
+    int nmaterial;           // of a patient; 0: all of the tissue is of one
+    OmSiteMaterial material[OM_SITE_MATERIALS];
+    double young, density;  // of this site's tissue, or its first material, Pa and kg/m^3
+    double poisson;         // of all of it; below 0: each material's own
+    OmVec3 gravity;         // world frame, m/s^2
 } OmSite;
 
 /// Build the twin's or the world's site. Both have the same anatomy, attachments and ROI; the world has
@@ -181,6 +194,11 @@ typedef struct OmSite {
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                               OmSite* site);
 OM_API void om_site_done(OmSite* site);
+/// Young's modulus, Poisson's ratio and density of a site by a scene's numbers, which may have changed since
+/// the site was built.
+OM_API void om_site_set_numbers(const OmScene* scene, OmSite* site);
+/// The material of elements of this tet_label, at this site.
+OM_API OmSiteMaterial om_site_get_material(const OmSite* site, int label);
 
 #ifdef __cplusplus
 }

@@ -140,6 +140,8 @@ OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* dire
 OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
 
 OM_API void om_patient_done(OmPatient* patient);
+/// The material of elements of this label: the first that names it, else the first for all others; -1: none.
+OM_API int om_patient_find_material(const OmPatient* patient, int label);
 /// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
 /// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.
 OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,

@@ -38,9 +38,11 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
     OmMaterial material_default;  // where nmaterial is 0
     double density;               // kg/m^3, > 0; default 1000
-    double rayleigh_mass;         // 1/s, >= 0; default 0.1
-    double rayleigh_stiffness;    // s, >= 0; default 0
-    OmVec3 gravity;               // m/s^2; default (0, 0, -9.81)
+    const double*
+        material_density;       // kg/m^3 by tet_label, instead of density; default null (nmaterial)
+    double rayleigh_mass;       // 1/s, >= 0; default 0.1
+    double rayleigh_stiffness;  // s, >= 0; default 0
+    OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
     double attachment_stiffness;  // N/m per attached vertex; default 0: held still
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3

@@ -74,7 +74,7 @@ OM_API void om_umesh_gather(const OmUmeshGrid* grid, const float* in, float* u);
 
 typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
     const OmPatient*
-        patient;  // borrowed until create returns; null, the default: the phantom, a half
+        patient;  // of one material; borrowed until create returns; null, the default: the phantom, a half
                   // ellipsoid of 150 x 120 x 72 mm on its flat side
     const OmSurface* surface;  // or a closed surface; borrowed; default null
     OmVec3 up;                 // away from what holds the organ; default 0: the patient's, else +z

@@ -48,9 +48,18 @@ typedef struct OmBodyReport {  // of the last step
     double penetration;        // m, the deepest
 } OmBodyReport;
 
-/// The tissue that a scene describes on a site, for om_tissue_create; borrows the site's mesh.
-/// @param pbd  receives what an engine of particles needs; the definition borrows it
-OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDef* pbd);
+typedef struct OmBodyParts {  // what a definition of tissue borrows
+    OmPbdDef pbd;
+    OmMaterial material[OM_SITE_MATERIALS];
+    double density[OM_SITE_MATERIALS];
+} OmBodyParts;
+
+/// The tissue that a scene describes on a site, for om_tissue_create; borrows the site's mesh and the parts,
+/// which it fills.
+OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts);
+/// What computes that tissue, for people: engine, law, materials, as "finite elements, neo-hookean, Young's
+/// modulus 3000 Pa, Poisson's ratio 0.45".
+OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
 /// @param site  borrowed until destroy
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
                                OmBody** body);

@@ -24,10 +24,9 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
     OmSite site = b->site;  // shares mesh and organ
     for (int i = 0; i < p->file.nparam; ++i)
         *(double*)((char*)&scene + key_of(p, i)->offset) = param[i];
-    site.young = scene.tissue.young * (b->is_world ? scene.world.young_factor : 1);
-    site.density = scene.tissue.density * (b->is_world ? scene.world.density_factor : 1);
-    OmPbdDef pbd;
-    OmTissueDef def = om_body_tissue_def(&scene, &site, &pbd);
+    om_site_set_numbers(&scene, &site);
+    OmBodyParts parts;
+    OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
     def.solver.nworker = nworker;
     def.solver.tolerance = 1e-5;  // steps of the solver would be steps of the cost
     OmStatus status = om_tissue_create(&def, model);
@@ -36,7 +35,6 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
 
 OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
     b->problem = p;
-    b->is_world = is_world;
     OM_TRY(om_site_build(&p->scene, is_world ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &b->site));
     b->contact = om_contact_default_def();
     b->board = (OmContactPlane){b->site.pose_world_task.p,
@@ -163,6 +161,9 @@ static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
         p->start[i] =
             is_given ? item->start * key->unit : *(double*)((char*)&p->scene + key->offset);
         double v = p->start[i] / key->unit;
+        OM_CHECK(is_given || v >= 0, OM_INVALID,
+                 "%s: parameters: %s: the scene leaves it to the patient; give its start", path,
+                 key->name);
         OM_CHECK(v >= item->min && v <= item->max, OM_INVALID,
                  "%s: parameters: %s: %s %g is outside of min %g to max %g", path, key->name,
                  is_given ? "start" : "the scene's value", v, item->min, item->max);

@@ -76,7 +76,6 @@ typedef struct Body {  // one site of the scene and the tissue on it: what a mod
     OmContactPlane board;
     const OmSdf* organ;
     OmContactDef contact;
-    bool is_world;  // the hidden truth of the scene rather than its twin
 } Body;
 
 struct OmCalibrationProblem {

@@ -225,7 +225,14 @@ static OmStatus validate(const OmScene* s, const char* name) {
 
 OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene) {
     *scene = om_scene_default();
+    OmSceneTissue *t = &scene->tissue, plain = *t;
+    t->young = t->poisson = t->density = -1;  // the patient's own
     OM_TRY(om_yaml_parse(text, size, name, &scene_schema, scene));
+    if (t->source < OM_SOURCE_PATIENT) {
+        if (t->young < 0) t->young = plain.young;
+        if (t->poisson < 0) t->poisson = plain.poisson;
+        if (t->density < 0) t->density = plain.density;
+    }
     scene->tissue.up = om_normalize(scene->tissue.up);
     return validate(scene, name);
 }

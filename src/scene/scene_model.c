@@ -275,13 +275,18 @@ static OmStatus surface_error(const OmBody* body, const OmTetMesh* mesh, OmModel
     return OM_OK;
 }
 
+int om_patient_find_material(const OmPatient* p, int label) {
+    int other = -1;
+    for (int i = p->nmaterial - 1; i >= 0; i--)
+        if (p->material[i].label < 0) other = i;
+    for (int i = 0; i < p->nmaterial; i++)
+        if (p->material[i].label == label) return i;
+    return other;
+}
+
 OmStatus om__patient_check_materials(const OmPatient* p) {
     for (int e = 0; e < p->mesh.ntet; e++) {
-        bool is_named = false;
-        for (int i = 0; i < p->nmaterial && !is_named; i++) {
-            is_named = p->material[i].label < 0 || p->material[i].label == p->mesh.tet_label[e];
-        }
-        OM_CHECK(is_named, OM_INVALID,
+        OM_CHECK(om_patient_find_material(p, p->mesh.tet_label[e]) >= 0, OM_INVALID,
                  "no material for label %d (element %d); label -1 stands for all others",
                  p->mesh.tet_label[e], e);
     }

@@ -92,12 +92,32 @@ static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* s
     return OM_OK;
 }
 
-// Take mesh, organ and ROI out of a patient model; what is left of it is freed by the caller.
+// A patient's labels become indices of its materials: the one that names the label, or the one for all others.
+static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, OmSite* site) {
+    _Static_assert(OM_MAX_MATERIAL <= OM_SITE_MATERIALS, "a site holds a patient's materials");
+    site->nmaterial = patient->nmaterial;
+    for (int k = 0; k < patient->nmaterial; ++k) {
+        const OmPatientMaterial* from = &patient->material[k];
+        OmSiteMaterial* m = &site->material[k];
+        *m = (OmSiteMaterial){"", from->young, from->poisson, from->density};
+        snprintf(m->name, sizeof m->name, "%s", from->name);
+    }
+    for (int e = 0; e < site->mesh.ntet; ++e) {
+        int label = site->mesh.tet_label[e], k = om_patient_find_material(patient, label);
+        OM_CHECK(k >= 0, OM_INVALID, "%s: the patient model %s has no material for label %d",
+                 scene->path, patient->name, label);
+        site->mesh.tet_label[e] = k;
+    }
+    return OM_OK;
+}
+
+// Take mesh, materials, organ and ROI out of a patient model; what is left of it is freed by the caller.
 static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
     OM_CHECK(patient->nroi > 0, OM_INVALID, "%s: the patient model %s has no ROI to expose",
              scene->path, patient->name);
     site->mesh = patient->mesh;
     memset(&patient->mesh, 0, sizeof patient->mesh);
+    OM_TRY(take_materials(scene, patient, site));
     site->nroi = patient->nroi;
     site->roi_x = patient->roi_point;
     site->roi_n = patient->roi_normal;
@@ -168,10 +188,34 @@ OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProg
     default: OM_TRY(build_from_patient(scene, role, progress, site)); break;
     }
     OM_TRY(name_faces(site));
-    bool is_world = role == OM_SITE_WORLD;
-    site->young = t->young * (is_world ? scene->world.young_factor : 1.0);
-    site->density = t->density * (is_world ? scene->world.density_factor : 1.0);
+    site->role = role;
+    om_site_set_numbers(scene, site);
     OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
     site->gravity = om_scale(-t->gravity, up);
     return om_tet_mesh_validate(&site->mesh);
+}
+
+// ---- numbers -------------------------------------------------------------------------------------------------
+
+void om_site_set_numbers(const OmScene* scene, OmSite* site) {
+    const OmSceneTissue* t = &scene->tissue;
+    bool is_world = site->role == OM_SITE_WORLD, has_own = site->nmaterial > 0;
+    double young = t->young < 0 && has_own ? site->material[0].young : t->young;
+    double density = t->density < 0 && has_own ? site->material[0].density : t->density;
+    site->young = young * (is_world ? scene->world.young_factor : 1.0);
+    site->density = density * (is_world ? scene->world.density_factor : 1.0);
+    site->poisson = t->poisson;
+}
+
+OmSiteMaterial om_site_get_material(const OmSite* site, int label) {
+    OmSiteMaterial m = {"", site->young, site->poisson, site->density};
+    if (site->nmaterial == 0) return m;
+    const OmSiteMaterial *own = &site->material[label], *first = &site->material[0];
+    memcpy(m.name, own->name, sizeof m.name);
+    if (label > 0) {  // the first material's modulus and density are above 0
+        m.young *= own->young / first->young;
+        m.density *= own->density / first->density;
+    }
+    if (m.poisson < 0) m.poisson = own->poisson;
+    return m;
 }

@@ -60,6 +60,10 @@ static OmStatus check_def(const OmTissueDef* def) {
     }
     if (def->nmaterial == 0)
         OM_TRY(om_material_validate(&def->material_default, "tissue: material_default"));
+    for (int k = 0; def->material_density && k < def->nmaterial; ++k)
+        OM_CHECK(def->material_density[k] > 0 && def->material_density[k] <= 1e6, OM_INVALID,
+                 "tissue: material_density[%d] is %g kg/m^3; it must be above 0 and at most 1e6", k,
+                 def->material_density[k]);
     OM_CHECK(def->density > 0 && def->density <= 1e6, OM_INVALID,
              "tissue: density is %g kg/m^3; it must be above 0 and at most 1e6", def->density);
     OM_CHECK(def->rayleigh_mass >= 0 && def->rayleigh_mass <= 1e6, OM_INVALID,
@@ -110,6 +114,7 @@ static OmStatus check_mesh(const OmTetMesh* mesh, const OmTissueEngine* engine, 
 // A quarter of each element's mass to each of its vertices.
 static OmStatus lump_mass(OmTissueModel* m) {
     const OmTetMesh* mesh = &m->mesh;
+    const double* by_label = m->def.nmaterial > 0 ? m->def.material_density : NULL;
     m->mass = om_calloc((size_t)mesh->nvert, sizeof(double));
     m->volume = om_alloc((size_t)mesh->ntet, sizeof(double));
     if (!m->mass || !m->volume) return OM_NO_MEMORY;
@@ -119,7 +124,8 @@ static OmStatus lump_mass(OmTissueModel* m) {
         OmVec3 o = om_load3(mesh->x, v[0]), a = om_sub(om_load3(mesh->x, v[1]), o),
                b = om_sub(om_load3(mesh->x, v[2]), o), c = om_sub(om_load3(mesh->x, v[3]), o);
         m->volume[e] = om_dot(om_cross(a, b), c) / 6;
-        for (int k = 0; k < 4; ++k) m->mass[v[k]] += 0.25 * m->def.density * m->volume[e];
+        double density = by_label ? by_label[mesh->tet_label[e]] : m->def.density;
+        for (int k = 0; k < 4; ++k) m->mass[v[k]] += 0.25 * density * m->volume[e];
     }
     for (int i = 0; i < mesh->nvert; ++i) {
         OM_CHECK(m->mass[i] > 0, OM_INVALID,

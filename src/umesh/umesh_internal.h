@@ -30,7 +30,7 @@ struct OmUmeshOrgan {
     OmUmeshGrid grid;
     OmSurface surface;
     OmSdf sdf;
-    double young, poisson;  // of a patient's first material; 0: not known
+    double young, poisson;  // of a patient; 0: not known
     double* area;  // of the free triangles up to and with each one, m^2         (surface.ntri)
 };
 

@@ -326,6 +326,25 @@ void om__umesh_pick_point(const OmUmeshOrgan* o, OmRng* rng, OmVec3* p, OmVec3* 
 
 // ---- create -----------------------------------------------------------------------------------------
 
+// The network and the elements that refine its answers know one modulus and one ratio.
+static OmStatus take_material(const OmPatient* p, OmUmeshOrgan* o) {
+    const OmPatientMaterial* first = p->nmaterial > 0 ? &p->material[0] : NULL;
+    for (int e = 0; e < p->mesh.ntet && p->nmaterial > 0; ++e) {
+        int k = om_patient_find_material(p, p->mesh.tet_label[e]);
+        OM_CHECK(k >= 0, OM_INVALID, "umesh: the patient %s has no material for label %d", p->name,
+                 p->mesh.tet_label[e]);
+        const OmPatientMaterial* m = &p->material[k];
+        if (e == 0) first = m;
+        OM_CHECK(
+            m->young == first->young && m->poisson == first->poisson, OM_INVALID,
+            "umesh: the patient %s is of several materials (%s: %g Pa, %g; %s: %g Pa, %g), and "
+            "a network knows one; give all its elements the same modulus and ratio",
+            p->name, first->name, first->young, first->poisson, m->name, m->young, m->poisson);
+    }
+    if (first) o->young = first->young, o->poisson = first->poisson;
+    return OM_OK;
+}
+
 OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     *out = NULL;
     OM_TRY(check_def(def));
@@ -335,10 +354,7 @@ OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     OmStatus status = OM_OK;
     OmUmeshOrgan* o = om_calloc(1, sizeof *o);
     if (!o) return OM_NO_MEMORY;
-    if (def->patient && def->patient->nmaterial > 0) {
-        o->young = def->patient->material[0].young;
-        o->poisson = def->patient->material[0].poisson;
-    }
+    if (def->patient) OM_TRY_DONE(take_material(def->patient, o));
     OM_TRY_DONE(make_field(def, &o->sdf));
     OM_TRY_DONE(om_surface_from_sdf(&o->sdf, 0, &o->surface));
     measure_shape(def, &o->surface, &shape);

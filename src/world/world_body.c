@@ -1,4 +1,5 @@
 // world_body.c: soft tissue on its still anatomy, ready to be stepped: what a twin and a simulated world share.
+#include <stdio.h>
 #include <string.h>
 
 #include "omentum/contact.h"
@@ -50,27 +51,67 @@ static OmPbdDef particle_def(const OmSceneTissue* t) {
     return def;
 }
 
-OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmPbdDef* pbd) {
+static OmMaterial material_of(const OmScene* scene, const OmSiteMaterial* m) {
+    return (OmMaterial){.law = (OmLaw)scene->tissue.law, .young = m->young, .poisson = m->poisson};
+}
+
+static OmSceneEngine engine_of(const OmScene* scene, const OmSite* site) {
+    return site->role == OM_SITE_TWIN ? (OmSceneEngine)scene->tissue.model : OM_ENGINE_FEM;
+}
+
+OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts) {
     OmTissueDef def = om_tissue_default_def(&site->mesh);
-    def.material_default = (OmMaterial){
-        .law = (OmLaw)scene->tissue.law, .young = site->young, .poisson = scene->tissue.poisson};
+    OmSiteMaterial first = om_site_get_material(site, 0);
+    def.material_default = material_of(scene, &first);
     def.density = site->density;
+    if (site->nmaterial > 1) {
+        for (int k = 0; k < site->nmaterial; ++k) {
+            OmSiteMaterial m = om_site_get_material(site, k);
+            parts->material[k] = material_of(scene, &m);
+            parts->density[k] = m.density;
+        }
+        def.nmaterial = site->nmaterial;
+        def.material = parts->material;
+        def.material_density = parts->density;
+    }
     def.rayleigh_mass = scene->tissue.rayleigh_mass;
     def.rayleigh_stiffness = scene->tissue.rayleigh_stiffness;
     def.gravity = site->gravity;
     def.attachment_stiffness = scene->attach.stiffness;
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
-    *pbd = particle_def(&scene->tissue);
-    if (site->role != OM_SITE_TWIN) return def;
-    switch ((OmSceneEngine)scene->tissue.model) {
+    parts->pbd = particle_def(&scene->tissue);
+    switch (engine_of(scene, site)) {
     case OM_ENGINE_FEM: break;
     case OM_ENGINE_PBD:
-    case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = pbd; break;
+    case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = &parts->pbd; break;
     case OM_ENGINE_SPRINGS: def.engine = "springs"; break;
     case OM_ENGINE_CHAINMAIL: def.engine = "chainmail"; break;
     }
     return def;
+}
+
+void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size) {
+    switch (engine_of(scene, site)) {
+    case OM_ENGINE_PBD:
+        snprintf(text, size, "particles in clusters, which know no law and no modulus");
+        return;
+    case OM_ENGINE_CHAINMAIL:
+        snprintf(text, size, "ChainMail, which knows no law and no modulus");
+        return;
+    case OM_ENGINE_XPBD:
+        snprintf(text, size, "XPBD, %s", om_law_name(OM_STABLE_NEO_HOOKEAN));
+        break;
+    case OM_ENGINE_SPRINGS: snprintf(text, size, "springs on edges, no law"); break;
+    default: snprintf(text, size, "finite elements, %s", om_law_name((OmLaw)scene->tissue.law));
+    }
+    for (int k = 0; k < (site->nmaterial > 0 ? site->nmaterial : 1); ++k) {
+        size_t n = strlen(text);
+        OmSiteMaterial m = om_site_get_material(site, k);
+        snprintf(text + n, size - n, "%s%s%sYoung's modulus %.0f Pa, Poisson's ratio %.3g",
+                 k > 0 ? "; " : ", ", site->nmaterial > 1 ? m.name : "",
+                 site->nmaterial > 1 ? ": " : "", m.young, m.poisson);
+    }
 }
 
 OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
@@ -78,8 +119,8 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     OmBody* b = om_calloc(1, sizeof *b);
     if (!b) return OM_NO_MEMORY;
     b->site = site;
-    OmPbdDef pbd;
-    OmTissueDef def = om_body_tissue_def(scene, site, &pbd);
+    OmBodyParts parts;
+    OmTissueDef def = om_body_tissue_def(scene, site, &parts);
     def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, &b->model);
     if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);

@@ -65,6 +65,7 @@ static void test_round_trip(void** unused) {
     snprintf(p.name, sizeof p.name, "fat \"over\": a \\ ball # \xc3\xa9");
     p.material[1] = (OmPatientMaterial){"gland, soft", 29, 15000, 0.49, 1020};
     p.nmaterial = 2;
+    for (int e = 0; e < p.mesh.ntet; e += 3) p.mesh.tet_label[e] = 29;
     assert_ok(om_patient_save(&p, &r, in_folder("round")));
     assert_ok(om_patient_load(in_folder("round/patient.yaml"), &q));
     assert_same_mesh(&p.mesh, &q.mesh);
@@ -129,6 +130,8 @@ static void test_site_of_a_saved_model(void** unused) {
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
     assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
     assert_ok(om_patient_load(in_folder("round/patient.yaml"), &p));
+    for (int e = 0; e < p.mesh.ntet; e++)  // the site's labels are indices of materials
+        p.mesh.tet_label[e] = p.mesh.tet_label[e] == 29;
     assert_same_mesh(&p.mesh, &twin.mesh);
     assert_true(twin.has_organ && world.has_organ);
     assert_int_equal(twin.nroi, p.nroi);
@@ -138,6 +141,46 @@ static void test_site_of_a_saved_model(void** unused) {
     om_site_done(&twin);
     om_site_done(&world);
     om_patient_done(&p);
+}
+
+static void assert_material(const OmSite* site, int label, double young, double poisson,
+                            double density) {
+    OmSiteMaterial m = om_site_get_material(site, label);
+    assert_near_rel(m.young, young, 1e-12);
+    assert_near(m.poisson, poisson, 1e-9);  // nine digits are written
+    assert_near_rel(m.density, density, 1e-12);
+}
+
+// A scene that says nothing of modulus, ratio and density leaves the patient's materials as they are; what it says
+// is the first one's, and the others keep their ratio.
+static void test_site_keeps_materials(void** unused) {
+    (void)unused;
+    static const char own[] =
+        "name: ball\ntissue: {source: patient, file: round/patient.yaml, view: [0, 0, -1]}\n"
+        "attachments: {kind: set}\nworld: {young_factor: 0.5, density_factor: 1.5}\n";
+    static const char given[] =
+        "name: ball\ntissue: {source: patient, file: round/patient.yaml, view: [0, 0, -1],\n"
+        "  young: 6000, poisson: 0.4, density: 460}\nattachments: {kind: set}\n";
+    OmScene scene;
+    OmSite site;
+    assert_ok(om_scene_parse(own, sizeof own - 1, "ball.yaml", &scene));
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", folder);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_int_equal(site.nmaterial, 2);
+    assert_string_equal(om_site_get_material(&site, 1).name, "gland, soft");
+    assert_material(&site, 0, 3000, 0.45, 920);
+    assert_material(&site, 1, 15000, 0.49, 1020);
+    om_site_done(&site);
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));
+    assert_material(&site, 0, 1500, 0.45, 1380);
+    assert_material(&site, 1, 7500, 0.49, 1530);
+    om_site_done(&site);
+    assert_ok(om_scene_parse(given, sizeof given - 1, "ball.yaml", &scene));
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", folder);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_material(&site, 0, 6000, 0.4, 460);
+    assert_material(&site, 1, 30000, 0.4, 510);
+    om_site_done(&site);
 }
 
 // ---- damage --------------------------------------------------------------------------------------------------
@@ -338,6 +381,7 @@ int main(void) {
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_mesh_without_organ),
         cmocka_unit_test(test_site_of_a_saved_model),
+        cmocka_unit_test(test_site_keeps_materials),
         cmocka_unit_test(test_damaged_yaml),
         cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_full_disk),

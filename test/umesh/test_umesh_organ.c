@@ -159,7 +159,20 @@ static void test_patient(void** state) {
         if (g->mesh.x[3 * i + 1] > 0.0399) assert_true(g->fixed[i]);
         if (g->mesh.x[3 * i + 1] < 0.025) assert_false(g->fixed[i]);
     }
+    // a network knows one material: the one that elements have, and no second
     om_umesh_destroy_organ(organ);
+    patient.nmaterial = 3;
+    patient.material[1] =
+        (OmPatientMaterial){.name = "gland", .label = 7, .young = 9000, .poisson = 0.4};
+    patient.material[2] =
+        (OmPatientMaterial){.name = "skin", .label = -1, .young = 9000, .poisson = 0.4};
+    for (int e = 0; e < patient.mesh.ntet; ++e) patient.mesh.tet_label[e] = 7 + e % 2;
+    assert_ok(om_umesh_create_organ(&def, &organ));
+    assert_near(om_umesh_default_data_def(organ, "").material.young, 9000, 0);
+    om_umesh_destroy_organ(organ);
+    patient.material[2].young = 8000;
+    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "gland: 9000 Pa, 0.4; skin: 8000 Pa, 0.4"));
     om_tet_mesh_done(&patient.mesh);
 }
 

@@ -344,6 +344,55 @@ static void test_snapshots_keep_the_ground_at_rest(void** state) {
     teardown(&f);
 }
 
+// A tissue of two materials: the heavier and stiffer half weighs and sinks as it should, for every engine that knows
+// elements; and what computes it is said as it is.
+static void test_materials_of_a_site(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    OmSite site;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    site.nmaterial = 2;
+    site.material[0] = (OmSiteMaterial){"fat", 3000, 0.45, 900};
+    site.material[1] = (OmSiteMaterial){"gland", 9000, 0.48, 1800};
+    scene.tissue.young = scene.tissue.poisson = scene.tissue.density = -1;
+    om_site_set_numbers(&scene, &site);
+    for (int e = 0; e < site.mesh.ntet; ++e) site.mesh.tet_label[e] = e % 2;
+    static const char* const said[] = {
+        "finite elements, neo-hookean, fat: Young's modulus 3000 Pa, Poisson's ratio 0.45; gland: "
+        "Young's modulus 9000 Pa, Poisson's ratio 0.48",
+        "particles in clusters", "XPBD, stable-neo-hookean, fat: Young's modulus 3000 Pa",
+        "springs on edges, no law, fat:", "ChainMail"};
+    scene.tissue.law = OM_NEO_HOOKEAN;
+    for (int k = OM_ENGINE_FEM; k <= OM_ENGINE_CHAINMAIL; ++k) {
+        scene.tissue.model = k;
+        OmBodyParts parts;
+        char text[512];
+        om_body_describe(&scene, &site, text, sizeof text);
+        if (strncmp(text, said[k], strlen(said[k])) != 0)
+            fail_msg("\"%s\" instead of \"%s\"", text, said[k]);
+        OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
+        OmTissueModel* model;
+        assert_ok(om_tissue_create(&def, &model));
+        double total = 0, volume = om_tet_mesh_volume(&site.mesh);
+        for (int i = 0; i < site.mesh.nvert; ++i) total += om_tissue_mass(model)[i];
+        assert_near_rel(total, 0.5 * (900 + 1800) * volume,
+                        1e-9);  // half of a cell's elements each
+        om_tissue_destroy(model);
+    }
+    OmBody* body[2];
+    OmBodyReport report;
+    scene.tissue.model = OM_ENGINE_FEM;
+    assert_ok(om_body_create(&scene, &site, 1, &body[0]));
+    site.material[1].young = 30000;
+    assert_ok(om_body_create(&scene, &site, 1, &body[1]));
+    for (int k = 0; k < 2; ++k)
+        for (int i = 0; i < 5; ++i) assert_ok(om_body_step(body[k], 0.02, &report));
+    assert_true(om_body_hash(body[0]) != om_body_hash(body[1]));
+    om_body_destroy(body[0]);
+    om_body_destroy(body[1]);
+    om_site_done(&site);
+}
+
 static OmStatus live_a_little(void* ctx) {
     OmSite site = {0};
     OmWorld* world = NULL;
@@ -383,6 +432,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
         cmocka_unit_test(test_noise_is_of_the_measurement),
         cmocka_unit_test(test_snapshots),
+        cmocka_unit_test(test_materials_of_a_site),
         cmocka_unit_test(test_snapshots_keep_the_ground_at_rest),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
