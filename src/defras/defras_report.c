@@ -133,15 +133,17 @@ done:
 
 static void add_settings(OmReport* report, const Loop* loop) {
     const OmScene* s = loop->scene;
-    char text[1024];
+    char text[2048], twin[512], truth[512] = "unknown";
+    om_body_describe(s, om_body_site(loop->twin), twin, sizeof twin);
+    const OmBody* body = om_world_truth(loop->world);
+    if (body) om_body_describe(s, om_body_site(body), truth, sizeof truth);
     snprintf(
         text, sizeof text,
-        "Twin: %d vertices, %d tetrahedra, corotational, Young's modulus %.0f Pa, Poisson's ratio %.3g. "
-        "Simulated truth: %d vertices, %d tetrahedra, %.0f Pa; measured tips are off by %.2g mm. "
-        "Rayleigh damping %.3g 1/s on mass and %.3g s on stiffness, time step %.0f ms.",
-        loop->result->twin_nvert, loop->result->twin_ntet, s->tissue.young, s->tissue.poisson,
-        loop->result->world_nvert, loop->result->world_ntet,
-        s->tissue.young * s->world.young_factor, 1e3 * s->world.tool_noise, s->tissue.rayleigh_mass,
+        "Twin: %d vertices, %d tetrahedra, %s. Simulated truth: %d vertices, %d tetrahedra, %s; "
+        "measured tips are off by %.2g mm. Rayleigh damping %.3g 1/s on mass and %.3g s on "
+        "stiffness, time step %.0f ms.",
+        loop->result->twin_nvert, loop->result->twin_ntet, twin, loop->result->world_nvert,
+        loop->result->world_ntet, truth, 1e3 * s->world.tool_noise, s->tissue.rayleigh_mass,
         s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
     om_report_paragraph(report, text);
     snprintf(

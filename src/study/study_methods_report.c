@@ -200,13 +200,14 @@ static void add_assumptions(const StudyMethods* s, OmReport* report) {
     snprintf(
         text, sizeof text,
         "Truth: %d quadratic tetrahedra, static, lesions %.1f times as stiff, contact without friction, and the "
-        "noise of the tracking (%.2f mm once a lesion, %.2f mm at each depth). Finite elements: %d neo-Hookean "
-        "linear tetrahedra, %.0f Pa, %.2f. Particles: %d, %.3g mm apart; clusters of %.2f mm, radius %.2f mm, "
+        "noise of the tracking (%.2f mm once a lesion, %.2f mm at each depth). Finite elements: %d linear "
+        "tetrahedra, %s, %.0f Pa, %.2f. Particles: %d, %.3g mm apart; clusters of %.2f mm, radius %.2f mm, "
         "stiffness %.3f. %s. Prescribed displacement and the network stick to the probe, truth slides.",
         s->fit.study.truth[0].ntet, c->lesion_ratio, 1e3 * c->pointer_noise, 1e3 * c->probe_noise,
-        om__study_run_at(&s->fit.study, 0, OM_PRESS_PRESCRIBED, 0)->ntet, c->material.young,
-        c->material.poisson, s->fit.particles.nvert, 1e3 * d->spacing, 1e3 * d->cluster[0],
-        1e3 * d->cluster[1], d->cluster[2], s->training);
+        om__study_run_at(&s->fit.study, 0, OM_PRESS_PRESCRIBED, 0)->ntet,
+        om_law_name(c->material.law), c->material.young, c->material.poisson,
+        s->fit.particles.nvert, 1e3 * d->spacing, 1e3 * d->cluster[0], 1e3 * d->cluster[1],
+        d->cluster[2], s->training);
     om_report_paragraph(report, text);
     om_report_paragraph(
         report,

@@ -53,6 +53,10 @@ exit 1
 out no plan is left
 file held/report.html
 
+# The report names the law that was used.
+$ sed 's/  source: sheet/  source: sheet\n  law: stable-neo-hookean/' small.yaml > law.yaml && omentum retract law.yaml -q -o law; grep -c 'Twin: .* finite elements, stable-neo-hookean' law/report.html
+exit 0
+
 # Layouts in a row.
 $ omentum retract small.yaml -q --layouts 2 -o many
 exit 0
@@ -83,6 +87,9 @@ $ sed -e 's/  source: sheet/  source: sheet\n  model: pbd/' -e 's/ cells: .*/ ce
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file pbd/report.html
+
+$ grep -c 'Twin: .* particles in clusters.*Simulated truth: .* finite elements, corotational' pbd/report.html
+exit 0
 
 # A twin of springs, and one of links.
 $ sed -e 's/  source: sheet/  source: sheet\n  model: springs/' small.yaml > springs.yaml && omentum retract springs.yaml -q -o springs; test $? -le 1
