@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check slow tsan bench install format fuzz tidy clean
+.PHONY: help setup configure build demo check slow tsan bench figures install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -41,6 +41,9 @@ tsan: setup ## the quick tests under the thread sanitizer
 
 bench: build ## timings, one JSON object a line
 	@OMP_WAIT_POLICY=active $(RELEASE)/bin/omentum_bench
+
+figures: ## figures of the documents whose code has changed since they were measured
+	@python3 tools/check_figures.py
 
 install: build ## install into PREFIX (default /usr/local), below DESTDIR
 	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"
