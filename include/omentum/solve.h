@@ -2,7 +2,8 @@
 ///
 /// A pattern is made once from the elements; values are written every step; solvers are
 /// interchangeable: CG with block Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD).
-/// Matrices are float; the residual that is reported is recomputed in double from b - A x.
+/// Matrices are float; the residual that is reported is recomputed in double from b - A x. Where CG in float
+/// does not reduce it (very flat elements), CG in double with block Jacobi goes on.
 ///
 ///     om_bsr_create(nvert, ntet, 4, tet_vert, &A);    // every pair of vertices of an element
 ///     ... write A.value ...
@@ -81,10 +82,12 @@ typedef enum OmPreconditioner {
 
 typedef struct OmSolverDef {          // made by om_solver_default_def
     OmPreconditioner preconditioner;  // default OM_MULTIGRID
-    int max_iterations;               // CG iterations of one solve, >= 1; default 200
-    double tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3
-    int nworker;       // threads, 0 is one per processor; default 0
-    int max_rhs;       // right-hand sides that will share one sweep over A, 1..8; default 1
+    int max_iterations;  // CG iterations of one solve, >= 1; default 200. Where multigrid fails and block
+                         // Jacobi goes on, eight of its iterations count as one
+    double
+        tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3, in [0, 1)
+    int nworker;  // threads, 0 is one per processor; default 0
+    int max_rhs;  // right-hand sides that will share one sweep over A, 1..8; default 1
     double
         row_bound;  // of OM_MULTIGRID: no eigenvalue of D^-1 A is larger, D the diagonal blocks; default
                     // 4, right for linear tetrahedra; at most the nodes of an element
@@ -132,7 +135,8 @@ OM_API void om_solver_set_tolerance(OmSolver* solver, double tolerance);
 /// @param x     in: first guess, and the prescribed values; out: the solution (nrhs x nvert x 3)
 /// @param info  may be null. The residual is relative to |b - A x_fixed| over free degrees of freedom,
 ///              x_fixed being x with zeros at the free ones
-/// @return OM_OK; OM_NOT_CONVERGED (x is the last iterate; never if tolerance is 0);
+/// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate: its residual is never larger than that of the first
+///         guess; never if tolerance is 0: then the energy x.A x / 2 - b.x is not larger);
 ///         OM_NOT_SPD (x unchanged); OM_INVALID (b or x not finite, not refreshed; x unchanged)
 OM_API OmStatus om_solver_solve(OmSolver* solver, const OmBsr* A, int nrhs, const double* b,
                                 double* x, OmSolveInfo* info);

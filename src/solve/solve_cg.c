@@ -6,14 +6,22 @@
 // has converged, the residual is recomputed in double and CG starts again from it if it was wrong. The
 // vectors of CG are scaled by the norm of that residual, so b may have any magnitude.
 //
+// A correction is kept only if the residual is smaller with it (or the energy, where a number of iterations is
+// wanted and not a residual). Where float reduces the residual no more, CG in double goes on (solve_double.c).
+//
 // One or eight right-hand sides ("lanes") go through the same code with other kernels. Lanes do not mix: each
 // has its own coefficients, and one that is done stands still until all are.
+#include <limits.h>
 #include <math.h>
 
 #include "solve/solve_internal.h"
 
 // What float CG is trusted to reduce the residual by before it is recomputed.
 #define INNER_GAIN 1e-4
+// A correction that leaves more of the residual is the last one in float.
+#define LEAST_GAIN 0.9
+// An iteration with multigrid takes as long as so many in double with block Jacobi.
+#define CYCLE_COST 8
 
 typedef struct CgJob {
     const OmKernels* K;
@@ -29,26 +37,16 @@ typedef struct CgJob {
 typedef struct Member {  // one thread of the team, and what it has to know
     CgJob* job;
     OmTeam* team;
-    int begin, end;             // its chunks
-    OmRank who;                 // its place in the team, and its rows
-    bool use_multigrid;         // false: block Jacobi
-    int iterations;             // done so far
-    double norm[OM_MAX_LANE];   // of the residual
-    double goal[OM_MAX_LANE];   // where to stop
-    bool is_open[OM_MAX_LANE];  // worth another round
+    int begin, end;              // its chunks
+    OmRank who;                  // its place in the team, and its rows
+    bool use_multigrid;          // false: block Jacobi
+    int iterations;              // done so far
+    double norm[OM_MAX_LANE];    // of the residual
+    double goal[OM_MAX_LANE];    // where to stop
+    bool is_open[OM_MAX_LANE];   // worth another round
+    bool is_stuck[OM_MAX_LANE];  // not reduced in float
+    double along[OM_MAX_LANE];   // the correction times the residual before it, over the norm
 } Member;
-
-// Sum column c of the chunks' partial results, always in the same order.
-static double total(const OmSolver* S, int c) {
-    double sum = 0;
-    const double* partial = S->partial + c * S->chunks.num;
-    for (int k = 0; k < S->chunks.num; ++k) sum += partial[k];
-    return sum;
-}
-
-static void put_partial(OmSolver* S, int column, int chunk, const double* value, int num) {
-    for (int c = 0; c < num; ++c) S->partial[(column + c) * S->chunks.num + chunk] = value[c];
-}
 
 // ---- before and after -------------------------------------------------------------------------------
 
@@ -72,7 +70,7 @@ static void inspect(const Member* m, const bool* has_guess) {
             }
             for (size_t q = (size_t)job->nrhs; q < lanes; ++q) S->xd[lanes * n + q] = 0.0;
         }
-        put_partial(S, 0, k, found, 3);
+        om__put_partial(S, 0, k, found, 3);
     }
     om_team_barrier(m->team);
 }
@@ -85,11 +83,11 @@ static bool residual_norms(Member* m, bool x_is_zero) {
     for (int k = m->begin; k < m->end; ++k) {
         double rr[OM_MAX_LANE];
         job->K->residual(job->S, x_is_zero ? NULL : job->A, job->b, job->nrhs, k, rr);
-        put_partial(job->S, 0, k, rr, job->K->lanes);
+        om__put_partial(job->S, 0, k, rr, job->K->lanes);
     }
     om_team_barrier(m->team);
     for (int q = 0; q < job->nrhs; ++q) {
-        m->norm[q] = sqrt(total(job->S, q));
+        m->norm[q] = sqrt(om__total(job->S, q));
         is_finite = is_finite && isfinite(m->norm[q]);
     }
     return is_finite;
@@ -112,15 +110,60 @@ static void begin_cg(const Member* m) {
     }
 }
 
-static void add_correction(const Member* m) {
+// Sums of the correction times the residual, over the norm, of every lane.
+static void project_correction(const Member* m) {
     OmSolver* S = m->job->S;
     size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
+    for (int k = m->begin; k < m->end; ++k) {
+        double sum[OM_MAX_LANE] = {0};
+        for (size_t i = (size_t)S->chunks.begin[k]; i < (size_t)S->chunks.begin[k + 1]; ++i)
+            for (size_t c = 0; c < 3; ++c)
+                for (size_t q = 0; q < lanes; ++q)
+                    sum[q] +=
+                        (double)S->x[width * i + lanes * c + q] * S->rd[lanes * (3 * i + c) + q];
+        om__put_partial(S, 2 * (int)lanes, k, sum, (int)lanes);
+    }
+    om_team_barrier(m->team);
+}
+
+// xd += norm x in open lanes. The iterate before it goes to the front of the vectors of CG, x being the last.
+static void add_correction(Member* m) {
+    OmSolver* S = m->job->S;
+    double* before = (double*)S->vector;
+    size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
+    if (S->tolerance == 0) {
+        project_correction(m);
+        for (size_t q = 0; q < lanes; ++q) m->along[q] = om__total(S, (int)(2 * lanes + q));
+    }
+    om_team_barrier(m->team);  // nobody is in CG any more
     for (size_t i = (size_t)m->who.begin; i < (size_t)m->who.end; ++i)
         for (size_t c = 0; c < 3; ++c)
-            for (size_t q = 0; q < lanes; ++q)
+            for (size_t q = 0; q < lanes; ++q) {
+                size_t at = lanes * (3 * i + c) + q;
+                before[at] = S->xd[at];
                 if (m->is_open[q])
-                    S->xd[lanes * (3 * i + c) + q] +=
-                        m->norm[q] * (double)S->x[width * i + lanes * c + q];
+                    S->xd[at] += m->norm[q] * (double)S->x[width * i + lanes * c + q];
+            }
+}
+
+// Take corrections back that made the residual larger; the lanes that float has not reduced are stuck.
+static void judge_correction(Member* m, const double* last) {
+    OmSolver* S = m->job->S;
+    const double* before = (const double*)S->vector;
+    size_t lanes = (size_t)m->job->K->lanes;
+    if (S->tolerance == 0) project_correction(m);
+    for (size_t q = 0; q < (size_t)m->job->nrhs; ++q) {
+        if (!m->is_open[q] || m->norm[q] < LEAST_GAIN * last[q]) continue;  // also if not a number
+        m->is_stuck[q] = true;
+        m->is_open[q] = false;
+        double fall = 0;  // of the energy x.A x / 2 - b.x
+        if (S->tolerance == 0) fall = m->along[q] + om__total(S, (int)(2 * lanes + q));
+        if (m->norm[q] < last[q] || fall > 0) continue;
+        m->norm[q] = last[q];
+        for (size_t n = 3 * (size_t)m->who.begin; n < 3 * (size_t)m->who.end; ++n)
+            S->xd[lanes * n + q] = before[lanes * n + q];
+    }
+    om_team_barrier(m->team);
 }
 
 static void give_solution(const Member* m) {
@@ -156,12 +199,10 @@ static void multiply(Member* m) {
                 for (size_t q = 0; q < lanes; ++q)
                     S->w[width * (size_t)S->fixed_vert[f] + lanes * c + q] *=
                         S->free_mask[4 * (size_t)f + c];
-        put_partial(S, 0, k, sums, 2 * job->K->lanes);  // u is zero where w was cleared
+        om__put_partial(S, 0, k, sums, 2 * job->K->lanes);  // u is zero where w was cleared
     }
     m->who.is_backward = !m->who.is_backward;
 }
-
-typedef enum CgEnd { CG_DONE, CG_INDEFINITE, CG_NOT_FINITE } CgEnd;
 
 typedef struct Lane {  // coefficients of one right-hand side
     bool is_running;
@@ -170,22 +211,22 @@ typedef struct Lane {  // coefficients of one right-hand side
 } Lane;
 
 // alpha and beta of a lane from its sums; zero alpha leaves it where it is.
-static CgEnd next_coefficients(Lane* lane, double gamma, double delta, bool is_first, float* alpha,
-                               float* beta) {
+static OmCgEnd next_coefficients(Lane* lane, double gamma, double delta, bool is_first,
+                                 float* alpha, float* beta) {
     *alpha = *beta = 0;
-    if (!lane->is_running) return CG_DONE;
-    if (!isfinite(gamma) || !isfinite(delta)) return CG_NOT_FINITE;
+    if (!lane->is_running) return OM_CG_DONE;
+    if (!isfinite(gamma) || !isfinite(delta)) return OM_CG_NOT_FINITE;
     double b = is_first ? 0.0 : gamma / lane->gamma_old;  // gamma_old > 0, checked below
     double curvature = delta - (is_first ? 0.0 : b * gamma / lane->alpha_old);  // p.A p
     if (gamma <= 0.0 || curvature <= 0.0) {
         lane->is_running = false;  // solved exactly, or as far as float goes
-        return is_first && gamma != 0.0 ? CG_INDEFINITE : CG_DONE;
+        return is_first && gamma != 0.0 ? OM_CG_INDEFINITE : OM_CG_DONE;
     }
     lane->gamma_old = gamma;
     lane->alpha_old = gamma / curvature;
     *alpha = (float)lane->alpha_old;
     *beta = (float)b;
-    return CG_DONE;
+    return OM_CG_DONE;
 }
 
 static bool any_running(const Lane* lane, int lanes) {
@@ -195,7 +236,7 @@ static bool any_running(const Lane* lane, int lanes) {
 }
 
 // Reduce |r| of open lanes from 1 to target; x is the correction.
-static CgEnd run_cg(Member* m) {
+static OmCgEnd run_cg(Member* m) {
     const CgJob* job = m->job;
     OmSolver* S = job->S;
     int lanes = job->K->lanes;
@@ -211,9 +252,9 @@ static CgEnd run_cg(Member* m) {
         multiply(m);
         om_team_barrier(m->team);
         for (int q = 0; q < lanes; ++q) {
-            CgEnd end = next_coefficients(&lane[q], total(S, q), total(S, lanes + q), it == 0,
-                                          &alpha[q], &beta[q]);
-            if (end != CG_DONE) return end;
+            OmCgEnd end = next_coefficients(&lane[q], om__total(S, q), om__total(S, lanes + q),
+                                            it == 0, &alpha[q], &beta[q]);
+            if (end != OM_CG_DONE) return end;
         }
         if (!any_running(lane, lanes)) break;
         ++m->iterations;
@@ -221,21 +262,21 @@ static CgEnd run_cg(Member* m) {
             double rr[OM_MAX_LANE];
             job->K->update(S, alpha, beta, !m->use_multigrid, S->chunks.begin[k],
                            S->chunks.begin[k + 1], rr);
-            put_partial(S, 2 * lanes, k, rr, lanes);
+            om__put_partial(S, 2 * lanes, k, rr, lanes);
         }
         // The preconditioner would be wasted after the last update: look first if that is cheap.
         if (m->use_multigrid) {
             om_team_barrier(m->team);
             for (int q = 0; q < lanes; ++q)
-                if (total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
+                if (om__total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
             if (!any_running(lane, lanes) || m->iterations >= S->def.max_iterations) break;
             precondition(m);
         }
         om_team_barrier(m->team);
         for (int q = 0; q < lanes && !m->use_multigrid; ++q)
-            if (total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
+            if (om__total(S, 2 * lanes + q) <= lane[q].target) lane[q].is_running = false;
     }
-    return CG_DONE;
+    return OM_CG_DONE;
 }
 
 // ---- refinement -------------------------------------------------------------------------------------
@@ -250,43 +291,94 @@ static bool open_lanes(Member* m) {
     return any && m->iterations < m->job->S->def.max_iterations;
 }
 
-// Every member computes the same numbers, so all take the same turns; the first one reports.
-static OmStatus solve_member(Member* m, OmSolveInfo* info) {
+// Residuals of the first guess and of zero, and with them the goals.
+static OmStatus begin_solve(Member* m, double* scale) {
     const OmSolver* S = m->job->S;
-    int nrhs = m->job->nrhs;
-    double scale[OM_MAX_LANE] = {0}, last[OM_MAX_LANE];
     inspect(m, m->is_open);  // no lane is yet
-    bool has_prescribed = total(S, HAS_PRESCRIBED) > 0, has_guess = total(S, HAS_GUESS) > 0;
-    if (total(S, HAS_BAD) > 0) return OM_INVALID;
+    bool has_prescribed = om__total(S, HAS_PRESCRIBED) > 0, has_guess = om__total(S, HAS_GUESS) > 0;
+    if (om__total(S, HAS_BAD) > 0) return OM_INVALID;
     if (!residual_norms(m, !has_prescribed)) return OM_INVALID;
-    for (int q = 0; q < nrhs; ++q) {
+    for (int q = 0; q < m->job->nrhs; ++q) {
         m->is_open[q] = m->norm[q] > 0.0;  // else x = 0 is exact
         scale[q] = m->is_open[q] && S->reference > 0.0 ? S->reference : m->norm[q];
         m->goal[q] = S->tolerance * scale[q];
     }
-    if (has_guess) {
-        om_team_barrier(m->team);
-        inspect(m, m->is_open);
-        if (!residual_norms(m, false)) return OM_INVALID;
-    }
+    if (!has_guess) return OM_OK;
+    om_team_barrier(m->team);
+    inspect(m, m->is_open);
+    return residual_norms(m, false) ? OM_OK : OM_INVALID;
+}
+
+// Rounds of CG in float, each from the residual in double that the last one left.
+static void refine(Member* m) {
+    double last[OM_MAX_LANE];
     while (open_lanes(m)) {
         begin_cg(m);
-        CgEnd end = run_cg(m);
-        if (end == CG_NOT_FINITE) return OM_INVALID;
-        if (end == CG_INDEFINITE) {  // the matrix, or only the preconditioner?
-            if (!m->use_multigrid) return OM_NOT_SPD;
+        OmCgEnd end = run_cg(m);
+        if (end != OM_CG_DONE && m->use_multigrid) {  // the matrix, or only the preconditioner?
             m->use_multigrid = false;
             om_team_barrier(m->team);
             continue;
         }
+        if (end != OM_CG_DONE) {  // the matrix, or only float?
+            for (int q = 0; q < m->job->nrhs; ++q) m->is_stuck[q] = m->is_stuck[q] || m->is_open[q];
+            om_team_barrier(m->team);
+            return;
+        }
+        for (int q = 0; q < m->job->nrhs; ++q) last[q] = m->norm[q];
         add_correction(m);
-        for (int q = 0; q < nrhs; ++q) last[q] = m->norm[q];
-        if (!residual_norms(m, false)) return OM_INVALID;
-        for (int q = 0; q < nrhs; ++q)  // float can do no more
-            m->is_open[q] = m->is_open[q] && m->norm[q] < 0.9 * last[q];
+        residual_norms(m, false);
+        judge_correction(m, last);
     }
-    bool is_converged = true;
-    for (int q = 0; q < nrhs; ++q) {
+}
+
+// CG in double for the lanes that are stuck, with what is left of the iterations. Where multigrid has used them up,
+// half as many again may be spent, in the time that they take.
+static OmStatus rescue(Member* m) {
+    OmSolver* S = m->job->S;
+    int budget = S->def.max_iterations - m->iterations, most = 0;
+    if (S->multigrid && S->tolerance > 0 && budget < S->def.max_iterations / 2)
+        budget = S->def.max_iterations / 2;
+    if (S->multigrid) budget = budget < INT_MAX / CYCLE_COST ? CYCLE_COST * budget : INT_MAX;
+    OmCgEnd end = OM_CG_DONE;
+    if (budget <= 0) return OM_OK;
+    if (!residual_norms(m, false)) return OM_INVALID;  // some corrections were taken back
+    for (int q = 0; q < m->job->nrhs; ++q) {
+        OmLane lane = {q, m->job->K->lanes, m->begin, m->end};
+        double last = INFINITY;
+        int done = 0;
+        while (m->is_stuck[q] && m->norm[q] > m->goal[q] && m->norm[q] < LEAST_GAIN * last) {
+            int num;
+            last = m->norm[q];
+            end =
+                om__cg_double(S, m->job->A, &m->who, &lane, 0.9 * m->goal[q], budget - done, &num);
+            if (end == OM_CG_NOT_FINITE) return OM_INVALID;
+            if (end == OM_CG_INDEFINITE) return OM_NOT_SPD;
+            done += num;
+            if (!residual_norms(m, false)) return OM_INVALID;
+        }
+        most = done > most ? done : most;
+    }
+    m->iterations += most;
+    return OM_OK;
+}
+
+// Every member computes the same numbers, so all take the same turns; the first one reports.
+static OmStatus solve_member(Member* m, OmSolveInfo* info) {
+    const OmSolver* S = m->job->S;
+    double scale[OM_MAX_LANE] = {0};
+    bool is_stuck = false, is_converged = true;
+    OmStatus status = begin_solve(m, scale);
+    if (status != OM_OK) return status;
+    refine(m);
+    for (int q = 0; q < m->job->nrhs; ++q) {
+        if (S->multigrid && S->tolerance > 0 && m->is_open[q])  // still: the iterations are used up
+            m->is_stuck[q] = m->norm[q] > m->goal[q];
+        is_stuck = is_stuck || m->is_stuck[q];
+    }
+    if (is_stuck) status = rescue(m);
+    if (status != OM_OK) return status;
+    for (int q = 0; q < m->job->nrhs; ++q) {
         is_converged = is_converged && m->norm[q] <= m->goal[q];
         if (scale[q] > 0.0) info->residual = fmax(info->residual, m->norm[q] / scale[q]);
     }

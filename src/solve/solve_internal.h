@@ -48,8 +48,10 @@ struct OmSolver {
     int max_lane;          // 1 or 8
     double* xd;       // the iterate                                           (nvert x 3 x lanes)
     double* rd;       // its residual                                          (nvert x 3 x lanes)
-    double* partial;  // sums of the chunks, one column a quantity and lane    (3 x lanes x num)
-    float *x, *r, *u, *w, *p, *s;  // CG vectors                                    (nvert x width)
+    double* partial;  // sums of the chunks, one column a quantity and lane  (3 lanes + 2) x num
+    float*
+        vector;  // what follows, in one piece, which is also used as doubles (see solve_double.c)
+    float *r, *u, *w, *p, *s, *x;  // CG vectors                                    (nvert x width)
     OmCholesky* cholesky;
     OmMultigrid* multigrid;
     size_t memory;  // bytes
@@ -111,9 +113,36 @@ void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, 
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 
+/// Column c of the chunks' partial results, added in the same order always.
+static inline double om__total(const OmSolver* S, int c) {
+    double sum = 0;
+    const double* partial = S->partial + c * S->chunks.num;
+    for (int k = 0; k < S->chunks.num; ++k) sum += partial[k];
+    return sum;
+}
+static inline void om__put_partial(OmSolver* S, int column, int chunk, const double* value,
+                                   int num) {
+    for (int c = 0; c < num; ++c) S->partial[(column + c) * S->chunks.num + chunk] = value[c];
+}
+
+typedef enum OmCgEnd { OM_CG_DONE, OM_CG_INDEFINITE, OM_CG_NOT_FINITE } OmCgEnd;
+
 /// nrhs <= S->max_lane right-hand sides together.
 OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
                       OmSolveInfo* info);
+
+// ---- solve_double.c ---------------------------------------------------------------------------------
+
+typedef struct OmLane {           // one right-hand side of several, and the chunks of a member
+    int index, num;               // of the lanes of xd and rd
+    int first_chunk, last_chunk;  // [first, last)
+} OmLane;
+
+/// CG in double with block Jacobi from xd and its residual rd, called by every member of a team: until |r| <= goal
+/// or max_iterations are done. xd is then the iterate with the smallest residual, the first one included; rd is
+/// left behind. Overwrites the float vectors.
+OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLane* lane,
+                      double goal, int max_iterations, int* iterations);
 
 // ---- solve_cholmod.c --------------------------------------------------------------------------------
 

@@ -81,10 +81,12 @@ static OmStatus take_vectors(OmSolver* S) {
     if (S->def.preconditioner == OM_CHOLESKY) return OM_OK;
     S->free_mask = take(S, 4 * n, sizeof(float));
     S->dinv = take(S, 9 * n + 3, sizeof(float));
-    S->partial = take(S, 3 * lanes * num, sizeof(double));
-    float** vector[] = {&S->x, &S->r, &S->u, &S->w, &S->p, &S->s};
-    for (int k = 0; k < 6; ++k)
-        if (!(*vector[k] = take(S, width * n, sizeof(float)))) return OM_NO_MEMORY;
+    S->partial = take(S, (3 * lanes + 2) * num, sizeof(double));
+    size_t stride = (width * n + 15) / 16 * 16;
+    S->vector = take(S, 6 * stride, sizeof(float));
+    if (!S->vector) return OM_NO_MEMORY;
+    float** vector[] = {&S->r, &S->u, &S->w, &S->p, &S->s, &S->x};
+    for (size_t k = 0; k < 6; ++k) *vector[k] = S->vector + k * stride;
     return S->free_mask && S->dinv && S->partial ? OM_OK : OM_NO_MEMORY;
 }
 
@@ -127,8 +129,7 @@ void om_solver_destroy(OmSolver* S) {
     om_free(S->xd);
     om_free(S->rd);
     om_free(S->partial);
-    float* vector[] = {S->x, S->r, S->u, S->w, S->p, S->s};
-    for (int k = 0; k < 6; ++k) om_free(vector[k]);
+    om_free(S->vector);
     om_free(S);
 }
 

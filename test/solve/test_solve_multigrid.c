@@ -146,8 +146,156 @@ static void hard_cases_converge(void** state) {
     assert_true(sheet_rest <= 150);
 }
 
+// ---- a sheet of 0.1 mm with cells of 10 mm ----------------------------------------------------------
+// Its stiffest directions are about 1e7 times its softest: more than float can tell apart.
+
+static void start_sheet(Problem* p, int nrhs) {
+    Elastic el = elastic_tissue();
+    problem_init(p, om_vec3(0.1, 0.1, 1e-4), 10, 10, 1, &el, nrhs);
+}
+
+// The energy x.A x / 2 - b.x, which the solution makes least.
+static double energy(const Problem* p, const double* x) {
+    double* y = om_alloc(p->n, sizeof(double));
+    double sum = 0;
+    om_bsr_apply(&p->A, 1, x, y);
+    for (size_t i = 0; i < p->n; ++i)
+        if (!p->fixed[i]) sum += x[i] * (0.5 * y[i] - p->b[i]);
+    om_free(y);
+    return sum;
+}
+
+static void set_load(Problem* p, int load) {  // 0: random
+    if (load == 1)
+        for (int i = 0; i < p->mesh.nvert; ++i) om_store3(p->b, i, om_vec3(0, 0, -1e-5));
+    if (load == 2) pull_end(p);
+}
+
+static void flat_elements_are_solved(void** state) {
+    (void)state;
+    for (int load = 0; load < 3; ++load) {
+        Problem p;
+        start_sheet(&p, 1);
+        set_load(&p, load);
+        double* ref = om_calloc(p.n, sizeof(double));
+        OmSolver* S = make_solver(&p, OM_CHOLESKY, 1e-3, 1);
+        assert_ok(om_solver_solve(S, &p.A, 1, p.b, ref, NULL));
+        om_solver_destroy(S);
+        for (int kind = OM_BLOCK_JACOBI; kind <= OM_MULTIGRID; ++kind) {
+            OmSolverDef def = om_solver_default_def();
+            def.preconditioner = (OmPreconditioner)kind;
+            if (kind == OM_BLOCK_JACOBI) def.max_iterations = 2000;  // else the default, 200
+            uint64_t first = 0;
+            for (def.nworker = 1; def.nworker <= (load == 0 ? 3 : 1); ++def.nworker) {
+                OmSolveInfo info;
+                assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
+                om_solver_set_fixed(S, p.fixed);
+                assert_ok(om_solver_refresh(S, &p.A));
+                memset(p.x, 0, p.n * sizeof(double));
+                assert_ok(om_solver_solve(S, &p.A, 1, p.b, p.x, &info));
+                om_solver_destroy(S);
+                assert_true(info.residual <= 1e-3);
+                uint64_t hash = om_hash(p.x, p.n * sizeof(double), OM_HASH_SEED);
+                if (def.nworker == 1) {
+                    first = hash;
+                    print_message("sheet, load %d, kind %d: %d iterations\n", load, kind,
+                                  info.iterations);
+                }
+                assert_true(hash == first);
+            }
+            // the residual is a thousandth; the soft directions follow within a hundredth
+            assert_below(max_difference(p.x, ref, p.n), 0.01);
+        }
+        om_free(ref);
+        problem_done(&p);
+    }
+}
+
+// However few iterations there are, a solve never ends with a larger residual than its first guess, and with a
+// number of iterations instead of a tolerance never with a larger energy.
+static void no_solve_ends_worse_than_it_began(void** state) {
+    (void)state;
+    const int limit[] = {1, 2, 4, 7, 13, 20, 28, 60};
+    Problem p;
+    start_sheet(&p, 1);
+    double* guess = om_calloc(p.n, sizeof(double));
+    OmSolver* S = make_solver(&p, OM_CHOLESKY, 1e-3, 1);
+    assert_ok(om_solver_solve(S, &p.A, 1, p.b, guess, NULL));
+    om_solver_destroy(S);
+    for (size_t i = 0; i < p.n; ++i) guess[i] *= p.fixed[i] ? 0 : 0.99;
+    for (int n = 0; n < 2 * 2 * 2 * 8; ++n) {
+        bool is_near = n & 1, is_counted = n & 2;  // a good guess or zero; tolerance 0 or not
+        OmSolverDef def = om_solver_default_def();
+        OmSolveInfo before, info;
+        double* zero = om_calloc(p.n, sizeof(double));
+        const double* start = is_near ? guess : zero;
+        def.preconditioner = n & 4 ? OM_MULTIGRID : OM_BLOCK_JACOBI;
+        def.max_iterations = limit[n / 8];
+        def.nworker = 1;
+        // the residual of the guess: a tolerance that is met at once
+        def.tolerance = 0.999;
+        assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
+        om_solver_set_fixed(S, p.fixed);
+        assert_ok(om_solver_refresh(S, &p.A));
+        memcpy(p.x, start, p.n * sizeof(double));
+        om_solver_set_reference(S, is_near ? 1e6 : 0);
+        assert_true(om_solver_solve(S, &p.A, 1, p.b, p.x, &before) >= 0);
+        om_solver_destroy(S);
+        double least = is_near ? before.residual * 1e6 : 1;
+        def.tolerance = is_counted ? 0 : 1e-9;
+        assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
+        om_solver_set_fixed(S, p.fixed);
+        assert_ok(om_solver_refresh(S, &p.A));
+        memcpy(p.x, start, p.n * sizeof(double));
+        if (is_near) om_solver_set_reference(S, 1);
+        OmStatus status = om_solver_solve(S, &p.A, 1, p.b, p.x, &info);
+        assert_int_equal(status, is_counted ? OM_OK : OM_NOT_CONVERGED);
+        double rounding = 1e-12 * fabs(energy(&p, guess));
+        if (is_counted)
+            assert_true(energy(&p, p.x) <= energy(&p, start) + rounding);
+        else
+            assert_true(info.residual <= least * (1 + 1e-12));
+        om_solver_destroy(S);
+        om_free(zero);
+    }
+    om_free(guess);
+    problem_done(&p);
+}
+
+// Eight lanes: one right-hand side that float solves, with others that it does not.
+static void lanes_are_rescued_apart(void** state) {
+    (void)state;
+    enum { NRHS = 8 };
+    Problem p;
+    start_sheet(&p, NRHS);
+    for (size_t i = 0; i < p.n; ++i) p.b[3 * p.n + i] = 0;
+    uint64_t first = 0;
+    for (int nworker = 1; nworker <= 3; ++nworker) {
+        OmSolverDef def = om_solver_default_def();
+        OmSolver* S;
+        OmSolveInfo info;
+        def.nworker = nworker;
+        def.max_rhs = NRHS;
+        assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
+        om_solver_set_fixed(S, p.fixed);
+        assert_ok(om_solver_refresh(S, &p.A));
+        memset(p.x, 0, NRHS * p.n * sizeof(double));
+        assert_ok(om_solver_solve(S, &p.A, NRHS, p.b, p.x, &info));
+        assert_true(info.residual <= 1e-3);
+        uint64_t hash = om_hash(p.x, NRHS * p.n * sizeof(double), OM_HASH_SEED);
+        if (nworker == 1) first = hash;
+        assert_true(hash == first);
+        om_solver_destroy(S);
+    }
+    for (size_t i = 0; i < p.n; ++i) assert_true(p.x[3 * p.n + i] == 0);
+    problem_done(&p);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(coarse_matrix_is_galerkin),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(flat_elements_are_solved),
+                                       cmocka_unit_test(no_solve_ends_worse_than_it_began),
+                                       cmocka_unit_test(lanes_are_rescued_apart),
+                                       cmocka_unit_test(coarse_matrix_is_galerkin),
                                        cmocka_unit_test(linear_fields_are_interpolated),
                                        cmocka_unit_test(dense_level_solves),
                                        cmocka_unit_test(iterations_do_not_grow_with_the_mesh),
