@@ -43,8 +43,9 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     double offset;                // m, distance kept from every obstacle, >= 0; default 0
     double stiffness;             // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
     double recover_speed;  // m/s, how fast tissue that began inside is pushed out; default 0.1
-    double
-        friction;  // Coulomb's coefficient, regularised below 1 mm/s; default 0 (engine "pbd": its own)
+    // Coulomb's coefficient, regularised below 1 mm/s, at most 10. Negative, the default: the engine's own, which
+    // is OmPbdDef.friction for engine "pbd", and none for the others.
+    double friction;
     int max_iterations;  // solves of a step at most, >= 1; default 12
     uint32_t cookie;     // set by om_contact_default_def
 } OmContactDef;

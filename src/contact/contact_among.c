@@ -17,7 +17,7 @@ OmStatus om__contact_among_create(OmContact* c) {
                                         .ctx = &c->among[k],
                                         .pose_begin = om_pose_identity(),
                                         .pose_end = om_pose_identity(),
-                                        .friction = c->def.friction > 0 ? c->def.friction : -1};
+                                        .friction = c->has_own_friction ? -1 : c->def.friction};
     }
     return OM_OK;
 }

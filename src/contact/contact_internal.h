@@ -23,7 +23,8 @@ typedef struct OmContactAmong {  // which obstacle of which contact
 } OmContactAmong;
 
 struct OmContact {
-    OmContactDef def;        // its arrays are the copies below
+    OmContactDef def;        // its arrays are the copies below; friction >= 0
+    bool has_own_friction;   // the engine's own was wanted, where it has one
     OmContactPlane* plane;   // normals of unit length
     const OmSdf** sdf;       //
     OmContactField* field;   //

@@ -6,8 +6,11 @@
 #define CONTACT_COOKIE 0xc047ac7u
 
 OmContactDef om_contact_default_def(void) {
-    OmContactDef def = {
-        .stiffness = 1000, .recover_speed = 0.1, .max_iterations = 12, .cookie = CONTACT_COOKIE};
+    OmContactDef def = {.stiffness = 1000,
+                        .recover_speed = 0.1,
+                        .friction = -1,
+                        .max_iterations = 12,
+                        .cookie = CONTACT_COOKIE};
     return def;
 }
 
@@ -44,8 +47,9 @@ static OmStatus check_def(const OmContactDef* def) {
     OM_CHECK(def->recover_speed > 0 && def->recover_speed <= 100, OM_INVALID,
              "contact: recover_speed is %g m/s; it must be above 0 and at most 100",
              def->recover_speed);
-    OM_CHECK(def->friction >= 0 && def->friction <= 10, OM_INVALID,
-             "contact: friction is %g; it must be from 0 to 10", def->friction);
+    OM_CHECK(def->friction <= 10, OM_INVALID,
+             "contact: friction is %g; it must be at most 10, negative for the engine's own",
+             def->friction);
     OM_CHECK(def->max_iterations >= 1 && def->max_iterations <= 1000, OM_INVALID,
              "contact: max_iterations is %d; it must be from 1 to 1000", def->max_iterations);
     return OM_OK;
@@ -60,6 +64,8 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     OmContact* c = om_calloc(1, sizeof *c);
     if (!c) return OM_NO_MEMORY;
     c->def = *def;
+    c->has_own_friction = def->friction < 0;
+    if (c->has_own_friction) c->def.friction = 0;  // of engines that leave contact to this room
     c->nobstacle = def->nplane + def->nsdf + def->nfield;
     const int* surface = om_tissue_surface_vert(model, &c->nsurface);
     OM_ALLOC_DONE(c->plane, def->nplane);

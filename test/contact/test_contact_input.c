@@ -66,7 +66,7 @@ static void test_definitions(void** context) {
     REFUSE(def.offset = nan, "offset");
     REFUSE(def.stiffness = 0, "stiffness");
     REFUSE(def.recover_speed = 0, "recover_speed");
-    REFUSE(def.friction = -1, "friction");
+    REFUSE(def.friction = 11, "friction");
     REFUSE(def.friction = nan, "friction");
     REFUSE(def.max_iterations = 0, "max_iterations");
 #undef REFUSE
