@@ -31,7 +31,7 @@ typedef struct OmPatientMaterial {
     char name[OM_NAME_LEN];
     int label;       // elements whose tet_label is this; -1: every element no other material names
     double young;    // Pa
-    double poisson;  // below 0.5
+    double poisson;  // 0 to 0.4999
     double density;  // kg/m^3
 } OmPatientMaterial;
 

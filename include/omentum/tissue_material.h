@@ -8,7 +8,7 @@
 ///     OmMaterial tissue = {.young = 3000, .poisson = 0.45};                    // corotational
 ///     OmMaterial breast = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
 ///
-/// Logarithms and fractional powers end at J = 0. Below J = 0.1 the terms made of ln J (as a whole: squares
+/// Logarithms and fractional powers end at J = 0. Below J = 0.02 the terms made of ln J (as a whole: squares
 /// included), and below 0.2 the powers of J and of stretches, are continued by their Taylor polynomials of
 /// second order there, so that every law is twice continuously differentiable for every F, inverted ones
 /// included, and pushes back out of inversion.
@@ -44,7 +44,7 @@ typedef enum OmVolumetric {  // U(J) of OM_MOONEY_RIVLIN and the Ogden laws
 
 typedef struct OmMaterial {
     double young;             // Pa, > 0; default 3000
-    double poisson;           // 0 <= poisson < 0.5; default 0.45
+    double poisson;           // 0 to 0.4999; default 0.45
     OmLaw law;                // default OM_COROTATIONAL
     OmVolumetric volumetric;  // default OM_VOLUME_LINEAR
     double bulk;              // K, Pa; 0: of young and poisson

@@ -60,8 +60,8 @@ OmModelDef om_model_default_def(const char* input, double edge) {
 static OmStatus check_material(const OmPatientMaterial* m) {
     OM_CHECK(m->young > 0 && isfinite(m->young), OM_INVALID,
              "material \"%s\": Young's modulus %g Pa must be positive", m->name, m->young);
-    OM_CHECK(m->poisson > -1 && m->poisson < 0.5, OM_INVALID,
-             "material \"%s\": Poisson's ratio %g must be above -1 and below 0.5", m->name,
+    OM_CHECK(m->poisson >= 0 && m->poisson <= 0.4999, OM_INVALID,
+             "material \"%s\": Poisson's ratio %g must be at least 0 and at most 0.4999", m->name,
              m->poisson);
     OM_CHECK(m->density > 0 && isfinite(m->density), OM_INVALID,
              "material \"%s\": density %g kg/m3 must be positive", m->name, m->density);

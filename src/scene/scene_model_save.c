@@ -44,7 +44,7 @@ static const OmYamlField material_field[] = {
     {"label", OM_YAML_INT, offsetof(OmPatientMaterial, label), .min = -1, .max = 1e9},
     {"young", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, young), .min = 1e-3, .max = 1e12,
      .is_required = true},
-    {"poisson", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, poisson), .min = -0.99, .max = 0.4999,
+    {"poisson", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, poisson), .min = 0, .max = 0.4999,
      .is_required = true},
     {"density", OM_YAML_DOUBLE, offsetof(OmPatientMaterial, density), .min = 1e-3, .max = 1e5,
      .is_required = true},

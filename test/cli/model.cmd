@@ -160,6 +160,12 @@ exit 3
 err Poisson's ratio 0.5 must be
 no-file none2
 
+# What a model takes, a simulation takes as well: its laws know no negative ratio.
+$ omentum model ball.nrrd --material young=3000,poisson=-0.2 -q -o none2
+exit 3
+err Poisson's ratio -0.2 must be
+no-file none2
+
 $ omentum model ball.nrrd --edge 0.05 -q -o none2
 exit 3
 err million tetrahedra.*use a larger edge
