@@ -19,7 +19,8 @@ static const OmCliOption option[] = {
     {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},
     {"--turn", NULL, "DEG", "of the probe about the normal (default 0)"},
     {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
-    {"--output", "-o", "FILE", "the deformed organ: .vtu or .vtk, opens in ParaView"},
+    {"--output", "-o", "FILE",
+     "the deformed organ, with its displacement: .vtu or .vtk, opens in ParaView"},
     {"--tolerance", NULL, "MM",
      "refine until the mean distance to equilibrium is estimated below it (default 0.05); 0: the network alone"},
     {"--linear", NULL, NULL, "refine the linear elastic answer; the network is left out"},
@@ -163,6 +164,12 @@ static OmStatus print_points(const Press* p) {
     return OM_OK;
 }
 
+static void move(OmTetMesh* mesh, const float* u, double share) {
+    for (int n = 0; n < 3 * mesh->nvert; ++n) mesh->x[n] += share * (double)u[n];
+}
+
+// The deformed organ. Hexahedra whose points are in order may still have a corner that is not, so that one of their
+// six tetrahedra is inverted; no program takes such a file for a mesh. Then the file has the shape at rest.
 static OmStatus write_mesh(const Press* p, const char* path) {
     OmTetMesh mesh;
     char ext[8];
@@ -170,13 +177,20 @@ static OmStatus write_mesh(const Press* p, const char* path) {
     OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
              "%s: written are .vtu and .vtk", path);
     OM_TRY(om_umesh_make_tet_mesh(p->grid, &mesh));
-    for (int n = 0; n < 3 * mesh.nvert; ++n) mesh.x[n] += (double)p->u[n];
+    move(&mesh, p->u, 1);
+    bool is_deformed = om_tet_mesh_validate(&mesh) == OM_OK;
+    if (!is_deformed) move(&mesh, p->u, -1);
     const OmMeshArray array[] = {{"displacement", OM_ARRAY_FLOAT, 3, false, p->u},
                                  {"under_probe", OM_ARRAY_BYTE, 1, false, p->mask}};
     OmStatus status = om_tet_mesh_save_format(
         &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 2);
     om_tet_mesh_done(&mesh);
-    if (status >= 0) printf("wrote %s (m)\n", path);
+    if (status >= 0 && is_deformed) printf("wrote %s (m)\n", path);
+    if (status >= 0 && !is_deformed)
+        printf(
+            "wrote %s (m) at rest: cut into tetrahedra, a corner of the deformed grid is inverted; "
+            "its array displacement deforms it\n",
+            path);
     return status;
 }
 

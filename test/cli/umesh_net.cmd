@@ -71,6 +71,17 @@ out like what was trained
 file pressed.vtu
 file net.onnx
 
+# The example of doc/umesh.md, with the weights that come along. Pressed deeper, a corner of a cell is inverted.
+$ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at 20,0,70 --press 10 -o deformed.vtu
+exit 0
+out ^wrote deformed.vtu \(m\)$
+file deformed.vtu
+
+$ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at 20,0,70 --press 15 --point 0,0,50 -o rest.vtu
+exit 0
+out ^wrote rest.vtu \(m\) at rest
+file rest.vtu
+
 # Twice as deep as anything that was trained: told.
 $ omentum umesh predict -w net/weights.safetensors --press 120
 exit 1
