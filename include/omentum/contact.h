@@ -56,7 +56,8 @@ typedef struct OmContactReport {
     int ncontact;           // vertices that are pushed
     double penetration;     // m, the deepest after the step
     OmVec3 force;           // N, resultant on the tissue
-    bool is_settled;        // the set of touching vertices stopped changing
+    bool is_settled;  // in all substeps: touching vertices, planes of curved obstacles and friction
+                      // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
 
 /// Obstacles and scratch for one model; not to be used by two threads at once.
@@ -68,11 +69,13 @@ OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* 
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);
 /// As om_tissue_step, with contact. Remembers nothing between steps: the state holds all.
-/// Contact forces are in om_tissue_contact_force and in om_tissue_get_forces.
+/// Contact forces are in om_tissue_contact_force and in om_tissue_get_forces: those of the last solve.
+/// @return as om_tissue_step; OM_NOT_CONVERGED also where contact has not settled (the state advanced)
 OM_API OmStatus om_contact_step(OmContact* contact, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);
-/// Step until no vertex is faster than `speed` m/s, for at most `seconds`.
+/// Step until contact has settled and no vertex is faster than `speed` m/s, three steps in a row: tissue that turns
+/// back is slow in one. For at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (still moving); errors of om_contact_step
 OM_API OmStatus om_contact_settle(OmContact* contact, const OmTissueModel* model,
                                   OmTissueState* state, OmTissueWork* work, double h, double speed,

@@ -9,6 +9,11 @@ typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     OmVec3 n;         // from the obstacle to the tissue, unit
     double gap;       // m, at the beginning of the step, by the plane that stands for the obstacle
     double goal;      // m, the gap that is asked for at its end, <= 0
+    OmVec3 at;        // m, the move for which the plane was laid
+    OmMat3 C;         // 1/m, how the plane turns: n - C (d - at) at a move d; where is_bent
+    bool is_bent;     //
+    double was_push;  // N, in the last solve
+    OmVec3 force;     // N, of the last solve
     double k;         // N/m
     double push;      // N, normal force of the last solve
     double drag;      // N s/m, friction in the next solve
@@ -36,6 +41,10 @@ struct OmContact {
     OmContactPair* pair;     //                                    (nsurface x nobstacle)
     OmContactAmong* among;   //                                              (nobstacle)
     OmTissueObstacle* body;  // the obstacles for engines that move vertices themselves (nobstacle)
+    double ring;             // m, around a place, over which the normal of an obstacle is averaged
+    double h;                // s, of the step
+    double seen_time;        // s, when its substep begins
+    bool has_settled;        // in its substeps before that
     // computed by the last step
     OmContactReport report;
 };

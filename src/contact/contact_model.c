@@ -4,6 +4,7 @@
 #include "contact/contact_internal.h"
 
 #define CONTACT_COOKIE 0xc047ac7u
+#define RING 1e-3  // of the model's size, the ring over which normals are averaged
 
 OmContactDef om_contact_default_def(void) {
     OmContactDef def = {.stiffness = 1000,
@@ -87,6 +88,7 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     const OmTetMesh* mesh = om_tissue_mesh(model);
     for (int i = 0; i < mesh->nvert; ++i)
         c->size = fmax(c->size, om_norm(om_sub(om_load3(mesh->x, i), om_load3(mesh->x, 0))));
+    c->ring = RING * c->size;
     OM_TRY_DONE(om__contact_among_create(c));
     *contact = c;
     return OM_OK;
