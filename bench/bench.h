@@ -18,6 +18,7 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
     int nworker, steps, nrun;
     double min_ms, median_ms;  // of one step, over the runs
     double worst_ms;           // where it matters, as in planning
+    bool is_processor_time;    // without --processor, too
     const char* reference;     // what the ratio compares with
     double reference_ms;       // its time; printed with ratio = reference_ms / min_ms,
                                // or / median_ms where worst_ms is given
@@ -30,6 +31,8 @@ typedef struct BenchRow {  // one line of output; zero and null fields are left 
 
 typedef OmStatus (*BenchFn)(const BenchOptions* options);
 
+/// Seconds of the clock on the wall, or of processor time of all threads with --processor.
+double bench_now(void);
 /// Print the row as one JSON object a line.
 OmStatus bench_print(const BenchRow* row);
 /// Box [0, size] of tetrahedra, cells[0] x cells[1] x cells[2] cubes, attached where coordinate `axis` is 0.

@@ -21,9 +21,9 @@ static OmStatus lift(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double
     for (int step = 0; step < NWARM + NSTEP; ++step) {
         if (step >= NWARM) tip.p.z += 0.02 / NSTEP;
         OM_TRY(om_tissue_move_grasp(s, 0, tip));
-        double begin = om_clock_now();
+        double begin = bench_now();
         OM_TRY(om_tissue_step(m, s, w, 0.02, NULL));
-        if (step >= NWARM) *time += (om_clock_now() - begin) / NSTEP;
+        if (step >= NWARM) *time += (bench_now() - begin) / NSTEP;
     }
     return OM_OK;
 }

@@ -88,9 +88,9 @@ static OmStatus measure(int k, const BenchOptions* options) {
     OM_TRY_DONE(work_create(k, options->nworker, &w));
     for (int i = 0; i < 3; ++i) OM_TRY_DONE(call(&w, is_training));  // caches, threads
     for (int i = 0; i < options->nrun * NCALL; ++i) {
-        double begin = om_clock_now();
+        double begin = bench_now();
         OM_TRY_DONE(call(&w, is_training));
-        time[ntime++] = om_clock_now() - begin;
+        time[ntime++] = bench_now() - begin;
     }
     char scene[64];
     snprintf(scene, sizeof scene, "U-Net 32x24x16, %d channels, %s", case_table[k].base,

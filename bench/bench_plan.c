@@ -72,6 +72,7 @@ static OmStatus measure(const Case* c) {
                     .size = c->nstate,
                     .nworker = 1,
                     .steps = 1,
+                    .is_processor_time = true,
                     .reference = "thesis Table 6.4",
                     .reference_ms = 1e3 * thesis[c->n - 5][c->percent / 20],
                     .hash = OM_HASH_SEED};

@@ -146,21 +146,21 @@ static OmStatus take_frame(Field* f, int nworker, int frame, double* time, uint6
     OmDepthNoise noise = om_depth_noise_default(1);
     noise.nworker = nworker;
     lift(f, 0.9 + 0.1 * frame);
-    double t0 = om_clock_now();
+    double t0 = bench_now();
     om_sense_scene_update(f->scene, f->skin_id, f->x, NULL);
     OM_TRY(om_sense_scene_commit(f->scene));
-    double t1 = om_clock_now();
+    double t1 = bench_now();
     OM_TRY(om_sense_render(f->scene, &f->camera, &options, &f->picture));
-    double t2 = om_clock_now();
+    double t2 = bench_now();
     OM_TRY(om_sense_depth(f->scene, &f->camera, nworker, f->depth, f->id, f->normal));
     om_depth_add_noise(&noise, &f->camera, (uint64_t)frame, f->normal, f->depth);
-    double t3 = om_clock_now();
+    double t3 = bench_now();
     int n = om_depth_to_cloud(&f->camera, f->depth, f->id, f->normal, f->skin_id, f->point,
                               f->point_normal);
-    double t4 = om_clock_now(), share;
+    double t4 = bench_now(), share;
     OM_TRY(om_sense_visibility(f->scene, &f->camera, f->region, f->up, NDISC,
                                (uint64_t)1 << f->disc_id, &share));
-    double t5 = om_clock_now();
+    double t5 = bench_now();
     time[REFIT] = t1 - t0, time[COLOUR] = t2 - t1, time[DEPTH] = t3 - t2, time[ALL] = t3 - t0;
     time[CLOUD] = t4 - t3, time[VISIBILITY] = t5 - t4;
     uint64_t h = om_hash(f->picture.pixel, 3 * WIDTH * HEIGHT, OM_HASH_SEED);

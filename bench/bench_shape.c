@@ -27,14 +27,14 @@ static OmStatus mesh_once(const OmMask* mask, double edge, int nworker, double* 
     OmSdf sdf;
     OmSdfDef sdf_def = om_sdf_default_def(0.5 * edge);
     OmVec3 lo, hi;
-    double start = om_clock_now();
+    double start = bench_now();
     OM_TRY(om_sdf_from_mask(mask, &sdf_def, &sdf));
-    *sdf_time = om_clock_now() - start;
+    *sdf_time = bench_now() - start;
     om_sdf_bounds(&sdf, &lo, &hi);
     OmStuffDef def = om_stuff_default_def(edge, om_sdf_shape_fn, &sdf, lo, hi);
     def.nworker = nworker;
     OmStatus status = om_tet_mesh_stuff(&def, mesh);
-    *time = om_clock_now() - start;
+    *time = bench_now() - start;
     om_sdf_done(&sdf);
     return status;
 }

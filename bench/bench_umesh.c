@@ -24,7 +24,7 @@ static OmStatus measure(OmUmeshSolver* solver, const OmUmeshGrid* g, const Bench
     OM_ALLOC_DONE(u, 3 * (size_t)g->mesh.nnode);
     OM_ALLOC_DONE(time, options->nrun);
     for (int run = 0; run < options->nrun; ++run) {
-        double start = om_clock_now();
+        double start = bench_now();
         hash = OM_HASH_SEED, nnewton = 0;
         for (int i = 0; i < nsample; ++i) {
             OmUmeshSample sample;
@@ -33,7 +33,7 @@ static OmStatus measure(OmUmeshSolver* solver, const OmUmeshGrid* g, const Bench
             worst = fmax(worst, sample.residual);
             hash = om_hash(u, 3 * (size_t)g->mesh.nnode * sizeof *u, hash);
         }
-        time[run] = (om_clock_now() - start) / nsample;
+        time[run] = (bench_now() - start) / nsample;
     }
     BenchRow row = {.bench = "umesh",
                     .scene = "breast phantom",
@@ -81,9 +81,9 @@ static OmStatus measure_predictions(OmUmeshPredictor* p, const OmUmeshGrid* g,
                 u[3 * i + 1] = (float)way.y;
                 u[3 * i + 2] = (float)way.z;
             }
-            double start = om_clock_now();
+            double start = bench_now();
             OM_TRY_DONE(om_umesh_predict(p, mask, u, &trust));
-            sum += om_clock_now() - start;
+            sum += bench_now() - start;
         }
         time[run] = sum / NPREDICT;
     }
