@@ -46,6 +46,9 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     double attachment_stiffness;  // N/m per attached vertex; default 0: held still
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
+    bool
+        is_averaged;  // of "fem": strains averaged around vertices, against locking; see doc/fem.md;
+                      // default false
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
     const struct OmChainDef* chain;       // of "chainmail"; null: om_heuristic_default_chain

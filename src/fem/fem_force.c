@@ -63,8 +63,28 @@ static Element look_at(const OmTissueModel* m, const double* x, int e) {
     return el;
 }
 
-void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
-                                double* force, OmVec3* sum) {
+// Averaged strains: forces of all vertices, then those of the mask.
+static OmStatus add_cell_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
+                               double* force, OmVec3* sum) {
+    OmStatus status = OM_OK;
+    double *scratch = NULL, *all = NULL, energy;
+    OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
+    OM_ALLOC_DONE(all, 3 * (size_t)m->mesh.nvert);
+    om__cell_balance(m, 1, x, scratch, all, &energy);
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        if (mask && !mask[i]) continue;
+        *sum = om_add(*sum, om_load3(all, i));
+        if (force) om_store3(force, i, om_add(om_load3(force, i), om_load3(all, i)));
+    }
+done:
+    om_free(scratch);
+    om_free(all);
+    return status;
+}
+
+OmStatus om__fem_add_internal_force(const OmTissueModel* m, const double* x,
+                                    const unsigned char* mask, double* force, OmVec3* sum) {
+    if (((const OmFem*)m->data)->cells) return add_cell_force(m, x, mask, force, sum);
     for (int e = 0; e < m->mesh.ntet; ++e) {
         const int* v = m->mesh.tet_vert + 4 * (size_t)e;
         if (mask && !(mask[v[0]] | mask[v[1]] | mask[v[2]] | mask[v[3]])) continue;
@@ -81,15 +101,25 @@ void om__fem_add_internal_force(const OmTissueModel* m, const double* x, const u
             if (force) om_store3(force, v[a], om_add(om_load3(force, v[a]), f[a]));
         }
     }
+    return OM_OK;
 }
 
-double om__fem_get_energy(const OmTissueModel* m, const double* x) {
-    double sum = 0;
-    for (int e = 0; e < m->mesh.ntet; ++e) {
+OmStatus om__fem_get_energy(const OmTissueModel* m, const double* x, double* energy) {
+    *energy = 0;
+    for (int e = 0; e < m->mesh.ntet && !((const OmFem*)m->data)->cells; ++e) {
         Element el = look_at(m, x, e);
-        sum += el.volume * el.energy;
+        *energy += el.volume * el.energy;
     }
-    return sum;
+    if (!((const OmFem*)m->data)->cells) return OM_OK;
+    OmStatus status = OM_OK;
+    double *scratch = NULL, *force = NULL;
+    OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
+    OM_ALLOC_DONE(force, 3 * (size_t)m->mesh.nvert);
+    om__cell_balance(m, 1, x, scratch, force, energy);
+done:
+    om_free(scratch);
+    om_free(force);
+    return status;
 }
 
 // ---- forces and energy by many workers --------------------------------------------------------------
@@ -134,6 +164,11 @@ static void balance_team(void* ctx, OmTeam* team, int rank, int size) {
 OmStatus om__fem_eval_balance(const OmTissueModel* m, OmTissueWork* w, const double* x,
                               double* force, double* energy) {
     OmFemWork* fw = w->data;
+    if (((const OmFem*)m->data)->cells) {
+        if (!fw->scratch) OM_ALLOC(fw->scratch, om__cell_scratch_size(m));
+        om__cell_balance(m, fw->nworker, x, fw->scratch, force, energy);
+        return OM_OK;
+    }
     if (!fw->corner) fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof(double));
     if (!fw->corner) return OM_NO_MEMORY;
     Balance a = {.m = m, .x = x, .corner = fw->corner, .force = force};
@@ -171,12 +206,30 @@ static double measure_of(const OmMaterial* m, const Element* el, OmTissueMeasure
     return 0;
 }
 
-void om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
-                         double* value) {
-    for (int e = 0; e < m->mesh.ntet; ++e) {
-        Element el = look_at(m, x, e);
-        value[e] = measure_of(om__fem_material(m, e), &el, measure);
+OmStatus om__fem_get_measure(const OmTissueModel* m, const double* x, OmTissueMeasure measure,
+                             double* value) {
+    OmStatus status = OM_OK;
+    double *scratch = NULL, *force = NULL, energy;
+    const OmFemCells* cells = ((const OmFem*)m->data)->cells;
+    if (cells) {
+        OM_ALLOC_DONE(scratch, om__cell_scratch_size(m));
+        OM_ALLOC_DONE(force, 3 * (size_t)m->mesh.nvert);
+        om__cell_balance(m, 1, x, scratch, force, &energy);
     }
+    for (int e = 0; e < m->mesh.ntet; ++e) {
+        const OmMaterial* material = om__fem_material(m, e);
+        Element el = look_at(m, x, e);
+        if (cells && (measure == OM_VON_MISES || measure == OM_ENERGY_DENSITY)) {
+            el.F = om__cell_mean(m, scratch, e, &el.energy);
+            el.P = material->law == OM_COROTATIONAL ? corotational_stress(material, el.F, &energy)
+                                                    : om__law_stress(material, el.F, &energy);
+        }
+        value[e] = measure_of(material, &el, measure);
+    }
+done:
+    om_free(scratch);
+    om_free(force);
+    return status;
 }
 
 // ---- the least volume ratio ---------------------------------------------------------------------------

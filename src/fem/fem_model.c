@@ -12,7 +12,7 @@ void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu)
     om_material_lame(om__fem_material(model, e), lambda, mu, &bulk);
 }
 
-static OmFemFamily family_of(const OmMaterial* m) {
+OmFemFamily om__fem_family(const OmMaterial* m) {
     switch (m->law) {
     case OM_NEO_HOOKEAN: return OM__FAMILY_NEO;
     case OM_STABLE_NEO_HOOKEAN: return OM__FAMILY_STABLE;
@@ -60,7 +60,7 @@ static void fill_batches(const OmTissueModel* m, OmFem* fem) {
         batch->root[l] = k < mesh->ntet ? (float)sqrt(m->volume[e] * mu) : 0.0F;
         batch->ratio[l] = (float)(lambda / mu);
         batch->per_volume[l] = (float)(1 / (6 * m->volume[e]));  // checked by make_gradients
-        OmFemFamily family = family_of(om__fem_material(m, e));
+        OmFemFamily family = om__fem_family(om__fem_material(m, e));
         if (l == 0) batch->family = family;
         if (batch->family != family) batch->family = OM__FAMILY_OTHER;
         if (k == 0) fem->ratio = batch->ratio[l];
@@ -106,6 +106,7 @@ static void fem_destroy(OmTissueModel* m) {
     if (!fem) return;
     om_free(fem->batch);
     om_free(fem->grad);
+    om__cells_destroy(fem->cells);
     om_free(fem->visit_adr);
     om_free(fem->visit);
     om_free(fem);
@@ -126,7 +127,8 @@ static OmStatus fem_create(OmTissueModel* m) {
     OM_TRY(make_gradients(m, fem));
     fem->is_blocked = find_blocked(m);
     fill_batches(m, fem);
-    return make_visits(m, fem);
+    OM_TRY(make_visits(m, fem));
+    return m->def.is_averaged ? om__cells_create(m, &fem->cells) : OM_OK;
 }
 
 // Floats an element leaves for the second pass.
@@ -137,6 +139,9 @@ static void fem_destroy_work(OmTissueWork* w) {
     if (!fw) return;
     om_free(fw->turned);
     om_free(fw->corner);
+    om_free(fw->cell);
+    om_free(fw->hinge);
+    om_free(fw->scratch);
     om_free(fw->row);
     om_free(fw);
     w->data = NULL;
@@ -153,8 +158,18 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, left_size(fem) * sizeof(float));
     fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
     if (!fw->turned || !fw->row) return OM_NO_MEMORY;
+    if (fem->cells) {
+        fw->cell = om_calloc((size_t)om_block_count(fem->cells->ncell, OM__LANE),
+                             OM__LANE * (OM__CELLED + 6) * sizeof(float));
+        fw->hinge = om_calloc((size_t)fem->nbatch * OM__LANE, 12 * sizeof(float));
+        if (!fw->cell || !fw->hinge) return OM_NO_MEMORY;
+    }
     // A step that may need Newton's method has its memory from the start.
     if (!fem->is_blocked && m->def.max_newton <= 1) return OM_OK;
+    if (fem->cells) {
+        fw->scratch = om_alloc(om__cell_scratch_size(m), sizeof *fw->scratch);
+        return fw->scratch ? OM_OK : OM_NO_MEMORY;
+    }
     fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof *fw->corner);
     return fw->corner ? OM_OK : OM_NO_MEMORY;
 }
@@ -165,6 +180,8 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t ntet = (size_t)m->mesh.ntet, nbatch = (size_t)fem->nbatch;
     return sizeof *fem + nbatch * sizeof *fem->batch + ntet * 9 * sizeof(double) +
            ((size_t)m->mesh.nvert + 1) * sizeof(int) + 4 * ntet * sizeof(OmFemVisit) + sizeof *fw +
+           om__cells_memory(m, fem->cells) +
+           (fw->scratch ? om__cell_scratch_size(m) * sizeof(double) : 0) +
            (fw->corner ? ntet * 12 * sizeof(double) : 0) +
            nbatch * OM__LANE * left_size(fem) * sizeof(float) +
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);

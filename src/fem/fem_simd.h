@@ -3,6 +3,8 @@
 #ifndef OMENTUM_FEM_SIMD_H
 #define OMENTUM_FEM_SIMD_H
 
+#include <string.h>
+
 #include "fem/fem_internal.h"
 
 typedef float V4 __attribute__((vector_size(16)));
@@ -61,6 +63,86 @@ OM__INLINE void make_gradients(const OmFemBatch* batch, float lag, Lanes d[9], L
                 G[3 * c + r][l] = f + lag * rate;
             }
         }
+}
+
+// ---- a batch of cells -----------------------------------------------------------------------------------
+
+/// F, and F' = F + lag dF/dt, by columns, of OM__LANE cells from `first` on; the last cell repeats.
+OM__INLINE void gather_cells(const OmFemTurn* t, int first, Lanes F[9], Lanes G[9]) {
+    const OmFemCells* c = t->cells;
+    for (int l = 0; l < OM__LANE; ++l) {
+        int k = first + l < c->ncell ? first + l : c->ncell - 1;
+        const double *x0 = t->x + 3 * (size_t)c->vert[k], *v0 = t->v + 3 * (size_t)c->vert[k];
+        V4 f[3] = {splat(0), splat(0), splat(0)}, w[3] = {splat(0), splat(0), splat(0)};
+        for (int at = c->adr[k]; at < c->adr[k + 1]; ++at) {
+            const OmFemEntry* n = &c->entry[at];
+            const double *x = t->x + 3 * (size_t)n->index, *v = t->v + 3 * (size_t)n->index;
+            V4 dx = {(float)(x[0] - x0[0]), (float)(x[1] - x0[1]), (float)(x[2] - x0[2]), 0};
+            V4 dv = {(float)(v[0] - v0[0]), (float)(v[1] - v0[1]), (float)(v[2] - v0[2]), 0};
+            for (int col = 0; col < 3; ++col) {
+                f[col] += dx * splat(n->g[col]);
+                w[col] += dv * splat(n->g[col]);
+            }
+        }
+        for (int col = 0; col < 3; ++col)
+            for (int r = 0; r < 3; ++r) {
+                F[3 * col + r][l] = f[col][r];
+                G[3 * col + r][l] = f[col][r] + t->lag * w[col][r];
+            }
+    }
+}
+
+/// Twelve rows of lanes, columns of four, to the records of the batch's cells.
+OM__INLINE void store_cells(const OmFemTurn* t, int first, int place, Lanes in[12]) {
+    for (int l = 0; l < OM__LANE; l += 4)
+        for (int n = 0; n < 12; n += 4)
+            transpose4(&in[n][l], OM__LANE,
+                       t->cell + (size_t)OM__CELLED * (size_t)(first + l) + place + n, OM__CELLED);
+}
+
+/// Means of the cells of a batch of elements: F becomes that, and `apart` G less the mean of F'.
+OM__INLINE void take_means(const OmFemTurn* t, int first, Lanes F[9], Lanes G[9], Lanes apart[9]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        int e = first + l < t->model->mesh.ntet ? first + l : t->model->mesh.ntet - 1;
+        const int* cell = t->cells->tet_cell + 4 * (size_t)e;
+        V4 f[3] = {splat(0), splat(0), splat(0)}, g[3] = {splat(0), splat(0), splat(0)};
+        for (int a = 0; a < 4; ++a) {
+            const float* record = t->cell + (size_t)OM__CELLED * (size_t)cell[a];
+            for (int col = 0; col < 3; ++col) {
+                f[col] += load4(record + OM__CELL_F + 4 * col);
+                g[col] += load4(record + OM__CELL_G + 4 * col);
+            }
+        }
+        for (int col = 0; col < 3; ++col)
+            for (int r = 0; r < 3; ++r) {
+                F[3 * col + r][l] = 0.25F * f[col][r];
+                apart[3 * col + r][l] = G[3 * col + r][l] - 0.25F * g[col][r];
+            }
+    }
+}
+
+/// What the cells of elements [first, first + OM__LANE) get of their hinges: k d, N m.
+OM__INLINE void store_hinges(const OmFemTurn* t, int first, Lanes k, Lanes d[9]) {
+    Lanes out[12];
+    memset(out, 0, sizeof out);
+    for (int col = 0; col < 3; ++col)
+        for (int r = 0; r < 3; ++r)
+            for (int l = 0; l < OM__LANE; ++l) out[4 * col + r][l] = k[l] * d[3 * col + r][l];
+    for (int l = 0; l < OM__LANE; l += 4)
+        for (int n = 0; n < 12; n += 4)
+            transpose4(&out[n][l], OM__LANE, t->hinge + 12 * (size_t)(first + l) + n, 12);
+}
+
+/// The force of cells at vertex i.
+OM__INLINE V4 gather_cell_force(const OmFemCells* c, const float* cell, int i) {
+    V4 f = splat(0);
+    for (int at = c->t_adr[i]; at < c->t_adr[i + 1]; ++at) {
+        const OmFemEntry* n = &c->t_entry[at];
+        const float* S = cell + (size_t)OM__CELLED * (size_t)n->index + OM__CELL_P;
+        f -= load4(S) * splat(n->g[0]) + load4(S + 4) * splat(n->g[1]) +
+             load4(S + 8) * splat(n->g[2]);
+    }
+    return f;
 }
 
 #endif

@@ -236,11 +236,16 @@ static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l
     }
 }
 
-static void repair_lanes(const OmFemTurn* t, int batch, const V16 F[9], Frame* f) {
+// The material of an element or a cell; null where a lane only fills up.
+static const OmMaterial* lane_material(const OmFemTurn* t, bool is_cell, int k) {
+    if (!is_cell) return k < t->model->mesh.ntet ? om__fem_material(t->model, k) : NULL;
+    return k < t->cells->ncell ? &t->cells->inner[t->cells->material[k]] : NULL;
+}
+
+static void repair_lanes(const OmFemTurn* t, bool is_cell, int batch, const V16 F[9], Frame* f) {
     for (int l = 0; l < OM__LANE; ++l) {
-        int e = batch * OM__LANE + l;
-        if (!f->is_bad[l] || e >= t->model->mesh.ntet) continue;
-        const OmMaterial* m = om__fem_material(t->model, e);
+        const OmMaterial* m = lane_material(t, is_cell, batch * OM__LANE + l);
+        if (!f->is_bad[l] || !m) continue;
         double lambda, mu, bulk;
         om_material_lame(m, &lambda, &mu, &bulk);
         if (m->law == OM_LINEAR)
@@ -279,10 +284,9 @@ OM__INLINE void make_blocks(const Frame* f, const V16 g[12], V16 scale, Lanes* o
     }
 }
 
-// -V h (P + lag dP[dF/dt]) g_a of the four vertices.
-OM__INLINE void make_forces(const Frame* f, const V16 rate[9], const V16 grad[12], V16 scale,
-                            Lanes* out) {
-    V16 a[9], G[9], T[9], dP[9];  // a = U^T rate, G = a V
+// P + dP[rate], by columns.
+OM__INLINE void make_stress(const Frame* f, const V16 rate[9], V16 dP[9]) {
+    V16 a[9], G[9], T[9];  // a = U^T rate, G = a V
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) a[3 * c + r] = dot3(f->U + 3 * r, rate + 3 * c);
     for (int c = 0; c < 3; ++c)
@@ -303,22 +307,36 @@ OM__INLINE void make_forces(const Frame* f, const V16 rate[9], const V16 grad[12
         for (int r = 0; r < 3; ++r)
             dP[3 * c + r] =
                 f->P[3 * c + r] + a[r] * f->V[c] + a[3 + r] * f->V[3 + c] + a[6 + r] * f->V[6 + c];
+}
+
+// -scale P g_a of the four vertices.
+OM__INLINE void make_forces(const V16 P[9], const V16 grad[12], V16 scale, Lanes* out) {
     V16 sum[3] = {all(0), all(0), all(0)};
     for (int n = 1; n < 4; ++n)
         for (int r = 0; r < 3; ++r) {
-            V16 force = -scale * (dP[r] * grad[3 * n] + dP[3 + r] * grad[3 * n + 1] +
-                                  dP[6 + r] * grad[3 * n + 2]);
+            V16 force = -scale * (P[r] * grad[3 * n] + P[3 + r] * grad[3 * n + 1] +
+                                  P[6 + r] * grad[3 * n + 2]);
             sum[r] -= force;
             lanes_store(out[54 + 3 * n + r], force);
         }
     for (int r = 0; r < 3; ++r) lanes_store(out[54 + r], sum[r]);
 }
 
+OM__INLINE void make_law(OmFemFamily family, const V16 F[9], V16 ratio, Frame* f) {
+    switch (family) {
+    case OM__FAMILY_NEO: neo_hookean(F, ratio, f); break;
+    case OM__FAMILY_STABLE: stable_neo_hookean(F, ratio, f); break;
+    case OM__FAMILY_VENANT: st_venant(F, ratio, f); break;
+    default: st_venant(F, ratio, f); f->is_bad = f->is_bad | -1;
+    }
+}
+
 OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED]) {
     const OmFemBatch* batch = &t->batch[k];
-    Lanes d[9], w[9], Fl[9], Gl[9];
+    Lanes d[9], w[9], Fl[9], Gl[9], apart[9];
     gather_edges(t, batch, d, w);
     make_gradients(batch, t->lag, d, w, Fl, Gl);
+    if (t->cells) take_means(t, k * OM__LANE, Fl, Gl, apart);
     V16 F[9], rate[9], grad[12], g[12];
     Frame f;
     for (int n = 0; n < 9; ++n) {
@@ -329,21 +347,117 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     for (int r = 0; r < 3; ++r) grad[r] = -(grad[3 + r] + grad[6 + r] + grad[9 + r]);
     V16 ratio = lanes_of(batch->ratio), root = lanes_of(batch->root);
     decompose(F, &f);
-    switch (batch->family) {
-    case OM__FAMILY_NEO: neo_hookean(F, ratio, &f); break;
-    case OM__FAMILY_STABLE: stable_neo_hookean(F, ratio, &f); break;
-    case OM__FAMILY_VENANT: st_venant(F, ratio, &f); break;
-    default: st_venant(F, ratio, &f); f.is_bad = f.is_bad | -1;
-    }
+    make_law(batch->family, F, ratio, &f);
     if (!t->is_exact) project(&f);
     int nbad = 0;
     for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
-    if (nbad > 0) repair_lanes(t, k, F, &f);
+    if (nbad > 0) repair_lanes(t, false, k, F, &f);
     for (int n = 0; n < 4; ++n)
         for (int r = 0; r < 3; ++r) g[3 * n + r] = dot3(f.V + 3 * r, grad + 3 * n);
     V16 stiff = root * root;  // V mu, zero in lanes that only fill up
     make_blocks(&f, g, stiff * (t->scale * t->scale), out);
-    make_forces(&f, rate, grad, stiff * (t->scale * t->stress), out);
+    V16 P[9];
+    if (t->cells) {  // averaged strains: the element's own stress is that of its hinge
+        Lanes hinge;
+        lanes_store(hinge, stiff * (float)OM__HINGE);
+        store_hinges(t, k * OM__LANE, hinge, apart);
+        for (int n = 0; n < 9; ++n) P[n] = lanes_of(apart[n]) * (float)OM__HINGE;
+    } else {
+        make_stress(&f, rate, P);
+    }
+    make_forces(P, grad, stiff * (t->scale * t->stress), out);
+}
+
+// ---- cells --------------------------------------------------------------------------------------------------
+
+// The measure of volume t of every lane, t + dt[rate], and its derivative there.
+OM__INLINE void measure_volume(OmFemFamily family, const V16 F[9], const V16 rate[9], V16* now,
+                               V16* then, V16 D[9]) {
+    if (family == OM__FAMILY_VENANT) {
+        *now = 0.5F * (dot3(F, F) + dot3(F + 3, F + 3) + dot3(F + 6, F + 6) - 3.0F);
+        *then = *now + dot3(F, rate) + dot3(F + 3, rate + 3) + dot3(F + 6, rate + 6);
+        for (int n = 0; n < 9; ++n) D[n] = F[n] + rate[n];
+        return;
+    }
+    *now = determinant(F) - 1.0F;
+    *then = *now;
+    for (int k = 0; k < 3; ++k) {
+        const V16 *a = F + 3 * ((k + 1) % 3), *b = F + 3 * ((k + 2) % 3);
+        const V16 *da = rate + 3 * ((k + 1) % 3), *db = rate + 3 * ((k + 2) % 3);
+        V16 c[3], d1[3], d2[3];
+        cross3(a, b, c);
+        cross3(da, b, d1);
+        cross3(a, db, d2);
+        *then += dot3(c, rate + 3 * k);
+        for (int r = 0; r < 3; ++r) D[3 * k + r] = c[r] + d1[r] + d2[r];
+    }
+}
+
+// The same where laws differ: lanes whose measure is the trace of their strain.
+static void measure_trace(const OmFemTurn* t, int batch, const Frame* f, const V16 F[9],
+                          const V16 rate[9], V16* now, V16* then, V16 D[9]) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        const OmMaterial* m = lane_material(t, true, batch * OM__LANE + l);
+        if (!m || om__cell_is_volume(m)) continue;
+        OmMat3 d = lane_matrix(F, l);
+        (*now)[l] = 0;
+        if (m->law == OM_LINEAR)
+            d = om_mat3_identity();
+        else if (m->law == OM_COROTATIONAL)
+            d = om_mat3_mul(lane_matrix(f->U, l), om_mat3_transpose(lane_matrix(f->V, l)));
+        set_lane_matrix(D, l, d);
+        float share = m->law == OM_ST_VENANT_KIRCHHOFF ? 0.5F : 1.0F;
+        (*now)[l] = -3 * share;
+        for (int n = 0; n < 9; ++n) (*now)[l] += share * F[n][l] * D[n][l];
+        (*then)[l] = (*now)[l];
+        for (int n = 0; n < 9; ++n) (*then)[l] += rate[n][l] * D[n][l];
+        for (int n = 0; n < 9 && m->law == OM_ST_VENANT_KIRCHHOFF; ++n) D[n][l] += rate[n][l];
+    }
+}
+
+OM__INLINE void stretch_cells(const OmFemTurn* t, int k) {
+    const OmFemCells* cells = t->cells;
+    int first = k * OM__LANE, nbad = 0;
+    Lanes Fl[9], Gl[9], out[12], ratio, stiff;
+    memset(out, 0, sizeof out);
+    gather_cells(t, first, Fl, Gl);
+    V16 F[9], rate[9], P[9], D[9], now, then;
+    Frame f;
+    for (int l = 0; l < OM__LANE; ++l) {
+        int cell = first + l < cells->ncell ? first + l : cells->ncell - 1;
+        ratio[l] = cells->ratio[cell];
+        stiff[l] = cells->stiffness[cell];
+    }
+    for (int n = 0; n < 9; ++n) {
+        F[n] = lanes_of(Fl[n]);
+        rate[n] = lanes_of(Gl[n]) - F[n];
+        memcpy(out[n + n / 3], Fl[n], sizeof(Lanes));
+    }
+    store_cells(t, first, OM__CELL_F, out);
+    for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], Gl[n], sizeof(Lanes));
+    store_cells(t, first, OM__CELL_G, out);
+    decompose(F, &f);
+    make_law(cells->family[k], F, lanes_of(ratio), &f);
+    project(&f);
+    for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
+    if (nbad > 0) repair_lanes(t, true, k, F, &f);
+    make_stress(&f, rate, P);
+    measure_volume(cells->family[k], F, rate, &now, &then, D);
+    if (cells->family[k] == OM__FAMILY_OTHER) measure_trace(t, k, &f, F, rate, &now, &then, D);
+    for (int n = 0; n < 9; ++n) lanes_store(out[n + n / 3], D[n]);
+    store_cells(t, first, OM__CELL_D, out);
+    for (int n = 0; n < 9; ++n) lanes_store(out[n + n / 3], P[n] * lanes_of(stiff));
+    store_cells(t, first, OM__CELL_P, out);
+    float* scalar = om__cell_scalars(cells, t->cell) + 2 * (size_t)first;
+    for (int l = 0; l < OM__LANE; ++l) {
+        scalar[2 * l] = now[l];
+        scalar[2 * l + 1] = then[l];
+    }
+}
+
+OM_MULTIVERSION
+void om__fem_stretch_cells(const OmFemTurn* t, int begin, int end) {
+    for (int k = begin; k < end; ++k) stretch_cells(t, k);
 }
 
 OM_MULTIVERSION

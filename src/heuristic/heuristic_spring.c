@@ -209,20 +209,21 @@ static OmStatus springs_assemble(const OmTissueModel* m, const OmTissueState* s,
 
 // ---- forces and energy --------------------------------------------------------------------------------
 
-static void springs_add_internal_force(const OmTissueModel* m, const double* x,
-                                       const unsigned char* mask, double* force, OmVec3* sum) {
+static OmStatus springs_add_internal_force(const OmTissueModel* m, const double* x,
+                                           const unsigned char* mask, double* force, OmVec3* sum) {
     for (int i = 0; i < m->mesh.nvert; ++i) {
         if (mask && !mask[i]) continue;
         OmVec3 f = force_at(m, x, i);
         *sum = om_add(*sum, f);
         if (force) om_store3(force, i, om_add(om_load3(force, i), f));
     }
+    return OM_OK;
 }
 
-static double springs_get_energy(const OmTissueModel* m, const double* x) {
-    double sum = 0;
-    for (int i = 0; i < m->mesh.nvert; ++i) sum += energy_at(m, x, i);
-    return sum;
+static OmStatus springs_get_energy(const OmTissueModel* m, const double* x, double* energy) {
+    *energy = 0;
+    for (int i = 0; i < m->mesh.nvert; ++i) *energy += energy_at(m, x, i);
+    return OM_OK;
 }
 
 typedef struct Balance {

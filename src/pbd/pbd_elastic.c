@@ -308,8 +308,8 @@ OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int e
 // ---- forces and energy at given positions, for om_tissue_get_* ------------------------------------------
 
 // The elements' forces at x: -dW/dx, from the constraints' own multipliers -C / alpha.
-void om__pbd_add_internal_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
-                                double* force, OmVec3* sum) {
+OmStatus om__pbd_add_internal_force(const OmTissueModel* m, const double* x,
+                                    const unsigned char* mask, double* force, OmVec3* sum) {
     const OmPbd* pbd = m->data;
     for (int e = 0; e < pbd->elastic.ntet; ++e) {
         const OmPbdTet* t = &pbd->elastic.tet[e];
@@ -324,18 +324,19 @@ void om__pbd_add_internal_force(const OmTissueModel* m, const double* x, const u
             if (force) om_store3(force, i, om_add(om_load3(force, i), f));
         }
     }
+    return OM_OK;
 }
 
-double om__pbd_get_energy(const OmTissueModel* m, const double* x) {
+OmStatus om__pbd_get_energy(const OmTissueModel* m, const double* x, double* energy) {
     const OmPbd* pbd = m->data;
-    double energy = 0;
+    *energy = 0;
     for (int e = 0; e < pbd->elastic.ntet; ++e) {
         const OmPbdTet* t = &pbd->elastic.tet[e];
         Strain g;
         strain_of(t, x, &g);
         double C = g.J - t->gamma, C0 = 1 - t->gamma;
-        energy += 0.5 * (C * C - C0 * C0) / t->volume_compliance +
-                  0.5 * (g.stretch * g.stretch - 3) / t->shape_compliance;
+        *energy += 0.5 * (C * C - C0 * C0) / t->volume_compliance +
+                   0.5 * (g.stretch * g.stretch - 3) / t->shape_compliance;
     }
-    return energy;
+    return OM_OK;
 }

@@ -148,9 +148,9 @@ void om__pbd_elastic_done(OmPbdElastic* elastic);
 /// Batches [begin, end) of one colour: their multipliers at the substep's beginning; better ones.
 void om__pbd_start_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
-void om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
-                                const unsigned char* mask, double* force, OmVec3* sum);
-double om__pbd_get_energy(const OmTissueModel* model, const double* x);
+OmStatus om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
+                                    const unsigned char* mask, double* force, OmVec3* sum);
+OmStatus om__pbd_get_energy(const OmTissueModel* model, const double* x, double* energy);
 
 // ---- pbd_self.c
 

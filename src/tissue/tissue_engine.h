@@ -46,11 +46,11 @@ typedef struct OmTissueEngine {
     void (*sync_state)(const OmTissueModel* model, OmTissueState* state);
     /// Elastic forces at x in double. With a mask only those of its vertices count: added to *sum, and
     /// to force (nvert x 3) unless it is null. May be null with `step`, as may all that follow.
-    void (*add_internal_force)(const OmTissueModel* model, const double* x,
-                               const unsigned char* mask, double* force, OmVec3* sum);
-    void (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
-                        double* value);
-    double (*get_energy)(const OmTissueModel* model, const double* x);  // elastic, J
+    OmStatus (*add_internal_force)(const OmTissueModel* model, const double* x,
+                                   const unsigned char* mask, double* force, OmVec3* sum);
+    OmStatus (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
+                            double* value);
+    OmStatus (*get_energy)(const OmTissueModel* model, const double* x, double* energy);  // J
     /// The same forces and energy for Newton's method: by all workers, force (nvert x 3) overwritten.
     OmStatus (*eval_balance)(const OmTissueModel* model, OmTissueWork* work, const double* x,
                              double* force, double* energy);
@@ -172,6 +172,7 @@ struct OmTissueWork {
     double *x_end, *v_end;         // where the step would end                          (nvert x 3)
     double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)
     double* elastic;               // elastic force at the last one looked at, N        (nvert x 3)
+    double* refine;                // of tissue_refine.c, null where A is the tangent
     void* backup;                  // a state, for steps that are cut
 };
 
@@ -195,6 +196,14 @@ double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 /// Would the velocity change flatten or invert elements?
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);
+
+// ---- tissue_refine.c ------------------------------------------------------------------------------
+
+OmStatus om__refine_create(OmTissueWork* work);
+/// As om_tissue_solve_step for the problem linearised at work->from, whose x_end is the last one looked at, with
+/// the tangent of the forces themselves.
+OmStatus om__refine(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                    OmTissueReport* report);
 
 // ---- tissue_point.c -------------------------------------------------------------------------------
 

@@ -46,7 +46,8 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
     }
     if (nattached > 0 && !om__is_spring(m) && !m->engine->step) {
         OmVec3 elastic = zero;
-        m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, NULL, &elastic);
+        OM_TRY(
+            m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, NULL, &elastic));
         sum = om_sub(sum, elastic);
     }
     forces->attachment = sum;
@@ -60,8 +61,7 @@ OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueStat
     OM_CHECK(m->engine->add_internal_force, OM_UNAVAILABLE,
              "tissue: engine \"%s\" has no internal forces", m->engine->name);
     memset(force, 0, 3 * (size_t)m->mesh.nvert * sizeof(double));
-    m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
-    return OM_OK;
+    return m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
 }
 
 OmStatus om_tissue_get_holding_force(const OmTissueModel* m, const OmTissueState* s,
@@ -71,7 +71,7 @@ OmStatus om_tissue_get_holding_force(const OmTissueModel* m, const OmTissueState
     const unsigned char* attached = om__state_attached(s);
     memset(force, 0, n * sizeof(double));
     if (!om__is_spring(m) && !m->engine->step)
-        m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, force, &sum);
+        OM_TRY(m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, force, &sum));
     const double* f_tool = om__state_array(s, OM__F_TOOL);
     const double* f_touch = om__state_array(s, OM__F_TOUCH);
     for (int i = 0; i < m->mesh.nvert; ++i) {
@@ -89,8 +89,7 @@ OmStatus om_tissue_get_measure(const OmTissueModel* m, const OmTissueState* s,
              "tissue: measure %d is not known", (int)measure);
     OM_CHECK(m->engine->get_measure, OM_UNAVAILABLE, "tissue: engine \"%s\" has no stresses",
              m->engine->name);
-    m->engine->get_measure(m, om__state_array(s, OM__X), measure, value);
-    return OM_OK;
+    return m->engine->get_measure(m, om__state_array(s, OM__X), measure, value);
 }
 
 OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
@@ -106,8 +105,7 @@ OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
             energy->spring +=
                 0.5 * m->def.attachment_stiffness * om_norm2(om_sub(p, om_load3(anchor, i)));
     }
-    if (m->engine->get_energy) energy->elastic = m->engine->get_energy(m, x);
-    return OM_OK;
+    return m->engine->get_energy ? m->engine->get_energy(m, x, &energy->elastic) : OM_OK;
 }
 
 void om_tissue_get_momentum(const OmTissueModel* m, const OmTissueState* s, OmVec3* linear,

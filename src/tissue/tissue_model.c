@@ -76,6 +76,9 @@ static OmStatus check_def(const OmTissueDef* def) {
              def->max_newton);
     OM_CHECK(def->newton_tolerance > 0 && def->newton_tolerance < 1, OM_INVALID,
              "tissue: newton_tolerance is %g; it must be in (0, 1)", def->newton_tolerance);
+    OM_CHECK(!def->is_averaged || (!def->custom && def->engine && strcmp(def->engine, "fem") == 0),
+             OM_INVALID, "tissue: is_averaged needs engine \"fem\", which is \"%s\"",
+             def->engine ? def->engine : "(null)");
     OM_CHECK(om_is_finite3(def->gravity) && om_norm(def->gravity) <= 1e4, OM_INVALID,
              "tissue: gravity (%g, %g, %g) m/s^2 must be finite and at most 1e4", def->gravity.x,
              def->gravity.y, def->gravity.z);

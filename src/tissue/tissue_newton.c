@@ -206,8 +206,9 @@ static OmStatus solve_linearised(const OmTissueModel* m, OmTissueState* s, OmTis
                                  OmTissueReport* report) {
     for (;;) {
         w->reference = FORCING / fmax(m->def.solver.tolerance, 1e-12) * norm;
-        OmStatus status = newton->fn ? newton->fn(newton->ctx, m, s, w, w->h, report)
-                                     : om_tissue_solve_step(m, s, w, report);
+        OmStatus status = newton->fn  ? newton->fn(newton->ctx, m, s, w, w->h, report)
+                          : w->refine ? om__refine(m, s, w, report)
+                                      : om_tissue_solve_step(m, s, w, report);
         w->reference = 0;
         if (status >= 0 || !*is_exact) return status;
         *is_exact = false;

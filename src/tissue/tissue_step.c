@@ -46,6 +46,7 @@ OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
         status = OM_NO_MEMORY;
         goto done;
     }
+    if (m->def.is_averaged) OM_TRY_DONE(om__refine_create(w));
     if (m->engine->has_matrix) {
         OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &w->A));
         OM_TRY_DONE(om_solver_create(&m->def.solver, &w->A, m->mesh.x, &w->solver));
@@ -81,6 +82,7 @@ void om_tissue_destroy_work(OmTissueWork* w) {
     om_free(w->extra_diag);
     om_free(w->point);
     om_free(w->undo);
+    om_free(w->refine);
     om_free(w->backup);
     om_free(w);
 }
