@@ -8,7 +8,12 @@ A figure names the commit it was measured at, the command, and the code it depen
     <!-- measured: 1dcd819 by: omentum_bench fem code: src/fem src/solve -->
 
 The marker covers everything after it, up to the next marker or heading. At the end of a table row it covers that row
-alone. `by:` has the whole command; `code:` has files or folders of the checkout, separated by spaces. A block whose
+alone. `by:` has the whole command; `code:` has files or folders of the checkout, separated by spaces. Where the command
+was run again at a later commit, and computed the same bytes (the hash of a benchmark), this is said by
+
+    <!-- measured: 1dcd819 same: 9e54953 by: omentum_bench fem code: src/fem src/solve -->
+
+and changes count from there: times were measured at the first commit, results hold at the second. A block whose
 numbers are settings, limits or references, not measurements, is covered by
 
     <!-- not measured -->
@@ -28,7 +33,7 @@ import subprocess
 import sys
 
 COMMENT = re.compile(r"<!--\s*(.*?)\s*-->")
-MARKER = re.compile(r"measured: ([0-9a-f]{7,40}) by: (\S.*?) code: (\S.*)")
+MARKER = re.compile(r"measured: ([0-9a-f]{7,40})(?: same: ([0-9a-f]{7,40}))? by: (\S.*?) code: (\S.*)")
 NOT_MEASURED = "not measured"
 SECTION = re.compile(r"measured|tested|checked|speed|how good|what it costs|what is measured", re.I)
 BEGIN = re.compile(r"(\*\*)?(Measured|Speed|How good)\b")
@@ -51,8 +56,8 @@ class Block:
 
 
 class Marker:
-    def __init__(self, path, line, commit, command, code):
-        self.path, self.line, self.commit, self.command = path, line, commit, command
+    def __init__(self, path, line, commit, same, command, code):
+        self.path, self.line, self.commit, self.same, self.command = path, line, commit, same, command
         self.code, self.blocks = code.split(), []
 
 
@@ -73,7 +78,7 @@ class Figures:
             return None
         match = MARKER.fullmatch(comment)
         if not match:
-            self.error(path, line, f'"{comment}" is not of the form "measured: COMMIT by: COMMAND code: PATH ..."')
+            self.error(path, line, f'"{comment}" is not of the form "measured: COMMIT [same: COMMIT] by: COMMAND code: PATH ..."')
             return None
         marker = Marker(path, line, *match.groups())
         self.markers.append(marker)
@@ -147,11 +152,12 @@ class Figures:
         return None
 
     def changes(self, marker):
-        """The commits that changed the code of a marker since, newest first; an error if its commit is unknown."""
-        if self.git("merge-base", "--is-ancestor", marker.commit, "HEAD") is None:
-            self.error(marker.path, marker.line, f"commit {marker.commit} is not in the history")
-            return []
-        log = self.git("log", "--format=%h %s", f"{marker.commit}..HEAD", "--", *marker.code)
+        """The commits that changed the code of a marker since, newest first; an error if a commit is unknown."""
+        for commit in (marker.commit, marker.same):
+            if commit and self.git("merge-base", "--is-ancestor", commit, "HEAD") is None:
+                self.error(marker.path, marker.line, f"commit {commit} is not in the history")
+                return []
+        log = self.git("log", "--format=%h %s", f"{marker.same or marker.commit}..HEAD", "--", *marker.code)
         return log.split("\n") if log else []
 
 
@@ -166,7 +172,8 @@ def report(figures, is_all):
         if changes or is_all:
             title = marker.blocks[0].title() if marker.blocks else "covers nothing"
             lines.append(f"{marker.path}:{marker.line}: {title}")
-            lines.append(f"    measured at {marker.commit} by: {marker.command}")
+            same = f", the same bytes at {marker.same}," if marker.same else ""
+            lines.append(f"    measured at {marker.commit}{same} by: {marker.command}")
             lines.append(f"    {' '.join(marker.code)}: " + (f"{len(changes)} commits since, the last {changes[0]}"
                                                              if changes else "no change since"))
     unmarked = figures.unmarked()

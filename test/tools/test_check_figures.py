@@ -76,6 +76,15 @@ class History(Folder):
                                               "marker; 0 errors"))
             self.assertIn("no change since", self.check(document, is_all=True)[1])
 
+    def test_same_bytes_at_a_later_commit(self):
+        document = f"<!-- measured: {self.first} same: {self.second} by: bench code: src/fem -->\n\n3 ms\n"
+        errors, text = self.check(document, is_all=True)
+        self.assertEqual(errors, [])
+        self.assertIn(f"measured at {self.first}, the same bytes at {self.second}, by: bench", text)
+        self.assertIn("no change since", text)
+        errors, _ = self.check(document.replace(self.second, "0123abc"))
+        self.assertEqual(errors, ["doc.md:1: commit 0123abc is not in the history"])
+
     def test_a_marker_ends_at_the_next_heading(self):
         _, text = self.check(f"{self.marker(self.second)}\n\n3 ms\n\n| a | 4 ms |\n\n# Next\n\n5 ms\n")
         self.assertIn("doc.md:9: no marker: 5 ms", text)
