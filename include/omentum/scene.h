@@ -49,10 +49,11 @@ typedef struct OmSceneTissue {
     OmVec3 world_cells;        // of the simulated world's sheet, default 30 x 30 x 2
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1
-    OmVec3 up;       // against gravity, in the mesh's coordinates; default z; a patient has its own
-    OmVec3 view;     // from the tissue towards the endoscope; default -x
-    int law;         // OmLaw; default OM_STABLE_NEO_HOOKEAN
-    bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
+    OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
+    OmVec3 view;  // from the tissue towards the endoscope; default -x
+    int law;      // OmLaw; default OM_STABLE_NEO_HOOKEAN
+    bool is_averaged;  // OmTissueDef.is_averaged, of bodies of engine "fem"; default false
+    bool has_board;    // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
     // A patient or a volume has materials of its own, which a scene file leaves as they are (below 0)

@@ -52,7 +52,8 @@ typedef struct OmMeshQuality {
     double edge_min, edge_mean, edge_max;   // over distinct edges, m
     int npart;                              // parts that hang together by faces
     int euler;                              // Euler characteristic of the boundary
-    bool is_manifold;                       // every boundary edge belongs to two boundary triangles
+    int nlayer;  // elements through the thickest part: twice the edges to its middle, at least 1
+    bool is_manifold;  // every boundary edge belongs to two boundary triangles
 } OmMeshQuality;
 
 OM_API OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* quality);

@@ -33,6 +33,7 @@ static const OmYamlField tissue_field[] = {
     {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1},
     {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name},
     {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board)},
+    {"averaged", OM_YAML_BOOL, AT(OmSceneTissue, is_averaged)},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
     // what can be calibrated stands last: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},

@@ -58,6 +58,7 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     const double deg = 180 / OM_PI;
     add_row(t, "vertices", q->nvert, "%.0f", "");
     add_row(t, "parts", q->npart, "%.0f", "");
+    add_row(t, "elements through the thickness", q->nlayer, "%.0f", "");
     add_row(t, "smallest dihedral angle", q->dihedral_min * deg, "%.2f", "degrees");
     add_row(t, "largest dihedral angle", q->dihedral_max * deg, "%.2f", "degrees");
     add_row(t, "shortest edge", q->edge_min * 1e3, "%.2f", "mm");

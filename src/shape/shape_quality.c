@@ -250,15 +250,39 @@ done:
 
 // ---- all of it --------------------------------------------------------------------------------------------------
 
+// Edges between the boundary and the vertex furthest from it, times two: in from one side and out to the other.
+static int count_layers(const OmTetMesh* mesh, int nboundary, const int* boundary, int* depth) {
+    int deepest = 0;
+    for (int v = 0; v < mesh->nvert; v++) depth[v] = -1;
+    for (int k = 0; k < nboundary; k++) depth[boundary[k]] = 0;
+    for (bool is_growing = true; is_growing; deepest += is_growing) {
+        is_growing = false;
+        for (int e = 0; e < mesh->ntet; e++) {
+            const int* v = mesh->tet_vert + 4 * (size_t)e;
+            if (depth[v[0]] != deepest && depth[v[1]] != deepest && depth[v[2]] != deepest &&
+                depth[v[3]] != deepest)
+                continue;
+            for (int a = 0; a < 4; a++) {
+                if (depth[v[a]] >= 0) continue;
+                depth[v[a]] = deepest + 1;
+                is_growing = true;
+            }
+        }
+    }
+    return deepest > 0 ? 2 * deepest : 1;
+}
+
 OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* quality) {
     OmStatus status = OM_OK;
     OmSurface boundary = {0};
-    int* part = NULL;
+    int *part = NULL, *vert = NULL, *depth = NULL;
     memset(quality, 0, sizeof *quality);
     OM_TRY_DONE(om_tet_mesh_validate(mesh));
-    OM_TRY_DONE(om_tet_mesh_boundary(mesh, &boundary, NULL));
+    OM_TRY_DONE(om_tet_mesh_boundary(mesh, &boundary, &vert));
     OM_ALLOC_DONE(part, mesh->ntet);
+    OM_ALLOC_DONE(depth, mesh->nvert);
     OM_TRY_DONE(find_parts(mesh, part, &quality->npart));
+    quality->nlayer = count_layers(mesh, boundary.nvert, vert, depth);
     quality->nvert = mesh->nvert;
     quality->ntet = mesh->ntet;
     quality->nboundary_tri = boundary.ntri;
@@ -271,5 +295,7 @@ OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* quality) {
 done:
     om_surface_done(&boundary);
     om_free(part);
+    om_free(vert);
+    om_free(depth);
     return status;
 }

@@ -82,7 +82,7 @@ OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyP
     def.solver.max_iterations = CG_ITERATIONS;
     parts->pbd = particle_def(&scene->tissue);
     switch (engine_of(scene, site)) {
-    case OM_ENGINE_FEM: break;
+    case OM_ENGINE_FEM: def.is_averaged = scene->tissue.is_averaged; break;
     case OM_ENGINE_PBD:
     case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = &parts->pbd; break;
     case OM_ENGINE_SPRINGS: def.engine = "springs"; break;

@@ -2,6 +2,7 @@
 #include "test_alloc.h"
 
 #include "omentum/shape.h"
+#include "omentum/shape_meshing.h"
 
 static void test_box_fills_its_volume(void** unused) {
     (void)unused;
@@ -22,6 +23,13 @@ static void test_boundary_of_box_is_a_closed_sphere(void** unused) {
     OmTetMesh m;
     OmSurface s;
     int* vert = NULL;
+    OmMeshQuality quality;
+    for (int n = 1; n <= 8; n *= 2) {  // layers through the thinnest side
+        assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 2, 3), n, 9, 9, &m));
+        assert_ok(om_tet_mesh_quality(&m, &quality));
+        assert_int_equal(quality.nlayer, n);
+        om_tet_mesh_done(&m);
+    }
     assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 2, 3), 2, 3, 4, &m));
     assert_ok(om_tet_mesh_boundary(&m, &s, &vert));
     int nface = 2 * 2 * (2 * 3 + 3 * 4 + 2 * 4);

@@ -370,8 +370,10 @@ static void test_materials_of_a_site(void** state) {
         om_body_describe(&scene, &site, text, sizeof text);
         if (strncmp(text, said[k], strlen(said[k])) != 0)
             fail_msg("\"%s\" instead of \"%s\"", text, said[k]);
+        scene.tissue.is_averaged = true;
         OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
         OmTissueModel* model;
+        assert_true(def.is_averaged == (k == OM_ENGINE_FEM));
         assert_ok(om_tissue_create(&def, &model));
         double total = 0, volume = om_tet_mesh_volume(&site.mesh);
         for (int i = 0; i < site.mesh.nvert; ++i) total += om_tissue_mass(model)[i];
