@@ -187,7 +187,9 @@ typedef struct OmFemPressure {  // on faces of om_fem_mesh_boundary
     int nface, nface_node;
     const int* face_node;  // (nface x nface_node)
     OmVec3 traction;       // dead: N per m^2 of the rest area
-    double pressure;       // follower: Pa, against the outward normal of the deformed face
+    double
+        pressure;  // follower: Pa, against the outward normal of the deformed face. On a surface with a
+                   // free rim the tangent is unsymmetric: UMFPACK in place of CHOLMOD, GMRES of CG
 } OmFemPressure;
 
 typedef struct OmFemLoad {  // zero-initialise; everything at its full value, load = 1

@@ -1,7 +1,8 @@
-/// omentum/solve.h: block-sparse symmetric systems of 3x3 blocks (floor 1).
+/// omentum/solve.h: block-sparse systems of 3x3 blocks, symmetric ones above all (floor 1).
 ///
 /// A pattern is made once from the elements; values are written every step; solvers are
-/// interchangeable: CG with block Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD).
+/// interchangeable: CG with block Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD). A matrix that
+/// is not symmetric has sparse LU factors (UMFPACK), or GMRES with a symmetric solver as preconditioner.
 /// Matrices are float; the residual that is reported is recomputed in double from b - A x. Where CG in float
 /// does not reduce it (very flat elements), CG in double with block Jacobi goes on.
 ///
@@ -27,7 +28,8 @@ extern "C" {
 ///
 /// Row i holds the blocks row_adr[i] .. row_adr[i + 1]: first the diagonal block (i, i), then the
 /// neighbours in ascending order. Entry (3 i + r, 3 j + c) of block k is value[9 k + 3 c + r]: blocks
-/// are stored by columns. Whoever writes block (i, j) also writes its transpose to (j, i).
+/// are stored by columns. Whoever writes block (i, j) also writes its transpose to (j, i), except for OM_LU and
+/// om_solver_solve_gmres, which take any values in this pattern.
 ///
 /// Assembly without atomics: give each thread rows, or edges. Edge e joins vertices i < j; its blocks
 /// (i, j) and (j, i) are edge_adr[2 e] and edge_adr[2 e + 1], its vertices edge_vert[2 e], [2 e + 1];
@@ -77,7 +79,8 @@ OM_API void om_bsr_apply(const OmBsr* A, int nworker, const double* x, double* y
 typedef enum OmPreconditioner {
     OM_BLOCK_JACOBI,  // CG with the inverses of the diagonal blocks
     OM_MULTIGRID,     // CG with one V-cycle; needs vertex positions
-    OM_CHOLESKY       // no CG: CHOLMOD factors A in double; the reference, and for small models
+    OM_CHOLESKY,      // no CG: CHOLMOD factors A in double; the reference, and for small models
+    OM_LU             // no CG: UMFPACK factors A in double; A need not be symmetric
 } OmPreconditioner;
 
 typedef struct OmSolverDef {          // made by om_solver_default_def
@@ -95,7 +98,7 @@ typedef struct OmSolverDef {          // made by om_solver_default_def
 } OmSolverDef;
 
 typedef struct OmSolveInfo {  // what a solve did
-    int iterations;           // CG iterations, the most of any right-hand side; 0 for OM_CHOLESKY
+    int iterations;           // CG iterations, the most of any right-hand side; 0 for factors
     double residual;  // |b - A x| / |b|, recomputed in double, the largest of any right-hand side
 } OmSolveInfo;
 
@@ -120,12 +123,14 @@ OM_API void om_solver_set_reference(OmSolver* solver, double norm);
 /// Take over new values of A: invert diagonal blocks, make coarse matrices, or factor. No allocation,
 /// except inside CHOLMOD.
 /// @param A  the pattern of create
-/// @return OM_OK, OM_NOT_SPD (a pivot is not positive; solve refuses until the next refresh),
+/// @return OM_OK, OM_NOT_SPD (a pivot is not positive; OM_LU: singular; solve refuses until the next refresh),
 ///         OM_INVALID (a value is not finite)
 OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
 /// The same after a few stiff terms (contacts) came or went: only diagonal blocks are inverted anew, coarse
 /// matrices keep what they have. Solutions do not depend on it, iterations do. OM_CHOLESKY factors.
 OM_API OmStatus om_solver_refresh_diagonal(OmSolver* solver, const OmBsr* A);
+/// The sign of the determinant of an OM_LU solver's matrix, 1 or -1; 0 for the others, and if not refreshed.
+OM_API int om_solver_sign(const OmSolver* solver);
 /// Replace def.tolerance in later solves; outside (0, 1) it is def.tolerance again.
 OM_API void om_solver_set_tolerance(OmSolver* solver, double tolerance);
 /// Solve A x = b for the free degrees of freedom.
@@ -140,6 +145,15 @@ OM_API void om_solver_set_tolerance(OmSolver* solver, double tolerance);
 ///         OM_NOT_SPD (x unchanged); OM_INVALID (b or x not finite, not refreshed; x unchanged)
 OM_API OmStatus om_solver_solve(OmSolver* solver, const OmBsr* A, int nrhs, const double* b,
                                 double* x, OmSolveInfo* info);
+/// Solve B x = b for a B that is not symmetric, by GMRES (flexible; Saad 1993) with this solver as preconditioner.
+/// @param A          near to B, symmetric, as at the last refresh
+/// @param B          the pattern of A, any values; `exact` is used if it is there
+/// @param tolerance  of |b - B x| over that of the prescribed values alone, in (0, 1)
+/// @param b, x       one right-hand side, as in om_solver_solve; zero is the first guess
+/// @return as om_solver_solve; OM_NO_MEMORY (60 vectors are taken for the time of the call)
+OM_API OmStatus om_solver_solve_gmres(OmSolver* solver, const OmBsr* A, const OmBsr* B,
+                                      double tolerance, const double* b, double* x,
+                                      OmSolveInfo* info);
 /// Bytes held by the solver, work vectors and coarse levels included, CHOLMOD's factor not.
 OM_API size_t om_solver_memory(const OmSolver* solver);
 

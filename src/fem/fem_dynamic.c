@@ -58,6 +58,7 @@ OmStatus om_fem_create_dynamics(const OmFemSolid* s, const OmFemDynamicDef* def,
     OmSolverDef solver = def->solver;
     if (def->integrator == OM_CENTRAL_DIFFERENCE) solver.preconditioner = OM_BLOCK_JACOBI;
     OM_TRY_DONE(om__newton_create(s, &solver, &d->newton));
+    d->newton.is_explicit = def->integrator == OM_CENTRAL_DIFFERENCE;
     d->newton.max_newton = def->max_newton;
     d->newton.tolerance = def->tolerance;
     d->newton.is_consistent = def->is_consistent_mass;

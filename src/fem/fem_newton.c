@@ -1,11 +1,10 @@
 // fem_newton.c: Newton's method for equilibrium at one load, with inertia if asked.
 //
 // The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
-// solves A dx = -dE/dx, with prescribed entries of dx given in the first one, then halves dx (by the parabola
-// through what is known) until E falls; where a follower load leaves no E, or the fall is lost in its rounding
-// (its terms cancel at rest), until the force along dx does (Hager and Zhang 2005). A that is not positive
-// definite is made anew of projected element tangents, and shifted by its diagonal if that is not enough: the
-// step then still goes downhill. Nocedal and Wright (2006), chapters 3 and 11.
+// solves A dx = -dE/dx, with prescribed entries of dx given in the first one (fem_linear.c), then halves dx (by the
+// parabola through what is known) until E falls; where a follower load leaves no E, or the fall is lost in its
+// rounding (its terms cancel at rest), until the force along dx does (Hager and Zhang 2005). Where the follower load
+// makes A unsymmetric, the norm of the residual must fall. Nocedal and Wright (2006), chapters 3 and 11.
 //
 // Slender bodies turn: there whole steps, though the energy rises at first, are three times quicker than steps
 // that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
@@ -25,7 +24,6 @@
 #define DESCENT 1e-4           // share of the predicted fall that must come true
 #define SLOPE_LEFT 0.9         // share of the force along the step that may be left at its end
 #define ENERGY_ROUNDING 1e-13  // of the energies that are summed
-#define FORCE_ROUNDING 4e-16
 
 // ---- create -----------------------------------------------------------------------------------------
 
@@ -44,6 +42,9 @@ OmStatus om__newton_create(const OmFemSolid* s, const OmSolverDef* solver, OmFem
     *N = (OmFemNewton){.solid = s, .solver_def = *solver};
     OmStatus status = OM_OK;
     size_t n = 3 * (size_t)s->mesh.nnode;
+    OM_CHECK_DONE(
+        solver->preconditioner != OM_LU, OM_INVALID,
+        "OmSolverDef.preconditioner = OM_LU cannot tell a stable solid from an unstable one");
     OM_TRY_DONE(om_fem_create_matrix(s, &N->A));
     OM_TRY_DONE(om_solver_create(&N->solver_def, &N->A, s->mesh.x, &N->solver));
     double** array[] = {&N->x_hat, &N->dead, &N->r,       &N->dx,
@@ -62,7 +63,9 @@ done:
 
 void om__newton_done(OmFemNewton* N) {
     om_solver_destroy(N->solver);
+    om_solver_destroy(N->lu);
     om_bsr_destroy(&N->A);
+    om_bsr_destroy(&N->B);
     double* array[] = {N->x_hat, N->dead, N->r, N->dx, N->trial, N->work, N->scratch, N->start};
     for (int k = 0; k < 8; ++k) om_free(array[k]);
     om_free(N->fixed);
@@ -78,7 +81,7 @@ OmStatus om__newton_set_load(OmFemNewton* N, const OmFemLoad* load) {
     memset(N->dead, 0, n * sizeof(double));
     om__fem_add_dead(N->solid, load, N->is_lumped, N->dead);
     om_solver_set_fixed(N->solver, N->fixed);
-    return OM_OK;
+    return om__newton_prepare(N);
 }
 
 // ---- residual and energy ----------------------------------------------------------------------------
@@ -138,91 +141,29 @@ OmStatus om__newton_residual(OmFemNewton* N, const double* x, double share, doub
     return OM_OK;
 }
 
-// ---- the linear system ------------------------------------------------------------------------------
-
-// The tangent of `extra`; projected, each node loses what is negative of its own block.
-static OmStatus add_extra(OmFemNewton* N, const double* x, double share, bool is_projected) {
-    OmBsr* A = &N->A;
-    const OmFemExtra* extra = N->load->extra;
-    for (int i = 0; i < A->nvert && is_projected; ++i)
-        memcpy(N->own + 9 * (size_t)i, A->exact + 9 * (size_t)A->row_adr[i], 9 * sizeof(double));
-    OM_TRY(extra->eval(extra->ctx, x, share, NULL, NULL, A));
-    for (int i = 0; i < A->nvert && is_projected; ++i) {
-        const double *own = N->own + 9 * (size_t)i, *now = A->exact + 9 * (size_t)A->row_adr[i];
-        if (memcmp(own, now, 9 * sizeof *own) == 0) continue;
-        OmVec3 w;
-        OmMat3 V, more = om_mat3_cols(om_sub(om_load3(now, 0), om_load3(own, 0)),
-                                      om_sub(om_load3(now, 1), om_load3(own, 1)),
-                                      om_sub(om_load3(now, 2), om_load3(own, 2)));
-        om_mat3_eigen_symmetric(more, &w, &V);
-        OmMat3 lift = om_mat3_diag(om_vec3(fmax(-w.x, 0), fmax(-w.y, 0), fmax(-w.z, 0)));
-        om_bsr_add(A, A->row_adr[i], om_mat3_mul(V, om_mat3_mul(lift, om_mat3_transpose(V))));
-    }
-    return OM_OK;
-}
-
-static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool is_projected,
-                            double shift) {
-    OM_TRY(om__fem_tangent(N->solid, x, is_projected, &N->A));
-    if (!is_projected) om__fem_add_follower(N->load, x, share, NULL, &N->A);
-    if (N->load->extra) OM_TRY(add_extra(N, x, share, is_projected));
-    if (N->inertia > 0) om_fem_add_mass(N->solid, N->inertia, N->is_consistent, &N->A);
-    // What rounding of positions does to forces, and the shift.
-    double largest = 0, sum = 0;
-    for (size_t i = 0; i < 3 * (size_t)N->solid->mesh.nnode; ++i)
-        largest = fmax(largest, fabs(x[i]));
-    for (int i = 0; i < N->A.nvert; ++i) {
-        double d[3];
-        for (int c = 0; c < 3; ++c) d[c] = N->A.exact[9 * (size_t)N->A.row_adr[i] + 4 * (size_t)c];
-        for (int c = 0; c < 3; ++c) sum += d[c] * d[c];
-        if (shift <= 0) continue;
-        OmVec3 more = {shift * fabs(d[0]), shift * fabs(d[1]), shift * fabs(d[2])};
-        om_bsr_add(&N->A, N->A.row_adr[i], om_mat3_diag(more));
-    }
-    N->rounding = FORCE_ROUNDING * largest * sqrt(sum);
-    return OM_OK;
-}
-
-// dx, its prescribed entries given, from A dx = -r; A made positive definite if it is not.
-static OmStatus find_step(OmFemNewton* N, const double* x, double share, OmFemReport* report) {
-    size_t n = 3 * (size_t)N->solid->mesh.nnode;
-    for (size_t i = 0; i < n; ++i) N->work[i] = -N->r[i];
-    N->is_repaired = false;
-    for (int attempt = N->solid->is_projected ? 1 : 0; attempt < 6; ++attempt) {
-        OM_TRY(make_matrix(N, x, share, attempt > 0, attempt < 2 ? 0 : pow(10, attempt - 5)));
-        OmStatus status = om_solver_refresh(N->solver, &N->A);
-        if (status == OM_OK) {
-            OmSolveInfo info;
-            for (size_t i = 0; i < n; ++i)
-                if (!N->fixed[i]) N->dx[i] = 0;
-            status = om_solver_solve(N->solver, &N->A, 1, N->work, N->dx, &info);
-            report->ncg += info.iterations;
-        }
-        if (status == OM_INVALID) {  // our own numbers have overflowed
-            snprintf(report->reason, sizeof report->reason, "the linear system is not finite");
-            return OM_NOT_CONVERGED;
-        }
-        if (status < 0) return status;
-        if (status == OM_NOT_SPD) {
-            N->is_repaired = true;
-            continue;
-        }
-        double slope = 0;
-        bool is_driven = false;
-        for (size_t i = 0; i < n; ++i) {
-            if (N->fixed[i])
-                is_driven = is_driven || N->dx[i] != 0;
-            else
-                slope += N->r[i] * N->dx[i];
-        }
-        if (slope <= 0 || is_driven) return OM_OK;
-    }
-    snprintf(report->reason, sizeof report->reason,
-             "the tangent could not be made positive definite");
-    return OM_NOT_CONVERGED;
-}
-
 // ---- line search ------------------------------------------------------------------------------------
+
+// x += a dx with the first a = 1, .. that lowers the norm of the residual, whose slope along dx is itself with a
+// minus. Where none does, x stays.
+static OmStatus reduce_residual(OmFemNewton* N, double share, double* x, Balance* b) {
+    size_t n = 3 * (size_t)N->solid->mesh.nnode;
+    Balance now = *b;
+    double a = 1, before = b->residual * b->residual;
+    for (int turn = 0; turn < MAX_BACKTRACK; ++turn) {
+        for (size_t i = 0; i < n; ++i) N->trial[i] = x[i] + a * N->dx[i];
+        OM_TRY(eval_balance(N, N->trial, share, N->r, &now));
+        if (N->is_plain ? isfinite(now.residual)
+                        : now.residual <= (1 - DESCENT * a) * b->residual) {
+            memcpy(x, N->trial, n * sizeof *x);
+            *b = now;
+            return OM_OK;
+        }
+        double rise = now.residual * now.residual - before;
+        double next = isfinite(rise) ? before * a * a / (rise + 2 * before * a) : 0;
+        a = fmin(fmax(next, 0.1 * a), 0.5 * a);
+    }
+    return eval_balance(N, x, share, N->r, b);
+}
 
 // x += a dx with the first a = 1, .. that lowers the energy, or the force along dx where there is no telling
 // energies apart; r and b follow.
@@ -231,6 +172,7 @@ static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b)
     bool has_energy = !om__fem_has_follower(N->load);
     double slope = 0, a = 1;
     Balance now = *b;
+    if (N->is_unsymmetric) return reduce_residual(N, share, x, b);
     for (size_t i = 0; i < n; ++i) slope += N->r[i] * N->dx[i];
     for (int turn = 0; turn < MAX_BACKTRACK; ++turn) {
         for (size_t i = 0; i < n; ++i) N->trial[i] = x[i] + a * N->dx[i];
@@ -285,7 +227,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
     bool is_moved = set_prescribed(N, target, x);
     if (!is_moved && note_residual(N, &b, report)) return OM_OK;
     for (int turn = 0; turn < N->max_newton; ++turn) {
-        OmStatus status = find_step(N, x, share, report);
+        OmStatus status = om__newton_step(N, x, share, report);
         if (status != OM_OK) return status;
         ++report->nnewton;
         if (is_moved) {  // there is no energy to compare with until the prescribed ones are in place
@@ -326,6 +268,8 @@ OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, do
             status == OM_OK && !N->is_repaired && om_fem_eval_volume(N->solid, x, NULL) > 0;
         if (status < 0 || is_done || N->is_plain_only) return status;
         memcpy(x, N->start, n * sizeof *x);
+        // A shorter load step is quicker than a line search on the norm of the residual.
+        if (N->is_unsymmetric) return OM_NOT_CONVERGED;
     } else if (guess) {
         Balance here, there;
         OM_TRY(eval_balance(N, x, share, N->r, &here));

@@ -131,8 +131,8 @@ OmStatus om__fem_check_load(const OmFemSolid* solid, const OmFemLoad* load);
 void om__fem_add_dead(const OmFemSolid* solid, const OmFemLoad* load, bool is_lumped, double* f);
 /// Is there a load that is not the gradient of an energy?
 bool om__fem_has_follower(const OmFemLoad* load);
-/// Follower forces at x times `share` added to f; the symmetric part of their tangent subtracted from A. Either
-/// may be null.
+/// Follower forces at x times `share` added to f; their tangent, which need not be symmetric, subtracted from A.
+/// Either may be null.
 void om__fem_add_follower(const OmFemLoad* load, const double* x, double share, double* f,
                           OmBsr* A);
 
@@ -145,9 +145,15 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     OmSolverDef solver_def;
     OmBsr A;
     OmSolver* solver;
+    OmSolver* lu;  // of an unsymmetric A; where `solver` is Cholesky and a pressure follows
+    OmBsr B;       // the unsymmetric matrix; where `solver` is iterative and a pressure follows
     int max_newton;
     bool is_plain, is_plain_only;  // whole steps now, and never others
-    bool is_repaired;              // the last tangent had to be made positive definite
+    bool is_explicit;              // no linear systems
+    bool has_follower;             // a pressure follows
+    bool is_unsymmetric;           // the last step was of an unsymmetric tangent
+    bool
+        is_repaired;  // the last tangent had to be made positive definite, or had a negative determinant
     double tolerance;
     double inertia;                 // factor of M in the tangent, 1/s^2; 0: statics
     bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses
@@ -158,6 +164,12 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     double rounding;         // norm of forces that rounding of positions makes, N
     double energy_rounding;  // of the stored energy, whose terms cancel at rest, J
 } OmFemNewton;
+
+/// Solvers that the load needs; after N->load and N->fixed are set.
+OmStatus om__newton_prepare(OmFemNewton* newton);
+/// dx, its prescribed entries given, from A dx = -r; A made positive definite if it is symmetric and is not.
+/// @return OM_OK, OM_NOT_CONVERGED (report->reason), errors
+OmStatus om__newton_step(OmFemNewton* newton, const double* x, double share, OmFemReport* report);
 
 /// CHOLMOD for few nodes, else CG with multigrid.
 OmSolverDef om__newton_solver_def(const OmFemSolid* solid);

@@ -12,6 +12,7 @@
 #include "omentum/solve.h"
 
 typedef struct OmCholesky OmCholesky;    // solve_cholmod.c
+typedef struct OmLu OmLu;                // solve_umfpack.c
 typedef struct OmMultigrid OmMultigrid;  // solve_multigrid.c
 
 typedef struct OmInterp OmInterp;  // solve_multigrid.h
@@ -53,6 +54,7 @@ struct OmSolver {
         vector;  // what follows, in one piece, which is also used as doubles (see solve_double.c)
     float *r, *u, *w, *p, *s, *x;  // CG vectors                                    (nvert x width)
     OmCholesky* cholesky;
+    OmLu* lu;
     OmMultigrid* multigrid;
     size_t memory;  // bytes
 };
@@ -151,5 +153,16 @@ void om__cholesky_destroy(OmCholesky* chol);
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed);
 /// b: nrhs columns of 3 nvert, overwritten with the solution.
 OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b);
+
+// ---- solve_umfpack.c --------------------------------------------------------------------------------
+
+OmStatus om__lu_create(const OmBsr* A, OmLu** lu);
+void om__lu_destroy(OmLu* lu);
+/// OM_NOT_SPD: singular.
+OmStatus om__lu_refresh(OmLu* lu, const OmBsr* A, const unsigned char* fixed);
+/// b: nrhs columns of 3 nvert, overwritten with the solution.
+OmStatus om__lu_solve(OmLu* lu, int nrhs, double* b);
+/// 1 or -1: the sign of the determinant.
+int om__lu_sign(const OmLu* lu);
 
 #endif

@@ -6,6 +6,7 @@
 
 #define COOKIE 0x50f7e501u
 #define MIN_CHUNK_ROWS 48  // shorter ones cost more in sums than they give in balance
+#define MAX_REFINE 4       // residuals of a direct solve
 #define MAX_CHUNKS 64      // every worker adds all partial sums at every iteration
 
 OmSolverDef om_solver_default_def(void) {
@@ -22,8 +23,8 @@ static OmStatus check_def(const OmSolverDef* def, const OmBsr* A, const double* 
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
              "OmSolverDef was not made by om_solver_default_def");
     OM_CHECK(A && A->nvert > 0, OM_INVALID, "om_solver_create: the matrix has no rows");
-    OM_CHECK(def->preconditioner >= OM_BLOCK_JACOBI && def->preconditioner <= OM_CHOLESKY,
-             OM_INVALID, "OmSolverDef.preconditioner = %d is none of OmPreconditioner",
+    OM_CHECK(def->preconditioner >= OM_BLOCK_JACOBI && def->preconditioner <= OM_LU, OM_INVALID,
+             "OmSolverDef.preconditioner = %d is none of OmPreconditioner",
              (int)def->preconditioner);
     OM_CHECK(def->max_iterations >= 1, OM_INVALID,
              "OmSolverDef.max_iterations = %d, must be at least 1", def->max_iterations);
@@ -78,7 +79,7 @@ static OmStatus take_vectors(OmSolver* S) {
     S->xd = take(S, 3 * n * lanes, sizeof(double));
     S->rd = take(S, 3 * n * lanes, sizeof(double));
     if (!S->fixed || !S->fixed_vert || !S->chunk_fixed || !S->xd || !S->rd) return OM_NO_MEMORY;
-    if (S->def.preconditioner == OM_CHOLESKY) return OM_OK;
+    if (S->def.preconditioner >= OM_CHOLESKY) return OM_OK;
     S->free_mask = take(S, 4 * n, sizeof(float));
     S->dinv = take(S, 9 * n + 3, sizeof(float));
     S->partial = take(S, (3 * lanes + 2) * num, sizeof(double));
@@ -102,10 +103,11 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     S->tolerance = def->tolerance;
     S->nvert = A->nvert;
     S->nblock = A->nblock;
-    S->max_lane = def->max_rhs > 1 && def->preconditioner != OM_CHOLESKY ? OM_MAX_LANE : 1;
+    S->max_lane = def->max_rhs > 1 && def->preconditioner < OM_CHOLESKY ? OM_MAX_LANE : 1;
     OM_TRY_DONE(cut_chunks(S, A));
     OM_TRY_DONE(take_vectors(S));
     if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
+    if (def->preconditioner == OM_LU) OM_TRY_DONE(om__lu_create(A, &S->lu));
     if (def->preconditioner == OM_MULTIGRID)
         OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker),
                                          S->max_lane > 1 ? 24 : 4, def->row_bound, &S->multigrid,
@@ -119,6 +121,7 @@ done:
 void om_solver_destroy(OmSolver* S) {
     if (!S) return;
     om__cholesky_destroy(S->cholesky);
+    om__lu_destroy(S->lu);
     om__multigrid_destroy(S->multigrid);
     om_free(S->chunks.begin);
     om_free(S->fixed);
@@ -222,8 +225,9 @@ static OmStatus refresh(OmSolver* S, const OmBsr* A, bool is_whole) {
         A->nvert == S->nvert && A->nblock == S->nblock, OM_INVALID,
         "om_solver_refresh: the matrix has %d rows and %d blocks, the solver was made for %d and %d",
         A->nvert, A->nblock, S->nvert, S->nblock);
-    OmStatus status =
-        S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed) : invert_diagonal(S, A);
+    OmStatus status = S->cholesky ? om__cholesky_refresh(S->cholesky, A, S->fixed)
+                      : S->lu     ? om__lu_refresh(S->lu, A, S->fixed)
+                                  : invert_diagonal(S, A);
     if (status == OM_OK && S->multigrid && is_whole)
         om__multigrid_refresh(S->multigrid, A, S->def.nworker);
     S->is_ready = status == OM_OK;
@@ -231,6 +235,8 @@ static OmStatus refresh(OmSolver* S, const OmBsr* A, bool is_whole) {
 }
 
 OmStatus om_solver_refresh(OmSolver* S, const OmBsr* A) { return refresh(S, A, true); }
+
+int om_solver_sign(const OmSolver* S) { return S->lu && S->is_ready ? om__lu_sign(S->lu) : 0; }
 
 OmStatus om_solver_refresh_diagonal(OmSolver* S, const OmBsr* A) {
     return refresh(S, A, !S->is_ready);
@@ -248,14 +254,53 @@ static bool is_finite_system(const OmSolver* S, int nrhs, const double* b, const
     return true;
 }
 
+// rd = b - A xd and its norm, of the values that were factored.
 static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
     double sum = 0;
-    for (int k = 0; k < S->chunks.num; ++k) {
+    for (int k = 0; k < S->chunks.num && !A->exact; ++k) {
         double rr;
         om__kernels_one.residual(S, A, b, 1, k, &rr);
         sum += rr;
     }
+    for (int i = 0; i < S->nvert && A->exact; ++i) {
+        for (size_t r = 0; r < 3; ++r) {
+            size_t n = 3 * (size_t)i + r;
+            double y = 0;
+            for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+                const double *a = A->exact + 9 * (size_t)k + r, *x = S->xd + 3 * (size_t)A->col[k];
+                y += a[0] * x[0] + a[3] * x[1] + a[6] * x[2];
+            }
+            S->rd[n] = S->fixed[n] ? 0 : b[n] - y;
+            sum += S->rd[n] * S->rd[n];
+        }
+    }
     return sqrt(sum);
+}
+
+static OmStatus solve_factors(OmSolver* S, int nrhs, double* b) {
+    return S->lu ? om__lu_solve(S->lu, nrhs, b) : om__cholesky_solve(S->cholesky, nrhs, b);
+}
+
+// What the factors leave of the residual; where that is too much, corrections are added as long as they help.
+static OmStatus refine_direct(OmSolver* S, const OmBsr* A, const double* b, double* x,
+                              double* residual) {
+    size_t n = 3 * (size_t)S->nvert;
+    for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? x[i] : 0.0;
+    double scale = serial_residual(S, A, b), last = INFINITY;
+    for (int turn = 0; turn < MAX_REFINE; ++turn) {
+        for (size_t i = 0; i < n; ++i) S->xd[i] = x[i];
+        if (turn > 0) {  // rd holds the residual of x
+            OM_TRY(solve_factors(S, 1, S->rd));
+            for (size_t i = 0; i < n; ++i) S->xd[i] += S->fixed[i] ? 0.0 : S->rd[i];
+        }
+        double norm = serial_residual(S, A, b);
+        if (turn > 0 && !(norm < last)) break;
+        for (size_t i = 0; i < n; ++i) x[i] = S->xd[i];
+        last = norm;
+        if (norm <= S->tolerance * scale || S->tolerance == 0.0) break;
+    }
+    *residual = scale > 0.0 ? last / scale : 0.0;
+    return OM_OK;
 }
 
 // Right-hand sides, with the prescribed values at the rows of the identity, are solved in place in x.
@@ -270,16 +315,15 @@ static OmStatus solve_direct(OmSolver* S, const OmBsr* A, int nrhs, const double
         serial_residual(S, A, b + n * (size_t)k);
         for (size_t i = 0; i < n; ++i) xk[i] = S->fixed[i] ? xk[i] : S->rd[i];
     }
-    OM_TRY(om__cholesky_solve(S->cholesky, nrhs, x));
+    OM_TRY(solve_factors(S, nrhs, x));
     for (int k = 0; k < nrhs; ++k) {
-        const double* xk = x + n * (size_t)k;
-        for (size_t i = 0; i < n; ++i) S->xd[i] = S->fixed[i] ? xk[i] : 0.0;
-        double scale = serial_residual(S, A, b + n * (size_t)k);
-        for (size_t i = 0; i < n; ++i) S->xd[i] = xk[i];
-        double norm = serial_residual(S, A, b + n * (size_t)k);
-        if (scale > 0.0) info->residual = fmax(info->residual, norm / scale);
+        double residual;
+        OM_TRY(refine_direct(S, A, b + n * (size_t)k, x + n * (size_t)k, &residual));
+        info->residual = fmax(info->residual, isfinite(residual) ? residual : (double)INFINITY);
     }
-    return OM_OK;
+    if (info->residual <= S->tolerance || S->tolerance == 0.0) return OM_OK;
+    return om_error(OM_NOT_CONVERGED, "solve: the factors leave a residual of %.3g, wanted %.3g",
+                    info->residual, S->tolerance);
 }
 
 OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
@@ -294,7 +338,8 @@ OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b,
              "solve: a right-hand side or a first guess is not finite");
     size_t n = 3 * (size_t)S->nvert;
     OmStatus result = OM_OK;
-    for (int k = 0, num; k < nrhs && !S->cholesky; k += num) {
+    bool is_direct = S->cholesky || S->lu;
+    for (int k = 0, num; k < nrhs && !is_direct; k += num) {
         num = nrhs - k < S->max_lane ? nrhs - k : S->max_lane;
         OmStatus status = om__cg_solve(S, A, num, b + n * (size_t)k, x + n * (size_t)k, &one);
         OM_TRY(status);
@@ -303,7 +348,7 @@ OmStatus om_solver_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b,
         if (one.iterations > worst.iterations) worst.iterations = one.iterations;
         worst.residual = fmax(worst.residual, one.residual);
     }
-    if (S->cholesky) result = solve_direct(S, A, nrhs, b, x, &worst);
+    if (is_direct) result = solve_direct(S, A, nrhs, b, x, &worst);
     if (info) *info = worst;
     return result;
 }

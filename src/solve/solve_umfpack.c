@@ -1,0 +1,130 @@
+// solve_umfpack.c: the only file that knows UMFPACK (Davis 2004), which factors matrices that are not symmetric.
+//
+// Rows of blocks are written as compressed columns, so UMFPACK holds the transpose and is asked to solve with the
+// transpose of that. Prescribed degrees of freedom become rows and columns of the identity: the pattern and the
+// analysis never change. Indices are long: factors of solids have more entries than an int counts.
+#include <string.h>
+#include <umfpack.h>
+
+#include "solve/solve_internal.h"
+
+struct OmLu {
+    int n;
+    SuiteSparse_long *begin, *row;  // (n + 1), (entries)
+    double* value;                  // (entries)
+    double* y;                      // a solution (n)
+    void *symbolic, *numeric;
+    double control[UMFPACK_CONTROL];
+};
+
+static OmStatus status_of(SuiteSparse_long code, const char* what) {
+    if (code == UMFPACK_OK) return OM_OK;
+    if (code == UMFPACK_WARNING_singular_matrix)
+        return om_error(OM_NOT_SPD, "UMFPACK %s: the matrix is singular", what);
+    if (code == UMFPACK_ERROR_out_of_memory)
+        return om_error(OM_NO_MEMORY, "UMFPACK %s: not enough memory for the factors", what);
+    return om_error(OM_INVALID, "UMFPACK %s: status %d", what, (int)code);
+}
+
+// Blocks of row i in ascending order of columns: the lower neighbours, the diagonal one, the upper ones.
+static int block_of(const OmBsr* A, int i, int m, int nlower) {
+    if (m == nlower) return A->row_adr[i];
+    return A->row_adr[i] + (m < nlower ? m + 1 : m);
+}
+
+static int count_lower(const OmBsr* A, int i) {
+    int num = 0;
+    for (int k = A->row_adr[i] + 1; k < A->row_adr[i + 1] && A->col[k] < i; ++k) ++num;
+    return num;
+}
+
+static void fill_pattern(const OmBsr* A, OmLu* lu) {
+    SuiteSparse_long at = 0;
+    for (int i = 0; i < A->nvert; ++i) {
+        int nlower = count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
+        for (int r = 0; r < 3; ++r) {
+            lu->begin[3 * i + r] = at;
+            for (int m = 0; m < num; ++m)
+                for (int c = 0; c < 3; ++c)
+                    lu->row[at++] = 3 * A->col[block_of(A, i, m, nlower)] + c;
+        }
+    }
+    lu->begin[lu->n] = at;
+}
+
+OmStatus om__lu_create(const OmBsr* A, OmLu** out) {
+    *out = NULL;
+    OmStatus status = OM_OK;
+    OmLu* lu = om_calloc(1, sizeof *lu);
+    if (!lu) return OM_NO_MEMORY;
+    lu->n = 3 * A->nvert;
+    umfpack_dl_defaults(lu->control);
+    lu->control[UMFPACK_STRATEGY] = UMFPACK_STRATEGY_SYMMETRIC;  // the pattern is
+    lu->control[UMFPACK_ORDERING] = UMFPACK_ORDERING_METIS;
+    OM_ALLOC_DONE(lu->begin, (size_t)lu->n + 1);
+    OM_ALLOC_DONE(lu->row, 9 * (size_t)A->nblock);
+    OM_CALLOC_DONE(lu->value, 9 * (size_t)A->nblock);
+    OM_ALLOC_DONE(lu->y, lu->n);
+    fill_pattern(A, lu);
+    OM_TRY_DONE(status_of(umfpack_dl_symbolic(lu->n, lu->n, lu->begin, lu->row, NULL, &lu->symbolic,
+                                              lu->control, NULL),
+                          "analyse"));
+    *out = lu;
+done:
+    if (status < 0) om__lu_destroy(lu);
+    return status;
+}
+
+void om__lu_destroy(OmLu* lu) {
+    if (!lu) return;
+    umfpack_dl_free_symbolic(&lu->symbolic);
+    umfpack_dl_free_numeric(&lu->numeric);
+    om_free(lu->begin);
+    om_free(lu->row);
+    om_free(lu->value);
+    om_free(lu->y);
+    om_free(lu);
+}
+
+OmStatus om__lu_refresh(OmLu* lu, const OmBsr* A, const unsigned char* fixed) {
+    double* out = lu->value;
+    bool is_finite = true;
+    for (int i = 0; i < A->nvert; ++i) {
+        int nlower = count_lower(A, i), num = A->row_adr[i + 1] - A->row_adr[i];
+        for (int r = 0; r < 3; ++r) {
+            bool is_fixed = fixed[3 * i + r];
+            for (int m = 0; m < num; ++m) {
+                int k = block_of(A, i, m, nlower), j = A->col[k];
+                for (int c = 0; c < 3; ++c) {
+                    size_t at = 9 * (size_t)k + (size_t)(3 * c + r);
+                    double e = A->exact ? A->exact[at] : (double)A->value[at];
+                    is_finite = is_finite && e * 0.0 == 0.0;
+                    if (is_fixed || fixed[3 * j + c]) e = i == j && r == c ? 1.0 : 0.0;
+                    *out++ = e;
+                }
+            }
+        }
+    }
+    OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
+    umfpack_dl_free_numeric(&lu->numeric);
+    return status_of(umfpack_dl_numeric(lu->begin, lu->row, lu->value, lu->symbolic, &lu->numeric,
+                                        lu->control, NULL),
+                     "factorise");
+}
+
+OmStatus om__lu_solve(OmLu* lu, int nrhs, double* b) {
+    for (int k = 0; k < nrhs; ++k) {
+        double* bk = b + (size_t)k * (size_t)lu->n;
+        OM_TRY(status_of(umfpack_dl_solve(UMFPACK_At, lu->begin, lu->row, lu->value, lu->y, bk,
+                                          lu->numeric, lu->control, NULL),
+                         "solve"));
+        memcpy(bk, lu->y, (size_t)lu->n * sizeof *bk);
+    }
+    return OM_OK;
+}
+
+int om__lu_sign(const OmLu* lu) {
+    double mantissa = 0, exponent = 0;
+    umfpack_dl_get_determinant(&mantissa, &exponent, lu->numeric, NULL);
+    return mantissa > 0 ? 1 : -1;
+}
