@@ -29,6 +29,7 @@ typedef struct OmPbdTet {
     double gamma;              // volume ratio at which J's constraint is zero
     double volume_compliance;  // 1/J
     double shape_compliance;   // 1/J
+    double viscous_rate;       // of its shear, a second of internal friction: 1/s^2
 } OmPbdTet;
 
 typedef struct OmPbdBatch {  // elements of one colour, a lane each; lanes left over repeat the last
@@ -36,6 +37,7 @@ typedef struct OmPbdBatch {  // elements of one colour, a lane each; lanes left 
     int vert[4][OM__PBD_LANE];
     double grad[9][OM__PBD_LANE], gamma[OM__PBD_LANE];
     double volume_compliance[OM__PBD_LANE], shape_compliance[OM__PBD_LANE];
+    double viscous_rate[OM__PBD_LANE];
 } OmPbdBatch;
 
 typedef struct OmPbdLength {        // of an element of OM_PBD_LENGTHS
@@ -106,6 +108,7 @@ typedef struct OmPbdWork {  // of a work
     double* push;            // by each obstacle, N                       (max_obstacle x nvert x 3)
     OmPbdPairs pairs;
     bool has_pairs[OM_MAX_WORKER];  // found by each member of the team, in the substep
+    bool has_contact[OM_MAX_WORKER];
     OmPbdFrame* frame;  //                                                    (max_obstacle)
     int max_obstacle;
     size_t size;  // bytes of the above
@@ -121,6 +124,8 @@ typedef struct OmPbdStep {  // one step, shared by the team
     int nobstacle;
     OmTissueObstacle* obstacle;
     double h, sub;               // s, of the step and of a substep
+    double calm;                 // time of internal friction x sub, s^2
+    bool is_viscous;             // by the rate of strain, not by its gain in the step
     int nsub, k;                 // substeps; the substep
     OmPose arm[OM_TISSUE_NARM];  // tools at the end of the substep
 } OmPbdStep;
@@ -148,6 +153,8 @@ void om__pbd_elastic_done(OmPbdElastic* elastic);
 /// Batches [begin, end) of one colour: their multipliers at the substep's beginning; better ones.
 void om__pbd_start_elements(const OmPbdStep* s, int begin, int end);
 void om__pbd_solve_elements(const OmPbdStep* s, int begin, int end);
+/// Internal friction, on velocities.
+void om__pbd_calm_elements(const OmPbdStep* s, int begin, int end);
 OmStatus om__pbd_add_internal_force(const OmTissueModel* model, const double* x,
                                     const unsigned char* mask, double* force, OmVec3* sum);
 OmStatus om__pbd_get_energy(const OmTissueModel* model, const double* x, double* energy);

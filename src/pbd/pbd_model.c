@@ -25,6 +25,7 @@ OmPbdDef om_pbd_default_def(OmPbdKind kind) {
                     .cluster_spacing = 0.0127,
                     .cluster_radius = 0.0095,
                     .cluster_stiffness = 0.361,
+                    .internal_friction = -1,
                     .edge_stiffness = 10,
                     .volume_stiffness = 1e4,
                     .collision_distance = 0.003,
@@ -65,6 +66,11 @@ static OmStatus check_def(const OmPbdDef* def) {
              "pbd: iterations is %d; it must be from 1 to 1000", def->iterations);
     OM_CHECK(def->damping >= 0 && def->damping <= 1e6, OM_INVALID,
              "pbd: damping is %g 1/s; it must be from 0 to 1e6", def->damping);
+    OM_CHECK(def->internal_friction == -1 ||
+                 (def->internal_friction >= 0 && def->internal_friction <= 1e3),
+             OM_INVALID,
+             "pbd: internal_friction is %g s; it must be from 0 to 1000, or -1 (by the step)",
+             def->internal_friction);
     OM_CHECK(def->max_speed > 0 && def->max_speed <= 1e6, OM_INVALID,
              "pbd: max_speed is %g m/s; it must be above 0 and at most 1e6", def->max_speed);
     OM_CHECK(def->collision_distance >= 0 && def->collision_distance <= 1, OM_INVALID,

@@ -11,6 +11,8 @@
 #define SMALL 200  // elements of a colour, and 20 times as many members of clusters: worth sharing
 #define NEWTON_FIRST 3  // of rotations, after a prediction
 #define NEWTON_NEXT 1   // between iterations, which turn clusters by little
+#define CALM_EVERY 4    // substeps between passes of that friction without contact
+#define LOST_STEPS 2    // time of the friction that elements have by default, steps
 
 typedef struct Range {
     int begin, end;
@@ -48,11 +50,11 @@ static void predict(OmPbdStep* s, Range r) {
     for (int i = r.begin; i < r.end; ++i) {
         OmVec3 p = om_load3(s->x, i);
         om_store3(s->w->begin, i, p);
+        if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
         s->w->kind[i] = 0;
         s->w->give[i] = 0;
         if (om__is_prescribed(s->m, s->s, i)) {
             s->w->kind[i] = OM__PBD_PRESCRIBED;
-            if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
             om_store3(s->x, i, prescribed_place(s, i));
             continue;
         }
@@ -136,6 +138,13 @@ static void find_velocities(OmPbdStep* s, Range r) {
     }
 }
 
+// A light vertex of an element may have gained speed from heavy ones.
+static void limit_velocities(OmPbdStep* s, Range r) {
+    for (int i = r.begin; i < r.end; ++i)
+        if (!(s->w->kind[i] & OM__PBD_PRESCRIBED))
+            om_store3(s->v, i, limit_speed(om_load3(s->v, i), s->pbd->def.max_speed));
+}
+
 // ---- the step ---------------------------------------------------------------------------------------
 
 static void begin_substep(OmPbdStep* s, int k) {
@@ -149,6 +158,29 @@ static void begin_substep(OmPbdStep* s, int k) {
                                  om_quat_slerp(arm->pose.q, arm->goal.q, t)};
     }
     om__pbd_move_obstacles(s);
+}
+
+static bool is_touching(const OmPbdStep* s, Range r) {
+    for (int i = r.begin; i < r.end; ++i)
+        if ((s->w->kind[i] & OM__PBD_NEAR) && s->w->normal_sum[i] > 0) return true;
+    return false;
+}
+
+// Internal friction: in every substep with contact, where a blow is to be calmed; else in every fourth for all four.
+static void calm_down(OmPbdStep* s, OmTeam* team, Range part, int rank, int size) {
+    if (!(s->calm > 0)) return;
+    int k = s->k;  // before others may go on to the next
+    s->w->has_contact[rank] = is_touching(s, part);
+    om_team_barrier(team);
+    bool is_any = false;
+    for (int r = 0; r < size; ++r) is_any |= s->w->has_contact[r];
+    int left = k % CALM_EVERY + 1;
+    if (!is_any && left < CALM_EVERY && k + 1 < s->nsub) return;
+    OmPbdStep mine = *s;
+    if (!is_any) mine.calm *= left;
+    visit_elements(&mine, team, rank, size, s->pbd->elastic.batch_adr, om__pbd_calm_elements);
+    limit_velocities(s, part);
+    om_team_barrier(team);
 }
 
 // Who is near whom in this substep; the same answer for every member of the team: is there anyone?
@@ -203,6 +235,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
         }
         find_velocities(s, part);
         om_team_barrier(team);
+        calm_down(s, team, part, rank, size);
     }
 }
 
@@ -236,6 +269,13 @@ static bool is_small(const OmPbd* pbd) {
     return pbd->shape.adr[pbd->shape.ncluster] < SMALL * 20;
 }
 
+static void set_friction(OmPbdStep* s) {
+    double own = s->pbd->def.internal_friction, time = fmax(s->m->def.rayleigh_stiffness, own);
+    s->is_viscous = own >= 0 || time > 0;
+    if (!s->is_viscous) time = LOST_STEPS * s->h;
+    s->calm = s->pbd->def.kind == OM_PBD_ELASTIC ? time * s->sub : 0;
+}
+
 OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork* work, double h,
                       int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
     const OmPbd* pbd = m->data;
@@ -255,6 +295,7 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
                    .h = h,
                    .sub = h / nsub,
                    .nsub = nsub};
+    set_friction(&s);
     size_t n3 = 3 * (size_t)m->mesh.nvert * sizeof(double);
     memset(w->hold, 0, n3);
     if (nobstacle > 0) memset(w->push, 0, n3 * (size_t)nobstacle);
