@@ -60,21 +60,23 @@ static OmStatus watch_truth(Loop* loop) {
     OmBody* truth = om_world_truth(loop->world);
     loop->force_world = NAN;
     if (!truth) return OM_OK;
-    double was = loop->force_world_last, largest = 0, twin = 0;
+    double was = loop->force_world_last, largest = 0;
     OmBodyForces forces = {0};
     if (om_body_is_holding(truth, 0) || om_body_is_holding(truth, 1))
         OM_TRY(om_body_get_forces(truth, &forces));
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
-        largest = fmax(largest, om_norm(forces.pull[a]));
-        twin = fmax(twin, loop->force[a]);
+        double force = om_norm(forces.pull[a]);
+        largest = fmax(largest, force);
+        // While the jaws open the twin has let go already: only what both hold is compared.
+        if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
+        r->force_more = fmax(r->force_more, force - loop->force[a]);
+        r->force_less = fmax(r->force_less, loop->force[a] - force);
     }
     double epsilon = loop->scene->task.force_threshold;
     if (largest > epsilon && !(was > epsilon)) ++r->nforce_world;
     loop->force_world = loop->force_world_last = largest;
     loop->force_world_action = fmax(loop->force_world_action, largest);
     r->force_world_max = fmax(r->force_world_max, largest);
-    r->force_more = fmax(r->force_more, largest - twin);
-    r->force_less = fmax(r->force_less, twin - largest);
     return OM_OK;
 }
 

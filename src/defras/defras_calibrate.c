@@ -3,7 +3,8 @@
 // The twin alone tries every block of every layout from rest, whatever the force: a lift straight to the height
 // limit, then, if the ROI is still hidden, a fold away from the camera and, again from the height limit, a
 // fold towards the ROI. The largest pull of all three counts; the threshold is twice the median. The motions are
-// SPEED_UP times as fast as the task's.
+// SPEED_UP times as fast as the task's. A motion ends at CAP times the scene's threshold: what lies beyond changes
+// no median below it, and a median above it is an error.
 //
 // The margin is for how much more the tissue may bear than the twin says. Of the grasps that the planner may
 // choose (not above an attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. Of all
@@ -16,6 +17,7 @@
 #include "defras/defras_trial.h"
 
 #define SPEED_UP 3.0
+#define CAP 2.0
 #define TRUTH_EVERY 4
 #define MARGIN_QUANTILE 0.95
 
@@ -82,20 +84,21 @@ static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest,
     Trace trace[3] = {{0}, {0}, {0}};
     Course course = {.trace = &trace[0]};
     void* lifted = NULL;
+    double cap = CAP * twin->scene.task.force_threshold;
     int nheld;
     OM_TRY(om__trial_grasp(twin, block, &course, &nheld));
     if (nheld == 0) return OM_OK;
     OmStatus status = OM_OK;
-    OM_TRY_DONE(om__trial_lift(twin, (double)INFINITY, &course));
+    OM_TRY_DONE(om__trial_lift(twin, cap, &course));
     *largest = course.force;
-    if (course.visibility < twin->scene.task.visibility) {
+    if (!course.is_stopped && course.visibility < twin->scene.task.visibility) {
         lifted = om_alloc(1, om_body_state_size(twin->body));
         OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
         om_body_save(twin->body, lifted);
         for (int k = 0; k < 2; ++k) {
             if (k) om_body_restore(twin->body, lifted);
             Course c = {.tip = course.tip, .trace = &trace[1 + k]};
-            OM_TRY_DONE(om__trial_fold(twin, fold[k], (double)INFINITY, &c));
+            OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
             *largest = fmax(*largest, c.force);
         }
     }
@@ -175,6 +178,11 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
                                 .upper_quartile = quantile(c->largest, n, 0.75),
                                 .max = c->largest[n - 1]};
     out->threshold = 2 * out->median;
+    OM_CHECK(
+        out->median < CAP * c->scene->task.force_threshold, OM_INVALID,
+        "%s: half of the grasps take more than %g N, where the calibration ends a motion; make "
+        "force_threshold larger and calibrate again",
+        c->scene->path, CAP * c->scene->task.force_threshold);
     return find_margin(c, out);
 }
 
