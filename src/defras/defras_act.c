@@ -312,7 +312,7 @@ static OmStatus fold(Loop* loop, int arm, OmPlanVerb verb, OmActionOutcome* outc
     for (way -= FOLD_STEP; way > 0 && *outcome == OM_ACTION_UNREACHED; way -= FOLD_STEP) {
         OM_TRY(move_to(loop, arm, om_madd(tip, way, direction), true, outcome));
     }
-    if (*outcome == OM_ACTION_UNREACHED || *outcome != OM_ACTION_DONE) return OM_OK;
+    if (*outcome != OM_ACTION_DONE) return OM_OK;
     do {
         before = loop->visibility;
         OM_TRY(
