@@ -118,7 +118,7 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
 typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points; default 5
     double
-        force_threshold;  // N, epsilon of Alg. 4; default 1.97, the sheet's; calibrated per scene
+        force_threshold;  // N, epsilon of Alg. 4; default 2.55, the sheet's; calibrated per scene
     double
         force_margin;  // N, how much more than the twin says the tissue may really bear; the arms act at
                        // force_threshold less this; default 0, calibrated per scene

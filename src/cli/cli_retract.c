@@ -10,7 +10,8 @@ static const OmCliOption option[] = {
      "folder the scene's files are relative to (default: the scene's folder)"},
     {"--layout", NULL, "K", "seed of attachments and ROI (default: the scene's)"},
     {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
-    {"--force-threshold", NULL, "N", "epsilon of Alg. 4, in newtons (default: the scene's)"},
+    {"--force-threshold", NULL, "N",
+     "epsilon of Alg. 4, in newtons, without a margin (default: the scene's, with its margin)"},
     {"--calibrate-force", NULL, NULL,
      "measure the scene's force threshold instead of running it (6.5.1)"},
     {"--search", NULL, NULL,
@@ -182,6 +183,7 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
         strcpy(s->scene.data_root, data);
     }
     OM_TRY(om_cli_get_int(args, "--layout", 0, 2147483647, &s->scene.seed));
+    if (om_cli_get(args, "--force-threshold")) s->scene.task.force_margin = 0;
     return om_cli_get_double(args, "--force-threshold", 1e-3, 1e3, &s->scene.task.force_threshold);
 }
 

@@ -233,6 +233,10 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     memset(result, 0, sizeof *result);
     OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
+    const OmSceneTask* task = &def->scene->task;
+    OM_CHECK(task->force_margin >= 0 && om__force_limit(task) > 0, OM_INVALID,
+             "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
+             task->force_threshold);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
     double wall_start = om_clock_now();
     Loop* loop = om_calloc(1, sizeof *loop);

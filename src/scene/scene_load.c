@@ -187,7 +187,7 @@ OmScene om_scene_default(void) {
     s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240};
     s.world = (OmSceneWorld){0.85, 1.0, 0.2 * MM, true};
     s.task = (OmSceneTask){.grid = 5,
-                           .force_threshold = 1.97,
+                           .force_threshold = 2.55,
                            .max_height = 0.05,
                            .pull_step = 0.01,
                            .visibility = 0.8,
