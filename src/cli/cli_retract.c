@@ -150,7 +150,8 @@ static int calibrate(const Settings* s) {
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
     printf(
-        "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f, cut off at twice the threshold)\n"
+        "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f, "
+        "cut off at twice the threshold)\n"
         "force_threshold: %.2f  # N, twice the median\n"
         "force_margin: %.2f  # N, 95 %% quantile of truth less twin at %d instants; median %.2f N\n",
         s->scene.name, c.nrun, nlayout, c.median, c.lower_quartile, c.upper_quartile, c.max,
