@@ -224,8 +224,59 @@ static OmStatus validate(const OmScene* s, const char* name) {
     return OM_OK;
 }
 
+// ---- what a scene sets and nothing would use -----------------------------------------------------------------
+
+#define IN(source) (1u << (source))
+#define MADE (IN(OM_SOURCE_SHEET) | IN(OM_SOURCE_MESH))  // tissue without an anatomy of its own
+#define READ (IN(OM_SOURCE_MESH) | IN(OM_SOURCE_PATIENT) | IN(OM_SOURCE_VOLUME))
+#define USE(member, key, sources) \
+    { key, offsetof(OmScene, member), sizeof(((OmScene*)0)->member), sources }
+
+static const struct {
+    const char* key;
+    size_t offset, size;
+    unsigned sources;  // that use it
+} use_table[] = {
+    USE(tissue.size, "tissue: size_mm", IN(OM_SOURCE_SHEET)),
+    USE(tissue.cells, "tissue: cells", IN(OM_SOURCE_SHEET)),
+    USE(tissue.world_cells, "tissue: world_cells", IN(OM_SOURCE_SHEET)),
+    USE(tissue.file, "tissue: file", READ),
+    USE(tissue.unit, "tissue: unit_mm", IN(OM_SOURCE_MESH)),
+    USE(tissue.up, "tissue: up", IN(OM_SOURCE_MESH)),
+    USE(tissue.view, "tissue: view", READ),
+    USE(tissue.has_board, "tissue: board", MADE),
+    USE(model, "model", IN(OM_SOURCE_VOLUME)),
+    USE(attach.share_min, "attachments: share_min", MADE),
+    USE(attach.share_max, "attachments: share_max", MADE),
+    USE(attach.lo, "attachments: lo_mm", MADE),
+    USE(attach.hi, "attachments: hi_mm", MADE),
+    USE(roi, "roi", MADE),
+};
+
+// Keys that differ from the default and have no effect are mistakes of the one who wrote them.
+static OmStatus check_uses(const OmScene* s, const OmScene* plain, const char* name) {
+    for (int i = 0; i < COUNT(use_table); ++i) {
+        size_t at = use_table[i].offset;
+        bool is_set = memcmp((const char*)s + at, (const char*)plain + at, use_table[i].size) != 0;
+        OM_CHECK(!is_set || (use_table[i].sources & IN(s->tissue.source)), OM_INVALID,
+                 "%s: %s has no effect on tissue of source %s; remove it", name, use_table[i].key,
+                 source_name[s->tissue.source]);
+    }
+    OM_CHECK(s->tissue.source < OM_SOURCE_PATIENT || s->attach.kind == plain->attach.kind ||
+                 s->attach.kind == OM_ATTACH_SET,
+             OM_INVALID, "%s: attachments: a patient has its own; kind must be set", name);
+    OM_CHECK(s->attach.kind == OM_ATTACH_BOX ||
+                 (om_norm(s->attach.lo) == 0 && om_norm(s->attach.hi) == 0),
+             OM_INVALID, "%s: attachments: lo_mm and hi_mm have no effect without kind: box", name);
+    OM_CHECK(!s->roi.is_random || om_norm(s->roi.center) == 0, OM_INVALID,
+             "%s: roi: center_mm has no effect on a random region; say random: false", name);
+    return OM_OK;
+}
+
 OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene) {
     *scene = om_scene_default();
+    OmScene whole;
+    memcpy(&whole, scene, sizeof whole);
     OmSceneTissue *t = &scene->tissue, plain = *t;
     t->young = t->poisson = t->density = -1;  // the patient's own
     OM_TRY(om_yaml_parse(text, size, name, &scene_schema, scene));
@@ -234,8 +285,10 @@ OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene
         if (t->poisson < 0) t->poisson = plain.poisson;
         if (t->density < 0) t->density = plain.density;
     }
+    OM_TRY(validate(scene, name));
+    OM_TRY(check_uses(scene, &whole, name));
     scene->tissue.up = om_normalize(scene->tissue.up);
-    return validate(scene, name);
+    return OM_OK;
 }
 
 OmStatus om_scene_load(const char* path, OmScene* scene) {

@@ -56,6 +56,25 @@ static void test_wrong_scenes_are_explained(void** state) {
                    "attachments: {kind: random_patch, share_min: 0.5, share_max: 0.2}\n",
                    "share_min");
     expect_refusal("name: x\ntissue: {source: sheet, up: [0, 0, 0]}\n", "up");
+    // what nothing would use
+    expect_refusal("name: x\ntissue: {source: sheet, up: [0, 1, 0]}\n", "up has no effect");
+    expect_refusal("name: x\ntissue: {source: sheet, view: [0, 1, 0]}\n", "view has no effect");
+    expect_refusal("name: x\ntissue: {source: sheet, file: a.vtu}\n", "file has no effect");
+    expect_refusal("name: x\ntissue: {source: mesh, file: a.vtu, cells: [9, 9, 1]}\n", "cells");
+    expect_refusal("name: x\ntissue: {source: sheet}\nmodel: {label: 7}\n", "model has no effect");
+    expect_refusal("name: x\ntissue: {source: patient, file: p.yaml, board: false}\n", "board");
+    expect_refusal("name: x\ntissue: {source: patient, file: p.yaml}\nroi: {radius_mm: 3}\n",
+                   "roi has no effect on tissue of source patient");
+    expect_refusal("name: x\ntissue: {source: patient, file: p.yaml}\n"
+                   "attachments: {kind: box, lo_mm: [0, 0, 0], hi_mm: [1, 1, 1]}\n",
+                   "hi_mm has no effect");
+    expect_refusal("name: x\ntissue: {source: patient, file: p.yaml}\nattachments: {kind: box}\n",
+                   "a patient has its own");
+    expect_refusal("name: x\ntissue: {source: sheet}\n"
+                   "attachments: {kind: random_patch, lo_mm: [1, 0, 0]}\n",
+                   "without kind: box");
+    expect_refusal("name: x\ntissue: {source: sheet}\nroi: {center_mm: [1, 0, 0]}\n",
+                   "say random: false");
 }
 
 // ---- sites ---------------------------------------------------------------------------------------------
