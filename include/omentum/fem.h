@@ -225,6 +225,9 @@ typedef struct OmFemReport {
     int nnewton;         // Newton iterations in all
     int ncg;             // CG iterations in all
     double min_volume;   // least det F
+    // The last tangent was not positive definite: the body may depart, as a straight column under more than its
+    // buckling load. Not known, and false, where GMRES solves.
+    bool is_unstable;
     double history[32];  // residuals, N, of the last load step: at its start, after each iteration
     int nhistory;
     char reason[160];  // why it stopped short; "" if it did not

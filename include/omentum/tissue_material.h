@@ -22,6 +22,10 @@ extern "C" {
 #endif
 
 #define OM_MAX_OGDEN 4
+#define OM_MAX_POISSON \
+    0.4999  // nearer to 0.5 the bulk modulus is more than 5,000 times the shear modulus
+#define OM_LAW_LOG_FLOOR 0.02   // least J of a logarithm
+#define OM_LAW_POWER_FLOOR 0.2  // least J, and stretch, of a power
 
 typedef enum OmLaw {
     OM_COROTATIONAL,  // linear elasticity turned with the element: mu |S - I|^2 + lambda/2 tr(S - I)^2
@@ -47,10 +51,11 @@ typedef struct OmMaterial {
     double poisson;           // 0 to 0.4999; default 0.45
     OmLaw law;                // default OM_COROTATIONAL
     OmVolumetric volumetric;  // default OM_VOLUME_LINEAR
-    double bulk;              // K, Pa; 0: of young and poisson
-    double c10, c01;          // Pa, Mooney-Rivlin; both 0: mu / 2 and 0
+    double bulk;              // K, Pa, in [0, 1e12]; 0: of young and poisson
+    double c10, c01;          // Pa, in [0, 1e12], Mooney-Rivlin; both 0: mu / 2 and 0
     int nterm;  // Ogden, at most OM_MAX_OGDEN; 0: one term, mu_1 = 2 mu / alpha, alpha_1 = 2
-    double ogden_mu[OM_MAX_OGDEN], ogden_alpha[OM_MAX_OGDEN];  // mu_p, Pa, and alpha_p, both not 0
+    // mu_p, Pa, at most 1e12, and alpha_p, at most 100: of the same sign, not 0
+    double ogden_mu[OM_MAX_OGDEN], ogden_alpha[OM_MAX_OGDEN];
 } OmMaterial;
 
 OM_API const char* om_law_name(OmLaw law);  // "neo-hookean"; null if there is no such law

@@ -52,20 +52,20 @@ static OmJet continued(OmJet at, double x, double floor) {
 }
 
 static OmJet jet_log(double x) {
-    double b = x > OM__LOG_FLOOR ? x : OM__LOG_FLOOR;
+    double b = x > OM_LAW_LOG_FLOOR ? x : OM_LAW_LOG_FLOOR;
     OmJet y = {log(b), 1 / b, -1 / (b * b)};
-    return x < OM__LOG_FLOOR ? continued(y, x, OM__LOG_FLOOR) : y;
+    return x < OM_LAW_LOG_FLOOR ? continued(y, x, OM_LAW_LOG_FLOOR) : y;
 }
 
 static OmJet jet_power(double x, double e) {
-    double b = x > OM__LAW_FLOOR ? x : OM__LAW_FLOOR, f = pow(b, e);
+    double b = x > OM_LAW_POWER_FLOOR ? x : OM_LAW_POWER_FLOOR, f = pow(b, e);
     OmJet y = {f, e * f / b, e * (e - 1) * f / (b * b)};
-    return x < OM__LAW_FLOOR ? continued(y, x, OM__LAW_FLOOR) : y;
+    return x < OM_LAW_POWER_FLOOR ? continued(y, x, OM_LAW_POWER_FLOOR) : y;
 }
 
 // x^e as a factor of energies, above 0 everywhere: om__principal_eval has the same.
 static OmJet jet_factor(double x, double e) {
-    if (e <= 0 || x >= OM__LAW_FLOOR) return jet_power(x, e);
+    if (e <= 0 || x >= OM_LAW_POWER_FLOOR) return jet_power(x, e);
     OmJet g = jet_power(x, -e);  // at least that of the floor
     double y = 1 / g.f;
     return (OmJet){y, -g.d * y * y, (2 * g.d * g.d * y - g.dd) * y * y};
@@ -78,9 +78,9 @@ static OmJet jet_square(double c, double x) {
 
 // c/2 (ln x)^2
 static OmJet jet_log_square(double c, double x) {
-    double b = x > OM__LOG_FLOOR ? x : OM__LOG_FLOOR, l = log(b);
+    double b = x > OM_LAW_LOG_FLOOR ? x : OM_LAW_LOG_FLOOR, l = log(b);
     OmJet y = {c / 2 * l * l, c * l / b, c * (1 - l) / (b * b)};
-    return x < OM__LOG_FLOOR ? continued(y, x, OM__LOG_FLOOR) : y;
+    return x < OM_LAW_LOG_FLOOR ? continued(y, x, OM_LAW_LOG_FLOOR) : y;
 }
 
 bool om__law_is_split(const OmLawParam* law) {

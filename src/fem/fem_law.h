@@ -12,8 +12,6 @@
 // reciprocals of such: they stay above 0). That of logarithms is the lower one, for it is they
 // that keep elements from inverting: with 0.2 the crushed elements at the edge of a probe gave way, with 0.1 two of
 // 177,000 crept to J = 0.006 and through, whatever the step; with 0.02 they stay above 0.03.
-#define OM__LAW_FLOOR 0.2   // of J and stretches in powers
-#define OM__LOG_FLOOR 0.02  // of J in logarithms
 
 typedef struct OmLawParam {  // constants of a law, ready for use
     OmLaw law;

@@ -155,7 +155,7 @@ OmStatus om__newton_step(OmFemNewton* N, const double* x, double share, OmFemRep
         // An even number of unstable directions has come in since rest, or none: an odd one is a sure sign.
         bool is_odd =
             N->is_unsymmetric && N->lu && status != OM_NOT_SPD && om_solver_sign(N->lu) < 0;
-        if (is_odd || status == OM_NOT_SPD) N->is_repaired = true;
+        if (is_odd || (status == OM_NOT_SPD && !has_gmres)) N->is_repaired = true;
         if (status == OM_NOT_SPD || (is_odd && !N->is_plain)) continue;
         if (is_downhill(N)) return OM_OK;
     }

@@ -212,6 +212,16 @@ static bool set_prescribed(OmFemNewton* N, const double* target, const double* x
     return moves;
 }
 
+// Nothing had to be done: at rest, is what was found stable?
+static OmStatus look_at_tangent(OmFemNewton* N, double share, const double* x,
+                                OmFemReport* report) {
+    if (N->inertia > 0) return OM_OK;
+    OmStatus status = om__newton_step(N, x, share, report);
+    if (status == OM_NOT_CONVERGED) N->is_repaired = true;
+    report->reason[0] = 0;
+    return status < 0 ? status : OM_OK;
+}
+
 // Iterations with whole steps (is_plain) or with line search.
 static OmStatus iterate(OmFemNewton* N, double share, const double* target, double* x,
                         OmFemReport* report) {
@@ -225,7 +235,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
     N->rounding = 0;
     OM_TRY(eval_balance(N, x, share, N->r, &b));
     bool is_moved = set_prescribed(N, target, x);
-    if (!is_moved && note_residual(N, &b, report)) return OM_OK;
+    if (!is_moved && note_residual(N, &b, report)) return look_at_tangent(N, share, x, report);
     for (int turn = 0; turn < N->max_newton; ++turn) {
         OmStatus status = om__newton_step(N, x, share, report);
         if (status != OM_OK) return status;
@@ -266,6 +276,7 @@ OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, do
         OmStatus status = iterate(N, share, target, x, report);
         bool is_done =
             status == OM_OK && !N->is_repaired && om_fem_eval_volume(N->solid, x, NULL) > 0;
+        report->is_unstable = N->is_repaired;
         if (status < 0 || is_done || N->is_plain_only) return status;
         memcpy(x, N->start, n * sizeof *x);
         // A shorter load step is quicker than a line search on the norm of the residual.
@@ -277,5 +288,7 @@ OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, do
         if (there.energy < here.energy) memcpy(x, guess, n * sizeof *x);
     }
     N->is_plain = false;
-    return iterate(N, share, target, x, report);
+    OmStatus status = iterate(N, share, target, x, report);
+    report->is_unstable = N->is_repaired;
+    return status;
 }

@@ -18,15 +18,15 @@ static Taylor continue_below(Taylor at, double x, double floor) {
 }
 
 static Taylor power_of(double x, double q) {
-    double b = fmax(x, OM__LAW_FLOOR), f = pow(b, q);
+    double b = fmax(x, OM_LAW_POWER_FLOOR), f = pow(b, q);
     Taylor y = {f, q * f / b, q * (q - 1) * f / (b * b)};
-    return x < OM__LAW_FLOOR ? continue_below(y, x, OM__LAW_FLOOR) : y;
+    return x < OM_LAW_POWER_FLOOR ? continue_below(y, x, OM_LAW_POWER_FLOOR) : y;
 }
 
 // x^q as a factor of energies, which must stay above 0: for q > 0 it goes on below the floor as 1 / x^-q does.
 // Its polynomial is below 0 where x is, and an inverted element would gain energy without end.
 static Taylor factor_of(double x, double q) {
-    if (q <= 0 || x >= OM__LAW_FLOOR) return power_of(x, q);
+    if (q <= 0 || x >= OM_LAW_POWER_FLOOR) return power_of(x, q);
     Taylor g = power_of(x, -q);  // at least that of the floor
     double y = 1 / g.f;
     return (Taylor){y, -g.d * y * y, (2 * g.d * g.d * y - g.dd) * y * y};
@@ -35,9 +35,9 @@ static Taylor factor_of(double x, double q) {
 // k1 ln J + k2 (ln J)^2, continued as a whole: the square of a continued logarithm would be a polynomial of
 // twelfth degree in positions, under which deeply inverted elements explode.
 static Taylor logs_of(double k1, double k2, double J) {
-    double b = fmax(J, OM__LOG_FLOOR), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
+    double b = fmax(J, OM_LAW_LOG_FLOOR), l = log(b), inv = 1 / b, d = k1 + 2 * k2 * l;
     Taylor y = {(k1 + k2 * l) * l, d * inv, (2 * k2 - d) * inv * inv};
-    return J < OM__LOG_FLOOR ? continue_below(y, J, OM__LOG_FLOOR) : y;
+    return J < OM_LAW_LOG_FLOOR ? continue_below(y, J, OM_LAW_LOG_FLOOR) : y;
 }
 
 static Taylor volumetric(const OmMaterial* m, double K, double J) {

@@ -133,7 +133,7 @@ OM__INLINE V16 determinant(const V16 F[9]) {
 
 // U' and U'' of -ln J + ratio/2 (ln J)^2, continued below the barrier.
 OM__INLINE V16 neo_volume(V16 J, V16 ratio, V16* ddU) {
-    V16 b = max16(J, all((float)OM__LOG_FLOOR)), inv = 1.0F / b;
+    V16 b = max16(J, all((float)OM_LAW_LOG_FLOOR)), inv = 1.0F / b;
     V16 d = ratio * log16(b) - 1.0F;
     *ddU = (ratio - d) * inv * inv;
     return d * inv + (J - b) * *ddU;

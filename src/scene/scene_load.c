@@ -37,7 +37,7 @@ static const OmYamlField tissue_field[] = {
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100},
     // what can be calibrated stands last: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9},
-    {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = 0.499},
+    {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = OM_MAX_POISSON},
     {"density", OM_YAML_DOUBLE, AT(OmSceneTissue, density), .min = 1, .max = 20000},
     {"rayleigh_mass", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_mass), .min = 0, .max = 1000},
     {"rayleigh_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_stiffness), .min = 0,

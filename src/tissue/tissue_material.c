@@ -31,8 +31,9 @@ OmStatus om_law_find(const char* name, OmLaw* law) {
 OmStatus om_material_validate(const OmMaterial* m, const char* field) {
     OM_CHECK(m->young > 0 && m->young <= 1e12, OM_INVALID,
              "%s.young is %g Pa; it must be above 0 and at most 1e12", field, m->young);
-    OM_CHECK(m->poisson >= 0 && m->poisson <= 0.4999, OM_INVALID,
-             "%s.poisson is %g; it must be at least 0 and at most 0.4999", field, m->poisson);
+    OM_CHECK(m->poisson >= 0 && m->poisson <= OM_MAX_POISSON, OM_INVALID,
+             "%s.poisson is %g; it must be at least 0 and at most %g", field, m->poisson,
+             OM_MAX_POISSON);
     OM_CHECK(om_law_name(m->law), OM_INVALID, "%s.law is %d, which is none of OmLaw", field,
              (int)m->law);
     OM_CHECK((int)m->volumetric >= 0 && m->volumetric < OM_NVOLUMETRIC, OM_INVALID,
@@ -56,7 +57,7 @@ OmStatus om_material_validate(const OmMaterial* m, const char* field) {
 
 void om_material_lame(const OmMaterial* m, double* lambda, double* mu, double* bulk) {
     *mu = m->young / (2 * (1 + m->poisson));
-    *bulk = m->young / (3 * (1 - 2 * m->poisson));  // poisson < 0.5
+    *bulk = m->young / (3 * (1 - 2 * m->poisson));  // poisson <= OM_MAX_POISSON
     if (m->bulk > 0) *bulk = m->bulk;
     if (m->law == OM_MOONEY_RIVLIN && m->c10 + m->c01 > 0) *mu = 2 * (m->c10 + m->c01);
     if ((m->law == OM_OGDEN || m->law == OM_OGDEN_COUPLED) && m->nterm > 0) {

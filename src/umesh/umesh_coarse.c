@@ -178,13 +178,13 @@ static OmStatus invert(const OmBsr* A, int nworker, UmeshCoarse* c) {
     OM_ALLOC_DONE(b, NBLOCK * (size_t)n);
     OM_ALLOC_DONE(x, NBLOCK * (size_t)n);
     OM_TRY_DONE(om_solver_create(&how, A, NULL, &solver));
-    OM_TRY_DONE(om_solver_refresh(solver, A));
+    OM_TRY_DONE(om__umesh_solved(om_solver_refresh(solver, A)));
     for (int first = 0; first < n; first += NBLOCK) {
         int num = n - first < NBLOCK ? n - first : NBLOCK;
         memset(b, 0, (size_t)num * (size_t)n * sizeof *b);
         memset(x, 0, (size_t)num * (size_t)n * sizeof *x);
         for (int k = 0; k < num; ++k) b[(size_t)k * (size_t)n + (size_t)(first + k)] = 1;
-        OM_TRY_DONE(om_solver_solve(solver, A, num, b, x, NULL));
+        OM_TRY_DONE(om__umesh_solved(om_solver_solve(solver, A, num, b, x, NULL)));
         for (int k = 0; k < num; ++k)
             for (int i = 0; i < n; ++i)
                 c->inverse[(size_t)(first + k) * (size_t)n + (size_t)i] =

@@ -6,6 +6,11 @@
 
 #define OM__UMESH_MAX_POINT (1 << 24)  // of a grid
 
+/// A linear system must be solved: a matrix that is not positive definite, or too large a residual, is an error.
+static inline OmStatus om__umesh_solved(OmStatus status) {
+    return status > 0 ? om_error_prefix(OM_INVALID, "umesh") : status;
+}
+
 // ---- umesh_grid.c -----------------------------------------------------------------------------------
 
 typedef struct OmUmeshFrame {  // where the points of a grid are

@@ -72,7 +72,7 @@ static OmStatus make_factor(const OmUmeshGrid* g, double poisson, int nworker, F
     how.nworker = nworker;
     OM_TRY_DONE(om_solver_create(&how, &f->K, NULL, &f->solver));
     om_solver_set_fixed(f->solver, f->fixed);
-    OM_TRY_DONE(om_solver_refresh(f->solver, &f->K));
+    OM_TRY_DONE(om__umesh_solved(om_solver_refresh(f->solver, &f->K)));
 done:
     return status < 0 ? status : OM_OK;
 }
@@ -90,7 +90,7 @@ static OmStatus fill_response(const Factor* f, UmeshLinear* l) {
         memset(b, 0, (size_t)num * n * sizeof *b);
         memset(x, 0, (size_t)num * n * sizeof *x);
         for (int k = 0; k < num; ++k) b[(size_t)k * n + (size_t)column[k]] = 1;
-        OM_TRY_DONE(om_solver_solve(f->solver, &f->K, num, b, x, NULL));
+        OM_TRY_DONE(om__umesh_solved(om_solver_solve(f->solver, &f->K, num, b, x, NULL)));
         for (int k = 0; k < num; ++k, ++total)
             for (size_t i = 0; i < n; ++i)
                 l->response[(size_t)total * n + i] = (float)x[(size_t)k * n + i];

@@ -85,8 +85,38 @@ static void check_floor(const OmMaterial* m, double floor) {
 static void test_floor(void** context) {
     (void)context;
     for (int n = 0; n < NLAW; ++n) {
-        check_floor(&every_law[n], OM__LAW_FLOOR);
-        check_floor(&every_law[n], OM__LOG_FLOOR);
+        check_floor(&every_law[n], OM_LAW_POWER_FLOOR);
+        check_floor(&every_law[n], OM_LAW_LOG_FLOOR);
+    }
+}
+
+// The header's formula holds down to its floor, not below; its limits of constants are those of the check.
+static void test_documented_limits(void** context) {
+    (void)context;
+    OmMaterial m = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+    OmLawParam law;
+    double lambda, mu, bulk;
+    om__law_init(&m, &law);
+    om_material_lame(&m, &lambda, &mu, &bulk);
+    for (int below = 0; below < 2; ++below) {
+        double J = OM_LAW_LOG_FLOOR * (below ? 0.8 : 1.001), l = log(J);
+        double F[9] = {1, 0, 0, 0, 1, 0, 0, 0, J};
+        OmLawValue at;
+        om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_STRESS, &at);
+        double W = mu / 2 * (2 + J * J - 3) - mu * l + lambda / 2 * l * l;
+        assert_true((fabs(at.W - W) < 1e-12 * W) == !below);
+    }
+    const struct {
+        double young, poisson;
+        OmStatus status;
+    } one[] = {{3000, 0, OM_OK},        {3000, OM_MAX_POISSON, OM_OK},
+               {1e12, 0.3, OM_OK},      {3000, OM_MAX_POISSON + 1e-9, OM_INVALID},
+               {3000, 0.5, OM_INVALID}, {3000, -1e-9, OM_INVALID},
+               {0, 0.3, OM_INVALID},    {1.001e12, 0.3, OM_INVALID}};
+    for (int k = 0; k < 8; ++k) {
+        m.young = one[k].young;
+        m.poisson = one[k].poisson;
+        assert_status(om_material_validate(&m, "material"), one[k].status);
     }
 }
 
@@ -334,11 +364,17 @@ static void test_engine_laws(void** context) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_differences),  cmocka_unit_test(test_floor),
-        cmocka_unit_test(test_extremes),     cmocka_unit_test(test_rest),
-        cmocka_unit_test(test_invariance),   cmocka_unit_test(test_uniaxial_biaxial),
-        cmocka_unit_test(test_simple_shear), cmocka_unit_test(test_projection),
-        cmocka_unit_test(test_engine_laws),  cmocka_unit_test(test_least_energy),
+        cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_floor),
+        cmocka_unit_test(test_documented_limits),
+        cmocka_unit_test(test_extremes),
+        cmocka_unit_test(test_rest),
+        cmocka_unit_test(test_invariance),
+        cmocka_unit_test(test_uniaxial_biaxial),
+        cmocka_unit_test(test_simple_shear),
+        cmocka_unit_test(test_projection),
+        cmocka_unit_test(test_engine_laws),
+        cmocka_unit_test(test_least_energy),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -452,8 +452,70 @@ static void test_boundary_and_embedding(void** context) {
     }
 }
 
+// A tolerance below rounding ends at rounding: hardly an iteration more, no cut, and OM_OK.
+static void test_floor_of_rounding(void** context) {
+    (void)context;
+    const OmLaw laws[] = {OM_COROTATIONAL, OM_NEO_HOOKEAN, OM_STABLE_NEO_HOOKEAN};
+    for (int k = 0; k < 6; ++k) {
+        int num[2];
+        for (int fine = 0; fine < 2; ++fine) {
+            TestSolid t = {.material = {.young = 3e3, .poisson = 0.45, .law = laws[k % 3]}};
+            solid_box(&t, OM_HEX8, om_vec3(0, 0, 0), om_vec3(0.1, 0.03, 0.03), 8, 3, 3);
+            solid_start(&t);
+            solid_clamp(&t, 0, 0);
+            t.load.body = om_vec3(0, 0, -1);
+            if (k < 3) {
+                solid_solve(&t, 1, fine ? 1e-16 : 1e-9);
+                num[fine] = t.report.nnewton;
+                assert_int_equal(t.report.ncut, 0);
+            } else {
+                OmFemDynamicDef def = om_fem_default_dynamic_def(t.solid);
+                OmFemDynamics* d;
+                OmFemMotion m = {t.x, t.v, 0};
+                def.tolerance = fine ? 1e-16 : 1e-9;
+                assert_ok(om_fem_create_dynamics(t.solid, &def, &d));
+                num[fine] = 0;
+                for (int n = 0; n < 10; ++n) {
+                    assert_ok(om_fem_step(d, &t.load, 0.01, &m, &t.report));
+                    num[fine] += t.report.nnewton;
+                    assert_int_equal(t.report.ncut, 0);
+                }
+                om_fem_destroy_dynamics(d);
+            }
+            solid_done(&t);
+        }
+        assert_true(num[1] <= num[0] + (k < 3 ? 2 : 10));  // one more a step
+    }
+}
+
+// A straight column, pressed by 6 % between clamps, where Euler's buckling strain is 3.3 %: straight is equilibrium,
+// and is said to be unstable; pushed aside a little, the column buckles, and is stable.
+static void test_instability_is_reported(void** context) {
+    (void)context;
+    for (int push = 0; push < 2; ++push) {
+        TestSolid t = {.material = {.young = 1e5, .poisson = 0, .law = OM_NEO_HOOKEAN}};
+        solid_box(&t, OM_TET10, om_vec3(0, 0, 0), om_vec3(0.1, 0.01, 0.01), 10, 1, 1);
+        solid_start(&t);
+        solid_clamp(&t, 0, 0);
+        solid_clamp(&t, 0, 0.1);
+        solid_hold(&t, 0, 0.1, 0, -0.006);
+        t.load.body = om_vec3(0, 0, push ? -0.5 : 0);
+        solid_solve(&t, 4, 1e-9);
+        double aside = 0;
+        for (int i = 0; i < t.mesh.nnode; ++i)
+            aside = fmax(aside, fabs(t.x[3 * i + 2] - t.mesh.x[3 * i + 2]));
+        printf("column: %.2f mm aside, %s\n", 1e3 * aside,
+               t.report.is_unstable ? "unstable" : "stable");
+        assert_true(t.report.is_unstable == (aside < 1e-3));
+        if (push) assert_false(t.report.is_unstable);
+        solid_done(&t);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_floor_of_rounding),
+        cmocka_unit_test(test_instability_is_reported),
         cmocka_unit_test(test_far_compression),
         cmocka_unit_test(test_solvers_agree),
         cmocka_unit_test(test_determinism),
