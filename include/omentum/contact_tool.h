@@ -100,10 +100,12 @@ typedef struct OmPressReport {
     int nsolve;             // solves with the system matrix, columns of W not counted
     int ncolumn;            // multipliers: columns of W solved for
     int ncontact;           // points that are pushed
-    bool is_settled;        // the set of touching points stopped changing, tolerance met
-    OmVec3 force;           // N, by the tissue on the probe, world axes
-    OmVec3 torque;          // N m, about the probe's origin, world axes
-    double area;            // m^2, of the contact surface at those points
+    bool
+        is_settled;  // in all substeps: touching points, the planes that stand for the probe and friction
+                     // stopped changing, tolerance met; false only with OM_NOT_CONVERGED
+    OmVec3 force;   // N, by the tissue on the probe, world axes
+    OmVec3 torque;  // N m, about the probe's origin, world axes
+    double area;    // m^2, of the contact surface at those points
     double
         penetration;  // m, the deepest point of the contact surface inside the probe after the step
     double complementarity;  // multipliers: max |min(lambda / lambda_max, gap / edge)|

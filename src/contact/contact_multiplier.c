@@ -299,7 +299,7 @@ static OmStatus add_impulses(OmPress* p, OmTissueWork* w, double h) {
 
 // delta of all contacts after a solve, how well they meet the laws, and who goes in and was free.
 static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
-                     bool may_bend, int* njoin) {
+                     int* njoin) {
     OmPressLcp* c = p->lcp;
     double most = 0, worst = 0;
     *njoin = 0;
@@ -311,7 +311,7 @@ static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, 
         OmTouch* t = &p->touch[c->touch[k]];
         double *lambda = c->lambda + k * c->dim, *delta = c->delta + k * c->dim;
         OmVec3 d = om__press_move(p, s, w, t->point, h);
-        if (may_bend && om__press_bend(p, t, om_add(t->x, d))) {
+        if (om__press_bend(p, t, om_add(t->x, d), 0)) {
             if (om_dot(t->n, c->dir[k * c->dim]) < SAME_WAY && k < c->ready) c->ready = k;
             set_directions(c, k, t->n);
             ++*njoin;
@@ -416,7 +416,7 @@ static OmStatus move(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
 static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h, int most,
                         OmTissueReport* report) {
     OmPressLcp* c = p->lcp;
-    int njoin = 1, may_bend = most - p->def.max_iterations / 2;
+    int njoin = 1;
     while (p->report.nsolve < most - 1 &&
            (njoin > 0 || p->report.complementarity > p->def.tolerance)) {
         if (c->ready < c->num) OM_TRY(solve_columns(p, w, c->ready * c->dim));
@@ -425,7 +425,7 @@ static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, dou
         gauss_seidel(p, h, fmin(1e-3, 0.1 * p->def.tolerance));
         OM_TRY(move(p, w, report));
         double before = p->report.complementarity;
-        OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
+        OM_TRY(look(p, s, w, h, &njoin));
         if (!(p->report.complementarity < fmax(ASTRAY, 2 * before))) return OM_OK;
         if (njoin == 0 && p->report.complementarity > fmax(SLOW_GAIN * before, p->def.tolerance) &&
             c->loose > COLUMN_TIGHT) {
@@ -448,9 +448,8 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     OmTissueReport last = {0};
     OmStatus status = OM_OK;
     int njoin, first = p->report.nsolve, most = first + p->def.max_iterations;
-    int may_bend = most - p->def.max_iterations / 2;
-    p->report.is_settled = false;
     om__press_path(p, s, h);
+    p->report.is_settled = false;
     om__press_detect(p, s, w, h);
     if (p->def.reuse == 0 && p->def.friction == 0) {
         status = om__press_augmented(p, m, s, w, h, report);
@@ -459,7 +458,6 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         om__press_detect(p, s, w, h);
         first = p->report.nsolve;
         most = first + p->def.max_iterations;
-        may_bend = most - p->def.max_iterations / 2;
     }
     OM_TRY(begin_contacts(p, s, h));
     bool is_done = false;
@@ -470,7 +468,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         if (status < 0) return status;
         report->iterations += last.iterations;
         bool is_first = p->report.nsolve++ == first;
-        OM_TRY(look(p, s, w, h, p->report.nsolve < may_bend, &njoin));
+        OM_TRY(look(p, s, w, h, &njoin));
         if (is_first) drop_idle(p);
         is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
         if (!(p->report.complementarity < ASTRAY) && !is_first) break;

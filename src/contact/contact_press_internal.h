@@ -13,7 +13,9 @@
 #define OM_PRESS_SLOW 1e-3    // m/s, friction is viscous below it
 #define OM_PRESS_TAKE 1e-6    // of the model's size: went in
 #define OM_PRESS_LET_GO 1e-8  // of the model's size: pulled
-#define OM_PRESS_BENT 1e-4    // of the model's size: a plane is no longer the probe
+#define OM_PRESS_FLAT 2e-5    // of the model's size: a plane farther from the probe is laid again
+#define OM_PRESS_ANGLE 2e-3   // rad, and one that is turned by more
+#define OM_PRESS_SHARE 0.01   // of the friction coefficient, the same angle where there is friction
 
 // ---- contact_probe_mesh.c ---------------------------------------------------------------------------
 
@@ -34,21 +36,29 @@ struct OmProbe {
 
 typedef struct OmTouch {  // a point of the contact surface near the probe, in one (sub)step
     int point;
-    OmVec3 x;      // at the beginning of the step, m
-    OmVec3 n;      // from the probe to the tissue, unit, at the end of the step
-    double gap;    // m, of x by the plane that stands for the probe at the end of the step
-    double goal;   // m, the gap asked for, <= 0
-    OmVec3 guess;  // m, how far the point is expected to go
-    OmVec3 slip;   // m, how the probe moves there in the step
-    double k;      // N/m, penalty
+    OmVec3 x;     // at the beginning of the step, m
+    OmVec3 n;     // from the probe to the tissue, unit, at the end of the step
+    double gap;   // m, of x by the plane that stands for the probe at the end of the step
+    double goal;  // m, the gap asked for, <= 0
+    OmVec3 at;    // m, the move of the point for which the plane was laid
+    OmVec3 was_at, was_miss;  // m, that of the plane before, and by how much the point missed it
+    int nlaid;                // how often the plane was laid again
+    OmVec3 guess;             // m, how far the point is expected to go
+    OmVec3 slip;              // m, how the probe moves there in the step
+    double k;                 // N/m, penalty
+    double damp;              // N/m, against moves along the plane from `at`
     bool is_active;
     bool is_through;    // would end beyond the probe: what is near it there is the wrong side
     bool is_glued;      // held at x + slip by a spring in all directions
     double in, rate;    // m, how deep at the beginning of a way, and how much less at its end
     double multiplier;  // N, normal force that the spring adds to; 0 but for augmented Lagrangians
     double push;        // N, normal force of the last solve
-    double drag, was_drag;  // N s/m, friction of the penalty method: next solve, last solve
-    OmVec3 force;           // N, on the tissue
+    double bound;       // N, friction of the penalty method at most, by the push before the solve
+    OmVec3 rub, f;      // N, friction in the next solve, and all: what they are if the point stays;
+    OmMat3 rub_K, K;    // N/m, and how they fall as it moves
+    OmVec3 rel,
+        rel_way;   // m, slip along the plane at the beginning of a way, and what the way adds
+    OmVec3 force;  // N, on the tissue
 } OmTouch;
 
 typedef struct OmPressLcp OmPressLcp;  // contact_multiplier.c
@@ -65,6 +75,8 @@ struct OmPress {
     // the path of the step
     OmPose begin, end;
     double time, h;             // when it began, and how long it is
+    double substep_time;        // when its substep begins
+    bool has_settled;           // in its substeps before that
     OmPose from, to;            // of the substep
     OmMat3 turn_from, turn_to;  // their rotations
     double seen_time,
@@ -100,8 +112,9 @@ void om__press_detect(OmPress* press, const OmTissueState* state, const OmTissue
                       double h);
 /// Lay the plane of a touch for a point expected at p, and tell the true gap there.
 double om__press_linearise(const OmPress* press, OmTouch* touch, OmVec3 p);
-/// Lay the plane anew if at p it is not the probe any more; whether it was.
-bool om__press_bend(const OmPress* press, OmTouch* touch, OmVec3 p);
+/// Lay the plane anew if at p it is not the probe any more, by distance or by angle; whether it was laid.
+/// @param lean  rad, by which something else than friction turns the force on the touch away from its normal
+bool om__press_bend(const OmPress* press, OmTouch* touch, OmVec3 p, double lean);
 /// True gap of a point expected at p at the end of the step.
 double om__press_gap(const OmPress* press, OmVec3 p);
 /// Will a shorter substep than this one be tried?

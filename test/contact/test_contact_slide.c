@@ -1,0 +1,191 @@
+// test_contact_slide.c: a probe pressed and slid there and back: without friction nothing pulls aside, with friction
+// no point is pulled by more than Coulomb's bound.
+#include "test_press_rig.h"
+
+typedef struct Slide {
+    const char* name;
+    OmProbeShape shape;
+    OmPressMethod method;
+    double rounding;  // m, of a box
+    double friction, depth, h;
+    bool is_fine;    // points on a grid of 2 mm in place of 1,004 triangles
+    int max_newton;  // of the tissue
+} Slide;
+
+typedef struct Slid {
+    double aside
+        [2];  // mean force along the way over mean force up, there and back, at the same places
+    double held[2];  // the same ratio where it turned back and was held: before and after
+    double bound;    // the largest tangential force of a point over friction times its normal force
+    double nsolve, nsubstep;
+} Slid;
+
+// The upper side of the block as a grid of 2 mm.
+static void make_top(OmSurface* top) {
+    enum { NX = 61, NY = 51 };
+    assert_ok(om_surface_init(top, NX * NY, 2 * (NX - 1) * (NY - 1)));
+    int* t = top->tri_vert;
+    for (int j = 0; j < NY; ++j) {
+        for (int i = 0; i < NX; ++i) {
+            om_store3(top->x, i + NX * j, om_vec3(0.002 * i, 0.002 * j, 0.05));
+            if (i == NX - 1 || j == NY - 1) continue;
+            int a = i + NX * j, tri[6] = {a, a + 1, a + 1 + NX, a, a + 1 + NX, a + NX};
+            memcpy(t, tri, sizeof tri);
+            t += 6;
+        }
+    }
+}
+
+static void start(PressRig* p, const Slide* slide) {
+    make_block(p, 16, 13, 7);
+    p->r.def.max_newton = slide->max_newton;
+    rig_start(&p->r);
+    OmProbeDef shape = om_probe_default_def(slide->shape);
+    if (slide->rounding > 0) shape.rounding = slide->rounding;
+    assert_ok(om_probe_create(&shape, &p->probe));
+    OmPressDef def = om_press_default_def(p->probe);
+    def.method = slide->method;
+    def.friction = slide->friction;
+    OmSurface top = {0};
+    if (slide->is_fine) {
+        make_top(&top);
+        def.surface = &top;
+    }
+    assert_ok(om_press_create(&def, p->r.m, &p->press));
+    om_surface_done(&top);
+}
+
+// Of all points that carry a thousandth of the largest force or more, by the normals that the report has.
+static double find_bound(const OmPressReport* r, double friction) {
+    double worst = 0, most = 0;
+    for (int k = 0; k < r->ncontact; ++k) most = fmax(most, om_norm(om_load3(r->push, k)));
+    for (int k = 0; k < r->ncontact; ++k) {
+        OmVec3 f = om_load3(r->push, k), n = om_load3(r->normal, k);
+        double up = om_dot(f, n);
+        if (up > 1e-3 * most) worst = fmax(worst, om_norm(om_madd(f, -up, n)) / (friction * up));
+    }
+    return worst;
+}
+
+static OmPressReport go(PressRig* p, double x, double z, double h) {
+    OmPressReport report;
+    OmPose pose = {om_vec3(x, 0.05, z), om_quat_identity()};
+    OmStatus status = om_press_step(p->press, p->r.m, p->r.s, p->r.w, pose, h, &report);
+    if (status != OM_OK) fail_msg("x = %.5f: %s", x, om_error_message());
+    assert_true(report.is_settled);
+    return report;
+}
+
+// Down, 15 mm there in steps of 1 mm, held, 15 mm back.
+static Slid run(const Slide* slide) {
+    enum { NSTEP = 15 };
+    PressRig p;
+    start(&p, slide);
+    Slid out = {.bound = 0};
+    double top = slide->shape == OM_PROBE_SPHERE ? 0.075 : 0.05, x = 0.0525, up[2] = {0};
+    OmPose above = {om_vec3(x, 0.05, top), om_quat_identity()};
+    OmPressReport r = {0};
+    assert_ok(om_press_place(p.press, p.r.m, p.r.s, above));
+    for (int k = 0; k < 6; ++k) go(&p, x, top - slide->depth / 6 * (k + 1), slide->h);
+    for (int k = 0; k < 10; ++k) go(&p, x, top - slide->depth, slide->h);
+    for (int way = 0; way < 2; ++way) {
+        for (int k = 0; k < NSTEP; ++k) {
+            x += way ? -0.001 : 0.001;
+            r = go(&p, x, top - slide->depth, slide->h);
+            out.nsolve += 0.5 * r.nsolve / NSTEP;
+            out.nsubstep += 0.5 * r.tissue.substeps / NSTEP;
+            if (slide->friction > 0) out.bound = fmax(out.bound, find_bound(&r, slide->friction));
+            int place = way ? NSTEP - 2 - k : k;  // the first millimetres turn the lean around
+            if (place < 3 || place > NSTEP - 4) continue;
+            out.aside[way] += r.force.x;
+            up[way] += r.force.z;
+        }
+        if (way > 0) continue;
+        out.held[0] = r.force.x / r.force.z;
+        for (int k = 0; k < 50; ++k) r = go(&p, x, top - slide->depth, slide->h);
+        out.held[1] = r.force.x / r.force.z;
+    }
+    for (int way = 0; way < 2; ++way) out.aside[way] /= up[way];
+    printf("%s: aside %.4f there, %.4f back; held %.4f, then %.4f; bound %.3f; %.1f solves, %.2f "
+           "substeps a step\n",
+           slide->name, out.aside[0], out.aside[1], out.held[0], out.held[1], out.bound, out.nsolve,
+           out.nsubstep);
+    done(&p);
+    return out;
+}
+
+// There and back differ by less than 1 % of the force up at steps of 1 mm, and holding changes as little. Planes were
+// laid anew by distance alone before: 4 to 16 % for the boxes. What is left at 6 mm comes from the tissue's one
+// linearisation a step, not from contact: Newton's method leaves 0.2 %.
+static void test_frictionless(void** test) {
+    (void)test;
+    const Slide table[] = {
+        {"sphere, 3 mm deep", OM_PROBE_SPHERE, OM_PRESS_PENALTY, 0, 0, 0.003, 0.02, false, 1},
+        {"the same, multipliers", OM_PROBE_SPHERE, OM_PRESS_MULTIPLIERS, 0, 0, 0.003, 0.02, false,
+         1},
+        {"sphere, 6 mm deep, Newton", OM_PROBE_SPHERE, OM_PRESS_PENALTY, 0, 0, 0.006, 0.5, true,
+         20},
+        {"box, 1 mm deep", OM_PROBE_BOX, OM_PRESS_PENALTY, 0, 0, 0.001, 0.5, true, 1},
+        {"box with edges of 5 mm, 3 mm deep", OM_PROBE_BOX, OM_PRESS_PENALTY, 0.005, 0, 0.003, 0.5,
+         true, 1},
+        {"the same, multipliers", OM_PROBE_BOX, OM_PRESS_MULTIPLIERS, 0.005, 0, 0.003, 0.5, true,
+         1},
+    };
+    for (size_t k = 0; k < sizeof table / sizeof *table; ++k) {
+        Slid out = run(&table[k]);
+        assert_below(fabs(out.aside[0] - out.aside[1]), 0.01);
+        assert_below(fabs(out.held[0] - out.held[1]), 0.01);
+    }
+}
+
+// Coulomb's bound in every step, of every point that carries a thousandth of the largest force: within 2 %. It was
+// exceeded by 1.35 under the sphere and 2.8 at the box's edge, where a step took 53 solves.
+static void test_bound(void** test) {
+    (void)test;
+    const Slide table[] = {
+        {"sphere, mu 0.1", OM_PROBE_SPHERE, OM_PRESS_PENALTY, 0, 0.1, 0.006, 0.02, false, 1},
+        {"the same, multipliers", OM_PROBE_SPHERE, OM_PRESS_MULTIPLIERS, 0, 0.1, 0.006, 0.02, false,
+         1},
+        {"box, mu 0.1", OM_PROBE_BOX, OM_PRESS_PENALTY, 0, 0.1, 0.006, 0.02, false, 1},
+        {"the same, multipliers", OM_PROBE_BOX, OM_PRESS_MULTIPLIERS, 0, 0.1, 0.006, 0.02, false,
+         1},
+    };
+    for (size_t k = 0; k < sizeof table / sizeof *table; ++k) {
+        Slid out = run(&table[k]);
+        assert_below(out.bound, 1.02);
+        assert_below(out.nsolve, 20);
+        assert_true(out.aside[1] - out.aside[0] > 0.1);  // it does drag
+    }
+}
+
+// A single solve a step cannot settle: no step says that it did.
+static void test_not_settled(void** test) {
+    (void)test;
+    const Slide slide = {"", OM_PROBE_SPHERE, OM_PRESS_PENALTY, 0, 0.1, 0.006, 0.02, false, 1};
+    PressRig p;
+    start(&p, &slide);
+    OmPressDef def = om_press_default_def(p.probe);
+    def.max_iterations = 1;
+    om_press_destroy(p.press);
+    assert_ok(om_press_create(&def, p.r.m, &p.press));
+    OmPose pose = {om_vec3(0.06, 0.05, 0.075), om_quat_identity()};
+    assert_ok(om_press_place(p.press, p.r.m, p.r.s, pose));
+    int nunsettled = 0;
+    for (int k = 0; k < 10; ++k) {
+        OmPressReport report;
+        pose.p.z -= 0.0005;
+        OmStatus status = om_press_step(p.press, p.r.m, p.r.s, p.r.w, pose, H, &report);
+        assert_true(status >= 0);
+        assert_true(report.is_settled ? status == OM_OK : status == OM_NOT_CONVERGED);
+        nunsettled += !report.is_settled;
+    }
+    assert_true(nunsettled > 0);
+    done(&p);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_frictionless),
+                                       cmocka_unit_test(test_bound),
+                                       cmocka_unit_test(test_not_settled)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
