@@ -171,6 +171,14 @@ static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
     return OM_OK;
 }
 
+static OmStatus check_effects(const char* path, const OmCalibrationProblem* p) {
+    for (int i = 0; i < p->file.nparam; ++i)
+        OM_CHECK(key_of(p, i)->engines >> p->scene.tissue.model & 1, OM_INVALID,
+                 "%s: parameters: %s has no effect on the scene's tissue: model; remove it", path,
+                 key_of(p, i)->name);
+    return OM_OK;
+}
+
 static OmStatus load(const char* path, const char* observations, OmCalibrationProblem* p) {
     char dir[OM_SCENE_PATH], file[2 * OM_SCENE_PATH];
     p->hash = OM_HASH_SEED;
@@ -190,7 +198,8 @@ static OmStatus load(const char* path, const char* observations, OmCalibrationPr
         if (p->file.path[i].kind == OM_PATH_PRESS)
             OM_TRY(make_probe(&p->file.path[i].probe, &p->probe[i]));
     OmStatus status = make_tissue(p, &p->twin, &p->tissue);
-    return status < 0 ? om_error_prefix(status, "%s", path) : status;
+    if (status < 0) return om_error_prefix(status, "%s", path);
+    return check_effects(path, p);
 }
 
 OmStatus om_calibrate_load_problem(const char* path, const char* observations,

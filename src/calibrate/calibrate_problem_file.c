@@ -9,16 +9,22 @@
 #define AT(type, member) offsetof(type, member)
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
+// Engines by what they use.
+#define LAWFUL (1u << OM_ENGINE_FEM | 1u << OM_ENGINE_XPBD)
+#define SPRINGS (1u << OM_ENGINE_SPRINGS)
+#define CLUSTERS (1u << OM_ENGINE_PBD)
+#define ALL ~0u
+
 const SceneKey om__calibrate_scene_key[] = {
-    {"tissue.young", AT(OmScene, tissue.young), 1},
-    {"tissue.poisson", AT(OmScene, tissue.poisson), 1},
-    {"tissue.density", AT(OmScene, tissue.density), 1},
-    {"tissue.rayleigh_mass", AT(OmScene, tissue.rayleigh_mass), 1},
-    {"tissue.rayleigh_stiffness", AT(OmScene, tissue.rayleigh_stiffness), 1},
-    {"tissue.cluster_spacing_mm", AT(OmScene, tissue.cluster_spacing), MM},
-    {"tissue.cluster_radius_mm", AT(OmScene, tissue.cluster_radius), MM},
-    {"tissue.cluster_stiffness", AT(OmScene, tissue.cluster_stiffness), 1},
-    {"attachments.stiffness", AT(OmScene, attach.stiffness), 1},
+    {"tissue.young", AT(OmScene, tissue.young), 1, LAWFUL | SPRINGS},
+    {"tissue.poisson", AT(OmScene, tissue.poisson), 1, LAWFUL | SPRINGS},
+    {"tissue.density", AT(OmScene, tissue.density), 1, ALL},
+    {"tissue.rayleigh_mass", AT(OmScene, tissue.rayleigh_mass), 1, LAWFUL | SPRINGS},
+    {"tissue.rayleigh_stiffness", AT(OmScene, tissue.rayleigh_stiffness), 1, LAWFUL},
+    {"tissue.cluster_spacing_mm", AT(OmScene, tissue.cluster_spacing), MM, CLUSTERS},
+    {"tissue.cluster_radius_mm", AT(OmScene, tissue.cluster_radius), MM, CLUSTERS},
+    {"tissue.cluster_stiffness", AT(OmScene, tissue.cluster_stiffness), 1, CLUSTERS},
+    {"attachments.stiffness", AT(OmScene, attach.stiffness), 1, ALL},
 };
 // In the order of the table above.
 static const char* const key_name[] = {"tissue.young",

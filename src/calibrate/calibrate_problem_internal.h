@@ -50,6 +50,7 @@ typedef struct SceneKey {  // a number of a scene that can be calibrated
     const char* name;
     size_t offset;  // in OmScene
     double unit;
+    unsigned engines;  // of OmSceneEngine that use it, a bit each
 } SceneKey;
 extern const SceneKey om__calibrate_scene_key[];
 

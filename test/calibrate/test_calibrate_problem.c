@@ -23,7 +23,7 @@ static const char problem_text[] =
     "parameters:\n"
     "  - {name: tissue.young, min: 500, max: 50000, log: true}\n"
     "  - {name: attachments.stiffness, min: 1, max: 100, start: 20}\n"
-    "  - {name: tissue.cluster_radius_mm, min: 8, max: 12}\n"
+    "  - {name: tissue.rayleigh_stiffness, min: 0.001, max: 0.1}\n"
     "paths:\n"
     "  - {name: hang, kind: rest, settle_s: 0.1}\n"
     "  - {name: end, kind: lift, point_mm: [30, 0, 10], direction: [0, 0, 1], grasp_radius_mm: 15, time_step_s: 0.1}\n"
@@ -62,9 +62,9 @@ static void test_a_problem_is_read(void** state) {
     assert_near(def.param[0].start, 3000, 0);  // the scene's default
     assert_true(def.param[0].is_log && !def.param[1].is_log);
     assert_near(def.param[1].start, 20, 0);
-    assert_near(def.param[2].start, 0.0095, 1e-15);
-    assert_near_rel(def.param[2].hi, 0.012, 1e-15);
-    assert_near(def.param[2].unit, 1e-3, 0);
+    assert_near(def.param[2].start, 0.01, 1e-15);
+    assert_near_rel(def.param[2].hi, 0.1, 1e-15);
+    assert_near(def.param[2].unit, 1, 0);
     assert_int_equal(def.norm, OM_NORM_HUBER);
     assert_near_rel(def.norm_size, 0.002, 1e-15);
     assert_int_equal(def.global, OM_GLOBAL_CRS);
@@ -87,6 +87,47 @@ static void test_a_problem_is_read(void** state) {
     assert_true(om_calibrate_problem_search(problem).problem != hash);
     om_calibrate_destroy_problem(problem);
     assert_ok(om_path_remove(dir));
+}
+
+// Parameters that the scene's engine does not use are refused; those in mm are in m.
+static void test_parameters_have_an_effect(void** state) {
+    (void)state;
+    static const struct {
+        const char *model, *param, *refused;
+    } set[] = {{"fem", "tissue.cluster_radius_mm", "tissue.cluster_radius_mm has no effect"},
+               {"pbd", "tissue.young", "tissue.young has no effect"},
+               {"pbd", "tissue.rayleigh_stiffness", "tissue.rayleigh_stiffness has no effect"},
+               {"chainmail", "tissue.poisson", "tissue.poisson has no effect"},
+               {"pbd", "tissue.cluster_radius_mm", NULL}};
+    for (int k = 0; k < 5; ++k) {
+        char text[512];
+        put_all();
+        snprintf(text, sizeof text,
+                 "name: strip\ntissue: {source: sheet, size_mm: [60, 30, 10], cells: [4, 2, 1], "
+                 "model: %s}\nroi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
+                 set[k].model);
+        put("scene.yaml", text);
+        snprintf(text, sizeof text,
+                 "scene: scene.yaml\nobservations: seen.csv\nparameters: [{name: %s, min: 0.0001, "
+                 "max: 1000000}]\npaths: [{name: hang, kind: rest}]\n",
+                 set[k].param);
+        put("problem.yaml", text);
+        put("seen.csv", "experiment,level_mm,landmark,x_mm,y_mm,z_mm\nhang,0,cloud,1,2,3\n");
+        OmCalibrationProblem* problem;
+        OmStatus status = om_calibrate_load_problem(problem_path(), NULL, &problem);
+        if (set[k].refused) {
+            assert_status(status, OM_INVALID);
+            if (!strstr(om_error_message(), set[k].refused))
+                fail_msg("\"%s\" and not \"%s\"", om_error_message(), set[k].refused);
+        } else {
+            assert_ok(status);
+            OmCalibrationDef def = om_calibrate_problem_search(problem);
+            assert_near(def.param[0].start, 0.0095, 1e-15);
+            assert_near(def.param[0].unit, 1e-3, 0);
+        }
+        om_calibrate_destroy_problem(problem);
+        assert_ok(om_path_remove(dir));
+    }
 }
 
 // The points that a picture shows are those that the errors are about.
@@ -190,9 +231,8 @@ static void test_allocations_fail(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_problem_is_read),
-        cmocka_unit_test(test_points_of_a_cloud),
-        cmocka_unit_test(test_wrong_files),
+        cmocka_unit_test(test_a_problem_is_read), cmocka_unit_test(test_parameters_have_an_effect),
+        cmocka_unit_test(test_points_of_a_cloud), cmocka_unit_test(test_wrong_files),
         cmocka_unit_test(test_allocations_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
