@@ -119,6 +119,7 @@ static void fill_neighbours(const OmTissueModel* m, OmFemCells* c, int* mark, in
             for (int a = 0; a < 4; ++a)
                 c->weight[adr + mark[c->tet_cell[4 * (size_t)c->tet[at] + (size_t)a]]] +=
                     m->volume[c->tet[at]] / 16;
+        for (int n = adr; n < adr + num; ++n) c->share[n] = (float)(c->weight[n] / c->volume[k]);
         clear_marks(num, list, mark);
     }
 }
@@ -168,6 +169,7 @@ static OmStatus make_operators(const OmTissueModel* m, OmFemCells* c) {
     OM_ALLOC_DONE(c->t_from, nentry);
     OM_ALLOC_DONE(c->near, nnear);
     OM_ALLOC_DONE(c->weight, nnear);
+    OM_ALLOC_DONE(c->share, nnear);
     fill_gradients(m, c, mark, list);
     fill_neighbours(m, c, mark, list);
     fill_transpose(m, c, next);
@@ -255,6 +257,7 @@ void om__cells_destroy(OmFemCells* c) {
     om_free(c->near_adr);
     om_free(c->near);
     om_free(c->weight);
+    om_free(c->share);
     om_free(c->inner);
     om_free(c->wide);
     om_free(c);
@@ -276,6 +279,6 @@ size_t om__cells_memory(const OmTissueModel* m, const OmFemCells* c) {
     size_t model = n * (sizeof(double) + 2 * sizeof(int) + 2 * sizeof(float)) +
                    ((size_t)m->mesh.nvert + 1) * sizeof(int) +
                    nentry * (2 * sizeof(OmFemEntry) + 3 * sizeof(double) + sizeof(int)) +
-                   ntet * 20 * sizeof(int) + nnear * (sizeof(int) + sizeof(double));
+                   ntet * 20 * sizeof(int) + nnear * (sizeof(int) + sizeof(float) + sizeof(double));
     return sizeof *c + model + (n * (OM__CELLED + 6) + 12 * ntet) * sizeof(float);
 }

@@ -6,19 +6,20 @@
 
 // A pair of scalars averaged: (M in)_k.
 OM__INLINE void average_pair(const OmFemCells* c, const float* in, int k, float* out) {
-    double a = 0, b = 0;
+    float a = 0, b = 0;
     for (int at = c->near_adr[k]; at < c->near_adr[k + 1]; ++at) {
-        a += c->weight[at] * (double)in[2 * c->near[at]];
-        b += c->weight[at] * (double)in[2 * c->near[at] + 1];
+        const float* other = in + 2 * (size_t)c->near[at];
+        a += c->share[at] * other[0];
+        b += c->share[at] * other[1];
     }
-    out[0] = (float)(a / c->volume[k]);
-    out[1] = (float)(b / c->volume[k]);
+    out[0] = a;
+    out[1] = b;
 }
 
-OM__INLINE double spread(const OmFemCells* c, const float* in, int k) {
-    double sum = 0;
+OM__INLINE float average(const OmFemCells* c, const float* in, int k) {
+    float sum = 0;
     for (int at = c->near_adr[k]; at < c->near_adr[k + 1]; ++at)
-        sum += c->weight[at] * (double)in[c->near[at]];
+        sum += c->share[at] * in[c->near[at]];
     return sum;
 }
 
@@ -45,8 +46,7 @@ void om__cells_average(const OmFemTurn* t, OmTeam* team, int rank, int size) {
         third[k] = wide_stress(t, k, at);
     }
     om_team_barrier(team);
-    for (int k = begin; k < end; ++k)
-        third[padded + (size_t)k] = (float)(spread(c, third, k) / c->volume[k]);
+    for (int k = begin; k < end; ++k) third[padded + (size_t)k] = average(c, third, k);
 }
 
 OM_MULTIVERSION
@@ -61,7 +61,7 @@ void om__cells_finish(const OmFemTurn* t, int begin, int end) {
             const float* Q = t->hinge + 12 * (size_t)c->tet[at];
             for (int col = 0; col < 3; ++col) q[col] += load4(Q + 4 * col);
         }
-        float p = c->has_wide ? (float)spread(c, last, k) : 0;
+        float p = c->has_wide ? (float)c->volume[k] * average(c, last, k) : 0;
         for (int col = 0; col < 3; ++col)
             store4(own + OM__CELL_P + 4 * col, load4(own + OM__CELL_P + 4 * col) +
                                                    load4(own + OM__CELL_D + 4 * col) * splat(p) -

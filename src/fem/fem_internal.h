@@ -72,6 +72,7 @@ typedef struct OmFemCells {
     int* near_adr;        // first neighbour of each cell, itself among them       (ncell + 1)
     int* near;            // cells of the same elements
     double* weight;       // m^3, symmetric; a row sums to the cell's volume
+    float* share;         // the same by the row's volume, for a step
     OmMaterial* inner;    // the law of cells: lambda at most INNER mu             (nmaterial)
     OmLawParam* wide;     // what is left of the volumetric term: see om__cell_wide (nmaterial)
 } OmFemCells;
@@ -116,7 +117,7 @@ typedef struct OmFemTurn {  // arguments of the first pass
 
 // What a pass over cells leaves of each: F, F', stress times volume and dt/dF, in columns of four floats. Behind all
 // cells follow scalars: t at F and F', the same averaged (2 each a cell), then two more on the way back.
-enum { OM__CELL_F = 0, OM__CELL_G = 12, OM__CELL_P = 24, OM__CELL_D = 36, OM__CELLED = 48 };
+enum { OM__CELL_P = 0, OM__CELL_D = 12, OM__CELL_F = 24, OM__CELL_G = 36, OM__CELLED = 48 };
 
 static inline int om__cell_batches(const OmFemCells* c) {
     return (c->ncell + OM__LANE - 1) / OM__LANE;

@@ -1,6 +1,7 @@
 // test_fem_cell.c: averaged strains (OmTissueDef.is_averaged): forces are slopes of the energy, uniform strain is
 // exact,
 // steps see the same forces, and beams and membranes of few cells bend as they should.
+#include "test_alloc.h"
 #include "test_materials.h"
 #include "test_random.h"
 #include "test_rig.h"
@@ -149,6 +150,16 @@ static void test_step_sees_the_same(void** context) {
         om_free(x), om_free(f), om_free(v), om_free(still);
         rig_done(&r);
     }
+}
+
+// No allocation may fail unseen, and nothing is left behind.
+static void test_no_memory(void** context) {
+    (void)context;
+    TestRig r;
+    OmMaterial two[2];
+    start(&r, two, every_law[3]);
+    assert_true(test_failing_allocations(rig_create_and_step, &r.def, 1) > 40);
+    rig_done(&r);
 }
 
 // The same bytes with any number of workers.
@@ -433,10 +444,15 @@ static void test_cook(void** context) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_force_is_slope),     cmocka_unit_test(test_uniform),
-        cmocka_unit_test(test_step_sees_the_same), cmocka_unit_test(test_workers),
-        cmocka_unit_test(test_inverted),           cmocka_unit_test(test_step_is_close),
-        cmocka_unit_test(test_cantilever),         cmocka_unit_test(test_cook),
+        cmocka_unit_test(test_force_is_slope),
+        cmocka_unit_test(test_uniform),
+        cmocka_unit_test(test_step_sees_the_same),
+        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_workers),
+        cmocka_unit_test(test_inverted),
+        cmocka_unit_test(test_step_is_close),
+        cmocka_unit_test(test_cantilever),
+        cmocka_unit_test(test_cook),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
