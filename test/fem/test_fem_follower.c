@@ -1,5 +1,6 @@
 // test_fem_follower.c: pressure that follows a surface with a free rim, which has no energy: its tangent, the rate of
 // Newton's method, and a bar that curls up, against a beam computed on its own.
+#include "test_alloc.h"
 #include "test_follower.h"
 
 #include "fem/fem_solid.h"
@@ -166,11 +167,63 @@ static void test_held_rim(void** context) {
     solid_done(&t);
 }
 
+// ---- memory -----------------------------------------------------------------------------------------
+
+typedef struct Small {
+    OmFemMesh mesh;
+    OmPreconditioner solver;
+} Small;
+
+static OmStatus small_bend(void* ctx) {
+    const Small* small = ctx;
+    OmMaterial material = {.young = 3000, .poisson = 0.3, .law = OM_NEO_HOOKEAN};
+    OmFemDef def = om_fem_default_def(&small->mesh, 1, &material);
+    OmFemSolid* solid;
+    OmFemFaces faces;
+    def.nworker = 1;
+    OM_TRY(om_fem_create(&def, &solid));
+    OmStatus status = om_fem_mesh_boundary(&small->mesh, &faces);
+    unsigned char fixed[24] = {0};
+    double x[24];
+    memcpy(x, small->mesh.x, sizeof x);
+    for (int i = 0; i < 12; ++i) fixed[i] = 1;  // the lower face
+    for (int f = 0; status == OM_OK && f < faces.nface; ++f) {
+        const int* node = faces.face_node + 4 * f;
+        bool is_side = true;
+        for (int a = 0; a < 4; ++a) is_side &= small->mesh.x[3 * node[a]] > 0.05;
+        if (is_side) memmove(faces.face_node, node, 4 * sizeof *node);
+    }
+    if (status == OM_OK) {
+        OmFemPressure push = {
+            .nface = 1, .nface_node = 4, .face_node = faces.face_node, .pressure = 50};
+        OmFemLoad load = {.fixed = fixed, .npressure = 1, .pressure = &push};
+        OmFemStaticDef how = om_fem_default_static_def(solid);
+        how.solver.preconditioner = small->solver;
+        how.solver.nworker = 1;
+        status = om_fem_solve_static(solid, &load, &how, x, NULL, NULL);
+        om_fem_faces_done(&faces);
+    }
+    om_fem_destroy(solid);
+    return status;
+}
+
+static void test_memory(void** context) {
+    (void)context;
+    Small small;
+    const int num[3] = {1, 1, 1};
+    assert_ok(om_fem_mesh_box(OM_HEX8, om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.1), num, &small.mesh));
+    small.solver = OM_CHOLESKY;
+    assert_true(test_failing_allocations(small_bend, &small, 1) > 40);
+    small.solver = OM_BLOCK_JACOBI;
+    assert_true(test_failing_allocations(small_bend, &small, 1) > 40);
+    om_fem_mesh_done(&small.mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tangent),   cmocka_unit_test(test_iterations),
         cmocka_unit_test(test_quadratic), cmocka_unit_test(test_curled_beam),
-        cmocka_unit_test(test_held_rim),
+        cmocka_unit_test(test_held_rim),  cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
