@@ -157,14 +157,14 @@ static void load(const char* name, OmVolume* v) {
     if (om_volume_load(path, v) < 0) fail_msg("%s", om_error_message());
 }
 
-static void test_compression(void** context) {
-    (void)context;
+// Between the paddles, which travel for 150 steps and stay for 100: then it must be still, and outside of them.
+static void compress(double edge, double most_off) {
     OmVolume before, after;
     load("p_1.nhdr", &before);
     load("pc_1.nhdr", &after);
     TestRig r;
     memset(&r, 0, sizeof r);
-    make_mesh(&before, 0.004, &r.mesh);
+    make_mesh(&before, edge, &r.mesh);
     Paddle paddle[2] = {{.lift = TRAVEL}, {.lift = -TRAVEL}};
     make_sdf(&after, 1, &paddle[0].sdf);
     make_sdf(&after, -1, &paddle[1].sdf);
@@ -217,7 +217,13 @@ static void test_compression(void** context) {
         r.mesh.ntet, 1e3 * place[0], 1e3 * place[1], 1e3 * place[2], 1e3 * goal.x, 1e3 * goal.y,
         1e3 * goal.z, 1e3 * off, 1e3 * om_norm(om_sub(goal, nipple)), ratio, expected, nsub,
         1e3 * deepest);
-    assert_below(off, 0.003);
+    double fastest = 0;
+    for (int i = 0; i < r.mesh.nvert; ++i)
+        fastest = fmax(fastest, om_norm(om_load3(om_tissue_v(r.s), i)));
+    printf("after 2 s at rest %.3g mm/s, in by %.3g um\n", 1e3 * fastest, 1e6 * deepest);
+    assert_below(fastest, 1e-3);
+    assert_below(deepest, 1e-5);
+    assert_below(off, most_off);
     assert_near(ratio, expected, 0.01);
     om_embedding_done(&at);
     om_sdf_done(&paddle[0].sdf);
@@ -225,7 +231,19 @@ static void test_compression(void** context) {
     rig_done(&r);
 }
 
+static void test_compression(void** context) {
+    (void)context;
+    compress(0.004, 0.003);
+}
+
+// Coarse tissue on plates of 0.8 mm cells moved at 0.1 m/s, 1.4 mm inside, when planes were laid once a step.
+static void test_coarse_comes_to_rest(void** context) {
+    (void)context;
+    compress(0.009, 0.004);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_compression)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_compression),
+                                       cmocka_unit_test(test_coarse_comes_to_rest)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
