@@ -85,8 +85,9 @@ typedef enum OmPreconditioner {
 
 typedef struct OmSolverDef {          // made by om_solver_default_def
     OmPreconditioner preconditioner;  // default OM_MULTIGRID
-    int max_iterations;  // CG iterations of one solve, >= 1; default 200. Where multigrid fails and block
-                         // Jacobi goes on, eight of its iterations count as one
+    // CG iterations of one solve, >= 1; default 200. Where multigrid fails and block Jacobi goes on, eight of its
+    // iterations count as one; the solve may then take four times as long
+    int max_iterations;
     double
         tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3, in [0, 1)
     int nworker;  // threads, 0 is one per processor; default 0

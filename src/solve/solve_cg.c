@@ -20,8 +20,9 @@
 #define INNER_GAIN 1e-4
 // A correction that leaves more of the residual is the last one in float.
 #define LEAST_GAIN 0.9
-// An iteration with multigrid takes as long as so many in double with block Jacobi.
-#define CYCLE_COST 8
+// So many iterations in double with block Jacobi count as one with multigrid. It takes as long as three of them; eight
+// let a sheet of flat elements converge at the default number of iterations.
+#define CYCLE_COUNT 8
 
 typedef struct CgJob {
     const OmKernels* K;
@@ -333,13 +334,13 @@ static void refine(Member* m) {
 }
 
 // CG in double for the lanes that are stuck, with what is left of the iterations. Where multigrid has used them up,
-// half as many again may be spent, in the time that they take.
+// half as many again may be spent.
 static OmStatus rescue(Member* m) {
     OmSolver* S = m->job->S;
     int budget = S->def.max_iterations - m->iterations, most = 0;
     if (S->multigrid && S->tolerance > 0 && budget < S->def.max_iterations / 2)
         budget = S->def.max_iterations / 2;
-    if (S->multigrid) budget = budget < INT_MAX / CYCLE_COST ? CYCLE_COST * budget : INT_MAX;
+    if (S->multigrid) budget = budget < INT_MAX / CYCLE_COUNT ? CYCLE_COUNT * budget : INT_MAX;
     OmCgEnd end = OM_CG_DONE;
     if (budget <= 0) return OM_OK;
     if (!residual_norms(m, false)) return OM_INVALID;  // some corrections were taken back

@@ -10,7 +10,8 @@
 //
 // Tried on the sheet of 0.1 mm with cells of 10 mm: float corrections as long as the energy falls (it falls for
 // one to three of them, then rises without bound); multigrid in float inside CG in double (330 to 490 V-cycles to
-// 1e-3, where block Jacobi takes 500 to 560 iterations, and a V-cycle costs as much as ten).
+// 1e-3, where block Jacobi takes 500 to 560 iterations, and a V-cycle costs as much as three of them: 642 against 222
+// microseconds with 5,328 vertices, one worker).
 #include <math.h>
 #include <string.h>
 
