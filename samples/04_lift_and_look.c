@@ -22,18 +22,18 @@ typedef struct Field {  // everything that has to be destroyed
 } Field;
 
 static OmStatus make_tissue(Field* f) {
-    // 80 x 80 x 4 mm, held along x = 0, resting on the plane z = 0
+    int held[2 * 17], nheld = 0;
     OmStatus status =
         om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.08, 0.004), 16, 16, 1, &f->mesh);
     if (status != OM_OK) return status;
-    int held[2 * 17], nheld = 0;
     for (int i = 0; i < f->mesh.nvert; ++i)
         if (om_load3(f->mesh.x, i).x < 1e-9) held[nheld++] = i;
     status = om_tet_mesh_add_set(&f->mesh, "attachment", held, nheld);
     if (status != OM_OK) return status;
 
     OmTissueDef def = om_tissue_default_def(&f->mesh);
-    def.solver.nworker = 1;  // too small to share among threads
+    def.material_default.law = OM_STABLE_NEO_HOOKEAN;  // it folds
+    def.solver.nworker = 1;                            // too small to share among threads
     status = om_tissue_create(&def, &f->model);
     if (status == OM_OK) status = om_tissue_create_state(f->model, &f->state);
     if (status == OM_OK) status = om_tissue_create_work(f->model, &f->work);

@@ -133,17 +133,20 @@ typedef struct OmTissueReport {
     int substeps;            // 1 unless the step had to be cut
     int newton;              // iterations of Newton's method; 0 where one linearisation did
     double newton_residual;  // what is left of the residual that the first linearisation saw
+    int ninverted;           // elements with det F <= 1e-6 at the end of the step
+    double energy_gain;      // J, largest rise of energy in a substep beyond the work done; 0: none
 } OmTissueReport;
 
 OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
 OM_API void om_tissue_destroy_work(OmTissueWork* work);
-/// One implicit Euler step, one linearisation unless def.max_newton asks for more. Where that would turn an
-/// element inside out, Newton's method with line search goes on; with contact, or if that fails too, the step is
-/// cut, down to h / 1024, before giving up.
+/// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
+/// the step flattens or inverts no element, and the energy rises by no more than the work done on the tissue and 1 %.
+/// A step that breaks a rule is solved again by Newton's method with line search. With contact, or if that fails too,
+/// the step is cut, down to h / 1024.
 /// @param report  may be null
-/// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate, report->residual says how good);
-///         OM_INVALID (a bad argument, or the step cannot be solved: the message has the reason; state
-///         unchanged)
+/// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate: an iteration stopped early, elements are
+///         inverted, or energy was gained; the message says which, the report how much); OM_INVALID (a bad argument,
+///         or the step cannot be solved: the message has the reason; state unchanged)
 OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
                                double h, OmTissueReport* report);
 
@@ -151,8 +154,8 @@ OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state,
 /// method with line search on the energy. Velocities become zero, time stays.
 /// @param tolerance  of the norm of forces out of balance at the beginning, in (0, 1); floats allow 1e-5
 /// @param report  may be null: newton, newton_residual, iterations of the linear solver
-/// @return OM_OK; OM_NOT_CONVERGED (state is the last iterate, report->newton_residual says how good);
-///         OM_INVALID, OM_UNAVAILABLE (state unchanged)
+/// @return OM_OK; OM_NOT_CONVERGED (state is the last iterate: report->newton_residual says how good, and
+///         report->ninverted how many elements are inverted); OM_INVALID, OM_UNAVAILABLE (state unchanged)
 OM_API OmStatus om_tissue_find_rest(const OmTissueModel* model, OmTissueState* state,
                                     OmTissueWork* work, double tolerance, int max_iterations,
                                     OmTissueReport* report);

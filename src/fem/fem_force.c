@@ -49,6 +49,15 @@ static OmMat3 corotational_stress(const OmMaterial* m, OmMat3 F, double* energy)
     return om_mat3_mul(R, om_mat3_add(om_mat3_scale(2 * mu, e), om_mat3_diag(om_vec3(p, p, p))));
 }
 
+double om__fem_eval_energy(const OmMaterial* material, OmMat3 F) {
+    double energy;
+    if (material->law == OM_COROTATIONAL)
+        corotational_stress(material, F, &energy);
+    else
+        om__law_stress(material, F, &energy);
+    return energy;
+}
+
 static Element look_at(const OmTissueModel* m, const double* x, int e) {
     Element el = {.vert = m->mesh.tet_vert + 4 * (size_t)e, .volume = m->volume[e]};
     const double* g = ((const OmFem*)m->data)->grad + 9 * (size_t)e;
@@ -230,57 +239,4 @@ done:
     om_free(scratch);
     om_free(force);
     return status;
-}
-
-// ---- the least volume ratio ---------------------------------------------------------------------------
-
-typedef struct Least {
-    const OmTissueModel* m;
-    const double* x;
-    double* least;  // of each member
-} Least;
-
-OM_MULTIVERSION
-static double least_of(const OmFemBatch* batch, const double* x, int begin, int end) {
-    Lanes d[9], least;
-    for (int l = 0; l < OM__LANE; ++l) least[l] = INFINITY;
-    for (int k = begin; k < end; ++k) {
-        const OmFemBatch* b = &batch[k];
-        for (int l = 0; l < OM__LANE; ++l) {
-            const double* o = x + 3 * (size_t)b->vert[0][l];
-            for (int n = 0; n < 3; ++n)
-                for (int c = 0; c < 3; ++c)
-                    d[3 * n + c][l] = (float)(x[3 * (size_t)b->vert[n + 1][l] + (size_t)c] - o[c]);
-        }
-        for (int l = 0; l < OM__LANE; ++l) {
-            float now = d[0][l] * (d[4][l] * d[8][l] - d[5][l] * d[7][l]) +
-                        d[1][l] * (d[5][l] * d[6][l] - d[3][l] * d[8][l]) +
-                        d[2][l] * (d[3][l] * d[7][l] - d[4][l] * d[6][l]);
-            float J = now * b->per_volume[l];
-            least[l] = J < least[l] ? J : least[l];
-        }
-    }
-    float all = least[0];
-    for (int l = 1; l < OM__LANE; ++l) all = fminf(all, least[l]);
-    return (double)all;
-}
-
-static void least_team(void* ctx, OmTeam* team, int rank, int size) {
-    (void)team;
-    const Least* a = ctx;
-    const OmFem* fem = a->m->data;
-    a->least[rank] = least_of(fem->batch, a->x, (int)((int64_t)fem->nbatch * rank / size),
-                              (int)((int64_t)fem->nbatch * (rank + 1) / size));
-}
-
-double om__fem_get_least_ratio(const OmTissueModel* m, const OmTissueWork* w, const double* x) {
-    const OmFem* fem = m->data;
-    const OmFemWork* fw = w->data;
-    double least[OM_MAX_WORKER], all = INFINITY;
-    if (!fem->is_blocked) return all;
-    for (int k = 0; k < OM_MAX_WORKER; ++k) least[k] = INFINITY;
-    Least args = {m, x, least};
-    om_parallel_team(fw->nworker, least_team, &args);
-    for (int k = 0; k < OM_MAX_WORKER; ++k) all = fmin(all, least[k]);
-    return all;
 }

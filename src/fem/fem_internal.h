@@ -150,8 +150,11 @@ OmStatus om__fem_add_internal_force(const OmTissueModel* model, const double* x,
                                     const unsigned char* mask, double* force, OmVec3* sum);
 OmStatus om__fem_get_measure(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
                              double* value);
-double om__fem_get_least_ratio(const OmTissueModel* model, const OmTissueWork* work,
-                               const double* x);
+/// See OmTissueEngine.check.
+void om__fem_check(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
+                   const double* x_end, OmTissueCheck* check);
+/// Energy density at F, J/m^3, every law.
+double om__fem_eval_energy(const OmMaterial* material, OmMat3 F);
 OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,
                               double* force, double* energy);
 OmStatus om__fem_get_energy(const OmTissueModel* model, const double* x, double* energy);

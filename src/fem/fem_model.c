@@ -158,17 +158,13 @@ static OmStatus fem_create_work(const OmTissueModel* m, OmTissueWork* w) {
     fw->turned = om_calloc((size_t)fem->nbatch * OM__LANE, left_size(fem) * sizeof(float));
     fw->row = om_calloc((size_t)om_worker_count(fw->nworker) * fw->row_size, sizeof(float));
     if (!fw->turned || !fw->row) return OM_NO_MEMORY;
+    // Any step may need Newton's method: it has its memory from the start.
     if (fem->cells) {
         fw->cell = om_calloc((size_t)om_block_count(fem->cells->ncell, OM__LANE),
                              OM__LANE * (OM__CELLED + 6) * sizeof(float));
         fw->hinge = om_calloc((size_t)fem->nbatch * OM__LANE, 12 * sizeof(float));
-        if (!fw->cell || !fw->hinge) return OM_NO_MEMORY;
-    }
-    // A step that may need Newton's method has its memory from the start.
-    if (!fem->is_blocked && m->def.max_newton <= 1) return OM_OK;
-    if (fem->cells) {
         fw->scratch = om_alloc(om__cell_scratch_size(m), sizeof *fw->scratch);
-        return fw->scratch ? OM_OK : OM_NO_MEMORY;
+        return fw->cell && fw->hinge && fw->scratch ? OM_OK : OM_NO_MEMORY;
     }
     fw->corner = om_alloc((size_t)m->mesh.ntet, 12 * sizeof *fw->corner);
     return fw->corner ? OM_OK : OM_NO_MEMORY;
@@ -200,6 +196,6 @@ const OmTissueEngine om__engine_fem = {
     .get_measure = om__fem_get_measure,
     .eval_balance = om__fem_eval_balance,
     .get_energy = om__fem_get_energy,
-    .get_least_ratio = om__fem_get_least_ratio,
+    .check = om__fem_check,
     .get_memory = fem_get_memory,
 };

@@ -22,6 +22,14 @@ typedef struct OmAssembly {
     bool is_turned;  // of the corotational law with the same constants, forces too: a predictor
 } OmAssembly;
 
+typedef struct OmTissueCheck {  // what a step does to the elements
+    int ncrushed;               // flattened or inverted farther than a step may leave them
+    int nbarrier;               // of these, elements whose law resists it without bound
+    int ninverted;              // det F <= 0 at its end
+    double elastic_begin;       // J, in floats: off by about 1e-7 of sum V mu
+    double elastic_end;
+} OmTissueCheck;
+
 typedef struct OmTissueEngine {
     const char* name;
     bool has_matrix;  // work gets A and a solver
@@ -54,9 +62,9 @@ typedef struct OmTissueEngine {
     /// The same forces and energy for Newton's method: by all workers, force (nvert x 3) overwritten.
     OmStatus (*eval_balance)(const OmTissueModel* model, OmTissueWork* work, const double* x,
                              double* force, double* energy);
-    /// The least det F of all elements; null where a step cannot invert one, or may.
-    double (*get_least_ratio)(const OmTissueModel* model, const OmTissueWork* work,
-                              const double* x);
+    /// What a step from x_begin to x_end does to the elements; null where nothing is guarded.
+    void (*check)(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
+                  const double* x_end, OmTissueCheck* check);
     /// Bytes of model->data and work->data.
     size_t (*get_memory)(const OmTissueModel* model, const OmTissueWork* work);
 } OmTissueEngine;
@@ -73,6 +81,7 @@ struct OmTissueModel {
     const OmMeshSet* held;  // set "attachment", or null
     double size;            // diagonal of the bounding box, m
     double total_mass;      // kg
+    double total_mu;        // J, sum of V mu over elements
 };
 
 typedef struct OmTissueArm {
@@ -185,17 +194,37 @@ typedef struct OmNewton {
     bool predicts;       // begin with the corotational law
     OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
     void* ctx;           //
+    bool
+        is_at_floor;  // out: the residual stays where rounding leaves it; shorter steps do not help
 } OmNewton;
 
 /// From the step begun and, unless at rest, solved: w->dv to Newton's solution.
 /// @return OM_OK; OM_NOT_CONVERGED (w->dv is the last iterate); errors of the solve
 OmStatus om__newton(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
-                    const OmNewton* newton, OmTissueReport* report);
+                    OmNewton* newton, OmTissueReport* report);
 /// Of the step begun and solved once: the norm that its solution had to bring to zero.
 double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
-/// Would the velocity change flatten or invert elements?
+
+// ---- tissue_guard.c -------------------------------------------------------------------------------
+
+typedef struct OmGuard {  // the outcome of a step, held against what a step may do
+    bool is_bad;          // elements are crushed, or energy came out of nothing
+    int ncrushed;         // as in OmTissueCheck
+    int nbarrier;         //
+    int ninverted;        //
+    double gain;          // J, rise of the energy beyond the work done on the tissue
+    double bound;         // J, the gain that a step may have
+} OmGuard;
+
+/// Judge the velocity change w->dv of the step begun. w->x_end, w->v_end and w->elastic are overwritten.
+OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work);
+/// The same of elements alone, for any velocity change: would it crush one? w->x_end is overwritten.
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);
+/// OM_INVALID, with a message that says what is wrong.
+OmStatus om__guard_refuse(const OmGuard* guard);
+/// Row i of A times dv.
+OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i);
 
 // ---- tissue_refine.c ------------------------------------------------------------------------------
 

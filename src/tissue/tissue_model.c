@@ -129,6 +129,11 @@ static OmStatus lump_mass(OmTissueModel* m) {
         m->volume[e] = om_dot(om_cross(a, b), c) / 6;
         double density = by_label ? by_label[mesh->tet_label[e]] : m->def.density;
         for (int k = 0; k < 4; ++k) m->mass[v[k]] += 0.25 * density * m->volume[e];
+        const OmMaterial* material = &m->def.material_default;
+        if (m->def.nmaterial > 0) material = &m->def.material[mesh->tet_label[e]];
+        double lambda, mu, bulk;
+        om_material_lame(material, &lambda, &mu, &bulk);
+        m->total_mu += m->volume[e] * mu;
     }
     for (int i = 0; i < mesh->nvert; ++i) {
         OM_CHECK(m->mass[i] > 0, OM_INVALID,

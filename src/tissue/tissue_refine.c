@@ -47,7 +47,8 @@ static OmStatus apply_tangent(const OmTissueModel* m, const OmTissueState* s, Om
     for (int i = 0; i < w->nvert; ++i) {
         OmVec3 Kp = om_sub(om_load3(minus, i), om_load3(plus, i));
         double own = mass * m->mass[i];
-        if (om__is_spring(m) && om__state_attached(s)[i]) own += h * h * m->def.attachment_stiffness;
+        if (om__is_spring(m) && om__state_attached(s)[i])
+            own += h * h * m->def.attachment_stiffness;
         OmVec3 y = om_scale(own, om_load3(p, i));
         if (step > 0) y = om_madd(y, stiffness / (2 * step), Kp);
         om_store3(array_of(w, HP), i, y);
@@ -85,7 +86,8 @@ OmStatus om__refine(const OmTissueModel* m, const OmTissueState* s, OmTissueWork
         for (size_t n = 0; n < n3; ++n) p[n] = z[n] + beta * p[n];
         OM_TRY(apply_tangent(m, s, w));
         double curvature = dot(w, P, HP);
-        if (!(curvature > 0)) {  // as far as the tangent is positive: at first the way of A, downhill
+        if (!(curvature >
+              0)) {  // as far as the tangent is positive: at first the way of A, downhill
             if (k == 0) memcpy(d, p, n3 * sizeof *d);
             break;
         }

@@ -13,8 +13,12 @@
 #include "tissue/tissue_engine.h"
 
 #define MIN_SHARE (1.0 / 1024)  // of h, the shortest substep
-#define CRUSH_NEWTON 20         // iterations for a step that would turn elements inside out
-#define NLENGTHEN 2             // substeps that must succeed before a longer one is tried
+#define SOFT_SHARE \
+    (1.0 / 4)            // of h, the shortest substep for the sake of elements without a barrier
+#define GUARD_NEWTON 20  // iterations for a step that breaks a rule of tissue_guard.c
+#define NLENGTHEN \
+    2  // substeps that must succeed before a longer one is tried; doubled when that fails,
+#define MAX_LENGTHEN 64  // up to this
 
 OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     *work = NULL;
@@ -279,19 +283,6 @@ double om_tissue_vertex_stiffness(const OmTissueWork* w, int i) {
     return ((double)d[0] + (double)d[4] + (double)d[8]) / (3 * w->h * w->h);
 }
 
-// Row i of A times dv.
-static OmVec3 apply_row(const OmBsr* A, const double* dv, int i) {
-    OmVec3 y = {0, 0, 0};
-    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
-        const float* a = A->value + 9 * (size_t)k;
-        OmVec3 d = om_load3(dv, A->col[k]);
-        y.x += (double)a[0] * d.x + (double)a[3] * d.y + (double)a[6] * d.z;
-        y.y += (double)a[1] * d.x + (double)a[4] * d.y + (double)a[7] * d.z;
-        y.z += (double)a[2] * d.x + (double)a[5] * d.y + (double)a[8] * d.z;
-    }
-    return y;
-}
-
 OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w) {
     (void)m;
     OM_CHECK(w->h > 0 && !w->is_fresh, OM_INVALID, "tissue: om_tissue_solve_step must come first");
@@ -301,7 +292,7 @@ OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWo
     double h = w->h;
     for (int i = 0; i < w->nvert; ++i) {
         if (by[i] < 0) continue;
-        OmVec3 r = om_sub(apply_row(&w->A, w->dv, i), om_load3(w->rhs, i));
+        OmVec3 r = om_sub(om__apply_row(&w->A, w->dv, i), om_load3(w->rhs, i));
         om_store3(f_tool, i, om_scale(1 / h, r));
     }
     for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) {
@@ -318,62 +309,67 @@ OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWo
 
 // ---- whole steps ----------------------------------------------------------------------------------
 
-// The least det F that a step may end with: elements may be flattened to a tenth, those that are flat already to
-// a half of what they are; inverted ones come back in their own time, but not by way of the far side.
-static double least_allowed(double begin) {
-    if (begin <= 0) return 2 * begin - 0.5;
-    return fmin(0.1, 0.5 * begin);
-}
-
-// One linearisation cannot see it coming.
-bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
-                     const double* dv) {
-    if (!m->engine->get_least_ratio) return false;
-    const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
-    for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->x_end[n] = x[n] + w->h * (v[n] + dv[n]);
-    double end = m->engine->get_least_ratio(m, w, w->x_end);
-    return end < 0.1 && end < least_allowed(m->engine->get_least_ratio(m, w, x));
-}
-
-static OmStatus refuse_crushing(void) {
-    return om_error(OM_INVALID, "tissue: the step would turn an element inside out");
-}
-
 typedef struct Solve {
     OmTissueStepFn fn;
     void* ctx;
 } Solve;
 
-// is_last: no shorter step will be tried, so any that is finite will do.
+// What an accepted substep leaves behind goes into the report; not OM_OK where a rule could not be kept.
+static OmStatus judge(const OmGuard* g, OmStatus status, OmTissueReport* report) {
+    report->ninverted = g->ninverted;
+    report->energy_gain = fmax(report->energy_gain, g->gain);
+    if (!g->is_bad) return status;
+    om__guard_refuse(g);
+    return OM_NOT_CONVERGED;
+}
+
+// One shorter than SOFT_SHARE does not keep elements from inverting whose energy is
+// finite there (corotational, linear, St Venant-Kirchhoff, stable neo-Hookean): it is their motion.
+static double shortest_share(const OmGuard* g) {
+    bool is_soft = g->nbarrier == 0 && g->ncrushed + g->ninverted > 0;
+    return is_soft && g->gain <= g->bound ? SOFT_SHARE : MIN_SHARE;
+}
+
+// Is a shorter step to be tried?
+static bool is_refused(const OmGuard* g, double share) {
+    return g->is_bad && share >= 2 * shortest_share(g);
+}
+
+// share: of the whole step that this one is.
 static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
-                         bool is_last, const Solve* solve, OmTissueReport* report) {
+                         double share, const Solve* solve, OmTissueReport* report) {
     OM_TRY(om_tissue_begin_step(m, s, w, h));
     OmStatus status = solve->fn ? solve->fn(solve->ctx, m, s, w, h, report)
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
-    bool is_crushing = om__is_crushing(m, s, w, w->dv);
-    bool is_cut = is_crushing && solve->fn && m->def.max_newton <= 1;  // not iterated
-    if (is_cut && !is_last) return refuse_crushing();
-    if (m->def.max_newton > 1 || (is_crushing && !is_cut)) {
+    OmGuard guard = om__guard_step(m, s, w);
+    bool is_soft = guard.nbarrier == 0 && guard.ninverted > 0;
+    bool is_cut = guard.is_bad && m->def.max_newton <= 1 &&  // not iterated
+                  (solve->fn || (is_soft && share < 2 * SOFT_SHARE));
+    if (is_cut && is_refused(&guard, share)) return om__guard_refuse(&guard);
+    if (m->def.max_newton > 1 || (guard.is_bad && !is_cut)) {
         OmNewton newton = {.tolerance = m->def.newton_tolerance,
                            .scale = om__newton_scale(m, w),
                            .max_iterations =
-                               m->def.max_newton > 1 ? m->def.max_newton : CRUSH_NEWTON,
+                               m->def.max_newton > 1 ? m->def.max_newton : GUARD_NEWTON,
                            .fn = solve->fn,
                            .ctx = solve->ctx};
         // Newton's linear solves are measured against ever smaller norms: what counts is its own residual.
         double linear = report->residual, worst = report->newton_residual;
         status = om__newton(m, s, w, &newton, report);
         if (status < 0) return status;
+        bool is_useful = status == OM_OK || newton.is_at_floor;
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
         // om__newton has said why where it did not converge
-        if (!is_last && status > 0) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
-        if (!is_last && om__is_crushing(m, s, w, w->dv)) return refuse_crushing();
+        guard = om__guard_step(m, s, w);
+        bool is_last = share < 2 * shortest_share(&guard);
+        if (!is_last && !is_useful) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
+        if (is_refused(&guard, share)) return om__guard_refuse(&guard);
     }
     OM_TRY(om_tissue_end_step(m, s, w));
     ++report->substeps;
-    return status;
+    return judge(&guard, status, report);
 }
 
 OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
@@ -391,32 +387,36 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
     Solve solve = {fn, ctx};
     double left = h, part = h;
     bool is_cut = false;
-    int ngood = 0;
+    int ngood = 0, need = NLENGTHEN;
     while (left > 1e-9 * h) {
         part = fmin(part, left);
         w->share = part / left;
-        bool is_last = part < 2 * MIN_SHARE * h;
         double residual = report->residual, newton_residual = report->newton_residual;
-        OmStatus status = try_step(m, s, w, part, is_last, &solve, report);
+        double gain = report->energy_gain;
+        OmStatus status = try_step(m, s, w, part, part / h, &solve, report);
         w->share = 1;
         if (status >= 0) {
             left -= part;
             if (status > 0) outcome = status;
-            if (++ngood % NLENGTHEN == 0) part *= 2;
+            if (++ngood % need == 0) part *= 2;
             continue;
         }
         // Cut the step; the state of its beginning is kept from the first failure on.
         report->residual = residual;
         report->newton_residual = newton_residual;
+        report->energy_gain = gain;
         if (!is_cut) memcpy(w->backup, s, s->size);
         is_cut = true;
+        if (ngood > 0 && need < MAX_LENGTHEN) need *= 2;
         ngood = 0;
         part *= 0.5;
         if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
         memcpy((void*)s, w->backup, s->size);
         return om_error_prefix(status, "step at %.4g s failed, cut to %.3g s", s->time, part);
     }
-    return outcome;
+    if (report->ninverted == 0) return outcome;
+    return om_error(OM_NOT_CONVERGED, "tissue: %d elements are inverted after the step at %.4g s",
+                    report->ninverted, s->time);
 }
 
 OmStatus om_tissue_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,

@@ -1,0 +1,213 @@
+// fem_check.c: what a step would do to the elements: volume ratios and elastic energy at its beginning and its end.
+//
+// Every step pays for this, so it runs in floats, a batch of elements at a time. Energies are in units of V mu:
+//
+//     corotational            |F|^2 - 2 f + 3 + r/2 (f - 3)^2,    f = tr S, the root of fem_turn.c
+//     neo-Hookean             (I1 - 3)/2 - ln J + r/2 (ln J)^2
+//     stable neo-Hookean      (I1 - 3)/2 - (J - 1) + (r + 1)/2 (J - 1)^2
+//     St Venant-Kirchhoff     r/2 (tr E)^2 + |E|^2
+//
+// with r = lambda / mu. Other laws are evaluated in double, element by element. The sum over elements is in double; it
+// is off by about 1e-7 of sum V mu, and with averaged strains (fem_cell.c) it is that of single elements: the caller
+// asks om__fem_eval_balance before it believes a rise.
+#include "fem/fem_lanes.h"
+#include "fem/fem_simd.h"
+
+#define NNEWTON 5
+#define MAX_STEP 1e-3F  // of the last step of Newton's method for f: above it, in double
+#define MIN_SLOPE 0.05F
+#define FLAT 1e-6F  // det F below it counts as inverted: what rounding leaves of a flat element
+
+typedef struct Part {  // of one worker
+    int ncrushed, nbarrier, ninverted;
+    double begin, end;
+} Part;
+
+typedef struct Check {
+    const OmTissueModel* m;
+    const double *x_begin, *x_end;
+    Part* part;  // of each block
+    int nblock;
+} Check;
+
+// F by columns of the elements of a batch.
+OM__INLINE void gather(const OmFemBatch* batch, const double* x, V16 F[9]) {
+    Lanes d[9];
+    V16 edge[9];
+    for (int l = 0; l < OM__LANE; ++l) {
+        const double* o = x + 3 * (size_t)batch->vert[0][l];
+        for (int k = 0; k < 3; ++k)
+            for (int c = 0; c < 3; ++c)
+                d[3 * k + c][l] = (float)(x[3 * (size_t)batch->vert[k + 1][l] + (size_t)c] - o[c]);
+    }
+    for (int n = 0; n < 9; ++n) edge[n] = lanes_of(d[n]);
+    for (int c = 0; c < 3; ++c) {
+        V16 g0 = lanes_of(batch->grad[c]), g1 = lanes_of(batch->grad[3 + c]),
+            g2 = lanes_of(batch->grad[6 + c]);
+        for (int r = 0; r < 3; ++r)
+            F[3 * c + r] = edge[r] * g0 + edge[3 + r] * g1 + edge[6 + r] * g2;
+    }
+}
+
+OM__INLINE V16 norm2(const V16 F[9]) {
+    V16 sum = F[0] * F[0];
+    for (int k = 1; k < 9; ++k) sum += F[k] * F[k];
+    return sum;
+}
+
+OM__INLINE void cofactors(const V16 F[9], V16 cof[9]) {
+    for (int c = 0; c < 3; ++c) {
+        const V16 *p = F + 3 * ((c + 1) % 3), *q = F + 3 * ((c + 2) % 3);
+        cof[3 * c] = p[1] * q[2] - p[2] * q[1];
+        cof[3 * c + 1] = p[2] * q[0] - p[0] * q[2];
+        cof[3 * c + 2] = p[0] * q[1] - p[1] * q[0];
+    }
+}
+
+// *is_bad: lanes where f has not settled.
+OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
+    V16 size2 = I1 + 1e-30F, inv = rsqrt16(size2) * 1.7320508F;  // F scaled to |F|^2 = 3
+    V16 inv2 = inv * inv, constant = 9.0F - 4.0F * (cof2 * (inv2 * inv2)),
+        j = 8.0F * (J * (inv2 * inv));
+    V16 f = all(3.0F), step = all(0.0F);
+    for (int n = 0; n < NNEWTON; ++n) {
+        V16 f2 = f * f, slope = 4.0F * (f2 - 3.0F) * f - j;
+        step = ((f2 - 6.0F) * f2 - j * f + constant) / max16(slope, all(1e-3F));
+        f -= step;
+    }
+    *is_bad = ~((4.0F * (f * f - 3.0F) * f - j >= MIN_SLOPE) & (abs16(step) <= MAX_STEP));
+    f /= inv;
+    V16 t = f - 3.0F;
+    return (I1 - 3.0F) - 2.0F * t + 0.5F * ratio * t * t;
+}
+
+// Below the floor both logarithms go on as Taylor polynomials, as in fem_law.c.
+OM__INLINE V16 neo_hookean(V16 ratio, V16 I1, V16 J) {
+    V16 b = max16(J, all((float)OM_LAW_LOG_FLOOR)), t = J - b, l = log16(b), inv = 1.0F / b;
+    V16 log = l + t * inv * (1.0F - 0.5F * t * inv);
+    V16 square = l * l + t * inv * (2.0F * l + t * inv * (1.0F - l));
+    return 0.5F * (I1 - 3.0F) - log + 0.5F * ratio * square;
+}
+
+OM__INLINE V16 stable_neo_hookean(V16 ratio, V16 I1, V16 J) {
+    V16 t = J - 1.0F;
+    return 0.5F * (I1 - 3.0F) - t + 0.5F * (ratio + 1.0F) * t * t;
+}
+
+OM__INLINE V16 st_venant(V16 ratio, const V16 F[9]) {
+    V16 trace = all(0.0F), sum = all(0.0F);
+    for (int a = 0; a < 3; ++a)
+        for (int b = a; b < 3; ++b) {
+            const V16 *p = F + 3 * a, *q = F + 3 * b;
+            V16 e = 0.5F * (p[0] * q[0] + p[1] * q[1] + p[2] * q[2] - (a == b ? 1.0F : 0.0F));
+            sum += (a == b ? 1.0F : 2.0F) * (e * e);
+            if (a == b) trace += e;
+        }
+    return sum + 0.5F * ratio * trace * trace;
+}
+
+// Lanes that the short formulas leave: energy over V mu in double.
+static void evaluate_lanes(const Check* a, int k, const V16 F[9], I16 which, V16* W) {
+    for (int l = 0; l < OM__LANE; ++l) {
+        int e = k * OM__LANE + l;
+        if (!which[l] || e >= a->m->mesh.ntet) continue;
+        double lambda, mu;
+        om__fem_lame(a->m, e, &lambda, &mu);
+        OmMat3 f = om_mat3_cols(om_vec3((double)F[0][l], (double)F[1][l], (double)F[2][l]),
+                                om_vec3((double)F[3][l], (double)F[4][l], (double)F[5][l]),
+                                om_vec3((double)F[6][l], (double)F[7][l], (double)F[8][l]));
+        (*W)[l] = (float)(om__fem_eval_energy(om__fem_material(a->m, e), f) / mu);
+    }
+}
+
+// Elastic energy of the lanes in J, and the volume ratio.
+OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J) {
+    const OmFemBatch* batch = &((const OmFem*)a->m->data)->batch[k];
+    V16 F[9], cof[9], W, ratio = lanes_of(batch->ratio), root = lanes_of(batch->root);
+    I16 left = (I16)all(0.0F);
+    gather(batch, x, F);
+    cofactors(F, cof);
+    *J = F[0] * cof[0] + F[1] * cof[1] + F[2] * cof[2];
+    V16 I1 = norm2(F);
+    if (is_turned)
+        W = corotational(ratio, I1, norm2(cof), *J, &left);
+    else if (batch->family == OM__FAMILY_NEO)
+        W = neo_hookean(ratio, I1, *J);
+    else if (batch->family == OM__FAMILY_STABLE)
+        W = stable_neo_hookean(ratio, I1, *J);
+    else if (batch->family == OM__FAMILY_VENANT)
+        W = st_venant(ratio, F);
+    else
+        W = all(0.0F), left = ~left;
+    int nleft = 0;
+    for (int l = 0; l < OM__LANE; ++l) nleft -= left[l];
+    if (nleft > 0) evaluate_lanes(a, k, F, left, &W);
+    W *= root * root;  // V mu; zero in lanes that only fill up
+    double sum = 0;
+    for (int l = 0; l < OM__LANE; ++l) sum += (double)W[l];
+    return sum;
+}
+
+// Elements may be flattened to a tenth, those that are flat already to a half of what they are. An inverted
+// element may stay inverted, and its det F may fall to twice its value less a half.
+OM__INLINE float least_allowed(float begin) {
+    float half = 0.5F * begin;
+    if (begin <= 0) return 2.0F * begin - 0.5F;
+    return half < 0.1F ? half : 0.1F;
+}
+
+// Does the energy rise steeply as J goes to 0? Then shorter steps keep elements from inverting.
+static bool has_barrier(const OmMaterial* m) {
+    return m->law == OM_NEO_HOOKEAN || m->law == OM_MOONEY_RIVLIN || m->law == OM_OGDEN ||
+           m->law == OM_OGDEN_COUPLED;
+}
+
+OM_MULTIVERSION
+static void check_batches(const Check* a, int begin, int end, Part* part) {
+    const OmFem* fem = a->m->data;
+    for (int k = begin; k < end; ++k) {
+        V16 was, J;
+        part->begin += eval_batch(a, k, !fem->is_blocked, a->x_begin, &was);
+        part->end += eval_batch(a, k, !fem->is_blocked, a->x_end, &J);
+        I16 low = ~(J >= 0.1F);
+        int nlow = 0;
+        for (int l = 0; l < OM__LANE; ++l) nlow -= low[l];
+        if (nlow == 0) continue;
+        for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->mesh.ntet; ++l) {
+            bool is_crushed = !(J[l] >= 0.1F) && !(J[l] >= least_allowed(was[l]));
+            part->ncrushed += is_crushed;
+            part->nbarrier += is_crushed && has_barrier(om__fem_material(a->m, k * OM__LANE + l));
+            part->ninverted += !(J[l] > FLAT);
+        }
+    }
+}
+
+static void check_team(void* ctx, OmTeam* team, int rank, int size) {
+    (void)team;
+    const Check* a = ctx;
+    int64_t nbatch = ((const OmFem*)a->m->data)->nbatch;
+    for (int k = a->nblock * rank / size; k < a->nblock * (rank + 1) / size; ++k) {
+        Part part = {0};
+        check_batches(a, (int)(nbatch * k / a->nblock), (int)(nbatch * (k + 1) / a->nblock), &part);
+        a->part[k] = part;
+    }
+}
+
+#define NBLOCK \
+    64  // of the elements, each summed by one worker: the same sum for any number of them
+
+void om__fem_check(const OmTissueModel* m, const OmTissueWork* w, const double* x_begin,
+                   const double* x_end, OmTissueCheck* check) {
+    const OmFemWork* fw = w->data;
+    Part part[NBLOCK];
+    Check a = {.m = m, .x_begin = x_begin, .x_end = x_end, .part = part, .nblock = NBLOCK};
+    om_parallel_team(fw->nworker, check_team, &a);
+    *check = (OmTissueCheck){0};
+    for (int k = 0; k < NBLOCK; ++k) {
+        check->ncrushed += part[k].ncrushed;
+        check->nbarrier += part[k].nbarrier;
+        check->ninverted += part[k].ninverted;
+        check->elastic_begin += part[k].begin;
+        check->elastic_end += part[k].end;
+    }
+}

@@ -1,0 +1,314 @@
+// What a step may not do in silence: turn elements inside out, make energy out of nothing, claim a tolerance
+// that it did not meet.
+#include "test_rig.h"
+
+#include "omentum/contact.h"
+
+static const OmLaw every_law[] = {OM_COROTATIONAL,       OM_ST_VENANT_KIRCHHOFF, OM_NEO_HOOKEAN,
+                                  OM_STABLE_NEO_HOOKEAN, OM_MOONEY_RIVLIN,       OM_OGDEN};
+#define NLAW ((int)(sizeof every_law / sizeof every_law[0]))
+
+static int count_inverted(const TestRig* r) {
+    double* J = om_alloc((size_t)r->mesh.ntet, sizeof *J);
+    int num = 0;
+    assert_non_null(J);
+    assert_ok(om_tissue_get_measure(r->m, r->s, OM_VOLUME_RATIO, J));
+    for (int e = 0; e < r->mesh.ntet; ++e) num += !(J[e] > 1e-6);
+    om_free(J);
+    return num;
+}
+
+static double total_energy(const TestRig* r) {
+    OmTissueEnergy e;
+    assert_ok(om_tissue_get_energy(r->m, r->s, &e));
+    return e.elastic + e.kinetic + e.gravity + e.spring;
+}
+
+// The status of a step and its report say what the state is.
+static void check_honest(const TestRig* r, OmStatus status, const OmTissueReport* report) {
+    if (status < 0) fail_msg("step at %g s: %s", om_tissue_time(r->s), om_error_message());
+    int num = count_inverted(r);
+    // The count of the step is taken in floats: it may differ where det F is rounding.
+    if ((num > 0) != (report->ninverted > 0))
+        fail_msg("%d elements are inverted, the report says %d", num, report->ninverted);
+    if (num > 0) assert_int_equal(status, OM_NOT_CONVERGED);
+}
+
+// ---- elements -----------------------------------------------------------------------------------------------
+
+// A cube is pulled by two opposite corners to three times its diagonal.
+static int pull_corners(OmLaw law, int nstep) {
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.04, 0.04, 0.04), 5, 5, 5);
+    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = law};
+    r.def.gravity = om_vec3(0, 0, 0);
+    rig_start(&r);
+    OmPose low = {om_vec3(0, 0, 0), om_quat_identity()};
+    OmPose high = {om_vec3(0.04, 0.04, 0.04), om_quat_identity()};
+    assert_ok(om_tissue_grasp(r.m, r.s, 0, low, 0.002, NULL));
+    assert_ok(om_tissue_grasp(r.m, r.s, 1, high, 0.002, NULL));
+    for (int k = 1; k <= nstep; ++k) {
+        double t = 0.04 * k / nstep;
+        low.p = om_vec3(-t, -t, -t);
+        high.p = om_vec3(0.04 + t, 0.04 + t, 0.04 + t);
+        assert_ok(om_tissue_move_grasp(r.s, 0, low));
+        assert_ok(om_tissue_move_grasp(r.s, 1, high));
+        OmTissueReport report;
+        OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
+        check_honest(&r, status, &report);
+    }
+    int num = count_inverted(&r);
+    rig_done(&r);
+    return num;
+}
+
+static void test_pulled_corners(void** context) {
+    (void)context;
+    for (int k = 0; k < NLAW; ++k)
+        for (int nstep = 1; nstep <= 25; nstep *= 5) {
+            int num = pull_corners(every_law[k], nstep);
+            printf("%s, %d steps: %d elements inverted\n", om_law_name(every_law[k]), nstep, num);
+            bool is_soft =
+                every_law[k] == OM_COROTATIONAL || every_law[k] == OM_ST_VENANT_KIRCHHOFF;
+            if (!is_soft) assert_int_equal(num, 0);
+        }
+}
+
+// An element that is inverted from the start does not disarm the guard of the others: a block whose corner was
+// pushed through its element is crushed by a weight.
+static void test_each_by_itself(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.03, 0.03, 0.03), 3, 3, 3);
+    rig_attach_plane(&r, 2, 0);
+    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_MOONEY_RIVLIN};
+    rig_start(&r);
+    size_t n = 3 * (size_t)r.mesh.nvert;
+    double* x = om_alloc(n, sizeof *x);
+    int* was = om_calloc((size_t)r.mesh.ntet, sizeof *was);
+    double* J = om_alloc((size_t)r.mesh.ntet, sizeof *J);
+    assert_true(x && was && J);
+    memcpy(x, r.mesh.x, n * sizeof *x);
+    for (int i = 0; i < r.mesh.nvert; ++i)
+        if (om_norm(om_sub(om_load3(x, i), om_vec3(0.03, 0.03, 0.03))) < 1e-9)
+            om_store3(x, i, om_vec3(0.012, 0.012, 0.012));
+    assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+    double* f = om_tissue_external_force(r.s);
+    for (int i = 0; i < r.mesh.nvert; ++i)
+        if (r.mesh.x[3 * i + 2] > 0.0299) f[3 * i + 2] = -0.2;
+    for (int step = 0; step < 20; ++step) {
+        assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
+        for (int e = 0; e < r.mesh.ntet; ++e) was[e] = !(J[e] > 1e-6);
+        OmTissueReport report;
+        OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
+        check_honest(&r, status, &report);
+        assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
+        int nnew = 0;
+        for (int e = 0; e < r.mesh.ntet; ++e) nnew += !was[e] && !(J[e] > 0);
+        assert_int_equal(nnew, 0);
+    }
+    om_free(x);
+    om_free(was);
+    om_free(J);
+    rig_done(&r);
+}
+
+// The mirror image of a St Venant-Kirchhoff body has no stress: it is in equilibrium, and not what was asked.
+static void test_rest_inverted(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.03, 0.03, 0.03), 3, 3, 3);
+    r.def.material_default =
+        (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_ST_VENANT_KIRCHHOFF};
+    r.def.gravity = om_vec3(0, 0, 0);
+    rig_attach_plane(&r, 2, 0);
+    rig_start(&r);
+    size_t n = 3 * (size_t)r.mesh.nvert;
+    double* x = om_alloc(n, sizeof *x);
+    assert_non_null(x);
+    memcpy(x, r.mesh.x, n * sizeof *x);
+    for (int i = 0; i < r.mesh.nvert; ++i) x[3 * i + 2] *= -1;
+    assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+    OmTissueReport report;
+    assert_status(om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 50, &report), OM_NOT_CONVERGED);
+    assert_int_equal(report.ninverted, r.mesh.ntet);
+    assert_non_null(strstr(om_error_message(), "inverted"));
+    om_tissue_reset(r.m, r.s);
+    assert_ok(om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 50, &report));
+    assert_int_equal(report.ninverted, 0);
+    om_free(x);
+    rig_done(&r);
+}
+
+// ---- energy -------------------------------------------------------------------------------------------------
+
+typedef struct Drop {
+    OmLaw law;
+    double young;   // Pa
+    double height;  // m, of the fall before the impact
+    double gap;     // m, to the board at the beginning
+    double tilt;    // rad
+    double h;       // s
+    int max_newton;
+} Drop;
+
+// As after a fall from that height, a little above the board.
+static void start_fall(TestRig* r, const Drop* d) {
+    size_t n = 3 * (size_t)r->mesh.nvert;
+    double *x = om_alloc(n, sizeof *x), *v = om_calloc(n, sizeof *v), low = INFINITY;
+    assert_true(x && v);
+    OmQuat q = om_quat_axis_angle(om_normalize(om_vec3(1, 0.3, 0.2)), d->tilt);
+    for (int i = 0; i < r->mesh.nvert; ++i) {
+        OmVec3 p = om_quat_rotate(q, om_load3(r->mesh.x, i));
+        om_store3(x, i, p);
+        low = fmin(low, p.z);
+        v[3 * i + 2] = -sqrt(2 * 9.81 * d->height);
+    }
+    for (int i = 0; i < r->mesh.nvert; ++i) x[3 * i + 2] += d->gap - low;
+    assert_ok(om_tissue_set_x(r->m, r->s, x, v));
+    om_free(x);
+    om_free(v);
+}
+
+// The largest rise of the energy in a step, over the energy of the fall. The board is still: it does no work, but
+// for what pushes out tissue that is inside, and nothing is.
+static double measure_rise(const Drop* d) {
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.04, 0.04), 6, 4, 4);
+    r.def.material_default = (OmMaterial){.young = d->young, .poisson = 0.45, .law = d->law};
+    r.def.rayleigh_mass = 0;
+    r.def.max_newton = d->max_newton;
+    rig_start(&r);
+    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactDef def = om_contact_default_def();
+    def.nplane = 1;
+    def.plane = &board;
+    assert_ok(om_contact_create(&def, r.m, &r.c));
+    start_fall(&r, d);
+    double fall = 0, rise = 0, first, before;
+    for (int i = 0; i < r.mesh.nvert; ++i) fall += om_tissue_mass(r.m)[i] * 9.81 * d->height;
+    first = before = total_energy(&r);
+    for (int n = 0; n < (int)(0.4 / d->h); ++n) {
+        OmContactReport report;
+        OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, d->h, &report);
+        check_honest(&r, status, &report.tissue);
+        double now = total_energy(&r);
+        rise = fmax(rise, fmax(now - before, now - first) / fall);
+        before = now;
+    }
+    rig_done(&r);
+    return rise;
+}
+
+static void test_drops(void** context) {
+    (void)context;
+    for (int k = 0; k < NLAW; ++k) {
+        double worst = 0;
+        int num = 0;
+        for (int h = 0; h < 2; ++h)
+            for (int t = 0; t < 4; ++t) {
+                Drop d = {.law = every_law[k],
+                          .young = t % 2 ? 10000 : 3000,
+                          .height = h ? 0.3 : 1,
+                          .gap = t % 2 ? 0.041 : 0.001,
+                          .tilt = t < 2 ? 0 : 0.5,
+                          .h = h ? 0.01 : 0.02,
+                          .max_newton = 1};
+                worst = fmax(worst, measure_rise(&d));
+                ++num;
+            }
+        printf("%s: energy rises by %.2g of the fall's in the worst step of %d drops\n",
+               om_law_name(every_law[k]), worst, num);
+        assert_below(worst, 0.01);
+    }
+}
+
+// ---- Newton's method ----------------------------------------------------------------------------------------
+
+// A tolerance below rounding ends at the floor, in one step, and says so.
+static void test_floor(void** context) {
+    (void)context;
+    for (int k = 0; k < NLAW; ++k) {
+        TestRig r;
+        rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.1, 0.02, 0.02), 10, 2, 2);
+        rig_attach_plane(&r, 0, 0);
+        r.def.material_default = (OmMaterial){.young = 30000, .poisson = 0.45, .law = every_law[k]};
+        r.def.max_newton = 40;
+        r.def.newton_tolerance = 1e-15;
+        rig_start(&r);
+        for (int n = 0; n < 3; ++n) {
+            OmTissueReport report;
+            OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
+            printf("%s: %d iterations, residual %.2g\n", om_law_name(every_law[k]), report.newton,
+                   report.newton_residual);
+            assert_true(status >= 0);
+            if (report.newton_residual > r.def.newton_tolerance && status == OM_OK)
+                assert_below(report.newton_residual, 1e-11);  // rounding of the forces themselves
+            assert_int_equal(report.substeps, 1);
+            assert_true(report.newton <= 40);
+            assert_below(report.newton_residual, 1e-11);
+        }
+        rig_done(&r);
+    }
+}
+
+// Inertia, stress, contact and weight of a step that Newton's method has solved, in double and with nothing of the
+// step's own: they balance. At rest the residual of the first linearisation is rounding: no step is cut for it.
+static void test_balance_with_contact(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.06, 0.03), 6, 6, 3);
+    r.def.material_default = (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+    r.def.rayleigh_mass = 0;
+    r.def.max_newton = 20;
+    r.def.newton_tolerance = 1e-5;
+    r.def.solver.tolerance = 1e-3;
+    rig_start(&r);
+    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactDef def = om_contact_default_def();
+    def.nplane = 1;
+    def.plane = &board;
+    assert_ok(om_contact_create(&def, r.m, &r.c));
+    size_t n = 3 * (size_t)r.mesh.nvert;
+    double *f = om_alloc(n, sizeof *f), *v = om_alloc(n, sizeof *v), worst = 0;
+    const double* mass = om_tissue_mass(r.m);
+    int most = 0, nok = 0;
+    assert_true(f && v);
+    for (int step = 0; step < 60; ++step) {
+        OmContactReport report;
+        memcpy(v, om_tissue_v(r.s), n * sizeof *v);
+        OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report);
+        assert_true(status >= 0);
+        nok += status == OM_OK;
+        most = report.tissue.substeps > most ? report.tissue.substeps : most;
+        // v is that of the last substep's beginning; what is not OK has said so
+        if (report.tissue.substeps > 1 || status > 0) continue;
+        assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
+        double left = 0, weight = 0;
+        for (int i = 0; i < r.mesh.nvert; ++i) {
+            OmVec3 dv = om_sub(om_load3(om_tissue_v(r.s), i), om_load3(v, i));
+            OmVec3 sum = om_add(om_load3(f, i), om_load3(om_tissue_contact_force(r.s), i));
+            sum = om_madd(sum, mass[i], om_sub(om_tissue_gravity(r.m), om_scale(1 / 0.02, dv)));
+            left += om_norm2(sum);
+            weight += om_norm2(om_scale(mass[i], om_tissue_gravity(r.m)));
+        }
+        worst = fmax(worst, sqrt(left / weight));
+    }
+    printf("%d of 60 steps OK, out of balance %.2g of the weight, at most %d substeps\n", nok,
+           worst, most);
+    assert_true(nok >= 50);
+    assert_below(worst, 1e-4);
+    assert_true(most <= 4);
+    om_free(f);
+    om_free(v);
+    rig_done(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pulled_corners), cmocka_unit_test(test_each_by_itself),
+        cmocka_unit_test(test_rest_inverted),  cmocka_unit_test(test_drops),
+        cmocka_unit_test(test_floor),          cmocka_unit_test(test_balance_with_contact),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
