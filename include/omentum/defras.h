@@ -85,6 +85,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
+    bool is_settled;            // twin and truth were at rest when the operation began
+    int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
     int twin_nvert, twin_ntet, world_nvert, world_ntet;
     uint64_t hash;  // of the truth's final state
 } OmRetractResult;

@@ -135,6 +135,7 @@ typedef struct OmTissueReport {
     double newton_residual;  // what is left of the residual that the first linearisation saw
     int ninverted;           // elements with det F <= 1e-6 at the end of the step
     double energy_gain;      // J, largest rise of energy in a substep beyond the work done; 0: none
+    bool is_unguarded;       // a substep was accepted that crushes an element or gains energy
 } OmTissueReport;
 
 OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);

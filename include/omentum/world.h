@@ -46,6 +46,8 @@ typedef struct OmBodyReport {  // of the last step
     int substeps;              // 1 unless the step had to be cut
     int ncontact;              // vertices in contact
     double penetration;        // m, the deepest
+    int ninverted;             // elements that are inverted at its end
+    double energy_gain;        // J, rise of energy beyond the work done; 0: none
 } OmBodyReport;
 
 typedef struct OmBodyParts {  // what a definition of tissue borrows
@@ -70,8 +72,14 @@ OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, doub
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
 OM_API void om_body_release(OmBody* body, int arm);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
+/// A step that stopped at the iteration limit of the linear solver is OM_OK: the report has its residual.
+/// @return OM_OK; OM_NOT_CONVERGED (advanced, but contact has not settled, elements are inverted or energy was gained:
+///         the message says which; om_body_nbad counts such steps); errors of om_contact_step
 OM_API OmStatus om_body_step(OmBody* body, double dt, OmBodyReport* report);
+/// Steps since the body was created that ended with OM_NOT_CONVERGED.
+OM_API int om_body_nbad(const OmBody* body);
 /// Step until it rests: speeds below `speed` m/s, at most `seconds`.
+/// @return OM_OK; OM_NOT_CONVERGED (it still moves); errors of om_contact_step
 OM_API OmStatus om_body_settle(OmBody* body, double dt, double speed, double seconds);
 /// Vertex positions, m (nvert x 3); valid until the next step.
 OM_API const double* om_body_x(const OmBody* body);

@@ -63,6 +63,12 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
         r->time, r->wall_time, r->twin_step_ms, r->plan_ms_median, r->nplan);
+    if (r->twin_nbad + r->world_nbad > 0)
+        printf(
+            "  note: %d steps of the twin and %d of the truth have inverted elements, unsettled contact or "
+            "energy out of nothing\n",
+            r->twin_nbad, r->world_nbad);
+    if (!r->is_settled) printf("  note: the tissue still moved when the operation began\n");
     if (dir) printf("  report: %s/report.html\n", dir);
 }
 

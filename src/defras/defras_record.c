@@ -196,6 +196,9 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     om_json_integer(&json, "plans", r->nplan);
     om_json_number(&json, "plan_ms_median", r->plan_ms_median);
     om_json_number(&json, "plan_ms_max", r->plan_ms_max);
+    om_json_bool(&json, "settled_at_start", r->is_settled);
+    om_json_integer(&json, "twin_bad_steps", r->twin_nbad);
+    om_json_integer(&json, "world_bad_steps", r->world_nbad);
     om_json_integer(&json, "twin_vertices", r->twin_nvert);
     om_json_integer(&json, "twin_tetrahedra", r->twin_ntet);
     om_json_integer(&json, "world_vertices", r->world_nvert);

@@ -8,7 +8,7 @@ static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
 
 static void add_facts(OmReport* report, const Loop* loop) {
     const OmRetractResult* r = loop->result;
-    char text[10][64];
+    char text[12][64];
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
     snprintf(text[2], 64, "%d", r->naction);
@@ -19,7 +19,9 @@ static void add_facts(OmReport* report, const Loop* loop) {
     snprintf(text[7], 64, "%.1f ms", r->plan_ms_median);
     snprintf(text[8], 64, isnan(r->force_world_max) ? "not known" : "%.2f N", r->force_world_max);
     snprintf(text[9], 64, isnan(r->force_more) ? "not known" : "%.2f N", r->force_more);
-    const char *value[10], *label[10] = {"of the ROI seen at the end",
+    snprintf(text[10], 64, "%d", r->twin_nbad);
+    snprintf(text[11], 64, "%d", r->world_nbad);
+    const char *value[12], *label[12] = {"of the ROI seen at the end",
                                          "of the ROI seen at the start",
                                          "actions",
                                          "largest pull, by the twin",
@@ -28,9 +30,11 @@ static void add_facts(OmReport* report, const Loop* loop) {
                                          "a step of the twin (mean)",
                                          "to make a plan (median)",
                                          "largest pull, in the truth",
-                                         "most by which the truth exceeds the twin"};
-    for (int i = 0; i < 10; ++i) value[i] = text[i];
-    om_report_facts(report, value, label, 10);
+                                         "most by which the truth exceeds the twin",
+                                         "steps of the twin that broke a rule",
+                                         "steps of the truth that broke a rule"};
+    for (int i = 0; i < 12; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, 12);
 }
 
 static OmStatus add_charts(OmReport* report, const Loop* loop) {

@@ -56,8 +56,11 @@ static OmStatus begin(Loop* loop) {
     r->world_nvert = loop->world_site.mesh.nvert;
     r->world_ntet = loop->world_site.mesh.ntet;
     double dt = scene->task.time_step;
-    OM_TRY(om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME));
-    OM_TRY(om_body_settle(om_world_truth(loop->world), dt, SETTLE_SPEED, SETTLE_TIME));
+    OmStatus twin = om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME);
+    OM_TRY(twin);
+    OmStatus world = om_body_settle(om_world_truth(loop->world), dt, SETTLE_SPEED, SETTLE_TIME);
+    OM_TRY(world);
+    r->is_settled = twin == OM_OK && world == OM_OK;
     if (loop->def->out_dir) OM_TRY(om__recorder_create(loop, &loop->recorder));
     loop->twin_wall = 0;
     OM_TRY(om__loop_tick(loop));
@@ -220,6 +223,8 @@ static void summarise(Loop* loop, double wall_start) {
     r->time = loop->time;
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->hash = om_body_hash(om_world_truth(loop->world));
+    r->twin_nbad = om_body_nbad(loop->twin);
+    r->world_nbad = om_body_nbad(om_world_truth(loop->world));
     if (r->nplan > 0) {
         om_sort_doubles(loop->plan_ms, r->nplan);
         r->plan_ms_median = loop->plan_ms[r->nplan / 2];

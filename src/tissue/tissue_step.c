@@ -319,6 +319,7 @@ static OmStatus judge(const OmGuard* g, OmStatus status, OmTissueReport* report)
     report->ninverted = g->ninverted;
     report->energy_gain = fmax(report->energy_gain, g->gain);
     if (!g->is_bad) return status;
+    report->is_unguarded = true;
     om__guard_refuse(g);
     return OM_NOT_CONVERGED;
 }

@@ -22,6 +22,7 @@ struct OmBody {
     OmTissueWork* work;
     OmContact* contact;
     Rest rest;
+    int nbad;  // steps whose outcome was not what a step promises
 };
 
 static OmStatus create_contact(const OmSite* site, OmBody* body) {
@@ -164,14 +165,18 @@ OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
                              .residual = r.tissue.residual,
                              .substeps = r.tissue.substeps,
                              .ncontact = r.ncontact,
-                             .penetration = r.penetration};
-    return OM_OK;  // a step that stopped at the iteration limit is a step: the report tells its residual
+                             .penetration = r.penetration,
+                             .ninverted = r.tissue.ninverted,
+                             .energy_gain = r.tissue.energy_gain};
+    bool is_bad = status > 0 && (r.tissue.ninverted > 0 || !r.is_settled || r.tissue.is_unguarded);
+    b->nbad += is_bad;
+    return is_bad ? status : OM_OK;
 }
 
+int om_body_nbad(const OmBody* b) { return b->nbad; }
+
 OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
-    OmStatus status =
-        om_contact_settle(b->contact, b->model, b->state, b->work, dt, speed, seconds);
-    return status < 0 ? status : OM_OK;
+    return om_contact_settle(b->contact, b->model, b->state, b->work, dt, speed, seconds);
 }
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }

@@ -181,6 +181,30 @@ static void test_free_tissue_is_carried_without_pull(void** state) {
     om_site_done(&site);
 }
 
+// A patch is pushed through the tissue below it: what the step could not keep is no OM_OK, and is counted.
+static void test_bad_steps_are_counted(void** state) {
+    (void)state;
+    OmScene scene = small_scene();
+    OmSite site;
+    OmBody* body;
+    OmBodyReport report;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    OmPose tip = {om_vec3(0, 0, 0.005), om_quat_identity()};
+    assert_ok(om_body_grasp(body, 0, tip, 0.012, NULL));
+    assert_ok(om_body_step(body, 0.02, &report));
+    assert_int_equal(report.ninverted, 0);
+    assert_int_equal(om_body_nbad(body), 0);
+    tip.q = om_quat_axis_angle(om_vec3(1, 0, 0), 3.1);
+    tip.p.z = 0.002;
+    assert_ok(om_body_move(body, 0, tip));
+    assert_status(om_body_step(body, 0.02, &report), OM_NOT_CONVERGED);
+    assert_true(report.ninverted > 0);
+    assert_int_equal(om_body_nbad(body), 1);
+    om_body_destroy(body);
+    om_site_done(&site);
+}
+
 static void test_jaws_close_on_air(void** state) {
     (void)state;
     Field f;
@@ -428,6 +452,7 @@ int main(void) {
         cmocka_unit_test(test_every_grasping_point_is_in_reach),
         cmocka_unit_test(test_lifting_and_letting_go),
         cmocka_unit_test(test_free_tissue_is_carried_without_pull),
+        cmocka_unit_test(test_bad_steps_are_counted),
         cmocka_unit_test(test_jaws_close_on_air),
         cmocka_unit_test(test_hidden_at_first),
         cmocka_unit_test(test_most_that_can_be_seen),
