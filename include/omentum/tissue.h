@@ -133,9 +133,10 @@ typedef struct OmTissueReport {
     int substeps;            // 1 unless the step had to be cut
     int newton;              // iterations of Newton's method; 0 where one linearisation did
     double newton_residual;  // what is left of the residual that the first linearisation saw
-    int ninverted;           // elements with det F <= 1e-6 at the end of the step
-    double energy_gain;      // J, largest rise of energy in a substep beyond the work done; 0: none
-    bool is_unguarded;       // a substep was accepted that crushes an element or gains energy
+    int ninverted;           // elements with det F <= 1e-6 at the end; only "fem" counts them
+    double
+        energy_gain;  // J, largest rise of energy in a substep beyond the work done, or its rounding
+    bool is_unguarded;  // a substep was accepted that crushes an element or gains energy
 } OmTissueReport;
 
 OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
@@ -143,7 +144,7 @@ OM_API void om_tissue_destroy_work(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
 /// the step flattens or inverts no element, and the energy rises by no more than the work done on the tissue and 1 %.
 /// A step that breaks a rule is solved again by Newton's method with line search. With contact, or if that fails too,
-/// the step is cut, down to h / 1024.
+/// the step is cut: down to h / 1024, or to h / 4 where only elements break it whose energy is finite at det F = 0.
 /// @param report  may be null
 /// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate: an iteration stopped early, elements are
 ///         inverted, or energy was gained; the message says which, the report how much); OM_INVALID (a bad argument,

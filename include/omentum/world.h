@@ -76,7 +76,7 @@ OM_API bool om_body_is_holding(const OmBody* body, int arm);
 /// @return OM_OK; OM_NOT_CONVERGED (advanced, but contact has not settled, elements are inverted or energy was gained:
 ///         the message says which; om_body_nbad counts such steps); errors of om_contact_step
 OM_API OmStatus om_body_step(OmBody* body, double dt, OmBodyReport* report);
-/// Steps since the body was created that ended with OM_NOT_CONVERGED.
+/// Calls of om_body_step since the body was created that returned OM_NOT_CONVERGED.
 OM_API int om_body_nbad(const OmBody* body);
 /// Step until it rests: speeds below `speed` m/s, at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (it still moves); errors of om_contact_step

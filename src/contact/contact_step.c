@@ -289,7 +289,11 @@ OmStatus om_contact_settle(OmContact* c, const OmTissueModel* m, OmTissueState* 
         for (int i = 0; i < nvert; ++i)
             fastest = fmax(fastest, om_norm2(om_load3(om_tissue_v(s), i)));
         nstill = c->report.is_settled && fastest < speed * speed ? nstill + 1 : 0;
-        if (nstill == STILL) return OM_OK;
+        if (nstill < STILL) continue;
+        int ninverted = c->report.tissue.ninverted;
+        if (ninverted == 0) return OM_OK;
+        return om_error(OM_NOT_CONVERGED, "the tissue is at rest with %d inverted elements",
+                        ninverted);
     }
     return om_error(OM_NOT_CONVERGED, "the tissue still moves faster than %g m/s after %g s", speed,
                     seconds);

@@ -142,9 +142,9 @@ OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double
     int nleft = 0;
     for (int l = 0; l < OM__LANE; ++l) nleft -= left[l];
     if (nleft > 0) evaluate_lanes(a, k, F, left, &W);
-    W *= root * root;  // V mu; zero in lanes that only fill up
+    W *= root * root;  // V mu
     double sum = 0;
-    for (int l = 0; l < OM__LANE; ++l) sum += (double)W[l];
+    for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->mesh.ntet; ++l) sum += (double)W[l];
     return sum;
 }
 

@@ -217,7 +217,9 @@ typedef struct OmGuard {  // the outcome of a step, held against what a step may
 } OmGuard;
 
 /// Judge the velocity change w->dv of the step begun. w->x_end, w->v_end and w->elastic are overwritten.
-OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work);
+/// @param share  of the whole step that this one is: so much of the slack belongs to it
+OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
+                       double share);
 /// The same of elements alone, for any velocity change: would it crush one? w->x_end is overwritten.
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);

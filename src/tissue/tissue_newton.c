@@ -25,6 +25,7 @@
 #define STALE 4         // iterations that do not lower the residual: it is at the floor of rounding
 #define USEFUL 1e-3     // of the residual's scale: a floor is below it
 #define ROUNDING 1e-15  // of positions
+#define STILL 1e3       // times the rounding: a body whose residual begins below is at rest
 #define NPREDICT 8      // iterations of the predictor at most
 #define PREDICTED 0.1   // of the first change: the predictor has settled
 
@@ -112,6 +113,8 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
             if (!w->key[i]) sum += om_norm2(down);
         }
     }
+    // A dv - rhs is -grad Phi: what tools exert, and the work they do, are read from it.
+    memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof *w->rhs);
     w->is_stale = true;
     *norm = sqrt(sum);
     return OM_OK;
@@ -267,12 +270,18 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
     if (!(scale > 0)) scale = norm_downhill(m, s, w, w->from);
     if (newton->predicts) OM_TRY(predict(m, s, w, &potential, report));
     for (int k = 0; k <= newton->max_iterations; ++k) {
+        // With contact the forces of the last solve stay in A and rhs: the guard needs them.
+        if (has_contact && (k == newton->max_iterations || t <= MIN_STEP)) break;
         OM_TRY(linearise(m, s, w, w->from, is_exact, &norm));
         if (!has_contact) report->newton_residual = scale > 0 ? norm / scale : 0;
         memcpy(w->dv, w->from, 3 * (size_t)w->nvert * sizeof *w->dv);
         w->is_fresh = false;
-        double enough = fmax(newton->tolerance * scale, norm_of_rounding(s, w));
-        if (!has_contact && norm <= enough) return OM_OK;
+        double rounding = norm_of_rounding(s, w),
+               enough = fmax(newton->tolerance * scale, rounding);
+        bool is_at_rest = scale <= STILL * rounding;  // there was nothing to solve
+        bool is_enough = norm <= newton->tolerance * scale || (is_at_rest && norm <= enough);
+        if (!has_contact && is_enough) return OM_OK;
+        if (!has_contact && norm <= enough) return stop_at_floor(newton, report);
         if (!has_contact && is_at_floor(&progress, norm, scale))
             return stop_at_floor(newton, report);
         if (k == newton->max_iterations || t <= MIN_STEP) break;
@@ -287,7 +296,9 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
         ++report->newton;
         if (has_contact) {
             report->newton_residual = scale > 0 ? norm / scale : 0;
-            if (t == 1 && status == OM_OK && norm <= enough) return OM_OK;
+            bool is_met = t == 1 && status == OM_OK && norm <= enough;
+            if (is_met && (is_at_rest || norm <= newton->tolerance * scale)) return OM_OK;
+            if (is_met) return stop_at_floor(newton, report);
             if (is_at_floor(&progress, norm, scale)) return stop_at_floor(newton, report);
         }
         memcpy(w->from, w->dv, 3 * (size_t)w->nvert * sizeof *w->dv);
@@ -319,7 +330,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
     OmStatus status = om_tissue_begin_step(m, s, w, 1);
     OmNewton newton = {.tolerance = tolerance, .max_iterations = max_iterations, .predicts = true};
     if (status >= 0) status = om__newton(m, s, w, &newton, report);
-    report->ninverted = status < 0 ? 0 : om__guard_step(m, s, w).ninverted;
+    report->ninverted = status < 0 ? 0 : om__guard_step(m, s, w, 1).ninverted;
     OmStatus end = status < 0 ? status : om_tissue_end_step(m, s, w);
     w->is_static = false;
     w->h = 0;

@@ -324,11 +324,12 @@ static OmStatus judge(const OmGuard* g, OmStatus status, OmTissueReport* report)
     return OM_NOT_CONVERGED;
 }
 
-// One shorter than SOFT_SHARE does not keep elements from inverting whose energy is
-// finite there (corotational, linear, St Venant-Kirchhoff, stable neo-Hookean): it is their motion.
+// Are only elements crushed whose energy is finite at det F = 0 (corotational, linear, St Venant-Kirchhoff, stable
+// neo-Hookean)? Substeps below SOFT_SHARE do not prevent their inversion.
+static bool is_soft(const OmGuard* g) { return g->ncrushed > 0 && g->nbarrier == 0; }
+
 static double shortest_share(const OmGuard* g) {
-    bool is_soft = g->nbarrier == 0 && g->ncrushed + g->ninverted > 0;
-    return is_soft && g->gain <= g->bound ? SOFT_SHARE : MIN_SHARE;
+    return is_soft(g) && g->gain <= g->bound ? SOFT_SHARE : MIN_SHARE;
 }
 
 // Is a shorter step to be tried?
@@ -343,10 +344,10 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
     OmStatus status = solve->fn ? solve->fn(solve->ctx, m, s, w, h, report)
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
-    OmGuard guard = om__guard_step(m, s, w);
-    bool is_soft = guard.nbarrier == 0 && guard.ninverted > 0;
-    bool is_cut = guard.is_bad && m->def.max_newton <= 1 &&  // not iterated
-                  (solve->fn || (is_soft && share < 2 * SOFT_SHARE));
+    OmGuard guard = om__guard_step(m, s, w, share);
+    // With contact, and where elements are inverted whose energy has creases there, Newton's method gains little.
+    bool is_creased = guard.nbarrier == 0 && guard.ninverted > 0 && share < 2 * SOFT_SHARE;
+    bool is_cut = guard.is_bad && m->def.max_newton <= 1 && (solve->fn || is_creased);
     if (is_cut && is_refused(&guard, share)) return om__guard_refuse(&guard);
     if (m->def.max_newton > 1 || (guard.is_bad && !is_cut)) {
         OmNewton newton = {.tolerance = m->def.newton_tolerance,
@@ -363,7 +364,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
         // om__newton has said why where it did not converge
-        guard = om__guard_step(m, s, w);
+        guard = om__guard_step(m, s, w, share);
         bool is_last = share < 2 * shortest_share(&guard);
         if (!is_last && !is_useful) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
         if (is_refused(&guard, share)) return om__guard_refuse(&guard);
@@ -413,6 +414,9 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         part *= 0.5;
         if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
         memcpy((void*)s, w->backup, s->size);
+        report->substeps = report->ninverted = 0;
+        report->energy_gain = 0;
+        report->is_unguarded = false;
         return om_error_prefix(status, "step at %.4g s failed, cut to %.3g s", s->time, part);
     }
     if (report->ninverted == 0) return outcome;

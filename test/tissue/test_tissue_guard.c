@@ -241,9 +241,8 @@ static void test_floor(void** context) {
             OmStatus status = om_tissue_step(r.m, r.s, r.w, 0.02, &report);
             printf("%s: %d iterations, residual %.2g\n", om_law_name(every_law[k]), report.newton,
                    report.newton_residual);
-            assert_true(status >= 0);
-            if (report.newton_residual > r.def.newton_tolerance && status == OM_OK)
-                assert_below(report.newton_residual, 1e-11);  // rounding of the forces themselves
+            assert_int_equal(status, OM_NOT_CONVERGED);
+            assert_non_null(strstr(om_error_message(), "newton_tolerance"));
             assert_int_equal(report.substeps, 1);
             assert_true(report.newton <= 40);
             assert_below(report.newton_residual, 1e-11);
@@ -296,7 +295,7 @@ static void test_balance_with_contact(void** context) {
     }
     printf("%d of 60 steps OK, out of balance %.2g of the weight, at most %d substeps\n", nok,
            worst, most);
-    assert_true(nok >= 50);
+    assert_true(nok >= 30);  // at rest contacts may come and go: such steps say so
     assert_below(worst, 1e-4);
     assert_true(most <= 4);
     om_free(f);
@@ -304,11 +303,58 @@ static void test_balance_with_contact(void** context) {
     rig_done(&r);
 }
 
+// What a tool exerts is inertia less stress and weight of the vertices it holds, also where Newton's method found the
+// step.
+static void test_tool_force(void** context) {
+    (void)context;
+    for (int k = 0; k < 2; ++k) {
+        TestRig r;
+        rig_box(&r, om_vec3(0, 0, 0), om_vec3(0.06, 0.03, 0.03), 6, 3, 3);
+        rig_attach_plane(&r, 0, 0);
+        r.def.material_default =
+            (OmMaterial){.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
+        r.def.rayleigh_mass = 0;
+        r.def.max_newton = 20;
+        r.def.is_averaged = k == 1;
+        rig_start(&r);
+        OmPose tip = {om_vec3(0.06, 0.015, 0.015), om_quat_identity()};
+        assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.016, NULL));
+        size_t n = 3 * (size_t)r.mesh.nvert;
+        double *f = om_alloc(n, sizeof *f), *v = om_alloc(n, sizeof *v), worst = 0;
+        assert_true(f && v);
+        for (int step = 0; step < 10; ++step) {
+            OmTissueReport report;
+            OmTissueForces forces;
+            memcpy(v, om_tissue_v(r.s), n * sizeof *v);
+            tip.p.z += 0.001;
+            assert_ok(om_tissue_move_grasp(r.s, 0, tip));
+            assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, &report));
+            assert_int_equal(report.substeps, 1);
+            assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
+            assert_ok(om_tissue_get_forces(r.m, r.s, &forces));
+            OmVec3 sum = {0, 0, 0};
+            for (int i = 0; i < r.mesh.nvert; ++i) {
+                if (om_tissue_held_by(r.s)[i] != 0) continue;
+                OmVec3 a = om_scale(50, om_sub(om_load3(om_tissue_v(r.s), i), om_load3(v, i)));
+                a = om_scale(om_tissue_mass(r.m)[i], om_sub(a, om_tissue_gravity(r.m)));
+                sum = om_add(sum, om_sub(a, om_load3(f, i)));
+            }
+            worst = fmax(worst, om_distance(sum, forces.grasp[0]) / om_norm(sum));
+        }
+        printf("%s: tool force off by %.2g\n", k ? "averaged" : "plain", worst);
+        assert_below(worst, 1e-4);  // the tangent is in floats
+        om_free(f);
+        om_free(v);
+        rig_done(&r);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pulled_corners), cmocka_unit_test(test_each_by_itself),
         cmocka_unit_test(test_rest_inverted),  cmocka_unit_test(test_drops),
         cmocka_unit_test(test_floor),          cmocka_unit_test(test_balance_with_contact),
+        cmocka_unit_test(test_tool_force),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
