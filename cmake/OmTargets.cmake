@@ -62,9 +62,9 @@ function(om_finish_library)
 endfunction()
 
 # Seconds after which a test hangs; sanitizers take three to five times as long.
-set(OM_TEST_TIMEOUT 120)
+set(OM_TEST_TIMEOUT 300)
 if(OM_SANITIZE)
-    set(OM_TEST_TIMEOUT 300)
+    set(OM_TEST_TIMEOUT 900)
 endif()
 
 # om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.
