@@ -28,6 +28,7 @@ typedef struct Check {
     const double *x_begin, *x_end;
     Part* part;  // of each block
     int nblock;
+    bool is_solved;
 } Check;
 
 // F by columns of the elements of a batch.
@@ -148,11 +149,13 @@ OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double
     return sum;
 }
 
-// Elements may be flattened to a tenth, those that are flat already to a half of what they are. An inverted
+// Elements may be flattened to a tenth, those that are flat already to a half of what they are; where Newton's method
+// has solved the step, as far as it finds them, but not inverted. An inverted
 // element may stay inverted, and its det F may fall to twice its value less a half.
-OM__INLINE float least_allowed(float begin) {
+OM__INLINE float least_allowed(float begin, bool is_solved) {
     float half = 0.5F * begin;
     if (begin <= 0) return 2.0F * begin - 0.5F;
+    if (is_solved) return FLAT;
     return half < 0.1F ? half : 0.1F;
 }
 
@@ -174,7 +177,7 @@ static void check_batches(const Check* a, int begin, int end, Part* part) {
         for (int l = 0; l < OM__LANE; ++l) nlow -= low[l];
         if (nlow == 0) continue;
         for (int l = 0; l < OM__LANE && k * OM__LANE + l < a->m->mesh.ntet; ++l) {
-            bool is_crushed = !(J[l] >= 0.1F) && !(J[l] >= least_allowed(was[l]));
+            bool is_crushed = !(J[l] >= 0.1F) && !(J[l] >= least_allowed(was[l], a->is_solved));
             part->ncrushed += is_crushed;
             part->nbarrier += is_crushed && has_barrier(om__fem_material(a->m, k * OM__LANE + l));
             part->ninverted += !(J[l] > FLAT);
@@ -197,10 +200,15 @@ static void check_team(void* ctx, OmTeam* team, int rank, int size) {
     64  // of the elements, each summed by one worker: the same sum for any number of them
 
 void om__fem_check(const OmTissueModel* m, const OmTissueWork* w, const double* x_begin,
-                   const double* x_end, OmTissueCheck* check) {
+                   const double* x_end, bool is_solved, OmTissueCheck* check) {
     const OmFemWork* fw = w->data;
     Part part[NBLOCK];
-    Check a = {.m = m, .x_begin = x_begin, .x_end = x_end, .part = part, .nblock = NBLOCK};
+    Check a = {.m = m,
+               .x_begin = x_begin,
+               .x_end = x_end,
+               .part = part,
+               .nblock = NBLOCK,
+               .is_solved = is_solved};
     om_parallel_team(fw->nworker, check_team, &a);
     *check = (OmTissueCheck){0};
     for (int k = 0; k < NBLOCK; ++k) {

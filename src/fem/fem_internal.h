@@ -152,7 +152,7 @@ OmStatus om__fem_get_measure(const OmTissueModel* model, const double* x, OmTiss
                              double* value);
 /// See OmTissueEngine.check.
 void om__fem_check(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
-                   const double* x_end, OmTissueCheck* check);
+                   const double* x_end, bool is_solved, OmTissueCheck* check);
 /// Energy density at F, J/m^3, every law.
 double om__fem_eval_energy(const OmMaterial* material, OmMat3 F);
 OmStatus om__fem_eval_balance(const OmTissueModel* model, OmTissueWork* work, const double* x,

@@ -64,7 +64,7 @@ typedef struct OmTissueEngine {
                              double* force, double* energy);
     /// What a step from x_begin to x_end does to the elements; null where nothing is guarded.
     void (*check)(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
-                  const double* x_end, OmTissueCheck* check);
+                  const double* x_end, bool is_solved, OmTissueCheck* check);
     /// Bytes of model->data and work->data.
     size_t (*get_memory)(const OmTissueModel* model, const OmTissueWork* work);
 } OmTissueEngine;
@@ -217,9 +217,10 @@ typedef struct OmGuard {  // the outcome of a step, held against what a step may
 } OmGuard;
 
 /// Judge the velocity change w->dv of the step begun. w->x_end, w->v_end and w->elastic are overwritten.
-/// @param share  of the whole step that this one is: so much of the slack belongs to it
+/// @param share      of the whole step that this one is: so much of the slack belongs to it
+/// @param is_solved  by Newton's method: then elements may be as flat as it finds them
 OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
-                       double share);
+                       double share, bool is_solved);
 /// The same of elements alone, for any velocity change: would it crush one? w->x_end is overwritten.
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);

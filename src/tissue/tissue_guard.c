@@ -48,7 +48,7 @@ bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWor
     if (!m->engine->check) return false;
     const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
     for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->x_end[n] = x[n] + w->h * (v[n] + dv[n]);
-    m->engine->check(m, w, x, w->x_end, &check);
+    m->engine->check(m, w, x, w->x_end, false, &check);
     return check.ncrushed > 0;
 }
 
@@ -100,13 +100,13 @@ static Balance balance_step(const OmTissueModel* m, const OmTissueState* s, cons
 }
 
 OmGuard om__guard_step(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
-                       double share) {
+                       double share, bool is_solved) {
     OmGuard g = {0};
     OmTissueCheck check;
     if (!m->engine->check) return g;
     const double* x = om__state_array(s, OM__X);
     move(s, w, w->dv);
-    m->engine->check(m, w, x, w->x_end, &check);
+    m->engine->check(m, w, x, w->x_end, is_solved, &check);
     Balance b = balance_step(m, s, w);
     g.ncrushed = check.ncrushed;
     g.nbarrier = check.nbarrier;

@@ -330,7 +330,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
     OmStatus status = om_tissue_begin_step(m, s, w, 1);
     OmNewton newton = {.tolerance = tolerance, .max_iterations = max_iterations, .predicts = true};
     if (status >= 0) status = om__newton(m, s, w, &newton, report);
-    report->ninverted = status < 0 ? 0 : om__guard_step(m, s, w, 1).ninverted;
+    report->ninverted = status < 0 ? 0 : om__guard_step(m, s, w, 1, true).ninverted;
     OmStatus end = status < 0 ? status : om_tissue_end_step(m, s, w);
     w->is_static = false;
     w->h = 0;

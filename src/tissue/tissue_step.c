@@ -344,7 +344,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
     OmStatus status = solve->fn ? solve->fn(solve->ctx, m, s, w, h, report)
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
-    OmGuard guard = om__guard_step(m, s, w, share);
+    OmGuard guard = om__guard_step(m, s, w, share, false);
     // With contact, and where elements are inverted whose energy has creases there, Newton's method gains little.
     bool is_creased = guard.nbarrier == 0 && guard.ninverted > 0 && share < 2 * SOFT_SHARE;
     bool is_cut = guard.is_bad && m->def.max_newton <= 1 && (solve->fn || is_creased);
@@ -364,7 +364,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
         // om__newton has said why where it did not converge
-        guard = om__guard_step(m, s, w, share);
+        guard = om__guard_step(m, s, w, share, is_useful);
         bool is_last = share < 2 * shortest_share(&guard);
         if (!is_last && !is_useful) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
         if (is_refused(&guard, share)) return om__guard_refuse(&guard);

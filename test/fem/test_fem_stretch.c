@@ -203,56 +203,44 @@ static void test_rigid_motion(void** context) {
     }
 }
 
-// Vertices thrown about until elements are inverted, one face held: no element stays inverted, the body comes to
-// rest, no step fails. Corotational elements, and every body that was thrown less, turn back to the rest shape; one of
-// another law may end in a knot, a rest shape of its own. Laws that resist inversion without bound are not thrown
-// farther: 10 mm store 17 J in 20 g, which bounce for thousands of substeps.
-static void recover(int k, double amount, bool is_back) {
-    TestRig r;
-    rig_box(&r, lo, hi, 3, 2, 2);
-    rig_attach_plane(&r, 0, 0);
-    r.def.gravity = om_vec3(0, 0, 0);
-    r.def.rayleigh_mass = 5;
-    r.def.material_default = every_law[k];
-    rig_start(&r);
-    size_t n = 3 * (size_t)r.mesh.nvert;
-    double* x = om_alloc(n, sizeof *x);
-    double* J = om_alloc((size_t)r.mesh.ntet, sizeof *J);
-    assert_true(x && J);
-    memcpy(x, r.mesh.x, n * sizeof *x);
-    rig_shake(&r.mesh, om_tissue_attached(r.s), amount, x);
-    assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
-    assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
-    int ninverted = 0, nleft = 0, nbad = 0;
-    for (int e = 0; e < r.mesh.ntet; ++e) ninverted += J[e] < 0;
-    assert_true(ninverted > 0);
-    for (int step = 0; step < 400; ++step) nbad += om_tissue_step(r.m, r.s, r.w, 0.02, NULL) < 0;
-    assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
-    double off = 0, fastest = 0;
-    for (int e = 0; e < r.mesh.ntet; ++e) nleft += !(J[e] > 0);
-    for (size_t j = 0; j < n; ++j) {
-        off = fmax(off, fabs(om_tissue_x(r.s)[j] - r.mesh.x[j]));
-        fastest = fmax(fastest, fabs(om_tissue_v(r.s)[j]));
-    }
-    printf("%s thrown %g mm: %d of %d inverted, after 8 s %d, %.1e m from rest, %d steps failed\n",
-           om_law_name(every_law[k].law), 1e3 * amount, ninverted, r.mesh.ntet, nleft, off, nbad);
-    assert_int_equal(nbad, 0);
-    assert_int_equal(nleft, 0);
-    assert_below(fastest, 1e-4);
-    if (is_back) assert_below(off, 1e-6);
-    om_free(x);
-    om_free(J);
-    rig_done(&r);
-}
-
+// Vertices thrown about until elements are inverted, one face held: all turn back to rest. Thrown twice as far,
+// corotational elements still do; a neo-Hookean body can end in a knot, at rest with no element inverted.
 static void test_inverted_recover(void** context) {
     (void)context;
     for (int k = 0; k < NLAW; ++k) {
         if (every_law[k].law == OM_LINEAR || every_law[k].law == OM_ST_VENANT_KIRCHHOFF) continue;
-        bool is_corotational = every_law[k].law == OM_COROTATIONAL;
-        bool is_soft = is_corotational || every_law[k].law == OM_STABLE_NEO_HOOKEAN;
-        recover(k, is_corotational ? 0.02 : 0.005, true);
-        if (is_soft) recover(k, 0.01, is_corotational);
+        bool is_wild = every_law[k].law == OM_COROTATIONAL;
+        TestRig r;
+        rig_box(&r, lo, hi, 3, 2, 2);
+        rig_attach_plane(&r, 0, 0);
+        r.def.gravity = om_vec3(0, 0, 0);
+        r.def.rayleigh_mass = 5;
+        r.def.material_default = every_law[k];
+        rig_start(&r);
+        size_t n = 3 * (size_t)r.mesh.nvert;
+        double* x = om_alloc(n, sizeof *x);
+        double* J = om_alloc((size_t)r.mesh.ntet, sizeof *J);
+        memcpy(x, r.mesh.x, n * sizeof *x);
+        rig_shake(&r.mesh, om_tissue_attached(r.s), is_wild ? 0.02 : 0.01, x);
+        assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+        assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
+        int ninverted = 0, nleft = 0, nbad = 0;
+        for (int e = 0; e < r.mesh.ntet; ++e) ninverted += J[e] < 0;
+        assert_true((is_wild ? 4 : 6) * ninverted > r.mesh.ntet);
+        for (int step = 0; step < 400; ++step)
+            nbad += om_tissue_step(r.m, r.s, r.w, 0.02, NULL) < 0;
+        assert_ok(om_tissue_get_measure(r.m, r.s, OM_VOLUME_RATIO, J));
+        double off = 0;
+        for (int e = 0; e < r.mesh.ntet; ++e) nleft += fabs(J[e] - 1) > 1e-3;
+        for (size_t j = 0; j < n; ++j) off = fmax(off, fabs(om_tissue_x(r.s)[j] - r.mesh.x[j]));
+        printf("%s: %d of %d inverted, after 8 s %d, %.1e m from rest, %d steps failed\n",
+               om_law_name(every_law[k].law), ninverted, r.mesh.ntet, nleft, off, nbad);
+        assert_int_equal(nbad, 0);
+        assert_int_equal(nleft, 0);
+        assert_below(off, 1e-6);
+        om_free(x);
+        om_free(J);
+        rig_done(&r);
     }
 }
 
