@@ -53,7 +53,7 @@ format: setup ## rewrite the C files in the project's format
 
 tidy: ## clang-tidy over the library (needs clang-tidy)
 	@tools/setup.sh packages.txt tools/packages_clang.txt
-	@cmake --preset release -G Ninja -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+	@cmake --preset release -G Ninja
 	@find src -name '*.c' -print0 | xargs -0 -P $(JOBS) -n 1 clang-tidy --quiet -p $(RELEASE)
 
 fuzz: ## every parser for FUZZ_SECONDS (default 300), with line coverage (needs clang)

@@ -46,7 +46,9 @@ function(om_finish_library)
         list(APPEND libs MPI::MPI_C)
     endif()
     add_library(omentum SHARED $<TARGET_OBJECTS:omentum_objects>)
-    set_target_properties(omentum PROPERTIES VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+    # Before 1.0 each minor version may change the interface, so it is part of the soname.
+    set_target_properties(omentum PROPERTIES VERSION ${PROJECT_VERSION}
+        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     target_link_options(omentum PRIVATE -Wl,--as-needed
         -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/omentum.map)
     set_target_properties(omentum PROPERTIES LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/omentum.map)
@@ -87,7 +89,6 @@ endfunction()
 function(om_program target name)
     add_executable(${target} ${ARGN})
     target_link_libraries(${target} PRIVATE omentum om_flags m)
-    target_compile_definitions(${target} PRIVATE OM_VERSION="${PROJECT_VERSION}")
     file(RELATIVE_PATH up /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
     set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name}
         RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin INSTALL_RPATH "$ORIGIN/${up}")

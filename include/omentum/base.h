@@ -34,6 +34,13 @@
 extern "C" {
 #endif
 
+// ---- version --------------------------------------------------------------------------------
+
+/// Version of these headers, "major.minor.patch". Before 1.0.0 a new minor version may change the interface.
+#define OM_VERSION "0.1.0"
+/// Version of the library that the program runs with, in the same form. A constant; never null.
+OM_API const char* om_version(void);
+
 // ---- status ---------------------------------------------------------------------------------
 
 /// Every status and its text. Negative: an error, nothing was changed. Positive: an honest outcome.

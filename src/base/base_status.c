@@ -1,4 +1,4 @@
-// base_status.c: status texts and the per-thread message.
+// base_status.c: the version, status texts and the per-thread message.
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,6 +7,8 @@
 #define MESSAGE_SIZE 1024
 
 static _Thread_local char message[MESSAGE_SIZE];
+
+const char* om_version(void) { return OM_VERSION; }
 
 const char* om_status_text(OmStatus status) {
     switch (status) {

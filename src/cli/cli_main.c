@@ -4,10 +4,6 @@
 
 #include "cli_common.h"
 
-#ifndef OM_VERSION
-#define OM_VERSION "unknown"
-#endif
-
 typedef struct Verb {
     const char* name;
     int (*run)(int argc, char** argv);
@@ -64,7 +60,7 @@ int main(int argc, char** argv) {
         return OM_EXIT_OK;
     }
     if (strcmp(argv[1], "--version") == 0) {
-        printf("omentum %s\n", OM_VERSION);
+        printf("omentum %s\n", om_version());
         return OM_EXIT_OK;
     }
     const char* name[NVERB];

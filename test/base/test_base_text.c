@@ -1,4 +1,4 @@
-// Text, JSON, HTML and base64, the nearest word, progress lines.
+// The version, text, JSON, HTML and base64, the nearest word, progress lines.
 #include "test_common.h"
 
 static void json_is_well_formed(void** state) {
@@ -89,6 +89,15 @@ static void progress_cancels(void** state) {
     assert_string_equal(om_error_message(), "cancelled during meshing");
 }
 
+static void library_has_the_version_of_the_header(void** state) {
+    (void)state;
+    assert_string_equal(om_version(), OM_VERSION);
+    int number[3], end = 0;
+    assert_int_equal(sscanf(om_version(), "%d.%d.%d%n", &number[0], &number[1], &number[2], &end),
+                     3);
+    assert_int_equal(end, strlen(om_version()));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_is_well_formed),
@@ -97,6 +106,7 @@ int main(void) {
         cmocka_unit_test(appending_grows),
         cmocka_unit_test(progress_cancels),
         cmocka_unit_test(typing_errors_find_their_word),
+        cmocka_unit_test(library_has_the_version_of_the_header),
         cmocka_unit_test(plain_progress_is_quiet_when_short),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -14,7 +14,11 @@ lib=$(dirname "$(find "$tmp/prefix" -name libomentum.so)")
 ! grep -rqF "$build" "$tmp/prefix" || fail "the build folder is named in $(grep -rlF "$build" "$tmp/prefix")"
 
 # The library has a versioned name, and only om_ names leave it.
-readelf -d "$lib/libomentum.so" | grep -q 'SONAME.*libomentum\.so\.[0-9]' || fail "no SONAME"
+version=$(sed -n 's/^#define OM_VERSION "\(.*\)"/\1/p' "$tmp/prefix/include/omentum/base.h")
+soname=libomentum.so.${version%.*}
+readelf -d "$lib/libomentum.so" | grep -qF "SONAME" || fail "no SONAME"
+readelf -d "$lib/libomentum.so" | grep -qF "[$soname]" || fail "the SONAME is not $soname"
+[ "$(readlink -f "$lib/libomentum.so")" = "$lib/libomentum.so.$version" ] || fail "no libomentum.so.$version"
 foreign=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep -v '^om_' || true)
 [ -z "$foreign" ] || fail "exported besides om_*: $foreign"
 private=$(nm -D --defined-only "$lib/libomentum.so" | awk '{print $3}' | grep '^om__' || true)
@@ -47,7 +51,8 @@ cmake -S "$here/consumer" -B "$tmp/two/build" -DCMAKE_PREFIX_PATH="$tmp/prefix" 
 cli=$tmp/prefix/bin/omentum
 if [ -x "$build/bin/omentum" ]; then
     cd "$tmp"
-    env -i PATH=/usr/bin:/bin "$cli" --version | grep -q '^omentum [0-9]' || fail "omentum --version"
+    env -i PATH=/usr/bin:/bin "$cli" --version | grep -qxF "omentum $version" || fail "omentum --version"
+    [ "$(PKG_CONFIG_PATH=$lib/pkgconfig pkg-config --modversion omentum)" = "$version" ] || fail "version of the pkg-config file"
     env -i PATH=/usr/bin:/bin "$cli" --help | grep -q retract || fail "omentum --help"
     ! env -i PATH=/usr/bin:/bin "$cli" nonsense 2> "$tmp/err" || fail "an unknown verb succeeded"
     [ -s "$tmp/err" ] || fail "an unknown verb without a word"
