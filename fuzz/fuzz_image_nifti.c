@@ -3,9 +3,16 @@
 #include "image/image_internal.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    OmVolume volume;
-    OmStatus status = om__nifti_parse(data, size, NULL, &volume);
+    OmVolume volume = {0};
+    OmVolumeInfo info = {0};
+    const OmVolumeTask task = {NULL, 0, &volume, &info};
+    OmStatus status = om__nifti_parse(data, size, &task);
     FUZZ_EXPECT(status <= 0);
+    for (int s = 0; s < info.nsegment && status == OM_OK; ++s) {
+        FUZZ_EXPECT(info.segment[s].layer >= 0 && info.segment[s].layer < info.nentry);
+        FUZZ_EXPECT(info.segment[s].value >= 0 && strlen(info.segment[s].name) < OM_SEGMENT_NAME);
+    }
+    om_volume_info_done(&info);
     if (status != OM_OK) {
         FUZZ_EXPECT(volume.value == NULL && om_error_message()[0] != '\0');
         return 0;

@@ -71,6 +71,9 @@ def niftis():
     put("nifti/f64_metres.nii", nifti1("<", dim, 64, 64, struct.pack("<24d", *range(n)), sform=2, units=1))
     put("nifti/i8_micron.nii", nifti1("<", dim, 256, 8, bytes(n), sform=2, units=3))
     put("nifti/u16_4d.nii", nifti1("<", (4, 3, 4, 2, 2, 1, 1, 1), 512, 16, bytes(96), sform=1))
+    table = b"<LabelTable><Label Key=\"5\"><![CDATA[liver]]></Label><Label Key=\"6\">vein</Label></LabelTable>"
+    head = nifti1("<", dim, 2, 8, b"", sform=1, offset=352.0 + 8 + len(table))[:348]
+    put("nifti/u8_names.nii", head + b"\1\0\0\0" + struct.pack("<2i", 8 + len(table), 30) + table + bytes(range(n)))
     put("nifti/i32_no_offset.nii", nifti1("<", dim, 8, 32, bytes(96), sform=1, offset=0.0))
     put("nifti/pair.hdr", nifti1("<", dim, 2, 8, b"", sform=1, magic=b"ni1\0"))
     put("nifti/v2_i16.nii", nifti2("<", dim, 4, 16, struct.pack("<24h", *range(n))))
@@ -102,6 +105,12 @@ def nrrds():
     put("nrrd/text_list_axis.nrrd", nrrd("type: double\nencoding: text\ndimension: 4\nsizes: 3 4 2 2\n"
                                          "space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n"
                                          'space units: "m" "cm" "um"\n', b"7 " * 48))
+    put("nrrd/layers.seg.nrrd", nrrd("type: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: LPS\n"
+                                     "kinds: list domain domain domain\nspace directions: none (1,0,0) (0,1,0) "
+                                     "(0,0,1)\nspace origin: (0,0,0)\nSegment0_ID:=Segment_1\nSegment0_Layer:=0\n"
+                                     "Segment0_LabelValue:=1\nSegment0_Name:=liver\nSegment1_Name:=vein\n"
+                                     "Segment1_Layer:=1\nSegment1_LabelValue:=2\nSegmentation_Source:=x\n",
+                                     bytes(48)))
     put("nrrd/detached.nhdr", nrrd("type: uchar\nencoding: raw\n" + geometry.format("LPS")
                                    + "data file: voxels.raw\n", b""))
     put("nrrd/list_of_files.nhdr", nrrd("type: uchar\nencoding: raw\n" + geometry.format("LPS")

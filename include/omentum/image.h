@@ -21,8 +21,29 @@ typedef struct OmVolume {
 OM_API OmStatus om_volume_init(OmVolume* volume, int nx, int ny, int nz);
 OM_API void om_volume_done(OmVolume* volume);
 /// Read NIfTI-1/2 (.nii, .nii.gz, .hdr/.img) or NRRD (.nrrd, .nhdr); a header that lies about sizes, or a
-/// singular axis matrix, is OM_INVALID. Takes the first volume of a 4-D file.
+/// singular axis matrix, is OM_INVALID, and so is a file of several volumes: choose one by
+/// om_volume_load_entry.
 OM_API OmStatus om_volume_load(const char* path, OmVolume* volume);
+
+#define OM_SEGMENT_NAME 128
+typedef struct OmSegment {       // a named part of a label map
+    char name[OM_SEGMENT_NAME];  // UTF-8 without control characters; "" if the file gives none
+    char id[OM_SEGMENT_NAME];    // of a .seg.nrrd, the same; "" elsewhere
+    int layer;                   // the entry of the file that holds its voxels, from 0
+    int value;                   // of its voxels there
+} OmSegment;
+
+typedef struct OmVolumeInfo {  // what the header of a volume's file says; om_volume_info_done frees
+    int dim[3];
+    int nentry;          // volumes in the file: times, components or layers; 1 of a plain volume
+    int nsegment;        //
+    OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
+} OmVolumeInfo;
+OM_API OmStatus om_volume_load_info(const char* path, OmVolumeInfo* info);
+OM_API void om_volume_info_done(OmVolumeInfo* info);
+/// Read one volume of a file of several: a time or component, or a layer of overlapping segments.
+/// @param entry  from 0; in NIfTI the fourth axis counts fastest
+OM_API OmStatus om_volume_load_entry(const char* path, int entry, OmVolume* volume);
 
 /// An 8-bit picture: row by row from the top, 1 (grey), 3 (RGB) or 4 (RGBA) channels.
 typedef struct OmPicture {

@@ -145,17 +145,18 @@ static OmStatus voxel_type(const Header* h, OmVoxelType* type) {
                     h->datatype);
 }
 
-static OmStatus check_dims(const Header* h, int64_t dim[3]) {
+static OmStatus check_dims(const Header* h, int64_t dim[3], uint64_t* nentry) {
     OM_CHECK(h->dim[0] >= 1 && h->dim[0] <= 7, OM_INVALID, "field dim: %lld axes, 1 to 7 exist",
              (long long)h->dim[0]);
     for (int a = 0; a < 3; a++) dim[a] = a < h->dim[0] ? h->dim[a + 1] : 1;
+    *nentry = 1;
     for (int a = 4; a <= h->dim[0]; a++) {
         OM_CHECK(h->dim[a] >= 1, OM_INVALID, "field dim: %lld entries along axis %d",
                  (long long)h->dim[a], a);
-        if (h->dim[a] > 1) {
-            om_log(OM_LOG_INFO, "axis %d has %lld entries: the first is read", a,
-                   (long long)h->dim[a]);
-        }
+        OM_CHECK((uint64_t)h->dim[a] <= INT_MAX / *nentry, OM_INVALID,
+                 "field dim: %lld entries along axis %d: more than %d volumes",
+                 (long long)h->dim[a], a, INT_MAX);
+        *nentry *= (uint64_t)h->dim[a];
     }
     return OM_OK;
 }
@@ -222,10 +223,14 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
 
 // ---- reading ------------------------------------------------------------------------------------------
 
-static OmStatus read_voxels(const Header* h, OmSource* src, uint64_t offset, OmVolume* volume) {
+static OmStatus read_voxels(const Header* h, OmSource* src, uint64_t offset,
+                            const OmVolumeTask* task) {
     OmVoxelLayout layout = {.is_swapped = h->is_swapped, .slope = 1};
+    OmVolume* volume = task->volume;
     int64_t dim[3];
-    OM_TRY(check_dims(h, dim));
+    uint64_t nentry;
+    OM_TRY(check_dims(h, dim, &nentry));
+    OM_TRY(om__choose_entry(task, nentry, &layout));
     OM_TRY(voxel_type(h, &layout.type));
     OM_CHECK(!isinf(h->slope) && !isinf(h->inter), OM_INVALID,
              "fields scl_slope and scl_inter (%g, %g) are not finite", h->slope, h->inter);
@@ -238,6 +243,7 @@ static OmStatus read_voxels(const Header* h, OmSource* src, uint64_t offset, OmV
              "field vox_offset: %llu lies behind the end of the file", (unsigned long long)offset);
     OM_TRY(om__volume_alloc(volume, dim, om__voxel_size(layout.type),
                             om__source_bound(src) - (src->stream ? 0 : offset)));
+    layout.nbefore = (uint64_t)dim[0] * (uint64_t)dim[1] * (uint64_t)dim[2];
     OM_TRY(set_transform(h, volume));
     OM_TRY(om__source_skip(src, offset));
     OM_TRY(om__volume_read_binary(volume, src, &layout));
@@ -260,59 +266,116 @@ static OmStatus partner_path(const char* path, const char* ext, char* out, size_
                     ext);
 }
 
-static OmStatus read_pair(const Header* h, uint64_t offset, const char* path, OmVolume* volume) {
-    OM_CHECK(path, OM_INVALID, "this header wants its voxels from another file");
+static OmStatus read_pair(const Header* h, uint64_t offset, const OmVolumeTask* task) {
+    OM_CHECK(task->path, OM_INVALID, "this header wants its voxels from another file");
     char img[1024];
     char* data = NULL;
     size_t size = 0;
-    OM_TRY(partner_path(path, "img", img, sizeof img));
+    OM_TRY(partner_path(task->path, "img", img, sizeof img));
     OM_TRY(om_file_read(img, OM_VOLUME_FILE_MAX, &data, &size));
     OmSource src;
     OmStatus status = om__source_open(&src, data, size, om__is_gzip(data, size));
     if (status == OM_OK) {
-        status = read_voxels(h, &src, offset, volume);
+        status = read_voxels(h, &src, offset, task);
         om__source_done(&src);
     }
     om_free(data);
     return status < 0 ? om_error_prefix(status, "%s", img) : status;
 }
 
+// ---- extensions -----------------------------------------------------------------------------------------
+
+#define EXTENSION_MAX ((size_t)1 << 20)  // bytes that are looked through for names of labels
+
+// Names of labels, which some programs put between the header and the voxels. `src` stands behind the
+// header and `*room`, the bytes before the voxels, is lessened by those that were read. Damaged extensions
+// are passed over: nothing but names is lost.
+static OmStatus read_extensions(const Header* h, OmSource* src, uint64_t* room,
+                                OmVolumeInfo* info) {
+    unsigned char flag[4];
+    if (*room < sizeof flag + 8) return OM_OK;
+    OM_TRY(om__source_read(src, flag, sizeof flag));
+    *room -= sizeof flag;
+    if (!flag[0]) return OM_OK;
+    size_t size = *room < EXTENSION_MAX ? (size_t)*room : EXTENSION_MAX;
+    if (size > om__source_bound(src)) return OM_OK;  // the reader of the voxels will say so
+    unsigned char* bytes = om_alloc(size, 1);
+    if (!bytes) return OM_NO_MEMORY;
+    OmStatus status = om__source_read(src, bytes, size);
+    *room -= size;
+    for (size_t at = 0; status == OM_OK && at + 8 <= size;) {
+        int length = get_i32(bytes, at, h->is_swapped);
+        if (length < 8 || (size_t)length > size - at) break;
+        status = om__segment_read_table((const char*)bytes + at + 8, (size_t)length - 8, info);
+        at += (size_t)length;
+    }
+    om_free(bytes);
+    return status;
+}
+
+// What the header says of the whole file.
+static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
+    int64_t dim[3];
+    uint64_t nentry;
+    OM_TRY(check_dims(h, dim, &nentry));
+    for (int a = 0; a < 3; a++) {
+        OM_CHECK(dim[a] >= 1 && dim[a] <= INT_MAX, OM_INVALID,
+                 "the header states %lld voxels along axis %d", (long long)dim[a], a);
+        info->dim[a] = (int)dim[a];
+    }
+    info->nentry = (int)nentry;
+    return om__segment_finish(info);
+}
+
+// ---- the file -------------------------------------------------------------------------------------------
+
 // The voxels behind the header that was just read; `src` stands behind that header.
-static OmStatus read_body(const Header* h, OmSource* src, const char* path, OmVolume* volume) {
+static OmStatus read_body(const Header* h, OmSource* src, const OmVolumeTask* task) {
     OM_CHECK(h->vox_offset >= 0 && h->vox_offset < 1e15, OM_INVALID,
              "field vox_offset: %g is no position in a file", h->vox_offset);
     uint64_t offset = (uint64_t)h->vox_offset;
-    if (h->is_pair) return read_pair(h, offset, path, volume);
+    uint64_t room = om__source_bound(src);
+    if (h->is_pair) {  // all of the file is header
+        if (!src->stream) OM_TRY(read_extensions(h, src, &room, task->info));
+        OM_TRY(fill_info(h, task->info));
+        return task->volume ? read_pair(h, offset, task) : OM_OK;
+    }
     if (offset == 0) offset = h->size + 4;  // unset: right behind the header and its extension flag
     OM_CHECK(offset >= h->size, OM_INVALID, "field vox_offset: %llu lies inside the header",
              (unsigned long long)offset);
-    return read_voxels(h, src, offset - h->size, volume);
+    room = offset - h->size;
+    OM_CHECK(room <= om__source_bound(src), OM_INVALID,
+             "field vox_offset: %llu lies behind the end of the file", (unsigned long long)offset);
+    OM_TRY(read_extensions(h, src, &room, task->info));
+    OM_TRY(fill_info(h, task->info));
+    return task->volume ? read_voxels(h, src, room, task) : OM_OK;
 }
 
 // Given the .img of a pair: go on with its .hdr.
-static OmStatus parse_image_half(const char* path, OmVolume* volume) {
+static OmStatus parse_image_half(const OmVolumeTask* task) {
     char hdr[1024];
     char* data = NULL;
     size_t size = 0;
-    OM_TRY(partner_path(path, "hdr", hdr, sizeof hdr));
+    OM_TRY(partner_path(task->path, "hdr", hdr, sizeof hdr));
     OM_TRY(om_file_read(hdr, OM_VOLUME_FILE_MAX, &data, &size));
-    OmStatus status = om__nifti_parse(data, size, hdr, volume);
+    OmVolumeTask half = *task;
+    half.path = hdr;
+    OmStatus status = om__nifti_parse(data, size, &half);
     om_free(data);
     return status < 0 ? om_error_prefix(status, "%s", hdr) : status;
 }
 
-OmStatus om__nifti_parse(const void* data, size_t size, const char* path, OmVolume* volume) {
+OmStatus om__nifti_parse(const void* data, size_t size, const OmVolumeTask* task) {
     Header h;
     OmSource src;
     char ext[16] = "";
-    memset(volume, 0, sizeof *volume);
-    if (path) om_path_extension(path, ext, sizeof ext);
-    if (strncmp(ext, "img", 3) == 0) return parse_image_half(path, volume);
+    if (task->path) om_path_extension(task->path, ext, sizeof ext);
+    if (strncmp(ext, "img", 3) == 0) return parse_image_half(task);
     OM_CHECK(size > 0, OM_INVALID, "the file is empty");
     OM_TRY(om__source_open(&src, data, size, om__is_gzip(data, size)));
     OmStatus status = read_header(&src, &h);
-    if (status == OM_OK) status = read_body(&h, &src, path, volume);
+    if (status == OM_OK) status = read_body(&h, &src, task);
     om__source_done(&src);
-    if (status < 0) om_volume_done(volume);
+    if (status < 0 && task->volume) om_volume_done(task->volume);
     return status;
 }

@@ -2,8 +2,9 @@
 //
 // The header is lines "field: value" up to an empty line. Fields that place the voxels in space are
 // used, the descriptive ones passed over; a field that we do not know is an error only if it could
-// change the meaning (an encoding, a type). Axes whose direction is "none" are not of space: the first
-// entry of one such axis is read. Positions are turned from LPS or LAS to RAS.
+// change the meaning (an encoding, a type). Axes whose direction is "none" are not of space: one entry
+// of one such axis is read. Positions are turned from LPS or LAS to RAS. Keys ("key:=value") and comments
+// may have any length, and the keys of 3D Slicer's segmentations give names (image_segment.c).
 //
 // Reference: teem.sourceforge.net/nrrd/format.html (definition of NRRD0001 to NRRD0005).
 #include <limits.h>
@@ -306,7 +307,6 @@ static OmStatus set_field(Header* h, const char* field, const char* value) {
 static OmStatus parse_line(Header* h, char* line) {
     char* p = line;
     while (*p && *p != ':') p++;
-    if (line[0] == '#' || (p[0] == ':' && p[1] == '=')) return OM_OK;  // a comment, a key and value
     OM_CHECK(p[0] == ':' && p[1] == ' ', OM_INVALID, "\"field: value\" is wanted, not \"%.40s\"",
              line);
     *p = 0;
@@ -317,8 +317,14 @@ static OmStatus parse_line(Header* h, char* line) {
     return set_field(h, line, value);
 }
 
+static bool is_key(const char* line, size_t len) {
+    const char* colon = memchr(line, ':', len);
+    return colon && colon + 1 < line + len && colon[1] == '=';
+}
+
 // Read lines until an empty one or the end; *body becomes the position behind it.
-static OmStatus parse_header(const char* data, size_t size, Header* h, size_t* body) {
+static OmStatus parse_header(const char* data, size_t size, Header* h, OmVolumeInfo* info,
+                             size_t* body) {
     char line[LINE_SIZE];
     size_t at = 0;
     for (int number = 1; at < size; number++) {
@@ -326,8 +332,17 @@ static OmStatus parse_header(const char* data, size_t size, Header* h, size_t* b
         size_t len = end ? (size_t)(end - (data + at)) : size - at;
         size_t next = end ? at + len + 1 : size;
         if (len > 0 && data[at + len - 1] == '\r') len--;
-        OM_CHECK(len < sizeof line && !memchr(data + at, 0, len), OM_INVALID,
-                 "line %d of the header is no text of at most %d letters", number, LINE_SIZE - 1);
+        OM_CHECK(!memchr(data + at, 0, len), OM_INVALID, "line %d of the header is no text",
+                 number);
+        bool has_key = is_key(data + at, len);
+        if (number > 1 && len > 0 && (has_key || data[at] == '#')) {
+            OmStatus status = has_key ? om__segment_read_key(data + at, len, info) : OM_OK;
+            if (status < 0) return om_error_prefix(status, "line %d", number);
+            at = next;
+            continue;
+        }
+        OM_CHECK(len < sizeof line, OM_INVALID,
+                 "line %d of the header is no field of at most %d letters", number, LINE_SIZE - 1);
         memcpy(line, data + at, len);
         line[len] = 0;
         at = next;
@@ -360,7 +375,7 @@ static OmStatus check_header(const Header* h) {
 
 // ---- axes ---------------------------------------------------------------------------------------------
 
-// The three axes of space, and what to skip of the one other axis with more than one entry.
+// The three axes of space, and the entries of the one other axis with more than one.
 static OmStatus find_axes(const Header* h, int axis[3], OmVoxelLayout* layout) {
     int nspace = 0, other = -1;
     for (int a = 0; a < h->naxis; a++) {
@@ -378,12 +393,9 @@ static OmStatus find_axes(const Header* h, int axis[3], OmVoxelLayout* layout) {
         }
     }
     OM_CHECK(nspace == 3, OM_INVALID, "%d axes are of space, a volume has three", nspace);
-    if (other < 0) return OM_OK;
-    om_log(OM_LOG_INFO, "axis %d is not of space: the first of %lld entries is read", other,
-           (long long)h->size[other]);
+    layout->nentry = other < 0 ? 1 : (uint64_t)h->size[other];
     layout->nbefore = 1;
     for (int a = 0; a < other; a++) layout->nbefore *= (uint64_t)h->size[a];
-    layout->nskip = (uint64_t)h->size[other] - 1;
     return OM_OK;
 }
 
@@ -414,8 +426,8 @@ static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
                           const OmVoxelLayout* layout) {
     const char *p = data, *end = data + size;
     size_t count = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2];
-    size_t run = layout->nskip ? (size_t)layout->nbefore : count;
-    uint64_t skip = 0;
+    size_t run = layout->nentry > 1 ? (size_t)layout->nbefore : count;
+    uint64_t skip = layout->entry * run;
     for (size_t n = 0, in_run = 0; n < count;) {
         while (p < end && (*p == ' ' || *p == '\n' || *p == '\r' || *p == '\t' || *p == ',')) p++;
         double v;
@@ -429,7 +441,7 @@ static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
         volume->value[n++] = fits ? (float)v : HUGE_VALF;
         if (++in_run == run) {
             in_run = 0;
-            skip = layout->nskip * run;
+            skip = (layout->nentry - 1) * run;
         }
     }
     return OM_OK;
@@ -466,11 +478,14 @@ done:
     return status;
 }
 
-static OmStatus read_voxels(const Header* h, const char* data, size_t size, OmVolume* volume) {
+static OmStatus read_voxels(const Header* h, const char* data, size_t size,
+                            const OmVolumeTask* task) {
+    OmVolume* volume = task->volume;
     OmVoxelLayout layout = {.type = h->type, .slope = 1};
     layout.is_swapped = h->has_endian && h->is_big_endian == om__is_little_endian();
     int axis[3] = {0, 1, 2};
     OM_TRY(find_axes(h, axis, &layout));
+    OM_TRY(om__choose_entry(task, layout.nentry, &layout));
     OM_TRY(skip_lines(&data, &size, h->line_skip));
     // what the whole file must hold, the skipped entries too
     uint64_t per_voxel = h->encoding == ENCODING_TEXT ? 1 : om__voxel_size(h->type);
@@ -480,10 +495,11 @@ static OmStatus read_voxels(const Header* h, const char* data, size_t size, OmVo
     set_transform(h, axis, volume);
     uint64_t count = (uint64_t)dim[0] * (uint64_t)dim[1] * (uint64_t)dim[2];
     uint64_t total = count * per_voxel;
-    OM_CHECK(layout.nskip < bound / total, OM_INVALID,
-             "the header states %llu bytes, the file can hold at most %llu",
-             (unsigned long long)total, (unsigned long long)bound);
-    total *= layout.nskip + 1;
+    OM_CHECK(layout.nentry <= bound / total, OM_INVALID,
+             "the header states %llu volumes of %llu bytes, the file can hold at most %llu bytes",
+             (unsigned long long)layout.nentry, (unsigned long long)total,
+             (unsigned long long)bound);
+    total *= layout.nentry;
     if (h->encoding == ENCODING_TEXT)
         OM_TRY(read_text(volume, data, size, &layout));
     else
@@ -491,30 +507,39 @@ static OmStatus read_voxels(const Header* h, const char* data, size_t size, OmVo
     return om__volume_finish(volume);
 }
 
-static OmStatus read_detached(const Header* h, const char* path, OmVolume* volume) {
-    OM_CHECK(path, OM_INVALID,
+static OmStatus read_detached(const Header* h, const OmVolumeTask* task) {
+    OM_CHECK(task->path, OM_INVALID,
              "field \"data file\": the header wants its voxels from another file");
     char dir[1024], file[2048];
     char* data = NULL;
     size_t size = 0;
-    OM_TRY(om_path_dir(path, dir, sizeof dir));
+    OM_TRY(om_path_dir(task->path, dir, sizeof dir));
     OM_TRY(om_path_join(dir, h->file, file, sizeof file));
     OM_TRY(om_file_read(file, OM_VOLUME_FILE_MAX, &data, &size));
-    OmStatus status = read_voxels(h, data, size, volume);
+    OmStatus status = read_voxels(h, data, size, task);
     om_free(data);
     return status < 0 ? om_error_prefix(status, "%s", file) : status;
 }
 
-OmStatus om__nrrd_parse(const void* data, size_t size, const char* path, OmVolume* volume) {
+// What the header says of the whole file.
+static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
+    OmVoxelLayout layout = {0};
+    int axis[3] = {0, 1, 2};
+    OM_TRY(find_axes(h, axis, &layout));
+    for (int a = 0; a < 3; a++) info->dim[a] = (int)h->size[axis[a]];
+    info->nentry = (int)layout.nentry;
+    return om__segment_finish(info);
+}
+
+OmStatus om__nrrd_parse(const void* data, size_t size, const OmVolumeTask* task) {
     Header h = {.flip = {1, 1, 1}, .unit = {1e-3, 1e-3, 1e-3}};
     size_t body = 0;
-    memset(volume, 0, sizeof *volume);
-    OmStatus status = parse_header(data, size, &h, &body);
-    if (status == OM_OK) status = check_header(&h);
-    if (status == OM_OK) {
-        status = h.file[0] ? read_detached(&h, path, volume)
-                           : read_voxels(&h, (const char*)data + body, size - body, volume);
-    }
-    if (status < 0) om_volume_done(volume);
+    OM_TRY(parse_header(data, size, &h, task->info, &body));
+    OM_TRY(check_header(&h));
+    OM_TRY(fill_info(&h, task->info));
+    if (!task->volume) return OM_OK;
+    OmStatus status = h.file[0] ? read_detached(&h, task)
+                                : read_voxels(&h, (const char*)data + body, size - body, task);
+    if (status < 0) om_volume_done(task->volume);
     return status;
 }

@@ -130,15 +130,17 @@ static OmStatus read_run(OmSource* src, const OmVoxelLayout* layout, size_t coun
 
 OmStatus om__volume_read_binary(OmVolume* volume, OmSource* src, const OmVoxelLayout* layout) {
     size_t count = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2];
-    if (layout->nskip == 0) return read_run(src, layout, count, volume->value);
+    if (layout->nentry <= 1) return read_run(src, layout, count, volume->value);
     // one entry of an axis that is not of space (a component, a time) is taken, the others skipped
     uint64_t size = om__voxel_size(layout->type);
-    OM_CHECK(layout->nskip <= UINT64_MAX / size / layout->nbefore, OM_INVALID,
-             "the header states %llu values to skip", (unsigned long long)layout->nskip);
+    OM_CHECK(layout->nentry <= UINT64_MAX / size / layout->nbefore, OM_INVALID,
+             "the header states %llu volumes", (unsigned long long)layout->nentry);
     size_t run = (size_t)layout->nbefore;
+    uint64_t nskip = layout->entry;
     for (size_t done = 0; done < count; done += run) {
+        OM_TRY(om__source_skip(src, nskip * run * size));
         OM_TRY(read_run(src, layout, run, volume->value + done));
-        if (done + run < count) OM_TRY(om__source_skip(src, layout->nskip * run * size));
+        nskip = layout->nentry - 1;
     }
     return OM_OK;
 }
@@ -166,32 +168,65 @@ OmStatus om__volume_finish(OmVolume* volume) {
 
 // ---- loading ------------------------------------------------------------------------------------
 
-static OmStatus load_bytes(const char* path, const char* ext, const char* data, size_t size,
-                           OmVolume* volume) {
-    if (size >= 4 && memcmp(data, "NRRD", 4) == 0) return om__nrrd_parse(data, size, path, volume);
+static OmStatus load_bytes(const char* ext, const char* data, size_t size,
+                           const OmVolumeTask* task) {
+    if (size >= 4 && memcmp(data, "NRRD", 4) == 0) return om__nrrd_parse(data, size, task);
     bool is_nifti = strcmp(ext, "nii") == 0 || strcmp(ext, "nii.gz") == 0 ||
                     strcmp(ext, "hdr") == 0 || strcmp(ext, "hdr.gz") == 0 ||
                     strcmp(ext, "img") == 0 || strcmp(ext, "img.gz") == 0;
-    if (is_nifti) return om__nifti_parse(data, size, path, volume);
+    if (is_nifti) return om__nifti_parse(data, size, task);
     if (strcmp(ext, "nrrd") == 0 || strcmp(ext, "nhdr") == 0)
-        return om__nrrd_parse(data, size, path, volume);
+        return om__nrrd_parse(data, size, task);
     return om_error(OM_INVALID,
                     "\"%s\" is no extension of a volume: .nii, .nii.gz, .hdr, .nrrd and .nhdr are "
                     "read (DICOM series: convert them, for instance with dcm2niix)",
                     ext);
 }
 
-OmStatus om_volume_load(const char* path, OmVolume* volume) {
+static OmStatus run_task(const OmVolumeTask* task) {
     char ext[16];
     char* data = NULL;
     size_t size = 0;
-    memset(volume, 0, sizeof *volume);
-    om_path_extension(path, ext, sizeof ext);
+    if (task->volume) memset(task->volume, 0, sizeof *task->volume);
+    memset(task->info, 0, sizeof *task->info);
+    om_path_extension(task->path, ext, sizeof ext);
     // a name such as patient.1.nii has the extension "nii"; "seg.v2.gz" none that is known
-    OM_TRY(om_file_read(path, OM_VOLUME_FILE_MAX, &data, &size));
-    OmStatus status = load_bytes(path, ext, data, size, volume);
+    OM_TRY(om_file_read(task->path, OM_VOLUME_FILE_MAX, &data, &size));
+    OmStatus status = load_bytes(ext, data, size, task);
     om_free(data);
     if (status >= 0) return status;
-    om_volume_done(volume);
-    return om_error_prefix(status, "%s", path);
+    if (task->volume) om_volume_done(task->volume);
+    return om_error_prefix(status, "%s", task->path);
+}
+
+OmStatus om_volume_load_entry(const char* path, int entry, OmVolume* volume) {
+    OmVolumeInfo info;
+    memset(volume, 0, sizeof *volume);
+    OM_CHECK(entry >= 0, OM_INVALID, "%s: volume %d: the volumes of a file count from 0", path,
+             entry);
+    const OmVolumeTask task = {path, entry, volume, &info};
+    OmStatus status = run_task(&task);
+    om_volume_info_done(&info);
+    return status;
+}
+
+OmStatus om_volume_load(const char* path, OmVolume* volume) {
+    OmVolumeInfo info;
+    const OmVolumeTask task = {path, -1, volume, &info};
+    OmStatus status = run_task(&task);
+    om_volume_info_done(&info);
+    return status;
+}
+
+OmStatus om_volume_load_info(const char* path, OmVolumeInfo* info) {
+    const OmVolumeTask task = {path, 0, NULL, info};
+    OmStatus status = run_task(&task);
+    if (status < 0) om_volume_info_done(info);
+    return status;
+}
+
+void om_volume_info_done(OmVolumeInfo* info) {
+    if (!info) return;
+    om_free(info->segment);
+    memset(info, 0, sizeof *info);
 }

@@ -42,7 +42,7 @@ static inline void failing_free(void* ctx, void* ptr) {
 static inline OmStatus load_and_drop(const char* path) {
     OmVolume volume;
     int64_t alive = om_alloc_alive();
-    OmStatus status = om_volume_load(path, &volume);
+    OmStatus status = om_volume_load_entry(path, 0, &volume);
     if (status == OM_OK) om_volume_done(&volume);
     assert_int_equal(om_alloc_alive(), alive);
     return status;

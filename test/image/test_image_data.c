@@ -31,10 +31,37 @@ static Region region_of(const OmVolume* v, float lo, float hi) {
     return r;
 }
 
-static void load(const char* name, OmVolume* volume) {
-    char path[1024];
+static const char* data_path(const char* name) {
+    static char path[1024];
     snprintf(path, sizeof path, "%s/%s", data_dir, name);
-    assert_ok(om_volume_load(path, volume));
+    return path;
+}
+
+static void load(const char* name, OmVolume* volume) {
+    assert_ok(om_volume_load(data_path(name), volume));
+}
+
+// TotalSegmentator's files carry a table of names in an extension of the header.
+static void test_ct_labels_have_names(void** unused) {
+    (void)unused;
+    static const struct {
+        int value;
+        const char* name;
+    } known[] = {{1, "spleen"},      {2, "kidney_right"}, {3, "kidney_left"},
+                 {4, "gallbladder"}, {5, "liver"},        {6, "stomach"},
+                 {7, "pancreas"},    {20, "colon"},       {52, "aorta"}};
+    OmVolumeInfo info;
+    assert_ok(om_volume_load_info(data_path("ct_abdomen/labels.nii.gz"), &info));
+    assert_int_equal(info.nentry, 1);
+    assert_int_equal(info.dim[0], 122);
+    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
+        int found = -1;
+        for (int s = 0; s < info.nsegment; s++)
+            if (info.segment[s].value == known[k].value) found = s;
+        assert_true(found >= 0);
+        assert_string_equal(info.segment[found].name, known[k].name);
+    }
+    om_volume_info_done(&info);
 }
 
 static void test_ct_organs_lie_where_they_should(void** unused) {
@@ -106,21 +133,29 @@ static void test_corner_cases(void** unused) {
     (void)unused;
     static const struct {
         const char* name;
-        int dim[3];
+        int nentry, dim[3];
         double sum, mean_voxel[3];  // of the first volume; centre of the grid, mm
     } file[] = {
-        {"anatomical.nii", {33, 41, 25}, 284166082, {0, 0, 8}},
-        {"example4d.nii.gz", {128, 96, 24}, 50994397, {-9.144897, 53.93978, 33.071}},
-        {"example_nifti2.nii.gz", {32, 20, 12}, 3461748, {86.8551, -18.92809, 7.762624}},
-        {"functional.nii", {17, 21, 3}, 3883746.552, {0, 0, 8}},
-        {"reoriented_anat_moved.nii", {21, 26, 22}, 32739769.45, {4.702103, 2.022415, 14.40059}},
-        {"resampled_anat_moved.nii", {17, 21, 3}, 7749957.099, {0, 0, 8}},
+        {"anatomical.nii", 1, {33, 41, 25}, 284166082, {0, 0, 8}},
+        {"example4d.nii.gz", 2, {128, 96, 24}, 50994397, {-9.144897, 53.93978, 33.071}},
+        {"example_nifti2.nii.gz", 2, {32, 20, 12}, 3461748, {86.8551, -18.92809, 7.762624}},
+        {"functional.nii", 20, {17, 21, 3}, 3883746.552, {0, 0, 8}},
+        {"reoriented_anat_moved.nii", 1, {21, 26, 22}, 32739769.45, {4.702103, 2.022415, 14.40059}},
+        {"resampled_anat_moved.nii", 1, {17, 21, 3}, 7749957.099, {0, 0, 8}},
     };
     for (size_t f = 0; f < sizeof file / sizeof file[0]; f++) {
         char name[128];
         OmVolume v;
         snprintf(name, sizeof name, "nifti_corner_cases/%s", file[f].name);
-        load(name, &v);
+        OmVolumeInfo info;
+        assert_ok(om_volume_load_info(data_path(name), &info));
+        assert_int_equal(info.nentry, file[f].nentry);
+        om_volume_info_done(&info);
+        if (file[f].nentry > 1) {
+            assert_status(om_volume_load(data_path(name), &v), OM_INVALID);
+            assert_non_null(strstr(om_error_message(), "choose one of 0 to"));
+        }
+        assert_ok(om_volume_load_entry(data_path(name), 0, &v));
         size_t count = 1;
         for (int a = 0; a < 3; a++) {
             assert_int_equal(v.dim[a], file[f].dim[a]);
@@ -145,6 +180,7 @@ int main(void) {
     }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ct_organs_lie_where_they_should),
+        cmocka_unit_test(test_ct_labels_have_names),
         cmocka_unit_test(test_mr_axes_are_negative),
         cmocka_unit_test(test_breast_nrrd),
         cmocka_unit_test(test_corner_cases),

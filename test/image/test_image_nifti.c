@@ -191,20 +191,76 @@ static void test_units_and_scaling(void** unused) {
     }
 }
 
-static void test_the_first_of_a_series_is_read(void** unused) {
+// Two times by three components: none is read unless it is chosen, and the fourth axis counts fastest.
+static void test_one_of_a_series_is_read(void** unused) {
     (void)unused;
+    enum { NENTRY = 6 };
     File f;
     OmVolume v;
     begin(&f, false, 2, 8);
     put_sform(&f, om_mat3_identity(), om_vec3(0, 0, 0));
-    put16(&f, 40, 4);
+    put16(&f, 40, 5);
     put16(&f, 48, 2);
-    put_bytes(&f);
-    put_bytes(&f);
-    assert_ok(load(&f, &v));
-    assert_int_equal(v.dim[2], NZ);
-    assert_near((double)v.value[COUNT - 1], COUNT - 1, 0);
-    om_volume_done(&v);
+    put16(&f, 50, 3);
+    for (int e = 0; e < NENTRY; e++)
+        for (int i = 0; i < COUNT; i++) f.bytes[f.size++] = (unsigned char)(i + 30 * e);
+    assert_refused(load(&f, &v), &v, "t.nii", "holds 6 volumes");
+    const char* path = temp_path("t.nii");
+    write_bytes(path, f.bytes, f.size);
+    for (int e = 0; e < NENTRY; e++) {
+        assert_ok(om_volume_load_entry(path, e, &v));
+        assert_int_equal(v.dim[2], NZ);
+        for (int i = 0; i < COUNT; i++) assert_near((double)v.value[i], i + 30 * e, 0);
+        om_volume_done(&v);
+    }
+    assert_refused(om_volume_load_entry(path, NENTRY, &v), &v, "t.nii", "holds volumes 0 to 5");
+    write_bytes(path, f.bytes, f.size - 1);
+    assert_refused(om_volume_load_entry(path, NENTRY - 1, &v), &v, "t.nii", "too early");
+    put16(&f, 40, 7);  // more volumes than an int counts
+    for (size_t a = 0; a < 4; a++) put16(&f, 48 + 2 * a, 32000);
+    assert_refused(load(&f, &v), &v, "t.nii", "more than 2147483647 volumes");
+    remove(path);
+}
+
+// A table of labels between header and voxels; what is damaged there costs no more than names.
+static void test_names_in_an_extension(void** unused) {
+    (void)unused;
+    static const char table[] =
+        "<?xml?><CaretExtension><LabelTable>\n<Label Key=\"0\"><![CDATA[???]]></Label>"
+        "<Label Key=\"5\" Red=\"1\"><![CDATA[liver]]></Label><Label Key=\"6\">left \x01 one</Label>"
+        "<Label Key=\"x\">none</Label><Label Key=\"9\"><![CDATA[cut";
+    for (int damage = 0; damage < 3; damage++) {
+        File f;
+        OmVolume v;
+        OmVolumeInfo info;
+        unsigned char file[2048] = {0};
+        begin(&f, damage == 1, 2, 8);
+        put_sform(&f, om_mat3_identity(), om_vec3(0, 0, 0));
+        size_t n = 8 + sizeof table - 1;
+        f.bytes[348] = 1;
+        put32(&f, HEADER, damage == 2 ? 1 << 30 : (int32_t)n);
+        put_float(&f, 108, (double)(HEADER + n));
+        memcpy(file, f.bytes, HEADER + 8);
+        memcpy(file + HEADER + 8, table, sizeof table - 1);
+        size_t size = HEADER + n;
+        for (int i = 0; i < COUNT; i++) file[size++] = (unsigned char)i;
+        const char* path = temp_path("t.nii");
+        write_bytes(path, file, size);
+        assert_ok(om_volume_load_info(path, &info));
+        assert_int_equal(info.nsegment, damage == 2 ? 0 : 2);
+        if (info.nsegment) {
+            assert_string_equal(info.segment[0].name, "liver");
+            assert_int_equal(info.segment[0].value, 5);
+            assert_string_equal(info.segment[1].name, "left   one");
+            assert_int_equal(info.segment[1].value, 6);
+            assert_int_equal(info.segment[1].layer, 0);
+        }
+        om_volume_info_done(&info);
+        assert_ok(om_volume_load(path, &v));
+        assert_near((double)v.value[COUNT - 1], COUNT - 1, 0);
+        om_volume_done(&v);
+        remove(path);
+    }
 }
 
 static void test_compressed_and_paired_files(void** unused) {
@@ -307,7 +363,8 @@ int main(void) {
         cmocka_unit_test(test_qform_is_sform),
         cmocka_unit_test(test_turned_header_gives_the_same_organ),
         cmocka_unit_test(test_units_and_scaling),
-        cmocka_unit_test(test_the_first_of_a_series_is_read),
+        cmocka_unit_test(test_one_of_a_series_is_read),
+        cmocka_unit_test(test_names_in_an_extension),
         cmocka_unit_test(test_compressed_and_paired_files),
         cmocka_unit_test(test_voxels_that_are_not_finite_become_zero),
         cmocka_unit_test(test_headers_that_lie),

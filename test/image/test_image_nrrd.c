@@ -68,20 +68,112 @@ static void test_encodings_agree(void** unused) {
     }
 }
 
-// The first entry of an axis of components, fastest or slowest.
+// Entries of an axis of components, fastest or slowest: none is read unless it is chosen.
 static void test_axes_that_are_not_of_space(void** unused) {
     (void)unused;
-    OmVolume v;
-    assert_ok(load("type: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: RAS\n"
-                   "space directions: none (1,0,0) (0,1,0) (0,0,1)\n",
-                   2 * COUNT, &v));
-    for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], 2 * k, 0);
-    om_volume_done(&v);
-    assert_ok(load("type: uchar\nencoding: raw\ndimension: 4\nsizes: 3 4 2 2\nspace: RAS\n"
-                   "space directions: (1,0,0) (0,1,0) (0,0,1) none\n",
-                   2 * COUNT, &v));
-    for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
-    om_volume_done(&v);
+    static const char* const grid[] = {
+        "sizes: 2 3 4 2\nspace: RAS\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\n",
+        "sizes: 3 4 2 2\nspace: RAS\nspace directions: (1,0,0) (0,1,0) (0,0,1) none\n"};
+    for (int form = 0; form < 4; form++) {
+        const bool is_last = form & 1, is_text = form >= 2;
+        char file[2048];
+        OmVolume v;
+        int n =
+            snprintf(file, sizeof file, "NRRD0004\ntype: uchar\nencoding: %s\ndimension: 4\n%s\n",
+                     is_text ? "ascii" : "raw", grid[is_last]);
+        for (int i = 0; i < 2 * COUNT; i++) {
+            if (is_text)
+                n += snprintf(file + n, sizeof file - (size_t)n, "%d ", i);
+            else
+                file[n++] = (char)i;
+        }
+        assert_refused(load_bytes("t.nrrd", file, (size_t)n, &v), &v, "t.nrrd",
+                       "holds 2 volumes (times, components or layers of segments)");
+        const char* path = temp_path("t.nrrd");
+        write_bytes(path, file, (size_t)n);
+        for (int entry = 0; entry < 2; entry++) {
+            assert_ok(om_volume_load_entry(path, entry, &v));
+            for (int k = 0; k < COUNT; k++)
+                assert_near((double)v.value[k], is_last ? k + entry * COUNT : 2 * k + entry, 0);
+            om_volume_done(&v);
+        }
+        assert_refused(om_volume_load_entry(path, 2, &v), &v, "t.nrrd", "holds volumes 0 to 1");
+        assert_refused(om_volume_load_entry(path, -1, &v), &v, "t.nrrd", "count from 0");
+        write_bytes(path, file, (size_t)n - (is_text ? 3 : 1));  // the last voxel is missing
+        assert_refused(om_volume_load_entry(path, 1, &v), &v, "t.nrrd",
+                       is_text ? "ends after" : "can hold");
+        remove(path);
+    }
+}
+
+// ---- segments of 3D Slicer -------------------------------------------------------------------------------
+
+static OmStatus load_info(const char* header, OmVolumeInfo* info) {
+    char file[8192];
+    const char* path = temp_path("t.seg.nrrd");
+    int n = snprintf(file, sizeof file, "NRRD0004\n%s\n", header);
+    write_bytes(path, file, (size_t)n);
+    OmStatus status = om_volume_load_info(path, info);
+    remove(path);
+    return status;
+}
+
+#define LAYERED                                                                            \
+    "type: uchar\nencoding: raw\ndimension: 4\nsizes: 2 3 4 2\nspace: LPS\nkinds: list "   \
+    "domain domain domain\nspace directions: none (1,0,0) (0,1,0) (0,0,1)\nspace origin: " \
+    "(0,0,0)\n"
+
+static void test_segments_have_names_layers_and_values(void** unused) {
+    (void)unused;
+    OmVolumeInfo info;
+    char header[8192], params[3000];
+    memset(params, 'x', sizeof params);  // 3D Slicer's own are longer than 1024 letters
+    params[sizeof params - 1] = 0;
+    snprintf(header, sizeof header,
+             LAYERED "Segment0_ID:=Segment_1\nSegment0_Name:=liver\nSegment0_LabelValue:=1\n"
+                     "Segment0_Layer:=0\nSegment0_Extent:=0 2 0 3 0 1\nSegment1_ID:=Segment_2\n"
+                     "Segment1_Name:=Lebervene \xc3\xa4\x07\xff\nSegment1_LabelValue:=7\n"
+                     "Segment1_Layer:=1\nSegment2_Name:=tumour\nSegment2_LabelValue:=2\n"
+                     "Segment2_Layer:=1\n# %s\nSegmentation_ConversionParameters:=%s\n",
+             params, params);
+    assert_ok(load_info(header, &info));
+    assert_int_equal(info.nentry, 2);
+    assert_int_equal(info.dim[0] * 100 + info.dim[1] * 10 + info.dim[2], 342);
+    assert_int_equal(info.nsegment, 3);
+    static const OmSegment expected[] = {{"liver", "Segment_1", 0, 1},
+                                         {"Lebervene \xc3\xa4 ?", "Segment_2", 1, 7},
+                                         {"tumour", "", 1, 2}};
+    for (int s = 0; s < 3; s++) {
+        assert_string_equal(info.segment[s].name, expected[s].name);
+        assert_string_equal(info.segment[s].id, expected[s].id);
+        assert_int_equal(info.segment[s].layer, expected[s].layer);
+        assert_int_equal(info.segment[s].value, expected[s].value);
+    }
+    om_volume_info_done(&info);
+    // before 4.11: a layer a segment, each of ones
+    assert_ok(load_info(LAYERED "Segment0_Name:=a\nSegment1_Name:=b\n", &info));
+    assert_int_equal(info.segment[1].layer, 1);
+    assert_int_equal(info.segment[1].value, 1);
+    om_volume_info_done(&info);
+}
+
+static void test_segments_that_lie(void** unused) {
+    (void)unused;
+    static const struct {
+        const char *keys, *expected;
+    } lie[] = {{"Segment0_Layer:=2\n", "Segment0_Layer: 2; the file has layers 0 to 1"},
+               {"Segment0_LabelValue:=x\n", "line 10: key Segment0_LabelValue: \"x\""},
+               {"Segment0_Layer:=-1\n", "is no whole number"},
+               {"Segment99999_Name:=a\n", "segments 0 to 4095"}};
+    for (size_t i = 0; i < sizeof lie / sizeof lie[0]; i++) {
+        char header[1024];
+        OmVolumeInfo info;
+        snprintf(header, sizeof header, LAYERED "%s", lie[i].keys);
+        assert_status(load_info(header, &info), OM_INVALID);
+        if (!strstr(om_error_message(), lie[i].expected))
+            fail_msg("\"%s\" is expected in \"%s\"", lie[i].expected, om_error_message());
+        assert_null(info.segment);
+    }
 }
 
 static void test_spacings_and_units(void** unused) {
@@ -184,6 +276,8 @@ int main(void) {
         cmocka_unit_test(test_spaces_become_ras),
         cmocka_unit_test(test_encodings_agree),
         cmocka_unit_test(test_axes_that_are_not_of_space),
+        cmocka_unit_test(test_segments_have_names_layers_and_values),
+        cmocka_unit_test(test_segments_that_lie),
         cmocka_unit_test(test_spacings_and_units),
         cmocka_unit_test(test_detached_voxels),
         cmocka_unit_test(test_headers_that_lie),
