@@ -41,6 +41,7 @@ typedef struct OmRetractSample {  // one instant of a run, every OM_RETRACT_SAMP
 } OmRetractSample;
 
 #define OM_RETRACT_SAMPLE 0.1  // s
+#define OM_RETRACT_SLID 0.15   // see OmRetractResult.has_slid
 
 typedef enum OmActionOutcome {
     OM_ACTION_DONE,       // it ended as planned
@@ -64,8 +65,18 @@ typedef struct OmRetractAction {  // one executed action
     int plan;                // which plan, from 0
 } OmRetractAction;
 
+typedef enum OmRetractOutcome {
+    OM_RETRACT_EXPOSED,  // the arms exposed the ROI: visibility reached the scene's limit and stayed
+    OM_RETRACT_IN_VIEW,  // the ROI was in view before any action: the scene hides nothing
+    OM_RETRACT_GAVE_UP,  // the scene's number of actions was reached
+    OM_RETRACT_NO_PLAN   // no grasping point is left
+} OmRetractOutcome;
+/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left".
+OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
+
 typedef struct OmRetractResult {  // om_retract_result_done frees
-    bool is_exposed;              // visibility reached the scene's limit
+    OmRetractOutcome outcome;     //
+    bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
     // Forces: the arms see those of the twin alone. The truth's are for judging; NAN in a world without one.
@@ -85,7 +96,10 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
-    bool is_settled;            // twin and truth were at rest when the operation began
+    // The tissue comes to rest on its ground before the operation begins.
+    bool is_settled;                 // twin and truth were at rest when the operation began
+    double twin_shift, world_shift;  // m, mean displacement of the vertices until then
+    bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
     int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
     int twin_nvert, twin_ntet, world_nvert, world_ntet;
     uint64_t hash;  // of the truth's final state

@@ -29,7 +29,8 @@ static void print_help(const OmCliArgs* args) {
         "omentum retract: run a scene until the region of interest (ROI) is exposed\n\n"
         "Usage: omentum retract SCENE.yaml -o DIR [options]\n\n"
         "The simulated operating field hides another mesh and another stiffness from the twin that\n"
-        "plans and estimates forces. Exit code 0: exposed; 1: not exposed.\n");
+        "plans and estimates forces. Exit code 0: exposed by the arms; 1: not exposed, or in view\n"
+        "before any action.\n");
     om_cli_print_options(args);
     printf("\nExamples:\n"
            "  omentum retract scenes/sheet.yaml -o out/sheet\n"
@@ -69,6 +70,11 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "energy out of nothing\n",
             r->twin_nbad, r->world_nbad);
     if (!r->is_settled) printf("  note: the tissue still moved when the operation began\n");
+    if (r->has_slid)
+        printf(
+            "  note: the tissue slid while it settled, before any action: by %.1f mm in the twin, %.1f mm in "
+            "the truth (mean over vertices)\n",
+            1e3 * r->twin_shift, 1e3 * r->world_shift);
     if (dir) printf("  report: %s/report.html\n", dir);
 }
 
@@ -134,8 +140,12 @@ static int run_layouts(Settings* s) {
         printf(
             "%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %.2f N by the twin, %.2f N in "
             "the truth  %s\n",
-            k, r.is_exposed ? "exposed" : "hidden", 100 * r.visibility_start,
-            100 * r.visibility_end, r.naction, r.time, r.force_max, r.force_world_max, r.reason);
+            k,
+            r.is_exposed                      ? "exposed"
+            : r.outcome == OM_RETRACT_IN_VIEW ? "in view"
+                                              : "hidden",
+            100 * r.visibility_start, 100 * r.visibility_end, r.naction, r.time, r.force_max,
+            r.force_world_max, r.reason);
         fflush(stdout);
         nexposed += r.is_exposed;
         twin_ms += r.twin_step_ms / s->nlayout;

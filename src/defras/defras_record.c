@@ -179,6 +179,7 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     om_json_string(&json, "scene", loop->scene->name);
     om_json_integer(&json, "seed", loop->scene->seed);
     om_json_bool(&json, "exposed", r->is_exposed);
+    om_json_string(&json, "status", om_retract_outcome_text(r->outcome));
     om_json_string(&json, "outcome", r->reason);
     om_json_number(&json, "visibility_start", r->visibility_start);
     om_json_number(&json, "visibility_end", r->visibility_end);
@@ -197,6 +198,9 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     om_json_number(&json, "plan_ms_median", r->plan_ms_median);
     om_json_number(&json, "plan_ms_max", r->plan_ms_max);
     om_json_bool(&json, "settled_at_start", r->is_settled);
+    om_json_bool(&json, "slid_at_start", r->has_slid);
+    om_json_number(&json, "twin_shift_at_start_m", r->twin_shift);
+    om_json_number(&json, "world_shift_at_start_m", r->world_shift);
     om_json_integer(&json, "twin_bad_steps", r->twin_nbad);
     om_json_integer(&json, "world_bad_steps", r->world_nbad);
     om_json_integer(&json, "twin_vertices", r->twin_nvert);

@@ -37,6 +37,21 @@ static void add_facts(OmReport* report, const Loop* loop) {
     om_report_facts(report, value, label, 12);
 }
 
+// How the tissue came to rest before the operation, where that is worth a sentence.
+static void add_start(OmReport* report, const Loop* loop) {
+    const OmRetractResult* r = loop->result;
+    char text[256];
+    if (!r->is_settled)
+        om_report_paragraph(report, "Warning: the tissue still moved when the operation began.");
+    if (!r->has_slid) return;
+    snprintf(
+        text, sizeof text,
+        "Warning: the tissue slid while it settled, before any action: its vertices moved by %.1f mm in "
+        "the twin and %.1f mm in the truth, in the mean.",
+        1e3 * r->twin_shift, 1e3 * r->world_shift);
+    om_report_paragraph(report, text);
+}
+
 static OmStatus add_charts(OmReport* report, const Loop* loop) {
     const OmRetractResult* r = loop->result;
     int n = r->nsample, ne = r->naction;
@@ -171,6 +186,7 @@ OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
     OmReport report;
     om_report_begin(&report, "Tissue retraction", subtitle);
     om_report_verdict(&report, loop->result->reason, loop->result->is_exposed);
+    add_start(&report, loop);
     add_facts(&report, loop);
     om_report_heading(&report, "What the endoscope saw");
     for (int i = 0; i < rec->nframe; ++i) {

@@ -22,6 +22,16 @@ const char* om_action_outcome_text(OmActionOutcome outcome) {
     return "";
 }
 
+const char* om_retract_outcome_text(OmRetractOutcome outcome) {
+    switch (outcome) {
+    case OM_RETRACT_EXPOSED: return "exposed";
+    case OM_RETRACT_IN_VIEW: return "in_view_at_start";
+    case OM_RETRACT_GAVE_UP: return "gave_up";
+    case OM_RETRACT_NO_PLAN: return "no_plan_left";
+    }
+    return "";
+}
+
 OmRetractDef om_retract_default_def(const OmScene* scene) {
     return (OmRetractDef){.cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1};
 }
@@ -34,6 +44,32 @@ void om_retract_result_done(OmRetractResult* result) {
 }
 
 // ---- beginning ------------------------------------------------------------------------------------------
+
+// Mean displacement of a body's vertices from the mesh they started from, m.
+static double mean_shift(const OmBody* body) {
+    const OmTetMesh* mesh = &om_body_site(body)->mesh;
+    double sum = 0;
+    for (int v = 0; v < mesh->nvert; ++v)
+        sum += om_distance(om_load3(om_body_x(body), v), om_load3(mesh->x, v));
+    return sum / mesh->nvert;
+}
+
+// Let twin and truth come to rest, and note whether the tissue stayed where the scene puts it.
+static OmStatus settle(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    OmBody* truth = om_world_truth(loop->world);
+    double dt = loop->scene->task.time_step;
+    OmStatus twin = om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME);
+    OM_TRY(twin);
+    OmStatus world = om_body_settle(truth, dt, SETTLE_SPEED, SETTLE_TIME);
+    OM_TRY(world);
+    r->is_settled = twin == OM_OK && world == OM_OK;
+    r->twin_shift = mean_shift(loop->twin);
+    r->world_shift = mean_shift(truth);
+    double half = fmin(loop->grid.half.x, loop->grid.half.y);
+    r->has_slid = fmax(r->twin_shift, r->world_shift) > OM_RETRACT_SLID * half;
+    return OM_OK;
+}
 
 static OmStatus begin(Loop* loop) {
     const OmScene* scene = loop->scene;
@@ -55,12 +91,7 @@ static OmStatus begin(Loop* loop) {
     r->twin_ntet = loop->twin_site.mesh.ntet;
     r->world_nvert = loop->world_site.mesh.nvert;
     r->world_ntet = loop->world_site.mesh.ntet;
-    double dt = scene->task.time_step;
-    OmStatus twin = om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME);
-    OM_TRY(twin);
-    OmStatus world = om_body_settle(om_world_truth(loop->world), dt, SETTLE_SPEED, SETTLE_TIME);
-    OM_TRY(world);
-    r->is_settled = twin == OM_OK && world == OM_OK;
+    OM_TRY(settle(loop));
     if (loop->def->out_dir) OM_TRY(om__recorder_create(loop, &loop->recorder));
     loop->twin_wall = 0;
     OM_TRY(om__loop_tick(loop));
@@ -185,12 +216,34 @@ static OmStatus run_plan(Loop* loop) {
     return OM_OK;
 }
 
+// A ROI in view before any action: what the scene describes is no task, and nothing was exposed by the arms.
+static void tell_in_view(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    r->outcome = OM_RETRACT_IN_VIEW;
+    int n = snprintf(r->reason, sizeof r->reason,
+                     "nothing to do: %.0f %% of the ROI is in view before any action",
+                     100 * loop->visibility);
+    size_t left = sizeof r->reason - (size_t)n;
+    if (r->has_slid)
+        snprintf(
+            r->reason + n, left,
+            "; the tissue slid off by %.0f mm while it settled: attach more of it, or elsewhere",
+            1e3 * fmax(r->twin_shift, r->world_shift));
+    else
+        snprintf(r->reason + n, left, "; move the ROI further under the tissue");
+}
+
 static OmStatus deliberate(Loop* loop) {
     OmRetractResult* r = loop->result;
     int max_actions = loop->scene->task.max_actions;
     if (loop->visibility >= loop->scene->task.visibility) OM_TRY(om__loop_hold(loop));
+    if (loop->is_exposed) {
+        tell_in_view(loop);
+        return OM_OK;
+    }
     while (!loop->is_exposed) {
         if (r->naction >= max_actions) {
+            r->outcome = OM_RETRACT_GAVE_UP;
             snprintf(r->reason, sizeof r->reason,
                      "gave up after %d actions with %.0f %% of the ROI seen", r->naction,
                      100 * loop->visibility);
@@ -199,6 +252,7 @@ static OmStatus deliberate(Loop* loop) {
         OmStatus status = make_plan(loop);
         OM_TRY(status);
         if (status == OM_UNSAT || loop->plan.naction == 0) {
+            r->outcome = OM_RETRACT_NO_PLAN;
             snprintf(
                 r->reason, sizeof r->reason,
                 "no plan is left after %d actions: every grasping point was tried, is attached or is "
@@ -208,6 +262,7 @@ static OmStatus deliberate(Loop* loop) {
         }
         OM_TRY(run_plan(loop));
     }
+    r->outcome = OM_RETRACT_EXPOSED;
     r->is_exposed = true;
     snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
              100 * loop->visibility, r->naction, loop->time);

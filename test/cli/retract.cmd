@@ -53,6 +53,34 @@ exit 1
 out no plan is left
 file held/report.html
 
+# A ROI in view before any action is no success: exit code 1, and the report's verdict is a bad one.
+$ sed -e 's/center_mm:.*/center_mm: [-59, -59, 0]/' -e 's/task:/task:\n  visibility: 0.4/' small.yaml > seen.yaml && omentum retract seen.yaml -q -o seen
+exit 1
+out ^small, layout 1: nothing to do: \d+ % of the ROI is in view before any action
+file seen/report.html
+
+$ grep -o 'class="verdict [a-z]*"' seen/report.html run/report.html; grep '"status"\|"exposed"' seen/run.json run/run.json
+exit 0
+out ^seen/report.html:class="verdict bad"
+out ^run/report.html:class="verdict good"
+out ^seen/run.json: *"exposed": false
+out ^seen/run.json: *"status": "in_view_at_start"
+out ^run/run.json: *"exposed": true
+out ^run/run.json: *"status": "exposed"
+
+# The same because the tissue fell while it settled, before any action: the program and the report say so.
+$ sed -e 's/lo_mm:.*/lo_mm: [40, -100, -1]/' -e 's/  source: sheet/  source: sheet\n  board: false/' small.yaml > slid.yaml && omentum retract slid.yaml -q -o slid
+exit 1
+out ^small, layout 1: nothing to do: .* the tissue slid off by \d+ mm while it settled
+out note: the tissue still moved when the operation began
+out note: the tissue slid while it settled, before any action: by \d+\.\d mm in the twin
+
+$ grep -c 'Warning: the tissue slid while it settled\|Warning: the tissue still moved' slid/report.html; grep '_at_start"' slid/run.json
+exit 0
+out ^2$
+out "settled_at_start": false
+out "slid_at_start": true
+
 # The report names the law that was used.
 $ sed 's/  source: sheet/  source: sheet\n  law: neo-hookean/' small.yaml > law.yaml && omentum retract law.yaml -q -o law; grep -c 'Twin: .* finite elements, neo-hookean' law/report.html
 exit 0

@@ -220,6 +220,35 @@ static void test_what_cannot_be_done_is_an_answer(void** state) {
     om_retract_result_done(&r);
 }
 
+// A ROI that nothing hides is no success of the arms: its own outcome, whether the tissue lies beside it or slid off.
+static void test_roi_in_view_at_the_start(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    OmRetractResult r;
+    run(&scene, 0, NULL, &r);
+    assert_int_equal(r.outcome, OM_RETRACT_EXPOSED);
+    assert_true(r.is_exposed && r.is_settled && !r.has_slid);
+    assert_true(r.twin_shift < 1e-3 && r.world_shift < 1e-3);  // a sheet on its board
+    om_retract_result_done(&r);
+    scene.roi.center = om_vec3(-0.059, -0.059, 0);  // three quarters of it lie beside the sheet
+    scene.task.visibility = 0.4;
+    run(&scene, 0, NULL, &r);
+    assert_int_equal(r.outcome, OM_RETRACT_IN_VIEW);
+    assert_true(!r.is_exposed && !r.has_slid && r.naction == 0 && r.visibility_start >= 0.4);
+    assert_non_null(strstr(r.reason, "before any action"));
+    om_retract_result_done(&r);
+    // Without its board the sheet falls until it hangs from one edge: its middle, 40 mm from there, by more than that.
+    scene = easy_scene();
+    scene.tissue.has_board = false;
+    scene.attach.lo.x = 0.04;
+    run(&scene, 0, NULL, &r);
+    assert_int_equal(r.outcome, OM_RETRACT_IN_VIEW);
+    assert_true(!r.is_exposed && r.has_slid && r.twin_shift > 0.04 && r.world_shift > 0.04);
+    assert_true(r.twin_shift < 0.12 && r.world_shift < 0.12);
+    assert_non_null(strstr(r.reason, "slid off by"));
+    om_retract_result_done(&r);
+}
+
 static void test_output_is_whole(void** state) {
     (void)state;
     static const char* const file[] = {"report.html", "run.json", "run.vtkhdf", "frames/000.png"};
@@ -309,6 +338,7 @@ int main(void) {
         cmocka_unit_test(test_impossible_scenes_are_refused),
         cmocka_unit_test(test_search),
         cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
+        cmocka_unit_test(test_roi_in_view_at_the_start),
         cmocka_unit_test(test_output_is_whole),
         cmocka_unit_test(test_cancelling_leaves_nothing),
         cmocka_unit_test(test_wrong_defs_are_refused),
