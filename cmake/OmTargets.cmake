@@ -63,11 +63,21 @@ function(om_finish_library)
     endforeach()
 endfunction()
 
-# Seconds after which a test hangs; sanitizers take three to five times as long.
+# Seconds after which a test hangs, on an idle machine; sanitizers take three to five times as long.
 set(OM_TEST_TIMEOUT 300)
 if(OM_SANITIZE)
     set(OM_TEST_TIMEOUT 900)
 endif()
+
+# om_test_limits(NAME SECONDS [VARIABLE=VALUE...]): the hang limit of a test. It is processor time, twice SECONDS for
+# the two workers of a test, and kept by the test itself (test_common.h, run_case.py): work beside it does not
+# end it. The wall clock of CTest is for deadlocks only. Waiting threads do not spin.
+function(om_test_limits name seconds)
+    math(EXPR cpu "2 * ${seconds}")
+    math(EXPR wall "6 * ${seconds}")
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${wall} SKIP_RETURN_CODE 77
+        ENVIRONMENT "OM_TEST_CPU_S=${cpu};OMP_WAIT_POLICY=passive;${ARGN}")
+endfunction()
 
 # om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.
 # Tests may include private headers ("fem/fem_internal.h").
@@ -80,8 +90,8 @@ function(om_test name file)
     if(NOT ARG_TIMEOUT)
         set(ARG_TIMEOUT ${OM_TEST_TIMEOUT})
     endif()
-    set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}" SKIP_RETURN_CODE 77
-        ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tools/tsan.supp")
+    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}")
+    om_test_limits(${name} ${ARG_TIMEOUT} "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tools/tsan.supp")
 endfunction()
 
 # om_program(TARGET NAME files...): build/<preset>/bin/NAME on the shared library's public headers. It finds
@@ -114,5 +124,6 @@ function(om_fuzz name file)
     target_link_libraries(replay_${name} PRIVATE omentum_static om_flags m)
     target_include_directories(replay_${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
     add_test(NAME replay_${name} COMMAND replay_${name} ${corpus})
-    set_tests_properties(replay_${name} PROPERTIES TIMEOUT 120 LABELS fuzz)
+    set_tests_properties(replay_${name} PROPERTIES LABELS fuzz)
+    om_test_limits(replay_${name} 120)
 endfunction()

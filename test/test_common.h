@@ -11,12 +11,64 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <cmocka.h>
 
 #include "omentum/base.h"
 #include "omentum/vec.h"
 
-#define SKIP_TEST_CODE 77  // what a test program returns when it needs files that are not here
+#define SKIP_TEST_CODE 77  // what a test program returns when all its cases were skipped
+
+// ---- skipped cases, and the limit on processor time ---------------------------------------------------------
+
+static int test_nskip;
+
+/// Leave this case as skipped, with its reason (a format). tools/check.sh lists every skipped case by name.
+#define test_skip(...)             \
+    do {                           \
+        printf("skip: ");          \
+        printf(__VA_ARGS__);       \
+        printf("\n");              \
+        fflush(stdout);            \
+        ++test_nskip;              \
+        _skip(__FILE__, __LINE__); \
+    } while (0)
+#undef skip
+#define skip() test_skip("no reason is given")
+
+static inline void test_out_of_time(int signal_number) {
+    (void)signal_number;
+    static const char text[] = "\nthe test took more processor time than OM_TEST_CPU_S allows\n";
+    if (write(STDERR_FILENO, text, sizeof text - 1) >= 0) _exit(1);
+    _exit(1);
+}
+
+// The hang limit is processor time, OM_TEST_CPU_S seconds of it: other work on the machine does not count.
+static inline void test_limit_time(void) {
+    const char* text = getenv("OM_TEST_CPU_S");
+    long seconds = text ? strtol(text, NULL, 10) : 0;
+    if (seconds <= 0) return;
+    struct sigaction action = {.sa_handler = test_out_of_time};
+    sigaction(SIGXCPU, &action, NULL);
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_CPU, &limit) != 0) return;
+    limit.rlim_cur = (rlim_t)seconds < limit.rlim_max ? (rlim_t)seconds : limit.rlim_max;
+    setrlimit(RLIMIT_CPU, &limit);
+}
+
+// As cmocka runs a group; the exit code is 77 if every case was skipped, and 1 if any failed.
+static inline int test_run_group(const char* name, const struct CMUnitTest* tests, size_t num,
+                                 CMFixtureFunction begin, CMFixtureFunction end) {
+    test_limit_time();
+    if (_cmocka_run_group_tests(name, tests, num, begin, end) != 0) return 1;
+    return test_nskip > 0 && (size_t)test_nskip == num ? SKIP_TEST_CODE : 0;
+}
+#undef cmocka_run_group_tests
+#define cmocka_run_group_tests(tests, begin, end) \
+    test_run_group(#tests, tests, sizeof(tests) / sizeof((tests)[0]), begin, end)
 
 // Tolerances are scaled by OM_TOL_SCALE; 0 shows every residual as a failure.
 static inline double test_tol_scale(void) {
@@ -60,12 +112,31 @@ static inline double test_tol_scale(void) {
         if (!(a_ < b_)) fail_msg("%s = %.9g is not below %s = %.9g", #a, a_, #bound, b_); \
     } while (0)
 
-// The data folder beside the checkout, or where OM_DATA says; null if it is not there (skip, and say so).
+// ---- data that do not come with the checkout ----------------------------------------------------------------
+
+// The data folder: OM_DATA, or ../shared/data. Null if there is neither. A folder that OM_DATA names, or a folder
+// ../shared without data, is a mistake of the set-up: the test fails.
 static inline const char* test_data_dir(void) {
     static char dir[512];
     const char* env = getenv("OM_DATA");
     snprintf(dir, sizeof dir, "%s", env ? env : "../shared/data");
-    return om_path_exists(dir) ? dir : NULL;
+    if (om_path_exists(dir)) return dir;
+    if (env) fail_msg("OM_DATA names %s, which is not there", dir);
+    if (om_path_exists("../shared")) fail_msg("../shared is there, but not %s", dir);
+    return NULL;
+}
+
+/// Path of a file of the data folder, valid for four calls. Without a data folder the case is skipped; a folder
+/// without this file fails the case: it would be skipped for ever.
+static inline const char* test_data(const char* name) {
+    static char path[4][1024];
+    static int turn;
+    const char* dir = test_data_dir();
+    if (!dir) test_skip("no data folder (OM_DATA, ../shared/data) with %s", name);
+    turn = (turn + 1) % 4;
+    snprintf(path[turn], sizeof path[turn], "%s/%s", dir, name);
+    if (!om_path_exists(path[turn])) fail_msg("%s is not in the data folder", path[turn]);
+    return path[turn];
 }
 
 #endif

@@ -18,6 +18,7 @@ A case file has comments (#) and these lines; $TMP is a fresh folder, $ROOT the 
 import os
 import pathlib
 import re
+import resource
 import shlex
 import subprocess
 import sys
@@ -42,6 +43,13 @@ def tail(text):
     return "\n".join("    | " + line for line in text.split("\n")[-30:])
 
 
+def limit_time():
+    """The hang limit of each program of a command: OM_TEST_CPU_S seconds of processor time, whatever else runs."""
+    seconds = int(os.environ.get("OM_TEST_CPU_S", "0"))
+    if seconds > 0:
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+
+
 class Case:
     def __init__(self, program, folder):
         self.program, self.folder, self.run = program, folder, None
@@ -53,7 +61,8 @@ class Case:
         line = re.sub(r"\bomentum\b", lambda _: shlex.quote(self.program), argument, count=1)
         env = dict(os.environ, TMP=str(self.folder), ROOT=str(ROOT))
         self.run = subprocess.run(["bash", "-c", line], cwd=self.folder, env=env, stdin=subprocess.DEVNULL,
-                                  capture_output=True, text=True, errors="replace", check=False)
+                                  capture_output=True, text=True, errors="replace", check=False,
+                                  preexec_fn=limit_time)
         self.exit_checked = False
         return None
 

@@ -148,13 +148,9 @@ static void make_mesh(const OmVolume* v, double edge, OmTetMesh* mesh) {
 }
 
 static void load(const char* name, OmVolume* v) {
-    char path[600];
-    if (!test_data_dir()) {
-        printf("no data folder: the compressed breast is skipped\n");
-        skip();
-    }
-    snprintf(path, sizeof path, "%s/breast_victre/%s", test_data_dir(), name);
-    if (om_volume_load(path, v) < 0) fail_msg("%s", om_error_message());
+    char relative[256];
+    snprintf(relative, sizeof relative, "breast_victre/%s", name);
+    if (om_volume_load(test_data(relative), v) < 0) fail_msg("%s", om_error_message());
 }
 
 // Between the paddles, which travel for 150 steps and stay for 100: then it must be still, and outside of them.

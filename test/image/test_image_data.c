@@ -3,8 +3,6 @@
 
 #include "omentum/image.h"
 
-static const char* data_dir;
-
 typedef struct Region {  // voxels of one label
     int count;
     OmVec3 centroid;  // mm
@@ -31,14 +29,8 @@ static Region region_of(const OmVolume* v, float lo, float hi) {
     return r;
 }
 
-static const char* data_path(const char* name) {
-    static char path[1024];
-    snprintf(path, sizeof path, "%s/%s", data_dir, name);
-    return path;
-}
-
 static void load(const char* name, OmVolume* volume) {
-    assert_ok(om_volume_load(data_path(name), volume));
+    assert_ok(om_volume_load(test_data(name), volume));
 }
 
 // TotalSegmentator's files carry a table of names in an extension of the header.
@@ -51,7 +43,7 @@ static void test_ct_labels_have_names(void** unused) {
                  {4, "gallbladder"}, {5, "liver"},        {6, "stomach"},
                  {7, "pancreas"},    {20, "colon"},       {52, "aorta"}};
     OmVolumeInfo info;
-    assert_ok(om_volume_load_info(data_path("ct_abdomen/labels.nii.gz"), &info));
+    assert_ok(om_volume_load_info(test_data("ct_abdomen/labels.nii.gz"), &info));
     assert_int_equal(info.nentry, 1);
     assert_int_equal(info.dim[0], 122);
     for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
@@ -148,14 +140,14 @@ static void test_corner_cases(void** unused) {
         OmVolume v;
         snprintf(name, sizeof name, "nifti_corner_cases/%s", file[f].name);
         OmVolumeInfo info;
-        assert_ok(om_volume_load_info(data_path(name), &info));
+        assert_ok(om_volume_load_info(test_data(name), &info));
         assert_int_equal(info.nentry, file[f].nentry);
         om_volume_info_done(&info);
         if (file[f].nentry > 1) {
-            assert_status(om_volume_load(data_path(name), &v), OM_INVALID);
+            assert_status(om_volume_load(test_data(name), &v), OM_INVALID);
             assert_non_null(strstr(om_error_message(), "choose one of 0 to"));
         }
-        assert_ok(om_volume_load_entry(data_path(name), 0, &v));
+        assert_ok(om_volume_load_entry(test_data(name), 0, &v));
         size_t count = 1;
         for (int a = 0; a < 3; a++) {
             assert_int_equal(v.dim[a], file[f].dim[a]);
@@ -173,11 +165,6 @@ static void test_corner_cases(void** unused) {
 }
 
 int main(void) {
-    data_dir = test_data_dir();
-    if (!data_dir) {
-        printf("no data folder (OM_DATA, ../shared/data): skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_ct_organs_lie_where_they_should),
         cmocka_unit_test(test_ct_labels_have_names),

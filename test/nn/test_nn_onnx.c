@@ -280,10 +280,8 @@ static void test_onnxruntime(void** state) {
              dir);
     int code = system(command);
     assert_ok(om_path_remove(dir));
-    if (WIFEXITED(code) && WEXITSTATUS(code) == SKIP_TEST_CODE) {
-        print_message("skip: onnxruntime is not importable by %s\n", python ? python : "python3");
-        skip();
-    }
+    if (WIFEXITED(code) && WEXITSTATUS(code) == SKIP_TEST_CODE)
+        test_skip("onnxruntime is not importable by %s", python ? python : "python3");
     assert_int_equal(code, 0);
 }
 

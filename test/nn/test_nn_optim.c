@@ -136,10 +136,8 @@ static void test_pytorch(void** state) {
     char rest[256];
     while (fgets(rest, sizeof rest, pipe)) continue;  // so that it never writes to a closed pipe
     int code = pclose(pipe);
-    if (WIFEXITED(code) && WEXITSTATUS(code) == SKIP_TEST_CODE) {
-        print_message("skip: PyTorch is not importable by %s\n", python ? python : "python3");
-        skip();
-    }
+    if (WIFEXITED(code) && WEXITSTATUS(code) == SKIP_TEST_CODE)
+        test_skip("PyTorch is not importable by %s", python ? python : "python3");
     assert_int_equal(nread, 3 * N);
     OmNet* net;
     assert_ok(om_net_create(&net));

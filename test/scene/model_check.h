@@ -5,12 +5,6 @@
 #include "omentum/scene_model.h"
 #include "test_common.h"
 
-static inline const char* model_data(const char* name) {
-    static char path[1024];
-    snprintf(path, sizeof path, "%s/%s", test_data_dir(), name);
-    return path;
-}
-
 static inline void model_table_head(void) {
     printf("%-22s %7s %8s %6s %7s %9s %10s %8s %7s\n", "organ", "edge/mm", "tets", "min/deg",
            "max/deg", "volume/%", "surface/%", "mean/mm", "s");

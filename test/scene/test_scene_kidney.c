@@ -4,17 +4,6 @@
 #include "omentum/sense.h"
 #include "test_common.h"
 
-static const char* data(const char* name) {
-    static char path[1024];
-    const char* dir = test_data_dir();
-    if (!dir) {
-        print_message("no data folder: skipped\n");
-        return NULL;
-    }
-    snprintf(path, sizeof path, "%s/%s", dir, name);
-    return path;
-}
-
 // As scenes/kidney.yaml has it.
 static OmModelDef kidney_def(const char* path) {
     OmModelDef def = om_model_default_def(path, 0.0045);
@@ -81,8 +70,7 @@ static void assert_hidden(const OmPatient* p) {
 
 static void test_fat_over_the_kidney(void** unused) {
     (void)unused;
-    const char* path = data("ct_abdomen/labels.nii.gz");
-    if (!path) skip();
+    const char* path = test_data("ct_abdomen/labels.nii.gz");
     OmModelDef def = kidney_def(path);
     OmPatient p;
     OmModelReport r;
@@ -154,8 +142,7 @@ static void test_organs_are_where_the_header_says(void** unused) {
                  {3, {-76.29, 122.01, 122.35}},
                  {4, {65.30, 211.65, 116.79}},
                  {5, {64.00, 185.53, 149.98}}};
-    const char* path = data("ct_abdomen/labels.nii.gz");
-    if (!path) skip();
+    const char* path = test_data("ct_abdomen/labels.nii.gz");
     for (int i = 0; i < 5; i++) {
         OmPatient p;
         OmModelDef def = om_model_default_def(path, 0.0045);
@@ -212,8 +199,7 @@ static double boundary_distance(const OmTetMesh* a, OmMat3 turn, const OmTetMesh
 static void compare_storage(int label, double mean_max, double most_max) {
     const OmMat3 turn =
         om_quat_to_mat3(om_quat_axis_angle(om_normalize(om_vec3(0.3, -0.5, 0.8)), 0.6));
-    const char* path = data("ct_abdomen/labels.nii.gz");
-    if (!path) skip();
+    const char* path = test_data("ct_abdomen/labels.nii.gz");
     OmVolume v, other;
     OmPatient p, q;
     OmModelDef def = om_model_default_def(path, 0.0045);
@@ -253,10 +239,6 @@ static void test_storage_and_rotation(void** unused) {
 }
 
 int main(void) {
-    if (!test_data_dir()) {
-        printf("no data folder: skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_fat_over_the_kidney),
         cmocka_unit_test(test_organs_are_where_the_header_says),

@@ -14,7 +14,7 @@ static void test_organs_of_the_ct(void** unused) {
     for (size_t i = 0; i < sizeof organ / sizeof *organ; i++) {
         char name[256];
         snprintf(name, sizeof name, "ct_abdomen/organs/%s.nii.gz", organ[i]);
-        OmModelDef def = om_model_default_def(model_data(name), 1.5 * voxel);
+        OmModelDef def = om_model_default_def(test_data(name), 1.5 * voxel);
         (void)model_check(organ[i], &def);
     }
 }
@@ -24,7 +24,7 @@ static void test_labels_of_the_mr(void** unused) {
     for (int label = 1; label <= 7; label++) {
         char name[32];
         snprintf(name, sizeof name, "mr label %d", label);
-        OmModelDef def = om_model_default_def(model_data("mr_abdomen/labels.nii.gz"), 1.5 * voxel);
+        OmModelDef def = om_model_default_def(test_data("mr_abdomen/labels.nii.gz"), 1.5 * voxel);
         def.label[def.nlabel++] = label;
         (void)model_check(name, &def);
     }
@@ -44,7 +44,7 @@ static void test_livers(void** unused) {
                  {"gallbladder_liver/liver_volumetric.vtk", OM_UNIT_MM, 0.006},
                  {"gallbladder_liver/gallbladder_volumetric.vtk", OM_UNIT_MM, 0.003}};
     for (size_t i = 0; i < sizeof liver / sizeof *liver; i++) {
-        OmModelDef def = om_model_default_def(model_data(liver[i].file), liver[i].edge);
+        OmModelDef def = om_model_default_def(test_data(liver[i].file), liver[i].edge);
         def.unit = liver[i].unit;
         def.remesh = true;
         (void)model_check(strrchr(liver[i].file, '/') + 1, &def);
@@ -52,10 +52,6 @@ static void test_livers(void** unused) {
 }
 
 int main(void) {
-    if (!test_data_dir()) {
-        printf("no data folder: skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_organs_of_the_ct),
         cmocka_unit_test(test_labels_of_the_mr),

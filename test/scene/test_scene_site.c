@@ -200,16 +200,10 @@ static void test_impossible_sites_are_explained(void** state) {
 
 static void test_kidney(void** state) {
     (void)state;
-    const char* data = test_data_dir();
-    char volume[1024];
-    snprintf(volume, sizeof volume, "%s/ct_abdomen", data ? data : "");
-    if (!data || !om_path_exists(volume)) {
-        print_message("skipped: no CT in the data folder\n");
-        skip();
-    }
+    (void)test_data("ct_abdomen");
     OmScene scene;
     assert_ok(om_scene_load("scenes/kidney.yaml", &scene));
-    snprintf(scene.data_root, sizeof scene.data_root, "%s", data);
+    snprintf(scene.data_root, sizeof scene.data_root, "%s", test_data_dir());
     OmSite site;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
     assert_true(site.has_organ && !site.has_ground && site.nroi > 100 && site.roi.ntri > 10);

@@ -25,7 +25,7 @@ static void test_masks_of_the_ct(void** unused) {
     for (size_t i = 0; i < sizeof file / sizeof *file; i++) {
         char name[256];
         snprintf(name, sizeof name, "ct_abdomen/%s.nii.gz", file[i]);
-        OmModelDef def = om_model_default_def(model_data(name), voxel);
+        OmModelDef def = om_model_default_def(test_data(name), voxel);
         sweep(strchr(file[i], '/') + 1, &def);
     }
 }
@@ -37,7 +37,7 @@ static void test_organs_in_pieces(void** unused) {
     for (int i = 0; i < 3; i++) {
         char name[256];
         snprintf(name, sizeof name, "ct_abdomen/organs/%s.nii.gz", organ[i]);
-        OmModelDef def = om_model_default_def(model_data(name), voxel);
+        OmModelDef def = om_model_default_def(test_data(name), voxel);
         def.keep_all = true;
         snprintf(name, sizeof name, "%s, all parts", organ[i]);
         sweep(name, &def);
@@ -49,7 +49,7 @@ static void test_labels_of_the_mr(void** unused) {
     for (int label = 1; label <= 7; label++) {
         char name[32];
         snprintf(name, sizeof name, "mr label %d", label);
-        OmModelDef def = om_model_default_def(model_data("mr_abdomen/labels.nii.gz"), voxel);
+        OmModelDef def = om_model_default_def(test_data("mr_abdomen/labels.nii.gz"), voxel);
         def.label[def.nlabel++] = label;
         sweep(name, &def);
     }
@@ -65,7 +65,7 @@ static void test_breasts(void** unused) {
     } breast[] = {{"breast_victre/p_1.nhdr", 257618e-9}, {"breast_victre/pc_1.nhdr", 256225e-9}};
     for (int b = 0; b < 2; b++) {
         for (int e = 0; e < 3; e++) {
-            OmModelDef def = om_model_default_def(model_data(breast[b].file), 0.003 + 0.002 * e);
+            OmModelDef def = om_model_default_def(test_data(breast[b].file), 0.003 + 0.002 * e);
             for (size_t i = 0; i < sizeof label / sizeof *label; i++) {
                 def.label[def.nlabel++] = label[i];
             }
@@ -79,7 +79,7 @@ static void test_fifty_thousand_in_five_seconds(void** unused) {
     (void)unused;
     OmPatient p;
     OmModelReport r;
-    OmModelDef def = om_model_default_def(model_data("ct_abdomen/organs/spleen.nii.gz"), 0.0036);
+    OmModelDef def = om_model_default_def(test_data("ct_abdomen/organs/spleen.nii.gz"), 0.0036);
     assert_ok(om_model_build(&def, NULL, &p, &r));
     printf("%d tetrahedra in %.2f s\n", r.quality.ntet, r.seconds);
     assert_true(r.quality.ntet > 50000);
@@ -88,10 +88,6 @@ static void test_fifty_thousand_in_five_seconds(void** unused) {
 }
 
 int main(void) {
-    if (!test_data_dir()) {
-        printf("no data folder: skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_masks_of_the_ct),
         cmocka_unit_test(test_organs_in_pieces),

@@ -1,14 +1,6 @@
 // Meshes that others made: known counts and volumes; skipped where the data are not.
 #include "shape_file_common.h"
 
-static const char* data_dir;
-
-static const char* data_path(const char* name) {
-    static char path[1024];
-    snprintf(path, sizeof path, "%s/%s", data_dir, name);
-    return path;
-}
-
 // Counts and volumes of the data's README; 0 where it states none.
 static void test_volume_meshes(void** unused) {
     (void)unused;
@@ -30,7 +22,7 @@ static void test_volume_meshes(void** unused) {
     for (size_t i = 0; i < sizeof mesh / sizeof mesh[0]; i++) {
         OmTetMesh m;
         unsigned flags = OM_MESH_FLIP;  // some of them count vertices the other way
-        assert_ok(om_tet_mesh_load_flags(data_path(mesh[i].name), mesh[i].unit, flags, &m));
+        assert_ok(om_tet_mesh_load_flags(test_data(mesh[i].name), mesh[i].unit, flags, &m));
         assert_int_equal(m.nvert, mesh[i].nvert);
         assert_int_equal(m.ntet, mesh[i].ntet);
         if (mesh[i].volume > 0)
@@ -43,7 +35,7 @@ static void test_volume_meshes(void** unused) {
 static void test_unused_vertices(void** unused) {
     (void)unused;
     OmTetMesh m;
-    const char* path = data_path("gallbladder_liver/gallbladder_volumetric.vtk");
+    const char* path = test_data("gallbladder_liver/gallbladder_volumetric.vtk");
     unsigned flags = OM_MESH_FLIP | OM_MESH_KEEP_UNUSED;
     assert_ok(om_tet_mesh_load_flags(path, OM_UNIT_MM, flags, &m));
     assert_int_equal(m.nvert, 367);
@@ -70,7 +62,7 @@ static void test_surfaces(void** unused) {
     };
     for (size_t i = 0; i < sizeof surface / sizeof surface[0]; i++) {
         OmSurface s;
-        assert_ok(om_surface_load(data_path(surface[i].name), surface[i].unit, &s));
+        assert_ok(om_surface_load(test_data(surface[i].name), surface[i].unit, &s));
         assert_int_equal(s.nvert, surface[i].nvert);
         assert_int_equal(s.ntri, surface[i].ntri);
         assert_status(om_surface_require_closed(&s), surface[i].is_closed ? OM_OK : OM_INVALID);
@@ -82,8 +74,8 @@ static void test_surfaces(void** unused) {
 static void test_the_boundary_of_a_volume_file(void** unused) {
     (void)unused;
     OmSurface a, b;
-    assert_ok(om_surface_load(data_path("retraction_sheet/tissue_volume.msh"), OM_UNIT_M, &a));
-    assert_ok(om_surface_load(data_path("retraction_sheet/tissue_surface.obj"), OM_UNIT_M, &b));
+    assert_ok(om_surface_load(test_data("retraction_sheet/tissue_volume.msh"), OM_UNIT_M, &a));
+    assert_ok(om_surface_load(test_data("retraction_sheet/tissue_surface.obj"), OM_UNIT_M, &b));
     assert_int_equal(a.nvert, b.nvert);
     assert_int_equal(a.ntri, b.ntri);
     assert_near_rel(om_surface_volume(&a), om_surface_volume(&b),
@@ -93,11 +85,6 @@ static void test_the_boundary_of_a_volume_file(void** unused) {
 }
 
 int main(void) {
-    data_dir = test_data_dir();
-    if (!data_dir) {
-        printf("no data folder (OM_DATA, ../shared/data): skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_volume_meshes),
         cmocka_unit_test(test_unused_vertices),

@@ -14,11 +14,9 @@
 static char dir[] = "/tmp/om_umesh_liver_XXXXXX";
 
 static void make_organ(OmUmeshOrgan** organ) {
-    char path[1024];
     OmPatient patient;
     OmModelReport report;
-    snprintf(path, sizeof path, "%s/ct_abdomen/organs/liver.nii.gz", test_data_dir());
-    OmModelDef model = om_model_default_def(path, 0.008);
+    OmModelDef model = om_model_default_def(test_data("ct_abdomen/organs/liver.nii.gz"), 0.008);
     assert_ok(om_model_build(&model, NULL, &patient, &report));
     OmUmeshOrganDef def = om_umesh_default_organ_def();
     def.patient = &patient;
@@ -76,10 +74,6 @@ static int begin(void** unused) {
 }
 
 int main(void) {
-    if (!test_data_dir()) {
-        printf("no data folder: skipped\n");
-        return SKIP_TEST_CODE;
-    }
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_liver)};
     return cmocka_run_group_tests(tests, begin, NULL);
 }
