@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check slow tsan bench figures install format fuzz tidy clean
+.PHONY: help setup configure build demo check check-all slow tsan bench figures install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -29,8 +29,12 @@ build: configure ## build the optimised library and the program
 demo: build ## expose a tumour under a tissue sheet; report in out/demo
 	@$(CLI) demo -o out/demo
 
-check: setup ## format, layers, tests, sanitizers, install, samples, demo
+check: setup ## format, layers, quick tests in release and under sanitizers, install, samples, demo
 	@tools/check.sh
+
+check-all: setup ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
+	@tools/setup.sh tools/packages_ci.txt || echo "check-all: without Open MPI; its tests are skipped"
+	@tools/check.sh --all
 
 slow: build ## the tests that take minutes
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
