@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check check-all slow tsan bench figures install format fuzz tidy clean
+.PHONY: help setup configure build demo check check-all slow tsan bench figures doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -48,6 +48,12 @@ bench: build ## timings, one JSON object a line
 
 figures: ## figures of the documents whose code has changed since they were measured
 	@python3 tools/check_figures.py
+
+doc: ## the API reference from the headers, in build/doc/html (needs doxygen)
+	@command -v doxygen > /dev/null || { echo "make doc: doxygen is missing; install the package doxygen" >&2; exit 1; }
+	@mkdir -p build && rm -rf build/doc
+	@OM_VERSION=$$(sed -n 's/^#define OM_VERSION "\(.*\)"/\1/p' include/omentum/base.h) doxygen doc/Doxyfile
+	@echo "build/doc/html/index.html"
 
 install: build ## install into PREFIX (default /usr/local), below DESTDIR
 	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"

@@ -1,4 +1,6 @@
 /// omentum/image.h: volumes (CT, MR, label maps) and pictures (floor 1).
+///
+/// Volumes are read from NIfTI and NRRD, pictures are written as PNG.
 #ifndef OMENTUM_IMAGE_H
 #define OMENTUM_IMAGE_H
 

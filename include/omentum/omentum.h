@@ -1,4 +1,6 @@
-/// omentum/omentum.h: everything at once. Each room also has its own header.
+/// omentum/omentum.h: all public headers at once.
+///
+/// Each room also has headers of its own.
 #ifndef OMENTUM_OMENTUM_H
 #define OMENTUM_OMENTUM_H
 
