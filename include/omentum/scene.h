@@ -42,11 +42,11 @@ typedef enum OmSceneEngine {  // how the twin computes; the simulated world is a
 } OmSceneEngine;
 
 typedef struct OmSceneTissue {
-    int model;                 // OmSceneEngine, of the twin; default OM_ENGINE_FEM
-    int source;                // OmTissueSource
-    OmVec3 size;               // m, of a sheet; default 120 x 120 x 5 mm
-    OmVec3 cells;              // of the twin's sheet, default 20 x 20 x 1
-    OmVec3 world_cells;        // of the simulated world's sheet, default 30 x 30 x 2
+    int model;           // OmSceneEngine, of the twin; default OM_ENGINE_FEM
+    int source;          // OmTissueSource
+    OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
+    OmVec3 cells;        // of the twin's sheet, default 20 x 20 x 1
+    OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1
     OmVec3 up;    // against gravity, in the mesh's coordinates; default z; a patient has its own
@@ -66,9 +66,12 @@ typedef struct OmSceneTissue {
     double cluster_stiffness;                // 0 to 1; default 0.361
 } OmSceneTissue;
 
-typedef struct OmSceneModel {        // how a patient model is built from a volume; see OmModelDef
-    int label;                       // of the organ in the volume
-    double edge, world_edge;         // mean edge of the twin's and of the world's mesh, m
+typedef struct OmSceneModel {  // how a patient model is built from a volume; see OmModelDef
+    int label;                 // of the organ in the volume
+    double edge;               // mean edge of the twin's mesh, m
+    double
+        world_edge;  // of the world's; 0 (default): 0.7 edge, or less where the truth would have less
+                     // than twice the twin's vertices
     double thickness;                // of the sheet of fat, m
     char side[64];                   // of the organ that it covers: "anterior", "lateral", ...
     double half_length, half_width;  // m

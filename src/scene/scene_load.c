@@ -4,6 +4,7 @@
 #include "omentum/scene.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/tissue_material.h"
+#include "scene/scene_site.h"
 
 #define MM 1e-3
 #define DEG (OM_PI / 180.0)
@@ -26,7 +27,7 @@ static const OmYamlField tissue_field[] = {
     {"model", OM_YAML_ENUM, AT(OmSceneTissue, model), .name = engine_name},
     {"size_mm", OM_YAML_VEC3, AT(OmSceneTissue, size), .min = 1, .max = 1000, .scale = MM},
     {"cells", OM_YAML_VEC3, AT(OmSceneTissue, cells), .min = 1, .max = 200},
-    {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 1, .max = 200},
+    {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 0, .max = 200},
     {"file", OM_YAML_STRING, AT(OmSceneTissue, file), .size = OM_SCENE_PATH},
     {"unit_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, unit), .min = 1e-3, .max = 1e3, .scale = MM},
     {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1},
@@ -53,7 +54,7 @@ static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_
 static const OmYamlField model_field[] = {
     {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535},
     {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, edge), .min = 0.5, .max = 50, .scale = MM},
-    {"world_edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, world_edge), .min = 0.5, .max = 50,
+    {"world_edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, world_edge), .min = 0, .max = 50,
      .scale = MM},
     {"thickness_mm", OM_YAML_DOUBLE, AT(OmSceneModel, thickness), .min = 1, .max = 100,
      .scale = MM},
@@ -159,7 +160,6 @@ OmScene om_scene_default(void) {
     s.tissue = (OmSceneTissue){.source = OM_SOURCE_SHEET,
                                .size = {0.12, 0.12, 0.005},
                                .cells = {20, 20, 1},
-                               .world_cells = {30, 30, 2},
                                .unit = 1.0,
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
@@ -176,7 +176,6 @@ OmScene om_scene_default(void) {
                                .cluster_stiffness = 0.361};
     s.model = (OmSceneModel){.label = 1,
                              .edge = 0.005,
-                             .world_edge = 0.0038,
                              .thickness = 0.008,
                              .side = "anterior",
                              .attach = "border:medial 25 %",
@@ -214,6 +213,10 @@ static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(s->tissue.cluster_radius >= 0.5 * s->tissue.cluster_spacing, OM_INVALID,
              "%s: tissue: cluster_radius_mm %g is less than half of cluster_spacing_mm %g", name,
              1e3 * s->tissue.cluster_radius, 1e3 * s->tissue.cluster_spacing);
+    OM_CHECK(s->model.world_edge == 0 || s->model.world_edge >= 0.5 * MM, OM_INVALID,
+             "%s: model: world_edge_mm %g is outside its range, 0.5 to 50; leave it out for 0.7 of "
+             "edge_mm",
+             name, 1e3 * s->model.world_edge);
     const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
     for (int i = 0; i < 2; ++i) {
         OmVec3 c = *cells[i];
@@ -221,7 +224,7 @@ static OmStatus validate(const OmScene* s, const char* name) {
                  "%s: tissue: %s: cell counts must be whole numbers", name,
                  i ? "world_cells" : "cells");
     }
-    return OM_OK;
+    return om__scene_check_world(s, name);
 }
 
 // ---- what a scene sets and nothing would use -----------------------------------------------------------------

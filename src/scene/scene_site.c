@@ -121,22 +121,70 @@ static OmStatus build_twin(const OmScene* scene, const OmProgress* progress, OmS
     return is_patient ? OM_OK : om__site_place_roi(scene, site);
 }
 
+// ---- the world's own mesh: at least twice the twin's vertices ---------------------------------------------------
+
+#define WORLD_CELLS 1.5  // of the twin's, along each side
+#define WORLD_EDGE 0.7   // of the twin's: a layer of cells has 1 / 0.7^2 = 2.04 times the vertices
+#define LONGEST_EDGE \
+    0.79  // of the twin's: vertices grow at most with the cube, and 1 / 0.79^3 = 2.03
+#define MAX_BUILDS 4
+
+OmVec3 om__scene_world_cells(const OmSceneTissue* t) {
+    OmVec3 n = t->world_cells, c = t->cells;
+    return om_vec3(n.x > 0 ? n.x : ceil(WORLD_CELLS * c.x), n.y > 0 ? n.y : ceil(WORLD_CELLS * c.y),
+                   n.z > 0 ? n.z : ceil(WORLD_CELLS * c.z));
+}
+
+double om__scene_world_edge(const OmSceneModel* m) {
+    return m->world_edge > 0 ? m->world_edge : WORLD_EDGE * m->edge;
+}
+
+OmStatus om__scene_check_world(const OmScene* s, const char* name) {
+    if (s->tissue.source == OM_SOURCE_SHEET) {
+        OmVec3 c = s->tissue.cells, w = om__scene_world_cells(&s->tissue);
+        double twin = (c.x + 1) * (c.y + 1) * (c.z + 1), world = (w.x + 1) * (w.y + 1) * (w.z + 1);
+        OM_CHECK(world >= 2 * twin, OM_INVALID,
+                 "%s: tissue: world_cells [%g, %g, %g] make %.0f vertices, cells %.0f: the truth "
+                 "needs at least twice as many; make world_cells finer or leave it out",
+                 name, w.x, w.y, w.z, world, twin);
+    }
+    double edge = s->model.edge, longest = LONGEST_EDGE * edge;
+    OM_CHECK(s->tissue.source != OM_SOURCE_VOLUME || s->model.world_edge <= longest, OM_INVALID,
+             "%s: model: world_edge_mm %g is too near edge_mm %g: the truth needs at least twice "
+             "the twin's vertices; say %.3g or leave it out",
+             name, 1e3 * s->model.world_edge, 1e3 * edge, 1e3 * WORLD_EDGE * edge);
+    return OM_OK;
+}
+
+// The world's mesh; where the scene leaves its edge open, a finer one until it has `least` vertices.
+static OmStatus build_world_body(const OmScene* scene, int least, const OmProgress* progress,
+                                 OmSite* site) {
+    OmScene s = *scene;
+    bool is_open = s.tissue.source == OM_SOURCE_VOLUME && s.model.world_edge == 0;
+    for (int build = 0;; ++build) {
+        OM_TRY(om__site_build_body(&s, OM_SITE_WORLD, progress, site));
+        if (site->mesh.nvert >= least) return OM_OK;
+        double edge = om__scene_world_edge(&s.model);
+        edge *= 0.98 * sqrt((double)site->mesh.nvert / least);
+        OM_CHECK(is_open && build + 1 < MAX_BUILDS, OM_INVALID,
+                 "%s: the world's mesh has %d vertices, the twin's %d: the truth needs at least "
+                 "twice as many; leave world_edge_mm out or make it at most %.3g",
+                 scene->path, site->mesh.nvert, least / 2, 1e3 * edge);
+        s.model.world_edge = edge;
+        om_site_done(site);
+    }
+}
+
 static OmStatus build_world(const OmScene* scene, const OmProgress* progress, OmSite* site) {
     OmSite twin = {0};
+    OM_TRY(om__scene_check_world(scene, scene->path));
     OmStatus status = build_twin(scene, progress, &twin);
-    if (status == OM_OK) status = om__site_build_body(scene, OM_SITE_WORLD, progress, site);
+    if (status == OM_OK) status = build_world_body(scene, 2 * twin.mesh.nvert, progress, site);
     if (status == OM_OK && !om_tet_mesh_find_set(&site->mesh, "attachment")) {
         status = copy_attachments(&twin, site);
     }
     if (status == OM_OK && site->nroi == 0) status = om__site_copy_roi(&twin, site);
     if (status == OM_OK) site->pose_world_task = twin.pose_world_task;
-    if (status == OM_OK && site->mesh.nvert < 2 * twin.mesh.nvert) {
-        status = om_error(
-            OM_INVALID,
-            "%s: the world's mesh has %d vertices, the twin's %d: the truth needs at least "
-            "twice as many; make world_cells finer or world_edge_mm smaller",
-            scene->path, site->mesh.nvert, twin.mesh.nvert);
-    }
     om_site_done(&twin);
     return status;
 }

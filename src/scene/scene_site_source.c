@@ -63,7 +63,7 @@ done:
 
 static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* site) {
     OmVec3 half = om_vec3(0.5 * t->size.x, 0.5 * t->size.y, 0);
-    OmVec3 n = role == OM_SITE_TWIN ? t->cells : t->world_cells;
+    OmVec3 n = role == OM_SITE_TWIN ? t->cells : om__scene_world_cells(t);
     OM_TRY(om_tet_mesh_box(om_scale(-1, half), om_vec3(half.x, half.y, t->size.z), (int)n.x,
                            (int)n.y, (int)n.z, &site->mesh));
     site->has_ground = t->has_board;
@@ -141,7 +141,8 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
     const OmSceneModel* m = &scene->model;
     char path[OM_SCENE_PATH];
     OM_TRY(data_path(scene, path, sizeof path));
-    OmModelDef def = om_model_default_def(path, role == OM_SITE_TWIN ? m->edge : m->world_edge);
+    double edge = role == OM_SITE_TWIN ? m->edge : om__scene_world_edge(m);
+    OmModelDef def = om_model_default_def(path, edge);
     snprintf(def.name, sizeof def.name, "%s", scene->name);
     def.label[def.nlabel++] = m->label;
     def.sheet.thickness = m->thickness;

@@ -198,6 +198,64 @@ static void test_impossible_sites_are_explained(void** state) {
     assert_non_null(strstr(om_error_message(), "none.nii.gz"));
 }
 
+// What cannot work is refused by the reader, before any mesh is built; what is left out follows the twin's mesh.
+static void test_world_mesh_follows_the_twin(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    OmSite twin, world;
+    const double cells[4][3] = {{1, 1, 1}, {5, 3, 1}, {20, 20, 1}, {7, 9, 2}};
+    for (int i = 0; i < 4; ++i) {
+        scene.tissue.cells = om_load3(cells[i], 0);
+        if (i == 0) scene.roi.is_random = false, scene.attach.kind = OM_ATTACH_BOX;
+        if (i == 0) scene.attach.lo = om_vec3(-1, -1, -1), scene.attach.hi = om_vec3(1, 1, 1);
+        if (i == 1) scene = om_scene_default(), scene.tissue.cells = om_load3(cells[i], 0);
+        if (i == 1) scene.roi.margin = scene.roi.radius = 0.001;
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
+        assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
+        assert_true(world.mesh.nvert >= 2 * twin.mesh.nvert);
+        assert_true(world.mesh.nvert <= 6 * twin.mesh.nvert);
+        om_site_done(&twin);
+        om_site_done(&world);
+    }
+    expect_refusal("name: x\ntissue: {source: sheet, cells: [4, 4, 1], world_cells: [5, 5, 1]}\n",
+                   "make 72 vertices, cells 50: the truth needs at least twice as many");
+    const char* volume = "name: x\ntissue: {source: volume, file: none.nii}\n"
+                         "model: {label: 3, edge_mm: 4.5, world_edge_mm: 3.8}\n";
+    expect_refusal(volume, "world_edge_mm 3.8 is too near edge_mm 4.5");
+    expect_refusal(volume, "say 3.15 or leave it out");
+    expect_refusal("name: x\ntissue: {source: volume, file: none.nii}\n"
+                   "model: {label: 3, world_edge_mm: 0.3}\n",
+                   "world_edge_mm 0.3 is outside its range");
+}
+
+// A volume's twin at any edge has a truth without a word on its edge.
+static void test_world_edge_is_derived(void** state) {
+    (void)state;
+    const char* data = test_data_dir();
+    char volume[1024];
+    snprintf(volume, sizeof volume, "%s/ct_abdomen", data ? data : "");
+    if (!data || !om_path_exists(volume)) {
+        print_message("skipped: no CT in the data folder\n");
+        skip();
+    }
+    const double edge[2] = {0.009, 0.0045};
+    for (int i = 0; i < 2; ++i) {
+        OmScene scene;
+        assert_ok(om_scene_load("scenes/kidney.yaml", &scene));
+        snprintf(scene.data_root, sizeof scene.data_root, "%s", data);
+        scene.model.label = 2;
+        scene.model.edge = edge[i];
+        scene.model.world_edge = 0;
+        OmSite twin, world;
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
+        assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &world));
+        assert_true(world.mesh.nvert >= 2 * twin.mesh.nvert);
+        assert_true(world.mesh.nvert <= 4 * twin.mesh.nvert);
+        om_site_done(&twin);
+        om_site_done(&world);
+    }
+}
+
 static void test_kidney(void** state) {
     (void)state;
     (void)test_data("ct_abdomen");
@@ -242,6 +300,8 @@ int main(void) {
         cmocka_unit_test(test_world_is_another_body),
         cmocka_unit_test(test_a_mesh_lies_on_its_board),
         cmocka_unit_test(test_impossible_sites_are_explained),
+        cmocka_unit_test(test_world_mesh_follows_the_twin),
+        cmocka_unit_test(test_world_edge_is_derived),
         cmocka_unit_test(test_kidney),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
