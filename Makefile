@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check check-all slow tsan bench figures doc install format fuzz tidy clean
+.PHONY: help setup configure build demo check check-all slow mutants tsan bench figures doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -38,6 +38,9 @@ check-all: setup ## check, and the slow tests, thread sanitizer, benchmarks, MPI
 
 slow: build ## the tests that take minutes
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
+
+mutants: setup ## change one line of src/ at a time: does a test notice? (hours; a run that was stopped goes on)
+	@tools/mutants.py
 
 tsan: setup ## the quick tests under the thread sanitizer
 	@cmake --preset tsan -G Ninja > /dev/null && cmake --build build/tsan
