@@ -6,7 +6,7 @@
 Layers: each room has a floor; a file includes headers of lower floors only, besides the few arrows
 inside a floor listed below. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
-Links of the documentation lead somewhere.
+Public functions that may fail document their statuses. Links of the documentation lead somewhere.
 """
 import collections
 import pathlib
@@ -267,6 +267,22 @@ class Tree:
                     if "://" not in target and not (path.parent / target).exists():
                         self.error(path, number, f"the link to {target} leads nowhere")
 
+    def check_returns(self):
+        """The comment of a public function that may fail names its statuses after @return."""
+        for path in self.files:
+            if path.relative_to(self.root).parts[0] != "include":
+                continue
+            lines = self.text[path].split("\n")
+            for number, line in enumerate(lines):
+                match = re.match(r"OM_API OmStatus (\w+)\(", line)
+                if not match:
+                    continue
+                first = number
+                while first and lines[first - 1].startswith("///"):
+                    first -= 1
+                if not any("@return" in comment for comment in lines[first:number]):
+                    self.error(path, number + 1, f"the comment of {match.group(1)} has no @return with its statuses")
+
     def check(self):
         self.check_links()
         self.check_layers()
@@ -275,6 +291,7 @@ class Tree:
         self.check_places()
         self.check_sizes()
         self.check_names()
+        self.check_returns()
         return not self.errors
 
 

@@ -69,9 +69,11 @@ OM_API const char* om_status_text(OmStatus status);
 OM_API const char* om_error_message(void);
 
 /// Set this thread's message and return `status`, for use in a return statement.
+/// @return `status`
 OM_API OmStatus om_error(OmStatus status, const char* format, ...) OM_PRINTF(2, 3);
 
 /// Put "`prefix`: " before this thread's message (a file, a field) and return `status`.
+/// @return `status`
 OM_API OmStatus om_error_prefix(OmStatus status, const char* format, ...) OM_PRINTF(2, 3);
 
 /// Return an error (a negative status) of `call` to the caller.
@@ -173,6 +175,8 @@ typedef struct OmArena {
     size_t peak;
 } OmArena;
 
+/// Allocate a block of `size` bytes.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_arena_create(size_t size, OmArena* arena);
 OM_API void om_arena_destroy(OmArena* arena);
 /// 64-byte aligned; null with the message set when the arena is full.
@@ -237,7 +241,8 @@ typedef struct OmProgress {
     bool (*report)(void* ctx, const char* stage, double done, double total);  // false: cancel
     void* ctx;
 } OmProgress;
-/// OM_OK, or OM_CANCELLED when the listener asked to stop. Null progress is OM_OK.
+/// Report progress to the listener; null progress does nothing.
+/// @return OM_OK; OM_CANCELLED (the listener requests an end)
 OM_API OmStatus om_progress_report(const OmProgress* progress, const char* stage, double done,
                                    double total);
 
@@ -276,11 +281,17 @@ typedef struct OmText {
     size_t len;
     size_t cap;
 } OmText;
+/// Append as printf does.
+/// @return OM_OK; OM_INVALID (a format that fails); OM_NO_MEMORY, the text is as before
 OM_API OmStatus om_text_append(OmText* text, const char* format, ...) OM_PRINTF(2, 3);
+/// Append `len` bytes.
+/// @return OM_OK; OM_NO_MEMORY, the text is as before
 OM_API OmStatus om_text_append_raw(OmText* text, const char* data, size_t len);
 /// Append with &, <, >, " and ' escaped for HTML.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_text_append_html(OmText* text, const char* str);
 /// Append `data` as base64.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_text_append_base64(OmText* text, const void* data, size_t size);
 OM_API void om_text_done(OmText* text);
 
@@ -300,8 +311,11 @@ OM_API void om_json_number(OmJson* json, const char* key, double value);
 OM_API void om_json_integer(OmJson* json, const char* key, int64_t value);
 OM_API void om_json_bool(OmJson* json, const char* key, bool value);
 OM_API void om_json_numbers(OmJson* json, const char* key, const double* value, int count);
+/// Close the text with a line end.
+/// @return OM_OK; the first failure of the calls before
 OM_API OmStatus om_json_end(OmJson* json);
 /// The end as well: the text goes into a file, whole or not at all, and is freed, also on failure.
+/// @return OM_OK; the first failure of the calls before; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_json_save(OmJson* json, const char* path);
 
 /// Numbers of files, read and written alike under every locale. Reading starts at *str without skipping
@@ -319,8 +333,10 @@ OM_API const char* om_nearest_word(const char* word, const char* const* candidat
 // ---- files ------------------------------------------------------------------------------------------
 
 /// A whole file in memory, with a zero byte after its end; the caller frees with om_free.
+/// @return OM_OK; OM_INVALID (longer than max_size); OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size);
 /// Write a file that appears whole or not at all (temporary name, fsync, rename).
+/// @return OM_OK; OM_INVALID (a path that is too long); OM_IO, the old file stays
 OM_API OmStatus om_file_write(const char* path, const void* data, size_t size);
 
 /// The same for files written piece by piece or by a library that wants a name.
@@ -329,20 +345,27 @@ typedef struct OmAtomicFile {
     char temp[1100];
     FILE* stream;
 } OmAtomicFile;
+/// Open a temporary file in the folder of `path`.
+/// @return OM_OK; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_file_begin(const char* path, OmAtomicFile* file);
 /// Flush, fsync, close, rename. A failure (full disk) removes the temporary file and says so.
+/// @return OM_OK; OM_IO, the old file stays
 OM_API OmStatus om_file_commit(OmAtomicFile* file);
 /// Close and remove the temporary file; harmless after commit.
 OM_API void om_file_abort(OmAtomicFile* file);
 
 OM_API bool om_path_exists(const char* path);
 /// Make a directory and its parents.
+/// @return OM_OK, also where it exists; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_make_dir(const char* path);
 /// Remove a file or a directory with all it holds; for the temporary folders of unfinished runs.
+/// @return OM_OK; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_remove(const char* path);
 /// `dir`/`name` into out, unless `name` is absolute; OM_INVALID if it does not fit.
+/// @return OM_OK; OM_INVALID (longer than `size`)
 OM_API OmStatus om_path_join(const char* dir, const char* name, char* out, size_t size);
 /// The folder part of `path` into out, "." if none.
+/// @return OM_OK; OM_INVALID (longer than `size`)
 OM_API OmStatus om_path_dir(const char* path, char* out, size_t size);
 /// The extension of `path` in lower case without the dot into out ("nii.gz" counts as one), "" if none.
 OM_API void om_path_extension(const char* path, char* out, size_t size);

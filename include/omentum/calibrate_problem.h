@@ -55,6 +55,7 @@ OM_API OmStatus om_calibrate_run_points(const OmCalibrationProblem* problem, con
 /// @param param  (nparam); of the twin: the world's own factors come on top
 /// @param noise  m, standard deviation of each coordinate; forces have none
 /// @param path   of the CSV file
+/// @return OM_OK; OM_INVALID (parameters at which a simulation fails); OM_NO_MEMORY; OM_IO, nothing is written
 OM_API OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* problem,
                                             const double* param, double noise, uint64_t seed,
                                             const char* path);

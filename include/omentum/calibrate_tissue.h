@@ -94,6 +94,7 @@ OM_API void om_calibrate_destroy_tissue(OmCalibrationTissue* tissue);
 /// The evaluation for calibrate.h; ctx is the OmCalibrationTissue. Paths run at once on `nworker` threads. An
 /// error a landmark and a force, in the order of the observations; then, path by path and level by level,
 /// an error a point of the model where there is a cloud.
+/// @return OM_OK; OM_INVALID (parameters at which the model or a simulation fails); OM_NO_MEMORY
 OM_API OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker,
                                          double* error);
 /// A definition with eval, nerror, labels and names; it borrows the tissue. The caller adds parameters.
@@ -101,6 +102,8 @@ OM_API OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* ti
 /// Where the model says that the landmarks of a path are: observations from elsewhere, or for a picture.
 /// @param x      m                            (nlevel x nlandmark x 3); may be null
 /// @param force  on the tissue, N                         (nlevel x 3); may be null
+/// @return OM_OK; OM_NOT_CONVERGED (simulated to the end, with steps that did not converge); OM_INVALID;
+///        OM_NO_MEMORY
 OM_API OmStatus om_calibrate_run_path(const OmCalibrationTissue* tissue, const double* param,
                                       int path, double* x, double* force);
 

@@ -51,6 +51,7 @@ OM_API void om_probe_destroy(OmProbe* probe);
 /// @param normal  unit, the direction in which the distance grows; may be null
 OM_API double om_probe_eval_distance(const OmProbe* probe, OmVec3 p, OmVec3* normal);
 /// Triangles to draw, in the probe's frame; the caller frees with om_surface_done.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_probe_get_surface(const OmProbe* probe, OmSurface* surface);
 /// The box around it, in its frame.
 OM_API void om_probe_get_bounds(const OmProbe* probe, OmVec3* lo, OmVec3* hi);
@@ -65,6 +66,7 @@ OM_API OmTissueObstacle om_probe_obstacle(const OmProbe* probe, OmPose begin, Om
 /// The boundary of a mesh as about `ntri` triangles of like size: edges are collapsed, shortest first and
 /// away from ridges, or split, longest first. Its vertices lie on or near the boundary.
 /// @param ntri  4 to 10 million
+/// @return OM_OK; OM_INVALID (ntri is not in 4 to 10,000,000); OM_NO_MEMORY
 OM_API OmStatus om_contact_surface_make(const OmTetMesh* mesh, int ntri, OmSurface* surface);
 
 // ---- pressing -------------------------------------------------------------------------------------

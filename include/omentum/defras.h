@@ -124,6 +124,9 @@ typedef struct OmForceCalibration {
     double more_median;                                  // N, the median of truth less twin
     int npair;  // instants at which truth and twin were compared
 } OmForceCalibration;
+/// Measure threshold and margin of a scene, as above.
+/// @return OM_OK; OM_INVALID (no grasp succeeds, or half of the grasps reach twice the threshold);
+///        OM_NO_MEMORY; OM_CANCELLED
 OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nworker,
                                            const OmProgress* progress,
                                            OmForceCalibration* calibration);
@@ -140,6 +143,8 @@ typedef struct OmSearchResult {
     OmPlanVerb first, second;  // its folds; OM_PLAN_PULL: none
 } OmSearchResult;
 /// @param force_limit  N; a motion ends there
+/// @return OM_OK, also if nothing exposes the ROI; OM_INVALID (a scene that cannot be run); OM_NO_MEMORY;
+///        OM_IO; OM_CANCELLED
 OM_API OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,
                                   const OmProgress* progress, OmSearchResult* result);
 

@@ -62,20 +62,26 @@ OM_API void om_fem_faces_done(OmFemFaces* faces);
 OM_API void om_fem_grid_done(OmFemGrid* grid);
 /// Vertices keep their numbers; mid-edge nodes (tet10), on straight edges, follow. Labels become materials.
 /// @param kind  OM_TET4 or OM_TET10
+/// @return OM_OK; OM_INVALID (a kind that is no tetrahedron, or an empty mesh); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFemMesh* mesh);
 /// Box [lo, hi] of num[0] x num[1] x num[2] cells, x fastest; tetrahedra as in om_tet_mesh_box.
+/// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],
                                 OmFemMesh* mesh);
 /// Cubes of side `spacing` that touch the inside of the field, sampled at its own spacing: the grid
 /// that U-Mesh wants (thesis 4). The grid starts at the lowest corner of what is inside, less half a cell
 /// on average. Elements are ordered by cell. `grid` may be null.
+/// @return OM_OK; OM_INVALID (no cell is inside, or too many cells); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* mesh,
                                  OmFemGrid* grid);
 /// Faces of one element only, in the order of elements.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_boundary(const OmFemMesh* mesh, OmFemFaces* faces);
 /// Two bodies as one mesh: nodes and elements of b follow those of a, of the same kind.
+/// @return OM_OK; OM_INVALID (different kinds of element); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_join(const OmFemMesh* a, const OmFemMesh* b, OmFemMesh* mesh);
 /// Check indices, finite positions, positive volume at every quadrature point.
+/// @return OM_OK; OM_INVALID (the message names the element)
 OM_API OmStatus om_fem_mesh_validate(const OmFemMesh* mesh);
 /// Where points lie: the element (that holds the point, else the nearest) and the weights of its nodes. In
 /// curved or skewed elements by Newton's method.
@@ -132,15 +138,19 @@ OM_API const OmFemMesh* om_fem_mesh(const OmFemSolid* solid);
 OM_API const double* om_fem_mass(const OmFemSolid* solid);  // lumped, kg (nnode)
 
 /// The pattern of the tangent, with double values (OmBsr.exact).
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_create_matrix(const OmFemSolid* solid, OmBsr* A);
 /// Energy stored in elements and contacts at node positions x (nnode x 3), J. Evaluations fail only for lack of
 /// memory.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, double* energy);
 /// f = dW/dx, N (nnode x 3): what nodes must be held with. Any finite x gives finite forces. The energy may
 /// be null.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_force(const OmFemSolid* solid, const double* x, double* f,
                                   double* energy);
 /// A = d2W/dx2, by the option is_projected. A (of om_fem_create_matrix) is overwritten.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_tangent(const OmFemSolid* solid, const double* x, OmBsr* A);
 /// A += scale M, consistent or lumped.
 OM_API void om_fem_add_mass(const OmFemSolid* solid, double scale, bool is_consistent, OmBsr* A);
@@ -152,6 +162,7 @@ OM_API void om_fem_apply_mass(const OmFemSolid* solid, bool is_consistent, const
 OM_API double om_fem_eval_volume(const OmFemSolid* solid, const double* x, double* ratio);
 /// Cauchy stress, Pa, and deformation gradient inside an element; either may be null.
 /// @param weight  of its nodes at the point, as from om_fem_mesh_embed; null: mean over quadrature points
+/// @return OM_OK; OM_INVALID (no such element, one of singular shape, or the stress of OM_NODAL_VOLUME)
 OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int elem,
                                    const double* weight, OmMat3* stress, OmMat3* F);
 
@@ -164,6 +175,7 @@ typedef struct OmFemTouch {  // what side 0 of a contact feels; side 1 feels the
 
 /// Contact number `contact` of the definition at positions x.
 /// @param f  its part of om_fem_eval_force (nnode x 3); may be null
+/// @return OM_OK; OM_INVALID (no such contact); OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_contact(const OmFemSolid* solid, const double* x, int contact,
                                     OmFemTouch* touch, double* f);
 
@@ -251,10 +263,13 @@ OM_API OmStatus om_fem_solve_static(const OmFemSolid* solid, const OmFemLoad* lo
 /// once; the solid is borrowed.
 typedef struct OmFemStatics OmFemStatics;
 
+/// Prepare static problems of one solid: matrix, solver, scratch.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_fem_create_statics(const OmFemSolid* solid, const OmFemStaticDef* def,
                                       OmFemStatics** statics);
 OM_API void om_fem_destroy_statics(OmFemStatics* statics);
 /// As om_fem_solve_static.
+/// @return as om_fem_solve_static
 OM_API OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, double* x,
                                      double* reaction, OmFemReport* report);
 
@@ -287,6 +302,8 @@ typedef struct OmFemMotion {  // caller's arrays
 typedef struct OmFemDynamics OmFemDynamics;
 
 OM_API OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid);
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NOT_SPD (the mass matrix cannot be factorised);
+///        OM_NO_MEMORY
 OM_API OmStatus om_fem_create_dynamics(const OmFemSolid* solid, const OmFemDynamicDef* def,
                                        OmFemDynamics** dynamics);
 OM_API void om_fem_destroy_dynamics(OmFemDynamics* dynamics);
@@ -299,6 +316,7 @@ OM_API OmStatus om_fem_step(OmFemDynamics* dynamics, const OmFemLoad* load, doub
 /// Longest stable step of OM_CENTRAL_DIFFERENCE at positions x: 2 / omega, omega the largest frequency of the
 /// tangent against the lumped mass (Lanczos), less 2 %. It falls where elements are squeezed.
 /// @param fixed  (nnode x 3) or null
+/// @return OM_OK; OM_INVALID (every node is prescribed, or the solid has no stiffness); OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_stable_step(const OmFemSolid* solid, const double* x,
                                         const unsigned char* fixed, double* h);
 /// Kinetic energy, J; linear and angular momentum about the origin (either may be null).

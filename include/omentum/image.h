@@ -20,11 +20,14 @@ typedef struct OmVolume {
     float* value;   // intensity or label, slope and intercept applied
 } OmVolume;
 
+/// A volume of zeros; om_volume_done frees it.
+/// @return OM_OK; OM_INVALID (a size below 1, or too large); OM_NO_MEMORY
 OM_API OmStatus om_volume_init(OmVolume* volume, int nx, int ny, int nz);
 OM_API void om_volume_done(OmVolume* volume);
 /// Read NIfTI-1/2 (.nii, .nii.gz, .hdr/.img) or NRRD (.nrrd, .nhdr); a header that lies about sizes, or a
 /// singular axis matrix, is OM_INVALID, and so is a file of several volumes: choose one by
 /// om_volume_load_entry.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load(const char* path, OmVolume* volume);
 
 #define OM_SEGMENT_NAME 128
@@ -41,10 +44,13 @@ typedef struct OmVolumeInfo {  // what the header of a volume's file says; om_vo
     int nsegment;        //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;
+/// Read the header of a file: sizes, number of volumes, names of segments.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load_info(const char* path, OmVolumeInfo* info);
 OM_API void om_volume_info_done(OmVolumeInfo* info);
 /// Read one volume of a file of several: a time or component, or a layer of overlapping segments.
 /// @param entry  from 0; in NIfTI the fourth axis counts fastest
+/// @return OM_OK; OM_INVALID (no such volume, or the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load_entry(const char* path, int entry, OmVolume* volume);
 
 /// An 8-bit picture: row by row from the top, 1 (grey), 3 (RGB) or 4 (RGBA) channels.
@@ -52,12 +58,18 @@ typedef struct OmPicture {
     int width, height, nchannel;
     unsigned char* pixel;  // height x width x nchannel
 } OmPicture;
+/// A black picture; om_picture_done frees it.
+/// @return OM_OK; OM_INVALID (size or number of channels out of range); OM_NO_MEMORY
 OM_API OmStatus om_picture_init(OmPicture* picture, int width, int height, int nchannel);
 OM_API void om_picture_done(OmPicture* picture);
 /// Encode as PNG into memory (append to `text`), or to a file (whole or not at all).
+/// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY
 OM_API OmStatus om_picture_encode_png(const OmPicture* picture, OmText* text);
+/// Write a PNG file.
+/// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_picture_save_png(const OmPicture* picture, const char* path);
 /// 16-bit grey PNG (depth images in mm).
+/// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_picture_save_png16(const uint16_t* value, int width, int height,
                                       const char* path);
 

@@ -82,6 +82,7 @@ typedef struct OmLayer {  // fields a kind does not use are zero
 } OmLayer;
 
 /// An empty network.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_net_create(OmNet** net);
 OM_API void om_net_destroy(OmNet* net);
 
@@ -128,6 +129,8 @@ OM_API int om_net_add_mask(OmNet* net, int x, const float* mask);
 
 /// Close the description: `output` is the layer whose values om_net_run_forward returns. Layers it does not
 /// depend on are refused. OM_OK, or the first failure of any om_net_add_*.
+/// @return OM_OK; OM_INVALID (the first error of the layers added, or an output that does not exist);
+///        OM_NO_MEMORY
 OM_API OmStatus om_net_finish(OmNet* net, int output);
 
 typedef struct OmUnetDef {
@@ -148,6 +151,7 @@ OM_API OmUnetDef om_unet_default_def(OmNetShape in, int out_channels);
 /// The U-Net of Fig. 3.7b: per level two 3x3x3 convolutions and a 2x2x2 max pooling, two at the bottom; back up
 /// by 2x2x2 transposed convolutions, the skipped level's values before the risen ones, two convolutions; a
 /// 1x1x1 convolution at the end. Layers are enc0.conv1 ... bottom.conv1 ... dec0.up, dec0.conv1 ... head.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_net_create_unet(const OmUnetDef* def, OmNet** net);
 
 // ---- looking at it --------------------------------------------------------------------------------------
@@ -219,6 +223,7 @@ OM_API size_t om_net_run_memory(const OmNetRun* run);
 
 /// Take a copy of the parameters, in the layouts the layers want; before the first forward and after each
 /// change of them.
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (the library of layers refused)
 OM_API OmStatus om_net_run_set_parameters(OmNetRun* run, const float* param);
 
 /// What dropout draws from: a function of (seed, step, first_sample + index in the batch), whatever the
@@ -228,12 +233,15 @@ OM_API void om_net_run_set_step(OmNetRun* run, uint64_t step, int64_t first_samp
 /// @param in   batch x shape of the input
 /// @param out  batch x shape of the output
 /// With more than one worker not from within a parallel loop: OM_INVALID.
+/// @return OM_OK; OM_INVALID (no parameters are set); OM_UNAVAILABLE (the library of layers failed)
 OM_API OmStatus om_net_run_forward(OmNetRun* run, const float* in, float* out);
 
 /// Gradients of a sum over the last forward of a training run.
 /// @param dout  derivative by each output
 /// @param grad  om_net_parameter_size values, overwritten; 0 for running statistics
 /// @param din   derivative by each input; null unless the run has_input_gradient, may be null then
+/// @return OM_OK; OM_INVALID (not made for training, or no forward pass before); OM_UNAVAILABLE (the library of
+///        layers failed)
 OM_API OmStatus om_net_run_backward(OmNetRun* run, const float* dout, float* grad, float* din);
 
 /// Move the running statistics in `param` towards those of the last forward of a training run; nothing

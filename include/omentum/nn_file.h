@@ -28,17 +28,21 @@ typedef struct OmTextPair {  // a line of a file's metadata, UTF-8
 
 /// Write the parameters under the names of the net's table, with `meta` and two pairs of its own: "architecture", the
 /// text of om_net_describe, and "network", om_net_hash in 16 hexadecimal digits. OM_INVALID if a value is not finite.
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_net_save(const OmNet* net, const float* param, const OmTextPair* meta, int nmeta,
                             const char* path);
 /// Read parameters from a file that has exactly the tensors of the net's table, by name and shape, and, where it
 /// says of which network it is, names this one. Otherwise OM_INVALID, with file, tensor and both shapes in the
 /// message, and `param` is not to be used.
+/// @return OM_OK; OM_INVALID (another network, or damaged: the message names the tensor); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_net_load(const OmNet* net, const char* path, float* param);
 /// Append one line a layer.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_net_describe(const OmNet* net, OmText* text);
 
 /// Write the network with these parameters as ONNX (opset 13, IR 7), as it predicts: dropout is left out, norms use
 /// their statistics. The first dimension of input "input" and output "output" is free.
+/// @return OM_OK; OM_INVALID (no layers, or more than 2 GiB); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_net_save_onnx(const OmNet* net, const float* param, const OmTextPair* meta,
                                  int nmeta, const char* path);
 
@@ -86,11 +90,14 @@ OM_API int64_t om_tensor_count(const OmTensor* tensor);
 
 /// Write tensors of OM_TENSOR_F32 and OM_TENSOR_F64, whole or not at all. OM_INVALID for another type, a value that
 /// is not finite, a name given twice, or text that is not UTF-8.
+/// @return OM_OK; OM_INVALID (names, shapes or metadata that a reader would refuse); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tensor_file_save(const OmTensor* tensor, int ntensor, const OmTextPair* meta,
                                     int nmeta, const char* path);
 
 /// A file in memory, checked. The caller destroys it.
 typedef struct OmTensorFile OmTensorFile;
+/// Read a file of tensors into memory.
+/// @return OM_OK; OM_INVALID (not such a file, or damaged); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tensor_file_load(const char* path, OmTensorFile** file);
 OM_API void om_tensor_file_destroy(OmTensorFile* file);
 OM_API int om_tensor_file_count(const OmTensorFile* file);
@@ -102,9 +109,11 @@ OM_API int om_tensor_file_find(const OmTensorFile* file, const char* name);
 OM_API const char* om_tensor_file_meta(const OmTensorFile* file, const char* key);
 /// The values of the tensor `name`, which must have this shape, from F64, F32, F16 or BF16. OM_INVALID, with the
 /// shape found, if it has another, is not there, or holds a value that is not finite (as a float).
+/// @return OM_OK; OM_INVALID (no such tensor, another shape or type, a value that is not finite)
 OM_API OmStatus om_tensor_file_read(const OmTensorFile* file, const char* name, int rank,
                                     const int64_t* dim, float* value);
 /// The same in double.
+/// @return OM_OK; OM_INVALID (no such tensor, another shape or type, a value that is not finite)
 OM_API OmStatus om_tensor_file_read_double(const OmTensorFile* file, const char* name, int rank,
                                            const int64_t* dim, double* value);
 

@@ -57,6 +57,7 @@ OM_API OmLoss om_loss(OmLossKind kind);
 /// @param value  the loss
 /// @param dy     its derivative by each y; null if not wanted
 /// @param nworker  0: one per processor; the same bytes for any
+/// @return OM_OK; OM_INVALID (the message names the field of `loss`)
 OM_API OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const float* y,
                              const float* t, int nworker, double* value, float* dy);
 
@@ -106,6 +107,8 @@ OM_API OmOptimDef om_optim_default_def(void);
 
 /// Moments in float, one of each kind a parameter; the net is borrowed.
 typedef struct OmOptim OmOptim;
+/// Create an optimiser for the parameters of `net`.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_optim_create(const OmOptimDef* def, const OmNet* net, OmOptim** optim);
 OM_API void om_optim_destroy(OmOptim* optim);
 /// One step with this rate; running statistics are not touched.
@@ -130,6 +133,7 @@ typedef struct OmTrainGroup {
 
 /// The processes started together by mpirun; starts MPI where the program has not. OM_UNAVAILABLE in a build
 /// without OM_WITH_MPI.
+/// @return OM_OK; OM_UNAVAILABLE (built without MPI); OM_NO_MEMORY; OM_IO (MPI failed)
 OM_API OmStatus om_train_group_begin_mpi(OmTrainGroup* group);
 /// Ends MPI where om_train_group_begin_mpi started it.
 OM_API void om_train_group_end_mpi(OmTrainGroup* group);

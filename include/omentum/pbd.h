@@ -76,10 +76,12 @@ OM_API OmPbdDef om_pbd_default_def(OmPbdKind kind);
 OM_API OmStatus om_pbd_sample_surface(const OmSurface* surface, double spacing,
                                       OmTetMesh* particles, double* particle_volume);
 /// The same where the field is negative.
+/// @return OM_OK; OM_INVALID (no particle, or too many, at this spacing); OM_NO_MEMORY
 OM_API OmStatus om_pbd_sample_sdf(const OmSdf* sdf, double spacing, OmTetMesh* particles,
                                   double* particle_volume);
 /// A single layer: the sheet's middle plane is z = 0, its centre the origin, particles at cell centres.
 /// @param size_x,size_y,thickness  m; the thickness gives particles their volume
+/// @return OM_OK; OM_INVALID (sizes or spacing out of range); OM_NO_MEMORY
 OM_API OmStatus om_pbd_sample_sheet(double size_x, double size_y, double thickness, double spacing,
                                     OmTetMesh* particles, double* particle_volume);
 

@@ -133,14 +133,17 @@ OM_API void om_planner_destroy(OmPlanner* planner);
 OM_API OmStatus om_planner_solve(OmPlanner* planner, const OmSituation* situation, OmPlan* plan);
 
 /// Append the plan for a surgeon, a line an action: "1. PSM1 reaches grasping point (3,2)".
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_plan_print(const OmPlan* plan, OmText* text);
 /// Append one action as it is printed, without number or line end: "PSM1 reaches grasping point (3,2)".
+/// @return OM_OK; OM_INVALID (no such action); OM_NO_MEMORY
 OM_API OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text);
 
 /// Append why: the fluents that decided, and for other grasping points what forbids them or what they cost
 /// more. Each is asked of the program itself, by solving again with that point forced.
 /// @param plan    of om_planner_solve for this situation, also after OM_UNSAT
 /// @param nother  other grasping points to speak of one by one, the nearest to the ROI first; -1 all
+/// @return OM_OK; OM_INVALID (plan and situation do not fit); OM_TIMEOUT; OM_NO_MEMORY
 OM_API OmStatus om_planner_explain(OmPlanner* planner, const OmSituation* situation,
                                    const OmPlan* plan, int nother, OmText* text);
 

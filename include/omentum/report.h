@@ -93,6 +93,7 @@ typedef struct OmReportChart {  // zero what is not used
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
 /// Write the file whole or not at all, and free the report.
+/// @return OM_OK; the first failure of the calls before; OM_IO
 OM_API OmStatus om_report_save(OmReport* report, const char* path);
 /// Free a report that is not saved.
 OM_API void om_report_done(OmReport* report);

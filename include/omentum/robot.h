@@ -53,6 +53,7 @@ OM_API void om_psm_joint_torque(const OmPsm* psm, const double q[OM_PSM_NJOINT],
                                 OmVec3 torque, double effort[OM_PSM_NJOINT]);
 
 /// The shape of shaft, wrist and open jaws for a picture; world frame, always the same triangles.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_psm_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
                                OmSurface* surface);
 /// The same for a surface that om_psm_surface made: only positions are written.

@@ -157,7 +157,10 @@ typedef struct OmScene {
 /// The defaults above: the thesis's sheet.
 OM_API OmScene om_scene_default(void);
 /// Read a scene file; OM_INVALID names file, line, key and remedy.
+/// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_scene_load(const char* path, OmScene* scene);
+/// The same from memory; `name` is the file's in messages.
+/// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
 OM_API OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene);
 
 typedef enum OmSiteRole {
@@ -195,6 +198,8 @@ typedef struct OmSite {
 
 /// Build the twin's or the world's site. Both have the same anatomy, attachments and ROI; the world has
 /// another mesh and, by OmSceneWorld, another stiffness.
+/// @return OM_OK; OM_INVALID (nothing holds the tissue, a set is missing, the mesh of the truth is too coarse);
+///        OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                               OmSite* site);
 OM_API void om_site_done(OmSite* site);

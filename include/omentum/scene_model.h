@@ -125,18 +125,22 @@ typedef struct OmModelReport {
 
 OM_API OmModelDef om_model_default_def(const char* input, double edge);
 /// Build a patient model. `report` may be null. On failure `patient` is empty.
+/// @return OM_OK; OM_INVALID (the message names field or file); OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress,
                                OmPatient* patient, OmModelReport* report);
 /// The same from a volume in memory (borrowed during the call; null: read def->input).
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_CANCELLED
 OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
                                       const OmProgress* progress, OmPatient* patient,
                                       OmModelReport* report);
 /// A unit vector from "left", "right", "anterior", "posterior", "superior", "inferior", or "x,y,z".
 /// "lateral" and "medial" need the side of the body: `is_left` says which.
+/// @return OM_OK; OM_INVALID (words that name no direction)
 OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* direction);
 
 /// An attachment in words: "FACE" or "FACE:WHERE [SHARE%] [seed N]", as in "border:medial 25 %" or
 /// "underside:random 10% seed 3"; vectors are written x/y/z. OM_INVALID says which word is wrong.
+/// @return OM_OK; OM_INVALID (the message shows the grammar)
 OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
 
 OM_API void om_patient_done(OmPatient* patient);
@@ -144,10 +148,12 @@ OM_API void om_patient_done(OmPatient* patient);
 OM_API int om_patient_find_material(const OmPatient* patient, int label);
 /// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
 /// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO, nothing is written
 OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,
                                 const char* dir);
 /// Read a patient.yaml and the files it names, relative to its folder. OM_INVALID also for an element
 /// without material and for a region of interest off the organ.
+/// @return OM_OK; OM_INVALID (the message names file and field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_patient_load(const char* path, OmPatient* patient);
 
 #ifdef __cplusplus

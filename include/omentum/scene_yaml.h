@@ -57,8 +57,10 @@ typedef struct OmYamlSchema {
 } OmYamlSchema;
 
 /// Fill `out` from a file. OM_INVALID names file, line, key and remedy; `out` is then undefined.
+/// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_yaml_load(const char* path, const OmYamlSchema* schema, void* out);
 /// The same from memory; `name` stands for the file in messages.
+/// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
 OM_API OmStatus om_yaml_parse(const char* text, size_t size, const char* name,
                               const OmYamlSchema* schema, void* out);
 

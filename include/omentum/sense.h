@@ -42,9 +42,12 @@ typedef struct OmSenseLook {
 } OmSenseLook;
 
 typedef struct OmSenseScene OmSenseScene;
+/// An empty scene.
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree cannot start)
 OM_API OmStatus om_sense_scene_create(OmSenseScene** scene);
 OM_API void om_sense_scene_destroy(OmSenseScene* scene);
 /// Add triangles (copied). `id` counts from 0 in order of adding.
+/// @return OM_OK; OM_INVALID (an empty surface); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface,
                                    const OmSenseLook* look, int* id);
 /// New vertex positions of an object: `x` holds those of all its vertices (nvert x 3), or, when `vert` is not
@@ -52,6 +55,7 @@ OM_API OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface
 OM_API void om_sense_scene_update(OmSenseScene* scene, int id, const double* x, const int* vert);
 OM_API void om_sense_scene_show(OmSenseScene* scene, int id, bool is_shown);
 /// To be called after changes, before anything is cast.
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_sense_scene_commit(OmSenseScene* scene);
 
 typedef struct OmSenseOptions {
@@ -62,11 +66,13 @@ typedef struct OmSenseOptions {
 OM_API OmSenseOptions om_sense_default_options(void);
 
 /// Shaded picture (RGB). `picture` is made by the caller with om_picture_init(width, height, 3).
+/// @return OM_OK; OM_INVALID (camera or samples out of range, a picture of another size)
 OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                                 const OmSenseOptions* options, OmPicture* picture);
 
 /// Depth along z of the camera, m, 0 where nothing is in range; object ids (-1 none) and unit normals towards
 /// the camera if their pointers are not null.
+/// @return OM_OK; OM_INVALID (a camera out of range)
 OM_API OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                                float* depth, int* id, float* normal);
 
@@ -102,11 +108,13 @@ typedef struct OmVisibility {
 } OmVisibility;
 
 /// Objects in `ignore` (a bit each, ids below 64) do not occlude: the region itself. `normal` may be null.
+/// @return OM_OK; OM_INVALID (a camera out of range)
 OM_API OmStatus om_sense_count_visible(const OmSenseScene* scene, const OmCamera* camera,
                                        const double* x, const double* normal, int npoint,
                                        uint64_t ignore, OmVisibility* visibility);
 /// Share of all sample points that the camera sees (6.5.2): a point that faces away or lies outside the
 /// picture is not seen, and counts in the denominator.
+/// @return OM_OK; OM_INVALID (a camera out of range)
 OM_API OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera,
                                     const double* x, const double* normal, int npoint,
                                     uint64_t ignore, double* share);

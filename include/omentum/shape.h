@@ -34,25 +34,35 @@ typedef struct OmTetMesh {  // linear tetrahedra; om_tet_mesh_done frees
     OmMeshSet* set;  //                                                      (nset)
 } OmTetMesh;
 
+/// Allocate arrays for the counts; om_surface_done frees them.
+/// @return OM_OK; OM_INVALID (a negative count); OM_NO_MEMORY
 OM_API OmStatus om_surface_init(OmSurface* surface, int nvert, int ntri);
 OM_API void om_surface_done(OmSurface* surface);
+/// Allocate arrays for the counts; om_tet_mesh_done frees them.
+/// @return OM_OK; OM_INVALID (a negative count); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_init(OmTetMesh* mesh, int nvert, int ntet);
 OM_API void om_tet_mesh_done(OmTetMesh* mesh);
 /// Deep copy; `out` is overwritten.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out);
 /// Add a named set (copied, sorted, repeats dropped); replaces a set of the same name.
+/// @return OM_OK; OM_INVALID (a name that is empty or too long, a vertex that does not exist); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_add_set(OmTetMesh* mesh, const char* name, const int* vert, int nvert);
 /// The set of that name, or null.
 OM_API const OmMeshSet* om_tet_mesh_find_set(const OmTetMesh* mesh, const char* name);
 /// Box [lo, hi] of nx x ny x nz cells, each six Kuhn tetrahedra around the main diagonal. Vertex
 /// (i, j, k) has index i + (nx + 1) (j + (ny + 1) k).
+/// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_box(OmVec3 lo, OmVec3 hi, int nx, int ny, int nz, OmTetMesh* mesh);
 /// Its boundary triangles, outward. If `surface_vert` is not null it receives the mesh vertex of every
 /// surface vertex (caller frees with om_free).
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_boundary(const OmTetMesh* mesh, OmSurface* surface, int** surface_vert);
 /// Replace every tetrahedron by eight of the same volume; sets keep what lies between their vertices.
+/// @return OM_OK; OM_INVALID (too many elements); OM_NO_MEMORY, the mesh is as before
 OM_API OmStatus om_tet_mesh_refine(OmTetMesh* mesh);
 /// Check indices, finite positions, positive volumes; the message names the first offender.
+/// @return OM_OK; OM_INVALID (the message names the element or vertex)
 OM_API OmStatus om_tet_mesh_validate(const OmTetMesh* mesh);
 /// Signed volume, m^3.
 OM_API double om_tet_mesh_volume(const OmTetMesh* mesh);

@@ -37,13 +37,18 @@ enum {                        // flags of loading
 /// @return OM_OK, OM_IO, OM_NO_MEMORY, OM_INVALID: not such a file, no tetrahedra, a coordinate that is
 ///         not finite, an index out of range, an inverted or flat element; the message says where
 OM_API OmStatus om_tet_mesh_load(const char* path, double unit, OmTetMesh* mesh);
+/// As om_tet_mesh_load, with OM_LOAD_ flags.
+/// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags,
                                        OmTetMesh* mesh);
 
 /// Read a surface (.stl, .obj, .ply, .off, .msh, .vtk, .vtu by extension). Polygons become fans, equal
 /// vertices of an STL become one, degenerate triangles are dropped. From a volume file: its triangles,
 /// or the boundary of its tetrahedra if it has none. Open and non-manifold surfaces are read: check them.
+/// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load(const char* path, double unit, OmSurface* surface);
+/// As om_surface_load, with OM_LOAD_ flags.
+/// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags,
                                       OmSurface* surface);
 
@@ -60,8 +65,10 @@ typedef struct OmSurfaceCheck {
 } OmSurfaceCheck;
 
 /// Count what keeps a surface from bounding a volume. OM_OK also for a bad surface.
+/// @return OM_OK, whatever was found; OM_INVALID (a vertex that does not exist); OM_NO_MEMORY
 OM_API OmStatus om_surface_check(const OmSurface* surface, OmSurfaceCheck* check);
 /// OM_INVALID, with the first offending edge in the message, unless closed, manifold and consistent.
+/// @return OM_OK; OM_INVALID (not closed: the message says what and where); OM_NO_MEMORY
 OM_API OmStatus om_surface_require_closed(const OmSurface* surface);
 
 // ---- saving -----------------------------------------------------------------------------------------
@@ -83,6 +90,7 @@ typedef struct OmMeshArray {  // values on the vertices or elements of a mesh; b
 
 /// Write a tetrahedral mesh with labels and sets: .vtu, .vtk, .msh (4.1). Whole or not at all.
 /// @param unit  length of one unit of the file, m, > 0
+/// @return OM_OK; OM_INVALID (an ending that names no format, a unit that is no length); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tet_mesh_save(const OmTetMesh* mesh, const char* path, double unit);
 
 typedef enum OmMeshFormat {
@@ -95,10 +103,12 @@ typedef enum OmMeshFormat {
 } OmMeshFormat;
 
 /// The same in a stated format, with further arrays (.vtu and .vtk only; null if narray is 0).
+/// @return OM_OK; OM_INVALID (a format, a unit or an array: the message says which); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double unit,
                                         OmMeshFormat format, const OmMeshArray* array, int narray);
 
 /// Write a surface: .stl (binary), .obj, .ply (binary), .off, .vtk. Whole or not at all.
+/// @return OM_OK; OM_INVALID (an ending that names no format, a unit that is no length); OM_IO
 OM_API OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit);
 
 // ---- recordings -------------------------------------------------------------------------------------
@@ -110,15 +120,18 @@ typedef struct OmRecording OmRecording;
 /// the recording. Arrays with a value are constant and copied; arrays whose value is null are given at
 /// each step.
 /// @param mesh  copied; its x is not recorded, each step brings its own
+/// @return OM_OK; OM_INVALID (an array without name, or of more than 9 components); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh,
                                    const OmMeshArray* array, int narray, OmRecording** recording);
 /// Append one step.
 /// @param time   s, larger than the last
 /// @param x      vertex positions, m (nvert x 3)
 /// @param value  one pointer for each array that was given without value, in their order
+/// @return OM_OK; OM_INVALID (time does not increase); OM_IO
 OM_API OmStatus om_recording_add_step(OmRecording* recording, double time, const double* x,
                                       const void* const* value);
 /// Finish: flush, fsync, rename to `path`. Frees the recording in every case.
+/// @return OM_OK; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_recording_end(OmRecording* recording);
 /// Drop the recording and its temporary file. Null is fine.
 OM_API void om_recording_abort(OmRecording* recording);

@@ -32,12 +32,14 @@ typedef struct OmStuffDef {
 
 OM_API OmStuffDef om_stuff_default_def(double edge, OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi);
 /// Mesh {fn < level}. OM_INVALID if it holds no lattice point.
+/// @return OM_OK; OM_INVALID (the message names the field, or nothing is inside); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_stuff(const OmStuffDef* def, OmTetMesh* mesh);
 /// An OmShapeFn on a distance field; ctx is a const OmSdf*.
 OM_API double om_sdf_shape_fn(void* ctx, OmVec3 p);
 
 /// Keep the largest part (`min_share` = 0) or all parts of at least that share of the elements; parts hang
 /// together by faces. Unused vertices go, sets are renumbered. The counts may be null.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_keep_parts(OmTetMesh* mesh, double min_share, int* nkept, int* nfound);
 
 // ---- measures -------------------------------------------------------------------------------------------
@@ -56,6 +58,8 @@ typedef struct OmMeshQuality {
     bool is_manifold;  // every boundary edge belongs to two boundary triangles
 } OmMeshQuality;
 
+/// Measure a mesh.
+/// @return OM_OK; OM_INVALID (a mesh that om_tet_mesh_validate refuses); OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* quality);
 /// Smallest and largest dihedral angle of element e, rad.
 OM_API void om_tet_dihedral(const OmTetMesh* mesh, int e, double* smallest, double* largest);
@@ -63,9 +67,11 @@ OM_API void om_tet_dihedral(const OmTetMesh* mesh, int e, double* smallest, doub
 OM_API void om_surface_normals(const OmSurface* surface, double* normal);
 /// Every edge belongs to two triangles that run it in opposite directions; the message names the first
 /// that does not. `euler` may be null: V - E + F.
+/// @return OM_OK; OM_INVALID (the message says where it is open); OM_NO_MEMORY
 OM_API OmStatus om_surface_check_closed(const OmSurface* surface, int* euler);
 /// Points spread evenly over a surface (systematic sampling by area): `n` positions and normals of their
 /// triangles (n x 3 each; `normal` may be null). The triangles of `is_used` == 0 are left out (null: none).
+/// @return OM_OK; OM_INVALID (no area to draw from)
 OM_API OmStatus om_surface_sample(const OmSurface* surface, const unsigned char* is_used, int n,
                                   OmRng* rng, double* point, double* normal);
 
@@ -86,10 +92,12 @@ typedef struct OmPatchDef {
 OM_API OmPatchDef om_patch_default_def(double share, uint64_t seed);
 /// The vertices Q with the smallest D = w_d d(P, Q) + w_n n(P, Q) + w_p noise(Q), ascending, in `vert` (the
 /// caller frees with om_free); geodesics run along edges. Candidates are surface vertices (null: all).
+/// @return OM_OK; OM_INVALID (the message names the field or the candidate); OM_NO_MEMORY
 OM_API OmStatus om_surface_random_patch(const OmSurface* surface, const int* candidate,
                                         int ncandidate, const OmPatchDef* def, int** vert,
                                         int* nvert);
 /// Distances along edges from vertex `from`, m; HUGE_VAL where no path leads (nvert).
+/// @return OM_OK; OM_INVALID (no such vertex); OM_NO_MEMORY
 OM_API OmStatus om_surface_geodesic(const OmSurface* surface, int from, double* distance);
 /// Gradient noise in [-1, 1] with features of size 1 (Perlin 2002, lattice hashed from the seed).
 OM_API double om_noise_perlin(OmVec3 p, uint64_t seed);

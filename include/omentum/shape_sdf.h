@@ -28,6 +28,7 @@ typedef struct OmMask {  // om_mask_done frees
 } OmMask;
 
 /// All voxels outside, unit axes, origin 0.
+/// @return OM_OK; OM_INVALID (a size below 1, or too large); OM_NO_MEMORY
 OM_API OmStatus om_mask_init(OmMask* mask, int nx, int ny, int nz);
 OM_API void om_mask_done(OmMask* mask);
 OM_API int64_t om_mask_count(const OmMask* mask);
@@ -35,15 +36,19 @@ OM_API int64_t om_mask_count(const OmMask* mask);
 OM_API double om_mask_volume(const OmMask* mask);
 /// Shrink the grid to the inside voxels plus `pad` >= 0 layers of air on each side, beyond the old border
 /// where need be: this is what caps an organ that the volume cuts. OM_INVALID if the mask is empty.
+/// @return OM_OK; OM_INVALID (an empty mask); OM_NO_MEMORY, the mask is as before
 OM_API OmStatus om_mask_crop(OmMask* mask, int pad);
 /// Keep the largest connected part (`min_share` = 0), or all parts of at least `min_share` of the inside
 /// voxels; connectivity is 6 or 26. The counts may be null.
+/// @return OM_OK; OM_INVALID (connectivity is neither 6 nor 26); OM_NO_MEMORY
 OM_API OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, int* nkept,
                                    int* nfound);
 /// Make air that the border of the grid cannot reach (over faces) inside.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_mask_fill_holes(OmMask* mask);
 /// Morphological closing by a ball of `radius` m, in space rather than in voxels. The grid must have
 /// that much air around the inside (om_mask_crop).
+/// @return OM_OK; OM_INVALID (a radius out of range); OM_NO_MEMORY
 OM_API OmStatus om_mask_close(OmMask* mask, double radius);
 
 // ---- signed distance fields ---------------------------------------------------------------------------
@@ -74,8 +79,10 @@ typedef double (*OmShapeFn)(void* ctx, OmVec3 p);
 
 /// Distance field of a mask: smoothed so that every neighbourhood keeps its volume (thin parts stay), the
 /// zero level then shifted so that the whole keeps the mask's volume.
+/// @return OM_OK; OM_INVALID (an empty mask, or the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf);
 /// Distance field of the zero level of `fn` within [lo, hi] (which should hold all of it).
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi,
                                      const OmSdfDef* def, OmSdf* sdf);
 /// Half an ellipsoid on its flat side, z = 0, around the origin: a distance to first order, m. Half-axes `half`.
@@ -85,6 +92,7 @@ OM_API double om_half_ellipsoid_eval(OmVec3 half, OmVec3 p);
 #define OM_PHANTOM_HALF ((OmVec3){0.075, 0.060, 0.072})
 /// Distance field of a closed surface; the inside is where crossings counted with their direction say so
 /// on two of the three axes, so small gaps do not turn it inside out. OM_INVALID if nothing is inside.
+/// @return OM_OK; OM_INVALID (a surface that is not closed, or the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf);
 /// Distance at p, m, trilinear; outside the grid, that of the nearest point of the grid plus the distance
 /// to it. `gradient` may be null; it is the exact slope of what is returned, not normalised.
@@ -94,6 +102,8 @@ OM_API void om_sdf_bounds(const OmSdf* sdf, OmVec3* lo, OmVec3* hi);
 
 /// Closed, oriented, manifold surface of the set {d < level} by marching cubes, with the cells cut by the
 /// border of the grid capped. Ambiguous faces always separate the inside corners, so neighbours agree.
+/// @return OM_OK, also where no point is at this level: an empty surface; OM_INVALID (too many triangles);
+///        OM_NO_MEMORY
 OM_API OmStatus om_surface_from_sdf(const OmSdf* sdf, double level, OmSurface* surface);
 
 #ifdef __cplusplus

@@ -61,6 +61,7 @@ OM_API OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert,
                                      const int* elem_vert, int* adr);
 /// Keep values in double as well, for statics to the last digit; whoever writes `value` itself then writes
 /// `exact` too.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_bsr_make_exact(OmBsr* A);
 /// All values to zero.
 OM_API void om_bsr_zero(OmBsr* A);
@@ -129,6 +130,7 @@ OM_API void om_solver_set_reference(OmSolver* solver, double norm);
 OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
 /// The same after a few stiff terms (contacts) came or went: only diagonal blocks are inverted anew, coarse
 /// matrices keep what they have. Solutions do not depend on it, iterations do. OM_CHOLESKY factors.
+/// @return OM_OK; OM_INVALID (another pattern); OM_NOT_SPD (a diagonal block)
 OM_API OmStatus om_solver_refresh_diagonal(OmSolver* solver, const OmBsr* A);
 /// The sign of the determinant of an OM_LU solver's matrix, 1 or -1; 0 for the others, and if not refreshed.
 OM_API int om_solver_sign(const OmSolver* solver);

@@ -42,9 +42,11 @@ typedef struct OmStudyBody OmStudyBody;
 /// Half an ellipsoid on its flat base z = 0, 150 x 120 mm wide and 72 mm high, the size of a breast
 /// biopsy phantom; lesions of 5-10 mm between 10 and 35 mm under the surface, the probe along the normal.
 /// @param nlesion  1 to 20
+/// @return OM_OK; OM_INVALID (too many lesions, or no room for one); OM_NO_MEMORY
 OM_API OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** body);
 /// The thesis's box of ballistic gel, 155 x 100 x 70 mm on its held base z = 0, with three beads of 18 mm whose tops
 /// are at heights of 47, 53 and 63 mm (3.5.1); the probe comes from above and goes down by 20 mm at most.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_study_create_gel(OmStudyBody** body);
 /// The solid bounded by a tetrahedral mesh. The probe is pressed as far as the study says, but at most through 0.6 of
 /// the tissue under its face. It is held where the set "attachment" of the mesh is, else at
@@ -53,6 +55,7 @@ OM_API OmStatus om_study_create_gel(OmStudyBody** body);
 /// @param unit    length of one unit of the mesh, m; lesion_unit: of the lesions
 /// @param lesion  text, one a line: x y z [radius]; "#" begins a comment. Radius 3 mm if it is not given.
 ///                Lesions outside the body are left out; OM_INVALID if all are
+/// @return OM_OK; OM_INVALID (the message names file or argument); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion,
                                    double lesion_unit, OmVec3 up, OmStudyBody** body);
 /// How many lesions of its file were left out.
@@ -63,6 +66,7 @@ OM_API const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesi
 OM_API double om_study_eval_body(const OmStudyBody* body, OmVec3 p);
 /// A mesh of about `ntet` elements, with the set "attachment".
 /// @param ntet  100 to 2,000,000
+/// @return OM_OK; OM_INVALID (ntet is not in 100 to 2,000,000, or nothing of the mesh is held); OM_NO_MEMORY
 OM_API OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh);
 
 // ---- the contact study ----------------------------------------------------------------------------

@@ -78,6 +78,7 @@ OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* w
 // ---- state ----------------------------------------------------------------------------------------
 
 /// At rest in the rest shape, held at the mesh's set "attachment" if it has one.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tissue_create_state(const OmTissueModel* model, OmTissueState** state);
 OM_API void om_tissue_destroy_state(OmTissueState* state);
 OM_API void om_tissue_reset(const OmTissueModel* model, OmTissueState* state);
@@ -118,6 +119,7 @@ OM_API bool om_tissue_is_prescribed(const OmTissueModel* model, const OmTissueSt
 OM_API OmStatus om_tissue_grasp(const OmTissueModel* model, OmTissueState* state, int arm,
                                 OmPose pose_world_tip, double radius, int* nheld);
 /// Where the tool is to be at the end of the next step. Ignored by an arm that holds nothing.
+/// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
 OM_API OmStatus om_tissue_move_grasp(OmTissueState* state, int arm, OmPose pose_world_tip);
 OM_API void om_tissue_release(OmTissueState* state, int arm);
 /// Vertices held by the arm, 0 if none.
@@ -139,6 +141,8 @@ typedef struct OmTissueReport {
     bool is_unguarded;  // a substep was accepted that crushes an element or gains energy
 } OmTissueReport;
 
+/// Scratch for steps of `model`: matrix, solver, arrays.
+/// @return OM_OK; OM_NO_MEMORY; errors of om_solver_create
 OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
 OM_API void om_tissue_destroy_work(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
@@ -178,6 +182,7 @@ typedef struct OmTissueObstacle {
 /// Does the engine move vertices and keep out of obstacles itself, without stages and system matrix?
 OM_API bool om_tissue_moves_itself(const OmTissueModel* model);
 /// As om_tissue_step among obstacles, for such an engine only.
+/// @return as om_tissue_step; OM_UNAVAILABLE (an engine that does not keep out of obstacles itself)
 OM_API OmStatus om_tissue_step_among(const OmTissueModel* model, OmTissueState* state,
                                      OmTissueWork* work, double h, int nobstacle,
                                      OmTissueObstacle* obstacle, OmTissueReport* report);
@@ -187,11 +192,14 @@ OM_API OmStatus om_tissue_step_among(const OmTissueModel* model, OmTissueState* 
 typedef OmStatus (*OmTissueStepFn)(void* ctx, const OmTissueModel* model, OmTissueState* state,
                                    OmTissueWork* work, double h, OmTissueReport* report);
 /// As om_tissue_step, with `solve` called in each (sub)step where om_tissue_solve_step would be.
+/// @return as om_tissue_step; errors of `solve`
 OM_API OmStatus om_tissue_step_with(const OmTissueModel* model, OmTissueState* state,
                                     OmTissueWork* work, double h, OmTissueStepFn solve, void* ctx,
                                     OmTissueReport* report);
 
 // The stages of a step. begin_step makes A and b at the state's positions, end_step advances the state.
+/// Assemble A and b at the state's positions for a step of h seconds.
+/// @return OM_OK; OM_INVALID (h is not in (0, 10] s); OM_UNAVAILABLE (an engine without stages)
 OM_API OmStatus om_tissue_begin_step(const OmTissueModel* model, OmTissueState* state,
                                      OmTissueWork* work, double h);
 /// Add to vertex i a force that at the end of the step is f - K (x_end - x_begin); K symmetric positive
@@ -200,11 +208,15 @@ OM_API void om_tissue_add_force(OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
 OM_API void om_tissue_clear_forces(OmTissueWork* work);
 /// The same on the point sum weight[a] x[vert[a]] of an element's vertices; cleared with the others. Room for
 /// all points of a step must have been made before; making room allocates once.
-/// @return OM_OK; OM_INVALID (vertices that share no element, or no room: nothing was added)
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tissue_reserve_points(OmTissueWork* work, int npoint);
+/// Add such a force; see om_tissue_reserve_points.
+/// @return OM_OK; OM_INVALID (vertices that share no element, or no room: nothing was added)
 OM_API OmStatus om_tissue_add_point_force(OmTissueWork* work, const int vert[4],
                                           const double weight[4], OmVec3 f, OmMat3 K);
 /// Solve for dv. The first solve of a step starts from zero, later ones from the last solution.
+/// @return OM_OK; OM_NOT_CONVERGED (dv is the best iterate); OM_INVALID (no step has begun, or the system has
+///        no finite solution)
 OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueWork* work, OmTissueReport* report);
 /// Of the linear solver in later solves of this step, in (0, 1); anything else is the model's again.
@@ -217,13 +229,18 @@ OM_API const double* om_tissue_dv(const OmTissueWork* work);
 /// Add to it a correction found by om_tissue_solve (nvert x 3); zero at prescribed vertices.
 OM_API void om_tissue_add_dv(OmTissueWork* work, const double* correction);
 /// y = A x for nrhs vectors (nrhs x nvert x 3).
+/// @return OM_OK; OM_INVALID (no step has begun, or nrhs < 1)
 OM_API OmStatus om_tissue_apply(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* x, double* y);
 /// Solve A x = b with zero at held vertices; x: in the first guess (nrhs x nvert x 3).
+/// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate); OM_INVALID (no step has begun, nrhs < 1, or the
+///        matrix is not positive definite)
 OM_API OmStatus om_tissue_solve(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* b, double* x, OmSolveInfo* info);
 /// Diagonal block of A / h^2 at vertex i: what resists a displacement of this vertex alone, N/m.
 OM_API double om_tissue_vertex_stiffness(const OmTissueWork* work, int i);
+/// Advance the state by the last solution.
+/// @return OM_OK; OM_INVALID (nothing was solved in this step)
 OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* state,
                                    OmTissueWork* work);
 
@@ -239,12 +256,15 @@ typedef struct OmTissueForces {    // N, resultants of forces on the tissue
 } OmTissueForces;
 
 /// At equilibrium all but `pull` sum to zero. Needs no work; allocates nothing.
+/// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueForces* forces);
 /// Elastic force on each vertex, in double from element stresses, N (nvert x 3).
+/// @return OM_OK; OM_UNAVAILABLE (an engine without elastic forces); OM_NO_MEMORY
 OM_API OmStatus om_tissue_get_internal_force(const OmTissueModel* model, const OmTissueState* state,
                                              double* force);
 /// Force on each vertex by what holds it: tools, attachments and contact, N (nvert x 3).
+/// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_holding_force(const OmTissueModel* model, const OmTissueState* state,
                                             double* force);
 /// Contact force on each vertex in the last step, N (nvert x 3); a contact method writes it.
@@ -258,12 +278,15 @@ typedef enum OmTissueMeasure {
     OM_ENERGY_DENSITY      // J/m^3
 } OmTissueMeasure;
 /// One measure of every element (ntet).
+/// @return OM_OK; OM_INVALID (no such measure); OM_UNAVAILABLE (an engine without elements)
 OM_API OmStatus om_tissue_get_measure(const OmTissueModel* model, const OmTissueState* state,
                                       OmTissueMeasure measure, double* value);
 
 typedef struct OmTissueEnergy {  // J
     double elastic, kinetic, gravity, spring;
 } OmTissueEnergy;
+/// Energies of the state.
+/// @return OM_OK; errors of the engine
 OM_API OmStatus om_tissue_get_energy(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueEnergy* energy);
 /// kg m/s, and about the origin kg m^2/s; either may be null.
@@ -280,6 +303,7 @@ typedef struct OmEmbedding {  // points carried by elements; om_embedding_done f
 } OmEmbedding;
 /// Bind points given in the rest shape to the element that holds them, or the nearest one; without elements
 /// to the nearest particles, those of a single layer carrying the point's foot in their plane.
+/// @return OM_OK; OM_INVALID (a point that is not finite); OM_NO_MEMORY
 OM_API OmStatus om_tissue_embed(const OmTissueModel* model, int npoint, const double* point,
                                 OmEmbedding* embedding);
 OM_API void om_embedding_done(OmEmbedding* embedding);

@@ -153,6 +153,8 @@ typedef struct OmUmeshSample {  // what is known of a sample besides displacemen
 typedef struct OmUmeshSolver OmUmeshSolver;
 
 OM_API OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir);
+/// The solver that makes samples: grid, linear system, scratch.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** solver);
 OM_API void om_umesh_destroy_solver(OmUmeshSolver* solver);
 /// Sample `index` of the seed of the definition.

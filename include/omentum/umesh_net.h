@@ -25,6 +25,7 @@ typedef struct OmUmeshNet OmUmeshNet;  // constant; may be used by any number of
 
 /// Read weights, grid and region of trust. Files of another kind, damaged, or with tensors that do not fit each
 /// other are refused: OM_INVALID, with the file and the tensor.
+/// @return OM_OK; OM_INVALID (not such a file, or damaged: the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_umesh_load_net(const char* path, OmUmeshNet** net);
 OM_API void om_umesh_destroy_net(OmUmeshNet* net);
 OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
@@ -35,6 +36,7 @@ OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
 /// Write it as ONNX. Channels are, with a the largest displacement of the patch: displacement over a (3), patch, organ,
 /// held, place from -1 to 1 (3), linear answer over a (3), a over "scale_m", forces of second order over "second" (3),
 /// zeros; what comes out, times a and "correction", is added to the linear answer.
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------
@@ -67,6 +69,7 @@ typedef struct OmUmeshPredictor OmUmeshPredictor;
 
 /// @param net      borrowed
 /// @param nworker  0: one per processor
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (the library of layers refused)
 OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
 OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
@@ -94,6 +97,7 @@ OM_API void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, con
 
 /// The grid as tetrahedra, six an element, for files, pictures and engines: vertices are nodes, set "attachment" the
 /// held ones. The caller frees it with om_tet_mesh_done.
+/// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* grid, OmTetMesh* mesh);
 /// The place on the skin that is nearest to p, with the outward normal of the surface around it.
 OM_API OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* grid, OmVec3 p);
@@ -160,6 +164,7 @@ OM_API OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, in
 OM_API void om_umesh_eval_done(OmUmeshEval* eval);
 /// Write the network again, with what a test measured: facts "test_seed", "test_samples", "test_error_mm",
 /// "test_worst_mm" and "test_network_error_mm".
+/// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* test,
                                      const OmUmeshEval* eval, const char* path);
 

@@ -129,6 +129,7 @@ static inline double om_mat3_norm(OmMat3 m) {
     return sqrt(om_norm2(m.cx) + om_norm2(m.cy) + om_norm2(m.cz));
 }
 /// Inverse; OM_INVALID (and zero) if the determinant is zero or not finite.
+/// @return OM_OK; OM_INVALID (singular)
 OM_API OmStatus om_mat3_inverse(OmMat3 m, OmMat3* inverse);
 
 // ---- rotations ------------------------------------------------------------------------------------

@@ -63,12 +63,16 @@ OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, 
 /// modulus 3000 Pa, Poisson's ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
 /// @param site  borrowed until destroy
+/// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
                                OmBody** body);
 OM_API void om_body_destroy(OmBody* body);
 /// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
+/// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius)
 OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,
                               int* nheld);
+/// Set the goal of what the arm holds, for the next step.
+/// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
 OM_API void om_body_release(OmBody* body, int arm);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
@@ -83,8 +87,11 @@ OM_API int om_body_nbad(const OmBody* body);
 OM_API OmStatus om_body_settle(OmBody* body, double dt, double speed, double seconds);
 /// Vertex positions, m (nvert x 3); valid until the next step.
 OM_API const double* om_body_x(const OmBody* body);
+/// Forces of the last step.
+/// @return OM_OK; errors of om_tissue_get_forces
 OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
 /// Forces on each vertex by what holds it: tools, attachments, contact; N (nvert x 3).
+/// @return OM_OK; errors of om_tissue_get_holding_force
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
 OM_API const OmSite* om_body_site(const OmBody* body);
 OM_API uint64_t om_body_hash(const OmBody* body);
@@ -138,33 +145,44 @@ struct OmWorld {  // head of every kind of world
 /// @return OM_OK; OM_INVALID if the arm cannot get there: the message says which joint forbids it
 OM_API OmStatus om_world_move(OmWorld* world, int arm, OmVec3 tip, double speed);
 /// Command the jaw, rad. Below 20 degrees it closes on the tissue at the tip; above, it lets go.
+/// @return OM_OK; OM_INVALID (no such arm, an angle that is not finite)
 OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
 OM_API void om_world_stop(OmWorld* world, int arm);
+/// Let `dt` seconds pass.
+/// @return OM_OK; OM_INVALID (dt out of range); errors of the world, of a simulated one those of om_body_step
 OM_API OmStatus om_world_advance(OmWorld* world, double dt);
+/// Observe the arms, and OM_OBSERVE_ flags `what` beside them.
+/// @return OM_OK; errors of the world
 OM_API OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation);
 OM_API void om_world_destroy(OmWorld* world);
 OM_API void om_observation_done(OmObservation* observation);
 
 /// A simulated operating field; `site` (of role OM_SITE_WORLD) is borrowed.
 /// @param nworker  threads of the tissue, 0: one a processor; the outcome does not depend on it
+/// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY; OM_UNAVAILABLE (Embree
+///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
 /// The endoscope's view of the ROI over still anatomy and tissue, without tools: for motions that are tried on
 /// a body alone.
 typedef struct OmView OmView;
 /// @param site  borrowed until destroy
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
 OM_API void om_view_destroy(OmView* view);
 /// @param x  vertex positions of the site's mesh, m (nvert x 3); null: the tissue is removed, and what is
 ///           seen is the most that any retraction can expose
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);
-/// OM_INVALID if less than OM_WORLD_LEAST_VISIBLE of the ROI, or less than the task's own `visibility`, could be
-/// seen with the tissue removed; the message names the reason and the remedy.
+/// Check that the ROI could be seen with the tissue removed.
+/// @return OM_OK; OM_INVALID if less than OM_WORLD_LEAST_VISIBLE of the ROI, or less than the task's own
+///         `visibility`, could be seen: the message names the reason and the remedy; OM_NO_MEMORY
 OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site);
 #define OM_WORLD_LEAST_VISIBLE 0.9
 /// The truth inside a simulated world, for recordings and for judging; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
 /// The endoscope's view of a simulated world at any size, for reports.
+/// @return OM_OK; OM_INVALID (a size out of range); OM_NO_MEMORY; OM_UNAVAILABLE (not a simulated world)
 OM_API OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture);
 
 #ifdef __cplusplus

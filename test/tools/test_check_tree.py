@@ -77,6 +77,12 @@ class Rules(unittest.TestCase):
         self.assert_breaks({"include/omentum/omentum.h": page, "include/omentum/tissue.h": ""},
                            "omentum.h", "tissue.h is missing")
 
+    def test_statuses_are_documented(self):
+        good = "/// Open it.\n/// @return OM_OK\nOM_API OmStatus om_fem_open(int a,\n    int b);\n"
+        self.assertEqual(self.check({"include/omentum/fem.h": good}), [])
+        self.assert_breaks({"include/omentum/fem.h": good.replace("@return", "gives")}, "fem.h:3", "om_fem_open has no @return")
+        self.assert_breaks({"include/omentum/fem.h": good + "OM_API OmStatus om_fem_shut(void);\n"}, "fem.h:5", "om_fem_shut")
+
     def test_include_without_its_folder(self):
         self.assert_breaks({"src/fem/fem_a.c": '#include "shape_internal.h"\n'}, "fem_a.c:1", "write the folder")
         self.assertEqual(self.check({"src/fem/fem_a.c": '#include "fem_internal.h"\n'}), [])
