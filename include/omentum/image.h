@@ -41,6 +41,7 @@ typedef struct OmSegment {       // a named part of a label map
 typedef struct OmVolumeInfo {  // what the header of a volume's file says; om_volume_info_done frees
     int dim[3];
     int nentry;          // volumes in the file: times, components or layers; 1 of a plain volume
+    bool has_layers;     // the volumes are layers of segments that may overlap (3D Slicer)
     int nsegment;        //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;

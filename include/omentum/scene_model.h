@@ -21,6 +21,7 @@ extern "C" {
 #endif
 
 #define OM_MAX_LABEL 64
+#define OM_MAX_PART 16
 #define OM_MAX_MATERIAL 16
 #define OM_MAX_ATTACH 8
 #define OM_NAME_LEN 64
@@ -84,11 +85,19 @@ typedef struct OmSheetDef {
 typedef struct OmModelDef {
     int cookie;
     char input[1024];  // volume (NIfTI, NRRD), volume mesh (.msh .vtk .vtu), surface (STL OBJ PLY)
-    char name[OM_NAME_LEN];   // of the model; default: the input's file name
-    int label[OM_MAX_LABEL];  // labels whose union is meshed; nlabel 0: every value above 0
+    char name[OM_NAME_LEN];  // of the model; default: the input's file name
+    int volume;  // of a file of several volumes, from 0; default -1: such a file is refused
+    // What is meshed is the union of labels by number and by name. Default: the one label above 0; a file
+    // of several labels is refused.
+    int label[OM_MAX_LABEL];
     int nlabel;
+    char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // as the file names them; case does not count
+    int nlabel_name;
+    bool all_labels;  // every value above 0
     bool has_window;  // intensities in [window_lo, window_hi] instead of labels
     double window_lo, window_hi;
+    int part[OM_MAX_PART];  // the connected parts kept, 1 being the largest; npart 0: see keep_all
+    int npart;
     bool keep_all;        // all parts of at least min_share; default false: the largest
     double min_share;     // smallest part kept, share of the voxels; default 0.01
     int connectivity;     // of voxels, 6 or 26; default 6
@@ -107,10 +116,19 @@ typedef struct OmModelDef {
 
 typedef struct OmModelReport {
     OmMeshQuality quality;
-    double mask_volume;     // of the cleaned mask, m^3; 0 if the input is no volume
-    double mesh_volume;     // of the organ's tetrahedral mesh, m^3
-    double surface_volume;  // of the organ's marching-cubes surface, m^3
-    double volume_error;    // |mesh - mask| / mask
+    char selected[256];   // the labels that were meshed, in words; "" if the input is no volume
+    int64_t nvoxel;       // with these labels
+    OmVec3 voxel;         // sides of a voxel, m
+    double label_volume;  // of the voxels with these labels, m^3; 0 if the input is no volume
+    double label_error;   // volume of the organ's mesh (under a sheet: surface) / label_volume - 1
+    double part_volume[OM_MAX_PART];  // of the largest parts found, m^3
+    bool part_is_kept[OM_MAX_PART];   //
+    double left_out;                  // m^3, of all parts that were not kept
+    double filled;                    // m^3, of holes that were filled
+    double mask_volume;               // of the cleaned mask, m^3; 0 if the input is no volume
+    double mesh_volume;               // of the organ's tetrahedral mesh, m^3
+    double surface_volume;            // of the organ's marching-cubes surface, m^3
+    double volume_error;              // |mesh - mask| / mask
     double surface_error_mean,
         surface_error_max;  // distance of the mesh's boundary to the level set, m
     double
@@ -120,6 +138,7 @@ typedef struct OmModelReport {
     int npart_mask, npart_kept;
     int ncapped;        // inside voxels on the border of the volume: the organ was cut there
     double seconds;     // wall clock of the whole build
+    char note[1024];    // what was assumed, left out, converted: empty, or a sentence a line
     char warning[512];  // empty, or sentences
 } OmModelReport;
 
@@ -133,6 +152,39 @@ OM_API OmStatus om_model_build(const OmModelDef* def, const OmProgress* progress
 OM_API OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
                                       const OmProgress* progress, OmPatient* patient,
                                       OmModelReport* report);
+/// What a file of labels holds, to choose from.
+typedef struct OmLabelRow {
+    char name[OM_SEGMENT_NAME];  // "" if the file gives none
+    int label;         // what OmModelDef.label takes; -1: only its volume and value choose it
+    int value, layer;  // of its voxels, and the volume of the file they are in
+    int64_t nvoxel;    //
+    double volume;     // m^3
+    int npart;         // connected over faces
+    double largest;    // volume of the largest part, m^3
+    bool is_cut;       // a voxel lies on the border of the volume
+    OmVec3 lo, hi;     // box around its voxels, RAS m
+    OmVec3 centroid;   // RAS m
+} OmLabelRow;
+
+typedef struct OmLabelList {  // om_label_list_done frees
+    int dim[3];
+    OmVec3 voxel;       // sides of a voxel, m
+    int nentry;         // volumes of the file
+    bool has_layers;    // they are layers of segments, and all were read
+    bool is_intensity;  // the values are no labels: they have fractions, are negative or too many
+    double min, max;    // of the values
+    int nempty;         // segments of a table of names that have no voxel; no row
+    int nrow;
+    OmLabelRow* row;  // in the order of layer and value                 (nrow)
+} OmLabelList;
+
+/// List the labels of a volume.
+/// @param volume  as OmModelDef.volume
+/// @return OM_OK, OM_IO, OM_NO_MEMORY, OM_CANCELLED, OM_INVALID: no volume that is read, or of several and none chosen
+OM_API OmStatus om_model_list_labels(const char* path, int volume, const OmProgress* progress,
+                                     OmLabelList* list);
+OM_API void om_label_list_done(OmLabelList* list);
+
 /// A unit vector from "left", "right", "anterior", "posterior", "superior", "inferior", or "x,y,z".
 /// "lateral" and "medial" need the side of the body: `is_left` says which.
 /// @return OM_OK; OM_INVALID (words that name no direction)

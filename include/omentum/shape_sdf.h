@@ -43,6 +43,14 @@ OM_API OmStatus om_mask_crop(OmMask* mask, int pad);
 /// @return OM_OK; OM_INVALID (connectivity is neither 6 nor 26); OM_NO_MEMORY
 OM_API OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, int* nkept,
                                    int* nfound);
+/// Voxels of the connected parts, the largest first, equal ones in the order of their first voxels.
+/// @param size  receives the first `max` of them                    (max)
+/// @return OM_OK, OM_NO_MEMORY, OM_INVALID: connectivity is neither 6 nor 26
+OM_API OmStatus om_mask_list_parts(const OmMask* mask, int connectivity, int64_t* size, int max,
+                                   int* nfound);
+/// Keep the parts at these places of that order, counted from 1.
+/// @return OM_OK, OM_NO_MEMORY, OM_INVALID: there is no such part, or connectivity is neither 6 nor 26
+OM_API OmStatus om_mask_choose_parts(OmMask* mask, int connectivity, const int* rank, int nrank);
 /// Make air that the border of the grid cannot reach (over faces) inside.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_mask_fill_holes(OmMask* mask);

@@ -3,14 +3,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli_common.h"
-#include "omentum/scene_model.h"
+#include "cli_model.h"
 
 static const OmCliOption option[] = {
-    {"--label", "-l", "N[,N...]",
-     "labels whose union is meshed; may be repeated (default: all above 0)"},
+    {"--list", NULL, NULL, "list the labels or segments of INPUT and stop; needs no -o"},
+    {"--label", "-l", "N|NAME[,...]",
+     "labels whose union is meshed, by number or name, or \"all\"; may be repeated"},
+    {"--volume", NULL, "N", "which volume of a file of several (times, components), from 0"},
     {"--window", NULL, "LO,HI", "intensities from LO to HI instead of labels"},
     {"--edge", "-e", "MM", "mean edge of the tetrahedra (default 4)"},
+    {"--part", NULL, "N[,N...]", "connected parts to keep, 1 is the largest (default: 1)"},
     {"--all-parts", NULL, NULL, "keep every part of at least --min-share, not only the largest"},
     {"--min-share", NULL, "PERCENT", "smallest part that --all-parts keeps (default 1)"},
     {"--connectivity", NULL, "6|26", "when voxels belong together (default 6)"},
@@ -46,6 +48,8 @@ static void print_help(const OmCliArgs* args) {
         "\nDirections (side, where): right, left, anterior, posterior, superior, inferior, lateral,\n"
         "medial, or x,y,z written x/y/z in RAS.\n"
         "\nExamples:\n"
+        "  omentum model --list segmentation.seg.nrrd\n"
+        "  omentum model segmentation.seg.nrrd --label liver --edge 6 -o liver\n"
         "  omentum model labels.nii.gz --label 5 --edge 6 -o liver\n"
         "  omentum model breast.nhdr --label 1,2,29,33,40,88,95,125,150,225 --edge 5 -o breast\n"
         "  omentum model ct.nii.gz --window 150,3000 --all-parts --edge 4 -o bone\n"
@@ -80,22 +84,54 @@ static int split(const char* list, char separator, char* buffer, size_t size, ch
     return n;
 }
 
+static bool is_whole_number(const char* word, int* number) {
+    char* end;
+    double value = strtod(word, &end);
+    bool is_whole = end != word && *end == 0 && value == floor(value) && fabs(value) < 1e9;
+    *number = is_whole ? (int)value : 0;
+    return is_whole;
+}
+
+// Numbers, names, or "all".
 static OmStatus parse_labels(const OmCliArgs* args, OmModelDef* def) {
     const char* list;
     for (int k = 0; (list = om_cli_get_nth(args, "--label", k)) != NULL; k++) {
         char buffer[1024];
         char* word[OM_MAX_LABEL];
         int n = split(list, ',', buffer, sizeof buffer, word, OM_MAX_LABEL);
-        OM_CHECK(n > 0 && def->nlabel + n <= OM_MAX_LABEL, OM_INVALID, "--label: at most %d labels",
-                 OM_MAX_LABEL);
+        OM_CHECK(n > 0 && def->nlabel + def->nlabel_name + n <= OM_MAX_LABEL, OM_INVALID,
+                 "--label: at most %d labels", OM_MAX_LABEL);
         for (int i = 0; i < n; i++) {
-            double value;
-            OM_TRY(parse_number("--label", word[i], &value));
-            OM_CHECK(value == floor(value) && fabs(value) < 1e9, OM_INVALID,
-                     "--label: %g is not a whole number", value);
-            def->label[def->nlabel++] = (int)value;
+            int number;
+            OM_CHECK(word[i][0] && strlen(word[i]) < OM_SEGMENT_NAME, OM_INVALID,
+                     "--label: \"%s\" is no number or name", word[i]);
+            if (is_whole_number(word[i], &number))
+                def->label[def->nlabel++] = number;
+            else if (strcmp(word[i], "all") == 0)
+                def->all_labels = true;
+            else
+                memcpy(def->label_name[def->nlabel_name++], word[i], strlen(word[i]) + 1);
         }
     }
+    OM_CHECK(!def->all_labels || def->nlabel + def->nlabel_name == 0, OM_INVALID,
+             "--label: \"all\" stands alone");
+    return OM_OK;
+}
+
+static OmStatus parse_parts(const OmCliArgs* args, OmModelDef* def) {
+    const char* text = om_cli_get(args, "--part");
+    if (!text) return OM_OK;
+    char buffer[256];
+    char* word[OM_MAX_PART];
+    int n = split(text, ',', buffer, sizeof buffer, word, OM_MAX_PART);
+    OM_CHECK(n > 0, OM_INVALID, "--part: at most %d parts", OM_MAX_PART);
+    for (int i = 0; i < n; i++) {
+        OM_CHECK(is_whole_number(word[i], &def->part[i]) && def->part[i] > 0, OM_INVALID,
+                 "--part: \"%s\" is no number of a part; 1 is the largest", word[i]);
+    }
+    def->npart = n;
+    OM_CHECK(!om_cli_get(args, "--all-parts"), OM_INVALID,
+             "--part and --all-parts exclude each other");
     return OM_OK;
 }
 
@@ -106,7 +142,8 @@ static OmStatus parse_window(const OmCliArgs* args, OmModelDef* def) {
     char* word[2];
     OM_CHECK(split(text, ',', buffer, sizeof buffer, word, 2) == 2, OM_INVALID,
              "--window: \"%s\" is not of the form LO,HI", text);
-    OM_CHECK(def->nlabel == 0, OM_INVALID, "--window and --label exclude each other");
+    OM_CHECK(def->nlabel + def->nlabel_name == 0 && !def->all_labels, OM_INVALID,
+             "--window and --label exclude each other");
     OM_TRY(parse_number("--window", word[0], &def->window_lo));
     OM_TRY(parse_number("--window", word[1], &def->window_hi));
     def->has_window = true;
@@ -227,6 +264,8 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     *def = om_model_default_def(input, edge * 1e-3);
     OM_TRY(parse_labels(args, def));
     OM_TRY(parse_window(args, def));
+    OM_TRY(parse_parts(args, def));
+    OM_TRY(om_cli_get_int(args, "--volume", 0, 1 << 30, &def->volume));
     OM_TRY(om_cli_get_double(args, "--min-share", 0, 100, &share));
     OM_TRY(om_cli_get_double(args, "--close", 0, 100, &close));
     OM_TRY(om_cli_get_double(args, "--smooth", 0.5, 3, &def->smooth));
@@ -254,20 +293,41 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
 
 // ---- the verb ---------------------------------------------------------------------------------------------------
 
+static void print_notes(const OmModelReport* r) {
+    for (const char* line = r->note; *line;) {
+        const char* end = line + strcspn(line, "\n");
+        printf("note: %.*s\n", (int)(end - line), line);
+        line = *end ? end + 1 : end;
+    }
+    if (r->warning[0]) printf("note: %s\n", r->warning);
+}
+
 static void print_summary(const OmPatient* p, const OmModelReport* r, const char* dir) {
     const OmMeshQuality* q = &r->quality;
     const double deg = 180 / 3.14159265358979;
+    if (r->selected[0]) {
+        printf("%s: %lld voxels of %.3g x %.3g x %.3g mm, %.2f mL in %d part%s\n", r->selected,
+               (long long)r->nvoxel, r->voxel.x * 1e3, r->voxel.y * 1e3, r->voxel.z * 1e3,
+               r->label_volume * 1e6, r->npart_mask, r->npart_mask == 1 ? "" : "s");
+    }
     printf("%s: %d tetrahedra, %d vertices, edges %.2f / %.2f / %.2f mm\n", p->name, q->ntet,
            q->nvert, q->edge_min * 1e3, q->edge_mean * 1e3, q->edge_max * 1e3);
-    printf(
-        "dihedral angles %.1f to %.1f degrees; volume %.2f mL, %.2f %% off; surface %.2f mm off (mean)\n",
-        q->dihedral_min * deg, q->dihedral_max * deg, q->volume * 1e6, r->volume_error * 100,
-        r->surface_error_mean * 1e3);
+    printf("dihedral angles %.1f to %.1f degrees; ", q->dihedral_min * deg, q->dihedral_max * deg);
+    if (p->organ.ntri > 0)  // the mesh is the sheet, the label is the organ below
+        printf("volume %.2f mL, %.2f %% off, the organ's %.2f mL", q->volume * 1e6,
+               r->volume_error * 100, r->surface_volume * 1e6);
+    else
+        printf("volume %.2f mL", q->volume * 1e6);
+    if (r->label_volume > 0)
+        printf(", %+.2f %% of the whole label", r->label_error * 100);
+    else if (p->organ.ntri == 0)
+        printf(", %.2f %% off", r->volume_error * 100);
+    printf("; surface %.2f mm off (mean)\n", r->surface_error_mean * 1e3);
     for (int s = 0; s < p->mesh.nset; s++) {
         printf("%s%s %d", s ? ", " : "sets: ", p->mesh.set[s].name, p->mesh.set[s].nvert);
     }
     if (p->mesh.nset) printf(" vertices; region of interest: %d points\n", p->nroi);
-    if (r->warning[0]) printf("note: %s\n", r->warning);
+    print_notes(r);
     printf("%s: written in %.1f s; open report.html\n", dir, r->seconds);
 }
 
@@ -281,15 +341,20 @@ int om_cli_model(int argc, char** argv) {
     }
     const char* input = status == OM_OK ? om_cli_positional(&args, 0) : NULL;
     const char* dir = status == OM_OK ? om_cli_get(&args, "--output") : NULL;
+    const bool is_list = status == OM_OK && om_cli_get(&args, "--list");
     OmModelDef def;
     if (status == OM_OK && !input)
         status = om_error(OM_INVALID, "which volume or mesh? see --help");
-    if (status == OM_OK && !dir) status = om_error(OM_INVALID, "where to? give -o DIR");
+    if (status == OM_OK && is_list && dir)
+        status = om_error(OM_INVALID, "--list writes nothing: leave out -o");
+    if (status == OM_OK && !dir && !is_list) status = om_error(OM_INVALID, "where to? give -o DIR");
     if (status == OM_OK) status = parse_def(&args, input, &def);
     if (status < 0) {
         om_cli_fail("model", status);
         return OM_EXIT_USAGE;
     }
+
+    if (is_list) return om_cli_model_list(&def, om_cli_get(&args, "--quiet") != NULL);
 
     OmPatient patient;
     OmModelReport report;

@@ -96,6 +96,7 @@ OmStatus om__segment_read_key(const char* line, size_t len, OmVolumeInfo* info) 
     while (nvalue > 0 && value[nvalue - 1] == ' ') nvalue--;
     OmSegment* segment;
     OM_TRY(om__segment_at(info, (int)index, &segment));
+    info->has_layers = true;
     if (strcmp(p, "_Name") == 0) om__segment_name(value, nvalue, segment->name);
     if (strcmp(p, "_ID") == 0) om__segment_name(value, nvalue, segment->id);
     if (strcmp(p, "_LabelValue") == 0) return read_whole(key, value, nvalue, &segment->value);
@@ -105,6 +106,7 @@ OmStatus om__segment_read_key(const char* line, size_t len, OmVolumeInfo* info) 
 
 OmStatus om__segment_finish(OmVolumeInfo* info) {
     bool is_old = info->nsegment == info->nentry;  // each segment has a layer of its own
+    info->has_layers = info->has_layers && info->nentry > 1;
     for (int s = 0; s < info->nsegment; s++) {
         OmSegment* segment = &info->segment[s];
         bool has_value = segment->value >= 0;

@@ -30,6 +30,15 @@ void om__model_warn(OmModelReport* report, const char* format, ...) {
     va_end(args);
 }
 
+void om__model_note(OmModelReport* report, const char* format, ...) {
+    size_t len = strlen(report->note);
+    va_list args;
+    va_start(args, format);
+    if (len > 0 && len + 1 < sizeof report->note) report->note[len++] = '\n';
+    vsnprintf(report->note + len, sizeof report->note - len, format, args);
+    va_end(args);
+}
+
 // ---- the def -------------------------------------------------------------------------------------------
 
 static void base_name(const char* path, char* out, size_t size) {
@@ -41,6 +50,7 @@ static void base_name(const char* path, char* out, size_t size) {
 
 OmModelDef om_model_default_def(const char* input, double edge) {
     OmModelDef def = {.cookie = OM__MODEL_COOKIE,
+                      .volume = -1,
                       .min_share = 0.01,
                       .connectivity = 6,
                       .smooth = 1.2,
@@ -75,6 +85,13 @@ static OmStatus check_def(const OmModelDef* def) {
              "edge: %g mm is outside 0.01 to 1000 mm", def->edge * 1e3);
     OM_CHECK(def->nlabel >= 0 && def->nlabel <= OM_MAX_LABEL, OM_INVALID,
              "label: %d labels; at most %d", def->nlabel, OM_MAX_LABEL);
+    OM_CHECK(def->nlabel_name >= 0 && def->nlabel_name <= OM_MAX_LABEL - def->nlabel, OM_INVALID,
+             "label: %d labels; at most %d", def->nlabel + def->nlabel_name, OM_MAX_LABEL);
+    OM_CHECK(def->volume >= -1, OM_INVALID, "volume: %d; volumes count from 0", def->volume);
+    OM_CHECK(def->npart >= 0 && def->npart <= OM_MAX_PART, OM_INVALID, "part: %d parts; at most %d",
+             def->npart, OM_MAX_PART);
+    OM_CHECK(!def->npart || !def->keep_all, OM_INVALID,
+             "part: all parts are kept, and some are chosen: do one of both");
     OM_CHECK(!def->has_window || def->window_lo <= def->window_hi, OM_INVALID,
              "window: %g to %g is empty", def->window_lo, def->window_hi);
     OM_CHECK(def->connectivity == 6 || def->connectivity == 26, OM_INVALID,
@@ -351,6 +368,10 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
     }
     OM_TRY_DONE(om__patient_check_materials(patient));
     OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));
+    if (report->label_volume > 0) {
+        double built = is_sheet ? report->surface_volume : report->quality.volume;
+        report->label_error = built / report->label_volume - 1;
+    }
     if (report->ncapped > 0) {
         om__model_warn(report, "the volume cuts the organ: %d voxels on its border were capped",
                        report->ncapped);

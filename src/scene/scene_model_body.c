@@ -13,28 +13,39 @@ void om__body_done(OmBody* body) {
 
 // ---- voxels ---------------------------------------------------------------------------------------------
 
-static bool is_selected(const OmModelDef* def, float value) {
+static bool is_selected(const OmModelDef* def, const OmBody* body, float value) {
     double v = (double)value;
-    if (def->has_window) return v >= def->window_lo && v <= def->window_hi;
-    if (def->nlabel == 0) return v > 0;
-    for (int i = 0; i < def->nlabel; i++) {
-        if (v == def->label[i]) return true;
+    if (body->has_window) return v >= def->window_lo && v <= def->window_hi;
+    if (body->nlabel == 0) return v > 0;
+    for (int i = 0; i < body->nlabel; i++) {
+        if (v == body->label[i]) return true;
     }
     return false;
 }
 
-// The labels a volume holds, as "1 2 3 ...", for the message that a label is not there.
-static void list_labels(const OmVolume* volume, char* out, size_t size) {
-    bool is_there[1024] = {false};
-    size_t n = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2], len = 0;
-    for (size_t v = 0; v < n; v++) {
-        float f = volume->value[v];
-        if (f > 0 && f < 1024 && f == floorf(f)) is_there[(int)f] = true;
-    }
+// The labels a volume holds, as " 1 2 3 ...", for the message that a label is not there.
+static OmStatus list_labels(const OmVolume* volume, char* out, size_t size) {
+    OmLabelScan scan;
+    OM_TRY(om__label_scan(volume, &scan));
+    size_t len = 0;
     out[0] = 0;
-    for (int l = 1; l < 1024 && len + 8 < size; l++) {
-        if (is_there[l]) len += (size_t)snprintf(out + len, size - len, " %d", l);
+    for (int l = 0; l < scan.nrow && len + 16 < size; l++)
+        len += (size_t)snprintf(out + len, size - len, " %d", scan.row[l].value);
+    om__label_scan_done(&scan);
+    return OM_OK;
+}
+
+static OmStatus no_voxels(const OmModelDef* def, const OmBody* body) {
+    if (body->has_window) {
+        return om_error(OM_INVALID, "%s: no voxel lies between %g and %g", def->input,
+                        def->window_lo, def->window_hi);
     }
+    char labels[256];
+    OM_TRY(list_labels(&body->volume, labels, sizeof labels));
+    return om_error(OM_INVALID, "%s: no voxel has label %d%s; the volume holds%s", def->input,
+                    body->nlabel ? body->label[0] : 1,
+                    body->nlabel > 1 ? " or any other of the list" : "",
+                    labels[0] ? labels : " no labels");
 }
 
 static OmStatus select_voxels(const OmModelDef* def, OmBody* body, OmModelReport* report) {
@@ -48,7 +59,7 @@ static OmStatus select_voxels(const OmModelDef* def, OmBody* body, OmModelReport
     for (int k = 0; k < dim[2]; k++) {
         for (int j = 0; j < dim[1]; j++) {
             for (int i = 0; i < dim[0]; i++, n++) {
-                if (!is_selected(def, volume->value[n])) continue;
+                if (!is_selected(def, body, volume->value[n])) continue;
                 body->mask.inside[n] = 1;
                 count++;
                 bool is_border = i == 0 || j == 0 || k == 0 || i == dim[0] - 1 || j == dim[1] - 1 ||
@@ -57,17 +68,59 @@ static OmStatus select_voxels(const OmModelDef* def, OmBody* body, OmModelReport
             }
         }
     }
-    if (count > 0) return OM_OK;
-    if (def->has_window) {
-        return om_error(OM_INVALID, "%s: no voxel lies between %g and %g", def->input,
-                        def->window_lo, def->window_hi);
+    report->nvoxel = count;
+    report->label_volume = om_mask_volume(&body->mask);
+    report->voxel =
+        om_vec3(om_norm(volume->axis.cx), om_norm(volume->axis.cy), om_norm(volume->axis.cz));
+    return count > 0 ? OM_OK : no_voxels(def, body);
+}
+
+// Which connected parts stay; those that go are told.
+static OmStatus keep_parts(const OmModelDef* def, OmMask* m, OmModelReport* report) {
+    int64_t size[OM_MAX_PART];
+    const double voxel = fabs(om_mat3_det(m->axis)), before = om_mask_volume(m);
+    OM_TRY(om_mask_list_parts(m, def->connectivity, size, OM_MAX_PART, &report->npart_mask));
+    if (def->npart > 0) {
+        OM_TRY(om_mask_choose_parts(m, def->connectivity, def->part, def->npart));
+        for (int k = 0; k < def->npart; k++) {
+            bool is_new = true;
+            for (int e = 0; e < k; e++) is_new = is_new && def->part[e] != def->part[k];
+            report->npart_kept += is_new;
+        }
+    } else {
+        OM_TRY(om_mask_keep_parts(m, def->connectivity, def->keep_all ? def->min_share : 0,
+                                  &report->npart_kept, NULL));
     }
-    char labels[256];
-    list_labels(volume, labels, sizeof labels);
-    return om_error(OM_INVALID, "%s: no voxel has label %d%s; the volume holds%s", def->input,
-                    def->nlabel ? def->label[0] : 1,
-                    def->nlabel > 1 ? " or any other of the list" : "",
-                    labels[0] ? labels : " no labels");
+    const int nshown = report->npart_mask < OM_MAX_PART ? report->npart_mask : OM_MAX_PART;
+    for (int i = 0; i < nshown; i++) {
+        report->part_volume[i] = voxel * (double)size[i];
+        report->part_is_kept[i] =
+            i == 0 || (def->keep_all && report->part_volume[i] >= def->min_share * before);
+        if (def->npart == 0) continue;
+        report->part_is_kept[i] = false;
+        for (int k = 0; k < def->npart; k++) report->part_is_kept[i] |= def->part[k] == i + 1;
+    }
+    report->left_out = before - om_mask_volume(m);
+    if (!(report->left_out > 0)) return OM_OK;
+    char list[160] = "";
+    size_t len = 0;
+    int nnamed = 0;
+    for (int i = 0; i < nshown && nnamed < 3; i++) {
+        if (report->part_is_kept[i]) continue;
+        nnamed++;
+        len += (size_t)snprintf(list + len, sizeof list - len, "%spart %d of %.4g mL",
+                                len ? ", " : "", i + 1, report->part_volume[i] * 1e6);
+    }
+    const int nleft = report->npart_mask - report->npart_kept;
+    if (nleft > nnamed && len < sizeof list)
+        snprintf(list + len, sizeof list - len, " and %d smaller", nleft - nnamed);
+    om__model_note(report,
+                   "%.4g mL (%.2g %%) of the label are left out: it has %d parts, and %d %s kept; "
+                   "left out %s %s (--all-parts or --part N keeps them)",
+                   report->left_out * 1e6, 100 * report->left_out / report->label_volume,
+                   report->npart_mask, report->npart_kept, report->npart_kept == 1 ? "is" : "are",
+                   nleft == 1 ? "is" : "are", list);
+    return OM_OK;
 }
 
 static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* report) {
@@ -78,22 +131,23 @@ static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* r
     body->voxel = cbrt(fabs(om_mat3_det(m->axis)));
     OM_TRY(om_mask_crop(m, 1 + (int)ceil(def->close_radius / smallest)));
     OM_TRY(om_mask_close(m, def->close_radius));
-    OM_TRY(om_mask_keep_parts(m, def->connectivity, def->keep_all ? def->min_share : 0,
-                              &report->npart_kept, &report->npart_mask));
+    OM_TRY(keep_parts(def, m, report));
+    const double kept = om_mask_volume(m);
     if (!def->keep_holes) OM_TRY(om_mask_fill_holes(m));
     OM_TRY(om_mask_crop(m, 1));
     body->volume_ref = report->mask_volume = om_mask_volume(m);
+    report->filled = report->mask_volume - kept;
+    if (report->filled > 0.001 * report->label_volume) {
+        om__model_note(
+            report, "holes of %.4g mL (%.2g %% of the label) are filled (--keep-holes leaves them)",
+            report->filled * 1e6, 100 * report->filled / report->label_volume);
+    }
     return OM_OK;
 }
 
 static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody* body,
                             OmModelReport* report) {
-    if (given) {
-        body->volume = *given;
-        body->is_volume_borrowed = true;
-    } else {
-        OM_TRY(om_volume_load(def->input, &body->volume));
-    }
+    OM_TRY(om__body_load_labels(def, given, body, report));
     body->has_volume = true;
     const OmVolume* v = &body->volume;
     OmVec3 half = om_scale(0.5, om_vec3(v->dim[0] - 1, v->dim[1] - 1, v->dim[2] - 1));
@@ -130,8 +184,9 @@ static double face_distance(const OmBody* body) {
 }
 
 // The label of the selected voxel nearest to p, looked for within two voxels; `otherwise` if there is none.
-static int nearest_label(const OmModelDef* def, const OmVolume* v, const OmMat3* inverse, OmVec3 p,
+static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3* inverse, OmVec3 p,
                          int otherwise) {
+    const OmVolume* v = &body->volume;
     OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->origin));
     const double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
     double best = HUGE_VAL;
@@ -144,7 +199,7 @@ static int nearest_label(const OmModelDef* def, const OmVolume* v, const OmMat3*
         size_t adr =
             (size_t)c[0] + (size_t)v->dim[0] * ((size_t)c[1] + (size_t)v->dim[1] * (size_t)c[2]);
         float value = v->value[adr];
-        if (!is_selected(def, value) || fabsf(value) >= 2147483000.0f) continue;
+        if (!is_selected(def, body, value) || fabsf(value) >= 2147483000.0f) continue;
         double d = om_norm2(om_mat3_apply(v->axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
         if (d >= best) continue;
         best = d;
@@ -162,8 +217,8 @@ void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMes
         for (int c = 0; c < 4; c++) {
             sum = om_add(sum, om_load3(mesh->x, mesh->tet_vert[4 * (size_t)e + (size_t)c]));
         }
-        mesh->tet_label[e] = nearest_label(def, &body->volume, &inverse, om_scale(0.25, sum),
-                                           def->nlabel ? def->label[0] : 1);
+        mesh->tet_label[e] = nearest_label(def, body, &inverse, om_scale(0.25, sum),
+                                           body->nlabel ? body->label[0] : 1);
     }
 }
 

@@ -12,9 +12,12 @@ enum { OM__MODEL_COOKIE = 0x30de1 };
 typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
     bool has_volume;     // from a label map or intensities
     bool is_volume_borrowed;
-    OmVolume volume;  // as read; kept for the labels of elements
-    OmMask mask;      // cleaned
-    bool has_mesh;    // from a volume mesh
+    OmVolume volume;  // as read, or the labels of several layers; kept for the labels of elements
+    bool has_window;
+    int label[OM_MAX_LABEL];  // values of `volume` that are meshed; nlabel 0: every value above 0
+    int nlabel;
+    OmMask mask;    // cleaned
+    bool has_mesh;  // from a volume mesh
     OmTetMesh mesh;
     OmSdf sdf;
     double volume_ref;    // what the distance field should enclose, m^3
@@ -58,7 +61,23 @@ OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* repo
 // Add pictures of the model to a page.
 OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page);
 
-// Append a sentence to the report's warnings.
+// Append a sentence to the report's warnings, or to its notes.
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
+void om__model_note(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
+
+// ---- labels of a file (scene_model_labels.c) --------------------------------------------------------------
+
+typedef struct OmLabelScan {  // the values of one volume
+    bool is_intensity;        // fractions, negative values, above OM_LABEL_MAX, or too many
+    double min, max;
+    int nrow;
+    OmLabelRow* row;  // values above 0, ascending; npart and largest are not set          (nrow)
+    int (*box)[6];    // first and last voxel of each along i, j, k                        (nrow)
+} OmLabelScan;
+OmStatus om__label_scan(const OmVolume* volume, OmLabelScan* scan);
+void om__label_scan_done(OmLabelScan* scan);
+// Read the volume or the layers that hold the labels of the def into `body` (volume, label), in words too.
+OmStatus om__body_load_labels(const OmModelDef* def, const OmVolume* given, OmBody* body,
+                              OmModelReport* report);
 
 #endif

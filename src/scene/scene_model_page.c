@@ -1,4 +1,6 @@
 // scene_model_page.c: report.html of a patient model.
+#include <string.h>
+
 #include "scene/scene_model_internal.h"
 
 #define MAX_CELL 96
@@ -28,12 +30,20 @@ static void put_table(Table* t, OmReport* page) {
 // What a simulation asks of a mesh; what is worth knowing besides comes below.
 static void add_verdict(const OmModelReport* r, OmReport* page) {
     const double angle = r->quality.dihedral_min * 180 / OM_PI;
-    bool is_good = r->volume_error <= 0.02 && angle > 8;
+    const double error = fmax(r->volume_error, fabs(r->label_error));
+    bool is_good = error <= 0.02 && angle > 8;
     char text[256];
-    snprintf(text, sizeof text, "Volume %s 2 %%, smallest dihedral angle %s 8 degrees.",
-             r->volume_error <= 0.02 ? "within" : "off by more than",
-             angle > 8 ? "above" : "not above");
+    snprintf(text, sizeof text, "Volume %s 2 %%%s, smallest dihedral angle %s 8 degrees.",
+             error <= 0.02 ? "within" : "off by more than",
+             r->label_volume > 0 ? " of the whole label" : "", angle > 8 ? "above" : "not above");
     om_report_verdict(page, text, is_good);
+    for (const char* line = r->note; *line;) {
+        size_t len = strcspn(line, "\n");
+        char note[sizeof r->note + 8];
+        snprintf(note, sizeof note, "Note: %.*s.", (int)len, line);
+        om_report_paragraph(page, note);
+        line += len + (line[len] != 0);
+    }
     if (!r->warning[0]) return;
     char note[sizeof r->warning + 8];
     snprintf(note, sizeof note, "Note: %s.", r->warning);
@@ -44,12 +54,16 @@ static void add_facts(const OmModelReport* r, OmReport* page) {
     const OmMeshQuality* q = &r->quality;
     char text[4][64];
     const char* value[4] = {text[0], text[1], text[2], text[3]};
-    static const char* const label[] = {"tetrahedra", "smallest dihedral angle", "volume",
-                                        "volume error"};
+    const char* const label[] = {"tetrahedra", "smallest dihedral angle", "volume",
+                                 r->label_volume > 0 ? "volume against the whole label"
+                                                     : "volume error"};
     snprintf(text[0], sizeof text[0], "%d", q->ntet);
     snprintf(text[1], sizeof text[1], "%.1f\xc2\xb0", q->dihedral_min * 180 / OM_PI);
     snprintf(text[2], sizeof text[2], "%.4g mL", q->volume * 1e6);
-    snprintf(text[3], sizeof text[3], "%.2g %%", r->volume_error * 100);
+    if (r->label_volume > 0)
+        snprintf(text[3], sizeof text[3], "%+.2g %%", r->label_error * 100);
+    else
+        snprintf(text[3], sizeof text[3], "%.2g %%", r->volume_error * 100);
     om_report_facts(page, value, label, 4);
 }
 
@@ -68,6 +82,9 @@ static void add_mesh_table(Table* t, const OmModelReport* r, OmReport* page) {
     add_row(t, "boundary to level set, largest", r->surface_error_max * 1e3, "%.3f", "mm");
     add_row(t, "shift of the level set for the right volume", r->level_shift * 1e3, "%.3f", "mm");
     if (r->mask_volume > 0) {
+        add_row(t, "volume of the whole label", r->label_volume * 1e6, "%.3f", "mL");
+        add_row(t, "of it left out", r->left_out * 1e6, "%.3f", "mL");
+        add_row(t, "holes filled", r->filled * 1e6, "%.3f", "mL");
         add_row(t, "volume of the cleaned label map", r->mask_volume * 1e6, "%.3f", "mL");
         add_row(t, "volume inside the organ's surface", r->surface_volume * 1e6, "%.3f", "mL");
         add_row(t, "level set to faces of voxels, mean", r->surface_error_voxel, "%.3f", "voxels");

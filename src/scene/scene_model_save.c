@@ -158,6 +158,18 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_open(&j, "dihedral_histogram_10deg", '[');
     for (int i = 0; i < OM_DIHEDRAL_BIN; i++) om_json_integer(&j, NULL, q->dihedral_bin[i]);
     om_json_close(&j, ']');
+    if (r->selected[0]) {
+        om_json_string(&j, "selected", r->selected);
+        om_json_integer(&j, "label_voxels", r->nvoxel);
+        om_json_number(&j, "label_volume_ml", r->label_volume * 1e6);
+        om_json_number(&j, "label_error_percent", r->label_error * 100);
+        om_json_number(&j, "left_out_ml", r->left_out * 1e6);
+        om_json_number(&j, "filled_ml", r->filled * 1e6);
+        om_json_open(&j, "part_volumes_ml", '[');
+        for (int i = 0; i < r->npart_mask && i < OM_MAX_PART; i++)
+            om_json_number(&j, NULL, r->part_volume[i] * 1e6);
+        om_json_close(&j, ']');
+    }
     om_json_number(&j, "organ_mask_volume_ml", r->mask_volume * 1e6);
     om_json_number(&j, "tissue_volume_ml", q->volume * 1e6);
     om_json_number(&j, "organ_surface_volume_ml", r->surface_volume * 1e6);
@@ -176,6 +188,7 @@ static OmStatus append_json(OmText* t, const OmPatient* p, const OmModelReport* 
     om_json_close(&j, '}');
     om_json_integer(&j, "roi_points", p->nroi);
     om_json_number(&j, "seconds", r->seconds);
+    om_json_string(&j, "note", r->note);
     om_json_string(&j, "warning", r->warning);
     om_json_close(&j, '}');
     return om_json_end(&j);

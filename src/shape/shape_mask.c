@@ -5,6 +5,7 @@
 // space, axis by axis; on an oblique grid with orthogonal axes that is exact.
 #include "shape/shape_internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 OmStatus om_mask_init(OmMask* mask, int nx, int ny, int nz) {
@@ -185,13 +186,78 @@ static void join_runs(const OmMask* m, RunTable* t, int connectivity) {
     }
 }
 
-OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, int* nkept,
-                            int* nfound) {
+static OmStatus find_parts(const OmMask* mask, int connectivity, RunTable* t) {
     OM_CHECK(connectivity == 6 || connectivity == 26, OM_INVALID,
              "connectivity is %d; it can be 6 or 26", connectivity);
+    OM_TRY(find_runs(mask, 1, t));
+    join_runs(mask, t, connectivity);
+    return OM_OK;
+}
+
+typedef struct Part {
+    int root;  // the run of its first voxel
+    int64_t size;
+} Part;
+
+static int compare_parts(const void* a, const void* b) {
+    const Part *p = a, *q = b;
+    if (p->size != q->size) return p->size < q->size ? 1 : -1;
+    return (p->root > q->root) - (p->root < q->root);
+}
+
+// The parts of a table, the largest first.
+static OmStatus sort_parts(const RunTable* t, Part** part, int* npart) {
+    int n = 0;
+    for (int r = 0; r < t->nrun; r++) n += t->run[r].parent == r;
+    *npart = n;
+    OM_ALLOC(*part, n);
+    n = 0;
+    for (int r = 0; r < t->nrun; r++)
+        if (t->run[r].parent == r) (*part)[n++] = (Part){r, t->run[r].size};
+    qsort(*part, (size_t)n, sizeof **part, compare_parts);
+    return OM_OK;
+}
+
+OmStatus om_mask_list_parts(const OmMask* mask, int connectivity, int64_t* size, int max,
+                            int* nfound) {
     RunTable t;
-    OM_TRY(find_runs(mask, 1, &t));
-    join_runs(mask, &t, connectivity);
+    Part* part = NULL;
+    OM_TRY(find_parts(mask, connectivity, &t));
+    OmStatus status = sort_parts(&t, &part, nfound);
+    for (int i = 0; status == OM_OK && i < *nfound && i < max; i++) size[i] = part[i].size;
+    om_free(part);
+    run_table_done(&t);
+    return status;
+}
+
+OmStatus om_mask_choose_parts(OmMask* mask, int connectivity, const int* rank, int nrank) {
+    RunTable t;
+    Part* part = NULL;
+    int npart = 0, nx = mask->dim[0], row = 0;
+    OM_TRY(find_parts(mask, connectivity, &t));
+    OmStatus status = sort_parts(&t, &part, &npart);
+    if (status < 0) goto done;
+    for (int i = 0; i < nrank; i++) {
+        OM_CHECK_DONE(rank[i] >= 1 && rank[i] <= npart, OM_INVALID,
+                      "part %d: the mask has parts 1 to %d", rank[i], npart);
+    }
+    for (int i = 0; i < nrank; i++) t.run[part[rank[i] - 1].root].size = -1;  // marks what stays
+    for (int r = 0; r < t.nrun; r++) {
+        while (t.row_adr[row + 1] <= r) row++;
+        if (t.run[find_root(t.run, r)].size < 0) continue;
+        memset(&mask->inside[(size_t)row * (size_t)nx + (size_t)t.run[r].begin], 0,
+               (size_t)(t.run[r].end - t.run[r].begin));
+    }
+done:
+    om_free(part);
+    run_table_done(&t);
+    return status;
+}
+
+OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, int* nkept,
+                            int* nfound) {
+    RunTable t;
+    OM_TRY(find_parts(mask, connectivity, &t));
     int nroot = 0, nkeep = 0, largest = -1;
     int64_t total = 0;
     for (int r = 0; r < t.nrun; r++) {

@@ -140,6 +140,7 @@ static void test_segments_have_names_layers_and_values(void** unused) {
     assert_int_equal(info.nentry, 2);
     assert_int_equal(info.dim[0] * 100 + info.dim[1] * 10 + info.dim[2], 342);
     assert_int_equal(info.nsegment, 3);
+    assert_true(info.has_layers);
     static const OmSegment expected[] = {{"liver", "Segment_1", 0, 1},
                                          {"Lebervene \xc3\xa4 ?", "Segment_2", 1, 7},
                                          {"tumour", "", 1, 2}};

@@ -131,6 +131,9 @@ static void test_labels_become_materials(void** unused) {
         v.value[n] = !is_in ? 0 : i < 8 ? 29 : 1;
     }
     OmModelDef def = om_model_default_def("halves", 0.004);
+    assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "halves holds 2 labels, 1, 29: choose"));
+    def.all_labels = true;
     def.material[def.nmaterial++] = (OmPatientMaterial){"gland", 29, 15000, 0.49, 1020};
     assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "no material for label 1"));

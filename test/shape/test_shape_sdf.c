@@ -265,6 +265,28 @@ static void test_parts_holes_crop_close(void** unused) {
     assert_ok(om_mask_keep_parts(&m, 26, 0.001, &nkept, &nfound));
     assert_int_equal(nfound, 2);
     assert_int_equal(nkept, 2);
+    // three parts by faces, two of one voxel: the largest first, equal ones by their place
+    int64_t size[8];
+    const int middle = 2, no_part = 4;
+    unsigned char before[1000];
+    memcpy(before, m.inside, sizeof before);
+    assert_ok(om_mask_list_parts(&m, 26, size, 8, &nfound));
+    assert_int_equal(nfound, 2);
+    assert_int_equal(size[0], 125);
+    assert_ok(om_mask_list_parts(&m, 6, size, 2, &nfound));
+    assert_int_equal(nfound, 3);
+    assert_int_equal(size[0], 124);
+    assert_int_equal(size[1], 1);
+    assert_status(om_mask_choose_parts(&m, 6, &no_part, 1), OM_INVALID);
+    assert_memory_equal(m.inside, before, sizeof before);
+    assert_ok(om_mask_choose_parts(&m, 6, &middle, 1));
+    assert_int_equal(om_mask_count(&m), 1);
+    assert_int_equal(m.inside[5 + 10 * (5 + 10 * 5)], 1);
+    memcpy(m.inside, before, sizeof before);
+    assert_ok(om_mask_choose_parts(&m, 6, (const int[]){3, 1}, 2));
+    assert_int_equal(om_mask_count(&m), 125);
+    assert_int_equal(m.inside[999], 1);
+    memcpy(m.inside, before, sizeof before);
     assert_ok(om_mask_keep_parts(&m, 6, 0, &nkept, &nfound));
     assert_int_equal(nfound, 3);
     assert_int_equal(nkept, 1);
@@ -300,6 +322,7 @@ static OmStatus build_everything(const OmMask* mask) {
     OM_TRY_DONE(om_mask_crop(&m, 2));
     OM_TRY_DONE(om_mask_close(&m, 0.004));
     OM_TRY_DONE(om_mask_keep_parts(&m, 6, 0, NULL, NULL));
+    OM_TRY_DONE(om_mask_choose_parts(&m, 6, (const int[]){1}, 1));
     OM_TRY_DONE(om_mask_fill_holes(&m));
     OM_TRY_DONE(om_sdf_from_mask(&m, &def, &sdf));
     OM_TRY_DONE(om_surface_from_sdf(&sdf, 0, &s));

@@ -1,0 +1,513 @@
+// scene_model_labels.c: the labels of a file: what it holds, and which of them a model is built from.
+//
+// A number is the value of the voxels, unless segments of several layers share values (3D Slicer counts anew
+// in each layer): then segments are numbered from 1 in the order of the file, and the list says so.
+// Labels of several layers are joined in one volume; where they overlap, the one that is named first has the voxel.
+#include <limits.h>
+#include <string.h>
+#include <strings.h>
+
+#include "scene/scene_model_internal.h"
+
+enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256 };
+
+// ---- the values of a volume ---------------------------------------------------------------------------
+
+typedef struct Tally {  // of one value, while the volume is scanned
+    int64_t count;
+    double sum[3];  // of the voxels' indices
+    int box[6];
+    OmVec3 lo, hi;  // centres, m
+} Tally;
+
+static OmVec3 voxel_centre(const OmVolume* v, double i, double j, double k) {
+    return om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
+}
+
+// Voxels [begin, end) of row (j, k) have the value.
+static void add_run(const OmVolume* v, Tally* t, int begin, int end, int j, int k) {
+    const int first[3] = {begin, j, k}, last[3] = {end - 1, j, k};
+    const double n = end - begin;
+    OmVec3 a = voxel_centre(v, begin, j, k), b = voxel_centre(v, end - 1, j, k);
+    for (int c = 0; c < 3; c++) {
+        if (t->count == 0 || first[c] < t->box[c]) t->box[c] = first[c];
+        if (t->count == 0 || last[c] > t->box[3 + c]) t->box[3 + c] = last[c];
+    }
+    t->lo = t->count == 0 ? om_min3(a, b) : om_min3(t->lo, om_min3(a, b));
+    t->hi = t->count == 0 ? om_max3(a, b) : om_max3(t->hi, om_max3(a, b));
+    t->sum[0] += n * 0.5 * (begin + end - 1);
+    t->sum[1] += n * j;
+    t->sum[2] += n * k;
+    t->count += end - begin;
+}
+
+static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* row) {
+    const double n = (double)t->count;
+    const OmMat3* a = &v->axis;
+    OmVec3 half = om_vec3(0.5 * (fabs(a->cx.x) + fabs(a->cy.x) + fabs(a->cz.x)),
+                          0.5 * (fabs(a->cx.y) + fabs(a->cy.y) + fabs(a->cz.y)),
+                          0.5 * (fabs(a->cx.z) + fabs(a->cy.z) + fabs(a->cz.z)));
+    *row = (OmLabelRow){.label = value, .value = value, .nvoxel = t->count};
+    row->volume = n * fabs(om_mat3_det(v->axis));
+    row->lo = om_sub(t->lo, half);
+    row->hi = om_add(t->hi, half);
+    row->centroid = voxel_centre(v, t->sum[0] / n, t->sum[1] / n, t->sum[2] / n);
+    for (int c = 0; c < 3; c++)
+        row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->dim[c] - 1;
+}
+
+static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
+    size_t n = 0;
+    for (int k = 0; k < v->dim[2]; k++) {
+        for (int j = 0; j < v->dim[1]; j++, n += (size_t)v->dim[0]) {
+            const float* row = &v->value[n];
+            for (int i = 0; i < v->dim[0];) {
+                int begin = i;
+                const float f = row[begin];
+                while (i < v->dim[0] && row[i] == f) i++;
+                scan->min = fmin(scan->min, (double)f);
+                scan->max = fmax(scan->max, (double)f);
+                bool is_label = f >= 0 && f <= LABEL_MAX && f == floorf(f);
+                if (!is_label) scan->is_intensity = true;
+                if (is_label && f > 0) add_run(v, &tally[(int)f], begin, i, j, k);
+            }
+        }
+    }
+}
+
+OmStatus om__label_scan(const OmVolume* volume, OmLabelScan* scan) {
+    OmStatus status = OM_OK;
+    Tally* tally = NULL;
+    *scan = (OmLabelScan){.min = HUGE_VAL, .max = -HUGE_VAL};
+    OM_CALLOC_DONE(tally, LABEL_MAX + 1);
+    scan_rows(volume, tally, scan);
+    for (int l = 1; l <= LABEL_MAX; l++) scan->nrow += tally[l].count > 0;
+    scan->is_intensity = scan->is_intensity || scan->nrow > ROW_MAX;
+    OM_ALLOC_DONE(scan->row, scan->nrow);
+    OM_ALLOC_DONE(scan->box, scan->nrow);
+    for (int l = 1, n = 0; l <= LABEL_MAX; l++) {
+        if (tally[l].count == 0) continue;
+        fill_row(volume, &tally[l], l, &scan->row[n]);
+        memcpy(scan->box[n++], tally[l].box, sizeof tally[l].box);
+    }
+done:
+    om_free(tally);
+    if (status < 0) om__label_scan_done(scan);
+    return status;
+}
+
+void om__label_scan_done(OmLabelScan* scan) {
+    om_free(scan->row);
+    om_free(scan->box);
+    memset(scan, 0, sizeof *scan);
+}
+
+// ---- segments and their numbers -------------------------------------------------------------------------
+
+static bool are_values_unique(const OmVolumeInfo* info) {
+    for (int s = 0; s < info->nsegment; s++) {
+        for (int t = 0; t < s; t++)
+            if (info->segment[s].value == info->segment[t].value) return false;
+    }
+    return true;
+}
+
+// The number by which a segment is chosen.
+static int segment_label(const OmVolumeInfo* info, bool is_unique, int s) {
+    return !info->has_layers || is_unique ? info->segment[s].value : s + 1;
+}
+
+// The segment that names a value of a layer, or -1.
+static int find_segment(const OmVolumeInfo* info, int layer, int value) {
+    for (int s = 0; s < info->nsegment; s++) {
+        const OmSegment* g = &info->segment[s];
+        if (g->layer == layer && g->value == value) return s;
+    }
+    return -1;
+}
+
+// ---- the list ---------------------------------------------------------------------------------------------
+
+static OmStatus count_parts(const OmVolume* v, const int box[6], OmLabelRow* row) {
+    OmMask mask;
+    int64_t size = 0;
+    OM_TRY(om_mask_init(&mask, box[3] - box[0] + 1, box[4] - box[1] + 1, box[5] - box[2] + 1));
+    size_t n = 0;
+    for (int k = box[2]; k <= box[5]; k++) {
+        for (int j = box[1]; j <= box[4]; j++) {
+            for (int i = box[0]; i <= box[3]; i++, n++) {
+                size_t at =
+                    (size_t)i + (size_t)v->dim[0] * ((size_t)j + (size_t)v->dim[1] * (size_t)k);
+                mask.inside[n] = v->value[at] == (float)row->value;
+            }
+        }
+    }
+    OmStatus status = om_mask_list_parts(&mask, 6, &size, 1, &row->npart);
+    row->largest = (double)size * fabs(om_mat3_det(v->axis));
+    om_mask_done(&mask);
+    return status;
+}
+
+static OmStatus add_row(OmLabelList* list, const OmLabelRow* row) {
+    OmLabelRow* grown =
+        om_realloc(list->row, (size_t)list->nrow, (size_t)list->nrow + 1, sizeof *grown);
+    if (!grown) return OM_NO_MEMORY;
+    list->row = grown;
+    grown[list->nrow++] = *row;
+    return OM_OK;
+}
+
+// Rows of one volume of the file; `layer` is -1 where the file has no layers.
+static OmStatus list_volume(const OmVolumeInfo* info, int layer, const OmVolume* v,
+                            OmLabelList* list) {
+    OmLabelScan scan;
+    const bool is_unique = are_values_unique(info);
+    OM_TRY(om__label_scan(v, &scan));
+    OmStatus status = OM_OK;
+    list->min = fmin(list->min, scan.min);
+    list->max = fmax(list->max, scan.max);
+    list->is_intensity = list->is_intensity || scan.is_intensity;
+    list->voxel = om_vec3(om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz));
+    for (int r = 0; r < scan.nrow && !scan.is_intensity && status == OM_OK; r++) {
+        OmLabelRow* row = &scan.row[r];
+        int s = find_segment(info, layer < 0 ? 0 : layer, row->value);
+        row->layer = layer < 0 ? 0 : layer;
+        if (s >= 0) memcpy(row->name, info->segment[s].name, sizeof row->name);
+        if (s >= 0) row->label = segment_label(info, is_unique, s);
+        if (s < 0 && info->has_layers) row->label = -1;
+        status = count_parts(v, scan.box[r], row);
+        if (status == OM_OK) status = add_row(list, row);
+    }
+    om__label_scan_done(&scan);
+    return status;
+}
+
+static OmStatus list_all(const char* path, int volume, const OmVolumeInfo* info,
+                         const OmProgress* progress, OmLabelList* list) {
+    const bool is_layered = info->has_layers && volume < 0;
+    const int nvolume = is_layered ? info->nentry : 1;
+    OM_CHECK(nvolume <= LAYER_MAX, OM_INVALID,
+             "%s: %d layers; up to %d are listed together: list one with --volume N", path, nvolume,
+             LAYER_MAX);
+    for (int e = 0; e < nvolume; e++) {
+        OmVolume v;
+        OM_TRY(om_progress_report(progress, "reading", e, nvolume));
+        OM_TRY(is_layered    ? om_volume_load_entry(path, e, &v)
+               : volume >= 0 ? om_volume_load_entry(path, volume, &v)
+                             : om_volume_load(path, &v));
+        OmStatus status =
+            list_volume(info, info->has_layers ? (is_layered ? e : volume) : -1, &v, list);
+        om_volume_done(&v);
+        OM_TRY(status);
+    }
+    for (int s = 0; s < info->nsegment; s++) {
+        bool is_there = false;
+        for (int r = 0; r < list->nrow; r++) {
+            const OmSegment* g = &info->segment[s];
+            is_there = is_there || (list->row[r].value == g->value &&
+                                    (!info->has_layers || list->row[r].layer == g->layer));
+        }
+        list->nempty += !is_there && !list->is_intensity;
+    }
+    return OM_OK;
+}
+
+OmStatus om_model_list_labels(const char* path, int volume, const OmProgress* progress,
+                              OmLabelList* list) {
+    OmVolumeInfo info;
+    *list = (OmLabelList){.min = HUGE_VAL, .max = -HUGE_VAL};
+    OM_TRY(om_volume_load_info(path, &info));
+    memcpy(list->dim, info.dim, sizeof list->dim);
+    list->nentry = info.nentry;
+    list->has_layers = info.has_layers;
+    OmStatus status = list_all(path, volume, &info, progress, list);
+    om_volume_info_done(&info);
+    if (status < 0) om_label_list_done(list);
+    return status;
+}
+
+void om_label_list_done(OmLabelList* list) {
+    if (!list) return;
+    om_free(list->row);
+    memset(list, 0, sizeof *list);
+}
+
+// ---- choosing ---------------------------------------------------------------------------------------------
+
+typedef struct Choice {  // what is meshed
+    int segment;         // of the file's table, -1: it has none for it
+    int layer, value;
+    int label;  // of the elements
+} Choice;
+
+typedef struct Chooser {
+    const OmModelDef* def;
+    const OmVolumeInfo* info;
+    bool is_unique;
+    Choice choice[OM_MAX_LABEL];
+    int nchoice;
+} Chooser;
+
+static OmStatus choose_segment(Chooser* c, int s) {
+    const OmSegment* g = &c->info->segment[s];
+    // of the one volume that is read, elements get the values as they are
+    int label = c->def->volume >= 0 ? g->value : segment_label(c->info, c->is_unique, s);
+    for (int i = 0; i < c->nchoice; i++)
+        if (c->choice[i].segment == s) return OM_OK;
+    OM_CHECK(c->nchoice < OM_MAX_LABEL, OM_INVALID, "label: at most %d", OM_MAX_LABEL);
+    c->choice[c->nchoice++] = (Choice){s, g->layer, g->value, label};
+    return OM_OK;
+}
+
+// "1 liver, 2 vein", of at most CHOICE_MAX segments.
+static void name_segments(const OmVolumeInfo* info, char* out, size_t size) {
+    const bool is_unique = are_values_unique(info);
+    size_t len = 0;
+    out[0] = 0;
+    for (int s = 0; s < info->nsegment && s < CHOICE_MAX && len + 1 < size; s++) {
+        len += (size_t)snprintf(out + len, size - len, "%s%d %.40s", s ? ", " : "",
+                                segment_label(info, is_unique, s), info->segment[s].name);
+    }
+    if (info->nsegment > CHOICE_MAX && len + 1 < size)
+        snprintf(out + len, size - len, " and %d more", info->nsegment - CHOICE_MAX);
+}
+
+static OmStatus unknown_name(const Chooser* c, const char* name) {
+    const OmVolumeInfo* info = c->info;
+    OM_CHECK(info->nsegment > 0, OM_INVALID,
+             "%s: label \"%s\": the file names no labels; choose by number (--list shows them)",
+             c->def->input, name);
+    const char** candidate = om_alloc((size_t)info->nsegment, sizeof *candidate);
+    if (!candidate) return OM_NO_MEMORY;
+    for (int s = 0; s < info->nsegment; s++) candidate[s] = info->segment[s].name;
+    const char* near = om_nearest_word(name, candidate, info->nsegment);
+    char all[600];
+    name_segments(info, all, sizeof all);
+    om_error(OM_INVALID, "%s: no label is named \"%s\"%s%s%s; the file names %s", c->def->input,
+             name, near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "", all);
+    om_free(candidate);
+    return OM_INVALID;
+}
+
+static OmStatus choose_name(Chooser* c, const char* name) {
+    const OmVolumeInfo* info = c->info;
+    int found = -1;
+    for (int s = 0; s < info->nsegment; s++) {
+        const OmSegment* g = &info->segment[s];
+        if (strcasecmp(g->name, name) != 0 && strcasecmp(g->id, name) != 0) continue;
+        OM_CHECK(found < 0, OM_INVALID,
+                 "%s: two labels are named \"%s\": choose %d or %d by number", c->def->input, name,
+                 segment_label(info, c->is_unique, found), segment_label(info, c->is_unique, s));
+        found = s;
+    }
+    return found < 0 ? unknown_name(c, name) : choose_segment(c, found);
+}
+
+static OmStatus choose_number(Chooser* c, int label) {
+    const OmVolumeInfo* info = c->info;
+    if (c->def->volume >= 0 || !info->has_layers) {  // the value in the one volume that is read
+        const int layer = c->def->volume > 0 ? c->def->volume : 0;
+        for (int i = 0; i < c->nchoice; i++)
+            if (c->choice[i].value == label) return OM_OK;
+        OM_CHECK(c->nchoice < OM_MAX_LABEL, OM_INVALID, "label: at most %d", OM_MAX_LABEL);
+        int s = find_segment(info, info->has_layers ? layer : 0, label);
+        c->choice[c->nchoice++] = (Choice){s, layer, label, label};
+        return OM_OK;
+    }
+    for (int s = 0; s < info->nsegment; s++)
+        if (segment_label(info, c->is_unique, s) == label) return choose_segment(c, s);
+    char all[600];
+    name_segments(info, all, sizeof all);
+    return om_error(OM_INVALID, "%s: no segment has the label %d; the file holds %s", c->def->input,
+                    label, all);
+}
+
+static OmStatus choose(Chooser* c) {
+    const OmModelDef* def = c->def;
+    const OmVolumeInfo* info = c->info;
+    for (int i = 0; i < def->nlabel; i++) OM_TRY(choose_number(c, def->label[i]));
+    for (int i = 0; i < def->nlabel_name; i++) OM_TRY(choose_name(c, def->label_name[i]));
+    bool is_layered = info->has_layers && def->volume < 0 && !def->has_window;
+    if (c->nchoice > 0 || !is_layered) return OM_OK;
+    if (def->all_labels || info->nsegment == 1) {
+        for (int s = 0; s < info->nsegment; s++) OM_TRY(choose_segment(c, s));
+        return OM_OK;
+    }
+    char all[600];
+    name_segments(info, all, sizeof all);
+    return om_error(
+        OM_INVALID,
+        "%s holds %d segments, %s: choose with --label NAME or N (several: their union; "
+        "--label all: every one)",
+        def->input, info->nsegment, all);
+}
+
+// Which labels, in words: "liver (label 5), label 9".
+static void describe(const Chooser* c, OmModelReport* report) {
+    size_t len = 0, size = sizeof report->selected;
+    for (int i = 0; i < c->nchoice && len + 1 < size; i++) {
+        const Choice* k = &c->choice[i];
+        const char* name = k->segment >= 0 ? c->info->segment[k->segment].name : "";
+        len += (size_t)snprintf(report->selected + len, size - len,
+                                name[0] ? "%s%s (label %d)" : "%s%slabel %d", i ? ", " : "", name,
+                                k->label);
+    }
+}
+
+// ---- loading ----------------------------------------------------------------------------------------------
+
+// Join the chosen labels of several layers in body->volume: first their places in the choice, from 1.
+static OmStatus join_layers(const Chooser* c, OmBody* body, OmModelReport* report) {
+    const OmModelDef* def = c->def;
+    int64_t noverlap = 0;
+    float* joined = NULL;
+    OmStatus status = OM_OK;
+    for (int layer = 0; layer < c->info->nentry; layer++) {
+        bool is_wanted = false;
+        for (int i = 0; i < c->nchoice; i++) is_wanted = is_wanted || c->choice[i].layer == layer;
+        if (!is_wanted) continue;
+        om_volume_done(&body->volume);
+        OM_TRY_DONE(om_volume_load_entry(def->input, layer, &body->volume));
+        const OmVolume* v = &body->volume;
+        const size_t n = (size_t)v->dim[0] * (size_t)v->dim[1] * (size_t)v->dim[2];
+        if (!joined) OM_CALLOC_DONE(joined, n);
+        for (int i = 0; i < c->nchoice; i++) {
+            if (c->choice[i].layer != layer) continue;
+            for (size_t at = 0; at < n; at++) {
+                if (v->value[at] != (float)c->choice[i].value) continue;
+                noverlap += joined[at] > 0;
+                if (!(joined[at] > 0) || (float)(i + 1) < joined[at]) joined[at] = (float)(i + 1);
+            }
+        }
+    }
+    const int* dim = body->volume.dim;
+    for (size_t at = 0; at < (size_t)dim[0] * (size_t)dim[1] * (size_t)dim[2]; at++)
+        if (joined[at] > 0) joined[at] = (float)c->choice[(int)joined[at] - 1].label;
+    om_free(body->volume.value);
+    body->volume.value = joined;
+    if (noverlap > 0) {
+        om__model_note(
+            report,
+            "%lld voxels belong to several of the labels: each counts once, with the label that is "
+            "named first",
+            (long long)noverlap);
+    }
+    return OM_OK;
+done:
+    om_free(joined);
+    return status;
+}
+
+// Without a choice: a volume of one label has it; of several, or of intensities, none is taken.
+static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport* report) {
+    const OmModelDef* def = c->def;
+    OmLabelScan scan;
+    OM_TRY(om__label_scan(&body->volume, &scan));
+    OmStatus status = OM_OK;
+    if (scan.is_intensity) {
+        status = om_error(OM_INVALID,
+                          "%s holds intensities of %g to %g, no labels: choose with --window LO,HI",
+                          def->input, scan.min, scan.max);
+    } else if (scan.nrow > 1) {
+        char all[600];
+        size_t len = 0;
+        for (int r = 0; r < scan.nrow && r < CHOICE_MAX && len + 1 < sizeof all; r++) {
+            int s = find_segment(c->info, c->info->has_layers ? def->volume : 0, scan.row[r].value);
+            len += (size_t)snprintf(all + len, sizeof all - len, "%s%d%s%.40s", r ? ", " : "",
+                                    scan.row[r].value, s >= 0 ? " " : "",
+                                    s >= 0 ? c->info->segment[s].name : "");
+        }
+        if (scan.nrow > CHOICE_MAX && len + 1 < sizeof all)
+            snprintf(all + len, sizeof all - len, " and %d more", scan.nrow - CHOICE_MAX);
+        status = om_error(OM_INVALID,
+                          "%s holds %d labels, %s: choose with --label N%s (several: their union; "
+                          "--label all: every one)",
+                          def->input, scan.nrow, all, c->info->nsegment ? " or NAME" : "");
+    } else if (scan.nrow == 1) {
+        body->label[body->nlabel++] = scan.row[0].value;
+        int s = find_segment(c->info, c->info->has_layers ? def->volume : 0, scan.row[0].value);
+        const char* name = s >= 0 ? c->info->segment[s].name : "";
+        snprintf(report->selected, sizeof report->selected,
+                 name[0] ? "%s (label %d)" : "%slabel %d", name, scan.row[0].value);
+    }
+    om__label_scan_done(&scan);
+    return status;
+}
+
+// Labels that were chosen and have no voxel, beside others that have.
+static OmStatus note_missing(const Chooser* c, OmBody* body, OmModelReport* report) {
+    OmLabelScan scan;
+    if (body->nlabel < 2) return OM_OK;  // a single one that is missing is an error
+    OM_TRY(om__label_scan(&body->volume, &scan));
+    for (int i = 0; i < body->nlabel; i++) {
+        bool is_there = body->label[i] <= 0 || scan.is_intensity;
+        for (int r = 0; r < scan.nrow; r++)
+            is_there = is_there || scan.row[r].value == body->label[i];
+        int s = c->choice[i].segment;
+        if (is_there) continue;
+        om__model_note(report, "label %d%s%s has no voxel", body->label[i], s >= 0 ? " " : "",
+                       s >= 0 ? c->info->segment[s].name : "");
+    }
+    om__label_scan_done(&scan);
+    return OM_OK;
+}
+
+static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
+                            OmModelReport* report) {
+    const OmModelDef* def = c->def;
+    OM_TRY(choose(c));
+    int layer = def->volume;
+    bool is_one_layer = true;
+    if (c->info->has_layers && def->volume < 0 && c->nchoice > 0) {
+        layer = c->choice[0].layer;
+        for (int i = 0; i < c->nchoice; i++)
+            is_one_layer = is_one_layer && c->choice[i].layer == layer;
+    }
+    for (int i = 0; i < c->nchoice; i++) {
+        const Choice* k = &c->choice[i];
+        OM_CHECK(def->volume < 0 || k->layer == def->volume, OM_INVALID,
+                 "%s: label \"%s\" lies in volume %d, not in volume %d", def->input,
+                 k->segment >= 0 ? c->info->segment[k->segment].name : "", k->layer, def->volume);
+    }
+    if (given) {
+        body->volume = *given;
+        body->is_volume_borrowed = true;
+    } else if (!is_one_layer ||
+               (c->info->has_layers && !c->is_unique && c->nchoice > 0 && layer != def->volume)) {
+        OM_TRY(join_layers(c, body, report));
+    } else {
+        OM_TRY(layer >= 0 ? om_volume_load_entry(def->input, layer, &body->volume)
+                          : om_volume_load(def->input, &body->volume));
+    }
+    body->has_window = def->has_window;
+    for (int i = 0; i < c->nchoice; i++) body->label[body->nlabel++] = c->choice[i].label;
+    describe(c, report);
+    if (def->has_window) {
+        snprintf(report->selected, sizeof report->selected, "values from %g to %g", def->window_lo,
+                 def->window_hi);
+        return OM_OK;
+    }
+    if (c->nchoice > 0) return note_missing(c, body, report);
+    if (def->all_labels) {
+        snprintf(report->selected, sizeof report->selected, "every value above 0");
+        return OM_OK;
+    }
+    return choose_only_label(c, body, report);
+}
+
+OmStatus om__body_load_labels(const OmModelDef* def, const OmVolume* given, OmBody* body,
+                              OmModelReport* report) {
+    OmVolumeInfo info = {.nentry = 1};
+    Chooser* c = om_calloc(1, sizeof *c);
+    if (!c) return OM_NO_MEMORY;
+    OmStatus status = given ? OM_OK : om_volume_load_info(def->input, &info);
+    if (status == OM_OK) {
+        c->def = def;
+        c->info = &info;
+        c->is_unique = are_values_unique(&info);
+        status = load_chosen(c, given, body, report);
+    }
+    om_volume_info_done(&info);
+    om_free(c);
+    return status;
+}
