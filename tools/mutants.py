@@ -261,7 +261,7 @@ class Tree:
         return self.base[name]
 
 
-def room_tests(tree, mutant, room, is_quick):
+def room_tests(tree, mutant, room, scope):
     """The tests of a mutant, in the order in which they run."""
     def is_slow(name):
         return "slow" in tree.tests[name][1].get("LABELS", "").split(";")
@@ -270,9 +270,9 @@ def room_tests(tree, mutant, room, is_quick):
     if room == "cli":
         own = [name for name in tree.tests if name.startswith("cli_")]
     own.sort(key=lambda name: (is_slow(name), name.startswith("cli_")))
-    own = [name for name in own if not is_slow(name) or (mutant.slow and not is_quick)]
+    own = [name for name in own if not is_slow(name) or (mutant.slow and scope == "all")]
     named = [name for name in mutant.tests if name in tree.tests]
-    return named + [name for name in own if name not in named]
+    return named + [name for name in own if name not in named and scope != "named"]
 
 
 def key_of(mutant, files, tests):
@@ -288,7 +288,7 @@ def key_of(mutant, files, tests):
     return digest.hexdigest()[:16]
 
 
-def try_mutant(tree, mutant, is_quick):
+def try_mutant(tree, mutant, scope):
     """(outcome, detail): killed by a test, survived, equivalent, untested, unbuildable or stale."""
     files = source_files(tree.root)
     why = stale(mutant, files)
@@ -297,7 +297,7 @@ def try_mutant(tree, mutant, is_quick):
     path = files[mutant.file]
     text = path.read_text()
     changed = text.replace(mutant.old, mutant.new)
-    names = room_tests(tree, mutant, path.parent.name, is_quick)
+    names = room_tests(tree, mutant, path.parent.name, scope)
     for name in mutant.tests:
         if name in tree.tests:
             tree.baseline(name)
@@ -327,7 +327,7 @@ def try_mutant(tree, mutant, is_quick):
             return "killed", name
         if not count:
             return "untested", "no test of its room runs"
-        return "survived", f"{count} tests" + (", slow ones left out" if is_quick else "")
+        return "survived", f"{count} tests" + ("" if scope == "all" else f", {scope} ones only")
     finally:
         path.write_text(text)
 
@@ -344,13 +344,19 @@ def read_journal(path):
     return rows
 
 
+def is_open(row, scope):
+    """Did it survive fewer tests than `scope` has?"""
+    order = ["named", "quick", "all"]
+    return row["outcome"] in ("survived", "untested") and order.index(row.get("scope", "all")) < order.index(scope)
+
+
 def run(mutants, args, scratch, journal):
     """Run what the journal does not have yet."""
     rows, files, tests = read_journal(journal), source_files(args.root), test_files(args.root)
     todo, lock = queue.Queue(), threading.Lock()
     for m in mutants:
         row = rows.get(key_of(m, files, tests))
-        if args.again or row is None or (row.get("quick") and row["outcome"] == "survived" and not args.quick):
+        if args.again or row is None or is_open(row, args.scope):
             todo.put(m)
     count, done = todo.qsize(), [0]
     print(f"{len(mutants)} mutants, {count} to run", flush=True)
@@ -367,9 +373,9 @@ def run(mutants, args, scratch, journal):
             with open(tree.log, "a") as out:
                 out.write(f"=== {m.list}:{m.line} {m.title}\n")
             start = time.monotonic()
-            outcome, detail = try_mutant(tree, m, args.quick)
+            outcome, detail = try_mutant(tree, m, args.scope)
             row = {"key": key_of(m, files, tests), "file": m.file, "title": m.title, "outcome": outcome, "detail": detail,
-                   "quick": args.quick}
+                   "scope": args.scope}
             with lock:
                 done[0] += 1
                 with open(journal, "a") as out:
@@ -443,7 +449,9 @@ def main(arguments):
     parser.add_argument("--check", action="store_true", help="only check the lists against the sources")
     parser.add_argument("--room", help="only test/mutants/ROOM.txt")
     parser.add_argument("--only", metavar="TEXT", help="only mutants with TEXT in file: title")
-    parser.add_argument("--quick", action="store_true", help="leave the slow tests out")
+    parser.add_argument("--quick", dest="scope", action="store_const", const="quick", default="all",
+                        help="leave the slow tests out")
+    parser.add_argument("--named", dest="scope", action="store_const", const="named", help="only the tests a mutant names")
     parser.add_argument("--jobs", type=int, default=1, help="copies that work side by side (1)")
     parser.add_argument("--again", action="store_true", help="run also what the journal has")
     parser.add_argument("--root", type=pathlib.Path, default=ROOT, help="the checkout (that of this file)")

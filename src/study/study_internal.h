@@ -271,6 +271,8 @@ typedef struct StudyMethods {
 extern const char* const om__study_method_by_name[OM_STUDY_NBY];  // for files
 extern const char* const om__study_method_by_title[OM_STUDY_NBY];
 bool om__study_methods_count(const StudyMethods* s, int lesion, int depth);
+// s->sum, zero before, from errors, stability and times.
+void om__study_summarise_methods(StudyMethods* s);
 OmStatus om__study_report_methods(const StudyMethods* s);
 
 #endif

@@ -244,7 +244,7 @@ done:
 
 // ---- the study ------------------------------------------------------------------------------------
 
-static void summarise(StudyMethods* s) {
+void om__study_summarise_methods(StudyMethods* s) {
     OmStudyMethodsSummary* sum = &s->sum;
     bool is_stable = true;
     sum->worst_gap = -HUGE_VAL;
@@ -326,7 +326,7 @@ OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* pr
     OM_TRY_DONE(score_fe(s));
     OM_TRY_DONE(score_umesh(s, net));
     OM_TRY_DONE(score_particles(s));
-    summarise(s);
+    om__study_summarise_methods(s);
     OM_TRY_DONE(om__study_report_methods(s));
     *summary = s->sum;
 done:
