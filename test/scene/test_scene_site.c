@@ -115,6 +115,43 @@ static void test_seventeen_layouts(void** state) {
     }
 }
 
+// Each number of the truth is the twin's times its own factor; a second material keeps its ratio to the first.
+static void test_numbers_of_a_site(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    scene.tissue.young = 3200;
+    scene.tissue.density = 1050;
+    scene.world.young_factor = 0.75;
+    scene.world.density_factor = 1.2;
+    OmSite site;
+    memset(&site, 0, sizeof site);
+    site.role = OM_SITE_TWIN;
+    om_site_set_numbers(&scene, &site);
+    assert_near(site.young, 3200, 1e-9);
+    assert_near(site.density, 1050, 1e-9);
+    site.role = OM_SITE_WORLD;
+    om_site_set_numbers(&scene, &site);
+    assert_near(site.young, 2400, 1e-9);
+    assert_near(site.density, 1260, 1e-9);
+
+    site.nmaterial = 2;
+    site.material[0] = (OmSiteMaterial){"fat", 3000, 0.45, 900};
+    site.material[1] = (OmSiteMaterial){"gland", 9000, 0.48, 1080};
+    om_site_set_numbers(&scene, &site);  // the scene's numbers are those of the first
+    OmSiteMaterial first = om_site_get_material(&site, 0), second = om_site_get_material(&site, 1);
+    assert_near(first.young, 2400, 1e-9);
+    assert_near(first.density, 1260, 1e-9);
+    assert_near(second.young, 7200, 1e-9);
+    assert_near(second.density, 1512, 1e-9);
+    scene.tissue.young = scene.tissue.density = scene.tissue.poisson = -1;  // each its own
+    om_site_set_numbers(&scene, &site);
+    second = om_site_get_material(&site, 1);
+    assert_near(second.young, 6750, 1e-9);
+    assert_near(second.density, 1296, 1e-9);
+    assert_near(second.poisson, 0.48, 0);
+    assert_near(om_site_get_material(&site, 0).young, 2250, 1e-9);
+}
+
 static void test_world_is_another_body(void** state) {
     (void)state;
     OmScene scene = om_scene_default();
@@ -297,6 +334,7 @@ int main(void) {
         cmocka_unit_test(test_all_scenes_load),
         cmocka_unit_test(test_wrong_scenes_are_explained),
         cmocka_unit_test(test_seventeen_layouts),
+        cmocka_unit_test(test_numbers_of_a_site),
         cmocka_unit_test(test_world_is_another_body),
         cmocka_unit_test(test_a_mesh_lies_on_its_board),
         cmocka_unit_test(test_impossible_sites_are_explained),

@@ -62,6 +62,7 @@ static void test_tools_move_straight_at_speed(void** state) {
         assert_ok(om_world_advance(f.world, 0.02));
         OmObservation now = observe(&f, 0);
         OmVec3 d = om_sub(now.arm[0].tip, begin.arm[0].tip);
+        assert_near(now.time, 0.02 * i, 1e-12);
         assert_near(om_norm(d), 0.02 * 0.02 * i, 1e-9);
         assert_near(om_norm(om_cross(d, way)), 0, 1e-9);
         assert_true(now.arm[0].is_moving && !now.arm[1].is_moving);
@@ -178,6 +179,65 @@ static void test_free_tissue_is_carried_without_pull(void** state) {
     assert_near(om_norm(forces.pull[0]), 0, 0.02 * weight);
     om_body_destroy(body);
     site.mesh.nset = nset;
+    om_site_done(&site);
+}
+
+// Two tools at mirrored places share the weight of a free sheet, and none of them pulls.
+static void test_two_tools_share_the_weight(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    OmSite site;
+    OmBody* body;
+    OmBodyReport report;
+    OmBodyForces forces;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    int nset = site.mesh.nset;
+    site.mesh.nset = 0;
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
+    OmPose tip[2] = {{om_vec3(0, -0.03, 0.005), om_quat_identity()},
+                     {om_vec3(0, 0.03, 0.005), om_quat_identity()}};
+    for (int a = 0; a < 2; ++a) assert_ok(om_body_grasp(body, a, tip[a], 0.012, NULL));
+    for (int i = 0; i < 400; ++i) {
+        for (int a = 0; a < 2; ++a) {
+            tip[a].p.z = fmin(0.15, tip[a].p.z + 0.001);
+            assert_ok(om_body_move(body, a, tip[a]));
+        }
+        assert_ok(om_body_step(body, 0.02, &report));
+    }
+    assert_ok(om_body_get_forces(body, &forces));
+    double weight = 0.12 * 0.12 * 0.005 * 1000 * 9.81;
+    assert_near_rel(-forces.weight.z, weight, 1e-6);
+    for (int a = 0; a < 2; ++a) {
+        assert_near(forces.grasp[a].z, 0.5 * weight, 0.02 * weight);  // what still swings
+        assert_near(forces.pull[a].z, 0, 0.02 * weight);
+    }
+    om_body_destroy(body);
+    site.mesh.nset = nset;
+    om_site_done(&site);
+}
+
+// A sheet without a board hangs on springs: all together they bear its weight, so that their mean stretch is known.
+static void test_attachments_are_springs(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    scene.tissue.has_board = false;
+    scene.attach.lo.x = -1;  // every vertex
+    scene.attach.stiffness = 5;
+    scene.tissue.rayleigh_mass = 20;  // to rest soon
+    OmSite site;
+    OmBody* body;
+    OmBodyReport report;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    int n = om_tet_mesh_find_set(&site.mesh, "attachment")->nvert;
+    assert_ok(om_body_create(&scene, &site, 1, &body));
+    for (int i = 0; i < 200; ++i) assert_ok(om_body_step(body, 0.02, &report));
+    double sum = 0, weight = 0.12 * 0.12 * 0.005 * 1000 * 9.81;
+    const OmMeshSet* held = om_tet_mesh_find_set(&site.mesh, "attachment");
+    for (int i = 0; i < n; ++i)
+        sum += site.mesh.x[3 * held->vert[i] + 2] - om_body_x(body)[3 * held->vert[i] + 2];
+    assert_near_rel(sum, weight / 5, 0.01);  // m
+    om_body_destroy(body);
     om_site_done(&site);
 }
 
@@ -311,6 +371,34 @@ static void test_noise_is_of_the_measurement(void** state) {
                 om_body_hash(om_world_truth(noisy.world)));
     teardown(&exact);
     teardown(&noisy);
+}
+
+// The offset of a tool is drawn anew along every axis, of the stated spread: over seeds and arms.
+static void test_noise_of_three_axes(void** state) {
+    (void)state;
+    enum { NSEED = 16 };
+    double square = 0, product = 0;
+    for (int seed = 1; seed <= NSEED; ++seed) {
+        OmScene scene = half_held();
+        scene.seed = seed;
+        Field f[2];
+        OmVec3 tip[2][2];
+        for (int k = 0; k < 2; ++k) {
+            scene.world.tool_noise = 0.0005 * k;
+            setup(&f[k], scene);
+            OmObservation now = observe(&f[k], 0);
+            for (int a = 0; a < 2; ++a) tip[k][a] = now.arm[a].tip;
+            teardown(&f[k]);
+        }
+        for (int a = 0; a < 2; ++a) {
+            OmVec3 off = om_sub(tip[1][a], tip[0][a]);
+            square += om_norm2(off);
+            product += off.x * off.y + off.y * off.z + off.z * off.x;
+        }
+    }
+    double n = 3 * 2 * NSEED, variance = 0.0005 * 0.0005 * (1 + 0.05 * 0.05);
+    assert_near(square / n, variance, 3 * variance * sqrt(2 / n));  // three standard deviations
+    assert_near(product / n, 0, 3 * variance / sqrt(n));
 }
 
 static void test_snapshots(void** state) {
@@ -452,6 +540,9 @@ int main(void) {
         cmocka_unit_test(test_every_grasping_point_is_in_reach),
         cmocka_unit_test(test_lifting_and_letting_go),
         cmocka_unit_test(test_free_tissue_is_carried_without_pull),
+        cmocka_unit_test(test_two_tools_share_the_weight),
+        cmocka_unit_test(test_attachments_are_springs),
+        cmocka_unit_test(test_noise_of_three_axes),
         cmocka_unit_test(test_bad_steps_are_counted),
         cmocka_unit_test(test_jaws_close_on_air),
         cmocka_unit_test(test_hidden_at_first),
