@@ -11,22 +11,44 @@
 extern "C" {
 #endif
 
-/// A scalar volume. Voxel (i, j, k) is value[i + dim[0] (j + dim[1] k)]; its centre in RAS metres is
-/// origin + axis * (i, j, k), whatever convention and unit the file had.
+typedef enum OmVoxelType {  // of the stored values
+    OM_VOXEL_U8,
+    OM_VOXEL_I8,
+    OM_VOXEL_U16,
+    OM_VOXEL_I16,
+    OM_VOXEL_U32,
+    OM_VOXEL_I32,
+    OM_VOXEL_U64,
+    OM_VOXEL_I64,
+    OM_VOXEL_F32,
+    OM_VOXEL_F64,
+} OmVoxelType;
+/// Bytes of one stored value.
+OM_API size_t om_voxel_size(OmVoxelType type);
+
+/// A scalar volume. Voxel (i, j, k) is number i + dim[0] (j + dim[1] k); its centre in RAS metres is
+/// origin + axis * (i, j, k), whatever convention and unit the file had. Voxels keep the type of the file: a label
+/// map of bytes takes a byte a voxel. om_volume_value reads them.
 typedef struct OmVolume {
     int dim[3];
-    OmMat3 axis;    // columns: step of i, j, k, m (may be oblique or left-handed)
-    OmVec3 origin;  // centre of voxel (0, 0, 0), RAS m
-    float* value;   // intensity or label, slope and intercept applied
+    OmMat3 axis;       // columns: step of i, j, k, m (may be oblique or left-handed)
+    OmVec3 origin;     // centre of voxel (0, 0, 0), RAS m
+    OmVoxelType type;  //
+    void* voxel;  // values as stored, in this machine's order of bytes; of om_volume_init: float
+    double slope, inter;  // value = slope * stored + inter
 } OmVolume;
 
-/// A volume of zeros; om_volume_done frees it.
+/// Bytes that the voxels of a volume may take if nothing else is said: a CT of 512 x 512 x 2048.
+#define OM_VOLUME_MAX_SIZE ((uint64_t)1 << 30)
+
+/// A volume of zeros of type OM_VOXEL_F32, unit axes; om_volume_done frees it.
 /// @return OM_OK; OM_INVALID (a size below 1, or too large); OM_NO_MEMORY
 OM_API OmStatus om_volume_init(OmVolume* volume, int nx, int ny, int nz);
 OM_API void om_volume_done(OmVolume* volume);
-/// Read NIfTI-1/2 (.nii, .nii.gz, .hdr/.img) or NRRD (.nrrd, .nhdr); a header that lies about sizes, or a
-/// singular axis matrix, is OM_INVALID, and so is a file of several volumes: choose one by
-/// om_volume_load_entry.
+/// Read NIfTI-1/2 (.nii, .nii.gz, .hdr/.img) or NRRD (.nrrd, .nhdr). OM_INVALID for a header that lies about sizes
+/// or states an absurd scale, a singular axis matrix, a volume of more than OM_VOLUME_MAX_SIZE bytes, which is
+/// refused from its header, and a file of several volumes: choose one by om_volume_load_entry. Memory: the
+/// voxels, and a quarter of a MB.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load(const char* path, OmVolume* volume);
 
@@ -53,6 +75,18 @@ OM_API void om_volume_info_done(OmVolumeInfo* info);
 /// @param entry  from 0; in NIfTI the fourth axis counts fastest
 /// @return OM_OK; OM_INVALID (no such volume, or the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load_entry(const char* path, int entry, OmVolume* volume);
+/// The same with a limit of one's own.
+/// @param entry     from 0; -1: the only volume, a file of several is OM_INVALID
+/// @param max_size  bytes that the voxels may take in the type of the file
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_volume_load_within(const char* path, int entry, uint64_t max_size,
+                                      OmVolume* volume);
+/// Number of voxels.
+OM_API size_t om_volume_count(const OmVolume* volume);
+/// Value of a voxel, slope and intercept applied; 0 if it is not finite.
+OM_API double om_volume_value(const OmVolume* volume, size_t voxel);
+/// The same for `count` voxels from `first` on.
+OM_API void om_volume_values(const OmVolume* volume, size_t first, size_t count, double* out);
 
 /// An 8-bit picture: row by row from the top, 1 (grey), 3 (RGB) or 4 (RGBA) channels.
 typedef struct OmPicture {

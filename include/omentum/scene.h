@@ -68,6 +68,7 @@ typedef struct OmSceneTissue {
 
 typedef struct OmSceneModel {  // how a patient model is built from a volume; see OmModelDef
     int label;                 // of the organ in the volume
+    double max_volume;         // bytes that its voxels may take; default OM_VOLUME_MAX_SIZE
     double edge;               // mean edge of the twin's mesh, m
     double
         world_edge;  // of the world's; 0 (default): 0.7 edge, or less where the truth would have less

@@ -10,20 +10,50 @@
 
 #include "omentum/base.h"
 
+// Only a regular file ends: a pipe without a writer, a terminal or /dev/zero would keep a reader for ever.
+static OmStatus check_regular(const char* path, mode_t mode) {
+    const char* kind = S_ISDIR(mode)    ? "folder"
+                       : S_ISFIFO(mode) ? "pipe"
+                       : S_ISSOCK(mode) ? "socket"
+                                        : "device";
+    OM_CHECK(S_ISREG(mode), OM_IO, "%s: is a %s, a file is wanted", path, kind);
+    return OM_OK;
+}
+
+OmStatus om_file_open(const char* path, FILE** stream, uint64_t* size) {
+    struct stat st;
+    *stream = NULL;
+    if (size) *size = 0;
+    // before it is opened, for opening a device may act on it, and after, for the name may have changed hands
+    OM_CHECK(stat(path, &st) == 0, OM_IO, "%s: cannot open: %s", path, strerror(errno));
+    OM_TRY(check_regular(path, st.st_mode));
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    OM_CHECK(fd >= 0, OM_IO, "%s: cannot open: %s", path, strerror(errno));
+    OmStatus status = fstat(fd, &st) == 0 ? check_regular(path, st.st_mode)
+                                          : om_error(OM_IO, "%s: %s", path, strerror(errno));
+    FILE* f = status == OM_OK ? fdopen(fd, "rb") : NULL;
+    if (status == OM_OK && !f) status = om_error(OM_NO_MEMORY, "%s: out of memory", path);
+    if (!f) {
+        close(fd);
+        return status;
+    }
+    *stream = f;
+    if (size) *size = (uint64_t)st.st_size;
+    return OM_OK;
+}
+
 OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size) {
     *data = NULL;
     *size = 0;
-    FILE* f = fopen(path, "rb");
-    OM_CHECK(f, OM_IO, "%s: cannot open: %s", path, strerror(errno));
+    FILE* f;
+    uint64_t stored;
+    OM_TRY(om_file_open(path, &f, &stored));
     OmStatus status = OM_OK;
-    struct stat st;
     char* bytes = NULL;
-    OM_CHECK_DONE(fstat(fileno(f), &st) == 0, OM_IO, "%s: %s", path, strerror(errno));
-    OM_CHECK_DONE(!S_ISDIR(st.st_mode), OM_IO, "%s: is a folder, a file is wanted", path);
-    OM_CHECK_DONE((uint64_t)st.st_size <= max_size, OM_INVALID,
-                  "%s: %lld bytes, at most %zu are read", path, (long long)st.st_size, max_size);
-    OM_ALLOC_DONE(bytes, (size_t)st.st_size + 1);
-    size_t got = fread(bytes, 1, (size_t)st.st_size, f);
+    OM_CHECK_DONE(stored <= max_size, OM_INVALID, "%s: %llu bytes, at most %zu are read", path,
+                  (unsigned long long)stored, max_size);
+    OM_ALLOC_DONE(bytes, (size_t)stored + 1);
+    size_t got = fread(bytes, 1, (size_t)stored, f);
     OM_CHECK_DONE(!ferror(f), OM_IO, "%s: cannot read: %s", path, strerror(errno));
     bytes[got] = 0;
     *data = bytes;

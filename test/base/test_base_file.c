@@ -1,4 +1,7 @@
 // Files that appear whole or not at all, and paths.
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include "test_common.h"
@@ -35,6 +38,41 @@ static void write_then_read(void** state) {
     assert_status(om_file_read(in_dir("none"), 3, &data, &size), OM_IO);
     assert_non_null(strstr(om_error_message(), "No such file"));
     assert_status(om_file_read(dir, 3, &data, &size), OM_IO);
+}
+
+// What is no regular file is refused at once: a pipe without a writer would keep the reader for ever.
+static void only_files_are_read(void** state) {
+    (void)state;
+    char pipe[256], sock[256], link[256];
+    snprintf(pipe, sizeof pipe, "%s", in_dir("pipe"));
+    snprintf(sock, sizeof sock, "%s", in_dir("socket"));
+    snprintf(link, sizeof link, "%s", in_dir("link"));
+    assert_int_equal(mkfifo(pipe, 0600), 0);
+    assert_int_equal(symlink("pipe", link), 0);
+    struct sockaddr_un name = {.sun_family = AF_UNIX};
+    snprintf(name.sun_path, sizeof name.sun_path, "%.100s", sock);
+    int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    assert_int_equal(bind(fd, (struct sockaddr*)&name, sizeof name), 0);
+    const struct {
+        const char *path, *kind;
+    } other[] = {{pipe, "a pipe"},
+                 {link, "a pipe"},
+                 {sock, "a socket"},
+                 {"/dev/zero", "a device"},
+                 {dir, "a folder"}};
+    for (size_t i = 0; i < sizeof other / sizeof *other; ++i) {
+        char* data;
+        size_t size;
+        FILE* stream;
+        assert_status(om_file_read(other[i].path, 100, &data, &size), OM_IO);
+        assert_null(data);
+        assert_non_null(strstr(om_error_message(), other[i].path));
+        assert_non_null(strstr(om_error_message(), other[i].kind));
+        assert_status(om_file_open(other[i].path, &stream, NULL), OM_IO);
+        assert_null(stream);
+    }
+    close(fd);
+    assert_int_equal(remove(pipe) + remove(sock) + remove(link), 0);
 }
 
 static void json_is_saved_and_freed(void** state) {
@@ -117,6 +155,7 @@ static void paths(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(write_then_read),
+        cmocka_unit_test(only_files_are_read),
         cmocka_unit_test(json_is_saved_and_freed),
         cmocka_unit_test(aborted_files_leave_the_old_one),
         cmocka_unit_test(a_full_disk_is_reported),
