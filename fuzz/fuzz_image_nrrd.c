@@ -5,8 +5,11 @@
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     OmVolume volume = {0};
     OmVolumeInfo info = {0};
-    const OmVolumeTask task = {NULL, 0, &volume, &info};
-    OmStatus status = om__nrrd_parse(data, size, &task);
+    const OmVolumeTask task = {NULL, 0, OM_VOLUME_MAX_SIZE, &volume, &info};
+    OmSource src;
+    om__source_open_memory(&src, data, size);
+    OmStatus status = om__nrrd_parse(&src, &task);
+    om__source_done(&src);
     FUZZ_EXPECT(status <= 0);
     for (int s = 0; s < info.nsegment && status == OM_OK; ++s) {
         FUZZ_EXPECT(info.segment[s].layer >= 0 && info.segment[s].layer < info.nentry);
@@ -14,13 +17,13 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     om_volume_info_done(&info);
     if (status != OM_OK) {
-        FUZZ_EXPECT(volume.value == NULL && om_error_message()[0] != '\0');
+        FUZZ_EXPECT(volume.voxel == NULL && om_error_message()[0] != '\0');
         return 0;
     }
     // An accepted volume has voxels, all finite, and axes that span space.
     size_t count = (size_t)volume.dim[0] * (size_t)volume.dim[1] * (size_t)volume.dim[2];
     FUZZ_EXPECT(count > 0);
-    for (size_t i = 0; i < count; ++i) FUZZ_EXPECT(isfinite(volume.value[i]));
+    for (size_t i = 0; i < count; ++i) FUZZ_EXPECT(isfinite(om_volume_value(&volume, i)));
     FUZZ_EXPECT(isfinite(om_mat3_det(volume.axis)) && om_mat3_det(volume.axis) != 0);
     FUZZ_EXPECT(isfinite(volume.origin.x + volume.origin.y + volume.origin.z));
     om_volume_done(&volume);

@@ -23,7 +23,7 @@ static OmStatus make_volume(OmVolume* volume) {
             for (int i = 0; i < 48; ++i, ++n) {
                 OmVec3 p = om_add(volume->origin, om_mat3_apply(volume->axis, om_vec3(i, j, k)));
                 OmVec3 q = om_vec3(p.x / radius.x, p.y / radius.y, p.z / radius.z);
-                volume->value[n] = om_dot(q, q) < 1 ? 1.0f : 0.0f;
+                ((float*)volume->voxel)[n] = om_dot(q, q) < 1 ? 1.0f : 0.0f;
             }
     return OM_OK;
 }
@@ -35,7 +35,7 @@ static OmStatus make_mask(const OmVolume* volume, int label, OmMask* mask) {
     mask->axis = volume->axis;
     mask->origin = volume->origin;
     int count = volume->dim[0] * volume->dim[1] * volume->dim[2];
-    for (int n = 0; n < count; ++n) mask->inside[n] = volume->value[n] == (float)label;
+    for (int n = 0; n < count; ++n) mask->inside[n] = om_volume_value(volume, (size_t)n) == label;
     status = om_mask_crop(mask, 4);
     if (status == OM_OK) status = om_mask_keep_parts(mask, 6, 0, NULL, NULL);
     if (status == OM_OK) status = om_mask_fill_holes(mask);

@@ -21,7 +21,7 @@ static OmStatus make_volume(OmVolume* volume) {
             for (int i = 0; i < 40; ++i, ++n) {
                 OmVec3 q =
                     om_vec3((i - 19.5) * 2.5 / 20, (j - 15.5) * 2.5 / 25, (k - 21.5) * 2.5 / 40);
-                volume->value[n] = om_dot(q, q) < 1 ? (float)LABEL : 0.0f;
+                ((float*)volume->voxel)[n] = om_dot(q, q) < 1 ? (float)LABEL : 0.0f;
             }
     return OM_OK;
 }

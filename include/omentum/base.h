@@ -332,15 +332,12 @@ OM_API const char* om_nearest_word(const char* word, const char* const* candidat
 
 // ---- files ------------------------------------------------------------------------------------------
 
-<<<<<<< HEAD
-/// A whole file in memory, with a zero byte after its end; the caller frees with om_free.
-/// @return OM_OK; OM_INVALID (longer than max_size); OM_IO; OM_NO_MEMORY
-=======
 /// Open a regular file for reading and say how many bytes it has (`size` may be null). A folder, a pipe, a
 /// socket or a device is OM_IO at once: a reader never waits for a writer.
+/// @return OM_OK; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_file_open(const char* path, FILE** stream, uint64_t* size);
 /// A whole file in memory, with a zero byte after its end; the caller frees with om_free. As om_file_open.
->>>>>>> b096b13 (base: only regular files are read)
+/// @return OM_OK; OM_INVALID (longer than max_size); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size);
 /// Write a file that appears whole or not at all (temporary name, fsync, rename).
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO, the old file stays

@@ -94,7 +94,9 @@ typedef struct OmModelDef {
     char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // as the file names them; case does not count
     int nlabel_name;
     bool all_labels;  // every value above 0
-    bool has_window;  // intensities in [window_lo, window_hi] instead of labels
+    uint64_t
+        max_volume_size;  // bytes that the voxels of a volume may take; default OM_VOLUME_MAX_SIZE
+    bool has_window;      // intensities in [window_lo, window_hi] instead of labels
     double window_lo, window_hi;
     int part[OM_MAX_PART];  // the connected parts kept, 1 being the largest; npart 0: see keep_all
     int npart;

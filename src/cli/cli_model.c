@@ -29,6 +29,7 @@ static const OmCliOption option[] = {
     {"--attach", NULL, "FACE[:WHERE]", "hold the sheet: border, underside or top; may be repeated"},
     {"--material", NULL, "KEY=VALUE,...",
      "name, label, young (Pa), poisson, density; may be repeated"},
+    {"--max-volume", NULL, "GB", "largest volume that is read, by its voxels (default 1.07)"},
     {"--name", NULL, "NAME", "name of the model (default: that of the file)"},
     {"--output", "-o", "DIR", "folder of the model; an older model there is replaced"},
     {"--threads", NULL, "N", "workers (default: one a processor; the mesh does not depend on it)"},
@@ -256,7 +257,7 @@ static OmStatus parse_materials(const OmCliArgs* args, OmModelDef* def) {
 }
 
 static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* def) {
-    double edge = 4, share = 1, close = 0;
+    double edge = 4, share = 1, close = 0, gb = 1e-9 * (double)OM_VOLUME_MAX_SIZE;
     const char* unit = om_cli_get(args, "--unit");
     const char* name = om_cli_get(args, "--name");
     OM_CHECK(strlen(input) < sizeof def->input, OM_INVALID, "the input's name is too long");
@@ -271,6 +272,8 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     OM_TRY(om_cli_get_double(args, "--smooth", 0.5, 3, &def->smooth));
     OM_TRY(om_cli_get_int(args, "--connectivity", 6, 26, &def->connectivity));
     OM_TRY(om_cli_get_int(args, "--threads", 0, OM_MAX_WORKER, &def->nworker));
+    OM_TRY(om_cli_get_double(args, "--max-volume", 1e-3, 64, &gb));
+    def->max_volume_size = (uint64_t)(gb * 1e9);
     def->min_share = share / 100;
     def->close_radius = close * 1e-3;
     def->keep_all = om_cli_get(args, "--all-parts") != NULL;

@@ -135,7 +135,7 @@ static OmStatus voxel_type(const Header* h, OmVoxelType* type) {
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++) {
         if (table[i].code != h->datatype) continue;
         *type = table[i].type;
-        OM_CHECK(h->bitpix == 0 || (size_t)h->bitpix == 8 * om__voxel_size(*type), OM_INVALID,
+        OM_CHECK(h->bitpix == 0 || (size_t)h->bitpix == 8 * om_voxel_size(*type), OM_INVALID,
                  "fields datatype (%d) and bitpix (%d) disagree", h->datatype, h->bitpix);
         return OM_OK;
     }
@@ -223,27 +223,43 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
 
 // ---- reading ------------------------------------------------------------------------------------------
 
+// Scales of real images lie within these; what lies outside is damage. Values then stay finite, whatever is stored.
+#define MIN_SLOPE 1e-30
+#define MAX_SLOPE 1e12
+#define MAX_INTER 1e12
+
+static OmStatus set_scale(const Header* h, OmVolume* volume) {
+    if (h->slope == 0 || isnan(h->slope) || isnan(h->inter))
+        return OM_OK;  // no scaling, by the standard
+    OM_CHECK(fabs(h->slope) >= MIN_SLOPE && fabs(h->slope) <= MAX_SLOPE, OM_INVALID,
+             "field scl_slope: %g is no scale of intensities, %g to %g are read; set it to 1, and "
+             "scl_inter to 0, for the stored values",
+             h->slope, MIN_SLOPE, MAX_SLOPE);
+    OM_CHECK(fabs(h->inter) <= MAX_INTER, OM_INVALID,
+             "field scl_inter: %g is no intensity, at most %g is read; set it to 0 for the stored "
+             "values",
+             h->inter, MAX_INTER);
+    volume->slope = h->slope;
+    volume->inter = h->inter;
+    return OM_OK;
+}
+
 static OmStatus read_voxels(const Header* h, OmSource* src, uint64_t offset,
                             const OmVolumeTask* task) {
-    OmVoxelLayout layout = {.is_swapped = h->is_swapped, .slope = 1};
+    OmVoxelLayout layout = {.is_swapped = h->is_swapped};
+    OmVoxelType type = OM_VOXEL_U8;
     OmVolume* volume = task->volume;
     int64_t dim[3];
     uint64_t nentry;
     OM_TRY(check_dims(h, dim, &nentry));
     OM_TRY(om__choose_entry(task, nentry, &layout));
-    OM_TRY(voxel_type(h, &layout.type));
-    OM_CHECK(!isinf(h->slope) && !isinf(h->inter), OM_INVALID,
-             "fields scl_slope and scl_inter (%g, %g) are not finite", h->slope, h->inter);
-    if (h->slope != 0 && !isnan(h->slope) &&
-        !isnan(h->inter)) {  // else: no scaling, by the standard
-        layout.slope = h->slope;
-        layout.inter = h->inter;
-    }
+    OM_TRY(voxel_type(h, &type));
     OM_CHECK(offset <= om__source_bound(src), OM_INVALID,
              "field vox_offset: %llu lies behind the end of the file", (unsigned long long)offset);
-    OM_TRY(om__volume_alloc(volume, dim, om__voxel_size(layout.type),
-                            om__source_bound(src) - (src->stream ? 0 : offset)));
-    layout.nbefore = (uint64_t)dim[0] * (uint64_t)dim[1] * (uint64_t)dim[2];
+    OM_TRY(om__volume_alloc(volume, dim, type, om_voxel_size(type),
+                            om__source_bound(src) - (src->stream ? 0 : offset), task->max_size));
+    layout.nbefore = om_volume_count(volume);
+    OM_TRY(set_scale(h, volume));
     OM_TRY(set_transform(h, volume));
     OM_TRY(om__source_skip(src, offset));
     OM_TRY(om__volume_read_binary(volume, src, &layout));
@@ -269,17 +285,12 @@ static OmStatus partner_path(const char* path, const char* ext, char* out, size_
 static OmStatus read_pair(const Header* h, uint64_t offset, const OmVolumeTask* task) {
     OM_CHECK(task->path, OM_INVALID, "this header wants its voxels from another file");
     char img[1024];
-    char* data = NULL;
-    size_t size = 0;
-    OM_TRY(partner_path(task->path, "img", img, sizeof img));
-    OM_TRY(om_file_read(img, OM_VOLUME_FILE_MAX, &data, &size));
     OmSource src;
-    OmStatus status = om__source_open(&src, data, size, om__is_gzip(data, size));
-    if (status == OM_OK) {
-        status = read_voxels(h, &src, offset, task);
-        om__source_done(&src);
-    }
-    om_free(data);
+    OM_TRY(partner_path(task->path, "img", img, sizeof img));
+    OM_TRY(om__source_open_file(&src, img));
+    OmStatus status = om__source_is_gzip(&src) ? om__source_inflate(&src) : OM_OK;
+    if (status == OM_OK) status = read_voxels(h, &src, offset, task);
+    om__source_done(&src);
     return status < 0 ? om_error_prefix(status, "%s", img) : status;
 }
 
@@ -354,28 +365,25 @@ static OmStatus read_body(const Header* h, OmSource* src, const OmVolumeTask* ta
 // Given the .img of a pair: go on with its .hdr.
 static OmStatus parse_image_half(const OmVolumeTask* task) {
     char hdr[1024];
-    char* data = NULL;
-    size_t size = 0;
+    OmSource src;
     OM_TRY(partner_path(task->path, "hdr", hdr, sizeof hdr));
-    OM_TRY(om_file_read(hdr, OM_VOLUME_FILE_MAX, &data, &size));
+    OM_TRY(om__source_open_file(&src, hdr));
     OmVolumeTask half = *task;
     half.path = hdr;
-    OmStatus status = om__nifti_parse(data, size, &half);
-    om_free(data);
+    OmStatus status = om__nifti_parse(&src, &half);
+    om__source_done(&src);
     return status < 0 ? om_error_prefix(status, "%s", hdr) : status;
 }
 
-OmStatus om__nifti_parse(const void* data, size_t size, const OmVolumeTask* task) {
+OmStatus om__nifti_parse(OmSource* src, const OmVolumeTask* task) {
     Header h;
-    OmSource src;
     char ext[16] = "";
     if (task->path) om_path_extension(task->path, ext, sizeof ext);
     if (strncmp(ext, "img", 3) == 0) return parse_image_half(task);
-    OM_CHECK(size > 0, OM_INVALID, "the file is empty");
-    OM_TRY(om__source_open(&src, data, size, om__is_gzip(data, size)));
-    OmStatus status = read_header(&src, &h);
-    if (status == OM_OK) status = read_body(&h, &src, task);
-    om__source_done(&src);
+    OM_CHECK(src->total > 0, OM_INVALID, "the file is empty");
+    OmStatus status = om__source_is_gzip(src) ? om__source_inflate(src) : OM_OK;
+    if (status == OM_OK) status = read_header(src, &h);
+    if (status == OM_OK) status = read_body(&h, src, task);
     if (status < 0 && task->volume) om_volume_done(task->volume);
     return status;
 }

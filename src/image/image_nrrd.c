@@ -14,6 +14,8 @@
 
 #define MAX_AXIS 16
 #define LINE_SIZE 1024
+#define MAX_LINE 10000
+#define MAX_TEXT ((uint64_t)1 << 28)  // bytes of voxels in text, which are read whole
 
 typedef enum Encoding { ENCODING_NONE, ENCODING_RAW, ENCODING_GZIP, ENCODING_TEXT } Encoding;
 
@@ -322,31 +324,28 @@ static bool is_key(const char* line, size_t len) {
     return colon && colon + 1 < line + len && colon[1] == '=';
 }
 
-// Read lines until an empty one or the end; *body becomes the position behind it.
-static OmStatus parse_header(const char* data, size_t size, Header* h, OmVolumeInfo* info,
-                             size_t* body) {
+// Read lines until an empty one or the end; the voxels follow.
+static OmStatus parse_header(OmSource* src, Header* h, OmVolumeInfo* info) {
     char line[LINE_SIZE];
-    size_t at = 0;
-    for (int number = 1; at < size; number++) {
-        const char* end = memchr(data + at, '\n', size - at);
-        size_t len = end ? (size_t)(end - (data + at)) : size - at;
-        size_t next = end ? at + len + 1 : size;
-        if (len > 0 && data[at + len - 1] == '\r') len--;
-        OM_CHECK(!memchr(data + at, 0, len), OM_INVALID, "line %d of the header is no text",
-                 number);
-        bool has_key = is_key(data + at, len);
-        if (number > 1 && len > 0 && (has_key || data[at] == '#')) {
-            OmStatus status = has_key ? om__segment_read_key(data + at, len, info) : OM_OK;
+    for (int number = 1;; number++) {
+        size_t len;
+        bool is_end;
+        OM_TRY(om__source_line(src, line, sizeof line - 1, &len, &is_end));
+        if (is_end) return OM_OK;
+        OM_CHECK(number <= MAX_LINE, OM_INVALID, "the header has more than %d lines", MAX_LINE);
+        size_t kept = len < sizeof line ? len : sizeof line - 1;
+        if (kept == len && len > 0 && line[len - 1] == '\r') kept = --len;
+        line[kept] = 0;
+        OM_CHECK(!memchr(line, 0, kept), OM_INVALID, "line %d of the header is no text", number);
+        bool has_key = is_key(line, kept);
+        if (number > 1 && len > 0 && (has_key || line[0] == '#')) {  // of any length
+            OmStatus status = has_key ? om__segment_read_key(line, kept, info) : OM_OK;
             if (status < 0) return om_error_prefix(status, "line %d", number);
-            at = next;
             continue;
         }
         OM_CHECK(len < sizeof line, OM_INVALID,
                  "line %d of the header is no field of at most %d letters", number, LINE_SIZE - 1);
-        memcpy(line, data + at, len);
-        line[len] = 0;
-        at = next;
-        if (len == 0) break;
+        if (len == 0) return OM_OK;
         if (number == 1) {
             OM_CHECK(strncmp(line, "NRRD000", 7) == 0 && line[7] >= '1' && line[7] <= '5' &&
                          !line[8],
@@ -356,8 +355,6 @@ static OmStatus parse_header(const char* data, size_t size, Header* h, OmVolumeI
         OmStatus status = parse_line(h, line);
         if (status < 0) return om_error_prefix(status, "line %d", number);
     }
-    *body = at;
-    return OM_OK;
 }
 
 static OmStatus check_header(const Header* h) {
@@ -365,7 +362,7 @@ static OmStatus check_header(const Header* h) {
     OM_CHECK(h->has_size, OM_INVALID, "the field \"sizes\" is missing");
     OM_CHECK(h->has_type, OM_INVALID, "the field \"type\" is missing");
     OM_CHECK(h->encoding != ENCODING_NONE, OM_INVALID, "the field \"encoding\" is missing");
-    OM_CHECK(h->has_endian || h->encoding == ENCODING_TEXT || om__voxel_size(h->type) == 1,
+    OM_CHECK(h->has_endian || h->encoding == ENCODING_TEXT || om_voxel_size(h->type) == 1,
              OM_INVALID, "the field \"endian\" is missing: add \"endian: little\" or \"big\"");
     OM_CHECK(!h->has_direction || h->has_space, OM_INVALID,
              "\"space directions\" without \"space\": add \"space: right-anterior-superior\" or "
@@ -422,10 +419,39 @@ static void set_transform(const Header* h, const int axis[3], OmVolume* volume) 
 
 // ---- the voxels ---------------------------------------------------------------------------------------
 
-static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
-                          const OmVoxelLayout* layout) {
-    const char *p = data, *end = data + size;
-    size_t count = (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2];
+// The value as the type of the voxels has it.
+static OmStatus store(OmVolume* volume, size_t n, double v) {
+    static const double least[] = {0, -128, 0, -32768, 0, -2147483648.0, 0, -9223372036854775808.0};
+    static const double bound[] = {256,
+                                   128,
+                                   65536,
+                                   32768,
+                                   4294967296,
+                                   2147483648.0,
+                                   18446744073709551616.0,
+                                   9223372036854775808.0};
+    bool is_real = volume->type == OM_VOXEL_F32 || volume->type == OM_VOXEL_F64;
+    OM_CHECK(is_real || (v == floor(v) && v >= least[volume->type] && v < bound[volume->type]),
+             OM_INVALID, "voxel %zu: %g does not fit the field \"type\"", n, v);
+    bool fits = fabs(v) <= (double)3.4028234e38f;
+    switch (volume->type) {
+    case OM_VOXEL_U8: ((uint8_t*)volume->voxel)[n] = (uint8_t)v; break;
+    case OM_VOXEL_I8: ((int8_t*)volume->voxel)[n] = (int8_t)v; break;
+    case OM_VOXEL_U16: ((uint16_t*)volume->voxel)[n] = (uint16_t)v; break;
+    case OM_VOXEL_I16: ((int16_t*)volume->voxel)[n] = (int16_t)v; break;
+    case OM_VOXEL_U32: ((uint32_t*)volume->voxel)[n] = (uint32_t)v; break;
+    case OM_VOXEL_I32: ((int32_t*)volume->voxel)[n] = (int32_t)v; break;
+    case OM_VOXEL_U64: ((uint64_t*)volume->voxel)[n] = (uint64_t)v; break;
+    case OM_VOXEL_I64: ((int64_t*)volume->voxel)[n] = (int64_t)v; break;
+    case OM_VOXEL_F32: ((float*)volume->voxel)[n] = fits ? (float)v : HUGE_VALF; break;
+    case OM_VOXEL_F64: ((double*)volume->voxel)[n] = v; break;
+    }
+    return OM_OK;
+}
+
+static OmStatus parse_text(OmVolume* volume, const char* p, const char* end,
+                           const OmVoxelLayout* layout) {
+    size_t count = om_volume_count(volume);
     size_t run = layout->nentry > 1 ? (size_t)layout->nbefore : count;
     uint64_t skip = layout->entry * run;
     for (size_t n = 0, in_run = 0; n < count;) {
@@ -437,8 +463,7 @@ static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
             skip--;
             continue;
         }
-        bool fits = v >= -(double)3.4028234e38f && v <= (double)3.4028234e38f;
-        volume->value[n++] = fits ? (float)v : HUGE_VALF;
+        OM_TRY(store(volume, n++, v));
         if (++in_run == run) {
             in_run = 0;
             skip = (layout->nentry - 1) * run;
@@ -447,63 +472,71 @@ static OmStatus read_text(OmVolume* volume, const char* data, size_t size,
     return OM_OK;
 }
 
-static OmStatus skip_lines(const char** data, size_t* size, int64_t nline) {
+static OmStatus read_text(OmVolume* volume, OmSource* src, const OmVoxelLayout* layout) {
+    uint64_t size = om__source_bound(src);
+    OM_CHECK(size <= MAX_TEXT, OM_INVALID,
+             "%llu bytes of text, at most %llu are read: store the voxels raw or gzip (unu save -f "
+             "nrrd -e gzip)",
+             (unsigned long long)size, (unsigned long long)MAX_TEXT);
+    char* text = om_alloc((size_t)size, 1);
+    if (!text) return OM_NO_MEMORY;
+    OmStatus status = om__source_read(src, text, (size_t)size);
+    if (status == OM_OK) status = parse_text(volume, text, text + size, layout);
+    om_free(text);
+    return status;
+}
+
+static OmStatus skip_lines(OmSource* src, int64_t nline) {
     for (int64_t i = 0; i < nline; i++) {
-        const char* end = memchr(*data, '\n', *size);
-        OM_CHECK(end, OM_INVALID, "field \"line skip\": the data have only %lld lines",
+        char line[1];
+        size_t len;
+        bool is_end;
+        OM_TRY(om__source_line(src, line, sizeof line, &len, &is_end));
+        OM_CHECK(!is_end, OM_INVALID, "field \"line skip\": the data have only %lld lines",
                  (long long)i);
-        *size -= (size_t)(end - *data) + 1;
-        *data = end + 1;
     }
     return OM_OK;
 }
 
 static OmStatus read_stored(const Header* h, const OmVoxelLayout* layout, uint64_t total,
-                            const char* data, size_t size, OmVolume* volume) {
-    bool is_gzip = h->encoding == ENCODING_GZIP;
-    OmSource src;
-    OM_TRY(om__source_open(&src, data, size, is_gzip));
-    OmStatus status = OM_OK;
-    uint64_t skip = h->byte_skip > 0 ? (uint64_t)h->byte_skip : 0;
+                            OmSource* src, OmVolume* volume) {
+    uint64_t size = om__source_bound(src), skip = h->byte_skip > 0 ? (uint64_t)h->byte_skip : 0;
     if (h->byte_skip < 0) {  // the voxels are the last bytes of the file
-        OM_CHECK_DONE(!is_gzip && total <= size, OM_INVALID,
-                      "field \"byte skip\": -1 wants raw data of %llu bytes, there are %zu",
-                      (unsigned long long)total, size);
+        OM_CHECK(!src->stream && total <= size, OM_INVALID,
+                 "field \"byte skip\": -1 wants raw data of %llu bytes, there are %llu",
+                 (unsigned long long)total, (unsigned long long)size);
         skip = size - total;
     }
-    OM_TRY_DONE(om__source_skip(&src, skip));
-    status = om__volume_read_binary(volume, &src, layout);
-done:
-    om__source_done(&src);
-    return status;
+    OM_TRY(om__source_skip(src, skip));
+    return om__volume_read_binary(volume, src, layout);
 }
 
-static OmStatus read_voxels(const Header* h, const char* data, size_t size,
-                            const OmVolumeTask* task) {
+// The source stands at the voxels.
+static OmStatus read_voxels(const Header* h, OmSource* src, const OmVolumeTask* task) {
     OmVolume* volume = task->volume;
-    OmVoxelLayout layout = {.type = h->type, .slope = 1};
+    OmVoxelLayout layout = {0};
     layout.is_swapped = h->has_endian && h->is_big_endian == om__is_little_endian();
     int axis[3] = {0, 1, 2};
     OM_TRY(find_axes(h, axis, &layout));
     OM_TRY(om__choose_entry(task, layout.nentry, &layout));
-    OM_TRY(skip_lines(&data, &size, h->line_skip));
+    OM_TRY(skip_lines(src, h->line_skip));
+    if (h->encoding == ENCODING_GZIP) OM_TRY(om__source_inflate(src));
     // what the whole file must hold, the skipped entries too
-    uint64_t per_voxel = h->encoding == ENCODING_TEXT ? 1 : om__voxel_size(h->type);
-    uint64_t bound = h->encoding == ENCODING_GZIP ? ((uint64_t)size + 64) * OM_GZIP_RATIO : size;
+    uint64_t per_voxel = h->encoding == ENCODING_TEXT ? 1 : om_voxel_size(h->type);
+    uint64_t bound = om__source_bound(src);
     int64_t dim[3] = {h->size[axis[0]], h->size[axis[1]], h->size[axis[2]]};
-    OM_TRY(om__volume_alloc(volume, dim, per_voxel, bound));
+    OM_TRY(om__volume_alloc(volume, dim, h->type, per_voxel, bound, task->max_size));
     set_transform(h, axis, volume);
-    uint64_t count = (uint64_t)dim[0] * (uint64_t)dim[1] * (uint64_t)dim[2];
-    uint64_t total = count * per_voxel;
+    uint64_t total = om_volume_count(volume) * per_voxel;
     OM_CHECK(layout.nentry <= bound / total, OM_INVALID,
              "the header states %llu volumes of %llu bytes, the file can hold at most %llu bytes",
              (unsigned long long)layout.nentry, (unsigned long long)total,
              (unsigned long long)bound);
     total *= layout.nentry;
     if (h->encoding == ENCODING_TEXT)
-        OM_TRY(read_text(volume, data, size, &layout));
+        OM_TRY(read_text(volume, src, &layout));
     else
-        OM_TRY(read_stored(h, &layout, total, data, size, volume));
+        OM_TRY(read_stored(h, &layout, total, src, volume));
     return om__volume_finish(volume);
 }
 
@@ -511,13 +544,12 @@ static OmStatus read_detached(const Header* h, const OmVolumeTask* task) {
     OM_CHECK(task->path, OM_INVALID,
              "field \"data file\": the header wants its voxels from another file");
     char dir[1024], file[2048];
-    char* data = NULL;
-    size_t size = 0;
+    OmSource src;
     OM_TRY(om_path_dir(task->path, dir, sizeof dir));
     OM_TRY(om_path_join(dir, h->file, file, sizeof file));
-    OM_TRY(om_file_read(file, OM_VOLUME_FILE_MAX, &data, &size));
-    OmStatus status = read_voxels(h, data, size, task);
-    om_free(data);
+    OM_TRY(om__source_open_file(&src, file));
+    OmStatus status = read_voxels(h, &src, task);
+    om__source_done(&src);
     return status < 0 ? om_error_prefix(status, "%s", file) : status;
 }
 
@@ -531,15 +563,13 @@ static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
     return om__segment_finish(info);
 }
 
-OmStatus om__nrrd_parse(const void* data, size_t size, const OmVolumeTask* task) {
+OmStatus om__nrrd_parse(OmSource* src, const OmVolumeTask* task) {
     Header h = {.flip = {1, 1, 1}, .unit = {1e-3, 1e-3, 1e-3}};
-    size_t body = 0;
-    OM_TRY(parse_header(data, size, &h, task->info, &body));
+    OM_TRY(parse_header(src, &h, task->info));
     OM_TRY(check_header(&h));
     OM_TRY(fill_info(&h, task->info));
     if (!task->volume) return OM_OK;
-    OmStatus status = h.file[0] ? read_detached(&h, task)
-                                : read_voxels(&h, (const char*)data + body, size - body, task);
+    OmStatus status = h.file[0] ? read_detached(&h, task) : read_voxels(&h, src, task);
     if (status < 0) om_volume_done(task->volume);
     return status;
 }

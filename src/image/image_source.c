@@ -1,17 +1,89 @@
 // image_source.c: a stream of bytes that may be compressed; the one file of this room that knows zlib.
 //
-// The stored bytes are in memory, the inflated ones never are as a whole: voxels are converted piece by
-// piece, so a volume of 75 million bytes costs its floats and 64 KB.
+// The stored bytes come from memory or, a window at a time, from a file; the inflated ones go straight to where
+// they are wanted. So a volume costs its voxels and one window, whatever the file's size.
+#include <errno.h>
 #include <limits.h>
 #include <string.h>
 #include <zlib.h>
 
 #include "image/image_internal.h"
 
-bool om__is_gzip(const void* data, size_t size) {
-    const unsigned char* b = data;
-    return size >= 2 && b[0] == 0x1f && b[1] == 0x8b;
+#define WINDOW ((size_t)1 << 18)  // bytes of a file at hand
+
+// ---- stored bytes -------------------------------------------------------------------------------------
+
+// At least one stored byte is at hand, or none is left.
+static OmStatus fill(OmSource* src) {
+    if (src->pos < src->size || src->left == 0) return OM_OK;
+    size_t want = src->left < WINDOW ? (size_t)src->left : WINDOW;
+    size_t got = fread(src->window, 1, want, src->file);
+    OM_CHECK(!ferror(src->file), OM_IO, "cannot read: %s", strerror(errno));
+    src->left = got < want ? 0 : src->left - got;  // fewer: the file was cut meanwhile
+    src->data = src->window;
+    src->size = got;
+    src->pos = 0;
+    return OM_OK;
 }
+
+void om__source_open_memory(OmSource* src, const void* data, size_t size) {
+    *src = (OmSource){.data = data, .size = size, .total = size};
+}
+
+OmStatus om__source_open_file(OmSource* src, const char* path) {
+    memset(src, 0, sizeof *src);
+    OM_TRY(om_file_open(path, &src->file, &src->left));
+    src->total = src->left;
+    src->window = om_alloc(src->left < WINDOW ? (size_t)src->left : WINDOW, 1);
+    OmStatus status = src->window ? fill(src) : OM_NO_MEMORY;
+    if (status < 0) {
+        om__source_done(src);
+        return status == OM_IO ? om_error_prefix(status, "%s", path) : status;
+    }
+    return OM_OK;
+}
+
+void om__source_done(OmSource* src) {
+    if (src->stream) inflateEnd(src->stream);
+    om_free(src->stream);
+    om_free(src->window);
+    if (src->file) fclose(src->file);
+    memset(src, 0, sizeof *src);
+}
+
+bool om__source_begins(const OmSource* src, const char* mark, size_t size) {
+    return src->size - src->pos >= size && memcmp(src->data + src->pos, mark, size) == 0;
+}
+
+static uint64_t stored_left(const OmSource* src) { return src->size - src->pos + src->left; }
+
+uint64_t om__source_bound(const OmSource* src) {
+    uint64_t left = stored_left(src);
+    return src->stream ? (left + 64) * OM_GZIP_RATIO : left;
+}
+
+OmStatus om__source_line(OmSource* src, char* line, size_t size, size_t* len, bool* is_end) {
+    OM_ASSERT(!src->stream);
+    *len = 0;
+    *is_end = false;
+    for (;;) {
+        OM_TRY(fill(src));
+        if (src->pos == src->size) {
+            *is_end = *len == 0;
+            break;
+        }
+        const unsigned char* at = src->data + src->pos;
+        const unsigned char* end = memchr(at, '\n', src->size - src->pos);
+        size_t n = end ? (size_t)(end - at) : src->size - src->pos;
+        for (size_t i = 0; i < n && *len + i < size; i++) line[*len + i] = (char)at[i];
+        *len += n;
+        src->pos += n + (end != NULL);
+        if (end) break;
+    }
+    return OM_OK;
+}
+
+// ---- inflating ----------------------------------------------------------------------------------------
 
 static voidpf zlib_alloc(voidpf ctx, uInt count, uInt size) {
     (void)ctx;
@@ -23,10 +95,7 @@ static void zlib_free(voidpf ctx, voidpf ptr) {
     om_free(ptr);
 }
 
-OmStatus om__source_open(OmSource* src, const void* data, size_t size, bool is_gzip) {
-    OmSource open = {.data = data, .size = size};
-    *src = open;
-    if (!is_gzip) return OM_OK;
+OmStatus om__source_inflate(OmSource* src) {
     z_stream* z = om_calloc(1, sizeof *z);
     if (!z) return OM_NO_MEMORY;
     z->zalloc = zlib_alloc;
@@ -39,27 +108,17 @@ OmStatus om__source_open(OmSource* src, const void* data, size_t size, bool is_g
     return OM_OK;
 }
 
-void om__source_done(OmSource* src) {
-    if (src->stream) inflateEnd(src->stream);
-    om_free(src->stream);
-    memset(src, 0, sizeof *src);
-}
-
-uint64_t om__source_bound(const OmSource* src) {
-    uint64_t left = src->size - src->pos;
-    return src->stream ? (left + 64) * OM_GZIP_RATIO : left;
-}
-
-static OmStatus cut_short(const OmSource* src, size_t missing) {
+static OmStatus cut_short(const OmSource* src, uint64_t missing) {
     return om_error(OM_INVALID,
-                    "the data end %zu bytes too early%s: the file is cut short or its header "
+                    "the data end %llu bytes too early%s: the file is cut short or its header "
                     "states a wrong size",
-                    missing, src->stream ? " (after inflating)" : "");
+                    (unsigned long long)missing, src->stream ? " (after inflating)" : "");
 }
 
 static OmStatus inflate_read(OmSource* src, unsigned char* out, size_t n) {
     z_stream* z = src->stream;
     while (n > 0) {
+        OM_TRY(fill(src));
         size_t left = src->size - src->pos;
         uInt in = left > UINT_MAX ? UINT_MAX : (uInt)left;
         uInt room = n > UINT_MAX ? UINT_MAX : (uInt)n;
@@ -72,41 +131,46 @@ static OmStatus inflate_read(OmSource* src, unsigned char* out, size_t n) {
         out += room - z->avail_out;
         n -= room - z->avail_out;
         if (code == Z_STREAM_END) {  // another member may follow
-            if (n > 0 && src->pos == src->size) return cut_short(src, n);
+            if (n > 0 && stored_left(src) == 0) return cut_short(src, n);
             if (n > 0 && inflateReset(z) != Z_OK) return om_error(OM_INVALID, "gzip: cannot go on");
             continue;
         }
         if (code == Z_MEM_ERROR) return om_error(OM_NO_MEMORY, "out of memory in inflate");
         if (code != Z_OK && code != Z_BUF_ERROR) {
-            return om_error(OM_INVALID, "gzip data are damaged near byte %zu (%s)", src->pos,
+            return om_error(OM_INVALID, "gzip data are damaged near byte %llu (%s)",
+                            (unsigned long long)(src->total - stored_left(src)),
                             z->msg ? z->msg : "unexpected end");
         }
-        if (src->pos == src->size && n > 0 && z->avail_out > 0) return cut_short(src, n);
+        if (stored_left(src) == 0 && n > 0 && z->avail_out > 0) return cut_short(src, n);
     }
     return OM_OK;
 }
 
+// ---- either -------------------------------------------------------------------------------------------
+
 OmStatus om__source_read(OmSource* src, void* out, size_t n) {
     if (src->stream) return inflate_read(src, out, n);
-    size_t left = src->size - src->pos;
+    uint64_t left = stored_left(src);
     if (n > left) return cut_short(src, n - left);
-    if (n) memcpy(out, src->data + src->pos, n);
-    src->pos += n;
+    unsigned char* to = out;
+    while (n > 0) {
+        OM_TRY(fill(src));
+        size_t part = src->size - src->pos < n ? src->size - src->pos : n;
+        if (part == 0) return cut_short(src, n);  // the file was cut meanwhile
+        memcpy(to, src->data + src->pos, part);
+        src->pos += part;
+        to += part;
+        n -= part;
+    }
     return OM_OK;
 }
 
 OmStatus om__source_skip(OmSource* src, uint64_t n) {
-    if (!src->stream) {
-        size_t left = src->size - src->pos;
-        if (n > left) return cut_short(src, n - left > SIZE_MAX ? SIZE_MAX : (size_t)(n - left));
-        src->pos += (size_t)n;
-        return OM_OK;
-    }
-    if (n > om__source_bound(src)) return cut_short(src, (size_t)n);
+    if (n > om__source_bound(src)) return cut_short(src, n - om__source_bound(src));
     unsigned char waste[4096];
     while (n > 0) {
         size_t part = n > sizeof waste ? sizeof waste : (size_t)n;
-        OM_TRY(inflate_read(src, waste, part));
+        OM_TRY(om__source_read(src, waste, part));
         n -= part;
     }
     return OM_OK;

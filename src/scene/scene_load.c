@@ -1,6 +1,7 @@
 // scene_load.c: the keys of a scene file.
 #include <string.h>
 
+#include "omentum/image.h"
 #include "omentum/scene.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/tissue_material.h"
@@ -53,6 +54,8 @@ static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_
 
 static const OmYamlField model_field[] = {
     {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535},
+    {"max_volume_gb", OM_YAML_DOUBLE, AT(OmSceneModel, max_volume), .min = 1e-3, .max = 64,
+     .scale = 1e9},
     {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, edge), .min = 0.5, .max = 50, .scale = MM},
     {"world_edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, world_edge), .min = 0, .max = 50,
      .scale = MM},
@@ -175,6 +178,7 @@ OmScene om_scene_default(void) {
                                .cluster_radius = 0.0095,
                                .cluster_stiffness = 0.361};
     s.model = (OmSceneModel){.label = 1,
+                             .max_volume = (double)OM_VOLUME_MAX_SIZE,
                              .edge = 0.005,
                              .thickness = 0.008,
                              .side = "anterior",

@@ -54,6 +54,7 @@ OmModelDef om_model_default_def(const char* input, double edge) {
                       .min_share = 0.01,
                       .connectivity = 6,
                       .smooth = 1.2,
+                      .max_volume_size = OM_VOLUME_MAX_SIZE,
                       .edge = edge,
                       .unit = OM_UNIT_MM,
                       .refine = true};

@@ -13,8 +13,10 @@ void om__body_done(OmBody* body) {
 
 // ---- voxels ---------------------------------------------------------------------------------------------
 
-static bool is_selected(const OmModelDef* def, const OmBody* body, float value) {
-    double v = (double)value;
+#define MAX_PAD 1000  // voxels of air around an organ that is closed
+#define CHUNK 4096    // values looked at at a time
+
+static bool is_selected(const OmModelDef* def, const OmBody* body, double v) {
     if (body->has_window) return v >= def->window_lo && v <= def->window_hi;
     if (body->nlabel == 0) return v > 0;
     for (int i = 0; i < body->nlabel; i++) {
@@ -48,31 +50,78 @@ static OmStatus no_voxels(const OmModelDef* def, const OmBody* body) {
                     labels[0] ? labels : " no labels");
 }
 
-static OmStatus select_voxels(const OmModelDef* def, OmBody* body, OmModelReport* report) {
-    const OmVolume* volume = &body->volume;
-    const int* dim = volume->dim;
-    OM_TRY(om_mask_init(&body->mask, dim[0], dim[1], dim[2]));
-    body->mask.axis = volume->axis;
-    body->mask.origin = volume->origin;
-    size_t n = 0;
-    int64_t count = 0;
+typedef struct Box {  // voxels lo to hi
+    int lo[3], hi[3];
+} Box;
+
+typedef void (*VoxelFn)(void* ctx, int i, int j, int k);
+
+static void for_selected(const OmModelDef* def, const OmBody* body, VoxelFn fn, void* ctx) {
+    const int* dim = body->volume.dim;
+    double value[CHUNK];
+    size_t row = 0;
     for (int k = 0; k < dim[2]; k++) {
-        for (int j = 0; j < dim[1]; j++) {
-            for (int i = 0; i < dim[0]; i++, n++) {
-                if (!is_selected(def, body, volume->value[n])) continue;
-                body->mask.inside[n] = 1;
-                count++;
-                bool is_border = i == 0 || j == 0 || k == 0 || i == dim[0] - 1 || j == dim[1] - 1 ||
-                                 k == dim[2] - 1;
-                report->ncapped += is_border;
+        for (int j = 0; j < dim[1]; j++, row += (size_t)dim[0]) {
+            for (int first = 0; first < dim[0]; first += CHUNK) {
+                int n = dim[0] - first < CHUNK ? dim[0] - first : CHUNK;
+                om_volume_values(&body->volume, row + (size_t)first, (size_t)n, value);
+                for (int i = 0; i < n; i++)
+                    if (is_selected(def, body, value[i])) fn(ctx, first + i, j, k);
             }
         }
     }
-    report->nvoxel = count;
+}
+
+static void grow_box(void* ctx, int i, int j, int k) {
+    Box* box = ctx;
+    const int at[3] = {i, j, k};
+    for (int a = 0; a < 3; a++) {
+        if (at[a] < box->lo[a]) box->lo[a] = at[a];
+        if (at[a] > box->hi[a]) box->hi[a] = at[a];
+    }
+}
+
+typedef struct Marking {
+    const int* dim;  // of the volume
+    OmMask* mask;
+    int shift[3];  // of the mask's voxel (0, 0, 0) in the volume
+    int64_t count, ncapped;
+} Marking;
+
+static void mark_voxel(void* ctx, int i, int j, int k) {
+    Marking* m = ctx;
+    const int* dim = m->mask->dim;
+    m->mask->inside[(size_t)(i - m->shift[0]) +
+                    (size_t)dim[0] * ((size_t)(j - m->shift[1]) +
+                                      (size_t)dim[1] * (size_t)(k - m->shift[2]))] = 1;
+    m->count++;
+    m->ncapped += i == 0 || j == 0 || k == 0 || i == m->dim[0] - 1 || j == m->dim[1] - 1 ||
+                  k == m->dim[2] - 1;
+}
+
+// The mask of the selected voxels with `pad` layers of air around: no larger than it must be.
+static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmModelReport* report) {
+    const OmVolume* volume = &body->volume;
+    Box box = {{volume->dim[0], volume->dim[1], volume->dim[2]}, {-1, -1, -1}};
+    for_selected(def, body, grow_box, &box);
+    if (box.hi[0] < 0) return no_voxels(def, body);
+    Marking marking = {.dim = volume->dim, .mask = &body->mask};
+    int dim[3], *shift = marking.shift;
+    for (int a = 0; a < 3; a++) {
+        dim[a] = box.hi[a] - box.lo[a] + 1 + 2 * pad;
+        shift[a] = box.lo[a] - pad;
+    }
+    OM_TRY(om_mask_init(&body->mask, dim[0], dim[1], dim[2]));
+    OmVec3 corner = om_vec3(shift[0], shift[1], shift[2]);
+    body->mask.axis = volume->axis;
+    body->mask.origin = om_add(volume->origin, om_mat3_apply(volume->axis, corner));
+    for_selected(def, body, mark_voxel, &marking);
+    report->ncapped = marking.ncapped < 2147483647 ? (int)marking.ncapped : 2147483647;
+    report->nvoxel = marking.count;
     report->label_volume = om_mask_volume(&body->mask);
     report->voxel =
         om_vec3(om_norm(volume->axis.cx), om_norm(volume->axis.cy), om_norm(volume->axis.cz));
-    return count > 0 ? OM_OK : no_voxels(def, body);
+    return OM_OK;
 }
 
 // Which connected parts stay; those that go are told.
@@ -125,11 +174,7 @@ static OmStatus keep_parts(const OmModelDef* def, OmMask* m, OmModelReport* repo
 
 static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* report) {
     OmMask* m = &body->mask;
-    const double h[3] = {om_norm(m->axis.cx), om_norm(m->axis.cy), om_norm(m->axis.cz)};
-    double smallest = fmin(h[0], fmin(h[1], h[2]));
-    OM_CHECK(smallest > 0, OM_INVALID, "%s: a voxel has no size", def->input);
     body->voxel = cbrt(fabs(om_mat3_det(m->axis)));
-    OM_TRY(om_mask_crop(m, 1 + (int)ceil(def->close_radius / smallest)));
     OM_TRY(om_mask_close(m, def->close_radius));
     OM_TRY(keep_parts(def, m, report));
     const double kept = om_mask_volume(m);
@@ -152,7 +197,15 @@ static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody
     const OmVolume* v = &body->volume;
     OmVec3 half = om_scale(0.5, om_vec3(v->dim[0] - 1, v->dim[1] - 1, v->dim[2] - 1));
     body->center_image = om_add(v->origin, om_mat3_apply(v->axis, half));
-    OM_TRY(select_voxels(def, body, report));
+    const double h[3] = {om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz)};
+    double smallest = fmin(h[0], fmin(h[1], h[2]));
+    OM_CHECK(smallest > 0, OM_INVALID, "%s: a voxel has no size", def->input);
+    double pad = 1 + ceil(def->close_radius / smallest);
+    OM_CHECK(pad <= MAX_PAD, OM_INVALID,
+             "%s: closing by %g mm takes %g voxels of %g mm around the organ, at most %d: close by "
+             "less",
+             def->input, def->close_radius * 1e3, pad, smallest * 1e3, MAX_PAD);
+    OM_TRY(select_voxels(def, (int)pad, body, report));
     OM_TRY(clean_mask(def, body, report));
     return OM_OK;
 }
@@ -198,8 +251,8 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
         if (!is_in) continue;
         size_t adr =
             (size_t)c[0] + (size_t)v->dim[0] * ((size_t)c[1] + (size_t)v->dim[1] * (size_t)c[2]);
-        float value = v->value[adr];
-        if (!is_selected(def, body, value) || fabsf(value) >= 2147483000.0f) continue;
+        double value = om_volume_value(v, adr);
+        if (!is_selected(def, body, value) || fabs(value) >= 2147483647.0) continue;
         double d = om_norm2(om_mat3_apply(v->axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
         if (d >= best) continue;
         best = d;

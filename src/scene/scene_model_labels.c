@@ -9,7 +9,7 @@
 
 #include "scene/scene_model_internal.h"
 
-enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256 };
+enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256, CHUNK = 4096 };
 
 // ---- the values of a volume ---------------------------------------------------------------------------
 
@@ -56,20 +56,30 @@ static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* r
         row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->dim[c] - 1;
 }
 
+// Values of one row from voxel `first` of it on.
+static void scan_values(const OmVolume* v, const double* value, int first, int n, int j, int k,
+                        Tally* tally, OmLabelScan* scan) {
+    for (int i = 0; i < n;) {
+        int begin = i;
+        const double f = value[begin];
+        while (i < n && value[i] == f) i++;
+        scan->min = fmin(scan->min, f);
+        scan->max = fmax(scan->max, f);
+        bool is_label = f >= 0 && f <= LABEL_MAX && f == floor(f);
+        if (!is_label) scan->is_intensity = true;
+        if (is_label && f > 0) add_run(v, &tally[(int)f], first + begin, first + i, j, k);
+    }
+}
+
 static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
+    double value[CHUNK];
     size_t n = 0;
     for (int k = 0; k < v->dim[2]; k++) {
         for (int j = 0; j < v->dim[1]; j++, n += (size_t)v->dim[0]) {
-            const float* row = &v->value[n];
-            for (int i = 0; i < v->dim[0];) {
-                int begin = i;
-                const float f = row[begin];
-                while (i < v->dim[0] && row[i] == f) i++;
-                scan->min = fmin(scan->min, (double)f);
-                scan->max = fmax(scan->max, (double)f);
-                bool is_label = f >= 0 && f <= LABEL_MAX && f == floorf(f);
-                if (!is_label) scan->is_intensity = true;
-                if (is_label && f > 0) add_run(v, &tally[(int)f], begin, i, j, k);
+            for (int first = 0; first < v->dim[0]; first += CHUNK) {
+                int len = v->dim[0] - first < CHUNK ? v->dim[0] - first : CHUNK;
+                om_volume_values(v, n + (size_t)first, (size_t)len, value);
+                scan_values(v, value, first, len, j, k, tally, scan);
             }
         }
     }
@@ -138,7 +148,7 @@ static OmStatus count_parts(const OmVolume* v, const int box[6], OmLabelRow* row
             for (int i = box[0]; i <= box[3]; i++, n++) {
                 size_t at =
                     (size_t)i + (size_t)v->dim[0] * ((size_t)j + (size_t)v->dim[1] * (size_t)k);
-                mask.inside[n] = v->value[at] == (float)row->value;
+                mask.inside[n] = om_volume_value(v, at) == row->value;
             }
         }
     }
@@ -356,45 +366,80 @@ static void describe(const Chooser* c, OmModelReport* report) {
 
 // ---- loading ----------------------------------------------------------------------------------------------
 
-// Join the chosen labels of several layers in body->volume: first their places in the choice, from 1.
+// From places in the choice to labels, in the same bytes if every label fits in one.
+static OmStatus take_labels(const Chooser* c, unsigned char* place, OmVolume* v) {
+    const size_t n = om_volume_count(v);
+    int most = 0;
+    for (int i = 0; i < c->nchoice; i++)
+        most = c->choice[i].label > most ? c->choice[i].label : most;
+    om_free(v->voxel);
+    v->voxel = place;
+    v->type = OM_VOXEL_U8;
+    v->slope = 1;
+    v->inter = 0;
+    if (most <= 255) {
+        for (size_t at = 0; at < n; at++)
+            if (place[at]) place[at] = (unsigned char)c->choice[place[at] - 1].label;
+        return OM_OK;
+    }
+    int32_t* label;
+    OM_ALLOC(label, n);
+    for (size_t at = 0; at < n; at++) label[at] = place[at] ? c->choice[place[at] - 1].label : 0;
+    om_free(place);
+    v->voxel = label;
+    v->type = OM_VOXEL_I32;
+    return OM_OK;
+}
+
+// The labels of the choice that lie in this layer: first their places in the choice, from 1.
+static int64_t join_layer(const Chooser* c, int layer, const OmVolume* v, unsigned char* place) {
+    const size_t count = om_volume_count(v);
+    double value[CHUNK];
+    int64_t noverlap = 0;
+    for (size_t first = 0; first < count; first += CHUNK) {
+        const size_t n = count - first < CHUNK ? count - first : CHUNK;
+        unsigned char* to = place + first;
+        om_volume_values(v, first, n, value);
+        for (int i = 0; i < c->nchoice; i++) {
+            if (c->choice[i].layer != layer) continue;
+            for (size_t at = 0; at < n; at++) {
+                if (value[at] != c->choice[i].value) continue;
+                noverlap += to[at] > 0;
+                if (to[at] == 0 || i + 1 < to[at]) to[at] = (unsigned char)(i + 1);
+            }
+        }
+    }
+    return noverlap;
+}
+
+_Static_assert(OM_MAX_LABEL < 255, "a place in the choice fits in a byte");
+
+// Join the chosen labels of several layers in body->volume.
 static OmStatus join_layers(const Chooser* c, OmBody* body, OmModelReport* report) {
     const OmModelDef* def = c->def;
     int64_t noverlap = 0;
-    float* joined = NULL;
+    unsigned char* place = NULL;
     OmStatus status = OM_OK;
     for (int layer = 0; layer < c->info->nentry; layer++) {
         bool is_wanted = false;
         for (int i = 0; i < c->nchoice; i++) is_wanted = is_wanted || c->choice[i].layer == layer;
         if (!is_wanted) continue;
         om_volume_done(&body->volume);
-        OM_TRY_DONE(om_volume_load_entry(def->input, layer, &body->volume));
-        const OmVolume* v = &body->volume;
-        const size_t n = (size_t)v->dim[0] * (size_t)v->dim[1] * (size_t)v->dim[2];
-        if (!joined) OM_CALLOC_DONE(joined, n);
-        for (int i = 0; i < c->nchoice; i++) {
-            if (c->choice[i].layer != layer) continue;
-            for (size_t at = 0; at < n; at++) {
-                if (v->value[at] != (float)c->choice[i].value) continue;
-                noverlap += joined[at] > 0;
-                if (!(joined[at] > 0) || (float)(i + 1) < joined[at]) joined[at] = (float)(i + 1);
-            }
-        }
+        OM_TRY_DONE(om_volume_load_within(def->input, layer, def->max_volume_size, &body->volume));
+        if (!place) OM_CALLOC_DONE(place, om_volume_count(&body->volume));
+        noverlap += join_layer(c, layer, &body->volume, place);
     }
-    const int* dim = body->volume.dim;
-    for (size_t at = 0; at < (size_t)dim[0] * (size_t)dim[1] * (size_t)dim[2]; at++)
-        if (joined[at] > 0) joined[at] = (float)c->choice[(int)joined[at] - 1].label;
-    om_free(body->volume.value);
-    body->volume.value = joined;
-    if (noverlap > 0) {
+    status = take_labels(c, place, &body->volume);
+    place = NULL;
+    if (status == OM_OK && noverlap > 0) {
         om__model_note(
             report,
             "%lld voxels belong to several of the labels: each counts once, with the label that is "
             "named first",
             (long long)noverlap);
     }
-    return OM_OK;
 done:
-    om_free(joined);
+    om_free(place);
     return status;
 }
 
@@ -476,8 +521,8 @@ static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
                (c->info->has_layers && !c->is_unique && c->nchoice > 0 && layer != def->volume)) {
         OM_TRY(join_layers(c, body, report));
     } else {
-        OM_TRY(layer >= 0 ? om_volume_load_entry(def->input, layer, &body->volume)
-                          : om_volume_load(def->input, &body->volume));
+        OM_TRY(om_volume_load_within(def->input, layer >= 0 ? layer : -1, def->max_volume_size,
+                                     &body->volume));
     }
     body->has_window = def->has_window;
     for (int i = 0; i < c->nchoice; i++) body->label[body->nlabel++] = c->choice[i].label;

@@ -145,6 +145,7 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
     OmModelDef def = om_model_default_def(path, edge);
     snprintf(def.name, sizeof def.name, "%s", scene->name);
     def.label[def.nlabel++] = m->label;
+    def.max_volume_size = (uint64_t)m->max_volume;
     def.sheet.thickness = m->thickness;
     snprintf(def.sheet.side, sizeof def.sheet.side, "%s", m->side);
     def.sheet.half_length = m->half_length;

@@ -23,8 +23,8 @@ static int label_at(const OmVolume* v, OmVec3 p) {
         k[c] = (int)floor((place[c] - origin[c]) / v->axis.cx.x + 0.5);
         if (k[c] < 0 || k[c] >= v->dim[c]) return 0;
     }
-    return (int)v->value[(size_t)k[0] +
-                         (size_t)v->dim[0] * ((size_t)k[1] + (size_t)v->dim[1] * (size_t)k[2])];
+    return (int)om_volume_value(
+        v, (size_t)k[0] + (size_t)v->dim[0] * ((size_t)k[1] + (size_t)v->dim[1] * (size_t)k[2]));
 }
 
 static bool is_tissue(int label) { return label != 0 && label != LABEL_PADDLE; }
@@ -36,7 +36,7 @@ static OmVec3 centroid_of(const OmVolume* v, int label) {
     for (int k = 0; k < v->dim[2]; ++k)
         for (int j = 0; j < v->dim[1]; ++j)
             for (int i = 0; i < v->dim[0]; ++i, ++at) {
-                if ((int)v->value[at] != label) continue;
+                if ((int)om_volume_value(v, at) != label) continue;
                 sum = om_add(sum, om_vec3(i, j, k));
                 ++num;
             }
@@ -46,7 +46,7 @@ static OmVec3 centroid_of(const OmVolume* v, int label) {
 
 static double volume_of(const OmVolume* v) {
     size_t num = 0, all = (size_t)v->dim[0] * (size_t)v->dim[1] * (size_t)v->dim[2];
-    for (size_t k = 0; k < all; ++k) num += is_tissue((int)v->value[k]);
+    for (size_t k = 0; k < all; ++k) num += is_tissue((int)om_volume_value(v, k));
     return (double)num * pow(v->axis.cx.x, 3);
 }
 

@@ -21,7 +21,7 @@ static inline OmStatus load_bytes(const char* name, const void* data, size_t siz
 static inline void assert_refused(OmStatus status, const OmVolume* volume, const char* name,
                                   const char* expected) {
     const char* message = om_error_message();
-    if (status != OM_INVALID || volume->value || strchr(message, '\n') || !strstr(message, name) ||
+    if (status != OM_INVALID || volume->voxel || strchr(message, '\n') || !strstr(message, name) ||
         !strstr(message, expected))
         fail_msg("status %d, \"%s\" is expected in \"%s\"", (int)status, expected, message);
 }

@@ -32,7 +32,7 @@ static void test_spaces_become_ras(void** unused) {
         OmVec3 cx = om_vec3(0.7e-3 * space[i].x, 0.1e-3 * space[i].y, 0);
         assert_near(om_distance(v.origin, origin), 0, 1e-15);
         assert_near(om_distance(v.axis.cx, cx), 0, 1e-18);
-        for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
+        for (int k = 0; k < COUNT; k++) assert_near(om_volume_value(&v, (size_t)k), k, 0);
         om_volume_done(&v);
     }
 }
@@ -63,7 +63,7 @@ static void test_encodings_agree(void** unused) {
             if (form == 3) memcpy(file + n, &real, 8), n += 8;
         }
         assert_ok(load_bytes("t.nrrd", file, (size_t)n, &v));
-        for (int k = 0; k < COUNT; k++) assert_near((double)v.value[k], k, 0);
+        for (int k = 0; k < COUNT; k++) assert_near(om_volume_value(&v, (size_t)k), k, 0);
         om_volume_done(&v);
     }
 }
@@ -94,7 +94,8 @@ static void test_axes_that_are_not_of_space(void** unused) {
         for (int entry = 0; entry < 2; entry++) {
             assert_ok(om_volume_load_entry(path, entry, &v));
             for (int k = 0; k < COUNT; k++)
-                assert_near((double)v.value[k], is_last ? k + entry * COUNT : 2 * k + entry, 0);
+                assert_near(om_volume_value(&v, (size_t)k),
+                            is_last ? k + entry * COUNT : 2 * k + entry, 0);
             om_volume_done(&v);
         }
         assert_refused(om_volume_load_entry(path, 2, &v), &v, "t.nrrd", "holds volumes 0 to 1");
@@ -206,7 +207,7 @@ static void test_detached_voxels(void** unused) {
     for (int i = 0; i < COUNT; i++) voxel[i] = (char)i;
     write_bytes(path[1], voxel, COUNT);
     assert_ok(om_volume_load(path[0], &v));
-    assert_near((double)v.value[COUNT - 1], COUNT - 1, 0);
+    assert_near(om_volume_value(&v, COUNT - 1), COUNT - 1, 0);
     om_volume_done(&v);
     write_bytes(path[1], voxel, COUNT - 1);
     assert_refused(om_volume_load(path[0], &v), &v, path[1], "file");

@@ -59,7 +59,7 @@ static void random_volume(uint64_t index, OmVolume* v, double* voxel) {
         for (int j = 0; j < n[1]; j++) {
             for (int i = 0; i < n[0]; i++, m++) {
                 OmVec3 p = om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
-                v->value[m] = blob_holds(&blob, p) ? 1.0f : 0.0f;
+                ((float*)v->voxel)[m] = blob_holds(&blob, p) ? 1.0f : 0.0f;
             }
         }
     }

@@ -78,7 +78,7 @@ static void bean_volume(OmMat3 axis, int nx, int ny, int nz, OmVolume* v) {
         for (int j = 0; j < ny; j++) {
             for (int i = 0; i < nx; i++, n++) {
                 OmVec3 p = om_add(v->origin, om_mat3_apply(axis, om_vec3(i, j, k)));
-                v->value[n] = bean_holds(p) ? 1.0f : 0.0f;
+                ((float*)v->voxel)[n] = bean_holds(p) ? 1.0f : 0.0f;
             }
         }
     }

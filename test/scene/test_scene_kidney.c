@@ -168,7 +168,7 @@ static void restore_volume(const OmVolume* v, OmVolume* out) {
                 size_t from = (size_t)i + (size_t)n[0] * ((size_t)j + (size_t)n[1] * (size_t)k);
                 size_t to = (size_t)k + (size_t)n[2] * ((size_t)(n[0] - 1 - i) +
                                                         (size_t)n[0] * (size_t)(n[1] - 1 - j));
-                out->value[to] = v->value[from];
+                ((float*)out->voxel)[to] = (float)om_volume_value(v, from);
             }
         }
     }

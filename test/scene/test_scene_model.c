@@ -16,7 +16,7 @@ static void ellipsoid_volume(OmVolume* v) {
             for (int i = 0; i < N; i++, n++) {
                 OmVec3 p = om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
                 OmVec3 q = om_vec3((p.x + 0.02) / 0.025, p.y / 0.02, p.z / 0.04);
-                v->value[n] = om_norm(q) < 1 ? 7.0f : 0.0f;
+                ((float*)v->voxel)[n] = om_norm(q) < 1 ? 7.0f : 0.0f;
             }
         }
     }
@@ -128,7 +128,7 @@ static void test_labels_become_materials(void** unused) {
     for (int n = 0; n < N * N * N; n++) {
         int i = n % N, j = n / N % N, k = n / N / N;
         bool is_in = i > 2 && i < 13 && j > 2 && j < 13 && k > 2 && k < 13;
-        v.value[n] = !is_in ? 0 : i < 8 ? 29 : 1;
+        ((float*)v.voxel)[n] = !is_in ? 0 : i < 8 ? 29 : 1;
     }
     OmModelDef def = om_model_default_def("halves", 0.004);
     assert_status(om_model_build_volume(&def, &v, NULL, &p, NULL), OM_INVALID);
@@ -200,7 +200,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     v.axis = om_mat3_scale(0.008, om_mat3_identity());
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 p = om_vec3(n % N - 4.5, n / N % N - 4.5, n / N / N - 4.5);
-        v.value[n] = om_norm(p) < 3.5;
+        ((float*)v.voxel)[n] = om_norm(p) < 3.5;
     }
     OmModelDef def = om_model_default_def("ball", 0.02);
     def.sheet.thickness = 0.03;

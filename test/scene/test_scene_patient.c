@@ -28,7 +28,7 @@ static void ball_patient(double edge, OmPatient* p, OmModelReport* r) {
     v.origin = om_vec3(-0.07, -0.035, -0.035);
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 c = om_vec3(n % N - 13.5, n / N % N - 13.5, n / N / N - 13.5);
-        v.value[n] = om_norm(c) < 10 ? 2 : 0;
+        ((float*)v.voxel)[n] = om_norm(c) < 10 ? 2 : 0;
     }
     OmModelDef def = om_model_default_def("ball.nrrd", edge);
     def.sheet.thickness = 0.008;
