@@ -20,7 +20,7 @@ static void make_cap(double height, OmPatient* p) {
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 c =
             om_sub(om_vec3(n % N, n / N % N, n / N / N), om_scale((N - 1) / 2.0, om_vec3(1, 1, 1)));
-        v.value[n] = VOXEL * om_norm(c) < 40 * MM ? 1 : 0;
+        ((float*)v.voxel)[n] = VOXEL * om_norm(c) < 40 * MM ? 1 : 0;
     }
     OmModelDef def = om_model_default_def("ball.nrrd", 5 * MM);
     def.sheet.thickness = 8 * MM;
