@@ -59,7 +59,7 @@ function(om_finish_library)
     foreach(lib omentum omentum_static)
         target_include_directories(${lib} PUBLIC
             $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-        target_link_libraries(${lib} PRIVATE ${libs} $<BUILD_INTERFACE:om_flags>)
+        target_link_libraries(${lib} PRIVATE ${libs} $<BUILD_INTERFACE:om_flags> INTERFACE m)  # inline functions use it
     endforeach()
 endfunction()
 

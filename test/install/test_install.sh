@@ -38,14 +38,27 @@ export PKG_CONFIG_PATH=$lib/pkgconfig
 mkdir "$tmp/one" "$tmp/two"
 # shellcheck disable=SC2046
 $cc -std=c17 -Wall -Werror "$here/consumer/consumer.c" -o "$tmp/one/consumer" \
-    $(pkg-config --cflags --libs omentum) -lm "-Wl,-rpath,$lib"
+    $(pkg-config --cflags --libs omentum) "-Wl,-rpath,$lib"
 (cd "$tmp/one" && ./consumer && grep -q '^mean 0\.' mean.txt) || fail "the program built by pkg-config"
 
-# By CMake.
+# Samples are what users copy: each links by pkg-config, also with --static, and no library is named besides.
+mkdir "$tmp/samples"
+for sample in "$here"/../../samples/*.c; do
+    name=$(basename "$sample" .c)
+    for static in "" --static; do
+        # shellcheck disable=SC2046,SC2086
+        $cc "$sample" -o "$tmp/samples/$name" $(pkg-config $static --cflags --libs omentum) "-Wl,-rpath,$lib" ||
+            fail "samples/$name.c by pkg-config $static"
+    done
+done
+(cd "$tmp/samples" && ./01_hang_a_box > 01.log) || fail "samples/01_hang_a_box.c does not run"
+
+# By CMake, samples too.
 cmake -S "$here/consumer" -B "$tmp/two/build" -DCMAKE_PREFIX_PATH="$tmp/prefix" -DCMAKE_C_COMPILER="$cc" \
+    -DSAMPLES="$here/../../samples" \
     > "$tmp/cmake.log" 2>&1 && cmake --build "$tmp/two/build" >> "$tmp/cmake.log" 2>&1 ||
     fail "$(cat "$tmp/cmake.log")"
-(cd "$tmp/two" && build/consumer) || fail "the program built by CMake"
+(cd "$tmp/two" && build/consumer && build/01_hang_a_box > 01.log) || fail "the program built by CMake"
 
 # The program, from its new place, with nothing of the checkout in reach.
 cli=$tmp/prefix/bin/omentum
