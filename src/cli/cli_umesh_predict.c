@@ -20,7 +20,8 @@ static const OmCliOption option[] = {
     {"--turn", NULL, "DEG", "of the probe about the normal (default 0)"},
     {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
     {"--output", "-o", "FILE",
-     "the deformed organ, with its displacement: .vtu or .vtk, opens in ParaView"},
+     "the deformed organ, with its displacement, and how far nodes are off equilibrium: .vtu or .vtk, opens in "
+     "ParaView"},
     {"--tolerance", NULL, "MM",
      "refine until the mean distance to equilibrium is estimated below it (default 0.05); 0: the network alone"},
     {"--linear", NULL, NULL, "refine the linear elastic answer; the network is left out"},
@@ -37,6 +38,8 @@ typedef struct Press {
     unsigned char* mask;
     float* u;
     int nmasked;
+    double tolerance;  // m; 0: not refined
+    OmUmeshRefinement refined;
 } Press;
 
 static void print_help(const OmCliArgs* args) {
@@ -44,8 +47,9 @@ static void print_help(const OmCliArgs* args) {
         "omentum umesh predict: where an organ goes under a probe, by a trained network\n\n"
         "Usage: omentum umesh predict [-w WEIGHTS] [options]\n\n"
         "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
-        "like those of training, and where points inside go. Exit code 0: it is; 1: it is not, so do not\n"
-        "trust the answer.\n");
+        "like those of training, and where points inside go. Exit code 0: it is; 1: do not trust the answer,\n"
+        "for the input is unlike those, equilibrium was not reached, or an element of the answer is inverted.\n"
+        "The file of -o has no inverted tetrahedron, or is not written.\n");
     om_cli_print_options(args);
     printf(
         "\nExamples:\n"
@@ -106,14 +110,15 @@ static void set_way(const Press* p) {
         for (int c = 0; c < 3; ++c) p->u[3 * i + c] = p->mask[i] ? (float)value[c] : 0;
 }
 
-static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUmeshTrust* trust) {
+static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTrust* trust) {
     OmUmeshPredictor* predictor;
     double ms[NREPEAT];
     OmStatus status = OM_OK;
     double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     OM_TRY(om_cli_get_double(p->args, "--tolerance", 0, 100, &tolerance));
     OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
-    om_umesh_set_refinement(predictor, 1e-3 * tolerance, tolerance > 0 ? MAX_CYCLE : 0);
+    p->tolerance = 1e-3 * tolerance;
+    om_umesh_set_refinement(predictor, p->tolerance, tolerance > 0 ? MAX_CYCLE : 0);
     om_umesh_set_linear(predictor, om_cli_get(p->args, "--linear") != NULL);
     for (int k = 0; k < NREPEAT && status >= 0; ++k) {
         set_way(p);
@@ -121,7 +126,7 @@ static OmStatus predict(const Press* p, const OmUmeshNet* net, int nworker, OmUm
         status = om_umesh_predict(predictor, p->mask, p->u, trust);
         ms[k] = 1e3 * (om_clock_now() - begin);
     }
-    OmUmeshRefinement refined = om_umesh_refinement(predictor);
+    const OmUmeshRefinement refined = p->refined = om_umesh_refinement(predictor);
     om_umesh_destroy_predictor(predictor);
     if (status < 0) return status;
     om_sort_doubles(ms, NREPEAT);
@@ -164,37 +169,73 @@ static OmStatus print_points(const Press* p) {
     return OM_OK;
 }
 
-static void move(OmTetMesh* mesh, const float* u, double share) {
-    for (int n = 0; n < 3 * mesh->nvert; ++n) mesh->x[n] += share * (double)u[n];
-}
-
-// The deformed organ. Hexahedra whose points are in order may still have a corner that is not, so that one of their
-// six tetrahedra is inverted; no program takes such a file for a mesh. Then the file has the shape at rest.
-static OmStatus write_mesh(const Press* p, const char* path) {
+// The deformed organ. Where tetrahedra of the answer are inverted, nodes beside the probe are moved first.
+// @return OM_NOT_CONVERGED: nothing was written, for some stay inverted
+static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* path) {
     OmTetMesh mesh;
+    OmUmeshOpening opening;
     char ext[8];
     om_path_extension(path, ext, sizeof ext);
     OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
              "%s: written are .vtu and .vtk", path);
+    const size_t nnode = (size_t)p->grid->mesh.nnode;
     OM_TRY(om_umesh_make_tet_mesh(p->grid, &mesh));
-    move(&mesh, p->u, 1);
-    bool is_deformed = om_tet_mesh_validate(&mesh) == OM_OK;
-    if (!is_deformed) move(&mesh, p->u, -1);
-    const OmMeshArray array[] = {{"displacement", OM_ARRAY_FLOAT, 3, false, p->u},
-                                 {"under_probe", OM_ARRAY_BYTE, 1, false, p->mask}};
-    OmStatus status = om_tet_mesh_save_format(
-        &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 2);
-    om_tet_mesh_done(&mesh);
-    if (status >= 0 && is_deformed) printf("wrote %s (m)\n", path);
-    if (status >= 0 && !is_deformed)
+    OmStatus status = OM_OK;
+    float *u = NULL, *moved = NULL;
+    OM_ALLOC_DONE(u, 3 * nnode);
+    OM_ALLOC_DONE(moved, nnode);
+    memcpy(u, p->u, 3 * nnode * sizeof *u);
+    OM_TRY_DONE(om_umesh_open(net, p->mask, u, &opening));
+    if (status > 0) {
+        om_error(
+            status,
+            "%s is not written: %d tetrahedra of the answer are inverted, and no shape near it without any was "
+            "found; press less deep, or turn the probe",
+            path, opening.ninverted);
+        goto done;
+    }
+    for (size_t i = 0; i < nnode; ++i) {
+        const float *now = u + 3 * i, *before = p->u + 3 * i;
+        moved[i] = (float)om_distance(om_vec3(now[0], now[1], now[2]),
+                                      om_vec3(before[0], before[1], before[2]));
+    }
+    for (size_t k = 0; k < 3 * nnode; ++k) mesh.x[k] += (double)u[k];
+    const OmMeshArray array[] = {{"displacement", OM_ARRAY_FLOAT, 3, false, u},
+                                 {"under_probe", OM_ARRAY_BYTE, 1, false, p->mask},
+                                 {"off_equilibrium", OM_ARRAY_FLOAT, 1, false, moved}};
+    OM_TRY_DONE(om_tet_mesh_save_format(
+        &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 3));
+    printf("wrote %s (m)\n", path);
+    if (opening.ninverted > 0)
         printf(
-            "wrote %s (m) at rest: cut into tetrahedra, a corner of the deformed grid is inverted; "
-            "its array displacement deforms it\n",
-            path);
+            "in the file %d nodes are off that equilibrium, up to %.2f mm, %.3f mm in the mean: beside the probe it "
+            "inverts %d of %d tetrahedra\n",
+            opening.nmoved, 1e3 * opening.most, 1e3 * opening.mean, opening.ninverted, mesh.ntet);
+done:
+    om_free(u);
+    om_free(moved);
+    om_tet_mesh_done(&mesh);
     return status;
 }
 
-static OmStatus run(const OmCliArgs* args, int nworker, bool* is_inside) {
+// Whether refinement reached what it was to reach.
+static bool is_refined(const Press* p) {
+    const OmUmeshRefinement* r = &p->refined;
+    if (r->ncycle == 0) return true;  // the network alone was wanted, or is all there is
+    if (!(r->left < p->tolerance)) {
+        printf("NOT at equilibrium: %d cycles left about %.3g mm, %.3g were wanted\n", r->ncycle,
+               1e3 * r->left, 1e3 * p->tolerance);
+        return false;
+    }
+    if (!(r->min_volume > 0)) {
+        printf("NOT valid: an element is inverted at a Gauss point\n");
+        return false;
+    }
+    return true;
+}
+
+// `is_good`: at equilibrium, written if it was to be, and like what was trained.
+static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     OmUmeshNet* net;
     OmUmeshTrust trust;
     const char *out = om_cli_get(args, "--output"), *onnx = om_cli_get(args, "--onnx");
@@ -206,9 +247,15 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_inside) {
     OM_TRY_DONE(place_probe(&p));
     OM_TRY_DONE(predict(&p, net, nworker, &trust));
     OM_TRY_DONE(print_points(&p));
-    if (out) OM_TRY_DONE(write_mesh(&p, out));
     if (onnx) OM_TRY_DONE(om_umesh_save_onnx(net, onnx));
-    *is_inside = trust.is_inside;
+    bool is_valid = is_refined(&p);
+    if (out && !is_valid) printf("%s is not written\n", out);
+    if (out && is_valid) {
+        OM_TRY_DONE(write_mesh(&p, net, out));
+        is_valid = status == OM_OK;
+        if (!is_valid) fprintf(stderr, "omentum umesh: %s\n", om_error_message());
+    }
+    *is_good = is_valid && trust.is_inside;
     if (trust.is_inside)
         printf("like what was trained (%.2f of the limit)\n", trust.score);
     else
@@ -227,14 +274,14 @@ int om_cli_umesh_predict(int argc, char** argv) {
         return OM_EXIT_OK;
     }
     int npositional, nworker = 0;
-    bool is_inside = false;
+    bool is_good = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
     if (status < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    status = run(&args, nworker, &is_inside);
+    status = run(&args, nworker, &is_good);
     if (status < 0) return om_cli_fail("umesh", status);
-    return is_inside ? OM_EXIT_OK : OM_EXIT_FAILED;
+    return is_good ? OM_EXIT_OK : OM_EXIT_FAILED;
 }

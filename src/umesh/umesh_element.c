@@ -376,3 +376,32 @@ OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char
         }
     }
 }
+
+// ---- one node alone -----------------------------------------------------------------------------------
+
+OM_MULTIVERSION void om__umesh_node_look(const UmeshElements* t, int node, const float* F,
+                                         float gradient[3], float H[6]) {
+    Corner corner[8];
+    look(t, node, F, corner, gradient, H);
+}
+
+OM_MULTIVERSION float om__umesh_node_step(const UmeshElements* t, int node, const float* F,
+                                          const float gradient[3], const float H[6],
+                                          float step[3]) {
+    Corner corner[8];
+    float unused[3], unused_H[6];
+    look(t, node, F, corner, unused, unused_H);
+    solve(H, gradient, step);
+    return find_share(corner, t->use_adr[node + 1] - t->use_adr[node], step);
+}
+
+OM_MULTIVERSION void om__umesh_node_move(const UmeshElements* t, int node, const float step[3],
+                                         float* F, float* u) {
+    for (int i = 0; i < 3; ++i) u[3 * (size_t)node + (size_t)i] += step[i];
+    for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
+        float* to = F + REFINE_F * (size_t)(t->use[k] / 8);
+        const int a = t->use[k] % 8;
+        for (int i = 0; i < 9; ++i)
+            put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
+    }
+}

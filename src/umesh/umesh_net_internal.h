@@ -55,6 +55,12 @@ OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
 // The grid from where its cells, held nodes and skin are.
 OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);
 
+// ---- umesh_place.c ----------------------------------------------------------------------------------
+
+// The tetrahedra of an element, around the diagonal from node 0 to node 6, alike in all cells: so faces of neighbours
+// are cut alike.
+extern const int om__umesh_tet[6][4];
+
 // ---- umesh_linear.c ---------------------------------------------------------------------------------
 
 /// @return OM_INVALID if nothing is held, or the grid too large

@@ -5,17 +5,17 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
+const int om__umesh_tet[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
+                                 {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
+
 OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* g, OmTetMesh* mesh) {
-    // around the diagonal from node 0 to node 6, alike in all cells: faces of neighbours are cut alike
-    static const int tet[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
-                                  {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
     int nheld = 0;
     OM_TRY(om_tet_mesh_init(mesh, g->mesh.nnode, 6 * g->mesh.nelem));
     memcpy(mesh->x, g->mesh.x, 3 * (size_t)g->mesh.nnode * sizeof *mesh->x);
     for (int e = 0; e < g->mesh.nelem; ++e)
         for (int k = 0; k < 6; ++k)
             for (int a = 0; a < 4; ++a)
-                mesh->tet_vert[24 * e + 4 * k + a] = g->mesh.elem_node[8 * e + tet[k][a]];
+                mesh->tet_vert[24 * e + 4 * k + a] = g->mesh.elem_node[8 * e + om__umesh_tet[k][a]];
     int* held = om_alloc((size_t)g->mesh.nnode, sizeof *held);
     OmStatus status = held ? OM_OK : OM_NO_MEMORY;
     for (int i = 0; i < g->mesh.nnode && held; ++i)

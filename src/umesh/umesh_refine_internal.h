@@ -69,6 +69,15 @@ void om__umesh_find_still(const UmeshElements* elements, const unsigned char* ma
 void om__umesh_relax(const UmeshElements* elements, const unsigned char* is_still, float* F,
                      float* u, int begin, int end);
 
+// Derivatives of the energy by the place of one node: the gradient, and the matrix (xx, yy, zz, xy, xz, yz).
+void om__umesh_node_look(const UmeshElements* elements, int node, const float* F, float gradient[3],
+                         float H[6]);
+// step = -H^-1 gradient. @return the share of it that leaves every positive det F a fifth of itself
+float om__umesh_node_step(const UmeshElements* elements, int node, const float* F,
+                          const float gradient[3], const float H[6], float step[3]);
+void om__umesh_node_move(const UmeshElements* elements, int node, const float step[3], float* F,
+                         float* u);
+
 // ---- umesh_coarse.c -----------------------------------------------------------------------------------
 
 OmStatus om__umesh_coarse_create(const UmeshElements* elements, int nworker, UmeshCoarse** coarse);

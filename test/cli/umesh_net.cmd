@@ -60,11 +60,24 @@ out like what was trained
 file pressed.vtu
 file net.onnx
 
-# The example of doc/umesh.md, with the weights that come along: a corner of a cell is inverted.
-$ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at 20,0,70 --press 15 --point 0,0,50 -o rest.vtu
+# The example of the help, with the weights that come along: tetrahedra that equilibrium inverts are opened.
+$ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at 20,0,70 --point 0,0,50 -o pressed.vtu
 exit 0
-out ^wrote rest.vtu \(m\) at rest
-file rest.vtu
+out ^wrote pressed.vtu \(m\)$
+out ^in the file \d+ nodes are off that equilibrium, up to [01]\.\d\d mm, 0\.0\d\d mm in the mean: .* inverts 2 of 13044 tetrahedra
+file pressed.vtu
+
+# What is written is read again as a mesh: no element of it is inverted.
+$ omentum model pressed.vtu --unit m -q -o pressed
+exit 0
+file pressed/tissue.vtu
+no-err
+
+# No equilibrium: nothing is written, and the exit code says so.
+$ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at -62,-26,26 --press 20 -o none.vtu
+exit 1
+out ^NOT at equilibrium: 100 cycles left about 0\.\d+ mm, 0.05 were wanted
+out ^none.vtu is not written
 
 # Twice as deep as anything that was trained: told.
 $ omentum umesh predict -w net/weights.safetensors --press 120
