@@ -96,13 +96,18 @@ def read_list(path):
     return mutants
 
 
-def read_lists(root, room=None):
+def read_lists(root, rooms=None):
+    """All lists, or those of some rooms, in that order."""
+    paths = sorted((root / "test" / "mutants").glob("*.txt"))
+    if rooms:
+        paths = [root / "test" / "mutants" / f"{room}.txt" for room in rooms]
     mutants = []
-    for path in sorted((root / "test" / "mutants").glob("*.txt")):
-        if room is None or path.stem == room:
-            mutants += read_list(path)
+    for path in paths:
+        if not path.is_file():
+            raise BadList(f"no mutants of room '{path.stem}': {path} is missing")
+        mutants += read_list(path)
     if not mutants:
-        raise BadList("no mutants" + (f" of room '{room}': test/mutants/{room}.txt is missing or empty" if room else ""))
+        raise BadList("no mutants in test/mutants/*.txt")
     return mutants
 
 
@@ -298,13 +303,13 @@ def try_mutant(tree, mutant, scope):
     text = path.read_text()
     changed = text.replace(mutant.old, mutant.new)
     names = room_tests(tree, mutant, path.parent.name, scope)
-    for name in mutant.tests:
-        if name in tree.tests:
-            tree.baseline(name)
     compiled, before = tree.objects.get(mutant.file, (None, b""))
     count = 0
     try:
         for name in names:
+            if name in mutant.tests and name not in tree.base:
+                path.write_text(text)
+                tree.baseline(name)
             if tree.base.get(name, 0) is None:
                 continue
             if path.read_text() != changed:
@@ -447,7 +452,7 @@ def verdict(found):
 def main(arguments):
     parser = argparse.ArgumentParser(description="Change one line at a time and see which test notices.")
     parser.add_argument("--check", action="store_true", help="only check the lists against the sources")
-    parser.add_argument("--room", help="only test/mutants/ROOM.txt")
+    parser.add_argument("--room", action="append", help="only test/mutants/ROOM.txt; may be repeated")
     parser.add_argument("--only", metavar="TEXT", help="only mutants with TEXT in file: title")
     parser.add_argument("--quick", dest="scope", action="store_const", const="quick", default="all",
                         help="leave the slow tests out")

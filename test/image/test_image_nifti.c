@@ -139,6 +139,94 @@ static void test_qform_is_sform(void** unused) {
     }
 }
 
+// A file may have both transforms, and they may differ: sform, where it is set, is the one that counts (NIfTI-1.1,
+// method 3 before method 2).
+static void test_sform_goes_before_qform(void** unused) {
+    (void)unused;
+    File f;
+    OmVolume v;
+    begin(&f, false, 2, 8);
+    put16(&f, 252, 1);
+    put_float(&f, 268, 77);  // x of the qform's origin; its quaternion is that of no turn
+    put_sform(&f, om_mat3_diag(om_vec3(-2, 3, 4)), om_vec3(5, 6, 7));
+    put_bytes(&f);
+    assert_ok(load(&f, &v));
+    assert_near(om_distance(v.axis.cx, om_vec3(-0.002, 0, 0)), 0, 1e-12);
+    assert_near(om_distance(v.axis.cz, om_vec3(0, 0, 0.004)), 0, 1e-12);
+    assert_near(om_distance(v.origin, om_vec3(0.005, 0.006, 0.007)), 0, 1e-12);
+    om_volume_done(&v);
+}
+
+// Values that only the right type holds: the largest of 16 bits without a sign, and -1 with one.
+static void test_signs_of_types(void** unused) {
+    (void)unused;
+    static const struct {
+        int type, bits;
+        double wanted;
+    } item[] = {{2, 8, 255}, {256, 8, -1},   {512, 16, 65535},       {4, 16, -1},
+                {8, 32, -1}, {1024, 64, -1}, {768, 32, 4294967295.0}};
+    for (int k = 0; k < 7; k++) {
+        File f;
+        OmVolume v;
+        begin(&f, false, item[k].type, item[k].bits);
+        put_sform(&f, om_mat3_identity(), om_vec3(0, 0, 0));
+        memset(f.bytes + f.size, 0xff, (size_t)(item[k].bits / 8 * COUNT));
+        f.size += (size_t)(item[k].bits / 8 * COUNT);
+        assert_ok(load(&f, &v));
+        for (int i = 0; i < COUNT; i++)
+            assert_near((double)v.value[i], item[k].wanted, 1e-7 * fabs(item[k].wanted));  // floats
+        om_volume_done(&v);
+    }
+}
+
+// NIfTI-2: the same image as a header of 540 bytes, fields where nifti2.h has them.
+static void test_version_2(void** unused) {
+    (void)unused;
+    enum { HEADER2 = 544 };
+    for (int has_sform = 0; has_sform < 2; has_sform++) {
+        unsigned char h[HEADER2 + 2 * COUNT] = {0};
+        const int32_t size = 540, form = 1, unit = 2;
+        const int64_t dim[8] = {3, NX, NY, NZ, 1, 1, 1, 1}, offset = HEADER2;
+        const double pixdim[8] = {-1, 0.5, 0.75, 2}, slope = 2, inter = -3;
+        const double quatern[3] = {0, 0, sqrt(0.5)}, origin[3] = {11, -12, 13};
+        const double row[12] = {0, -0.5, 0, 21, 0.75, 0, 0, -22, 0, 0, 2, 23};
+        const int16_t type = 4, bits = 16;
+        memcpy(h, &size, 4);
+        memcpy(h + 4, "n+2\0\r\n\032\n", 8);
+        memcpy(h + 12, &type, 2);
+        memcpy(h + 14, &bits, 2);
+        memcpy(h + 16, dim, 64);
+        memcpy(h + 104, pixdim, 64);
+        memcpy(h + 168, &offset, 8);
+        memcpy(h + 176, &slope, 8);
+        memcpy(h + 184, &inter, 8);
+        memcpy(h + (has_sform ? 348 : 344), &form, 4);
+        memcpy(h + 352, quatern, 24);
+        memcpy(h + 376, origin, 24);
+        memcpy(h + 400, row, 96);
+        memcpy(h + 500, &unit, 4);
+        for (int i = 0; i < COUNT; i++) {
+            int16_t value = (int16_t)(i - 7);
+            memcpy(h + HEADER2 + 2 * i, &value, 2);
+        }
+        OmVolume v;
+        assert_ok(load_bytes("t.nii", h, sizeof h, &v));
+        assert_int_equal(v.dim[1], NY);
+        for (int i = 0; i < COUNT; i++) assert_near((double)v.value[i], 2 * (i - 7) - 3, 0);
+        if (has_sform) {  // columns of the rows
+            assert_near(om_distance(v.axis.cx, om_vec3(0, 0.00075, 0)), 0, 1e-15);
+            assert_near(om_distance(v.axis.cy, om_vec3(-0.0005, 0, 0)), 0, 1e-15);
+            assert_near(om_distance(v.origin, om_vec3(0.021, -0.022, 0.023)), 0, 1e-15);
+        } else {  // a quarter turn about z: x to y, y to -x; the third axis is mirrored
+            assert_near(om_distance(v.axis.cx, om_vec3(0, 0.0005, 0)), 0, 1e-12);
+            assert_near(om_distance(v.axis.cy, om_vec3(-0.00075, 0, 0)), 0, 1e-12);
+            assert_near(om_distance(v.axis.cz, om_vec3(0, 0, -0.002)), 0, 1e-12);
+            assert_near(om_distance(v.origin, om_vec3(0.011, -0.012, 0.013)), 0, 1e-12);
+        }
+        om_volume_done(&v);
+    }
+}
+
 // Turn the axes of the grid in the file and its header with them: every value stays where it was.
 static void test_turned_header_gives_the_same_organ(void** unused) {
     (void)unused;
@@ -361,6 +449,9 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_all_types_in_both_orders),
         cmocka_unit_test(test_qform_is_sform),
+        cmocka_unit_test(test_sform_goes_before_qform),
+        cmocka_unit_test(test_signs_of_types),
+        cmocka_unit_test(test_version_2),
         cmocka_unit_test(test_turned_header_gives_the_same_organ),
         cmocka_unit_test(test_units_and_scaling),
         cmocka_unit_test(test_one_of_a_series_is_read),
