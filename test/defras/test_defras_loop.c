@@ -1,0 +1,330 @@
+// test_defras_loop.c: the parts of the loop by hand, and what a run records against what it did.
+#include <hdf5.h>
+
+#include "test_files.h"
+#include "test_json.h"
+
+#include "defras/defras_internal.h"
+#include "defras/defras_trial.h"
+
+// A coarse sheet, held on the far half, its ROI near the free corner of PSM1.
+static OmScene easy_scene(void) {
+    OmScene s = om_scene_default();
+    s.tissue.cells = om_vec3(8, 8, 1);
+    s.tissue.world_cells = om_vec3(12, 12, 1);
+    s.endoscope.width = 80, s.endoscope.height = 60;
+    s.attach.kind = OM_ATTACH_BOX;
+    s.attach.lo = om_vec3(0.01, -1, -1);
+    s.attach.hi = om_vec3(1, 1, 1);
+    s.roi.is_random = false;
+    s.roi.center = om_vec3(-0.04, -0.03, 0);
+    s.task.force_threshold = 3;
+    s.task.grasp_radius = 0.011;
+    s.task.speed = 0.05;
+    return s;
+}
+
+// ---- folds ----------------------------------------------------------------------------------------
+
+// Away is +x by the scene's way; to the ROI goes as far beyond it.
+static void test_ways_of_folds(void** state) {
+    (void)state;
+    Grid grid = {.roi = {0.02, -0.01, 0.003}};
+    OmVec3 d;
+    double length;
+    om__fold_way(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_AWAY, &d, &length);
+    assert_near(om_distance(d, om_vec3(1, 0, 0)), 0, 0);
+    assert_near(length, 0.1, 0);
+    om__fold_way(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
+    assert_near(om_distance(d, om_vec3(0.6, -0.8, 0)), 0, 1e-15);
+    assert_near(length, 0.05 + 0.1, 1e-15);
+    om__fold_way(&grid, 0.1, om_vec3(0.02, -0.01, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
+    assert_near(length, 0, 0);  // right above it
+}
+
+// ---- the grid -------------------------------------------------------------------------------------
+
+// 120 x 120 mm in 4 x 4 blocks of 30 mm: block 0 is at -x, -y; x runs first. 8 x 8 cells of 15 mm put a vertex in the
+// middle of every block.
+static void test_grid(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.grid = 4;
+    scene.roi.center = om_vec3(0.04, -0.01, 0);
+    scene.attach.lo = om_vec3(-0.061, 0.031, -1);  // the two last rows of vertices
+    OmSite site;
+    Grid grid;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om__grid_build(&scene, &site, &grid));
+    for (int b = 0; b < 16; ++b) {
+        double x = -0.045 + 0.03 * (b % 4), y = -0.045 + 0.03 * (b / 4);
+        assert_near(grid.center[3 * b], x, 1e-12);
+        assert_near(grid.center[3 * b + 1], y, 1e-12);
+        OmVec3 p = om_load3(site.mesh.x, grid.vert[b]);
+        OmVec3 q = om_pose_apply(om_pose_inverse(site.pose_world_task), p);
+        assert_near(om_distance(q, om_vec3(x, y, 0.005)), 0, 1e-9);
+        assert_near(om_distance(grid.tip[b], q), 0, 1e-12);
+        assert_true(om__grid_is_fixed(&grid, &site, b) == (b >= 12));
+    }
+    assert_int_equal(grid.roi_block, 1 * 4 + 3);
+    om_site_done(&site);
+}
+
+static void test_fluents(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.pull_step = 0.01;
+    scene.task.max_height = 0.05;
+    Loop* loop = calloc(1, sizeof *loop);
+    loop->scene = &scene;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+    assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+    loop->arm[0] = (ArmState){.at = 3, .in_hand = 3, .is_closed = true, .lift = 0.0297};
+    loop->arm[1] = (ArmState){.at = 7, .in_hand = -1, .is_max_force = true, .lift = 0.02};
+    loop->tried[5] = OM_TRIED_GRASP;
+    om__sense_fluents(loop, &loop->situation);
+    const OmSituation* s = &loop->situation;
+    assert_int_equal(s->n, 5);
+    assert_near(s->spacing, 0.024, 1e-12);
+    assert_int_equal(s->arm[0].nlift, 3);
+    assert_false(s->arm[0].is_max_height);
+    assert_true(s->arm[0].is_closed && s->arm[0].at == 3 && s->arm[0].in_hand == 3);
+    assert_int_equal(s->arm[1].nlift, 0);  // holds nothing: it lifts nothing
+    assert_false(s->arm[1].is_max_force);
+    assert_int_equal(s->tried[5], OM_TRIED_GRASP);
+    for (int b = 0; b < 25; ++b) assert_true(s->is_above_roi[b] == (b == 1 * 5 + 0));
+    loop->arm[0].lift = 0.0497;  // a measured tip stops short of its goal
+    om__sense_fluents(loop, &loop->situation);
+    assert_true(loop->situation.arm[0].is_max_height);
+    om_site_done(&loop->twin_site);
+    free(loop);
+}
+
+// ---- trials ---------------------------------------------------------------------------------------
+
+// Lifted without a limit, the tip ends at the height limit over its grasping point. What the tool feels is what the
+// body gained elsewhere: at rest attachments bore `rest`, now they bear more; the difference is the pull.
+static void test_trial_lift(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.tissue.has_board = false;  // it hangs, and is stiff enough to stay where the tool comes
+    scene.tissue.young = 3e6;
+    scene.task.max_height = 0.01;
+    Trial* t;
+    assert_ok(om__trial_create(&scene, 1, OM_SITE_TWIN, 1, &t));
+    OmBodyForces rest, now;
+    assert_ok(om_body_get_forces(t->body, &rest));
+    double weight = 0.12 * 0.12 * 0.005 * 1000 * 9.81;
+    assert_near_rel(rest.attachment.z, weight, 0.05);  // what still swings
+    Trace trace = {0};
+    Course c = {.trace = &trace};
+    int nheld, block = 10;  // -x, middle
+    assert_ok(om__trial_grasp(t, block, &c, &nheld));
+    OmVec3 begin = c.tip;
+    assert_true(nheld > 0);
+    assert_near(om_distance(begin, om_pose_apply(t->grid.task, t->grid.tip[block])), 0, 1e-12);
+    assert_ok(om__trial_lift(t, INFINITY, &c));
+    assert_false(c.is_stopped);
+    assert_near(c.way, 0.01, 1e-12);
+    assert_near(om_distance(c.tip, om_add(begin, om_vec3(0, 0, 0.01))), 0, 1e-12);
+    assert_int_equal(trace.n, 10 + 20);  // 0.2 s of way and 0.4 s of rest in steps of 20 ms
+    assert_ok(om_body_get_forces(t->body, &now));
+    // No ground bears anything: the pull is the whole grasp.
+    double last = trace.force[trace.n - 1];
+    assert_near_rel(last, om_norm(now.grasp[0]), 1e-9);
+    assert_true(fabs(last - om_norm(now.attachment)) > 0.02 * last);
+    // A limit ends the lift at the step that passes it.
+    Course d = {0};
+    assert_ok(om__trial_grasp(t, block, &d, &nheld));
+    assert_ok(om__trial_lift(t, 0.5 * c.force, &d));
+    assert_true(d.is_stopped && d.way < 0.01 && d.force > 0.5 * c.force);
+    om__trace_done(&trace);
+    om__trial_destroy(t);
+}
+
+// ---- runs -----------------------------------------------------------------------------------------
+
+static void run(const OmScene* scene, const char* dir, OmRetractResult* r) {
+    OmRetractDef def = om_retract_default_def(scene);
+    def.out_dir = dir;
+    assert_ok(om_retract_run(&def, NULL, r));
+}
+
+// Far above its limit a force ends the motion at once: the tip does not rise after it was seen.
+static void test_stop_far_above_the_limit(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.tissue.young = 3e5;  // a millimetre pulls by far too much
+    scene.task.force_threshold = 0.05;
+    scene.task.max_actions = 3;
+    scene.task.visibility = 1.0;
+    OmRetractResult r;
+    run(&scene, NULL, &r);
+    const OmRetractAction* a = &r.action[2];
+    assert_int_equal(a->verb, OM_PLAN_PULL);
+    assert_int_equal(a->outcome, OM_ACTION_FORCE);
+    assert_true(a->force_max > 1.5 * 0.05);
+    double highest = 0;
+    for (int i = 0; i < r.nsample; ++i) highest = fmax(highest, r.sample[i].height);
+    // 1 mm a step; the 0.6 s that a smaller force is given would be 7.5 mm more.
+    assert_true(highest < 0.004);
+    om_retract_result_done(&r);
+}
+
+// A little above its limit a force is given 0.6 s at a quarter of the speed before the motion ends.
+static void test_slower_before_a_stop(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.force_threshold = 0.08;
+    scene.task.max_actions = 8;
+    scene.task.visibility = 1.0;
+    OmRetractResult r;
+    run(&scene, NULL, &r);
+    int k = 0;
+    while (k < r.naction && r.action[k].outcome != OM_ACTION_FORCE) ++k;
+    assert_true(k < r.naction);
+    assert_true(r.action[k].force_max < 1.5 * 0.08);
+    double since = INFINITY, low = 0, high = 0;
+    for (int i = 0; i < r.nsample && r.sample[i].time <= r.action[k].end; ++i) {
+        const OmRetractSample* s = &r.sample[i];
+        if (s->speed_rate < 1 && since > s->time) since = s->time, low = s->height;
+        high = fmax(high, s->height);
+        if (since <
+            s->time) {  // a quarter of 50 mm/s for 0.1 s, and what the measured tip trembles
+            double rise = s->height - r.sample[i - 1].height;
+            assert_true(rise < 0.25 * 0.05 * 0.1 + 0.3e-3);
+        }
+    }
+    assert_true(high >
+                low + 0.25 * 0.05 * 0.4);  // it rose for 0.4 s at least after the first look at it
+    assert_true(high < low + 0.25 * 0.05 * 0.7);
+    om_retract_result_done(&r);
+}
+
+// A pull rises by one step, in the time that the speed takes.
+static void test_pulls_are_steps(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.visibility = 1.0;
+    scene.task.max_actions = 4;
+    OmRetractResult r;
+    run(&scene, NULL, &r);
+    for (int k = 2; k < 4; ++k) {
+        const OmRetractAction* a = &r.action[k];
+        assert_int_equal(a->verb, OM_PLAN_PULL);
+        assert_int_equal(a->outcome, OM_ACTION_DONE);
+        assert_near(a->end - a->begin, 0.01 / 0.05, 0.041);  // two ticks, to see that it ended
+        assert_int_equal(a->plan, 0);
+        for (int i = 0; i < r.nsample; ++i)
+            if (r.sample[i].time <= a->end) assert_true(r.sample[i].height < 0.01 * (k - 1) + 1e-3);
+    }
+    om_retract_result_done(&r);
+}
+
+static float* read_set(hid_t file, const char* name, size_t count) {
+    float* value = malloc(count * sizeof *value);
+    hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
+    assert_true(set >= 0);
+    hid_t space = H5Dget_space(set);
+    assert_true(H5Sget_simple_extent_npoints(space) >= (hssize_t)count);
+    hsize_t zero[2] = {0, 0}, size[2] = {count, 1};
+    int rank = H5Sget_simple_extent_ndims(space);
+    if (rank == 2) size[0] = count / 3, size[1] = 3;
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, zero, NULL, size, NULL);
+    hid_t memory = H5Screate_simple(rank, size, NULL);
+    assert_true(H5Dread(set, H5T_NATIVE_FLOAT, memory, space, H5P_DEFAULT, value) >= 0);
+    H5Sclose(memory);
+    H5Sclose(space);
+    H5Dclose(set);
+    return value;
+}
+
+// run.vtkhdf has the truth, which is heavier than the twin: before any grasp what holds it bears its weight.
+static void expect_recorded_forces(const char* path, int nvert, double weight) {
+    hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(file >= 0);
+    float* force = read_set(file, "VTKHDF/PointData/force", 3 * (size_t)nvert);
+    double sum = 0;
+    for (int i = 0; i < nvert; ++i) sum += (double)force[3 * i + 2];
+    assert_near_rel(sum, weight, 0.05);  // what still moves
+    free(force);
+    H5Fclose(file);
+}
+
+// run.json, read by other code than wrote it, says what the run did.
+static void test_run_json(void** state) {
+    (void)state;
+    char dir[] = "/tmp/om_loop_XXXXXX", out[64], path[128];
+    assert_non_null(mkdtemp(dir));
+    snprintf(out, sizeof out, "%s/run", dir);
+    OmScene scene = easy_scene();
+    scene.task.visibility = 1.0;
+    scene.task.max_actions = 7;
+    scene.task.force_threshold = 0.3;
+    scene.world.density_factor = 1.5;
+    OmRetractResult r;
+    run(&scene, out, &r);
+    snprintf(path, sizeof path, "%s/run.json", out);
+    char* text;
+    size_t size;
+    assert_ok(om_file_read(path, 1 << 22, &text, &size));
+    Json json = {text, 0};
+    static const char* const verb[] = {"reach", "grasp", "release", "pull"};
+    assert_near(json_number(&json, "visibility_start"), r.visibility_start, 1e-8);
+    assert_near(json_number(&json, "visibility_end"), r.visibility_end, 1e-8);
+    assert_near(json_number(&json, "force_max_n"), r.force_max, 1e-8);
+    assert_near(json_number(&json, "force_world_max_n"), r.force_world_max, 1e-8);
+    assert_near(json_number(&json, "force_threshold_n"), 0.3, 1e-12);
+    assert_near(json_number(&json, "times_above_force_limit"), r.nforce, 0);
+    json_value(&json, "actions");
+    int nasymmetric = 0;
+    for (int i = 0; i < r.naction; ++i) {
+        const OmRetractAction* a = &r.action[i];
+        if (a->verb < 4) json_is(&json, "action", verb[a->verb]);
+        json_is(&json, "arm", a->arm == 0 ? "psm1" : "psm2");
+        if (a->block >= 0) {
+            int x = (int)json_number(&json, "block_x"), y = (int)json_number(&json, "block_y");
+            assert_int_equal((y - 1) * 5 + x - 1, a->block);  // x runs first, both from 1
+            assert_true(x >= 1 && x <= 5 && y >= 1 && y <= 5);
+            nasymmetric += x != y;
+        }
+        assert_near(json_number(&json, "begin_s"), a->begin, 1e-6);
+        assert_near(json_number(&json, "end_s"), a->end, 1e-6);
+        assert_true(a->end > a->begin);
+        assert_near(json_number(&json, "visibility"), a->visibility, 1e-8);
+        assert_near(json_number(&json, "force_max_n"), a->force_max, 1e-8);
+        assert_near(json_number(&json, "force_world_max_n"), a->force_world_max, 1e-8);
+        assert_near(json_number(&json, "plan"), a->plan + 1, 0);
+    }
+    assert_true(nasymmetric > 0);
+    json_value(&json, "samples");
+    for (int i = 0; i < r.nsample; ++i) {
+        const OmRetractSample* s = &r.sample[i];
+        assert_near(json_number(&json, "time_s"), s->time, 1e-6);
+        assert_near(json_number(&json, "visibility"), s->visibility, 1e-8);
+        assert_near(json_number(&json, "force_n"), s->force, 1e-8);
+        const char* world = json_value(&json, "force_world_n");
+        if (isfinite(s->force_world)) assert_near(strtod(world, NULL), s->force_world, 1e-8);
+        assert_near(json_number(&json, "height_m"), s->height, 1e-8);
+        assert_near(json_number(&json, "speed_rate"), s->speed_rate, 0);
+    }
+    om_free(text);
+    snprintf(path, sizeof path, "%s/run.vtkhdf", out);
+    expect_recorded_forces(path, r.world_nvert, 1.5 * 0.12 * 0.12 * 0.005 * 1000 * 9.81);
+    om_retract_result_done(&r);
+    assert_ok(om_path_remove(dir));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_ways_of_folds),
+        cmocka_unit_test(test_grid),
+        cmocka_unit_test(test_fluents),
+        cmocka_unit_test(test_trial_lift),
+        cmocka_unit_test(test_stop_far_above_the_limit),
+        cmocka_unit_test(test_slower_before_a_stop),
+        cmocka_unit_test(test_pulls_are_steps),
+        cmocka_unit_test(test_run_json),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
