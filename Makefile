@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check check-all slow mutants tsan bench figures doc install format fuzz tidy clean
+.PHONY: help setup configure build demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -48,6 +48,9 @@ tsan: setup ## the quick tests under the thread sanitizer
 
 bench: build ## timings, one JSON object a line
 	@OMP_WAIT_POLICY=active $(RELEASE)/bin/omentum_bench
+
+keys: build ## doc/scene_keys.md from the tables of the scene reader
+	@build/release/bin/omentum retract --keys > doc/scene_keys.md
 
 figures: ## figures of the documents whose code has changed since they were measured
 	@python3 tools/check_figures.py

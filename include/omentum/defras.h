@@ -111,6 +111,28 @@ OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progre
                                OmRetractResult* result);
 OM_API void om_retract_result_done(OmRetractResult* result);
 
+typedef struct OmRetractEstimate {  // of a run that has not begun
+    int twin_nvert, twin_ntet, world_nvert, world_ntet;
+    int twin_nattached, world_nattached;  // vertices
+    int nblock,
+        ngrasp;  // blocks of the grid; those with a grasping point that is not above an attachment
+    double visibility;  // of the ROI before any action, 0 to 1
+    bool is_settled;    // as in OmRetractResult
+    bool has_slid;      //
+    int nplanned;       // actions of the first plan; 0: none is found
+    double begin_time;  // s, it took to build, settle and plan
+    double
+        time_rate;  // s of computing for one of operation, measured over OM_RETRACT_CHECK_TIME at rest
+    double
+        picture_bytes;  // memory that the report's pictures take if every action of the scene is used
+} OmRetractEstimate;
+#define OM_RETRACT_CHECK_TIME 0.5  // s
+/// All that om_retract_run does before the first action, and an estimate of the rest. Writes nothing; whether
+/// `out_dir` can be written is checked.
+/// @return as om_retract_run; OM_OK also for a scene whose ROI is in view or that has no plan
+OM_API OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
+                                 OmRetractEstimate* estimate);
+
 /// The force threshold of a scene (6.5.1): every grasping point of `nlayout` layouts (seeds 1, 2, ...) is
 /// grasped by the twin, pulled to the height limit and, while the ROI is hidden, folded both ways, measured
 /// forces ignored; epsilon is twice the median of the largest pull of each grasp. A fifth of the grasps is

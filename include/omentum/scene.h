@@ -164,6 +164,18 @@ OM_API OmStatus om_scene_load(const char* path, OmScene* scene);
 /// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
 OM_API OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene);
 
+/// Append the scene as a file, with every default filled in: read again it gives the same run. Paths are those of
+/// the scene, so `data_root` should be absolute if the file is to lie elsewhere.
+/// @param is_commented  with unit, range and meaning of every key
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_scene_print(const OmScene* scene, bool is_commented, OmText* text);
+/// Append a complete scene that runs, with every key and its meaning.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_scene_print_example(OmText* text);
+/// Append the page of all keys, as Markdown: doc/scene_keys.md.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_scene_print_keys(OmText* text);
+
 typedef enum OmSiteRole {
     OM_SITE_TWIN,  // what the robot believes: coarse enough for real time
     OM_SITE_WORLD  // the simulated truth: at least twice the vertices, another mesh

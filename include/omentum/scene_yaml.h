@@ -46,6 +46,10 @@ typedef struct OmYamlField {
     size_t count_offset;             // of the int that receives a list's length
     int capacity;                    // most items of a list
     bool is_required;
+    unsigned
+        group;  // bits for the schema's owner, who prints the keys of a group; 0: of all groups
+    const char* unit;  // of the number in the file; null: none
+    const char* help;  // its meaning in one line, for people; null: none
 } OmYamlField;
 
 typedef struct OmYamlSchema {
@@ -63,6 +67,27 @@ OM_API OmStatus om_yaml_load(const char* path, const OmYamlSchema* schema, void*
 /// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
 OM_API OmStatus om_yaml_parse(const char* text, size_t size, const char* name,
                               const OmYamlSchema* schema, void* out);
+
+/// Have both structs the same value in this field (of a struct: in all of its fields)?
+OM_API bool om_yaml_is_equal(const OmYamlField* field, const void* a, const void* b);
+
+typedef struct OmYamlPrint {
+    unsigned group;     // fields whose group has none of these bits are left out; 0: none is
+    bool is_commented;  // unit, range and meaning behind each value
+    bool shows_others;  // fields left out are printed as comments
+} OmYamlPrint;
+/// Append a struct as YAML. Read again by om_yaml_parse, every number that was read from a file has
+/// the same bits. A number outside of its
+/// range stands for "not given" and becomes a comment.
+/// @return OM_OK; OM_INVALID (the schema has a list: those are not printed); OM_NO_MEMORY
+OM_API OmStatus om_yaml_print(const OmYamlSchema* schema, const void* value,
+                              const OmYamlPrint* options, OmText* text);
+/// Append a Markdown table of a schema's keys, without those of its structs: unit, range, default, meaning.
+/// @param plain  the struct with its defaults
+/// @param group  names of the bits of OmYamlField.group, ended by null; null: no column for them
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_yaml_print_keys(const OmYamlSchema* schema, const void* plain,
+                                   const char* const* group, OmText* text);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,7 @@
 // cli_retract.c: omentum retract and omentum demo.
 #include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include "cli_common.h"
 #include "omentum/defras.h"
@@ -19,6 +21,10 @@ static const OmCliOption option[] = {
     {"--first", NULL, "K", "with --layouts: the first layout (default 1)"},
     {"--layouts", NULL, "N",
      "run N layouts, each in its own folder; of the calibration (default 17)"},
+    {"--dry-run", NULL, NULL, "check the scene, print its sizes, memory and time, and end"},
+    {"--example", NULL, NULL, "print a complete scene that runs, with every key, and end"},
+    {"--print-scene", NULL, NULL, "print the scene with all defaults filled in, and end"},
+    {"--keys", NULL, NULL, "print the page of all keys of a scene (doc/scene_keys.md), and end"},
     {"--workers", NULL, "N", "threads (default: one a processor)"},
     {"--quiet", "-q", NULL, "no progress"},
     {"--help", "-h", NULL, "this text"},
@@ -39,6 +45,9 @@ static void print_help(const OmCliArgs* args) {
            "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
            "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
            "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
+           "  omentum retract scenes/sheet.yaml --dry-run\n"
+           "  omentum retract --example > my.yaml\n"
+           "  omentum retract scenes/kidney.yaml --print-scene\n"
            "  omentum retract scenes/sheet.yaml --calibrate-force\n");
 }
 
@@ -49,6 +58,7 @@ typedef struct Settings {
     int first;    // layout of several
     int nworker;
     bool is_quiet;
+    bool needs_scene;  // false: only a text is wanted
 } Settings;
 
 // Five lines for whoever ran it.
@@ -96,6 +106,39 @@ static int run(const Settings* s) {
     int code = result.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
     om_retract_result_done(&result);
     return code;
+}
+
+// Everything a run does before its first action, and what the rest would take.
+static int dry_run(const Settings* s) {
+    const OmScene* scene = &s->scene;
+    OmRetractDef def = make_def(s, s->out);
+    OmRetractEstimate e;
+    OmStatus status = om_retract_check(&def, om_cli_progress(s->is_quiet), &e);
+    if (status < 0) return om_cli_fail("retract", status);
+    om_cli_progress_done();
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);  // ru_maxrss counts kilobytes
+    printf("%s, layout %d: the scene can be run\n", scene->name, scene->seed);
+    printf("  twin: %d vertices (%d attached), %d tetrahedra; truth: %d vertices (%d attached), %d "
+           "tetrahedra\n",
+           e.twin_nvert, e.twin_nattached, e.twin_ntet, e.world_nvert, e.world_nattached,
+           e.world_ntet);
+    printf("  grid: %d of %d blocks can be grasped; the first plan has %d actions\n", e.ngrasp,
+           e.nblock, e.nplanned);
+    printf("  ROI seen before any action: %.0f %% (%.0f %% counts as exposed)\n",
+           100 * e.visibility, 100 * scene->task.visibility);
+    printf("  memory: %.0f MB so far, and up to %.0f MB for the report's pictures\n",
+           1024e-6 * (double)usage.ru_maxrss, 1e-6 * e.picture_bytes);
+    printf(
+        "  time: %.1f s to begin, then about %.2f s for each second of operation (tissue at rest; "
+        "lifted tissue takes longer); at most %d actions\n",
+        e.begin_time, e.time_rate, scene->task.max_actions);
+    if (e.visibility >= scene->task.visibility)
+        printf("  note: the ROI is in view already: a run ends at once, with exit code 1\n");
+    if (e.nplanned == 0) printf("  note: no plan is found: a run ends at once, with exit code 1\n");
+    if (!e.is_settled) printf("  note: the tissue still moves when the operation begins\n");
+    if (e.has_slid) printf("  note: the tissue slides while it settles\n");
+    return OM_EXIT_OK;
 }
 
 // Can the scene's layout be exposed, whatever is chosen? A line for people.
@@ -175,9 +218,36 @@ static int calibrate(const Settings* s) {
     return OM_EXIT_OK;
 }
 
+// What needs no run: a scene's text, an example, or the page of all keys.
+static int print_text(const OmCliArgs* args, Settings* s) {
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    if (om_cli_get(args, "--example")) {
+        status = om_scene_print_example(&text);
+    } else if (om_cli_get(args, "--keys")) {
+        status = om_scene_print_keys(&text);
+    } else {
+        char here[OM_SCENE_PATH], *root = s->scene.data_root, joined[OM_SCENE_PATH];
+        if (root[0] != '/' && getcwd(here, sizeof here)) {  // the text may be kept elsewhere
+            status = om_path_join(here, root, joined, sizeof joined);
+            if (status == OM_OK) strcpy(root, joined);
+        }
+        if (status == OM_OK) status = om_scene_print(&s->scene, true, &text);
+    }
+    if (status == OM_OK) fputs(text.str, stdout);
+    om_text_done(&text);
+    return status < 0 ? om_cli_fail("retract", status) : OM_EXIT_OK;
+}
+
 static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     int npositional;
     OM_TRY(om_cli_check(args, 1, &npositional));
+    s->needs_scene = !om_cli_get(args, "--example") && !om_cli_get(args, "--keys");
+    if (!s->needs_scene) {
+        OM_CHECK(npositional == 0, OM_INVALID, "\"%s\" is one argument too many",
+                 om_cli_positional(args, 0));
+        return OM_OK;
+    }
     OM_CHECK(npositional == 1, OM_INVALID, "no scene is given; see omentum retract --help");
     s->out = om_cli_get(args, "--output");
     s->program = om_cli_get(args, "--program");
@@ -186,7 +256,8 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     OM_TRY(om_cli_get_int(args, "--layouts", 1, 10000, &s->nlayout));
     OM_TRY(om_cli_get_int(args, "--first", 0, 1000000, &s->first));
     OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &s->nworker));
-    bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search");
+    bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search") &&
+                      !om_cli_get(args, "--print-scene") && !om_cli_get(args, "--dry-run");
     OM_CHECK(s->out || !has_folder, OM_INVALID, "no output folder is given; add -o DIR");
     return OM_OK;
 }
@@ -215,8 +286,11 @@ int om_cli_retract(int argc, char** argv) {
         fprintf(stderr, "omentum retract: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
+    if (!s.needs_scene) return print_text(&args, &s);
     OmStatus status = read_scene(&args, &s);
     if (status < 0) return om_cli_fail("retract", status);
+    if (om_cli_get(&args, "--print-scene")) return print_text(&args, &s);
+    if (om_cli_get(&args, "--dry-run")) return dry_run(&s);
     if (om_cli_get(&args, "--calibrate-force")) return calibrate(&s);
     if (om_cli_get(&args, "--search")) return search(&s);
     return s.nlayout ? run_layouts(&s) : run(&s);

@@ -288,9 +288,7 @@ static void summarise(Loop* loop, double wall_start) {
     r->wall_time = om_clock_now() - wall_start;
 }
 
-OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
-                        OmRetractResult* result) {
-    memset(result, 0, sizeof *result);
+static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
     const OmSceneTask* task = &def->scene->task;
@@ -298,6 +296,13 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
              "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
              task->force_threshold);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    return OM_OK;
+}
+
+OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
+                        OmRetractResult* result) {
+    memset(result, 0, sizeof *result);
+    OM_TRY(check_def(def));
     double wall_start = om_clock_now();
     Loop* loop = om_calloc(1, sizeof *loop);
     if (!loop) return OM_NO_MEMORY;
@@ -315,4 +320,59 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     om_free(loop);
     if (status < 0) om_retract_result_done(result);
     return status;
+}
+
+// ---- before a run -------------------------------------------------------------------------------------------
+
+static int count_attached(const OmSite* site) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    return held ? held->nvert : 0;
+}
+
+static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
+    const OmRetractResult* r = loop->result;
+    const OmSceneCamera* camera = &loop->scene->endoscope;
+    e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
+    e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
+    e->twin_nattached = count_attached(&loop->twin_site);
+    e->world_nattached = count_attached(&loop->world_site);
+    e->nblock = loop->grid.n * loop->grid.n;
+    for (int b = 0; b < e->nblock; ++b)
+        e->ngrasp +=
+            loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, &loop->twin_site, b);
+    e->visibility = r->visibility_start;
+    e->is_settled = r->is_settled;
+    e->has_slid = r->has_slid;
+    int every = loop->def->frame_every, most = loop->scene->task.max_actions;
+    double nframe = 1 + (every > 0 ? most / every : 0);
+    e->picture_bytes = nframe * 3.0 * camera->width * camera->height;
+}
+
+OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
+                          OmRetractEstimate* estimate) {
+    memset(estimate, 0, sizeof *estimate);
+    OM_TRY(check_def(def));
+    double start = om_clock_now();
+    OmRetractResult result = {0};
+    Loop* loop = om_calloc(1, sizeof *loop);
+    if (!loop) return OM_NO_MEMORY;
+    loop->scene = def->scene;
+    loop->def = def;
+    loop->progress = progress;
+    loop->result = &result;
+    OmStatus status = begin(loop);
+    if (status < 0) goto done;
+    fill_estimate(loop, estimate);
+    status = make_plan(loop);
+    if (status < 0) goto done;
+    estimate->nplanned = status == OM_OK ? loop->plan.naction : 0;
+    estimate->begin_time = om_clock_now() - start;
+    double tick_start = om_clock_now(), time = loop->time;
+    status = om__loop_wait(loop, OM_RETRACT_CHECK_TIME);
+    estimate->time_rate = (om_clock_now() - tick_start) / fmax(1e-3, loop->time - time);
+done:
+    end(loop);
+    om_free(loop);
+    om_retract_result_done(&result);
+    return status < 0 ? status : OM_OK;
 }

@@ -81,6 +81,38 @@ out ^2$
 out "settled_at_start": false
 out "slid_at_start": true
 
+# The printed scene has every default and gives the same run; the example and the page of keys are those of the program.
+$ omentum retract small.yaml --print-scene > filled.yaml && $OMENTUM retract filled.yaml -q -o filled && diff <(grep state_hash run/run.json) <(grep state_hash filled/run.json) && grep -c "^  [a-z_]*: " filled.yaml
+exit 0
+out ^[5-9]\d$
+
+$ omentum retract --keys | diff - $ROOT/doc/scene_keys.md
+exit 0
+no-out
+
+$ omentum retract --example > example.yaml && $OMENTUM retract example.yaml --dry-run -q -o example
+exit 0
+out ^example, layout 1: the scene can be run
+out twin: 882 vertices \(\d+ attached\), 2400 tetrahedra; truth: 2883 vertices
+out memory: \d+ MB so far, and up to \d+ MB for the report
+out time: \d+\.\d s to begin, then about \d+\.\d\d s for each second of operation
+no-err
+no-file example
+
+$ omentum retract slid.yaml --dry-run -q
+exit 0
+out note: the ROI is in view already
+out note: the tissue slides while it settles
+
+$ omentum retract --example small.yaml
+exit 2
+err one argument too many
+
+$ omentum retract small.yaml --dry-run -q -o small.yaml
+exit 3
+err small\.yaml
+err-lines 1
+
 # The report names the law that was used.
 $ sed 's/  source: sheet/  source: sheet\n  law: neo-hookean/' small.yaml > law.yaml && omentum retract law.yaml -q -o law; grep -c 'Twin: .* finite elements, neo-hookean' law/report.html
 exit 0

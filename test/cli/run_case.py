@@ -3,7 +3,8 @@
 
     run_case.py PROGRAM case.cmd
 
-A case file has comments (#) and these lines; $TMP is a fresh folder, $ROOT the checkout:
+A case file has comments (#) and these lines; $TMP is a fresh folder, $ROOT the checkout,
+$OMENTUM is PROGRAM:
 
     write FILE            the following lines indented by four spaces become $TMP/FILE
     $ omentum ARGS...     the command, in shell syntax, run in $TMP; "omentum" is PROGRAM
@@ -59,7 +60,7 @@ class Case:
         if not self.exit_checked:
             return "the command before has no exit line"
         line = re.sub(r"\bomentum\b", lambda _: shlex.quote(self.program), argument, count=1)
-        env = dict(os.environ, TMP=str(self.folder), ROOT=str(ROOT))
+        env = dict(os.environ, TMP=str(self.folder), ROOT=str(ROOT), OMENTUM=self.program)
         self.run = subprocess.run(["bash", "-c", line], cwd=self.folder, env=env, stdin=subprocess.DEVNULL,
                                   capture_output=True, text=True, errors="replace", check=False,
                                   preexec_fn=limit_time)

@@ -4,6 +4,9 @@
 
 #include "omentum/scene.h"
 #include "omentum/shape_file.h"
+#include "scene/scene_keys.h"
+
+static const OmYamlField whole = {"scene", OM_YAML_STRUCT, 0, .sub = &om__scene_schema};
 
 // ---- files ---------------------------------------------------------------------------------------------
 
@@ -293,6 +296,88 @@ static void test_world_edge_is_derived(void** state) {
     }
 }
 
+// A printed scene reads again as the same scene, bit by bit, and prints the same text.
+static void expect_round_trip(const OmScene* scene) {
+    OmScene again;
+    OmText text = {0}, second = {0};
+    assert_ok(om_scene_print(scene, true, &text));
+    assert_ok(om_scene_parse(text.str, text.len, "printed.yaml", &again));
+    assert_ok(om_scene_print(&again, true, &second));
+    assert_string_equal(text.str, second.str);
+    assert_true(om_yaml_is_equal(&whole, scene, &again));
+    om_text_done(&second);  // without comments
+    assert_ok(om_scene_print(scene, false, &second));
+    assert_null(strstr(second.str, "# of the scene"));
+    assert_ok(om_scene_parse(second.str, second.len, "printed.yaml", &again));
+    assert_true(om_yaml_is_equal(&whole, scene, &again));
+    om_text_done(&text);
+    om_text_done(&second);
+}
+
+static void test_printed_scenes_read_again(void** state) {
+    (void)state;
+    static const char* const path[] = {"scenes/sheet.yaml", "scenes/silicone.yaml",
+                                       "scenes/kidney.yaml", "scenes/calibrate/gel.yaml"};
+    OmScene s;
+    for (int i = 0; i < 4; ++i) {
+        assert_ok(om_scene_load(path[i], &s));
+        expect_round_trip(&s);
+    }
+    // Numbers that no short decimal hits, and text that YAML would take for something else.
+    const char* odd =
+        "name: \"a: \\\"b\\\" # \\\\ c\"\nseed: 2147483647\n"
+        "tissue: {source: mesh, file: 'true', young: 3333.3333333333335, up: [0.1, 0.2, 0.9],"
+        " size_mm: [120, 120, 5], unit_mm: 0.1, gravity: 9.80665}\n"
+        "endoscope: {elevation_deg: 33.333333333333336, fov_deg: 47.7}\n"
+        "task: {time_step_ms: 16.666666666666668, speed_mm_s: 0.3}\n";
+    assert_ok(om_scene_parse(odd, strlen(odd), "odd.yaml", &s));
+    expect_round_trip(&s);
+    OmRng rng = om_rng_init(5, 0);
+    for (int i = 0; i < 200; ++i) {
+        s.tissue.young = exp(om_rng_range(&rng, 0, 20));
+        s.endoscope.elevation = om_rng_range(&rng, 1, 90) * (OM_PI / 180.0);
+        s.attach.kind = OM_ATTACH_BOX;
+        s.attach.lo = om_vec3(1e-3 * om_rng_range(&rng, -1e3, 1e3),
+                              1e-3 * om_rng_range(&rng, -1e-9, 1e-9), 0);
+        s.task.time_step = 1e-3 * om_rng_range(&rng, 1, 100);
+        expect_round_trip(&s);
+    }
+}
+
+// The example is the built-in scene, and names every key of every table.
+static void test_example_and_keys(void** state) {
+    (void)state;
+    OmScene s, plain = om_scene_default();
+    OmText text = {0}, page = {0};
+    assert_ok(om_scene_print_example(&text));
+    assert_ok(om_scene_parse(text.str, text.len, "example.yaml", &s));
+    snprintf(plain.name, sizeof plain.name, "example");
+    assert_true(om_yaml_is_equal(&whole, &s, &plain));
+    assert_ok(om_scene_print_keys(&page));
+    int nkey = 0;
+    for (int i = 0; i < om__scene_schema.nfield; ++i) {
+        const OmYamlField* f = &om__scene_schema.field[i];
+        int n = f->kind == OM_YAML_STRUCT ? f->sub->nfield : 0;
+        for (int k = -1; k < n; ++k, ++nkey) {
+            const OmYamlField* g = k < 0 ? f : &f->sub->field[k];
+            char line[128];
+            snprintf(line, sizeof line, "\n%s%s%s:", "", k < 0 ? "" : "  ", g->key);
+            bool is_there = strstr(text.str, line) != NULL;
+            snprintf(line, sizeof line, "\n# %s%s:", k < 0 ? "" : "  ", g->key);
+            if (!is_there && !strstr(text.str, line)) fail_msg("the example has no %s", g->key);
+            snprintf(line, sizeof line, g->kind == OM_YAML_STRUCT ? "## `%s:`" : "| `%s` |",
+                     g->key);
+            if (!strstr(page.str, line)) fail_msg("the page has no %s", g->key);
+            assert_non_null(g->help);
+            bool is_bounded = g->kind != OM_YAML_DOUBLE || g->min != 0 || g->max != 0;
+            if (!is_bounded) fail_msg("%s has no range", g->key);
+        }
+    }
+    assert_true(nkey > 70);
+    om_text_done(&text);
+    om_text_done(&page);
+}
+
 static void test_kidney(void** state) {
     (void)state;
     (void)test_data("ct_abdomen");
@@ -338,6 +423,8 @@ int main(void) {
         cmocka_unit_test(test_world_is_another_body),
         cmocka_unit_test(test_a_mesh_lies_on_its_board),
         cmocka_unit_test(test_impossible_sites_are_explained),
+        cmocka_unit_test(test_printed_scenes_read_again),
+        cmocka_unit_test(test_example_and_keys),
         cmocka_unit_test(test_world_mesh_follows_the_twin),
         cmocka_unit_test(test_world_edge_is_derived),
         cmocka_unit_test(test_kidney),

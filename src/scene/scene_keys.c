@@ -1,0 +1,237 @@
+// scene_keys.c: the keys of a scene file, each with its kind, range, unit, meaning and the sources that use it.
+//
+// These tables are read by the reader (scene_load.c), by what prints scenes and by the page of all keys
+// (scene_print.c): what a key is, is said here alone. Defaults are those of om_scene_default.
+#include "scene/scene_keys.h"
+#include "omentum/tissue_material.h"
+
+#define MM 1e-3
+#define DEG (OM_PI / 180.0)
+#define AT(type, member) offsetof(type, member)
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+
+// The sources whose scenes a key has an effect on; none given: all.
+#define IN(source) OM__SCENE_IN(source)
+#define MADE (IN(OM_SOURCE_SHEET) | IN(OM_SOURCE_MESH))  // tissue without an anatomy of its own
+#define READ (IN(OM_SOURCE_MESH) | IN(OM_SOURCE_PATIENT) | IN(OM_SOURCE_VOLUME))
+
+const char* const om__scene_source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
+static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
+
+static const char* const engine_name[] = {"fem", "pbd", "xpbd", "springs", "chainmail", NULL};
+
+// As OmLaw orders them.
+static const char* const law_name[] = {
+    "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
+    "mooney-rivlin", "ogden",  "ogden-coupled",       NULL};
+_Static_assert(COUNT(law_name) == OM_NLAW + 1, "every law has a name");
+
+static const OmYamlField tissue_field[] = {
+    {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = om__scene_source_name,
+     .is_required = true,
+     .help = "a box made here, a ready mesh, a model of omentum model, or a segmented volume"},
+    {"model", OM_YAML_ENUM, AT(OmSceneTissue, model), .name = engine_name,
+     .help = "engine of the twin; the simulated truth always has finite elements"},
+    {"size_mm", OM_YAML_VEC3, AT(OmSceneTissue, size), .min = 1, .max = 1000, .scale = MM,
+     .group = IN(OM_SOURCE_SHEET), .unit = "mm", .help = "length along x and y, thickness"},
+    {"cells", OM_YAML_VEC3, AT(OmSceneTissue, cells), .min = 1, .max = 200,
+     .group = IN(OM_SOURCE_SHEET),
+     .help = "cells of the twin's mesh along x, y and z; each has six tetrahedra"},
+    {"world_cells", OM_YAML_VEC3, AT(OmSceneTissue, world_cells), .min = 0, .max = 200,
+     .group = IN(OM_SOURCE_SHEET),
+     .help = "the same of the simulated truth; 0: one and a half of `cells`"},
+    {"file", OM_YAML_STRING, AT(OmSceneTissue, file), .size = OM_SCENE_PATH, .group = READ,
+     .help = "mesh, patient.yaml or volume, relative to the data root"},
+    {"unit_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, unit), .min = 1e-3, .max = 1e3, .scale = MM,
+     .group = IN(OM_SOURCE_MESH), .unit = "mm", .help = "length of one unit of the mesh file"},
+    {"up", OM_YAML_VEC3, AT(OmSceneTissue, up), .min = -1, .max = 1, .group = IN(OM_SOURCE_MESH),
+     .help = "direction against gravity, in the mesh's coordinates"},
+    {"view", OM_YAML_VEC3, AT(OmSceneTissue, view), .min = -1, .max = 1, .group = READ,
+     .help = "direction from the tissue towards the endoscope"},
+    {"law", OM_YAML_ENUM, AT(OmSceneTissue, law), .name = law_name, .help = "law of the material"},
+    {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board), .group = MADE,
+     .help = "does a board carry the tissue?"},
+    {"averaged", OM_YAML_BOOL, AT(OmSceneTissue, is_averaged),
+     .help = "strains averaged around vertices, against locking; needs `model: fem`"},
+    {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
+     .help = "points against `up`"},
+    // what can be calibrated stands last: see NTISSUE_NUMBER
+    {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
+     .help = "Young's modulus; left out on a patient or a volume: its own materials"},
+    {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = OM_MAX_POISSON,
+     .help = "Poisson's ratio; left out on a patient or a volume: its own materials"},
+    {"density", OM_YAML_DOUBLE, AT(OmSceneTissue, density), .min = 1, .max = 20000,
+     .unit = "kg/m^3", .help = "left out on a patient or a volume: its own materials"},
+    {"rayleigh_mass", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_mass), .min = 0, .max = 1000,
+     .unit = "1/s", .help = "damping in proportion to mass"},
+    {"rayleigh_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, rayleigh_stiffness), .min = 0,
+     .max = 10, .unit = "s", .help = "damping in proportion to stiffness"},
+    {"cluster_spacing_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_spacing), .min = 0.1,
+     .max = 1000, .scale = MM, .unit = "mm",
+     .help = "distance of cluster centres, of `model: pbd`"},
+    {"cluster_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_radius), .min = 0.1,
+     .max = 1000, .scale = MM, .unit = "mm", .help = "radius of a cluster, of `model: pbd`"},
+    {"cluster_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_stiffness), .min = 0, .max = 1,
+     .help = "share of the way to its goal that a particle goes, of `model: pbd`"},
+};
+static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL};
+
+static const OmYamlField model_field[] = {
+    {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535,
+     .help = "label of the organ in the volume"},
+    {"max_volume_gb", OM_YAML_DOUBLE, AT(OmSceneModel, max_volume), .min = 1e-3, .max = 64,
+     .scale = 1e9, .unit = "GB", .help = "memory that the volume's voxels may take"},
+    {"edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, edge), .min = 0.5, .max = 50, .scale = MM,
+     .unit = "mm", .help = "mean edge of the twin's mesh"},
+    {"world_edge_mm", OM_YAML_DOUBLE, AT(OmSceneModel, world_edge), .min = 0, .max = 50,
+     .scale = MM, .unit = "mm",
+     .help = "mean edge of the simulated truth's mesh; 0: 0.7 of edge_mm, or less where needed"},
+    {"thickness_mm", OM_YAML_DOUBLE, AT(OmSceneModel, thickness), .min = 1, .max = 100, .scale = MM,
+     .unit = "mm", .help = "thickness of the sheet of fat"},
+    {"side", OM_YAML_STRING, AT(OmSceneModel, side), .size = 64,
+     .help = "covered side of the organ: left, anterior, superior, lateral, ... or x,y,z"},
+    {"half_length_mm", OM_YAML_DOUBLE, AT(OmSceneModel, half_length), .max = 500, .scale = MM,
+     .unit = "mm", .help = "half of the sheet's extent along the organ; 0: 0.8 of the organ's"},
+    {"half_width_mm", OM_YAML_DOUBLE, AT(OmSceneModel, half_width), .max = 500, .scale = MM,
+     .unit = "mm", .help = "half of the sheet's extent across the organ; 0: 0.8 of the organ's"},
+    {"attach", OM_YAML_STRING, AT(OmSceneModel, attach), .size = 64,
+     .help =
+         "where the fat is held: FACE or FACE:DIRECTION SHARE %, FACE one of border, underside, top"},
+    {"tumour_radius_mm", OM_YAML_DOUBLE, AT(OmSceneModel, tumour_radius), .min = 1, .max = 100,
+     .scale = MM, .unit = "mm", .help = "radius of the region of interest on the organ"},
+    {"tumour_shift_mm", OM_YAML_VEC3, AT(OmSceneModel, tumour_shift), .scale = MM, .unit = "mm",
+     .help = "of the tumour along and across the sheet; the third number is not used"},
+    {"tumour_range_mm", OM_YAML_VEC3, AT(OmSceneModel, tumour_range), .max = 100, .scale = MM,
+     .unit = "mm", .help = "shift drawn by a seed above 0, up to this either way"},
+    {"attach_turn_deg", OM_YAML_DOUBLE, AT(OmSceneModel, attach_turn), .max = 180, .scale = DEG,
+     .unit = "deg",
+     .help = "turn of the attachment's direction drawn by a seed above 0, up to this either way"},
+};
+static const OmYamlSchema model_schema = {"model", model_field, COUNT(model_field), NULL};
+
+static const OmYamlField attach_field[] = {
+    {"kind", OM_YAML_ENUM, AT(OmSceneAttach, kind), .name = attach_name, .is_required = true,
+     .help =
+         "a random patch of the underside, the underside inside a box, or the mesh's own set \"attachment\""},
+    {"share_min", OM_YAML_DOUBLE, AT(OmSceneAttach, share_min), .min = 0.01, .max = 0.95,
+     .group = MADE, .help = "smallest share of the underside that a random patch covers"},
+    {"share_max", OM_YAML_DOUBLE, AT(OmSceneAttach, share_max), .min = 0.01, .max = 0.95,
+     .group = MADE, .help = "largest share of the underside that a random patch covers"},
+    {"lo_mm", OM_YAML_VEC3, AT(OmSceneAttach, lo), .scale = MM, .group = MADE, .unit = "mm",
+     .help = "lower corner of the box, task frame"},
+    {"hi_mm", OM_YAML_VEC3, AT(OmSceneAttach, hi), .scale = MM, .group = MADE, .unit = "mm",
+     .help = "upper corner of the box, task frame"},
+    {"stiffness", OM_YAML_DOUBLE, AT(OmSceneAttach, stiffness), .min = 0, .max = 1e9, .unit = "N/m",
+     .help = "of the spring of every attached vertex; 0: held still"},
+};
+static const OmYamlSchema attach_schema = {"attachments", attach_field, COUNT(attach_field), NULL};
+
+static const OmYamlField roi_field[] = {
+    {"random", OM_YAML_BOOL, AT(OmSceneRoi, is_random),
+     .help = "is the region of interest placed at random, anywhere free under the tissue?"},
+    {"center_mm", OM_YAML_VEC3, AT(OmSceneRoi, center), .scale = MM, .unit = "mm",
+     .help = "centre of the region, task frame; needs `random: false`"},
+    {"radius_mm", OM_YAML_DOUBLE, AT(OmSceneRoi, radius), .min = 0.5, .max = 100, .scale = MM,
+     .unit = "mm", .help = "radius of the region"},
+    {"margin_mm", OM_YAML_DOUBLE, AT(OmSceneRoi, margin), .min = 0, .max = 100, .scale = MM,
+     .unit = "mm", .help = "of a random region from the tissue's border and from attachments"},
+};
+static const OmYamlSchema roi_schema = {"roi", roi_field, COUNT(roi_field), NULL};
+
+static const OmYamlField camera_field[] = {
+    {"distance_mm", OM_YAML_DOUBLE, AT(OmSceneCamera, distance), .min = 10, .max = 2000,
+     .scale = MM, .unit = "mm", .help = "from the middle of the tissue"},
+    {"elevation_deg", OM_YAML_DOUBLE, AT(OmSceneCamera, elevation), .min = 1, .max = 90,
+     .scale = DEG, .unit = "deg", .help = "above the horizontal"},
+    {"fov_deg", OM_YAML_DOUBLE, AT(OmSceneCamera, fov), .min = 5, .max = 150, .scale = DEG,
+     .unit = "deg", .help = "vertical field of view"},
+    {"width", OM_YAML_INT, AT(OmSceneCamera, width), .min = 16, .max = 4096, .unit = "pixels",
+     .help = "of the picture"},
+    {"height", OM_YAML_INT, AT(OmSceneCamera, height), .min = 16, .max = 4096, .unit = "pixels",
+     .help = "of the picture"},
+};
+static const OmYamlSchema camera_schema = {"camera", camera_field, COUNT(camera_field), NULL};
+
+static const OmYamlField world_field[] = {
+    {"young_factor", OM_YAML_DOUBLE, AT(OmSceneWorld, young_factor), .min = 0.1, .max = 10,
+     .help = "true Young's modulus over the twin's"},
+    {"density_factor", OM_YAML_DOUBLE, AT(OmSceneWorld, density_factor), .min = 0.1, .max = 10,
+     .help = "true density over the twin's"},
+    {"tool_noise_mm", OM_YAML_DOUBLE, AT(OmSceneWorld, tool_noise), .min = 0, .max = 10,
+     .scale = MM, .unit = "mm", .help = "standard deviation of a measured tool position"},
+    {"depth_noise", OM_YAML_BOOL, AT(OmSceneWorld, has_depth_noise),
+     .help = "does the depth camera have noise?"},
+};
+static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_field), NULL};
+
+static const OmYamlField task_field[] = {
+    {"grid", OM_YAML_INT, AT(OmSceneTask, grid), .min = 2, .max = 20,
+     .help = "grasping points along a side: grid x grid blocks"},
+    {"force_threshold", OM_YAML_DOUBLE, AT(OmSceneTask, force_threshold), .min = 1e-3, .max = 1000,
+     .unit = "N",
+     .help =
+         "epsilon: the pull that the tissue may bear; omentum retract --calibrate-force measures it"},
+    {"force_margin", OM_YAML_DOUBLE, AT(OmSceneTask, force_margin), .min = 0, .max = 1000,
+     .unit = "N",
+     .help = "by which the truth may exceed the twin: the arms act at force_threshold less this"},
+    {"max_height_mm", OM_YAML_DOUBLE, AT(OmSceneTask, max_height), .min = 1, .max = 500,
+     .scale = MM, .unit = "mm",
+     .help = "to which tissue is lifted over the point where it was grasped"},
+    {"pull_step_mm", OM_YAML_DOUBLE, AT(OmSceneTask, pull_step), .min = 1, .max = 100, .scale = MM,
+     .unit = "mm", .help = "height of one pull"},
+    {"visibility", OM_YAML_DOUBLE, AT(OmSceneTask, visibility), .min = 0.01, .max = 1,
+     .help = "share of the region's points that counts as exposed"},
+    {"speed_mm_s", OM_YAML_DOUBLE, AT(OmSceneTask, speed), .min = 0.1, .max = 500, .scale = MM,
+     .unit = "mm/s", .help = "of the tips"},
+    {"grasp_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTask, grasp_radius), .min = 0.5, .max = 50,
+     .scale = MM, .unit = "mm", .help = "tissue within this of the tip is held"},
+    {"time_step_ms", OM_YAML_DOUBLE, AT(OmSceneTask, time_step), .min = 1, .max = 100,
+     .scale = 1e-3, .unit = "ms", .help = "of twin and truth"},
+    {"max_actions", OM_YAML_INT, AT(OmSceneTask, max_actions), .min = 1, .max = 1000,
+     .help = "after which the arms give up"},
+    {"retract_mm", OM_YAML_DOUBLE, AT(OmSceneTask, retract), .min = 1, .max = 500, .scale = MM,
+     .unit = "mm", .help = "way of a fold, away from the camera or beyond the region"},
+};
+static const OmYamlSchema task_schema = {"task", task_field, COUNT(task_field), NULL};
+
+static const OmYamlField scene_field[] = {
+    {"name", OM_YAML_STRING, AT(OmScene, name), .size = OM_SCENE_NAME, .is_required = true,
+     .help = "of the scene, for reports"},
+    {"data_root", OM_YAML_STRING, AT(OmScene, data_root), .size = OM_SCENE_PATH,
+     .help = "folder that files are relative to; left out: the scene's folder; --data replaces it"},
+    {"calibrated", OM_YAML_STRING, AT(OmScene, calibrated), .size = OM_SCENE_PATH,
+     .help =
+         "values of omentum calibrate that replace the scene's own, relative to the scene's folder"},
+    {"seed", OM_YAML_INT, AT(OmScene, seed), .min = 0, .max = 2147483647,
+     .help = "of attachments, region and noise; --layout replaces it"},
+    {"tissue", OM_YAML_STRUCT, AT(OmScene, tissue), .sub = &tissue_schema, .is_required = true,
+     .help = "the tissue"},
+    {"model", OM_YAML_STRUCT, AT(OmScene, model), .sub = &model_schema,
+     .group = IN(OM_SOURCE_VOLUME), .help = "how a patient model is built from a volume"},
+    {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &attach_schema,
+     .help = "what holds the tissue"},
+    {"roi", OM_YAML_STRUCT, AT(OmScene, roi), .sub = &roi_schema, .group = MADE,
+     .help = "the region of interest that the tissue hides"},
+    {"endoscope", OM_YAML_STRUCT, AT(OmScene, endoscope), .sub = &camera_schema,
+     .help = "the camera that must see the region, on the side of `view`"},
+    {"rgbd", OM_YAML_STRUCT, AT(OmScene, rgbd), .sub = &camera_schema,
+     .help = "the depth camera, on the other side"},
+    {"world", OM_YAML_STRUCT, AT(OmScene, world), .sub = &world_schema,
+     .help = "what the simulated truth hides from the twin"},
+    {"task", OM_YAML_STRUCT, AT(OmScene, task), .sub = &task_schema,
+     .help = "what the arms may do"},
+};
+const OmYamlSchema om__scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
+
+// What a calibration leaves: the numbers at the end of two of the tables, none of them required.
+enum { NTISSUE_NUMBER = 8 };
+static const OmYamlSchema calibrated_tissue_schema = {
+    "tissue", tissue_field + COUNT(tissue_field) - NTISSUE_NUMBER, NTISSUE_NUMBER, NULL};
+static const OmYamlSchema calibrated_attach_schema = {
+    "attachments", attach_field + COUNT(attach_field) - 1, 1, NULL};
+static const OmYamlField calibrated_field[] = {
+    {"tissue", OM_YAML_STRUCT, AT(OmScene, tissue), .sub = &calibrated_tissue_schema},
+    {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &calibrated_attach_schema},
+};
+const OmYamlSchema om__scene_calibrated_schema = {"calibration", calibrated_field,
+                                                  COUNT(calibrated_field), NULL};
