@@ -64,6 +64,8 @@ typedef struct OmVolumeInfo {  // what the header of a volume's file says; om_vo
     int dim[3];
     int nentry;          // volumes in the file: times, components or layers; 1 of a plain volume
     bool has_layers;     // the volumes are layers of segments that may overlap (3D Slicer)
+    double unit;         // of the lengths in the header, m; 0: not stated, millimetres are taken
+    bool has_space;      // the header says how the voxels lie in the patient; false: taken as RAS
     int nsegment;        //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;

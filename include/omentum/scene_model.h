@@ -14,6 +14,7 @@
 #define OMENTUM_SCENE_MODEL_H
 
 #include "omentum/image.h"
+#include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
 
 #ifdef __cplusplus
@@ -47,9 +48,10 @@ typedef struct OmPatient {  // om_patient_done frees
     double* roi_point;     // points of the region of interest, m            (nroi x 3)
     double* roi_normal;    // outward normals there                          (nroi x 3)
     int nroi;
-    OmVec3 roi_center;  // centre of the region, m
-    double roi_radius;  // m
-    OmVec3 up;          // unit direction away from the covered side; an endoscope looks against it
+    OmVec3 roi_center;   // centre of the region, m
+    double roi_radius;   // m
+    OmVec3 up;           // unit direction away from the covered side; an endoscope looks against it
+    OmSpace file_space;  // of tissue.vtu and organ.ply when saved; default OM_SPACE_NONE: RAS
 } OmPatient;
 
 // ---- building it --------------------------------------------------------------------------------------
@@ -107,7 +109,8 @@ typedef struct OmModelDef {
     double close_radius;  // m; default 0: no closing
     double smooth;        // voxels; default 1.2
     double edge;          // mean edge of the mesh, m
-    double unit;          // m per unit of a mesh or surface file; default 0.001
+    double unit;          // m per unit of the file; default 0: as the file says, else a millimetre
+    OmSpace space;        // of a mesh or surface file; default OM_SPACE_NONE: as it says, else RAS
     bool remesh;  // mesh a volume mesh anew, through its distance field; default false: as it is
     bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue

@@ -2,7 +2,8 @@
 ///
 /// Volume meshes: Gmsh .msh (1, 2.2, 4.1), VTK legacy .vtk, VTK XML .vtu. Surfaces: STL, OBJ, PLY, OFF,
 /// and the triangles of volume files. Recordings: VTKHDF, which ParaView opens as a time series.
-/// No mesh format states its unit, so it is always an argument: metres in the file's unit.
+/// No mesh format has a place for unit and space (RAS or LPS). Files of ours and of 3D Slicer state them in
+/// headers, comments or fields, and these are read; what a caller gives goes first.
 ///
 ///     OmTetMesh mesh;
 ///     OmStatus s = om_tet_mesh_load("liver.msh", OM_UNIT_MM, &mesh);  // now in metres
@@ -21,6 +22,20 @@ extern "C" {
 #define OM_UNIT_M 1.0
 #define OM_UNIT_CM 1e-2
 #define OM_UNIT_MM 1e-3
+
+typedef enum OmSpace {  // which way x and y point; inside it is RAS
+    OM_SPACE_NONE,      // not stated
+    OM_SPACE_RAS,       // +x right, +y anterior, +z superior
+    OM_SPACE_LPS        // +x left, +y posterior, +z superior: DICOM, ITK, surfaces of 3D Slicer
+} OmSpace;
+
+typedef struct OmMeshFrame {  // of the numbers in a file; zero says nothing
+    double unit;              // m per unit; 0: not stated
+    OmSpace space;
+} OmMeshFrame;
+
+/// What a file is read with: what the caller gives, else what the file states, else millimetres and RAS.
+OM_API OmMeshFrame om_mesh_frame_join(OmMeshFrame given, OmMeshFrame stated);
 
 enum {                        // flags of loading
     OM_MESH_FLIP = 1,         // turn inverted tetrahedra around instead of refusing them
@@ -51,6 +66,16 @@ OM_API OmStatus om_surface_load(const char* path, double unit, OmSurface* surfac
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags,
                                       OmSurface* surface);
+
+/// The same, with what is known of the file's numbers. Positions become RAS metres.
+/// @param given   zero fields leave it to the file
+/// @param stated  receives what the file says; may be null
+/// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned flags,
+                                       OmTetMesh* mesh, OmMeshFrame* stated);
+/// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_surface_load_frame(const char* path, OmMeshFrame given, unsigned flags,
+                                      OmSurface* surface, OmMeshFrame* stated);
 
 // ---- checking ---------------------------------------------------------------------------------------
 
@@ -110,6 +135,14 @@ OM_API OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path,
 /// Write a surface: .stl (binary), .obj, .ply (binary), .off, .vtk. Whole or not at all.
 /// @return OM_OK; OM_INVALID (an ending that names no format, a unit that is no length); OM_IO
 OM_API OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit);
+
+/// The same in a stated space. All but .msh and .off say unit and space, so that they are read again by them.
+/// @param frame  unit > 0; OM_SPACE_NONE is RAS
+/// @return OM_OK; OM_INVALID (an ending that names no format, a unit that is no length); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_tet_mesh_save_frame(const OmTetMesh* mesh, const char* path, OmMeshFrame frame);
+/// @return OM_OK; OM_INVALID (an ending that names no format, a unit that is no length); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_surface_save_frame(const OmSurface* surface, const char* path,
+                                      OmMeshFrame frame);
 
 // ---- recordings -------------------------------------------------------------------------------------
 

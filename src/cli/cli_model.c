@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "cli_model.h"
 
@@ -21,7 +22,11 @@ static const OmCliOption option[] = {
     {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes (default 1.2)"},
     {"--no-refine", NULL, NULL, "keep the edge even where parts are thinner than it"},
     {"--remesh", NULL, NULL, "mesh a volume mesh anew instead of using it as it is"},
-    {"--unit", NULL, "mm|cm|m", "unit of a mesh or surface file (default mm)"},
+    {"--unit", NULL, "mm|cm|m", "unit of the file's lengths (default: as the file says, else mm)"},
+    {"--space", NULL, "ras|lps",
+     "space of a file that does not say it (default: RAS), or to read it otherwise"},
+    {"--export-space", NULL, "ras|lps",
+     "space of the tissue.vtu and organ.ply written (default ras)"},
     {"--sheet", NULL, "KEY=VALUE,...",
      "cover a side with fat: thickness, side, gap, bridge, length, width, corner, wrap (mm)"},
     {"--tumour", NULL, "KEY=VALUE,...",
@@ -256,6 +261,16 @@ static OmStatus parse_materials(const OmCliArgs* args, OmModelDef* def) {
     return OM_OK;
 }
 
+static OmStatus parse_space(const OmCliArgs* args, const char* name, OmSpace* space) {
+    const char* word = om_cli_get(args, name);
+    if (!word) return OM_OK;
+    bool is_lps = strcasecmp(word, "lps") == 0;
+    OM_CHECK(is_lps || strcasecmp(word, "ras") == 0, OM_INVALID,
+             "%s: \"%s\" is neither ras nor lps", name, word);
+    *space = is_lps ? OM_SPACE_LPS : OM_SPACE_RAS;
+    return OM_OK;
+}
+
 static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* def) {
     double edge = 4, share = 1, close = 0, gb = 1e-9 * (double)OM_VOLUME_MAX_SIZE;
     const char* unit = om_cli_get(args, "--unit");
@@ -286,6 +301,7 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
                  "--unit: \"%s\" is none of mm, cm, m", unit);
         def->unit = is_m ? 1 : is_cm ? 0.01 : 0.001;
     }
+    OM_TRY(parse_space(args, "--space", &def->space));
     if (name) {
         OM_CHECK(strlen(name) < sizeof def->name, OM_INVALID, "--name: \"%s\" is too long", name);
         memcpy(def->name, name, strlen(name) + 1);
@@ -351,7 +367,9 @@ int om_cli_model(int argc, char** argv) {
     if (status == OM_OK && is_list && dir)
         status = om_error(OM_INVALID, "--list writes nothing: leave out -o");
     if (status == OM_OK && !dir && !is_list) status = om_error(OM_INVALID, "where to? give -o DIR");
+    OmSpace export_space = OM_SPACE_NONE;
     if (status == OM_OK) status = parse_def(&args, input, &def);
+    if (status == OM_OK) status = parse_space(&args, "--export-space", &export_space);
     if (status < 0) {
         om_cli_fail("model", status);
         return OM_EXIT_USAGE;
@@ -364,11 +382,14 @@ int om_cli_model(int argc, char** argv) {
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     status = om_model_build(&def, progress, &patient, &report);
     if (status < 0) return om_cli_fail("model", status);
+    patient.file_space = export_space;
     status = om_progress_report(progress, "writing", 0, 1);
     if (status == OM_OK) status = om_patient_save(&patient, &report, dir);
     if (status == OM_OK) {
         om_cli_progress_done();
         print_summary(&patient, &report, dir);
+        if (export_space == OM_SPACE_LPS)
+            printf("tissue.vtu and organ.ply are in LPS, and say so; patient.yaml stays in RAS\n");
     }
     om_patient_done(&patient);
     return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;

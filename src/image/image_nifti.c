@@ -335,6 +335,10 @@ static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
         info->dim[a] = (int)dim[a];
     }
     info->nentry = (int)nentry;
+    static const double unit[8] = {0, 1, 1e-3,
+                                   1e-6};  // others are refused where the volume is placed
+    info->unit = unit[h->units & 7];
+    info->has_space = h->sform > 0 || h->qform > 0;
     return om__segment_finish(info);
 }
 

@@ -27,6 +27,8 @@ typedef struct Header {
     Encoding encoding;
     bool has_space;      // a named space or a space dimension
     double flip[3];      // of each space coordinate, to RAS
+    bool is_patient;     // it is one of the patient: RAS, LAS, LPS
+    bool has_unit;       // "space units" name one
     double unit[3];      // m
     bool has_direction;  // "space directions"
     bool is_space[MAX_AXIS];
@@ -185,7 +187,7 @@ static OmStatus set_space(Header* h, const char* value) {
         if (strcmp(value, table[i].name) != 0 && strcmp(value, table[i].short_name) != 0) continue;
         h->flip[0] = table[i].flip_x;
         h->flip[1] = table[i].flip_y;
-        h->has_space = true;
+        h->has_space = h->is_patient = true;
         return OM_OK;
     }
     bool is_free = strcmp(value, "scanner-xyz") == 0 || strcmp(value, "3D-right-handed") == 0 ||
@@ -249,6 +251,7 @@ static OmStatus set_space_units(Header* h, const char* value) {
             if (strlen(table[i].name) != len || strncmp(value + 1, table[i].name, len) != 0)
                 continue;
             h->unit[a] = table[i].unit;
+            h->has_unit = h->has_unit || (len > 0 && value[1] != '?');
             is_known = true;
         }
         OM_CHECK(is_known, OM_INVALID,
@@ -560,6 +563,8 @@ static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
     OM_TRY(find_axes(h, axis, &layout));
     for (int a = 0; a < 3; a++) info->dim[a] = (int)h->size[axis[a]];
     info->nentry = (int)layout.nentry;
+    info->unit = h->has_unit ? h->unit[0] : 0;
+    info->has_space = h->has_direction && h->is_patient;
     return om__segment_finish(info);
 }
 

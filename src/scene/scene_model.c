@@ -56,7 +56,6 @@ OmModelDef om_model_default_def(const char* input, double edge) {
                       .smooth = 1.2,
                       .max_volume_size = OM_VOLUME_MAX_SIZE,
                       .edge = edge,
-                      .unit = OM_UNIT_MM,
                       .refine = true};
     snprintf(def.input, sizeof def.input, "%s", input);
     base_name(input, def.name, sizeof def.name);
@@ -103,7 +102,7 @@ static OmStatus check_def(const OmModelDef* def) {
              "close: %g mm is outside 0 to 100 mm", def->close_radius * 1e3);
     OM_CHECK(def->smooth >= 0.5 && def->smooth <= 3, OM_INVALID,
              "smooth: %g voxels is outside 0.5 to 3", def->smooth);
-    OM_CHECK(def->unit > 0 && isfinite(def->unit), OM_INVALID, "unit: %g m must be positive",
+    OM_CHECK(def->unit >= 0 && isfinite(def->unit), OM_INVALID, "unit: %g m must be positive",
              def->unit);
     OM_CHECK(def->nmaterial >= 0 && def->nmaterial <= OM_MAX_MATERIAL, OM_INVALID,
              "material: %d materials; at most %d", def->nmaterial, OM_MAX_MATERIAL);

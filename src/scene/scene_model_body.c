@@ -11,6 +11,97 @@ void om__body_done(OmBody* body) {
     memset(body, 0, sizeof *body);
 }
 
+// ---- unit, space and size ---------------------------------------------------------------------------------
+
+// What is known of the numbers of a mesh or surface, and how large it makes the body.
+typedef struct Numbers {
+    OmMeshFrame stated, used;
+    double length, volume;  // longest side m, m^3
+} Numbers;
+
+static double longest_side(const double* x, int nvert) {
+    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
+    for (int v = 0; v < nvert; v++) {
+        lo = om_min3(lo, om_load3(x, v));
+        hi = om_max3(hi, om_load3(x, v));
+    }
+    OmVec3 size = om_sub(hi, lo);
+    return fmax(size.x, fmax(size.y, size.z));
+}
+
+// What was assumed and what was converted.
+static void note_frame(const OmModelDef* def, const Numbers* n, OmModelReport* report) {
+    const bool is_lps = n->used.space == OM_SPACE_LPS;
+    const char* name = is_lps ? "LPS" : "RAS";
+    if (def->space != OM_SPACE_NONE && n->stated.space != OM_SPACE_NONE &&
+        def->space != n->stated.space) {
+        om__model_note(report, "the file says that it is %s, and is read as %s, as was told",
+                       is_lps ? "RAS" : "LPS", name);
+    } else if (n->stated.space == OM_SPACE_NONE && def->space == OM_SPACE_NONE) {
+        om__model_note(report,
+                       "the file does not say whether it is RAS or LPS: RAS is assumed (--space)");
+    } else if (is_lps) {
+        om__model_note(report, "positions are turned from LPS, as %s, to RAS: x and y change sign",
+                       def->space == OM_SPACE_NONE ? "the file says" : "was told");
+    }
+    if (n->stated.unit > 0 && def->unit > 0 && n->stated.unit != def->unit) {
+        om__model_note(report,
+                       "the file says that a unit is %g mm, and is read with %g mm, as was told",
+                       n->stated.unit * 1e3, def->unit * 1e3);
+    } else if (!(n->stated.unit > 0) && !(def->unit > 0)) {
+        om__model_note(report,
+                       "the file does not state its unit: millimetres are assumed (--unit)");
+    }
+}
+
+// A body in the wrong unit is out by a factor of 10 to 1000. The bounds are those of organs, wide: an adrenal
+// gland has 5 mL and 40 mm, the fat of a trunk 10 litres.
+static const double organ_length[2] = {0.010, 0.600}, organ_volume[2] = {1e-7, 2e-2};  // m, m^3
+
+static bool is_plausible(double length, double volume) {
+    return length >= organ_length[0] && length <= organ_length[1] && volume >= organ_volume[0] &&
+           volume <= organ_volume[1];
+}
+
+// The other units with which the body would be as large as an organ, as " --unit cm makes it ..."; "" if none.
+static void list_units(const Numbers* n, char* out, size_t size) {
+    static const struct {
+        const char* name;
+        double unit;
+    } table[] = {{"mm", OM_UNIT_MM}, {"cm", OM_UNIT_CM}, {"m", OM_UNIT_M}};
+    size_t len = 0;
+    out[0] = 0;
+    for (int i = 0; i < 3 && len + 1 < size; i++) {
+        double f = table[i].unit / n->used.unit, length = f * n->length,
+               volume = f * f * f * n->volume;
+        if (table[i].unit == n->used.unit || !is_plausible(length, volume)) continue;
+        len += (size_t)snprintf(out + len, size - len, "; --unit %s makes it %.4g mm and %.4g mL",
+                                table[i].name, length * 1e3, volume * 1e6);
+    }
+}
+
+// A size that no organ has is told; without a stated unit, a size that no body has is refused.
+static OmStatus check_size(const OmModelDef* def, const Numbers* n, OmModelReport* report) {
+    const bool is_stated = def->unit > 0 || n->stated.unit > 0;
+    const bool is_absurd = n->length < 0.001 || n->length > 2;
+    char units[160];
+    list_units(n, units, sizeof units);
+    OM_CHECK(
+        is_stated || !is_absurd, OM_INVALID,
+        "the body is %.4g mm long if a unit of the file is %g mm, as is assumed: state its unit with "
+        "--unit%s",
+        n->length * 1e3, n->used.unit * 1e3, units);
+    if (is_plausible(n->length, n->volume)) return OM_OK;
+    om__model_note(
+        report,
+        "the body is %.4g mm long and has %.4g mL: an organ has %g to %g mm and %g to %g mL. A "
+        "unit of the file is taken as %g mm%s%s",
+        n->length * 1e3, n->volume * 1e6, organ_length[0] * 1e3, organ_length[1] * 1e3,
+        organ_volume[0] * 1e6, organ_volume[1] * 1e6, n->used.unit * 1e3,
+        is_stated ? "" : ", which nothing states", units);
+    return OM_OK;
+}
+
 // ---- voxels ---------------------------------------------------------------------------------------------
 
 #define MAX_PAD 1000  // voxels of air around an organ that is closed
@@ -190,6 +281,16 @@ static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* r
     return OM_OK;
 }
 
+// The longest side of the box around a cropped mask of one layer of air.
+static double mask_length(const OmMask* m) {
+    const OmMat3* a = &m->axis;
+    const double ni = m->dim[0] - 2, nj = m->dim[1] - 2, nk = m->dim[2] - 2;
+    double x = ni * fabs(a->cx.x) + nj * fabs(a->cy.x) + nk * fabs(a->cz.x);
+    double y = ni * fabs(a->cx.y) + nj * fabs(a->cy.y) + nk * fabs(a->cz.y);
+    double z = ni * fabs(a->cx.z) + nj * fabs(a->cy.z) + nk * fabs(a->cz.z);
+    return fmax(x, fmax(y, z));
+}
+
 static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody* body,
                             OmModelReport* report) {
     OM_TRY(om__body_load_labels(def, given, body, report));
@@ -207,7 +308,11 @@ static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody
              def->input, def->close_radius * 1e3, pad, smallest * 1e3, MAX_PAD);
     OM_TRY(select_voxels(def, (int)pad, body, report));
     OM_TRY(clean_mask(def, body, report));
-    return OM_OK;
+    Numbers n = {.stated = {body->unit_stated, OM_SPACE_RAS}, .volume = report->mask_volume};
+    n.used = om_mesh_frame_join((OmMeshFrame){def->unit, OM_SPACE_NONE}, n.stated);
+    n.length = mask_length(&body->mask);
+    OmStatus status = check_size(def, &n, report);
+    return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 
 // How far the level set lies from the faces between inside and outside voxels, in voxels.
@@ -277,53 +382,64 @@ void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMes
 
 // ---- meshes and surfaces ------------------------------------------------------------------------------------
 
-// A mesh in the wrong unit is out by a factor of 1000: nothing in a body is larger than 2 m or below 1 mm.
-static OmStatus check_size(const OmModelDef* def, const double* x, int nvert) {
-    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
-    for (int v = 0; v < nvert; v++) {
-        lo = om_min3(lo, om_load3(x, v));
-        hi = om_max3(hi, om_load3(x, v));
-    }
-    OmVec3 size = om_sub(hi, lo);
-    double largest = fmax(size.x, fmax(size.y, size.z));
-    OM_CHECK(largest >= 0.001 && largest <= 2, OM_INVALID,
-             "the mesh is %.3g mm long if a unit of the file is %g mm: state its unit",
-             largest * 1e3, def->unit * 1e3);
-    return OM_OK;
-}
-
-// The field must resolve the elements, whatever edge the def asks for.
-static OmStatus mesh_field(const OmTetMesh* mesh, OmSdfDef def, OmSdf* sdf) {
+// The field must resolve the elements, whatever edge the def asks for. Of a mesh that is used as it is, the
+// field only measures the boundary.
+static OmStatus mesh_field(const OmTetMesh* mesh, bool is_measure, OmSdfDef def, OmSdf* sdf) {
     OmMeshQuality quality;
     OmSurface surface;
     OM_TRY(om_tet_mesh_quality(mesh, &quality));
-    def.spacing = fmin(def.spacing, 0.4 * quality.edge_mean);
+    def.spacing = is_measure ? 0.4 * quality.edge_mean : fmin(def.spacing, 0.4 * quality.edge_mean);
+    if (is_measure) def.margin = 3 * def.spacing;
     OM_TRY(om_tet_mesh_boundary(mesh, &surface, NULL));
     OmStatus status = om_sdf_from_surface(&surface, &def, sdf);
     om_surface_done(&surface);
     return status;
 }
 
-static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
-    OM_TRY(om_tet_mesh_load(def->input, def->unit, &body->mesh));
+static OmStatus load_mesh(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
+                          OmModelReport* report) {
+    Numbers n = {0};
+    const OmMeshFrame given = {def->unit, def->space};
+    OM_TRY(om_tet_mesh_load_frame(def->input, given, 0, &body->mesh, &n.stated));
     body->has_mesh = !def->remesh;
-    body->volume_ref = om_tet_mesh_volume(&body->mesh);
-    OmStatus status = check_size(def, body->mesh.x, body->mesh.nvert);
-    if (status == OM_OK) status = mesh_field(&body->mesh, *sdf_def, &body->sdf);
+    body->volume_ref = n.volume = om_tet_mesh_volume(&body->mesh);
+    n.used = om_mesh_frame_join(given, n.stated);
+    n.length = longest_side(body->mesh.x, body->mesh.nvert);
+    note_frame(def, &n, report);
+    OmStatus status = check_size(def, &n, report);
+    if (status == OM_OK) {
+        const bool is_measure = body->has_mesh && !(def->sheet.thickness > 0);
+        status = mesh_field(&body->mesh, is_measure, *sdf_def, &body->sdf);
+    }
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 
-static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body) {
+static OmStatus surface_field(const OmModelDef* def, const OmSurface* surface, const Numbers* n,
+                              const OmSdfDef* sdf_def, OmBody* body) {
+    body->volume_ref = n->volume;
+    OM_CHECK(n->volume > 0, OM_INVALID, "the surface is inside out: its triangles face inwards");
+    OmStatus status = om_sdf_from_surface(surface, sdf_def, &body->sdf);
+    if (status != OM_INVALID || is_plausible(n->length, n->volume) || def->unit > 0) return status;
+    char why[512], units[160];  // too small for the edge, as its unit is wrong
+    snprintf(why, sizeof why, "%s", om_error_message());
+    list_units(n, units, sizeof units);
+    return om_error(OM_INVALID, "%s; the body is %.4g mm long if a unit of the file is %g mm%s",
+                    why, n->length * 1e3, n->used.unit * 1e3, units);
+}
+
+static OmStatus load_surface(const OmModelDef* def, const OmSdfDef* sdf_def, OmBody* body,
+                             OmModelReport* report) {
     OmSurface surface;
-    OM_TRY(om_surface_load(def->input, def->unit, &surface));
-    OmStatus status = check_size(def, surface.x, surface.nvert);
-    if (status == OM_OK) status = om_surface_require_closed(&surface);
-    if (status == OM_OK) {
-        body->volume_ref = om_surface_volume(&surface);
-        if (body->volume_ref <= 0)
-            status = om_error(OM_INVALID, "the surface is inside out: its triangles face inwards");
-    }
-    if (status == OM_OK) status = om_sdf_from_surface(&surface, sdf_def, &body->sdf);
+    Numbers n = {0};
+    const OmMeshFrame given = {def->unit, def->space};
+    OM_TRY(om_surface_load_frame(def->input, given, 0, &surface, &n.stated));
+    n.used = om_mesh_frame_join(given, n.stated);
+    n.length = longest_side(surface.x, surface.nvert);
+    n.volume = om_surface_volume(&surface);
+    note_frame(def, &n, report);
+    OmStatus status = om_surface_require_closed(&surface);
+    if (status == OM_OK && n.volume > 0) status = check_size(def, &n, report);
+    if (status == OM_OK) status = surface_field(def, &surface, &n, sdf_def, body);
     om_surface_done(&surface);
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
@@ -373,9 +489,9 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
         OM_TRY(om_sdf_from_mask(&body->mask, &sdf_def, &body->sdf));
         report->surface_error_voxel = face_distance(body);
     } else if (is_one_of(ext, mesh_ext)) {
-        OM_TRY(load_mesh(def, &sdf_def, body));
+        OM_TRY(load_mesh(def, &sdf_def, body, report));
     } else if (is_one_of(ext, surface_ext)) {
-        OM_TRY(load_surface(def, &sdf_def, body));
+        OM_TRY(load_surface(def, &sdf_def, body, report));
     } else {
         return om_error(
             OM_INVALID,

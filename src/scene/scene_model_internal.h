@@ -13,6 +13,7 @@ typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
     bool has_volume;     // from a label map or intensities
     bool is_volume_borrowed;
     OmVolume volume;  // as read, or the labels of several layers; kept for the labels of elements
+    double unit_stated;  // by the header of the volume, m; 0: it states none
     bool has_window;
     int label[OM_MAX_LABEL];  // values of `volume` that are meshed; nlabel 0: every value above 0
     int nlabel;

@@ -497,6 +497,39 @@ static OmStatus note_missing(const Chooser* c, OmBody* body, OmModelReport* repo
     return OM_OK;
 }
 
+// The header of a volume may leave open its unit and how it lies in the patient: then the def decides.
+static OmStatus place_volume(const Chooser* c, OmBody* body, OmModelReport* report) {
+    const OmModelDef* def = c->def;
+    OmVolume* v = &body->volume;
+    OM_CHECK(def->space == OM_SPACE_NONE || !c->info->has_space, OM_INVALID,
+             "%s: the header says how the voxels lie in the patient: leave out --space",
+             def->input);
+    if (def->unit > 0) {
+        const double stated = c->info->unit > 0 ? c->info->unit : OM_UNIT_MM;
+        v->axis = om_mat3_scale(def->unit / stated, v->axis);
+        v->origin = om_scale(def->unit / stated, v->origin);
+    }
+    if (def->unit > 0 && c->info->unit > 0 && def->unit != c->info->unit) {
+        om__model_note(report,
+                       "the header says that a unit is %g mm, and is read with %g mm, as was told",
+                       c->info->unit * 1e3, def->unit * 1e3);
+    }
+    if (c->info->has_space) return OM_OK;
+    if (def->space == OM_SPACE_LPS) {
+        const OmMat3 turn = om_mat3_diag(om_vec3(-1, -1, 1));
+        v->axis = om_mat3_mul(turn, v->axis);
+        v->origin = om_mat3_apply(turn, v->origin);
+    }
+    om__model_note(
+        report,
+        "the header does not say how the voxels lie in the patient: its axes are taken as %s, "
+        "so left and right are %s",
+        def->space == OM_SPACE_LPS ? "left, posterior, superior (LPS)"
+                                   : "right, anterior, superior (RAS)",
+        def->space == OM_SPACE_NONE ? "a guess (--space)" : "as was told");
+    return OM_OK;
+}
+
 static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
                             OmModelReport* report) {
     const OmModelDef* def = c->def;
@@ -524,6 +557,8 @@ static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
         OM_TRY(om_volume_load_within(def->input, layer >= 0 ? layer : -1, def->max_volume_size,
                                      &body->volume));
     }
+    body->unit_stated = given ? OM_UNIT_M : c->info->unit;
+    if (!given) OM_TRY(place_volume(c, body, report));
     body->has_window = def->has_window;
     for (int i = 0; i < c->nchoice; i++) body->label[body->nlabel++] = c->choice[i].label;
     describe(c, report);

@@ -104,9 +104,13 @@ static OmStatus append_vec3(OmText* t, const char* key, OmVec3 v, double scale) 
 static OmStatus append_yaml(OmText* t, const OmPatient* p) {
     OM_TRY(om_text_append(t, "# omentum patient model; RAS: +x right, +y anterior, +z superior\n"));
     OM_TRY(append_quoted(t, "name", p->name));
-    OM_TRY(om_text_append(t, "mesh: tissue.vtu        # metres; sets are its 0/1 point arrays\n"));
+    const char* space =
+        p->file_space == OM_SPACE_LPS ? "LPS" : "RAS";  // of the files beside this one
+    OM_TRY(om_text_append(
+        t, "mesh: tissue.vtu        # metres, %s; sets are its 0/1 point arrays\n", space));
     if (p->organ.ntri > 0) {
-        OM_TRY(om_text_append(t, "organ: organ.ply        # metres; what the tissue lies on\n"));
+        OM_TRY(om_text_append(t, "organ: organ.ply        # metres, %s; what the tissue lies on\n",
+                              space));
         OM_TRY(om_text_append(t, "organ_spacing_mm: %.9g\n", p->organ_spacing * 1e3));
     }
     OM_TRY(append_vec3(t, "up", p->up, 1));
@@ -218,10 +222,11 @@ static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char
     char path[1024];
     OM_TRY(om_path_make_dir(dir));
     OM_TRY(om_path_join(dir, "tissue.vtu", path, sizeof path));
-    OM_TRY(om_tet_mesh_save(&p->mesh, path, OM_UNIT_M));
+    const OmMeshFrame frame = {OM_UNIT_M, p->file_space};
+    OM_TRY(om_tet_mesh_save_frame(&p->mesh, path, frame));
     if (p->organ.ntri > 0) {
         OM_TRY(om_path_join(dir, "organ.ply", path, sizeof path));
-        OM_TRY(om_surface_save(&p->organ, path, OM_UNIT_M));
+        OM_TRY(om_surface_save_frame(&p->organ, path, frame));
     }
     OM_TRY(write_text(p, r, append_patient, dir, "patient.yaml"));
     if (!r) return OM_OK;

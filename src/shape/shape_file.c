@@ -42,30 +42,59 @@ static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
     return status;
 }
 
-OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags, OmTetMesh* mesh) {
+// Positions of the file become RAS, in its unit; the frame they are read with.
+static OmMeshFrame place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated) {
+    OmMeshFrame frame = om_mesh_frame_join(given, m->stated);
+    if (stated) *stated = m->stated;
+    if (frame.space == OM_SPACE_LPS) om__turn_points(m->x, m->nvert);
+    return frame;
+}
+
+OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned flags,
+                                OmTetMesh* mesh, OmMeshFrame* stated) {
     OmFileMesh m;
     memset(mesh, 0, sizeof *mesh);
     OmStatus status = parse_file(path, true, &m);
     if (status == OM_OK) {
-        status = om__finish_tet_mesh(&m, unit, flags, mesh);
+        OmMeshFrame frame = place_points(&m, given, stated);
+        status = om__finish_tet_mesh(&m, frame.unit, flags, mesh);
         om__file_mesh_done(&m);
     }
     return status < 0 && status != OM_IO ? om_error_prefix(status, "%s", path) : status;
+}
+
+static OmStatus check_unit(const char* path, double unit) {
+    OM_CHECK(isfinite(unit) && unit > 0, OM_INVALID, "%s: unit: %g m is no length", path, unit);
+    return OM_OK;
+}
+
+OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags, OmTetMesh* mesh) {
+    memset(mesh, 0, sizeof *mesh);
+    OM_TRY(check_unit(path, unit));
+    return om_tet_mesh_load_frame(path, (OmMeshFrame){unit, OM_SPACE_NONE}, flags, mesh, NULL);
 }
 
 OmStatus om_tet_mesh_load(const char* path, double unit, OmTetMesh* mesh) {
     return om_tet_mesh_load_flags(path, unit, 0, mesh);
 }
 
-OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags, OmSurface* surface) {
+OmStatus om_surface_load_frame(const char* path, OmMeshFrame given, unsigned flags,
+                               OmSurface* surface, OmMeshFrame* stated) {
     OmFileMesh m;
     memset(surface, 0, sizeof *surface);
     OmStatus status = parse_file(path, false, &m);
     if (status == OM_OK) {
-        status = om__finish_surface(&m, unit, flags, surface);
+        OmMeshFrame frame = place_points(&m, given, stated);
+        status = om__finish_surface(&m, frame.unit, flags, surface);
         om__file_mesh_done(&m);
     }
     return status < 0 && status != OM_IO ? om_error_prefix(status, "%s", path) : status;
+}
+
+OmStatus om_surface_load_flags(const char* path, double unit, unsigned flags, OmSurface* surface) {
+    memset(surface, 0, sizeof *surface);
+    OM_TRY(check_unit(path, unit));
+    return om_surface_load_frame(path, (OmMeshFrame){unit, OM_SPACE_NONE}, flags, surface, NULL);
 }
 
 OmStatus om_surface_load(const char* path, double unit, OmSurface* surface) {
@@ -134,16 +163,14 @@ void om__set_flags(const OmMeshSet* set, int nvert, unsigned char* flag) {
     for (int i = 0; i < set->nvert; i++) flag[set->vert[i]] = 1;
 }
 
-OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double unit,
-                                 OmMeshFormat format, const OmMeshArray* array, int narray) {
+static OmStatus save_mesh(const OmTetMesh* mesh, const char* path, OmMeshFrame frame,
+                          OmMeshFormat format, const OmMeshArray* array, int narray) {
     OmText text = {0};
     OmStatus status = OM_OK;
-    OM_CHECK(isfinite(unit) && unit > 0, OM_INVALID, "%s: unit: %g m is no length", path, unit);
-    OM_TRY(om_tet_mesh_validate(mesh));
     OM_TRY(om__check_arrays(array, narray));
     for (int i = 0; i < narray; i++)
         OM_CHECK(array[i].value, OM_INVALID, "array %s: it has no values", array[i].name);
-    OmMeshOutput out = {mesh, 1 / unit, array, narray};
+    OmMeshOutput out = {mesh, frame, 1 / frame.unit, array, narray};
     switch (format) {
     case OM_MESH_VTU: status = om__write_vtu(&out, false, &text); break;
     case OM_MESH_VTU_ASCII: status = om__write_vtu(&out, true, &text); break;
@@ -158,23 +185,50 @@ OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double
     return status;
 }
 
-OmStatus om_tet_mesh_save(const OmTetMesh* mesh, const char* path, double unit) {
+OmStatus om_tet_mesh_save_format(const OmTetMesh* mesh, const char* path, double unit,
+                                 OmMeshFormat format, const OmMeshArray* array, int narray) {
+    OM_TRY(check_unit(path, unit));
+    OM_TRY(om_tet_mesh_validate(mesh));
+    return save_mesh(mesh, path, (OmMeshFrame){unit, OM_SPACE_RAS}, format, array, narray);
+}
+
+// A copy of positions in LPS.
+static double* turned_points(const double* x, int nvert) {
+    double* turned = om__scaled_points(x, nvert, 1);
+    if (turned) om__turn_points(turned, nvert);
+    return turned;
+}
+
+OmStatus om_tet_mesh_save_frame(const OmTetMesh* mesh, const char* path, OmMeshFrame frame) {
     static const struct {
         const char* ext;
         OmMeshFormat format;
     } table[] = {{"vtu", OM_MESH_VTU}, {"vtk", OM_MESH_VTK}, {"msh", OM_MESH_MSH41}};
     char ext[16];
+    int found = -1;
     om_path_extension(path, ext, sizeof ext);
     for (size_t i = 0; i < sizeof table / sizeof table[0]; i++)
-        if (strcmp(ext, table[i].ext) == 0)
-            return om_tet_mesh_save_format(mesh, path, unit, table[i].format, NULL, 0);
-    return om_error(OM_INVALID,
-                    "%s: \"%s\" is no format of a mesh; .vtu, .vtk and .msh are written", path,
-                    ext);
+        if (strcmp(ext, table[i].ext) == 0) found = (int)table[i].format;
+    OM_CHECK(found >= 0, OM_INVALID,
+             "%s: \"%s\" is no format of a mesh; .vtu, .vtk and .msh are written", path, ext);
+    OM_TRY(check_unit(path, frame.unit));
+    OM_TRY(om_tet_mesh_validate(mesh));
+    OmTetMesh turned = *mesh;
+    if (frame.space == OM_SPACE_LPS) {
+        turned.x = turned_points(mesh->x, mesh->nvert);
+        if (!turned.x) return OM_NO_MEMORY;
+    }
+    OmStatus status = save_mesh(&turned, path, frame, (OmMeshFormat)found, NULL, 0);
+    if (frame.space == OM_SPACE_LPS) om_free(turned.x);
+    return status;
 }
 
-OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit) {
-    typedef OmStatus WriteFn(const OmSurface*, double, OmText*);
+OmStatus om_tet_mesh_save(const OmTetMesh* mesh, const char* path, double unit) {
+    return om_tet_mesh_save_frame(mesh, path, (OmMeshFrame){unit, OM_SPACE_RAS});
+}
+
+OmStatus om_surface_save_frame(const OmSurface* surface, const char* path, OmMeshFrame frame) {
+    typedef OmStatus WriteFn(const OmSurface*, OmMeshFrame, OmText*);
     static const struct {
         const char* ext;
         WriteFn* write;
@@ -191,12 +245,22 @@ OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit
     OM_CHECK(write, OM_INVALID,
              "%s: \"%s\" is no format of a surface; .stl, .obj, .ply, .off and .vtk are written",
              path, ext);
-    OM_CHECK(isfinite(unit) && unit > 0, OM_INVALID, "%s: unit: %g m is no length", path, unit);
+    OM_TRY(check_unit(path, frame.unit));
     OmText text = {0};
-    OmStatus status = write(surface, 1 / unit, &text);
+    OmSurface turned = *surface;
+    if (frame.space == OM_SPACE_LPS) {
+        turned.x = turned_points(surface->x, surface->nvert);
+        if (!turned.x) return OM_NO_MEMORY;
+    }
+    OmStatus status = write(&turned, frame, &text);
+    if (frame.space == OM_SPACE_LPS) om_free(turned.x);
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     om_text_done(&text);
     return status;
+}
+
+OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit) {
+    return om_surface_save_frame(surface, path, (OmMeshFrame){unit, OM_SPACE_RAS});
 }
 
 // ---- checking -------------------------------------------------------------------------------------------

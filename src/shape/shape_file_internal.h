@@ -22,7 +22,8 @@ typedef struct OmFileMesh {
     int nlabel, labelcap;
     OmFileSet* set;
     int nset, setcap;
-    bool is_soup;  // triangles share no vertices yet (STL)
+    bool is_soup;        // triangles share no vertices yet (STL)
+    OmMeshFrame stated;  // what the file says of its numbers
 } OmFileMesh;
 
 void om__file_mesh_done(OmFileMesh* m);
@@ -114,6 +115,17 @@ OmStatus om__inflate(const void* data, size_t size, void* out, size_t out_size);
 // Deflate into a block the caller frees with om_free.
 OmStatus om__deflate(const void* data, size_t size, unsigned char** out, size_t* out_size);
 
+// ---- unit and space (shape_file_frame.c) -------------------------------------------------------------
+
+#define OM_FRAME_WORDS 64
+// Look for "SPACE=LPS" and "UNIT=mm" in a comment or title; the first ones count.
+void om__read_statement(OmFileMesh* m, const char* text, size_t len);
+void om__state_unit(OmFileMesh* m, double unit);
+// "SPACE=RAS UNIT=mm"
+void om__frame_words(OmMeshFrame frame, char out[OM_FRAME_WORDS]);
+// Between RAS and LPS, in place.
+void om__turn_points(double* x, int nvert);
+
 // ---- formats --------------------------------------------------------------------------------------
 
 typedef OmStatus OmParseFn(const char* data, size_t size, OmFileMesh* m);
@@ -125,18 +137,19 @@ OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, Om
 
 typedef struct OmMeshOutput {  // what a writer writes
     const OmTetMesh* mesh;
-    double scale;  // of positions
+    OmMeshFrame frame;  // of the file; the mesh is in this space already
+    double scale;       // of positions: 1 / unit
     const OmMeshArray* array;
     int narray;
 } OmMeshOutput;
 OmStatus om__write_msh(const OmMeshOutput* out, bool is_msh41, OmText* text);
 OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text);
 OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text);
-OmStatus om__write_surface_vtk(const OmSurface* surface, double scale, OmText* text);
-OmStatus om__write_stl(const OmSurface* surface, double scale, OmText* text);
-OmStatus om__write_obj(const OmSurface* surface, double scale, OmText* text);
-OmStatus om__write_off(const OmSurface* surface, double scale, OmText* text);
-OmStatus om__write_ply(const OmSurface* surface, double scale, OmText* text);
+OmStatus om__write_surface_vtk(const OmSurface* surface, OmMeshFrame frame, OmText* text);
+OmStatus om__write_stl(const OmSurface* surface, OmMeshFrame frame, OmText* text);
+OmStatus om__write_obj(const OmSurface* surface, OmMeshFrame frame, OmText* text);
+OmStatus om__write_off(const OmSurface* surface, OmMeshFrame frame, OmText* text);
+OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text);
 // "x y z\n" with 17 digits each
 OmStatus om__write_point(OmText* text, const double* x, double scale);
 // Values as text, ncomp a line.

@@ -49,6 +49,11 @@ OmStatus om__parse_obj(const char* data, size_t size, OmFileMesh* m) {
             OM_TRY(om__add_vert(m, x));
         } else if (om__is_word(w, "f")) {
             OM_TRY(parse_face(&s, m));
+        } else if (w.str[0] == '#') {
+            s.p = w.str;
+            OmWord comment = om__read_line(&s);
+            om__read_statement(m, comment.str, comment.len);
+            continue;
         } else if (w.str[0] < 0x20 || w.str[0] > 0x7e) {
             return om__scan_error(&s, "this is not the text of an OBJ file");
         }
@@ -59,7 +64,11 @@ OmStatus om__parse_obj(const char* data, size_t size, OmFileMesh* m) {
     return OM_OK;
 }
 
-OmStatus om__write_obj(const OmSurface* surface, double scale, OmText* text) {
+OmStatus om__write_obj(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
+    const double scale = 1 / frame.unit;
+    char words[OM_FRAME_WORDS];
+    om__frame_words(frame, words);
+    OM_TRY(om_text_append(text, "# omentum %s\n", words));
     for (int i = 0; i < surface->nvert; i++) {
         OM_TRY(om_text_append_raw(text, "v ", 2));
         OM_TRY(om__write_point(text, surface->x + 3 * (size_t)i, scale));

@@ -95,7 +95,7 @@ static OmStatus read_property(OmScan* s, Header* h) {
     return OM_OK;
 }
 
-static OmStatus read_header(OmScan* s, Header* h) {
+static OmStatus read_header(OmScan* s, Header* h, OmFileMesh* m) {
     bool has_format = false;
     memset(h, 0, sizeof *h);
     OM_CHECK(om__is_word(om__read_word(s), "ply"), OM_INVALID,
@@ -111,7 +111,11 @@ static OmStatus read_header(OmScan* s, Header* h) {
             OM_TRY(read_element(s, h));
         } else if (om__is_word(w, "property")) {
             OM_TRY(read_property(s, h));
-        } else if (!om__is_word(w, "comment") && !om__is_word(w, "obj_info")) {
+        } else if (om__is_word(w, "comment") || om__is_word(w, "obj_info")) {
+            OmWord comment = om__read_line(s);
+            om__read_statement(m, comment.str, comment.len);
+            continue;
+        } else {
             return om__scan_error(s, "\"%.*s\" does not belong into a header",
                                   w.len < 40 ? (int)w.len : 40, w.str);
         }
@@ -175,7 +179,7 @@ static OmStatus check_vertex(const Element* e) {
 OmStatus om__parse_ply(const char* data, size_t size, OmFileMesh* m) {
     OmScan s = om__scan(data, size);
     Header h;
-    OM_TRY(read_header(&s, &h));
+    OM_TRY(read_header(&s, &h, m));
     for (int i = 0; i < h.nelement; i++) {
         const Element* e = &h.element[i];
         if (e->is_vertex) OM_TRY(check_vertex(e));
@@ -191,13 +195,16 @@ static void put_bits(unsigned char* out, uint64_t bits, int n) {
     for (int i = 0; i < n; i++) out[i] = (unsigned char)(bits >> 8 * i);
 }
 
-OmStatus om__write_ply(const OmSurface* surface, double scale, OmText* text) {
-    OM_TRY(
-        om_text_append(text,
-                       "ply\nformat binary_little_endian 1.0\ncomment omentum\nelement vertex %d\n"
-                       "property double x\nproperty double y\nproperty double z\nelement face %d\n"
-                       "property list uchar int vertex_indices\nend_header\n",
-                       surface->nvert, surface->ntri));
+OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
+    const double scale = 1 / frame.unit;
+    char words[OM_FRAME_WORDS];
+    om__frame_words(frame, words);
+    OM_TRY(om_text_append(
+        text,
+        "ply\nformat binary_little_endian 1.0\ncomment omentum %s\nelement vertex %d\n"
+        "property double x\nproperty double y\nproperty double z\nelement face %d\n"
+        "property list uchar int vertex_indices\nend_header\n",
+        words, surface->nvert, surface->ntri));
     for (int i = 0; i < surface->nvert; i++) {
         unsigned char record[24];
         for (int c = 0; c < 3; c++) {

@@ -12,6 +12,7 @@
 static OmStatus parse_binary(OmScan* s, OmFileMesh* m) {
     const unsigned char* head = om__read_bytes(s, "the header", HEADER);
     if (!head) return OM_INVALID;
+    om__read_statement(m, (const char*)head, 80);
     int64_t count = om__load_integer(OM_VALUE_U32, head + 80, !om__is_little());
     OM_CHECK((uint64_t)count <= om__scan_left(s) / RECORD, OM_INVALID,
              "the header states %lld triangles, the file holds %zu: it is cut short or no STL file",
@@ -61,7 +62,8 @@ static OmStatus parse_text(OmScan* s, OmFileMesh* m) {
         OmWord w = om__read_word(s);
         if (w.len == 0) return OM_OK;
         if (om__is_word_nocase(w, "solid") || om__is_word_nocase(w, "endsolid")) {
-            om__skip_line(s);
+            OmWord name = om__read_line(s);
+            om__read_statement(m, name.str, name.len);
         } else if (om__is_word_nocase(w, "facet")) {
             OM_TRY(parse_facet(s, m));
         } else {
@@ -91,8 +93,12 @@ static void put_float(unsigned char* out, double value) {
     for (int i = 0; i < 4; i++) out[i] = (unsigned char)(bits >> 8 * i);
 }
 
-OmStatus om__write_stl(const OmSurface* surface, double scale, OmText* text) {
-    unsigned char head[HEADER] = "binary STL by omentum";
+OmStatus om__write_stl(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
+    const double scale = 1 / frame.unit;
+    unsigned char head[HEADER] = {0};
+    char words[OM_FRAME_WORDS];
+    om__frame_words(frame, words);
+    snprintf((char*)head, 80, "omentum %s", words);
     for (int i = 0; i < 4; i++) head[80 + i] = (unsigned char)((unsigned)surface->ntri >> 8 * i);
     OM_TRY(om_text_append_raw(text, (const char*)head, sizeof head));
     for (int t = 0; t < surface->ntri; t++) {

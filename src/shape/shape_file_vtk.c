@@ -402,7 +402,8 @@ static OmStatus read_head(Vtk* v) {
     OM_CHECK(om_number_parse(&number, line.str + line.len, &version), OM_INVALID,
              "line 1: the version is no number");
     v->is_v5 = version >= 5;
-    om__skip_line(&v->s);  // title
+    OmWord title = om__read_line(&v->s);
+    om__read_statement(v->m, title.str, title.len);
     OmWord form = om__read_word(&v->s);
     v->is_text = om__is_word_nocase(form, "ASCII");
     if (!v->is_text && !om__is_word_nocase(form, "BINARY"))

@@ -112,8 +112,10 @@ done:
     return status;
 }
 
-static OmStatus write_head(OmText* text, bool is_text, const char* dataset) {
-    return om_text_append(text, "# vtk DataFile Version 3.0\nomentum\n%s\nDATASET %s\n",
+static OmStatus write_head(OmText* text, bool is_text, OmMeshFrame frame, const char* dataset) {
+    char words[OM_FRAME_WORDS];
+    om__frame_words(frame, words);
+    return om_text_append(text, "# vtk DataFile Version 3.0\nomentum %s\n%s\nDATASET %s\n", words,
                           is_text ? "ASCII" : "BINARY", dataset);
 }
 
@@ -127,7 +129,7 @@ static OmStatus write_points(OmText* text, bool is_text, const double* x, int nv
 }
 
 OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text) {
-    OM_TRY(write_head(text, is_text, "UNSTRUCTURED_GRID"));
+    OM_TRY(write_head(text, is_text, out->frame, "UNSTRUCTURED_GRID"));
     OM_TRY(write_points(text, is_text, out->mesh->x, out->mesh->nvert, out->scale));
     OM_TRY(write_cells(text, is_text, out->mesh));
     return write_data(text, is_text, out);
@@ -135,9 +137,9 @@ OmStatus om__write_vtk(const OmMeshOutput* out, bool is_text, OmText* text) {
 
 // ---- surfaces ---------------------------------------------------------------------------------------
 
-OmStatus om__write_surface_vtk(const OmSurface* surface, double scale, OmText* text) {
-    OM_TRY(write_head(text, false, "POLYDATA"));
-    OM_TRY(write_points(text, false, surface->x, surface->nvert, scale));
+OmStatus om__write_surface_vtk(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
+    OM_TRY(write_head(text, false, frame, "POLYDATA"));
+    OM_TRY(write_points(text, false, surface->x, surface->nvert, 1 / frame.unit));
     OM_TRY(om_text_append(text, "POLYGONS %d %lld\n", surface->ntri, 4 * (long long)surface->ntri));
     return write_lists(text, false, surface->tri_vert, surface->ntri, 3);
 }

@@ -415,14 +415,40 @@ static OmStatus open_piece(Vtu* v, const Tag* tag) {
     return OM_OK;
 }
 
+static OmStatus read_array_tag(const Vtu* v, const Tag* tag, Array* a) {
+    *a = (Array){.content = v->s.p};
+    find_attr(tag, "Name", &a->name);
+    find_attr(tag, "type", &a->type);
+    find_attr(tag, "format", &a->format);
+    OM_TRY(attr_integer(v, tag, "NumberOfComponents", 1, &a->ncomp));
+    return attr_integer(v, tag, "offset", 0, &a->offset);
+}
+
+// Fields of the whole file: SPACE is a string, metres_per_unit a number. Any other is passed over, and so
+// are these if they hold something else.
+static OmStatus read_field(const Vtu* v, const Tag* tag, OmFileMesh* m) {
+    Array a;
+    OmStatus status = OM_OK;
+    OM_TRY(read_array_tag(v, tag, &a));
+    if (om__is_word(a.name, "SPACE") && om__is_word(a.type, "String")) {
+        int64_t code[4];  // three letters and the zero behind them
+        a.type = (OmWord){"UInt8", 5};
+        status = read_values(v, &a, 4, NULL, code);
+        char text[] = "SPACE=...";
+        for (int i = 0; status == OM_OK && i < 3; i++) text[6 + i] = (char)code[i];
+        if (status == OM_OK && code[3] == 0) om__read_statement(m, text, sizeof text - 1);
+    } else if (om__is_word(a.name, "metres_per_unit") && om__is_word(a.type, "Float64")) {
+        double unit;
+        status = read_values(v, &a, 1, &unit, NULL);
+        if (status == OM_OK) om__state_unit(m, unit);
+    }
+    return status == OM_NO_MEMORY ? status : OM_OK;
+}
+
 static OmStatus list_array(Vtu* v, const Tag* tag, OmWord section) {
     Piece* p = &v->piece;
-    Array a = {.content = v->s.p};
-    find_attr(tag, "Name", &a.name);
-    find_attr(tag, "type", &a.type);
-    find_attr(tag, "format", &a.format);
-    OM_TRY(attr_integer(v, tag, "NumberOfComponents", 1, &a.ncomp));
-    OM_TRY(attr_integer(v, tag, "offset", 0, &a.offset));
+    Array a;
+    OM_TRY(read_array_tag(v, tag, &a));
     OmValueType type = type_of(a.type);
     if (om__is_word(section, "Points")) {
         p->points = a;
@@ -510,6 +536,7 @@ static OmStatus read_tags(Vtu* v, OmFileMesh* m) {
             }
         } else if (om__is_word(tag.name, "DataArray")) {
             if (!tag.is_end && v->piece.is_open) OM_TRY(list_array(v, &tag, section));
+            if (!tag.is_end && om__is_word(section, "FieldData")) OM_TRY(read_field(v, &tag, m));
         } else if (is_section(tag.name)) {
             section = tag.is_end ? (OmWord){"", 0} : tag.name;
         }

@@ -109,14 +109,29 @@ done:
     return status;
 }
 
-OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
-    OM_TRY(om_text_append(
+// Unit and space of the file; strings are the codes of their letters, and a zero.
+static OmStatus write_fields(OmText* text, OmMeshFrame frame) {
+    char unit[OM_NUMBER_SIZE + 1];
+    unit[om_number_write(unit, frame.unit)] = 0;
+    return om_text_append(
         text,
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" "
-        "version=\"1.0\" byte_order=\"%s\" header_type=\"UInt32\"%s>\n"
-        "<UnstructuredGrid>\n<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
-        om__is_little() ? "LittleEndian" : "BigEndian",
-        is_text ? "" : " compressor=\"vtkZLibDataCompressor\"", out->mesh->nvert, out->mesh->ntet));
+        "<FieldData>\n<DataArray type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+        "format=\"ascii\">\n%s 83 0\n</DataArray>\n<DataArray type=\"Float64\" "
+        "Name=\"metres_per_unit\" NumberOfTuples=\"1\" format=\"ascii\">\n%s\n</DataArray>\n"
+        "</FieldData>\n",
+        frame.space == OM_SPACE_LPS ? "76 80" : "82 65", unit);
+}
+
+OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
+    OM_TRY(om_text_append(text,
+                          "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" "
+                          "version=\"1.0\" byte_order=\"%s\" header_type=\"UInt32\"%s>\n"
+                          "<UnstructuredGrid>\n",
+                          om__is_little() ? "LittleEndian" : "BigEndian",
+                          is_text ? "" : " compressor=\"vtkZLibDataCompressor\""));
+    OM_TRY(write_fields(text, out->frame));
+    OM_TRY(om_text_append(text, "<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
+                          out->mesh->nvert, out->mesh->ntet));
     OM_TRY(write_data(text, is_text, out));
     OM_TRY(write_points(text, is_text, out));
     OM_TRY(write_cells(text, is_text, out->mesh));

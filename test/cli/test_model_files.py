@@ -253,11 +253,126 @@ def test_labels(folder):
     expect(r"no number of a part", run(path, "--part", "0", "-o", out, code=2))
 
 
+def numbers(folder, name="Points"):
+    with open(os.path.join(folder, "tissue.vtu"), encoding="latin-1") as f:
+        return array(f.read(), name)
+
+
+def test_spaces(folder):
+    """A surface as 3D Slicer writes it lies where its label map lies, and so does what is written in LPS."""
+    body = ball((14, 15, 13), 18)
+    volume, out, again = (os.path.join(folder, n) for n in ("b.nrrd", "b", "b2"))
+    write_nrrd(volume, [labels([(body, 1)])], [])
+    run(volume, "--edge", "4", "--sheet", "thickness=5,side=anterior", "-o", out, "-q")
+    place = [1e3 * c for c in centroid_of_ply(os.path.join(out, "organ.ply"), "RAS", "m")]
+    near(math.dist(place, centroid(body)), 0, 1.5, "organ.ply: its centre, mm")  # it has a dome 3 mm high
+    run(volume, "--edge", "4", "-o", out, "-q")
+    x = numbers(out)
+    with open(os.path.join(out, "tissue.vtu"), encoding="latin-1") as f:
+        expect(r'Name="SPACE"[^>]*>\n82 65 83 0\n', f.read())
+    expect("tissue.vtu and organ.ply are in LPS", run(volume, "--edge", "4", "--export-space", "lps", "-o", again, "-q"))
+    y = numbers(again)
+    assert all(y[i] == (x[i] if i % 3 == 2 else -x[i]) for i in range(len(x))), "--export-space lps"
+    with open(os.path.join(again, "tissue.vtu"), encoding="latin-1") as f:
+        expect(r'Name="SPACE"[^>]*>\n76 80 83 0\n', f.read())
+    # read again by what the files say; and otherwise, as told
+    third = os.path.join(folder, "b3")
+    expect("positions are turned from LPS, as the file says, to RAS", run(
+        os.path.join(again, "tissue.vtu"), "-o", third, "-q"))
+    assert numbers(third) == x
+    printed = run(os.path.join(again, "tissue.vtu"), "--space", "ras", "-o", third, "-q")
+    expect("the file says that it is LPS, and is read as RAS, as was told", printed)
+    assert numbers(third) == y
+
+    # the surface of the tetrahedra in millimetres of LPS, with the header of 3D Slicer
+    surface = os.path.join(folder, "slicer.stl")
+    vert, faces = numbers(out, "connectivity"), {}
+    for e in range(0, len(vert), 4):
+        a, b, c, d = vert[e:e + 4]
+        for face in ((a, c, b), (a, b, d), (a, d, c), (b, c, d)):
+            faces[tuple(sorted(face))] = None if tuple(sorted(face)) in faces else face
+    with open(surface, "wb") as f:
+        kept = [face for face in faces.values() if face]
+        f.write(b"3D Slicer output. SPACE=LPS".ljust(80) + struct.pack("<I", len(kept)))
+        for face in kept:
+            points = [c for v in face for c in (-1e3 * x[3 * v], -1e3 * x[3 * v + 1], 1e3 * x[3 * v + 2])]
+            f.write(struct.pack("<12fH", 0, 0, 0, *points, 0))
+    printed = run(surface, "--edge", "4", "-o", third, "-q")
+    expect("positions are turned from LPS, as the file says, to RAS", printed)
+    expect("does not state its unit: millimetres are assumed", printed)
+    near(math.dist(mesh_of(third)[1], centroid(body)), 0, 0.3, "STL of 3D Slicer: centre, mm")
+    run(surface, "--space", "ras", "--edge", "4", "-o", third, "-q")
+    wrong = centroid(body)
+    near(math.dist(mesh_of(third)[1], (-wrong[0], -wrong[1], wrong[2])), 0, 0.3, "--space ras: centre, mm")
+
+
+def centroid_of_ply(path, space, unit):
+    """The mean of the vertices of a binary PLY of doubles, which must state its space and unit."""
+    with open(path, "rb") as f:
+        data = f.read()
+    head, _, body = data.partition(b"end_header\n")
+    expect(f"comment omentum SPACE={space} UNIT={unit}", head.decode())
+    n = int(re.search(rb"element vertex (\d+)", head).group(1))
+    x = struct.unpack(f"<{3 * n}d", body[:24 * n])
+    return [sum(x[c::3]) / n for c in range(3)]
+
+
+def nifti(path, unit, is_placed, scale=1.0):
+    """Balls of label 1 in voxels of 2.5 of the unit; `scale` of the numbers."""
+    head = bytearray(348)
+    struct.pack_into("<i", head, 0, 348)
+    struct.pack_into("<8h", head, 40, 3, 30, 30, 30, 1, 1, 1, 1)
+    struct.pack_into("<2h", head, 70, 2, 8)
+    struct.pack_into("<8f", head, 76, 1, *(3 * [2.5 * scale]), 0, 0, 0, 0)
+    struct.pack_into("<f", head, 108, 352)
+    head[123] = unit
+    if is_placed:
+        struct.pack_into("<h", head, 254, 1)
+        step = 2.5 * scale
+        struct.pack_into("<12f", head, 280, step, 0, 0, 10 * scale, 0, step, 0, 0, 0, 0, step, 0)
+    head[344:348] = b"n+1\0"
+    inside = bytes((i - 15) ** 2 + (j - 15) ** 2 + (k - 10) ** 2 < 64 for k in range(30) for j in range(30)
+                   for i in range(30))
+    with open(path, "wb") as f:
+        f.write(bytes(head) + bytes(4) + inside)
+    return sum(inside) * 2.5 ** 3 / 1000
+
+
+def test_units(folder):
+    path, out = os.path.join(folder, "u.nii"), os.path.join(folder, "u")
+    volume_ml = nifti(path, 2, True)
+    assert "an organ has" not in run(path, "--edge", "4", "-o", out, "-q")
+    near(mesh_of(out)[0], volume_ml, 0.01 * volume_ml, "millimetres")
+    # numbers of centimetres whose header says nothing, or millimetres: the first is told, the second believed
+    for unit in (0, 2):
+        nifti(path, unit, True, scale=0.1)
+        printed = run(path, "--edge", "0.4", "-o", out, "-q")
+        expect(rf"the body is \d\.\d+ mm long and has 0\.0\d+ mL: .* taken as 1 mm{', which nothing states' if not unit else ''};"
+               r" --unit cm makes it \d\d\.\d+ mm", printed)
+        run(path, "--unit", "cm", "--edge", "4", "-o", out, "-q")
+        near(mesh_of(out)[0], volume_ml, 0.01 * volume_ml, "--unit cm")
+        near(mesh_of(out)[1][0], 10 + 15 * 2.5, 0.1, "--unit cm: centre")
+    nifti(path, 0, True, scale=0.001)
+    expect(r"the body is 0\.0\d+ mm long if a unit of the file is 1 mm, as is assumed: state its unit with --unit; --unit m "
+           "makes it", run(path, "--edge", "4", "-o", out, "-q", code=3))
+    # a header that does not place the voxels in the patient
+    nifti(path, 2, False)
+    expect("so left and right are a guess", run(path, "--edge", "4", "-o", out, "-q"))
+    near(mesh_of(out)[1][0], 15 * 2.5, 0.1, "as RAS")
+    expect("taken as left, posterior, superior", run(path, "--space", "lps", "--edge", "4", "-o", out, "-q"))
+    near(mesh_of(out)[1][0], -15 * 2.5, 0.1, "as LPS")
+    nifti(path, 2, True)
+    expect("the header says how the voxels lie in the patient: leave out --space", run(
+        path, "--space", "lps", "-o", out, "-q", code=3))
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         test_layers(folder)
         test_parts(folder)
         test_labels(folder)
+        test_spaces(folder)
+        test_units(folder)
 
 
 if __name__ == "__main__":

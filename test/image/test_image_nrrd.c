@@ -141,7 +141,8 @@ static void test_segments_have_names_layers_and_values(void** unused) {
     assert_int_equal(info.nentry, 2);
     assert_int_equal(info.dim[0] * 100 + info.dim[1] * 10 + info.dim[2], 342);
     assert_int_equal(info.nsegment, 3);
-    assert_true(info.has_layers);
+    assert_true(info.has_layers && info.has_space);
+    assert_near(info.unit, 0, 0);
     static const OmSegment expected[] = {{"liver", "Segment_1", 0, 1},
                                          {"Lebervene \xc3\xa4 ?", "Segment_2", 1, 7},
                                          {"tumour", "", 1, 2}};
@@ -153,7 +154,9 @@ static void test_segments_have_names_layers_and_values(void** unused) {
     }
     om_volume_info_done(&info);
     // before 4.11: a layer a segment, each of ones
-    assert_ok(load_info(LAYERED "Segment0_Name:=a\nSegment1_Name:=b\n", &info));
+    assert_ok(load_info(
+        LAYERED "space units: \"cm\" \"cm\" \"cm\"\nSegment0_Name:=a\nSegment1_Name:=b\n", &info));
+    assert_near(info.unit, 0.01, 0);
     assert_int_equal(info.segment[1].layer, 1);
     assert_int_equal(info.segment[1].value, 1);
     om_volume_info_done(&info);

@@ -93,6 +93,19 @@ static void test_round_trip(void** unused) {
     assert_near(p.roi_radius, q.roi_radius, 1e-9);
     assert_near(p.organ_spacing, q.organ_spacing, 1e-9);
     assert_near(om_distance(p.up, q.up), 0, 1e-8);
+    om_patient_done(&q);
+    p.file_space = OM_SPACE_LPS;  // other numbers in the files, which say so: the same patient
+    assert_ok(om_patient_save(&p, &r, in_folder("round")));
+    OmTetMesh raw;
+    const OmMeshFrame as_ras = {OM_UNIT_M, OM_SPACE_RAS};
+    assert_ok(om_tet_mesh_load_frame(in_folder("round/tissue.vtu"), as_ras, 0, &raw, NULL));
+    assert_near(raw.x[0], -p.mesh.x[0], 0);
+    assert_near(raw.x[1], -p.mesh.x[1], 0);
+    assert_near(raw.x[2], p.mesh.x[2], 0);
+    om_tet_mesh_done(&raw);
+    assert_ok(om_patient_load(in_folder("round/patient.yaml"), &q));
+    assert_same_mesh(&p.mesh, &q.mesh);
+    assert_memory_equal(p.organ.x, q.organ.x, 24 * (size_t)p.organ.nvert);
     om_patient_done(&p);
     om_patient_done(&q);
 }
