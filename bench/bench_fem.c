@@ -15,8 +15,8 @@ static const struct {
     OmVec3 size;  // m
     int cells[3];
     bool is_quick;
-    double
-        peer_ms[3];  // of laws: SOFA v26.06, 25 CG iterations, one core; corotational its fastest
+    // by law: SOFA v26.06, 25 CG iterations, one core; corotational: its fastest element
+    double peer_ms[3];
     double goal_ms[2];  // corotational, to be reached: with multigrid to 1e-3; with 25 iterations
 } scene_table[] = {
     {"beam", {0.1, 0.03, 0.03}, {15, 4, 4}, true, {0.68, 1.33, 0.70}, {0, 0}},

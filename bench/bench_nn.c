@@ -52,6 +52,7 @@ static OmStatus work_create(int k, int nworker, Work* w) {
     def.nworker = nworker;
     OM_TRY_DONE(om_net_run_create(w->net, &def, &w->run));
     OmOptimDef optim = om_optim_default_def();
+    optim.nworker = nworker;
     OM_TRY_DONE(om_optim_create(&optim, w->net, &w->optim));
     size_t nparam = om_net_parameter_size(w->net), nin = (size_t)(batch * om_net_in_size(w->net));
     w->nout = (size_t)(batch * om_net_out_size(w->net));

@@ -18,8 +18,8 @@ static const struct {
     int cells[3];
     bool is_quick;
     double goal_ms[3];  // penalty, multipliers, prescribed
-    double
-        peer_ms[2];  // SOFA v26.06, one core: penalty with 25 CG iterations, multipliers (median)
+    // SOFA v26.06, one core: penalty with 25 CG iterations, multipliers (median)
+    double peer_ms[2];
 } scene_table[] = {
     {{11, 8, 8}, true, {1.5, 8, 1}, {4.3, 45}},
     {{21, 15, 14}, false, {7, 60, 5}, {25, 2300}},

@@ -4,6 +4,7 @@
 The headers write the meaning of a field as a plain comment behind it. Here such comments become Doxygen's:
 
     double dt;  // s, > 0          ->  double dt;  ///< s, > 0
+    // s, > 0                      ->  /// s, > 0, above a field
     typedef struct OmView {  // x  ->  the comment moves above the struct
     the first empty line           ->  @file: the comment at the top is the file's, not the first macro's
 
@@ -31,6 +32,8 @@ def header(lines):
         elif goes_on:
             if is_field:
                 line = f"    ///< {goes_on.group(1)}"
+            elif line.startswith("    "):  # above a field
+                line = f"    /// {goes_on.group(1)}"
         elif field and not line.lstrip().startswith("//"):
             line = f"{field.group(1)} ///< {field.group(2)}"
             is_field = True

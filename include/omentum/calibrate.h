@@ -75,8 +75,9 @@ typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
     const char* title;             // of the report; default "Calibration"
     OmCalibrationFn eval;          //
     void* ctx;                     // borrowed
-    uint64_t
-        problem;  // hash of all that eval depends on besides the parameters; guards the journal; default 0
+    // Hash of everything that eval depends on besides the parameters; a journal of another hash is
+    // refused. Default 0.
+    uint64_t problem;
     int nparam;  // 1 to OM_CALIBRATION_MAX_PARAM
     OmCalibrationParam param[OM_CALIBRATION_MAX_PARAM];
     int nerror;                       // >= 1
@@ -96,9 +97,9 @@ typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
     double tolerance;            // of a parameter, over its range, where local ends; default 1e-3
     int patience;  // generations without 1 % of progress that end the global stage; default 8
     double unfit;  // the model cannot fit where that happens above this many times noise; default 4
-    double
-        rise;  // sensitivity: share by which the cost must rise; where it is below the noise, its square
-               // by what that share of the noise adds; default 0.1; 0: no sensitivity
+    // Sensitivity: the relative rise of the cost that bounds an interval. Where the cost is below
+    // the noise, the rise is relative to the noise instead. Default 0.1; 0: no sensitivity.
+    double rise;
     uint64_t seed;        // default 1
     int nworker;          // default 0: one a processor
     const char* out_dir;  // journal and report; default null: none, nothing is resumed

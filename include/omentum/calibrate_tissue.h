@@ -65,9 +65,9 @@ typedef struct
     OmCalibrationTissueDef {  // made by om_calibrate_default_tissue_def; arrays are copied
     OmCalibrationBuildFn build;
     void* ctx;  // borrowed
-    const OmContactDef*
-        contact;  // what tissue lies on; borrowed with all it names; null: nothing. A press of an
-                  // engine with a system matrix is refused with it
+    // What the tissue lies on; null: nothing. Borrowed, with everything it points to. A press of an
+    // engine with a system matrix is refused together with it.
+    const OmContactDef* contact;
     int npath;
     const OmCalibrationPath* path;  // names and probes are borrowed                   (npath)
     int nlandmark;

@@ -80,8 +80,8 @@ typedef enum OmPressMethod {
 typedef struct OmPressDef {  // made by om_press_default_def
     const OmProbe* probe;    // borrowed until destroy
     OmPressMethod method;    // default OM_PRESS_PENALTY
-    const OmSurface*
-        surface;       // contact surface in the rest shape, copied; null: made from the boundary
+    // The contact surface in the rest shape, copied; null: made from the boundary of the mesh.
+    const OmSurface* surface;
     int ntri;          // triangles of one that is made; default 1004; 0: the boundary as it is
     double stiffness;  // N/m a contact, penalty and prescribed; default 0: 100 times what resists
                        // moving the point alone, so that tissue sinks in by hundredths of a mm
@@ -102,14 +102,13 @@ typedef struct OmPressReport {
     int nsolve;             // solves with the system matrix, columns of W not counted
     int ncolumn;            // multipliers: columns of W solved for
     int ncontact;           // points that are pushed
-    bool
-        is_settled;  // in all substeps: touching points, the planes that stand for the probe and friction
-                     // stopped changing, tolerance met; false only with OM_NOT_CONVERGED
-    OmVec3 force;   // N, by the tissue on the probe, world axes
-    OmVec3 torque;  // N m, about the probe's origin, world axes
-    double area;    // m^2, of the contact surface at those points
-    double
-        penetration;  // m, the deepest point of the contact surface inside the probe after the step
+    // In all substeps the contact points, the planes that stand for the probe, and friction stopped
+    // changing, and the tolerance was met. False only with OM_NOT_CONVERGED.
+    bool is_settled;
+    OmVec3 force;            // N, by the tissue on the probe, world axes
+    OmVec3 torque;           // N m, about the probe's origin, world axes
+    double area;             // m^2, of the contact surface at those points
+    double penetration;      // m, of the deepest point of the contact surface after the step
     double complementarity;  // multipliers: max |min(lambda / lambda_max, gap / edge)|
     // views (ncontact), valid until the next step
     const int* vert;       // contact surface vertex

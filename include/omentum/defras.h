@@ -82,13 +82,12 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     // Forces: the arms see those of the twin alone. The truth's are for judging; NAN in a world without one.
     double force_max;        // N, by the twin
     double force_world_max;  // N, in the truth
-    double
-        force_more;  // N, the most by which the truth exceeded the twin at one instant, both held
-    double force_less;  // N, the most by which it fell short
-    int nforce;         // times the twin's force rose to where the arms act: threshold less margin
-    int nforce_world;   // times the truth's force rose above the threshold
-    double time;        // s of the operation
-    double wall_time;   // s it took here
+    double force_more;       // N, largest excess of the truth over the twin at one instant
+    double force_less;       // N, the most by which it fell short
+    int nforce;        // times the twin's force rose to where the arms act: threshold less margin
+    int nforce_world;  // times the truth's force rose above the threshold
+    double time;       // s of the operation
+    double wall_time;  // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
     double plan_ms_median, plan_ms_max;

@@ -199,9 +199,9 @@ typedef struct OmFemPressure {  // on faces of om_fem_mesh_boundary
     int nface, nface_node;
     const int* face_node;  // (nface x nface_node)
     OmVec3 traction;       // dead: N per m^2 of the rest area
-    double
-        pressure;  // follower: Pa, against the outward normal of the deformed face. On a surface with a
-                   // free rim the tangent is unsymmetric: UMFPACK in place of CHOLMOD, GMRES of CG
+    // Follower pressure, Pa, against the outward normal of the deformed face. On a surface with a
+    // free rim the tangent is unsymmetric: UMFPACK takes the place of CHOLMOD, GMRES that of CG.
+    double pressure;
 } OmFemPressure;
 
 typedef struct OmFemLoad {  // zero-initialise; everything at its full value, load = 1
@@ -221,9 +221,9 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
     int nstep;                   // load steps to 1 at first, >= 1; default 1
     double min_step;             // a step that fails is halved down to this share; default 1/4096
     int max_newton;              // iterations of a load step, default 30
-    double
-        tolerance;  // |residual| over the norm of loads and reactions (or rounding); default 1e-9
-    bool is_plain;  // whole steps of Newton's method, no line search; default false
+    // Of |residual| over the norm of loads and reactions, or over rounding; default 1e-9.
+    double tolerance;
+    bool is_plain;               // whole steps of Newton's method, no line search; default false
     OmSolverDef solver;          // default OM_CHOLESKY up to 3,000 nodes, else OM_MULTIGRID to 1e-3
     const OmProgress* progress;  // "load" from 0 to 1, at every iteration; may be null
     uint32_t cookie;

@@ -41,9 +41,10 @@ typedef struct OmChainDef {  // made by om_heuristic_default_chain; copied by om
     double stretch;   // of a link, by which an end may be farther along it, 0 to 10; default 0.1
     double compress;  // the same nearer, from 0 to below 1; default 0.1
     double shear;     // the same aside, 0 to 10; default 0.1
-    double
-        relaxation;  // of the way to the mean of its neighbours that a vertex goes, 0 to 1; default 1
-    int sweeps;      // of relaxation in a step, 0 to 1000; default 10
+    // How far a vertex moves towards the mean of its neighbours in an iteration: 0 (not at all) to
+    // 1 (default).
+    double relaxation;
+    int sweeps;       // of relaxation in a step, 0 to 1000; default 10
     uint32_t cookie;  // set by om_heuristic_default_chain
 } OmChainDef;
 

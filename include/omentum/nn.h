@@ -204,8 +204,9 @@ typedef struct OmNetRunDef {
     uint32_t cookie;
     int batch;       // samples a call, > 0
     OmNetType type;  // default OM_F32
-    bool
-        is_training;  // keep what backward needs; dropout acts, batch norm uses the batch; default false
+    // Keep what the backward pass needs; dropout is active, batch norm uses the batch. Default
+    // false.
+    bool is_training;
     bool has_input_gradient;  // backward can give the gradient of the input; default false
     int nworker;  // 0 (default): one per processor. oneDNN promises the same bytes at a fixed count
     uint64_t seed;       // of dropout, default 1

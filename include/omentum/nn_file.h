@@ -81,8 +81,8 @@ typedef struct OmTensor {  // as it is in a file, or is to be written; everythin
     OmTensorType type;
     int rank;                         // 0 is a single value
     int64_t dim[OM_TENSOR_MAX_RANK];  // the last runs fastest
-    const void*
-        data;  // to write: float (OM_TENSOR_F32) or double (OM_TENSOR_F64); read: little-endian bytes
+    // Written: float (OM_TENSOR_F32) or double (OM_TENSOR_F64). Read: little-endian bytes.
+    const void* data;
 } OmTensor;
 
 /// Values of a tensor: the product of its shape.

@@ -44,8 +44,8 @@ typedef struct OmLoss {  // the sum of its terms
         double scale;  // > 0
     } term[OM_LOSS_MAX_TERM];
     const float* weight;  // of each cell, >= 0 and not all 0 (d h w), or null; borrowed
-    const float*
-        sample_weight;  // of each sample in the means over samples, >= 0, or null; borrowed
+    // Weight of each sample in means over samples, >= 0; null: all alike. Borrowed.
+    const float* sample_weight;
 } OmLoss;
 
 /// One term of scale 1.
@@ -99,8 +99,9 @@ typedef struct OmOptimDef {
     double epsilon;       // added to the root of the second moment, > 0, default 1e-8
     double weight_decay;  // of entries that are is_decayed, >= 0, default 0.01
     double clip_norm;     // gradients longer than this are shortened to it; 0 (default): never
-    double
-        average;  // [0, 1): the exponential moving average of the weights keeps this share a step; 0 (default): none
+    // Decay of the exponential moving average of the weights, per step, in [0, 1); 0 (default): no
+    // average.
+    double average;
     int nworker;  // 0 (default): one per processor; the same bytes for any
 } OmOptimDef;
 OM_API OmOptimDef om_optim_default_def(void);
@@ -145,8 +146,9 @@ typedef struct OmTrainBatch {
     int epoch;              // from 0
     int count;              // samples wanted
     const int64_t* sample;  // which ones, of 0 .. ntrain - 1 or 0 .. nvalid - 1        (count)
-    const uint64_t*
-        draw;  // for augmentation: om_rng_init(draw[i], ..) is sample i's own, in this epoch  (count)
+    // Random stream of each sample in this epoch, for augmentation: om_rng_init(draw[i], ...)
+    // (count)
+    const uint64_t* draw;
     float* in;      // to fill: count x shape of the input
     float* target;  // to fill: count x shape of the output
     float* weight;  // of the samples in the loss, 1 unless changed (count)

@@ -42,11 +42,11 @@ typedef struct OmPbdDef {    // made by om_pbd_default_def; lengths in m; copied
     double linear_stretch;     // 0 to 1: goals follow the cluster's best linear map of the same
                                // volume by that share (Mueller et al. 2005); default 0: rigid
     // elements
-    double
-        internal_friction;  // of OM_PBD_ELASTIC, s: shear stress of the strain's rate over that of
-                            // the strain, or rayleigh_stiffness of OmTissueDef where that is more;
-                            // 0: none; default -1: without rayleigh_stiffness, what is gained in a
-                            // step is damped with the time of two steps, steady motions are not
+    // Of OM_PBD_ELASTIC, s: ratio of the shear stress of the strain rate to that of the strain;
+    // rayleigh_stiffness of OmTissueDef where that is larger. 0: none. Default -1: only energy
+    // gained within a step is damped, with the time of two steps; steady motions are not damped.
+    // Used without rayleigh_stiffness.
+    double internal_friction;
     // lengths
     double edge_stiffness;    // of each edge, N/m, > 0; default 10
     double volume_stiffness;  // K of K/2 (V - V0)^2 / V0, Pa; 0: volumes are free; default 1e4

@@ -70,9 +70,9 @@ typedef struct OmSceneModel {  // how a patient model is built from a volume; se
     int label;                 // of the organ in the volume
     double max_volume;         // bytes that its voxels may take; default OM_VOLUME_MAX_SIZE
     double edge;               // mean edge of the twin's mesh, m
-    double
-        world_edge;  // of the world's; 0 (default): 0.7 edge, or less where the truth would have less
-                     // than twice the twin's vertices
+    // Edge of the world's mesh; 0 (default): 0.7 of `edge`, or less where the world would have
+    // fewer than twice the vertices of the twin.
+    double world_edge;
     double thickness;                // of the sheet of fat, m
     char side[64];                   // of the organ that it covers: "anterior", "lateral", ...
     double half_length, half_width;  // m
@@ -121,11 +121,11 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
 
 typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points; default 5
-    double
-        force_threshold;  // N, epsilon of Alg. 4; default 2.55, the sheet's; calibrated per scene
-    double
-        force_margin;  // N, how much more than the twin says the tissue may really bear; the arms act at
-                       // force_threshold less this; default 0, calibrated per scene
+    // epsilon of Alg. 4, N; calibrated for each scene. Default 2.55, the sheet's.
+    double force_threshold;
+    // N: by how much the force on the true tissue may exceed the twin's estimate. The arms act at
+    // force_threshold less this. Calibrated for each scene; default 0.
+    double force_margin;
     double max_height;    // m; default 50 mm
     double pull_step;     // m; default 10 mm
     double visibility;    // share that counts as exposed; default 0.8
@@ -133,9 +133,9 @@ typedef struct OmSceneTask {
     double grasp_radius;  // m; default 5 mm
     double time_step;     // s; default 0.02
     int max_actions;      // default 150
-    double
-        retract;  // m, how far a fold goes, away from the camera or beyond the ROI, before it must gain
-                  // visibility to go on; default 100 mm
+    // m: length of a fold, away from the camera or beyond the ROI. Beyond it a fold continues only
+    // while visibility increases. Default 100 mm.
+    double retract;
 } OmSceneTask;
 
 typedef struct OmScene {

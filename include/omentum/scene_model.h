@@ -39,8 +39,9 @@ typedef struct OmPatientMaterial {
 
 typedef struct OmPatient {  // om_patient_done frees
     char name[OM_NAME_LEN];
-    OmTetMesh
-        mesh;  // the deformable tissue; sets: attachment, and of a sheet underside, top, border
+    // The deformable tissue, with the set "attachment"; a sheet also has "underside", "top",
+    // "border".
+    OmTetMesh mesh;
     OmPatientMaterial material[OM_MAX_MATERIAL];
     int nmaterial;
     OmSurface organ;       // what the tissue rests on, closed, rigid; nvert is 0 if there is none
@@ -71,8 +72,8 @@ typedef struct OmSheetDef {
     double bridge;     // hollows of the organ narrower than twice this are bridged, m; default 0.02
     double gap;        // between organ and sheet, m; default 0
     char side[64];     // the covered side, om_model_direction's words; default "anterior"
-    double
-        half_length;  // half-extent along the organ's longest axis, m; default 0: 0.8 of the organ's
+    // Half of the extent along the organ's longest axis, m; 0 (default): 0.8 of the organ's.
+    double half_length;
     double half_width;  // half-extent across it, m; default 0: 0.8 of the organ's
     double corner;  // radius of the outline's corners, m; default 0: half the smaller half-extent
     double wrap;    // how far the sheet reaches round, m below the organ's centre; default 0
@@ -136,10 +137,10 @@ typedef struct OmModelReport {
     double volume_error;              // |mesh - mask| / mask
     double surface_error_mean,
         surface_error_max;  // distance of the mesh's boundary to the level set, m
-    double
-        surface_error_voxel;  // mean distance of the level set to the faces of the voxels, in voxels
-    double level_shift;       // of the level set that makes the volume right, m
-    double edge;              // mean edge asked of the mesher in the end, m
+    // Mean distance of the level set to the faces of the voxels, in voxels.
+    double surface_error_voxel;
+    double level_shift;  // of the level set that makes the volume right, m
+    double edge;         // mean edge asked of the mesher in the end, m
     int npart_mask, npart_kept;
     int ncapped;        // inside voxels on the border of the volume: the organ was cut there
     double seconds;     // wall clock of the whole build

@@ -85,8 +85,8 @@ typedef struct OmPatchDef {
     double w_d[2];  // range of the weight of the geodesic distance over its largest value; 0.3-0.7
     double w_n[2];  // ... of the angle between the normals over pi; 1.0-1.5
     double w_p[2];  // ... of the noise, which runs over 0-1; 0.1-0.4
-    double
-        noise_length;  // m, size of the noise's features; default 0: a quarter of the largest distance
+    // Wavelength of the noise, m; 0 (default): a quarter of the largest distance.
+    double noise_length;
 } OmPatchDef;
 
 OM_API OmPatchDef om_patch_default_def(double share, uint64_t seed);

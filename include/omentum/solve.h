@@ -89,13 +89,13 @@ typedef struct OmSolverDef {          // made by om_solver_default_def
     // CG iterations of one solve, >= 1; default 200. Where multigrid fails and block Jacobi goes on, eight of its
     // iterations count as one; the solve may then take four times as long
     int max_iterations;
-    double
-        tolerance;  // stop at |b - A x| <= tolerance |b|; 0 does max_iterations; default 1e-3, in [0, 1)
+    // Stop at |b - A x| <= tolerance |b|, in [0, 1); 0: always max_iterations. Default 1e-3.
+    double tolerance;
     int nworker;  // threads, 0 is one per processor; default 0
     int max_rhs;  // right-hand sides that will share one sweep over A, 1..8; default 1
-    double
-        row_bound;  // of OM_MULTIGRID: no eigenvalue of D^-1 A is larger, D the diagonal blocks; default
-                    // 4, right for linear tetrahedra; at most the nodes of an element
+    // Of OM_MULTIGRID: an upper bound of the eigenvalues of D^-1 A, where D is the diagonal blocks.
+    // Default 4, right for linear tetrahedra; the number of nodes of an element is always enough.
+    double row_bound;
     uint32_t cookie;  // set by om_solver_default_def
 } OmSolverDef;
 

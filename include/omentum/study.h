@@ -78,9 +78,9 @@ OM_API OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworke
 
 typedef struct OmStudyContactDef {  // made by om_study_default_contact_def
     const OmStudyBody* body;        // borrowed
-    const char*
-        out_dir;      // meshes, truth, runs and the report; what is there already is not done again
-    int nresolution;  // default the thesis's nine
+    // For meshes, truth, runs and report. Parts that exist already are not computed again.
+    const char* out_dir;
+    int nresolution;                          // default the thesis's nine
     int resolution[OM_STUDY_MAX_RESOLUTION];  // elements, ascending
     bool has_method[OM_STUDY_NMETHOD];        // default all
     int nlesion;                              // the first so many; default 0: all
@@ -124,21 +124,21 @@ OM_API OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgr
 #define OM_STUDY_NCLUSTER 3  // parameters: cluster spacing (m), radius (m), stiffness
 
 typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_def
-    const char*
-        out_dir;       // truth, runs, searches, the report; what is there already is not done again
-    int nlesion;       // of the breast phantom, 2 to 20; default 10
-    int tuned;         // the lesion fine-tuned on, from 0; default 0
-    int nacquisition;  // of each bead, 1 to 100; default 5
-    double spacing;    // of particles, m; default 0.005 (Table 3.1)
-    double speed;      // of the probe through particles, m/s; default 0.05
-    double time_step;  // s; default 0.02 (Table 3.1)
-    double settle;     // s, the probe waits at each depth; default 0.06
+    // For meshes, truth, runs and report. Parts that exist already are not computed again.
+    const char* out_dir;
+    int nlesion;                      // of the breast phantom, 2 to 20; default 10
+    int tuned;                        // the lesion fine-tuned on, from 0; default 0
+    int nacquisition;                 // of each bead, 1 to 100; default 5
+    double spacing;                   // of particles, m; default 0.005 (Table 3.1)
+    double speed;                     // of the probe through particles, m/s; default 0.05
+    double time_step;                 // s; default 0.02 (Table 3.1)
+    double settle;                    // s, the probe waits at each depth; default 0.06
     int population, max_generations;  // of the gel's global search; default 16 and 8
     int max_local;                    // evaluations of each local search; default 40
     bool has_sensitivity;             // of the fine-tuned parameters too; default true
-    const char*
-        truth_dir;  // of a contact study whose truth, meshes and runs of the breast are used where they
-                    // fit; default null: out_dir/breast
+    // Folder of a contact study whose truth, meshes and runs of the breast are used where they fit;
+    // null (default): out_dir/breast.
+    const char* truth_dir;
     int truth_ntet, gel_truth_ntet;  // elements of the quadratic truths; default 12000
     int fe_ntet;                     // elements of the finite elements compared; default 4126
     int contact_ntri;                // triangles of the contact surfaces; default 4000

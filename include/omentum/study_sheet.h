@@ -22,15 +22,16 @@ extern "C" {
 #define OM_STUDY_NCLUSTER 3  // parameters: spacing, radius, stiffness
 
 typedef struct OmStudySheetDef {  // made by om_study_default_sheet_def
-    const char*
-        out_dir;      // problem, clouds, searches, report; what is there already is not done again
-    int cells;        // of the model along a side, 10 to 60; default 20: 882 particles
-    int world_cells;  // of the finite elements along a side, 10 to 80; default 30
-    int population;   // of the global stage, 5 to 1000; default 16
-    int generations;  // of the global stage, 1 to 1000; default 10
+    // For problem, clouds, searches and report. Parts that exist already are not computed again.
+    const char* out_dir;
+    int cells;              // of the model along a side, 10 to 60; default 20: 882 particles
+    int world_cells;        // of the finite elements along a side, 10 to 80; default 30
+    int population;         // of the global stage, 5 to 1000; default 16
+    int generations;        // of the global stage, 1 to 1000; default 10
     int local_evaluations;  // of the local stage, 1 to 10000; default 180
-    double
-        rise;  // share by which the error rises to tell how well a parameter is known; default 0.1; 0: not asked
+    // Relative rise of the error that bounds the interval of a parameter; default 0.1; 0: no
+    // intervals.
+    double rise;
     bool has_all_folds;  // hold out each pinch point in turn; default false: the first one only
     uint64_t seed;       // of the search, below 2^31; default 1
     int nworker;         // default 0: one a processor

@@ -38,17 +38,17 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
     OmMaterial material_default;  // where nmaterial is 0
     double density;               // kg/m^3, > 0; default 1000
-    const double*
-        material_density;       // kg/m^3 by tet_label, instead of density; default null (nmaterial)
-    double rayleigh_mass;       // 1/s, >= 0; default 0.1
-    double rayleigh_stiffness;  // s, >= 0; default 0
-    OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
+    // kg/m^3 by tet_label, in place of `density`; null (default): `density` everywhere
+    // (nmaterial)
+    const double* material_density;
+    double rayleigh_mass;         // 1/s, >= 0; default 0.1
+    double rayleigh_stiffness;    // s, >= 0; default 0
+    OmVec3 gravity;               // m/s^2; default (0, 0, -9.81)
     double attachment_stiffness;  // N/m per attached vertex; default 0: held still
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
-    bool
-        is_averaged;  // of "fem": strains averaged around vertices, against locking; see doc/fem.md;
-                      // default false
+    // Of "fem": strains are averaged around vertices, against locking (doc/fem.md). Default false.
+    bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
     const struct OmChainDef* chain;       // of "chainmail"; null: om_heuristic_default_chain
@@ -136,8 +136,8 @@ typedef struct OmTissueReport {
     int newton;              // iterations of Newton's method; 0 where one linearisation did
     double newton_residual;  // what is left of the residual that the first linearisation saw
     int ninverted;           // elements with det F <= 1e-6 at the end; only "fem" counts them
-    double
-        energy_gain;  // J, largest rise of energy in a substep beyond the work done, or its rounding
+    // J, largest rise of energy in a substep beyond the work done and rounding.
+    double energy_gain;
     bool is_unguarded;  // a substep was accepted that crushes an element or gains energy
 } OmTissueReport;
 

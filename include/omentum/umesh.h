@@ -37,8 +37,8 @@ typedef struct OmUmeshGrid {  // om_umesh_grid_done frees
     int* node_point;  // point of a node                                   (mesh.nnode)
     unsigned char* fixed;    // nodes that are held                               (mesh.nnode)
     unsigned char* is_skin;  // nodes of the free boundary: a probe can touch them (mesh.nnode)
-    double*
-        skin_x;  // where on the organ's surface a node of the skin belongs, m     (mesh.nnode x 3)
+    // Places on the organ's surface of nodes of the skin, m   (mesh.nnode x 3)
+    double* skin_x;
     uint64_t hash;  // of all of this
 } OmUmeshGrid;
 
@@ -73,20 +73,20 @@ OM_API void om_umesh_gather(const OmUmeshGrid* grid, const float* in, float* u);
 // ---- the organ --------------------------------------------------------------------------------------
 
 typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
-    const OmPatient*
-        patient;  // of one material; borrowed until create returns; null, the default: the phantom, a half
-                  // ellipsoid of 150 x 120 x 72 mm on its flat side
+    // A patient of one material, borrowed until create returns; null (default): the phantom, a half
+    // ellipsoid of 150 x 120 x 72 mm on its flat side.
+    const OmPatient* patient;
     const OmSurface* surface;  // or a closed surface; borrowed; default null
     OmVec3 up;                 // away from what holds the organ; default 0: the patient's, else +z
     int nelem;       // active elements wanted, met within 1 % from 200 on; default 2174 (thesis)
     double spacing;  // of the grid, m; default 0: by nelem
     int dim[3];      // points of the padded grid at least; default 0: as few as there can be
     int multiple;  // dim are multiples of this, the longest of twice this; default 4, for a U-Net of 3 levels
-    double
-        min_fill;  // share of a cell that must be inside for it to be active, (0, 1); default 0.5
-    double
-        held_height;  // share of the height, from below, that is held; default 0: the patient's set
-                      // "attachment", else the lowest nodes of the phantom and a tenth of others
+    // An element is active if this part of its volume is inside the organ, in (0, 1); default 0.5.
+    double min_fill;
+    // Nodes in this lowest part of the height are held; 0 (default): the patient's set
+    // "attachment", without one the lowest nodes (phantom) or the lowest tenth (other organs).
+    double held_height;
     uint32_t cookie;
 } OmUmeshOrganDef;
 
@@ -114,13 +114,14 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     const char* out_dir;         // borrowed
     int nsample;                 // default 1000
     uint64_t seed;               // default 1
-    OmMaterial
-        material;  // default neo-Hookean; the patient's modulus and ratio, else 1800 Pa and 0.45
+    // Default: neo-Hookean with the patient's modulus and Poisson's ratio; without a patient 1800
+    // Pa and 0.45.
+    OmMaterial material;
     double max_force;    // N, default 0.8
     double max_tilt;     // rad, default 45 degrees
     double press_share;  // of samples that the probe moves instead; default 0.5
-    double
-        max_press;  // m, default 0.035; nowhere more than 0.6 of the way to the nearest held node
+    // m, default 0.035; never more than 0.6 of the distance to the nearest held node.
+    double max_press;
     double pull_share;     // of samples that are drawn outwards; default 0
     double patch_size[3];  // OmUmeshPatch.size, m; default 0.05, 0.01, 0.01
     int min_patch;         // nodes of a patch at least, else it is redrawn; default 4

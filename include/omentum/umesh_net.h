@@ -46,9 +46,9 @@ OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
 /// for validation are inside, but never to more than double.
 typedef struct OmUmeshTrust {
     double score;  // inside if at most 1
-    double
-        way;  // of a node's displacement, over the most of that place and its neighbours; huge where no
-              // sample moved any
+    // Of the displacement of a node, relative to the largest at that place and its neighbours; huge
+    // where no sample moved any of them.
+    double way;
     double stretch;  // of the departure of the displacements from their mean
     double rough;    // of the difference between neighbours, over the largest displacement
     double size;     // of the number of nodes, over the most or under the least

@@ -41,8 +41,8 @@ typedef struct OmFemBatch {
 
 typedef struct OmFemVisit {  // an element at one of its vertices
     int corner;              // 4 element + local vertex
-    unsigned short
-        slot[4];  // place of its vertices in the row: 0 the diagonal, 1 the first neighbour
+    // place of its vertices in the row: 0 the diagonal, 1 the first neighbour
+    unsigned short slot[4];
 } OmFemVisit;
 
 typedef struct OmFemEntry {  // of a sparse operator: to a vertex or a cell

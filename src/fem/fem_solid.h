@@ -152,8 +152,8 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     bool is_explicit;              // no linear systems
     bool has_follower;             // a pressure follows
     bool is_unsymmetric;           // the last step was of an unsymmetric tangent
-    bool
-        is_repaired;  // the last tangent had to be made positive definite, or had a negative determinant
+    // the last tangent was made positive definite, or its determinant was negative
+    bool is_repaired;
     double tolerance;
     double inertia;                 // factor of M in the tangent, 1/s^2; 0: statics
     bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses

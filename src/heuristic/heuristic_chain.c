@@ -44,8 +44,8 @@ typedef struct Chain {  // model->data
 typedef struct ChainWork {  // work->data
     double* u;              // displacements from rest, m                               (nvert x 3)
     double* goal;           // of vertices that something moves                         (nvert x 3)
-    double*
-        bound[2];  // of displacements along one axis: above, and below with its sign turned (nvert)
+    // upper bound of the displacement along one axis, and the negated lower bound   (nvert)
+    double* bound[2];
     unsigned char* is_moved;  // by a tool, an attachment or an obstacle                     (nvert)
     int *queue, *place;  // of Dijkstra's algorithm: vertices, and where they are in it  (nvert)
 } ChainWork;

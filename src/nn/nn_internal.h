@@ -236,8 +236,9 @@ struct OmNetRun {
     OmEngine* engine;
     int nop;
     OmOp* op;
-    int*
-        held_by;  // layer whose tensor holds a layer's output: itself unless fused or nothing to do
+    // layer whose tensor holds the output of a layer: its own, unless layers are fused or a layer
+    // does nothing
+    int* held_by;
     OmBlocks* value;    // (nlayer)
     OmBlocks* grad;     // (nlayer), training
     bool* needs_grad;   // (nlayer)

@@ -97,13 +97,13 @@ typedef struct OmPbdWork {  // of a work
     double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
     double* pull;           // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
     double* give;  // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
-    double*
-        lambda;  // multipliers of its elements                                       (ntet x nlambda)
+    // multipliers of its elements   (ntet x nlambda)
+    double* lambda;
     double* normal_sum;    // depth pushed out in the substep, m                        (nvert)
     double* friction_sum;  // slip taken back in the substep, m                         (nvert)
     double* gap_goal;      // gap to be kept in the substep, m              (max_obstacle x nvert)
-    double*
-        plane;  // n, c: the obstacle as the prediction saw it, gap n p + c   (max_obstacle x nvert x 4)
+    // n, c: the obstacle at the predicted position, gap n p + c   (max_obstacle x nvert x 4)
+    double* plane;
     unsigned char* is_near;  // worth asking in the substep                   (max_obstacle x nvert)
     double* push;            // by each obstacle, N                       (max_obstacle x nvert x 3)
     OmPbdPairs pairs;

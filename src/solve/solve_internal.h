@@ -24,8 +24,8 @@ typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
     int rank, size;
     int begin, end;
-    bool
-        is_backward;  // direction of the next sweep over the matrix: each starts where the last ended
+    // direction of the next sweep over the matrix; a sweep starts where the last one ended
+    bool is_backward;
 } OmRank;
 
 typedef struct OmChunks {  // rows cut into pieces of about equal work
@@ -50,8 +50,8 @@ struct OmSolver {
     double* xd;       // the iterate                                           (nvert x 3 x lanes)
     double* rd;       // its residual                                          (nvert x 3 x lanes)
     double* partial;  // sums of the chunks, one column a quantity and lane  (3 lanes + 2) x num
-    float*
-        vector;  // what follows, in one piece, which is also used as doubles (see solve_double.c)
+    // one block for the vectors below, also used as doubles (solve_double.c)
+    float* vector;
     float *r, *u, *w, *p, *s, *x;  // CG vectors                                    (nvert x width)
     OmCholesky* cholesky;
     OmLu* lu;

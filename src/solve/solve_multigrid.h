@@ -36,8 +36,8 @@ typedef struct OmGalerkin {
     uint16_t* slot;  // column of A P for each block of A and entry of P, in order
     int* pos_adr;    // positions of each fine row                            (nfine + 1)
     uint16_t* pos;   // for each entry of P and column of A P: block within the coarse row
-    float*
-        scratch;  // one row of A P for each worker                        (nworker x max_ap x 12)
+    // one row of A P for each worker   (nworker x max_ap x 12)
+    float* scratch;
 } OmGalerkin;
 
 struct OmDense {  // inverse of the Cholesky factor, by rows

@@ -211,8 +211,8 @@ typedef enum StudyBy {  // what says where a lesion goes
 
 typedef struct StudyFit {  // particles held against the truth of one body
     const OmStudyCalibrationDef* def;
-    char
-        dir[1024];  // of its searches, and of truth and runs unless those of another study are used
+    // of its searches, and of truth and runs unless those of another study are used
+    char dir[1024];
     OmStudyBody* body;
     OmStudyContactDef contact;
     Study study;

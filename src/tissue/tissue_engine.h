@@ -194,8 +194,8 @@ typedef struct OmNewton {
     bool predicts;       // begin with the corotational law
     OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
     void* ctx;           //
-    bool
-        is_at_floor;  // out: the residual stays where rounding leaves it; shorter steps do not help
+    // out: the residual is at the level of rounding; shorter steps do not help
+    bool is_at_floor;
 } OmNewton;
 
 /// From the step begun and, unless at rest, solved: w->dv to Newton's solution.
