@@ -10,8 +10,9 @@
 #define NPRESS 50
 #define NHOLD 50
 #define NSTEP (NPRESS + NHOLD)
-#define NX \
-    20  // cells of the contact surface, the top of the block: 40 of its points touch in the end, on any mesh
+// Cells of the contact surface, the top of the block: 40 of its points touch at the end, on any
+// mesh.
+#define NX 20
 #define NY 19
 
 static const struct {

@@ -236,7 +236,7 @@ typedef void (*OmLogSink)(void* ctx, OmLogLevel level, const char* line);
 OM_API void om_log_set_sink(OmLogSink sink, void* ctx);
 OM_API void om_log(OmLogLevel level, const char* format, ...) OM_PRINTF(2, 3);
 
-/// How long work tells how far it is and learns that it should stop. May be null wherever it is taken.
+/// Progress callback of long work; return false to cancel. Null is allowed wherever a function takes one.
 typedef struct OmProgress {
     bool (*report)(void* ctx, const char* stage, double done, double total);  // false: cancel
     void* ctx;

@@ -1,9 +1,9 @@
-/// omentum/contact.h: one-sided contact of tissue with what stays still (floor 3).
+/// omentum/contact.h: one-sided contact of tissue with rigid, fixed obstacles (floor 3).
 ///
 /// Vertices of the tissue's surface may not enter planes (a board) or organs (signed distance fields).
-/// Each step is solved with an implicit penalty on the vertices that touch, along the normal, of a
-/// stiffness far above the tissue's own, and repeated until every touching vertex is pushed and none that
-/// is free penetrates: forces only push, nothing sticks on release. Works through om_tissue_* alone.
+/// A step is solved with an implicit penalty along the normal of each contact vertex, much stiffer than the
+/// tissue, and solved again until each contact vertex is pushed and no free vertex penetrates (active set).
+/// Forces only push; tissue does not stick on release. Only om_tissue_* functions are used.
 ///
 ///     OmContactDef def = om_contact_default_def();
 ///     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
@@ -42,11 +42,11 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     const OmContactField* field;  // other obstacles                          (nfield)
     double offset;                // m, distance kept from every obstacle, >= 0; default 0
     double stiffness;             // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
-    double recover_speed;  // m/s, how fast tissue that began inside is pushed out; default 0.1
-    // Coulomb's coefficient, regularised below 1 mm/s, at most 10. Negative, the default: the engine's own, which
-    // is OmPbdDef.friction for engine "pbd", and none for the others.
+    double recover_speed;  // m/s, at which tissue that starts inside is pushed out; default 0.1
+    // Coulomb's coefficient, at most 10, regularised below 1 mm/s. Negative (default): OmPbdDef.friction for engine
+    // "pbd", no friction for the other engines.
     double friction;
-    int max_iterations;  // solves of a step at most, >= 1; default 12
+    int max_iterations;  // largest number of solves in a step, >= 1; default 12
     uint32_t cookie;     // set by om_contact_default_def
 } OmContactDef;
 
@@ -60,7 +60,7 @@ typedef struct OmContactReport {
                       // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
 
-/// Obstacles and scratch for one model; not to be used by two threads at once.
+/// Obstacles and scratch memory for one model, for one thread at a time.
 typedef struct OmContact OmContact;
 
 OM_API OmContactDef om_contact_default_def(void);
@@ -68,21 +68,21 @@ OM_API OmContactDef om_contact_default_def(void);
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);
-/// As om_tissue_step, with contact. Remembers nothing between steps: the state holds all.
-/// Contact forces are in om_tissue_contact_force and in om_tissue_get_forces: those of the last solve.
+/// As om_tissue_step, with contact. All that changes is in the state; nothing is kept between steps.
+/// om_tissue_contact_force and om_tissue_get_forces give the contact forces of the last solve.
 /// @return as om_tissue_step; OM_NOT_CONVERGED also where contact has not settled (the state advanced)
 OM_API OmStatus om_contact_step(OmContact* contact, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);
-/// Step until contact has settled and no vertex is faster than `speed` m/s, three steps in a row: tissue that turns
-/// back is slow in one. For at most `seconds`.
+/// Step until contact has settled and no vertex is faster than `speed` m/s in three steps in a row (at a turning point
+/// of a vibration one step is slow, too), for at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (still moving); errors of om_contact_step
 OM_API OmStatus om_contact_settle(OmContact* contact, const OmTissueModel* model,
                                   OmTissueState* state, OmTissueWork* work, double h, double speed,
                                   double seconds);
-/// Its obstacles for om_tissue_step_among, to be joined by others such as om_probe_obstacle; views, valid until
-/// destroy. om_contact_step does this by itself for engines that keep out of obstacles.
-/// @return how many
+/// The obstacles, for om_tissue_step_among; add others, for example of om_probe_obstacle. A view, valid until destroy.
+/// om_contact_step does this itself for engines that handle obstacles themselves.
+/// @return number of obstacles
 OM_API int om_contact_get_obstacles(const OmContact* contact, const OmTissueObstacle** obstacle);
 /// Distance of a point to the nearest obstacle, m; positive when free. Infinite without obstacles.
 OM_API double om_contact_eval_distance(const OmContact* contact, OmVec3 p);

@@ -1,9 +1,9 @@
 /// omentum/contact_tool.h: rigid moving probes that press on tissue (room `contact`, floor 3).
 ///
-/// A probe is a closed rigid shape; a press carries it along a path, one pose a step, and keeps the tissue
-/// out of it by one of the thesis's three methods: penalty (3.7), Lagrange multipliers (3.8)-(3.12) or
-/// prescribed displacement (3.4.3). Contacts are vertices of a contact surface, a triangle mesh of its own
-/// (1,004 triangles whatever the volume mesh, 3.4.4) that the elements carry.
+/// A probe is a closed rigid shape. A press moves it along a path, one pose in each step, and keeps the tissue
+/// outside by one of the thesis's three methods: penalty (3.7), Lagrange multipliers (3.8)-(3.12) or
+/// prescribed displacement (3.4.3). Contact points are the vertices of a contact surface: a triangle mesh that
+/// is embedded in the elements, by default of 1,004 triangles for any volume mesh (3.4.4).
 ///
 ///     OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);         // 50 x 10 mm, presses along its -z
 ///     om_probe_create(&shape, &probe);
@@ -25,9 +25,9 @@ extern "C" {
 // ---- probes ----------------------------------------------------------------------------------------
 
 typedef enum OmProbeShape {
-    OM_PROBE_BOX,      // its pressing face has its centre at the origin, its body lies at z >= 0
+    OM_PROBE_BOX,      // the origin is the centre of the pressing face, the body is at z >= 0
     OM_PROBE_SPHERE,   // its centre is the origin
-    OM_PROBE_CAPSULE,  // all within radius of the segment from the origin to (0, 0, length)
+    OM_PROBE_CAPSULE,  // points within `radius` of the segment from the origin to (0, 0, length)
     OM_PROBE_MESH      // a closed surface in the probe's own frame
 } OmProbeShape;
 
@@ -56,8 +56,8 @@ OM_API OmStatus om_probe_get_surface(const OmProbe* probe, OmSurface* surface);
 /// The box around it, in its frame.
 OM_API void om_probe_get_bounds(const OmProbe* probe, OmVec3* lo, OmVec3* hi);
 
-/// The probe on its way through a step, for om_tissue_step_among: engine "pbd" has no press.
-/// @param friction  Coulomb's; negative: the engine's own
+/// The probe as an obstacle that moves during a step, for om_tissue_step_among. Engine "pbd" is pressed in this way.
+/// @param friction  Coulomb's coefficient; negative: the default of the engine
 OM_API OmTissueObstacle om_probe_obstacle(const OmProbe* probe, OmPose begin, OmPose end,
                                           double friction);
 
@@ -72,9 +72,9 @@ OM_API OmStatus om_contact_surface_make(const OmTetMesh* mesh, int ntri, OmSurfa
 // ---- pressing -------------------------------------------------------------------------------------
 
 typedef enum OmPressMethod {
-    OM_PRESS_PENALTY,  // stiff one-sided springs, implicit, the touching set iterated in the step
-    OM_PRESS_MULTIPLIERS,  // Signorini's law met exactly: free motion, detection, correction
-    OM_PRESS_PRESCRIBED    // the area under the probe at first touch moves as the probe does
+    OM_PRESS_PENALTY,      // stiff one-sided springs, implicit; the active set is iterated
+    OM_PRESS_MULTIPLIERS,  // Signorini's law exactly: free motion, detection, correction
+    OM_PRESS_PRESCRIBED    // the area under the probe at first contact moves with the probe
 } OmPressMethod;
 
 typedef struct OmPressDef {  // made by om_press_default_def
@@ -82,18 +82,20 @@ typedef struct OmPressDef {  // made by om_press_default_def
     OmPressMethod method;    // default OM_PRESS_PENALTY
     // The contact surface in the rest shape, copied; null: made from the boundary of the mesh.
     const OmSurface* surface;
-    int ntri;          // triangles of one that is made; default 1004; 0: the boundary as it is
-    double stiffness;  // N/m a contact, penalty and prescribed; default 0: 100 times what resists
-                       // moving the point alone, so that tissue sinks in by hundredths of a mm
-    double friction;   // Coulomb's coefficient, 0 to 10, not for prescribed; default 0
-    double tolerance;  // multipliers: largest |min(lambda / lambda_max, gap / edge)|; default 1e-4;
-                       // 1e-8 is the test mode and needs a linear solver as exact (1e-10)
-    int max_iterations;  // solves of a (sub)step at most, >= 1; default 40
-    int reuse;  // multipliers: 0: an augmented Lagrangian (with friction as 1); 1: a Delassus matrix each step;
-        // more: steps that share one, the thesis's variant is 5 (then a step depends on those
-        // before it); default 0
-    OmVec3 direction;  // prescribed: where the probe presses to, in its frame; default (0, 0, -1)
-    double reach;      // prescribed: how far before the probe its area lies, m; default 0.01
+    int ntri;  // triangles of one that is made; default 1004; 0: the boundary as it is
+    // Penalty and prescribed: N/m for each contact point. 0 (default): 100 times the stiffness against moving the
+    // point alone, which lets the tissue penetrate by some hundredths of a millimetre.
+    double stiffness;
+    double friction;  // Coulomb's coefficient, 0 to 10, not for prescribed; default 0
+    // Multipliers: largest |min(lambda / lambda_max, gap / edge)|; default 1e-4. 1e-8 is for tests, and needs a linear
+    // solver of tolerance 1e-10.
+    double tolerance;
+    int max_iterations;  // largest number of solves in a substep, >= 1; default 40
+    // Multipliers. 0 (default): an augmented Lagrangian; with friction the same as 1. 1: a Delassus matrix in each
+    // step. n > 1: n steps share one matrix (thesis: 5); then a step depends on the steps before it.
+    int reuse;
+    OmVec3 direction;  // prescribed: direction of pressing in the probe's frame; default (0, 0, -1)
+    double reach;      // prescribed: depth of the area before the probe, m; default 0.01
     uint32_t cookie;   // set by om_press_default_def
 } OmPressDef;
 
@@ -118,31 +120,31 @@ typedef struct OmPressReport {
     const double* gap;     // m, negative inside                          (ncontact)
 } OmPressReport;
 
-/// A probe, a contact surface and scratch for one model; not to be used by two threads at once.
+/// A probe, a contact surface and scratch memory for one model, for one thread at a time.
 typedef struct OmPress OmPress;
 
 OM_API OmPressDef om_press_default_def(const OmProbe* probe);
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPress** press);
 OM_API void om_press_destroy(OmPress* press);
-/// Put the probe down at a pose, without a path that leads there. With OM_PRESS_PRESCRIBED this takes the
-/// contact area: the points that face the probe within `reach` before it.
+/// Set the pose of the probe, without a path. With OM_PRESS_PRESCRIBED this selects the contact area: the points that
+/// face the probe within `reach`.
 /// @return OM_OK; OM_INVALID (pose; prescribed: no point under the probe: the message has the distance)
 OM_API OmStatus om_press_place(OmPress* press, const OmTissueModel* model,
                                const OmTissueState* state, OmPose pose_world_probe);
-/// As om_tissue_step while the probe moves from where it is to `pose_end`; substeps go along the path. The
-/// first step without a place puts the probe at pose_end. Forces are also in om_tissue_contact_force.
-/// @return OM_OK; OM_NOT_CONVERGED (advanced; is_settled or tissue.residual say how good);
+/// As om_tissue_step while the probe moves from its pose to `pose_end`; substeps follow the path. Without
+/// om_press_place the first step sets the probe to pose_end. om_tissue_contact_force has the forces, too.
+/// @return OM_OK; OM_NOT_CONVERGED (advanced; is_settled and tissue.residual give the quality);
 ///         OM_INVALID (state and probe unchanged); OM_NO_MEMORY (only the first step allocates)
 OM_API OmStatus om_press_step(OmPress* press, const OmTissueModel* model, OmTissueState* state,
                               OmTissueWork* work, OmPose pose_end, double h, OmPressReport* report);
 /// Where the probe is.
 OM_API OmPose om_press_pose(const OmPress* press);
-/// The contact surface in the rest shape, and what carries its vertices.
+/// The contact surface in the rest shape, and the embedding of its vertices in the elements.
 OM_API const OmSurface* om_press_surface(const OmPress* press);
 OM_API const OmEmbedding* om_press_embedding(const OmPress* press);
-/// Distance of the probe at `pose` to the nearest point of the contact surface as the state has it, m,
-/// negative inside: how far a probe may come before it touches.
+/// Distance of the probe at a pose to the nearest point of the deformed contact surface, m, negative inside: how far
+/// the probe may still move before contact.
 OM_API double om_press_eval_gap(const OmPress* press, const OmTissueState* state,
                                 OmPose pose_world_probe);
 

@@ -1,8 +1,8 @@
 /// omentum/fem.h: solids of any element and law, in double precision (floor 2).
 ///
 /// Energy, force and tangent of a hyperelastic body; static equilibrium by Newton's method with load
-/// steps; implicit and explicit dynamics. It is written to be right and readable: the engine "fem" of
-/// tissue.h is the fast one for linear tetrahedra, and the two are tested against each other.
+/// steps; implicit and explicit dynamics. This room is written for precision and for reading; the engine "fem" of
+/// tissue.h is the fast one, for linear tetrahedra. Tests compare the two.
 ///
 ///     om_fem_mesh_from_tet(&tet, OM_TET10, &mesh);
 ///     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
@@ -68,9 +68,9 @@ OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFem
 /// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],
                                 OmFemMesh* mesh);
-/// Cubes of side `spacing` that touch the inside of the field, sampled at its own spacing: the grid
-/// that U-Mesh wants (thesis 4). The grid starts at the lowest corner of what is inside, less half a cell
-/// on average. Elements are ordered by cell. `grid` may be null.
+/// Cubes of side `spacing` that overlap the inside of the field, which is sampled at its own spacing: the grid of
+/// U-Mesh (thesis 3.6). The grid starts at the lowest corner of the inside, less half a cell on average. Elements are
+/// ordered by cell. `grid` may be null.
 /// @return OM_OK; OM_INVALID (no cell is inside, or too many cells); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* mesh,
                                  OmFemGrid* grid);
@@ -83,8 +83,8 @@ OM_API OmStatus om_fem_mesh_join(const OmFemMesh* a, const OmFemMesh* b, OmFemMe
 /// Check indices, finite positions, positive volume at every quadrature point.
 /// @return OM_OK; OM_INVALID (the message names the element)
 OM_API OmStatus om_fem_mesh_validate(const OmFemMesh* mesh);
-/// Where points lie: the element (that holds the point, else the nearest) and the weights of its nodes. In
-/// curved or skewed elements by Newton's method.
+/// Locate points: the element that contains each point, or the nearest element, and the weights of its nodes. Newton's
+/// method in curved or skewed elements.
 /// @param p       (n x 3), m
 /// @param elem    (n)
 /// @param weight  (n x nelem_node)
@@ -100,15 +100,16 @@ typedef enum OmLocking {  // remedies against locking of linear tetrahedra, nu >
     OM_SMOOTHED  // the same, and the rest of W of the mean F around each edge (Liu and Nguyen 2010)
 } OmLocking;
 
-/// Two sets of faces that press on each other without friction: pressure is `stiffness` times depth. Points of
-/// both sides are looked at, and neither side is preferred; an energy, so the forces of both sides balance. The
-/// tangent couples each node of one side with each of the other: sets of up to about a thousand nodes. A set
-/// should go on beyond where the other touches it: what lies beside it does not touch.
+/// Frictionless contact between two sets of faces: the pressure is `stiffness` times the depth. Points of both sides
+/// are checked, and both sides are treated alike. Contact has an energy, so the forces of both sides balance. The
+/// tangent couples each node of one side with each node of the other, so a set has up to about a thousand nodes. A
+/// set should be larger than the area of contact: faces outside of it are not checked.
 typedef struct OmFemContact {
     int nface[2];
     const int* face_node[2];  // rows of om_fem_mesh_boundary; the sides share no node
-    double stiffness;  // Pa/m; 0, the default: 100 times that of the softer layer, Young by height
-    double reach;      // deeper points do not touch, m; 0, the default: an edge of a face
+    double
+        stiffness;  // Pa/m; 0 (default): 100 times Young's modulus over height of the softer body
+    double reach;   // m, largest depth of a contact point; 0 (default): the edge of a face
 } OmFemContact;
 
 typedef struct OmFemDef {         // made by om_fem_default_def; create copies everything
@@ -140,12 +141,11 @@ OM_API const double* om_fem_mass(const OmFemSolid* solid);  // lumped, kg (nnode
 /// The pattern of the tangent, with double values (OmBsr.exact).
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_create_matrix(const OmFemSolid* solid, OmBsr* A);
-/// Energy stored in elements and contacts at node positions x (nnode x 3), J. Evaluations fail only for lack of
-/// memory.
+/// Energy of elements and contacts at node positions x (nnode x 3), J.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, double* energy);
-/// f = dW/dx, N (nnode x 3): what nodes must be held with. Any finite x gives finite forces. The energy may
-/// be null.
+/// f = dW/dx, N (nnode x 3): the forces that hold the nodes at x. Any finite x gives finite forces. `energy` may be
+/// null.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_force(const OmFemSolid* solid, const double* x, double* f,
                                   double* energy);
@@ -158,7 +158,7 @@ OM_API void om_fem_add_mass(const OmFemSolid* solid, double scale, bool is_consi
 OM_API void om_fem_apply_mass(const OmFemSolid* solid, bool is_consistent, const double* x,
                               double* y);
 /// Volume of each element over its rest volume (nelem; may be null).
-/// @return the least det F at a quadrature point; not above 0: inverted
+/// @return the smallest det F at a quadrature point; an element is inverted if it is not above 0
 OM_API double om_fem_eval_volume(const OmFemSolid* solid, const double* x, double* ratio);
 /// Cauchy stress, Pa, and deformation gradient inside an element; either may be null.
 /// @param weight  of its nodes at the point, as from om_fem_mesh_embed; null: mean over quadrature points
@@ -166,9 +166,9 @@ OM_API double om_fem_eval_volume(const OmFemSolid* solid, const double* x, doubl
 OM_API OmStatus om_fem_eval_stress(const OmFemSolid* solid, const double* x, int elem,
                                    const double* weight, OmMat3* stress, OmMat3* F);
 
-typedef struct OmFemTouch {  // what side 0 of a contact feels; side 1 feels the opposite
+typedef struct OmFemTouch {  // on side 0 of a contact; forces on side 1 are opposite
     OmVec3 force, torque;    // N; N m about the origin
-    double area;             // rest area that touches, mean of both sides, m^2
+    double area;             // rest area in contact, mean of both sides, m^2
     double depth;            // of the deepest point, m
     double energy;           // J
 } OmFemTouch;
@@ -181,14 +181,13 @@ OM_API OmStatus om_fem_eval_contact(const OmFemSolid* solid, const double* x, in
 
 // ---- loads ------------------------------------------------------------------------------------------
 
-/// An energy E of its own beside the body's, such as contact with a tool that is pressed further as `load`
-/// grows. `eval` adds E to *energy, its gradient dE/dx to f (nnode x 3), its second derivative to A by
-/// om_bsr_add on blocks of the pattern (nodes of one element, symmetric: both (i, j) and (j, i)); each is null
-/// where not wanted. A second derivative that is not positive semidefinite is made so where Newton's method
-/// needs it, node by node; springs much stiffer than the elements around cost iterations. `finish` is called
-/// at equilibrium: the place to change what must stay the same during Newton's method (multipliers,
-/// friction); OM_NOT_CONVERGED from it asks for another solve at the same load.
-/// An error from either ends the solve with that error.
+/// An additional energy E of the caller, for example contact with a tool whose depth grows with `load`. `eval` adds E
+/// to *energy, its gradient dE/dx to f (nnode x 3), and its second derivative to A by om_bsr_add on blocks of the
+/// pattern (nodes of one element, symmetric: both (i, j) and (j, i)). Each pointer is null if that part is not
+/// needed. If the second derivative is not positive semidefinite, it is projected node by node where Newton's method
+/// needs it. Springs much stiffer than the elements need more iterations. `finish` is called at equilibrium and may
+/// change quantities that are constant during Newton's method (multipliers, friction); it returns OM_NOT_CONVERGED to
+/// solve again at the same load. An error of either function ends the solve with that error.
 typedef struct OmFemExtra {
     OmStatus (*eval)(void* ctx, const double* x, double load, double* energy, double* f, OmBsr* A);
     OmStatus (*finish)(void* ctx, const double* x, double load);  // may be null
@@ -204,7 +203,7 @@ typedef struct OmFemPressure {  // on faces of om_fem_mesh_boundary
     double pressure;
 } OmFemPressure;
 
-typedef struct OmFemLoad {  // zero-initialise; everything at its full value, load = 1
+typedef struct OmFemLoad {  // zero-initialise; values are those at load = 1
     OmVec3 body;            // force per mass, m/s^2: gravity
     const double* force;    // dead, N (nnode x 3), or null
     int npressure;
@@ -217,9 +216,9 @@ typedef struct OmFemLoad {  // zero-initialise; everything at its full value, lo
 // ---- statics ----------------------------------------------------------------------------------------
 
 typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
-    double load_begin;           // loads act with load_begin of their value at the start; default 0
-    int nstep;                   // load steps to 1 at first, >= 1; default 1
-    double min_step;             // a step that fails is halved down to this share; default 1/4096
+    double load_begin;           // load factor at the start; default 0
+    int nstep;                   // initial number of load steps, >= 1; default 1
+    double min_step;             // a step that fails is halved, down to this; default 1/4096
     int max_newton;              // iterations of a load step, default 30
     // Of |residual| over the norm of loads and reactions, or over rounding; default 1e-9.
     double tolerance;
@@ -230,26 +229,26 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
 } OmFemStaticDef;
 
 typedef struct OmFemReport {
-    double load;         // share reached: 1, or less if not converged
+    double load;         // load factor reached: 1, or less if not converged
     double residual;     // |forces at free degrees of freedom| over the norm of loads and reactions
     double force_scale;  // that norm, N
     int nstep, ncut;     // load steps made, and steps that failed and were halved
     int nnewton;         // Newton iterations in all
     int ncg;             // CG iterations in all
-    double min_volume;   // least det F
-    // The last tangent was not positive definite: the body may depart, as a straight column under more than its
-    // buckling load. Not known, and false, where GMRES solves.
+    double min_volume;   // smallest det F
+    // The last tangent was not positive definite: the equilibrium may be unstable, as a straight column above its
+    // buckling load. False where GMRES solves, because it is not known there.
     bool is_unstable;
     double history[32];  // residuals, N, of the last load step: at its start, after each iteration
     int nhistory;
-    char reason[160];  // why it stopped short; "" if it did not
+    char reason[160];  // why load 1 was not reached; "" if it was
 } OmFemReport;
 
 OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
-/// Equilibrium under a load that grows from load_begin to 1; prescribed degrees of freedom move from where
-/// they are in x to rest + goal. Newton's method, with whole steps first (unless there is `extra`) and a line
-/// search if they fail; a tangent that is not positive definite is projected; a load step that fails, or ends
-/// with an inverted element, is halved.
+/// Equilibrium under a load that grows from load_begin to 1. Prescribed degrees of freedom move from their value in x
+/// to rest + goal. Newton's method takes full steps first (unless there is `extra`), and uses a line search if they
+/// fail. A tangent that is not positive definite is projected. A load step that fails, or ends with an inverted
+/// element, is halved.
 /// @param x         in: equilibrium at load_begin (at 0: the rest positions); out: at report->load
 /// @param reaction  force on prescribed degrees of freedom, N (nnode x 3), 0 elsewhere; may be null
 /// @param report    may be null
@@ -259,8 +258,8 @@ OM_API OmStatus om_fem_solve_static(const OmFemSolid* solid, const OmFemLoad* lo
                                     const OmFemStaticDef* def, double* x, double* reaction,
                                     OmFemReport* report);
 
-/// The same for many loads on one body: matrix, solver and work are made once. Not to be used by two threads at
-/// once; the solid is borrowed.
+/// The same for many loads on one body: matrix, solver and scratch memory are made once. For one thread at a time; the
+/// solid is borrowed.
 typedef struct OmFemStatics OmFemStatics;
 
 /// Prepare static problems of one solid: matrix, solver, scratch.
@@ -285,10 +284,10 @@ typedef struct OmFemDynamicDef {  // made by om_fem_default_dynamic_def
     OmIntegrator integrator;      // default OM_IMPLICIT_EULER
     bool is_consistent_mass;      // default false: lumped; OM_CENTRAL_DIFFERENCE needs lumped
     double mass_damping;          // Rayleigh's: force -mass_damping M v, 1/s, >= 0; default 0
-    double min_step;              // a step that fails is halved down to this share; default 1/64
-    int max_newton;               // default 30
-    double tolerance;             // as in statics, inertia among the loads; default 1e-9
-    OmSolverDef solver;           // as in statics
+    double min_step;     // a step that fails is halved, down to this part of h; default 1/64
+    int max_newton;      // default 30
+    double tolerance;    // as in statics, inertia among the loads; default 1e-9
+    OmSolverDef solver;  // as in statics
     uint32_t cookie;
 } OmFemDynamicDef;
 
@@ -298,7 +297,7 @@ typedef struct OmFemMotion {  // caller's arrays
     double time;              // s
 } OmFemMotion;
 
-/// Work and matrices of a motion; not to be used by two threads at once.
+/// Scratch memory and matrices of a motion, for one thread at a time.
 typedef struct OmFemDynamics OmFemDynamics;
 
 OM_API OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid);
@@ -307,14 +306,13 @@ OM_API OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid);
 OM_API OmStatus om_fem_create_dynamics(const OmFemSolid* solid, const OmFemDynamicDef* def,
                                        OmFemDynamics** dynamics);
 OM_API void om_fem_destroy_dynamics(OmFemDynamics* dynamics);
-/// Advance by h under full loads; prescribed degrees of freedom go to rest + goal. An implicit step that
-/// fails is cut (report->ncut). An explicit one is OM_INVALID beyond its range of stability as soon as a
-/// value is not finite; motion unchanged.
-/// @return OM_OK, OM_NOT_CONVERGED (as far as motion->time), OM_INVALID, OM_NO_MEMORY
+/// Advance by h under full loads; prescribed degrees of freedom go to rest + goal. An implicit step that fails is cut
+/// (report->ncut). An explicit step that is too long for stability returns OM_INVALID when a value is not finite.
+/// @return OM_OK; OM_NOT_CONVERGED (advanced to motion->time only); OM_INVALID (motion unchanged); OM_NO_MEMORY
 OM_API OmStatus om_fem_step(OmFemDynamics* dynamics, const OmFemLoad* load, double h,
                             OmFemMotion* motion, OmFemReport* report);
-/// Longest stable step of OM_CENTRAL_DIFFERENCE at positions x: 2 / omega, omega the largest frequency of the
-/// tangent against the lumped mass (Lanczos), less 2 %. It falls where elements are squeezed.
+/// Longest stable step of OM_CENTRAL_DIFFERENCE at positions x: 2 / omega less 2 %, where omega is the highest
+/// frequency of tangent and lumped mass (Lanczos). Compressed elements make it shorter.
 /// @param fixed  (nnode x 3) or null
 /// @return OM_OK; OM_INVALID (every node is prescribed, or the solid has no stiffness); OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_stable_step(const OmFemSolid* solid, const double* x,

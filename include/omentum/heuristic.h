@@ -3,12 +3,12 @@
 ///
 /// Engine "springs" of tissue.h puts a spring on every edge of the tetrahedra, k = sum E V / l^2 over the
 /// elements at the edge (Van Gelder 1998), and takes the implicit Euler steps, contact and statics of every
-/// engine with a system matrix. Forces are newtons; Poisson's ratio is 1/4 whatever the material says, and
-/// nothing keeps an element from turning inside out.
+/// engine with a system matrix. Forces are in newtons. Poisson's ratio is 1/4 for any material, and elements may
+/// invert.
 ///
-/// Engine "chainmail" moves vertices no farther than the links between them, the edges, ask for: each end may be
-/// nearer to the other than at rest, farther from it or beside it by fractions of the link. Then links are
-/// relaxed. It has no mass, weight or force, knows no rotation, and ends a step in a fixed number of operations.
+/// Engine "chainmail" moves a vertex only if a link (an edge of the mesh) violates its limits: the largest elongation,
+/// shortening and sideways displacement, as fractions of the rest length. Then all links are relaxed. It has no mass,
+/// weight or force and no rotation; a step is a fixed number of operations.
 ///
 ///     OmTissueDef def = om_tissue_default_def(&mesh);
 ///     def.engine = "springs";
@@ -31,16 +31,16 @@ typedef struct OmSpring {  // from the vertex in whose list it is
     double length;         // at rest, m
 } OmSpring;
 
-/// The springs of each vertex, every one listed at both of its ends: those of vertex i are spring[adr[i]] to
-/// spring[adr[i + 1] - 1], their other ends ascending. Views, valid as long as the model.
-/// @return entries of the list, twice the springs; 0 if the model is another engine's
+/// The springs of each vertex; a spring is listed at both of its ends. Vertex i has spring[adr[i]] to
+/// spring[adr[i + 1] - 1], in ascending order of their other ends. Views, valid until the model is destroyed.
+/// @return number of entries, twice the number of springs; 0 for a model of another engine
 OM_API int om_heuristic_springs(const OmTissueModel* model, const int** adr,
                                 const OmSpring** spring);
 
 typedef struct OmChainDef {  // made by om_heuristic_default_chain; copied by om_tissue_create
-    double stretch;   // of a link, by which an end may be farther along it, 0 to 10; default 0.1
-    double compress;  // the same nearer, from 0 to below 1; default 0.1
-    double shear;     // the same aside, 0 to 10; default 0.1
+    double stretch;   // largest elongation of a link over its rest length, 0 to 10; default 0.1
+    double compress;  // largest shortening over its rest length, from 0 to below 1; default 0.1
+    double shear;     // largest sideways displacement over its rest length, 0 to 10; default 0.1
     // How far a vertex moves towards the mean of its neighbours in an iteration: 0 (not at all) to
     // 1 (default).
     double relaxation;
@@ -48,12 +48,12 @@ typedef struct OmChainDef {  // made by om_heuristic_default_chain; copied by om
     uint32_t cookie;  // set by om_heuristic_default_chain
 } OmChainDef;
 
-/// Axes are those of space, so a link that is neither along nor across has a share of each limit: what a uniform
-/// stretch and shear within the limits would do to it.
+/// The limits hold along the axes of space. An oblique link gets a combination of them: the largest displacement that a
+/// uniform stretch and shear within the limits would give it.
 OM_API OmChainDef om_heuristic_default_chain(void);
-/// By how much the link that is worst is beyond its limits at positions x (nvert x 3), along one axis, m; 0: all
-/// links are kept, as after any step in which holds do not ask for more than the links between them have, or the
-/// model is another engine's.
+/// Largest violation of a link's limits along one axis at positions x (nvert x 3), m. 0 if no link violates its limits,
+/// or for models of other engines. After a step it is 0 unless tools and attachments are farther apart than the links
+/// between them allow.
 OM_API double om_heuristic_eval_excess(const OmTissueModel* model, const double* x);
 
 #ifdef __cplusplus

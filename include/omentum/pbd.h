@@ -1,10 +1,9 @@
 /// omentum/pbd.h: position based dynamics, the tissue model made for speed (floor 2; thesis 2.4.2, 3.5).
 ///
-/// Particles are predicted by symplectic Euler and then moved to where constraints want them: rigid shapes
-/// of overlapping clusters, (3.13)-(3.14), or the elastic energy of tetrahedra with its physical constants
-/// (XPBD). It cannot become unstable. It is the engine "pbd" of tissue.h: create, grasp, attach, step,
-/// snapshot, hash and contact are those of every tissue. Shape matching has no interaction forces: what
-/// om_tissue_get_forces says of it is the balance of momentum, in which a stretch has no modulus.
+/// Symplectic Euler predicts the particles; then constraints project them: rigid shapes of overlapping clusters,
+/// (3.13)-(3.14), or the elastic energy of tetrahedra with its physical constants (XPBD). The method cannot
+/// become unstable. It is the engine "pbd" of tissue.h, with the functions of every tissue. Shape matching has no
+/// interaction forces: for it om_tissue_get_forces gives the balance of momentum, and stretch has no modulus.
 ///
 ///     OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
 ///     om_pbd_sample_surface(&skin, 0.005, &particles, &pbd.particle_volume);
@@ -54,11 +53,11 @@ typedef struct OmPbdDef {    // made by om_pbd_default_def; lengths in m; copied
     double collision_distance;  // kept from obstacles and, with self_collision, between particles;
                                 // 0 for particles that lie on the surface, as mesh vertices do;
                                 // default 3 mm
-    double recover_speed;      // m/s, how fast what began inside an obstacle comes out; default 0.5
-    double friction;           // Coulomb's, against obstacles without their own; default 0.35
-    double particle_friction;  // Coulomb's, between particles; default 0.25
-    bool has_self_collision;   // default true for OM_PBD_CLUSTERS
-    uint32_t cookie;           // set by om_pbd_default_def
+    double recover_speed;       // m/s, at which particles that start inside come out; default 0.5
+    double friction;            // Coulomb's, against obstacles without their own; default 0.35
+    double particle_friction;   // Coulomb's, between particles; default 0.25
+    bool has_self_collision;    // default true for OM_PBD_CLUSTERS
+    uint32_t cookie;            // set by om_pbd_default_def
 } OmPbdDef;
 
 /// Table 3.1 and the optimum of 5.4.1 for clusters; substeps rather than iterations for elasticity.
@@ -66,8 +65,8 @@ OM_API OmPbdDef om_pbd_default_def(OmPbdKind kind);
 
 // ---- particles ------------------------------------------------------------------------------------
 
-// Particles are the vertices of a mesh without elements (om_tet_mesh_done frees), or those of any mesh with
-// elements, which lends them its masses.
+// Particles are the vertices of a mesh without elements (om_tet_mesh_done frees), or the vertices of a mesh with
+// elements, which then define their masses.
 
 /// A cubic lattice inside a closed surface, centred in its bounding box.
 /// @param spacing          m; the thesis's is 5 mm
@@ -87,23 +86,23 @@ OM_API OmStatus om_pbd_sample_sheet(double size_x, double size_y, double thickne
 
 // ---- what a model is made of ----------------------------------------------------------------------
 
-/// Members of each cluster in the order of clusters: vertices vert[adr[c]] to vert[adr[c + 1] - 1].
-/// @return clusters; 0 if the model is another engine's or has none
+/// Members of the clusters: vertices vert[adr[c]] to vert[adr[c + 1] - 1] belong to cluster c.
+/// @return number of clusters; 0 for a model of another engine
 OM_API int om_pbd_clusters(const OmTissueModel* model, const int** adr, const int** vert);
-/// Substeps in a step of h seconds. Where the definition has 0: 20 of elements; of clusters as many as
-/// keep om_pbd_weight_strain at 5 %, but at least 3 (Table 3.1) and at most 100; a flat sheet takes 3.
-/// @return 0 if the model is another engine's
+/// Number of substeps in a step of h seconds. If the definition has 0: for elements 20; for clusters the number that
+/// keeps om_pbd_weight_strain at 5 %, at least 3 (Table 3.1) and at most 100; for a flat sheet 3.
+/// @return 0 for a model of another engine
 OM_API int om_pbd_substeps(const OmTissueModel* model, double h);
-/// Young's modulus that clusters have as a body, Pa, where it is large against a cluster; Poisson's ratio
-/// is 0: density iterations cluster_stiffness (1 - linear_stretch) s^2 (substeps / h)^2, s^2 the mean
-/// square distance of members from their cluster's centre along the weight.
+/// Effective Young's modulus of a body of clusters, Pa, if the body is much larger than a cluster; its Poisson's
+/// ratio is 0: density iterations cluster_stiffness (1 - linear_stretch) s^2 (substeps / h)^2, where s^2 is the mean
+/// square distance of members from the centre of their cluster along gravity.
 /// @return 0 if the model has no clusters
 OM_API double om_pbd_modulus(const OmTissueModel* model, double h);
 /// Compression of the lowest clusters by the weight of the whole body at rest on a board, or the stretch
 /// of the highest of a body that hangs: density g height / modulus; height is between clusters' centres.
 /// A value of 0.15 or more at h = 20 ms is worth a warning in the log when the model is made.
 OM_API double om_pbd_weight_strain(const OmTissueModel* model, double h);
-/// Do its interaction forces follow from stiffness? Those of OM_PBD_CLUSTERS do not.
+/// True if interaction forces follow from stiffness; false for OM_PBD_CLUSTERS.
 OM_API bool om_pbd_has_forces(const OmTissueModel* model);
 
 #ifdef __cplusplus

@@ -1,10 +1,10 @@
 /// omentum/solve.h: block-sparse systems of 3x3 blocks, symmetric ones above all (floor 1).
 ///
-/// A pattern is made once from the elements; values are written every step; solvers are
-/// interchangeable: CG with block Jacobi, CG with multigrid, or a sparse Cholesky factor (CHOLMOD). A matrix that
-/// is not symmetric has sparse LU factors (UMFPACK), or GMRES with a symmetric solver as preconditioner.
-/// Matrices are float; the residual that is reported is recomputed in double from b - A x. Where CG in float
-/// does not reduce it (very flat elements), CG in double with block Jacobi goes on.
+/// The pattern is made once from the elements, values are written in each step. Solvers are interchangeable: CG with
+/// block Jacobi, CG with multigrid, sparse Cholesky factors (CHOLMOD). A matrix that is not symmetric is solved with
+/// sparse LU factors (UMFPACK), or by GMRES with a symmetric solver as preconditioner. Matrices are float; the
+/// reported residual is recomputed in double from b - A x. If CG in float stagnates (very flat elements), CG in
+/// double with block Jacobi continues.
 ///
 ///     om_bsr_create(nvert, ntet, 4, tet_vert, &A);    // every pair of vertices of an element
 ///     ... write A.value ...
@@ -43,7 +43,7 @@ typedef struct OmBsr {
     int* edge_vert;  // vertices i < j of each edge                           (nedge x 2)
     int* edge_adr;   // its blocks (i, j) and (j, i)                          (nedge x 2)
     float* value;    // blocks by columns, then 3 floats of padding           (nblock x 9 + 3)
-    double* exact;   // the same in double, or null; a Cholesky factor is made of it  (nblock x 9)
+    double* exact;   // the same in double, or null; used by Cholesky factors  (nblock x 9)
 } OmBsr;
 
 /// The pattern that couples all vertices of each element (2: edges, 4: tetrahedra, 8: hexahedra).
@@ -59,8 +59,8 @@ OM_API int om_bsr_find(const OmBsr* A, int i, int j);
 /// @return OM_OK, OM_INVALID (a pair is not in the pattern)
 OM_API OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert,
                                      const int* elem_vert, int* adr);
-/// Keep values in double as well, for statics to the last digit; whoever writes `value` itself then writes
-/// `exact` too.
+/// Also keep the values in double, for statics of full precision. A caller that writes `value` must then write `exact`,
+/// too.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_bsr_make_exact(OmBsr* A);
 /// All values to zero.
@@ -86,8 +86,8 @@ typedef enum OmPreconditioner {
 
 typedef struct OmSolverDef {          // made by om_solver_default_def
     OmPreconditioner preconditioner;  // default OM_MULTIGRID
-    // CG iterations of one solve, >= 1; default 200. Where multigrid fails and block Jacobi goes on, eight of its
-    // iterations count as one; the solve may then take four times as long
+    // Largest number of CG iterations in a solve, >= 1; default 200. If multigrid fails and block Jacobi continues,
+    // eight of its iterations count as one; such a solve may take four times as long.
     int max_iterations;
     // Stop at |b - A x| <= tolerance |b|, in [0, 1); 0: always max_iterations. Default 1e-3.
     double tolerance;
@@ -104,32 +104,30 @@ typedef struct OmSolveInfo {  // what a solve did
     double residual;  // |b - A x| / |b|, recomputed in double, the largest of any right-hand side
 } OmSolveInfo;
 
-/// A solver for one pattern: symbolic data, factors, work vectors. Not to be used by two threads at once.
+/// A solver for one pattern: symbolic data, factors, work vectors. For one thread at a time.
 typedef struct OmSolver OmSolver;
 
 OM_API OmSolverDef om_solver_default_def(void);
-/// @param A       the pattern; its values are not read, nothing is kept of it
+/// @param A       the pattern; its values are not read, and it is not referenced afterwards
 /// @param x_rest  vertex positions, m (nvert x 3); null unless OM_MULTIGRID
 /// @return OM_OK, OM_INVALID (a field of def, positions not finite), OM_NO_MEMORY
 OM_API OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* x_rest,
                                  OmSolver** solver);
 OM_API void om_solver_destroy(OmSolver* solver);
-/// Prescribe degrees of freedom: their rows and columns leave the system, and a solve keeps the x it was
-/// given there. May change at any time (grasp, release); takes effect at the next refresh.
+/// Prescribe degrees of freedom: their rows and columns leave the system, and a solve keeps the given x there. May be
+/// called at any time (grasp, release); takes effect at the next refresh.
 /// @param fixed  nonzero where prescribed (nvert x 3); null frees all
 OM_API void om_solver_set_fixed(OmSolver* solver, const unsigned char* fixed);
-/// Measure residuals against `norm` instead of |b|, in later solves: for a b that stiff penalties make
-/// large, which would loosen the tolerance of everything else. 0, the default, is |b| again. Not used by
-/// OM_CHOLESKY.
+/// In later solves, divide residuals by `norm` instead of |b|. Stiff penalties make |b| large, which would loosen the
+/// tolerance. 0 (default): |b|. Not used by OM_CHOLESKY.
 OM_API void om_solver_set_reference(OmSolver* solver, double norm);
-/// Take over new values of A: invert diagonal blocks, make coarse matrices, or factor. No allocation,
-/// except inside CHOLMOD.
+/// Read new values of A: invert diagonal blocks, compute coarse matrices, or factorise. Allocates only inside CHOLMOD.
 /// @param A  the pattern of create
 /// @return OM_OK, OM_NOT_SPD (a pivot is not positive; OM_LU: singular; solve refuses until the next refresh),
 ///         OM_INVALID (a value is not finite)
 OM_API OmStatus om_solver_refresh(OmSolver* solver, const OmBsr* A);
-/// The same after a few stiff terms (contacts) came or went: only diagonal blocks are inverted anew, coarse
-/// matrices keep what they have. Solutions do not depend on it, iterations do. OM_CHOLESKY factors.
+/// The same after a few stiff terms (contacts) were added or removed: only diagonal blocks are inverted again, coarse
+/// matrices stay. This changes the number of iterations, not the solution. OM_CHOLESKY factorises.
 /// @return OM_OK; OM_INVALID (another pattern); OM_NOT_SPD (a diagonal block)
 OM_API OmStatus om_solver_refresh_diagonal(OmSolver* solver, const OmBsr* A);
 /// The sign of the determinant of an OM_LU solver's matrix, 1 or -1; 0 for the others, and if not refreshed.
@@ -143,13 +141,13 @@ OM_API void om_solver_set_tolerance(OmSolver* solver, double tolerance);
 /// @param x     in: first guess, and the prescribed values; out: the solution (nrhs x nvert x 3)
 /// @param info  may be null. The residual is relative to |b - A x_fixed| over free degrees of freedom,
 ///              x_fixed being x with zeros at the free ones
-/// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate: its residual is never larger than that of the first
-///         guess; never if tolerance is 0: then the energy x.A x / 2 - b.x is not larger);
+/// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate: its residual is not larger than that of the first guess).
+///         With tolerance 0 always OM_OK, and the energy x.A x / 2 - b.x is not larger than at the first guess;
 ///         OM_NOT_SPD (x unchanged); OM_INVALID (b or x not finite, not refreshed; x unchanged)
 OM_API OmStatus om_solver_solve(OmSolver* solver, const OmBsr* A, int nrhs, const double* b,
                                 double* x, OmSolveInfo* info);
 /// Solve B x = b for a B that is not symmetric, by GMRES (flexible; Saad 1993) with this solver as preconditioner.
-/// @param A          near to B, symmetric, as at the last refresh
+/// @param A          a symmetric approximation of B, as at the last refresh
 /// @param B          the pattern of A, any values; `exact` is used if it is there
 /// @param tolerance  of |b - B x| over that of the prescribed values alone, in (0, 1)
 /// @param b, x       one right-hand side, as in om_solver_solve; zero is the first guess

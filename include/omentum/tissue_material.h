@@ -22,8 +22,8 @@ extern "C" {
 #endif
 
 #define OM_MAX_OGDEN 4
-#define OM_MAX_POISSON \
-    0.4999  // nearer to 0.5 the bulk modulus is more than 5,000 times the shear modulus
+// Largest Poisson's ratio: nearer to 0.5 the bulk modulus exceeds 5,000 times the shear modulus.
+#define OM_MAX_POISSON 0.4999
 #define OM_LAW_LOG_FLOOR 0.02   // least J of a logarithm
 #define OM_LAW_POWER_FLOOR 0.2  // least J, and stretch, of a power
 

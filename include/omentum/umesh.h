@@ -1,8 +1,8 @@
 /// omentum/umesh.h: U-Mesh, the deformation of a whole organ from that of a patch of its surface (floor 5).
 ///
-/// Thesis 3.6. An organ is immersed in a regular grid of hexahedra, finite elements deform it thousands of
-/// times, and a U-Net learns what all nodes do when those under the probe do what the probe makes them. This
-/// header has the grid and the data (Algorithm 2); a sample is a function of (seed, index).
+/// Thesis 3.6. An organ is immersed in a regular grid of hexahedra. Finite elements deform it thousands of times, and a
+/// U-Net learns the displacement of all nodes from that of the nodes under the probe. This header has the grid and the
+/// data (Algorithm 2); a sample is a function of (seed, index).
 ///
 ///     OmUmeshOrganDef organ_def = om_umesh_default_organ_def();       // the breast phantom
 ///     om_umesh_create_organ(&organ_def, &organ);
@@ -22,52 +22,51 @@ extern "C" {
 
 // ---- the grid ---------------------------------------------------------------------------------------
 
-/// Points of the grid are what the network has; nodes are the points that are corners of an active element,
-/// in the order of points. Point (i, j, k) has index i + dim[0] (j + dim[1] k); cell (i, j, k), that of its
-/// lowest corner.
+/// The network works on all points of the grid. Nodes are the points that are corners of active elements, in the order
+/// of points. Point (i, j, k) has index i + dim[0] (j + dim[1] k); a cell has the index of its lowest corner.
 typedef struct OmUmeshGrid {  // om_umesh_grid_done frees
     int dim[3];               // points, padding included
     int npoint;               // dim[0] dim[1] dim[2]
     double spacing;           // m
     OmVec3 origin;            // point (0, 0, 0), m
-    OmVec3 up;                // unit; the probe comes from there
+    OmVec3 up;                // unit, towards the side from which the probe comes
     OmFemMesh mesh;   // OM_HEX8: active elements, in the order of cells; rest positions of nodes
     int* cell_elem;   // element of a cell, or -1                               (npoint)
     int* point_node;  // node at a point, or -1                                 (npoint)
     int* node_point;  // point of a node                                   (mesh.nnode)
     unsigned char* fixed;    // nodes that are held                               (mesh.nnode)
-    unsigned char* is_skin;  // nodes of the free boundary: a probe can touch them (mesh.nnode)
-    // Places on the organ's surface of nodes of the skin, m   (mesh.nnode x 3)
+    unsigned char* is_skin;  // nodes of the free boundary, which a probe can touch (mesh.nnode)
+    // For nodes of the free boundary: the nearest place on the organ's surface, m   (mesh.nnode x 3)
     double* skin_x;
     uint64_t hash;  // of all of this
 } OmUmeshGrid;
 
 OM_API void om_umesh_grid_done(OmUmeshGrid* grid);
 
-/// The probe's face: where it is pressed, and how much of the surface it takes along.
+/// The pressing face of the probe on the organ's surface.
 typedef struct OmUmeshPatch {
     OmVec3 center;  // on the organ's surface, m
     OmVec3 normal;  // outward there, unit
     OmVec3 along;   // of the long side, unit, across the normal
-    double size
-        [3];  // long side, short side, m; and how far from the plane of the face a point may be, either way
+    // Long side and short side, m; and the largest distance of a point from the plane of the face, on either side, m.
+    double size[3];
 } OmUmeshPatch;
 
-/// The face of the thesis's probe, 50 x 10 mm, points within 10 mm of its plane.
+/// The face of the thesis's probe: 50 x 10 mm, points within 10 mm of its plane.
 OM_API OmUmeshPatch om_umesh_default_patch(OmVec3 center, OmVec3 normal, OmVec3 along);
-/// Nodes of the skin whose place on the surface lies under the patch: those that it moves.
-/// @param mask  1 where they are (mesh.nnode)
-/// @return their number
+/// Nodes of the free boundary under the patch, which the probe moves.
+/// @param mask  1 for these nodes, else 0 (mesh.nnode)
+/// @return number of these nodes
 OM_API int om_umesh_select_patch(const OmUmeshGrid* grid, const OmUmeshPatch* patch,
                                  unsigned char* mask);
 
-/// From nodes to points, one component after the other: out[c npoint + point]; 0 at points that are no node, or
-/// where `mask` (mesh.nnode; may be null) is 0.
+/// From nodes to points, one component after the other: out[c npoint + point]. 0 at points without a node, and where
+/// `mask` (mesh.nnode; may be null) is 0.
 /// @param u    (mesh.nnode x 3)
 /// @param out  (3 x npoint)
 OM_API void om_umesh_scatter(const OmUmeshGrid* grid, const float* u, const unsigned char* mask,
                              float* out);
-/// And back.
+/// From points to nodes.
 OM_API void om_umesh_gather(const OmUmeshGrid* grid, const float* in, float* u);
 
 // ---- the organ --------------------------------------------------------------------------------------
@@ -77,11 +76,11 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
     // ellipsoid of 150 x 120 x 72 mm on its flat side.
     const OmPatient* patient;
     const OmSurface* surface;  // or a closed surface; borrowed; default null
-    OmVec3 up;                 // away from what holds the organ; default 0: the patient's, else +z
-    int nelem;       // active elements wanted, met within 1 % from 200 on; default 2174 (thesis)
-    double spacing;  // of the grid, m; default 0: by nelem
-    int dim[3];      // points of the padded grid at least; default 0: as few as there can be
-    int multiple;  // dim are multiples of this, the longest of twice this; default 4, for a U-Net of 3 levels
+    OmVec3 up;                 // away from the held side; default 0: the patient's, else +z
+    int nelem;       // number of active elements, met within 1 % if >= 200; default 2174 (thesis)
+    double spacing;  // of the grid, m; default 0: computed from nelem
+    int dim[3];      // smallest number of points of the padded grid; default 0: no lower bound
+    int multiple;  // dim are multiples of this, the longest of twice this; default 4: U-Net of 3 levels
     // An element is active if this part of its volume is inside the organ, in (0, 1); default 0.5.
     double min_fill;
     // Nodes in this lowest part of the height are held; 0 (default): the patient's set
@@ -94,7 +93,7 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
 typedef struct OmUmeshOrgan OmUmeshOrgan;
 
 OM_API OmUmeshOrganDef om_umesh_default_organ_def(void);
-/// Cells with enough inside become elements, of which the largest part that hangs together over faces stays.
+/// Cells with enough volume inside become elements. Of these the largest part connected over faces is kept.
 /// @return OM_OK, OM_INVALID (nothing inside, nothing held, an element count that no spacing gives), OM_NO_MEMORY
 OM_API OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** organ);
 OM_API void om_umesh_destroy_organ(OmUmeshOrgan* organ);
@@ -103,12 +102,12 @@ OM_API const OmSurface* om_umesh_surface(const OmUmeshOrgan* organ);
 
 // ---- data -------------------------------------------------------------------------------------------
 
-/// How samples are drawn and solved. A patch is centred on a random point of the free surface, turned at random
-/// about the normal. Either its nodes share a force, |f| uniform in [0, max_force], whose direction is the
-/// inward normal tilted by an angle uniform in [-max_tilt, max_tilt] about a random tangent (Algorithm 2 with
-/// its line 9 put right), or the probe moves them all along such a direction, by a way uniform in [0, max_press].
-/// With 1800 Pa 0.8 N reach the thesis's deformations of the phantom; the network's task, displacements from
-/// displacements, does not depend on Young's modulus.
+/// How samples are drawn and solved. The centre of a patch is a random point of the free surface, its rotation about
+/// the normal is random. The direction of a load is the inward normal, tilted about a random tangent by an angle
+/// uniform in [-max_tilt, max_tilt]. Either the nodes of the patch share a force in this direction, |f| uniform in
+/// [0, max_force] (Algorithm 2, line 9 corrected), or the probe moves them in this direction by a distance uniform in
+/// [0, max_press]. 0.8 N at 1800 Pa gives the deformations of the thesis on the phantom. The network maps
+/// displacements to displacements, so it does not depend on Young's modulus.
 typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     const OmUmeshOrgan* organ;   // borrowed
     const char* out_dir;         // borrowed
@@ -119,38 +118,38 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     OmMaterial material;
     double max_force;    // N, default 0.8
     double max_tilt;     // rad, default 45 degrees
-    double press_share;  // of samples that the probe moves instead; default 0.5
+    double press_share;  // fraction of samples with a prescribed displacement; default 0.5
     // m, default 0.035; never more than 0.6 of the distance to the nearest held node.
     double max_press;
-    double pull_share;     // of samples that are drawn outwards; default 0
+    double pull_share;     // fraction of samples that are pulled outwards; default 0
     double patch_size[3];  // OmUmeshPatch.size, m; default 0.05, 0.01, 0.01
-    int min_patch;         // nodes of a patch at least, else it is redrawn; default 4
+    int min_patch;         // a patch with fewer nodes is drawn again; default 4
     double tolerance;      // of the residual, relative to loads and reactions; default 1e-5
-    double min_volume;     // least det F of a sample; default 0.05
-    int max_attempt;       // draws of one sample; default 64
-    int shard;             // samples of a file; default 100
-    int npicture;          // of the report; default 4
+    double min_volume;     // smallest det F allowed in a sample; default 0.05
+    int max_attempt;       // largest number of draws for one sample; default 64
+    int shard;             // samples in one file; default 100
+    int npicture;          // pictures in the report; default 4
     int nworker;           // default 0: one a processor
     uint32_t cookie;
 } OmUmeshDataDef;
 
-typedef struct OmUmeshSample {  // what is known of a sample besides displacements
+typedef struct OmUmeshSample {  // how a sample was drawn and solved
     OmUmeshPatch patch;
     OmVec3 force;       // resultant on the patch, N
-    OmVec3 direction;   // unit, of the force or the way
-    double tilt;        // between it and the normal, rad
-    double press;       // way of the probe, m; 0: a force was applied
-    int npatch;         // nodes
-    int nattempt;       // draws: 1 and those that failed
-    int nfail;          // of which solves without a valid equilibrium
+    OmVec3 direction;   // unit, of the force or the displacement
+    double tilt;        // angle between `direction` and the normal, rad
+    double press;       // displacement of the probe, m; 0: a force was applied
+    int npatch;         // nodes of the patch
+    int nattempt;       // draws, failed ones included
+    int nfail;          // draws whose solve found no valid equilibrium
     int nnewton;        // Newton iterations of the last draw
     double residual;    // relative
-    double min_volume;  // least det F
+    double min_volume;  // smallest det F
     double max_u;       // largest displacement of a node, m
     double seconds;     // wall clock; not stored
 } OmUmeshSample;
 
-/// What solves need; not to be used by two threads at once.
+/// Memory and linear system for solves, for one thread at a time.
 typedef struct OmUmeshSolver OmUmeshSolver;
 
 OM_API OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir);
@@ -164,23 +163,23 @@ OM_API void om_umesh_destroy_solver(OmUmeshSolver* solver);
 /// @return OM_OK, OM_NOT_CONVERGED (no draw succeeded), OM_NO_MEMORY
 OM_API OmStatus om_umesh_make_sample(OmUmeshSolver* solver, int64_t index, OmUmeshSample* sample,
                                      unsigned char* mask, double* u);
-/// Displacements of all nodes when those of the mask are moved as u says and the rest is free: the reference.
+/// Reference solution: displacements of all nodes, prescribed by u at masked nodes, free elsewhere.
 /// @param u  in: at masked nodes; out: everywhere, m (mesh.nnode x 3)
 /// @return OM_OK, OM_NOT_CONVERGED (u is not changed), OM_INVALID, OM_NO_MEMORY
 OM_API OmStatus om_umesh_solve(OmUmeshSolver* solver, const unsigned char* mask, double* u,
                                OmFemReport* report);
 
 typedef struct OmUmeshSummary {
-    int nsample, nmade;    // in the folder; made by this call
-    int nattempt, nfail;   // of all samples
-    double max_u, mean_u;  // largest displacement of a node; mean of samples' largest, m
+    int nsample, nmade;    // samples in the folder; samples made by this call
+    int nattempt, nfail;   // draws and failed solves of all samples
+    double max_u, mean_u;  // m: largest displacement of a node; mean over samples of their largest
     double max_force;      // largest resultant, N
     double seconds;        // of this call
     double solve_seconds;  // mean of the samples made by this call, of one worker
 } OmUmeshSummary;
 
-/// Make the data set, or what is missing of it: shards samples_NNNNNN.h5 (the number of their first sample), each
-/// whole or not at all, summary.json and report.html. The same bytes for any number of workers.
+/// Make the missing samples of a data set: shards samples_NNNNNN.h5 (NNNNNN: their first sample), summary.json,
+/// report.html. A file appears complete or not at all. The same bytes for any number of workers.
 /// @return OM_OK; OM_INVALID (a field; a shard of another seed or settings is in the folder), OM_NOT_CONVERGED,
 ///         OM_IO, OM_CANCELLED (finished shards stay), OM_NO_MEMORY
 OM_API OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress,

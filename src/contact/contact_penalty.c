@@ -196,7 +196,7 @@ static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, d
     return 0.5 * (lo + hi);
 }
 
-// Solve until no one changes sides.
+// Solve until the set of active points stays the same.
 static OmStatus settle(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                        double h, OmTissueReport* report) {
     OmStatus status = OM_OK;

@@ -40,17 +40,18 @@ typedef struct OmTouch {  // a point of the contact surface near the probe, in o
     OmVec3 n;     // from the probe to the tissue, unit, at the end of the step
     double gap;   // m, of x by the plane that stands for the probe at the end of the step
     double goal;  // m, the gap asked for, <= 0
-    OmVec3 at;    // m, the move of the point for which the plane was laid
-    OmVec3 was_at, was_miss;  // m, that of the plane before, and by how much the point missed it
-    int nlaid;                // how often the plane was laid again
-    OmVec3 guess;             // m, how far the point is expected to go
-    OmVec3 slip;              // m, how the probe moves there in the step
+    OmVec3 at;    // m, displacement of the point at which the plane was linearised
+    OmVec3 was_at, was_miss;  // m, the same of the plane before, and the error of its prediction
+    int nlaid;                // times the plane was linearised again in this step
+    OmVec3 guess;             // m, predicted displacement of the point
+    OmVec3 slip;              // m, displacement of the probe's surface there in the step
     double k;                 // N/m, penalty
     double damp;              // N/m, against moves along the plane from `at`
     bool is_active;
-    bool is_through;    // would end beyond the probe: what is near it there is the wrong side
-    bool is_glued;      // held at x + slip by a spring in all directions
-    double in, rate;    // m, how deep at the beginning of a way, and how much less at its end
+    bool
+        is_through;  // its predicted position is behind the probe, where the nearest face is a wrong one
+    bool is_glued;    // held at x + slip by a spring in all directions
+    double in, rate;  // m, penetration at the beginning of a line search, and its decrease along it
     double multiplier;  // N, normal force that the spring adds to; 0 but for augmented Lagrangians
     double push;        // N, normal force of the last solve
     double bound;       // N, friction of the penalty method at most, by the push before the solve

@@ -7,8 +7,8 @@
 #define SETTLE_TIME 3.0    // s, at most, for the tissue to come to rest on its ground
 #define SETTLE_SPEED 1e-3  // m/s
 #define MAX_GLIMPSE 8      // times a motion goes on after the ROI closed again
-#define MARGIN \
-    0.05  // visibility above the wanted one at which a motion stops; once more per glimpse
+// A motion stops at this visibility above the wanted one; once more for each glimpse.
+#define MARGIN 0.05
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
     switch (outcome) {

@@ -26,8 +26,8 @@
 #define LANE OM__PBD_LANE
 #define MOST 1e200  // a multiplier beyond is not used
 #define NWORD 8     // of 64 colours: more elements at a vertex than any mesh of ours has
-#define EXPLICIT \
-    1.0  // h^2 stiffness / mass of an element up to which it begins with all of its force
+// h^2 stiffness / mass of an element up to which it starts with its whole force
+#define EXPLICIT 1.0
 #define VISCOUS 0.5         // of mu V sum |grad|^2 / m: a sheared block then decays as it should
 #define LEAST_STRETCH 1e-6  // sqrt(I1) below which it has no direction
 

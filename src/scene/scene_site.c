@@ -125,8 +125,8 @@ static OmStatus build_twin(const OmScene* scene, const OmProgress* progress, OmS
 
 #define WORLD_CELLS 1.5  // of the twin's, along each side
 #define WORLD_EDGE 0.7   // of the twin's: a layer of cells has 1 / 0.7^2 = 2.04 times the vertices
-#define LONGEST_EDGE \
-    0.79  // of the twin's: vertices grow at most with the cube, and 1 / 0.79^3 = 2.03
+// Edge of the world's mesh over the twin's. Vertices grow at most with the cube: 1 / 0.79^3 = 2.03.
+#define LONGEST_EDGE 0.79
 #define MAX_BUILDS 4
 
 OmVec3 om__scene_world_cells(const OmSceneTissue* t) {

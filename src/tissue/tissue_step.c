@@ -314,7 +314,7 @@ typedef struct Solve {
     void* ctx;
 } Solve;
 
-// What an accepted substep leaves behind goes into the report; not OM_OK where a rule could not be kept.
+// Copy the guard's findings on an accepted substep into the report; OM_NOT_CONVERGED if it broke a rule.
 static OmStatus judge(const OmGuard* g, OmStatus status, OmTissueReport* report) {
     report->ninverted = g->ninverted;
     report->energy_gain = fmax(report->energy_gain, g->gain);
@@ -324,8 +324,8 @@ static OmStatus judge(const OmGuard* g, OmStatus status, OmTissueReport* report)
     return OM_NOT_CONVERGED;
 }
 
-// Are only elements crushed whose energy is finite at det F = 0 (corotational, linear, St Venant-Kirchhoff, stable
-// neo-Hookean)? Substeps below SOFT_SHARE do not prevent their inversion.
+// True if every crushed element has a law with finite energy at det F = 0 (corotational, linear, St Venant-Kirchhoff,
+// stable neo-Hookean). Substeps below SOFT_SHARE do not prevent their inversion.
 static bool is_soft(const OmGuard* g) { return g->ncrushed > 0 && g->nbarrier == 0; }
 
 static double shortest_share(const OmGuard* g) {

@@ -34,8 +34,9 @@
 #define MOST_RATE 0.9       // and at worst
 #define DOUBTFUL_RATE 0.75  // at best, where the first step did not fit
 #define STRAINED 0.2f       // an element whose nodes are relaxed: root mean square of |F - I|
-#define FINE \
-    2e-5  // m, a tolerance below which all are: what the network leaves local elsewhere is 0.01 mm
+// Below this tolerance (m) every node is relaxed, not only those near strained elements: the
+// network's local error elsewhere is 0.01 mm.
+#define FINE 2e-5
 #define SOFTNESS 0.4    // share of the answer of the organ at rest that is taken for an error
 #define DEPENDENT 1e-6  // squared sine of the angle between two directions that are one
 
