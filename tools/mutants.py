@@ -379,7 +379,8 @@ def run(mutants, args, scratch, journal):
                 out.write(f"=== {m.list}:{m.line} {m.title}\n")
             start = time.monotonic()
             outcome, detail = try_mutant(tree, m, args.scope)
-            row = {"key": key_of(m, files, tests), "file": m.file, "title": m.title, "outcome": outcome, "detail": detail,
+            key = key_of(m, source_files(tree.root), test_files(tree.root))  # of what was run
+            row = {"key": key, "file": m.file, "title": m.title, "outcome": outcome, "detail": detail,
                    "scope": args.scope}
             with lock:
                 done[0] += 1

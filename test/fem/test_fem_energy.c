@@ -201,11 +201,37 @@ static void test_measures(void** context) {
     rig_done(&r);
 }
 
+// Stretched by 1.2 along x and held across it, neo-Hookean tissue has Cauchy stresses mu / J (b - 1) beside a pressure:
+// von Mises' stress is mu / 1.2 (1.44 - 1), the largest strain 0.2.
+static void test_true_stress(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, lo, hi, 3, 2, 2);
+    r.def.material_default = (OmMaterial){.law = OM_NEO_HOOKEAN, .young = 3900, .poisson = 0.3};
+    rig_start(&r);
+    double* x = om_alloc(3 * (size_t)r.mesh.nvert, sizeof *x);
+    double* value = om_alloc((size_t)r.mesh.ntet, sizeof *value);
+    memcpy(x, r.mesh.x, 3 * (size_t)r.mesh.nvert * sizeof *x);
+    for (int i = 0; i < r.mesh.nvert; ++i) x[3 * i] *= 1.2;
+    assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+    double mu = 1500, lambda = 2250, log_J = log(1.2);
+    const double expected[] = {mu / 1.2 * 0.44, 1.2, 0.2, 1.2,
+                               mu / 2 * 0.44 - mu * log_J + lambda / 2 * log_J * log_J};
+    for (int k = OM_VON_MISES; k <= OM_ENERGY_DENSITY; ++k) {
+        assert_ok(om_tissue_get_measure(r.m, r.s, (OmTissueMeasure)k, value));
+        for (int e = 0; e < r.mesh.ntet; ++e) assert_near_rel(value[e], expected[k], 1e-9);
+    }
+    om_free(x);
+    om_free(value);
+    rig_done(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_force_is_slope),  cmocka_unit_test(test_rigid_motion),
         cmocka_unit_test(test_no_resultant),    cmocka_unit_test(test_nearest_rotation),
         cmocka_unit_test(test_matrix_is_slope), cmocka_unit_test(test_measures),
+        cmocka_unit_test(test_true_stress),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -239,6 +239,87 @@ static void test_structure(void** state) {
     remove(path);
 }
 
+// ---- attributes ---------------------------------------------------------------------------------------------
+
+// All nodes as text: "Conv(a,b) strides=2,1,1 alpha=0.1 ..\n", attributes in the order of the file.
+static void print_node(Reader r, char* text, size_t size) {
+    char op[40] = "", inputs[400] = "", rest[600] = "";
+    for (Field f; next(&r, &f);) {
+        size_t at = strlen(inputs), end = strlen(rest);
+        if (f.number == 1)
+            snprintf(inputs + at, sizeof inputs - at, "%s%.*s", at ? "," : "", (int)f.size,
+                     (const char*)f.data);
+        if (f.number == 4) snprintf(op, sizeof op, "%.*s", (int)f.size, (const char*)f.data);
+        if (f.number != 5) continue;
+        Reader a = inside(&f);
+        bool is_first = true;
+        for (Field g; next(&a, &g); end = strlen(rest)) {
+            float value;
+            if (g.number == 1)
+                snprintf(rest + end, sizeof rest - end, " %.*s=", (int)g.size, (const char*)g.data);
+            if (g.number == 2) memcpy(&value, g.data, 4);
+            if (g.number == 2) snprintf(rest + end, sizeof rest - end, "%g", (double)value);
+            if (g.number == 4)
+                snprintf(rest + end, sizeof rest - end, "%.*s", (int)g.size, (const char*)g.data);
+            if (g.number == 3 || g.number == 8)
+                snprintf(rest + end, sizeof rest - end, "%s%d", is_first ? "" : ",", (int)g.value);
+            if (g.number == 3 || g.number == 8) is_first = false;
+        }
+    }
+    size_t at = strlen(text);
+    snprintf(text + at, size - at, "%s(%s)%s\n", op, inputs, rest);
+}
+
+static void print_nodes(const char* path, char* text, size_t size) {
+    char* bytes;
+    size_t length;
+    text[0] = 0;
+    assert_ok(om_file_read(path, 1 << 24, &bytes, &length));
+    Reader r = {(unsigned char*)bytes, (unsigned char*)bytes + length};
+    for (Field f; next(&r, &f);) {
+        if (f.number != 7) continue;
+        Reader graph = inside(&f);
+        for (Field g; next(&graph, &g);)
+            if (g.number == 1) print_node(inside(&g), text, size);
+    }
+    om_free(bytes);
+}
+
+// What the definitions of the networks above say, in ONNX's words (operator set 13).
+static void test_attributes(void** state) {
+    (void)state;
+    static const char* const wanted[] = {
+        ") transB=1\n",
+        " kernel_shape=3,1,5 strides=2,1,1 pads=1,0,2,1,0,2\n",
+        " alpha=0.1\n",
+        " kernel_shape=3,3,3 strides=2,2,2 pads=1,1,1,1,1,1\n",
+        " kernel_shape=2,3,2 strides=2,1,1 pads=0,1,0,0,1,0\n",
+        "batch.weight,batch.bias,batch.running_mean,batch.running_var)",
+        " axis=1\n",
+        " mode=linear coordinate_transformation_mode=half_pixel\n"};
+    static const char* const op[] = {"Gemm(",    "Conv(",          "LeakyRelu(",
+                                     "MaxPool(", "ConvTranspose(", "BatchNormalization(",
+                                     "Concat(",  "Resize("};
+    static const int in[] = {0, 1, 1, 1, 1, 2, 2, 2};
+    static char text[20000];
+    char path[256];
+    snprintf(path, sizeof path, "%s", temp_path("attributes.onnx"));
+    for (int k = 0; k < 8; ++k) {
+        OmNet* net = build[in[k]]();
+        float* param = make_parameters(net);
+        assert_ok(om_net_save_onnx(net, param, NULL, 0, path));
+        print_nodes(path, text, sizeof text);
+        char* line = strstr(text, op[k]);
+        assert_non_null(line);
+        char* end = strchr(line, '\n') + 1;
+        *end = 0;
+        if (!strstr(line, wanted[k])) fail_msg("%s lacks%s", line, wanted[k]);
+        om_free(param);
+        om_net_destroy(net);
+    }
+    remove(path);
+}
+
 // ---- onnxruntime --------------------------------------------------------------------------------------------
 
 static void write_case(const char* dir, int i) {
@@ -313,6 +394,7 @@ static void test_failures(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_structure),
+        cmocka_unit_test(test_attributes),
         cmocka_unit_test(test_onnxruntime),
         cmocka_unit_test(test_failures),
     };

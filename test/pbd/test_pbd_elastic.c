@@ -172,12 +172,40 @@ static void test_lengths(void** state) {
     pbd_done(&p);
 }
 
+// The same element that keeps its volume L^3 / 6, too: along z the corner meets (kv / V) (dV/dz)^2 = kv L / 6 more.
+static void test_volume_stiffness(void** state) {
+    (void)state;
+    const double step[2] = {0.02, 0.01};  // at rest the step says nothing
+    for (int k = 0; k < 2; ++k) {
+        PbdRig p;
+        memset(&p, 0, sizeof p);
+        assert_ok(om_tet_mesh_init(&p.r.mesh, 4, 1));
+        const double x[12] = {0, 0, 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.01};
+        memcpy(p.r.mesh.x, x, sizeof x);
+        memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
+        assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
+        p.r.def = om_tissue_default_def(&p.r.mesh);
+        p.r.def.gravity = om_vec3(0, 0, 0);
+        p.r.def.rayleigh_mass = 20;
+        p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
+        p.pbd.edge_stiffness = 3;
+        p.pbd.volume_stiffness = 3600;
+        pbd_start(&p);
+        om_store3(om_tissue_external_force(p.r.s), 3, om_vec3(0, 0, 1e-4));
+        pbd_run(&p, 400, step[k]);
+        OmVec3 u = om_sub(om_load3(om_tissue_x(p.r.s), 3), om_vec3(0, 0, 0.01));
+        assert_near_rel(u.z, 1e-4 / (3 + 3600 * 0.01 / 6), 0.1);  // few iterations
+        pbd_done(&p);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_weight_as_finite_elements),
         cmocka_unit_test(test_forces_as_finite_elements),
         cmocka_unit_test(test_forces_of_energy),
         cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_volume_stiffness),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

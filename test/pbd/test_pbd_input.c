@@ -282,12 +282,51 @@ static void test_self_collision(void** state) {
     pbd_done(&p);
 }
 
+// A sheet falls askew on another that is held, particle on particle: friction takes some of its speed along it.
+static void test_self_friction(void** state) {
+    (void)state;
+    double way[2];
+    for (int k = 0; k < 2; ++k) {
+        PbdRig p;
+        pbd_sheet(&p, 0.03);
+        int n = p.r.mesh.nvert, held[200];
+        OmTetMesh two;
+        assert_ok(om_tet_mesh_init(&two, 2 * n, 0));
+        for (int i = 0; i < n; ++i) {
+            OmVec3 q = om_load3(p.r.mesh.x, i);
+            om_store3(two.x, i, q);
+            om_store3(two.x, n + i, om_add(q, om_vec3(0, 0, 0.01)));
+            held[i] = i;
+        }
+        assert_ok(om_tet_mesh_add_set(&two, "attachment", held, n));
+        om_tet_mesh_done(&p.r.mesh);
+        p.r.mesh = two;
+        p.pbd.cluster_radius = 0.007;
+        p.pbd.damping = 0;
+        p.pbd.has_self_collision = true;
+        p.pbd.particle_friction = k ? 0.3 : 0;
+        pbd_start(&p);
+        double *x = om_alloc(6 * (size_t)n, 8), *v = om_calloc(6 * (size_t)n, 8);
+        memcpy(x, p.r.mesh.x, 6 * (size_t)n * 8);
+        for (int i = n; i < 2 * n; ++i) x[3 * i + 2] = 0.003, v[3 * i] = 0.2, v[3 * i + 2] = -0.2;
+        assert_ok(om_tissue_set_x(p.r.m, p.r.s, x, v));
+        pbd_run(&p, 1, 0.002);
+        way[k] = 0;
+        for (int i = n; i < 2 * n; ++i) way[k] += (om_tissue_x(p.r.s)[3 * i] - x[3 * i]) / n;
+        om_free(x), om_free(v);
+        pbd_done(&p);
+    }
+    printf("slides by %.3f mm without friction, by %.3f mm with it\n", 1e3 * way[0], 1e3 * way[1]);
+    assert_true(way[1] < 0.98 * way[0] && way[1] > 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_definitions),    cmocka_unit_test(test_clusters_cover),
         cmocka_unit_test(test_sampling),       cmocka_unit_test(test_forces_balance),
         cmocka_unit_test(test_friction),       cmocka_unit_test(test_embedded_points),
-        cmocka_unit_test(test_self_collision), cmocka_unit_test(test_not_available),
+        cmocka_unit_test(test_self_collision), cmocka_unit_test(test_self_friction),
+        cmocka_unit_test(test_not_available),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -196,6 +196,11 @@ static void test_boxes(void** state) {
     assert_non_null(strstr(html, ">623</text>"));
     // y from 0 to 4 spans 218 to 8 px: quartiles 1 and 3
     assert_non_null(strstr(html, "y=\"60.5\" height=\"105.0\""));
+    // medians 2 and 2.5 at half and five eighths of the height; whiskers from 1 to 0 and from 3 to 4
+    assert_non_null(strstr(html, "y1=\"113.0\" y2=\"113.0\""));
+    assert_non_null(strstr(html, "y1=\"86.8\" y2=\"86.8\""));
+    assert_non_null(strstr(html, "y1=\"165.5\" y2=\"218.0\""));
+    assert_non_null(strstr(html, "y1=\"8.0\" y2=\"60.5\""));
     om_free(html);
 }
 

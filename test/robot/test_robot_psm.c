@@ -40,6 +40,41 @@ static void forward_matches_published_values(void** state) {
     assert_near(om_mat3_norm(om_mat3_add(zero, om_mat3_scale(-1, wpi))), 0, 1e-14);
 }
 
+// The limits of the dVRK's patient-side manipulator and its instruments, in the degrees and millimetres of its files.
+static void limits_are_the_robots(void** state) {
+    (void)state;
+    static const double lo[6] = {-91, -53, 0, -260, -80, -80}, hi[6] = {91, 53, 240, 260, 80, 80};
+    for (int k = 0; k < 2; ++k) {
+        OmPsm psm = om_psm_default(k ? OM_PROGRASP : OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
+        for (int i = 0; i < 6; ++i) {
+            double unit = i == 2 ? 1e3 : 180 / OM_PI;
+            assert_near(unit * psm.q_min[i], lo[i], 0.02);
+            assert_near(unit * psm.q_max[i], hi[i], 0.02);
+            // What lies a degree or a millimetre inside is reached, what lies as far outside is refused and said.
+            if (i == 3) continue;  // more than a turn: another solution is inside
+            for (int inside = 0; inside < 2; ++inside) {
+                double q[6] = {0.1, 0.1, 0.12, 0.1, 0.1, 0.1}, found[6];
+                q[i] = psm.q_max[i] + (inside ? -1 : 1) / unit;
+                OmPose tip = om_psm_forward(&psm, q);
+                OmStatus status = om_psm_inverse(&psm, tip, q, found);
+                if (inside) {
+                    assert_int_equal(status, OM_OK);
+                    assert_near(found[i], q[i], 1e-9);
+                    continue;
+                }
+                char wanted[64];
+                assert_int_equal(status, OM_INVALID);
+                snprintf(wanted, sizeof wanted, "%s, its limit is %.1f", i == 2 ? "mm" : "degrees",
+                         unit * psm.q_max[i]);
+                if (!strstr(om_error_message(), wanted))
+                    fail_msg("\"%s\" lacks \"%s\"", om_error_message(), wanted);
+            }
+        }
+        assert_near(psm.jaw_max * 180 / OM_PI, 80, 0.02);
+        assert_near(psm.jaw_min * 180 / OM_PI, k ? -20 : -40, 0.02);
+    }
+}
+
 static void jacobian_matches_finite_differences(void** state) {
     (void)state;
     OmPose base = {{0.1, 0.2, 0.3}, om_quat_axis_angle(om_vec3(1, 2, 3), 0.7)};
@@ -187,6 +222,7 @@ static void the_drawing_follows_the_joints(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(forward_matches_published_values),
+        cmocka_unit_test(limits_are_the_robots),
         cmocka_unit_test(jacobian_matches_finite_differences),
         cmocka_unit_test(inverse_undoes_forward),
         cmocka_unit_test(what_is_out_of_reach_is_named),

@@ -60,13 +60,16 @@ static void test_a_run_is_read_back(void** unused) {
     assert_int_equal(read_set(f, "VTKHDF/Connectivity", value, MOST), 4 * ntet);
     for (int i = 0; i < 4 * ntet; i++) assert_near(value[i], mesh.tet_vert[i], 0);
     assert_int_equal(read_set(f, "VTKHDF/Offsets", value, MOST), ntet + 1);
-    assert_near(value[ntet], 4 * ntet, 0);
+    for (int e = 0; e <= ntet; e++) assert_near(value[e], 4 * e, 0);
     assert_int_equal(read_set(f, "VTKHDF/CellData/tet_label", value, MOST), ntet);
     for (int e = 0; e < ntet; e++) assert_near(value[e], mesh.tet_label[e], 0);
     assert_int_equal(read_set(f, "VTKHDF/PointData/attachment", value, MOST), nvert);
+    const OmMeshSet* set = om_tet_mesh_find_set(&mesh, "attachment");
     double sum = 0;
     for (int i = 0; i < nvert; i++) sum += value[i];
     assert_near(sum, 3, 0);
+    assert_int_equal(set->nvert, 3);
+    for (int i = 0; i < set->nvert; i++) assert_near(value[set->vert[i]], 1, 0);
     assert_int_equal(read_set(f, "VTKHDF/CellData/part", value, MOST), ntet);
     assert_near(value[5], 35, 0);
 

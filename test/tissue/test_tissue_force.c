@@ -86,6 +86,53 @@ static void test_balance_springs(void** context) {
     check_balance(50);
 }
 
+// What a tool let go it no longer holds: not a newton is left on its vertices, before the next step and after it.
+static void test_release_leaves_nothing(void** context) {
+    (void)context;
+    TestRig r;
+    start(&r, 0);
+    lift_to_rest(&r);
+    double* held = om_alloc(3 * (size_t)r.mesh.nvert, sizeof *held);
+    unsigned char* was_held = om_calloc((size_t)r.mesh.nvert, 1);
+    for (int i = 0; i < r.mesh.nvert; ++i) was_held[i] = om_tissue_held_by(r.s)[i] == 0;
+    for (int k = 0; k < 2; ++k) {
+        if (k == 0)
+            om_tissue_release(r.s, 0);
+        else
+            assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
+        OmTissueForces f;
+        assert_ok(om_tissue_get_forces(r.m, r.s, &f));
+        assert_near(om_norm(f.grasp[0]), 0, 0);
+        assert_near(om_norm(f.pull[0]), 0, 0);
+        assert_ok(om_tissue_get_holding_force(r.m, r.s, held));
+        for (int i = 0; i < r.mesh.nvert; ++i)
+            if (was_held[i]) assert_near(om_norm(om_load3(held, i)), 0, 0);
+    }
+    om_free(held);
+    om_free(was_held);
+    rig_done(&r);
+}
+
+// A spring pulls from the anchor it was given, not from where the vertex is at rest: k times the distance.
+static void test_anchors_pull(void** context) {
+    (void)context;
+    TestRig r;
+    rig_box(&r, lo, hi, 4, 2, 1);
+    r.def.attachment_stiffness = 50;
+    r.def.gravity = om_vec3(0, 0, 0);
+    rig_start(&r);
+    int vert[2] = {0, r.mesh.nvert - 1};
+    double anchor[6], held[3 * 64];
+    assert_true(r.mesh.nvert <= 64);
+    om_store3(anchor, 0, om_add(om_load3(r.mesh.x, vert[0]), om_vec3(-0.002, 0, 0)));
+    om_store3(anchor, 1, om_add(om_load3(r.mesh.x, vert[1]), om_vec3(0, 0, 0.003)));
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 2, vert, anchor));
+    assert_ok(om_tissue_get_holding_force(r.m, r.s, held));
+    assert_near(om_distance(om_load3(held, vert[0]), om_vec3(-0.1, 0, 0)), 0, 1e-12);
+    assert_near(om_distance(om_load3(held, vert[1]), om_vec3(0, 0, 0.15)), 0, 1e-12);
+    rig_done(&r);
+}
+
 // A vertex has one keeper, or its force would count twice: what a tool holds cannot be held still as well. A
 // spring pulls at a held vertex too, and the tool feels it.
 static void test_one_keeper(void** context) {
@@ -170,9 +217,12 @@ static void test_energies(void** context) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_balance_held), cmocka_unit_test(test_balance_springs),
-        cmocka_unit_test(test_one_keeper), cmocka_unit_test(test_tool_carries_inertia),
-        cmocka_unit_test(test_energies)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_balance_held),
+                                       cmocka_unit_test(test_balance_springs),
+                                       cmocka_unit_test(test_release_leaves_nothing),
+                                       cmocka_unit_test(test_anchors_pull),
+                                       cmocka_unit_test(test_one_keeper),
+                                       cmocka_unit_test(test_tool_carries_inertia),
+                                       cmocka_unit_test(test_energies)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
