@@ -287,7 +287,21 @@ OM_API OmStatus om_text_append(OmText* text, const char* format, ...) OM_PRINTF(
 /// Append `len` bytes.
 /// @return OM_OK; OM_NO_MEMORY, the text is as before
 OM_API OmStatus om_text_append_raw(OmText* text, const char* data, size_t len);
-/// Append with &, <, >, " and ' escaped for HTML.
+/// Bytes of the UTF-8 character at `str`, of which `len` > 0 bytes may be read; 0 if they are none.
+OM_API size_t om_utf8_length(const char* str, size_t len);
+/// Append bytes from outside as text that any program can read: what is no UTF-8 and every control character becomes
+/// \xNN, a backslash and two hexadecimal digits. Names of files may be any bytes.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_text_append_plain(OmText* text, const char* data, size_t len);
+/// Whether it is UTF-8 without control characters, but those in `allowed` (null: none): what a name may be.
+OM_API bool om_text_is_plain(const char* data, size_t len, const char* allowed);
+/// The same of a name in its own place: what is not plain is escaped as om_text_append_plain does, and what then does
+/// not fit into `size` is cut at a character.
+OM_API void om_text_make_plain(char* name, size_t size);
+/// Append between double quotes, a string of JSON and of YAML; escaped as om_text_append_plain does.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_text_append_quoted(OmText* text, const char* str);
+/// Append with &, <, >, " and ' escaped for HTML, and as om_text_append_plain does.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_text_append_html(OmText* text, const char* str);
 /// Append `data` as base64.

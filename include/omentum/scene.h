@@ -25,6 +25,7 @@ extern "C" {
 
 #define OM_SCENE_NAME 64
 #define OM_SCENE_PATH 512
+#define OM_SCENE_MAX_GRID 16  // blocks along one side of the tissue: as OM_PLAN_MAX_GRID
 
 typedef enum OmTissueSource {
     OM_SOURCE_SHEET,    // a box made here, lying on a board unless has_board is false
@@ -120,7 +121,7 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
 } OmSceneWorld;
 
 typedef struct OmSceneTask {
-    int grid;  // N of the N x N grasping points; default 5
+    int grid;  // N of the N x N grasping points, 2 to OM_SCENE_MAX_GRID; default 5
     // epsilon of Alg. 4, N; calibrated for each scene. Default 2.55, the sheet's.
     double force_threshold;
     // N: by how much the force on the true tissue may exceed the twin's estimate. The arms act at

@@ -15,19 +15,7 @@ static void put(OmJson* json, const char* str, size_t len) {
 }
 
 static void put_escaped(OmJson* json, const char* str) {
-    put(json, "\"", 1);
-    for (; *str; ++str) {
-        unsigned char c = (unsigned char)*str;
-        char escape[8];
-        if (c == '"' || c == '\\')
-            snprintf(escape, sizeof escape, "\\%c", c);
-        else if (c < 0x20)
-            snprintf(escape, sizeof escape, "\\u%04x", c);
-        else
-            snprintf(escape, sizeof escape, "%c", c);
-        put(json, escape, strlen(escape));
-    }
-    put(json, "\"", 1);
+    if (json->status == OM_OK) json->status = om_text_append_quoted(json->text, str);
 }
 
 static void begin_value(OmJson* json, const char* key) {

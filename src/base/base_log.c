@@ -25,6 +25,7 @@ void om_log(OmLogLevel level, const char* format, ...) {
     va_start(args, format);
     vsnprintf(line, sizeof line, format, args);
     va_end(args);
+    om_text_make_plain(line, sizeof line);
     log_sink(log_ctx, level, line);
 }
 

@@ -29,6 +29,7 @@ OmStatus om_error(OmStatus status, const char* format, ...) {
     va_start(args, format);
     vsnprintf(next, sizeof next, format, args);
     va_end(args);
+    om_text_make_plain(next, sizeof next);  // a name of a file may hold anything
     memcpy(message, next, sizeof message);
     return status;
 }
@@ -39,6 +40,7 @@ OmStatus om_error_prefix(OmStatus status, const char* format, ...) {
     va_start(args, format);
     vsnprintf(prefix, sizeof prefix, format, args);
     va_end(args);
+    om_text_make_plain(prefix, sizeof prefix);
     char old[MESSAGE_SIZE];
     memcpy(old, message, sizeof old);
     size_t room = sizeof message - 1;

@@ -41,9 +41,118 @@ OmStatus om_text_append(OmText* text, const char* format, ...) {
     return status;
 }
 
+// ---- characters -----------------------------------------------------------------------------------------
+
+size_t om_utf8_length(const char* str, size_t len) {
+    static const struct {
+        unsigned char mask, lead;
+        uint32_t least;  // below it a shorter form exists
+    } form[] = {{0x80, 0x00, 0}, {0xe0, 0xc0, 0x80}, {0xf0, 0xe0, 0x800}, {0xf8, 0xf0, 0x10000}};
+    const unsigned char* c = (const unsigned char*)str;
+    for (size_t n = 1; n <= 4; ++n) {
+        if (len == 0 || (c[0] & form[n - 1].mask) != form[n - 1].lead) continue;
+        if (n > len) return 0;
+        uint32_t code = c[0] & (unsigned char)~form[n - 1].mask;
+        for (size_t i = 1; i < n; ++i) {
+            if ((c[i] & 0xc0) != 0x80) return 0;
+            code = code << 6 | (c[i] & 0x3f);
+        }
+        bool is_surrogate = code >= 0xd800 && code < 0xe000;
+        return code < form[n - 1].least || code > 0x10ffff || is_surrogate ? 0 : n;
+    }
+    return 0;
+}
+
+// The code point of a character, and its length.
+static uint32_t take_character(const char* str, size_t len, size_t* n) {
+    const unsigned char* c = (const unsigned char*)str;
+    *n = om_utf8_length(str, len);
+    uint32_t code = *n == 1 ? c[0] : *n == 2 ? c[0] & 0x1f : *n == 3 ? c[0] & 0x0f : c[0] & 0x07;
+    for (size_t i = 1; i < *n; ++i) code = code << 6 | (c[i] & 0x3f);
+    return code;
+}
+
+// What YAML does not take as it is: control characters of both kinds, ends of lines, marks of the order of bytes, and
+// what is no character.
+static bool is_control(uint32_t code) {
+    return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x2028 || code == 0x2029 ||
+           code == 0xfeff || code == 0xfffe || code == 0xffff;
+}
+
+// How the character at `str` is written: itself, or escaped into `out`; *n bytes are taken.
+static size_t plain_character(const char* str, size_t len, const char* allowed, size_t* n,
+                              char out[16]) {
+    uint32_t code = take_character(str, len, n);
+    bool is_allowed = *n == 1 && *str && allowed && strchr(allowed, *str);
+    if (*n > 0 && (is_allowed || !is_control(code))) {
+        memcpy(out, str, *n);
+        out[*n] = 0;
+        return *n;
+    }
+    size_t used = 0;
+    if (*n == 0) *n = 1;  // a byte that begins no character
+    for (size_t i = 0; i < *n; ++i)
+        used += (size_t)snprintf(out + used, 16 - used, "\\x%02x", (unsigned char)str[i]);
+    return used;
+}
+
+OmStatus om_text_append_plain(OmText* text, const char* data, size_t len) {
+    for (size_t i = 0, n; i < len; i += n) {
+        char out[16];
+        size_t used = plain_character(data + i, len - i, NULL, &n, out);
+        OM_TRY(om_text_append_raw(text, out, used));
+    }
+    return OM_OK;
+}
+
+bool om_text_is_plain(const char* data, size_t len, const char* allowed) {
+    for (size_t i = 0, n; i < len; i += n) {
+        char out[16];
+        (void)plain_character(data + i, len - i, allowed, &n, out);
+        if (memcmp(out, data + i, n) != 0) return false;
+    }
+    return true;
+}
+
+void om_text_make_plain(char* name, size_t size) {
+    char whole[1024];
+    size_t len = strlen(name), used = 0, n;
+    if (om_text_is_plain(name, len, NULL)) return;
+    for (size_t i = 0; i < len; i += n) {
+        char out[16];
+        size_t more = plain_character(name + i, len - i, NULL, &n, out);
+        if (used + more >= size || used + more >= sizeof whole) break;
+        memcpy(whole + used, out, more);
+        used += more;
+    }
+    memcpy(name, whole, used);
+    name[used] = 0;
+}
+
+OmStatus om_text_append_quoted(OmText* text, const char* str) {
+    OM_TRY(om_text_append_raw(text, "\"", 1));
+    size_t len = strlen(str);
+    for (size_t i = 0, n; i < len; i += n) {
+        uint32_t code = take_character(str + i, len - i, &n);
+        if (n == 0) {  // no string of JSON holds such a byte: it is written out
+            n = 1;
+            OM_TRY(om_text_append(text, "\\\\x%02x", (unsigned char)str[i]));
+        } else if (is_control(code)) {
+            OM_TRY(om_text_append(text, "\\u%04x", (unsigned)code));
+        } else {
+            if (code == '"' || code == '\\') OM_TRY(om_text_append_raw(text, "\\", 1));
+            OM_TRY(om_text_append_raw(text, str + i, n));
+        }
+    }
+    return om_text_append_raw(text, "\"", 1);
+}
+
 OmStatus om_text_append_html(OmText* text, const char* str) {
-    for (; *str; ++str) {
+    size_t len = strlen(str), n = 1;
+    for (const char* end = str + len; str < end; str += n) {
         const char* entity = NULL;
+        char out[16];
+        size_t used = plain_character(str, (size_t)(end - str), "\n\t\r", &n, out);
         switch (*str) {
         case '&': entity = "&amp;"; break;
         case '<': entity = "&lt;"; break;
@@ -53,7 +162,7 @@ OmStatus om_text_append_html(OmText* text, const char* str) {
         default: break;
         }
         OM_TRY(entity ? om_text_append_raw(text, entity, strlen(entity))
-                      : om_text_append_raw(text, str, 1));
+                      : om_text_append_raw(text, out, used));
     }
     return OM_OK;
 }

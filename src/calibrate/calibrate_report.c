@@ -375,7 +375,9 @@ static OmStatus append_group(const Leaf* l, int first, OmText* t) {
 }
 
 static OmStatus append_yaml(const Leaf* l, OmText* t) {
-    OM_TRY(om_text_append(t, "# %s: error %.3f mm", l->def->title, 1e3 * l->r->cost));
+    OM_TRY(om_text_append(t, "# "));
+    OM_TRY(om_text_append_plain(t, l->def->title, strlen(l->def->title)));
+    OM_TRY(om_text_append(t, ": error %.3f mm", 1e3 * l->r->cost));
     if (l->def->noise > 0) OM_TRY(om_text_append(t, ", noise %.3f mm", 1e3 * l->def->noise));
     if (l->r->outcome == OM_CALIBRATION_UNFIT) OM_TRY(om_text_append(t, "; the model cannot fit"));
     OM_TRY(om_text_append(t, "\n"));

@@ -4,7 +4,8 @@
 
 #include "calibrate/calibrate_problem_internal.h"
 
-#define REST -1.0  // instead of a level
+#define MAX_VALUE 1e6  // mm or N; squares of it still add up
+#define REST -1.0      // instead of a level
 
 static const char header[] = "experiment,level_mm,landmark,x_mm,y_mm,z_mm";
 
@@ -31,7 +32,9 @@ static OmStatus take_word(Lines* f, const char* end, const char* column, char* o
              f->line, column, n, size - 1);
     memcpy(out, f->at, n);
     out[n] = 0;
-    OM_CHECK(strlen(out) == n, OM_INVALID, "%s:%d: %s: a zero byte", f->name, f->line, column);
+    OM_CHECK(om_text_is_plain(f->at, n, NULL), OM_INVALID,
+             "%s:%d: %s: the name is no UTF-8, or has a control character: save the table as UTF-8",
+             f->name, f->line, column);
     f->at = stop < end ? stop + 1 : stop;
     return OM_OK;
 }
@@ -41,7 +44,9 @@ static OmStatus take_value(Lines* f, const char* end, const char* column, double
     while (stop < end && *stop != ',') ++stop;
     bool is_number = om_number_parse(&f->at, end, v) && isfinite(*v) && f->at == stop;
     OM_CHECK(is_number, OM_INVALID, "%s:%d: %s: \"%.*s\" is not a number", f->name, f->line, column,
-             (int)(stop - from), from);
+             stop - from < 60 ? (int)(stop - from) : 60, from);
+    OM_CHECK(fabs(*v) <= MAX_VALUE, OM_INVALID, "%s:%d: %s: %g is too large, at most %g", f->name,
+             f->line, column, *v, MAX_VALUE);
     if (f->at < end) ++f->at;
     return OM_OK;
 }

@@ -98,7 +98,7 @@ static const OmYamlField description_field[] = {
     {"spacing_mm", OM_YAML_DOUBLE, offsetof(Description, spacing), .min = 0.1, .max = 1000,
      .scale = 1e-3},
     {"tissue", OM_YAML_STRING, offsetof(Description, tissue), .size = MAX_PICTURE,
-     .is_required = true},
+     .has_lines = true, .is_required = true},
     {"visible", OM_YAML_BOOL, offsetof(Description, visible)},
     {"tried", OM_YAML_LIST, offsetof(Description, tried), .size = sizeof(TriedEntry),
      .sub = &tried_schema, .count_offset = offsetof(Description, ntried),

@@ -7,6 +7,8 @@
 
 #include "defras/defras_internal.h"
 
+_Static_assert(OM_SCENE_MAX_GRID <= OM_PLAN_MAX_GRID, "blocks of a scene fit the planner's arrays");
+
 #define HEIGHT_TOLERANCE 5e-4  // m: a measured tip stops that far from its goal
 
 static int block_of(const Grid* g, OmVec3 p_task) {
@@ -19,6 +21,9 @@ static int block_of(const Grid* g, OmVec3 p_task) {
 
 OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
     memset(grid, 0, sizeof *grid);
+    // a scene need not come from a file
+    OM_CHECK(scene->task.grid >= 1 && scene->task.grid <= OM_PLAN_MAX_GRID, OM_INVALID,
+             "task: grid: %d is outside its range, 1 to %d", scene->task.grid, OM_PLAN_MAX_GRID);
     grid->n = scene->task.grid;
     grid->task = site->pose_world_task;
     grid->half = site->half_size;

@@ -24,31 +24,11 @@ OmStatus om__segment_at(OmVolumeInfo* info, int index, OmSegment** segment) {
     return OM_OK;
 }
 
-// Length of the UTF-8 character at `str`, 0 if the bytes are none.
-static size_t utf8_length(const unsigned char* str, size_t len) {
-    static const struct {
-        unsigned char mask, lead;
-        uint32_t least;  // below it a shorter form exists
-    } form[] = {{0x80, 0x00, 0}, {0xe0, 0xc0, 0x80}, {0xf0, 0xe0, 0x800}, {0xf8, 0xf0, 0x10000}};
-    for (size_t n = 1; n <= 4; n++) {
-        if ((str[0] & form[n - 1].mask) != form[n - 1].lead) continue;
-        if (n > len) return 0;
-        uint32_t code = str[0] & (unsigned char)~form[n - 1].mask;
-        for (size_t i = 1; i < n; i++) {
-            if ((str[i] & 0xc0) != 0x80) return 0;
-            code = code << 6 | (str[i] & 0x3f);
-        }
-        bool is_surrogate = code >= 0xd800 && code < 0xe000;
-        return code < form[n - 1].least || code > 0x10ffff || is_surrogate ? 0 : n;
-    }
-    return 0;
-}
-
 void om__segment_name(const char* str, size_t len, char out[OM_SEGMENT_NAME]) {
     size_t n = 0;
     for (size_t i = 0; i < len && n + 1 < OM_SEGMENT_NAME;) {
         const unsigned char* c = (const unsigned char*)str + i;
-        size_t step = utf8_length(c, len - i);
+        size_t step = om_utf8_length(str + i, len - i);
         bool is_control = *c < 0x20 || *c == 0x7f || (step == 2 && *c == 0xc2 && c[1] < 0xa0);
         if (step == 0 || is_control) {
             out[n++] = step == 0 ? '?' : ' ';

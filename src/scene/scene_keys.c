@@ -165,7 +165,7 @@ static const OmYamlField world_field[] = {
 static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_field), NULL};
 
 static const OmYamlField task_field[] = {
-    {"grid", OM_YAML_INT, AT(OmSceneTask, grid), .min = 2, .max = 20,
+    {"grid", OM_YAML_INT, AT(OmSceneTask, grid), .min = 2, .max = OM_SCENE_MAX_GRID,
      .help = "grasping points along a side: grid x grid blocks"},
     {"force_threshold", OM_YAML_DOUBLE, AT(OmSceneTask, force_threshold), .min = 1e-3, .max = 1000,
      .unit = "N",

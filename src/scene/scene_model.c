@@ -46,6 +46,7 @@ static void base_name(const char* path, char* out, size_t size) {
     snprintf(out, size, "%s", slash ? slash + 1 : path);
     char* dot = strchr(out, '.');
     if (dot && dot != out) *dot = 0;
+    om_text_make_plain(out, size);
 }
 
 OmModelDef om_model_default_def(const char* input, double edge) {
@@ -68,6 +69,8 @@ OmModelDef om_model_default_def(const char* input, double edge) {
 }
 
 static OmStatus check_material(const OmPatientMaterial* m) {
+    OM_CHECK(om_text_is_plain(m->name, strlen(m->name), NULL), OM_INVALID,
+             "material: the name \"%s\" is no UTF-8 or has a control character", m->name);
     OM_CHECK(m->young > 0 && isfinite(m->young), OM_INVALID,
              "material \"%s\": Young's modulus %g Pa must be positive", m->name, m->young);
     OM_CHECK(m->poisson >= 0 && m->poisson <= 0.4999, OM_INVALID,
@@ -109,6 +112,8 @@ static OmStatus check_def(const OmModelDef* def) {
     for (int i = 0; i < def->nmaterial; i++) OM_TRY(check_material(&def->material[i]));
     OM_CHECK(def->name[0] && !strchr(def->name, '/') && def->name[0] != '.', OM_INVALID,
              "name: \"%s\" cannot be the name of a file", def->name);
+    OM_CHECK(om_text_is_plain(def->name, strlen(def->name), NULL), OM_INVALID,
+             "name: \"%s\" is no UTF-8 or has a control character", def->name);
     return OM_OK;
 }
 

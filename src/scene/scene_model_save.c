@@ -86,14 +86,9 @@ static const OmYamlSchema patient_schema = {"patient", patient_field,
                                             sizeof patient_field / sizeof *patient_field, NULL};
 
 static OmStatus append_quoted(OmText* t, const char* key, const char* value) {
-    OM_TRY(om_text_append(t, "%s: \"", key));
-    for (const char* c = value; *c; c++) {
-        if ((unsigned char)*c < 0x20)
-            OM_TRY(om_text_append(t, "\\x%02x", (unsigned)*c));
-        else
-            OM_TRY(om_text_append(t, *c == '"' || *c == '\\' ? "\\%c" : "%c", *c));
-    }
-    return om_text_append(t, "\"\n");
+    OM_TRY(om_text_append(t, "%s: ", key));
+    OM_TRY(om_text_append_quoted(t, value));
+    return om_text_append(t, "\n");
 }
 
 static OmStatus append_vec3(OmText* t, const char* key, OmVec3 v, double scale) {

@@ -12,6 +12,8 @@
 
 #define MAX_FILE_SIZE (4u << 20)
 #define MAX_KEYS 64
+#define MAX_DEPTH 32
+#define MAX_EVENT 1000000
 
 typedef struct Reader {
     yaml_document_t* doc;
@@ -94,6 +96,8 @@ static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmYa
              line_of(node), f->key, len, f->size - 1);
     OM_CHECK(strlen(scalar_text(node)) == len, OM_INVALID, "%s:%zu: %s: has a zero byte", r->name,
              line_of(node), f->key);
+    OM_CHECK(om_text_is_plain(scalar_text(node), len, f->has_lines ? "\n\t" : NULL), OM_INVALID,
+             "%s:%zu: %s: has a control character", r->name, line_of(node), f->key);
     memcpy(out, scalar_text(node), len + 1);
     return OM_OK;
 }
@@ -198,17 +202,59 @@ static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmYamlSch
     return OM_OK;
 }
 
+static OmStatus not_yaml(const yaml_parser_t* parser, const char* name) {
+    if (parser->error == YAML_MEMORY_ERROR)
+        return om_error(OM_NO_MEMORY, "%s: out of memory", name);
+    bool is_bytes = parser->error == YAML_READER_ERROR;  // it knows the byte, not the line
+    if (is_bytes)
+        return om_error(OM_INVALID, "%s: byte %zu: not valid YAML: %s", name,
+                        parser->problem_offset, parser->problem);
+    return om_error(OM_INVALID, "%s:%zu: not valid YAML: %s", name, parser->problem_mark.line + 1,
+                    parser->problem ? parser->problem : "unreadable");
+}
+
+// libyaml's time grows as the square of the depth, and its memory by 100 bytes a value: 2 MB of "[" took minutes.
+// So the events of the first document are counted before it is built; none of our schemas is as deep or as long.
+static OmStatus check_shape(const char* text, size_t size, const char* name) {
+    yaml_parser_t parser;
+    OM_CHECK(yaml_parser_initialize(&parser), OM_NO_MEMORY, "%s: out of memory", name);
+    yaml_parser_set_input_string(&parser, (const unsigned char*)text, size);
+    OmStatus status = OM_OK;
+    int depth = 0, count = 0;
+    for (bool is_done = false; !is_done && status == OM_OK;) {
+        yaml_event_t event;
+        if (!yaml_parser_parse(&parser, &event)) {
+            status = not_yaml(&parser, name);
+            break;
+        }
+        yaml_event_type_t type = event.type;
+        size_t line = event.start_mark.line + 1;
+        yaml_event_delete(&event);
+        is_done = type == YAML_DOCUMENT_END_EVENT || type == YAML_STREAM_END_EVENT;
+        if (type == YAML_SEQUENCE_START_EVENT || type == YAML_MAPPING_START_EVENT) ++depth;
+        if (type == YAML_SEQUENCE_END_EVENT || type == YAML_MAPPING_END_EVENT) --depth;
+        if (depth > MAX_DEPTH)
+            status = om_error(OM_INVALID,
+                              "%s:%zu: lists and mappings inside each other more than %d "
+                              "deep",
+                              name, line, MAX_DEPTH);
+        if (++count > MAX_EVENT)
+            status = om_error(OM_INVALID, "%s:%zu: more than %d values", name, line, MAX_EVENT);
+    }
+    yaml_parser_delete(&parser);
+    return status;
+}
+
 OmStatus om_yaml_parse(const char* text, size_t size, const char* name, const OmYamlSchema* schema,
                        void* out) {
+    OM_TRY(check_shape(text, size, name));
     yaml_parser_t parser;
     OM_CHECK(yaml_parser_initialize(&parser), OM_NO_MEMORY, "%s: out of memory", name);
     yaml_parser_set_input_string(&parser, (const unsigned char*)text, size);
     yaml_document_t doc;
     OmStatus status;
     if (!yaml_parser_load(&parser, &doc)) {
-        status =
-            om_error(OM_INVALID, "%s:%zu: not valid YAML: %s", name, parser.problem_mark.line + 1,
-                     parser.problem ? parser.problem : "unreadable");
+        status = not_yaml(&parser, name);
         yaml_parser_delete(&parser);
         return status;
     }

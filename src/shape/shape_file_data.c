@@ -98,19 +98,33 @@ OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, b
 
 // ---- sets -------------------------------------------------------------------------------------------
 
+// Files of any program and time: what no report could hold is escaped here, once for all formats.
+static OmStatus plain_name(const char* name, size_t len, char out[OM_SET_NAME]) {
+    OmText text = {0};
+    OmStatus status = om_text_append_plain(&text, name, len);
+    if (status == OM_OK && text.len >= OM_SET_NAME)
+        status = om_error(OM_INVALID,
+                          "the name of a set has too many characters that must be escaped, %zu "
+                          "letters instead of %d: \"%.80s\"",
+                          text.len, OM_SET_NAME - 1, text.str);
+    if (status == OM_OK) memcpy(out, text.str, text.len + 1);
+    om_text_done(&text);
+    return status;
+}
+
 OmStatus om__file_set(OmFileMesh* m, const char* name, size_t len, int* index) {
     OM_CHECK(len > 0 && len < OM_SET_NAME, OM_INVALID,
              "the name of a set has %zu letters, 1 to %d are read: \"%.*s\"", len, OM_SET_NAME - 1,
              len < 80 ? (int)len : 80, name);
-    for (*index = 0; *index < m->nset; ++*index) {
-        const char* known = m->set[*index].name;
-        if (strlen(known) == len && memcmp(known, name, len) == 0) return OM_OK;
-    }
+    char plain[OM_SET_NAME];
+    OM_TRY(plain_name(name, len, plain));
+    for (*index = 0; *index < m->nset; ++*index)
+        if (strcmp(m->set[*index].name, plain) == 0) return OM_OK;
     OM_CHECK(m->nset < MAX_SET, OM_INVALID, "more than %d named sets", MAX_SET);
     OM_TRY(om__grow(&m->set, &m->setcap, m->nset + 1, sizeof *m->set));
     OmFileSet* set = &m->set[m->nset++];
     memset(set, 0, sizeof *set);
-    memcpy(set->name, name, len);
+    memcpy(set->name, plain, sizeof plain);
     return OM_OK;
 }
 

@@ -104,6 +104,8 @@ static OmStatus sorted_unique(int nmesh, const int* vert, int nvert, int** out, 
 OmStatus om_tet_mesh_add_set(OmTetMesh* mesh, const char* name, const int* vert, int nvert) {
     OM_CHECK(name && name[0] && strlen(name) < OM_SET_NAME, OM_INVALID,
              "the name of a set must have 1 to %d characters", OM_SET_NAME - 1);
+    OM_CHECK(om_text_is_plain(name, strlen(name), NULL), OM_INVALID,
+             "the name of a set, \"%s\", is no UTF-8 or has a control character", name);
     OM_CHECK(nvert >= 0, OM_INVALID, "set %s has %d vertices", name, nvert);
     for (int i = 0; i < nvert; i++) {
         OM_CHECK(vert[i] >= 0 && vert[i] < mesh->nvert, OM_INVALID,

@@ -26,6 +26,49 @@ static void json_is_well_formed(void** state) {
     om_text_done(&text);
 }
 
+// Bytes that no program reads as text are escaped, the rest stays; what comes out is read again by others.
+static void hostile_names_are_escaped(void** state) {
+    (void)state;
+    static const struct {
+        const char *name, *quoted, *plain;
+    } row[] = {
+        {"liver \xc3\xa4 \xe8\x82\x9d \xf0\x9f\xab\x80",
+         "\"liver \xc3\xa4 \xe8\x82\x9d \xf0\x9f\xab\x80\"",
+         "liver \xc3\xa4 \xe8\x82\x9d \xf0\x9f\xab\x80"},
+        {"a\"b\\", "\"a\\\"b\\\\\"", "a\"b\\"},
+        {"a\x1b[31m\n", "\"a\\u001b[31m\\u000a\"", "a\\x1b[31m\\x0a"},
+        {"\x7f\xc2\x85\xe2\x80\xa8\xef\xbb\xbf", "\"\\u007f\\u0085\\u2028\\ufeff\"",
+         "\\x7f\\xc2\\x85\\xe2\\x80\\xa8\\xef\\xbb\\xbf"},
+        // a byte alone, an overlong form, a surrogate, beyond the last plane, a cut character
+        {"Gef\xe4\xdf", "\"Gef\\\\xe4\\\\xdf\"", "Gef\\xe4\\xdf"},
+        {"\xc0\xaf", "\"\\\\xc0\\\\xaf\"", "\\xc0\\xaf"},
+        {"\xed\xa0\x80", "\"\\\\xed\\\\xa0\\\\x80\"", "\\xed\\xa0\\x80"},
+        {"\xf4\x90\x80\x80", "\"\\\\xf4\\\\x90\\\\x80\\\\x80\"", "\\xf4\\x90\\x80\\x80"},
+        {"\xe8\x82", "\"\\\\xe8\\\\x82\"", "\\xe8\\x82"}};
+    for (size_t i = 0; i < sizeof row / sizeof *row; ++i) {
+        OmText quoted = {0}, plain = {0};
+        char name[64];
+        size_t len = strlen(row[i].name);
+        assert_ok(om_text_append_quoted(&quoted, row[i].name));
+        assert_string_equal(quoted.str, row[i].quoted);
+        assert_ok(om_text_append_plain(&plain, row[i].name, len));
+        assert_string_equal(plain.str, row[i].plain);
+        assert_int_equal(om_text_is_plain(row[i].name, len, NULL), i < 2);
+        assert_true(om_text_is_plain(plain.str, plain.len, NULL));
+        snprintf(name, sizeof name, "%s", row[i].name);
+        om_text_make_plain(name, sizeof name);
+        assert_string_equal(name, row[i].plain);
+        (void)om_error(OM_INVALID, "%s", row[i].name);
+        assert_string_equal(om_error_message(), row[i].plain);
+        om_text_done(&quoted);
+        om_text_done(&plain);
+    }
+    assert_true(om_text_is_plain("a\nb", 3, "\n"));
+    char name[8] = "abcd\xff\xff";  // no room for a second escape
+    om_text_make_plain(name, sizeof name);
+    assert_string_equal(name, "abcd");
+}
+
 static void base64_pads(void** state) {
     (void)state;
     const char* in[] = {"", "f", "fo", "foo", "foob", "fooba", "foobar"};  // RFC 4648, section 10
@@ -101,6 +144,7 @@ static void library_has_the_version_of_the_header(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(json_is_well_formed),
+        cmocka_unit_test(hostile_names_are_escaped),
         cmocka_unit_test(base64_pads),
         cmocka_unit_test(html_is_escaped),
         cmocka_unit_test(appending_grows),

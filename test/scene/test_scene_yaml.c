@@ -2,6 +2,8 @@
 #include "omentum/scene_yaml.h"
 #include "test_common.h"
 
+#include <time.h>
+
 typedef struct Item {
     char name[8];
     double young;
@@ -41,6 +43,65 @@ static const OmYamlSchema schema = {"thing", field, 7, NULL};
 static OmStatus parse(const char* text, Thing* t) {
     memset(t, 0, sizeof *t);
     return om_yaml_parse(text, strlen(text), "t.yaml", &schema, t);
+}
+
+// Depth costs libyaml the square of it: bombs are refused before they are built.
+static void bombs_are_refused(void** state) {
+    (void)state;
+    static const struct {
+        const char* piece;
+        int count;
+        const char* expected;
+    } bomb[] = {{"[", 500000, "more than 32 deep"},
+                {"{a: ", 200000, "more than 32 deep"},
+                {"- ", 500000, "more than 32 deep"},
+                {"? ", 500000, "more than 32 deep"},
+                {"- 1\n", 1000000, "more than 1000000 values"}};
+    for (size_t i = 0; i < sizeof bomb / sizeof *bomb; ++i) {
+        OmText text = {0};
+        Thing t;
+        for (int k = 0; k < bomb[i].count; ++k)
+            assert_ok(om_text_append_raw(&text, bomb[i].piece, strlen(bomb[i].piece)));
+        clock_t start = clock();
+        memset(&t, 0, sizeof t);
+        assert_status(om_yaml_parse(text.str, text.len, "t.yaml", &schema, &t), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), bomb[i].expected));
+        assert_below((double)(clock() - start) / CLOCKS_PER_SEC, 5);  // minutes without the limit
+        om_text_done(&text);
+    }
+}
+
+// Lists of lists of aliases: a schema is walked, not the document, so they cost nothing.
+static void alias_bombs_cost_nothing(void** state) {
+    (void)state;
+    OmText text = {0};
+    Thing t;
+    assert_ok(om_text_append(&text, "a0: &a0 [x]\n"));
+    for (int k = 1; k < 30; ++k) {
+        assert_ok(om_text_append(&text, "a%d: &a%d [", k, k));
+        for (int i = 0; i < 10; ++i) assert_ok(om_text_append(&text, "*a%d, ", k - 1));
+        assert_ok(om_text_append(&text, "]\n"));
+    }
+    memset(&t, 0, sizeof t);
+    assert_status(om_yaml_parse(text.str, text.len, "t.yaml", &schema, &t), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "unknown key \"a0\""));
+    om_text_done(&text);
+}
+
+static void names_have_no_control_characters(void** state) {
+    (void)state;
+    static const char* const hostile[] = {
+        "first: {name: \"a\\x1b\"}\n", "first: {name: \"a\\x7f\"}\n", "first: {name: \"a\\nb\"}\n",
+        "first: {name: \"\\x85\"}\n"};
+    Thing t;
+    for (size_t i = 0; i < sizeof hostile / sizeof *hostile; ++i) {
+        assert_status(parse(hostile[i], &t), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "t.yaml:1: name: has a control character"));
+    }
+    assert_status(parse("first: {name: \xff}\n", &t), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "not valid YAML"));
+    assert_ok(parse("first: {name: \"\\xe4\"}\n", &t));
+    assert_string_equal(t.first.name, "\xc3\xa4");
 }
 
 static void values_land_in_si(void** state) {
@@ -103,6 +164,9 @@ static void mistakes_are_named(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bombs_are_refused),
+        cmocka_unit_test(alias_bombs_cost_nothing),
+        cmocka_unit_test(names_have_no_control_characters),
         cmocka_unit_test(values_land_in_si),
         cmocka_unit_test(mistakes_are_named),
     };
