@@ -1,11 +1,10 @@
 /// omentum/calibrate.h: parameters of a model identified from observations (floor 5).
 ///
-/// A calibration is a set of named parameters with bounds and a function that turns a vector of them into
-/// errors: distances between what the model says and what was observed, by experiment, level and landmark
-/// (thesis (3.15), (5.2)). The search is that of Fig. 3.6: a global evolutionary stage, then a direct search
-/// restricted to 40 % of the range around the best. Every evaluation goes to a journal: a search that was
-/// killed goes on where it was, and ends in the same bytes. At the end each parameter's sensitivity says
-/// what the data cannot determine. Tissue models are evaluated by calibrate_tissue.h.
+/// A calibration is a set of named parameters with bounds, and a function from parameters to errors: distances between
+/// model and observation for each experiment, level and landmark (thesis (3.15), (5.2)). The search follows Fig. 3.6: a
+/// global evolutionary stage, then a direct search in 40 % of the range around the best. Each evaluation is written
+/// to a journal, so a killed search resumes and gives the same bytes. At the end a sensitivity analysis names the
+/// parameters that the data do not determine. calibrate_tissue.h evaluates tissue models.
 ///
 ///     OmCalibrationDef def = om_calibrate_default_def(eval, ctx, nerror);
 ///     om_calibrate_add_param(&def, "young", 500, 50000, 3000, true);
@@ -28,31 +27,31 @@ extern "C" {
 // ---- the problem ------------------------------------------------------------------------------------
 
 typedef struct OmCalibrationParam {
-    char name[OM_CALIBRATION_NAME];  // as a scene calls it: "tissue.young", "pbd.radius_mm"
+    char name[OM_CALIBRATION_NAME];  // the key in a scene: "tissue.young", "pbd.radius_mm"
     double lo, hi;                   // bounds, SI, lo < hi
-    double start;                    // a first guess within them
-    bool is_log;                     // searched and judged by its logarithm; lo > 0
-    double unit;                     // SI of one unit of the name: 1e-3 for "_mm"; default 1
+    double start;                    // first guess, between lo and hi
+    bool is_log;                     // search on a logarithmic scale; lo > 0
+    double unit;                     // the unit of the name in SI: 1e-3 for "_mm"; default 1
 } OmCalibrationParam;
 
-typedef struct OmCalibrationLabel {  // what an entry of the errors is, for the report
+typedef struct OmCalibrationLabel {  // meaning of one error, for the report
     int experiment;                  // index into def.experiment
     int landmark;                    // index into def.landmark
     double level;                    // deformation there, m
 } OmCalibrationLabel;
 
-/// Errors of the model with parameters `param` (nparam), m, each >= 0, into `error` (nerror). Called by several
-/// threads at once; the outcome may depend on nothing but `param` and ctx, `nworker` (threads that this call
-/// may use itself) included.
-/// @return OM_OK; a positive status: no model has these parameters (the cost is infinite); a negative one ends
-///         the calibration
+/// Write the errors of the model with parameters `param` (nparam) into `error` (nerror), m, each >= 0. Several threads
+/// call this at once. The errors may depend on `param` and ctx only, not on `nworker`, the number of threads that the
+/// call may use.
+/// @return OM_OK; a positive status: no model has these parameters (the cost is infinite); a negative status ends the
+///         calibration
 typedef OmStatus (*OmCalibrationFn)(void* ctx, const double* param, int nworker, double* error);
 
 typedef enum OmCalibrationNorm {  // the cost, m, of errors e
     OM_NORM_MEAN,                 // mean of e: (3.15), (5.2)
     OM_NORM_SQUARE,               // root of the mean of e^2
-    OM_NORM_HUBER,    // root of the mean of e^2 up to s = norm_size, of 2 s e - s^2 beyond
-    OM_NORM_TRIMMED,  // mean of the smallest; the share norm_size of all is left out
+    OM_NORM_HUBER,                // root of the mean of: e^2 up to s = norm_size, 2 s e - s^2 above
+    OM_NORM_TRIMMED,  // mean without the largest errors; norm_size is the fraction left out
     OM_NNORM
 } OmCalibrationNorm;
 
@@ -66,7 +65,7 @@ typedef enum OmCalibrationGlobal {
 
 typedef enum OmCalibrationLocal {
     OM_LOCAL_NONE,
-    OM_LOCAL_SUBPLEX,  // NLopt's SBPLX: simplex searches in subspaces; takes kinks of the cost
+    OM_LOCAL_SUBPLEX,  // NLopt's SBPLX: simplex searches in subspaces, for costs with kinks
     OM_LOCAL_BOBYQA,  // NLopt's BOBYQA: quadratic models; fewer evaluations where the cost is smooth
     OM_NLOCAL
 } OmCalibrationLocal;
@@ -87,30 +86,31 @@ typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
     const char* const* landmark;    // names, borrowed                                 (nlandmark)
     OmCalibrationNorm norm;         // default OM_NORM_MEAN
     double norm_size;  // Huber: m, default 0: twice the noise; trimmed: share, default 0: 0.2
-    double noise;      // cost that a perfect model would have, m; default 0: not known
+    double noise;      // cost of a perfect model, m; default 0: not known
     OmCalibrationGlobal global;  // default OM_GLOBAL_EVOLUTION
-    int population;              // default 0: 8 a parameter, at least 12
+    int population;              // default 0: 8 for each parameter, at least 12
     int max_generations;         // default 40
     OmCalibrationLocal local;    // default OM_LOCAL_SUBPLEX
-    int max_local;               // evaluations; default 0: 60 a parameter
-    double local_range;          // share of the range around its start, (0, 1]; default 0.4 (3.5.1)
-    double tolerance;            // of a parameter, over its range, where local ends; default 1e-3
-    int patience;  // generations without 1 % of progress that end the global stage; default 8
-    double unfit;  // the model cannot fit where that happens above this many times noise; default 4
+    int max_local;               // evaluations; default 0: 60 for each parameter
+    double local_range;  // fraction of the range around the start, (0, 1]; default 0.4 (3.5.1)
+    double tolerance;    // of a parameter relative to its range, ends the local stage; default 1e-3
+    int patience;        // generations without 1 % of progress that end the global stage; default 8
+    double unfit;        // stagnation above unfit * noise means: the model cannot fit; default 4
     // Sensitivity: the relative rise of the cost that bounds an interval. Where the cost is below
     // the noise, the rise is relative to the noise instead. Default 0.1; 0: no sensitivity.
     double rise;
     uint64_t seed;        // default 1
-    int nworker;          // default 0: one a processor
-    const char* out_dir;  // journal and report; default null: none, nothing is resumed
+    int nworker;          // default 0: one for each processor
+    const char* out_dir;  // for journal and report; default null: no files, no resuming
     uint32_t cookie;
 } OmCalibrationDef;
 
 OM_API OmCalibrationDef om_calibrate_default_def(OmCalibrationFn eval, void* ctx, int nerror);
-/// Add a parameter; one too many is found by om_calibrate_run.
+/// Add a parameter. om_calibrate_run reports too many parameters.
 OM_API void om_calibrate_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
                                    double start, bool is_log);
-/// The cost of errors by def's norm; infinite where one is not finite. OM_NORM_TRIMMED needs `sorted` (n), scratch.
+/// Cost of errors by the norm of `def`; infinite if an error is not finite. OM_NORM_TRIMMED needs the scratch array
+/// `sorted` (n).
 OM_API double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* error,
                                      double* sorted);
 
@@ -121,25 +121,27 @@ OM_API double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const d
 typedef struct OmCalibrationProfile {   // the cost along one parameter, the others at the optimum
     double x[OM_CALIBRATION_NPROFILE];  // ascending, SI
     double cost[OM_CALIBRATION_NPROFILE];
-    double lo, hi;                // where the cost has risen by def.rise; the bounds if nowhere
-    bool is_open_lo, is_open_hi;  // it does not rise so much before the bound
-    double partner_rho;           // see below; 0 without partner
-    int partner;         // parameter that it can be traded for, -1 if none: the cost hardly
-                         // rises along the valley, correlation rho beyond 0.95
-    bool is_determined;  // closed on both sides, no partner
+    double lo, hi;                // interval in which the cost rises by less than def.rise
+    bool is_open_lo, is_open_hi;  // the interval ends at the bound of the parameter
+    // Another parameter that compensates a change of this one, or -1: the cost hardly rises along the valley of both,
+    // their correlation partner_rho exceeds 0.95. partner_rho is 0 without partner.
+    double partner_rho;
+    int partner;
+    bool is_determined;  // the interval is closed on both sides, and there is no partner
 } OmCalibrationProfile;
 
 typedef enum OmCalibrationOutcome {
-    OM_CALIBRATED,          // the local stage (else the global one) ended by its tolerance
-    OM_CALIBRATION_BUDGET,  // it ended by its number of evaluations
+    OM_CALIBRATED,          // the local stage (or the global one alone) reached its tolerance
+    OM_CALIBRATION_BUDGET,  // the largest number of evaluations was reached
     OM_CALIBRATION_UNFIT    // stagnation far above the noise: the model cannot fit
 } OmCalibrationOutcome;
 
 typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
     OmCalibrationOutcome outcome;
     int nparam, nerror;
-    int neval, nnew;                // evaluations in all, and made by this call
-    int nglobal, nlocal, nprofile;  // by stage; one more is start, one the best at the end
+    int neval, nnew;  // all evaluations; those made by this call
+    int nglobal, nlocal,
+        nprofile;  // evaluations by stage, besides one at the start and one at the end
     int ngeneration;
     double best[OM_CALIBRATION_MAX_PARAM];  // SI
     double cost_start, cost_global, cost;   // m
@@ -149,11 +151,11 @@ typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
     OmCalibrationProfile profile[OM_CALIBRATION_MAX_PARAM];
 } OmCalibrationResult;
 
-/// Search, then sensitivity, then out_dir/report.html, calibration.json and calibrated.yaml. The journal
-/// out_dir/journal.jsonl has a line an evaluation, in the same order whatever the worker count.
+/// Search, analyse the sensitivity, and write out_dir/report.html, calibration.json and calibrated.yaml. The journal
+/// out_dir/journal.jsonl has one line for each evaluation, in the same order for any number of workers.
 /// @return OM_OK; OM_NOT_CONVERGED (budget); OM_UNSAT (unfit): result is complete for all three; OM_INVALID
 ///         (the message names the field, or the journal of another problem); OM_IO; OM_NO_MEMORY;
-///         OM_CANCELLED (what is evaluated stays in the journal); errors of eval
+///         OM_CANCELLED (the journal keeps all evaluations); errors of eval
 OM_API OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progress,
                                  OmCalibrationResult* result);
 OM_API void om_calibrate_result_done(OmCalibrationResult* result);

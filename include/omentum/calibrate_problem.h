@@ -1,12 +1,13 @@
 /// omentum/calibrate_problem.h: calibrations described by files (floor 5).
 ///
-/// A problem is one YAML file: the scene whose twin is the model, parameters by the keys of a scene, the paths
-/// of the experiments, the search; and a CSV file of what was seen, in the scene's task frame:
+/// A problem is a YAML file and a CSV file. The YAML file has the scene whose twin is the model, the parameters
+/// (named by keys of the scene), the paths of the experiments, and the search. The CSV file has the observations in
+/// the scene's task frame:
 ///
 ///     experiment,level_mm,landmark,x_mm,y_mm,z_mm
-///     bead 1,rest,tip,0,0,47            where the landmark is in the rest shape
-///     bead 1,10,tip,0.1,0,41.2          where it was after 10 mm of travel
-///     pinch 2,20,cloud,12,40,18.5       a point of the cloud there (any number)
+///     bead 1,rest,tip,0,0,47            place of the landmark in the rest shape
+///     bead 1,10,tip,0.1,0,41.2          its place after 10 mm of travel
+///     pinch 2,20,cloud,12,40,18.5       a point of the cloud at 20 mm (any number)
 ///     bead 1,10,force,0,0,-1.9          the force of the tool on the tissue, N
 ///
 ///     om_calibrate_load_problem("gel.yaml", NULL, &problem);
@@ -28,31 +29,31 @@ extern "C" {
 
 typedef struct OmCalibrationProblem OmCalibrationProblem;  // constant
 
-/// Read a problem, its scene and its observations, whose names are relative to its folder.
-/// @param observations  a file in place of the one that the problem names; null: that one
+/// Read a problem, its scene and its observations. File names in the problem are relative to its folder.
+/// @param observations  a file that replaces the one named in the problem; may be null
 /// @return OM_OK; OM_INVALID (the message names file, line, key or column, and the remedy); OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_calibrate_load_problem(const char* path, const char* observations,
                                           OmCalibrationProblem** problem);
 OM_API void om_calibrate_destroy_problem(OmCalibrationProblem* problem);
 /// The search that the file describes; it borrows the problem. The caller adds out_dir and nworker.
 OM_API OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* problem);
-/// The parameters as the scene has them, or as the file says where they start (nparam).
+/// Start values of the parameters: those of the file, or else those of the scene (nparam).
 OM_API const double* om_calibrate_problem_start(const OmCalibrationProblem* problem);
-/// All that was seen, in the scene's task frame; a view (n).
+/// All observations, in the scene's task frame; a view (n).
 OM_API const OmCalibrationSeen* om_calibrate_problem_seen(const OmCalibrationProblem* problem,
                                                           int* n);
-/// How many points of the model are held against a cloud.
+/// Number of points of the model that are compared with a cloud.
 OM_API int om_calibrate_problem_npoint(const OmCalibrationProblem* problem);
-/// Where the model has those points at each level of a path, in the scene's task frame: for pictures.
+/// Positions of these points of the model at each level of a path, in the scene's task frame: for pictures.
 /// @param param  (nparam)
 /// @param x      m                                   (nlevel x npoint x 3)
 /// @return OM_OK; OM_UNSAT: there is no such model; OM_INVALID (no such path); OM_NO_MEMORY
 OM_API OmStatus om_calibrate_run_points(const OmCalibrationProblem* problem, const double* param,
                                         int path, double* x);
-/// What would have been seen, in place of what the observations say: the scene's *world*, another mesh than the
-/// twin's and by OmSceneWorld another stiffness, carried along the paths with these parameters, plus noise. To
-/// learn before an experiment what it can determine.
-/// @param param  (nparam); of the twin: the world's own factors come on top
+/// Write synthetic observations: the scene's *world* (another mesh than the twin's, and another stiffness by
+/// OmSceneWorld) is moved along the paths with these parameters, and noise is added. They show before an experiment
+/// which parameters it can determine.
+/// @param param  (nparam) of the twin; the factors of OmSceneWorld apply in addition
 /// @param noise  m, standard deviation of each coordinate; forces have none
 /// @param path   of the CSV file
 /// @return OM_OK; OM_INVALID (parameters at which a simulation fails); OM_NO_MEMORY; OM_IO, nothing is written

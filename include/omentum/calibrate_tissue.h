@@ -1,9 +1,9 @@
-/// omentum/calibrate_tissue.h: tissue models held against what was seen of the tissue (floor 5).
+/// omentum/calibrate_tissue.h: tissue models compared with observations (floor 5).
 ///
-/// Experiments are paths: tissue left to itself, a probe pressed into it, a pinch point lifted. At levels of
-/// each path landmarks were located (thesis (3.15)), a depth camera took a point cloud (5.2), or the force on
-/// the tool was read. The model is any OmTissueModel that a function makes of the parameters; it is carried
-/// along the same paths, and what it says differs from what was seen by the errors of calibrate.h.
+/// Experiments are paths: tissue under its weight, a probe pressed into it, a pinch point lifted. At levels of each
+/// path landmarks were located (thesis (3.15)), a depth camera took a point cloud (5.2), or the force on the tool was
+/// measured. A function makes an OmTissueModel from the parameters. The model is moved along the same paths; the
+/// differences from the observations are the errors of calibrate.h.
 ///
 ///     OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, ctx);
 ///     def.npath = 1, def.path = &press, def.nlandmark = 1, def.rest = rest;
@@ -22,16 +22,16 @@
 extern "C" {
 #endif
 
-/// A model of these parameters; the caller destroys it. Its outcome depends on param and ctx alone.
-/// @param nworker  for its linear solver
-/// @return OM_OK; a positive status: there is no such model; a negative one ends the calibration
+/// Make a model with these parameters; the caller destroys it. It may depend on param and ctx only.
+/// @param nworker  threads of its linear solver
+/// @return OM_OK; a positive status: there is no such model; a negative status ends the calibration
 typedef OmStatus (*OmCalibrationBuildFn)(void* ctx, const double* param, int nworker,
                                          OmTissueModel** model);
 
 typedef enum OmCalibrationPathKind {
-    OM_PATH_REST,   // nothing moves it but its weight; one level, 0
-    OM_PATH_PRESS,  // a probe, from first touch along `direction`
-    OM_PATH_LIFT    // a grasp at `point` carried along `direction`
+    OM_PATH_REST,   // the tissue under its own weight; one level, 0
+    OM_PATH_PRESS,  // a probe moves along `direction` from first contact
+    OM_PATH_LIFT    // a grasp at `point` moves along `direction`
 } OmCalibrationPathKind;
 
 typedef struct OmCalibrationPath {
@@ -39,7 +39,7 @@ typedef struct OmCalibrationPath {
     OmCalibrationPathKind kind;
     OmVec3 point;          // press: origin of the probe at first touch; lift: the pinch point; m
     OmVec3 direction;      // of travel, any length but zero
-    OmVec3 along;          // press: the probe's x axis, any length; zero: any across
+    OmVec3 along;          // press: the probe's x axis, any length; zero: any normal to `direction`
     double radius;         // lift: of the grasp, m; 0: 5 mm
     const OmProbe* probe;  // press: its z axis is -direction; borrowed
     OmPressMethod method;  // press
@@ -47,7 +47,7 @@ typedef struct OmCalibrationPath {
     double friction;       // press
     double speed;          // m/s, > 0
     double time_step;      // s, > 0
-    double settle;         // s of steps without travel, before the path and at each of its levels
+    double settle;         // s, steps without travel before the path and at each level
     int nlevel;
     const double* level;  // travel, m, ascending, from 0                                  (nlevel)
 } OmCalibrationPath;
@@ -57,8 +57,8 @@ typedef struct OmCalibrationPath {
 
 typedef struct OmCalibrationSeen {
     int path, level;  // indices
-    int landmark;     // index, or one of the above
-    OmVec3 x;         // where it was, m; or the force, N
+    int landmark;     // index, or one of the constants above
+    OmVec3 x;         // position, m; or the force, N
 } OmCalibrationSeen;
 
 typedef struct
@@ -75,8 +75,8 @@ typedef struct
     const double* rest;           // in the rest shape, m                      (nlandmark x 3)
     int nobservation;
     const OmCalibrationSeen* observation;  // in any order                      (nobservation)
-    double force_scale;                    // m of error a newton of difference counts; default 0.01
-    int ncloud_point;  // points of the model held against clouds; default 0: all vertices of its surface
+    double force_scale;                    // m of error for each newton of difference; default 0.01
+    int ncloud_point;  // points of the model compared with clouds; default 0: its surface vertices
     const double* cloud_point;  // in the rest shape, m                     (ncloud_point x 3)
     uint32_t cookie;
 } OmCalibrationTissueDef;
@@ -86,20 +86,20 @@ typedef struct OmCalibrationTissue
 
 OM_API OmCalibrationTissueDef om_calibrate_default_tissue_def(OmCalibrationBuildFn build,
                                                               void* ctx);
-/// @param start  parameters of a first model, which tells the points held against clouds
-/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; what build says
+/// @param start  parameters of a first model, whose surface gives the points to compare with clouds
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; errors of build
 OM_API OmStatus om_calibrate_create_tissue(const OmCalibrationTissueDef* def, const double* start,
                                            OmCalibrationTissue** tissue);
 OM_API void om_calibrate_destroy_tissue(OmCalibrationTissue* tissue);
-/// The evaluation for calibrate.h; ctx is the OmCalibrationTissue. Paths run at once on `nworker` threads. An
-/// error a landmark and a force, in the order of the observations; then, path by path and level by level,
-/// an error a point of the model where there is a cloud.
+/// The evaluation for calibrate.h; ctx is the OmCalibrationTissue. Paths run in parallel on `nworker` threads. Errors
+/// are: one for each landmark and each force, in the order of the observations; then, for each path and level with a
+/// cloud, one for each point of the model.
 /// @return OM_OK; OM_INVALID (parameters at which the model or a simulation fails); OM_NO_MEMORY
 OM_API OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker,
                                          double* error);
 /// A definition with eval, nerror, labels and names; it borrows the tissue. The caller adds parameters.
 OM_API OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* tissue);
-/// Where the model says that the landmarks of a path are: observations from elsewhere, or for a picture.
+/// Positions of the landmarks of the model along a path, for pictures or as observations for another model.
 /// @param x      m                            (nlevel x nlandmark x 3); may be null
 /// @param force  on the tissue, N                         (nlevel x 3); may be null
 /// @return OM_OK; OM_NOT_CONVERGED (simulated to the end, with steps that did not converge); OM_INVALID;

@@ -1,8 +1,8 @@
-/// omentum/plan.h: deciding what the arms do next (floor 5).
+/// omentum/plan.h: the task planner (floor 5).
 ///
-/// The task of tissue retraction (thesis chapter 6, Table 6.1) as an answer set program solved by clingo in
-/// this process. The tissue is seen as an n x n grid of blocks; sensing says which fluents hold (Alg. 4); the
-/// planner gives the shortest plan around the best grasping point, proven optimal, and says why.
+/// Tissue retraction (thesis chapter 6, Table 6.1) as an answer set program, solved by clingo inside this process. The
+/// tissue is an n x n grid of blocks. Sensing gives the fluents that hold (Alg. 4). The planner returns the shortest
+/// plan for the best grasping point, proves that it is optimal, and explains it.
 ///
 ///     OmPlannerDef def = om_planner_default_def();
 ///     OmPlanner* planner;   om_planner_create(&def, &planner);
@@ -25,7 +25,7 @@ extern "C" {
 #define OM_PLAN_NARM 2   // psm1, psm2
 #define OM_PLAN_NCOST 5  // objectives, the most important first; see OmPlan.cost
 
-/// The actions of Table 6.1, by the names the logic program gives them.
+/// The actions of Table 6.1 with their names in the logic program.
 #define OM_PLAN_VERB_TABLE(X)       \
     X(OM_PLAN_REACH, "reach")       \
     X(OM_PLAN_GRASP, "grasp")       \
@@ -41,7 +41,7 @@ typedef enum OmPlanVerb {
         OM_PLAN_NVERB
 } OmPlanVerb;
 
-/// What has been tried on a block and did not expose the ROI; planning again must not loop.
+/// Actions on a block that did not expose the ROI; the next plan does not repeat them.
 typedef enum OmTried {
     OM_TRIED_GRASP = 1,      // grasping and pulling it: it is not grasped again
     OM_TRIED_MOVE_ROI = 2,   // folding it towards the ROI
@@ -49,17 +49,17 @@ typedef enum OmTried {
 } OmTried;
 
 typedef struct OmArmSituation {  // one arm, as sensed
-    int at;                      // block the tool is above, -1 none: fluent at
-    int in_hand;         // block held, -1 none: fluent in_hand; a held block means a closed gripper
-    bool is_closed;      // gripper below 20 degrees: fluent closed_gripper
-    bool is_max_height;  // tool at the height limit: fluent max_height
-    bool is_max_force;   // force above the threshold: fluent max_force
-    int nlift;           // pulls of 10 mm already made with the tissue held, 0 or more
+    int at;                      // block below the tool, -1 none: fluent at
+    int in_hand;                 // block held, -1 none: fluent in_hand; then the gripper is closed
+    bool is_closed;              // gripper below 20 degrees: fluent closed_gripper
+    bool is_max_height;          // tool at the height limit: fluent max_height
+    bool is_max_force;           // force above the threshold: fluent max_force
+    int nlift;                   // pulls of 10 mm already made with the tissue held, 0 or more
 } OmArmSituation;
 
-/// Everything sensing tells the planner (Alg. 4). A plain value; copy it freely.
-/// Block (ix, iy), counted from 1, has index (iy - 1) * n + ix - 1; x and y are those of the task frame, and
-/// arms stand on either side of its x-z plane.
+/// The input of the planner from sensing (Alg. 4). A plain value that may be copied.
+/// Block (ix, iy), counted from 1, has index (iy - 1) * n + ix - 1. x and y are those of the task frame; the arms are
+/// on both sides of its x-z plane.
 typedef struct OmSituation {
     int n;                                 // blocks along a side, 1 to OM_PLAN_MAX_GRID
     bool is_fixed[OM_PLAN_MAX_BLOCK];      // the block is above attachment points
@@ -67,7 +67,7 @@ typedef struct OmSituation {
     uint8_t reachable[OM_PLAN_MAX_BLOCK];  // bit a: arm a reaches the block
     uint8_t tried[OM_PLAN_MAX_BLOCK];      // bits OmTried
     OmArmSituation arm[OM_PLAN_NARM];      // psm1, psm2
-    bool is_visible;                       // the ROI is seen: nothing to do
+    bool is_visible;                       // the ROI is seen: the plan is empty
     double spacing;                        // between centres of neighbouring blocks, m, > 0
     const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
 } OmSituation;
@@ -91,15 +91,15 @@ typedef struct OmPlan {
     int n;             // grid of the situation it was made for
     int naction;       // 0 when the ROI is already visible, and when there is no plan
     OmPlanAction action[OM_PLAN_MAX_HORIZON];  // in order of time
-    int grasp_block;  // block newly grasped, -1 when the plan goes on with what is held
+    int grasp_block;  // block that is newly grasped; -1 if the plan continues with a held block
     int grasp_arm;    // the arm that grasps it, -1
-    // New grasps; distance of the grasp from the ROI and its closeness to the attachments, both in 0.1 mm, the
-    // second negative; actions; order of preference between equals. All 0 for a program of one's own that has
-    // another number of levels.
+    // By priority: new grasps; distance of the grasp from the ROI in 0.1 mm; minus its distance from the attachments in
+    // 0.1 mm; number of actions; order of preference between equal plans. All 0 for a user's program with another
+    // number of levels.
     int64_t cost[OM_PLAN_NCOST];
     bool is_optimal;     // no better plan exists within the horizon
     bool is_reground;    // the program was grounded for this plan, not only solved again
-    double ground_time;  // s, making the ground program fit the situation
+    double ground_time;  // s, to adapt the ground program to the situation
     double solve_time;   // s
 } OmPlan;
 
@@ -109,16 +109,15 @@ typedef struct OmPlannerDef {
     int max_lift;         // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
     const char* program;  // a file in place of the built-in asp/tissue_retraction.lp; null
     uint32_t seed;  // of clasp; default 1. The optimum is unique, so plans do not depend on it
-    // Give metric(B1,B2,X) between all blocks too, for a program of one's own, and set the external atoms
-    // distance(B1,B2,X,0) if the program declares them; default false: only the distances to the ROI and to
-    // the attachments.
+    // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
+    // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
     double time_limit;  // s a solve may take; default 10, <= 0 none
 } OmPlannerDef;
 
 OM_API OmPlannerDef om_planner_default_def(void);
 
-/// Holds clingo and its ground program between plans; used by one thread at a time.
+/// clingo and its ground program, kept between plans; for one thread at a time.
 typedef struct OmPlanner OmPlanner;
 
 /// @return OM_OK; OM_INVALID (a field, or the program: clingo's text with file, line and column); OM_IO;
@@ -126,28 +125,28 @@ typedef struct OmPlanner OmPlanner;
 OM_API OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** planner);
 OM_API void om_planner_destroy(OmPlanner* planner);
 
-/// The best plan from here on. Grounds only what the last ground program does not know yet.
-/// @return OM_OK; OM_UNSAT (no plan within the horizon: plan is empty, om_planner_explain tells why);
+/// The best plan for the situation. Only parts that are new since the last plan are grounded.
+/// @return OM_OK; OM_UNSAT (no plan within the horizon: plan is empty, om_planner_explain gives the reason);
 ///         OM_TIMEOUT (plan is the best found so far, not proven, or empty); OM_INVALID (a field of the
 ///         situation); OM_NO_MEMORY
 OM_API OmStatus om_planner_solve(OmPlanner* planner, const OmSituation* situation, OmPlan* plan);
 
-/// Append the plan for a surgeon, a line an action: "1. PSM1 reaches grasping point (3,2)".
+/// Append the plan as text, one line for each action: "1. PSM1 reaches grasping point (3,2)".
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_plan_print(const OmPlan* plan, OmText* text);
 /// Append one action as it is printed, without number or line end: "PSM1 reaches grasping point (3,2)".
 /// @return OM_OK; OM_INVALID (no such action); OM_NO_MEMORY
 OM_API OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text);
 
-/// Append why: the fluents that decided, and for other grasping points what forbids them or what they cost
-/// more. Each is asked of the program itself, by solving again with that point forced.
+/// Append an explanation: the fluents that decided, and for each other grasping point the rule that forbids it or its
+/// higher cost. Each answer comes from the program itself, solved again with that point forced.
 /// @param plan    of om_planner_solve for this situation, also after OM_UNSAT
-/// @param nother  other grasping points to speak of one by one, the nearest to the ROI first; -1 all
+/// @param nother  number of other grasping points to explain, the nearest to the ROI first; -1: all
 /// @return OM_OK; OM_INVALID (plan and situation do not fit); OM_TIMEOUT; OM_NO_MEMORY
 OM_API OmStatus om_planner_explain(OmPlanner* planner, const OmSituation* situation,
                                    const OmPlan* plan, int nother, OmText* text);
 
-/// The built-in logic program, for a copy to change.
+/// Text of the built-in logic program, as a start for a user's own.
 OM_API const char* om_planner_program(void);
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-/// omentum/report.h: reports as one HTML file that needs nothing else (floor 2).
+/// omentum/report.h: reports as one self-contained HTML file (floor 2).
 ///
 /// Headings, paragraphs, tables, line charts (SVG) and pictures (PNG, embedded), readable on a screen in
 /// light or dark and on paper. All text is escaped. Blocks appear in the order they are added.
@@ -30,13 +30,13 @@ typedef struct OmReport {  // nothing in it is for callers
 OM_API void om_report_begin(OmReport* report, const char* title, const char* subtitle);
 OM_API void om_report_heading(OmReport* report, const char* text);
 OM_API void om_report_paragraph(OmReport* report, const char* text);
-/// A short sentence with weight: how it ended. `is_good` colours it.
+/// The outcome as one emphasised sentence. `is_good` selects its colour.
 OM_API void om_report_verdict(OmReport* report, const char* text, bool is_good);
 /// Numbers side by side: values and what they are; `count` of each.
 OM_API void om_report_facts(OmReport* report, const char* const* value, const char* const* label,
                             int count);
-/// A table of nrow x ncol cells, row by row, under ncol headings; null is an empty cell. A column whose cells
-/// all begin with a digit or a sign stands right.
+/// A table of nrow x ncol cells, row by row, under ncol headings; null is an empty cell. A column is aligned right if
+/// all its cells begin with a digit or a sign.
 OM_API void om_report_table(OmReport* report, const char* const* heading, int ncol,
                             const char* const* cell, int nrow);
 /// Text with its lines and blanks, in fixed width: a plan.
@@ -56,10 +56,10 @@ typedef struct OmReportSeries {
     bool is_step;  // a value holds until the next point
 } OmReportSeries;
 
-typedef struct OmReportSpan {  // what went on from begin to end: an action, named above the chart
+typedef struct OmReportSpan {  // an action from begin to end, named above the chart
     const char* label;
     double begin, end;
-    bool is_bad;  // marked: it did not end as meant
+    bool is_bad;  // marked: the action failed
 } OmReportSpan;
 
 typedef struct OmReportBox {  // of a sample of n values; nothing is drawn where n is 0
@@ -67,7 +67,7 @@ typedef struct OmReportBox {  // of a sample of n values; nothing is drawn where
     int n;
 } OmReportBox;
 
-typedef struct OmReportChart {  // zero what is not used
+typedef struct OmReportChart {  // zero-initialise; unused fields stay 0
     const char* title;
     const char *x_label, *y_label;  // with units
     OmReportSeries series[OM_REPORT_MAX_SERIES];

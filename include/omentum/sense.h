@@ -54,7 +54,7 @@ OM_API OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface
 /// null, vertex i of the object is vert[i] of x.
 OM_API void om_sense_scene_update(OmSenseScene* scene, int id, const double* x, const int* vert);
 OM_API void om_sense_scene_show(OmSenseScene* scene, int id, bool is_shown);
-/// To be called after changes, before anything is cast.
+/// Call this after changes and before rendering.
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_sense_scene_commit(OmSenseScene* scene);
 
@@ -76,8 +76,8 @@ OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camer
 OM_API OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                                float* depth, int* id, float* normal);
 
-/// Noise of a structured-light or stereo camera: sigma = a + b z^2; surfaces seen at less than
-/// `min_grazing` (cosine of the angle to the normal) and a share `dropout` of all pixels give no depth.
+/// Noise of a structured-light or stereo camera: sigma = a + b z^2. Pixels have no depth where the cosine between ray
+/// and surface normal is below `min_grazing`, and at random with probability `dropout`.
 typedef struct OmDepthNoise {
     double a, b;         // m and 1/m
     double min_grazing;  // 0 to 1
@@ -85,9 +85,9 @@ typedef struct OmDepthNoise {
     uint64_t seed;
     int nworker;  // 0: one a processor; the noise does not depend on it
 } OmDepthNoise;
-/// About a RealSense D435: 0.2 mm at once and 1.5 mm more at one metre.
+/// Similar to a RealSense D435: 0.2 mm, and 1.5 mm more at one metre.
 OM_API OmDepthNoise om_depth_noise_default(uint64_t seed);
-/// Apply noise in place; pixel i of frame k (below 2^38) draws from its own stream, so any frame can be made
+/// Apply noise in place. Each pixel of each frame (below 2^38) has its own random stream, so any frame can be made
 /// alone.
 OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera, uint64_t frame,
                                const float* normal, float* depth);
@@ -97,8 +97,8 @@ OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera
 OM_API int om_depth_to_cloud(const OmCamera* camera, const float* depth, const int* id,
                              const float* normal, int only, double* x, double* normal_out);
 
-/// How many sample points of a region the camera sees, and why it does not see the others. Every point is counted
-/// once: npoint = nseen + naway + noutside + nhidden.
+/// Counts of sample points of a region: seen by the camera, or the reason why not. Each point is counted once:
+/// npoint = nseen + naway + noutside + nhidden.
 typedef struct OmVisibility {
     int npoint;    // of the region
     int nseen;     // seen

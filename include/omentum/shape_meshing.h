@@ -1,5 +1,4 @@
-/// omentum/shape_meshing.h: tetrahedral meshes of implicit solids, and what can be said of them
-/// (room `shape`, floor 1).
+/// omentum/shape_meshing.h: tetrahedral meshes of implicit solids, and measures of meshes (room `shape`, floor 1).
 ///
 /// Isosurface stuffing (Labelle & Shewchuk 2007): a body-centred cubic lattice is cut by the zero level of
 /// a function; lattice points that a cut comes too close to are moved onto it. No element is inverted and
@@ -37,8 +36,8 @@ OM_API OmStatus om_tet_mesh_stuff(const OmStuffDef* def, OmTetMesh* mesh);
 /// An OmShapeFn on a distance field; ctx is a const OmSdf*.
 OM_API double om_sdf_shape_fn(void* ctx, OmVec3 p);
 
-/// Keep the largest part (`min_share` = 0) or all parts of at least that share of the elements; parts hang
-/// together by faces. Unused vertices go, sets are renumbered. The counts may be null.
+/// Keep the largest part (`min_share` = 0), or all parts with at least the fraction `min_share` of the elements.
+/// Parts are connected over faces. Unused vertices are removed, sets are renumbered. The counts may be null.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tet_mesh_keep_parts(OmTetMesh* mesh, double min_share, int* nkept, int* nfound);
 
@@ -52,7 +51,7 @@ typedef struct OmMeshQuality {
     double dihedral_min, dihedral_max;      // rad
     int64_t dihedral_bin[OM_DIHEDRAL_BIN];  // angles in [10 i, 10 (i + 1)) degrees
     double edge_min, edge_mean, edge_max;   // over distinct edges, m
-    int npart;                              // parts that hang together by faces
+    int npart;                              // parts connected over faces
     int euler;                              // Euler characteristic of the boundary
     int nlayer;  // elements through the thickest part: twice the edges to its middle, at least 1
     bool is_manifold;  // every boundary edge belongs to two boundary triangles
@@ -65,8 +64,8 @@ OM_API OmStatus om_tet_mesh_quality(const OmTetMesh* mesh, OmMeshQuality* qualit
 OM_API void om_tet_dihedral(const OmTetMesh* mesh, int e, double* smallest, double* largest);
 /// Unit normals of the vertices, weighted by the angles of their triangles (nvert x 3).
 OM_API void om_surface_normals(const OmSurface* surface, double* normal);
-/// Every edge belongs to two triangles that run it in opposite directions; the message names the first
-/// that does not. `euler` may be null: V - E + F.
+/// Check that each edge belongs to two triangles, in opposite directions; the message names the first other edge.
+/// `euler` (V - E + F) may be null.
 /// @return OM_OK; OM_INVALID (the message says where it is open); OM_NO_MEMORY
 OM_API OmStatus om_surface_check_closed(const OmSurface* surface, int* euler);
 /// Points spread evenly over a surface (systematic sampling by area): `n` positions and normals of their

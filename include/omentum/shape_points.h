@@ -1,7 +1,7 @@
 /// omentum/shape_points.h: the nearest of many points (room `shape`, floor 1).
 ///
-/// A k-d tree over a fixed set of points: built in O(n log n), asked in about O(log n), by any number of
-/// threads at once. Answers do not depend on the tree: of equally near points the one of least index.
+/// A k-d tree of a fixed set of points, built in O(n log n); a query takes about O(log n), from any number of threads.
+/// Of equally near points a query returns the one with the smallest index.
 ///
 ///     om_point_tree_create(n, x, &tree);
 ///     int i = om_point_tree_find(tree, p, &distance);

@@ -34,8 +34,8 @@ OM_API void om_mask_done(OmMask* mask);
 OM_API int64_t om_mask_count(const OmMask* mask);
 /// Volume of the inside voxels, m^3.
 OM_API double om_mask_volume(const OmMask* mask);
-/// Shrink the grid to the inside voxels plus `pad` >= 0 layers of air on each side, beyond the old border
-/// where need be: this is what caps an organ that the volume cuts. OM_INVALID if the mask is empty.
+/// Crop the grid to the inside voxels plus `pad` >= 0 layers of outside voxels on each side. Layers beyond the old
+/// border are added; they close an organ that is cut by the border of the volume.
 /// @return OM_OK; OM_INVALID (an empty mask); OM_NO_MEMORY, the mask is as before
 OM_API OmStatus om_mask_crop(OmMask* mask, int pad);
 /// Keep the largest connected part (`min_share` = 0), or all parts of at least `min_share` of the inside
@@ -51,11 +51,11 @@ OM_API OmStatus om_mask_list_parts(const OmMask* mask, int connectivity, int64_t
 /// Keep the parts at these places of that order, counted from 1.
 /// @return OM_OK, OM_NO_MEMORY, OM_INVALID: there is no such part, or connectivity is neither 6 nor 26
 OM_API OmStatus om_mask_choose_parts(OmMask* mask, int connectivity, const int* rank, int nrank);
-/// Make air that the border of the grid cannot reach (over faces) inside.
+/// Fill cavities: outside voxels that are not connected over faces to the border of the grid become inside.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_mask_fill_holes(OmMask* mask);
-/// Morphological closing by a ball of `radius` m, in space rather than in voxels. The grid must have
-/// that much air around the inside (om_mask_crop).
+/// Morphological closing by a ball of `radius` m, in space rather than in voxels. The grid needs outside layers of this
+/// width around the inside (om_mask_crop).
 /// @return OM_OK; OM_INVALID (a radius out of range); OM_NO_MEMORY
 OM_API OmStatus om_mask_close(OmMask* mask, double radius);
 
@@ -86,8 +86,8 @@ OM_API void om_sdf_done(OmSdf* sdf);
 /// Negative inside; need not be a distance.
 typedef double (*OmShapeFn)(void* ctx, OmVec3 p);
 
-/// Distance field of a mask: smoothed so that every neighbourhood keeps its volume (thin parts stay), the
-/// zero level then shifted so that the whole keeps the mask's volume.
+/// Distance field of a mask. The mask is smoothed such that each neighbourhood keeps its volume (thin parts stay), then
+/// the zero level is shifted such that the whole keeps the volume of the mask.
 /// @return OM_OK; OM_INVALID (an empty mask, or the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf);
 /// Distance field of the zero level of `fn` within [lo, hi] (which should hold all of it).
@@ -99,12 +99,12 @@ OM_API double om_half_ellipsoid_eval(OmVec3 half, OmVec3 p);
 /// Half-axes of the breast phantom: base 150 x 120 mm, height 72 mm, 0.68 litres. The thesis scans a CIRS 073 and
 /// prints no dimension of it; the outline is ours.
 #define OM_PHANTOM_HALF ((OmVec3){0.075, 0.060, 0.072})
-/// Distance field of a closed surface; the inside is where crossings counted with their direction say so
-/// on two of the three axes, so small gaps do not turn it inside out. OM_INVALID if nothing is inside.
+/// Distance field of a closed surface. A node is inside if signed crossings along at least two of the three axes say
+/// so; this tolerates small gaps.
 /// @return OM_OK; OM_INVALID (a surface that is not closed, or the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf);
-/// Distance at p, m, trilinear; outside the grid, that of the nearest point of the grid plus the distance
-/// to it. `gradient` may be null; it is the exact slope of what is returned, not normalised.
+/// Distance at p, m, trilinear. Outside the grid: the value at the nearest point of the grid plus the distance to it.
+/// `gradient` may be null; it is the exact derivative of the returned value, not normalised.
 OM_API double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient);
 /// Opposite corners of the grid.
 OM_API void om_sdf_bounds(const OmSdf* sdf, OmVec3* lo, OmVec3* hi);
