@@ -296,6 +296,37 @@ static void test_says_what_is_not_determined(void** state) {
 }
 
 // Fine-tuning (thesis 3.5.1): no global stage, never farther than the range allows.
+// A cost of 1 mm for each unit away from 3: with noise n it rises by a share r where it is n sqrt(r (2 + r)), so that
+// the interval is known. What a bound cuts off is open there, and not determined.
+static OmStatus ramp_eval(void* ctx, const double* p, int nworker, double* error) {
+    (void)ctx, (void)nworker;
+    error[0] = 0.001 * fabs(p[0] - 3);
+    return OM_OK;
+}
+
+static void test_intervals_by_hand(void** state) {
+    (void)state;
+    double half = 2 * sqrt(0.1 * 2.1);  // noise of 2 mm, rise of 0.1
+    const double bound[3][2] = {{0, 10}, {2.5, 10}, {0, 3.4}};
+    for (int k = 0; k < 3; ++k) {
+        OmCalibrationDef def = om_calibrate_default_def(ramp_eval, NULL, 1);
+        om_calibrate_add_param(&def, "x", bound[k][0], bound[k][1],
+                               0.5 * (bound[k][0] + bound[k][1]), false);
+        def.nworker = 1;
+        def.noise = 0.002;
+        def.rise = 0.1;
+        OmCalibrationResult r;
+        assert_ok(om_calibrate_run(&def, NULL, &r));
+        const OmCalibrationProfile* f = &r.profile[0];
+        assert_near(r.best[0], 3, 0.01);
+        assert_near(f->lo, fmax(bound[k][0], 3 - half), 0.01);
+        assert_near(f->hi, fmin(bound[k][1], 3 + half), 0.01);
+        assert_true(f->is_open_lo == (k == 1) && f->is_open_hi == (k == 2));
+        assert_true(f->is_determined == (k == 0));
+        om_calibrate_result_done(&r);
+    }
+}
+
 static void test_local_stage_stays_within_its_range(void** state) {
     (void)state;
     Spring s = {0};
@@ -434,6 +465,7 @@ int main(void) {
         cmocka_unit_test(test_robust_norms_ignore_outliers),
         cmocka_unit_test(test_stops_when_the_model_cannot_fit),
         cmocka_unit_test(test_says_what_is_not_determined),
+        cmocka_unit_test(test_intervals_by_hand),
         cmocka_unit_test(test_local_stage_stays_within_its_range),
         cmocka_unit_test(test_models_that_do_not_exist),
         cmocka_unit_test(test_cancelled),

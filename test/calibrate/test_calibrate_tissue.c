@@ -257,6 +257,119 @@ static void test_paths_give_back_what_they_showed(void** state) {
     check_paths(false);
 }
 
+typedef struct Seen {
+    const OmTissueModel* model;
+    OmTissueState* state;
+    OmVec3 force[4], balance[4];  // by the walk, and by what the elements say
+} Seen;
+
+// At rest the tool bears what stresses and weight leave on the vertices that nothing else holds.
+static OmStatus look_at_balance(void* ctx, int level, const double* x, OmVec3 force) {
+    Seen* s = ctx;
+    int n = om_tissue_mesh(s->model)->nvert;
+    double* in = om_alloc(3 * (size_t)n, sizeof *in);
+    assert_ok(om_tissue_set_x(s->model, s->state, x, NULL));
+    assert_ok(om_tissue_get_internal_force(s->model, s->state, in));
+    OmVec3 sum = om_vec3(0, 0, 0);
+    for (int i = 0; i < n; ++i) {
+        if (om_tissue_attached(s->state)[i]) continue;
+        sum = om_add(sum, om_load3(in, i));
+        sum = om_madd(sum, om_tissue_mass(s->model)[i], om_tissue_gravity(s->model));
+    }
+    s->force[level] = force;
+    s->balance[level] = om_scale(-1, sum);
+    om_free(in);
+    return OM_OK;
+}
+
+static void test_forces_are_those_of_the_tool(void** state) {
+    (void)state;
+    Maker maker;
+    make_bar(&maker, om_vec3(0.08, 0.04, 0.01), 8, 4, 1, 0, 0);
+    maker.def.gravity = om_vec3(0, 0, -1);
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    shape.radius = 0.01;
+    OmProbe* probe;
+    assert_ok(om_probe_create(&shape, &probe));
+    const double lift[] = {0, 0.01, 0.02}, press[] = {0.004, 0.006};
+    OmCalibrationPath path[] = {{.name = "lift",
+                                 .kind = OM_PATH_LIFT,
+                                 .point = {0.08, 0.02, 0.01},
+                                 .direction = {0, 0, 1},
+                                 .radius = 0.012,
+                                 .speed = 0.001,
+                                 .time_step = 2,
+                                 .settle = 40,
+                                 .nlevel = 3,
+                                 .level = lift},
+                                {.name = "press",
+                                 .kind = OM_PATH_PRESS,
+                                 .point = {0.02, 0.02, 0.02},
+                                 .direction = {0, 0, -1},
+                                 .probe = probe,
+                                 .speed = 0.0005,
+                                 .time_step = 1,
+                                 .settle = 40,
+                                 .nlevel = 2,
+                                 .level = press}};
+    const double young[2] = {30000};
+    Seen s = {0};
+    OmTissueModel* model;
+    assert_ok(build(&maker, young, 1, &model));
+    s.model = model;
+    assert_ok(om_tissue_create_state(model, &s.state));
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(om__calibrate_walk(model, &path[k], NULL, look_at_balance, &s));
+        for (int l = k == 0 ? 1 : 0; l < path[k].nlevel; ++l) {
+            printf("%s %g mm: %.5f N, stresses say %.5f N\n", path[k].name, 1e3 * path[k].level[l],
+                   s.force[l].z, s.balance[l].z);
+            assert_true(k == 0 ? s.force[l].z > 0.01 : s.force[l].z < -0.01);
+            assert_near(om_distance(s.force[l], s.balance[l]), 0, 0.02 * fabs(s.force[l].z));
+        }
+    }
+    om_tissue_destroy_state(s.state);
+    om_tissue_destroy(model);
+    om_probe_destroy(probe);
+    om_tet_mesh_done(&maker.mesh);
+}
+
+static OmStatus keep_force(void* ctx, int level, const double* x, OmVec3 force) {
+    (void)x;
+    ((OmVec3*)ctx)[level] = force;
+    return OM_OK;
+}
+
+// A free bar that is drawn through a viscous medium (Rayleigh's mass damping a) at speed v pulls by a m v; once it
+// stands still, by nothing.
+static void test_speed_of_a_path(void** state) {
+    (void)state;
+    Maker maker;
+    make_bar(&maker, om_vec3(0.04, 0.02, 0.02), 4, 2, 2, 0, -1);
+    maker.def.gravity = om_vec3(0, 0, 0);
+    maker.def.rayleigh_mass = 10;
+    const double level[] = {0, 0.05}, young[2] = {50000};
+    OmTissueModel* model;
+    assert_ok(build(&maker, young, 1, &model));
+    for (int k = 0; k < 2; ++k) {
+        OmCalibrationPath path = {.name = "draw",
+                                  .kind = OM_PATH_LIFT,
+                                  .point = {0, 0.01, 0.01},
+                                  .direction = {-1, 0, 0},
+                                  .radius = 0.012,
+                                  .speed = 0.05,
+                                  .time_step = 0.01,
+                                  .settle = k ? 3 : 0,
+                                  .nlevel = 2,
+                                  .level = level};
+        OmVec3 force[2];
+        assert_ok(om__calibrate_walk(model, &path, NULL, keep_force, force));
+        double wanted = k ? 0 : 10 * 1000 * 0.04 * 0.02 * 0.02 * 0.05;
+        assert_near(-force[1].x, wanted, 0.03 * 0.008);  // what still swings
+    }
+    om_tissue_destroy(model);
+    om_tet_mesh_done(&maker.mesh);
+}
+
 // A block that lies on a board is pressed by a flat punch. Elements do not know board and probe at once and say so;
 // particles keep out of both: no landmark of the underside comes out below the board.
 static void test_presses_on_a_board(void** state) {
@@ -465,6 +578,8 @@ int main(void) {
         cmocka_unit_test(test_stiffness_from_weight),
         cmocka_unit_test(test_paths_give_back_what_they_showed),
         cmocka_unit_test(test_presses_on_a_board),
+        cmocka_unit_test(test_forces_are_those_of_the_tool),
+        cmocka_unit_test(test_speed_of_a_path),
         cmocka_unit_test(test_particles),
         cmocka_unit_test(test_bad_input),
     };
