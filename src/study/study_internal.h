@@ -133,6 +133,8 @@ typedef struct StudyTruthResult {
 } StudyTruthResult;
 
 typedef struct StudyTruth StudyTruth;
+// The share of a tetrahedron inside lesions, 0 to 1.
+double om__study_lesion_share(const OmStudyBody* body, const OmVec3 v[4]);
 OmStatus om__study_truth_create(const OmStudyContactDef* def, const OmProbe* probe,
                                 StudyTruth** truth);
 void om__study_truth_destroy(StudyTruth* truth);

@@ -190,8 +190,8 @@ static OmStatus centre_gap(void* ctx, const double* x, double load) {
 
 // ---- the body on a mesh ---------------------------------------------------------------------------
 
-// The share of a tetrahedron inside lesions, on a lattice of points.
-static double lesion_share(const OmStudyBody* body, const OmVec3 v[4]) {
+// On a lattice of points.
+double om__study_lesion_share(const OmStudyBody* body, const OmVec3 v[4]) {
     int nin = 0, n = 0;
     OmVec3 lo = om_min3(om_min3(v[0], v[1]), om_min3(v[2], v[3]));
     OmVec3 hi = om_max3(om_max3(v[0], v[1]), om_max3(v[2], v[3]));
@@ -218,7 +218,7 @@ static void label_lesions(const OmStudyBody* body, OmTetMesh* tet) {
     for (int e = 0; e < tet->ntet; ++e) {
         OmVec3 v[4];
         for (int a = 0; a < 4; ++a) v[a] = om_load3(tet->x, tet->tet_vert[4 * e + a]);
-        tet->tet_label[e] = (int)lround(NSHARE * lesion_share(body, v));
+        tet->tet_label[e] = (int)lround(NSHARE * om__study_lesion_share(body, v));
     }
 }
 

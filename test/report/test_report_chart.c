@@ -133,6 +133,22 @@ static void test_marks(void** state) {
     om_free(html);
 }
 
+// A limit far above the data belongs to the range: 0 to 4 spans 218 to 8 px, so 4 is at the top and 1 below it.
+static void test_limit_is_in_the_picture(void** state) {
+    (void)state;
+    const double x[] = {0, 1}, y[] = {0, 1};
+    char* html = draw(&(OmReportChart){.title = "limit",
+                                       .series = {{"force", x, y, 2, false}},
+                                       .nseries = 1,
+                                       .has_limit = true,
+                                       .limit = 4,
+                                       .limit_name = "threshold"});
+    assert_non_null(
+        strstr(html, "<line class=\"limit\" x1=\"58.0\" x2=\"944.0\" y1=\"8.0\" y2=\"8.0\""));
+    assert_non_null(strstr(html, "d=\"M58.0 218.0h0L944.0 165.5\""));
+    om_free(html);
+}
+
 static void test_dense_series_keep_peaks(void** state) {
     (void)state;
     enum { N = 200000 };
@@ -224,6 +240,7 @@ int main(void) {
         cmocka_unit_test(test_scales),
         cmocka_unit_test(test_marks),
         cmocka_unit_test(test_dense_series_keep_peaks),
+        cmocka_unit_test(test_limit_is_in_the_picture),
         cmocka_unit_test(test_decades),
         cmocka_unit_test(test_boxes),
         cmocka_unit_test(test_misuse),

@@ -371,6 +371,27 @@ static void test_steps_by_hand(void** unused) {
     om_study_destroy_body(body);
 }
 
+// A tetrahedron of 10 mm: all of it in a lesion, none, its corner up to a third of its edges (1 / 27 of its volume)
+// behind a surface that is as good as flat, and the other way round.
+static void test_shares_of_lesions(void** unused) {
+    (void)unused;
+    OmStudyBody* body;
+    assert_ok(om_study_create_phantom(NLESION, 1, &body));
+    const OmVec3 v[4] = {{1, 0, 0}, {1.01, 0, 0}, {1, 0.01, 0}, {1, 0, 0.01}};
+    const OmVec3 corner = om_scale(sqrt(1.0 / 3), om_vec3(1, 1, 1)), off = om_vec3(-5, 0, 0);
+    for (int l = 1; l < body->nlesion; ++l) body->lesion[l] = (OmStudyLesion){off, 0.001};
+    body->lesion[0] = (OmStudyLesion){om_vec3(1, 0, 0), 0.011};
+    assert_near(om__study_lesion_share(body, v), 1, 0);
+    body->lesion[0] = (OmStudyLesion){om_vec3(1.02, 0.02, 0.02), 0.005};
+    assert_near(om__study_lesion_share(body, v), 0, 0);
+    double depth = 0.01 / 3 / sqrt(3.0), R = 10;  // the plane x + y + z = 10 / 3 mm
+    body->lesion[0] = (OmStudyLesion){om_madd(v[0], depth - R, corner), R};
+    assert_near(om__study_lesion_share(body, v), 1.0 / 27, 0.05);  // 35 points
+    body->lesion[0] = (OmStudyLesion){om_madd(v[0], depth + R, corner), R};
+    assert_near(om__study_lesion_share(body, v), 26.0 / 27, 0.05);
+    om_study_destroy_body(body);
+}
+
 static int begin(void** unused) {
     (void)unused;
     return mkdtemp(dir) ? 0 : 1;
@@ -385,7 +406,7 @@ int main(void) {
         cmocka_unit_test(test_score),         cmocka_unit_test(test_bar),
         cmocka_unit_test(test_csv),           cmocka_unit_test(test_json),
         cmocka_unit_test(test_methods),       cmocka_unit_test(test_bar_of_methods),
-        cmocka_unit_test(test_steps_by_hand),
+        cmocka_unit_test(test_steps_by_hand), cmocka_unit_test(test_shares_of_lesions),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
