@@ -52,6 +52,7 @@ static OmStatus write_json(const StudyCalibration* s) {
     for (int by = 0; by < NBY; ++by) om_json_number(&json, om__study_by_name[by], 1e3 * unseen[by]);
     om_json_close(&json, '}');
     om_json_bool(&json, "bar_met", sum->is_met);
+    om__study_put_contours(&json, &s->breast.study);
     om_json_close(&json, '}');
     return om_json_save(&json, path);
 }

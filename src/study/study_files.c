@@ -66,11 +66,35 @@ static void put_lesions(OmJson* json, const Study* s) {
             om_json_open(json, NULL, '{');
             om_json_number(json, "depth", t->at[k].depth);
             om_json_numbers(json, "lesion", p, 3);
+            OmVec3 measured = om__study_measured(s->def, t, k);
+            double m[3] = {measured.x, measured.y, measured.z};
+            om_json_numbers(json, "measured", m, 3);
             om_json_number(json, "force", t->at[k].force);
             om_json_close(json, '}');
         }
         om_json_close(json, ']');
         om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+}
+
+void om__study_put_contours(OmJson* json, const Study* s) {
+    om_json_open(json, "measured", '[');
+    for (int i = 0; i < s->nlesion; ++i) {
+        for (int k = 0; k < s->truth[i].ndepth; ++k) {
+            const OmStudyLesion* l = &s->def->body->lesion[i];
+            OmVec3 x = om__study_measured_contour(s->def, &s->truth[i], k);
+            OmVec3 at_rest = om__study_contour(l);
+            double contour[3] = {x.x, x.y, x.z}, rest[3] = {at_rest.x, at_rest.y, at_rest.z};
+            double normal[3] = {l->normal.x, l->normal.y, l->normal.z};
+            om_json_open(json, NULL, '{');
+            om_json_integer(json, "lesion", i + 1);
+            om_json_number(json, "depth", s->truth[i].at[k].depth);
+            om_json_numbers(json, "rest", rest, 3);
+            om_json_numbers(json, "normal", normal, 3);
+            om_json_numbers(json, "contour", contour, 3);
+            om_json_close(json, '}');
+        }
     }
     om_json_close(json, ']');
 }
@@ -164,7 +188,9 @@ static OmStatus write_errors(const Study* s) {
         om_text_append(&t, "method,elements_wanted,elements,lesion,depth_mm,error_mm\n");
     for (int i = 0; i < s->nrun && status == OM_OK; ++i) {
         const StudyRun* r = &s->run[i];
-        for (int d = 0; d < r->nreached && status == OM_OK; ++d)
+        // the truth may end before the path does: no error there
+        int n = r->nreached < s->truth[r->lesion].ndepth ? r->nreached : s->truth[r->lesion].ndepth;
+        for (int d = 0; d < n && status == OM_OK; ++d)
             status = om_text_append(&t, "%s,%d,%d,%d,%g,%.5f\n", om__study_method_name[r->method],
                                     r->resolution, r->ntet, r->lesion + 1, 1e3 * s->def->depth[d],
                                     1e3 * om__study_error(s, r, d));

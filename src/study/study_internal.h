@@ -197,6 +197,9 @@ double om__study_error(const Study* s, const StudyRun* run, int depth);
 StudySample om__study_sample(double* value, int n);
 OmStatus om__study_score(const Study* s, StudyScore* score);
 OmStatus om__study_write_files(const Study* s, const StudyScore* score);
+// "measured": where the tracking sees the contour point of each lesion at each depth that the truth reached, and where
+// the point is at rest. Errors are distances to these points.
+void om__study_put_contours(OmJson* json, const Study* s);
 OmStatus om__study_write_report(const Study* s, const StudyScore* score);
 OmStatus om__study_add_pictures(const Study* s, OmReport* report);
 

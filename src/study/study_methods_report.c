@@ -36,6 +36,7 @@ static OmStatus write_json(const StudyMethods* s) {
     }
     om_json_number(&json, "worst_gap_mm", 1e3 * sum->worst_gap);
     om_json_bool(&json, "bar_met", sum->is_met);
+    om__study_put_contours(&json, &s->fit.study);
     om_json_close(&json, '}');
     return om_json_save(&json, path);
 }

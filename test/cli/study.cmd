@@ -1,5 +1,5 @@
 # omentum study contact: files, resuming, a body of one's own, and one sentence for whatever goes wrong.
-$ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 2000 --methods penalty,prescribed -q -o out
+$ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed --workers 1 -q -o out
 exit 0
 out ^2 runs \(2 new\): 2 completed the path; the worst reached 100 %
 out ^the bar is met by 2 of 2 combinations
@@ -12,17 +12,30 @@ file out/truth/lesion-01.json
 file out/runs/penalty-000623-01.json
 
 # What is finished is not done again; what is damaged is.
-$ printf '{' > out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 2000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
+$ printf '{' > out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
 exit 0
 out ^2 runs \(1 new\)
 
+# Every number of the files, the report and the terminal, computed anew from runs and truth.
+$ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed --workers 1 -q -o out > said && python3 -B $ROOT/test/study/check_study.py contact out said
+exit 0
+out every number agrees
+
+# A path that ends early: 41 of 60 steps are 68 %, the bar is missed, and the reason is told.
+$ python3 -B $ROOT/test/study/edit_run.py out/runs/penalty-000623-01.json stop 41 "residual 0.5" && omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed --workers 1 -q -o out > said; code=$?; cat said out/runs.csv && python3 -B $ROOT/test/study/check_study.py contact out said && grep -c "paths that end early: 1 of 1; lesion 1 at 20.5 mm: residual 0.5" out/study.json && exit $code
+exit 1
+out ^2 runs \(0 new\): 1 completed the path; the worst reached 68 %
+out ^the bar is met by 1 of 2 combinations
+out ^penalty,623,\d+,1,60,41,.*"residual 0.5"$
+out every number agrees
+
 # A mesh and lesions of one's own.
-$ mesh=$(ls out/meshes/002000-*.vtu) && printf '# x y z radius\n0 0 50 4\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions none.txt -q -o own
+$ mesh=$(ls out/meshes/001000-*.vtu) && printf '# x y z radius\n0 0 50 4\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions none.txt -q -o own
 exit 3
 err none\.txt
 err-lines 1
 
-$ mesh=$(ls out/meshes/002000-*.vtu) && printf '0 0 1\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions sites.txt -q -o own
+$ mesh=$(ls out/meshes/001000-*.vtu) && printf '0 0 1\n' > sites.txt && omentum study contact --quick --mesh $mesh --unit m --lesions sites.txt -q -o own
 exit 3
 err sites\.txt: none of 1 lesions is inside the body, .*units
 err-lines 1

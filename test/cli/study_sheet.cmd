@@ -1,6 +1,6 @@
 # omentum study sheet-calibration: the quick study, resumed, and one sentence for whatever goes wrong. Coarse
 # particles against coarse clouds: the goal is out of reach, whence exit code 1.
-$ omentum study sheet-calibration --quick -q -o out
+$ omentum study sheet-calibration --quick --workers 1 -q -o out > said; code=$?; cat said; exit $code
 exit 1
 out ^all clouds: [0-9.]+ mm with the thesis's parameters, [0-9.]+ mm with those found
 out ^pinch points that no search saw: 
@@ -10,6 +10,11 @@ file out/report.html
 file out/study.json
 file out/clouds.csv
 file out/without-1/calibrated.yaml
+
+# Every number, computed anew from the errors by pinch and lift and from the journal.
+$ python3 -B $ROOT/test/study/check_study.py sheet out said
+exit 0
+out every number agrees
 
 $ omentum study sheet-calibration --quick -q -o out
 exit 1
