@@ -53,7 +53,7 @@ MAX_COLUMN = 120  # the formatter holds code to 100; this catches comments it do
 
 # What a library must not do, and the files that may.
 ONLY_IN = [
-    (r"#\s*pragma\s+omp\b|\bpthread_create\s*\(", "threads", {"base_parallel.c"}),
+    (r"#\s*pragma\s+omp\b|\bpthread_create\s*\(", "threads", {"base_parallel.c", "base_job.c"}),
     (r"\b(?:malloc|calloc|realloc|aligned_alloc|posix_memalign|strdup|strndup)\s*\(", "allocation",
      {"base_alloc.c"}),
     (r"\b(?:printf|vprintf|puts|putchar)\s*\(|\bf(?:printf|puts|write)\s*\([^;]*\bstd(?:out|err)\b",

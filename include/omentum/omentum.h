@@ -5,6 +5,7 @@
 #define OMENTUM_OMENTUM_H
 
 #include "omentum/base.h"
+#include "omentum/base_job.h"
 #include "omentum/calibrate.h"
 #include "omentum/calibrate_problem.h"
 #include "omentum/calibrate_tissue.h"
