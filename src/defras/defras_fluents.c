@@ -1,6 +1,6 @@
 // defras_fluents.c: what is sensed, as the fluents of Table 6.1 (compute_fluents, Alg. 4).
 //
-// Two readings of the algorithm: a tool is at a block from the moment it was sent there, not whenever it
+// Readings of the algorithm: a tool is at a block from the moment it was sent there, not whenever it
 // passes above; and the height that counts is that over the point where the tissue was grasped, so that
 // curved anatomy has the same limit everywhere.
 #include <string.h>
@@ -62,12 +62,34 @@ OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
     return OM_OK;
 }
 
+double om__grid_length(const Grid* g, double share) {
+    return share * 2 * fmin(g->half.x, g->half.y);
+}
+
+// Above an attachment, or so near to one that pulling there pulls on it, however small the blocks are.
 bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block) {
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
     OmPose task = om_pose_inverse(grid->task);
+    OmVec3 c = om_load3(grid->center, block);
+    double clear = om__grid_length(grid, CLEAR);
     for (int i = 0; held && i < held->nvert; ++i) {
-        if (block_of(grid, om_pose_apply(task, om_load3(site->mesh.x, held->vert[i]))) == block)
-            return true;
+        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, held->vert[i]));
+        if (block_of(grid, p) == block || hypot(p.x - c.x, p.y - c.y) < clear) return true;
+    }
+    return false;
+}
+
+// A grasp beside one that exposed nothing lifts the same tissue: attempts are kept apart by a length of the tissue,
+// not by a block, or a fine grid spends all its actions in one place. Whoever plans makes the length shorter when
+// nothing else is left.
+static bool is_for_later(const Loop* loop, int block) {
+    const Grid* g = &loop->grid;
+    if (loop->apart <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;
+    OmVec3 c = om_load3(g->center, block);
+    for (int b = 0; b < g->n * g->n; ++b) {
+        if (b == block || !loop->is_spent[b]) continue;
+        OmVec3 d = om_sub(om_load3(g->center, b), c);
+        if (hypot(d.x, d.y) < loop->apart) return true;
     }
     return false;
 }
@@ -76,11 +98,16 @@ void om__sense_fluents(Loop* loop, OmSituation* s) {
     const Grid* g = &loop->grid;
     om_situation_init(s, g->n, 2 * fmin(g->half.x, g->half.y) / g->n);
     s->center = g->center;
+    loop->nlater = 0;
     for (int b = 0; b < g->n * g->n; ++b) {
         s->is_fixed[b] = om__grid_is_fixed(g, &loop->twin_site, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
         if (g->vert[b] < 0) s->reachable[b] = 0;
+        bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;
+        if (is_held || !is_for_later(loop, b)) continue;
+        s->tried[b] |= OM_TRIED_GRASP;
+        loop->nlater += !s->is_fixed[b] && s->reachable[b];
     }
     s->is_visible = loop->is_exposed;
     for (int a = 0; a < OM_WORLD_NARM; ++a) {

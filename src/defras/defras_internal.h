@@ -50,6 +50,10 @@ typedef struct Loop {
     Grid grid;
     ArmState arm[OM_WORLD_NARM];
     uint8_t tried[OM_PLAN_MAX_BLOCK];
+    bool is_spent
+        [OM_PLAN_MAX_BLOCK];  // a whole attempt there, with its folds or a force stop, exposed nothing
+    double apart;  // m: blocks nearer than this to a spent one are left for later; 0: none is
+    int nlater;    // blocks that the last sensing left for later
     double visibility;
     bool is_exposed;              // seen without a break for HOLD_TIME
     double margin;                // visibility above the wanted one at which a motion stops
@@ -73,7 +77,13 @@ typedef struct Loop {
     Recorder* recorder;  // null: nothing is written
 } Loop;
 
+// Lengths of the tissue's smaller side that do not depend on the grid. Up to 5 x 5 blocks no two blocks are that
+// near, and no block is that near to another's attachment.
+#define APART 0.18  // of two attempts, at first
+#define CLEAR 0.09  // of the middle of a block from the nearest attachment, at least
+
 // defras_fluents.c
+double om__grid_length(const Grid* grid, double share);  // share of the tissue's smaller side, m
 OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block);
 void om__sense_fluents(Loop* loop, OmSituation* situation);

@@ -84,6 +84,7 @@ static OmStatus begin(Loop* loop) {
     OM_TRY(om_planner_create(&planner, &loop->planner));
     OM_TRY(om__grid_build(scene, &loop->twin_site, &loop->grid));
     for (int a = 0; a < OM_WORLD_NARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
+    loop->apart = om__grid_length(&loop->grid, APART);
     loop->rate = 1.0;
     loop->slow_since = -1;
     OmRetractResult* r = loop->result;
@@ -144,6 +145,8 @@ static void learn(Loop* loop, const OmPlanAction* action, OmActionOutcome outcom
     if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
     int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
     if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
+    if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)
+        loop->is_spent[action->block] = true;
 }
 
 static OmStatus note_action(Loop* loop, const OmPlanAction* action, double start, bool is_replanned,
@@ -251,6 +254,10 @@ static OmStatus deliberate(Loop* loop) {
         }
         OmStatus status = make_plan(loop);
         OM_TRY(status);
+        if ((status == OM_UNSAT || loop->plan.naction == 0) && loop->nlater > 0) {
+            loop->apart *= 0.5;  // from far apart to close together
+            continue;
+        }
         if (status == OM_UNSAT || loop->plan.naction == 0) {
             r->outcome = OM_RETRACT_NO_PLAN;
             snprintf(

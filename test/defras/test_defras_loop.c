@@ -24,6 +24,12 @@ static OmScene easy_scene(void) {
     return s;
 }
 
+static void run(const OmScene* scene, const char* dir, OmRetractResult* r) {
+    OmRetractDef def = om_retract_default_def(scene);
+    def.out_dir = dir;
+    assert_ok(om_retract_run(&def, NULL, r));
+}
+
 // ---- folds ----------------------------------------------------------------------------------------
 
 // Away is +x by the scene's way; to the ROI goes as far beyond it.
@@ -100,6 +106,87 @@ static void test_fluents(void** state) {
     free(loop);
 }
 
+// What is near does not depend on the grid: 120 mm of tissue, 12 mm blocks, attempts 21.6 mm apart, then 10.8 mm.
+static void test_attempts_are_kept_apart(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    Loop* loop = calloc(1, sizeof *loop);
+    loop->scene = &scene;
+    scene.task.grid = 10;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+    assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+    loop->arm[0] = loop->arm[1] = (ArmState){.at = -1, .in_hand = -1};
+    loop->apart = om__grid_length(&loop->grid, APART);
+    assert_near(loop->apart, 0.0216, 1e-12);
+    int spent = 3 * 10 + 2;
+    loop->is_spent[spent] = true;
+    loop->tried[spent] = OM_TRIED_GRASP;
+    om__sense_fluents(loop, &loop->situation);
+    const OmSituation* s = &loop->situation;
+    for (int b = 0; b < 100; ++b) {
+        bool has_point = loop->grid.vert[b] >= 0;
+        int dx = b % 10 - spent % 10, dy = b / 10 - spent / 10;
+        bool is_near = abs(dx) <= 1 && abs(dy) <= 1;  // 12 and 17 mm; the next ones are 24 mm away
+        if (has_point && s->reachable[b])
+            assert_int_equal(s->tried[b], is_near ? OM_TRIED_GRASP : 0);
+        // Attached from x = 15 mm on, every 15 mm: blocks whose middle is 10.8 mm from there are as good as attached.
+        double y = -54 + 12 * (b / 10), off = fabs(y - 15 * round(y / 15));
+        bool is_fixed = b % 10 >= 6 || (b % 10 == 5 && hypot(15 - 6, off) < 10.8);
+        if (has_point) assert_true(s->is_fixed[b] == is_fixed);
+    }
+    assert_true(loop->nlater > 0 && loop->nlater <= 8);
+    loop->apart *= 0.5;
+    om__sense_fluents(loop, &loop->situation);
+    assert_int_equal(loop->nlater, 0);
+    for (int b = 0; b < 100; ++b)
+        assert_int_equal(loop->situation.tried[b], b == spent ? OM_TRIED_GRASP : 0);
+    om_site_done(&loop->twin_site);
+    // Up to 5 x 5 blocks every block is on its own.
+    for (int n = 2; n <= 5; ++n) {
+        scene.task.grid = n;
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+        assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+        memset(loop->is_spent, 0, sizeof loop->is_spent);
+        memset(loop->tried, 0, sizeof loop->tried);
+        loop->is_spent[0] = true;
+        loop->apart = om__grid_length(&loop->grid, APART);
+        om__sense_fluents(loop, &loop->situation);
+        assert_int_equal(loop->nlater, 0);
+        om_site_done(&loop->twin_site);
+    }
+    free(loop);
+}
+
+// A run that exposes nothing tries places all over the tissue, on a fine grid as on a coarse one.
+static void test_a_fine_grid_does_not_stay_in_one_place(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.tissue.cells = om_vec3(12, 12, 1);
+    scene.tissue.world_cells = om_vec3(18, 18, 1);
+    scene.attach.lo = om_vec3(0.05, -1, -1);  // the free part is 105 x 120 mm
+    scene.roi.center = om_vec3(0, 0, 0);
+    scene.task.grid = 10;
+    scene.task.force_threshold = 0.1;  // grasps end by force
+    scene.task.visibility = 1.0;
+    scene.task.max_actions = 30;
+    OmRetractResult r;
+    run(&scene, NULL, &r);
+    assert_int_equal(r.outcome, OM_RETRACT_GAVE_UP);
+    int ngrasp = 0, block[64];
+    for (int i = 0; i < r.naction; ++i)
+        if (r.action[i].verb == OM_PLAN_GRASP) block[ngrasp++] = r.action[i].block;
+    assert_true(ngrasp >= 3);
+    for (int i = 0; i < ngrasp; ++i) {
+        for (int k = 0; k < i; ++k) {
+            double dx = 12.0 * (block[i] % 10 - block[k] % 10),
+                   dy = 12.0 * (block[i] / 10 - block[k] / 10);
+            if (hypot(dx, dy) < 21.6)
+                fail_msg("grasps %d and %d are %.0f mm apart", k, i, hypot(dx, dy));
+        }
+    }
+    om_retract_result_done(&r);
+}
+
 // ---- trials ---------------------------------------------------------------------------------------
 
 // Lifted without a limit, the tip ends at the height limit over its grasping point. What the tool feels is what the
@@ -143,12 +230,6 @@ static void test_trial_lift(void** state) {
 }
 
 // ---- runs -----------------------------------------------------------------------------------------
-
-static void run(const OmScene* scene, const char* dir, OmRetractResult* r) {
-    OmRetractDef def = om_retract_default_def(scene);
-    def.out_dir = dir;
-    assert_ok(om_retract_run(&def, NULL, r));
-}
 
 // Far above its limit a force ends the motion at once: the tip does not rise after it was seen.
 static void test_stop_far_above_the_limit(void** state) {
@@ -320,6 +401,8 @@ int main(void) {
         cmocka_unit_test(test_ways_of_folds),
         cmocka_unit_test(test_grid),
         cmocka_unit_test(test_fluents),
+        cmocka_unit_test(test_attempts_are_kept_apart),
+        cmocka_unit_test(test_a_fine_grid_does_not_stay_in_one_place),
         cmocka_unit_test(test_trial_lift),
         cmocka_unit_test(test_stop_far_above_the_limit),
         cmocka_unit_test(test_slower_before_a_stop),
