@@ -1,11 +1,12 @@
 // scene_model_picture.c: pictures of a patient model for its page.
 //
-// Seen along the covered side and obliquely: the organ with the region of interest, the tissue over it with
-// its attachments, a view from the side, and a cut through both that shows the elements.
+// Under a sheet, seen along the covered side and obliquely: the organ with the region of interest, the tissue
+// over it with its attachments, a view from the side, and a cut through both that shows the elements. An organ
+// alone is seen from the front, from below and from its left. Each picture has marks of direction and a bar.
 #include <string.h>
 
-#include "omentum/sense.h"
 #include "scene/scene_model_internal.h"
+#include "scene/scene_model_marks.h"
 
 enum { WIDTH = 440, HEIGHT = 340 };
 
@@ -23,7 +24,7 @@ typedef struct Stage {
     { .red = r, .green = g, .blue = b, .gloss = 0.2, .is_smooth = smooth }
 
 static const OmSenseLook look[NOBJECT] = {
-    [ORGAN] = LOOK(0.66, 0.26, 0.22, true),      [ROI] = LOOK(0.30, 0.75, 0.30, true),
+    [ORGAN] = LOOK(0.66, 0.26, 0.22, true),      [ROI] = LOOK(0.85, 0.20, 0.80, true),
     [TISSUE] = LOOK(0.93, 0.80, 0.45, false),    [HELD] = LOOK(0.20, 0.35, 0.80, false),
     [CUT_ORGAN] = LOOK(0.66, 0.26, 0.22, false), [CUT_TISSUE] = LOOK(0.93, 0.80, 0.45, false),
 };
@@ -124,6 +125,8 @@ static OmStatus add_cut_tissue(const OmPatient* p, Stage* stage) {
     return status;
 }
 
+// ---- views ---------------------------------------------------------------------------------------------------
+
 static void place_stage(const OmPatient* p, Stage* stage) {
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
     for (int i = 0; i < p->mesh.nvert + p->organ.nvert; i++) {
@@ -140,49 +143,79 @@ static void place_stage(const OmPatient* p, Stage* stage) {
     stage->side = om_cross(stage->top, stage->front);
 }
 
-// ---- pictures ------------------------------------------------------------------------------------------------
-
-static OmStatus take_picture(Stage* stage, OmVec3 from, OmVec3 up, unsigned shown,
-                             const char* caption, OmReport* page) {
-    for (int i = 0; i < NOBJECT; i++) {
-        if (stage->id[i] >= 0) om_sense_scene_show(stage->scene, stage->id[i], shown >> i & 1);
-    }
-    OM_TRY(om_sense_scene_commit(stage->scene));
+static OmModelView make_view(const Stage* stage, OmVec3 from, OmVec3 up, unsigned shown,
+                             const char* caption) {
     const double fov = 0.45, distance = 0.8 * stage->radius / sin(0.5 * fov);
     OmVec3 eye = om_madd(stage->center, distance, om_normalize(from));
-    OmCamera camera = {
-        om_pose_look_at(eye, stage->center, up), WIDTH, HEIGHT, fov, 0.1 * distance, 3 * distance};
-    OmSenseOptions options = om_sense_default_options();
-    options.samples = 2;
-    options.has_shadow = false;  // shapes are read better without
-    OmPicture picture;
-    OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
-    OmStatus status = om_sense_render(stage->scene, &camera, &options, &picture);
-    if (status == OM_OK) om_report_picture(page, &picture, caption);
-    om_picture_done(&picture);
-    return status;
+    OmModelView view = {
+        {om_pose_look_at(eye, stage->center, up), WIDTH, HEIGHT, fov, 0.1 * distance, 3 * distance},
+        distance,
+        shown,
+        caption};
+    return view;
 }
 
-static OmStatus take_pictures(const OmPatient* p, Stage* stage, OmReport* page) {
+static void make_views(const OmPatient* p, const Stage* stage, OmModelView view[OM_MODEL_VIEWS]) {
     const OmVec3 f = stage->front, t = stage->top, s = stage->side;
     const OmVec3 oblique = om_madd(om_madd(f, 0.35, t), 0.55, s);
     const unsigned organ = 1u << ORGAN | 1u << ROI, tissue = 1u << TISSUE | 1u << HELD;
     const unsigned cut = 1u << CUT_ORGAN | 1u << CUT_TISSUE;
     if (p->organ.ntri > 0) {
-        OM_TRY(take_picture(stage, oblique, t, organ, "The organ, the region of interest in green",
-                            page));
-        OM_TRY(take_picture(stage, oblique, t, organ | tissue,
-                            "The tissue over it, held where it is blue", page));
-        OM_TRY(take_picture(stage, om_madd(s, 0.1, f), f, organ | tissue,
-                            "From the side, the covered side up", page));
-        return take_picture(stage, om_madd(s, 0.1, f), f, cut,
-                            "Cut open: elements of the tissue and the hollow surface of the organ",
-                            page);
+        view[0] =
+            make_view(stage, oblique, t, organ, "The organ, the region of interest in magenta");
+        view[1] = make_view(stage, oblique, t, organ | tissue,
+                            "The tissue over it, held where it is blue");
+        view[2] = make_view(stage, om_madd(s, 0.1, f), f, organ | tissue,
+                            "From the side, the covered side up");
+        view[3] = make_view(stage, om_madd(s, 0.1, f), f, cut,
+                            "Cut open: elements of the tissue and the hollow surface of the organ");
+        return;
     }
-    OM_TRY(take_picture(stage, oblique, t, tissue, "The tissue", page));
-    OmVec3 behind = om_madd(om_madd(om_scale(-1, f), 0.35, t), -0.55, s);
-    OM_TRY(take_picture(stage, behind, t, tissue, "From behind", page));
-    return take_picture(stage, om_madd(s, 0.2, f), t, cut, "Cut open", page);
+    const OmVec3 front = om_vec3(0, 1, 0), below = om_vec3(0, 0, -1), left = om_vec3(-1, 0, 0);
+    const OmVec3 above = om_vec3(0, 0, 1);
+    view[0] = make_view(stage, front, above, tissue, "From the front");
+    view[1] = make_view(stage, below, front, tissue, "From below, as an axial slice is seen");
+    view[2] = make_view(stage, left, above, tissue, "From the patient's left");
+    view[3] = make_view(stage, om_madd(s, 0.2, f), t, cut, "Cut open");
+}
+
+void om__model_views(const OmPatient* patient, OmModelView view[OM_MODEL_VIEWS]) {
+    Stage stage;
+    place_stage(patient, &stage);
+    make_views(patient, &stage, view);
+}
+
+// ---- pictures ------------------------------------------------------------------------------------------------
+
+static OmStatus take_picture(Stage* stage, const OmModelView* view, OmReport* page) {
+    for (int i = 0; i < NOBJECT; i++) {
+        if (stage->id[i] >= 0)
+            om_sense_scene_show(stage->scene, stage->id[i], view->shown >> i & 1);
+    }
+    OM_TRY(om_sense_scene_commit(stage->scene));
+    OmSenseOptions options = om_sense_default_options();
+    options.samples = 2;
+    options.has_shadow = false;  // shapes are read better without
+    OmPicture picture;
+    OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
+    OmStatus status = om_sense_render(stage->scene, &view->camera, &options, &picture);
+    if (status == OM_OK) {
+        const OmViewMarks marks = om__view_marks(&view->camera, view->distance);
+        om__draw_marks(&picture, &marks);
+        om_report_picture(page, &picture, view->caption);
+    }
+    om_picture_done(&picture);
+    return status;
+}
+
+static OmStatus take_pictures(const OmPatient* p, Stage* stage, OmReport* page) {
+    OmModelView view[OM_MODEL_VIEWS];
+    make_views(p, stage, view);
+    for (int i = 0; i < OM_MODEL_VIEWS; i++) OM_TRY(take_picture(stage, &view[i], page));
+    om_report_paragraph(
+        page, "Letters at the borders: right, left, anterior, posterior, superior, inferior of "
+              "the patient, the nearest first. Bars hold in the plane through the middle.");
+    return OM_OK;
 }
 
 OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page) {

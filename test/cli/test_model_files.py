@@ -366,6 +366,97 @@ def test_units(folder):
         path, "--space", "lps", "-o", out, "-q", code=3))
 
 
+# ---- pictures ----------------------------------------------------------------------------------------------------
+
+def pictures(folder):
+    """The pictures of report.html as (width, height, rows of RGB)."""
+    with open(os.path.join(folder, "report.html"), encoding="utf-8") as f:
+        found = re.findall(r"data:image/png;base64,([^\"]+)", f.read())
+    return [decode_png(base64.b64decode(p)) for p in found]
+
+
+def decode_png(data):
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + size]
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", body[:10])
+            assert (depth, colour) == (8, 2), "RGB of 8 bits"
+        packed += body if kind == b"IDAT" else b""
+        at += 12 + size
+    raw, rows, above = zlib.decompress(packed), [], bytearray(3 * width)
+    for y in range(height):
+        kind, row = raw[y * (3 * width + 1)], bytearray(raw[y * (3 * width + 1) + 1:(y + 1) * (3 * width + 1)])
+        for x in range(3 * width):
+            a = row[x - 3] if x >= 3 else 0
+            b, c = above[x], above[x - 3] if x >= 3 else 0
+            if kind == 4:
+                p = a + b - c
+                add = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            else:
+                add = (0, a, b, (a + b) // 2)[kind]
+            row[x] = (row[x] + add) & 255
+        rows.append(row)
+        above = row
+    return width, height, rows
+
+
+def white_box(picture, x0, y0, x1, y1):
+    """The white pixels of a part of a picture as lines of # and blanks, shrunk by 3."""
+    _, _, rows = picture
+    spots = [(x, y) for y in range(y0, y1) for x in range(x0, x1) if bytes(rows[y][3 * x:3 * x + 3]) == b"\xff\xff\xff"]
+    left, top = min(s[0] for s in spots), min(s[1] for s in spots)
+    right, bottom = max(s[0] for s in spots), max(s[1] for s in spots)
+    return ["".join("#" if (x, y) in set(spots) else " " for x in range(left + 1, right + 1, 3))
+            for y in range(top + 1, bottom + 1, 3)]
+
+
+def body_of(picture):
+    """Columns and rows of the pixels of tissue, which are yellowish on a bluish ground."""
+    width, height, rows = picture
+    return [(x, y) for y in range(height) for x in range(width) if rows[y][3 * x] > rows[y][3 * x + 2] + 20]
+
+
+LETTER_R = ["#### ", "#   #", "#   #", "#### ", "# #  ", "#  # ", "#   #"]
+LETTER_L = ["#    ", "#    ", "#    ", "#    ", "#    ", "#    ", "#####"]
+
+
+def test_pictures(folder):
+    """A plate 80 x 20 x 40 mm with a tower on the patient's right, up: on the left of the view from the front."""
+    path, out = os.path.join(folder, "t.nii"), os.path.join(folder, "t")
+    n = 50
+    head = bytearray(348)
+    struct.pack_into("<i", head, 0, 348)
+    struct.pack_into("<8h", head, 40, 3, n, n, n, 1, 1, 1, 1)
+    struct.pack_into("<2h", head, 70, 2, 8)
+    struct.pack_into("<8f", head, 76, 1, 2, 2, 2, 0, 0, 0, 0)
+    struct.pack_into("<f", head, 108, 352)
+    head[123] = 2
+    struct.pack_into("<h", head, 254, 1)
+    struct.pack_into("<12f", head, 280, 2, 0, 0, -50, 0, 2, 0, 0, 0, 0, 2, 0)
+    head[344:348] = b"n+1\0"
+    inside = bytes((5 <= i < 45 and 20 <= j < 30 and 3 <= k < 23) or (35 <= i < 45 and 20 <= j < 30 and 23 <= k < 43)
+                   for k in range(n) for j in range(n) for i in range(n))
+    with open(path, "wb") as f:
+        f.write(bytes(head) + bytes(4) + inside)
+    run(path, "--edge", "6", "-o", out, "-q")
+    front, below, _, _ = pictures(out)
+    width, height, rows = front
+    mid = height // 2
+    assert white_box(front, 0, mid - 20, 30, mid + 20) == LETTER_R, "R is on the left of the view from the front"
+    assert white_box(front, width - 30, mid - 20, width, mid + 20) == LETTER_L
+    assert white_box(below, 0, mid - 20, 30, mid + 20) == LETTER_R, "R is on the left of the view from below"
+    spots = body_of(front)
+    left, right = min(x for x, _ in spots), max(x for x, _ in spots)
+    top, bottom = min(y for _, y in spots), max(y for _, y in spots)
+    tower = [x for x, y in spots if y < top + 0.3 * (bottom - top)]
+    assert max(tower) < left + 0.35 * (right - left), "the tower is on the patient's right"
+    # the plate is 80 mm wide, and 10 mm of it nearer than the middle, which makes it at most 5 % wider
+    bar = sum(bytes(rows[height - 10][3 * x:3 * x + 3]) == b"\xff\xff\xff" for x in range(width // 2))
+    near((right - left + 1) / bar * 20, 80, 4, "width by the bar of 20 mm, mm")
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         test_layers(folder)
@@ -373,6 +464,7 @@ def main():
         test_labels(folder)
         test_spaces(folder)
         test_units(folder)
+        test_pictures(folder)
 
 
 if __name__ == "__main__":
