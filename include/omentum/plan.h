@@ -112,7 +112,9 @@ typedef struct OmPlannerDef {
     // For a user's program: also add facts metric(B1,B2,X) for all pairs of blocks, and set the external atoms
     // distance(B1,B2,X,0) if the program declares them. Default false: only distances to the ROI and to attachments.
     bool has_all_distances;
-    double time_limit;  // s a solve may take; default 10, <= 0 none
+    // s a solve may take; default 10, <= 0 none. Grounding has no limit: a program of one's own that describes too many
+    // atoms, or infinitely many, does not return. `omentum plan` grounds in a child process for that.
+    double time_limit;
 } OmPlannerDef;
 
 OM_API OmPlannerDef om_planner_default_def(void);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli_common.h"
+#include "cli_guard.h"
 #include "omentum/plan.h"
 #include "omentum/scene_yaml.h"
 
@@ -19,12 +20,14 @@ static const OmCliOption option[] = {
     {"--horizon", NULL, "N", "steps a plan may take (default 12)"},
     {"--max-pulls", NULL, "N", "pulls of 10 mm up to the height limit (default 5)"},
     {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
-    {"--time-limit", NULL, "S", "seconds a solve may take (default 10)"},
+    {"--time-limit", NULL, "S", "seconds that grounding, and each solve, may take (default 10)"},
+    {"--memory-limit", NULL, "MB", "memory that grounding and solving may take (default 2000)"},
     {"--json", NULL, NULL, "print the plan as JSON"},
     {"--example", NULL, NULL, "print a situation file to start from"},
     {"--print-program", NULL, NULL, "print the built-in logic program"},
     {"--help", "-h", NULL, "this text"},
 };
+#define MEMORY_MB 2000  // default of --memory-limit
 enum { NOPTION = sizeof option / sizeof *option };
 
 static const char example[] =
@@ -258,13 +261,21 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
     OmText text = {0};
     OmStatus status = OM_OK;
     int nother = 8;
+    double memory_mb = MEMORY_MB;
     def.program = om_cli_get(args, "--program");
     OM_TRY(om_cli_get_int(args, "--horizon", 1, OM_PLAN_MAX_HORIZON, &def.horizon));
     OM_TRY(om_cli_get_int(args, "--max-pulls", 1, OM_PLAN_MAX_HORIZON, &def.max_lift));
     OM_TRY(om_cli_get_double(args, "--time-limit", 1e-3, 1e6, &def.time_limit));
     OM_TRY(om_cli_get_int(args, "--others", -1, OM_PLAN_MAX_BLOCK, &nother));
+    OM_TRY(om_cli_get_double(args, "--memory-limit", 50, 1e6, &memory_mb));
     OM_TRY(read_options(args, &s));
+    if (def.program && om_path_exists(def.program)) {  // clingo would read a pipe
+        FILE* program;
+        OM_TRY(om_file_open(def.program, &program, NULL));
+        fclose(program);
+    }
 
+    om_cli_guard_alarm(2 * def.time_limit + 0.5);  // grounding, and a solve that ends itself
     OM_TRY_DONE(om_planner_create(&def, &planner));
     OM_TRY_DONE(om_planner_solve(planner, &s, &plan));
     *outcome = status;
@@ -275,18 +286,32 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
     } else {
         OM_TRY_DONE(om_plan_print(&plan, &text));
     }
+    int nsolve = (nother >= 0 ? nother : OM_PLAN_MAX_BLOCK) + 2;
+    om_cli_guard_alarm(nsolve * def.time_limit + 0.5);
     if (is_explained) OM_TRY_DONE(om_planner_explain(planner, &s, &plan, nother, &text));
     if (text.str) fputs(text.str, stdout);
 done:
+    if (status == OM_NO_MEMORY)
+        om_error(OM_NO_MEMORY,
+                 "the logic program needs more than %g MB: give it fewer atoms, or raise "
+                 "--memory-limit",
+                 memory_mb);
     om_planner_destroy(planner);
     om_text_done(&text);
     return status;
 }
 
+static int run_plan(void* ctx) {
+    OmStatus outcome = OM_OK, status = plan_and_print(ctx, &outcome);
+    if (status < 0) return om_cli_fail("plan", status);
+    if (outcome == OM_TIMEOUT) fprintf(stderr, "omentum plan: %s\n", om_error_message());
+    return outcome == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
 int om_cli_plan(int argc, char** argv) {
     OmCliArgs args = {option, NOPTION, argc, argv};
     int npositional;
-    OmStatus outcome = OM_OK, status = om_cli_check(&args, 1, &npositional);
+    OmStatus status = om_cli_check(&args, 1, &npositional);
     if (status < 0) {
         om_cli_fail("plan", status);
         return OM_EXIT_USAGE;
@@ -304,8 +329,19 @@ int om_cli_plan(int argc, char** argv) {
         fputs(om_cli_get(&args, "--example") ? example : om_planner_program(), stdout);
         return OM_EXIT_OK;
     }
-    status = plan_and_print(&args, &outcome);
+    double memory_mb = MEMORY_MB;
+    status = om_cli_get_double(&args, "--memory-limit", 50, 1e6, &memory_mb);
     if (status < 0) return om_cli_fail("plan", status);
-    if (outcome == OM_TIMEOUT) fprintf(stderr, "omentum plan: %s\n", om_error_message());
-    return outcome == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
+    OmCliGuard guard = {
+        .verb = "plan",
+        .run = run_plan,
+        .ctx = &args,
+        .memory = 1e6 * memory_mb,
+        .too_long =
+            "the time limit is reached before the logic program is grounded or explained: give it fewer "
+            "atoms (an infinite program has no end), or raise --time-limit",
+        .died =
+            "clingo ended the program: most often a logic program needs more memory than --memory-limit, or "
+            "its terms are nested too deep"};
+    return om_cli_guard_run(&guard);
 }
