@@ -100,6 +100,24 @@ static void grazing_and_lost_pixels_give_no_depth(void** state) {
     for (int i = 0; i < W * H; ++i) assert_true(depth[i] == 0.0f);
 }
 
+// Pictures of one scene have noise of their own each; the same picture again has the same noise.
+static void noise_is_new_in_every_frame(void** state) {
+    (void)state;
+    static float first[W * H], other[W * H], again[W * H];
+    OmCamera c = look_down(W, H);
+    OmDepthNoise noise = om_depth_noise_default(11);
+    noise.dropout = 0;
+    for (int i = 0; i < W * H; ++i) first[i] = other[i] = again[i] = 0.2f;
+    om_depth_add_noise(&noise, &c, 4, NULL, first);
+    om_depth_add_noise(&noise, &c, 5, NULL, other);
+    om_depth_add_noise(&noise, &c, 4, NULL, again);
+    assert_memory_equal(first, again, sizeof first);
+    double sigma = noise.a + noise.b * 0.2 * 0.2, product = 0;
+    for (int i = 0; i < W * H; ++i)
+        product += ((double)first[i] - 0.2) * ((double)other[i] - 0.2) / (sigma * sigma);
+    assert_near(product / (W * H), 0, 4 / sqrt(W * H));  // four standard errors
+}
+
 static OmSenseScene* make_scene(int* disc, int* tool, OmSurface* tool_surface) {
     OmSenseScene* scene;
     assert_ok(om_sense_scene_create(&scene));
@@ -304,6 +322,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(normals_of_a_sphere),
         cmocka_unit_test(noise_grows_with_range),
+        cmocka_unit_test(noise_is_new_in_every_frame),
         cmocka_unit_test(grazing_and_lost_pixels_give_no_depth),
         cmocka_unit_test(a_strip_hides_its_area),
         cmocka_unit_test(a_tool_hides_what_is_behind_it),
