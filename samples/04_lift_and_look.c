@@ -63,8 +63,8 @@ static OmStatus add_square(OmSenseScene* scene, OmVec3 centre, double half,
 static OmStatus make_scene(Field* f) {
     const OmSenseLook look = {
         .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
-    const OmSenseLook paint = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
-    const OmSenseLook magenta = {.red = 0.85, .green = 0.08, .blue = 0.55};
+    const OmSenseLook paint = om_sense_look(OM_PART_BOARD);
+    const OmSenseLook magenta = om_sense_look(OM_PART_ROI);
     OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->skin, &f->skin_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
     if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->skin, &look, &f->skin_id);

@@ -99,6 +99,10 @@ typedef struct OmPicture {
 /// @return OM_OK; OM_INVALID (size or number of channels out of range); OM_NO_MEMORY
 OM_API OmStatus om_picture_init(OmPicture* picture, int width, int height, int nchannel);
 OM_API void om_picture_done(OmPicture* picture);
+/// The picture at a part of its size: means of factor x factor pixels; the rest of a row or column is left out.
+/// @param factor  1 or more, not above either side
+/// @return OM_OK; OM_INVALID (factor); OM_NO_MEMORY
+OM_API OmStatus om_picture_shrink(const OmPicture* picture, int factor, OmPicture* small);
 /// Encode as PNG into memory (append to `text`), or to a file (whole or not at all).
 /// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY
 OM_API OmStatus om_picture_encode_png(const OmPicture* picture, OmText* text);

@@ -1,7 +1,8 @@
 /// omentum/report.h: reports as one self-contained HTML file (floor 2).
 ///
 /// Headings, paragraphs, tables, line charts (SVG) and pictures (PNG, embedded), readable on a screen in
-/// light or dark and on paper. All text is escaped. Blocks appear in the order they are added.
+/// light or dark, on a phone and on paper, also by colour-blind eyes. All text is escaped. Blocks appear in the
+/// order they are added.
 ///
 ///     OmReport report;
 ///     om_report_begin(&report, "Retraction", "sheet, layout 3");
@@ -43,7 +44,10 @@ OM_API void om_report_table(OmReport* report, const char* const* heading, int nc
 OM_API void om_report_listing(OmReport* report, const char* text);
 /// The same, folded under a summary.
 OM_API void om_report_details(OmReport* report, const char* summary, const char* text);
-/// A picture with a caption; consecutive ones share rows.
+/// What is added until om_report_end_fold is folded under a summary. Folds do not nest.
+OM_API void om_report_begin_fold(OmReport* report, const char* summary);
+OM_API void om_report_end_fold(OmReport* report);
+/// A picture with a caption; consecutive ones share rows. Pictures in a fold are decoded when it is opened.
 OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
 
 #define OM_REPORT_MAX_SERIES 6

@@ -41,6 +41,18 @@ typedef struct OmSenseLook {
     double grain;             // variation of shade fixed to the material, 0 to 1; 0.1 suits fat
 } OmSenseLook;
 
+typedef enum OmSensePart {
+    OM_PART_TISSUE,
+    OM_PART_ORGAN,
+    OM_PART_ROI,
+    OM_PART_HELD,  // attachments
+    OM_PART_BOARD,
+    OM_PART_TOOL,
+    OM_NPART
+} OmSensePart;
+/// The look of a part in the pictures of omentum: colours that differ for colour-blind eyes, too.
+OM_API OmSenseLook om_sense_look(OmSensePart part);
+
 typedef struct OmSenseScene OmSenseScene;
 /// An empty scene.
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree cannot start)

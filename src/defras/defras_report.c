@@ -178,6 +178,36 @@ static void add_settings(OmReport* report, const Loop* loop) {
     om_report_paragraph(report, text);
 }
 
+// Of n things, the index of the k-th of m taken evenly, the first and the last among them.
+static int pick(int k, int m, int n) { return m < 2 ? 0 : (int)((int64_t)k * (n - 1) / (m - 1)); }
+
+static OmStatus add_frame(OmReport* report, const Frame* f, int factor) {
+    char caption[256];
+    OmPicture small;
+    snprintf(caption, sizeof caption, "%.1f s. %s", f->time, f->caption);
+    OM_TRY(om_picture_shrink(&f->picture, factor, &small));
+    om_report_picture(report, &small, caption);
+    om_picture_done(&small);
+    return OM_OK;
+}
+
+// A few pictures at once; more of a long run are folded, at half the size.
+static OmStatus add_frames(OmReport* report, const Recorder* rec) {
+    enum { NOPEN = 9, NFOLDED = 36 };
+    char summary[160];
+    const int n = rec->nframe, nopen = n < NOPEN + 3 ? n : NOPEN;
+    for (int k = 0; k < nopen; ++k) OM_TRY(add_frame(report, &rec->frame[pick(k, nopen, n)], 1));
+    if (nopen == n) return OM_OK;
+    const int nfolded = n < NFOLDED ? n : NFOLDED;
+    snprintf(summary, sizeof summary,
+             "%d of all %d pictures, smaller; all are in the folder frames", nfolded, n);
+    om_report_begin_fold(report, summary);
+    for (int k = 0; k < nfolded; ++k)
+        OM_TRY(add_frame(report, &rec->frame[pick(k, nfolded, n)], 2));
+    om_report_end_fold(report);
+    return OM_OK;
+}
+
 OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
     char subtitle[192], path[1100];
     snprintf(subtitle, sizeof subtitle, "scene %s, layout %d", loop->scene->name,
@@ -189,13 +219,9 @@ OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
     add_start(&report, loop);
     add_facts(&report, loop);
     om_report_heading(&report, "What the endoscope saw");
-    for (int i = 0; i < rec->nframe; ++i) {
-        char caption[256];
-        snprintf(caption, sizeof caption, "%.1f s. %s", rec->frame[i].time, rec->frame[i].caption);
-        om_report_picture(&report, &rec->frame[i].picture, caption);
-    }
+    OmStatus status = add_frames(&report, rec);
     om_report_heading(&report, "The course of it");
-    OmStatus status = add_charts(&report, loop);
+    if (status == OM_OK) status = add_charts(&report, loop);
     om_report_heading(&report, "What was done");
     if (status == OM_OK) status = add_actions(&report, loop);
     om_report_details(&report, "Every plan, and why", rec->plans.str ? rec->plans.str : "");

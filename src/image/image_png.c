@@ -30,6 +30,27 @@ void om_picture_done(OmPicture* picture) {
     memset(picture, 0, sizeof *picture);
 }
 
+OmStatus om_picture_shrink(const OmPicture* p, int factor, OmPicture* out) {
+    *out = (OmPicture){0};
+    OM_CHECK(factor >= 1 && factor <= p->width && factor <= p->height, OM_INVALID,
+             "a picture of %d x %d pixels cannot be shrunk by %d", p->width, p->height, factor);
+    OM_TRY(om_picture_init(out, p->width / factor, p->height / factor, p->nchannel));
+    const size_t n = (size_t)p->nchannel, row = n * (size_t)p->width;
+    const unsigned area = (unsigned)factor * (unsigned)factor;
+    unsigned char* to = out->pixel;
+    for (int y = 0; y < out->height; ++y)
+        for (int x = 0; x < out->width; ++x)
+            for (size_t c = 0; c < n; ++c) {
+                unsigned sum = 0;
+                for (int j = 0; j < factor; ++j)
+                    for (int i = 0; i < factor; ++i)
+                        sum += p->pixel[(size_t)(y * factor + j) * row +
+                                        (size_t)(x * factor + i) * n + c];
+                *to++ = (unsigned char)((sum + area / 2) / area);
+            }
+    return OM_OK;
+}
+
 typedef struct Encoder {
     OmText* text;
     OmStatus status;    // of the appending

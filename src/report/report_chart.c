@@ -13,15 +13,20 @@
 
 #include "report/report_internal.h"
 
-#define WIDTH 960.0
-#define PLOT_LEFT 58.0
-#define PLOT_RIGHT 944.0
-#define PLOT_HEIGHT 210.0
 #define SPAN_HEIGHT 20.0
-#define LETTER 6.1     // px, mean width of a letter of a span's name
+#define LETTER 6.1     // px, mean width of a letter
 #define LARGEST 1e300  // values beyond are not drawn: their differences could overflow
-#define NTICK_X 8
-#define NTICK_Y 5
+
+// Every chart is drawn twice, for wide screens and for phones; the style sheet shows one of them. Text has 12 px of the
+// width of the drawing, so that it is above 11 px on a screen of 360.
+typedef struct Layout {
+    const char* class;
+    double width, left, right, height;  // of the drawing, of the plot, px
+    int ntick_x, ntick_y;               // wanted
+} Layout;
+
+static const Layout wide = {"wide", 960, 58, 944, 210, 8, 5};
+static const Layout narrow = {"narrow", 330, 46, 320, 180, 4, 4};
 
 typedef struct Axis {
     bool is_log;         // then lo, hi, first and step are logarithms to base 10
@@ -34,6 +39,7 @@ typedef struct Axis {
 typedef struct Plot {
     OmReport* report;
     const OmReportChart* chart;
+    const Layout* layout;
     Axis x, y;
     double top, bottom;  // px
 } Plot;
@@ -164,8 +170,8 @@ static bool choose_ranges(Plot* p) {
         axis[k]->lo -= half;
         axis[k]->hi += half;
     }
-    place_ticks(&p->x, NTICK_X, false);
-    place_ticks(&p->y, NTICK_Y, true);
+    place_ticks(&p->x, p->layout->ntick_x, false);
+    place_ticks(&p->y, p->layout->ntick_y, true);
     return true;
 }
 
@@ -192,16 +198,16 @@ static void put_axes(Plot* p) {
     for (int i = 0; i < p->y.ntick; ++i) {
         double v = p->y.first + i * p->y.step, y = to_px(&p->y, p->y.is_log ? pow(10, v) : v);
         PUT(r, "<line class=\"grid\"");
-        put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+        put_attribute(r, "x1", p->layout->left), put_attribute(r, "x2", p->layout->right);
         put_attribute(r, "y1", y), put_attribute(r, "y2", y);
         PUT(r, "/><text text-anchor=\"end\"");
-        put_attribute(r, "x", PLOT_LEFT - 8), put_attribute(r, "y", y + 4);
+        put_attribute(r, "x", p->layout->left - 8), put_attribute(r, "y", y + 4);
         PUT(r, ">");
         put_tick(r, &p->y, v);
         PUT(r, "</text>\n");
     }
     PUT(r, "<line class=\"axis\"");
-    put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+    put_attribute(r, "x1", p->layout->left), put_attribute(r, "x2", p->layout->right);
     put_attribute(r, "y1", p->bottom), put_attribute(r, "y2", p->bottom);
     PUT(r, "/>\n");
     put_groups(p);
@@ -217,7 +223,8 @@ static void put_axes(Plot* p) {
         PUT(r, "</text>\n");
     }
     PUT(r, "<text text-anchor=\"middle\"");
-    put_attribute(r, "x", 0.5 * (PLOT_LEFT + PLOT_RIGHT)), put_attribute(r, "y", p->bottom + 38);
+    put_attribute(r, "x", 0.5 * (p->layout->left + p->layout->right)),
+        put_attribute(r, "y", p->bottom + 38);
     PUT(r, ">");
     om__report_escape(r, p->chart->x_label);
     PUT(r, "</text>\n");
@@ -241,7 +248,8 @@ static void put_spans(Plot* p) {
         double y0 = p->top - SPAN_HEIGHT - 4;
         const char* name = s->label ? s->label : "";
         char number[16];
-        int ndigit = snprintf(number, sizeof number, "%d", i + 1);
+        // not by colour alone
+        int ndigit = snprintf(number, sizeof number, s->is_bad ? "%d!" : "%d", i + 1);
         if (i % 2 || s->is_bad) {
             put_rectangle(r, s->is_bad ? "under bad" : "under", x0, x1, p->top, p->bottom);
             PUT(r, "</rect>");
@@ -251,9 +259,9 @@ static void put_spans(Plot* p) {
                       : i % 2   ? "span odd"
                                 : "span",
                       x0, x1, y0, y0 + SPAN_HEIGHT);
-        PUT(r, "<title>%s ", number);
+        PUT(r, "<title>%d ", i + 1);
         om__report_escape(r, name);
-        PUT(r, "</title></rect>\n");
+        PUT(r, "%s</title></rect>\n", s->is_bad ? " (did not end as meant)" : "");
         bool is_named = LETTER * (double)(strlen(name) + (size_t)ndigit + 1) + 6 < x1 - x0;
         if (!is_named && LETTER * ndigit + 2 > x1 - x0) continue;
         PUT(r, "<text class=\"span-name\" text-anchor=\"middle\"");
@@ -273,11 +281,11 @@ static void put_limit(Plot* p, double limit, const char* name, bool is_right) {
     if (!is_on(&p->y, limit)) return;
     double y = to_px(&p->y, limit);
     PUT(r, "<line class=\"limit\"");
-    put_attribute(r, "x1", PLOT_LEFT), put_attribute(r, "x2", PLOT_RIGHT);
+    put_attribute(r, "x1", p->layout->left), put_attribute(r, "x2", p->layout->right);
     put_attribute(r, "y1", y), put_attribute(r, "y2", y);
     PUT(r, "/><text class=\"limit-name\"%s", is_right ? " text-anchor=\"end\"" : "");
     bool is_at_top = y - p->top < 16;
-    put_attribute(r, "x", is_right ? PLOT_RIGHT - 8 : PLOT_LEFT + 8);
+    put_attribute(r, "x", is_right ? p->layout->right - 8 : p->layout->left + 8);
     put_attribute(r, "y", is_at_top ? y + 15 : y - 6);
     PUT(r, ">");
     om__report_escape(r, name);
@@ -343,7 +351,7 @@ static void put_series(Plot* p, int index) {
     const OmReportSeries* s = &p->chart->series[index];
     OmReport* r = p->report;
     Pen pen = {.report = r, .is_step = s->is_step};
-    bool is_dense = s->n > 2 * (PLOT_RIGHT - PLOT_LEFT);
+    bool is_dense = s->n > 2 * (p->layout->right - p->layout->left);
     PUT(r, "<path class=\"data c%d\" d=\"", index);
     for (int i = 0; i < s->n;) {
         if (!is_on(&p->x, s->x[i]) || !is_on(&p->y, s->y[i])) {
@@ -373,8 +381,8 @@ static void put_box(Plot* p, int group, int series) {
     const OmReportChart* c = p->chart;
     const OmReportBox* b = &c->box[group * c->nseries + series];
     if (!b->n || !is_on(&p->y, b->least) || !is_on(&p->y, b->most)) return;
-    double wide = 0.8 / c->nseries, x = group + 0.1 + (series + 0.5) * wide;
-    double left = to_px(&p->x, x - 0.36 * wide), right = to_px(&p->x, x + 0.36 * wide);
+    double share = 0.8 / c->nseries, x = group + 0.1 + (series + 0.5) * share;
+    double left = to_px(&p->x, x - 0.36 * share), right = to_px(&p->x, x + 0.36 * share);
     double middle = to_px(&p->x, x), upper = to_px(&p->y, b->upper), lower = to_px(&p->y, b->lower);
     const double line[3][4] = {{middle, middle, to_px(&p->y, b->most), upper},
                                {middle, middle, lower, to_px(&p->y, b->least)},
@@ -418,22 +426,23 @@ static void put_caption(OmReport* r, const OmReportChart* c) {
     PUT(r, "</figcaption>\n");
 }
 
-static void put_plot(Plot* p) {
+static void put_plot(Plot* p, bool has_narrow) {
     OmReport* r = p->report;
     const OmReportChart* c = p->chart;
     p->top = c->nspan > 0 ? SPAN_HEIGHT + 8 : 8;
-    p->bottom = p->top + PLOT_HEIGHT;
-    p->x.from = PLOT_LEFT;
-    p->x.to = PLOT_RIGHT;
+    p->bottom = p->top + p->layout->height;
+    p->x.from = p->layout->left;
+    p->x.to = p->layout->right;
     p->y.from = p->bottom;
     p->y.to = p->top;
     int id = ++r->nchart;
-    PUT(r, "<svg viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", (int)WIDTH,
-        (int)(p->bottom + 46));
+    PUT(r, "<svg class=\"%s%s\" viewBox=\"0 0 %d %d\" role=\"img\" aria-label=\"", p->layout->class,
+        has_narrow ? " has-narrow" : "", (int)p->layout->width, (int)(p->bottom + 46));
     om__report_escape(r, c->title);
     PUT(r, "\">\n<clipPath id=\"plot%d\"><rect", id);
-    put_attribute(r, "x", PLOT_LEFT), put_attribute(r, "width", PLOT_RIGHT - PLOT_LEFT);
-    put_attribute(r, "y", p->top - 2), put_attribute(r, "height", PLOT_HEIGHT + 4);
+    put_attribute(r, "x", p->layout->left),
+        put_attribute(r, "width", p->layout->right - p->layout->left);
+    put_attribute(r, "y", p->top - 2), put_attribute(r, "height", p->layout->height + 4);
     PUT(r, "/></clipPath>\n");
     put_spans(p);
     put_axes(p);
@@ -445,6 +454,14 @@ static void put_plot(Plot* p) {
     if (c->has_limit) put_limit(p, c->limit, c->limit_name, false);
     if (c->limit2_name) put_limit(p, c->limit2, c->limit2_name, true);
     PUT(r, "</svg>\n");
+}
+
+// Names of groups stand side by side.
+static bool is_fitting(const OmReportChart* c, const Layout* layout) {
+    for (int i = 0; i < c->ngroup; ++i)
+        if (LETTER * (double)strlen(c->group[i]) > (layout->right - layout->left) / c->ngroup)
+            return false;
+    return true;
 }
 
 static OmStatus check_chart(const OmReportChart* c) {
@@ -459,12 +476,18 @@ void om_report_chart(OmReport* r, const OmReportChart* chart) {
     om__report_begin_block(r);
     om__report_keep(r, check_chart(chart));
     if (r->status < 0) return;
-    Plot plot = {.report = r, .chart = chart};
+    Plot plot = {.report = r, .chart = chart, .layout = &wide};
+    Plot phone = {.report = r, .chart = chart, .layout = &narrow};
     PUT(r, "<figure class=\"chart\">");
     put_caption(r, chart);
-    if (choose_ranges(&plot))
-        put_plot(&plot);
-    else
+    if (choose_ranges(&plot) && choose_ranges(&phone)) {
+        const bool has_narrow = is_fitting(chart, &narrow);
+        PUT(r, "<div class=\"plot\">\n");
+        put_plot(&plot, has_narrow);
+        if (has_narrow) put_plot(&phone, false);
+        PUT(r, "</div>\n");
+    } else {
         PUT(r, "<p>No values were recorded.</p>\n");
+    }
     PUT(r, "</figure>\n");
 }

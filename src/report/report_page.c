@@ -23,7 +23,7 @@ void om__report_begin_block(OmReport* r) {
 void om_report_begin(OmReport* r, const char* title, const char* subtitle) {
     *r = (OmReport){0};
     PUT(r, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-           "<meta name=\"viewport\" content=\"width=device-width\">\n<title>");
+           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>");
     om__report_escape(r, title);
     PUT(r, "</title>\n<style>\n");
     for (const char* const* part = om__report_style; *part; ++part) PUT(r, "%s", *part);
@@ -40,8 +40,8 @@ void om_report_begin(OmReport* r, const char* title, const char* subtitle) {
 
 void om_report_verdict(OmReport* r, const char* text, bool is_good) {
     om__report_begin_block(r);
-    PUT(r, "<div class=\"verdict %s\"><span aria-hidden=\"true\">%s</span><span>",
-        is_good ? "good" : "bad", is_good ? "&#10003;" : "&#10007;");
+    PUT(r, "<div class=\"verdict %s\"><span role=\"img\" aria-label=\"%s\">%s</span><span>",
+        is_good ? "good" : "bad", is_good ? "good" : "not good", is_good ? "&#10003;" : "&#10007;");
     om__report_escape(r, text);
     PUT(r, "</span></div>\n");
 }
@@ -88,6 +88,18 @@ void om_report_details(OmReport* r, const char* summary, const char* text) {
     PUT(r, "</summary><pre>");
     om__report_escape(r, text);
     PUT(r, "</pre></details>\n");
+}
+
+void om_report_begin_fold(OmReport* r, const char* summary) {
+    om__report_begin_block(r);
+    PUT(r, "<details><summary>");
+    om__report_escape(r, summary);
+    PUT(r, "</summary>\n");
+}
+
+void om_report_end_fold(OmReport* r) {
+    om__report_begin_block(r);
+    PUT(r, "</details>\n");
 }
 
 // ---- tables ---------------------------------------------------------------------------------------------
@@ -150,8 +162,9 @@ void om_report_picture(OmReport* r, const OmPicture* picture, const char* captio
     r->is_in_grid = true;
     PUT(r, "<figure><img alt=\"");
     om__report_escape(r, caption);
-    PUT(r, "\" width=\"%d\" height=\"%d\" src=\"data:image/png;base64,", picture->width,
-        picture->height);
+    PUT(r,
+        "\" width=\"%d\" height=\"%d\" loading=\"lazy\" decoding=\"async\" src=\"data:image/png;base64,",
+        picture->width, picture->height);
     if (r->status == OM_OK) om__report_keep(r, om_picture_encode_png(picture, &png));
     if (r->status == OM_OK) om__report_keep(r, om_text_append_base64(&r->html, png.str, png.len));
     om_text_done(&png);

@@ -1,16 +1,18 @@
-// report_style.c: how a report looks on screens, light and dark, and on paper.
+// report_style.c: how a report looks on screens, wide and narrow, light and dark, and on paper.
+//
+// The colours of series are Okabe's and Ito's, in the dark somewhat lighter: they differ for colour-blind eyes, too
+// (test_report_colors). Good and bad are blue and orange, and never told by colour alone.
 #include "report/report_internal.h"
 
 const char* const om__report_style[] = {
     // page, cards, figures
-    ":root{color-scheme:light dark;--page:#f4f6f8;--card:#fff;--ink:#17212b;--soft:#586573;"
-    "--line:#dde3e9;--grid:#e8ecf0;--good:#1b7f5c;--good-bg:#e7f5ef;--bad:#b3382c;--bad-bg:#fceceb;"
-    "--c0:#2468a8;--c1:#c65d12;--c2:#1f8a70;--c3:#7d4fa6;--c4:#a8861a;--c5:#b33a6b;--c6:#3f7f93;"
-    "--c7:#6b6f78}\n"
+    ":root{color-scheme:light dark;--page:#f4f6f8;--card:#ffffff;--ink:#17212b;--soft:#586573;"
+    "--line:#dde3e9;--grid:#e8ecf0;--good:#005a8c;--good-bg:#e4f1fa;--bad:#9c3d00;--bad-bg:#fdeee2;"
+    "--c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#cc79a7;--c4:#e69f00;--c5:#56b4e9}\n"
     "@media (prefers-color-scheme:dark){:root{--page:#0f151b;--card:#18212a;--ink:#e4eaf0;"
-    "--soft:#97a5b3;--line:#2b3743;--grid:#243039;--good:#58c79c;--good-bg:#13302a;--bad:#f0857a;"
-    "--bad-bg:#38201f;--c0:#6cb0f2;--c1:#f0a05a;--c2:#4fcaa6;--c3:#bb93e4;--c4:#dcbf58;--c5:#ee86b2;"
-    "--c6:#7fc3d6;--c7:#a9b0ba}}\n"
+    "--soft:#97a5b3;--line:#2b3743;--grid:#243039;--good:#7cc4f5;--good-bg:#12293a;--bad:#f2a76a;"
+    "--bad-bg:#3a2413;--c0:#2f8fd6;--c1:#e8702a;--c2:#14b38a;--c3:#dd8fbd;--c4:#f0b429;"
+    "--c5:#9ad4f8}}\n"
     "*{box-sizing:border-box}"
     "body{margin:0;background:var(--page);color:var(--ink);font:15px/1.55 system-ui,-apple-system,"
     "\"Segoe UI\",Roboto,\"Noto Sans\",\"Liberation Sans\",Arial,sans-serif}\n"
@@ -45,23 +47,23 @@ const char* const om__report_style[] = {
     "svg .grid{stroke:var(--grid);stroke-width:1}"
     "svg .axis{stroke:var(--soft);stroke-width:1;opacity:.55}"
     "svg .data{fill:none;stroke-width:2;stroke-linejoin:round;stroke-linecap:round}"
-    "svg .limit{stroke:var(--bad);stroke-width:1.25;stroke-dasharray:6 4}"
-    "svg .limit-name{fill:var(--bad);paint-order:stroke;stroke:var(--card);stroke-width:4px;"
+    "svg .limit{stroke:var(--ink);stroke-width:1.25;stroke-dasharray:6 4}"
+    "svg .limit-name{fill:var(--ink);paint-order:stroke;stroke:var(--card);stroke-width:4px;"
     "stroke-linejoin:round}"
     "svg .event{stroke:var(--soft);stroke-width:1;stroke-dasharray:2 3}"
 
     "svg .span{fill:var(--c0);opacity:.13}svg .span.odd{opacity:.22}"
     "svg .span.bad{fill:var(--bad);opacity:.3}"
     "svg .under{fill:var(--c0);opacity:.035}svg .under.bad{fill:var(--bad);opacity:.07}"
-    "svg .span-name{fill:var(--ink);font-size:11px}"
+    "svg .span-name{fill:var(--ink)}"
     ".c0{stroke:var(--c0);border-color:var(--c0)!important}"
     ".c1{stroke:var(--c1);border-color:var(--c1)!important}"
     ".c2{stroke:var(--c2);border-color:var(--c2)!important}"
     ".c3{stroke:var(--c3);border-color:var(--c3)!important}"
     ".c4{stroke:var(--c4);border-color:var(--c4)!important}"
     ".c5{stroke:var(--c5);border-color:var(--c5)!important}"
-    ".c6{stroke:var(--c6);border-color:var(--c6)!important}"
-    ".c7{stroke:var(--c7);border-color:var(--c7)!important}\n",
+    // below: 880 px keep the text of a chart of 960 above 11 px
+    ".plot{overflow-x:auto}svg.wide{min-width:880px}svg.narrow{display:none;max-width:480px}\n",
     // tables, listings, pictures, paper
     ".scroll{overflow-x:auto}"
     "table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}"
@@ -70,20 +72,27 @@ const char* const om__report_style[] = {
     "th{color:var(--soft);font-size:13px;font-weight:600;border-color:var(--line)}"
     "tr:last-child td{border-bottom:0}"
     "th:last-child,td:last-child{padding-right:0}"
-    ".n{text-align:right}\n"
+    "td{min-width:5em}.n{text-align:right;min-width:0;white-space:nowrap}\n"
     "pre{margin:0;overflow-x:auto;font:13px/1.5 ui-monospace,\"DejaVu Sans Mono\",Menlo,Consolas,"
     "monospace;white-space:pre-wrap}"
     "details{background:var(--card);border:1px solid var(--line);border-radius:10px;margin:14px 0;"
     "padding:10px 16px}"
     "summary{cursor:pointer;font-weight:600}"
-    "details pre{margin:10px 0 4px}\n"
+    "details pre{margin:10px 0 4px}"
+    "details .pictures{margin:12px 0 4px}\n"
     ".pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(290px,1fr));gap:16px;"
     "margin:14px 0}"
     ".pictures figure{margin:0;background:var(--card);border:1px solid var(--line);"
     "border-radius:10px;overflow:hidden}"
     ".pictures img{display:block;width:100%;height:auto}"
     ".pictures figcaption{padding:8px 12px;font-size:13px;color:var(--soft)}\n"
-    "@media print{:root{--page:#fff;--card:#fff;--ink:#000;--soft:#444}"
+    "@media (max-width:720px){main{padding:22px 12px 48px}h1{font-size:24px}"
+    ".facts{grid-template-columns:repeat(auto-fit,minmax(140px,1fr));gap:8px}"
+    ".facts div{padding:9px 12px}.facts dd{font-size:20px}"
+    ".card,figure.chart,details{padding:10px}.pictures{grid-template-columns:1fr}"
+    "svg.wide.has-narrow{display:none}svg.narrow{display:block}}\n"
+    "@media print{svg.wide,svg.wide.has-narrow{display:block;min-width:0}svg.narrow{display:none}"
+    ":root{--page:#fff;--card:#fff;--ink:#000;--soft:#444}"
     "body{font-size:11pt}main{max-width:none;padding:0}"
     "figure,.card,.facts div,tr{break-inside:avoid}h2,h3{break-after:avoid}"
     ".verdict,svg{-webkit-print-color-adjust:exact;print-color-adjust:exact}}\n",

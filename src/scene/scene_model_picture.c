@@ -20,14 +20,16 @@ typedef struct Stage {
     OmVec3 front, top, side;  // unit, orthogonal: towards the viewer, up the body, across
 } Stage;
 
-#define LOOK(r, g, b, smooth) \
-    { .red = r, .green = g, .blue = b, .gloss = 0.2, .is_smooth = smooth }
-
-static const OmSenseLook look[NOBJECT] = {
-    [ORGAN] = LOOK(0.66, 0.26, 0.22, true),      [ROI] = LOOK(0.85, 0.20, 0.80, true),
-    [TISSUE] = LOOK(0.93, 0.80, 0.45, false),    [HELD] = LOOK(0.20, 0.35, 0.80, false),
-    [CUT_ORGAN] = LOOK(0.66, 0.26, 0.22, false), [CUT_TISSUE] = LOOK(0.93, 0.80, 0.45, false),
-};
+static OmSenseLook look_of(int object) {
+    static const OmSensePart part[NOBJECT] = {
+        [ORGAN] = OM_PART_ORGAN, [ROI] = OM_PART_ROI,         [TISSUE] = OM_PART_TISSUE,
+        [HELD] = OM_PART_HELD,   [CUT_ORGAN] = OM_PART_ORGAN, [CUT_TISSUE] = OM_PART_TISSUE};
+    OmSenseLook look = om_sense_look(part[object]);
+    look.gloss = 0.2;
+    look.grain = 0;
+    look.is_smooth = object == ORGAN || object == ROI;
+    return look;
+}
 
 // ---- what is shown ------------------------------------------------------------------------------------------
 
@@ -45,7 +47,8 @@ static OmStatus add_part(Stage* stage, int object, const OmSurface* surface,
         if (flag[t] != wanted) continue;
         memcpy(&part.tri_vert[3 * n++], &surface->tri_vert[3 * t], 3 * sizeof(int));
     }
-    OmStatus status = om_sense_scene_add(stage->scene, &part, &look[object], &stage->id[object]);
+    const OmSenseLook look = look_of(object);
+    OmStatus status = om_sense_scene_add(stage->scene, &part, &look, &stage->id[object]);
     om_surface_done(&part);
     return status;
 }
@@ -117,8 +120,8 @@ static OmStatus add_cut_tissue(const OmPatient* p, Stage* stage) {
     }
     OmStatus status = half.ntet ? om_tet_mesh_boundary(&half, &boundary, NULL) : OM_OK;
     if (status == OM_OK && boundary.ntri > 0) {
-        status =
-            om_sense_scene_add(stage->scene, &boundary, &look[CUT_TISSUE], &stage->id[CUT_TISSUE]);
+        const OmSenseLook look = look_of(CUT_TISSUE);
+        status = om_sense_scene_add(stage->scene, &boundary, &look, &stage->id[CUT_TISSUE]);
     }
     om_surface_done(&boundary);
     om_tet_mesh_done(&half);
@@ -164,7 +167,7 @@ static void make_views(const OmPatient* p, const Stage* stage, OmModelView view[
         view[0] =
             make_view(stage, oblique, t, organ, "The organ, the region of interest in magenta");
         view[1] = make_view(stage, oblique, t, organ | tissue,
-                            "The tissue over it, held where it is blue");
+                            "The tissue over it, held where it is dark blue");
         view[2] = make_view(stage, om_madd(s, 0.1, f), f, organ | tissue,
                             "From the side, the covered side up");
         view[3] = make_view(stage, om_madd(s, 0.1, f), f, cut,

@@ -158,11 +158,9 @@ static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
     OM_TRY(om_tet_mesh_boundary(&site->mesh, &w->tissue, &w->tissue_vert));
-    OmSenseLook fat = {
-        .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.5, .is_smooth = true, .grain = 0.08};
+    OmSenseLook fat = om_sense_look(OM_PART_TISSUE), steel = om_sense_look(OM_PART_TOOL);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
-    OmSenseLook steel = {.red = 0.55, .green = 0.57, .blue = 0.60, .gloss = 0.9};
     for (int a = 0; a < OM_WORLD_NARM; ++a) {
         OM_TRY(om_sense_scene_add(w->sense, &w->arm[a].surface, &steel, &w->arm[a].object));
     }

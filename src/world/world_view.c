@@ -26,7 +26,7 @@ static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
         om_store3(board.x, i, om_pose_apply(site->pose_world_task, p));
     }
     memcpy(board.tri_vert, (int[6]){0, 1, 2, 0, 2, 3}, 6 * sizeof(int));
-    OmSenseLook look = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
+    OmSenseLook look = om_sense_look(OM_PART_BOARD);
     int id;
     OmStatus status = om_sense_scene_add(sense, &board, &look, &id);
     om_surface_done(&board);
@@ -36,15 +36,14 @@ static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
 OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, int* roi_id) {
     *roi_id = -1;
     if (site->roi.ntri > 0) {
-        OmSenseLook magenta = {
-            .red = 0.85, .green = 0.08, .blue = 0.55, .gloss = 0.4, .is_smooth = true};
-        OM_TRY(om_sense_scene_add(sense, &site->roi, &magenta, roi_id));
+        OmSenseLook look = om_sense_look(OM_PART_ROI);
+        OM_TRY(om_sense_scene_add(sense, &site->roi, &look, roi_id));
     }
     if (site->has_ground) OM_TRY(add_board(site, sense));
     if (!site->has_organ) return OM_OK;
     int id;
-    OmSenseLook red = {.red = 0.62, .green = 0.20, .blue = 0.16, .gloss = 0.5, .is_smooth = true};
-    return om_sense_scene_add(sense, &site->organ, &red, &id);
+    OmSenseLook look = om_sense_look(OM_PART_ORGAN);
+    return om_sense_scene_add(sense, &site->organ, &look, &id);
 }
 
 // ---- a view without tools -----------------------------------------------------------------------------------

@@ -118,6 +118,33 @@ static void test_depth_images_survive(void** unused) {
     remove(path);
 }
 
+// Means of squares of pixels, rounded; what does not fill a square is left out.
+static void test_shrink(void** unused) {
+    (void)unused;
+    OmPicture p, small;
+    assert_ok(om_picture_init(&p, 5, 4, 3));
+    for (int y = 0; y < 4; ++y)
+        for (int x = 0; x < 5; ++x)
+            for (int c = 0; c < 3; ++c)
+                p.pixel[(y * 5 + x) * 3 + c] = (unsigned char)(10 * y + x + 50 * c);
+    assert_ok(om_picture_shrink(&p, 2, &small));
+    assert_int_equal(small.width, 2);
+    assert_int_equal(small.height, 2);
+    // of pixel (x, y): rows 2y and 2y + 1, columns 2x and 2x + 1
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < 2; ++x)
+            for (int c = 0; c < 3; ++c)
+                assert_int_equal(small.pixel[(y * 2 + x) * 3 + c],
+                                 (int)(10 * (2 * y + 0.5) + 2 * x + 0.5 + 50 * c + 0.5));
+    om_picture_done(&small);
+    assert_ok(om_picture_shrink(&p, 1, &small));
+    assert_memory_equal(small.pixel, p.pixel, 60);
+    om_picture_done(&small);
+    assert_status(om_picture_shrink(&p, 0, &small), OM_INVALID);
+    assert_status(om_picture_shrink(&p, 5, &small), OM_INVALID);
+    om_picture_done(&p);
+}
+
 static void test_bad_pictures(void** unused) {
     (void)unused;
     OmPicture p;
@@ -160,6 +187,7 @@ int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_pictures_survive),
         cmocka_unit_test(test_depth_images_survive),
+        cmocka_unit_test(test_shrink),
         cmocka_unit_test(test_bad_pictures),
         cmocka_unit_test(test_failing_allocations),
     };

@@ -1,11 +1,24 @@
 // test_report_chart.c: where points land, what ticks say, and what is left out.
 #include "report_check.h"
 
-static char* draw(const OmReportChart* chart) {
+static char* draw_both(const OmReportChart* chart) {
     OmReport r;
     om_report_begin(&r, "Chart", NULL);
     om_report_chart(&r, chart);
     return checked_page(&r);
+}
+
+// The drawing for wide screens: the one for phones is cut out.
+static char* draw(const OmReportChart* chart) {
+    char* html = draw_both(chart);
+    char* phone = strstr(html, "<svg class=\"narrow");
+    if (phone) {
+        char* end = strstr(phone, "</svg>\n");
+        assert_non_null(end);
+        end += strlen("</svg>\n");
+        memmove(phone, end, strlen(end) + 1);
+    }
+    return html;
 }
 
 // Points and moves of the first line of a page.
@@ -128,7 +141,7 @@ static void test_marks(void** state) {
     assert_non_null(strstr(html, "threshold &lt;0.3 N&gt;"));
     assert_int_equal(count_text(html, "class=\"span"), 3);  // two strips, one of them named
     assert_non_null(strstr(html, "1 reach</text>"));
-    assert_non_null(strstr(html, "<title>2 pull &amp; hold</title>"));
+    assert_non_null(strstr(html, "<title>2 pull &amp; hold (did not end as meant)</title>"));
     assert_int_equal(count_text(html, "class=\"event\""), 2);
     om_free(html);
 }
@@ -146,6 +159,81 @@ static void test_limit_is_in_the_picture(void** state) {
     assert_non_null(
         strstr(html, "<line class=\"limit\" x1=\"58.0\" x2=\"944.0\" y1=\"8.0\" y2=\"8.0\""));
     assert_non_null(strstr(html, "d=\"M58.0 218.0h0L944.0 165.5\""));
+    om_free(html);
+}
+
+// What a span that ended badly says besides its colour.
+static void test_bad_span_has_a_sign(void** state) {
+    (void)state;
+    const double x[] = {0, 10}, y[] = {0, 1};
+    OmReportSpan span[] = {{"reach", 0, 5, false}, {"pull", 5, 10, true}};
+    char* html = draw(&(OmReportChart){.title = "spans",
+                                       .series = {{"force", x, y, 2, false}},
+                                       .nseries = 1,
+                                       .span = span,
+                                       .nspan = 2});
+    assert_non_null(strstr(html, ">1 reach</text>"));
+    assert_non_null(strstr(html, ">2! pull</text>"));
+    om_free(html);
+}
+
+// On a phone of 360 px a drawing is 312 px wide: 360 less the page's margins, the card's padding and borders. Text of
+// 12 px of the drawing is 11 px there, and all that is drawn lies in the drawing. Wide ones stay above 11 px, too, in a
+// box that scrolls.
+static void test_phone(void** state) {
+    (void)state;
+    const double x[] = {0, 5, 10}, y[] = {0, 0.5, 1};
+    const OmReportChart chart = {.title = "share",
+                                 .x_label = "time, s",
+                                 .series = {{"line", x, y, 3, false}},
+                                 .nseries = 1,
+                                 .has_range = true,
+                                 .y_max = 1};
+    char* html = draw_both(&chart);
+    const double screen = 360 - 2 * 12 - 2 * 10 - 2 * 1;
+    assert_non_null(
+        strstr(html, "name=\"viewport\" content=\"width=device-width,initial-scale=1\""));
+    assert_non_null(strstr(html, "main{padding:22px 12px 48px}"));
+    assert_non_null(strstr(html, ".card,figure.chart,details{padding:10px}"));
+    assert_non_null(strstr(html, "svg text{font-size:12px"));
+    assert_non_null(strstr(html, "svg.wide{min-width:880px}"));
+    const char* phone = strstr(html, "<svg class=\"narrow\" viewBox=\"0 0 ");
+    assert_non_null(phone);
+    int width = 0, height = 0;
+    assert_int_equal(sscanf(strstr(phone, "0 0 "), "0 0 %d %d", &width, &height), 2);
+    assert_true(12 * screen / width >= 11);
+    assert_true(12 * 880.0 / 960 >= 11);
+    double first[2], last[2], half[2];
+    const char* path = strstr(phone, "class=\"data c0\" d=\"");
+    assert_int_equal(sscanf(path, "class=\"data c0\" d=\"M%lf %lfh0L%lf %lfL%lf %lf\"", first,
+                            first + 1, half, half + 1, last, last + 1),
+                     6);
+    assert_near(half[0], 0.5 * (first[0] + last[0]), 0.051);  // written to 0.1
+    assert_near(half[1], 0.5 * (first[1] + last[1]), 0.051);
+    assert_true(first[0] > 30 && last[0] < width && last[1] >= 0 && first[1] < height);
+    om_free(html);
+}
+
+// Names of groups that do not fit a phone: the wide drawing scrolls there.
+static void test_groups_on_a_phone(void** state) {
+    (void)state;
+    const char* group[] = {"a name that is long", "another name of length", "c"};
+    const OmReportBox box[3] = {{1, 2, 3, 4, 5, 9}, {1, 2, 3, 4, 5, 9}, {1, 2, 3, 4, 5, 9}};
+    OmReportChart chart = {.title = "boxes",
+                           .series = {{.name = "all"}},
+                           .nseries = 1,
+                           .ngroup = 3,
+                           .group = group,
+                           .box = box};
+    char* html = draw_both(&chart);
+    assert_int_equal(count_text(html, "<svg class=\"narrow"), 0);
+    assert_int_equal(count_text(html, "<svg class=\"wide\""), 1);
+    om_free(html);
+    const char* brief[] = {"a", "b", "c"};
+    chart.group = brief;
+    html = draw_both(&chart);
+    assert_int_equal(count_text(html, "<svg class=\"narrow\""), 1);
+    assert_int_equal(count_text(html, "<svg class=\"wide has-narrow\""), 1);
     om_free(html);
 }
 
@@ -239,6 +327,9 @@ int main(void) {
         cmocka_unit_test(test_one_empty_series_of_two),
         cmocka_unit_test(test_scales),
         cmocka_unit_test(test_marks),
+        cmocka_unit_test(test_bad_span_has_a_sign),
+        cmocka_unit_test(test_phone),
+        cmocka_unit_test(test_groups_on_a_phone),
         cmocka_unit_test(test_dense_series_keep_peaks),
         cmocka_unit_test(test_limit_is_in_the_picture),
         cmocka_unit_test(test_decades),

@@ -21,12 +21,19 @@ static void blocks_are_well_formed_and_escaped(void** state) {
     memset(picture.pixel, 200, 36);
     om_report_picture(&r, &picture, "first");
     om_report_picture(&r, &picture, "second");
+    om_report_begin_fold(&r, "more <pictures>");
+    om_report_picture(&r, &picture, "third");
+    om_report_end_fold(&r);
     om_report_heading(&r, "After pictures");
     om_picture_done(&picture);
     char* html = checked_page(&r);
     assert_null(strstr(html, "<script"));
     assert_non_null(strstr(html, "A &lt;title&gt; &amp; more"));
     assert_non_null(strstr(html, "data:image/png;base64,iVBORw0KGgo"));
+    assert_int_equal(count_text(html, "loading=\"lazy\" decoding=\"async\""), 3);
+    assert_non_null(strstr(html, "<details><summary>more &lt;pictures&gt;</summary>\n"
+                                 "<div class=\"pictures\">\n<figure><img alt=\"third\""));
+    assert_non_null(strstr(html, "<figcaption>third</figcaption></figure>\n</div>\n</details>"));
     assert_int_equal(count_text(html, "<td class=\"n\">"), 4);  // columns of numbers stand right
     // It needs nothing else: no address but data.
     assert_int_equal(count_text(html, "src=\""), count_text(html, "src=\"data:"));
