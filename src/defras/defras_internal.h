@@ -64,7 +64,7 @@ typedef struct Loop {
     double force_action;        // N, largest during the current action
     double rate;                // share of the nominal speed
     double time;                // s
-    double slow_since;          // s, when the current slowing down began; negative: none
+    double over_time;           // s of the current motion with a force above om__force_limit
     bool is_over;               // the force is above om__force_limit
     int tick;
     double twin_wall;  // s spent in the twin

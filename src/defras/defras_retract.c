@@ -86,7 +86,6 @@ static OmStatus begin(Loop* loop) {
     for (int a = 0; a < OM_WORLD_NARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
     loop->apart = om__grid_length(&loop->grid, APART);
     loop->rate = 1.0;
-    loop->slow_since = -1;
     OmRetractResult* r = loop->result;
     r->twin_nvert = loop->twin_site.mesh.nvert;
     r->twin_ntet = loop->twin_site.mesh.ntet;
