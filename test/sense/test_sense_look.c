@@ -6,11 +6,9 @@
 
 // Ten times what can just be told apart; shades vary by lighting. The former magenta on the former board had 14.
 #define APART 30.0
-25.0  // ten times what can just be told apart; shades vary by lighting. the former magenta on the former board had 14
 
-    // What the region of interest lies on or under, and what holds the tissue, stand out.
-    static void
-    test_parts_differ(void** unused) {
+// What the region of interest lies on or under, and what holds the tissue, stand out.
+static void test_parts_differ(void** unused) {
     (void)unused;
     for (int which = OM_PART_ROI; which <= OM_PART_HELD; ++which) {
         const OmSenseLook a = om_sense_look(which);
