@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Which figures of the documents are older than the code that they measure.
 
-    check_figures.py [--all] [FILE ...]     (default: README.md, doc/*.md, weights/README.md)
+    check_figures.py [--all] [FILE ...]     (default: README.md, pages below doc/, weights/README.md)
 
 A figure names the commit it was measured at, the command, and the code it depends on, in a comment of HTML:
 
@@ -193,7 +193,7 @@ def main(argv):
         return 2
     if not paths:
         paths = ["README.md", "weights/README.md"]
-        paths += sorted(str(p.relative_to(root)) for p in (root / "doc").glob("*.md"))
+        paths += sorted(str(p.relative_to(root)) for p in (root / "doc").rglob("*.md"))
     for path in paths:
         figures.read(path)
     print("\n".join(report(figures, "--all" in argv)))

@@ -258,7 +258,7 @@ class Tree:
 
     def check_links(self):
         """What a page of the documentation points to is there."""
-        pages = [p for f in (".", "doc", "samples") for p in sorted((self.root / f).glob("*.md"))]
+        pages = [p for f in (".", "doc", "doc/notes", "samples") for p in sorted((self.root / f).glob("*.md"))]
         for path in pages:
             text = re.sub(r"```.*?```", lambda m: "\n" * m.group(0).count("\n"), path.read_text(encoding="utf-8"),
                           flags=re.S)

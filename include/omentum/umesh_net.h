@@ -99,21 +99,21 @@ OM_API void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, con
 /// "attachment" has the held nodes. The caller frees it with om_tet_mesh_done.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* grid, OmTetMesh* mesh);
-typedef struct OmUmeshOpening {
-    int ninverted;      // tetrahedra that were inverted
+typedef struct OmUmeshUntangling {
+    int ninverted;      // tetrahedra that were inverted before
     int nmoved;         // nodes moved by more than 0.01 mm
-    double most, mean;  // how far: the farthest node, the mean over all nodes, m
-    double min_volume;  // least det F of a tetrahedron now
-} OmUmeshOpening;
+    double most, mean;  // displacement by untangling: largest, and mean over all nodes, m
+    double min_volume;  // smallest det F of a tetrahedron afterwards
+} OmUmeshUntangling;
 
-/// Change an answer beside the probe until it inverts no tetrahedron of om_umesh_make_tet_mesh: for files and pictures.
-/// At equilibrium det F is above 0 at the Gauss points of an element, but a corner of it may be folded. Masked and held
-/// nodes stay; an answer that inverts none is not changed.
+/// Untangle a prediction: move nodes beside the probe until no tetrahedron of om_umesh_make_tet_mesh is inverted, for
+/// files and pictures. At equilibrium det F is above 0 at the Gauss points of an element, but a corner may be folded.
+/// Masked and held nodes stay; a prediction without inverted tetrahedra is not changed.
 /// @param mask  as for om_umesh_predict (nnode)
-/// @param u     in/out: an answer of om_umesh_predict, m (nnode x 3)
-/// @return OM_OK; OM_NOT_CONVERGED: no such answer was found, u is not changed, only `ninverted` is known; OM_NO_MEMORY
-OM_API OmStatus om_umesh_open(const OmUmeshNet* net, const unsigned char* mask, float* u,
-                              OmUmeshOpening* opening);
+/// @param u     in/out: a prediction of om_umesh_predict, m (nnode x 3)
+/// @return OM_OK; OM_NOT_CONVERGED (no valid shape was found: u is not changed, only `ninverted` is set); OM_NO_MEMORY
+OM_API OmStatus om_umesh_untangle(const OmUmeshNet* net, const unsigned char* mask, float* u,
+                                  OmUmeshUntangling* untangling);
 
 /// The place on the organ's free surface nearest to p, with the outward normal of the surface around it.
 OM_API OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* grid, OmVec3 p);

@@ -169,11 +169,11 @@ static OmStatus print_points(const Press* p) {
     return OM_OK;
 }
 
-// The deformed organ. Where tetrahedra of the answer are inverted, nodes beside the probe are moved first.
-// @return OM_NOT_CONVERGED: nothing was written, for some stay inverted
+// Write the deformed organ, untangled.
+// @return OM_NOT_CONVERGED: some tetrahedra stay inverted, nothing is written
 static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* path) {
     OmTetMesh mesh;
-    OmUmeshOpening opening;
+    OmUmeshUntangling untangling;
     char ext[8];
     om_path_extension(path, ext, sizeof ext);
     OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
@@ -185,13 +185,13 @@ static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* pa
     OM_ALLOC_DONE(u, 3 * nnode);
     OM_ALLOC_DONE(moved, nnode);
     memcpy(u, p->u, 3 * nnode * sizeof *u);
-    OM_TRY_DONE(om_umesh_open(net, p->mask, u, &opening));
+    OM_TRY_DONE(om_umesh_untangle(net, p->mask, u, &untangling));
     if (status > 0) {
         om_error(
             status,
-            "%s is not written: %d tetrahedra of the answer are inverted, and no shape near it without any was "
-            "found; press less deep, or turn the probe",
-            path, opening.ninverted);
+            "%s is not written: %d tetrahedra of the prediction are inverted, and no valid shape near it was found; "
+            "press less deep, or turn the probe",
+            path, untangling.ninverted);
         goto done;
     }
     for (size_t i = 0; i < nnode; ++i) {
@@ -206,11 +206,12 @@ static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* pa
     OM_TRY_DONE(om_tet_mesh_save_format(
         &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 3));
     printf("wrote %s (m)\n", path);
-    if (opening.ninverted > 0)
+    if (untangling.ninverted > 0)
         printf(
-            "in the file %d nodes are off that equilibrium, up to %.2f mm, %.3f mm in the mean: beside the probe it "
-            "inverts %d of %d tetrahedra\n",
-            opening.nmoved, 1e3 * opening.most, 1e3 * opening.mean, opening.ninverted, mesh.ntet);
+            "beside the probe %d of %d tetrahedra are inverted at equilibrium; in the file %d nodes are moved off "
+            "equilibrium to untangle them, by up to %.2f mm (mean over all nodes %.3f mm)\n",
+            untangling.ninverted, mesh.ntet, untangling.nmoved, 1e3 * untangling.most,
+            1e3 * untangling.mean);
 done:
     om_free(u);
     om_free(moved);
@@ -218,13 +219,14 @@ done:
     return status;
 }
 
-// Whether refinement reached what it was to reach.
+// True if relaxation reached its tolerance without an inverted element.
 static bool is_refined(const Press* p) {
     const OmUmeshRefinement* r = &p->refined;
     if (r->ncycle == 0) return true;  // the network alone was wanted, or is all there is
     if (!(r->left < p->tolerance)) {
-        printf("NOT at equilibrium: %d cycles left about %.3g mm, %.3g were wanted\n", r->ncycle,
-               1e3 * r->left, 1e3 * p->tolerance);
+        printf(
+            "NOT at equilibrium: after %d cycles about %.3g mm are left, the tolerance is %.3g\n",
+            r->ncycle, 1e3 * r->left, 1e3 * p->tolerance);
         return false;
     }
     if (!(r->min_volume > 0)) {

@@ -1,19 +1,19 @@
-// umesh_open.c: an answer changed beside the probe, so that no tetrahedron of the grid is inverted.
+// umesh_untangle.c: move nodes beside the probe until no tetrahedron of the grid is inverted.
 //
-// Equilibrium is that of eight Gauss points an element. Beside the edge of a deep press a hexahedron can fold at a
-// corner while det F is above 0 at all of its points: it is valid for the mechanics, and finite elements with the same
-// displacements prescribed fold it, too. The tetrahedra into which files cut it (om_umesh_make_tet_mesh) are inverted
-// then. So tetrahedra below LEAST of their volume at rest get a penalty, K/2 (LEAST - J)^2 each, and the nodes around
-// them are relaxed one after the other, with the elastic energy (vertex block descent, as in umesh_element.c). J is
-// linear in the place of one node: so the problem of a node stays convex, and the bound that keeps an open tetrahedron
-// open is exact.
+// Equilibrium uses eight Gauss points in each element. Beside the edge of a deep press a hexahedron can fold at a
+// corner while det F is above 0 at all of these points: it is valid for the mechanics, and finite elements with the
+// same prescribed displacements fold it, too. But some of its six tetrahedra (om_umesh_make_tet_mesh) are then
+// inverted. Therefore tetrahedra below LEAST of their rest volume get a penalty K/2 (LEAST - J)^2, and the nodes
+// around them are relaxed one by one together with the elastic energy (vertex block descent, as in umesh_element.c).
+// J is linear in the position of one node, so the problem of a node is convex, and the bound that keeps a valid
+// tetrahedron valid is exact.
 //
-//     first   from the answer itself
-//     then    if some stay inverted: from rest, the answer added share by share, each so small that nothing is
-//             inverted by it, and relaxed after each
+//     first   start from the prediction
+//     then    if some stay inverted: start from rest and add the prediction in parts, each so small that no
+//             tetrahedron inverts, with relaxation after each part
 //
-// Tried and rejected: other cuts of the same hexahedra (a vertex in the middle, all 64 choices of face diagonals).
-// Presses of 20 mm and more leave hexahedra that no cut makes valid.
+// Tried and rejected: other divisions of the hexahedra (a vertex in the middle, all 64 choices of face diagonals).
+// Presses of 20 mm and more leave hexahedra for which no division is valid.
 #include <math.h>
 #include <string.h>
 
@@ -247,7 +247,7 @@ static bool open_by_shares(Opening* o) {
     return relax(o, LAST_SWEEPS);
 }
 
-static void measure(const Opening* o, OmUmeshOpening* report) {
+static void measure(const Opening* o, OmUmeshUntangling* report) {
     const OmFemMesh* mesh = &o->grid->mesh;
     report->min_volume = INFINITY;
     for (int e = 0; e < mesh->nelem; ++e)
@@ -261,13 +261,13 @@ static void measure(const Opening* o, OmUmeshOpening* report) {
     }
 }
 
-OmStatus om_umesh_open(const OmUmeshNet* net, const unsigned char* mask, float* u,
-                       OmUmeshOpening* report) {
+OmStatus om_umesh_untangle(const OmUmeshNet* net, const unsigned char* mask, float* u,
+                           OmUmeshUntangling* report) {
     const OmUmeshGrid* g = &net->grid;
     const size_t nnode = (size_t)g->mesh.nnode, nelem = (size_t)g->mesh.nelem;
     Opening o = {.grid = g, .mask = mask, .answer = u};
     OmStatus status = OM_OK;
-    *report = (OmUmeshOpening){0};
+    *report = (OmUmeshUntangling){0};
     OM_TRY_DONE(om__umesh_elements_init(g, net->poisson, &o.elements));
     OM_ALLOC_DONE(o.F, REFINE_F * nelem);
     OM_ALLOC_DONE(o.u, 3 * nnode);

@@ -1,14 +1,14 @@
-// test_umesh_open.c: answers all over the organ, as meshes without an inverted tetrahedron.
+// test_umesh_untangle.c: predictions all over the organ become meshes without an inverted tetrahedron.
 //
-// The weights that come along are asked at places all over the skin. Equilibrium inverts tetrahedra beside the probe
-// in a part of the answers, which is asserted, for else nothing would be tested. What comes of om_umesh_open is held
-// against volumes computed here, and against the check of the mesh files.
+// The project's weights predict presses all over the surface. In some predictions tetrahedra beside the probe are inverted
+// at equilibrium; the test asserts this, because without them nothing would be tested. The result of om_umesh_untangle is
+// checked with volumes computed here, and with the check of mesh files.
 #include "test_common.h"
 
 #include "omentum/umesh_net.h"
 
 #define EVERY 61       // nodes of the skin, from place to place
-#define SHALLOW 15     // mm: up to here every answer is to be opened
+#define SHALLOW 15     // mm: up to here every prediction must be untangled
 #define MEAN_OFF 2e-4  // m off equilibrium in the mean; measured: up to 0.094 mm
 
 typedef struct Case {
@@ -75,7 +75,7 @@ static int count_inverted(const Case* c, const float* u) {
     return num;
 }
 
-static void check_opened(const Case* c, const OmUmeshOpening* o) {
+static void check_opened(const Case* c, const OmUmeshUntangling* o) {
     const int nnode = c->grid->mesh.nnode;
     int nmoved = 0;
     double most = 0;
@@ -106,7 +106,7 @@ static void test_grid_of_places(void** unused) {
         if (!c.grid->is_skin[i] || at++ % EVERY) continue;
         const OmVec3 place = om_load3(c.grid->skin_x, i);
         for (int mm = 10; mm <= 25; mm += mm < SHALLOW ? 5 : 10) {
-            OmUmeshOpening o;
+            OmUmeshUntangling o;
             if (!press(&c, place, at / EVERY % 2, 1e-3 * mm)) {
                 assert_true(mm > SHALLOW);
                 continue;
@@ -115,7 +115,7 @@ static void test_grid_of_places(void** unused) {
             const int ninverted = count_inverted(&c, c.u);
             nfolded += ninverted > 0;
             memcpy(c.opened, c.u, bytes);
-            OmStatus status = om_umesh_open(net, c.mask, c.opened, &o);
+            OmStatus status = om_umesh_untangle(net, c.mask, c.opened, &o);
             assert_int_equal(o.ninverted, ninverted);
             if (status == OM_OK) {
                 check_opened(&c, &o);
@@ -140,18 +140,18 @@ static void test_grid_of_places(void** unused) {
 static void test_nothing_to_open(void** unused) {
     (void)unused;
     OmUmeshNet* net;
-    OmUmeshOpening o;
+    OmUmeshUntangling o;
     Case c;
     assert_ok(om_umesh_load_net("weights/phantom.safetensors", &net));
     begin(&c, net);
     const size_t bytes = 3 * (size_t)c.grid->mesh.nnode * sizeof *c.u;
     assert_true(press(&c, om_vec3(0, 0, 0.08), false, 0.005));
     memcpy(c.opened, c.u, bytes);
-    assert_ok(om_umesh_open(net, c.mask, c.opened, &o));
+    assert_ok(om_umesh_untangle(net, c.mask, c.opened, &o));
     assert_memory_equal(c.opened, c.u, bytes);
     assert_int_equal(o.ninverted, 0);
     memset(c.opened, 0, bytes);
-    assert_ok(om_umesh_open(net, c.mask, c.opened, &o));
+    assert_ok(om_umesh_untangle(net, c.mask, c.opened, &o));
     assert_near(o.min_volume, 1, 1e-6);
     end(&c);
     om_umesh_destroy_net(net);
