@@ -1,8 +1,8 @@
 // test_umesh_untangle.c: predictions all over the organ become meshes without an inverted tetrahedron.
 //
-// The project's weights predict presses all over the surface. In some predictions tetrahedra beside the probe are inverted
-// at equilibrium; the test asserts this, because without them nothing would be tested. The result of om_umesh_untangle is
-// checked with volumes computed here, and with the check of mesh files.
+// The project's weights predict presses all over the surface. In some predictions tetrahedra beside the
+// probe are inverted at equilibrium; the test asserts this, because without them nothing would be tested.
+// The result of om_umesh_untangle is checked with volumes computed here, and with the check of mesh files.
 #include "test_common.h"
 
 #include "omentum/umesh_net.h"
