@@ -52,5 +52,6 @@ OmStatus bench_plan(const BenchOptions* options);       // bench_plan.c
 OmStatus bench_sense(const BenchOptions* options);      // bench_sense.c
 OmStatus bench_nn(const BenchOptions* options);         // bench_nn.c
 OmStatus bench_umesh(const BenchOptions* options);      // bench_umesh.c
+OmStatus bench_crowd(const BenchOptions* options);      // bench_crowd.c
 
 #endif

@@ -11,6 +11,7 @@
 #include <time.h>
 
 #include "bench.h"
+#include "cli/cli_common.h"
 
 static const struct {
     const char* name;
@@ -20,6 +21,7 @@ static const struct {
     {"contact", bench_contact},     {"press", bench_press}, {"shape", bench_shape},
     {"plan", bench_plan},           {"sense", bench_sense}, {"pbd", bench_pbd},
     {"heuristic", bench_heuristic}, {"nn", bench_nn},       {"umesh", bench_umesh},
+    {"crowd", bench_crowd},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
@@ -123,6 +125,7 @@ static bool is_known(const char* name) {
 }
 
 int main(int argc, char** argv) {
+    om_cli_set_environment(argv);
     BenchOptions options = {.nworker = om_worker_count(0), .nrun = 5};
     int nname = 0;  // names are moved to the front of argv
     for (int arg = 1; arg < argc; ++arg) {

@@ -76,7 +76,7 @@ function(om_test_limits name seconds)
     math(EXPR cpu "2 * ${seconds}")
     math(EXPR wall "6 * ${seconds}")
     set_tests_properties(${name} PROPERTIES TIMEOUT ${wall} SKIP_RETURN_CODE 77
-        ENVIRONMENT "OM_TEST_CPU_S=${cpu};OMP_WAIT_POLICY=passive;${ARGN}")
+        ENVIRONMENT "OM_TEST_CPU_S=${cpu};OMP_WAIT_POLICY=passive;OPENBLAS_THREAD_TIMEOUT=14;${ARGN}")
 endfunction()
 
 # om_test(NAME file [LABELS label...]): one cmocka executable, run from the source root.

@@ -70,6 +70,9 @@ static inline int test_run_group(const char* name, const struct CMUnitTest* test
 #define cmocka_run_group_tests(tests, begin, end) \
     test_run_group(#tests, tests, sizeof(tests) / sizeof((tests)[0]), begin, end)
 
+// Teams of the size that a test names, on any machine: results must not depend on it.
+__attribute__((constructor)) static inline void test_force_workers(void) { om_worker_force(true); }
+
 // Tolerances are scaled by OM_TOL_SCALE; 0 shows every residual as a failure.
 static inline double test_tol_scale(void) {
     const char* s = getenv("OM_TOL_SCALE");

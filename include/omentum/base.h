@@ -207,10 +207,19 @@ OM_API double om_rng_normal(OmRng* rng);
 
 // ---- parallel loops ---------------------------------------------------------------------------
 
-/// Worker counts: 0 means one per processor, and fewer while the machine is crowded: no result depends on it.
-/// More than OM_MAX_WORKER is cut to it.
+/// Worker counts: 0 means one per processor. Never more than OM_MAX_WORKER or than the processors of this process
+/// (affinity, quota of its container): om_worker_count returns what a number comes to. Loops and teams use fewer
+/// while other threads need processors: no result depends on it.
 #define OM_MAX_WORKER 64
 OM_API int om_worker_count(int requested);
+/// As om_worker_count, and no more than processors are free now. For libraries that keep a number of threads and wait
+/// for each of them. May take some milliseconds.
+OM_API int om_worker_free(int requested);
+/// Take numbers of workers above 0 literally, however many processors there are, and wait for every worker. For tests
+/// of determinism; call it before anything else.
+OM_API void om_worker_force(bool is_on);
+/// Whether this thread is running a loop or a team: then a new one has one worker.
+OM_API bool om_worker_is_inside(void);
 
 /// One block [begin, end) of a loop; `block` counts from 0 and does not depend on the worker count.
 typedef void (*OmRangeFn)(void* ctx, int begin, int end, int block);

@@ -1,170 +1,48 @@
 // base_parallel.c: the only file that knows about threads.
 //
-// OpenMP where it is compiled in, plain pthreads otherwise (the thread sanitizer does not understand
-// libgomp). Work is cut into blocks that do not depend on the worker count, so results that are reduced
-// in block order have the same bytes with one worker or many. A team's barrier spins for some thousand
-// turns before it yields: the loops of a CG iteration last microseconds, and a futex costs more.
+// Work is cut into blocks that do not depend on the worker count, so results that are reduced in block order have the
+// same bytes with one worker or many.
 //
-// On a crowded machine a team waits at every barrier for a member that is not being run: two workers on two
-// busy processors were twenty times slower than one. A yield that takes as long as a slice of the scheduler
-// tells; then "one per processor" means one for a while, which no result can show.
+// One pool of helpers serves the process: at most one thread less than there are processors. A job is offered to
+// helpers that are idle; a helper takes an offer by exchanging it, the caller revokes what was not taken in time the
+// same way. So nobody waits for a helper that is not being run:
+//   - a loop begins at once; helpers that come join it, and only helpers that hold a block are waited for;
+//   - a team, whose members split work by rank, starts with the helpers that came within WINDOW.
+// Whoever waits spins for a while, as a barrier of a CG iteration lasts microseconds and a futex costs more, and then
+// sleeps on a futex; at once where the machine is crowded (base_processor.c). A crowded machine makes teams smaller:
+// two workers on two processors that others use were twenty times slower than one. A loop is offered to helpers there
+// only after LONG: a helper that holds a short block and is not run costs more than it gives. No result shows this.
+//
+// Tried and left: OpenMP. Its threads spin for 3 ms at the end of a region, a team waits for every member, and its
+// policy can be set by the environment only, before the process starts.
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+#include <linux/futex.h>
 #include <pthread.h>
 #include <sched.h>
+#include <signal.h>
 #include <stdatomic.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
-#include "omentum/base.h"
-#ifdef OM_WITH_OPENMP
-#include <omp.h>
-#endif
+#include "base/base_processor.h"
 
-#define SPIN_LIMIT 4000       // some hundred microseconds
-#define SLICE 0.5e-3          // s: a yield that long let somebody else run
-#define CROWDED_FOR 0.25      // s that teams stay single, doubled while the crowd is still there
-#define CROWDED_FOR_MOST 4.0  // s
+#define CHUNK 500          // pauses between two looks at the load: some ten microseconds
+#define MEMBER_CHUNKS 100  // a member of a team spins that long before it sleeps: a millisecond
+#define IDLE_CHUNKS 20     // a helper without work
+#define WINDOW 300e-6      // s in which members of a team must come
+#define ALONE_FOR 0.05  // s without teams after one that nobody joined, doubled while it stays so
+#define ALONE_FOR_MOST 1.0
+#define LONG 2e-3  // s after which a loop is worth a helper that may not be run
+#define HAS_SLEEPER 0x80000000u
 
 struct OmTeam {
     int size;
-    atomic_int waiting;     // members at the barrier
-    atomic_int generation;  // counts completed barriers
+    atomic_int waiting;      // members at the barrier
+    atomic_uint generation;  // counts completed barriers
+    atomic_int nsleep;       // members that sleep until it changes
 };
-
-int om_worker_count(int requested) {
-    if (requested <= 0) {
-        long n = sysconf(_SC_NPROCESSORS_ONLN);
-        requested = n > 0 ? (int)n : 1;
-    }
-    return requested < OM_MAX_WORKER ? requested : OM_MAX_WORKER;
-}
-
-// ---- a crowded machine ----------------------------------------------------------------------------------
-
-static _Atomic double crowded_until;  // om_clock_now at which teams are tried again
-static _Atomic double crowded_for;    // s of the last retreat
-
-static void note_crowd(double now) {
-    double until = atomic_load_explicit(&crowded_until, memory_order_relaxed);
-    double last = atomic_load_explicit(&crowded_for, memory_order_relaxed);
-    if (now < until) return;
-    bool is_new = now > until + CROWDED_FOR_MOST;
-    double next = is_new || last == 0 ? CROWDED_FOR : 2 * last;
-    next = next < CROWDED_FOR_MOST ? next : CROWDED_FOR_MOST;
-    atomic_store_explicit(&crowded_for, next, memory_order_relaxed);
-    atomic_store_explicit(&crowded_until, now + next, memory_order_relaxed);
-}
-
-// As asked for, but one where the count was left to us and the machine has no room.
-static int team_size(int requested) {
-    int size = om_worker_count(requested);
-    if (requested > 0 || size == 1) return size;
-    double until = atomic_load_explicit(&crowded_until, memory_order_relaxed);
-    return until > 0 && om_clock_now() < until ? 1 : size;
-}
-
-static void yield(void) {
-    double begin = om_clock_now();
-    sched_yield();
-    double end = om_clock_now();
-    if (end - begin > SLICE) note_crowd(end);
-}
-
-// ---- barriers -------------------------------------------------------------------------------------------
-
-static inline void pause_briefly(void) {
-#if defined(__x86_64__) || defined(__i386__)
-    __builtin_ia32_pause();
-#endif
-}
-
-void om_team_barrier(OmTeam* team) {
-    if (team->size == 1) return;
-    int generation = atomic_load_explicit(&team->generation, memory_order_acquire);
-    if (atomic_fetch_add_explicit(&team->waiting, 1, memory_order_acq_rel) == team->size - 1) {
-        atomic_store_explicit(&team->waiting, 0, memory_order_relaxed);
-        atomic_fetch_add_explicit(&team->generation, 1, memory_order_acq_rel);
-        return;
-    }
-    for (int spin = 0; atomic_load_explicit(&team->generation, memory_order_acquire) == generation;
-         ++spin) {
-        if (spin < SPIN_LIMIT)
-            pause_briefly();
-        else
-            yield();
-    }
-}
-
-// ---- teams ------------------------------------------------------------------------------------------
-
-#ifdef OM_WITH_OPENMP
-
-void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
-    OmTeam team = {.size = team_size(nworker)};
-    if (team.size == 1 || omp_in_parallel()) {  // no teams within teams
-        team.size = 1;
-        fn(ctx, &team, 0, 1);
-        return;
-    }
-#pragma omp parallel num_threads(team.size)
-    {
-#pragma omp single
-        team.size = omp_get_num_threads();  // may be fewer than asked for
-        fn(ctx, &team, omp_get_thread_num(), team.size);
-    }
-}
-
-#else
-
-typedef struct Member {
-    OmTeamFn fn;
-    void* ctx;
-    OmTeam* team;
-    int rank;
-} Member;
-
-static _Thread_local bool is_in_team;
-
-static void* run_member(void* arg) {
-    Member* m = arg;
-    is_in_team = true;
-    m->fn(m->ctx, m->team, m->rank, m->team->size);
-    is_in_team = false;
-    return NULL;
-}
-
-// Threads that wait at a gate until the size of the team is known: creating one may fail.
-typedef struct Gate {
-    Member member;
-    atomic_int* is_open;
-} Gate;
-
-static void* run_gated(void* arg) {
-    Gate* gate = arg;
-    while (!atomic_load(gate->is_open)) sched_yield();
-    return run_member(&gate->member);
-}
-
-void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
-    int wanted = is_in_team ? 1 : team_size(nworker);
-    OmTeam team = {.size = 1};
-    pthread_t thread[OM_MAX_WORKER];
-    Gate gate[OM_MAX_WORKER];
-    atomic_int is_open = 0;
-    for (int i = 1; i < wanted; ++i) {
-        gate[i] = (Gate){{fn, ctx, &team, i}, &is_open};
-        if (pthread_create(&thread[i], NULL, run_gated, &gate[i]) != 0) break;
-        team.size = i + 1;
-    }
-    atomic_store(&is_open, 1);
-    bool was_in_team = is_in_team;
-    is_in_team = true;
-    fn(ctx, &team, 0, team.size);
-    is_in_team = was_in_team;
-    for (int i = 1; i < team.size; ++i) pthread_join(thread[i], NULL);
-}
-
-#endif
-
-// ---- loops --------------------------------------------------------------------------------------------
 
 typedef struct Loop {
     OmRangeFn fn;
@@ -173,9 +51,138 @@ typedef struct Loop {
     atomic_int next;  // the next block to hand out
 } Loop;
 
-static void run_loop(void* ctx, OmTeam* team, int rank, int size) {
-    (void)team, (void)rank, (void)size;
-    Loop* loop = ctx;
+// What is offered: a loop, or a function for a team.
+typedef struct Job {
+    Loop* loop;
+    OmTeamFn fn;
+    void* ctx;
+    OmTeam team;
+    atomic_int joined;
+    atomic_uint start;     // of a team: its size, when it is known
+    atomic_int nsleep;     // members that sleep until then
+    atomic_uint finished;  // helpers that are done, and HAS_SLEEPER
+} Job;
+
+typedef struct Helper {
+    _Atomic(Job*) offer;   // null: idle
+    atomic_uint sleeping;  // 1: waits on this word
+} Helper;
+
+static Job taken;  // its address marks a helper that works
+static Helper helper[OM_MAX_WORKER - 1];
+static atomic_int nhelper, nrunning;  // threads of the pool and their callers that do not sleep
+static pthread_mutex_t growing = PTHREAD_MUTEX_INITIALIZER;
+static atomic_bool is_forced;
+static _Atomic double alone_until, alone_for;  // om_clock_now, s
+static _Thread_local bool is_inside;
+
+// ---- how many -------------------------------------------------------------------------------------------
+
+void om_worker_force(bool is_on) { atomic_store(&is_forced, is_on); }
+
+// A number that is taken as it is.
+static bool is_literal(int requested) { return requested > 0 && atomic_load(&is_forced); }
+
+int om_worker_count(int requested) {
+    int limit = om__processor_limit();
+    if (!is_literal(requested) && (requested <= 0 || requested > limit)) requested = limit;
+    return requested < OM_MAX_WORKER ? requested : OM_MAX_WORKER;
+}
+
+static int own_threads(void) { return 1 + atomic_load_explicit(&nrunning, memory_order_relaxed); }
+
+int om_worker_free(int requested) {
+    int size = om_worker_count(requested);
+    if (size == 1 || is_literal(requested)) return size;
+    int num = om__processor_free_now(own_threads());
+    return num < size ? num : size;
+}
+
+bool om_worker_is_inside(void) { return is_inside; }
+
+// As asked for, but no more than processors are free.
+static int team_size(int requested) {
+    int size = om_worker_count(requested);
+    if (size == 1 || is_literal(requested)) return size;
+    int num = om__processor_free(own_threads());
+    if (om_clock_now() < atomic_load_explicit(&alone_until, memory_order_relaxed)) num = 1;
+    return num < size ? num : size;
+}
+
+static void note_missed(double now) {
+    double until = atomic_load(&alone_until), last = atomic_load(&alone_for);
+    bool is_new = last == 0 || now > until + ALONE_FOR_MOST;
+    double next = is_new ? ALONE_FOR : 2 * last;
+    next = next < ALONE_FOR_MOST ? next : ALONE_FOR_MOST;
+    atomic_store(&alone_for, next);
+    atomic_store(&alone_until, now + next);
+}
+
+// ---- waiting --------------------------------------------------------------------------------------------
+
+static inline void pause_briefly(void) {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static void sleep_on(atomic_uint* word, unsigned value) {
+    atomic_fetch_sub(&nrunning, 1);
+    syscall(SYS_futex, word, FUTEX_WAIT_PRIVATE, value, NULL, NULL, 0);
+    atomic_fetch_add(&nrunning, 1);
+}
+
+static void wake(atomic_uint* word, int num) {
+    syscall(SYS_futex, word, FUTEX_WAKE_PRIVATE, num, NULL, NULL, 0);
+}
+
+// More of our threads run than there are processors for them.
+static bool is_crowded(void) {
+    int own = atomic_load_explicit(&nrunning, memory_order_relaxed);
+    return om__processor_free(own) < own;
+}
+
+// Spin while the word has the value; false if it still has.
+static bool spin_while(atomic_uint* word, unsigned value, int nchunk) {
+    for (int chunk = 0; chunk < nchunk; ++chunk) {
+        for (int spin = 0; spin < CHUNK; ++spin) {
+            if (atomic_load_explicit(word, memory_order_acquire) != value) return true;
+            pause_briefly();
+        }
+        if (is_crowded()) return false;
+    }
+    return false;
+}
+
+// Until the word changes; whoever changes it calls change_word with the same counter.
+static void wait_while(atomic_uint* word, unsigned value, atomic_int* nsleep) {
+    if (spin_while(word, value, MEMBER_CHUNKS)) return;
+    atomic_fetch_add(nsleep, 1);
+    while (atomic_load(word) == value) sleep_on(word, value);
+    atomic_fetch_sub(nsleep, 1);
+}
+
+static void change_word(atomic_uint* word, unsigned value, atomic_int* nsleep) {
+    atomic_store(word, value);
+    if (atomic_load(nsleep) > 0) wake(word, OM_MAX_WORKER);
+}
+
+void om_team_barrier(OmTeam* team) {
+    if (team->size == 1) return;
+    unsigned generation = atomic_load_explicit(&team->generation, memory_order_acquire);
+    if (atomic_fetch_add_explicit(&team->waiting, 1, memory_order_acq_rel) == team->size - 1) {
+        atomic_store_explicit(&team->waiting, 0, memory_order_relaxed);
+        change_word(&team->generation, generation + 1, &team->nsleep);
+        return;
+    }
+    wait_while(&team->generation, generation, &team->nsleep);
+}
+
+// ---- helpers --------------------------------------------------------------------------------------------
+
+static void run_blocks(Loop* loop) {
     int nblock = om_block_count(loop->n, loop->grain);
     for (;;) {
         int block = atomic_fetch_add_explicit(&loop->next, 1, memory_order_relaxed);
@@ -186,10 +193,192 @@ static void run_loop(void* ctx, OmTeam* team, int rank, int size) {
     }
 }
 
+static void run_job(Job* job) {
+    if (job->loop) {
+        run_blocks(job->loop);
+    } else {
+        int rank = atomic_fetch_add(&job->joined, 1) + 1;
+        wait_while(&job->start, 0, &job->nsleep);
+        job->fn(job->ctx, &job->team, rank, job->team.size);
+    }
+    // The job may be gone as soon as this is counted; to wake needs its address only.
+    if (atomic_fetch_add(&job->finished, 1) & HAS_SLEEPER) wake(&job->finished, 1);
+}
+
+// Returns when there is an offer.
+static Job* wait_for_offer(Helper* h) {
+    for (int chunk = 0;; ++chunk) {
+        for (int spin = 0; spin < CHUNK; ++spin) {
+            Job* job = atomic_load_explicit(&h->offer, memory_order_acquire);
+            if (job) return job;
+            pause_briefly();
+        }
+        if (chunk < IDLE_CHUNKS && !is_crowded()) continue;
+        atomic_store(&h->sleeping, 1);
+        if (!atomic_load(&h->offer)) sleep_on(&h->sleeping, 1);
+        atomic_store(&h->sleeping, 0);
+        chunk = 0;
+    }
+}
+
+static void* run_helper(void* arg) {
+    Helper* h = arg;
+    is_inside = true;
+    atomic_fetch_add(&nrunning, 1);
+    for (;;) {
+        Job* job = wait_for_offer(h);
+        if (!atomic_compare_exchange_strong(&h->offer, &job, &taken)) continue;
+        run_job(job);
+        atomic_store(&h->offer, NULL);
+    }
+    return NULL;
+}
+
+// A child of fork has the caller's thread alone.
+static void forget_helpers(void) {
+    for (int i = 0; i < OM_MAX_WORKER - 1; ++i) {
+        atomic_store(&helper[i].offer, NULL);
+        atomic_store(&helper[i].sleeping, 0);
+    }
+    atomic_store(&nhelper, 0);
+    atomic_store(&nrunning, 0);
+    growing = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
+}
+
+// Start threads until there are `wanted`, or no more can be had. True if one is new. Signals stay with the caller's
+// threads.
+static bool grow_pool(int wanted) {
+    static bool is_watched;
+    if (atomic_load(&nhelper) >= wanted) return false;
+    bool is_new = false;
+    sigset_t all, old;
+    pthread_attr_t attr;
+    pthread_mutex_lock(&growing);
+    if (!is_watched) is_watched = pthread_atfork(NULL, NULL, forget_helpers) == 0;
+    sigfillset(&all);
+    pthread_sigmask(SIG_SETMASK, &all, &old);
+    pthread_attr_init(&attr);
+    pthread_attr_setdetachstate(&attr, PTHREAD_CREATE_DETACHED);
+    for (int n = atomic_load(&nhelper); n < wanted; ++n) {
+        pthread_t thread;
+        if (pthread_create(&thread, &attr, run_helper, &helper[n]) != 0) break;
+        atomic_store(&nhelper, n + 1);
+        is_new = true;
+    }
+    pthread_attr_destroy(&attr);
+    pthread_sigmask(SIG_SETMASK, &old, NULL);
+    pthread_mutex_unlock(&growing);
+    return is_new;
+}
+
+// Offers of one job: which helpers have or had one.
+typedef struct Offers {
+    int num, index[OM_MAX_WORKER - 1];
+    bool is_new;  // a helper has just been made: it may be late
+} Offers;
+
+static void offer_job(Job* job, int wanted, Offers* offers) {
+    offers->is_new = grow_pool(wanted);
+    for (int i = 0, n = atomic_load(&nhelper); i < n && offers->num < wanted; ++i) {
+        Job* idle = NULL;
+        if (!atomic_compare_exchange_strong(&helper[i].offer, &idle, job)) continue;
+        if (atomic_exchange(&helper[i].sleeping, 0)) wake(&helper[i].sleeping, 1);
+        offers->index[offers->num++] = i;
+    }
+}
+
+// Take back what nobody took; returns the number of helpers that have the job.
+static int revoke_offers(Job* job, const Offers* offers) {
+    int num = 0;
+    for (int k = 0; k < offers->num; ++k) {
+        Job* mine = job;
+        num += !atomic_compare_exchange_strong(&helper[offers->index[k]].offer, &mine, NULL);
+    }
+    return num;
+}
+
+static void wait_for_helpers(Job* job, int num) {
+    if (num == 0) return;
+    unsigned value = 0;
+    while ((value = atomic_load(&job->finished)) < (unsigned)num)
+        if (!spin_while(&job->finished, value, MEMBER_CHUNKS)) break;
+    if (value >= (unsigned)num) return;
+    value = atomic_fetch_or(&job->finished, HAS_SLEEPER) | HAS_SLEEPER;
+    for (; (value & ~HAS_SLEEPER) < (unsigned)num; value = atomic_load(&job->finished))
+        sleep_on(&job->finished, value);
+}
+
+// ---- teams ----------------------------------------------------------------------------------------------
+
+// Wait for members within the window, or for all of them.
+static void gather(Job* job, const Offers* offers, bool must_come) {
+    double begin = om_clock_now();
+    for (int spin = 0; atomic_load(&job->joined) < offers->num; ++spin) {
+        pause_briefly();
+        if (must_come && spin > CHUNK) sched_yield();
+        if (must_come || spin % 64 != 63 || om_clock_now() - begin < WINDOW) continue;
+        if (!offers->is_new) note_missed(om_clock_now());
+        return;
+    }
+}
+
+void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
+    Job job = {.fn = fn, .ctx = ctx, .team = {.size = 1}};
+    Offers offers = {0};
+    int wanted = is_inside ? 1 : team_size(nworker);  // no teams within teams
+    if (wanted > 1) offer_job(&job, wanted - 1, &offers);
+    if (offers.num == 0) {
+        fn(ctx, &job.team, 0, 1);
+        return;
+    }
+    atomic_fetch_add(&nrunning, 1);
+    gather(&job, &offers, is_literal(nworker));
+    int num = revoke_offers(&job, &offers);
+    job.team.size = 1 + num;
+    change_word(&job.start, 1 + (unsigned)num, &job.nsleep);
+    is_inside = num > 0;
+    fn(ctx, &job.team, 0, job.team.size);
+    is_inside = false;
+    wait_for_helpers(&job, num);
+    atomic_fetch_sub(&nrunning, 1);
+}
+
+// ---- loops ----------------------------------------------------------------------------------------------
+
+// Blocks one by one, until the loop has lasted long; false if none are left.
+static bool begin_alone(Loop* loop) {
+    int nblock = om_block_count(loop->n, loop->grain);
+    double begin = om_clock_now();
+    for (; atomic_load(&loop->next) < nblock; atomic_fetch_add(&loop->next, 1)) {
+        int block = atomic_load(&loop->next), at = block * loop->grain;
+        if (om_clock_now() - begin > LONG) return true;
+        loop->fn(loop->ctx, at, loop->n - at < loop->grain ? loop->n : at + loop->grain, block);
+    }
+    return false;
+}
+
 void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx) {
     if (n <= 0) return;
     if (grain < 1) grain = 1;
     Loop loop = {.fn = fn, .ctx = ctx, .n = n, .grain = grain};
-    int worker = team_size(nworker), nblock = om_block_count(n, grain);
-    om_parallel_team(worker < nblock ? worker : nblock, run_loop, &loop);
+    int most = is_inside ? 1 : om_worker_count(nworker), nblock = om_block_count(n, grain);
+    most = most < nblock ? most : nblock;
+    if (most == 1) {
+        run_blocks(&loop);
+        return;
+    }
+    Job job = {.loop = &loop};
+    Offers offers = {0};
+    int wanted = team_size(nworker);
+    wanted = wanted < most ? wanted : most;
+    is_inside = true;
+    atomic_fetch_add(&nrunning, 1);
+    if (wanted > 1)
+        offer_job(&job, wanted - 1, &offers);
+    else if (begin_alone(&loop))
+        offer_job(&job, most - 1, &offers);
+    run_blocks(&loop);
+    wait_for_helpers(&job, revoke_offers(&job, &offers));
+    atomic_fetch_sub(&nrunning, 1);
+    is_inside = false;
 }

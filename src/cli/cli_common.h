@@ -55,6 +55,9 @@ OmStatus om_cli_share_path(const char* name, char* out, size_t size);
 // The argument of --weights, or weights/phantom.safetensors beside the program, if it is there.
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
 
+// First of all: how threads of libraries wait. May start the program anew.
+void om_cli_set_environment(char** argv);
+
 // The verbs.
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);

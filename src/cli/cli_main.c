@@ -48,6 +48,7 @@ static int check_output(int code) {
 }
 
 int main(int argc, char** argv) {
+    om_cli_set_environment(argv);
     signal(SIGXFSZ, SIG_IGN);  // a file too large is an error to report, not a death
     om_log_set_sink(print_warning, NULL);
     if (argc < 2) {

@@ -6,8 +6,9 @@
 // primitive generates machine code: some milliseconds, once a process, as oneDNN keeps a cache.
 //
 // oneDNN splits work by the number of OpenMP threads at the time of creation and of execution, which
-// must agree; om__engine_begin sets it for this thread and om__engine_end puts the old one back. It is
-// the same libgomp as om_parallel_for's, so the two take turns with the same threads.
+// must agree; om__engine_begin sets it for this thread and om__engine_end puts the old one back. Its threads
+// are libgomp's, not those of om_parallel_for: after a kernel they must sleep soon, so that the others have
+// the processors. GOMP_SPINCOUNT=1000 sees to it; the program omentum sets it (cli_environment.c).
 #include <dnnl.h>
 #include <string.h>
 #ifdef OM_WITH_OPENMP
@@ -77,7 +78,7 @@ void om__engine_destroy(OmEngine* e) {
 
 OmStatus om__engine_begin(OmEngine* e) {
 #ifdef OM_WITH_OPENMP
-    OM_CHECK(e->nworker == 1 || !omp_in_parallel(), OM_INVALID,
+    OM_CHECK(e->nworker == 1 || !om_worker_is_inside(), OM_INVALID,
              "a network of %d workers runs inside a parallel loop: give the run one worker",
              e->nworker);
     e->old_nworker = omp_get_max_threads();

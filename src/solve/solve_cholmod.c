@@ -2,17 +2,24 @@
 //
 // The lower triangle is written into compressed columns in double: row i of blocks, read transposed, is
 // column i. Prescribed degrees of freedom become rows of the identity, so the pattern and the analysis
-// never change. The factor is supernodal and double; it uses the threads of the BLAS.
+// never change. The factor is supernodal and double; it uses the threads of the BLAS if it takes long, one
+// otherwise: threads of OpenBLAS wait for each other in every product. The number depends on the matrix
+// alone, as the bytes of the factor may depend on it.
 #include <cholmod.h>
 #include <string.h>
 
 #include "solve/solve_internal.h"
+
+#define MANY_FLOPS 2e9  // some hundred milliseconds on one processor
+
+void openblas_set_num_threads(int n);  // OpenBLAS's own, in no header of the standard interface
 
 struct OmCholesky {
     cholmod_common common;
     bool is_started;
     cholmod_sparse* lower;     // lower triangle, sorted columns
     cholmod_factor* factor;    // analysed at creation
+    double flops;              // of a factorisation
     cholmod_dense *X, *Y, *E;  // solution and workspace, kept between solves
 };
 
@@ -58,6 +65,7 @@ OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
     memset(chol->lower->x, 0, nnz * sizeof(double));
     chol->factor = cholmod_analyze(chol->lower, c);
     OM_TRY_DONE(status_of(chol, "analyse"));
+    chol->flops = c->fl;
     *out = chol;
 done:
     if (status < 0) om__cholesky_destroy(chol);
@@ -75,6 +83,11 @@ void om__cholesky_destroy(OmCholesky* chol) {
         cholmod_finish(&chol->common);
     }
     om_free(chol);
+}
+
+static void use_threads(const OmCholesky* chol) {
+    bool is_alone = om_worker_is_inside() || chol->flops < MANY_FLOPS;
+    openblas_set_num_threads(is_alone ? 1 : om_worker_count(0));
 }
 
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed) {
@@ -98,6 +111,7 @@ OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned c
         }
     }
     OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
+    use_threads(chol);
     cholmod_factorize(chol->lower, chol->factor, &chol->common);
     return status_of(chol, "factorise");
 }
@@ -111,6 +125,7 @@ OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b) {
                        .x = b,
                        .xtype = CHOLMOD_REAL,
                        .dtype = CHOLMOD_DOUBLE};
+    use_threads(chol);
     cholmod_solve2(CHOLMOD_A, chol->factor, &B, NULL, &chol->X, NULL, &chol->Y, &chol->E,
                    &chol->common);
     OmStatus status = status_of(chol, "solve");

@@ -110,9 +110,10 @@ void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, cons
 // ---- prediction ---------------------------------------------------------------------------------------
 
 // In 16 bits where the processor multiplies them: a fifth faster. What they round is the correction, not the answer.
+// oneDNN waits for all its threads, so it gets no more than there are free processors now.
 static OmStatus create_run(const OmUmeshNet* net, int nworker, OmNetRun** run) {
     OmNetRunDef def = om_net_run_default_def(1);
-    def.nworker = nworker;
+    def.nworker = om_worker_free(nworker);
     def.type = OM_BF16;
     OmStatus status = om_net_run_create(net->net, &def, run);
     if (status != OM_UNAVAILABLE) return status;
