@@ -90,6 +90,10 @@ OM_API double om_volume_value(const OmVolume* volume, size_t voxel);
 /// The same for `count` voxels from `first` on.
 OM_API void om_volume_values(const OmVolume* volume, size_t first, size_t count, double* out);
 
+/// DICOM is not read. For a DICOM file or a folder that holds one the message is the command that converts it.
+/// @return OM_OK: no DICOM is there; OM_INVALID: it is DICOM
+OM_API OmStatus om_volume_refuse_dicom(const char* path);
+
 /// An 8-bit picture: row by row from the top, 1 (grey), 3 (RGB) or 4 (RGBA) channels.
 typedef struct OmPicture {
     int width, height, nchannel;

@@ -1,5 +1,11 @@
-// cli_model_list.c: omentum model --list: the labels or segments of a volume.
+// cli_model_list.c: omentum model --list: the labels or segments of a volume, the labels and sets of a mesh.
+#include <math.h>
+#include <string.h>
+
 #include "cli_model.h"
+#include "omentum/shape_file.h"
+
+// ---- volumes ----------------------------------------------------------------------------------------------
 
 static void print_row(const OmLabelRow* row, bool has_layers) {
     char label[16] = "-";
@@ -7,7 +13,7 @@ static void print_row(const OmLabelRow* row, bool has_layers) {
     if (row->label >= 0) snprintf(label, sizeof label, "%d", row->label);
     printf("%6s ", label);
     if (has_layers) printf("%5d %5d ", row->layer, row->value);
-    printf("%10lld %11.2f %5d %9.1f  %5.0f x %.0f x %.0f%s  %s\n", (long long)row->nvoxel,
+    printf("%10lld %11.2f %6d %9.1f  %5.0f x %.0f x %.0f%s  %s\n", (long long)row->nvoxel,
            row->volume * 1e6, row->npart, 100 * row->largest / row->volume, size.x, size.y, size.z,
            row->is_cut ? ", cut" : "", row->name);
 }
@@ -27,7 +33,7 @@ static void print_list(const OmModelDef* def, const OmLabelList* list) {
     }
     if (list->nrow == 0) printf("no voxel has a value above 0\n");
     if (list->nrow > 0) {
-        printf("%6s %s%10s %11s %5s %9s  %s  %s\n", "label", list->has_layers ? "layer value " : "",
+        printf("%6s %s%10s %11s %6s %9s  %s  %s\n", "label", list->has_layers ? "layer value " : "",
                "voxels", "mL", "parts", "largest/%", "R x A x S mm", "name");
     }
     bool is_cut = false;
@@ -36,18 +42,127 @@ static void print_list(const OmModelDef* def, const OmLabelList* list) {
         is_cut = is_cut || list->row[r].is_cut;
     }
     if (is_cut) printf("cut: the label reaches the border of the volume\n");
-    if (list->nempty > 0)
+    if (list->nempty > 0) {
         printf("%d more name%s of the file's table ha%s no voxel\n", list->nempty,
                list->nempty == 1 ? "" : "s", list->nempty == 1 ? "s" : "ve");
+    }
 }
 
-int om_cli_model_list(const OmModelDef* def, bool is_quiet) {
+static OmStatus list_volume(const OmModelDef* def, const OmProgress* progress) {
     OmLabelList list;
-    OmStatus status =
-        om_model_list_labels(def->input, def->volume, om_cli_progress(is_quiet), &list);
-    if (status < 0) return om_cli_fail("model", status);
+    OM_TRY(om_model_list_labels(def->input, def->volume, progress, &list));
     om_cli_progress_done();
     print_list(def, &list);
     om_label_list_done(&list);
-    return OM_EXIT_OK;
+    return OM_OK;
+}
+
+// ---- meshes and surfaces ----------------------------------------------------------------------------------
+
+static void print_frame(const OmModelDef* def, OmMeshFrame stated) {
+    const OmMeshFrame used = om_mesh_frame_join((OmMeshFrame){def->unit, def->space}, stated);
+    printf("unit %g mm (%s), %s (%s)\n", used.unit * 1e3,
+           def->unit > 0     ? "as was told"
+           : stated.unit > 0 ? "the file says so"
+                             : "assumed: the file does not say it",
+           used.space == OM_SPACE_LPS ? "LPS" : "RAS",
+           def->space != OM_SPACE_NONE     ? "as was told"
+           : stated.space != OM_SPACE_NONE ? "the file says so"
+                                           : "assumed: the file does not say it");
+}
+
+static void print_extent(const double* x, int nvert, double volume) {
+    OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
+    for (int v = 0; v < nvert; v++) {
+        lo = om_min3(lo, om_load3(x, v));
+        hi = om_max3(hi, om_load3(x, v));
+    }
+    OmVec3 size = om_scale(1e3, om_sub(hi, lo));
+    printf("%.4g x %.4g x %.4g mm (R x A x S)", size.x, size.y, size.z);
+    if (volume > 0) printf(", %.4g mL", volume * 1e6);
+    printf("\n");
+}
+
+static double tet_volume(const OmTetMesh* m, int e) {
+    const int* v = &m->tet_vert[4 * (size_t)e];
+    OmVec3 o = om_load3(m->x, v[0]);
+    OmVec3 a = om_sub(om_load3(m->x, v[1]), o), b = om_sub(om_load3(m->x, v[2]), o);
+    return om_dot(om_cross(a, b), om_sub(om_load3(m->x, v[3]), o)) / 6;
+}
+
+// Labels in ascending order, one pass over the elements each.
+static void print_labels(const OmTetMesh* m) {
+    enum { MAX_ROW = 256 };
+    long long last = -(1LL << 40);
+    printf("%6s %10s %11s\n", "label", "elements", "mL");
+    for (int row = 0; row < MAX_ROW; row++) {
+        long long label = 1LL << 40;
+        for (int e = 0; e < m->ntet; e++)
+            if (m->tet_label[e] > last && m->tet_label[e] < label) label = m->tet_label[e];
+        if (label == 1LL << 40) return;
+        int count = 0;
+        double volume = 0;
+        for (int e = 0; e < m->ntet; e++) {
+            if (m->tet_label[e] != label) continue;
+            count++;
+            volume += tet_volume(m, e);
+        }
+        printf("%6lld %10d %11.2f\n", label, count, volume * 1e6);
+        last = label;
+    }
+    printf("and labels above %lld\n", last);
+}
+
+static OmStatus list_mesh(const OmModelDef* def) {
+    OmTetMesh mesh;
+    OmMeshFrame stated;
+    const OmMeshFrame given = {def->unit, def->space};
+    OM_TRY(om_tet_mesh_load_frame(def->input, given, 0, &mesh, &stated));
+    om_cli_progress_done();
+    printf("%s: %d tetrahedra, %d vertices\n", def->input, mesh.ntet, mesh.nvert);
+    print_frame(def, stated);
+    print_extent(mesh.x, mesh.nvert, om_tet_mesh_volume(&mesh));
+    print_labels(&mesh);
+    for (int s = 0; s < mesh.nset; s++)
+        printf("set %s: %d vertices\n", mesh.set[s].name, mesh.set[s].nvert);
+    om_tet_mesh_done(&mesh);
+    return OM_OK;
+}
+
+static OmStatus list_surface(const OmModelDef* def) {
+    OmSurface surface;
+    OmSurfaceCheck check;
+    OmMeshFrame stated;
+    const OmMeshFrame given = {def->unit, def->space};
+    OM_TRY(om_surface_load_frame(def->input, given, 0, &surface, &stated));
+    om_cli_progress_done();
+    OmStatus status = om_surface_check(&surface, &check);
+    if (status == OM_OK) {
+        bool is_closed = check.first_tri < 0;
+        printf("%s: %d triangles, %d vertices in %d part%s, %s\n", def->input, surface.ntri,
+               surface.nvert, check.ncomponent, check.ncomponent == 1 ? "" : "s",
+               is_closed ? "closed" : "not closed: it bounds no volume");
+        print_frame(def, stated);
+        print_extent(surface.x, surface.nvert, is_closed ? om_surface_volume(&surface) : 0);
+    }
+    om_surface_done(&surface);
+    return status;
+}
+
+static bool is_one_of(const char* word, const char* const* list, int n) {
+    for (int i = 0; i < n; i++)
+        if (strcmp(word, list[i]) == 0) return true;
+    return false;
+}
+
+int om_cli_model_list(const OmModelDef* def, bool is_quiet) {
+    static const char* const mesh_ext[] = {"msh", "vtk", "vtu"};
+    static const char* const surface_ext[] = {"stl", "obj", "ply", "off"};
+    char ext[16];
+    const OmProgress* progress = om_cli_progress(is_quiet);
+    om_path_extension(def->input, ext, sizeof ext);
+    OmStatus status = is_one_of(ext, mesh_ext, 3)      ? list_mesh(def)
+                      : is_one_of(ext, surface_ext, 4) ? list_surface(def)
+                                                       : list_volume(def, progress);
+    return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
 }

@@ -198,6 +198,7 @@ static OmStatus run_task(const OmVolumeTask* task) {
     if (task->volume) memset(task->volume, 0, sizeof *task->volume);
     memset(task->info, 0, sizeof *task->info);
     om_path_extension(task->path, ext, sizeof ext);
+    OM_TRY(om_volume_refuse_dicom(task->path));
     // a name such as patient.1.nii has the extension "nii"; "seg.v2.gz" none that is known
     OM_TRY(om__source_open_file(&src, task->path));
     OmStatus status = parse(&src, ext, task);

@@ -476,6 +476,7 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
     char ext[16];
     memset(body, 0, sizeof *body);
     OM_CHECK(given || om_path_exists(def->input), OM_IO, "%s: no such file", def->input);
+    if (!given) OM_TRY(om_volume_refuse_dicom(def->input));
     om_path_extension(def->input, ext, sizeof ext);
     OM_TRY(om_progress_report(progress, "reading", 0, 1));
     OmSdfDef sdf_def = om_sdf_default_def(0.5 * def->edge);
@@ -486,7 +487,12 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
         sdf_def.spacing = fmax(sdf_def.spacing, body->voxel / 3);
         sdf_def.smooth = def->smooth;
         OM_TRY(om_progress_report(progress, "distance field", 0, 1));
-        OM_TRY(om_sdf_from_mask(&body->mask, &sdf_def, &body->sdf));
+        OmStatus status = om_sdf_from_mask(&body->mask, &sdf_def, &body->sdf);
+        if (status == OM_INVALID && report->npart_mask > 1) {
+            return om_error_prefix(status, "%s: the largest of %d parts has %.3g mL", def->input,
+                                   report->npart_mask, report->part_volume[0] * 1e6);
+        }
+        if (status < 0) return om_error_prefix(status, "%s", def->input);
         report->surface_error_voxel = face_distance(body);
     } else if (is_one_of(ext, mesh_ext)) {
         OM_TRY(load_mesh(def, &sdf_def, body, report));

@@ -110,6 +110,17 @@ out note: the file says that a unit is 1000 mm, and is read with 1 mm, as was to
 out note: the body is 0\.0\d+ mm long and has .* mL: an organ has 10 to 600 mm and 0\.1 to 20000 mL.*; --unit m makes it 5\d\.\d+ mm
 file tiny/patient.yaml
 
+$ omentum model --list ball/tissue.vtu
+exit 0
+out ^ball/tissue\.vtu: \d+ tetrahedra, \d+ vertices
+out ^unit 1000 mm \(the file says so\), RAS \(the file says so\)
+out ^ +0 +\d+ +\d+\.\d+|^ +7 +\d+ +\d+\.\d+
+out ^set underside: \d+ vertices
+$ omentum model --list ball/organ.ply --unit cm --space lps
+exit 0
+out triangles, \d+ vertices in 1 part, closed
+out ^unit 10 mm \(as was told\), LPS \(as was told\)
+
 # Without a statement: millimetres and RAS are assumed and told; what no body can be is refused with the remedy.
 $ printf 'OFF\n4 4 0\n0 0 0\n0.03 0 0\n0 0.03 0\n0 0 0.03\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n' > metres.off; omentum model metres.off -q -o none
 exit 3
@@ -169,6 +180,16 @@ exit 3
 err empty\.nii\.gz: .*too early
 err-lines 1
 no-file none2
+
+# DICOM is known by its mark, also in folders of a disc; the message is the command to run.
+$ mkdir -p "a disc/DICOM/PAT0"; (head -c 128 /dev/zero; printf 'DICM\2\0') > "a disc/DICOM/PAT0/IM1"; omentum model "a disc" -q -o none2
+exit 3
+err a disc: DICOM is not read; convert the series with: dcm2niix -z y -f %d_%s -o \. "a disc" \(package dcm2niix\)
+err-lines 1
+no-file none2
+$ omentum model --list "a disc/DICOM/PAT0/IM1"
+exit 3
+err dcm2niix .* "a disc/DICOM/PAT0" 
 
 $ mkdir folder; omentum model folder -q -o none2
 exit 3
