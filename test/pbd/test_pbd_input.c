@@ -282,6 +282,74 @@ static void test_self_collision(void** state) {
     pbd_done(&p);
 }
 
+// Two free sheets, particle over particle, meet with `speed` from `gap` apart in one step of 2 ms; the mean height of the
+// upper over the lower after it.
+static double meet(double gap, double speed, int substeps) {
+    PbdRig p;
+    pbd_sheet(&p, 0.03);
+    int n = p.r.mesh.nvert;
+    OmTetMesh two;
+    assert_ok(om_tet_mesh_init(&two, 2 * n, 0));
+    for (int i = 0; i < n; ++i) {
+        OmVec3 q = om_load3(p.r.mesh.x, i);
+        om_store3(two.x, i, q);
+        om_store3(two.x, n + i, om_add(q, om_vec3(0, 0, 0.02)));
+    }
+    om_tet_mesh_done(&p.r.mesh);
+    p.r.mesh = two;
+    p.r.def.gravity = om_vec3(0, 0, 0);
+    p.pbd.cluster_radius = 0.007;
+    p.pbd.collision_distance = 0.003;
+    p.pbd.damping = 0;
+    p.pbd.has_self_collision = true;
+    p.pbd.substeps = substeps;
+    pbd_start(&p);
+    double *x = om_alloc(6 * (size_t)n, 8), *v = om_calloc(6 * (size_t)n, 8), above = 0;
+    memcpy(x, p.r.mesh.x, 6 * (size_t)n * 8);
+    for (int i = 0; i < n; ++i) {
+        x[3 * (n + i) + 2] = x[3 * i + 2] + gap;
+        v[3 * i + 2] = 0.5 * speed, v[3 * (n + i) + 2] = -0.5 * speed;
+    }
+    assert_ok(om_tissue_set_x(p.r.m, p.r.s, x, v));
+    pbd_run(&p, 1, 0.002);
+    const double* y = om_tissue_x(p.r.s);
+    for (int i = 0; i < n; ++i) above += (y[3 * (n + i) + 2] - y[3 * i + 2]) / n;
+    om_free(x), om_free(v);
+    pbd_done(&p);
+    return above;
+}
+
+// They stop 3 mm apart, each having gone half of the way back; also where a step would have let them pass each other.
+static void test_pairs_part(void** state) {
+    (void)state;
+    assert_near(meet(0.004, 0, 1), 0.004, 1e-12);
+    assert_near(meet(0.0032, 0.4, 1), 0.003, 2e-5);
+    assert_near(meet(0.0032, 2.5, 1), 0.003, 1e-4);  // 1.8 mm past each other, and back
+}
+
+// What is near at rest may be as near as it likes: a sheet that is pressed together does as without self-collision.
+static void test_neighbours_are_no_pairs(void** state) {
+    (void)state;
+    double* after[2];
+    int n = 0;
+    for (int k = 0; k < 2; ++k) {
+        PbdRig p;
+        pbd_sheet(&p, 0.03);
+        p.pbd.has_self_collision = k == 1;
+        pbd_start(&p);
+        n = 3 * p.r.mesh.nvert;
+        double* x = om_alloc((size_t)n, 8);
+        for (int i = 0; i < n; ++i) x[i] = 0.85 * p.r.mesh.x[i];
+        assert_ok(om_tissue_set_x(p.r.m, p.r.s, x, NULL));
+        pbd_run(&p, 1, 0.01);
+        after[k] = x;
+        memcpy(x, om_tissue_x(p.r.s), (size_t)n * 8);
+        pbd_done(&p);
+    }
+    for (int i = 0; i < n; ++i) assert_near(after[1][i], after[0][i], 0);
+    om_free(after[0]), om_free(after[1]);
+}
+
 // A sheet falls askew on another that is held, particle on particle: friction takes some of its speed along it.
 static void test_self_friction(void** state) {
     (void)state;
@@ -326,6 +394,7 @@ int main(void) {
         cmocka_unit_test(test_sampling),       cmocka_unit_test(test_forces_balance),
         cmocka_unit_test(test_friction),       cmocka_unit_test(test_embedded_points),
         cmocka_unit_test(test_self_collision), cmocka_unit_test(test_self_friction),
+        cmocka_unit_test(test_pairs_part),     cmocka_unit_test(test_neighbours_are_no_pairs),
         cmocka_unit_test(test_not_available),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
