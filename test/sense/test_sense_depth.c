@@ -223,6 +223,28 @@ static void a_tool_hides_what_is_behind_it(void** state) {
     om_sense_scene_destroy(scene);
 }
 
+// Points just inside and just outside of each edge of the picture, 20 mm before the camera.
+static void points_beside_the_picture_are_not_seen(void** state) {
+    (void)state;
+    int disc, tool;
+    OmSurface surface;
+    OmSenseScene* scene = make_scene(&disc, &tool, &surface);
+    OmCamera c = look_down(W, H);
+    const double pixel[8][2] = {{1, 30}, {-1, 30}, {W - 1, 30}, {W + 1, 30},
+                                {50, 1}, {50, -1}, {50, H - 1}, {50, H + 1}};
+    for (int i = 0; i < 8; ++i) {
+        double p[3];
+        OmVisibility v;
+        OmVec3 ray = om_camera_ray(&c, pixel[i][0], pixel[i][1]);
+        om_store3(p, 0, om_madd(c.pose_world_camera.p, 0.02, om_normalize(ray)));
+        assert_ok(om_sense_count_visible(scene, &c, p, NULL, 1, 0, &v));
+        assert_int_equal(v.noutside, i % 2);
+        assert_int_equal(v.nseen, 1 - i % 2);
+    }
+    om_surface_done(&surface);
+    om_sense_scene_destroy(scene);
+}
+
 static void depth_does_not_depend_on_workers(void** state) {
     (void)state;
     static Frame one, many;
@@ -326,6 +348,7 @@ int main(void) {
         cmocka_unit_test(grazing_and_lost_pixels_give_no_depth),
         cmocka_unit_test(a_strip_hides_its_area),
         cmocka_unit_test(a_tool_hides_what_is_behind_it),
+        cmocka_unit_test(points_beside_the_picture_are_not_seen),
         cmocka_unit_test(depth_does_not_depend_on_workers),
         cmocka_unit_test(refitting_is_building_anew),
         cmocka_unit_test(refused_memory_leaks_nothing),

@@ -187,10 +187,29 @@ static void test_embedding(void** context) {
     rig_done(&r);
 }
 
+// Positions that are set come with their velocities, or at rest.
+static void test_positions_at_rest(void** context) {
+    (void)context;
+    TestRig r;
+    start(&r, 1, OM_MULTIGRID);
+    size_t n = 3 * (size_t)r.mesh.nvert;
+    double *x = om_alloc(n, sizeof *x), *v = om_alloc(n, sizeof *v);
+    for (size_t i = 0; i < n; ++i) x[i] = r.mesh.x[i], v[i] = 0.01 * (double)(i % 5);
+    assert_ok(om_tissue_set_x(r.m, r.s, x, v));
+    assert_memory_equal(om_tissue_v(r.s), v, n * sizeof *v);
+    assert_ok(om_tissue_set_x(r.m, r.s, x, NULL));
+    assert_memory_equal(om_tissue_x(r.s), x, n * sizeof *x);
+    for (size_t i = 0; i < n; ++i) assert_near(om_tissue_v(r.s)[i], 0, 0);
+    om_free(x);
+    om_free(v);
+    rig_done(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_snapshot),       cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_solvers_agree),  cmocka_unit_test(test_no_allocation),
-        cmocka_unit_test(test_failing_memory), cmocka_unit_test(test_embedding)};
+        cmocka_unit_test(test_positions_at_rest), cmocka_unit_test(test_snapshot),
+        cmocka_unit_test(test_same_bytes),        cmocka_unit_test(test_solvers_agree),
+        cmocka_unit_test(test_no_allocation),     cmocka_unit_test(test_failing_memory),
+        cmocka_unit_test(test_embedding)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
