@@ -172,8 +172,8 @@ static void test_lengths(void** state) {
     pbd_done(&p);
 }
 
-// Two elements share an edge, which is one spring still: K_zz = k (1 + 4 / 2), and nothing pulls sideways. Iterations come nearer to
-// it, as they would not without what was pushed before in the substep.
+// Two elements share an edge, which is one spring still: K_zz = k (1 + 4 / 2), and nothing pulls sideways. Iterations
+// come nearer to it, as they would not without what was pushed before in the substep.
 static void test_shared_lengths(void** state) {
     (void)state;
     for (int k = 0; k < 2; ++k) {

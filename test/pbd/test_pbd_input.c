@@ -282,8 +282,8 @@ static void test_self_collision(void** state) {
     pbd_done(&p);
 }
 
-// Two free sheets, particle over particle, meet with `speed` from `gap` apart in one step of 2 ms; the mean height of the
-// upper over the lower after it.
+// Two free sheets, particle over particle, meet with `speed` from `gap` apart in one step of 2 ms; returned is the mean
+// height of the upper over the lower after it.
 static double meet(double gap, double speed, int substeps) {
     PbdRig p;
     pbd_sheet(&p, 0.03);

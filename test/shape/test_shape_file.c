@@ -155,13 +155,52 @@ static void test_bad_saves_leave_nothing(void** unused) {
     om_tet_mesh_done(&mesh);
 }
 
+// A tetrahedron in millimetres, read by hand: 80 bytes, a count, records of 12 floats and 2 bytes. Normals are of unit
+// length, outwards. The format has no mark: "solid" at its begin makes it no text.
+static void test_stl_byte_by_byte(void** unused) {
+    (void)unused;
+    const double x[12] = {0.001, 0, 0, 0.004, 0, 0, 0.001, 0.005, 0, 0.001, 0, 0.007};
+    const int tri[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    OmSurface s, back;
+    assert_ok(om_surface_init(&s, 4, 4));
+    memcpy(s.x, x, sizeof x);
+    memcpy(s.tri_vert, tri, sizeof tri);
+    const char* path = temp_path("hand.stl");
+    assert_ok(om_surface_save(&s, path, OM_UNIT_MM));
+    char* bytes;
+    size_t size;
+    assert_ok(om_file_read(path, 10000, &bytes, &size));
+    assert_int_equal(size, 84 + 4 * 50);
+    assert_int_equal((unsigned char)bytes[80], 4);
+    const double outward[4][3] = {{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {35, 21, 15}};
+    for (int t = 0; t < 4; t++) {
+        float record[12];
+        memcpy(record, bytes + 84 + 50 * t, sizeof record);
+        OmVec3 n = om_normalize(om_load3(outward[t], 0));
+        assert_near(
+            om_distance(om_vec3((double)record[0], (double)record[1], (double)record[2]), n), 0,
+            1e-6);
+        for (int c = 0; c < 3; c++)
+            for (int k = 0; k < 3; k++)
+                assert_near((double)record[3 + 3 * c + k], 1e3 * x[3 * tri[3 * t + c] + k], 1e-6);
+    }
+    memcpy(bytes, "solid by another program", 24);
+    write_bytes(path, bytes, size);
+    assert_ok(om_surface_load(path, OM_UNIT_MM, &back));
+    assert_int_equal(back.ntri, 4);
+    assert_int_equal(back.nvert, 4);
+    assert_near_rel(om_surface_volume(&back), 0.003 * 0.005 * 0.007 / 6, 1e-6);
+    remove(path);
+    om_free(bytes);
+    om_surface_done(&s);
+    om_surface_done(&back);
+}
+
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_meshes_round_trip),
-        cmocka_unit_test(test_units_scale_positions),
-        cmocka_unit_test(test_surfaces_round_trip),
-        cmocka_unit_test(test_arrays_are_written),
-        cmocka_unit_test(test_bad_saves_leave_nothing),
+        cmocka_unit_test(test_meshes_round_trip),   cmocka_unit_test(test_units_scale_positions),
+        cmocka_unit_test(test_surfaces_round_trip), cmocka_unit_test(test_stl_byte_by_byte),
+        cmocka_unit_test(test_arrays_are_written),  cmocka_unit_test(test_bad_saves_leave_nothing),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }

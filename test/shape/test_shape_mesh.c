@@ -44,6 +44,56 @@ static void test_boundary_of_box_is_a_closed_sphere(void** unused) {
     om_tet_mesh_done(&m);
 }
 
+// Two corners of a cube that share a face: nine edges, four of length L and five of sqrt(2) L; right angles at the
+// corner's edges, acos(1 / sqrt(3)) at the others.
+static void test_quality_by_hand(void** unused) {
+    (void)unused;
+    const double L = 0.01;
+    const double x[15] = {0, 0, 0, L, 0, 0, 0, L, 0, 0, 0, L, -L, 0, 0};
+    const int tet[8] = {0, 1, 2, 3, 0, 2, 4, 3};
+    OmTetMesh m;
+    OmMeshQuality q;
+    assert_ok(om_tet_mesh_init(&m, 5, 2));
+    memcpy(m.x, x, sizeof x);
+    memcpy(m.tet_vert, tet, sizeof tet);
+    assert_ok(om_tet_mesh_quality(&m, &q));
+    assert_int_equal(q.npart, 1);
+    assert_int_equal(q.nboundary_tri, 6);
+    assert_near_rel(q.volume, L * L * L / 3, 1e-12);
+    assert_near_rel(q.edge_min, L, 1e-12);
+    assert_near_rel(q.edge_max, sqrt(2) * L, 1e-12);
+    assert_near_rel(q.edge_mean, (4 + 5 * sqrt(2)) / 9 * L, 1e-12);
+    assert_near(q.dihedral_min, acos(1 / sqrt(3)), 1e-12);
+    assert_near(q.dihedral_max, OM_PI / 2, 1e-12);
+    om_tet_mesh_done(&m);
+}
+
+// A part of 6 elements beside one of 48, a ninth of all: kept from a share of 0.1 on, dropped at 0.12.
+static void test_parts_by_their_share(void** unused) {
+    (void)unused;
+    for (int k = 0; k < 2; k++) {
+        OmTetMesh large, small, m;
+        int nkept, nfound;
+        assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(1, 1, 1), 2, 2, 2, &large));
+        assert_ok(om_tet_mesh_box(om_vec3(5, 5, 5), om_vec3(6, 6, 6), 1, 1, 1, &small));
+        assert_int_equal(large.ntet, 8 * small.ntet);
+        assert_ok(om_tet_mesh_init(&m, large.nvert + small.nvert, large.ntet + small.ntet));
+        memcpy(m.x, large.x, 3 * (size_t)large.nvert * sizeof *m.x);
+        memcpy(m.x + 3 * large.nvert, small.x, 3 * (size_t)small.nvert * sizeof *m.x);
+        memcpy(m.tet_vert, large.tet_vert, 4 * (size_t)large.ntet * sizeof *m.tet_vert);
+        for (int i = 0; i < 4 * small.ntet; i++)
+            m.tet_vert[4 * large.ntet + i] = large.nvert + small.tet_vert[i];
+        assert_ok(om_tet_mesh_keep_parts(&m, k ? 0.12 : 0.1, &nkept, &nfound));
+        assert_int_equal(nfound, 2);
+        assert_int_equal(nkept, k ? 1 : 2);
+        assert_int_equal(m.ntet, large.ntet + (k ? 0 : small.ntet));
+        assert_near_rel(om_tet_mesh_volume(&m), k ? 1 : 2, 1e-12);
+        om_tet_mesh_done(&large);
+        om_tet_mesh_done(&small);
+        om_tet_mesh_done(&m);
+    }
+}
+
 static void test_sets_are_sorted_and_replaced(void** unused) {
     (void)unused;
     OmTetMesh m, copy;
@@ -126,6 +176,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_box_fills_its_volume),
         cmocka_unit_test(test_boundary_of_box_is_a_closed_sphere),
+        cmocka_unit_test(test_quality_by_hand),
+        cmocka_unit_test(test_parts_by_their_share),
         cmocka_unit_test(test_sets_are_sorted_and_replaced),
         cmocka_unit_test(test_validate_names_the_offender),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
