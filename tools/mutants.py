@@ -19,8 +19,8 @@ names the tests that should notice; they run first, then the other quick tests o
 the first that fails. `limit: quick` leaves the slow tests of the room out.
 
 Everything happens in a copy of the checkout, build/mutants/tree-N, with a build folder of its own. A result is kept in
-build/mutants/journal.jsonl under a hash of the mutant, its source file and its tests, so a run that was stopped goes on,
-and a later run repeats only what changed. A mutant whose object file is the same as before is equivalent and does not
+build/mutants/journal.jsonl with hashes of the mutant, of its source file, and of the test that killed it (of all its
+tests, if none did), so a run that was stopped goes on, and a later run repeats only what changed. A mutant whose object file is the same as before is equivalent and does not
 count. Tests that fail without any mutant are reported and not used.
 
 Exit code 1: a mutant is stale or does not build, a survivor has no reason, or less than 90 % are killed. 2: usage.
@@ -280,17 +280,29 @@ def room_tests(tree, mutant, room, scope):
     return named + [name for name in own if name not in named and scope != "named"]
 
 
-def key_of(mutant, files, tests):
-    """Hash of the change, the file it is made in, and its tests."""
-    room = files[mutant.file].parent.name if mutant.file in files else ""
-    names = sorted(set(mutant.tests) | {n for n in tests if re.match(rf"(test|cli)_{room}(_|$)", n)}) if room else []
+def digest_of(*parts):
     digest = hashlib.sha256()
-    for part in (mutant.file, mutant.old, mutant.new, str(mutant.slow)):
-        digest.update(part.encode() + b"\0")
-    paths = ([files[mutant.file]] if mutant.file in files else []) + [tests[name] for name in names if name in tests]
-    for path in paths:
-        digest.update(path.read_bytes() + b"\0")
+    for part in parts:
+        digest.update((part if isinstance(part, bytes) else part.encode()) + b"\0")
     return digest.hexdigest()[:16]
+
+
+def key_of(mutant, files):
+    """Hash of the change and of the file it is made in."""
+    path = files.get(mutant.file)
+    return digest_of(mutant.file, mutant.old, mutant.new, path.read_bytes() if path else b"")
+
+
+def proof_of(mutant, row, files, tests):
+    """Hash of the tests that a result rests on: the one that killed it, or all of its room and those it names."""
+    if row["outcome"] == "killed":
+        names = [row["detail"]]
+    elif row["outcome"] in ("survived", "untested") and mutant.file in files:
+        room = files[mutant.file].parent.name
+        names = sorted(set(mutant.tests) | {n for n in tests if re.match(rf"(test|cli)_{room}(_|$)", n)})
+    else:
+        return ""
+    return digest_of(*(tests[name].read_bytes() for name in names if name in tests))
 
 
 def try_mutant(tree, mutant, scope):
@@ -349,10 +361,15 @@ def read_journal(path):
     return rows
 
 
-def is_open(row, scope):
-    """Did it survive fewer tests than `scope` has?"""
+def find_row(rows, mutant, files, tests, scope="named"):
+    """The result of a mutant, if what it rests on is as it was; a survivor must have had the tests of `scope`."""
+    row = rows.get(key_of(mutant, files))
+    if row is None or row.get("proof") != proof_of(mutant, row, files, tests):
+        return None
     order = ["named", "quick", "all"]
-    return row["outcome"] in ("survived", "untested") and order.index(row.get("scope", "all")) < order.index(scope)
+    if row["outcome"] in ("survived", "untested") and order.index(row.get("scope", "all")) < order.index(scope):
+        return None
+    return row
 
 
 def run(mutants, args, scratch, journal):
@@ -360,8 +377,7 @@ def run(mutants, args, scratch, journal):
     rows, files, tests = read_journal(journal), source_files(args.root), test_files(args.root)
     todo, lock = queue.Queue(), threading.Lock()
     for m in mutants:
-        row = rows.get(key_of(m, files, tests))
-        if args.again or row is None or is_open(row, args.scope):
+        if args.again or find_row(rows, m, files, tests, args.scope) is None:
             todo.put(m)
     count, done = todo.qsize(), [0]
     print(f"{len(mutants)} mutants, {count} to run", flush=True)
@@ -379,9 +395,9 @@ def run(mutants, args, scratch, journal):
                 out.write(f"=== {m.list}:{m.line} {m.title}\n")
             start = time.monotonic()
             outcome, detail = try_mutant(tree, m, args.scope)
-            key = key_of(m, source_files(tree.root), test_files(tree.root))  # of what was run
-            row = {"key": key, "file": m.file, "title": m.title, "outcome": outcome, "detail": detail,
-                   "scope": args.scope}
+            row = {"file": m.file, "title": m.title, "outcome": outcome, "detail": detail, "scope": args.scope}
+            row["key"] = key_of(m, source_files(tree.root))  # of what was run, in the copy
+            row["proof"] = proof_of(m, row, source_files(tree.root), test_files(tree.root))
             with lock:
                 done[0] += 1
                 with open(journal, "a") as out:
@@ -401,7 +417,7 @@ def run(mutants, args, scratch, journal):
 
 def results(root, mutants, journal):
     rows, files, tests = read_journal(journal), source_files(root), test_files(root)
-    return [(m, rows.get(key_of(m, files, tests), {"outcome": "not run", "detail": ""})) for m in mutants]
+    return [(m, find_row(rows, m, files, tests) or {"outcome": "not run", "detail": ""}) for m in mutants]
 
 
 def summary(found):

@@ -57,6 +57,32 @@ static void all_match_a_dense_solve(void** state) {
     problem_done(&p);
 }
 
+// Solutions are linear: 1,024 times the load gives 1,024 times the answer, to the last bit, and in as many iterations.
+static void solutions_are_linear(void** state) {
+    (void)state;
+    Elastic el = elastic_tissue();
+    for (int k = 0; k < 2; ++k) {
+        Problem p;
+        problem_init(&p, beam_size(), 7, 3, 3, &el, 1);
+        double sum = 0;
+        for (size_t i = 0; i < p.n; ++i) sum += p.fixed[i] ? 0 : p.b[i] * p.b[i];
+        for (size_t i = 0; i < p.n; ++i) p.b[i] /= sqrt(sum), p.x[i] = 0;
+        double* once = om_alloc(p.n, sizeof *once);
+        OmSolveInfo info[2];
+        for (int turn = 0; turn < 2; ++turn) {
+            OmSolver* S = make_solver(&p, kinds[k], 1e-9, 1);
+            assert_ok(om_solver_solve(S, &p.A, 1, p.b, p.x, &info[turn]));
+            om_solver_destroy(S);
+            for (size_t i = 0; i < p.n && turn == 0; ++i)
+                once[i] = p.x[i], p.b[i] *= 1024, p.x[i] = 0;
+        }
+        for (size_t i = 0; i < p.n; ++i) assert_true(p.x[i] == 1024 * once[i]);
+        assert_int_equal(info[0].iterations, info[1].iterations);
+        om_free(once);
+        problem_done(&p);
+    }
+}
+
 // Eleven right-hand sides of very different size, one zero, with prescribed values, guesses in some.
 static void many_together_match_one_by_one(void** state) {
     (void)state;
@@ -382,6 +408,7 @@ static void solving_allocates_nothing(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(all_match_a_dense_solve),
+                                       cmocka_unit_test(solutions_are_linear),
                                        cmocka_unit_test(many_together_match_one_by_one),
                                        cmocka_unit_test(reported_residual_is_true),
                                        cmocka_unit_test(same_bytes_with_any_workers),

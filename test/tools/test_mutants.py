@@ -157,8 +157,9 @@ class Lists(unittest.TestCase):
         self.assertEqual(self.main("--quick", "--only", "slow test", "--again")[0], 1)  # then nothing notices it
         self.assertEqual(self.main("--only", "slow test")[0], 0)  # and it is run with the slow ones again
 
-        # Back to the tests of before, their results are still there. A survivor with its reason is no fault; the table says it.
+        # A survivor with its reason is no fault; the table says it.
         self.write("test/sum/test_sum_slow.c", SLOW)
+        self.assertIn("1 mutants, 1 to run", self.main("--only", "slow test")[1])
         text = LIST.replace("+ return 4 * a;", "+ return 4 * a;\nsurvives: nothing calls it")
         self.write("test/mutants/sum.txt", text[: text.index("sum_pair.c: no C")])
         self.assertEqual(self.main("--table", str(self.root / "table.md"))[0], 0)
