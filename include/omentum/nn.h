@@ -214,7 +214,7 @@ typedef struct OmNetRunDef {
 } OmNetRunDef;
 OM_API OmNetRunDef om_net_run_default_def(int batch);
 
-/// Compile: code is generated, memory planned and taken; nothing is allocated by the calls below.
+/// Compile: generate code, plan and allocate memory. The calls below allocate nothing.
 /// @param net  finished; borrowed until the run is destroyed
 /// @return OM_OK, OM_INVALID, OM_NO_MEMORY, OM_UNAVAILABLE (bf16 on a processor without it)
 OM_API OmStatus om_net_run_create(const OmNet* net, const OmNetRunDef* def, OmNetRun** run);
@@ -222,13 +222,12 @@ OM_API void om_net_run_destroy(OmNetRun* run);
 /// Bytes of everything it holds.
 OM_API size_t om_net_run_memory(const OmNetRun* run);
 
-/// Take a copy of the parameters, in the layouts the layers want; before the first forward and after each
-/// change of them.
+/// Copy the parameters into the layouts of the layers: before the first forward pass, and after each change.
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (the library of layers refused)
 OM_API OmStatus om_net_run_set_parameters(OmNetRun* run, const float* param);
 
-/// What dropout draws from: a function of (seed, step, first_sample + index in the batch), whatever the
-/// batch size; so that parts of a batch on several machines draw what one machine would. Default 0, 0.
+/// Random numbers of dropout are a function of (seed, step, first_sample + index in the batch) for any batch size, so
+/// parts of a batch on several machines get the same numbers as on one machine. Default 0, 0.
 OM_API void om_net_run_set_step(OmNetRun* run, uint64_t step, int64_t first_sample);
 
 /// @param in   batch x shape of the input

@@ -1,8 +1,8 @@
 /// omentum/nn_train.h: training of networks (floor 2): losses, Adam, schedules, and the loop that uses them.
 ///
-/// The caller says how to fill a batch; the loop draws the order of the samples from (seed, epoch), descends,
-/// validates, keeps the best weights, stops when nothing improves, writes a table of metrics, and leaves a
-/// checkpoint from which the same call goes on to the same bytes as if it had never stopped.
+/// The caller fills batches. The loop shuffles the samples by (seed, epoch), descends, validates, keeps the best
+/// weights, stops without improvement, and writes a table of metrics and a checkpoint. The same call resumes from the
+/// checkpoint and ends with the same bytes as an uninterrupted training.
 ///
 ///     OmTrainDef def = om_train_default_def(net, fill, data);
 ///     def.ntrain = 900;

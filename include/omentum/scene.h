@@ -1,10 +1,9 @@
 /// omentum/scene.h: a scene is everything a run needs to know, read from one YAML file (floor 4).
 ///
-/// A scene names the tissue (a sheet made here, a ready mesh, or a patient model), its material, where it
-/// is attached, the region of interest (ROI) it hides, the cameras, the arms and the limits of the task.
-/// A *site* is the operating site built from it: a mesh, the still anatomy around it and the ROI. Scenes
-/// speak in a task frame: origin at the centre of the tissue's underside, z against gravity, the
-/// endoscope on the side of -x, PSM1 on the side of -y, PSM2 on that of +y.
+/// A scene defines the tissue (a built-in sheet, a mesh file, or a patient model), its material and attachments, the
+/// region of interest (ROI) below it, the cameras, the arms and the limits of the task. A *site* is built from it: a
+/// mesh, the fixed anatomy around it and the ROI. Scenes use a task frame: origin at the centre of the tissue's
+/// underside, z against gravity, the endoscope on the side of -x, PSM1 on the side of -y, PSM2 on the side of +y.
 ///
 ///     OmScene scene;
 ///     om_scene_load("scenes/sheet.yaml", &scene);

@@ -57,7 +57,7 @@ typedef struct OmPatient {  // om_patient_done frees
 
 // ---- building it --------------------------------------------------------------------------------------
 
-/// Where the sheet is held: "border", "underside" or "top", of which the part that lies furthest in a
+/// Where the sheet is held: a part of its "border", "underside" or "top". The part is the farthest one in a
 /// direction, or a random patch (thesis eq. 4.1).
 typedef struct OmAttachDef {
     char face[16];       // "border", "underside", "top"
@@ -76,7 +76,7 @@ typedef struct OmSheetDef {
     double half_length;
     double half_width;  // half-extent across it, m; default 0: 0.8 of the organ's
     double corner;  // radius of the outline's corners, m; default 0: half the smaller half-extent
-    double wrap;    // how far the sheet reaches round, m below the organ's centre; default 0
+    double wrap;    // m, extent of the sheet below the organ's centre, around its sides; default 0
     OmAttachDef attach[OM_MAX_ATTACH];  // default (nattach 0): "border:medial 25 %"
     int nattach;
     double tumour_radius;    // of the ROI on the organ's surface, m; default 0.012
@@ -202,7 +202,8 @@ OM_API OmStatus om_model_direction(const char* words, bool is_left, OmVec3* dire
 OM_API OmStatus om_model_parse_attach(const char* text, OmAttachDef* attach);
 
 OM_API void om_patient_done(OmPatient* patient);
-/// The material of elements of this label: the first that names it, else the first for all others; -1: none.
+/// Index of the material of elements with this label: the first one with this label, else the first one for all other
+/// labels; -1: none.
 OM_API int om_patient_find_material(const OmPatient* patient, int label);
 /// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
 /// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.

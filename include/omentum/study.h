@@ -48,9 +48,8 @@ OM_API OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody*
 /// are at heights of 47, 53 and 63 mm (3.5.1); the probe comes from above and goes down by 20 mm at most.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_study_create_gel(OmStudyBody** body);
-/// The solid bounded by a tetrahedral mesh. The probe is pressed as far as the study says, but at most through 0.6 of
-/// the tissue under its face. It is held where the set "attachment" of the mesh is, else at
-/// the end of the body towards -`up`.
+/// The solid bounded by a tetrahedral mesh. The probe is pressed to the depths of the study, at most through 0.6 of the
+/// tissue under its face. The body is held at the set "attachment" of the mesh, else at its end towards -`up`.
 /// @param up      towards the probe, any length; zero: +z
 /// @param unit    length of one unit of the mesh, m; lesion_unit: of the lesions
 /// @param lesion  text, one a line: x y z [radius]; "#" begins a comment. Radius 3 mm if it is not given.
@@ -58,7 +57,7 @@ OM_API OmStatus om_study_create_gel(OmStudyBody** body);
 /// @return OM_OK; OM_INVALID (the message names file or argument); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion,
                                    double lesion_unit, OmVec3 up, OmStudyBody** body);
-/// How many lesions of its file were left out.
+/// Number of lesions of its file that were left out.
 OM_API int om_study_count_outside(const OmStudyBody* body);
 OM_API void om_study_destroy_body(OmStudyBody* body);
 OM_API const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion);

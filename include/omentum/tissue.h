@@ -2,8 +2,8 @@
 ///
 /// A *model* is mesh, material and engine, constant and shared; a *state* is everything that changes, one
 /// flat block; a *work* is the scratch and the linear solver of one thread. Whatever the engine (finite
-/// elements, or the particles of pbd.h), a caller grasps, moves, steps and reads positions and forces in
-/// newtons. Implicit Euler (thesis (3.3)-(3.6), signs as in the errata):
+/// elements, or the particles of pbd.h), a caller grasps, moves, steps, and reads positions (m) and forces (N).
+/// Implicit Euler (thesis (3.3)-(3.6), signs as in the errata):
 /// (M + h C + h^2 K) dv = h f - h^2 K v.
 ///
 ///     OmTissueDef def = om_tissue_default_def(&mesh);      // set "attachment" of the mesh is held

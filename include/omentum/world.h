@@ -1,9 +1,9 @@
 /// omentum/world.h: one interface to an operating field (floor 4).
 ///
-/// Whoever acts sees a world through observations and moves it through commands, and cannot tell a
-/// simulated field from a real one. The simulated field is a body of its own: another mesh, another
-/// stiffness, noise on what is measured. A *body* is soft tissue on its still anatomy, with contact, ready
-/// to be stepped; the robot's internal twin is one, the simulated world holds another.
+/// A world is known by observations and moved by commands; a controller cannot distinguish a simulated field from a
+/// real one. The simulated field has its own mesh and stiffness, and noise on measurements. A *body* is soft tissue
+/// with its contact on fixed anatomy, ready to be stepped. The robot's twin is a body, the simulated world contains
+/// another.
 ///
 ///     OmWorld* world;
 ///     om_world_create_simulated(&scene, &site, 0, &world);
@@ -29,7 +29,7 @@ extern "C" {
 
 // ---- bodies ---------------------------------------------------------------------------------------------
 
-/// Soft tissue with its contact, as the twin and the simulated world hold one each.
+/// Soft tissue with its contact. The twin is one, the simulated world contains another.
 typedef struct OmBody OmBody;
 
 typedef struct OmBodyForces {     // N; world frame
@@ -50,17 +50,17 @@ typedef struct OmBodyReport {  // of the last step
     double energy_gain;        // J, rise of energy beyond the work done; 0: none
 } OmBodyReport;
 
-typedef struct OmBodyParts {  // what a definition of tissue borrows
+typedef struct OmBodyParts {  // data that a definition of tissue borrows
     OmPbdDef pbd;
     OmMaterial material[OM_SITE_MATERIALS];
     double density[OM_SITE_MATERIALS];
 } OmBodyParts;
 
-/// The tissue that a scene describes on a site, for om_tissue_create; borrows the site's mesh and the parts,
-/// which it fills.
+/// Definition of a scene's tissue on a site, for om_tissue_create. It borrows the site's mesh and `parts`, which this
+/// function fills.
 OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts);
-/// What computes that tissue, for people: engine, law, materials, as "finite elements, neo-hookean, Young's
-/// modulus 3000 Pa, Poisson's ratio 0.45".
+/// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
+/// ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY
@@ -82,7 +82,7 @@ OM_API bool om_body_is_holding(const OmBody* body, int arm);
 OM_API OmStatus om_body_step(OmBody* body, double dt, OmBodyReport* report);
 /// Calls of om_body_step since the body was created that returned OM_NOT_CONVERGED.
 OM_API int om_body_nbad(const OmBody* body);
-/// Step until it rests: speeds below `speed` m/s, at most `seconds`.
+/// Step until the body is at rest (speeds below `speed` m/s), for at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (it still moves); errors of om_contact_step
 OM_API OmStatus om_body_settle(OmBody* body, double dt, double speed, double seconds);
 /// Vertex positions, m (nvert x 3); valid until the next step.
@@ -90,13 +90,13 @@ OM_API const double* om_body_x(const OmBody* body);
 /// Forces of the last step.
 /// @return OM_OK; errors of om_tissue_get_forces
 OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
-/// Forces on each vertex by what holds it: tools, attachments, contact; N (nvert x 3).
+/// Force on each vertex by tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; errors of om_tissue_get_holding_force
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
 OM_API const OmSite* om_body_site(const OmBody* body);
 OM_API uint64_t om_body_hash(const OmBody* body);
-/// Snapshots: a block of om_body_state_size bytes, with what the ground bore before the first grasp, which
-/// OmBodyForces.pull is measured from.
+/// Snapshots: a block of om_body_state_size bytes. It includes the contact forces before the first grasp, the
+/// reference of OmBodyForces.pull.
 OM_API size_t om_body_state_size(const OmBody* body);
 OM_API void om_body_save(const OmBody* body, void* block);
 OM_API void om_body_restore(OmBody* body, const void* block);
@@ -127,7 +127,7 @@ typedef struct OmObservation {  // om_observation_done frees; zero-initialise
 
 typedef struct OmWorld OmWorld;
 
-/// What a kind of world does; a real robot fills the same table.
+/// Functions of a kind of world; an interface to a real robot fills the same table.
 typedef struct OmWorldOps {
     void (*destroy)(OmWorld* world);
     OmStatus (*move)(OmWorld* world, int arm, OmVec3 tip, double speed);
@@ -142,9 +142,9 @@ struct OmWorld {  // head of every kind of world
 };
 
 /// Command a straight motion of the tip, orientation kept, at `speed` m/s; returns at once.
-/// @return OM_OK; OM_INVALID if the arm cannot get there: the message says which joint forbids it
+/// @return OM_OK; OM_INVALID (the arm cannot reach the goal: the message names the joint)
 OM_API OmStatus om_world_move(OmWorld* world, int arm, OmVec3 tip, double speed);
-/// Command the jaw, rad. Below 20 degrees it closes on the tissue at the tip; above, it lets go.
+/// Command the jaw angle, rad. Below 20 degrees the jaw grasps the tissue at the tip, above it releases the tissue.
 /// @return OM_OK; OM_INVALID (no such arm, an angle that is not finite)
 OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
 OM_API void om_world_stop(OmWorld* world, int arm);
@@ -163,15 +163,14 @@ OM_API void om_observation_done(OmObservation* observation);
 ///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
-/// The endoscope's view of the ROI over still anatomy and tissue, without tools: for motions that are tried on
-/// a body alone.
+/// The endoscope's view of the ROI over fixed anatomy and tissue, without tools: to try motions on a body alone.
 typedef struct OmView OmView;
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
 OM_API void om_view_destroy(OmView* view);
-/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: the tissue is removed, and what is
-///           seen is the most that any retraction can expose
+/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: without tissue, which gives the largest
+///           visibility that a retraction can reach
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);
 /// Check that the ROI could be seen with the tissue removed.
