@@ -27,8 +27,10 @@ OmStatus om_sense_scene_create(OmSenseScene** scene) {
     (*scene)->device = rtcNewDevice("threads=1,set_affinity=0");
     OmStatus status = OM_OK;
     if (!(*scene)->device) {
-        status = om_error(OM_UNAVAILABLE, "ray caster: no device, error %d",
-                          (int)rtcGetDeviceError(NULL));
+        int error = (int)rtcGetDeviceError(NULL);
+        status = error == RTC_ERROR_OUT_OF_MEMORY
+                     ? om_error(OM_NO_MEMORY, "ray caster: out of memory")
+                     : om_error(OM_UNAVAILABLE, "ray caster: no device, error %d", error);
     } else {
         (*scene)->scene = rtcNewScene((*scene)->device);
         rtcSetSceneFlags((*scene)->scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
