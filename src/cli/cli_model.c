@@ -44,7 +44,8 @@ static const OmCliOption option[] = {
 
 static void print_help(const OmCliArgs* args) {
     printf(
-        "Usage: omentum model INPUT -o DIR [options]\n\n"
+        "Usage: omentum model INPUT -o DIR [options]\n"
+        "       omentum model --list INPUT\n\n"
         "Builds a patient model from a volume (NIfTI, NRRD), a volume mesh (msh, vtk, vtu) or a\n"
         "surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
         "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"

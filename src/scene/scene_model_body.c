@@ -202,6 +202,7 @@ static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmMo
         dim[a] = box.hi[a] - box.lo[a] + 1 + 2 * pad;
         shift[a] = box.lo[a] - pad;
     }
+    memcpy(body->shift, shift, sizeof body->shift);
     OM_TRY(om_mask_init(&body->mask, dim[0], dim[1], dim[2]));
     OmVec3 corner = om_vec3(shift[0], shift[1], shift[2]);
     body->mask.axis = volume->axis;
@@ -263,11 +264,47 @@ static OmStatus keep_parts(const OmModelDef* def, OmMask* m, OmModelReport* repo
     return OM_OK;
 }
 
+typedef struct Presence {
+    const OmBody* body;
+    bool is_there[OM_MAX_LABEL];  // a voxel of this label was kept
+    bool has_voxel[OM_MAX_LABEL];
+} Presence;
+
+static void look_for_label(void* ctx, int i, int j, int k) {
+    Presence* p = ctx;
+    const OmBody* b = p->body;
+    const int *dim = b->volume.dim, *size = b->mask.dim;
+    size_t at = (size_t)i + (size_t)dim[0] * ((size_t)j + (size_t)dim[1] * (size_t)k);
+    size_t in_mask =
+        (size_t)(i - b->shift[0]) +
+        (size_t)size[0] * ((size_t)(j - b->shift[1]) + (size_t)size[1] * (size_t)(k - b->shift[2]));
+    const double value = om_volume_value(&b->volume, at);
+    for (int l = 0; l < b->nlabel; l++) {
+        if (value != b->label[l]) continue;
+        p->has_voxel[l] = true;
+        p->is_there[l] = p->is_there[l] || b->mask.inside[in_mask];
+    }
+}
+
+// Of several labels, those of which nothing is left: none of their parts was kept.
+static void note_lost_labels(const OmModelDef* def, const OmBody* body, OmModelReport* report) {
+    Presence p = {.body = body};
+    if (body->nlabel < 2 || !(report->left_out > 0)) return;
+    for_selected(def, body, look_for_label, &p);
+    for (int l = 0; l < body->nlabel; l++) {
+        if (p.is_there[l] || !p.has_voxel[l]) continue;
+        om__model_note(report,
+                       "label %d%s%s is left out as a whole: it does not touch the part kept",
+                       body->label[l], body->label_name[l][0] ? " " : "", body->label_name[l]);
+    }
+}
+
 static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* report) {
     OmMask* m = &body->mask;
     body->voxel = cbrt(fabs(om_mat3_det(m->axis)));
     OM_TRY(om_mask_close(m, def->close_radius));
     OM_TRY(keep_parts(def, m, report));
+    note_lost_labels(def, body, report);
     const double kept = om_mask_volume(m);
     if (!def->keep_holes) OM_TRY(om_mask_fill_holes(m));
     OM_TRY(om_mask_crop(m, 1));

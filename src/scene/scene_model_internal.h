@@ -17,6 +17,8 @@ typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
     bool has_window;
     int label[OM_MAX_LABEL];  // values of `volume` that are meshed; nlabel 0: every value above 0
     int nlabel;
+    char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // "" where the file gives none
+    int shift[3];   // of voxel (0, 0, 0) of the mask in the volume, until the mask is cropped
     OmMask mask;    // cleaned
     bool has_mesh;  // from a volume mesh
     OmTetMesh mesh;

@@ -560,7 +560,12 @@ static OmStatus load_chosen(Chooser* c, const OmVolume* given, OmBody* body,
     body->unit_stated = given ? OM_UNIT_M : c->info->unit;
     if (!given) OM_TRY(place_volume(c, body, report));
     body->has_window = def->has_window;
-    for (int i = 0; i < c->nchoice; i++) body->label[body->nlabel++] = c->choice[i].label;
+    for (int i = 0; i < c->nchoice; i++) {
+        const int s = c->choice[i].segment;
+        if (s >= 0)
+            memcpy(body->label_name[body->nlabel], c->info->segment[s].name, OM_SEGMENT_NAME);
+        body->label[body->nlabel++] = c->choice[i].label;
+    }
     describe(c, report);
     if (def->has_window) {
         snprintf(report->selected, sizeof report->selected, "values from %g to %g", def->window_lo,

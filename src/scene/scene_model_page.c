@@ -37,6 +37,13 @@ static void add_verdict(const OmModelReport* r, OmReport* page) {
              error <= 0.02 ? "within" : "off by more than",
              r->label_volume > 0 ? " of the whole label" : "", angle > 8 ? "above" : "not above");
     om_report_verdict(page, text, is_good);
+    if (r->selected[0]) {
+        char what[sizeof r->selected + 128];
+        snprintf(what, sizeof what, "Built from %s: %lld voxels of %.3g x %.3g x %.3g mm, %.2f mL.",
+                 r->selected, (long long)r->nvoxel, r->voxel.x * 1e3, r->voxel.y * 1e3,
+                 r->voxel.z * 1e3, r->label_volume * 1e6);
+        om_report_paragraph(page, what);
+    }
     for (const char* line = r->note; *line;) {
         size_t len = strcspn(line, "\n");
         char note[sizeof r->note + 8];

@@ -225,7 +225,10 @@ def test_parts(folder):
     near(report["label_error_percent"], error, 1e-3, "error against the whole label")
     expect(rf"volume {volume:.2f} mL, {error:+.2f} % of the whole label", printed)
     with open(os.path.join(out, "report.html"), encoding="utf-8") as f:
-        expect("off by more than 2 % of the whole label", f.read())
+        page = f.read()
+    expect("off by more than 2 % of the whole label", page)
+    expect(rf"Built from liver \(label 5\): {whole} voxels of 1.5 x 2 x 2.5 mm, {whole * VOXEL_ML:.2f} mL", page)
+    expect(r"Note: .* of the label are left out", page)
     run(path, "--part", "2", "--edge", "3", "-o", out, "-q")
     volume, place, _ = mesh_of(out)
     near(volume, len(small) * VOXEL_ML, 0.01 * volume, "--part 2")
@@ -248,6 +251,8 @@ def test_labels(folder):
     check_model(out, b, "--label 7")
     run(path, "--label", "all", "--all-parts", "--edge", "3", "-o", out, "-q")
     check_model(out, a + b, "--label all")
+    expect(r"note: label 7 is left out as a whole: it does not touch the part kept", run(
+        path, "--label", "2,7", "--edge", "4", "-o", out, "-q"))
     expect(r"note: label 9 has no voxel", run(path, "--label", "7,9", "--edge", "4", "-o", out, "-q"))
     expect(r"--list writes nothing", run(path, "--list", "-o", out, code=2))
     expect(r"no number of a part", run(path, "--part", "0", "-o", out, code=2))
