@@ -45,7 +45,7 @@ C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h 
 math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h
 stdnoreturn.h string.h tgmath.h threads.h time.h uchar.h wchar.h wctype.h
 dirent.h fcntl.h fnmatch.h glob.h libgen.h poll.h pthread.h sched.h strings.h termios.h unistd.h
-sys/ioctl.h sys/mman.h sys/resource.h sys/stat.h sys/statvfs.h sys/time.h sys/types.h sys/wait.h
+sys/file.h sys/ioctl.h sys/mman.h sys/random.h sys/resource.h sys/stat.h sys/statvfs.h sys/time.h sys/types.h sys/wait.h
 immintrin.h arm_neon.h""".split())
 
 MAX_FUNCTION, LONG_FUNCTION, MAX_C_FILE, MAX_PUBLIC_HEADER, MAX_SAMPLE = 150, 100, 1000, 600, 150

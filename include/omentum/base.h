@@ -362,15 +362,18 @@ OM_API OmStatus om_file_open(const char* path, FILE** stream, uint64_t* size);
 /// A whole file in memory, with a zero byte after its end; the caller frees with om_free. As om_file_open.
 /// @return OM_OK; OM_INVALID (longer than max_size); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size);
-/// Write a file that appears whole or not at all (temporary name, fsync, rename).
+/// Write a file that appears whole or not at all (temporary name, fsync, rename). A link is followed; a device, a pipe
+/// and a name of /dev/fd are written to as they stand; a folder, a socket and a disk are refused. A regular file that
+/// is there is replaced, but in a folder that grows (om_folder_open) only if omentum wrote it and it is unchanged.
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO, the old file stays
 OM_API OmStatus om_file_write(const char* path, const void* data, size_t size);
 
 /// The same for files written piece by piece or by a library that wants a name.
 typedef struct OmAtomicFile {
-    char path[1024];
-    char temp[1100];
+    char path[1024];  // links followed
+    char temp[1100];  // "": a device or a pipe, written to through `stream` alone
     FILE* stream;
+    int lock;  // a descriptor; while it is open, no other run takes the temporary file for left behind
 } OmAtomicFile;
 /// Open a temporary file in the folder of `path`.
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO
@@ -381,13 +384,27 @@ OM_API OmStatus om_file_commit(OmAtomicFile* file);
 /// Close and remove the temporary file; harmless after commit.
 OM_API void om_file_abort(OmAtomicFile* file);
 
+/// May a file that a user named be replaced? OM_INVALID if a regular file is there that does not hold `mark`, which
+/// only omentum writes. `mark` null: its last line must be the seal of all before it.
+/// @return OM_OK; OM_INVALID (the file of somebody else); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_file_check_ours(const char* path, const char* mark);
+/// Append a comment line with a hash of all before it, by which om_file_check_ours knows a text file again.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_text_seal(OmText* text);
+
 OM_API bool om_path_exists(const char* path);
 /// Make a directory and its parents.
 /// @return OM_OK, also where it exists; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_make_dir(const char* path);
-/// Remove a file or a directory with all it holds; for the temporary folders of unfinished runs.
+/// Remove a file or a directory with all it holds, links not followed; for what the caller made itself.
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO
 OM_API OmStatus om_path_remove(const char* path);
+/// Remove what killed runs left in `dir` under temporary names, in folders below it too if `is_deep`; never what
+/// belongs to a run that lives. A finished result that a kill kept from its name gets it, if the name is free.
+OM_API void om_path_clean(const char* dir, bool is_deep);
+/// OM_INVALID if writing `output` would lose `input`: they are one file or folder, or `input` lies in `output`.
+/// @return OM_OK, also if `input` is not there; OM_INVALID; OM_IO (a path that cannot be followed)
+OM_API OmStatus om_path_check_apart(const char* input, const char* output);
 /// `dir`/`name` into out, unless `name` is absolute; OM_INVALID if it does not fit.
 /// @return OM_OK; OM_INVALID (longer than `size`)
 OM_API OmStatus om_path_join(const char* dir, const char* name, char* out, size_t size);
@@ -396,6 +413,41 @@ OM_API OmStatus om_path_join(const char* dir, const char* name, char* out, size_
 OM_API OmStatus om_path_dir(const char* path, char* out, size_t size);
 /// The extension of `path` in lower case without the dot into out ("nii.gz" counts as one), "" if none.
 OM_API void om_path_extension(const char* path, char* out, size_t size);
+
+// ---- output folders ---------------------------------------------------------------------------------
+
+/// A folder of results. It holds a list, .omentum, of what omentum wrote (sizes and hashes); nothing else is ever
+/// removed or replaced. `kind` says what the folder holds, "retraction run"; one kind does not replace another.
+typedef struct OmFolder {
+    char place[1024];  // where the folder is, or will be; after om_folder_commit, where it is
+    char path[1100];   // where its files are written; "" once it is done with
+    char kind[48];
+    int lock;         // a descriptor that keeps other runs out
+    bool is_growing;  // opened, not begun
+    bool has_list;    // of its own, when it grows
+} OmFolder;
+
+/// Begin a folder that appears whole: its files are written into `path`, and om_folder_commit puts it into its place.
+/// OM_INVALID if `dir` holds a file that does not stand in the folder's list, or not with this size and hash, has no
+/// list, is the current folder, or where a disk is mounted. An empty folder is replaced.
+/// @return OM_OK; OM_INVALID, OM_IO (nothing can be written there), OM_NO_MEMORY, with nothing made
+OM_API OmStatus om_folder_begin(const char* dir, const char* kind, OmFolder* folder);
+/// The checks of om_folder_begin alone, before hours of work.
+/// @return as om_folder_begin
+OM_API OmStatus om_folder_check(const char* dir, const char* kind);
+/// Write the list and take the place. If the old folder was written into meanwhile, or the place cannot be taken, the
+/// result is put beside it, under the name in `place`, and the message says so. Ends the folder in any case.
+/// @return OM_OK; OM_INVALID (the old folder was written into); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_folder_commit(OmFolder* folder);
+/// The same for a part of a result: if something stands in the place, it stays, and `place` names the new folder.
+/// @return OM_OK; OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_folder_commit_beside(OmFolder* folder);
+/// Open a folder that is written in place and may be gone on with: made if it is not there. OM_INVALID if it is not
+/// empty and has no list of this kind, if a listed file was changed, or if another run writes into it.
+/// @return OM_OK; OM_INVALID; OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_folder_open(const char* dir, const char* kind, OmFolder* folder);
+/// Close a folder that grows; remove one that was begun and not committed. Harmless after commit.
+OM_API void om_folder_end(OmFolder* folder);
 
 #ifdef __cplusplus
 }

@@ -1,14 +1,22 @@
-// base_file.c: files that appear whole or not at all, and paths.
-#include <ctype.h>
-#include <dirent.h>
+// base_file.c: files read whole, and files that appear whole or not at all.
+//
+// A file is written under a temporary name in the folder of its place, synced, and renamed. What is renamed over is
+// a regular file, or nothing: a link is followed, a device, a pipe or a file of /dev/fd is written to as it stands,
+// and all else is refused. In a folder that grows (base_folder.c) a file is replaced only if omentum wrote it.
+#define _GNU_SOURCE  // realpath
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "omentum/base.h"
+#include "base/base_internal.h"
+
+#define MAX_LINK 8  // links to links to a file that is not there yet
+
+// ---- reading --------------------------------------------------------------------------------------------
 
 // Only a regular file ends: a pipe without a writer, a terminal or /dev/zero would keep a reader for ever.
 static OmStatus check_regular(const char* path, mode_t mode) {
@@ -65,47 +73,129 @@ done:
     return status;
 }
 
-OmStatus om_file_begin(const char* path, OmAtomicFile* file) {
-    memset(file, 0, sizeof *file);
-    int n = snprintf(file->path, sizeof file->path, "%s", path);
-    OM_CHECK(n > 0 && (size_t)n < sizeof file->path, OM_INVALID,
-             "file name of %d letters: at most %zu", n, sizeof file->path - 1);
-    snprintf(file->temp, sizeof file->temp, "%s.part-%ld", path, (long)getpid());
-    file->stream = fopen(file->temp, "wb");
-    OM_CHECK(file->stream, OM_IO, "%s: cannot write: %s", path, strerror(errno));
+// ---- where to write -------------------------------------------------------------------------------------
+
+// The number of an open file of this process, if the name means one; -1 if not.
+static int descriptor_of(const char* path) {
+    static const char* const head[] = {"/dev/fd/", "/proc/self/fd/"};
+    if (strcmp(path, "/dev/stdout") == 0) return STDOUT_FILENO;
+    if (strcmp(path, "/dev/stderr") == 0) return STDERR_FILENO;
+    for (int i = 0; i < 2; ++i) {
+        size_t n = strlen(head[i]);
+        char* end;
+        if (strncmp(path, head[i], n) != 0) continue;
+        long fd = strtol(path + n, &end, 10);
+        if (end > path + n && *end == 0 && fd >= 0 && fd < INT_MAX) return (int)fd;
+    }
+    return -1;
+}
+
+// Follow links to the name that a file is written under; the file need not be there.
+static OmStatus follow(const char* path, char* out, size_t size) {
+    char at[1024], link[1024], dir[1024];
+    struct stat st;
+    snprintf(at, sizeof at, "%s", path);
+    for (int i = 0; lstat(at, &st) == 0 && S_ISLNK(st.st_mode); ++i) {
+        ssize_t n = readlink(at, link, sizeof link - 1);
+        OM_CHECK(i < MAX_LINK && n > 0 && n < (ssize_t)sizeof link - 1, OM_IO,
+                 "%s: is a link that leads to no file; name the file itself", path);
+        link[n] = 0;
+        OM_TRY(om_path_dir(at, dir, sizeof dir));
+        OM_TRY(om_path_join(dir, link, at, sizeof at));
+    }
+    int n = snprintf(out, size, "%s", at);
+    OM_CHECK((size_t)n < size, OM_INVALID, "file name of %d letters: at most %zu", n, size - 1);
     return OM_OK;
 }
 
-// Make the renaming itself durable. Some file systems cannot sync folders; that is no failure.
-static void sync_folder(const char* path) {
-    char dir[1024];
-    if (om_path_dir(path, dir, sizeof dir) != OM_OK) return;
-    int fd = open(dir, O_RDONLY | O_DIRECTORY);
-    if (fd < 0) return;
-    (void)fsync(fd);
+// A device, a pipe or an open file: its bytes go through, and nothing is renamed.
+static OmStatus begin_through(const char* path, int open_fd, OmAtomicFile* file) {
+    // an open file keeps its position; a pipe that nobody reads is an error, no reason to wait
+    int fd = open_fd >= 0 ? fcntl(open_fd, F_DUPFD_CLOEXEC, 3)
+                          : open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    OM_CHECK(fd >= 0, OM_IO, "%s: cannot write: %s", path,
+             errno == ENXIO ? "no program reads from it" : strerror(errno));
+    if (open_fd < 0) (void)fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) & ~O_NONBLOCK);
+    file->stream = fdopen(fd, "wb");
+    if (file->stream) return OM_OK;
     close(fd);
+    return om_error(OM_NO_MEMORY, "%s: cannot write: %s", path, strerror(errno));
+}
+
+static OmStatus check_target(const char* path, const struct stat* st) {
+    OM_CHECK(!S_ISDIR(st->st_mode), OM_IO, "%s: is a folder, a file is wanted", path);
+    OM_CHECK(S_ISREG(st->st_mode), OM_IO, "%s: is %s, not a file; name another output", path,
+             S_ISBLK(st->st_mode) ? "a disk" : "a socket");
+    OM_CHECK(access(path, W_OK) == 0, OM_IO, "%s: cannot write: %s", path, strerror(errno));
+    return om__folder_check_replace(path);
+}
+
+OmStatus om_file_begin(const char* path, OmAtomicFile* file) {
+    memset(file, 0, sizeof *file);
+    file->lock = -1;
+    size_t len = strlen(path);
+    OM_CHECK(len > 0 && len < sizeof file->path, OM_INVALID,
+             "file name of %zu letters: at most %zu", len, sizeof file->path - 1);
+    memcpy(file->path, path, len + 1);
+    struct stat st;
+    bool is_there = stat(path, &st) == 0;
+    int open_fd = descriptor_of(path);
+    if (open_fd >= 0 || (is_there && (S_ISCHR(st.st_mode) || S_ISFIFO(st.st_mode))))
+        return begin_through(path, open_fd, file);
+    OM_TRY(follow(path, file->path, sizeof file->path));
+    if (is_there) OM_TRY(check_target(file->path, &st));
+    char dir[1024];
+    int fd;
+    OM_TRY(om_path_dir(file->path, dir, sizeof dir));
+    errno = 0;
+    if (om__temp_make_file(dir, file->temp, sizeof file->temp, &fd) < 0) {
+        file->temp[0] = 0;
+        return om_error(OM_IO, "%s: cannot write: %s", path, strerror(errno));
+    }
+    if (is_there) (void)fchmod(fd, st.st_mode & 0777);  // whom the old one let read it
+    file->lock = fcntl(fd, F_DUPFD_CLOEXEC, 3);  // the lock stays until the file has its name
+    file->stream = fdopen(fd, "wb");
+    if (file->stream) return OM_OK;
+    int error = errno;
+    close(fd);
+    om_file_abort(file);
+    return om_error(OM_IO, "%s: cannot write: %s", path, strerror(error));
+}
+
+// ---- the end of writing ---------------------------------------------------------------------------------
+
+static void unlock(OmAtomicFile* file) {
+    if (file->lock >= 0 && file->temp[0]) close(file->lock);
+    file->lock = -1;
 }
 
 OmStatus om_file_commit(OmAtomicFile* file) {
     OM_ASSERT(file->stream);
     bool is_good = !ferror(file->stream) && fflush(file->stream) == 0;
-    is_good = is_good && (fsync(fileno(file->stream)) == 0 || errno == EINVAL);
+    is_good = is_good && (fsync(fileno(file->stream)) == 0 || errno == EINVAL || !file->temp[0]);
     int error = errno;
     if (fclose(file->stream) != 0 && is_good) {
         is_good = false;
         error = errno;
     }
     file->stream = NULL;
-    if (is_good && rename(file->temp, file->path) != 0) {
-        is_good = false;
-        error = errno;
+    OmStatus status = OM_OK;
+    if (is_good && file->temp[0]) {
+        status = om__folder_note(file->path, file->temp);
+        if (status >= 0 && rename(file->temp, file->path) != 0) {
+            is_good = false;
+            error = errno;
+        }
     }
-    if (!is_good) {
-        unlink(file->temp);
-        return om_error(OM_IO, "%s: cannot write: %s", file->path, strerror(error));
+    if (!is_good || status < 0) {
+        if (file->temp[0]) unlink(file->temp);
+        unlock(file);
+        if (!is_good) status = om_error(OM_IO, "%s: cannot write: %s", file->path, strerror(error));
+        return status;
     }
+    if (file->temp[0]) om__sync_folder_of(file->path);
+    unlock(file);
     file->temp[0] = 0;
-    sync_folder(file->path);
     return OM_OK;
 }
 
@@ -113,6 +203,7 @@ void om_file_abort(OmAtomicFile* file) {
     if (file->stream) fclose(file->stream);
     file->stream = NULL;
     if (file->temp[0]) unlink(file->temp);
+    unlock(file);
     file->temp[0] = 0;
 }
 
@@ -123,86 +214,48 @@ OmStatus om_file_write(const char* path, const void* data, size_t size) {
     return om_file_commit(&file);
 }
 
-// ---- paths --------------------------------------------------------------------------------------------
+// ---- files a user named ---------------------------------------------------------------------------------
 
-bool om_path_exists(const char* path) {
+#define SEAL_HEAD "# written by omentum, seal "
+
+OmStatus om_text_seal(OmText* text) {
+    uint64_t hash = om_hash(text->str, text->len, OM_HASH_SEED);
+    return om_text_append(text, SEAL_HEAD "%016llx\n", (unsigned long long)hash);
+}
+
+static bool is_sealed(const char* data, size_t size) {
+    size_t n = strlen(SEAL_HEAD) + 17;
+    char seal[64];
+    if (size < n) return false;
+    snprintf(seal, sizeof seal, SEAL_HEAD "%016llx\n",
+             (unsigned long long)om_hash(data, size - n, OM_HASH_SEED));
+    return memcmp(data + size - n, seal, n) == 0;
+}
+
+static bool has_mark(const char* data, size_t size, const char* mark) {
+    size_t n = strlen(mark);
+    for (size_t i = 0; i + n <= size; ++i)
+        if (memcmp(data + i, mark, n) == 0) return true;
+    return false;
+}
+
+OmStatus om_file_check_ours(const char* path, const char* mark) {
     struct stat st;
-    return stat(path, &st) == 0;
-}
-
-OmStatus om_path_make_dir(const char* path) {
-    char part[1024];
-    int n = snprintf(part, sizeof part, "%s", path);
-    OM_CHECK(n > 0 && (size_t)n < sizeof part, OM_INVALID, "folder name of %d letters: at most %zu",
-             n, sizeof part - 1);
-    for (char* p = part + 1;; ++p) {
-        if (*p != '/' && *p != 0) continue;
-        char kept = *p;
-        *p = 0;
-        if (mkdir(part, 0777) != 0 && errno != EEXIST) {
-            return om_error(OM_IO, "%s: cannot make the folder: %s", path, strerror(errno));
-        }
-        *p = kept;
-        if (kept == 0) break;
+    if (stat(path, &st) != 0 || !S_ISREG(st.st_mode) || st.st_size == 0 || descriptor_of(path) >= 0)
+        return OM_OK;
+    FILE* f = fopen(path, "rb");
+    OM_CHECK(f, OM_IO, "%s: cannot open: %s", path, strerror(errno));
+    size_t size = (size_t)st.st_size;
+    char* data = om_alloc(size, 1);
+    bool is_ours = false;
+    if (data) {
+        size = fread(data, 1, size, f);
+        is_ours = mark ? has_mark(data, size, mark) : is_sealed(data, size);
     }
-    struct stat st;
-    OM_CHECK(stat(path, &st) == 0 && S_ISDIR(st.st_mode), OM_IO,
-             "%s: is a file, a folder is wanted", path);
+    fclose(f);
+    if (!data) return OM_NO_MEMORY;
+    om_free(data);
+    OM_CHECK(is_ours, OM_INVALID,
+             "%s is there, and not as omentum wrote it; name another file, or move it away", path);
     return OM_OK;
-}
-
-OmStatus om_path_remove(const char* path) {
-    struct stat st;
-    if (lstat(path, &st) != 0) return OM_OK;
-    if (S_ISDIR(st.st_mode)) {
-        DIR* dir = opendir(path);
-        OM_CHECK(dir, OM_IO, "%s: cannot open: %s", path, strerror(errno));
-        OmStatus status = OM_OK;
-        for (struct dirent* e; status == OM_OK && (e = readdir(dir)) != NULL;) {
-            if (strcmp(e->d_name, ".") == 0 || strcmp(e->d_name, "..") == 0) continue;
-            char child[2048];
-            status = om_path_join(path, e->d_name, child, sizeof child);
-            if (status == OM_OK) status = om_path_remove(child);
-        }
-        closedir(dir);
-        OM_TRY(status);
-    }
-    OM_CHECK(remove(path) == 0, OM_IO, "%s: cannot remove: %s", path, strerror(errno));
-    return OM_OK;
-}
-
-OmStatus om_path_join(const char* dir, const char* name, char* out, size_t size) {
-    bool is_alone = name[0] == '/' || dir[0] == 0;
-    size_t nd = strlen(dir);
-    const char* slash = nd > 0 && dir[nd - 1] == '/' ? "" : "/";
-    int n = is_alone ? snprintf(out, size, "%s", name)
-                     : snprintf(out, size, "%s%s%s", dir, slash, name);
-    OM_CHECK(n >= 0 && (size_t)n < size, OM_INVALID, "path of %d letters: at most %zu", n,
-             size - 1);
-    return OM_OK;
-}
-
-OmStatus om_path_dir(const char* path, char* out, size_t size) {
-    const char* slash = strrchr(path, '/');
-    int len = !slash ? 1 : slash == path ? 1 : (int)(slash - path);
-    OM_CHECK((size_t)len < size, OM_INVALID, "path of %d letters: at most %zu", len, size - 1);
-    memcpy(out, slash ? path : ".", (size_t)len);
-    out[len] = 0;
-    return OM_OK;
-}
-
-void om_path_extension(const char* path, char* out, size_t size) {
-    const char* name = strrchr(path, '/');
-    name = name ? name + 1 : path;
-    const char* dot = strrchr(name, '.');
-    if (dot && dot > name && strcmp(dot, ".gz") == 0) {
-        const char* before = dot;
-        while (before > name && before[-1] != '.') --before;
-        if (before > name) dot = before - 1;
-    }
-    size_t n = 0;
-    for (const char* p = dot ? dot + 1 : ""; *p && n + 1 < size; ++p) {
-        out[n++] = (char)tolower((unsigned char)*p);
-    }
-    if (size) out[n] = 0;
 }

@@ -201,7 +201,11 @@ static OmStatus open_file(OmRecording* r, const char* path) {
     (void)H5dont_atexit();                  // on a full disk its last flush, at exit, is a crash
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // errors are ours to tell
     OM_TRY(om_file_begin(path, &r->target));
-    r->file = H5Fcreate(r->target.temp, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    OM_CHECK(r->target.temp[0], OM_IO, "%s: is no file; a recording needs one", path);
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    H5Pset_file_locking(access, false, true);  // the lock is om_file_begin's
+    r->file = H5Fcreate(r->target.temp, H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    H5Pclose(access);
     if (r->file < 0) return failed(r, "create the file");
     r->root = make_group(r->file, "VTKHDF");
     r->steps = make_group(r->root, "Steps");

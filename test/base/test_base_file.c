@@ -1,4 +1,5 @@
 // Files that appear whole or not at all, and paths.
+#include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -127,6 +128,101 @@ static void a_full_disk_is_reported(void** state) {
     assert_false(om_path_exists(file.temp));
 }
 
+static void assert_text(const char* name, const char* text) {
+    char* data;
+    size_t size;
+    assert_ok(om_file_read(in_dir(name), 10000, &data, &size));
+    assert_string_equal(data, text);
+    om_free(data);
+}
+
+static void links_are_followed(void** state) {
+    (void)state;
+    char real[256];
+    snprintf(real, sizeof real, "%s", in_dir("real.txt"));
+    assert_ok(om_file_write(real, "one", 3));
+    assert_ok(symlink("real.txt", in_dir("soft.txt")));
+    assert_ok(om_file_write(in_dir("soft.txt"), "two", 3));
+    assert_text("real.txt", "two");
+    struct stat st;
+    assert_ok(lstat(in_dir("soft.txt"), &st));
+    assert_true(S_ISLNK(st.st_mode));
+    assert_ok(symlink("made.txt", in_dir("loose.txt")));
+    assert_ok(om_file_write(in_dir("loose.txt"), "new", 3));
+    assert_text("made.txt", "new");
+    assert_ok(symlink("round.txt", in_dir("round.txt")));
+    assert_status(om_file_write(in_dir("round.txt"), "x", 1), OM_IO);
+    // another name of the same bytes keeps them
+    char hard[256];
+    snprintf(hard, sizeof hard, "%s", in_dir("hard.txt"));
+    assert_ok(link(real, hard));
+    assert_ok(chmod(real, 0640));
+    assert_ok(om_file_write(real, "three", 5));
+    assert_text("real.txt", "three");
+    assert_text("hard.txt", "two");
+    assert_ok(stat(real, &st));
+    assert_int_equal(st.st_mode & 0777, 0640);
+}
+
+static void what_is_no_file_is_not_replaced(void** state) {
+    (void)state;
+    struct stat st;
+    assert_status(om_file_write("/dev/full", "x", 1), OM_IO);
+    assert_non_null(strstr(om_error_message(), "No space left"));
+    assert_ok(stat("/dev/full", &st));
+    assert_true(S_ISCHR(st.st_mode));
+    assert_ok(om_file_write("/dev/null", "x", 1));
+    assert_ok(stat("/dev/null", &st));
+    assert_true(S_ISCHR(st.st_mode));
+    char pipe[256];
+    snprintf(pipe, sizeof pipe, "%s", in_dir("pipe"));
+    assert_ok(mkfifo(pipe, 0666));
+    assert_status(om_file_write(pipe, "x", 1), OM_IO);
+    assert_non_null(strstr(om_error_message(), "no program reads"));
+    int fd = open(pipe, O_RDONLY | O_NONBLOCK);
+    assert_ok(om_file_write(pipe, "through", 7));
+    char got[16];
+    assert_int_equal(read(fd, got, sizeof got), 7);
+    assert_memory_equal(got, "through", 7);
+    close(fd);
+    assert_ok(lstat(pipe, &st));
+    assert_true(S_ISFIFO(st.st_mode));
+    assert_ok(om_path_make_dir(in_dir("folder")));
+    assert_status(om_file_write(in_dir("folder"), "x", 1), OM_IO);
+    assert_non_null(strstr(om_error_message(), "is a folder"));
+    // an open file is written at its position, and stays the same file
+    char name[64];
+    fd = open(in_dir("open.txt"), O_RDWR | O_CREAT, 0666);
+    assert_int_equal(write(fd, "before ", 7), 7);
+    snprintf(name, sizeof name, "/dev/fd/%d", fd);
+    assert_ok(om_file_write(name, "and after", 9));
+    assert_int_equal(write(fd, " all", 4), 4);
+    close(fd);
+    assert_text("open.txt", "before and after all");
+}
+
+static void files_that_a_user_named(void** state) {
+    (void)state;
+    char path[256];
+    snprintf(path, sizeof path, "%s", in_dir("named.csv"));
+    assert_ok(om_file_check_ours(path, NULL));
+    OmText text = {0};
+    assert_ok(om_text_append(&text, "a,b\n1,2\n"));
+    assert_ok(om_text_seal(&text));
+    assert_ok(om_file_write(path, text.str, text.len));
+    assert_ok(om_file_check_ours(path, NULL));
+    assert_ok(om_file_check_ours(path, "a,b"));
+    text.str[4] = '3';
+    assert_ok(om_file_write(path, text.str, text.len));
+    assert_status(om_file_check_ours(path, NULL), OM_INVALID);
+    assert_status(om_file_check_ours(path, "none"), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "name another file"));
+    om_text_done(&text);
+    assert_ok(om_file_write(path, "", 0));
+    assert_ok(om_file_check_ours(path, NULL));  // nothing is lost
+    assert_ok(om_file_check_ours("/dev/full", NULL));
+}
+
 static void paths(void** state) {
     (void)state;
     char out[64];
@@ -159,6 +255,9 @@ int main(void) {
         cmocka_unit_test(json_is_saved_and_freed),
         cmocka_unit_test(aborted_files_leave_the_old_one),
         cmocka_unit_test(a_full_disk_is_reported),
+        cmocka_unit_test(links_are_followed),
+        cmocka_unit_test(what_is_no_file_is_not_replaced),
+        cmocka_unit_test(files_that_a_user_named),
         cmocka_unit_test(paths),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
