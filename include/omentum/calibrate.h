@@ -153,6 +153,7 @@ typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
 
 /// Search, analyse the sensitivity, and write out_dir/report.html, calibration.json and calibrated.yaml. The journal
 /// out_dir/journal.jsonl has one line for each evaluation, in the same order for any number of workers.
+/// The folder is one that grows (om_folder_open): a file there that omentum did not write is never replaced.
 /// @return OM_OK; OM_NOT_CONVERGED (budget); OM_UNSAT (unfit): result is complete for all three; OM_INVALID
 ///         (the message names the field, or the journal of another problem); OM_IO; OM_NO_MEMORY;
 ///         OM_CANCELLED (the journal keeps all evaluations); errors of eval

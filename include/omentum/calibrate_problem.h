@@ -37,6 +37,9 @@ OM_API OmStatus om_calibrate_load_problem(const char* path, const char* observat
 OM_API void om_calibrate_destroy_problem(OmCalibrationProblem* problem);
 /// The search that the file describes; it borrows the problem. The caller adds out_dir and nworker.
 OM_API OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* problem);
+/// The files that were read: the problem, its scene, its observations, the values that the scene takes over (index 0
+/// to 3); null if there is none.
+OM_API const char* om_calibrate_problem_input(const OmCalibrationProblem* problem, int index);
 /// Start values of the parameters: those of the file, or else those of the scene (nparam).
 OM_API const double* om_calibrate_problem_start(const OmCalibrationProblem* problem);
 /// All observations, in the scene's task frame; a view (n).
@@ -55,7 +58,7 @@ OM_API OmStatus om_calibrate_run_points(const OmCalibrationProblem* problem, con
 /// which parameters it can determine.
 /// @param param  (nparam) of the twin; the factors of OmSceneWorld apply in addition
 /// @param noise  m, standard deviation of each coordinate; forces have none
-/// @param path   of the CSV file
+/// @param path   of the CSV file; none of the problem's own files. Its last line is a seal (om_text_seal)
 /// @return OM_OK; OM_INVALID (parameters at which a simulation fails); OM_NO_MEMORY; OM_IO, nothing is written
 OM_API OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* problem,
                                             const double* param, double noise, uint64_t seed,

@@ -23,7 +23,7 @@ extern "C" {
 typedef struct OmRetractDef {
     int cookie;
     const OmScene* scene;  // borrowed
-    const char* out_dir;   // written whole or not at all; null: nothing is written
+    const char* out_dir;   // written whole (om_folder_begin); null: nothing is written
     const char* program;   // a logic program in place of the built-in one, or null
     int frame_every;       // a picture in the report every so many actions, 0 none; default 1
     int nworker;           // default 0: one a processor
@@ -67,11 +67,12 @@ typedef struct OmRetractAction {  // one executed action
 
 typedef enum OmRetractOutcome {
     OM_RETRACT_EXPOSED,  // the arms exposed the ROI: visibility reached the scene's limit and stayed
-    OM_RETRACT_IN_VIEW,  // the ROI was in view before any action: the scene hides nothing
-    OM_RETRACT_GAVE_UP,  // the scene's number of actions was reached
-    OM_RETRACT_NO_PLAN   // no grasping point is left
+    OM_RETRACT_IN_VIEW,   // the ROI was in view before any action: the scene hides nothing
+    OM_RETRACT_GAVE_UP,   // the scene's number of actions was reached
+    OM_RETRACT_NO_PLAN,   // no grasping point is left
+    OM_RETRACT_CANCELLED  // in the record of a run that was cancelled
 } OmRetractOutcome;
-/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left".
+/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled".
 OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
 
 typedef struct OmRetractResult {  // om_retract_result_done frees
@@ -104,8 +105,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     uint64_t hash;  // of the truth's final state
 } OmRetractResult;
 
-/// @return OM_OK, also if the ROI was not exposed: the result says how it ended. OM_CANCELLED, OM_INVALID
-///         (a scene that cannot be run), OM_IO (output), with nothing written
+/// @return OM_OK, also if the ROI was not exposed: the result says how it ended. OM_INVALID (a scene that
+///         cannot be run), OM_IO (output), with nothing written; OM_CANCELLED, and if the operation had begun, the
+///         record so far is in out_dir, or beside it if something stands there: the message names the folder
 OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
                                OmRetractResult* result);
 OM_API void om_retract_result_done(OmRetractResult* result);

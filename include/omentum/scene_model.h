@@ -205,8 +205,10 @@ OM_API void om_patient_done(OmPatient* patient);
 /// Index of the material of elements with this label: the first one with this label, else the first one for all other
 /// labels; -1: none.
 OM_API int om_patient_find_material(const OmPatient* patient, int label);
+#define OM_PATIENT_KIND "patient model"  // what its folder holds
 /// Write `dir` whole or not at all: patient.yaml, tissue.vtu, organ.ply (if there is an organ), and with a
-/// report report.json and report.html. The folder must not exist, or hold an older model, which is replaced.
+/// report report.json and report.html. The folder must not exist, be empty, or hold an older model and nothing else;
+/// that is replaced (om_folder_begin; om_folder_check with OM_PATIENT_KIND says so beforehand).
 /// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO, nothing is written
 OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,
                                 const char* dir);

@@ -146,6 +146,7 @@ typedef struct OmUmeshTrainSummary {
     bool is_resumed;
 } OmUmeshTrainSummary;
 
+#define OM_UMESH_NET_KIND "U-Mesh network"  // of the folder; an evaluation may be put there too
 OM_API OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir);
 /// Train, or resume from the checkpoint, and write the weights of the best epoch.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY

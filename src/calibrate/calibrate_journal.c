@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "calibrate/calibrate_internal.h"
@@ -124,10 +125,34 @@ static OmStatus append_header(OmText* t, const OmCalibrationDef* def, uint64_t p
     return om_text_append(t, "]}\n");
 }
 
+// What is behind the last whole line must be the beginning of a line of ours: only that may be cut off.
+static OmStatus check_rest(const OmJournal* j, const OmText* header, size_t whole, size_t size) {
+    static const char record[] = "{\"k\":";
+    const char* ours = whole ? record : header->str;
+    size_t most = whole ? sizeof record - 1 : header->len, n = size - whole;
+    OM_CHECK(memcmp(j->text + whole, ours, n < most ? n : most) == 0 && (whole || n < most),
+             OM_INVALID, "%s: its last line is not of a journal; move the file away", j->path);
+    return OM_OK;
+}
+
+// A file of ours alone: no link, which may lead to a file of somebody else.
+static OmStatus check_file(const OmJournal* j, bool* is_there) {
+    struct stat st;
+    *is_there = lstat(j->path, &st) == 0;
+    OM_CHECK(!*is_there || (S_ISREG(st.st_mode) && st.st_nlink == 1), OM_INVALID,
+             "%s: is %s, so nothing is appended to it; move it away", j->path,
+             S_ISREG(st.st_mode) ? "a file with two names" : "a link or no file");
+    return OM_OK;
+}
+
 static OmStatus open_with_header(OmJournal* j, const OmText* header) {
-    size_t size = 0, whole = 0;
-    if (om_path_exists(j->path)) OM_TRY(om_file_read(j->path, MAX_SIZE, &j->text, &size));
+    size_t size = 0, all, whole = 0;
+    bool is_there;
+    OM_TRY(check_file(j, &is_there));
+    if (is_there) OM_TRY(om_file_read(j->path, MAX_SIZE, &j->text, &size));
+    all = size;
     while (size > 0 && j->text[size - 1] != '\n') --size;  // a last line without end was cut off
+    if (all > size) OM_TRY(check_rest(j, header, size, all));
     if (size > 0) {
         whole = size;
         OM_CHECK(size >= header->len && memcmp(j->text, header->str, header->len) == 0, OM_INVALID,
@@ -135,7 +160,7 @@ static OmStatus open_with_header(OmJournal* j, const OmText* header) {
                  j->path);
         OM_TRY(read_records(j, j->text + header->len, j->text + size));
     }
-    j->fd = open(j->path, O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    j->fd = open(j->path, O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     OM_CHECK(j->fd >= 0, OM_IO, "%s: cannot open: %s", j->path, strerror(errno));
     OM_CHECK(ftruncate(j->fd, (off_t)whole) == 0 && lseek(j->fd, 0, SEEK_END) >= 0, OM_IO,
              "%s: cannot write: %s", j->path, strerror(errno));

@@ -188,9 +188,20 @@ static OmStatus load(const char* path, const char* observations, OmCalibrationPr
     OM_TRY(om_path_join(dir, p->file.scene, file, sizeof file));
     OM_TRY(om_scene_load(file, &p->scene));
     OM_TRY(hash_file(file, &p->hash));
+    snprintf(p->input[0], sizeof p->input[0], "%s", path);
+    snprintf(p->input[1], sizeof p->input[1], "%s", file);
+    if (p->scene.calibrated[0]) {
+        char beside[2 * OM_SCENE_PATH];
+        OM_TRY(om_path_dir(file, beside, sizeof beside));
+        OM_TRY(om_path_join(beside, p->scene.calibrated, p->input[3], sizeof p->input[3]));
+    }
     OM_TRY(set_start(path, p));
     OM_TRY(om_path_join(dir, p->file.observations, file, sizeof file));
-    OM_TRY(read_sights(observations ? observations : file, p));
+    if (observations)
+        OM_CHECK(snprintf(file, sizeof file, "%s", observations) < (int)sizeof file, OM_INVALID,
+                 "%s: path too long", observations);
+    OM_TRY(read_sights(file, p));
+    snprintf(p->input[2], sizeof p->input[2], "%s", file);
     OM_TRY(om__calibrate_make_body(p, false, &p->twin));
     p->hash =
         om_hash(p->twin.site.mesh.x, 3 * (size_t)p->twin.site.mesh.nvert * sizeof(double), p->hash);
@@ -223,6 +234,10 @@ void om_calibrate_destroy_problem(OmCalibrationProblem* p) {
     om_site_done(&p->twin.site);
     om_free(p->sights.seen);
     om_free(p);
+}
+
+const char* om_calibrate_problem_input(const OmCalibrationProblem* p, int index) {
+    return index >= 0 && index < 4 && p->input[index][0] ? p->input[index] : NULL;
 }
 
 const double* om_calibrate_problem_start(const OmCalibrationProblem* p) { return p->start; }

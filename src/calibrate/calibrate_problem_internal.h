@@ -80,6 +80,7 @@ typedef struct Body {  // one site of the scene and the tissue on it: what a mod
 } Body;
 
 struct OmCalibrationProblem {
+    char input[4][2 * OM_SCENE_PATH];  // problem, scene, observations, values the scene takes over
     ProblemFile file;
     OmScene scene;
     Sights sights;

@@ -131,10 +131,13 @@ OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progres
     memset(result, 0, sizeof *result);
     OM_TRY(om__calibrate_check(def));
     OmStatus status;
+    OmFolder folder = {0};
     OmSearch s = {
         .def = def, .progress = progress, .n = def->nparam, .nworker = def->nworker, .best = -1};
     result->nparam = def->nparam;
     result->nerror = def->nerror;
+    s.journal.fd = -1;
+    if (def->out_dir) OM_TRY_DONE(om_folder_open(def->out_dir, "calibration", &folder));
     OM_TRY_DONE(om__journal_open(&s.journal, def->out_dir, def, hash_problem(def)));
     OM_CALLOC_DONE(result->error_start, def->nerror);
     OM_CALLOC_DONE(result->error, def->nerror);
@@ -145,6 +148,7 @@ OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progres
     if (result->outcome == OM_CALIBRATION_UNFIT) status = OM_UNSAT;
 done:
     om__journal_close(&s.journal);
+    om_folder_end(&folder);
     om_free(s.u);
     om_free(s.cost);
     if (status < 0) om_calibrate_result_done(result);

@@ -156,12 +156,15 @@ done:
 OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* p, const double* param,
                                      double noise, uint64_t seed, const char* path) {
     OM_CHECK(noise >= 0 && isfinite(noise), OM_INVALID, "noise is %g: at least 0", noise);
+    for (int i = 0; i < 4; ++i)
+        if (p->input[i][0]) OM_TRY(om_path_check_apart(p->input[i], path));
     OmText text = {0};
     Body* world = om_calloc(1, sizeof *world);
     if (!world) return OM_NO_MEMORY;
     Maker m = {.p = p, .world = world, .noise = noise, .rng = om_rng_init(seed, 0), .text = &text};
     OmStatus status = om__calibrate_make_body(p, true, world);
     if (status == OM_OK) status = make(&m, param);
+    if (status == OM_OK) status = om_text_seal(&text);
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     if (m.embedding.npoint) om_embedding_done(&m.embedding);
     om_sense_scene_destroy(m.sense);

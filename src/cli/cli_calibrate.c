@@ -89,7 +89,7 @@ static int write_synthetic(const OmCliArgs* args, const OmCalibrationProblem* pr
     double param[OM_CALIBRATION_MAX_PARAM];
     memcpy(param, om_calibrate_problem_start(problem), (size_t)def->nparam * sizeof *param);
     const char *word, *out = om_cli_get(args, "--synthetic");
-    OmStatus status = OM_OK;
+    OmStatus status = om_file_check_ours(out, NULL);
     for (int i = 0; status == OM_OK && (word = om_cli_get_nth(args, "--set", i)); ++i)
         status = set_value(def, word, param);
     if (status == OM_OK)
@@ -122,16 +122,25 @@ static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     if (status == OM_OK) status = om_calibrate_run(&def, progress, &result);
-    if (status == OM_CANCELLED) {
-        om_cli_progress_done();
-        fprintf(stderr, "omentum calibrate: cancelled; the same command goes on from here\n");
-        return OM_EXIT_CANCELLED;
-    }
-    if (status < 0) return om_cli_fail("calibrate", status);
+    if (status < 0) return om_cli_fail_kept("calibrate", status);
     om_cli_progress_done();
     print_result(&def, &result);
     om_calibrate_result_done(&result);
     return status == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
+}
+
+// The problem may lie in the folder, as that of a study's search does; what it reads is not what is written.
+static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* dir) {
+    static const char* const name[] = {"journal.jsonl", "report.html", "calibration.json",
+                                       "calibrated.yaml"};
+    for (int k = 0; dir && k < 4; ++k) {
+        char path[1024];
+        const char* input;
+        OM_TRY(om_path_join(dir, name[k], path, sizeof path));
+        for (int i = 0; (input = om_calibrate_problem_input(problem, i)) != NULL; ++i)
+            OM_TRY(om_path_check_apart(input, path));
+    }
+    return OM_OK;
 }
 
 int om_cli_calibrate(int argc, char** argv) {
@@ -148,6 +157,11 @@ int om_cli_calibrate(int argc, char** argv) {
     OmStatus status = om_calibrate_load_problem(om_cli_positional(&args, 0),
                                                 om_cli_get(&args, "--observations"), &problem);
     if (status < 0) return om_cli_fail("calibrate", status);
+    status = check_inputs(problem, om_cli_get(&args, "--output"));
+    if (status < 0) {
+        om_calibrate_destroy_problem(problem);
+        return om_cli_fail("calibrate", status);
+    }
     OmCalibrationDef def = om_calibrate_problem_search(problem);
     int seed = (int)def.seed;
     om_cli_get_int(&args, "--seed", 0, 2147483647, &seed);  // looked at before

@@ -1,6 +1,7 @@
 // cli_common.c: options, progress, Ctrl-C, exit codes.
 #include "cli_common.h"
 
+#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -140,6 +141,9 @@ const OmProgress* om_cli_progress(bool is_quiet) {
     struct sigaction action = {.sa_handler = on_signal};
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    struct sigaction hangup;
+    bool is_detached = sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
+    if (!is_detached) sigaction(SIGHUP, &action, NULL);  // nohup goes on without its terminal
     return &progress;
 }
 
@@ -152,12 +156,38 @@ bool om_cli_is_interrupted(void) { return is_interrupted != 0; }
 int om_cli_fail(const char* verb, OmStatus status) {
     om_cli_progress_done();
     if (status == OM_CANCELLED) {
-        fprintf(stderr, "omentum %s: %s; nothing was written\n", verb, om_error_message());
+        bool is_kept = strstr(om_error_message(), "the record so far") != NULL;
+        fprintf(stderr, "omentum %s: %s%s\n", verb, om_error_message(),
+                is_kept ? "" : "; nothing was written");
         return OM_EXIT_CANCELLED;
     }
     const char* message = om_error_message();
     fprintf(stderr, "omentum %s: %s\n", verb, message[0] ? message : om_status_text(status));
     return OM_EXIT_ERROR;
+}
+
+int om_cli_check_output(int code) {
+    bool is_lost = fflush(stdout) != 0;
+    int error = errno;
+    if ((!is_lost && !ferror(stdout)) || (code != OM_EXIT_OK && code != OM_EXIT_FAILED))
+        return code;
+    fprintf(stderr,
+            "omentum: standard output: cannot write%s%s; files that were asked for are complete\n",
+            is_lost ? ": " : "", is_lost ? strerror(error) : "");
+    return OM_EXIT_STDOUT;
+}
+
+int om_cli_fail_kept(const char* verb, OmStatus status) {
+    if (status != OM_CANCELLED) return om_cli_fail(verb, status);
+    om_cli_progress_done();
+    fprintf(stderr, "omentum %s: cancelled; the same command goes on from here\n", verb);
+    return OM_EXIT_CANCELLED;
+}
+
+OmStatus om_cli_check_apart(const char* output, const char* const* input, int ninput) {
+    for (int i = 0; output && i < ninput; ++i)
+        if (input[i]) OM_TRY(om_path_check_apart(input[i], output));
+    return OM_OK;
 }
 
 OmStatus om_cli_share_path(const char* name, char* out, size_t size) {

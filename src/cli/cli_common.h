@@ -10,7 +10,9 @@
     1                    // the work was done and its outcome is negative (ROI not exposed, no plan)
 #define OM_EXIT_USAGE 2  // the command line is wrong
 #define OM_EXIT_ERROR 3  // bad input, input or output failed, out of memory
-#define OM_EXIT_CANCELLED 130  // Ctrl-C
+#define OM_EXIT_STDOUT \
+    4  // the work was done, files are complete; standard output could not be written
+#define OM_EXIT_CANCELLED 130  // Ctrl-C, or SIGTERM or SIGHUP
 
 // One option of a verb. A flag has no argument; the same name may not appear twice in a table.
 typedef struct OmCliOption {
@@ -41,13 +43,22 @@ OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, 
 OmStatus om_cli_get_int(const OmCliArgs* args, const char* name, int min, int max, int* value);
 void om_cli_print_options(const OmCliArgs* args);
 
-// A progress listener on stderr that stops the work after Ctrl-C. Quiet if `is_quiet`.
+// A progress listener on stderr that stops the work after Ctrl-C, SIGTERM or SIGHUP. Quiet if `is_quiet`.
 const OmProgress* om_cli_progress(bool is_quiet);
 void om_cli_progress_done(void);
 bool om_cli_is_interrupted(void);
 
 // Print the error message of this thread and return the exit code that fits the status.
 int om_cli_fail(const char* verb, OmStatus status);
+// The same for work that the same command goes on with after it was cancelled.
+int om_cli_fail_kept(const char* verb, OmStatus status);
+
+// What was printed must have arrived: the exit code `code`, or OM_EXIT_STDOUT and a message if the work was done, and
+// standard output failed. Files are complete all the same, so this has a code of its own.
+int om_cli_check_output(int code);
+
+// What a verb reads, null entries skipped, must lie apart from what it writes; null `output`: it writes nothing.
+OmStatus om_cli_check_apart(const char* output, const char* const* input, int ninput);
 
 // The folder of scenes and logic programs: beside the program in the build tree, or installed.
 OmStatus om_cli_share_path(const char* name, char* out, size_t size);

@@ -62,12 +62,7 @@ int om_cli_guard_run(const OmCliGuard* guard) {
         (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() != parent) _exit(OM_EXIT_CANCELLED);
         limit_memory(guard->memory);
-        int code = guard->run(guard->ctx);
-        if (fflush(stdout) != 0 && code < OM_EXIT_USAGE) {
-            fprintf(stderr, "omentum: standard output: cannot write\n");
-            code = OM_EXIT_ERROR;
-        }
-        _exit(code);
+        _exit(om_cli_check_output(guard->run(guard->ctx)));
     }
     int state = 0;
     child_pid = pid;

@@ -1,6 +1,9 @@
 // cli_main.c: the omentum program: finds the verb and hands over.
+#include <errno.h>
+#include <fcntl.h>
 #include <signal.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "cli_common.h"
 
@@ -31,7 +34,7 @@ static void print_help(FILE* out) {
         "\n  omentum VERB --help   options and examples of a verb\n"
         "  omentum --version     the version\n\n"
         "Exit codes: 0 done; 1 done, with a negative outcome; 2 wrong command line; 3 bad input or "
-        "failed output; 130 cancelled\n");
+        "failed output; 4 done and files written, but standard output failed; 130 cancelled\n");
 }
 
 static void print_warning(void* ctx, OmLogLevel level, const char* line) {
@@ -39,17 +42,21 @@ static void print_warning(void* ctx, OmLogLevel level, const char* line) {
     if (level >= OM_LOG_WARNING) fprintf(stderr, "warning: %s\n", line);
 }
 
-// What was printed must have arrived: a full disk behind a redirection is a failure too.
-static int check_output(int code) {
-    bool is_lost = fflush(stdout) != 0 || ferror(stdout);
-    if (!is_lost || code >= OM_EXIT_USAGE) return code;
-    fprintf(stderr, "omentum: standard output: cannot write\n");
-    return OM_EXIT_ERROR;
+// Closed descriptors are taken, so that no file of ours is opened as standard output and printed into. What is printed
+// to a closed standard output fails; messages to a closed standard error go to the terminal, if there is one.
+static void take_descriptors(void) {
+    for (int fd = 0; fd <= STDERR_FILENO; ++fd) {
+        if (fcntl(fd, F_GETFD) >= 0 || errno != EBADF) continue;
+        int got = fd == STDERR_FILENO ? open("/dev/tty", O_WRONLY | O_NOCTTY) : -1;
+        if (got < 0) got = open("/dev/null", fd == STDOUT_FILENO ? O_RDONLY : O_RDWR);
+    }
 }
 
 int main(int argc, char** argv) {
+    take_descriptors();
     om_cli_set_environment(argv);
     signal(SIGXFSZ, SIG_IGN);  // a file too large is an error to report, not a death
+    signal(SIGPIPE, SIG_IGN);  // a reader that leaves is no reason to lose the work
     om_log_set_sink(print_warning, NULL);
     if (argc < 2) {
         print_help(stderr);
@@ -58,17 +65,17 @@ int main(int argc, char** argv) {
     if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
         strcmp(argv[1], "help") == 0) {
         print_help(stdout);
-        return OM_EXIT_OK;
+        return om_cli_check_output(OM_EXIT_OK);
     }
     if (strcmp(argv[1], "--version") == 0) {
         printf("omentum %s\n", om_version());
-        return OM_EXIT_OK;
+        return om_cli_check_output(OM_EXIT_OK);
     }
     const char* name[NVERB];
     for (int i = 0; i < NVERB; ++i) {
         name[i] = verb[i].name;
         if (strcmp(argv[1], verb[i].name) == 0)
-            return check_output(verb[i].run(argc - 1, argv + 1));
+            return om_cli_check_output(verb[i].run(argc - 1, argv + 1));
     }
     const char* nearest = om_nearest_word(argv[1], name, NVERB);
     fprintf(stderr, "omentum: unknown verb \"%s\"%s%s%s; omentum --help lists them\n", argv[1],

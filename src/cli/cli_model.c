@@ -380,6 +380,9 @@ int om_cli_model(int argc, char** argv) {
 
     OmPatient patient;
     OmModelReport report;
+    status = om_cli_check_apart(dir, &input, 1);
+    if (status == OM_OK) status = om_folder_check(dir, OM_PATIENT_KIND);
+    if (status < 0) return om_cli_fail("model", status);
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     status = om_model_build(&def, progress, &patient, &report);
     if (status < 0) return om_cli_fail("model", status);

@@ -288,6 +288,8 @@ int om_cli_retract(int argc, char** argv) {
     }
     if (!s.needs_scene) return print_text(&args, &s);
     OmStatus status = read_scene(&args, &s);
+    const char* const input[] = {om_cli_positional(&args, 0), s.program};
+    if (status == OM_OK) status = om_cli_check_apart(s.out, input, 2);
     if (status < 0) return om_cli_fail("retract", status);
     if (om_cli_get(&args, "--print-scene")) return print_text(&args, &s);
     if (om_cli_get(&args, "--dry-run")) return dry_run(&s);

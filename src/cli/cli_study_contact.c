@@ -181,13 +181,15 @@ int om_cli_study_contact(int argc, char** argv) {
     }
     OmStudyBody* body = NULL;
     OmStudyContactSummary summary;
-    OmStatus status = get_body(&args, &body);
+    const char* const input[] = {om_cli_get(&args, "--mesh"), om_cli_get(&args, "--lesions")};
+    OmStatus status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 2);
+    if (status == OM_OK) status = get_body(&args, &body);
     OmStudyContactDef def = om_study_default_contact_def(body, om_cli_get(&args, "--output"));
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     if (status == OM_OK) status = read_def(&args, &def);
     if (status == OM_OK) status = om_study_run_contact(&def, progress, &summary);
     om_study_destroy_body(body);
-    if (status < 0) return om_cli_fail("study", status);
+    if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);
     return summary.ncell_met == summary.ncell ? OM_EXIT_OK : OM_EXIT_FAILED;

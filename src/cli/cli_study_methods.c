@@ -98,8 +98,10 @@ int om_cli_study_methods(int argc, char** argv) {
     }
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     OmStatus status = om_cli_weights_path(&args, weights, sizeof weights);
+    const char* const input[] = {weights};
+    if (status == OM_OK) status = om_cli_check_apart(def.out_dir, input, 1);
     if (status == OM_OK) status = om_study_run_methods(&def, progress, &summary);
-    if (status < 0) return om_cli_fail("study", status);
+    if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);
     return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;

@@ -76,11 +76,7 @@ int om_cli_study_sheet(int argc, char** argv) {
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     OmStatus status = om_study_run_sheet(&def, progress, &summary);
     om_cli_progress_done();
-    if (status == OM_CANCELLED) {
-        fprintf(stderr, "omentum study: cancelled; the same command goes on from here\n");
-        return OM_EXIT_CANCELLED;
-    }
-    if (status < 0) return om_cli_fail("study", status);
+    if (status < 0) return om_cli_fail_kept("study", status);
     print_result(&summary, def.out_dir);
     return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }

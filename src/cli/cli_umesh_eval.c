@@ -107,14 +107,20 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     OmUmeshNet* net = NULL;
     OmUmeshData data = {0};
     OmUmeshEval e = {0};
+    OmFolder folder = {0};
     const char *dir = om_cli_get(args, "--output"), *record = om_cli_get(args, "--record");
     char weights[1024];
     OmStatus status;
     OM_TRY(om_cli_weights_path(args, weights, sizeof weights));
+    const char* const input[] = {om_cli_get(args, "--data"), weights};
+    OM_TRY(
+        om_cli_check_apart(dir, input, 1));  // weights may lie in the folder: they are not written
+    OM_TRY(om_cli_check_apart(record, input, 2));
+    if (record) OM_TRY(om_file_check_ours(record, "omentum-umesh"));
     OM_TRY(om_umesh_load_net(weights, &net));
+    if (dir) OM_TRY_DONE(om_folder_open(dir, OM_UMESH_NET_KIND, &folder));
     OM_TRY_DONE(om_umesh_load_data(om_cli_get(args, "--data"), nsample, &data));
     OM_TRY_DONE(om_umesh_eval(net, &data, 0, data.nsample, 1e-3 * tolerance, nworker, &e));
-    if (dir) OM_TRY_DONE(om_path_make_dir(dir));
     if (dir) OM_TRY_DONE(write_json(&e, dir));
     if (dir) OM_TRY_DONE(write_errors(&e, data.sample, dir));
     if (record) OM_TRY_DONE(om_umesh_record_test(net, &data, &e, record));
@@ -145,6 +151,7 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
            1e3 * e.worst <= BAR_WORST ? "met" : "MISSED", BAR_MS,
            e.ms_median <= BAR_MS ? "met" : "MISSED");
 done:
+    om_folder_end(&folder);
     om_umesh_eval_done(&e);
     om_umesh_data_done(&data);
     om_umesh_destroy_net(net);

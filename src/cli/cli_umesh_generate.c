@@ -180,13 +180,11 @@ int om_cli_umesh_generate(int argc, char** argv) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    OmStatus status = read_model(&args, &def, &source);
+    const char* const input[] = {om_cli_get(&args, "--model")};
+    OmStatus status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
+    if (status == OM_OK) status = read_model(&args, &def, &source);
     if (status == OM_OK) status = generate(&args, &def);
     om_patient_done(&source.patient);
     om_surface_done(&source.surface);
-    if (status == OM_CANCELLED) {
-        fprintf(stderr, "omentum umesh: cancelled; the same command goes on from here\n");
-        return OM_EXIT_CANCELLED;
-    }
-    return status == OM_OK ? OM_EXIT_OK : om_cli_fail("umesh", status);
+    return status == OM_OK ? OM_EXIT_OK : om_cli_fail_kept("umesh", status);
 }

@@ -243,6 +243,11 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     const char *out = om_cli_get(args, "--output"), *onnx = om_cli_get(args, "--onnx");
     char weights[1024];
     OM_TRY(om_cli_weights_path(args, weights, sizeof weights));
+    const char* const input[] = {weights, onnx};
+    OM_TRY(om_cli_check_apart(out, input, 2));
+    OM_TRY(om_cli_check_apart(onnx, input, 1));
+    if (out) OM_TRY(om_file_check_ours(out, "under_probe"));
+    if (onnx) OM_TRY(om_file_check_ours(onnx, "omentum"));
     OM_TRY(om_umesh_load_net(weights, &net));
     Press p = {.args = args, .grid = om_umesh_net_grid(net)};
     OmStatus status;

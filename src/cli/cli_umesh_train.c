@@ -94,14 +94,12 @@ int om_cli_umesh_train(int argc, char** argv) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    status = om_umesh_load_data(om_cli_get(&args, "--data"), nsample, &data);
+    const char* const input[] = {om_cli_get(&args, "--data")};
+    status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
+    if (status < 0) return om_cli_fail("umesh", status);
+    status = om_umesh_load_data(input[0], nsample, &data);
     if (status < 0) return om_cli_fail("umesh", status);
     status = train(&args, &data);
     om_umesh_data_done(&data);
-    if (status == OM_CANCELLED) {
-        om_cli_progress_done();
-        fprintf(stderr, "omentum umesh: cancelled; the same command goes on from here\n");
-        return OM_EXIT_CANCELLED;
-    }
-    return status < 0 ? om_cli_fail("umesh", status) : OM_EXIT_OK;
+    return status < 0 ? om_cli_fail_kept("umesh", status) : OM_EXIT_OK;
 }

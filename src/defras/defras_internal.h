@@ -106,13 +106,17 @@ OmStatus om__loop_wait(Loop* loop, double seconds);
 OmStatus om__loop_hold(Loop* loop);
 OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome);
 
+#define OM__RETRACT_KIND "retraction run"  // of its folder
+
 // defras_record.c: run.vtkhdf and frames in a temporary folder, renamed when the run is complete.
 OmStatus om__recorder_create(Loop* loop, Recorder** recorder);
 OmStatus om__recorder_tick(Recorder* recorder, Loop* loop);
 OmStatus om__recorder_frame(Recorder* recorder, Loop* loop, const char* caption);
 // Append the text of a plan and its reasons for the report.
 OmStatus om__recorder_plan(Recorder* recorder, Loop* loop);
-OmStatus om__recorder_commit(Recorder* recorder, Loop* loop);
+// The record of a part does not replace what stands in its place; it gets a name beside it.
+OmStatus om__recorder_commit(Recorder* recorder, Loop* loop, bool is_partial);
+const char* om__recorder_place(const Recorder* recorder);
 void om__recorder_destroy(Recorder* recorder);
 
 #endif

@@ -1,11 +1,9 @@
 // defras_record.c: what a run leaves behind: run.vtkhdf, frames, run.json, report.html.
 //
-// Everything is written into DIR.part, renamed to DIR when the run is complete: a run that fails or is
-// cancelled leaves nothing, and an older DIR stays until the new one is whole.
-#include <errno.h>
+// Everything is written under a temporary name, which becomes DIR when the run is complete: a run that fails leaves
+// nothing, and an older DIR stays until the new one is whole. A run that is cancelled keeps its record so far.
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "defras/defras_record.h"
 #include "omentum/shape_file.h"
@@ -31,19 +29,9 @@ static OmStatus add_roi_set(OmSite* site, double radius) {
 // ---- the recorder -----------------------------------------------------------------------------------------
 
 static OmStatus open_folder(Recorder* rec, const char* out_dir) {
-    int n = snprintf(rec->dir, sizeof rec->dir, "%s", out_dir);
-    while (n > 1 && rec->dir[n - 1] == '/') rec->dir[--n] = 0;
-    OM_CHECK(n > 0 && n < (int)sizeof rec->dir - 32, OM_INVALID,
-             "output folder: name of %d letters", n);
-    if (om_path_exists(rec->dir)) {
-        char old[1024];
-        OM_TRY(om_path_join(rec->dir, "run.json", old, sizeof old));
-        OM_CHECK(om_path_exists(old) || rmdir(rec->dir) == 0, OM_INVALID,
-                 "%s: exists and holds no run; name another folder or remove it", rec->dir);
-    }
-    snprintf(rec->part, sizeof rec->part, "%s.part-%ld", rec->dir, (long)getpid());
-    char frames[1100];
-    OM_TRY(om_path_join(rec->part, "frames", frames, sizeof frames));
+    char frames[1200];
+    OM_TRY(om_folder_begin(out_dir, OM__RETRACT_KIND, &rec->folder));
+    OM_TRY(om_path_join(rec->folder.path, "frames", frames, sizeof frames));
     return om_path_make_dir(frames);
 }
 
@@ -55,8 +43,8 @@ OmStatus om__recorder_create(Loop* loop, Recorder** recorder) {
     if (status < 0) goto done;
     OM_TRY_DONE(add_roi_set(&loop->world_site, loop->scene->roi.radius));
     OM_CALLOC_DONE(rec->vertex_force, 3 * (size_t)loop->world_site.mesh.nvert);
-    char path[1100];
-    OM_TRY_DONE(om_path_join(rec->part, "run.vtkhdf", path, sizeof path));
+    char path[1200];
+    OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
     OmMeshArray force = {.name = "force", .type = OM_ARRAY_DOUBLE, .ncomp = 3};
     OM_TRY_DONE(om_recording_begin(path, &loop->world_site.mesh, &force, 1, &rec->recording));
     *recorder = rec;
@@ -69,7 +57,7 @@ done:
 void om__recorder_destroy(Recorder* rec) {
     if (!rec) return;
     om_recording_abort(rec->recording);
-    if (rec->part[0]) (void)om_path_remove(rec->part);
+    om_folder_end(&rec->folder);
     for (int i = 0; i < rec->nframe; ++i) {
         om_picture_done(&rec->frame[i].picture);
         om_free(rec->frame[i].caption);
@@ -102,9 +90,9 @@ OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {
     memcpy(f.caption, caption, len);
     const OmSceneCamera* cam = &loop->scene->endoscope;
     OmStatus status = om_world_render(loop->world, cam->width, cam->height, &f.picture);
-    char name[64], path[1100];
+    char name[64], path[1200];
     snprintf(name, sizeof name, "frames/%03d.png", rec->nframe);
-    if (status == OM_OK) status = om_path_join(rec->part, name, path, sizeof path);
+    if (status == OM_OK) status = om_path_join(rec->folder.path, name, path, sizeof path);
     if (status == OM_OK) status = om_picture_save_png(&f.picture, path);
     if (status < 0) {
         om_picture_done(&f.picture);
@@ -171,8 +159,8 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
 
 static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     const OmRetractResult* r = loop->result;
-    char path[1100];
-    OM_TRY(om_path_join(rec->part, "run.json", path, sizeof path));
+    char path[1200];
+    OM_TRY(om_path_join(rec->folder.path, "run.json", path, sizeof path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
@@ -218,25 +206,14 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
 
 // ---- the end ------------------------------------------------------------------------------------------------
 
-OmStatus om__recorder_commit(Recorder* rec, Loop* loop) {
+OmStatus om__recorder_commit(Recorder* rec, Loop* loop, bool is_partial) {
     OM_TRY(om__recorder_frame(rec, loop, loop->result->reason));
     OmRecording* recording = rec->recording;
     rec->recording = NULL;
     OM_TRY(om_recording_end(recording));
     OM_TRY(write_json(rec, loop));
     OM_TRY(om__report_write(rec, loop));
-    // The old run steps aside before the new one takes its name, and comes back if that fails.
-    char old[1100];
-    snprintf(old, sizeof old, "%s.old-%ld", rec->dir, (long)getpid());
-    bool has_old = om_path_exists(rec->dir);
-    if (has_old && rename(rec->dir, old) != 0) {
-        return om_error(OM_IO, "%s: cannot replace: %s", rec->dir, strerror(errno));
-    }
-    if (rename(rec->part, rec->dir) != 0) {
-        int error = errno;
-        if (has_old) (void)rename(old, rec->dir);
-        return om_error(OM_IO, "%s: cannot create: %s", rec->dir, strerror(error));
-    }
-    rec->part[0] = 0;
-    return has_old ? om_path_remove(old) : OM_OK;
+    return is_partial ? om_folder_commit_beside(&rec->folder) : om_folder_commit(&rec->folder);
 }
+
+const char* om__recorder_place(const Recorder* rec) { return rec->folder.place; }

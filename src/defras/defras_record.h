@@ -13,8 +13,7 @@ typedef struct Frame {
 } Frame;
 
 struct Recorder {
-    char dir[1024];   // where the run will be
-    char part[1056];  // where it is while it is written; empty once renamed
+    OmFolder folder;  // written under a temporary name until the run is complete
     OmRecording* recording;
     double* vertex_force;  // N (world nvert x 3)
     Frame* frame;

@@ -212,7 +212,7 @@ OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
     char subtitle[192], path[1100];
     snprintf(subtitle, sizeof subtitle, "scene %s, layout %d", loop->scene->name,
              loop->scene->seed);
-    OM_TRY(om_path_join(rec->part, "report.html", path, sizeof path));
+    OM_TRY(om_path_join(rec->folder.path, "report.html", path, sizeof path));
     OmReport report;
     om_report_begin(&report, "Tissue retraction", subtitle);
     om_report_verdict(&report, loop->result->reason, loop->result->is_exposed);

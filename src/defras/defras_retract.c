@@ -28,6 +28,7 @@ const char* om_retract_outcome_text(OmRetractOutcome outcome) {
     case OM_RETRACT_IN_VIEW: return "in_view_at_start";
     case OM_RETRACT_GAVE_UP: return "gave_up";
     case OM_RETRACT_NO_PLAN: return "no_plan_left";
+    case OM_RETRACT_CANCELLED: return "cancelled";
     }
     return "";
 }
@@ -294,6 +295,18 @@ static void summarise(Loop* loop, double wall_start) {
     r->wall_time = om_clock_now() - wall_start;
 }
 
+// The record of a run that is cancelled; it is no reason to lose what was seen.
+static OmStatus keep_part(Loop* loop, double wall_start) {
+    OmRetractResult* r = loop->result;
+    r->outcome = OM_RETRACT_CANCELLED;
+    snprintf(r->reason, sizeof r->reason, "cancelled after %d actions and %.1f s", r->naction,
+             loop->time);
+    summarise(loop, wall_start);
+    OM_TRY(om__recorder_commit(loop->recorder, loop, true));
+    return om_error(OM_CANCELLED, "cancelled; the record so far is in %s",
+                    om__recorder_place(loop->recorder));
+}
+
 static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
@@ -309,6 +322,7 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
                         OmRetractResult* result) {
     memset(result, 0, sizeof *result);
     OM_TRY(check_def(def));
+    if (def->out_dir) OM_TRY(om_folder_check(def->out_dir, OM__RETRACT_KIND));
     double wall_start = om_clock_now();
     Loop* loop = om_calloc(1, sizeof *loop);
     if (!loop) return OM_NO_MEMORY;
@@ -318,9 +332,11 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     loop->result = result;
     OmStatus status = begin(loop);
     if (status >= 0) status = deliberate(loop);
-    if (status >= 0) {
+    if (status == OM_CANCELLED && loop->recorder) {
+        status = keep_part(loop, wall_start);
+    } else if (status >= 0) {
         summarise(loop, wall_start);
-        status = loop->recorder ? om__recorder_commit(loop->recorder, loop) : OM_OK;
+        status = loop->recorder ? om__recorder_commit(loop->recorder, loop, false) : OM_OK;
     }
     end(loop);
     om_free(loop);

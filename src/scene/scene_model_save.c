@@ -1,8 +1,6 @@
 // scene_model_save.c: patient models as folders: patient.yaml, tissue.vtu, organ.ply, reports.
 //
-// A folder is written beside its place and renamed when it is whole; an older model that stood there is
-// moved aside first and removed last.
-#include <errno.h>
+// A folder is written beside its place and takes it when it is whole (om_folder_begin).
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -215,7 +213,6 @@ static OmStatus write_text(const OmPatient* p, const OmModelReport* r, AppendFn 
 
 static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char* dir) {
     char path[1024];
-    OM_TRY(om_path_make_dir(dir));
     OM_TRY(om_path_join(dir, "tissue.vtu", path, sizeof path));
     const OmMeshFrame frame = {OM_UNIT_M, p->file_space};
     OM_TRY(om_tet_mesh_save_frame(&p->mesh, path, frame));
@@ -230,45 +227,15 @@ static OmStatus write_all(const OmPatient* p, const OmModelReport* r, const char
     return om__model_save_page(p, r, path);
 }
 
-// Put the finished folder in its place; what stands there goes aside first, and back if the move fails.
-static OmStatus move_into_place(const char* partial, const char* place, const char* old) {
-    bool is_there = om_path_exists(place);
-    if (om_path_exists(old)) OM_TRY(om_path_remove(old));
-    if (is_there && rename(place, old) != 0) {
-        return om_error(OM_IO, "%s cannot be moved aside: %s", place, strerror(errno));
-    }
-    if (rename(partial, place) != 0) {
-        OmStatus status = om_error(OM_IO, "%s cannot be made: %s", place, strerror(errno));
-        if (is_there) (void)rename(old, place);
-        return status;
-    }
-    return is_there ? om_path_remove(old) : OM_OK;
-}
-
 OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, const char* dir) {
-    char place[900], partial[1024], old[1024], yaml[1024];
-    size_t len = strlen(dir);
-    OM_CHECK(len > 0 && len < sizeof place, OM_INVALID,
-             "the folder's name must have 1 to %d characters", (int)sizeof place - 1);
+    OmFolder folder;
     OM_CHECK(patient->nroi <= MAX_ROI, OM_INVALID, "%d points of interest; at most %d",
              patient->nroi, MAX_ROI);
-    memcpy(place, dir, len + 1);
-    while (len > 1 && place[len - 1] == '/') place[--len] = 0;
-    snprintf(partial, sizeof partial, "%s.partial", place);
-    snprintf(old, sizeof old, "%s.old", place);
-    snprintf(yaml, sizeof yaml, "%s/patient.yaml", place);
-    OM_CHECK(!om_path_exists(place) || om_path_exists(yaml), OM_IO,
-             "%s exists and holds no patient model: choose another folder", place);
-    if (om_path_exists(partial)) OM_TRY(om_path_remove(partial));
-    OmStatus status = write_all(patient, report, partial);
-    if (status == OM_OK) status = move_into_place(partial, place, old);
-    if (status < 0) {  // keep the message of what failed
-        char message[512];
-        snprintf(message, sizeof message, "%s", om_error_message());
-        if (om_path_exists(partial)) (void)om_path_remove(partial);
-        return om_error(status, "%s", message);
-    }
-    return OM_OK;
+    OM_TRY(om_folder_begin(dir, OM_PATIENT_KIND, &folder));
+    OmStatus status = write_all(patient, report, folder.path);
+    if (status == OM_OK) status = om_folder_commit(&folder);
+    om_folder_end(&folder);
+    return status;
 }
 
 // ---- loading ------------------------------------------------------------------------------------------------

@@ -255,12 +255,14 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
     StudyCalibration* s = om_calloc(1, sizeof *s);
     if (!s) return OM_NO_MEMORY;
     OmStatus status;
+    OmFolder folder = {0};
     s->def = def;
     for (int by = 0; by < NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
     OM_TRY_DONE(om_path_join(def->out_dir, "gel", s->gel.dir, sizeof s->gel.dir));
     OM_TRY_DONE(om_path_join(def->out_dir, "breast", s->breast.dir, sizeof s->breast.dir));
+    OM_TRY_DONE(om_folder_open(def->out_dir, "calibration study", &folder));
     OM_TRY_DONE(om_study_create_gel(&s->gel.body));
     OM_TRY_DONE(om_study_create_phantom(def->nlesion, 1, &s->breast.body));
     OM_TRY_DONE(open_fit(def, "bead", false, progress, &s->gel));
@@ -282,6 +284,7 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
 done:
     close_fit(&s->gel);
     close_fit(&s->breast);
+    om_folder_end(&folder);
     om_free(s);
     return status;
 }

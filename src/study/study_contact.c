@@ -335,7 +335,12 @@ OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* pr
     memset(summary, 0, sizeof *summary);
     Study s;
     StudyScore* score = NULL;
+    OmFolder folder = {0};
     OmStatus status;
+    memset(&s, 0, sizeof s);
+    s.def = def;
+    OM_TRY_DONE(validate(def));
+    OM_TRY_DONE(om_folder_open(def->out_dir, "contact study", &folder));
     OM_TRY_DONE(om__study_open(def, progress, &s));
     OM_CALLOC_DONE(score, 1);
     OM_TRY_DONE(om__study_score(&s, score));
@@ -346,5 +351,6 @@ OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* pr
 done:
     om_free(score);
     om__study_close(&s);
+    om_folder_end(&folder);
     return status;
 }

@@ -304,7 +304,6 @@ static OmStatus open_fit(StudyMethods* s, const OmUmeshNet* net, const OmProgres
     for (int m = 0; m < OM_STUDY_NMETHOD; ++m) c->has_method[m] = m == OM_PRESS_PRESCRIBED;
     for (int l = 0; l < s->fit.body->nlesion; ++l)
         snprintf(s->fit.name[l], sizeof s->fit.name[l], "lesion %d", l + 1);
-    OM_TRY(om_path_make_dir(def->out_dir));
     OM_TRY(om__study_open(c, progress, &s->fit.study));
     return om__study_make_particles(&s->fit);
 }
@@ -317,11 +316,13 @@ OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* pr
     if (!s) return OM_NO_MEMORY;
     OmStatus status;
     OmUmeshNet* net = NULL;
+    OmFolder folder = {0};
     s->def = def;
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
     OM_TRY_DONE(om_umesh_load_net(def->weights, &net));
+    OM_TRY_DONE(om_folder_open(def->out_dir, "methods study", &folder));
     OM_TRY_DONE(open_fit(s, net, progress));
     OM_TRY_DONE(score_fe(s));
     OM_TRY_DONE(score_umesh(s, net));
@@ -334,6 +335,7 @@ done:
     om_tet_mesh_done(&s->fit.particles);
     om_study_destroy_body(s->fit.body);
     om_umesh_destroy_net(net);
+    om_folder_end(&folder);
     om_free(s);
     return status;
 }

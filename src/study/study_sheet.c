@@ -141,7 +141,6 @@ static OmStatus append_asked(OmText* t) {
 static OmStatus put_setup(const Sheet* s) {
     OmText text = {0};
     OmStatus status;
-    OM_TRY(om_path_make_dir(s->def->out_dir));
     OM_TRY_DONE(put_scene(s, &text));
     om_text_done(&text);
     OM_TRY_DONE(append_problem(s, -1, &text));
@@ -314,7 +313,9 @@ OmStatus om_study_run_sheet(const OmStudySheetDef* def, const OmProgress* progre
     s->progress = progress;
     const double thesis[OM_STUDY_NCLUSTER] = {0.0127, 0.0095, 0.361};  // errata: no unit in 5.4.1
     memcpy(s->thesis, thesis, sizeof thesis);
-    OmStatus status = run(s);
+    OmFolder folder = {0};
+    OmStatus status = om_folder_open(def->out_dir, "sheet study", &folder);
+    if (status == OM_OK) status = run(s);
     if (status == OM_OK) {
         summarise(s, summary);
         status = om__study_sheet_write_json(s, summary);
@@ -325,6 +326,7 @@ OmStatus om_study_run_sheet(const OmStudySheetDef* def, const OmProgress* progre
         om_calibrate_destroy_problem(s->fold[k].problem);
     }
     om_calibrate_destroy_problem(s->all);
+    om_folder_end(&folder);
     om_free(s);
     return status;
 }

@@ -141,7 +141,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     if (out) *out = sum;
     OM_TRY(om__umesh_check_def(def));
     OM_CHECK(def->out_dir && *def->out_dir, OM_INVALID, "OmUmeshDataDef.out_dir is empty");
-    OM_TRY(om_path_make_dir(def->out_dir));
+    OmFolder folder = {0};
     double begin = om_clock_now();
     int nworker = om_worker_count(def->nworker);
     Crew c = {.nnode = om_umesh_grid(def->organ)->mesh.nnode,
@@ -150,6 +150,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
               .is_reported = ATOMIC_FLAG_INIT};
     OmUmeshSample* all = NULL;
     OmStatus status = OM_OK;
+    OM_TRY_DONE(om_folder_open(def->out_dir, "set of U-Mesh samples", &folder));
     OM_CALLOC_DONE(c.solver, nworker);
     OM_ALLOC_DONE(c.u, 3 * (size_t)c.nnode * (size_t)nworker);
     OM_ALLOC_DONE(all, def->nsample);
@@ -166,6 +167,7 @@ done:
     om_free(c.solver);
     om_free(c.u);
     om_free(all);
+    om_folder_end(&folder);
     return status;
 }
 

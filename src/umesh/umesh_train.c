@@ -272,7 +272,9 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
     Training t = {.def = def, .progress = progress, .ntrain = def->data->nsample - def->nvalid};
     OmTrainResult result = {0};
     float *channel = NULL, *weight = NULL;
+    OmFolder folder = {0};
     OmStatus status = OM_OK;
+    OM_TRY_DONE(om_folder_open(def->out_dir, OM_UMESH_NET_KIND, &folder));
     OM_TRY_DONE(om__umesh_net_create(g, def->poisson, def->base_channels, def->nlevel, &t.net));
     OM_TRY_DONE(om__umesh_region_make(t.net, def->data, t.ntrain));
     t.net->scale = find_scale(def->data, t.ntrain);
@@ -296,6 +298,7 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
                                      .seconds = result.seconds,
                                      .is_resumed = result.is_resumed};
 done:
+    om_folder_end(&folder);
     om_train_result_done(&result);
     om_free(t.linear);
     om_free(t.size);

@@ -57,6 +57,48 @@ $ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
 exit 0
 out evaluations \(0 new\)
 
+# What the problem reads is never written; a file of measured values is not replaced, one of ours is.
+$ for f in lift.yaml strip.yaml seen.csv; do cp $f kept; omentum calibrate lift.yaml --synthetic $f; test $? -eq 3 && cmp kept $f || exit 1; done
+exit 0
+err seen\.csv is an input and cannot be the output too
+err lift\.yaml is there, and not as omentum wrote it
+$ ln seen.csv other.csv; omentum calibrate lift.yaml --synthetic other.csv
+exit 3
+err is an input and cannot be the output too
+$ rm other.csv; grep -v seal seen.csv > measured.csv; cp measured.csv kept; omentum calibrate lift.yaml --synthetic measured.csv; code=$?; cmp kept measured.csv && exit $code
+exit 3
+err measured\.csv is there, and not as omentum wrote it; name another file, or move it away
+$ for i in 1 2; do $OMENTUM calibrate lift.yaml --synthetic again.csv || exit 1; done
+exit 0
+$ omentum calibrate lift.yaml --synthetic /dev/full; code=$?; test -c /dev/full && exit $code
+exit 3
+err /dev/full: cannot write: No space left on device
+err-lines 1
+$ omentum calibrate lift.yaml --synthetic /dev/stdout > through.csv; grep -c , through.csv
+exit 0
+out ^[5-9]$
+
+# A journal of somebody else, linked or not, is not cut; a folder of theirs is not used.
+$ mkdir theirs && printf 'mine' > theirs/journal.jsonl && omentum calibrate lift.yaml -q -o theirs; code=$?; cat theirs/journal.jsonl; exit $code
+exit 3
+out ^mine$
+err theirs holds journal\.jsonl and no list
+$ mkdir linked && cp out/.om* linked && printf 'mine' > far.txt && ln -s ../far.txt linked/journal.jsonl && omentum calibrate lift.yaml -q -o linked; code=$?; cat far.txt; exit $code
+exit 3
+out ^mine$
+err linked/journal\.jsonl: is a link
+$ rm linked/journal.jsonl && ln far.txt linked/journal.jsonl && omentum calibrate lift.yaml -q -o linked; code=$?; cat far.txt; exit $code
+exit 3
+out ^mine$
+err linked/journal\.jsonl: is a file with two names
+$ rm far.txt && omentum calibrate lift.yaml -q -o linked; code=$?; cat linked/journal.jsonl; exit $code
+exit 3
+out ^mine$
+err linked/journal\.jsonl: its last line is not of a journal
+$ cp -r out told && echo changed >> told/calibrated.yaml && omentum calibrate lift.yaml -q -o told
+exit 3
+err told/calibrated\.yaml was changed after omentum wrote it
+
 # A cloud is what the scene's depth camera sees.
 $ (head -1 seen.csv; echo end,20,cloud,0,0,0) > plan.csv && omentum calibrate lift.yaml --observations plan.csv --synthetic cloud.csv && echo points $(grep -c ^end,20,cloud cloud.csv)
 exit 0
@@ -72,7 +114,7 @@ $ omentum calibrate lift.yaml -q -o two --workers 2 && cmp out/journal.jsonl two
 exit 0
 
 # Killed and started again.
-$ head -c 900 out/journal.jsonl > cut && rm -rf out2 && mkdir out2 && mv cut out2/journal.jsonl && omentum calibrate lift.yaml -q -o out2 && cmp out/journal.jsonl out2/journal.jsonl && cmp out/calibration.json out2/calibration.json
+$ head -c 900 out/journal.jsonl > cut && rm -rf out2 && mkdir out2 && cp out/.om* out2 && mv cut out2/journal.jsonl && omentum calibrate lift.yaml -q -o out2 && cmp out/journal.jsonl out2/journal.jsonl && cmp out/calibration.json out2/calibration.json
 exit 0
 
 # The scene takes what was found.

@@ -226,21 +226,27 @@ err-lines 1
 # A full disk, as a limit on the size of files: one sentence, nothing left.
 $ mkdir full && (trap '' XFSZ; ulimit -f 300; omentum retract small.yaml -q -o full/out; code=$?; ls -A full; exit $code)
 exit 3
-err cannot .*: File too large
+err full/out.*cannot .*: File too large
 err-lines 1
 no-out
 
-# Ctrl-C: nothing is left, not even a temporary folder.
+# Ctrl-C, SIGTERM, SIGHUP: the record so far is kept, beside what stands there, and no temporary folder is left.
 $ mkdir int && (timeout -s INT 1 omentum retract $ROOT/scenes/sheet.yaml -q -o int/out; code=$?; ls -A int; exit $code)
 exit 124
-no-out
-no-file int/out
+out ^out$
+err cancelled; the record so far is in int/out$
+err-lines 1
+file int/out/report.html
+$ (timeout -s HUP 1 omentum retract $ROOT/scenes/sheet.yaml -q -o int/out; code=$?; ls -A int | tr '\n' ' '; exit $code)
+exit 124
+out ^out out\.new-[0-9a-f]{8} $
+err cancelled; the record so far is in int/out\.new-[0-9a-f]{8}$
 
 # The same wish sent twice, as timeout and shells do, is one wish.
 $ mkdir twice && (omentum retract $ROOT/scenes/sheet.yaml -q -o twice/out 2> /dev/null & p=$!; sleep 1; kill -TERM $p; kill -TERM $p; sleep 0.01; kill -TERM $p; wait $p; code=$?; ls -A twice; exit $code)
 exit 130
-no-out
-no-file twice/out
+out ^out$
+file twice/out/run.json
 
 $ omentum demo --quick -q -o demo
 exit 0

@@ -11,8 +11,13 @@ file out/errors.csv
 file out/truth/lesion-01.json
 file out/runs/penalty-000623-01.json
 
-# What is finished is not done again; what is damaged is.
-$ printf '{' > out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
+# What is finished is not done again. What was changed is not replaced; what is missing is made again.
+$ cp out/report.html before.html; printf '{' > out/runs/prescribed-000623-01.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed -q -o out || (code=$?; cmp before.html out/report.html && exit $code)
+exit 3
+err out/runs/prescribed-000623-01\.json was changed after omentum wrote it: move it away, or name another folder$
+err-lines 1
+
+$ rm out/runs/prescribed-000623-01.json; cp out/runs/penalty-000623-01.json kept.json; omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed -q -o out && cmp kept.json out/runs/penalty-000623-01.json
 exit 0
 out ^2 runs \(1 new\)
 
@@ -39,6 +44,28 @@ $ mesh=$(ls out/meshes/001000-*.vtu) && printf '0 0 1\n' > sites.txt && omentum 
 exit 3
 err sites\.txt: none of 1 lesions is inside the body, .*units
 err-lines 1
+
+# The user's own: never replaced, never an output of what reads them.
+$ mkdir mine && echo 1 > mine/report.html && omentum study contact --quick -q -o mine || (code=$?; ls -A mine; exit $code)
+exit 3
+out ^report\.html$
+err mine holds report\.html and no list
+
+$ omentum study calibration --quick -q -o out
+exit 3
+err out holds a contact study, not a calibration study
+
+$ omentum study calibration --quick -q -o mine
+exit 3
+err mine holds report\.html and no list
+
+$ mkdir sites && echo 0 0 50 > sites/s.txt && mesh=$(ls out/meshes/001000-*.vtu) && omentum study contact --quick --mesh $mesh --unit m --lesions sites/s.txt -q -o sites
+exit 3
+err the input sites/s\.txt lies in the output folder sites
+
+$ omentum study methods --quick -q -o mine
+exit 3
+err mine holds report\.html and no list
 
 $ omentum study contact
 exit 2

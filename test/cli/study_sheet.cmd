@@ -30,6 +30,11 @@ exit 3
 err other settings; choose another folder
 err-lines 1
 
+$ mkdir mine && echo 1 > mine/notes.txt && omentum study sheet-calibration --quick -q -o mine; code=$?; ls -A mine; exit $code
+exit 3
+out ^notes\.txt$
+err mine holds notes\.txt and no list
+
 $ omentum study sheet-calibration
 exit 2
 err add -o DIR

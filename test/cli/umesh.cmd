@@ -9,11 +9,16 @@ file out/samples_000003.h5
 file out/summary.json
 file out/report.html
 
-# What is there is not made again; one that is damaged is, to the same bytes, by any number of workers.
-$ cp out/samples_000003.h5 kept.h5; printf 'damaged' > out/samples_000003.h5; omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --workers 1 -q -o out && cmp kept.h5 out/samples_000003.h5
+# What was changed is not replaced. What is missing is made again, to the same bytes, by any number of workers.
+$ cp out/samples_000003.h5 kept.h5; printf 'damaged' > out/samples_000003.h5; omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --workers 1 -q -o out
+exit 3
+err out/samples_000003\.h5 was changed after omentum wrote it: move it away
+err-lines 1
+
+$ rm out/samples_000003.h5; omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --workers 1 -q -o out && cmp kept.h5 out/samples_000003.h5
 exit 0
 out ^5 samples \(2 new,
-err ^warning: .*not a file of samples
+no-err
 
 # Killed at any moment, it goes on to the same files.
 $ timeout -s KILL 0.5 omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --workers 1 -q -o killed; true
@@ -22,6 +27,21 @@ exit 0
 $ omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 -q -o killed && cmp kept.h5 killed/samples_000003.h5 && cmp out/samples_000000.h5 killed/samples_000000.h5
 exit 0
 no-err
+$ ls -A killed | grep part
+exit 1
+
+# A second run in the same folder, and a folder of the user's.
+$ (flock -x 9; omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 -q -o out) 9< out
+exit 3
+err out: another run of omentum writes into it
+
+$ mkdir mine && echo 1 > mine/summary.json && omentum umesh generate --elements 200 --points 4x4x4 -n 5 -q -o mine; code=$?; cat mine/summary.json; exit $code
+exit 3
+out ^1$
+err mine holds summary\.json and no list
+$ omentum umesh generate --model mine -n 1 -q -o mine
+exit 3
+err mine is an input and cannot be the output too
 
 # Another seed is another set.
 $ omentum umesh generate --elements 200 --points 4x4x4 -n 5 --shard 3 --seed 2 -q -o out

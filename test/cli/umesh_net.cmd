@@ -43,6 +43,46 @@ $ omentum umesh eval -w net/weights.safetensors -d data --tolerance 0.5 --record
 exit 1
 file tested.safetensors
 
+# An input is no output; a file of the user is not replaced, one of ours is; a device stays a device.
+$ omentum umesh eval -w net/weights.safetensors -d data --record net/weights.safetensors
+exit 3
+err net/weights\.safetensors is an input and cannot be the output too
+$ omentum umesh eval -w net/weights.safetensors -d data -o data
+exit 3
+err data is an input and cannot be the output too
+$ omentum umesh eval -w net/weights.safetensors -d data --tolerance 0.5 -o net --record tested.safetensors
+exit 1
+file net/eval.json
+file net/errors.csv
+$ echo mine > mine.safetensors; omentum umesh eval -w net/weights.safetensors -d data --record mine.safetensors; code=$?; cat mine.safetensors; exit $code
+exit 3
+out ^mine$
+err mine\.safetensors is there, and not as omentum wrote it
+$ echo mine > net/errors.csv; omentum umesh eval -w net/weights.safetensors -d data -o net; code=$?; cat net/errors.csv; exit $code
+exit 3
+out ^mine$
+err net/errors\.csv was changed after omentum wrote it
+$ rm net/errors.csv; mkdir foreign && echo mine > foreign/weights.safetensors; omentum umesh train -d data -o foreign --levels 1 --epochs 1 --validation 2 -q; code=$?; cat foreign/*; exit $code
+exit 3
+out ^mine$
+err foreign holds weights\.safetensors and no list
+$ omentum umesh train -d data -o data --levels 1 --epochs 1 --validation 2 -q
+exit 3
+err data is an input and cannot be the output too
+$ omentum umesh predict -w net/weights.safetensors --press 5 --onnx /dev/full; code=$?; test -c /dev/full && exit $code
+exit 3
+err /dev/full: cannot write: No space left on device
+$ for f in a.vtu a.vtk a.onnx; do echo mine > $f; done; omentum umesh predict -w net/weights.safetensors --press 5 -o a.vtu; a=$?; $OMENTUM umesh predict -w net/weights.safetensors --press 5 -o a.vtk; b=$?; $OMENTUM umesh predict -w net/weights.safetensors --press 5 --onnx a.onnx; echo $a $b $?; cat a.vtu a.vtk a.onnx | uniq -c
+exit 0
+out ^3 3 3$
+out ^ *3 mine$
+$ for i in 1 2; do $OMENTUM umesh predict -w net/weights.safetensors --press 5 -o b.vtu --onnx b.onnx || exit; $OMENTUM umesh predict -w net/weights.safetensors --press 5 -o b.vtk || exit; done
+exit 0
+file b.vtk
+$ omentum umesh predict -w net/weights.safetensors --press 5 -o b.vtu --onnx net/weights.safetensors
+exit 3
+err net/weights\.safetensors is an input
+
 # Another organ's samples.
 $ omentum umesh generate --elements 150 --points 8x8x8 -n 1 -q -o other
 exit 0

@@ -276,8 +276,10 @@ static bool cancel_soon(void* ctx, const char* stage, double done, double total)
     return ++*(int*)ctx < 20;
 }
 
-static void test_cancelling_leaves_nothing(void** state) {
+// The record so far is kept; what stands in the place stays, and the record gets a name beside it.
+static void test_cancelling_keeps_the_record(void** state) {
     (void)state;
+    static const char* const file[] = {"report.html", "run.json", "run.vtkhdf", "frames/000.png"};
     char dir[] = "/tmp/om_retract_XXXXXX", out[64];
     assert_non_null(mkdtemp(dir));
     snprintf(out, sizeof out, "%s/run", dir);
@@ -288,9 +290,34 @@ static void test_cancelling_leaves_nothing(void** state) {
     OmProgress progress = {cancel_soon, &calls};
     OmRetractResult r;
     int64_t alive = om_alloc_alive();
-    assert_status(om_retract_run(&def, &progress, &r), OM_CANCELLED);
-    assert_int_equal(om_alloc_alive(), alive);
-    assert_int_equal(rmdir(dir), 0);  // no folder, no temporary file
+    for (int k = 0; k < 2; ++k) {
+        calls = 0;
+        assert_status(om_retract_run(&def, &progress, &r), OM_CANCELLED);
+        assert_int_equal(om_alloc_alive(), alive);
+        const char* place = strstr(om_error_message(), "the record so far is in ");
+        assert_non_null(place);
+        char kept[128], path[160];
+        snprintf(kept, sizeof kept, "%s", place + strlen("the record so far is in "));
+        assert_true((strcmp(kept, out) == 0) == (k == 0));
+        for (int i = 0; i < 4; ++i) {
+            snprintf(path, sizeof path, "%s/%s", kept, file[i]);
+            assert_true(om_path_exists(path));
+        }
+        char* json;
+        size_t size;
+        snprintf(path, sizeof path, "%s/run.json", kept);
+        assert_ok(om_file_read(path, 1 << 20, &json, &size));
+        assert_non_null(strstr(json, "\"outcome\": \"cancelled after "));
+        assert_non_null(strstr(json, "\"status\": \"cancelled\""));
+        assert_non_null(strstr(json, "\"exposed\": false"));
+        om_free(json);
+        if (k) assert_ok(om_path_remove(kept));
+    }
+    calls = -1000000;  // not cancelled: the whole run takes the place of the part
+    assert_ok(om_retract_run(&def, &progress, &r));
+    om_retract_result_done(&r);
+    assert_ok(om_path_remove(out));
+    assert_int_equal(rmdir(dir), 0);  // no temporary folder
 }
 
 static void test_wrong_defs_are_refused(void** state) {
@@ -340,7 +367,7 @@ int main(void) {
         cmocka_unit_test(test_what_cannot_be_done_is_an_answer),
         cmocka_unit_test(test_roi_in_view_at_the_start),
         cmocka_unit_test(test_output_is_whole),
-        cmocka_unit_test(test_cancelling_leaves_nothing),
+        cmocka_unit_test(test_cancelling_keeps_the_record),
         cmocka_unit_test(test_wrong_defs_are_refused),
         cmocka_unit_test(test_calibration),
     };

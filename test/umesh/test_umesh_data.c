@@ -139,8 +139,11 @@ static void test_resume(void** state) {
     for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], f.path[k]);
     assert_ok(om_umesh_generate(&def, NULL, &sum));
     assert_int_equal(sum.nmade, 0);
-    // a damaged shard is made again
+    // a shard that was changed is not replaced; once it is moved away, it is made again
     write_bytes(f.path[0], "omentum umesh 1\n", 16);
+    assert_status(om_umesh_generate(&def, NULL, &sum), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "samples_000000.h5 was changed"));
+    assert_ok(om_path_remove(f.path[0]));
     assert_ok(om_umesh_generate(&def, NULL, &sum));
     assert_int_equal(sum.nmade, 4);
     assert_same_file(whole.path[0], f.path[0]);

@@ -49,12 +49,14 @@ static void test_liver(void** unused) {
     assert_ok(om_umesh_generate(&def, NULL, &made));
     assert_int_equal(made.nsample, NSAMPLE);
     assert_ok(om_umesh_load_data(dir, 0, &data));
-    OmUmeshTrainDef train = om_umesh_default_train_def(&data, dir);
+    char trained_dir[128];
+    snprintf(trained_dir, sizeof trained_dir, "%s/net", dir);
+    OmUmeshTrainDef train = om_umesh_default_train_def(&data, trained_dir);
     train.nvalid = NVALID;
     train.nepoch = 30;
     train.rate = 2e-3;
     assert_ok(om_umesh_train(&train, NULL, &trained));
-    snprintf(path, sizeof path, "%s/weights.safetensors", dir);
+    snprintf(path, sizeof path, "%s/weights.safetensors", trained_dir);
     assert_ok(om_umesh_load_net(path, &net));
     assert_ok(om_umesh_eval(net, &data, NSAMPLE - NVALID, NVALID, OM_UMESH_TOLERANCE, 0, &eval));
     printf(
