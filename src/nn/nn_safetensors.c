@@ -400,11 +400,23 @@ static void put_entry(OmJson* json, const OmTensor* t, uint64_t* at) {
     *at += bytes;
 }
 
+static bool is_utf8(const char* str) {
+    size_t len = strlen(str), n = 1;
+    for (size_t i = 0; i < len && n > 0; i += n) n = om_utf8_length(str + i, len - i);
+    return n > 0;
+}
+
 // The header, padded to 8 bytes so that every value is aligned: doubles come first in the data. It is read back by
-// the reader's own checks, which find names given twice and text that is not UTF-8.
+// the reader's own checks, which find names given twice.
 static OmStatus make_header(const OmTensor* tensor, int ntensor, const OmTextPair* meta, int nmeta,
                             const char* path, OmText* text) {
     uint64_t ndata = 0;
+    for (int i = 0; i < nmeta; ++i)
+        OM_CHECK(is_utf8(meta[i].key) && is_utf8(meta[i].value), OM_INVALID,
+                 "%s: \"%.80s\" of the metadata is no UTF-8", path, meta[i].key);
+    for (int i = 0; i < ntensor; ++i)
+        OM_CHECK(is_utf8(tensor[i].name), OM_INVALID, "%s: the name of tensor %d is no UTF-8", path,
+                 i);
     OmJson json = om_json_begin(text);
     om_json_open(&json, NULL, '{');
     if (nmeta > 0) {

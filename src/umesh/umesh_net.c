@@ -192,12 +192,19 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     return num;
 }
 
+// Of names and values, whatever their order in the file.
+static uint64_t add_to_checksum(uint64_t sum, const OmTensor* t) {
+    size_t size = t->type == OM_TENSOR_F64 ? sizeof(double) : sizeof(float);
+    uint64_t hash = om_hash(t->name, strlen(t->name), OM_HASH_SEED);
+    return sum + om_hash(t->data, (size_t)om_tensor_count(t) * size, hash);
+}
+
 OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
     Own own;
     OmText layers = {0};
     OmTensor tensor[MAX_TENSOR];
-    OmTextPair meta[UMESH_NFACT + 6];
-    char base[16], levels[16], hash[24];
+    OmTextPair meta[UMESH_NFACT + 7];
+    char base[16], levels[16], hash[24], sum[24];
     int nmeta = 0;
     OM_CHECK(om_net_parameter_count(n->net) + NOWN <= MAX_TENSOR, OM_INVALID,
              "umesh: the network has more than %d tensors", MAX_TENSOR - NOWN);
@@ -213,8 +220,13 @@ OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
         meta[nmeta++] = (OmTextPair){"network", hash};
         meta[nmeta++] = (OmTextPair){"architecture", layers.str};
         meta[nmeta++] = (OmTextPair){"units", "m"};
+        int ntensor = list_tensors(n, &own, tensor);
+        uint64_t checksum = 0;
+        for (int i = 0; i < ntensor; ++i) checksum = add_to_checksum(checksum, &tensor[i]);
+        snprintf(sum, sizeof sum, "%016llx", (unsigned long long)checksum);
+        meta[nmeta++] = (OmTextPair){"checksum", sum};
         for (int i = 0; i < n->nfact; ++i) meta[nmeta++] = n->fact[i];
-        status = om_tensor_file_save(tensor, list_tensors(n, &own, tensor), meta, nmeta, path);
+        status = om_tensor_file_save(tensor, ntensor, meta, nmeta, path);
     }
     om_text_done(&layers);
     om_free(own.active);
@@ -414,6 +426,26 @@ static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
     return OM_OK;
 }
 
+// Damage is found before anything is built from it, which takes seconds. A file without a sum is older than sums.
+static OmStatus check_sum(const OmTensorFile* f, const char* path) {
+    const char* expected = om_tensor_file_meta(f, "checksum");
+    if (!expected) return OM_OK;
+    uint64_t checksum = 0;
+    for (int i = 0; i < om_tensor_file_count(f); ++i) {
+        const OmTensor* t = om_tensor_file_get(f, i);
+        OM_CHECK(t->type == OM_TENSOR_F64 || t->type == OM_TENSOR_F32, OM_INVALID,
+                 "%s: tensor \"%.80s\" is neither F32 nor F64, and the file has a checksum", path,
+                 t->name);
+        checksum = add_to_checksum(checksum, t);
+    }
+    char sum[24];
+    snprintf(sum, sizeof sum, "%016llx", (unsigned long long)checksum);
+    OM_CHECK(strcmp(sum, expected) == 0, OM_INVALID,
+             "%s: the file is damaged: the checksum of its tensors is %s, not %.20s; copy it anew",
+             path, sum, expected);
+    return OM_OK;
+}
+
 static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
     const char* format = om_tensor_file_meta(f, "format");
     int base, nlevel;
@@ -422,13 +454,19 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
         format && strcmp(format, FORMAT) == 0, OM_INVALID,
         "%s: not a trained U-Mesh (format \"%.30s\", wanted \"%s\"); omentum umesh train writes one",
         path, format ? format : "", FORMAT);
+    OM_TRY(check_sum(f, path));
     OM_TRY(read_setting(f, path, "base_channels", 1, 256, &base));
     OM_TRY(read_setting(f, path, "levels", 1, 6, &nlevel));
     OM_TRY(read_grid(f, path, &n->grid));
     OM_TRY(read_scale(f, path, n, &poisson));
-    OM_TRY(finish(n, poisson, base, nlevel));
-    OM_TRY(read_weights(f, path, n));
+    n->poisson = poisson;
+    n->base_channels = base;
+    n->nlevel = nlevel;
+    OM_TRY(make_layers(n));
+    OM_TRY(om__umesh_region_alloc(n));
+    OM_TRY(read_weights(f, path, n));  // all that is read, and refused, before what takes long
     OM_TRY(read_region(f, path, n));
+    OM_TRY(om__umesh_linear_create(&n->grid, poisson, 0, &n->linear));
     OM_TRY(om__umesh_net_set_balance(n, n->balance));
     return read_facts(f, n);
 }

@@ -272,6 +272,32 @@ static void test_damage(void** unused) {
 
 // ---- trust --------------------------------------------------------------------------------------------
 
+// One bit anywhere in the values or the names, found before anything is built from them.
+static void test_one_bit(void** unused) {
+    (void)unused;
+    char *bytes, path[300];
+    size_t size;
+    OmUmeshNet* net;
+    assert_ok(om_file_read(weights, 1 << 28, &bytes, &size));
+    snprintf(path, sizeof path, "%s/bit.safetensors", dir);
+    uint64_t nheader = 0;
+    memcpy(&nheader, bytes, 8);
+    OmRng rng = om_rng_init(7, 0);
+    for (int k = 0; k < 20; ++k) {
+        size_t at = 8 + (size_t)nheader + om_rng_below(&rng, (uint32_t)(size - 8 - nheader));
+        char bit = (char)(1 << om_rng_below(&rng, 8));
+        bytes[at] ^= bit;
+        assert_ok(om_file_write(path, bytes, size));
+        assert_status(om_umesh_load_net(path, &net), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "the file is damaged: the checksum"));
+        bytes[at] ^= bit;
+    }
+    assert_ok(om_file_write(path, bytes, size));
+    assert_ok(om_umesh_load_net(path, &net));
+    om_umesh_destroy_net(net);
+    om_free(bytes);
+}
+
 static void test_trust(void** unused) {
     (void)unused;
     OmUmeshNet* net;
@@ -521,10 +547,11 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_second_order), cmocka_unit_test(test_symmetry),
         cmocka_unit_test(test_train),        cmocka_unit_test(test_file),
-        cmocka_unit_test(test_damage),       cmocka_unit_test(test_trust),
-        cmocka_unit_test(test_place),        cmocka_unit_test(test_predict),
-        cmocka_unit_test(test_engine),       cmocka_unit_test(test_grasp),
-        cmocka_unit_test(test_memory),       cmocka_unit_test(test_bad),
+        cmocka_unit_test(test_damage),       cmocka_unit_test(test_one_bit),
+        cmocka_unit_test(test_trust),        cmocka_unit_test(test_place),
+        cmocka_unit_test(test_predict),      cmocka_unit_test(test_engine),
+        cmocka_unit_test(test_grasp),        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_bad),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
