@@ -149,6 +149,11 @@ OM_API OmStatus om_surface_save_frame(const OmSurface* surface, const char* path
 /// A run as a time series: the elements once, positions and arrays at every step, SI units.
 typedef struct OmRecording OmRecording;
 
+typedef struct OmRecordingArrays {
+    const OmMeshArray* array;
+    int narray;
+} OmRecordingArrays;
+
 /// Start `path` (.vtkhdf) under a temporary name. The labels and sets of the mesh are constant arrays of
 /// the recording. Arrays with a value are constant and copied; arrays whose value is null are given at
 /// each step.
@@ -156,9 +161,23 @@ typedef struct OmRecording OmRecording;
 /// @return OM_OK; OM_INVALID (an array without name, or of more than 9 components); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh,
                                    const OmMeshArray* array, int narray, OmRecording** recording);
+typedef struct OmRecordedSurface {  // borrowed until om_recording_begin_scene returns
+    const char* name;
+    const OmSurface* surface;  // its x is not recorded
+} OmRecordedSurface;
+#define OM_RECORDING_MAX_SURFACE 15
+/// The same with surfaces beside the mesh. Vertices and cells of all follow each other, those of the mesh first: so do
+/// positions and values of every step and of every array. The cell array `part` is 0 for the mesh and 1, 2, .. for the
+/// surfaces; the attribute `part_names` of the file says which is which. Sets are 0 on surfaces, and tet_label -1.
+/// @param mesh_name  its name among the parts
+/// @return as om_recording_begin; OM_INVALID (a surface without name, or too many)
+OM_API OmStatus om_recording_begin_scene(const char* path, const OmTetMesh* mesh,
+                                         const char* mesh_name, const OmRecordedSurface* surface,
+                                         int nsurface, const OmRecordingArrays* arrays,
+                                         OmRecording** recording);
 /// Append one step.
 /// @param time   s, larger than the last
-/// @param x      vertex positions, m (nvert x 3)
+/// @param x      vertex positions, of surfaces too, m (nvert x 3)
 /// @param value  one pointer for each array that was given without value, in their order
 /// @return OM_OK; OM_INVALID (time does not increase); OM_IO
 OM_API OmStatus om_recording_add_step(OmRecording* recording, double time, const double* x,

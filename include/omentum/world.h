@@ -93,6 +93,9 @@ OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
 /// Force on each vertex by tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; errors of om_tissue_get_holding_force
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
+/// A measure of every element of the body's mesh (ntet).
+/// @return as om_tissue_get_measure
+OM_API OmStatus om_body_get_measure(const OmBody* body, OmTissueMeasure measure, double* value);
 OM_API const OmSite* om_body_site(const OmBody* body);
 OM_API uint64_t om_body_hash(const OmBody* body);
 /// Snapshots: a block of om_body_state_size bytes. It includes the contact forces before the first grasp, the
@@ -180,6 +183,9 @@ OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site)
 #define OM_WORLD_LEAST_VISIBLE 0.9
 /// The truth inside a simulated world, for recordings and for judging; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
+/// Shaft, wrist and jaws of an arm where they are now, always the same triangles; valid until the next call. Null for a
+/// world that is not simulated.
+OM_API const OmSurface* om_world_tool(OmWorld* world, int arm);
 /// The endoscope's view of a simulated world at any size, for reports.
 /// @return OM_OK; OM_INVALID (a size out of range); OM_NO_MEMORY; OM_UNAVAILABLE (not a simulated world)
 OM_API OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture);

@@ -35,6 +35,71 @@ static OmStatus open_folder(Recorder* rec, const char* out_dir) {
     return om_path_make_dir(frames);
 }
 
+// ---- the recording ----------------------------------------------------------------------------------------
+
+enum { MAX_SURFACE = 2 + OM_WORLD_NARM };
+
+// What is seen beside the tissue: organ, region of interest, tools. @return their number
+static int find_surfaces(const Loop* loop, OmRecordedSurface surface[MAX_SURFACE]) {
+    static const char* const tool[OM_WORLD_NARM] = {"psm1", "psm2"};
+    const OmSite* site = &loop->world_site;
+    int n = 0;
+    if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", &site->organ};
+    if (site->roi.ntri > 0) surface[n++] = (OmRecordedSurface){"region of interest", &site->roi};
+    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+        const OmSurface* s = om_world_tool(loop->world, a);
+        if (s) surface[n++] = (OmRecordedSurface){tool[a], s};
+    }
+    return n;
+}
+
+// Of all parts, in the order of the recording. (nvert x 3)
+static void get_positions(const Loop* loop, double* x) {
+    OmRecordedSurface surface[MAX_SURFACE];
+    const int n = find_surfaces(loop, surface);
+    size_t at = 3 * (size_t)loop->world_site.mesh.nvert;
+    memcpy(x, om_body_x(om_world_truth(loop->world)), at * sizeof *x);
+    for (int k = 0; k < n; ++k) {
+        const size_t size = 3 * (size_t)surface[k].surface->nvert;
+        memcpy(x + at, surface[k].surface->x, size * sizeof *x);
+        at += size;
+    }
+}
+
+static OmStatus begin_recording(Recorder* rec, Loop* loop, const char* path) {
+    OmBody* truth = om_world_truth(loop->world);
+    OmRecordedSurface surface[MAX_SURFACE];
+    const int nsurface = find_surfaces(loop, surface);
+    rec->nvert = loop->world_site.mesh.nvert;
+    rec->ncell = loop->world_site.mesh.ntet;
+    for (int k = 0; k < nsurface; ++k) {
+        rec->nvert += surface[k].surface->nvert;
+        rec->ncell += surface[k].surface->ntri;
+    }
+    const size_t n = 3 * (size_t)rec->nvert;
+    rec->x = om_calloc(n, sizeof *rec->x);
+    rec->x_begin = om_calloc(n, sizeof *rec->x_begin);
+    rec->displacement = om_calloc(n, sizeof *rec->displacement);
+    rec->force = om_calloc(n, sizeof *rec->force);  // 0 on surfaces, as is the stress
+    rec->von_mises = om_calloc((size_t)rec->ncell, sizeof *rec->von_mises);
+    if (!rec->x || !rec->x_begin || !rec->displacement || !rec->force || !rec->von_mises)
+        return OM_NO_MEMORY;
+    // engines of particles have no stresses
+    OmStatus status = om_body_get_measure(truth, OM_VON_MISES, rec->von_mises);
+    if (status == OM_UNAVAILABLE) {
+        om_free(rec->von_mises);
+        rec->von_mises = NULL;
+    } else if (status < 0) {
+        return status;
+    }
+    const OmMeshArray array[] = {{"displacement_m", OM_ARRAY_DOUBLE, 3, false, NULL},
+                                 {"force_N", OM_ARRAY_DOUBLE, 3, false, NULL},
+                                 {"von_mises_Pa", OM_ARRAY_DOUBLE, 1, true, NULL}};
+    const OmRecordingArrays arrays = {array, rec->von_mises ? 3 : 2};
+    return om_recording_begin_scene(path, &loop->world_site.mesh, "tissue", surface, nsurface,
+                                    &arrays, &rec->recording);
+}
+
 OmStatus om__recorder_create(Loop* loop, Recorder** recorder) {
     *recorder = NULL;
     Recorder* rec = om_calloc(1, sizeof *rec);
@@ -42,11 +107,9 @@ OmStatus om__recorder_create(Loop* loop, Recorder** recorder) {
     OmStatus status = open_folder(rec, loop->def->out_dir);
     if (status < 0) goto done;
     OM_TRY_DONE(add_roi_set(&loop->world_site, loop->scene->roi.radius));
-    OM_CALLOC_DONE(rec->vertex_force, 3 * (size_t)loop->world_site.mesh.nvert);
     char path[1200];
     OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
-    OmMeshArray force = {.name = "force", .type = OM_ARRAY_DOUBLE, .ncomp = 3};
-    OM_TRY_DONE(om_recording_begin(path, &loop->world_site.mesh, &force, 1, &rec->recording));
+    OM_TRY_DONE(begin_recording(rec, loop, path));
     *recorder = rec;
     rec = NULL;
 done:
@@ -64,16 +127,23 @@ void om__recorder_destroy(Recorder* rec) {
     }
     om_free(rec->frame);
     om_text_done(&rec->plans);
-    om_free(rec->vertex_force);
+    double* array[] = {rec->x, rec->x_begin, rec->displacement, rec->force, rec->von_mises};
+    for (size_t i = 0; i < sizeof array / sizeof *array; ++i) om_free(array[i]);
     om_free(rec);
 }
 
 OmStatus om__recorder_tick(Recorder* rec, Loop* loop) {
     if (loop->tick % RECORD_EVERY) return OM_OK;
     OmBody* truth = om_world_truth(loop->world);
-    OM_TRY(om_body_get_vertex_forces(truth, rec->vertex_force));
-    const void* value[1] = {rec->vertex_force};
-    return om_recording_add_step(rec->recording, loop->time, om_body_x(truth), value);
+    const size_t n = 3 * (size_t)rec->nvert;
+    get_positions(loop, rec->x);
+    if (!rec->has_begun) memcpy(rec->x_begin, rec->x, n * sizeof *rec->x);
+    rec->has_begun = true;
+    for (size_t i = 0; i < n; ++i) rec->displacement[i] = rec->x[i] - rec->x_begin[i];
+    OM_TRY(om_body_get_vertex_forces(truth, rec->force));
+    if (rec->von_mises) OM_TRY(om_body_get_measure(truth, OM_VON_MISES, rec->von_mises));
+    const void* value[3] = {rec->displacement, rec->force, rec->von_mises};
+    return om_recording_add_step(rec->recording, loop->time, rec->x, value);
 }
 
 OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {

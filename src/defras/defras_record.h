@@ -15,7 +15,11 @@ typedef struct Frame {
 struct Recorder {
     OmFolder folder;  // written under a temporary name until the run is complete
     OmRecording* recording;
-    double* vertex_force;  // N (world nvert x 3)
+    // of all parts: the true tissue, organ, region of interest, tools
+    int nvert, ncell;
+    bool has_begun;                              // x_begin is of the first step
+    double *x, *x_begin, *displacement, *force;  // m, m, m, N                      (nvert x 3)
+    double* von_mises;                           // Pa; null: the engine has none     (ncell)
     Frame* frame;
     int nframe, frame_capacity;
     OmText plans;  // every plan and its reasons, as text

@@ -13,6 +13,7 @@
 
 #define MAX_ARRAY 16
 #define CHUNK_BYTES (256u << 10)
+#define VTK_TRIANGLE 5
 #define VTK_TETRA 10
 
 typedef struct Recorded {
@@ -28,7 +29,7 @@ struct OmRecording {
     hid_t points, values, parts, part_offsets, point_starts, cell_starts, connectivity_starts;
     Recorded array[MAX_ARRAY];  // those given at each step
     int narray;
-    int nvert, ntet, nstep;
+    int nvert, ncell, nstep;  // of all parts
     double last_time;
 };
 
@@ -60,7 +61,11 @@ static hid_t make_growing(hid_t group, const char* name, hid_t type, hsize_t nco
     int rank = ncol ? 2 : 1;
     hid_t space = H5Screate_simple(rank, dim, most), plist = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(plist, rank, chunk);
-    if (row > 8) H5Pset_deflate(plist, 1);
+    bool is_value = H5Tget_class(type) == H5T_FLOAT && strcmp(name, "Values") != 0;
+    if (row > 8 || is_value) {
+        H5Pset_shuffle(plist);  // bytes of one significance together: a third less
+        H5Pset_deflate(plist, 1);
+    }
     hid_t set = H5Dcreate2(group, name, type, space, H5P_DEFAULT, plist, H5P_DEFAULT);
     H5Pclose(plist);
     H5Sclose(space);
@@ -122,42 +127,95 @@ static bool write_header(OmRecording* r) {
     return is_good;
 }
 
-// Elements once: connectivity, where each begins, and their kind.
-static OmStatus write_elements(OmRecording* r, const OmTetMesh* mesh) {
-    size_t n = (size_t)mesh->ntet;
-    int64_t* index = NULL;
+// What is recorded: a mesh, and surfaces behind it.
+typedef struct Whole {
+    const OmTetMesh* mesh;
+    const char* name;
+    const OmRecordedSurface* surface;
+    int nsurface;
+} Whole;
+
+// Elements once: connectivity, where each begins, their kind, the part and the label of each.
+static OmStatus write_elements(OmRecording* r, const Whole* w) {
+    const size_t ntet = (size_t)w->mesh->ntet, n = (size_t)r->ncell, nconn = 3 * n + ntet;
+    int64_t *index = NULL, *begin = NULL;
     unsigned char* kind = NULL;
+    int *part = NULL, *label = NULL;
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(index, 4 * n + 1);
+    OM_ALLOC_DONE(index, nconn + 1);
+    OM_ALLOC_DONE(begin, n + 1);
     OM_ALLOC_DONE(kind, n + 1);
-    for (size_t i = 0; i < 4 * n; ++i) index[i] = mesh->tet_vert[i];
-    bool is_good = write_fixed(r->root, "Connectivity", H5T_NATIVE_INT64, 4 * n, 0, index);
-    for (size_t i = 0; i <= n; ++i) index[i] = (int64_t)(4 * i);
-    is_good = is_good && write_fixed(r->root, "Offsets", H5T_NATIVE_INT64, n + 1, 0, index);
-    memset(kind, VTK_TETRA, n);
-    is_good = is_good && write_fixed(r->root, "Types", H5T_NATIVE_UCHAR, n, 0, kind);
-    int64_t nvert = mesh->nvert, ntet = mesh->ntet, nconn = 4 * (int64_t)mesh->ntet;
-    is_good = is_good && write_fixed(r->root, "NumberOfPoints", H5T_NATIVE_INT64, 1, 0, &nvert) &&
-              write_fixed(r->root, "NumberOfCells", H5T_NATIVE_INT64, 1, 0, &ntet) &&
-              write_fixed(r->root, "NumberOfConnectivityIds", H5T_NATIVE_INT64, 1, 0, &nconn) &&
-              write_fixed(r->cell_data, "tet_label", H5T_NATIVE_INT, n, 0, mesh->tet_label);
+    OM_ALLOC_DONE(part, n + 1);
+    OM_ALLOC_DONE(label, n + 1);
+    for (size_t i = 0; i < 4 * ntet; ++i) index[i] = w->mesh->tet_vert[i];
+    for (size_t i = 0; i < ntet; ++i) {
+        begin[i] = (int64_t)(4 * i);
+        kind[i] = VTK_TETRA;
+        part[i] = 0;
+        label[i] = w->mesh->tet_label[i];
+    }
+    size_t cell = ntet, at = 4 * ntet;
+    int64_t first = w->mesh->nvert;
+    for (int k = 0; k < w->nsurface; ++k) {
+        const OmSurface* s = w->surface[k].surface;
+        for (int t = 0; t < s->ntri; ++t, ++cell, at += 3) {
+            for (int c = 0; c < 3; ++c) index[at + (size_t)c] = first + s->tri_vert[3 * t + c];
+            begin[cell] = (int64_t)at;
+            kind[cell] = VTK_TRIANGLE;
+            part[cell] = k + 1;
+            label[cell] = -1;
+        }
+        first += s->nvert;
+    }
+    begin[n] = (int64_t)nconn;
+    const int64_t nvert = r->nvert, ncell = r->ncell, nindex = (int64_t)nconn;
+    bool is_good =
+        write_fixed(r->root, "Connectivity", H5T_NATIVE_INT64, nconn, 0, index) &&
+        write_fixed(r->root, "Offsets", H5T_NATIVE_INT64, n + 1, 0, begin) &&
+        write_fixed(r->root, "Types", H5T_NATIVE_UCHAR, n, 0, kind) &&
+        write_fixed(r->root, "NumberOfPoints", H5T_NATIVE_INT64, 1, 0, &nvert) &&
+        write_fixed(r->root, "NumberOfCells", H5T_NATIVE_INT64, 1, 0, &ncell) &&
+        write_fixed(r->root, "NumberOfConnectivityIds", H5T_NATIVE_INT64, 1, 0, &nindex) &&
+        write_fixed(r->cell_data, "tet_label", H5T_NATIVE_INT, n, 0, label);
+    if (is_good && w->nsurface > 0)
+        is_good = write_fixed(r->cell_data, "part", H5T_NATIVE_INT, n, 0, part);
     OM_CHECK_DONE(is_good, OM_IO, "%s: recording: cannot write the elements", r->target.path);
 done:
     om_free(index);
+    om_free(begin);
     om_free(kind);
+    om_free(part);
+    om_free(label);
+    return status;
+}
+
+// "0 tissue, 1 organ, ..": the names of the parts, for people and other programs.
+static OmStatus write_names(OmRecording* r, const Whole* w) {
+    OmText names = {0};
+    OmStatus status = om_text_append(&names, "0 %s", w->name);
+    for (int k = 0; status == OM_OK && k < w->nsurface; ++k)
+        status = om_text_append(&names, ", %d %s", k + 1, w->surface[k].name);
+    if (status == OM_OK) {
+        hid_t text = H5Tcopy(H5T_C_S1);
+        H5Tset_size(text, names.len + 1);
+        bool is_good = write_attribute(r->root, "part_names", text, 0, names.str);
+        H5Tclose(text);
+        if (!is_good) status = failed(r, "write the names of the parts");
+    }
+    om_text_done(&names);
     return status;
 }
 
 // Named sets as constant arrays of 0 and 1.
 static OmStatus write_sets(OmRecording* r, const OmTetMesh* mesh) {
-    unsigned char* flag = om_alloc((size_t)mesh->nvert, 1);
+    unsigned char* flag = om_alloc((size_t)r->nvert, 1);
     if (!flag) return OM_NO_MEMORY;
     bool is_good = true;
     for (int s = 0; is_good && s < mesh->nset; ++s) {
-        memset(flag, 0, (size_t)mesh->nvert);
+        memset(flag, 0, (size_t)r->nvert);
         for (int i = 0; i < mesh->set[s].nvert; ++i) flag[mesh->set[s].vert[i]] = 1;
-        is_good = write_fixed(r->point_data, mesh->set[s].name, H5T_NATIVE_UCHAR,
-                              (hsize_t)mesh->nvert, 0, flag);
+        is_good = write_fixed(r->point_data, mesh->set[s].name, H5T_NATIVE_UCHAR, (hsize_t)r->nvert,
+                              0, flag);
     }
     om_free(flag);
     return is_good ? OM_OK : failed(r, "write the sets");
@@ -170,7 +228,7 @@ static OmStatus add_array(OmRecording* r, const OmMeshArray* a) {
              "recording: array %s has %d components; 1 to 9", a->name, a->ncomp);
     hid_t group = a->is_cell ? r->cell_data : r->point_data;
     hsize_t ncol = a->ncomp > 1 ? (hsize_t)a->ncomp : 0;
-    hsize_t n = (hsize_t)(a->is_cell ? r->ntet : r->nvert);
+    hsize_t n = (hsize_t)(a->is_cell ? r->ncell : r->nvert);
     if (a->value) {
         return write_fixed(group, a->name, type_of(a->type), n, ncol, a->value)
                    ? OM_OK
@@ -224,23 +282,50 @@ static OmStatus open_file(OmRecording* r, const char* path) {
     return is_good ? OM_OK : failed(r, "write the head");
 }
 
-OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh, const OmMeshArray* array,
-                            int narray, OmRecording** recording) {
+static OmStatus check_surfaces(OmRecording* r, const Whole* w) {
+    OM_CHECK(w->nsurface >= 0 && w->nsurface <= OM_RECORDING_MAX_SURFACE, OM_INVALID,
+             "recording: %d surfaces; up to %d", w->nsurface, OM_RECORDING_MAX_SURFACE);
+    int64_t nvert = w->mesh->nvert, ncell = w->mesh->ntet;
+    for (int k = 0; k < w->nsurface; ++k) {
+        OM_CHECK(w->surface[k].name && w->surface[k].name[0], OM_INVALID,
+                 "recording: surface %d has no name", k + 1);
+        nvert += w->surface[k].surface->nvert;
+        ncell += w->surface[k].surface->ntri;
+    }
+    OM_CHECK(nvert <= INT32_MAX && ncell <= INT32_MAX / 4, OM_INVALID,
+             "recording: %lld vertices and %lld cells are too many", (long long)nvert,
+             (long long)ncell);
+    r->nvert = (int)nvert;
+    r->ncell = (int)ncell;
+    return OM_OK;
+}
+
+OmStatus om_recording_begin_scene(const char* path, const OmTetMesh* mesh, const char* mesh_name,
+                                  const OmRecordedSurface* surface, int nsurface,
+                                  const OmRecordingArrays* arrays, OmRecording** recording) {
     *recording = NULL;
     OmRecording* r = om_calloc(1, sizeof *r);
     if (!r) return OM_NO_MEMORY;
-    r->nvert = mesh->nvert;
-    r->ntet = mesh->ntet;
+    const Whole whole = {mesh, mesh_name, surface, nsurface};
     r->file = -1;
-    OmStatus status = open_file(r, path);
-    if (status == OM_OK) status = write_elements(r, mesh);
+    OmStatus status = check_surfaces(r, &whole);
+    if (status == OM_OK) status = open_file(r, path);
+    if (status == OM_OK) status = write_elements(r, &whole);
+    if (status == OM_OK && nsurface > 0) status = write_names(r, &whole);
     if (status == OM_OK) status = write_sets(r, mesh);
-    for (int i = 0; status == OM_OK && i < narray; ++i) status = add_array(r, &array[i]);
+    for (int i = 0; status == OM_OK && i < arrays->narray; ++i)
+        status = add_array(r, &arrays->array[i]);
     if (status < 0)
         om_recording_abort(r);
     else
         *recording = r;
     return status;
+}
+
+OmStatus om_recording_begin(const char* path, const OmTetMesh* mesh, const OmMeshArray* array,
+                            int narray, OmRecording** recording) {
+    const OmRecordingArrays arrays = {array, narray};
+    return om_recording_begin_scene(path, mesh, "mesh", NULL, 0, &arrays, recording);
 }
 
 OmStatus om_recording_add_step(OmRecording* r, double time, const double* x,
@@ -256,7 +341,7 @@ OmStatus om_recording_add_step(OmRecording* r, double time, const double* x,
                    append(r->values, H5T_NATIVE_DOUBLE, 1, &time, NULL);
     for (int i = 0; is_good && i < r->narray; ++i) {
         Recorded* a = &r->array[i];
-        hsize_t n = (hsize_t)(a->array.is_cell ? r->ntet : r->nvert);
+        hsize_t n = (hsize_t)(a->array.is_cell ? r->ncell : r->nvert);
         is_good = append(a->data, type_of(a->array.type), n, value[i], &first) &&
                   append_one(a->offset, (int64_t)first);
     }

@@ -205,6 +205,10 @@ OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
     return om_tissue_get_holding_force(b->model, b->state, force);
 }
 
+OmStatus om_body_get_measure(const OmBody* b, OmTissueMeasure measure, double* value) {
+    return om_tissue_get_measure(b->model, b->state, measure, value);
+}
+
 size_t om_body_state_size(const OmBody* b) { return om_tissue_state_size(b->model) + sizeof(Rest); }
 void om_body_save(const OmBody* b, void* block) {
     size_t size = om_tissue_state_size(b->model);

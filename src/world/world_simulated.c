@@ -286,6 +286,13 @@ OmBody* om_world_truth(OmWorld* world) {
     return world && world->ops == &sim_ops ? ((SimWorld*)world)->body : NULL;
 }
 
+const OmSurface* om_world_tool(OmWorld* world, int index) {
+    if (!world || world->ops != &sim_ops || index < 0 || index >= OM_WORLD_NARM) return NULL;
+    Arm* arm = &((SimWorld*)world)->arm[index];
+    om_psm_update_surface(&arm->psm, arm->q, arm->jaw, &arm->surface);
+    return &arm->surface;
+}
+
 OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture) {
     OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
              "only a simulated world can be drawn at any size");

@@ -328,11 +328,66 @@ static float* read_set(hid_t file, const char* name, size_t count) {
 static void expect_recorded_forces(const char* path, int nvert, double weight) {
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     assert_true(file >= 0);
-    float* force = read_set(file, "VTKHDF/PointData/force", 3 * (size_t)nvert);
+    float* force = read_set(file, "VTKHDF/PointData/force_N", 3 * (size_t)nvert);
     double sum = 0;
     for (int i = 0; i < nvert; ++i) sum += (double)force[3 * i + 2];
     assert_near_rel(sum, weight, 0.05);  // what still moves
     free(force);
+    H5Fclose(file);
+}
+
+static void read_names(hid_t file, char* names, size_t size) {
+    hid_t root = H5Gopen2(file, "VTKHDF", H5P_DEFAULT);
+    hid_t a = H5Aopen(root, "part_names", H5P_DEFAULT), type = H5Aget_type(a);
+    assert_true(H5Tget_size(type) <= size && H5Aread(a, type, names) >= 0);
+    H5Tclose(type);
+    H5Aclose(a);
+    H5Gclose(root);
+}
+
+// All that is seen is recorded: tissue, region of interest and both tools, with displacements from the first step in
+// metres and stresses in the tissue alone.
+static void expect_recorded_scene(const char* path, int nvert, int ntet) {
+    hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(file >= 0);
+    char names[128] = "";
+    read_names(file, names, sizeof names);
+    assert_string_equal(names, "0 tissue, 1 region of interest, 2 psm1, 3 psm2");
+    float* all = read_set(file, "VTKHDF/NumberOfPoints", 1);
+    float* ncell = read_set(file, "VTKHDF/NumberOfCells", 1);
+    const size_t n = (size_t)all[0], cells = (size_t)ncell[0];
+    hid_t steps = H5Dopen2(file, "VTKHDF/Steps/Values", H5P_DEFAULT), space = H5Dget_space(steps);
+    const size_t nstep = (size_t)H5Sget_simple_extent_npoints(space);
+    H5Sclose(space);
+    H5Dclose(steps);
+    assert_true(nstep > 3 && n > (size_t)nvert && cells > (size_t)ntet);
+    float* x = read_set(file, "VTKHDF/Points", 3 * n * nstep);
+    float* moved = read_set(file, "VTKHDF/PointData/displacement_m", 3 * n * nstep);
+    float* part = read_set(file, "VTKHDF/CellData/part", cells);
+    float* stress = read_set(file, "VTKHDF/CellData/von_mises_Pa", cells * nstep);
+    float* corner =
+        read_set(file, "VTKHDF/Connectivity", 4 * (size_t)ntet + 3 * (cells - (size_t)ntet));
+    const size_t last = nstep - 1;
+    double most[4] = {0};  // displacements of the last step, by parts
+    int nstressed = 0;
+    for (size_t i = 0; i < 3 * n; ++i)  // floats of positions within a metre
+        assert_near(moved[3 * n * last + i], x[3 * n * last + i] - x[i], 3e-7);
+    for (size_t c = 0; c < cells; ++c) {
+        const int k = (int)part[c];
+        assert_true(k >= 0 && k <= 3 && (k == 0) == (c < (size_t)ntet));
+        const size_t at = k == 0 ? 4 * c : 4 * (size_t)ntet + 3 * (c - (size_t)ntet);
+        const size_t v = (size_t)corner[at];
+        for (int i = 0; i < 3; ++i)
+            most[k] = fmax(most[k], fabs((double)moved[3 * (n * last + v) + (size_t)i]));
+        if (k == 0) nstressed += stress[cells * last + c] > 1;
+        if (k > 0) assert_true(stress[cells * last + c] == 0);
+    }
+    assert_true(most[0] > 0.005 && most[0] < 0.2);  // lifted
+    assert_true(most[1] == 0);                      // still
+    assert_true(most[2] > 0.005);                   // the arm that lifts
+    assert_true(nstressed > ntet / 10);
+    float* list[] = {all, ncell, x, moved, part, stress, corner};
+    for (size_t i = 0; i < sizeof list / sizeof *list; ++i) free(list[i]);
     H5Fclose(file);
 }
 
@@ -396,6 +451,7 @@ static void test_run_json(void** state) {
     om_free(text);
     snprintf(path, sizeof path, "%s/run.vtkhdf", out);
     expect_recorded_forces(path, r.world_nvert, 1.5 * 0.12 * 0.12 * 0.005 * 1000 * 9.81);
+    expect_recorded_scene(path, r.world_nvert, r.world_ntet);
     om_retract_result_done(&r);
     assert_ok(om_path_remove(dir));
 }

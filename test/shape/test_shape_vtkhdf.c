@@ -92,6 +92,82 @@ static void test_a_run_is_read_back(void** unused) {
     om_tet_mesh_done(&mesh);
 }
 
+// A mesh with two surfaces behind it: cells of both kinds, parts, and positions and values of all vertices.
+static void test_surfaces_beside_the_mesh(void** unused) {
+    (void)unused;
+    enum { MOST = 8000, NSTEP = 2 };
+    static double value[MOST], x[MOST], force[MOST];
+    OmTetMesh mesh;
+    OmSurface organ, tool;
+    OmRecording* r;
+    make_mesh(&mesh);
+    assert_ok(om_surface_init(&organ, 4, 2));
+    memcpy(organ.tri_vert, (int[6]){0, 1, 2, 0, 2, 3}, sizeof(int[6]));
+    assert_ok(om_surface_init(&tool, 3, 1));
+    memcpy(tool.tri_vert, (int[3]){2, 1, 0}, sizeof(int[3]));
+    const char* path = temp_path("scene.vtkhdf");
+    const OmRecordedSurface surface[] = {{"organ", &organ}, {"tool of arm 1", &tool}};
+    const OmMeshArray array[] = {{"force_N", OM_ARRAY_DOUBLE, 3, false, NULL},
+                                 {"von_mises_Pa", OM_ARRAY_DOUBLE, 1, true, NULL}};
+    const OmRecordingArrays arrays = {array, 2};
+    assert_ok(om_recording_begin_scene(path, &mesh, "tissue", surface, 2, &arrays, &r));
+    const int nvert = mesh.nvert + 7, ncell = mesh.ntet + 3;
+    for (int s = 0; s < NSTEP; ++s) {
+        for (int i = 0; i < 3 * nvert; ++i) x[i] = 0.5 * i + s, force[i] = -i - s;
+        const void* given[] = {force, force};
+        assert_ok(om_recording_add_step(r, s, x, given));
+    }
+    assert_ok(om_recording_end(r));
+
+    hid_t f = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    assert_true(f >= 0);
+    const int nindex = 4 * mesh.ntet + 9;
+    assert_int_equal(read_set(f, "VTKHDF/Connectivity", value, MOST), nindex);
+    const int expected[9] = {0, 1, 2, 0, 2, 3, 6, 5, 4};  // of the vertices behind the mesh
+    for (int i = 0; i < 9; ++i) assert_near(value[4 * mesh.ntet + i], mesh.nvert + expected[i], 0);
+    assert_int_equal(read_set(f, "VTKHDF/Offsets", value, MOST), ncell + 1);
+    assert_near(value[mesh.ntet], 4 * mesh.ntet, 0);
+    assert_near(value[ncell - 1], nindex - 3, 0);
+    assert_near(value[ncell], nindex, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Types", value, MOST), ncell);
+    assert_near(value[mesh.ntet - 1], 10, 0);                             // VTK_TETRA
+    for (int k = 0; k < 3; ++k) assert_near(value[mesh.ntet + k], 5, 0);  // VTK_TRIANGLE
+    assert_int_equal(read_set(f, "VTKHDF/CellData/part", value, MOST), ncell);
+    assert_near(value[mesh.ntet - 1], 0, 0);
+    assert_near(value[mesh.ntet], 1, 0);
+    assert_near(value[ncell - 1], 2, 0);
+    assert_int_equal(read_set(f, "VTKHDF/NumberOfPoints", value, MOST), 1);
+    assert_near(value[0], nvert, 0);
+    assert_int_equal(read_set(f, "VTKHDF/NumberOfCells", value, MOST), 1);
+    assert_near(value[0], ncell, 0);
+    assert_int_equal(read_set(f, "VTKHDF/PointData/attachment", value, MOST), nvert);
+    for (int i = mesh.nvert; i < nvert; ++i) assert_near(value[i], 0, 0);
+    assert_int_equal(read_set(f, "VTKHDF/Points", value, MOST), NSTEP * nvert);
+    assert_near(value[3 * (2 * nvert - 1)], 0.5 * 3 * (nvert - 1) + 1, 0);
+    assert_int_equal(read_set(f, "VTKHDF/CellData/von_mises_Pa", value, MOST), NSTEP * ncell);
+    assert_near(value[2 * ncell - 1], -(ncell - 1) - 1, 0);
+    assert_int_equal(read_set(f, "VTKHDF/PointData/force_N", value, MOST), NSTEP * nvert);
+    char names[64] = "";
+    hid_t root = H5Gopen2(f, "VTKHDF", H5P_DEFAULT);
+    hid_t a = H5Aopen(root, "part_names", H5P_DEFAULT), type = H5Aget_type(a);
+    assert_true(H5Tget_size(type) <= sizeof names && H5Aread(a, type, names) >= 0);
+    assert_string_equal(names, "0 tissue, 1 organ, 2 tool of arm 1");
+    H5Tclose(type);
+    H5Aclose(a);
+    H5Gclose(root);
+    H5Fclose(f);
+    remove(path);
+
+    const OmRecordedSurface nameless = {"", &organ};
+    assert_status(om_recording_begin_scene(path, &mesh, "tissue", &nameless, 1, &arrays, &r),
+                  OM_INVALID);
+    assert_null(r);
+    assert_false(om_path_exists(path));
+    om_surface_done(&organ);
+    om_surface_done(&tool);
+    om_tet_mesh_done(&mesh);
+}
+
 static int count_leftovers(const char* part) {
     char command[300];
     snprintf(command, sizeof command, "ls -a /tmp | grep -c -- '%s'", part);
@@ -163,6 +239,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_a_run_is_read_back),
+        cmocka_unit_test(test_surfaces_beside_the_mesh),
         cmocka_unit_test(test_bad_input_leaves_nothing),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
