@@ -47,6 +47,13 @@ typedef struct OmCalibrationLabel {  // meaning of one error, for the report
 ///         calibration
 typedef OmStatus (*OmCalibrationFn)(void* ctx, const double* param, int nworker, double* error);
 
+/// How far what the model shows with these parameters differs from what it shows on a finer mesh, in the order and
+/// measure of the errors: it tells how much of the best parameters is the mesh's own.
+/// @param ratio  out: edges of the mesh that is calibrated over those of the finer one, above 1
+/// @return as OmCalibrationFn; a positive status: it cannot be told
+typedef OmStatus (*OmCalibrationFinerFn)(void* ctx, const double* param, int nworker, double* error,
+                                         double* ratio);
+
 typedef enum OmCalibrationNorm {  // the cost, m, of errors e
     OM_NORM_MEAN,                 // mean of e: (3.15), (5.2)
     OM_NORM_SQUARE,               // root of the mean of e^2
@@ -70,10 +77,11 @@ typedef enum OmCalibrationLocal {
     OM_NLOCAL
 } OmCalibrationLocal;
 
-typedef struct OmCalibrationDef {  // made by om_calibrate_default_def
-    const char* title;             // of the report; default "Calibration"
-    OmCalibrationFn eval;          //
-    void* ctx;                     // borrowed
+typedef struct OmCalibrationDef {     // made by om_calibrate_default_def
+    const char* title;                // of the report; default "Calibration"
+    OmCalibrationFn eval;             //
+    void* ctx;                        // borrowed
+    OmCalibrationFinerFn eval_finer;  // with the same ctx, after each local stage; default null
     // Hash of everything that eval depends on besides the parameters; a journal of another hash is
     // refused. Default 0.
     uint64_t problem;
@@ -121,7 +129,10 @@ OM_API double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const d
 typedef struct OmCalibrationProfile {   // the cost along one parameter, the others at the optimum
     double x[OM_CALIBRATION_NPROFILE];  // ascending, SI
     double cost[OM_CALIBRATION_NPROFILE];
-    double lo, hi;                // interval in which the cost rises by less than def.rise
+    double lo, hi;  // interval in which the cost rises by less than def.rise
+    // The same with the error of the mesh, result.mesh_cost, added as squares to what bounds lo and hi. Equal to them
+    // where the mesh hardly matters.
+    double mesh_lo, mesh_hi;
     bool is_open_lo, is_open_hi;  // the interval ends at the bound of the parameter
     // Another parameter that compensates a change of this one, or -1: the cost hardly rises along the valley of both,
     // their correlation partner_rho exceeds 0.95. partner_rho is 0 without partner.
@@ -148,6 +159,11 @@ typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
     double *error_start, *error;            // at start and best, m                 (nerror)
     double* trace;                          // cost of every evaluation in order    (neval)
     bool has_profile;
+    // What the best parameters owe to the mesh: with them a finer one shows something else, by mesh_difference; all of
+    // the mesh's error is mesh_cost, extrapolated for elements of second order.
+    bool has_mesh;
+    double mesh_ratio, mesh_difference, mesh_cost;  // edges over the finer ones; m
+    bool is_of_mesh;  // mesh_cost exceeds the noise, or the cost where that is not known
     OmCalibrationProfile profile[OM_CALIBRATION_MAX_PARAM];
 } OmCalibrationResult;
 

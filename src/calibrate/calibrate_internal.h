@@ -89,7 +89,8 @@ OmStatus om__calibrate_nlopt(OmSearch* s, OmNloptMethod method, const double* u0
 /// The cost that counts as risen from the least: c^2 + ((1 + rise)^2 - 1) max(c, noise)^2, squared.
 double om__calibrate_limit(const OmCalibrationDef* def, double least);
 /// Profiles along each parameter around the best evaluation, then pairs of parameters.
-OmStatus om__calibrate_profile(OmSearch* s, OmCalibrationProfile* profile);
+/// @param mesh_limit  cost that bounds the intervals with the error of the mesh, where it exceeds the other limit
+OmStatus om__calibrate_profile(OmSearch* s, double mesh_limit, OmCalibrationProfile* profile);
 /// Evaluations that it makes at most.
 int om__calibrate_profile_count(int nparam);
 

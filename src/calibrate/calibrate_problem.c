@@ -24,6 +24,7 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
     OmSite site = b->site;  // shares mesh and organ
     for (int i = 0; i < p->file.nparam; ++i)
         *(double*)((char*)&scene + key_of(p, i)->offset) = param[i];
+    if (b->spring_share > 0) scene.attach.stiffness *= b->spring_share;
     om_site_set_numbers(&scene, &site);
     OmBodyParts parts;
     OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
@@ -91,8 +92,9 @@ static OmStatus choose_cloud_points(const OmTetMesh* mesh, double** point, int* 
     return OM_OK;
 }
 
+// @param seen_world  observations in the world that replace those of the problem (nseen); may be null
 static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
-                            OmCalibrationTissue** tissue) {
+                            const OmCalibrationSeen* seen_world, OmCalibrationTissue** tissue) {
     OmPose pose = body->site.pose_world_task;
     OmCalibrationPath path[OM_CALIBRATION_MAX_PATH];
     const Sights* s = &p->sights;
@@ -107,13 +109,14 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
         name[i] = s->landmark[i];
     }
     OM_ALLOC_DONE(seen, s->nseen);
-    for (int i = 0; i < s->nseen; ++i) {
+    if (seen_world) memcpy(seen, seen_world, (size_t)s->nseen * sizeof *seen);
+    for (int i = 0; !seen_world && i < s->nseen; ++i) {
         seen[i] = s->seen[i];
         seen[i].x = seen[i].landmark == OM_SEEN_FORCE ? om_quat_rotate(pose.q, seen[i].x)
                                                       : om_pose_apply(pose, seen[i].x);
     }
     OmCalibrationTissueDef def = om_calibrate_default_tissue_def(om__calibrate_build, body);
-    OM_TRY_DONE(choose_cloud_points(&body->site.mesh, &cloud_point, &def.ncloud_point));
+    OM_TRY_DONE(choose_cloud_points(&p->twin.site.mesh, &cloud_point, &def.ncloud_point));
     def.cloud_point = cloud_point;
     def.contact = body->contact.nplane + body->contact.nsdf > 0 ? &body->contact : NULL;
     def.npath = p->file.npath, def.path = path;
@@ -208,7 +211,7 @@ static OmStatus load(const char* path, const char* observations, OmCalibrationPr
     for (int i = 0; i < p->file.npath; ++i)
         if (p->file.path[i].kind == OM_PATH_PRESS)
             OM_TRY(make_probe(&p->file.path[i].probe, &p->probe[i]));
-    OmStatus status = make_tissue(p, &p->twin, &p->tissue);
+    OmStatus status = make_tissue(p, &p->twin, NULL, &p->tissue);
     if (status < 0) return om_error_prefix(status, "%s", path);
     return check_effects(path, p);
 }
@@ -261,8 +264,70 @@ OmStatus om_calibrate_run_points(const OmCalibrationProblem* p, const double* pa
     return OM_OK;
 }
 
+// ---- a finer mesh ---------------------------------------------------------------------------------
+
+static int nattached(const OmSite* site) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    return held ? held->nvert : 0;
+}
+
+// What the twin shows at these parameters, as observations in the world. Clouds have no points to compare.
+static OmStatus predict(const OmCalibrationProblem* p, const double* param,
+                        OmCalibrationSeen* seen) {
+    const Sights* s = &p->sights;
+    for (int i = 0; i < s->nseen; ++i)
+        if (s->seen[i].landmark == OM_SEEN_CLOUD) return OM_UNSAT;
+    double *x, force[3 * OM_CALIBRATION_MAX_LEVEL];
+    OM_ALLOC(x, 3 * (size_t)OM_CALIBRATION_MAX_LEVEL * (size_t)(s->nlandmark + 1));
+    OmStatus status = OM_OK;
+    for (int path = 0; status == OM_OK && path < p->file.npath; ++path) {
+        if (s->nlevel[path] == 0) continue;
+        status = om_calibrate_run_path(p->tissue, param, path, x, force);
+        for (int i = 0; status == OM_OK && i < s->nseen; ++i) {
+            OmCalibrationSeen* o = &seen[i];
+            if (s->seen[i].path != path) continue;
+            *o = s->seen[i];
+            o->x = o->landmark == OM_SEEN_FORCE
+                       ? om_load3(force, o->level)
+                       : om_load3(x, o->level * s->nlandmark + o->landmark);
+        }
+    }
+    om_free(x);
+    return status;
+}
+
+// How far the twin's mesh and that of the scene's world, with the twin's stiffness, differ: an OmCalibrationFinerFn,
+// whose ctx is the tissue that is calibrated. The mesh is made for the one evaluation.
+static OmStatus eval_finer(void* ctx, const double* param, int nworker, double* error,
+                           double* ratio) {
+    const OmCalibrationProblem* p = ((const Body*)om__calibrate_tissue_ctx(ctx))->problem;
+    OmCalibrationTissue* tissue = NULL;
+    Body* fine = om_calloc(1, sizeof *fine);
+    if (!fine) return OM_NO_MEMORY;
+    OmStatus status = OM_OK;
+    OmCalibrationSeen* seen = NULL;
+    OM_ALLOC_DONE(seen, p->sights.nseen);
+    status = predict(p, param, seen);
+    if (status != OM_OK) goto done;
+    OM_TRY_DONE(om__calibrate_make_body(p, true, fine));
+    fine->site.role = OM_SITE_TWIN;  // no hidden factors
+    int n = nattached(&fine->site), coarse = nattached(&p->twin.site);
+    if (n > 0 && coarse > 0) fine->spring_share = (double)coarse / n;
+    *ratio = cbrt((double)fine->site.mesh.nvert / p->twin.site.mesh.nvert);
+    OM_TRY_DONE(make_tissue(p, fine, seen, &tissue));
+    status = om_calibrate_eval_tissue(tissue, param, nworker, error);
+done:
+    om_calibrate_destroy_tissue(tissue);
+    om_free(seen);
+    om_site_done(&fine->site);
+    om_free(fine);
+    return status == OM_INVALID ? OM_UNSAT
+                                : status;  // the scene has no finer mesh that can be walked
+}
+
 OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* p) {
     OmCalibrationDef def = om_calibrate_tissue_search(p->tissue);
+    if (p->scene.tissue.model == OM_ENGINE_FEM) def.eval_finer = eval_finer;
     const SearchItem* s = &p->file.search;
     for (int i = 0; i < p->file.nparam; ++i) {
         const ParamItem* item = &p->file.param[i];

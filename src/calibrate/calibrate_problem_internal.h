@@ -77,6 +77,8 @@ typedef struct Body {  // one site of the scene and the tissue on it: what a mod
     OmContactPlane board;
     const OmSdf* organ;
     OmContactDef contact;
+    double
+        spring_share;  // springs at the attachments of the twin for one here: the same springs by area
 } Body;
 
 struct OmCalibrationProblem {

@@ -102,7 +102,7 @@ static OmStatus walk_pairs(OmSearch* s, const double* u, const double* lo, const
     return OM_OK;
 }
 
-OmStatus om__calibrate_profile(OmSearch* s, OmCalibrationProfile* profile) {
+OmStatus om__calibrate_profile(OmSearch* s, double mesh_limit, OmCalibrationProfile* profile) {
     enum { N = OM_CALIBRATION_MAX_PARAM };
     double u[N], lo[N], hi[N], cost[N][OM_CALIBRATION_NPROFILE];
     double centre = s->cost[s->best], limit = om__calibrate_limit(s->def, centre);
@@ -117,6 +117,10 @@ OmStatus om__calibrate_profile(OmSearch* s, OmCalibrationProfile* profile) {
         hi[k] = find_end(cost[k], u[k], 1, limit, &f->is_open_hi);
         f->lo = om__calibrate_from_unit(p, lo[k]);
         f->hi = om__calibrate_from_unit(p, hi[k]);
+        double wide = fmax(limit, mesh_limit);
+        bool is_open;
+        f->mesh_lo = om__calibrate_from_unit(p, find_end(cost[k], u[k], -1, wide, &is_open));
+        f->mesh_hi = om__calibrate_from_unit(p, find_end(cost[k], u[k], 1, wide, &is_open));
         memcpy(f->cost, cost[k], sizeof f->cost);
         for (int m = -NSIDE; m <= NSIDE; ++m)
             f->x[m + NSIDE] = om__calibrate_from_unit(p, place(u[k], m));

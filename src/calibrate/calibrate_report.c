@@ -42,7 +42,14 @@ static void add_verdict(const Leaf* l, OmReport* report) {
             "trusting its parameters.",
             1e3 * r->cost, r->cost / d->noise, 1e3 * d->noise);
     }
-    om_report_verdict(report, text, r->outcome == OM_CALIBRATED);
+    if (r->is_of_mesh) {
+        size_t n = strlen(text);
+        snprintf(text + n, sizeof text - n,
+                 " The values are those of this mesh: one %.2g times finer shows something else "
+                 "with them, by %.3f mm. They serve this mesh, and are not the tissue's own.",
+                 r->mesh_ratio, 1e3 * r->mesh_difference);
+    }
+    om_report_verdict(report, text, r->outcome == OM_CALIBRATED && !r->is_of_mesh);
     char fact[4][WORD];
     snprintf(fact[0], WORD, "%.3f mm", 1e3 * r->cost_start);
     snprintf(fact[1], WORD, "%.3f mm", 1e3 * r->cost);
@@ -61,7 +68,7 @@ static void judge(const Leaf* l, int k, char* out, size_t size) {
     if (!l->r->has_profile)
         snprintf(out, size, "not looked at");
     else if (f->is_determined)
-        snprintf(out, size, "determined");
+        snprintf(out, size, "determined%s", l->r->is_of_mesh ? ", of this mesh" : "");
     else if (f->partner >= 0)
         snprintf(out, size,
                  "the data cannot determine it apart from %s: only their %s matters (%.2f)",
@@ -75,9 +82,10 @@ static void judge(const Leaf* l, int k, char* out, size_t size) {
 }
 
 static void add_params(const Leaf* l, OmReport* report) {
-    enum { NCOL = 7 };
+    enum { NCOL = 8 };
     static const char* const heading[NCOL] = {
-        "parameter", "best", "start", "bounds", "from", "to", "what the data say"};
+        "parameter",        "best", "start", "bounds", "from", "to", "with the mesh's error",
+        "what the data say"};
     char text[OM_CALIBRATION_MAX_PARAM][NCOL][160];
     const char* cell[OM_CALIBRATION_MAX_PARAM * NCOL];
     for (int k = 0; k < l->def->nparam; ++k) {
@@ -91,18 +99,32 @@ static void add_params(const Leaf* l, OmReport* report) {
         snprintf(text[k][4], 160, "-");
         snprintf(text[k][5], 160, "-");
         if (l->r->has_profile) format(text[k][4], p, f->lo), format(text[k][5], p, f->hi);
-        judge(l, k, text[k][6], 160);
+        snprintf(text[k][6], 160, "-");
+        if (l->r->has_profile && l->r->has_mesh)
+            snprintf(text[k][6], 160, "%s to %s", format(a, p, f->mesh_lo),
+                     format(b, p, f->mesh_hi));
+        judge(l, k, text[k][7], 160);
         for (int c = 0; c < NCOL; ++c) cell[k * NCOL + c] = text[k][c];
     }
     om_report_heading(report, "Parameters");
     om_report_table(report, heading, NCOL, cell, l->def->nparam);
-    char note[400];
+    char note[512];
     snprintf(
         note, sizeof note,
         "From and to: how far each parameter can move, the others at the best, before the error rises "
         "by %.0f %% of itself%s. Two parameters of which only a combination matters are named.",
         100 * l->def->rise, l->def->noise > 0 ? ", or of the noise where that is more" : "");
     if (l->r->has_profile) om_report_paragraph(report, note);
+    const OmCalibrationResult* r = l->r;
+    if (!r->has_mesh) return;
+    snprintf(
+        note, sizeof note,
+        "With the mesh's error: a mesh %.2g times finer, with the best values, shows something else by %.3f mm; "
+        "all of the mesh's error is %.3f mm, extrapolated for elements of second order. The interval is how far "
+        "each parameter can move before the error rises by as much, added as squares. A finer mesh makes it "
+        "narrower.",
+        r->mesh_ratio, 1e3 * r->mesh_difference, 1e3 * r->mesh_cost);
+    om_report_paragraph(report, note);
 }
 
 // ---- errors by level and landmark -----------------------------------------------------------------
@@ -293,6 +315,10 @@ static void put_param(const Leaf* l, int k, OmJson* json) {
     if (l->r->has_profile) {
         om_json_number(json, "from", f->lo / p->unit);
         om_json_number(json, "to", f->hi / p->unit);
+        if (l->r->has_mesh) {
+            om_json_number(json, "from_with_mesh", f->mesh_lo / p->unit);
+            om_json_number(json, "to_with_mesh", f->mesh_hi / p->unit);
+        }
         om_json_bool(json, "is_open_below", f->is_open_lo);
         om_json_bool(json, "is_open_above", f->is_open_hi);
         om_json_bool(json, "is_determined", f->is_determined);
@@ -313,6 +339,12 @@ static OmStatus save_json(const Leaf* l, const char* path) {
     om_json_number(&json, "error_global_m", r->cost_global);
     om_json_number(&json, "error_m", r->cost);
     om_json_number(&json, "noise_m", l->def->noise);
+    if (r->has_mesh) {
+        om_json_number(&json, "finer_mesh_ratio", r->mesh_ratio);
+        om_json_number(&json, "difference_to_finer_mesh_m", r->mesh_difference);
+        om_json_number(&json, "error_of_mesh_m", r->mesh_cost);
+        om_json_bool(&json, "is_of_this_mesh", r->is_of_mesh);
+    }
     om_json_integer(&json, "evaluations", r->neval);
     om_json_integer(&json, "seed", (int64_t)l->def->seed);
     om_json_open(&json, "parameters", '[');
@@ -380,6 +412,7 @@ static OmStatus append_yaml(const Leaf* l, OmText* t) {
     OM_TRY(om_text_append(t, ": error %.3f mm", 1e3 * l->r->cost));
     if (l->def->noise > 0) OM_TRY(om_text_append(t, ", noise %.3f mm", 1e3 * l->def->noise));
     if (l->r->outcome == OM_CALIBRATION_UNFIT) OM_TRY(om_text_append(t, "; the model cannot fit"));
+    if (l->r->is_of_mesh) OM_TRY(om_text_append(t, "; values of the mesh they were found with"));
     OM_TRY(om_text_append(t, "\n"));
     for (int k = 0; k < l->def->nparam; ++k) OM_TRY(append_group(l, k, t));
     return OM_OK;

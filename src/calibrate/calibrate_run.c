@@ -83,6 +83,31 @@ static OmStatus run_local(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     return OM_OK;
 }
 
+// What the best parameters owe to the mesh: what they show on a finer one, once. Elements of second order leave
+// 1 / ratio^2 of their error there, so that 1 / (1 - 1 / ratio^2) of the difference is all of it. The cost there would
+// not do: a mesh that is too stiff misses the observations as far as a finer one that is given its parameters.
+static OmStatus look_finer(OmSearch* s, OmCalibrationResult* r) {
+    const OmCalibrationDef* d = s->def;
+    if (!d->eval_finer) return OM_OK;
+    double param[OM_CALIBRATION_MAX_PARAM], ratio = 1, least = s->cost[s->best];
+    for (int k = 0; k < s->n; ++k)
+        param[k] = om__calibrate_from_unit(&d->param[k], best_point(s)[k]);
+    double* error = om_alloc(2 * (size_t)d->nerror, sizeof *error);
+    if (!error) return OM_NO_MEMORY;
+    om__search_begin(s, "finer mesh", 1);
+    OmStatus status = d->eval_finer(d->ctx, param, s->nworker, error, &ratio);
+    r->has_mesh = status == OM_OK && ratio > 1;
+    if (r->has_mesh) {
+        r->mesh_ratio = ratio;
+        r->mesh_difference = om_calibrate_eval_norm(d, d->nerror, error, error + d->nerror);
+        r->mesh_cost = r->mesh_difference / (1 - 1 / (ratio * ratio));
+        r->has_mesh = isfinite(r->mesh_cost);
+        r->is_of_mesh = r->has_mesh && r->mesh_cost > (d->noise > 0 ? d->noise : least);
+    }
+    om_free(error);
+    return status < 0 ? status : OM_OK;
+}
+
 // Local search (shorter where the model hardly fits) and profiles (none where it does not), again where a
 // profile found a way down that the search had missed.
 static OmStatus run_refinement(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
@@ -91,7 +116,10 @@ static OmStatus run_refinement(OmSearch* s, OmCalibrationResult* r, bool* is_don
         if (s->def->rise == 0 || (*is_done && is_far(s))) return OM_OK;
         double cost = s->cost[s->best];
         int before = s->neval;
-        OM_TRY(om__calibrate_profile(s, r->profile));
+        OM_TRY(look_finer(s, r));
+        double limit = om__calibrate_limit(s->def, s->cost[s->best]);
+        double mesh_limit = r->is_of_mesh ? hypot(limit, r->mesh_cost) : 0;
+        OM_TRY(om__calibrate_profile(s, mesh_limit, r->profile));
         r->nprofile += s->neval - before;
         r->has_profile = true;
         if (s->cost[s->best] > 0.99 * cost) return OM_OK;

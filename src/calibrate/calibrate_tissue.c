@@ -342,6 +342,8 @@ OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker
     return status;
 }
 
+void* om__calibrate_tissue_ctx(const OmCalibrationTissue* t) { return t->def.ctx; }
+
 OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* t) {
     OmCalibrationDef def = om_calibrate_default_def(om_calibrate_eval_tissue, (void*)t, t->nerror);
     def.label = t->label;

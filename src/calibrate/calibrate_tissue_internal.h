@@ -14,6 +14,9 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
                             const OmContactDef* contact, OmWalkFn fn, void* ctx);
 OmStatus om__calibrate_check_path(const OmCalibrationPath* path, int index);
 
+/// What the definition's build is called with.
+void* om__calibrate_tissue_ctx(const OmCalibrationTissue* tissue);
+
 // Points of the model held against clouds, and where they are at each level of a path: (nlevel x ncloud x 3).
 int om__calibrate_ncloud(const OmCalibrationTissue* tissue);
 OmStatus om__calibrate_run_cloud(const OmCalibrationTissue* tissue, const double* param, int path,

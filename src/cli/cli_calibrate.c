@@ -42,6 +42,9 @@ static void print_param(const OmCalibrationDef* def, const OmCalibrationResult* 
     const OmCalibrationProfile* f = &r->profile[k];
     printf("%s: %.6g (start %.6g", p->name, r->best[k] / p->unit, p->start / p->unit);
     if (r->has_profile) printf(", %.4g to %.4g", f->lo / p->unit, f->hi / p->unit);
+    if (r->is_of_mesh && r->has_profile)
+        printf(" of this mesh; %.4g to %.4g with its error", f->mesh_lo / p->unit,
+               f->mesh_hi / p->unit);
     printf(")%s", !r->has_profile || f->is_determined ? "\n" : ": the data cannot determine it");
     if (!r->has_profile || f->is_determined) return;
     if (f->partner >= 0)
@@ -60,6 +63,11 @@ static void print_result(const OmCalibrationDef* def, const OmCalibrationResult*
     if (def->noise > 0) printf(", noise %.3f mm", 1e3 * def->noise);
     printf("\n%d evaluations (%d new)\n", r->neval, r->nnew);
     for (int k = 0; k < def->nparam; ++k) print_param(def, r, k);
+    if (r->is_of_mesh)
+        printf(
+            "note: these are values of this mesh: one %.2g times finer shows something else with them, by %.3f "
+            "mm; make the mesh finer\n",
+            r->mesh_ratio, 1e3 * r->mesh_difference);
     printf("report: %s/report.html\n", def->out_dir);
 }
 

@@ -47,11 +47,18 @@ $ omentum calibrate lift.yaml --observations seen2.csv -q -o out
 exit 0
 out ^calibrated: error .* mm at the start
 out ^tissue.young: [4-8][0-9][0-9][0-9]
+out of this mesh; .* with its error
+out ^note: these are values of this mesh: one 1\.\d times finer
 no-err
 file out/report.html
 file out/calibration.json
 file out/calibrated.yaml
 file out/journal.jsonl
+
+$ grep -o 'class="verdict [a-z]*"' out/report.html; grep -c 'determined, of this mesh' out/report.html; grep -c '"is_of_this_mesh": true' out/calibration.json; head -1 out/calibrated.yaml
+exit 0
+out verdict bad
+out values of the mesh they were found with
 
 $ mv seen2.csv seen.csv && omentum calibrate lift.yaml -q -o out
 exit 0
