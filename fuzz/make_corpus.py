@@ -225,6 +225,9 @@ def vtus():
         return 'format="binary">' + base64.b64encode(head).decode() + base64.b64encode(body).decode() + "</DataArray>\n"
 
     put("vtu/text.vtu", grid(arrays(text)))
+    fields = '<FieldData>\n<DataArray type="String" Name="SPACE" NumberOfTuples="1" format="ascii">76 80 83 0' \
+        '</DataArray>\n<DataArray type="Float64" Name="metres_per_unit" format="ascii">0.01</DataArray>\n</FieldData>\n'
+    put("vtu/fields.vtu", grid(arrays(text)).replace("<Piece", fields + "<Piece", 1))
     put("vtu/inline.vtu", grid(arrays(inline)))
     put("vtu/zlib.vtu", grid(arrays(inline_zlib), ' compressor="vtkZLibDataCompressor"'))
     for encoding in ("raw", "base64"):
@@ -246,6 +249,10 @@ def surfaces():
     put("stl/text.stl", "solid two words\n" + "".join(
         "facet normal 0 0 1\n outer loop\n" + "".join(f"  vertex {x} {y} {z}\n" for x, y, z in c)
         + " endloop\nendfacet\n" for c in corners) + "endsolid two words\n")
+    put("stl/space.stl", b"3D Slicer output. SPACE=LPS UNIT=cm".ljust(80) + struct.pack("<I", 4) + b"".join(
+        struct.pack("<12fH", 0, 0, 0, *(c for v in f for c in POINTS[v]), 0) for f in FACES))
+    put("obj/space.obj", "# 3D Slicer output. SPACE=LPS\n#UNIT=0.5\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in POINTS[:4])
+        + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
     put("stl/binary.stl", b"solid but binary".ljust(80) + struct.pack("<I", 4) + b"".join(
         struct.pack("<3f", 0, 0, 1) + b"".join(struct.pack("<3f", *p) for p in c) + b"\0\0" for c in corners))
     put("obj/faces.obj", "# seed\nmtllib a.mtl\no one\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in POINTS[:4])
