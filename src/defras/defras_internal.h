@@ -52,8 +52,9 @@ typedef struct Loop {
     uint8_t tried[OM_PLAN_MAX_BLOCK];
     bool is_spent
         [OM_PLAN_MAX_BLOCK];  // a whole attempt there, with its folds or a force stop, exposed nothing
-    double apart;  // m: blocks nearer than this to a spent one are left for later; 0: none is
-    int nlater;    // blocks that the last sensing left for later
+    double
+        apart;  // m: blocks with NEAR_ATTEMPTS spent ones nearer than this are left for later; 0: none is
+    int nlater;  // blocks that the last sensing left for later
     double visibility;
     bool is_exposed;              // seen without a break for HOLD_TIME
     double margin;                // visibility above the wanted one at which a motion stops
@@ -79,8 +80,9 @@ typedef struct Loop {
 
 // Lengths of the tissue's smaller side that do not depend on the grid. Up to 5 x 5 blocks no two blocks are that
 // near, and no block is that near to another's attachment.
-#define APART 0.18  // of two attempts, at first
-#define CLEAR 0.09  // of the middle of a block from the nearest attachment, at least
+#define APART 0.18       // of attempts in one place, at first
+#define NEAR_ATTEMPTS 3  // of them, before other places are tried
+#define CLEAR 0.09       // of the middle of a block from the nearest attachment, at least
 
 // defras_fluents.c
 double om__grid_length(const Grid* grid, double share);  // share of the tissue's smaller side, m

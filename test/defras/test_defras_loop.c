@@ -106,7 +106,8 @@ static void test_fluents(void** state) {
     free(loop);
 }
 
-// What is near does not depend on the grid: 120 mm of tissue, 12 mm blocks, attempts 21.6 mm apart, then 10.8 mm.
+// What is near does not depend on the grid. 120 mm of tissue, 12 mm blocks, three attempts within 21.6 mm, then
+// within 10.8 mm.
 static void test_attempts_are_kept_apart(void** state) {
     (void)state;
     OmScene scene = easy_scene();
@@ -118,28 +119,30 @@ static void test_attempts_are_kept_apart(void** state) {
     loop->arm[0] = loop->arm[1] = (ArmState){.at = -1, .in_hand = -1};
     loop->apart = om__grid_length(&loop->grid, APART);
     assert_near(loop->apart, 0.0216, 1e-12);
-    int spent = 3 * 10 + 2;
-    loop->is_spent[spent] = true;
-    loop->tried[spent] = OM_TRIED_GRASP;
+    // Three attempts in a row: blocks (1,3), (2,3), (3,3), 12 mm apart.
+    for (int k = 1; k <= 3; ++k) {
+        loop->is_spent[30 + k] = true;
+        loop->tried[30 + k] = OM_TRIED_GRASP;
+    }
     om__sense_fluents(loop, &loop->situation);
     const OmSituation* s = &loop->situation;
     for (int b = 0; b < 100; ++b) {
-        bool has_point = loop->grid.vert[b] >= 0;
-        int dx = b % 10 - spent % 10, dy = b / 10 - spent / 10;
-        bool is_near = abs(dx) <= 1 && abs(dy) <= 1;  // 12 and 17 mm; the next ones are 24 mm away
+        bool has_point = loop->grid.vert[b] >= 0, is_spent = b >= 31 && b <= 33;
+        // Within 21.6 mm of all three are the two blocks above and below the one in the middle, 17 mm from the others.
+        bool is_late = b == 22 || b == 42;
         if (has_point && s->reachable[b])
-            assert_int_equal(s->tried[b], is_near ? OM_TRIED_GRASP : 0);
+            assert_int_equal(s->tried[b], is_late || is_spent ? OM_TRIED_GRASP : 0);
         // Attached from x = 15 mm on, every 15 mm: blocks whose middle is 10.8 mm from there are as good as attached.
         double y = -54 + 12 * (b / 10), off = fabs(y - 15 * round(y / 15));
         bool is_fixed = b % 10 >= 6 || (b % 10 == 5 && hypot(15 - 6, off) < 10.8);
         if (has_point) assert_true(s->is_fixed[b] == is_fixed);
     }
-    assert_true(loop->nlater > 0 && loop->nlater <= 8);
+    assert_true(loop->nlater > 0 && loop->nlater <= 2);
     loop->apart *= 0.5;
     om__sense_fluents(loop, &loop->situation);
     assert_int_equal(loop->nlater, 0);
     for (int b = 0; b < 100; ++b)
-        assert_int_equal(loop->situation.tried[b], b == spent ? OM_TRIED_GRASP : 0);
+        assert_int_equal(loop->situation.tried[b], b >= 31 && b <= 33 ? OM_TRIED_GRASP : 0);
     om_site_done(&loop->twin_site);
     // Up to 5 x 5 blocks every block is on its own.
     for (int n = 2; n <= 5; ++n) {
@@ -148,7 +151,7 @@ static void test_attempts_are_kept_apart(void** state) {
         assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
         memset(loop->is_spent, 0, sizeof loop->is_spent);
         memset(loop->tried, 0, sizeof loop->tried);
-        loop->is_spent[0] = true;
+        for (int b = 1; b < n * n; ++b) loop->is_spent[b] = true;
         loop->apart = om__grid_length(&loop->grid, APART);
         om__sense_fluents(loop, &loop->situation);
         assert_int_equal(loop->nlater, 0);
@@ -168,21 +171,22 @@ static void test_a_fine_grid_does_not_stay_in_one_place(void** state) {
     scene.task.grid = 10;
     scene.task.force_threshold = 0.1;  // grasps end by force
     scene.task.visibility = 1.0;
-    scene.task.max_actions = 30;
+    scene.task.max_actions = 50;
     OmRetractResult r;
     run(&scene, NULL, &r);
     assert_int_equal(r.outcome, OM_RETRACT_GAVE_UP);
     int ngrasp = 0, block[64];
     for (int i = 0; i < r.naction; ++i)
         if (r.action[i].verb == OM_PLAN_GRASP) block[ngrasp++] = r.action[i].block;
-    assert_true(ngrasp >= 3);
+    assert_true(ngrasp >= 6);
     for (int i = 0; i < ngrasp; ++i) {
+        int near = 0;
         for (int k = 0; k < i; ++k) {
             double dx = 12.0 * (block[i] % 10 - block[k] % 10),
                    dy = 12.0 * (block[i] / 10 - block[k] / 10);
-            if (hypot(dx, dy) < 21.6)
-                fail_msg("grasps %d and %d are %.0f mm apart", k, i, hypot(dx, dy));
+            near += hypot(dx, dy) < 21.6;
         }
+        if (near >= 3) fail_msg("grasp %d has %d before it within 21.6 mm", i, near);
     }
     om_retract_result_done(&r);
 }
