@@ -13,6 +13,11 @@ foreach(folder asp scenes weights)
 endforeach()
 if(TARGET omentum_cli)
     install(TARGETS omentum_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    set(OM_PAGES ${PROJECT_BINARY_DIR}/pages)
+    install(FILES ${OM_PAGES}/omentum.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    install(FILES ${OM_PAGES}/omentum DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+    install(FILES ${OM_PAGES}/_omentum DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
+    install(FILES ${OM_PAGES}/omentum.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
 endif()
 
 # The prefix of the pkg-config file follows the file: ${pcfiledir} is <prefix>/<libdir>/pkgconfig.

@@ -9,31 +9,19 @@ static const OmCliOption option[] = {
     {"--output", "-o", "DIR",
      "journal, report and calibrated.yaml; what is there is not done again"},
     {"--observations", NULL, "FILE.csv", "in place of the file that the problem names"},
-    {"--seed", NULL, "N", "another seed than the problem's"},
+    {"--seed", NULL, "N", "another seed than the problem's", NULL, NULL, 0, 2147483647},
     {"--synthetic", NULL, "OUT.csv", "write what the scene's world would have shown instead"},
     {"--set", NULL, "NAME=VALUE", "with --synthetic: a parameter of that world; may be repeated"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum calibrate: the parameters of a tissue from what was seen of it\n\n"
-        "Usage: omentum calibrate PROBLEM.yaml -o DIR [options]\n"
-        "       omentum calibrate PROBLEM.yaml --synthetic OUT.csv [--set NAME=VALUE ...]\n\n"
-        "The problem names a scene, its parameters with bounds, the paths of probe or grasper, and a file of\n"
-        "observations: landmarks, point clouds, forces (doc/calibrate.md). A global search, then a local one\n"
-        "within 40 %% of the range, then how far each parameter can move before the error rises. DIR receives\n"
-        "report.html, calibration.json, calibrated.yaml, which a scene takes as `calibrated:`, and journal.jsonl:\n"
-        "started again after it was stopped, the search goes on where it was. Exit code 0: calibrated; 1: the\n"
-        "model cannot fit, or the evaluations were used up.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum calibrate gel.yaml -o out/gel\n"
-           "  omentum calibrate gel.yaml --synthetic planned.csv --set tissue.young=5000\n"
-           "  omentum calibrate gel.yaml --observations planned.csv -o out/planned\n");
-}
+static const OmCliKey result_key[] = {
+    {"error_start_mm", "error with the values at the start"},
+    {"error_mm", "error with the values found"},
+    {"evaluations", "simulations in all"},
+    {"parameter.*", "the value of each parameter, in the unit of its name"},
+};
 
 // ---- what came out --------------------------------------------------------------------------------
 
@@ -68,6 +56,15 @@ static void print_result(const OmCalibrationDef* def, const OmCalibrationResult*
             "note: these are values of this mesh: one %.2g times finer shows something else with them, by %.3f "
             "mm; make the mesh finer\n",
             r->mesh_ratio, 1e3 * r->mesh_difference);
+    om_cli_figure("error_start_mm", 1e3 * r->cost_start);
+    om_cli_figure("error_mm", 1e3 * r->cost);
+    om_cli_figure("evaluations", r->neval);
+    for (int k = 0; k < def->nparam; ++k) {
+        char name[256];
+        snprintf(name, sizeof name, "parameter.%s", def->param[k].name);
+        om_cli_figure(name, r->best[k] / def->param[k].unit);
+    }
+    om_cli_path(def->out_dir);
     printf("report: %s/report.html\n", def->out_dir);
 }
 
@@ -105,6 +102,7 @@ static int write_synthetic(const OmCliArgs* args, const OmCalibrationProblem* pr
                                              def->seed, out);
     if (status < 0) return om_cli_fail("calibrate", status);
     printf("synthetic observations: %s\n", out);
+    om_cli_path(out);
     return OM_EXIT_OK;
 }
 
@@ -118,14 +116,14 @@ static OmStatus check_args(const OmCliArgs* args) {
     OM_CHECK(dir || csv, OM_INVALID, "no output folder is given; add -o DIR");
     OM_CHECK(!dir || !csv, OM_INVALID, "-o and --synthetic are two commands");
     OM_CHECK(csv || !om_cli_get(args, "--set"), OM_INVALID, "--set goes with --synthetic");
-    OM_TRY(om_cli_get_int(args, "--seed", 0, 2147483647, &number));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &number);
+    OM_TRY(om_cli_int(args, "--seed", &number));
+    return om_cli_int(args, "--workers", &number);
 }
 
 static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     OmCalibrationDef def = *search;
     OmCalibrationResult result;
-    OmStatus status = om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def.nworker);
+    OmStatus status = om_cli_int(args, "--workers", &def.nworker);
     def.out_dir = om_cli_get(args, "--output");
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
@@ -153,10 +151,6 @@ static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* di
 
 int om_cli_calibrate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     if (check_args(&args) < 0) {
         fprintf(stderr, "omentum calibrate: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -172,10 +166,32 @@ int om_cli_calibrate(int argc, char** argv) {
     }
     OmCalibrationDef def = om_calibrate_problem_search(problem);
     int seed = (int)def.seed;
-    om_cli_get_int(&args, "--seed", 0, 2147483647, &seed);  // looked at before
+    om_cli_int(&args, "--seed", &seed);  // looked at before
     def.seed = (uint64_t)seed;
     int code = om_cli_get(&args, "--synthetic") ? write_synthetic(&args, problem, &def)
                                                 : calibrate(&args, &def);
     om_calibrate_destroy_problem(problem);
     return code;
 }
+
+const OmCliVerb om_cli_verb_calibrate = {
+    .name = "calibrate",
+    .run = om_cli_calibrate,
+    .summary = "find a tissue's parameters from what was seen of it",
+    .usage = "omentum calibrate PROBLEM.yaml -o DIR [options]\n"
+             "omentum calibrate PROBLEM.yaml --synthetic OUT.csv [--set NAME=VALUE ...]",
+    .about =
+        "The problem names a scene, its parameters with bounds, the paths of probe or grasper, and a file of\n"
+        "observations: landmarks, point clouds, forces (doc/calibrate.md). A global search, then a local one\n"
+        "within 40 % of the range, then how far each parameter can move before the error rises. DIR receives\n"
+        "report.html, calibration.json, calibrated.yaml, which a scene takes as `calibrated:`, and journal.jsonl:\n"
+        "started again after it was stopped, the search goes on where it was. Exit code 0: calibrated; 1: the\n"
+        "model cannot fit, or the evaluations were used up.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum calibrate gel.yaml -o out/gel\n"
+               "  omentum calibrate gel.yaml --synthetic planned.csv --set tissue.young=5000\n"
+               "  omentum calibrate gel.yaml --observations planned.csv -o out/planned",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -9,12 +9,12 @@
 #include <time.h>
 #include <unistd.h>
 
-static const OmCliOption* find_option(const OmCliArgs* args, const char* word) {
-    for (int i = 0; i < args->noption; ++i) {
-        const OmCliOption* o = &args->option[i];
-        if (strcmp(o->name, word) == 0 || (o->alias && strcmp(o->alias, word) == 0)) return o;
-    }
-    return NULL;
+// The option of a word, "--edge" or "--edge=4"; `value` is what stands behind the sign, or null.
+static const OmCliOption* find_option(const OmCliArgs* args, const char* word, const char** value) {
+    const char* equals = word[0] == '-' && word[1] == '-' ? strchr(word, '=') : NULL;
+    if (value) *value = equals ? equals + 1 : NULL;
+    return om_cli_find_option(args->option, args->noption, word,
+                              equals ? (size_t)(equals - word) : strlen(word));
 }
 
 static bool is_option_word(const char* word) {
@@ -22,61 +22,19 @@ static bool is_option_word(const char* word) {
     return word[0] == '-' && word[1] != 0 && !(word[1] >= '0' && word[1] <= '9') && word[1] != '.';
 }
 
-OmStatus om_cli_check(const OmCliArgs* args, int max_positional, int* npositional) {
-    *npositional = 0;
-    for (int i = 1; i < args->argc; ++i) {
-        const char* word = args->argv[i];
-        if (!is_option_word(word)) {
-            OM_CHECK(++*npositional <= max_positional, OM_INVALID,
-                     "\"%s\" is one argument too many", word);
-            continue;
-        }
-        const OmCliOption* o = find_option(args, word);
-        if (!o) {
-            const char* name[64];
-            int n = args->noption < 64 ? args->noption : 64;
-            for (int k = 0; k < n; ++k) name[k] = args->option[k].name;
-            const char* nearest = om_nearest_word(word, name, n);
-            return nearest
-                       ? om_error(OM_INVALID, "unknown option %s; did you mean %s?", word, nearest)
-                       : om_error(OM_INVALID, "unknown option %s; --help lists them", word);
-        }
-        if (!o->arg) continue;
-        OM_CHECK(i + 1 < args->argc, OM_INVALID, "option %s needs %s", word, o->arg);
-        ++i;
-    }
-    return OM_OK;
+static OmStatus refuse_option(const OmCliArgs* args, const char* word) {
+    const char* name[66] = {"--help", "--json"};
+    char typed[64];
+    int n = 2;
+    for (int k = 0; k < args->noption && n < 66; ++k) name[n++] = args->option[k].name;
+    snprintf(typed, sizeof typed, "%.*s", (int)strcspn(word, "="), word);
+    const char* nearest = om_nearest_word(typed, name, n);
+    return nearest ? om_error(OM_INVALID, "unknown option %s; did you mean %s?", typed, nearest)
+                   : om_error(OM_INVALID, "unknown option %s; --help lists them", typed);
 }
 
-// Walks the words as om_cli_check does, and returns the wanted use of an option or positional argument.
-static const char* walk(const OmCliArgs* args, const OmCliOption* wanted, int index) {
-    int seen = 0;
-    const char* last = NULL;
-    for (int i = 1; i < args->argc; ++i) {
-        const char* word = args->argv[i];
-        const OmCliOption* o = is_option_word(word) ? find_option(args, word) : NULL;
-        const char* value = !o ? word : o->arg ? (i + 1 < args->argc ? args->argv[++i] : NULL) : "";
-        if (o != wanted) continue;
-        last = value;
-        if (seen++ == index) return value;
-    }
-    return index < 0 ? last : NULL;
-}
-
-const char* om_cli_get(const OmCliArgs* args, const char* name) {
-    return walk(args, find_option(args, name), -1);
-}
-
-const char* om_cli_get_nth(const OmCliArgs* args, const char* name, int k) {
-    return walk(args, find_option(args, name), k);
-}
-
-const char* om_cli_positional(const OmCliArgs* args, int index) { return walk(args, NULL, index); }
-
-OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, double max,
-                           double* value) {
-    const char* text = om_cli_get(args, name);
-    if (!text) return OM_OK;
+static OmStatus parse_number(const char* name, const char* text, double min, double max,
+                             double* value) {
     char* end;
     double v = strtod(text, &end);
     OM_CHECK(end != text && *end == 0 && isfinite(v), OM_INVALID,
@@ -87,6 +45,66 @@ OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, 
     return OM_OK;
 }
 
+OmStatus om_cli_check(const OmCliArgs* args, int max_positional, int* npositional) {
+    *npositional = 0;
+    double number;
+    for (int i = 1; i < args->argc; ++i) {
+        const char* word = args->argv[i];
+        if (!is_option_word(word)) {
+            OM_CHECK(++*npositional <= max_positional, OM_INVALID,
+                     "\"%s\" is one argument too many", word);
+            continue;
+        }
+        const char* value;
+        const OmCliOption* o = find_option(args, word, &value);
+        if (!o) return refuse_option(args, word);
+        OM_CHECK(o->arg || !value, OM_INVALID, "option %s takes no value, and %s is given", o->name,
+                 word);
+        if (!o->arg) continue;
+        OM_CHECK(value || i + 1 < args->argc, OM_INVALID, "option %s needs %s", word, o->arg);
+        if (!value) value = args->argv[++i];
+        if (o->min != 0 || o->max != 0)
+            OM_TRY(parse_number(o->name, value, o->min, o->max, &number));
+    }
+    return OM_OK;
+}
+
+// Walks the words as om_cli_check does, and returns the wanted use of an option or positional argument.
+static const char* walk(const OmCliArgs* args, const OmCliOption* wanted, int index) {
+    int seen = 0;
+    const char* last = NULL;
+    for (int i = 1; i < args->argc; ++i) {
+        const char* word = args->argv[i];
+        const char* own = NULL;
+        const OmCliOption* o = is_option_word(word) ? find_option(args, word, &own) : NULL;
+        const char* value = !o                   ? word
+                            : !o->arg            ? ""
+                            : own                ? own
+                            : i + 1 < args->argc ? args->argv[++i]
+                                                 : NULL;
+        if (o != wanted) continue;
+        last = value;
+        if (seen++ == index) return value;
+    }
+    return index < 0 ? last : NULL;
+}
+
+const char* om_cli_get(const OmCliArgs* args, const char* name) {
+    return walk(args, find_option(args, name, NULL), -1);
+}
+
+const char* om_cli_get_nth(const OmCliArgs* args, const char* name, int k) {
+    return walk(args, find_option(args, name, NULL), k);
+}
+
+const char* om_cli_positional(const OmCliArgs* args, int index) { return walk(args, NULL, index); }
+
+OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, double max,
+                           double* value) {
+    const char* text = om_cli_get(args, name);
+    return text ? parse_number(name, text, min, max, value) : OM_OK;
+}
+
 OmStatus om_cli_get_int(const OmCliArgs* args, const char* name, int min, int max, int* value) {
     double v = *value;
     OM_TRY(om_cli_get_double(args, name, min, max, &v));
@@ -95,15 +113,26 @@ OmStatus om_cli_get_int(const OmCliArgs* args, const char* name, int min, int ma
     return OM_OK;
 }
 
-void om_cli_print_options(const OmCliArgs* args) {
-    printf("\nOptions:\n");
-    for (int i = 0; i < args->noption; ++i) {
-        const OmCliOption* o = &args->option[i];
-        char left[80];
-        snprintf(left, sizeof left, "%s%s%s%s%s", o->name, o->alias ? ", " : "",
-                 o->alias ? o->alias : "", o->arg ? " " : "", o->arg ? o->arg : "");
-        printf("  %-26s %s\n", left, o->help);
-    }
+OmStatus om_cli_double(const OmCliArgs* args, const char* name, double* value) {
+    const OmCliOption* o = find_option(args, name, NULL);
+    return om_cli_get_double(args, name, o->min, o->max, value);
+}
+
+// More workers than processors are cut: once, say so.
+static void note_workers(int wanted) {
+    static bool is_said;
+    int num = om_worker_count(wanted);
+    if (is_said || wanted <= num) return;
+    is_said = true;
+    fprintf(stderr, "note: --workers %d: this process has %d processor%s, so %d worker%s\n", wanted,
+            num, num == 1 ? "" : "s", num, num == 1 ? " is used" : "s are used");
+}
+
+OmStatus om_cli_int(const OmCliArgs* args, const char* name, int* value) {
+    const OmCliOption* o = find_option(args, name, NULL);
+    OM_TRY(om_cli_get_int(args, name, (int)o->min, (int)o->max, value));
+    if (strcmp(o->name, "--workers") == 0) note_workers(*value);
+    return OM_OK;
 }
 
 // ---- progress and Ctrl-C -----------------------------------------------------------------------------------

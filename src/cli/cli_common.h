@@ -2,6 +2,8 @@
 #ifndef OMENTUM_CLI_COMMON_H
 #define OMENTUM_CLI_COMMON_H
 
+#include <stdio.h>
+
 #include "omentum/base.h"
 
 // Exit codes: what a script may rely on.
@@ -14,13 +16,34 @@
     4  // the work was done, files are complete; standard output could not be written
 #define OM_EXIT_CANCELLED 130  // Ctrl-C, or SIGTERM or SIGHUP
 
-// One option of a verb. A flag has no argument; the same name may not appear twice in a table.
+// One option of a verb. A flag has no argument; the same name may not appear twice in a table. Parser, help, man page
+// and completion of shells are all made from these tables. --help and --json are added to each.
 typedef struct OmCliOption {
-    const char* name;   // with its dashes: "--edge"; "-o" is found by its second name
-    const char* alias;  // or null
-    const char* arg;    // name of its argument for --help, null for a flag
-    const char* help;
+    const char* name;    // with its dashes: "--edge"; "-o" is found by its second name
+    const char* alias;   // or null
+    const char* arg;     // name of its argument, null for a flag
+    const char* help;    // one sentence, without default and range
+    const char* preset;  // the default in words, or null
+    const char* unit;    // of a number, or null
+    double min, max;     // range of a number; both 0: none
 } OmCliOption;
+
+// A key of the figures that --json prints; "point.*" stands for all that begin with "point.".
+typedef struct OmCliKey {
+    const char *name, *help;
+} OmCliKey;
+
+// All that is known about a verb. Groups of verbs (umesh) have neither run nor options.
+typedef struct OmCliVerb {
+    const char* name;  // what is typed after "omentum": "umesh predict"
+    int (*run)(int argc, char** argv);
+    const char *summary, *usage, *about, *example;
+    const OmCliOption* option;
+    int noption;
+    const OmCliKey* key;
+    int nkey;
+    bool has_own_json;  // prints its object itself
+} OmCliVerb;
 
 typedef struct OmCliArgs {
     const OmCliOption* option;
@@ -30,7 +53,8 @@ typedef struct OmCliArgs {
 } OmCliArgs;
 
 // Check every argument of argv[1..] against the table. Returns OM_INVALID with the nearest option in the
-// message for an unknown one. Positional arguments are counted into npositional.
+// message for an unknown one, or for a number outside of the table's range. Positional arguments are counted into
+// npositional.
 OmStatus om_cli_check(const OmCliArgs* args, int max_positional, int* npositional);
 // The argument of the last use of an option; "" for a flag that is set; null if it is not given.
 const char* om_cli_get(const OmCliArgs* args, const char* name);
@@ -41,7 +65,35 @@ const char* om_cli_positional(const OmCliArgs* args, int index);
 OmStatus om_cli_get_double(const OmCliArgs* args, const char* name, double min, double max,
                            double* value);
 OmStatus om_cli_get_int(const OmCliArgs* args, const char* name, int min, int max, int* value);
-void om_cli_print_options(const OmCliArgs* args);
+// The same, with the range of the table.
+OmStatus om_cli_double(const OmCliArgs* args, const char* name, double* value);
+OmStatus om_cli_int(const OmCliArgs* args, const char* name, int* value);
+
+// ---- the table of verbs (cli_table.c) and pages made from it (cli_pages.c)
+
+// The k-th verb or group, sorted by name; null after the last.
+const OmCliVerb* om_cli_verb_at(int k);
+// The verb or group whose words argv begins with, the longest; `nword` is their number. Null if there is none.
+const OmCliVerb* om_cli_find_verb(int argc, char** argv, int* nword);
+// The option by either name, of the verb or common to all; null if it has none.
+const OmCliOption* om_cli_find_option(const OmCliOption* option, int noption, const char* word,
+                                      size_t len);
+// The k-th option of a verb, those common to all last; null after them.
+const OmCliOption* om_cli_option_at(const OmCliVerb* verb, int k);
+void om_cli_print_help(const OmCliVerb* verb);
+void om_cli_print_man(void);
+// "bash", "zsh" or "fish"; false for another shell.
+bool om_cli_print_completion(const char* shell);
+
+// ---- the result for programs, --json (cli_result.c). Without --json the calls do nothing.
+
+// From now on standard output receives nothing but the object; what is printed goes to standard error.
+void om_cli_result_begin(const OmCliVerb* verb);
+void om_cli_figure(const char* key, double value);
+void om_cli_path(const char* path);      // something that was written
+void om_cli_reason(const char* reason);  // why the outcome is what it is
+// Print the object; returns the exit code.
+int om_cli_result_end(int exit_code);
 
 // A progress listener on stderr that stops the work after Ctrl-C, SIGTERM or SIGHUP. Quiet if `is_quiet`.
 const OmProgress* om_cli_progress(bool is_quiet);
@@ -69,18 +121,20 @@ OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
 // First of all: how threads of libraries wait. May start the program anew.
 void om_cli_set_environment(char** argv);
 
-// The verbs.
+// The verbs, and the table of each.
+extern const OmCliVerb om_cli_verb_calibrate, om_cli_verb_demo, om_cli_verb_model, om_cli_verb_plan,
+    om_cli_verb_retract, om_cli_verb_study_calibration, om_cli_verb_study_contact,
+    om_cli_verb_study_methods, om_cli_verb_study_sheet, om_cli_verb_umesh_eval,
+    om_cli_verb_umesh_generate, om_cli_verb_umesh_predict, om_cli_verb_umesh_train;
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);
 int om_cli_plan(int argc, char** argv);
 int om_cli_retract(int argc, char** argv);
 int om_cli_demo(int argc, char** argv);
-int om_cli_study(int argc, char** argv);
 int om_cli_study_contact(int argc, char** argv);
 int om_cli_study_calibration(int argc, char** argv);
 int om_cli_study_sheet(int argc, char** argv);
 int om_cli_study_methods(int argc, char** argv);
-int om_cli_umesh(int argc, char** argv);
 int om_cli_umesh_generate(int argc, char** argv);
 int om_cli_umesh_train(int argc, char** argv);
 int om_cli_umesh_eval(int argc, char** argv);

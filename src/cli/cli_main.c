@@ -7,32 +7,18 @@
 
 #include "cli_common.h"
 
-typedef struct Verb {
-    const char* name;
-    int (*run)(int argc, char** argv);
-    const char* help;
-} Verb;
-
-static const Verb verb[] = {
-    {"calibrate", om_cli_calibrate, "find a tissue's parameters from what was seen of it"},
-    {"demo", om_cli_demo, "expose a tumour under a sheet of tissue; needs no file"},
-    {"model", om_cli_model, "build a patient model from a CT, a label map or a mesh"},
-    {"plan", om_cli_plan, "plan a retraction from a described situation, and say why"},
-    {"retract", om_cli_retract,
-     "run a scene: sense, plan, act until the ROI is seen; writes a report"},
-    {"study", om_cli_study, "repeat an experiment of the thesis, with its tables and figures"},
-    {"umesh", om_cli_umesh, "make data for a network that knows how an organ deforms"},
-};
-enum { NVERB = sizeof verb / sizeof *verb };
-
 static void print_help(FILE* out) {
+    const OmCliVerb* v;
     fprintf(out, "omentum: patient-specific simulation of soft tissue for autonomous surgery\n\n"
                  "Usage: omentum VERB [options]\n\n");
-    for (int i = 0; i < NVERB; ++i) fprintf(out, "  %-9s %s\n", verb[i].name, verb[i].help);
+    for (int k = 0; (v = om_cli_verb_at(k)); ++k)
+        if (!strchr(v->name, ' ')) fprintf(out, "  %-10s %s\n", v->name, v->summary);
     fprintf(
         out,
-        "\n  omentum VERB --help   options and examples of a verb\n"
-        "  omentum --version     the version\n\n"
+        "\n  omentum help VERB          options and examples of a verb, as omentum VERB --help\n"
+        "  omentum man                the man page\n"
+        "  omentum completion SHELL   completion for bash, zsh or fish\n"
+        "  omentum --version          the version\n\n"
         "Exit codes: 0 done; 1 done, with a negative outcome; 2 wrong command line; 3 bad input or "
         "failed output; 4 done and files written, but standard output failed; 130 cancelled\n");
 }
@@ -52,6 +38,61 @@ static void take_descriptors(void) {
     }
 }
 
+// Words that are no verb, or a group without one of its own: what is there instead.
+static int refuse_verb(const OmCliVerb* group, const char* word) {
+    const char* name[64];
+    const OmCliVerb* v;
+    size_t skip = group ? strlen(group->name) + 1 : 0;
+    int n = 0;
+    for (int k = 0; (v = om_cli_verb_at(k)) && n < 64; ++k) {
+        bool is_member =
+            group && strncmp(v->name, group->name, skip - 1) == 0 && v->name[skip - 1] == ' ';
+        if (group ? is_member : !strchr(v->name, ' ')) name[n++] = v->name + skip;
+    }
+    const char* nearest = word ? om_nearest_word(word, name, n) : NULL;
+    fprintf(stderr, "omentum%s%s: ", group ? " " : "", group ? group->name : "");
+    if (word)
+        fprintf(stderr, "unknown %s \"%s\"", group ? "name" : "verb", word);
+    else
+        fprintf(stderr, "no name is given");
+    if (nearest) fprintf(stderr, "; did you mean \"%s\"?", nearest);
+    fprintf(stderr, "; omentum help%s%s lists them:", group ? " " : "", group ? group->name : "");
+    for (int k = 0; k < n; ++k) fprintf(stderr, " %s", name[k]);
+    fprintf(stderr, "\n");
+    return OM_EXIT_USAGE;
+}
+
+static int show_help(int argc, char** argv) {
+    int nword;
+    const OmCliVerb* verb = om_cli_find_verb(argc, argv, &nword);
+    if (argc == 0) {
+        print_help(stdout);
+        return OM_EXIT_OK;
+    }
+    if (!verb || nword < argc) return refuse_verb(verb && !verb->run ? verb : NULL, argv[nword]);
+    om_cli_print_help(verb);
+    return OM_EXIT_OK;
+}
+
+static int show_completion(int argc, char** argv) {
+    if (argc == 1 && om_cli_print_completion(argv[0])) return OM_EXIT_OK;
+    fprintf(stderr, "omentum completion: name one shell: bash, zsh or fish\n");
+    return OM_EXIT_USAGE;
+}
+
+static int run_verb(const OmCliVerb* verb, int argc, char** argv) {
+    OmCliArgs args = {verb->option, verb->noption, argc, argv};
+    if (om_cli_get(&args, "--help")) {
+        om_cli_print_help(verb);
+        return OM_EXIT_OK;
+    }
+    bool is_json = om_cli_get(&args, "--json") != NULL;
+    if (is_json && !verb->has_own_json) om_cli_result_begin(verb);
+    int code = verb->run(argc, argv);
+    if (is_json && verb->has_own_json && code >= OM_EXIT_USAGE) om_cli_result_begin(verb);
+    return om_cli_result_end(code);
+}
+
 int main(int argc, char** argv) {
     take_descriptors();
     om_cli_set_environment(argv);
@@ -62,23 +103,30 @@ int main(int argc, char** argv) {
         print_help(stderr);
         return OM_EXIT_USAGE;
     }
-    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
-        strcmp(argv[1], "help") == 0) {
+    const char* word = argv[1];
+    if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
         print_help(stdout);
         return om_cli_check_output(OM_EXIT_OK);
     }
-    if (strcmp(argv[1], "--version") == 0) {
+    if (strcmp(word, "--version") == 0) {
         printf("omentum %s\n", om_version());
         return om_cli_check_output(OM_EXIT_OK);
     }
-    const char* name[NVERB];
-    for (int i = 0; i < NVERB; ++i) {
-        name[i] = verb[i].name;
-        if (strcmp(argv[1], verb[i].name) == 0)
-            return om_cli_check_output(verb[i].run(argc - 1, argv + 1));
+    if (strcmp(word, "help") == 0) return om_cli_check_output(show_help(argc - 2, argv + 2));
+    if (strcmp(word, "completion") == 0)
+        return om_cli_check_output(show_completion(argc - 2, argv + 2));
+    if (strcmp(word, "man") == 0) {
+        om_cli_print_man();
+        return om_cli_check_output(OM_EXIT_OK);
     }
-    const char* nearest = om_nearest_word(argv[1], name, NVERB);
-    fprintf(stderr, "omentum: unknown verb \"%s\"%s%s%s; omentum --help lists them\n", argv[1],
-            nearest ? "; did you mean \"" : "", nearest ? nearest : "", nearest ? "\"?" : "");
-    return OM_EXIT_USAGE;
+    int nword;
+    const OmCliVerb* verb = om_cli_find_verb(argc - 1, argv + 1, &nword);
+    if (!verb) return refuse_verb(NULL, word);
+    if (verb->run) return om_cli_check_output(run_verb(verb, argc - nword, argv + nword));
+    const char* next = argv[nword + 1];
+    if (next && (strcmp(next, "--help") == 0 || strcmp(next, "-h") == 0)) {
+        om_cli_print_help(verb);
+        return om_cli_check_output(OM_EXIT_OK);
+    }
+    return refuse_verb(verb, next && *next != '-' ? next : NULL);
 }

@@ -10,23 +10,24 @@ static const OmCliOption option[] = {
     {"--list", NULL, NULL, "list the labels or segments of INPUT and stop; needs no -o"},
     {"--label", "-l", "N|NAME[,...]",
      "labels whose union is meshed, by number or name, or \"all\"; may be repeated"},
-    {"--volume", NULL, "N", "which volume of a file of several (times, components), from 0"},
+    {"--volume", NULL, "N", "which volume of a file of several (times, components), from 0", NULL,
+     NULL, 0, 1 << 30},
     {"--window", NULL, "LO,HI", "intensities from LO to HI instead of labels"},
-    {"--edge", "-e", "MM", "mean edge of the tetrahedra (default 4)"},
-    {"--part", NULL, "N[,N...]", "connected parts to keep, 1 is the largest (default: 1)"},
+    {"--edge", "-e", "MM", "mean edge of the tetrahedra", "4", "mm", 0.01, 1000},
+    {"--part", NULL, "N[,N...]", "connected parts to keep, 1 is the largest", "1"},
     {"--all-parts", NULL, NULL, "keep every part of at least --min-share, not only the largest"},
-    {"--min-share", NULL, "PERCENT", "smallest part that --all-parts keeps (default 1)"},
-    {"--connectivity", NULL, "6|26", "when voxels belong together (default 6)"},
+    {"--min-share", NULL, "PERCENT", "smallest part that --all-parts keeps", "1", "%", 0, 100},
+    {"--connectivity", NULL, "6|26", "when voxels belong together", "6", NULL, 6, 26},
     {"--keep-holes", NULL, NULL, "do not fill holes inside the organ"},
-    {"--close", NULL, "MM", "morphological closing by a ball of this radius (default 0)"},
-    {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes (default 1.2)"},
+    {"--close", NULL, "MM", "morphological closing by a ball of this radius", "0", "mm", 0, 100},
+    {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes", "1.2", "voxels", 0.5,
+     3},
     {"--no-refine", NULL, NULL, "keep the edge even where parts are thinner than it"},
     {"--remesh", NULL, NULL, "mesh a volume mesh anew instead of using it as it is"},
-    {"--unit", NULL, "mm|cm|m", "unit of the file's lengths (default: as the file says, else mm)"},
-    {"--space", NULL, "ras|lps",
-     "space of a file that does not say it (default: RAS), or to read it otherwise"},
-    {"--export-space", NULL, "ras|lps",
-     "space of the tissue.vtu and organ.ply written (default ras)"},
+    {"--unit", NULL, "mm|cm|m", "unit of the file's lengths", "as the file says, else mm"},
+    {"--space", NULL, "ras|lps", "space of a file that does not say it, or to read it otherwise",
+     "RAS"},
+    {"--export-space", NULL, "ras|lps", "space of the tissue.vtu and organ.ply written", "ras"},
     {"--sheet", NULL, "KEY=VALUE,...",
      "cover a side with fat: thickness, side, gap, bridge, length, width, corner, wrap (mm)"},
     {"--tumour", NULL, "KEY=VALUE,...",
@@ -34,37 +35,24 @@ static const OmCliOption option[] = {
     {"--attach", NULL, "FACE[:WHERE]", "hold the sheet: border, underside or top; may be repeated"},
     {"--material", NULL, "KEY=VALUE,...",
      "name, label, young (Pa), poisson, density; may be repeated"},
-    {"--max-volume", NULL, "GB", "largest volume that is read, by its voxels (default 1.07)"},
-    {"--name", NULL, "NAME", "name of the model (default: that of the file)"},
+    {"--max-volume", NULL, "GB", "largest volume that is read, by its voxels", "1.07", "GB", 1e-3,
+     64},
+    {"--name", NULL, "NAME", "name of the model", "that of the file"},
     {"--output", "-o", "DIR", "folder of the model; an older model there is replaced"},
-    {"--threads", NULL, "N", "workers (default: one a processor; the mesh does not depend on it)"},
+    {"--workers", "--threads", "N", "threads", "one a processor; the mesh does not depend on it",
+     NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress bar"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "Usage: omentum model INPUT -o DIR [options]\n"
-        "       omentum model --list INPUT\n\n"
-        "Builds a patient model from a volume (NIfTI, NRRD), a volume mesh (msh, vtk, vtu) or a\n"
-        "surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
-        "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"
-        "organ.ply, report.json and report.html, all of them or none.\n");
-    om_cli_print_options(args);
-    printf(
-        "\nDirections (side, where): right, left, anterior, posterior, superior, inferior, lateral,\n"
-        "medial, or x,y,z written x/y/z in RAS.\n"
-        "\nExamples:\n"
-        "  omentum model --list segmentation.seg.nrrd\n"
-        "  omentum model segmentation.seg.nrrd --label liver --edge 6 -o liver\n"
-        "  omentum model labels.nii.gz --label 5 --edge 6 -o liver\n"
-        "  omentum model breast.nhdr --label 1,2,29,33,40,88,95,125,150,225 --edge 5 -o breast\n"
-        "  omentum model ct.nii.gz --window 150,3000 --all-parts --edge 4 -o bone\n"
-        "  omentum model liver.stl --unit m --edge 5 -o liver\n"
-        "  omentum model labels.nii.gz --label 3 --edge 4 --sheet thickness=8,side=lateral \\\n"
-        "      --attach \"border:superior 30%%\" --attach \"underside:random 20%% seed 7\" \\\n"
-        "      --tumour radius=12,height=3 -o kidney\n");
-}
+static const OmCliKey result_key[] = {
+    {"tetrahedra", "of the mesh"},
+    {"vertices", "of the mesh"},
+    {"edge_smallest_mm", "length of edges"},
+    {"edge_mean_mm", "length of edges"},
+    {"edge_largest_mm", "length of edges"},
+    {"volume_ml", "of the mesh"},
+    {"surface_error_mm", "mean distance to the surface given"},
+};
 
 // ---- words to numbers --------------------------------------------------------------------------------------
 
@@ -277,18 +265,18 @@ static OmStatus parse_def(const OmCliArgs* args, const char* input, OmModelDef* 
     const char* unit = om_cli_get(args, "--unit");
     const char* name = om_cli_get(args, "--name");
     OM_CHECK(strlen(input) < sizeof def->input, OM_INVALID, "the input's name is too long");
-    OM_TRY(om_cli_get_double(args, "--edge", 0.01, 1000, &edge));
+    OM_TRY(om_cli_double(args, "--edge", &edge));
     *def = om_model_default_def(input, edge * 1e-3);
     OM_TRY(parse_labels(args, def));
     OM_TRY(parse_window(args, def));
     OM_TRY(parse_parts(args, def));
-    OM_TRY(om_cli_get_int(args, "--volume", 0, 1 << 30, &def->volume));
-    OM_TRY(om_cli_get_double(args, "--min-share", 0, 100, &share));
-    OM_TRY(om_cli_get_double(args, "--close", 0, 100, &close));
-    OM_TRY(om_cli_get_double(args, "--smooth", 0.5, 3, &def->smooth));
-    OM_TRY(om_cli_get_int(args, "--connectivity", 6, 26, &def->connectivity));
-    OM_TRY(om_cli_get_int(args, "--threads", 0, OM_MAX_WORKER, &def->nworker));
-    OM_TRY(om_cli_get_double(args, "--max-volume", 1e-3, 64, &gb));
+    OM_TRY(om_cli_int(args, "--volume", &def->volume));
+    OM_TRY(om_cli_double(args, "--min-share", &share));
+    OM_TRY(om_cli_double(args, "--close", &close));
+    OM_TRY(om_cli_double(args, "--smooth", &def->smooth));
+    OM_TRY(om_cli_int(args, "--connectivity", &def->connectivity));
+    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
+    OM_TRY(om_cli_double(args, "--max-volume", &gb));
     def->max_volume_size = (uint64_t)(gb * 1e9);
     def->min_share = share / 100;
     def->close_radius = close * 1e-3;
@@ -330,9 +318,19 @@ static void print_summary(const OmPatient* p, const OmModelReport* r, const char
                (long long)r->nvoxel, r->voxel.x * 1e3, r->voxel.y * 1e3, r->voxel.z * 1e3,
                r->label_volume * 1e6, r->npart_mask, r->npart_mask == 1 ? "" : "s");
     }
-    printf("%s: %d tetrahedra, %d vertices, edges %.2f / %.2f / %.2f mm\n", p->name, q->ntet,
-           q->nvert, q->edge_min * 1e3, q->edge_mean * 1e3, q->edge_max * 1e3);
-    printf("dihedral angles %.1f to %.1f degrees; ", q->dihedral_min * deg, q->dihedral_max * deg);
+    printf(
+        "%s: %d tetrahedra, %d vertices, edges %.2f mm (smallest), %.2f (mean), %.2f (largest)\n",
+        p->name, q->ntet, q->nvert, q->edge_min * 1e3, q->edge_mean * 1e3, q->edge_max * 1e3);
+    om_cli_figure("tetrahedra", q->ntet);
+    om_cli_figure("vertices", q->nvert);
+    om_cli_figure("edge_smallest_mm", q->edge_min * 1e3);
+    om_cli_figure("edge_mean_mm", q->edge_mean * 1e3);
+    om_cli_figure("edge_largest_mm", q->edge_max * 1e3);
+    om_cli_figure("volume_ml", q->volume * 1e6);
+    om_cli_figure("surface_error_mm", r->surface_error_mean * 1e3);
+    om_cli_path(dir);
+    printf("dihedral angles %.1f (smallest) to %.1f (largest) degrees; ", q->dihedral_min * deg,
+           q->dihedral_max * deg);
     if (p->organ.ntri > 0)  // the mesh is the sheet, the label is the organ below
         printf("volume %.2f mL, %.2f %% off, the organ's %.2f mL", q->volume * 1e6,
                r->volume_error * 100, r->surface_volume * 1e6);
@@ -355,10 +353,6 @@ int om_cli_model(int argc, char** argv) {
     const OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
     OmStatus status = om_cli_check(&args, 1, &npositional);
-    if (status == OM_OK && om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     const char* input = status == OM_OK ? om_cli_positional(&args, 0) : NULL;
     const char* dir = status == OM_OK ? om_cli_get(&args, "--output") : NULL;
     const bool is_list = status == OM_OK && om_cli_get(&args, "--list");
@@ -398,3 +392,33 @@ int om_cli_model(int argc, char** argv) {
     om_patient_done(&patient);
     return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;
 }
+
+const OmCliVerb om_cli_verb_model = {
+    .name = "model",
+    .run = om_cli_model,
+    .summary = "build a patient model from a CT, a label map or a mesh",
+    .usage = "omentum model INPUT -o DIR [options]\n"
+             "omentum model --list INPUT",
+    .about =
+        "Builds a patient model from a volume (NIfTI, NRRD), a volume mesh (msh, vtk, vtu) or a\n"
+        "surface (STL, OBJ, PLY, OFF): a tetrahedral mesh with named sets, its materials, and with\n"
+        "--sheet the organ below and the region of interest. DIR receives patient.yaml, tissue.vtu,\n"
+        "organ.ply, report.json and report.html, all of them or none.\n"
+        "\n"
+        "Directions (side, where): right, left, anterior, posterior, superior, inferior, lateral,\n"
+        "medial, or x,y,z written x/y/z in RAS.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example =
+        "  omentum model --list segmentation.seg.nrrd\n"
+        "  omentum model segmentation.seg.nrrd --label liver --edge 6 -o liver\n"
+        "  omentum model labels.nii.gz --label 5 --edge 6 -o liver\n"
+        "  omentum model breast.nhdr --label 1,2,29,33,40,88,95,125,150,225 --edge 5 -o breast\n"
+        "  omentum model ct.nii.gz --window 150,3000 --all-parts --edge 4 -o bone\n"
+        "  omentum model liver.stl --unit m --edge 5 -o liver\n"
+        "  omentum model labels.nii.gz --label 3 --edge 4 --sheet thickness=8,side=lateral \\\n"
+        "      --attach \"border:superior 30%\" --attach \"underside:random 20% seed 7\" \\\n"
+        "      --tumour radius=12,height=3 -o kidney",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

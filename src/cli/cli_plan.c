@@ -10,25 +10,34 @@
 #include "omentum/scene_yaml.h"
 
 static const OmCliOption option[] = {
-    {"--grid", NULL, "N",
-     "blocks along a side of the tissue, without a situation file (default 5)"},
+    {"--grid", NULL, "N", "blocks along a side of the tissue, without a situation file", "5", NULL,
+     1, OM_PLAN_MAX_GRID},
     {"--roi", NULL, "X,Y", "the region of interest lies under this block; may be repeated"},
     {"--attached", NULL, "X,Y", "a block above attachment points; may be repeated"},
     {"--tried", NULL, "X,Y", "a block that was grasped in vain; may be repeated"},
     {"--why", NULL, NULL, "explain the choice and what stands against others"},
-    {"--others", NULL, "N", "how many other grasping points to explain (default 8, -1 all)"},
-    {"--horizon", NULL, "N", "steps a plan may take (default 12)"},
-    {"--max-pulls", NULL, "N", "pulls of 10 mm up to the height limit (default 5)"},
+    {"--others", NULL, "N", "how many other grasping points to explain", "8, -1 all", NULL, -1,
+     OM_PLAN_MAX_BLOCK},
+    {"--horizon", NULL, "N", "steps a plan may take", "12", NULL, 1, OM_PLAN_MAX_HORIZON},
+    {"--max-pulls", NULL, "N", "pulls of 10 mm up to the height limit", "5", NULL, 1,
+     OM_PLAN_MAX_HORIZON},
     {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
-    {"--time-limit", NULL, "S", "seconds that grounding, and each solve, may take (default 10)"},
-    {"--memory-limit", NULL, "MB", "memory that grounding and solving may take (default 2000)"},
+    {"--time-limit", NULL, "S", "seconds that grounding, and each solve, may take", "10", "s", 1e-3,
+     1e6},
+    {"--memory-limit", NULL, "MB", "memory that grounding and solving may take", "2000", "MB", 50,
+     1e6},
     {"--json", NULL, NULL, "print the plan as JSON"},
     {"--example", NULL, NULL, "print a situation file to start from"},
     {"--print-program", NULL, NULL, "print the built-in logic program"},
-    {"--help", "-h", NULL, "this text"},
+};
+
+static const OmCliKey result_key[] = {
+    {"outcome", "plan, no plan, or time limit"},
+    {"action", "verb, arm and block of each action, in order"},
+    {"cost", "what the plan costs, by priority"},
+    {"ground_ms, solve_ms", "time of clingo"},
 };
 #define MEMORY_MB 2000  // default of --memory-limit
-enum { NOPTION = sizeof option / sizeof *option };
 
 static const char example[] =
     "# What sensing knows. Blocks are (x, y), counted from 1; psm1 stands at the low y.\n"
@@ -200,7 +209,7 @@ static OmStatus read_options(const OmCliArgs* args, OmSituation* s) {
                  "option --grid: the situation file gives the grid");
         OM_TRY(read_file(path, s));
     } else {
-        OM_TRY(om_cli_get_int(args, "--grid", 1, OM_PLAN_MAX_GRID, &grid));
+        OM_TRY(om_cli_int(args, "--grid", &grid));
         OM_CHECK(
             om_cli_get(args, "--roi"), OM_INVALID,
             "what is the situation? Give a file (omentum plan --example prints one) or --roi X,Y");
@@ -263,11 +272,11 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
     int nother = 8;
     double memory_mb = MEMORY_MB;
     def.program = om_cli_get(args, "--program");
-    OM_TRY(om_cli_get_int(args, "--horizon", 1, OM_PLAN_MAX_HORIZON, &def.horizon));
-    OM_TRY(om_cli_get_int(args, "--max-pulls", 1, OM_PLAN_MAX_HORIZON, &def.max_lift));
-    OM_TRY(om_cli_get_double(args, "--time-limit", 1e-3, 1e6, &def.time_limit));
-    OM_TRY(om_cli_get_int(args, "--others", -1, OM_PLAN_MAX_BLOCK, &nother));
-    OM_TRY(om_cli_get_double(args, "--memory-limit", 50, 1e6, &memory_mb));
+    OM_TRY(om_cli_int(args, "--horizon", &def.horizon));
+    OM_TRY(om_cli_int(args, "--max-pulls", &def.max_lift));
+    OM_TRY(om_cli_double(args, "--time-limit", &def.time_limit));
+    OM_TRY(om_cli_int(args, "--others", &nother));
+    OM_TRY(om_cli_double(args, "--memory-limit", &memory_mb));
     OM_TRY(read_options(args, &s));
     if (def.program && om_path_exists(def.program)) {  // clingo would read a pipe
         FILE* program;
@@ -309,28 +318,19 @@ static int run_plan(void* ctx) {
 }
 
 int om_cli_plan(int argc, char** argv) {
-    OmCliArgs args = {option, NOPTION, argc, argv};
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional;
     OmStatus status = om_cli_check(&args, 1, &npositional);
     if (status < 0) {
         om_cli_fail("plan", status);
         return OM_EXIT_USAGE;
     }
-    if (om_cli_get(&args, "--help")) {
-        printf("Usage: omentum plan [SITUATION.yaml] [options]\n\n"
-               "Plans how the arms expose the region of interest from a situation, with clingo.\n\n"
-               "  omentum plan --roi 3,3 --attached 3,3 --attached 2,3 --why\n"
-               "  omentum plan --example > situation.yaml && omentum plan situation.yaml --why\n");
-        om_cli_print_options(&args);
-        printf("\nExit code 1: no plan exposes the region of interest; the reasons are printed.\n");
-        return OM_EXIT_OK;
-    }
     if (om_cli_get(&args, "--example") || om_cli_get(&args, "--print-program")) {
         fputs(om_cli_get(&args, "--example") ? example : om_planner_program(), stdout);
         return OM_EXIT_OK;
     }
     double memory_mb = MEMORY_MB;
-    status = om_cli_get_double(&args, "--memory-limit", 50, 1e6, &memory_mb);
+    status = om_cli_double(&args, "--memory-limit", &memory_mb);
     if (status < 0) return om_cli_fail("plan", status);
     OmCliGuard guard = {
         .verb = "plan",
@@ -345,3 +345,20 @@ int om_cli_plan(int argc, char** argv) {
             "its terms are nested too deep"};
     return om_cli_guard_run(&guard);
 }
+
+const OmCliVerb om_cli_verb_plan = {
+    .name = "plan",
+    .run = om_cli_plan,
+    .summary = "plan a retraction from a described situation, and say why",
+    .usage = "omentum plan [SITUATION.yaml] [options]",
+    .about =
+        "Plans how the arms expose the region of interest from a situation, with clingo. Exit code 1: no plan\n"
+        "exposes the region of interest; the reasons are printed.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum plan --roi 3,3 --attached 3,3 --attached 2,3 --why\n"
+               "  omentum plan --example > situation.yaml && omentum plan situation.yaml --why",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+    .has_own_json = true,
+};

@@ -8,48 +8,41 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
-    {"--data", NULL, "DIR",
-     "folder the scene's files are relative to (default: the scene's folder)"},
-    {"--layout", NULL, "K", "seed of attachments and ROI (default: the scene's)"},
+    {"--data", NULL, "DIR", "folder the scene's files are relative to", "the scene's folder"},
+    {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
     {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
-    {"--force-threshold", NULL, "N",
-     "epsilon of Alg. 4, in newtons, without a margin (default: the scene's, with its margin)"},
+    {"--force-threshold", NULL, "N", "largest force on the tissue, without a margin",
+     "the scene's, with its margin", "N", 1e-3, 1e3},
     {"--calibrate-force", NULL, NULL,
      "measure the scene's force threshold instead of running it (6.5.1)"},
     {"--search", NULL, NULL,
      "try every sequence of actions on the simulated truth: can the ROI be exposed at all?"},
-    {"--first", NULL, "K", "with --layouts: the first layout (default 1)"},
-    {"--layouts", NULL, "N",
-     "run N layouts, each in its own folder; of the calibration (default 17)"},
+    {"--first", NULL, "K", "with --layouts: the first layout", "1", NULL, 0, 1000000},
+    {"--layouts", NULL, "N", "run N layouts, each in its own folder; of the calibration", "17",
+     NULL, 1, 10000},
     {"--dry-run", NULL, NULL, "check the scene, print its sizes, memory and time, and end"},
     {"--example", NULL, NULL, "print a complete scene that runs, with every key, and end"},
     {"--print-scene", NULL, NULL, "print the scene with all defaults filled in, and end"},
     {"--keys", NULL, NULL, "print the page of all keys of a scene (doc/scene_keys.md), and end"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum retract: run a scene until the region of interest (ROI) is exposed\n\n"
-        "Usage: omentum retract SCENE.yaml -o DIR [options]\n\n"
-        "The simulated operating field hides another mesh and another stiffness from the twin that\n"
-        "plans and estimates forces. Exit code 0: exposed by the arms; 1: not exposed, or in view\n"
-        "before any action.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum retract scenes/sheet.yaml -o out/sheet\n"
-           "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
-           "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
-           "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
-           "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
-           "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
-           "  omentum retract scenes/sheet.yaml --dry-run\n"
-           "  omentum retract --example > my.yaml\n"
-           "  omentum retract scenes/kidney.yaml --print-scene\n"
-           "  omentum retract scenes/sheet.yaml --calibrate-force\n");
-}
+static const OmCliKey result_key[] = {
+    {"layout", "seed of attachments and ROI"},
+    {"visibility_start", "share of the ROI that is seen, 0 to 1"},
+    {"visibility_end", "the same, at the end"},
+    {"actions", "carried out"},
+    {"operation_s", "simulated time"},
+    {"wall_s", "time it took"},
+    {"force_twin_n", "largest force by the twin"},
+    {"force_truth_n", "largest force in the truth"},
+    {"twin_step_ms", "mean of a step of the twin"},
+    {"layouts", "run with --layouts, or measured"},
+    {"exposed", "of these layouts; of the sequences with --search"},
+    {"force_threshold_n", "measured with --calibrate-force"},
+    {"force_margin_n", "the same"},
+};
 
 typedef struct Settings {
     OmScene scene;
@@ -86,6 +79,17 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "the truth (mean over vertices)\n",
             1e3 * r->twin_shift, 1e3 * r->world_shift);
     if (dir) printf("  report: %s/report.html\n", dir);
+    om_cli_figure("layout", scene->seed);
+    om_cli_figure("visibility_start", r->visibility_start);
+    om_cli_figure("visibility_end", r->visibility_end);
+    om_cli_figure("actions", r->naction);
+    om_cli_figure("operation_s", r->time);
+    om_cli_figure("wall_s", r->wall_time);
+    om_cli_figure("force_twin_n", r->force_max);
+    om_cli_figure("force_truth_n", r->force_world_max);
+    om_cli_figure("twin_step_ms", r->twin_step_ms);
+    om_cli_reason(r->reason);
+    om_cli_path(dir);
 }
 
 static OmRetractDef make_def(const Settings* s, const char* dir) {
@@ -152,6 +156,8 @@ static int search(const Settings* s) {
                                         om_cli_progress(s->is_quiet), &r);
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
+    om_cli_figure("layout", scene->seed);
+    om_cli_figure("exposed", r.nexposed);
     printf("%s, layout %d: %d of %d sequences of %d grasps expose the ROI", scene->name,
            scene->seed, r.nexposed, r.ncourse, r.ngrasp);
     if (r.block >= 0) {
@@ -195,6 +201,9 @@ static int run_layouts(Settings* s) {
         pace += r.time / r.wall_time / s->nlayout;
         om_retract_result_done(&r);
     }
+    om_cli_figure("layouts", s->nlayout);
+    om_cli_figure("exposed", nexposed);
+    om_cli_path(s->out);
     printf("%s: %d of %d layouts exposed; a twin step %.2f ms; %.1f x real time; reports in "
            "%s/layout-*\n",
            s->scene.name, nexposed, s->nlayout, twin_ms, pace, s->out);
@@ -208,6 +217,9 @@ static int calibrate(const Settings* s) {
                                                  om_cli_progress(s->is_quiet), &c);
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
+    om_cli_figure("layouts", nlayout);
+    om_cli_figure("force_threshold_n", c.threshold);
+    om_cli_figure("force_margin_n", c.margin);
     printf(
         "%s: largest pull of %d grasps in %d layouts: median %.3f N (quartiles %.3f, %.3f; largest %.3f, "
         "cut off at twice the threshold)\n"
@@ -253,9 +265,9 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->program = om_cli_get(args, "--program");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
     s->first = 1;
-    OM_TRY(om_cli_get_int(args, "--layouts", 1, 10000, &s->nlayout));
-    OM_TRY(om_cli_get_int(args, "--first", 0, 1000000, &s->first));
-    OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &s->nworker));
+    OM_TRY(om_cli_int(args, "--layouts", &s->nlayout));
+    OM_TRY(om_cli_int(args, "--first", &s->first));
+    OM_TRY(om_cli_int(args, "--workers", &s->nworker));
     bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search") &&
                       !om_cli_get(args, "--print-scene") && !om_cli_get(args, "--dry-run");
     OM_CHECK(s->out || !has_folder, OM_INVALID, "no output folder is given; add -o DIR");
@@ -270,17 +282,13 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
                  "option --data: path too long");
         strcpy(s->scene.data_root, data);
     }
-    OM_TRY(om_cli_get_int(args, "--layout", 0, 2147483647, &s->scene.seed));
+    OM_TRY(om_cli_int(args, "--layout", &s->scene.seed));
     if (om_cli_get(args, "--force-threshold")) s->scene.task.force_margin = 0;
-    return om_cli_get_double(args, "--force-threshold", 1e-3, 1e3, &s->scene.task.force_threshold);
+    return om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold);
 }
 
 int om_cli_retract(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     Settings s = {0};
     if (read_settings(&args, &s) < 0) {
         fprintf(stderr, "omentum retract: %s\n", om_error_message());
@@ -303,26 +311,23 @@ int om_cli_retract(int argc, char** argv) {
 #define DEMO_LAYOUT 2
 
 static const OmCliOption demo_option[] = {
-    {"--output", "-o", "DIR", "folder for the report (default: omentum-demo)"},
+    {"--output", "-o", "DIR", "folder for the report", "omentum-demo"},
     {"--quick", NULL, NULL, "coarser meshes, smaller pictures: some seconds"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
 int om_cli_demo(int argc, char** argv) {
     OmCliArgs args = {demo_option, sizeof demo_option / sizeof *demo_option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        printf("omentum demo: lift a sheet of soft tissue off a tumour; needs no file\n\n"
-               "Usage: omentum demo [-o DIR] [--quick]\n");
-        om_cli_print_options(&args);
-        return OM_EXIT_OK;
-    }
     int npositional;
-    if (om_cli_check(&args, 0, &npositional) < 0) {
+    Settings s = {0};
+    if (om_cli_check(&args, 0, &npositional) < 0 ||
+        om_cli_int(&args, "--workers", &s.nworker) < 0) {
         fprintf(stderr, "omentum demo: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    Settings s = {.scene = om_scene_default(), .out = om_cli_get(&args, "--output")};
+    s = (Settings){
+        .nworker = s.nworker, .scene = om_scene_default(), .out = om_cli_get(&args, "--output")};
     OmScene* scene = &s.scene;
     s.is_quiet = om_cli_get(&args, "--quiet") != NULL;
     if (!s.out) s.out = "omentum-demo";
@@ -336,3 +341,41 @@ int om_cli_demo(int argc, char** argv) {
     }
     return run(&s);
 }
+
+const OmCliVerb om_cli_verb_retract = {
+    .name = "retract",
+    .run = om_cli_retract,
+    .summary = "run a scene: sense, plan, act until the ROI is seen; writes a report",
+    .usage = "omentum retract SCENE.yaml -o DIR [options]",
+    .about =
+        "The simulated operating field hides another mesh and another stiffness from the twin that\n"
+        "plans and estimates forces. Exit code 0: exposed by the arms; 1: not exposed, or in view\n"
+        "before any action.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum retract scenes/sheet.yaml -o out/sheet\n"
+               "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
+               "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
+               "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
+               "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
+               "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
+               "  omentum retract scenes/sheet.yaml --dry-run\n"
+               "  omentum retract --example > my.yaml\n"
+               "  omentum retract scenes/kidney.yaml --print-scene\n"
+               "  omentum retract scenes/sheet.yaml --calibrate-force",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};
+
+const OmCliVerb om_cli_verb_demo = {
+    .name = "demo",
+    .run = om_cli_demo,
+    .summary = "expose a tumour under a sheet of tissue; needs no file",
+    .usage = "omentum demo [-o DIR] [--quick]",
+    .about = "Lifts a sheet of soft tissue off a tumour. Exit code 0: exposed; 1: not exposed.",
+    .option = demo_option,
+    .noption = sizeof demo_option / sizeof *demo_option,
+    .example = "  omentum demo --quick -o out/demo",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

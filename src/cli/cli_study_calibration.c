@@ -7,32 +7,22 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
     {"--quick", NULL, NULL, "three lesions, coarse particles and truth, few evaluations"},
-    {"--lesions-used", NULL, "N", "of the breast, the first N (default: all ten)"},
-    {"--tune-on", NULL, "N", "the lesion fine-tuned on (default 1); the others are the test"},
-    {"--truth", NULL, "N", "elements of the breast's quadratic truth (default 12000)"},
+    {"--lesions-used", NULL, "N", "of the breast, the first N", "all ten", NULL, 2, 20},
+    {"--tune-on", NULL, "N", "the lesion fine-tuned on; the others are the test", "1"},
+    {"--truth", NULL, "N", "elements of the breast's quadratic truth", "12000", NULL, 1000,
+     1000000},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth of the breast is used"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum study calibration: particles calibrated on gel, tested on a breast\n\n"
-        "Usage: omentum study calibration -o DIR [options]\n\n"
-        "The experiment of thesis 3.5.1: cluster parameters of particles are found on a box of gel with three\n"
-        "beads, fine-tuned on one lesion of the breast phantom and tested on the others, against a truth of\n"
-        "finite elements. DIR receives report.html, study.json, errors.csv and a folder a search: started again\n"
-        "after it was stopped, it goes on where it was. Exit code 0: the error on unseen lesions is at most 1.5\n"
-        "times that of finite elements; 1: it is more.\n");
-    om_cli_print_options(args);
-    printf(
-        "\nExamples:\n"
-        "  omentum study calibration --quick -o out/quick\n"
-        "  omentum study calibration -o out/calibration\n"
-        "  omentum study calibration --tune-on 4 -o out/calibration-4\n"
-        "  omentum study calibration --truth-from out/contact --truth 35000 -o out/calibration\n");
-}
+static const OmCliKey result_key[] = {
+    {"unseen_particles_mm", "error on unseen lesions, tuned"},
+    {"unseen_gel_mm", "with the parameters of the gel"},
+    {"unseen_elements_mm", "of finite elements"},
+    {"unseen_rigid_mm", "of a rigid body"},
+    {"evaluations", "simulations in all"},
+};
 
 // Few lesions, coarse particles and searches of a few evaluations.
 static void make_quick(OmStudyCalibrationDef* def) {
@@ -50,18 +40,24 @@ static void make_quick(OmStudyCalibrationDef* def) {
 
 static OmStatus read_def(const OmCliArgs* args, OmStudyCalibrationDef* def) {
     int tuned = 1, npositional;
-    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
     if (om_cli_get(args, "--quick")) make_quick(def);
-    OM_TRY(om_cli_get_int(args, "--lesions-used", 2, 20, &def->nlesion));
+    OM_TRY(om_cli_int(args, "--lesions-used", &def->nlesion));
     OM_TRY(om_cli_get_int(args, "--tune-on", 1, def->nlesion, &tuned));
     def->tuned = tuned - 1;
     def->truth_dir = om_cli_get(args, "--truth-from");
-    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+    OM_TRY(om_cli_int(args, "--truth", &def->truth_ntet));
+    return om_cli_int(args, "--workers", &def->nworker);
 }
 
 static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
+    om_cli_figure("unseen_particles_mm", 1e3 * r->unseen_tuned);
+    om_cli_figure("unseen_gel_mm", 1e3 * r->unseen_gel);
+    om_cli_figure("unseen_elements_mm", 1e3 * r->unseen_prescribed);
+    om_cli_figure("unseen_rigid_mm", 1e3 * r->unseen_rigid);
+    om_cli_figure("evaluations", r->neval);
+    om_cli_path(dir);
     printf("gel: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm\n", 1e3 * r->gel[0],
            1e3 * r->gel[1], r->gel[2], 1e3 * r->gel_error);
     printf("breast: spacing %.2f mm, radius %.2f mm, stiffness %.3f; error %.2f mm, %.2f before\n",
@@ -77,10 +73,6 @@ static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
 
 int om_cli_study_calibration(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     OmStudyCalibrationSummary summary;
     OmStudyCalibrationDef def = om_study_default_calibration_def(om_cli_get(&args, "--output"));
     if (read_def(&args, &def) < 0) {
@@ -94,3 +86,25 @@ int om_cli_study_calibration(int argc, char** argv) {
     print_result(&summary, def.out_dir);
     return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_study_calibration = {
+    .name = "study calibration",
+    .run = om_cli_study_calibration,
+    .summary = "particles calibrated on gel, tested on a breast",
+    .usage = "omentum study calibration -o DIR [options]",
+    .about =
+        "The experiment of thesis 3.5.1: cluster parameters of particles are found on a box of gel with three\n"
+        "beads, fine-tuned on one lesion of the breast phantom and tested on the others, against a truth of\n"
+        "finite elements. DIR receives report.html, study.json, errors.csv and a folder a search: started again\n"
+        "after it was stopped, it goes on where it was. Exit code 0: the error on unseen lesions is at most 1.5\n"
+        "times that of finite elements; 1: it is more.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example =
+        "  omentum study calibration --quick -o out/quick\n"
+        "  omentum study calibration -o out/calibration\n"
+        "  omentum study calibration --tune-on 4 -o out/calibration-4\n"
+        "  omentum study calibration --truth-from out/contact --truth 35000 -o out/calibration",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

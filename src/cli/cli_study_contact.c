@@ -9,39 +9,29 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
     {"--quick", NULL, NULL, "three coarse meshes, two lesions, a coarse truth: under a minute"},
-    {"--resolutions", NULL, "N[,N...]", "elements of the meshes (default: the thesis's nine)"},
-    {"--methods", NULL, "NAME[,NAME...]", "penalty, multipliers, prescribed (default: all)"},
-    {"--lesions-used", NULL, "N", "press over the first N lesions only"},
+    {"--resolutions", NULL, "N[,N...]", "elements of the meshes", "the thesis's nine"},
+    {"--methods", NULL, "NAME[,NAME...]", "penalty, multipliers, prescribed", "all"},
+    {"--lesions-used", NULL, "N", "press over the first N lesions only", NULL, NULL, 1,
+     OM_STUDY_MAX_LESION},
     {"--mesh", NULL, "FILE", "a body of your own: a tetrahedral mesh (msh, vtk, vtu)"},
     {"--lesions", NULL, "FILE", "its lesions, one a line: x y z [radius]"},
-    {"--unit", NULL, "mm|cm|m", "unit of both files (default mm)"},
-    {"--lesion-unit", NULL, "mm|cm|m", "unit of the lesions (default: --unit)"},
-    {"--up", NULL, "X,Y,Z", "where the probe comes from (default 0,0,1)"},
-    {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers (default 0)"},
-    {"--contact-triangles", NULL, "N", "of the contact surface (default 4000)"},
-    {"--truth", NULL, "N", "elements of the quadratic truth (default 35000)"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--unit", NULL, "mm|cm|m", "unit of both files", "mm"},
+    {"--lesion-unit", NULL, "mm|cm|m", "unit of the lesions", "--unit"},
+    {"--up", NULL, "X,Y,Z", "where the probe comes from", "0,0,1"},
+    {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers", "0", NULL, 0,
+     10},
+    {"--contact-triangles", NULL, "N", "of the contact surface", "4000", NULL, 100, 200000},
+    {"--truth", NULL, "N", "elements of the quadratic truth", "35000", NULL, 1000, 1000000},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum study contact: three ways to press a probe on a breast, measured\n\n"
-        "Usage: omentum study contact -o DIR [options]\n\n"
-        "The study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
-        "breast phantom, by penalty, Lagrange multipliers and prescribed displacement, on nine meshes. DIR\n"
-        "receives report.html, study.json, runs.csv, errors.csv, and a file for every run: started again\n"
-        "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
-        "1: some cell misses it, the report names each.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum study contact --quick -o out/quick\n"
-           "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
-           "  omentum study contact -o out/contact\n"
-           "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt "
-           "--lesion-unit mm -o out/breast\n");
-}
+static const OmCliKey result_key[] = {
+    {"runs", "presses in all"},
+    {"completed", "of the runs, to the end of the path"},
+    {"cells", "combinations of method and mesh"},
+    {"cells_met", "of these, within the bar"},
+};
 
 // ---- options --------------------------------------------------------------------------------------
 
@@ -123,16 +113,21 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyContactDef* def) {
     if (om_cli_get(args, "--quick")) make_quick(def);
     OM_TRY(read_resolutions(om_cli_get(args, "--resolutions"), def));
     OM_TRY(read_methods(om_cli_get(args, "--methods"), def));
-    OM_TRY(om_cli_get_int(args, "--lesions-used", 1, OM_STUDY_MAX_LESION, &def->nlesion));
-    OM_TRY(om_cli_get_double(args, "--friction", 0, 10, &def->friction));
-    OM_TRY(om_cli_get_int(args, "--contact-triangles", 100, 200000, &def->contact_ntri));
-    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+    OM_TRY(om_cli_int(args, "--lesions-used", &def->nlesion));
+    OM_TRY(om_cli_double(args, "--friction", &def->friction));
+    OM_TRY(om_cli_int(args, "--contact-triangles", &def->contact_ntri));
+    OM_TRY(om_cli_int(args, "--truth", &def->truth_ntet));
+    return om_cli_int(args, "--workers", &def->nworker);
 }
 
 // ---- the verb -------------------------------------------------------------------------------------
 
 static void print_result(const OmStudyContactSummary* r, const char* dir) {
+    om_cli_figure("runs", r->nrun);
+    om_cli_figure("completed", r->ncomplete);
+    om_cli_figure("cells", r->ncell);
+    om_cli_figure("cells_met", r->ncell_met);
+    om_cli_path(dir);
     printf("%d runs (%d new): %d completed the path; the worst reached %.0f %%\n", r->nrun, r->nnew,
            r->ncomplete, 100 * r->worst_stability);
     printf("the bar is met by %d of %d combinations of method and mesh\n", r->ncell_met, r->ncell);
@@ -157,7 +152,7 @@ static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
 // Every word is looked at before anything is loaded.
 static OmStatus check_args(const OmCliArgs* args) {
     int npositional;
-    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
     OM_CHECK(!om_cli_get(args, "--mesh") == !om_cli_get(args, "--lesions"), OM_INVALID,
              "--mesh and --lesions go together");
@@ -171,10 +166,6 @@ static OmStatus check_args(const OmCliArgs* args) {
 
 int om_cli_study_contact(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     if (check_args(&args) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -194,3 +185,25 @@ int om_cli_study_contact(int argc, char** argv) {
     print_result(&summary, def.out_dir);
     return summary.ncell_met == summary.ncell ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_study_contact = {
+    .name = "study contact",
+    .run = om_cli_study_contact,
+    .summary = "three ways to press a probe on a breast, measured",
+    .usage = "omentum study contact -o DIR [options]",
+    .about =
+        "The study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
+        "breast phantom, by penalty, Lagrange multipliers and prescribed displacement, on nine meshes. DIR\n"
+        "receives report.html, study.json, runs.csv, errors.csv, and a file for every run: started again\n"
+        "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
+        "1: some cell misses it, the report names each.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example =
+        "  omentum study contact --quick -o out/quick\n"
+        "  omentum study contact --resolutions 623,2539,7369,26220 -o out/contact\n"
+        "  omentum study contact -o out/contact\n"
+        "  omentum study contact --mesh breast/tissue.vtu --unit m --lesions sites.txt --lesion-unit mm -o out/breast",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -6,34 +6,23 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
-    {"--weights", "-w", "FILE",
-     "a network trained on the phantom (default: the phantom's, weights/phantom.safetensors)"},
+    {"--weights", "-w", "FILE", "a network trained on the phantom",
+     "the phantom's, weights/phantom.safetensors"},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth and meshes are used"},
-    {"--clusters", NULL, "MM,MM,K",
-     "spacing, radius and stiffness of particles (default: the thesis's)"},
-    {"--lesions-used", NULL, "N", "press over the first N lesions only (default 10)"},
-    {"--truth", NULL, "N", "elements of the quadratic truth (default 12000)"},
+    {"--clusters", NULL, "MM,MM,K", "spacing, radius and stiffness of particles", "the thesis's"},
+    {"--lesions-used", NULL, "N", "press over the first N lesions only", "10", NULL, 1, 20},
+    {"--truth", NULL, "N", "elements of the quadratic truth", "12000", NULL, 1000, 1000000},
     {"--quick", NULL, NULL, "two lesions, a coarse truth, coarse particles"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum study methods: finite elements, particles, a trained network, compared\n\n"
-        "Usage: omentum study methods -o DIR [-w WEIGHTS] [options]\n\n"
-        "Thesis 3.8, Tables 3.5 to 3.7: a probe is pressed over the lesions of the breast phantom, and each\n"
-        "method says where they go. DIR receives report.html, study.json and errors.csv. Exit code 0: the\n"
-        "network errs at most 0.3 mm more than finite elements at every depth and all paths were completed; 1:\n"
-        "not so.\n");
-    om_cli_print_options(args);
-    printf(
-        "\nExamples:\n"
-        "  omentum study methods -o out/methods\n"
-        "  omentum study methods -w out/umesh/weights.safetensors --truth-from out/contact -o out/methods \\\n"
-        "      --truth 35000 --clusters 10.2,9.1,0.55\n");
-}
+static const OmCliKey result_key[] = {
+    {"error_mm.*", "mean error of each method"},
+    {"worst_gap_mm", "U-Mesh less finite elements where it is worst"},
+    {"deformations", "compared"},
+    {"outside", "of these, unlike the training"},
+};
 
 static OmStatus read_clusters(const OmCliArgs* args, double* cluster) {
     const char* text = om_cli_get(args, "--clusters");
@@ -54,7 +43,7 @@ static OmStatus read_clusters(const OmCliArgs* args, double* cluster) {
 
 static OmStatus read_def(const OmCliArgs* args, OmStudyMethodsDef* def) {
     int npositional;
-    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
     def->truth_dir = om_cli_get(args, "--truth-from");
     if (om_cli_get(args, "--quick")) {
@@ -65,13 +54,20 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyMethodsDef* def) {
         def->settle = 0;
     }
     OM_TRY(read_clusters(args, def->cluster));
-    OM_TRY(om_cli_get_int(args, "--lesions-used", 1, 20, &def->nlesion));
-    OM_TRY(om_cli_get_int(args, "--truth", 1000, 1000000, &def->truth_ntet));
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+    OM_TRY(om_cli_int(args, "--lesions-used", &def->nlesion));
+    OM_TRY(om_cli_int(args, "--truth", &def->truth_ntet));
+    return om_cli_int(args, "--workers", &def->nworker);
 }
 
 static void print_result(const OmStudyMethodsSummary* r, const char* dir) {
     static const char* const name[] = {"finite elements", "particles", "U-Mesh", "rigid"};
+    static const char* const key_name[] = {"error_mm.elements", "error_mm.particles",
+                                           "error_mm.umesh", "error_mm.rigid"};
+    for (int by = 0; by < OM_STUDY_NBY; ++by) om_cli_figure(key_name[by], 1e3 * r->by[by].mean);
+    om_cli_figure("worst_gap_mm", 1e3 * r->worst_gap);
+    om_cli_figure("deformations", r->ncount);
+    om_cli_figure("outside", r->noutside);
+    om_cli_path(dir);
     printf("%-16s %8s %10s %12s\n", "", "error", "a step", "stability");
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         printf("%-16s %5.2f mm %7.2f ms %10.1f %%\n", name[by], 1e3 * r->by[by].mean, r->by[by].ms,
@@ -85,10 +81,6 @@ static void print_result(const OmStudyMethodsSummary* r, const char* dir) {
 
 int om_cli_study_methods(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     OmStudyMethodsSummary summary;
     char weights[1024] = "";
     OmStudyMethodsDef def = om_study_default_methods_def(om_cli_get(&args, "--output"), weights);
@@ -106,3 +98,23 @@ int om_cli_study_methods(int argc, char** argv) {
     print_result(&summary, def.out_dir);
     return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_study_methods = {
+    .name = "study methods",
+    .run = om_cli_study_methods,
+    .summary = "finite elements, particles and a network, compared",
+    .usage = "omentum study methods -o DIR [-w WEIGHTS] [options]",
+    .about =
+        "Thesis 3.8, Tables 3.5 to 3.7: a probe is pressed over the lesions of the breast phantom, and each\n"
+        "method says where they go. DIR receives report.html, study.json and errors.csv. Exit code 0: the\n"
+        "network errs at most 0.3 mm more than finite elements at every depth and all paths were completed; 1:\n"
+        "not so.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example =
+        "  omentum study methods -o out/methods\n"
+        "  omentum study methods -w out/umesh/weights.safetensors --truth-from out/contact -o out/methods \\\n"
+        "      --truth 35000 --clusters 10.2,9.1,0.55",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

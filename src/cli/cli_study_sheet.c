@@ -8,31 +8,21 @@ static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
     {"--quick", NULL, NULL, "coarse particles and elements, few evaluations: under a minute"},
     {"--leave-one-out", NULL, NULL, "hold out each of the five pinch points in turn"},
-    {"--seed", NULL, "N", "of the search (default 1)"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--seed", NULL, "N", "of the search", "1", NULL, 0, 2147483647},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum study sheet-calibration: particles calibrated on a sheet that a depth camera watched\n\n"
-        "Usage: omentum study sheet-calibration -o DIR [options]\n\n"
-        "The experiment of thesis 5.4.1: a 90 x 90 mm sheet of 3 mm, fixed on one side, is lifted at five pinch\n"
-        "points by 10, 20 and 30 mm; spacing, radius and stiffness of the clusters are found from the point\n"
-        "clouds of four and judged on the fifth. Finite elements stand for the silicone. DIR receives report.html,\n"
-        "study.json, clouds.csv and a folder a search: started again after it was stopped, it goes on where it\n"
-        "was. Exit code 0: the average error, also of the unseen pinch point, is at most 2 mm; 1: it is not.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum study sheet-calibration --quick -o out/quick\n"
-           "  omentum study sheet-calibration -o out/sheet\n"
-           "  omentum study sheet-calibration --leave-one-out -o out/sheet\n");
-}
+static const OmCliKey result_key[] = {
+    {"found_mm", "error over all clouds, with the parameters found"},
+    {"thesis_mm", "with those of the thesis"},
+    {"unseen_found_mm", "of pinch points that no search saw"},
+    {"evaluations", "simulations in all"},
+};
 
 static OmStatus read_def(const OmCliArgs* args, OmStudySheetDef* def) {
     int npositional, seed = (int)def->seed;
-    OM_TRY(om_cli_check(args, 1, &npositional));
+    OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(def->out_dir, OM_INVALID, "no output folder is given; add -o DIR");
     if (om_cli_get(args, "--quick")) {
         def->cells = 10;
@@ -43,12 +33,17 @@ static OmStatus read_def(const OmCliArgs* args, OmStudySheetDef* def) {
         def->rise = 0;
     }
     def->has_all_folds = om_cli_get(args, "--leave-one-out") != NULL;
-    OM_TRY(om_cli_get_int(args, "--seed", 0, 2147483647, &seed));
+    OM_TRY(om_cli_int(args, "--seed", &seed));
     def->seed = (uint64_t)seed;
-    return om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker);
+    return om_cli_int(args, "--workers", &def->nworker);
 }
 
 static void print_result(const OmStudySheetSummary* r, const char* dir) {
+    om_cli_figure("found_mm", 1e3 * r->found);
+    om_cli_figure("thesis_mm", 1e3 * r->thesis);
+    om_cli_figure("unseen_found_mm", 1e3 * r->unseen_found);
+    om_cli_figure("evaluations", r->neval);
+    om_cli_path(dir);
     printf("all clouds: %.2f mm with the thesis's parameters, %.2f mm with those found\n",
            1e3 * r->thesis, 1e3 * r->found);
     printf("pinch points that no search saw: %.2f mm, %.2f mm\n", 1e3 * r->unseen_thesis,
@@ -62,10 +57,6 @@ static void print_result(const OmStudySheetSummary* r, const char* dir) {
 
 int om_cli_study_sheet(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     OmStudySheetDef def = om_study_default_sheet_def(om_cli_get(&args, "--output"));
     if (read_def(&args, &def) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
@@ -80,3 +71,23 @@ int om_cli_study_sheet(int argc, char** argv) {
     print_result(&summary, def.out_dir);
     return summary.is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_study_sheet = {
+    .name = "study sheet-calibration",
+    .run = om_cli_study_sheet,
+    .summary = "particles calibrated on a sheet seen by a depth camera",
+    .usage = "omentum study sheet-calibration -o DIR [options]",
+    .about =
+        "The experiment of thesis 5.4.1: a 90 x 90 mm sheet of 3 mm, fixed on one side, is lifted at five pinch\n"
+        "points by 10, 20 and 30 mm; spacing, radius and stiffness of the clusters are found from the point\n"
+        "clouds of four and judged on the fifth. Finite elements stand for the silicone. DIR receives report.html,\n"
+        "study.json, clouds.csv and a folder a search: started again after it was stopped, it goes on where it\n"
+        "was. Exit code 0: the average error, also of the unseen pinch point, is at most 2 mm; 1: it is not.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum study sheet-calibration --quick -o out/quick\n"
+               "  omentum study sheet-calibration -o out/sheet\n"
+               "  omentum study sheet-calibration --leave-one-out -o out/sheet",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -11,29 +11,23 @@
 #define BAR_MS 3.0      // of a prediction, median
 
 static const OmCliOption option[] = {
-    {"--weights", "-w", "FILE",
-     "of omentum umesh train (default: the phantom's, weights/phantom.safetensors)"},
+    {"--weights", "-w", "FILE", "of omentum umesh train",
+     "the phantom's, weights/phantom.safetensors"},
     {"--data", "-d", "DIR", "samples it has not seen: generated with another seed"},
-    {"--samples", NULL, "N", "the first N (default: all)"},
+    {"--samples", NULL, "N", "the first N", "all", NULL, 1, 100000000},
     {"--output", "-o", "DIR", "also eval.json and errors.csv there"},
-    {"--tolerance", NULL, "MM", "of the refinement (default 0.05)"},
+    {"--tolerance", NULL, "MM", "of the refinement", "0.05", "mm", 1e-6, 100},
     {"--record", NULL, "FILE", "write the weights again, with these figures in their metadata"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
-    {"--help", "-h", NULL, "this text"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum umesh eval: how far predictions are from finite elements\n\n"
-        "Usage: omentum umesh eval -d DATA [-w WEIGHTS] [options]\n\n"
-        "Mean norm errors (thesis, equation 3.17) over the nodes that are not held, and the time of a prediction.\n"
-        "Exit code 0: a mean of %g mm or less and no sample above %g mm; 1: more.\n",
-        BAR_MEAN, BAR_WORST);
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum umesh generate --samples 200 --seed 2 -o out/test\n"
-           "  omentum umesh eval -w out/umesh/weights.safetensors -d out/test\n");
-}
+static const OmCliKey result_key[] = {
+    {"samples", "predicted"},
+    {"mean_error_mm", "mean norm error"},
+    {"worst_error_mm", "of the worst sample"},
+    {"network_mean_error_mm", "without refinement"},
+    {"prediction_ms", "median"},
+};
 
 static OmStatus write_json(const OmUmeshEval* e, const char* dir) {
     char path[1024];
@@ -124,6 +118,12 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     if (dir) OM_TRY_DONE(write_json(&e, dir));
     if (dir) OM_TRY_DONE(write_errors(&e, data.sample, dir));
     if (record) OM_TRY_DONE(om_umesh_record_test(net, &data, &e, record));
+    om_cli_figure("samples", e.n);
+    om_cli_figure("mean_error_mm", 1e3 * e.mean);
+    om_cli_figure("worst_error_mm", 1e3 * e.worst);
+    om_cli_figure("network_mean_error_mm", 1e3 * e.network_mean);
+    om_cli_figure("prediction_ms", e.ms_median);
+    if (dir) om_cli_path(dir);
     printf("%d samples, displacements up to %.1f mm\n", e.n, 1e3 * e.max_u);
     printf("mean norm error %.4f mm (sd %.4f), worst sample %.4f mm (number %d)\n", 1e3 * e.mean,
            1e3 * e.sd, 1e3 * e.worst, e.worst_sample);
@@ -160,17 +160,13 @@ done:
 
 int om_cli_umesh_eval(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     int npositional, nsample = 0, nworker = 0;
     double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     bool is_met = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_get_int(&args, "--samples", 1, 100000000, &nsample);
-    if (status >= 0) status = om_cli_get_double(&args, "--tolerance", 1e-6, 100, &tolerance);
-    if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
+    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
+    if (status >= 0) status = om_cli_double(&args, "--tolerance", &tolerance);
+    if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
     if (status >= 0 && !om_cli_get(&args, "--data"))
         status =
             om_error(OM_INVALID, "give the samples (-d DATA); omentum umesh generate makes them");
@@ -182,3 +178,19 @@ int om_cli_umesh_eval(int argc, char** argv) {
     if (status < 0) return om_cli_fail("umesh", status);
     return is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_umesh_eval = {
+    .name = "umesh eval",
+    .run = om_cli_umesh_eval,
+    .summary = "hold predictions against samples that training has not seen",
+    .usage = "omentum umesh eval -d DATA [-w WEIGHTS] [options]",
+    .about =
+        "Mean norm errors (thesis, equation 3.17) over the nodes that are not held, and the time of a prediction.\n"
+        "Exit code 0: a mean of 0.05 mm or less and no sample above 0.25 mm; 1: more.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum umesh generate --samples 200 --seed 2 -o out/test\n"
+               "  omentum umesh eval -w out/umesh/weights.safetensors -d out/test",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -9,46 +9,40 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the data set; what is finished there is not made again"},
-    {"--samples", "-n", "N", "how many (default 1000)"},
-    {"--seed", NULL, "N", "sample i is a function of seed and i (default 1)"},
+    {"--samples", "-n", "N", "how many", "1000", NULL, 1, 10000000},
+    {"--seed", NULL, "N", "sample i is a function of seed and i", "1", NULL, 0, 2147483647},
     {"--model", NULL, "PATH",
      "a folder of omentum model, or a closed surface (.stl .obj .ply); default: phantom"},
-    {"--unit", NULL, "METRES", "of the surface file (default 0.001)"},
+    {"--unit", NULL, "METRES", "of the surface file", "0.001", "m", 1e-9, 1e3},
     {"--up", NULL, "DIRECTION",
      "away from what holds the organ: words as \"anterior\", or \"x,y,z\""},
-    {"--elements", NULL, "N", "active elements of the grid (default 2174)"},
-    {"--spacing", NULL, "MM", "of the grid, instead of a number of elements"},
+    {"--elements", NULL, "N", "active elements of the grid", "2174", NULL, 8, 1000000},
+    {"--spacing", NULL, "MM", "of the grid, instead of a number of elements", NULL, "mm", 0.01,
+     1000},
     {"--points", NULL, "NXxNYxNZ",
      "of the padded grid at least (thesis 32x24x16; default: as few as fit)"},
-    {"--law", NULL, "NAME",
-     "of elasticity (default neo-hookean; the thesis's: st-venant-kirchhoff)"},
-    {"--young", NULL, "PA", "Young's modulus (default: the model's; phantom and surfaces 1800)"},
-    {"--poisson", NULL, "NU", "Poisson's ratio (default: the model's; else 0.45)"},
-    {"--force", NULL, "N", "largest force (default 0.8)"},
-    {"--tilt", NULL, "DEG", "largest angle from the normal (default 45)"},
-    {"--press", NULL, "MM", "largest way of the probe, of samples that it moves (default 35)"},
-    {"--press-share", NULL, "SHARE", "of these samples, 0 to 1 (default 0.5)"},
-    {"--pull-share", NULL, "SHARE", "of samples drawn outwards, 0 to 1 (default 0)"},
-    {"--shard", NULL, "N", "samples of a file (default 100)"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--law", NULL, "NAME", "of elasticity", "neo-hookean; the thesis's: st-venant-kirchhoff"},
+    {"--young", NULL, "PA", "Young's modulus", "the model's; phantom and surfaces 1800", "Pa", 1e-3,
+     1e12},
+    {"--poisson", NULL, "NU", "Poisson's ratio", "the model's; else 0.45", NULL, 0, 0.499},
+    {"--force", NULL, "N", "largest force", "0.8", "N", 0, 1e6},
+    {"--tilt", NULL, "DEG", "largest angle from the normal", "45", "deg", 0, 90},
+    {"--press", NULL, "MM", "largest way of the probe, of samples that it moves", "35", "mm", 0,
+     1000},
+    {"--press-share", NULL, "SHARE", "of these samples, 0 to 1", "0.5", NULL, 0, 1},
+    {"--pull-share", NULL, "SHARE", "of samples drawn outwards, 0 to 1", "0", NULL, 0, 1},
+    {"--shard", NULL, "N", "samples of a file", "100", NULL, 1, 10000},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum umesh generate: samples of how an organ deforms\n\n"
-        "Usage: omentum umesh generate -o DIR [options]\n\n"
-        "The organ's surface is immersed in a regular grid of hexahedra. Each sample puts a probe of 50 x 10 mm\n"
-        "somewhere on it, loads or moves the nodes under it, and solves for equilibrium (thesis 3.6, Algorithm 2).\n"
-        "DIR receives samples_NNNNNN.h5 (HDF5), summary.json and report.html. Stopped and started again, or with\n"
-        "a larger N, the command makes what is missing; the files do not depend on the number of threads.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum umesh generate -n 1000 -o data/phantom\n"
-           "  omentum umesh generate -n 200 --seed 2 -o data/phantom_test\n"
-           "  omentum umesh generate --model liver --up anterior --elements 3000 -o data/liver\n");
-}
+static const OmCliKey result_key[] = {
+    {"elements", "of the grid"},
+    {"nodes", "of the grid"},
+    {"samples", "in the folder"},
+    {"new", "of these, made now"},
+    {"largest_displacement_mm", "over the samples"},
+};
 
 // ---- the organ --------------------------------------------------------------------------------------
 
@@ -61,7 +55,7 @@ static OmStatus read_model(const OmCliArgs* args, OmUmeshOrganDef* def, Source* 
     const char *path = om_cli_get(args, "--model"), *up = om_cli_get(args, "--up");
     double unit = 0.001;
     char extension[16], yaml[1024];
-    OM_TRY(om_cli_get_double(args, "--unit", 1e-9, 1e3, &unit));
+    OM_TRY(om_cli_double(args, "--unit", &unit));
     if (up) OM_TRY(om_model_direction(up, false, &def->up));
     if (!path) return OM_OK;
     om_path_extension(path, extension, sizeof extension);
@@ -84,8 +78,8 @@ static OmStatus read_model(const OmCliArgs* args, OmUmeshOrganDef* def, Source* 
 static OmStatus read_grid(const OmCliArgs* args, OmUmeshOrganDef* def) {
     double spacing_mm = 0;
     const char* points = om_cli_get(args, "--points");
-    OM_TRY(om_cli_get_int(args, "--elements", 8, 1000000, &def->nelem));
-    OM_TRY(om_cli_get_double(args, "--spacing", 0.01, 1000, &spacing_mm));
+    OM_TRY(om_cli_int(args, "--elements", &def->nelem));
+    OM_TRY(om_cli_double(args, "--spacing", &spacing_mm));
     def->spacing = 1e-3 * spacing_mm;
     char rest;
     OM_CHECK(!points ||
@@ -100,17 +94,17 @@ static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
     int seed = (int)def->seed;
     double tilt_deg = def->max_tilt * 180 / OM_PI, press_mm = 1e3 * def->max_press;
     const char* law = om_cli_get(args, "--law");
-    OM_TRY(om_cli_get_int(args, "--samples", 1, 10000000, &def->nsample));
-    OM_TRY(om_cli_get_int(args, "--seed", 0, 2147483647, &seed));
-    OM_TRY(om_cli_get_int(args, "--shard", 1, 10000, &def->shard));
-    OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker));
-    OM_TRY(om_cli_get_double(args, "--young", 1e-3, 1e12, &def->material.young));
-    OM_TRY(om_cli_get_double(args, "--poisson", 0, 0.499, &def->material.poisson));
-    OM_TRY(om_cli_get_double(args, "--force", 0, 1e6, &def->max_force));
-    OM_TRY(om_cli_get_double(args, "--tilt", 0, 90, &tilt_deg));
-    OM_TRY(om_cli_get_double(args, "--press", 0, 1000, &press_mm));
-    OM_TRY(om_cli_get_double(args, "--press-share", 0, 1, &def->press_share));
-    OM_TRY(om_cli_get_double(args, "--pull-share", 0, 1, &def->pull_share));
+    OM_TRY(om_cli_int(args, "--samples", &def->nsample));
+    OM_TRY(om_cli_int(args, "--seed", &seed));
+    OM_TRY(om_cli_int(args, "--shard", &def->shard));
+    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
+    OM_TRY(om_cli_double(args, "--young", &def->material.young));
+    OM_TRY(om_cli_double(args, "--poisson", &def->material.poisson));
+    OM_TRY(om_cli_double(args, "--force", &def->max_force));
+    OM_TRY(om_cli_double(args, "--tilt", &tilt_deg));
+    OM_TRY(om_cli_double(args, "--press", &press_mm));
+    OM_TRY(om_cli_double(args, "--press-share", &def->press_share));
+    OM_TRY(om_cli_double(args, "--pull-share", &def->pull_share));
     if (law) OM_TRY(om_law_find(law, &def->material.law));
     def->seed = (uint64_t)seed;
     def->max_tilt = tilt_deg * OM_PI / 180;
@@ -130,6 +124,12 @@ static double organ_size(const OmUmeshGrid* g) {
 }
 
 static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const char* dir) {
+    om_cli_figure("elements", g->mesh.nelem);
+    om_cli_figure("nodes", g->mesh.nnode);
+    om_cli_figure("samples", s->nsample);
+    om_cli_figure("new", s->nmade);
+    om_cli_figure("largest_displacement_mm", 1e3 * s->max_u);
+    om_cli_path(dir);
     printf("%d elements of %.2f mm, %d nodes, in %d x %d x %d points\n", g->mesh.nelem,
            1e3 * g->spacing, g->mesh.nnode, g->dim[0], g->dim[1], g->dim[2]);
     printf("%d samples (%d new, %.2f s a solve), %d failed solves drawn again\n", s->nsample,
@@ -170,10 +170,6 @@ static OmStatus check_args(const OmCliArgs* args, OmUmeshOrganDef* organ) {
 
 int om_cli_umesh_generate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     OmUmeshOrganDef def = om_umesh_default_organ_def();
     Source source = {0};
     if (check_args(&args, &def) < 0) {
@@ -188,3 +184,22 @@ int om_cli_umesh_generate(int argc, char** argv) {
     om_surface_done(&source.surface);
     return status == OM_OK ? OM_EXIT_OK : om_cli_fail_kept("umesh", status);
 }
+
+const OmCliVerb om_cli_verb_umesh_generate = {
+    .name = "umesh generate",
+    .run = om_cli_umesh_generate,
+    .summary = "make samples of how an organ deforms, by finite elements",
+    .usage = "omentum umesh generate -o DIR [options]",
+    .about =
+        "The organ's surface is immersed in a regular grid of hexahedra. Each sample puts a probe of 50 x 10 mm\n"
+        "somewhere on it, loads or moves the nodes under it, and solves for equilibrium.\n"
+        "DIR receives samples_NNNNNN.h5 (HDF5), summary.json and report.html. Stopped and started again, or with\n"
+        "a larger N, the command makes what is missing; the files do not depend on the number of threads.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum umesh generate -n 1000 -o data/phantom\n"
+               "  omentum umesh generate -n 200 --seed 2 -o data/phantom_test\n"
+               "  omentum umesh generate --model liver --up anterior --elements 3000 -o data/liver",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -12,22 +12,29 @@
 #define MAX_CYCLE 100  // of the refinement, for fine tolerances
 
 static const OmCliOption option[] = {
-    {"--weights", "-w", "FILE",
-     "of omentum umesh train (default: the phantom's, weights/phantom.safetensors)"},
-    {"--at", NULL, "X,Y,Z",
-     "where the probe is put, mm; the nearest place of the skin (default: the top)"},
-    {"--press", NULL, "MM", "how far it goes in, along the normal (default 15)"},
-    {"--turn", NULL, "DEG", "of the probe about the normal (default 0)"},
+    {"--weights", "-w", "FILE", "of omentum umesh train",
+     "the phantom's, weights/phantom.safetensors"},
+    {"--at", NULL, "X,Y,Z", "where the probe is put, mm; the nearest place of the skin", "the top"},
+    {"--press", NULL, "MM", "how far it goes in, along the normal", "15", "mm", -200, 200},
+    {"--turn", NULL, "DEG", "of the probe about the normal", "0", "deg", -360, 360},
     {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
     {"--output", "-o", "FILE",
-     "the deformed organ, with its displacement, and how far nodes are off equilibrium: .vtu or .vtk, opens in "
-     "ParaView"},
+     "the deformed organ, its displacement, and how far nodes are off equilibrium: .vtu or .vtk, opens in ParaView"},
     {"--tolerance", NULL, "MM",
-     "refine until the mean distance to equilibrium is estimated below it (default 0.05); 0: the network alone"},
+     "refine until the mean distance to equilibrium is estimated below it; 0: the network alone",
+     "0.05", "mm", 0, 100},
     {"--linear", NULL, NULL, "refine the linear elastic answer; the network is left out"},
     {"--onnx", NULL, "FILE", "write the network as ONNX, too"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
-    {"--help", "-h", NULL, "this text"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+};
+
+static const OmCliKey result_key[] = {
+    {"prediction_ms", "median of 20"},
+    {"nodes", "of the organ"},
+    {"cycles", "of the refinement"},
+    {"left_mm", "estimated mean distance to equilibrium"},
+    {"score", "1 and more: not like what was trained"},
+    {"point.*", "displacement of each --point in mm, by number and axis: point.0.x"},
 };
 
 typedef struct Press {
@@ -41,22 +48,6 @@ typedef struct Press {
     double tolerance;  // m; 0: not refined
     OmUmeshRefinement refined;
 } Press;
-
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum umesh predict: where an organ goes under a probe, by a trained network\n\n"
-        "Usage: omentum umesh predict [-w WEIGHTS] [options]\n\n"
-        "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
-        "like those of training, and where points inside go. Exit code 0: it is; 1: do not trust the answer,\n"
-        "for the input is unlike those, equilibrium was not reached, or an element of the answer is inverted.\n"
-        "The file of -o has no inverted tetrahedron, or is not written.\n");
-    om_cli_print_options(args);
-    printf(
-        "\nExamples:\n"
-        "  omentum umesh predict --press 20 --point 0,0,50\n"
-        "  omentum umesh predict --press 30 --tolerance 0.001\n"
-        "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu\n");
-}
 
 static OmStatus read_point(const char* text, const char* name, OmVec3* p) {
     double x[3];
@@ -88,8 +79,8 @@ static OmStatus place_probe(Press* p) {
     double way = 15, turn = 0;
     OmVec3 place = top_of(p->grid);
     if (at) OM_TRY(read_point(at, "--at", &place));
-    OM_TRY(om_cli_get_double(p->args, "--press", -200, 200, &way));
-    OM_TRY(om_cli_get_double(p->args, "--turn", -360, 360, &turn));
+    OM_TRY(om_cli_double(p->args, "--press", &way));
+    OM_TRY(om_cli_double(p->args, "--turn", &turn));
     p->way = 1e-3 * way;
     p->patch = om_umesh_find_place(p->grid, place);
     OmVec3 across = om_cross(p->patch.normal, p->patch.along);
@@ -115,7 +106,7 @@ static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTru
     double ms[NREPEAT];
     OmStatus status = OM_OK;
     double tolerance = 1e3 * OM_UMESH_TOLERANCE;
-    OM_TRY(om_cli_get_double(p->args, "--tolerance", 0, 100, &tolerance));
+    OM_TRY(om_cli_double(p->args, "--tolerance", &tolerance));
     OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
     p->tolerance = 1e-3 * tolerance;
     om_umesh_set_refinement(predictor, p->tolerance, tolerance > 0 ? MAX_CYCLE : 0);
@@ -130,6 +121,10 @@ static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTru
     om_umesh_destroy_predictor(predictor);
     if (status < 0) return status;
     om_sort_doubles(ms, NREPEAT);
+    om_cli_figure("prediction_ms", ms[NREPEAT / 2]);
+    om_cli_figure("nodes", p->grid->mesh.nnode);
+    om_cli_figure("cycles", refined.ncycle);
+    if (refined.ncycle > 0) om_cli_figure("left_mm", 1e3 * refined.left);
     printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm in; %d nodes of the skin move with it\n",
            1e3 * p->patch.center.x, 1e3 * p->patch.center.y, 1e3 * p->patch.center.z, 1e3 * p->way,
            p->nmasked);
@@ -160,6 +155,11 @@ static OmStatus print_points(const Press* p) {
         }
         printf("point (%s) mm moves by (%.2f, %.2f, %.2f), %.2f mm", text, 1e3 * u.x, 1e3 * u.y,
                1e3 * u.z, 1e3 * om_norm(u));
+        for (int c = 0; c < 3; ++c) {
+            char name[32];
+            snprintf(name, sizeof name, "point.%d.%c", k, "xyz"[c]);
+            om_cli_figure(name, 1e3 * (c == 0 ? u.x : c == 1 ? u.y : u.z));
+        }
         double off = 1e3 * om_distance(in, x);
         if (off > 0.01)
             printf(" - it is %.1f mm outside of the grid, this is the nearest point\n", off);
@@ -206,6 +206,7 @@ static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* pa
     OM_TRY_DONE(om_tet_mesh_save_format(
         &mesh, path, 1, strcmp(ext, "vtu") == 0 ? OM_MESH_VTU : OM_MESH_VTK, array, 3));
     printf("wrote %s (m)\n", path);
+    om_cli_path(path);
     if (untangling.ninverted > 0)
         printf(
             "beside the probe %d of %d tetrahedra are inverted at equilibrium; in the file %d nodes are moved off "
@@ -263,6 +264,8 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
         if (!is_valid) fprintf(stderr, "omentum umesh: %s\n", om_error_message());
     }
     *is_good = is_valid && trust.is_inside;
+    om_cli_figure("score", trust.score);
+    if (!trust.is_inside) om_cli_reason(trust.why);
     if (trust.is_inside)
         printf("like what was trained (%.2f of the limit)\n", trust.score);
     else
@@ -276,14 +279,10 @@ done:
 
 int om_cli_umesh_predict(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     int npositional, nworker = 0;
     bool is_good = false;
     OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_get_int(&args, "--workers", 0, OM_MAX_WORKER, &nworker);
+    if (status >= 0) status = om_cli_int(&args, "--workers", &nworker);
     if (status < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -292,3 +291,23 @@ int om_cli_umesh_predict(int argc, char** argv) {
     if (status < 0) return om_cli_fail("umesh", status);
     return is_good ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
+
+const OmCliVerb om_cli_verb_umesh_predict = {
+    .name = "umesh predict",
+    .run = om_cli_umesh_predict,
+    .summary = "press on the organ and see where all of it goes",
+    .usage = "omentum umesh predict [-w WEIGHTS] [options]",
+    .about =
+        "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
+        "like those of training, and where points inside go. Exit code 0: it is; 1: do not trust the answer,\n"
+        "for the input is unlike those, equilibrium was not reached, or an element of the answer is inverted.\n"
+        "The file of -o has no inverted tetrahedron, or is not written.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example =
+        "  omentum umesh predict --press 20 --point 0,0,50\n"
+        "  omentum umesh predict --press 30 --tolerance 0.001\n"
+        "  omentum umesh predict -w out/umesh/weights.safetensors --at 20,0,70 -o pressed.vtu",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

@@ -8,44 +8,37 @@
 static const OmCliOption option[] = {
     {"--data", "-d", "DIR", "samples of omentum umesh generate"},
     {"--output", "-o", "DIR", "weights, report, and what training needs to go on"},
-    {"--samples", NULL, "N", "use the first N samples (default: all)"},
-    {"--validation", NULL, "N", "of these, the last N choose the epoch (default: a tenth)"},
-    {"--channels", NULL, "N", "of the first level, doubled by each (default 16; thesis 128)"},
-    {"--levels", NULL, "N", "halvings of the grid (default 3)"},
-    {"--epochs", NULL, "N", "passes through the samples (default 100)"},
-    {"--batch", NULL, "N", "samples a step (default 4)"},
-    {"--rate", NULL, "R", "peak of the learning rate (default 0.001)"},
-    {"--seed", NULL, "N", "of weights and order (default 1)"},
+    {"--samples", NULL, "N", "use the first N samples", "all", NULL, 2, 100000000},
+    {"--validation", NULL, "N", "of these, the last N choose the epoch", "a tenth"},
+    {"--channels", NULL, "N", "of the first level, doubled by each", "16; thesis 128", NULL, 1,
+     256},
+    {"--levels", NULL, "N", "halvings of the grid", "3", NULL, 1, 6},
+    {"--epochs", NULL, "N", "passes through the samples", "100", NULL, 1, 1000000},
+    {"--batch", NULL, "N", "samples a step", "4", NULL, 1, 1024},
+    {"--rate", NULL, "R", "peak of the learning rate", "0.001", NULL, 1e-8, 1},
+    {"--seed", NULL, "N", "of weights and order", "1", NULL, 0, 2147483647},
     {"--bf16", NULL, NULL, "values between layers in 16 bits: faster on processors that have it"},
-    {"--workers", NULL, "N", "threads (default: one a processor)"},
+    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
-    {"--help", "-h", NULL, "this text"},
 };
 
-static void print_help(const OmCliArgs* args) {
-    printf(
-        "omentum umesh train: a network learns how one organ deforms\n\n"
-        "Usage: omentum umesh train -d DATA -o DIR [options]\n\n"
-        "The U-Net of thesis 3.6 is trained on the samples in DATA. DIR receives weights.safetensors (with all\n"
-        "that a prediction needs), report.html and metrics.csv. Stopped at any moment, the same command goes on\n"
-        "where it was.\n");
-    om_cli_print_options(args);
-    printf("\nExamples:\n"
-           "  omentum umesh generate -o out/samples\n"
-           "  omentum umesh train -d out/samples -o out/umesh\n"
-           "  omentum umesh train -d out/samples -o out/wide --channels 64 --bf16\n");
-}
+static const OmCliKey result_key[] = {
+    {"epochs", "passes through the samples"},
+    {"steps", "of the optimizer"},
+    {"validation_error_mm", "of the best epoch"},
+    {"linear_error_mm", "of linear elasticity alone"},
+};
 
 static OmStatus read_def(const OmCliArgs* args, OmUmeshTrainDef* def) {
     int seed = (int)def->seed;
     OM_TRY(om_cli_get_int(args, "--validation", 1, def->data->nsample, &def->nvalid));
-    OM_TRY(om_cli_get_int(args, "--channels", 1, 256, &def->base_channels));
-    OM_TRY(om_cli_get_int(args, "--levels", 1, 6, &def->nlevel));
-    OM_TRY(om_cli_get_int(args, "--epochs", 1, 1000000, &def->nepoch));
-    OM_TRY(om_cli_get_int(args, "--batch", 1, 1024, &def->batch));
-    OM_TRY(om_cli_get_double(args, "--rate", 1e-8, 1, &def->rate));
-    OM_TRY(om_cli_get_int(args, "--seed", 0, 2147483647, &seed));
-    OM_TRY(om_cli_get_int(args, "--workers", 0, OM_MAX_WORKER, &def->nworker));
+    OM_TRY(om_cli_int(args, "--channels", &def->base_channels));
+    OM_TRY(om_cli_int(args, "--levels", &def->nlevel));
+    OM_TRY(om_cli_int(args, "--epochs", &def->nepoch));
+    OM_TRY(om_cli_int(args, "--batch", &def->batch));
+    OM_TRY(om_cli_double(args, "--rate", &def->rate));
+    OM_TRY(om_cli_int(args, "--seed", &seed));
+    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
     def->seed = (uint64_t)seed;
     if (om_cli_get(args, "--bf16")) def->type = OM_BF16;
     return OM_OK;
@@ -68,6 +61,11 @@ static OmStatus train(const OmCliArgs* args, const OmUmeshData* data) {
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OM_TRY(om_umesh_train(&def, progress, &summary));
     om_cli_progress_done();
+    om_cli_figure("epochs", summary.nepoch);
+    om_cli_figure("steps", (double)summary.nstep);
+    om_cli_figure("validation_error_mm", 1e3 * summary.valid_error);
+    om_cli_figure("linear_error_mm", 1e3 * summary.linear_error);
+    om_cli_path(def.out_dir);
     printf(
         "%s%d epochs, %lld steps, %.1f min; validation error %.4f mm (epoch %d), linear elasticity alone %.4f\n"
         "weights: %s/weights.safetensors\nreport: %s/report.html\n",
@@ -79,14 +77,10 @@ static OmStatus train(const OmCliArgs* args, const OmUmeshData* data) {
 
 int om_cli_umesh_train(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    if (om_cli_get(&args, "--help")) {
-        print_help(&args);
-        return OM_EXIT_OK;
-    }
     int npositional, nsample = 0;
     OmUmeshData data;
     OmStatus status = om_cli_check(&args, 0, &npositional);
-    if (status >= 0) status = om_cli_get_int(&args, "--samples", 2, 100000000, &nsample);
+    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
     if (status >= 0 && !(om_cli_get(&args, "--data") && om_cli_get(&args, "--output")))
         status = om_error(OM_INVALID,
                           "give the folder of samples (-d DATA) and that of the weights (-o DIR)");
@@ -103,3 +97,21 @@ int om_cli_umesh_train(int argc, char** argv) {
     om_umesh_data_done(&data);
     return status < 0 ? om_cli_fail_kept("umesh", status) : OM_EXIT_OK;
 }
+
+const OmCliVerb om_cli_verb_umesh_train = {
+    .name = "umesh train",
+    .run = om_cli_umesh_train,
+    .summary = "let a network learn from them",
+    .usage = "omentum umesh train -d DATA -o DIR [options]",
+    .about =
+        "The U-Net of thesis 3.6 is trained on the samples in DATA. DIR receives weights.safetensors (with all\n"
+        "that a prediction needs), report.html and metrics.csv. Stopped at any moment, the same command goes on\n"
+        "where it was.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum umesh generate -o out/samples\n"
+               "  omentum umesh train -d out/samples -o out/umesh\n"
+               "  omentum umesh train -d out/samples -o out/wide --channels 64 --bf16",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};

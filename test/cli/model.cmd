@@ -37,7 +37,7 @@ file mesh/patient.yaml
 # ... or meshed anew.
 $ omentum model surface/tissue.vtu --unit m --remesh --edge 8 -q -o coarse
 exit 0
-out edges [\d.]+ / [67]\.\d+ /
+out edges [\d.]+ mm \(smallest\), [67]\.\d+ \(mean\), [\d.]+ \(largest\)$
 
 # Wrong input: one sentence, an exit code, nothing written.
 $ omentum model ball.nrrd --label 3 -q -o none

@@ -21,6 +21,49 @@ err unknown verb "plna"; did you mean "plan"
 err-lines 1
 no-out
 
+$ omentum help umesh predict
+exit 0
+out ^  --at X,Y,Z
+out default: 15; -200 to 200 mm
+no-err
+
+$ omentum help umesh pridict
+exit 2
+err unknown name "pridict"; did you mean "predict"
+err-lines 1
+no-out
+
+$ omentum umesh --help
+exit 0
+out ^  generate
+out ^  predict
+no-err
+
+$ omentum help nothing
+exit 2
+err unknown verb "nothing"
+no-out
+
+$ omentum completion tcsh
+exit 2
+err bash, zsh or fish
+no-out
+
+$ omentum model --edge=3mm x.nii -o out
+exit 2
+err option --edge: "3mm" is not a number
+no-out
+
+$ omentum model --quiet=yes x.nii -o out
+exit 2
+err option --quiet takes no value
+no-out
+
+$ omentum umesh predict --press=-300
+exit 2
+err option --press: -300 is outside its range, -200 to 200
+no-out
+
 $ omentum model --help
 exit 0
 out --edge

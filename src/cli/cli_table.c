@@ -1,0 +1,98 @@
+// cli_table.c: all verbs and groups of verbs.
+#include <string.h>
+
+#include "cli_common.h"
+
+static const OmCliVerb umesh = {
+    .name = "umesh",
+    .summary = "learn how an organ deforms: data, training, prediction, evaluation",
+    .usage = "omentum umesh STEP [options]",
+    .about =
+        "Samples of an organ's deformations are computed by finite elements, a network learns from them,\n"
+        "predicts where the organ goes under a probe in milliseconds, and is measured on samples that it\n"
+        "has not seen. A prediction is refined to equilibrium, and says when its input is unlike the\n"
+        "training. Networks are written as safetensors and ONNX.",
+};
+
+static const OmCliVerb study = {
+    .name = "study",
+    .summary = "repeat an experiment of the thesis, with its tables and figures",
+    .usage = "omentum study NAME -o DIR [options]",
+    .about =
+        "Each study writes a report, its figures as JSON and CSV, and goes on where it was stopped.",
+};
+
+static const OmCliVerb* const table[] = {
+    &om_cli_verb_calibrate,
+    &om_cli_verb_demo,
+    &om_cli_verb_model,
+    &om_cli_verb_plan,
+    &om_cli_verb_retract,
+    &study,
+    &om_cli_verb_study_calibration,
+    &om_cli_verb_study_contact,
+    &om_cli_verb_study_methods,
+    &om_cli_verb_study_sheet,
+    &umesh,
+    &om_cli_verb_umesh_eval,
+    &om_cli_verb_umesh_generate,
+    &om_cli_verb_umesh_predict,
+    &om_cli_verb_umesh_train,
+};
+enum { NVERB = sizeof table / sizeof *table };
+
+static const OmCliOption common[] = {
+    {"--json", NULL, NULL,
+     "print the result as one JSON object on standard output, text for people on standard error"},
+    {"--help", "-h", NULL, "this text"},
+};
+enum { NCOMMON = sizeof common / sizeof *common };
+
+const OmCliVerb* om_cli_verb_at(int k) { return k < NVERB ? table[k] : NULL; }
+
+// The words of a verb's name that argv begins with; 0 if argv begins with another one.
+static int count_words(const char* name, int argc, char** argv) {
+    int n = 0;
+    while (*name) {
+        size_t len = strcspn(name, " ");
+        if (n == argc || strlen(argv[n]) != len || strncmp(argv[n], name, len) != 0) return 0;
+        name += len + (name[len] == ' ');
+        ++n;
+    }
+    return n;
+}
+
+const OmCliVerb* om_cli_find_verb(int argc, char** argv, int* nword) {
+    const OmCliVerb* found = NULL;
+    *nword = 0;
+    for (int k = 0; k < NVERB; ++k) {
+        int n = count_words(table[k]->name, argc, argv);
+        if (n > *nword) found = table[k], *nword = n;
+    }
+    return found;
+}
+
+static bool is_name(const char* name, const char* word, size_t len) {
+    return name && strlen(name) == len && strncmp(name, word, len) == 0;
+}
+
+const OmCliOption* om_cli_find_option(const OmCliOption* option, int noption, const char* word,
+                                      size_t len) {
+    for (int i = 0; i < noption + NCOMMON; ++i) {
+        const OmCliOption* o = i < noption ? &option[i] : &common[i - noption];
+        if (is_name(o->name, word, len) || is_name(o->alias, word, len)) return o;
+    }
+    return NULL;
+}
+
+const OmCliOption* om_cli_option_at(const OmCliVerb* verb, int k) {
+    int seen = 0;
+    for (int i = 0; i < verb->noption + NCOMMON; ++i) {
+        bool is_own = i < verb->noption;
+        const OmCliOption* o = is_own ? &verb->option[i] : &common[i - verb->noption];
+        bool is_first = om_cli_find_option(verb->option, verb->noption, o->name,
+                                           strlen(o->name)) == o;  // --json of plan is its own
+        if (is_first && seen++ == k) return o;
+    }
+    return NULL;
+}
