@@ -64,6 +64,33 @@ static void test_drag_is_exact(void** state) {
     }
 }
 
+// Both ends drawn apart by 8 mm where links give 5: what the two ask of a layer between them contradicts itself, and
+// it goes to the middle, -4 + l / 2 from one end and 4 - (10 - l) / 2 from the other.
+static void test_torn_between_two_tools(void** state) {
+    (void)state;
+    Mail p;
+    mail_box(&p, om_vec3(0.05, 0.01, 0.01), 10, 2, 2);
+    p.chain.stretch = 0.1, p.chain.compress = 0.2, p.chain.shear = 0.05;
+    p.chain.sweeps = 0;
+    mail_start(&p);
+    OmPose tip[2] = {{om_vec3(-1000 + 1e-5, 0.005, 0.005), om_quat_identity()},
+                     {om_vec3(1000.05 - 1e-5, 0.005, 0.005), om_quat_identity()}};
+    for (int a = 0; a < 2; ++a) {
+        int nheld;
+        assert_ok(om_tissue_grasp(p.r.m, p.r.s, a, tip[a], 1000, &nheld));
+        assert_int_equal(nheld, 9);
+        tip[a].p.x += a ? 0.004 : -0.004;
+        assert_ok(om_tissue_move_grasp(p.r.s, a, tip[a]));
+    }
+    mail_step(&p);
+    for (int i = 0; i < p.r.mesh.nvert; ++i) {
+        double layer = round(p.r.mesh.x[3 * i] / 0.005);
+        double want = layer == 0 ? -0.004 : layer == 10 ? 0.004 : 0.0005 * (layer - 5);
+        assert_near(om_distance(way_of(&p, i), om_vec3(want, 0, 0)), 0, 1e-11);
+    }
+    rig_done(&p.r);
+}
+
 // By how much end b of an edge may be above end a along axis c.
 static double limit(const OmChainDef* def, OmVec3 d, int c) {
     const double e[3] = {d.x, d.y, d.z};
@@ -380,11 +407,12 @@ static void test_failing_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_drag_is_exact),     cmocka_unit_test(test_drag_against_search),
-        cmocka_unit_test(test_links_are_kept),    cmocka_unit_test(test_relaxation),
-        cmocka_unit_test(test_knows_no_rotation), cmocka_unit_test(test_obstacles),
-        cmocka_unit_test(test_absurd_inputs),     cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_definitions),       cmocka_unit_test(test_failing_memory),
+        cmocka_unit_test(test_drag_is_exact),       cmocka_unit_test(test_torn_between_two_tools),
+        cmocka_unit_test(test_drag_against_search), cmocka_unit_test(test_links_are_kept),
+        cmocka_unit_test(test_relaxation),          cmocka_unit_test(test_knows_no_rotation),
+        cmocka_unit_test(test_obstacles),           cmocka_unit_test(test_absurd_inputs),
+        cmocka_unit_test(test_same_bytes),          cmocka_unit_test(test_definitions),
+        cmocka_unit_test(test_failing_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
