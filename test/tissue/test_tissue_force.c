@@ -108,6 +108,20 @@ static void test_release_leaves_nothing(void** context) {
         for (int i = 0; i < r.mesh.nvert; ++i)
             if (was_held[i]) assert_near(om_norm(om_load3(held, i)), 0, 0);
     }
+    // A tool that has only just closed has made no force yet, whatever held the same vertices before.
+    for (int turn = 0; turn < 2; ++turn) {
+        OmTissueForces f;
+        int some = 0;
+        while (!was_held[some]) ++some;
+        OmPose tip = {om_load3(om_tissue_x(r.s), some), om_quat_identity()};
+        assert_ok(om_tissue_grasp(r.m, r.s, turn, tip, 0.006, NULL));
+        assert_ok(om_tissue_get_forces(r.m, r.s, &f));
+        assert_near(om_norm(f.grasp[turn]), 0, 0);
+        assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
+        assert_ok(om_tissue_get_forces(r.m, r.s, &f));
+        assert_true(om_norm(f.grasp[turn]) > 0);
+        om_tissue_release(r.s, turn);
+    }
     om_free(held);
     om_free(was_held);
     rig_done(&r);
