@@ -2,14 +2,14 @@
 //
 // The first samples of the test set are made again by finite elements and predicted: errors of the file's own
 // measure, over other samples than it was trained on. Refinement brings any start near to equilibrium, also the
-// linear answer without the network. So the network alone is measured, too, against its own claim and against the
-// linear answer that it corrects: without a trained network the two are the same.
+// linear answer without the network. So the network alone is measured, too, and the linear answer that it corrects:
+// without a trained network the two are the same. Each mean is held to its value for these samples, and what the file
+// says of all of them to the table of weights/README.md.
 #include "test_common.h"
 
 #include "omentum/umesh_net.h"
 
-#define NSAMPLE 32
-#define SLACK 2.0  // the mean of so few samples against that of all: errors are skewed
+#define NSAMPLE 12
 // Largest error of the network relative to the linear answer's; measured: 0.32 (200 samples).
 #define SHARE 0.5
 
@@ -63,6 +63,7 @@ static void test_metrics(void** unused) {
     assert_ok(om_umesh_create_organ(&organ_def, &organ));
     assert_true(om_umesh_grid(organ)->hash == om_umesh_net_grid(net)->hash);
     OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    def.nworker = 1;
     def.seed = (uint64_t)atoll(om_umesh_net_fact(net, "test_seed"));
     assert_true(def.seed != (uint64_t)atoll(om_umesh_net_fact(net, "seed")));
     assert_ok(om_umesh_create_solver(&def, &solver));
@@ -85,8 +86,14 @@ static void test_metrics(void** unused) {
            claimed, om_umesh_net_fact(net, "test_samples"), worst);
     printf("the network alone: %.4f mm; the file says %.4f; linear elasticity alone: %.4f\n",
            mean[NETWORK], network, mean[LINEAR]);
-    assert_below(mean[REFINED], SLACK * claimed);
-    assert_below(mean[NETWORK], SLACK * network);
+    // what omentum umesh eval printed for all 200 samples, as weights/README.md has it
+    assert_near(claimed, 0.0213, 5e-5);
+    assert_near(worst, 0.5184, 5e-5);
+    assert_near(network, 0.0978, 5e-5);
+    // the first samples, when the weights were made part of the project; sums in another order move them by less
+    assert_near_rel(mean[LINEAR], 0.5929, 0.01);
+    assert_near_rel(mean[NETWORK], 0.1756, 0.05);
+    assert_near_rel(mean[REFINED], 0.0245, 0.1);
     assert_below(mean[NETWORK], SHARE * mean[LINEAR]);
     om_free(mask);
     om_free(u);
