@@ -23,6 +23,8 @@ extern "C" {
 
 #define OM_CALIBRATION_MAX_PARAM 8
 #define OM_CALIBRATION_NAME 48
+#define OM_CALIBRATION_MAX_STEP 20000         // of one path: settling, and again on the way
+#define OM_CALIBRATION_MAX_EVALUATION 100000  // of the global search
 
 // ---- the problem ------------------------------------------------------------------------------------
 

@@ -26,6 +26,7 @@ extern "C" {
 #define OM_CALIBRATION_MAX_PATH 32
 #define OM_CALIBRATION_MAX_LEVEL 32
 #define OM_CALIBRATION_MAX_LANDMARK 256
+#define OM_CALIBRATION_MAX_TRIANGLE 200000  // of the surface that a probe meets
 
 typedef struct OmCalibrationProblem OmCalibrationProblem;  // constant
 

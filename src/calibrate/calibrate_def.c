@@ -74,6 +74,11 @@ static OmStatus check_search(const OmCalibrationDef* def) {
              "global and local are both none: nothing to do");
     OM_CHECK(def->population == 0 || (def->population >= 5 && def->population <= 10000), OM_INVALID,
              "population is %d: 0 or 5 to 10000", def->population);
+    OM_CHECK((double)def->population * def->max_generations <= OM_CALIBRATION_MAX_EVALUATION,
+             OM_INVALID,
+             "population x generations is %d x %d; at most %d evaluations are possible: take fewer "
+             "of either",
+             def->population, def->max_generations, OM_CALIBRATION_MAX_EVALUATION);
     OM_CHECK(def->max_generations >= 1 && def->max_generations <= 100000, OM_INVALID,
              "max_generations is %d: 1 to 100000", def->max_generations);
     OM_CHECK(def->max_local >= 0 && def->max_local <= 1000000, OM_INVALID,

@@ -7,6 +7,7 @@
 
 #include "calibrate/calibrate_internal.h"
 
+#define SAID_FROM 1800.0  // s: shorter searches are not worth a line
 #define MAX_ROUND 3  // of the local stage, as long as the profiles find a better point than it did
 
 // Hash of all that decides about the evaluations and their order.
@@ -37,6 +38,21 @@ static OmStatus run_start(OmSearch* s, OmCalibrationResult* r) {
     OM_TRY(om__search_batch(s, 1, u, r->error_start));
     r->cost_start = s->cost[0];
     return OM_OK;
+}
+
+// The first evaluation says how long the rest may take: better now than after a night.
+static void say_estimate(const OmSearch* s, double seconds) {
+    const OmCalibrationDef* d = s->def;
+    int np = d->population ? d->population : (int)fmax(12, 8 * s->n);
+    int most_local = d->local == OM_LOCAL_NONE ? 0 : d->max_local ? d->max_local : 60 * s->n;
+    double neval = (d->global == OM_GLOBAL_NONE ? 0.0 : (double)np * d->max_generations) +
+                   most_local + (d->rise > 0 ? s->n * OM_CALIBRATION_NPROFILE : 0);
+    double all = seconds * neval;
+    if (s->nnew == 0 || all < SAID_FROM) return;  // a journal's answer takes no time
+    om_log(OM_LOG_WARNING,
+           "one evaluation takes %.2g s: up to %.0f of them take up to %.3g hours; a smaller "
+           "population, fewer generations, longer steps or a coarser mesh take less",
+           seconds, neval, all / 3600);
 }
 
 static OmStatus run_global(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
@@ -129,7 +145,9 @@ static OmStatus run_refinement(OmSearch* s, OmCalibrationResult* r, bool* is_don
 
 static OmStatus run_stages(OmSearch* s, OmCalibrationResult* r) {
     bool is_done = false;
+    double start = om_clock_now();
     OM_TRY(run_start(s, r));
+    say_estimate(s, om_clock_now() - start);
     OM_TRY(run_global(s, r, &is_done));
     OM_TRY(run_refinement(s, r, &is_done));
     r->outcome = !is_done    ? OM_CALIBRATION_BUDGET

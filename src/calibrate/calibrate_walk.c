@@ -34,8 +34,10 @@ OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
                  p->level[l]);
     OM_CHECK(p->time_step > 0 && p->time_step <= 1000, OM_INVALID,
              "path %s: time_step is %g: above 0 and at most 1000 s", p->name, p->time_step);
-    OM_CHECK(p->settle >= 0 && p->settle <= 1e6 * p->time_step, OM_INVALID,
-             "path %s: settle is %g: at least 0, at most a million steps", p->name, p->settle);
+    OM_CHECK(p->settle >= 0 && p->settle <= OM_CALIBRATION_MAX_STEP * p->time_step, OM_INVALID,
+             "path %s: settle: %g s are %.0f steps of %g s; 0 to %d steps are possible: settle for "
+             "less, or take longer steps",
+             p->name, p->settle, p->settle / p->time_step, p->time_step, OM_CALIBRATION_MAX_STEP);
     if (p->kind == OM_PATH_REST) {
         OM_CHECK(p->nlevel == 1 && p->level[0] == 0, OM_INVALID,
                  "path %s: tissue at rest has one level, 0", p->name);
@@ -43,8 +45,12 @@ OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
     }
     OM_CHECK(p->speed > 0 && isfinite(p->speed), OM_INVALID, "path %s: speed is %g: above 0",
              p->name, p->speed);
-    OM_CHECK(p->level[p->nlevel - 1] <= 1e6 * p->speed * p->time_step, OM_INVALID,
-             "path %s: more than a million steps", p->name);
+    double nstep = p->level[p->nlevel - 1] / (p->speed * p->time_step);
+    OM_CHECK(
+        nstep <= OM_CALIBRATION_MAX_STEP, OM_INVALID,
+        "path %s: %g m at %g m/s take %.0f steps of %g s; at most %d are possible: take longer "
+        "steps, or go faster",
+        p->name, p->level[p->nlevel - 1], p->speed, nstep, p->time_step, OM_CALIBRATION_MAX_STEP);
     OM_CHECK(om_is_finite3(p->point) && om_is_finite3(p->direction) && om_norm(p->direction) > 0,
              OM_INVALID, "path %s: point and direction must be finite, the direction not zero",
              p->name);

@@ -145,6 +145,27 @@ static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const c
             100 * s->max_u / organ_size(g));
 }
 
+// Time of one processor, measured on grids of 2,000 to 40,000 elements of the phantom.
+#define SAMPLE_SECONDS 1.5e-4  // for an element of a sample
+#define SAID_FROM 1800.0       // s
+#define MAX_SECONDS 3e7        // a year
+
+// How long the samples take, where that is long; what no one would wait for is refused.
+static OmStatus say_estimate(const OmUmeshDataDef* def, int nelem) {
+    double seconds = SAMPLE_SECONDS * nelem * def->nsample / om_worker_count(def->nworker);
+    OM_CHECK(
+        seconds < MAX_SECONDS, OM_INVALID,
+        "%d samples of %d elements would take about %.2g days, at most %.0f are begun: take "
+        "fewer --samples or --elements, or make parts of the data on several machines by --seed",
+        def->nsample, nelem, seconds / 86400, MAX_SECONDS / 86400);
+    if (seconds > SAID_FROM)
+        fprintf(stderr,
+                "omentum umesh: %d samples of %d elements take about %.2g hours; what is finished "
+                "stays after Ctrl-C\n",
+                def->nsample, nelem, seconds / 3600);
+    return OM_OK;
+}
+
 static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def) {
     OmUmeshOrgan* organ;
     OmUmeshSummary summary;
@@ -152,6 +173,7 @@ static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def
     OmUmeshDataDef def = om_umesh_default_data_def(organ, om_cli_get(args, "--output"));
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OmStatus status = read_data(args, &def);
+    if (status == OM_OK) status = say_estimate(&def, om_umesh_grid(organ)->mesh.nelem);
     if (status == OM_OK) status = om_umesh_generate(&def, progress, &summary);
     om_cli_progress_done();
     if (status == OM_OK) print_summary(om_umesh_grid(organ), &summary, def.out_dir);

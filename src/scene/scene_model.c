@@ -15,8 +15,11 @@
 #define VOLUME_LIMIT 0.02  // above it edges are refined, or a warning is given
 #define MAX_SHIFT 5        // of the level at one edge
 #define MAX_REFINE 4       // steps of 0.8
-#define MAX_TET 2e7        // larger meshes are refused before they are begun
-#define TET_DENSITY 10.5   // elements in a cube of one edge, measured on organs
+#define TET_SECONDS \
+    4e-6              // of one processor for an element, measured on a liver of 0.1 to 6 million
+#define SAID_FROM 30  // s: what takes longer is told before it begins
+#define MAX_TET 2e7   // larger meshes are refused before they are begun
+#define TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
 
 void om__model_warn(OmModelReport* report, const char* format, ...) {
     size_t len = strlen(report->warning);
@@ -203,6 +206,12 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
              "an edge of %.3g mm would make %.0f million tetrahedra, above %.0f million: use a "
              "larger edge",
              edge * 1e3, ntet * 1e-6, MAX_TET * 1e-6);
+    double seconds = TET_SECONDS * ntet;
+    if (seconds > SAID_FROM)
+        om_log(OM_LOG_WARNING,
+               "an edge of %.3g mm makes about %.2g million tetrahedra, which take a minute of one "
+               "processor for every 15 million, and as long again to write",
+               edge * 1e3, ntet * 1e-6);
     for (int step = 0; step <= (task->refine ? MAX_REFINE : 0); step++, edge *= 0.8) {
         OmTetMesh trial;
         double level = 0, error = 0;

@@ -179,6 +179,12 @@ static void test_wrong_files(void** state) {
     assert_refused("seen.csv", "", "seen.csv:1: the first line must be experiment,level_mm");
     assert_refused("seen.csv", HEAD "hang,0,cloud,1,2\n", "seen.csv:2: z_mm: \"\" is not a number");
     assert_refused("seen.csv", HEAD "hang,0,cloud,1,2,3,4\n", "seen.csv:2: more than six columns");
+    assert_refused("seen.csv", HEAD "hang,0,cloud,1,2,3e300\n",
+                   "seen.csv:2: z_mm: 3e+300 is too large");
+    assert_refused("seen.csv", HEAD "hang,0,Gef\xe4\xdf,1,2,3\n",
+                   "seen.csv:2: landmark: the name is no UTF-8");
+    assert_refused("seen.csv", HEAD "end,0,a\x1b[31m,1,2,3\n",
+                   "seen.csv:2: landmark: the name is no UTF-8");
     assert_refused("seen.csv", HEAD "\n# x\nhang,-1,cloud,1,2,3\n", "seen.csv:4: level_mm: -1");
     assert_refused("seen.csv", HEAD "hang,0,,1,2,3\n", "seen.csv:2: landmark: a name of 0 letters");
     assert_refused("seen.csv", HEAD "hung,0,cloud,1,2,3\n",
@@ -206,6 +212,9 @@ static void test_wrong_files(void** state) {
     assert_refused("problem.yaml", YAML PARAM PATHS "search: {sed: 3}\n",
                    "problem.yaml:5: search: unknown key \"sed\"; did you mean \"seed\"?");
     assert_refused("scene.yaml", "name: x\n", "scene.yaml");
+    assert_refused("problem.yaml",
+                   YAML PARAM "paths: [{name: end, kind: rest, contact_triangles: 1000000}]\n",
+                   "contact_triangles: 1000000 is outside its range, 0 to 200000");
     // clusters have no forces in newtons
     assert_refused("scene.yaml",
                    "name: strip\n"

@@ -96,3 +96,9 @@ $ touch taken && omentum umesh generate --elements 200 --points 4x4x4 -n 1 -q -o
 exit 3
 err taken
 err-lines 1
+
+# What would take years is refused before it begins, and nothing is written.
+$ omentum umesh generate --elements 30000 -n 10000000 --workers 1 -q -o years
+exit 3
+err 10000000 samples of [0-9]+ elements would take about .* days, at most 347 are begun
+no-file years/summary.json
