@@ -148,9 +148,9 @@ static double energy_growth(OmElement kind, double share) {
     return growth;
 }
 
-// Stable at the estimate, not at 1.05 of it. A mode of frequency w that steps of h = 2 s / w carry keeps v- v+ + (w x)^2
-// of the velocities half a step before and after; the sum of (w x)^2 and v-^2, which is measured, is between 1 / (1 + s)
-// and 1 / (1 - s) of it, and equal to it at the start, where x = 0. No mode has a larger s than the share of the limit.
+// Stable at the estimate, not at 1.05 of it. With steps of h = 2 s / w a mode of frequency w keeps v- v+ + (w x)^2, of
+// the velocities half a step before and after. What is measured, (w x)^2 + v-^2, lies between 1 / (1 + s) and
+// 1 / (1 - s) of it, and equals it at the start, where x = 0. No mode has a larger s than the share of the limit.
 static void test_stable_step(void** context) {
     (void)context;
     const OmElement kind[] = {OM_TET4, OM_HEX8, OM_TET10};
