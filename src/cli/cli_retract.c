@@ -54,23 +54,37 @@ typedef struct Settings {
     bool needs_scene;  // false: only a text is wanted
 } Settings;
 
-// Five lines for whoever ran it.
+// What the arms pulled with, as the robot knew it and as it was, and where they were to stop.
+static void print_force(const OmScene* scene, const OmRetractResult* r) {
+    const OmSceneTask* task = &scene->task;
+    printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->force_max);
+    if (isfinite(r->force_world_max))
+        printf(", %.2f N in the simulated truth (up to %.2f N above the estimate)",
+               r->force_world_max, fmax(0, r->force_more));
+    printf("\n  limit: the arms stop pulling at %.2f N by the estimate",
+           task->force_threshold - task->force_margin);
+    if (task->force_margin > 0)
+        printf(", the scene's threshold of %.2f N less a margin of %.2f N for its error",
+               task->force_threshold, task->force_margin);
+    else
+        printf(", the scene's threshold");
+    printf("; reached %d times\n", r->nforce);
+}
+
+// A few lines for whoever ran it.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
-    printf("  ROI seen: %.0f %% at the start, %.0f %% at the end (%.0f %% wanted)\n",
-           100 * r->visibility_start, 100 * r->visibility_end, 100 * scene->task.visibility);
     printf(
-        "  force: at most %.2f N by the twin, %.2f N in the truth (at most %.2f N more than the twin); "
-        "threshold %.2f N less a margin of %.2f N, reached %d times\n",
-        r->force_max, r->force_world_max, r->force_more, scene->task.force_threshold,
-        scene->task.force_margin, r->nforce);
+        "  ROI seen: %.0f %% at the start, %.0f %% at the end; from %.0f %% on it counts as exposed\n",
+        100 * r->visibility_start, 100 * r->visibility_end, 100 * scene->task.visibility);
+    print_force(scene, r);
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
         r->time, r->wall_time, r->twin_step_ms, r->plan_ms_median, r->nplan);
     if (r->twin_nbad + r->world_nbad > 0)
         printf(
-            "  note: %d steps of the twin and %d of the truth have inverted elements, unsettled contact or "
-            "energy out of nothing\n",
+            "  note: in %d steps of the twin and %d of the truth an element was inverted, contact had not settled, "
+            "or energy was gained: forces of these steps are less certain\n",
             r->twin_nbad, r->world_nbad);
     if (!r->is_settled) printf("  note: the tissue still moved when the operation began\n");
     if (r->has_slid)

@@ -30,9 +30,9 @@ static void add_facts(OmReport* report, const Loop* loop) {
                                          "a step of the twin (mean)",
                                          "to make a plan (median)",
                                          "largest pull, in the truth",
-                                         "most by which the truth exceeds the twin",
-                                         "steps of the twin that broke a rule",
-                                         "steps of the truth that broke a rule"};
+                                         "largest excess of the truth over the twin",
+                                         "steps of the twin with less certain forces",
+                                         "steps of the truth with less certain forces"};
     for (int i = 0; i < 12; ++i) value[i] = text[i];
     om_report_facts(report, value, label, 12);
 }
@@ -89,9 +89,9 @@ static OmStatus add_charts(OmReport* report, const Loop* loop) {
     chart.series[1] = (OmReportSeries){"truth", t, y[3], n};
     chart.nseries = r->nsample && isnan(y[3][0]) ? 1 : 2;
     chart.limit = task->force_threshold;
-    chart.limit_name = "threshold";
+    chart.limit_name = "threshold of the scene";
     chart.limit2 = om__force_limit(task);
-    chart.limit2_name = task->force_margin > 0 ? "the arms act" : NULL;
+    chart.limit2_name = task->force_margin > 0 ? "the arms stop pulling" : NULL;
     chart.y_max = task->force_threshold;
     om_report_chart(report, &chart);
     chart.nseries = 1;
@@ -169,7 +169,7 @@ static void add_settings(OmReport* report, const Loop* loop) {
         text, sizeof text,
         "Endoscope %.0f mm from the middle of the tissue, %.0f degrees above it, vertical field of view %.0f "
         "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
-        "mm up to %.0f mm; force threshold %.2f N, of which %.2f N are margin; exposed at %.0f %% of all its points. "
+        "mm up to %.0f mm; force threshold %.2f N, less a margin of %.2f N for the error of the estimate; exposed at %.0f %% of all its points. "
         "Seed %d.",
         1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
         s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
@@ -199,8 +199,12 @@ static OmStatus add_frames(OmReport* report, const Recorder* rec) {
     for (int k = 0; k < nopen; ++k) OM_TRY(add_frame(report, &rec->frame[pick(k, nopen, n)], 1));
     if (nopen == n) return OM_OK;
     const int nfolded = n < NFOLDED ? n : NFOLDED;
-    snprintf(summary, sizeof summary,
-             "%d of all %d pictures, smaller; all are in the folder frames", nfolded, n);
+    if (nfolded == n)
+        snprintf(summary, sizeof summary,
+                 "All %d pictures, smaller; the folder frames has them at full size", n);
+    else
+        snprintf(summary, sizeof summary,
+                 "%d of %d pictures, smaller; the folder frames has all at full size", nfolded, n);
     om_report_begin_fold(report, summary);
     for (int k = 0; k < nfolded; ++k)
         OM_TRY(add_frame(report, &rec->frame[pick(k, nfolded, n)], 2));

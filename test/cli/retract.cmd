@@ -20,7 +20,9 @@ write small.yaml
 $ omentum retract small.yaml -q -o run
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
-out ROI seen: 0 % at the start
+out ROI seen: 0 % at the start, \d+ % at the end; from 80 % on it counts as exposed
+out ^  pull on the tissue: at most 0\.\d\d N as the twin estimates it, 0\.\d\d N in the simulated truth \(up to 0\.\d\d N above
+out ^  limit: the arms stop pulling at 3\.00 N by the estimate, the scene's threshold; reached 0 times$
 out a twin step \d+\.\d+ ms
 out report: run/report\.html
 no-err
@@ -52,6 +54,18 @@ $ sed 's/lo_mm:.*/lo_mm: [-100, -100, -1]/' small.yaml > held.yaml && omentum re
 exit 1
 out no plan is left
 file held/report.html
+
+# Many pictures: nine are shown, and all 21 folded at half the size. A margin is named with what it is for.
+$ sed -e 's/center_mm:.*/center_mm: [45, 30, 0]/' -e 's/task:/task:\n  max_actions: 20\n  force_margin: 0.5/' small.yaml > long.yaml && omentum retract long.yaml -q -o long
+exit 1
+out ^small, layout 1: gave up after 20 actions
+out ^  limit: the arms stop pulling at 2\.50 N by the estimate, the scene's threshold of 3\.00 N less a margin of 0\.50 N for its error; reached
+
+$ grep -o '<summary>All 21 pictures, smaller' long/report.html; grep -o 'width="80" height="60" loading="lazy"' long/report.html | wc -l; grep -o 'width="40" height="30" loading="lazy"' long/report.html | wc -l
+exit 0
+out ^<summary>All 21 pictures, smaller
+out ^9$
+out ^21$
 
 # A ROI in view before any action is no success: exit code 1, and the report's verdict is a bad one.
 $ sed -e 's/center_mm:.*/center_mm: [-59, -59, 0]/' -e 's/task:/task:\n  visibility: 0.4/' small.yaml > seen.yaml && omentum retract seen.yaml -q -o seen
