@@ -169,7 +169,8 @@ static void add_settings(OmReport* report, const Loop* loop) {
         text, sizeof text,
         "Endoscope %.0f mm from the middle of the tissue, %.0f degrees above it, vertical field of view %.0f "
         "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
-        "mm up to %.0f mm; force threshold %.2f N, less a margin of %.2f N for the error of the estimate; exposed at %.0f %% of all its points. "
+        "mm up to %.0f mm; force threshold %.2f N, less a margin of %.2f N for the error of the "
+        "estimate; exposed at %.0f %% of all its points. "
         "Seed %d.",
         1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
         s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
