@@ -53,7 +53,9 @@ typedef struct OmSceneTissue {
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     int law;      // OmLaw; default OM_STABLE_NEO_HOOKEAN
     bool is_averaged;  // OmTissueDef.is_averaged, of bodies of engine "fem"; default false
-    bool has_board;    // under a sheet or a mesh; default true. A patient lies on its organ instead
+    double
+        friction;  // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
+    bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
     // A patient or a volume has materials of its own, which a scene file leaves as they are (below 0)

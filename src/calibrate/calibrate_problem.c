@@ -38,6 +38,7 @@ OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, B
     b->problem = p;
     OM_TRY(om_site_build(&p->scene, is_world ? OM_SITE_WORLD : OM_SITE_TWIN, NULL, &b->site));
     b->contact = om_contact_default_def();
+    b->contact.friction = p->scene.tissue.friction;
     b->board = (OmContactPlane){b->site.pose_world_task.p,
                                 om_quat_rotate(b->site.pose_world_task.q, om_vec3(0, 0, 1))};
     b->organ = &b->site.organ_sdf;

@@ -55,6 +55,8 @@ static const OmYamlField tissue_field[] = {
      .help = "strains averaged around vertices, against locking; needs `model: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
+    {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
+     .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
     // what can be calibrated stands last: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
      .help = "Young's modulus; left out on a patient or a volume: its own materials"},

@@ -18,6 +18,7 @@ OmScene om_scene_default(void) {
                                .unit = 1.0,
                                .up = {0, 0, 1},
                                .view = {-1, 0, 0},
+                               .friction = -1,
                                .has_board = true,
                                .law = OM_STABLE_NEO_HOOKEAN,
                                .young = 3000,

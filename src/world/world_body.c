@@ -25,8 +25,9 @@ struct OmBody {
     int nbad;  // steps whose outcome was not what a step promises
 };
 
-static OmStatus create_contact(const OmSite* site, OmBody* body) {
+static OmStatus create_contact(const OmScene* scene, const OmSite* site, OmBody* body) {
     OmContactDef def = om_contact_default_def();
+    def.friction = scene->tissue.friction;
     OmContactPlane board = {site->pose_world_task.p,
                             om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
     const OmSdf* sdf = &site->organ_sdf;
@@ -126,7 +127,7 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     OmStatus status = om_tissue_create(&def, &b->model);
     if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);
     if (status == OM_OK) status = om_tissue_create_work(b->model, &b->work);
-    if (status == OM_OK) status = create_contact(site, b);
+    if (status == OM_OK) status = create_contact(scene, site, b);
     if (status < 0)
         om_body_destroy(b);
     else

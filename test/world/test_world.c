@@ -533,6 +533,43 @@ static void test_failing_allocations_leak_nothing(void** state) {
     assert_true(test_failing_allocations(live_a_little, &scene, 3) > 30);
 }
 
+// A sheet dragged over its board by one edge: the board's force leans by the coefficient of friction.
+static void test_friction_is_coulombs(void** state) {
+    (void)state;
+    OmScene scene = om_scene_default();
+    scene.tissue.cells = om_vec3(6, 6, 1);
+    scene.tissue.young = 1e5;
+    scene.attach.stiffness = 1e-6;  // holds nothing
+    scene.task.grasp_radius = 0.025;
+    const double mu[3] = {-1, 0.3, 0.6};  // below 0: finite elements have none of their own
+    for (int k = 0; k < 3; ++k) {
+        scene.tissue.friction = mu[k];
+        OmSite site;
+        OmBody* body;
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+        assert_ok(om_body_create(&scene, &site, 1, &body));
+        OmPose tip = {om_vec3(site.half_size.x, 0, 0.005), om_quat_identity()};
+        tip.p = om_pose_apply(site.pose_world_task, tip.p);
+        int nheld;
+        assert_ok(om_body_grasp(body, 0, tip, scene.task.grasp_radius, &nheld));
+        OmVec3 along = om_quat_rotate(site.pose_world_task.q, om_vec3(1, 0, 0));
+        OmVec3 up = om_quat_rotate(site.pose_world_task.q, om_vec3(0, 0, 1));
+        for (int i = 0; i < 60; ++i) {  // 24 mm at 20 mm/s: all of it slides
+            tip.p = om_madd(tip.p, 4e-4, along);
+            OmBodyReport report;
+            assert_ok(om_body_move(body, 0, tip));
+            assert_true(om_body_step(body, 0.02, &report) >= 0);
+        }
+        OmBodyForces f;
+        assert_ok(om_body_get_forces(body, &f));
+        double normal = om_dot(f.contact, up), drag = -om_dot(f.contact, along);
+        assert_true(normal > 0.3);  // most of 0.7 N
+        assert_near(drag / normal, fmax(mu[k], 0), 0.02);
+        om_body_destroy(body);
+        om_site_done(&site);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_tools_move_straight_at_speed),
@@ -553,6 +590,7 @@ int main(void) {
         cmocka_unit_test(test_materials_of_a_site),
         cmocka_unit_test(test_snapshots_keep_the_ground_at_rest),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
+        cmocka_unit_test(test_friction_is_coulombs),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
