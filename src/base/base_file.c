@@ -14,7 +14,8 @@
 
 #include "base/base_internal.h"
 
-#define MAX_LINK 8  // links to links to a file that is not there yet
+#define MARK_WITHIN ((size_t)64 << 20)  // bytes at the beginning of a file that may hold a mark
+#define MAX_LINK 8                      // links to links to a file that is not there yet
 
 // ---- reading --------------------------------------------------------------------------------------------
 
@@ -246,6 +247,7 @@ OmStatus om_file_check_ours(const char* path, const char* mark) {
     FILE* f = fopen(path, "rb");
     OM_CHECK(f, OM_IO, "%s: cannot open: %s", path, strerror(errno));
     size_t size = (size_t)st.st_size;
+    if (mark && size > MARK_WITHIN) size = MARK_WITHIN;
     char* data = om_alloc(size, 1);
     bool is_ours = false;
     if (data) {

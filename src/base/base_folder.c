@@ -204,6 +204,17 @@ done:
     return status;
 }
 
+// Is there a line of this name and size? A foreign file of many gigabytes is not read.
+static bool has_size(const List* list, const char* name, int64_t size) {
+    size_t len = strlen(name);
+    for (int i = 0; i < list->nline; ++i) {
+        const Line* l = &list->line[i];
+        if (l->size == size && (size_t)l->len == len && memcmp(l->name, name, len) == 0)
+            return true;
+    }
+    return false;
+}
+
 typedef struct Check {
     const List* list;
     const char* shown;  // the folder's name in messages
@@ -214,7 +225,9 @@ static OmStatus check_file(void* ctx, const char* path, const char* name, bool i
     int64_t size = 0;
     uint64_t hash = 0;
     Fit fit = FIT_FOREIGN;
-    if (is_file && hash_file(path, &size, &hash))
+    struct stat st;
+    is_file = is_file && lstat(path, &st) == 0;
+    if (is_file && (!has_size(c->list, name, st.st_size) || hash_file(path, &size, &hash)))
         fit = list_fit(c->list, name, (int)strlen(name), size, hash);
     OM_CHECK(fit != FIT_FOREIGN, OM_INVALID, "%s holds %s, which omentum did not write: " REMEDY,
              c->shown, name);

@@ -101,6 +101,7 @@ static int write_synthetic(const OmCliArgs* args, const OmCalibrationProblem* pr
         status = om_calibrate_save_synthetic(problem, param, def->noise / sqrt(8 / OM_PI),
                                              def->seed, out);
     if (status < 0) return om_cli_fail("calibrate", status);
+    om_cli_clean_beside(out);
     printf("synthetic observations: %s\n", out);
     om_cli_path(out);
     return OM_EXIT_OK;

@@ -195,6 +195,11 @@ int om_cli_fail(const char* verb, OmStatus status) {
     return OM_EXIT_ERROR;
 }
 
+void om_cli_clean_beside(const char* path) {
+    char dir[1024];
+    if (path && om_path_dir(path, dir, sizeof dir) == OM_OK) om_path_clean(dir, false);
+}
+
 int om_cli_check_output(int code) {
     bool is_lost = fflush(stdout) != 0;
     int error = errno;

@@ -105,6 +105,9 @@ int om_cli_fail(const char* verb, OmStatus status);
 // The same for work that the same command goes on with after it was cancelled.
 int om_cli_fail_kept(const char* verb, OmStatus status);
 
+// Remove what killed runs left beside the output file `path`; null: nothing.
+void om_cli_clean_beside(const char* path);
+
 // What was printed must have arrived: the exit code `code`, or OM_EXIT_STDOUT and a message if the work was done, and
 // standard output failed. Files are complete all the same, so this has a code of its own.
 int om_cli_check_output(int code);

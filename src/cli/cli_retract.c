@@ -364,7 +364,8 @@ const OmCliVerb om_cli_verb_retract = {
     .about =
         "The simulated operating field hides another mesh and another stiffness from the twin that\n"
         "plans and estimates forces. Exit code 0: exposed by the arms; 1: not exposed, or in view\n"
-        "before any action.",
+        "before any action. DIR may hold an older run and nothing else. Ctrl-C and SIGTERM keep the\n"
+        "record so far.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum retract scenes/sheet.yaml -o out/sheet\n"

@@ -111,6 +111,7 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
         om_cli_check_apart(dir, input, 1));  // weights may lie in the folder: they are not written
     OM_TRY(om_cli_check_apart(record, input, 2));
     if (record) OM_TRY(om_file_check_ours(record, "omentum-umesh"));
+    om_cli_clean_beside(record);
     OM_TRY(om_umesh_load_net(weights, &net));
     if (dir) OM_TRY_DONE(om_folder_open(dir, OM_UMESH_NET_KIND, &folder));
     OM_TRY_DONE(om_umesh_load_data(om_cli_get(args, "--data"), nsample, &data));

@@ -249,6 +249,8 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     OM_TRY(om_cli_check_apart(onnx, input, 1));
     if (out) OM_TRY(om_file_check_ours(out, "under_probe"));
     if (onnx) OM_TRY(om_file_check_ours(onnx, "omentum"));
+    om_cli_clean_beside(out);
+    om_cli_clean_beside(onnx);
     OM_TRY(om_umesh_load_net(weights, &net));
     Press p = {.args = args, .grid = om_umesh_net_grid(net)};
     OmStatus status;

@@ -95,6 +95,10 @@ $ mkdir k; timeout -s KILL 1 $OMENTUM retract $ROOT/scenes/sheet.yaml -q -o k/ou
 exit 0
 out ^small$
 
+$ mkdir k2; timeout -s KILL 1 $OMENTUM retract $ROOT/scenes/sheet.yaml -q -o k2/out; $OMENTUM umesh predict -o k2/pressed.vtu > /dev/null; ls -A k2
+exit 0
+out ^pressed\.vtu$
+
 # A layout that is stopped: those before it stay.
 $ omentum retract small.yaml --layouts 2 -q -o layouts; ls -A layouts
 exit 0
