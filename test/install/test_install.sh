@@ -33,6 +33,12 @@ for header in "$tmp"/prefix/include/omentum/*.h; do
     done
 done
 
+# Man page and completion of shells.
+grep -q '^\.SS omentum umesh predict$' "$tmp/prefix/share/man/man1/omentum.1" || fail "no man page"
+for page in bash-completion/completions/omentum zsh/site-functions/_omentum fish/vendor_completions.d/omentum.fish; do
+    grep -q -- '--tolerance\|-l tolerance' "$tmp/prefix/share/$page" || fail "no share/$page"
+done
+
 # By pkg-config.
 export PKG_CONFIG_PATH=$lib/pkgconfig
 mkdir "$tmp/one" "$tmp/two"
