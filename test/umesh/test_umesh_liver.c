@@ -31,7 +31,7 @@ static void make_organ(OmUmeshOrgan** organ) {
     om_patient_done(&patient);
 }
 
-// Mean norm error (3.17) of the last samples, m, of the network alone or of the linear answer alone; by om_umesh_predict.
+// Mean norm error (3.17) of the last samples, m, of the network alone or of the linear answer alone.
 static double mean_error(const OmUmeshNet* net, const OmUmeshData* data, bool is_linear) {
     OmUmeshPredictor* predictor;
     size_t nnode = (size_t)data->grid.mesh.nnode;
