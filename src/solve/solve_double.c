@@ -31,17 +31,7 @@ typedef struct Wide {  // one lane, as one member of the team sees it
 OM_MULTIVERSION
 static void multiply_rows(const OmBsr* A, const double* x, double* y, int begin, int end) {
     for (int i = begin; i < end; ++i) {
-        double y0 = 0, y1 = 0, y2 = 0;
-        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
-            const float* v = A->value + 9 * (size_t)k;
-            const double* xj = x + 3 * (size_t)A->col[k];
-            y0 += (double)v[0] * xj[0] + (double)v[3] * xj[1] + (double)v[6] * xj[2];
-            y1 += (double)v[1] * xj[0] + (double)v[4] * xj[1] + (double)v[7] * xj[2];
-            y2 += (double)v[2] * xj[0] + (double)v[5] * xj[1] + (double)v[8] * xj[2];
-        }
-        y[3 * (size_t)i] = y0;
-        y[3 * (size_t)i + 1] = y1;
-        y[3 * (size_t)i + 2] = y2;
+        om_store3(y, i, om__row_product(A, x, i));
     }
 }
 

@@ -20,6 +20,19 @@ typedef struct OmDense OmDense;
 
 #define OM_MAX_LANE 8
 
+// Row i of A x, in double.
+OM_INLINE OmVec3 om__row_product(const OmBsr* A, const double* x, int i) {
+    double y0 = 0, y1 = 0, y2 = 0;
+    for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+        const float* v = A->value + 9 * (size_t)k;
+        const double* xj = x + 3 * (size_t)A->col[k];
+        y0 += (double)v[0] * xj[0] + (double)v[3] * xj[1] + (double)v[6] * xj[2];
+        y1 += (double)v[1] * xj[0] + (double)v[4] * xj[1] + (double)v[7] * xj[2];
+        y2 += (double)v[2] * xj[0] + (double)v[5] * xj[1] + (double)v[8] * xj[2];
+    }
+    return om_vec3(y0, y1, y2);
+}
+
 typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
     int rank, size;

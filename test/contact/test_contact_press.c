@@ -1,23 +1,6 @@
 // test_contact_press.c: a probe pressed into a block by each method: forces, balance, consistency.
 #include "test_press_rig.h"
 
-// The upper side as a grid of 2 mm, so that a flat probe has rows of points under it and
-// none under its rounded edges.
-static void make_top(OmSurface* top) {
-    enum { NX = 61, NY = 51 };
-    assert_ok(om_surface_init(top, NX * NY, 2 * (NX - 1) * (NY - 1)));
-    int* t = top->tri_vert;
-    for (int j = 0; j < NY; ++j) {
-        for (int i = 0; i < NX; ++i) {
-            om_store3(top->x, i + NX * j, om_vec3(0.002 * i, 0.002 * j, 0.05));
-            if (i == NX - 1 || j == NY - 1) continue;
-            int a = i + NX * j, tri[6] = {a, a + 1, a + 1 + NX, a, a + 1 + NX, a + NX};
-            memcpy(t, tri, sizeof tri);
-            t += 6;
-        }
-    }
-}
-
 static void start(PressRig* p, const OmProbeDef* shape, OmPressMethod method, int reuse,
                   double friction, double tolerance) {
     rig_start(&p->r);
