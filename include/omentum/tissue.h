@@ -255,7 +255,7 @@ typedef struct OmTissueForces {    // N, resultants of forces on the tissue
     OmVec3 weight;                 // of all tissue
 } OmTissueForces;
 
-/// At equilibrium all but `pull` sum to zero. Needs no work; allocates nothing.
+/// At equilibrium all but `pull` sum to zero. Needs no work; engines with averaged strains allocate for the call.
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueForces* forces);

@@ -27,8 +27,8 @@
 
 #define MAX_LIST ((size_t)64 << 20)  // bytes of a list
 #define MAX_DEPTH 16                 // folders below an output folder
-#define CHECK_WITHIN \
-    ((int64_t)16 << 20)  // larger files are checked by size alone when a folder is opened
+// Bytes. Larger files are checked by size alone when a folder is opened.
+#define CHECK_WITHIN ((int64_t)16 << 20)
 #define REMEDY "move it away, or name another folder"
 
 static const char head_whole[] = "omentum 1 whole ", head_growing[] = "omentum 1 growing ";

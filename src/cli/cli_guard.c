@@ -15,8 +15,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define SANE_SPACE \
-    (64.0e9)  // bytes; a program that has more is a sanitizer's, whose shadow no limit fits
+// Bytes. A program that has more runs under a sanitizer, whose shadow memory no limit fits.
+#define SANE_SPACE (64.0e9)
 
 static volatile sig_atomic_t child_pid;
 

@@ -22,8 +22,8 @@
 
 #define LEAST_SPACE ((rlim_t)192 << 20)  // bytes
 #define BASE_SPACE ((rlim_t)512 << 20)   // bytes for the program and its libraries
-#define THREAD_SPACE \
-    ((rlim_t)64 << 20)  // for one thread of OpenBLAS: its stack, its buffer, its heap
+// Bytes for one thread of OpenBLAS: its stack, its buffer, its heap.
+#define THREAD_SPACE ((rlim_t)64 << 20)
 enum { MAX_ENVIRONMENT = 4000 };
 
 // libc has no environment yet: only what it is given, and calls of the kernel.

@@ -7,8 +7,8 @@
 
 #include "fem/fem_internal.h"
 
-#define NPART \
-    64  // of cells and elements, each summed by one worker: the same sum for any number of them
+// Parts of cells and elements, each summed by one worker: the same sum for any number of workers.
+#define NPART 64
 
 typedef struct Scratch {
     double *F, *S;      // deformation gradient; stress times volume      (ncell x 9)

@@ -13,6 +13,9 @@
 #include "fem/fem_lanes.h"
 #include "fem/fem_simd.h"
 
+// Parts of the elements, each summed by one worker: the same sum for any number of workers.
+#define NBLOCK 64
+
 #define NNEWTON 5
 #define MAX_STEP 1e-3F  // of the last step of Newton's method for f: above it, in double
 #define MIN_SLOPE 0.05F
@@ -195,9 +198,6 @@ static void check_team(void* ctx, OmTeam* team, int rank, int size) {
         a->part[k] = part;
     }
 }
-
-#define NBLOCK \
-    64  // of the elements, each summed by one worker: the same sum for any number of them
 
 void om__fem_check(const OmTissueModel* m, const OmTissueWork* w, const double* x_begin,
                    const double* x_end, bool is_solved, OmTissueCheck* check) {

@@ -7,8 +7,8 @@
 #define TABLE_SUBSTEPS 3  // of clusters, Table 3.1
 #define ELASTIC_SUBSTEPS 20
 #define MOST_SUBSTEPS 100  // chosen from the body
-#define WEIGHT_STRAIN \
-    0.05                  // of the lowest clusters by the body's weight, where substeps are chosen
+// Strain of the lowest clusters by the body's weight, where substeps are chosen.
+#define WEIGHT_STRAIN 0.05
 #define SAGGING 0.15      // such a strain is worth a warning
 #define COMMON_STEP 0.02  // s, the step that the warning assumes
 

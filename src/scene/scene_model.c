@@ -15,10 +15,10 @@
 #define VOLUME_LIMIT 0.02  // above it edges are refined, or a warning is given
 #define MAX_SHIFT 5        // of the level at one edge
 #define MAX_REFINE 4       // steps of 0.8
-#define TET_SECONDS \
-    4e-6              // of one processor for an element, measured on a liver of 0.1 to 6 million
-#define SAID_FROM 30  // s: what takes longer is told before it begins
-#define MAX_TET 2e7   // larger meshes are refused before they are begun
+// Processor time for one element, s, measured on a liver of 0.1 to 6 million.
+#define TET_SECONDS 4e-6
+#define SAID_FROM 30      // s: what takes longer is told before it begins
+#define MAX_TET 2e7       // larger meshes are refused before they are begun
 #define TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
 
 void om__model_warn(OmModelReport* report, const char* format, ...) {

@@ -15,8 +15,8 @@
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1c027u
-#define SURFACE_NTET \
-    6.555          // elements, a contact triangle, of the mesh whose boundary they come from
+// Elements of a mesh over triangles of its boundary that can be in contact.
+#define SURFACE_NTET 6.555
 #define VERSION 2  // of what a run's result depends on besides the definition
 
 OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir) {

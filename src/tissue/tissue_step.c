@@ -13,12 +13,12 @@
 #include "tissue/tissue_engine.h"
 
 #define MIN_SHARE (1.0 / 1024)  // of h, the shortest substep
-#define SOFT_SHARE \
-    (1.0 / 4)            // of h, the shortest substep for the sake of elements without a barrier
+// Of h, the shortest substep for elements without a barrier.
+#define SOFT_SHARE (1.0 / 4)
 #define GUARD_NEWTON 20  // iterations for a step that breaks a rule of tissue_guard.c
-#define NLENGTHEN \
-    2  // substeps that must succeed before a longer one is tried; doubled when that fails,
-#define MAX_LENGTHEN 64  // up to this
+// Substeps that must succeed before a longer one is tried; doubled if that fails, up to the second.
+#define NLENGTHEN 2
+#define MAX_LENGTHEN 64
 
 OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     *work = NULL;
