@@ -415,9 +415,15 @@ def run(mutants, args, scratch, journal):
             print(f"{count - done[0]} mutants were not run")
 
 
-def results(root, mutants, journal):
+def results(root, mutants, journal, has_earlier=False):
+    """Each mutant with its result; `has_earlier`: else the last time that it was killed, by sources or tests of before."""
     rows, files, tests = read_journal(journal), source_files(root), test_files(root)
-    return [(m, find_row(rows, m, files, tests) or {"outcome": "not run", "detail": ""}) for m in mutants]
+    before = {(r["file"], r["title"]): dict(r, is_earlier=True) for r in rows.values() if r["outcome"] == "killed"}
+    found = []
+    for m in mutants:
+        row = find_row(rows, m, files, tests) or (before.get((m.file, m.title)) if has_earlier else None)
+        found.append((m, row or {"outcome": "not run", "detail": ""}))
+    return found
 
 
 def summary(found):
@@ -434,14 +440,23 @@ def summary(found):
 def table(found):
     """The committed table: counts by room, each survivor with its reason."""
     rooms, killed, counted = summary(found)
-    lines = ["| room | mutants | killed |", "|---|---|---|"]
+    missing = [m for m, row in found if row["outcome"] == "not run"]
+    lines = ["# Mutants and the tests that notice them", "",
+             "Written by `tools/mutants.py --table`: not edited by hand. A mutant counts if it builds to another object file.",
+             "A star marks results of before the source or the test changed; `make mutants` runs these again.",
+             "", "| room | mutants | killed |", "|---|---|---|"]
     lines += [f"| {room} | {c} | {k} |" for room, (k, c) in rooms.items()]
     lines += [f"| all | {counted} | {killed} ({100 * killed / max(counted, 1):.1f} %) |", ""]
+    if missing:
+        lines += [f"Without a result: {len(missing)}.", ""]
     lines += ["| survivor | what is wrong | why no test notices |", "|---|---|---|"]
     lines += [f"| `{m.file}` | {m.title} | {m.survives or 'no test yet'} |" for m, row in found
               if row["outcome"] == "survived"]
     lines += ["", "| killed | what is wrong | by |", "|---|---|---|"]
-    lines += [f"| `{m.file}` | {m.title} | `{row['detail']}` |" for m, row in found if row["outcome"] == "killed"]
+    lines += [f"| `{m.file}` | {m.title} | `{row['detail']}`{' *' if row.get('is_earlier') else ''} |" for m, row in found if row["outcome"] == "killed"]
+    if missing:
+        lines += ["", "| without a result | what is wrong |", "|---|---|"]
+        lines += [f"| `{m.file}` | {m.title} |" for m in missing]
     return "\n".join(lines) + "\n"
 
 
@@ -498,7 +513,7 @@ def main(arguments):
     scratch = (args.scratch or args.root / "build" / "mutants").resolve()
     journal = scratch / "journal.jsonl"
     if args.table:
-        pathlib.Path(args.table).write_text(table(results(args.root, mutants, journal)))
+        pathlib.Path(args.table).write_text(table(results(args.root, mutants, journal, True)))
         return 0
     scratch.mkdir(parents=True, exist_ok=True)
     os.nice(NICE)

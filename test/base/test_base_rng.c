@@ -45,8 +45,24 @@ static void moments(void** state) {
     for (int i = 0; i < 7; ++i) assert_near(bins[i], N / 7.0, 5 * sqrt(N / 7.0));
 }
 
+// A uniform number has all 53 bits of a double's fraction: every one of them is set in some draw, and clear in some.
+static void test_uniform_has_53_bits(void** state) {
+    (void)state;
+    OmRng rng = om_rng_init(7, 0);
+    uint64_t set = 0, clear = 0, all = (1ull << 53) - 1;
+    for (int i = 0; i < 1000; i++) {
+        double u = om_rng_uniform(&rng);
+        assert_true(u >= 0 && u < 1);
+        uint64_t bits = (uint64_t)(u * 0x1p53);
+        set |= bits;
+        clear |= ~bits & all;
+    }
+    assert_true(set == all && clear == all);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_uniform_has_53_bits),
         cmocka_unit_test(published_vectors),
         cmocka_unit_test(streams_are_functions_of_seed_and_index),
         cmocka_unit_test(moments),
