@@ -266,7 +266,9 @@ static void put_strip(const char* cells) {
 
 static void calibrate_strip(OmCalibrationResult* r) {
     OmCalibrationProblem* problem;
-    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
+    char path[600];
+    snprintf(path, sizeof path, "%s/shown.csv", dir);
+    assert_ok(om_calibrate_load_problem(problem_path(), path, &problem));
     OmCalibrationDef def = om_calibrate_problem_search(problem);
     assert_ok(om_calibrate_run(&def, NULL, r));
     om_calibrate_destroy_problem(problem);
@@ -285,7 +287,7 @@ static void test_a_value_of_the_mesh_is_called_so(void** state) {
     put_strip("6, 3, 1");
     OmCalibrationProblem* problem;
     char path[600];
-    snprintf(path, sizeof path, "%s/seen.csv", dir);
+    snprintf(path, sizeof path, "%s/shown.csv", dir);
     assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
     assert_ok(om_calibrate_save_synthetic(problem, &truth, 0, 1, path));
     om_calibrate_destroy_problem(problem);
