@@ -233,6 +233,25 @@ static void test_trial_lift(void** state) {
     om__trial_destroy(t);
 }
 
+// On a board: a tool carries weight that the board no longer bears, which is no pull.
+static void test_trial_weight(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.task.max_height = 0.03;
+    Trial* t;
+    assert_ok(om__trial_create(&scene, 1, OM_SITE_TWIN, 1, &t));
+    Trace trace = {0};
+    Course c = {.trace = &trace};
+    OmBodyForces now;
+    int nheld;
+    assert_ok(om__trial_grasp(t, 10, &c, &nheld));
+    assert_ok(om__trial_lift(t, INFINITY, &c));
+    assert_ok(om_body_get_forces(t->body, &now));
+    assert_true(trace.force[trace.n - 1] < om_norm(now.grasp[0]) - 0.02);
+    om__trace_done(&trace);
+    om__trial_destroy(t);
+}
+
 // ---- runs -----------------------------------------------------------------------------------------
 
 // Far above its limit a force ends the motion at once: the tip does not rise after it was seen.
@@ -469,6 +488,7 @@ int main(void) {
         cmocka_unit_test(test_attempts_are_kept_apart),
         cmocka_unit_test(test_a_fine_grid_does_not_stay_in_one_place),
         cmocka_unit_test(test_trial_lift),
+        cmocka_unit_test(test_trial_weight),
         cmocka_unit_test(test_stop_far_above_the_limit),
         cmocka_unit_test(test_slower_before_a_stop),
         cmocka_unit_test(test_pulls_are_steps),
