@@ -99,7 +99,7 @@ exit 3
 err psm1: holds needs x and y
 err-lines 1
 
-# Programs without an end, with too many atoms, and that nothing can read: ended by time, by memory, at once.
+# Programs without an end, with too many atoms, and that nothing can read. Memory: plan_memory.cmd.
 write infinite.lp
     p(0). p(X+1) :- p(X).
 $ omentum plan --roi 3,3 --program infinite.lp --time-limit 0.2
@@ -113,13 +113,6 @@ write silent.lp
 $ omentum plan --roi 3,3 --program silent.lp --time-limit 0.2
 exit 1
 err the time limit is reached
-err-lines 1
-
-write large.lp
-    p(0). p(f(X)) :- p(X).
-$ omentum plan --roi 3,3 --program large.lp --time-limit 60 --memory-limit 60
-exit 3
-err more than 60 MB: .*--memory-limit
 err-lines 1
 
 $ mkfifo pipe.lp; omentum plan --roi 3,3 --program pipe.lp
