@@ -112,10 +112,11 @@ exit 0
 file pressed/tissue.vtu
 no-err
 
-# No equilibrium: nothing is written, and the exit code says so.
+# No valid equilibrium: nothing is written, and the exit code says so. Which of the two is missing depends on the build: the
+# relaxation ends at 0.586 mm after 100 cycles in the release build, and with an inverted element under the sanitizers.
 $ omentum umesh predict -w $ROOT/weights/phantom.safetensors --at -62,-26,26 --press 20 -o none.vtu
 exit 1
-out ^NOT at equilibrium: after 100 cycles about 0\.\d+ mm are left, the tolerance is 0.05
+out ^NOT (at equilibrium: after 100 cycles about 0\.\d+ mm are left, the tolerance is 0.05|valid: an element is inverted at a Gauss point)
 out ^none.vtu is not written
 
 # Twice as deep as anything that was trained: told.
