@@ -312,6 +312,16 @@ static void test_trust(void** unused) {
         ninside += trust.is_inside;
     }
     assert_true(ninside >= NSAMPLE - 1);
+    // A sample that is scaled up leaves the limits where its score passes 1, and has a reason from there on.
+    int nbetween = 0;
+    for (double factor = 1; factor < 8; factor *= 1.05) {
+        for (size_t n = 0; n < 3 * nnode; ++n) u[n] = (float)factor * data.u[n];
+        om_umesh_judge(net, data.mask, u, &trust);
+        assert_int_equal(trust.is_inside, trust.score <= 1);
+        assert_int_equal(trust.is_inside, trust.why[0] == 0);
+        nbetween += trust.score > 1 && trust.score < 2;
+    }
+    assert_true(nbetween > 3);
     // four times as far, outwards, every second node left behind, a place nobody touched, all of the skin, nothing
     for (size_t n = 0; n < 3 * nnode; ++n) u[n] = 8 * data.u[n];
     om_umesh_judge(net, data.mask, u, &trust);

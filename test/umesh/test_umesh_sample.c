@@ -156,6 +156,15 @@ static void test_input_determines_output(void** state) {
         for (size_t n = 0; n < 3 * nnode; ++n) u[n] = m.mask[n / 3] ? m.u[n] : 0;
         assert_ok(om_umesh_solve(solver, m.mask, u, NULL));
         for (size_t n = 0; n < 3 * nnode; ++n) assert_near(u[n], m.u[n], 1e-8);
+        // A held node stays, also where the caller prescribes it.
+        const unsigned char* fixed = om_umesh_grid(organ)->fixed;
+        size_t held = 0;
+        while (!fixed[held]) ++held;
+        assert_false(m.mask[held]);
+        m.mask[held] = 1;
+        for (int c = 0; c < 3; ++c) u[3 * held + (size_t)c] = 0.002;
+        assert_ok(om_umesh_solve(solver, m.mask, u, NULL));
+        for (size_t n = 0; n < 3 * nnode; ++n) assert_near(u[n], m.u[n], 1e-8);
         om_free(u);
         made_done(&m);
     }
