@@ -133,6 +133,7 @@ static void add_correction(Member* m) {
     double* before = (double*)S->vector;
     size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
     if (S->tolerance == 0) {
+        om_team_barrier(m->team);  // no member reads the partial sums of CG any more
         project_correction(m);
         for (size_t q = 0; q < lanes; ++q) m->along[q] = om__total(S, (int)(2 * lanes + q));
     }
