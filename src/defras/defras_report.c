@@ -165,17 +165,19 @@ static void add_settings(OmReport* report, const Loop* loop) {
         loop->result->world_ntet, truth, 1e3 * s->world.tool_noise, s->tissue.rayleigh_mass,
         s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
     om_report_paragraph(report, text);
+    char margin[80] = "";
+    if (s->task.force_margin > 0)
+        snprintf(margin, sizeof margin, ", less a margin of %.2f N for the error of the estimate",
+                 s->task.force_margin);
     snprintf(
         text, sizeof text,
         "Endoscope %.0f mm from the middle of the tissue, %.0f degrees above it, vertical field of view %.0f "
         "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
-        "mm up to %.0f mm; force threshold %.2f N, less a margin of %.2f N for the error of the "
-        "estimate; exposed at %.0f %% of all its points. "
-        "Seed %d.",
+        "mm up to %.0f mm; force threshold %.2f N%s; exposed at %.0f %% of all its points. Seed %d.",
         1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
         s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
-        1e3 * s->task.pull_step, 1e3 * s->task.max_height, s->task.force_threshold,
-        s->task.force_margin, 100 * s->task.visibility, s->seed);
+        1e3 * s->task.pull_step, 1e3 * s->task.max_height, s->task.force_threshold, margin,
+        100 * s->task.visibility, s->seed);
     om_report_paragraph(report, text);
 }
 

@@ -31,6 +31,11 @@ file run/run.json
 file run/run.vtkhdf
 file run/frames/000.png
 
+# The report names a margin only where the scene has one.
+$ grep -o 'force threshold 3.00 N[;,][a-z ]*' run/report.html
+exit 0
+out ^force threshold 3\.00 N; exposed at
+
 # Both forces, and how far they are apart.
 $ grep -c force_world_above_twin_max_n run/run.json; grep -c '"force_world_n"' run/run.json; grep '"force_max_n"\|"force_world_max_n"' run/run.json | head -2 | sed 's/.*: *//' | sort -u | wc -l
 exit 0
