@@ -5,24 +5,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "test_common.h"
-
-static char dir[] = "/tmp/omentum-test-XXXXXX";
-
-static int make_dir(void** state) {
-    (void)state;
-    return mkdtemp(dir) ? 0 : -1;
-}
-static int remove_dir(void** state) {
-    (void)state;
-    return om_path_remove(dir);
-}
-
-static const char* in_dir(const char* name) {
-    static char path[256];
-    assert_ok(om_path_join(dir, name, path, sizeof path));
-    return path;
-}
+#include "test_folder.h"
 
 static void write_then_read(void** state) {
     (void)state;

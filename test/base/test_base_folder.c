@@ -9,27 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "test_common.h"
-
-static char dir[] = "/tmp/omentum-folder-XXXXXX";
-
-static int make_dir(void** state) {
-    (void)state;
-    return mkdtemp(dir) ? 0 : -1;
-}
-static int remove_dir(void** state) {
-    (void)state;
-    return om_path_remove(dir);
-}
-
-// A few names live at a time.
-static const char* in_dir(const char* name) {
-    static char path[8][512];
-    static int k;
-    k = (k + 1) % 8;
-    assert_ok(om_path_join(dir, name, path[k], sizeof path[k]));
-    return path[k];
-}
+#include "test_folder.h"
 
 static void put(const char* name, const char* text) {
     FILE* f = fopen(in_dir(name), "wb");
