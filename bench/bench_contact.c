@@ -30,8 +30,8 @@ static OmStatus make_body(const OmTetMesh* mesh, const BenchOptions* options, Sh
     def.attachment_stiffness = 100;
     def.solver.nworker = options->nworker;
     OM_TRY(om_tissue_create(&def, &sheet->model));
-    OM_TRY(om_tissue_create_state(sheet->model, &sheet->state));
-    OM_TRY(om_tissue_create_work(sheet->model, &sheet->work));
+    OM_TRY(om_tissue_state_create(sheet->model, &sheet->state));
+    OM_TRY(om_tissue_work_create(sheet->model, &sheet->work));
     OmContactDef contact = om_contact_default_def();
     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
     contact.nplane = 1, contact.plane = &board;
@@ -43,7 +43,7 @@ static OmStatus lift(const Sheet* sheet, bool has_board, double* time, BenchRow*
     OmContactReport touch = {0};
     const double h = 0.02;
     OmPose tip = {om_vec3(0.7 * SPAN, SPAN / 2, 0.005), om_quat_identity()};
-    om_tissue_reset(sheet->model, sheet->state);
+    om_tissue_state_reset(sheet->model, sheet->state);
     OM_TRY(om_tissue_grasp(sheet->model, sheet->state, 0, tip, 0.007, NULL));
     for (int step = 0; step < NSTEP; ++step) {
         tip.p.z = 0.005 + 0.03 * fmin(1, (step + 1) / 100.0);
@@ -79,7 +79,7 @@ static OmStatus measure(const Sheet* sheet, bool has_board, const BenchOptions* 
         row.iterations = row.solves = 0;
         OM_TRY_DONE(lift(sheet, has_board, time + (size_t)run * NSTEP, &row));
     }
-    row.hash = om_tissue_hash(sheet->state);
+    row.hash = om_tissue_state_hash(sheet->state);
     bench_times(time, options->nrun * NSTEP, &row);
     row.nrun = options->nrun;
     status = bench_print(&row);
@@ -96,8 +96,8 @@ OmStatus bench_contact(const BenchOptions* options) {
     for (int board = 0; board <= 1 && status >= 0; ++board)
         status = measure(&sheet, board > 0, options);
     om_contact_destroy(sheet.contact);
-    om_tissue_destroy_work(sheet.work);
-    om_tissue_destroy_state(sheet.state);
+    om_tissue_work_destroy(sheet.work);
+    om_tissue_state_destroy(sheet.state);
     om_tissue_destroy(sheet.model);
     om_tet_mesh_done(&mesh);
     return status;

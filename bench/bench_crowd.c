@@ -108,12 +108,12 @@ static OmStatus measure_step(const OmTetMesh* mesh, int nworker, OmPreconditione
     def.solver.tolerance = 1e-3;
     OmStatus status;
     OM_TRY_DONE(om_tissue_create(&def, &t.m));
-    OM_TRY_DONE(om_tissue_create_state(t.m, &t.s));
-    OM_TRY_DONE(om_tissue_create_work(t.m, &t.w));
+    OM_TRY_DONE(om_tissue_state_create(t.m, &t.s));
+    OM_TRY_DONE(om_tissue_work_create(t.m, &t.w));
     status = compare("beam 19x6x6, corotational, under its weight", what, nworker, take_step, &t);
 done:
-    om_tissue_destroy_work(t.w);
-    om_tissue_destroy_state(t.s);
+    om_tissue_work_destroy(t.w);
+    om_tissue_state_destroy(t.s);
     om_tissue_destroy(t.m);
     return status;
 }
@@ -142,19 +142,19 @@ static OmStatus predict(void* ctx) {
 static OmStatus measure_prediction(int nworker) {
     OmUmeshNet* net;
     Prediction p = {0};
-    OM_TRY(om_umesh_load_net(WEIGHTS, &net));
+    OM_TRY(om_umesh_net_load(WEIGHTS, &net));
     OmStatus status;
     p.grid = om_umesh_net_grid(net);
     OM_ALLOC_DONE(p.mask, p.grid->mesh.nnode);
     OM_ALLOC_DONE(p.u, 3 * (size_t)p.grid->mesh.nnode);
     OmUmeshPatch patch = om_umesh_find_place(p.grid, om_vec3(0, 0, 0.07));
     p.way = om_scale(-0.015, patch.normal);
-    (void)om_umesh_select_patch(p.grid, &patch, p.mask);
-    OM_TRY_DONE(om_umesh_create_predictor(net, nworker, &p.predictor));
+    (void)om_umesh_patch_select(p.grid, &patch, p.mask);
+    OM_TRY_DONE(om_umesh_predictor_create(net, nworker, &p.predictor));
     status = compare("breast phantom", "a prediction", nworker, predict, &p);
 done:
-    om_umesh_destroy_predictor(p.predictor);
-    om_umesh_destroy_net(net);
+    om_umesh_predictor_destroy(p.predictor);
+    om_umesh_net_destroy(net);
     om_free(p.mask);
     om_free(p.u);
     return status;

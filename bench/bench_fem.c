@@ -57,12 +57,12 @@ static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* option
     double iterations = 0, residual = 0, radius;
     if (!time) return OM_NO_MEMORY;
     OM_TRY_DONE(om_tissue_create(&def, &m));
-    OM_TRY_DONE(om_tissue_create_state(m, &s));
-    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    OM_TRY_DONE(om_tissue_state_create(m, &s));
+    OM_TRY_DONE(om_tissue_work_create(m, &w));
     const double h = 0.02;
     int ntime = 0;
     for (int run = 0; run < options->nrun; ++run) {
-        om_tissue_reset(m, s);
+        om_tissue_state_reset(m, s);
         OM_TRY_DONE(om_tissue_grasp(m, s, 0, end_tool(k, 0, &radius), 1000, NULL));
         for (int step = 0; step < NWARM + NSTEP; ++step) {
             double lift = 0.02 * fmin(1, fmax(0, (step + 1 - NWARM) * h));
@@ -96,13 +96,13 @@ static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* option
         .iterations = iterations / ntime,
         .residual = residual,
         .bytes_per_element = (double)om_tissue_memory(m, w) / mesh->ntet,
-        .hash = om_tissue_hash(s)};
+        .hash = om_tissue_state_hash(s)};
     bench_times(time, ntime, &row);
     row.nrun = options->nrun;
     status = bench_print(&row);
 done:
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     om_free(time);
     return status;

@@ -16,7 +16,7 @@ static const char* const engine_table[] = {"fem", "springs", "chainmail"};
 // The far end, by a sphere so large that it is flat there.
 static OmStatus lift(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double* time) {
     OmPose tip = {om_vec3(1000.1 - 1e-5, 0.015, 0.015), om_quat_identity()};
-    om_tissue_reset(m, s);
+    om_tissue_state_reset(m, s);
     OM_TRY(om_tissue_grasp(m, s, 0, tip, 1000, NULL));
     for (int step = 0; step < NWARM + NSTEP; ++step) {
         if (step >= NWARM) tip.p.z += 0.02 / NSTEP;
@@ -42,8 +42,8 @@ static OmStatus measure(const OmTetMesh* mesh, int engine, const char* scene,
     double* time = om_calloc((size_t)options->nrun, sizeof *time);
     if (!time) return OM_NO_MEMORY;
     OM_TRY_DONE(om_tissue_create(&def, &m));
-    OM_TRY_DONE(om_tissue_create_state(m, &s));
-    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    OM_TRY_DONE(om_tissue_state_create(m, &s));
+    OM_TRY_DONE(om_tissue_work_create(m, &w));
     for (int run = 0; run < options->nrun; ++run) OM_TRY_DONE(lift(m, s, w, &time[run]));
     BenchRow row = {.bench = "heuristic",
                     .scene = scene,
@@ -53,7 +53,7 @@ static OmStatus measure(const OmTetMesh* mesh, int engine, const char* scene,
                     .steps = NSTEP,
                     .nrun = options->nrun,
                     .bytes_per_element = (double)om_tissue_memory(m, w) / mesh->ntet,
-                    .hash = om_tissue_hash(s)};
+                    .hash = om_tissue_state_hash(s)};
     bench_times(time, options->nrun, &row);
     if (engine == 0) {
         *reference_ms = row.min_ms;
@@ -63,8 +63,8 @@ static OmStatus measure(const OmTetMesh* mesh, int engine, const char* scene,
     }
     status = bench_print(&row);
 done:
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     om_free(time);
     return status;

@@ -45,7 +45,7 @@ static OmStatus work_create(int k, int nworker, Work* w) {
     int batch = case_table[k].is_training ? 4 : 1;
     OmUnetDef unet = om_unet_default_def((OmNetShape){3, 16, 24, 32}, 3);
     unet.base_channels = case_table[k].base;
-    OM_TRY_DONE(om_net_create_unet(&unet, &w->net));
+    OM_TRY_DONE(om_unet_create(&unet, &w->net));
     OmNetRunDef def = om_net_run_default_def(batch);
     def.type = case_table[k].type;
     def.is_training = case_table[k].is_training;

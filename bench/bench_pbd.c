@@ -60,7 +60,7 @@ static OmStatus attach_side(OmTetMesh* particles) {
 static OmStatus run_steps(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, OmContact* board,
                           OmVec3 tip, double* time) {
     const double h = 0.02;
-    om_tissue_reset(m, s);
+    om_tissue_state_reset(m, s);
     OM_TRY(om_tissue_grasp(m, s, 0, (OmPose){tip, om_quat_identity()}, 0.006, NULL));
     for (int step = 0; step < NWARM + NSTEP; ++step) {
         OmPose pose = {om_madd(tip, 0.0003 * step, om_vec3(0, 0, 1)), om_quat_identity()};
@@ -90,8 +90,8 @@ static OmStatus measure(int k, const BenchOptions* options) {
     def.engine = "pbd", def.pbd = &pbd;
     def.solver.nworker = options->nworker;
     OM_TRY_DONE(om_tissue_create(&def, &m));
-    OM_TRY_DONE(om_tissue_create_state(m, &s));
-    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    OM_TRY_DONE(om_tissue_state_create(m, &s));
+    OM_TRY_DONE(om_tissue_work_create(m, &w));
     OmContactPlane plane = {om_vec3(0, 0, -0.003), om_vec3(0, 0, 1)};
     OmContactDef ground = om_contact_default_def();
     ground.nplane = scene_table[k].has_board, ground.plane = &plane;
@@ -110,13 +110,13 @@ static OmStatus measure(int k, const BenchOptions* options) {
                     .steps = NSTEP,
                     .nrun = options->nrun,
                     .goal_ms = scene_table[k].goal_ms,
-                    .hash = om_tissue_hash(s)};
+                    .hash = om_tissue_state_hash(s)};
     bench_times(time, options->nrun, &row);
     status = bench_print(&row);
 done:
     om_contact_destroy(board);
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     om_tet_mesh_done(&particles);
     om_free(time);

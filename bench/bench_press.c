@@ -75,8 +75,8 @@ static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) 
     def.solver.nworker = options->nworker;
     def.solver.max_rhs = way_table[way].reuse > 0 ? 8 : 1;
     OM_TRY(om_tissue_create(&def, &bed->model));
-    OM_TRY(om_tissue_create_state(bed->model, &bed->state));
-    OM_TRY(om_tissue_create_work(bed->model, &bed->work));
+    OM_TRY(om_tissue_state_create(bed->model, &bed->state));
+    OM_TRY(om_tissue_work_create(bed->model, &bed->work));
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     OM_TRY(om_probe_create(&shape, &bed->probe));
     OmPressDef press = om_press_default_def(bed->probe);
@@ -90,8 +90,8 @@ static OmStatus make_bed(int k, int way, const BenchOptions* options, Bed* bed) 
 static void bed_done(Bed* bed) {
     om_press_destroy(bed->press);
     om_probe_destroy(bed->probe);
-    om_tissue_destroy_work(bed->work);
-    om_tissue_destroy_state(bed->state);
+    om_tissue_work_destroy(bed->work);
+    om_tissue_state_destroy(bed->state);
     om_tissue_destroy(bed->model);
     om_tet_mesh_done(&bed->mesh);
     om_surface_done(&bed->top);
@@ -105,7 +105,7 @@ typedef struct Outcome {
 static OmStatus press_once(Bed* bed, double* time, BenchRow* row, Outcome* out) {
     OmPose pose = {om_vec3(0.075, 0.05, 0.07 + 0.025), om_quat_identity()};
     *out = (Outcome){0};
-    om_tissue_reset(bed->model, bed->state);
+    om_tissue_state_reset(bed->model, bed->state);
     OM_TRY(om_press_place(bed->press, bed->model, bed->state, pose));
     for (int step = 0; step < NSTEP; ++step) {
         OmPressReport report;
@@ -131,9 +131,9 @@ static OmStatus press_once(Bed* bed, double* time, BenchRow* row, Outcome* out) 
 static void mean_times(double* time, int nrun, BenchRow* row) {
     double best = 0;
     for (int step = 0; step < NSTEP; ++step) {
-        double least = time[step];
-        for (int run = 1; run < nrun; ++run) least = fmin(least, time[run * NSTEP + step]);
-        best += least / NSTEP;
+        double min = time[step];
+        for (int run = 1; run < nrun; ++run) min = fmin(min, time[run * NSTEP + step]);
+        best += min / NSTEP;
     }
     for (int run = 0; run < nrun; ++run) {
         double sum = 0;
@@ -174,7 +174,7 @@ static OmStatus measure(int k, int way, const BenchOptions* options) {
     snprintf(work, sizeof work, "%s, %d contacts, %.3f N, %.0f mm2, in by %.2g mm",
              way_table[way].name, out.ncontact, out.force, 1e6 * out.area,
              1e3 * out.worst_penetration);
-    row.hash = om_tissue_hash(bed.state);
+    row.hash = om_tissue_state_hash(bed.state);
     row.bytes_per_element = (double)om_tissue_memory(bed.model, bed.work) / bed.mesh.ntet;
     mean_times(time, options->nrun, &row);
     status = bench_print(&row);

@@ -141,7 +141,7 @@ static const char* const stage_name[NSTAGE] = {
 
 // Frame 0 or 1: times of its stages in s, and the hash of what it gave.
 static OmStatus take_frame(Field* f, int nworker, int frame, double* time, uint64_t* hash) {
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.nworker = nworker;
     OmDepthNoise noise = om_depth_noise_default(1);
     noise.nworker = nworker;

@@ -28,10 +28,10 @@ static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* option
     double* time = om_alloc((size_t)options->nrun, sizeof *time);
     if (!time) return OM_NO_MEMORY;
     OM_TRY_DONE(om_tissue_create(&def, &m));
-    OM_TRY_DONE(om_tissue_create_state(m, &s));
-    OM_TRY_DONE(om_tissue_create_work(m, &w));
+    OM_TRY_DONE(om_tissue_state_create(m, &s));
+    OM_TRY_DONE(om_tissue_work_create(m, &w));
     for (int run = 0; run < options->nrun; ++run) {
-        om_tissue_reset(m, s);
+        om_tissue_state_reset(m, s);
         double start = bench_now();
         OM_TRY_DONE(om_tissue_find_rest(m, s, w, 1e-5, 100, &report));
         time[run] = bench_now() - start;
@@ -51,13 +51,13 @@ static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* option
                     .goal_ms = scene_table[k].goal_ms * (is_venant ? 1 : 2),
                     .iterations = report.iterations,
                     .residual = report.newton_residual,
-                    .hash = om_tissue_hash(s)};
+                    .hash = om_tissue_state_hash(s)};
     bench_times(time, options->nrun, &row);
     row.nrun = options->nrun;
     status = bench_print(&row);
 done:
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     om_free(time);
     return status;

@@ -28,7 +28,7 @@ static OmStatus measure(OmUmeshSolver* solver, const OmUmeshGrid* g, const Bench
         hash = OM_HASH_SEED, nnewton = 0;
         for (int i = 0; i < nsample; ++i) {
             OmUmeshSample sample;
-            OM_TRY_DONE(om_umesh_make_sample(solver, i, &sample, mask, u));
+            OM_TRY_DONE(om_umesh_sample_make(solver, i, &sample, mask, u));
             nnewton += sample.nnewton;
             worst = fmax(worst, sample.residual);
             hash = om_hash(u, 3 * (size_t)g->mesh.nnode * sizeof *u, hash);
@@ -75,7 +75,7 @@ static OmStatus measure_predictions(OmUmeshPredictor* p, const OmUmeshGrid* g,
             OmUmeshPatch patch = om_umesh_find_place(g, at);
             OmVec3 way = om_scale(-0.005 - 0.015 * k / NPREDICT, patch.normal);
             OmUmeshTrust trust;
-            (void)om_umesh_select_patch(g, &patch, mask);
+            (void)om_umesh_patch_select(g, &patch, mask);
             for (int i = 0; i < g->mesh.nnode; ++i) {
                 u[3 * i] = (float)way.x;
                 u[3 * i + 1] = (float)way.y;
@@ -111,26 +111,26 @@ done:
 static OmStatus bench_predictions(const BenchOptions* options) {
     OmUmeshNet* net;
     OmUmeshPredictor* p;
-    if (om_umesh_load_net(WEIGHTS, &net) < 0) {
+    if (om_umesh_net_load(WEIGHTS, &net) < 0) {
         fprintf(stderr, "umesh: %s; predictions are left out\n", om_error_message());
         return OM_OK;
     }
-    OmStatus status = om_umesh_create_predictor(net, options->nworker, &p);
+    OmStatus status = om_umesh_predictor_create(net, options->nworker, &p);
     if (status == OM_OK) status = measure_predictions(p, om_umesh_net_grid(net), options);
-    om_umesh_destroy_predictor(p);
-    om_umesh_destroy_net(net);
+    om_umesh_predictor_destroy(p);
+    om_umesh_net_destroy(net);
     return status;
 }
 
 OmStatus bench_umesh(const BenchOptions* options) {
-    OmUmeshOrganDef organ_def = om_umesh_default_organ_def();
+    OmUmeshOrganDef organ_def = om_umesh_organ_default_def();
     OmUmeshOrgan* organ;
     OmUmeshSolver* solver;
-    OM_TRY(om_umesh_create_organ(&organ_def, &organ));
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, NULL);
-    OmStatus status = om_umesh_create_solver(&def, &solver);
-    if (status == OM_OK) status = measure(solver, om_umesh_grid(organ), options);
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
+    OM_TRY(om_umesh_organ_create(&organ_def, &organ));
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, NULL);
+    OmStatus status = om_umesh_solver_create(&def, &solver);
+    if (status == OM_OK) status = measure(solver, om_umesh_organ_grid(organ), options);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
     return status < 0 ? status : bench_predictions(options);
 }

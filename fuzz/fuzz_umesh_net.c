@@ -29,14 +29,14 @@ static void make_good(void) {
     FUZZ_EXPECT(om__umesh_net_create(&grid, 0.45, 1, 1, &net) == OM_OK);
     om_net_init_parameters(net->net, 1, net->param);
     net->scale = net->correction = net->second = 0.01;
-    net->region.most = net->region.least = net->region.margin = 1;
+    net->region.max = net->region.min = net->region.margin = 1;
     const char* path = fuzz_file((const uint8_t*)"", 0, ".safetensors");
     FUZZ_EXPECT(om__umesh_net_save(net, path) == OM_OK);
     FUZZ_EXPECT(om_file_read(path, 1 << 24, &good, &good_size) == OM_OK);
-    om_umesh_destroy_net(net);
-    FUZZ_EXPECT(om_umesh_load_net(path, &net) == OM_OK);
+    om_umesh_net_destroy(net);
+    FUZZ_EXPECT(om_umesh_net_load(path, &net) == OM_OK);
     fuzz_file_done(path);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     om_umesh_grid_done(&grid);
 }
 
@@ -54,9 +54,9 @@ static void ask(const OmUmeshNet* net) {
     om_umesh_judge(net, mask, u, &trust);
     FUZZ_EXPECT(trust.is_inside == (trust.score <= 1));
     OmUmeshPredictor* p;
-    if (g->npoint <= MAX_POINT && om_umesh_create_predictor(net, 1, &p) == OM_OK) {
+    if (g->npoint <= MAX_POINT && om_umesh_predictor_create(net, 1, &p) == OM_OK) {
         FUZZ_EXPECT(om_umesh_predict(p, mask, u, NULL) == OM_OK);
-        om_umesh_destroy_predictor(p);
+        om_umesh_predictor_destroy(p);
     }
     om_free(mask);
     om_free(u);
@@ -65,13 +65,13 @@ static void ask(const OmUmeshNet* net) {
 static void load(const uint8_t* data, size_t size) {
     OmUmeshNet* net;
     const char* path = fuzz_file(data, size, ".safetensors");
-    OmStatus status = om_umesh_load_net(path, &net);
+    OmStatus status = om_umesh_net_load(path, &net);
     FUZZ_EXPECT(status <= 0);
     if (status == OM_OK)
         ask(net);
     else
         FUZZ_EXPECT(net == NULL && om_error_message()[0] != '\0');
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     fuzz_file_done(path);
 }
 

@@ -12,12 +12,12 @@ static OmUmeshOrgan* organ;
 static OmUmeshShard good;
 
 static void make_good(void) {
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.spacing = 0.03;
     def.multiple = 1;
     def.dim[0] = def.dim[1] = def.dim[2] = 0;
-    FUZZ_EXPECT(om_umesh_create_organ(&def, &organ) == OM_OK);
-    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    FUZZ_EXPECT(om_umesh_organ_create(&def, &organ) == OM_OK);
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
     FUZZ_EXPECT(om__umesh_shard_alloc((int)nnode, NSAMPLE, &good) == OM_OK);
     memset(good.mask, 0, NSAMPLE * nnode);
     for (size_t i = 0; i < 3 * NSAMPLE * nnode; ++i) good.u[i] = 0.001f * (float)(i % 7);
@@ -72,7 +72,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (!organ) make_good();
     parse(data, size);
     // a copy to change
-    const OmUmeshGrid* from = om_umesh_grid(organ);
+    const OmUmeshGrid* from = om_umesh_organ_grid(organ);
     OmUmeshGrid g = *from;
     size_t nnode = (size_t)g.mesh.nnode, npoint = (size_t)g.npoint;
     OmUmeshShard s = {.num = NSAMPLE, .seed = 1};
@@ -89,7 +89,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     memcpy(s.mask, good.mask, NSAMPLE * nnode);
     memcpy(s.u, good.u, 3 * NSAMPLE * nnode * sizeof(float));
     for (size_t at = 0; at + 9 <= size && at < 9 * 8; at += 9) change(data + at, &g, &s);
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
     const char* path = fuzz_file((const uint8_t*)"", 0, ".h5");
     FUZZ_EXPECT(om__umesh_shard_save(&s, &g, &def, path) == OM_OK);
     char* bytes;

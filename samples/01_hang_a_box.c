@@ -37,7 +37,7 @@ static OmStatus simulate(const OmTissueModel* model, OmTissueState* state, OmTis
         if ((step + 1) % 100 == 0)
             printf("%.1f s: lowest point %.2f mm, %d iterations, hash %016llx\n",
                    om_tissue_time(state), 1e3 * lowest_point(model, state), report.iterations,
-                   (unsigned long long)om_tissue_hash(state));
+                   (unsigned long long)om_tissue_state_hash(state));
     }
     return OM_OK;
 }
@@ -67,16 +67,16 @@ int main(void) {
         def.solver.nworker = 1;             // too small to share among threads
         status = om_tissue_create(&def, &model);
     }
-    if (status == OM_OK) status = om_tissue_create_state(model, &state);
-    if (status == OM_OK) status = om_tissue_create_work(model, &work);
+    if (status == OM_OK) status = om_tissue_state_create(model, &state);
+    if (status == OM_OK) status = om_tissue_work_create(model, &work);
     if (status == OM_OK) status = simulate(model, state, work);
     if (status == OM_OK)
         code = compare_forces(model, state);
     else
         fprintf(stderr, "%s\n", om_error_message());
 
-    om_tissue_destroy_work(work);
-    om_tissue_destroy_state(state);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(state);
     om_tissue_destroy(model);
     om_tet_mesh_done(&mesh);
     return code;

@@ -35,8 +35,8 @@ static OmStatus make_tissue(Field* f) {
     def.material_default.law = OM_STABLE_NEO_HOOKEAN;  // it folds
     def.solver.nworker = 1;                            // too small to share among threads
     status = om_tissue_create(&def, &f->model);
-    if (status == OM_OK) status = om_tissue_create_state(f->model, &f->state);
-    if (status == OM_OK) status = om_tissue_create_work(f->model, &f->work);
+    if (status == OM_OK) status = om_tissue_state_create(f->model, &f->state);
+    if (status == OM_OK) status = om_tissue_work_create(f->model, &f->work);
     if (status != OM_OK) return status;
 
     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
@@ -110,7 +110,7 @@ static OmStatus lift(Field* f) {
 
 static OmStatus take_picture(const Field* f, const OmCamera* camera, const char* path) {
     OmPicture picture;
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.samples = 2;  // smooth outlines
     OmStatus status = om_picture_init(&picture, camera->width, camera->height, 3);
     if (status != OM_OK) return status;
@@ -140,8 +140,8 @@ int main(void) {
 
     om_sense_scene_destroy(f.scene);
     om_contact_destroy(f.contact);
-    om_tissue_destroy_work(f.work);
-    om_tissue_destroy_state(f.state);
+    om_tissue_work_destroy(f.work);
+    om_tissue_state_destroy(f.state);
     om_tissue_destroy(f.model);
     om_surface_done(&f.skin);
     om_free(f.skin_vert);

@@ -60,12 +60,12 @@ static OmStatus run(OmPressMethod method, const OmTissueModel* model, const OmPr
     def.method = method;
     def.ntri = 4000;  // of the contact surface, whatever the volume mesh
     OmStatus status = om_press_create(&def, model, &press);
-    if (status == OM_OK) status = om_tissue_create_state(model, &state);
-    if (status == OM_OK) status = om_tissue_create_work(model, &work);
+    if (status == OM_OK) status = om_tissue_state_create(model, &state);
+    if (status == OM_OK) status = om_tissue_work_create(model, &work);
     if (status == OM_OK) status = press_down(press, model, state, work);
     om_press_destroy(press);
-    om_tissue_destroy_work(work);
-    om_tissue_destroy_state(state);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(state);
     return status;
 }
 

@@ -35,8 +35,8 @@ static OmStatus make_block(Field* f) {
     def.pbd = &pbd;
     def.solver.nworker = 1;
     status = om_tissue_create(&def, &f->model);
-    if (status == OM_OK) status = om_tissue_create_state(f->model, &f->state);
-    if (status == OM_OK) status = om_tissue_create_work(f->model, &f->work);
+    if (status == OM_OK) status = om_tissue_state_create(f->model, &f->state);
+    if (status == OM_OK) status = om_tissue_work_create(f->model, &f->work);
     if (status == OM_OK)
         status = om_tissue_embed(f->model, f->skin.nvert, f->skin.x, &f->embedding);
     return status;
@@ -96,7 +96,7 @@ static OmStatus make_scene(Field* f) {
 static OmStatus take_picture(const Field* f, const char* path) {
     OmPose eye = om_pose_look_at(om_vec3(0.26, -0.13, 0.07), om_vec3(0, 0, 0.03), om_vec3(0, 0, 1));
     OmCamera camera = {eye, 480, 360, 0.6, 0.01, 1};
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.samples = 2;
     OmPicture picture;
     OmStatus status = om_picture_init(&picture, camera.width, camera.height, 3);
@@ -119,8 +119,8 @@ int main(void) {
     om_probe_destroy(f.ball);
     om_contact_destroy(f.board);
     om_embedding_done(&f.embedding);
-    om_tissue_destroy_work(f.work);
-    om_tissue_destroy_state(f.state);
+    om_tissue_work_destroy(f.work);
+    om_tissue_state_destroy(f.state);
     om_tissue_destroy(f.model);
     om_surface_done(&f.skin);
     om_surface_done(&f.ball_skin);

@@ -35,25 +35,25 @@ static OmStatus evaluate(void* ctx, const double* param, int nworker, double* er
     def.material_default = (OmMaterial){.young = param[0], .poisson = 0.3, .law = OM_NEO_HOOKEAN};
     def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, &model);
-    if (status == OM_OK) status = om_tissue_create_state(model, &state);
-    if (status == OM_OK) status = om_tissue_create_work(model, &work);
+    if (status == OM_OK) status = om_tissue_state_create(model, &state);
+    if (status == OM_OK) status = om_tissue_work_create(model, &work);
     if (status == OM_OK) status = om_tissue_find_rest(model, state, work, 1e-4, 50, NULL);
     for (int k = 0; k < 2 && status == OM_OK; ++k) {
         double before = om_tissue_mesh(model)->x[3 * mark[k] + 2];
         error[k] = fabs(before - om_tissue_x(state)[3 * mark[k] + 2] - measured[k]);
     }
-    om_tissue_destroy_work(work);
-    om_tissue_destroy_state(state);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(state);
     om_tissue_destroy(model);
     return status;
 }
 
 static OmStatus calibrate(OmTetMesh* mesh) {
     OmCalibrationResult result;
-    OmCalibrationDef def = om_calibrate_default_def(evaluate, mesh, 2);
-    om_calibrate_add_param(&def, "young", 500, 50000, 10000, true);
+    OmCalibrationDef def = om_calibration_default_def(evaluate, mesh, 2);
+    om_calibration_add_param(&def, "young", 500, 50000, 10000, true);
     def.noise = 1e-4;
-    OmStatus status = om_calibrate_run(&def, NULL, &result);
+    OmStatus status = om_calibration_run(&def, NULL, &result);
     if (status != OM_OK) return status;
     const OmCalibrationProfile* p = &result.profile[0];
     printf("%.0f Pa, between %.0f and %.0f: %s\n", result.best[0], p->lo, p->hi,
@@ -61,7 +61,7 @@ static OmStatus calibrate(OmTetMesh* mesh) {
     printf("error %.3f mm, after %d evaluations; %.3f mm at the start\n", 1e3 * result.cost,
            result.neval, 1e3 * result.cost_start);
     bool is_right = p->is_determined && fabs(result.best[0] / 3000 - 1) < 0.1;
-    om_calibrate_result_done(&result);
+    om_calibration_result_done(&result);
     return is_right ? OM_OK : OM_NOT_CONVERGED;
 }
 

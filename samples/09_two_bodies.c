@@ -67,11 +67,11 @@ static OmStatus press(const OmFemSolid* solid, double* x, double* reaction) {
         if (i % 3 == 2 && z > top - 1e-9) goal[i] = -travel;
     }
     OmFemLoad load = {.fixed = fixed, .goal = goal};
-    OmFemStaticDef how = om_fem_default_static_def(solid);
+    OmFemStaticDef how = om_fem_static_default_def(solid);
     OmFemReport report;
     OmFemTouch touch;
     memcpy(x, mesh->x, n * sizeof *x);
-    if (status == OM_OK) status = om_fem_solve_static(solid, &load, &how, x, reaction, &report);
+    if (status == OM_OK) status = om_fem_static_solve(solid, &load, &how, x, reaction, &report);
     if (status == OM_OK) status = om_fem_eval_contact(solid, x, 0, &touch, NULL);
     if (status == OM_OK) {
         for (int i = 0; i < mesh->nnode; ++i)

@@ -35,7 +35,7 @@ static int press(const OmUmeshNet* net, OmUmeshPredictor* predictor, double dept
     const OmUmeshGrid* grid = om_umesh_net_grid(net);
     int nnode = grid->mesh.nnode;
     OmUmeshPatch patch = om_umesh_find_place(grid, top_of(grid));
-    int nmoved = om_umesh_select_patch(grid, &patch, mask);
+    int nmoved = om_umesh_patch_select(grid, &patch, mask);
     memset(u, 0, 3 * (size_t)nnode * sizeof *u);
     for (int i = 0; i < nnode; ++i) {
         OmVec3 d = om_scale(mask[i] ? -depth : 0, patch.normal);
@@ -49,7 +49,7 @@ static int press(const OmUmeshNet* net, OmUmeshPredictor* predictor, double dept
         fprintf(stderr, "%s\n", om_error_message());
         return 1;
     }
-    OmUmeshRefinement refined = om_umesh_refinement(predictor);
+    OmUmeshRefinement refined = om_umesh_predictor_refinement(predictor);
     printf(
         "%2.0f mm: %d of %d nodes under the probe, largest displacement %.1f mm, %d cycles of relaxation, least det F "
         "%.2f, %.1f ms, %s\n",
@@ -65,8 +65,8 @@ int main(int argc, char** argv) {
     unsigned char* mask = NULL;
     float* u = NULL;
     int code = 1;
-    OmStatus status = om_umesh_load_net(path, &net);
-    if (status == OM_OK) status = om_umesh_create_predictor(net, 1, &predictor);
+    OmStatus status = om_umesh_net_load(path, &net);
+    if (status == OM_OK) status = om_umesh_predictor_create(net, 1, &predictor);
     if (status == OM_OK) {
         size_t nnode = (size_t)om_umesh_net_grid(net)->mesh.nnode;
         mask = om_alloc(nnode, sizeof *mask);
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
         fprintf(stderr, "%s\n", om_error_message());
     om_free(mask);
     om_free(u);
-    om_umesh_destroy_predictor(predictor);
-    om_umesh_destroy_net(net);
+    om_umesh_predictor_destroy(predictor);
+    om_umesh_net_destroy(net);
     return code;
 }

@@ -39,16 +39,16 @@ static void pull_some(void* ctx, int begin, int end, int block) {
     (void)block;
     Farm* farm = ctx;
     OmTissueWork* work;
-    OmStatus status = om_tissue_create_work(farm->model, &work);
+    OmStatus status = om_tissue_work_create(farm->model, &work);
     for (int k = begin; k < end; ++k)
         farm->status[k] =
             status < 0 ? status : pull(farm->model, farm->state[k], work, k, &farm->force[k]);
-    om_tissue_destroy_work(work);
+    om_tissue_work_destroy(work);
 }
 
 // All bodies from rest; the hash of all states.
 static OmStatus run(Farm* farm, int nworker, uint64_t* hash) {
-    for (int k = 0; k < NBODY; ++k) om_tissue_reset(farm->model, farm->state[k]);
+    for (int k = 0; k < NBODY; ++k) om_tissue_state_reset(farm->model, farm->state[k]);
     double begin = om_clock_now();
     om_parallel_for(nworker, NBODY, 4, pull_some, farm);
     double s = om_clock_now() - begin;
@@ -56,7 +56,7 @@ static OmStatus run(Farm* farm, int nworker, uint64_t* hash) {
     double least = 1e30, most = 0;
     for (int k = 0; k < NBODY; ++k) {
         if (farm->status[k] < 0) return farm->status[k];
-        uint64_t h = om_tissue_hash(farm->state[k]);
+        uint64_t h = om_tissue_state_hash(farm->state[k]);
         *hash = om_hash(&h, sizeof h, *hash);
         if (farm->force[k] < least) least = farm->force[k];
         if (farm->force[k] > most) most = farm->force[k];
@@ -90,12 +90,12 @@ int main(void) {
     OmStatus status = make_model(&model);
     farm.model = model;
     for (int k = 0; k < NBODY && status == OM_OK; ++k)
-        status = om_tissue_create_state(model, &farm.state[k]);
+        status = om_tissue_state_create(model, &farm.state[k]);
     if (status == OM_OK) printf("a state takes %zu bytes\n", om_tissue_state_size(model));
     if (status == OM_OK) status = run(&farm, 1, &one);
     if (status == OM_OK) status = run(&farm, 0, &many);
     if (status < 0) fprintf(stderr, "%s: %s\n", om_status_text(status), om_error_message());
-    for (int k = 0; k < NBODY; ++k) om_tissue_destroy_state(farm.state[k]);
+    for (int k = 0; k < NBODY; ++k) om_tissue_state_destroy(farm.state[k]);
     om_tissue_destroy(model);
     return status == OM_OK && one == many ? 0 : 1;
 }

@@ -24,18 +24,18 @@ static inline int test_failing_allocations(OmStatus (*work)(void* ctx), void* ct
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
     int nfail = 0;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     for (int at = 0;; at += stride, ++nfail) {
         test_alloc_countdown = at;
         OmStatus status = work(ctx);
         if (status >= 0) break;
         if (status != OM_NO_MEMORY || om_alloc_alive() != alive) {
-            om_set_allocator(NULL);
+            om_allocator_set(NULL);
             fail_msg("allocation %d failed: status %d (%s), %lld blocks leaked", at, (int)status,
                      om_error_message(), (long long)(om_alloc_alive() - alive));
         }
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     return nfail;
 }
 
@@ -44,10 +44,10 @@ static inline void test_count_begin(void) {
     static const OmAllocator counting = {test_alloc_get, test_alloc_free, NULL};
     test_alloc_countdown = -1;
     test_alloc_count = 0;
-    om_set_allocator(&counting);
+    om_allocator_set(&counting);
 }
 static inline int test_count_end(void) {
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     return test_alloc_count;
 }
 

@@ -30,10 +30,10 @@ static inline void test_peak_free(void* ctx, void* ptr) {
 static inline void test_peak_begin(void) {
     static const OmAllocator counting = {test_peak_alloc, test_peak_free, NULL};
     test_peak_alive = test_peak_most = 0;
-    om_set_allocator(&counting);
+    om_allocator_set(&counting);
 }
 static inline size_t test_peak_end(void) {
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     return test_peak_most;
 }
 

@@ -29,14 +29,14 @@ static inline void rig_box(TestRig* r, OmVec3 lo, OmVec3 hi, int nx, int ny, int
 static inline void rig_start(TestRig* r) {
     r->def.mesh = &r->mesh;
     assert_ok(om_tissue_create(&r->def, &r->m));
-    assert_ok(om_tissue_create_state(r->m, &r->s));
-    assert_ok(om_tissue_create_work(r->m, &r->w));
+    assert_ok(om_tissue_state_create(r->m, &r->s));
+    assert_ok(om_tissue_work_create(r->m, &r->w));
 }
 
 static inline void rig_done(TestRig* r) {
     om_contact_destroy(r->c);
-    om_tissue_destroy_work(r->w);
-    om_tissue_destroy_state(r->s);
+    om_tissue_work_destroy(r->w);
+    om_tissue_state_destroy(r->s);
     om_tissue_destroy(r->m);
     om_tet_mesh_done(&r->mesh);
 }
@@ -47,11 +47,11 @@ static inline OmStatus rig_create_and_step(void* def) {
     OmTissueState* s = NULL;
     OmTissueWork* w = NULL;
     OmStatus status = om_tissue_create(def, &m);
-    if (status >= 0) status = om_tissue_create_state(m, &s);
-    if (status >= 0) status = om_tissue_create_work(m, &w);
+    if (status >= 0) status = om_tissue_state_create(m, &s);
+    if (status >= 0) status = om_tissue_work_create(m, &w);
     if (status >= 0) status = om_tissue_step(m, s, w, 0.02, NULL);
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     return status;
 }

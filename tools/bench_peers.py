@@ -5,7 +5,7 @@
 
 One core, processor time, the programs in turns; the least time of all rounds counts. Of PyTorch the fastest of
 plain, channels-last and compiled layouts is taken, of OpenVINO its latency mode. The network is built here from the
-layers that `om_net_create_unet` documents; its number of parameters must be that of the bench's row. Needs the
+layers that `om_unet_create` documents; its number of parameters must be that of the bench's row. Needs the
 Python packages torch and openvino where they are to be compared; what cannot be imported is left out by name.
 The ratios of `bench_nn.c` come from here.
 """

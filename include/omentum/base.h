@@ -76,6 +76,11 @@ OM_API OmStatus om_error(OmStatus status, const char* format, ...) OM_PRINTF(2, 
 /// @return `status`
 OM_API OmStatus om_error_prefix(OmStatus status, const char* format, ...) OM_PRINTF(2, 3);
 
+#define OM_MAX_ARM 2  // arms that may hold tissue at once; a world says how many it has
+
+/// Mark of a definition, set by its `default_def`: `create` refuses a definition without it.
+typedef uint32_t OmCookie;
+
 /// Return an error (a negative status) of `call` to the caller.
 #define OM_TRY(call)                      \
     do {                                  \
@@ -129,7 +134,7 @@ typedef struct OmAllocator {
 } OmAllocator;
 
 /// Replace the allocator; to be called before anything is allocated. Null restores the default.
-OM_API void om_set_allocator(const OmAllocator* allocator);
+OM_API void om_allocator_set(const OmAllocator* allocator);
 
 /// 64-byte aligned memory, not cleared; null with the message set on failure. Size 0 gives a valid pointer.
 OM_API void* om_alloc(size_t count, size_t size);

@@ -6,12 +6,12 @@
 /// to a journal, so a killed search resumes and gives the same bytes. At the end a sensitivity analysis names the
 /// parameters that the data do not determine. calibrate_tissue.h evaluates tissue models.
 ///
-///     OmCalibrationDef def = om_calibrate_default_def(eval, ctx, nerror);
-///     om_calibrate_add_param(&def, "young", 500, 50000, 3000, true);
+///     OmCalibrationDef def = om_calibration_default_def(eval, ctx, nerror);
+///     om_calibration_add_param(&def, "young", 500, 50000, 3000, true);
 ///     def.noise = 0.0008, def.out_dir = "out";
 ///     OmCalibrationResult result;
-///     om_calibrate_run(&def, NULL, &result);                 // result.best[0], out/report.html
-///     om_calibrate_result_done(&result);
+///     om_calibration_run(&def, NULL, &result);                 // result.best[0], out/report.html
+///     om_calibration_result_done(&result);
 #ifndef OMENTUM_CALIBRATE_H
 #define OMENTUM_CALIBRATE_H
 
@@ -79,7 +79,7 @@ typedef enum OmCalibrationLocal {
     OM_NLOCAL
 } OmCalibrationLocal;
 
-typedef struct OmCalibrationDef {     // made by om_calibrate_default_def
+typedef struct OmCalibrationDef {     // made by om_calibration_default_def
     const char* title;                // of the report; default "Calibration"
     OmCalibrationFn eval;             //
     void* ctx;                        // borrowed
@@ -112,17 +112,17 @@ typedef struct OmCalibrationDef {     // made by om_calibrate_default_def
     uint64_t seed;        // default 1
     int nworker;          // default 0: one for each processor
     const char* out_dir;  // for journal and report; default null: no files, no resuming
-    uint32_t cookie;
+    OmCookie cookie;
 } OmCalibrationDef;
 
-OM_API OmCalibrationDef om_calibrate_default_def(OmCalibrationFn eval, void* ctx, int nerror);
-/// Add a parameter. om_calibrate_run reports too many parameters.
-OM_API void om_calibrate_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
-                                   double start, bool is_log);
+OM_API OmCalibrationDef om_calibration_default_def(OmCalibrationFn eval, void* ctx, int nerror);
+/// Add a parameter. om_calibration_run reports too many parameters.
+OM_API void om_calibration_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
+                                     double start, bool is_log);
 /// Cost of errors by the norm of `def`; infinite if an error is not finite. OM_NORM_TRIMMED needs the scratch array
 /// `sorted` (n).
-OM_API double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* error,
-                                     double* sorted);
+OM_API double om_calibration_norm_eval(const OmCalibrationDef* def, int n, const double* error,
+                                       double* sorted);
 
 // ---- the outcome ------------------------------------------------------------------------------------
 
@@ -149,7 +149,7 @@ typedef enum OmCalibrationOutcome {
     OM_CALIBRATION_UNFIT    // stagnation far above the noise: the model cannot fit
 } OmCalibrationOutcome;
 
-typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
+typedef struct OmCalibrationResult {  // om_calibration_result_done frees
     OmCalibrationOutcome outcome;
     int nparam, nerror;
     int neval, nnew;  // all evaluations; those made by this call
@@ -175,9 +175,9 @@ typedef struct OmCalibrationResult {  // om_calibrate_result_done frees
 /// @return OM_OK; OM_NOT_CONVERGED (budget); OM_UNSAT (unfit): result is complete for all three; OM_INVALID
 ///         (the message names the field, or the journal of another problem); OM_IO; OM_NO_MEMORY;
 ///         OM_CANCELLED (the journal keeps all evaluations); errors of eval
-OM_API OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progress,
-                                 OmCalibrationResult* result);
-OM_API void om_calibrate_result_done(OmCalibrationResult* result);
+OM_API OmStatus om_calibration_run(const OmCalibrationDef* def, const OmProgress* progress,
+                                   OmCalibrationResult* result);
+OM_API void om_calibration_result_done(OmCalibrationResult* result);
 
 #ifdef __cplusplus
 }

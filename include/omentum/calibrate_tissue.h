@@ -5,11 +5,11 @@
 /// measured. A function makes an OmTissueModel from the parameters. The model is moved along the same paths; the
 /// differences from the observations are the errors of calibrate.h.
 ///
-///     OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, ctx);
+///     OmCalibrationTissueDef def = om_calibration_tissue_default_def(build, ctx);
 ///     def.npath = 1, def.path = &press, def.nlandmark = 1, def.rest = rest;
 ///     def.nobservation = 4, def.observation = seen;
-///     om_calibrate_create_tissue(&def, start, &tissue);
-///     OmCalibrationDef search = om_calibrate_tissue_search(tissue);      // then as in calibrate.h
+///     om_calibration_tissue_create(&def, start, &tissue);
+///     OmCalibrationDef search = om_calibration_tissue_search(tissue);      // then as in calibrate.h
 #ifndef OMENTUM_CALIBRATE_TISSUE_H
 #define OMENTUM_CALIBRATE_TISSUE_H
 
@@ -62,7 +62,7 @@ typedef struct OmCalibrationSeen {
 } OmCalibrationSeen;
 
 typedef struct
-    OmCalibrationTissueDef {  // made by om_calibrate_default_tissue_def; arrays are copied
+    OmCalibrationTissueDef {  // made by om_calibration_tissue_default_def; arrays are copied
     OmCalibrationBuildFn build;
     void* ctx;  // borrowed
     // What the tissue lies on; null: nothing. Borrowed, with everything it points to. A press of an
@@ -78,34 +78,34 @@ typedef struct
     double force_scale;                    // m of error for each newton of difference; default 0.01
     int ncloud_point;  // points of the model compared with clouds; default 0: its surface vertices
     const double* cloud_point;  // in the rest shape, m                     (ncloud_point x 3)
-    uint32_t cookie;
+    OmCookie cookie;
 } OmCalibrationTissueDef;
 
 typedef struct OmCalibrationTissue
     OmCalibrationTissue;  // constant; may be used by any number of threads
 
-OM_API OmCalibrationTissueDef om_calibrate_default_tissue_def(OmCalibrationBuildFn build,
-                                                              void* ctx);
+OM_API OmCalibrationTissueDef om_calibration_tissue_default_def(OmCalibrationBuildFn build,
+                                                                void* ctx);
 /// @param start  parameters of a first model, whose surface gives the points to compare with clouds
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; errors of build
-OM_API OmStatus om_calibrate_create_tissue(const OmCalibrationTissueDef* def, const double* start,
-                                           OmCalibrationTissue** tissue);
-OM_API void om_calibrate_destroy_tissue(OmCalibrationTissue* tissue);
+OM_API OmStatus om_calibration_tissue_create(const OmCalibrationTissueDef* def, const double* start,
+                                             OmCalibrationTissue** tissue);
+OM_API void om_calibration_tissue_destroy(OmCalibrationTissue* tissue);
 /// The evaluation for calibrate.h; ctx is the OmCalibrationTissue. Paths run in parallel on `nworker` threads. Errors
 /// are: one for each landmark and each force, in the order of the observations; then, for each path and level with a
 /// cloud, one for each point of the model.
 /// @return OM_OK; OM_INVALID (parameters at which the model or a simulation fails); OM_NO_MEMORY
-OM_API OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker,
-                                         double* error);
+OM_API OmStatus om_calibration_tissue_eval(void* tissue, const double* param, int nworker,
+                                           double* error);
 /// A definition with eval, nerror, labels and names; it borrows the tissue. The caller adds parameters.
-OM_API OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* tissue);
+OM_API OmCalibrationDef om_calibration_tissue_search(const OmCalibrationTissue* tissue);
 /// Positions of the landmarks of the model along a path, for pictures or as observations for another model.
 /// @param x      m                            (nlevel x nlandmark x 3); may be null
 /// @param force  on the tissue, N                         (nlevel x 3); may be null
 /// @return OM_OK; OM_NOT_CONVERGED (simulated to the end, with steps that did not converge); OM_INVALID;
 ///        OM_NO_MEMORY
-OM_API OmStatus om_calibrate_run_path(const OmCalibrationTissue* tissue, const double* param,
-                                      int path, double* x, double* force);
+OM_API OmStatus om_calibration_path_run(const OmCalibrationTissue* tissue, const double* param,
+                                        int path, double* x, double* force);
 
 #ifdef __cplusplus
 }

@@ -47,7 +47,7 @@ typedef struct OmContactDef {  // made by om_contact_default_def
     // "pbd", no friction for the other engines.
     double friction;
     int max_iterations;  // largest number of solves in a step, >= 1; default 12
-    uint32_t cookie;     // set by om_contact_default_def
+    OmCookie cookie;     // set by om_contact_default_def
 } OmContactDef;
 
 typedef struct OmContactReport {

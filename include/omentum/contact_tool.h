@@ -38,7 +38,7 @@ typedef struct OmProbeDef {  // made by om_probe_default_def; lengths in m
     double radius;           // sphere and capsule; default 25 mm and 5 mm
     double length;           // capsule, >= 0; default 50 mm
     const OmSurface* surface;  // mesh: closed, outward; copied by create
-    uint32_t cookie;           // set by om_probe_default_def
+    OmCookie cookie;           // set by om_probe_default_def
 } OmProbeDef;
 
 typedef struct OmProbe OmProbe;  // constant; may be used by any number of threads
@@ -96,7 +96,7 @@ typedef struct OmPressDef {  // made by om_press_default_def
     int reuse;
     OmVec3 direction;  // prescribed: direction of pressing in the probe's frame; default (0, 0, -1)
     double reach;      // prescribed: depth of the area before the probe, m; default 0.01
-    uint32_t cookie;   // set by om_press_default_def
+    OmCookie cookie;   // set by om_press_default_def
 } OmPressDef;
 
 typedef struct OmPressReport {

@@ -21,7 +21,7 @@ extern "C" {
 #endif
 
 typedef struct OmRetractDef {
-    int cookie;
+    OmCookie cookie;
     const OmScene* scene;  // borrowed
     const char* out_dir;   // written whole (om_folder_begin); null: nothing is written
     const char* program;   // a logic program in place of the built-in one, or null

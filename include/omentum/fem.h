@@ -8,9 +8,9 @@
 ///     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
 ///     om_fem_create(&def, &solid);
 ///     OmFemLoad load = {.body = {0, 0, -9.81}, .fixed = fixed};
-///     OmFemStaticDef how = om_fem_default_static_def(solid);
+///     OmFemStaticDef how = om_fem_static_default_def(solid);
 ///     memcpy(x, mesh.x, 3 * (size_t)mesh.nnode * sizeof *x);
-///     om_fem_solve_static(solid, &load, &how, x, reaction, &report);   // x: equilibrium
+///     om_fem_static_solve(solid, &load, &how, x, reaction, &report);   // x: equilibrium
 #ifndef OMENTUM_FEM_H
 #define OMENTUM_FEM_H
 
@@ -122,7 +122,7 @@ typedef struct OmFemDef {         // made by om_fem_default_def; create copies e
     const OmFemContact* contact;  // part of the solid's energy                     (ncontact)
     bool is_projected;  // tangents of elements projected to positive semidefinite; default false
     int nworker;        // threads, 0 is one per processor; default 0
-    uint32_t cookie;
+    OmCookie cookie;
 } OmFemDef;
 
 /// A body at rest: constant after create, may be shared between threads.
@@ -140,7 +140,7 @@ OM_API const double* om_fem_mass(const OmFemSolid* solid);  // lumped, kg (nnode
 
 /// The pattern of the tangent, with double values (OmBsr.exact).
 /// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_fem_create_matrix(const OmFemSolid* solid, OmBsr* A);
+OM_API OmStatus om_fem_matrix_create(const OmFemSolid* solid, OmBsr* A);
 /// Energy of elements and contacts at node positions x (nnode x 3), J.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, double* energy);
@@ -149,7 +149,7 @@ OM_API OmStatus om_fem_eval_energy(const OmFemSolid* solid, const double* x, dou
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_force(const OmFemSolid* solid, const double* x, double* f,
                                   double* energy);
-/// A = d2W/dx2, by the option is_projected. A (of om_fem_create_matrix) is overwritten.
+/// A = d2W/dx2, by the option is_projected. A (of om_fem_matrix_create) is overwritten.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_eval_tangent(const OmFemSolid* solid, const double* x, OmBsr* A);
 /// A += scale M, consistent or lumped.
@@ -215,7 +215,7 @@ typedef struct OmFemLoad {  // zero-initialise; values are those at load = 1
 
 // ---- statics ----------------------------------------------------------------------------------------
 
-typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
+typedef struct OmFemStaticDef {  // made by om_fem_static_default_def
     double load_begin;           // load factor at the start; default 0
     int nstep;                   // initial number of load steps, >= 1; default 1
     double min_step;             // a step that fails is halved, down to this; default 1/4096
@@ -225,7 +225,7 @@ typedef struct OmFemStaticDef {  // made by om_fem_default_static_def
     bool is_plain;               // whole steps of Newton's method, no line search; default false
     OmSolverDef solver;          // default OM_CHOLESKY up to 3,000 nodes, else OM_MULTIGRID to 1e-3
     const OmProgress* progress;  // "load" from 0 to 1, at every iteration; may be null
-    uint32_t cookie;
+    OmCookie cookie;
 } OmFemStaticDef;
 
 typedef struct OmFemReport {
@@ -244,7 +244,7 @@ typedef struct OmFemReport {
     char reason[160];  // why load 1 was not reached; "" if it was
 } OmFemReport;
 
-OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
+OM_API OmFemStaticDef om_fem_static_default_def(const OmFemSolid* solid);
 /// Equilibrium under a load that grows from load_begin to 1. Prescribed degrees of freedom move from their value in x
 /// to rest + goal. Newton's method takes full steps first (unless there is `extra`), and uses a line search if they
 /// fail. A tangent that is not positive definite is projected. A load step that fails, or ends with an inverted
@@ -254,7 +254,7 @@ OM_API OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid);
 /// @param report    may be null
 /// @return OM_OK; OM_NOT_CONVERGED (x is the last equilibrium, report->load < 1 its load); OM_INVALID,
 ///         OM_NO_MEMORY, OM_CANCELLED (x unchanged)
-OM_API OmStatus om_fem_solve_static(const OmFemSolid* solid, const OmFemLoad* load,
+OM_API OmStatus om_fem_static_solve(const OmFemSolid* solid, const OmFemLoad* load,
                                     const OmFemStaticDef* def, double* x, double* reaction,
                                     OmFemReport* report);
 
@@ -264,12 +264,12 @@ typedef struct OmFemStatics OmFemStatics;
 
 /// Prepare static problems of one solid: matrix, solver, scratch.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
-OM_API OmStatus om_fem_create_statics(const OmFemSolid* solid, const OmFemStaticDef* def,
+OM_API OmStatus om_fem_statics_create(const OmFemSolid* solid, const OmFemStaticDef* def,
                                       OmFemStatics** statics);
-OM_API void om_fem_destroy_statics(OmFemStatics* statics);
-/// As om_fem_solve_static.
-/// @return as om_fem_solve_static
-OM_API OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, double* x,
+OM_API void om_fem_statics_destroy(OmFemStatics* statics);
+/// As om_fem_static_solve.
+/// @return as om_fem_static_solve
+OM_API OmStatus om_fem_statics_solve(OmFemStatics* statics, const OmFemLoad* load, double* x,
                                      double* reaction, OmFemReport* report);
 
 // ---- dynamics ---------------------------------------------------------------------------------------
@@ -280,7 +280,7 @@ typedef enum OmIntegrator {
     OM_CENTRAL_DIFFERENCE  // explicit (total Lagrangian, thesis 2.3.1; Miller et al. 2007)
 } OmIntegrator;
 
-typedef struct OmFemDynamicDef {  // made by om_fem_default_dynamic_def
+typedef struct OmFemDynamicDef {  // made by om_fem_dynamic_default_def
     OmIntegrator integrator;      // default OM_IMPLICIT_EULER
     bool is_consistent_mass;      // default false: lumped; OM_CENTRAL_DIFFERENCE needs lumped
     double mass_damping;          // Rayleigh's: force -mass_damping M v, 1/s, >= 0; default 0
@@ -288,7 +288,7 @@ typedef struct OmFemDynamicDef {  // made by om_fem_default_dynamic_def
     int max_newton;      // default 30
     double tolerance;    // as in statics, inertia among the loads; default 1e-9
     OmSolverDef solver;  // as in statics
-    uint32_t cookie;
+    OmCookie cookie;
 } OmFemDynamicDef;
 
 typedef struct OmFemMotion {  // caller's arrays
@@ -300,12 +300,12 @@ typedef struct OmFemMotion {  // caller's arrays
 /// Scratch memory and matrices of a motion, for one thread at a time.
 typedef struct OmFemDynamics OmFemDynamics;
 
-OM_API OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid);
+OM_API OmFemDynamicDef om_fem_dynamic_default_def(const OmFemSolid* solid);
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NOT_SPD (the mass matrix cannot be factorised);
 ///        OM_NO_MEMORY
-OM_API OmStatus om_fem_create_dynamics(const OmFemSolid* solid, const OmFemDynamicDef* def,
+OM_API OmStatus om_fem_dynamics_create(const OmFemSolid* solid, const OmFemDynamicDef* def,
                                        OmFemDynamics** dynamics);
-OM_API void om_fem_destroy_dynamics(OmFemDynamics* dynamics);
+OM_API void om_fem_dynamics_destroy(OmFemDynamics* dynamics);
 /// Advance by h under full loads; prescribed degrees of freedom go to rest + goal. An implicit step that fails is cut
 /// (report->ncut). An explicit step that is too long for stability returns OM_INVALID when a value is not finite.
 /// @return OM_OK; OM_NOT_CONVERGED (advanced to motion->time only); OM_INVALID (motion unchanged); OM_NO_MEMORY

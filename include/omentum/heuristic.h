@@ -14,7 +14,7 @@
 ///     def.engine = "springs";
 ///     om_tissue_create(&def, &model);               // then as in tissue.h
 ///
-///     OmChainDef chain = om_heuristic_default_chain();
+///     OmChainDef chain = om_chain_default_def();
 ///     def.engine = "chainmail", def.chain = &chain;
 #ifndef OMENTUM_HEURISTIC_H
 #define OMENTUM_HEURISTIC_H
@@ -37,7 +37,7 @@ typedef struct OmSpring {  // from the vertex in whose list it is
 OM_API int om_heuristic_springs(const OmTissueModel* model, const int** adr,
                                 const OmSpring** spring);
 
-typedef struct OmChainDef {  // made by om_heuristic_default_chain; copied by om_tissue_create
+typedef struct OmChainDef {  // made by om_chain_default_def; copied by om_tissue_create
     double stretch;   // largest elongation of a link over its rest length, 0 to 10; default 0.1
     double compress;  // largest shortening over its rest length, from 0 to below 1; default 0.1
     double shear;     // largest sideways displacement over its rest length, 0 to 10; default 0.1
@@ -45,12 +45,12 @@ typedef struct OmChainDef {  // made by om_heuristic_default_chain; copied by om
     // 1 (default).
     double relaxation;
     int sweeps;       // of relaxation in a step, 0 to 1000; default 10
-    uint32_t cookie;  // set by om_heuristic_default_chain
+    OmCookie cookie;  // set by om_chain_default_def
 } OmChainDef;
 
 /// The limits hold along the axes of space. An oblique link gets a combination of them: the largest displacement that a
 /// uniform stretch and shear within the limits would give it.
-OM_API OmChainDef om_heuristic_default_chain(void);
+OM_API OmChainDef om_chain_default_def(void);
 /// Largest violation of a link's limits along one axis at positions x (nvert x 3), m. 0 if no link violates its limits,
 /// or for models of other engines. After a step it is 0 unless tools and attachments are farther apart than the links
 /// between them allow.

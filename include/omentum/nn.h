@@ -134,7 +134,7 @@ OM_API int om_net_add_mask(OmNet* net, int x, const float* mask);
 OM_API OmStatus om_net_finish(OmNet* net, int output);
 
 typedef struct OmUnetDef {
-    uint32_t cookie;
+    OmCookie cookie;
     OmNetShape in;     // channels and grid; each extent a multiple of 4, or 2 for one level
     int out_channels;  //
     int nlevel;        // halvings of the grid, of axes that are even by then; 1 to 6, default 3
@@ -152,7 +152,7 @@ OM_API OmUnetDef om_unet_default_def(OmNetShape in, int out_channels);
 /// by 2x2x2 transposed convolutions, the skipped level's values before the risen ones, two convolutions; a
 /// 1x1x1 convolution at the end. Layers are enc0.conv1 ... bottom.conv1 ... dec0.up, dec0.conv1 ... head.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
-OM_API OmStatus om_net_create_unet(const OmUnetDef* def, OmNet** net);
+OM_API OmStatus om_unet_create(const OmUnetDef* def, OmNet** net);
 
 // ---- looking at it --------------------------------------------------------------------------------------
 
@@ -201,7 +201,7 @@ typedef enum OmNetType {
 typedef enum OmNetLayout { OM_LAYOUT_AUTO, OM_LAYOUT_BLOCKED, OM_LAYOUT_CHANNELS_LAST } OmNetLayout;
 
 typedef struct OmNetRunDef {
-    uint32_t cookie;
+    OmCookie cookie;
     int batch;       // samples a call, > 0
     OmNetType type;  // default OM_F32
     // Keep what the backward pass needs; dropout is active, batch norm uses the batch. Default

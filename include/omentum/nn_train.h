@@ -93,7 +93,7 @@ typedef enum OmOptimKind {
 } OmOptimKind;
 
 typedef struct OmOptimDef {
-    uint32_t cookie;
+    OmCookie cookie;
     OmOptimKind kind;     // default OM_OPTIM_ADAMW
     double beta1, beta2;  // decay of the moments a step, [0, 1), default 0.9, 0.999
     double epsilon;       // added to the root of the second moment, > 0, default 1e-8
@@ -166,7 +166,7 @@ typedef struct OmTrainEpoch {  // a row of metrics.csv
 } OmTrainEpoch;
 
 typedef struct OmTrainDef {
-    uint32_t cookie;
+    OmCookie cookie;
     const OmNet* net;    // finished; borrowed
     OmTrainFillFn fill;  // a failure ends the training
     void* ctx;           // of fill, metric and on_epoch

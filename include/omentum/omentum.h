@@ -1,6 +1,7 @@
 /// omentum/omentum.h: all public headers at once.
 ///
-/// Each room also has headers of its own.
+/// Each room also has headers of its own. The studies (study.h, study_methods.h, study_sheet.h) repeat experiments of
+/// the thesis; a program that wants one includes its header.
 #ifndef OMENTUM_OMENTUM_H
 #define OMENTUM_OMENTUM_H
 
@@ -32,9 +33,6 @@
 #include "omentum/shape_points.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
-#include "omentum/study.h"
-#include "omentum/study_methods.h"
-#include "omentum/study_sheet.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_material.h"
 #include "omentum/umesh.h"

@@ -57,7 +57,7 @@ typedef struct OmPbdDef {    // made by om_pbd_default_def; lengths in m; copied
     double friction;            // Coulomb's, against obstacles without their own; default 0.35
     double particle_friction;   // Coulomb's, between particles; default 0.25
     bool has_self_collision;    // default true for OM_PBD_CLUSTERS
-    uint32_t cookie;            // set by om_pbd_default_def
+    OmCookie cookie;            // set by om_pbd_default_def
 } OmPbdDef;
 
 /// Table 3.1 and the optimum of 5.4.1 for clusters; substeps rather than iterations for elasticity.

@@ -22,7 +22,6 @@ extern "C" {
 #define OM_PLAN_MAX_GRID 16  // blocks along one side of the tissue, at most
 #define OM_PLAN_MAX_BLOCK (OM_PLAN_MAX_GRID * OM_PLAN_MAX_GRID)
 #define OM_PLAN_MAX_HORIZON 64
-#define OM_PLAN_NARM 2   // psm1, psm2
 #define OM_PLAN_NCOST 5  // objectives, the most important first; see OmPlan.cost
 
 /// The actions of Table 6.1 with their names in the logic program.
@@ -66,7 +65,7 @@ typedef struct OmSituation {
     bool is_above_roi[OM_PLAN_MAX_BLOCK];  // the block is above the ROI; at least one is
     uint8_t reachable[OM_PLAN_MAX_BLOCK];  // bit a: arm a reaches the block
     uint8_t tried[OM_PLAN_MAX_BLOCK];      // bits OmTried
-    OmArmSituation arm[OM_PLAN_NARM];      // psm1, psm2
+    OmArmSituation arm[OM_MAX_ARM];        // psm1, psm2
     bool is_visible;                       // the ROI is seen: the plan is empty
     double spacing;                        // between centres of neighbouring blocks, m, > 0
     const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
@@ -104,7 +103,7 @@ typedef struct OmPlan {
 } OmPlan;
 
 typedef struct OmPlannerDef {
-    int cookie;
+    OmCookie cookie;
     int horizon;          // time steps a plan may take; default 12, range 1 to OM_PLAN_MAX_HORIZON
     int max_lift;         // pulls of 10 mm from the tissue to the height limit; default 5 (50 mm)
     const char* program;  // a file in place of the built-in asp/tissue_retraction.lp; null

@@ -67,7 +67,7 @@ typedef struct OmReportSpan {  // an action from begin to end, named above the c
 } OmReportSpan;
 
 typedef struct OmReportBox {  // of a sample of n values; nothing is drawn where n is 0
-    double least, lower, median, upper, most;  // ends of the whiskers, quartiles
+    double min, lower, median, upper, max;  // ends of the whiskers, quartiles
     int n;
 } OmReportBox;
 

@@ -57,7 +57,7 @@ OM_API void om_psm_joint_torque(const OmPsm* psm, const double q[OM_PSM_NJOINT],
 OM_API OmStatus om_psm_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
                                OmSurface* surface);
 /// The same for a surface that om_psm_surface made: only positions are written.
-OM_API void om_psm_update_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
+OM_API void om_psm_surface_update(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
                                   OmSurface* surface);
 
 #ifdef __cplusplus

@@ -86,7 +86,7 @@ typedef struct OmSheetDef {
 } OmSheetDef;
 
 typedef struct OmModelDef {
-    int cookie;
+    OmCookie cookie;
     char input[1024];  // volume (NIfTI, NRRD), volume mesh (.msh .vtk .vtu), surface (STL OBJ PLY)
     char name[OM_NAME_LEN];  // of the model; default: the input's file name
     int volume;  // of a file of several volumes, from 0; default -1: such a file is refused
@@ -187,8 +187,8 @@ typedef struct OmLabelList {  // om_label_list_done frees
 /// List the labels of a volume.
 /// @param volume  as OmModelDef.volume
 /// @return OM_OK, OM_IO, OM_NO_MEMORY, OM_CANCELLED, OM_INVALID: no volume that is read, or of several and none chosen
-OM_API OmStatus om_model_list_labels(const char* path, int volume, const OmProgress* progress,
-                                     OmLabelList* list);
+OM_API OmStatus om_label_list_load(const char* path, int volume, const OmProgress* progress,
+                                   OmLabelList* list);
 OM_API void om_label_list_done(OmLabelList* list);
 
 /// A unit vector from "left", "right", "anterior", "posterior", "superior", "inferior", or "x,y,z".

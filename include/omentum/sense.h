@@ -75,7 +75,7 @@ typedef struct OmSenseOptions {
     bool has_shadow;  // one shadow ray a pixel
     int nworker;      // 0: one a processor; the picture does not depend on it
 } OmSenseOptions;
-OM_API OmSenseOptions om_sense_default_options(void);
+OM_API OmSenseOptions om_sense_options_default(void);
 
 /// Shaded picture (RGB). `picture` is made by the caller with om_picture_init(width, height, 3).
 /// @return OM_OK; OM_INVALID (camera or samples out of range, a picture of another size)

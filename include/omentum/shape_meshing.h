@@ -19,7 +19,7 @@ extern "C" {
 // ---- meshing ------------------------------------------------------------------------------------------
 
 typedef struct OmStuffDef {
-    int cookie;
+    OmCookie cookie;
     double edge;    // mean length of an inner edge, m, > 0; no default
     OmShapeFn fn;   // negative inside; called from several threads
     void* ctx;      // borrowed
@@ -77,7 +77,7 @@ OM_API OmStatus om_surface_sample(const OmSurface* surface, const unsigned char*
 // ---- random patches, thesis eq. 4.1 -----------------------------------------------------------------------
 
 typedef struct OmPatchDef {
-    int cookie;
+    OmCookie cookie;
     double share;   // of the candidates that the patch takes, 0-1; no default
     uint64_t seed;  // no default
     int center;     // the point P, a surface vertex; -1 (default) draws one of the candidates

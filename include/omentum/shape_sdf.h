@@ -69,7 +69,7 @@ typedef struct OmSdf {  // om_sdf_done frees
 } OmSdf;
 
 typedef struct OmSdfDef {
-    int cookie;
+    OmCookie cookie;
     double spacing;  // grid step, m, > 0; no default
     double margin;   // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
     double smooth;   // masks: width of the Gaussian, voxels, 0.5-3; default 1.2

@@ -96,7 +96,7 @@ typedef struct OmSolverDef {          // made by om_solver_default_def
     // Of OM_MULTIGRID: an upper bound of the eigenvalues of D^-1 A, where D is the diagonal blocks.
     // Default 4, right for linear tetrahedra; the number of nodes of an element is always enough.
     double row_bound;
-    uint32_t cookie;  // set by om_solver_default_def
+    OmCookie cookie;  // set by om_solver_default_def
 } OmSolverDef;
 
 typedef struct OmSolveInfo {  // what a solve did

@@ -7,10 +7,10 @@
 /// (3.5.1) finds the parameters of particles on a box of gel and tests them on the phantom's lesions.
 ///
 ///     OmStudyBody* body;
-///     om_study_create_phantom(10, 1, &body);
-///     OmStudyContactDef def = om_study_default_contact_def(body, "out/contact");
-///     om_study_run_contact(&def, progress, &summary);      // out/contact/report.html
-///     om_study_destroy_body(body);
+///     om_study_body_create_phantom(10, 1, &body);
+///     OmStudyContactDef def = om_study_contact_default_def(body, "out/contact");
+///     om_study_contact_run(&def, progress, &summary);      // out/contact/report.html
+///     om_study_body_destroy(body);
 #ifndef OMENTUM_STUDY_H
 #define OMENTUM_STUDY_H
 
@@ -33,7 +33,7 @@ typedef struct OmStudyLesion {
     OmVec3 touch;   // middle of the probe's face when it first touches, m
     OmVec3 normal;  // unit, out of the body; the probe is pressed along -normal
     OmVec3 along;   // unit, the long side of the probe; perpendicular to normal
-    double most;    // the farthest that the probe is pressed, m
+    double max;     // the farthest that the probe is pressed, m
 } OmStudyLesion;
 
 /// A solid known as a function, its lesions and where it is held: meshed at any resolution.
@@ -43,11 +43,11 @@ typedef struct OmStudyBody OmStudyBody;
 /// biopsy phantom; lesions of 5-10 mm between 10 and 35 mm under the surface, the probe along the normal.
 /// @param nlesion  1 to 20
 /// @return OM_OK; OM_INVALID (too many lesions, or no room for one); OM_NO_MEMORY
-OM_API OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** body);
+OM_API OmStatus om_study_body_create_phantom(int nlesion, uint64_t seed, OmStudyBody** body);
 /// The thesis's box of ballistic gel, 155 x 100 x 70 mm on its held base z = 0, with three beads of 18 mm whose tops
 /// are at heights of 47, 53 and 63 mm (3.5.1); the probe comes from above and goes down by 20 mm at most.
 /// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_study_create_gel(OmStudyBody** body);
+OM_API OmStatus om_study_body_create_gel(OmStudyBody** body);
 /// The solid bounded by a tetrahedral mesh. The probe is pressed to the depths of the study, at most through 0.6 of the
 /// tissue under its face. The body is held at the set "attachment" of the mesh, else at its end towards -`up`.
 /// @param up      towards the probe, any length; zero: +z
@@ -55,18 +55,18 @@ OM_API OmStatus om_study_create_gel(OmStudyBody** body);
 /// @param lesion  text, one a line: x y z [radius]; "#" begins a comment. Radius 3 mm if it is not given.
 ///                Lesions outside the body are left out; OM_INVALID if all are
 /// @return OM_OK; OM_INVALID (the message names file or argument); OM_NO_MEMORY; OM_IO
-OM_API OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion,
+OM_API OmStatus om_study_body_load(const char* mesh, double unit, const char* lesion,
                                    double lesion_unit, OmVec3 up, OmStudyBody** body);
 /// Number of lesions of its file that were left out.
 OM_API int om_study_count_outside(const OmStudyBody* body);
-OM_API void om_study_destroy_body(OmStudyBody* body);
+OM_API void om_study_body_destroy(OmStudyBody* body);
 OM_API const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion);
 /// Negative inside; about a distance near the surface, m.
-OM_API double om_study_eval_body(const OmStudyBody* body, OmVec3 p);
+OM_API double om_study_body_eval(const OmStudyBody* body, OmVec3 p);
 /// A mesh of about `ntet` elements, with the set "attachment".
 /// @param ntet  100 to 2,000,000
 /// @return OM_OK; OM_INVALID (ntet is not in 100 to 2,000,000, or nothing of the mesh is held); OM_NO_MEMORY
-OM_API OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh);
+OM_API OmStatus om_study_body_mesh(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh);
 
 // ---- the contact study ----------------------------------------------------------------------------
 
@@ -75,7 +75,7 @@ OM_API OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworke
 #define OM_STUDY_MAX_RESOLUTION 16
 #define OM_STUDY_MAX_STEP 2000
 
-typedef struct OmStudyContactDef {  // made by om_study_default_contact_def
+typedef struct OmStudyContactDef {  // made by om_study_contact_default_def
     const OmStudyBody* body;        // borrowed
     // For meshes, truth, runs and report. Parts that exist already are not computed again.
     const char* out_dir;
@@ -101,7 +101,7 @@ typedef struct OmStudyContactDef {  // made by om_study_default_contact_def
     double pointer_noise;    // m, of the registration; default 0.000334
     uint64_t seed;           // of the noise; default 1
     int nworker;             // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmStudyContactDef;
 
 typedef struct OmStudyContactSummary {
@@ -111,18 +111,18 @@ typedef struct OmStudyContactSummary {
     double worst_stability;  // least share of a path, 0 to 1
 } OmStudyContactSummary;
 
-OM_API OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir);
+OM_API OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const char* out_dir);
 /// Make what is missing of meshes, truth and runs, then report.html, study.json, runs.csv and errors.csv.
 /// @return OM_OK, OM_INVALID (the message names the field), OM_IO, OM_NO_MEMORY, OM_CANCELLED (what is
 ///         finished stays)
-OM_API OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
+OM_API OmStatus om_study_contact_run(const OmStudyContactDef* def, const OmProgress* progress,
                                      OmStudyContactSummary* summary);
 
 // ---- the calibration study ------------------------------------------------------------------------
 
 #define OM_STUDY_NCLUSTER 3  // parameters: cluster spacing (m), radius (m), stiffness
 
-typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_def
+typedef struct OmStudyCalibrationDef {  // made by om_study_calibration_default_def
     // For meshes, truth, runs and report. Parts that exist already are not computed again.
     const char* out_dir;
     int nlesion;                      // of the breast phantom, 2 to 20; default 10
@@ -143,7 +143,7 @@ typedef struct OmStudyCalibrationDef {  // made by om_study_default_calibration_
     int contact_ntri;                // triangles of the contact surfaces; default 4000
     uint64_t seed;                   // of noise and search; default 1
     int nworker;                     // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmStudyCalibrationDef;
 
 typedef struct OmStudyCalibrationSummary {  // errors in m
@@ -160,12 +160,12 @@ typedef struct OmStudyCalibrationSummary {  // errors in m
     bool is_met;  // unseen_tuned at most 1.5 unseen_prescribed, and fine-tuning improved its lesion
 } OmStudyCalibrationSummary;
 
-OM_API OmStudyCalibrationDef om_study_default_calibration_def(const char* out_dir);
+OM_API OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir);
 /// Cluster parameters of particles found on the gel, fine-tuned on one lesion of the breast phantom, tested on the
 /// others (thesis 3.5.1, Tables 3.2 and 3.6): report.html, study.json and errors.csv in out_dir.
 /// @return OM_OK (whether or not the bar is met); OM_INVALID (the message names the field); OM_IO; OM_NO_MEMORY;
 ///         OM_CANCELLED (what is finished stays)
-OM_API OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def,
+OM_API OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def,
                                          const OmProgress* progress,
                                          OmStudyCalibrationSummary* summary);
 

@@ -4,8 +4,8 @@
 /// each method says where the lesions go. Truth, body, noise and the tracked contour point are those of the
 /// calibration study (study.h).
 ///
-///     OmStudyMethodsDef def = om_study_default_methods_def("out/methods", "weights/phantom.safetensors");
-///     om_study_run_methods(&def, progress, &summary);       // out/methods/report.html
+///     OmStudyMethodsDef def = om_study_methods_default_def("out/methods", "weights/phantom.safetensors");
+///     om_study_methods_run(&def, progress, &summary);       // out/methods/report.html
 #ifndef OMENTUM_STUDY_METHODS_H
 #define OMENTUM_STUDY_METHODS_H
 
@@ -23,7 +23,7 @@ typedef enum OmStudyMethod {
     OM_STUDY_NBY
 } OmStudyMethod;
 
-typedef struct OmStudyMethodsDef {  // made by om_study_default_methods_def
+typedef struct OmStudyMethodsDef {  // made by om_study_methods_default_def
     const char* out_dir;            // runs of particles and network, the report; borrowed
     const char* weights;            // of omentum umesh train, for the phantom; borrowed
     const char* truth_dir;  // of a contact study whose truth and meshes are used where they fit;
@@ -35,7 +35,7 @@ typedef struct OmStudyMethodsDef {  // made by om_study_default_methods_def
     int fe_ntet;                        // default 4126
     uint64_t seed;                      // of the noise; default 1
     int nworker;                        // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmStudyMethodsDef;
 
 typedef struct OmStudyMethodResult {
@@ -56,11 +56,11 @@ typedef struct OmStudyMethodsSummary {
     bool is_met;   // worst_gap at most 0.3 mm, and every method all the way
 } OmStudyMethodsSummary;
 
-OM_API OmStudyMethodsDef om_study_default_methods_def(const char* out_dir, const char* weights);
+OM_API OmStudyMethodsDef om_study_methods_default_def(const char* out_dir, const char* weights);
 /// report.html, study.json and errors.csv in out_dir.
 /// @return OM_OK (whether or not the bar is met); OM_INVALID (a field; weights of another organ than the phantom);
 ///         OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
-OM_API OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* progress,
+OM_API OmStatus om_study_methods_run(const OmStudyMethodsDef* def, const OmProgress* progress,
                                      OmStudyMethodsSummary* summary);
 
 #ifdef __cplusplus

@@ -5,9 +5,9 @@
 /// from the point clouds (5.2). Here finite elements of another mesh take the place of the silicone, one pinch
 /// point is held out of the search, and the report says what the parameters are worth there.
 ///
-///     OmStudySheetDef def = om_study_default_sheet_def("out/sheet");
+///     OmStudySheetDef def = om_study_sheet_default_def("out/sheet");
 ///     OmStudySheetSummary summary;
-///     om_study_run_sheet(&def, progress, &summary);        // out/sheet/report.html, study.json
+///     om_study_sheet_run(&def, progress, &summary);        // out/sheet/report.html, study.json
 #ifndef OMENTUM_STUDY_SHEET_H
 #define OMENTUM_STUDY_SHEET_H
 
@@ -21,7 +21,7 @@ extern "C" {
 #define OM_STUDY_NLIFT 3     // L: 10, 20, 30 mm
 #define OM_STUDY_NCLUSTER 3  // parameters: spacing, radius, stiffness
 
-typedef struct OmStudySheetDef {  // made by om_study_default_sheet_def
+typedef struct OmStudySheetDef {  // made by om_study_sheet_default_def
     // For problem, clouds, searches and report. Parts that exist already are not computed again.
     const char* out_dir;
     int cells;              // of the model along a side, 10 to 60; default 20: 882 particles
@@ -35,7 +35,7 @@ typedef struct OmStudySheetDef {  // made by om_study_default_sheet_def
     bool has_all_folds;  // hold out each pinch point in turn; default false: the first one only
     uint64_t seed;       // of the search, below 2^31; default 1
     int nworker;         // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmStudySheetDef;
 
 typedef struct OmStudySheetSummary {  // errors: m, mean over the points of the clouds
@@ -49,11 +49,11 @@ typedef struct OmStudySheetSummary {  // errors: m, mean over the points of the 
     bool is_met;                     // found and unseen_found at most 2 mm
 } OmStudySheetSummary;
 
-OM_API OmStudySheetDef om_study_default_sheet_def(const char* out_dir);
+OM_API OmStudySheetDef om_study_sheet_default_def(const char* out_dir);
 /// Make what is missing of clouds and searches, then report.html and study.json.
 /// @return OM_OK, OM_INVALID (the message names the field, or the folder of another study), OM_IO, OM_NO_MEMORY,
 ///         OM_CANCELLED (what is evaluated stays)
-OM_API OmStatus om_study_run_sheet(const OmStudySheetDef* def, const OmProgress* progress,
+OM_API OmStatus om_study_sheet_run(const OmStudySheetDef* def, const OmProgress* progress,
                                    OmStudySheetSummary* summary);
 
 #ifdef __cplusplus

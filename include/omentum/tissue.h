@@ -8,8 +8,8 @@
 ///
 ///     OmTissueDef def = om_tissue_default_def(&mesh);      // set "attachment" of the mesh is held
 ///     om_tissue_create(&def, &model);
-///     om_tissue_create_state(model, &state);
-///     om_tissue_create_work(model, &work);
+///     om_tissue_state_create(model, &state);
+///     om_tissue_work_create(model, &work);
 ///     om_tissue_grasp(model, state, 0, pose_world_tip, 0.005, &nheld);
 ///     om_tissue_move_grasp(state, 0, pose_world_tip_later);
 ///     om_tissue_step(model, state, work, 0.02, &report);
@@ -25,8 +25,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-#define OM_TISSUE_NARM 2
 
 // ---- model ----------------------------------------------------------------------------------------
 
@@ -51,10 +49,10 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
-    const struct OmChainDef* chain;       // of "chainmail"; null: om_heuristic_default_chain
+    const struct OmChainDef* chain;       // of "chainmail"; null: om_chain_default_def
     const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
     const void* custom_data;              // what that engine works with, borrowed by the model
-    uint32_t cookie;                      // set by om_tissue_default_def
+    OmCookie cookie;                      // set by om_tissue_default_def
 } OmTissueDef;
 
 typedef struct OmTissueModel OmTissueModel;  // constant; may be used by any number of threads
@@ -79,12 +77,12 @@ OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* w
 
 /// At rest in the rest shape, held at the mesh's set "attachment" if it has one.
 /// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_tissue_create_state(const OmTissueModel* model, OmTissueState** state);
-OM_API void om_tissue_destroy_state(OmTissueState* state);
-OM_API void om_tissue_reset(const OmTissueModel* model, OmTissueState* state);
+OM_API OmStatus om_tissue_state_create(const OmTissueModel* model, OmTissueState** state);
+OM_API void om_tissue_state_destroy(OmTissueState* state);
+OM_API void om_tissue_state_reset(const OmTissueModel* model, OmTissueState* state);
 /// A snapshot is a memcpy of this many bytes from or to the state of the same model.
 OM_API size_t om_tissue_state_size(const OmTissueModel* model);
-OM_API uint64_t om_tissue_hash(const OmTissueState* state);
+OM_API uint64_t om_tissue_state_hash(const OmTissueState* state);
 /// Views (nvert x 3), m and m/s; they stay where they are until the state is destroyed.
 OM_API const double* om_tissue_x(const OmTissueState* state);
 OM_API const double* om_tissue_v(const OmTissueState* state);
@@ -143,8 +141,8 @@ typedef struct OmTissueReport {
 
 /// Scratch for steps of `model`: matrix, solver, arrays.
 /// @return OM_OK; OM_NO_MEMORY; errors of om_solver_create
-OM_API OmStatus om_tissue_create_work(const OmTissueModel* model, OmTissueWork** work);
-OM_API void om_tissue_destroy_work(OmTissueWork* work);
+OM_API OmStatus om_tissue_work_create(const OmTissueModel* model, OmTissueWork** work);
+OM_API void om_tissue_work_destroy(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
 /// the step flattens or inverts no element, and the energy rises by no more than the work done on the tissue and 1 %.
 /// A step that breaks a rule is solved again by Newton's method with line search. With contact, or if that fails too,
@@ -246,13 +244,13 @@ OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* st
 
 // ---- forces and measures --------------------------------------------------------------------------
 
-typedef struct OmTissueForces {    // N, resultants of forces on the tissue
-    OmVec3 grasp[OM_TISSUE_NARM];  // by each tool, from the constrained rows of the last step
-    OmVec3 pull[OM_TISSUE_NARM];   // the same less what holds the patch against its own weight
-    OmVec3 attachment;             // by the attachments, from element stresses (or their springs)
-    OmVec3 contact;                // by ground and organs, from the last contact step
-    OmVec3 external;               // om_tissue_external_force
-    OmVec3 weight;                 // of all tissue
+typedef struct OmTissueForces {  // N, resultants of forces on the tissue
+    OmVec3 grasp[OM_MAX_ARM];    // by each tool, from the constrained rows of the last step
+    OmVec3 pull[OM_MAX_ARM];     // the same less what holds the patch against its own weight
+    OmVec3 attachment;           // by the attachments, from element stresses (or their springs)
+    OmVec3 contact;              // by ground and organs, from the last contact step
+    OmVec3 external;             // om_tissue_external_force
+    OmVec3 weight;               // of all tissue
 } OmTissueForces;
 
 /// At equilibrium all but `pull` sum to zero. Needs no work; engines with averaged strains allocate for the call.

@@ -4,11 +4,11 @@
 /// U-Net learns the displacement of all nodes from that of the nodes under the probe. This header has the grid and the
 /// data (Algorithm 2); a sample is a function of (seed, index).
 ///
-///     OmUmeshOrganDef organ_def = om_umesh_default_organ_def();       // the breast phantom
-///     om_umesh_create_organ(&organ_def, &organ);
-///     OmUmeshDataDef def = om_umesh_default_data_def(organ, "data");
+///     OmUmeshOrganDef organ_def = om_umesh_organ_default_def();       // the breast phantom
+///     om_umesh_organ_create(&organ_def, &organ);
+///     OmUmeshDataDef def = om_umesh_data_default_def(organ, "data");
 ///     om_umesh_generate(&def, progress, &summary);                    // data/samples_000000.h5, ..
-///     om_umesh_load_data("data", 0, &data);
+///     om_umesh_data_load("data", 0, &data);
 #ifndef OMENTUM_UMESH_H
 #define OMENTUM_UMESH_H
 
@@ -53,11 +53,11 @@ typedef struct OmUmeshPatch {
 } OmUmeshPatch;
 
 /// The face of the thesis's probe: 50 x 10 mm, points within 10 mm of its plane.
-OM_API OmUmeshPatch om_umesh_default_patch(OmVec3 center, OmVec3 normal, OmVec3 along);
+OM_API OmUmeshPatch om_umesh_patch_default(OmVec3 center, OmVec3 normal, OmVec3 along);
 /// Nodes of the free boundary under the patch, which the probe moves.
 /// @param mask  1 for these nodes, else 0 (mesh.nnode)
 /// @return number of these nodes
-OM_API int om_umesh_select_patch(const OmUmeshGrid* grid, const OmUmeshPatch* patch,
+OM_API int om_umesh_patch_select(const OmUmeshGrid* grid, const OmUmeshPatch* patch,
                                  unsigned char* mask);
 
 /// From nodes to points, one component after the other: out[c npoint + point]. 0 at points without a node, and where
@@ -71,7 +71,7 @@ OM_API void om_umesh_gather(const OmUmeshGrid* grid, const float* in, float* u);
 
 // ---- the organ --------------------------------------------------------------------------------------
 
-typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
+typedef struct OmUmeshOrganDef {  // made by om_umesh_organ_default_def
     // A patient of one material, borrowed until create returns; null (default): the phantom, a half
     // ellipsoid of 150 x 120 x 72 mm on its flat side.
     const OmPatient* patient;
@@ -86,19 +86,19 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_default_organ_def
     // Nodes in this lowest part of the height are held; 0 (default): the patient's set
     // "attachment", without one the lowest nodes (phantom) or the lowest tenth (other organs).
     double held_height;
-    uint32_t cookie;
+    OmCookie cookie;
 } OmUmeshOrganDef;
 
 /// An organ in its grid, and its surface.
 typedef struct OmUmeshOrgan OmUmeshOrgan;
 
-OM_API OmUmeshOrganDef om_umesh_default_organ_def(void);
+OM_API OmUmeshOrganDef om_umesh_organ_default_def(void);
 /// Cells with enough volume inside become elements. Of these the largest part connected over faces is kept.
 /// @return OM_OK, OM_INVALID (nothing inside, nothing held, an element count that no spacing gives), OM_NO_MEMORY
-OM_API OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** organ);
-OM_API void om_umesh_destroy_organ(OmUmeshOrgan* organ);
-OM_API const OmUmeshGrid* om_umesh_grid(const OmUmeshOrgan* organ);
-OM_API const OmSurface* om_umesh_surface(const OmUmeshOrgan* organ);
+OM_API OmStatus om_umesh_organ_create(const OmUmeshOrganDef* def, OmUmeshOrgan** organ);
+OM_API void om_umesh_organ_destroy(OmUmeshOrgan* organ);
+OM_API const OmUmeshGrid* om_umesh_organ_grid(const OmUmeshOrgan* organ);
+OM_API const OmSurface* om_umesh_organ_surface(const OmUmeshOrgan* organ);
 
 // ---- data -------------------------------------------------------------------------------------------
 
@@ -108,7 +108,7 @@ OM_API const OmSurface* om_umesh_surface(const OmUmeshOrgan* organ);
 /// [0, max_force] (Algorithm 2, line 9 corrected), or the probe moves them in this direction by a distance uniform in
 /// [0, max_press]. 0.8 N at 1800 Pa gives the deformations of the thesis on the phantom. The network maps
 /// displacements to displacements, so it does not depend on Young's modulus.
-typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
+typedef struct OmUmeshDataDef {  // made by om_umesh_data_default_def
     const OmUmeshOrgan* organ;   // borrowed
     const char* out_dir;         // borrowed
     int nsample;                 // default 1000
@@ -130,7 +130,7 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_default_data_def
     int shard;             // samples in one file; default 100
     int npicture;          // pictures in the report; default 4
     int nworker;           // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmUmeshDataDef;
 
 typedef struct OmUmeshSample {  // how a sample was drawn and solved
@@ -152,16 +152,16 @@ typedef struct OmUmeshSample {  // how a sample was drawn and solved
 /// Memory and linear system for solves, for one thread at a time.
 typedef struct OmUmeshSolver OmUmeshSolver;
 
-OM_API OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir);
+OM_API OmUmeshDataDef om_umesh_data_default_def(const OmUmeshOrgan* organ, const char* out_dir);
 /// The solver that makes samples: grid, linear system, scratch.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
-OM_API OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** solver);
-OM_API void om_umesh_destroy_solver(OmUmeshSolver* solver);
+OM_API OmStatus om_umesh_solver_create(const OmUmeshDataDef* def, OmUmeshSolver** solver);
+OM_API void om_umesh_solver_destroy(OmUmeshSolver* solver);
 /// Sample `index` of the seed of the definition.
 /// @param mask  nodes of the patch (mesh.nnode)
 /// @param u     displacements, m (mesh.nnode x 3)
 /// @return OM_OK, OM_NOT_CONVERGED (no draw succeeded), OM_NO_MEMORY
-OM_API OmStatus om_umesh_make_sample(OmUmeshSolver* solver, int64_t index, OmUmeshSample* sample,
+OM_API OmStatus om_umesh_sample_make(OmUmeshSolver* solver, int64_t index, OmUmeshSample* sample,
                                      unsigned char* mask, double* u);
 /// Reference solution: displacements of all nodes, prescribed by u at masked nodes, free elsewhere.
 /// @param u  in: at masked nodes; out: everywhere, m (mesh.nnode x 3)
@@ -198,7 +198,7 @@ typedef struct OmUmeshData {  // a data set in memory; om_umesh_data_done frees
 /// Read the first max_sample samples (0: all) of a folder.
 /// @return OM_OK; OM_INVALID (a shard is missing, truncated, corrupted or of another set; the message says
 ///         which), OM_IO, OM_NO_MEMORY
-OM_API OmStatus om_umesh_load_data(const char* dir, int max_sample, OmUmeshData* data);
+OM_API OmStatus om_umesh_data_load(const char* dir, int max_sample, OmUmeshData* data);
 OM_API void om_umesh_data_done(OmUmeshData* data);
 
 #ifdef __cplusplus

@@ -4,10 +4,10 @@
 /// Output: displacements of all nodes. A test flags inputs that are unlike the training data. One file holds weights
 /// and grid, and is enough to predict.
 ///
-///     OmUmeshTrainDef def = om_umesh_default_train_def(&data, "out/phantom");
+///     OmUmeshTrainDef def = om_umesh_train_default_def(&data, "out/phantom");
 ///     om_umesh_train(&def, progress, &summary);               // out/phantom/weights.safetensors
-///     om_umesh_load_net("out/phantom/weights.safetensors", &net);
-///     om_umesh_create_predictor(net, 0, &predictor);
+///     om_umesh_net_load("out/phantom/weights.safetensors", &net);
+///     om_umesh_predictor_create(net, 0, &predictor);
 ///     om_umesh_predict(predictor, mask, u, &trust);           // u: in at masked nodes, out everywhere
 #ifndef OMENTUM_UMESH_NET_H
 #define OMENTUM_UMESH_NET_H
@@ -25,8 +25,8 @@ typedef struct OmUmeshNet OmUmeshNet;  // constant; may be used by any number of
 
 /// Read weights, grid and the limits of the test.
 /// @return OM_OK; OM_INVALID (not such a file, or damaged: the message names the field); OM_NO_MEMORY; OM_IO
-OM_API OmStatus om_umesh_load_net(const char* path, OmUmeshNet** net);
-OM_API void om_umesh_destroy_net(OmUmeshNet* net);
+OM_API OmStatus om_umesh_net_load(const char* path, OmUmeshNet** net);
+OM_API void om_umesh_net_destroy(OmUmeshNet* net);
 OM_API const OmUmeshGrid* om_umesh_net_grid(const OmUmeshNet* net);
 /// The network itself, and its parameters.
 OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** param);
@@ -36,7 +36,7 @@ OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
 /// organ, held nodes, position from -1 to 1 (3), linear elastic solution / a (3), a / "scale_m", second-order forces /
 /// "second" (3), zeros. The prediction is the linear solution plus output * a * "correction".
 /// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
-OM_API OmStatus om_umesh_save_onnx(const OmUmeshNet* net, const char* path);
+OM_API OmStatus om_umesh_net_save_onnx(const OmUmeshNet* net, const char* path);
 
 // ---- prediction -----------------------------------------------------------------------------------------
 
@@ -69,19 +69,20 @@ typedef struct OmUmeshPredictor OmUmeshPredictor;
 /// @param net      borrowed
 /// @param nworker  0: one per processor
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (the library of layers refused)
-OM_API OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker,
+OM_API OmStatus om_umesh_predictor_create(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
-OM_API void om_umesh_destroy_predictor(OmUmeshPredictor* predictor);
+OM_API void om_umesh_predictor_destroy(OmUmeshPredictor* predictor);
 #define OM_UMESH_TOLERANCE 5e-5  // m, the default
 #define OM_UMESH_MAX_CYCLE 40
 /// Stop refining when the mean distance left is estimated below `tolerance`, or after max_cycle cycles; 0 cycles: the
 /// network alone. What does not refine: networks of samples of another law than the neo-Hookean, and grids of more than
 /// 3,800 points of twice the spacing.
-OM_API void om_umesh_set_refinement(OmUmeshPredictor* predictor, double tolerance, int max_cycle);
+OM_API void om_umesh_predictor_set_refinement(OmUmeshPredictor* predictor, double tolerance,
+                                              int max_cycle);
 /// Relax the linear elastic solution in place of the network's output (default false): some more cycles, no network.
-OM_API void om_umesh_set_linear(OmUmeshPredictor* predictor, bool is_linear);
+OM_API void om_umesh_predictor_set_linear(OmUmeshPredictor* predictor, bool is_linear);
 /// Relaxation of the last prediction.
-OM_API OmUmeshRefinement om_umesh_refinement(const OmUmeshPredictor* predictor);
+OM_API OmUmeshRefinement om_umesh_predictor_refinement(const OmUmeshPredictor* predictor);
 /// Predict: held nodes are fixed, masked nodes have the given displacement, the network gives the others. Then the
 /// elements are relaxed towards equilibrium with the law of the samples.
 /// @param mask   1 where the displacement is given (nnode)
@@ -102,7 +103,7 @@ OM_API OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* grid, OmTetMesh* mesh)
 typedef struct OmUmeshUntangling {
     int ninverted;      // tetrahedra that were inverted before
     int nmoved;         // nodes moved by more than 0.01 mm
-    double most, mean;  // displacement by untangling: largest, and mean over all nodes, m
+    double max, mean;   // displacement by untangling: largest, and mean over all nodes, m
     double min_volume;  // smallest det F of a tetrahedron afterwards
 } OmUmeshUntangling;
 
@@ -120,7 +121,7 @@ OM_API OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* grid, OmVec3 p);
 
 // ---- training -------------------------------------------------------------------------------------------
 
-typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
+typedef struct OmUmeshTrainDef {  // made by om_umesh_train_default_def
     const OmUmeshData* data;      // borrowed
     const char* out_dir;  // checkpoint, metrics.csv, weights.safetensors, report.html; borrowed
     const char* command;  // command line, stored in the file; may be null
@@ -134,7 +135,7 @@ typedef struct OmUmeshTrainDef {  // made by om_umesh_default_train_def
     double rate;  // peak of the one-cycle schedule; default 1e-3
     uint64_t seed;  // default 1
     int nworker;    // default 0: one a processor
-    uint32_t cookie;
+    OmCookie cookie;
 } OmUmeshTrainDef;
 
 typedef struct OmUmeshTrainSummary {
@@ -147,7 +148,7 @@ typedef struct OmUmeshTrainSummary {
 } OmUmeshTrainSummary;
 
 #define OM_UMESH_NET_KIND "U-Mesh network"  // of the folder; an evaluation may be put there too
-OM_API OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir);
+OM_API OmUmeshTrainDef om_umesh_train_default_def(const OmUmeshData* data, const char* out_dir);
 /// Train, or resume from the checkpoint, and write the weights of the best epoch.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
@@ -165,14 +166,14 @@ typedef struct OmUmeshEval {
     double linear_mean, linear_worst;    // the linear solution, relaxed
     double linear_ms;                    // median time of a relaxed linear solution
     double mean_cycle;                   // mean number of relaxation cycles
-    int most_cycle;                      // largest number of relaxation cycles
+    int max_cycle;                       // largest number of relaxation cycles
     int ninverted;                       // relaxed predictions with an inverted element
     int nbeyond;   // relaxed predictions whose error exceeds both the tolerance and the estimate
     double max_u;  // largest displacement of a node in the data
-    double ms_median, ms_least, ms_most;  // time of a prediction: median, smallest, largest
-    int ninside;                          // samples that the test finds like the training data
-    double* error;                        // of each sample (n); freed by om_umesh_eval_done
-    double* score;                        // of the test, for each sample (n)
+    double ms_median, ms_min, ms_max;  // time of a prediction: median, smallest, largest
+    int ninside;                       // samples that the test finds like the training data
+    double* error;                     // of each sample (n); freed by om_umesh_eval_done
+    double* score;                     // of the test, for each sample (n)
 } OmUmeshEval;
 
 /// Predict the data's samples `first` .. `first + n - 1`, refined to `tolerance` (m).

@@ -25,19 +25,17 @@
 extern "C" {
 #endif
 
-#define OM_WORLD_NARM 2
-
 // ---- bodies ---------------------------------------------------------------------------------------------
 
 /// Soft tissue with its contact. The twin is one, the simulated world contains another.
 typedef struct OmBody OmBody;
 
-typedef struct OmBodyForces {     // N; world frame
-    OmVec3 grasp[OM_WORLD_NARM];  // force the tool exerts on the patch it holds
-    OmVec3 pull[OM_WORLD_NARM];   // the same less the weight taken over from the ground
-    OmVec3 attachment;            // of what the tissue is attached to, on the tissue
-    OmVec3 contact;               // of ground and organ, on the tissue
-    OmVec3 weight;                // of the tissue
+typedef struct OmBodyForces {  // N; world frame
+    OmVec3 grasp[OM_MAX_ARM];  // force the tool exerts on the patch it holds
+    OmVec3 pull[OM_MAX_ARM];   // the same less the weight taken over from the ground
+    OmVec3 attachment;         // of what the tissue is attached to, on the tissue
+    OmVec3 contact;            // of ground and organ, on the tissue
+    OmVec3 weight;             // of the tissue
 } OmBodyForces;
 
 typedef struct OmBodyReport {  // of the last step
@@ -121,7 +119,7 @@ enum {                          // what to observe beside the arms
 
 typedef struct OmObservation {  // om_observation_done frees; zero-initialise
     double time;                // s
-    OmArmObservation arm[OM_WORLD_NARM];
+    OmArmObservation arm[OM_MAX_ARM];
     double visibility;  // 0 to 1
     OmPicture image;    //
     int ncloud;         //

@@ -25,7 +25,7 @@ static OmAllocator allocator = {default_alloc, default_free, NULL};
 static atomic_llong count_total;
 static atomic_llong count_alive;
 
-void om_set_allocator(const OmAllocator* a) {
+void om_allocator_set(const OmAllocator* a) {
     OmAllocator standard = {default_alloc, default_free, NULL};
     allocator = a ? *a : standard;
 }

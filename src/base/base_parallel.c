@@ -361,22 +361,22 @@ void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx) {
     if (n <= 0) return;
     if (grain < 1) grain = 1;
     Loop loop = {.fn = fn, .ctx = ctx, .n = n, .grain = grain};
-    int most = is_inside ? 1 : om_worker_count(nworker), nblock = om_block_count(n, grain);
-    most = most < nblock ? most : nblock;
-    if (most == 1) {
+    int max = is_inside ? 1 : om_worker_count(nworker), nblock = om_block_count(n, grain);
+    max = max < nblock ? max : nblock;
+    if (max == 1) {
         run_blocks(&loop);
         return;
     }
     Job job = {.loop = &loop};
     Offers offers = {0};
     int wanted = team_size(nworker);
-    wanted = wanted < most ? wanted : most;
+    wanted = wanted < max ? wanted : max;
     is_inside = true;
     atomic_fetch_add(&nrunning, 1);
     if (wanted > 1)
         offer_job(&job, wanted - 1, &offers);
     else if (begin_alone(&loop))
-        offer_job(&job, most - 1, &offers);
+        offer_job(&job, max - 1, &offers);
     run_blocks(&loop);
     wait_for_helpers(&job, revoke_offers(&job, &offers));
     atomic_fetch_sub(&nrunning, 1);

@@ -63,16 +63,16 @@ static int quota_of(const char* dir) {
 // The least quota of a group and of all groups above it.
 static int quota_upwards(const char* root, const char* group) {
     char dir[1024];
-    int n = snprintf(dir, sizeof dir, "%s%s", root, group), least = INT_MAX;
+    int n = snprintf(dir, sizeof dir, "%s%s", root, group), min = INT_MAX;
     if (n < 0 || n >= (int)sizeof dir) return INT_MAX;
     while (strlen(dir) >= strlen(root)) {
         int quota = quota_of(dir);
-        least = quota < least ? quota : least;
+        min = quota < min ? quota : min;
         char* slash = strrchr(dir, '/');
         if (!slash) break;
         *slash = 0;
     }
-    return least;
+    return min;
 }
 
 static bool has_word(const char* list, const char* word) {
@@ -84,7 +84,7 @@ static bool has_word(const char* list, const char* word) {
 
 int om__processor_quota(const char* root, const char* self) {
     char text[4096], base[600];
-    int least = INT_MAX;
+    int min = INT_MAX;
     read_text(self, text, sizeof text);
     char* rest = NULL;
     // lines "0::/path" (version 2) and "5:cpu,cpuacct:/path" (version 1)
@@ -103,9 +103,9 @@ int om__processor_quota(const char* root, const char* self) {
             int top = quota_upwards(base, "");
             quota = top < quota ? top : quota;
         }
-        least = quota < least ? quota : least;
+        min = quota < min ? quota : min;
     }
-    return least;
+    return min;
 }
 
 static void find_limit(void) {
@@ -166,11 +166,11 @@ int om__processor_free(int own) {
 
 int om__processor_free_now(int own) {
     if (om__processor_limit() == 1) return 1;
-    int least = INT_MAX;
-    for (int k = 0; k < NREADING && least > 0; ++k) {
+    int min = INT_MAX;
+    for (int k = 0; k < NREADING && min > 0; ++k) {
         if (k > 0) nanosleep(&(struct timespec){0, PAUSE_NS}, NULL);
         int n = read_others(own);
-        least = n < least ? n : least;
+        min = n < min ? n : min;
     }
-    return left_over(least);
+    return left_over(min);
 }

@@ -46,7 +46,7 @@ OmStatus om_text_append(OmText* text, const char* format, ...) {
 size_t om_utf8_length(const char* str, size_t len) {
     static const struct {
         unsigned char mask, lead;
-        uint32_t least;  // below it a shorter form exists
+        uint32_t min;  // below it a shorter form exists
     } form[] = {{0x80, 0x00, 0}, {0xe0, 0xc0, 0x80}, {0xf0, 0xe0, 0x800}, {0xf8, 0xf0, 0x10000}};
     const unsigned char* c = (const unsigned char*)str;
     for (size_t n = 1; n <= 4; ++n) {
@@ -58,7 +58,7 @@ size_t om_utf8_length(const char* str, size_t len) {
             code = code << 6 | (c[i] & 0x3f);
         }
         bool is_surrogate = code >= 0xd800 && code < 0xe000;
-        return code < form[n - 1].least || code > 0x10ffff || is_surrogate ? 0 : n;
+        return code < form[n - 1].min || code > 0x10ffff || is_surrogate ? 0 : n;
     }
     return 0;
 }

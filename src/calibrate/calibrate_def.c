@@ -6,7 +6,7 @@
 
 #define COOKIE 0x43414c42u
 
-OmCalibrationDef om_calibrate_default_def(OmCalibrationFn eval, void* ctx, int nerror) {
+OmCalibrationDef om_calibration_default_def(OmCalibrationFn eval, void* ctx, int nerror) {
     OmCalibrationDef def = {.title = "Calibration",
                             .eval = eval,
                             .ctx = ctx,
@@ -24,10 +24,10 @@ OmCalibrationDef om_calibrate_default_def(OmCalibrationFn eval, void* ctx, int n
     return def;
 }
 
-void om_calibrate_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
-                            double start, bool is_log) {
+void om_calibration_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
+                              double start, bool is_log) {
     int k = def->nparam++;
-    if (k >= OM_CALIBRATION_MAX_PARAM) return;  // om_calibrate_run says so
+    if (k >= OM_CALIBRATION_MAX_PARAM) return;  // om_calibration_run says so
     OmCalibrationParam p = {.lo = lo, .hi = hi, .start = start, .is_log = is_log, .unit = 1};
     snprintf(p.name, sizeof p.name, "%s", name);
     def->param[k] = p;
@@ -96,7 +96,7 @@ static OmStatus check_search(const OmCalibrationDef* def) {
 
 OmStatus om__calibrate_check(const OmCalibrationDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "the definition was not made by om_calibrate_default_def");
+             "the definition was not made by om_calibration_default_def");
     OM_CHECK(def->eval, OM_INVALID, "eval is null");
     OM_CHECK(def->nparam >= 1 && def->nparam <= OM_CALIBRATION_MAX_PARAM, OM_INVALID,
              "nparam is %d: 1 to %d", def->nparam, OM_CALIBRATION_MAX_PARAM);
@@ -130,8 +130,8 @@ double om__calibrate_to_unit(const OmCalibrationParam* p, double v) {
 
 // ---- norms ----------------------------------------------------------------------------------------
 
-double om_calibrate_eval_norm(const OmCalibrationDef* def, int n, const double* error,
-                              double* sorted) {
+double om_calibration_norm_eval(const OmCalibrationDef* def, int n, const double* error,
+                                double* sorted) {
     double sum = 0, s = def->norm_size > 0 ? def->norm_size : 2 * def->noise;
     for (int i = 0; i < n; ++i)
         if (!isfinite(error[i])) return INFINITY;

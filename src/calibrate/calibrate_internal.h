@@ -87,7 +87,7 @@ OmStatus om__calibrate_nlopt(OmSearch* s, OmNloptMethod method, const double* u0
                              const double* hi, int max_eval, int patience, bool* is_done);
 
 /// The cost that counts as risen from the least: c^2 + ((1 + rise)^2 - 1) max(c, noise)^2, squared.
-double om__calibrate_limit(const OmCalibrationDef* def, double least);
+double om__calibrate_limit(const OmCalibrationDef* def, double min);
 /// Profiles along each parameter around the best evaluation, then pairs of parameters.
 /// @param mesh_limit  cost that bounds the intervals with the error of the mesh, where it exceeds the other limit
 OmStatus om__calibrate_profile(OmSearch* s, double mesh_limit, OmCalibrationProfile* profile);

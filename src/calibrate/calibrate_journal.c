@@ -129,8 +129,8 @@ static OmStatus append_header(OmText* t, const OmCalibrationDef* def, uint64_t p
 static OmStatus check_rest(const OmJournal* j, const OmText* header, size_t whole, size_t size) {
     static const char record[] = "{\"k\":";
     const char* ours = whole ? record : header->str;
-    size_t most = whole ? sizeof record - 1 : header->len, n = size - whole;
-    OM_CHECK(memcmp(j->text + whole, ours, n < most ? n : most) == 0 && (whole || n < most),
+    size_t max = whole ? sizeof record - 1 : header->len, n = size - whole;
+    OM_CHECK(memcmp(j->text + whole, ours, n < max ? n : max) == 0 && (whole || n < max),
              OM_INVALID, "%s: its last line is not of a journal; move the file away", j->path);
     return OM_OK;
 }

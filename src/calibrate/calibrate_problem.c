@@ -116,7 +116,7 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
         seen[i].x = seen[i].landmark == OM_SEEN_FORCE ? om_quat_rotate(pose.q, seen[i].x)
                                                       : om_pose_apply(pose, seen[i].x);
     }
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(om__calibrate_build, body);
+    OmCalibrationTissueDef def = om_calibration_tissue_default_def(om__calibrate_build, body);
     OM_TRY_DONE(choose_cloud_points(&p->twin.site.mesh, &cloud_point, &def.ncloud_point));
     def.cloud_point = cloud_point;
     def.contact = body->contact.nplane + body->contact.nsdf > 0 ? &body->contact : NULL;
@@ -124,7 +124,7 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
     def.nlandmark = s->nlandmark, def.landmark = name, def.rest = rest;
     def.nobservation = s->nseen, def.observation = seen;
     def.force_scale = p->file.search.force_scale;
-    status = om_calibrate_create_tissue(&def, p->start, tissue);
+    status = om_calibration_tissue_create(&def, p->start, tissue);
 done:
     om_free(seen);
     om_free(cloud_point);
@@ -217,50 +217,50 @@ static OmStatus load(const char* path, const char* observations, OmCalibrationPr
     return check_effects(path, p);
 }
 
-OmStatus om_calibrate_load_problem(const char* path, const char* observations,
-                                   OmCalibrationProblem** problem) {
+OmStatus om_calibration_problem_load(const char* path, const char* observations,
+                                     OmCalibrationProblem** problem) {
     *problem = NULL;
     OmCalibrationProblem* p = om_calloc(1, sizeof *p);
     if (!p) return OM_NO_MEMORY;
     OmStatus status = load(path, observations, p);
     if (status < 0) {
-        om_calibrate_destroy_problem(p);
+        om_calibration_problem_destroy(p);
         return status;
     }
     *problem = p;
     return OM_OK;
 }
 
-void om_calibrate_destroy_problem(OmCalibrationProblem* p) {
+void om_calibration_problem_destroy(OmCalibrationProblem* p) {
     if (!p) return;
-    om_calibrate_destroy_tissue(p->tissue);
+    om_calibration_tissue_destroy(p->tissue);
     for (int i = 0; i < OM_CALIBRATION_MAX_PATH; ++i) om_probe_destroy(p->probe[i]);
     om_site_done(&p->twin.site);
     om_free(p->sights.seen);
     om_free(p);
 }
 
-const char* om_calibrate_problem_input(const OmCalibrationProblem* p, int index) {
+const char* om_calibration_problem_input(const OmCalibrationProblem* p, int index) {
     return index >= 0 && index < 4 && p->input[index][0] ? p->input[index] : NULL;
 }
 
-const double* om_calibrate_problem_start(const OmCalibrationProblem* p) { return p->start; }
+const double* om_calibration_problem_start(const OmCalibrationProblem* p) { return p->start; }
 
-const OmCalibrationSeen* om_calibrate_problem_seen(const OmCalibrationProblem* p, int* n) {
+const OmCalibrationSeen* om_calibration_problem_seen(const OmCalibrationProblem* p, int* n) {
     *n = p->sights.nseen;
     return p->sights.seen;
 }
 
-int om_calibrate_problem_npoint(const OmCalibrationProblem* p) {
+int om_calibration_problem_npoint(const OmCalibrationProblem* p) {
     return om__calibrate_ncloud(p->tissue);
 }
 
-OmStatus om_calibrate_run_points(const OmCalibrationProblem* p, const double* param, int path,
-                                 double* x) {
+OmStatus om_calibration_run_points(const OmCalibrationProblem* p, const double* param, int path,
+                                   double* x) {
     OmStatus status = om__calibrate_run_cloud(p->tissue, param, path, x);
     if (status != OM_OK) return status;
     OmPose back = om_pose_inverse(p->twin.site.pose_world_task);
-    int n = p->sights.nlevel[path] * om_calibrate_problem_npoint(p);
+    int n = p->sights.nlevel[path] * om_calibration_problem_npoint(p);
     for (int i = 0; i < n; ++i) om_store3(x, i, om_pose_apply(back, om_load3(x, i)));
     return OM_OK;
 }
@@ -283,7 +283,7 @@ static OmStatus predict(const OmCalibrationProblem* p, const double* param,
     OmStatus status = OM_OK;
     for (int path = 0; status == OM_OK && path < p->file.npath; ++path) {
         if (s->nlevel[path] == 0) continue;
-        status = om_calibrate_run_path(p->tissue, param, path, x, force);
+        status = om_calibration_path_run(p->tissue, param, path, x, force);
         for (int i = 0; status == OM_OK && i < s->nseen; ++i) {
             OmCalibrationSeen* o = &seen[i];
             if (s->seen[i].path != path) continue;
@@ -316,9 +316,9 @@ static OmStatus eval_finer(void* ctx, const double* param, int nworker, double* 
     if (n > 0 && coarse > 0) fine->spring_share = (double)coarse / n;
     *ratio = cbrt((double)fine->site.mesh.nvert / p->twin.site.mesh.nvert);
     OM_TRY_DONE(make_tissue(p, fine, seen, &tissue));
-    status = om_calibrate_eval_tissue(tissue, param, nworker, error);
+    status = om_calibration_tissue_eval(tissue, param, nworker, error);
 done:
-    om_calibrate_destroy_tissue(tissue);
+    om_calibration_tissue_destroy(tissue);
     om_free(seen);
     om_site_done(&fine->site);
     om_free(fine);
@@ -326,15 +326,15 @@ done:
                                 : status;  // the scene has no finer mesh that can be walked
 }
 
-OmCalibrationDef om_calibrate_problem_search(const OmCalibrationProblem* p) {
-    OmCalibrationDef def = om_calibrate_tissue_search(p->tissue);
+OmCalibrationDef om_calibration_problem_search(const OmCalibrationProblem* p) {
+    OmCalibrationDef def = om_calibration_tissue_search(p->tissue);
     if (p->scene.tissue.model == OM_ENGINE_FEM) def.eval_finer = eval_finer;
     const SearchItem* s = &p->file.search;
     for (int i = 0; i < p->file.nparam; ++i) {
         const ParamItem* item = &p->file.param[i];
         const SceneKey* key = key_of(p, i);
-        om_calibrate_add_param(&def, key->name, item->min * key->unit, item->max * key->unit,
-                               p->start[i], item->is_log);
+        om_calibration_add_param(&def, key->name, item->min * key->unit, item->max * key->unit,
+                                 p->start[i], item->is_log);
         def.param[i].unit = key->unit;
     }
     def.title = p->file.title;

@@ -152,7 +152,7 @@ static OmStatus check(const ProblemFile* f, const char* path) {
 
 OmStatus om__calibrate_read_problem(const char* path, ProblemFile* f) {
     memset(f, 0, sizeof *f);
-    OmCalibrationDef def = om_calibrate_default_def(NULL, NULL, 0);
+    OmCalibrationDef def = om_calibration_default_def(NULL, NULL, 0);
     snprintf(f->title, sizeof f->title, "%s", def.title);
     f->search = (SearchItem){.global = (int)def.global,
                              .local = (int)def.local,

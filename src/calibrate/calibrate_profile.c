@@ -19,9 +19,9 @@ int om__calibrate_profile_count(int nparam) {
     return 2 * NSIDE * nparam + 2 * nparam * (nparam - 1);
 }
 
-double om__calibrate_limit(const OmCalibrationDef* def, double least) {
-    double scale = fmax(least, def->noise);
-    return sqrt(least * least + def->rise * (2 + def->rise) * scale * scale);
+double om__calibrate_limit(const OmCalibrationDef* def, double min) {
+    double scale = fmax(min, def->noise);
+    return sqrt(min * min + def->rise * (2 + def->rise) * scale * scale);
 }
 
 // ---- along the axes -------------------------------------------------------------------------------

@@ -216,20 +216,20 @@ static OmStatus add_convergence(const Leaf* l, OmReport* report) {
     int n = l->r->neval;
     double* x = om_alloc(3 * (size_t)n, sizeof *x);
     if (!x) return OM_NO_MEMORY;
-    double *all = x + n, *best = all + n, least = INFINITY, most = 0;
+    double *all = x + n, *best = all + n, min = INFINITY, max = 0;
     for (int i = 0; i < n; ++i) {
-        least = fmin(least, l->r->trace[i]);
-        if (isfinite(l->r->trace[i])) most = fmax(most, l->r->trace[i]);
+        min = fmin(min, l->r->trace[i]);
+        if (isfinite(l->r->trace[i])) max = fmax(max, l->r->trace[i]);
         x[i] = i + 1;
         all[i] = 1e3 * l->r->trace[i];
-        best[i] = 1e3 * least;
+        best[i] = 1e3 * min;
     }
     double event[2] = {1.5 + l->r->nglobal, 1.5 + l->r->nglobal + l->r->nlocal};
     OmReportChart chart = {.title = "Convergence: global search, local search, sensitivity",
                            .x_label = "evaluation",
                            .y_label = "error, mm",
                            .nseries = 2,
-                           .is_log_y = most > 10 * l->r->cost,
+                           .is_log_y = max > 10 * l->r->cost,
                            .has_limit = l->def->noise > 0,
                            .limit = 1e3 * l->def->noise,
                            .limit_name = "noise",

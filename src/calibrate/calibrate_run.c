@@ -105,7 +105,7 @@ static OmStatus run_local(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
 static OmStatus look_finer(OmSearch* s, OmCalibrationResult* r) {
     const OmCalibrationDef* d = s->def;
     if (!d->eval_finer) return OM_OK;
-    double param[OM_CALIBRATION_MAX_PARAM], ratio = 1, least = s->cost[s->best];
+    double param[OM_CALIBRATION_MAX_PARAM], ratio = 1, min = s->cost[s->best];
     for (int k = 0; k < s->n; ++k)
         param[k] = om__calibrate_from_unit(&d->param[k], best_point(s)[k]);
     double* error = om_alloc(2 * (size_t)d->nerror, sizeof *error);
@@ -115,10 +115,10 @@ static OmStatus look_finer(OmSearch* s, OmCalibrationResult* r) {
     r->has_mesh = status == OM_OK && ratio > 1;
     if (r->has_mesh) {
         r->mesh_ratio = ratio;
-        r->mesh_difference = om_calibrate_eval_norm(d, d->nerror, error, error + d->nerror);
+        r->mesh_difference = om_calibration_norm_eval(d, d->nerror, error, error + d->nerror);
         r->mesh_cost = r->mesh_difference / (1 - 1 / (ratio * ratio));
         r->has_mesh = isfinite(r->mesh_cost);
-        r->is_of_mesh = r->has_mesh && r->mesh_cost > (d->noise > 0 ? d->noise : least);
+        r->is_of_mesh = r->has_mesh && r->mesh_cost > (d->noise > 0 ? d->noise : min);
     }
     om_free(error);
     return status < 0 ? status : OM_OK;
@@ -172,8 +172,8 @@ static OmStatus fill_result(OmSearch* s, OmCalibrationResult* r) {
     return OM_OK;
 }
 
-OmStatus om_calibrate_run(const OmCalibrationDef* def, const OmProgress* progress,
-                          OmCalibrationResult* result) {
+OmStatus om_calibration_run(const OmCalibrationDef* def, const OmProgress* progress,
+                            OmCalibrationResult* result) {
     memset(result, 0, sizeof *result);
     OM_TRY(om__calibrate_check(def));
     OmStatus status;
@@ -197,11 +197,11 @@ done:
     om_folder_end(&folder);
     om_free(s.u);
     om_free(s.cost);
-    if (status < 0) om_calibrate_result_done(result);
+    if (status < 0) om_calibration_result_done(result);
     return status;
 }
 
-void om_calibrate_result_done(OmCalibrationResult* result) {
+void om_calibration_result_done(OmCalibrationResult* result) {
     if (!result) return;
     om_free(result->error_start);
     om_free(result->error);

@@ -60,7 +60,7 @@ static void evaluate(Batch* b, int i) {
         status = def->eval(def->ctx, p, b->inner, e);
         if (status > 0)
             for (int m = 0; m < def->nerror; ++m) e[m] = INFINITY;
-        if (status >= 0) b->cost[i] = om_calibrate_eval_norm(def, def->nerror, e, sorted);
+        if (status >= 0) b->cost[i] = om_calibration_norm_eval(def, def->nerror, e, sorted);
     }
     b->status[i] = status < 0 ? status : OM_OK;
     if (status < 0) snprintf(b->message[i], sizeof b->message[i], "%s", om_error_message());

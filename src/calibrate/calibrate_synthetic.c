@@ -78,7 +78,7 @@ static OmStatus append_cloud(Maker* m, const char* level, const double* vert_x) 
     OM_CHECK(n > 0, OM_INVALID, "path %s: the camera sees nothing of the tissue",
              m->p->file.path[m->path].name);
     const OmMeshSet* top = om_tet_mesh_find_set(&m->p->twin.site.mesh, "top");
-    int most = 4 * (top && top->nvert ? top->nvert : m->skin.nvert), every = (n + most - 1) / most;
+    int max = 4 * (top && top->nvert ? top->nvert : m->skin.nvert), every = (n + max - 1) / max;
     for (int i = every / 2; i < n; i += every)
         OM_TRY(append_row(m, level, "cloud",
                           om_scale(1e3, om_pose_apply(m->back, om_load3(m->cloud, i)))));
@@ -153,8 +153,8 @@ done:
     return status;
 }
 
-OmStatus om_calibrate_save_synthetic(const OmCalibrationProblem* p, const double* param,
-                                     double noise, uint64_t seed, const char* path) {
+OmStatus om_calibration_save_synthetic(const OmCalibrationProblem* p, const double* param,
+                                       double noise, uint64_t seed, const char* path) {
     OM_CHECK(noise >= 0 && isfinite(noise), OM_INVALID, "noise is %g: at least 0", noise);
     for (int i = 0; i < 4; ++i)
         if (p->input[i][0]) OM_TRY(om_path_check_apart(p->input[i], path));

@@ -30,7 +30,7 @@ struct OmCalibrationTissue {
     const char** landmark_name;  // (nlandmark + 2)
 };
 
-OmCalibrationTissueDef om_calibrate_default_tissue_def(OmCalibrationBuildFn build, void* ctx) {
+OmCalibrationTissueDef om_calibration_tissue_default_def(OmCalibrationBuildFn build, void* ctx) {
     OmCalibrationTissueDef def = {
         .build = build, .ctx = ctx, .force_scale = 0.01, .cookie = COOKIE};
     return def;
@@ -53,7 +53,7 @@ static OmStatus check_seen(const OmCalibrationTissueDef* def, int i) {
 
 static OmStatus check(const OmCalibrationTissueDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "the definition was not made by om_calibrate_default_tissue_def");
+             "the definition was not made by om_calibration_tissue_default_def");
     OM_CHECK(def->build, OM_INVALID, "build is null");
     OM_CHECK(def->npath >= 1 && def->path, OM_INVALID, "there is no path");
     for (int i = 0; i < def->npath; ++i) OM_TRY(om__calibrate_check_path(&def->path[i], i));
@@ -214,22 +214,22 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
     return status == OM_OK ? make_labels(def, t) : status;
 }
 
-OmStatus om_calibrate_create_tissue(const OmCalibrationTissueDef* def, const double* start,
-                                    OmCalibrationTissue** tissue) {
+OmStatus om_calibration_tissue_create(const OmCalibrationTissueDef* def, const double* start,
+                                      OmCalibrationTissue** tissue) {
     *tissue = NULL;
     OM_TRY(check(def));
     OmCalibrationTissue* t = om_calloc(1, sizeof *t);
     if (!t) return OM_NO_MEMORY;
     OmStatus status = make(def, start, t);
     if (status != OM_OK) {
-        om_calibrate_destroy_tissue(t);
+        om_calibration_tissue_destroy(t);
         return status;
     }
     *tissue = t;
     return OM_OK;
 }
 
-void om_calibrate_destroy_tissue(OmCalibrationTissue* t) {
+void om_calibration_tissue_destroy(OmCalibrationTissue* t) {
     if (!t) return;
     for (int l = 0; t->cloud && l < t->level_adr[t->def.npath]; ++l)
         om_point_tree_destroy(t->cloud[l]);
@@ -327,7 +327,7 @@ static OmStatus evaluate(Evaluation* e, int nworker) {
     return worst;
 }
 
-OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker, double* error) {
+OmStatus om_calibration_tissue_eval(void* tissue, const double* param, int nworker, double* error) {
     const OmCalibrationTissue* t = tissue;
     Evaluation e = {.t = t, .error = error};
     OmTissueModel* model = NULL;
@@ -344,8 +344,9 @@ OmStatus om_calibrate_eval_tissue(void* tissue, const double* param, int nworker
 
 void* om__calibrate_tissue_ctx(const OmCalibrationTissue* t) { return t->def.ctx; }
 
-OmCalibrationDef om_calibrate_tissue_search(const OmCalibrationTissue* t) {
-    OmCalibrationDef def = om_calibrate_default_def(om_calibrate_eval_tissue, (void*)t, t->nerror);
+OmCalibrationDef om_calibration_tissue_search(const OmCalibrationTissue* t) {
+    OmCalibrationDef def =
+        om_calibration_default_def(om_calibration_tissue_eval, (void*)t, t->nerror);
     def.label = t->label;
     def.nexperiment = t->def.npath;
     def.experiment = t->path_name;
@@ -375,8 +376,8 @@ static OmStatus run_path(const double* param, Look look) {
     return status;
 }
 
-OmStatus om_calibrate_run_path(const OmCalibrationTissue* t, const double* param, int path,
-                               double* x, double* force) {
+OmStatus om_calibration_path_run(const OmCalibrationTissue* t, const double* param, int path,
+                                 double* x, double* force) {
     return run_path(param, (Look){.t = t, .path = path, .out_x = x, .out_force = force});
 }
 

@@ -177,8 +177,8 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
         w.direction = om_normalize(path->direction);
         w.turn = tool_turn(path, w.direction);
     }
-    OmStatus status = om_tissue_create_state(model, &w.state);
-    if (status == OM_OK) status = om_tissue_create_work(model, &w.work);
+    OmStatus status = om_tissue_state_create(model, &w.state);
+    if (status == OM_OK) status = om_tissue_work_create(model, &w.work);
     if (status == OM_OK && contact) status = om_contact_create(contact, model, &w.contact);
     if (status == OM_OK && path->kind == OM_PATH_PRESS && om_tissue_moves_itself(model)) {
         const OmTissueObstacle* still;
@@ -190,7 +190,7 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
     om_free(w.obstacle);
     om_contact_destroy(w.contact);
     om_press_destroy(w.press);
-    om_tissue_destroy_work(w.work);
-    om_tissue_destroy_state(w.state);
+    om_tissue_work_destroy(w.work);
+    om_tissue_state_destroy(w.state);
     return status < 0 ? om_error_prefix(status, "path %s", path->name) : status;
 }

@@ -92,14 +92,14 @@ static OmStatus set_value(const OmCalibrationDef* def, const char* word, double*
 static int write_synthetic(const OmCliArgs* args, const OmCalibrationProblem* problem,
                            const OmCalibrationDef* def) {
     double param[OM_CALIBRATION_MAX_PARAM];
-    memcpy(param, om_calibrate_problem_start(problem), (size_t)def->nparam * sizeof *param);
+    memcpy(param, om_calibration_problem_start(problem), (size_t)def->nparam * sizeof *param);
     const char *word, *out = om_cli_get(args, "--synthetic");
     OmStatus status = om_file_check_ours(out, NULL);
     for (int i = 0; status == OM_OK && (word = om_cli_get_nth(args, "--set", i)); ++i)
         status = set_value(def, word, param);
     if (status == OM_OK)
-        status = om_calibrate_save_synthetic(problem, param, def->noise / sqrt(8 / OM_PI),
-                                             def->seed, out);
+        status = om_calibration_save_synthetic(problem, param, def->noise / sqrt(8 / OM_PI),
+                                               def->seed, out);
     if (status < 0) return om_cli_fail("calibrate", status);
     om_cli_clean_beside(out);
     printf("synthetic observations: %s\n", out);
@@ -128,11 +128,11 @@ static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     def.out_dir = om_cli_get(args, "--output");
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
-    if (status == OM_OK) status = om_calibrate_run(&def, progress, &result);
+    if (status == OM_OK) status = om_calibration_run(&def, progress, &result);
     if (status < 0) return om_cli_fail_kept("calibrate", status);
     om_cli_progress_done();
     print_result(&def, &result);
-    om_calibrate_result_done(&result);
+    om_calibration_result_done(&result);
     return status == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
 
@@ -144,7 +144,7 @@ static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* di
         char path[1024];
         const char* input;
         OM_TRY(om_path_join(dir, name[k], path, sizeof path));
-        for (int i = 0; (input = om_calibrate_problem_input(problem, i)) != NULL; ++i)
+        for (int i = 0; (input = om_calibration_problem_input(problem, i)) != NULL; ++i)
             OM_TRY(om_path_check_apart(input, path));
     }
     return OM_OK;
@@ -157,21 +157,21 @@ int om_cli_calibrate(int argc, char** argv) {
         return OM_EXIT_USAGE;
     }
     OmCalibrationProblem* problem;
-    OmStatus status = om_calibrate_load_problem(om_cli_positional(&args, 0),
-                                                om_cli_get(&args, "--observations"), &problem);
+    OmStatus status = om_calibration_problem_load(om_cli_positional(&args, 0),
+                                                  om_cli_get(&args, "--observations"), &problem);
     if (status < 0) return om_cli_fail("calibrate", status);
     status = check_inputs(problem, om_cli_get(&args, "--output"));
     if (status < 0) {
-        om_calibrate_destroy_problem(problem);
+        om_calibration_problem_destroy(problem);
         return om_cli_fail("calibrate", status);
     }
-    OmCalibrationDef def = om_calibrate_problem_search(problem);
+    OmCalibrationDef def = om_calibration_problem_search(problem);
     int seed = (int)def.seed;
     om_cli_int(&args, "--seed", &seed);  // looked at before
     def.seed = (uint64_t)seed;
     int code = om_cli_get(&args, "--synthetic") ? write_synthetic(&args, problem, &def)
                                                 : calibrate(&args, &def);
-    om_calibrate_destroy_problem(problem);
+    om_calibration_problem_destroy(problem);
     return code;
 }
 

@@ -50,7 +50,7 @@ static void print_list(const OmModelDef* def, const OmLabelList* list) {
 
 static OmStatus list_volume(const OmModelDef* def, const OmProgress* progress) {
     OmLabelList list;
-    OM_TRY(om_model_list_labels(def->input, def->volume, progress, &list));
+    OM_TRY(om_label_list_load(def->input, def->volume, progress, &list));
     om_cli_progress_done();
     print_list(def, &list);
     om_label_list_done(&list);

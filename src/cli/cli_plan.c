@@ -79,7 +79,7 @@ typedef struct Description {
     bool visible;
     TriedEntry tried[OM_PLAN_MAX_BLOCK];
     int ntried;
-    ArmEntry arm[OM_PLAN_NARM];
+    ArmEntry arm[OM_MAX_ARM];
 } Description;
 
 static const OmYamlField tried_field[] = {
@@ -165,7 +165,7 @@ static OmStatus read_file(const char* path, OmSituation* s) {
             (uint8_t)((t->grasp ? OM_TRIED_GRASP : 0) | (t->fold_towards ? OM_TRIED_MOVE_ROI : 0) |
                       (t->fold_away ? OM_TRIED_MOVE_AWAY : 0));
     }
-    for (int i = 0; i < OM_PLAN_NARM; i++) {
+    for (int i = 0; i < OM_MAX_ARM; i++) {
         const ArmEntry* e = &d->arm[i];
         const char* name = i == 0 ? ": psm1" : ": psm2";
         OmArmSituation* a = &s->arm[i];

@@ -74,13 +74,13 @@ static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
 int om_cli_study_calibration(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyCalibrationSummary summary;
-    OmStudyCalibrationDef def = om_study_default_calibration_def(om_cli_get(&args, "--output"));
+    OmStudyCalibrationDef def = om_study_calibration_default_def(om_cli_get(&args, "--output"));
     if (read_def(&args, &def) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
-    OmStatus status = om_study_run_calibration(&def, progress, &summary);
+    OmStatus status = om_study_calibration_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);

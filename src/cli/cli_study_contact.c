@@ -136,12 +136,12 @@ static void print_result(const OmStudyContactSummary* r, const char* dir) {
 
 static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
     const char *mesh = om_cli_get(args, "--mesh"), *lesions = om_cli_get(args, "--lesions");
-    if (!mesh) return om_study_create_phantom(10, 1, body);
+    if (!mesh) return om_study_body_create_phantom(10, 1, body);
     double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
     OmVec3 up;
     OM_TRY(read_units(args, &unit, &lesion_unit));
     OM_TRY(read_up(om_cli_get(args, "--up"), &up));
-    OM_TRY(om_study_load_body(mesh, unit, lesions, lesion_unit, up, body));
+    OM_TRY(om_study_body_load(mesh, unit, lesions, lesion_unit, up, body));
     int n = om_study_count_outside(*body);
     if (n > 0)
         fprintf(stderr, "note: %d %s %s outside the body and left out\n", n,
@@ -156,7 +156,7 @@ static OmStatus check_args(const OmCliArgs* args) {
     OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
     OM_CHECK(!om_cli_get(args, "--mesh") == !om_cli_get(args, "--lesions"), OM_INVALID,
              "--mesh and --lesions go together");
-    OmStudyContactDef trial = om_study_default_contact_def(NULL, NULL);
+    OmStudyContactDef trial = om_study_contact_default_def(NULL, NULL);
     double unit = OM_UNIT_MM, lesion_unit = OM_UNIT_MM;
     OmVec3 up;
     OM_TRY(read_units(args, &unit, &lesion_unit));
@@ -175,11 +175,11 @@ int om_cli_study_contact(int argc, char** argv) {
     const char* const input[] = {om_cli_get(&args, "--mesh"), om_cli_get(&args, "--lesions")};
     OmStatus status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 2);
     if (status == OM_OK) status = get_body(&args, &body);
-    OmStudyContactDef def = om_study_default_contact_def(body, om_cli_get(&args, "--output"));
+    OmStudyContactDef def = om_study_contact_default_def(body, om_cli_get(&args, "--output"));
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
     if (status == OM_OK) status = read_def(&args, &def);
-    if (status == OM_OK) status = om_study_run_contact(&def, progress, &summary);
-    om_study_destroy_body(body);
+    if (status == OM_OK) status = om_study_contact_run(&def, progress, &summary);
+    om_study_body_destroy(body);
     if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);

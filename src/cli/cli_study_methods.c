@@ -83,7 +83,7 @@ int om_cli_study_methods(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     OmStudyMethodsSummary summary;
     char weights[1024] = "";
-    OmStudyMethodsDef def = om_study_default_methods_def(om_cli_get(&args, "--output"), weights);
+    OmStudyMethodsDef def = om_study_methods_default_def(om_cli_get(&args, "--output"), weights);
     if (read_def(&args, &def) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -92,7 +92,7 @@ int om_cli_study_methods(int argc, char** argv) {
     OmStatus status = om_cli_weights_path(&args, weights, sizeof weights);
     const char* const input[] = {weights};
     if (status == OM_OK) status = om_cli_check_apart(def.out_dir, input, 1);
-    if (status == OM_OK) status = om_study_run_methods(&def, progress, &summary);
+    if (status == OM_OK) status = om_study_methods_run(&def, progress, &summary);
     if (status < 0) return om_cli_fail_kept("study", status);
     om_cli_progress_done();
     print_result(&summary, def.out_dir);

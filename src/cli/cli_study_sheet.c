@@ -57,7 +57,7 @@ static void print_result(const OmStudySheetSummary* r, const char* dir) {
 
 int om_cli_study_sheet(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    OmStudySheetDef def = om_study_default_sheet_def(om_cli_get(&args, "--output"));
+    OmStudySheetDef def = om_study_sheet_default_def(om_cli_get(&args, "--output"));
     if (read_def(&args, &def) < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -65,7 +65,7 @@ int om_cli_study_sheet(int argc, char** argv) {
     om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
     OmStudySheetSummary summary;
     const OmProgress* progress = om_cli_progress(om_cli_get(&args, "--quiet") != NULL);
-    OmStatus status = om_study_run_sheet(&def, progress, &summary);
+    OmStatus status = om_study_sheet_run(&def, progress, &summary);
     om_cli_progress_done();
     if (status < 0) return om_cli_fail_kept("study", status);
     print_result(&summary, def.out_dir);

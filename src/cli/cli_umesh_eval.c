@@ -48,12 +48,12 @@ static OmStatus write_json(const OmUmeshEval* e, const char* dir) {
     om_json_number(&json, "linear_worst_mm", 1e3 * e->linear_worst);
     om_json_number(&json, "linear_ms_median", e->linear_ms);
     om_json_number(&json, "cycles_mean", e->mean_cycle);
-    om_json_integer(&json, "cycles_most", e->most_cycle);
+    om_json_integer(&json, "cycles_max", e->max_cycle);
     om_json_integer(&json, "inverted", e->ninverted);
     om_json_integer(&json, "beyond_estimate", e->nbeyond);
     om_json_number(&json, "largest_displacement_mm", 1e3 * e->max_u);
     om_json_number(&json, "prediction_ms_median", e->ms_median);
-    om_json_number(&json, "prediction_ms_least", e->ms_least);
+    om_json_number(&json, "prediction_ms_min", e->ms_min);
     om_json_integer(&json, "inside", e->ninside);
     om_json_close(&json, '}');
     return om_json_save(&json, path);
@@ -112,9 +112,9 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     OM_TRY(om_cli_check_apart(record, input, 2));
     if (record) OM_TRY(om_file_check_ours(record, "omentum-umesh"));
     om_cli_clean_beside(record);
-    OM_TRY(om_umesh_load_net(weights, &net));
+    OM_TRY(om_umesh_net_load(weights, &net));
     if (dir) OM_TRY_DONE(om_folder_open(dir, OM_UMESH_NET_KIND, &folder));
-    OM_TRY_DONE(om_umesh_load_data(om_cli_get(args, "--data"), nsample, &data));
+    OM_TRY_DONE(om_umesh_data_load(om_cli_get(args, "--data"), nsample, &data));
     OM_TRY_DONE(om_umesh_eval(net, &data, 0, data.nsample, 1e-3 * tolerance, nworker, &e));
     if (dir) OM_TRY_DONE(write_json(&e, dir));
     if (dir) OM_TRY_DONE(write_errors(&e, data.sample, dir));
@@ -134,7 +134,7 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     printf("the network alone leaves %.1f %% of the error of linear elasticity alone\n",
            1e2 * e.network_mean / fmax(e.alone_mean, 1e-12));
     if (e.mean_cycle > 0) {
-        printf("refined by %.1f cycles, at most %d\n", e.mean_cycle, e.most_cycle);
+        printf("refined by %.1f cycles, at most %d\n", e.mean_cycle, e.max_cycle);
         printf(
             "linear elasticity, refined without the network: %.4f mm, worst %.4f; %.2f ms (median)\n",
             1e3 * e.linear_mean, 1e3 * e.linear_worst, e.linear_ms);
@@ -144,7 +144,7 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     } else {
         printf("not refined: the samples are of another law, or the grid is too large\n");
     }
-    printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_least, e.ms_most);
+    printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_min, e.ms_max);
     printf("taken for known: %d of %d\n", e.ninside, e.n);
     *is_met = 1e3 * e.mean <= BAR_MEAN && 1e3 * e.worst <= BAR_WORST;
     printf("the bars: mean %g mm %s, worst %g mm %s, median %g ms %s\n", BAR_MEAN,
@@ -155,7 +155,7 @@ done:
     om_folder_end(&folder);
     om_umesh_eval_done(&e);
     om_umesh_data_done(&data);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     return status;
 }
 

@@ -169,21 +169,21 @@ static OmStatus say_estimate(const OmUmeshDataDef* def, int nelem) {
 static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def) {
     OmUmeshOrgan* organ;
     OmUmeshSummary summary;
-    OM_TRY(om_umesh_create_organ(organ_def, &organ));
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, om_cli_get(args, "--output"));
+    OM_TRY(om_umesh_organ_create(organ_def, &organ));
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, om_cli_get(args, "--output"));
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OmStatus status = read_data(args, &def);
-    if (status == OM_OK) status = say_estimate(&def, om_umesh_grid(organ)->mesh.nelem);
+    if (status == OM_OK) status = say_estimate(&def, om_umesh_organ_grid(organ)->mesh.nelem);
     if (status == OM_OK) status = om_umesh_generate(&def, progress, &summary);
     om_cli_progress_done();
-    if (status == OM_OK) print_summary(om_umesh_grid(organ), &summary, def.out_dir);
-    om_umesh_destroy_organ(organ);
+    if (status == OM_OK) print_summary(om_umesh_organ_grid(organ), &summary, def.out_dir);
+    om_umesh_organ_destroy(organ);
     return status;
 }
 
 static OmStatus check_args(const OmCliArgs* args, OmUmeshOrganDef* organ) {
     int npositional;
-    OmUmeshDataDef def = om_umesh_default_data_def(NULL, NULL);
+    OmUmeshDataDef def = om_umesh_data_default_def(NULL, NULL);
     OM_TRY(om_cli_check(args, 0, &npositional));
     OM_CHECK(om_cli_get(args, "--output"), OM_INVALID, "no output folder is given; add -o DIR");
     OM_TRY(read_grid(args, organ));
@@ -192,7 +192,7 @@ static OmStatus check_args(const OmCliArgs* args, OmUmeshOrganDef* organ) {
 
 int om_cli_umesh_generate(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     Source source = {0};
     if (check_args(&args, &def) < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());

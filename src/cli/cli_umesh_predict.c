@@ -88,7 +88,7 @@ static OmStatus place_probe(Press* p) {
     p->patch.along = om_add(om_scale(cos(angle), p->patch.along), om_scale(sin(angle), across));
     OM_ALLOC(p->mask, p->grid->mesh.nnode);
     OM_ALLOC(p->u, 3 * (size_t)p->grid->mesh.nnode);
-    p->nmasked = om_umesh_select_patch(p->grid, &p->patch, p->mask);
+    p->nmasked = om_umesh_patch_select(p->grid, &p->patch, p->mask);
     OM_CHECK(p->nmasked > 0, OM_INVALID,
              "no node of the skin lies under the probe there; try --turn");
     return OM_OK;
@@ -107,18 +107,18 @@ static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTru
     OmStatus status = OM_OK;
     double tolerance = 1e3 * OM_UMESH_TOLERANCE;
     OM_TRY(om_cli_double(p->args, "--tolerance", &tolerance));
-    OM_TRY(om_umesh_create_predictor(net, nworker, &predictor));
+    OM_TRY(om_umesh_predictor_create(net, nworker, &predictor));
     p->tolerance = 1e-3 * tolerance;
-    om_umesh_set_refinement(predictor, p->tolerance, tolerance > 0 ? MAX_CYCLE : 0);
-    om_umesh_set_linear(predictor, om_cli_get(p->args, "--linear") != NULL);
+    om_umesh_predictor_set_refinement(predictor, p->tolerance, tolerance > 0 ? MAX_CYCLE : 0);
+    om_umesh_predictor_set_linear(predictor, om_cli_get(p->args, "--linear") != NULL);
     for (int k = 0; k < NREPEAT && status >= 0; ++k) {
         set_way(p);
         double begin = om_clock_now();
         status = om_umesh_predict(predictor, p->mask, p->u, trust);
         ms[k] = 1e3 * (om_clock_now() - begin);
     }
-    const OmUmeshRefinement refined = p->refined = om_umesh_refinement(predictor);
-    om_umesh_destroy_predictor(predictor);
+    const OmUmeshRefinement refined = p->refined = om_umesh_predictor_refinement(predictor);
+    om_umesh_predictor_destroy(predictor);
     if (status < 0) return status;
     om_sort_doubles(ms, NREPEAT);
     om_cli_figure("prediction_ms", ms[NREPEAT / 2]);
@@ -211,7 +211,7 @@ static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* pa
         printf(
             "beside the probe %d of %d tetrahedra are inverted at equilibrium; in the file %d nodes are moved off "
             "equilibrium to untangle them, by up to %.2f mm (mean over all nodes %.3f mm)\n",
-            untangling.ninverted, mesh.ntet, untangling.nmoved, 1e3 * untangling.most,
+            untangling.ninverted, mesh.ntet, untangling.nmoved, 1e3 * untangling.max,
             1e3 * untangling.mean);
 done:
     om_free(u);
@@ -251,13 +251,13 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     if (onnx) OM_TRY(om_file_check_ours(onnx, "omentum"));
     om_cli_clean_beside(out);
     om_cli_clean_beside(onnx);
-    OM_TRY(om_umesh_load_net(weights, &net));
+    OM_TRY(om_umesh_net_load(weights, &net));
     Press p = {.args = args, .grid = om_umesh_net_grid(net)};
     OmStatus status;
     OM_TRY_DONE(place_probe(&p));
     OM_TRY_DONE(predict(&p, net, nworker, &trust));
     OM_TRY_DONE(print_points(&p));
-    if (onnx) OM_TRY_DONE(om_umesh_save_onnx(net, onnx));
+    if (onnx) OM_TRY_DONE(om_umesh_net_save_onnx(net, onnx));
     bool is_valid = is_refined(&p);
     if (out && !is_valid) printf("%s is not written\n", out);
     if (out && is_valid) {
@@ -275,7 +275,7 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
 done:
     om_free(p.mask);
     om_free(p.u);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     return status;
 }
 

@@ -54,7 +54,7 @@ static void join_command(int argc, char** argv, char* out, size_t size) {
 static OmStatus train(const OmCliArgs* args, const OmUmeshData* data) {
     char command[512];
     OmUmeshTrainSummary summary;
-    OmUmeshTrainDef def = om_umesh_default_train_def(data, om_cli_get(args, "--output"));
+    OmUmeshTrainDef def = om_umesh_train_default_def(data, om_cli_get(args, "--output"));
     OM_TRY(read_def(args, &def));
     join_command(args->argc, args->argv, command, sizeof command);
     def.command = command;
@@ -91,7 +91,7 @@ int om_cli_umesh_train(int argc, char** argv) {
     const char* const input[] = {om_cli_get(&args, "--data")};
     status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
     if (status < 0) return om_cli_fail("umesh", status);
-    status = om_umesh_load_data(input[0], nsample, &data);
+    status = om_umesh_data_load(input[0], nsample, &data);
     if (status < 0) return om_cli_fail("umesh", status);
     status = train(&args, &data);
     om_umesh_data_done(&data);

@@ -234,8 +234,8 @@ static double predicted(const OmPressLcp* c, int i, double h) {
 
 // Into the disc of radius mu lambda_n.
 static void project_friction(double* lambda, double mu) {
-    double size = sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2]), most = mu * lambda[0];
-    double share = size > most ? most / size : 1;  // size > most >= 0
+    double size = sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2]), max = mu * lambda[0];
+    double share = size > max ? max / size : 1;  // size > most >= 0
     lambda[1] *= share;
     lambda[2] *= share;
 }
@@ -256,17 +256,17 @@ static double relax_friction(OmPress* p, int i, double h) {
 static void gauss_seidel(OmPress* p, double h, double small) {
     OmPressLcp* c = p->lcp;
     for (int sweep = 0; sweep < SWEEPS; ++sweep) {
-        double change = 0, most = 0;
+        double change = 0, max = 0;
         for (int k = 0; k < c->num; ++k) {
             if (c->touch[k] < 0) continue;
             int i = k * c->dim;
             double *lambda = c->lambda + i, old = lambda[0];
             lambda[0] = fmax(0, old - predicted(c, i, h) / (h * *entry(c, i, i)));
             change = fmax(change, fabs(lambda[0] - old));
-            most = fmax(most, lambda[0]);
+            max = fmax(max, lambda[0]);
             if (c->dim > 1) change = fmax(change, relax_friction(p, i, h));
         }
-        if (change <= small * most) return;
+        if (change <= small * max) return;
     }
 }
 
@@ -301,11 +301,11 @@ static OmStatus add_impulses(OmPress* p, OmTissueWork* w, double h) {
 static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
                      int* njoin) {
     OmPressLcp* c = p->lcp;
-    double most = 0, worst = 0;
+    double max = 0, worst = 0;
     *njoin = 0;
     for (int k = 0; k < c->num; ++k)
-        if (c->touch[k] >= 0) most = fmax(most, c->lambda[k * c->dim]);
-    double unit = most > 0 ? 1 / most : 0;
+        if (c->touch[k] >= 0) max = fmax(max, c->lambda[k * c->dim]);
+    double unit = max > 0 ? 1 / max : 0;
     for (int k = 0; k < c->num; ++k) {
         if (c->touch[k] < 0) continue;
         OmTouch* t = &p->touch[c->touch[k]];
@@ -323,7 +323,7 @@ static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, 
         double would[3] = {lambda[0]};
         for (int r = 1; r < 3; ++r) {
             delta[r] = om_dot(c->dir[k * c->dim + r], slip);
-            would[r] = lambda[r] - delta[r] * most / p->edge;
+            would[r] = lambda[r] - delta[r] * max / p->edge;
         }
         project_friction(would, p->def.friction);
         worst = fmax(worst, unit * hypot(would[1] - lambda[1], would[2] - lambda[2]));
@@ -413,11 +413,11 @@ static OmStatus move(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
 }
 
 // Columns, Gauss-Seidel and moves until all contacts meet their law, or solves run out.
-static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h, int most,
+static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h, int max,
                         OmTissueReport* report) {
     OmPressLcp* c = p->lcp;
     int njoin = 1;
-    while (p->report.nsolve < most - 1 &&
+    while (p->report.nsolve < max - 1 &&
            (njoin > 0 || p->report.complementarity > p->def.tolerance)) {
         if (c->ready < c->num) OM_TRY(solve_columns(p, w, c->ready * c->dim));
         c->ready = c->num;
@@ -447,7 +447,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     OmPress* p = ctx;
     OmTissueReport last = {0};
     OmStatus status = OM_OK;
-    int njoin, first = p->report.nsolve, most = first + p->def.max_iterations;
+    int njoin, first = p->report.nsolve, max = first + p->def.max_iterations;
     om__press_path(p, s, h);
     p->report.is_settled = false;
     om__press_detect(p, s, w, h);
@@ -457,11 +457,11 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         if (om__press_may_cut(p, h)) return status < 0 ? status : refuse(p, OM_INVALID);
         om__press_detect(p, s, w, h);
         first = p->report.nsolve;
-        most = first + p->def.max_iterations;
+        max = first + p->def.max_iterations;
     }
     OM_TRY(begin_contacts(p, s, h));
     bool is_done = false;
-    while (!is_done && p->report.nsolve < most) {
+    while (!is_done && p->report.nsolve < max) {
         OM_TRY(add_impulses(p, w, h));
         last = (OmTissueReport){0};
         status = om_tissue_solve_step(m, s, w, &last);
@@ -472,7 +472,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         if (is_first) drop_idle(p);
         is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
         if (!(p->report.complementarity < ASTRAY) && !is_first) break;
-        if (!is_done) OM_TRY(correct(p, s, w, h, most, report));
+        if (!is_done) OM_TRY(correct(p, s, w, h, max, report));
     }
     ++p->lcp->age;
     if (is_done && status == OM_OK && om__press_check_depth(p, s, w, h) == OM_OK) {

@@ -102,10 +102,10 @@ static bool renew(const OmPress* p, OmTouch* t, OmVec3 d, double h, bool is_damp
         t->damp = fmax(0.5 * t->damp, t->push * om_distance(t->n, was_n) / far);
     if (t->push == 0) t->damp = 0;
     if (p->def.friction > 0) {
-        double most = p->def.friction * t->push;
-        OmVec3 f = om_scale(-most / fmax(OM_PRESS_SLOW * h, om_norm(rel)), rel);
+        double max = p->def.friction * t->push;
+        OmVec3 f = om_scale(-max / fmax(OM_PRESS_SLOW * h, om_norm(rel)), rel);
         OmVec3 used = om_sub(t->rub, om_mat3_apply(t->rub_K, d));
-        has_slipped = om_distance(f, used) > SAME_RUB * most;
+        has_slipped = om_distance(f, used) > SAME_RUB * max;
         if (is_bent || has_slipped) lay_friction(p, t, d, h, false);
     }
     return is_bent || has_slipped;
@@ -243,15 +243,15 @@ OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, 
 // How far the touches are from Signorini's law, max |min(push / most, gap / edge)|; what springs give goes to
 // multipliers.
 static double take_over(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {
-    double most = 0, worst = 0;
+    double max = 0, worst = 0;
     for (int k = 0; k < p->ntouch; ++k)
-        if (p->touch[k].is_active) most = fmax(most, p->touch[k].push);
+        if (p->touch[k].is_active) max = fmax(max, p->touch[k].push);
     for (int k = 0; k < p->ntouch; ++k) {
         OmTouch* t = &p->touch[k];
         OmVec3 d = om__press_move(p, s, w, t->point, h);
         double gap = t->is_active ? t->gap + om_dot(t->n, d) - t->goal
                                   : om__press_gap(p, om_add(t->x, d)) - t->goal;
-        double push = t->is_active && most > 0 ? t->push / most : 0;
+        double push = t->is_active && max > 0 ? t->push / max : 0;
         worst = fmax(worst, fabs(fmin(push, gap / p->edge)));
         t->multiplier = t->is_active ? t->push : 0;
     }

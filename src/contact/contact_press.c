@@ -268,9 +268,8 @@ bool om__press_bend(const OmPress* p, OmTouch* t, OmVec3 x, double lean) {
     if (t->is_through && fabs(gap) > 0.25 * p->def.probe->thickness) return false;
     OmTouch now = *t;
     double off = om__press_linearise(p, &now, x) - gap;
-    double most = mu > 0 ? fmin(OM_PRESS_ANGLE, OM_PRESS_SHARE * mu) : OM_PRESS_ANGLE;
-    if (fabs(off) < OM_PRESS_FLAT * p->size && om_distance(now.n, t->n) + lean <= most)
-        return false;
+    double max = mu > 0 ? fmin(OM_PRESS_ANGLE, OM_PRESS_SHARE * mu) : OM_PRESS_ANGLE;
+    if (fabs(off) < OM_PRESS_FLAT * p->size && om_distance(now.n, t->n) + lean <= max) return false;
     om__press_linearise(p, t, om_add(t->x, predict_move(t, om_sub(x, t->x))));
     return true;
 }
@@ -298,11 +297,11 @@ static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) 
 // The guess for point i at x: as far as it is going, at first no farther than the probe goes and half an edge
 // (`most`; below 0: as far).
 static OmVec3 guess_move(const OmPress* p, const OmTissueState* s, const OmTissueWork* w, int i,
-                         double h, double most) {
-    if (most < 0) return om__press_move(p, s, w, i, h);
+                         double h, double max) {
+    if (max < 0) return om__press_move(p, s, w, i, h);
     OmVec3 d = om_scale(h, om__press_point(p, om_tissue_v(s), i));
     double far = om_norm(d);
-    return far > most ? om_scale(most / far, d) : d;
+    return far > max ? om_scale(max / far, d) : d;
 }
 
 void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {

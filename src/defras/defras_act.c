@@ -42,7 +42,7 @@ static OmVec3 to_task(const Loop* loop, OmVec3 p_world) {
 
 static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
     double start = om_clock_now();
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         if (!om_body_is_holding(loop->twin, a)) continue;
         OmPose tip = {obs->arm[a].tip, loop->grid.task.q};
         OM_TRY(om_body_move(loop->twin, a, tip));
@@ -52,7 +52,7 @@ static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
     if (status < 0) return om_error_prefix(status, "twin at %.2f s", loop->time);
     OmBodyForces forces;
     OM_TRY(om_body_get_forces(loop->twin, &forces));
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         loop->force[a] = om_body_is_holding(loop->twin, a) ? om_norm(forces.pull[a]) : 0.0;
     }
     loop->twin_wall += om_clock_now() - start;
@@ -69,7 +69,7 @@ static OmStatus watch_truth(Loop* loop) {
     OmBodyForces forces = {0};
     if (om_body_is_holding(truth, 0) || om_body_is_holding(truth, 1))
         OM_TRY(om_body_get_forces(truth, &forces));
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         double force = om_norm(forces.pull[a]);
         largest = fmax(largest, force);
         // While the jaws open the twin has let go already: only what both hold is compared.
@@ -87,7 +87,7 @@ static OmStatus watch_truth(Loop* loop) {
 
 static void watch_force(Loop* loop) {
     double limit = om__force_limit(&loop->scene->task), largest = 0;
-    for (int a = 0; a < OM_WORLD_NARM; ++a) largest = fmax(largest, loop->force[a]);
+    for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->force[a]);
     loop->force_action = fmax(loop->force_action, largest);
     loop->result->force_max = fmax(loop->result->force_max, largest);
     bool is_over = largest > limit;
@@ -121,7 +121,7 @@ static OmStatus add_sample(Loop* loop) {
                            .visibility = loop->visibility,
                            .force_world = loop->force_world,
                            .speed_rate = loop->rate};
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         s->force = fmax(s->force, loop->force[a]);
         if (loop->arm[a].in_hand >= 0) s->height = fmax(s->height, loop->arm[a].lift);
     }
@@ -137,7 +137,7 @@ OmStatus om__loop_tick(Loop* loop) {
     OM_TRY(om_world_observe(loop->world, is_look ? OM_OBSERVE_VISIBILITY : 0, &obs));
     loop->time = obs.time;
     if (is_look) loop->visibility = obs.visibility;
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         ArmState* arm = &loop->arm[a];
         arm->tip = to_task(loop, obs.arm[a].tip);
         arm->is_moving = obs.arm[a].is_moving;

@@ -112,7 +112,7 @@ void om__sense_fluents(Loop* loop, OmSituation* s) {
         loop->nlater += !s->is_fixed[b] && s->reachable[b];
     }
     s->is_visible = loop->is_exposed;
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         const ArmState* arm = &loop->arm[a];
         OmArmSituation* now = &s->arm[a];
         now->at = arm->at;

@@ -48,7 +48,7 @@ typedef struct Loop {
     OmWorld* world;
     OmPlanner* planner;
     Grid grid;
-    ArmState arm[OM_WORLD_NARM];
+    ArmState arm[OM_MAX_ARM];
     uint8_t tried[OM_PLAN_MAX_BLOCK];
     bool is_spent
         [OM_PLAN_MAX_BLOCK];  // a whole attempt there, with its folds or a force stop, exposed nothing
@@ -56,9 +56,9 @@ typedef struct Loop {
         apart;  // m: blocks with NEAR_ATTEMPTS spent ones nearer than this are left for later; 0: none is
     int nlater;  // blocks that the last sensing left for later
     double visibility;
-    bool is_exposed;              // seen without a break for HOLD_TIME
-    double margin;                // visibility above the wanted one at which a motion stops
-    double force[OM_WORLD_NARM];  // N, pull less weight, by the twin: what the arms act on
+    bool is_exposed;           // seen without a break for HOLD_TIME
+    double margin;             // visibility above the wanted one at which a motion stops
+    double force[OM_MAX_ARM];  // N, pull less weight, by the twin: what the arms act on
     double force_world;  // N, the larger of both arms in the truth, for reports alone; NAN unknown
     double force_world_last;    // N, at the tick before
     double force_world_action;  // N, largest during the current action

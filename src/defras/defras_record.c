@@ -37,16 +37,16 @@ static OmStatus open_folder(Recorder* rec, const char* out_dir) {
 
 // ---- the recording ----------------------------------------------------------------------------------------
 
-enum { MAX_SURFACE = 2 + OM_WORLD_NARM };
+enum { MAX_SURFACE = 2 + OM_MAX_ARM };
 
 // What is seen beside the tissue: organ, region of interest, tools. @return their number
 static int find_surfaces(const Loop* loop, OmRecordedSurface surface[MAX_SURFACE]) {
-    static const char* const tool[OM_WORLD_NARM] = {"psm1", "psm2"};
+    static const char* const tool[OM_MAX_ARM] = {"psm1", "psm2"};
     const OmSite* site = &loop->world_site;
     int n = 0;
     if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", &site->organ};
     if (site->roi.ntri > 0) surface[n++] = (OmRecordedSurface){"region of interest", &site->roi};
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         const OmSurface* s = om_world_tool(loop->world, a);
         if (s) surface[n++] = (OmRecordedSurface){tool[a], s};
     }

@@ -84,7 +84,7 @@ static OmStatus begin(Loop* loop) {
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
     OM_TRY(om_planner_create(&planner, &loop->planner));
     OM_TRY(om__grid_build(scene, &loop->twin_site, &loop->grid));
-    for (int a = 0; a < OM_WORLD_NARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
+    for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
     loop->apart = om__grid_length(&loop->grid, APART);
     loop->rate = 1.0;
     OmRetractResult* r = loop->result;
@@ -365,8 +365,8 @@ static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
     e->visibility = r->visibility_start;
     e->is_settled = r->is_settled;
     e->has_slid = r->has_slid;
-    int every = loop->def->frame_every, most = loop->scene->task.max_actions;
-    double nframe = 1 + (every > 0 ? most / every : 0);
+    int every = loop->def->frame_every, max = loop->scene->task.max_actions;
+    double nframe = 1 + (every > 0 ? max / every : 0);
     e->picture_bytes = nframe * 3.0 * camera->width * camera->height;
 }
 

@@ -406,12 +406,12 @@ static OmStatus begin_pass(Pass* p, bool wants_energy, double** scratch, double*
     *energy = 0;
     *scratch = NULL;
     if (!is_nodal && !wants_energy) return OM_OK;
-    size_t most = ne > nn ? ne : nn;  // elements, nodes or patches
-    if ((size_t)s->patches.num > most) most = (size_t)s->patches.num;
-    OM_ALLOC(*scratch, most + ne + 2 * nn);
+    size_t max = ne > nn ? ne : nn;  // elements, nodes or patches
+    if ((size_t)s->patches.num > max) max = (size_t)s->patches.num;
+    OM_ALLOC(*scratch, max + ne + 2 * nn);
     p->partial = *scratch;
     if (!is_nodal) return OM_OK;
-    p->node_pressure = p->partial + most;
+    p->node_pressure = p->partial + max;
     p->node_curvature = p->node_pressure + nn;
     p->ratio = p->node_curvature + nn;
     om_parallel_for(s->nworker, s->mesh.nelem, GRAIN, ratio_block, p);
@@ -449,7 +449,7 @@ static void round_block(void* ctx, int begin, int end, int block) {
 
 OmStatus om__fem_tangent(const OmFemSolid* s, const double* x, bool is_projected, OmBsr* A) {
     OM_CHECK(A->exact && A->nvert == s->mesh.nnode, OM_INVALID,
-             "the matrix was not made by om_fem_create_matrix of this solid");
+             "the matrix was not made by om_fem_matrix_create of this solid");
     Pass p = {.s = s, .x = x, .A = A, .is_projected = is_projected};
     double *scratch, energy;
     OM_TRY(begin_pass(&p, false, &scratch, &energy));
@@ -470,15 +470,15 @@ OmStatus om_fem_eval_tangent(const OmFemSolid* s, const double* x, OmBsr* A) {
 }
 
 double om_fem_eval_volume(const OmFemSolid* s, const double* x, double* ratio) {
-    double least = INFINITY, F[9], C[9];
+    double min = INFINITY, F[9], C[9];
     for (int e = 0; e < s->mesh.nelem; ++e) {
         for (int q = 0; q < s->npoint; ++q) {
             om__fem_gradient(s, e, q, x, F);
-            least = fmin(least, om__law_det(F, C));
+            min = fmin(min, om__law_det(F, C));
         }
         if (ratio) ratio[e] = elem_ratio(s, e, x);
     }
-    return least;
+    return min;
 }
 
 // Shape gradients at the point that has these weights; reference coordinates are sums over nodes.

@@ -17,7 +17,7 @@ struct OmFemDynamics {
     double *x, *target, *goal, *x0, *v0;  // of a step                                 (nnode x 3)
 };
 
-OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid) {
+OmFemDynamicDef om_fem_dynamic_default_def(const OmFemSolid* solid) {
     return (OmFemDynamicDef){.integrator = OM_IMPLICIT_EULER,
                              .min_step = 1.0 / 64,
                              .max_newton = 30,
@@ -28,7 +28,7 @@ OmFemDynamicDef om_fem_default_dynamic_def(const OmFemSolid* solid) {
 
 static OmStatus check_def(const OmFemDynamicDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "OmFemDynamicDef was not made by om_fem_default_dynamic_def");
+             "OmFemDynamicDef was not made by om_fem_dynamic_default_def");
     OM_CHECK(def->integrator >= OM_IMPLICIT_EULER && def->integrator <= OM_CENTRAL_DIFFERENCE,
              OM_INVALID, "OmFemDynamicDef.integrator = %d is none of OmIntegrator",
              (int)def->integrator);
@@ -45,7 +45,7 @@ static OmStatus check_def(const OmFemDynamicDef* def) {
     return OM_OK;
 }
 
-OmStatus om_fem_create_dynamics(const OmFemSolid* s, const OmFemDynamicDef* def,
+OmStatus om_fem_dynamics_create(const OmFemSolid* s, const OmFemDynamicDef* def,
                                 OmFemDynamics** out) {
     *out = NULL;
     OM_TRY(check_def(def));
@@ -70,11 +70,11 @@ OmStatus om_fem_create_dynamics(const OmFemSolid* s, const OmFemDynamicDef* def,
     OM_ALLOC_DONE(d->v0, n);
     *out = d;
 done:
-    if (status < 0) om_fem_destroy_dynamics(d);
+    if (status < 0) om_fem_dynamics_destroy(d);
     return status;
 }
 
-void om_fem_destroy_dynamics(OmFemDynamics* d) {
+void om_fem_dynamics_destroy(OmFemDynamics* d) {
     if (!d) return;
     if (d->newton.solid) om__newton_done(&d->newton);
     om_free(d->x);

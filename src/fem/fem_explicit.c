@@ -51,7 +51,7 @@ OmStatus om_fem_eval_stable_step(const OmFemSolid* s, const double* x, const uns
     size_t n = 3 * (size_t)s->mesh.nnode;
     double *u = NULL, *before = NULL, *w = NULL, *y = NULL;
     double a[MAX_LANCZOS], b[MAX_LANCZOS], omega2 = 0, last = 1, norm = 0;
-    OM_TRY_DONE(om_fem_create_matrix(s, &A));
+    OM_TRY_DONE(om_fem_matrix_create(s, &A));
     OM_ALLOC_DONE(u, n);
     OM_CALLOC_DONE(before, n);
     OM_ALLOC_DONE(w, n);

@@ -283,8 +283,8 @@ static void add_stretches(Sums* s, double c, const Frame* f, const OmJet p[3], O
         bool is_equal = fabs(li - lj) <= EQUAL_STRETCH * size;
         double flip = is_equal ? 0.5 * (p[i].dd + p[j].dd) : (p[i].d - p[j].d) / (li - lj);
         // order of the stretches: |sum| is the difference of two lengths where F is inverted
-        double least = fmax(size, 1.0) / MAX_CURVATURE;
-        double twist = (p[i].d + p[j].d) / (fabs(sum) > least ? sum : sum < 0 ? -least : least);
+        double min = fmax(size, 1.0) / MAX_CURVATURE;
+        double twist = (p[i].d + p[j].d) / (fabs(sum) > min ? sum : sum < 0 ? -min : min);
         pair_dyad(f, i, j, 1, D);
         add_outer(c * q.f * flip, D, D, s->out->H);
         pair_dyad(f, i, j, -1, D);

@@ -18,7 +18,7 @@ OmStatus om__newton_prepare(OmFemNewton* N) {
     N->is_unsymmetric = false;
     if (!N->has_follower || N->is_explicit) return OM_OK;
     if (N->solver_def.preconditioner != OM_CHOLESKY)
-        return N->B.nvert > 0 ? OM_OK : om_fem_create_matrix(N->solid, &N->B);
+        return N->B.nvert > 0 ? OM_OK : om_fem_matrix_create(N->solid, &N->B);
     if (!N->lu) {
         OmSolverDef def = N->solver_def;
         def.preconditioner = OM_LU;
@@ -83,7 +83,7 @@ static void make_unsymmetric(OmFemNewton* N, const double* x, double share) {
 
 // Is A unsymmetric between free degrees of freedom, beyond rounding?
 static bool is_skew(const OmFemNewton* N, const OmBsr* A) {
-    double most = 0, largest = 0;
+    double max = 0, largest = 0;
     for (int i = 0; i < A->nvert; ++i) {
         for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
             int j = A->col[k];
@@ -94,11 +94,11 @@ static bool is_skew(const OmFemNewton* N, const OmBsr* A) {
                 if (j == i) largest = fmax(largest, fabs(a[4 * r]));
                 for (int c = 0; c < 3; ++c)
                     if (!N->fixed[3 * i + r] && !N->fixed[3 * j + c])
-                        most = fmax(most, fabs(a[3 * c + r] - b[3 * r + c]));
+                        max = fmax(max, fabs(a[3 * c + r] - b[3 * r + c]));
             }
         }
     }
-    return most > SKEW_ROUNDING * largest;
+    return max > SKEW_ROUNDING * largest;
 }
 
 // Solve with A, or with B and A as its preconditioner, or with the factors of an unsymmetric A.

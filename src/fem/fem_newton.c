@@ -45,7 +45,7 @@ OmStatus om__newton_create(const OmFemSolid* s, const OmSolverDef* solver, OmFem
     OM_CHECK_DONE(
         solver->preconditioner != OM_LU, OM_INVALID,
         "OmSolverDef.preconditioner = OM_LU cannot tell a stable solid from an unstable one");
-    OM_TRY_DONE(om_fem_create_matrix(s, &N->A));
+    OM_TRY_DONE(om_fem_matrix_create(s, &N->A));
     OM_TRY_DONE(om_solver_create(&N->solver_def, &N->A, s->mesh.x, &N->solver));
     double** array[] = {&N->x_hat, &N->dead, &N->r,       &N->dx,
                         &N->trial, &N->work, &N->scratch, &N->start};

@@ -180,7 +180,7 @@ done:
 
 static OmStatus find_blocks(OmFemSolid* s) {
     OmBsr A;
-    OM_TRY(om_fem_create_matrix(s, &A));
+    OM_TRY(om_fem_matrix_create(s, &A));
     size_t k = (size_t)s->mesh.nelem_node;
     OmStatus status = OM_NO_MEMORY;
     s->elem_adr = om_alloc((size_t)s->mesh.nelem * k * k, sizeof(int));
@@ -271,7 +271,7 @@ done:
     return status;
 }
 
-OmStatus om_fem_create_matrix(const OmFemSolid* s, OmBsr* A) {
+OmStatus om_fem_matrix_create(const OmFemSolid* s, OmBsr* A) {
     *A = (OmBsr){0};
     OmStatus status;
     if (s->locking != OM_LOCKING_NONE || s->ncontact > 0) {

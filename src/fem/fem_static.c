@@ -10,7 +10,7 @@
 #define COOKIE 0x50f7f302u
 #define MAX_REPEAT 50  // times that `extra` may ask for another solve of a step
 
-OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid) {
+OmFemStaticDef om_fem_static_default_def(const OmFemSolid* solid) {
     return (OmFemStaticDef){.nstep = 1,
                             .min_step = 1.0 / 4096,
                             .max_newton = 30,
@@ -21,7 +21,7 @@ OmFemStaticDef om_fem_default_static_def(const OmFemSolid* solid) {
 
 static OmStatus check_def(const OmFemStaticDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "OmFemStaticDef was not made by om_fem_default_static_def");
+             "OmFemStaticDef was not made by om_fem_static_default_def");
     OM_CHECK(def->load_begin >= 0 && def->load_begin < 1, OM_INVALID,
              "OmFemStaticDef.load_begin = %g, must be in [0, 1)", def->load_begin);
     OM_CHECK(def->nstep >= 1, OM_INVALID, "OmFemStaticDef.nstep = %d, must be at least 1",
@@ -148,7 +148,7 @@ struct OmFemStatics {
     Path path;
 };
 
-OmStatus om_fem_create_statics(const OmFemSolid* s, const OmFemStaticDef* def, OmFemStatics** out) {
+OmStatus om_fem_statics_create(const OmFemSolid* s, const OmFemStaticDef* def, OmFemStatics** out) {
     *out = NULL;
     OM_TRY(check_def(def));
     OmFemStatics* statics = om_calloc(1, sizeof *statics);
@@ -161,20 +161,20 @@ OmStatus om_fem_create_statics(const OmFemSolid* s, const OmFemStaticDef* def, O
     statics->newton.is_plain_only = def->is_plain;
     statics->newton.progress = def->progress;
     if (status < 0)
-        om_fem_destroy_statics(statics);
+        om_fem_statics_destroy(statics);
     else
         *out = statics;
     return status < 0 ? status : OM_OK;
 }
 
-void om_fem_destroy_statics(OmFemStatics* statics) {
+void om_fem_statics_destroy(OmFemStatics* statics) {
     if (!statics) return;
     om__newton_done(&statics->newton);
     destroy_path(&statics->path);
     om_free(statics);
 }
 
-OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, double* x,
+OmStatus om_fem_statics_solve(OmFemStatics* statics, const OmFemLoad* load, double* x,
                               double* reaction, OmFemReport* out) {
     OmFemNewton* N = &statics->newton;
     const OmFemMesh* mesh = &N->solid->mesh;
@@ -194,12 +194,12 @@ OmStatus om_fem_solve_statics(OmFemStatics* statics, const OmFemLoad* load, doub
     return status;
 }
 
-OmStatus om_fem_solve_static(const OmFemSolid* s, const OmFemLoad* load, const OmFemStaticDef* def,
+OmStatus om_fem_static_solve(const OmFemSolid* s, const OmFemLoad* load, const OmFemStaticDef* def,
                              double* x, double* reaction, OmFemReport* report) {
     if (report) *report = (OmFemReport){.load = def->load_begin};
     OmFemStatics* statics;
-    OM_TRY(om_fem_create_statics(s, def, &statics));
-    OmStatus status = om_fem_solve_statics(statics, load, x, reaction, report);
-    om_fem_destroy_statics(statics);
+    OM_TRY(om_fem_statics_create(s, def, &statics));
+    OmStatus status = om_fem_statics_solve(statics, load, x, reaction, report);
+    om_fem_statics_destroy(statics);
     return status;
 }

@@ -31,8 +31,8 @@
 typedef struct Link {  // from the vertex in whose list it is
     int vert;          // its other end
     double
-        most[2]
-            [3];  // m, by which the other end's displacement may be above [0], below [1] this one's
+        max[2]
+           [3];  // m, by which the other end's displacement may be above [0], below [1] this one's
 } Link;
 
 typedef struct Chain {  // model->data
@@ -54,7 +54,7 @@ extern const OmTissueEngine om__engine_chainmail;
 
 // ---- model --------------------------------------------------------------------------------------------
 
-OmChainDef om_heuristic_default_chain(void) {
+OmChainDef om_chain_default_def(void) {
     OmChainDef def = {.stretch = 0.1,
                       .compress = 0.1,
                       .shear = 0.1,
@@ -66,7 +66,7 @@ OmChainDef om_heuristic_default_chain(void) {
 
 static OmStatus check_def(const OmChainDef* def) {
     OM_CHECK(def->cookie == CHAIN_COOKIE, OM_INVALID,
-             "chainmail: the definition was not made by om_heuristic_default_chain");
+             "chainmail: the definition was not made by om_chain_default_def");
     OM_CHECK(def->stretch >= 0 && def->stretch <= 10, OM_INVALID,
              "chainmail: stretch is %g; it must be from 0 to 10", def->stretch);
     OM_CHECK(def->compress >= 0 && def->compress < 1, OM_INVALID,
@@ -87,9 +87,9 @@ static Link make_link(const OmTissueModel* m, const OmChainDef* def, int i, int 
     for (int c = 0; c < 3; ++c) {
         double aside = def->shear * (fabs(e[(c + 1) % 3]) + fabs(e[(c + 2) % 3]));
         double out = def->stretch * fabs(e[c]) + aside, in = def->compress * fabs(e[c]) + aside;
-        link.most[0][c] = e[c] >= 0 ? out : in;
-        link.most[1][c] = e[c] > 0 ? in : out;
-        if (e[c] == 0) link.most[0][c] = link.most[1][c] = aside;
+        link.max[0][c] = e[c] >= 0 ? out : in;
+        link.max[1][c] = e[c] > 0 ? in : out;
+        if (e[c] == 0) link.max[0][c] = link.max[1][c] = aside;
     }
     return link;
 }
@@ -104,7 +104,7 @@ static void chain_destroy(OmTissueModel* m) {
 }
 
 static OmStatus chain_create(OmTissueModel* m) {
-    OmChainDef def = m->def.chain ? *m->def.chain : om_heuristic_default_chain();
+    OmChainDef def = m->def.chain ? *m->def.chain : om_chain_default_def();
     OM_TRY(check_def(&def));
     OmBsr A = {0};
     OmStatus status = OM_OK;
@@ -180,7 +180,7 @@ static double excess_of(const OmTissueModel* m, const double* x, const double* r
             for (size_t c = 0; c < 3; ++c) {
                 double above = x[3 * j + c] - x[3 * i + c];
                 if (rest) above -= rest[3 * j + c] - rest[3 * i + c];
-                worst = fmax(worst, above - link->most[0][c]);
+                worst = fmax(worst, above - link->max[0][c]);
             }
         }
     }
@@ -215,8 +215,8 @@ static void put(Queue* q, int i) {
 }
 
 static int take_least(Queue* q) {
-    int least = q->vert[0], i = q->vert[--q->num], at = 0;
-    q->place[least] = -1;
+    int min = q->vert[0], i = q->vert[--q->num], at = 0;
+    q->place[min] = -1;
     for (int child = 1; child < q->num; child = 2 * at + 1) {
         if (child + 1 < q->num && q->key[q->vert[child + 1]] < q->key[q->vert[child]]) ++child;
         if (!(q->key[q->vert[child]] < q->key[i])) break;
@@ -224,7 +224,7 @@ static int take_least(Queue* q) {
         at = child;
     }
     if (q->num > 0) set_at(q, at, i);
-    return least;
+    return min;
 }
 
 // What the vertices in `from` (null: all) at `place` allow every vertex along axis c: the most above with side 0;
@@ -245,7 +245,7 @@ static void spread(const Chain* chain, ChainWork* w, int nvert, const unsigned c
     while (q.num > 0) {
         int i = take_least(&q);
         for (int k = chain->adr[i]; k < chain->adr[i + 1]; ++k) {
-            double reach = bound[i] + chain->link[k].most[side][c];
+            double reach = bound[i] + chain->link[k].max[side][c];
             if (!(reach < bound[chain->link[k].vert])) continue;
             bound[chain->link[k].vert] = reach;
             put(&q, chain->link[k].vert);
@@ -293,8 +293,8 @@ static void relax_vertex(const Chain* chain, ChainWork* w, int i, double give) {
             const Link* link = &chain->link[k];
             double other = w->u[3 * (size_t)link->vert + (size_t)c];
             mean += other;
-            high = fmin(high, other + link->most[1][c]);
-            low = fmax(low, other - link->most[0][c]);
+            high = fmin(high, other + link->max[1][c]);
+            low = fmax(low, other - link->max[0][c]);
         }
         mean /= num;  // a vertex has mass, so elements, so links
         double next = *u + chain->def.relaxation * (mean - *u);
@@ -391,7 +391,7 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const ChainWor
         om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
         om_store3(x, i, p);
     }
-    for (int a = 0; a < OM_TISSUE_NARM; ++a) s->arm[a].pose = s->arm[a].goal;
+    for (int a = 0; a < OM_MAX_ARM; ++a) s->arm[a].pose = s->arm[a].goal;
     s->time += h;
 }
 

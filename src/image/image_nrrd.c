@@ -280,9 +280,9 @@ static OmStatus set_endian(Header* h, const char* value) {
     return OM_OK;
 }
 
-static OmStatus set_skip(const char* field, const char* value, int64_t least, int64_t* out) {
+static OmStatus set_skip(const char* field, const char* value, int64_t min, int64_t* out) {
     OM_TRY(read_integer(field, &value, out));
-    OM_CHECK(*out >= least, OM_INVALID, "field \"%s\": %lld is too small", field, (long long)*out);
+    OM_CHECK(*out >= min, OM_INVALID, "field \"%s\": %lld is too small", field, (long long)*out);
     return OM_OK;
 }
 
@@ -424,7 +424,7 @@ static void set_transform(const Header* h, const int axis[3], OmVolume* volume) 
 
 // The value as the type of the voxels has it.
 static OmStatus store(OmVolume* volume, size_t n, double v) {
-    static const double least[] = {0, -128, 0, -32768, 0, -2147483648.0, 0, -9223372036854775808.0};
+    static const double min[] = {0, -128, 0, -32768, 0, -2147483648.0, 0, -9223372036854775808.0};
     static const double bound[] = {256,
                                    128,
                                    65536,
@@ -434,7 +434,7 @@ static OmStatus store(OmVolume* volume, size_t n, double v) {
                                    18446744073709551616.0,
                                    9223372036854775808.0};
     bool is_real = volume->type == OM_VOXEL_F32 || volume->type == OM_VOXEL_F64;
-    OM_CHECK(is_real || (v == floor(v) && v >= least[volume->type] && v < bound[volume->type]),
+    OM_CHECK(is_real || (v == floor(v) && v >= min[volume->type] && v < bound[volume->type]),
              OM_INVALID, "voxel %zu: %g does not fit the field \"type\"", n, v);
     bool fits = fabs(v) <= (double)3.4028234e38f;
     switch (volume->type) {

@@ -71,7 +71,7 @@ static bool find_factor(OmNetShape grid, int factor[3]) {
     return is_any;
 }
 
-OmStatus om_net_create_unet(const OmUnetDef* def, OmNet** net_out) {
+OmStatus om_unet_create(const OmUnetDef* def, OmNet** net_out) {
     *net_out = NULL;
     OM_TRY(check_def(def));
     OmNet* net = NULL;

@@ -378,8 +378,8 @@ INLINE void fit_motion(Motion* m, Lanes part) {
             m->v[3 * a][l] = dp, m->v[3 * a + 1][l] = dq, m->v[3 * a + 2][l] = ds;
         }
         // of less than the whole way: no further than energy falls
-        double most = loss > 0 ? loss : 0, share = part[l] * norm;
-        double num = share < most ? share : most;
+        double max = loss > 0 ? loss : 0, share = part[l] * norm;
+        double num = share < max ? share : max;
         part[l] = is_good && norm > 1e-300 ? num / norm : 0;
     }
 }

@@ -123,11 +123,11 @@ typedef struct OmPbdStep {  // one step, shared by the team
     double* turn;  // unit quaternions of clusters, in the state         (nbatch x 4 x OM__PBD_LANE)
     int nobstacle;
     OmTissueObstacle* obstacle;
-    double h, sub;               // s, of the step and of a substep
-    double calm;                 // time of internal friction x sub, s^2
-    bool is_viscous;             // by the rate of strain, not by its gain in the step
-    int nsub, k;                 // substeps; the substep
-    OmPose arm[OM_TISSUE_NARM];  // tools at the end of the substep
+    double h, sub;           // s, of the step and of a substep
+    double calm;             // time of internal friction x sub, s^2
+    bool is_viscous;         // by the rate of strain, not by its gain in the step
+    int nsub, k;             // substeps; the substep
+    OmPose arm[OM_MAX_ARM];  // tools at the end of the substep
 } OmPbdStep;
 
 // ---- pbd_cluster.c

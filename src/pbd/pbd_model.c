@@ -130,8 +130,8 @@ int om_pbd_substeps(const OmTissueModel* m, double h) {
     double carry = carry_of(m), weight = om_norm(m->def.gravity) * pbd->shape.height;
     if (!(weight > 0)) return TABLE_SUBSTEPS;
     if (!(carry > 0)) return MOST_SUBSTEPS;
-    double least = ceil(h * sqrt(weight / (WEIGHT_STRAIN * carry)) * (1 - 1e-9));
-    return (int)fmin(fmax(least, TABLE_SUBSTEPS), MOST_SUBSTEPS);
+    double min = ceil(h * sqrt(weight / (WEIGHT_STRAIN * carry)) * (1 - 1e-9));
+    return (int)fmin(fmax(min, TABLE_SUBSTEPS), MOST_SUBSTEPS);
 }
 
 double om_pbd_modulus(const OmTissueModel* m, double h) {

@@ -118,8 +118,8 @@ static OmVec3 part_pair(const OmPbdStep* s, int i, int j) {
     if (!(depth > 0)) return zero;
     OmVec3 slip = om_sub(apart, was);
     slip = om_madd(slip, -om_dot(slip, n), n);
-    double way = om_norm(slip), most = def->particle_friction * depth;
-    OmVec3 d = om_madd(om_scale(depth, n), way > most ? -most / way : -1.0, slip);
+    double way = om_norm(slip), max = def->particle_friction * depth;
+    OmVec3 d = om_madd(om_scale(depth, n), way > max ? -max / way : -1.0, slip);
     int num = s->w->pairs.near_num[i], other = s->w->pairs.near_num[j];
     if (other > num) num = other;
     double relax = num > 2 ? 2.0 / num : 1;

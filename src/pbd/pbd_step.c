@@ -22,12 +22,12 @@ static Range share_of(int n, int rank, int size) {
     return (Range){(int)((int64_t)n * rank / size), (int)((int64_t)n * (rank + 1) / size)};
 }
 
-static OmVec3 limit_speed(OmVec3 v, double most) {
-    if (om_norm2(v) <= most * most) return v;
+static OmVec3 limit_speed(OmVec3 v, double max) {
+    if (om_norm2(v) <= max * max) return v;
     double largest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
     if (!isfinite(largest) || !om_is_finite3(v)) return om_vec3(0, 0, 0);
     OmVec3 u = om_scale(1 / largest, v);
-    return om_scale(most / om_norm(u), u);
+    return om_scale(max / om_norm(u), u);
 }
 
 // ---- prediction -------------------------------------------------------------------------------------
@@ -150,7 +150,7 @@ static void limit_velocities(OmPbdStep* s, Range r) {
 static void begin_substep(OmPbdStep* s, int k) {
     s->k = k;
     double t = (k + 1.0) / s->nsub;
-    for (int a = 0; a < OM_TISSUE_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         const OmTissueArm* arm = &s->s->arm[a];
         s->arm[a] = arm->goal;
         if (k + 1 < s->nsub)
@@ -302,7 +302,7 @@ OmStatus om__pbd_step(const OmTissueModel* m, OmTissueState* state, OmTissueWork
     om_parallel_team(is_small(pbd) ? 1 : m->def.solver.nworker, run_step, &s);
     report_holding(&s);
     om__pbd_report_contacts(&s);
-    for (int a = 0; a < OM_TISSUE_NARM; ++a) state->arm[a].pose = state->arm[a].goal;
+    for (int a = 0; a < OM_MAX_ARM; ++a) state->arm[a].pose = state->arm[a].goal;
     state->time += h;
     report->substeps = 1;
     return OM_OK;

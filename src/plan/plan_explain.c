@@ -146,7 +146,7 @@ static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     OM_TRY(write_set(s, s->is_fixed, t));
     OM_TRY(om_text_append(t, ".\n  Grasped before in vain: "));
     OM_TRY(write_set(s, tried, t));
-    for (int i = 0; i < OM_PLAN_NARM; i++) {
+    for (int i = 0; i < OM_MAX_ARM; i++) {
         const OmArmSituation* a = &s->arm[i];
         OM_TRY(om_text_append(t, ".\n  PSM%d: ", i + 1));
         if (a->in_hand >= 0) {
@@ -192,7 +192,7 @@ static OmStatus explain_first(OmPlanner* p, const OmSituation* s, const Rules* r
     static const char* const words[4] = {"to pull", "to fold away from the camera",
                                          "to fold towards the region of interest",
                                          "to open the gripper"};
-    for (int i = 0; i < OM_PLAN_NARM; i++) {
+    for (int i = 0; i < OM_MAX_ARM; i++) {
         if (s->arm[i].in_hand < 0) continue;
         OM_TRY(om_text_append(t, "First, PSM%d could have been told\n", i + 1));
         for (int k = 0; k < 4; k++) {

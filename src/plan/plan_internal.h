@@ -104,6 +104,6 @@ int om__situation_distance(const OmSituation* s, int block, const bool* mark);
 
 extern const char om__plan_program[];  // asp/tissue_retraction.lp, ended by zero
 extern const char* const om__plan_verb_name[OM_PLAN_NVERB];
-extern const char* const om__plan_arm_name[OM_PLAN_NARM];
+extern const char* const om__plan_arm_name[OM_MAX_ARM];
 
 #endif

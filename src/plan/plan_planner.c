@@ -36,18 +36,10 @@ static const char* const tried_name[3] = {"grasp", "move_ROI", "move_away"};
 // Fluents of a kind, `item` being arm, kind of try; `unit` block or pulls.
 static int slot(const OmPlanner* p, FluentKind kind, int item, int unit) {
     int nb = p->n * p->n, at = 0;
-    const int count[NFLUENT_KIND] = {nb,
-                                     nb,
-                                     OM_PLAN_NARM * nb,
-                                     OM_PLAN_NARM * nb,
-                                     OM_PLAN_NARM * nb,
-                                     3 * nb,
-                                     OM_PLAN_NARM,
-                                     OM_PLAN_NARM,
-                                     OM_PLAN_NARM,
-                                     OM_PLAN_NARM * (p->def.max_lift + 1),
-                                     1,
-                                     1};
+    const int count[NFLUENT_KIND] = {
+        nb,     nb,         OM_MAX_ARM * nb, OM_MAX_ARM * nb, OM_MAX_ARM * nb,
+        3 * nb, OM_MAX_ARM, OM_MAX_ARM,      OM_MAX_ARM,      OM_MAX_ARM * (p->def.max_lift + 1),
+        1,      1};
     for (int k = 0; k < (int)kind; k++) at += count[k];
     if (kind == NFLUENT_KIND) return at;
     int stride = kind == LIFTED ? p->def.max_lift + 1 : kind >= CLOSED ? 1 : nb;
@@ -58,7 +50,7 @@ static int fluent_count(const OmPlanner* p) { return slot(p, NFLUENT_KIND, 0, 0)
 
 // ---- symbols -------------------------------------------------------------------------------------------------
 
-const char* const om__plan_arm_name[OM_PLAN_NARM] = {"psm1", "psm2"};
+const char* const om__plan_arm_name[OM_MAX_ARM] = {"psm1", "psm2"};
 const char* const om__plan_verb_name[OM_PLAN_NVERB] = {
 #define VERB_NAME(name, text) text,
     OM_PLAN_VERB_TABLE(VERB_NAME)
@@ -134,8 +126,8 @@ static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int
 // The arms that could ever be at a block: those that reach it or are there; at least the one on its side.
 static void pairs_of(const OmSituation* s, uint8_t* pair) {
     for (int b = 0; b < s->n * s->n; b++) {
-        pair[b] = s->reachable[b] & ((1 << OM_PLAN_NARM) - 1);
-        for (int i = 0; i < OM_PLAN_NARM; i++) {
+        pair[b] = s->reachable[b] & ((1 << OM_MAX_ARM) - 1);
+        for (int i = 0; i < OM_MAX_ARM; i++) {
             bool is_there = s->arm[i].at == b || s->arm[i].in_hand == b;
             if (is_there) pair[b] |= (uint8_t)(1 << i);
         }
@@ -156,7 +148,7 @@ static uint64_t hash_centers(const OmSituation* s) {
 static OmStatus write_facts(const OmPlanner* p, const OmSituation* s, OmText* text) {
     int n = p->n;
     for (int b = 0; b < n * n; b++) {
-        for (int i = 0; i < OM_PLAN_NARM; i++) {
+        for (int i = 0; i < OM_MAX_ARM; i++) {
             if (!(p->pair[b] >> i & 1)) continue;
             OM_TRY(om_text_append(text, "pair(%s,b(%d,%d)).", om__plan_arm_name[i], b % n + 1,
                                   b / n + 1));
@@ -183,14 +175,14 @@ static OmStatus find_fluents(OmPlanner* p) {
         int nitem, first, nunit;
     } range[] = {{FIXED, 1, 0, nb},
                  {ABOVE_ROI, 1, 0, nb},
-                 {REACHABLE, OM_PLAN_NARM, 0, nb},
-                 {AT, OM_PLAN_NARM, 0, nb},
-                 {IN_HAND, OM_PLAN_NARM, 0, nb},
+                 {REACHABLE, OM_MAX_ARM, 0, nb},
+                 {AT, OM_MAX_ARM, 0, nb},
+                 {IN_HAND, OM_MAX_ARM, 0, nb},
                  {TRIED, 3, 0, nb},
-                 {CLOSED, OM_PLAN_NARM, 0, 1},
-                 {MAX_HEIGHT, OM_PLAN_NARM, 0, 1},
-                 {MAX_FORCE, OM_PLAN_NARM, 0, 1},
-                 {LIFTED, OM_PLAN_NARM, 1, nlift},
+                 {CLOSED, OM_MAX_ARM, 0, 1},
+                 {MAX_HEIGHT, OM_MAX_ARM, 0, 1},
+                 {MAX_FORCE, OM_MAX_ARM, 0, 1},
+                 {LIFTED, OM_MAX_ARM, 1, nlift},
                  {VISIBLE_ROI, 1, 0, 1},
                  {EXPLAIN, 1, 0, 1}};
     for (size_t r = 0; r < sizeof range / sizeof range[0]; r++) {
@@ -370,11 +362,11 @@ static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_expl
     for (int b = 0; b < s->n * s->n; b++) {
         want[slot(p, FIXED, 0, b)] = s->is_fixed[b];
         want[slot(p, ABOVE_ROI, 0, b)] = s->is_above_roi[b];
-        for (int i = 0; i < OM_PLAN_NARM; i++)
+        for (int i = 0; i < OM_MAX_ARM; i++)
             want[slot(p, REACHABLE, i, b)] = s->reachable[b] >> i & 1;
         for (int k = 0; k < 3; k++) want[slot(p, TRIED, k, b)] = s->tried[b] >> k & 1;
     }
-    for (int i = 0; i < OM_PLAN_NARM; i++) {
+    for (int i = 0; i < OM_MAX_ARM; i++) {
         const OmArmSituation* a = &s->arm[i];
         int at = a->at >= 0 ? a->at : a->in_hand;
         if (at >= 0) want[slot(p, AT, i, at)] = true;
@@ -428,7 +420,7 @@ static bool read_action(int n, OmSymbol symbol, OmPlanAction* a) {
     (void)om__asp_name(symbol, &arg, &narg);
     if (verb < 0 || narg != (verb == OM_PLAN_RELEASE ? 2 : 3)) return false;
     a->verb = (OmPlanVerb)verb;
-    a->arm = index_of_name(arg[0], om__plan_arm_name, OM_PLAN_NARM);
+    a->arm = index_of_name(arg[0], om__plan_arm_name, OM_MAX_ARM);
     a->block = narg == 3 ? block_of_symbol(n, arg[1]) : -1;
     a->time = om__asp_number_of(arg[narg - 1]);
     return a->arm >= 0 && a->time >= 0;

@@ -9,7 +9,7 @@ void om_situation_init(OmSituation* s, int n, double spacing) {
     memset(s, 0, sizeof *s);
     s->n = n;
     s->spacing = spacing;
-    for (int i = 0; i < OM_PLAN_NARM; i++) s->arm[i] = (OmArmSituation){.at = -1, .in_hand = -1};
+    for (int i = 0; i < OM_MAX_ARM; i++) s->arm[i] = (OmArmSituation){.at = -1, .in_hand = -1};
     if (n < 1 || n > OM_PLAN_MAX_GRID) return;  // om_planner_solve says so
     // argmin over the arms of |y_arm - y_block|, arms at the same distance on either side
     for (int b = 0; b < n * n; b++) s->reachable[b] = 2 * (b / n) <= n - 1 ? 1 : 2;
@@ -60,7 +60,7 @@ OmStatus om__situation_check(const OmSituation* s) {
     }
     OM_CHECK(has_roi || s->is_visible, OM_INVALID,
              "situation: no block is above the ROI; set is_above_roi of the block it lies under");
-    for (int i = 0; i < OM_PLAN_NARM; i++) {
+    for (int i = 0; i < OM_MAX_ARM; i++) {
         OM_TRY(check_block(s, i, "at", s->arm[i].at));
         OM_TRY(check_block(s, i, "in_hand", s->arm[i].in_hand));
         OM_CHECK(s->arm[i].nlift >= 0, OM_INVALID,

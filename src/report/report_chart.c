@@ -135,11 +135,11 @@ static bool choose_ranges(Plot* p) {
     p->y.is_log = c->is_log_y;
     for (int i = 0; i < c->ngroup * c->nseries; ++i) {
         const OmReportBox* b = &c->box[i];
-        if (!b->n || !is_on(&p->y, b->least) || !is_on(&p->y, b->most)) continue;
+        if (!b->n || !is_on(&p->y, b->min) || !is_on(&p->y, b->max)) continue;
         widen(&p->x, 0);
         widen(&p->x, c->ngroup);
-        widen(&p->y, b->least);
-        widen(&p->y, b->most);
+        widen(&p->y, b->min);
+        widen(&p->y, b->max);
     }
     for (int s = 0; s < c->nseries; ++s) {
         for (int i = 0; i < c->series[s].n; ++i) {
@@ -332,13 +332,13 @@ static void draw_to(Pen* pen, double x, double y) {
 // The points first, least, largest and last of those that share a column of the plot.
 static int draw_column(Pen* pen, const Plot* p, const OmReportSeries* s, int begin) {
     double column = floor(to_px(&p->x, s->x[begin]));
-    int end = begin, least = begin, largest = begin;
+    int end = begin, min = begin, largest = begin;
     for (; end < s->n && is_on(&p->x, s->x[end]) && is_on(&p->y, s->y[end]); ++end) {
         if (floor(to_px(&p->x, s->x[end])) != column) break;
-        if (s->y[end] < s->y[least]) least = end;
+        if (s->y[end] < s->y[min]) min = end;
         if (s->y[end] > s->y[largest]) largest = end;
     }
-    int early = least < largest ? least : largest, late = least < largest ? largest : least;
+    int early = min < largest ? min : largest, late = min < largest ? largest : min;
     const int keep[4] = {begin, early, late, end - 1};
     for (int k = 0; k < 4; ++k) {
         if (k > 0 && keep[k] == keep[k - 1]) continue;
@@ -380,12 +380,12 @@ static void put_box(Plot* p, int group, int series) {
     OmReport* r = p->report;
     const OmReportChart* c = p->chart;
     const OmReportBox* b = &c->box[group * c->nseries + series];
-    if (!b->n || !is_on(&p->y, b->least) || !is_on(&p->y, b->most)) return;
+    if (!b->n || !is_on(&p->y, b->min) || !is_on(&p->y, b->max)) return;
     double share = 0.8 / c->nseries, x = group + 0.1 + (series + 0.5) * share;
     double left = to_px(&p->x, x - 0.36 * share), right = to_px(&p->x, x + 0.36 * share);
     double middle = to_px(&p->x, x), upper = to_px(&p->y, b->upper), lower = to_px(&p->y, b->lower);
-    const double line[3][4] = {{middle, middle, to_px(&p->y, b->most), upper},
-                               {middle, middle, lower, to_px(&p->y, b->least)},
+    const double line[3][4] = {{middle, middle, to_px(&p->y, b->max), upper},
+                               {middle, middle, lower, to_px(&p->y, b->min)},
                                {left, right, to_px(&p->y, b->median), to_px(&p->y, b->median)}};
     for (int i = 0; i < 3; ++i) {
         PUT(r, "<line class=\"data c%d\"", series);

@@ -68,7 +68,7 @@ static int write_jaw_triangles(int* tri, int t, int v, bool is_mirrored) {
     return t;
 }
 
-void om_psm_update_surface(const OmPsm* psm, const double q[6], double jaw, OmSurface* surface) {
+void om_psm_surface_update(const OmPsm* psm, const double q[6], double jaw, OmSurface* surface) {
     OmPose tip = om_psm_forward(psm, q);
     OmVec3 forward = om_quat_rotate(tip.q, om_vec3(0, 0, 1));
     OmVec3 root = om_madd(tip.p, -JAW_LENGTH, forward);  // wrist yaw axis as drawn
@@ -90,6 +90,6 @@ OmStatus om_psm_surface(const OmPsm* psm, const double q[6], double jaw, OmSurfa
     t = write_jaw_triangles(surface->tri_vert, t, 4 * NSECTOR, false);
     t = write_jaw_triangles(surface->tri_vert, t, 4 * NSECTOR + 8, true);
     OM_ASSERT(t == NTRI);
-    om_psm_update_surface(psm, q, jaw, surface);
+    om_psm_surface_update(psm, q, jaw, surface);
     return OM_OK;
 }

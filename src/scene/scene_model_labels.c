@@ -222,8 +222,8 @@ static OmStatus list_all(const char* path, int volume, const OmVolumeInfo* info,
     return OM_OK;
 }
 
-OmStatus om_model_list_labels(const char* path, int volume, const OmProgress* progress,
-                              OmLabelList* list) {
+OmStatus om_label_list_load(const char* path, int volume, const OmProgress* progress,
+                            OmLabelList* list) {
     OmVolumeInfo info;
     *list = (OmLabelList){.min = HUGE_VAL, .max = -HUGE_VAL};
     OM_TRY(om_volume_load_info(path, &info));
@@ -369,15 +369,14 @@ static void describe(const Chooser* c, OmModelReport* report) {
 // From places in the choice to labels, in the same bytes if every label fits in one.
 static OmStatus take_labels(const Chooser* c, unsigned char* place, OmVolume* v) {
     const size_t n = om_volume_count(v);
-    int most = 0;
-    for (int i = 0; i < c->nchoice; i++)
-        most = c->choice[i].label > most ? c->choice[i].label : most;
+    int max = 0;
+    for (int i = 0; i < c->nchoice; i++) max = c->choice[i].label > max ? c->choice[i].label : max;
     om_free(v->voxel);
     v->voxel = place;
     v->type = OM_VOXEL_U8;
     v->slope = 1;
     v->inter = 0;
-    if (most <= 255) {
+    if (max <= 255) {
         for (size_t at = 0; at < n; at++)
             if (place[at]) place[at] = (unsigned char)c->choice[place[at] - 1].label;
         return OM_OK;

@@ -196,7 +196,7 @@ static OmStatus take_picture(Stage* stage, const OmModelView* view, OmReport* pa
             om_sense_scene_show(stage->scene, stage->id[i], view->shown >> i & 1);
     }
     OM_TRY(om_sense_scene_commit(stage->scene));
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.samples = 2;
     options.has_shadow = false;  // shapes are read better without
     OmPicture picture;

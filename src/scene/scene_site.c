@@ -157,19 +157,19 @@ OmStatus om__scene_check_world(const OmScene* s, const char* name) {
 }
 
 // The world's mesh; where the scene leaves its edge open, a finer one until it has `least` vertices.
-static OmStatus build_world_body(const OmScene* scene, int least, const OmProgress* progress,
+static OmStatus build_world_body(const OmScene* scene, int min, const OmProgress* progress,
                                  OmSite* site) {
     OmScene s = *scene;
     bool is_open = s.tissue.source == OM_SOURCE_VOLUME && s.model.world_edge == 0;
     for (int build = 0;; ++build) {
         OM_TRY(om__site_build_body(&s, OM_SITE_WORLD, progress, site));
-        if (site->mesh.nvert >= least) return OM_OK;
+        if (site->mesh.nvert >= min) return OM_OK;
         double edge = om__scene_world_edge(&s.model);
-        edge *= 0.98 * sqrt((double)site->mesh.nvert / least);
+        edge *= 0.98 * sqrt((double)site->mesh.nvert / min);
         OM_CHECK(is_open && build + 1 < MAX_BUILDS, OM_INVALID,
                  "%s: the world's mesh has %d vertices, the twin's %d: the truth needs at least "
                  "twice as many; leave world_edge_mm out or make it at most %.3g",
-                 scene->path, site->mesh.nvert, least / 2, 1e3 * edge);
+                 scene->path, site->mesh.nvert, min / 2, 1e3 * edge);
         s.model.world_edge = edge;
         om_site_done(site);
     }

@@ -112,10 +112,10 @@ static OmStatus print_range(const OmYamlField* f, OmText* text) {
     }
     bool is_number = f->kind == OM_YAML_DOUBLE || f->kind == OM_YAML_INT || f->kind == OM_YAML_VEC3;
     if (!is_number || !has_range(f)) return OM_OK;
-    char least[NUMBER_LEN], most[NUMBER_LEN];
-    print_number(f->min, 1, least);
-    print_number(f->max, 1, most);
-    return om_text_append(text, "%s to %s", least, most);
+    char min[NUMBER_LEN], max[NUMBER_LEN];
+    print_number(f->min, 1, min);
+    print_number(f->max, 1, max);
+    return om_text_append(text, "%s to %s", min, max);
 }
 
 // Behind a value, from a fixed column on: meaning; unit; range.

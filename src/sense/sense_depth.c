@@ -25,9 +25,9 @@ static void unit_normal(const Depth* d, const Packet* p, int i, float* n) {
 }
 
 static void depth_packet(const Depth* d, const Packet* p, size_t first) {
-    float least = (float)d->camera->near_m, most = (float)d->camera->far_m;
+    float min = (float)d->camera->near_m, max = (float)d->camera->far_m;
     for (int i = 0; i < p->n; ++i) {
-        bool is_in_range = p->id[i] >= 0 && p->t[i] >= least && p->t[i] <= most;
+        bool is_in_range = p->id[i] >= 0 && p->t[i] >= min && p->t[i] <= max;
         size_t k = first + (size_t)i;
         d->depth[k] = is_in_range ? p->t[i] : 0.0f;
         if (d->id) d->id[k] = is_in_range ? p->id[i] : -1;
@@ -95,7 +95,7 @@ static void noise_row(const Noise* s, int row) {
     const OmDepthNoise* noise = s->noise;
     int w = s->camera->width;
     float a = (float)noise->a, b = (float)noise->b;
-    float least = (float)s->camera->near_m, most = (float)s->camera->far_m;
+    float min = (float)s->camera->near_m, max = (float)s->camera->far_m;
     double lost_below = noise->dropout * 0x1p32;
     OmVec3 start = om_madd(om_madd(s->view.first, 0.5, s->view.du), row + 0.5, s->view.dv);
     for (int column = 0; column < w; ++column) {
@@ -109,7 +109,7 @@ static void noise_row(const Noise* s, int row) {
             is_lost |= is_grazing(&s->normal[3 * i], om_madd(start, column, s->view.du),
                                   noise->min_grazing);
         float noisy = z + (a + b * z * z) * normal_deviate(first, second);
-        s->depth[i] = is_lost || noisy < least || noisy > most ? 0.0f : noisy;
+        s->depth[i] = is_lost || noisy < min || noisy > max ? 0.0f : noisy;
     }
 }
 

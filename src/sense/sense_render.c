@@ -17,7 +17,7 @@
 #define VIGNETTE 0.3f  // share of light lost in the corners
 #define TINY 1e-30f    // under a square root or a line: what has no length stays without
 
-OmSenseOptions om_sense_default_options(void) {
+OmSenseOptions om_sense_options_default(void) {
     return (OmSenseOptions){.samples = 1, .has_shadow = true};
 }
 

@@ -75,8 +75,8 @@ OmStatus om__read_double(OmScan* s, const char* what, double* v);
 OmStatus om__read_coord(OmScan* s, const char* what, double* v);
 OmStatus om__read_int(OmScan* s, const char* what, int64_t lo, int64_t hi, int64_t* v);
 // A count of items of at least `least` bytes each, which the rest of the file must be able to hold.
-OmStatus om__read_count(OmScan* s, const char* what, size_t least, int* count);
-OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t least);
+OmStatus om__read_count(OmScan* s, const char* what, size_t min, int* count);
+OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t min);
 // The next n bytes, or null with the message set.
 const unsigned char* om__read_bytes(OmScan* s, const char* what, uint64_t n);
 

@@ -117,18 +117,18 @@ OmStatus om__read_int(OmScan* s, const char* what, int64_t lo, int64_t hi, int64
     return OM_OK;
 }
 
-OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t least) {
-    if (count < 0 || count > INT_MAX / 4 || (uint64_t)count * least > om__scan_left(s) + 1) {
+OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t min) {
+    if (count < 0 || count > INT_MAX / 4 || (uint64_t)count * min > om__scan_left(s) + 1) {
         return om__scan_error(s, "%s: the file states %lld of them and can hold at most %zu", what,
-                              (long long)count, (om__scan_left(s) + 1) / (least ? least : 1));
+                              (long long)count, (om__scan_left(s) + 1) / (min ? min : 1));
     }
     return OM_OK;
 }
 
-OmStatus om__read_count(OmScan* s, const char* what, size_t least, int* count) {
+OmStatus om__read_count(OmScan* s, const char* what, size_t min, int* count) {
     int64_t n;
     OM_TRY(om__read_int(s, what, 0, INT_MAX / 4, &n));
-    OM_TRY(om__check_count(s, what, n, least));
+    OM_TRY(om__check_count(s, what, n, min));
     *count = (int)n;
     return OM_OK;
 }

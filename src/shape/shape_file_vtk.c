@@ -107,8 +107,8 @@ static OmStatus read_values(Vtk* v, OmValueType type, int64_t count, Values out)
 }
 
 static OmStatus check_values(Vtk* v, const char* what, OmValueType type, int64_t count) {
-    size_t least = v->is_text ? 2 : type == OM_VALUE_NONE ? 0 : om__value_size(type);
-    return om__check_count(&v->s, what, count, least);
+    size_t min = v->is_text ? 2 : type == OM_VALUE_NONE ? 0 : om__value_size(type);
+    return om__check_count(&v->s, what, count, min);
 }
 
 static OmStatus read_integers(Vtk* v, const char* what, OmValueType type, int64_t count,

@@ -266,11 +266,11 @@ OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, in
         total += t.run[r].size;
         if (largest < 0 || t.run[r].size > t.run[largest].size) largest = r;
     }
-    double least = min_share > 0 ? min_share * (double)total : 0;
+    double min = min_share > 0 ? min_share * (double)total : 0;
     int nx = mask->dim[0], row = 0;
     for (int r = 0; r < t.nrun; r++) {
         int root = find_root(t.run, r);
-        bool keep = root == largest || (min_share > 0 && (double)t.run[root].size >= least);
+        bool keep = root == largest || (min_share > 0 && (double)t.run[root].size >= min);
         while (t.row_adr[row + 1] <= r) row++;
         if (keep)
             nkeep += root == r;

@@ -54,12 +54,12 @@ static hid_t step_type_of(OmArrayType type) {
 
 // A dataset of rows x ncol (ncol 0: one dimension) that can grow by rows.
 static hid_t make_growing(hid_t group, const char* name, hid_t type, hsize_t ncol) {
-    hsize_t dim[2] = {0, ncol}, most[2] = {H5S_UNLIMITED, ncol};
+    hsize_t dim[2] = {0, ncol}, max[2] = {H5S_UNLIMITED, ncol};
     size_t row = H5Tget_size(type) * (ncol ? ncol : 1);
     hsize_t chunk[2] = {CHUNK_BYTES / row ? CHUNK_BYTES / row : 1, ncol};
     if (strcmp(name, "Values") == 0 || row <= 8) chunk[0] = 4096;
     int rank = ncol ? 2 : 1;
-    hid_t space = H5Screate_simple(rank, dim, most), plist = H5Pcreate(H5P_DATASET_CREATE);
+    hid_t space = H5Screate_simple(rank, dim, max), plist = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(plist, rank, chunk);
     bool is_value = H5Tget_class(type) == H5T_FLOAT && strcmp(name, "Values") != 0;
     if (row > 8 || is_value) {

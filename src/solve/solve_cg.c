@@ -338,7 +338,7 @@ static void refine(Member* m) {
 // half as many again may be spent.
 static OmStatus rescue(Member* m) {
     OmSolver* S = m->job->S;
-    int budget = S->def.max_iterations - m->iterations, most = 0;
+    int budget = S->def.max_iterations - m->iterations, max = 0;
     if (S->multigrid && S->tolerance > 0 && budget < S->def.max_iterations / 2)
         budget = S->def.max_iterations / 2;
     if (S->multigrid) budget = budget < INT_MAX / CYCLE_COUNT ? CYCLE_COUNT * budget : INT_MAX;
@@ -359,9 +359,9 @@ static OmStatus rescue(Member* m) {
             done += num;
             if (!residual_norms(m, false)) return OM_INVALID;
         }
-        most = done > most ? done : most;
+        max = done > max ? done : max;
     }
-    m->iterations += most;
+    m->iterations += max;
     return OM_OK;
 }
 

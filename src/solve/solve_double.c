@@ -122,7 +122,7 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
               .w = (double*)S->vector + n3,
               .r = (double*)S->vector + 2 * n3,
               .best = (double*)S->vector + 3 * n3};
-    double sum[3], least, target = goal * goal;
+    double sum[3], min, target = goal * goal;
     om_team_barrier(who->team);  // nobody needs the float vectors any more
     for (size_t n = 3 * (size_t)who->begin; n < 3 * (size_t)who->end; ++n) {
         d.r[n] = S->rd[d.lanes * n + d.lane];
@@ -131,7 +131,7 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
     keep(&d);
     update(&d, 0, sum);  // z of the first residual
     next_direction(&d, 0);
-    double rr = least = sum[0], gamma = sum[1];
+    double rr = min = sum[0], gamma = sum[1];
     OmCgEnd end = OM_CG_DONE;
     *iterations = 0;
     while (rr > target && *iterations < max_iterations) {
@@ -144,11 +144,11 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
         next_direction(&d, sum[1] / gamma);
         rr = sum[0];
         gamma = sum[1];
-        if (rr < least) {
-            least = rr;
+        if (rr < min) {
+            min = rr;
             keep(&d);
         }
     }
-    if (!(rr <= least)) restore(&d);
+    if (!(rr <= min)) restore(&d);
     return end;
 }

@@ -77,11 +77,11 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
         OM_TRY_DONE(take_level_vectors(fine, mg->nlevel == 1, width, memory));
     }
     OmLevel* last = &mg->level[mg->nlevel - 1];
-    int most = 0;
+    int max = 0;
     for (int l = 1; l < mg->nlevel; ++l)
-        most = mg->level[l].A.nblock > most ? mg->level[l].A.nblock : most;
-    OM_ALLOC_DONE(mg->wide, 12 * (size_t)most);
-    *memory += 48 * (size_t)most;
+        max = mg->level[l].A.nblock > max ? mg->level[l].A.nblock : max;
+    OM_ALLOC_DONE(mg->wide, 12 * (size_t)max);
+    *memory += 48 * (size_t)max;
     OM_TRY_DONE(take_level_vectors(last, false, width, memory));
     OM_TRY_DONE(om__dense_create(3 * last->nvert, width / 3, &mg->dense, memory));
     *out = mg;
@@ -125,9 +125,9 @@ typedef struct MgRefresh {
 static void invert_coarse(OmLevel* L, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         const float* v = L->A.value + 9 * (size_t)L->A.row_adr[i];
-        float most = fmaxf(v[0], fmaxf(v[4], v[8]));
+        float max = fmaxf(v[0], fmaxf(v[4], v[8]));
         unsigned char loose[3];
-        for (int c = 0; c < 3; ++c) loose[c] = !(v[4 * c] > 1e-6f * most);
+        for (int c = 0; c < 3; ++c) loose[c] = !(v[4 * c] > 1e-6f * max);
         float* out = L->dinv + 9 * (size_t)i;
         if (!om__invert_block(v, loose, out)) memset(out, 0, 9 * sizeof(float));
     }

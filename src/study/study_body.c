@@ -11,12 +11,12 @@
 #define MESH_TOLERANCE 0.01  // of the number of elements
 #define MAX_TRY 10
 
-double om_study_eval_body(const OmStudyBody* body, OmVec3 p) {
+double om_study_body_eval(const OmStudyBody* body, OmVec3 p) {
     if (body->is_file) return om_sdf_eval(&body->sdf, p, NULL);
     return body->is_box ? om__study_eval_box(body, p) : om__study_eval_phantom(body, p);
 }
 
-double om__study_shape_fn(void* ctx, OmVec3 p) { return om_study_eval_body(ctx, p); }
+double om__study_shape_fn(void* ctx, OmVec3 p) { return om_study_body_eval(ctx, p); }
 
 const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion) {
     *nlesion = body->nlesion;
@@ -25,7 +25,7 @@ const OmStudyLesion* om_study_lesions(const OmStudyBody* body, int* nlesion) {
 
 int om_study_count_outside(const OmStudyBody* body) { return body->noutside; }
 
-void om_study_destroy_body(OmStudyBody* body) {
+void om_study_body_destroy(OmStudyBody* body) {
     if (!body) return;
     om_sdf_done(&body->sdf);
     om_free(body->held);
@@ -62,7 +62,7 @@ static OmStatus mesh_with_edge(const OmStudyBody* body, double edge, int nworker
     return status;
 }
 
-OmStatus om_study_mesh_body(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh) {
+OmStatus om_study_body_mesh(const OmStudyBody* body, int ntet, int nworker, OmTetMesh* mesh) {
     memset(mesh, 0, sizeof *mesh);
     OM_CHECK(ntet >= 100 && ntet <= 2000000, OM_INVALID,
              "study: a mesh of %d elements; 100 to 2000000 are possible", ntet);

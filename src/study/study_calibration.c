@@ -30,7 +30,7 @@ const char* const om__study_by_title[NBY] = {"particles, gel's parameters", "par
                                              "finite elements, prescribed",
                                              "finite elements, penalty", "rigid"};
 
-OmStudyCalibrationDef om_study_default_calibration_def(const char* out_dir) {
+OmStudyCalibrationDef om_study_calibration_default_def(const char* out_dir) {
     OmStudyCalibrationDef def = {.out_dir = out_dir,
                                  .nlesion = 10,
                                  .nacquisition = 5,
@@ -53,7 +53,7 @@ OmStudyCalibrationDef om_study_default_calibration_def(const char* out_dir) {
 
 static OmStatus validate(const OmStudyCalibrationDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "calibration study: a definition not made by om_study_default_calibration_def");
+             "calibration study: a definition not made by om_study_calibration_default_def");
     OM_CHECK(def->out_dir, OM_INVALID, "calibration study: no folder");
     OM_CHECK(def->nlesion >= 2 && def->nlesion <= 20, OM_INVALID,
              "calibration study: nlesion = %d; 2 to 20 are possible", def->nlesion);
@@ -103,9 +103,9 @@ static uint64_t hash_fit(const StudyFit* fit, const StudyPlan* plan) {
 }
 
 static void add_params(OmCalibrationDef* search, const double* start) {
-    om_calibrate_add_param(search, "tissue.cluster_spacing_mm", 0.005, 0.035, start[0], false);
-    om_calibrate_add_param(search, "tissue.cluster_radius_mm", 0.0025, 0.015, start[1], false);
-    om_calibrate_add_param(search, "tissue.cluster_stiffness", 0, 1, start[2], false);
+    om_calibration_add_param(search, "tissue.cluster_spacing_mm", 0.005, 0.035, start[0], false);
+    om_calibration_add_param(search, "tissue.cluster_radius_mm", 0.0025, 0.015, start[1], false);
+    om_calibration_add_param(search, "tissue.cluster_stiffness", 0, 1, start[2], false);
     search->param[0].unit = search->param[1].unit = 1e-3;
 }
 
@@ -121,7 +121,7 @@ static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, 
     OM_TRY(om_path_make_dir(fit->dir));
     OM_TRY(om_path_join(fit->dir, name, dir, sizeof dir));
     OM_TRY(om__study_make_tissue(fit, plan, start, &tissue));
-    OmCalibrationDef search = om_calibrate_tissue_search(tissue);
+    OmCalibrationDef search = om_calibration_tissue_search(tissue);
     add_params(&search, start);
     const OmStudyContactDef* c = &fit->contact;
     search.title = is_global ? "Clusters found on a box of gel" : "Clusters fine-tuned on a lesion";
@@ -136,8 +136,8 @@ static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, 
     search.seed = def->seed;
     search.nworker = def->nworker;
     search.out_dir = dir;
-    OmStatus status = om_calibrate_run(&search, progress, &fit->result);
-    om_calibrate_destroy_tissue(tissue);
+    OmStatus status = om_calibration_run(&search, progress, &fit->result);
+    om_calibration_tissue_destroy(tissue);
     return status > 0 ? OM_OK : status;
 }
 
@@ -205,7 +205,7 @@ static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* word, boo
                          const OmProgress* progress, StudyFit* fit) {
     const char* dir = has_fe && def->truth_dir ? def->truth_dir : fit->dir;
     fit->def = def;
-    fit->contact = om_study_default_contact_def(fit->body, dir);
+    fit->contact = om_study_contact_default_def(fit->body, dir);
     OmStudyContactDef* c = &fit->contact;
     c->nresolution = 1;
     c->resolution[0] = def->fe_ntet;
@@ -226,8 +226,8 @@ static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* word, boo
 static void close_fit(StudyFit* fit) {
     om__study_close(&fit->study);
     om_tet_mesh_done(&fit->particles);
-    om_calibrate_result_done(&fit->result);
-    om_study_destroy_body(fit->body);
+    om_calibration_result_done(&fit->result);
+    om_study_body_destroy(fit->body);
 }
 
 static OmStatus do_gel(StudyCalibration* s, const double* start, const OmProgress* progress) {
@@ -247,7 +247,7 @@ static OmStatus do_breast(StudyCalibration* s, const OmProgress* progress) {
     return find(&s->breast, &plan, s->gel.result.best, false, progress);
 }
 
-OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProgress* progress,
+OmStatus om_study_calibration_run(const OmStudyCalibrationDef* def, const OmProgress* progress,
                                   OmStudyCalibrationSummary* summary) {
     static const double start[OM_STUDY_NCLUSTER] = {0.0096001, 0.0091674, 0.4524};  // Table 3.2
     memset(summary, 0, sizeof *summary);
@@ -263,8 +263,8 @@ OmStatus om_study_run_calibration(const OmStudyCalibrationDef* def, const OmProg
     OM_TRY_DONE(om_path_join(def->out_dir, "gel", s->gel.dir, sizeof s->gel.dir));
     OM_TRY_DONE(om_path_join(def->out_dir, "breast", s->breast.dir, sizeof s->breast.dir));
     OM_TRY_DONE(om_folder_open(def->out_dir, "calibration study", &folder));
-    OM_TRY_DONE(om_study_create_gel(&s->gel.body));
-    OM_TRY_DONE(om_study_create_phantom(def->nlesion, 1, &s->breast.body));
+    OM_TRY_DONE(om_study_body_create_gel(&s->gel.body));
+    OM_TRY_DONE(om_study_body_create_phantom(def->nlesion, 1, &s->breast.body));
     OM_TRY_DONE(open_fit(def, "bead", false, progress, &s->gel));
     double begin = om_clock_now();
     OM_TRY_DONE(do_gel(s, start, progress));

@@ -19,7 +19,7 @@
 #define SURFACE_NTET 6.555
 #define VERSION 2  // of what a run's result depends on besides the definition
 
-OmStudyContactDef om_study_default_contact_def(const OmStudyBody* body, const char* out_dir) {
+OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const char* out_dir) {
     OmStudyContactDef def = {
         .body = body,
         .out_dir = out_dir,
@@ -56,7 +56,7 @@ static OmStatus check_positive(const char* field, double value) {
 
 static OmStatus validate(const OmStudyContactDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "contact study: a definition not made by om_study_default_contact_def");
+             "contact study: a definition not made by om_study_contact_default_def");
     OM_CHECK(def->body && def->out_dir, OM_INVALID, "contact study: no body or no folder");
     OM_CHECK(def->nresolution >= 1 && def->nresolution <= OM_STUDY_MAX_RESOLUTION, OM_INVALID,
              "contact study: %d resolutions; 1 to %d are possible", def->nresolution,
@@ -147,7 +147,7 @@ OmStatus om__study_get_mesh(const OmStudyContactDef* def, int ntet, OmTetMesh* m
     OM_TRY(om__study_path(def, path, sizeof path, "meshes/%06d-%08x.vtu", ntet,
                           (unsigned)om__study_hash_body(def->body)));
     if (om_path_exists(path)) return om_tet_mesh_load(path, OM_UNIT_M, mesh);
-    OM_TRY(om_study_mesh_body(def->body, ntet, def->nworker, mesh));
+    OM_TRY(om_study_body_mesh(def->body, ntet, def->nworker, mesh));
     OmStatus status = om_tet_mesh_save(mesh, path, OM_UNIT_M);
     if (status < 0) om_tet_mesh_done(mesh);
     return status;
@@ -330,7 +330,7 @@ OmStatus om__study_open(const OmStudyContactDef* def, const OmProgress* progress
     return do_runs(s);
 }
 
-OmStatus om_study_run_contact(const OmStudyContactDef* def, const OmProgress* progress,
+OmStatus om_study_contact_run(const OmStudyContactDef* def, const OmProgress* progress,
                               OmStudyContactSummary* summary) {
     memset(summary, 0, sizeof *summary);
     Study s;

@@ -83,11 +83,11 @@ done:
 // Distance from p along the unit vector d to where the ray last leaves the body.
 static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = end;
-    while (t > 0 && om_study_eval_body(body, om_madd(p, t, d)) > 0) t -= step;
+    while (t > 0 && om_study_body_eval(body, om_madd(p, t, d)) > 0) t -= step;
     double in = t, out = t + step;
     for (int k = 0; k < 30; ++k) {
         double mid = 0.5 * (in + out);
-        *(om_study_eval_body(body, om_madd(p, mid, d)) > 0 ? &out : &in) = mid;
+        *(om_study_body_eval(body, om_madd(p, mid, d)) > 0 ? &out : &in) = mid;
     }
     return in;
 }
@@ -95,7 +95,7 @@ static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
 // Distance from p, inside, along the unit vector d to where the ray first leaves the body.
 static double first_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = step;
-    while (t < end && om_study_eval_body(body, om_madd(p, t, d)) < 0) t += step;
+    while (t < end && om_study_body_eval(body, om_madd(p, t, d)) < 0) t += step;
     return t;
 }
 
@@ -123,7 +123,7 @@ static void aim(const OmStudyBody* body, OmStudyLesion* l) {
         }
     }
     l->touch = om_madd(l->center, height, l->normal);
-    l->most = MOST_SHARE * (height - bottom);
+    l->max = MOST_SHARE * (height - bottom);
 }
 
 static OmStatus read_lesion(const char** at, const char* end, double unit, OmStudyLesion* l,
@@ -153,7 +153,7 @@ static OmStatus read_lesion(const char** at, const char* end, double unit, OmStu
 }
 
 static OmStatus add_lesion(OmStudyBody* body, OmStudyLesion* l) {
-    if (om_study_eval_body(body, l->center) >= 0) {
+    if (om_study_body_eval(body, l->center) >= 0) {
         ++body->noutside;
         return OM_OK;
     }
@@ -188,7 +188,7 @@ static OmStatus load_lesions(OmStudyBody* body, const char* path, double unit) {
         1e3 * body->hi.x, 1e3 * body->hi.y, 1e3 * body->hi.z);
 }
 
-OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion, double lesion_unit,
+OmStatus om_study_body_load(const char* mesh, double unit, const char* lesion, double lesion_unit,
                             OmVec3 up, OmStudyBody** out) {
     *out = NULL;
     OM_CHECK(unit > 0 && isfinite(unit) && lesion_unit > 0 && isfinite(lesion_unit), OM_INVALID,
@@ -203,7 +203,7 @@ OmStatus om_study_load_body(const char* mesh, double unit, const char* lesion, d
     OmStatus status = load_solid(body, mesh, unit);
     if (status == OM_OK) status = load_lesions(body, lesion, lesion_unit);
     if (status < 0)
-        om_study_destroy_body(body);
+        om_study_body_destroy(body);
     else
         *out = body;
     return status < 0 ? status : OM_OK;

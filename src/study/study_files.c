@@ -15,11 +15,11 @@ static void put_sample(OmJson* json, const char* key, const StudySample* v) {
     if (v->n) {
         om_json_number(json, "mean", v->mean);
         om_json_number(json, "sd", v->sd);
-        om_json_number(json, "min", v->least);
+        om_json_number(json, "min", v->min);
         om_json_number(json, "lower_quartile", v->lower);
         om_json_number(json, "median", v->median);
         om_json_number(json, "upper_quartile", v->upper);
-        om_json_number(json, "max", v->most);
+        om_json_number(json, "max", v->max);
     }
     om_json_close(json, '}');
 }
@@ -173,7 +173,7 @@ static OmStatus write_runs(const Study* s) {
         status = om_text_append(
             &t, "%s,%d,%d,%d,%d,%d,%.4f,%.4f,%.4f,%.5f,%.3g,%d,%.5f,%.4f,\"%s\"\n",
             om__study_method_name[r->method], r->resolution, r->ntet, r->lesion + 1, r->nstep,
-            r->ndone, time.median, time.least, time.most, 1e3 * deepest, residual, substeps,
+            r->ndone, time.median, time.min, time.max, 1e3 * deepest, residual, substeps,
             r->step[r->nrecord - 1].force, r->volume_min, reason);
     }
     if (status == OM_OK) status = write_text(s, "runs.csv", &t);

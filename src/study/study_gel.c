@@ -26,7 +26,7 @@ double om__study_eval_box(const OmStudyBody* body, OmVec3 p) {
     return fmax(fmax(fabs(p.x) - h.x, fabs(p.y) - h.y), fabs(p.z - h.z) - h.z);
 }
 
-OmStatus om_study_create_gel(OmStudyBody** out) {
+OmStatus om_study_body_create_gel(OmStudyBody** out) {
     static const double top[] = {0.047, 0.053, 0.063};
     *out = NULL;
     OmStudyBody* body = om_calloc(1, sizeof *body);
@@ -44,7 +44,7 @@ OmStatus om_study_create_gel(OmStudyBody** out) {
         l->touch = om_vec3(l->center.x, 0, SIDE_Z);
         l->normal = body->up;
         l->along = om_vec3(0, 1, 0);
-        l->most = MOST;
+        l->max = MOST;
     }
     *out = body;
     return OM_OK;

@@ -164,7 +164,7 @@ typedef struct Study {
 
 typedef struct StudySample {  // of a set of values; all 0 if n is 0
     int n;
-    double mean, sd, least, lower, median, upper, most;
+    double mean, sd, min, lower, median, upper, max;
 } StudySample;
 
 typedef struct StudyCell {  // a method on a mesh

@@ -20,8 +20,8 @@ const char* const om__study_method_by_name[OM_STUDY_NBY] = {"finite_elements", "
 const char* const om__study_method_by_title[OM_STUDY_NBY] = {
     "finite elements, prescribed", "particles, calibrated", "U-Mesh", "rigid"};
 
-OmStudyMethodsDef om_study_default_methods_def(const char* out_dir, const char* weights) {
-    OmStudyCalibrationDef particles = om_study_default_calibration_def(out_dir);
+OmStudyMethodsDef om_study_methods_default_def(const char* out_dir, const char* weights) {
+    OmStudyCalibrationDef particles = om_study_calibration_default_def(out_dir);
     OmStudyMethodsDef def = {.out_dir = out_dir,
                              .weights = weights,
                              .nlesion = 10,
@@ -38,7 +38,7 @@ OmStudyMethodsDef om_study_default_methods_def(const char* out_dir, const char* 
 
 static OmStatus validate(const OmStudyMethodsDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "methods study: a definition not made by om_study_default_methods_def");
+             "methods study: a definition not made by om_study_methods_default_def");
     OM_CHECK(def->out_dir, OM_INVALID, "methods study: no folder");
     OM_CHECK(def->weights, OM_INVALID, "methods study: no weights");
     OM_CHECK(def->nlesion >= 1 && def->nlesion <= 20, OM_INVALID,
@@ -158,7 +158,7 @@ static OmStatus ask(Asked* a, const OmStudyLesion* lesion, double depth, OmVec3*
 static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* nms) {
     const Study* study = &s->fit.study;
     const OmStudyLesion* lesion = &s->fit.body->lesion[l];
-    OmUmeshPatch patch = om_umesh_default_patch(lesion->touch, lesion->normal, lesion->along);
+    OmUmeshPatch patch = om_umesh_patch_default(lesion->touch, lesion->normal, lesion->along);
     OmVec3 contour;
     OmUmeshTrust trust;
     double at[3];
@@ -166,11 +166,11 @@ static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* n
     bool is_whole = true;
     om_store3(at, 0, om__study_contour(lesion));
     OM_TRY(om_fem_mesh_embed(&a->grid->mesh, 1, at, &a->elem, a->weight));
-    OM_CHECK(om_umesh_select_patch(a->grid, &patch, a->mask) > 0, OM_INVALID,
+    OM_CHECK(om_umesh_patch_select(a->grid, &patch, a->mask) > 0, OM_INVALID,
              "methods study: the network's skin has no node under the probe over lesion %d; was it "
              "trained on the phantom?",
              l + 1);
-    double last = fmin(study->def->depth[OM_STUDY_NDEPTH - 1], lesion->most);
+    double last = fmin(study->def->depth[OM_STUDY_NDEPTH - 1], lesion->max);
     for (int step = 0; step < nstep; ++step) {
         double begin = om_clock_now();
         OM_TRY(ask(a, lesion, last * (step + 1) / nstep, &contour, &trust));
@@ -222,7 +222,7 @@ static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
     int num = 0;
     a.grid = om_umesh_net_grid(net);
     describe(s, net);
-    OM_TRY_DONE(om_umesh_create_predictor(net, s->def->nworker, &a.predictor));
+    OM_TRY_DONE(om_umesh_predictor_create(net, s->def->nworker, &a.predictor));
     OM_ALLOC_DONE(a.mask, a.grid->mesh.nnode);
     OM_ALLOC_DONE(a.u, 3 * (size_t)a.grid->mesh.nnode);
     OM_ALLOC_DONE(a.x, 3 * (size_t)a.grid->mesh.nnode);
@@ -238,7 +238,7 @@ done:
     om_free(a.x);
     om_free(a.u);
     om_free(a.mask);
-    om_umesh_destroy_predictor(a.predictor);
+    om_umesh_predictor_destroy(a.predictor);
     return status;
 }
 
@@ -287,15 +287,15 @@ void om__study_summarise_methods(StudyMethods* s) {
 static OmStatus open_fit(StudyMethods* s, const OmUmeshNet* net, const OmProgress* progress) {
     const OmStudyMethodsDef* def = s->def;
     OmStudyContactDef* c = &s->fit.contact;
-    s->particles = om_study_default_calibration_def(def->out_dir);
+    s->particles = om_study_calibration_default_def(def->out_dir);
     s->particles.spacing = def->spacing;
     s->particles.speed = def->speed;
     s->particles.settle = def->settle;
     s->particles.nworker = def->nworker;
     s->fit.def = &s->particles;
-    OM_TRY(om_study_create_phantom(def->nlesion, 1, &s->fit.body));
+    OM_TRY(om_study_body_create_phantom(def->nlesion, 1, &s->fit.body));
     OM_TRY(check_organ(s, om_umesh_net_grid(net)));  // before the truth takes minutes
-    *c = om_study_default_contact_def(s->fit.body, def->truth_dir ? def->truth_dir : def->out_dir);
+    *c = om_study_contact_default_def(s->fit.body, def->truth_dir ? def->truth_dir : def->out_dir);
     c->nresolution = 1;
     c->resolution[0] = def->fe_ntet;
     c->truth_ntet = def->truth_ntet;
@@ -308,7 +308,7 @@ static OmStatus open_fit(StudyMethods* s, const OmUmeshNet* net, const OmProgres
     return om__study_make_particles(&s->fit);
 }
 
-OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* progress,
+OmStatus om_study_methods_run(const OmStudyMethodsDef* def, const OmProgress* progress,
                               OmStudyMethodsSummary* summary) {
     *summary = (OmStudyMethodsSummary){0};
     OM_TRY(validate(def));
@@ -321,7 +321,7 @@ OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* pr
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         for (int l = 0; l < OM_STUDY_MAX_LESION; ++l)
             for (int k = 0; k < OM_STUDY_NDEPTH; ++k) s->error[by][l][k] = -1;
-    OM_TRY_DONE(om_umesh_load_net(def->weights, &net));
+    OM_TRY_DONE(om_umesh_net_load(def->weights, &net));
     OM_TRY_DONE(om_folder_open(def->out_dir, "methods study", &folder));
     OM_TRY_DONE(open_fit(s, net, progress));
     OM_TRY_DONE(score_fe(s));
@@ -333,8 +333,8 @@ OmStatus om_study_run_methods(const OmStudyMethodsDef* def, const OmProgress* pr
 done:
     om__study_close(&s->fit.study);
     om_tet_mesh_done(&s->fit.particles);
-    om_study_destroy_body(s->fit.body);
-    om_umesh_destroy_net(net);
+    om_study_body_destroy(s->fit.body);
+    om_umesh_net_destroy(net);
     om_folder_end(&folder);
     om_free(s);
     return status;

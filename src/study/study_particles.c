@@ -62,7 +62,7 @@ OmStatus om__study_make_tissue(StudyFit* fit, const StudyPlan* plan, const doubl
     const char* name[OM_STUDY_MAX_LESION];
     double rest[3 * OM_STUDY_MAX_LESION];
     int nseen = 0;
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, fit);
+    OmCalibrationTissueDef def = om_calibration_tissue_default_def(build, fit);
     OmCalibrationSeen* seen =
         om_alloc((size_t)(plan->n * OM_STUDY_NDEPTH * plan->nseen), sizeof *seen);
     if (!seen) return OM_NO_MEMORY;
@@ -100,7 +100,7 @@ OmStatus om__study_make_tissue(StudyFit* fit, const StudyPlan* plan, const doubl
     def.rest = rest;
     def.nobservation = nseen;
     def.observation = seen;
-    OmStatus status = om_calibrate_create_tissue(&def, start, tissue);
+    OmStatus status = om_calibration_tissue_create(&def, start, tissue);
     om_free(seen);
     return status;
 }
@@ -117,8 +117,8 @@ OmStatus om__study_score_particles(StudyFit* fit, int first, int end, const doub
     OmCalibrationTissue* tissue;
     double value[OM_STUDY_MAX_LESION * OM_STUDY_NDEPTH];
     OM_TRY(om__study_make_tissue(fit, &plan, param, &tissue));
-    OmStatus status = om_calibrate_eval_tissue(tissue, param, fit->def->nworker, value);
-    om_calibrate_destroy_tissue(tissue);
+    OmStatus status = om_calibration_tissue_eval(tissue, param, fit->def->nworker, value);
+    om_calibration_tissue_destroy(tissue);
     const double* e = value;
     for (int i = 0; i < plan.n && status == OM_OK; ++i)
         for (int k = 0; k < om__study_plan_depths(fit, &plan, i); ++k) error[lesion[i]][k] = *e++;

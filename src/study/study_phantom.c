@@ -53,7 +53,7 @@ static OmStudyLesion lesion_at(OmVec3 h, double tilt, double turn, double depth,
     l.normal = om_normalize(om_vec3(u.x / h.x, u.y / h.y, u.z / h.z));
     l.center = om_madd(l.touch, -depth, l.normal);
     l.radius = radius;
-    l.most = h.z;
+    l.max = h.z;
     l.along = om__study_across(l.normal, om_vec3(1, 0, 0));
     return l;
 }
@@ -95,7 +95,7 @@ double om__study_eval_phantom(const OmStudyBody* body, OmVec3 p) {
     return om_half_ellipsoid_eval(body->half, p);
 }
 
-OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** out) {
+OmStatus om_study_body_create_phantom(int nlesion, uint64_t seed, OmStudyBody** out) {
     *out = NULL;
     OM_CHECK(nlesion >= 1 && nlesion <= MAX_PHANTOM_LESION, OM_INVALID,
              "phantom: %d lesions; 1 to %d are possible", nlesion, MAX_PHANTOM_LESION);
@@ -109,7 +109,7 @@ OmStatus om_study_create_phantom(int nlesion, uint64_t seed, OmStudyBody** out) 
     body->hi = half;
     OmStatus status = place_lesions(body, nlesion, seed);
     if (status < 0)
-        om_study_destroy_body(body);
+        om_study_body_destroy(body);
     else
         *out = body;
     return status;

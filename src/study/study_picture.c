@@ -101,7 +101,7 @@ static OmStatus view_end(View* v, OmReport* report, const char* caption) {
                        .fov = 40 * OM_PI / 180,
                        .near_m = 0.001,
                        .far_m = 100};
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.nworker = v->s->def->nworker;
     OmStatus status = om_sense_scene_commit(v->scene);
     if (status == OM_OK) status = om_picture_init(&picture, WIDTH, HEIGHT, 3);

@@ -16,7 +16,7 @@ const char* const om__study_method_title[OM_STUDY_NMETHOD] = {"Penalty", "LM", "
 
 int om__study_nstep(const OmStudyContactDef* def, int lesion) {
     double last = def->depth[OM_STUDY_NDEPTH - 1];
-    if (lesion >= 0) last = fmin(last, def->body->lesion[lesion].most);
+    if (lesion >= 0) last = fmin(last, def->body->lesion[lesion].max);
     return (int)ceil(last / (def->speed * def->time_step) - 1e-9);
 }
 
@@ -38,13 +38,13 @@ OmStatus om__study_stage_create(const OmStudyContactDef* def, const OmTetMesh* m
     tissue.solver.max_iterations = def->max_iterations;
     tissue.solver.nworker = def->nworker;
     OM_TRY(om_tissue_create(&tissue, &stage->model));
-    OM_TRY(om_tissue_create_state(stage->model, &stage->state));
-    return om_tissue_create_work(stage->model, &stage->work);
+    OM_TRY(om_tissue_state_create(stage->model, &stage->state));
+    return om_tissue_work_create(stage->model, &stage->work);
 }
 
 void om__study_stage_done(StudyStage* stage) {
-    om_tissue_destroy_work(stage->work);
-    om_tissue_destroy_state(stage->state);
+    om_tissue_work_destroy(stage->work);
+    om_tissue_state_destroy(stage->state);
     om_tissue_destroy(stage->model);
     stage->work = NULL;
     stage->state = NULL;
@@ -57,12 +57,12 @@ static OmStatus check_step(const StudyStage* stage, const OmPressReport* report,
     const OmStudyContactDef* def = stage->def;
     int ntet = om_tissue_mesh(stage->model)->ntet, ninverted = 0;
     OM_TRY(om_tissue_get_measure(stage->model, stage->state, OM_VOLUME_RATIO, volume));
-    double least = HUGE_VAL;
+    double min = HUGE_VAL;
     for (int e = 0; e < ntet; ++e) {
         ninverted += !(volume[e] > 0);
-        least = fmin(least, volume[e]);
+        min = fmin(min, volume[e]);
     }
-    run->volume_min = fmin(run->volume_min, least);
+    run->volume_min = fmin(run->volume_min, min);
     double residual = fmax(report->tissue.residual, report->tissue.newton_residual);
     if (ninverted)
         snprintf(run->reason, sizeof run->reason, "%d inverted elements", ninverted);
@@ -76,7 +76,7 @@ static OmStatus check_step(const StudyStage* stage, const OmPressReport* report,
 static OmStatus take_step(StudyStage* stage, OmPress* press, const OmStudyLesion* lesion, int k,
                           double* volume, StudyRun* run) {
     const OmStudyContactDef* def = stage->def;
-    double last = fmin(def->depth[OM_STUDY_NDEPTH - 1], lesion->most);
+    double last = fmin(def->depth[OM_STUDY_NDEPTH - 1], lesion->max);
     OmPose pose = om__study_probe_pose(lesion, fmin(last, (k + 1) * def->speed * def->time_step));
     OmPressReport report = {0};
     double begin = om_clock_now();
@@ -97,9 +97,9 @@ static OmStatus take_step(StudyStage* stage, OmPress* press, const OmStudyLesion
     return check_step(stage, &report, volume, run);
 }
 
-static void record_depths(const OmStudyContactDef* def, double most, const OmEmbedding* embedding,
+static void record_depths(const OmStudyContactDef* def, double max, const OmEmbedding* embedding,
                           const OmTissueState* state, StudyRun* run) {
-    double depth = fmin(run->ndone * def->speed * def->time_step, most);
+    double depth = fmin(run->ndone * def->speed * def->time_step, max);
     while (run->nreached < OM_STUDY_NDEPTH && depth > def->depth[run->nreached] - 1e-9) {
         double p[6];
         om_embedding_eval(embedding, om_tissue_x(state), p);
@@ -126,7 +126,7 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
     run->reason[0] = 0;
     om_store3(point, 0, lesion->center);
     om_store3(point, 1, om__study_contour(lesion));
-    om_tissue_reset(stage->model, stage->state);
+    om_tissue_state_reset(stage->model, stage->state);
     OM_ALLOC_DONE(volume, mesh->ntet);
     OM_TRY_DONE(om_tissue_embed(stage->model, 2, point, &embedding));
     OmPressDef press_def = om_press_default_def(stage->probe);
@@ -139,7 +139,7 @@ OmStatus om__study_press(StudyStage* stage, StudyRun* run) {
         OM_TRY_DONE(take_step(stage, press, lesion, run->ndone, volume, run));
         if (run->reason[0]) break;
         run->ndone++;
-        record_depths(def, lesion->most, &embedding, stage->state, run);
+        record_depths(def, lesion->max, &embedding, stage->state, run);
     }
     status = OM_OK;
 done:

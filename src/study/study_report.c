@@ -49,7 +49,7 @@ static void add_outcome(const Study* s, const StudyScore* score, OmReport* repor
             ++ncell;
             nmet += c->is_met;
             nrun += c->nrun;
-            worst = fmin(worst, c->stability.least);
+            worst = fmin(worst, c->stability.min);
         }
     }
     for (int i = 0; i < s->nrun; ++i)
@@ -108,7 +108,7 @@ static void add_misses(const Study* s, const StudyScore* score, OmReport* report
 // ---- charts ---------------------------------------------------------------------------------------
 
 static OmReportBox to_box(const StudySample* v) {
-    OmReportBox box = {v->least, v->lower, v->median, v->upper, v->most, v->n};
+    OmReportBox box = {v->min, v->lower, v->median, v->upper, v->max, v->n};
     return box;
 }
 
@@ -205,8 +205,8 @@ static void add_times(const Study* s, const StudyScore* score, OmReport* report)
             if (!c->ms.n) continue;
             snprintf(text[n][0], WORD, "%d", c->ntet);
             snprintf(text[n][1], WORD, "%.2f", c->ms.median);
-            snprintf(text[n][2], WORD, "%.2f", c->ms.least);
-            snprintf(text[n][3], WORD, "%.2f", c->ms.most);
+            snprintf(text[n][2], WORD, "%.2f", c->ms.min);
+            snprintf(text[n][3], WORD, "%.2f", c->ms.max);
             cell[5 * n] = text[n][0];
             cell[5 * n + 1] = om__study_method_title[m];
             for (int i = 1; i < 4; ++i) cell[5 * n + i + 1] = text[n][i];
@@ -235,7 +235,7 @@ static void add_stability(const Study* s, const StudyScore* score, OmReport* rep
         for (int m = 0; m < NMETHOD; ++m) {
             const StudySample* v = &score->cell[k][m].stability;
             snprintf(text[k][1 + 2 * m], 32, v->n ? "%.0f, %.0f, %.0f-%.0f" : "-", v->mean,
-                     v->median, v->least, v->most);
+                     v->median, v->min, v->max);
             snprintf(text[k][2 + 2 * m], 32, "-");
             if (!row) continue;
             const int* t = row->value[thesis_column(m)];
@@ -303,7 +303,7 @@ static void add_truth(const Study* s, const StudyScore* score, OmReport* report)
         "tetrahedra puts the lesions %.2f mm away (median; upper quartile %.2f, largest %.2f mm) and its "
         "force differs by %.1f %% (median): this is the check by refinement; the finer one errs less.",
         s->truth[0].ntet, s->def->lesion_ratio, score->sink.median, s->truth[0].ntet_coarse,
-        score->refinement.median, score->refinement.upper, score->refinement.most,
+        score->refinement.median, score->refinement.upper, score->refinement.max,
         score->force_check.median);
     om_report_paragraph(report, text);
     snprintf(

@@ -37,11 +37,11 @@ StudySample om__study_sample(double* value, int n) {
     s.mean = sum / n;
     for (int i = 0; i < n; ++i) square += (value[i] - s.mean) * (value[i] - s.mean);
     s.sd = n > 1 ? sqrt(square / (n - 1)) : 0;
-    s.least = value[0];
+    s.min = value[0];
     s.lower = quantile(value, n, 0.25);
     s.median = quantile(value, n, 0.5);
     s.upper = quantile(value, n, 0.75);
-    s.most = value[n - 1];
+    s.max = value[n - 1];
     return s;
 }
 

@@ -20,7 +20,7 @@ const char* const om__study_sheet_where[OM_STUDY_NPINCH] = {"middle of the free 
                                                             "other corner", "flank", "other flank"};
 const double om__study_sheet_lift[OM_STUDY_NLIFT] = {0.010, 0.020, 0.030};
 
-OmStudySheetDef om_study_default_sheet_def(const char* out_dir) {
+OmStudySheetDef om_study_sheet_default_def(const char* out_dir) {
     return (OmStudySheetDef){.out_dir = out_dir,
                              .cells = 20,
                              .world_cells = 30,
@@ -40,7 +40,7 @@ static OmStatus check_range(const char* name, int value, int min, int max) {
 
 static OmStatus validate(const OmStudySheetDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "sheet study: a definition not made by om_study_default_sheet_def");
+             "sheet study: a definition not made by om_study_sheet_default_def");
     OM_CHECK(d->out_dir, OM_INVALID, "sheet study: no folder");
     OM_TRY(check_range("cells", d->cells, 10, 60));
     OM_TRY(check_range("world_cells", d->world_cells, 10, 80));
@@ -164,15 +164,15 @@ static OmStatus get_clouds(Sheet* s) {
         OM_TRY(om_progress_report(s->progress, "truth by finite elements", 0, 1));
         OmCalibrationProblem* asked;
         double begin = om_clock_now();
-        OM_TRY(om_calibrate_load_problem(problem, NULL, &asked));
-        OmStatus status = om_calibrate_save_synthetic(asked, om_calibrate_problem_start(asked), 0,
-                                                      s->def->seed, clouds);
-        om_calibrate_destroy_problem(asked);
+        OM_TRY(om_calibration_problem_load(problem, NULL, &asked));
+        OmStatus status = om_calibration_save_synthetic(asked, om_calibration_problem_start(asked),
+                                                        0, s->def->seed, clouds);
+        om_calibration_problem_destroy(asked);
         OM_TRY(status);
         s->truth_seconds = om_clock_now() - begin;
         OM_TRY(om_progress_report(s->progress, "truth by finite elements", 1, 1));
     }
-    return om_calibrate_load_problem(problem, clouds, &s->all);
+    return om_calibration_problem_load(problem, clouds, &s->all);
 }
 
 // The rows of the pinch points that a search sees.
@@ -231,7 +231,7 @@ double om__study_sheet_mean(const SheetErrors* e, int but) {
 
 // The model with these parameters along every path.
 static OmStatus eval_all(const Sheet* s, const double* param, SheetErrors* e) {
-    OmCalibrationDef def = om_calibrate_problem_search(s->all);
+    OmCalibrationDef def = om_calibration_problem_search(s->all);
     int count[SHEET_NPATH][OM_STUDY_NLIFT] = {{0}};
     memset(e, 0, sizeof *e);
     double* error;
@@ -260,12 +260,12 @@ static OmStatus run_fold(Sheet* s, SheetFold* f) {
     char dir[MAX_PATH], path[MAX_PATH];
     OM_TRY(put_fold(s, f->held, dir, sizeof dir));
     OM_TRY(om_path_join(dir, "lift.yaml", path, sizeof path));
-    OM_TRY(om_calibrate_load_problem(path, NULL, &f->problem));
-    f->search = om_calibrate_problem_search(f->problem);
+    OM_TRY(om_calibration_problem_load(path, NULL, &f->problem));
+    f->search = om_calibration_problem_search(f->problem);
     f->search.out_dir = dir;
     f->search.nworker = s->def->nworker;
     double begin = om_clock_now();
-    OM_TRY(om_calibrate_run(&f->search, s->progress, &f->result));
+    OM_TRY(om_calibration_run(&f->search, s->progress, &f->result));
     f->seconds = om_clock_now() - begin;
     f->search.out_dir = NULL;  // dir is ours
     return eval_all(s, f->result.best, &f->error);
@@ -303,7 +303,7 @@ static void summarise(const Sheet* s, OmStudySheetSummary* sum) {
     sum->is_met = sum->found <= SHEET_GOAL && sum->unseen_found <= SHEET_GOAL;
 }
 
-OmStatus om_study_run_sheet(const OmStudySheetDef* def, const OmProgress* progress,
+OmStatus om_study_sheet_run(const OmStudySheetDef* def, const OmProgress* progress,
                             OmStudySheetSummary* summary) {
     memset(summary, 0, sizeof *summary);
     OM_TRY(validate(def));
@@ -322,10 +322,10 @@ OmStatus om_study_run_sheet(const OmStudySheetDef* def, const OmProgress* progre
     }
     if (status == OM_OK) status = om__study_sheet_write_report(s, summary);
     for (int k = 0; k < s->nfold; ++k) {
-        om_calibrate_result_done(&s->fold[k].result);
-        om_calibrate_destroy_problem(s->fold[k].problem);
+        om_calibration_result_done(&s->fold[k].result);
+        om_calibration_problem_destroy(s->fold[k].problem);
     }
-    om_calibrate_destroy_problem(s->all);
+    om_calibration_problem_destroy(s->all);
     om_folder_end(&folder);
     om_free(s);
     return status;

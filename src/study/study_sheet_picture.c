@@ -80,7 +80,7 @@ static OmStatus render(const Sheet* s, const OmSenseScene* scene, const char* ca
                        .fov = 25 * OM_PI / 180,
                        .near_m = 0.01,
                        .far_m = 10};
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.nworker = s->def->nworker;
     OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
     OmStatus status = om_sense_render(scene, &camera, &options, &picture);
@@ -164,14 +164,14 @@ static void shown_done(Shown* v) {
 // The model with these parameters on a path, with the last lift in `x`, and the cloud of it.
 static OmStatus make_shown(const Sheet* s, const double* param, int pinch, Shown* v) {
     int nseen;
-    const OmCalibrationSeen* seen = om_calibrate_problem_seen(s->all, &nseen);
-    v->npoint = om_calibrate_problem_npoint(s->all);
+    const OmCalibrationSeen* seen = om_calibration_problem_seen(s->all, &nseen);
+    v->npoint = om_calibration_problem_npoint(s->all);
     size_t n = 3 * (size_t)v->npoint;
     OM_ALLOC(v->rest, n);
     OM_ALLOC(v->x, n * OM_STUDY_NLIFT);
     OM_ALLOC(v->cloud, 3 * (size_t)nseen);
-    OmStatus status = om_calibrate_run_points(s->all, param, SHEET_REST, v->rest);
-    if (status == OM_OK) status = om_calibrate_run_points(s->all, param, pinch, v->x);
+    OmStatus status = om_calibration_run_points(s->all, param, SHEET_REST, v->rest);
+    if (status == OM_OK) status = om_calibration_run_points(s->all, param, pinch, v->x);
     OM_TRY(status);
     OM_CHECK(status == OM_OK, OM_INVALID, "pinch %d cannot be shown", pinch + 1);
     memcpy(v->x, v->x + n * (OM_STUDY_NLIFT - 1), n * sizeof *v->x);

@@ -155,13 +155,13 @@ static void add_errors(const Sheet* s, OmReport* report) {
 
 static OmStatus add_convergence(const Sheet* s, OmReport* report) {
     const OmCalibrationResult* r = &s->fold[0].result;
-    double *x, least = INFINITY;
+    double *x, min = INFINITY;
     OM_ALLOC(x, 2 * (size_t)r->neval);
     double* best = x + r->neval;
     for (int i = 0; i < r->neval; ++i) {
-        least = fmin(least, r->trace[i]);
+        min = fmin(min, r->trace[i]);
         x[i] = i + 1;
-        best[i] = 1e3 * least;
+        best[i] = 1e3 * min;
     }
     OmReportChart chart = {.title = "The first search",
                            .x_label = "evaluations",

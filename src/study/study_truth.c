@@ -182,8 +182,8 @@ static OmStatus centre_gap(void* ctx, const double* x, double load) {
     Touch* t = ctx;
     OM_TRY(eval_touch(t, x, load, NULL, NULL, NULL));
     if (fabs(t->sink) < SINK || t->nturn++ >= MAX_TURN) return OM_OK;
-    double least = LEAST_PRESSURE * t->young, last = t->pressure;
-    t->pressure = fmax(least, last * exp(t->sink / SOFTNESS));
+    double min = LEAST_PRESSURE * t->young, last = t->pressure;
+    t->pressure = fmax(min, last * exp(t->sink / SOFTNESS));
     if (t->pressure == last) return OM_OK;
     return OM_NOT_CONVERGED;
 }
@@ -239,8 +239,8 @@ static OmStatus create_solid(const OmStudyContactDef* def, const OmTetMesh* tet,
     tissue.density = def->density;
     tissue.solver.nworker = def->nworker;
     OM_TRY(om_tissue_create(&tissue, &level->model));
-    OM_TRY(om_tissue_create_state(level->model, &level->state));
-    OM_TRY(om_tissue_create_work(level->model, &level->work));
+    OM_TRY(om_tissue_state_create(level->model, &level->state));
+    OM_TRY(om_tissue_work_create(level->model, &level->work));
     OmPressDef press = om_press_default_def(probe);
     OmSurface surface;
     OM_TRY(om__study_get_surface(def, &surface));
@@ -304,8 +304,8 @@ static void level_done(Level* level) {
     om_free(level->x);
     om_free(level->before);
     om_press_destroy(level->press);
-    om_tissue_destroy_work(level->work);
-    om_tissue_destroy_state(level->state);
+    om_tissue_work_destroy(level->work);
+    om_tissue_state_destroy(level->state);
     om_tissue_destroy(level->model);
     om_free(level->lesion_elem);
     om_free(level->lesion_weight);
@@ -353,7 +353,7 @@ void om__study_truth_destroy(StudyTruth* t) {
 static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmFemReport* report) {
     OmFemExtra extra = {.eval = eval_touch, .finish = centre_gap, .ctx = touch};
     OmFemLoad load = {.fixed = level->fixed, .extra = &extra};
-    OmFemStaticDef how = om_fem_default_static_def(level->solid);
+    OmFemStaticDef how = om_fem_static_default_def(level->solid);
     how.tolerance = TOLERANCE;
     how.max_newton = 30;
     how.solver.nworker = t->def->nworker;
@@ -362,7 +362,7 @@ static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmF
     touch->level = level;
     touch->nturn = 0;
     touch->has_matrix = false;
-    OM_TRY(om_fem_solve_static(level->solid, &load, &how, level->x, NULL, report));
+    OM_TRY(om_fem_static_solve(level->solid, &load, &how, level->x, NULL, report));
     if (report->load < 1) return OM_NOT_CONVERGED;
     return eval_touch(touch, level->x, 1, NULL, NULL, NULL);  // force and penetration
 }
@@ -385,7 +385,7 @@ static OmStatus follow_probe(const StudyTruth* t, Level* level, Touch* touch, do
 static OmStatus guess_shape(Level* level, const OmStudyLesion* lesion, double from, double to) {
     static const int edge[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
     if (from == 0) {
-        om_tissue_reset(level->model, level->state);
+        om_tissue_state_reset(level->model, level->state);
         OM_TRY(om_press_place(level->press, level->model, level->state,
                               om__study_probe_pose(lesion, 0)));
     }
@@ -435,7 +435,7 @@ OmStatus om__study_truth_solve(StudyTruth* t, int lesion, const OmProgress* prog
         OmFemReport report = {0};
         double last = k ? def->depth[k - 1] : 0;
         d->depth = def->depth[k];
-        if (d->depth > touch.lesion->most) break;
+        if (d->depth > touch.lesion->max) break;
         OmStatus status = press_level(t, coarse, &touch, last, d->depth, &report);
         if (status < 0) return status;
         if (status == OM_NOT_CONVERGED) break;

@@ -96,7 +96,7 @@ struct OmTissueState {  // head of the block; arrays follow, nothing in it is a 
     int32_t nvert;
     int32_t reserved;
     double time;  // s
-    OmTissueArm arm[OM_TISSUE_NARM];
+    OmTissueArm arm[OM_MAX_ARM];
 };
 
 enum {            // arrays of 3 doubles a vertex, in this order behind the head
@@ -174,11 +174,11 @@ struct OmTissueWork {
     OmTissuePoint* point;     //                                                    (max_point)
     int nundo;                // blocks of A that they changed
     OmTissueUndo* undo;       //                                                    (max_point x 16)
-    OmPose next[OM_TISSUE_NARM];   // tools at the end of the step begun
-    bool is_static;                // a body at rest is sought: no inertia, h is 1
-    double force_scale;            // N, that solves are measured against besides b
-    double reference;              // norm that a solve is measured against; 0: as it sees fit
-    double *x_end, *v_end;         // where the step would end                          (nvert x 3)
+    OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
+    bool is_static;           // a body at rest is sought: no inertia, h is 1
+    double force_scale;       // N, that solves are measured against besides b
+    double reference;         // norm that a solve is measured against; 0: as it sees fit
+    double *x_end, *v_end;    // where the step would end                          (nvert x 3)
     double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)
     double* elastic;               // elastic force at the last one looked at, N        (nvert x 3)
     double* refine;                // of tissue_refine.c, null where A is the tangent

@@ -12,16 +12,16 @@ size_t om_tissue_state_size(const OmTissueModel* m) {
     return (om__state_size(m->mesh.nvert) + extra + 63) / 64 * 64;
 }
 
-OmStatus om_tissue_create_state(const OmTissueModel* m, OmTissueState** state) {
+OmStatus om_tissue_state_create(const OmTissueModel* m, OmTissueState** state) {
     *state = om_calloc(1, om_tissue_state_size(m));
     if (!*state) return OM_NO_MEMORY;
-    om_tissue_reset(m, *state);
+    om_tissue_state_reset(m, *state);
     return OM_OK;
 }
 
-void om_tissue_destroy_state(OmTissueState* s) { om_free(s); }
+void om_tissue_state_destroy(OmTissueState* s) { om_free(s); }
 
-void om_tissue_reset(const OmTissueModel* m, OmTissueState* s) {
+void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     size_t nvert = (size_t)m->mesh.nvert;
     memset((void*)s, 0, om_tissue_state_size(m));
     s->size = om_tissue_state_size(m);
@@ -30,12 +30,12 @@ void om_tissue_reset(const OmTissueModel* m, OmTissueState* s) {
     memcpy(om__state_array(s, OM__ANCHOR), m->mesh.x, nvert * 3 * sizeof(double));
     memset(om__state_held_by(s), -1, nvert);
     for (int k = 0; m->held && k < m->held->nvert; ++k) om__state_attached(s)[m->held->vert[k]] = 1;
-    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
+    for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
     if (m->engine->sync_state) m->engine->sync_state(m, s);
 }
 
-uint64_t om_tissue_hash(const OmTissueState* s) { return om_hash(s, s->size, OM_HASH_SEED); }
+uint64_t om_tissue_state_hash(const OmTissueState* s) { return om_hash(s, s->size, OM_HASH_SEED); }
 const double* om_tissue_x(const OmTissueState* s) { return om__state_array(s, OM__X); }
 const double* om_tissue_v(const OmTissueState* s) { return om__state_array(s, OM__V); }
 double om_tissue_time(const OmTissueState* s) { return s->time; }
@@ -96,7 +96,7 @@ bool om_tissue_is_prescribed(const OmTissueModel* m, const OmTissueState* s, int
 // ---- grasping -------------------------------------------------------------------------------------
 
 static OmStatus check_arm(int arm, OmPose pose) {
-    OM_CHECK(arm >= 0 && arm < OM_TISSUE_NARM, OM_INVALID, "tissue: arm %d is not 0 or 1", arm);
+    OM_CHECK(arm >= 0 && arm < OM_MAX_ARM, OM_INVALID, "tissue: arm %d is not 0 or 1", arm);
     double n =
         pose.q.x * pose.q.x + pose.q.y * pose.q.y + pose.q.z * pose.q.z + pose.q.w * pose.q.w;
     OM_CHECK(om_is_finite3(pose.p) && fabs(n - 1) < 1e-6, OM_INVALID,
@@ -152,7 +152,7 @@ OmStatus om_tissue_move_grasp(OmTissueState* s, int arm, OmPose pose) {
 }
 
 void om_tissue_release(OmTissueState* s, int arm) {
-    if (arm < 0 || arm >= OM_TISSUE_NARM || s->arm[arm].nheld == 0) return;
+    if (arm < 0 || arm >= OM_MAX_ARM || s->arm[arm].nheld == 0) return;
     signed char* by = om__state_held_by(s);
     OmVec3 zero = {0, 0, 0};
     for (int i = 0; i < s->nvert; ++i) {
@@ -165,5 +165,5 @@ void om_tissue_release(OmTissueState* s, int arm) {
 }
 
 int om_tissue_nheld(const OmTissueState* s, int arm) {
-    return arm >= 0 && arm < OM_TISSUE_NARM ? s->arm[arm].nheld : 0;
+    return arm >= 0 && arm < OM_MAX_ARM ? s->arm[arm].nheld : 0;
 }

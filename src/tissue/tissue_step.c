@@ -20,7 +20,7 @@
 #define NLENGTHEN 2
 #define MAX_LENGTHEN 64
 
-OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
+OmStatus om_tissue_work_create(const OmTissueModel* m, OmTissueWork** work) {
     *work = NULL;
     OmStatus status = OM_OK;
     OmTissueWork* w = om_calloc(1, sizeof *w);
@@ -59,11 +59,11 @@ OmStatus om_tissue_create_work(const OmTissueModel* m, OmTissueWork** work) {
     *work = w;
     return OM_OK;
 done:
-    om_tissue_destroy_work(w);
+    om_tissue_work_destroy(w);
     return status;
 }
 
-void om_tissue_destroy_work(OmTissueWork* w) {
+void om_tissue_work_destroy(OmTissueWork* w) {
     if (!w) return;
     if (w->data && w->engine->destroy_work) w->engine->destroy_work(w);
     om_solver_destroy(w->solver);
@@ -128,7 +128,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     w->force_scale = 0;
     om_solver_set_tolerance(w->solver, 0);
     refresh_fixed(m, s, w);
-    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm)
+    for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
     double a = m->def.rayleigh_mass, b = m->def.rayleigh_stiffness;
     OmAssembly at = {.x = om__state_array(s, OM__X),
@@ -301,7 +301,7 @@ OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWo
     }
     for (int i = 0; i < w->nvert; ++i)  // without the rounding of x + h ((goal - x) / h)
         if (w->key[i]) om_store3(x, i, goal_of(s, w, i));
-    for (int arm = 0; arm < OM_TISSUE_NARM; ++arm) s->arm[arm].pose = w->next[arm];
+    for (int arm = 0; arm < OM_MAX_ARM; ++arm) s->arm[arm].pose = w->next[arm];
     s->time += h;
     w->h = 0;
     return OM_OK;

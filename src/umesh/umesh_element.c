@@ -271,15 +271,15 @@ OM_MULTIVERSION void om__umesh_find_strained(const float* F, float limit,
 }
 
 float om__umesh_least_volume(const float* F, int begin, int end) {
-    V8 least = all(INFINITY);
+    V8 min = all(INFINITY);
     for (int e = begin; e < end; ++e) {
         Mat f = load(F + REFINE_F * (size_t)e);
         V8 J = det(f, cofactor(f));
-        least = where(J < least, J, least);
+        min = where(J < min, J, min);
     }
-    float all_least = least[0];
-    for (int q = 1; q < NPOINT; ++q) all_least = least[q] < all_least ? least[q] : all_least;
-    return all_least;
+    float all_min = min[0];
+    for (int q = 1; q < NPOINT; ++q) all_min = min[q] < all_min ? min[q] : all_min;
+    return all_min;
 }
 
 // ---- nodes ------------------------------------------------------------------------------------------
@@ -332,14 +332,14 @@ OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
 
 // The share of the step that leaves every positive det F at least KEEP of itself.
 OM_INLINE float find_share(const Corner* corner, int num, const float step[3]) {
-    V8 most = all(1);  // what det F loses, over what it may
+    V8 max = all(1);  // what det F loses, over what it may
     for (const Corner* c = corner; c < corner + num; ++c) {
         V8 loss = -(step[0] * c->x + step[1] * c->y + step[2] * c->z);
         V8 over = loss / ((1 - KEEP) * c->J);
-        most = where((c->J > 0) & (over > most), over, most);
+        max = where((c->J > 0) & (over > max), over, max);
     }
     float worst = 1;
-    for (int q = 0; q < NPOINT; ++q) worst = most[q] > worst ? most[q] : worst;
+    for (int q = 0; q < NPOINT; ++q) worst = max[q] > worst ? max[q] : worst;
     return 1 / worst;
 }
 

@@ -125,7 +125,7 @@ static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
 static void learned_destroy_work(OmTissueWork* work) {
     LearnedWork* w = work->data;
     if (!w) return;
-    om_umesh_destroy_predictor(w->predictor);
+    om_umesh_predictor_destroy(w->predictor);
     om_free(w->mask);
     om_free(w->u);
     om_free(w->goal);
@@ -142,7 +142,7 @@ static OmStatus learned_create_work(const OmTissueModel* m, OmTissueWork* work) 
     OM_ALLOC(w->mask, nnode);
     OM_ALLOC(w->u, 3 * nnode);
     OM_ALLOC(w->goal, 3 * nnode);
-    return om_umesh_create_predictor(l->net, m->def.solver.nworker, &w->predictor);
+    return om_umesh_predictor_create(l->net, m->def.solver.nworker, &w->predictor);
 }
 
 // ---- what moves the skin ------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ static OmVec3 held_place(const OmTissueState* s, int i) {
 static void take_held(const OmTissueModel* m, const OmTissueState* s, LearnedWork* w) {
     const Learned* l = m->data;
     const signed char* held_by = om__state_held_by(s);
-    int num[OM_TISSUE_NARM] = {0};
+    int num[OM_MAX_ARM] = {0};
     for (int k = 0; k < l->nskin; ++k) {
         const Skin* skin = &l->skin[k];
         if (!skin->near || held_by[skin->vert] < 0) continue;
@@ -264,7 +264,7 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedW
         om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
         om_store3(x, i, p);
     }
-    for (int a = 0; a < OM_TISSUE_NARM; ++a) s->arm[a].pose = s->arm[a].goal;
+    for (int a = 0; a < OM_MAX_ARM; ++a) s->arm[a].pose = s->arm[a].goal;
     s->time += h;
 }
 

@@ -33,7 +33,7 @@ static void work(void* ctx, OmTeam* team, int rank, int size) {
         int i = atomic_fetch_add(&c->next, 1);
         if (i >= c->shard->num) return;
         OmStatus status =
-            om_umesh_make_sample(c->solver[rank], c->shard->first + i, &c->shard->sample[i],
+            om_umesh_sample_make(c->solver[rank], c->shard->first + i, &c->shard->sample[i],
                                  c->shard->mask + nnode * (size_t)i, u);
         float* to = c->shard->u + 3 * nnode * (size_t)i;
         for (size_t n = 0; n < 3 * nnode && status == OM_OK; ++n) to[n] = (float)u[n];
@@ -119,7 +119,7 @@ static OmStatus generate(const OmUmeshDataDef* def, Crew* c, int nworker, OmUmes
             c->ndone_before = first;
             status = make_shard(c, nworker, &shard);
             if (status == OM_OK)
-                status = om__umesh_shard_save(&shard, om_umesh_grid(def->organ), def, path);
+                status = om__umesh_shard_save(&shard, om_umesh_organ_grid(def->organ), def, path);
             for (int i = 0; i < num; ++i) sum->solve_seconds += shard.sample[i].seconds;
             sum->nmade += num;
         }
@@ -144,7 +144,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     OmFolder folder = {0};
     double begin = om_clock_now();
     int nworker = om_worker_count(def->nworker);
-    Crew c = {.nnode = om_umesh_grid(def->organ)->mesh.nnode,
+    Crew c = {.nnode = om_umesh_organ_grid(def->organ)->mesh.nnode,
               .progress = progress,
               .nsample = def->nsample,
               .is_reported = ATOMIC_FLAG_INIT};
@@ -154,7 +154,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     OM_CALLOC_DONE(c.solver, nworker);
     OM_ALLOC_DONE(c.u, 3 * (size_t)c.nnode * (size_t)nworker);
     OM_ALLOC_DONE(all, def->nsample);
-    for (int k = 0; k < nworker; ++k) OM_TRY_DONE(om_umesh_create_solver(def, &c.solver[k]));
+    for (int k = 0; k < nworker; ++k) OM_TRY_DONE(om_umesh_solver_create(def, &c.solver[k]));
     status = generate(def, &c, nworker, &sum, all);
     if (status != OM_OK) goto done;
     sum.mean_u /= sum.nsample;
@@ -163,7 +163,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     OM_TRY_DONE(om__umesh_write_report(def, &sum, all, c.solver[0]));
     if (out) *out = sum;
 done:
-    for (int k = 0; k < nworker && c.solver; ++k) om_umesh_destroy_solver(c.solver[k]);
+    for (int k = 0; k < nworker && c.solver; ++k) om_umesh_solver_destroy(c.solver[k]);
     om_free(c.solver);
     om_free(c.u);
     om_free(all);
@@ -240,9 +240,9 @@ static OmStatus load_all(const char* dir, int max_sample, OmUmeshData* data) {
     return OM_OK;
 }
 
-OmStatus om_umesh_load_data(const char* dir, int max_sample, OmUmeshData* data) {
+OmStatus om_umesh_data_load(const char* dir, int max_sample, OmUmeshData* data) {
     *data = (OmUmeshData){0};
-    OM_CHECK(max_sample >= 0, OM_INVALID, "om_umesh_load_data: max_sample = %d", max_sample);
+    OM_CHECK(max_sample >= 0, OM_INVALID, "om_umesh_data_load: max_sample = %d", max_sample);
     OmStatus status = load_all(dir, max_sample, data);
     if (status < 0) om_umesh_data_done(data);
     return status;

@@ -121,11 +121,11 @@ uint64_t om__umesh_grid_hash(const OmUmeshGrid* g) {
 
 // ---- patches ----------------------------------------------------------------------------------------
 
-OmUmeshPatch om_umesh_default_patch(OmVec3 center, OmVec3 normal, OmVec3 along) {
+OmUmeshPatch om_umesh_patch_default(OmVec3 center, OmVec3 normal, OmVec3 along) {
     return (OmUmeshPatch){center, normal, along, {0.050, 0.010, 0.010}};
 }
 
-int om_umesh_select_patch(const OmUmeshGrid* g, const OmUmeshPatch* patch, unsigned char* mask) {
+int om_umesh_patch_select(const OmUmeshGrid* g, const OmUmeshPatch* patch, unsigned char* mask) {
     OmVec3 across = om_cross(patch->normal, patch->along);
     int num = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {

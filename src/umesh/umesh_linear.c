@@ -59,7 +59,7 @@ static OmStatus make_factor(const OmUmeshGrid* g, double poisson, int nworker, F
     int nfixed = 0;
     def.nworker = nworker;
     OM_TRY_DONE(om_fem_create(&def, &f->solid));
-    OM_TRY_DONE(om_fem_create_matrix(f->solid, &f->K));
+    OM_TRY_DONE(om_fem_matrix_create(f->solid, &f->K));
     OM_TRY_DONE(om_fem_eval_tangent(f->solid, g->mesh.x, &f->K));
     OM_ALLOC_DONE(f->fixed, 3 * (size_t)g->mesh.nnode);
     for (int i = 0; i < g->mesh.nnode; ++i) {

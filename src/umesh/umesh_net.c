@@ -53,7 +53,7 @@ static OmStatus make_layers(OmUmeshNet* n) {
     def.mask = mask;
     def.activation =
         OM_LEAKY_RELU;  // with ReLU whole layers die: half of the trials at a rate of 5e-3
-    OmStatus status = om_net_create_unet(&def, &n->net);
+    OmStatus status = om_unet_create(&def, &n->net);
     om_free(mask);
     if (status < 0) return status;
     OM_ALLOC(n->param, om_net_parameter_size(n->net));
@@ -88,13 +88,13 @@ OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_
     OmStatus status = om__umesh_grid_copy(grid, &n->grid);
     if (status >= 0) status = finish(n, poisson, base_channels, nlevel);
     if (status < 0)
-        om_umesh_destroy_net(n);
+        om_umesh_net_destroy(n);
     else
         *out = n;
     return status;
 }
 
-void om_umesh_destroy_net(OmUmeshNet* n) {
+void om_umesh_net_destroy(OmUmeshNet* n) {
     if (!n) return;
     om_umesh_grid_done(&n->grid);
     om__umesh_linear_destroy(n->linear);
@@ -159,7 +159,7 @@ static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     const UmeshRegion* r = &n->region;
     *own = (Own){
         .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
-        .limit = {r->stretch, r->rough, r->angle, r->most, r->least, r->margin},
+        .limit = {r->stretch, r->rough, r->angle, r->max, r->min, r->margin},
         .scale = {n->scale, n->correction, n->poisson, n->second, n->balance}};
     for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
     OmStatus status = OM_OK;
@@ -234,7 +234,7 @@ OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
     return status;
 }
 
-OmStatus om_umesh_save_onnx(const OmUmeshNet* n, const char* path) {
+OmStatus om_umesh_net_save_onnx(const OmUmeshNet* n, const char* path) {
     char scale[32], correction[32], second[32];
     snprintf(scale, sizeof scale, "%.17g", n->scale);
     snprintf(correction, sizeof correction, "%.17g", n->correction);
@@ -279,7 +279,7 @@ OmStatus om_umesh_record_test(const OmUmeshNet* n, const OmUmeshData* test, cons
         om__umesh_net_add_fact(copy, "test_network_error_mm", "%.5f", 1e3 * eval->network_mean));
     OM_TRY_DONE(om__umesh_net_save(copy, path));
 done:
-    om_umesh_destroy_net(copy);
+    om_umesh_net_destroy(copy);
     return status;
 }
 
@@ -379,11 +379,11 @@ static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet*
     r->stretch = limit[0];
     r->rough = limit[1];
     r->angle = limit[2];
-    r->most = limit[3];
-    r->least = limit[4];
+    r->max = limit[3];
+    r->min = limit[4];
     r->margin = limit[5];
-    OM_CHECK(r->stretch >= 0 && r->rough >= 0 && r->angle >= 0 && r->least >= 1 &&
-                 r->most >= r->least && r->margin >= 1 && r->margin <= 2,
+    OM_CHECK(r->stretch >= 0 && r->rough >= 0 && r->angle >= 0 && r->min >= 1 && r->max >= r->min &&
+                 r->margin >= 1 && r->margin <= 2,
              OM_INVALID, "%s: trust.limit is no region", path);
     return OM_OK;
 }
@@ -471,7 +471,7 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
     return read_facts(f, n);
 }
 
-OmStatus om_umesh_load_net(const char* path, OmUmeshNet** out) {
+OmStatus om_umesh_net_load(const char* path, OmUmeshNet** out) {
     *out = NULL;
     OmTensorFile* file;
     OM_TRY(om_tensor_file_load(path, &file));
@@ -479,7 +479,7 @@ OmStatus om_umesh_load_net(const char* path, OmUmeshNet** out) {
     OmStatus status = n ? read_net(file, path, n) : OM_NO_MEMORY;
     om_tensor_file_destroy(file);
     if (status < 0)
-        om_umesh_destroy_net(n);
+        om_umesh_net_destroy(n);
     else
         *out = n;
     return status;

@@ -16,7 +16,7 @@ typedef struct UmeshRegion {  // what training saw, and by how much its limits a
     double stretch;           // m
     double rough;             // m / m
     double angle;             // rad
-    double most, least;       // nodes
+    double max, min;          // nodes
     double margin;            // >= 1
 } UmeshRegion;
 

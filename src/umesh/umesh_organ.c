@@ -16,13 +16,13 @@
 #define MAX_TRY 40
 #define HELD_SHARE 0.1  // of the height, of an organ without a set "attachment"
 
-OmUmeshOrganDef om_umesh_default_organ_def(void) {
+OmUmeshOrganDef om_umesh_organ_default_def(void) {
     return (OmUmeshOrganDef){.nelem = 2174, .multiple = 4, .min_fill = 0.5, .cookie = COOKIE};
 }
 
 static OmStatus check_def(const OmUmeshOrganDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "OmUmeshOrganDef was not made by om_umesh_default_organ_def");
+             "OmUmeshOrganDef was not made by om_umesh_organ_default_def");
     OM_CHECK(!def->patient || !def->surface, OM_INVALID,
              "OmUmeshOrganDef has a patient and a surface; give one of them");
     OM_CHECK(def->nelem >= 8 && def->nelem <= 1000000, OM_INVALID,
@@ -153,9 +153,9 @@ static OmStatus place_grid(const Shape* s, double spacing, OmUmeshFrame* f) {
     for (int c = 0; c < 3; ++c) {
         double num = ceil((hi[c] - lo[c]) / spacing - 1e-6);
         OM_CHECK(num < 1000, OM_INVALID, "umesh: spacing %g m makes too many cells", spacing);
-        int ncell = (int)num, most = ncell + 1 > s->def->dim[c] ? ncell + 1 : s->def->dim[c];
+        int ncell = (int)num, max = ncell + 1 > s->def->dim[c] ? ncell + 1 : s->def->dim[c];
         ncells[c] = ncell;
-        f->dim[c] = most;
+        f->dim[c] = max;
         if (f->dim[c] > f->dim[longest]) longest = c;
     }
     for (int c = 0; c < 3; ++c) {
@@ -240,21 +240,21 @@ static OmStatus find_cells(const Shape* s, const OmSdf* sdf, OmUmeshFrame* f, Ce
     }
     OmVec3 size = om_sub(s->hi, s->lo);
     double guess = log(cbrt(size.x * size.y * size.z / def->nelem));
-    double fine = guess - 1.2, coarse = guess + 0.2, best = 0, least = INFINITY;
+    double fine = guess - 1.2, coarse = guess + 0.2, best = 0, min = INFINITY;
     for (int turn = 0; turn < MAX_TRY; ++turn) {
         double middle = 0.5 * (fine + coarse), spacing = exp(middle);
         OM_TRY(mark_cells(s, sdf, spacing, f, cells, &nelem));
         double miss = fabs((double)nelem / def->nelem - 1);
-        if (miss < least) least = miss, best = spacing;
+        if (miss < min) min = miss, best = spacing;
         if (nelem == def->nelem) break;
         if (nelem > def->nelem)
             fine = middle;
         else
             coarse = middle;
     }
-    OM_CHECK(least <= NELEM_SLACK || def->nelem < 200, OM_INVALID,
+    OM_CHECK(min <= NELEM_SLACK || def->nelem < 200, OM_INVALID,
              "umesh: no spacing gives %d elements, the nearest misses by %.1f %%; give the spacing",
-             def->nelem, 100 * least);
+             def->nelem, 100 * min);
     return mark_cells(s, sdf, best, f, cells, &nelem);
 }
 
@@ -345,7 +345,7 @@ static OmStatus take_material(const OmPatient* p, OmUmeshOrgan* o) {
     return OM_OK;
 }
 
-OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
+OmStatus om_umesh_organ_create(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     *out = NULL;
     OM_TRY(check_def(def));
     Shape shape;
@@ -368,13 +368,13 @@ OmStatus om_umesh_create_organ(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
 done:
     cells_done(&cells);
     if (status < 0)
-        om_umesh_destroy_organ(o);
+        om_umesh_organ_destroy(o);
     else
         *out = o;
     return status;
 }
 
-void om_umesh_destroy_organ(OmUmeshOrgan* o) {
+void om_umesh_organ_destroy(OmUmeshOrgan* o) {
     if (!o) return;
     om_umesh_grid_done(&o->grid);
     om_surface_done(&o->surface);
@@ -383,5 +383,5 @@ void om_umesh_destroy_organ(OmUmeshOrgan* o) {
     om_free(o);
 }
 
-const OmUmeshGrid* om_umesh_grid(const OmUmeshOrgan* organ) { return &organ->grid; }
-const OmSurface* om_umesh_surface(const OmUmeshOrgan* organ) { return &organ->surface; }
+const OmUmeshGrid* om_umesh_organ_grid(const OmUmeshOrgan* organ) { return &organ->grid; }
+const OmSurface* om_umesh_organ_surface(const OmUmeshOrgan* organ) { return &organ->surface; }

@@ -63,5 +63,5 @@ OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* g, OmVec3 p) {
     OmVec3 normal = V.cx;
     if (om_dot(normal, find_inward(g, at, reach)) > 0) normal = om_scale(-1, normal);
     OmVec3 along = om_cross(normal, fabs(normal.x) < 0.9 ? om_vec3(1, 0, 0) : om_vec3(0, 1, 0));
-    return om_umesh_default_patch(at, normal, om_normalize(along));
+    return om_umesh_patch_default(at, normal, om_normalize(along));
 }

@@ -55,12 +55,12 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* g, float* in) {
 }
 
 double om__umesh_size(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
         const float* d = u + 3 * (size_t)i;
-        if (mask[i]) most = fmax(most, om_norm2(om_vec3(d[0], d[1], d[2])));
+        if (mask[i]) max = fmax(max, om_norm2(om_vec3(d[0], d[1], d[2])));
     }
-    return fmax(sqrt(most), LEAST_SIZE);
+    return fmax(sqrt(max), LEAST_SIZE);
 }
 
 typedef struct Filling {
@@ -121,14 +121,14 @@ static OmStatus create_run(const OmUmeshNet* net, int nworker, OmNetRun** run) {
     return om_net_run_create(net->net, &def, run);
 }
 
-OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPredictor** out) {
+OmStatus om_umesh_predictor_create(const OmUmeshNet* net, int nworker, OmUmeshPredictor** out) {
     *out = NULL;
     OmUmeshPredictor* p = om_calloc(1, sizeof *p);
     if (!p) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     p->net = net;
     p->nworker = nworker;
-    om_umesh_set_refinement(p, OM_UMESH_TOLERANCE, OM_UMESH_MAX_CYCLE);
+    om_umesh_predictor_set_refinement(p, OM_UMESH_TOLERANCE, OM_UMESH_MAX_CYCLE);
     if (net->refine) OM_TRY_DONE(om__umesh_refine_work_create(net->refine, &p->refine));
     OM_TRY_DONE(create_run(net, nworker, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
@@ -140,11 +140,11 @@ OmStatus om_umesh_create_predictor(const OmUmeshNet* net, int nworker, OmUmeshPr
     *out = p;
     return OM_OK;
 done:
-    om_umesh_destroy_predictor(p);
+    om_umesh_predictor_destroy(p);
     return status;
 }
 
-void om_umesh_destroy_predictor(OmUmeshPredictor* p) {
+void om_umesh_predictor_destroy(OmUmeshPredictor* p) {
     if (!p) return;
     om_net_run_destroy(p->run);
     om__umesh_refine_work_destroy(p->refine);
@@ -162,14 +162,16 @@ size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
            ((UMESH_NCHANNEL + 3) * npoint + 6 * nnode) * sizeof(float);
 }
 
-void om_umesh_set_refinement(OmUmeshPredictor* p, double tolerance, int max_cycle) {
+void om_umesh_predictor_set_refinement(OmUmeshPredictor* p, double tolerance, int max_cycle) {
     p->tolerance = tolerance;
     p->max_cycle = max_cycle;
 }
 
-void om_umesh_set_linear(OmUmeshPredictor* p, bool is_linear) { p->is_linear = is_linear; }
+void om_umesh_predictor_set_linear(OmUmeshPredictor* p, bool is_linear) {
+    p->is_linear = is_linear;
+}
 
-OmUmeshRefinement om_umesh_refinement(const OmUmeshPredictor* p) { return p->refinement; }
+OmUmeshRefinement om_umesh_predictor_refinement(const OmUmeshPredictor* p) { return p->refinement; }
 
 static OmStatus check_input(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     int nmasked = 0;
@@ -266,8 +268,8 @@ static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* da
     const OmUmeshGrid* g = &p->net->grid;
     const size_t nnode = (size_t)g->mesh.nnode;
     bool is_refined = kind == LINEAR || kind == REFINED;
-    om_umesh_set_refinement(p, tolerance, is_refined ? OM_UMESH_MAX_CYCLE : 0);
-    om_umesh_set_linear(p, kind == ALONE || kind == LINEAR);
+    om_umesh_predictor_set_refinement(p, tolerance, is_refined ? OM_UMESH_MAX_CYCLE : 0);
+    om_umesh_predictor_set_linear(p, kind == ALONE || kind == LINEAR);
     for (int s = 0; s < e->n; ++s) {
         const float* truth = data->u + 3 * (size_t)(first + s) * nnode;
         OmUmeshTrust trust;
@@ -291,7 +293,7 @@ static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* da
             e->score[s] = trust.score;
             e->ninside += trust.is_inside;
             e->mean_cycle += (double)r->ncycle / e->n;
-            if (r->ncycle > e->most_cycle) e->most_cycle = r->ncycle;
+            if (r->ncycle > e->max_cycle) e->max_cycle = r->ncycle;
             if (r->ncycle > 0 && !(r->min_volume > 0)) ++e->ninverted;
             if (r->ncycle > 0 && error > fmax(tolerance, r->left)) ++e->nbeyond;
         }
@@ -322,7 +324,7 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     float* u = NULL;
     double* ms = NULL;
     OmStatus status = OM_OK;
-    OM_TRY_DONE(om_umesh_create_predictor(net, nworker, &p));
+    OM_TRY_DONE(om_umesh_predictor_create(net, nworker, &p));
     OM_ALLOC_DONE(u, 3 * (size_t)net->grid.mesh.nnode);
     OM_ALLOC_DONE(ms, n);
     OM_ALLOC_DONE(e->error, n);
@@ -332,15 +334,15 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     OM_TRY_DONE(try_samples(p, LINEAR, data, first, tolerance, u, ms, e));
     e->linear_ms = ms[n / 2];
     OM_TRY_DONE(try_samples(p, REFINED, data, first, tolerance, u, ms, e));
-    e->ms_least = ms[0];
+    e->ms_min = ms[0];
     e->ms_median = ms[n / 2];
-    e->ms_most = ms[n - 1];
+    e->ms_max = ms[n - 1];
     for (int s = first; s < first + n; ++s) e->max_u = fmax(e->max_u, data->sample[s].max_u);
     summarise(e);
 done:
     om_free(ms);
     om_free(u);
-    om_umesh_destroy_predictor(p);
+    om_umesh_predictor_destroy(p);
     if (status < 0) om_umesh_eval_done(e);
     return status;
 }

@@ -14,7 +14,7 @@ static OmStatus write_summary(const OmUmeshDataDef* def, const OmUmeshSummary* s
                               const int bin[NBIN]) {
     char path[1024], hash[20];
     double edge[NBIN + 1], count[NBIN];
-    const OmUmeshGrid* g = om_umesh_grid(def->organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(def->organ);
     OM_TRY(om_path_join(def->out_dir, "summary.json", path, sizeof path));
     for (int k = 0; k <= NBIN; ++k) edge[k] = 1e3 * s->max_u * k / NBIN;
     for (int k = 0; k < NBIN; ++k) count[k] = bin[k];
@@ -121,7 +121,7 @@ static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSens
                        .fov = 40 * OM_PI / 180,
                        .near_m = 0.001,
                        .far_m = 100};
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     OmPicture picture = {0};
     options.nworker = nworker;
     OmStatus status = om_sense_scene_commit(scene);
@@ -135,7 +135,7 @@ static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSens
 // A sample is a function of its index: what is shown is solved again.
 static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, int index,
                             OmReport* report) {
-    size_t nnode = (size_t)om_umesh_grid(def->organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->mesh.nnode;
     unsigned char* mask = NULL;
     double* u = NULL;
     OmSenseScene* scene = NULL;
@@ -144,10 +144,10 @@ static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, in
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(mask, nnode);
     OM_ALLOC_DONE(u, 3 * nnode);
-    OM_TRY_DONE(om_umesh_make_sample(solver, index, &a, mask, u));
+    OM_TRY_DONE(om_umesh_sample_make(solver, index, &a, mask, u));
     OM_TRY_DONE(om_sense_scene_create(&scene));
     OM_TRY_DONE(add_organ(scene, def->organ, u));
-    OM_TRY_DONE(add_patch(scene, om_umesh_grid(def->organ), mask, a.npatch, u));
+    OM_TRY_DONE(add_patch(scene, om_umesh_organ_grid(def->organ), mask, a.npatch, u));
     snprintf(caption, sizeof caption,
              "Sample %d: %s, %.2f N at %.0f degrees from the normal, largest displacement %.1f mm; "
              "the nodes of the patch are marked",
@@ -173,7 +173,7 @@ static void add_facts(const OmUmeshDataDef* def, const OmUmeshSummary* s, OmRepo
                             "failed solves, drawn again"};
     const char* pointer[6];
     snprintf(value[0], sizeof value[0], "%d", s->nsample);
-    snprintf(value[1], sizeof value[1], "%d", om_umesh_grid(def->organ)->mesh.nelem);
+    snprintf(value[1], sizeof value[1], "%d", om_umesh_organ_grid(def->organ)->mesh.nelem);
     snprintf(value[2], sizeof value[2], "%.1f", 1e3 * s->max_u);
     snprintf(value[3], sizeof value[3], "%.1f", 1e3 * s->mean_u);
     snprintf(value[4], sizeof value[4], "%.2f", s->max_force);
@@ -198,7 +198,7 @@ static void add_histogram(const OmUmeshSummary* s, const int bin[NBIN], OmReport
 
 static void add_settings(const OmUmeshDataDef* def, OmReport* report) {
     char text[700];
-    const OmUmeshGrid* g = om_umesh_grid(def->organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(def->organ);
     snprintf(
         text, sizeof text,
         "%d nodes in a grid of %d x %d x %d points, %.2f mm apart. Law %s, Young's modulus %g Pa, "
@@ -214,11 +214,11 @@ static void add_settings(const OmUmeshDataDef* def, OmReport* report) {
 
 OmStatus om__umesh_write_report(const OmUmeshDataDef* def, const OmUmeshSummary* s,
                                 const OmUmeshSample* sample, OmUmeshSolver* solver) {
-    int bin[NBIN] = {0}, most = 0, press = -1;
+    int bin[NBIN] = {0}, max = 0, press = -1;
     for (int i = 0; i < s->nsample; ++i) {
         int k = s->max_u > 0 ? (int)(NBIN * sample[i].max_u / s->max_u) : 0;
         ++bin[k < NBIN ? k : NBIN - 1];
-        if (sample[i].max_u > sample[most].max_u) most = i;
+        if (sample[i].max_u > sample[max].max_u) max = i;
         if (sample[i].press > 0 && (press < 0 || sample[i].press > sample[press].press)) press = i;
     }
     OM_TRY(write_summary(def, s, bin));
@@ -232,7 +232,7 @@ OmStatus om__umesh_write_report(const OmUmeshDataDef* def, const OmUmeshSummary*
     if (def->npicture > 0) om_report_heading(&report, "Samples");
     OmStatus status = OM_OK;
     for (int k = 0; k < def->npicture && status == OM_OK; ++k) {  // the extremes, then the first
-        int index = k == 0 ? most : k == 1 && press >= 0 ? press : k - 2;
+        int index = k == 0 ? max : k == 1 && press >= 0 ? press : k - 2;
         if (index >= 0 && index < s->nsample) status = add_picture(def, solver, index, &report);
     }
     if (status == OM_OK) return om_report_save(&report, path);

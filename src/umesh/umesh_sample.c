@@ -21,7 +21,7 @@
 #define PRESS_SHARE 0.6    // of the way to the nearest held node that the probe may go
 #define DRAW_SHIFT 40      // draws and indices share the 64 bits of a random stream
 
-OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* out_dir) {
+OmUmeshDataDef om_umesh_data_default_def(const OmUmeshOrgan* organ, const char* out_dir) {
     bool is_known = organ && organ->young > 0;
     OmMaterial material = {.law = OM_NEO_HOOKEAN,
                            .young = is_known ? organ->young : 1800,
@@ -49,7 +49,7 @@ OmUmeshDataDef om_umesh_default_data_def(const OmUmeshOrgan* organ, const char* 
 
 OmStatus om__umesh_check_def(const OmUmeshDataDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
-             "OmUmeshDataDef was not made by om_umesh_default_data_def");
+             "OmUmeshDataDef was not made by om_umesh_data_default_def");
     OM_CHECK(d->organ, OM_INVALID, "OmUmeshDataDef.organ is null");
     OM_CHECK(d->nsample >= 1 && d->nsample <= 10000000, OM_INVALID,
              "OmUmeshDataDef.nsample = %d, must be in 1 .. 10000000", d->nsample);
@@ -58,7 +58,7 @@ OmStatus om__umesh_check_def(const OmUmeshDataDef* d) {
     OM_TRY(om_material_validate(&d->material, "OmUmeshDataDef.material"));
     const struct {
         const char* name;
-        double value, least, most;
+        double value, min, max;
     } field[] = {
         {"max_force", d->max_force, 0, 1e6},
         {"max_tilt", d->max_tilt, 0, OM_PI / 2},
@@ -76,9 +76,9 @@ OmStatus om__umesh_check_def(const OmUmeshDataDef* d) {
         {"nworker", d->nworker, 0, OM_MAX_WORKER},
     };
     for (size_t k = 0; k < sizeof field / sizeof *field; ++k)
-        OM_CHECK(field[k].value >= field[k].least && field[k].value <= field[k].most, OM_INVALID,
+        OM_CHECK(field[k].value >= field[k].min && field[k].value <= field[k].max, OM_INVALID,
                  "OmUmeshDataDef.%s = %g, must be in %g .. %g", field[k].name, field[k].value,
-                 field[k].least, field[k].most);
+                 field[k].min, field[k].max);
     return OM_OK;
 }
 
@@ -91,7 +91,7 @@ uint64_t om__umesh_hash_def(const OmUmeshDataDef* d) {
                         d->max_press,     d->pull_share,    d->patch_size[0],
                         d->patch_size[1], d->patch_size[2], d->min_patch,
                         d->tolerance,     d->min_volume,    d->max_attempt};
-    uint64_t h = om_hash(value, sizeof value, om_umesh_grid(d->organ)->hash);
+    uint64_t h = om_hash(value, sizeof value, om_umesh_organ_grid(d->organ)->hash);
     h = om_hash(m->ogden_mu, sizeof m->ogden_mu, h);
     h = om_hash(m->ogden_alpha, sizeof m->ogden_alpha, h);
     return om_hash(&d->seed, sizeof d->seed, h);
@@ -114,10 +114,10 @@ struct OmUmeshSolver {
     unsigned char *fixed, *mask;          //                           (nnode x 3), (nnode)
 };
 
-OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** out) {
+OmStatus om_umesh_solver_create(const OmUmeshDataDef* def, OmUmeshSolver** out) {
     *out = NULL;
     OM_TRY(om__umesh_check_def(def));
-    const OmFemMesh* mesh = &om_umesh_grid(def->organ)->mesh;
+    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->mesh;
     size_t n = 3 * (size_t)mesh->nnode;
     OmStatus status = OM_OK;
     OmUmeshSolver* s = om_calloc(1, sizeof *s);
@@ -126,7 +126,7 @@ OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** out) 
     OmFemDef solid = om_fem_default_def(mesh, 1, &def->material);
     solid.nworker = 1;  // samples are what is done side by side
     OM_TRY_DONE(om_fem_create(&solid, &s->solid));
-    OmFemStaticDef how = om_fem_default_static_def(s->solid);
+    OmFemStaticDef how = om_fem_static_default_def(s->solid);
     how.tolerance = def->tolerance;
     how.solver.preconditioner = OM_MULTIGRID;  // five times as fast as a factor, at 2,800 nodes
     how.solver.tolerance = CG_TOLERANCE;
@@ -135,7 +135,7 @@ OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** out) 
         how.nstep = step_table[k].nstep;
         how.max_newton = step_table[k].max_newton;
         how.min_step = step_table[k].min_step;
-        OM_TRY_DONE(om_fem_create_statics(s->solid, &how, &s->statics[k]));
+        OM_TRY_DONE(om_fem_statics_create(s->solid, &how, &s->statics[k]));
     }
     double** array[] = {&s->x, &s->force, &s->goal, &s->reaction};
     for (int k = 0; k < 4; ++k) OM_CALLOC_DONE(*array[k], n);
@@ -143,16 +143,16 @@ OmStatus om_umesh_create_solver(const OmUmeshDataDef* def, OmUmeshSolver** out) 
     OM_CALLOC_DONE(s->mask, mesh->nnode);
 done:
     if (status < 0)
-        om_umesh_destroy_solver(s);
+        om_umesh_solver_destroy(s);
     else
         *out = s;
     return status < 0 ? status : OM_OK;
 }
 
-void om_umesh_destroy_solver(OmUmeshSolver* s) {
+void om_umesh_solver_destroy(OmUmeshSolver* s) {
     if (!s) return;
-    om_fem_destroy_statics(s->statics[0]);
-    om_fem_destroy_statics(s->statics[1]);
+    om_fem_statics_destroy(s->statics[0]);
+    om_fem_statics_destroy(s->statics[1]);
     om_fem_destroy(s->solid);
     om_free(s->x);
     om_free(s->force);
@@ -166,17 +166,17 @@ void om_umesh_destroy_solver(OmUmeshSolver* s) {
 // Equilibrium from rest under s->force, or with the masked nodes moved by s->goal; into s->x.
 static OmStatus find_equilibrium(OmUmeshSolver* s, const unsigned char* moved,
                                  OmFemReport* report) {
-    const OmUmeshGrid* g = om_umesh_grid(s->def.organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     for (size_t i = 0; i < (size_t)g->mesh.nnode; ++i)
         memset(s->fixed + 3 * i, g->fixed[i] || (moved && moved[i]), 3);
     memcpy(s->x, g->mesh.x, 3 * (size_t)g->mesh.nnode * sizeof *s->x);
     OmFemLoad load = {.fixed = s->fixed, .force = s->force, .goal = s->goal};
-    return om_fem_solve_statics(s->statics[moved ? 1 : 0], &load, s->x, s->reaction, report);
+    return om_fem_statics_solve(s->statics[moved ? 1 : 0], &load, s->x, s->reaction, report);
 }
 
 OmStatus om_umesh_solve(OmUmeshSolver* s, const unsigned char* mask, double* u,
                         OmFemReport* report) {
-    const OmUmeshGrid* g = om_umesh_grid(s->def.organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmFemReport own;
     size_t n = 3 * (size_t)g->mesh.nnode;
     memset(s->force, 0, n * sizeof *s->force);
@@ -194,7 +194,7 @@ OmStatus om_umesh_solve(OmUmeshSolver* s, const unsigned char* mask, double* u,
 
 // The nodes of the patch share the force, or all go the probe's way.
 static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
-    const OmUmeshGrid* g = om_umesh_grid(s->def.organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmVec3 none = {0, 0, 0}, share = om_scale(1.0 / sample->npatch, sample->force);
     OmVec3 way = om_scale(sample->press, sample->direction);
     for (int i = 0; i < g->mesh.nnode; ++i) {
@@ -205,7 +205,7 @@ static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
 
 // How far the probe may go: beside what is held, tissue would be crushed.
 static double longest_way(const OmUmeshDataDef* d, OmVec3 p) {
-    const OmUmeshGrid* g = om_umesh_grid(d->organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(d->organ);
     double nearest = INFINITY;
     for (int i = 0; i < g->mesh.nnode; ++i)
         if (g->fixed[i]) nearest = fmin(nearest, om_distance(p, om_load3(g->mesh.x, i)));
@@ -237,7 +237,7 @@ static void draw(OmUmeshSolver* s, int64_t index, int attempt, OmUmeshSample* ou
 }
 
 static void measure(OmUmeshSolver* s, const OmFemReport* report, OmUmeshSample* out, double* u) {
-    const OmUmeshGrid* g = om_umesh_grid(s->def.organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmVec3 sum = {0, 0, 0};
     out->nnewton = report->nnewton;
     out->residual = report->residual;
@@ -252,18 +252,18 @@ static void measure(OmUmeshSolver* s, const OmFemReport* report, OmUmeshSample* 
     if (out->press > 0) out->force = sum;
 }
 
-OmStatus om_umesh_make_sample(OmUmeshSolver* s, int64_t index, OmUmeshSample* out,
+OmStatus om_umesh_sample_make(OmUmeshSolver* s, int64_t index, OmUmeshSample* out,
                               unsigned char* mask, double* u) {
-    const OmUmeshGrid* g = om_umesh_grid(s->def.organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OM_CHECK(index >= 0 && index < (int64_t)1 << DRAW_SHIFT, OM_INVALID,
-             "om_umesh_make_sample: index %lld is out of range", (long long)index);
+             "om_umesh_sample_make: index %lld is out of range", (long long)index);
     double begin = om_clock_now();
     int nfail = 0;
     for (int attempt = 0; attempt < s->def.max_attempt; ++attempt) {
         OmFemReport report;
         *out = (OmUmeshSample){.nattempt = attempt + 1, .nfail = nfail};
         draw(s, index, attempt, out);
-        out->npatch = om_umesh_select_patch(g, &out->patch, s->mask);
+        out->npatch = om_umesh_patch_select(g, &out->patch, s->mask);
         if (out->npatch < s->def.min_patch) continue;
         apply_load(s, out);
         OmStatus status = find_equilibrium(s, out->press > 0 ? s->mask : NULL, &report);

@@ -35,7 +35,7 @@ typedef struct Training {
     double linear_error;  // mean norm error of the linear answers on the validation samples, m
 } Training;
 
-OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* out_dir) {
+OmUmeshTrainDef om_umesh_train_default_def(const OmUmeshData* data, const char* out_dir) {
     OmUmeshTrainDef def = {.data = data,
                            .out_dir = out_dir,
                            .nvalid = data->nsample < 10 ? 1 : data->nsample / 10,
@@ -53,7 +53,7 @@ OmUmeshTrainDef om_umesh_default_train_def(const OmUmeshData* data, const char* 
 
 static OmStatus validate(const OmUmeshTrainDef* def) {
     OM_CHECK(def->cookie == COOKIE, OM_INVALID,
-             "umesh: a definition not made by om_umesh_default_train_def");
+             "umesh: a definition not made by om_umesh_train_default_def");
     OM_CHECK(def->out_dir, OM_INVALID, "umesh: no folder to train in");
     OM_CHECK(def->base_channels >= 1 && def->base_channels <= 256, OM_INVALID,
              "umesh: base_channels = %d; 1 to 256, fast when a multiple of 16", def->base_channels);
@@ -309,6 +309,6 @@ done:
     om_free(t.mask_image);
     om_free(weight);
     om_free(channel);
-    om_umesh_destroy_net(t.net);
+    om_umesh_net_destroy(t.net);
     return status;
 }

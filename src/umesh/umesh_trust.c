@@ -33,7 +33,7 @@ done:
 // The largest difference between masked nodes that are next to each other, m.
 static double find_jump(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     const int step[3] = {1, g->dim[0], g->dim[0] * g->dim[1]};
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (!mask[i]) continue;
         for (int c = 0; c < 3; ++c) {
@@ -41,10 +41,10 @@ static double find_jump(const OmUmeshGrid* g, const unsigned char* mask, const f
             int next = point < g->npoint ? g->point_node[point] : -1;
             if (next < 0 || !mask[next]) continue;
             const float *a = u + 3 * (size_t)i, *b = u + 3 * (size_t)next;
-            most = fmax(most, om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2])));
+            max = fmax(max, om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2])));
         }
     }
-    return most;
+    return max;
 }
 
 static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const float* u) {
@@ -93,7 +93,7 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
                             .stretch = over(m.stretch, r->stretch * r->margin),
                             .rough = over(m.rough, r->rough),
                             .angle = over(m.angle, r->angle * r->margin)};
-    trust->size = fmax(m.count / r->most, m.count ? r->least / m.count : UNTOUCHED) / r->margin;
+    trust->size = fmax(m.count / r->max, m.count ? r->min / m.count : UNTOUCHED) / r->margin;
     trust->score =
         fmax(fmax(fmax(trust->way, trust->stretch), fmax(trust->angle, trust->size)), trust->rough);
     trust->is_inside = trust->score <= 1;
@@ -117,7 +117,7 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
                  m.angle * 180 / OM_PI, r->angle * 180 / OM_PI);
     else
         snprintf(trust->why, sizeof trust->why, "%d nodes are moved, in training %.0f to %.0f",
-                 m.count, r->least, r->most);
+                 m.count, r->min, r->max);
 }
 
 // ---- from data --------------------------------------------------------------------------------------
@@ -168,10 +168,10 @@ static OmStatus dilate(const OmUmeshGrid* g, float* way) {
         memcpy(wide, way, (size_t)g->mesh.nnode * sizeof *way);
         for (int e = 0; e < g->mesh.nelem; ++e) {
             const int* v = g->mesh.elem_node + 8 * (size_t)e;
-            float most = 0;
-            for (int a = 0; a < 8; ++a) most = fmaxf(most, way[v[a]]);
+            float max = 0;
+            for (int a = 0; a < 8; ++a) max = fmaxf(max, way[v[a]]);
             for (int a = 0; a < 8; ++a)
-                if (g->is_skin[v[a]]) wide[v[a]] = fmaxf(wide[v[a]], most);
+                if (g->is_skin[v[a]]) wide[v[a]] = fmaxf(wide[v[a]], max);
         }
         memcpy(way, wide, (size_t)g->mesh.nnode * sizeof *way);
     }
@@ -195,15 +195,15 @@ OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntr
     }
     OM_TRY(dilate(&net->grid, r->way));
     r->margin = 1;
-    r->least = HUGE_VAL;
+    r->min = HUGE_VAL;
     for (int s = 0; s < ntrain; ++s) {
         Measure m = measure(net, data->mask + (size_t)s * nnode, data->u + 3 * (size_t)s * nnode);
         r->stretch = fmax(r->stretch, m.stretch);
         r->rough = fmax(r->rough, m.rough);
         r->angle = fmax(r->angle, m.angle);
         if (!m.count) continue;
-        r->most = fmax(r->most, m.count);
-        r->least = fmin(r->least, m.count);
+        r->max = fmax(r->max, m.count);
+        r->min = fmin(r->min, m.count);
     }
     if (nvalid < 1) return OM_OK;
     double* score;

@@ -39,7 +39,7 @@ typedef struct Opening {
     const float* answer;  //                                                       (nnode x 3)
     UmeshElements elements;
     float *F, *u, *before;     //                      (nelem x REFINE_F), (nnode x 3), (nnode x 3)
-    float* old_least;          //                                                      (nelem)
+    float* old_min;            //                                                      (nelem)
     unsigned char* is_closed;  // once below LEAST                                     (nelem)
     unsigned char* is_near;    // closed, or in a layer around                         (nelem)
     unsigned char* is_loose;   // nodes of elements that are near                      (nnode)
@@ -80,9 +80,9 @@ static Tet look_at_tet(const Opening* o, int element, int which) {
 }
 
 static float least_of(const Opening* o, int element) {
-    float least = INFINITY;
-    for (int k = 0; k < 6; ++k) least = fminf(least, look_at_tet(o, element, k).J);
-    return least;
+    float min = INFINITY;
+    for (int k = 0; k < 6; ++k) min = fminf(min, look_at_tet(o, element, k).J);
+    return min;
 }
 
 static int count_inverted(const Opening* o) {
@@ -107,16 +107,16 @@ static void mark_nodes(Opening* o) {
 // Elements stay marked: their nodes are off the answer and must follow. @return the least det F of all tetrahedra
 static float mark_closed(Opening* o) {
     const OmFemMesh* mesh = &o->grid->mesh;
-    float least_all = INFINITY;
+    float all_min = INFINITY;
     bool is_new = false;
     for (int e = 0; e < mesh->nelem; ++e) {
-        float least = least_of(o, e);
-        least_all = fminf(least_all, least);
-        if (least > LEAST || o->is_closed[e]) continue;
+        float min = least_of(o, e);
+        all_min = fminf(all_min, min);
+        if (min > LEAST || o->is_closed[e]) continue;
         o->is_closed[e] = 1;
         is_new = true;
     }
-    if (!is_new) return least_all;
+    if (!is_new) return all_min;
     memcpy(o->is_near, o->is_closed, (size_t)mesh->nelem);
     for (int ring = 0; ring < RING; ++ring) {
         mark_nodes(o);
@@ -124,7 +124,7 @@ static float mark_closed(Opening* o) {
             if (o->is_loose[mesh->elem_node[k]]) o->is_near[k / 8] = 1;
     }
     mark_nodes(o);
-    return least_all;
+    return all_min;
 }
 
 // ---- one node -----------------------------------------------------------------------------------------
@@ -171,8 +171,8 @@ static float relax_node(Opening* o, int node) {
     for (int k = 0; k < ntet; ++k) {
         const float* s = tet[k].slope;
         const float loss = -(s[0] * step[0] + s[1] * step[1] + s[2] * step[2]);
-        const float most = (1 - KEEP) * tet[k].J;
-        if (most > 0 && share * loss > most) share = most / loss;
+        const float max = (1 - KEEP) * tet[k].J;
+        if (max > 0 && share * loss > max) share = max / loss;
     }
     for (int i = 0; i < 3; ++i) step[i] *= share;
     om__umesh_node_move(t, node, step, o->F, o->u);
@@ -185,18 +185,18 @@ static float relax_node(Opening* o, int node) {
 static bool relax(Opening* o, int nsweep) {
     const UmeshElements* t = &o->elements;
     const int nfree = t->color_adr[8];
-    float least = mark_closed(o);
+    float min = mark_closed(o);
     for (int sweep = 0; sweep < nsweep; ++sweep) {
-        float most = 0;
+        float max = 0;
         for (int at = 0; at < nfree; ++at) {
             const int node = t->color_node[sweep % 2 ? nfree - 1 - at : at];
-            if (!o->mask[node] && o->is_loose[node]) most = fmaxf(most, relax_node(o, node));
+            if (!o->mask[node] && o->is_loose[node]) max = fmaxf(max, relax_node(o, node));
         }
         ++o->nsweep;
-        least = mark_closed(o);
-        if (least > OPEN && most < SETTLED) break;
+        min = mark_closed(o);
+        if (min > OPEN && max < SETTLED) break;
     }
-    return least > OPEN;
+    return min > OPEN;
 }
 
 static bool open_directly(Opening* o) {
@@ -213,7 +213,7 @@ static bool add_share(Opening* o, float share) {
     for (int i = 0; i < 3 * mesh->nnode; ++i) o->u[i] = o->before[i] + share * o->answer[i];
     for (int e = 0; e < mesh->nelem; ++e) {
         float J = least_of(o, e);
-        if (!(J > LEAST) && !(J > KEEP * o->old_least[e])) return false;
+        if (!(J > LEAST) && !(J > KEEP * o->old_min[e])) return false;
     }
     om__umesh_gradients(&o->elements, o->u, 1, o->F, 0, mesh->nelem);
     return om__umesh_least_volume(o->F, 0, mesh->nelem) > 0;
@@ -231,7 +231,7 @@ static bool open_by_shares(Opening* o) {
     clear_marks(o);
     while (done < all) {
         memcpy(o->before, o->u, size);
-        for (int e = 0; e < mesh->nelem; ++e) o->old_least[e] = least_of(o, e);
+        for (int e = 0; e < mesh->nelem; ++e) o->old_min[e] = least_of(o, e);
         if (step > all - done) step = all - done;
         while (!add_share(o, (float)step / (float)all)) {
             step /= 2;
@@ -256,7 +256,7 @@ static void measure(const Opening* o, OmUmeshUntangling* report) {
         const float *u = o->u + 3 * (size_t)i, *from = o->answer + 3 * (size_t)i;
         double way = om_distance(om_vec3(u[0], u[1], u[2]), om_vec3(from[0], from[1], from[2]));
         report->nmoved += way > MOVED;
-        report->most = fmax(report->most, way);
+        report->max = fmax(report->max, way);
         report->mean += way / mesh->nnode;
     }
 }
@@ -272,7 +272,7 @@ OmStatus om_umesh_untangle(const OmUmeshNet* net, const unsigned char* mask, flo
     OM_ALLOC_DONE(o.F, REFINE_F * nelem);
     OM_ALLOC_DONE(o.u, 3 * nnode);
     OM_ALLOC_DONE(o.before, 3 * nnode);
-    OM_ALLOC_DONE(o.old_least, nelem);
+    OM_ALLOC_DONE(o.old_min, nelem);
     OM_ALLOC_DONE(o.is_closed, nelem);
     OM_ALLOC_DONE(o.is_near, nelem);
     OM_ALLOC_DONE(o.is_loose, nnode);
@@ -289,7 +289,7 @@ done:
     om_free(o.F);
     om_free(o.u);
     om_free(o.before);
-    om_free(o.old_least);
+    om_free(o.old_min);
     om_free(o.is_closed);
     om_free(o.is_near);
     om_free(o.is_loose);

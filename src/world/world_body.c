@@ -125,8 +125,8 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     OmTissueDef def = om_body_tissue_def(scene, site, &parts);
     def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, &b->model);
-    if (status == OM_OK) status = om_tissue_create_state(b->model, &b->state);
-    if (status == OM_OK) status = om_tissue_create_work(b->model, &b->work);
+    if (status == OM_OK) status = om_tissue_state_create(b->model, &b->state);
+    if (status == OM_OK) status = om_tissue_work_create(b->model, &b->work);
     if (status == OM_OK) status = create_contact(scene, site, b);
     if (status < 0)
         om_body_destroy(b);
@@ -138,8 +138,8 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
 void om_body_destroy(OmBody* b) {
     if (!b) return;
     om_contact_destroy(b->contact);
-    om_tissue_destroy_work(b->work);
-    om_tissue_destroy_state(b->state);
+    om_tissue_work_destroy(b->work);
+    om_tissue_state_destroy(b->state);
     om_tissue_destroy(b->model);
     om_free(b);
 }
@@ -182,7 +182,7 @@ OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
 const OmSite* om_body_site(const OmBody* b) { return b->site; }
-uint64_t om_body_hash(const OmBody* b) { return om_tissue_hash(b->state); }
+uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 
 // A tool carries the weight that the ground no longer bears; pull is the grasp less that. Two tools share it.
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
@@ -190,7 +190,7 @@ OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
     OmVec3 carried = om_sub(b->rest.ground, f.contact);
     bool is_shared = om_body_is_holding(b, 0) && om_body_is_holding(b, 1);
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         forces->grasp[a] = f.grasp[a];
         forces->pull[a] = om_vec3(0, 0, 0);
         if (om_body_is_holding(b, a))

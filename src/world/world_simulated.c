@@ -33,7 +33,7 @@ typedef struct SimWorld {
     const OmScene* scene;
     const OmSite* site;
     OmBody* body;
-    Arm arm[OM_WORLD_NARM];
+    Arm arm[OM_MAX_ARM];
     OmSenseScene* sense;
     OmSurface tissue;  // boundary of the mesh
     int* tissue_vert;  // its vertices in the mesh
@@ -50,7 +50,7 @@ static void sim_destroy(OmWorld* world) {
     om_sense_scene_destroy(w->sense);
     om_surface_done(&w->tissue);
     om_free(w->tissue_vert);
-    for (int a = 0; a < OM_WORLD_NARM; ++a) om_surface_done(&w->arm[a].surface);
+    for (int a = 0; a < OM_MAX_ARM; ++a) om_surface_done(&w->arm[a].surface);
     om_free(w);
 }
 
@@ -143,7 +143,7 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
 
 static OmStatus sim_advance(OmWorld* world, double dt) {
     SimWorld* w = (SimWorld*)world;
-    for (int a = 0; a < OM_WORLD_NARM; ++a) OM_TRY(move_arm(w, a, dt));
+    for (int a = 0; a < OM_MAX_ARM; ++a) OM_TRY(move_arm(w, a, dt));
     OmBodyReport report;
     OM_TRY(om_body_step(w->body, dt, &report));
     w->time += dt;
@@ -161,7 +161,7 @@ static OmStatus build_sense(SimWorld* w) {
     OmSenseLook fat = om_sense_look(OM_PART_TISSUE), steel = om_sense_look(OM_PART_TOOL);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         OM_TRY(om_sense_scene_add(w->sense, &w->arm[a].surface, &steel, &w->arm[a].object));
     }
     w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
@@ -173,9 +173,9 @@ static OmStatus build_sense(SimWorld* w) {
 static OmStatus refresh_sense(SimWorld* w) {
     if (!w->is_sense_stale) return OM_OK;
     om_sense_scene_update(w->sense, w->tissue_id, om_body_x(w->body), w->tissue_vert);
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         Arm* arm = &w->arm[a];
-        om_psm_update_surface(&arm->psm, arm->q, arm->jaw, &arm->surface);
+        om_psm_surface_update(&arm->psm, arm->q, arm->jaw, &arm->surface);
         om_sense_scene_update(w->sense, arm->object, arm->surface.x, NULL);
     }
     OM_TRY(om_sense_scene_commit(w->sense));
@@ -189,7 +189,7 @@ static OmStatus render(SimWorld* w, int width, int height, int samples, OmPictur
     camera.width = width;
     camera.height = height;
     OM_TRY(om_picture_init(picture, width, height, 3));
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.samples = samples;
     OmStatus status = om_sense_render(w->sense, &camera, &options, picture);
     if (status < 0) om_picture_done(picture);
@@ -220,12 +220,11 @@ done:
 }
 
 static void observe_arms(const SimWorld* w, OmObservation* obs) {
-    for (int a = 0; a < OM_WORLD_NARM; ++a) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
         const Arm* arm = &w->arm[a];
         // An offset of calibration that stays, and a tremor a twentieth of it.
         OmRng still = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)a);
-        OmRng now =
-            om_rng_init((uint64_t)w->scene->seed + 78, w->nstep * OM_WORLD_NARM + (uint64_t)a);
+        OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, w->nstep * OM_MAX_ARM + (uint64_t)a);
         double noise[3];
         for (int i = 0; i < 3; ++i) noise[i] = om_rng_normal(&still) + 0.05 * om_rng_normal(&now);
         obs->arm[a] = (OmArmObservation){
@@ -273,7 +272,7 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     w->scene = scene;
     w->site = site;
     OmStatus status = om_body_create(scene, site, nworker, &w->body);
-    for (int a = 0; status == OM_OK && a < OM_WORLD_NARM; ++a) status = place_arm(w, a);
+    for (int a = 0; status == OM_OK && a < OM_MAX_ARM; ++a) status = place_arm(w, a);
     if (status == OM_OK) status = build_sense(w);
     if (status < 0)
         sim_destroy(&w->head);
@@ -287,9 +286,9 @@ OmBody* om_world_truth(OmWorld* world) {
 }
 
 const OmSurface* om_world_tool(OmWorld* world, int index) {
-    if (!world || world->ops != &sim_ops || index < 0 || index >= OM_WORLD_NARM) return NULL;
+    if (!world || world->ops != &sim_ops || index < 0 || index >= OM_MAX_ARM) return NULL;
     Arm* arm = &((SimWorld*)world)->arm[index];
-    om_psm_update_surface(&arm->psm, arm->q, arm->jaw, &arm->surface);
+    om_psm_surface_update(&arm->psm, arm->q, arm->jaw, &arm->surface);
     return &arm->surface;
 }
 

@@ -98,8 +98,8 @@ OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
     OmStatus status = om_view_look(view, NULL, &v);
     om_view_destroy(view);
     OM_TRY(status);
-    double least = fmax(OM_WORLD_LEAST_VISIBLE, scene->task.visibility);
-    if (v.nseen >= least * v.npoint) return OM_OK;
+    double min = fmax(OM_WORLD_LEAST_VISIBLE, scene->task.visibility);
+    if (v.nseen >= min * v.npoint) return OM_OK;
     const char* remedy = "raise the endoscope's elevation_deg or move the ROI";
     if (v.noutside >= v.naway && v.noutside >= v.nhidden)
         remedy = "make the endoscope's fov_deg or distance_mm larger, or move the ROI";
@@ -107,6 +107,6 @@ OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
         OM_INVALID,
         "%s: endoscope: with the tissue removed it sees %.0f %% of the ROI, and %.0f %% is needed: "
         "of %d points %d face away, %d lie outside the picture, %d lie behind the organ; %s",
-        scene->path[0] ? scene->path : scene->name, 100.0 * v.nseen / v.npoint, 100 * least,
-        v.npoint, v.naway, v.noutside, v.nhidden, remedy);
+        scene->path[0] ? scene->path : scene->name, 100.0 * v.nseen / v.npoint, 100 * min, v.npoint,
+        v.naway, v.noutside, v.nhidden, remedy);
 }

@@ -4,8 +4,7 @@
 #include "omentum/world.h"
 
 static OmStatus check_arm(int arm) {
-    OM_CHECK(arm >= 0 && arm < OM_WORLD_NARM, OM_INVALID, "arm is %d; 0 to %d", arm,
-             OM_WORLD_NARM - 1);
+    OM_CHECK(arm >= 0 && arm < OM_MAX_ARM, OM_INVALID, "arm is %d; 0 to %d", arm, OM_MAX_ARM - 1);
     return OM_OK;
 }
 

@@ -46,11 +46,11 @@ static void ignore(void* ctx, void* ptr) { (void)ctx, (void)ptr; }
 static void a_refusing_allocator_gives_null(void** state) {
     (void)state;
     OmAllocator none = {refuse, ignore, NULL};
-    om_set_allocator(&none);
+    om_allocator_set(&none);
     void* p = om_alloc(1, 8);
     OmText text = {0};
     OmStatus status = om_text_append(&text, "x");
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_null(p);
     assert_int_equal(status, OM_NO_MEMORY);
 }

@@ -55,8 +55,8 @@ static void test_a_problem_is_read(void** state) {
     (void)state;
     put_all();
     OmCalibrationProblem* problem;
-    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
-    OmCalibrationDef def = om_calibrate_problem_search(problem);
+    assert_ok(om_calibration_problem_load(problem_path(), NULL, &problem));
+    OmCalibrationDef def = om_calibration_problem_search(problem);
     assert_int_equal(def.nparam, 3);
     assert_string_equal(def.param[0].name, "tissue.young");
     assert_near(def.param[0].start, 3000, 0);  // the scene's default
@@ -79,13 +79,13 @@ static void test_a_problem_is_read(void** state) {
     assert_string_equal(def.landmark[def.label[2].landmark], "force");
     assert_string_equal(def.experiment[def.label[3].experiment], "hang");
     uint64_t hash = def.problem;
-    om_calibrate_destroy_problem(problem);
+    om_calibration_problem_destroy(problem);
     // whatever decides about the evaluations is in the hash
     put("seen.csv",
         "experiment,level_mm,landmark,x_mm,y_mm,z_mm\nhang,0,cloud,1,2,3\nend,1,cloud,1,2,3\n");
-    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
-    assert_true(om_calibrate_problem_search(problem).problem != hash);
-    om_calibrate_destroy_problem(problem);
+    assert_ok(om_calibration_problem_load(problem_path(), NULL, &problem));
+    assert_true(om_calibration_problem_search(problem).problem != hash);
+    om_calibration_problem_destroy(problem);
     assert_ok(om_path_remove(dir));
 }
 
@@ -114,18 +114,18 @@ static void test_parameters_have_an_effect(void** state) {
         put("problem.yaml", text);
         put("seen.csv", "experiment,level_mm,landmark,x_mm,y_mm,z_mm\nhang,0,cloud,1,2,3\n");
         OmCalibrationProblem* problem;
-        OmStatus status = om_calibrate_load_problem(problem_path(), NULL, &problem);
+        OmStatus status = om_calibration_problem_load(problem_path(), NULL, &problem);
         if (set[k].refused) {
             assert_status(status, OM_INVALID);
             if (!strstr(om_error_message(), set[k].refused))
                 fail_msg("\"%s\" and not \"%s\"", om_error_message(), set[k].refused);
         } else {
             assert_ok(status);
-            OmCalibrationDef def = om_calibrate_problem_search(problem);
+            OmCalibrationDef def = om_calibration_problem_search(problem);
             assert_near(def.param[0].start, 0.0095, 1e-15);
             assert_near(def.param[0].unit, 1e-3, 0);
         }
-        om_calibrate_destroy_problem(problem);
+        om_calibration_problem_destroy(problem);
         assert_ok(om_path_remove(dir));
     }
 }
@@ -135,26 +135,26 @@ static void test_points_of_a_cloud(void** state) {
     (void)state;
     put_all();
     OmCalibrationProblem* problem;
-    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
-    OmCalibrationDef def = om_calibrate_problem_search(problem);
-    const double* start = om_calibrate_problem_start(problem);
-    int nseen, n = om_calibrate_problem_npoint(problem);
-    const OmCalibrationSeen* all = om_calibrate_problem_seen(problem, &nseen);
+    assert_ok(om_calibration_problem_load(problem_path(), NULL, &problem));
+    OmCalibrationDef def = om_calibration_problem_search(problem);
+    const double* start = om_calibration_problem_start(problem);
+    int nseen, n = om_calibration_problem_npoint(problem);
+    const OmCalibrationSeen* all = om_calibration_problem_seen(problem, &nseen);
     assert_int_equal(nseen, 5);
     assert_int_equal(n, 15);
     double x[45], error[18];
     assert_int_equal(def.nerror, 18);
-    assert_ok(om_calibrate_run_points(problem, start, 0, x));
+    assert_ok(om_calibration_run_points(problem, start, 0, x));
     assert_ok(def.eval(def.ctx, start, 1, error));
     for (int i = 0; i < n; ++i) {
-        double least = INFINITY;
+        double min = INFINITY;
         for (int k = 0; k < nseen; ++k)
             if (all[k].landmark == OM_SEEN_CLOUD)
-                least = fmin(least, om_distance(all[k].x, om_load3(x, i)));
-        assert_near(error[3 + i], least, 1e-12);  // rounding of the task frame's pose
+                min = fmin(min, om_distance(all[k].x, om_load3(x, i)));
+        assert_near(error[3 + i], min, 1e-12);  // rounding of the task frame's pose
     }
-    assert_status(om_calibrate_run_points(problem, start, 2, x), OM_INVALID);
-    om_calibrate_destroy_problem(problem);
+    assert_status(om_calibration_run_points(problem, start, 2, x), OM_INVALID);
+    om_calibration_problem_destroy(problem);
     assert_ok(om_path_remove(dir));
 }
 
@@ -162,7 +162,7 @@ static void assert_refused(const char* file, const char* text, const char* messa
     put_all();
     put(file, text);
     OmCalibrationProblem* problem;
-    OmStatus status = om_calibrate_load_problem(problem_path(), NULL, &problem);
+    OmStatus status = om_calibration_problem_load(problem_path(), NULL, &problem);
     if (status >= 0 || !strstr(om_error_message(), message))
         fail_msg("%s: status %d, \"%s\" and not \"%s\"", file, (int)status, om_error_message(),
                  message);
@@ -226,8 +226,8 @@ static void test_wrong_files(void** state) {
 static OmStatus load(void* ctx) {
     (void)ctx;
     OmCalibrationProblem* problem;
-    OM_TRY(om_calibrate_load_problem(problem_path(), NULL, &problem));
-    om_calibrate_destroy_problem(problem);
+    OM_TRY(om_calibration_problem_load(problem_path(), NULL, &problem));
+    om_calibration_problem_destroy(problem);
     return OM_OK;
 }
 
@@ -268,10 +268,10 @@ static void calibrate_strip(OmCalibrationResult* r) {
     OmCalibrationProblem* problem;
     char path[600];
     snprintf(path, sizeof path, "%s/shown.csv", dir);
-    assert_ok(om_calibrate_load_problem(problem_path(), path, &problem));
-    OmCalibrationDef def = om_calibrate_problem_search(problem);
-    assert_ok(om_calibrate_run(&def, NULL, r));
-    om_calibrate_destroy_problem(problem);
+    assert_ok(om_calibration_problem_load(problem_path(), path, &problem));
+    OmCalibrationDef def = om_calibration_problem_search(problem);
+    assert_ok(om_calibration_run(&def, NULL, r));
+    om_calibration_problem_destroy(problem);
 }
 
 // A strip of 6000 Pa on 9 x 5 x 2 cells is lifted. On 6 x 3 x 1 cells the calibration makes up for stiff elements:
@@ -288,9 +288,9 @@ static void test_a_value_of_the_mesh_is_called_so(void** state) {
     OmCalibrationProblem* problem;
     char path[600];
     snprintf(path, sizeof path, "%s/shown.csv", dir);
-    assert_ok(om_calibrate_load_problem(problem_path(), NULL, &problem));
-    assert_ok(om_calibrate_save_synthetic(problem, &truth, 0, 1, path));
-    om_calibrate_destroy_problem(problem);
+    assert_ok(om_calibration_problem_load(problem_path(), NULL, &problem));
+    assert_ok(om_calibration_save_synthetic(problem, &truth, 0, 1, path));
+    om_calibration_problem_destroy(problem);
     OmCalibrationResult r;
     calibrate_strip(&r);
     const OmCalibrationProfile* f = &r.profile[0];
@@ -301,13 +301,13 @@ static void test_a_value_of_the_mesh_is_called_so(void** state) {
                     1e-12);
     assert_true(f->mesh_lo < f->lo && f->mesh_lo < truth && truth < f->mesh_hi);
     double coarse = r.mesh_difference;
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
     put_strip("9, 5, 2");
     calibrate_strip(&r);
     assert_true(f->lo <= truth && truth <= f->hi);
     assert_near_rel(r.best[0], truth, 2e-3);
     assert_true(r.mesh_difference < 0.5 * coarse);  // a finer mesh owes less to itself
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
 }
 
 int main(void) {

@@ -42,9 +42,9 @@ static void make_spring(Spring* s, double noise, uint64_t seed) {
 }
 
 static OmCalibrationDef spring_def(Spring* s) {
-    OmCalibrationDef def = om_calibrate_default_def(spring_eval, s, NLEVEL);
-    om_calibrate_add_param(&def, "stiffness", 100, 100000, 1000, true);
-    om_calibrate_add_param(&def, "offset", -1, 1, 0, false);
+    OmCalibrationDef def = om_calibration_default_def(spring_eval, s, NLEVEL);
+    om_calibration_add_param(&def, "stiffness", 100, 100000, 1000, true);
+    om_calibration_add_param(&def, "offset", -1, 1, 0, false);
     def.nworker = 1;
     return def;
 }
@@ -68,7 +68,7 @@ static void test_recovers_exactly(void** state) {
                 def.tolerance = 1e-6;
                 def.max_local = 1000;
                 OmCalibrationResult r;
-                assert_ok(om_calibrate_run(&def, NULL, &r));
+                assert_ok(om_calibration_run(&def, NULL, &r));
                 // measured: 4e-4 where a stagnant global search made the local one short (ESCH), else
                 // 2e-5; quadratic models do not see a kink: 1.1e-3
                 assert_near_rel(r.best[0], truth[0], local == OM_LOCAL_BOBYQA ? 3e-3 : 1e-3);
@@ -76,7 +76,7 @@ static void test_recovers_exactly(void** state) {
                 assert_true(r.profile[0].is_determined && r.profile[1].is_determined);
                 assert_int_equal(r.neval, atomic_load(&s.nevaluation));
                 assert_int_equal(r.neval, 2 + r.nglobal + r.nlocal + r.nprofile);
-                om_calibrate_result_done(&r);
+                om_calibration_result_done(&r);
             }
         }
     }
@@ -119,7 +119,7 @@ static OmStatus run_in(const char* dir, int nworker, int die_at, OmCalibrationRe
     def.noise = 0.001;
     def.out_dir = dir;
     def.nworker = nworker;
-    OmStatus status = om_calibrate_run(&def, NULL, r);
+    OmStatus status = om_calibration_run(&def, NULL, r);
     if (status >= 0) assert_int_equal(atomic_load(&s.nevaluation), r->nnew);
     return status;
 }
@@ -136,10 +136,10 @@ static void test_same_bytes_whatever_the_workers(void** state) {
         assert_memory_equal(a.best, b.best, sizeof a.best);
         assert_int_equal(a.neval, b.neval);
         assert_same_folders(one, two);
-        om_calibrate_result_done(&b);
+        om_calibration_result_done(&b);
         assert_ok(om_path_remove(two));
     }
-    om_calibrate_result_done(&a);
+    om_calibration_result_done(&a);
     assert_ok(om_path_remove(one));
 }
 
@@ -181,13 +181,13 @@ static void test_killed_and_resumed(void** state) {
     assert_ok(run_in(cut, 2, 0, &b));
     assert_int_equal(b.nnew, a.neval - kept);  // nothing that is on file is evaluated again
     assert_same_folders(whole, cut);
-    om_calibrate_result_done(&b);
+    om_calibration_result_done(&b);
     // finished: nothing is evaluated at all
     assert_ok(run_in(cut, 2, 0, &b));
     assert_int_equal(b.nnew, 0);
     assert_same_folders(whole, cut);
-    om_calibrate_result_done(&b);
-    om_calibrate_result_done(&a);
+    om_calibration_result_done(&b);
+    om_calibration_result_done(&a);
     assert_ok(om_path_remove(whole));
     assert_ok(om_path_remove(cut));
 }
@@ -197,13 +197,13 @@ static void test_refuses_foreign_journals(void** state) {
     const char* dir = temp_path("foreign");
     OmCalibrationResult r;
     assert_ok(run_in(dir, 1, 0, &r));
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
     Spring s = {0};
     make_spring(&s, 0.001, 7);
     OmCalibrationDef def = spring_def(&s);
     def.noise = 0.002;
     def.out_dir = dir;
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_INVALID);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "journal.jsonl: the journal of another problem"));
     def.noise = 0.001;
     char path[600];
@@ -212,7 +212,7 @@ static void test_refuses_foreign_journals(void** state) {
     char* line = strchr(b.data, '\n') + 1;
     strstr(line, "\"cost\":")[7] = 'x';
     write_bytes(path, b.data, b.size);
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_INVALID);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "journal.jsonl:2: not a line of a journal"));
     om_free(b.data);
     assert_ok(om_path_remove(dir));
@@ -234,9 +234,9 @@ static void test_robust_norms_ignore_outliers(void** state) {
         def.noise = 1e-5;
         def.unfit = 1e4;
         OmCalibrationResult r;
-        assert_ok(om_calibrate_run(&def, NULL, &r));
+        assert_ok(om_calibration_run(&def, NULL, &r));
         miss[norm] = fabs(r.best[0] / truth[0] - 1);
-        om_calibrate_result_done(&r);
+        om_calibration_result_done(&r);
     }
     // measured: mean 0.24 %, trimmed 0.21 %, Huber 0.46 %, squares 29 %
     assert_below(miss[OM_NORM_MEAN], 0.01);
@@ -255,20 +255,20 @@ static void test_stops_when_the_model_cannot_fit(void** state) {
     const char* dir = temp_path("unfit");
     def.out_dir = dir;
     OmCalibrationResult r;
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_UNSAT);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_UNSAT);
     assert_int_equal(r.outcome, OM_CALIBRATION_UNFIT);
     assert_near(r.cost, 0.01, 1e-4);
     assert_true(r.neval < 400 && !r.has_profile);  // of 16,120
     Bytes page = read_file(dir, "report.html");
     assert_non_null(strstr(page.data, "This model cannot fit"));
     om_free(page.data);
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
     assert_ok(om_path_remove(dir));
     // the same model with the noise that it has
     def.noise = 0.01;
     def.out_dir = NULL;
-    assert_ok(om_calibrate_run(&def, NULL, &r));
-    om_calibrate_result_done(&r);
+    assert_ok(om_calibration_run(&def, NULL, &r));
+    om_calibration_result_done(&r);
 }
 
 static void test_says_what_is_not_determined(void** state) {
@@ -276,13 +276,13 @@ static void test_says_what_is_not_determined(void** state) {
     // only weight / stiffness decides: each axis closes, the pair does not
     Spring s = {.is_ratio = true};
     make_spring(&s, 0, 1);
-    OmCalibrationDef def = om_calibrate_default_def(spring_eval, &s, NLEVEL);
-    om_calibrate_add_param(&def, "stiffness", 100, 100000, 1000, true);
-    om_calibrate_add_param(&def, "weight", 0.01, 10, 1, true);
-    om_calibrate_add_param(&def, "colour", 0, 1, 0.5, false);
+    OmCalibrationDef def = om_calibration_default_def(spring_eval, &s, NLEVEL);
+    om_calibration_add_param(&def, "stiffness", 100, 100000, 1000, true);
+    om_calibration_add_param(&def, "weight", 0.01, 10, 1, true);
+    om_calibration_add_param(&def, "colour", 0, 1, 0.5, false);
     def.noise = 1e-6;
     OmCalibrationResult r;
-    assert_true(om_calibrate_run(&def, NULL, &r) >=
+    assert_true(om_calibration_run(&def, NULL, &r) >=
                 0);  // in a valley a search has no end of its own
     assert_near_rel(r.best[1] / r.best[0], truth[1] / truth[0], 1e-2);
     assert_false(r.profile[0].is_open_lo || r.profile[0].is_open_hi);
@@ -292,7 +292,7 @@ static void test_says_what_is_not_determined(void** state) {
     assert_true(r.profile[2].is_open_lo && r.profile[2].is_open_hi);
     assert_int_equal(r.profile[2].partner, -1);
     for (int k = 0; k < 3; ++k) assert_false(r.profile[k].is_determined);
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
 }
 
 // Fine-tuning (thesis 3.5.1): no global stage, never farther than the range allows.
@@ -309,21 +309,21 @@ static void test_intervals_by_hand(void** state) {
     double half = 2 * sqrt(0.1 * 2.1);  // noise of 2 mm, rise of 0.1
     const double bound[3][2] = {{0, 10}, {2.5, 10}, {0, 3.4}};
     for (int k = 0; k < 3; ++k) {
-        OmCalibrationDef def = om_calibrate_default_def(ramp_eval, NULL, 1);
-        om_calibrate_add_param(&def, "x", bound[k][0], bound[k][1],
-                               0.5 * (bound[k][0] + bound[k][1]), false);
+        OmCalibrationDef def = om_calibration_default_def(ramp_eval, NULL, 1);
+        om_calibration_add_param(&def, "x", bound[k][0], bound[k][1],
+                                 0.5 * (bound[k][0] + bound[k][1]), false);
         def.nworker = 1;
         def.noise = 0.002;
         def.rise = 0.1;
         OmCalibrationResult r;
-        assert_ok(om_calibrate_run(&def, NULL, &r));
+        assert_ok(om_calibration_run(&def, NULL, &r));
         const OmCalibrationProfile* f = &r.profile[0];
         assert_near(r.best[0], 3, 0.01);
         assert_near(f->lo, fmax(bound[k][0], 3 - half), 0.01);
         assert_near(f->hi, fmin(bound[k][1], 3 + half), 0.01);
         assert_true(f->is_open_lo == (k == 1) && f->is_open_hi == (k == 2));
         assert_true(f->is_determined == (k == 0));
-        om_calibrate_result_done(&r);
+        om_calibration_result_done(&r);
     }
 }
 
@@ -336,15 +336,15 @@ static void test_local_stage_stays_within_its_range(void** state) {
     def.rise = 0;
     def.param[0].start = 100;  // three decades: 40 % around it end at 400
     OmCalibrationResult r;
-    assert_ok(om_calibrate_run(&def, NULL, &r));
+    assert_ok(om_calibration_run(&def, NULL, &r));
     assert_near_rel(r.best[0], 100 * pow(1000, 0.2), 1e-3);
     assert_int_equal(r.nglobal, 0);
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
     def.max_local = 3;
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_NOT_CONVERGED);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_NOT_CONVERGED);
     assert_int_equal(r.outcome, OM_CALIBRATION_BUDGET);
     assert_int_equal(r.nlocal, 3);
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
 }
 
 // ---- what can go wrong ----------------------------------------------------------------------------
@@ -361,23 +361,23 @@ static OmStatus picky_eval(void* ctx, const double* p, int nworker, double* erro
 static void test_models_that_do_not_exist(void** state) {
     (void)state;
     double mode = 0;
-    OmCalibrationDef def = om_calibrate_default_def(picky_eval, &mode, 1);
-    om_calibrate_add_param(&def, "x", 0, 1, 0.1, false);
+    OmCalibrationDef def = om_calibration_default_def(picky_eval, &mode, 1);
+    om_calibration_add_param(&def, "x", 0, 1, 0.1, false);
     def.noise = 1e-3;
     OmCalibrationResult r;
     for (int local = OM_LOCAL_SUBPLEX; local < OM_NLOCAL; ++local) {
         def.local = (OmCalibrationLocal)local;
-        assert_ok(om_calibrate_run(&def, NULL, &r));
+        assert_ok(om_calibration_run(&def, NULL, &r));
         assert_near(r.best[0], 0.6, 1e-3);
         assert_true(isinf(r.cost_start));
-        om_calibrate_result_done(&r);
+        om_calibration_result_done(&r);
     }
     mode = 2;
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_INVALID);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "no parameters within the bounds gave a model"));
     mode = 1;
     def.nworker = 4;
-    assert_status(om_calibrate_run(&def, NULL, &r), OM_IO);
+    assert_status(om_calibration_run(&def, NULL, &r), OM_IO);
     assert_string_equal(om_error_message(), "the probe of 0.1 is lost");
 }
 
@@ -394,7 +394,7 @@ static void test_cancelled(void** state) {
     int count = 0;
     OmProgress progress = {stop_at_40, &count};
     OmCalibrationResult r;
-    assert_status(om_calibrate_run(&def, &progress, &r), OM_CANCELLED);
+    assert_status(om_calibration_run(&def, &progress, &r), OM_CANCELLED);
     assert_int_equal(atomic_load(&s.nevaluation), 40);
 }
 
@@ -405,14 +405,14 @@ static void test_bad_definitions(void** state) {
     const OmCalibrationDef good = spring_def(&s);
     OmCalibrationDef def;
     OmCalibrationResult r;
-#define REFUSED(change, word)                                        \
-    do {                                                             \
-        def = good;                                                  \
-        change;                                                      \
-        assert_status(om_calibrate_run(&def, NULL, &r), OM_INVALID); \
-        assert_non_null(strstr(om_error_message(), word));           \
+#define REFUSED(change, word)                                          \
+    do {                                                               \
+        def = good;                                                    \
+        change;                                                        \
+        assert_status(om_calibration_run(&def, NULL, &r), OM_INVALID); \
+        assert_non_null(strstr(om_error_message(), word));             \
     } while (0)
-    REFUSED(def.cookie = 0, "om_calibrate_default_def");
+    REFUSED(def.cookie = 0, "om_calibration_default_def");
     REFUSED(def.nparam = 0, "nparam");
     REFUSED(def.nparam = 9, "nparam");
     REFUSED(def.nerror = 0, "nerror");
@@ -442,8 +442,8 @@ static OmStatus run_small(void* ctx) {
     def.max_generations = 2;
     def.out_dir = ctx;
     OmCalibrationResult r;
-    OmStatus status = om_calibrate_run(&def, NULL, &r);
-    if (status >= 0) om_calibrate_result_done(&r);
+    OmStatus status = om_calibration_run(&def, NULL, &r);
+    if (status >= 0) om_calibration_result_done(&r);
     if (status >= 0) om_path_remove(ctx);
     return status;
 }

@@ -70,8 +70,8 @@ static void hang_truth(double young, double noise, const double* rest, double* x
     double* node = om_alloc(3 * (size_t)mesh.nnode, sizeof *node);
     memcpy(node, mesh.x, 3 * (size_t)mesh.nnode * sizeof *node);
     OmFemLoad load = {.body = {0, 0, -9.81}, .fixed = fixed};
-    OmFemStaticDef how = om_fem_default_static_def(solid);
-    assert_ok(om_fem_solve_static(solid, &load, &how, node, NULL, NULL));
+    OmFemStaticDef how = om_fem_static_default_def(solid);
+    assert_ok(om_fem_static_solve(solid, &load, &how, node, NULL, NULL));
     int elem[NMARK];
     double weight[NMARK * OM_MAX_ELEM_NODE];
     assert_ok(om_fem_mesh_embed(&mesh, NMARK, rest, elem, weight));
@@ -112,7 +112,7 @@ static void make_hang(Hang* h, double noise) {
                                   .settle = 40,
                                   .nlevel = 1,
                                   .level = h->level};
-    h->def = om_calibrate_default_tissue_def(build, &h->maker);
+    h->def = om_calibration_tissue_default_def(build, &h->maker);
     h->def.npath = 1, h->def.path = &h->path;
     h->def.nlandmark = NMARK, h->def.rest = h->rest;
     h->def.nobservation = NMARK, h->def.observation = h->seen;
@@ -125,30 +125,30 @@ static void test_stiffness_from_weight(void** state) {
     double start[2] = {1500, 1000};
     OmCalibrationTissue* tissue;
     OmCalibrationResult r;
-    assert_ok(om_calibrate_create_tissue(&h.def, start, &tissue));
-    OmCalibrationDef def = om_calibrate_tissue_search(tissue);
-    om_calibrate_add_param(&def, "young", 1000, 20000, start[0], true);
+    assert_ok(om_calibration_tissue_create(&h.def, start, &tissue));
+    OmCalibrationDef def = om_calibration_tissue_search(tissue);
+    om_calibration_add_param(&def, "young", 1000, 20000, start[0], true);
     def.noise = 0.00048;  // mean length of a vector of 0.3 mm a coordinate
     def.max_generations = 6;
-    assert_ok(om_calibrate_run(&def, NULL, &r));
+    assert_ok(om_calibration_run(&def, NULL, &r));
     // 0.3 mm over 12 marks that sink 7 mm on average: 1 %; the coarser mesh adds 1 %
     assert_near_rel(r.best[0], 4000, 0.04);
     assert_true(r.profile[0].is_determined);
     assert_true(r.profile[0].lo < 4000 && r.profile[0].hi > 4000);
     assert_near(r.cost, def.noise, 0.3 * def.noise);  // 36 numbers: +- 15 %
-    om_calibrate_result_done(&r);
+    om_calibration_result_done(&r);
 
     // Weight and stiffness at once: the data know their ratio, and the result says so.
     h.maker.nparam = 2;
-    om_calibrate_add_param(&def, "density", 200, 5000, start[1], true);
+    om_calibration_add_param(&def, "density", 200, 5000, start[1], true);
     def.max_local = 60;
-    assert_true(om_calibrate_run(&def, NULL, &r) >= 0);
+    assert_true(om_calibration_run(&def, NULL, &r) >= 0);
     assert_near_rel(r.best[0] / r.best[1], 4, 0.05);
     assert_int_equal(r.profile[0].partner, 1);
     assert_int_equal(r.profile[1].partner, 0);
     assert_false(r.profile[0].is_determined || r.profile[1].is_determined);
-    om_calibrate_result_done(&r);
-    om_calibrate_destroy_tissue(tissue);
+    om_calibration_result_done(&r);
+    om_calibration_tissue_destroy(tissue);
     om_tet_mesh_done(&h.maker.mesh);
 }
 
@@ -195,17 +195,17 @@ static void check_paths(bool has_board) {
     OmCalibrationSeen seen[800] = {
         {0, 0, 0}, {0, 1, 1}, {0, 2, 0}, {0, 2, OM_SEEN_FORCE}, {1, 0, OM_SEEN_FORCE}};
     if (has_board) seen[4] = seen[3];
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, &maker);
+    OmCalibrationTissueDef def = om_calibration_tissue_default_def(build, &maker);
     def.contact = has_board ? &contact : NULL;
     def.npath = has_board ? 1 : 2, def.path = path;
     def.nlandmark = 2, def.rest = rest;
     def.nobservation = 5, def.observation = seen;
     OmCalibrationTissue* tissue;
     double param[] = {30000}, x[18], force[9], push[3] = {0, 0, -1};
-    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
-    assert_ok(om_calibrate_run_path(tissue, param, 0, x, force));
-    if (!has_board) assert_ok(om_calibrate_run_path(tissue, param, 1, NULL, push));
-    om_calibrate_destroy_tissue(tissue);
+    assert_ok(om_calibration_tissue_create(&def, param, &tissue));
+    assert_ok(om_calibration_path_run(tissue, param, 0, x, force));
+    if (!has_board) assert_ok(om_calibration_path_run(tissue, param, 1, NULL, push));
+    om_calibration_tissue_destroy(tissue);
     assert_true(x[2] < 0.006 && x[3 * 4 + 2] > x[2] + 0.005);  // it lay or hung, then was lifted
     assert_true(!has_board || x[2] > 0.0045);                  // on the board
     assert_true(force[8] > 0.02 && push[2] < -0.01);           // up, down
@@ -217,17 +217,17 @@ static void check_paths(bool has_board) {
     seen[7] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, {0, 0, -5}};
     def.nobservation = 8;
     def.ncloud_point = 2, def.cloud_point = rest;
-    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
-    OmCalibrationDef search = om_calibrate_tissue_search(tissue);
+    assert_ok(om_calibration_tissue_create(&def, param, &tissue));
+    OmCalibrationDef search = om_calibration_tissue_search(tissue);
     assert_int_equal(search.nerror, 5 + 2);
     double error[7], other[7];
     for (int nworker = 1; nworker <= 2; ++nworker) {
-        assert_ok(om_calibrate_eval_tissue(tissue, param, nworker, error));
+        assert_ok(om_calibration_tissue_eval(tissue, param, nworker, error));
         for (int i = 0; i < 7; ++i) assert_near(error[i], 0, 1e-15);
     }
     param[0] = 15000;
-    assert_ok(om_calibrate_eval_tissue(tissue, param, 1, error));
-    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, other));
+    assert_ok(om_calibration_tissue_eval(tissue, param, 1, error));
+    assert_ok(om_calibration_tissue_eval(tissue, param, 2, other));
     assert_memory_equal(error, other, sizeof error);
     for (int i = 0; i < 7; ++i) assert_true(error[i] > 1e-6);
     // half the stiffness, and deeper sunk: less than half the push; an error of 0.01 m a newton
@@ -238,15 +238,15 @@ static void check_paths(bool has_board) {
     assert_string_equal(search.landmark[search.label[5].landmark], "cloud");
     assert_near(search.label[5].level, 0.01, 0);
     param[0] = -1;
-    assert_status(om_calibrate_eval_tissue(tissue, param, 1, error), OM_UNSAT);
-    om_calibrate_destroy_tissue(tissue);
+    assert_status(om_calibration_tissue_eval(tissue, param, 1, error), OM_UNSAT);
+    om_calibration_tissue_destroy(tissue);
 
     // all vertices of the surface where no points are given
     def.ncloud_point = 0;
     param[0] = 30000;
-    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
-    assert_int_equal(om_calibrate_tissue_search(tissue).nerror, 5 + maker.mesh.nvert);
-    om_calibrate_destroy_tissue(tissue);
+    assert_ok(om_calibration_tissue_create(&def, param, &tissue));
+    assert_int_equal(om_calibration_tissue_search(tissue).nerror, 5 + maker.mesh.nvert);
+    om_calibration_tissue_destroy(tissue);
     om_probe_destroy(probe);
     om_tet_mesh_done(&maker.mesh);
 }
@@ -317,7 +317,7 @@ static void test_forces_are_those_of_the_tool(void** state) {
     OmTissueModel* model;
     assert_ok(build(&maker, young, 1, &model));
     s.model = model;
-    assert_ok(om_tissue_create_state(model, &s.state));
+    assert_ok(om_tissue_state_create(model, &s.state));
     for (int k = 0; k < 2; ++k) {
         assert_ok(om__calibrate_walk(model, &path[k], NULL, look_at_balance, &s));
         for (int l = k == 0 ? 1 : 0; l < path[k].nlevel; ++l) {
@@ -327,7 +327,7 @@ static void test_forces_are_those_of_the_tool(void** state) {
             assert_near(om_distance(s.force[l], s.balance[l]), 0, 0.02 * fabs(s.force[l].z));
         }
     }
-    om_tissue_destroy_state(s.state);
+    om_tissue_state_destroy(s.state);
     om_tissue_destroy(model);
     om_probe_destroy(probe);
     om_tet_mesh_done(&maker.mesh);
@@ -400,25 +400,25 @@ static void test_presses_on_a_board(void** state) {
         OmPbdDef pbd = om_pbd_default_def(OM_PBD_ELASTIC);
         pbd.collision_distance = 0;
         if (k == 1) maker.def.engine = "pbd", maker.def.pbd = &pbd;
-        OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build, &maker);
+        OmCalibrationTissueDef def = om_calibration_tissue_default_def(build, &maker);
         def.contact = &contact;
         def.npath = 1, def.path = &path;
         def.nlandmark = 3, def.rest = rest;
         def.nobservation = 1, def.observation = seen;
         OmCalibrationTissue* tissue;
         double param[] = {5000}, x[9], force[3];
-        OmStatus status = om_calibrate_create_tissue(&def, param, &tissue);
+        OmStatus status = om_calibration_tissue_create(&def, param, &tissue);
         if (k == 0) {
             assert_status(status, OM_INVALID);
             assert_non_null(strstr(om_error_message(), "path press: a press of finite elements"));
             assert_non_null(strstr(om_error_message(), "the board"));
         } else {
             assert_ok(status);
-            assert_ok(om_calibrate_run_path(tissue, param, 0, x, force));
+            assert_ok(om_calibration_path_run(tissue, param, 0, x, force));
             assert_true(x[2] > -1e-5 && x[5] > -1e-5);
             assert_true(x[8] < 0.012 && force[2] < -0.1);  // pressed, 10 mm deep
         }
-        om_calibrate_destroy_tissue(tissue);
+        om_calibration_tissue_destroy(tissue);
         om_tet_mesh_done(&maker.mesh);
     }
     om_probe_destroy(probe);
@@ -494,24 +494,24 @@ static void test_particles(void** state) {
             seen[p * n + i] = (OmCalibrationSeen){p, 0, OM_SEEN_CLOUD, om_load3(shown.mesh.x, i)};
         om_tissue_destroy(model);
     }
-    OmCalibrationTissueDef def = om_calibrate_default_tissue_def(build_sheet, &maker);
+    OmCalibrationTissueDef def = om_calibration_tissue_default_def(build_sheet, &maker);
     def.npath = 2, def.path = path;
     def.nobservation = 2 * n, def.observation = seen;
     OmCalibrationTissue* tissue;
-    assert_ok(om_calibrate_create_tissue(&def, param, &tissue));
-    OmCalibrationDef search = om_calibrate_tissue_search(tissue);
+    assert_ok(om_calibration_tissue_create(&def, param, &tissue));
+    OmCalibrationDef search = om_calibration_tissue_search(tissue);
     assert_int_equal(search.nerror, 2 * n);
     double* error = om_alloc(2 * (size_t)n, sizeof *error);
-    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, error));
+    assert_ok(om_calibration_tissue_eval(tissue, param, 2, error));
     for (int i = 0; i < 2 * n; ++i) assert_near(error[i], 0, 1e-15);
-    assert_near(om_calibrate_eval_norm(&search, n, error + n, NULL), 0, 1e-15);
+    assert_near(om_calibration_norm_eval(&search, n, error + n, NULL), 0, 1e-15);
     param[0] = 0.1;
-    assert_ok(om_calibrate_eval_tissue(tissue, param, 2, error));
-    assert_true(om_calibrate_eval_norm(&search, n, error, NULL) > 1e-4);
+    assert_ok(om_calibration_tissue_eval(tissue, param, 2, error));
+    assert_true(om_calibration_norm_eval(&search, n, error, NULL) > 1e-4);
     param[1] = 0.001;  // less than half the spacing: no such model
-    assert_status(om_calibrate_eval_tissue(tissue, param, 2, error), OM_UNSAT);
+    assert_status(om_calibration_tissue_eval(tissue, param, 2, error), OM_UNSAT);
     om_free(error);
-    om_calibrate_destroy_tissue(tissue);
+    om_calibration_tissue_destroy(tissue);
     om_probe_destroy(probe);
     om_tet_mesh_done(&maker.mesh);
     om_tet_mesh_done(&shown.mesh);
@@ -523,9 +523,9 @@ static OmStatus make_and_run(void* ctx) {
     Hang* h = ctx;
     double param = 3000, error[NMARK];
     OmCalibrationTissue* tissue;
-    OM_TRY(om_calibrate_create_tissue(&h->def, &param, &tissue));
-    OmStatus status = om_calibrate_eval_tissue(tissue, &param, 1, error);
-    om_calibrate_destroy_tissue(tissue);
+    OM_TRY(om_calibration_tissue_create(&h->def, &param, &tissue));
+    OmStatus status = om_calibration_tissue_eval(tissue, &param, 1, error);
+    om_calibration_tissue_destroy(tissue);
     return status;
 }
 
@@ -539,15 +539,15 @@ static void test_bad_input(void** state) {
     double start = 3000;
     const OmCalibrationTissueDef good = h.def;
     const OmCalibrationPath path = h.path;
-#define REFUSED(change, word)                                                           \
-    do {                                                                                \
-        change;                                                                         \
-        assert_status(om_calibrate_create_tissue(&h.def, &start, &tissue), OM_INVALID); \
-        assert_null(tissue);                                                            \
-        if (!strstr(om_error_message(), word)) fail_msg("\"%s\"", om_error_message());  \
-        h.def = good, h.path = path;                                                    \
+#define REFUSED(change, word)                                                             \
+    do {                                                                                  \
+        change;                                                                           \
+        assert_status(om_calibration_tissue_create(&h.def, &start, &tissue), OM_INVALID); \
+        assert_null(tissue);                                                              \
+        if (!strstr(om_error_message(), word)) fail_msg("\"%s\"", om_error_message());    \
+        h.def = good, h.path = path;                                                      \
     } while (0)
-    REFUSED(h.def.cookie = 1, "om_calibrate_default_tissue_def");
+    REFUSED(h.def.cookie = 1, "om_calibration_tissue_default_def");
     REFUSED(h.def.npath = 0, "no path");
     REFUSED(h.path.level = NULL, "path hang: nothing was seen");
     REFUSED(h.path.time_step = 0, "path hang: time_step");
@@ -566,10 +566,10 @@ static void test_bad_input(void** state) {
     double level = 0.01, error[NMARK];
     h.path.kind = OM_PATH_LIFT, h.path.speed = 1, h.path.direction.z = 1, h.path.point.x = 5;
     h.path.level = &level;
-    assert_ok(om_calibrate_create_tissue(&h.def, &start, &tissue));
-    assert_status(om_calibrate_eval_tissue(tissue, &start, 1, error), OM_INVALID);
+    assert_ok(om_calibration_tissue_create(&h.def, &start, &tissue));
+    assert_status(om_calibration_tissue_eval(tissue, &start, 1, error), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "path hang: "));
-    om_calibrate_destroy_tissue(tissue);
+    om_calibration_tissue_destroy(tissue);
     om_tet_mesh_done(&h.maker.mesh);
 }
 

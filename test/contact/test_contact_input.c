@@ -72,12 +72,12 @@ static void test_definitions(void** context) {
 #undef REFUSE
     OmContact* c = NULL;
     assert_status(om_contact_create(NULL, r.m, &c), OM_INVALID);
-    uint64_t before = om_tissue_hash(r.s);
+    uint64_t before = om_tissue_state_hash(r.s);
     assert_status(om_contact_step(r.c, r.m, r.s, r.w, -1, NULL), OM_INVALID);
     assert_status(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 0, 1), OM_INVALID);
     assert_status(om_contact_settle(r.c, r.m, r.s, r.w, 0, 1e-3, 1), OM_INVALID);
     assert_status(om_contact_settle(r.c, r.m, r.s, r.w, -1, 1e-3, 1), OM_INVALID);
-    assert_true(om_tissue_hash(r.s) == before);
+    assert_true(om_tissue_state_hash(r.s) == before);
     assert_status(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 1e-3, 0.04), OM_NOT_CONVERGED);
     om_contact_destroy(NULL);
     rig_done(&r);
@@ -116,13 +116,13 @@ static void test_same_bytes(void** context) {
         for (int n = 0; n < 3; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
         memcpy(copy, r.s, size);
         for (int n = 0; n < 4; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
-        hash[k] = om_tissue_hash(r.s);
+        hash[k] = om_tissue_state_hash(r.s);
         om_contact_destroy(r.c);
         OmContactDef def = board_and_wall();
         assert_ok(om_contact_create(&def, r.m, &r.c));
         memcpy((void*)r.s, copy, size);
         for (int n = 0; n < 4; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
-        assert_true(om_tissue_hash(r.s) == hash[k]);
+        assert_true(om_tissue_state_hash(r.s) == hash[k]);
         om_free(copy);
         rig_done(&r);
     }

@@ -38,7 +38,7 @@ static void test_nothing_missed(void** test) {
         OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
         start(&p, &shape, (OmPressMethod)method, 0);
         assert_ok(om_press_place(p.press, p.r.m, p.r.s, at(0.06, 0.075)));
-        int n = om_press_surface(p.press)->nvert, most = 0;
+        int n = om_press_surface(p.press)->nvert, max = 0;
         double *x = om_alloc(3 * (size_t)n, sizeof *x), deepest = 0;
         for (int k = 0; k < 100; ++k) {
             OmPose pose = at(0.06, 0.075 - 0.0002 * (k + 1));
@@ -49,12 +49,12 @@ static void test_nothing_missed(void** test) {
                 in = fmax(in, shape.radius - om_distance(om_load3(x, i), pose.p));
             assert_near(in, report.penetration, 1e-12);
             deepest = fmax(deepest, in);
-            most = report.ncontact > most ? report.ncontact : most;
+            max = report.ncontact > max ? report.ncontact : max;
             if (k >= 5)
                 assert_true(report.ncontact > 0 && report.force.z > 0);  // 1 mm: a point or more
         }
         assert_below(deepest, 1e-4);  // the bar is 0.5 mm
-        assert_true(most >= 5);
+        assert_true(max >= 5);
         om_free(x);
         done(&p);
     }
@@ -140,7 +140,7 @@ static void test_friction(void** test) {
 
 static uint64_t press_hash(PressRig* p) {
     uint64_t hash = OM_HASH_SEED;
-    om_tissue_reset(p->r.m, p->r.s);
+    om_tissue_state_reset(p->r.m, p->r.s);
     assert_ok(om_press_place(p->press, p->r.m, p->r.s, at(0.06, 0.05)));
     for (int k = 0; k < 8; ++k) {
         OmPressReport report = go(p, at(0.06 + 0.0002 * k, 0.05 - 0.0005 * (k + 1)), H);
@@ -170,14 +170,14 @@ static void test_same_bytes(void** test) {
             void* before = om_alloc(1, size);
             memcpy(before, p.r.s, size);
             go(&p, at(0.0615, 0.0455), H);
-            uint64_t once = om_tissue_hash(p.r.s);
+            uint64_t once = om_tissue_state_hash(p.r.s);
             memcpy(p.r.s, before, size);
             if (method != OM_PRESS_PRESCRIBED) {  // its area is where it was put down
                 assert_ok(om_press_place(p.press, p.r.m, p.r.s, here));
                 test_count_begin();
                 go(&p, at(0.0615, 0.0455), H);
                 assert_int_equal(test_count_end(), 0);
-                assert_true(om_tissue_hash(p.r.s) == once);
+                assert_true(om_tissue_state_hash(p.r.s) == once);
             }
             om_free(before);
             done(&p);
@@ -227,13 +227,13 @@ static OmStatus press_with_memory(void* ctx) {
     OmTissueWork* work = NULL;
     OmStatus status = OM_OK;
     OmSurface box = {0}, drawn = {0};
-    om_tissue_reset(scene->r->m, scene->r->s);
+    om_tissue_state_reset(scene->r->m, scene->r->s);
     OM_TRY_DONE(om_tet_mesh_boundary(&scene->r->mesh, &box, NULL));
     OmProbeDef shape = om_probe_default_def(OM_PROBE_MESH);
     shape.surface = &box;
     OM_TRY_DONE(om_probe_create(&shape, &probe));
     OM_TRY_DONE(om_probe_get_surface(probe, &drawn));
-    OM_TRY_DONE(om_tissue_create_work(scene->r->m, &work));
+    OM_TRY_DONE(om_tissue_work_create(scene->r->m, &work));
     OmPressDef def = om_press_default_def(probe);
     def.method = scene->method;
     def.ntri = 60;
@@ -247,7 +247,7 @@ static OmStatus press_with_memory(void* ctx) {
 done:
     om_press_destroy(press);
     om_probe_destroy(probe);
-    om_tissue_destroy_work(work);
+    om_tissue_work_destroy(work);
     om_surface_done(&box);
     om_surface_done(&drawn);
     return status;
@@ -313,13 +313,13 @@ static void test_input(void** test) {
     assert_status(om_press_place(p.press, p.r.m, p.r.s, odd), OM_INVALID);
     assert_status(om_press_place(p.press, p.r.m, p.r.s, lost), OM_INVALID);
     assert_status(om_press_place(p.press, other.r.m, other.r.s, at(0.06, 0.05)), OM_INVALID);
-    uint64_t hash = om_tissue_hash(p.r.s);
+    uint64_t hash = om_tissue_state_hash(p.r.s);
     OmPressReport report;
     assert_ok(om_press_place(p.press, p.r.m, p.r.s, at(0.06, 0.05)));
     assert_status(om_press_step(p.press, p.r.m, p.r.s, p.r.w, odd, H, &report), OM_INVALID);
     assert_status(om_press_step(p.press, p.r.m, p.r.s, p.r.w, at(0.06, 0.049), nan, &report),
                   OM_INVALID);
-    assert_true(om_tissue_hash(p.r.s) == hash);
+    assert_true(om_tissue_state_hash(p.r.s) == hash);
     assert_near(om_press_pose(p.press).p.z, 0.05, 0);
     om_press_destroy(NULL);
     done(&p);

@@ -23,7 +23,7 @@ static void start(TestRig* r, double tolerance) {
 
 typedef struct Peel {
     double jump;     // N, the largest change of the contact resultant in a step
-    double most;     // N, the largest contact resultant
+    double max;      // N, the largest contact resultant
     double deepest;  // m
     int nunsettled;
 } Peel;
@@ -44,7 +44,7 @@ static Peel peel(double tolerance) {
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
         assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
         p.jump = fmax(p.jump, fabs(report.force.z - last));
-        p.most = fmax(p.most, report.force.z);
+        p.max = fmax(p.max, report.force.z);
         p.deepest = fmax(p.deepest, report.penetration);
         p.nunsettled += !report.is_settled;
         last = report.force.z;
@@ -64,9 +64,9 @@ static void test_peel(void** context) {
         printf(
             "tolerance %g: contact at most %.3f N, changes by at most %.4f N a step, deepest %.3g m, %d steps "
             "unsettled\n",
-            tolerance[k], p.most, p.jump, p.deepest, p.nunsettled);
+            tolerance[k], p.max, p.jump, p.deepest, p.nunsettled);
         assert_below(p.jump, 0.08);
-        assert_below(p.most, 0.85);
+        assert_below(p.max, 0.85);
         assert_below(p.deepest, 1e-4);
     }
 }

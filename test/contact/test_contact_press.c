@@ -109,7 +109,7 @@ static void press_and_lift(int reuse) {
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     start(&p, &shape, OM_PRESS_MULTIPLIERS, reuse, 0, 1e-8);
     assert_ok(om_press_place(p.press, p.r.m, p.r.s, above(0.0755)));
-    int most = 0;
+    int max = 0;
     for (int n = 0; n < 50; ++n) {
         OmPressReport report;
         double z = 0.0755 - 0.01 * sin(OM_PI * (n + 1) / 45.0);
@@ -117,10 +117,10 @@ static void press_and_lift(int reuse) {
         assert_true(report.complementarity <= 1e-8 * test_tol_scale());
         for (int k = 0; k < report.ncontact; ++k)
             assert_true(om_dot(om_load3(report.push, k), om_load3(report.normal, k)) > 0);
-        most = report.ncontact > most ? report.ncontact : most;
+        max = report.ncontact > max ? report.ncontact : max;
         if (n == 49) assert_int_equal(report.ncontact, 0);
     }
-    assert_true(most >= 5);
+    assert_true(max >= 5);
     done(&p);
 }
 

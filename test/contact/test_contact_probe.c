@@ -236,16 +236,16 @@ static void test_surface(void** test) {
         assert_int_equal(euler, 2);
         // a chord's sagitta of area A: the edge of a coarse triangle off a sphere of 60 mm
         assert_near_rel(om_surface_volume(&s), volume, k == 0 ? 0.06 : 0.02);
-        double least = INFINITY, most = 0;
+        double min = INFINITY, max = 0;
         for (int t = 0; t < s.ntri; ++t) {
             const int* v = s.tri_vert + 3 * t;
             for (int c = 0; c < 3; ++c) {
                 double e = om_distance(om_load3(s.x, v[c]), om_load3(s.x, v[(c + 1) % 3]));
-                least = fmin(least, e);
-                most = fmax(most, e);
+                min = fmin(min, e);
+                max = fmax(max, e);
             }
         }
-        assert_below(most, 12 * least);
+        assert_below(max, 12 * min);
         assert_ok(om_contact_surface_make(&mesh, wanted[k], &again));
         assert_memory_equal(s.x, again.x, 3 * (size_t)s.nvert * sizeof *s.x);
         assert_memory_equal(s.tri_vert, again.tri_vert, 3 * (size_t)s.ntri * sizeof *s.tri_vert);

@@ -23,15 +23,15 @@ static OmTissueDef sheet_def(Rig* r, double thickness, int cells) {
 
 static void rig_make(Rig* r, const OmTissueDef* def, const OmContactDef* contact) {
     assert_ok(om_tissue_create(def, &r->m));
-    assert_ok(om_tissue_create_state(r->m, &r->s));
-    assert_ok(om_tissue_create_work(r->m, &r->w));
+    assert_ok(om_tissue_state_create(r->m, &r->s));
+    assert_ok(om_tissue_work_create(r->m, &r->w));
     assert_ok(om_contact_create(contact, r->m, &r->c));
 }
 
 static void rig_done(Rig* r) {
     om_contact_destroy(r->c);
-    om_tissue_destroy_work(r->w);
-    om_tissue_destroy_state(r->s);
+    om_tissue_work_destroy(r->w);
+    om_tissue_state_destroy(r->s);
     om_tissue_destroy(r->m);
     om_tet_mesh_done(&r->mesh);
 }

@@ -41,12 +41,12 @@ static void start(PressRig* p, const Slide* slide) {
 
 // Of all points that carry a thousandth of the largest force or more, by the normals that the report has.
 static double find_bound(const OmPressReport* r, double friction) {
-    double worst = 0, most = 0;
-    for (int k = 0; k < r->ncontact; ++k) most = fmax(most, om_norm(om_load3(r->push, k)));
+    double worst = 0, max = 0;
+    for (int k = 0; k < r->ncontact; ++k) max = fmax(max, om_norm(om_load3(r->push, k)));
     for (int k = 0; k < r->ncontact; ++k) {
         OmVec3 f = om_load3(r->push, k), n = om_load3(r->normal, k);
         double up = om_dot(f, n);
-        if (up > 1e-3 * most) worst = fmax(worst, om_norm(om_madd(f, -up, n)) / (friction * up));
+        if (up > 1e-3 * max) worst = fmax(worst, om_norm(om_madd(f, -up, n)) / (friction * up));
     }
     return worst;
 }

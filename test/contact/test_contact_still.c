@@ -22,10 +22,10 @@ static double bumps_shape(void* ctx, OmVec3 p) {
 }
 
 static double fastest(const TestRig* r) {
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < r->mesh.nvert; ++i)
-        most = fmax(most, om_norm(om_load3(om_tissue_v(r->s), i)));
-    return most;
+        max = fmax(max, om_norm(om_load3(om_tissue_v(r->s), i)));
+    return max;
 }
 
 // A block of 3 kPa, `half` the half of its side, n x n x n/2 cells, 1 mm above the valleys at the beginning.

@@ -287,8 +287,8 @@ static void test_slower_before_a_stop(void** state) {
         nbetween += s->speed_rate > 0.25 && s->speed_rate < 1;
         top = fmax(top, s->height);
         // The rate of the last look bounds the way in 0.1 s, but for what the measured tip trembles.
-        double most = fmax(s->speed_rate, last->speed_rate) * 0.05 * OM_RETRACT_SAMPLE;
-        if (last->force > 0) assert_true(s->height - last->height < most + 0.3e-3);
+        double max = fmax(s->speed_rate, last->speed_rate) * 0.05 * OM_RETRACT_SAMPLE;
+        if (last->force > 0) assert_true(s->height - last->height < max + 0.3e-3);
     }
     assert_true(before > 0 && above > before && nbetween > 0);
     assert_true(r.action[k].end - above > 0.6 - OM_RETRACT_SAMPLE);
@@ -377,7 +377,7 @@ static void expect_recorded_scene(const char* path, int nvert, int ntet) {
     float* corner =
         read_set(file, "VTKHDF/Connectivity", 4 * (size_t)ntet + 3 * (cells - (size_t)ntet));
     const size_t last = nstep - 1;
-    double most[4] = {0};  // displacements of the last step, by parts
+    double max[4] = {0};  // displacements of the last step, by parts
     int nstressed = 0;
     for (size_t i = 0; i < 3 * n; ++i)  // floats of positions within a metre
         assert_near(moved[3 * n * last + i], x[3 * n * last + i] - x[i], 3e-7);
@@ -387,13 +387,13 @@ static void expect_recorded_scene(const char* path, int nvert, int ntet) {
         const size_t at = k == 0 ? 4 * c : 4 * (size_t)ntet + 3 * (c - (size_t)ntet);
         const size_t v = (size_t)corner[at];
         for (int i = 0; i < 3; ++i)
-            most[k] = fmax(most[k], fabs((double)moved[3 * (n * last + v) + (size_t)i]));
+            max[k] = fmax(max[k], fabs((double)moved[3 * (n * last + v) + (size_t)i]));
         if (k == 0) nstressed += stress[cells * last + c] > 1;
         if (k > 0) assert_true(stress[cells * last + c] == 0);
     }
-    assert_true(most[0] > 0.005 && most[0] < 0.2);  // lifted
-    assert_true(most[1] == 0);                      // still
-    assert_true(most[2] > 0.005);                   // the arm that lifts
+    assert_true(max[0] > 0.005 && max[0] < 0.2);  // lifted
+    assert_true(max[1] == 0);                     // still
+    assert_true(max[2] > 0.005);                  // the arm that lifts
     assert_true(nstressed > ntet / 10);
     float* list[] = {all, ncell, x, moved, part, stress, corner};
     for (size_t i = 0; i < sizeof list / sizeof *list; ++i) free(list[i]);

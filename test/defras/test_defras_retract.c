@@ -61,14 +61,14 @@ static void test_the_truth_is_hidden_from_the_twin(void** state) {
     run(&scene, 0, NULL, &b);
     assert_true(a.hash != b.hash);
     assert_int_equal(a.nsample, b.nsample);
-    double most = 0, apart = 0;
+    double max = 0, apart = 0;
     for (int i = 0; i < a.nsample; ++i) {
         assert_near(a.sample[i].force, b.sample[i].force, 0);
-        most = fmax(most, a.sample[i].force);
+        max = fmax(max, a.sample[i].force);
         apart = fmax(apart, b.sample[i].force_world - a.sample[i].force_world);
     }
     // The twin feels the pull, and the stiffer truth resists more.
-    assert_true(most > 0.05);
+    assert_true(max > 0.05);
     assert_true(b.force_world_max > 1.1 * a.force_world_max && apart > 0.02);
     om_retract_result_done(&a);
     om_retract_result_done(&b);

@@ -53,10 +53,10 @@ static double drawn_block(OmElement kind, OmMaterial material) {
     solid_clamp(&t, 0, -1);
     solid_clamp(&t, 0, 1);
     solid_hold(&t, 0, 1, 0, 1);
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.max_newton = 300;
     def.tolerance = 1e-10;
-    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, &t.report));
+    assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, &t.report));
     double norm = solid_free_norm(&t);
     printf("Ogden block, %s: %.6f in %d iterations\n", om_element_name(kind), norm,
            t.report.nnewton);
@@ -127,9 +127,9 @@ static void test_beam_static(void** context) {
     OmFemPressure first = solid_pressure(&t, om_vec3(0, -6, 0), 0);
     t.load.npressure = 1;
     t.load.pressure = &first;
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.is_plain = true;
-    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, &t.report));
+    assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, &t.report));
     const double expected[] = {1, 4.802014099846802e-3, 3.457785823647809e-4, 6.417769508095073e-8};
     assert_true(t.report.nhistory >= 5);
     for (int k = 0; k < 4; ++k)
@@ -157,10 +157,10 @@ static void test_beam_dynamic(void** context) {
                    .density = 0.2};
     start_beam(&t);
     t.load.body = om_vec3(0, -9.81, 0);
-    OmFemDynamicDef def = om_fem_default_dynamic_def(t.solid);
+    OmFemDynamicDef def = om_fem_dynamic_default_def(t.solid);
     OmFemDynamics* d;
     def.is_consistent_mass = true;
-    assert_ok(om_fem_create_dynamics(t.solid, &def, &d));
+    assert_ok(om_fem_dynamics_create(t.solid, &def, &d));
     OmFemMotion m = {t.x, t.v, 0};
     double worst = 0;
     for (int step = 1, next = 0; step <= 30; ++step) {
@@ -172,7 +172,7 @@ static void test_beam_dynamic(void** context) {
     }
     printf("beam falling: within %.2g\n", worst);
     assert_below(worst, 5e-4);
-    om_fem_destroy_dynamics(d);
+    om_fem_dynamics_destroy(d);
     solid_done(&t);
 }
 
@@ -184,11 +184,11 @@ static void test_swinging_cube(void** context) {
     solid_start(&t);
     for (int k = 0; k < 3; ++k) solid_hold(&t, k, 0, k, 0);
     t.load.body = om_vec3(0, 0, -1);
-    OmFemDynamicDef def = om_fem_default_dynamic_def(t.solid);
+    OmFemDynamicDef def = om_fem_dynamic_default_def(t.solid);
     OmFemDynamics* d;
     def.is_consistent_mass = true;
     def.integrator = OM_IMPLICIT_MIDPOINT;
-    assert_ok(om_fem_create_dynamics(t.solid, &def, &d));
+    assert_ok(om_fem_dynamics_create(t.solid, &def, &d));
     OmFemMotion m = {t.x, t.v, 0};
     double early = 0, late = 0;
     for (int step = 1; step <= 80; ++step) {
@@ -203,7 +203,7 @@ static void test_swinging_cube(void** context) {
            early, late);
     assert_near_rel(solid_free_norm(&t), 0.187507, 5e-4);
     assert_near_rel(early, late, 2e-2);  // the peak falls between steps
-    om_fem_destroy_dynamics(d);
+    om_fem_dynamics_destroy(d);
     solid_done(&t);
 }
 

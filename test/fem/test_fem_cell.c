@@ -85,8 +85,8 @@ static void test_uniform(void** context) {
         OmMaterial two[2], same[2];
         start(&r, two, every_law[law]);
         start(&plain, same, every_law[law]);
-        om_tissue_destroy_work(plain.w);
-        om_tissue_destroy_state(plain.s);
+        om_tissue_work_destroy(plain.w);
+        om_tissue_state_destroy(plain.s);
         om_tissue_destroy(plain.m);
         plain.def.is_averaged = false;
         rig_start(&plain);
@@ -180,8 +180,8 @@ static void test_workers(void** context) {
                 assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
             OmTissueReport report;
             assert_ok(om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 20, &report));
-            if (nworker == 1) hash = om_tissue_hash(r.s);
-            assert_true(om_tissue_hash(r.s) == hash);
+            if (nworker == 1) hash = om_tissue_state_hash(r.s);
+            assert_true(om_tissue_state_hash(r.s) == hash);
             rig_done(&r);
         }
     }

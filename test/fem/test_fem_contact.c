@@ -102,7 +102,7 @@ static void test_derivatives(void** context) {
         double worst_f = 0, worst_A = 0, size_f = 0, size_A = 0;
         OmBsr A;
         OmFemTouch touch, up, down;
-        assert_ok(om_fem_create_matrix(t->solid, &A));
+        assert_ok(om_fem_matrix_create(t->solid, &A));
         assert_ok(om_fem_eval_contact(t->solid, t->x, 0, &touch, f));
         assert_true(touch.area > 0.3 && touch.energy > 0);
         for (size_t i = 0; i < n; ++i) size_f = fmax(size_f, fabs(f[i]));
@@ -246,10 +246,10 @@ static void test_collision(void** context) {
     start_stack(&s, OM_HEX8, n, (OmMaterial){.young = 10, .law = OM_NEO_HOOKEAN}, 0, -0.02);
     TestSolid* t = &s.t;
     for (int i = s.nlower; i < t->mesh.nnode; ++i) om_store3(t->v, i, om_vec3(0.05, 0, -0.2));
-    OmFemDynamicDef def = om_fem_default_dynamic_def(t->solid);
+    OmFemDynamicDef def = om_fem_dynamic_default_def(t->solid);
     OmFemDynamics* d;
     def.integrator = OM_IMPLICIT_MIDPOINT;
-    assert_ok(om_fem_create_dynamics(t->solid, &def, &d));
+    assert_ok(om_fem_dynamics_create(t->solid, &def, &d));
     OmFemMotion m = {t->x, t->v, 0};
     OmVec3 p0, L0, p, L;
     double kinetic = om_fem_eval_momentum(t->solid, false, &m, &p0, &L0), stored, deepest = 0;
@@ -277,7 +277,7 @@ static void test_collision(void** context) {
     assert_below(worst, 0.03);  // second order in the step, which the impact's corners are not
     assert_true(upper.z / mass > -0.02);
     assert_near_rel(upper.x / mass, 0.05, 0.05);  // no friction, but the faces bulge
-    om_fem_destroy_dynamics(d);
+    om_fem_dynamics_destroy(d);
     end_stack(&s);
 }
 
@@ -299,7 +299,7 @@ static void test_projected(void** context) {
         projected.ncontact = 1;
         projected.is_projected = true;
         assert_ok(om_fem_create(&projected, &solid));
-        assert_ok(om_fem_create_matrix(solid, &A));
+        assert_ok(om_fem_matrix_create(solid, &A));
         assert_ok(om_fem_eval_tangent(solid, s.t.x, &A));
         om_fem_add_mass(solid, 1e-6, false, &A);  // rigid motions have no stiffness
         assert_ok(om_solver_create(&def, &A, NULL, &solver));
@@ -385,7 +385,7 @@ static OmStatus small_contact(void* ctx) {
     def.nworker = 1;
     OM_TRY_DONE(om_fem_mesh_join(&s->t.mesh, &s->t.mesh, &twice));
     OM_TRY_DONE(om_fem_create(&def, &solid));
-    OM_TRY_DONE(om_fem_create_matrix(solid, &A));
+    OM_TRY_DONE(om_fem_matrix_create(solid, &A));
     OM_TRY_DONE(om_fem_eval_tangent(solid, s->t.x, &A));
     OM_TRY_DONE(om_fem_eval_contact(solid, s->t.x, 0, &touch, NULL));
 done:

@@ -138,20 +138,20 @@ static double cylinder_error(OmElement kind, int n) {
         OmVec3 X = om_load3(t.mesh.x, i);
         om_store3(t.x, i, om_add(X, made_solution(X, NULL, NULL)));
     }
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.load_begin = 0.5;
-    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, &t.report));
+    assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, &t.report));
     double error = made_error(&t);
     solid_done(&t);
     return error;
 }
 
-static void check_order(OmElement kind, int n, double least) {
+static void check_order(OmElement kind, int n, double min) {
     double a = cylinder_error(kind, n), b = cylinder_error(kind, 2 * n),
            c = cylinder_error(kind, 4 * n);
     printf("cylinder, %s: L2 errors %.3g, %.3g, %.3g; orders %.2f, %.2f\n", om_element_name(kind),
            a, b, c, log2(a / b), log2(b / c));
-    assert_true(log2(b / c) > least);
+    assert_true(log2(b / c) > min);
 }
 
 static void test_orders(void** context) {
@@ -349,7 +349,7 @@ static void frequencies(TestSolid* t, double shift, int nmode, double* out) {
     OmSolver* solver;
     OmSolverDef def = om_solver_default_def();
     def.preconditioner = OM_CHOLESKY;
-    assert_ok(om_fem_create_matrix(t->solid, &A));
+    assert_ok(om_fem_matrix_create(t->solid, &A));
     assert_ok(om_fem_eval_tangent(t->solid, t->mesh.x, &A));
     om_fem_add_mass(t->solid, shift, true, &A);
     assert_ok(om_solver_create(&def, &A, t->mesh.x, &solver));

@@ -23,7 +23,7 @@ static void test_tangent(void** context) {
         OmRng rng = om_rng_init(5, 0);
         for (size_t i = 0; i < n; ++i) t.x[i] += om_rng_range(&rng, -1e-3, 1e-3);
         OmBsr A;
-        assert_ok(om_fem_create_matrix(t.solid, &A));
+        assert_ok(om_fem_matrix_create(t.solid, &A));
         om__fem_add_follower(&t.load, t.x, 0.7, NULL, &A);
         double *up = om_alloc(n, sizeof *up), *down = om_alloc(n, sizeof *down);
         double worst = 0, largest = 0, skew = 0, step = 1e-6;
@@ -197,10 +197,10 @@ static OmStatus small_bend(void* ctx) {
         OmFemPressure push = {
             .nface = 1, .nface_node = 4, .face_node = faces.face_node, .pressure = 50};
         OmFemLoad load = {.fixed = fixed, .npressure = 1, .pressure = &push};
-        OmFemStaticDef how = om_fem_default_static_def(solid);
+        OmFemStaticDef how = om_fem_static_default_def(solid);
         how.solver.preconditioner = small->solver;
         how.solver.nworker = 1;
-        status = om_fem_solve_static(solid, &load, &how, x, NULL, NULL);
+        status = om_fem_static_solve(solid, &load, &how, x, NULL, NULL);
         om_fem_faces_done(&faces);
     }
     om_fem_destroy(solid);

@@ -16,9 +16,9 @@ static void random_F(OmRng* rng, int kind, double F[9]) {
 }
 
 static double largest(const double* a, int n) {
-    double most = 0;
-    for (int i = 0; i < n; ++i) most = fmax(most, fabs(a[i]));
-    return most;
+    double max = 0;
+    for (int i = 0; i < n; ++i) max = fmax(max, fabs(a[i]));
+    return max;
 }
 
 // An inverted and drawn out F lies on a crease of laws odd in the stretches: differences across it mean
@@ -291,16 +291,16 @@ static void test_least_energy(void** context) {
     for (int k = 0; k < NLAW; ++k) {
         OmLawParam law;
         OmLawValue a;
-        double least = INFINITY;
+        double min = INFINITY;
         om__law_init(&every_law[k], &law);
         for (int n = 0; n < 3000; ++n) {
             double F[9], spread = n % 3 == 0 ? 0.3 : n % 3 == 1 ? 1.5 : 6;
             for (int i = 0; i < 9; ++i) F[i] = (i % 4 == 0) + spread * om_rng_range(&rng, -1, 1);
             om__law_eval(&law, F, OM_LAW_WHOLE, OM_LAW_ENERGY, &a);
-            least = fmin(least, a.W);
+            min = fmin(min, a.W);
         }
-        printf("%s: least energy %.3g J/m^3\n", om_law_name(law.law), least);
-        assert_true(least >= -1e-9 * KAPPA);
+        printf("%s: least energy %.3g J/m^3\n", om_law_name(law.law), min);
+        assert_true(min >= -1e-9 * KAPPA);
     }
 }
 

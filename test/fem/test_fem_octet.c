@@ -11,7 +11,7 @@ typedef struct Sums {
 static Sums eval(OmFemSolid* solid, const double* x) {
     Sums s;
     s.f = om_alloc(3 * (size_t)solid->mesh.nnode, sizeof *s.f);
-    assert_ok(om_fem_create_matrix(solid, &s.A));
+    assert_ok(om_fem_matrix_create(solid, &s.A));
     assert_ok(om_fem_eval_force(solid, x, s.f, &s.energy));
     assert_ok(om_fem_eval_tangent(solid, x, &s.A));
     return s;
@@ -23,10 +23,10 @@ static void sums_done(Sums* s) {
 }
 
 static void assert_close(const double* a, const double* b, size_t n, double tol) {
-    double most = 0;
-    for (size_t i = 0; i < n; ++i) most = fmax(most, fabs(b[i]));
+    double max = 0;
+    for (size_t i = 0; i < n; ++i) max = fmax(max, fabs(b[i]));
     for (size_t i = 0; i < n; ++i)
-        assert_near(a[i], b[i], tol * most + 1e-15);  // at rest all is rounding
+        assert_near(a[i], b[i], tol * max + 1e-15);  // at rest all is rounding
 }
 
 // A skewed block of 3 x 3 x 3 elements (colours of 8, 4, 2 and 1), two materials, deformed at random.

@@ -23,11 +23,11 @@ static double tip_distance(const OmTetMesh* tet, OmElement kind, OmLocking locki
     }
     t.load.body = om_vec3(0, -9.81, 0);
     double start = om_clock_now();
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.nstep = 6;
     def.tolerance = tolerance;
     def.solver.preconditioner = OM_CHOLESKY;  // a needle: few fill-ins, many turns of CG
-    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+    assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
     OmVec3 tip = {0, 0, 0}, measured = {0, -0.11625, 0.128};
     for (int i = 0; i < t.mesh.nnode; ++i) {
         if (t.mesh.x[3 * i + 2] < end - 1e-6) continue;

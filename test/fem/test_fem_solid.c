@@ -77,12 +77,12 @@ static void test_derivatives(void** context) {
         double *x = om_alloc((size_t)ndof, 8), *f = om_alloc((size_t)ndof, 8);
         double *hi = om_alloc((size_t)ndof, 8), *lo = om_alloc((size_t)ndof, 8);
         OmBsr A;
-        assert_ok(om_fem_create_matrix(s, &A));
+        assert_ok(om_fem_matrix_create(s, &A));
         for (int i = 0; i < ndof; ++i) x[i] = mesh.x[i] + om_rng_range(&rng, -2e-3, 2e-3);
         assert_ok(om_fem_eval_force(s, x, f, NULL));
         assert_ok(om_fem_eval_tangent(s, x, &A));
-        double most = 0, stiff = 0, h = 1e-7;
-        for (int i = 0; i < ndof; ++i) most = fmax(most, fabs(f[i]));
+        double max = 0, stiff = 0, h = 1e-7;
+        for (int i = 0; i < ndof; ++i) max = fmax(max, fabs(f[i]));
         for (int k = 0; k < 9 * A.nblock; ++k) stiff = fmax(stiff, fabs(A.exact[k]));
         double worst_f = 0, worst_A = 0;
         for (int i = 0; i < ndof; i += 7) {
@@ -92,7 +92,7 @@ static void test_derivatives(void** context) {
             x[i] = was - h;
             assert_ok(om_fem_eval_force(s, x, lo, &down));
             x[i] = was;
-            worst_f = fmax(worst_f, fabs((up - down) / (2 * h) - f[i]) / most);
+            worst_f = fmax(worst_f, fabs((up - down) / (2 * h) - f[i]) / max);
             for (int j = 0; j < ndof; ++j) {
                 int k = om_bsr_find(&A, j / 3, i / 3);
                 double a = k < 0 ? 0 : A.exact[9 * k + 3 * (i % 3) + j % 3];
@@ -127,10 +127,10 @@ static void test_patch(void** context) {
         }
         memcpy(x, mesh.x, ndof * sizeof *x);
         OmFemLoad load = {.fixed = fixed, .goal = goal};
-        OmFemStaticDef def = om_fem_default_static_def(s);
+        OmFemStaticDef def = om_fem_static_default_def(s);
         OmFemReport report;
         def.tolerance = 1e-13;
-        assert_ok(om_fem_solve_static(s, &load, &def, x, NULL, &report));
+        assert_ok(om_fem_static_solve(s, &load, &def, x, NULL, &report));
         for (int i = 0; i < mesh.nnode; ++i)
             for (int k = 0; k < 3; ++k)
                 worst = fmax(worst, fabs(x[3 * i + k] - mesh.x[3 * i + k] - goal[3 * i + k]));
@@ -209,7 +209,7 @@ static void test_determinism(void** context) {
         for (int k = 0; k < 2; ++k) {
             OmFemSolid* s = make_solid(&cases[n], &mesh, k == 0 ? 1 : 4);
             OmBsr A;
-            assert_ok(om_fem_create_matrix(s, &A));
+            assert_ok(om_fem_matrix_create(s, &A));
             assert_ok(om_fem_eval_force(s, x, f, &energy));
             assert_ok(om_fem_eval_tangent(s, x, &A));
             hash[k] = om_hash(f, ndof * sizeof *f, om_hash(&energy, sizeof energy, OM_HASH_SEED));

@@ -39,11 +39,11 @@ static void test_far_compression(void** context) {
         for (int kind = OM_TET4; kind <= OM_HEX8; kind += 2) {
             TestSolid t;
             start_press(&t, (OmElement)kind, law[n], 0.4);
-            OmFemStaticDef def = om_fem_default_static_def(t.solid);
+            OmFemStaticDef def = om_fem_static_default_def(t.solid);
             def.min_step = 1.0 / 16;
             def.max_newton = 20;
             OmStatus status =
-                om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report);
+                om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report);
             printf(
                 "press to 0.6, %s, %s: load %.3g, %d steps, %d cuts, %d Newton iterations, least J "
                 "%.3f %s\n",
@@ -65,10 +65,10 @@ static void test_solvers_agree(void** context) {
     for (int k = 0; k < 2; ++k) {
         TestSolid t;
         start_press(&t, OM_TET10, OM_NEO_HOOKEAN, 0.2);
-        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        OmFemStaticDef def = om_fem_static_default_def(t.solid);
         def.solver.preconditioner = k == 0 ? OM_CHOLESKY : OM_MULTIGRID;
         def.tolerance = 1e-11;
-        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
         assert_true((t.report.ncg > 0) == (k == 1));
         z[k] = 0;
         for (int i = 0; i < t.mesh.nnode; ++i)
@@ -89,9 +89,9 @@ static void test_determinism(void** context) {
         OmFemDef solid = om_fem_default_def(&t.mesh, 1, &t.material);
         solid.nworker = k == 0 ? 1 : 4;
         assert_ok(om_fem_create(&solid, &t.solid));
-        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        OmFemStaticDef def = om_fem_static_default_def(t.solid);
         def.solver.preconditioner = OM_MULTIGRID;
-        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
         hash[k] = om_hash(t.x, 3 * (size_t)t.mesh.nnode * sizeof(double), OM_HASH_SEED);
         solid_done(&t);
     }
@@ -119,21 +119,21 @@ static double check_recovery(const Recovery* r) {
     OmRng rng = om_rng_init(r->seed, r->stream);
     for (int i = 0; i < 3 * t.mesh.nnode; ++i)
         if (!t.fixed[i]) t.x[i] += r->shake * om_rng_range(&rng, -1, 1);
-    double least = om_fem_eval_volume(t.solid, t.x, NULL), worst = 0;
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    double min = om_fem_eval_volume(t.solid, t.x, NULL), worst = 0;
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.max_newton = 60;
     def.load_begin = 0.5;
     def.min_step = 0.5;  // there is no load that could be raised in smaller steps
     def.tolerance = 1e-8;
-    OmStatus status = om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, &t.report);
+    OmStatus status = om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, &t.report);
     for (int i = 0; i < 3 * t.mesh.nnode; ++i) worst = fmax(worst, fabs(t.x[i] - t.mesh.x[i]));
     printf("recovery, %s, %s: least J %.2f at first, %d Newton iterations, %.2g m from rest %s\n",
-           om_element_name(r->kind), om_law_name(r->law), least, t.report.nnewton, worst,
+           om_element_name(r->kind), om_law_name(r->law), min, t.report.nnewton, worst,
            t.report.reason);
     assert_int_equal(status, OM_OK);
     assert_below(worst, 1e-7);
     solid_done(&t);
-    return least;
+    return min;
 }
 
 static void test_recovery(void** context) {
@@ -182,7 +182,7 @@ static void test_projected_tangent(void** context) {
                 kind < OM_NELEMENT ? OM_LOCKING_NONE : (OmLocking)(kind - OM_NELEMENT + 1);
             def.is_projected = p == 1;
             assert_ok(om_fem_create(&def, &solid));
-            assert_ok(om_fem_create_matrix(solid, &A));
+            assert_ok(om_fem_matrix_create(solid, &A));
             OmRng rng = om_rng_init(5, 5);
             double* x = om_alloc(3 * (size_t)mesh.nnode, sizeof *x);
             for (int i = 0; i < 3 * mesh.nnode; ++i)
@@ -244,14 +244,14 @@ static void test_extra_contact(void** context) {
         Plate plate = {.height = 0.05, .travel = 0.01, .stiffness = 1e3, .nnode = t.mesh.nnode};
         OmFemExtra extra = {plate_eval, plate_finish, &plate};
         t.load.extra = &extra;
-        OmFemStaticDef def = om_fem_default_static_def(t.solid);
+        OmFemStaticDef def = om_fem_static_default_def(t.solid);
         if (parts == 2) {
             plate.travel = 0.005;
-            assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL));
+            assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, NULL));
             plate.travel = 0.01;
             def.load_begin = 0.5;
         }
-        assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+        assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
         OmVec3 sum = {0, 0, 0};
         for (int i = 0; i < t.mesh.nnode; ++i) sum = om_add(sum, om_load3(t.reaction, i));
         assert_near_rel(sum.z, plate.force, 1e-7);
@@ -274,15 +274,15 @@ static void test_refusals(void** context) {
     (void)context;
     TestSolid t;
     start_press(&t, OM_TET4, OM_NEO_HOOKEAN, 0.2);
-    OmFemStaticDef def = om_fem_default_static_def(t.solid), raw = {.nstep = 1};
-    assert_status(om_fem_solve_static(t.solid, &t.load, &raw, t.x, NULL, NULL), OM_INVALID);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid), raw = {.nstep = 1};
+    assert_status(om_fem_static_solve(t.solid, &t.load, &raw, t.x, NULL, NULL), OM_INVALID);
     t.force[4] = NAN;
-    assert_status(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL), OM_INVALID);
+    assert_status(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, NULL), OM_INVALID);
     t.force[4] = 0;
     OmProgress progress = {stop_at_half, NULL};
     def.progress = &progress;
     def.nstep = 4;
-    assert_status(om_fem_solve_static(t.solid, &t.load, &def, t.x, NULL, NULL), OM_CANCELLED);
+    assert_status(om_fem_static_solve(t.solid, &t.load, &def, t.x, NULL, NULL), OM_CANCELLED);
     for (int i = 0; i < 3 * t.mesh.nnode; ++i) assert_true(t.x[i] == t.mesh.x[i]);
     OmFemDef bad = om_fem_default_def(&t.mesh, 1, &t.material);
     OmFemSolid* solid;
@@ -312,10 +312,10 @@ static OmStatus small_press(void* ctx) {
     for (int i = 0; i < 24; ++i) fixed[i] = i < 12 || i % 3 == 2;
     for (int i = 14; i < 24; i += 3) goal[i] = -0.01;
     OmFemLoad load = {.fixed = fixed, .goal = goal};
-    OmFemStaticDef how = om_fem_default_static_def(solid);
+    OmFemStaticDef how = om_fem_static_default_def(solid);
     how.solver.preconditioner = OM_BLOCK_JACOBI;
     how.solver.nworker = 1;
-    OmStatus status = om_fem_solve_static(solid, &load, &how, x, NULL, NULL);
+    OmStatus status = om_fem_static_solve(solid, &load, &how, x, NULL, NULL);
     om_fem_destroy(solid);
     return status;
 }
@@ -340,15 +340,15 @@ static OmStatus small_motion(void* ctx) {
     OM_TRY_DONE(om_fem_create(&def, &solid));
     memcpy(x, mesh.x, sizeof x);
     OM_TRY_DONE(om_fem_eval_stable_step(solid, x, NULL, &h));
-    OmFemDynamicDef how = om_fem_default_dynamic_def(solid);
+    OmFemDynamicDef how = om_fem_dynamic_default_def(solid);
     how.solver.preconditioner = OM_MULTIGRID;
     how.solver.nworker = 1;
-    OM_TRY_DONE(om_fem_create_dynamics(solid, &how, &dynamics));
+    OM_TRY_DONE(om_fem_dynamics_create(solid, &how, &dynamics));
     OmFemMotion m = {x, v, 0};
     OmFemLoad load = {.body = {0, 0, -9.81}};
     OM_TRY_DONE(om_fem_step(dynamics, &load, 0.01, &m, NULL));
 done:
-    om_fem_destroy_dynamics(dynamics);
+    om_fem_dynamics_destroy(dynamics);
     om_fem_destroy(solid);
     om_fem_faces_done(&faces);
     om_fem_mesh_done(&mesh);
@@ -469,18 +469,18 @@ static void test_floor_of_rounding(void** context) {
                 num[fine] = t.report.nnewton;
                 assert_int_equal(t.report.ncut, 0);
             } else {
-                OmFemDynamicDef def = om_fem_default_dynamic_def(t.solid);
+                OmFemDynamicDef def = om_fem_dynamic_default_def(t.solid);
                 OmFemDynamics* d;
                 OmFemMotion m = {t.x, t.v, 0};
                 def.tolerance = fine ? 1e-16 : 1e-9;
-                assert_ok(om_fem_create_dynamics(t.solid, &def, &d));
+                assert_ok(om_fem_dynamics_create(t.solid, &def, &d));
                 num[fine] = 0;
                 for (int n = 0; n < 10; ++n) {
                     assert_ok(om_fem_step(d, &t.load, 0.01, &m, &t.report));
                     num[fine] += t.report.nnewton;
                     assert_int_equal(t.report.ncut, 0);
                 }
-                om_fem_destroy_dynamics(d);
+                om_fem_dynamics_destroy(d);
             }
             solid_done(&t);
         }

@@ -183,7 +183,7 @@ static void test_rigid_motion(void** context) {
         r.def.material_default = every_law[k];
         rig_start(&r);
         size_t n = 3 * (size_t)r.mesh.nvert;
-        double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), most = 0;
+        double *x = om_alloc(n, sizeof *x), *f = om_alloc(n, sizeof *f), max = 0;
         for (int trial = 0; trial < 10; ++trial) {
             OmMat3 R = random_rotation(&rng);
             for (int i = 0; i < r.mesh.nvert; ++i)
@@ -193,10 +193,10 @@ static void test_rigid_motion(void** context) {
             assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
             for (size_t j = 0; j < n; ++j) assert_near(f[j], 0, 1e-12);
             assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
-            for (size_t j = 0; j < n; ++j) most = fmax(most, fabs(om_tissue_x(r.s)[j] - x[j]));
+            for (size_t j = 0; j < n; ++j) max = fmax(max, fabs(om_tissue_x(r.s)[j] - x[j]));
         }
-        printf("%s: a rigid motion moves by %.1e m\n", om_law_name(every_law[k].law), most);
-        assert_below(most, 4e-8);
+        printf("%s: a rigid motion moves by %.1e m\n", om_law_name(every_law[k].law), max);
+        assert_below(max, 4e-8);
         om_free(x);
         om_free(f);
         rig_done(&r);

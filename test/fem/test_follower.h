@@ -16,10 +16,10 @@ static inline int curl_bar(int n, OmPreconditioner solver, OmVec3* tip) {
     OmFemPressure push = solid_pressure(&t, om_vec3(0, 0, 0), 600);
     t.load.pressure = &push;
     t.load.npressure = 1;
-    OmFemStaticDef def = om_fem_default_static_def(t.solid);
+    OmFemStaticDef def = om_fem_static_default_def(t.solid);
     def.nstep = 8;
     def.solver.preconditioner = solver;
-    assert_ok(om_fem_solve_static(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
+    assert_ok(om_fem_static_solve(t.solid, &t.load, &def, t.x, t.reaction, &t.report));
     const OmFemReport* r = &t.report;
     *tip = solid_displacement(&t, t.mesh.nnode - 1);
     printf("bar of %d cells: %d iterations in 8 steps, %d cut, tip (%.2f, %.2f) mm; the last step:",

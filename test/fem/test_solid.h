@@ -89,11 +89,11 @@ static inline OmFemPressure solid_pressure(const TestSolid* t, OmVec3 traction, 
 }
 
 static inline void solid_solve(TestSolid* t, int nstep, double tolerance) {
-    OmFemStaticDef def = om_fem_default_static_def(t->solid);
+    OmFemStaticDef def = om_fem_static_default_def(t->solid);
     def.nstep = nstep;
     def.min_step = 1.0 / 64;
     def.tolerance = tolerance;
-    assert_ok(om_fem_solve_static(t->solid, &t->load, &def, t->x, t->reaction, &t->report));
+    assert_ok(om_fem_static_solve(t->solid, &t->load, &def, t->x, t->reaction, &t->report));
 }
 
 static inline OmVec3 solid_displacement(const TestSolid* t, int node) {

@@ -16,7 +16,7 @@ typedef struct Mail {
 
 static void mail_box(Mail* p, OmVec3 size, int nx, int ny, int nz) {
     rig_box(&p->r, nothing, size, nx, ny, nz);
-    p->chain = om_heuristic_default_chain();
+    p->chain = om_chain_default_def();
     p->r.def.engine = "chainmail";
 }
 
@@ -108,9 +108,9 @@ static void find_bounds(const Mail* p, double sign, double* bound) {
             int b = mesh->tet_vert[4 * (k / 16) + k / 4 % 4];
             OmVec3 d = om_scale(sign, om_sub(om_load3(mesh->x, b), om_load3(mesh->x, a)));
             for (int c = 0; c < 3 && a != b; ++c) {
-                double most = bound[3 * a + c] + limit(&p->chain, d, c);
-                if (!(bound[3 * b + c] > most)) continue;
-                bound[3 * b + c] = most;
+                double max = bound[3 * a + c] + limit(&p->chain, d, c);
+                if (!(bound[3 * b + c] > max)) continue;
+                bound[3 * b + c] = max;
                 goes_on = true;
             }
         }
@@ -343,7 +343,7 @@ static uint64_t run_with_workers(int nworker, int* nalloc) {
         mail_step(&p);
     }
     *nalloc = test_count_end();
-    uint64_t hash = om_tissue_hash(p.r.s);
+    uint64_t hash = om_tissue_state_hash(p.r.s);
     rig_done(&p.r);
     return hash;
 }
@@ -370,8 +370,8 @@ static void refuse(OmChainDef chain, const char* what) {
 
 static void test_definitions(void** state) {
     (void)state;
-    OmChainDef def = om_heuristic_default_chain(), d;
-    d = def, d.cookie = 0, refuse(d, "om_heuristic_default_chain");
+    OmChainDef def = om_chain_default_def(), d;
+    d = def, d.cookie = 0, refuse(d, "om_chain_default_def");
     d = def, d.stretch = -0.1, refuse(d, "stretch");
     d = def, d.compress = 1, refuse(d, "compress");
     d = def, d.shear = NAN, refuse(d, "shear");
@@ -385,10 +385,10 @@ static void test_definitions(void** state) {
     assert_status(om_tissue_get_internal_force(p.r.m, p.r.s, value), OM_UNAVAILABLE);
     assert_status(om_tissue_get_measure(p.r.m, p.r.s, OM_VON_MISES, value), OM_UNAVAILABLE);
     assert_status(om_tissue_find_rest(p.r.m, p.r.s, p.r.w, 1e-3, 10, NULL), OM_UNAVAILABLE);
-    uint64_t hash = om_tissue_hash(p.r.s);
+    uint64_t hash = om_tissue_state_hash(p.r.s);
     OmTissueObstacle bad = {.pose_end = om_pose_identity()};
     assert_status(om_tissue_step_among(p.r.m, p.r.s, p.r.w, 0.02, 1, &bad, NULL), OM_INVALID);
-    assert_true(hash == om_tissue_hash(p.r.s));
+    assert_true(hash == om_tissue_state_hash(p.r.s));
     rig_done(&p.r);
     mail_box(&p, om_vec3(0.01, 0.01, 0.01), 1, 1, 1);
     p.r.mesh.ntet = 0;

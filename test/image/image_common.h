@@ -68,7 +68,7 @@ static inline void assert_cuts_are_survived(const char* seed, const char* name) 
 static inline void assert_starving_is_survived(const char* seed) {
     const OmAllocator failing = {failing_alloc, failing_free, NULL};
     OmStatus healthy = load_and_drop(seed), status = OM_NO_MEMORY;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     for (int n = 0; status == OM_NO_MEMORY; n++) {
         countdown = n;
         status = load_and_drop(seed);
@@ -76,7 +76,7 @@ static inline void assert_starving_is_survived(const char* seed) {
     }
     if (countdown < 0) fail_msg("%s: a failed allocation ended as status %d", seed, (int)status);
     countdown = -1;
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_int_equal(status, healthy);
 }
 

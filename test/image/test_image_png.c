@@ -164,7 +164,7 @@ static void test_failing_allocations(void** unused) {
     (void)unused;
     const OmAllocator failing = {failing_alloc, failing_free, NULL};
     countdown = -1;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     OmPicture p;
     assert_ok(om_picture_init(&p, 61, 47, 3));
     fill(&p);
@@ -180,7 +180,7 @@ static void test_failing_allocations(void** unused) {
     }
     assert_true(n > 4);
     om_picture_done(&p);
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
 }
 
 int main(void) {

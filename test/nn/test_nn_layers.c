@@ -120,8 +120,8 @@ static OmNet* finish(OmNet* net, int output) {
     return net;
 }
 
-static OmNetConv draw_conv(OmRng* rng, int most) {
-    OmNetConv c = {.channels = draw(rng, 1, most), .has_bias = draw(rng, 0, 3) > 0};
+static OmNetConv draw_conv(OmRng* rng, int max) {
+    OmNetConv c = {.channels = draw(rng, 1, max), .has_bias = draw(rng, 0, 3) > 0};
     for (int k = 0; k < 3; ++k) {
         c.kernel[k] = draw(rng, 1, 3);
         c.stride[k] = draw(rng, 1, 2);
@@ -284,7 +284,7 @@ static void try_odd_unet(OmNetShape in, int nlevel, const Trial* t) {
     def.base_channels = 4;
     def.activation = OM_LEAKY_RELU;
     OmNet* net;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     compare(net, &rng, t);
 }
 
@@ -298,7 +298,7 @@ static void try_unet(OmLayerKind norm, OmActivation activation, const Trial* t) 
     def.norm = norm;
     def.mask = mask;
     OmNet* net;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     compare(net, &rng, t);
 }
 

@@ -23,7 +23,7 @@ static void test_unet(void** state) {
     (void)state;
     OmUnetDef def = om_unet_default_def(shape(3, 32, 24, 16), 3);
     OmNet *net, *same, *other;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     assert_int_equal(om_net_parameter_size(net), 1401459);  // as counted by hand, level by level
     const OmNetParameter* p = om_net_parameter(net, om_net_find_parameter(net, "dec1.up.weight"));
     assert_non_null(p);
@@ -44,11 +44,11 @@ static void test_unet(void** state) {
     assert_int_equal(om_net_out_size(net), 3 * 32 * 24 * 16);
     // The bottom of the thesis: 1,024 channels of 4 x 3 x 2.
     def.base_channels = 128;
-    assert_ok(om_net_create_unet(&def, &other));
+    assert_ok(om_unet_create(&def, &other));
     p = om_net_parameter(other, om_net_find_parameter(other, "bottom.conv2.weight"));
     assert_int_equal(p->dim[0], 1024);
     def.base_channels = 16;
-    assert_ok(om_net_create_unet(&def, &same));
+    assert_ok(om_unet_create(&def, &same));
     assert_true(om_net_hash(net) == om_net_hash(same));
     assert_true(om_net_hash(net) != om_net_hash(other));
     om_net_destroy(net);
@@ -157,22 +157,22 @@ static void test_refused_unets(void** state) {
     (void)state;
     OmNet* net;
     OmUnetDef def = om_unet_default_def(shape(3, 30, 24, 16), 3), zero = {0};
-    assert_status(om_net_create_unet(&def, &net), OM_INVALID);
+    assert_status(om_unet_create(&def, &net), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "depth 30 is no multiple of 4: pad the grid to 32"));
     assert_null(net);
     def = om_unet_default_def(shape(3, 4, 12, 4), 3);
-    assert_status(om_net_create_unet(&def, &net), OM_INVALID);
+    assert_status(om_unet_create(&def, &net), OM_INVALID);
     assert_non_null(
         strstr(om_error_message(), "4 x 12 x 4 is halved at most 2 times, nlevel is 3"));
     assert_null(net);
-    assert_status(om_net_create_unet(&zero, &net), OM_INVALID);
+    assert_status(om_unet_create(&zero, &net), OM_INVALID);
     def = om_unet_default_def(shape(3, 32, 24, 16), 0);
-    assert_status(om_net_create_unet(&def, &net), OM_INVALID);
+    assert_status(om_unet_create(&def, &net), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "layer head"));
     def = om_unet_default_def(shape(3, 32, 24, 16), 3);
     def.norm = OM_LAYER_GROUP_NORM;
     def.ngroup = 5;
-    assert_status(om_net_create_unet(&def, &net), OM_INVALID);
+    assert_status(om_unet_create(&def, &net), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "layer enc0.norm1"));
 }
 
@@ -325,7 +325,7 @@ static void test_determinism(void** state) {
     def.norm = OM_LAYER_GROUP_NORM;
     def.dropout = 0.2f;
     OmNet* net;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     Step s;
     step_create(net, 3, &s);
     s.def.is_training = true;
@@ -489,7 +489,7 @@ static void test_plan(void** state) {
     OmRng rng = om_rng_init(1, 1);
     for (int turn = 0; turn < 50; ++turn) {
         OmPiece piece[40];
-        size_t size, most = 0;
+        size_t size, max = 0;
         for (int i = 0; i < 40; ++i) {
             int begin = (int)om_rng_below(&rng, 50);
             piece[i] =
@@ -510,9 +510,9 @@ static void test_plan(void** state) {
             for (int i = 0; i < 40; ++i)
                 if (piece[i].begin <= step && step <= piece[i].end)
                     alive += (piece[i].bytes + 63) / 64 * 64;
-            most = alive > most ? alive : most;
+            max = alive > max ? alive : max;
         }
-        assert_true((double)size <= 1.5 * (double)most);
+        assert_true((double)size <= 1.5 * (double)max);
     }
 }
 
@@ -526,7 +526,7 @@ static void test_fast_kernels(void** state) {
         for (int turn = 0; turn < 4; ++turn) {
             OmUnetDef unet = om_unet_default_def(grid[k], 3);
             OmNet* net;
-            assert_ok(om_net_create_unet(&unet, &net));
+            assert_ok(om_unet_create(&unet, &net));
             OmNetRunDef def = om_net_run_default_def(turn % 2 ? 4 : 1);
             def.type = turn / 2 ? OM_BF16 : OM_F32;
             def.is_training = turn % 2;

@@ -60,7 +60,7 @@ static OmNet* u_net(void) {
     def.norm = OM_LAYER_GROUP_NORM;
     def.ngroup = 4;
     def.mask = mask;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     return net;
 }
 

@@ -215,7 +215,7 @@ static void learn_field(OmNetType type) {
     for (int c = 0; c < NCELL; ++c) mask[c] = c % SIDE < 6;
     unet.nlevel = 1;
     unet.mask = mask;
-    assert_ok(om_net_create_unet(&unet, &net));
+    assert_ok(om_unet_create(&unet, &net));
     OmTrainDef def = om_train_default_def(net, fill_field, NULL);
     def.ntrain = 60;
     def.nvalid = 10;

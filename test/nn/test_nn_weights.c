@@ -23,7 +23,7 @@ static OmNet* make_net(Choice c) {
     def.norm = c.norm;
     def.ngroup = 2;
     def.mask = c.mask > 0 ? mask : NULL;
-    assert_ok(om_net_create_unet(&def, &net));
+    assert_ok(om_unet_create(&def, &net));
     return net;
 }
 

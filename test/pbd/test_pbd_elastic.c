@@ -95,7 +95,7 @@ static void test_forces_as_finite_elements(void** state) {
         const int num[3] = {8, 8, 4};
         make(&p, e == 1, om_vec3(0.06, 0.06, 0.03), num, 2, 0);
         pressed[e] = indent(&p, ball, e == 1);
-        om_tissue_reset(p.r.m, p.r.s);
+        om_tissue_state_reset(p.r.m, p.r.s);
         pulled[e] = pull(&p);
         pbd_done(&p);
     }

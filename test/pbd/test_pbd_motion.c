@@ -223,7 +223,7 @@ static void test_half_turn_is_found(void** state) {
     pbd_start(&p);
     OmQuat half[3] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
     for (int k = 0; k < 3; ++k) {
-        om_tissue_reset(p.r.m, p.r.s);
+        om_tissue_state_reset(p.r.m, p.r.s);
         double* x = (double*)(uintptr_t)om_tissue_x(p.r.s);
         for (int i = 0; i < p.r.mesh.nvert; ++i)
             om_store3(x, i, om_quat_rotate(half[k], om_load3(p.r.mesh.x, i)));

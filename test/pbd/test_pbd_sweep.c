@@ -136,7 +136,7 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
         OmTissueObstacle tool = om_probe_obstacle(probe, at, at, -1);
         assert_ok(om_tissue_step_among(p.r.m, p.r.s, p.r.w, 0.02, 1, &tool, NULL));
     }
-    uint64_t hash = om_tissue_hash(p.r.s);
+    uint64_t hash = om_tissue_state_hash(p.r.s);
     om_free(block);
     om_probe_destroy(probe);
     pbd_done(&p);

@@ -629,7 +629,7 @@ static OmStatus plan_once(void) {
 static void test_every_allocation_failing(void** state) {
     (void)state;
     OmAllocator failing = {failing_alloc, failing_free, NULL};
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int64_t alive = om_alloc_alive();
     for (fail_at = 0;; fail_at++) {
         calls = 0;
@@ -641,7 +641,7 @@ static void test_every_allocation_failing(void** state) {
         }
         assert_int_equal(status, OM_NO_MEMORY);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(fail_at > 10);
 }
 

@@ -97,7 +97,7 @@ static void refused_memory_is_told_at_the_end(void** state) {
     int tries = 0;
     while (status != OM_OK) {
         failing_after = tries++;
-        om_set_allocator(&failing);
+        om_allocator_set(&failing);
         OmReport r;
         om_report_begin(&r, "t", "s");
         om_report_chart(&r, &chart);
@@ -111,7 +111,7 @@ static void refused_memory_is_told_at_the_end(void** state) {
         for (int i = 0; i < 200; ++i)
             om_report_paragraph(&r, "a paragraph that makes the text grow");
         status = om_report_save(&r, path);
-        om_set_allocator(NULL);
+        om_allocator_set(NULL);
         assert_int_equal(om_alloc_alive(), alive);
         assert_int_equal(om_path_exists(path), status == OM_OK);  // whole or not at all
         if (status != OM_OK) assert_int_equal(status, OM_NO_MEMORY);

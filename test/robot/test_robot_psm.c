@@ -187,7 +187,7 @@ static void refused_memory_leaks_nothing(void** state) {
     OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (;; ++nfail) {
         OmSurface s;
@@ -200,7 +200,7 @@ static void refused_memory_leaks_nothing(void** state) {
         assert_int_equal(status, OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 0);
     assert_int_equal(om_alloc_alive(), alive);
 }
@@ -211,7 +211,7 @@ static void the_drawing_follows_the_joints(void** state) {
     OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
     OmSurface moved, fresh;
     assert_ok(om_psm_surface(&psm, q_a, 0.1, &moved));
-    om_psm_update_surface(&psm, q_b, 0.6, &moved);
+    om_psm_surface_update(&psm, q_b, 0.6, &moved);
     assert_ok(om_psm_surface(&psm, q_b, 0.6, &fresh));
     assert_int_equal(moved.nvert, fresh.nvert);
     assert_memory_equal(moved.x, fresh.x, 3 * (size_t)fresh.nvert * sizeof(double));

@@ -12,10 +12,10 @@ static inline void model_table_head(void) {
 }
 
 // Volume and extreme dihedral angles (rad) of a mesh, from its vertices: angles between the normals of two faces.
-static inline double model_measure(const OmTetMesh* m, double* least, double* most) {
+static inline double model_measure(const OmTetMesh* m, double* min, double* max) {
     static const int face[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
     double volume = 0;
-    *least = OM_PI, *most = 0;
+    *min = OM_PI, *max = 0;
     for (int e = 0; e < m->ntet; e++) {
         OmVec3 x[4], normal[4];
         for (int i = 0; i < 4; i++) x[i] = om_load3(m->x, m->tet_vert[4 * e + i]);
@@ -30,8 +30,8 @@ static inline double model_measure(const OmTetMesh* m, double* least, double* mo
         for (int f = 0; f < 4; f++) {
             for (int g = 0; g < f; g++) {
                 double angle = OM_PI - acos(fmax(-1, fmin(1, om_dot(normal[f], normal[g]))));
-                *least = fmin(*least, angle);
-                *most = fmax(*most, angle);
+                *min = fmin(*min, angle);
+                *max = fmax(*max, angle);
             }
         }
     }
@@ -42,9 +42,9 @@ static inline double model_measure(const OmTetMesh* m, double* least, double* mo
 static inline double model_enclosed(const OmModelDef* def) {
     OmSurface s;
     OmTetMesh m;
-    double six = 0, least, most;
+    double six = 0, min, max;
     if (om_tet_mesh_load_flags(def->input, def->unit, OM_MESH_FLIP, &m) == OM_OK) {
-        six = model_measure(&m, &least, &most);
+        six = model_measure(&m, &min, &max);
         om_tet_mesh_done(&m);
         return six;
     }
@@ -84,24 +84,24 @@ static inline double model_check(const char* name, const OmModelDef* def) {
     OmStatus status = om_model_build(def, NULL, &p, &r);
     if (status < 0) fail_msg("%s: %s", name, om_error_message());
     const OmMeshQuality* q = &r.quality;
-    double surface = r.mask_volume > 0 ? r.surface_volume / r.mask_volume - 1 : 0, least, most;
-    double volume = model_measure(&p.mesh, &least, &most), counted = model_count(def);
+    double surface = r.mask_volume > 0 ? r.surface_volume / r.mask_volume - 1 : 0, min, max;
+    double volume = model_measure(&p.mesh, &min, &max), counted = model_count(def);
     printf("%-22s %7.2f %8d %6.1f %7.1f %9.3f %10.4f %8.3f %7.2f%s mask %.4f of the voxels\n", name,
-           r.edge * 1e3, q->ntet, least * 180 / OM_PI, most * 180 / OM_PI, 100 * r.volume_error,
+           r.edge * 1e3, q->ntet, min * 180 / OM_PI, max * 180 / OM_PI, 100 * r.volume_error,
            100 * surface, r.surface_error_mean * 1e3, r.seconds,
            r.edge < 0.999 * def->edge ? "  finer than asked" : "",
            counted > 0 ? r.mask_volume / counted : 0);
     assert_int_equal(q->ntet, p.mesh.ntet);
     assert_near_rel(q->volume, volume, 1e-9);
-    assert_near(q->dihedral_min, least, 1e-6);  // acos of numbers near 1
-    assert_near(q->dihedral_max, most, 1e-6);
+    assert_near(q->dihedral_min, min, 1e-6);  // acos of numbers near 1
+    assert_near(q->dihedral_max, max, 1e-6);
     double goal = counted > 0 ? r.mask_volume : model_enclosed(def);
     if (counted > 0)  // what was left out is said; holes of the mask are filled
         assert_near((r.mask_volume + r.left_out) / counted, 1, 0.01);
     assert_near(fabs(volume / goal - 1), r.volume_error, 1e-9);
     assert_near(volume / goal, 1, 0.02);
     assert_near(surface, 0, 0.02);
-    assert_true(least * 180 / OM_PI > 8);
+    assert_true(min * 180 / OM_PI > 8);
     assert_ok(om_tet_mesh_validate(&p.mesh));
     om_patient_done(&p);
     return volume;

@@ -23,7 +23,7 @@ static int compare(const void* a, const void* b) {
 
 // Distances of a set's vertices to a field: median, and the largest of the best 95 %.
 static void set_distances(const OmTetMesh* mesh, const char* name, const OmSdf* sdf, double* median,
-                          double* most) {
+                          double* max) {
     const OmMeshSet* set = om_tet_mesh_find_set(mesh, name);
     assert_non_null(set);
     double* d = calloc((size_t)set->nvert, sizeof *d);
@@ -31,9 +31,9 @@ static void set_distances(const OmTetMesh* mesh, const char* name, const OmSdf* 
         d[i] = om_sdf_eval(sdf, om_load3(mesh->x, set->vert[i]), NULL);
     qsort(d, (size_t)set->nvert, sizeof *d, compare);
     *median = d[set->nvert / 2];
-    *most = d[(int)(0.95 * set->nvert)];
+    *max = d[(int)(0.95 * set->nvert)];
     printf("%s: %d vertices, %.2f to %.2f mm from the organ, median %.2f, 95 %% below %.2f\n", name,
-           set->nvert, d[0] * 1e3, d[set->nvert - 1] * 1e3, *median * 1e3, *most * 1e3);
+           set->nvert, d[0] * 1e3, d[set->nvert - 1] * 1e3, *median * 1e3, *max * 1e3);
     assert_true(d[0] > -0.001);  // nothing reaches into the organ by more than its grid resolves
     free(d);
 }
@@ -75,7 +75,7 @@ static void test_fat_over_the_kidney(void** unused) {
     OmPatient p;
     OmModelReport r;
     OmSdf organ;
-    double median, most;
+    double median, max;
     assert_ok(om_model_build(&def, NULL, &p, &r));
     printf("fat: %d tets, dihedral %.1f, volume error %.2f %%, %.2f s\n", r.quality.ntet,
            r.quality.dihedral_min * 180 / OM_PI, 100 * r.volume_error, r.seconds);
@@ -87,9 +87,9 @@ static void test_fat_over_the_kidney(void** unused) {
     OmSdfDef sdf_def = om_sdf_default_def(0.001);
     sdf_def.margin = 0.02;
     assert_ok(om_sdf_from_surface(&p.organ, &sdf_def, &organ));
-    set_distances(&p.mesh, "underside", &organ, &median, &most);
+    set_distances(&p.mesh, "underside", &organ, &median, &max);
     assert_near(median, 0, 0.0006);  // half of what the organ's field of 2.25 mm resolves
-    set_distances(&p.mesh, "top", &organ, &median, &most);
+    set_distances(&p.mesh, "top", &organ, &median, &max);
     assert_near(median, 0.006, 0.0006);
     const OmMeshSet* border = om_tet_mesh_find_set(&p.mesh, "border");
     const OmMeshSet* held = om_tet_mesh_find_set(&p.mesh, "attachment");
@@ -182,17 +182,17 @@ static double boundary_distance(const OmTetMesh* a, OmMat3 turn, const OmTetMesh
     assert_ok(om_tet_mesh_boundary(b, &to, NULL));
     OmSdfDef def = om_sdf_default_def(0.001);
     assert_ok(om_sdf_from_surface(&to, &def, &field));
-    double most = 0;
+    double max = 0;
     *mean = 0;
     for (int v = 0; v < from.nvert; v++) {
         double d = fabs(om_sdf_eval(&field, om_mat3_apply(turn, om_load3(from.x, v)), NULL));
-        most = fmax(most, d);
+        max = fmax(max, d);
         *mean += d / from.nvert;
     }
     om_sdf_done(&field);
     om_surface_done(&from);
     om_surface_done(&to);
-    return most;
+    return max;
 }
 
 // Build one label of the CT as it is, stored otherwise, and turned; compare boundaries and volumes.
@@ -208,21 +208,21 @@ static void compare_storage(int label, double mean_max, double most_max) {
     assert_ok(om_model_build_volume(&def, &v, NULL, &p, NULL));
     restore_volume(&v, &other);
     for (int is_turned = 0; is_turned < 2; is_turned++) {
-        double mean, most;
+        double mean, max;
         if (is_turned) {
             v.axis = om_mat3_mul(turn, v.axis);
             v.origin = om_mat3_apply(turn, v.origin);
         }
         assert_ok(om_model_build_volume(&def, is_turned ? &v : &other, NULL, &q, NULL));
         OmMat3 move = is_turned ? turn : om_mat3_identity();
-        most = boundary_distance(&p.mesh, move, &q.mesh, &mean);
+        max = boundary_distance(&p.mesh, move, &q.mesh, &mean);
         double share = om_tet_mesh_volume(&q.mesh) / om_tet_mesh_volume(&p.mesh) - 1;
         printf(
             "label %d %s: %d and %d tets, volumes %.2g %%, boundaries %.2g mm apart, at most %.2g\n",
             label, is_turned ? "turned by 34 degrees" : "stored otherwise", p.mesh.ntet,
-            q.mesh.ntet, share * 100, mean * 1e3, most * 1e3);
+            q.mesh.ntet, share * 100, mean * 1e3, max * 1e3);
         assert_below(mean, mean_max);
-        assert_below(most, most_max);
+        assert_below(max, most_max);
         assert_near(share, 0, 0.002);  // both are within 0.1 % of the voxels
         om_patient_done(&q);
     }

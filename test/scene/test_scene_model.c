@@ -209,7 +209,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     def.refine = false;
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK;
          nfail += 21) {  // of 300; room shape tests all
@@ -220,7 +220,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 100);
     om_volume_done(&v);
 }

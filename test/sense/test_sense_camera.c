@@ -169,7 +169,7 @@ static void pictures_do_not_depend_on_workers(void** state) {
     OmPicture one, many;
     assert_ok(om_picture_init(&one, 93, 61, 3));
     assert_ok(om_picture_init(&many, 93, 61, 3));
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     options.samples = 2;
     options.nworker = 1;
     assert_ok(om_sense_render(scene, &c, &options, &one));

@@ -303,7 +303,7 @@ static OmStatus use_a_scene(const OmSurface* s) {
     OmSenseScene* scene = NULL;
     OmPicture picture = {0};
     OmCamera c = look_down(16, 12);
-    OmSenseOptions options = om_sense_default_options();
+    OmSenseOptions options = om_sense_options_default();
     OmStatus status = OM_OK;
     int id;
     OM_TRY_DONE(om_sense_scene_create(&scene));
@@ -326,7 +326,7 @@ static void refused_memory_leaks_nothing(void** state) {
     OmSurface sphere = make_sphere(om_vec3(0, 0, 0.05), 0.03, 8);
     int64_t alive = om_alloc_alive();
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (;; ++nfail) {
         test_alloc_countdown = nfail;
@@ -335,7 +335,7 @@ static void refused_memory_leaks_nothing(void** state) {
         if (status == OM_OK) break;
         assert_int_equal(status, OM_NO_MEMORY);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 40);  // some five an object
     om_surface_done(&sphere);
 }

@@ -335,9 +335,9 @@ static void test_failing_allocations_of_readers(void** unused) {
     (void)unused;
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     test_alloc_countdown = -1;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     for_each_seed(starve_seed);
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
 }
 
 static void test_failing_allocations_of_writers(void** unused) {
@@ -345,7 +345,7 @@ static void test_failing_allocations_of_writers(void** unused) {
     static const char* const ext[] = {"vtu", "vtk", "msh", "stl", "obj", "ply", "off"};
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     test_alloc_countdown = -1;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     OmTetMesh mesh;
     OmSurface surface;
     make_mesh(&mesh);
@@ -371,7 +371,7 @@ static void test_failing_allocations_of_writers(void** unused) {
     }
     om_surface_done(&surface);
     om_tet_mesh_done(&mesh);
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
 }
 
 int main(void) {

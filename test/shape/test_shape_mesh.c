@@ -159,7 +159,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     int64_t alive = om_alloc_alive();
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (;; nfail++) {
         test_alloc_countdown = nfail;
@@ -168,7 +168,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
         assert_int_equal(status, OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 15);
 }
 

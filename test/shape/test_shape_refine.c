@@ -53,9 +53,9 @@ static void refused_memory_leaves_the_mesh(void** state) {
     OmStatus status;
     do {
         failing_after = tries++;
-        om_set_allocator(&failing);
+        om_allocator_set(&failing);
         status = om_tet_mesh_refine(&mesh);
-        om_set_allocator(NULL);
+        om_allocator_set(NULL);
         if (status != OM_OK) {
             assert_int_equal(status, OM_NO_MEMORY);
             assert_int_equal(om_alloc_alive(), alive);

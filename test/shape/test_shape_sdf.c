@@ -166,16 +166,16 @@ static void test_mask_keeps_volume_and_shape(void** unused) {
     assert_ok(om_sdf_from_mask(&m, &def, &sdf));
     assert_ok(om_surface_from_sdf(&sdf, 0, &s));
     assert_near_rel(om_surface_volume(&s), om_mask_volume(&m), 1e-3);
-    double sum = 0, most = 0;
+    double sum = 0, max = 0;
     for (int v = 0; v < s.nvert; v++) {
         double e = fabs(om_norm(om_load3(s.x, v)) - r);
         sum += e;
-        most = fmax(most, e);
+        max = fmax(max, e);
     }
     printf("ball of 10 voxels: mean %.3f, largest %.3f voxels from the true ball\n",
-           sum / s.nvert / voxel, most / voxel);
+           sum / s.nvert / voxel, max / voxel);
     assert_below(sum / s.nvert, 0.15 * voxel);  // the voxels themselves are 0.25 off on average
-    assert_below(most, 0.5 * voxel);
+    assert_below(max, 0.5 * voxel);
     om_surface_done(&s);
     om_sdf_done(&sdf);
     om_mask_done(&m);
@@ -227,16 +227,16 @@ static void test_header_does_not_move_the_organ(void** unused) {
     assert_ok(om_sdf_from_mask(&b, &def, &fb));
     assert_ok(om_sdf_from_mask(&c, &def, &fc));
     OmRng rng = om_rng_init(9, 0);
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < 3000; i++) {
         OmVec3 p = om_vec3(om_rng_range(&rng, -0.034, 0.034), om_rng_range(&rng, -0.024, 0.024),
                            om_rng_range(&rng, -0.028, 0.028));
         double d = om_sdf_eval(&fa, p, NULL);
         assert_near(om_sdf_eval(&fb, p, NULL), d, 2e-5);  // the same voxels: only rounding differs
-        most = fmax(most, fabs(om_sdf_eval(&fc, p, NULL) - d));
+        max = fmax(max, fabs(om_sdf_eval(&fc, p, NULL) - d));
     }
-    printf("oblique against straight header: at most %.2f mm apart\n", most * 1e3);
-    assert_below(most, 0.002);  // other voxels: half of a diagonal of 2 x 2 x 4 mm
+    printf("oblique against straight header: at most %.2f mm apart\n", max * 1e3);
+    assert_below(max, 0.002);  // other voxels: half of a diagonal of 2 x 2 x 4 mm
     assert_near_rel(om_mask_volume(&c), om_mask_volume(&a), 0.02);
     om_sdf_done(&fa);
     om_sdf_done(&fb);
@@ -342,7 +342,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
               om_vec3(0.012, 0.012, 0.012));
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; nfail++) {
         test_alloc_countdown = nfail;
@@ -350,7 +350,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 40);
     om_mask_done(&mask);
 }

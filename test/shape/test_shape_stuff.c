@@ -149,7 +149,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
         om_stuff_default_def(0.02, sphere_fn, &r, om_vec3(-r, -r, -r), om_vec3(r, r, r));
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     int64_t alive = om_alloc_alive();
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     int nfail = 0;
     for (OmStatus status = OM_NO_MEMORY; status != OM_OK; nfail++) {
         OmTetMesh m;
@@ -162,7 +162,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
         assert_true(status == OM_OK || status == OM_NO_MEMORY);
         assert_int_equal(om_alloc_alive(), alive);
     }
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
     assert_true(nfail > 20);
 }
 

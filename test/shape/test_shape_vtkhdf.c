@@ -29,7 +29,7 @@ static void make_recording(const char* path, const OmTetMesh* mesh, int nstep) {
 }
 
 // Rows of a dataset, and its values as doubles (null: none wanted).
-static int read_set(hid_t file, const char* name, double* value, int most) {
+static int read_set(hid_t file, const char* name, double* value, int max) {
     hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
     if (set < 0) fail_msg("%s is not in the file", name);
     hid_t space = H5Dget_space(set);
@@ -37,7 +37,7 @@ static int read_set(hid_t file, const char* name, double* value, int most) {
     assert_true(H5Sget_simple_extent_dims(space, dim, NULL) >= 1);
     H5Sclose(space);
     if (value) {
-        assert_true((int)(dim[0] * dim[1]) <= most);
+        assert_true((int)(dim[0] * dim[1]) <= max);
         assert_true(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, value) >= 0);
     }
     H5Dclose(set);
@@ -211,7 +211,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     (void)unused;
     const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
     test_alloc_countdown = -1;
-    om_set_allocator(&failing);
+    om_allocator_set(&failing);
     OmTetMesh mesh;
     make_mesh(&mesh);
     const char* path = temp_path("starved.vtkhdf");
@@ -233,7 +233,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     assert_true(n > 3);
     remove(path);
     om_tet_mesh_done(&mesh);
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
 }
 
 int main(void) {

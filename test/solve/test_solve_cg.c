@@ -360,7 +360,7 @@ static void failing_free(void* ctx, void* ptr) {
 static void every_allocation_may_fail(void** state) {
     (void)state;
     const OmAllocator allocator = {failing_alloc, failing_free, NULL};
-    om_set_allocator(&allocator);
+    om_allocator_set(&allocator);
     allowed = 1 << 30;
     Elastic el = elastic_tissue();
     Problem p;
@@ -385,7 +385,7 @@ static void every_allocation_may_fail(void** state) {
     }
     allowed = 1 << 30;
     problem_done(&p);
-    om_set_allocator(NULL);
+    om_allocator_set(NULL);
 }
 
 static void solving_allocates_nothing(void** state) {

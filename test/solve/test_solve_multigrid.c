@@ -31,13 +31,13 @@ static void coarse_matrix_is_galerkin(void** state) {
         for (size_t k = 0; k < p.n; ++k)
             for (size_t j = 0; j < nc && D[i * p.n + k] != 0.0; ++j)
                 AW[i * nc + j] += D[i * p.n + k] * W[k * nc + j];
-    double most = 0;
-    for (size_t i = 0; i < nc * nc; ++i) most = fmax(most, fabs(C[i]));
+    double max = 0;
+    for (size_t i = 0; i < nc * nc; ++i) max = fmax(max, fabs(C[i]));
     for (size_t i = 0; i < nc; ++i)
         for (size_t j = 0; j < nc; ++j) {
             double sum = 0;
             for (size_t k = 0; k < p.n; ++k) sum += W[k * nc + i] * AW[k * nc + j];
-            assert_near(C[i * nc + j], sum, 2e-6 * most);  // float sums of about a hundred terms
+            assert_near(C[i * nc + j], sum, 2e-6 * max);  // float sums of about a hundred terms
         }
     om_free(W);
     om_free(D);
@@ -241,7 +241,7 @@ static void no_solve_ends_worse_than_it_began(void** state) {
         om_solver_set_reference(S, is_near ? 1e6 : 0);
         assert_true(om_solver_solve(S, &p.A, 1, p.b, p.x, &before) >= 0);
         om_solver_destroy(S);
-        double least = is_near ? before.residual * 1e6 : 1;
+        double min = is_near ? before.residual * 1e6 : 1;
         def.tolerance = is_counted ? 0 : 1e-9;
         assert_ok(om_solver_create(&def, &p.A, p.mesh.x, &S));
         om_solver_set_fixed(S, p.fixed);
@@ -254,7 +254,7 @@ static void no_solve_ends_worse_than_it_began(void** state) {
         if (is_counted)
             assert_true(energy(&p, p.x) <= energy(&p, start) + rounding);
         else
-            assert_true(info.residual <= least * (1 + 1e-12));
+            assert_true(info.residual <= min * (1 + 1e-12));
         om_solver_destroy(S);
         om_free(zero);
     }

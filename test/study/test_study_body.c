@@ -9,18 +9,18 @@
 static void test_phantom(void** unused) {
     (void)unused;
     OmStudyBody* body;
-    assert_ok(om_study_create_phantom(10, 1, &body));
+    assert_ok(om_study_body_create_phantom(10, 1, &body));
     int n;
     const OmStudyLesion* l = om_study_lesions(body, &n);
     assert_int_equal(n, 10);
-    double least = 1, most = 0;
+    double min = 1, max = 0;
     for (int i = 0; i < n; ++i) {
         assert_near(om_norm(l[i].normal), 1, 1e-12);
         assert_near(om_dot(l[i].normal, l[i].along), 0, 1e-12);
-        assert_near(om_study_eval_body(body, l[i].touch), 0, 1e-12);  // on the surface
+        assert_near(om_study_body_eval(body, l[i].touch), 0, 1e-12);  // on the surface
         OmVec3 d = om_sub(l[i].touch, l[i].center);
         assert_near(om_norm(om_cross(d, l[i].normal)), 0, 1e-12);  // under the middle of the probe
-        least = fmin(least, om_norm(d)), most = fmax(most, om_norm(d));
+        min = fmin(min, om_norm(d)), max = fmax(max, om_norm(d));
         assert_true(l[i].radius >= 0.0025 && l[i].radius <= 0.005);
         assert_true(om_norm(d) > l[i].radius);
         assert_true(om_dot(om_vec3(0, 0, 1), l[i].normal) > 0.8);
@@ -35,21 +35,21 @@ static void test_phantom(void** unused) {
         for (int k = 0; k < i; ++k)
             assert_true(om_distance(l[i].center, l[k].center) > l[i].radius + l[k].radius);
     }
-    assert_true(least < 0.013 && most > 0.032);
-    om_study_destroy_body(body);
-    assert_status(om_study_create_phantom(0, 1, &body), OM_INVALID);
+    assert_true(min < 0.013 && max > 0.032);
+    om_study_body_destroy(body);
+    assert_status(om_study_body_create_phantom(0, 1, &body), OM_INVALID);
     assert_null(body);
 }
 
 static void test_meshes(void** unused) {
     (void)unused;
     OmStudyBody* body;
-    assert_ok(om_study_create_phantom(10, 1, &body));
+    assert_ok(om_study_body_create_phantom(10, 1, &body));
     const int wanted[] = {623, 1363, 2539, 4126, 7369, 12861};
     double exact = 2.0 / 3 * OM_PI * 0.075 * 0.060 * 0.072, last = 1;
     for (int k = 0; k < 6; ++k) {
         OmTetMesh mesh;
-        assert_ok(om_study_mesh_body(body, wanted[k], 2, &mesh));
+        assert_ok(om_study_body_mesh(body, wanted[k], 2, &mesh));
         assert_ok(om_tet_mesh_validate(&mesh));
         // whole lattice cells: 8 % is the worst of the coarse ones
         assert_near_rel(mesh.ntet, wanted[k], 0.08);
@@ -66,8 +66,8 @@ static void test_meshes(void** unused) {
         om_tet_mesh_done(&mesh);
     }
     OmTetMesh mesh;
-    assert_status(om_study_mesh_body(body, 10, 1, &mesh), OM_INVALID);
-    om_study_destroy_body(body);
+    assert_status(om_study_body_mesh(body, 10, 1, &mesh), OM_INVALID);
+    om_study_body_destroy(body);
 }
 
 // A body read from a file is the same body.
@@ -79,8 +79,8 @@ static void test_file(void** unused) {
     assert_non_null(mkdtemp(dir));
     snprintf(path, sizeof path, "%s/body.vtu", dir);
     snprintf(sites, sizeof sites, "%s/sites.txt", dir);
-    assert_ok(om_study_create_phantom(4, 1, &body));
-    assert_ok(om_study_mesh_body(body, 12861, 2, &mesh));
+    assert_ok(om_study_body_create_phantom(4, 1, &body));
+    assert_ok(om_study_body_mesh(body, 12861, 2, &mesh));
     assert_ok(om_tet_mesh_save(&mesh, path, OM_UNIT_MM));
     int n;
     const OmStudyLesion* l = om_study_lesions(body, &n);
@@ -90,7 +90,7 @@ static void test_file(void** unused) {
         assert_ok(om_text_append(&text, "%.6f, %.6f %.6f %.3f # lesion\n", 1e3 * l[i].center.x,
                                  1e3 * l[i].center.y, 1e3 * l[i].center.z, 1e3 * l[i].radius));
     assert_ok(om_file_write(sites, text.str, text.len));
-    assert_ok(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 0), &read));
+    assert_ok(om_study_body_load(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 0), &read));
     int m;
     const OmStudyLesion* r = om_study_lesions(read, &m);
     assert_int_equal(n, m);
@@ -99,33 +99,33 @@ static void test_file(void** unused) {
         assert_near(l[i].radius, r[i].radius, 1e-6);
         // the normal is that above the lesion, not that of the nearest point: some degrees apart
         assert_true(om_dot(l[i].normal, r[i].normal) > cos(0.35));
-        assert_near(om_study_eval_body(body, r[i].touch), 0, 2e-3);
+        assert_near(om_study_body_eval(body, r[i].touch), 0, 2e-3);
     }
-    assert_ok(om_study_mesh_body(read, 4126, 2, &again));
+    assert_ok(om_study_body_mesh(read, 4126, 2, &again));
     assert_near_rel(om_tet_mesh_volume(&again), om_tet_mesh_volume(&mesh), 0.03);
     assert_non_null(om_tet_mesh_find_set(&again, "attachment"));
-    om_study_destroy_body(read);
+    om_study_body_destroy(read);
     // messages name file and line
     assert_ok(om_file_write(sites, "0 0 500\n", 8));
-    assert_status(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
+    assert_status(om_study_body_load(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
                   OM_INVALID);
     assert_non_null(strstr(om_error_message(), "none of 1 lesions is inside"));
     assert_ok(om_file_write(sites, "0 0 5\n0 0 50\n0 0 3\n", 19));
-    assert_ok(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_CM, om_vec3(0, 0, 1), &read));
+    assert_ok(om_study_body_load(path, OM_UNIT_MM, sites, OM_UNIT_CM, om_vec3(0, 0, 1), &read));
     om_study_lesions(read, &m);
     assert_int_equal(m, 2);
     assert_int_equal(om_study_count_outside(read), 1);
     // 0.6 of the 72 mm between the top of the phantom and its base, which is held
-    assert_near(om_study_lesions(read, &m)[0].most, 0.6 * 0.072, 0.002);
-    om_study_destroy_body(read);
+    assert_near(om_study_lesions(read, &m)[0].max, 0.6 * 0.072, 0.002);
+    om_study_body_destroy(read);
     assert_ok(om_file_write(sites, "0 0 30\n1 2\n", 11));
-    assert_status(om_study_load_body(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
+    assert_status(om_study_body_load(path, OM_UNIT_MM, sites, OM_UNIT_MM, om_vec3(0, 0, 1), &read),
                   OM_INVALID);
     assert_non_null(strstr(om_error_message(), "sites.txt:2"));
     om_text_done(&text);
     om_tet_mesh_done(&mesh);
     om_tet_mesh_done(&again);
-    om_study_destroy_body(body);
+    om_study_body_destroy(body);
     assert_ok(om_path_remove(dir));
 }
 

@@ -7,7 +7,7 @@
 static char dir[] = "/tmp/om_calstudy_XXXXXX";
 
 static OmStudyCalibrationDef small_def(void) {
-    OmStudyCalibrationDef def = om_study_default_calibration_def(dir);
+    OmStudyCalibrationDef def = om_study_calibration_default_def(dir);
     def.nlesion = 2;
     def.nacquisition = 2;
     def.spacing = 0.009;
@@ -31,15 +31,15 @@ static void test_gel(void** unused) {
     OmStudyBody* gel;
     OmTetMesh mesh;
     int n;
-    assert_ok(om_study_create_gel(&gel));
+    assert_ok(om_study_body_create_gel(&gel));
     const OmStudyLesion* l = om_study_lesions(gel, &n);
     assert_int_equal(n, 3);
     for (int i = 0; i < n; ++i) {
         assert_near(om__study_contour(&l[i]).z, top[i], 1e-15);
-        assert_below(om_study_eval_body(gel, l[i].center), -l[i].radius + 1e-15);
-        assert_near(om_study_eval_body(gel, l[i].touch), 0, 1e-15);
+        assert_below(om_study_body_eval(gel, l[i].center), -l[i].radius + 1e-15);
+        assert_near(om_study_body_eval(gel, l[i].touch), 0, 1e-15);
     }
-    assert_ok(om_study_mesh_body(gel, 2000, 1, &mesh));
+    assert_ok(om_study_body_mesh(gel, 2000, 1, &mesh));
     double volume = 0, whole = 0.155 * 0.100 * 0.070;
     for (int e = 0; e < mesh.ntet; ++e) {
         OmVec3 v[4];
@@ -48,7 +48,7 @@ static void test_gel(void** unused) {
     }
     assert_near(volume, whole, 0.05 * whole);  // lattice cells cut edges off
     om_tet_mesh_done(&mesh);
-    om_study_destroy_body(gel);
+    om_study_body_destroy(gel);
 }
 
 static char* read_errors(void) {
@@ -63,7 +63,7 @@ static void test_study(void** unused) {
     (void)unused;
     OmStudyCalibrationDef def = small_def();
     OmStudyCalibrationSummary sum, again;
-    assert_ok(om_study_run_calibration(&def, NULL, &sum));
+    assert_ok(om_study_calibration_run(&def, NULL, &sum));
     printf("gel %.2f -> %.2f mm, lesion %.2f -> %.2f mm, unseen %.2f mm, rigid %.2f mm\n",
            1e3 * sum.gel_start, 1e3 * sum.gel_error, 1e3 * sum.tuned_start, 1e3 * sum.tuned_error,
            1e3 * sum.unseen_tuned, 1e3 * sum.unseen_rigid);
@@ -75,7 +75,7 @@ static void test_study(void** unused) {
     char* first = read_errors();
     // all there: nothing is evaluated again, by two workers neither; the same numbers
     def.nworker = 2;
-    assert_ok(om_study_run_calibration(&def, NULL, &again));
+    assert_ok(om_study_calibration_run(&def, NULL, &again));
     assert_int_equal(again.nnew, 0);
     assert_int_equal(again.neval, sum.neval);
     char* second = read_errors();
@@ -97,11 +97,11 @@ static void test_cancel(void** unused) {
     int left = 3;
     OmProgress progress = {stop, &left};
     def.seed = 2;
-    assert_status(om_study_run_calibration(&def, &progress, &sum), OM_CANCELLED);
+    assert_status(om_study_calibration_run(&def, &progress, &sum), OM_CANCELLED);
     def.nworker = 2;
-    assert_ok(om_study_run_calibration(&def, NULL, &sum));
+    assert_ok(om_study_calibration_run(&def, NULL, &sum));
     assert_true(sum.nnew <= sum.neval);
-    assert_ok(om_study_run_calibration(&def, NULL, &again));
+    assert_ok(om_study_calibration_run(&def, NULL, &again));
     for (int i = 0; i < OM_STUDY_NCLUSTER; ++i) assert_true(again.tuned[i] == sum.tuned[i]);
 }
 
@@ -109,21 +109,21 @@ static void test_bad(void** unused) {
     (void)unused;
     OmStudyCalibrationSummary sum;
     OmStudyCalibrationDef def = {0};
-    assert_status(om_study_run_calibration(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_calibration_run(&def, NULL, &sum), OM_INVALID);
     def = small_def();
     def.tuned = 2;
-    assert_status(om_study_run_calibration(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_calibration_run(&def, NULL, &sum), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "tuned = 2"));
     def = small_def();
     def.spacing = 0;
-    assert_status(om_study_run_calibration(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_calibration_run(&def, NULL, &sum), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "spacing"));
 }
 
 // The folder is complete: the rest of the study with each allocation failing in turn.
 static OmStatus finish_again(void* ctx) {
     OmStudyCalibrationSummary sum;
-    return om_study_run_calibration(ctx, NULL, &sum);
+    return om_study_calibration_run(ctx, NULL, &sum);
 }
 
 static void test_memory(void** unused) {

@@ -9,7 +9,7 @@ static OmStudyBody* body;
 
 // One lesion, one coarse mesh, twenty steps.
 static OmStudyContactDef small_def(void) {
-    OmStudyContactDef def = om_study_default_contact_def(body, dir);
+    OmStudyContactDef def = om_study_contact_default_def(body, dir);
     def.nresolution = 1;
     def.resolution[0] = 400;
     def.nlesion = 1;
@@ -33,14 +33,14 @@ static void test_study(void** unused) {
     OmStudyContactDef def = small_def();
     OmStudyContactSummary sum;
     char *first, *again;
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.nrun, 3);
     assert_int_equal(sum.nnew, 3);
     assert_int_equal(sum.ncomplete, 3);
     assert_near(sum.worst_stability, 1, 0);
     read_run(&def, "errors.csv", &first);
     // all there: nothing is made; the same numbers
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.nnew, 0);
     read_run(&def, "errors.csv", &again);
     assert_string_equal(first, again);
@@ -50,7 +50,7 @@ static void test_study(void** unused) {
     assert_ok(om__study_path(&def, path, sizeof path, "runs/penalty-000400-01.json"));
     assert_ok(om_path_remove(path));
     def.nworker = 2;
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.nnew, 1);
     read_run(&def, "errors.csv", &again);
     assert_string_equal(first, again);
@@ -58,7 +58,7 @@ static void test_study(void** unused) {
     om_free(first);
     // another tolerance makes the runs again, not the truth
     def.tolerance = 5e-4;
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.nnew, 3);
 }
 
@@ -74,8 +74,8 @@ static void test_cancel(void** unused) {
     def.density = 1010;
     int left = 2;  // one run is made, the others are not begun
     OmProgress progress = {stop, &left};
-    assert_status(om_study_run_contact(&def, &progress, &sum), OM_CANCELLED);
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_status(om_study_contact_run(&def, &progress, &sum), OM_CANCELLED);
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.nnew, 2);
 }
 
@@ -118,7 +118,7 @@ static void test_numbers(void** unused) {
     assert_near(s.sd, sqrt(2.5), 1e-15);
     assert_near(s.lower, 1, 1e-15);
     assert_near(s.median, 2, 1e-15);
-    assert_near(s.most, 4, 1e-15);
+    assert_near(s.max, 4, 1e-15);
     OmStudyContactDef def = small_def();
     double square = 0;
     enum { N = 4000 };
@@ -135,31 +135,31 @@ static void test_nonsense(void** unused) {
     OmStudyContactSummary sum;
     OmStudyContactDef def = small_def();
     def.resolution[0] = 5;
-    assert_status(om_study_run_contact(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_contact_run(&def, NULL, &sum), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "resolution[0] = 5"));
     def = small_def();
     def.depth[2] = 0;
-    assert_status(om_study_run_contact(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_contact_run(&def, NULL, &sum), OM_INVALID);
     def = small_def();
     def.material.poisson = 0.5;
-    assert_status(om_study_run_contact(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_contact_run(&def, NULL, &sum), OM_INVALID);
     def = (OmStudyContactDef){.body = body, .out_dir = dir};
-    assert_status(om_study_run_contact(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_contact_run(&def, NULL, &sum), OM_INVALID);
 }
 
 static OmStatus finish_again(void* ctx) {
     OmStudyContactSummary sum;
-    return om_study_run_contact(ctx, NULL, &sum);
+    return om_study_contact_run(ctx, NULL, &sum);
 }
 
 static OmStatus make_body(void* ctx) {
     (void)ctx;
     OmStudyBody* phantom;
     OmTetMesh mesh;
-    OmStatus status = om_study_create_phantom(3, 2, &phantom);
-    if (status == OM_OK) status = om_study_mesh_body(phantom, 200, 1, &mesh);
+    OmStatus status = om_study_body_create_phantom(3, 2, &phantom);
+    if (status == OM_OK) status = om_study_body_mesh(phantom, 200, 1, &mesh);
     if (status == OM_OK) om_tet_mesh_done(&mesh);
-    om_study_destroy_body(phantom);
+    om_study_body_destroy(phantom);
     return status;
 }
 
@@ -175,13 +175,13 @@ static void test_memory(void** unused) {
 static int begin(void** unused) {
     (void)unused;
     assert_non_null(mkdtemp(dir));
-    assert_ok(om_study_create_phantom(10, 1, &body));
+    assert_ok(om_study_body_create_phantom(10, 1, &body));
     return 0;
 }
 
 static int end(void** unused) {
     (void)unused;
-    om_study_destroy_body(body);
+    om_study_body_destroy(body);
     return om_path_remove(dir) == OM_OK ? 0 : 1;
 }
 

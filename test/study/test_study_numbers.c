@@ -67,8 +67,8 @@ static void make_run(Made* m, int k, int method, int l) {
 // The run of multipliers on the finest mesh over lesion 2 ends after 6 of 10 steps, at two depths of five.
 static void setup(Made* m) {
     memset(m, 0, sizeof *m);
-    assert_ok(om_study_create_phantom(NLESION, 1, &m->body));
-    m->def = om_study_default_contact_def(m->body, dir);
+    assert_ok(om_study_body_create_phantom(NLESION, 1, &m->body));
+    m->def = om_study_contact_default_def(m->body, dir);
     m->def.nresolution = NRESOLUTION;
     m->def.resolution[0] = 3000;
     m->def.resolution[1] = 6000;
@@ -89,7 +89,7 @@ static void setup(Made* m) {
     snprintf(broken->reason, sizeof broken->reason, "said \"no\"");
     assert_ok(om__study_score(&m->study, &m->score));
 }
-static void teardown(Made* m) { om_study_destroy_body(m->body); }
+static void teardown(Made* m) { om_study_body_destroy(m->body); }
 
 // Mean error of the first `n` depths of one run, mm.
 static double mean_of(int k, int method, int l, int n) {
@@ -111,11 +111,11 @@ static void test_score(void** unused) {
                 (n[0] + n[1]);
             assert_int_equal(c->error.n, n[0] + n[1]);
             assert_near(c->error.mean, mean, 1e-9);
-            assert_near(c->error.least, miss[k][method][0], 1e-9);
+            assert_near(c->error.min, miss[k][method][0], 1e-9);
             assert_int_equal(c->ntet, m->def.resolution[k] + 7);
             bool is_broken = k == 1 && method == OM_PRESS_MULTIPLIERS;
             assert_near(c->stability.mean, is_broken ? 80 : 100, 1e-12);  // per cent
-            assert_near(c->stability.least, is_broken ? 60 : 100, 1e-12);
+            assert_near(c->stability.min, is_broken ? 60 : 100, 1e-12);
             assert_int_equal(c->ms.n, is_broken ? 17 : 20);
             if (!is_broken) assert_near(c->ms.median, 5.5, 1e-12);  // 1 .. 10, twice
         }
@@ -189,7 +189,7 @@ static void test_csv(void** unused) {
                 bool is_broken = k == 1 && method == OM_PRESS_MULTIPLIERS && l == 1;
                 char word[32], reason[64] = "";
                 int wanted, ntet, lesion, nstep, ndone, substeps;
-                double depth, error, median, least, most, deepest, residual, force, volume;
+                double depth, error, median, min, max, deepest, residual, force, volume;
                 for (int d = 0; d < (is_broken ? 2 : D); ++d) {
                     line = strtok_r(NULL, "\n", &rest);
                     assert_int_equal(sscanf(line, "%31[^,],%d,%d,%d,%lf,%lf", word, &wanted, &ntet,
@@ -205,15 +205,15 @@ static void test_csv(void** unused) {
                 row = strtok_r(NULL, "\n", &more);
                 assert_true(
                     sscanf(row, "%31[^,],%d,%d,%d,%d,%d,%lf,%lf,%lf,%lf,%lf,%d,%lf,%lf,%63s", word,
-                           &wanted, &ntet, &lesion, &nstep, &ndone, &median, &least, &most,
-                           &deepest, &residual, &substeps, &force, &volume, reason) >= 15);
+                           &wanted, &ntet, &lesion, &nstep, &ndone, &median, &min, &max, &deepest,
+                           &residual, &substeps, &force, &volume, reason) >= 15);
                 assert_string_equal(word, name[method]);
                 assert_int_equal(lesion, l + 1);
                 assert_int_equal(nstep, NSTEP);
                 assert_int_equal(ndone, is_broken ? 6 : NSTEP);
                 assert_near(median, is_broken ? 4 : 5.5, 1e-4);
-                assert_near(least, 1, 1e-4);
-                assert_near(most, is_broken ? 7 : 10, 1e-4);
+                assert_near(min, 1, 1e-4);
+                assert_near(max, is_broken ? 7 : 10, 1e-4);
                 assert_near(deepest, 0.3, 1e-5);  // mm
                 assert_near(residual, 8e-4, 1e-9);
                 assert_int_equal(substeps, 3);
@@ -282,7 +282,7 @@ static void test_json(void** unused) {
 // Two lesions, mm by method and depth; lesion 2 ends after two depths, in the truth and so for all.
 static void make_methods(StudyMethods* s, OmStudyMethodsDef* def, double umesh) {
     memset(s, 0, sizeof *s);
-    *def = om_study_default_methods_def(dir, "w");
+    *def = om_study_methods_default_def(dir, "w");
     def->nlesion = 2;
     s->def = def;
     const double base[OM_STUDY_NBY] = {0.5, 0.9, umesh, 3.0};
@@ -354,13 +354,13 @@ static void test_bar_of_methods(void** unused) {
 static void test_steps_by_hand(void** unused) {
     (void)unused;
     OmStudyBody* body;
-    assert_ok(om_study_create_phantom(NLESION, 1, &body));
-    OmStudyContactDef def = om_study_default_contact_def(body, dir);
+    assert_ok(om_study_body_create_phantom(NLESION, 1, &body));
+    OmStudyContactDef def = om_study_contact_default_def(body, dir);
     assert_int_equal(om__study_nstep(&def, -1), 150);  // 30 mm at 10 mm/s in steps of 20 ms
     def.time_step = 0.07;
     assert_int_equal(om__study_nstep(&def, -1), 43);  // 42.86: the last step is shorter
     def.time_step = 0.02;
-    body->lesion[1].most = 0.0121;
+    body->lesion[1].max = 0.0121;
     assert_int_equal(om__study_nstep(&def, 1), 61);  // 60.5
     // The probe's face goes in against the normal, its long side along the lesion's.
     const OmStudyLesion* l = &body->lesion[0];
@@ -368,7 +368,7 @@ static void test_steps_by_hand(void** unused) {
     assert_near(om_distance(pose.p, om_madd(l->touch, -0.004, l->normal)), 0, 1e-15);
     assert_near(om_distance(om_quat_rotate(pose.q, om_vec3(0, 0, 1)), l->normal), 0, 1e-12);
     assert_near(om_distance(om_quat_rotate(pose.q, om_vec3(1, 0, 0)), l->along), 0, 1e-12);
-    om_study_destroy_body(body);
+    om_study_body_destroy(body);
 }
 
 // A tetrahedron of 10 mm: all of it in a lesion, none, its corner up to a third of its edges (1 / 27 of its volume)
@@ -376,7 +376,7 @@ static void test_steps_by_hand(void** unused) {
 static void test_shares_of_lesions(void** unused) {
     (void)unused;
     OmStudyBody* body;
-    assert_ok(om_study_create_phantom(NLESION, 1, &body));
+    assert_ok(om_study_body_create_phantom(NLESION, 1, &body));
     const OmVec3 v[4] = {{1, 0, 0}, {1.01, 0, 0}, {1, 0.01, 0}, {1, 0, 0.01}};
     const OmVec3 corner = om_scale(sqrt(1.0 / 3), om_vec3(1, 1, 1)), off = om_vec3(-5, 0, 0);
     for (int l = 1; l < body->nlesion; ++l) body->lesion[l] = (OmStudyLesion){off, 0.001};
@@ -389,7 +389,7 @@ static void test_shares_of_lesions(void** unused) {
     assert_near(om__study_lesion_share(body, v), 1.0 / 27, 0.05);  // 35 points
     body->lesion[0] = (OmStudyLesion){om_madd(v[0], depth + R, corner), R};
     assert_near(om__study_lesion_share(body, v), 26.0 / 27, 0.05);
-    om_study_destroy_body(body);
+    om_study_body_destroy(body);
 }
 
 static int begin(void** unused) {

@@ -7,7 +7,7 @@
 static char dir[] = "/tmp/om_sheet_XXXXXX";
 
 static OmStudySheetDef small_def(void) {
-    OmStudySheetDef def = om_study_default_sheet_def(dir);
+    OmStudySheetDef def = om_study_sheet_default_def(dir);
     def.cells = 10;
     def.world_cells = 14;
     def.population = 5;
@@ -43,7 +43,7 @@ static void test_study(void** unused) {
     OmStudySheetDef def = small_def();
     OmStudySheetSummary first, again;
     char *clouds, *same, *seen;
-    assert_ok(om_study_run_sheet(&def, NULL, &first));
+    assert_ok(om_study_sheet_run(&def, NULL, &first));
     assert_int_equal(first.nfold, 1);
     assert_int_equal(first.nnew, first.neval);
     // particles that nobody lifts lie where the elements lie: closer to their cloud than lifted ones to theirs
@@ -60,7 +60,7 @@ static void test_study(void** unused) {
         assert_non_null(strstr(seen, word));
     }
     // all there: nothing is evaluated by the search
-    assert_ok(om_study_run_sheet(&def, NULL, &again));
+    assert_ok(om_study_sheet_run(&def, NULL, &again));
     assert_int_equal(again.nnew, 0);
     assert_same(&first, &again);
     // clouds and half the journal lost, and made again by two workers: the same bytes
@@ -72,7 +72,7 @@ static void test_study(void** unused) {
     assert_ok(om_file_write(path, journal, (size_t)(half - journal)));
     remove_file("clouds.csv");
     def.nworker = 2;
-    assert_ok(om_study_run_sheet(&def, NULL, &again));
+    assert_ok(om_study_sheet_run(&def, NULL, &again));
     assert_true(again.nnew > 0 && again.nnew < again.neval);
     assert_same(&first, &again);
     read_text("clouds.csv", &same);
@@ -96,18 +96,18 @@ static void test_cancel(void** unused) {
     char *clouds, path[600];
     read_text("clouds.csv", &clouds);
     remove_file("clouds.csv");
-    assert_status(om_study_run_sheet(&def, &stop, &sum), OM_CANCELLED);
+    assert_status(om_study_sheet_run(&def, &stop, &sum), OM_CANCELLED);
     assert_ok(om_path_join(dir, "clouds.csv", path, sizeof path));
     assert_false(om_path_exists(path));
     assert_ok(om_file_write(path, clouds, strlen(clouds)));
     om_free(clouds);
-    assert_ok(om_study_run_sheet(&def, NULL, &sum));
+    assert_ok(om_study_sheet_run(&def, NULL, &sum));
     assert_int_equal(sum.nnew, 0);
 }
 
 static void assert_refused(OmStudySheetDef def, const char* message) {
     OmStudySheetSummary sum;
-    assert_status(om_study_run_sheet(&def, NULL, &sum), OM_INVALID);
+    assert_status(om_study_sheet_run(&def, NULL, &sum), OM_INVALID);
     if (!strstr(om_error_message(), message))
         fail_msg("\"%s\" and not \"%s\"", om_error_message(), message);
 }
@@ -132,13 +132,13 @@ static void test_nonsense(void** unused) {
     def = small_def();
     def.generations = 2;
     assert_refused(def, "lift.yaml is of a study with other settings");
-    assert_refused((OmStudySheetDef){.out_dir = dir}, "om_study_default_sheet_def");
-    assert_refused(om_study_default_sheet_def(NULL), "no folder");
+    assert_refused((OmStudySheetDef){.out_dir = dir}, "om_study_sheet_default_def");
+    assert_refused(om_study_sheet_default_def(NULL), "no folder");
 }
 
 static OmStatus finish_again(void* ctx) {
     OmStudySheetSummary sum;
-    return om_study_run_sheet(ctx, NULL, &sum);
+    return om_study_sheet_run(ctx, NULL, &sum);
 }
 
 static void test_memory(void** unused) {

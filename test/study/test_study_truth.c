@@ -9,7 +9,7 @@ static OmStudyBody* body;
 
 // The lesion that lies nearest to the probe, over a coarse phantom; 1 to 5 mm deep.
 static OmStudyContactDef small_def(void) {
-    OmStudyContactDef def = om_study_default_contact_def(body, dir);
+    OmStudyContactDef def = om_study_contact_default_def(body, dir);
     def.nresolution = 1;
     def.resolution[0] = 900;
     def.nlesion = 1;
@@ -63,7 +63,7 @@ static void test_forces_of_two_codes(void** unused) {
     def.lesion_ratio = 1;
     StudyTruthResult truth = solve(&def);
     OmStudyContactSummary sum;
-    assert_ok(om_study_run_contact(&def, NULL, &sum));
+    assert_ok(om_study_contact_run(&def, NULL, &sum));
     assert_int_equal(sum.ncomplete, 3);
     char *text, *rest, path[128];
     size_t size;
@@ -96,7 +96,7 @@ static void test_steps_that_do_not_count(void** unused) {
         if (k == 1) def.max_iterations = 2;
         for (int m = 0; m < OM_STUDY_NMETHOD; ++m) def.has_method[m] = m == OM_PRESS_PENALTY;
         OmStudyContactSummary sum;
-        assert_ok(om_study_run_contact(&def, NULL, &sum));
+        assert_ok(om_study_contact_run(&def, NULL, &sum));
         assert_int_equal(sum.ncomplete, 0);
         assert_true(sum.worst_stability < 1);
         char *text, path[128];
@@ -116,12 +116,13 @@ static int begin(void** unused) {
     OmFolder folder;  // with its list, as the study leaves it
     if (om_folder_open(dir, "contact study", &folder) < 0) return 1;
     om_folder_end(&folder);
-    return om_path_make_dir(meshes) == OM_OK && om_study_create_phantom(10, 1, &body) == OM_OK ? 0
-                                                                                               : 1;
+    return om_path_make_dir(meshes) == OM_OK && om_study_body_create_phantom(10, 1, &body) == OM_OK
+               ? 0
+               : 1;
 }
 static int end(void** unused) {
     (void)unused;
-    om_study_destroy_body(body);
+    om_study_body_destroy(body);
     return om_path_remove(dir) == OM_OK ? 0 : 1;
 }
 

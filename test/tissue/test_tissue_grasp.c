@@ -107,7 +107,7 @@ static void test_two_arms(void** context) {
     om_tissue_release(r.s, 0);
     assert_int_equal(om_tissue_nheld(r.s, 1), nb);
     om_tissue_release(r.s, 1);
-    om_tissue_reset(r.m, r.s);
+    om_tissue_state_reset(r.m, r.s);
     assert_ok(om_tissue_grasp(r.m, r.s, 0, a, 0.012, &total));
     assert_ok(om_tissue_grasp(r.m, r.s, 1, a, 0.014, &nb));
     assert_int_equal(om_tissue_nheld(r.s, 0), total);
@@ -123,11 +123,11 @@ static void test_two_arms(void** context) {
 }
 
 static void expect_refused(TestRig* r, int arm, OmPose tip, double radius, const char* word) {
-    uint64_t before = om_tissue_hash(r->s);
+    uint64_t before = om_tissue_state_hash(r->s);
     int nheld = -5;
     assert_status(om_tissue_grasp(r->m, r->s, arm, tip, radius, &nheld), OM_INVALID);
     if (!strstr(om_error_message(), word)) fail_msg("%s: no \"%s\"", om_error_message(), word);
-    assert_true(om_tissue_hash(r->s) == before);
+    assert_true(om_tissue_state_hash(r->s) == before);
 }
 
 static void test_refused(void** context) {
@@ -146,12 +146,12 @@ static void test_refused(void** context) {
     // a refused grasp keeps what the arm holds
     expect_refused(&r, 1, tip_at(0.05, 0.015, 0.04), 0, "no tissue");
     assert_true(om_tissue_nheld(r.s, 1) > 0);
-    uint64_t before = om_tissue_hash(r.s);
+    uint64_t before = om_tissue_state_hash(r.s);
     assert_status(om_tissue_move_grasp(r.s, 1, tip_at(0, (double)INFINITY, 0)), OM_INVALID);
     assert_status(om_tissue_move_grasp(r.s, 7, tip_at(0, 0, 0)), OM_INVALID);
     assert_ok(om_tissue_move_grasp(r.s, 0, tip_at(0, 0, 0)));  // holds nothing: ignored
     om_tissue_release(r.s, 9);
-    assert_true(om_tissue_hash(r.s) == before);
+    assert_true(om_tissue_state_hash(r.s) == before);
     rig_done(&r);
 }
 
@@ -172,12 +172,12 @@ static void test_attachments(void** context) {
     for (int k = 0; k < 3; ++k)
         assert_memory_equal(om_tissue_x(r.s) + 3 * vert[k], anchor + 3 * k, 3 * sizeof *anchor);
     assert_false(om_tissue_attached(r.s)[0]);
-    uint64_t before = om_tissue_hash(r.s);
+    uint64_t before = om_tissue_state_hash(r.s);
     const int wrong = r.mesh.nvert;
     assert_status(om_tissue_set_attachment(r.m, r.s, 1, &wrong, NULL), OM_INVALID);
     anchor[4] = (double)NAN;
     assert_status(om_tissue_set_attachment(r.m, r.s, 3, vert, anchor), OM_INVALID);
-    assert_true(om_tissue_hash(r.s) == before);
+    assert_true(om_tissue_state_hash(r.s) == before);
     assert_ok(om_tissue_set_attachment(r.m, r.s, 0, NULL, NULL));
     for (int i = 0; i < r.mesh.nvert; ++i) assert_false(om_tissue_attached(r.s)[i]);
     rig_done(&r);

@@ -133,7 +133,7 @@ static void test_rest_inverted(void** context) {
     assert_status(om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 50, &report), OM_NOT_CONVERGED);
     assert_int_equal(report.ninverted, r.mesh.ntet);
     assert_non_null(strstr(om_error_message(), "inverted"));
-    om_tissue_reset(r.m, r.s);
+    om_tissue_state_reset(r.m, r.s);
     assert_ok(om_tissue_find_rest(r.m, r.s, r.w, 1e-4, 50, &report));
     assert_int_equal(report.ninverted, 0);
     om_free(x);
@@ -271,7 +271,7 @@ static void test_balance_with_contact(void** context) {
     size_t n = 3 * (size_t)r.mesh.nvert;
     double *f = om_alloc(n, sizeof *f), *v = om_alloc(n, sizeof *v), worst = 0;
     const double* mass = om_tissue_mass(r.m);
-    int most = 0, nok = 0;
+    int max = 0, nok = 0;
     assert_true(f && v);
     for (int step = 0; step < 60; ++step) {
         OmContactReport report;
@@ -279,7 +279,7 @@ static void test_balance_with_contact(void** context) {
         OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report);
         assert_true(status >= 0);
         nok += status == OM_OK;
-        most = report.tissue.substeps > most ? report.tissue.substeps : most;
+        max = report.tissue.substeps > max ? report.tissue.substeps : max;
         // v is that of the last substep's beginning; what is not OK has said so
         if (report.tissue.substeps > 1 || status > 0) continue;
         assert_ok(om_tissue_get_internal_force(r.m, r.s, f));
@@ -294,10 +294,10 @@ static void test_balance_with_contact(void** context) {
         worst = fmax(worst, sqrt(left / weight));
     }
     printf("%d of 60 steps OK, out of balance %.2g of the weight, at most %d substeps\n", nok,
-           worst, most);
+           worst, max);
     assert_true(nok >= 30);  // at rest contacts may come and go: such steps say so
     assert_below(worst, 1e-4);
-    assert_true(most <= 4);
+    assert_true(max <= 4);
     om_free(f);
     om_free(v);
     rig_done(&r);

@@ -197,8 +197,8 @@ static void check_damping(double a, double b) {
     size_t n = 3 * (size_t)r.mesh.nvert;
     double *phi = om_calloc(n, sizeof *phi), *x = om_alloc(n, sizeof *x);
     double w = find_mode(&r, phi), h = 0.02 / w, c = a + b * w * w, size = 1e-4;
-    om_tissue_destroy_work(r.w);
-    om_tissue_destroy_state(r.s);
+    om_tissue_work_destroy(r.w);
+    om_tissue_state_destroy(r.s);
     om_tissue_destroy(r.m);
     r.def.rayleigh_mass = a;
     r.def.rayleigh_stiffness = b;

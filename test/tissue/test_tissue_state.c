@@ -32,29 +32,29 @@ static void test_snapshot(void** context) {
     TestRig r;
     start(&r, 1, OM_MULTIGRID);
     size_t size = om_tissue_state_size(r.m);
-    uint64_t at_rest = om_tissue_hash(r.s), at_five, at_ten;
+    uint64_t at_rest = om_tissue_state_hash(r.s), at_five, at_ten;
     void* copy = om_alloc(size, 1);
     for (int n = 0; n < 5; ++n) lift(&r, n);
     memcpy(copy, r.s, size);
-    at_five = om_tissue_hash(r.s);
+    at_five = om_tissue_state_hash(r.s);
     for (int n = 5; n < 10; ++n) lift(&r, n);
-    at_ten = om_tissue_hash(r.s);
+    at_ten = om_tissue_state_hash(r.s);
     assert_true(at_rest != at_five && at_five != at_ten);
     memcpy((void*)r.s, copy, size);
-    assert_true(om_tissue_hash(r.s) == at_five);
+    assert_true(om_tissue_state_hash(r.s) == at_five);
     for (int n = 5; n < 10; ++n) lift(&r, n);
-    assert_true(om_tissue_hash(r.s) == at_ten);
+    assert_true(om_tissue_state_hash(r.s) == at_ten);
     // another state of the model, and scratch that has seen nothing
     OmTissueState* own = r.s;
-    assert_ok(om_tissue_create_state(r.m, &r.s));
+    assert_ok(om_tissue_state_create(r.m, &r.s));
     memcpy((void*)r.s, copy, size);
-    om_tissue_destroy_work(r.w);
-    assert_ok(om_tissue_create_work(r.m, &r.w));
+    om_tissue_work_destroy(r.w);
+    assert_ok(om_tissue_work_create(r.m, &r.w));
     for (int n = 5; n < 10; ++n) lift(&r, n);
-    assert_true(om_tissue_hash(r.s) == at_ten);
-    om_tissue_reset(r.m, r.s);
-    assert_true(om_tissue_hash(r.s) == at_rest);
-    om_tissue_destroy_state(own);
+    assert_true(om_tissue_state_hash(r.s) == at_ten);
+    om_tissue_state_reset(r.m, r.s);
+    assert_true(om_tissue_state_hash(r.s) == at_rest);
+    om_tissue_state_destroy(own);
     om_free(copy);
     rig_done(&r);
 }
@@ -64,7 +64,7 @@ static uint64_t hash_of_lift(int nworker, OmPreconditioner preconditioner) {
     start_with(&r, nworker, preconditioner,
                1e-2);  // two workers meet often: slow on a busy machine
     for (int n = 0; n < 4; ++n) lift(&r, n);
-    uint64_t hash = om_tissue_hash(r.s);
+    uint64_t hash = om_tissue_state_hash(r.s);
     rig_done(&r);
     return hash;
 }
@@ -113,7 +113,7 @@ static void test_no_allocation(void** context) {
         assert_ok(om_tissue_get_forces(r.m, r.s, &forces));
         assert_ok(om_tissue_get_holding_force(r.m, r.s, f));
         assert_ok(om_tissue_get_energy(r.m, r.s, &energy));
-        om_tissue_reset(r.m, r.s);
+        om_tissue_state_reset(r.m, r.s);
         assert_int_equal(test_count_end(), 0);
         om_free(f);
         rig_done(&r);
@@ -128,13 +128,13 @@ static OmStatus make_all(void* ctx) {
     OmEmbedding points = {0};
     const double point[6] = {0.01, 0.01, 0.005, 0.02, 0.02, 0.01};
     OmStatus status = om_tissue_create(def, &m);
-    if (status == OM_OK) status = om_tissue_create_state(m, &s);
-    if (status == OM_OK) status = om_tissue_create_work(m, &w);
+    if (status == OM_OK) status = om_tissue_state_create(m, &s);
+    if (status == OM_OK) status = om_tissue_work_create(m, &w);
     if (status == OM_OK) status = om_tissue_step(m, s, w, 0.02, NULL);
     if (status == OM_OK) status = om_tissue_embed(m, 2, point, &points);
     om_embedding_done(&points);
-    om_tissue_destroy_work(w);
-    om_tissue_destroy_state(s);
+    om_tissue_work_destroy(w);
+    om_tissue_state_destroy(s);
     om_tissue_destroy(m);
     return status;
 }

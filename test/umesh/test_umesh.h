@@ -7,18 +7,18 @@
 
 /// The phantom in about `nelem` elements.
 static inline OmUmeshOrgan* make_organ(int nelem) {
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.nelem = nelem;
     def.multiple = 4;
     def.dim[0] = def.dim[1] = def.dim[2] = 0;
     OmUmeshOrgan* organ;
-    assert_ok(om_umesh_create_organ(&def, &organ));
+    assert_ok(om_umesh_organ_create(&def, &organ));
     return organ;
 }
 
 /// A patch that finds nodes in so coarse a grid, small loads.
 static inline OmUmeshDataDef small_def(const OmUmeshOrgan* organ, const char* dir) {
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, dir);
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, dir);
     def.patch_size[1] = 0.03;
     def.patch_size[2] = 0.02;
     def.max_press = 0.01;

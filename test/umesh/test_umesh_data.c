@@ -14,7 +14,7 @@ static int set_up(void** state) {
 
 static int tear_down(void** state) {
     (void)state;
-    om_umesh_destroy_organ(the_organ);
+    om_umesh_organ_destroy(the_organ);
     return 0;
 }
 
@@ -74,8 +74,8 @@ static void test_load(void** state) {
     OmUmeshDataDef def = small_def(the_organ, f.dir);
     OmUmeshData data;
     assert_ok(om_umesh_generate(&def, NULL, NULL));
-    assert_ok(om_umesh_load_data(f.dir, 0, &data));
-    const OmUmeshGrid *g = om_umesh_grid(the_organ), *h = &data.grid;
+    assert_ok(om_umesh_data_load(f.dir, 0, &data));
+    const OmUmeshGrid *g = om_umesh_organ_grid(the_organ), *h = &data.grid;
     size_t nnode = (size_t)g->mesh.nnode;
     assert_int_equal(data.nsample, 6);
     assert_int_equal(h->mesh.nnode, g->mesh.nnode);
@@ -90,16 +90,16 @@ static void test_load(void** state) {
     OmUmeshSample sample;
     unsigned char* mask = om_alloc(nnode, 1);
     double* u = om_alloc(3 * nnode, sizeof *u);
-    assert_ok(om_umesh_create_solver(&def, &solver));
-    assert_ok(om_umesh_make_sample(solver, 5, &sample, mask, u));
+    assert_ok(om_umesh_solver_create(&def, &solver));
+    assert_ok(om_umesh_sample_make(solver, 5, &sample, mask, u));
     sample.seconds = 0;
     data.sample[5].seconds = 0;
     assert_memory_equal(&sample, &data.sample[5], sizeof sample);
     assert_memory_equal(mask, data.mask + 5 * nnode, nnode);
     for (size_t i = 0; i < 3 * nnode; ++i) assert_true((float)u[i] == data.u[15 * nnode + i]);
-    om_umesh_destroy_solver(solver);
+    om_umesh_solver_destroy(solver);
     om_umesh_data_done(&data);
-    assert_ok(om_umesh_load_data(f.dir, 5, &data));
+    assert_ok(om_umesh_data_load(f.dir, 5, &data));
     assert_int_equal(data.nsample, 5);
     om_umesh_data_done(&data);
     om_free(mask);
@@ -159,7 +159,7 @@ static void test_resume(void** state) {
 
 static void assert_refused(const char* dir, const char* why) {
     OmUmeshData data;
-    OmStatus status = om_umesh_load_data(dir, 0, &data);
+    OmStatus status = om_umesh_data_load(dir, 0, &data);
     assert_true(status == OM_INVALID || status == OM_UNAVAILABLE);
     if (!strstr(om_error_message(), why)) fail_msg("\"%s\" lacks \"%s\"", om_error_message(), why);
     assert_null(data.u);
@@ -208,7 +208,7 @@ static void test_hostile(void** state) {
     assert_ok(om_path_remove(f.path[1]));
     assert_refused(f.dir, "no file of samples");
     write_bytes(f.path[0], good, size);
-    assert_ok(om_umesh_load_data(f.dir, 0, &data));
+    assert_ok(om_umesh_data_load(f.dir, 0, &data));
     om_umesh_data_done(&data);
     char* foreign;
     assert_ok(om_file_read(other.path[1], 1 << 26, &foreign, &second_size));
@@ -229,7 +229,7 @@ static void test_write_failure(void** state) {
     assert_status(om_umesh_generate(&def, NULL, NULL), OM_IO);
     assert_ok(om_path_remove(f.dir));
     OmUmeshData data;
-    assert_status(om_umesh_load_data("/nowhere/at/all", 0, &data), OM_INVALID);
+    assert_status(om_umesh_data_load("/nowhere/at/all", 0, &data), OM_INVALID);
 }
 
 // A set of which a sample cannot be made is not called finished.
@@ -258,7 +258,7 @@ static OmStatus generate_work(void* ctx) {
 static OmStatus load_work(void* ctx) {
     OmUmeshDataDef* def = ctx;
     OmUmeshData data;
-    OmStatus status = om_umesh_load_data(def->out_dir, 0, &data);
+    OmStatus status = om_umesh_data_load(def->out_dir, 0, &data);
     om_umesh_data_done(&data);
     return status;
 }

@@ -18,11 +18,11 @@ static void make_organ(OmUmeshOrgan** organ) {
     OmModelReport report;
     OmModelDef model = om_model_default_def(test_data("ct_abdomen/organs/liver.nii.gz"), 0.008);
     assert_ok(om_model_build(&model, NULL, &patient, &report));
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.patient = &patient;
     def.nelem = 350;
-    assert_ok(om_umesh_create_organ(&def, organ));
-    const OmUmeshGrid* g = om_umesh_grid(*organ);
+    assert_ok(om_umesh_organ_create(&def, organ));
+    const OmUmeshGrid* g = om_umesh_organ_grid(*organ);
     printf("liver of %.0f ml: %d elements of %.1f mm, %d x %d x %d points\n",
            1e6 * report.quality.volume, g->mesh.nelem, 1e3 * g->spacing, g->dim[0], g->dim[1],
            g->dim[2]);
@@ -37,9 +37,9 @@ static double mean_error(const OmUmeshNet* net, const OmUmeshData* data, bool is
     size_t nnode = (size_t)data->grid.mesh.nnode;
     float* u = om_calloc(3 * nnode, sizeof *u);
     double mean = 0;
-    assert_ok(om_umesh_create_predictor(net, 1, &predictor));
-    om_umesh_set_refinement(predictor, OM_UMESH_TOLERANCE, 0);
-    om_umesh_set_linear(predictor, is_linear);
+    assert_ok(om_umesh_predictor_create(net, 1, &predictor));
+    om_umesh_predictor_set_refinement(predictor, OM_UMESH_TOLERANCE, 0);
+    om_umesh_predictor_set_linear(predictor, is_linear);
     for (int s = NSAMPLE - NVALID; s < NSAMPLE; ++s) {
         const unsigned char* mask = data->mask + (size_t)s * nnode;
         const float* truth = data->u + 3 * (size_t)s * nnode;
@@ -56,7 +56,7 @@ static double mean_error(const OmUmeshNet* net, const OmUmeshData* data, bool is
         }
         mean += sum / num / NVALID;
     }
-    om_umesh_destroy_predictor(predictor);
+    om_umesh_predictor_destroy(predictor);
     om_free(u);
     return mean;
 }
@@ -71,23 +71,23 @@ static void test_liver(void** unused) {
     OmUmeshEval eval;
     char path[256];
     make_organ(&organ);
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, dir);
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, dir);
     def.nsample = NSAMPLE;
     def.max_force =
         0.1;  // held by its lowest tenth, lobes bend by decimetres under the phantom's 0.8 N
     def.npicture = 0;
     assert_ok(om_umesh_generate(&def, NULL, &made));
     assert_int_equal(made.nsample, NSAMPLE);
-    assert_ok(om_umesh_load_data(dir, 0, &data));
+    assert_ok(om_umesh_data_load(dir, 0, &data));
     char trained_dir[128];
     snprintf(trained_dir, sizeof trained_dir, "%s/net", dir);
-    OmUmeshTrainDef train = om_umesh_default_train_def(&data, trained_dir);
+    OmUmeshTrainDef train = om_umesh_train_default_def(&data, trained_dir);
     train.nvalid = NVALID;
     train.nepoch = 30;
     train.rate = 2e-3;
     assert_ok(om_umesh_train(&train, NULL, &trained));
     snprintf(path, sizeof path, "%s/weights.safetensors", trained_dir);
-    assert_ok(om_umesh_load_net(path, &net));
+    assert_ok(om_umesh_net_load(path, &net));
     assert_ok(om_umesh_eval(net, &data, NSAMPLE - NVALID, NVALID, OM_UMESH_TOLERANCE, 0, &eval));
     printf(
         "largest displacement %.1f mm; error of the network alone %.3f mm, of the linear answer %.3f mm\n",
@@ -99,9 +99,9 @@ static void test_liver(void** unused) {
     assert_below(eval.mean, 0.5 * linear);    // relaxed, it is much nearer
     assert_true(eval.ninside >= NVALID / 2);  // a hundred samples leave much of a liver untouched
     om_umesh_eval_done(&eval);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     om_umesh_data_done(&data);
-    om_umesh_destroy_organ(organ);
+    om_umesh_organ_destroy(organ);
 }
 
 static int begin(void** unused) {

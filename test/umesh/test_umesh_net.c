@@ -76,7 +76,7 @@ static int end(void** unused) {
 }
 
 static OmUmeshTrainDef small_def(void) {
-    OmUmeshTrainDef def = om_umesh_default_train_def(&data, dir);
+    OmUmeshTrainDef def = om_umesh_train_default_def(&data, dir);
     def.nvalid = 8;
     def.nlevel = 1;
     def.nepoch = 60;
@@ -113,15 +113,15 @@ static void test_second_order(void** unused) {
         assert_ok(om_fem_eval_force(solid, x, f[k], NULL));
     }
     om__umesh_second_order(g, material.poisson, size, u, force);
-    double most = 0;
-    for (size_t i = 0; i < n; ++i) most = fmax(most, fabs((double)force[i]));
+    double max = 0;
+    for (size_t i = 0; i < n; ++i) max = fmax(max, fabs((double)force[i]));
     for (size_t i = 0; i < n; ++i) {
         double second = (f[0][i] + f[1][i]) / (2 * step[0] * step[0]);
         double expected =
-            -second / (SPACING * SPACING) * SPACING / size;    // dW/dx is what holds it back
-        assert_near((double)force[i], expected, 1e-5 * most);  // fourth order, and floats
+            -second / (SPACING * SPACING) * SPACING / size;   // dW/dx is what holds it back
+        assert_near((double)force[i], expected, 1e-5 * max);  // fourth order, and floats
     }
-    assert_true(most > 0.01);
+    assert_true(max > 0.01);
     for (int k = 0; k < 2; ++k) om_free(f[k]);
     om_free(x);
     om_free(u);
@@ -158,12 +158,12 @@ static void test_symmetry(void** unused) {
     om__umesh_reflect(g, mirror, is_on, answer, image);
     om__umesh_reflect(g, mirror, is_on, data.u, reflected);
     assert_ok(om__umesh_linear_solve(linear, mask, reflected, 1, answer));
-    double most = 0;
+    double max = 0;
     for (size_t i = 0; i < 3 * nnode; ++i) {
-        most = fmax(most, fabs((double)image[i]));
+        max = fmax(max, fabs((double)image[i]));
         assert_near((double)answer[i], (double)image[i], 1e-6);  // m; responses are floats
     }
-    assert_true(most > 1e-3);
+    assert_true(max > 1e-3);
     // One cell more, and the plane across x is gone; the one across y stays.
     OmUmeshGrid other;
     unsigned char active[8 * 8 * 8] = {0};
@@ -212,7 +212,7 @@ static void test_file(void** unused) {
     OmUmeshNet *net, *copy;
     OmUmeshEval eval, second;
     char path[300];
-    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_net_load(weights, &net));
     assert_true(om_umesh_net_grid(net)->hash == data.grid.hash);
     assert_string_equal(om_umesh_net_fact(net, "command"), "test");
     assert_null(om_umesh_net_fact(net, "nothing"));
@@ -222,20 +222,20 @@ static void test_file(void** unused) {
     assert_true(eval.mean <= loop && eval.mean > 0.7 * loop);
     snprintf(path, sizeof path, "%s/copy.safetensors", dir);
     assert_ok(om__umesh_net_save(net, path));
-    assert_ok(om_umesh_load_net(path, &copy));
+    assert_ok(om_umesh_net_load(path, &copy));
     assert_ok(om_umesh_eval(copy, &data, NSAMPLE - 8, 8, OM_UMESH_TOLERANCE, 1, &second));
     assert_memory_equal(eval.error, second.error, 8 * sizeof(double));
-    om_umesh_destroy_net(copy);
+    om_umesh_net_destroy(copy);
     assert_ok(om_umesh_record_test(net, &data, &eval, path));
-    assert_ok(om_umesh_load_net(path, &copy));
+    assert_ok(om_umesh_net_load(path, &copy));
     assert_string_equal(om_umesh_net_fact(copy, "test_samples"), "8");
     assert_near(atof(om_umesh_net_fact(copy, "test_error_mm")), 1e3 * eval.mean, 1e-5);
-    om_umesh_destroy_net(copy);
+    om_umesh_net_destroy(copy);
     om_umesh_eval_done(&eval);
     om_umesh_eval_done(&second);
     snprintf(path, sizeof path, "%s/net.onnx", dir);
-    assert_ok(om_umesh_save_onnx(net, path));
-    om_umesh_destroy_net(net);
+    assert_ok(om_umesh_net_save_onnx(net, path));
+    om_umesh_net_destroy(net);
 }
 
 // Every byte of the header's length, cuts, and flipped bytes of grid and weights: a sentence or the same network.
@@ -249,7 +249,7 @@ static void test_damage(void** unused) {
     const size_t cut[] = {0, 7, 8, 100, size / 2, size - 1};
     for (size_t k = 0; k < sizeof cut / sizeof *cut; ++k) {
         assert_ok(om_file_write(path, bytes, cut[k]));
-        assert_true(om_umesh_load_net(path, &net) < 0);
+        assert_true(om_umesh_net_load(path, &net) < 0);
         assert_non_null(strstr(om_error_message(), "bad.safetensors"));
     }
     int nrefused = 0;
@@ -259,15 +259,15 @@ static void test_damage(void** unused) {
         char old = bytes[at];
         bytes[at] = (char)(old ^ (1 << om_rng_below(&rng, 8)));
         assert_ok(om_file_write(path, bytes, size));
-        OmStatus status = om_umesh_load_net(path, &net);
+        OmStatus status = om_umesh_net_load(path, &net);
         bytes[at] = old;
         nrefused += status < 0;
-        om_umesh_destroy_net(net);
+        om_umesh_net_destroy(net);
     }
     printf("%d of 200 flipped bits refused\n", nrefused);
     assert_true(nrefused > 20);
     om_free(bytes);
-    assert_true(om_umesh_load_net("/nonexistent/weights", &net) < 0);
+    assert_true(om_umesh_net_load("/nonexistent/weights", &net) < 0);
 }
 
 // ---- trust --------------------------------------------------------------------------------------------
@@ -288,13 +288,13 @@ static void test_one_bit(void** unused) {
         char bit = (char)(1 << om_rng_below(&rng, 8));
         bytes[at] ^= bit;
         assert_ok(om_file_write(path, bytes, size));
-        assert_status(om_umesh_load_net(path, &net), OM_INVALID);
+        assert_status(om_umesh_net_load(path, &net), OM_INVALID);
         assert_non_null(strstr(om_error_message(), "the file is damaged: the checksum"));
         bytes[at] ^= bit;
     }
     assert_ok(om_file_write(path, bytes, size));
-    assert_ok(om_umesh_load_net(path, &net));
-    om_umesh_destroy_net(net);
+    assert_ok(om_umesh_net_load(path, &net));
+    om_umesh_net_destroy(net);
     om_free(bytes);
 }
 
@@ -303,7 +303,7 @@ static void test_trust(void** unused) {
     OmUmeshNet* net;
     OmUmeshTrust trust;
     size_t nnode = (size_t)data.grid.mesh.nnode;
-    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_net_load(weights, &net));
     float* u = om_calloc(3 * nnode, sizeof *u);
     unsigned char* mask = om_calloc(nnode, 1);
     int ninside = 0;
@@ -354,7 +354,7 @@ static void test_trust(void** unused) {
     assert_false(trust.is_inside);
     om_free(u);
     om_free(mask);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
 }
 
 // On top, on a side and in a hollow: the normal points out of the organ.
@@ -374,8 +374,8 @@ static void test_predict(void** unused) {
     OmUmeshNet* net;
     OmUmeshPredictor* p;
     size_t nnode = (size_t)data.grid.mesh.nnode;
-    assert_ok(om_umesh_load_net(weights, &net));
-    assert_ok(om_umesh_create_predictor(net, 1, &p));
+    assert_ok(om_umesh_net_load(weights, &net));
+    assert_ok(om_umesh_predictor_create(net, 1, &p));
     float* u = om_calloc(3 * nnode, sizeof *u);
     unsigned char* none = om_calloc(nnode, 1);
     memcpy(u, data.u, 3 * nnode * sizeof *u);
@@ -386,11 +386,11 @@ static void test_predict(void** unused) {
             if (data.grid.fixed[i]) assert_true(u[3 * i + c] == 0);
         }
     }
-    assert_int_equal(om_umesh_refinement(p).ncycle, 0);  // the samples follow no law
+    assert_int_equal(om_umesh_predictor_refinement(p).ncycle, 0);  // the samples follow no law
     float* answer = om_calloc(3 * nnode, sizeof *answer);
     memcpy(u, data.u, 3 * nnode * sizeof *u);
     assert_ok(om__umesh_linear_solve(net->linear, data.mask, u, 1, answer));
-    om_umesh_set_linear(p, true);
+    om_umesh_predictor_set_linear(p, true);
     assert_ok(om_umesh_predict(p, data.mask, u, NULL));
     for (size_t i = 0; i < nnode; ++i)
         if (!data.mask[i] && !data.grid.fixed[i]) assert_true(u[3 * i] == answer[3 * i]);
@@ -400,8 +400,8 @@ static void test_predict(void** unused) {
     assert_status(om_umesh_predict(p, data.mask, u, NULL), OM_INVALID);
     om_free(u);
     om_free(none);
-    om_umesh_destroy_predictor(p);
-    om_umesh_destroy_net(net);
+    om_umesh_predictor_destroy(p);
+    om_umesh_net_destroy(net);
 }
 
 // ---- as tissue ------------------------------------------------------------------------------------------
@@ -417,7 +417,7 @@ static void test_engine(void** unused) {
     OmTissueWork* work;
     OmProbe* probe;
     OmTissueReport report;
-    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_net_load(weights, &net));
     assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
     OmTissueDef def = om_tissue_default_def(&mesh);
     def.custom = om_umesh_engine();
@@ -425,9 +425,9 @@ static void test_engine(void** unused) {
     def.custom_data = net;
     def.gravity = om_vec3(0, 0, 0);
     assert_ok(om_tissue_create(&def, &model));
-    assert_ok(om_tissue_create_state(model, &state));
-    assert_ok(om_tissue_create_state(model, &snapshot));
-    assert_ok(om_tissue_create_work(model, &work));
+    assert_ok(om_tissue_state_create(model, &state));
+    assert_ok(om_tissue_state_create(model, &snapshot));
+    assert_ok(om_tissue_work_create(model, &work));
     OmProbeDef shape = om_probe_default_def(OM_PROBE_BOX);
     shape.size = om_vec3(0.018, 0.018, 0.05);
     shape.rounding = 0;
@@ -447,7 +447,7 @@ static void test_engine(void** unused) {
         double goal = fmin(0.03, next.p.z);
         assert_near(om_load3(om_tissue_x(state), top).z, goal, 2e-6);
     }
-    uint64_t hash = om_tissue_hash(state);
+    uint64_t hash = om_tissue_state_hash(state);
     memcpy((void*)state, snapshot, om_tissue_state_size(model));
     pose.p.z = next.p.z = 0.0305 - 5 * 0.0005;
     for (int k = 5; k < 10; ++k, pose = next) {
@@ -456,19 +456,19 @@ static void test_engine(void** unused) {
         assert_true(om_tissue_step_among(model, state, work, 0.02, 1, &o, &report) >= 0 ||
                     report.residual > 1);
     }
-    assert_true(om_tissue_hash(state) == hash);
+    assert_true(om_tissue_state_hash(state) == hash);
     next.p.z = 0.05;
     OmTissueObstacle o = om_probe_obstacle(probe, pose, next, -1);
     assert_ok(om_tissue_step_among(model, state, work, 0.02, 1, &o, &report));
     assert_int_equal(o.ncontact, 0);
     assert_near(om_load3(om_tissue_x(state), top).z, 0.03, 1e-12);
     om_probe_destroy(probe);
-    om_tissue_destroy_work(work);
-    om_tissue_destroy_state(snapshot);
-    om_tissue_destroy_state(state);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(snapshot);
+    om_tissue_state_destroy(state);
     om_tissue_destroy(model);
     om_tet_mesh_done(&mesh);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
 }
 
 // A tool takes hold of the top's middle and draws it in: what it holds is where the tool is, the rest comes along less,
@@ -482,15 +482,15 @@ static void test_grasp(void** unused) {
     OmTissueWork* work;
     OmTissueReport report;
     int nheld;
-    assert_ok(om_umesh_load_net(weights, &net));
+    assert_ok(om_umesh_net_load(weights, &net));
     assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
     OmTissueDef def = om_tissue_default_def(&mesh);
     def.custom = om_umesh_engine();
     def.custom_data = net;
     def.gravity = om_vec3(0, 0, 0);
     assert_ok(om_tissue_create(&def, &model));
-    assert_ok(om_tissue_create_state(model, &state));
-    assert_ok(om_tissue_create_work(model, &work));
+    assert_ok(om_tissue_state_create(model, &state));
+    assert_ok(om_tissue_work_create(model, &work));
     OmPose tip = {om_vec3(0.03, 0.02, 0.03), om_quat_identity()};
     assert_ok(om_tissue_grasp(model, state, 0, tip, 0.011, &nheld));
     assert_int_equal(nheld, 6);  // the node, its four neighbours on top, the one below
@@ -512,11 +512,11 @@ static void test_grasp(void** unused) {
     assert_ok(om_tissue_step(model, state, work, 0.02, &report));
     for (int i = 0; i < mesh.nvert; ++i)
         assert_near(om_distance(om_load3(om_tissue_x(state), i), om_load3(mesh.x, i)), 0, 1e-12);
-    om_tissue_destroy_work(work);
-    om_tissue_destroy_state(state);
+    om_tissue_work_destroy(work);
+    om_tissue_state_destroy(state);
     om_tissue_destroy(model);
     om_tet_mesh_done(&mesh);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
 }
 
 // ---- memory ---------------------------------------------------------------------------------------------
@@ -525,10 +525,10 @@ static OmStatus load_and_predict(void* ctx) {
     (void)ctx;
     OmUmeshNet* net;
     OmUmeshEval eval;
-    OM_TRY(om_umesh_load_net(weights, &net));
+    OM_TRY(om_umesh_net_load(weights, &net));
     OmStatus status = om_umesh_eval(net, &data, 0, 2, OM_UMESH_TOLERANCE, 1, &eval);
     if (status >= 0) om_umesh_eval_done(&eval);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
     return status;
 }
 

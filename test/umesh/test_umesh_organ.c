@@ -5,10 +5,10 @@
 
 static void test_phantom(void** state) {
     (void)state;
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     OmUmeshOrgan* organ;
-    assert_ok(om_umesh_create_organ(&def, &organ));
-    const OmUmeshGrid* g = om_umesh_grid(organ);
+    assert_ok(om_umesh_organ_create(&def, &organ));
+    const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     assert_in_range(g->mesh.nelem, 2153, 2195);  // the thesis's 2,174, within a percent
     assert_int_equal(g->dim[0], 24);
     assert_int_equal(g->dim[1], 20);
@@ -26,49 +26,49 @@ static void test_phantom(void** state) {
         // third of a field's cell, 2.3 mm, at the rim, where its edge is rounded
         assert_near(om_half_ellipsoid_eval(half, skin), 0, 0.8e-3);
     }
-    om_umesh_destroy_organ(organ);
+    om_umesh_organ_destroy(organ);
 }
 
 // Whatever the spacing, three levels of a U-Net have an axis to halve.
 static void test_halving(void** state) {
     (void)state;
     for (int nelem = 300; nelem <= 2100; nelem += 600) {
-        OmUmeshOrganDef def = om_umesh_default_organ_def();
+        OmUmeshOrganDef def = om_umesh_organ_default_def();
         OmUmeshOrgan* organ;
-        int most = 0;
+        int max = 0;
         def.nelem = nelem;
-        assert_ok(om_umesh_create_organ(&def, &organ));
-        const OmUmeshGrid* g = om_umesh_grid(organ);
+        assert_ok(om_umesh_organ_create(&def, &organ));
+        const OmUmeshGrid* g = om_umesh_organ_grid(organ);
         for (int c = 0; c < 3; ++c) {
             assert_int_equal(g->dim[c] % 4, 0);
-            most = g->dim[c] > most ? g->dim[c] : most;
+            max = g->dim[c] > max ? g->dim[c] : max;
         }
-        assert_int_equal(most % 8, 0);
-        om_umesh_destroy_organ(organ);
+        assert_int_equal(max % 8, 0);
+        om_umesh_organ_destroy(organ);
     }
 }
 
 // More points than needed, as the thesis has them: the same cells with more around them.
 static void test_padding(void** state) {
     (void)state;
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     OmUmeshOrgan *tight, *wide;
-    assert_ok(om_umesh_create_organ(&def, &tight));
+    assert_ok(om_umesh_organ_create(&def, &tight));
     memcpy(def.dim, (const int[]){32, 24, 16}, sizeof def.dim);
-    assert_ok(om_umesh_create_organ(&def, &wide));
-    const OmUmeshGrid *g = om_umesh_grid(tight), *w = om_umesh_grid(wide);
+    assert_ok(om_umesh_organ_create(&def, &wide));
+    const OmUmeshGrid *g = om_umesh_organ_grid(tight), *w = om_umesh_organ_grid(wide);
     assert_int_equal(w->npoint, 32 * 24 * 16);
     assert_int_equal(w->mesh.nelem, g->mesh.nelem);
     for (int i = 0; i < g->mesh.nnode; ++i)
         assert_below(om_distance(om_load3(w->mesh.x, i), om_load3(g->mesh.x, i)), 1e-12);
-    om_umesh_destroy_organ(tight);
-    om_umesh_destroy_organ(wide);
+    om_umesh_organ_destroy(tight);
+    om_umesh_organ_destroy(wide);
 }
 
 static void test_maps(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(400);
-    const OmUmeshGrid* g = om_umesh_grid(organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     int nnode = 0, nelem = 0;
     for (int p = 0; p < g->npoint; ++p) {
         if (g->point_node[p] >= 0) {
@@ -104,7 +104,7 @@ static void test_maps(void** state) {
     om_free(back);
     om_free(all);
     om_free(mask);
-    om_umesh_destroy_organ(organ);
+    om_umesh_organ_destroy(organ);
 }
 
 // Two cubes that touch nowhere: the larger part is the organ.
@@ -121,13 +121,13 @@ static void test_parts(void** state) {
     memcpy(both.x + 3 * s.nvert, t.x, 3 * (size_t)t.nvert * sizeof(double));
     memcpy(both.tri_vert, s.tri_vert, 3 * (size_t)s.ntri * sizeof(int));
     for (int i = 0; i < 3 * t.ntri; ++i) both.tri_vert[3 * s.ntri + i] = s.nvert + t.tri_vert[i];
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.surface = &both;
     def.spacing = 0.005;
     OmUmeshOrgan* organ;
-    assert_ok(om_umesh_create_organ(&def, &organ));
-    assert_int_equal(om_umesh_grid(organ)->mesh.nelem, 8 * 8 * 8);
-    om_umesh_destroy_organ(organ);
+    assert_ok(om_umesh_organ_create(&def, &organ));
+    assert_int_equal(om_umesh_organ_grid(organ)->mesh.nelem, 8 * 8 * 8);
+    om_umesh_organ_destroy(organ);
     om_surface_done(&s);
     om_surface_done(&t);
     om_surface_done(&both);
@@ -145,14 +145,14 @@ static void test_patient(void** state) {
     for (int i = 0; i < patient.mesh.nvert; ++i)
         if (patient.mesh.x[3 * i + 1] > 0.0399) vert[n++] = i;
     assert_ok(om_tet_mesh_add_set(&patient.mesh, "attachment", vert, n));
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.patient = &patient;
     def.nelem = 960;
     OmUmeshOrgan* organ;
-    assert_ok(om_umesh_create_organ(&def, &organ));
-    const OmUmeshGrid* g = om_umesh_grid(organ);
+    assert_ok(om_umesh_organ_create(&def, &organ));
+    const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     assert_near(g->up.y, -1, 0);
-    OmUmeshDataDef data = om_umesh_default_data_def(organ, "");
+    OmUmeshDataDef data = om_umesh_data_default_def(organ, "");
     assert_near(data.material.young, 5000, 0);
     assert_near(data.material.poisson, 0.4, 0);
     for (int i = 0; i < g->mesh.nnode; ++i) {
@@ -160,18 +160,18 @@ static void test_patient(void** state) {
         if (g->mesh.x[3 * i + 1] < 0.025) assert_false(g->fixed[i]);
     }
     // a network knows one material: the one that elements have, and no second
-    om_umesh_destroy_organ(organ);
+    om_umesh_organ_destroy(organ);
     patient.nmaterial = 3;
     patient.material[1] =
         (OmPatientMaterial){.name = "gland", .label = 7, .young = 9000, .poisson = 0.4};
     patient.material[2] =
         (OmPatientMaterial){.name = "skin", .label = -1, .young = 9000, .poisson = 0.4};
     for (int e = 0; e < patient.mesh.ntet; ++e) patient.mesh.tet_label[e] = 7 + e % 2;
-    assert_ok(om_umesh_create_organ(&def, &organ));
-    assert_near(om_umesh_default_data_def(organ, "").material.young, 9000, 0);
-    om_umesh_destroy_organ(organ);
+    assert_ok(om_umesh_organ_create(&def, &organ));
+    assert_near(om_umesh_data_default_def(organ, "").material.young, 9000, 0);
+    om_umesh_organ_destroy(organ);
     patient.material[2].young = 8000;
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "gland: 9000 Pa, 0.4; skin: 8000 Pa, 0.4"));
     om_tet_mesh_done(&patient.mesh);
 }
@@ -180,31 +180,31 @@ static void test_refusals(void** state) {
     (void)state;
     OmUmeshOrgan* organ;
     OmUmeshOrganDef def = {0};
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
     assert_null(organ);
-    def = om_umesh_default_organ_def();
+    def = om_umesh_organ_default_def();
     def.min_fill = 1;
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "min_fill"));
-    def = om_umesh_default_organ_def();
+    def = om_umesh_organ_default_def();
     def.spacing = 1e-6;
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "too many cells"));
     def.spacing = 0.1;  // larger than half the body
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
     OmSurface empty = {0};
-    def = om_umesh_default_organ_def();
+    def = om_umesh_organ_default_def();
     def.surface = &empty;
-    assert_status(om_umesh_create_organ(&def, &organ), OM_INVALID);
+    assert_status(om_umesh_organ_create(&def, &organ), OM_INVALID);
 }
 
 static OmStatus create_work(void* ctx) {
     (void)ctx;
-    OmUmeshOrganDef def = om_umesh_default_organ_def();
+    OmUmeshOrganDef def = om_umesh_organ_default_def();
     def.spacing = 0.02;
     OmUmeshOrgan* organ;
-    OmStatus status = om_umesh_create_organ(&def, &organ);
-    om_umesh_destroy_organ(organ);
+    OmStatus status = om_umesh_organ_create(&def, &organ);
+    om_umesh_organ_destroy(organ);
     return status;
 }
 

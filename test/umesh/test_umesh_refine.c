@@ -21,16 +21,16 @@ static double unit;  // N, of the refinement's forces
 
 static int begin(void** unused) {
     (void)unused;
-    OmUmeshOrganDef organ_def = om_umesh_default_organ_def();
+    OmUmeshOrganDef organ_def = om_umesh_organ_default_def();
     organ_def.nelem = NELEM;
-    assert_ok(om_umesh_create_organ(&organ_def, &organ));
-    g = om_umesh_grid(organ);
+    assert_ok(om_umesh_organ_create(&organ_def, &organ));
+    g = om_umesh_organ_grid(organ);
     nnode = (size_t)g->mesh.nnode;
     nelem = (size_t)g->mesh.nelem;
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
     def.tolerance = 1e-9;
     assert_near(def.material.poisson, POISSON, 1e-12);
-    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_solver_create(&def, &solver));
     OmFemDef fem = om_fem_default_def(&g->mesh, 1, &def.material);
     assert_ok(om_fem_create(&fem, &solid));
     assert_ok(om__umesh_elements_init(g, POISSON, &elements));
@@ -46,8 +46,8 @@ static int end(void** unused) {
     om__umesh_refine_destroy(refine);
     om__umesh_elements_done(&elements);
     om_fem_destroy(solid);
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
     return 0;
 }
 
@@ -86,16 +86,16 @@ static void test_forces(void** unused) {
     om__umesh_node_forces(&elements, mask, force, drive, 0, (int)nnode);
     for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->mesh.x[i] + (double)u[i];
     assert_ok(om_fem_eval_force(solid, x, f, NULL));
-    double most = 0;
+    double max = 0;
     for (size_t i = 0; i < 3 * nnode; ++i) {
         bool is_given = mask[i / 3] || g->fixed[i / 3];
         worst = fmax(worst, fabs(unit * (double)drive[i] + (is_given ? 0 : f[i])));
-        most = fmax(most, fabs(f[i]));
+        max = fmax(max, fabs(f[i]));
     }
-    assert_below(worst, 1e-5 * most);
-    double least = om_fem_eval_volume(solid, x, NULL);
-    assert_near((double)om__umesh_least_volume(F, 0, (int)nelem), least, 1e-5);
-    assert_true(least > 0.2 && least < 0.9);
+    assert_below(worst, 1e-5 * max);
+    double min = om_fem_eval_volume(solid, x, NULL);
+    assert_near((double)om__umesh_least_volume(F, 0, (int)nelem), min, 1e-5);
+    assert_true(min > 0.2 && min < 0.9);
     om_free(u), om_free(F), om_free(force), om_free(drive), om_free(x), om_free(f), om_free(mask);
 }
 
@@ -237,7 +237,7 @@ static void test_equilibrium(void** unused) {
     assert_ok(om__umesh_refine_work_create(refine, &work));
     for (int press = 0; press <= 20; press += 5) {
         OmUmeshPatch place = om_umesh_find_place(g, om_vec3(0.02, 0.01, 0.07));
-        assert_true(om_umesh_select_patch(g, &place, mask) >= 3);
+        assert_true(om_umesh_patch_select(g, &place, mask) >= 3);
         OmVec3 way = om_scale(-1e-3 * press, place.normal);
         for (int i = 0; i < g->mesh.nnode; ++i)
             om_store3(goal, i, mask[i] ? way : om_vec3(0, 0, 0));
@@ -283,7 +283,7 @@ static void test_balance(void** unused) {
     float* answer = om_calloc(3 * nnode, sizeof *answer);
     double* u = om_calloc(3 * nnode, sizeof *u);
     for (int k = 0; k < 2; ++k) {
-        OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+        OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
         OmUmeshSolver* own;
         OmUmeshSample sample;
         OmUmeshData data = {.grid = *g, .nsample = 1, .sample = &sample};
@@ -292,8 +292,8 @@ static void test_balance(void** unused) {
         def.press_share = 0;
         data.mask = om_calloc(nnode, 1);
         data.u = om_calloc(3 * nnode, sizeof *data.u);
-        assert_ok(om_umesh_create_solver(&def, &own));
-        assert_ok(om_umesh_make_sample(own, 3, &sample, data.mask, u));
+        assert_ok(om_umesh_solver_create(&def, &own));
+        assert_ok(om_umesh_sample_make(own, 3, &sample, data.mask, u));
         for (size_t i = 0; i < 3 * nnode; ++i) data.u[i] = (float)u[i];
         assert_ok(om__umesh_linear_solve(linear, data.mask, data.u, 1, answer));
         assert_ok(om__umesh_measure_balance(&data, POISSON, answer, 0, 1, &balance));
@@ -302,7 +302,7 @@ static void test_balance(void** unused) {
                balance, other);
         assert_true(k == 0 ? balance < 2e-3 : balance > 0.05);
         assert_true(other > 0.05);
-        om_umesh_destroy_solver(own);
+        om_umesh_solver_destroy(own);
         om_free(data.mask);
         om_free(data.u);
     }

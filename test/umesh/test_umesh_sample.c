@@ -9,9 +9,9 @@ typedef struct Made {
 } Made;
 
 static Made make_sample(const OmUmeshDataDef* def, OmUmeshSolver* solver, int64_t index) {
-    size_t nnode = (size_t)om_umesh_grid(def->organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->mesh.nnode;
     Made m = {.mask = om_alloc(nnode, 1), .u = om_alloc(3 * nnode, sizeof(double))};
-    assert_ok(om_umesh_make_sample(solver, index, &m.info, m.mask, m.u));
+    assert_ok(om_umesh_sample_make(solver, index, &m.info, m.mask, m.u));
     return m;
 }
 
@@ -22,7 +22,7 @@ static void made_done(Made* m) {
 
 // Forces that nodes must be held with, from displacements alone.
 static double* forces_of(const OmUmeshDataDef* def, const double* u) {
-    const OmFemMesh* mesh = &om_umesh_grid(def->organ)->mesh;
+    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->mesh;
     size_t n = 3 * (size_t)mesh->nnode;
     OmFemDef solid_def = om_fem_default_def(mesh, 1, &def->material);
     OmFemSolid* solid;
@@ -40,13 +40,13 @@ static void test_algorithm_2(void** state) {
     (void)state;
     enum { N = 200 };
     OmUmeshOrgan* organ = make_organ(120);
-    const OmUmeshGrid* g = om_umesh_grid(organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     OmUmeshDataDef def = small_def(organ, NULL);
     def.press_share = 0;
     def.material.young = 1e5;  // hardly moves: we look at draws
     def.max_force = 0.8;
     OmUmeshSolver* solver;
-    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_solver_create(&def, &solver));
     double force[N] = {0}, tilt[N], mean_x = 0;
     for (int i = 0; i < N; ++i) {
         Made m = make_sample(&def, solver, i);
@@ -92,18 +92,18 @@ static void test_algorithm_2(void** state) {
     assert_below(far_force, 1.63 / sqrt(N));
     assert_below(far_tilt, 1.63 / sqrt(N));
     assert_near(mean_x, 0, 4 * 0.04 / sqrt(N));  // four standard errors; x spreads by 40 mm
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
 }
 
 // Forces of free nodes vanish, those of the patch share the force, and the ground pushes back.
 static void test_equilibrium(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(400);
-    const OmUmeshGrid* g = om_umesh_grid(organ);
+    const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     OmUmeshDataDef def = small_def(organ, NULL);
     OmUmeshSolver* solver;
-    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_solver_create(&def, &solver));
     int npress = 0;
     for (int i = 0; i < 8; ++i) {
         Made m = make_sample(&def, solver, i);
@@ -137,19 +137,19 @@ static void test_equilibrium(void** state) {
         made_done(&m);
     }
     assert_in_range(npress, 1, 7);
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
 }
 
 // What a network has as input determines the output: prescribing it gives the same field.
 static void test_input_determines_output(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(400);
-    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
     OmUmeshDataDef def = small_def(organ, NULL);
     def.tolerance = 1e-9;
     OmUmeshSolver* solver;
-    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_solver_create(&def, &solver));
     for (int i = 0; i < 4; ++i) {
         Made m = make_sample(&def, solver, i);
         double* u = om_calloc(3 * nnode, sizeof *u);
@@ -157,7 +157,7 @@ static void test_input_determines_output(void** state) {
         assert_ok(om_umesh_solve(solver, m.mask, u, NULL));
         for (size_t n = 0; n < 3 * nnode; ++n) assert_near(u[n], m.u[n], 1e-8);
         // A held node stays, also where the caller prescribes it.
-        const unsigned char* fixed = om_umesh_grid(organ)->fixed;
+        const unsigned char* fixed = om_umesh_organ_grid(organ)->fixed;
         size_t held = 0;
         while (!fixed[held]) ++held;
         assert_false(m.mask[held]);
@@ -168,19 +168,19 @@ static void test_input_determines_output(void** state) {
         om_free(u);
         made_done(&m);
     }
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
 }
 
 // A sample does not remember what was solved before it, nor by whom.
 static void test_alone(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(200);
-    size_t size = 3 * (size_t)om_umesh_grid(organ)->mesh.nnode * sizeof(double);
+    size_t size = 3 * (size_t)om_umesh_organ_grid(organ)->mesh.nnode * sizeof(double);
     OmUmeshDataDef def = small_def(organ, NULL);
     OmUmeshSolver *one, *other;
-    assert_ok(om_umesh_create_solver(&def, &one));
-    assert_ok(om_umesh_create_solver(&def, &other));
+    assert_ok(om_umesh_solver_create(&def, &one));
+    assert_ok(om_umesh_solver_create(&def, &other));
     Made first[6];
     for (int i = 0; i < 6; ++i) first[i] = make_sample(&def, one, i);
     for (int i = 5; i >= 0; i -= 2) {
@@ -192,22 +192,22 @@ static void test_alone(void** state) {
     }
     assert_memory_not_equal(first[0].u, first[1].u, size);
     def.seed = 2;
-    om_umesh_destroy_solver(other);
-    assert_ok(om_umesh_create_solver(&def, &other));
+    om_umesh_solver_destroy(other);
+    assert_ok(om_umesh_solver_create(&def, &other));
     Made seeded = make_sample(&def, other, 0);
     assert_memory_not_equal(seeded.u, first[0].u, size);
     made_done(&seeded);
     for (int i = 0; i < 6; ++i) made_done(&first[i]);
-    om_umesh_destroy_solver(one);
-    om_umesh_destroy_solver(other);
-    om_umesh_destroy_organ(organ);
+    om_umesh_solver_destroy(one);
+    om_umesh_solver_destroy(other);
+    om_umesh_organ_destroy(organ);
 }
 
 // St Venant-Kirchhoff gives way under a press that the default law bears: drawn again, counted, given up.
 static void test_failures(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(120);
-    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
     OmUmeshDataDef def = small_def(organ, NULL);
     def.material.law = OM_ST_VENANT_KIRCHHOFF;
     def.press_share = 1;
@@ -217,10 +217,10 @@ static void test_failures(void** state) {
     double* u = om_alloc(3 * nnode, sizeof *u);
     OmUmeshSolver* solver;
     OmUmeshSample sample;
-    assert_ok(om_umesh_create_solver(&def, &solver));
+    assert_ok(om_umesh_solver_create(&def, &solver));
     int nfail = 0, ngiven_up = 0;
     for (int i = 0; i < 6; ++i) {
-        OmStatus status = om_umesh_make_sample(solver, i, &sample, mask, u);
+        OmStatus status = om_umesh_sample_make(solver, i, &sample, mask, u);
         assert_true(status == OM_OK || status == OM_NOT_CONVERGED);
         ngiven_up += status == OM_NOT_CONVERGED;
         if (status != OM_OK) continue;
@@ -228,13 +228,13 @@ static void test_failures(void** state) {
         assert_true(sample.nattempt > sample.nfail && sample.min_volume >= def.min_volume);
     }
     assert_true(nfail + ngiven_up > 0);
-    om_umesh_destroy_solver(solver);
+    om_umesh_solver_destroy(solver);
     def.max_tilt = -1;
-    assert_status(om_umesh_create_solver(&def, &solver), OM_INVALID);
+    assert_status(om_umesh_solver_create(&def, &solver), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "max_tilt"));
     om_free(mask);
     om_free(u);
-    om_umesh_destroy_organ(organ);
+    om_umesh_organ_destroy(organ);
 }
 
 int main(void) {

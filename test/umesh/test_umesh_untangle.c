@@ -22,15 +22,15 @@ typedef struct Case {
 static void begin(Case* c, OmUmeshNet* net) {
     *c = (Case){.net = net, .grid = om_umesh_net_grid(net)};
     size_t nnode = (size_t)c->grid->mesh.nnode;
-    assert_ok(om_umesh_create_predictor(net, 1, &c->predictor));
-    om_umesh_set_refinement(c->predictor, OM_UMESH_TOLERANCE, 100);
+    assert_ok(om_umesh_predictor_create(net, 1, &c->predictor));
+    om_umesh_predictor_set_refinement(c->predictor, OM_UMESH_TOLERANCE, 100);
     c->mask = om_calloc(nnode, 1);
     c->u = om_calloc(3 * nnode, sizeof *c->u);
     c->opened = om_calloc(3 * nnode, sizeof *c->opened);
 }
 
 static void end(Case* c) {
-    om_umesh_destroy_predictor(c->predictor);
+    om_umesh_predictor_destroy(c->predictor);
     om_free(c->mask);
     om_free(c->u);
     om_free(c->opened);
@@ -40,7 +40,7 @@ static void end(Case* c) {
 static bool press(Case* c, OmVec3 at, bool is_turned, double way) {
     OmUmeshPatch patch = om_umesh_find_place(c->grid, at);
     if (is_turned) patch.along = om_cross(patch.normal, patch.along);
-    if (om_umesh_select_patch(c->grid, &patch, c->mask) == 0) return false;
+    if (om_umesh_patch_select(c->grid, &patch, c->mask) == 0) return false;
     const OmVec3 d = om_scale(-way, patch.normal);
     for (int i = 0; i < c->grid->mesh.nnode; ++i) {
         c->u[3 * i] = c->mask[i] ? (float)d.x : 0;
@@ -48,7 +48,7 @@ static bool press(Case* c, OmVec3 at, bool is_turned, double way) {
         c->u[3 * i + 2] = c->mask[i] ? (float)d.z : 0;
     }
     assert_ok(om_umesh_predict(c->predictor, c->mask, c->u, NULL));
-    OmUmeshRefinement r = om_umesh_refinement(c->predictor);
+    OmUmeshRefinement r = om_umesh_predictor_refinement(c->predictor);
     return r.left < OM_UMESH_TOLERANCE && r.min_volume > 0;
 }
 
@@ -78,17 +78,17 @@ static int count_inverted(const Case* c, const float* u) {
 static void check_opened(const Case* c, const OmUmeshUntangling* o) {
     const int nnode = c->grid->mesh.nnode;
     int nmoved = 0;
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < nnode; ++i) {
         const float *a = c->u + 3 * i, *b = c->opened + 3 * i;
         double way = om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2]));
         if (c->mask[i] || c->grid->fixed[i]) assert_true(way == 0);
         nmoved += way > 1e-5;
-        most = fmax(most, way);
+        max = fmax(max, way);
     }
     assert_int_equal(o->nmoved, nmoved);
-    assert_near(o->most, most, 1e-12);
-    if (o->ninverted == 0) assert_true(most == 0);
+    assert_near(o->max, max, 1e-12);
+    if (o->ninverted == 0) assert_true(max == 0);
     assert_true(o->min_volume > 0);
     assert_int_equal(count_inverted(c, c->opened), 0);
 }
@@ -99,7 +99,7 @@ static void test_grid_of_places(void** unused) {
     OmUmeshNet* net;
     Case c;
     int nplace = 0, nfolded = 0, nopened = 0, nrefused = 0;
-    assert_ok(om_umesh_load_net("weights/phantom.safetensors", &net));
+    assert_ok(om_umesh_net_load("weights/phantom.safetensors", &net));
     begin(&c, net);
     const size_t bytes = 3 * (size_t)c.grid->mesh.nnode * sizeof *c.u;
     for (int i = 0, at = 0; i < c.grid->mesh.nnode; ++i) {
@@ -133,7 +133,7 @@ static void test_grid_of_places(void** unused) {
                   nplace, nfolded, nopened, nrefused);
     assert_true(nfolded >= 5 && nopened >= 4 * nrefused);
     end(&c);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
 }
 
 // An answer without inverted tetrahedra stays as it is; rest, too.
@@ -142,7 +142,7 @@ static void test_nothing_to_open(void** unused) {
     OmUmeshNet* net;
     OmUmeshUntangling o;
     Case c;
-    assert_ok(om_umesh_load_net("weights/phantom.safetensors", &net));
+    assert_ok(om_umesh_net_load("weights/phantom.safetensors", &net));
     begin(&c, net);
     const size_t bytes = 3 * (size_t)c.grid->mesh.nnode * sizeof *c.u;
     assert_true(press(&c, om_vec3(0, 0, 0.08), false, 0.005));
@@ -154,7 +154,7 @@ static void test_nothing_to_open(void** unused) {
     assert_ok(om_umesh_untangle(net, c.mask, c.opened, &o));
     assert_near(o.min_volume, 1, 1e-6);
     end(&c);
-    om_umesh_destroy_net(net);
+    om_umesh_net_destroy(net);
 }
 
 int main(void) {

@@ -23,9 +23,9 @@ enum {
 // Mean norm error (3.17) of an answer of this kind, mm.
 static double error_of(OmUmeshPredictor* predictor, int kind, const OmUmeshGrid* g,
                        const unsigned char* mask, const double* u, float* predicted) {
-    om_umesh_set_refinement(predictor, OM_UMESH_TOLERANCE,
-                            kind == REFINED ? OM_UMESH_MAX_CYCLE : 0);
-    om_umesh_set_linear(predictor, kind == LINEAR);
+    om_umesh_predictor_set_refinement(predictor, OM_UMESH_TOLERANCE,
+                                      kind == REFINED ? OM_UMESH_MAX_CYCLE : 0);
+    om_umesh_predictor_set_linear(predictor, kind == LINEAR);
     size_t nnode = (size_t)g->mesh.nnode;
     for (size_t n = 0; n < 3 * nnode; ++n) predicted[n] = mask[n / 3] ? (float)u[n] : 0;
     assert_ok(om_umesh_predict(predictor, mask, predicted, NULL));
@@ -47,7 +47,7 @@ static void test_metrics(void** unused) {
     OmUmeshSolver* solver;
     OmUmeshPredictor* predictor;
     OmUmeshSample sample;
-    assert_ok(om_umesh_load_net("weights/phantom.safetensors", &net));
+    assert_ok(om_umesh_net_load("weights/phantom.safetensors", &net));
     const char* fact[] = {"command",
                           "seed",
                           "data",
@@ -59,24 +59,24 @@ static void test_metrics(void** unused) {
     double claimed = atof(om_umesh_net_fact(net, "test_error_mm"));
     double worst = atof(om_umesh_net_fact(net, "test_worst_mm"));
     double network = atof(om_umesh_net_fact(net, "test_network_error_mm"));
-    OmUmeshOrganDef organ_def = om_umesh_default_organ_def();
-    assert_ok(om_umesh_create_organ(&organ_def, &organ));
-    assert_true(om_umesh_grid(organ)->hash == om_umesh_net_grid(net)->hash);
-    OmUmeshDataDef def = om_umesh_default_data_def(organ, "");
+    OmUmeshOrganDef organ_def = om_umesh_organ_default_def();
+    assert_ok(om_umesh_organ_create(&organ_def, &organ));
+    assert_true(om_umesh_organ_grid(organ)->hash == om_umesh_net_grid(net)->hash);
+    OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
     def.nworker = 1;
     def.seed = (uint64_t)atoll(om_umesh_net_fact(net, "test_seed"));
     assert_true(def.seed != (uint64_t)atoll(om_umesh_net_fact(net, "seed")));
-    assert_ok(om_umesh_create_solver(&def, &solver));
-    assert_ok(om_umesh_create_predictor(net, 1, &predictor));
-    size_t nnode = (size_t)om_umesh_grid(organ)->mesh.nnode;
+    assert_ok(om_umesh_solver_create(&def, &solver));
+    assert_ok(om_umesh_predictor_create(net, 1, &predictor));
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
     unsigned char* mask = om_calloc(nnode, 1);
     double *u = om_calloc(3 * nnode, sizeof *u), mean[NKIND] = {0};
     float* predicted = om_calloc(3 * nnode, sizeof *predicted);
     for (int s = 0; s < NSAMPLE; ++s) {
-        assert_ok(om_umesh_make_sample(solver, s, &sample, mask, u));
+        assert_ok(om_umesh_sample_make(solver, s, &sample, mask, u));
         double error[NKIND];
         for (int kind = 0; kind < NKIND; ++kind) {
-            error[kind] = error_of(predictor, kind, om_umesh_grid(organ), mask, u, predicted);
+            error[kind] = error_of(predictor, kind, om_umesh_organ_grid(organ), mask, u, predicted);
             mean[kind] += error[kind] / NSAMPLE;
         }
         // the largest error was found over all samples of the test, these are among them
@@ -98,10 +98,10 @@ static void test_metrics(void** unused) {
     om_free(mask);
     om_free(u);
     om_free(predicted);
-    om_umesh_destroy_predictor(predictor);
-    om_umesh_destroy_solver(solver);
-    om_umesh_destroy_organ(organ);
-    om_umesh_destroy_net(net);
+    om_umesh_predictor_destroy(predictor);
+    om_umesh_solver_destroy(solver);
+    om_umesh_organ_destroy(organ);
+    om_umesh_net_destroy(net);
 }
 
 int main(void) {
