@@ -37,6 +37,7 @@ SIDEWAYS = {
     ("world", "scene"): "a world is built from a scene",
 }
 
+PUBLIC_ROOM = {"vec": "math", "body": "world"}  # headers whose name does not begin with the room
 EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
 WITHIN = {"base/base_multiversion.h"}  # macros for the library's own files, not for users
 ENGINE = "tissue/tissue_engine.h"  # private to tissue, but for its engines
@@ -129,9 +130,9 @@ class Tree:
 
     @staticmethod
     def header_room(name):
-        """omentum/shape_sdf.h belongs to shape; vec.h is the public header of math."""
+        """omentum/shape_sdf.h belongs to shape; PUBLIC_ROOM lists headers named after what they declare."""
         stem = name[:-2]
-        return "math" if stem == "vec" else stem.split("_")[0]
+        return PUBLIC_ROOM.get(stem, stem.split("_")[0])
 
     def includes(self, path):
         for number, line in enumerate(self.text[path].split("\n"), 1):

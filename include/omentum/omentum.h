@@ -7,6 +7,7 @@
 
 #include "omentum/base.h"
 #include "omentum/base_job.h"
+#include "omentum/body.h"
 #include "omentum/calibrate.h"
 #include "omentum/calibrate_problem.h"
 #include "omentum/calibrate_tissue.h"

@@ -1,0 +1,104 @@
+/// omentum/body.h: soft tissue of a scene with its contact on fixed anatomy, ready to be stepped (floor 4).
+///
+/// A body is made from a scene and a site: the site has mesh, board and organ, the scene has engine, law and friction.
+/// The robot's twin is a body, the simulated world (world.h) contains another.
+///
+///     OmBody* body;
+///     om_body_create(&scene, &site, 0, &body);
+///     om_body_settle(body, 0.02, 1e-3, 5);                 // until speeds are below 1 mm/s
+///     om_body_grasp(body, 0, pose_world_tip, 0.005, &nheld);
+///     om_body_move(body, 0, pose_world_tip_later);
+///     om_body_step(body, 0.02, &report);
+///     om_body_get_forces(body, &forces);
+///     om_body_destroy(body);
+#ifndef OMENTUM_BODY_H
+#define OMENTUM_BODY_H
+
+#include "omentum/pbd.h"
+#include "omentum/scene.h"
+#include "omentum/tissue.h"
+#include "omentum/vec.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Soft tissue with its contact. The twin is one, the simulated world contains another.
+typedef struct OmBody OmBody;
+
+typedef struct OmBodyForces {  // N; world frame
+    OmVec3 grasp[OM_MAX_ARM];  // force the tool exerts on the patch it holds
+    OmVec3 pull[OM_MAX_ARM];   // the same less the weight taken over from the ground
+    OmVec3 attachment;         // of what the tissue is attached to, on the tissue
+    OmVec3 contact;            // of ground and organ, on the tissue
+    OmVec3 weight;             // of the tissue
+} OmBodyForces;
+
+typedef struct OmBodyReport {  // of the last step
+    int iterations;            // of the linear solver, all substeps
+    double residual;           // |b - A x| / |b|, the worst
+    int substeps;              // 1 unless the step had to be cut
+    int ncontact;              // vertices in contact
+    double penetration;        // m, the deepest
+    int ninverted;             // elements that are inverted at its end
+    double energy_gain;        // J, rise of energy beyond the work done; 0: none
+} OmBodyReport;
+
+typedef struct OmBodyParts {  // data that a definition of tissue borrows
+    OmPbdDef pbd;
+    OmMaterial material[OM_SITE_MATERIALS];
+    double density[OM_SITE_MATERIALS];
+} OmBodyParts;
+
+/// Definition of a scene's tissue on a site, for om_tissue_create. It borrows the site's mesh and `parts`, which this
+/// function fills.
+OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts);
+/// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
+/// ratio 0.45".
+OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
+/// @param site  borrowed until destroy
+/// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY
+OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
+                               OmBody** body);
+OM_API void om_body_destroy(OmBody* body);
+/// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
+/// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius)
+OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,
+                              int* nheld);
+/// Set the goal of what the arm holds, for the next step.
+/// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
+OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
+OM_API void om_body_release(OmBody* body, int arm);
+OM_API bool om_body_is_holding(const OmBody* body, int arm);
+/// A step that stopped at the iteration limit of the linear solver is OM_OK: the report has its residual.
+/// @return OM_OK; OM_NOT_CONVERGED (advanced, but contact has not settled, elements are inverted or energy was gained:
+///         the message says which; om_body_nbad counts such steps); errors of om_contact_step
+OM_API OmStatus om_body_step(OmBody* body, double dt, OmBodyReport* report);
+/// Calls of om_body_step since the body was created that returned OM_NOT_CONVERGED.
+OM_API int om_body_nbad(const OmBody* body);
+/// Step until the body is at rest (speeds below `speed` m/s), for at most `seconds`.
+/// @return OM_OK; OM_NOT_CONVERGED (it still moves); errors of om_contact_step
+OM_API OmStatus om_body_settle(OmBody* body, double dt, double speed, double seconds);
+/// Vertex positions, m (nvert x 3); valid until the next step.
+OM_API const double* om_body_x(const OmBody* body);
+/// Forces of the last step.
+/// @return OM_OK; errors of om_tissue_get_forces
+OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
+/// Force on each vertex by tools, attachments and contact, N (nvert x 3).
+/// @return OM_OK; errors of om_tissue_get_holding_force
+OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
+/// A measure of every element of the body's mesh (ntet).
+/// @return as om_tissue_get_measure
+OM_API OmStatus om_body_get_measure(const OmBody* body, OmTissueMeasure measure, double* value);
+OM_API const OmSite* om_body_site(const OmBody* body);
+OM_API uint64_t om_body_hash(const OmBody* body);
+/// Snapshots: a block of om_body_state_size bytes. It includes the contact forces before the first grasp, the
+/// reference of OmBodyForces.pull.
+OM_API size_t om_body_state_size(const OmBody* body);
+OM_API void om_body_save(const OmBody* body, void* block);
+OM_API void om_body_restore(OmBody* body, const void* block);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
