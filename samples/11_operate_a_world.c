@@ -14,9 +14,10 @@ static OmStatus observe(OmWorld* world, unsigned what, OmObservation* seen) {
     return om_world_observe(world, what, seen);
 }
 
-// Go to p and wait; the message says which joint forbids it, if one does.
+// Go to p, orientation kept, and wait; the message says which joint forbids it, if one does.
 static OmStatus go_to(OmWorld* world, OmVec3 p, OmObservation* seen) {
-    OmStatus status = om_world_move(world, 0, p, SPEED);
+    OmPose goal = {p, seen->arm[0].tip.q};
+    OmStatus status = om_world_move(world, 0, goal, SPEED);
     do {
         if (status >= 0) status = om_world_advance(world, TIME_STEP);
         if (status >= 0) status = observe(world, 0, seen);
@@ -36,7 +37,9 @@ static OmStatus operate(OmWorld* world, const OmSite* site, OmObservation* seen)
     const OmVec3 corner = om_vec3(-0.8 * h.x, -0.8 * h.y, 2 * h.z);
     const OmVec3 way[] = {om_add(corner, om_vec3(0, 0, 0.02)), corner};
     const OmVec3 lifted = om_add(corner, om_vec3(0.05, 0.05, 0.04));
-    OmStatus status = set_jaw(world, 0.7);  // open
+    OmStatus status = om_world_reset(world);        // tissue at rest
+    if (status >= 0) status = set_jaw(world, 0.7);  // open
+    if (status >= 0) status = observe(world, 0, seen);
     for (int i = 0; i < 2 && status >= 0; ++i)
         status = go_to(world, om_pose_apply(site->pose_world_task, way[i]), seen);
     if (status >= 0) status = set_jaw(world, 0);  // closes on the tissue at the tip

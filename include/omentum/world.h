@@ -6,7 +6,8 @@
 ///
 ///     OmWorld* world;
 ///     om_world_create_simulated(&scene, &site, 0, &world);
-///     om_world_move(world, 0, p_world, 0.02);              // PSM1's tip, at 20 mm/s
+///     om_world_reset(world);                               // tissue at rest
+///     om_world_move(world, 0, pose_world_tip, 0.02);       // PSM1, at 20 mm/s
 ///     om_world_advance(world, 0.02);
 ///     om_world_observe(world, OM_OBSERVE_VISIBILITY, &obs);
 ///     om_world_destroy(world);
@@ -15,6 +16,7 @@
 
 #include "omentum/body.h"
 #include "omentum/image.h"
+#include "omentum/robot.h"
 #include "omentum/scene.h"
 #include "omentum/sense.h"
 #include "omentum/vec.h"
@@ -26,10 +28,16 @@ extern "C" {
 // ---- worlds ---------------------------------------------------------------------------------------------
 
 typedef struct OmArmObservation {
-    OmVec3 tip;       // measured position, world frame, m
-    double jaw;       // opening, rad
-    bool is_moving;   // a commanded motion is under way
-    bool is_holding;  // tissue between the jaws
+    double time;              // s, of the measurement
+    OmPose tip;               // measured pose_world_tip
+    double q[OM_PSM_NJOINT];  // measured joints: yaw, pitch, insertion (m), roll, wrist; rad
+    double jaw;               // measured opening, rad
+    double jaw_speed;         // measured, rad/s; below 0: the jaw closes
+    double jaw_goal;          // commanded opening, rad
+    bool is_moving;           // a commanded motion of the tip is under way
+    bool is_holding;          // tissue between the jaws
+    bool has_wrench;          // false: force and torque are 0
+    OmVec3 force, torque;     // estimate of the load on the tip, world frame, N and N m
 } OmArmObservation;
 
 enum {                          // what to observe beside the arms
@@ -38,34 +46,51 @@ enum {                          // what to observe beside the arms
     OM_OBSERVE_CLOUD = 4        // the depth camera's points on the tissue
 };
 
-typedef struct OmObservation {  // om_observation_done frees; zero-initialise
-    double time;                // s
-    OmArmObservation arm[OM_MAX_ARM];
-    double visibility;  // 0 to 1
-    OmPicture image;    //
-    int ncloud;         //
-    double* cloud;      // m, world frame  (ncloud x 3)
+/// Each source has its own time: a camera of a real world is older than the joints.
+typedef struct OmObservation {         // om_observation_done frees; zero-initialise
+    double time;                       // s, of the world's clock
+    int narm;                          //
+    OmArmObservation arm[OM_MAX_ARM];  // (narm)
+    double visibility;                 // 0 to 1
+    OmPicture image;                   //
+    int ncloud;                        //
+    double* cloud;                     // m, world frame  (ncloud x 3)
 } OmObservation;
 
 typedef struct OmWorld OmWorld;
 
-/// Functions of a kind of world; an interface to a real robot fills the same table.
+/// Functions of a kind of world; an interface to a real robot fills the same table. Functions marked optional may be
+/// null.
 typedef struct OmWorldOps {
     void (*destroy)(OmWorld* world);
-    OmStatus (*move)(OmWorld* world, int arm, OmVec3 tip, double speed);
+    OmStatus (*move)(OmWorld* world, int arm, OmPose goal, double speed);
     OmStatus (*set_jaw)(OmWorld* world, int arm, double angle);
     void (*stop)(OmWorld* world, int arm);
     OmStatus (*advance)(OmWorld* world, double dt);
     OmStatus (*observe)(OmWorld* world, unsigned what, OmObservation* observation);
+    OmStatus (*reset)(OmWorld* world);                   // optional
+    size_t (*state_size)(const OmWorld* world);          // optional, with save and restore
+    void (*save)(const OmWorld* world, void* block);     //
+    void (*restore)(OmWorld* world, const void* block);  //
 } OmWorldOps;
 
 struct OmWorld {  // head of every kind of world
     const OmWorldOps* ops;
+    int narm;          // 1 to OM_MAX_ARM
+    unsigned sources;  // OM_OBSERVE_ flags that the world can observe
 };
 
-/// Command a straight motion of the tip, orientation kept, at `speed` m/s; returns at once.
-/// @return OM_OK; OM_INVALID (the arm cannot reach the goal: the message names the joint)
-OM_API OmStatus om_world_move(OmWorld* world, int arm, OmVec3 tip, double speed);
+/// Number of arms: arms of a world are counted from 0.
+OM_API int om_world_narm(const OmWorld* world);
+/// OM_OBSERVE_ flags that the world can observe.
+OM_API unsigned om_world_sources(const OmWorld* world);
+/// Command a straight motion of the tip at `speed` m/s; returns at once. The orientation turns in proportion to the
+/// distance covered; where it would turn faster than OM_WORLD_MAX_TURN, the tip is slower.
+/// @param goal  pose_world_tip, a unit quaternion
+/// @return OM_OK; OM_INVALID (no such arm, a goal that is no pose, or one that the arm cannot reach: the message names
+///         the joint)
+OM_API OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed);
+#define OM_WORLD_MAX_TURN 1.0  // rad/s
 /// Command the jaw angle, rad. Below 20 degrees the jaw grasps the tissue at the tip, above it releases the tissue.
 /// @return OM_OK; OM_INVALID (no such arm, an angle that is not finite)
 OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
@@ -74,10 +99,26 @@ OM_API void om_world_stop(OmWorld* world, int arm);
 /// @return OM_OK; OM_INVALID (dt out of range); errors of the world, of a simulated one those of om_body_step
 OM_API OmStatus om_world_advance(OmWorld* world, double dt);
 /// Observe the arms, and OM_OBSERVE_ flags `what` beside them.
-/// @return OM_OK; errors of the world
+/// @return OM_OK; OM_UNAVAILABLE (the world has no such source: the message names it); errors of the world
 OM_API OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation);
 OM_API void om_world_destroy(OmWorld* world);
 OM_API void om_observation_done(OmObservation* observation);
+
+/// Bring the world to its start: arms parked and still, tissue at rest, time 0. A simulated world is not at rest before
+/// its first reset, which lets the tissue settle; a later reset returns to the same state.
+/// @return OM_OK; OM_NOT_CONVERGED (at the start, but the tissue still moves after OM_WORLD_SETTLE_TIME);
+///         OM_UNAVAILABLE (people have to prepare this world); errors of om_body_settle
+OM_API OmStatus om_world_reset(OmWorld* world);
+#define OM_WORLD_SETTLE_TIME 3.0    // s, at most
+#define OM_WORLD_SETTLE_SPEED 1e-3  // m/s, of vertices: slower is at rest
+/// Size of a snapshot in bytes; 0: this world has none.
+OM_API size_t om_world_state_size(const OmWorld* world);
+/// Copy everything that changes into a block of om_world_state_size bytes.
+/// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
+OM_API OmStatus om_world_save(const OmWorld* world, void* block);
+/// Return to a snapshot of the same world: what follows is the same to the last bit, measured noise included.
+/// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
+OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 
 /// A simulated operating field; `site` (of role OM_SITE_WORLD) is borrowed.
 /// @param nworker  threads of the tissue, 0: one a processor; the outcome does not depend on it

@@ -31,8 +31,9 @@
 #define FALL_TIME 1.2  // s that released tissue is given to fall
 #define LOOK_EVERY 5   // ticks between looks through the endoscope
 
-static OmVec3 to_world(const Loop* loop, OmVec3 p_task) {
-    return om_pose_apply(loop->grid.task, p_task);
+// Goal of an arm in the world frame; its orientation is kept.
+static OmPose goal_of(const Loop* loop, int arm, OmVec3 p_task) {
+    return (OmPose){om_pose_apply(loop->grid.task, p_task), loop->arm[arm].q};
 }
 static OmVec3 to_task(const Loop* loop, OmVec3 p_world) {
     return om_pose_apply(om_pose_inverse(loop->grid.task), p_world);
@@ -44,7 +45,7 @@ static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
     double start = om_clock_now();
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         if (!om_body_is_holding(loop->twin, a)) continue;
-        OmPose tip = {obs->arm[a].tip, loop->grid.task.q};
+        OmPose tip = {obs->arm[a].tip.p, loop->grid.task.q};
         OM_TRY(om_body_move(loop->twin, a, tip));
     }
     OmBodyReport report;
@@ -139,7 +140,8 @@ OmStatus om__loop_tick(Loop* loop) {
     if (is_look) loop->visibility = obs.visibility;
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         ArmState* arm = &loop->arm[a];
-        arm->tip = to_task(loop, obs.arm[a].tip);
+        arm->tip = to_task(loop, obs.arm[a].tip.p);
+        arm->q = obs.arm[a].tip.q;
         arm->is_moving = obs.arm[a].is_moving;
         arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
     }
@@ -183,7 +185,7 @@ bool om__watch_stop(Watch* w, double visibility) {
 // its limit.
 static OmStatus ease(Loop* loop, int arm, OmVec3 from_task) {
     double limit = EASE * om__force_limit(&loop->scene->task), begin = loop->time;
-    OmStatus status = om_world_move(loop->world, arm, to_world(loop, from_task),
+    OmStatus status = om_world_move(loop->world, arm, goal_of(loop, arm, from_task),
                                     SLOW_RATE * loop->scene->task.speed);
     if (status == OM_INVALID) return OM_OK;  // it stays where it is
     OM_TRY(status);
@@ -211,7 +213,7 @@ static OmStatus move_to(Loop* loop, int arm, OmVec3 goal_task, bool is_holding,
         double rate = is_holding ? loop->rate : 1.0;
         if (rate != commanded) {
             OmStatus status =
-                om_world_move(loop->world, arm, to_world(loop, goal_task), rate * speed);
+                om_world_move(loop->world, arm, goal_of(loop, arm, goal_task), rate * speed);
             if (status == OM_INVALID) {
                 om_log(OM_LOG_INFO, "%s", om_error_message());
                 om_world_stop(loop->world, arm);
@@ -263,7 +265,7 @@ static OmStatus grasp(Loop* loop, int arm, int block, OmActionOutcome* outcome) 
     *outcome = OM_ACTION_EMPTY;
     if (obs.arm[arm].is_holding) {
         int nheld = 0;
-        OmPose tip = {obs.arm[arm].tip, loop->grid.task.q};
+        OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
         OmStatus status =
             om_body_grasp(loop->twin, arm, tip, loop->scene->task.grasp_radius, &nheld);
         if (status != OM_OK && status != OM_INVALID) return status;

@@ -31,6 +31,7 @@ typedef struct ArmState {
     int in_hand;       // block held, -1
     OmVec3 grasp_tip;  // task frame, where it closed
     OmVec3 tip;        // task frame, measured
+    OmQuat q;          // world frame, measured: motions keep it
     double lift;       // m above grasp_tip while holding
     bool is_closed;
     bool is_moving;

@@ -4,9 +4,7 @@
 #include "defras/defras_internal.h"
 
 #define RETRACT_COOKIE 0x0de78a5
-#define SETTLE_TIME 3.0    // s, at most, for the tissue to come to rest on its ground
-#define SETTLE_SPEED 1e-3  // m/s
-#define MAX_GLIMPSE 8      // times a motion goes on after the ROI closed again
+#define MAX_GLIMPSE 8  // times a motion goes on after the ROI closed again
 // A motion stops at this visibility above the wanted one; once more for each glimpse.
 #define MARGIN 0.05
 
@@ -60,9 +58,9 @@ static OmStatus settle(Loop* loop) {
     OmRetractResult* r = loop->result;
     OmBody* truth = om_world_truth(loop->world);
     double dt = loop->scene->task.time_step;
-    OmStatus twin = om_body_settle(loop->twin, dt, SETTLE_SPEED, SETTLE_TIME);
+    OmStatus twin = om_body_settle(loop->twin, dt, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME);
     OM_TRY(twin);
-    OmStatus world = om_body_settle(truth, dt, SETTLE_SPEED, SETTLE_TIME);
+    OmStatus world = om_world_reset(loop->world);
     OM_TRY(world);
     r->is_settled = twin == OM_OK && world == OM_OK;
     r->twin_shift = mean_shift(loop->twin);

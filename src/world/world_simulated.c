@@ -13,34 +13,45 @@
 #define JAW_CLOSED (20.0 * OM_PI / 180.0)  // below: tissue is held (Alg. 4)
 #define JAW_SPEED 3.0                      // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
+#define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
 #define RCM_HEIGHT 0.13   // m over the board
 #define RCM_OUT 0.045     // m beyond the tissue's edge
 #define PARK_HEIGHT 0.07  // m, where the tools wait
 
-typedef struct Arm {
-    OmPsm psm;
+typedef struct ArmState {
     double q[OM_PSM_NJOINT];
-    OmPose tip, goal;  // pose_world_tip
-    double speed;      // m/s
-    double jaw, jaw_goal;
+    OmPose tip, goal;                 // pose_world_tip
+    double speed;                     // m/s
+    double jaw, jaw_goal, jaw_speed;  // rad, rad/s
     bool is_moving;
+} ArmState;
+
+typedef struct SimState {  // with the body's state: all that changes
+    ArmState arm[OM_MAX_ARM];
+    double time;     // s
+    uint64_t nstep;  // for the noise of measured tips
+} SimState;
+
+typedef struct Tool {  // what stays of an arm, and what is made from its state
+    OmPsm psm;
     int object;  // in the camera's scene
     OmSurface surface;
-} Arm;
+} Tool;
 
 typedef struct SimWorld {
     OmWorld head;
     const OmScene* scene;
     const OmSite* site;
     OmBody* body;
-    Arm arm[OM_MAX_ARM];
+    Tool tool[OM_MAX_ARM];
+    SimState now;
+    void* start;  // snapshot; before the first reset: at creation, after it: settled
+    bool is_settled, is_at_rest;
     OmSenseScene* sense;
     OmSurface tissue;  // boundary of the mesh
     int* tissue_vert;  // its vertices in the mesh
     int tissue_id, roi_id;
     OmCamera endoscope, rgbd;
-    double time;     // s
-    uint64_t nstep;  // for the noise of measured tips
     bool is_sense_stale;
 } SimWorld;
 
@@ -50,14 +61,16 @@ static void sim_destroy(OmWorld* world) {
     om_sense_scene_destroy(w->sense);
     om_surface_done(&w->tissue);
     om_free(w->tissue_vert);
-    for (int a = 0; a < OM_MAX_ARM; ++a) om_surface_done(&w->arm[a].surface);
+    for (int a = 0; a < OM_MAX_ARM; ++a) om_surface_done(&w->tool[a].surface);
+    om_free(w->start);
     om_free(w);
 }
 
 // ---- arms --------------------------------------------------------------------------------------------------
 
 static OmStatus place_arm(SimWorld* w, int index) {
-    Arm* arm = &w->arm[index];
+    ArmState* arm = &w->now.arm[index];
+    Tool* tool = &w->tool[index];
     OmPose task = w->site->pose_world_task;
     OmVec3 half = w->site->half_size;
     double side = index == 0 ? -1 : 1;
@@ -67,7 +80,7 @@ static OmStatus place_arm(SimWorld* w, int index) {
     OmVec3 z = om_normalize(om_sub(rcm, middle));
     OmVec3 x = om_normalize(om_madd(om_vec3(1, 0, 0), -z.x, z));
     OmPose rcm_task = {rcm, om_quat_from_mat3(om_mat3_cols(x, om_cross(z, x), z))};
-    arm->psm = om_psm_default(OM_PROGRASP, om_pose_mul(task, rcm_task));
+    tool->psm = om_psm_default(OM_PROGRASP, om_pose_mul(task, rcm_task));
     // Jaws straight down, the gripper opening along the arm's own side.
     OmMat3 down = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
     OmVec3 park = om_vec3(0.25 * half.x, side * half.y, 2 * half.z + PARK_HEIGHT);
@@ -75,20 +88,19 @@ static OmStatus place_arm(SimWorld* w, int index) {
     arm->tip = om_pose_mul(task, tip_task);
     arm->goal = arm->tip;
     const double zero[OM_PSM_NJOINT] = {0};
-    OmStatus status = om_psm_inverse(&arm->psm, arm->tip, zero, arm->q);
+    OmStatus status = om_psm_inverse(&tool->psm, arm->tip, zero, arm->q);
     if (status < 0)
         return om_error_prefix(status, "PSM%d cannot be placed over tissue of %.0f x %.0f mm",
                                index + 1, 2e3 * half.x, 2e3 * half.y);
     arm->jaw = arm->jaw_goal = JAW_START;
-    return om_psm_surface(&arm->psm, arm->q, arm->jaw, &arm->surface);
+    return om_psm_surface(&tool->psm, arm->q, arm->jaw, &tool->surface);
 }
 
-static OmStatus sim_move(OmWorld* world, int index, OmVec3 tip, double speed) {
+static OmStatus sim_move(OmWorld* world, int index, OmPose goal, double speed) {
     SimWorld* w = (SimWorld*)world;
-    Arm* arm = &w->arm[index];
-    OmPose goal = {tip, arm->tip.q};
+    ArmState* arm = &w->now.arm[index];
     double q[OM_PSM_NJOINT];
-    OmStatus status = om_psm_inverse(&arm->psm, goal, arm->q, q);
+    OmStatus status = om_psm_inverse(&w->tool[index].psm, goal, arm->q, q);
     if (status < 0) return om_error_prefix(status, "PSM%d", index + 1);
     arm->goal = goal;
     arm->speed = speed;
@@ -97,22 +109,25 @@ static OmStatus sim_move(OmWorld* world, int index, OmVec3 tip, double speed) {
 }
 
 static OmStatus sim_set_jaw(OmWorld* world, int index, double angle) {
-    Arm* arm = &((SimWorld*)world)->arm[index];
-    arm->jaw_goal = fmax(arm->psm.jaw_min, fmin(arm->psm.jaw_max, angle));
+    SimWorld* w = (SimWorld*)world;
+    const OmPsm* psm = &w->tool[index].psm;
+    w->now.arm[index].jaw_goal = fmax(psm->jaw_min, fmin(psm->jaw_max, angle));
     return OM_OK;
 }
 
 static void sim_stop(OmWorld* world, int index) {
-    Arm* arm = &((SimWorld*)world)->arm[index];
+    ArmState* arm = &((SimWorld*)world)->now.arm[index];
     arm->goal = arm->tip;
     arm->is_moving = false;
 }
 
 static void move_jaw(SimWorld* w, int index, double dt) {
-    Arm* arm = &w->arm[index];
+    ArmState* arm = &w->now.arm[index];
     bool was_closed = arm->jaw < JAW_CLOSED;
-    double way = arm->jaw_goal - arm->jaw, step = JAW_SPEED * dt;
-    arm->jaw += fmax(-step, fmin(step, way));
+    double left = arm->jaw_goal - arm->jaw, limit = JAW_SPEED * dt;
+    double turn = fmax(-limit, fmin(limit, left));
+    arm->jaw += turn;
+    arm->jaw_speed = turn / dt;
     bool is_closed = arm->jaw < JAW_CLOSED;
     if (is_closed && !was_closed) {
         int nheld;  // nothing between the jaws is no error of the world
@@ -121,18 +136,36 @@ static void move_jaw(SimWorld* w, int index, double dt) {
     if (was_closed && !is_closed) om_body_release(w->body, index);
 }
 
+// Angle of the rotation between two orientations, 0 to pi.
+static double angle_between(OmQuat a, OmQuat b) {
+    OmQuat d = om_quat_mul(om_quat_conj(a), b);
+    return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
+}
+
+// The pose after `dt` seconds of a straight motion; the slower of translation and rotation sets the pace.
+static OmPose step_towards(const ArmState* arm, double dt, bool* is_there) {
+    OmVec3 way = om_sub(arm->goal.p, arm->tip.p);
+    double left = om_norm(way), step = arm->speed * dt;
+    double angle = angle_between(arm->tip.q, arm->goal.q), turn = OM_WORLD_MAX_TURN * dt;
+    if (angle < SAME_ANGLE) angle = 0;
+    *is_there = left <= step && angle <= turn;
+    if (*is_there) return arm->goal;
+    OmPose next = arm->goal;
+    double part = left > step ? step / left : 1;  // of the distance that is left
+    if (part * angle > turn) part = turn / angle;
+    next.p = om_madd(arm->tip.p, part, way);
+    if (angle > 0) next.q = om_quat_slerp(arm->tip.q, arm->goal.q, part);
+    return next;
+}
+
 static OmStatus move_arm(SimWorld* w, int index, double dt) {
-    Arm* arm = &w->arm[index];
+    ArmState* arm = &w->now.arm[index];
     if (arm->is_moving) {
-        OmVec3 way = om_sub(arm->goal.p, arm->tip.p);
-        double left = om_norm(way), step = arm->speed * dt;
-        OmPose next = arm->goal;
-        if (left > step)
-            next.p = om_madd(arm->tip.p, step / left, way);
-        else
-            arm->is_moving = false;
+        bool is_there;
+        OmPose next = step_towards(arm, dt, &is_there);
+        arm->is_moving = !is_there;
         // The goal is in reach; a point on the way may not be: the arm then stops where it is.
-        if (om_psm_inverse(&arm->psm, next, arm->q, arm->q) == OM_OK)
+        if (om_psm_inverse(&w->tool[index].psm, next, arm->q, arm->q) == OM_OK)
             arm->tip = next;
         else
             sim_stop(&w->head, index);
@@ -143,11 +176,11 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
 
 static OmStatus sim_advance(OmWorld* world, double dt) {
     SimWorld* w = (SimWorld*)world;
-    for (int a = 0; a < OM_MAX_ARM; ++a) OM_TRY(move_arm(w, a, dt));
+    for (int a = 0; a < world->narm; ++a) OM_TRY(move_arm(w, a, dt));
     OmBodyReport report;
     OM_TRY(om_body_step(w->body, dt, &report));
-    w->time += dt;
-    ++w->nstep;
+    w->now.time += dt;
+    ++w->now.nstep;
     w->is_sense_stale = true;
     return OM_OK;
 }
@@ -161,8 +194,8 @@ static OmStatus build_sense(SimWorld* w) {
     OmSenseLook fat = om_sense_look(OM_PART_TISSUE), steel = om_sense_look(OM_PART_TOOL);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
-    for (int a = 0; a < OM_MAX_ARM; ++a) {
-        OM_TRY(om_sense_scene_add(w->sense, &w->arm[a].surface, &steel, &w->arm[a].object));
+    for (int a = 0; a < w->head.narm; ++a) {
+        OM_TRY(om_sense_scene_add(w->sense, &w->tool[a].surface, &steel, &w->tool[a].object));
     }
     w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
     w->rgbd = om__world_camera(site, &w->scene->rgbd, 1);
@@ -173,10 +206,10 @@ static OmStatus build_sense(SimWorld* w) {
 static OmStatus refresh_sense(SimWorld* w) {
     if (!w->is_sense_stale) return OM_OK;
     om_sense_scene_update(w->sense, w->tissue_id, om_body_x(w->body), w->tissue_vert);
-    for (int a = 0; a < OM_MAX_ARM; ++a) {
-        Arm* arm = &w->arm[a];
-        om_psm_surface_update(&arm->psm, arm->q, arm->jaw, &arm->surface);
-        om_sense_scene_update(w->sense, arm->object, arm->surface.x, NULL);
+    for (int a = 0; a < w->head.narm; ++a) {
+        Tool* tool = &w->tool[a];
+        om_psm_surface_update(&tool->psm, w->now.arm[a].q, w->now.arm[a].jaw, &tool->surface);
+        om_sense_scene_update(w->sense, tool->object, tool->surface.x, NULL);
     }
     OM_TRY(om_sense_scene_commit(w->sense));
     w->is_sense_stale = false;
@@ -209,7 +242,7 @@ static OmStatus observe_cloud(SimWorld* w, OmObservation* obs) {
     OM_TRY_DONE(om_sense_depth(w->sense, &w->rgbd, 0, depth, id, normal));
     if (w->scene->world.has_depth_noise) {
         OmDepthNoise noise = om_depth_noise_default((uint64_t)w->scene->seed);
-        om_depth_add_noise(&noise, &w->rgbd, w->nstep, normal, depth);
+        om_depth_add_noise(&noise, &w->rgbd, w->now.nstep, normal, depth);
     }
     obs->ncloud = om_depth_to_cloud(&w->rgbd, depth, id, NULL, w->tissue_id, obs->cloud, NULL);
 done:
@@ -220,25 +253,32 @@ done:
 }
 
 static void observe_arms(const SimWorld* w, OmObservation* obs) {
-    for (int a = 0; a < OM_MAX_ARM; ++a) {
-        const Arm* arm = &w->arm[a];
+    for (int a = 0; a < w->head.narm; ++a) {
+        const ArmState* arm = &w->now.arm[a];
+        uint64_t stream = w->now.nstep * OM_MAX_ARM + (uint64_t)a;
         // An offset of calibration that stays, and a tremor a twentieth of it.
         OmRng still = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)a);
-        OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, w->nstep * OM_MAX_ARM + (uint64_t)a);
+        OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, stream);
         double noise[3];
         for (int i = 0; i < 3; ++i) noise[i] = om_rng_normal(&still) + 0.05 * om_rng_normal(&now);
-        obs->arm[a] = (OmArmObservation){
-            .tip = om_madd(arm->tip.p, w->scene->world.tool_noise, om_load3(noise, 0)),
-            .jaw = arm->jaw,
-            .is_moving = arm->is_moving,
-            .is_holding = om_body_is_holding(w->body, a)};
+        OmArmObservation* o = &obs->arm[a];
+        o->time = w->now.time;
+        o->tip.p = om_madd(arm->tip.p, w->scene->world.tool_noise, om_load3(noise, 0));
+        o->tip.q = arm->tip.q;
+        memcpy(o->q, arm->q, sizeof o->q);
+        o->jaw = arm->jaw;
+        o->jaw_speed = arm->jaw_speed;
+        o->jaw_goal = arm->jaw_goal;
+        o->is_moving = arm->is_moving;
+        o->is_holding = om_body_is_holding(w->body, a);
     }
 }
 
 static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     SimWorld* w = (SimWorld*)world;
     om_observation_done(obs);
-    obs->time = w->time;
+    obs->time = w->now.time;
+    obs->narm = world->narm;
     observe_arms(w, obs);
     OmStatus status = what ? refresh_sense(w) : OM_OK;
     if (status == OM_OK && (what & OM_OBSERVE_VISIBILITY)) {
@@ -254,6 +294,41 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     return status;
 }
 
+// ---- start and snapshots ----------------------------------------------------------------------------------------
+
+static size_t sim_state_size(const OmWorld* world) {
+    return sizeof(SimState) + om_body_state_size(((const SimWorld*)world)->body);
+}
+
+static void sim_save(const OmWorld* world, void* block) {
+    const SimWorld* w = (const SimWorld*)world;
+    memcpy(block, &w->now, sizeof w->now);
+    om_body_save(w->body, (char*)block + sizeof w->now);
+}
+
+static void sim_restore(OmWorld* world, const void* block) {
+    SimWorld* w = (SimWorld*)world;
+    memcpy(&w->now, block, sizeof w->now);
+    om_body_restore(w->body, (const char*)block + sizeof w->now);
+    w->is_sense_stale = true;
+}
+
+static OmStatus sim_reset(OmWorld* world) {
+    SimWorld* w = (SimWorld*)world;
+    sim_restore(world, w->start);
+    if (!w->is_settled) {
+        OmStatus status = om_body_settle(w->body, w->scene->task.time_step, OM_WORLD_SETTLE_SPEED,
+                                         OM_WORLD_SETTLE_TIME);
+        OM_TRY(status);
+        w->is_at_rest = status == OM_OK;
+        w->is_settled = true;
+        sim_save(world, w->start);
+    }
+    OM_CHECK(w->is_at_rest, OM_NOT_CONVERGED, "the tissue still moves after %g s",
+             OM_WORLD_SETTLE_TIME);
+    return OM_OK;
+}
+
 // ---- creation --------------------------------------------------------------------------------------------------
 
 static const OmWorldOps sim_ops = {.destroy = sim_destroy,
@@ -261,7 +336,11 @@ static const OmWorldOps sim_ops = {.destroy = sim_destroy,
                                    .set_jaw = sim_set_jaw,
                                    .stop = sim_stop,
                                    .advance = sim_advance,
-                                   .observe = sim_observe};
+                                   .observe = sim_observe,
+                                   .reset = sim_reset,
+                                   .state_size = sim_state_size,
+                                   .save = sim_save,
+                                   .restore = sim_restore};
 
 OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                    OmWorld** world) {
@@ -269,11 +348,18 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     SimWorld* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
     w->head.ops = &sim_ops;
+    w->head.narm = OM_MAX_ARM;
+    w->head.sources = OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_CLOUD;
     w->scene = scene;
     w->site = site;
     OmStatus status = om_body_create(scene, site, nworker, &w->body);
-    for (int a = 0; status == OM_OK && a < OM_MAX_ARM; ++a) status = place_arm(w, a);
+    for (int a = 0; status == OM_OK && a < w->head.narm; ++a) status = place_arm(w, a);
     if (status == OM_OK) status = build_sense(w);
+    if (status == OM_OK) {
+        w->start = om_calloc(1, sim_state_size(&w->head));
+        status = w->start ? OM_OK : OM_NO_MEMORY;
+    }
+    if (status == OM_OK) sim_save(&w->head, w->start);
     if (status < 0)
         sim_destroy(&w->head);
     else
@@ -286,10 +372,11 @@ OmBody* om_world_truth(OmWorld* world) {
 }
 
 const OmSurface* om_world_tool(OmWorld* world, int index) {
-    if (!world || world->ops != &sim_ops || index < 0 || index >= OM_MAX_ARM) return NULL;
-    Arm* arm = &((SimWorld*)world)->arm[index];
-    om_psm_surface_update(&arm->psm, arm->q, arm->jaw, &arm->surface);
-    return &arm->surface;
+    if (!world || world->ops != &sim_ops || index < 0 || index >= world->narm) return NULL;
+    SimWorld* w = (SimWorld*)world;
+    Tool* tool = &w->tool[index];
+    om_psm_surface_update(&tool->psm, w->now.arm[index].q, w->now.arm[index].jaw, &tool->surface);
+    return &tool->surface;
 }
 
 OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture) {

@@ -1,52 +1,7 @@
 // test_world.c: bodies and the simulated operating field: motion, jaws, observations, noise, forces.
 #include "test_alloc.h"
 
-#include "omentum/world.h"
-
-static OmScene small_scene(void) {
-    OmScene s = om_scene_default();
-    s.tissue.cells = om_vec3(12, 12, 1);
-    s.tissue.world_cells = om_vec3(18, 18, 2);
-    s.endoscope.width = 160, s.endoscope.height = 120;
-    s.rgbd.width = 160, s.rgbd.height = 120;
-    return s;
-}
-
-// Held on the far half: the near corners are free.
-static OmScene half_held(void) {
-    OmScene s = small_scene();
-    s.attach.kind = OM_ATTACH_BOX;
-    s.attach.lo = om_vec3(0.0, -1, -1);
-    s.attach.hi = om_vec3(1, 1, 1);
-    s.roi.is_random = false;
-    s.roi.center = om_vec3(-0.03, -0.02, 0);
-    s.world.tool_noise = 0;
-    return s;
-}
-
-typedef struct Field {
-    OmScene scene;
-    OmSite site;
-    OmWorld* world;
-} Field;
-
-static void setup(Field* f, OmScene scene) {
-    f->scene = scene;
-    assert_ok(om_site_build(&f->scene, OM_SITE_WORLD, NULL, &f->site));
-    assert_ok(om_world_create_simulated(&f->scene, &f->site, 0, &f->world));
-}
-static void teardown(Field* f) {
-    om_world_destroy(f->world);
-    om_site_done(&f->site);
-}
-static OmObservation observe(Field* f, unsigned what) {
-    OmObservation obs = {0};
-    assert_ok(om_world_observe(f->world, what, &obs));
-    return obs;
-}
-static OmVec3 to_world(const Field* f, OmVec3 p) {
-    return om_pose_apply(f->site.pose_world_task, p);
-}
+#include "test_field.h"
 
 static void test_tools_move_straight_at_speed(void** state) {
     (void)state;
@@ -55,13 +10,14 @@ static void test_tools_move_straight_at_speed(void** state) {
     scene.world.tool_noise = 0;
     setup(&f, scene);
     OmObservation begin = observe(&f, 0);
-    OmVec3 goal = om_add(begin.arm[0].tip, om_vec3(0.01, 0.02, -0.02));
+    OmPose goal = begin.arm[0].tip;
+    goal.p = om_add(goal.p, om_vec3(0.01, 0.02, -0.02));
     assert_ok(om_world_move(f.world, 0, goal, 0.02));
-    OmVec3 way = om_normalize(om_sub(goal, begin.arm[0].tip));
+    OmVec3 way = om_normalize(om_sub(goal.p, begin.arm[0].tip.p));
     for (int i = 1; i <= 40; ++i) {
         assert_ok(om_world_advance(f.world, 0.02));
         OmObservation now = observe(&f, 0);
-        OmVec3 d = om_sub(now.arm[0].tip, begin.arm[0].tip);
+        OmVec3 d = om_sub(now.arm[0].tip.p, begin.arm[0].tip.p);
         assert_near(now.time, 0.02 * i, 1e-12);
         assert_near(om_norm(d), 0.02 * 0.02 * i, 1e-9);
         assert_near(om_norm(om_cross(d, way)), 0, 1e-9);
@@ -70,8 +26,8 @@ static void test_tools_move_straight_at_speed(void** state) {
     for (int i = 0; i < 80; ++i) assert_ok(om_world_advance(f.world, 0.02));
     OmObservation end = observe(&f, 0);
     assert_false(end.arm[0].is_moving);
-    assert_near(om_distance(end.arm[0].tip, goal), 0, 1e-9);
-    assert_near(om_distance(end.arm[1].tip, begin.arm[1].tip), 0, 1e-12);
+    assert_near(om_distance(end.arm[0].tip.p, goal.p), 0, 1e-9);
+    assert_near(om_distance(end.arm[1].tip.p, begin.arm[1].tip.p), 0, 1e-12);
     teardown(&f);
 }
 
@@ -80,11 +36,16 @@ static void test_unreachable_goals_are_refused(void** state) {
     Field f;
     setup(&f, small_scene());
     OmObservation begin = observe(&f, 0);
-    assert_status(om_world_move(f.world, 0, om_vec3(5, 0, 0), 0.02), OM_INVALID);
+    OmPose here = begin.arm[0].tip, long_quaternion = here;
+    long_quaternion.q.w += 0.01;
+    assert_status(om_world_move(f.world, 0, goal_of(&f, 0, om_vec3(5, 0, 0)), 0.02), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "PSM1"));
-    assert_status(om_world_move(f.world, 2, om_vec3(0, 0, 0), 0.02), OM_INVALID);
-    assert_status(om_world_move(f.world, 0, om_vec3(NAN, 0, 0), 0.02), OM_INVALID);
-    assert_status(om_world_move(f.world, 0, om_vec3(0, 0, 0), 0), OM_INVALID);
+    assert_status(om_world_move(f.world, 2, here, 0.02), OM_INVALID);
+    assert_status(om_world_move(f.world, -1, here, 0.02), OM_INVALID);
+    assert_status(om_world_move(f.world, 0, goal_of(&f, 0, om_vec3(NAN, 0, 0)), 0.02), OM_INVALID);
+    assert_status(om_world_move(f.world, 0, long_quaternion, 0.02), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "quaternion"));
+    assert_status(om_world_move(f.world, 0, here, 0), OM_INVALID);
     assert_status(om_world_advance(f.world, -1), OM_INVALID);
     OmObservation end = observe(&f, 0);
     assert_memory_equal(&begin, &end, sizeof begin);
@@ -101,18 +62,10 @@ static void test_every_grasping_point_is_in_reach(void** state) {
             OmVec3 p = om_vec3(0.048 * (b % 5 - 2) / 2, 0.048 * (b / 5 - 2) / 2, 0.005);
             p.z += 0.05 * high;
             int arm = p.y > 0;
-            if (om_world_move(f.world, arm, to_world(&f, p), 0.1) != OM_OK)
+            if (om_world_move(f.world, arm, to_world(&f, arm, p), 0.1) != OM_OK)
                 fail_msg("block %d: %s", b, om_error_message());
         }
     teardown(&f);
-}
-
-static void grasp_at(Field* f, int arm, OmVec3 p_task) {
-    assert_ok(om_world_move(f->world, arm, to_world(f, p_task), 0.1));
-    for (int i = 0; i < 200 && observe(f, 0).arm[arm].is_moving; ++i)
-        assert_ok(om_world_advance(f->world, 0.02));
-    assert_ok(om_world_set_jaw(f->world, arm, 0));
-    for (int i = 0; i < 15; ++i) assert_ok(om_world_advance(f->world, 0.02));
 }
 
 // A free corner is lifted; the tissue follows, hangs on the tool, and falls back when let go.
@@ -124,7 +77,7 @@ static void test_lifting_and_letting_go(void** state) {
     OmVec3 corner = om_vec3(-0.048, -0.048, 0.005);
     grasp_at(&f, 0, corner);
     assert_true(observe(&f, 0).arm[0].is_holding);
-    assert_ok(om_world_move(f.world, 0, to_world(&f, om_vec3(-0.048, -0.048, 0.035)), 0.02));
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(-0.048, -0.048, 0.035)), 0.02));
     for (int i = 0; i < 150; ++i) assert_ok(om_world_advance(f.world, 0.02));
     OmBodyForces forces;
     assert_ok(om_body_get_forces(truth, &forces));
@@ -349,7 +302,7 @@ static void test_noise_is_of_the_measurement(void** state) {
     setup(&exact, scene);
     scene.world.tool_noise = 0.0005;
     setup(&noisy, scene);
-    OmVec3 goal = to_world(&exact, om_vec3(0, -0.03, 0.03));
+    OmPose goal = to_world(&exact, 0, om_vec3(0, -0.03, 0.03));
     double mean = 0, worst = 0;
     OmVec3 first = {0, 0, 0};
     for (int i = 0; i < 50; ++i) {
@@ -358,7 +311,7 @@ static void test_noise_is_of_the_measurement(void** state) {
         for (int k = 0; k < 2; ++k) {
             if (i == 0) assert_ok(om_world_move(both[k]->world, 0, goal, 0.02));
             assert_ok(om_world_advance(both[k]->world, 0.02));
-            tip[k] = observe(both[k], 0).arm[0].tip;
+            tip[k] = observe(both[k], 0).arm[0].tip.p;
         }
         OmVec3 off = om_sub(tip[1], tip[0]);
         if (i == 0) first = off;
@@ -387,7 +340,7 @@ static void test_noise_of_three_axes(void** state) {
             scene.world.tool_noise = 0.0005 * k;
             setup(&f[k], scene);
             OmObservation now = observe(&f[k], 0);
-            for (int a = 0; a < 2; ++a) tip[k][a] = now.arm[a].tip;
+            for (int a = 0; a < 2; ++a) tip[k][a] = now.arm[a].tip.p;
             teardown(&f[k]);
         }
         for (int a = 0; a < 2; ++a) {
