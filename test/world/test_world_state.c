@@ -1,0 +1,298 @@
+// test_world_state.c: goals with orientation, what an arm measures, start and snapshots of a simulated world.
+#include "test_alloc.h"
+#include "test_field.h"
+
+static double angle_of(OmQuat a, OmQuat b) {
+    OmVec3 x = om_quat_rotate(a, om_vec3(1, 0, 0)), u = om_quat_rotate(b, om_vec3(1, 0, 0));
+    OmVec3 y = om_quat_rotate(a, om_vec3(0, 1, 0)), v = om_quat_rotate(b, om_vec3(0, 1, 0));
+    OmVec3 z = om_quat_rotate(a, om_vec3(0, 0, 1)), w = om_quat_rotate(b, om_vec3(0, 0, 1));
+    double cosine = 0.5 * (om_dot(x, u) + om_dot(y, v) + om_dot(z, w) - 1);
+    return acos(fmax(-1, fmin(1, cosine)));
+}
+
+static OmPose turned(OmPose pose, OmVec3 axis, double angle) {
+    pose.q = om_quat_mul(om_quat_axis_angle(axis, angle), pose.q);
+    return pose;
+}
+
+// 20 mm at 20 mm/s with a turn of 0.4 rad: one second, position and angle advance together.
+static void test_orientation_turns_with_the_way(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = small_scene();
+    scene.world.tool_noise = 0;
+    setup(&f, scene);
+    OmPose begin = observe(&f, 0).arm[0].tip;
+    OmPose goal = turned(begin, om_vec3(0, 0, 1), 0.4);
+    goal.p.z -= 0.02;
+    assert_ok(om_world_move(f.world, 0, goal, 0.02));
+    for (int i = 1; i <= 50; ++i) {
+        assert_ok(om_world_advance(f.world, 0.02));
+        OmArmObservation now = observe(&f, 0).arm[0];
+        assert_near(om_distance(now.tip.p, begin.p), 4e-4 * i, 1e-9);
+        assert_near(angle_of(begin.q, now.tip.q), 0.4 * i / 50, 1e-6);
+    }
+    assert_ok(om_world_advance(f.world, 0.02));
+    OmArmObservation end = observe(&f, 0).arm[0];
+    assert_false(end.is_moving);
+    assert_near(om_distance(end.tip.p, goal.p), 0, 1e-12);
+    assert_near(angle_of(end.tip.q, goal.q), 0, 1e-6);
+    teardown(&f);
+}
+
+// A turn that would be faster than the limit sets the pace: 0.5 rad at 1 rad/s, with and without translation.
+static void test_turning_has_a_limit(void** state) {
+    (void)state;
+    for (int k = 0; k < 2; ++k) {
+        Field f;
+        OmScene scene = small_scene();
+        scene.world.tool_noise = 0;
+        setup(&f, scene);
+        OmPose begin = observe(&f, 0).arm[0].tip;
+        OmPose goal = turned(begin, om_vec3(0, 0, 1), 0.5);
+        goal.p.z -= 0.005 * k;
+        assert_ok(om_world_move(f.world, 0, goal, 0.1));
+        for (int i = 1; i <= 20; ++i) {
+            assert_ok(om_world_advance(f.world, 0.02));
+            OmArmObservation now = observe(&f, 0).arm[0];
+            assert_true(now.is_moving);
+            assert_near(angle_of(begin.q, now.tip.q), OM_WORLD_MAX_TURN * 0.02 * i, 1e-6);
+            assert_near(om_distance(begin.p, now.tip.p), k * 0.005 * i / 25, 1e-9);
+        }
+        for (int i = 0; i < 6; ++i) assert_ok(om_world_advance(f.world, 0.02));
+        OmArmObservation end = observe(&f, 0).arm[0];
+        assert_false(end.is_moving);
+        assert_near(angle_of(end.tip.q, goal.q), 0, 1e-6);
+        teardown(&f);
+    }
+}
+
+// Each arm's joints give its own tip: the distance of the tip from the remote centre is known from the insertion.
+static void test_joints_and_times_are_measured(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = small_scene();
+    scene.world.tool_noise = 0;
+    setup(&f, scene);
+    OmPose goal = to_world(&f, 0, om_vec3(-0.02, -0.03, 0.03));
+    assert_ok(om_world_move(f.world, 0, goal, 0.05));
+    OmVec3 rcm[2];
+    for (int a = 0; a < 2; ++a) {
+        OmVec3 half = f.site.half_size;
+        double side = a == 0 ? -1 : 1;
+        rcm[a] = om_vec3(0.03, side * (half.y + 0.045), 2 * half.z + 0.13);
+        rcm[a] = om_pose_apply(f.site.pose_world_task, rcm[a]);
+    }
+    for (int i = 1; i <= 30; ++i) {
+        assert_ok(om_world_advance(f.world, 0.02));
+        OmObservation obs = observe(&f, 0);
+        assert_int_equal(obs.narm, 2);
+        for (int a = 0; a < 2; ++a) {
+            const OmArmObservation* o = &obs.arm[a];
+            OmPsm psm = om_psm_default(OM_PROGRASP, (OmPose){rcm[a], om_quat_identity()});
+            OmPose tip = om_psm_forward(&psm, o->q);
+            assert_near(o->time, obs.time, 0);
+            assert_near(o->time, 0.02 * i, 1e-12);
+            assert_near(om_distance(tip.p, rcm[a]), om_distance(o->tip.p, rcm[a]), 1e-9);
+            assert_false(o->has_wrench);
+            assert_near(om_norm(o->force) + om_norm(o->torque), 0, 0);
+        }
+    }
+    assert_ok(om_world_set_jaw(f.world, 1, 0.2));
+    assert_ok(om_world_advance(f.world, 0.02));
+    OmObservation obs = observe(&f, 0);
+    assert_near(obs.arm[1].jaw_goal, 0.2, 0);
+    assert_near(obs.arm[1].jaw_speed, -3, 1e-12);  // rad/s
+    assert_near(obs.arm[0].jaw_speed, 0, 0);
+    teardown(&f);
+}
+
+// ---- start ----------------------------------------------------------------------------------------------------
+
+static void lift_corner(Field* f) {
+    grasp_at(f, 0, om_vec3(-0.048, -0.048, 0.005));
+    assert_ok(om_world_move(f->world, 0, to_world(f, 0, om_vec3(-0.048, -0.048, 0.03)), 0.05));
+    for (int i = 0; i < 20; ++i) assert_ok(om_world_advance(f->world, 0.02));
+}
+
+static void test_reset_settles_once(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    OmBody* truth = om_world_truth(f.world);
+    uint64_t created = om_body_hash(truth);
+    lift_corner(&f);  // before the first reset: the start does not depend on it
+    assert_ok(om_world_reset(f.world));
+    uint64_t settled = om_body_hash(truth);
+    assert_true(settled != created);
+    OmObservation first = observe(&f, OM_OBSERVE_VISIBILITY);
+    assert_near(first.time, 0, 0);
+    assert_near(first.arm[0].jaw, 40 * OM_PI / 180, 1e-12);
+    double* x = malloc(3 * sizeof *x * (size_t)f.site.mesh.nvert);
+    memcpy(x, om_body_x(truth), 3 * sizeof *x * (size_t)f.site.mesh.nvert);
+    assert_ok(om_world_advance(f.world, 0.02));  // at rest: nothing moves faster than the limit
+    for (int v = 0; v < f.site.mesh.nvert; ++v) {
+        double moved = om_distance(om_load3(x, v), om_load3(om_body_x(truth), v));
+        assert_below(moved, 1.5 * 0.02 * OM_WORLD_SETTLE_SPEED);
+    }
+    lift_corner(&f);
+    assert_ok(om_world_reset(f.world));
+    assert_true(om_body_hash(truth) == settled);
+    assert_memory_equal(om_body_x(truth), x, 3 * sizeof *x * (size_t)f.site.mesh.nvert);
+    OmObservation second = observe(&f, OM_OBSERVE_VISIBILITY);
+    assert_memory_equal(&first, &second, sizeof first);
+    free(x);
+    teardown(&f);
+}
+
+// Tissue that cannot come to rest in the time allowed is at the start all the same, at every reset.
+static void test_reset_of_restless_tissue(void** state) {
+    (void)state;
+    OmScene scene = half_held();
+    scene.tissue.has_board = false;
+    scene.attach.stiffness = 1e-3;  // N/m: on such springs it falls for metres
+    Field f;
+    setup(&f, scene);
+    assert_status(om_world_reset(f.world), OM_NOT_CONVERGED);
+    uint64_t start = om_body_hash(om_world_truth(f.world));
+    assert_ok(om_world_advance(f.world, 0.02));
+    assert_status(om_world_reset(f.world), OM_NOT_CONVERGED);
+    assert_true(om_body_hash(om_world_truth(f.world)) == start);
+    teardown(&f);
+}
+
+// ---- snapshots ------------------------------------------------------------------------------------------------
+
+enum { NSTEP = 50 };
+
+// Hash of 50 steps with a motion, a closing jaw and all that is observed on the way.
+static uint64_t live(Field* f) {
+    uint64_t h = OM_HASH_SEED;
+    for (int i = 0; i < NSTEP; ++i) {
+        if (i == 5) assert_ok(om_world_set_jaw(f->world, 1, 0));
+        assert_ok(om_world_advance(f->world, 0.02));
+        OmObservation obs = observe(f, i % 10 ? 0 : f->world->sources);
+        h = om_hash(&obs.time, sizeof obs.time, h);
+        for (int a = 0; a < obs.narm; ++a) {
+            h = om_hash(&obs.arm[a].tip, sizeof obs.arm[a].tip, h);
+            h = om_hash(obs.arm[a].q, sizeof obs.arm[a].q, h);
+            h = om_hash(&obs.arm[a].jaw, sizeof obs.arm[a].jaw, h);
+            h = om_hash(&obs.arm[a].is_moving, sizeof obs.arm[a].is_moving, h);
+        }
+        h = hash_pictures(&obs, h);
+        om_observation_done(&obs);
+    }
+    uint64_t body = om_body_hash(om_world_truth(f->world));
+    return om_hash(&body, sizeof body, h);
+}
+
+// Saved in the middle of a lift: the steps after it, repeated, are the same with all that is observed.
+static void test_snapshots_repeat_a_run(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.world.tool_noise = 0.0005;
+    setup(&f, scene);
+    assert_ok(om_world_reset(f.world));
+    lift_corner(&f);
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(-0.02, -0.048, 0.04)), 0.02));
+    size_t size = om_world_state_size(f.world);
+    assert_true(size > om_body_state_size(om_world_truth(f.world)));
+    void* block = malloc(size);
+    assert_ok(om_world_save(f.world, block));
+    uint64_t first = live(&f);
+    uint64_t other = live(&f);
+    assert_ok(om_world_restore(f.world, block));
+    assert_true(live(&f) == first);
+    assert_true(other != first);
+    // Another world of the same scene continues in the same way: the block holds all that changes.
+    Field g;
+    setup(&g, scene);
+    assert_ok(om_world_restore(g.world, block));
+    assert_true(live(&g) == first);
+    free(block);
+    teardown(&g);
+    teardown(&f);
+}
+
+// The picture after a snapshot is restored is that of the snapshot, with no step between.
+static void test_pictures_follow_a_snapshot(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    void* block = malloc(om_world_state_size(f.world));
+    assert_ok(om_world_save(f.world, block));
+    OmObservation before = observe(&f, OM_OBSERVE_IMAGE);
+    uint64_t first = hash_pictures(&before, OM_HASH_SEED);
+    om_observation_done(&before);
+    lift_corner(&f);
+    OmObservation lifted = observe(&f, OM_OBSERVE_IMAGE);
+    assert_true(hash_pictures(&lifted, OM_HASH_SEED) != first);
+    om_observation_done(&lifted);
+    assert_ok(om_world_restore(f.world, block));
+    OmObservation after = observe(&f, OM_OBSERVE_IMAGE);
+    assert_true(hash_pictures(&after, OM_HASH_SEED) == first);
+    om_observation_done(&after);
+    free(block);
+    teardown(&f);
+}
+
+// A kind of world that fills only the required functions: what is optional says that it is missing.
+static OmStatus bare_observe(OmWorld* world, unsigned what, OmObservation* obs) {
+    (void)what;
+    obs->narm = world->narm;
+    return OM_OK;
+}
+static void test_optional_functions(void** state) {
+    (void)state;
+    const OmWorldOps ops = {.observe = bare_observe};
+    OmWorld world = {&ops, 1, OM_OBSERVE_IMAGE};
+    OmObservation obs = {0};
+    char block[8];
+    assert_int_equal(om_world_narm(&world), 1);
+    assert_int_equal(om_world_sources(&world), OM_OBSERVE_IMAGE);
+    assert_ok(om_world_observe(&world, OM_OBSERVE_IMAGE, &obs));
+    assert_status(om_world_observe(&world, OM_OBSERVE_VISIBILITY, &obs), OM_UNAVAILABLE);
+    assert_non_null(strstr(om_error_message(), "visibility"));
+    assert_status(om_world_set_jaw(&world, 1, 0), OM_INVALID);
+    assert_status(om_world_reset(&world), OM_UNAVAILABLE);
+    assert_int_equal(om_world_state_size(&world), 0);
+    assert_status(om_world_save(&world, block), OM_UNAVAILABLE);
+    assert_status(om_world_restore(&world, block), OM_UNAVAILABLE);
+    assert_null(om_world_truth(&world));
+    assert_null(om_world_tool(&world, 0));
+}
+
+static OmStatus reset_and_save(void* ctx) {
+    OmSite site = {0};
+    OmWorld* world = NULL;
+    OmStatus status = om_site_build(ctx, OM_SITE_WORLD, NULL, &site);
+    if (status == OM_OK) status = om_world_create_simulated(ctx, &site, 1, &world);
+    if (status == OM_OK) status = om_world_reset(world);
+    om_world_destroy(world);
+    om_site_done(&site);
+    return status;
+}
+
+static void test_failing_allocations_leak_nothing(void** state) {
+    (void)state;
+    OmScene scene = small_scene();
+    scene.tissue.cells = om_vec3(10, 10, 1);
+    scene.tissue.world_cells = om_vec3(14, 14, 2);
+    assert_true(test_failing_allocations(reset_and_save, &scene, 5) > 10);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_orientation_turns_with_the_way),
+        cmocka_unit_test(test_turning_has_a_limit),
+        cmocka_unit_test(test_joints_and_times_are_measured),
+        cmocka_unit_test(test_reset_settles_once),
+        cmocka_unit_test(test_reset_of_restless_tissue),
+        cmocka_unit_test(test_snapshots_repeat_a_run),
+        cmocka_unit_test(test_pictures_follow_a_snapshot),
+        cmocka_unit_test(test_optional_functions),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
