@@ -1,7 +1,7 @@
 // base_alloc.c: the one allocator, and arenas.
 //
 // Every block is 64-byte aligned, so that rows of matrices start on cache lines and vector loads are
-// aligned. The counters are atomic: blocks may be taken and freed by any thread.
+// aligned. The counters are atomic: any thread may allocate and free blocks.
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +12,8 @@
 
 static void* default_alloc(void* ctx, size_t size, size_t align) {
     (void)ctx;
-    size_t rounded = (size + align - 1) / align * align;  // aligned_alloc wants a multiple
+    // aligned_alloc requires a multiple of the alignment
+    size_t rounded = (size + align - 1) / align * align;
     return rounded < size ? NULL : aligned_alloc(align, rounded);
 }
 

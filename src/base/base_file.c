@@ -1,8 +1,9 @@
-// base_file.c: files read whole, and files that appear whole or not at all.
+// base_file.c: read a whole file; write a file so that it appears complete or not at all.
 //
-// A file is written under a temporary name in the folder of its place, synced, and renamed. What is renamed over is
-// a regular file, or nothing: a link is followed, a device, a pipe or a file of /dev/fd is written to as it stands,
-// and all else is refused. In a folder that grows (base_folder.c) a file is replaced only if omentum wrote it.
+// A file is written under a temporary name in its folder, synced, and renamed. The rename replaces only a regular
+// file. A link is followed. Bytes for a device, a pipe or a file of /dev/fd are written directly, without a rename.
+// Any other kind of file is refused. In a growing folder (base_folder.c) a file is replaced only if omentum wrote
+// it.
 #define _GNU_SOURCE  // realpath
 #include <errno.h>
 #include <fcntl.h>
@@ -14,12 +15,14 @@
 
 #include "base/base_internal.h"
 
-#define MARK_WITHIN ((size_t)64 << 20)  // bytes at the beginning of a file that may hold a mark
-#define MAX_LINK 8                      // links to links to a file that is not there yet
+// bytes at the beginning of a file that are searched for a mark
+#define MARK_WITHIN ((size_t)64 << 20)
+#define MAX_LINK 8  // links followed to a file that does not exist yet
 
 // ---- reading --------------------------------------------------------------------------------------------
 
-// Only a regular file ends: a pipe without a writer, a terminal or /dev/zero would keep a reader for ever.
+// Read regular files only: a pipe without a writer, a terminal or /dev/zero would block the reader for
+// ever.
 static OmStatus check_regular(const char* path, mode_t mode) {
     const char* kind = S_ISDIR(mode)    ? "folder"
                        : S_ISFIFO(mode) ? "pipe"
@@ -33,7 +36,8 @@ OmStatus om_file_open(const char* path, FILE** stream, uint64_t* size) {
     struct stat st;
     *stream = NULL;
     if (size) *size = 0;
-    // before it is opened, for opening a device may act on it, and after, for the name may have changed hands
+    // check before opening, because opening a device may act on it, and after, because the name may now mean
+    // another file
     OM_CHECK(stat(path, &st) == 0, OM_IO, "%s: cannot open: %s", path, strerror(errno));
     OM_TRY(check_regular(path, st.st_mode));
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
@@ -76,7 +80,7 @@ done:
 
 // ---- where to write -------------------------------------------------------------------------------------
 
-// The number of an open file of this process, if the name means one; -1 if not.
+// The descriptor that the name stands for (/dev/fd/N of this process); -1 if none.
 static int descriptor_of(const char* path) {
     static const char* const head[] = {"/dev/fd/", "/proc/self/fd/"};
     if (strcmp(path, "/dev/stdout") == 0) return STDOUT_FILENO;
@@ -91,7 +95,7 @@ static int descriptor_of(const char* path) {
     return -1;
 }
 
-// Follow links to the name that a file is written under; the file need not be there.
+// Follow links to the name that the file is written under; the file need not exist.
 static OmStatus follow(const char* path, char* out, size_t size) {
     char at[1024], link[1024], dir[1024];
     struct stat st;
@@ -109,9 +113,10 @@ static OmStatus follow(const char* path, char* out, size_t size) {
     return OM_OK;
 }
 
-// A device, a pipe or an open file: its bytes go through, and nothing is renamed.
+// A device, a pipe or an open descriptor: bytes are written directly and nothing is renamed.
 static OmStatus begin_through(const char* path, int open_fd, OmAtomicFile* file) {
-    // an open file keeps its position; a pipe that nobody reads is an error, no reason to wait
+    // an open file keeps its position; opening a pipe without a reader fails at once instead of
+    // blocking
     int fd = open_fd >= 0 ? fcntl(open_fd, F_DUPFD_CLOEXEC, 3)
                           : open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     OM_CHECK(fd >= 0, OM_IO, "%s: cannot write: %s", path,
@@ -153,8 +158,8 @@ OmStatus om_file_begin(const char* path, OmAtomicFile* file) {
         file->temp[0] = 0;
         return om_error(OM_IO, "%s: cannot write: %s", path, strerror(errno));
     }
-    if (is_there) (void)fchmod(fd, st.st_mode & 0777);  // whom the old one let read it
-    file->lock = fcntl(fd, F_DUPFD_CLOEXEC, 3);  // the lock stays until the file has its name
+    if (is_there) (void)fchmod(fd, st.st_mode & 0777);  // keep the access rights of the old file
+    file->lock = fcntl(fd, F_DUPFD_CLOEXEC, 3);  // the lock lasts until the file has its final name
     file->stream = fdopen(fd, "wb");
     if (file->stream) return OM_OK;
     int error = errno;
@@ -163,7 +168,7 @@ OmStatus om_file_begin(const char* path, OmAtomicFile* file) {
     return om_error(OM_IO, "%s: cannot write: %s", path, strerror(error));
 }
 
-// ---- the end of writing ---------------------------------------------------------------------------------
+// ---- finishing a file -----------------------------------------------------------------------------------
 
 static void unlock(OmAtomicFile* file) {
     if (file->lock >= 0 && file->temp[0]) close(file->lock);
@@ -215,7 +220,7 @@ OmStatus om_file_write(const char* path, const void* data, size_t size) {
     return om_file_commit(&file);
 }
 
-// ---- files a user named ---------------------------------------------------------------------------------
+// ---- files named by a user ------------------------------------------------------------------------------
 
 #define SEAL_HEAD "# written by omentum, seal "
 

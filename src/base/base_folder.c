@@ -1,18 +1,20 @@
-// base_folder.c: output folders: made whole, or growing; only what omentum wrote is replaced.
+// base_folder.c: output folders, complete or growing; only files that omentum wrote are replaced.
 //
-// Each output folder holds a list, .omentum, of what omentum wrote:
+// Each output folder holds a list, .omentum, of the files that omentum wrote:
 //
 //     omentum 1 whole retraction run          or: omentum 1 growing contact study
 //     name out
 //     file 4711 0123456789abcdef report.html  size, hash, name below the folder
 //
-// A whole folder (a model, a run) is written under a temporary name beside its place; the list is written last. Then
-// it changes places with the folder that stood there, and that one is removed if every file in it stands in its own
-// list with the same size and hash. If not, the two change back: nothing of another's is removed.
+// A complete folder (a model, a run) is written under a temporary name beside its destination; the list is written
+// last. Then it is exchanged with an older folder of that name. The older folder is removed if every file in it
+// stands in its own list with the same size and hash. Otherwise the exchange is undone, so that no file of another
+// program is removed.
 //
-// A growing folder (a study, a calibration, data, a training) is written in place and gone on with. A line is
-// appended to its list before each file takes its name, so after a kill at any moment every file of ours is listed.
-// A file there is replaced only if one of its lines fits it. A lock on the folder keeps a second run out.
+// A growing folder (a study, a calibration, data, a training) is written in place, and a later run continues it. A
+// line is appended to its list before each file gets its name, so that after a kill at any moment the list names
+// every file of omentum. A file is replaced only if one of its lines matches it. A lock on the folder keeps a
+// second run out.
 #define _GNU_SOURCE  // flock, renameat2, realpath
 #include <dirent.h>
 #include <errno.h>
@@ -33,7 +35,7 @@
 
 static const char head_whole[] = "omentum 1 whole ", head_growing[] = "omentum 1 growing ";
 
-// ---- what a file is -------------------------------------------------------------------------------------
+// ---- entries of a folder --------------------------------------------------------------------------------
 
 static bool hash_file(const char* path, int64_t* size, uint64_t* hash) {
     unsigned char chunk[1 << 15];
@@ -78,7 +80,7 @@ typedef struct List {
     char* text;  // null: none
     size_t len;
     bool is_growing;
-    const char* kind;  // ends at the line's end
+    const char* kind;  // up to the end of the line
     Line* line;
     int nline;
 } List;
@@ -102,7 +104,7 @@ static bool read_line(const char* at, const char* end, Line* line) {
     return true;
 }
 
-// The list of `dir`; text is null if there is none, or what is there is no list of ours.
+// Read the list of `dir`; text is null if there is none, or if the file is not a list of omentum.
 static OmStatus list_read(const char* dir, List* list) {
     char path[OM__PATH];
     struct stat st;
@@ -155,7 +157,7 @@ static int compare_words(const void* a, const void* b) {
     return strcmp(*(char* const*)a, *(char* const*)b);
 }
 
-// The names in a folder, sorted, one after the other in `text`; the list itself and what is temporary left out.
+// The names in a folder, sorted, one after the other in `text`, without the list and temporary files.
 static OmStatus read_names(const char* dir, bool is_top, OmText* text, char*** name, int* n) {
     *name = NULL;
     *n = 0;
@@ -180,7 +182,8 @@ static OmStatus read_names(const char* dir, bool is_top, OmText* text, char*** n
 
 typedef OmStatus (*VisitFn)(void* ctx, const char* path, const char* name, bool is_file);
 
-// Visit every file below `dir`, and all else that omentum never writes: links, pipes, empty folders.
+// Visit every file below `dir`, and every entry that omentum never writes: links, pipes, empty
+// folders.
 static OmStatus walk(const char* dir, const char* below, int depth, VisitFn visit, void* ctx) {
     OmText text = {0};
     char** name;
@@ -204,7 +207,8 @@ done:
     return status;
 }
 
-// Is there a line of this name and size? A foreign file of many gigabytes is not read.
+// Is there a line of this name and size? Compares no hash, so that a foreign file of many gigabytes
+// is not read.
 static bool has_size(const List* list, const char* name, int64_t size) {
     size_t len = strlen(name);
     for (int i = 0; i < list->nline; ++i) {
@@ -270,14 +274,14 @@ bool om__folder_name(const char* dir, char* out, size_t size) {
 
 // ---- files in a folder that grows -----------------------------------------------------------------------
 
-// The growing folder that `path` lies in, its list, and the name of `path` below it. The nearest list decides; what
-// is under a temporary name belongs to nobody yet. list->text is null if there is none.
+// Find the growing folder that contains `path`, its list, and the name of `path` below it. The nearest list
+// decides. A folder with a temporary name does not count. list->text is null if there is none.
 static OmStatus find_growing(const char* path, char root[OM__PATH], const char** name, List* list) {
     char dir[OM__PATH], at[OM__PATH];
     *list = (List){0};
     if (strcmp(om__path_name(path), OM__LIST) == 0) return OM_OK;
     OM_TRY(om_path_dir(path, dir, sizeof dir));
-    if (!realpath(dir, at)) return OM_OK;  // the caller's next step tells why
+    if (!realpath(dir, at)) return OM_OK;  // the caller's next step reports the error
     int n = snprintf(root, OM__PATH, "%s/%s", strcmp(at, "/") == 0 ? "" : at, om__path_name(path));
     if (n >= OM__PATH) return OM_OK;
     for (char* slash; (slash = strrchr(at, '/')) != NULL && slash > at; *slash = 0) {
@@ -330,7 +334,7 @@ OmStatus om__folder_note(const char* path, const char* temp) {
     return OM_OK;
 }
 
-// ---- where an output folder stands ----------------------------------------------------------------------
+// ---- destination of an output folder --------------------------------------------------------------------
 
 static OmStatus set_place(const char* dir, const char* kind, OmFolder* f) {
     memset(f, 0, sizeof *f);
@@ -358,7 +362,7 @@ static OmStatus set_place(const char* dir, const char* kind, OmFolder* f) {
     return OM_OK;
 }
 
-// The name of the first entry of a folder besides the list and temporary files; "" if it is empty.
+// The first entry of a folder besides the list and temporary files; "" if there is none.
 static OmStatus first_entry(const char* dir, char* out, size_t size) {
     OmText text = {0};
     char** name;
@@ -371,7 +375,7 @@ static OmStatus first_entry(const char* dir, char* out, size_t size) {
     return status;
 }
 
-// A folder without a list, or with one of another kind, that is not empty.
+// A folder that is not empty and has no list, or a list of another kind.
 static OmStatus refuse(const OmFolder* f, const List* list, const char* first) {
     if (list->text)
         return om_error(OM_INVALID, "%s holds a %.*s, not a %s: " REMEDY, f->place,
@@ -414,7 +418,7 @@ static OmStatus check_movable(const char* place, const char* parent) {
     return OM_OK;
 }
 
-// ---- folders made whole ---------------------------------------------------------------------------------
+// ---- complete folders -----------------------------------------------------------------------------------
 
 static OmStatus check_place(const OmFolder* f, const char* parent) {
     if (!om_path_exists(f->place)) return OM_OK;
@@ -462,8 +466,8 @@ done:
     return status;
 }
 
-// Change places. Without RENAME_EXCHANGE (some network disks) the old folder steps aside first: a kill in between
-// leaves both under temporary names with their lists, and om_path_clean puts one back.
+// Exchange two folders. Without RENAME_EXCHANGE (some network disks) the old folder is renamed first: a kill
+// between the two renames leaves both under temporary names with their lists, and om_path_clean restores one.
 static bool exchange(const char* a, const char* b, char* aside, size_t size) {
     if (renameat2(AT_FDCWD, a, AT_FDCWD, b, RENAME_EXCHANGE) == 0) {
         snprintf(aside, size, "%s", a);
@@ -481,7 +485,7 @@ static bool exchange(const char* a, const char* b, char* aside, size_t size) {
     return false;
 }
 
-// The place is taken: the result keeps a name of its own beside it.
+// The destination cannot be replaced: the result gets another name beside it.
 static OmStatus put_beside(OmFolder* f) {
     char beside[sizeof f->place];
     const char* random = om__path_name(f->path) + strlen(".omentum-");
@@ -498,16 +502,16 @@ static OmStatus replace(OmFolder* f) {
     char aside[1100], back[1100], why[600];
     struct stat st;
     if (stat(f->place, &st) == 0) (void)chmod(f->path, st.st_mode & 07777);
-    if (rename(f->path, f->place) == 0) return OM_OK;  // nothing is there, or an empty folder
+    if (rename(f->path, f->place) == 0) return OM_OK;  // there is nothing, or an empty folder
     OM_CHECK(errno == EEXIST || errno == ENOTEMPTY, OM_IO, "%s: cannot make the folder: %s",
              f->place, strerror(errno));
     OM_CHECK(exchange(f->path, f->place, aside, sizeof aside), OM_IO, "%s: cannot replace: %s",
              f->place, strerror(errno));
     if (check_replaceable(f, aside) == OM_OK) {
-        (void)om_path_remove(aside);  // what stays is removed by a later run
+        (void)om_path_remove(aside);  // a later run removes the rest
         return OM_OK;
     }
-    // Somebody wrote into the old folder in the meantime: back to its place with it.
+    // Another program wrote into the old folder in the meantime: undo the exchange.
     snprintf(why, sizeof why, "%s", om_error_message());
     f->path[0] = 0;
     OM_CHECK(exchange(aside, f->place, back, sizeof back), OM_IO, "%s; the old folder is now %s",
@@ -529,7 +533,8 @@ static OmStatus finish(OmFolder* f, bool is_beside) {
     char first[256] = "";
     if (is_beside && om_path_exists(f->place)) OM_TRY(first_entry(f->place, first, sizeof first));
     status = first[0] ? put_beside(f) : replace(f);
-    if (status < 0 && f->path[0]) {  // hours of work are not lost with the place
+    // keep the result of hours of work although its destination is lost
+    if (status < 0 && f->path[0]) {
         char why[600];
         snprintf(why, sizeof why, "%s", om_error_message());
         OM_TRY(put_beside(f));
@@ -552,9 +557,9 @@ OmStatus om_folder_commit_beside(OmFolder* f) {
     return status;
 }
 
-// ---- folders that grow ----------------------------------------------------------------------------------
+// ---- growing folders ------------------------------------------------------------------------------------
 
-// Is line i the last of its name?
+// Is line i the last line of its name?
 static bool is_last(const List* list, int i) {
     for (int k = i + 1; k < list->nline; ++k) {
         const Line *a = &list->line[i], *b = &list->line[k];
@@ -564,7 +569,7 @@ static bool is_last(const List* list, int i) {
     return true;
 }
 
-// Early, not after an hour of work: files that the run may want to replace are as omentum left them.
+// Check at the start, not after an hour of work, that files which the run may replace are unchanged.
 static OmStatus check_unchanged(const OmFolder* f, const List* list) {
     for (int i = 0; i < list->nline; ++i) {
         const Line* l = &list->line[i];
@@ -595,7 +600,7 @@ static OmStatus lock_folder(OmFolder* f) {
     return OM_OK;
 }
 
-// A list whose last line was cut off by a kill: the next line must begin anew.
+// A kill cut off the last line of the list: start the next line on a new one.
 static OmStatus end_last_line(const char* dir, const List* list) {
     char path[OM__PATH];
     if (list->text[list->len - 1] == '\n') return OM_OK;
@@ -624,7 +629,7 @@ static OmStatus open_list(OmFolder* f) {
     OM_TRY(first_entry(f->place, first, sizeof first));
     f->has_list = first[0] == 0;
     if (f->has_list) return write_list(f, f->place, true, &none);
-    // a part of a folder that grows, as the searches of a study are
+    // a part of a growing folder, such as a search of a study
     OM_TRY(om_path_join(f->place, first, inside, sizeof inside));
     OM_TRY(find_growing(inside, root, &name, &list));
     if (!list.text) status = refuse(f, &list, first);
@@ -646,7 +651,7 @@ OmStatus om_folder_open(const char* dir, const char* kind, OmFolder* f) {
     return status;
 }
 
-// One line a file that is there.
+// One line for each file.
 static void shorten_list(OmFolder* f) {
     List list;
     OmText files = {0};
@@ -668,7 +673,7 @@ static void shorten_list(OmFolder* f) {
     list_done(&list);
 }
 
-// Messages name the place, not the temporary name.
+// Messages name the destination, not the temporary name.
 static void show_place(const OmFolder* f) {
     char message[1024];
     snprintf(message, sizeof message, "%s", om_error_message());
@@ -682,7 +687,7 @@ void om_folder_end(OmFolder* f) {
     if (!f->kind[0]) return;
     if (f->is_growing) {
         if (f->lock >= 0 && f->has_list) {
-            char message[1024];  // of what went before
+            char message[1024];  // the message of the first error
             snprintf(message, sizeof message, "%s", om_error_message());
             shorten_list(f);
             if (message[0]) (void)om_error(OM_IO, "%s", message);

@@ -1,7 +1,7 @@
 // base_job.c: a job is one POSIX thread.
 //
 // Three atomic variables connect the job with its owner: the request to cancel, the progress, and the end. The error
-// message belongs to a thread, so the job's last act is to copy it for the thread that joins.
+// message is per thread, so the job copies it at its end for the thread that joins.
 #include "omentum/base_job.h"
 
 #include <pthread.h>
@@ -15,7 +15,7 @@ struct OmJob {
     void* ctx;
     pthread_t thread;
     OmStatus status;             // written by the job before is_finished
-    char message[MESSAGE_SIZE];  // the same
+    char message[MESSAGE_SIZE];  // written by the job before is_finished
     _Atomic double progress;
     atomic_bool is_cancelled, is_finished;
 };

@@ -1,5 +1,6 @@
 // base_multiversion.h: OM_MULTIVERSION before a hot function compiles it for several x86-64 levels; the
-// processor's best is chosen when the program starts. Nothing where the compiler or a sanitizer cannot.
+// program chooses the best one for the processor at its start. The macro is empty where the compiler or
+// a sanitizer does not support it.
 #ifndef OMENTUM_BASE_MULTIVERSION_H
 #define OMENTUM_BASE_MULTIVERSION_H
 
@@ -11,7 +12,8 @@
 #define OM_MULTIVERSION
 #endif
 
-// For what such functions call in their loops: a call would leave the level.
+// For functions called in the loops of such a function: they are inlined, since a call would run
+// the base level.
 #if defined(__GNUC__)
 #define OM_INLINE static inline __attribute__((always_inline))
 #else

@@ -1,9 +1,10 @@
-// base_number.c: decimal numbers in files, the same whatever the locale of the program.
+// base_number.c: decimal numbers in files, independent of the program's locale.
 //
 // strtod and printf follow the locale's decimal point, so a file written under one locale would not be
 // read under another. Reading collects at most 19 significant digits. When they and the power of ten
 // are exact doubles one multiplication rounds correctly (Clinger 1990), which is the case for most
-// numbers of meshes; the rest go to strtod as an integer with an exponent, without any point.
+// numbers of meshes; the others go to strtod as an integer with an exponent, without a decimal
+// point.
 #include <locale.h>
 #include <math.h>
 #include <stdlib.h>
@@ -21,7 +22,7 @@ typedef struct Decimal {  // digit * 10^exponent
     uint64_t mantissa;
     int ndigit;  // significant digits in the mantissa
     int exponent;
-    bool is_cut;  // digits that are not zero were dropped
+    bool is_cut;  // nonzero digits were dropped
 } Decimal;
 
 static bool is_digit(const char* p, const char* end) { return p < end && *p >= '0' && *p <= '9'; }
@@ -43,7 +44,7 @@ static const char* scan_digits(const char* p, const char* end, bool is_fraction,
     return p;
 }
 
-// The exponent's digits, if they are well formed; otherwise the number ends before the letter.
+// The digits of the exponent if they are well formed; otherwise the number ends before the letter e.
 static const char* scan_exponent(const char* p, const char* end, Decimal* d) {
     if (p >= end || (*p != 'e' && *p != 'E' && *p != 'd' && *p != 'D')) return p;
     const char* q = p + 1;

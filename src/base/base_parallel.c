@@ -1,19 +1,20 @@
-// base_parallel.c: the only file that knows about threads.
+// base_parallel.c: the only file that uses threads.
 //
 // Work is cut into blocks that do not depend on the worker count, so results that are reduced in block order have the
 // same bytes with one worker or many.
 //
-// One pool of helpers serves the process: at most one thread less than there are processors. A job is offered to
-// helpers that are idle; a helper takes an offer by exchanging it, the caller revokes what was not taken in time the
-// same way. So nobody waits for a helper that is not being run:
-//   - a loop begins at once; helpers that come join it, and only helpers that hold a block are waited for;
-//   - a team, whose members split work by rank, starts with the helpers that came within WINDOW.
-// Whoever waits spins for a while, as a barrier of a CG iteration lasts microseconds and a futex costs more, and then
-// sleeps on a futex; at once where the machine is crowded (base_processor.c). A crowded machine makes teams smaller:
-// two workers on two processors that others use were twenty times slower than one. A loop is offered to helpers there
-// only after LONG: a helper that holds a short block and is not run costs more than it gives. No result shows this.
+// One pool of helper threads serves the process: at most one thread less than there are processors. A job is offered
+// to idle helpers. A helper accepts an offer by an atomic exchange; the caller revokes offers that were not accepted
+// in time by the same exchange. So nobody waits for a helper that the system does not run:
+//   - a loop begins at once; helpers that arrive join it, and the caller waits only for helpers that hold a block;
+//   - a team, whose members split work by rank, starts with the helpers that arrived within WINDOW.
+// A waiting thread spins for a while, because a barrier of a CG iteration lasts microseconds and a futex costs more,
+// and then sleeps on a futex. On a crowded machine (base_processor.c) it sleeps at once, and teams are smaller: two
+// workers on two processors that others used were twenty times slower than one. There a loop is offered to helpers
+// only after LONG: waiting for a helper that holds a short block and is not run costs more than the helper saves.
+// None of this changes a result.
 //
-// Tried and left: OpenMP. Its threads spin for 3 ms at the end of a region, a team waits for every member, and its
+// Tried and rejected: OpenMP. Its threads spin for 3 ms at the end of a region, a team waits for every member, and its
 // policy can be set by the environment only, before the process starts.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
@@ -28,20 +29,21 @@
 
 #include "base/base_processor.h"
 
-#define CHUNK 500          // pauses between two looks at the load: some ten microseconds
-#define MEMBER_CHUNKS 100  // a member of a team spins that long before it sleeps: a millisecond
-#define IDLE_CHUNKS 20     // a helper without work
-#define WINDOW 300e-6      // s in which members of a team must come
-#define ALONE_FOR 0.05  // s without teams after one that nobody joined, doubled while it stays so
+#define CHUNK 500          // pauses between two reads of the load: some ten microseconds
+#define MEMBER_CHUNKS 100  // spins of a team member before it sleeps: a millisecond
+#define IDLE_CHUNKS 20     // spins of an idle helper before it sleeps
+#define WINDOW 300e-6      // s in which members of a team must arrive
+// s without teams after a team that no helper joined; doubled each time this repeats
+#define ALONE_FOR 0.05
 #define ALONE_FOR_MOST 1.0
-#define LONG 2e-3  // s after which a loop is worth a helper that may not be run
+#define LONG 2e-3  // s after which a loop is offered to helpers on a crowded machine
 #define HAS_SLEEPER 0x80000000u
 
 struct OmTeam {
     int size;
     atomic_int waiting;      // members at the barrier
     atomic_uint generation;  // counts completed barriers
-    atomic_int nsleep;       // members that sleep until it changes
+    atomic_int nsleep;       // members that sleep until `generation` changes
 };
 
 typedef struct Loop {
@@ -51,7 +53,7 @@ typedef struct Loop {
     atomic_int next;  // the next block to hand out
 } Loop;
 
-// What is offered: a loop, or a function for a team.
+// The work that is offered: a loop, or a function for a team.
 typedef struct Job {
     Loop* loop;
     OmTeamFn fn;
@@ -59,13 +61,13 @@ typedef struct Job {
     OmTeam team;
     atomic_int joined;
     atomic_uint start;     // of a team: its size, when it is known
-    atomic_int nsleep;     // members that sleep until then
-    atomic_uint finished;  // helpers that are done, and HAS_SLEEPER
+    atomic_int nsleep;     // members that sleep until `start` changes
+    atomic_uint finished;  // helpers that have finished, and HAS_SLEEPER
 } Job;
 
 typedef struct Helper {
     _Atomic(Job*) offer;   // null: idle
-    atomic_uint sleeping;  // 1: waits on this word
+    atomic_uint sleeping;  // 1: the helper sleeps on this word
 } Helper;
 
 static Job taken;  // its address marks a helper that works
@@ -76,11 +78,11 @@ static atomic_bool is_forced;
 static _Atomic double alone_until, alone_for;  // om_clock_now, s
 static _Thread_local bool is_inside;
 
-// ---- how many -------------------------------------------------------------------------------------------
+// ---- number of workers ----------------------------------------------------------------------------------
 
 void om_worker_force(bool is_on) { atomic_store(&is_forced, is_on); }
 
-// A number that is taken as it is.
+// A fixed number of workers, used without looking at the load.
 static bool is_literal(int requested) { return requested > 0 && atomic_load(&is_forced); }
 
 int om_worker_count(int requested) {
@@ -100,7 +102,7 @@ int om_worker_free(int requested) {
 
 bool om_worker_is_inside(void) { return is_inside; }
 
-// As asked for, but no more than processors are free.
+// The requested number, limited by the free processors.
 static int team_size(int requested) {
     int size = om_worker_count(requested);
     if (size == 1 || is_literal(requested)) return size;
@@ -144,7 +146,7 @@ static bool is_crowded(void) {
     return om__processor_free(own) < own;
 }
 
-// Spin while the word has the value; false if it still has.
+// Spin while the word has the value; false if the value did not change.
 static bool spin_while(atomic_uint* word, unsigned value, int nchunk) {
     for (int chunk = 0; chunk < nchunk; ++chunk) {
         for (int spin = 0; spin < CHUNK; ++spin) {
@@ -156,7 +158,7 @@ static bool spin_while(atomic_uint* word, unsigned value, int nchunk) {
     return false;
 }
 
-// Until the word changes; whoever changes it calls change_word with the same counter.
+// Wait until the word changes. The thread that changes it calls change_word with the same counter.
 static void wait_while(atomic_uint* word, unsigned value, atomic_int* nsleep) {
     if (spin_while(word, value, MEMBER_CHUNKS)) return;
     atomic_fetch_add(nsleep, 1);
@@ -201,11 +203,11 @@ static void run_job(Job* job) {
         wait_while(&job->start, 0, &job->nsleep);
         job->fn(job->ctx, &job->team, rank, job->team.size);
     }
-    // The job may be gone as soon as this is counted; to wake needs its address only.
+    // The job may be freed as soon as this is counted; waking needs only its address.
     if (atomic_fetch_add(&job->finished, 1) & HAS_SLEEPER) wake(&job->finished, 1);
 }
 
-// Returns when there is an offer.
+// Wait for an offer.
 static Job* wait_for_offer(Helper* h) {
     for (int chunk = 0;; ++chunk) {
         for (int spin = 0; spin < CHUNK; ++spin) {
@@ -234,7 +236,7 @@ static void* run_helper(void* arg) {
     return NULL;
 }
 
-// A child of fork has the caller's thread alone.
+// A child of fork has only the caller's thread.
 static void forget_helpers(void) {
     for (int i = 0; i < OM_MAX_WORKER - 1; ++i) {
         atomic_store(&helper[i].offer, NULL);
@@ -245,8 +247,8 @@ static void forget_helpers(void) {
     growing = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
 }
 
-// Start threads until there are `wanted`, or no more can be had. True if one is new. Signals stay with the caller's
-// threads.
+// Start threads until there are `wanted` or the system refuses more. True if one is new. Helper threads block all
+// signals.
 static bool grow_pool(int wanted) {
     static bool is_watched;
     if (atomic_load(&nhelper) >= wanted) return false;
@@ -271,10 +273,10 @@ static bool grow_pool(int wanted) {
     return is_new;
 }
 
-// Offers of one job: which helpers have or had one.
+// Offers of one job: the helpers that have or had one.
 typedef struct Offers {
     int num, index[OM_MAX_WORKER - 1];
-    bool is_new;  // a helper has just been made: it may be late
+    bool is_new;  // a helper thread was just created: it may arrive late
 } Offers;
 
 static void offer_job(Job* job, int wanted, Offers* offers) {
@@ -287,7 +289,7 @@ static void offer_job(Job* job, int wanted, Offers* offers) {
     }
 }
 
-// Take back what nobody took; returns the number of helpers that have the job.
+// Revoke offers that no helper accepted; returns the number of helpers that have the job.
 static int revoke_offers(Job* job, const Offers* offers) {
     int num = 0;
     for (int k = 0; k < offers->num; ++k) {
@@ -310,7 +312,7 @@ static void wait_for_helpers(Job* job, int num) {
 
 // ---- teams ----------------------------------------------------------------------------------------------
 
-// Wait for members within the window, or for all of them.
+// Wait for members within the window, or for all members.
 static void gather(Job* job, const Offers* offers, bool must_come) {
     double begin = om_clock_now();
     for (int spin = 0; atomic_load(&job->joined) < offers->num; ++spin) {
@@ -345,7 +347,7 @@ void om_parallel_team(int nworker, OmTeamFn fn, void* ctx) {
 
 // ---- loops ----------------------------------------------------------------------------------------------
 
-// Blocks one by one, until the loop has lasted long; false if none are left.
+// Run blocks one by one until the loop has lasted LONG; false if none are left.
 static bool begin_alone(Loop* loop) {
     int nblock = om_block_count(loop->n, loop->grain);
     double begin = om_clock_now();

@@ -1,8 +1,8 @@
-// base_path.c: paths, temporary names, and what killed runs left behind.
+// base_path.c: paths, temporary names, and the removal of files that killed runs left behind.
 //
-// A temporary name is .omentum-R-C.part: R are 16 random digits, C is made from R. A writer holds a lock (flock) on
-// what it makes, and the system releases the lock when the writer ends, however it ends. So a file of such a name
-// that belongs to this user and that nobody has locked is left from a killed run, and may be removed.
+// A temporary name is .omentum-R-C.part: R are 16 random digits, C is computed from R. The writer locks the file or
+// folder (flock), and the system releases the lock when the writer ends for any reason. So a file of such a name
+// that belongs to this user and is not locked was left by a killed run and may be removed.
 #define _GNU_SOURCE  // flock, getrandom, renameat2, realpath
 #include <ctype.h>
 #include <dirent.h>
@@ -19,8 +19,9 @@
 
 #define TEMP_HEAD ".omentum-"
 #define TEMP_TAIL ".part"
-#define MAX_TRY 100  // names; a name is taken or removed by another run less often than once
-#define MAX_DEPTH 8  // folders below an output folder that are searched for what was left behind
+// tries; another run takes or removes a name that we are about to lock very rarely
+#define MAX_TRY 100
+#define MAX_DEPTH 8  // folders below an output folder that are searched for files of killed runs
 
 // ---- names ----------------------------------------------------------------------------------------------
 
@@ -69,7 +70,7 @@ void om_path_extension(const char* path, char* out, size_t size) {
     if (size) out[n] = 0;
 }
 
-// Resolve the longest part that is there; what follows it is kept as it is written.
+// Resolve the longest existing part; the rest is kept as written.
 OmStatus om__path_resolve(const char* path, char out[OM__PATH]) {
     char head[OM__PATH], tail[OM__PATH] = "";
     int n = snprintf(head, sizeof head, "%s", path);
@@ -99,7 +100,7 @@ OmStatus om__path_resolve(const char* path, char out[OM__PATH]) {
 
 OmStatus om_path_check_apart(const char* input, const char* output) {
     struct stat in, out;
-    if (stat(input, &in) != 0) return OM_OK;  // whoever reads it says so
+    if (stat(input, &in) != 0) return OM_OK;  // the reader of the input reports the error
     OM_CHECK(stat(output, &out) != 0 || in.st_dev != out.st_dev || in.st_ino != out.st_ino,
              OM_INVALID, "%s is an input and cannot be the output too; name another output", input);
     char from[OM__PATH], to[OM__PATH];
@@ -111,7 +112,7 @@ OmStatus om_path_check_apart(const char* input, const char* output) {
     return OM_OK;
 }
 
-// ---- making and removing --------------------------------------------------------------------------------
+// ---- creating and removing ------------------------------------------------------------------------------
 
 OmStatus om_path_make_dir(const char* path) {
     char part[1024];
@@ -123,8 +124,8 @@ OmStatus om_path_make_dir(const char* path) {
         char kept = *p;
         *p = 0;
         if (mkdir(part, 0777) != 0 && errno != EEXIST) {
-            int error =
-                errno;  // a folder of a disk that cannot be written to may be there all the same
+            // a folder may exist although its disk refuses writing
+            int error = errno;
             OM_CHECK(om_path_exists(part), OM_IO, "%s: cannot make the folder: %s", path,
                      strerror(error));
         }
@@ -162,7 +163,7 @@ void om__sync_folder_of(const char* path) {
     if (om_path_dir(path, dir, sizeof dir) != OM_OK) return;
     int fd = open(dir, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd < 0) return;
-    (void)fsync(fd);  // some file systems cannot sync folders; that is no failure
+    (void)fsync(fd);  // some file systems cannot sync folders; this is not an error
     close(fd);
 }
 
@@ -192,7 +193,7 @@ OmStatus om__temp_path(const char* dir, char* out, size_t size) {
     return om_path_join(dir, name, out, size);
 }
 
-// Lock what was just made. False if another run took it for left behind in between; then it is gone, or soon will be.
+// Lock the new file or folder. False if another run took it for left behind and removes it.
 static bool lock_new(const char* path, int fd) {
     struct stat mine, there;
     if (flock(fd, LOCK_EX | LOCK_NB) != 0) return errno != EWOULDBLOCK;  // a disk without locks
@@ -205,7 +206,7 @@ OmStatus om__temp_make_file(const char* dir, char* path, size_t size, int* fd) {
         OM_TRY(om__temp_path(dir, path, size));
         *fd = open(path, O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
         if (*fd < 0 && errno == EEXIST) continue;
-        if (*fd < 0) return OM_IO;  // errno tells the caller, who knows the name for the message
+        if (*fd < 0) return OM_IO;  // the caller reads errno and knows the name for the message
         if (lock_new(path, *fd)) return OM_OK;
         close(*fd);
     }
@@ -229,10 +230,10 @@ OmStatus om__temp_make_folder(const char* dir, char* path, size_t size, int* fd)
     return OM_IO;
 }
 
-// ---- what killed runs left behind -----------------------------------------------------------------------
+// ---- files of killed runs -------------------------------------------------------------------------------
 
-// A finished folder whose run was killed just before it took its name takes it now, if the name is free; one that
-// was being removed is removed, unless somebody put a file into it.
+// If a run was killed just before its complete folder got its name, the folder gets the name now if the name is
+// free. A folder that was being removed is removed, unless another program put a file into it.
 static void clean_folder(const char* dir, const char* path) {
     char name[256], place[2048];
     if (!om__folder_name(path, name, sizeof name)) {

@@ -1,9 +1,9 @@
-// base_processor.c: how many processors this process may use, and how many of them are free.
+// base_processor.c: number of processors that this process may use, and number of free ones.
 //
 // The limit is the affinity mask and the quota of control groups (containers). The load is the number of running
-// threads in /proc/loadavg: it counts the whole machine, and so do the processors that are online. Reading it takes
-// some ten microseconds, so it is read every 20 ms. One reading is not believed: a short-lived thread of the system
-// would end a team. Where the file is missing, all processors of the limit count as free.
+// threads in /proc/loadavg; both it and the processors online count the whole machine. Reading it takes some ten
+// microseconds, so it is read every 20 ms. A load counts when two readings in a row show it: a short-lived thread
+// of the system would end a team. Where the file is missing, all processors of the limit count as free.
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
 #endif
@@ -30,7 +30,7 @@ static atomic_int last_others, others;
 
 // ---- limit ----------------------------------------------------------------------------------------------
 
-// A whole small file as text, without the heap; "" if it cannot be read.
+// Read a whole small file as text, without the heap; "" if it cannot be read.
 static void read_text(const char* path, char* text, size_t size) {
     int fd = open(path, O_RDONLY | O_CLOEXEC);
     ssize_t n = fd >= 0 ? read(fd, text, size - 1) : 0;
@@ -60,7 +60,7 @@ static int quota_of(const char* dir) {
     return rounded_up(strtod(text, NULL), strtod(period, NULL));
 }
 
-// The least quota of a group and of all groups above it.
+// The smallest quota of a group and its parent groups.
 static int quota_upwards(const char* root, const char* group) {
     char dir[1024];
     int n = snprintf(dir, sizeof dir, "%s%s", root, group), min = INT_MAX;
@@ -140,7 +140,7 @@ int om__processor_running(const char* text) {
     return *end == '/' && n > 0 && n < INT_MAX ? (int)n : 0;
 }
 
-// Threads of others that are running now.
+// Running threads of other processes.
 static int read_others(int own) {
     char text[128];
     read_text("/proc/loadavg", text, sizeof text);

@@ -42,7 +42,7 @@ uint32_t om_rng_u32(OmRng* rng) {
 
 uint32_t om_rng_below(OmRng* rng, uint32_t n) {
     OM_ASSERT(n > 0);
-    // Reject the last, incomplete multiple of n: fewer than one draw in two is lost.
+    // Reject the last, incomplete multiple of n: the probability is below one half per draw.
     uint32_t limit = UINT32_MAX - (UINT32_MAX - n + 1) % n;
     uint32_t u;
     do u = om_rng_u32(rng);

@@ -23,13 +23,13 @@ const char* om_status_text(OmStatus status) {
 const char* om_error_message(void) { return message; }
 
 OmStatus om_error(OmStatus status, const char* format, ...) {
-    // The arguments may point into the old message, so the new one is formed beside it.
+    // The arguments may point into the old message, so the new one is formed in a second buffer.
     char next[MESSAGE_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(next, sizeof next, format, args);
     va_end(args);
-    om_text_make_plain(next, sizeof next);  // a name of a file may hold anything
+    om_text_make_plain(next, sizeof next);  // a file name may hold any bytes
     memcpy(message, next, sizeof message);
     return status;
 }
@@ -58,7 +58,7 @@ OmStatus om_error_prefix(OmStatus status, const char* format, ...) {
 }
 
 void om_assert_failed(const char* expr, const char* file, int line) {
-    // An invariant of our own code is broken: stop before wrong numbers leave the process.
+    // An invariant of our own code is violated: stop before wrong numbers leave the process.
     fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, expr);
     abort();
 }

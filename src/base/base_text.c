@@ -46,7 +46,7 @@ OmStatus om_text_append(OmText* text, const char* format, ...) {
 size_t om_utf8_length(const char* str, size_t len) {
     static const struct {
         unsigned char mask, lead;
-        uint32_t min;  // below it a shorter form exists
+        uint32_t min;  // code points below it have a shorter form
     } form[] = {{0x80, 0x00, 0}, {0xe0, 0xc0, 0x80}, {0xf0, 0xe0, 0x800}, {0xf8, 0xf0, 0x10000}};
     const unsigned char* c = (const unsigned char*)str;
     for (size_t n = 1; n <= 4; ++n) {
@@ -63,7 +63,7 @@ size_t om_utf8_length(const char* str, size_t len) {
     return 0;
 }
 
-// The code point of a character, and its length.
+// The code point of a UTF-8 character, and its length.
 static uint32_t take_character(const char* str, size_t len, size_t* n) {
     const unsigned char* c = (const unsigned char*)str;
     *n = om_utf8_length(str, len);
@@ -72,14 +72,14 @@ static uint32_t take_character(const char* str, size_t len, size_t* n) {
     return code;
 }
 
-// What YAML does not take as it is: control characters of both kinds, ends of lines, marks of the order of bytes, and
-// what is no character.
+// Characters that YAML cannot hold unescaped: control characters of both kinds, line ends, byte order marks, and code
+// points that are not characters.
 static bool is_control(uint32_t code) {
     return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x2028 || code == 0x2029 ||
            code == 0xfeff || code == 0xfffe || code == 0xffff;
 }
 
-// How the character at `str` is written: itself, or escaped into `out`; *n bytes are taken.
+// Write the character at `str` unchanged, or escaped into `out`; *n is the number of bytes read.
 static size_t plain_character(const char* str, size_t len, const char* allowed, size_t* n,
                               char out[16]) {
     uint32_t code = take_character(str, len, n);
@@ -90,7 +90,7 @@ static size_t plain_character(const char* str, size_t len, const char* allowed, 
         return *n;
     }
     size_t used = 0;
-    if (*n == 0) *n = 1;  // a byte that begins no character
+    if (*n == 0) *n = 1;  // an invalid first byte
     for (size_t i = 0; i < *n; ++i)
         used += (size_t)snprintf(out + used, 16 - used, "\\x%02x", (unsigned char)str[i]);
     return used;
@@ -134,7 +134,7 @@ OmStatus om_text_append_quoted(OmText* text, const char* str) {
     size_t len = strlen(str);
     for (size_t i = 0, n; i < len; i += n) {
         uint32_t code = take_character(str + i, len - i, &n);
-        if (n == 0) {  // no string of JSON holds such a byte: it is written out
+        if (n == 0) {  // an invalid byte cannot stand in a JSON string: it is escaped
             n = 1;
             OM_TRY(om_text_append(text, "\\\\x%02x", (unsigned char)str[i]));
         } else if (is_control(code)) {
@@ -212,7 +212,7 @@ static int edit_distance(const char* a, const char* b) {
 
 const char* om_nearest_word(const char* word, const char* const* candidate, int count) {
     const char* nearest = NULL;
-    int best = (int)strlen(word) / 2 + 1;  // further away is no typing error
+    int best = (int)strlen(word) / 2 + 1;  // a larger distance is not a typing error
     for (int i = 0; i < count; ++i) {
         int d = edit_distance(word, candidate[i]);
         if (d < best) {

@@ -1,6 +1,6 @@
 // math_decompose.c: eigenvalues, singular values and the polar rotation of 3x3 matrices.
 //
-// Jacobi rotations rather than closed forms: the cubic formula loses half the digits when eigenvalues
+// Jacobi rotations instead of closed forms: the cubic formula loses half the digits when eigenvalues
 // meet, and meshes are full of such elements. The singular values come from one-sided Jacobi on the
 // columns, not from the eigenvalues of A^T A, which would square the condition number (Demmel and
 // Veselic 1992). Inputs are scaled to unit size first, so that neither overflow nor underflow can occur.
@@ -130,7 +130,7 @@ void om_mat3_svd(OmMat3 a, OmMat3* u, OmVec3* s, OmMat3* v) {
             swap_columns_keep_rotation(vc[i], vc[i + 1]);
         }
     }
-    OmVec3 last = b.cz;  // U S before completion: its third column tells the sign
+    OmVec3 last = b.cz;  // U S before completion: its third column gives the sign
     complete_rotation(&b.cx, &b.cy, &b.cz, d);
     *u = b;
     *s = om_vec3(scale * d[0], scale * d[1], scale * (om_dot(last, b.cz) < 0.0 ? -d[2] : d[2]));
