@@ -1,12 +1,13 @@
-// shape_contour.c: marching cubes (Lorensen & Cline 1987) with faces that agree.
+// shape_contour.c: marching cubes (Lorensen & Cline 1987) whose neighbouring cells agree on each shared face.
 //
-// The table is not typed in but traced: on each face of a cell the cut edges are joined in pairs, on an
-// ambiguous face such that the inside corners stay apart; the pairs form loops; each loop is filled. As the
-// rule looks at the face alone, the two cells that share it always agree, so the surface is closed and
-// manifold, and it is the boundary of the solid in which inside nodes are connected over cell edges.
+// The table is computed, not typed in. On each face of a cell the cut edges are joined in pairs; on an
+// ambiguous face the inside corners stay apart. The pairs form loops, and each loop is filled with
+// triangles. The rule depends on the face alone, so the two cells that share it always agree. The surface
+// is therefore closed and manifold; it is the boundary of the solid in which inside nodes are connected
+// over cell edges.
 //
 // Filling a loop by diagonals is safe unless a diagonal would lie in a face of the cell, where the
-// neighbour may draw the same one; such loops get a vertex in the middle instead.
+// neighbour may draw the same one; such a loop gets a vertex in its middle instead.
 //
 //        6-------7        corner c at (c & 1, c >> 1 & 1, c >> 2 & 1)
 //       /|      /|        edge 4 a + q: along axis a, q numbers the four parallel edges by the bits of the

@@ -1,7 +1,7 @@
-// shape_file.c: mesh and surface files by extension: which parser, which writer; checking surfaces.
+// shape_file.c: mesh and surface files: parser and writer chosen by the extension; checks of surfaces.
 //
 // A file is read whole, parsed from memory into growing arrays (shape_file_data.c), checked and turned
-// into a mesh (shape_file_finish.c). Files are written into a text first, then appear whole or not at all.
+// into a mesh (shape_file_finish.c). A file is first written into memory and then saved in one operation.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"
@@ -42,7 +42,7 @@ static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
     return status;
 }
 
-// Positions of the file become RAS, in its unit; the frame they are read with.
+// Turn the file's positions to RAS, in its unit; also returns the frame that was assumed.
 static OmMeshFrame place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated) {
     OmMeshFrame frame = om_mesh_frame_join(given, m->stated);
     if (stated) *stated = m->stated;
@@ -267,8 +267,9 @@ OmStatus om_surface_save(const OmSurface* surface, const char* path, double unit
 
 typedef struct Edge {  // chained by its smaller vertex
     int other, next;
-    int nforward, nback;  // triangles that run it from the smaller to the larger vertex, and back
-    int tri;              // the first of them
+    // triangles that use the edge from the smaller to the larger vertex, and back
+    int nforward, nback;
+    int tri;  // the first of them
 } Edge;
 
 static int find_root(int* parent, int i) {

@@ -15,7 +15,7 @@ static int digit_value(unsigned char c) {
     return c == '+' ? 62 : c == '/' ? 63 : -1;
 }
 
-// The next four letters, blanks between them passed over.
+// The next four letters; blanks between them are skipped.
 static OmStatus read_group(OmByteStream* s) {
     uint32_t word = 0;
     int nletter = 0, npad = 0;

@@ -1,4 +1,4 @@
-// shape_file_data.c: what a mesh file said, gathered by its parser in growing arrays.
+// shape_file_data.c: the contents of a mesh file, collected by its parser in growing arrays.
 #include <limits.h>
 #include <string.h>
 
@@ -88,7 +88,7 @@ OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, b
     case POLYGON: return om__add_polygon(m, vert, nvert);
     case STRIP:
         for (int i = 2; i < nvert; i++) {
-            int odd = i & 1;  // every second triangle runs the other way
+            int odd = i & 1;  // every second triangle has the opposite orientation
             OM_TRY(om__add_tri(m, vert[i - 2 + odd], vert[i - 1 - odd], vert[i]));
         }
         return OM_OK;
@@ -98,7 +98,7 @@ OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, b
 
 // ---- sets -------------------------------------------------------------------------------------------
 
-// Files of any program and time: what no report could hold is escaped here, once for all formats.
+// Files come from any program: control characters in names are escaped here, once for all formats.
 static OmStatus plain_name(const char* name, size_t len, char out[OM_SET_NAME]) {
     OmText text = {0};
     OmStatus status = om_text_append_plain(&text, name, len);
@@ -135,7 +135,7 @@ OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert) {
     return OM_OK;
 }
 
-// An array of zeros and ones is a set; any other array of bytes is something else and is passed over.
+// An array of zeros and ones is a set; any other array of bytes is ignored.
 OmStatus om__add_point_flags(OmFileMesh* m, const char* name, size_t len, int first,
                              const int64_t* value, int count) {
     if (len == 0 || len >= OM_SET_NAME || memchr(name, 0, len)) return OM_OK;

@@ -1,7 +1,7 @@
-// shape_file_finish.c: from what a file said to a mesh or a surface that can be relied on.
+// shape_file_finish.c: check the contents of a file and build a valid mesh or surface.
 //
-// Everything a parser gathered is suspect: indices, coordinates, orientation. Errors count elements from 1,
-// as the files do.
+// Nothing in a file is trusted: indices, coordinates, orientation are checked. Errors count elements from
+// 1, as the files do.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"
@@ -25,7 +25,7 @@ static OmStatus check_positions(const OmFileMesh* m, double unit) {
     return OM_OK;
 }
 
-// map[i]: new index of vertex i, -1 if no item uses it (or its own place if all are kept). Returns how many.
+// map[i]: new index of vertex i, -1 if no item uses it (its old index if all are kept). Returns the new count.
 static int number_used(const int* vert, int count, int nvert, bool keep_unused, int* map) {
     for (int i = 0; i < nvert; i++) map[i] = keep_unused ? 0 : -1;
     for (int i = 0; i < count; i++) map[vert[i]] = 0;
@@ -53,7 +53,7 @@ static double orientation(const double* x, const int* v) {
     return om_dot(om_cross(om_scale(s, a), om_scale(s, b)), om_scale(s, c));
 }
 
-// Elements that are kept, turned around where the flags allow it. Returns their number or an error.
+// Select the elements to keep, and reorient them where the flags allow it. Returns their number or an error.
 static OmStatus orient(const OmFileMesh* m, unsigned flags, int* tet, int* label, int* ntet) {
     *ntet = 0;
     for (int e = 0; e < m->ntet; e++) {
@@ -188,7 +188,7 @@ OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, Om
         OM_TRY_DONE(merge_equal(m, map));
         for (int i = 0; i < 3 * m->ntri; i++) tri[i] = map[tri[i]];
     }
-    // triangles with a repeated vertex have no area and no neighbours to lose
+    // triangles with a repeated vertex have no area, and removing them disconnects nothing
     for (int t = 0; t < m->ntri; t++) {
         const int* v = tri + 3 * (size_t)t;
         if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;

@@ -1,7 +1,7 @@
-// shape_file_frame.c: what a file says of its numbers: which way x and y point, and the length of a unit.
+// shape_file_frame.c: the directions of x and y (RAS, LPS) and the unit that a file states.
 //
 // 3D Slicer writes "SPACE=LPS" or "SPACE=RAS" into the header of an STL, a comment of a PLY or OBJ, the title
-// of a VTK file, or a field SPACE of a VTU. Files of ours say "UNIT=mm" beside it, and a VTU has a field
+// of a VTK file, or a field SPACE of a VTU. Files of omentum add "UNIT=mm", and a VTU has a field
 // metres_per_unit.
 #include <string.h>
 
@@ -12,7 +12,7 @@ static const struct {
     double unit;
 } unit_table[] = {{"mm", OM_UNIT_MM}, {"cm", OM_UNIT_CM}, {"m", OM_UNIT_M}};
 
-// Behind `key` at the start of a word; null if it does not occur.
+// The text after `key` where the key begins a word; null if it does not occur.
 static const char* find_key(const char* text, size_t len, const char* key) {
     const size_t n = strlen(key);
     for (size_t i = 0; i + n <= len; i++) {

@@ -1,10 +1,10 @@
-// shape_file_internal.h: what the readers and writers of mesh files share.
+// shape_file_internal.h: shared by the readers and writers of mesh files.
 #ifndef OMENTUM_SHAPE_FILE_INTERNAL_H
 #define OMENTUM_SHAPE_FILE_INTERNAL_H
 
 #include "omentum/shape_file.h"
 
-// ---- what a file said, before units and checks (shape_file_data.c) ------------------------------
+// ---- contents of a file before units and checks (shape_file_data.c) -----------------------------
 
 typedef struct OmFileSet {  // a named group of vertices; repeats allowed
     char name[OM_SET_NAME];
@@ -14,7 +14,7 @@ typedef struct OmFileSet {  // a named group of vertices; repeats allowed
 typedef struct OmFileMesh {
     double* x;  // in the file's unit (nvert x 3)
     int nvert, xcap;
-    int* tri;  // (ntri x 3); indices are checked when the mesh is taken over
+    int* tri;  // (ntri x 3); indices are checked when the mesh is built
     int ntri, tricap;
     int* tet;  // (ntet x 4)
     int ntet, tetcap;
@@ -23,26 +23,26 @@ typedef struct OmFileMesh {
     OmFileSet* set;
     int nset, setcap;
     bool is_soup;        // triangles share no vertices yet (STL)
-    OmMeshFrame stated;  // what the file says of its numbers
+    OmMeshFrame stated;  // unit and directions that the file states
 } OmFileMesh;
 
 void om__file_mesh_done(OmFileMesh* m);
-// Make room for `need` items of `size` bytes in *array, doubling.
+// Grow *array to at least `need` items of `size` bytes by doubling.
 OmStatus om__grow(void* array, int* cap, int64_t need, size_t size);
 OmStatus om__add_vert(OmFileMesh* m, const double x[3]);
 OmStatus om__add_tri(OmFileMesh* m, int a, int b, int c);
 OmStatus om__add_tet(OmFileMesh* m, const int vert[4]);
-// The label of the tetrahedron added last.
+// Set the label of the tetrahedron added last.
 OmStatus om__set_label(OmFileMesh* m, int64_t label);
-// A polygon as a fan.
+// Add a polygon as a fan of triangles.
 OmStatus om__add_polygon(OmFileMesh* m, const int* vert, int nvert);
-// The index of the set of that name, made if there is none.
+// The index of the set of that name; a new set if there is none.
 OmStatus om__file_set(OmFileMesh* m, const char* name, size_t len, int* index);
 OmStatus om__add_set_vert(OmFileMesh* m, int set, int vert);
-// A cell by its VTK type: tetrahedra and triangles (also quadratic) are taken, polygons split,
-// others passed over. *is_tet says whether a tetrahedron was added.
+// Add a cell by its VTK type: tetrahedra and triangles (also quadratic) are used, polygons are
+// split, other types are ignored. *is_tet is true if a tetrahedron was added.
 OmStatus om__add_vtk_cell(OmFileMesh* m, int type, const int* vert, int nvert, bool* is_tet);
-// A point array of bytes, of the vertices from `first` on: a set if all are 0 or 1.
+// A point array of bytes, for the vertices from `first` on: it becomes a set if all values are 0 or 1.
 OmStatus om__add_point_flags(OmFileMesh* m, const char* name, size_t len, int first,
                              const int64_t* value, int count);
 
@@ -58,23 +58,23 @@ typedef struct OmWord {  // letters of the file, not terminated
 
 OmScan om__scan(const char* data, size_t size);
 size_t om__scan_left(const OmScan* s);
-// The line of the position, from 1; counted when asked for.
+// The line number of the position, from 1; counted on each call.
 int om__scan_line(const OmScan* s);
 void om__skip_blank(OmScan* s);   // blanks and line ends
 void om__skip_space(OmScan* s);   // blanks of this line
 void om__skip_line(OmScan* s);    // to the start of the next line
-bool om__at_line_end(OmScan* s);  // after blanks
-OmWord om__read_word(OmScan* s);  // after blanks and line ends; length 0 at the end
+bool om__at_line_end(OmScan* s);  // skips blanks first
+OmWord om__read_word(OmScan* s);  // skips blanks and line ends first; length 0 at the end
 OmWord om__read_line(OmScan* s);  // the rest of this line, blanks around it cut off
 bool om__is_word(OmWord w, const char* str);
 bool om__is_word_nocase(OmWord w, const char* str);
-// Error at the current line: "line 12: ...".
+// Set an error for the current line: "line 12: ...".
 OmStatus om__scan_error(const OmScan* s, const char* format, ...) OM_PRINTF(2, 3);
 OmStatus om__read_double(OmScan* s, const char* what, double* v);
-// Finite, otherwise an error with the line.
+// Read a finite number; otherwise an error with the line.
 OmStatus om__read_coord(OmScan* s, const char* what, double* v);
 OmStatus om__read_int(OmScan* s, const char* what, int64_t lo, int64_t hi, int64_t* v);
-// A count of items of at least `least` bytes each, which the rest of the file must be able to hold.
+// Read a count of items of at least `least` bytes each; the rest of the file must be able to hold them.
 OmStatus om__read_count(OmScan* s, const char* what, size_t min, int* count);
 OmStatus om__check_count(const OmScan* s, const char* what, int64_t count, size_t min);
 // The next n bytes, or null with the message set.
@@ -97,7 +97,7 @@ typedef enum OmValueType {
 } OmValueType;
 size_t om__value_size(OmValueType type);
 bool om__is_little(void);
-// Real numbers that are no integers become INT64_MIN, which no index accepts.
+// Real numbers that are not integers become INT64_MIN, which is no valid index.
 double om__load_real(OmValueType type, const unsigned char* bytes, bool is_swapped);
 int64_t om__load_integer(OmValueType type, const unsigned char* bytes, bool is_swapped);
 
@@ -107,12 +107,13 @@ typedef struct OmByteStream {  // plain or base64 bytes, read in order
     const unsigned char *p, *end;
     bool is_base64;
     unsigned char group[3];
-    int ngroup, igroup;  // bytes of the current group of four letters, and those handed out
+    // bytes of the current group of four letters, and how many of them were read
+    int ngroup, igroup;
 } OmByteStream;
 OmStatus om__stream_read(OmByteStream* s, void* out, size_t n);
 // Inflate one zlib block to exactly out_size bytes.
 OmStatus om__inflate(const void* data, size_t size, void* out, size_t out_size);
-// Deflate into a block the caller frees with om_free.
+// Deflate into a block that the caller frees with om_free.
 OmStatus om__deflate(const void* data, size_t size, unsigned char** out, size_t* out_size);
 
 // ---- unit and space (shape_file_frame.c) -------------------------------------------------------------
@@ -123,7 +124,7 @@ void om__read_statement(OmFileMesh* m, const char* text, size_t len);
 void om__state_unit(OmFileMesh* m, double unit);
 // "SPACE=RAS UNIT=mm"
 void om__frame_words(OmMeshFrame frame, char out[OM_FRAME_WORDS]);
-// Between RAS and LPS, in place.
+// Convert positions between RAS and LPS, in place.
 void om__turn_points(double* x, int nvert);
 
 // ---- formats --------------------------------------------------------------------------------------
@@ -131,13 +132,13 @@ void om__turn_points(double* x, int nvert);
 typedef OmStatus OmParseFn(const char* data, size_t size, OmFileMesh* m);
 OmParseFn om__parse_msh, om__parse_vtk, om__parse_vtu, om__parse_stl, om__parse_obj, om__parse_off,
     om__parse_ply;
-// Take over what was parsed, for a path or from memory (the fuzz targets).
+// Parse a file, or memory (for the fuzz targets), and build the mesh.
 OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh);
 OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, OmSurface* surface);
 
-typedef struct OmMeshOutput {  // what a writer writes
+typedef struct OmMeshOutput {  // input of a writer
     const OmTetMesh* mesh;
-    OmMeshFrame frame;  // of the file; the mesh is in this space already
+    OmMeshFrame frame;  // frame of the file; the mesh is already in this space
     double scale;       // of positions: 1 / unit
     const OmMeshArray* array;
     int narray;
@@ -152,7 +153,7 @@ OmStatus om__write_off(const OmSurface* surface, OmMeshFrame frame, OmText* text
 OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text);
 // "x y z\n" with 17 digits each
 OmStatus om__write_point(OmText* text, const double* x, double scale);
-// Values as text, ncomp a line.
+// Append values as text, ncomp per line.
 OmStatus om__write_values(OmText* text, OmArrayType type, const void* value, size_t count,
                           int ncomp);
 // Positions in the file's unit (nvert x 3); the caller frees with om_free.

@@ -1,10 +1,10 @@
 // shape_file_msh.c: reading Gmsh's .msh: versions 1, 2 and 4.1, text and binary.
 //
-// A file is a list of sections $Name ... $EndName; those not named here are passed over. Nodes and
-// elements carry numbers of their own, in any order and with gaps, so elements are resolved through a
-// sorted table unless nodes are numbered 1, 2, 3 ... A physical group is a number on elements
-// (version 1, 2: on each element; 4.1: on the entity that its block belongs to) and may have a name.
-// Text and binary have the same fields: read_int32, read_size and read_real know the difference.
+// A file is a list of sections $Name ... $EndName; other sections are ignored. Nodes and elements
+// have numbers of their own, in any order and with gaps, so nodes are found through a sorted table
+// unless they are numbered 1, 2, 3 ... A physical group is a number on elements (version 1, 2: on
+// each element; 4.1: on the entity that its block belongs to) and may have a name.
+// Text and binary files have the same fields: read_int32, read_size and read_real handle both.
 //
 // Reference: Gmsh reference manual, "MSH file format", and its legacy versions 1 and 2.
 #include <limits.h>
@@ -14,7 +14,7 @@
 #include "shape/shape_file_internal.h"
 
 #define MAX_NODE 125     // of an element
-#define MAX_PHYSICAL 64  // groups of an entity that are looked at
+#define MAX_PHYSICAL 64  // largest number of groups read for one entity
 
 typedef struct Node {
     int64_t tag;
@@ -25,7 +25,7 @@ typedef struct Group {  // a named physical group
     int dim, tag, set;
 } Group;
 
-typedef struct Belongs {  // entity (dim, tag) is in a physical group
+typedef struct Belongs {  // entity (dim, tag) is in this physical group
     int dim, entity, physical;
 } Belongs;
 
@@ -42,7 +42,7 @@ typedef struct Msh {
     int nbelongs, belongscap;
 } Msh;
 
-// What all elements of a block share.
+// The values common to all elements of a block.
 typedef struct Kind {
     int type, nnode, dim;
     int64_t label;
@@ -81,11 +81,11 @@ static OmStatus read_real(Msh* r, const char* what, double* v) {
     return OM_OK;
 }
 
-// A count of items, each of which takes at least so many bytes of the file.
-static OmStatus read_number(Msh* r, const char* what, size_t least_text, size_t least_binary,
+// A count of items, each of which needs at least `min_text` or `min_binary` bytes of the file.
+static OmStatus read_number(Msh* r, const char* what, size_t min_text, size_t min_binary,
                             int64_t* count) {
     OM_TRY(read_size(r, what, count));
-    return om__check_count(&r->s, what, *count, r->is_binary ? least_binary : least_text);
+    return om__check_count(&r->s, what, *count, r->is_binary ? min_binary : min_text);
 }
 
 static int shown(OmWord w) { return w.len < 40 ? (int)w.len : 40; }
@@ -288,7 +288,7 @@ static OmStatus take_element(Msh* r, const Kind* k, int64_t tag, const int64_t* 
     return is_tet && k->label ? om__set_label(r->m, k->label) : OM_OK;
 }
 
-// Groups of consecutive elements are mostly the same: kind is kept from one to the next.
+// Consecutive elements are mostly in the same groups: the last result is reused.
 static OmStatus set_kind(Msh* r, int type, int physical, Kind* k) {
     if (k->nnode > 0 && k->type == type && k->label == physical) return OM_OK;
     OM_TRY(set_type(r, type, k));
@@ -414,7 +414,7 @@ static OmStatus read_format(Msh* r) {
     return OM_OK;
 }
 
-// To behind the end of a section that is passed over.
+// Skip to the end of an unused section.
 static OmStatus skip_section(Msh* r, OmWord name) {
     char end[72];
     OM_CHECK(name.len > 1 && name.len < 60, OM_INVALID, "a section \"%.*s\"", shown(name),

@@ -1,8 +1,8 @@
 // shape_file_msh_write.c: writing Gmsh's .msh, versions 2.2 and 4.1, as text.
 //
-// Labels become physical groups of volumes and sets named physical groups of points: each vertex of a set
-// is a point element. In 4.1 groups hang on entities, so there is one volume for every label and one point
-// for every set; elements keep their order, so a block ends where the label changes.
+// Labels become physical groups of volumes. Named sets become physical groups of points: each vertex of a
+// set is a point element. In 4.1 groups belong to entities, so there is one volume for every label and one
+// point for every set. Elements keep their order, so a block ends where the label changes.
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,7 +70,7 @@ static int find_volume(const Volume* volume, int nvolume, int label) {
     return (int)(v - volume);
 }
 
-// One volume a label, ascending, with the boxes of their elements. The caller frees.
+// One volume per label, ascending, with the bounding boxes of their elements. The caller frees.
 static OmStatus list_volumes(const OmMeshOutput* out, Volume** volume, int* nvolume) {
     const OmTetMesh* mesh = out->mesh;
     const OmVec3 far = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
@@ -111,7 +111,8 @@ static OmStatus write_entities(const OmMeshOutput* out, const Volume* volume, in
         const Volume* v = &volume[i];
         OM_TRY(om_text_append(text, "%d %.9g %.9g %.9g %.9g %.9g %.9g ", i + 1, v->lo.x, v->lo.y,
                               v->lo.z, v->hi.x, v->hi.y, v->hi.z));
-        OM_TRY(om_text_append(text, "1 %d 0\n", v->label));  // also 0: meshio wants all or none
+        // also 0: meshio requires a group for all entities or none
+        OM_TRY(om_text_append(text, "1 %d 0\n", v->label));
     }
     return om_text_append(text, "$EndEntities\n");
 }

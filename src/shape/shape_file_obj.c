@@ -1,19 +1,18 @@
-// shape_file_obj.c: surfaces in Wavefront OBJ: its vertices and faces, all else is passed over.
+// shape_file_obj.c: surfaces in Wavefront OBJ: vertices and faces are read, all other lines are ignored.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"
 
 enum { MAX_CORNER = 4096 };
 
-// At the end of a line? A backslash before it continues the line.
+// At the end of a line? A line that ends with a backslash continues on the next.
 static bool at_obj_line_end(OmScan* s) {
     for (;;) {
         if (om__at_line_end(s)) return true;
         if (*s->p == '#') return true;
         if (*s->p != '\\') return false;
         s->p++;
-        if (!om__at_line_end(s))
-            return false;  // a stray backslash: the number reader will complain
+        if (!om__at_line_end(s)) return false;  // a stray backslash: the number reader reports it
         om__skip_line(s);
     }
 }
@@ -57,7 +56,7 @@ OmStatus om__parse_obj(const char* data, size_t size, OmFileMesh* m) {
         } else if (w.str[0] < 0x20 || w.str[0] > 0x7e) {
             return om__scan_error(&s, "this is not the text of an OBJ file");
         }
-        // groups, materials, normals, lines ... are passed over
+        // groups, materials, normals, lines ... are ignored
         while (!at_obj_line_end(&s)) om__read_word(&s);
         om__skip_line(&s);
     }

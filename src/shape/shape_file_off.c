@@ -41,7 +41,7 @@ OmStatus om__parse_off(const char* data, size_t size, OmFileMesh* m) {
     return OM_OK;
 }
 
-// Some readers of OFF know no comments, so none is written.
+// Write no comments: some readers of OFF do not support them.
 OmStatus om__write_off(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
     const double scale = 1 / frame.unit;
     OM_TRY(om_text_append(text, "OFF\n%d %d 0\n", surface->nvert, surface->ntri));

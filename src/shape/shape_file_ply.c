@@ -1,7 +1,7 @@
 // shape_file_ply.c: PLY, text and binary of both byte orders.
 //
-// The header describes elements and their properties; those we do not use are passed over by their
-// description. Vertices need x, y, z; faces a list vertex_indices (or vertex_index).
+// The header describes elements and their properties; properties that are not needed are skipped by
+// their declared size. Vertices need x, y, z; faces a list vertex_indices (or vertex_index).
 //
 // Reference: G. Turk, The PLY Polygon File Format (1994).
 #include <string.h>

@@ -1,7 +1,6 @@
-// shape_file_scan.c: reading words and numbers of a text, and values of a binary file, out of memory.
+// shape_file_scan.c: read words and numbers of a text, and values of a binary file, from memory.
 //
-// Lines are not counted while reading: the number of a line is found from the position when an error
-// needs it.
+// Lines are not counted while reading: an error computes the line number from the position.
 #include <limits.h>
 #include <string.h>
 

@@ -1,7 +1,7 @@
 // shape_file_stl.c: STL, binary and text.
 //
-// A binary file may begin with "solid", and a text file need not be told apart by its first word: a file is
-// binary if its length is what its triangle count says, or if it does not begin with "solid".
+// Both kinds of file may begin with "solid". A file is binary if its length fits its triangle count, or if
+// it does not begin with "solid".
 #include <string.h>
 
 #include "shape/shape_file_internal.h"
@@ -43,7 +43,7 @@ static OmStatus expect(OmScan* s, const char* word) {
 static OmStatus parse_facet(OmScan* s, OmFileMesh* m) {
     double x[3];
     OM_TRY(expect(s, "normal"));
-    om__skip_line(s);  // normals follow from the vertices, and are often nan
+    om__skip_line(s);  // normals are computed from the vertices; those of the file are often nan
     OM_TRY(expect(s, "outer"));
     OM_TRY(expect(s, "loop"));
     for (int c = 0; c < 3; c++) {

@@ -1,8 +1,8 @@
 // shape_file_vtk.c: reading VTK's legacy files: unstructured grids and polygons, text and binary.
 //
-// A file is a list of keywords, each followed by its values; what is not needed must still be read to find
-// what comes behind it. Binary values are big-endian and begin on the line after the keyword. Cells are
-// lists that begin with their length, from version 5 on offsets and a list of all corners.
+// A file is a list of keywords, each followed by its values. Values that are not needed must still be read
+// to find the next keyword. Binary values are big-endian and begin on the line after the keyword. A cell
+// is a list that begins with its length; from version 5 on there are offsets and one list of all corners.
 //
 // Reference: VTK file formats, "Simple legacy formats".
 #include <limits.h>
@@ -11,7 +11,7 @@
 #include "shape/shape_file_internal.h"
 
 typedef struct Cells {
-    int64_t* offset;  // where each begins in corner, and the end of the last (ncell + 1)
+    int64_t* offset;  // first entry of each cell in corner, and the end of the last (ncell + 1)
     int* corner;
     int ncell;
 } Cells;
@@ -23,11 +23,11 @@ typedef struct Vtk {
     Cells cells;    // of the grid
     int* tet_cell;  // the cell of each tetrahedron
     int tet_cellcap;
-    int ndata;  // of the CELL_DATA or POINT_DATA that arrays now belong to
+    int ndata;  // number of cells or points of the current CELL_DATA or POINT_DATA
     bool is_cell_data, is_point_data;
 } Vtk;
 
-typedef struct Values {  // read, or passed over if integer is null
+typedef struct Values {  // destination of values; null: they are skipped
     double* real;
     int64_t* integer;
 } Values;
@@ -64,7 +64,7 @@ static const Type type_table[] = {
     {"vtktypefloat32", OM_VALUE_F32},
     {"vtktypefloat64", OM_VALUE_F64},
     {"vtkidtype", OM_VALUE_I32},  // written with 32 bits
-    {"bit", OM_VALUE_NONE},       // eight to a byte; only passed over
+    {"bit", OM_VALUE_NONE},       // eight to a byte; only skipped
 };
 
 static OmStatus read_type(Vtk* v, OmValueType* type) {
@@ -257,7 +257,7 @@ static OmStatus read_cell_types(Vtk* v) {
 
 // ---- arrays -----------------------------------------------------------------------------------------
 
-// Names are written with %20 for a blank and its like.
+// VTK writes names with %20 for a blank, and other characters alike.
 static size_t decode_name(OmWord w, char out[OM_SET_NAME]) {
     size_t n = 0;
     for (size_t i = 0; i < w.len; i++) {
@@ -318,7 +318,7 @@ static OmStatus read_array(Vtk* v, OmWord name, OmValueType type, int64_t ncomp,
     return status;
 }
 
-// METADATA: to behind the next empty line.
+// METADATA: skip to the next empty line.
 static void skip_metadata(Vtk* v) {
     om__skip_line(&v->s);
     while (om__scan_left(&v->s) && om__read_line(&v->s).len > 0) continue;

@@ -1,7 +1,7 @@
 // shape_file_vtk_write.c: writing VTK's legacy files, version 3.0, which every reader knows.
 //
 // Labels are a cell array, sets point arrays of bytes; all arrays stand in a FIELD. Names are written with
-// %20 for a blank and its like, as VTK itself does.
+// %20 for a blank, and other characters alike, as VTK does.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"

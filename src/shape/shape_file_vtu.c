@@ -1,10 +1,10 @@
 // shape_file_vtu.c: reading VTK's XML files of unstructured grids (.vtu).
 //
-// Only what such files hold is understood of XML: tags with quoted attributes, comments, and text that
-// has no tags in it. The arrays of a piece may come in any order, so a piece is first listed (where does
-// each array begin, of what type is it) and decoded at its end. Arrays are text, base64 in place, or lie
-// behind the last tag (AppendedData, raw or base64); each begins with its length or, compressed by
-// zlib, with the table of its blocks:
+// The parser understands only the XML that such files use: tags with quoted attributes, comments, and
+// text without tags. The arrays of a piece may come in any order, so a piece is first listed (position
+// and type of each array) and decoded at its end. Arrays are text, base64 in place, or stand after the
+// last tag (AppendedData, raw or base64). Each begins with its length or, compressed by zlib, with the
+// table of its blocks:
 //
 //     [bytes] data                                                 in words of header_type
 //     [blocks][block size][last size or 0][packed size ...] packed blocks
@@ -27,7 +27,7 @@ typedef struct Tag {
 typedef struct Array {  // where a DataArray is
     OmWord name, type, format;
     int64_t ncomp, offset;
-    const char* content;  // behind the tag
+    const char* content;  // text after the tag
 } Array;
 
 typedef struct Piece {
@@ -42,7 +42,7 @@ typedef struct Vtu {
     OmScan s;
     bool is_swapped, is_compressed;
     OmValueType header_type;
-    const char* appended;  // first byte behind the underscore, null if there is none
+    const char* appended;  // first byte after the underscore, null if there is none
     bool is_appended_base64;
     Piece piece;
 } Vtu;
@@ -66,7 +66,7 @@ static bool is_name_char(char c) {
            c == '-' || c == ':' || c == '.';
 }
 
-// The next tag, text before it passed over. False at the end of the file or in a damaged tag.
+// Find the next tag; text before it is skipped. False at the end of the file or in a damaged tag.
 static bool next_tag(OmScan* s, Tag* tag) {
     for (;;) {
         const char* open = om__scan_left(s) ? memchr(s->p, '<', om__scan_left(s)) : NULL;
@@ -143,7 +143,7 @@ static OmStatus attr_integer(const Vtu* v, const Tag* tag, const char* name, int
                           shown(w), w.str);
 }
 
-// The name with &amp; and its like resolved; its length, 0 if it does not fit.
+// Resolve &amp; and other entities of a name; returns its length, 0 if it does not fit.
 static size_t unescape(OmWord w, char out[OM_SET_NAME]) {
     static const struct {
         const char* name;
@@ -230,7 +230,7 @@ static OmStatus read_compressed(const Vtu* v, OmByteStream* b, uint64_t size, un
     OmStatus status = OM_OK;
     for (uint64_t i = 0; i < nblock && status == OM_OK; i++)
         status = read_header_word(v, b, &packed[i]);
-    // what is encoded behind the table is a stream of its own
+    // the data after the table are a base64 stream of their own
     if (status == OM_OK) b->igroup = b->ngroup = 0;
     if (status == OM_OK && !(*out = om_alloc(size, 1))) status = OM_NO_MEMORY;
     if (status == OM_OK) status = inflate_blocks(b, packed, nblock, block, size, *out);
@@ -238,7 +238,7 @@ static OmStatus read_compressed(const Vtu* v, OmByteStream* b, uint64_t size, un
     return status;
 }
 
-// Values of text, one by one into real or integer.
+// Read values from text, one by one, into real or integer.
 static OmStatus read_text_values(const Vtu* v, const Array* a, size_t count, double* real,
                                  int64_t* integer) {
     OmScan s = v->s;
@@ -257,7 +257,7 @@ static OmStatus read_text_values(const Vtu* v, const Array* a, size_t count, dou
     return OM_OK;
 }
 
-// `count` values into real or integer, whichever is not null (count items).
+// Read `count` values into real or integer, whichever is not null (count items).
 static OmStatus read_values(const Vtu* v, const Array* a, size_t count, double* real,
                             int64_t* integer) {
     OmValueType type = type_of(a->type);
@@ -289,7 +289,7 @@ static OmStatus read_values(const Vtu* v, const Array* a, size_t count, double* 
     return status;
 }
 
-// No file holds more values than this, however well it is packed.
+// Refuse a count of values that no file of this size can hold, compressed or not.
 static OmStatus check_plausible(const Vtu* v, size_t count) {
     size_t size = (size_t)(v->s.end - v->s.start);
     OM_CHECK(count / MAX_PACKING <= size, OM_INVALID,
@@ -330,7 +330,7 @@ static OmStatus take_points(const Vtu* v, OmFileMesh* m) {
     return status;
 }
 
-// The corners of all cells as vertices of the mesh.
+// Append the corners of all cells as vertices of the mesh.
 static OmStatus number_corners(const Piece* p, int base, const int64_t* vert, int64_t count,
                                int** corner) {
     OM_ALLOC(*corner, count);
@@ -424,14 +424,14 @@ static OmStatus read_array_tag(const Vtu* v, const Tag* tag, Array* a) {
     return attr_integer(v, tag, "offset", 0, &a->offset);
 }
 
-// Fields of the whole file: SPACE is a string, metres_per_unit a number. Any other is passed over, and so
-// are these if they hold something else.
+// Fields of the whole file: SPACE is a string, metres_per_unit a number. Other fields are ignored, and so
+// are these two if their type differs.
 static OmStatus read_field(const Vtu* v, const Tag* tag, OmFileMesh* m) {
     Array a;
     OmStatus status = OM_OK;
     OM_TRY(read_array_tag(v, tag, &a));
     if (om__is_word(a.name, "SPACE") && om__is_word(a.type, "String")) {
-        int64_t code[4];  // three letters and the zero behind them
+        int64_t code[4];  // three letters and the final zero
         a.type = (OmWord){"UInt8", 5};
         status = read_values(v, &a, 4, NULL, code);
         char text[] = "SPACE=...";
@@ -494,7 +494,7 @@ static OmStatus read_file_tag(Vtu* v, const Tag* tag) {
     return OM_OK;
 }
 
-// The appended data may hold anything, also brackets: they are looked for before the tags are read.
+// Appended data may hold any byte, also brackets: find them before the tags are read.
 static OmStatus find_appended(Vtu* v) {
     OmScan s = v->s;
     Tag tag;

@@ -1,7 +1,7 @@
 // shape_file_vtu_write.c: writing VTK's XML files of unstructured grids (.vtu).
 //
-// Arrays stand in place: as text, or compressed by zlib in blocks and written as base64, the table of the
-// blocks first. Labels are a cell array, sets point arrays of bytes.
+// Arrays are written in place: as text, or compressed by zlib in blocks and encoded as base64, the table
+// of the blocks first. Labels are a cell array, sets point arrays of bytes.
 #include <string.h>
 
 #include "shape/shape_file_internal.h"
@@ -62,7 +62,7 @@ static OmStatus write_cells(OmText* text, bool is_text, const OmTetMesh* mesh) {
     OM_TRY_DONE(om_text_append(text, "<Cells>\n"));
     for (int i = 0; i < 3; i++) {
         OmMeshArray a = array[i];
-        if (i == 0) a.ncomp = 1;  // VTK wants a flat list
+        if (i == 0) a.ncomp = 1;  // VTK expects a flat list
         OM_TRY_DONE(write_array(text, is_text, &a, i == 0 ? 4 * mesh->ntet : mesh->ntet));
     }
     OM_TRY_DONE(om_text_append(text, "</Cells>\n"));
@@ -109,7 +109,7 @@ done:
     return status;
 }
 
-// Unit and space of the file; strings are the codes of their letters, and a zero.
+// Unit and space of the file; strings are written as the codes of their letters and a zero.
 static OmStatus write_fields(OmText* text, OmMeshFrame frame) {
     char unit[OM_NUMBER_SIZE + 1];
     unit[om_number_write(unit, frame.unit)] = 0;

@@ -1,4 +1,4 @@
-// shape_internal.h: what the files of room `shape` share.
+// shape_internal.h: shared by the files of room `shape`.
 #ifndef OM_SHAPE_INTERNAL_H
 #define OM_SHAPE_INTERNAL_H
 
@@ -11,20 +11,20 @@ enum { OM__SDF_COOKIE = 0x5d0f1e1d, OM__STUFF_COOKIE = 0x57f0ff, OM__PATCH_COOKI
 extern const int om__face_corner[4][3];
 extern const int om__face_opposite[4];
 
-// neighbor[4 e + f]: the element behind face f of element e, -1 at the boundary. OM_INVALID if three
-// elements share a face.
+// neighbor[4 e + f]: the element on the other side of face f of element e, -1 at the boundary.
+// OM_INVALID if a face belongs to three elements.
 OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor);
 
 // The triangle corners (3 t + c) at each vertex: corner[adr[v]] .. corner[adr[v + 1] - 1]. The caller frees
 // both with om_free, also after a failure.
 OmStatus om__surface_corners(const OmSurface* surface, int** adr, int** corner);
 
-// Dimensions and origin of the grid over [lo, hi] and the margin, values not set.
+// Dimensions and origin of the grid over [lo, hi] and the margin; values are not set.
 OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf);
 // Fill the nodes of a grid from a function, in parallel.
 void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx);
-// Turn any function whose zero level is right into a signed distance; if `volume` > 0 the level is
-// shifted so that the surface encloses it.
+// Turn a function with the right zero level into a signed distance. If `volume` > 0 the level is
+// shifted so that the surface encloses this volume.
 OmStatus om__sdf_redistance(OmSdf* sdf, double volume);
 // Unsigned distance to a surface, into sdf->d.
 OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf);

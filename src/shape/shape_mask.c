@@ -1,8 +1,8 @@
-// shape_mask.c: segmentations voxel by voxel: cropping, parts, holes, closing.
+// shape_mask.c: segmentations on voxels: cropping, connected parts, holes, closing.
 //
-// Parts are found run by run along i with a union-find over the runs, so a label map of 75 million voxels
-// takes a second and no stack. Closing is a distance transform (Felzenszwalb & Huttenlocher 2012) in
-// space, axis by axis; on an oblique grid with orthogonal axes that is exact.
+// Connected parts are found with a union-find over runs of voxels along i, so a label map of 75 million
+// voxels takes a second and no recursion. Closing is a distance transform (Felzenszwalb & Huttenlocher
+// 2012) in space, axis by axis; it is exact on an oblique grid with orthogonal axes.
 #include "shape/shape_internal.h"
 
 #include <stdlib.h>
@@ -153,7 +153,7 @@ static int find_root(Run* run, int r) {
     return r;
 }
 
-// Join runs of two rows whose voxels touch; `reach` is 1 where diagonals count.
+// Join runs of two rows whose voxels are adjacent; `reach` is 1 where diagonal neighbours count.
 static void join_rows(RunTable* t, int row_a, int row_b, int reach) {
     int a = t->row_adr[row_a], b = t->row_adr[row_b];
     while (a < t->row_adr[row_a + 1] && b < t->row_adr[row_b + 1]) {
@@ -241,7 +241,8 @@ OmStatus om_mask_choose_parts(OmMask* mask, int connectivity, const int* rank, i
         OM_CHECK_DONE(rank[i] >= 1 && rank[i] <= npart, OM_INVALID,
                       "part %d: the mask has parts 1 to %d", rank[i], npart);
     }
-    for (int i = 0; i < nrank; i++) t.run[part[rank[i] - 1].root].size = -1;  // marks what stays
+    // marks the parts to keep
+    for (int i = 0; i < nrank; i++) t.run[part[rank[i] - 1].root].size = -1;
     for (int r = 0; r < t.nrun; r++) {
         while (t.row_adr[row + 1] <= r) row++;
         if (t.run[find_root(t.run, r)].size < 0) continue;
@@ -289,7 +290,7 @@ OmStatus om_mask_fill_holes(OmMask* mask) {
     OM_TRY(find_runs(mask, 0, &t));
     join_runs(mask, &t, 6);
     int nx = mask->dim[0], ny = mask->dim[1], nz = mask->dim[2];
-    // a part of the air that touches the border is marked by a size of -1
+    // a part of the outside that reaches the border gets a size of -1
     for (int row = 0; row < ny * nz; row++) {
         int j = row % ny, k = row / ny;
         bool is_edge = j == 0 || k == 0 || j == ny - 1 || k == nz - 1;
@@ -322,7 +323,7 @@ static void envelope(double* f, int n, double h, int* v, double* z, double* out)
     z[1] = FAR;
     for (int q = 1; q < n; q++) {
         double s;
-        for (;;) {  // ends at the latest at top == 0, as z[0] is below everything
+        for (;;) {  // ends at top == 0 if not before, because z[0] is below every s
             double xq = q * h, xp = v[top] * h;
             s = ((f[q] + xq * xq) - (f[v[top]] + xp * xp)) / (2 * (xq - xp));  // q > v: not zero
             if (s > z[top] || top == 0) break;

@@ -1,8 +1,8 @@
-// shape_mesh.c: the life of surfaces and tetrahedral meshes, their named sets, box meshes, boundaries.
+// shape_mesh.c: creation and destruction of surfaces and tetrahedral meshes, named sets, box meshes, boundaries.
 //
-// A boundary face is one that a single element owns. Faces are chained by their smallest vertex, so
-// finding the partner of a face looks at a dozen others and needs no sorting; faces keep the order of
-// their elements, so the result does not depend on anything but the mesh.
+// A boundary face belongs to a single element. Faces are chained by their smallest vertex, so the
+// partner of a face is found among a dozen others without sorting. Faces keep the order of their
+// elements, so the result depends on the mesh alone.
 #include "shape/shape_internal.h"
 
 #include <limits.h>
@@ -77,7 +77,7 @@ OmStatus om_tet_mesh_copy(const OmTetMesh* mesh, OmTetMesh* out) {
 
 // ---- named sets -------------------------------------------------------------------------------------
 
-// Sort and drop repeats through a flag a vertex: linear, and a set is often half the mesh.
+// Sort and remove repeats with one flag per vertex: linear, and a set often has half the vertices of the mesh.
 static OmStatus sorted_unique(int nmesh, const int* vert, int nvert, int** out, int* nout) {
     unsigned char* is_in = om_calloc((size_t)nmesh, 1);
     if (!is_in) return OM_NO_MEMORY;
@@ -145,8 +145,8 @@ const OmMeshSet* om_tet_mesh_find_set(const OmTetMesh* mesh, const char* name) {
 
 // ---- boxes --------------------------------------------------------------------------------------------
 
-// Kuhn: each order of the three axes is a path from corner 000 to corner 111, and one tetrahedron.
-// Odd orders run around the diagonal the other way: two corners are exchanged.
+// Kuhn's division of a cube: each order of the three axes is a path from corner 000 to corner 111,
+// and one tetrahedron. For odd orders two corners are exchanged so that the volume is positive.
 static const int kuhn_order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1},
                                      {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
 

@@ -1,4 +1,4 @@
-// shape_patch.c: fields on surfaces: normals, geodesics, noise, even samples, random patches.
+// shape_patch.c: fields on surfaces: normals, geodesic distance, noise, uniform samples, random patches.
 //
 // The random patch is thesis eq. 4.1: D_Q = w_d d_PQ + w_n n_PQ + w_p p_Q, taking the vertices of smallest
 // D. The thesis gives no units for its weights; here each term is scaled to 0-1 first (the geodesic distance
@@ -33,7 +33,7 @@ void om_surface_normals(const OmSurface* surface, double* normal) {
 
 typedef struct Heap {  // binary heap of vertices by distance
     int* vert;
-    int* place;  // of a vertex in the heap, -1 if out
+    int* place;  // position of a vertex in the heap, -1 if it is not in it
     const double* key;
     int n;
 } Heap;
@@ -259,13 +259,14 @@ static void rank_candidates(const OmSurface* s, const int* candidate, int n, con
         double d = distance[candidate ? candidate[i] : i];
         if (d < HUGE_VAL) reach = fmax(reach, d);
     }
-    if (reach == 0) reach = 1;  // a single candidate: its distance is 0 anyway
+    if (reach == 0) reach = 1;  // a single candidate: its distance is 0
     double size = def->noise_length > 0 ? def->noise_length : 0.25 * reach;
     OmVec3 np = om_load3(normal, center);
     for (int i = 0; i < n; i++) {
         int v = candidate ? candidate[i] : i;
         OmVec3 nq = om_load3(normal, v);
-        double d = fmin(distance[v] / reach, 2);  // where no path leads: as far again
+        // unreachable vertices get twice the largest distance
+        double d = fmin(distance[v] / reach, 2);
         double angle = atan2(om_norm(om_cross(np, nq)), om_dot(np, nq)) / OM_PI;
         double noise =
             0.5 + 0.5 * om_noise_perlin(om_scale(1 / size, om_load3(s->x, v)), def->seed);

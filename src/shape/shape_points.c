@@ -1,8 +1,8 @@
 // shape_points.c: a k-d tree without pointers.
 //
-// The points of a node are a range of the array; the node splits it at its middle along its longest side, by
-// Hoare's selection. Left and right of the middle are its children: the tree is the order of the points. A
-// range of a few points is searched one by one.
+// The points of a node are a range of the array. The node is split at the median along its longest side,
+// found by Hoare's selection. Its children are the ranges left and right of the median, so that the order of
+// the points is the tree. A range of a few points is searched one by one.
 #include <math.h>
 #include <string.h>
 
@@ -13,8 +13,8 @@
 struct OmPointTree {
     int n;
     double* x;    // in the order of the tree           (n x 3)
-    int* index;   // what point it was                      (n)
-    char* split;  // axis along which a middle splits       (n)
+    int* index;   // index of the point in the input          (n)
+    char* split;  // axis along which a node is split          (n)
 };
 
 // ---- building -------------------------------------------------------------------------------------
@@ -38,7 +38,8 @@ static int longest_side(const OmPointTree* t, int begin, int end) {
     return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
 }
 
-// Put the element of rank `middle` of [begin, end) in its place, smaller ones before it, larger ones behind.
+// Select: put the element of rank `middle` of [begin, end) at its index, smaller ones before it,
+// larger ones after it.
 static void select_middle(OmPointTree* t, int begin, int end, int middle, int axis) {
     int lo = begin, hi = end - 1;
     while (lo < hi) {
@@ -98,11 +99,11 @@ void om_point_tree_destroy(OmPointTree* tree) {
     om_free(tree);
 }
 
-// ---- asking ---------------------------------------------------------------------------------------
+// ---- queries --------------------------------------------------------------------------------------
 
 typedef struct Nearest {
     OmVec3 p;
-    double d2;  // of the best so far
+    double d2;  // squared distance of the best point so far
     int index;
 } Nearest;
 
@@ -126,7 +127,7 @@ static void descend(const OmPointTree* t, int begin, int end, Nearest* best) {
     look(t, middle, best);
     if (gap <= 0) descend(t, begin, middle, best);
     if (gap > 0) descend(t, middle + 1, end, best);
-    if (gap * gap > best->d2) return;  // nothing nearer, nor as near, behind the plane
+    if (gap * gap > best->d2) return;  // no point behind the plane is nearer or equally near
     if (gap <= 0) descend(t, middle + 1, end, best);
     if (gap > 0) descend(t, begin, middle, best);
 }

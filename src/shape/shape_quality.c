@@ -1,4 +1,4 @@
-// shape_quality.c: what can be said of a mesh: angles, edges, parts, whether a surface is closed.
+// shape_quality.c: measures of a mesh: dihedral angles, edges, connected parts, closed surfaces.
 #include "shape/shape_internal.h"
 
 #include <limits.h>
@@ -50,7 +50,7 @@ static void measure_angles(const OmTetMesh* mesh, OmMeshQuality* q) {
 
 // ---- edges --------------------------------------------------------------------------------------------------
 
-// Distinct edges, chained by their smaller end.
+// Distinct edges, chained by their smaller vertex.
 static OmStatus measure_edges(const OmTetMesh* mesh, OmMeshQuality* q) {
     OmStatus status = OM_OK;
     int *head = NULL, *next = NULL, *other = NULL, n = 0;
@@ -87,7 +87,8 @@ done:
 
 // ---- closed surfaces ---------------------------------------------------------------------------------------------
 
-// Half-edges chained by their smaller end; `forward` counts those that run up, `back` those that run down.
+// Half-edges chained by their smaller vertex; `forward` counts those from the smaller to the larger
+// one, `back` the others.
 typedef struct EdgeTable {
     int *head, *next, *other, *forward, *back;
     int n;
@@ -154,7 +155,7 @@ done:
 
 // ---- parts ------------------------------------------------------------------------------------------------------
 
-// Number the parts that hang together by faces in the order of their first element.
+// Number the parts that are connected by faces, in the order of their first element.
 static OmStatus find_parts(const OmTetMesh* mesh, int* part, int* npart) {
     OmStatus status = OM_OK;
     int *neighbor = NULL, *stack = NULL;
@@ -193,7 +194,7 @@ static int renumber_set(OmMeshSet* set, const int* number) {
     return set->nvert = n;
 }
 
-// Drop elements with keep[part] == 0 and the vertices nothing uses any more, in place.
+// Remove elements with keep[part] == 0 and unused vertices, in place.
 static OmStatus drop_parts(OmTetMesh* mesh, const int* part, const unsigned char* keep) {
     int* number = om_alloc((size_t)mesh->nvert, sizeof *number);
     if (!number) return OM_NO_MEMORY;
@@ -248,9 +249,9 @@ done:
     return status;
 }
 
-// ---- all of it --------------------------------------------------------------------------------------------------
+// ---- all measures -------------------------------------------------------------------------------------------
 
-// Edges between the boundary and the vertex furthest from it, times two: in from one side and out to the other.
+// Twice the number of edges between the boundary and the vertex furthest from it: a path through the mesh.
 static int count_layers(const OmTetMesh* mesh, int nboundary, const int* boundary, int* depth) {
     int deepest = 0;
     for (int v = 0; v < mesh->nvert; v++) depth[v] = -1;

@@ -1,7 +1,8 @@
 // shape_refine.c: uniform refinement, eight tetrahedra from one (Bey 1995).
 //
-// Every edge gets its middle as a new vertex; the octahedron left between the four corner tetrahedra is
-// cut along the shortest of its three diagonals, which keeps the elements from degenerating.
+// Every edge gets a new vertex at its midpoint. The octahedron between the four corner tetrahedra is
+// cut along the shortest of its three diagonals, so that repeated refinement does not degenerate the
+// elements.
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,7 +56,7 @@ static void cut_tet(const double* x, const int corner[4], const int mid[6], int 
         out[c][0] = corner[c];
         for (int k = 0; k < 3; ++k) out[c][k + 1] = mid[at_corner[c][k]];
     }
-    // Opposite middles, and the ring of the four others around each such diagonal.
+    // Opposite midpoints, and the ring of the four others around each such diagonal.
     static const int diagonal[3][2] = {{0, 5}, {1, 4}, {2, 3}};
     static const int ring[3][4] = {{1, 2, 4, 3}, {0, 2, 5, 3}, {0, 1, 5, 4}};
     int best = 0;
@@ -82,7 +83,7 @@ static void cut_tet(const double* x, const int corner[4], const int mid[6], int 
     }
 }
 
-// A middle joins a set when both its ends are in it.
+// A midpoint joins a set if both ends of its edge are in it.
 static OmStatus refine_sets(const OmTetMesh* mesh, const Edge* edge, int nedge, OmTetMesh* fine) {
     unsigned char* is_in = om_alloc((size_t)mesh->nvert, 1);
     int* list = om_alloc((size_t)fine->nvert, sizeof *list);

@@ -1,13 +1,13 @@
 // shape_sdf.c: signed distance fields on regular grids.
 //
-// Distances: the nodes around each triangle get their exact closest point; from there closest points are
-// handed on from node to node in eight sweeps (Danielsson 1980), as the closest point of a neighbour is,
-// or is next to, one's own; last, each node looks at the triangles around the one it ended with. Signs come
-// from the function that was sampled, or, for a triangle surface, from the crossings of the rays along the
-// three axes, counted with their direction, and a vote.
+// Distances: the nodes around each triangle get their exact closest point. Eight sweeps propagate closest
+// points from node to node (Danielsson 1980), because the closest point of a node is that of a neighbour or
+// near it. Then each node computes its distance to the triangles around its closest point. Signs come from
+// the function that was sampled. For a triangle surface they come from the crossings of the rays along the
+// three axes, counted with their direction, and a majority vote.
 //
-// Tried and left: the fast sweeping method (first order: 0.3 h at the second layer of nodes); sweeps alone
-// (feet a cell's diagonal apart: h^2 / (2 d) too long at distance d, gradients off by a fifth).
+// Tried and rejected: the fast sweeping method (first order: 0.3 h at the second layer of nodes); sweeps alone
+// (closest points off by a cell's diagonal: h^2 / (2 d) too long at distance d, gradients off by a fifth).
 #include "shape/shape_internal.h"
 
 #include <string.h>
@@ -105,7 +105,7 @@ double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient) {
     const double ih = 1.0 / sdf->spacing;
     const double q[3] = {(p.x - sdf->origin.x) * ih, (p.y - sdf->origin.y) * ih,
                          (p.z - sdf->origin.z) * ih};
-    double u[3], out[3];  // place within the cell, and how far beyond the grid, in cells
+    double u[3], out[3];  // position within the cell, and distance beyond the grid, in cells
     int c[3];
     for (int a = 0; a < 3; a++) {
         double last = sdf->dim[a] - 1;
@@ -131,7 +131,7 @@ double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient) {
         double y0 = e10 - e00, y1 = e11 - e01;
         OmVec3 g = om_vec3(x0 + u[2] * (x1 - x0), y0 + u[2] * (y1 - y0), g1 - g0);
         g = om_scale(ih, g);
-        if (beyond > 0) {  // clamped directions see only the distance to the grid
+        if (beyond > 0) {  // clamped directions only see the distance to the grid
             g = om_vec3(out[0] != 0 ? out[0] / beyond : g.x, out[1] != 0 ? out[1] / beyond : g.y,
                         out[2] != 0 ? out[2] / beyond : g.z);
         }
@@ -163,7 +163,7 @@ static OmVec3 closest_on_triangle(OmVec3 p, OmVec3 a, OmVec3 b, OmVec3 c) {
     if (va <= 0 && e4 >= 0 && e5 >= 0) {
         return om_madd(b, e4 + e5 > 0 ? e4 / (e4 + e5) : 0, om_sub(c, b));
     }
-    double sum = va + vb + vc;  // positive: the cases above take every flat triangle
+    double sum = va + vb + vc;  // positive: flat triangles were handled above
     return om_add(a, om_add(om_scale(vb / sum, ab), om_scale(vc / sum, ac)));
 }
 
@@ -206,7 +206,7 @@ static void seed_band(const OmSurface* s, const OmSdf* sdf, Feet* feet, float* d
     }
 }
 
-// Take over the closest point of node m if it is nearer to node n, which is at (x, y, z).
+// Copy the closest point of node m if it is nearer to node n, which is at (x, y, z).
 static inline void take_over(Feet* feet, float* dist2, size_t n, size_t m, float x, float y,
                              float z) {
     if (feet->tri[m] < 0) return;
@@ -219,7 +219,7 @@ static inline void take_over(Feet* feet, float* dist2, size_t n, size_t m, float
     memcpy(&feet->point[3 * n], p, 3 * sizeof(float));
 }
 
-// One sweep in direction (si, sj, sk), each node looking back at three neighbours.
+// One sweep in direction (si, sj, sk): each node compares with three neighbours.
 static void sweep(const OmSdf* sdf, Feet* feet, float* dist2, int si, int sj, int sk) {
     const int nx = sdf->dim[0], ny = sdf->dim[1], nz = sdf->dim[2];
     const float h = (float)sdf->spacing;
@@ -258,7 +258,7 @@ static double refined_distance2(const RefineTask* task, size_t n, OmVec3 p) {
     for (int c = 0; c < 3; c++) {
         for (int i = task->adr[near[c]]; i < task->adr[near[c] + 1]; i++) {
             const int* v = &s->tri_vert[3 * (size_t)(task->corner[i] / 3)];
-            // those that also touch an earlier corner were looked at there
+            // triangles that also have an earlier corner were computed there
             bool is_done = c > 0 && has_vertex(v, near[0]);
             if (is_done || (c > 1 && has_vertex(v, near[1]))) continue;
             OmVec3 q = closest_on_triangle(p, om_load3(s->x, v[0]), om_load3(s->x, v[1]),
@@ -374,8 +374,8 @@ OmStatus om_sdf_from_function(OmShapeFn fn, void* ctx, OmVec3 lo, OmVec3 hi, con
 
 // ---- from surfaces --------------------------------------------------------------------------------------------
 
-// Twice the signed area of (a, b, p) in a plane; the same bits but for the sign when a and b change places,
-// and never zero, so that a ray through a shared edge crosses exactly one of its triangles.
+// Twice the signed area of (a, b, p) in a plane. If a and b are exchanged only the sign changes, bit by
+// bit, and it is never zero: a ray through a shared edge crosses exactly one of its triangles.
 static double edge_side(const double* x, int a, int b, int u, int w, double pu, double pw) {
     if (a > b) return -edge_side(x, b, a, u, w, pu, pw);
     const double *xa = &x[3 * (size_t)a], *xb = &x[3 * (size_t)b];
@@ -383,7 +383,7 @@ static double edge_side(const double* x, int a, int b, int u, int w, double pu, 
     return s != 0 ? s : 1e-300;
 }
 
-// Add to `crossing`, at the first node behind it, each crossing of a triangle by a grid line along `axis`.
+// For each crossing of a triangle by a grid line along `axis`, add +-1 to `crossing` at the first node behind it.
 static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, signed char* crossing) {
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
     const double h = sdf->spacing, o[3] = {sdf->origin.x, sdf->origin.y, sdf->origin.z};
@@ -420,7 +420,7 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
     }
 }
 
-// Sum crossings along the axis into winding numbers, and cast a vote where they are positive.
+// Sum the crossings along the axis to winding numbers; where they are positive, add a vote.
 static void cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsigned char* vote) {
     const size_t stride[3] = {1, (size_t)sdf->dim[0], (size_t)sdf->dim[0] * (size_t)sdf->dim[1]};
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
@@ -455,7 +455,7 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
     OM_TRY_DONE(om__sdf_grid(def, lo, hi, sdf));
     OM_TRY_DONE(om__sdf_unsigned(surface, sdf));
 
-    // a surface that was turned inside out is turned back
+    // a surface with normals that point inward is reversed
     OM_TRY_DONE(om_surface_init(&turned, surface->nvert, surface->ntri));
     memcpy(turned.x, surface->x, (size_t)surface->nvert * 3 * sizeof(double));
     bool is_inward = om_surface_volume(surface) < 0;
@@ -493,7 +493,7 @@ done:
 double om_half_ellipsoid_eval(OmVec3 h, OmVec3 p) {
     OmVec3 q = om_vec3(p.x / h.x, p.y / h.y, p.z / h.z);
     OmVec3 g = om_vec3(q.x / h.x, q.y / h.y, q.z / h.z);
-    // (|q|^2 - 1) over its slope: a distance to first order; the slope is kept away from 0 at the middle
+    // (|q|^2 - 1) over its slope: a distance to first order; the slope is bounded away from 0 at the centre
     double f = 0.5 * (om_norm2(q) - 1) / fmax(om_norm(g), 0.5 / h.x);
     return fmax(f, -p.z);
 }

@@ -1,17 +1,17 @@
-// shape_smooth.c: a smooth distance field from a segmentation, without shrinking it.
+// shape_smooth.c: a smooth distance field from a segmentation, without loss of volume.
 //
-// A Gaussian of the mask cut at one half rounds a kidney well, but loses an artery: a rod one voxel thick
-// stays below one half. So the level function w is corrected until, in the window of the Gaussian G, the
-// volume it encloses is that of the mask m everywhere:
+// A Gaussian of the mask cut at one half represents a kidney well but loses an artery: a rod one voxel
+// thick stays below one half. So the level function w is corrected until its enclosed volume, averaged by
+// the Gaussian G, equals that of the mask m everywhere:
 //
 //     w <- w + G * (m - occupancy(w)),   w = G * m - 1/2 at the start.
 //
-// Each correction is itself smoothed, so w stays smooth, and steps of voxels (high frequencies, which G
-// removes) are not brought back. All of it runs in voxel indices: an oblique or anisotropic header changes
-// only where the field is put in space. Fine masks are first averaged over blocks of about the grid step.
+// Each correction is smoothed too, so w stays smooth, and voxel steps (high frequencies, which G removes)
+// do not return. All of it runs in voxel indices: an oblique or anisotropic header only changes where the
+// field lies in space. Fine masks are first averaged over blocks of about the grid step.
 //
-// Tried and left: the same level everywhere (loses vessels); mean-curvature flow held to the voxel centres
-// (Whitaker 2000: each convex piece shrinks by up to half a voxel).
+// Tried and rejected: one level everywhere (loses vessels); mean-curvature flow bounded by the voxel
+// centres (Whitaker 2000: each convex piece shrinks by up to half a voxel).
 #include "shape/shape_internal.h"
 
 #include <string.h>
@@ -23,15 +23,15 @@ typedef struct Level {  // values on voxel centres
     int dim[3];
     OmMat3 axis, inverse;
     OmVec3 origin;
-    double slope;  // of w across a plane, per voxel
-    float* share;  // m: how much of the voxel is inside
-    float* w;      // positive inside
-    float* err;    // m - occupancy
+    double slope;     // slope of w across a plane, per voxel
+    float* fraction;  // m: fraction of the voxel that is inside
+    float* w;         // positive inside
+    float* err;       // m - occupancy
     float* scratch;
 } Level;
 
 static void level_done(Level* l) {
-    om_free(l->share);
+    om_free(l->fraction);
     om_free(l->w);
     om_free(l->err);
     om_free(l->scratch);
@@ -46,11 +46,11 @@ static OmStatus level_init(const OmMask* mask, const int block[3], Level* l) {
     memset(l, 0, sizeof *l);
     for (int a = 0; a < 3; a++) l->dim[a] = (mask->dim[a] + block[a] - 1) / block[a] + 2 * PAD;
     size_t n = level_count(l);
-    l->share = om_calloc(n, sizeof(float));
+    l->fraction = om_calloc(n, sizeof(float));
     l->w = om_alloc(n, sizeof(float));
     l->err = om_alloc(n, sizeof(float));
     l->scratch = om_alloc(n, sizeof(float));
-    if (!l->share || !l->w || !l->err || !l->scratch) return OM_NO_MEMORY;
+    if (!l->fraction || !l->w || !l->err || !l->scratch) return OM_NO_MEMORY;
     const OmMat3* x = &mask->axis;
     l->axis = om_mat3_cols(om_scale(block[0], x->cx), om_scale(block[1], x->cy),
                            om_scale(block[2], x->cz));
@@ -66,14 +66,14 @@ static OmStatus level_init(const OmMask* mask, const int block[3], Level* l) {
             size_t row = (size_t)l->dim[0] * ((size_t)(j / block[1] + PAD) +
                                               (size_t)l->dim[1] * (size_t)(k / block[2] + PAD));
             for (int i = 0; i < mask->dim[0]; i++) {
-                if (*in++) l->share[row + (size_t)(i / block[0] + PAD)] += part;
+                if (*in++) l->fraction[row + (size_t)(i / block[0] + PAD)] += part;
             }
         }
     }
     return OM_OK;
 }
 
-// One axis of the Gaussian; what lies beyond the grid is zero, as the grid is padded by air.
+// One axis of the Gaussian; values beyond the grid are zero, since the grid is padded.
 static void blur_axis(const float* in, float* out, const int dim[3], int axis, const float* tap,
                       int r) {
     const size_t stride[3] = {1, (size_t)dim[0], (size_t)dim[0] * (size_t)dim[1]};
@@ -114,7 +114,7 @@ static int gaussian_taps(double sigma, float* tap) {
     return r;
 }
 
-// How much of each voxel w encloses, from its eight octants, each cut by a plane of the usual slope.
+// Fraction of each voxel that w encloses, from its eight octants, each cut by a plane of the usual slope.
 static void compute_error(Level* l) {
     const ptrdiff_t sy = l->dim[0], sz = sy * l->dim[1];
     const float scale = (float)(2.0 / l->slope);
@@ -129,10 +129,10 @@ static void compute_error(Level* l) {
                     const float* w = &l->w[n];
                     float near = 27 * w[0] + 9 * (w[x] + w[y] + w[z]);
                     float far = 3 * (w[x + y] + w[y + z] + w[x + z]) + w[x + y + z];
-                    float share = 0.5f + scale * (near + far) * (1.0f / 64);
-                    sum += share < 0 ? 0 : share > 1 ? 1 : share;
+                    float fraction = 0.5f + scale * (near + far) * (1.0f / 64);
+                    sum += fraction < 0 ? 0 : fraction > 1 ? 1 : fraction;
                 }
-                l->err[n] = l->share[n] - 0.125f * sum;
+                l->err[n] = l->fraction[n] - 0.125f * sum;
             }
         }
     }
@@ -143,7 +143,7 @@ static void smooth_level(Level* l, double sigma, int iterations) {
     int r = gaussian_taps(sigma, tap);
     l->slope = 1 / (sqrt(2 * OM_PI) * sigma);  // sigma >= 0.5
     size_t n = level_count(l);
-    memcpy(l->w, l->share, n * sizeof(float));
+    memcpy(l->w, l->fraction, n * sizeof(float));
     blur(l, l->w, tap, r);
     for (size_t i = 0; i < n; i++) l->w[i] -= 0.5f;
     for (int it = 0; it < iterations; it++) {
@@ -190,7 +190,7 @@ static double level_eval(void* ctx, OmVec3 p) {
     return -sum;
 }
 
-// The box in space of the voxels that w > 0 touches.
+// The bounding box in space of the voxels with w > 0.
 static OmStatus level_bounds(const Level* l, OmVec3* lo, OmVec3* hi) {
     bool is_empty = true;
     size_t n = 0;

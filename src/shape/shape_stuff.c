@@ -9,9 +9,9 @@
 //      surface: its other crossings are void);
 //   3. cut each tetrahedron: points inside stay, edges from inside to outside end at their crossing.
 //
-// A cut face with two inside corners is a quadrilateral and must be halved the same way from both sides.
-// If its inside edge is long, the half starts at the corner of even parity (Labelle & Shewchuk's parity
-// rule); if short, at the corner whose cut edge is short.
+// A cut face with two inside corners is a quadrilateral, and both neighbours must halve it the same way.
+// If its inside edge is long, the diagonal starts at the corner of even parity (Labelle & Shewchuk's
+// parity rule); if short, at the corner whose cut edge is short.
 #include "shape/shape_internal.h"
 
 #include <limits.h>
@@ -27,14 +27,15 @@ typedef struct Lattice {
     const OmStuffDef* def;
     double a;     // side of the cubes, m
     int n[3];     // cubes
-    int ncorner;  // points below are corners, the others centres
+    int ncorner;  // points with smaller index are corners, the others centres
     int npoint;
     OmVec3 origin;  // of the first corner, m
     double* f;      // value at each point, 0 once moved onto the surface       (npoint)
     int* active;    // index among the points that have a crossing, or -1       (npoint)
     int* point;     // lattice point of each active one                         (nactive)
     int nactive;
-    double* cut;    // place of the crossing towards neighbour s, part of the edge    (nactive x 14)
+    // position of the crossing towards neighbour s, as a fraction of the edge (nactive x 14)
+    double* cut;
     OmVec3* moved;  // position of active points                                (nactive)
     int* cut_vert;  // mesh vertex of the crossing, at the end of smaller index (nactive x 14)
     int* vert;      // mesh vertex of each lattice point, or -1                 (npoint)
@@ -116,7 +117,7 @@ static OmStatus lattice_init(const OmStuffDef* def, Lattice* l) {
     const double size[3] = {def->hi.x - def->lo.x, def->hi.y - def->lo.y, def->hi.z - def->lo.z};
     double npoint = 1, ncell = 1;
     for (int a = 0; a < 3; a++) {
-        double n = ceil(size[a] / l->a) + 3;  // a layer of air all round
+        double n = ceil(size[a] / l->a) + 3;  // one layer outside on each side
         npoint *= n + 1;
         ncell *= n;
     }
@@ -137,7 +138,7 @@ static OmStatus lattice_init(const OmStuffDef* def, Lattice* l) {
 
 // ---- crossings --------------------------------------------------------------------------------------------
 
-// Points of the outermost layer are taken as outside: whatever reaches beyond the box is capped there.
+// Points of the outermost layer count as outside: the solid is cut off at the box.
 static void cap_border(Lattice* l) {
     for (int p = 0; p < l->npoint; p++) {
         int at[3], is_center;
@@ -168,8 +169,8 @@ static OmStatus find_active(Lattice* l) {
     return OM_OK;
 }
 
-// Where the function crosses the level between its inside point x0 and its outside point x1: false
-// position with Illinois' halving, which keeps the bracket.
+// The crossing of the level between inside point x0 and outside point x1, by false position with
+// Illinois' halving, which keeps the bracket.
 static double find_crossing(const OmStuffDef* def, OmVec3 x0, OmVec3 x1, double f0, double f1) {
     double t0 = 0, t1 = 1, t = 0.5;
     if (!isfinite(f1)) f1 = -f0;
@@ -204,7 +205,7 @@ static void cut_edges(void* ctx, int begin, int end, int block) {
             l->cut_vert[NSLOT * a + s] = -1;
             if (q < 0 || !is_crossed(l, p, q)) continue;
             OmVec3 y = point_position(l, q);
-            // from the inside end, so that both ends find the same bits
+            // start at the inside end, so that both ends compute the same bits
             double t = l->f[p] < 0 ? find_crossing(l->def, x, y, l->f[p], l->f[q])
                                    : 1 - find_crossing(l->def, y, x, l->f[q], l->f[p]);
             l->cut[NSLOT * a + s] = t;
@@ -212,7 +213,7 @@ static void cut_edges(void* ctx, int begin, int end, int block) {
     }
 }
 
-// Move the points that a crossing violates onto the nearest one that does, in the order of their index.
+// A point that is too near to a crossing moves onto the nearest such crossing, in the order of the points' index.
 static void warp(Lattice* l) {
     for (int a = 0; a < l->nactive; a++) {
         int p = l->point[a], best = -1;
@@ -317,7 +318,7 @@ static OmStatus add_prism(Lattice* l, const int x[3], const int y[3], const bool
     return OM_OK;
 }
 
-// Smallest sine^2-like measure of a tetrahedron's dihedral angles: the smallest angle, rad.
+// Smallest dihedral angle of a tetrahedron, rad.
 static double smallest_angle(const Lattice* l, const int v[4]) {
     OmTetMesh one = {.x = l->mesh->x, .nvert = l->mesh->nvert, .ntet = 1, .tet_vert = (int*)v};
     double smallest, largest;
@@ -325,8 +326,8 @@ static double smallest_angle(const Lattice* l, const int v[4]) {
     return fmin(smallest, OM_PI - largest);
 }
 
-// Two inside (a, b), two outside (m, n): a wedge around edge ab. Its side on the surface is not shared, so
-// its diagonal may be the better one.
+// Two inside (a, b), two outside (m, n): a wedge around edge ab. Its side on the surface belongs to no
+// other tetrahedron, so the better of its two diagonals is chosen.
 static OmStatus add_wedge(Lattice* l, int a, int b, int m, int n) {
     int x[3], y[3];
     OM_TRY(lattice_vertex(l, a, &x[0]));
@@ -423,7 +424,7 @@ static OmStatus add_lattice_tet(Lattice* l, const int p[4]) {
     int r[4];
     for (int c = 0; c < 4; c++) r[c] = p[to_end[out][c]];
     if (nin == 3) return add_truncated(l, r, r[3]);
-    // two inside: turn the first three corners until the third is the other that is not
+    // two inside: rotate the first three corners until the third is the other inside corner
     int third = zero >= 0 ? p[zero] : -1;
     for (int turn = 0; turn < 3; turn++) {
         bool is_third = third >= 0 ? r[2] == third : l->f[r[2]] > 0;

@@ -1,10 +1,10 @@
 // shape_vtkhdf.c: recordings of runs as VTKHDF, the only file that knows HDF5.
 //
 // The format (VTK file formats, "VTK HDF", version 2.1): a group VTKHDF of type UnstructuredGrid with flat
-// arrays that all steps append to, and a group Steps with, for each step, its time and where its part of
-// every array begins. Elements, labels and sets do not change, so all steps point at the first copy.
-// Positions and what is given at each step are stored in single precision: half the bytes, and 6e-8 of a
-// metre's worth of error is far below what a picture shows.
+// arrays to which every step appends, and a group Steps with the time of each step and the first row of
+// its part of every array. Elements, labels and sets do not change, so all steps refer to the first copy.
+// Positions and the arrays of a step are stored in single precision: half the bytes, and its error of 6e-8
+// relative is not visible in a picture.
 #include <errno.h>
 #include <hdf5.h>
 #include <string.h>
@@ -17,17 +17,17 @@
 #define VTK_TETRA 10
 
 typedef struct Recorded {
-    OmMeshArray array;  // its value is not kept
+    OmMeshArray array;  // its values are not kept
     char name[64];
     hid_t data;    // dataset of values
-    hid_t offset;  // dataset of where each step begins
+    hid_t offset;  // dataset of the first row of each step
 } Recorded;
 
 struct OmRecording {
     OmAtomicFile target;
     hid_t file, root, steps, point_data, cell_data, point_offsets, cell_offsets;
     hid_t points, values, parts, part_offsets, point_starts, cell_starts, connectivity_starts;
-    Recorded array[MAX_ARRAY];  // those given at each step
+    Recorded array[MAX_ARRAY];  // arrays that have values at each step
     int narray;
     int nvert, ncell, nstep;  // of all parts
     double last_time;
@@ -47,7 +47,7 @@ static hid_t type_of(OmArrayType type) {
     }
 }
 
-// What is given in double is stored in float; HDF5 converts.
+// Arrays of double are stored as float; HDF5 converts.
 static hid_t step_type_of(OmArrayType type) {
     return type == OM_ARRAY_DOUBLE ? H5T_NATIVE_FLOAT : type_of(type);
 }
@@ -63,7 +63,7 @@ static hid_t make_growing(hid_t group, const char* name, hid_t type, hsize_t nco
     H5Pset_chunk(plist, rank, chunk);
     bool is_value = H5Tget_class(type) == H5T_FLOAT && strcmp(name, "Values") != 0;
     if (row > 8 || is_value) {
-        H5Pset_shuffle(plist);  // bytes of one significance together: a third less
+        H5Pset_shuffle(plist);  // group bytes of equal significance: files are a third smaller
         H5Pset_deflate(plist, 1);
     }
     hid_t set = H5Dcreate2(group, name, type, space, H5P_DEFAULT, plist, H5P_DEFAULT);
@@ -72,7 +72,7 @@ static hid_t make_growing(hid_t group, const char* name, hid_t type, hsize_t nco
     return set;
 }
 
-// Append `count` rows; returns the row they begin at through `first`.
+// Append `count` rows; `first` receives the index of the first one.
 static bool append(hid_t set, hid_t type, hsize_t count, const void* value, hsize_t* first) {
     hid_t space = H5Dget_space(set);
     hsize_t dim[2] = {0, 0};
@@ -127,7 +127,7 @@ static bool write_header(OmRecording* r) {
     return is_good;
 }
 
-// What is recorded: a mesh, and surfaces behind it.
+// The recorded parts: a mesh, and surfaces after it.
 typedef struct Whole {
     const OmTetMesh* mesh;
     const char* name;
@@ -135,7 +135,7 @@ typedef struct Whole {
     int nsurface;
 } Whole;
 
-// Elements once: connectivity, where each begins, their kind, the part and the label of each.
+// Elements, written once: connectivity, first corner of each, their type, the part and the label of each.
 static OmStatus write_elements(OmRecording* r, const Whole* w) {
     const size_t ntet = (size_t)w->mesh->ntet, n = (size_t)r->ncell, nconn = 3 * n + ntet;
     int64_t *index = NULL, *begin = NULL;
@@ -189,7 +189,7 @@ done:
     return status;
 }
 
-// "0 tissue, 1 organ, ..": the names of the parts, for people and other programs.
+// "0 tissue, 1 organ, ...": the names of the parts, for people and other programs.
 static OmStatus write_names(OmRecording* r, const Whole* w) {
     OmText names = {0};
     OmStatus status = om_text_append(&names, "0 %s", w->name);
@@ -246,7 +246,7 @@ static OmStatus add_array(OmRecording* r, const OmMeshArray* a) {
 }
 
 static hid_t make_group(hid_t parent, const char* name) {
-    // Creation order is what readers of VTKHDF expect to be tracked.
+    // Readers of VTKHDF expect that creation order is tracked.
     hid_t plist = H5Pcreate(H5P_GROUP_CREATE);
     H5Pset_link_creation_order(plist, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED);
     hid_t group = H5Gcreate2(parent, name, H5P_DEFAULT, plist, H5P_DEFAULT);
@@ -256,8 +256,8 @@ static hid_t make_group(hid_t parent, const char* name) {
 
 static OmStatus open_file(OmRecording* r, const char* path) {
     errno = 0;
-    (void)H5dont_atexit();                  // on a full disk its last flush, at exit, is a crash
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // errors are ours to tell
+    (void)H5dont_atexit();                  // its last flush, at exit, crashes on a full disk
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // omentum reports the errors
     OM_TRY(om_file_begin(path, &r->target));
     OM_CHECK(r->target.temp[0], OM_IO, "%s: is no file; a recording needs one", path);
     hid_t access = H5Pcreate(H5P_FILE_ACCESS);
@@ -333,7 +333,7 @@ OmStatus om_recording_add_step(OmRecording* r, double time, const double* x,
     OM_CHECK(isfinite(time) && (r->nstep == 0 || time > r->last_time), OM_INVALID,
              "recording: time %g s does not follow %g s", time, r->last_time);
     hsize_t first;
-    errno = 0;  // HDF5 leaves it where a write failed
+    errno = 0;  // HDF5 keeps the errno of the failed write
     bool is_good = append(r->points, H5T_NATIVE_DOUBLE, (hsize_t)r->nvert, x, &first) &&
                    append_one(r->point_starts, (int64_t)first) && append_one(r->parts, 1) &&
                    append_one(r->part_offsets, 0) && append_one(r->cell_starts, 0) &&
@@ -376,7 +376,7 @@ static bool write_constant_offsets(OmRecording* r, hid_t data, hid_t offsets) {
     return is_good;
 }
 
-// Closing everything; the order of HDF5 objects does not matter, the file goes last.
+// Close all objects; their order does not matter, but the file is last.
 static bool close_all(OmRecording* r) {
     if (r->file < 0) return true;
     hid_t set[] = {r->points,
@@ -411,7 +411,7 @@ OmStatus om_recording_end(OmRecording* r) {
                    write_constant_offsets(r, r->point_data, r->point_offsets) &&
                    write_constant_offsets(r, r->cell_data, r->cell_offsets);
     is_good = close_all(r) && is_good;
-    // HDF5 wrote the temporary file under its own handle; ours syncs and renames it.
+    // HDF5 wrote the temporary file with its own descriptor; om_file syncs and renames it.
     OmStatus status = is_good ? om_file_commit(&r->target) : failed(r, "finish the file");
     om_recording_abort(r);
     return status;
