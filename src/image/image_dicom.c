@@ -1,8 +1,8 @@
-// image_dicom.c: DICOM is known by its mark and not read; the message gives the command that converts it.
+// image_dicom.c: DICOM files are recognised but not read; the message gives the command that converts them.
 //
-// Libraries that read it (GDCM, DCMTK) have no C interface, bring a dozen packages, and leave to their caller
-// what makes a series a volume: order and spacing of slices, tilted gantries, files of many frames. dcm2niix
-// does all that, and is a package of its own.
+// Libraries that read DICOM (GDCM, DCMTK) have no C interface, bring a dozen packages, and leave the assembly
+// of a series to their caller: order and spacing of slices, tilted gantries, files of many frames. dcm2niix
+// does all of this and is a package of its own.
 #include <dirent.h>
 #include <stdio.h>
 #include <string.h>
@@ -12,7 +12,7 @@
 
 enum { PREAMBLE = 128, MAX_ENTRY = 64, MAX_DEPTH = 3 };
 
-// "DICM" behind the preamble of a regular file.
+// Does a regular file have "DICM" after the preamble?
 static bool has_mark(const char* path) {
     char bytes[PREAMBLE + 4];
     struct stat info;
@@ -24,7 +24,7 @@ static bool has_mark(const char* path) {
     return is_whole && memcmp(bytes + PREAMBLE, "DICM", 4) == 0;
 }
 
-// The first entries of a folder, and of folders in it: series lie below DICOM/PAT0/STU0 on a disc.
+// Look at the first entries of a folder, and of folders in it: on a disc, series lie below DICOM/PAT0/STU0.
 static bool find_mark(const char* path, int depth, int* budget) {
     if (has_mark(path)) return true;
     DIR* dir = depth < MAX_DEPTH ? opendir(path) : NULL;

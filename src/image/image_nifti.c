@@ -1,8 +1,8 @@
 // image_nifti.c: NIfTI-1 and NIfTI-2, single files and pairs of .hdr and .img.
 //
-// Written for hostile files: each field is copied out of the bytes, checked, and only then used. The
-// transform is the sform if its code is positive, else the qform, else the voxel sizes alone (and the
-// log says that the orientation is a guess). Both forms give RAS in the file's unit.
+// Files may be hostile: each field is copied out of the bytes, checked, and only then used. The
+// transform is the sform if its code is positive, else the qform, else the voxel sizes alone (then
+// the log says that the orientation is a guess). Both forms give RAS in the file's unit.
 //
 // References: nifti1.h and nifti2.h (the layout of both headers), R. W. Cox (quaternions of qform).
 #include <limits.h>
@@ -13,7 +13,7 @@
 #define HEADER1 348
 #define HEADER2 540
 
-typedef struct Header {  // what we use of either version
+typedef struct Header {  // the fields that are used, from either version
     bool is_swapped, is_pair;
     uint64_t size;  // of the header in the file
     int datatype, bitpix;
@@ -106,7 +106,7 @@ static OmStatus read_header2(const unsigned char* h, bool sw, Header* out) {
     return OM_OK;
 }
 
-// The length of the header says version and byte order.
+// The stated length of the header determines version and byte order.
 static OmStatus read_header(OmSource* src, Header* out) {
     unsigned char h[HEADER2];
     memset(out, 0, sizeof *out);
@@ -174,7 +174,7 @@ static void qform_axes(const Header* h, OmMat3* axis) {
     double b = h->quatern[0], c = h->quatern[1], d = h->quatern[2];
     double rest = 1 - (b * b + c * c + d * d);
     double a = 0;
-    if (rest < 1e-7) {  // a rotation by pi, give or take rounding
+    if (rest < 1e-7) {  // a rotation by pi, up to rounding
         double len = sqrt(b * b + c * c + d * d);
         b /= len;  // len is about 1 or more here
         c /= len;
@@ -223,7 +223,7 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
 
 // ---- reading ------------------------------------------------------------------------------------------
 
-// Scales of real images lie within these; what lies outside is damage. Values then stay finite, whatever is stored.
+// Scales of real images lie within these bounds; others are damage. So values stay finite for any stored number.
 #define MIN_SLOPE 1e-30
 #define MAX_SLOPE 1e12
 #define MAX_INTER 1e12
@@ -266,7 +266,7 @@ static OmStatus read_voxels(const Header* h, OmSource* src, uint64_t offset,
     return om__volume_finish(volume);
 }
 
-// name.hdr[.gz] <-> name.img[.gz]; whichever of the compressed and the plain file exists.
+// name.hdr[.gz] <-> name.img[.gz]; the compressed or the plain file, whichever exists.
 static OmStatus partner_path(const char* path, const char* ext, char* out, size_t size) {
     size_t len = strlen(path);
     if (len > 3 && strcmp(path + len - 3, ".gz") == 0) len -= 3;
@@ -296,11 +296,11 @@ static OmStatus read_pair(const Header* h, uint64_t offset, const OmVolumeTask* 
 
 // ---- extensions -----------------------------------------------------------------------------------------
 
-#define EXTENSION_MAX ((size_t)1 << 20)  // bytes that are looked through for names of labels
+#define EXTENSION_MAX ((size_t)1 << 20)  // bytes that are searched for names of labels
 
-// Names of labels, which some programs put between the header and the voxels. `src` stands behind the
-// header and `*room`, the bytes before the voxels, is lessened by those that were read. Damaged extensions
-// are passed over: nothing but names is lost.
+// Read names of labels, which some programs store between the header and the voxels. `src` is at the end
+// of the header; `*room`, the number of bytes before the voxels, is reduced by the bytes read. Damaged
+// extensions are skipped: they only hold names.
 static OmStatus read_extensions(const Header* h, OmSource* src, uint64_t* room,
                                 OmVolumeInfo* info) {
     unsigned char flag[4];
@@ -309,7 +309,7 @@ static OmStatus read_extensions(const Header* h, OmSource* src, uint64_t* room,
     *room -= sizeof flag;
     if (!flag[0]) return OM_OK;
     size_t size = *room < EXTENSION_MAX ? (size_t)*room : EXTENSION_MAX;
-    if (size > om__source_bound(src)) return OM_OK;  // the reader of the voxels will say so
+    if (size > om__source_bound(src)) return OM_OK;  // the reader of the voxels reports it
     unsigned char* bytes = om_alloc(size, 1);
     if (!bytes) return OM_NO_MEMORY;
     OmStatus status = om__source_read(src, bytes, size);
@@ -324,7 +324,7 @@ static OmStatus read_extensions(const Header* h, OmSource* src, uint64_t* room,
     return status;
 }
 
-// What the header says of the whole file.
+// Store the header's contents for the whole file.
 static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
     int64_t dim[3];
     uint64_t nentry;
@@ -344,7 +344,7 @@ static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
 
 // ---- the file -------------------------------------------------------------------------------------------
 
-// The voxels behind the header that was just read; `src` stands behind that header.
+// Read the voxels after the header that was just read; `src` is at the end of that header.
 static OmStatus read_body(const Header* h, OmSource* src, const OmVolumeTask* task) {
     OM_CHECK(h->vox_offset >= 0 && h->vox_offset < 1e15, OM_INVALID,
              "field vox_offset: %g is no position in a file", h->vox_offset);
@@ -355,7 +355,8 @@ static OmStatus read_body(const Header* h, OmSource* src, const OmVolumeTask* ta
         OM_TRY(fill_info(h, task->info));
         return task->volume ? read_pair(h, offset, task) : OM_OK;
     }
-    if (offset == 0) offset = h->size + 4;  // unset: right behind the header and its extension flag
+    // unset: directly after the header and its extension flag
+    if (offset == 0) offset = h->size + 4;
     OM_CHECK(offset >= h->size, OM_INVALID, "field vox_offset: %llu lies inside the header",
              (unsigned long long)offset);
     room = offset - h->size;
@@ -366,7 +367,7 @@ static OmStatus read_body(const Header* h, OmSource* src, const OmVolumeTask* ta
     return task->volume ? read_voxels(h, src, room, task) : OM_OK;
 }
 
-// Given the .img of a pair: go on with its .hdr.
+// Given the .img of a pair: continue with its .hdr.
 static OmStatus parse_image_half(const OmVolumeTask* task) {
     char hdr[1024];
     OmSource src;

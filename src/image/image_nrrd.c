@@ -1,10 +1,10 @@
 // image_nrrd.c: NRRD volumes, attached (.nrrd) and detached (.nhdr), raw, gzip or text.
 //
-// The header is lines "field: value" up to an empty line. Fields that place the voxels in space are
-// used, the descriptive ones passed over; a field that we do not know is an error only if it could
-// change the meaning (an encoding, a type). Axes whose direction is "none" are not of space: one entry
-// of one such axis is read. Positions are turned from LPS or LAS to RAS. Keys ("key:=value") and comments
-// may have any length, and the keys of 3D Slicer's segmentations give names (image_segment.c).
+// The header consists of lines "field: value" up to an empty line. Fields that place the voxels in space
+// are used, descriptive ones are ignored. An unknown field is an error only if it could change the
+// meaning (an encoding, a type). Axes with direction "none" are not spatial: one entry of one such axis
+// is read. Positions are turned from LPS or LAS to RAS. Keys ("key:=value") and comments may have any
+// length; the keys of 3D Slicer's segmentations give names (image_segment.c).
 //
 // Reference: teem.sourceforge.net/nrrd/format.html (definition of NRRD0001 to NRRD0005).
 #include <limits.h>
@@ -15,29 +15,29 @@
 #define MAX_AXIS 16
 #define LINE_SIZE 1024
 #define MAX_LINE 10000
-#define MAX_TEXT ((uint64_t)1 << 28)  // bytes of voxels in text, which are read whole
+#define MAX_TEXT ((uint64_t)1 << 28)  // bytes of voxels in text form; text is read as a whole
 
 typedef enum Encoding { ENCODING_NONE, ENCODING_RAW, ENCODING_GZIP, ENCODING_TEXT } Encoding;
 
 typedef struct Header {
-    int naxis;  // 0: not stated yet
+    int naxis;  // 0: not yet stated
     int64_t size[MAX_AXIS];
     bool has_type, has_endian, has_size, is_big_endian;
     OmVoxelType type;
     Encoding encoding;
     bool has_space;      // a named space or a space dimension
-    double flip[3];      // of each space coordinate, to RAS
-    bool is_patient;     // it is one of the patient: RAS, LAS, LPS
-    bool has_unit;       // "space units" name one
+    double flip[3];      // factor of each space coordinate, to RAS
+    bool is_patient;     // the space is one of the patient: RAS, LAS, LPS
+    bool has_unit;       // "space units" is given
     double unit[3];      // m
-    bool has_direction;  // "space directions"
+    bool has_direction;  // "space directions" is given
     bool is_space[MAX_AXIS];
     OmVec3 direction[MAX_AXIS];
     OmVec3 origin;
     bool has_spacing;
     double spacing[MAX_AXIS];  // NaN: not stated
     int64_t line_skip, byte_skip;
-    char file[LINE_SIZE];  // of detached data, "" if attached
+    char file[LINE_SIZE];  // name of detached data, "" if attached
 } Header;
 
 // ---- words of a value -------------------------------------------------------------------------------
@@ -234,7 +234,7 @@ static OmStatus set_spacings(Header* h, const char* value) {
     return OM_OK;
 }
 
-// "mm" "mm" "mm", of the axes of space
+// Units of the spatial axes: "mm" "mm" "mm".
 static OmStatus set_space_units(Header* h, const char* value) {
     static const struct {
         const char* name;
@@ -327,7 +327,7 @@ static bool is_key(const char* line, size_t len) {
     return colon && colon + 1 < line + len && colon[1] == '=';
 }
 
-// Read lines until an empty one or the end; the voxels follow.
+// Read lines up to an empty one or the end; the voxels follow.
 static OmStatus parse_header(OmSource* src, Header* h, OmVolumeInfo* info) {
     char line[LINE_SIZE];
     for (int number = 1;; number++) {
@@ -341,7 +341,7 @@ static OmStatus parse_header(OmSource* src, Header* h, OmVolumeInfo* info) {
         line[kept] = 0;
         OM_CHECK(!memchr(line, 0, kept), OM_INVALID, "line %d of the header is no text", number);
         bool has_key = is_key(line, kept);
-        if (number > 1 && len > 0 && (has_key || line[0] == '#')) {  // of any length
+        if (number > 1 && len > 0 && (has_key || line[0] == '#')) {  // may have any length
             OmStatus status = has_key ? om__segment_read_key(line, kept, info) : OM_OK;
             if (status < 0) return om_error_prefix(status, "line %d", number);
             continue;
@@ -375,7 +375,7 @@ static OmStatus check_header(const Header* h) {
 
 // ---- axes ---------------------------------------------------------------------------------------------
 
-// The three axes of space, and the entries of the one other axis with more than one.
+// Find the three spatial axes, and the number of entries of the one other axis with more than one.
 static OmStatus find_axes(const Header* h, int axis[3], OmVoxelLayout* layout) {
     int nspace = 0, other = -1;
     for (int a = 0; a < h->naxis; a++) {
@@ -422,7 +422,7 @@ static void set_transform(const Header* h, const int axis[3], OmVolume* volume) 
 
 // ---- the voxels ---------------------------------------------------------------------------------------
 
-// The value as the type of the voxels has it.
+// Read a value of the voxels' type.
 static OmStatus store(OmVolume* volume, size_t n, double v) {
     static const double min[] = {0, -128, 0, -32768, 0, -2147483648.0, 0, -9223372036854775808.0};
     static const double bound[] = {256,
@@ -514,7 +514,7 @@ static OmStatus read_stored(const Header* h, const OmVoxelLayout* layout, uint64
     return om__volume_read_binary(volume, src, layout);
 }
 
-// The source stands at the voxels.
+// Read the voxels at the source's position.
 static OmStatus read_voxels(const Header* h, OmSource* src, const OmVolumeTask* task) {
     OmVolume* volume = task->volume;
     OmVoxelLayout layout = {0};
@@ -524,7 +524,7 @@ static OmStatus read_voxels(const Header* h, OmSource* src, const OmVolumeTask* 
     OM_TRY(om__choose_entry(task, layout.nentry, &layout));
     OM_TRY(skip_lines(src, h->line_skip));
     if (h->encoding == ENCODING_GZIP) OM_TRY(om__source_inflate(src));
-    // what the whole file must hold, the skipped entries too
+    // number of values in the whole file, skipped entries included
     uint64_t per_voxel = h->encoding == ENCODING_TEXT ? 1 : om_voxel_size(h->type);
     uint64_t bound = om__source_bound(src);
     int64_t dim[3] = {h->size[axis[0]], h->size[axis[1]], h->size[axis[2]]};
@@ -556,7 +556,7 @@ static OmStatus read_detached(const Header* h, const OmVolumeTask* task) {
     return status < 0 ? om_error_prefix(status, "%s", file) : status;
 }
 
-// What the header says of the whole file.
+// Store the header's contents for the whole file.
 static OmStatus fill_info(const Header* h, OmVolumeInfo* info) {
     OmVoxelLayout layout = {0};
     int axis[3] = {0, 1, 2};

@@ -1,7 +1,7 @@
-// image_png.c: pictures and their PNG encoding; the one file that knows libpng.
+// image_png.c: pictures and their PNG encoding; the only file that uses libpng.
 //
-// libpng reports errors by longjmp. Every call into it happens in encode(), behind one setjmp, with no
-// memory owned there but libpng's own, so the jump cannot leak.
+// libpng reports errors by longjmp. Every call of it happens in encode(), behind one setjmp, where
+// only libpng owns memory, so the jump cannot leak.
 #include <png.h>
 #include <setjmp.h>
 #include <string.h>
@@ -53,7 +53,7 @@ OmStatus om_picture_shrink(const OmPicture* p, int factor, OmPicture* out) {
 
 typedef struct Encoder {
     OmText* text;
-    OmStatus status;    // of the appending
+    OmStatus status;    // result of appending to the text
     char message[128];  // of libpng
 } Encoder;
 

@@ -1,9 +1,9 @@
-// image_segment.c: names of the segments of a label map, and which volume of a file holds them.
+// image_segment.c: names of the segments of a label map, and the volume of a file that holds them.
 //
 // 3D Slicer's .seg.nrrd describes segment N by keys "SegmentN_Name", "_ID", "_LabelValue" and "_Layer".
-// Segments that overlap lie in several layers, the entries of a fourth axis. Its versions before 4.11 give
-// neither value nor layer: segment N is where entry N is 1. In NIfTI several programs put an XML table of
-// labels into an extension of the header.
+// Overlapping segments lie in several layers, the entries of a fourth axis. Versions before 4.11 write
+// neither value nor layer: segment N is where entry N is 1. In NIfTI several programs write an XML table
+// of labels into an extension of the header.
 #include <limits.h>
 #include <string.h>
 
@@ -139,7 +139,7 @@ OmStatus om__segment_read_table(const char* text, size_t size, OmVolumeInfo* inf
     return OM_OK;
 }
 
-// ---- which volume -----------------------------------------------------------------------------------------
+// ---- choice of the volume -------------------------------------------------------------------------------
 
 OmStatus om__choose_entry(const OmVolumeTask* task, uint64_t nentry, OmVoxelLayout* layout) {
     OM_CHECK(task->entry >= 0 || nentry <= 1, OM_INVALID,

@@ -1,7 +1,7 @@
-// image_source.c: a stream of bytes that may be compressed; the one file of this room that knows zlib.
+// image_source.c: a stream of bytes that may be compressed; the only file of this room that uses zlib.
 //
-// The stored bytes come from memory or, a window at a time, from a file; the inflated ones go straight to where
-// they are wanted. So a volume costs its voxels and one window, whatever the file's size.
+// The stored bytes come from memory or, a window at a time, from a file. They are inflated directly into the
+// destination, so a volume needs memory for its voxels and one window, whatever the file's size.
 #include <errno.h>
 #include <limits.h>
 #include <string.h>
@@ -9,17 +9,17 @@
 
 #include "image/image_internal.h"
 
-#define WINDOW ((size_t)1 << 18)  // bytes of a file at hand
+#define WINDOW ((size_t)1 << 18)  // bytes of a file in memory
 
 // ---- stored bytes -------------------------------------------------------------------------------------
 
-// At least one stored byte is at hand, or none is left.
+// Make at least one stored byte available, unless none is left.
 static OmStatus fill(OmSource* src) {
     if (src->pos < src->size || src->left == 0) return OM_OK;
     size_t want = src->left < WINDOW ? (size_t)src->left : WINDOW;
     size_t got = fread(src->window, 1, want, src->file);
     OM_CHECK(!ferror(src->file), OM_IO, "cannot read: %s", strerror(errno));
-    src->left = got < want ? 0 : src->left - got;  // fewer: the file was cut meanwhile
+    src->left = got < want ? 0 : src->left - got;  // fewer: the file was cut in the meantime
     src->data = src->window;
     src->size = got;
     src->pos = 0;
@@ -146,7 +146,7 @@ static OmStatus inflate_read(OmSource* src, unsigned char* out, size_t n) {
     return OM_OK;
 }
 
-// ---- either -------------------------------------------------------------------------------------------
+// ---- plain or compressed ------------------------------------------------------------------------------
 
 OmStatus om__source_read(OmSource* src, void* out, size_t n) {
     if (src->stream) return inflate_read(src, out, n);
@@ -156,7 +156,7 @@ OmStatus om__source_read(OmSource* src, void* out, size_t n) {
     while (n > 0) {
         OM_TRY(fill(src));
         size_t part = src->size - src->pos < n ? src->size - src->pos : n;
-        if (part == 0) return cut_short(src, n);  // the file was cut meanwhile
+        if (part == 0) return cut_short(src, n);  // the file was cut in the meantime
         memcpy(to, src->data + src->pos, part);
         src->pos += part;
         to += part;

@@ -1,4 +1,4 @@
-// image_volume.c: the life of volumes, their voxels in the type of the file, and their values.
+// image_volume.c: creation and destruction of volumes, their voxels in the file's type, and their values.
 #include <limits.h>
 #include <string.h>
 
@@ -58,7 +58,7 @@ OmStatus om__volume_alloc(OmVolume* volume, const int64_t dim[3], OmVoxelType ty
         "raise the limit (--max-volume, in a scene max_volume_gb)",
         (long long)dim[0], (long long)dim[1], (long long)dim[2], (double)(count * size) * 1e-9,
         (double)max_size * 1e-9);
-    // not cleared: every voxel is written, or the volume is dropped
+    // not cleared: every voxel is written, or the volume is destroyed
     volume->voxel = om_alloc((size_t)count, (size_t)size);
     if (!volume->voxel) return OM_NO_MEMORY;
     volume->type = type;
@@ -81,7 +81,7 @@ size_t om_voxel_size(OmVoxelType type) {
         for (size_t i = 0; i < count; i++) out[i] = slope * (double)stored[i] + inter; \
     } while (0)
 
-// Values that are not finite stay so.
+// Convert values; non-finite ones stay non-finite.
 static void convert(const OmVolume* volume, size_t first, size_t count, double* out) {
     double slope = volume->slope, inter = volume->inter;
     switch (volume->type) {
@@ -134,7 +134,7 @@ OmStatus om__volume_read_binary(OmVolume* volume, OmSource* src, const OmVoxelLa
     unsigned char* out = volume->voxel;
     if (layout->nentry <= 1) {
         OM_TRY(om__source_read(src, out, count * size));
-    } else {  // one entry of an axis that is not of space (a component, a time) is taken, the others skipped
+    } else {  // one entry of the non-spatial axis (a component, a time) is read, the others skipped
         OM_CHECK(layout->nentry <= UINT64_MAX / size / layout->nbefore, OM_INVALID,
                  "the header states %llu volumes", (unsigned long long)layout->nentry);
         size_t run = (size_t)layout->nbefore;
@@ -149,7 +149,7 @@ OmStatus om__volume_read_binary(OmVolume* volume, OmSource* src, const OmVoxelLa
     return OM_OK;
 }
 
-// Whole numbers with finite scales have finite values; only voxels of float types need a look.
+// Integers with finite scales have finite values; only voxels of float types are checked.
 static OmStatus check_values(const OmVolume* volume) {
     if (volume->type != OM_VOXEL_F32 && volume->type != OM_VOXEL_F64) return OM_OK;
     size_t count = om_volume_count(volume), nbad = 0;
@@ -199,7 +199,7 @@ static OmStatus run_task(const OmVolumeTask* task) {
     memset(task->info, 0, sizeof *task->info);
     om_path_extension(task->path, ext, sizeof ext);
     OM_TRY(om_volume_refuse_dicom(task->path));
-    // a name such as patient.1.nii has the extension "nii"; "seg.v2.gz" none that is known
+    // a name such as patient.1.nii has the extension "nii"; "seg.v2.gz" has no known one
     OM_TRY(om__source_open_file(&src, task->path));
     OmStatus status = parse(&src, ext, task);
     om__source_done(&src);

@@ -1,9 +1,10 @@
-// nn_blocks.c: loops over tensors in blocks of channels, for what oneDNN does not have or needs a layout for.
+// nn_blocks.c: loops over tensors in blocks of channels, for operations that oneDNN lacks or would
+// reorder data for.
 //
 // bfloat16 is the upper half of a float; it is widened by a shift and narrowed with rounding to nearest, ties
-// to even. Loops are written once, in float, over short rows: a row of float is used where it lies, a row
-// of bfloat16 goes through a buffer on the stack. Blocks of the parallel loops are (sample, block of channels)
-// or fixed pieces, so that bytes do not depend on the number of workers.
+// to even. Each loop is written once, in float, over short rows: a float row is used in place, a bfloat16 row
+// is converted in a buffer on the stack. Blocks of the parallel loops are (sample, block of channels) or
+// pieces of fixed size, so results do not depend on the number of workers.
 #include <string.h>
 
 #include "base/base_multiversion.h"
@@ -44,7 +45,7 @@ void om__blocks_write(const OmBlocks* t, int64_t at, int num, const float* value
     if (t->type == OM_BF16) narrow(value, num, (uint16_t*)t->data + at);
 }
 
-// ---- in and out ---------------------------------------------------------------------------------------
+// ---- plain layout to blocks and back ------------------------------------------------------------------
 
 typedef struct PlainLoop {
     const OmBlocks* t;
@@ -52,7 +53,8 @@ typedef struct PlainLoop {
     float* to;          // plain, or null
 } PlainLoop;
 
-// One piece of `width` channels of B by cells, between blocks and planes. B values of filling become zero.
+// Copy one piece of `width` channels of B by cells between blocks and planes. The unused channels
+// of a block become zero.
 static void gather_block(const PlainLoop* p, int n, int block, int begin, int end) {
     const OmBlocks* t = p->t;
     int B = t->block, c0 = block * B, ncell = (int)om__net_cells(t->shape);
@@ -63,7 +65,8 @@ static void gather_block(const PlainLoop* p, int n, int block, int begin, int en
     int step = ROW / B > 0 ? ROW / B : 1;
     for (int s = begin; s < end; s += step) {
         int num = end - s < step ? end - s : step;
-        for (int first = 0; first < B; first += ROW) {  // blocks wider than the buffer in parts
+        // blocks wider than the buffer are copied in parts
+        for (int first = 0; first < B; first += ROW) {
             int part = B - first < ROW ? B - first : ROW;
             float* row = om__blocks_place(t, at + (int64_t)s * B + first, buffer);
             for (int i = 0; i < num; ++i)
@@ -137,7 +140,7 @@ typedef struct PairLoop {
     const float* mask;
 } PairLoop;
 
-#define PIECE 16384  // values a block of the loop
+#define PIECE 16384  // values per block of the loop
 
 OM_MULTIVERSION static void add_row(const float* x, int num, const float* old, float* sum) {
     for (int i = 0; i < num; ++i) sum[i] = old[i] + x[i];
@@ -201,7 +204,7 @@ void om__blocks_mask(int nworker, const OmBlocks* x, const float* mask, const Om
 typedef struct CopyLoop {
     const OmBlocks *from, *to;
     int from_c, to_c, num;
-    int chunk;  // channels a block of the loop
+    int chunk;  // channels per block of the loop
 } CopyLoop;
 
 static int64_t channel_at(const OmBlocks* t, int n, int c) {
@@ -209,7 +212,7 @@ static int64_t channel_at(const OmBlocks* t, int n, int c) {
            c % t->block;
 }
 
-// `width` neighbouring channels of sample n, which lie side by side in both, cell by cell.
+// Copy `width` neighbouring channels of sample n, which are adjacent in both tensors, cell by cell.
 static void copy_lanes(const CopyLoop* p, int n, int offset, int width) {
     size_t size = om__type_size(p->from->type);
     int64_t from = channel_at(p->from, n, p->from_c + offset);
@@ -217,7 +220,7 @@ static void copy_lanes(const CopyLoop* p, int n, int offset, int width) {
     int ncell = (int)om__net_cells(p->from->shape);
     const char* x = (const char*)p->from->data + (size_t)from * size;
     char* y = (char*)p->to->data + (size_t)to * size;
-    if (p->from->block == width && p->to->block == width) {  // whole blocks lie in one piece
+    if (p->from->block == width && p->to->block == width) {  // whole blocks are contiguous
         memcpy(y, x, (size_t)ncell * (size_t)width * size);
         return;
     }
@@ -225,7 +228,7 @@ static void copy_lanes(const CopyLoop* p, int n, int offset, int width) {
     for (int s = 0; s < ncell; ++s) memcpy(y + s * step_y, x + s * step_x, (size_t)width * size);
 }
 
-// The filling of the last block of `to`, where the last channel was copied into it.
+// Clear the unused channels of the last block of `to`, after the last channel was copied into it.
 static void clear_filling(const CopyLoop* p, int n) {
     const OmBlocks* t = p->to;
     int width = om__blocks_count(t) * t->block - t->shape.c;
@@ -271,7 +274,7 @@ typedef struct UnfoldLoop {
     const int* kernel;
 } UnfoldLoop;
 
-// One row of cells of one block: the windows of a row of `from`, cell by cell of their width.
+// One row of cells of one block: the windows of a row of `from`, cell by cell along their width.
 static void unfold_row(const UnfoldLoop* p, int n, int block, int d, int h) {
     const OmBlocks *x = p->from, *y = p->to;
     const int* K = p->kernel;
@@ -319,11 +322,11 @@ typedef struct DropLoop {
     const OmBlocks *x, *y;
     uint64_t seed;
     int64_t first;
-    uint32_t threshold;  // a word below it drops the value
+    uint32_t threshold;  // a random word below it drops the value
     float scale;
 } DropLoop;
 
-// Index: (sample, channel), whose stream of random words runs over the cells.
+// Index: (sample, channel); each has a stream of random words over the cells.
 static void drop_range(void* ctx, int begin, int end, int block) {
     (void)block;
     const DropLoop* p = ctx;

@@ -1,8 +1,8 @@
-// nn_checkpoint.c: a training on the disk: its checkpoint, a safetensors file, and its table of metrics.
+// nn_checkpoint.c: the files of a training: its checkpoint (safetensors) and its table of metrics.
 //
-// Whole numbers of the state are below 2^53 and travel as doubles. The file names the network, the data and the
-// settings it belongs to by their hashes; what changes at most the rounding of the result (worker count) and what has
-// no part in it (folder, period) is not among them.
+// Integers of the state are below 2^53 and are stored as doubles. The file identifies network, data and settings by
+// their hashes. Settings without effect on the result, or only on its rounding, are excluded: worker count, folder,
+// period.
 #include <math.h>
 #include <string.h>
 
@@ -58,7 +58,7 @@ static void put_counters(const OmTrainState* s, int64_t step, double v[NCOUNTER]
     v[12] = s->best_epoch > 0 && isfinite(s->best_value);
 }
 
-// A value that was not measured is 0 beside a 0; files hold no NaN.
+// A value that was not measured is 0 with the flag 0; files hold no NaN.
 static void put_row(const OmTrainEpoch* e, double v[NCOLUMN]) {
     bool has_valid = isfinite(e->valid);
     v[0] = e->epoch;
@@ -110,7 +110,7 @@ OmStatus om__train_save_metrics(const OmTrainDef* def, const OmTrainState* s) {
     OM_TRY_DONE(om_text_append(&text, "epoch,step,train,valid,rate,grad_norm,seconds\n"));
     for (int i = 0; i < s->nrow; ++i) {
         const OmTrainEpoch* e = &s->row[i];
-        valid[0] = 0;  // an empty cell where it was not measured
+        valid[0] = 0;  // an empty cell if it was not measured
         if (isfinite(e->valid)) snprintf(valid, sizeof valid, "%.9g", e->valid);
         OM_TRY_DONE(om_text_append(&text, "%d,%lld,%.9g,%s,%.6g,%.6g,%.2f\n", e->epoch,
                                    (long long)e->step, e->train, valid, e->rate, e->grad_norm,

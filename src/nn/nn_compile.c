@@ -1,12 +1,12 @@
-// nn_compile.c: a network turned into operations for one batch, type and number of workers.
+// nn_compile.c: compile a network to operations for one batch size, type and number of workers.
 //
-// In order: which layers do something of their own (a convolution takes the activation behind it along,
-// dropout is nothing in inference), the layout of each tensor, the kernels, and memory. Time is counted in steps:
-// operation i works at step i forward and, in training, at step 2 nop - 1 - i backward; a tensor lives from
-// the step that writes it to the last that reads it, and tensors that never live together share memory.
+// In order: the layers that become operations (a convolution includes the activation after it, dropout is nothing
+// in inference), the layout of each tensor, the kernels, and memory. Time is counted in steps: operation i runs
+// at step i forward and, in training, at step 2 nop - 1 - i backward. A tensor lives from the step that writes it
+// to the last one that reads it; tensors whose lives do not overlap may use the same memory.
 //
-// In inference of one sample in blocked layout the channels of a concatenation lie one after the other, so its
-// inputs are written where they belong and nothing is copied.
+// In inference of one sample in blocked layout the channels of a concatenation are contiguous, so its inputs
+// are written directly into its memory and nothing is copied.
 #include <limits.h>
 #include <string.h>
 
@@ -14,7 +14,7 @@
 
 // ---- operations -----------------------------------------------------------------------------------------
 
-// The activation that alone reads layer i, or -1.
+// The activation that is the only reader of layer i, or -1.
 static int fused_activation(const OmNet* net, int i) {
     OmLayerKind kind = net->layer[i].kind;
     if ((kind != OM_LAYER_CONV && kind != OM_LAYER_DENSE) || i == net->output) return -1;
@@ -63,7 +63,7 @@ static void mark_gradients(OmNetRun* run) {
 
 // ---- layouts ------------------------------------------------------------------------------------------
 
-// Does only a convolution of few channels read the input? oneDNN has kernels that read it as it comes.
+// Do only convolutions of few channels read the input? oneDNN has kernels that read it in plain layout.
 static bool is_plain_input(const OmNetRun* run) {
     if (run->net->layer[0].shape.c > 3) return false;
     for (int i = 0; i < run->nop; ++i)
@@ -101,8 +101,8 @@ static void choose_layouts(OmNetRun* run) {
     }
 }
 
-// In bfloat16 the last sums need not be rounded to 8 bits: those of the last convolution or dense layer, and what
-// masks make of them, stay float. Gradients do not.
+// In bfloat16 the last sums need not be rounded to 8 bits: the output of the last convolution or dense layer, and
+// masks applied to it, stay float. Gradients do not.
 static void keep_output_exact(OmNetRun* run) {
     int last = run->nop - 1;
     while (last > 0 && run->op[last].layer->kind == OM_LAYER_MASK) --last;
@@ -120,7 +120,7 @@ static bool has_kernel(OmLayerKind kind) {
            kind == OM_LAYER_MAX_POOL || kind == OM_LAYER_UPSAMPLE || kind == OM_LAYER_ACTIVATION;
 }
 
-// A transposed convolution as one of 1 x 1 x 1 to out.c times as many channels as its window has cells.
+// A transposed convolution as one of 1 x 1 x 1 with out.c times as many channels as its window has cells.
 static bool can_unfold(const OmNetRun* run, const OmOp* op) {
     const OmLayer* l = op->layer;
     const OmBlocks* y = &run->value[op->out];
@@ -145,7 +145,7 @@ static OmStatus create_unfolded(OmNetRun* run, OmOp* op, OmKernelDef def) {
     return om__kernel_create(run->engine, &def, &op->forward);
 }
 
-// Worth it where tiles are many.
+// It is faster if there are many tiles.
 static bool can_winograd(const OmNetRun* run, const OmOp* op) {
     const OmLayer* l = op->layer;
     const OmBlocks *x = &run->value[op->in[0]], *y = &run->value[op->out];
@@ -159,7 +159,7 @@ static bool can_winograd(const OmNetRun* run, const OmOp* op) {
     return x->shape.h >= 8 && x->shape.w >= 8;
 }
 
-// The convolution between the transforms, of one sample. The gradient by the input is a forward convolution too.
+// The convolution between the transforms, for one sample. The gradient by the input is a forward convolution too.
 static OmStatus create_winograd(OmNetRun* run, OmOp* op, OmPass pass) {
     bool is_data = pass == OM_PASS_DATA, is_weights = pass == OM_PASS_WEIGHTS;
     OmDetour* w = is_data ? &op->winograd_back : is_weights ? &op->winograd_grad : &op->winograd;
@@ -182,7 +182,7 @@ static OmStatus create_winograd(OmNetRun* run, OmOp* op, OmPass pass) {
     return om__kernel_create(run->engine, &def, kernel);
 }
 
-// oneDNN has no fast gradient by the weights for some small extents in blocks, but has one in channels last.
+// For some small extents oneDNN has no fast gradient by the weights in blocks, but one in channels last.
 static OmStatus turn_weights(OmNetRun* run, OmOp* op, OmKernelDef def) {
     if (def.src->is_last || strncmp(om__kernel_name(op->weights), "ref", 3) != 0) return OM_OK;
     OmDetour* t = &op->turned;
@@ -265,7 +265,7 @@ static OmStatus create_kernels(OmNetRun* run) {
     return OM_OK;
 }
 
-// ---- lives ------------------------------------------------------------------------------------------------
+// ---- lives of tensors --------------------------------------------------------------------------------------
 
 static int add_piece(OmNetRun* run, size_t bytes, int begin, int end) {
     OM_ASSERT(run->npiece < run->piece_cap);
@@ -281,7 +281,7 @@ static void live_until(OmNetRun* run, int piece, int step) {
     if (step < p->begin) p->begin = step;
 }
 
-// May the output of layer `in` be written straight into its place within concatenation `op`?
+// May the output of layer `in` be written directly into its part of concatenation `op`?
 static bool can_place(const OmNetRun* run, const OmOp* op, int k, int from_c) {
     const OmBlocks *x = &run->value[op->in[k]], *y = &run->value[op->out];
     if (run->def.is_training || run->def.batch != 1 || x->is_last || x->block != y->block)
@@ -305,7 +305,7 @@ static void place_concats(OmNetRun* run) {
     }
 }
 
-// The tensor whose memory holds that of layer i.
+// The tensor whose memory holds the tensor of layer i.
 static int root_of(const OmNetRun* run, int i) {
     while (run->placed_in[i] >= 0) i = run->placed_in[i];
     return i;
@@ -401,7 +401,7 @@ static void plan_rest(OmNetRun* run) {
     run->scratch_piece = add_piece(run, scratch, 0, INT_MAX);
 }
 
-// Parameters in the kernels' layouts, one after the other; those that kernels read as they are.
+// Place the parameters in the kernels' layouts, one after the other; kernels read biases and norms in plain layout.
 static void plan_parameters(OmNetRun* run) {
     size_t at = 0;
     for (int i = 0; i < run->nop; ++i) {
@@ -526,7 +526,7 @@ static OmStatus bind_op(OmNetRun* run, OmOp* op) {
     return OM_OK;
 }
 
-// ---- all of it ------------------------------------------------------------------------------------------
+// ---- the whole compilation ------------------------------------------------------------------------------
 
 static OmStatus allocate_tables(OmNetRun* run) {
     OmStatus status = OM_OK;
@@ -564,7 +564,7 @@ OmStatus om__net_compile(OmNetRun* run) {
     plan_rest(run);
     plan_parameters(run);
     OM_TRY_DONE(om__plan_pieces(run->npiece, run->piece, &run->memory_size));
-    // Cleared, so that nothing undefined is ever read: kernels may touch what fills up a block.
+    // Cleared, because kernels may read the unused channels of a block.
     OM_CALLOC_DONE(run->memory, run->memory_size);
     OM_CALLOC_DONE(run->weights, run->weights_size);
     OM_CALLOC_DONE(run->small, run->small_size);

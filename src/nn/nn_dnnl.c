@@ -1,14 +1,14 @@
-// nn_dnnl.c: the only file that knows oneDNN (2.6, C interface).
+// nn_dnnl.c: the only file that uses oneDNN (2.6, C interface).
 //
-// A kernel is one primitive with a memory object for each argument; memory itself belongs to the run, which
-// plans it and binds it. Scratch is the user's (DNNL_SCRATCHPAD_MODE_USER), so that all kernels of a run share
-// one piece. The layouts of tensors are given, those of weights are the implementation's choice. Creating a
-// primitive generates machine code: some milliseconds, once a process, as oneDNN keeps a cache.
+// A kernel is one primitive with a memory object for each argument. The run owns the memory itself, plans it
+// and binds it. Scratch memory is the caller's (DNNL_SCRATCHPAD_MODE_USER), so that all kernels of a run use
+// one piece. Layouts of tensors are given; oneDNN chooses those of weights. Creating a primitive generates
+// machine code: some milliseconds, once a process, since oneDNN has a cache.
 //
-// oneDNN splits work by the number of OpenMP threads at the time of creation and of execution, which
-// must agree; om__engine_begin sets it for this thread and om__engine_end puts the old one back. Its threads
-// are libgomp's, not those of om_parallel_for: after a kernel they must sleep soon, so that the others have
-// the processors. GOMP_SPINCOUNT=1000 sees to it; the program omentum sets it (cli_environment.c).
+// oneDNN splits work by the number of OpenMP threads at creation and at execution, which must agree;
+// om__engine_begin sets the number for this thread and om__engine_end restores it. Its threads are those of
+// libgomp, not of om_parallel_for: after a kernel they must sleep soon, so that the others have the
+// processors. GOMP_SPINCOUNT=1000 achieves this; the program omentum sets it (cli_environment.c).
 #include <dnnl.h>
 #include <string.h>
 #ifdef OM_WITH_OPENMP
@@ -30,7 +30,7 @@ struct OmKernel {
     size_t bytes[OM_SLOT_COUNT];
     dnnl_exec_arg_t arg[OM_SLOT_COUNT];
     int narg;
-    dnnl_memory_desc_t plain;  // of the weights, as outside; float
+    dnnl_memory_desc_t plain;  // of the weights in plain layout; float
 };
 
 static const int slot_arg[OM_SLOT_COUNT] = {
@@ -38,7 +38,7 @@ static const int slot_arg[OM_SLOT_COUNT] = {
     DNNL_ARG_DIFF_SRC,  DNNL_ARG_DIFF_DST,  DNNL_ARG_DIFF_WEIGHTS, DNNL_ARG_DIFF_BIAS,
     DNNL_ARG_WORKSPACE, DNNL_ARG_SCRATCHPAD};
 
-// oneDNN's status as ours; `what` for the sentence.
+// Convert oneDNN's status to OmStatus; `what` names the operation in the message.
 static OmStatus check(dnnl_status_t status, const char* what) {
     switch (status) {
     case dnnl_success: return OM_OK;
@@ -99,7 +99,7 @@ void om__engine_end(OmEngine* e) {
 
 static dnnl_data_type_t data_type(OmNetType type) { return type == OM_F32 ? dnnl_f32 : dnnl_bf16; }
 
-// A tensor as oneDNN sees it: five axes, or samples and channels only.
+// The dimensions of a tensor for oneDNN: five axes, or samples and channels only.
 static dnnl_memory_desc_t tensor_desc(const OmBlocks* t, int ndim) {
     const dnnl_dims_t dims = {t->n, t->shape.c, t->shape.d, t->shape.h, t->shape.w};
     dnnl_format_tag_t tag = t->block == 1   ? dnnl_ncdhw
@@ -113,7 +113,7 @@ static dnnl_memory_desc_t tensor_desc(const OmBlocks* t, int ndim) {
     return desc;
 }
 
-// Layout left to the implementation, dimensions as given.
+// The layout is chosen by oneDNN, the dimensions are given.
 static dnnl_memory_desc_t any_desc(int ndim, const dnnl_dim_t* dim, dnnl_data_type_t type) {
     dnnl_memory_desc_t desc;
     memset(&desc, 0, sizeof desc);
@@ -121,7 +121,7 @@ static dnnl_memory_desc_t any_desc(int ndim, const dnnl_dim_t* dim, dnnl_data_ty
     return desc;
 }
 
-// Weights as outside: rows of floats, with the first two axes exchanged for a transposed convolution.
+// Weights in plain layout: rows of floats, with the first two axes exchanged for a transposed convolution.
 static dnnl_memory_desc_t plain_desc(int ndim, const dnnl_dim_t* dim, bool is_up) {
     dnnl_dims_t stride;
     dnnl_dim_t step = 1;
@@ -157,7 +157,7 @@ static OmStatus add_argument(OmKernel* k, dnnl_engine_t engine, OmSlot slot,
     return OM_OK;
 }
 
-// Primitive and arguments of a descriptor; the slots in `slots` (ended by OM_SLOT_COUNT) and what it adds.
+// Create primitive and arguments of a descriptor; the slots in `slots` (ended by OM_SLOT_COUNT) and those it adds.
 static OmStatus finish_kernel(OmEngine* e, const_dnnl_primitive_desc_t pd, const OmSlot* slots,
                               const char* name, OmKernel* k) {
     static const dnnl_query_t query[OM_SLOT_COUNT] = {
@@ -189,7 +189,7 @@ static dnnl_alg_kind_t activation_alg(OmActivation a, bool is_by_result) {
     }
 }
 
-// What all kernels want of oneDNN: scratch from us, and the activation at the end.
+// Attributes of all kernels: scratch memory by the caller, and the activation at the end.
 static OmStatus create_attr(const OmKernelDef* def, dnnl_primitive_attr_t* attr) {
     *attr = NULL;
     OM_TRY(check(dnnl_primitive_attr_create(attr), "attributes"));
@@ -218,11 +218,11 @@ static OmStatus create_desc(OmEngine* e, const void* op, dnnl_primitive_attr_t a
     return check(dnnl_primitive_desc_create(pd, op, attr, e->engine, hint), name);
 }
 
-// Everything the operations of one layer are made of.
+// The oneDNN objects of the operations of one layer.
 typedef struct Parts {
     const OmKernelDef* def;
     dnnl_memory_desc_t src, dst, weights, bias;
-    dnnl_memory_desc_t grad_weights;  // float, whatever the weights are
+    dnnl_memory_desc_t grad_weights;  // float for any type of the weights
     dnnl_dims_t stride, pad, window, dilation;
     dnnl_prop_kind_t forward;
     bool has_bias;
@@ -369,7 +369,7 @@ static OmStatus describe_activation(OmEngine* e, const Parts* p, OmPass pass,
 typedef OmStatus (*DescribeFn)(OmEngine*, const Parts*, OmPass, dnnl_primitive_attr_t,
                                const_dnnl_primitive_desc_t, dnnl_primitive_desc_t*);
 
-// How a kind is described, and which arguments its passes have.
+// How each kind of layer is described, and the arguments of its passes.
 static DescribeFn describe_of(OmLayerKind kind) {
     switch (kind) {
     case OM_LAYER_CONV: return describe_conv;
@@ -420,7 +420,7 @@ OmStatus om__kernel_create(OmEngine* e, const OmKernelDef* def, OmKernel** kerne
     DescribeFn describe = is_activation ? describe_activation : describe_of(def->layer->kind);
     OmSlot slots[OM_SLOT_COUNT + 1];
     list_slots(def, parts.has_bias, slots);
-    bool is_own = describe == describe_activation;  // activation as the operation itself
+    bool is_own = describe == describe_activation;  // the activation is the operation itself
     OmKernelDef bare = *def;
     if (is_own) bare.activation = OM_IDENTITY;
     OM_TRY_DONE(create_attr(&bare, &attr));

@@ -1,12 +1,12 @@
-// nn_internal.h: what the files of room nn share.
+// nn_internal.h: shared by the files of room nn.
 //
 //   nn_net.c     the description: layers, shapes, the table of parameters
 //   nn_unet.c    the U-Net of the thesis, written in layers
-//   nn_compile.c a network compiled for one batch: what is fused, layouts, kernels, memory
-//   nn_run.c     parameters in, forward, backward
-//   nn_plan.c    where pieces of memory lie that live for a while
-//   nn_dnnl.c    one oneDNN primitive with its memories; the only file that knows oneDNN
-//   nn_blocks.c  loops over tensors that oneDNN does not have, or not better: concatenation, masks, dropout
+//   nn_compile.c a network compiled for one batch: fusion, layouts, kernels, memory
+//   nn_run.c     upload of parameters, forward, backward
+//   nn_plan.c    offsets of pieces of memory with limited lives
+//   nn_dnnl.c    one oneDNN primitive with its memories; the only file that uses oneDNN
+//   nn_blocks.c  loops over tensors that oneDNN lacks or does more slowly: concatenation, masks, dropout
 //   nn_winograd.c  transforms around a cheaper 3x3x3 convolution
 //   nn_norm.c    batch and group normalisation
 #ifndef OMENTUM_NN_INTERNAL_H
@@ -22,7 +22,7 @@ struct OmNet {
     int output;
     bool is_finished;
     OmStatus status;  // of the first om_net_add_* that failed
-    char error[512];  // its sentence
+    char error[512];  // its message
 };
 
 static inline int64_t om__net_cells(OmNetShape s) { return (int64_t)s.d * s.h * s.w; }
@@ -45,7 +45,7 @@ typedef struct OmBlocks {
 static inline int om__blocks_count(const OmBlocks* t) {
     return (t->shape.c + t->block - 1) / t->block;
 }
-/// Values of one sample, with the filling.
+/// Number of values of one sample, unused channels of the last block included.
 static inline int64_t om__blocks_stride(const OmBlocks* t) {
     return (int64_t)om__blocks_count(t) * t->block * om__net_cells(t->shape);
 }
@@ -54,7 +54,7 @@ static inline size_t om__blocks_bytes(const OmBlocks* t) {
     return (size_t)t->n * (size_t)om__blocks_stride(t) * om__type_size(t->type);
 }
 
-// Loops of nn_blocks.c. All may run on any number of workers with the same bytes.
+// Loops of nn_blocks.c. Results do not depend on the number of workers.
 void om__blocks_from_plain(int nworker, const float* plain, const OmBlocks* t);
 void om__blocks_to_plain(int nworker, const OmBlocks* t, float* plain);
 /// sum += x, of equal layouts.
@@ -62,8 +62,8 @@ void om__blocks_add(int nworker, const OmBlocks* x, const OmBlocks* sum);
 /// Channels [0, num) of `from` beginning at from_c into those of `to` beginning at to_c.
 void om__blocks_copy_channels(int nworker, const OmBlocks* from, int from_c, const OmBlocks* to,
                               int to_c, int num);
-/// Channels (k, c) of `from`, k a place in a window of `kernel` cells, to the cells of that window in `to`.
-/// Whole blocks of channels: `to` is channels last, or its channels fill its blocks.
+/// Channels (k, c) of `from`, where k is a cell of a window of `kernel` cells, to the cells of that window
+/// in `to`. Whole blocks of channels: `to` is channels last, or its channels fill its blocks.
 void om__blocks_unfold(int nworker, const OmBlocks* from, const int kernel[3], const OmBlocks* to);
 /// y = mask * x; may be the same tensor.
 void om__blocks_mask(int nworker, const OmBlocks* x, const float* mask, const OmBlocks* y);
@@ -74,7 +74,7 @@ void om__blocks_dropout(int nworker, const OmBlocks* x, float rate, uint64_t see
 
 /// `num` values of a tensor from `at` as float: in place, or converted into `buffer`.
 const float* om__blocks_read(const OmBlocks* t, int64_t at, int num, float* buffer);
-/// Where to put float values for om__blocks_write, which stores them: in place, or `buffer`.
+/// Where the caller puts float values for om__blocks_write, which stores them: in place, or `buffer`.
 float* om__blocks_place(const OmBlocks* t, int64_t at, float* buffer);
 void om__blocks_write(const OmBlocks* t, int64_t at, int num, const float* value);
 
@@ -85,7 +85,7 @@ typedef struct OmNorm {
     int n, c, ngroup;
     bool is_batch;       // statistics over samples, one group a channel
     float epsilon;       //
-    double *mean, *var;  // (n x ngroup), or (c); those of the last forward
+    double *mean, *var;  // (n x ngroup), or (c); of the last forward pass
     double* part;        // (n x c x nchunk x 2) sums over pieces of a channel
     float* coef;         // (n x c x 3): y = coef0 x + coef1; dx = coef0 dy + coef1 x + coef2
     int nchunk;          // pieces of a channel
@@ -99,7 +99,7 @@ void om__norm_measure(int nworker, OmNorm* norm, const OmBlocks* x);
 /// y = (x - mean) / sqrt(var + epsilon) weight + bias; y may be x.
 void om__norm_apply(int nworker, OmNorm* norm, const OmBlocks* x, const float* weight,
                     const float* bias, const OmBlocks* y);
-/// Derivatives by x (null: not wanted), weight and bias of a forward that measured x; dx may be dy.
+/// Derivatives by x (null: not wanted), weight and bias after a forward pass that measured x; dx may be dy.
 void om__norm_backward(int nworker, OmNorm* norm, const OmBlocks* x, const OmBlocks* dy,
                        const float* weight, const OmBlocks* dx, float* dweight, float* dbias);
 
@@ -109,10 +109,10 @@ typedef struct OmEngine OmEngine;  // where kernels run, and with how many threa
 
 OmStatus om__engine_create(int nworker, OmEngine** engine);
 void om__engine_destroy(OmEngine* engine);
-/// Between these two oneDNN uses the engine's threads. OM_INVALID from within a parallel region.
+/// Between begin and end oneDNN uses the engine's threads. OM_INVALID inside a parallel region.
 OmStatus om__engine_begin(OmEngine* engine);
 void om__engine_end(OmEngine* engine);
-/// The block of channels this processor has kernels for: 16, 8, or 0 for none (channels last then).
+/// The channel block size of this processor's kernels: 16, 8, or 0 for none (then channels last).
 int om__engine_block(OmNetType type);
 
 typedef enum OmPass { OM_PASS_FORWARD, OM_PASS_DATA, OM_PASS_WEIGHTS } OmPass;
@@ -189,41 +189,42 @@ OmStatus om__winograd_gradient(int nworker, const OmDetour* w, OmKernel* weights
 
 // ---- memory -----------------------------------------------------------------------------------------------
 
-typedef struct OmPiece {  // alive from step `begin` to step `end`, both included
+typedef struct OmPiece {  // memory needed from step `begin` to step `end`, both included
     size_t bytes;
     int begin, end;
-    size_t at;  // where it lies: multiple of 64
+    size_t at;  // its offset: multiple of 64
 } OmPiece;
 
-/// Lay out the pieces so that none alive at the same step overlap. Returns the bytes of all, in *size.
+/// Choose offsets such that pieces needed at the same step do not overlap. Total bytes in *size.
 OmStatus om__plan_pieces(int num, OmPiece* piece, size_t* size);
 
 // ---- a compiled network -------------------------------------------------------------------------------------
 
-typedef struct OmOp {  // one layer at work, with the activation behind it if that could be fused
+typedef struct OmOp {  // one layer of the compiled network, with a fused activation if there is one
     const OmLayer* layer;
     OmActivation activation;
     float slope;
     int out;                     // layer whose output it writes: its own, or the fused activation
     int nin;                     //
     int in[OM_LAYER_MAX_INPUT];  // layers whose outputs it reads
-    bool is_placed[OM_LAYER_MAX_INPUT];  // concatenation: the input is written where it belongs
-    OmKernel *forward, *data, *weights;  // the passes
+    // concatenation: the input is written directly into the output
+    bool is_placed[OM_LAYER_MAX_INPUT];
+    OmKernel *forward, *data, *weights;  // kernels of the passes
     OmKernel* activate_back;             // gradient through the fused activation, in place
     OmKernel *load, *load_back, *store;  // plain weights into forward and data; gradient to plain
-    bool is_extra[OM_LAYER_MAX_INPUT];   // its gradient adds to what is there
-    OmBlocks extra[OM_LAYER_MAX_INPUT];  // and goes here first
+    bool is_extra[OM_LAYER_MAX_INPUT];   // its gradient is added to an existing one
+    OmBlocks extra[OM_LAYER_MAX_INPUT];  // and is first written here
     int extra_piece[OM_LAYER_MAX_INPUT];
     int workspace_piece, grad_piece, bias_piece;  // or -1
     size_t weight_at, weight_back_at;             // bytes in the parameters' memory
-    // A transposed convolution whose windows do not overlap is one of 1 x 1 x 1 to all cells of the window as
-    // channels, which are then put in place: several times faster than oneDNN's own.
+    // A transposed convolution whose windows do not overlap is computed as one of 1 x 1 x 1 with all cells of
+    // the window as channels, which are then copied to their cells: several times faster than oneDNN's own.
     bool is_unfolded;
-    OmDetour winograd, winograd_back;  // forward and data by Winograd's convolution
+    OmDetour winograd, winograd_back;  // forward and data passes by Winograd's convolution
     OmDetour winograd_grad;  // weights: transformed values, transformed gradient of the result
-    OmDetour turned;         // weights in channels last, where blocks have no fast kernel
+    OmDetour turned;         // weights pass in channels last, where blocks have no fast kernel
     int slice_piece;         // sums of that gradient over slices, for the bias
-    OmBlocks folded;         // what the convolution gives
+    OmBlocks folded;         // result of the 1 x 1 x 1 convolution
     int folded_piece;        //
     size_t folded_bias_at;   // its bias, one copy a cell of the window
     OmNorm norm;
@@ -248,10 +249,10 @@ struct OmNetRun {
     OmPiece* piece;
     int npiece, piece_cap;
     int scratch_piece;
-    char *memory, *weights;  // what the plan covers; parameters in the kernels' layouts
+    char *memory, *weights;  // planned memory; parameters in the kernels' layouts
     size_t memory_size, weights_size;
     size_t staging_at;  // in weights: room to reorder the largest unfolded ones
-    float* small;       // parameters that kernels read as they are: biases and norms
+    float* small;       // parameters that kernels read in plain layout: biases and norms
     int64_t* small_at;  // (nparam) or -1
     size_t small_size;
     uint64_t step;
@@ -259,7 +260,7 @@ struct OmNetRun {
     bool has_parameters, has_forward;
 };
 
-/// Everything but the parameters; on failure the caller destroys what there is.
+/// Compile everything but the parameters; on failure the caller destroys the partial run.
 OmStatus om__net_compile(OmNetRun* run);
 
 #endif

@@ -1,4 +1,4 @@
-// nn_loss.c: what training makes small, and its derivative.
+// nn_loss.c: the loss functions of training and their derivatives.
 //
 // Values are summed in double: each block of cells (or of planes, for Dice) in order, then the blocks in order, so
 // that any worker count gives the same bytes. A batch is samples x channels x cells; a block is a range of the
@@ -12,19 +12,20 @@
 
 enum { MAX_BLOCK = 256, MIN_GRAIN = 1024 };
 
-// Under the root of the norm: the derivative stays finite where y = t, and the loss is wrong by less.
+// Added under the root of the norm, so that the derivative stays finite where y = t; the loss error
+// is smaller than this.
 #define NORM_FLOOR 1e-24
 #define DICE_SMOOTH 1.0
-#define SLOPE_CHANNEL 64  // at most
+#define SLOPE_CHANNEL 64  // largest number of channels
 
 typedef struct Work {
     OmLossKind kind;
     int64_t nchannel, ncell;
     int extent[3];  // width, height, depth
     const float *y, *t, *weight, *sample_weight;
-    float* dy;              // added to; or null
-    double factor;          // of each cell's value in the loss, before the sample's weight
-    double sum[MAX_BLOCK];  // one a block
+    float* dy;              // derivative is added to it; or null
+    double factor;          // of each cell's value in the loss, without the sample's weight
+    double sum[MAX_BLOCK];  // one for each block
 } Work;
 
 OmLoss om_loss(OmLossKind kind) {
@@ -66,7 +67,7 @@ static double entropy_cells(const Work* w, int64_t at, int64_t cell, int count, 
     return sum;
 }
 
-// `at` is the first channel's value of the first cell; the next channel's lies ncell behind.
+// `at` is the first channel's value of the first cell; the next channel's value is ncell further.
 static double norm_cells(const Work* w, int64_t at, int64_t cell, int count, double factor) {
     double sum = 0;
     for (int i = 0; i < count; ++i) {
@@ -94,13 +95,14 @@ static void cell_block(void* ctx, int begin, int end, int block) {
         int64_t left = w->ncell - cell;
         int count = left < end - begin ? (int)left : end - begin;
         int64_t at = sample * w->nchannel * w->ncell + cell;
-        double share = weight_of(w, sample), factor = w->factor * share;
+        double sample_weight = weight_of(w, sample), factor = w->factor * sample_weight;
         if (w->kind == OM_LOSS_NORM) {
-            sum += share * norm_cells(w, at, cell, count, factor);
+            sum += sample_weight * norm_cells(w, at, cell, count, factor);
         } else {
             for (int64_t c = 0; c < w->nchannel; ++c, at += w->ncell)
-                sum += share * (w->kind == OM_LOSS_MSE ? square_cells(w, at, cell, count, factor)
-                                                       : entropy_cells(w, at, cell, count, factor));
+                sum += sample_weight * (w->kind == OM_LOSS_MSE
+                                            ? square_cells(w, at, cell, count, factor)
+                                            : entropy_cells(w, at, cell, count, factor));
         }
         begin += count;
     }
@@ -111,7 +113,7 @@ static void cell_block(void* ctx, int begin, int end, int block) {
 
 // 1 - n / d of one plane with n = 2 sum w p t + 1, d = sum w p + sum w t + 1 >= 1;
 // d/dy = -w p (1 - p) (2 t d - n) / d^2
-static double dice_plane(const Work* w, int64_t at, double share) {
+static double dice_plane(const Work* w, int64_t at, double sample_weight) {
     double both = 0, either = 0;
     for (int64_t i = 0; i < w->ncell; ++i) {
         double weight = w->weight ? (double)w->weight[i] : 1;
@@ -124,9 +126,9 @@ static double dice_plane(const Work* w, int64_t at, double share) {
         double weight = w->weight ? (double)w->weight[i] : 1;
         double p = sigmoid((double)w->y[at + i]), t = (double)w->t[at + i];
         w->dy[at + i] -=
-            (float)(share * w->factor * weight * p * (1 - p) * (2 * t * d - n) / (d * d));
+            (float)(sample_weight * w->factor * weight * p * (1 - p) * (2 * t * d - n) / (d * d));
     }
-    return share * (1 - n / d);
+    return sample_weight * (1 - n / d);
 }
 
 static void plane_block(void* ctx, int begin, int end, int block) {
@@ -182,7 +184,7 @@ static double slope_sample(const Work* w, int64_t sample, double* difference) {
     return sum * weight_of(w, sample);
 }
 
-// Whole samples, for a cell adds to the derivatives of the next ones.
+// Whole samples, because a cell adds to the derivatives of its neighbours.
 static void sample_block(void* ctx, int begin, int end, int block) {
     Work* w = ctx;
     double sum = 0, difference[3 * SLOPE_CHANNEL];

@@ -1,4 +1,4 @@
-// nn_mpi.c: ranks that train together, over MPI. The only file that knows it; without OM_WITH_MPI it says so.
+// nn_mpi.c: training on several ranks over MPI. The only file that uses MPI; without OM_WITH_MPI it is unavailable.
 #include <limits.h>
 
 #include "omentum/nn_train.h"
@@ -7,8 +7,8 @@
 #include <mpi.h>
 
 typedef struct Mpi {
-    MPI_Comm comm;  // our own: messages of the program do not meet ours
-    bool is_ours;   // we started MPI, and end it
+    MPI_Comm comm;  // a duplicate: messages of the program cannot mix with ours
+    bool is_ours;   // we initialised MPI, and finalise it
 } Mpi;
 
 static OmStatus failed(int code, const char* what) {
@@ -38,7 +38,7 @@ OmStatus om_train_group_begin_mpi(OmTrainGroup* group) {
     Mpi* mpi = om_calloc(1, sizeof *mpi);
     if (!mpi) return OM_NO_MEMORY;
     MPI_Initialized(&is_running);
-    // Only the thread that trains speaks to the others.
+    // Only the training thread communicates.
     int code = is_running ? MPI_SUCCESS : MPI_Init_thread(NULL, NULL, MPI_THREAD_FUNNELED, &given);
     mpi->is_ours = !is_running && code == MPI_SUCCESS;
     if (code == MPI_SUCCESS) code = MPI_Comm_dup(MPI_COMM_WORLD, &mpi->comm);

@@ -1,6 +1,6 @@
 // nn_net.c: the description of a network: layers, their shapes, and the table of parameters.
 //
-// A failed om_net_add_* leaves its status and sentence in the net, and every later one returns -1, so that a
+// A failed om_net_add_* stores its status and message in the net, and every later call returns -1. So a
 // network is written as a list of layers and checked once, by om_net_finish.
 #include <limits.h>
 #include <math.h>
@@ -81,7 +81,7 @@ static OmStatus reserve(void** array, int count, int* cap, size_t size) {
     return OM_OK;
 }
 
-// A layer of this kind reading x, its shape that of x; null after a failure. Not yet in the net.
+// A layer of this kind reading x, with the shape of x; null after a failure. It is not yet in the net.
 static OmLayer* begin_layer(OmNet* net, OmLayerKind kind, const char* name, int x) {
     if (net->status < 0) return NULL;
     char own[OM_NET_NAME];
@@ -122,7 +122,7 @@ static OmLayer* begin_layer(OmNet* net, OmLayerKind kind, const char* name, int 
     return layer;
 }
 
-// Put the layer in; its index, or -1 if its shape is none.
+// Append the layer; its index, or -1 if its shape is invalid.
 static int end_layer(OmNet* net, OmLayer* layer) {
     const int extent[4] = {layer->shape.c, layer->shape.d, layer->shape.h, layer->shape.w};
     static const char* const axis[4] = {"channels", "depth", "height", "width"};
@@ -138,7 +138,7 @@ static int end_layer(OmNet* net, OmLayer* layer) {
     return net->nlayer++;
 }
 
-// One more entry of the table; its index, or -1 with the failure kept.
+// Append an entry to the table; its index, or -1 with the failure stored.
 static int add_parameter(OmNet* net, const OmLayer* layer, const char* what, int ndim,
                          const int64_t* dim) {
     OmStatus status =
@@ -177,7 +177,7 @@ OmNetConv om_net_conv_strided(int channels, int kernel, int stride, int padding)
                        true};
 }
 
-// The windows of convolutions and pooling: kernel, stride and padding into the layer.
+// Store kernel, stride and padding of convolutions and pooling in the layer.
 static int take_windows(OmNet* net, OmLayer* layer, const int kernel[3], const int stride[3],
                         const int padding[3]) {
     for (int k = 0; k < 3; ++k) {
@@ -195,7 +195,7 @@ static int take_windows(OmNet* net, OmLayer* layer, const int kernel[3], const i
     return 0;
 }
 
-// Windows of `kernel` fitted into the layer's shape; -1 if one does not fit once.
+// Compute the layer's shape from windows of `kernel`; -1 if not even one window fits.
 static int shrink_shape(OmNet* net, OmLayer* layer) {
     int* extent[3] = {&layer->shape.d, &layer->shape.h, &layer->shape.w};
     for (int k = 0; k < 3; ++k) {
@@ -371,14 +371,14 @@ int om_net_add_mask(OmNet* net, int x, const float* mask) {
     return end_layer(net, layer);
 }
 
-// ---- the end ------------------------------------------------------------------------------------------
+// ---- finishing ----------------------------------------------------------------------------------------
 
 OmStatus om_net_finish(OmNet* net, int output) {
     if (net->status < 0) return om_error(net->status, "%s", net->error);
     OM_CHECK(!net->is_finished, OM_INVALID, "the network is finished already");
     OM_CHECK(output >= 0 && output < net->nlayer, OM_INVALID,
              "output %d is none of the network's %d layers", output, net->nlayer);
-    // Backwards, whatever is read by something that is needed is needed.
+    // Backwards: a layer is needed if a needed layer reads it.
     bool* is_needed = om_calloc((size_t)net->nlayer, sizeof *is_needed);
     if (!is_needed) return OM_NO_MEMORY;
     is_needed[output] = true;
@@ -415,7 +415,8 @@ int64_t om_net_out_size(const OmNet* net) {
 uint64_t om_net_hash(const OmNet* net) {
     uint64_t hash = OM_HASH_SEED;
     for (int i = 0; i < net->nlayer; ++i) {
-        const OmLayer layer = net->layer[i];  // field by field: filling bytes are no part of it
+        // field by field, because padding bytes of the struct are undefined
+        const OmLayer layer = net->layer[i];
         hash = om_hash(layer.name, strlen(layer.name), hash);
         const int32_t word[] = {(int32_t)layer.kind,
                                 layer.ninput,
@@ -473,7 +474,7 @@ size_t om_net_parameter_size(const OmNet* net) {
     return (size_t)(last->adr + last->num);
 }
 
-// The gain, squared, of the activation that reads the layer, through norms and the like: He et al. 2015.
+// Square of the gain of the activation that reads the layer, also behind norms and dropout: He et al. 2015.
 static double gain_squared(const OmNet* net, int layer) {
     for (int i = layer + 1; i < net->nlayer; ++i) {
         const OmLayer* l = &net->layer[i];
@@ -501,7 +502,7 @@ void om_net_init_parameters(const OmNet* net, uint64_t seed, float* param) {
             for (int64_t k = 0; k < p->num; ++k) value[k] = is_one ? 1 : 0;
             continue;
         }
-        // How many products an output sums: a transposed convolution meets a cell kernel / stride times.
+        // Number of products in an output's sum: a transposed convolution adds kernel / stride of them per axis.
         double fan = (double)p->num / p->dim[0];
         if (layer->kind == OM_LAYER_CONV_UP) {
             fan = (double)p->num / p->dim[1];

@@ -1,10 +1,10 @@
 // nn_norm.c: batch and group normalisation (Ioffe & Szegedy 2015; Wu & He 2018), forward and backward.
 //
-// Both are y = a x + b with a and b for each sample and channel, and differ only in what shares its mean and
-// variance: a channel of all samples, or some channels of one. So the sums over cells are taken for each
-// (sample, channel) in pieces of fixed length, in double; whoever shares adds them in a fixed order; and one
-// pass over the tensor applies the coefficients. The derivative has the same form, dx = p dy + q x + r: with
-// z = (x - m) / s, M values sharing, A = sum w dy and Z = sum w dy z over them,
+// Both are y = a x + b with a and b for each sample and channel. They differ in the group of values that has
+// one mean and variance: a channel of all samples, or some channels of one sample. The sums over cells are
+// computed for each (sample, channel) in pieces of fixed length, in double, and added within each group in a
+// fixed order. Then one pass over the tensor applies the coefficients. The derivative has the same form, dx
+// = p dy + q x + r: with z = (x - m) / s, M values in the group, A = sum w dy and Z = sum w dy z over them,
 //     dx = (w dy - A / M - z Z / M) / s.
 #include <math.h>
 #include <string.h>
@@ -115,8 +115,8 @@ static int stat_of(const OmNorm* norm, int n, int c) {
     return norm->is_batch ? c : n * norm->ngroup + c / (norm->c / norm->ngroup);
 }
 
-// Values that share one mean.
-static double share_of(const OmNorm* norm, const OmBlocks* x) {
+// Number of values with one common mean.
+static double count_of(const OmNorm* norm, const OmBlocks* x) {
     int64_t ncell = om__net_cells(x->shape);
     return (double)(norm->is_batch ? norm->n * ncell : norm->c / norm->ngroup * ncell);
 }
@@ -124,14 +124,14 @@ static double share_of(const OmNorm* norm, const OmBlocks* x) {
 void om__norm_measure(int nworker, OmNorm* norm, const OmBlocks* x) {
     sum_all(nworker, norm, x, NULL);
     int nstat = norm->is_batch ? norm->c : norm->n * norm->ngroup;
-    double share = share_of(norm, x);
+    double count = count_of(norm, x);
     for (int k = 0; k < nstat; ++k) norm->mean[k] = norm->var[k] = 0;
     for (int n = 0; n < norm->n; ++n)
         for (int c = 0; c < norm->c; ++c) {
             double sum[2];
             row_sums(norm, n, c, sum);
-            norm->mean[stat_of(norm, n, c)] += sum[0] / share;
-            norm->var[stat_of(norm, n, c)] += sum[1] / share;
+            norm->mean[stat_of(norm, n, c)] += sum[0] / count;
+            norm->var[stat_of(norm, n, c)] += sum[1] / count;
         }
     for (int k = 0; k < nstat; ++k)
         norm->var[k] = fmax(0, norm->var[k] - norm->mean[k] * norm->mean[k]);
@@ -169,7 +169,7 @@ static void apply_range(void* ctx, int begin, int end, int block) {
         for (int lane = 0; lane < B; lane += LANES) {
             int num = B - lane < LANES ? B - lane : LANES;
             float coef[3][LANES];
-            for (int c = 0; c < num; ++c) {  // the filling stays zero
+            for (int c = 0; c < num; ++c) {  // unused channels stay zero
                 int channel = b * B + lane + c;
                 const float* row = p->norm->coef + 3 * ((int64_t)n * x->shape.c + channel);
                 for (int i = 0; i < 3; ++i) coef[i][c] = channel < x->shape.c ? row[i] : 0;
@@ -202,7 +202,7 @@ void om__norm_apply(int nworker, OmNorm* norm, const OmBlocks* x, const float* w
 
 // ---- derivatives ------------------------------------------------------------------------------------------
 
-// Sums of w dy and w dy z over what shares a statistic, for the (n, c) with c in [c0, c1), n in [n0, n1).
+// Sums of w dy and w dy z over one group, for the (n, c) with c in [c0, c1), n in [n0, n1).
 static void shared_sums(const OmNorm* norm, const float* weight, const int n_range[2],
                         const int c_range[2], double scale, double sum[2]) {
     sum[0] = sum[1] = 0;
@@ -215,7 +215,7 @@ static void shared_sums(const OmNorm* norm, const float* weight, const int n_ran
         }
 }
 
-static void set_gradient_coefs(OmNorm* norm, const float* weight, double share) {
+static void set_gradient_coefs(OmNorm* norm, const float* weight, double count) {
     int nstat = norm->is_batch ? norm->c : norm->n * norm->ngroup;
     int width = norm->is_batch ? 1 : norm->c / norm->ngroup;
     for (int k = 0; k < nstat; ++k) {
@@ -228,13 +228,13 @@ static void set_gradient_coefs(OmNorm* norm, const float* weight, double share) 
         }
         double scale = 1 / sqrt(norm->var[k] + (double)norm->epsilon), sum[2];
         shared_sums(norm, weight, n_range, c_range, scale, sum);
-        double q = -scale * scale * sum[1] / share;
+        double q = -scale * scale * sum[1] / count;
         for (int n = n_range[0]; n < n_range[1]; ++n)
             for (int c = c_range[0]; c < c_range[1]; ++c) {
                 float* coef = norm->coef + 3 * ((int64_t)n * norm->c + c);
                 coef[0] = (float)(scale * (double)weight[c]);
                 coef[1] = (float)q;
-                coef[2] = (float)(-scale * sum[0] / share - q * norm->mean[k]);
+                coef[2] = (float)(-scale * sum[0] / count - q * norm->mean[k]);
             }
     }
 }
@@ -255,6 +255,6 @@ void om__norm_backward(int nworker, OmNorm* norm, const OmBlocks* x, const OmBlo
         dbias[c] = (float)db;
     }
     if (!dx) return;
-    set_gradient_coefs(norm, weight, share_of(norm, x));
+    set_gradient_coefs(norm, weight, count_of(norm, x));
     apply_all(nworker, &(NormLoop){norm, x, dy, dx});
 }

@@ -1,12 +1,12 @@
 // nn_onnx.c: a network as an ONNX file, for other runtimes.
 //
-// ONNX is one message of Protocol Buffers, written here field by field: a key (number << 3 | type), then a varint, four
-// bytes, or a length and that many bytes. Lengths of nested messages are not known when they begin: five bytes are
-// kept free for them, and a varint may be as long as that.
+// ONNX is one message of Protocol Buffers, written here field by field: a key (number << 3
+// type), then a varint, four bytes, or a length and that many bytes. The length of a nested message is not known at its
+// beginning: five bytes are reserved for it, the longest varint of a length.
 //
-// Opset 13. Each layer is a node "n<i>" with the value "v<i>", but for: dense, which is flattened before and gets its
-// extents of 1 back; group normalisation, which that opset does not have: groups become the channels of an instance
-// normalisation, then weight and bias follow; dropout, which does nothing.
+// Opset 13. Each layer is a node "n<i>" with the value "v<i>", except: a dense layer is flattened before and reshaped
+// after; group normalisation, which that opset lacks, is an instance normalisation with groups as channels, followed
+// by weight and bias; dropout is omitted.
 #include <string.h>
 
 #include "omentum/nn_file.h"
@@ -14,7 +14,7 @@
 enum { VARINT = 0, BYTES = 2, WORD = 5 };  // how a field is written
 enum { TYPE_FLOAT = 1, TYPE_INT64 = 7 };   // TensorProto.DataType
 enum { LENGTH_BYTES = 5, MAX_NAME = OM_NET_NAME + 16 };
-#define MAX_FILE ((size_t)0x7fffffff)  // of a message, in every implementation
+#define MAX_FILE ((size_t)0x7fffffff)  // bytes of a message; a limit of every implementation
 
 typedef struct Writer {
     const OmNet* net;
@@ -67,7 +67,7 @@ static uint32_t float_bits(float value) {
     return bits;
 }
 
-// A nested message: what is written between begin and end. Returns the place of its length.
+// A nested message: its content is written between begin and end. Returns the position of its length.
 static size_t begin(Writer* w, int field) {
     const unsigned char room[LENGTH_BYTES] = {0};
     put_key(w, field, BYTES);
@@ -228,7 +228,7 @@ static void put_dense(Writer* w, int i, const OmLayer* l, const char* out, const
     put_reshape(w, out, row.str, shape.str, 5, five);
 }
 
-// Nearest cells by centres, half a cell from the border; the first two extents stay.
+// Nearest cell by cell centres; the first two extents do not change.
 static void put_upsample(Writer* w, int i, const OmLayer* l, const char* out, const char* in) {
     Name scales = own_name(i, "scales");
     const int five = 5;
@@ -349,7 +349,7 @@ static void put_value_info(Writer* w, int field, const char* name, OmNetShape sh
     end(w, info);
 }
 
-// Parameters that a node reads under their own name; those of group norms go in with their layer.
+// Parameters that a node reads by name; those of group norms are written with their layer.
 static void put_parameters(Writer* w) {
     for (int i = 0; i < om_net_parameter_count(w->net); ++i) {
         const OmNetParameter* p = om_net_parameter(w->net, i);

@@ -1,6 +1,6 @@
 // nn_optim.c: Adam and AdamW, gradient clipping, averaged weights, schedules of the learning rate.
 //
-// With g the gradient (shortened), d the weight decay, t the step from 1:
+// With g the gradient (clipped), d the weight decay, t the step from 1:
 //
 //     Adam   g += d p                           (Kingma and Ba 2015, Alg. 1)
 //     AdamW  p -= rate d p                      (Loshchilov and Hutter 2019, Alg. 2)
@@ -8,8 +8,8 @@
 //     v = beta2 v + (1 - beta2) g^2             v^ = v / (1 - beta2^t)
 //     p -= rate m^ / (sqrt(v^) + epsilon)
 //
-// Everything of a parameter is done in one pass, for memory is what it waits for. The length of the gradient is summed
-// in double by lanes and blocks that do not depend on the worker count.
+// All updates of a parameter are done in one pass, because memory bandwidth limits the speed. The norm of the gradient
+// is summed in double by lanes and blocks that do not depend on the worker count.
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ struct OmOptim {
     const OmNet* net;
     int64_t nparam, step;
     float *m, *v, *mean;  // moments, averaged weights or null (nparam)
-    double* sum;          // one a block of the gradient
+    double* sum;          // one for each block of the gradient
 };
 
 // ---- schedules ----------------------------------------------------------------------------------------
@@ -62,13 +62,13 @@ static double cosine(double a, double b, double x) { return b + (a - b) / 2 * (1
 double om_schedule_rate(const OmSchedule* s, int64_t step, int64_t nstep) {
     double last = (double)(nstep > 1 ? nstep - 1 : 1);
     double at = (double)step;
-    // The step that has the peak; PyTorch's one cycle puts it one step before its share of the whole.
+    // The step of the peak rate; PyTorch's one cycle puts it one step before its fraction of all steps.
     double top = s->kind == OM_SCHEDULE_ONE_CYCLE ? fmax(s->warmup * (double)nstep - 1, 0)
                                                   : s->warmup * (double)nstep;
     if (at < top) {
         double x = at / top;  // top > at >= 0
         if (s->kind == OM_SCHEDULE_ONE_CYCLE) return s->peak * cosine(s->start, 1, x);
-        // Warm-up counts steps from 1, so that none is lost on a rate of nothing.
+        // Warm-up counts steps from 1, so that the first step has a nonzero rate.
         return s->peak * (s->start + (1 - s->start) * fmin((at + 1) / top, 1));
     }
     if (s->kind == OM_SCHEDULE_CONSTANT) return s->peak;
@@ -154,7 +154,7 @@ typedef struct Step {
     float mean_keep;              // of the averaged weights
 } Step;
 
-// ---- the length of the gradient
+// ---- the norm of the gradient
 
 OM_MULTIVERSION static double square_sum(const float* g, int n) {
     double lane[LANES] = {0};
@@ -202,7 +202,7 @@ OM_MULTIVERSION static void average(int n, float keep, const float* restrict par
     for (int i = 0; i < n; ++i) mean[i] += (1 - keep) * (param[i] - mean[i]);
 }
 
-// A range of the flat array: the parts of the entries in it.
+// A range of the flat array: the parts of the entries that lie in it.
 static void update_block(void* ctx, int begin, int end, int block) {
     (void)block;
     const Step* s = ctx;

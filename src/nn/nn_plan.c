@@ -1,5 +1,5 @@
-// nn_plan.c: offsets for pieces of memory whose times of life are known: largest first, each at the lowest
-// place that is free while it lives (greedy by size; Pisarchyk & Lee 2020).
+// nn_plan.c: offsets for pieces of memory with known lives: largest first, each at the lowest offset that
+// is free during its life (greedy by size; Pisarchyk & Lee 2020).
 #include <stdlib.h>
 
 #include "nn/nn_internal.h"
@@ -29,7 +29,7 @@ OmStatus om__plan_pieces(int num, OmPiece* piece, size_t* size) {
     qsort(order, (size_t)num, sizeof *order, larger_first);
     for (int i = 0; i < num; ++i) {
         OmPiece* p = &piece[order[i].index];
-        // Move behind each placed piece in the way until none is: at most once past every one.
+        // Move past each overlapping piece until none overlaps: at most once past every one.
         size_t at = 0;
         bool is_free = false;
         while (!is_free) {

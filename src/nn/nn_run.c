@@ -1,4 +1,4 @@
-// nn_run.c: a compiled network at work: parameters in, forward, backward.
+// nn_run.c: run a compiled network: upload of parameters, forward, backward.
 #include <string.h>
 
 #include "nn/nn_internal.h"
@@ -72,8 +72,8 @@ size_t om_net_run_memory(const OmNetRun* run) {
 
 // ---- parameters -----------------------------------------------------------------------------------------
 
-// The weights (in, out, cells) of an unfolded transposed convolution as (cells, out, in), and its bias for each
-// cell; where the weights now are.
+// Reorder the weights (in, out, cells) of a folded transposed convolution to (cells, out, in), and copy its
+// bias for each cell; returns where the weights now are.
 static const float* load_unfolded(OmNetRun* run, const OmOp* op, const float* param) {
     const OmLayer* l = op->layer;
     const OmNetParameter* p = &run->net->param[l->weight];
@@ -129,7 +129,7 @@ OmStatus om_net_run_set_parameters(OmNetRun* run, const float* param) {
 void om_net_run_set_step(OmNetRun* run, uint64_t step, int64_t first_sample) {
     run->step = step;
     run->first_sample = first_sample;
-    run->has_forward = false;  // backward would draw other numbers
+    run->has_forward = false;  // a backward pass would draw other random numbers
 }
 
 static const float* small_of(const OmNetRun* run, int param) {
@@ -209,7 +209,7 @@ OmStatus om_net_run_forward(OmNetRun* run, const float* in, float* out) {
 
 // ---- backward -------------------------------------------------------------------------------------------
 
-// Where the gradient by input k goes; null if nobody wants it.
+// Where the gradient by input k is written; null if it is not needed.
 static const OmBlocks* target_of(const OmNetRun* run, const OmOp* op, int k) {
     if (!run->needs_grad[op->in[k]]) return NULL;
     return op->is_extra[k] ? &op->extra[k] : &run->grad[op->in[k]];
@@ -311,7 +311,7 @@ OmStatus om_net_run_backward(OmNetRun* run, const float* dout, float* grad, floa
     }
     if (status == OM_OK && din) om__blocks_to_plain(run->nworker, &run->grad[0], din);
     om__engine_end(run->engine);
-    run->has_forward = false;  // gradients have overwritten what forward left
+    run->has_forward = false;  // gradients have overwritten the values of the forward pass
     return status;
 }
 

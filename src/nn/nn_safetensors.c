@@ -1,12 +1,12 @@
-// nn_safetensors.c: safetensors files. The only file that knows jansson.
+// nn_safetensors.c: safetensors files. The only file that uses jansson.
 //
 //     8 bytes   length of the header, little-endian
 //     header    {"__metadata__": {"key": "text"},
 //                "name": {"dtype": "F32", "shape": [..], "data_offsets": [begin, end]}}
 //     data      offsets count from here; every byte belongs to exactly one tensor
 //
-// The header stays alive as jansson's tree, which owns names and texts; the data stay in the block read from the
-// file. What is written is first read back by the same checks. Format: huggingface.co/docs/safetensors.
+// The header is kept as jansson's tree, which owns names and texts; the data stay in the block read from the
+// file. A file to be written is first checked by the reader. Format: huggingface.co/docs/safetensors.
 #include <errno.h>
 #include <jansson.h>
 #include <math.h>
@@ -150,7 +150,7 @@ static int compare_places(const void* a, const void* b) {
     return p->end < q->end ? -1 : p->end > q->end;
 }
 
-// Tensors follow each other without overlap or hole, from the first byte of the data to the last.
+// Tensors must follow each other without overlap or gap, from the first byte of the data to the last.
 static OmStatus check_cover(const OmTensorFile* f, uint64_t ndata) {
     uint64_t at = 0;
     for (int i = 0; i < f->ntensor; ++i) {
@@ -406,8 +406,8 @@ static bool is_utf8(const char* str) {
     return n > 0;
 }
 
-// The header, padded to 8 bytes so that every value is aligned: doubles come first in the data. It is read back by
-// the reader's own checks, which find names given twice.
+// The header, padded to 8 bytes so that every value is aligned: doubles come first in the data. The reader's own
+// checks validate it and find names that occur twice.
 static OmStatus make_header(const OmTensor* tensor, int ntensor, const OmTextPair* meta, int nmeta,
                             const char* path, OmText* text) {
     uint64_t ndata = 0;

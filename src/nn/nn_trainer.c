@@ -5,11 +5,11 @@
 //             validate with the averaged weights; keep the best; stop when patience runs out
 //
 // Rank r of R takes samples [(b R + r) B, (b R + r + 1) B) of the order as batch b, so that R ranks with batches of B
-// see what one rank with batches of R B sees. A rank that fails or is told to stop lets the others know before
-// the gradients meet: then nobody descends, and all stop at the same step.
+// process the same samples as one rank with batches of R B. A rank that fails or is cancelled informs the others
+// before the gradients are averaged: then no rank descends, and all stop at the same step.
 //
-// A step is a function of (state, step number): wherever a training is cut off, it goes on from its last checkpoint
-// through the same states.
+// A step is a function of (state, step number): an interrupted training continues from its last checkpoint through
+// the same states.
 #include <math.h>
 #include <string.h>
 
@@ -31,7 +31,7 @@ typedef struct Loop {
     float *in, *target, *out, *dout, *weight;  // weight: of the batch's samples (batch)
     float *grad, *mean;                        // (parameters); mean: the averaged weights
     double start, last_save, last_metrics;
-    OmStatus pending;  // a file that failed on this rank, not yet told to the others
+    OmStatus pending;  // a file error of this rank that the other ranks do not know yet
 } Loop;
 
 OmTrainDef om_train_default_def(const OmNet* net, OmTrainFillFn fill, void* ctx) {
@@ -104,7 +104,7 @@ static OmStatus create_arrays(Loop* l) {
     OM_ALLOC(l->mean, l->nparam);
     OM_ALLOC(l->state.best, l->nparam);
     OM_ALLOC(l->state.row, d->nepoch);
-    // A last batch of validation that is not full leaves numbers behind it, not noise.
+    // Clear a last batch of validation that is not full, so that no old values are computed with.
     l->in = om_calloc((size_t)(batch * l->in_size), sizeof *l->in);
     return l->in ? OM_OK : OM_NO_MEMORY;
 }
@@ -162,7 +162,7 @@ static void shuffle(Loop* l, int epoch) {
 
 static OmStatus fill_batch(Loop* l, bool is_validation, int epoch, int count) {
     for (int i = 0; i < count; ++i) {
-        // Validation draws the same in every epoch.
+        // Validation uses the same random draws in every epoch.
         uint64_t name[3] = {l->def->seed, is_validation ? UINT64_MAX : (uint64_t)epoch,
                             (uint64_t)l->sample[i]};
         l->draw[i] = om_hash(name, sizeof name, OM_HASH_SEED);
@@ -204,7 +204,7 @@ static OmStatus differentiate(Loop* l, int64_t b, double* loss) {
     return om_net_run_backward(l->run, l->dout, l->grad, NULL);
 }
 
-// What became of the batch on all ranks: the first to fail or to be stopped ends it for everyone.
+// The result of the batch on all ranks: the first failure or cancellation ends it for all.
 static OmStatus meet(const Loop* l, OmStatus status, double* loss) {
     const OmTrainGroup* group = l->def->group;
     if (!group) return status;
@@ -260,7 +260,7 @@ static OmStatus save(Loop* l, bool is_due) {
     double now = om_clock_now();
     if (!d->dir || l->rank != 0) return OM_OK;
     if (is_due || now - l->last_save >= d->checkpoint_period) {
-        // Time counts on from here: what is lost after a kill is not counted twice.
+        // Restart the clock here, so that time lost by a kill is not counted twice.
         l->state.seconds += now - l->start;
         l->start = l->last_save = l->last_metrics = now;
         return om__train_save(d, &l->state);
@@ -277,7 +277,7 @@ static OmStatus save_metrics(Loop* l) {
 
 // ---- epochs -------------------------------------------------------------------------------------------
 
-// The sum of what is measured over this rank's samples.
+// Sum the measured quantities over this rank's samples.
 static OmStatus measure(Loop* l, double* sum) {
     const OmTrainDef* d = l->def;
     int64_t first = (int64_t)d->nvalid * l->rank / l->nrank;
@@ -300,7 +300,7 @@ static OmStatus measure(Loop* l, double* sum) {
     return OM_OK;
 }
 
-// Validate the averaged weights and keep them if there were none better.
+// Validate the averaged weights and store them if they are the best so far.
 static OmStatus validate(Loop* l, double* value) {
     const OmTrainDef* d = l->def;
     OmTrainState* s = &l->state;
@@ -357,7 +357,7 @@ static OmStatus train_epoch(Loop* l) {
     return OM_OK;
 }
 
-// The caller gets the best weights, and the rows as they are.
+// The caller gets the best weights, and the rows written so far.
 static void take_result(Loop* l, OmTrainResult* result) {
     OmTrainState* s = &l->state;
     if (s->best_epoch == 0) {

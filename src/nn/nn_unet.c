@@ -1,7 +1,7 @@
 // nn_unet.c: the U-Net of thesis Fig. 3.7b, after Ronneberger et al. 2015, in layers.
 //
-// Not cropped: the convolutions are padded, so that both ends of a skip have the same grid. With 32 x 24 x 16
-// nodes, 3 levels and 128 base channels the bottom has the thesis's 1,024.
+// Without cropping: the convolutions are padded, so that both ends of a skip connection have the same grid.
+// With 32 x 24 x 16 nodes, 3 levels and 128 base channels the bottom has the thesis's 1,024.
 #include <string.h>
 
 #include "nn/nn_internal.h"
@@ -41,7 +41,7 @@ static OmStatus check_def(const OmUnetDef* def) {
     return OM_OK;
 }
 
-// Convolution, norm if asked for, activation; named "<part>.conv<number>".
+// Convolution, norm if the definition has one, activation; named "<part>.conv<number>".
 static int add_stage(OmNet* net, const OmUnetDef* def, int x, int channels, const char* part,
                      int number) {
     char name[OM_NET_NAME];
@@ -60,7 +60,7 @@ static int add_stages(OmNet* net, const OmUnetDef* def, int x, int channels, con
     return add_stage(net, def, x, channels, part, 2);
 }
 
-// By how much each axis shrinks below a level of this grid: odd axes stay as they are.
+// The factor by which each axis shrinks below a level of this grid; odd axes do not shrink.
 static bool find_factor(OmNetShape grid, int factor[3]) {
     const int extent[3] = {grid.d, grid.h, grid.w};
     bool is_any = false;

@@ -1,4 +1,4 @@
-// nn_weights.c: the parameters of a network in a safetensors file, and the text that says which network.
+// nn_weights.c: the parameters of a network in a safetensors file, with the text that describes the network.
 #include <string.h>
 
 #include "nn/nn_file_internal.h"
@@ -96,7 +96,7 @@ done:
 
 // ---- reading ----------------------------------------------------------------------------------------
 
-// The tensors of the file are those of the table, and no others.
+// The tensors of the file must be exactly those of the table.
 static OmStatus check_names(const OmNet* net, const OmTensorFile* file, const char* path) {
     char text[160];
     for (int i = 0; i < om_tensor_file_count(file); ++i) {
@@ -112,7 +112,7 @@ static OmStatus check_names(const OmNet* net, const OmTensorFile* file, const ch
 
 static int line_length(const char* text) { return (int)strcspn(text, "\n"); }
 
-// Which layer differs: the first line of the two descriptions that is not the same.
+// Name the first layer that differs: the first different line of the two descriptions.
 static OmStatus other_network(const char* path, const char* theirs, const char* ours) {
     while (*theirs && *ours && line_length(theirs) == line_length(ours) &&
            strncmp(theirs, ours, (size_t)line_length(ours)) == 0) {

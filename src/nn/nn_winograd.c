@@ -3,11 +3,12 @@
 // Height and width are cut into tiles of 4 x 4 outputs, each of which reads 6 x 6 inputs. With the matrices below
 //     Y = A^T [ (G g G^T) . (B^T x B) ] A
 // for each pair of channels, summed over input channels and the three taps in depth between the transforms. So
-// each of the 36 points of a transformed tile is a convolution of its own along depth: oneDNN does
-// all as one convolution of 36 groups with a 3 x 1 x 1 kernel, where the tiles of a slice lie along width:
+// each of the 36 points of a transformed tile is a separate convolution along depth. oneDNN computes all as
+// one convolution of 36 groups with a 3 x 1 x 1 kernel, where the tiles of a slice are its width:
 //     x (n, c, d, h, w)  ->  v (n, 36 c, d, 1, tiles)  ->  m (n, 36 out, d, 1, tiles)  ->  y (n, out, d, h, w)
-// 36 instead of 144 products a tile. Sums grow by the transforms' factors: errors are some five times those of
-// a plain sum in float. Not for bfloat16. Blocks of 16 channels: a row of 16 is what the loops handle.
+// 36 instead of 144 products a tile. The transforms' factors enlarge the sums: errors are some five times
+// those of a plain sum in float. Not for bfloat16. Only for blocks of 16 channels: the loops work on rows of
+// 16.
 #include <math.h>
 #include <string.h>
 
@@ -24,7 +25,7 @@ OmNetShape om__winograd_shape(OmNetShape s) {
 
 // ---- weights --------------------------------------------------------------------------------------------
 
-// G g for three rows of lanes, `from` apart, into six, `step` apart.
+// G g for three rows of lanes, `from` apart, to six, `step` apart.
 static inline void weight_column(const float* g, int from, float* y, int step) {
     for (int l = 0; l < LANES; ++l) {
         float a = g[l], b = g[from + l], c = g[2 * from + l];
@@ -49,7 +50,8 @@ typedef struct WeightLoop {
 OM_MULTIVERSION static void weight_group(const WeightLoop* p, int64_t first, int num) {
     float g[27 * LANES] = {0}, half[18 * LANES], u[36 * LANES], out[36 * 3 * LANES];
     for (int l = 0; l < num; ++l) {
-        // The result's rows are inputs of the layer when the gradient goes back through it, the taps turned round.
+        // When the gradient goes back through the layer, the result's rows are its inputs and the
+        // taps are reversed.
         int64_t pair = first + l;
         int64_t from = p->is_back ? pair % p->nout * p->nin + pair / p->nout : pair;
         const float* tap = p->plain + from * 27;
@@ -103,13 +105,13 @@ static inline void input_column(const float* x, int step, float* y) {
 }
 
 typedef struct WinogradLoop {
-    const OmBlocks *x, *v;  // x the tensor, v the transformed
+    const OmBlocks *x, *v;  // x: the tensor; v: its transform
     const float* bias;      // or null
     float mean_slope,
         half_jump;  // the activation as mean_slope y + half_jump |y|: no branch, vectors
 } WinogradLoop;
 
-// One tile: its 6 x 6 cells from (h0, w0), zero outside, into the 36 points `stride` floats apart.
+// Transform one tile: its 6 x 6 cells from (h0, w0), zero outside, to the 36 points `stride` floats apart.
 OM_MULTIVERSION static void input_tile(const float* slice, OmNetShape s, int h0, int w0, float* to,
                                        int64_t stride) {
     float x[36 * LANES], y[36 * LANES];
@@ -136,7 +138,7 @@ static void input_range(void* ctx, int begin, int end, int block) {
     const WinogradLoop* p = ctx;
     OmNetShape s = p->x->shape;
     int nblock = om__blocks_count(p->x), tiles = p->v->shape.w, across = (s.w + 3) / 4;
-    int64_t stride = (int64_t)nblock * s.d * tiles * LANES;  // of points
+    int64_t stride = (int64_t)nblock * s.d * tiles * LANES;  // between points
     for (int k = begin; k < end; ++k) {
         int d = k % s.d, b = k / s.d % nblock, n = k / s.d / nblock;
         const float* slice = (const float*)p->x->data + (int64_t)k * s.h * s.w * LANES;
@@ -167,7 +169,7 @@ static inline void output_column(const float* m, int step, float* y) {
     }
 }
 
-// One tile back: 4 x 4 cells at (h0, w0), those inside.
+// Transform one tile back: 4 x 4 cells at (h0, w0), only those inside.
 OM_MULTIVERSION static void output_tile(const float* from, int64_t stride, const float bias[LANES],
                                         const WinogradLoop* p, int h0, int w0, float* slice) {
     float m[36 * LANES], y[24 * LANES], z[16 * LANES];
@@ -216,7 +218,7 @@ static void transform_output(int nworker, const OmBlocks* m, const float* bias, 
 // dU = sum of (A dY A^T) . (B^T x B) over tiles and depth, which oneDNN's gradient of the grouped convolution
 // gives, and dg = G^T dU G.
 
-// A y for a column of four rows, `from` apart, into six, `step` apart.
+// A y for a column of four rows, `from` apart, to six, `step` apart.
 static inline void grad_column(const float* g, int from, float* y, int step) {
     for (int l = 0; l < LANES; ++l) {
         float a = g[l], b = g[from + l], c = g[2 * from + l], d = g[3 * from + l];
@@ -230,7 +232,7 @@ static inline void grad_column(const float* g, int from, float* y, int step) {
     }
 }
 
-// One tile of 4 x 4 cells from (h0, w0), zero outside; adds the cells to `sum`.
+// Transform one tile of 4 x 4 cells from (h0, w0), zero outside; adds the cells to `sum`.
 OM_MULTIVERSION static void grad_tile(const float* slice, OmNetShape s, int h0, int w0, float* to,
                                       int64_t stride, float sum[LANES]) {
     float g[16 * LANES] = {0}, half[24 * LANES], z[36 * LANES];
@@ -270,7 +272,7 @@ static void grad_range(void* ctx, int begin, int end, int block) {
     }
 }
 
-// G^T m for six rows of lanes, `from` apart, into three, `step` apart.
+// G^T m for six rows of lanes, `from` apart, to three, `step` apart.
 static inline void tap_column(const float* m, int from, float* y, int step) {
     for (int l = 0; l < LANES; ++l) {
         float b = m[from + l], c = m[2 * from + l], d = m[3 * from + l], e = m[4 * from + l];
@@ -283,7 +285,7 @@ static inline void tap_column(const float* m, int from, float* y, int step) {
 
 typedef struct TapLoop {
     const float* from;  // (36, pairs, 3)
-    float* to;          // (pairs, 27), added to
+    float* to;          // (pairs, 27); results are added to it
     int npair;
 } TapLoop;
 
@@ -342,7 +344,7 @@ OmStatus om__winograd_gradient(int nworker, const OmDetour* w, OmKernel* weights
     return OM_OK;
 }
 
-// ---- all three ------------------------------------------------------------------------------------------
+// ---- the three passes ------------------------------------------------------------------------------------
 
 OmStatus om__winograd_run(int nworker, const OmDetour* w, OmKernel* kernel, const OmBlocks* x,
                           const float* bias, bool is_bent, float slope, const OmBlocks* y) {
