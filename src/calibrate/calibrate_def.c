@@ -27,7 +27,7 @@ OmCalibrationDef om_calibration_default_def(OmCalibrationFn eval, void* ctx, int
 void om_calibration_add_param(OmCalibrationDef* def, const char* name, double lo, double hi,
                               double start, bool is_log) {
     int k = def->nparam++;
-    if (k >= OM_CALIBRATION_MAX_PARAM) return;  // om_calibration_run says so
+    if (k >= OM_CALIBRATION_MAX_PARAM) return;  // om_calibration_run refuses too many parameters
     OmCalibrationParam p = {.lo = lo, .hi = hi, .start = start, .is_log = is_log, .unit = 1};
     snprintf(p.name, sizeof p.name, "%s", name);
     def->param[k] = p;
@@ -144,8 +144,8 @@ double om_calibration_norm_eval(const OmCalibrationDef* def, int n, const double
             sum += error[i] <= s ? 0.5 * error[i] * error[i] / s : error[i] - 0.5 * s;
         return sum / n;
     case OM_NORM_TRIMMED: {
-        double share = def->norm_size > 0 ? def->norm_size : 0.2;
-        int kept = n - (int)(share * n);  // at least 1: share < 1
+        double trimmed = def->norm_size > 0 ? def->norm_size : 0.2;
+        int kept = n - (int)(trimmed * n);  // at least 1: trimmed < 1
         memcpy(sorted, error, (size_t)n * sizeof *sorted);
         om_sort_doubles(sorted, n);
         for (int i = 0; i < kept; ++i) sum += sorted[i];

@@ -1,20 +1,21 @@
-// calibrate_evolve.c: the global stage: differential evolution, a generation at a time.
+// calibrate_evolve.c: the global stage: differential evolution, one generation at a time.
 //
 // Storn and Price 1997 with the mutation current-to-pbest/1 and without the archive and adaptation of Zhang and
 // Sanderson 2009 (JADE): v = x + F (pbest - x) + F (a - b), pbest of the best fifth, a and b of the others, F
-// and CR drawn anew for each trial. A generation's trials depend on the one before only, so they are evaluated
-// at once; each draws from a stream of its own, so no worker count can show. What leaves the box is put back
-// half way between its parent and the bound.
+// and CR drawn anew for each trial. The trials of a generation depend only on the previous one, so they are
+// evaluated at once. Each draws from its own random stream, so the result does not depend on the worker count.
+// A coordinate outside the box is replaced by the mean of its parent and the bound.
 //
-// NLopt's global searches evaluate one point at a time: a second processor is no use to them, except inside
-// the model. Measured in doc/calibrate.md; they stay as alternatives.
+// NLopt's global searches evaluate one point at a time: they use a second processor only inside the model.
+// Measured in doc/calibrate.md; they remain as alternatives.
 #include <math.h>
 #include <string.h>
 
 #include "calibrate/calibrate_internal.h"
 
 #define PBEST_SHARE 0.2
-#define NARROW 0.02  // a population within this share of the range, in every parameter, is one
+// a population has converged when it lies within this fraction of the range in every parameter
+#define NARROW 0.02
 
 typedef struct Evolution {
     int np, n;      // members, parameters
@@ -24,7 +25,7 @@ typedef struct Evolution {
     int* order;     // members by cost              (np)
 } Evolution;
 
-// The first population: one member a stratum in every coordinate, the first at the start.
+// The first population: one member per stratum in every coordinate; the first member is the start.
 static void draw_population(const OmSearch* s, Evolution* e) {
     for (int k = 0; k < e->n; ++k) {
         OmRng rng = om_rng_init(s->def->seed, (uint64_t)k);
@@ -42,7 +43,8 @@ static void draw_population(const OmSearch* s, Evolution* e) {
 }
 
 static void sort_members(Evolution* e) {
-    for (int i = 0; i < e->np; ++i) {  // insertion: a few dozen, nearly sorted, and stable
+    // insertion sort: a few dozen members, nearly sorted; it is stable
+    for (int i = 0; i < e->np; ++i) {
         int j = i;
         for (; j > 0 && e->cost[e->order[j - 1]] > e->cost[i]; --j) e->order[j] = e->order[j - 1];
         e->order[j] = i;
@@ -65,7 +67,7 @@ static void make_trial(const OmSearch* s, Evolution* e, int generation, int i) {
     const double *x = e->x + i * e->n, *a = e->x + ia * e->n, *b = e->x + ib * e->n;
     double *v = e->trial + i * e->n, F = om_rng_range(&rng, 0.4, 0.9),
            CR = om_rng_range(&rng, 0.5, 1);
-    int kept = (int)om_rng_below(&rng, (uint32_t)e->n);  // one coordinate always changes
+    int kept = (int)om_rng_below(&rng, (uint32_t)e->n);  // at least one coordinate always changes
     for (int k = 0; k < e->n; ++k) {
         bool is_crossed = om_rng_uniform(&rng) < CR || k == kept;
         v[k] = is_crossed ? x[k] + F * (best[k] - x[k]) + F * (a[k] - b[k]) : x[k];
@@ -84,7 +86,7 @@ static void select_members(const OmSearch* s, Evolution* e) {
     sort_members(e);
 }
 
-// The better half lies within a small box.
+// Does the better half lie within a small box?
 static bool is_narrow(const Evolution* e) {
     for (int k = 0; k < e->n; ++k) {
         double lo = 1, hi = 0;

@@ -1,7 +1,7 @@
-// calibrate_journal.c: evaluations on file, one JSON line each, appended with one write.
+// calibrate_journal.c: file of evaluations, one JSON line each, appended with one write.
 //
-// A process that is killed loses at most the line that it was writing; a machine that loses its power may lose
-// the last lines, and evaluates them again. Numbers have 17 digits: they come back as the same doubles.
+// A killed process loses at most the line that it was writing. A power failure may lose the last lines, which
+// are evaluated again. Numbers have 17 digits, so they are read back as the same doubles.
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -61,7 +61,7 @@ OmStatus om__journal_put(const OmJournal* j, int k, const char* stage, const dou
 
 // ---- reading --------------------------------------------------------------------------------------
 
-// Move *at behind `word` if it is next.
+// Move *at past `word` if it is next.
 static bool take(const char** at, const char* end, const char* word) {
     size_t n = strlen(word);
     if ((size_t)(end - *at) < n || memcmp(*at, word, n) != 0) return false;
@@ -83,7 +83,7 @@ static bool take_list(const char** at, const char* end, double* v, int n) {
     return take(at, end, "]");
 }
 
-// Line k; its errors stay text until they are asked for.
+// Parse line k; its errors stay text until they are read.
 static bool read_record(OmJournal* j, int k, char* line, const char* end) {
     const char* at = line;
     int64_t number;
@@ -125,7 +125,7 @@ static OmStatus append_header(OmText* t, const OmCalibrationDef* def, uint64_t p
     return om_text_append(t, "]}\n");
 }
 
-// What is behind the last whole line must be the beginning of a line of ours: only that may be cut off.
+// Bytes after the last complete line must be the beginning of a line of this format; only then they are cut off.
 static OmStatus check_rest(const OmJournal* j, const OmText* header, size_t whole, size_t size) {
     static const char record[] = "{\"k\":";
     const char* ours = whole ? record : header->str;
@@ -135,7 +135,7 @@ static OmStatus check_rest(const OmJournal* j, const OmText* header, size_t whol
     return OM_OK;
 }
 
-// A file of ours alone: no link, which may lead to a file of somebody else.
+// Open a regular file; a link is refused, because it may lead to a file of another program.
 static OmStatus check_file(const OmJournal* j, bool* is_there) {
     struct stat st;
     *is_there = lstat(j->path, &st) == 0;
@@ -151,7 +151,7 @@ static OmStatus open_with_header(OmJournal* j, const OmText* header) {
     OM_TRY(check_file(j, &is_there));
     if (is_there) OM_TRY(om_file_read(j->path, MAX_SIZE, &j->text, &size));
     all = size;
-    while (size > 0 && j->text[size - 1] != '\n') --size;  // a last line without end was cut off
+    while (size > 0 && j->text[size - 1] != '\n') --size;  // ignore an incomplete last line
     if (all > size) OM_TRY(check_rest(j, header, size, all));
     if (size > 0) {
         whole = size;

@@ -1,8 +1,9 @@
-// calibrate_nlopt.c: NLopt's derivative-free searches. The only file that knows NLopt.
+// calibrate_nlopt.c: NLopt's derivative-free searches. The only file that uses NLopt.
 //
-// SBPLX (a Subplex after Rowan 1990) is the local stage's default: costs are sums of distances, which have
-// kinks, and simulations with contact, which have steps; BOBYQA (Powell 2009) is quicker on smooth ones. An
-// infinite cost is told as twice the worst finite one: models of the cost cannot bear more.
+// SBPLX (a Subplex after Rowan 1990) is the default local stage: costs are sums of distances, which have
+// kinks, and of simulations with contact, which have steps. BOBYQA (Powell 2009) is faster on smooth costs.
+// NLopt receives twice the largest finite cost for an infinite one, since a model of the cost cannot
+// contain infinity.
 #include <math.h>
 #include <nlopt.h>
 
@@ -11,7 +12,7 @@
 typedef struct Minimisation {
     OmSearch* s;
     nlopt_opt opt;
-    double worst;  // finite cost so far
+    double worst;  // largest finite cost so far
     OmStagnation stagnation;
     double best;
     int patience;
@@ -59,7 +60,7 @@ static OmStatus minimise(Minimisation* m, const double* u0, const double* lo, co
     if (r >= 0) r = nlopt_optimize(m->opt, u, &cost);
     OM_TRY(m->status);
     OM_CHECK(r != NLOPT_OUT_OF_MEMORY, OM_NO_MEMORY, "NLopt is out of memory");
-    // rounding that limits progress is an end, and so is a stop of our own
+    // rounding that limits progress is a normal end, and so is our own stop
     bool is_end = r > 0 || r == NLOPT_ROUNDOFF_LIMITED || m->is_stagnant;
     OM_CHECK(is_end, OM_INVALID, "NLopt: %s: %s", nlopt_algorithm_name(nlopt_get_algorithm(m->opt)),
              nlopt_get_errmsg(m->opt) ? nlopt_get_errmsg(m->opt) : "failed");

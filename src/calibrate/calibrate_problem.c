@@ -1,7 +1,7 @@
-// calibrate_problem.c: from a problem's files to a search.
+// calibrate_problem.c: set up a calibration from a problem's files.
 //
-// The scene is built once; a parameter vector makes a copy of its numbers, and the tissue from that. Whatever
-// engine the scene names is calibrated.
+// The scene is built once. A parameter vector changes a copy of its numbers, and the tissue is built from the
+// copy. Any engine that the scene names can be calibrated.
 #include <math.h>
 #include <string.h>
 
@@ -21,17 +21,18 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
     const Body* b = ctx;
     const OmCalibrationProblem* p = b->problem;
     OmScene scene = p->scene;
-    OmSite site = b->site;  // shares mesh and organ
+    OmSite site = b->site;  // uses the same mesh and organ
     for (int i = 0; i < p->file.nparam; ++i)
         *(double*)((char*)&scene + key_of(p, i)->offset) = param[i];
-    if (b->spring_share > 0) scene.attach.stiffness *= b->spring_share;
+    if (b->spring_factor > 0) scene.attach.stiffness *= b->spring_factor;
     om_site_set_numbers(&scene, &site);
     OmBodyParts parts;
     OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
     def.solver.nworker = nworker;
-    def.solver.tolerance = 1e-5;  // steps of the solver would be steps of the cost
+    def.solver.tolerance = 1e-5;  // a coarser tolerance would make the cost a step function
     OmStatus status = om_tissue_create(&def, model);
-    return status == OM_INVALID ? OM_UNSAT : status;  // such as clusters that leave particles out
+    // for example, clusters that leave particles out
+    return status == OM_INVALID ? OM_UNSAT : status;
 }
 
 OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b) {
@@ -82,7 +83,7 @@ void om__calibrate_make_paths(const OmCalibrationProblem* p, const Body* body,
     }
 }
 
-// What is held against clouds: the side of a sheet that a camera sees, or all of the surface.
+// Points that are compared with clouds: the upper side of a sheet, which a camera sees, or the whole surface.
 static OmStatus choose_cloud_points(const OmTetMesh* mesh, double** point, int* n) {
     const OmMeshSet* top = om_tet_mesh_find_set(mesh, "top");
     *n = top ? top->nvert : 0;
@@ -268,11 +269,11 @@ OmStatus om_calibration_run_points(const OmCalibrationProblem* p, const double* 
 // ---- a finer mesh ---------------------------------------------------------------------------------
 
 static int nattached(const OmSite* site) {
-    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
-    return held ? held->nvert : 0;
+    const OmMeshSet* attached = om_tet_mesh_find_set(&site->mesh, "attachment");
+    return attached ? attached->nvert : 0;
 }
 
-// What the twin shows at these parameters, as observations in the world. Clouds have no points to compare.
+// The twin's predictions at these parameters, as observations in the world. Clouds have no corresponding points.
 static OmStatus predict(const OmCalibrationProblem* p, const double* param,
                         OmCalibrationSeen* seen) {
     const Sights* s = &p->sights;
@@ -297,8 +298,8 @@ static OmStatus predict(const OmCalibrationProblem* p, const double* param,
     return status;
 }
 
-// How far the twin's mesh and that of the scene's world, with the twin's stiffness, differ: an OmCalibrationFinerFn,
-// whose ctx is the tissue that is calibrated. The mesh is made for the one evaluation.
+// Difference between predictions on the twin's mesh and on the mesh of the scene's world with the twin's stiffness:
+// an OmCalibrationFinerFn, whose ctx is the calibrated tissue. The finer mesh is made for this one evaluation.
 static OmStatus eval_finer(void* ctx, const double* param, int nworker, double* error,
                            double* ratio) {
     const OmCalibrationProblem* p = ((const Body*)om__calibrate_tissue_ctx(ctx))->problem;
@@ -313,7 +314,7 @@ static OmStatus eval_finer(void* ctx, const double* param, int nworker, double* 
     OM_TRY_DONE(om__calibrate_make_body(p, true, fine));
     fine->site.role = OM_SITE_TWIN;  // no hidden factors
     int n = nattached(&fine->site), coarse = nattached(&p->twin.site);
-    if (n > 0 && coarse > 0) fine->spring_share = (double)coarse / n;
+    if (n > 0 && coarse > 0) fine->spring_factor = (double)coarse / n;
     *ratio = cbrt((double)fine->site.mesh.nvert / p->twin.site.mesh.nvert);
     OM_TRY_DONE(make_tissue(p, fine, seen, &tissue));
     status = om_calibration_tissue_eval(tissue, param, nworker, error);
@@ -323,7 +324,8 @@ done:
     om_site_done(&fine->site);
     om_free(fine);
     return status == OM_INVALID ? OM_UNSAT
-                                : status;  // the scene has no finer mesh that can be walked
+                                // the scene has no finer mesh on which the path can be computed
+                                : status;
 }
 
 OmCalibrationDef om_calibration_problem_search(const OmCalibrationProblem* p) {

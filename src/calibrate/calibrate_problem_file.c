@@ -9,7 +9,7 @@
 #define AT(type, member) offsetof(type, member)
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
-// Engines by what they use.
+// Bit sets of the engines that use a key.
 #define LAWFUL (1u << OM_ENGINE_FEM | 1u << OM_ENGINE_XPBD)
 #define SPRINGS (1u << OM_ENGINE_SPRINGS)
 #define CLUSTERS (1u << OM_ENGINE_PBD)
@@ -39,7 +39,7 @@ static const char* const key_name[] = {"tissue.young",
                                        NULL};
 _Static_assert(COUNT(key_name) == COUNT(om__calibrate_scene_key) + 1, "every key has a name");
 
-// As the enumerations order them.
+// In the order of the enumerations.
 static const char* const norm_name[] = {"mean", "square", "huber", "trimmed", NULL};
 static const char* const global_name[] = {"none", "evolution", "crs", "esch", NULL};
 static const char* const local_name[] = {"none", "subplex", "bobyqa", NULL};
@@ -91,7 +91,8 @@ static void set_path_default(void* item) {
     p->radius = 0.005;
     p->probe = (ProbeItem){OM_PROBE_BOX, probe.size, probe.radius, 0.05, probe.rounding};
     p->contact_ntri =
-        4000;  // fewer have edges as long as the probe is wide: it slips between vertices
+        // with fewer triangles edges are as long as the probe is wide, and it slips between vertices
+        4000;
     p->speed = 0.01;
     p->time_step = 0.02;
 }

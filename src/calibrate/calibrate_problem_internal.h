@@ -1,4 +1,4 @@
-// calibrate_problem_internal.h: a problem as it is read from its files.
+// calibrate_problem_internal.h: the contents of a problem's files.
 #ifndef OMENTUM_CALIBRATE_PROBLEM_INTERNAL_H
 #define OMENTUM_CALIBRATE_PROBLEM_INTERNAL_H
 
@@ -11,7 +11,7 @@
 typedef struct ParamItem {
     int name;         // index into om__calibrate_scene_key
     double min, max;  // in the unit of the key
-    double start;     // NAN: as the scene has it
+    double start;     // NAN: the scene's value
     bool is_log;
 } ParamItem;
 
@@ -50,13 +50,13 @@ typedef struct SceneKey {  // a number of a scene that can be calibrated
     const char* name;
     size_t offset;  // in OmScene
     double unit;
-    unsigned engines;  // of OmSceneEngine that use it, a bit each
+    unsigned engines;  // bit set of the OmSceneEngine values that use it
 } SceneKey;
 extern const SceneKey om__calibrate_scene_key[];
 
 OmStatus om__calibrate_read_problem(const char* path, ProblemFile* file);
 
-typedef struct Sights {  // the rows of the CSV file
+typedef struct Sights {  // the rows of the CSV file of observations
     int npath;
     int nlevel[OM_CALIBRATION_MAX_PATH];
     double level[OM_CALIBRATION_MAX_PATH][OM_CALIBRATION_MAX_LEVEL];  // m, ascending
@@ -71,18 +71,20 @@ typedef struct Sights {  // the rows of the CSV file
 OmStatus om__calibrate_parse_sights(const char* text, size_t size, const char* name, int npath,
                                     const PathItem* path, Sights* sights);
 
-typedef struct Body {  // one site of the scene and the tissue on it: what a model is built from
+typedef struct Body {  // one site of the scene and the tissue on it: input of a model
     const OmCalibrationProblem* problem;
     OmSite site;
     OmContactPlane board;
     const OmSdf* organ;
     OmContactDef contact;
     double
-        spring_share;  // springs at the attachments of the twin for one here: the same springs by area
+        // factor of the spring stiffness at the attachments: equal stiffness per area on meshes of different density
+        spring_factor;
 } Body;
 
 struct OmCalibrationProblem {
-    char input[4][2 * OM_SCENE_PATH];  // problem, scene, observations, values the scene takes over
+    // paths of problem, scene, observations, and the files that the scene includes
+    char input[4][2 * OM_SCENE_PATH];
     ProblemFile file;
     OmScene scene;
     Sights sights;
@@ -96,7 +98,7 @@ struct OmCalibrationProblem {
 OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, Body* b);
 // An OmCalibrationBuildFn; ctx is a Body.
 OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTissueModel** model);
-// The paths in the world of that site (npath).
+// The paths in the world frame of that site (npath).
 void om__calibrate_make_paths(const OmCalibrationProblem* p, const Body* body,
                               OmCalibrationPath* path);
 

@@ -1,10 +1,11 @@
-// calibrate_profile.c: what the data determine: the cost around the optimum.
+// calibrate_profile.c: which parameters the data determine: the cost around the optimum.
 //
-// Along each parameter, eight points on either side at shares 1/128, 1/64 .. 1 of the way to the bound; the
-// interval in which the cost rises by less than a stated amount follows by interpolation. That says nothing
-// of valleys askew to the axes (stiffness against weight): for each pair of parameters the cost at the four
-// corners of their intervals tells. Where the cost is quadratic, rises along the axes being equal, those at
-// the corners are 2 + 2 rho and 2 - 2 rho times as large, rho the correlation of the two.
+// Along each parameter, eight points on either side lie at fractions 1/128, 1/64 .. 1 of the distance to
+// the bound. The interval in which the cost rises by less than a stated amount follows by interpolation.
+// This does not show valleys that are oblique to the axes (stiffness against weight): for each pair of
+// parameters the cost is computed at the four corners of their intervals. Where the cost is quadratic and
+// rises equally along both axes, it rises at the corners by 2 + 2 rho and 2 - 2 rho times as much, rho the
+// correlation of the two.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,13 +27,13 @@ double om__calibrate_limit(const OmCalibrationDef* def, double min) {
 
 // ---- along the axes -------------------------------------------------------------------------------
 
-// Point m of a profile, in [-NSIDE, NSIDE], as a coordinate.
+// Coordinate of point m of a profile, m in [-NSIDE, NSIDE].
 static double place(double u, int m) {
-    double share = ldexp(1, abs(m) - NSIDE);
-    return m < 0 ? u - share * u : m > 0 ? u + share * (1 - u) : u;
+    double fraction = ldexp(1, abs(m) - NSIDE);
+    return m < 0 ? u - fraction * u : m > 0 ? u + fraction * (1 - u) : u;
 }
 
-// How far the cost stays below `limit` on one side, as a coordinate; `is_open` if as far as the bound.
+// Coordinate up to which the cost stays below `limit` on one side; `is_open` if it does up to the bound.
 static double find_end(const double* cost, double u, int side, double limit, bool* is_open) {
     const double* c = cost + NSIDE;
     for (int m = 1; m <= NSIDE; ++m) {
@@ -53,7 +54,7 @@ static OmStatus walk_axes(OmSearch* s, const double* u, double (*cost)[OM_CALIBR
     int count = 0;
     for (int k = 0; k < s->n; ++k) {
         for (int m = -NSIDE; m <= NSIDE; ++m) {
-            if (place(u[k], m) == u[k]) continue;  // the middle; at a bound the whole side
+            if (place(u[k], m) == u[k]) continue;  // the middle, or a whole side if u is at a bound
             double* p = point + count++ * s->n;
             memcpy(p, u, (size_t)s->n * sizeof *p);
             p[k] = place(u[k], m);
@@ -92,7 +93,7 @@ static OmStatus walk_pairs(OmSearch* s, const double* u, const double* lo, const
             double same = cost[0] + cost[1] - 2 * centre, other = cost[2] + cost[3] - 2 * centre;
             double rho = same + other > 0 && isfinite(same + other)
                              ? (same - other) / (same + other)
-                             : 0;  // not 0 / 0
+                             : 0;  // avoids 0 / 0
             if (fabs(rho) <= MAX_RHO) continue;
             OmCalibrationProfile *a = &profile[i], *b = &profile[j];
             if (fabs(rho) > fabs(a->partner_rho)) a->partner = j, a->partner_rho = rho;

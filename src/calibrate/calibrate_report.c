@@ -1,4 +1,4 @@
-// calibrate_report.c: what a calibration leaves behind: report.html, calibration.json, calibrated.yaml.
+// calibrate_report.c: the result files of a calibration: report.html, calibration.json, calibrated.yaml.
 #include <math.h>
 #include <string.h>
 
@@ -8,7 +8,7 @@
 #define WORD 32
 #define MAX_COLUMN 12  // levels in the table of errors
 
-typedef struct Leaf {  // what is being written about
+typedef struct Leaf {  // the contents of the report
     const OmCalibrationDef* def;
     const OmCalibrationResult* r;
 } Leaf;
@@ -18,7 +18,7 @@ static const char* format(char* out, const OmCalibrationParam* p, double v) {
     return out;
 }
 
-// ---- the outcome ----------------------------------------------------------------------------------
+// ---- result ---------------------------------------------------------------------------------------
 
 static void add_verdict(const Leaf* l, OmReport* report) {
     const OmCalibrationDef* d = l->def;
@@ -61,7 +61,7 @@ static void add_verdict(const Leaf* l, OmReport* report) {
     om_report_facts(report, value, label, 4);
 }
 
-// What the data say about a parameter, in words.
+// How well the data determine a parameter, in words.
 static void judge(const Leaf* l, int k, char* out, size_t size) {
     const OmCalibrationDef* d = l->def;
     const OmCalibrationProfile* f = &l->r->profile[k];
@@ -132,10 +132,10 @@ static void add_params(const Leaf* l, OmReport* report) {
 typedef struct Table {
     int nlevel, nrow, ncol;
     double level[MAX_COLUMN];
-    double* sum;  // before and after, and how many      (nrow x nlevel x 3)
+    double* sum;  // sums before and after, and their number      (nrow x nlevel x 3)
 } Table;
 
-// The levels that occur, ascending, the first MAX_COLUMN of them.
+// Collect the distinct levels, ascending, the first MAX_COLUMN of them.
 static void find_levels(const OmCalibrationDef* d, Table* t) {
     for (int i = 0; i < d->nerror; ++i) {
         int k = 0;
@@ -369,7 +369,7 @@ static OmStatus save_json(const Leaf* l, const char* path) {
     return status;
 }
 
-// A value that the data say nothing of stays out.
+// A parameter that the data do not determine is left out.
 static bool is_idle(const Leaf* l, int k) {
     return l->r->has_profile && l->r->profile[k].is_open_lo && l->r->profile[k].is_open_hi;
 }
@@ -393,7 +393,7 @@ static OmStatus append_group(const Leaf* l, int first, OmText* t) {
     size_t n = strcspn(name, ".");
     if (name[n] != '.') return append_param(l, first, name, t);
     for (int k = 0; k < first; ++k)
-        if (strncmp(p[k].name, name, n + 1) == 0) return OM_OK;  // was written with that one
+        if (strncmp(p[k].name, name, n + 1) == 0) return OM_OK;  // written together with that one
     bool is_empty = true;
     for (int k = first; k < l->def->nparam; ++k)
         is_empty = is_empty && (strncmp(p[k].name, name, n + 1) != 0 || is_idle(l, k));

@@ -1,16 +1,17 @@
 // calibrate_run.c: the stages of a calibration (thesis Fig. 3.6): start, global, local, sensitivity, best.
 //
-// Nothing is stored but the journal: started again, the same stages ask for the same evaluations in the same
-// order and find the first of them on file.
+// Only the journal is stored: a restarted calibration runs the same stages, which need the same evaluations
+// in the same order, and the first of them are on file.
 #include <math.h>
 #include <string.h>
 
 #include "calibrate/calibrate_internal.h"
 
-#define SAID_FROM 1800.0  // s: shorter searches are not worth a line
-#define MAX_ROUND 3  // of the local stage, as long as the profiles find a better point than it did
+#define SAID_FROM 1800.0  // s: a shorter search needs no estimate of its duration
+// largest number of local searches; another one follows while the profiles find a better point
+#define MAX_ROUND 3
 
-// Hash of all that decides about the evaluations and their order.
+// Hash of everything that determines the evaluations and their order.
 static uint64_t hash_problem(const OmCalibrationDef* d) {
     uint64_t h = om_hash(&d->problem, sizeof d->problem, OM_HASH_SEED);
     for (int k = 0; k < d->nparam; ++k) {
@@ -40,7 +41,7 @@ static OmStatus run_start(OmSearch* s, OmCalibrationResult* r) {
     return OM_OK;
 }
 
-// The first evaluation says how long the rest may take: better now than after a night.
+// Estimate the remaining duration from the first evaluation and log it.
 static void say_estimate(const OmSearch* s, double seconds) {
     const OmCalibrationDef* d = s->def;
     int np = d->population ? d->population : (int)fmax(12, 8 * s->n);
@@ -48,7 +49,7 @@ static void say_estimate(const OmSearch* s, double seconds) {
     double neval = (d->global == OM_GLOBAL_NONE ? 0.0 : (double)np * d->max_generations) +
                    most_local + (d->rise > 0 ? s->n * OM_CALIBRATION_NPROFILE : 0);
     double all = seconds * neval;
-    if (s->nnew == 0 || all < SAID_FROM) return;  // a journal's answer takes no time
+    if (s->nnew == 0 || all < SAID_FROM) return;  // evaluations from a journal take no time
     om_log(OM_LOG_WARNING,
            "one evaluation takes %.2g s: up to %.0f of them take up to %.3g hours; a smaller "
            "population, fewer generations, longer steps or a coarser mesh take less",
@@ -64,7 +65,7 @@ static OmStatus run_global(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
         OM_TRY(om__calibrate_evolve(s, &r->ngeneration, is_done));
     } else if (d->global != OM_GLOBAL_NONE) {
         for (int k = 0; k < s->n; ++k) hi[k] = 1;
-        memcpy(u0, s->u, (size_t)s->n * sizeof *u0);  // of the start
+        memcpy(u0, s->u, (size_t)s->n * sizeof *u0);  // the start's coordinates
         int np = d->population ? d->population : (int)fmax(12, 8 * s->n);
         om__search_begin(s, "global search", np * d->max_generations);
         OM_TRY(om__calibrate_nlopt(s, d->global == OM_GLOBAL_CRS ? OM_NLOPT_CRS : OM_NLOPT_ESCH, u0,
@@ -77,7 +78,7 @@ static OmStatus run_global(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     return OM_OK;
 }
 
-// Is the best far above what noise explains?
+// Is the smallest cost far above the noise?
 static bool is_far(const OmSearch* s) {
     return s->def->noise > 0 && s->cost[s->best] > s->def->unfit * s->def->noise;
 }
@@ -99,10 +100,11 @@ static OmStatus run_local(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     return OM_OK;
 }
 
-// What the best parameters owe to the mesh: what they show on a finer one, once. Elements of second order leave
-// 1 / ratio^2 of their error there, so that 1 / (1 - 1 / ratio^2) of the difference is all of it. The cost there would
-// not do: a mesh that is too stiff misses the observations as far as a finer one that is given its parameters.
-static OmStatus look_finer(OmSearch* s, OmCalibrationResult* r) {
+// Error of the mesh at the best parameters, from one evaluation on a finer mesh. Elements of second order leave 1 /
+// ratio^2 of their error on the finer mesh, so 1 / (1 - 1 / ratio^2) of the difference of the predictions is the whole
+// error. The difference of the costs would not do: with the same parameters a finer mesh is as far from the
+// observations as a mesh that is too stiff.
+static OmStatus measure_mesh_error(OmSearch* s, OmCalibrationResult* r) {
     const OmCalibrationDef* d = s->def;
     if (!d->eval_finer) return OM_OK;
     double param[OM_CALIBRATION_MAX_PARAM], ratio = 1, min = s->cost[s->best];
@@ -124,15 +126,15 @@ static OmStatus look_finer(OmSearch* s, OmCalibrationResult* r) {
     return status < 0 ? status : OM_OK;
 }
 
-// Local search (shorter where the model hardly fits) and profiles (none where it does not), again where a
-// profile found a way down that the search had missed.
+// Local search (shorter where the model hardly fits) and profiles (none where it does not fit), repeated
+// where a profile found a better point.
 static OmStatus run_refinement(OmSearch* s, OmCalibrationResult* r, bool* is_done) {
     for (int round = 0; round < MAX_ROUND; ++round) {
         OM_TRY(run_local(s, r, is_done));
         if (s->def->rise == 0 || (*is_done && is_far(s))) return OM_OK;
         double cost = s->cost[s->best];
         int before = s->neval;
-        OM_TRY(look_finer(s, r));
+        OM_TRY(measure_mesh_error(s, r));
         double limit = om__calibrate_limit(s->def, s->cost[s->best]);
         double mesh_limit = r->is_of_mesh ? hypot(limit, r->mesh_cost) : 0;
         OM_TRY(om__calibrate_profile(s, mesh_limit, r->profile));
@@ -159,7 +161,7 @@ static OmStatus run_stages(OmSearch* s, OmCalibrationResult* r) {
     return om__search_batch(s, 1, u, r->error);
 }
 
-// ---- the whole ------------------------------------------------------------------------------------
+// ---- the whole calibration ------------------------------------------------------------------------
 
 static OmStatus fill_result(OmSearch* s, OmCalibrationResult* r) {
     r->neval = s->neval;

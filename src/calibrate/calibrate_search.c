@@ -1,8 +1,8 @@
-// calibrate_search.c: evaluations, many at once, recorded in order.
+// calibrate_search.c: evaluate many points at once and record them in order.
 //
-// Workers take evaluations in order and finish them in any. Whoever finishes one and finds nobody writing puts
-// all that are finished without a gap into the journal, in order: so its bytes do not depend on the number of
-// workers, and a line waits only for those before it that are still being computed.
+// Workers start evaluations in order and finish in any order. A worker that finishes one, while no other
+// worker writes, writes all evaluations that are finished without a gap to the journal, in order. So the file
+// does not depend on the number of workers, and a line waits only for earlier evaluations.
 #include <math.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -12,19 +12,19 @@
 typedef struct Batch {
     OmSearch* s;
     int n, first;     // evaluations, and the number of the first
-    int inner;        // workers of each
+    int inner;        // workers of each evaluation
     double* param;    // (n x nparam)
     double* error;    // (n x nerror)
     double* sorted;   // scratch of the norm (n x nerror), or null
-    bool has_errors;  // they are wanted
+    bool has_errors;  // errors are stored in the journal
     double* cost;     // (n)
     OmStatus* status;
     atomic_int* is_done;  // (n)
     atomic_flag is_writing;
-    atomic_int next;       // the first that is not recorded
+    atomic_int next;       // the first evaluation that is not recorded
     atomic_int stop;       // nonzero after an error or a cancellation
-    char (*message)[256];  // what went wrong in each evaluation (n)
-    char reason[256];      // of the first error in order; written by whoever writes
+    char (*message)[256];  // error message of each evaluation (n)
+    char reason[256];  // message of the first error in order; written by the worker that records
     OmStatus outcome;
 } Batch;
 
@@ -79,7 +79,7 @@ static OmStatus record(Batch* b, int i) {
     return om_progress_report(s->progress, s->stage, k + 1 - s->stage_begin, s->stage_total);
 }
 
-// Record what is finished, unless somebody does; look again afterwards, for what was finished meanwhile.
+// Record finished evaluations, unless another worker does; check again afterwards for new ones.
 static void record_finished(Batch* b) {
     for (;;) {
         int i = atomic_load(&b->next);

@@ -4,8 +4,8 @@
 
 #include "calibrate/calibrate_problem_internal.h"
 
-#define MAX_VALUE 1e6  // mm or N; squares of it still add up
-#define REST -1.0      // instead of a level
+#define MAX_VALUE 1e6  // mm or N; sums of squares stay finite
+#define REST -1.0      // stands for a level: at rest
 
 static const char header[] = "experiment,level_mm,landmark,x_mm,y_mm,z_mm";
 
@@ -149,7 +149,7 @@ static OmStatus add_rest(Sights* s, const Lines* f, const Row* row) {
     return OM_OK;
 }
 
-// First look: places at rest, and the levels of each path, kept ascending.
+// First pass: positions at rest, and the levels of each path, sorted ascending.
 static OmStatus gather(Sights* s, const Lines* f, const Row* row) {
     if (row->level == REST) return add_rest(s, f, row);
     ++s->nseen;
@@ -166,7 +166,7 @@ static OmStatus gather(Sights* s, const Lines* f, const Row* row) {
     return OM_OK;
 }
 
-// Second look: what was seen.
+// Second pass: the observations.
 static OmStatus add_seen(Sights* s, const Lines* f, const Row* row) {
     if (row->level == REST) return OM_OK;
     int i = find_landmark(s, row->landmark), level = 0;

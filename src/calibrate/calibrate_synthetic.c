@@ -1,8 +1,9 @@
-// calibrate_synthetic.c: what the scene's world would have shown at the places and levels of a problem.
+// calibrate_synthetic.c: synthetic observations: those of the scene's world at the positions and
+// levels of a problem.
 //
-// Landmarks get noise in each coordinate. A cloud is what the scene's depth camera sees of the tissue, with the
-// camera's own noise, thinned to about four times as many points as the twin holds against it. The thesis takes
-// as many (5.4.1); the nearest of them is then 0.4 spacings away on average, however good the model.
+// Landmarks get noise in each coordinate. A cloud comes from the scene's depth camera with the camera's noise,
+// thinned to about four times as many points as the twin compares with it. The thesis takes equal numbers
+// (5.4.1); then the nearest cloud point is 0.4 spacings away on average, however good the model.
 #include <math.h>
 #include <string.h>
 
@@ -15,11 +16,11 @@ typedef struct Maker {
     const Body* world;
     OmPose back;            // world to task frame
     OmEmbedding embedding;  // of the landmarks
-    OmSurface skin;         // boundary of the tissue
-    int* skin_vert;         //
-    OmSenseScene* sense;    // null: no cloud is asked for
+    OmSurface surface;      // boundary of the tissue
+    int* surface_vert;      //
+    OmSenseScene* sense;    // null: no cloud is needed
     OmCamera camera;        //
-    int skin_id;            //
+    int surface_id;         //
     float *depth, *normal;  // of each pixel
     int* id;                //
     double *cloud, *x;      // points of all pixels; of the landmarks
@@ -43,7 +44,7 @@ static bool wants_cloud(const Sights* s) {
     return false;
 }
 
-// As the simulated world places it: on the side of +x.
+// On the side of +x, as in the simulated world.
 static OmStatus make_camera(Maker* m) {
     const OmSite* site = &m->world->site;
     const OmSceneCamera* c = &m->p->scene.rgbd;
@@ -62,23 +63,23 @@ static OmStatus make_camera(Maker* m) {
     OM_ALLOC(m->normal, 3 * n);
     OM_ALLOC(m->id, n);
     OM_ALLOC(m->cloud, 3 * n);
-    OM_TRY(om_tet_mesh_boundary(&site->mesh, &m->skin, &m->skin_vert));
+    OM_TRY(om_tet_mesh_boundary(&site->mesh, &m->surface, &m->surface_vert));
     OM_TRY(om_sense_scene_create(&m->sense));
-    return om_sense_scene_add(m->sense, &m->skin, &(OmSenseLook){.red = 1}, &m->skin_id);
+    return om_sense_scene_add(m->sense, &m->surface, &(OmSenseLook){.red = 1}, &m->surface_id);
 }
 
 static OmStatus append_cloud(Maker* m, const char* level, const double* vert_x) {
-    om_sense_scene_update(m->sense, m->skin_id, vert_x, m->skin_vert);
+    om_sense_scene_update(m->sense, m->surface_id, vert_x, m->surface_vert);
     OM_TRY(om_sense_scene_commit(m->sense));
     OM_TRY(om_sense_depth(m->sense, &m->camera, 1, m->depth, m->id, m->normal));
     OmDepthNoise noise = om_depth_noise_default((uint64_t)m->p->scene.seed);
     if (m->p->scene.world.has_depth_noise)
         om_depth_add_noise(&noise, &m->camera, m->frame++, m->normal, m->depth);
-    int n = om_depth_to_cloud(&m->camera, m->depth, m->id, NULL, m->skin_id, m->cloud, NULL);
+    int n = om_depth_to_cloud(&m->camera, m->depth, m->id, NULL, m->surface_id, m->cloud, NULL);
     OM_CHECK(n > 0, OM_INVALID, "path %s: the camera sees nothing of the tissue",
              m->p->file.path[m->path].name);
     const OmMeshSet* top = om_tet_mesh_find_set(&m->p->twin.site.mesh, "top");
-    int max = 4 * (top && top->nvert ? top->nvert : m->skin.nvert), every = (n + max - 1) / max;
+    int max = 4 * (top && top->nvert ? top->nvert : m->surface.nvert), every = (n + max - 1) / max;
     for (int i = every / 2; i < n; i += every)
         OM_TRY(append_row(m, level, "cloud",
                           om_scale(1e3, om_pose_apply(m->back, om_load3(m->cloud, i)))));
@@ -168,8 +169,8 @@ OmStatus om_calibration_save_synthetic(const OmCalibrationProblem* p, const doub
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     if (m.embedding.npoint) om_embedding_done(&m.embedding);
     om_sense_scene_destroy(m.sense);
-    om_surface_done(&m.skin);
-    om_free(m.skin_vert);
+    om_surface_done(&m.surface);
+    om_free(m.surface_vert);
     om_free(m.depth);
     om_free(m.normal);
     om_free(m.id);

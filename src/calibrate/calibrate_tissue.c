@@ -1,9 +1,9 @@
 // calibrate_tissue.c: errors of a tissue model against landmarks, clouds and forces.
 //
-// Landmarks and the points held against clouds are points of the rest shape; each model embeds them anew, so
-// that parameters may change even its mesh and the number of errors stays. A cloud's errors are distances
-// from the model's points to the nearest of the cloud, in that direction, as in (5.2): a camera sees one side
-// only, and what it did not see must not count.
+// Landmarks and the points compared with clouds are points of the rest shape. Each model embeds them anew, so
+// that parameters may change its mesh while the number of errors stays. Errors of a cloud are distances from
+// the model's points to the nearest point of the cloud, in this direction, as in (5.2): a camera sees one
+// side only, and unseen points must not count.
 #include <math.h>
 #include <string.h>
 
@@ -15,16 +15,16 @@
 
 struct OmCalibrationTissue {
     OmCalibrationTissueDef def;
-    OmCalibrationPath* path;     // (npath), with levels of our own
-    double* level;               // of all paths
-    int* level_adr;              // path p has levels level_adr[p] ..             (npath + 1)
-    OmCalibrationSeen* seen;     // landmarks and forces
-    int nseen;                   //
-    OmPointTree** cloud;         // of each level, null where there is none
-    double* point;               // landmarks, then cloud points, rest            (npoint x 3)
-    int npoint;                  //
-    int* cloud_adr;              // first error of each level's cloud, -1 if none
-    int nerror;                  //
+    OmCalibrationPath* path;  // (npath), with copies of the levels
+    double* level;            // of all paths
+    int* level_adr;           // path p has levels level_adr[p] ..             (npath + 1)
+    OmCalibrationSeen* seen;  // landmarks and forces
+    int nseen;                //
+    OmPointTree** cloud;      // of each level, null where there is none
+    double* point;   // positions at rest of landmarks, then cloud points            (npoint x 3)
+    int npoint;      //
+    int* cloud_adr;  // first error of each level's cloud, -1 if none
+    int nerror;      //
     OmCalibrationLabel* label;   // (nerror)
     const char** path_name;      // (npath)
     const char** landmark_name;  // (nlandmark + 2)
@@ -69,7 +69,7 @@ static OmStatus check(const OmCalibrationTissueDef* def) {
     return OM_OK;
 }
 
-// ---- making ---------------------------------------------------------------------------------------
+// ---- creation -------------------------------------------------------------------------------------
 
 static OmStatus copy_paths(const OmCalibrationTissueDef* def, OmCalibrationTissue* t) {
     int n = 0;
@@ -121,7 +121,7 @@ static bool has_cloud(const OmCalibrationTissueDef* def) {
     return false;
 }
 
-// The points followed: landmarks, then those held against clouds.
+// Collect the points to follow: landmarks, then those compared with clouds.
 static OmStatus gather_points(const OmCalibrationTissueDef* def, const OmTissueModel* model,
                               OmCalibrationTissue* t) {
     int ncloud = 0;
@@ -135,7 +135,7 @@ static OmStatus gather_points(const OmCalibrationTissueDef* def, const OmTissueM
     }
     t->def.ncloud_point = ncloud;
     t->npoint = def->nlandmark + ncloud;
-    OM_ALLOC(t->point, 3 * (size_t)(t->npoint + 1));  // none at all where only forces were seen
+    OM_ALLOC(t->point, 3 * (size_t)(t->npoint + 1));  // may be empty: only forces were observed
     if (def->nlandmark) memcpy(t->point, def->rest, 3 * (size_t)def->nlandmark * sizeof *t->point);
     for (int i = 0; i < ncloud; ++i)
         om_store3(t->point, def->nlandmark + i,
@@ -180,7 +180,7 @@ static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* 
     return OM_OK;
 }
 
-// The press of engines with a system matrix solves for the probe alone.
+// The press of engines with a system matrix supports no other obstacle than the probe.
 static OmStatus check_presses(const OmCalibrationTissue* t, const OmTissueModel* model) {
     const OmContactDef* c = t->def.contact;
     bool has_obstacle = c && c->nplane + c->nsdf + c->nfield > 0;
@@ -248,7 +248,7 @@ void om_calibration_tissue_destroy(OmCalibrationTissue* t) {
 
 // ---- evaluating -----------------------------------------------------------------------------------
 
-typedef struct Look {  // at one path of one model
+typedef struct Look {  // evaluation of one path of one model
     const OmCalibrationTissue* t;
     const OmEmbedding* embedding;
     int path;
@@ -256,7 +256,7 @@ typedef struct Look {  // at one path of one model
     double* error;  // or null
     double* out_x;  // or null
     double* out_force;
-    double* out_cloud;  // of the points held against clouds, or null
+    double* out_cloud;  // of the points compared with clouds, or null
 } Look;
 
 static OmStatus look_at_level(void* ctx, int level, const double* vert_x, OmVec3 force) {
@@ -355,7 +355,7 @@ OmCalibrationDef om_calibration_tissue_search(const OmCalibrationTissue* t) {
     return def;
 }
 
-// `look` says what of the path goes where.
+// `look` contains the path and the outputs.
 static OmStatus run_path(const double* param, Look look) {
     const OmCalibrationTissue* t = look.t;
     OM_CHECK(look.path >= 0 && look.path < t->def.npath, OM_INVALID, "path %d: there are %d",

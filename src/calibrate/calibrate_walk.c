@@ -1,8 +1,8 @@
-// calibrate_walk.c: a tissue model carried along a path of an experiment.
+// calibrate_walk.c: move a tissue model along a path of an experiment.
 //
 // Between levels the tool moves at the path's speed in equal steps of at most speed * time_step. A long time
-// step makes the path quasi-static with an implicit engine: with h = 1 s inertia is nothing and one step a
-// millimetre or two is enough; a position-based engine keeps its own 0.02 s.
+// step makes the path quasi-static with an implicit engine: with h = 1 s inertia is negligible, and steps of
+// a millimetre or two are short enough. A position-based engine uses its own 0.02 s.
 #include <math.h>
 #include <string.h>
 
@@ -16,11 +16,12 @@ typedef struct Walk {
     OmTissueState* state;
     OmTissueWork* work;
     OmPress* press;
-    OmContact* contact;          // what the tissue lies on, or null
-    OmTissueObstacle* obstacle;  // the probe, then those of the contact, of such an engine
-    bool is_begun;               // the tool is in place
-    double at;                   // travel at the end of the last step, m
-    OmVec3 force;                // of the tool on the tissue, N
+    OmContact* contact;  // the board below the tissue, or null
+    // the probe, then the obstacles of the contact, for engines that handle obstacles themselves
+    OmTissueObstacle* obstacle;
+    bool is_begun;  // the tool is at its start
+    double at;      // travel at the end of the last step, m
+    OmVec3 force;   // of the tool on the tissue, N
 } Walk;
 
 OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
@@ -58,7 +59,7 @@ OmStatus om__calibrate_check_path(const OmCalibrationPath* p, int i) {
     return OM_OK;
 }
 
-// z against the travel, x along the long side.
+// z along the travel, x along the long side.
 static OmQuat tool_turn(const OmCalibrationPath* p, OmVec3 direction) {
     OmVec3 z = om_scale(-1, direction), x = om_madd(p->along, -om_dot(p->along, z), z);
     if (!(om_norm(x) > 1e-6 * om_norm(p->along))) {
@@ -74,7 +75,7 @@ static OmPose pose_at(const Walk* w, double travel) {
     return pose;
 }
 
-// A step that cannot be made is an answer about the parameters, not a failure of the search.
+// A failed step says something about the parameters; the search continues.
 static OmStatus judge(OmStatus status) {
     return status >= 0 ? OM_OK : status == OM_INVALID ? OM_UNSAT : status;
 }
@@ -93,7 +94,7 @@ static OmStatus begin(Walk* w) {
     return om_press_place(w->press, w->model, w->state, pose_at(w, 0));
 }
 
-// The probe, and what the tissue lies on, in a step of an engine that keeps out of obstacles itself.
+// Set the probe and the board as obstacles of a step, for engines that handle obstacles themselves.
 static OmStatus step_among(Walk* w, double travel) {
     const OmTissueObstacle* still = NULL;
     int nstill = w->contact ? om_contact_get_obstacles(w->contact, &still) : 0;

@@ -1,8 +1,9 @@
-// plan_clingo.c: clingo behind our own types. The only file that knows libclingo.
+// plan_clingo.c: clingo behind our own types. The only file that uses libclingo.
 //
-// One control object, grounded in parts and solved many times. Search runs in clingo's own thread so that a time
-// limit can end it; there is one search thread, so that the same input gives the same answer. Warnings of clingo
-// (a misspelt predicate is one) are collected: they become the message of a failure, or lines of the log.
+// One control object is grounded in parts and solved many times. The search runs in clingo's own thread so that
+// a time limit can end it; it has one search thread, so that the same input gives the same answer. Warnings of
+// clingo (such as for a misspelt predicate) are collected: they become the message of a failure, or lines of the
+// log.
 #include <string.h>
 
 #include "plan/plan_clingo_api.h"
@@ -12,12 +13,12 @@
 
 struct OmAsp {
     clingo_control_t* control;
-    OmText message;       // what clingo said during the current call
+    OmText message;       // messages of clingo during the current call
     OmAspAnswer* answer;  // being filled by on_event
     bool has_overflow;
 };
 
-// One message becomes one line: clingo breaks its own to indent.
+// Join the lines of one message: clingo breaks and indents them.
 static void on_message(int code, const char* message, void* data) {
     OmAsp* asp = data;
     (void)code;
@@ -36,8 +37,8 @@ static void forget_messages(OmAsp* asp) {
     asp->message.len = 0;
 }
 
-// Clingo's words for a failed call: its first error, "file:3:5-9: error: syntax error, unexpected ...", and how many
-// more there were.
+// The message of a failed call: clingo's first error, "file:3:5-9: error: syntax error, unexpected ...", and the
+// number of further errors.
 static OmStatus fail(OmAsp* asp, const char* doing) {
     OmStatus status = clingo_error_code() == clingo_error_bad_alloc ? OM_NO_MEMORY : OM_INVALID;
     const char *last = clingo_error_message(), *first = NULL;
@@ -60,7 +61,7 @@ static OmStatus fail(OmAsp* asp, const char* doing) {
     return status;
 }
 
-// Warnings of a call that succeeded go to the log, a line each.
+// Log the warnings of a call that succeeded, a line each.
 static void log_messages(OmAsp* asp) {
     for (const char* line = asp->message.len > 0 ? asp->message.str : ""; *line;) {
         size_t len = strcspn(line, "\n");
@@ -118,7 +119,7 @@ OmStatus om__asp_ground(OmAsp* asp, const OmAspPart* part, int npart) {
     return OM_OK;
 }
 
-// Called in clingo's thread for each better model.
+// Clingo's thread calls this for each better model.
 static bool on_event(unsigned type, void* event, void* data, bool* goon) {
     OmAsp* asp = data;
     *goon = true;
@@ -168,7 +169,7 @@ OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double ti
         "the logic program shows more than %d atoms or has more than %d levels of optimisation; "
         "show only actions",
         OM_ASP_MAX_SYMBOL, OM_ASP_MAX_COST);
-    // a search that is cancelled before it begins calls itself unsatisfiable, too
+    // a search that is cancelled before it begins also reports "unsatisfiable"
     answer->is_final =
         (result & clingo_solve_result_interrupted) == 0 &&
         (result & (clingo_solve_result_exhausted | clingo_solve_result_unsatisfiable)) != 0;

@@ -1,9 +1,9 @@
-// plan_explain.c: why this plan, by asking the program again.
+// plan_explain.c: why this plan: solve the program again with alternatives.
 //
-// The external atom `explain` lets rules be broken, as few as possible. Each alternative is then assumed and the
-// program solved anew: if the answer breaks no rule, its cost tells what the alternative is worse in; if it does,
-// the broken rules are what forbids it, in the words the program has for them (rule/2). No reason is
-// written down here that the program did not give.
+// The external atom `explain` allows the program to break rules, as few as possible. Each alternative is assumed
+// and the program solved again. If the answer breaks no rule, its cost shows in which objective the alternative
+// is worse. If it does, the broken rules are the reason, in the words of the program (rule/2). All reasons come
+// from the program.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -23,7 +23,7 @@ typedef enum Verdict { BEST, WORSE, FORBIDDEN, IMPOSSIBLE } Verdict;
 typedef struct Alternative {
     Verdict verdict;
     uint64_t broken;  // bit i: rule i forbids it
-    OmPlan plan;      // the best plan that has it, breaking those rules
+    OmPlan plan;      // the best plan with the alternative, breaking those rules
 } Alternative;
 
 static OmStatus list_rules(OmPlanner* p, Rules* r) {
@@ -45,7 +45,7 @@ static OmStatus list_rules(OmPlanner* p, Rules* r) {
     return OM_OK;
 }
 
-// Solve with an atom assumed, and judge it against the plan.
+// Solve with an atom assumed, and compare with the plan.
 static OmStatus ask(OmPlanner* p, const OmSituation* s, const Rules* r, OmSymbol atom,
                     const OmPlan* plan, Alternative* out) {
     memset(out, 0, sizeof *out);
@@ -135,7 +135,7 @@ static OmStatus write_set(const OmSituation* s, const bool* mark, OmText* t) {
     return count > 12 ? om_text_append(t, " and %d more", count - 12) : OM_OK;
 }
 
-// The fluents that hold.
+// Describe the fluents that are true.
 static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     bool tried[OM_PLAN_MAX_BLOCK];
     for (int b = 0; b < s->n * s->n; b++) tried[b] = s->tried[b] & OM_TRIED_GRASP;
@@ -182,9 +182,9 @@ static OmStatus write_choice(const OmSituation* s, const OmPlan* plan, OmText* t
                           (double)-plan->cost[2] / 10);
 }
 
-// ---- what is asked ----------------------------------------------------------------------------------------------
+// ---- questions --------------------------------------------------------------------------------------------------
 
-// What else could be done first with tissue in hand.
+// Alternatives for the first action with tissue in hand.
 static OmStatus explain_first(OmPlanner* p, const OmSituation* s, const Rules* r,
                               const OmPlan* plan, OmText* t) {
     static const OmPlanVerb verb[4] = {OM_PLAN_PULL, OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI,
@@ -246,7 +246,7 @@ static OmStatus explain_blocks(OmPlanner* p, const OmSituation* s, const Rules* 
                              : OM_OK;
 }
 
-// No plan: the blocks by what forbids them.
+// No plan exists: list the blocks by the rule that forbids them.
 static OmStatus explain_unsat(OmPlanner* p, const OmSituation* s, const Rules* r,
                               const OmPlan* plan, OmText* t) {
     uint64_t broken[OM_PLAN_MAX_BLOCK];

@@ -1,7 +1,7 @@
-// plan_internal.h: what the files of room plan share.
+// plan_internal.h: shared by the files of room plan.
 //
 //     plan_situation.c  the situation and its grid          plan_planner.c  situation -> atoms -> plan
-//     plan_clingo.c     clingo behind our own types         plan_explain.c  why, by asking the program again
+//     plan_clingo.c     clingo behind our own types         plan_explain.c  why: solves again with alternatives
 //     plan_text.c       the plan in words
 #ifndef OM_PLAN_INTERNAL_H
 #define OM_PLAN_INTERNAL_H
@@ -9,7 +9,7 @@
 #include "omentum/plan.h"
 #include "omentum/vec.h"
 
-// ---- answer sets: clingo as we use it -----------------------------------------------------------
+// ---- answer sets: the parts of clingo that we use -----------------------------------------------
 
 #define OM_ASP_MAX_SYMBOL 512  // shown atoms of one answer
 #define OM_ASP_MAX_COST 16     // levels of optimisation
@@ -25,7 +25,7 @@ typedef struct OmAspPart {  // a #program to ground, with its arguments
 
 typedef struct OmAspAnswer {
     bool has_model;
-    bool is_final;  // the search ended: the model is an optimum, or there is none
+    bool is_final;  // the search ended: the model is an optimum, or none exists
     int nsymbol;
     OmSymbol symbol[OM_ASP_MAX_SYMBOL];  // shown atoms, in no order
     int ncost;
@@ -35,34 +35,34 @@ typedef struct OmAspAnswer {
 /// `arg`: options of gringo and clasp.
 OmStatus om__asp_create(const char* const* arg, int narg, OmAsp** out);
 void om__asp_destroy(OmAsp* asp);
-/// Add program text, from a file or from memory. OM_INVALID has clingo's text with file, line and column.
+/// Add program text, from a file or from memory. OM_INVALID with clingo's text, file, line and column.
 OmStatus om__asp_load(OmAsp* asp, const char* path);
 OmStatus om__asp_add(OmAsp* asp, const char* text);
 OmStatus om__asp_ground(OmAsp* asp, const OmAspPart* part, int npart);
-/// OM_OK whether or not there is a model; `assume` are literals taken as true. OM_TIMEOUT: not final.
+/// OM_OK with or without a model; `assume` are literals taken as true. OM_TIMEOUT: not final.
 OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double time_limit,
                        OmAspAnswer* answer);
 OmStatus om__asp_assign(OmAsp* asp, int32_t literal, bool value);
 /// Literal of a ground atom; 0 if the program has no such atom.
 OmStatus om__asp_find(OmAsp* asp, OmSymbol atom, int32_t* literal);
-/// Literal of an external atom; 0 if the program declares none such.
+/// Literal of an external atom; 0 if the program declares no such atom.
 OmStatus om__asp_find_external(OmAsp* asp, OmSymbol atom, int32_t* literal);
-/// The ground atoms name/arity, up to `max` of them; *count is how many there are.
+/// The ground atoms name/arity, up to `max` of them; *count is their total number.
 OmStatus om__asp_list(OmAsp* asp, const char* name, int arity, OmSymbol* atom, int max, int* count);
 
 OmSymbol om__asp_number(int value);
 /// name(arg...); 0 with the message set if memory is out.
 OmSymbol om__asp_function(const char* name, const OmSymbol* arg, int narg);
-/// The term written in `text`: "reach(psm1,b(1,2),0)".
+/// Parse a term: "reach(psm1,b(1,2),0)".
 OmStatus om__asp_parse(const char* text, OmSymbol* symbol);
-/// Name and arguments of a function symbol; narg -1 if it is none.
+/// Name and arguments of a function symbol; narg is -1 for another symbol.
 const char* om__asp_name(OmSymbol symbol, const OmSymbol** arg, int* narg);
-int om__asp_number_of(OmSymbol symbol);        // -1 if it is no number
-const char* om__asp_text_of(OmSymbol symbol);  // null if it is no text
+int om__asp_number_of(OmSymbol symbol);        // -1 if it is not a number
+const char* om__asp_text_of(OmSymbol symbol);  // null if it is not a text
 
 // ---- the planner ----------------------------------------------------------------------------------
 
-typedef struct OmFluent {  // an external atom as it stands in the ground program
+typedef struct OmFluent {  // an external atom of the ground program
     int32_t literal;       // 0: the program does not have it
     bool value;
 } OmFluent;
@@ -76,9 +76,9 @@ struct OmPlanner {
     OmPlannerDef def;
     char* program_path;               // owned copy; null: the built-in program
     OmAsp* asp;                       // null until the first ground program
-    int n;                            // grid it is grounded for
+    int n;                            // grid size of the ground program
     uint8_t pair[OM_PLAN_MAX_BLOCK];  // bit a: pair(arm a, block) is grounded
-    uint64_t metric_hash;             // of the centres behind the grounded metric/3
+    uint64_t metric_hash;             // of the block centres of the grounded metric/3
     OmFluent* fluent;                 // see fluent_count in plan_planner.c
     OmDistanceFluent* distance;
     int ndistance, distance_cap;
@@ -86,7 +86,7 @@ struct OmPlanner {
     OmAspAnswer answer;  // of the last solve
 };
 
-/// Ground what is missing and set every external atom to what the situation says.
+/// Ground missing parts and set every external atom from the situation.
 OmStatus om__planner_sense(OmPlanner* planner, const OmSituation* s, bool is_explaining,
                            bool* is_reground);
 /// Solve with literals assumed; fills plan from the answer. OM_OK, OM_UNSAT, OM_TIMEOUT or an error.
@@ -99,7 +99,7 @@ OmSymbol om__plan_block_symbol(int n, int block);
 
 OmStatus om__situation_check(const OmSituation* s);
 OmVec3 om__situation_center(const OmSituation* s, int block);
-/// Distance in 0.1 mm from a block to the nearest block marked in `mark`; -1 if none is.
+/// Distance in 0.1 mm from a block to the nearest block with `mark`; -1 if there is none.
 int om__situation_distance(const OmSituation* s, int block, const bool* mark);
 
 extern const char om__plan_program[];  // asp/tissue_retraction.lp, ended by zero

@@ -1,8 +1,8 @@
 // plan_planner.c: from a situation to a plan.
 //
-// The program is grounded once for a grid and the blocks each arm can be at; after that a situation only flips
+// The program is grounded once for a grid and the blocks each arm can be at. A new situation then only switches
 // external atoms, and grounds a distance the first time it is sensed. A new control object is made when the grid
-// changes, when an arm is at a block it could not reach before, or when too many old distances lie about.
+// changes, when an arm is at a block that it could not reach before, or when too many old distances are stored.
 #include <string.h>
 
 #include "plan/plan_internal.h"
@@ -10,7 +10,7 @@
 #define COOKIE 0x706c616e
 #define HASH_SIZE 8192  // distance atoms, kept below a third full
 
-// ---- slots: where the fluents of a situation stand in planner->fluent -----------------------------------
+// ---- slots: positions of the fluents of a situation in planner->fluent ----------------------------------
 
 typedef enum FluentKind {
     FIXED,        // per block
@@ -33,7 +33,7 @@ static const char* const fluent_name[NFLUENT_KIND] = {
     "closed_gripper", "max_height", "max_force", "lifted", "visible_ROI", "explain"};
 static const char* const tried_name[3] = {"grasp", "move_ROI", "move_away"};
 
-// Fluents of a kind, `item` being arm, kind of try; `unit` block or pulls.
+// Fluents of a kind; `item` is an arm or a kind of try, `unit` a block or a number of pulls.
 static int slot(const OmPlanner* p, FluentKind kind, int item, int unit) {
     int nb = p->n * p->n, at = 0;
     const int count[NFLUENT_KIND] = {
@@ -83,7 +83,7 @@ static int index_of_name(OmSymbol symbol, const char* const* name, int count) {
     return -1;
 }
 
-// The atom of a fluent as the program writes it.
+// The atom of a fluent in the program's notation.
 static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int unit) {
     OmSymbol zero = om__asp_number(0), arg[3];
     int narg = 0;
@@ -123,7 +123,7 @@ static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int
 
 // ---- grounding ------------------------------------------------------------------------------------------------
 
-// The arms that could ever be at a block: those that reach it or are there; at least the one on its side.
+// The arms that may be at a block: those that reach it or are there, and at least the one on its side.
 static void pairs_of(const OmSituation* s, uint8_t* pair) {
     for (int b = 0; b < s->n * s->n; b++) {
         pair[b] = s->reachable[b] & ((1 << OM_MAX_ARM) - 1);
@@ -144,7 +144,7 @@ static uint64_t hash_centers(const OmSituation* s) {
     return h;
 }
 
-// pair/2 and, on request, metric/3 as facts.
+// Add pair/2 and, on request, metric/3 as facts.
 static OmStatus write_facts(const OmPlanner* p, const OmSituation* s, OmText* text) {
     int n = p->n;
     for (int b = 0; b < n * n; b++) {
@@ -198,7 +198,7 @@ static OmStatus find_fluents(OmPlanner* p) {
     return OM_OK;
 }
 
-// distance(B1,B2,X,0) of all pairs, where the program has these as external atoms: all of them hold.
+// distance(B1,B2,X,0) of all pairs, if the program has these as external atoms: all are true.
 static OmStatus sense_all_distances(const OmPlanner* p, const OmSituation* s) {
     OmSymbol arg[4];
     bool mark[OM_PLAN_MAX_BLOCK] = {false};
@@ -229,7 +229,7 @@ static void forget_ground(OmPlanner* p) {
     for (int i = 0; i < HASH_SIZE; i++) p->distance_hash[i] = -1;
 }
 
-// A fresh control object with the program grounded for this situation.
+// Make a new control object with the program grounded for this situation.
 static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     OmStatus status = OM_OK;
     OmText facts = {0};
@@ -263,7 +263,7 @@ done:
     return status;
 }
 
-// Whether the ground program has every atom this situation may need.
+// Does the ground program have every atom that this situation may need?
 static bool is_grounded_for(const OmPlanner* p, const OmSituation* s) {
     if (!p->asp || p->n != s->n || p->ndistance > 6 * s->n * s->n + 64) return false;
     if (p->def.has_all_distances && p->metric_hash != hash_centers(s)) return false;
@@ -279,7 +279,7 @@ static bool is_grounded_for(const OmPlanner* p, const OmSituation* s) {
 
 static const char* const to_name[2] = {"roi", "attachments"};
 
-// Index of a distance atom, -1 if it is new; *at is where it belongs in the hash table.
+// Index of a distance atom, -1 if it is new; *at is its position in the hash table.
 static int find_distance(const OmPlanner* p, int block, int to, int x, int* at) {
     const int key[4] = {block, to, x, 0};
     uint64_t h = om_hash(key, sizeof key, OM_HASH_SEED);
@@ -301,7 +301,7 @@ static OmStatus distance_symbol(const OmPlanner* p, const OmDistanceFluent* d, O
     return arg[0] && arg[1] && *atom ? OM_OK : OM_NO_MEMORY;
 }
 
-// Add the distances of this situation that are new to the list; `value` of all says which hold now.
+// Add the new distances of this situation to the list; `value` is true for the current ones.
 static void list_distances(OmPlanner* p, const OmSituation* s, bool* want) {
     for (int b = 0; b < s->n * s->n; b++) {
         for (int to = 0; to < 2; to++) {
@@ -356,7 +356,7 @@ done:
 
 // ---- sensing: the situation into external atoms --------------------------------------------------------------------
 
-// What every fluent shall be (Alg. 4).
+// Compute the value of every fluent (Alg. 4).
 static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_explaining,
                           bool* want) {
     for (int b = 0; b < s->n * s->n; b++) {
@@ -374,7 +374,7 @@ static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_expl
         want[slot(p, CLOSED, i, 0)] = a->is_closed || a->in_hand >= 0;
         want[slot(p, MAX_HEIGHT, i, 0)] = a->is_max_height;
         want[slot(p, MAX_FORCE, i, 0)] = a->is_max_force;
-        // the sensed limit decides, not the count: below it one more pull may reach it
+        // the sensed limit decides, not the number of pulls: one more pull may reach it
         int nlift = a->nlift < p->def.max_lift ? a->nlift : p->def.max_lift - 1;
         if (nlift > 0) want[slot(p, LIFTED, i, nlift)] = true;
     }
@@ -407,13 +407,13 @@ OmStatus om__planner_sense(OmPlanner* p, const OmSituation* s, bool is_explainin
     OM_TRY_DONE(sense_distances(p, s));
 done:
     om_free(want);
-    if (status < 0) forget_ground(p);  // half of the atoms are set
+    if (status < 0) forget_ground(p);  // only a part of the atoms is set
     return status;
 }
 
 // ---- solving ----------------------------------------------------------------------------------------------------
 
-// reach(psm1,b(3,2),0) and its like; false for other shown atoms.
+// Parse reach(psm1,b(3,2),0) and similar atoms; false for other shown atoms.
 static bool read_action(int n, OmSymbol symbol, OmPlanAction* a) {
     const OmSymbol* arg;
     int narg, verb = index_of_name(symbol, om__plan_verb_name, OM_PLAN_NVERB);
@@ -488,7 +488,7 @@ OmStatus om_planner_create(const OmPlannerDef* def, OmPlanner** out) {
         memcpy(p->program_path, def->program, size);
         p->def.program = p->program_path;
     }
-    // a program that does not parse or ground is told here, on the smallest tissue
+    // check on the smallest tissue that the program parses and grounds
     OmSituation smallest;
     om_situation_init(&smallest, 1, 0.01);
     OM_TRY_DONE(ground(p, &smallest));

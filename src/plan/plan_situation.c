@@ -1,4 +1,4 @@
-// plan_situation.c: the grid of blocks and what is known about it.
+// plan_situation.c: the grid of blocks and their fluents.
 #include <math.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@ void om_situation_init(OmSituation* s, int n, double spacing) {
     s->n = n;
     s->spacing = spacing;
     for (int i = 0; i < OM_MAX_ARM; i++) s->arm[i] = (OmArmSituation){.at = -1, .in_hand = -1};
-    if (n < 1 || n > OM_PLAN_MAX_GRID) return;  // om_planner_solve says so
+    if (n < 1 || n > OM_PLAN_MAX_GRID) return;  // om_planner_solve refuses other sizes
     // argmin over the arms of |y_arm - y_block|, arms at the same distance on either side
     for (int b = 0; b < n * n; b++) s->reachable[b] = 2 * (b / n) <= n - 1 ? 1 : 2;
 }

@@ -1,4 +1,4 @@
-// plan_text.c: the plan in words.
+// plan_text.c: the plan as text.
 #include "plan/plan_internal.h"
 
 OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text) {
