@@ -1,34 +1,34 @@
 // heuristic_chain.c: ChainMail on the edges of a mesh, with relaxation.
 //
 // Gibson (1997) lets an element move relative to each neighbour within a box: closer by `compress` or farther by
-// `stretch` along the link, aside by `shear`, fractions of its length at rest; axes are those of space. Li and
-// Brodlie (2003) take the same to the edges of any mesh: here, with e the edge at rest, an end's displacement less
-// the other's is along each axis at most stretch |e_c| + shear (|e_a| + |e_b|) outwards and compress |e_c| + the
-// same inwards: every uniform deformation with stretches from 1 - compress to 1 + stretch and shears up to `shear`
-// is allowed, and no link asks for less.
+// `stretch` along the link, sideways by `shear`, as fractions of the link's length at rest; axes are those of
+// space. Li and Brodlie (2003) extend this to the edges of any mesh. Here, with e the edge at rest, the difference
+// of the displacements of its ends is limited along each axis: outwards to stretch |e_c| + shear (|e_a| + |e_b|),
+// inwards to compress |e_c| + the same. Every uniform deformation with stretches from 1 - compress to 1 + stretch
+// and shears up to `shear` is allowed, and these are the smallest limits that allow it.
 //
-// Along one axis these limits are bounds u_j - u_i <= up_ij, that is distances: what vertex i at u_i allows j is at
-// most u_i + d(i, j), d the shortest path over `up`. So the classic propagation, the first moved first (the one
-// most out of its box first: Schill et al. 1998), is Dijkstra's algorithm from the moved vertices, once for the
-// highest and once for the lowest place of each vertex, which is then moved no farther than into between. Bounds
-// of this kind are closed under minimum and maximum: what kept all links before keeps them after, exactly, on any
-// mesh. Where two holds ask for more than the links between have, vertices go to the middle. A shape
-// that breaks its links (set from outside, or after such holds) goes first to the mean of the highest and
-// the lowest one that keep them and touch it (McShane's extensions), from all vertices at once.
-//
+// Along one axis these limits are bounds u_j - u_i <= up_ij, so they act as distances: with vertex i at u_i, u_j is
+// at most u_i + d(i, j), d the shortest path over `up`. The classic propagation from the moved vertex (the vertex
+// furthest outside its box first: Schill et al. 1998) is therefore Dijkstra's algorithm from the moved vertices,
+// once for the upper and once for the lower bound of each vertex, which is then clamped to this interval.
+// Constraints of this kind are closed under minimum and maximum: if all links are within their limits before, they
+// are afterwards, exactly, on any mesh. Where two moved vertices are further apart than the links between them
+// allow, vertices go to the middle of their bounds. A shape that violates its links (set from outside, or after
+// such a conflict) is first replaced by the mean of the largest and the smallest admissible shape that coincide
+// with it where possible (McShane's extensions), from all vertices at once.
 // Relaxation moves vertices one by one towards the mean displacement of their neighbours, as far as their links
-// let them: the energy sum |u_i - u_j|^2 falls, and links stay kept.
+// allow: the energy sum |u_i - u_j|^2 falls, and links stay within their limits.
 #include <string.h>
 
 #include "omentum/heuristic.h"
 #include "tissue/tissue_engine.h"
 
 #define CHAIN_COOKIE 0xc4a10001u
-#define NROUND 8    // of moving vertices out of obstacles
-#define DEEP 0.7    // of the deepest: moved in the same round
-#define KEPT 1e-12  // of the model's size: rounding, not a broken link
+#define NROUND 8    // rounds of moving vertices out of obstacles
+#define DEEP 0.7    // vertices deeper than this fraction of the deepest are moved in the same round
+#define KEPT 1e-12  // fraction of the model's size: rounding, not a violated link
 
-typedef struct Link {  // from the vertex in whose list it is
+typedef struct Link {  // stored with the vertex at one end
     int vert;          // its other end
     double
         max[2]
@@ -43,11 +43,12 @@ typedef struct Chain {  // model->data
 
 typedef struct ChainWork {  // work->data
     double* u;              // displacements from rest, m                               (nvert x 3)
-    double* goal;           // of vertices that something moves                         (nvert x 3)
+    double* goal;           // of vertices with a prescribed position
     // upper bound of the displacement along one axis, and the negated lower bound   (nvert)
     double* bound[2];
     unsigned char* is_moved;  // by a tool, an attachment or an obstacle                     (nvert)
-    int *queue, *place;  // of Dijkstra's algorithm: vertices, and where they are in it  (nvert)
+    // of Dijkstra's algorithm: vertices, and their positions in the queue  (nvert)
+    int *queue, *place;
 } ChainWork;
 
 extern const OmTissueEngine om__engine_chainmail;
@@ -110,7 +111,7 @@ static OmStatus chain_create(OmTissueModel* m) {
     OmStatus status = OM_OK;
     Chain* chain = om_calloc(1, sizeof *chain);
     if (!chain) return OM_NO_MEMORY;
-    m->data = chain;  // freed with the model, whatever fails below
+    m->data = chain;  // freed with the model, also after a failure below
     chain->def = def;
     OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &A));
     OM_ALLOC_DONE(chain->adr, m->mesh.nvert + 1);
@@ -144,7 +145,7 @@ static void chain_destroy_work(OmTissueWork* w) {
 static OmStatus chain_create_work(const OmTissueModel* m, OmTissueWork* w) {
     ChainWork* cw = om_calloc(1, sizeof *cw);
     if (!cw) return OM_NO_MEMORY;
-    w->data = cw;  // freed with the work, whatever fails below
+    w->data = cw;  // freed with the work, also after a failure below
     size_t n = (size_t)m->mesh.nvert;
     cw->u = om_calloc(3 * n, sizeof(double));
     cw->goal = om_calloc(3 * n, sizeof(double));
@@ -168,8 +169,8 @@ static size_t chain_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
 
 // ---- the links ----------------------------------------------------------------------------------------
 
-// The most by which a link is beyond its limits, at displacements x from `rest`, or from nothing if it is null. Each
-// link is looked at from both ends: what is below one is above the other.
+// The largest violation of a link's limit, at displacements x from `rest`, or from zero if it is null. Each link is
+// visited from both ends: an upper bound from one end is a lower bound from the other.
 static double excess_of(const OmTissueModel* m, const double* x, const double* rest) {
     const Chain* chain = m->data;
     double worst = 0;
@@ -193,9 +194,9 @@ double om_heuristic_eval_excess(const OmTissueModel* m, const double* x) {
 
 // ---- Dijkstra's algorithm -----------------------------------------------------------------------------
 
-typedef struct Queue {  // a heap, the least key on top
+typedef struct Queue {  // a heap, the smallest key on top
     int num;
-    int *vert, *place;  // place: in the heap, -1 if not
+    int *vert, *place;  // place: position in the heap, -1 if not in it
     const double* key;
 } Queue;
 
@@ -204,7 +205,7 @@ static void set_at(Queue* q, int at, int i) {
     q->place[i] = at;
 }
 
-// Into the heap, or up in it after its key became less.
+// Insert into the heap, or move up after its key became smaller.
 static void put(Queue* q, int i) {
     int at = q->place[i] >= 0 ? q->place[i] : q->num++;
     while (at > 0 && q->key[i] < q->key[q->vert[(at - 1) / 2]]) {
@@ -227,8 +228,8 @@ static int take_least(Queue* q) {
     return min;
 }
 
-// What the vertices in `from` (null: all) at `place` allow every vertex along axis c: the most above with side 0;
-// with side 1 the most below, as its negative.
+// The bounds that the vertices in `from` (null: all) at `place` set for every vertex along axis c: side 0 the
+// upper bounds, side 1 the lower bounds, negated.
 static void spread(const Chain* chain, ChainWork* w, int nvert, const unsigned char* from,
                    const double* place, int c, int side) {
     double *bound = w->bound[side], sign = side == 0 ? 1 : -1;
@@ -253,7 +254,7 @@ static void spread(const Chain* chain, ChainWork* w, int nvert, const unsigned c
     }
 }
 
-// Take all vertices along with those that are moved, no farther than links ask for.
+// Move all vertices into their bounds, which follow from the moved vertices.
 static void drag(const Chain* chain, ChainWork* w, int nvert) {
     for (int c = 0; c < 3; ++c) {
         spread(chain, w, nvert, w->is_moved, w->goal, c, 0);
@@ -263,7 +264,7 @@ static void drag(const Chain* chain, ChainWork* w, int nvert) {
             double* u = &w->u[3 * (size_t)i + (size_t)c];
             if (w->is_moved[i])
                 *u = w->goal[3 * (size_t)i + (size_t)c];
-            else if (low > high)  // holds that ask for more than there is
+            else if (low > high)  // the moved vertices are too far apart for the links
                 *u = 0.5 * low + 0.5 * high;
             else
                 *u = fmin(fmax(*u, low), high);
@@ -271,11 +272,11 @@ static void drag(const Chain* chain, ChainWork* w, int nvert) {
     }
 }
 
-// To a shape near this one whose links are all within their limits.
+// Move to a similar shape with all links within their limits.
 static void mend(const Chain* chain, ChainWork* w, int nvert) {
     for (int c = 0; c < 3; ++c) {
-        spread(chain, w, nvert, NULL, w->u, c, 0);  // the highest below it
-        spread(chain, w, nvert, NULL, w->u, c, 1);  // the lowest above it
+        spread(chain, w, nvert, NULL, w->u, c, 0);  // the largest admissible shape below it
+        spread(chain, w, nvert, NULL, w->u, c, 1);  // the smallest admissible shape above it
         for (int i = 0; i < nvert; ++i)
             w->u[3 * (size_t)i + (size_t)c] = 0.5 * w->bound[0][i] - 0.5 * w->bound[1][i];
     }
@@ -283,7 +284,8 @@ static void mend(const Chain* chain, ChainWork* w, int nvert) {
 
 // ---- relaxation ---------------------------------------------------------------------------------------
 
-// give: m, of limits that contradict each other by rounding. Where holds tear links, the excess is spread.
+// give: m, tolerance for limits that contradict each other by rounding. Where moved vertices
+// violate links, the excess is distributed.
 static void relax_vertex(const Chain* chain, ChainWork* w, int i, double give) {
     int num = chain->adr[i + 1] - chain->adr[i];
     for (int c = 0; c < 3; ++c) {
@@ -296,7 +298,7 @@ static void relax_vertex(const Chain* chain, ChainWork* w, int i, double give) {
             high = fmin(high, other + link->max[1][c]);
             low = fmax(low, other - link->max[0][c]);
         }
-        mean /= num;  // a vertex has mass, so elements, so links
+        mean /= num;  // a vertex has mass, so it has elements and links
         double next = *u + chain->def.relaxation * (mean - *u);
         if (low <= high)
             *u = fmin(fmax(next, low), high);
@@ -305,7 +307,7 @@ static void relax_vertex(const Chain* chain, ChainWork* w, int i, double give) {
     }
 }
 
-// Forth and back in turn, so that no end of the body is the first each time.
+// Sweep forward and backward in turn, so that no end of the body always comes first.
 static void relax(const Chain* chain, ChainWork* w, int nvert, double give) {
     for (int n = 0; n < chain->def.sweeps; ++n)
         for (int k = 0; k < nvert; ++k) {
@@ -340,7 +342,7 @@ static double depth_of(const OmTissueObstacle* o, OmVec3 p, OmVec3* normal) {
     return -gap;
 }
 
-// How deep a vertex that nothing moves is in obstacles, and its place out of them.
+// The depth of a free vertex in obstacles, and the nearest position outside them.
 static double find_way_out(const OmTissueModel* m, const ChainWork* w, int i, int nobstacle,
                            const OmTissueObstacle* obstacle, OmVec3* out) {
     OmVec3 p = om_add(om_load3(m->mesh.x, i), om_load3(w->u, i)), n;
@@ -355,8 +357,8 @@ static double find_way_out(const OmTissueModel* m, const ChainWork* w, int i, in
     return deepest;
 }
 
-// The vertices that are deepest in obstacles are moved out and drag the others, which may be enough for these; if
-// not, the next deepest. What then breaks links is mended.
+// Move the vertices that are deepest in obstacles outside; they drag the others along, which may suffice for
+// these. If not, continue with the next deepest. Then repair violated links.
 static void push_out(const OmTissueModel* m, const OmTissueState* s, ChainWork* w, int nobstacle,
                      const OmTissueObstacle* obstacle) {
     const Chain* chain = m->data;
@@ -387,7 +389,7 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const ChainWor
     double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_add(om_load3(m->mesh.x, i), om_load3(w->u, i));
-        if (is_held(s, i)) p = held_place(s, i);  // without rounding
+        if (is_held(s, i)) p = held_place(s, i);  // exactly, without rounding
         om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
         om_store3(x, i, p);
     }

@@ -1,23 +1,23 @@
-// heuristic_spring.c: a spring on every edge of the mesh, as an engine of the matrix kind.
+// heuristic_spring.c: a spring on every edge of the mesh, as an engine with a system matrix.
 //
 // Stiffness after Van Gelder (1998), k = sum E V / l^2 over the elements at the edge. An element's six springs
 // resist a small strain e with V/2 e : C : e, C = sum (k l^2 / V) n n n n: at small strain the network is linear
 // finite elements of that tensor, which depends on the element's shape. Averaged over directions C is isotropic
 // with lambda = mu = S / 15, S = sum k l^2 / V = 6 E (Cauchy's relations), so Poisson's ratio is 1/4 and Young's
-// modulus 5/2 mu = E: with this k, and no other factor, a mesh without preferred directions has the modulus asked
-// for. Lloyd, Szekely and Harders (2007) fit a regular tetrahedron and get 0.96 of it.
+// modulus 5/2 mu = E: with this k, and no other factor, a mesh without preferred directions has the modulus E.
+// Lloyd, Szekely and Harders (2007) fit a regular tetrahedron and get 0.96 E.
 //
-// The tangent of a spring is k (u u^T + t (I - u u^T)), t = 1 - l0 / l; where it is pressed together t < 0 is taken
-// as 0, so A is positive definite at any step and any shape (Baraff and Witkin 1998). Every vertex gathers its row
-// from its own springs: each is looked at from both ends, which gives exact transposes, needs no scratch, no
-// atomics and no colours, and the same bytes for any number of workers.
+// The tangent of a spring is k (u u^T + t (I - u u^T)), t = 1 - l0 / l. In a compressed spring t < 0 is replaced by
+// 0, so that A is positive definite for any step and shape (Baraff and Witkin 1998). Every vertex gathers its row
+// from its own springs. Each spring is evaluated from both ends: this gives exact transposes, needs no scratch,
+// atomics or colours, and the same bytes for any number of workers.
 #include <string.h>
 
 #include "omentum/heuristic.h"
 #include "tissue/tissue_engine.h"
 
-#define COLLAPSED 1e-9  // of the rest length: no direction of its own
-#define NPART 64        // of the vertices, each summed by one worker
+#define COLLAPSED 1e-9  // of the rest length: the spring has no direction of its own
+#define NPART 64        // parts of the vertices, each summed by one worker
 
 typedef struct Springs {  // model->data
     int* adr;             // first spring of each vertex, in the order of its row of A  (nvert + 1)
@@ -69,7 +69,7 @@ static OmStatus springs_create(OmTissueModel* m) {
     OmStatus status = OM_OK;
     Springs* net = om_calloc(1, sizeof *net);
     if (!net) return OM_NO_MEMORY;
-    m->data = net;  // freed with the model, whatever fails below
+    m->data = net;  // freed with the model, also after a failure below
     OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &A));
     OM_ALLOC_DONE(net->adr, m->mesh.nvert + 1);
     for (int i = 0; i <= m->mesh.nvert; ++i) net->adr[i] = A.row_adr[i] - i;
@@ -101,11 +101,11 @@ int om_heuristic_springs(const OmTissueModel* m, const int** adr, const OmSpring
 
 typedef struct Pull {
     OmVec3 u;     // unit direction to the other end
-    double gain;  // length over the one at rest, m
+    double gain;  // length minus rest length, m
     double t;     // of the tangent, k (t I + (1 - t) u u^T)
 } Pull;
 
-// Ends that meet are driven apart along the rest direction, for they have no other.
+// Coinciding ends are pushed apart along the rest direction, because they define no other.
 static Pull look_at(const OmTissueModel* m, const double* x, int i, const OmSpring* s) {
     OmVec3 d = om_sub(om_load3(x, s->vert), om_load3(x, i));
     double l = om_norm(d);

@@ -1,9 +1,10 @@
 // robot_psm.c: kinematics of the da Vinci Research Kit's patient-side manipulator.
 //
 // Link i is Rx(alpha) Tx(a) Rz(theta) Tz(d) (modified Denavit-Hartenberg, Craig); the numbers are those of
-// the dVRK's instrument files. The inverse is closed: the wrist yaw axis z6 is known from the wanted pose,
-// and shaft, wrist and tip lie in one plane with it, p = a x5 + r s with x5 normal to z6, so x5 is the part
-// of p across z6, and r s = p - a x5 gives yaw, pitch and insertion; the rotation left over gives the rest.
+// the dVRK's instrument files. The inverse has a closed form. The wrist yaw axis z6 is known from the
+// wanted pose; shaft, wrist and tip lie in one plane with it: p = a x5 + r s with x5 normal to z6. So x5 is
+// the direction of the part of p normal to z6, and r s = p - a x5 gives yaw, pitch and insertion; the
+// remaining rotation gives roll and wrist.
 #include <string.h>
 
 #include "omentum/robot.h"
@@ -143,7 +144,7 @@ OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_
     sol[1] = asin(fmax(-1, fmin(1, -s.y)));
     sol[0] = atan2(s.x, -s.z);
     sol[2] = r - INSERTION_OFFSET - TOOL_LENGTH;
-    // What rotation is left to roll and wrist.
+    // The remaining rotation, of roll and wrist.
     OmMat3 rx90 = om_quat_to_mat3(om_quat_axis_angle(om_vec3(1, 0, 0), OM_PI / 2));
     OmPsm base = *psm;
     base.pose_world_rcm = om_pose_identity();
@@ -162,7 +163,7 @@ OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip, const double q_
                     om_quat_to_mat3(om_quat_axis_angle(om_vec3(0, 0, 1), sol[4] - OM_PI / 2)));
     OmVec3 x6 = om_mat3_apply_transposed(om_mat3_mul(r4, r5), r36.cx);
     sol[5] = wrap(atan2(-x6.z, x6.x) + OM_PI / 2);
-    // The roll has more than a turn: stay near where it was.
+    // The range of the roll is more than a turn: choose the angle nearest to the previous one.
     sol[3] += 2 * OM_PI * round((q_near[3] - sol[3]) / (2 * OM_PI));
     if (sol[3] > psm->q_max[3]) sol[3] -= 2 * OM_PI;
     if (sol[3] < psm->q_min[3]) sol[3] += 2 * OM_PI;

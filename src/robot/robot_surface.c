@@ -1,11 +1,11 @@
-// robot_surface.c: the shape of a tool for pictures: a shaft, a wrist, and two jaws that open.
+// robot_surface.c: the surface of a tool for pictures: a shaft, a wrist, and two jaws that open.
 #include <string.h>
 
 #include "omentum/robot.h"
 
 #define NSECTOR 12
 #define SHAFT_RADIUS 0.0042  // m
-#define SHAFT_LENGTH 0.25    // m, drawn up from the wrist
+#define SHAFT_LENGTH 0.25    // m, drawn length above the wrist
 #define JAW_LENGTH 0.011     // m
 #define JAW_WIDTH 0.0022     // m, half width at the root
 #define NVERT (4 * NSECTOR + 2 * 8)

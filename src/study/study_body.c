@@ -1,14 +1,15 @@
-// study_body.c: bodies as functions, and their meshes of a wanted number of elements.
+// study_body.c: bodies as functions, and their meshes with a given number of elements.
 //
-// The number of elements goes with edge^-3 but for the surface; a secant search in logarithms finds the edge
-// in a few meshes. Isosurface stuffing places whole lattice cells, so the last percent is left to chance.
+// The number of elements is proportional to edge^-3 up to surface effects; a secant search in logarithms
+// finds the edge in a few meshes. Isosurface stuffing places whole lattice cells, so the last percent cannot
+// be chosen.
 #include <math.h>
 #include <string.h>
 
 #include "omentum/shape_meshing.h"
 #include "study/study_internal.h"
 
-#define MESH_TOLERANCE 0.01  // of the number of elements
+#define MESH_TOLERANCE 0.01  // relative error of the number of elements
 #define MAX_TRY 10
 
 double om_study_body_eval(const OmStudyBody* body, OmVec3 p) {
@@ -28,20 +29,20 @@ int om_study_count_outside(const OmStudyBody* body) { return body->noutside; }
 void om_study_body_destroy(OmStudyBody* body) {
     if (!body) return;
     om_sdf_done(&body->sdf);
-    om_free(body->held);
+    om_free(body->attached);
     om_free(body);
 }
 
 // ---- meshes ---------------------------------------------------------------------------------------
 
-// Name the vertices of the boundary that are held.
+// Name the attached vertices of the boundary.
 static OmStatus add_attachment(const OmStudyBody* body, double edge, OmTetMesh* mesh) {
     OmSurface surface = {0};
     int *vert = NULL, n = 0;
     OmStatus status = om_tet_mesh_boundary(mesh, &surface, &vert);
     if (status < 0) goto done;
     for (int i = 0; i < surface.nvert; ++i)
-        if (om__study_is_held(body, om_load3(surface.x, i), edge)) vert[n++] = vert[i];
+        if (om__study_is_attached(body, om_load3(surface.x, i), edge)) vert[n++] = vert[i];
     OM_CHECK_DONE(n > 0, OM_INVALID, "study: no vertex of a mesh of %d elements is held",
                   mesh->ntet);
     status = om_tet_mesh_add_set(mesh, "attachment", vert, n);
@@ -88,7 +89,8 @@ OmStatus om_study_body_mesh(const OmStudyBody* body, int ntet, int nworker, OmTe
         }
         double slope =
             k > 0 && log_edge != last_edge ? (miss - last_miss) / (log_edge - last_edge) : -3;
-        if (!(slope < -1.5 && slope > -6)) slope = -3;  // whole cells make the count jump
+        // the number of elements jumps by whole cells
+        if (!(slope < -1.5 && slope > -6)) slope = -3;
         last_edge = log_edge;
         last_miss = miss;
         log_edge -= miss / slope;

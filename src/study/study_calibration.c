@@ -1,28 +1,28 @@
-// study_calibration.c: cluster parameters of particles, found on a box of gel and fine-tuned on a breast.
+// study_calibration.c: cluster parameters of particles: a search on a box of gel, then fine-tuning on a breast.
 //
 //   DIR/gel, DIR/breast               truth, meshes and finite elements, as in study_contact.c; those of the breast
 //                                     may be a contact study's
 //   DIR/gel/search-HASH, DIR/breast/search-HASH   journal and report of each search
 //   DIR/report.html, study.json, errors.csv
 //
-// Thesis 3.5.1 and Fig. 3.6: a global search on the gel, then a local one on a single lesion of the breast from
-// where the gel left off, within 40 % of the range; the other lesions test it. A model follows the particle that
-// is nearest to the lesion's contour point at rest; how far they are apart is known before anything is pressed
-// and is taken off: an error is a difference of displacements. The thesis compares positions, which adds up to
-// half a cell's diagonal that no parameter can mend.
+// Thesis 3.5.1 and Fig. 3.6: a global search on the gel, then from its result a local one on a single lesion of
+// the breast, within 40 % of the range; the other lesions are the test. A model follows the particle that is
+// nearest to the lesion's contour point at rest. The distance between them at rest is known and is subtracted:
+// an error is a difference of displacements. The thesis compares positions, which adds up to half a cell's
+// diagonal that no parameter can remove.
 //
-// Truth is never particles: it is the contact study's, quadratic tetrahedra and the noise of the tracking. The
-// acquisitions of a bead share the truth and differ by noise.
+// The truth is never computed with particles: it is the contact study's, quadratic tetrahedra with the noise
+// of the tracking. The acquisitions of a bead have the same truth and differ in their noise.
 #include <math.h>
 #include <string.h>
 
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1ca1bu
-#define VERSION 2       // of the model held against truth
-#define BAR 1.5         // times the error of finite elements
-#define COUNTS_FROM 1   // of depths: 15 mm
-#define GEL_LAST 0.020  // m
+#define VERSION 2       // of the model that is compared with the truth
+#define BAR 1.5         // largest error, relative to that of finite elements
+#define COUNTS_FROM 1   // index of the first depth that counts: 15 mm
+#define GEL_LAST 0.020  // m, deepest indentation of the gel
 
 const char* const om__study_by_name[NBY] = {"particles_gel", "particles_tuned", "prescribed",
                                             "penalty", "rigid"};
@@ -109,7 +109,8 @@ static void add_params(OmCalibrationDef* search, const double* start) {
     search->param[0].unit = search->param[1].unit = 1e-3;
 }
 
-// Find the parameters on the plan's lesions, from `start`; a search that ends by its budget is an answer too.
+// Search the parameters on the plan's lesions, from `start`; the result of a search that used up
+// its budget counts too.
 static OmStatus find(StudyFit* fit, const StudyPlan* plan, const double* start, bool is_global,
                      const OmProgress* progress) {
     const OmStudyCalibrationDef* def = fit->def;
@@ -200,7 +201,7 @@ static void summarise(StudyCalibration* s) {
 
 // ---- the study ------------------------------------------------------------------------------------
 
-// Truth, finite elements if `has_fe`, and particles of a body.
+// Compute truth, finite elements if `has_fe`, and particles of a body.
 static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* word, bool has_fe,
                          const OmProgress* progress, StudyFit* fit) {
     const char* dir = has_fe && def->truth_dir ? def->truth_dir : fit->dir;
@@ -215,7 +216,7 @@ static OmStatus open_fit(const OmStudyCalibrationDef* def, const char* word, boo
     c->nworker = def->nworker;
     for (int m = 0; m < OM_STUDY_NMETHOD; ++m)
         c->has_method[m] = has_fe && m != OM_PRESS_MULTIPLIERS;
-    if (!has_fe)  // the gel goes to 20 mm
+    if (!has_fe)  // the gel is pressed to 20 mm
         for (int k = 0; k < OM_STUDY_NDEPTH; ++k) c->depth[k] = GEL_LAST / 4 * (k + 1);
     for (int i = 0; i < fit->body->nlesion; ++i)
         snprintf(fit->name[i], sizeof fit->name[i], "%s %d", word, i + 1);

@@ -132,7 +132,7 @@ static void add_parameters(const StudyCalibration* s, OmReport* report) {
         "Parameters belong to the particles they were found with: the thesis's are those of another program.");
 }
 
-// What one lesion determines of the parameters.
+// How well each lesion determines the parameters.
 static void add_sensitivity(const StudyCalibration* s, OmReport* report) {
     static const char* const heading[] = {"fine-tuned", "best", "between",
                                           "determined by one lesion"};
@@ -186,7 +186,7 @@ static void add_beads(const StudyCalibration* s, OmReport* report) {
                         "acquisitions. An empty cell: the truth found no equilibrium there.");
 }
 
-// Table 3.6 of one method; returns through the report.
+// Table 3.6 of one method; the status is kept in the report.
 static void add_lesions(const StudyCalibration* s, StudyBy by, OmReport* report) {
     const char* heading[NDEPTH + 2] = {"lesion"};
     char name[NDEPTH][WORD], text[MAX_ROW][NDEPTH + 2][WORD], title[96];

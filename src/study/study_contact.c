@@ -1,12 +1,12 @@
 // study_contact.c: the contact study from a definition to its report.
 //
 //   DIR/meshes/NNNNNN.vtu            a mesh, kept between runs of the program
-//   DIR/truth/lesion-NN.json         where a lesion really goes
-//   DIR/runs/METHOD-NNNNNN-NN.json   one run: method, elements wanted, lesion
+//   DIR/truth/lesion-NN.json         displacement of a lesion, computed as the truth
+//   DIR/runs/METHOD-NNNNNN-NN.json   one run: method, requested elements, lesion
 //   DIR/report.html, study.json, runs.csv, errors.csv
 //
-// Each file appears whole or not at all and carries a hash of everything it depends on. What is there and
-// has the right hash is not done again: a study that was killed goes on with the run it was at.
+// Each file is written atomically and contains a hash of everything it depends on. A file with the right
+// hash is not computed again: a killed study continues with the run that was interrupted.
 #include <math.h>
 #include <string.h>
 
@@ -15,9 +15,9 @@
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1c027u
-// Elements of a mesh over triangles of its boundary that can be in contact.
+// Ratio of a mesh's elements to the triangles of its boundary that can be in contact.
 #define SURFACE_NTET 6.555
-#define VERSION 2  // of what a run's result depends on besides the definition
+#define VERSION 2  // part of the hash of a run, besides the definition
 
 OmStudyContactDef om_study_contact_default_def(const OmStudyBody* body, const char* out_dir) {
     OmStudyContactDef def = {
@@ -103,12 +103,12 @@ uint64_t om__study_hash_body(const OmStudyBody* body) {
     if (body->is_file) {
         size_t n = (size_t)body->sdf.dim[0] * (size_t)body->sdf.dim[1] * (size_t)body->sdf.dim[2];
         hash = om_hash(body->sdf.d, n * sizeof *body->sdf.d, hash);
-        hash = hash_numbers(hash, body->held, 3 * body->nheld);
+        hash = hash_numbers(hash, body->attached, 3 * body->nattached);
     }
     return hash;
 }
 
-// Of the body, the material and the path: what runs and truth both depend on.
+// Hash of body, material and path: inputs of both runs and truth.
 uint64_t om__study_hash_task(const OmStudyContactDef* def) {
     const OmMaterial* m = &def->material;
     const double value[] = {VERSION, m->young, m->poisson, m->law,     m->volumetric, m->bulk,
@@ -129,7 +129,7 @@ static uint64_t hash_run(const OmStudyContactDef* def, int lesion) {
     return hash_numbers(om__study_hash_task(def), value, 16);
 }
 
-// ---- the study at work ----------------------------------------------------------------------------
+// ---- running the study ----------------------------------------------------------------------------
 
 OmStatus om__study_path(const OmStudyContactDef* def, char* out, size_t size, const char* format,
                         ...) {
@@ -196,7 +196,7 @@ static OmStatus run_path(const Study* s, const StudyRun* run, char* path, size_t
                           om__study_method_name[run->method], run->resolution, run->lesion + 1);
 }
 
-// The run's file if it is there and whole; a run that is not is made again.
+// Read the run's file if it is valid; otherwise compute the run again.
 static OmStatus find_run(Study* s, StudyRun* run) {
     char path[1024];
     OM_TRY(run_path(s, run, path, sizeof path));
@@ -258,7 +258,7 @@ static OmStatus make_truth(Study* s, const bool* is_found) {
         status = om__study_truth_solve(truth, i, s->progress, &s->truth[i]);
         if (status == OM_OK) status = truth_path(s, i, path, sizeof path);
         if (status == OM_OK) status = om__study_save_truth(&s->truth[i], path);
-        // as the next start of the study will find it, to the last digit
+        // rounded as in the file, so that the next start of the study has the same numbers
         if (status == OM_OK) status = om__study_load_truth(path, &s->truth[i]);
     }
     om__study_truth_destroy(truth);

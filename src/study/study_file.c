@@ -1,9 +1,8 @@
 // study_file.c: bodies from a mesh file and a list of lesions.
 //
-// The mesh is not used as it is: its boundary becomes a distance field, from which the study makes meshes
-// of its own at every resolution. The probe comes from above: the last surface point over a lesion along
-// `up` gives the normal, which is the way of the probe, and the highest of the surface under its face is
-// where it first touches.
+// The boundary of the mesh becomes a distance field, from which the study makes its own meshes at every
+// resolution. The probe comes from above: the last surface point over a lesion along `up` gives the
+// normal, and the probe moves against it. First contact is at the highest surface point under its face.
 #include <math.h>
 #include <string.h>
 
@@ -11,27 +10,28 @@
 #include "study/study_internal.h"
 
 #define NODE_ALONG_BOX 100  // nodes of the field along the longest side of the body
-#define BASE_SHARE 0.02     // of the height: what is held if the file does not say
+#define BASE_FRACTION 0.02  // fraction of the height that is attached if the file does not say
 #define MAX_LESION_FILE (1 << 20)
 #define DEFAULT_RADIUS 0.003
-#define MOST_SHARE 0.6   // of the tissue under the probe's face, through which it is pressed
-#define FACE_SAMPLES 21  // along the probe's long side, for the first touch
+// largest indentation, as a fraction of the tissue thickness under the probe's face
+#define MAX_FRACTION 0.6
+#define FACE_SAMPLES 21  // samples along the probe's long side, to find the first contact
 
-// ---- where it is held -----------------------------------------------------------------------------
+// ---- attachment -----------------------------------------------------------------------------------
 
-bool om__study_is_held(const OmStudyBody* body, OmVec3 p, double edge) {
+bool om__study_is_attached(const OmStudyBody* body, OmVec3 p, double edge) {
     if (!body->is_file) return p.z < 1e-3 * edge;
-    if (!body->nheld) {
-        double depth = fmax(BASE_SHARE * (body->high - body->low), 0.25 * edge);
+    if (!body->nattached) {
+        double depth = fmax(BASE_FRACTION * (body->high - body->low), 0.25 * edge);
         return om_dot(body->up, p) < body->low + depth;
     }
-    for (int i = 0; i < body->nheld; ++i)
-        if (om_distance(p, om_load3(body->held, i)) < body->held_reach) return true;
+    for (int i = 0; i < body->nattached; ++i)
+        if (om_distance(p, om_load3(body->attached, i)) < body->attached_reach) return true;
     return false;
 }
 
-static OmStatus keep_held(OmStudyBody* body, const OmTetMesh* mesh, const OmSurface* surface,
-                          const int* surface_vert) {
+static OmStatus keep_attached(OmStudyBody* body, const OmTetMesh* mesh, const OmSurface* surface,
+                              const int* surface_vert) {
     const OmMeshSet* set = om_tet_mesh_find_set(mesh, "attachment");
     if (!set) return OM_OK;
     unsigned char* in = om_calloc((size_t)mesh->nvert, 1);
@@ -41,12 +41,13 @@ static OmStatus keep_held(OmStudyBody* body, const OmTetMesh* mesh, const OmSurf
     for (int i = 0; i < surface->ntri; ++i)
         sum += om_distance(om_load3(surface->x, surface->tri_vert[3 * i]),
                            om_load3(surface->x, surface->tri_vert[3 * i + 1]));
-    body->held_reach = 0.75 * sum / surface->ntri;
-    body->held = om_alloc(3 * (size_t)surface->nvert, sizeof *body->held);
-    for (int i = 0; body->held && i < surface->nvert; ++i)
-        if (in[surface_vert[i]]) om_store3(body->held, body->nheld++, om_load3(surface->x, i));
+    body->attached_reach = 0.75 * sum / surface->ntri;
+    body->attached = om_alloc(3 * (size_t)surface->nvert, sizeof *body->attached);
+    for (int i = 0; body->attached && i < surface->nvert; ++i)
+        if (in[surface_vert[i]])
+            om_store3(body->attached, body->nattached++, om_load3(surface->x, i));
     om_free(in);
-    return body->held ? OM_OK : OM_NO_MEMORY;
+    return body->attached ? OM_OK : OM_NO_MEMORY;
 }
 
 // ---- the solid ------------------------------------------------------------------------------------
@@ -67,7 +68,7 @@ static OmStatus load_solid(OmStudyBody* body, const char* path, double unit) {
         body->low = fmin(body->low, om_dot(body->up, p));
         body->high = fmax(body->high, om_dot(body->up, p));
     }
-    OM_TRY_DONE(keep_held(body, &mesh, &surface, vert));
+    OM_TRY_DONE(keep_attached(body, &mesh, &surface, vert));
     OmVec3 size = om_sub(body->hi, body->lo);
     OmSdfDef def = om_sdf_default_def(fmax(size.x, fmax(size.y, size.z)) / NODE_ALONG_BOX);
     OM_TRY_DONE(om_sdf_from_surface(&surface, &def, &body->sdf));
@@ -80,7 +81,7 @@ done:
 
 // ---- lesions --------------------------------------------------------------------------------------
 
-// Distance from p along the unit vector d to where the ray last leaves the body.
+// Distance from p along the unit vector d to the point where the ray last leaves the body.
 static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = end;
     while (t > 0 && om_study_body_eval(body, om_madd(p, t, d)) > 0) t -= step;
@@ -92,15 +93,16 @@ static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     return in;
 }
 
-// Distance from p, inside, along the unit vector d to where the ray first leaves the body.
+// Distance from p, inside, along the unit vector d to the point where the ray first leaves the body.
 static double first_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
     double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = step;
     while (t < end && om_study_body_eval(body, om_madd(p, t, d)) < 0) t += step;
     return t;
 }
 
-// Choose the way of the probe over a lesion, where its face first touches, and how far it may go: rays along the
-// normal, on a grid over the face, find the highest of the body and what is held below. A thin place bends away.
+// Choose the probe's direction over a lesion, the position of first contact, and the largest depth. Rays along
+// the normal, on a grid over the face, find the highest point of the body and the attached points below. A thin
+// part would bend instead of being compressed, so it is avoided.
 static void aim(const OmStudyBody* body, OmStudyLesion* l) {
     OmVec3 above = om_madd(l->center, last_exit(body, l->center, body->up), body->up), slope;
     om_sdf_eval(&body->sdf, above, &slope);
@@ -118,12 +120,12 @@ static void aim(const OmStudyBody* body, OmStudyLesion* l) {
             if (t < -0.5 * reach + 1e-9) continue;
             height = fmax(height, t);
             double low = t - edge - first_exit(body, om_madd(p, t - edge, l->normal), down);
-            bool is_held = om__study_is_held(body, om_madd(p, low, l->normal), 4 * edge);
-            if (is_held) bottom = fmax(bottom, low);
+            bool is_attached = om__study_is_attached(body, om_madd(p, low, l->normal), 4 * edge);
+            if (is_attached) bottom = fmax(bottom, low);
         }
     }
     l->touch = om_madd(l->center, height, l->normal);
-    l->max = MOST_SHARE * (height - bottom);
+    l->max = MAX_FRACTION * (height - bottom);
 }
 
 static OmStatus read_lesion(const char** at, const char* end, double unit, OmStudyLesion* l,

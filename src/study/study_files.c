@@ -1,4 +1,4 @@
-// study_files.c: the study's numbers for programs: study.json, runs.csv, errors.csv.
+// study_files.c: the study's results for programs: study.json, runs.csv, errors.csv.
 #include <math.h>
 
 #include "study/study_internal.h"
@@ -145,7 +145,7 @@ static OmStatus write_json(const Study* s, const StudyScore* score) {
     return om_json_save(&json, path);
 }
 
-// A line of CSV; every field is a number or a word, but the reason, which is quoted.
+// A line of CSV; every field is a number or a word, except the reason, which is quoted.
 static OmStatus write_runs(const Study* s) {
     OmText t = {0};
     OmStatus status = om_text_append(
@@ -188,7 +188,7 @@ static OmStatus write_errors(const Study* s) {
         om_text_append(&t, "method,elements_wanted,elements,lesion,depth_mm,error_mm\n");
     for (int i = 0; i < s->nrun && status == OM_OK; ++i) {
         const StudyRun* r = &s->run[i];
-        // the truth may end before the path does: no error there
+        // the truth may end before the path: no error there
         int n = r->nreached < s->truth[r->lesion].ndepth ? r->nreached : s->truth[r->lesion].ndepth;
         for (int d = 0; d < n && status == OM_OK; ++d)
             status = om_text_append(&t, "%s,%d,%d,%d,%g,%.5f\n", om__study_method_name[r->method],

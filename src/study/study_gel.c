@@ -5,11 +5,11 @@
 //     |                                     (  o  )<|--- 63      heights are those of the beads' tops, which
 //     |                    (  o  )<-----------------|--- 53      are the points that images show
 //     |    (  o  )<---------------------------------|--- 47
-//     '---------------------------------------------' z = 0, held
+//     '---------------------------------------------' z = 0, attached
 //
-// The thesis gives heights of 47, 53 and 63 mm and no more. A bead of 18 mm with its centre at 63 mm would
-// stick out of a box of 70 mm, so they are read as the heights of the tops. Beads are 45 mm apart in the
-// middle plane, the probe's long side lies across: it is never near two of them.
+// The thesis gives only the heights 47, 53 and 63 mm. A bead of 18 mm with its centre at 63 mm would stick
+// out of a box of 70 mm, so they are taken as the heights of the tops. Beads are 45 mm apart in the middle
+// plane and the probe's long side is normal to it, so that it is never near two of them.
 #include <math.h>
 
 #include "study/study_internal.h"
@@ -19,7 +19,7 @@
 #define SIDE_Z 0.070
 #define BEAD_RADIUS 0.009
 #define BEAD_APART 0.045
-#define MOST 0.020  // m, of the last indentation
+#define MAX_DEPTH 0.020  // m, deepest indentation
 
 double om__study_eval_box(const OmStudyBody* body, OmVec3 p) {
     OmVec3 h = body->half;
@@ -44,7 +44,7 @@ OmStatus om_study_body_create_gel(OmStudyBody** out) {
         l->touch = om_vec3(l->center.x, 0, SIDE_Z);
         l->normal = body->up;
         l->along = om_vec3(0, 1, 0);
-        l->max = MOST;
+        l->max = MAX_DEPTH;
     }
     *out = body;
     return OM_OK;

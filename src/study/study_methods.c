@@ -1,10 +1,10 @@
 // study_methods.c: finite elements, particles and a trained network press over the same lesions.
 //
 // Finite elements are the contact study's runs by prescribed displacement. Particles are pressed along the same paths
-// with the parameters that the calibration study found. The network is asked at every step of the path: nodes of
-// its skin under the probe's face go where the probe goes. A lesion's contour point is carried by whatever element
-// it lies in. Stability is the share of the path before a value is not finite or an element inverted; a network
-// answers on after that, and its errors count.
+// with the parameters that the calibration study found. The network is evaluated at every step of the path: its
+// surface nodes under the probe's face move with the probe. A lesion's contour point moves with the element that
+// contains it. Stability is the fraction of the path before a value is not finite or an element is inverted; a
+// network continues after that, and its errors count.
 #include <math.h>
 #include <string.h>
 
@@ -12,8 +12,8 @@
 #include "study/study_internal.h"
 
 #define COOKIE 0x57d1ca2bu
-#define BAR 0.3e-3  // m, of the network's error above that of finite elements
-#define FIT 0.1     // of the phantom's size, by which the network's organ may differ
+#define BAR 0.3e-3  // m, largest difference of the network's error to that of finite elements
+#define FIT 0.1     // of the phantom's size: largest difference of the network's organ
 
 const char* const om__study_method_by_name[OM_STUDY_NBY] = {"finite_elements", "particles", "umesh",
                                                             "rigid"};
@@ -81,7 +81,8 @@ static OmStatus score_fe(StudyMethods* s) {
         for (int i = 0; i < run->nrecord; ++i) ms[num++] = run->step[i].ms;
         s->stability[OM_STUDY_FE][l] = (double)run->ndone / run->nstep;
         s->stability[OM_STUDY_RIGID][l] = 1;
-        s->stability[OM_STUDY_PARTICLES][l] = study->truth[l].ndepth ? 0 : -1;  // not pressed there
+        // the path was not computed
+        s->stability[OM_STUDY_PARTICLES][l] = study->truth[l].ndepth ? 0 : -1;
         for (int k = 0; k < study->truth[l].ndepth; ++k) {
             OmVec3 x = om__study_measured_contour(study->def, &study->truth[l], k);
             OmVec3 rigid =
@@ -98,7 +99,7 @@ static OmStatus score_fe(StudyMethods* s) {
 
 // ---- particles ------------------------------------------------------------------------------------
 
-// Lesion by lesion: one path that fails leaves the others their errors.
+// One lesion at a time, so that a failed path leaves the errors of the others.
 static OmStatus score_particles(StudyMethods* s) {
     const OmStudyMethodsDef* def = s->def;
     double begin = om_clock_now(), steps = 0;
@@ -121,29 +122,29 @@ static OmStatus score_particles(StudyMethods* s) {
 
 // ---- the network ----------------------------------------------------------------------------------
 
-typedef struct Asked {  // the network at one lesion
+typedef struct NetPath {  // the network at one lesion
     OmUmeshPredictor* predictor;
     const OmUmeshGrid* grid;
-    OmFemSolid* solid;  // of the grid
+    OmFemSolid* solid;  // elements of the grid
     unsigned char* mask;
     float* u;
     double* x;
-    int elem;  // where the contour point is
+    int elem;  // element that contains the contour point
     double weight[8];
-} Asked;
+} NetPath;
 
-// Is an element turned inside out at one of its 2 x 2 x 2 points, where finite elements evaluate the law? (Corners are
-// no measure: those of the elements that the network learnt from turn over at 15 to 20 mm.)
-static bool has_inverted(const Asked* a) {
+// Is an element inverted at one of its 2 x 2 x 2 points, where finite elements evaluate the law? (Corners are no
+// criterion: corners of the elements in the training data are inverted at 15 to 20 mm.)
+static bool has_inverted(const NetPath* a) {
     const OmFemMesh* mesh = &a->grid->mesh;
     for (int i = 0; i < 3 * mesh->nnode; ++i) a->x[i] = mesh->x[i] + (double)a->u[i];
     return !(om_fem_eval_volume(a->solid, a->x, NULL) > 0);
 }
 
-static OmStatus ask(Asked* a, const OmStudyLesion* lesion, double depth, OmVec3* contour,
-                    OmUmeshTrust* trust) {
-    OmVec3 way = om_scale(-depth, lesion->normal);
-    const double value[3] = {way.x, way.y, way.z};
+static OmStatus eval_net(NetPath* a, const OmStudyLesion* lesion, double depth, OmVec3* contour,
+                         OmUmeshTrust* trust) {
+    OmVec3 move = om_scale(-depth, lesion->normal);
+    const double value[3] = {move.x, move.y, move.z};
     for (int i = 0; i < a->grid->mesh.nnode; ++i)
         for (int c = 0; c < 3; ++c) a->u[3 * i + c] = a->mask[i] ? (float)value[c] : 0;
     OM_TRY(om_umesh_predict(a->predictor, a->mask, a->u, trust));
@@ -155,7 +156,7 @@ static OmStatus ask(Asked* a, const OmStudyLesion* lesion, double depth, OmVec3*
     return OM_OK;
 }
 
-static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* nms) {
+static OmStatus press_umesh(StudyMethods* s, NetPath* a, int l, double* ms, int* nms) {
     const Study* study = &s->fit.study;
     const OmStudyLesion* lesion = &s->fit.body->lesion[l];
     OmUmeshPatch patch = om_umesh_patch_default(lesion->touch, lesion->normal, lesion->along);
@@ -173,14 +174,14 @@ static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* n
     double last = fmin(study->def->depth[OM_STUDY_NDEPTH - 1], lesion->max);
     for (int step = 0; step < nstep; ++step) {
         double begin = om_clock_now();
-        OM_TRY(ask(a, lesion, last * (step + 1) / nstep, &contour, &trust));
+        OM_TRY(eval_net(a, lesion, last * (step + 1) / nstep, &contour, &trust));
         ms[(*nms)++] = 1e3 * (om_clock_now() - begin);
         is_whole = is_whole && om_is_finite3(contour) && !has_inverted(a);
         nwhole += is_whole;
     }
     s->stability[OM_STUDY_UMESH][l] = (double)nwhole / nstep;
     for (int k = 0; k < study->truth[l].ndepth; ++k) {
-        OM_TRY(ask(a, lesion, study->def->depth[k], &contour, &trust));
+        OM_TRY(eval_net(a, lesion, study->def->depth[k], &contour, &trust));
         s->error[OM_STUDY_UMESH][l][k] =
             om_distance(contour, om__study_measured_contour(study->def, &study->truth[l], k));
         s->is_outside[l][k] = !trust.is_inside;
@@ -188,7 +189,7 @@ static OmStatus press_umesh(StudyMethods* s, Asked* a, int l, double* ms, int* n
     return OM_OK;
 }
 
-// The network's organ must lie where the phantom does.
+// The network's organ must lie in the same place as the phantom.
 static OmStatus check_organ(const StudyMethods* s, const OmUmeshGrid* g) {
     const OmStudyBody* body = s->fit.body;
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
@@ -217,7 +218,7 @@ static void describe(StudyMethods* s, const OmUmeshNet* net) {
 
 static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
     OmStatus status = OM_OK;
-    Asked a = {0};
+    NetPath a = {0};
     double* ms = NULL;
     int num = 0;
     a.grid = om_umesh_net_grid(net);
@@ -226,7 +227,8 @@ static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
     OM_ALLOC_DONE(a.mask, a.grid->mesh.nnode);
     OM_ALLOC_DONE(a.u, 3 * (size_t)a.grid->mesh.nnode);
     OM_ALLOC_DONE(a.x, 3 * (size_t)a.grid->mesh.nnode);
-    OmMaterial material = {.law = OM_LINEAR, .young = 1, .poisson = 0.45};  // volumes know no law
+    // any law: only volumes are computed
+    OmMaterial material = {.law = OM_LINEAR, .young = 1, .poisson = 0.45};
     OmFemDef solid = om_fem_default_def(&a.grid->mesh, 1, &material);
     OM_TRY_DONE(om_fem_create(&solid, &a.solid));
     OM_ALLOC_DONE(ms, OM_STUDY_MAX_LESION * OM_STUDY_MAX_STEP);
@@ -294,7 +296,7 @@ static OmStatus open_fit(StudyMethods* s, const OmUmeshNet* net, const OmProgres
     s->particles.nworker = def->nworker;
     s->fit.def = &s->particles;
     OM_TRY(om_study_body_create_phantom(def->nlesion, 1, &s->fit.body));
-    OM_TRY(check_organ(s, om_umesh_net_grid(net)));  // before the truth takes minutes
+    OM_TRY(check_organ(s, om_umesh_net_grid(net)));  // check before the truth, which takes minutes
     *c = om_study_contact_default_def(s->fit.body, def->truth_dir ? def->truth_dir : def->out_dir);
     c->nresolution = 1;
     c->resolution[0] = def->fe_ntet;

@@ -165,7 +165,7 @@ static void add_lesions(const StudyMethods* s, OmStudyMethod by, OmReport* repor
     om_report_table(report, heading, NDEPTH + 1, cell[0], s->def->nlesion);
 }
 
-// Table 3.7 as statements with their numbers.
+// The statements of Table 3.7 with their numbers.
 static void add_statements(const StudyMethods* s, OmReport* report) {
     static const char* const heading[] = {"", "finite elements", "particles", "U-Mesh"};
     const OmStudyMethodResult* r = s->sum.by;

@@ -1,11 +1,11 @@
-// study_particles.c: particles pressed by the probe, held against the truth of a body.
+// study_particles.c: particles pressed by the probe, compared with the truth of a body.
 #include <math.h>
 
 #include "omentum/pbd.h"
 #include "study/study_internal.h"
 
-// A model of these parameters. Clusters that leave particles out are no model, nor are those so small that
-// neighbours share none: the body would fall to pieces.
+// Build a model with these parameters. It is refused if clusters leave particles out, or are so small that
+// neighbours have no particle in common: the body would fall apart.
 static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel** model) {
     const StudyFit* fit = ctx;
     *model = NULL;
@@ -27,18 +27,18 @@ static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel
     return status == OM_INVALID ? OM_UNSAT : status;
 }
 
-// The lattice inside the body, its lowest layer held.
+// The lattice of particles inside the body; its lowest layer is fixed.
 OmStatus om__study_make_particles(StudyFit* fit) {
     OmTetMesh* p = &fit->particles;
     OM_TRY(om_pbd_sample_surface(&fit->study.surface, fit->def->spacing, p, &fit->volume));
     double low = HUGE_VAL;
-    int n = 0, *held = om_alloc((size_t)p->nvert, sizeof *held);
-    if (!held) return OM_NO_MEMORY;
+    int n = 0, *fixed = om_alloc((size_t)p->nvert, sizeof *fixed);
+    if (!fixed) return OM_NO_MEMORY;
     for (int i = 0; i < p->nvert; ++i) low = fmin(low, om_load3(p->x, i).z);
     for (int i = 0; i < p->nvert; ++i)
-        if (om_load3(p->x, i).z < low + 0.5 * fit->def->spacing) held[n++] = i;
-    OmStatus status = om_tet_mesh_add_set(p, "attachment", held, n);
-    om_free(held);
+        if (om_load3(p->x, i).z < low + 0.5 * fit->def->spacing) fixed[n++] = i;
+    OmStatus status = om_tet_mesh_add_set(p, "attachment", fixed, n);
+    om_free(fixed);
     return status;
 }
 

@@ -5,11 +5,11 @@
 //              .-'   s   `-.        s = h (sin t cos f, sin t sin f, cos t), t <= 30 degrees
 //            .'      | d    `.      lesion at s - d n, d its depth
 //           /        o        \     n ~ s / h^2, outward normal at s
-//          |___________________|    z = 0, held
+//          |___________________|    z = 0, attached
 //
-// The outline is OM_PHANTOM_HALF. The body is convex, so the probe's flat face first touches at s itself, and
-// at every lesion more than 60 mm of tissue lie under the probe along its way. Depths and diameters are
-// stratified: whatever the seed, lesions are spread over 10-35 mm and 5-10 mm.
+// The outline is OM_PHANTOM_HALF. The body is convex, so the probe's flat face has first contact at s, and at
+// every lesion more than 60 mm of tissue lie under the probe along its path. Depths and diameters are
+// stratified: for any seed, lesions cover 10-35 mm and 5-10 mm.
 #include <math.h>
 #include <string.h>
 
@@ -78,7 +78,7 @@ static OmStatus place_lesions(OmStudyBody* body, int nlesion, uint64_t seed) {
         OmStudyLesion l;
         int ntry = 0;
         do {
-            // even over the cap of the sphere that the parameters belong to
+            // uniform over the cap of the unit sphere of parameters
             double tilt = acos(om_rng_range(&rng, cos(MAX_TILT), 1));
             double turn = om_rng_range(&rng, 0, 2 * OM_PI);
             l = lesion_at(body->half, tilt, turn, d, r);

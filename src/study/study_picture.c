@@ -1,4 +1,4 @@
-// study_picture.c: pictures for the report: the body with the probe, cut open, and its meshes.
+// study_picture.c: pictures for the report: the body, cut open, with the probe; its meshes.
 #include <math.h>
 #include <string.h>
 
@@ -111,9 +111,9 @@ static OmStatus view_end(View* v, OmReport* report, const char* caption) {
     return status;
 }
 
-// ---- what is shown --------------------------------------------------------------------------------
+// ---- scenes -----------------------------------------------------------------------------------------
 
-// The body as a run left it, cut along the probe's long side, with the lesions where the model has them.
+// The body at the end of a run, cut along the probe's long side, with the lesions at the model's positions.
 static OmStatus add_cut(const Study* s, const StudyStage* stage, const OmStudyLesion* lesion,
                         double depth, OmReport* report) {
     View v = {.s = s};
@@ -169,7 +169,7 @@ done:
     return status;
 }
 
-// The first lesion pressed once more, on a mesh that takes about a second.
+// Repeat the run of the first lesion, on a mesh that takes about a second.
 static OmStatus add_pressed(const Study* s, OmReport* report) {
     const OmStudyContactDef* def = s->def;
     StudyStage stage = {.probe = s->probe, .surface = &s->surface};

@@ -1,9 +1,9 @@
-// study_press.c: one experiment: the probe goes down over one lesion, step by step, until the last depth or
-// the first step that does not count.
+// study_press.c: one experiment: the probe is pressed over one lesion, step by step, until the last depth
+// or the first step that misses a criterion.
 //
-// A step counts if it was solved to the residual asked for, no element is inverted, and no point of the
-// contact surface is deeper in the probe than allowed. Sub-steps are part of the step's time. What is
-// timed is om_press_step alone; checks and records come after the clock has stopped.
+// Criteria of a step: its residual is below the tolerance, no element is inverted, and no point of the
+// contact surface is deeper in the probe than allowed. The time of a step includes its sub-steps. Only
+// om_press_step is timed, not checks and records.
 #include <math.h>
 #include <string.h>
 
@@ -51,7 +51,7 @@ void om__study_stage_done(StudyStage* stage) {
     stage->model = NULL;
 }
 
-// Everything that a step has to meet; the reason if it does not.
+// Check the criteria of a step; writes the reason if it misses one.
 static OmStatus check_step(const StudyStage* stage, const OmPressReport* report, double* volume,
                            StudyRun* run) {
     const OmStudyContactDef* def = stage->def;
@@ -84,7 +84,7 @@ static OmStatus take_step(StudyStage* stage, OmPress* press, const OmStudyLesion
                                     def->time_step, &report);
     StudyStep* step = &run->step[run->nrecord++];
     step->ms = 1e3 * (om_clock_now() - begin);
-    if (status == OM_INVALID) {  // it gave up and says why: a result
+    if (status == OM_INVALID) {  // the method gave up and states the reason: a result
         snprintf(run->reason, sizeof run->reason, "%s", om_error_message());
         return OM_OK;
     }

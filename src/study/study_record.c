@@ -1,5 +1,5 @@
-// study_record.c: a run as a JSON file, written whole or not at all, and read back by the YAML reader:
-// JSON is YAML.
+// study_record.c: a run as a JSON file, written atomically, and read back by the YAML reader (JSON is
+// a subset of YAML).
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +25,7 @@ static const OmYamlField reached_field[] = {
 };
 static const OmYamlSchema reached_schema = {"reached", reached_field, COUNT(reached_field)};
 
-// Steps are read into a block of their own, which run->step becomes.
+// Steps are read into a new block, which becomes run->step.
 typedef struct RunFile {
     StudyRun run;
     StudyStep step[OM_STUDY_MAX_STEP];
@@ -51,7 +51,7 @@ static const OmYamlField run_field[] = {
 };
 static const OmYamlSchema run_schema = {"run", run_field, COUNT(run_field)};
 
-// What JSON has no word for becomes the largest number: a run that ended so has its reason.
+// JSON has no infinity or NaN: the largest number replaces them; such a run has a reason.
 static double finite(double v) { return isfinite(v) ? v : 1e300; }
 
 static void put_vec3(OmJson* json, const char* key, OmVec3 v) {

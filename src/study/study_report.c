@@ -1,4 +1,4 @@
-// study_report.c: report.html of the contact study, for a reader who knows the thesis and was not there.
+// study_report.c: report.html of the contact study, for a reader who knows the thesis.
 #include <math.h>
 #include <string.h>
 
@@ -8,11 +8,11 @@
 #define NDEPTH OM_STUDY_NDEPTH
 #define WORD 24
 
-// Table 3.4 of the thesis: mean, median and least stability in per cent, of LM, Penalty, PrescrDispl.
+// Table 3.4 of the thesis: mean, median and minimum stability in per cent, of LM, Penalty, PrescrDispl.
 typedef struct ThesisRow {
     int ntet;
     int value[NMETHOD][3];
-    int lm_most;  // upper end of LM's range; of the others it is 100
+    int lm_max;  // upper end of LM's range; 100 for the others
 } ThesisRow;
 static const ThesisRow thesis[] = {
     {623, {{100, 100, 93}, {100, 100, 100}, {100, 100, 100}}, 100},
@@ -37,7 +37,7 @@ static const ThesisRow* find_thesis(int ntet) {
     return NULL;
 }
 
-// ---- the outcome ----------------------------------------------------------------------------------
+// ---- result -----------------------------------------------------------------------------------------
 
 static void add_outcome(const Study* s, const StudyScore* score, OmReport* report) {
     int ncell = 0, nmet = 0, nrun = 0, nwhole = 0;
@@ -240,7 +240,7 @@ static void add_stability(const Study* s, const StudyScore* score, OmReport* rep
             if (!row) continue;
             const int* t = row->value[thesis_column(m)];
             snprintf(text[k][2 + 2 * m], 32, "%d, %d, %d-%d", t[0], t[1], t[2],
-                     thesis_column(m) == 0 ? row->lm_most : 100);
+                     thesis_column(m) == 0 ? row->lm_max : 100);
         }
         for (int i = 0; i < NCOL; ++i) cell[k * NCOL + i] = text[k][i];
     }
@@ -290,7 +290,7 @@ static void add_forces(const Study* s, OmReport* report) {
     om_free(x);
 }
 
-// ---- what was assumed -----------------------------------------------------------------------------
+// ---- assumptions --------------------------------------------------------------------------------
 
 static void add_truth(const Study* s, const StudyScore* score, OmReport* report) {
     char text[1200];
@@ -329,7 +329,7 @@ static void add_assumptions(const Study* s, OmReport* report) {
         own, sizeof own,
         "Body: %s, %s; %d of the lesions in its file are outside and left out. Over %d of %d lesions the "
         "path ends where the probe has gone through 0.6 of the tissue under its face.",
-        body->name, body->nheld ? "held where its file says" : "held at its low end",
+        body->name, body->nattached ? "held where its file says" : "held at its low end",
         body->noutside, nshort, s->nlesion);
     om_report_paragraph(
         report,

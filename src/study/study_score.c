@@ -1,14 +1,14 @@
-// study_score.c: errors, stability and times of the runs, and the bar.
+// study_score.c: errors, stability and times of the runs, and the acceptance criteria.
 //
 // As in the thesis (3.7), the error of a deformation counts only if every method completed it on that mesh
-// and lesion: a method that fails early would otherwise be spared its largest errors.
+// and lesion; otherwise a method that fails early would avoid its largest errors.
 #include <math.h>
 #include <string.h>
 
 #include "study/study_internal.h"
 
-#define ERROR_SLACK 0.3  // mm, that a mesh may be worse than the finest
-#define SLACK_NTET 2500  // from so many elements up
+#define ERROR_SLACK 0.3  // mm, by which a mesh may be worse than the finest
+#define SLACK_NTET 2500  // number of elements from which this is required
 #define NMETHOD OM_STUDY_NMETHOD
 #define NDEPTH OM_STUDY_NDEPTH
 
@@ -87,7 +87,7 @@ static void score_cell(const Study* s, int k, int m, double* value, StudyCell* c
     cell->finest = nfinest ? sum / nfinest : 0;
 }
 
-// What of the bar a cell misses, in words.
+// The criteria that a cell misses, in words.
 static void judge_cell(const Study* s, int k, int m, StudyCell* cell) {
     const StudyRun* worst = NULL;
     int nshort = 0;
@@ -134,8 +134,8 @@ static void score_depths(const Study* s, double* value, StudyScore* score) {
     }
 }
 
-// One of three measures of the truth at every depth it reached: 0 difference of the meshes, mm; 1 of their
-// forces, %; 2 the mean gap, mm.
+// One of three measures of the truth at every depth that it reached: 0 difference of the meshes, mm; 1 of
+// their forces, %; 2 the mean gap, mm.
 static StudySample sample_truth(const Study* s, int what, double* value) {
     int n = 0;
     for (int l = 0; l < s->nlesion; ++l) {

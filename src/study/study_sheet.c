@@ -1,10 +1,10 @@
 // study_sheet.c: clusters of particles calibrated on a lifted sheet: problem, clouds, searches, scores.
 //
-// The study writes its problem as files that `omentum calibrate` reads too, lets the scene's world (finite
-// elements on another mesh) be seen by the depth camera, and hands each search the clouds of four pinch points;
-// the fifth is what its parameters are judged on. Pinch point 1 is the one held out, as the only one without a
-// mirror image among the others. A further cloud shows the sheet at rest: the distance that remains there,
-// between points that are where they should be and a cloud of finite density and noise, is the measure's own.
+// The study writes its problem as files that `omentum calibrate` also reads. The depth camera observes the
+// scene's world (finite elements on another mesh). Each search gets the clouds of four pinch points; its
+// parameters are judged on the fifth. The main search leaves out pinch point 1, the only one without a mirror
+// image among the others. A further cloud shows the sheet at rest: the distance between model and cloud there
+// comes from the cloud's finite density and noise alone.
 #include <math.h>
 #include <string.h>
 
@@ -61,7 +61,7 @@ OmStatus om__study_sheet_path(const Sheet* s, const char* name, char* out, size_
     return om_path_join(s->def->out_dir, name, out, size);
 }
 
-// Write a file of the setup; one that is there must say the same.
+// Write a file of the setup; an existing file must have the same contents.
 static OmStatus put_file(const Sheet* s, const char* name, const OmText* text) {
     char path[MAX_PATH];
     OM_TRY(om__study_sheet_path(s, name, path, sizeof path));
@@ -102,25 +102,25 @@ static OmStatus put_scene(const Sheet* s, OmText* t) {
     return put_file(s, "sheet.yaml", t);
 }
 
-// The problem of all paths, or of those that one search sees.
-static OmStatus append_problem(const Sheet* s, int held, OmText* t) {
+// The problem of all paths, or of the paths of one search.
+static OmStatus append_problem(const Sheet* s, int left_out, OmText* t) {
     const OmStudySheetDef* d = s->def;
     OM_TRY(om_text_append(t, "title: Sheet lifted at %s points\nscene: %ssheet.yaml\n",
-                          held < 0 ? "five" : "four", held < 0 ? "" : "../"));
+                          left_out < 0 ? "five" : "four", left_out < 0 ? "" : "../"));
     OM_TRY(om_text_append(t,
                           "observations: %s\nparameters:\n"
                           "  - {name: tissue.cluster_spacing_mm, min: 5, max: 35}\n"
                           "  - {name: tissue.cluster_radius_mm, min: 2.5, max: 15}\n"
                           "  - {name: tissue.cluster_stiffness, min: 0, max: 1}\npaths:\n",
-                          held < 0 ? "asked.csv" : "clouds.csv"));
+                          left_out < 0 ? "asked.csv" : "clouds.csv"));
     for (int p = 0; p < OM_STUDY_NPINCH; ++p)
-        if (p != held)
+        if (p != left_out)
             OM_TRY(om_text_append(
                 t,
                 "  - {name: pinch %d, kind: lift, point_mm: [%g, %g, 1.5], direction: [0, 0, 1], "
                 "speed_mm_s: 20}\n",
                 p + 1, 1e3 * om__study_sheet_pinch[p][0], 1e3 * om__study_sheet_pinch[p][1]));
-    if (held < 0) OM_TRY(om_text_append(t, "  - {name: nobody, kind: rest}\n"));
+    if (left_out < 0) OM_TRY(om_text_append(t, "  - {name: nobody, kind: rest}\n"));
     return om_text_append(t,
                           "search: {noise_mm: 1, population: %d, generations: %d, "
                           "local_evaluations: %d, rise: %.9g, seed: %llu}\n",
@@ -128,7 +128,7 @@ static OmStatus append_problem(const Sheet* s, int held, OmText* t) {
                           (unsigned long long)d->seed);
 }
 
-// Where clouds are to be taken.
+// The levels at which clouds are taken.
 static OmStatus append_asked(OmText* t) {
     OM_TRY(om_text_append(t, "experiment,level_mm,landmark,x_mm,y_mm,z_mm\n"));
     for (int p = 0; p < OM_STUDY_NPINCH; ++p)
@@ -155,7 +155,7 @@ done:
 
 // ---- truth ----------------------------------------------------------------------------------------
 
-// The clouds, from the folder if they are there; then the problem with them.
+// Read the clouds from the folder, or compute them; then build the problem with them.
 static OmStatus get_clouds(Sheet* s) {
     char problem[MAX_PATH], clouds[MAX_PATH];
     OM_TRY(om__study_sheet_path(s, "lift.yaml", problem, sizeof problem));
@@ -175,10 +175,10 @@ static OmStatus get_clouds(Sheet* s) {
     return om_calibration_problem_load(problem, clouds, &s->all);
 }
 
-// The rows of the pinch points that a search sees.
-static OmStatus append_seen(const char* all, size_t size, int held, OmText* t) {
+// The rows of the pinch points that a search uses.
+static OmStatus append_seen(const char* all, size_t size, int left_out, OmText* t) {
     char unseen[24];
-    snprintf(unseen, sizeof unseen, "pinch %d,", held + 1);
+    snprintf(unseen, sizeof unseen, "pinch %d,", left_out + 1);
     for (const char *at = all, *end = all + size; at < end;) {
         const char* line = memchr(at, '\n', (size_t)(end - at));
         size_t n = line ? (size_t)(line + 1 - at) : (size_t)(end - at);
@@ -189,24 +189,24 @@ static OmStatus append_seen(const char* all, size_t size, int held, OmText* t) {
     return OM_OK;
 }
 
-// The folder of a search: its problem and its share of the clouds.
-static OmStatus put_fold(const Sheet* s, int held, char* dir, size_t dir_size) {
+// The folder of a search: its problem and its clouds.
+static OmStatus put_fold(const Sheet* s, int left_out, char* dir, size_t dir_size) {
     char name[64], path[MAX_PATH];
     char* all = NULL;
     size_t size;
     OmText text = {0};
     OmStatus status;
-    snprintf(name, sizeof name, "without-%d", held + 1);
+    snprintf(name, sizeof name, "without-%d", left_out + 1);
     OM_TRY(om__study_sheet_path(s, name, dir, dir_size));
     OM_TRY(om_path_make_dir(dir));
     OM_TRY(om__study_sheet_path(s, "clouds.csv", path, sizeof path));
-    OM_TRY_DONE(append_problem(s, held, &text));
-    snprintf(name, sizeof name, "without-%d/lift.yaml", held + 1);
+    OM_TRY_DONE(append_problem(s, left_out, &text));
+    snprintf(name, sizeof name, "without-%d/lift.yaml", left_out + 1);
     OM_TRY_DONE(put_file(s, name, &text));
     om_text_done(&text);
     OM_TRY_DONE(om_file_read(path, MAX_FILE, &all, &size));
-    OM_TRY_DONE(append_seen(all, size, held, &text));
-    snprintf(name, sizeof name, "without-%d/clouds.csv", held + 1);
+    OM_TRY_DONE(append_seen(all, size, left_out, &text));
+    snprintf(name, sizeof name, "without-%d/clouds.csv", left_out + 1);
     status = put_file(s, name, &text);
 done:
     om_free(all);
@@ -229,7 +229,7 @@ double om__study_sheet_mean(const SheetErrors* e, int but) {
     return sum / (OM_STUDY_NPINCH - (but >= 0));
 }
 
-// The model with these parameters along every path.
+// Evaluate the model with these parameters along every path.
 static OmStatus eval_all(const Sheet* s, const double* param, SheetErrors* e) {
     OmCalibrationDef def = om_calibration_problem_search(s->all);
     int count[SHEET_NPATH][OM_STUDY_NLIFT] = {{0}};
@@ -248,7 +248,7 @@ static OmStatus eval_all(const Sheet* s, const double* param, SheetErrors* e) {
     OM_TRY(status);
     OM_CHECK(status == OM_OK, OM_INVALID, "there is no model with %g mm, %g mm, %g", 1e3 * param[0],
              1e3 * param[1], param[2]);
-    e->rest /= count[SHEET_REST][0];  // every cloud has points, or it could not be loaded
+    e->rest /= count[SHEET_REST][0];  // > 0: a cloud without points cannot be loaded
     for (int p = 0; p < OM_STUDY_NPINCH; ++p)
         for (int l = 0; l < OM_STUDY_NLIFT; ++l) e->at[p][l] /= count[p][l];
     return OM_OK;
@@ -258,7 +258,7 @@ static OmStatus eval_all(const Sheet* s, const double* param, SheetErrors* e) {
 
 static OmStatus run_fold(Sheet* s, SheetFold* f) {
     char dir[MAX_PATH], path[MAX_PATH];
-    OM_TRY(put_fold(s, f->held, dir, sizeof dir));
+    OM_TRY(put_fold(s, f->left_out, dir, sizeof dir));
     OM_TRY(om_path_join(dir, "lift.yaml", path, sizeof path));
     OM_TRY(om_calibration_problem_load(path, NULL, &f->problem));
     f->search = om_calibration_problem_search(f->problem);
@@ -267,7 +267,7 @@ static OmStatus run_fold(Sheet* s, SheetFold* f) {
     double begin = om_clock_now();
     OM_TRY(om_calibration_run(&f->search, s->progress, &f->result));
     f->seconds = om_clock_now() - begin;
-    f->search.out_dir = NULL;  // dir is ours
+    f->search.out_dir = NULL;  // the study writes the folder itself
     return eval_all(s, f->result.best, &f->error);
 }
 
@@ -280,7 +280,7 @@ static OmStatus run(Sheet* s) {
     int nfold = s->def->has_all_folds ? OM_STUDY_NPINCH : 1;
     for (int k = 0; k < nfold; ++k) {
         s->nfold = k + 1;
-        s->fold[k].held = k;
+        s->fold[k].left_out = k;
         OM_TRY(run_fold(s, &s->fold[k]));
     }
     return OM_OK;
@@ -297,8 +297,8 @@ static void summarise(const Sheet* s, OmStudySheetSummary* sum) {
         const SheetFold* f = &s->fold[k];
         sum->neval += f->result.neval;
         sum->nnew += f->result.nnew;
-        sum->unseen_thesis += om__study_sheet_pinch_mean(&s->thesis_error, f->held) / s->nfold;
-        sum->unseen_found += om__study_sheet_pinch_mean(&f->error, f->held) / s->nfold;
+        sum->unseen_thesis += om__study_sheet_pinch_mean(&s->thesis_error, f->left_out) / s->nfold;
+        sum->unseen_found += om__study_sheet_pinch_mean(&f->error, f->left_out) / s->nfold;
     }
     sum->is_met = sum->found <= SHEET_GOAL && sum->unseen_found <= SHEET_GOAL;
 }

@@ -1,7 +1,7 @@
-// study_sheet_picture.c: the lifted sheet as the model has it, with its points and those of the camera.
+// study_sheet_picture.c: pictures of the lifted sheet: the model's surface, its points and the camera's points.
 //
-// The model's points are the vertices of its upper side; where they lie at rest tells their places in a grid,
-// whose squares are drawn as the surface.
+// The model's points are the vertices of its upper side. Their positions at rest form a grid, whose squares
+// are drawn as the surface.
 #include <math.h>
 #include <string.h>
 
@@ -12,7 +12,7 @@
 #define HEIGHT 400
 #define DOT 0.0007   // m, half-axis of a drawn point
 #define SIDE 0.090   // m, of the sheet
-#define BAND 0.0025  // m, half of what counts as the middle line
+#define BAND 0.0025  // m, half width of the strip around the middle line
 
 // ---- shapes ---------------------------------------------------------------------------------------
 
@@ -91,7 +91,7 @@ static OmStatus render(const Sheet* s, const OmSenseScene* scene, const char* ca
 
 typedef struct Shown {
     int npoint, ncloud;
-    double *rest, *x, *cloud;  // the model's points unlifted and lifted; the camera's
+    double *rest, *x, *cloud;  // the model's points at rest and lifted; the camera's
 } Shown;
 
 static OmStatus add_picture(const Sheet* s, const Shown* v, const char* caption, OmReport* report) {
@@ -153,7 +153,7 @@ done:
     return status;
 }
 
-// ---- what is shown --------------------------------------------------------------------------------
+// ---- scenes -------------------------------------------------------------------------------------------
 
 static void shown_done(Shown* v) {
     om_free(v->rest);
@@ -161,7 +161,7 @@ static void shown_done(Shown* v) {
     om_free(v->cloud);
 }
 
-// The model with these parameters on a path, with the last lift in `x`, and the cloud of it.
+// Lift the model with these parameters along a path: the last lift in `x`, and its cloud.
 static OmStatus make_shown(const Sheet* s, const double* param, int pinch, Shown* v) {
     int nseen;
     const OmCalibrationSeen* seen = om_calibration_problem_seen(s->all, &nseen);
@@ -190,10 +190,10 @@ static OmStatus add_pinch(const Sheet* s, int pinch, OmReport* report) {
     OM_TRY_DONE(make_shown(s, s->thesis, pinch, &thesis));
     OM_TRY_DONE(make_shown(s, f->result.best, pinch, &found));
     snprintf(text, sizeof text, "pinch %d%s, 30 mm, thesis's parameters: %.2f mm", pinch + 1,
-             pinch == f->held ? " (unseen)" : "", 1e3 * s->thesis_error.at[pinch][last]);
+             pinch == f->left_out ? " (unseen)" : "", 1e3 * s->thesis_error.at[pinch][last]);
     OM_TRY_DONE(add_picture(s, &thesis, text, report));
     snprintf(text, sizeof text, "pinch %d%s, 30 mm, found: %.2f mm", pinch + 1,
-             pinch == f->held ? " (unseen)" : "", 1e3 * f->error.at[pinch][last]);
+             pinch == f->left_out ? " (unseen)" : "", 1e3 * f->error.at[pinch][last]);
     OM_TRY_DONE(add_picture(s, &found, text, report));
     if (pinch == 0)
         status = add_lines(&thesis, &found, "Pinch 1 lifted by 30 mm, middle line", report);

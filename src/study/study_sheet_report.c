@@ -1,4 +1,4 @@
-// study_sheet_report.c: what the sheet's calibration came to: report.html for people, study.json for programs.
+// study_sheet_report.c: results of the sheet's calibration: report.html for people, study.json for programs.
 #include <math.h>
 
 #include "study/study_sheet_internal.h"
@@ -76,15 +76,16 @@ static void add_params(const Sheet* s, OmReport* report) {
         const double* best = f ? f->result.best : s->thesis;
         char(*t)[WORD] = text[k];
         if (f)
-            snprintf(t[0], WORD, "pinch %d, %s", f->held + 1, om__study_sheet_where[f->held]);
+            snprintf(t[0], WORD, "pinch %d, %s", f->left_out + 1,
+                     om__study_sheet_where[f->left_out]);
         else
             snprintf(t[0], WORD, "thesis's optimum");
         for (int c = 0; c < 3; ++c) snprintf(t[1 + c], WORD, "%.3g", (c < 2 ? 1e3 : 1) * best[c]);
-        int held = f ? f->held : 0;
+        int left_out = f ? f->left_out : 0;
         const SheetErrors* e = f ? &f->error : &s->thesis_error;
-        snprintf(t[4], WORD, "%.2f", 1e3 * om__study_sheet_mean(e, held));
-        snprintf(t[5], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(e, held));
-        snprintf(t[6], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(&s->thesis_error, held));
+        snprintf(t[4], WORD, "%.2f", 1e3 * om__study_sheet_mean(e, left_out));
+        snprintf(t[5], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(e, left_out));
+        snprintf(t[6], WORD, "%.2f", 1e3 * om__study_sheet_pinch_mean(&s->thesis_error, left_out));
         snprintf(t[7], WORD, "%d", f ? f->result.neval : 0);
         snprintf(t[8], WORD, "%s", f ? outcome[f->result.outcome] : "-");
         for (int c = 0; c < NCOL; ++c) cell[k * NCOL + c] = t[c];
@@ -98,7 +99,7 @@ static void add_params(const Sheet* s, OmReport* report) {
         "optimum is split as the first search.");
 }
 
-// What the data say about each parameter of the first search.
+// How well the data determine each parameter of the first search.
 static void add_ranges(const Sheet* s, OmReport* report) {
     const SheetFold* f = &s->fold[0];
     if (!f->result.has_profile) return;
@@ -129,7 +130,7 @@ static void add_errors(const Sheet* s, OmReport* report) {
         char(*t)[WORD] = text[p];
         snprintf(t[0], WORD, is_mean ? "all" : "pinch %d", p + 1);
         snprintf(t[1], WORD, "%s%s", is_mean ? "-" : om__study_sheet_where[p],
-                 p == s->fold[0].held ? " (unseen)" : "");
+                 p == s->fold[0].left_out ? " (unseen)" : "");
         for (int l = 0; l < OM_STUDY_NLIFT; ++l) {
             double a = 0, b = 0;
             for (int q = 0; q < OM_STUDY_NPINCH; ++q) {
@@ -225,15 +226,15 @@ static void put_folds(OmJson* json, const Sheet* s) {
     for (int k = 0; k < s->nfold; ++k) {
         const SheetFold* f = &s->fold[k];
         om_json_open(json, NULL, '{');
-        om_json_integer(json, "held_out_pinch", f->held + 1);
+        om_json_integer(json, "held_out_pinch", f->left_out + 1);
         om_json_string(json, "outcome", outcome[f->result.outcome]);
         om_json_number(json, "cluster_spacing", f->result.best[0]);
         om_json_number(json, "cluster_radius", f->result.best[1]);
         om_json_number(json, "cluster_stiffness", f->result.best[2]);
-        om_json_number(json, "seen", om__study_sheet_mean(&f->error, f->held));
-        om_json_number(json, "unseen", om__study_sheet_pinch_mean(&f->error, f->held));
+        om_json_number(json, "seen", om__study_sheet_mean(&f->error, f->left_out));
+        om_json_number(json, "unseen", om__study_sheet_pinch_mean(&f->error, f->left_out));
         om_json_number(json, "unseen_thesis",
-                       om__study_sheet_pinch_mean(&s->thesis_error, f->held));
+                       om__study_sheet_pinch_mean(&s->thesis_error, f->left_out));
         om_json_integer(json, "evaluations", f->result.neval);
         om_json_integer(json, "new_evaluations", f->result.nnew);
         om_json_number(json, "seconds_of_this_call", f->seconds);

@@ -1,22 +1,22 @@
-// study_truth.c: where a lesion really goes.
+// study_truth.c: the reference displacement of a lesion.
 //
-// Not the model under test: quadratic tetrahedra in double precision, lesions stiffer than what is around
-// them, static equilibrium by Newton's method, and a contact of its own: an integral over the faces instead
-// of a condition on vertices,
+// It does not use the tested models: quadratic tetrahedra in double precision, lesions stiffer than the
+// tissue around them, static equilibrium by Newton's method, and another contact: an integral over the
+// faces instead of a condition on vertices,
 //
 //     p(g) = p0 exp(-g / e),    g the exact distance to the probe's rounded box,
 //
-// integrated over the rest shape with 64 points a face: e = 0.2 mm is how far the gap strays from 0 while the
-// pressure varies by a factor of 2.7; p0 is chosen so that its mean, weighted by p, is 0. It is smooth: a linear
-// penalty of the same accuracy makes Newton's method chatter, and so do multipliers at those points, of which
-// there are more than nodes.
+// integrated over the rest shape with 64 points a face. With e = 0.2 mm the gap deviates from 0 by 0.2 mm where
+// the pressure varies by a factor of 2.7; p0 is chosen so that the gap's mean, weighted by p, is 0. The pressure
+// is smooth. With a linear penalty of the same accuracy Newton's method alternates between states; so it does
+// with multipliers at those points, which are more numerous than the nodes.
 //
-// The first guess at each depth is a run of linear tetrahedra on the same mesh, with penalty contact: no
-// element of it is inverted, and it is some tenths of a millimetre off. A mesh of an eighth of the elements
-// goes the same way: the difference is the check by refinement.
+// The first guess at each depth is a run of linear tetrahedra on the same mesh, with penalty contact: it
+// has no inverted element, and its error is some tenths of a millimetre. A mesh with an eighth of the
+// elements is pressed along the same path: the difference checks the refinement.
 //
-// An element that a lesion cuts has the mean modulus of its inside, so that lesions keep their volume on
-// meshes that do not follow their surface.
+// An element that a lesion cuts has the volume average of the modulus, so that lesions keep their volume
+// on meshes that do not follow their surface.
 #include <math.h>
 #include <string.h>
 
@@ -25,34 +25,35 @@
 #include "study/study_internal.h"
 
 #define SOFTNESS 2e-4  // m, e
-#define SINK 1e-5      // m, as near to 0 as the mean gap is brought
+#define SINK 1e-5      // m, tolerance of the mean gap
 #define MAX_TURN 3
-#define LEAST_PRESSURE 0.05  // of p0, in Young's moduli: while the probe hardly touches
-#define FAR 16               // in e: farther than this there is no pressure to speak of
-#define LINEAR 4             // from p = p0 exp(LINEAR) on, p grows linearly
-#define NSPLIT 8             // a face has NSPLIT^2 points
+#define MIN_PRESSURE 0.05  // of p0, in Young's moduli: at light contact
+#define FAR 16             // in e: beyond this distance the pressure is neglected
+#define LINEAR 4           // from p = p0 exp(LINEAR) on, p grows linearly
+#define NSPLIT 8           // a face has NSPLIT^2 points
 #define NPOINT (NSPLIT * NSPLIT)
-#define COARSER 8         // elements of the fine mesh over those of the coarse
-#define LEAD_STEP 0.0005  // m a step of the linear tetrahedra, in LEAD_TIME
+#define COARSER 8         // ratio of the numbers of elements of fine and coarse mesh
+#define LEAD_STEP 0.0005  // m per step of the linear tetrahedra, which takes LEAD_TIME
 #define LEAD_TIME 0.05
 #define STEP 0.0025     // m, of the coarse path
-#define MIN_STEP 0.2    // of STEP: then the depth is left out
+#define MIN_STEP 0.2    // of STEP; at a smaller step the depth is left out
 #define TOLERANCE 1e-4  // of equilibrium
-#define VERSION 2       // of what a result has
-#define NSHARE 8        // steps of the share of an element inside lesions
-#define NSAMPLE 5       // points along an edge to measure that share
+#define VERSION 2       // of the contents of a result
+#define NFRACTION 8     // steps of the volume fraction of an element inside lesions
+#define NSAMPLE 5       // points along an edge to measure that fraction
 
 typedef struct Level {  // the heterogeneous body on one mesh
     OmFemMesh mesh;
     OmFemSolid* solid;
     OmFemFaces face;
     unsigned char* fixed;  // (nnode x 3)
-    double *x, *before;    // now and at the last depth (nnode x 3)
-    OmTissueModel* model;  // the same of linear tetrahedra, for first guesses
+    double *x, *before;    // positions now and at the last depth (nnode x 3)
+    OmTissueModel* model;  // linear tetrahedra on the same mesh, for first guesses
     OmTissueState* state;
     OmTissueWork* work;
     OmPress* press;
-    int* lesion_elem;  // where centres, then contour points of all lesions are, and their weights
+    // elements of the centres, then contour points of all lesions, and their weights
+    int* lesion_elem;
     double* lesion_weight;
 } Level;
 
@@ -70,7 +71,7 @@ typedef struct Touch {
     const OmStudyLesion* lesion;
     double young;     // of the tissue, Pa
     double pressure;  // p0, Pa
-    int nturn;        // how often it was chosen anew
+    int nturn;        // how often p0 was changed
     double from, to;  // m, depth at loads 0 and 1
     bool has_matrix;  // the last evaluation made one
     OmVec3 force;     // of the last evaluation: N, on the probe
@@ -80,7 +81,7 @@ typedef struct Touch {
 // Shape functions of the quadratic triangle at point i of NPOINT: corners, then edges 01 12 20.
 static void face_shape(int i, double N[6]) {
     int row = (int)sqrt((double)i), col = i - row * row;  // row r has 2 r + 1 subtriangles
-    double up = col % 2 ? 2.0 / 3 : 1.0 / 3;              // every second one stands on its head
+    double up = col % 2 ? 2.0 / 3 : 1.0 / 3;              // every second one is upside down
     double L1 = (row - col / 2 - (col % 2) + up) / NSPLIT, L2 = (col / 2 + up) / NSPLIT;
     double L0 = 1 - L1 - L2;
     N[0] = L0 * (2 * L0 - 1);
@@ -137,7 +138,7 @@ static OmStatus eval_touch(void* ctx, const double* x, double load, double* ener
     OmPose pose = om__study_probe_pose(t->lesion, t->from + load * (t->to - t->from));
     OmPose inverse = om_pose_inverse(pose);
     OmMat3 R = om_quat_to_mat3(pose.q);
-    bool is_again = A && t->has_matrix;  // the matrix made before was not positive definite
+    bool is_again = A && t->has_matrix;  // the previous matrix was not positive definite
     t->has_matrix = A != NULL;
     t->force = om_vec3(0, 0, 0);
     double sink = 0, sum = 0;
@@ -177,12 +178,12 @@ static OmStatus eval_touch(void* ctx, const double* x, double load, double* ener
     return OM_OK;
 }
 
-// Choose p0 so that the gap, weighted by the pressure, is 0 on the mean.
+// Choose p0 so that the mean gap, weighted by the pressure, is 0.
 static OmStatus centre_gap(void* ctx, const double* x, double load) {
     Touch* t = ctx;
     OM_TRY(eval_touch(t, x, load, NULL, NULL, NULL));
     if (fabs(t->sink) < SINK || t->nturn++ >= MAX_TURN) return OM_OK;
-    double min = LEAST_PRESSURE * t->young, last = t->pressure;
+    double min = MIN_PRESSURE * t->young, last = t->pressure;
     t->pressure = fmax(min, last * exp(t->sink / SOFTNESS));
     if (t->pressure == last) return OM_OK;
     return OM_NOT_CONVERGED;
@@ -218,22 +219,22 @@ static void label_lesions(const OmStudyBody* body, OmTetMesh* tet) {
     for (int e = 0; e < tet->ntet; ++e) {
         OmVec3 v[4];
         for (int a = 0; a < 4; ++a) v[a] = om_load3(tet->x, tet->tet_vert[4 * e + a]);
-        tet->tet_label[e] = (int)lround(NSHARE * om__study_lesion_share(body, v));
+        tet->tet_label[e] = (int)lround(NFRACTION * om__study_lesion_share(body, v));
     }
 }
 
 static OmStatus create_solid(const OmStudyContactDef* def, const OmTetMesh* tet,
                              const OmProbe* probe, Level* level) {
-    OmMaterial material[NSHARE + 1];
-    for (int i = 0; i <= NSHARE; ++i) {
+    OmMaterial material[NFRACTION + 1];
+    for (int i = 0; i <= NFRACTION; ++i) {
         material[i] = def->material;
-        material[i].young *= 1 + (def->lesion_ratio - 1) * i / NSHARE;
+        material[i].young *= 1 + (def->lesion_ratio - 1) * i / NFRACTION;
     }
-    OmFemDef fem = om_fem_default_def(&level->mesh, NSHARE + 1, material);
+    OmFemDef fem = om_fem_default_def(&level->mesh, NFRACTION + 1, material);
     fem.nworker = def->nworker;
     OM_TRY(om_fem_create(&fem, &level->solid));
     OmTissueDef tissue = om_tissue_default_def(tet);
-    tissue.nmaterial = NSHARE + 1;
+    tissue.nmaterial = NFRACTION + 1;
     tissue.material = material;
     tissue.gravity = om_vec3(0, 0, 0);
     tissue.density = def->density;
@@ -250,7 +251,7 @@ static OmStatus create_solid(const OmStudyContactDef* def, const OmTetMesh* tet,
     return status;
 }
 
-// Hold the attached vertices and the edges between them.
+// Fix the attached vertices and the edges between them.
 static OmStatus hold(const OmTetMesh* tet, Level* level) {
     const OmFemMesh* m = &level->mesh;
     const OmMeshSet* set = om_tet_mesh_find_set(tet, "attachment");
@@ -349,7 +350,7 @@ void om__study_truth_destroy(StudyTruth* t) {
     om_free(t);
 }
 
-// Equilibrium with the probe going from touch->from to touch->to.
+// Equilibrium while the probe moves from touch->from to touch->to.
 static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmFemReport* report) {
     OmFemExtra extra = {.eval = eval_touch, .finish = centre_gap, .ctx = touch};
     OmFemLoad load = {.fixed = level->fixed, .extra = &extra};
@@ -358,7 +359,8 @@ static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmF
     how.max_newton = 30;
     how.solver.nworker = t->def->nworker;
     how.solver.preconditioner = OM_MULTIGRID;
-    how.min_step = touch->from == touch->to ? 1 : MIN_STEP;  // a guess is good or it is not
+    // at a fixed depth the guess is accepted or not
+    how.min_step = touch->from == touch->to ? 1 : MIN_STEP;
     touch->level = level;
     touch->nturn = 0;
     touch->has_matrix = false;
@@ -367,7 +369,7 @@ static OmStatus solve_level(const StudyTruth* t, Level* level, Touch* touch, OmF
     return eval_touch(touch, level->x, 1, NULL, NULL, NULL);  // force and penetration
 }
 
-// From the last equilibrium, which is in `before`, the probe moving in steps.
+// Start at the last equilibrium, in `before`, and move the probe in steps.
 static OmStatus follow_probe(const StudyTruth* t, Level* level, Touch* touch, double from,
                              double to, OmFemReport* report) {
     int nstep = (int)ceil((to - from) / STEP - 1e-9);
@@ -381,7 +383,7 @@ static OmStatus follow_probe(const StudyTruth* t, Level* level, Touch* touch, do
     return OM_OK;
 }
 
-// The linear tetrahedra pressed from one depth to the next, and their shape as the first guess.
+// Press the linear tetrahedra from one depth to the next; their shape is the first guess.
 static OmStatus guess_shape(Level* level, const OmStudyLesion* lesion, double from, double to) {
     static const int edge[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
     if (from == 0) {
@@ -407,7 +409,7 @@ static OmStatus guess_shape(Level* level, const OmStudyLesion* lesion, double fr
     return OM_OK;
 }
 
-// Equilibrium at a depth, from a guess; if it is no good, from the last depth, the probe moving.
+// Equilibrium at a depth, from a guess; if that fails, from the last depth with the probe moving.
 static OmStatus press_level(const StudyTruth* t, Level* level, Touch* touch, double from, double to,
                             OmFemReport* report) {
     size_t size = 3 * (size_t)level->mesh.nnode * sizeof *level->x;
@@ -460,7 +462,7 @@ OmStatus om__study_truth_solve(StudyTruth* t, int lesion, const OmProgress* prog
 
 uint64_t om__study_hash_truth(const OmStudyContactDef* def, int lesion) {
     uint64_t hash = om__study_hash_task(def);
-    // every lesion is in the body, whichever is looked at
+    // every lesion is in the body, not only the pressed one
     const OmStudyBody* body = def->body;
     for (int i = 0; i < body->nlesion; ++i) {
         const OmStudyLesion* l = &body->lesion[i];
@@ -475,7 +477,7 @@ uint64_t om__study_hash_truth(const OmStudyContactDef* def, int lesion) {
     return om_hash(value, sizeof value, hash);
 }
 
-// Normal noise of the given length (standard deviation of the whole vector), a stream of its own each.
+// Normal noise of the given length (standard deviation of the whole vector), a random stream for each.
 static OmVec3 noise(uint64_t seed, uint64_t index, double length) {
     OmRng rng = om_rng_init(seed, index);
     double s = length / sqrt(3);
@@ -484,7 +486,7 @@ static OmVec3 noise(uint64_t seed, uint64_t index, double length) {
 }
 
 static OmVec3 tracking_noise(const OmStudyContactDef* def, int lesion, int k) {
-    // registration is done once a lesion, the probe's calibration errs anew at each depth
+    // registration is done once per lesion, the probe's calibration has a new error at each depth
     uint64_t i = (uint64_t)lesion * (OM_STUDY_NDEPTH + 1);
     return om_add(noise(def->seed, i, def->pointer_noise),
                   noise(def->seed, i + 1 + (uint64_t)k, def->probe_noise));
