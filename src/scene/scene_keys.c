@@ -1,7 +1,7 @@
 // scene_keys.c: the keys of a scene file, each with its kind, range, unit, meaning and the sources that use it.
 //
-// These tables are read by the reader (scene_load.c), by what prints scenes and by the page of all keys
-// (scene_print.c): what a key is, is said here alone. Defaults are those of om_scene_default.
+// The reader (scene_load.c), the printer of scenes and the page of all keys (scene_print.c) use these
+// tables, so a key is described only here. Defaults are those of om_scene_default.
 #include "scene/scene_keys.h"
 #include "omentum/tissue_material.h"
 
@@ -10,9 +10,9 @@
 #define AT(type, member) offsetof(type, member)
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
-// The sources whose scenes a key has an effect on; none given: all.
+// The sources for which a key has an effect; none given: all.
 #define IN(source) OM__SCENE_IN(source)
-#define MADE (IN(OM_SOURCE_SHEET) | IN(OM_SOURCE_MESH))  // tissue without an anatomy of its own
+#define MADE (IN(OM_SOURCE_SHEET) | IN(OM_SOURCE_MESH))  // tissue without anatomical labels
 #define READ (IN(OM_SOURCE_MESH) | IN(OM_SOURCE_PATIENT) | IN(OM_SOURCE_VOLUME))
 
 const char* const om__scene_source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
@@ -20,7 +20,7 @@ static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
 
 static const char* const engine_name[] = {"fem", "pbd", "xpbd", "springs", "chainmail", NULL};
 
-// As OmLaw orders them.
+// In the order of OmLaw.
 static const char* const law_name[] = {
     "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
     "mooney-rivlin", "ogden",  "ogden-coupled",       NULL};
@@ -57,7 +57,7 @@ static const OmYamlField tissue_field[] = {
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
      .help = "Coulomb's, on board and organ; left out: 0.35 for particles, none for the others"},
-    // what can be calibrated stands last: see NTISSUE_NUMBER
+    // the numbers that can be calibrated are at the end: see NTISSUE_NUMBER
     {"young", OM_YAML_DOUBLE, AT(OmSceneTissue, young), .min = 1, .max = 1e9, .unit = "Pa",
      .help = "Young's modulus; left out on a patient or a volume: its own materials"},
     {"poisson", OM_YAML_DOUBLE, AT(OmSceneTissue, poisson), .min = 0, .max = OM_MAX_POISSON,
@@ -225,7 +225,7 @@ static const OmYamlField scene_field[] = {
 };
 const OmYamlSchema om__scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
 
-// What a calibration leaves: the numbers at the end of two of the tables, none of them required.
+// Results of a calibration: the numbers at the end of two of the tables, none of them required.
 enum { NTISSUE_NUMBER = 8 };
 static const OmYamlSchema calibrated_tissue_schema = {
     "tissue", tissue_field + COUNT(tissue_field) - NTISSUE_NUMBER, NTISSUE_NUMBER, NULL};

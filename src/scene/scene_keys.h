@@ -5,11 +5,12 @@
 #include "omentum/scene.h"
 #include "omentum/scene_yaml.h"
 
-#define OM__SCENE_IN(source) (1u << (source))  // OmYamlField.group of the keys of a scene
+// OmYamlField.group: the sources for which a key has an effect
+#define OM__SCENE_IN(source) (1u << (source))
 
 extern const OmYamlSchema om__scene_schema;
-// What a calibration leaves: the numbers that omentum calibrate may find, none of them required.
+// Results of a calibration: the numbers that omentum calibrate may find, none of them required.
 extern const OmYamlSchema om__scene_calibrated_schema;
-extern const char* const om__scene_source_name[];  // as OmTissueSource orders them, ended by null
+extern const char* const om__scene_source_name[];  // in the order of OmTissueSource, ended by null
 
 #endif

@@ -1,4 +1,4 @@
-// scene_load.c: reads a scene file: its defaults, and what a range of one key cannot tell.
+// scene_load.c: read a scene file: defaults, and checks that involve several keys.
 #include <string.h>
 
 #include "omentum/image.h"
@@ -55,7 +55,7 @@ OmScene om_scene_default(void) {
     return s;
 }
 
-// What a range of one key cannot tell.
+// Checks that involve several keys.
 static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(s->attach.share_min <= s->attach.share_max, OM_INVALID,
              "%s: attachments: share_min %g exceeds share_max %g", name, s->attach.share_min,
@@ -84,9 +84,9 @@ static OmStatus validate(const OmScene* s, const char* name) {
     return om__scene_check_world(s, name);
 }
 
-// ---- what a scene sets and nothing would use -----------------------------------------------------------------
+// ---- keys without effect --------------------------------------------------------------------------------------
 
-// Keys that differ from the default and have no effect on this source are mistakes of the one who wrote them.
+// A key that differs from its default and has no effect on this source is a mistake of the user.
 static OmStatus check_group(const OmYamlSchema* schema, const void* value, const void* plain,
                             int source, const char* name) {
     for (int i = 0; i < schema->nfield; ++i) {
@@ -121,7 +121,7 @@ OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene
     *scene = om_scene_default();
     OmScene whole = *scene;
     OmSceneTissue *t = &scene->tissue, plain = *t;
-    t->young = t->poisson = t->density = -1;  // the patient's own
+    t->young = t->poisson = t->density = -1;  // taken from the patient model
     OM_TRY(om_yaml_parse(text, size, name, &om__scene_schema, scene));
     if (t->source < OM_SOURCE_PATIENT) {
         if (t->young < 0) t->young = plain.young;
@@ -130,7 +130,7 @@ OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene
     }
     OM_TRY(validate(scene, name));
     OM_TRY(check_uses(scene, &whole, name));
-    // A unit vector stays as it is, so that a printed scene reads again as the same one.
+    // A unit vector is not normalised again, so that a printed scene is read as the same scene.
     if (fabs(om_norm(t->up) - 1) > 1e-12) t->up = om_normalize(t->up);
     return OM_OK;
 }

@@ -2,23 +2,23 @@
 //
 //   read -> select -> clean -> distance field -> surface, mesh (or sheet) -> materials -> report
 //
-// The mesher cuts corners: a mesh of a ball is inscribed. So the level it meshes is shifted by a fraction of
-// an edge until the mesh has the volume of the cleaned mask (false position on volume over area). Where
-// that is not enough, as parts thinner than an edge are lost, the edge is shortened.
+// The mesher cuts corners: a mesh of a ball is inscribed. So the level of the surface is shifted by a
+// fraction of an edge until the mesh has the volume of the cleaned mask (false position on volume over
+// area). Where this is not enough, because parts thinner than an edge are lost, the edge is shortened.
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
 
 #include "scene/scene_model_internal.h"
 
-#define VOLUME_GOAL 0.001  // the shift of the level stops here
-#define VOLUME_LIMIT 0.02  // above it edges are refined, or a warning is given
-#define MAX_SHIFT 5        // of the level at one edge
-#define MAX_REFINE 4       // steps of 0.8
+#define VOLUME_GOAL 0.001  // relative volume error at which the shifts end
+#define VOLUME_LIMIT 0.02  // larger errors refine the edge, or give a warning
+#define MAX_SHIFT 5        // shifts of the level for one edge length
+#define MAX_REFINE 4       // refinements, each by a factor of 0.8
 // Processor time for one element, s, measured on a liver of 0.1 to 6 million.
 #define TET_SECONDS 4e-6
-#define SAID_FROM 30      // s: what takes longer is told before it begins
-#define MAX_TET 2e7       // larger meshes are refused before they are begun
+#define SAID_FROM 30      // s: a longer duration is logged before meshing
+#define MAX_TET 2e7       // larger meshes are refused before meshing
 #define TET_DENSITY 10.5  // elements in a cube of one edge, measured on organs
 
 void om__model_warn(OmModelReport* report, const char* format, ...) {
@@ -166,7 +166,7 @@ static OmStatus boundary_area(const OmTetMesh* mesh, double* area) {
     return OM_OK;
 }
 
-// Mesh at one edge length; *error is what remains of the volume error.
+// Mesh with one edge length; *error is the remaining volume error.
 static OmStatus mesh_at_edge(const OmMeshTask* task, double edge, const OmProgress* progress,
                              OmTetMesh* mesh, double* level, double* error) {
     OmStuffDef def = om_stuff_default_def(edge, task->fn, task->ctx, task->lo, task->hi);
@@ -216,7 +216,8 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
         OmTetMesh trial;
         double level = 0, error = 0;
         last = mesh_at_edge(task, edge, progress, &trial, &level, &error);
-        if (last == OM_INVALID) continue;  // thinner than this edge: the next may hold it
+        // parts thinner than this edge were lost: the next edge may represent them
+        if (last == OM_INVALID) continue;
         if (last < 0) break;
         if (error < best) {
             om_tet_mesh_done(mesh);
@@ -246,8 +247,8 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
     return OM_OK;
 }
 
-// What a beam of n plain elements through its height misses of its deflection, a / (n^2 + a) with a = 3 + 3/4 K / mu:
-// within 6 points of what was measured with 1 to 8 at nu = 0 to 0.49 (doc/fem.md).
+// Relative error of a beam's deflection with n linear elements through its height: a / (n^2 + a) with a = 3 + 3/4 K /
+// mu, within 6 points of the measurements with 1 to 8 elements at nu = 0 to 0.49 (doc/fem.md).
 #define BENDING_LIMIT 0.1  // above it a mesh is too coarse for its Poisson ratio
 
 static void warn_coarse(const OmPatient* patient, OmModelReport* report) {
@@ -265,11 +266,11 @@ static void warn_coarse(const OmPatient* patient, OmModelReport* report) {
         1e3 * report->quality.edge_mean * n / wanted);
 }
 
-// ---- the organ itself ------------------------------------------------------------------------------------------
+// ---- the organ as tissue ---------------------------------------------------------------------------------------
 
 static OmStatus mesh_organ(const OmModelDef* def, OmBody* body, const OmProgress* progress,
                            OmPatient* patient, OmModelReport* report) {
-    if (body->has_mesh) {  // a ready mesh is used as it is
+    if (body->has_mesh) {  // a volume mesh is used without remeshing
         patient->mesh = body->mesh;
         memset(&body->mesh, 0, sizeof body->mesh);
         report->edge = 0;
@@ -302,7 +303,7 @@ static void default_materials(const OmModelDef* def, OmPatient* patient) {
     patient->nmaterial = 1;
 }
 
-// Distance of the mesh's boundary, at its vertices and the middles of its triangles, to the level set.
+// Distance of the mesh's boundary to the level set, at vertices and centres of triangles.
 static OmStatus surface_error(const OmBody* body, const OmTetMesh* mesh, OmModelReport* report) {
     OmSurface s;
     OM_TRY(om_tet_mesh_boundary(mesh, &s, NULL));
@@ -378,7 +379,7 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
     } else {
         OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
         OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
-        om_surface_done(&patient->organ);  // it is the tissue, not what the tissue lies on
+        om_surface_done(&patient->organ);  // it is the tissue itself, not the organ below it
     }
     OM_TRY_DONE(om__patient_check_materials(patient));
     OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));

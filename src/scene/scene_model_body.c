@@ -13,7 +13,7 @@ void om__body_done(OmBody* body) {
 
 // ---- unit, space and size ---------------------------------------------------------------------------------
 
-// What is known of the numbers of a mesh or surface, and how large it makes the body.
+// Unit and space of a mesh or surface file, and the body's size with them.
 typedef struct Numbers {
     OmMeshFrame stated, used;
     double length, volume;  // longest side m, m^3
@@ -29,7 +29,7 @@ static double longest_side(const double* x, int nvert) {
     return fmax(size.x, fmax(size.y, size.z));
 }
 
-// What was assumed and what was converted.
+// Log assumptions and conversions.
 static void note_frame(const OmModelDef* def, const Numbers* n, OmModelReport* report) {
     const bool is_lps = n->used.space == OM_SPACE_LPS;
     const char* name = is_lps ? "LPS" : "RAS";
@@ -54,8 +54,8 @@ static void note_frame(const OmModelDef* def, const Numbers* n, OmModelReport* r
     }
 }
 
-// A body in the wrong unit is out by a factor of 10 to 1000. The bounds are those of organs, wide: an adrenal
-// gland has 5 mL and 40 mm, the fat of a trunk 10 litres.
+// In the wrong unit a body is too large or small by a factor of 10 to 1000. The bounds are those of organs,
+// with a margin: an adrenal gland has 5 mL and 40 mm, the fat of a trunk 10 litres.
 static const double organ_length[2] = {0.010, 0.600}, organ_volume[2] = {1e-7, 2e-2};  // m, m^3
 
 static bool is_plausible(double length, double volume) {
@@ -63,7 +63,7 @@ static bool is_plausible(double length, double volume) {
            volume <= organ_volume[1];
 }
 
-// The other units with which the body would be as large as an organ, as " --unit cm makes it ..."; "" if none.
+// The other units in which the body has the size of an organ, as " --unit cm makes it ..."; "" if there is none.
 static void list_units(const Numbers* n, char* out, size_t size) {
     static const struct {
         const char* name;
@@ -80,7 +80,7 @@ static void list_units(const Numbers* n, char* out, size_t size) {
     }
 }
 
-// A size that no organ has is told; without a stated unit, a size that no body has is refused.
+// Warn about a size that no organ has; without a stated unit, refuse a size that no body has.
 static OmStatus check_size(const OmModelDef* def, const Numbers* n, OmModelReport* report) {
     const bool is_stated = def->unit > 0 || n->stated.unit > 0;
     const bool is_absurd = n->length < 0.001 || n->length > 2;
@@ -104,8 +104,8 @@ static OmStatus check_size(const OmModelDef* def, const Numbers* n, OmModelRepor
 
 // ---- voxels ---------------------------------------------------------------------------------------------
 
-#define MAX_PAD 1000  // voxels of air around an organ that is closed
-#define CHUNK 4096    // values looked at at a time
+#define MAX_PAD 1000  // layers of voxels around an organ for closing
+#define CHUNK 4096    // values checked at a time
 
 static bool is_selected(const OmModelDef* def, const OmBody* body, double v) {
     if (body->has_window) return v >= def->window_lo && v <= def->window_hi;
@@ -116,7 +116,7 @@ static bool is_selected(const OmModelDef* def, const OmBody* body, double v) {
     return false;
 }
 
-// The labels a volume holds, as " 1 2 3 ...", for the message that a label is not there.
+// The labels of a volume, as " 1 2 3 ...", for the message that a label is missing.
 static OmStatus list_labels(const OmVolume* volume, char* out, size_t size) {
     OmLabelScan scan;
     OM_TRY(om__label_scan(volume, &scan));
@@ -175,7 +175,7 @@ static void grow_box(void* ctx, int i, int j, int k) {
 typedef struct Marking {
     const int* dim;  // of the volume
     OmMask* mask;
-    int shift[3];  // of the mask's voxel (0, 0, 0) in the volume
+    int shift[3];  // index in the volume of the mask's voxel (0, 0, 0)
     int64_t count, ncapped;
 } Marking;
 
@@ -190,7 +190,7 @@ static void mark_voxel(void* ctx, int i, int j, int k) {
                   k == m->dim[2] - 1;
 }
 
-// The mask of the selected voxels with `pad` layers of air around: no larger than it must be.
+// The mask of the selected voxels with `pad` empty layers around its bounding box.
 static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmModelReport* report) {
     const OmVolume* volume = &body->volume;
     Box box = {{volume->dim[0], volume->dim[1], volume->dim[2]}, {-1, -1, -1}};
@@ -216,7 +216,7 @@ static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmMo
     return OM_OK;
 }
 
-// Which connected parts stay; those that go are told.
+// Choose the connected parts to keep, and log the removed ones.
 static OmStatus keep_parts(const OmModelDef* def, OmMask* m, OmModelReport* report) {
     int64_t size[OM_MAX_PART];
     const double voxel = fabs(om_mat3_det(m->axis)), before = om_mask_volume(m);
@@ -286,7 +286,7 @@ static void look_for_label(void* ctx, int i, int j, int k) {
     }
 }
 
-// Of several labels, those of which nothing is left: none of their parts was kept.
+// Warn about selected labels of which no part was kept.
 static void note_lost_labels(const OmModelDef* def, const OmBody* body, OmModelReport* report) {
     Presence p = {.body = body};
     if (body->nlabel < 2 || !(report->left_out > 0)) return;
@@ -318,7 +318,7 @@ static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* r
     return OM_OK;
 }
 
-// The longest side of the box around a cropped mask of one layer of air.
+// The longest side of a cropped mask, without its empty layer.
 static double mask_length(const OmMask* m) {
     const OmMat3* a = &m->axis;
     const double ni = m->dim[0] - 2, nj = m->dim[1] - 2, nk = m->dim[2] - 2;
@@ -352,7 +352,7 @@ static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody
     return status < 0 ? om_error_prefix(status, "%s", def->input) : OM_OK;
 }
 
-// How far the level set lies from the faces between inside and outside voxels, in voxels.
+// Distance of the level set from the faces between inside and outside voxels, in voxels.
 static double face_distance(const OmBody* body) {
     const OmMask* m = &body->mask;
     const size_t stride[3] = {1, (size_t)m->dim[0], (size_t)m->dim[0] * (size_t)m->dim[1]};
@@ -378,7 +378,7 @@ static double face_distance(const OmBody* body) {
     return count ? sum / (double)count / body->voxel : 0;
 }
 
-// The label of the selected voxel nearest to p, looked for within two voxels; `otherwise` if there is none.
+// The label of the selected voxel nearest to p, searched within two voxels; `otherwise` if there is none.
 static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3* inverse, OmVec3 p,
                          int otherwise) {
     const OmVolume* v = &body->volume;
@@ -405,7 +405,7 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
 
 void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh) {
     OmMat3 inverse;
-    if (!body->has_volume || def->has_window) return;  // intensities are no labels
+    if (!body->has_volume || def->has_window) return;  // intensities are not labels
     if (om_mat3_inverse(body->volume.axis, &inverse) < 0) return;
     for (int e = 0; e < mesh->ntet; e++) {
         OmVec3 sum = om_vec3(0, 0, 0);
@@ -419,8 +419,8 @@ void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMes
 
 // ---- meshes and surfaces ------------------------------------------------------------------------------------
 
-// The field must resolve the elements, whatever edge the def asks for. Of a mesh that is used as it is, the
-// field only measures the boundary.
+// The field must resolve elements of the definition's edge length. For a volume mesh, which is not
+// remeshed, the field only measures the boundary.
 static OmStatus mesh_field(const OmTetMesh* mesh, bool is_measure, OmSdfDef def, OmSdf* sdf) {
     OmMeshQuality quality;
     OmSurface surface;
@@ -457,7 +457,7 @@ static OmStatus surface_field(const OmModelDef* def, const OmSurface* surface, c
     OM_CHECK(n->volume > 0, OM_INVALID, "the surface is inside out: its triangles face inwards");
     OmStatus status = om_sdf_from_surface(surface, sdf_def, &body->sdf);
     if (status != OM_INVALID || is_plausible(n->length, n->volume) || def->unit > 0) return status;
-    char why[512], units[160];  // too small for the edge, as its unit is wrong
+    char why[512], units[160];  // too small for the edge because the unit is wrong
     snprintf(why, sizeof why, "%s", om_error_message());
     list_units(n, units, sizeof units);
     return om_error(OM_INVALID, "%s; the body is %.4g mm long if a unit of the file is %g mm%s",
@@ -520,7 +520,7 @@ OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* p
     sdf_def.margin = margin + 2 * sdf_def.spacing;
     if (given || is_one_of(ext, volume_ext)) {
         OM_TRY(load_voxels(def, given, body, report));
-        // finer than a third of a voxel, the grid would only repeat itself
+        // a grid finer than a third of a voxel holds no more information
         sdf_def.spacing = fmax(sdf_def.spacing, body->voxel / 3);
         sdf_def.smooth = def->smooth;
         OM_TRY(om_progress_report(progress, "distance field", 0, 1));

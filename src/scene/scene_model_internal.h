@@ -1,4 +1,4 @@
-// scene_model_internal.h: what the files of the model pipeline share.
+// scene_model_internal.h: shared by the files of the model pipeline.
 #ifndef OM_SCENE_MODEL_INTERNAL_H
 #define OM_SCENE_MODEL_INTERNAL_H
 
@@ -9,34 +9,38 @@
 
 enum { OM__MODEL_COOKIE = 0x30de1 };
 
-typedef struct OmBody {  // the organ as read and cleaned; om__body_done frees
+typedef struct OmBody {  // the organ after reading and cleaning; om__body_done frees
     bool has_volume;     // from a label map or intensities
     bool is_volume_borrowed;
-    OmVolume volume;  // as read, or the labels of several layers; kept for the labels of elements
-    double unit_stated;  // by the header of the volume, m; 0: it states none
+    // as read, or labels joined from several layers; kept for the labels of elements
+    OmVolume volume;
+    double unit_stated;  // unit in the header of the volume, m; 0: none
     bool has_window;
-    int label[OM_MAX_LABEL];  // values of `volume` that are meshed; nlabel 0: every value above 0
+    int label[OM_MAX_LABEL];  // values of `volume` to mesh; nlabel 0: all values above 0
     int nlabel;
-    char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // "" where the file gives none
+    char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // "" if the file has no name
     int shift[3];   // of voxel (0, 0, 0) of the mask in the volume, until the mask is cropped
     OmMask mask;    // cleaned
     bool has_mesh;  // from a volume mesh
     OmTetMesh mesh;
     OmSdf sdf;
-    double volume_ref;    // what the distance field should enclose, m^3
-    double voxel;         // mean voxel side, m; 0 without voxels
-    OmVec3 centroid;      // of the body, m
-    OmVec3 center_image;  // of the whole image, m: which side of the patient the body is on
+    double volume_ref;  // volume that the distance field should enclose, m^3
+    double voxel;       // mean voxel side, m; 0 without voxels
+    OmVec3 centroid;    // of the body, m
+    // of the whole image, m: determines the side of the patient on which the body lies
+    OmVec3 center_image;
 } OmBody;
 
 void om__body_done(OmBody* body);
-// Read the input of a def (or take the given volume), clean it and build its distance field, with `margin` around it.
+// Read the input of a definition (or use the given volume), clean it and build its distance field,
+// with `margin` around it.
 OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,
                        const OmVolume* given, OmBody* body, OmModelReport* report);
-// Labels of the elements from the selected voxels nearest to their centroids.
+// Label each element by the selected voxel nearest to its centroid.
 void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh);
 
-// Mesh {fn < 0} with the level shifted until it has `volume` (0: no shift), refining edges if asked.
+// Mesh {fn < 0} with the level shifted until it has `volume` (0: no shift); refine edges if the
+// definition allows it.
 typedef struct OmMeshTask {
     OmShapeFn fn;
     void* ctx;
@@ -46,16 +50,16 @@ typedef struct OmMeshTask {
     double min_share;
     bool refine;
     int nworker;
-    double* level;  // where fn looks up the level about to be meshed; may be null
+    double* level;  // the level that fn subtracts; may be null
 } OmMeshTask;
 OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress, OmTetMesh* mesh,
                               OmModelReport* report);
 
-// The sheet over the organ, its sets, and the region of interest, into `patient`.
+// Build the sheet over the organ, its sets, and the region of interest, into `patient`.
 OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,
                          OmPatient* patient, OmModelReport* report);
 
-// Every element has a material; the message names the label that has none.
+// Check that every element has a material; the message names a label without one.
 OmStatus om__patient_check_materials(const OmPatient* patient);
 
 // Write report.html: verdict, pictures, tables, dihedral angles.
@@ -64,7 +68,7 @@ OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* repo
 // Add pictures of the model to a page.
 OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page);
 
-// Append a sentence to the report's warnings, or to its notes.
+// Append a sentence to the report's warnings or notes.
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
 void om__model_note(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);
 
@@ -79,7 +83,8 @@ typedef struct OmLabelScan {  // the values of one volume
 } OmLabelScan;
 OmStatus om__label_scan(const OmVolume* volume, OmLabelScan* scan);
 void om__label_scan_done(OmLabelScan* scan);
-// Read the volume or the layers that hold the labels of the def into `body` (volume, label), in words too.
+// Read the volume or the layers with the labels of the definition into `body` (volume, label), and
+// describe them in words.
 OmStatus om__body_load_labels(const OmModelDef* def, const OmVolume* given, OmBody* body,
                               OmModelReport* report);
 

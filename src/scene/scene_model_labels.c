@@ -1,8 +1,9 @@
-// scene_model_labels.c: the labels of a file: what it holds, and which of them a model is built from.
+// scene_model_labels.c: the labels of a file, and the choice of those from which a model is built.
 //
-// A number is the value of the voxels, unless segments of several layers share values (3D Slicer counts anew
-// in each layer): then segments are numbered from 1 in the order of the file, and the list says so.
-// Labels of several layers are joined in one volume; where they overlap, the one that is named first has the voxel.
+// A label's number is the value of its voxels, unless segments of several layers have equal values (3D Slicer
+// numbers each layer anew): then segments are numbered from 1 in the order of the file, and the list says so.
+// Labels of several layers are joined in one volume; where they overlap, the voxel belongs to the label named
+// first.
 #include <limits.h>
 #include <string.h>
 #include <strings.h>
@@ -13,18 +14,18 @@ enum { LABEL_MAX = 65535, ROW_MAX = 1024, CHOICE_MAX = 20, LAYER_MAX = 256, CHUN
 
 // ---- the values of a volume ---------------------------------------------------------------------------
 
-typedef struct Tally {  // of one value, while the volume is scanned
+typedef struct Tally {  // statistics of one value during the scan of the volume
     int64_t count;
-    double sum[3];  // of the voxels' indices
+    double sum[3];  // sum of the voxels' indices
     int box[6];
-    OmVec3 lo, hi;  // centres, m
+    OmVec3 lo, hi;  // extent of the voxel centres, m
 } Tally;
 
 static OmVec3 voxel_centre(const OmVolume* v, double i, double j, double k) {
     return om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
 }
 
-// Voxels [begin, end) of row (j, k) have the value.
+// Add voxels [begin, end) of row (j, k) to the value.
 static void add_run(const OmVolume* v, Tally* t, int begin, int end, int j, int k) {
     const int first[3] = {begin, j, k}, last[3] = {end - 1, j, k};
     const double n = end - begin;
@@ -56,7 +57,7 @@ static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* r
         row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->dim[c] - 1;
 }
 
-// Values of one row from voxel `first` of it on.
+// Add the values of one row, from voxel `first` on.
 static void scan_values(const OmVolume* v, const double* value, int first, int n, int j, int k,
                         Tally* tally, OmLabelScan* scan) {
     for (int i = 0; i < n;) {
@@ -122,12 +123,12 @@ static bool are_values_unique(const OmVolumeInfo* info) {
     return true;
 }
 
-// The number by which a segment is chosen.
+// The number by which a user chooses a segment.
 static int segment_label(const OmVolumeInfo* info, bool is_unique, int s) {
     return !info->has_layers || is_unique ? info->segment[s].value : s + 1;
 }
 
-// The segment that names a value of a layer, or -1.
+// The segment with this value in this layer, or -1.
 static int find_segment(const OmVolumeInfo* info, int layer, int value) {
     for (int s = 0; s < info->nsegment; s++) {
         const OmSegment* g = &info->segment[s];
@@ -167,7 +168,7 @@ static OmStatus add_row(OmLabelList* list, const OmLabelRow* row) {
     return OM_OK;
 }
 
-// Rows of one volume of the file; `layer` is -1 where the file has no layers.
+// Add the rows of one volume of the file; `layer` is -1 if the file has no layers.
 static OmStatus list_volume(const OmVolumeInfo* info, int layer, const OmVolume* v,
                             OmLabelList* list) {
     OmLabelScan scan;
@@ -244,10 +245,10 @@ void om_label_list_done(OmLabelList* list) {
 
 // ---- choosing ---------------------------------------------------------------------------------------------
 
-typedef struct Choice {  // what is meshed
-    int segment;         // of the file's table, -1: it has none for it
+typedef struct Choice {  // a label to mesh
+    int segment;         // index in the file's table, -1: the table has no entry
     int layer, value;
-    int label;  // of the elements
+    int label;  // label of the elements
 } Choice;
 
 typedef struct Chooser {
@@ -260,7 +261,7 @@ typedef struct Chooser {
 
 static OmStatus choose_segment(Chooser* c, int s) {
     const OmSegment* g = &c->info->segment[s];
-    // of the one volume that is read, elements get the values as they are
+    // with one volume, elements have the values of the file
     int label = c->def->volume >= 0 ? g->value : segment_label(c->info, c->is_unique, s);
     for (int i = 0; i < c->nchoice; i++)
         if (c->choice[i].segment == s) return OM_OK;
@@ -315,7 +316,7 @@ static OmStatus choose_name(Chooser* c, const char* name) {
 
 static OmStatus choose_number(Chooser* c, int label) {
     const OmVolumeInfo* info = c->info;
-    if (c->def->volume >= 0 || !info->has_layers) {  // the value in the one volume that is read
+    if (c->def->volume >= 0 || !info->has_layers) {  // a value of the one volume that is read
         const int layer = c->def->volume > 0 ? c->def->volume : 0;
         for (int i = 0; i < c->nchoice; i++)
             if (c->choice[i].value == label) return OM_OK;
@@ -352,7 +353,7 @@ static OmStatus choose(Chooser* c) {
         def->input, info->nsegment, all);
 }
 
-// Which labels, in words: "liver (label 5), label 9".
+// The chosen labels in words: "liver (label 5), label 9".
 static void describe(const Chooser* c, OmModelReport* report) {
     size_t len = 0, size = sizeof report->selected;
     for (int i = 0; i < c->nchoice && len + 1 < size; i++) {
@@ -366,7 +367,7 @@ static void describe(const Chooser* c, OmModelReport* report) {
 
 // ---- loading ----------------------------------------------------------------------------------------------
 
-// From places in the choice to labels, in the same bytes if every label fits in one.
+// Convert indices of the choice to labels, in place if every label fits in one byte.
 static OmStatus take_labels(const Chooser* c, unsigned char* place, OmVolume* v) {
     const size_t n = om_volume_count(v);
     int max = 0;
@@ -390,7 +391,7 @@ static OmStatus take_labels(const Chooser* c, unsigned char* place, OmVolume* v)
     return OM_OK;
 }
 
-// The labels of the choice that lie in this layer: first their places in the choice, from 1.
+// The labels of the choice that lie in this layer, as indices of the choice from 1.
 static int64_t join_layer(const Chooser* c, int layer, const OmVolume* v, unsigned char* place) {
     const size_t count = om_volume_count(v);
     double value[CHUNK];
@@ -442,7 +443,7 @@ done:
     return status;
 }
 
-// Without a choice: a volume of one label has it; of several, or of intensities, none is taken.
+// No choice was given: take the label of a volume with only one; otherwise, or for intensities, take none.
 static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport* report) {
     const OmModelDef* def = c->def;
     OmLabelScan scan;
@@ -478,10 +479,10 @@ static OmStatus choose_only_label(const Chooser* c, OmBody* body, OmModelReport*
     return status;
 }
 
-// Labels that were chosen and have no voxel, beside others that have.
+// Warn about chosen labels without voxels, if other chosen labels have voxels.
 static OmStatus note_missing(const Chooser* c, OmBody* body, OmModelReport* report) {
     OmLabelScan scan;
-    if (body->nlabel < 2) return OM_OK;  // a single one that is missing is an error
+    if (body->nlabel < 2) return OM_OK;  // if the only one is missing, that is an error
     OM_TRY(om__label_scan(&body->volume, &scan));
     for (int i = 0; i < body->nlabel; i++) {
         bool is_there = body->label[i] <= 0 || scan.is_intensity;
@@ -496,7 +497,7 @@ static OmStatus note_missing(const Chooser* c, OmBody* body, OmModelReport* repo
     return OM_OK;
 }
 
-// The header of a volume may leave open its unit and how it lies in the patient: then the def decides.
+// Where the header of a volume states no unit or orientation, the definition's are used.
 static OmStatus place_volume(const Chooser* c, OmBody* body, OmModelReport* report) {
     const OmModelDef* def = c->def;
     OmVolume* v = &body->volume;

@@ -1,18 +1,19 @@
 // scene_model_marks.c: marks of direction and a bar of length in pictures of a patient.
 //
-// The letters at the four borders say which side of the patient lies there: Right, Left, Anterior, Posterior,
-// Superior, Inferior. As DICOM does, an oblique direction has several, the nearest first. Letters are drawn
-// into the pixels, from cells of 5 x 7.
+// The letters at the four borders name the side of the patient there: Right, Left, Anterior, Posterior,
+// Superior, Inferior. As in DICOM, an oblique direction has several letters, the nearest first. Letters are
+// drawn as pixels, in cells of 5 x 7.
 #include <string.h>
 
 #include "scene/scene_model_marks.h"
 
 enum { CELL_WIDTH = 5, CELL_HEIGHT = 7, SCALE = 3, MARGIN = 8 };
 
-// A letter names every direction within 67.5 degrees of it: nearer than 22.5 degrees to an axis, one is left.
+// A direction gets a letter if it is within 67.5 degrees of it; within 22.5 degrees of an axis only
+// one letter remains.
 #define LEAST_COSINE 0.383
 
-// ---- which letters, how long a bar --------------------------------------------------------------------------
+// ---- letters and length of the bar ------------------------------------------------------------------------------
 
 static void name_direction(OmVec3 d, char out[4]) {
     static const char letter[3][2] = {{'L', 'R'}, {'P', 'A'}, {'I', 'S'}};
@@ -52,7 +53,7 @@ OmViewMarks om__view_marks(const OmCamera* camera, double distance) {
 static const unsigned char* find_glyph(char c) {
     static const struct {
         char c;
-        unsigned char row[CELL_HEIGHT];  // the highest of five bits is the left column
+        unsigned char row[CELL_HEIGHT];  // the highest of the five bits is the left column
     } font[] = {
         {'R', {0x1e, 0x11, 0x11, 0x1e, 0x14, 0x12, 0x11}},
         {'L', {0x10, 0x10, 0x10, 0x10, 0x10, 0x10, 0x1f}},
@@ -83,7 +84,7 @@ static int text_width(const char* text, int scale) {
     return (int)strlen(text) * (CELL_WIDTH + 1) * scale - scale;
 }
 
-// White on a black rim of one pixel, so that it is read on any ground.
+// White with a black rim of one pixel, legible on any background.
 static void draw_text(OmPicture* p, int x, int y, const char* text, int scale) {
     for (int is_white = 0; is_white < 2; is_white++) {
         for (int c = 0; text[c]; c++) {

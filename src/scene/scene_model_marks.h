@@ -1,4 +1,4 @@
-// scene_model_marks.h: the views of a patient model's page, their marks of direction and bars of length.
+// scene_model_marks.h: the views in a patient model's report, their marks of direction and bars of length.
 #ifndef OM_SCENE_MODEL_MARKS_H
 #define OM_SCENE_MODEL_MARKS_H
 
@@ -12,18 +12,18 @@ typedef struct OmViewMarks {
     double bar_pixels;  // its length in a plane at `distance` from the camera, across the view
 } OmViewMarks;
 OmViewMarks om__view_marks(const OmCamera* camera, double distance);
-// Draw them into an RGB picture.
+// Draw the marks into an RGB picture.
 void om__draw_marks(OmPicture* picture, const OmViewMarks* marks);
 
 enum { OM_MODEL_VIEWS = 4 };
 typedef struct OmModelView {
     OmCamera camera;
-    double distance;  // from the camera to the middle of what is shown, m
-    unsigned shown;   // bits of objects
+    double distance;  // from the camera to the centre of the view, m
+    unsigned shown;   // bit set of objects
     const char* caption;
 } OmModelView;
-// The pictures of a model's page: an organ from the front, from below and from its left, as a radiologist
-// sees them (the patient's right on the left), and cut open; a sheet along the covered side.
+// The pictures of a model's report. An organ: from the front, from below and from its left, as
+// radiologists view it (the patient's right on the left), and cut open. A sheet: along the covered side.
 void om__model_views(const OmPatient* patient, OmModelView view[OM_MODEL_VIEWS]);
 
 #endif

@@ -6,7 +6,7 @@
 #define MAX_CELL 96
 #define MAX_CELL_LEN 96
 
-typedef struct Table {  // rows of three cells: what, value, unit; texts live here
+typedef struct Table {  // rows of three cells: quantity, value, unit; owns the texts
     char text[MAX_CELL][MAX_CELL_LEN];
     const char* cell[MAX_CELL];
     int n;
@@ -14,7 +14,7 @@ typedef struct Table {  // rows of three cells: what, value, unit; texts live he
 
 static void add_row(Table* t, const char* what, double value, const char* format,
                     const char* unit) {
-    if (t->n + 3 > MAX_CELL) return;  // more sets than a reader wants to see
+    if (t->n + 3 > MAX_CELL) return;  // further sets are left out
     snprintf(t->text[t->n], MAX_CELL_LEN, "%s", what);
     snprintf(t->text[t->n + 1], MAX_CELL_LEN, format, value);
     snprintf(t->text[t->n + 2], MAX_CELL_LEN, "%s", unit);
@@ -27,7 +27,7 @@ static void put_table(Table* t, OmReport* page) {
     t->n = 0;
 }
 
-// What a simulation asks of a mesh; what is worth knowing besides comes below.
+// Qualities of a mesh that matter for a simulation; notes follow below.
 static void add_verdict(const OmModelReport* r, OmReport* page) {
     const double angle = r->quality.dihedral_min * 180 / OM_PI;
     const double error = fmax(r->volume_error, fabs(r->label_error));

@@ -1,8 +1,9 @@
 // scene_model_picture.c: pictures of a patient model for its page.
 //
-// Under a sheet, seen along the covered side and obliquely: the organ with the region of interest, the tissue
-// over it with its attachments, a view from the side, and a cut through both that shows the elements. An organ
-// alone is seen from the front, from below and from its left. Each picture has marks of direction and a bar.
+// A model with a sheet is seen along the covered side and obliquely: the organ with the region of interest,
+// the tissue over it with its attachments, a side view, and a cut through both that shows the elements. An
+// organ alone is seen from the front, from below and from its left. Each picture has marks of direction and a
+// bar.
 #include <string.h>
 
 #include "scene/scene_model_internal.h"
@@ -14,10 +15,10 @@ enum { ORGAN, ROI, TISSUE, HELD, CUT_ORGAN, CUT_TISSUE, NOBJECT };
 
 typedef struct Stage {
     OmSenseScene* scene;
-    int id[NOBJECT];  // -1: there is none
+    int id[NOBJECT];  // -1: not in the scene
     OmVec3 center;
-    double radius;            // of everything about the centre, m
-    OmVec3 front, top, side;  // unit, orthogonal: towards the viewer, up the body, across
+    double radius;            // radius of a ball around the centre that contains all objects, m
+    OmVec3 front, top, side;  // unit, orthogonal: towards the viewer, up, sideways
 } Stage;
 
 static OmSenseLook look_of(int object) {
@@ -31,9 +32,9 @@ static OmSenseLook look_of(int object) {
     return look;
 }
 
-// ---- what is shown ------------------------------------------------------------------------------------------
+// ---- objects ------------------------------------------------------------------------------------------------
 
-// Add the triangles of a surface whose flag is `wanted`.
+// Add the triangles of a surface with this flag.
 static OmStatus add_part(Stage* stage, int object, const OmSurface* surface,
                          const unsigned char* flag, int wanted) {
     OmSurface part;
@@ -79,7 +80,7 @@ static OmStatus add_organ(const OmPatient* p, Stage* stage) {
     return status;
 }
 
-// The tissue's boundary: triangles between three held vertices apart.
+// The tissue's boundary; triangles between three attached vertices are an object of their own.
 static OmStatus add_tissue(const OmPatient* p, Stage* stage) {
     OmStatus status = OM_OK;
     OmSurface boundary = {0};
@@ -104,7 +105,7 @@ done:
     return status;
 }
 
-// The elements behind the plane of the cut, whole.
+// The elements behind the plane of the cut, uncut.
 static OmStatus add_cut_tissue(const OmPatient* p, Stage* stage) {
     OmTetMesh half;
     OmSurface boundary = {0};
@@ -198,7 +199,7 @@ static OmStatus take_picture(Stage* stage, const OmModelView* view, OmReport* pa
     OM_TRY(om_sense_scene_commit(stage->scene));
     OmSenseOptions options = om_sense_options_default();
     options.samples = 2;
-    options.has_shadow = false;  // shapes are read better without
+    options.has_shadow = false;  // shapes are clearer without shadows
     OmPicture picture;
     OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
     OmStatus status = om_sense_render(stage->scene, &view->camera, &options, &picture);

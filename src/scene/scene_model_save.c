@@ -1,6 +1,6 @@
 // scene_model_save.c: patient models as folders: patient.yaml, tissue.vtu, organ.ply, reports.
 //
-// A folder is written beside its place and takes it when it is whole (om_folder_begin).
+// A folder is written under a temporary name and renamed when it is complete (om_folder_begin).
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -21,7 +21,7 @@ typedef struct SetItem {
     int nvert;
 } SetItem;
 
-typedef struct PatientFile {  // what the schema below fills
+typedef struct PatientFile {  // the values of the schema below
     char name[OM_NAME_LEN];
     char mesh[256];
     char organ[256];
@@ -240,7 +240,7 @@ OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report, 
 
 // ---- loading ------------------------------------------------------------------------------------------------
 
-// The mesh holds the sets that the file names: it is the mesh of this model.
+// The mesh must have the sets that the file names; otherwise it belongs to another model.
 static OmStatus check_sets(const PatientFile* file, const OmTetMesh* mesh) {
     for (int i = 0; i < file->nset; i++) {
         const OmMeshSet* set = om_tet_mesh_find_set(mesh, file->set[i].name);
@@ -253,7 +253,7 @@ static OmStatus check_sets(const PatientFile* file, const OmTetMesh* mesh) {
     return OM_OK;
 }
 
-// Every element has a material, the organ bounds a volume, and the region lies on it.
+// Check that every element has a material, the organ bounds a volume, and the region lies on it.
 static OmStatus check_patient(const OmPatient* p) {
     OM_TRY(om__patient_check_materials(p));
     if (p->organ.nvert > 0) {

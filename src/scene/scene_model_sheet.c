@@ -7,11 +7,11 @@
 //     | /        \  |          -(x - centroid).n - wrap above a plane: the far side stays free
 //     |/  organ   \ |
 //
-// u is the organ's longest axis across n, v = n x u; outline and plane are taken at the foot of a point on
-// the organ, so that the rim stands upright on it, and the sheet ends where the image ends. Fat bridges
-// what is narrower than itself, such as the hilum of a kidney, so the sheet lies on the organ's closing by
-// a ball. The tumour is a low dome on the organ; the organ's distance field is rebuilt with it, so that the
-// sheet lies on the tumour as well.
+// u is the organ's longest axis normal to n, v = n x u. Outline and plane are evaluated at the foot of a
+// point on the organ, so that the rim is normal to it. The sheet ends where the image ends. Fat bridges
+// gaps narrower than itself, such as the hilum of a kidney, so the sheet lies on the closing of the organ
+// by a ball. The tumour is a low dome on the organ; the organ's distance field is rebuilt with it, so that
+// the sheet lies on the tumour too.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,15 +20,15 @@
 
 typedef struct Sheet {
     const OmModelDef* def;
-    const OmSdf* base;  // what the sheet lies on: the closing of organ and tumour
+    const OmSdf* base;  // base of the sheet: the closing of organ and tumour
     const OmBody* body;
     OmMat3 image_inverse;  // of the axes of the image
-    OmVec3 n, u, v;        // side, along, across
+    OmVec3 n, u, v;        // normal of the side, long axis, short axis
     OmVec3 center;         // of the outline, any height along n
     OmVec3 centroid;       // of the organ
     double half[2];        // m, along u and v
     double corner;         // m
-    double level;          // being meshed; only the outer faces move with it
+    double level;          // level of the current mesh; it only moves the outer faces
 } Sheet;
 
 typedef struct Bump {  // union of the organ and a dome on its surface
@@ -39,7 +39,7 @@ typedef struct Bump {  // union of the organ and a dome on its surface
 
 // ---- the frame of the sheet -----------------------------------------------------------------------------
 
-// Extent of the inside nodes along a direction, about the centroid.
+// Extent of the inside nodes along a direction, relative to the centroid.
 static void extent_along(const OmBody* body, OmVec3 direction, double* lo, double* hi) {
     const OmSdf* sdf = &body->sdf;
     size_t n = 0;
@@ -58,7 +58,7 @@ static void extent_along(const OmBody* body, OmVec3 direction, double* lo, doubl
     }
 }
 
-// The longest axis across n: the largest principal axis of the inside nodes projected along n.
+// The longest axis normal to n: the largest principal axis of the inside nodes projected along n.
 static OmVec3 longest_axis(const OmBody* body, OmVec3 n) {
     const OmSdf* sdf = &body->sdf;
     OmMat3 sum = om_mat3_scale(0, om_mat3_identity());
@@ -78,9 +78,9 @@ static OmVec3 longest_axis(const OmBody* body, OmVec3 n) {
     OmMat3 axes;
     om_mat3_eigen_symmetric(sum, &w, &axes);
     OmVec3 u = om_madd(axes.cz, -om_dot(axes.cz, n), n);
-    if (om_norm(u) < 0.5) u = om_orthogonal(n);  // no extent across n
+    if (om_norm(u) < 0.5) u = om_orthogonal(n);  // no extent normal to n
     u = om_normalize(u);
-    // one of the two signs, the same for every organ: up the body, else to the front, else to the right
+    // choose the sign by a rule that is the same for every organ: up the body, else to the front, else to the right
     double sign = fabs(u.z) > 0.3 ? u.z : fabs(u.y) > 0.3 ? u.y : u.x;
     return sign < 0 ? om_scale(-1, u) : u;
 }
@@ -114,7 +114,7 @@ static OmStatus sheet_frame(const OmModelDef* def, const OmBody* body, Sheet* sh
 
 // ---- implicit functions -----------------------------------------------------------------------------------
 
-// Distance to a rounded rectangle in the plane across n.
+// Distance to a rounded rectangle in the plane normal to n.
 static double outline_distance(const Sheet* sheet, OmVec3 p) {
     OmVec3 d = om_sub(p, sheet->center);
     double x = fabs(om_dot(d, sheet->u)) - (sheet->half[0] - sheet->corner);
@@ -123,7 +123,7 @@ static double outline_distance(const Sheet* sheet, OmVec3 p) {
     return outside + fmin(fmax(x, y), 0) - sheet->corner;
 }
 
-// How far x lies beyond what the image shows, less a voxel: nothing is known of the organ there.
+// Distance of x beyond the border of the image, which is reduced by a voxel: the organ is unknown there.
 static double image_distance(const Sheet* sheet, OmVec3 x) {
     const OmVolume* v = &sheet->body->volume;
     if (!sheet->body->has_volume) return -HUGE_VAL;
@@ -137,8 +137,8 @@ static double image_distance(const Sheet* sheet, OmVec3 x) {
     return beyond;
 }
 
-// Distance beyond the sheet's rim, along the surface. It is taken at the foot of p, so that the rim stands
-// upright on the organ, and divided by the slope at which the surface runs through the outline.
+// Distance beyond the sheet's rim, along the surface. It is evaluated at the foot of p, so that the rim is
+// normal to the organ, and divided by the slope at which the surface crosses the outline.
 static double side_distance(const Sheet* sheet, OmVec3 p) {
     OmVec3 g;
     double d = om_sdf_eval(sheet->base, p, &g);
@@ -176,7 +176,7 @@ static double bump_fn(void* ctx, OmVec3 p) {
     return fmin(d, bump->height * (sqrt(across * across + up * up) - 1));
 }
 
-// The distance by which p lies outside the organ grown by `radius`.
+// Distance of p to the organ dilated by `radius`; positive outside.
 typedef struct Grown {
     const OmSdf* sdf;
     double radius;
@@ -187,7 +187,7 @@ static double grown_fn(void* ctx, OmVec3 p) {
     return om_sdf_eval(grown->sdf, p, NULL) - grown->radius;
 }
 
-// Closing by a ball: grow, measure the distance to what has grown, shrink.
+// Closing by a ball: dilate, compute the distance to the dilated organ, erode.
 static OmStatus close_sdf(const OmSdf* in, double radius, OmSdf* out) {
     OmSdfDef def = om_sdf_default_def(in->spacing);
     Grown grown = {in, radius};
@@ -202,8 +202,8 @@ static OmStatus close_sdf(const OmSdf* in, double radius, OmSdf* out) {
 
 // ---- the tumour -----------------------------------------------------------------------------------------------
 
-// The point of the organ's surface that looks along n, is not in a hollow that the sheet bridges, and is
-// seen along n nearest to the wanted place.
+// The point of the organ's surface that faces n, is not in a hollow that the sheet bridges, and is
+// nearest to the wanted place as seen along n.
 static OmStatus place_tumour(const OmBody* body, const OmSurface* organ, const Sheet* sheet,
                              OmVec3* center, OmVec3* normal) {
     const OmSheetDef* s = &sheet->def->sheet;
@@ -235,7 +235,7 @@ static OmStatus place_tumour(const OmBody* body, const OmSurface* organ, const S
     return OM_OK;
 }
 
-// The organ's distance field with the tumour's dome.
+// Rebuild the organ's distance field with the tumour's dome.
 static OmStatus grow_tumour(const OmBody* body, const OmSheetDef* s, OmVec3 center, OmSdf* out) {
     OmSdfDef def = om_sdf_default_def(body->sdf.spacing);
     Bump bump = {&body->sdf, center, s->tumour_radius, s->tumour_height};
@@ -293,7 +293,7 @@ static int compare_ranked(const void* a, const void* b) {
     return x->vert < y->vert ? -1 : x->vert > y->vert;
 }
 
-// Boundary vertices by the face of the sheet they lie on; the border takes the rims of the other two.
+// Sort boundary vertices by the face of the sheet; those of the rims belong to the border.
 static OmStatus add_face_sets(const Sheet* sheet, OmTetMesh* mesh, const int* boundary,
                               int nboundary) {
     const OmSheetDef* s = &sheet->def->sheet;
@@ -336,7 +336,7 @@ static OmStatus mark_attachment(const OmAttachDef* a, const Sheet* sheet, bool i
         OM_ALLOC_DONE(candidate, face->nvert);
         for (int v = 0, i = 0; v < surface->nvert && i < face->nvert; v++) {
             if (surface_vert[v] != face->vert[i]) continue;
-            candidate[n++] = v;  // both lists ascend, and the face is part of the boundary
+            candidate[n++] = v;  // both lists ascend, and the face is a subset of the boundary
             i++;
         }
         OmPatchDef def = om_patch_default_def(a->share, a->seed);
@@ -400,7 +400,7 @@ done:
     return status;
 }
 
-// ---- the whole -----------------------------------------------------------------------------------------------
+// ---- the whole sheet ------------------------------------------------------------------------------------------
 
 // Volume of the sheet's level set, from a fine contour.
 static OmStatus sheet_volume(Sheet* sheet, OmVec3 lo, OmVec3 hi, double* volume) {

@@ -1,4 +1,4 @@
-// scene_model_words.c: attachments in words, as the command line and scene files give them.
+// scene_model_words.c: attachments in words, as in the command line and in scene files.
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 
 OmStatus om_scene_print(const OmScene* scene, bool is_commented, OmText* text) {
     OmScene s = *scene;
-    s.calibrated[0] = 0;  // its values are in the scene already
+    s.calibrated[0] = 0;  // the scene already contains its values
     if (s.tissue.source >= OM_SOURCE_PATIENT) s.attach.kind = OM_ATTACH_SET;
     OmYamlPrint options = {.group = OM__SCENE_IN(s.tissue.source), .is_commented = is_commented};
     return om_yaml_print(&om__scene_schema, &s, &options, text);

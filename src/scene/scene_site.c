@@ -1,7 +1,7 @@
-// scene_site.c: from a scene to the operating site: mesh, frames, attachments, ROI.
+// scene_site.c: build the operating site of a scene: mesh, frames, attachments, ROI.
 //
 // The twin's site is built first in every case; the world's takes its attachments and ROI from it, by
-// nearest vertex, so that two different meshes hold the same hidden truth.
+// nearest vertex, so that both meshes represent the same hidden truth.
 #include <string.h>
 
 #include "omentum/shape_meshing.h"
@@ -156,7 +156,7 @@ OmStatus om__scene_check_world(const OmScene* s, const char* name) {
     return OM_OK;
 }
 
-// The world's mesh; where the scene leaves its edge open, a finer one until it has `least` vertices.
+// The world's mesh. If the scene gives no edge, the mesh is refined until it has at least `min` vertices.
 static OmStatus build_world_body(const OmScene* scene, int min, const OmProgress* progress,
                                  OmSite* site) {
     OmScene s = *scene;

@@ -5,12 +5,12 @@
 #include "scene/scene_site.h"
 
 #define ROI_POINTS 200
-#define ROI_HEIGHT 0.0002  // m: the ROI's rim over the board, above rounding
-#define ROI_BULGE 0.0006   // m: its top above its rim
+#define ROI_HEIGHT 0.0002  // m: height of the ROI's rim above the board, larger than rounding
+#define ROI_BULGE 0.0006   // m: height of its top above its rim
 #define ROI_RINGS 8
 #define ROI_SECTORS 32
 
-// A flat dome on the board: points by a sunflower spiral, and triangles to be drawn.
+// A flat dome on the board: points on a sunflower spiral, and triangles for drawing.
 static OmStatus make_dome_roi(OmSite* site, OmVec3 center_task, double radius) {
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(site->roi_x, 3 * ROI_POINTS);
@@ -51,7 +51,7 @@ done:
     return status;
 }
 
-// A free vertex of the underside, drawn at random: far enough from the border and from what is held.
+// A random free vertex of the underside, far enough from the border and the attachments.
 static OmStatus draw_roi_center(const OmScene* scene, const OmSite* site, OmVec3* center_task) {
     const OmMeshSet* under = om_tet_mesh_find_set(&site->mesh, "underside");
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");

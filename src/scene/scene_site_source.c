@@ -1,4 +1,4 @@
-// scene_site_source.c: where the tissue of a site comes from: a sheet, a mesh, a patient model, a CT.
+// scene_site_source.c: the tissue sources of a site: a sheet, a mesh, a patient model, a CT.
 #include <string.h>
 
 #include "omentum/scene_model.h"
@@ -7,7 +7,7 @@
 
 // ---- frames ----------------------------------------------------------------------------------------------
 
-// z = up, x = away from the endoscope, origin under the middle of the mesh.
+// z = up, x = away from the endoscope, origin below the centre of the mesh.
 static void place_task_frame(OmSite* site, OmVec3 up, OmVec3 view) {
     OmVec3 z = om_normalize(up);
     OmVec3 x = om_scale(-1, om_madd(view, -om_dot(view, z), z));
@@ -26,7 +26,7 @@ static void place_task_frame(OmSite* site, OmVec3 up, OmVec3 view) {
     site->half_size = om_scale(0.5, om_sub(hi, lo));
 }
 
-// Sets "underside" and "top" of a mesh that has none: boundary vertices by the direction they face.
+// Add sets "underside" and "top" to a mesh without them: boundary vertices by the direction of their normals.
 static OmStatus name_faces(OmSite* site) {
     if (om_tet_mesh_find_set(&site->mesh, "underside") &&
         om_tet_mesh_find_set(&site->mesh, "top")) {
@@ -71,7 +71,7 @@ static OmStatus build_sheet(const OmSceneTissue* t, OmSiteRole role, OmSite* sit
     return OM_OK;
 }
 
-// Where the scene's file is.
+// The folder of the scene's file.
 static OmStatus data_path(const OmScene* scene, char* path, size_t size) {
     OM_TRY(om_path_join(scene->data_root, scene->tissue.file, path, size));
     OM_CHECK(
@@ -92,7 +92,7 @@ static OmStatus build_from_mesh(const OmScene* scene, OmSiteRole role, OmSite* s
     return OM_OK;
 }
 
-// A patient's labels become indices of its materials: the one that names the label, or the one for all others.
+// Replace a patient's labels by indices of its materials: the material that names the label, or the default one.
 static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, OmSite* site) {
     _Static_assert(OM_MAX_MATERIAL <= OM_SITE_MATERIALS, "a site holds a patient's materials");
     site->nmaterial = patient->nmaterial;
@@ -111,7 +111,7 @@ static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, O
     return OM_OK;
 }
 
-// Take mesh, materials, organ and ROI out of a patient model; what is left of it is freed by the caller.
+// Move mesh, materials, organ and ROI out of a patient model; the caller frees the rest.
 static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
     OM_CHECK(patient->nroi > 0, OM_INVALID, "%s: the patient model %s has no ROI to expose",
              scene->path, patient->name);
@@ -154,7 +154,7 @@ static OmStatus build_from_volume(const OmScene* scene, OmSiteRole role, const O
     def.sheet.tumour_shift[0] = m->tumour_shift.x;
     def.sheet.tumour_shift[1] = m->tumour_shift.y;
     OM_TRY(om_model_parse_attach(m->attach, &def.sheet.attach[def.sheet.nattach++]));
-    if (scene->seed > 0) {  // both roles draw the same
+    if (scene->seed > 0) {  // both roles draw the same numbers
         OmRng rng = om_rng_init((uint64_t)scene->seed, 3);
         def.sheet.tumour_shift[0] += om_rng_range(&rng, -m->tumour_range.x, m->tumour_range.x);
         def.sheet.tumour_shift[1] += om_rng_range(&rng, -m->tumour_range.y, m->tumour_range.y);
@@ -180,7 +180,7 @@ static OmStatus build_from_patient(const OmScene* scene, OmSiteRole role,
     return status;
 }
 
-// Mesh, frames and named faces, without attachments and ROI where the source has none of its own.
+// Mesh, frames and named faces; attachments and ROI only where the source has its own.
 OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                              OmSite* site) {
     const OmSceneTissue* t = &scene->tissue;
@@ -214,7 +214,7 @@ OmSiteMaterial om_site_get_material(const OmSite* site, int label) {
     if (site->nmaterial == 0) return m;
     const OmSiteMaterial *own = &site->material[label], *first = &site->material[0];
     memcpy(m.name, own->name, sizeof m.name);
-    if (label > 0) {  // the first material's modulus and density are above 0
+    if (label > 0) {  // modulus and density of the first material are above 0
         m.young *= own->young / first->young;
         m.density *= own->density / first->density;
     }

@@ -1,8 +1,8 @@
-// scene_yaml.c: reads YAML by a table of fields. The only file that knows libyaml.
+// scene_yaml.c: read YAML by a table of fields. The only file that uses libyaml.
 //
-// libyaml builds the document; we walk the schema, not the document, so an alias that contains itself
-// cannot make us loop. Rejected: libcyaml, whose messages cannot name the nearest valid key and whose
-// schema has neither ranges nor units.
+// libyaml builds the document. The reader walks the schema, not the document, so an alias that
+// contains itself cannot cause an endless loop. Rejected: libcyaml, whose messages cannot name the
+// nearest valid key and whose schema has neither ranges nor units.
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static const char* scalar_text(const yaml_node_t* node) {
     return (const char*)node->data.scalar.value;
 }
 
-// A plain sentence for a value of the wrong kind.
+// The message for a value of the wrong kind.
 static OmStatus wrong_kind(const Reader* r, const yaml_node_t* node, const char* key,
                            const char* want) {
     const char* got = node->type == YAML_SCALAR_NODE     ? scalar_text(node)
@@ -205,7 +205,8 @@ static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmYamlSch
 static OmStatus not_yaml(const yaml_parser_t* parser, const char* name) {
     if (parser->error == YAML_MEMORY_ERROR)
         return om_error(OM_NO_MEMORY, "%s: out of memory", name);
-    bool is_bytes = parser->error == YAML_READER_ERROR;  // it knows the byte, not the line
+    // libyaml gives the byte here, not the line
+    bool is_bytes = parser->error == YAML_READER_ERROR;
     if (is_bytes)
         return om_error(OM_INVALID, "%s: byte %zu: not valid YAML: %s", name,
                         parser->problem_offset, parser->problem);
@@ -214,7 +215,7 @@ static OmStatus not_yaml(const yaml_parser_t* parser, const char* name) {
 }
 
 // libyaml's time grows as the square of the depth, and its memory by 100 bytes a value: 2 MB of "[" took minutes.
-// So the events of the first document are counted before it is built; none of our schemas is as deep or as long.
+// So the events of the first document are counted before it is built; schemas are neither as deep nor as long.
 static OmStatus check_shape(const char* text, size_t size, const char* name) {
     yaml_parser_t parser;
     OM_CHECK(yaml_parser_initialize(&parser), OM_NO_MEMORY, "%s: out of memory", name);

@@ -1,4 +1,5 @@
-// scene_yaml_print.c: a struct as YAML, and a schema as a table of keys, by the same fields that read it.
+// scene_yaml_print.c: print a struct as YAML, and a schema as a table of keys, from the fields that
+// the reader uses.
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -48,7 +49,7 @@ bool om_yaml_is_equal(const OmYamlField* f, const void* a, const void* b) {
 
 // ---- values ------------------------------------------------------------------------------------------------
 
-// The shortest text that the reader turns into these very bits: text times scale.
+// The shortest text that the reader converts to exactly these bits: text times scale.
 static void print_number(double si, double scale, char* out) {
     double v = si / scale, near[3] = {v, nextafter(v, -DBL_MAX), nextafter(v, DBL_MAX)};
     for (int k = 0; k < 3; ++k) {
@@ -66,7 +67,7 @@ static bool is_given(const OmYamlField* f, const void* value) {
     return si >= f->min * scale_of(f) - tiny && si <= f->max * scale_of(f) + tiny;
 }
 
-// Always between quotes, so that no text is taken for anything else.
+// Always quoted, so that no text is read as a number or a keyword.
 static OmStatus print_string(const char* str, OmText* text) {
     OM_TRY(om_text_append(text, "\""));
     for (const char* c = str; *c; ++c) {
@@ -118,7 +119,7 @@ static OmStatus print_range(const OmYamlField* f, OmText* text) {
     return om_text_append(text, "%s to %s", min, max);
 }
 
-// Behind a value, from a fixed column on: meaning; unit; range.
+// Comment after a value, from a fixed column on: meaning; unit; range.
 static OmStatus print_comment(const OmYamlField* f, size_t line, OmText* text) {
     if (!f->help) return OM_OK;
     int blank = COMMENT_COLUMN - (int)(text->len - line);
