@@ -39,10 +39,11 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     // kg/m^3 by tet_label, in place of `density`; null (default): `density` everywhere
     // (nmaterial)
     const double* material_density;
-    double rayleigh_mass;         // 1/s, >= 0; default 0.1
-    double rayleigh_stiffness;    // s, >= 0; default 0
-    OmVec3 gravity;               // m/s^2; default (0, 0, -9.81)
-    double attachment_stiffness;  // N/m per attached vertex; default 0: held still
+    double rayleigh_mass;       // 1/s, >= 0; default 0.1
+    double rayleigh_stiffness;  // s, >= 0; default 0
+    OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
+    // N/m, of the spring of each vertex of the set "attachment"; default 0: held still. A state may have others.
+    double attachment_stiffness;
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
     // Of "fem": strains are averaged around vertices, against locking (doc/fem.md). Default false.
@@ -75,7 +76,7 @@ OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* w
 
 // ---- state ----------------------------------------------------------------------------------------
 
-/// At rest in the rest shape, held at the mesh's set "attachment" if it has one.
+/// At rest in the rest shape, attached at the mesh's set "attachment" if it has one, by the definition's stiffness.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tissue_state_create(const OmTissueModel* model, OmTissueState** state);
 OM_API void om_tissue_state_destroy(OmTissueState* state);
@@ -96,14 +97,30 @@ OM_API double* om_tissue_external_force(OmTissueState* state);
 
 // ---- attachments ----------------------------------------------------------------------------------
 
-/// Hold other vertices from now on, in no particular order; each is drawn to its anchor.
-/// @param anchor  (nvert x 3) of the attached vertices in that order; null: their rest positions
-/// @return OM_OK; OM_INVALID (index, a value that is not finite, or a vertex to be held still that an
-///         arm holds; state unchanged)
+/// Replace all attachments, between two steps. A vertex is held still at its anchor, or a spring pulls it there.
+/// A vertex that is held still reaches its anchor in the next step, however far that is.
+/// @param vert       attached vertices, in any order                                      (nvert)
+/// @param anchor     m, in the order of vert; null: the rest positions                    (nvert x 3)
+/// @param stiffness  N/m, of the spring of each vertex, 0: held still; null: all have the definition's (nvert)
+/// @return OM_OK; OM_INVALID (an index, a value out of range or not finite, or a vertex to be held still that an
+///         arm holds); OM_UNAVAILABLE (a spring, and the engine has none); state unchanged on error
 OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueState* state,
-                                         int nvert, const int* vert, const double* anchor);
+                                         int nvert, const int* vert, const double* anchor,
+                                         const double* stiffness);
+/// Anchors with which om_tissue_set_attachment changes the kind or the stiffness of attachments without a jump: every
+/// vertex stays where it is, and a spring begins with the force of the attachment that it replaces (0 if none).
+/// @param stiffness  as of om_tissue_set_attachment
+/// @param anchor     out, in the order of vert                                            (nvert x 3)
+/// @return OM_OK; OM_NO_MEMORY; as om_tissue_set_attachment; errors of om_tissue_get_attachment_force
+OM_API OmStatus om_tissue_eval_anchor(const OmTissueModel* model, const OmTissueState* state,
+                                      int nvert, const int* vert, const double* stiffness,
+                                      double* anchor);
 /// Nonzero where attached (nvert).
 OM_API const unsigned char* om_tissue_attached(const OmTissueState* state);
+/// N/m, of the spring of each attached vertex; 0 where a vertex is held still or not attached (nvert).
+OM_API const double* om_tissue_attachment_stiffness(const OmTissueState* state);
+/// Where each attached vertex is drawn to, m (nvert x 3).
+OM_API const double* om_tissue_anchor(const OmTissueState* state);
 
 /// Is vertex i moved by a tool or held still, rather than by forces?
 OM_API bool om_tissue_is_prescribed(const OmTissueModel* model, const OmTissueState* state, int i);
@@ -253,7 +270,8 @@ typedef struct OmTissueForces {  // N, resultants of forces on the tissue
     OmVec3 weight;               // of all tissue
 } OmTissueForces;
 
-/// At equilibrium all but `pull` sum to zero. Needs no work; engines with averaged strains allocate for the call.
+/// At equilibrium all but `pull` sum to zero. Needs no work; engines with averaged strains, and attachments of both
+/// kinds in one state, allocate for the call.
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueForces* forces);
@@ -261,6 +279,10 @@ OM_API OmStatus om_tissue_get_forces(const OmTissueModel* model, const OmTissueS
 /// @return OM_OK; OM_UNAVAILABLE (an engine without elastic forces); OM_NO_MEMORY
 OM_API OmStatus om_tissue_get_internal_force(const OmTissueModel* model, const OmTissueState* state,
                                              double* force);
+/// Force on each vertex by its attachment, N (nvert x 3); zero where there is none.
+/// @return OM_OK; OM_NO_MEMORY; errors of the engine
+OM_API OmStatus om_tissue_get_attachment_force(const OmTissueModel* model,
+                                               const OmTissueState* state, double* force);
 /// Force on each vertex by what holds it: tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_holding_force(const OmTissueModel* model, const OmTissueState* state,

@@ -135,8 +135,8 @@ OM__INLINE void add_vertex_terms(const Rows* rows, int i, V4 f, float* diagonal)
     OmVec3 b = {(double)f[0], (double)f[1], (double)f[2]}, v = om_load3(at->v, i);
     OmVec3 push = om_madd(om_load3(om__state_array(s, OM__F_EXT), i), mass,
                           om_madd(m->def.gravity, -m->def.rayleigh_mass, v));
-    if (om__is_spring(m) && om__state_attached(s)[i]) {
-        double k = m->def.attachment_stiffness;
+    double k = om__state_stiffness(s)[i];
+    if (k > 0) {
         OmVec3 stretch = om_sub(om_load3(om__state_array(s, OM__ANCHOR), i),
                                 om_madd(om_load3(at->x, i), at->spring_lag, v));
         push = om_madd(push, k, stretch);

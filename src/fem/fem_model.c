@@ -187,6 +187,7 @@ extern const OmTissueEngine om__engine_fem;
 const OmTissueEngine om__engine_fem = {
     .name = "fem",
     .has_matrix = true,
+    .has_springs = true,
     .create = fem_create,
     .destroy = fem_destroy,
     .create_work = fem_create_work,

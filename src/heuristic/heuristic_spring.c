@@ -162,8 +162,8 @@ static void write_vertex(const Rows* rows, int i, OmVec3 elastic, OmMat3 diagona
     OmVec3 v = om_load3(at->v, i);
     OmVec3 f = om_add(elastic, om_load3(om__state_array(rows->s, OM__F_EXT), i));
     f = om_madd(f, mass, om_madd(m->def.gravity, -m->def.rayleigh_mass, v));
-    if (om__is_spring(m) && om__state_attached(rows->s)[i]) {
-        double k = m->def.attachment_stiffness;
+    double k = om__state_stiffness(rows->s)[i];
+    if (k > 0) {
         OmVec3 place = om_madd(om_load3(at->x, i), at->spring_lag, v);
         f = om_madd(f, k, om_sub(om_load3(om__state_array(rows->s, OM__ANCHOR), i), place));
         inertia += at->spring * k;
@@ -256,6 +256,7 @@ static OmStatus springs_eval_balance(const OmTissueModel* m, OmTissueWork* w, co
 const OmTissueEngine om__engine_springs = {
     .name = "springs",
     .has_matrix = true,
+    .has_springs = true,
     .create = springs_create,
     .destroy = springs_destroy,
     .assemble = springs_assemble,

@@ -299,9 +299,9 @@ bool om_pbd_has_forces(const OmTissueModel* m) {
 
 #define COMMON_ROW                                                                               \
     .name = "pbd", .create = pbd_create, .destroy = pbd_destroy, .create_work = pbd_create_work, \
-    .destroy_work = pbd_destroy_work, .step = om__pbd_step, .lump_mass = pbd_lump_mass,          \
-    .get_state_size = pbd_get_state_size, .sync_state = pbd_sync_state,                          \
-    .get_memory = pbd_get_memory
+    .destroy_work = pbd_destroy_work, .step = om__pbd_step, .has_springs = true,                 \
+    .lump_mass = pbd_lump_mass, .get_state_size = pbd_get_state_size,                            \
+    .sync_state = pbd_sync_state, .get_memory = pbd_get_memory
 
 const OmTissueEngine om__engine_pbd = {COMMON_ROW};
 static const OmTissueEngine elastic_engine = {

@@ -53,7 +53,7 @@ static void predict(OmPbdStep* s, Range r) {
         if (s->k == 0) om_store3(s->w->v_begin, i, om_load3(s->v, i));
         s->w->kind[i] = 0;
         s->w->give[i] = 0;
-        if (om__is_prescribed(s->m, s->s, i)) {
+        if (om__is_prescribed(s->s, i)) {
             s->w->kind[i] = OM__PBD_PRESCRIBED;
             om_store3(s->x, i, prescribed_place(s, i));
             continue;
@@ -76,7 +76,9 @@ static void predict(OmPbdStep* s, Range r) {
 
 // A spring to the anchor by its multiplier (Macklin et al. 2016): compliance 1 / k.
 static void pull_to_anchor(OmPbdStep* s, int i) {
-    double *pull = s->w->pull, compliance = 1 / (s->m->def.attachment_stiffness * s->sub * s->sub);
+    // the stiffness is above 0: om__is_held_still is false
+    double* pull = s->w->pull;
+    double compliance = 1 / (om__state_stiffness(s->s)[i] * s->sub * s->sub);
     double give = 1 / s->m->mass[i];
     OmVec3 p = om_load3(s->x, i), anchor = om_load3(om__state_array(s->s, OM__ANCHOR), i);
     OmVec3 rest = om_madd(om_sub(anchor, p), -compliance, om_load3(pull, i));
@@ -245,7 +247,7 @@ static void report_holding(OmPbdStep* s) {
     const double* f_ext = om__state_array(s->s, OM__F_EXT);
     for (int i = 0; i < s->m->mesh.nvert; ++i) {
         OmVec3 f = {0, 0, 0};
-        if (om__is_prescribed(s->m, s->s, i)) {
+        if (om__is_prescribed(s->s, i)) {
             OmVec3 gain = om_sub(om_load3(s->v, i), om_load3(s->w->v_begin, i));
             OmVec3 a = om_sub(om_scale(1 / s->h, gain), s->m->def.gravity);
             f = om_madd(om_load3(s->w->hold, i), s->m->mass[i], a);

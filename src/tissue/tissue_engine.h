@@ -33,6 +33,8 @@ typedef struct OmTissueCheck {  // what a step does to the elements
 typedef struct OmTissueEngine {
     const char* name;
     bool has_matrix;  // work gets A and a solver
+    // Attachments may be springs: the engine reads om__state_stiffness. False: springs are refused.
+    bool has_springs;
     /// Make model->data from the checked model->mesh and model->def.
     OmStatus (*create)(OmTissueModel* model);
     void (*destroy)(OmTissueModel* model);
@@ -84,6 +86,8 @@ struct OmTissueModel {
     double total_mu;        // J, sum of V mu over elements
 };
 
+#define OM__MAX_STIFFNESS 1e9  // N/m, of the spring of an attached vertex
+
 typedef struct OmTissueArm {
     int32_t nheld;  // 0: the arm holds nothing
     int32_t reserved;
@@ -92,10 +96,11 @@ typedef struct OmTissueArm {
 } OmTissueArm;
 
 struct OmTissueState {  // head of the block; arrays follow, nothing in it is a pointer
-    uint64_t size;      // bytes of the block
+    uint64_t size;      // bytes before the stiffness of attachments, the last array
     int32_t nvert;
-    int32_t reserved;
-    double time;  // s
+    int32_t
+        is_own_stiffness;  // 1: some attachment's stiffness is not the model's; then it is hashed
+    double time;           // s
     OmTissueArm arm[OM_MAX_ARM];
 };
 
@@ -107,7 +112,7 @@ enum {            // arrays of 3 doubles a vertex, in this order behind the head
     OM__F_TOUCH,  // by contact, written by the contact method
     OM__ANCHOR,   // where attached vertices are drawn to
     OM__GRIP,     // place in the frame of the tool that holds the vertex
-    OM__NARRAY3   // then bytes: attached (nvert), held_by (nvert)
+    OM__NARRAY3  // then bytes: attached (nvert), held_by (nvert); the engine's; doubles: stiffness (nvert)
 };
 #define OM__STATE_HEAD 320  // bytes of the head, room to grow, a multiple of 64
 
@@ -128,10 +133,21 @@ static inline size_t om__state_size(int nvert) {
 static inline void* om__state_engine(const OmTissueState* s) {
     return (char*)(uintptr_t)s + om__state_size(s->nvert);
 }
-static inline bool om__is_spring(const OmTissueModel* m) { return m->def.attachment_stiffness > 0; }
+/// Of the spring of each attached vertex, N/m; 0 where a vertex is held still or not attached.
+static inline double* om__state_stiffness(const OmTissueState* s) {
+    return (double*)((char*)(uintptr_t)s + s->size);
+}
+/// Bytes of the whole block.
+static inline size_t om__state_bytes(const OmTissueState* s) {
+    return (s->size + (size_t)s->nvert * sizeof(double) + 63) / 64 * 64;
+}
+/// Is the vertex attached without a spring?
+static inline bool om__is_held_still(const OmTissueState* s, int i) {
+    return om__state_attached(s)[i] && om__state_stiffness(s)[i] <= 0;
+}
 /// Is the vertex moved by a tool or held still, rather than by forces?
-static inline bool om__is_prescribed(const OmTissueModel* m, const OmTissueState* s, int i) {
-    return om__state_held_by(s)[i] >= 0 || (om__state_attached(s)[i] && !om__is_spring(m));
+static inline bool om__is_prescribed(const OmTissueState* s, int i) {
+    return om__state_held_by(s)[i] >= 0 || om__is_held_still(s, i);
 }
 
 typedef struct OmTissuePoint {  // a force on a point inside an element

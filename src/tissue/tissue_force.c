@@ -11,10 +11,11 @@
 // elements, weight and whatever else acts on it; its attachment carries the rest.
 static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, int i,
                                OmVec3 elastic) {
-    if (om__is_spring(m)) {
+    double k = om__state_stiffness(s)[i];
+    if (k > 0) {
         OmVec3 pull = om_sub(om_load3(om__state_array(s, OM__ANCHOR), i),
                              om_load3(om__state_array(s, OM__X), i));
-        return om_scale(m->def.attachment_stiffness, pull);
+        return om_scale(k, pull);
     }
     if (m->engine->step) return om_load3(om__state_array(s, OM__F_TOOL), i);
     OmVec3 on = om_madd(elastic, m->mass[i], m->def.gravity);
@@ -23,15 +24,35 @@ static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, i
     return om_scale(-1, on);
 }
 
+// Elastic forces on vertices that are held still: their sum, and each of them unless force (nvert x 3) is null.
+static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState* s, double* force,
+                                    OmVec3* sum) {
+    const unsigned char *attached = om__state_attached(s), *mask = attached;
+    unsigned char* copy = NULL;
+    int nheld = 0, nspring = 0;
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        nheld += om__is_held_still(s, i);
+        nspring += om__state_stiffness(s)[i] > 0;
+    }
+    if (nheld == 0 || m->engine->step) return OM_OK;
+    if (nspring > 0) {
+        copy = om_alloc((size_t)m->mesh.nvert, 1);
+        if (!copy) return OM_NO_MEMORY;
+        for (int i = 0; i < m->mesh.nvert; ++i) copy[i] = om__is_held_still(s, i);
+        mask = copy;
+    }
+    OmStatus status = m->engine->add_internal_force(m, om__state_array(s, OM__X), mask, force, sum);
+    om_free(copy);
+    return status;
+}
+
 OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
                               OmTissueForces* forces) {
     *forces = (OmTissueForces){0};
     const signed char* by = om__state_held_by(s);
-    const unsigned char* attached = om__state_attached(s);
     const double *f_ext = om__state_array(s, OM__F_EXT), *f_tool = om__state_array(s, OM__F_TOOL);
     const double* f_touch = om__state_array(s, OM__F_TOUCH);
-    OmVec3 zero = {0, 0, 0}, g = m->def.gravity, sum = zero;
-    int nattached = 0;
+    OmVec3 zero = {0, 0, 0}, g = m->def.gravity, sum = zero, elastic = zero;
     for (int i = 0; i < m->mesh.nvert; ++i) {
         forces->external = om_add(forces->external, om_load3(f_ext, i));
         forces->contact = om_add(forces->contact, om_load3(f_touch, i));
@@ -40,17 +61,10 @@ OmStatus om_tissue_get_forces(const OmTissueModel* m, const OmTissueState* s,
             forces->grasp[by[i]] = om_add(forces->grasp[by[i]], f);
             forces->pull[by[i]] = om_madd(om_add(forces->pull[by[i]], f), m->mass[i], g);
         }
-        if (!attached[i]) continue;
-        ++nattached;
-        sum = om_add(sum, attachment_force(m, s, i, zero));
+        if (om__state_attached(s)[i]) sum = om_add(sum, attachment_force(m, s, i, zero));
     }
-    if (nattached > 0 && !om__is_spring(m) && !m->engine->step) {
-        OmVec3 elastic = zero;
-        OM_TRY(
-            m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, NULL, &elastic));
-        sum = om_sub(sum, elastic);
-    }
-    forces->attachment = sum;
+    OM_TRY(add_elastic_of_held(m, s, NULL, &elastic));
+    forces->attachment = om_sub(sum, elastic);
     forces->weight = om_scale(m->total_mass, g);
     return OM_OK;
 }
@@ -64,21 +78,28 @@ OmStatus om_tissue_get_internal_force(const OmTissueModel* m, const OmTissueStat
     return m->engine->add_internal_force(m, om__state_array(s, OM__X), NULL, force, &sum);
 }
 
+OmStatus om_tissue_get_attachment_force(const OmTissueModel* m, const OmTissueState* s,
+                                        double* force) {
+    OmVec3 zero = {0, 0, 0}, sum = zero;
+    memset(force, 0, 3 * (size_t)m->mesh.nvert * sizeof(double));
+    OM_TRY(add_elastic_of_held(m, s, force, &sum));
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        OmVec3 f = zero;
+        if (om__state_attached(s)[i]) f = attachment_force(m, s, i, om_load3(force, i));
+        om_store3(force, i, f);
+    }
+    return OM_OK;
+}
+
 OmStatus om_tissue_get_holding_force(const OmTissueModel* m, const OmTissueState* s,
                                      double* force) {
-    OmVec3 sum = {0, 0, 0};
-    size_t n = 3 * (size_t)m->mesh.nvert;
-    const unsigned char* attached = om__state_attached(s);
-    memset(force, 0, n * sizeof(double));
-    if (!om__is_spring(m) && !m->engine->step)
-        OM_TRY(m->engine->add_internal_force(m, om__state_array(s, OM__X), attached, force, &sum));
+    OM_TRY(om_tissue_get_attachment_force(m, s, force));
     const double* f_tool = om__state_array(s, OM__F_TOOL);
     const double* f_touch = om__state_array(s, OM__F_TOUCH);
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 f = om_load3(f_touch, i);
         if (om__state_held_by(s)[i] >= 0) f = om_add(f, om_load3(f_tool, i));
-        if (attached[i]) f = om_add(f, attachment_force(m, s, i, om_load3(force, i)));
-        om_store3(force, i, f);
+        om_store3(force, i, om_add(f, om_load3(force, i)));
     }
     return OM_OK;
 }
@@ -101,9 +122,8 @@ OmStatus om_tissue_get_energy(const OmTissueModel* m, const OmTissueState* s,
         OmVec3 p = om_load3(x, i);
         energy->kinetic += 0.5 * m->mass[i] * om_norm2(om_load3(v, i));
         energy->gravity -= m->mass[i] * om_dot(m->def.gravity, p);
-        if (om__state_attached(s)[i] && om__is_spring(m))
-            energy->spring +=
-                0.5 * m->def.attachment_stiffness * om_norm2(om_sub(p, om_load3(anchor, i)));
+        double k = om__state_stiffness(s)[i];
+        if (k > 0) energy->spring += 0.5 * k * om_norm2(om_sub(p, om_load3(anchor, i)));
     }
     return m->engine->get_energy ? m->engine->get_energy(m, x, &energy->elastic) : OM_OK;
 }

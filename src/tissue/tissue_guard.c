@@ -81,13 +81,12 @@ static Balance balance_step(const OmTissueModel* m, const OmTissueState* s, cons
     b.effort = fabs(b.work);
     const double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
     const double *anchor = om__state_array(s, OM__ANCHOR), *f = om__state_array(s, OM__F_EXT);
-    double k = m->def.attachment_stiffness;
     for (int i = 0; i < w->nvert; ++i) {
         OmVec3 d = om_load3(w->v_end, i), dv = om_load3(w->dv, i), v0 = om_load3(v, i);
         b.kinetic += 0.5 * m->mass[i] * om_norm2(v0);
         b.change += m->mass[i] * (om_dot(v0, dv) + 0.5 * om_norm2(dv) - om_dot(m->def.gravity, d));
-        double work = om_dot(om_load3(f, i), d);
-        if (om__is_spring(m) && om__state_attached(s)[i])
+        double work = om_dot(om_load3(f, i), d), k = om__state_stiffness(s)[i];
+        if (k > 0)
             b.change += k * om_dot(om_madd(om_sub(om_load3(x, i), om_load3(anchor, i)), 0.5, d), d);
         if (w->key[i] && om_norm2(d) > 0) {
             OmVec3 r = om_sub(om__apply_row(&w->A, w->dv, i), om_load3(w->rhs, i));

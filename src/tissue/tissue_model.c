@@ -82,9 +82,10 @@ static OmStatus check_def(const OmTissueDef* def) {
     OM_CHECK(om_is_finite3(def->gravity) && om_norm(def->gravity) <= 1e4, OM_INVALID,
              "tissue: gravity (%g, %g, %g) m/s^2 must be finite and at most 1e4", def->gravity.x,
              def->gravity.y, def->gravity.z);
-    OM_CHECK(def->attachment_stiffness >= 0 && def->attachment_stiffness <= 1e9, OM_INVALID,
-             "tissue: attachment_stiffness is %g N/m; it must be from 0 (held still) to 1e9",
-             def->attachment_stiffness);
+    OM_CHECK(def->attachment_stiffness >= 0 && def->attachment_stiffness <= OM__MAX_STIFFNESS,
+             OM_INVALID,
+             "tissue: attachment_stiffness is %g N/m; it must be from 0 (held still) to %g",
+             def->attachment_stiffness, OM__MAX_STIFFNESS);
     return OM_OK;
 }
 
@@ -184,6 +185,11 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     const OmTissueEngine* engine;
     OM_TRY(find_engine(def, &engine));
     OM_TRY(check_mesh(def->mesh, engine, def->nmaterial));
+    OM_CHECK(
+        def->attachment_stiffness <= 0 || engine->has_springs, OM_UNAVAILABLE,
+        "tissue: attachment_stiffness is %g N/m, but engine \"%s\" has no springs; it can only "
+        "hold vertices still (0)",
+        def->attachment_stiffness, engine->name);
     OmTissueModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
     OmStatus status = OM_OK;

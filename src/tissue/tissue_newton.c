@@ -35,6 +35,7 @@ static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, O
     double inertia = 0, damping = 0, work = 0, spring = 0, elastic;
     const double *x0 = om__state_array(s, OM__X), *v0 = om__state_array(s, OM__V);
     const double *anchor = om__state_array(s, OM__ANCHOR), *f = om__state_array(s, OM__F_EXT);
+    const double* stiffness = om__state_stiffness(s);
     for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) {
         w->v_end[n] = v0[n] + dv[n];
         w->x_end[n] = x0[n] + w->h * w->v_end[n];
@@ -45,12 +46,12 @@ static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, O
         damping += m->mass[i] * om_norm2(om_load3(w->v_end, i));
         work += om_dot(om_madd(om_load3(f, i), m->mass[i], m->def.gravity),
                        om_sub(x, om_load3(m->mesh.x, i)));
-        if (om__is_spring(m) && om__state_attached(s)[i])
-            spring += om_norm2(om_sub(x, om_load3(anchor, i)));
+        if (stiffness[i] > 0)
+            spring += 0.5 * stiffness[i] * om_norm2(om_sub(x, om_load3(anchor, i)));
     }
     OM_TRY(m->engine->eval_balance(m, w, w->x_end, w->elastic, &elastic));
     double moving = w->is_static ? 0 : 0.5 * inertia + 0.5 * w->h * m->def.rayleigh_mass * damping;
-    *potential = moving + elastic + 0.5 * m->def.attachment_stiffness * spring - work;
+    *potential = moving + elastic + spring - work;
     return OM_OK;
 }
 
@@ -59,8 +60,9 @@ static OmVec3 downhill(const OmTissueModel* m, const OmTissueState* s, const OmT
                        const double* dv, int i) {
     OmVec3 f = om_add(om_load3(w->elastic, i), om_load3(om__state_array(s, OM__F_EXT), i));
     f = om_madd(f, m->mass[i], m->def.gravity);
-    if (om__is_spring(m) && om__state_attached(s)[i])
-        f = om_madd(f, m->def.attachment_stiffness,
+    double k = om__state_stiffness(s)[i];
+    if (k > 0)
+        f = om_madd(f, k,
                     om_sub(om_load3(om__state_array(s, OM__ANCHOR), i), om_load3(w->x_end, i)));
     if (w->is_static) return om_scale(w->h, f);
     f = om_madd(f, -m->def.rayleigh_mass * m->mass[i], om_load3(w->v_end, i));
@@ -103,9 +105,7 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
         double share = beta / (h + beta);
         sum = 0;
         for (int i = 0; i < w->nvert; ++i) {
-            double spring = om__is_spring(m) && om__state_attached(s)[i]
-                                ? h * h * m->def.attachment_stiffness
-                                : 0;
+            double spring = h * h * om__state_stiffness(s)[i];
             OmVec3 Kv = om_madd(om_load3(w->trial, i), -(at.mass * m->mass[i] + spring),
                                 om_load3(w->v_end, i));
             om_store3(w->b, i, om_madd(om_load3(w->b, i), -share, Kv));
@@ -324,7 +324,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
              "second at least 1",
              tolerance, max_iterations);
     double time = s->time;
-    memcpy(w->backup, s, s->size);
+    memcpy(w->backup, s, om__state_bytes(s));
     memset(om__state_array(s, OM__V), 0, 3 * (size_t)w->nvert * sizeof(double));
     w->is_static = true;
     OmStatus status = om_tissue_begin_step(m, s, w, 1);
@@ -335,7 +335,7 @@ OmStatus om_tissue_find_rest(const OmTissueModel* m, OmTissueState* s, OmTissueW
     w->is_static = false;
     w->h = 0;
     if (end < 0) {
-        memcpy((void*)s, w->backup, s->size);
+        memcpy((void*)s, w->backup, om__state_bytes(s));
         return end;
     }
     s->time = time;

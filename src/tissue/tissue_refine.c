@@ -46,9 +46,7 @@ static OmStatus apply_tangent(const OmTissueModel* m, const OmTissueState* s, Om
     double mass = w->is_static ? 0 : 1 + h * m->def.rayleigh_mass;
     for (int i = 0; i < w->nvert; ++i) {
         OmVec3 Kp = om_sub(om_load3(minus, i), om_load3(plus, i));
-        double own = mass * m->mass[i];
-        if (om__is_spring(m) && om__state_attached(s)[i])
-            own += h * h * m->def.attachment_stiffness;
+        double own = mass * m->mass[i] + h * h * om__state_stiffness(s)[i];
         OmVec3 y = om_scale(own, om_load3(p, i));
         if (step > 0) y = om_madd(y, stiffness / (2 * step), Kp);
         om_store3(array_of(w, HP), i, y);

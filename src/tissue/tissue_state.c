@@ -7,9 +7,15 @@
 
 _Static_assert(sizeof(OmTissueState) <= OM__STATE_HEAD, "the head of a state must fit");
 
-size_t om_tissue_state_size(const OmTissueModel* m) {
+// Bytes before the stiffness of attachments.
+static size_t size_before_stiffness(const OmTissueModel* m) {
     size_t extra = m->engine->get_state_size ? m->engine->get_state_size(m) : 0;
     return (om__state_size(m->mesh.nvert) + extra + 63) / 64 * 64;
+}
+
+size_t om_tissue_state_size(const OmTissueModel* m) {
+    size_t stiffness = (size_t)m->mesh.nvert * sizeof(double);
+    return (size_before_stiffness(m) + stiffness + 63) / 64 * 64;
 }
 
 OmStatus om_tissue_state_create(const OmTissueModel* m, OmTissueState** state) {
@@ -24,24 +30,36 @@ void om_tissue_state_destroy(OmTissueState* s) { om_free(s); }
 void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     size_t nvert = (size_t)m->mesh.nvert;
     memset((void*)s, 0, om_tissue_state_size(m));
-    s->size = om_tissue_state_size(m);
+    s->size = size_before_stiffness(m);
     s->nvert = m->mesh.nvert;
     memcpy(om__state_array(s, OM__X), m->mesh.x, nvert * 3 * sizeof(double));
     memcpy(om__state_array(s, OM__ANCHOR), m->mesh.x, nvert * 3 * sizeof(double));
     memset(om__state_held_by(s), -1, nvert);
-    for (int k = 0; m->held && k < m->held->nvert; ++k) om__state_attached(s)[m->held->vert[k]] = 1;
+    for (int k = 0; m->held && k < m->held->nvert; ++k) {
+        om__state_attached(s)[m->held->vert[k]] = 1;
+        om__state_stiffness(s)[m->held->vert[k]] = m->def.attachment_stiffness;
+    }
     for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
     if (m->engine->sync_state) m->engine->sync_state(m, s);
 }
 
-uint64_t om_tissue_state_hash(const OmTissueState* s) { return om_hash(s, s->size, OM_HASH_SEED); }
+// Where every attachment has the model's stiffness, the array says nothing that the model does not.
+uint64_t om_tissue_state_hash(const OmTissueState* s) {
+    uint64_t hash = om_hash(s, s->size, OM_HASH_SEED);
+    if (!s->is_own_stiffness) return hash;
+    return om_hash(om__state_stiffness(s), (size_t)s->nvert * sizeof(double), hash);
+}
 const double* om_tissue_x(const OmTissueState* s) { return om__state_array(s, OM__X); }
 const double* om_tissue_v(const OmTissueState* s) { return om__state_array(s, OM__V); }
 double om_tissue_time(const OmTissueState* s) { return s->time; }
 double* om_tissue_external_force(OmTissueState* s) { return om__state_array(s, OM__F_EXT); }
 double* om_tissue_contact_force(OmTissueState* s) { return om__state_array(s, OM__F_TOUCH); }
 const unsigned char* om_tissue_attached(const OmTissueState* s) { return om__state_attached(s); }
+const double* om_tissue_anchor(const OmTissueState* s) { return om__state_array(s, OM__ANCHOR); }
+const double* om_tissue_attachment_stiffness(const OmTissueState* s) {
+    return om__state_stiffness(s);
+}
 const signed char* om_tissue_held_by(const OmTissueState* s) { return om__state_held_by(s); }
 
 OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double* x,
@@ -65,32 +83,71 @@ OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double*
 
 // ---- attachments ----------------------------------------------------------------------------------
 
+static OmStatus check_attached_vertex(const OmTissueModel* m, const OmTissueState* s, int i,
+                                      double stiffness) {
+    OM_CHECK(i >= 0 && i < m->mesh.nvert, OM_INVALID,
+             "tissue: attached vertex %d is not one of the mesh's %d", i, m->mesh.nvert);
+    OM_CHECK(stiffness >= 0 && stiffness <= OM__MAX_STIFFNESS, OM_INVALID,
+             "tissue: attachment stiffness of vertex %d is %g N/m; it must be from 0 (held still) "
+             "to %g",
+             i, stiffness, OM__MAX_STIFFNESS);
+    OM_CHECK(stiffness <= 0 || m->engine->has_springs, OM_UNAVAILABLE,
+             "tissue: vertex %d is attached by a spring of %g N/m, but engine \"%s\" has no "
+             "springs; it can only hold vertices still (stiffness 0)",
+             i, stiffness, m->engine->name);
+    int arm = om__state_held_by(s)[i];
+    OM_CHECK(arm < 0 || stiffness > 0, OM_INVALID,
+             "tissue: vertex %d cannot be held still, arm %d holds it; release it first", i, arm);
+    return OM_OK;
+}
+
 OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int nvert,
-                                  const int* vert, const double* anchor) {
+                                  const int* vert, const double* anchor, const double* stiffness) {
+    double of_model = m->def.attachment_stiffness;
     OM_CHECK(nvert >= 0 && (nvert == 0 || vert), OM_INVALID,
              "tissue: %d attached vertices, and their list is null", nvert);
     for (int k = 0; k < nvert; ++k) {
-        OM_CHECK(vert[k] >= 0 && vert[k] < m->mesh.nvert, OM_INVALID,
-                 "tissue: attached vertex %d is not one of the mesh's %d", vert[k], m->mesh.nvert);
+        OM_TRY(check_attached_vertex(m, s, vert[k], stiffness ? stiffness[k] : of_model));
         OM_CHECK(!anchor || om_is_finite3(om_load3(anchor, k)), OM_INVALID,
                  "tissue: anchor of vertex %d is not finite", vert[k]);
-        int arm = om__state_held_by(s)[vert[k]];
-        OM_CHECK(arm < 0 || om__is_spring(m), OM_INVALID,
-                 "tissue: vertex %d cannot be attached, arm %d holds it; release it first", vert[k],
-                 arm);
     }
     memset(om__state_attached(s), 0, (size_t)m->mesh.nvert);
+    memset(om__state_stiffness(s), 0, (size_t)m->mesh.nvert * sizeof(double));
     double* a = om__state_array(s, OM__ANCHOR);
     memcpy(a, m->mesh.x, 3 * (size_t)m->mesh.nvert * sizeof(double));
+    s->is_own_stiffness = 0;
     for (int k = 0; k < nvert; ++k) {
+        double of_vertex = stiffness ? stiffness[k] : of_model;
         om__state_attached(s)[vert[k]] = 1;
+        om__state_stiffness(s)[vert[k]] = of_vertex;
+        if (of_vertex != of_model) s->is_own_stiffness = 1;
         if (anchor) om_store3(a, vert[k], om_load3(anchor, k));
     }
     return OM_OK;
 }
 
+OmStatus om_tissue_eval_anchor(const OmTissueModel* m, const OmTissueState* s, int nvert,
+                               const int* vert, const double* stiffness, double* anchor) {
+    OM_CHECK(nvert >= 0 && (nvert == 0 || (vert && anchor)), OM_INVALID,
+             "tissue: %d attached vertices, and their list or their anchors are null", nvert);
+    double* force = om_alloc(3 * (size_t)m->mesh.nvert, sizeof *force);
+    if (!force) return OM_NO_MEMORY;
+    OmStatus status = om_tissue_get_attachment_force(m, s, force);
+    for (int k = 0; status == OM_OK && k < nvert; ++k) {
+        double k_new = stiffness ? stiffness[k] : m->def.attachment_stiffness;
+        status = check_attached_vertex(m, s, vert[k], k_new);
+        if (status < 0) break;
+        OmVec3 p = om_load3(om__state_array(s, OM__X), vert[k]);
+        if (k_new > 0) p = om_madd(p, 1 / k_new, om_load3(force, vert[k]));
+        om_store3(anchor, k, p);
+    }
+    om_free(force);
+    return status;
+}
+
 bool om_tissue_is_prescribed(const OmTissueModel* m, const OmTissueState* s, int i) {
-    return om__is_prescribed(m, s, i);
+    (void)m;
+    return om__is_prescribed(s, i);
 }
 
 // ---- grasping -------------------------------------------------------------------------------------
@@ -113,12 +170,11 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     double reach = radius > 0 ? radius : GRASP_RADIUS;
     const double* x = om__state_array(s, OM__X);
     const signed char* by = om__state_held_by(s);
-    const unsigned char* attached = om__state_attached(s);
     int count = 0, nbusy = 0;
     double nearest = INFINITY;
     for (int i = 0; i < m->mesh.nvert; ++i) {
         double d = om_norm(om_sub(om_load3(x, i), pose.p));
-        bool is_busy = (by[i] >= 0 && by[i] != arm) || (attached[i] && !om__is_spring(m));
+        bool is_busy = (by[i] >= 0 && by[i] != arm) || om__is_held_still(s, i);
         nearest = fmin(nearest, d);
         count += d <= reach && !is_busy;
         nbusy += d <= reach && is_busy;
@@ -136,7 +192,7 @@ OmStatus om_tissue_grasp(const OmTissueModel* m, OmTissueState* s, int arm, OmPo
     for (int i = 0; i < m->mesh.nvert; ++i) {
         OmVec3 p = om_load3(x, i);
         if (om_norm(om_sub(p, pose.p)) > reach || by[i] >= 0) continue;
-        if (attached[i] && !om__is_spring(m)) continue;
+        if (om__is_held_still(s, i)) continue;
         om__state_held_by(s)[i] = (signed char)arm;
         om_store3(om__state_array(s, OM__GRIP), i, om_pose_apply(pose_tip_world, p));
     }

@@ -107,10 +107,10 @@ static OmVec3 goal_of(const OmTissueState* s, const OmTissueWork* w, int i) {
 }
 
 // Tell the solver which vertices are prescribed, if that changed.
-static void refresh_fixed(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w) {
+static void refresh_fixed(const OmTissueState* s, OmTissueWork* w) {
     bool is_changed = false;
     for (int i = 0; i < w->nvert; ++i) {
-        unsigned char key = om__is_prescribed(m, s, i);
+        unsigned char key = om__is_prescribed(s, i);
         if (key == w->key[i]) continue;
         is_changed = true;
         w->key[i] = key;
@@ -127,7 +127,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     memset(w->is_extra, 0, (size_t)w->nvert);
     w->force_scale = 0;
     om_solver_set_tolerance(w->solver, 0);
-    refresh_fixed(m, s, w);
+    refresh_fixed(s, w);
     for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
     double a = m->def.rayleigh_mass, b = m->def.rayleigh_stiffness;
@@ -407,13 +407,13 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
         report->residual = residual;
         report->newton_residual = newton_residual;
         report->energy_gain = gain;
-        if (!is_cut) memcpy(w->backup, s, s->size);
+        if (!is_cut) memcpy(w->backup, s, om__state_bytes(s));
         is_cut = true;
         if (ngood > 0 && need < MAX_LENGTHEN) need *= 2;
         ngood = 0;
         part *= 0.5;
         if (part >= MIN_SHARE * h && status != OM_NO_MEMORY && status != OM_CANCELLED) continue;
-        memcpy((void*)s, w->backup, s->size);
+        memcpy((void*)s, w->backup, om__state_bytes(s));
         report->substeps = report->ninverted = 0;
         report->energy_gain = 0;
         report->is_unguarded = false;

@@ -302,10 +302,10 @@ static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueW
     const Learned* l = m->data;
     LearnedWork* w = work->data;
     OmUmeshTrust trust;
-    memcpy(work->backup, s, s->size);
+    memcpy(work->backup, s, om__state_bytes(s));
     OmStatus status = settle(m, s, w, nobstacle, obstacle, &trust);
     if (status < 0) {
-        memcpy((void*)s, work->backup, s->size);
+        memcpy((void*)s, work->backup, om__state_bytes(s));
         return status;
     }
     write_state(m, s, w, h);

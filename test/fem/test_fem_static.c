@@ -25,7 +25,7 @@ static void test_patch(void** context) {
     double *goal = om_alloc(3 * (size_t)n, sizeof *goal), *anchor = om_alloc(3 * (size_t)num, 8);
     for (int i = 0; i < n; ++i) om_store3(goal, i, om_mat3_apply(F, om_load3(r.mesh.x, i)));
     for (int k = 0; k < num; ++k) om_store3(anchor, k, om_load3(goal, border[k]));
-    assert_ok(om_tissue_set_attachment(r.m, r.s, num, border, anchor));
+    assert_ok(om_tissue_set_attachment(r.m, r.s, num, border, anchor, NULL));
     assert_ok(om_tissue_set_x(r.m, r.s, goal, NULL));
     double* x = om_alloc(3 * (size_t)n, sizeof *x);
     memcpy(x, goal, 3 * (size_t)n * sizeof *x);
@@ -132,7 +132,7 @@ static void solve_case(TestRig* r, const CalculixCase* c, OmVec3* reaction) {
             vert[num++] = i;
         }
         OmTissueReport report;
-        assert_ok(om_tissue_set_attachment(r->m, r->s, num, vert, anchor));
+        assert_ok(om_tissue_set_attachment(r->m, r->s, num, vert, anchor, NULL));
         assert_ok(om_tissue_find_rest(r->m, r->s, r->w, 1e-8, 50, &report));
         newton += report.newton;
     }

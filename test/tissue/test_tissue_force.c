@@ -140,7 +140,7 @@ static void test_anchors_pull(void** context) {
     assert_true(r.mesh.nvert <= 64);
     om_store3(anchor, 0, om_add(om_load3(r.mesh.x, vert[0]), om_vec3(-0.002, 0, 0)));
     om_store3(anchor, 1, om_add(om_load3(r.mesh.x, vert[1]), om_vec3(0, 0, 0.003)));
-    assert_ok(om_tissue_set_attachment(r.m, r.s, 2, vert, anchor));
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 2, vert, anchor, NULL));
     assert_ok(om_tissue_get_holding_force(r.m, r.s, held));
     assert_near(om_distance(om_load3(held, vert[0]), om_vec3(-0.1, 0, 0)), 0, 1e-12);
     assert_near(om_distance(om_load3(held, vert[1]), om_vec3(0, 0, 0.15)), 0, 1e-12);
@@ -162,13 +162,13 @@ static void test_one_keeper(void** context) {
                 both[num++] = i;
         uint64_t before = om_tissue_state_hash(r.s);
         if (spring == 0) {
-            assert_status(om_tissue_set_attachment(r.m, r.s, num, both, NULL), OM_INVALID);
+            assert_status(om_tissue_set_attachment(r.m, r.s, num, both, NULL, NULL), OM_INVALID);
             assert_non_null(strstr(om_error_message(), "release"));
             assert_true(om_tissue_state_hash(r.s) == before);
             rig_done(&r);
             continue;
         }
-        assert_ok(om_tissue_set_attachment(r.m, r.s, num, both, NULL));
+        assert_ok(om_tissue_set_attachment(r.m, r.s, num, both, NULL, NULL));
         tip.p.z += 0.001;
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
         for (int n = 0; n < 150; ++n) assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));

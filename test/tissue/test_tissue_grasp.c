@@ -167,18 +167,18 @@ static void test_attachments(void** context) {
     double anchor[9];
     for (int k = 0; k < 3; ++k)
         om_store3(anchor, k, om_add(om_load3(r.mesh.x, vert[k]), om_vec3(0, 0.001 * k, 0.002)));
-    assert_ok(om_tissue_set_attachment(r.m, r.s, 3, vert, anchor));
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 3, vert, anchor, NULL));
     for (int n = 0; n < 5; ++n) assert_ok(om_tissue_step(r.m, r.s, r.w, 0.02, NULL));
     for (int k = 0; k < 3; ++k)
         assert_memory_equal(om_tissue_x(r.s) + 3 * vert[k], anchor + 3 * k, 3 * sizeof *anchor);
     assert_false(om_tissue_attached(r.s)[0]);
     uint64_t before = om_tissue_state_hash(r.s);
     const int wrong = r.mesh.nvert;
-    assert_status(om_tissue_set_attachment(r.m, r.s, 1, &wrong, NULL), OM_INVALID);
+    assert_status(om_tissue_set_attachment(r.m, r.s, 1, &wrong, NULL, NULL), OM_INVALID);
     anchor[4] = (double)NAN;
-    assert_status(om_tissue_set_attachment(r.m, r.s, 3, vert, anchor), OM_INVALID);
+    assert_status(om_tissue_set_attachment(r.m, r.s, 3, vert, anchor, NULL), OM_INVALID);
     assert_true(om_tissue_state_hash(r.s) == before);
-    assert_ok(om_tissue_set_attachment(r.m, r.s, 0, NULL, NULL));
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 0, NULL, NULL, NULL));
     for (int i = 0; i < r.mesh.nvert; ++i) assert_false(om_tissue_attached(r.s)[i]);
     rig_done(&r);
 }
