@@ -23,6 +23,7 @@ typedef struct Sheet {
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
+    OmContactWork* contact_work;
 } Sheet;
 
 static OmStatus make_body(const OmTetMesh* mesh, const BenchOptions* options, Sheet* sheet) {
@@ -33,9 +34,11 @@ static OmStatus make_body(const OmTetMesh* mesh, const BenchOptions* options, Sh
     OM_TRY(om_tissue_state_create(sheet->model, &sheet->state));
     OM_TRY(om_tissue_work_create(sheet->model, &sheet->work));
     OmContactDef contact = om_contact_default_def();
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    contact.nplane = 1, contact.plane = &board;
-    return om_contact_create(&contact, sheet->model, &sheet->contact);
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    contact.nobstacle = 1, contact.obstacle = &board;
+    OM_TRY(om_contact_create(&contact, sheet->model, &sheet->contact));
+    return om_contact_work_create(sheet->contact, &sheet->contact_work);
 }
 
 static OmStatus lift(const Sheet* sheet, bool has_board, double* time, BenchRow* row) {
@@ -50,7 +53,7 @@ static OmStatus lift(const Sheet* sheet, bool has_board, double* time, BenchRow*
         OM_TRY(om_tissue_move_grasp(sheet->state, 0, tip));
         double start = bench_now();
         if (has_board) {
-            OM_TRY(om_contact_step(sheet->contact, sheet->model, sheet->state, sheet->work, h,
+            OM_TRY(om_contact_step(sheet->contact_work, sheet->model, sheet->state, sheet->work, h,
                                    &touch));
             report = touch.tissue;
         } else {
@@ -95,6 +98,7 @@ OmStatus bench_contact(const BenchOptions* options) {
     if (status == OM_OK) status = make_body(&mesh, options, &sheet);
     for (int board = 0; board <= 1 && status >= 0; ++board)
         status = measure(&sheet, board > 0, options);
+    om_contact_work_destroy(sheet.contact_work);
     om_contact_destroy(sheet.contact);
     om_tissue_work_destroy(sheet.work);
     om_tissue_state_destroy(sheet.state);

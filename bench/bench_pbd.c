@@ -57,7 +57,7 @@ static OmStatus attach_side(OmTetMesh* particles) {
     return status;
 }
 
-static OmStatus run_steps(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, OmContact* board,
+static OmStatus run_steps(OmTissueModel* m, OmTissueState* s, OmTissueWork* w, OmContactWork* board,
                           OmVec3 tip, double* time) {
     const double h = 0.02;
     om_tissue_state_reset(m, s);
@@ -81,6 +81,7 @@ static OmStatus measure(int k, const BenchOptions* options) {
     OmTissueState* s = NULL;
     OmTissueWork* w = NULL;
     OmContact* board = NULL;
+    OmContactWork* board_work = NULL;
     OmStatus status = OM_OK;
     double* time = om_calloc((size_t)options->nrun, sizeof *time);
     if (!time) return OM_NO_MEMORY;
@@ -93,12 +94,14 @@ static OmStatus measure(int k, const BenchOptions* options) {
     OM_TRY_DONE(om_tissue_state_create(m, &s));
     OM_TRY_DONE(om_tissue_work_create(m, &w));
     OmContactPlane plane = {om_vec3(0, 0, -0.003), om_vec3(0, 0, 1)};
+    OmTissueObstacle flat = om_plane_obstacle(&plane);
     OmContactDef ground = om_contact_default_def();
-    ground.nplane = scene_table[k].has_board, ground.plane = &plane;
+    ground.nobstacle = scene_table[k].has_board, ground.obstacle = &flat;
     OM_TRY_DONE(om_contact_create(&ground, m, &board));
+    OM_TRY_DONE(om_contact_work_create(board, &board_work));
     OmVec3 tip = om_load3(particles.x, particles.nvert - 1);
     for (int run = 0; run < options->nrun; ++run)
-        OM_TRY_DONE(run_steps(m, s, w, board, tip, &time[run]));
+        OM_TRY_DONE(run_steps(m, s, w, board_work, tip, &time[run]));
     char work[64];
     snprintf(work, sizeof work, "step, %d substeps of %d iterations", om_pbd_substeps(m, 0.02),
              pbd.iterations);
@@ -114,6 +117,7 @@ static OmStatus measure(int k, const BenchOptions* options) {
     bench_times(time, options->nrun, &row);
     status = bench_print(&row);
 done:
+    om_contact_work_destroy(board_work);
     om_contact_destroy(board);
     om_tissue_work_destroy(w);
     om_tissue_state_destroy(s);

@@ -17,6 +17,7 @@ typedef struct Field {  // everything that has to be destroyed
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
+    OmContactWork* contact_work;
     OmSenseScene* scene;
     int skin_id;
 } Field;
@@ -30,7 +31,6 @@ static OmStatus make_tissue(Field* f) {
         if (om_load3(f->mesh.x, i).x < 1e-9) held[nheld++] = i;
     status = om_tet_mesh_add_set(&f->mesh, "attachment", held, nheld);
     if (status != OM_OK) return status;
-
     OmTissueDef def = om_tissue_default_def(&f->mesh);
     def.material_default.law = OM_STABLE_NEO_HOOKEAN;  // it folds
     def.solver.nworker = 1;                            // too small to share among threads
@@ -38,12 +38,12 @@ static OmStatus make_tissue(Field* f) {
     if (status == OM_OK) status = om_tissue_state_create(f->model, &f->state);
     if (status == OM_OK) status = om_tissue_work_create(f->model, &f->work);
     if (status != OM_OK) return status;
-
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
     OmContactDef ground = om_contact_default_def();
-    ground.nplane = 1;
-    ground.plane = &board;
-    return om_contact_create(&ground, f->model, &f->contact);
+    ground.nobstacle = 1, ground.obstacle = &board;
+    status = om_contact_create(&ground, f->model, &f->contact);
+    return status == OM_OK ? om_contact_work_create(f->contact, &f->contact_work) : status;
 }
 
 static OmStatus add_square(OmSenseScene* scene, OmVec3 centre, double half,
@@ -92,13 +92,11 @@ static OmStatus lift(Field* f) {
     int nheld;
     OmStatus status = om_tissue_grasp(f->model, f->state, 0, tip, 0.005, &nheld);
     for (int step = 0; status == OM_OK && step < 200; ++step) {
-        if (step < 150) {  // 10 mm/s up, and back over the sheet
-            tip.p.z += 0.010 * TIME_STEP;
-            tip.p.x -= 0.010 * TIME_STEP;
-            status = om_tissue_move_grasp(f->state, 0, tip);
-        }
-        if (status == OM_OK)
-            status = om_contact_step(f->contact, f->model, f->state, f->work, TIME_STEP, &report);
+        double way = step < 150 ? 0.010 * TIME_STEP : 0;  // 10 mm/s up, and back over the sheet
+        tip.p = om_add(tip.p, om_vec3(-way, 0, way));
+        status = om_tissue_move_grasp(f->state, 0, tip);
+        if (status != OM_OK) break;
+        status = om_contact_step(f->contact_work, f->model, f->state, f->work, TIME_STEP, &report);
     }
     OmTissueForces force;
     if (status == OM_OK) status = om_tissue_get_forces(f->model, f->state, &force);
@@ -139,6 +137,7 @@ int main(void) {
         fprintf(stderr, "%s\n", om_error_message());
 
     om_sense_scene_destroy(f.scene);
+    om_contact_work_destroy(f.contact_work);
     om_contact_destroy(f.contact);
     om_tissue_work_destroy(f.work);
     om_tissue_state_destroy(f.state);

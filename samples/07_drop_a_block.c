@@ -46,9 +46,10 @@ static OmStatus make_obstacles(Field* f) {
     OmProbeDef ball = om_probe_default_def(OM_PROBE_SPHERE);
     ball.radius = 0.03;
     OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle flat = om_plane_obstacle(&plane);
     OmContactDef board = om_contact_default_def();
-    board.nplane = 1;
-    board.plane = &plane;
+    board.nobstacle = 1;
+    board.obstacle = &flat;
     OmStatus status = om_probe_create(&ball, &f->ball);
     if (status == OM_OK) status = om_contact_create(&board, f->model, &f->board);
     return status;

@@ -14,6 +14,7 @@ typedef struct TestRig {
     OmTissueState* s;
     OmTissueWork* w;
     OmContact* c;
+    OmContactWork* cw;
 } TestRig;
 
 /// A box of cells and the default definition, one worker; the caller changes rig->def before rig_start.
@@ -33,7 +34,21 @@ static inline void rig_start(TestRig* r) {
     assert_ok(om_tissue_work_create(r->m, &r->w));
 }
 
+static inline void rig_contact(TestRig* r, const OmContactDef* def) {
+    assert_ok(om_contact_create(def, r->m, &r->c));
+    assert_ok(om_contact_work_create(r->c, &r->cw));
+}
+
+/// A contact with one obstacle, which must outlive the definition.
+static inline OmContactDef rig_on(const OmTissueObstacle* obstacle) {
+    OmContactDef def = om_contact_default_def();
+    def.nobstacle = 1;
+    def.obstacle = obstacle;
+    return def;
+}
+
 static inline void rig_done(TestRig* r) {
+    om_contact_work_destroy(r->cw);
     om_contact_destroy(r->c);
     om_tissue_work_destroy(r->w);
     om_tissue_state_destroy(r->s);

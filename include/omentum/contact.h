@@ -1,15 +1,18 @@
-/// omentum/contact.h: one-sided contact of tissue with rigid, fixed obstacles (floor 3).
+/// omentum/contact.h: one-sided contact of tissue with rigid obstacles (floor 3).
 ///
-/// Vertices of the tissue's surface may not enter planes (a board) or organs (signed distance fields).
-/// A step is solved with an implicit penalty along the normal of each contact vertex, much stiffer than the
-/// tissue, and solved again until each contact vertex is pushed and no free vertex penetrates (active set).
-/// Forces only push; tissue does not stick on release. Only om_tissue_* functions are used.
+/// Vertices of the tissue's surface may not enter obstacles: a plane (a board), a signed distance field (an
+/// organ), any distance function, or a probe (contact_tool.h). A step is solved with an implicit penalty along
+/// the normal of each contact vertex, much stiffer than the tissue, and solved again until each contact vertex
+/// is pushed and no free vertex penetrates (active set). Forces only push; tissue does not stick on release.
+/// Only om_tissue_* functions are used.
 ///
+///     OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+///     OmTissueObstacle board = om_plane_obstacle(&plane);
 ///     OmContactDef def = om_contact_default_def();
-///     OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-///     def.nplane = 1, def.plane = &board;
+///     def.nobstacle = 1, def.obstacle = &board;
 ///     om_contact_create(&def, model, &contact);
-///     om_contact_step(contact, model, state, work, 0.02, &report);
+///     om_contact_work_create(contact, &contact_work);
+///     om_contact_step(contact_work, model, state, work, 0.02, &report);
 #ifndef OMENTUM_CONTACT_H
 #define OMENTUM_CONTACT_H
 
@@ -25,26 +28,23 @@ typedef struct OmContactPlane {
     OmVec3 normal;  // towards the free side; any length but zero
 } OmContactPlane;
 
-/// Distance of p to an obstacle, m, negative inside, and its unit gradient.
-typedef double (*OmContactDistanceFn)(const void* ctx, OmVec3 p, OmVec3* gradient);
-
-typedef struct OmContactField {    // an obstacle given by a distance function
-    OmContactDistanceFn distance;  // may be called by several threads
-    const void* ctx;               // borrowed until destroy
-} OmContactField;
+/// An obstacle that stays where the plane is. om_contact_create copies the plane; without it the plane is borrowed.
+OM_API OmTissueObstacle om_plane_obstacle(const OmContactPlane* plane);
+/// An obstacle given by a distance field, which is borrowed.
+OM_API OmTissueObstacle om_sdf_obstacle(const OmSdf* sdf);
+/// An obstacle given by a distance function.
+/// @param ctx  first argument of the function, borrowed
+OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx);
 
 typedef struct OmContactDef {  // made by om_contact_default_def
-    int nplane;
-    const OmContactPlane* plane;  //                                          (nplane)
-    int nsdf;
-    const OmSdf* const* sdf;  // organs; borrowed until destroy               (nsdf)
-    int nfield;
-    const OmContactField* field;  // other obstacles                          (nfield)
-    double offset;                // m, distance kept from every obstacle, >= 0; default 0
-    double stiffness;             // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
+    int nobstacle;
+    const OmTissueObstacle*
+        obstacle;      // copied; distance fields, functions and probes stay borrowed   (nobstacle)
+    double offset;     // m, distance kept from every obstacle besides its own, >= 0; default 0
+    double stiffness;  // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
     double recover_speed;  // m/s, at which tissue that starts inside is pushed out; default 0.1
-    // Coulomb's coefficient, at most 10, regularised below 1 mm/s. Negative (default): OmPbdDef.friction for engine
-    // "pbd", no friction for the other engines.
+    // Coulomb's coefficient of obstacles whose own is negative, at most 10, regularised below 1 mm/s. Negative
+    // (default): OmPbdDef.friction for engine "pbd", no friction for the other engines.
     double friction;
     int max_iterations;  // largest number of solves in a step, >= 1; default 12
     OmCookie cookie;     // set by om_contact_default_def
@@ -60,28 +60,33 @@ typedef struct OmContactReport {
                       // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
 
-/// Obstacles and scratch memory for one model, for one thread at a time.
+/// Obstacles and settings for one model; constant, shared by any number of bodies and threads.
 typedef struct OmContact OmContact;
+/// Scratch memory of one thread; serves any state of the model, nothing in it lives longer than a step.
+typedef struct OmContactWork OmContactWork;
 
 OM_API OmContactDef om_contact_default_def(void);
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
 OM_API OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
                                   OmContact** contact);
 OM_API void om_contact_destroy(OmContact* contact);
-/// As om_tissue_step, with contact. All that changes is in the state; nothing is kept between steps.
+/// @param contact  borrowed until the work is destroyed
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contact_work);
+OM_API void om_contact_work_destroy(OmContactWork* contact_work);
+/// As om_tissue_step, with contact. Everything that changes is in the state; nothing is kept between steps.
 /// om_tissue_contact_force and om_tissue_get_forces give the contact forces of the last solve.
 /// @return as om_tissue_step; OM_NOT_CONVERGED also where contact has not settled (the state advanced)
-OM_API OmStatus om_contact_step(OmContact* contact, const OmTissueModel* model,
+OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);
 /// Step until contact has settled and no vertex is faster than `speed` m/s in three steps in a row (at a turning point
 /// of a vibration one step is slow, too), for at most `seconds`.
 /// @return OM_OK; OM_NOT_CONVERGED (still moving); errors of om_contact_step
-OM_API OmStatus om_contact_settle(OmContact* contact, const OmTissueModel* model,
+OM_API OmStatus om_contact_settle(OmContactWork* contact_work, const OmTissueModel* model,
                                   OmTissueState* state, OmTissueWork* work, double h, double speed,
                                   double seconds);
-/// The obstacles, for om_tissue_step_among; add others, for example of om_probe_obstacle. A view, valid until destroy.
-/// om_contact_step does this itself for engines that handle obstacles themselves.
+/// The obstacles with the contact's offset and friction, for om_tissue_step_among. A view, valid until destroy.
 /// @return number of obstacles
 OM_API int om_contact_get_obstacles(const OmContact* contact, const OmTissueObstacle** obstacle);
 /// Distance of a point to the nearest obstacle, m; positive when free. Infinite without obstacles.

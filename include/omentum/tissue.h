@@ -181,14 +181,22 @@ OM_API OmStatus om_tissue_find_rest(const OmTissueModel* model, OmTissueState* s
                                     OmTissueWork* work, double tolerance, int max_iterations,
                                     OmTissueReport* report);
 
-/// A rigid body that tissue may not enter, for engines that keep out of obstacles themselves ("pbd"). Room
-/// contact hands it over; it is asked by several threads.
+/// Signed distance of p to an obstacle, in the obstacle's frame, m, negative inside, and the unit normal (the direction
+/// in which the distance grows). Where there is no normal: infinity. May be called by several threads.
+typedef double (*OmDistanceFn)(const void* ctx, OmVec3 p, OmVec3* normal);
+/// A rigid body that tissue may not enter: its shape, how it moves in a step, and the outcome of the step. contact.h
+/// and contact_tool.h make obstacles of planes, distance fields, functions and probes. Fields left zero mean none.
 typedef struct OmTissueObstacle {
-    /// Distance of p, in the obstacle's frame, m, negative inside, and the unit direction in which it grows.
-    double (*distance)(const void* ctx, OmVec3 p, OmVec3* normal);
-    const void* ctx;
-    OmPose pose_begin, pose_end;  // pose_world_obstacle at the beginning and the end of the step
-    double friction;              // Coulomb's; negative: the engine's own
+    OmDistanceFn distance;
+    const void* ctx;    // borrowed
+    double offset;      // m, distance that is kept from the surface
+    double thickness;   // m, a path is checked in pieces shorter than half of it; 0: one piece
+    bool is_plane;      // the distance is linear in p
+    bool has_bounds;    // lo and hi are set
+    OmVec3 lo, hi;      // box around the obstacle, in its frame
+    OmPose pose_begin;  // pose_world_obstacle at the beginning of the step
+    OmPose pose_end;    // the same at its end
+    double friction;    // Coulomb's; negative: of the contact, or of the engine
     // computed by the step
     OmVec3 force, torque;  // N, N m on the tissue, mean over the step; torque about pose_end.p
     int ncontact;          // vertices pushed in the last substep

@@ -42,9 +42,11 @@ OmStatus om__calibrate_make_body(const OmCalibrationProblem* p, bool is_world, B
     b->contact.friction = p->scene.tissue.friction;
     b->board = (OmContactPlane){b->site.pose_world_task.p,
                                 om_quat_rotate(b->site.pose_world_task.q, om_vec3(0, 0, 1))};
-    b->organ = &b->site.organ_sdf;
-    if (b->site.has_ground) b->contact.nplane = 1, b->contact.plane = &b->board;
-    if (b->site.has_organ) b->contact.nsdf = 1, b->contact.sdf = &b->organ;
+    int n = 0;
+    if (b->site.has_ground) b->obstacle[n++] = om_plane_obstacle(&b->board);
+    if (b->site.has_organ) b->obstacle[n++] = om_sdf_obstacle(&b->site.organ_sdf);
+    b->contact.nobstacle = n;
+    b->contact.obstacle = b->obstacle;
     return OM_OK;
 }
 
@@ -120,7 +122,7 @@ static OmStatus make_tissue(const OmCalibrationProblem* p, Body* body,
     OmCalibrationTissueDef def = om_calibration_tissue_default_def(om__calibrate_build, body);
     OM_TRY_DONE(choose_cloud_points(&p->twin.site.mesh, &cloud_point, &def.ncloud_point));
     def.cloud_point = cloud_point;
-    def.contact = body->contact.nplane + body->contact.nsdf > 0 ? &body->contact : NULL;
+    def.contact = body->contact.nobstacle > 0 ? &body->contact : NULL;
     def.npath = p->file.npath, def.path = path;
     def.nlandmark = s->nlandmark, def.landmark = name, def.rest = rest;
     def.nobservation = s->nseen, def.observation = seen;

@@ -75,7 +75,7 @@ typedef struct Body {  // one site of the scene and the tissue on it: input of a
     const OmCalibrationProblem* problem;
     OmSite site;
     OmContactPlane board;
-    const OmSdf* organ;
+    OmTissueObstacle obstacle[2];  // board and organ, those that there are
     OmContactDef contact;
     double
         // factor of the spring stiffness at the attachments: equal stiffness per area on meshes of different density

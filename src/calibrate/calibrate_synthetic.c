@@ -123,7 +123,7 @@ static OmStatus append_all(Maker* m, const OmTissueModel* model) {
     for (int i = 0; i < s->nlandmark; ++i)
         OM_TRY(append_row(m, "rest", s->landmark[i], om_scale(1e3, om_load3(s->rest, i))));
     const OmContactDef* contact = &m->world->contact;
-    bool has_contact = contact->nplane + contact->nsdf > 0;
+    bool has_contact = contact->nobstacle > 0;
     for (m->path = 0; m->path < m->p->file.npath; ++m->path) {
         OmStatus status = om__calibrate_walk(model, &path[m->path], has_contact ? contact : NULL,
                                              append_level, m);

@@ -183,14 +183,14 @@ static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* 
 // The press of engines with a system matrix supports no other obstacle than the probe.
 static OmStatus check_presses(const OmCalibrationTissue* t, const OmTissueModel* model) {
     const OmContactDef* c = t->def.contact;
-    bool has_obstacle = c && c->nplane + c->nsdf + c->nfield > 0;
+    bool has_obstacle = c && c->nobstacle > 0;
     for (int p = 0; p < t->def.npath && has_obstacle; ++p)
         OM_CHECK(t->path[p].kind != OM_PATH_PRESS || om_tissue_moves_itself(model), OM_INVALID,
                  "path %s: a press of finite elements knows the probe alone, so that the tissue "
                  "would pass through %s under it; take the board away (tissue: board: false) where "
                  "attachments carry the tissue, or calibrate particles (model: pbd or xpbd), which "
                  "keep out of both",
-                 t->path[p].name, c->nplane > 0 ? "the board" : "the organ");
+                 t->path[p].name, c->obstacle[0].is_plane ? "the board" : "the organ");
     return OM_OK;
 }
 

@@ -17,6 +17,7 @@ typedef struct Walk {
     OmTissueWork* work;
     OmPress* press;
     OmContact* contact;  // the board below the tissue, or null
+    OmContactWork* contact_work;
     // the probe, then the obstacles of the contact, for engines that handle obstacles themselves
     OmTissueObstacle* obstacle;
     bool is_begun;  // the tool is at its start
@@ -122,7 +123,7 @@ static OmStatus step(Walk* w, double travel) {
         status = w->press ? step_press(w, travel) : step_among(w, travel);
     } else {
         if (w->is_begun) OM_TRY(om_tissue_move_grasp(w->state, 0, pose_at(w, travel)));
-        status = w->contact ? om_contact_step(w->contact, w->model, w->state, w->work, h, NULL)
+        status = w->contact ? om_contact_step(w->contact_work, w->model, w->state, w->work, h, NULL)
                             : om_tissue_step(w->model, w->state, w->work, h, NULL);
     }
     w->at = travel;
@@ -181,6 +182,7 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
     OmStatus status = om_tissue_state_create(model, &w.state);
     if (status == OM_OK) status = om_tissue_work_create(model, &w.work);
     if (status == OM_OK && contact) status = om_contact_create(contact, model, &w.contact);
+    if (status == OM_OK && contact) status = om_contact_work_create(w.contact, &w.contact_work);
     if (status == OM_OK && path->kind == OM_PATH_PRESS && om_tissue_moves_itself(model)) {
         const OmTissueObstacle* still;
         int n = 1 + (w.contact ? om_contact_get_obstacles(w.contact, &still) : 0);
@@ -189,6 +191,7 @@ OmStatus om__calibrate_walk(const OmTissueModel* model, const OmCalibrationPath*
     }
     if (status == OM_OK) status = walk(&w, fn, ctx);
     om_free(w.obstacle);
+    om_contact_work_destroy(w.contact_work);
     om_contact_destroy(w.contact);
     om_press_destroy(w.press);
     om_tissue_work_destroy(w.work);

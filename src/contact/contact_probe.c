@@ -136,6 +136,23 @@ double om_probe_eval_distance(const OmProbe* probe, OmVec3 p, OmVec3* normal) {
     return om__probe_mesh_distance(probe->mesh, p, n);
 }
 
+static double probe_distance(const void* ctx, OmVec3 p, OmVec3* n) {
+    return om_probe_eval_distance(ctx, p, n);
+}
+
+OmTissueObstacle om_probe_obstacle(const OmProbe* probe, OmPose begin, OmPose end,
+                                   double friction) {
+    return (OmTissueObstacle){.distance = probe_distance,
+                              .ctx = probe,
+                              .thickness = probe->thickness,
+                              .has_bounds = true,
+                              .lo = probe->lo,
+                              .hi = probe->hi,
+                              .pose_begin = begin,
+                              .pose_end = end,
+                              .friction = friction};
+}
+
 // ---- pictures -------------------------------------------------------------------------------------
 
 static OmStatus draw_box(OmVec3 lo, OmVec3 hi, OmSurface* surface) {

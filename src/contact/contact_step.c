@@ -48,7 +48,7 @@ static double look(const OmContact* c, int obstacle, OmVec3 p, OmVec3* n, OmVec3
     static const OmVec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     double gap = om__contact_gap(c, obstacle, p, n), slope[3];
     H[0] = H[1] = H[2] = 0;
-    if (obstacle < c->def.nplane || !isfinite(gap)) return gap;
+    if (c->obstacle[obstacle].is_plane || !isfinite(gap)) return gap;
     OmMat3 turn;
     OmVec3* column[3] = {&turn.cx, &turn.cy, &turn.cz};
     for (int k = 0; k < 3; ++k) {
@@ -98,7 +98,7 @@ static void lay(const OmContact* c, OmContactPair* pair, OmVec3 x, OmVec3 d, boo
 
 // Is the vertex, that moved by d, where plane and curvature say that the obstacle is?
 static bool is_right(const OmContact* c, const OmContactPair* pair, OmVec3 x, OmVec3 d) {
-    if (pair->obstacle < c->def.nplane) return true;
+    if (c->obstacle[pair->obstacle].is_plane) return true;
     OmVec3 t[2], n, model = pair->n;
     double H[3], gap = look(c, pair->obstacle, om_add(x, d), &n, t, H);
     if (fabs(gap - pair->gap - om_dot(pair->n, d)) > FLAT * c->size) return false;
@@ -110,27 +110,33 @@ static bool is_right(const OmContact* c, const OmContactPair* pair, OmVec3 x, Om
 
 // ---- stages of a step -------------------------------------------------------------------------------
 
+// An obstacle without a coefficient has the engine's own: none for engines with a matrix.
+static double friction_of(const OmContact* c, int obstacle) {
+    return fmax(0, c->obstacle[obstacle].friction);
+}
+
 // Friction as the last step left it, for the first solve.
-static void recall_friction(const OmContact* c, OmContactPair* pair, OmVec3 v) {
+static void recall_friction(OmContactPair* pair, double friction, OmVec3 v) {
     OmVec3 vt = om_madd(v, -om_dot(pair->n, v), pair->n);
-    pair->drag = c->def.friction * pair->push / fmax(SLOW, om_norm(vt));
+    pair->drag = friction * pair->push / fmax(SLOW, om_norm(vt));
 }
 
 // Pairs within reach, active where the last step pushed or the vertex would go in if nothing else acted. On a
 // curved organ a plane is off by more than a resting vertex sinks: its distance alone cannot tell that it rests,
 // and to find that out again by solving took three solves a step.
-static void find_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
+static void find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                        const OmTissueWork* w, double h) {
+    const OmContact* c = cw->contact;
     const double *x = om_tissue_x(s), *v = om_tissue_v(s), *touch = om_tissue_contact_force(s);
-    c->npair = 0;
+    cw->npair = 0;
     for (int n = 0; n < c->nsurface; ++n) {
         int i = c->surface_vert[n];
         if (om_tissue_is_prescribed(m, s, i)) continue;
         OmVec3 p = om_load3(x, i), d = om_scale(h, om_load3(v, i)), normal;
-        for (int k = 0; k < c->nobstacle; ++k) {
+        for (int k = 0; k < c->def.nobstacle; ++k) {
             double begin = om__contact_gap(c, k, p, &normal);
             if (begin - om_norm(d) > REACH * c->size) continue;
-            OmContactPair* pair = &c->pair[c->npair++];
+            OmContactPair* pair = &cw->pair[cw->npair++];
             *pair = (OmContactPair){.vert = i, .obstacle = k};
             pair->goal = fmin(0, begin + c->def.recover_speed * h);
             pair->k = c->def.stiffness * om_tissue_vertex_stiffness(w, i);
@@ -139,15 +145,15 @@ static void find_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
             pair->is_active = pair->push > 0 || fmin(begin, end - pair->goal) < -TAKE * c->size;
             if (!pair->is_active) continue;
             lay(c, pair, p, d, false);
-            if (c->def.friction > 0) recall_friction(c, pair, om_load3(v, i));
+            if (friction_of(c, k) > 0) recall_friction(pair, friction_of(c, k), om_load3(v, i));
         }
     }
 }
 
-static void add_forces(OmContact* c, OmTissueWork* w, double h) {
+static void add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
     om_tissue_clear_forces(w);
-    for (int k = 0; k < c->npair; ++k) {
-        OmContactPair* pair = &c->pair[k];
+    for (int k = 0; k < cw->npair; ++k) {
+        OmContactPair* pair = &cw->pair[k];
         pair->was_drag = pair->drag;
         pair->was_push = pair->push;
         if (!pair->is_active) continue;
@@ -165,12 +171,13 @@ static void add_forces(OmContact* c, OmTissueWork* w, double h) {
 }
 
 // Look at the outcome of a solve; returns how many pairs changed.
-static int update_pairs(OmContact* c, const OmTissueState* s, const OmTissueWork* w, double h,
+static int update_pairs(OmContactWork* cw, const OmTissueState* s, const OmTissueWork* w, double h,
                         bool is_damped) {
+    const OmContact* c = cw->contact;
     const double *x = om_tissue_x(s), *dv = om_tissue_dv(w);
     int nchange = 0;
-    for (int k = 0; k < c->npair; ++k) {
-        OmContactPair* pair = &c->pair[k];
+    for (int k = 0; k < cw->npair; ++k) {
+        OmContactPair* pair = &cw->pair[k];
         OmVec3 p = om_load3(x, pair->vert), d = moved_by(s, dv, pair->vert, h), n;
         double end = pair->gap + om_dot(pair->n, d) - pair->goal;
         pair->force = om_vec3(0, 0, 0);
@@ -185,7 +192,7 @@ static int update_pairs(OmContact* c, const OmTissueState* s, const OmTissueWork
             if (pair->is_bent)
                 pair->force = om_madd(pair->force, -pair->was_push,
                                       om_mat3_apply(pair->C, om_sub(d, pair->at)));
-            double drag = c->def.friction * pair->push / fmax(SLOW, om_norm(vt));
+            double drag = friction_of(c, pair->obstacle) * pair->push / fmax(SLOW, om_norm(vt));
             bool is_same = fabs(drag - pair->drag) <= SAME_DRAG * drag;
             pair->drag = drag;
             nchange += !is_same;
@@ -197,7 +204,7 @@ static int update_pairs(OmContact* c, const OmTissueState* s, const OmTissueWork
                 -TAKE * c->size)
                 continue;
             ++nchange;
-            if (pair->was_let_go) continue;
+            if (pair->is_closed) continue;
             lay(c, pair, p, d, is_damped);
             pair->is_active = true;
         }
@@ -206,21 +213,22 @@ static int update_pairs(OmContact* c, const OmTissueState* s, const OmTissueWork
 }
 
 // From the middle of the iterations on, who is free stays free.
-static void close_set(OmContact* c) {
-    for (int k = 0; k < c->npair; ++k) c->pair[k].was_let_go |= !c->pair[k].is_active;
+static void close_set(OmContactWork* cw) {
+    for (int k = 0; k < cw->npair; ++k) cw->pair[k].is_closed |= !cw->pair[k].is_active;
 }
 
 // Forces into the state; count, resultant and depth into the report.
-static void report_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
+static void report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                          const OmTissueWork* w, double h) {
     double* f_touch = om_tissue_contact_force(s);
-    OmContactReport* report = &c->report;
+    const OmContact* c = cw->contact;
+    OmContactReport* report = &cw->report;
     memset(f_touch, 0, 3 * (size_t)om_tissue_mesh(m)->nvert * sizeof *f_touch);
     report->ncontact = 0;
     report->penetration = 0;
     report->force = om_vec3(0, 0, 0);
-    for (int k = 0; k < c->npair; ++k) {
-        const OmContactPair* pair = &c->pair[k];
+    for (int k = 0; k < cw->npair; ++k) {
+        const OmContactPair* pair = &cw->pair[k];
         OmVec3 d = moved_by(s, om_tissue_dv(w), pair->vert, h), n;
         double gap =
             om__contact_gap(c, pair->obstacle, om_add(om_load3(om_tissue_x(s), pair->vert), d), &n);
@@ -233,64 +241,83 @@ static void report_pairs(OmContact* c, const OmTissueModel* m, OmTissueState* s,
 }
 
 // An accepted substep is followed by one that begins later.
-static void note_settled(OmContact* c, double time) {
-    if (time > c->seen_time) c->has_settled &= c->report.is_settled;
-    c->seen_time = time;
+static void note_settled(OmContactWork* cw, double time) {
+    if (time > cw->seen_time) cw->has_settled &= cw->report.is_settled;
+    cw->seen_time = time;
 }
 
 static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                               double h, OmTissueReport* report) {
-    OmContact* c = ctx;
+    OmContactWork* cw = ctx;
     OmStatus status = OM_OK;
-    note_settled(c, om_tissue_time(s));
-    find_pairs(c, m, s, w, h);
-    c->report.is_settled = false;
-    for (int n = 0; n < c->def.max_iterations && !c->report.is_settled; ++n) {
-        if (n >= c->def.max_iterations / 2) close_set(c);
-        add_forces(c, w, h);
+    note_settled(cw, om_tissue_time(s));
+    find_pairs(cw, m, s, w, h);
+    cw->report.is_settled = false;
+    for (int n = 0; n < cw->contact->def.max_iterations && !cw->report.is_settled; ++n) {
+        if (n >= cw->contact->def.max_iterations / 2) close_set(cw);
+        add_forces(cw, w, h);
         status = om_tissue_solve_step(m, s, w, report);
         if (status < 0) return status;
-        ++c->report.nsolve;
-        int nchange = update_pairs(c, s, w, h, n >= DAMP_FROM);
-        c->report.is_settled = nchange == 0;
+        ++cw->report.nsolve;
+        int nchange = update_pairs(cw, s, w, h, n >= DAMP_FROM);
+        cw->report.is_settled = nchange == 0;
     }
-    OM_CHECK(c->report.is_settled || h < 2 * SHORTEST * c->h, OM_INVALID,
-             "contact: what touches has not settled after %d solves", c->def.max_iterations);
-    report_pairs(c, m, s, w, h);
+    OM_CHECK(cw->report.is_settled || h < 2 * SHORTEST * cw->h, OM_INVALID,
+             "contact: what touches has not settled after %d solves",
+             cw->contact->def.max_iterations);
+    report_pairs(cw, m, s, w, h);
     return status;
 }
 
-OmStatus om_contact_step(OmContact* c, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                         double h, OmContactReport* report) {
-    c->report = (OmContactReport){0};
-    c->h = h;
-    c->seen_time = om_tissue_time(s);
-    c->has_settled = true;
+// A step of an engine that keeps out of obstacles itself, into the report.
+static OmStatus step_among(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                           OmTissueWork* w, double h, OmTissueReport* tissue) {
+    OmContactReport* r = &cw->report;
+    int nobstacle = cw->contact->def.nobstacle;
+    OmStatus status = om_tissue_step_among(m, s, w, h, nobstacle, cw->obstacle, tissue);
+    if (status < 0) return status;
+    r->nsolve = tissue->substeps;
+    r->is_settled = true;
+    for (int k = 0; k < nobstacle; ++k) {
+        const OmTissueObstacle* o = &cw->obstacle[k];
+        r->ncontact += o->ncontact;
+        r->force = om_add(r->force, o->force);
+        r->penetration = fmax(r->penetration, o->penetration);
+    }
+    return status;
+}
+
+OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                         OmTissueWork* w, double h, OmContactReport* report) {
+    cw->report = (OmContactReport){0};
+    cw->h = h;
+    cw->seen_time = om_tissue_time(s);
+    cw->has_settled = true;
     OmTissueReport tissue = {0};
     OmStatus status = om_tissue_moves_itself(m)
-                          ? om__contact_step_among(c, m, s, w, h, &tissue)
-                          : om_tissue_step_with(m, s, w, h, solve_contact, c, &tissue);
-    c->report.is_settled &= c->has_settled;
-    c->report.tissue = tissue;
-    if (report) *report = c->report;
-    if (status != OM_OK || c->report.is_settled) return status;
+                          ? step_among(cw, m, s, w, h, &tissue)
+                          : om_tissue_step_with(m, s, w, h, solve_contact, cw, &tissue);
+    cw->report.is_settled &= cw->has_settled;
+    cw->report.tissue = tissue;
+    if (report) *report = cw->report;
+    if (status != OM_OK || cw->report.is_settled) return status;
     return om_error(OM_NOT_CONVERGED, "contact: what touches has not settled in a step of %g s", h);
 }
 
-OmStatus om_contact_settle(OmContact* c, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                           double h, double speed, double seconds) {
+OmStatus om_contact_settle(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                           OmTissueWork* w, double h, double speed, double seconds) {
     OM_CHECK(speed > 0 && seconds > 0 && h > 0 && seconds / h <= 1e9, OM_INVALID,
              "contact: speed (%g m/s), seconds (%g) and the time step (%g s) must be above 0",
              speed, seconds, h);
     int nvert = om_tissue_mesh(m)->nvert, nstill = 0;
     for (int n = 0; n < (int)ceil(seconds / h); ++n) {
-        OM_TRY(om_contact_step(c, m, s, w, h, NULL));
+        OM_TRY(om_contact_step(cw, m, s, w, h, NULL));
         double fastest = 0;
         for (int i = 0; i < nvert; ++i)
             fastest = fmax(fastest, om_norm2(om_load3(om_tissue_v(s), i)));
-        nstill = c->report.is_settled && fastest < speed * speed ? nstill + 1 : 0;
+        nstill = cw->report.is_settled && fastest < speed * speed ? nstill + 1 : 0;
         if (nstill < STILL) continue;
-        int ninverted = c->report.tissue.ninverted;
+        int ninverted = cw->report.tissue.ninverted;
         if (ninverted == 0) return OM_OK;
         return om_error(OM_NOT_CONVERGED, "the tissue is at rest with %d inverted elements",
                         ninverted);

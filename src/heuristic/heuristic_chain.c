@@ -337,7 +337,8 @@ static void find_held(const OmTissueModel* m, const OmTissueState* s, ChainWork*
 }
 
 static double depth_of(const OmTissueObstacle* o, OmVec3 p, OmVec3* normal) {
-    double gap = o->distance(o->ctx, om_pose_apply(om_pose_inverse(o->pose_end), p), normal);
+    OmVec3 local = om_pose_apply(om_pose_inverse(o->pose_end), p);
+    double gap = o->distance(o->ctx, local, normal) - o->offset;
     *normal = om_quat_rotate(o->pose_end.q, *normal);
     return -gap;
 }

@@ -80,7 +80,7 @@ static double gap_of(const OmPbdStep* s, int k, bool is_end, OmVec3 p, OmVec3* n
         *n = om_quat_rotate(is_end ? f->end.q : f->begin.q, *n);
     }
     if (!isfinite(d) || !om_is_finite3(*n)) return INFINITY;
-    return d - s->pbd->def.collision_distance;
+    return d - o->offset - s->pbd->def.collision_distance;
 }
 
 bool om__pbd_find_near(OmPbdStep* s, int i) {

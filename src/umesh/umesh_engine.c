@@ -186,7 +186,8 @@ static void take_held(const OmTissueModel* m, const OmTissueState* s, LearnedWor
 }
 
 static double distance_to(const OmTissueObstacle* o, OmPose pose, OmVec3 p, OmVec3* normal) {
-    double gap = o->distance(o->ctx, om_pose_apply(om_pose_inverse(pose), p), normal);
+    OmVec3 local = om_pose_apply(om_pose_inverse(pose), p);
+    double gap = o->distance(o->ctx, local, normal) - o->offset;
     *normal = om_quat_rotate(pose.q, *normal);
     return gap;
 }

@@ -16,6 +16,7 @@ struct OmBody {
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
+    OmContactWork* contact_work;
     Rest rest;
     int nbad;  // steps whose outcome was not what a step promises
 };
@@ -25,16 +26,12 @@ static OmStatus create_contact(const OmScene* scene, const OmSite* site, OmBody*
     def.friction = scene->tissue.friction;
     OmContactPlane board = {site->pose_world_task.p,
                             om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
-    const OmSdf* sdf = &site->organ_sdf;
-    if (site->has_ground) {
-        def.nplane = 1;
-        def.plane = &board;
-    }
-    if (site->has_organ) {
-        def.nsdf = 1;
-        def.sdf = &sdf;
-    }
-    return om_contact_create(&def, body->model, &body->contact);
+    OmTissueObstacle obstacle[2];
+    if (site->has_ground) obstacle[def.nobstacle++] = om_plane_obstacle(&board);
+    if (site->has_organ) obstacle[def.nobstacle++] = om_sdf_obstacle(&site->organ_sdf);
+    def.obstacle = obstacle;
+    OM_TRY(om_contact_create(&def, body->model, &body->contact));
+    return om_contact_work_create(body->contact, &body->contact_work);
 }
 
 OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
@@ -58,6 +55,7 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
 
 void om_body_destroy(OmBody* b) {
     if (!b) return;
+    om_contact_work_destroy(b->contact_work);
     om_contact_destroy(b->contact);
     om_tissue_work_destroy(b->work);
     om_tissue_state_destroy(b->state);
@@ -81,7 +79,7 @@ bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->st
 
 OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
     OmContactReport r;
-    OmStatus status = om_contact_step(b->contact, b->model, b->state, b->work, dt, &r);
+    OmStatus status = om_contact_step(b->contact_work, b->model, b->state, b->work, dt, &r);
     if (status < 0) return status;
     *report = (OmBodyReport){.iterations = r.tissue.iterations,
                              .residual = r.tissue.residual,
@@ -98,7 +96,7 @@ OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
 int om_body_nbad(const OmBody* b) { return b->nbad; }
 
 OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
-    return om_contact_settle(b->contact, b->model, b->state, b->work, dt, speed, seconds);
+    return om_contact_settle(b->contact_work, b->model, b->state, b->work, dt, speed, seconds);
 }
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }

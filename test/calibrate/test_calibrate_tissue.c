@@ -161,9 +161,10 @@ static void check_paths(bool has_board) {
     Maker maker;
     make_bar(&maker, om_vec3(0.08, 0.04, 0.01), 8, 4, 1, 0, 0);
     maker.def.gravity = om_vec3(0, 0, -1);  // the strip must not sag away from the probe
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
     OmContactDef contact = om_contact_default_def();
-    contact.nplane = 1, contact.plane = &board;
+    contact.nobstacle = 1, contact.obstacle = &board;
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     shape.radius = 0.01;
     OmProbe* probe;
@@ -374,9 +375,10 @@ static void test_speed_of_a_path(void** state) {
 // particles keep out of both: no landmark of the underside comes out below the board.
 static void test_presses_on_a_board(void** state) {
     (void)state;
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
     OmContactDef contact = om_contact_default_def();
-    contact.nplane = 1, contact.plane = &board;
+    contact.nobstacle = 1, contact.obstacle = &board;
     OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
     shape.radius = 0.02;
     OmProbe* probe;

@@ -101,7 +101,11 @@ typedef struct Paddle {
 
 static double paddle_distance(const void* ctx, OmVec3 p, OmVec3* gradient) {
     const Paddle* paddle = ctx;
-    return om_sdf_eval(&paddle->sdf, om_sub(p, om_vec3(0, 0, paddle->lift)), gradient);
+    double d = om_sdf_eval(&paddle->sdf, om_sub(p, om_vec3(0, 0, paddle->lift)), gradient);
+    double steep = om_norm(*gradient);
+    if (!(steep > 1e-6)) return INFINITY;
+    *gradient = om_scale(1 / steep, *gradient);
+    return d;
 }
 
 static double mesh_volume(const OmTetMesh* mesh, const double* x) {
@@ -176,12 +180,13 @@ static void compress(double edge, double most_off) {
     r.def.gravity = om_vec3(0, 0, 0);
     r.def.rayleigh_mass = 2;
     rig_start(&r);
-    OmContactField field[2] = {{paddle_distance, &paddle[0]}, {paddle_distance, &paddle[1]}};
+    OmTissueObstacle field[2] = {om_field_obstacle(paddle_distance, &paddle[0]),
+                                 om_field_obstacle(paddle_distance, &paddle[1])};
     OmContactDef contact = om_contact_default_def();
-    contact.nfield = 2;
-    contact.field = field;
+    contact.nobstacle = 2;
+    contact.obstacle = field;
     contact.max_iterations = 6;
-    assert_ok(om_contact_create(&contact, r.m, &r.c));
+    rig_contact(&r, &contact);
     OmEmbedding at;
     double place[3], deepest = 0;
     int nsub = 0;
@@ -193,7 +198,7 @@ static void compress(double edge, double most_off) {
         paddle[0].lift = left;
         paddle[1].lift = -left;
         OmContactReport report;
-        if (om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report) < 0)
+        if (om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report) < 0)
             fail_msg("%s", om_error_message());
         nsub += report.tissue.substeps;
         deepest = n == nmove + nrest ? report.penetration : deepest;

@@ -1,7 +1,7 @@
 // test_contact_obstacle.c: boxes on boards, slopes and balls: weights are carried, nothing sticks or sinks.
 #include "test_rig.h"
 
-static const OmContactPlane board = {{0, 0, 0}, {0, 0, 2}};  // any length will do
+static const OmContactPlane plane = {{0, 0, 0}, {0, 0, 2}};  // any length will do
 
 // A box of 40 x 40 x 20 mm whose underside is at `bottom`, on planes or one SDF.
 static void start(TestRig* r, double bottom, const OmContactDef* contact) {
@@ -9,14 +9,12 @@ static void start(TestRig* r, double bottom, const OmContactDef* contact) {
     r->def.rayleigh_stiffness = 0.01;
     r->def.solver.tolerance = 1e-5;
     rig_start(r);
-    assert_ok(om_contact_create(contact, r->m, &r->c));
+    rig_contact(r, contact);
 }
 
-static OmContactDef on_board(void) {
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &board;
-    return def;
+static OmContactDef on_board(OmTissueObstacle* board) {
+    *board = om_plane_obstacle(&plane);
+    return rig_on(board);
 }
 
 static const double weight = 1000 * 0.04 * 0.04 * 0.02 * 9.81;
@@ -25,11 +23,12 @@ static const double weight = 1000 * 0.04 * 0.04 * 0.02 * 9.81;
 static void test_box_rests(void** context) {
     (void)context;
     TestRig r;
-    OmContactDef def = on_board();
+    OmTissueObstacle board;
+    OmContactDef def = on_board(&board);
     start(&r, 0.002, &def);
     OmContactReport report;
     for (int n = 0; n < 150; ++n) {
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         assert_below(report.penetration, 1e-5);
     }
     assert_near(report.force.z, weight, 1e-3 * weight);
@@ -54,10 +53,11 @@ static void test_box_rests(void** context) {
 static void test_no_sticking(void** context) {
     (void)context;
     TestRig r;
-    OmContactDef def = on_board();
+    OmTissueObstacle board;
+    OmContactDef def = on_board(&board);
     start(&r, 0, &def);
     r.def.rayleigh_mass = 0;
-    assert_ok(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 1e-4, 4));
+    assert_ok(om_contact_settle(r.cw, r.m, r.s, r.w, 0.02, 1e-4, 4));
     OmPose tip = {om_vec3(0, 0, om_tissue_x(r.s)[3 * 62 + 2]), om_quat_identity()};
     assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.03, NULL));
     double max = 0;
@@ -66,7 +66,7 @@ static void test_no_sticking(void** context) {
     for (int n = 0; n < 300; ++n) {
         if (n < 200) tip.p.z += 0.02 * 0.001;  // 1 mm/s: inertia is nothing
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         assert_ok(om_tissue_get_forces(r.m, r.s, &f));
         max = fmax(max, f.grasp[0].z);
         assert_true(report.force.z >= 0);
@@ -82,9 +82,8 @@ static void slide(double friction, double* travel, double* ideal) {
     TestRig r;
     double a = 0.2, h = 0.01;
     OmContactPlane slope = {{0, 0, 0}, {sin(a), 0, cos(a)}};
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &slope;
+    OmTissueObstacle board = om_plane_obstacle(&slope);
+    OmContactDef def = rig_on(&board);
     def.friction = friction;
     rig_box(&r, om_vec3(-0.02, -0.02, 0), om_vec3(0.02, 0.02, 0.01), 4, 4, 1);
     for (int i = 0; i < r.mesh.nvert; ++i)
@@ -93,8 +92,8 @@ static void slide(double friction, double* travel, double* ideal) {
     r.def.rayleigh_mass = 0;
     r.def.rayleigh_stiffness = 0.01;
     rig_start(&r);
-    assert_ok(om_contact_create(&def, r.m, &r.c));
-    for (int n = 0; n < 50; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, h, NULL));
+    rig_contact(&r, &def);
+    for (int n = 0; n < 50; ++n) assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, h, NULL));
     *travel = 0;
     for (int i = 0; i < r.mesh.nvert; ++i) {
         OmVec3 d = om_sub(om_load3(om_tissue_x(r.s), i), om_load3(r.mesh.x, i));
@@ -130,10 +129,8 @@ static void test_sphere(void** context) {
     OmSdf sdf;
     assert_ok(om_sdf_from_function(ball, NULL, om_vec3(-0.035, -0.035, -0.065),
                                    om_vec3(0.035, 0.035, 0.005), &sdf_def, &sdf));
-    const OmSdf* list[1] = {&sdf};
-    OmContactDef def = om_contact_default_def();
-    def.nsdf = 1;
-    def.sdf = list;
+    OmTissueObstacle organ = om_sdf_obstacle(&sdf);
+    OmContactDef def = rig_on(&organ);
     def.friction = 0.8;  // or it slides off
     TestRig r;
     rig_box(&r, om_vec3(-0.03, -0.03, 0.002), om_vec3(0.03, 0.03, 0.006), 10, 10, 1);
@@ -141,11 +138,11 @@ static void test_sphere(void** context) {
     r.def.rayleigh_mass = 4;
     r.def.solver.tolerance = 1e-4;
     rig_start(&r);
-    assert_ok(om_contact_create(&def, r.m, &r.c));
+    rig_contact(&r, &def);
     OmContactReport report;
     double deepest = 0, last = 0;
     for (int n = 0; n < 120; ++n) {
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         deepest = fmax(deepest, report.penetration);
         last = report.penetration;
     }
@@ -168,13 +165,14 @@ static void test_sphere(void** context) {
 static void test_starts_inside(void** context) {
     (void)context;
     TestRig r;
-    OmContactDef def = on_board();
+    OmTissueObstacle board;
+    OmContactDef def = on_board(&board);
     def.recover_speed = 0.05;
     start(&r, -0.003, &def);
     OmContactReport report;
     double before = 0.003, fastest = 0;
     for (int n = 0; n < 100; ++n) {
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.01, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.01, &report));
         if (before > 0.001) assert_near(before - report.penetration, 0.05 * 0.01, 5e-5);
         before = report.penetration;
         for (int i = 0; i < r.mesh.nvert; ++i) fastest = fmax(fastest, om_tissue_v(r.s)[3 * i + 2]);
@@ -189,10 +187,11 @@ static void test_starts_inside(void** context) {
 static void test_offset(void** context) {
     (void)context;
     TestRig r;
-    OmContactDef def = on_board();
+    OmTissueObstacle board;
+    OmContactDef def = on_board(&board);
     def.offset = 0.001;
     start(&r, 0.001, &def);
-    for (int n = 0; n < 50; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
+    for (int n = 0; n < 50; ++n) assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
     for (int i = 0; i < 25; ++i) assert_near(om_tissue_x(r.s)[3 * i + 2], 0.001, 1e-5);
     assert_near(om_contact_eval_distance(r.c, om_vec3(0, 0, 0.02)), 0.02, 1e-12);
     rig_done(&r);
@@ -206,7 +205,7 @@ static void test_no_obstacle(void** context) {
     start(&r, 0, &def);
     start(&q, 0, &def);
     for (int n = 0; n < 5; ++n) {
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
         assert_ok(om_tissue_step(q.m, q.s, q.w, 0.02, NULL));
     }
     assert_true(om_tissue_state_hash(r.s) == om_tissue_state_hash(q.s));

@@ -2,7 +2,7 @@
 // forces do not jump.
 #include "test_rig.h"
 
-static const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
+static const OmContactPlane plane = {{0, 0, 0}, {0, 0, 1}};
 
 // The thesis's sheet on a board, held under one edge; made and settled.
 static void start(TestRig* r, double tolerance) {
@@ -14,11 +14,10 @@ static void start(TestRig* r, double tolerance) {
     r->def.rayleigh_stiffness = 0.02;
     r->def.solver.tolerance = tolerance;
     rig_start(r);
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &board;
-    assert_ok(om_contact_create(&def, r->m, &r->c));
-    assert_ok(om_contact_settle(r->c, r->m, r->s, r->w, 0.02, 1e-3, 3));
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(r, &def);
+    assert_ok(om_contact_settle(r->cw, r->m, r->s, r->w, 0.02, 1e-3, 3));
 }
 
 typedef struct Peel {
@@ -36,13 +35,13 @@ static Peel peel(double tolerance) {
     OmPose tip = {om_vec3(0.05, 0, 0.005), om_quat_identity()};
     assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.013, NULL));
     OmContactReport report;
-    assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+    assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
     double last = report.force.z;
     for (int n = 0; n < 230; ++n) {
         if (n < 100) tip.p.z += 0.02 * 0.02;
         if (n >= 120 && n < 220) tip.p.z -= 0.02 * 0.02;
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         p.jump = fmax(p.jump, fabs(report.force.z - last));
         p.max = fmax(p.max, report.force.z);
         p.deepest = fmax(p.deepest, report.penetration);
@@ -84,10 +83,8 @@ static void test_peel_off_organ(void** context) {
     OmSdf sdf;
     assert_ok(om_sdf_from_function(ball, NULL, om_vec3(-0.045, -0.045, -0.085),
                                    om_vec3(0.045, 0.045, 0.005), &sdf_def, &sdf));
-    const OmSdf* list[1] = {&sdf};
-    OmContactDef def = om_contact_default_def();
-    def.nsdf = 1;
-    def.sdf = list;
+    OmTissueObstacle organ = om_sdf_obstacle(&sdf);
+    OmContactDef def = rig_on(&organ);
     TestRig r;
     rig_box(&r, om_vec3(-0.03, -0.03, 0), om_vec3(0.03, 0.03, 0.004), 10, 10, 1);
     rig_attach_plane(&r, 0, -0.03);
@@ -101,12 +98,12 @@ static void test_peel_off_organ(void** context) {
     r.def.rayleigh_mass = 2;
     r.def.solver.tolerance = 1e-4;
     rig_start(&r);
-    assert_ok(om_contact_create(&def, r.m, &r.c));
-    assert_ok(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 1e-3, 5));
+    rig_contact(&r, &def);
+    assert_ok(om_contact_settle(r.cw, r.m, r.s, r.w, 0.02, 1e-3, 5));
     OmPose tip = {om_load3(om_tissue_x(r.s), 10 + 11 * (5 + 11)), om_quat_identity()};
     assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.007, NULL));
     OmContactReport report;
-    assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+    assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
     OmVec3 last = report.force;
     double jump = 0, deepest = 0;
     int nsolve = 0;
@@ -114,7 +111,7 @@ static void test_peel_off_organ(void** context) {
         if (n < 75) tip.p = om_add(tip.p, om_vec3(-0.0002, 0, 0.0004));
         if (n >= 85 && n < 160) tip.p = om_sub(tip.p, om_vec3(-0.0002, 0, 0.0004));
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         jump = fmax(jump, om_norm(om_sub(report.force, last)));
         deepest = fmax(deepest, report.penetration);
         if (n >= 210) nsolve += report.nsolve;

@@ -10,6 +10,7 @@ typedef struct Rig {
     OmTissueState* s;
     OmTissueWork* w;
     OmContact* c;
+    OmContactWork* cw;
 } Rig;
 
 static OmTissueDef sheet_def(Rig* r, double thickness, int cells) {
@@ -26,9 +27,11 @@ static void rig_make(Rig* r, const OmTissueDef* def, const OmContactDef* contact
     assert_ok(om_tissue_state_create(r->m, &r->s));
     assert_ok(om_tissue_work_create(r->m, &r->w));
     assert_ok(om_contact_create(contact, r->m, &r->c));
+    assert_ok(om_contact_work_create(r->c, &r->cw));
 }
 
 static void rig_done(Rig* r) {
+    om_contact_work_destroy(r->cw);
     om_contact_destroy(r->c);
     om_tissue_work_destroy(r->w);
     om_tissue_state_destroy(r->s);
@@ -36,27 +39,22 @@ static void rig_done(Rig* r) {
     om_tet_mesh_done(&r->mesh);
 }
 
-static OmContactDef on_board(const OmContactPlane* board) {
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = board;
-    return def;
-}
-
-static const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
+static const OmContactPlane plane = {{0, 0, 0}, {0, 0, 1}};
 
 // A sheet dropped from 1 mm comes to rest; the board carries its weight, 0.706 N.
 static void test_sheet_rests(void** context) {
     (void)context;
     Rig r = {0};
     OmTissueDef def = sheet_def(&r, 0.005, 12);
-    OmContactDef contact = on_board(&board);
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef contact = om_contact_default_def();
+    contact.nobstacle = 1, contact.obstacle = &board;
     for (int i = 0; i < r.mesh.nvert; ++i) r.mesh.x[3 * i + 2] += 0.001;
     rig_make(&r, &def, &contact);
     double weight = 0.12 * 0.12 * 0.005 * 1000 * 9.81, deepest = 0;
     OmContactReport report;
     for (int n = 0; n < 100; ++n) {
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         assert_true(report.is_settled);
         deepest = fmax(deepest, report.penetration);
     }
@@ -75,7 +73,9 @@ static void test_sheet_lifted(void** context) {
     (void)context;
     Rig r = {0};
     OmTissueDef def = sheet_def(&r, 0.005, 12);
-    OmContactDef contact = on_board(&board);
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef contact = om_contact_default_def();
+    contact.nobstacle = 1, contact.obstacle = &board;
     int attached[400], num = 0;
     for (int i = 0; i < r.mesh.nvert; ++i)
         if (r.mesh.x[3 * i] < -0.045 && r.mesh.x[3 * i + 2] < 1e-9) attached[num++] = i;
@@ -85,7 +85,7 @@ static void test_sheet_lifted(void** context) {
     OmContactReport report;
     OmPose tip = {om_vec3(0.05, 0, 0.005), om_quat_identity()};
     int nheld;
-    assert_ok(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 1e-3, 2));
+    assert_ok(om_contact_settle(r.cw, r.m, r.s, r.w, 0.02, 1e-3, 2));
     assert_ok(om_tissue_grasp(r.m, r.s, 0, tip, 0.011, &nheld));
     assert_true(nheld > 0);
     double deepest = 0;
@@ -93,7 +93,7 @@ static void test_sheet_lifted(void** context) {
     for (int n = 0; n < 400; ++n) {
         if (tip.p.z < 0.055) tip.p.z += 0.02 * 0.02;
         assert_ok(om_tissue_move_grasp(r.s, 0, tip));
-        assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report));
+        assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report));
         deepest = fmax(deepest, report.penetration);
         nsolve = report.nsolve > nsolve ? report.nsolve : nsolve;
         unsettled += !report.is_settled;

@@ -42,11 +42,11 @@ static void rest(TestRig* r, const OmContactDef* def, const char* name) {
     double size = 0;
     for (int i = 0; i < r->mesh.nvert; ++i)
         size = fmax(size, om_distance(om_load3(r->mesh.x, i), om_load3(r->mesh.x, 0)));
-    assert_ok(om_contact_create(def, r->m, &r->c));
+    rig_contact(r, def);
     OmContactReport report;
     int nsolve = 0, nsubstep = 0;
     for (int k = 0; k < 300; ++k) {
-        OmStatus status = om_contact_step(r->c, r->m, r->s, r->w, 0.02, &report);
+        OmStatus status = om_contact_step(r->cw, r->m, r->s, r->w, 0.02, &report);
         if (status < 0) fail_msg("step %d: %s", k, om_error_message());
         assert_true(report.is_settled);
         nsolve += report.nsolve;
@@ -73,10 +73,8 @@ static void test_bumps(void** context) {
         TestRig r;
         start(&r, table[k].n, table[k].half);
         Bumps bumps = {table[k].amplitude, 0.004};
-        OmContactField field = {bumps_distance, &bumps};
-        OmContactDef def = om_contact_default_def();
-        def.nfield = 1;
-        def.field = &field;
+        OmTissueObstacle field = om_field_obstacle(bumps_distance, &bumps);
+        OmContactDef def = rig_on(&field);
         char name[80];
         snprintf(name, sizeof name, "block of %.0f mm on bumps of %.1f mm", 2e3 * table[k].half,
                  1e3 * bumps.amplitude);
@@ -93,12 +91,10 @@ static void test_sampled_bumps(void** context) {
     OmSdf sdf;
     assert_ok(om_sdf_from_function(bumps_shape, &bumps, om_vec3(-0.03, -0.03, -0.004),
                                    om_vec3(0.03, 0.03, 0.004), &sdf_def, &sdf));
-    const OmSdf* list[1] = {&sdf};
+    OmTissueObstacle organ = om_sdf_obstacle(&sdf);
     TestRig r;
     start(&r, 10, 0.0213);
-    OmContactDef def = om_contact_default_def();
-    def.nsdf = 1;
-    def.sdf = list;
+    OmContactDef def = rig_on(&organ);
     rest(&r, &def, "block of 43 mm on sampled bumps");
     om_sdf_done(&sdf);
     rig_done(&r);
@@ -110,16 +106,14 @@ static void test_not_settled(void** context) {
     TestRig r;
     start(&r, 6, 0.0213);
     Bumps bumps = {0.6e-3, 0.004};
-    OmContactField field = {bumps_distance, &bumps};
-    OmContactDef def = om_contact_default_def();
-    def.nfield = 1;
-    def.field = &field;
+    OmTissueObstacle field = om_field_obstacle(bumps_distance, &bumps);
+    OmContactDef def = rig_on(&field);
     def.max_iterations = 1;
-    assert_ok(om_contact_create(&def, r.m, &r.c));
+    rig_contact(&r, &def);
     int nunsettled = 0;
     for (int k = 0; k < 20; ++k) {
         OmContactReport report;
-        OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report);
+        OmStatus status = om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report);
         assert_true(status >= 0);
         assert_true(report.is_settled || status == OM_NOT_CONVERGED);
         nunsettled += !report.is_settled;
@@ -133,17 +127,16 @@ static void test_settle(void** context) {
     (void)context;
     TestRig r;
     start(&r, 4, 0.02);
-    const OmContactPlane board = {{0, 0, 0}, {0, 0, 1}};
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &board;
-    assert_ok(om_contact_create(&def, r.m, &r.c));
+    const OmContactPlane plane = {{0, 0, 0}, {0, 0, 1}};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(&r, &def);
     double* v = om_calloc(3 * (size_t)r.mesh.nvert, sizeof *v);
     assert_non_null(v);
     for (int i = 0; i < r.mesh.nvert; ++i) v[3 * i + 2] = 5 * 9.81 * 0.02;  // turns back in step 5
     assert_ok(om_tissue_set_x(r.m, r.s, om_tissue_x(r.s), v));
     om_free(v);
-    assert_ok(om_contact_settle(r.c, r.m, r.s, r.w, 0.02, 0.05, 4));
+    assert_ok(om_contact_settle(r.cw, r.m, r.s, r.w, 0.02, 0.05, 4));
     OmTissueForces f;
     assert_ok(om_tissue_get_forces(r.m, r.s, &f));
     assert_near_rel(f.contact.z, -f.weight.z, 0.3);

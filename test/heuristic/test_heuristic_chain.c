@@ -261,13 +261,14 @@ static void test_obstacles(void** state) {
         mail_box(&p, om_vec3(0.08, 0.08, 0.005), 16, 16, 1);
         if (k == 1) rig_attach_plane(&p.r, 0, 0);
         mail_start(&p);
-        OmContactDef def = om_contact_default_def();
-        OmContactPlane board = {om_vec3(0, 0, 0.002), om_vec3(0, 0, 1)};
-        def.nplane = k == 0, def.plane = &board;
-        assert_ok(om_contact_create(&def, p.r.m, &p.r.c));
+        OmContactPlane plane = {om_vec3(0, 0, 0.002), om_vec3(0, 0, 1)};
+        OmTissueObstacle board = om_plane_obstacle(&plane);
+        OmContactDef def = rig_on(&board);
+        def.nobstacle = k == 0;
+        rig_contact(&p.r, &def);
         OmContactReport report;
         if (k == 0) {
-            assert_ok(om_contact_step(p.r.c, p.r.m, p.r.s, p.r.w, 0.02, &report));
+            assert_ok(om_contact_step(p.r.cw, p.r.m, p.r.s, p.r.w, 0.02, &report));
             assert_int_equal(report.ncontact, 17 * 17);
             assert_below(report.penetration, 1e-15);
             for (int i = 0; i < p.r.mesh.nvert; ++i)

@@ -378,11 +378,11 @@ static void test_contact(void** state) {
     box(&r, om_vec3(0.04, 0.04, 0.02), 4, 4, 2);
     r.def.rayleigh_mass = 5;
     rig_start(&r);
-    OmContactDef def = om_contact_default_def();
-    OmContactPlane board = {nothing, om_vec3(0, 0, 1)};
-    def.nplane = 1, def.plane = &board;
-    assert_ok(om_contact_create(&def, r.m, &r.c));
-    for (int n = 0; n < 200; ++n) assert_ok(om_contact_step(r.c, r.m, r.s, r.w, 0.02, NULL));
+    OmContactPlane plane = {nothing, om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(&r, &def);
+    for (int n = 0; n < 200; ++n) assert_ok(om_contact_step(r.cw, r.m, r.s, r.w, 0.02, NULL));
     OmTissueForces f;
     assert_ok(om_tissue_get_forces(r.m, r.s, &f));
     assert_below(om_norm(om_add(f.contact, f.weight)), 1e-3 * om_norm(f.weight));  // of the solver

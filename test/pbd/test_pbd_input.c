@@ -103,16 +103,16 @@ static void test_forces_balance(void** state) {
     pbd_sheet(&p, 0.06);
     rig_attach_plane(&p.r, 0, p.r.mesh.x[0]);
     pbd_start(&p);
-    OmContactDef def = om_contact_default_def();
-    OmContactPlane board = {om_vec3(0, 0, -0.02), om_vec3(0, 0, 1)};
-    def.nplane = 1, def.plane = &board;
-    assert_ok(om_contact_create(&def, p.r.m, &p.r.c));
+    OmContactPlane plane = {om_vec3(0, 0, -0.02), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(&p.r, &def);
     OmVec3 tip = om_load3(p.r.mesh.x, 19);
     OmPose pose = {tip, om_quat_identity()};
     assert_ok(om_tissue_grasp(p.r.m, p.r.s, 0, pose, 0.004, NULL));
     OmContactReport report;
     for (int n = 0; n < 1000; ++n)
-        assert_ok(om_contact_step(p.r.c, p.r.m, p.r.s, p.r.w, 0.02, &report));
+        assert_ok(om_contact_step(p.r.cw, p.r.m, p.r.s, p.r.w, 0.02, &report));
     OmTissueForces f;
     assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
     OmVec3 sum = om_add(om_add(f.grasp[0], f.attachment), om_add(f.contact, f.weight));
@@ -144,13 +144,13 @@ static void test_friction(void** state) {
         double angle = k == 0 ? atan(0.3) : atan(0.6);
         p.r.def.gravity = om_vec3(9.81 * sin(angle), 0, -9.81 * cos(angle));
         pbd_start(&p);
-        OmContactDef def = om_contact_default_def();
-        OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-        def.nplane = 1, def.plane = &board;
+        OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+        OmTissueObstacle board = om_plane_obstacle(&plane);
+        OmContactDef def = rig_on(&board);
         if (k == 2) def.friction = 0;
-        assert_ok(om_contact_create(&def, p.r.m, &p.r.c));
+        rig_contact(&p.r, &def);
         for (int n = 0; n < 50; ++n)
-            assert_ok(om_contact_step(p.r.c, p.r.m, p.r.s, p.r.w, 0.01, NULL));
+            assert_ok(om_contact_step(p.r.cw, p.r.m, p.r.s, p.r.w, 0.01, NULL));
         double way = om_tissue_x(p.r.s)[0] - p.r.mesh.x[0], t = 0.5;
         double a = 9.81 * (sin(angle) - (k == 2 ? 0 : 0.35) * cos(angle));
         if (k == 0)

@@ -27,12 +27,12 @@ static void drop_body(PbdRig* p, double drop, double seconds) {
     }
     assert_ok(om_tissue_set_x(p->r.m, p->r.s, x, NULL));
     om_free(x);
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1, def.plane = &board;
-    if (!p->r.c) assert_ok(om_contact_create(&def, p->r.m, &p->r.c));
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    if (!p->r.c) rig_contact(&p->r, &def);
     for (int k = 0; k < (int)(seconds / 0.02 + 0.5); ++k)
-        assert_ok(om_contact_step(p->r.c, p->r.m, p->r.s, p->r.w, 0.02, NULL));
+        assert_ok(om_contact_step(p->r.cw, p->r.m, p->r.s, p->r.w, 0.02, NULL));
 }
 
 static OmVec3 center_of(const PbdRig* p, const double* x) {

@@ -179,18 +179,17 @@ static double measure_rise(const Drop* d) {
     r.def.rayleigh_mass = 0;
     r.def.max_newton = d->max_newton;
     rig_start(&r);
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &board;
-    assert_ok(om_contact_create(&def, r.m, &r.c));
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(&r, &def);
     start_fall(&r, d);
     double fall = 0, rise = 0, first, before;
     for (int i = 0; i < r.mesh.nvert; ++i) fall += om_tissue_mass(r.m)[i] * 9.81 * d->height;
     first = before = total_energy(&r);
     for (int n = 0; n < (int)(0.4 / d->h); ++n) {
         OmContactReport report;
-        OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, d->h, &report);
+        OmStatus status = om_contact_step(r.cw, r.m, r.s, r.w, d->h, &report);
         check_honest(&r, status, &report.tissue);
         double now = total_energy(&r);
         rise = fmax(rise, fmax(now - before, now - first) / fall);
@@ -263,11 +262,10 @@ static void test_balance_with_contact(void** context) {
     r.def.newton_tolerance = 1e-5;
     r.def.solver.tolerance = 1e-3;
     rig_start(&r);
-    OmContactPlane board = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
-    OmContactDef def = om_contact_default_def();
-    def.nplane = 1;
-    def.plane = &board;
-    assert_ok(om_contact_create(&def, r.m, &r.c));
+    OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
+    OmTissueObstacle board = om_plane_obstacle(&plane);
+    OmContactDef def = rig_on(&board);
+    rig_contact(&r, &def);
     size_t n = 3 * (size_t)r.mesh.nvert;
     double *f = om_alloc(n, sizeof *f), *v = om_alloc(n, sizeof *v), worst = 0;
     const double* mass = om_tissue_mass(r.m);
@@ -276,7 +274,7 @@ static void test_balance_with_contact(void** context) {
     for (int step = 0; step < 60; ++step) {
         OmContactReport report;
         memcpy(v, om_tissue_v(r.s), n * sizeof *v);
-        OmStatus status = om_contact_step(r.c, r.m, r.s, r.w, 0.02, &report);
+        OmStatus status = om_contact_step(r.cw, r.m, r.s, r.w, 0.02, &report);
         assert_true(status >= 0);
         nok += status == OM_OK;
         max = report.tissue.substeps > max ? report.tissue.substeps : max;
