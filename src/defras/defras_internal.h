@@ -96,6 +96,19 @@ static inline double om__force_limit(const OmSceneTask* task) {
     return task->force_threshold - task->force_margin;
 }
 
+// Goal of an arm in the world frame; its orientation is kept.
+static inline OmPose om__goal_pose(const Loop* loop, int arm, OmVec3 p_task) {
+    return (OmPose){om_pose_apply(loop->grid.task, p_task), loop->arm[arm].q};
+}
+static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
+    return om_pose_apply(om_pose_inverse(grid->task), p_world);
+}
+
+#define SLOW_RATE 0.25  // share of the speed at the force limit
+
+// defras_step.c: let one time step pass in the world and the twin, and measure.
+OmStatus om__loop_tick(Loop* loop);
+
 // defras_act.c
 // Where a fold of tissue held at `tip` leads: a unit vector along the board and a length, m, both of the task
 // frame. The length is 0 where the fold leads nowhere.
@@ -103,7 +116,6 @@ void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb,
                   double* length);
 // Feed a look; true where a motion should stop because the ROI is exposed.
 bool om__watch_stop(Watch* watch, double visibility);
-OmStatus om__loop_tick(Loop* loop);
 OmStatus om__loop_wait(Loop* loop, double seconds);
 // Hold still and look: sets is_exposed if the ROI is seen without a break for long enough.
 OmStatus om__loop_hold(Loop* loop);

@@ -1,0 +1,120 @@
+// defras_step.c: one step of world and twin, and all that is measured in it.
+//
+// From SLOW_FROM of the force limit (the threshold less the margin) on the motion slows down, to SLOW_RATE at the
+// limit; above it the tip all but stands still, and tissue that moves comes to rest.
+#include "defras/defras_internal.h"
+
+#define SLOW_FROM 0.75   // share of the limit from which a motion slows down
+#define RATE_STEP 0.125  // a motion is commanded anew when its rate changes by as much
+#define STILL_RATE 0.02  // share of the speed above the limit
+#define LOOK_EVERY 5     // ticks between looks through the endoscope
+
+static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
+    double start = om_clock_now();
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        if (!om_body_is_holding(loop->twin, a)) continue;
+        OmPose tip = {obs->arm[a].tip.p, loop->grid.task.q};
+        OM_TRY(om_body_move(loop->twin, a, tip));
+    }
+    OmBodyReport report;
+    OmStatus status = om_body_step(loop->twin, dt, &report);
+    if (status < 0) return om_error_prefix(status, "twin at %.2f s", loop->time);
+    OmBodyForces forces;
+    OM_TRY(om_body_get_forces(loop->twin, &forces));
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        loop->force[a] = om_body_is_holding(loop->twin, a) ? om_norm(forces.pull[a]) : 0.0;
+    }
+    loop->twin_wall += om_clock_now() - start;
+    return OM_OK;
+}
+
+// The truth's force is recorded and never acted on.
+static OmStatus watch_truth(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    OmBody* truth = om_world_truth(loop->world);
+    loop->force_world = NAN;
+    if (!truth) return OM_OK;
+    double was = loop->force_world_last, largest = 0;
+    OmBodyForces forces = {0};
+    if (om_body_is_holding(truth, 0) || om_body_is_holding(truth, 1))
+        OM_TRY(om_body_get_forces(truth, &forces));
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        double force = om_norm(forces.pull[a]);
+        largest = fmax(largest, force);
+        // While the jaws open the twin has let go already: only what both hold is compared.
+        if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
+        r->force_more = fmax(r->force_more, force - loop->force[a]);
+        r->force_less = fmax(r->force_less, loop->force[a] - force);
+    }
+    double epsilon = loop->scene->task.force_threshold;
+    if (largest > epsilon && !(was > epsilon)) ++r->nforce_world;
+    loop->force_world = loop->force_world_last = largest;
+    loop->force_world_action = fmax(loop->force_world_action, largest);
+    r->force_world_max = fmax(r->force_world_max, largest);
+    return OM_OK;
+}
+
+static void watch_force(Loop* loop) {
+    double limit = om__force_limit(&loop->scene->task), largest = 0;
+    for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->force[a]);
+    loop->force_action = fmax(loop->force_action, largest);
+    loop->result->force_max = fmax(loop->result->force_max, largest);
+    bool is_over = largest > limit;
+    if (is_over && !loop->is_over) ++loop->result->nforce;
+    if (is_over) loop->over_time += loop->scene->task.time_step;
+    loop->is_over = is_over;
+    // Full speed up to SLOW_FROM of the limit, then less and less of it, in steps.
+    double way = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));
+    double rate = 1 - RATE_STEP * ceil((1 - SLOW_RATE) * fmin(way, 1) / RATE_STEP);
+    loop->rate = is_over ? STILL_RATE : rate;
+}
+
+static OmStatus add_sample(Loop* loop) {
+    OmRetractResult* r = loop->result;
+    if (r->nsample == loop->sample_capacity) {
+        int capacity = loop->sample_capacity ? 2 * loop->sample_capacity : 256;
+        OmRetractSample* grown =
+            om_realloc(r->sample, (size_t)r->nsample, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        r->sample = grown;
+        loop->sample_capacity = capacity;
+    }
+    OmRetractSample* s = &r->sample[r->nsample++];
+    *s = (OmRetractSample){.time = loop->time,
+                           .visibility = loop->visibility,
+                           .force_world = loop->force_world,
+                           .speed_rate = loop->rate};
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        s->force = fmax(s->force, loop->force[a]);
+        if (loop->arm[a].in_hand >= 0) s->height = fmax(s->height, loop->arm[a].lift);
+    }
+    return OM_OK;
+}
+
+OmStatus om__loop_tick(Loop* loop) {
+    double dt = loop->scene->task.time_step;
+    OmStatus status = om_world_advance(loop->world, dt);
+    if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->time);
+    bool is_look = loop->tick % LOOK_EVERY == 0;
+    OmObservation obs = {0};
+    OM_TRY(om_world_observe(loop->world, is_look ? OM_OBSERVE_VISIBILITY : 0, &obs));
+    loop->time = obs.time;
+    if (is_look) loop->visibility = obs.visibility;
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        ArmState* arm = &loop->arm[a];
+        arm->tip = om__to_task(&loop->grid, obs.arm[a].tip.p);
+        arm->q = obs.arm[a].tip.q;
+        arm->is_moving = obs.arm[a].is_moving;
+        arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
+    }
+    status = step_twin(loop, &obs, dt);
+    om_observation_done(&obs);
+    OM_TRY(status);
+    watch_force(loop);
+    OM_TRY(watch_truth(loop));
+    if (loop->recorder) OM_TRY(om__recorder_tick(loop->recorder, loop));
+    if (is_look) OM_TRY(add_sample(loop));
+    ++loop->tick;
+    int limit = loop->scene->task.max_actions;
+    return om_progress_report(loop->progress, "retracting", loop->result->naction, limit);
+}
