@@ -38,6 +38,42 @@ typedef struct ArmState {
     bool is_max_force;
 } ArmState;
 
+// One straight motion of a tip, from its first command to its end.
+typedef struct Motion {
+    int arm;
+    OmVec3 goal, from;  // task frame, m; a force stop leads back to `from`
+    bool is_holding;    // tissue is in hand: force and visibility may end the motion
+    bool is_easing;     // the arm moves back after a force stop
+    double commanded;   // share of the nominal speed, -1 before the first command
+    double elapsed;     // s that the path so far takes at full speed
+    double ease_begin;  // s
+    Watch watch;
+    OmActionOutcome outcome;
+} Motion;
+
+// The current action: its step, and the wait or the motion of that step.
+typedef struct Action {
+    OmPlanAction plan;
+    int step;            // counts from 0; its meaning depends on the verb
+    int nwait;           // ticks left of a wait; 0: the step is a motion
+    OmVec3 waypoint[3];  // of a reach, task frame, m
+    OmVec3 tip;          // of a fold: where it began, task frame, m
+    OmVec3 direction;    // of a fold, a unit vector in the task frame
+    double length;       // of a fold, m
+    double before;       // visibility before the current step of a fold
+    OmActionOutcome outcome;
+} Action;
+
+// What the loop does between two ticks.
+typedef enum Stage {
+    STAGE_BEGIN,        // wait for the first look
+    STAGE_HOLD,         // hold still and look; waits
+    STAGE_PLAN,         // make a plan
+    STAGE_NEXT_ACTION,  // begin an action of the plan
+    STAGE_ACTION,       // execute an action; waits
+    STAGE_ENDED
+} Stage;
+
 typedef struct Recorder Recorder;
 
 typedef struct Loop {
@@ -72,6 +108,14 @@ typedef struct Loop {
     double twin_wall;  // s spent in the twin
     OmPlan plan;
     OmSituation situation;
+    Stage stage;
+    int action_index;     // in the plan
+    int glimpse;          // times the current action was continued after the ROI closed
+    double action_begin;  // s
+    double hold_begin;    // s
+    double hold_since;    // s, from when on the ROI is seen without a break
+    Action action;
+    Motion motion;
     OmRetractResult* result;
     int sample_capacity, action_capacity;
     double* plan_ms;  // of each plan made
@@ -114,12 +158,22 @@ OmStatus om__loop_tick(Loop* loop);
 // frame. The length is 0 where the fold leads nowhere.
 void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
                   double* length);
-// Feed a look; true where a motion should stop because the ROI is exposed.
+// An action of a plan. Each function sets is_done if the action has ended: its outcome is in loop->action.
+OmStatus om__action_begin(Loop* loop, const OmPlanAction* plan, bool* is_done);
+OmStatus om__action_check(Loop* loop, bool* is_done);  // after a tick
+
+// defras_motion.c
+// Add a look; true where a motion should stop because the ROI is exposed.
 bool om__watch_stop(Watch* watch, double visibility);
-OmStatus om__loop_wait(Loop* loop, double seconds);
-// Hold still and look: sets is_exposed if the ROI is seen without a break for long enough.
-OmStatus om__loop_hold(Loop* loop);
-OmStatus om__execute_action(Loop* loop, const OmPlanAction* action, OmActionOutcome* outcome);
+// A straight motion to a goal in the task frame. Each function sets is_done if the motion has ended: its outcome is in
+// loop->motion.
+OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done);
+OmStatus om__motion_check(Loop* loop, bool* is_done);  // after a tick
+
+// defras_loop.c
+// After a tick: leave the stage if it has ended, until a stage waits for the next tick.
+OmStatus om__loop_decide(Loop* loop);
+OmStatus om__loop_plan(Loop* loop);
 
 #define OM__RETRACT_KIND "retraction run"  // of its folder
 

@@ -1,12 +1,9 @@
-// defras_retract.c: FRAS: sense, plan, act, until the region of interest is exposed (6.5.1).
+// defras_retract.c: a run of the loop on a scene: builds world and twin, ticks to the end, writes the record.
 #include <string.h>
 
 #include "defras/defras_internal.h"
 
 #define RETRACT_COOKIE 0x0de78a5
-#define MAX_GLIMPSE 8  // times a motion goes on after the ROI closed again
-// A motion stops at this visibility above the wanted one; once more for each glimpse.
-#define MARGIN 0.05
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
     switch (outcome) {
@@ -93,9 +90,7 @@ static OmStatus begin(Loop* loop) {
     OM_TRY(settle(loop));
     if (loop->def->out_dir) OM_TRY(om__recorder_create(loop, &loop->recorder));
     loop->twin_wall = 0;
-    OM_TRY(om__loop_tick(loop));
-    r->visibility_start = loop->visibility;
-    return OM_OK;
+    return om__loop_tick(loop);
 }
 
 static void end(Loop* loop) {
@@ -106,172 +101,6 @@ static void end(Loop* loop) {
     om_site_done(&loop->twin_site);
     om_site_done(&loop->world_site);
     om_free(loop->plan_ms);
-}
-
-// ---- planning -------------------------------------------------------------------------------------------
-
-static OmStatus make_plan(Loop* loop) {
-    om__sense_fluents(loop, &loop->situation);
-    OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
-    if (status < 0) return status;
-    OmRetractResult* r = loop->result;
-    if (r->nplan == loop->plan_capacity) {
-        int capacity = loop->plan_capacity ? 2 * loop->plan_capacity : 16;
-        double* grown =
-            om_realloc(loop->plan_ms, (size_t)r->nplan, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        loop->plan_ms = grown;
-        loop->plan_capacity = capacity;
-    }
-    loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
-    if (loop->recorder) OM_TRY(om__recorder_plan(loop->recorder, loop));
-    return status;
-}
-
-// What a failed attempt teaches the next plan (the fluents `tried`).
-static void learn(Loop* loop, const OmPlanAction* action, OmActionOutcome outcome) {
-    if (action->block < 0) return;
-    uint8_t* tried = &loop->tried[action->block];
-    bool is_gone =
-        outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;
-    if (action->verb == OM_PLAN_MOVE_ROI)
-        *tried |= OM_TRIED_MOVE_ROI;
-    else if (action->verb == OM_PLAN_MOVE_AWAY)
-        *tried |= OM_TRIED_MOVE_AWAY;
-    else if (is_gone)
-        *tried |= OM_TRIED_GRASP;
-    if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
-    int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
-    if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
-    if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)
-        loop->is_spent[action->block] = true;
-}
-
-static OmStatus note_action(Loop* loop, const OmPlanAction* action, double start, bool is_replanned,
-                            OmActionOutcome outcome) {
-    OmRetractResult* r = loop->result;
-    if (r->naction == loop->action_capacity) {
-        int capacity = loop->action_capacity ? 2 * loop->action_capacity : 32;
-        OmRetractAction* grown =
-            om_realloc(r->action, (size_t)r->naction, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        r->action = grown;
-        loop->action_capacity = capacity;
-    }
-    r->action[r->naction++] = (OmRetractAction){
-        .verb = action->verb,
-        .arm = action->arm,
-        .block = action->block,
-        .begin = start,
-        .end = loop->time,
-        .outcome = outcome,
-        .visibility = loop->visibility,
-        .force_max = loop->force_action,
-        .force_world_max = om_world_truth(loop->world) ? loop->force_world_action : (double)NAN,
-        .is_replanned = is_replanned,
-        .plan = r->nplan - 1};
-    if (!loop->recorder || loop->def->frame_every < 1 || r->naction % loop->def->frame_every)
-        return OM_OK;
-    OmText caption = {0};
-    OmStatus status =
-        om_plan_print_action(&loop->plan, (int)(action - loop->plan.action), &caption);
-    if (status == OM_OK) {
-        status = om_text_append(&caption, ": %s; %.0f %% of the ROI seen",
-                                om_action_outcome_text(outcome), 100 * loop->visibility);
-    }
-    if (status == OM_OK) status = om__recorder_frame(loop->recorder, loop, caption.str);
-    om_text_done(&caption);
-    return status;
-}
-
-// Execute one action. A glimpse of the ROI is no exposure: hold still and look; if it closes, go on with the
-// motion, with a larger margin.
-static OmStatus run_action(Loop* loop, const OmPlanAction* action, bool is_first,
-                           OmActionOutcome* outcome) {
-    for (int glimpse = 0; glimpse < MAX_GLIMPSE; ++glimpse) {
-        double start = loop->time;
-        loop->margin = MARGIN * (1 + glimpse);
-        OM_TRY(om__execute_action(loop, action, outcome));
-        OM_TRY(note_action(loop, action, start, is_first && glimpse == 0, *outcome));
-        if (loop->visibility < loop->scene->task.visibility) return OM_OK;
-        OM_TRY(om__loop_hold(loop));
-        if (loop->is_exposed || *outcome != OM_ACTION_EXPOSED ||
-            loop->result->naction >= loop->scene->task.max_actions)
-            return OM_OK;
-    }
-    return OM_OK;
-}
-
-// Run one plan to its end or to the first action that does not end as planned.
-static OmStatus run_plan(Loop* loop) {
-    for (int i = 0; i < loop->plan.naction; ++i) {
-        const OmPlanAction* action = &loop->plan.action[i];
-        OmActionOutcome outcome;
-        OM_TRY(run_action(loop, action, i == 0, &outcome));
-        if (loop->is_exposed) return OM_OK;
-        bool is_last = i + 1 == loop->plan.naction;
-        bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
-        if (is_last || is_broken) learn(loop, action, outcome);
-        if (is_broken || loop->result->naction >= loop->scene->task.max_actions) return OM_OK;
-    }
-    return OM_OK;
-}
-
-// A ROI in view before any action: what the scene describes is no task, and nothing was exposed by the arms.
-static void tell_in_view(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    r->outcome = OM_RETRACT_IN_VIEW;
-    int n = snprintf(r->reason, sizeof r->reason,
-                     "nothing to do: %.0f %% of the ROI is in view before any action",
-                     100 * loop->visibility);
-    size_t left = sizeof r->reason - (size_t)n;
-    if (r->has_slid)
-        snprintf(
-            r->reason + n, left,
-            "; the tissue slid off by %.0f mm while it settled: attach more of it, or elsewhere",
-            1e3 * fmax(r->twin_shift, r->world_shift));
-    else
-        snprintf(r->reason + n, left, "; move the ROI further under the tissue");
-}
-
-static OmStatus deliberate(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    int max_actions = loop->scene->task.max_actions;
-    if (loop->visibility >= loop->scene->task.visibility) OM_TRY(om__loop_hold(loop));
-    if (loop->is_exposed) {
-        tell_in_view(loop);
-        return OM_OK;
-    }
-    while (!loop->is_exposed) {
-        if (r->naction >= max_actions) {
-            r->outcome = OM_RETRACT_GAVE_UP;
-            snprintf(r->reason, sizeof r->reason,
-                     "gave up after %d actions with %.0f %% of the ROI seen", r->naction,
-                     100 * loop->visibility);
-            return OM_OK;
-        }
-        OmStatus status = make_plan(loop);
-        OM_TRY(status);
-        if ((status == OM_UNSAT || loop->plan.naction == 0) && loop->nlater > 0) {
-            loop->apart *= 0.5;  // from far apart to close together
-            continue;
-        }
-        if (status == OM_UNSAT || loop->plan.naction == 0) {
-            r->outcome = OM_RETRACT_NO_PLAN;
-            snprintf(
-                r->reason, sizeof r->reason,
-                "no plan is left after %d actions: every grasping point was tried, is attached or is "
-                "out of reach",
-                r->naction);
-            return OM_OK;
-        }
-        OM_TRY(run_plan(loop));
-    }
-    r->outcome = OM_RETRACT_EXPOSED;
-    r->is_exposed = true;
-    snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
-             100 * loop->visibility, r->naction, loop->time);
-    return OM_OK;
 }
 
 // ---- the run --------------------------------------------------------------------------------------------
@@ -291,6 +120,16 @@ static void summarise(Loop* loop, double wall_start) {
         r->plan_ms_max = loop->plan_ms[r->nplan - 1];
     }
     r->wall_time = om_clock_now() - wall_start;
+}
+
+// Tick until the end; progress can cancel.
+static OmStatus tick_to_end(Loop* loop) {
+    OM_TRY(om__loop_decide(loop));
+    while (loop->stage != STAGE_ENDED) {
+        OM_TRY(om__loop_tick(loop));
+        OM_TRY(om__loop_decide(loop));
+    }
+    return OM_OK;
 }
 
 // The record of a run that is cancelled; it is no reason to lose what was seen.
@@ -329,7 +168,7 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     loop->progress = progress;
     loop->result = result;
     OmStatus status = begin(loop);
-    if (status >= 0) status = deliberate(loop);
+    if (status >= 0) status = tick_to_end(loop);
     if (status == OM_CANCELLED && loop->recorder) {
         status = keep_part(loop, wall_start);
     } else if (status >= 0) {
@@ -360,7 +199,7 @@ static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
     for (int b = 0; b < e->nblock; ++b)
         e->ngrasp +=
             loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, &loop->twin_site, b);
-    e->visibility = r->visibility_start;
+    e->visibility = loop->visibility;
     e->is_settled = r->is_settled;
     e->has_slid = r->has_slid;
     int every = loop->def->frame_every, max = loop->scene->task.max_actions;
@@ -383,12 +222,14 @@ OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
     OmStatus status = begin(loop);
     if (status < 0) goto done;
     fill_estimate(loop, estimate);
-    status = make_plan(loop);
+    status = om__loop_plan(loop);
     if (status < 0) goto done;
     estimate->nplanned = status == OM_OK ? loop->plan.naction : 0;
     estimate->begin_time = om_clock_now() - start;
     double tick_start = om_clock_now(), time = loop->time;
-    status = om__loop_wait(loop, OM_RETRACT_CHECK_TIME);
+    int ntick = (int)ceil(OM_RETRACT_CHECK_TIME / def->scene->task.time_step);
+    status = OM_OK;
+    for (int i = 0; i < ntick && status >= 0; ++i) status = om__loop_tick(loop);
     estimate->time_rate = (om_clock_now() - tick_start) / fmax(1e-3, loop->time - time);
 done:
     end(loop);

@@ -1,0 +1,108 @@
+// defras_motion.c: one straight motion of a tip, one tick at a time, with the force watched (check_failure).
+//
+// A motion that holds tissue slows down near the force limit (defras_step.c) and is commanded again when its speed
+// changes. If the force stays above the limit for SLOW_TIME, the arm moves back until the force is below the limit,
+// and a new plan is made. At a quarter of the speed above the limit, and at full speed up to it, the force passed the
+// limit by 8 to 30 %.
+//
+// A motion stops where the ROI is seen by a margin more than is wanted, or where more than is wanted was seen and the
+// visibility falls.
+#include "defras/defras_internal.h"
+
+#define SLOW_TIME 0.6     // s above the limit, in one motion, after which the motion ends
+#define OVER_FACTOR 1.5   // times the limit; above it a motion ends at once
+#define EASE 0.9          // share of the limit to which the force is reduced after a force stop
+#define DROP 0.01         // fall of the visibility that shows that its maximum is passed
+#define MOTION_TIME 30.0  // s; a longer motion is an error
+
+bool om__watch_stop(Watch* w, double visibility) {
+    w->best = fmax(w->best, visibility);
+    if (visibility < w->wanted) return false;
+    return visibility >= fmin(1.0, w->wanted + w->margin) || visibility < w->best - DROP;
+}
+
+static bool must_stop_for_force(const Loop* loop, int arm) {
+    double limit = om__force_limit(&loop->scene->task);
+    if (loop->force[arm] <= limit) return false;
+    return loop->force[arm] > OVER_FACTOR * limit || loop->over_time > SLOW_TIME;
+}
+
+// Command the motion if its speed has changed. A goal out of reach ends the motion.
+static OmStatus command(Loop* loop, bool* is_done) {
+    Motion* m = &loop->motion;
+    double rate = m->is_holding ? loop->rate : 1.0;
+    *is_done = false;
+    if (rate == m->commanded) return OM_OK;
+    OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->goal),
+                                    rate * loop->scene->task.speed);
+    if (status == OM_INVALID) {
+        om_log(OM_LOG_INFO, "%s", om_error_message());
+        om_world_stop(loop->world, m->arm);
+        m->outcome = OM_ACTION_UNREACHED;
+        *is_done = true;
+        return OM_OK;
+    }
+    if (status >= 0) m->commanded = rate;
+    return status;
+}
+
+OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done) {
+    const ArmState* state = &loop->arm[arm];
+    loop->over_time = 0;
+    loop->motion = (Motion){.arm = arm,
+                            .goal = goal,
+                            .from = state->tip,
+                            .is_holding = is_holding,
+                            .commanded = -1,
+                            .watch = {loop->scene->task.visibility, loop->margin, loop->visibility},
+                            .outcome = OM_ACTION_DONE};
+    bool is_pull = goal.x == state->tip.x && goal.y == state->tip.y;
+    if (is_holding && is_pull) loop->motion.from.z = state->grasp_tip.z;
+    return command(loop, is_done);
+}
+
+// After a force stop: back along the path, a pull down to the height of its grasp.
+static OmStatus begin_easing(Loop* loop, bool* is_done) {
+    Motion* m = &loop->motion;
+    m->is_easing = true;
+    m->ease_begin = loop->time;
+    OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->from),
+                                    SLOW_RATE * loop->scene->task.speed);
+    *is_done = status == OM_INVALID;  // out of reach: the arm keeps its place
+    return *is_done ? OM_OK : status;
+}
+
+static bool check_easing(Loop* loop) {
+    const Motion* m = &loop->motion;
+    double limit = EASE * om__force_limit(&loop->scene->task);
+    if (loop->arm[m->arm].is_moving && loop->force[m->arm] > limit &&
+        loop->time - m->ease_begin < MOTION_TIME)
+        return false;
+    om_world_stop(loop->world, m->arm);
+    return true;
+}
+
+OmStatus om__motion_check(Loop* loop, bool* is_done) {
+    Motion* m = &loop->motion;
+    ArmState* state = &loop->arm[m->arm];
+    if (m->is_easing) {
+        *is_done = check_easing(loop);
+        return OM_OK;
+    }
+    if (m->is_holding && om__watch_stop(&m->watch, loop->visibility))
+        m->outcome = OM_ACTION_EXPOSED;
+    if (m->is_holding && must_stop_for_force(loop, m->arm)) {
+        state->is_max_force = true;
+        m->outcome = OM_ACTION_FORCE;
+    }
+    *is_done = m->outcome != OM_ACTION_DONE || !state->is_moving;
+    if (m->outcome != OM_ACTION_DONE) {
+        om_world_stop(loop->world, m->arm);
+        return m->outcome == OM_ACTION_FORCE ? begin_easing(loop, is_done) : OM_OK;
+    }
+    if (*is_done) return OM_OK;
+    m->elapsed += m->commanded * loop->scene->task.time_step;
+    OM_CHECK(m->elapsed < MOTION_TIME, OM_INVALID, "PSM%d did not reach its goal in %g s",
+             m->arm + 1, MOTION_TIME);
+    return command(loop, is_done);
+}
