@@ -6,12 +6,12 @@
 // A kidney-like bean of voxels of 2 x 2 x 3 mm.
 static OmStatus make_mask(OmMask* mask) {
     OM_TRY(om_mask_init(mask, 64, 64, 64));
-    mask->axis = om_mat3_diag(om_vec3(0.002, 0.002, 0.003));
-    mask->origin = om_vec3(-0.063, -0.063, -0.0945);
+    mask->grid.axis = om_mat3_diag(om_vec3(0.002, 0.002, 0.003));
+    mask->grid.origin = om_vec3(-0.063, -0.063, -0.0945);
     for (int k = 0, n = 0; k < 64; ++k) {
         for (int j = 0; j < 64; ++j) {
             for (int i = 0; i < 64; ++i, ++n) {
-                OmVec3 p = om_add(mask->origin, om_mat3_apply(mask->axis, om_vec3(i, j, k)));
+                OmVec3 p = om_voxel_grid_point(&mask->grid, om_vec3(i, j, k));
                 OmVec3 q = om_vec3(p.x / 0.04, p.y / 0.035, p.z / 0.07);
                 OmVec3 hollow = om_sub(p, om_vec3(0.05, 0, 0));
                 mask->inside[n] = om_norm(q) < 1 && om_norm(hollow) > 0.025;

@@ -21,11 +21,11 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         return 0;
     }
     // An accepted volume has voxels, all finite, and axes that span space.
-    size_t count = (size_t)volume.dim[0] * (size_t)volume.dim[1] * (size_t)volume.dim[2];
+    size_t count = om_volume_count(&volume);
     FUZZ_EXPECT(count > 0);
     for (size_t i = 0; i < count; ++i) FUZZ_EXPECT(isfinite(om_volume_value(&volume, i)));
-    FUZZ_EXPECT(isfinite(om_mat3_det(volume.axis)) && om_mat3_det(volume.axis) != 0);
-    FUZZ_EXPECT(isfinite(volume.origin.x + volume.origin.y + volume.origin.z));
+    FUZZ_EXPECT(isfinite(om_mat3_det(volume.grid.axis)) && om_mat3_det(volume.grid.axis) != 0);
+    FUZZ_EXPECT(isfinite(volume.grid.origin.x + volume.grid.origin.y + volume.grid.origin.z));
     om_volume_done(&volume);
     return 0;
 }

@@ -16,12 +16,12 @@ static OmStatus make_volume(OmVolume* volume) {
     const OmVec3 step = om_vec3(0.0015, 0.0015, 0.003), radius = om_vec3(0.030, 0.020, 0.025);
     OmStatus status = om_volume_init(volume, 48, 36, 24);
     if (status != OM_OK) return status;
-    volume->axis = om_mat3_diag(step);
-    volume->origin = om_vec3(-0.0355, -0.0265, -0.0345);
+    volume->grid.axis = om_mat3_diag(step);
+    volume->grid.origin = om_vec3(-0.0355, -0.0265, -0.0345);
     for (int k = 0, n = 0; k < 24; ++k)
         for (int j = 0; j < 36; ++j)
             for (int i = 0; i < 48; ++i, ++n) {
-                OmVec3 p = om_add(volume->origin, om_mat3_apply(volume->axis, om_vec3(i, j, k)));
+                OmVec3 p = om_voxel_grid_point(&volume->grid, om_vec3(i, j, k));
                 OmVec3 q = om_vec3(p.x / radius.x, p.y / radius.y, p.z / radius.z);
                 ((float*)volume->voxel)[n] = om_dot(q, q) < 1 ? 1.0f : 0.0f;
             }
@@ -30,11 +30,12 @@ static OmStatus make_volume(OmVolume* volume) {
 
 // The voxels of one label, its largest part without holes, with air around it.
 static OmStatus make_mask(const OmVolume* volume, int label, OmMask* mask) {
-    OmStatus status = om_mask_init(mask, volume->dim[0], volume->dim[1], volume->dim[2]);
+    OmStatus status =
+        om_mask_init(mask, volume->grid.dim[0], volume->grid.dim[1], volume->grid.dim[2]);
     if (status != OM_OK) return status;
-    mask->axis = volume->axis;
-    mask->origin = volume->origin;
-    int count = volume->dim[0] * volume->dim[1] * volume->dim[2];
+    mask->grid.axis = volume->grid.axis;
+    mask->grid.origin = volume->grid.origin;
+    int count = volume->grid.dim[0] * volume->grid.dim[1] * volume->grid.dim[2];
     for (int n = 0; n < count; ++n) mask->inside[n] = om_volume_value(volume, (size_t)n) == label;
     status = om_mask_crop(mask, 4);
     if (status == OM_OK) status = om_mask_keep_parts(mask, 6, 0, NULL, NULL);

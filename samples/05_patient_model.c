@@ -14,8 +14,8 @@
 static OmStatus make_volume(OmVolume* volume) {
     OmStatus status = om_volume_init(volume, 40, 32, 44);
     if (status != OM_OK) return status;
-    volume->axis = om_mat3_scale(0.0025, om_mat3_identity());
-    volume->origin = om_vec3(-0.12, -0.04, -0.055);
+    volume->grid.axis = om_mat3_scale(0.0025, om_mat3_identity());
+    volume->grid.origin = om_vec3(-0.12, -0.04, -0.055);
     for (int k = 0, n = 0; k < 44; ++k)
         for (int j = 0; j < 32; ++j)
             for (int i = 0; i < 40; ++i, ++n) {

@@ -5,6 +5,7 @@
 #define OMENTUM_IMAGE_H
 
 #include "omentum/base.h"
+#include "omentum/math_grid.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -26,13 +27,10 @@ typedef enum OmVoxelType {  // of the stored values
 /// Bytes of one stored value.
 OM_API size_t om_voxel_size(OmVoxelType type);
 
-/// A scalar volume. Voxel (i, j, k) is number i + dim[0] (j + dim[1] k); its centre in RAS metres is
-/// origin + axis * (i, j, k), whatever convention and unit the file had. Voxels keep the type of the file: a label
-/// map of bytes takes a byte a voxel. om_volume_value reads them.
+/// A scalar volume. Its grid is in RAS metres, for any convention and unit of the file. Voxels keep the type of the
+/// file: a label map of bytes takes a byte a voxel. om_volume_value reads them.
 typedef struct OmVolume {
-    int dim[3];
-    OmMat3 axis;       // columns: step of i, j, k, m (may be oblique or left-handed)
-    OmVec3 origin;     // centre of voxel (0, 0, 0), RAS m
+    OmVoxelGrid grid;
     OmVoxelType type;  //
     void* voxel;  // values as stored, in this machine's order of bytes; of om_volume_init: float
     double slope, inter;  // value = slope * stored + inter

@@ -17,6 +17,7 @@
 #include "omentum/fem.h"
 #include "omentum/heuristic.h"
 #include "omentum/image.h"
+#include "omentum/math_grid.h"
 #include "omentum/nn.h"
 #include "omentum/nn_file.h"
 #include "omentum/nn_train.h"

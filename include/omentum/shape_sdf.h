@@ -12,6 +12,7 @@
 #ifndef OMENTUM_SHAPE_SDF_H
 #define OMENTUM_SHAPE_SDF_H
 
+#include "omentum/math_grid.h"
 #include "omentum/shape.h"
 
 #ifdef __cplusplus
@@ -20,11 +21,9 @@ extern "C" {
 
 // ---- masks ------------------------------------------------------------------------------------------
 
-typedef struct OmMask {  // om_mask_done frees
-    int dim[3];
-    OmMat3 axis;            // columns: step of i, j, k, m; not singular
-    OmVec3 origin;          // centre of voxel (0, 0, 0), RAS m
-    unsigned char* inside;  // 0 or 1; voxel (i, j, k) at i + dim[0] (j + dim[1] k)
+typedef struct OmMask {     // om_mask_done frees
+    OmVoxelGrid grid;       // in RAS metres
+    unsigned char* inside;  // 0 or 1 for each voxel
 } OmMask;
 
 /// All voxels outside, unit axes, origin 0.
@@ -62,10 +61,8 @@ OM_API OmStatus om_mask_close(OmMask* mask, double radius);
 // ---- signed distance fields ---------------------------------------------------------------------------
 
 typedef struct OmSdf {  // om_sdf_done frees
-    int dim[3];         // nodes
-    double spacing;     // m
-    OmVec3 origin;      // node (0, 0, 0), m
-    float* d;  // signed distance, m, negative inside; node (i, j, k) at i + dim[0] (j + dim[1] k)
+    OmGrid grid;        // of the nodes
+    float* d;           // signed distance at each node, m, negative inside
 } OmSdf;
 
 typedef struct OmSdfDef {

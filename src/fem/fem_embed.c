@@ -10,11 +10,9 @@
 #include "fem/fem_solid.h"
 
 typedef struct Buckets {
-    OmVec3 lo;
-    double side;
-    int dim[3];
-    int* adr;   // (cells + 1)
-    int* elem;  // elements whose box meets the cell
+    OmGrid grid;  // dim: cells
+    int* adr;     // (cells + 1)
+    int* elem;    // elements whose box meets the cell
 } Buckets;
 
 static void elem_box(const OmFemMesh* mesh, int e, OmVec3* lo, OmVec3* hi) {
@@ -26,26 +24,18 @@ static void elem_box(const OmFemMesh* mesh, int e, OmVec3* lo, OmVec3* hi) {
     }
 }
 
-static void cell_of(const Buckets* b, OmVec3 p, int cell[3]) {
-    const double at[3] = {p.x - b->lo.x, p.y - b->lo.y, p.z - b->lo.z};
-    for (int c = 0; c < 3; ++c) {
-        double v = floor(at[c] / b->side);  // side > 0
-        cell[c] = v < 0 ? 0 : v > b->dim[c] - 1 ? b->dim[c] - 1 : (int)v;
-    }
-}
-
 // Count (adr) or list (elem) elements of the cells.
 static void fill_buckets(const OmFemMesh* mesh, Buckets* b, bool is_list) {
     for (int e = 0; e < mesh->nelem; ++e) {
         OmVec3 lo, hi;
         int from[3], to[3];
         elem_box(mesh, e, &lo, &hi);
-        cell_of(b, lo, from);
-        cell_of(b, hi, to);
+        om_grid_cell(&b->grid, lo, from);
+        om_grid_cell(&b->grid, hi, to);
         for (int k = from[2]; k <= to[2]; ++k)
             for (int j = from[1]; j <= to[1]; ++j)
                 for (int i = from[0]; i <= to[0]; ++i) {
-                    int cell = i + b->dim[0] * (j + b->dim[1] * k);
+                    size_t cell = om_grid_index(b->grid.dim, i, j, k);
                     if (is_list)
                         b->elem[b->adr[cell]++] = e;
                     else
@@ -63,17 +53,17 @@ static OmStatus make_buckets(const OmFemMesh* mesh, Buckets* b) {
         lo = om_min3(lo, l), hi = om_max3(hi, h);
         side += cbrt((h.x - l.x) * (h.y - l.y) * (h.z - l.z));
     }
-    b->lo = lo;
-    b->side = side / mesh->nelem;
+    b->grid.origin = lo;
+    b->grid.spacing = side / mesh->nelem;
     const double size[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
     double cells = 1;
-    OM_CHECK(b->side > 0, OM_INVALID, "om_fem_mesh_embed: the elements are flat");
+    OM_CHECK(b->grid.spacing > 0, OM_INVALID, "om_fem_mesh_embed: the elements are flat");
     for (int c = 0; c < 3; ++c) {
-        double num = fmin(1 + floor(size[c] / b->side), 200);
-        b->dim[c] = (int)num;
+        double num = fmin(1 + floor(size[c] / b->grid.spacing), 200);
+        b->grid.dim[c] = (int)num;
         cells *= num;
     }
-    for (int c = 0; c < 3; ++c) b->side = fmax(b->side, size[c] / b->dim[c]);
+    for (int c = 0; c < 3; ++c) b->grid.spacing = fmax(b->grid.spacing, size[c] / b->grid.dim[c]);
     int ncell = (int)cells;
     b->adr = om_calloc((size_t)ncell + 1, sizeof(int));
     if (!b->adr) return OM_NO_MEMORY;
@@ -129,23 +119,21 @@ static void embed_point(const OmFemMesh* mesh, const Buckets* b, OmVec3 p, int* 
                         double* weight) {
     int cell[3];
     double best = INFINITY, w[OM_MAX_ELEM_NODE];
-    cell_of(b, p, cell);
-    int reach = b->dim[0] > b->dim[1] ? b->dim[0] : b->dim[1];
-    reach = reach > b->dim[2] ? reach : b->dim[2];
+    om_grid_cell(&b->grid, p, cell);
+    int reach = b->grid.dim[0] > b->grid.dim[1] ? b->grid.dim[0] : b->grid.dim[1];
+    reach = reach > b->grid.dim[2] ? reach : b->grid.dim[2];
     // how far p is outside the grid of buckets: rings start there
-    OmVec3 hi = om_madd(b->lo, b->side, om_vec3(b->dim[0], b->dim[1], b->dim[2]));
-    double out = om_distance(p, om_min3(om_max3(p, b->lo), hi));
+    OmVec3 hi = om_grid_point(&b->grid, b->grid.dim[0], b->grid.dim[1], b->grid.dim[2]);
+    double out = om_distance(p, om_min3(om_max3(p, b->grid.origin), hi));
     for (int ring = 0; ring <= reach && best > 0; ++ring) {
-        if (best <= fmax(out, 0) + (ring - 1) * b->side && ring > 1) break;
+        if (best <= fmax(out, 0) + (ring - 1) * b->grid.spacing && ring > 1) break;
         for (int k = cell[2] - ring; k <= cell[2] + ring; ++k)
             for (int j = cell[1] - ring; j <= cell[1] + ring; ++j)
                 for (int i = cell[0] - ring; i <= cell[0] + ring; ++i) {
                     bool is_shell = abs(i - cell[0]) == ring || abs(j - cell[1]) == ring ||
                                     abs(k - cell[2]) == ring;
-                    if (!is_shell || i < 0 || j < 0 || k < 0 || i >= b->dim[0] || j >= b->dim[1] ||
-                        k >= b->dim[2])
-                        continue;
-                    int n = i + b->dim[0] * (j + b->dim[1] * k);
+                    if (!is_shell || !om_grid_has(b->grid.dim, i, j, k)) continue;
+                    size_t n = om_grid_index(b->grid.dim, i, j, k);
                     for (int m = b->adr[n]; m < b->adr[n + 1] && best > 0; ++m) {
                         double d = project_point(mesh, b->elem[m], p, w);
                         if (d >= best) continue;

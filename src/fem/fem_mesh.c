@@ -138,8 +138,8 @@ static bool touches_inside(const OmSdf* sdf, OmVec3 corner, double side) {
     OmVec3 centre = om_add(corner, om_scale(side / 2, om_vec3(1, 1, 1)));
     double at_centre = om_sdf_eval(sdf, centre, NULL);
     if (at_centre < 0) return true;
-    if (at_centre > side * 0.5 * sqrt(3.0) + sdf->spacing) return false;
-    int num = (int)ceil(side / sdf->spacing);
+    if (at_centre > side * 0.5 * sqrt(3.0) + sdf->grid.spacing) return false;
+    int num = (int)ceil(side / sdf->grid.spacing);
     for (int k = 0; k <= num; ++k)
         for (int j = 0; j <= num; ++j)
             for (int i = 0; i <= num; ++i) {
@@ -152,11 +152,11 @@ static bool touches_inside(const OmSdf* sdf, OmVec3 corner, double side) {
 // Cells around what is inside, centred on it; cells 1 where they touch it. Returns how many do.
 static OmStatus mark_cells(const OmSdf* sdf, double side, OmFemGrid* grid, int* nelem) {
     OmVec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (int k = 0, n = 0; k < sdf->dim[2]; ++k)
-        for (int j = 0; j < sdf->dim[1]; ++j)
-            for (int i = 0; i < sdf->dim[0]; ++i, ++n) {
+    for (int k = 0, n = 0; k < sdf->grid.dim[2]; ++k)
+        for (int j = 0; j < sdf->grid.dim[1]; ++j)
+            for (int i = 0; i < sdf->grid.dim[0]; ++i, ++n) {
                 if (!(sdf->d[n] < 0)) continue;
-                OmVec3 p = om_madd(sdf->origin, sdf->spacing, om_vec3(i, j, k));
+                OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
                 lo = om_min3(lo, p), hi = om_max3(hi, p);
             }
     OM_CHECK(lo.x <= hi.x, OM_INVALID, "om_fem_mesh_grid: nothing is inside the distance field");
@@ -164,7 +164,7 @@ static OmStatus mark_cells(const OmSdf* sdf, double side, OmFemGrid* grid, int* 
     const double size[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
     double cells = 1;
     for (int c = 0; c < 3; ++c) {
-        double num = ceil((size[c] + 2 * sdf->spacing) / side);
+        double num = ceil((size[c] + 2 * sdf->grid.spacing) / side);
         cells *= num;
         OM_CHECK(cells < 1e8, OM_INVALID, "om_fem_mesh_grid: spacing %g m makes too many cells",
                  side);

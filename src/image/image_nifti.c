@@ -216,8 +216,8 @@ static OmStatus set_transform(const Header* h, OmVolume* volume) {
         axis = om_mat3_diag(om_vec3(voxel_step(h, 0), voxel_step(h, 1), voxel_step(h, 2)));
         origin = om_vec3(0, 0, 0);
     }
-    volume->axis = om_mat3_scale(unit, axis);
-    volume->origin = om_scale(unit, origin);
+    volume->grid.axis = om_mat3_scale(unit, axis);
+    volume->grid.origin = om_scale(unit, origin);
     return OM_OK;
 }
 

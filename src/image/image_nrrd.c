@@ -415,8 +415,8 @@ static void set_transform(const Header* h, const int axis[3], OmVolume* volume) 
                "no \"space directions\": orientation and position are unknown, the %s used",
                h->has_spacing ? "spacings alone are" : "voxel size of 1 mm is");
     }
-    volume->axis = om_mat3_cols(step[0], step[1], step[2]);
-    volume->origin =
+    volume->grid.axis = om_mat3_cols(step[0], step[1], step[2]);
+    volume->grid.origin =
         om_vec3(h->origin.x * to_ras.x, h->origin.y * to_ras.y, h->origin.z * to_ras.z);
 }
 

@@ -16,10 +16,10 @@ OmStatus om_volume_init(OmVolume* volume, int nx, int ny, int nz) {
     if (!volume->voxel) return OM_NO_MEMORY;
     volume->type = OM_VOXEL_F32;
     volume->slope = 1;
-    volume->dim[0] = nx;
-    volume->dim[1] = ny;
-    volume->dim[2] = nz;
-    volume->axis = om_mat3_identity();
+    volume->grid.dim[0] = nx;
+    volume->grid.dim[1] = ny;
+    volume->grid.dim[2] = nz;
+    volume->grid.axis = om_mat3_identity();
     return OM_OK;
 }
 
@@ -29,9 +29,7 @@ void om_volume_done(OmVolume* volume) {
     memset(volume, 0, sizeof *volume);
 }
 
-size_t om_volume_count(const OmVolume* volume) {
-    return (size_t)volume->dim[0] * (size_t)volume->dim[1] * (size_t)volume->dim[2];
-}
+size_t om_volume_count(const OmVolume* volume) { return om_grid_count(volume->grid.dim); }
 
 OmStatus om__volume_alloc(OmVolume* volume, const int64_t dim[3], OmVoxelType type,
                           uint64_t per_voxel, uint64_t bound, uint64_t max_size) {
@@ -63,8 +61,8 @@ OmStatus om__volume_alloc(OmVolume* volume, const int64_t dim[3], OmVoxelType ty
     if (!volume->voxel) return OM_NO_MEMORY;
     volume->type = type;
     volume->slope = 1;
-    for (int a = 0; a < 3; a++) volume->dim[a] = (int)dim[a];
-    volume->axis = om_mat3_identity();
+    for (int a = 0; a < 3; a++) volume->grid.dim[a] = (int)dim[a];
+    volume->grid.axis = om_mat3_identity();
     return OM_OK;
 }
 
@@ -165,9 +163,9 @@ static OmStatus check_values(const OmVolume* volume) {
 }
 
 OmStatus om__volume_finish(OmVolume* volume) {
-    const OmMat3* m = &volume->axis;
+    const OmMat3* m = &volume->grid.axis;
     OM_CHECK(om_is_finite3(m->cx) && om_is_finite3(m->cy) && om_is_finite3(m->cz) &&
-                 om_is_finite3(volume->origin),
+                 om_is_finite3(volume->grid.origin),
              OM_INVALID, "the axes or the origin in the header are not finite");
     double size = om_norm(m->cx) * om_norm(m->cy) * om_norm(m->cz);
     double det = fabs(om_mat3_det(*m));

@@ -16,11 +16,10 @@
 #define FLAT 1e-4    // of the largest spread: directions without extent
 
 typedef struct Grid {  // particles by cells of the bounding box
-    OmVec3 lo, hi;
-    double cell;  // m
-    int dim[3];
-    int* adr;   //                                                      (cells + 1)
-    int* vert;  //                                                      (nvert)
+    OmGrid cell;       // from the lowest corner of the box; dim: cells
+    OmVec3 hi;         // highest corner of the box
+    int* adr;          //                                             (cells + 1)
+    int* vert;         //                                                 (nvert)
 } Grid;
 
 typedef struct Builder {
@@ -33,46 +32,34 @@ typedef struct Builder {
     int max_cluster, max_member;
 } Builder;
 
-static int clamp_cell(double t, int dim) {
-    if (!(t > 0)) return 0;
-    return t >= dim ? dim - 1 : (int)t;
-}
-
-static void cell_of(const Grid* g, OmVec3 p, int c[3]) {
-    c[0] = clamp_cell((p.x - g->lo.x) / g->cell, g->dim[0]);
-    c[1] = clamp_cell((p.y - g->lo.y) / g->cell, g->dim[1]);
-    c[2] = clamp_cell((p.z - g->lo.z) / g->cell, g->dim[2]);
-}
-
-static size_t cell_index(const Grid* g, const int c[3]) {
-    return (size_t)c[0] + (size_t)g->dim[0] * ((size_t)c[1] + (size_t)g->dim[1] * (size_t)c[2]);
+static size_t cell_of(const Grid* g, OmVec3 p) {
+    int c[3];
+    om_grid_cell(&g->cell, p, c);
+    return om_grid_index(g->cell.dim, c[0], c[1], c[2]);
 }
 
 static OmStatus make_grid(const OmTetMesh* mesh, double cell, Grid* g) {
-    g->lo = g->hi = om_load3(mesh->x, 0);
+    g->cell.origin = g->hi = om_load3(mesh->x, 0);
     for (int i = 1; i < mesh->nvert; ++i) {
-        g->lo = om_min3(g->lo, om_load3(mesh->x, i));
+        g->cell.origin = om_min3(g->cell.origin, om_load3(mesh->x, i));
         g->hi = om_max3(g->hi, om_load3(mesh->x, i));
     }
-    OmVec3 size = om_sub(g->hi, g->lo);
+    OmVec3 size = om_sub(g->hi, g->cell.origin);
     double longest = fmax(size.x, fmax(size.y, size.z));
-    g->cell = fmax(cell, longest / 128);
-    g->dim[0] = 1 + (int)(size.x / g->cell);
-    g->dim[1] = 1 + (int)(size.y / g->cell);
-    g->dim[2] = 1 + (int)(size.z / g->cell);
-    size_t ncell = (size_t)g->dim[0] * (size_t)g->dim[1] * (size_t)g->dim[2];
+    g->cell.spacing = fmax(cell, longest / 128);
+    g->cell.dim[0] = 1 + (int)(size.x / g->cell.spacing);
+    g->cell.dim[1] = 1 + (int)(size.y / g->cell.spacing);
+    g->cell.dim[2] = 1 + (int)(size.z / g->cell.spacing);
+    size_t ncell = om_grid_count(g->cell.dim);
     g->adr = om_calloc(ncell + 1, sizeof *g->adr);
     g->vert = om_alloc((size_t)mesh->nvert, sizeof *g->vert);
     if (!g->adr || !g->vert) return OM_NO_MEMORY;
-    int c[3];
     for (int i = 0; i < mesh->nvert; ++i) {
-        cell_of(g, om_load3(mesh->x, i), c);
-        ++g->adr[cell_index(g, c) + 1];
+        ++g->adr[cell_of(g, om_load3(mesh->x, i)) + 1];
     }
     for (size_t k = 0; k < ncell; ++k) g->adr[k + 1] += g->adr[k];
     for (int i = mesh->nvert - 1; i >= 0; --i) {  // from behind, so that cells are ascending
-        cell_of(g, om_load3(mesh->x, i), c);
-        g->vert[--g->adr[cell_index(g, c) + 1]] = i;
+        g->vert[--g->adr[cell_of(g, om_load3(mesh->x, i)) + 1]] = i;
     }
     // each adr[k + 1] now is where cell k begins: move up by one
     for (size_t k = 0; k < ncell; ++k) g->adr[k] = g->adr[k + 1];
@@ -86,12 +73,12 @@ static int find_ball(Builder* b, OmVec3 p) {
     double r = b->def->cluster_radius * (1 + 1e-9);
     OmVec3 reach = {r, r, r};
     int lo[3], hi[3], num = 0;
-    cell_of(g, om_sub(p, reach), lo);
-    cell_of(g, om_add(p, reach), hi);
+    om_grid_cell(&g->cell, om_sub(p, reach), lo);
+    om_grid_cell(&g->cell, om_add(p, reach), hi);
     for (int k = lo[2]; k <= hi[2]; ++k)
         for (int j = lo[1]; j <= hi[1]; ++j)
             for (int i = lo[0]; i <= hi[0]; ++i) {
-                size_t cell = cell_index(g, (int[3]){i, j, k});
+                size_t cell = om_grid_index(g->cell.dim, i, j, k);
                 for (int n = g->adr[cell]; n < g->adr[cell + 1]; ++n)
                     if (om_distance(om_load3(b->mesh->x, g->vert[n]), p) <= r)
                         b->found[num++] = g->vert[n];
@@ -131,7 +118,7 @@ static OmStatus add_cluster(Builder* b, int num) {
 
 static OmStatus place_clusters(Builder* b) {
     const Grid* g = &b->grid;
-    OmVec3 size = om_sub(g->hi, g->lo);
+    OmVec3 size = om_sub(g->hi, g->cell.origin);
     double length[3] = {size.x, size.y, size.z}, count = 1;
     int num[3];
     for (int a = 0; a < 3; ++a) {
@@ -147,7 +134,7 @@ static OmStatus place_clusters(Builder* b) {
             for (int i = 0; i < num[0]; ++i) {
                 OmVec3 at = {(i + 0.5) / num[0] * size.x, (j + 0.5) / num[1] * size.y,
                              (k + 0.5) / num[2] * size.z};
-                int found = find_ball(b, om_add(g->lo, at));
+                int found = find_ball(b, om_add(g->cell.origin, at));
                 if (found >= LEAST_MEMBER) OM_TRY(add_cluster(b, found));
             }
     for (int i = 0; i < b->mesh->nvert; ++i)

@@ -15,35 +15,25 @@ static OmStatus check_spacing(double spacing, OmVec3 size) {
     return OM_OK;
 }
 
-typedef struct Lattice {
-    int num[3];
-    OmVec3 first;  // m
-    double spacing;
-} Lattice;
-
-static Lattice center_lattice(OmVec3 lo, OmVec3 hi, double spacing) {
-    Lattice a = {.spacing = spacing};
+static OmGrid center_lattice(OmVec3 lo, OmVec3 hi, double spacing) {
+    OmGrid a = {.spacing = spacing};
     OmVec3 size = om_sub(hi, lo);
-    a.num[0] = (int)fmax(1, round(size.x / spacing));
-    a.num[1] = (int)fmax(1, round(size.y / spacing));
-    a.num[2] = (int)fmax(1, round(size.z / spacing));
-    OmVec3 half = {0.5 * spacing * (a.num[0] - 1), 0.5 * spacing * (a.num[1] - 1),
-                   0.5 * spacing * (a.num[2] - 1)};
-    a.first = om_sub(om_scale(0.5, om_add(lo, hi)), half);
+    a.dim[0] = (int)fmax(1, round(size.x / spacing));
+    a.dim[1] = (int)fmax(1, round(size.y / spacing));
+    a.dim[2] = (int)fmax(1, round(size.z / spacing));
+    OmVec3 half = {0.5 * spacing * (a.dim[0] - 1), 0.5 * spacing * (a.dim[1] - 1),
+                   0.5 * spacing * (a.dim[2] - 1)};
+    a.origin = om_sub(om_scale(0.5, om_add(lo, hi)), half);
     return a;
 }
 
-static OmVec3 lattice_point(const Lattice* a, int i, int j, int k) {
-    return om_madd(a->first, a->spacing, om_vec3(i, j, k));
-}
-
 // Points of the lattice inside the field; `x` null: count only.
-static int fill(const Lattice* a, const OmSdf* sdf, double* x) {
+static int fill(const OmGrid* a, const OmSdf* sdf, double* x) {
     int count = 0;
-    for (int k = 0; k < a->num[2]; ++k)
-        for (int j = 0; j < a->num[1]; ++j)
-            for (int i = 0; i < a->num[0]; ++i) {
-                OmVec3 p = lattice_point(a, i, j, k);
+    for (int k = 0; k < a->dim[2]; ++k)
+        for (int j = 0; j < a->dim[1]; ++j)
+            for (int i = 0; i < a->dim[0]; ++i) {
+                OmVec3 p = om_grid_point(a, i, j, k);
                 if (sdf && !(om_sdf_eval(sdf, p, NULL) < 0)) continue;
                 if (x) om_store3(x, count, p);
                 ++count;
@@ -54,7 +44,7 @@ static int fill(const Lattice* a, const OmSdf* sdf, double* x) {
 static OmStatus sample(OmVec3 lo, OmVec3 hi, double spacing, const OmSdf* sdf,
                        OmTetMesh* particles) {
     OM_TRY(check_spacing(spacing, om_sub(hi, lo)));
-    Lattice a = center_lattice(lo, hi, spacing);
+    OmGrid a = center_lattice(lo, hi, spacing);
     int count = fill(&a, sdf, NULL);
     OM_CHECK(count > 0, OM_INVALID,
              "pbd: no particle of a lattice of %g mm lies inside the solid; reduce the spacing",
@@ -68,16 +58,15 @@ static OmStatus sample(OmVec3 lo, OmVec3 hi, double spacing, const OmSdf* sdf,
 static OmStatus measure(const OmSdf* sdf, OmVec3* lo, OmVec3* hi, double* volume) {
     *lo = om_vec3(INFINITY, INFINITY, INFINITY);
     *hi = om_scale(-1, *lo);
-    double count = 0, d = sdf->spacing;
-    for (int k = 0; k < sdf->dim[2]; ++k)
-        for (int j = 0; j < sdf->dim[1]; ++j)
-            for (int i = 0; i < sdf->dim[0]; ++i) {
-                size_t n =
-                    (size_t)i + (size_t)sdf->dim[0] * ((size_t)j + (size_t)sdf->dim[1] * (size_t)k);
+    double count = 0, d = sdf->grid.spacing;
+    for (int k = 0; k < sdf->grid.dim[2]; ++k)
+        for (int j = 0; j < sdf->grid.dim[1]; ++j)
+            for (int i = 0; i < sdf->grid.dim[0]; ++i) {
+                size_t n = om_grid_index(sdf->grid.dim, i, j, k);
                 double depth = -(double)sdf->d[n];
                 count += fmin(1, fmax(0, 0.5 + depth / d));
                 if (!(depth > 0)) continue;
-                OmVec3 p = om_madd(sdf->origin, d, om_vec3(i, j, k));
+                OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
                 double out = fmin(depth, d);  // the surface lies this far beyond
                 *lo = om_min3(*lo, om_sub(p, om_vec3(out, out, out)));
                 *hi = om_max3(*hi, om_add(p, om_vec3(out, out, out)));

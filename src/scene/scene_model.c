@@ -370,7 +370,7 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
 
     OM_TRY_DONE(om_progress_report(progress, "surface", 0, 1));
     OM_TRY_DONE(om_surface_from_sdf(&body.sdf, 0, &patient->organ));
-    patient->organ_spacing = body.sdf.spacing;
+    patient->organ_spacing = body.sdf.grid.spacing;
     report->surface_volume = om_surface_volume(&patient->organ);
     patient->up = om_vec3(0, 1, 0);
 

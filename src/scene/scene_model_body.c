@@ -148,7 +148,7 @@ typedef struct Box {  // voxels lo to hi
 typedef void (*VoxelFn)(void* ctx, int i, int j, int k);
 
 static void for_selected(const OmModelDef* def, const OmBody* body, VoxelFn fn, void* ctx) {
-    const int* dim = body->volume.dim;
+    const int* dim = body->volume.grid.dim;
     double value[CHUNK];
     size_t row = 0;
     for (int k = 0; k < dim[2]; k++) {
@@ -181,10 +181,8 @@ typedef struct Marking {
 
 static void mark_voxel(void* ctx, int i, int j, int k) {
     Marking* m = ctx;
-    const int* dim = m->mask->dim;
-    m->mask->inside[(size_t)(i - m->shift[0]) +
-                    (size_t)dim[0] * ((size_t)(j - m->shift[1]) +
-                                      (size_t)dim[1] * (size_t)(k - m->shift[2]))] = 1;
+    const int* shift = m->shift;
+    m->mask->inside[om_grid_index(m->mask->grid.dim, i - shift[0], j - shift[1], k - shift[2])] = 1;
     m->count++;
     m->ncapped += i == 0 || j == 0 || k == 0 || i == m->dim[0] - 1 || j == m->dim[1] - 1 ||
                   k == m->dim[2] - 1;
@@ -193,10 +191,10 @@ static void mark_voxel(void* ctx, int i, int j, int k) {
 // The mask of the selected voxels with `pad` empty layers around its bounding box.
 static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmModelReport* report) {
     const OmVolume* volume = &body->volume;
-    Box box = {{volume->dim[0], volume->dim[1], volume->dim[2]}, {-1, -1, -1}};
+    Box box = {{volume->grid.dim[0], volume->grid.dim[1], volume->grid.dim[2]}, {-1, -1, -1}};
     for_selected(def, body, grow_box, &box);
     if (box.hi[0] < 0) return no_voxels(def, body);
-    Marking marking = {.dim = volume->dim, .mask = &body->mask};
+    Marking marking = {.dim = volume->grid.dim, .mask = &body->mask};
     int dim[3], *shift = marking.shift;
     for (int a = 0; a < 3; a++) {
         dim[a] = box.hi[a] - box.lo[a] + 1 + 2 * pad;
@@ -205,21 +203,21 @@ static OmStatus select_voxels(const OmModelDef* def, int pad, OmBody* body, OmMo
     memcpy(body->shift, shift, sizeof body->shift);
     OM_TRY(om_mask_init(&body->mask, dim[0], dim[1], dim[2]));
     OmVec3 corner = om_vec3(shift[0], shift[1], shift[2]);
-    body->mask.axis = volume->axis;
-    body->mask.origin = om_add(volume->origin, om_mat3_apply(volume->axis, corner));
+    body->mask.grid.axis = volume->grid.axis;
+    body->mask.grid.origin = om_voxel_grid_point(&volume->grid, corner);
     for_selected(def, body, mark_voxel, &marking);
     report->ncapped = marking.ncapped < 2147483647 ? (int)marking.ncapped : 2147483647;
     report->nvoxel = marking.count;
     report->label_volume = om_mask_volume(&body->mask);
-    report->voxel =
-        om_vec3(om_norm(volume->axis.cx), om_norm(volume->axis.cy), om_norm(volume->axis.cz));
+    report->voxel = om_vec3(om_norm(volume->grid.axis.cx), om_norm(volume->grid.axis.cy),
+                            om_norm(volume->grid.axis.cz));
     return OM_OK;
 }
 
 // Choose the connected parts to keep, and log the removed ones.
 static OmStatus keep_parts(const OmModelDef* def, OmMask* m, OmModelReport* report) {
     int64_t size[OM_MAX_PART];
-    const double voxel = fabs(om_mat3_det(m->axis)), before = om_mask_volume(m);
+    const double voxel = fabs(om_mat3_det(m->grid.axis)), before = om_mask_volume(m);
     OM_TRY(om_mask_list_parts(m, def->connectivity, size, OM_MAX_PART, &report->npart_mask));
     if (def->npart > 0) {
         OM_TRY(om_mask_choose_parts(m, def->connectivity, def->part, def->npart));
@@ -273,11 +271,9 @@ typedef struct Presence {
 static void look_for_label(void* ctx, int i, int j, int k) {
     Presence* p = ctx;
     const OmBody* b = p->body;
-    const int *dim = b->volume.dim, *size = b->mask.dim;
-    size_t at = (size_t)i + (size_t)dim[0] * ((size_t)j + (size_t)dim[1] * (size_t)k);
+    size_t at = om_grid_index(b->volume.grid.dim, i, j, k);
     size_t in_mask =
-        (size_t)(i - b->shift[0]) +
-        (size_t)size[0] * ((size_t)(j - b->shift[1]) + (size_t)size[1] * (size_t)(k - b->shift[2]));
+        om_grid_index(b->mask.grid.dim, i - b->shift[0], j - b->shift[1], k - b->shift[2]);
     const double value = om_volume_value(&b->volume, at);
     for (int l = 0; l < b->nlabel; l++) {
         if (value != b->label[l]) continue;
@@ -301,7 +297,7 @@ static void note_lost_labels(const OmModelDef* def, const OmBody* body, OmModelR
 
 static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* report) {
     OmMask* m = &body->mask;
-    body->voxel = cbrt(fabs(om_mat3_det(m->axis)));
+    body->voxel = cbrt(fabs(om_mat3_det(m->grid.axis)));
     OM_TRY(om_mask_close(m, def->close_radius));
     OM_TRY(keep_parts(def, m, report));
     note_lost_labels(def, body, report);
@@ -320,8 +316,8 @@ static OmStatus clean_mask(const OmModelDef* def, OmBody* body, OmModelReport* r
 
 // The longest side of a cropped mask, without its empty layer.
 static double mask_length(const OmMask* m) {
-    const OmMat3* a = &m->axis;
-    const double ni = m->dim[0] - 2, nj = m->dim[1] - 2, nk = m->dim[2] - 2;
+    const OmMat3* a = &m->grid.axis;
+    const double ni = m->grid.dim[0] - 2, nj = m->grid.dim[1] - 2, nk = m->grid.dim[2] - 2;
     double x = ni * fabs(a->cx.x) + nj * fabs(a->cy.x) + nk * fabs(a->cz.x);
     double y = ni * fabs(a->cx.y) + nj * fabs(a->cy.y) + nk * fabs(a->cz.y);
     double z = ni * fabs(a->cx.z) + nj * fabs(a->cy.z) + nk * fabs(a->cz.z);
@@ -333,9 +329,11 @@ static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody
     OM_TRY(om__body_load_labels(def, given, body, report));
     body->has_volume = true;
     const OmVolume* v = &body->volume;
-    OmVec3 half = om_scale(0.5, om_vec3(v->dim[0] - 1, v->dim[1] - 1, v->dim[2] - 1));
-    body->center_image = om_add(v->origin, om_mat3_apply(v->axis, half));
-    const double h[3] = {om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz)};
+    OmVec3 half =
+        om_scale(0.5, om_vec3(v->grid.dim[0] - 1, v->grid.dim[1] - 1, v->grid.dim[2] - 1));
+    body->center_image = om_voxel_grid_point(&v->grid, half);
+    const double h[3] = {om_norm(v->grid.axis.cx), om_norm(v->grid.axis.cy),
+                         om_norm(v->grid.axis.cz)};
     double smallest = fmin(h[0], fmin(h[1], h[2]));
     OM_CHECK(smallest > 0, OM_INVALID, "%s: a voxel has no size", def->input);
     double pad = 1 + ceil(def->close_radius / smallest);
@@ -355,20 +353,21 @@ static OmStatus load_voxels(const OmModelDef* def, const OmVolume* given, OmBody
 // Distance of the level set from the faces between inside and outside voxels, in voxels.
 static double face_distance(const OmBody* body) {
     const OmMask* m = &body->mask;
-    const size_t stride[3] = {1, (size_t)m->dim[0], (size_t)m->dim[0] * (size_t)m->dim[1]};
+    size_t stride[3];
+    om_grid_stride(m->grid.dim, stride);
     double sum = 0;
     int64_t count = 0;
     size_t n = 0;
-    for (int k = 0; k < m->dim[2]; k++) {
-        for (int j = 0; j < m->dim[1]; j++) {
-            for (int i = 0; i < m->dim[0]; i++, n++) {
+    for (int k = 0; k < m->grid.dim[2]; k++) {
+        for (int j = 0; j < m->grid.dim[1]; j++) {
+            for (int i = 0; i < m->grid.dim[0]; i++, n++) {
                 const int at[3] = {i, j, k};
                 for (int a = 0; a < 3; a++) {
-                    if (at[a] + 1 >= m->dim[a] || m->inside[n] == m->inside[n + stride[a]])
+                    if (at[a] + 1 >= m->grid.dim[a] || m->inside[n] == m->inside[n + stride[a]])
                         continue;
                     OmVec3 p = om_vec3(i + (a == 0 ? 0.5 : 0), j + (a == 1 ? 0.5 : 0),
                                        k + (a == 2 ? 0.5 : 0));
-                    p = om_add(m->origin, om_mat3_apply(m->axis, p));
+                    p = om_voxel_grid_point(&m->grid, p);
                     sum += fabs(om_sdf_eval(&body->sdf, p, NULL));
                     count++;
                 }
@@ -382,20 +381,19 @@ static double face_distance(const OmBody* body) {
 static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3* inverse, OmVec3 p,
                          int otherwise) {
     const OmVolume* v = &body->volume;
-    OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->origin));
+    OmVec3 q = om_mat3_apply(*inverse, om_sub(p, v->grid.origin));
     const double at[3] = {floor(q.x + 0.5), floor(q.y + 0.5), floor(q.z + 0.5)};
     double best = HUGE_VAL;
     int label = otherwise;
     for (int n = 0; n < 125; n++) {
         double c[3] = {at[0] + n % 5 - 2, at[1] + n / 5 % 5 - 2, at[2] + n / 25 - 2};
-        bool is_in = c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < v->dim[0] && c[1] < v->dim[1] &&
-                     c[2] < v->dim[2];
+        bool is_in = c[0] >= 0 && c[1] >= 0 && c[2] >= 0 && c[0] < v->grid.dim[0] &&
+                     c[1] < v->grid.dim[1] && c[2] < v->grid.dim[2];
         if (!is_in) continue;
-        size_t adr =
-            (size_t)c[0] + (size_t)v->dim[0] * ((size_t)c[1] + (size_t)v->dim[1] * (size_t)c[2]);
+        size_t adr = om_grid_index(v->grid.dim, (int)c[0], (int)c[1], (int)c[2]);
         double value = om_volume_value(v, adr);
         if (!is_selected(def, body, value) || fabs(value) >= 2147483647.0) continue;
-        double d = om_norm2(om_mat3_apply(v->axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
+        double d = om_norm2(om_mat3_apply(v->grid.axis, om_sub(om_vec3(c[0], c[1], c[2]), q)));
         if (d >= best) continue;
         best = d;
         label = (int)value;
@@ -406,7 +404,7 @@ static int nearest_label(const OmModelDef* def, const OmBody* body, const OmMat3
 void om__body_label_elements(const OmModelDef* def, const OmBody* body, OmTetMesh* mesh) {
     OmMat3 inverse;
     if (!body->has_volume || def->has_window) return;  // intensities are not labels
-    if (om_mat3_inverse(body->volume.axis, &inverse) < 0) return;
+    if (om_mat3_inverse(body->volume.grid.axis, &inverse) < 0) return;
     for (int e = 0; e < mesh->ntet; e++) {
         OmVec3 sum = om_vec3(0, 0, 0);
         for (int c = 0; c < 4; c++) {
@@ -492,17 +490,17 @@ static OmVec3 sdf_centroid(const OmSdf* sdf) {
     OmVec3 sum = om_vec3(0, 0, 0);
     double count = 0;
     size_t n = 0;
-    for (int k = 0; k < sdf->dim[2]; k++) {
-        for (int j = 0; j < sdf->dim[1]; j++) {
-            for (int i = 0; i < sdf->dim[0]; i++, n++) {
+    for (int k = 0; k < sdf->grid.dim[2]; k++) {
+        for (int j = 0; j < sdf->grid.dim[1]; j++) {
+            for (int i = 0; i < sdf->grid.dim[0]; i++, n++) {
                 if (sdf->d[n] >= 0) continue;
                 sum = om_add(sum, om_vec3(i, j, k));
                 count++;
             }
         }
     }
-    if (count == 0) return sdf->origin;
-    return om_madd(sdf->origin, sdf->spacing / count, sum);
+    if (count == 0) return sdf->grid.origin;
+    return om_madd(sdf->grid.origin, sdf->grid.spacing / count, sum);
 }
 
 OmStatus om__body_load(const OmModelDef* def, double margin, const OmProgress* progress,

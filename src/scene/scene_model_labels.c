@@ -22,7 +22,7 @@ typedef struct Tally {  // statistics of one value during the scan of the volume
 } Tally;
 
 static OmVec3 voxel_centre(const OmVolume* v, double i, double j, double k) {
-    return om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
+    return om_voxel_grid_point(&v->grid, om_vec3(i, j, k));
 }
 
 // Add voxels [begin, end) of row (j, k) to the value.
@@ -44,17 +44,17 @@ static void add_run(const OmVolume* v, Tally* t, int begin, int end, int j, int 
 
 static void fill_row(const OmVolume* v, const Tally* t, int value, OmLabelRow* row) {
     const double n = (double)t->count;
-    const OmMat3* a = &v->axis;
+    const OmMat3* a = &v->grid.axis;
     OmVec3 half = om_vec3(0.5 * (fabs(a->cx.x) + fabs(a->cy.x) + fabs(a->cz.x)),
                           0.5 * (fabs(a->cx.y) + fabs(a->cy.y) + fabs(a->cz.y)),
                           0.5 * (fabs(a->cx.z) + fabs(a->cy.z) + fabs(a->cz.z)));
     *row = (OmLabelRow){.label = value, .value = value, .nvoxel = t->count};
-    row->volume = n * fabs(om_mat3_det(v->axis));
+    row->volume = n * fabs(om_mat3_det(v->grid.axis));
     row->lo = om_sub(t->lo, half);
     row->hi = om_add(t->hi, half);
     row->centroid = voxel_centre(v, t->sum[0] / n, t->sum[1] / n, t->sum[2] / n);
     for (int c = 0; c < 3; c++)
-        row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->dim[c] - 1;
+        row->is_cut = row->is_cut || t->box[c] == 0 || t->box[3 + c] == v->grid.dim[c] - 1;
 }
 
 // Add the values of one row, from voxel `first` on.
@@ -75,10 +75,10 @@ static void scan_values(const OmVolume* v, const double* value, int first, int n
 static void scan_rows(const OmVolume* v, Tally* tally, OmLabelScan* scan) {
     double value[CHUNK];
     size_t n = 0;
-    for (int k = 0; k < v->dim[2]; k++) {
-        for (int j = 0; j < v->dim[1]; j++, n += (size_t)v->dim[0]) {
-            for (int first = 0; first < v->dim[0]; first += CHUNK) {
-                int len = v->dim[0] - first < CHUNK ? v->dim[0] - first : CHUNK;
+    for (int k = 0; k < v->grid.dim[2]; k++) {
+        for (int j = 0; j < v->grid.dim[1]; j++, n += (size_t)v->grid.dim[0]) {
+            for (int first = 0; first < v->grid.dim[0]; first += CHUNK) {
+                int len = v->grid.dim[0] - first < CHUNK ? v->grid.dim[0] - first : CHUNK;
                 om_volume_values(v, n + (size_t)first, (size_t)len, value);
                 scan_values(v, value, first, len, j, k, tally, scan);
             }
@@ -147,14 +147,13 @@ static OmStatus count_parts(const OmVolume* v, const int box[6], OmLabelRow* row
     for (int k = box[2]; k <= box[5]; k++) {
         for (int j = box[1]; j <= box[4]; j++) {
             for (int i = box[0]; i <= box[3]; i++, n++) {
-                size_t at =
-                    (size_t)i + (size_t)v->dim[0] * ((size_t)j + (size_t)v->dim[1] * (size_t)k);
+                size_t at = om_grid_index(v->grid.dim, i, j, k);
                 mask.inside[n] = om_volume_value(v, at) == row->value;
             }
         }
     }
     OmStatus status = om_mask_list_parts(&mask, 6, &size, 1, &row->npart);
-    row->largest = (double)size * fabs(om_mat3_det(v->axis));
+    row->largest = (double)size * fabs(om_mat3_det(v->grid.axis));
     om_mask_done(&mask);
     return status;
 }
@@ -178,7 +177,8 @@ static OmStatus list_volume(const OmVolumeInfo* info, int layer, const OmVolume*
     list->min = fmin(list->min, scan.min);
     list->max = fmax(list->max, scan.max);
     list->is_intensity = list->is_intensity || scan.is_intensity;
-    list->voxel = om_vec3(om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz));
+    list->voxel =
+        om_vec3(om_norm(v->grid.axis.cx), om_norm(v->grid.axis.cy), om_norm(v->grid.axis.cz));
     for (int r = 0; r < scan.nrow && !scan.is_intensity && status == OM_OK; r++) {
         OmLabelRow* row = &scan.row[r];
         int s = find_segment(info, layer < 0 ? 0 : layer, row->value);
@@ -506,8 +506,8 @@ static OmStatus place_volume(const Chooser* c, OmBody* body, OmModelReport* repo
              def->input);
     if (def->unit > 0) {
         const double stated = c->info->unit > 0 ? c->info->unit : OM_UNIT_MM;
-        v->axis = om_mat3_scale(def->unit / stated, v->axis);
-        v->origin = om_scale(def->unit / stated, v->origin);
+        v->grid.axis = om_mat3_scale(def->unit / stated, v->grid.axis);
+        v->grid.origin = om_scale(def->unit / stated, v->grid.origin);
     }
     if (def->unit > 0 && c->info->unit > 0 && def->unit != c->info->unit) {
         om__model_note(report,
@@ -517,8 +517,8 @@ static OmStatus place_volume(const Chooser* c, OmBody* body, OmModelReport* repo
     if (c->info->has_space) return OM_OK;
     if (def->space == OM_SPACE_LPS) {
         const OmMat3 turn = om_mat3_diag(om_vec3(-1, -1, 1));
-        v->axis = om_mat3_mul(turn, v->axis);
-        v->origin = om_mat3_apply(turn, v->origin);
+        v->grid.axis = om_mat3_mul(turn, v->grid.axis);
+        v->grid.origin = om_mat3_apply(turn, v->grid.origin);
     }
     om__model_note(
         report,

@@ -45,11 +45,11 @@ static void extent_along(const OmBody* body, OmVec3 direction, double* lo, doubl
     size_t n = 0;
     *lo = HUGE_VAL;
     *hi = -HUGE_VAL;
-    for (int k = 0; k < sdf->dim[2]; k++) {
-        for (int j = 0; j < sdf->dim[1]; j++) {
-            for (int i = 0; i < sdf->dim[0]; i++, n++) {
+    for (int k = 0; k < sdf->grid.dim[2]; k++) {
+        for (int j = 0; j < sdf->grid.dim[1]; j++) {
+            for (int i = 0; i < sdf->grid.dim[0]; i++, n++) {
                 if (sdf->d[n] >= 0) continue;
-                OmVec3 x = om_madd(sdf->origin, sdf->spacing, om_vec3(i, j, k));
+                OmVec3 x = om_grid_point(&sdf->grid, i, j, k);
                 double d = om_dot(om_sub(x, body->centroid), direction);
                 *lo = fmin(*lo, d);
                 *hi = fmax(*hi, d);
@@ -63,11 +63,11 @@ static OmVec3 longest_axis(const OmBody* body, OmVec3 n) {
     const OmSdf* sdf = &body->sdf;
     OmMat3 sum = om_mat3_scale(0, om_mat3_identity());
     size_t node = 0;
-    for (int k = 0; k < sdf->dim[2]; k++) {
-        for (int j = 0; j < sdf->dim[1]; j++) {
-            for (int i = 0; i < sdf->dim[0]; i++, node++) {
+    for (int k = 0; k < sdf->grid.dim[2]; k++) {
+        for (int j = 0; j < sdf->grid.dim[1]; j++) {
+            for (int i = 0; i < sdf->grid.dim[0]; i++, node++) {
                 if (sdf->d[node] >= 0) continue;
-                OmVec3 x = om_madd(sdf->origin, sdf->spacing, om_vec3(i, j, k));
+                OmVec3 x = om_grid_point(&sdf->grid, i, j, k);
                 OmVec3 d = om_sub(x, body->centroid);
                 d = om_madd(d, -om_dot(d, n), n);
                 sum = om_mat3_add(sum, om_mat3_outer(d, d));
@@ -92,7 +92,7 @@ static OmStatus sheet_frame(const OmModelDef* def, const OmBody* body, Sheet* sh
     if (status < 0) return om_error_prefix(status, "sheet side");
     sheet->def = def;
     sheet->body = body;
-    if (body->has_volume) OM_TRY(om_mat3_inverse(body->volume.axis, &sheet->image_inverse));
+    if (body->has_volume) OM_TRY(om_mat3_inverse(body->volume.grid.axis, &sheet->image_inverse));
     sheet->u = longest_axis(body, sheet->n);
     sheet->v = om_cross(sheet->n, sheet->u);
     sheet->centroid = sheet->center = body->centroid;
@@ -127,12 +127,13 @@ static double outline_distance(const Sheet* sheet, OmVec3 p) {
 static double image_distance(const Sheet* sheet, OmVec3 x) {
     const OmVolume* v = &sheet->body->volume;
     if (!sheet->body->has_volume) return -HUGE_VAL;
-    OmVec3 q = om_mat3_apply(sheet->image_inverse, om_sub(x, v->origin));
+    OmVec3 q = om_mat3_apply(sheet->image_inverse, om_sub(x, v->grid.origin));
     const double at[3] = {q.x, q.y, q.z};
-    const double h[3] = {om_norm(v->axis.cx), om_norm(v->axis.cy), om_norm(v->axis.cz)};
+    const double h[3] = {om_norm(v->grid.axis.cx), om_norm(v->grid.axis.cy),
+                         om_norm(v->grid.axis.cz)};
     double beyond = -HUGE_VAL;
     for (int a = 0; a < 3; a++) {
-        beyond = fmax(beyond, h[a] * fmax(at[a] - (v->dim[a] - 1.5), 0.5 - at[a]));
+        beyond = fmax(beyond, h[a] * fmax(at[a] - (v->grid.dim[a] - 1.5), 0.5 - at[a]));
     }
     return beyond;
 }
@@ -189,13 +190,13 @@ static double grown_fn(void* ctx, OmVec3 p) {
 
 // Closing by a ball: dilate, compute the distance to the dilated organ, erode.
 static OmStatus close_sdf(const OmSdf* in, double radius, OmSdf* out) {
-    OmSdfDef def = om_sdf_default_def(in->spacing);
+    OmSdfDef def = om_sdf_default_def(in->grid.spacing);
     Grown grown = {in, radius};
     OmVec3 lo, hi;
     om_sdf_bounds(in, &lo, &hi);
     def.margin = 0;
     OM_TRY(om_sdf_from_function(grown_fn, &grown, lo, hi, &def, out));
-    size_t n = (size_t)out->dim[0] * (size_t)out->dim[1] * (size_t)out->dim[2];
+    size_t n = om_grid_count(out->grid.dim);
     for (size_t i = 0; i < n; i++) out->d[i] += (float)radius;
     return OM_OK;
 }
@@ -221,7 +222,7 @@ static OmStatus place_tumour(const OmBody* body, const OmSurface* organ, const S
     for (int v = 0; v < organ->nvert; v++) {
         OmVec3 x = om_load3(organ->x, v), g, d = om_sub(x, over);
         if (side_distance(sheet, x) >= 0) continue;
-        if (om_sdf_eval(sheet->base, x, NULL) < -0.5 * body->sdf.spacing) continue;
+        if (om_sdf_eval(sheet->base, x, NULL) < -0.5 * body->sdf.grid.spacing) continue;
         om_sdf_eval(&body->sdf, x, &g);
         g = om_normalize(g);
         double across = om_norm2(om_madd(d, -om_dot(d, sheet->n), sheet->n));
@@ -237,7 +238,7 @@ static OmStatus place_tumour(const OmBody* body, const OmSurface* organ, const S
 
 // Rebuild the organ's distance field with the tumour's dome.
 static OmStatus grow_tumour(const OmBody* body, const OmSheetDef* s, OmVec3 center, OmSdf* out) {
-    OmSdfDef def = om_sdf_default_def(body->sdf.spacing);
+    OmSdfDef def = om_sdf_default_def(body->sdf.grid.spacing);
     Bump bump = {&body->sdf, center, s->tumour_radius, s->tumour_height};
     OmVec3 lo, hi;
     om_sdf_bounds(&body->sdf, &lo, &hi);

@@ -130,11 +130,9 @@ typedef struct Contour {
 
 // Node values; one layer of air surrounds the grid, so indices run from -1 to dim.
 static double node_value(const Contour* c, int i, int j, int k) {
-    const int* dim = c->sdf->dim;
-    if (i < 0 || j < 0 || k < 0 || i >= dim[0] || j >= dim[1] || k >= dim[2])
-        return c->sdf->spacing;
-    size_t n = (size_t)i + (size_t)dim[0] * ((size_t)j + (size_t)dim[1] * (size_t)k);
-    return (double)c->sdf->d[n] - c->level;
+    const int* dim = c->sdf->grid.dim;
+    if (!om_grid_has(dim, i, j, k)) return c->sdf->grid.spacing;
+    return (double)c->sdf->d[om_grid_index(dim, i, j, k)] - c->level;
 }
 
 static OmStatus add_vertex(Contour* c, OmVec3 p, int* index) {
@@ -175,7 +173,7 @@ static OmStatus edge_vertex(Contour* c, int i, int j, int k, int edge, int* vert
     edge_ends(edge, &from, &to);
     int a[3] = {i + (from & 1), j + (from >> 1 & 1), k + (from >> 2 & 1)};
     int b[3] = {i + (to & 1), j + (to >> 1 & 1), k + (to >> 2 & 1)};
-    size_t nx = (size_t)c->sdf->dim[0] + 2, ny = (size_t)c->sdf->dim[1] + 2;
+    size_t nx = (size_t)c->sdf->grid.dim[0] + 2, ny = (size_t)c->sdf->grid.dim[1] + 2;
     size_t slot = (size_t)(a[0] + 1) + nx * ((size_t)(a[1] + 1) + ny * (size_t)((a[2] + 1) & 1));
     int* known = &c->edge_vert[axis][slot];
     if (*known < 0) {
@@ -184,7 +182,7 @@ static OmStatus edge_vertex(Contour* c, int i, int j, int k, int edge, int* vert
         t = t > 1e-3 ? (t < 1 - 1e-3 ? t : 1 - 1e-3)
                      : 1e-3;  // no flat triangles at nodes on the level
         OmVec3 p = om_lerp(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2]), t);
-        OM_TRY(add_vertex(c, om_madd(c->sdf->origin, c->sdf->spacing, p), known));
+        OM_TRY(add_vertex(c, om_madd(c->sdf->grid.origin, c->sdf->grid.spacing, p), known));
     }
     *vert = *known;
     return OM_OK;
@@ -211,7 +209,7 @@ static OmStatus fill_loop(Contour* c, const Loop* loop, int i, int j, int k) {
 
 // The cells between node slices k and k + 1.
 static OmStatus march_slice(Contour* c, int k) {
-    const int* dim = c->sdf->dim;
+    const int* dim = c->sdf->grid.dim;
     for (int j = -1; j < dim[1]; j++) {
         int inside = 0;  // corners of the cell; moving along i, the right four become the left four
         for (int i = -2; i < dim[0]; i++) {
@@ -230,7 +228,7 @@ static OmStatus march_slice(Contour* c, int k) {
 OmStatus om_surface_from_sdf(const OmSdf* sdf, double level, OmSurface* surface) {
     OmStatus status = OM_OK;
     memset(surface, 0, sizeof *surface);
-    size_t slice = ((size_t)sdf->dim[0] + 2) * ((size_t)sdf->dim[1] + 2);
+    size_t slice = ((size_t)sdf->grid.dim[0] + 2) * ((size_t)sdf->grid.dim[1] + 2);
     Contour* c = om_calloc(1, sizeof *c);
     if (!c) return OM_NO_MEMORY;
     c->sdf = sdf;
@@ -241,7 +239,7 @@ OmStatus om_surface_from_sdf(const OmSdf* sdf, double level, OmSurface* surface)
     for (int a = 0; a < 3; a++) {
         for (size_t n = 0; n < 2 * slice; n++) c->edge_vert[a][n] = -1;
     }
-    for (int k = -1; k < sdf->dim[2]; k++) {
+    for (int k = -1; k < sdf->grid.dim[2]; k++) {
         // the upper node slice of these cells takes the place of the one below them
         for (int a = 0; a < 3; a++) {
             int* upper = &c->edge_vert[a][slice * (size_t)((k + 2) & 1)];

@@ -15,10 +15,10 @@ OmStatus om_mask_init(OmMask* mask, int nx, int ny, int nz) {
              nx, ny, nz);
     mask->inside = om_calloc((size_t)nx * (size_t)ny * (size_t)nz, 1);
     if (!mask->inside) return OM_NO_MEMORY;
-    mask->dim[0] = nx;
-    mask->dim[1] = ny;
-    mask->dim[2] = nz;
-    mask->axis = om_mat3_identity();
+    mask->grid.dim[0] = nx;
+    mask->grid.dim[1] = ny;
+    mask->grid.dim[2] = nz;
+    mask->grid.axis = om_mat3_identity();
     return OM_OK;
 }
 
@@ -28,19 +28,15 @@ void om_mask_done(OmMask* mask) {
     memset(mask, 0, sizeof *mask);
 }
 
-static size_t voxel_count(const OmMask* m) {
-    return (size_t)m->dim[0] * (size_t)m->dim[1] * (size_t)m->dim[2];
-}
-
 int64_t om_mask_count(const OmMask* mask) {
     int64_t count = 0;
-    size_t n = voxel_count(mask);
+    size_t n = om_grid_count(mask->grid.dim);
     for (size_t v = 0; v < n; v++) count += mask->inside[v] != 0;
     return count;
 }
 
 double om_mask_volume(const OmMask* mask) {
-    return (double)om_mask_count(mask) * fabs(om_mat3_det(mask->axis));
+    return (double)om_mask_count(mask) * fabs(om_mat3_det(mask->grid.axis));
 }
 
 // ---- crop -------------------------------------------------------------------------------------------------
@@ -57,12 +53,11 @@ static bool row_extent(const unsigned char* row, int n, int* first, int* last) {
 
 OmStatus om_mask_crop(OmMask* mask, int pad) {
     OM_CHECK(pad >= 0, OM_INVALID, "a mask cannot be padded by %d voxels", pad);
-    const int *dim = mask->dim, none = 1 << 30;
+    const int *dim = mask->grid.dim, none = 1 << 30;
     int lo[3] = {none, none, none}, hi[3] = {-1, -1, -1};
     for (int k = 0; k < dim[2]; k++) {
         for (int j = 0; j < dim[1]; j++) {
-            const unsigned char* row =
-                &mask->inside[(size_t)dim[0] * ((size_t)j + (size_t)dim[1] * (size_t)k)];
+            const unsigned char* row = &mask->inside[om_grid_index(dim, 0, j, k)];
             if (!row_extent(row, dim[0], &lo[0], &hi[0])) continue;
             if (j < lo[1]) lo[1] = j;
             if (j > hi[1]) hi[1] = j;
@@ -76,16 +71,14 @@ OmStatus om_mask_crop(OmMask* mask, int pad) {
                         hi[2] - lo[2] + 1 + 2 * pad));
     for (int k = lo[2]; k <= hi[2]; k++) {
         for (int j = lo[1]; j <= hi[1]; j++) {
-            size_t to =
-                (size_t)pad + (size_t)out.dim[0] * ((size_t)(j - lo[1] + pad) +
-                                                    (size_t)out.dim[1] * (size_t)(k - lo[2] + pad));
-            size_t from = (size_t)lo[0] + (size_t)dim[0] * ((size_t)j + (size_t)dim[1] * (size_t)k);
+            size_t to = om_grid_index(out.grid.dim, pad, j - lo[1] + pad, k - lo[2] + pad);
+            size_t from = om_grid_index(dim, lo[0], j, k);
             memcpy(&out.inside[to], &mask->inside[from], (size_t)(hi[0] - lo[0] + 1));
         }
     }
     OmVec3 shift = om_vec3(lo[0] - pad, lo[1] - pad, lo[2] - pad);
-    out.axis = mask->axis;
-    out.origin = om_add(mask->origin, om_mat3_apply(mask->axis, shift));
+    out.grid.axis = mask->grid.axis;
+    out.grid.origin = om_voxel_grid_point(&mask->grid, shift);
     om_mask_done(mask);
     *mask = out;
     return OM_OK;
@@ -113,7 +106,7 @@ static void run_table_done(RunTable* t) {
 // The runs of voxels whose inside == kind.
 static OmStatus find_runs(const OmMask* m, unsigned char kind, RunTable* t) {
     memset(t, 0, sizeof *t);
-    int nrow = m->dim[1] * m->dim[2], nx = m->dim[0];
+    int nrow = m->grid.dim[1] * m->grid.dim[2], nx = m->grid.dim[0];
     t->row_adr = om_alloc((size_t)nrow + 1, sizeof(int));
     if (!t->row_adr) return OM_NO_MEMORY;
     for (int pass = 0; pass < 2; pass++) {
@@ -174,7 +167,7 @@ static void join_rows(RunTable* t, int row_a, int row_b, int reach) {
 }
 
 static void join_runs(const OmMask* m, RunTable* t, int connectivity) {
-    int ny = m->dim[1], nz = m->dim[2], reach = connectivity == 26;
+    int ny = m->grid.dim[1], nz = m->grid.dim[2], reach = connectivity == 26;
     for (int k = 0; k < nz; k++) {
         for (int j = 0; j < ny; j++) {
             int r = j + ny * k;
@@ -233,7 +226,7 @@ OmStatus om_mask_list_parts(const OmMask* mask, int connectivity, int64_t* size,
 OmStatus om_mask_choose_parts(OmMask* mask, int connectivity, const int* rank, int nrank) {
     RunTable t;
     Part* part = NULL;
-    int npart = 0, nx = mask->dim[0], row = 0;
+    int npart = 0, nx = mask->grid.dim[0], row = 0;
     OM_TRY(find_parts(mask, connectivity, &t));
     OmStatus status = sort_parts(&t, &part, &npart);
     if (status < 0) goto done;
@@ -268,7 +261,7 @@ OmStatus om_mask_keep_parts(OmMask* mask, int connectivity, double min_share, in
         if (largest < 0 || t.run[r].size > t.run[largest].size) largest = r;
     }
     double min = min_share > 0 ? min_share * (double)total : 0;
-    int nx = mask->dim[0], row = 0;
+    int nx = mask->grid.dim[0], row = 0;
     for (int r = 0; r < t.nrun; r++) {
         int root = find_root(t.run, r);
         bool keep = root == largest || (min_share > 0 && (double)t.run[root].size >= min);
@@ -289,7 +282,7 @@ OmStatus om_mask_fill_holes(OmMask* mask) {
     RunTable t;
     OM_TRY(find_runs(mask, 0, &t));
     join_runs(mask, &t, 6);
-    int nx = mask->dim[0], ny = mask->dim[1], nz = mask->dim[2];
+    int nx = mask->grid.dim[0], ny = mask->grid.dim[1], nz = mask->grid.dim[2];
     // a part of the outside that reaches the border gets a size of -1
     for (int row = 0; row < ny * nz; row++) {
         int j = row % ny, k = row / ny;
@@ -346,26 +339,28 @@ static void envelope(double* f, int n, double h, int* v, double* z, double* out)
 // Squared distance to the voxels of one kind.
 static OmStatus distance2(const OmMask* m, unsigned char kind, double* d2) {
     OmStatus status = OM_OK;
-    const double h[3] = {om_norm(m->axis.cx), om_norm(m->axis.cy), om_norm(m->axis.cz)};
-    const size_t stride[3] = {1, (size_t)m->dim[0], (size_t)m->dim[0] * (size_t)m->dim[1]};
-    int longest = m->dim[0] > m->dim[1] ? m->dim[0] : m->dim[1];
-    if (m->dim[2] > longest) longest = m->dim[2];
+    const double h[3] = {om_norm(m->grid.axis.cx), om_norm(m->grid.axis.cy),
+                         om_norm(m->grid.axis.cz)};
+    size_t stride[3];
+    om_grid_stride(m->grid.dim, stride);
+    int longest = m->grid.dim[0] > m->grid.dim[1] ? m->grid.dim[0] : m->grid.dim[1];
+    if (m->grid.dim[2] > longest) longest = m->grid.dim[2];
     double *line = NULL, *z = NULL, *out = NULL;
     int* v = NULL;
     OM_ALLOC_DONE(line, longest);
     OM_ALLOC_DONE(z, longest + 2);
     OM_ALLOC_DONE(out, longest);
     OM_ALLOC_DONE(v, longest + 1);
-    size_t n = voxel_count(m);
+    size_t n = om_grid_count(m->grid.dim);
     for (size_t i = 0; i < n; i++) d2[i] = m->inside[i] == kind ? 0 : FAR;
     for (int a = 0; a < 3; a++) {
         int b = (a + 1) % 3, c = (a + 2) % 3;
-        for (int y = 0; y < m->dim[c]; y++) {
-            for (int x = 0; x < m->dim[b]; x++) {
+        for (int y = 0; y < m->grid.dim[c]; y++) {
+            for (int x = 0; x < m->grid.dim[b]; x++) {
                 double* start = &d2[(size_t)x * stride[b] + (size_t)y * stride[c]];
-                for (int i = 0; i < m->dim[a]; i++) line[i] = start[(size_t)i * stride[a]];
-                envelope(line, m->dim[a], h[a], v, z, out);
-                for (int i = 0; i < m->dim[a]; i++) start[(size_t)i * stride[a]] = line[i];
+                for (int i = 0; i < m->grid.dim[a]; i++) line[i] = start[(size_t)i * stride[a]];
+                envelope(line, m->grid.dim[a], h[a], v, z, out);
+                for (int i = 0; i < m->grid.dim[a]; i++) start[(size_t)i * stride[a]] = line[i];
             }
         }
     }
@@ -380,7 +375,7 @@ done:
 OmStatus om_mask_close(OmMask* mask, double radius) {
     OM_CHECK(radius >= 0 && isfinite(radius), OM_INVALID, "closing radius %g m", radius);
     if (radius == 0) return OM_OK;
-    size_t n = voxel_count(mask);
+    size_t n = om_grid_count(mask->grid.dim);
     double* d2 = om_alloc(n, sizeof *d2);
     if (!d2) return OM_NO_MEMORY;
     double r2 = radius * radius * (1 + 1e-9);  // a voxel at exactly the radius belongs to the ball

@@ -56,22 +56,20 @@ OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf) {
     OM_CHECK(nnode <= (double)def->max_node && nnode < 2e9, OM_INVALID,
              "distance field: %.0f nodes at a spacing of %.3g mm are too many; use a larger edge",
              nnode, h * 1e3);
-    for (int a = 0; a < 3; a++) sdf->dim[a] = (int)ceil((size[a] + 2 * def->margin) / h) + 1;
-    OmVec3 half = om_scale(0.5 * h, om_vec3(sdf->dim[0] - 1, sdf->dim[1] - 1, sdf->dim[2] - 1));
-    sdf->spacing = h;
-    sdf->origin = om_sub(om_lerp(lo, hi, 0.5), half);
+    for (int a = 0; a < 3; a++) sdf->grid.dim[a] = (int)ceil((size[a] + 2 * def->margin) / h) + 1;
+    OmVec3 half = om_scale(
+        0.5 * h, om_vec3(sdf->grid.dim[0] - 1, sdf->grid.dim[1] - 1, sdf->grid.dim[2] - 1));
+    sdf->grid.spacing = h;
+    sdf->grid.origin = om_sub(om_lerp(lo, hi, 0.5), half);
     sdf->d = om_alloc((size_t)nnode, sizeof(float));
     return sdf->d ? OM_OK : OM_NO_MEMORY;
 }
 
 void om_sdf_bounds(const OmSdf* sdf, OmVec3* lo, OmVec3* hi) {
-    const double h = sdf->spacing;
-    *lo = sdf->origin;
-    *hi = om_madd(sdf->origin, h, om_vec3(sdf->dim[0] - 1, sdf->dim[1] - 1, sdf->dim[2] - 1));
-}
-
-static OmVec3 node_position(const OmSdf* sdf, int i, int j, int k) {
-    return om_madd(sdf->origin, sdf->spacing, om_vec3(i, j, k));
+    const double h = sdf->grid.spacing;
+    *lo = sdf->grid.origin;
+    *hi = om_madd(sdf->grid.origin, h,
+                  om_vec3(sdf->grid.dim[0] - 1, sdf->grid.dim[1] - 1, sdf->grid.dim[2] - 1));
 }
 
 typedef struct SampleTask {
@@ -85,10 +83,10 @@ static void sample_slices(void* ctx, int begin, int end, int block) {
     const SampleTask* task = ctx;
     OmSdf* sdf = task->sdf;
     for (int k = begin; k < end; k++) {
-        size_t node = (size_t)k * (size_t)sdf->dim[0] * (size_t)sdf->dim[1];
-        for (int j = 0; j < sdf->dim[1]; j++) {
-            for (int i = 0; i < sdf->dim[0]; i++) {
-                sdf->d[node++] = (float)task->fn(task->ctx, node_position(sdf, i, j, k));
+        size_t node = om_grid_index(sdf->grid.dim, 0, 0, k);
+        for (int j = 0; j < sdf->grid.dim[1]; j++) {
+            for (int i = 0; i < sdf->grid.dim[0]; i++) {
+                sdf->d[node++] = (float)task->fn(task->ctx, om_grid_point(&sdf->grid, i, j, k));
             }
         }
     }
@@ -96,27 +94,28 @@ static void sample_slices(void* ctx, int begin, int end, int block) {
 
 void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx) {
     SampleTask task = {sdf, fn, ctx};
-    om_parallel_for(0, sdf->dim[2], 1, sample_slices, &task);
+    om_parallel_for(0, sdf->grid.dim[2], 1, sample_slices, &task);
 }
 
 // ---- evaluation -------------------------------------------------------------------------------------------
 
 double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient) {
-    const double ih = 1.0 / sdf->spacing;
-    const double q[3] = {(p.x - sdf->origin.x) * ih, (p.y - sdf->origin.y) * ih,
-                         (p.z - sdf->origin.z) * ih};
+    const double ih = 1.0 / sdf->grid.spacing;
+    const double q[3] = {(p.x - sdf->grid.origin.x) * ih, (p.y - sdf->grid.origin.y) * ih,
+                         (p.z - sdf->grid.origin.z) * ih};
     double u[3], out[3];  // position within the cell, and distance beyond the grid, in cells
     int c[3];
     for (int a = 0; a < 3; a++) {
-        double last = sdf->dim[a] - 1;
+        double last = sdf->grid.dim[a] - 1;
         double inside = q[a] > 0 ? (q[a] < last ? q[a] : last) : 0;  // a NaN ends at 0
         out[a] = q[a] - inside;
         c[a] = (int)inside;
-        if (c[a] > sdf->dim[a] - 2) c[a] = sdf->dim[a] > 1 ? sdf->dim[a] - 2 : 0;
+        if (c[a] > sdf->grid.dim[a] - 2) c[a] = sdf->grid.dim[a] > 1 ? sdf->grid.dim[a] - 2 : 0;
         u[a] = inside - c[a];
     }
-    const size_t sy = (size_t)sdf->dim[0], sz = sy * (size_t)sdf->dim[1];
-    const size_t dx = sdf->dim[0] > 1, dy = sdf->dim[1] > 1 ? sy : 0, dz = sdf->dim[2] > 1 ? sz : 0;
+    const size_t sy = (size_t)sdf->grid.dim[0], sz = sy * (size_t)sdf->grid.dim[1];
+    const size_t dx = sdf->grid.dim[0] > 1, dy = sdf->grid.dim[1] > 1 ? sy : 0,
+                 dz = sdf->grid.dim[2] > 1 ? sz : 0;
     const float* f = &sdf->d[(size_t)c[0] + sy * (size_t)c[1] + sz * (size_t)c[2]];
     double f000 = (double)f[0], f100 = (double)f[dx], f010 = (double)f[dy];
     double f110 = (double)f[dx + dy], f001 = (double)f[dz], f101 = (double)f[dx + dz];
@@ -137,7 +136,7 @@ double om_sdf_eval(const OmSdf* sdf, OmVec3 p, OmVec3* gradient) {
         }
         *gradient = g;
     }
-    return g0 + u[2] * (g1 - g0) + beyond * sdf->spacing;
+    return g0 + u[2] * (g1 - g0) + beyond * sdf->grid.spacing;
 }
 
 double om_sdf_shape_fn(void* ctx, OmVec3 p) { return om_sdf_eval(ctx, p, NULL); }
@@ -174,25 +173,27 @@ typedef struct Feet {  // the closest point of each node
 
 // Exact closest points for the nodes within one cell of each triangle's box.
 static void seed_band(const OmSurface* s, const OmSdf* sdf, Feet* feet, float* dist2) {
-    const double h = sdf->spacing;
+    const double h = sdf->grid.spacing;
     for (int t = 0; t < s->ntri; t++) {
         const int* v = &s->tri_vert[3 * (size_t)t];
         OmVec3 a = om_load3(s->x, v[0]), b = om_load3(s->x, v[1]), c = om_load3(s->x, v[2]);
         OmVec3 lo = om_min3(a, om_min3(b, c)), hi = om_max3(a, om_max3(b, c));
-        const double l[3] = {lo.x - sdf->origin.x, lo.y - sdf->origin.y, lo.z - sdf->origin.z};
-        const double u[3] = {hi.x - sdf->origin.x, hi.y - sdf->origin.y, hi.z - sdf->origin.z};
+        const double l[3] = {lo.x - sdf->grid.origin.x, lo.y - sdf->grid.origin.y,
+                             lo.z - sdf->grid.origin.z};
+        const double u[3] = {hi.x - sdf->grid.origin.x, hi.y - sdf->grid.origin.y,
+                             hi.z - sdf->grid.origin.z};
         int from[3], to[3];
         for (int x = 0; x < 3; x++) {
             from[x] = (int)fmax(floor(l[x] / h) - 1, 0);
-            to[x] = (int)fmin(ceil(u[x] / h) + 1, sdf->dim[x] - 1);
+            to[x] = (int)fmin(ceil(u[x] / h) + 1, sdf->grid.dim[x] - 1);
         }
         for (int k = from[2]; k <= to[2]; k++) {
             for (int j = from[1]; j <= to[1]; j++) {
-                size_t row = (size_t)sdf->dim[0] * ((size_t)j + (size_t)sdf->dim[1] * (size_t)k);
+                size_t row = om_grid_index(sdf->grid.dim, 0, j, k);
                 for (int i = from[0]; i <= to[0]; i++) {
-                    OmVec3 p = node_position(sdf, i, j, k);
-                    OmVec3 q = om_sub(closest_on_triangle(p, a, b, c), sdf->origin);
-                    float d2 = (float)om_norm2(om_sub(om_sub(p, sdf->origin), q));
+                    OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
+                    OmVec3 q = om_sub(closest_on_triangle(p, a, b, c), sdf->grid.origin);
+                    float d2 = (float)om_norm2(om_sub(om_sub(p, sdf->grid.origin), q));
                     size_t n = row + (size_t)i;
                     if (d2 >= dist2[n]) continue;
                     dist2[n] = d2;
@@ -221,8 +222,8 @@ static inline void take_over(Feet* feet, float* dist2, size_t n, size_t m, float
 
 // One sweep in direction (si, sj, sk): each node compares with three neighbours.
 static void sweep(const OmSdf* sdf, Feet* feet, float* dist2, int si, int sj, int sk) {
-    const int nx = sdf->dim[0], ny = sdf->dim[1], nz = sdf->dim[2];
-    const float h = (float)sdf->spacing;
+    const int nx = sdf->grid.dim[0], ny = sdf->grid.dim[1], nz = sdf->grid.dim[2];
+    const float h = (float)sdf->grid.spacing;
     const ptrdiff_t back_y = -(ptrdiff_t)sj * nx, back_z = -(ptrdiff_t)sk * nx * ny;
     for (int kk = 0; kk < nz; kk++) {
         int k = sk > 0 ? kk : nz - 1 - kk;
@@ -273,13 +274,13 @@ static void refine_slices(void* ctx, int begin, int end, int block) {
     (void)block;
     RefineTask* task = ctx;
     OmSdf* sdf = task->sdf;
-    const float band = (float)(sdf->spacing * sdf->spacing);  // exact since seed_band
+    const float band = (float)(sdf->grid.spacing * sdf->grid.spacing);  // exact since seed_band
     for (int k = begin; k < end; k++) {
-        size_t n = (size_t)k * (size_t)sdf->dim[0] * (size_t)sdf->dim[1];
-        for (int j = 0; j < sdf->dim[1]; j++) {
-            for (int i = 0; i < sdf->dim[0]; i++, n++) {
+        size_t n = om_grid_index(sdf->grid.dim, 0, 0, k);
+        for (int j = 0; j < sdf->grid.dim[1]; j++) {
+            for (int i = 0; i < sdf->grid.dim[0]; i++, n++) {
                 if (sdf->d[n] <= band) continue;
-                double d2 = refined_distance2(task, n, node_position(sdf, i, j, k));
+                double d2 = refined_distance2(task, n, om_grid_point(&sdf->grid, i, j, k));
                 sdf->d[n] = fminf(sdf->d[n], (float)d2);
             }
         }
@@ -288,7 +289,7 @@ static void refine_slices(void* ctx, int begin, int end, int block) {
 
 OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf) {
     OmStatus status = OM_OK;
-    size_t nnode = (size_t)sdf->dim[0] * (size_t)sdf->dim[1] * (size_t)sdf->dim[2];
+    size_t nnode = om_grid_count(sdf->grid.dim);
     Feet feet = {0};
     int *adr = NULL, *corner = NULL;
     OM_ALLOC_DONE(feet.point, 3 * nnode);
@@ -303,7 +304,7 @@ OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf) {
         sweep(sdf, &feet, sdf->d, s & 1 ? -1 : 1, s & 2 ? -1 : 1, s & 4 ? -1 : 1);
     }
     RefineTask task = {surface, sdf, &feet, adr, corner};
-    om_parallel_for(0, sdf->dim[2], 1, refine_slices, &task);
+    om_parallel_for(0, sdf->grid.dim[2], 1, refine_slices, &task);
     for (size_t n = 0; n < nnode; n++) sdf->d[n] = sqrtf(sdf->d[n]);
 done:
     om_free(feet.point);
@@ -317,7 +318,7 @@ done:
 
 static OmStatus redistance_once(OmSdf* sdf) {
     OmStatus status = OM_OK;
-    size_t nnode = (size_t)sdf->dim[0] * (size_t)sdf->dim[1] * (size_t)sdf->dim[2];
+    size_t nnode = om_grid_count(sdf->grid.dim);
     OmSurface surface = {0};
     unsigned char* inside = NULL;
     OM_TRY_DONE(om_surface_from_sdf(sdf, 0, &surface));
@@ -347,7 +348,7 @@ static OmStatus level_of_volume(const OmSdf* sdf, double volume, double* level) 
         }
         om_surface_done(&surface);
         double step = area > 0 ? (volume - v) / area : 0;
-        *level += fmax(-sdf->spacing, fmin(sdf->spacing, step));
+        *level += fmax(-sdf->grid.spacing, fmin(sdf->grid.spacing, step));
         if (fabs(volume - v) < 1e-4 * volume) break;
     }
     return OM_OK;
@@ -358,7 +359,7 @@ OmStatus om__sdf_redistance(OmSdf* sdf, double volume) {
     if (volume <= 0) return OM_OK;
     double level;
     OM_TRY(level_of_volume(sdf, volume, &level));
-    size_t nnode = (size_t)sdf->dim[0] * (size_t)sdf->dim[1] * (size_t)sdf->dim[2];
+    size_t nnode = om_grid_count(sdf->grid.dim);
     for (size_t n = 0; n < nnode; n++) sdf->d[n] -= (float)level;
     return OM_OK;
 }
@@ -386,8 +387,10 @@ static double edge_side(const double* x, int a, int b, int u, int w, double pu, 
 // For each crossing of a triangle by a grid line along `axis`, add +-1 to `crossing` at the first node behind it.
 static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, signed char* crossing) {
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
-    const double h = sdf->spacing, o[3] = {sdf->origin.x, sdf->origin.y, sdf->origin.z};
-    const size_t stride[3] = {1, (size_t)sdf->dim[0], (size_t)sdf->dim[0] * (size_t)sdf->dim[1]};
+    const double h = sdf->grid.spacing,
+                 o[3] = {sdf->grid.origin.x, sdf->grid.origin.y, sdf->grid.origin.z};
+    size_t stride[3];
+    om_grid_stride(sdf->grid.dim, stride);
     for (int t = 0; t < s->ntri; t++) {
         const int* v = &s->tri_vert[3 * (size_t)t];
         const double* x[3];
@@ -397,9 +400,9 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
         double hi[2] = {fmax(x[0][u], fmax(x[1][u], x[2][u])),
                         fmax(x[0][w], fmax(x[1][w], x[2][w]))};
         int u0 = (int)fmax(floor((lo[0] - o[u]) / h), 0);
-        int u1 = (int)fmin(ceil((hi[0] - o[u]) / h), sdf->dim[u] - 1);
+        int u1 = (int)fmin(ceil((hi[0] - o[u]) / h), sdf->grid.dim[u] - 1);
         int w0 = (int)fmax(floor((lo[1] - o[w]) / h), 0);
-        int w1 = (int)fmin(ceil((hi[1] - o[w]) / h), sdf->dim[w] - 1);
+        int w1 = (int)fmin(ceil((hi[1] - o[w]) / h), sdf->grid.dim[w] - 1);
         for (int iw = w0; iw <= w1; iw++) {
             for (int iu = u0; iu <= u1; iu++) {
                 double pu = o[u] + h * iu, pw = o[w] + h * iw;
@@ -411,7 +414,7 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
                 double sum = e0 + e1 + e2;  // not zero: all have one sign
                 double at = (e0 * x[0][axis] + e1 * x[1][axis] + e2 * x[2][axis]) / sum;
                 double first = fmax(ceil((at - o[axis]) / h), 0);
-                if (first > sdf->dim[axis] - 1) continue;
+                if (first > sdf->grid.dim[axis] - 1) continue;
                 size_t n =
                     (size_t)first * stride[axis] + (size_t)iu * stride[u] + (size_t)iw * stride[w];
                 crossing[n] = (signed char)(crossing[n] + (is_front ? -1 : 1));
@@ -422,13 +425,14 @@ static void count_crossings(const OmSurface* s, const OmSdf* sdf, int axis, sign
 
 // Sum the crossings along the axis to winding numbers; where they are positive, add a vote.
 static void cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsigned char* vote) {
-    const size_t stride[3] = {1, (size_t)sdf->dim[0], (size_t)sdf->dim[0] * (size_t)sdf->dim[1]};
+    size_t stride[3];
+    om_grid_stride(sdf->grid.dim, stride);
     const int u = (axis + 1) % 3, w = (axis + 2) % 3;
-    for (int iw = 0; iw < sdf->dim[w]; iw++) {
-        for (int iu = 0; iu < sdf->dim[u]; iu++) {
+    for (int iw = 0; iw < sdf->grid.dim[w]; iw++) {
+        for (int iu = 0; iu < sdf->grid.dim[u]; iu++) {
             size_t n = (size_t)iu * stride[u] + (size_t)iw * stride[w];
             int winding = 0;
-            for (int i = 0; i < sdf->dim[axis]; i++, n += stride[axis]) {
+            for (int i = 0; i < sdf->grid.dim[axis]; i++, n += stride[axis]) {
                 winding += crossing[n];
                 if (winding > 0) vote[n]++;
                 crossing[n] = 0;
@@ -467,7 +471,7 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
         w[2] = is_inward ? v[1] : v[2];
     }
 
-    size_t nnode = (size_t)sdf->dim[0] * (size_t)sdf->dim[1] * (size_t)sdf->dim[2], ninside = 0;
+    size_t nnode = om_grid_count(sdf->grid.dim), ninside = 0;
     OM_CALLOC_DONE(crossing, nnode);
     OM_CALLOC_DONE(vote, nnode);
     for (int axis = 0; axis < 3; axis++) {

@@ -20,9 +20,8 @@
 #define MAX_TAP 12  // half-width of the Gaussian at smooth = 3
 
 typedef struct Level {  // values on voxel centres
-    int dim[3];
-    OmMat3 axis, inverse;
-    OmVec3 origin;
+    OmVoxelGrid grid;
+    OmMat3 inverse;   // of grid.axis
     double slope;     // slope of w across a plane, per voxel
     float* fraction;  // m: fraction of the voxel that is inside
     float* w;         // positive inside
@@ -37,35 +36,31 @@ static void level_done(Level* l) {
     om_free(l->scratch);
 }
 
-static size_t level_count(const Level* l) {
-    return (size_t)l->dim[0] * (size_t)l->dim[1] * (size_t)l->dim[2];
-}
-
 // Average the mask over blocks of block[0] x block[1] x block[2] voxels into a padded grid.
 static OmStatus level_init(const OmMask* mask, const int block[3], Level* l) {
     memset(l, 0, sizeof *l);
-    for (int a = 0; a < 3; a++) l->dim[a] = (mask->dim[a] + block[a] - 1) / block[a] + 2 * PAD;
-    size_t n = level_count(l);
+    for (int a = 0; a < 3; a++)
+        l->grid.dim[a] = (mask->grid.dim[a] + block[a] - 1) / block[a] + 2 * PAD;
+    size_t n = om_grid_count(l->grid.dim);
     l->fraction = om_calloc(n, sizeof(float));
     l->w = om_alloc(n, sizeof(float));
     l->err = om_alloc(n, sizeof(float));
     l->scratch = om_alloc(n, sizeof(float));
     if (!l->fraction || !l->w || !l->err || !l->scratch) return OM_NO_MEMORY;
-    const OmMat3* x = &mask->axis;
-    l->axis = om_mat3_cols(om_scale(block[0], x->cx), om_scale(block[1], x->cy),
-                           om_scale(block[2], x->cz));
+    const OmMat3* x = &mask->grid.axis;
+    l->grid.axis = om_mat3_cols(om_scale(block[0], x->cx), om_scale(block[1], x->cy),
+                                om_scale(block[2], x->cz));
     OmVec3 first =
         om_vec3(0.5 * (block[0] - 1) - PAD * block[0], 0.5 * (block[1] - 1) - PAD * block[1],
                 0.5 * (block[2] - 1) - PAD * block[2]);
-    l->origin = om_add(mask->origin, om_mat3_apply(*x, first));
-    OM_TRY(om_mat3_inverse(l->axis, &l->inverse));
+    l->grid.origin = om_voxel_grid_point(&mask->grid, first);
+    OM_TRY(om_mat3_inverse(l->grid.axis, &l->inverse));
     float part = 1.0f / (float)(block[0] * block[1] * block[2]);
     const unsigned char* in = mask->inside;
-    for (int k = 0; k < mask->dim[2]; k++) {
-        for (int j = 0; j < mask->dim[1]; j++) {
-            size_t row = (size_t)l->dim[0] * ((size_t)(j / block[1] + PAD) +
-                                              (size_t)l->dim[1] * (size_t)(k / block[2] + PAD));
-            for (int i = 0; i < mask->dim[0]; i++) {
+    for (int k = 0; k < mask->grid.dim[2]; k++) {
+        for (int j = 0; j < mask->grid.dim[1]; j++) {
+            size_t row = om_grid_index(l->grid.dim, 0, j / block[1] + PAD, k / block[2] + PAD);
+            for (int i = 0; i < mask->grid.dim[0]; i++) {
                 if (*in++) l->fraction[row + (size_t)(i / block[0] + PAD)] += part;
             }
         }
@@ -76,7 +71,8 @@ static OmStatus level_init(const OmMask* mask, const int block[3], Level* l) {
 // One axis of the Gaussian; values beyond the grid are zero, since the grid is padded.
 static void blur_axis(const float* in, float* out, const int dim[3], int axis, const float* tap,
                       int r) {
-    const size_t stride[3] = {1, (size_t)dim[0], (size_t)dim[0] * (size_t)dim[1]};
+    size_t stride[3];
+    om_grid_stride(dim, stride);
     const size_t s = stride[axis];
     size_t n = 0;
     for (int k = 0; k < dim[2]; k++) {
@@ -96,10 +92,10 @@ static void blur_axis(const float* in, float* out, const int dim[3], int axis, c
 
 // G * field, in place.
 static void blur(Level* l, float* field, const float* tap, int r) {
-    blur_axis(field, l->scratch, l->dim, 0, tap, r);
-    blur_axis(l->scratch, field, l->dim, 1, tap, r);
-    blur_axis(field, l->scratch, l->dim, 2, tap, r);
-    memcpy(field, l->scratch, level_count(l) * sizeof(float));
+    blur_axis(field, l->scratch, l->grid.dim, 0, tap, r);
+    blur_axis(l->scratch, field, l->grid.dim, 1, tap, r);
+    blur_axis(field, l->scratch, l->grid.dim, 2, tap, r);
+    memcpy(field, l->scratch, om_grid_count(l->grid.dim) * sizeof(float));
 }
 
 static int gaussian_taps(double sigma, float* tap) {
@@ -116,12 +112,12 @@ static int gaussian_taps(double sigma, float* tap) {
 
 // Fraction of each voxel that w encloses, from its eight octants, each cut by a plane of the usual slope.
 static void compute_error(Level* l) {
-    const ptrdiff_t sy = l->dim[0], sz = sy * l->dim[1];
+    const ptrdiff_t sy = l->grid.dim[0], sz = sy * l->grid.dim[1];
     const float scale = (float)(2.0 / l->slope);
-    memset(l->err, 0, level_count(l) * sizeof(float));
-    for (int k = 1; k < l->dim[2] - 1; k++) {
-        for (int j = 1; j < l->dim[1] - 1; j++) {
-            for (int i = 1; i < l->dim[0] - 1; i++) {
+    memset(l->err, 0, om_grid_count(l->grid.dim) * sizeof(float));
+    for (int k = 1; k < l->grid.dim[2] - 1; k++) {
+        for (int j = 1; j < l->grid.dim[1] - 1; j++) {
+            for (int i = 1; i < l->grid.dim[0] - 1; i++) {
                 ptrdiff_t n = i + sy * j + sz * k;
                 float sum = 0;
                 for (int o = 0; o < 8; o++) {
@@ -142,7 +138,7 @@ static void smooth_level(Level* l, double sigma, int iterations) {
     float tap[MAX_TAP + 1];
     int r = gaussian_taps(sigma, tap);
     l->slope = 1 / (sqrt(2 * OM_PI) * sigma);  // sigma >= 0.5
-    size_t n = level_count(l);
+    size_t n = om_grid_count(l->grid.dim);
     memcpy(l->w, l->fraction, n * sizeof(float));
     blur(l, l->w, tap, r);
     for (size_t i = 0; i < n; i++) l->w[i] -= 0.5f;
@@ -165,16 +161,16 @@ static void cubic_weights(double u, double w[4]) {  // Catmull-Rom
 // -w at a point of space, tricubic: its zero level has no kinks at the faces of the voxels.
 static double level_eval(void* ctx, OmVec3 p) {
     const Level* l = ctx;
-    OmVec3 q = om_mat3_apply(l->inverse, om_sub(p, l->origin));
+    OmVec3 q = om_mat3_apply(l->inverse, om_sub(p, l->grid.origin));
     const double x[3] = {q.x, q.y, q.z};
     double w[3][4];
     int c[3];
     for (int a = 0; a < 3; a++) {
-        if (!(x[a] >= 1 && x[a] < l->dim[a] - 2)) return 0.5;
+        if (!(x[a] >= 1 && x[a] < l->grid.dim[a] - 2)) return 0.5;
         c[a] = (int)x[a];
         cubic_weights(x[a] - c[a], w[a]);
     }
-    const size_t sy = (size_t)l->dim[0], sz = sy * (size_t)l->dim[1];
+    const size_t sy = (size_t)l->grid.dim[0], sz = sy * (size_t)l->grid.dim[1];
     const float* base =
         &l->w[(size_t)(c[0] - 1) + sy * (size_t)(c[1] - 1) + sz * (size_t)(c[2] - 1)];
     double sum = 0;
@@ -194,11 +190,11 @@ static double level_eval(void* ctx, OmVec3 p) {
 static OmStatus level_bounds(const Level* l, OmVec3* lo, OmVec3* hi) {
     bool is_empty = true;
     size_t n = 0;
-    for (int k = 0; k < l->dim[2]; k++) {
-        for (int j = 0; j < l->dim[1]; j++) {
-            for (int i = 0; i < l->dim[0]; i++, n++) {
+    for (int k = 0; k < l->grid.dim[2]; k++) {
+        for (int j = 0; j < l->grid.dim[1]; j++) {
+            for (int i = 0; i < l->grid.dim[0]; i++, n++) {
                 if (l->w[n] <= 0) continue;
-                OmVec3 c = om_add(l->origin, om_mat3_apply(l->axis, om_vec3(i, j, k)));
+                OmVec3 c = om_voxel_grid_point(&l->grid, om_vec3(i, j, k));
                 *lo = is_empty ? c : om_min3(*lo, c);
                 *hi = is_empty ? c : om_max3(*hi, c);
                 is_empty = false;
@@ -207,9 +203,10 @@ static OmStatus level_bounds(const Level* l, OmVec3* lo, OmVec3* hi) {
     }
     OM_CHECK(!is_empty, OM_INVALID,
              "the mask is too thin for a grid of this spacing: use a smaller edge");
-    OmVec3 reach = om_vec3(fabs(l->axis.cx.x) + fabs(l->axis.cy.x) + fabs(l->axis.cz.x),
-                           fabs(l->axis.cx.y) + fabs(l->axis.cy.y) + fabs(l->axis.cz.y),
-                           fabs(l->axis.cx.z) + fabs(l->axis.cy.z) + fabs(l->axis.cz.z));
+    OmVec3 reach =
+        om_vec3(fabs(l->grid.axis.cx.x) + fabs(l->grid.axis.cy.x) + fabs(l->grid.axis.cz.x),
+                fabs(l->grid.axis.cx.y) + fabs(l->grid.axis.cy.y) + fabs(l->grid.axis.cz.y),
+                fabs(l->grid.axis.cx.z) + fabs(l->grid.axis.cy.z) + fabs(l->grid.axis.cz.z));
     *lo = om_sub(*lo, reach);
     *hi = om_add(*hi, reach);
     return OM_OK;
@@ -223,7 +220,8 @@ OmStatus om_sdf_from_mask(const OmMask* mask, const OmSdfDef* def, OmSdf* sdf) {
     OM_TRY(om__sdf_check_def(def));
     double volume = om_mask_volume(mask);
     OM_CHECK(volume > 0 && isfinite(volume), OM_INVALID, "the mask is empty");
-    const double h[3] = {om_norm(mask->axis.cx), om_norm(mask->axis.cy), om_norm(mask->axis.cz)};
+    const double h[3] = {om_norm(mask->grid.axis.cx), om_norm(mask->grid.axis.cy),
+                         om_norm(mask->grid.axis.cz)};
     int block[3];
     for (int a = 0; a < 3; a++) {
         double fit = def->spacing / h[a] + 1e-6;

@@ -101,7 +101,7 @@ uint64_t om__study_hash_body(const OmStudyBody* body) {
                           body->up.z, body->half.x, body->half.y, body->half.z};
     hash = hash_numbers(hash, box, 12);
     if (body->is_file) {
-        size_t n = (size_t)body->sdf.dim[0] * (size_t)body->sdf.dim[1] * (size_t)body->sdf.dim[2];
+        size_t n = om_grid_count(body->sdf.grid.dim);
         hash = om_hash(body->sdf.d, n * sizeof *body->sdf.d, hash);
         hash = hash_numbers(hash, body->attached, 3 * body->nattached);
     }

@@ -83,7 +83,7 @@ done:
 
 // Distance from p along the unit vector d to the point where the ray last leaves the body.
 static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
-    double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = end;
+    double step = 0.5 * body->sdf.grid.spacing, end = om_distance(body->lo, body->hi), t = end;
     while (t > 0 && om_study_body_eval(body, om_madd(p, t, d)) > 0) t -= step;
     double in = t, out = t + step;
     for (int k = 0; k < 30; ++k) {
@@ -95,7 +95,7 @@ static double last_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
 
 // Distance from p, inside, along the unit vector d to the point where the ray first leaves the body.
 static double first_exit(const OmStudyBody* body, OmVec3 p, OmVec3 d) {
-    double step = 0.5 * body->sdf.spacing, end = om_distance(body->lo, body->hi), t = step;
+    double step = 0.5 * body->sdf.grid.spacing, end = om_distance(body->lo, body->hi), t = step;
     while (t < end && om_study_body_eval(body, om_madd(p, t, d)) < 0) t += step;
     return t;
 }
@@ -109,7 +109,8 @@ static void aim(const OmStudyBody* body, OmStudyLesion* l) {
     l->normal = om_dot(slope, body->up) > 0.5 * om_norm(slope) ? om_normalize(slope) : body->up;
     l->along = om__study_across(l->normal, om_vec3(1, 0, 0));
     OmVec3 wide = om_cross(l->normal, l->along), down = om_scale(-1, l->normal);
-    double height = -HUGE_VAL, reach = om_distance(body->lo, body->hi), edge = body->sdf.spacing;
+    double height = -HUGE_VAL, reach = om_distance(body->lo, body->hi),
+           edge = body->sdf.grid.spacing;
     double bottom = -first_exit(body, l->center, down);
     for (int i = 0; i < FACE_SAMPLES; ++i) {
         for (int j = -2; j <= 2; ++j) {

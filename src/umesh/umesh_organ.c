@@ -133,7 +133,7 @@ static bool is_held(const Shape* s, OmVec3 p, double low, double more) {
 static bool is_filled(const OmSdf* sdf, OmVec3 corner, double side, double min_fill) {
     OmVec3 half = om_vec3(0.5, 0.5, 0.5);
     double middle = om_sdf_eval(sdf, om_madd(corner, side, half), NULL);
-    if (fabs(middle) > side * 0.5 * sqrt(3.0) + sdf->spacing) return middle < 0;
+    if (fabs(middle) > side * 0.5 * sqrt(3.0) + sdf->grid.spacing) return middle < 0;
     int num = 0;
     for (int n = 0; n < NSAMPLE * NSAMPLE * NSAMPLE; ++n) {
         OmVec3 at = om_vec3(n % NSAMPLE, n / NSAMPLE % NSAMPLE, n / (NSAMPLE * NSAMPLE));

@@ -18,13 +18,13 @@
 
 static int label_at(const OmVolume* v, OmVec3 p) {
     int k[3];
-    const double place[3] = {p.x, p.y, p.z}, origin[3] = {v->origin.x, v->origin.y, v->origin.z};
+    const double place[3] = {p.x, p.y, p.z},
+                 origin[3] = {v->grid.origin.x, v->grid.origin.y, v->grid.origin.z};
     for (int c = 0; c < 3; ++c) {
-        k[c] = (int)floor((place[c] - origin[c]) / v->axis.cx.x + 0.5);
-        if (k[c] < 0 || k[c] >= v->dim[c]) return 0;
+        k[c] = (int)floor((place[c] - origin[c]) / v->grid.axis.cx.x + 0.5);
+        if (k[c] < 0 || k[c] >= v->grid.dim[c]) return 0;
     }
-    return (int)om_volume_value(
-        v, (size_t)k[0] + (size_t)v->dim[0] * ((size_t)k[1] + (size_t)v->dim[1] * (size_t)k[2]));
+    return (int)om_volume_value(v, om_grid_index(v->grid.dim, k[0], k[1], k[2]));
 }
 
 static bool is_tissue(int label) { return label != 0 && label != LABEL_PADDLE; }
@@ -33,33 +33,31 @@ static bool is_tissue(int label) { return label != 0 && label != LABEL_PADDLE; }
 static OmVec3 centroid_of(const OmVolume* v, int label) {
     OmVec3 sum = {0, 0, 0};
     size_t num = 0, at = 0;
-    for (int k = 0; k < v->dim[2]; ++k)
-        for (int j = 0; j < v->dim[1]; ++j)
-            for (int i = 0; i < v->dim[0]; ++i, ++at) {
+    for (int k = 0; k < v->grid.dim[2]; ++k)
+        for (int j = 0; j < v->grid.dim[1]; ++j)
+            for (int i = 0; i < v->grid.dim[0]; ++i, ++at) {
                 if ((int)om_volume_value(v, at) != label) continue;
                 sum = om_add(sum, om_vec3(i, j, k));
                 ++num;
             }
     assert_true(num > 0);
-    return om_madd(v->origin, v->axis.cx.x / (double)num, sum);
+    return om_madd(v->grid.origin, v->grid.axis.cx.x / (double)num, sum);
 }
 
 static double volume_of(const OmVolume* v) {
-    size_t num = 0, all = (size_t)v->dim[0] * (size_t)v->dim[1] * (size_t)v->dim[2];
+    size_t num = 0, all = om_volume_count(v);
     for (size_t k = 0; k < all; ++k) num += is_tissue((int)om_volume_value(v, k));
-    return (double)num * pow(v->axis.cx.x, 3);
+    return (double)num * pow(v->grid.axis.cx.x, 3);
 }
 
 // A paddle is a plate of 1 mm: what lies behind it becomes paddle too, so that there is one way out.
 static void thicken(OmMask* mask, int side) {
-    for (int j = 0; j < mask->dim[1]; ++j)
-        for (int i = 0; i < mask->dim[0]; ++i) {
+    for (int j = 0; j < mask->grid.dim[1]; ++j)
+        for (int i = 0; i < mask->grid.dim[0]; ++i) {
             bool is_behind = false;
-            for (int n = 0; n < mask->dim[2]; ++n) {
-                int k = side > 0 ? n : mask->dim[2] - 1 - n;
-                unsigned char* at =
-                    &mask->inside[(size_t)i + (size_t)mask->dim[0] *
-                                                  ((size_t)j + (size_t)mask->dim[1] * (size_t)k)];
+            for (int n = 0; n < mask->grid.dim[2]; ++n) {
+                int k = side > 0 ? n : mask->grid.dim[2] - 1 - n;
+                unsigned char* at = &mask->inside[om_grid_index(mask->grid.dim, i, j, k)];
                 is_behind |= *at != 0;
                 *at = is_behind;
             }
@@ -69,15 +67,17 @@ static void thicken(OmMask* mask, int side) {
 // Distance field of the tissue (side 0), or of the paddle above (1) or below (-1).
 static void make_sdf(const OmVolume* v, int side, OmSdf* sdf) {
     OmMask mask;
-    double step = COARSE * v->axis.cx.x;
-    assert_ok(om_mask_init(&mask, v->dim[0] / COARSE, v->dim[1] / COARSE, v->dim[2] / COARSE));
-    mask.axis = om_mat3_diag(om_vec3(step, step, step));
-    mask.origin = om_madd(v->origin, 0.5 * (COARSE - 1) * v->axis.cx.x, om_vec3(1, 1, 1));
+    double step = COARSE * v->grid.axis.cx.x;
+    assert_ok(om_mask_init(&mask, v->grid.dim[0] / COARSE, v->grid.dim[1] / COARSE,
+                           v->grid.dim[2] / COARSE));
+    mask.grid.axis = om_mat3_diag(om_vec3(step, step, step));
+    mask.grid.origin =
+        om_madd(v->grid.origin, 0.5 * (COARSE - 1) * v->grid.axis.cx.x, om_vec3(1, 1, 1));
     size_t at = 0;
-    for (int k = 0; k < mask.dim[2]; ++k)
-        for (int j = 0; j < mask.dim[1]; ++j)
-            for (int i = 0; i < mask.dim[0]; ++i, ++at) {
-                OmVec3 p = om_madd(mask.origin, step, om_vec3(i, j, k));
+    for (int k = 0; k < mask.grid.dim[2]; ++k)
+        for (int j = 0; j < mask.grid.dim[1]; ++j)
+            for (int i = 0; i < mask.grid.dim[0]; ++i, ++at) {
+                OmVec3 p = om_madd(mask.grid.origin, step, om_vec3(i, j, k));
                 int label = label_at(v, p);
                 mask.inside[at] =
                     side == 0 ? is_tissue(label) : label == LABEL_PADDLE && p.z * side > 0;

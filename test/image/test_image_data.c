@@ -12,9 +12,9 @@ static Region region_of(const OmVolume* v, double lo, double hi) {
     Region r = {0, {0, 0, 0}};
     double si = 0, sj = 0, sk = 0;
     size_t n = 0;
-    for (int k = 0; k < v->dim[2]; k++) {
-        for (int j = 0; j < v->dim[1]; j++) {
-            for (int i = 0; i < v->dim[0]; i++, n++) {
+    for (int k = 0; k < v->grid.dim[2]; k++) {
+        for (int j = 0; j < v->grid.dim[1]; j++) {
+            for (int i = 0; i < v->grid.dim[0]; i++, n++) {
                 double value = om_volume_value(v, n);
                 if (!(value >= lo && value <= hi)) continue;
                 r.count++;
@@ -26,7 +26,7 @@ static Region region_of(const OmVolume* v, double lo, double hi) {
     }
     if (r.count == 0) return r;
     OmVec3 mean = om_vec3(si / r.count, sj / r.count, sk / r.count);
-    r.centroid = om_scale(1000, om_add(v->origin, om_mat3_apply(v->axis, mean)));
+    r.centroid = om_scale(1000, om_voxel_grid_point(&v->grid, mean));
     return r;
 }
 
@@ -71,8 +71,8 @@ static void test_ct_organs_lie_where_they_should(void** unused) {
     static const int label[] = {1, 2, 3, 4, 5};
     OmVolume all;
     load("ct_abdomen/labels.nii.gz", &all);
-    assert_int_equal(all.dim[0], 122);
-    assert_int_equal(all.dim[2], 30);
+    assert_int_equal(all.grid.dim[0], 122);
+    assert_int_equal(all.grid.dim[2], 30);
     for (int o = 0; o < 5; o++) {
         char name[64];
         OmVolume mask;
@@ -92,10 +92,10 @@ static void test_mr_axes_are_negative(void** unused) {
     (void)unused;
     OmVolume v;
     load("mr_abdomen/labels.nii.gz", &v);
-    assert_int_equal(v.dim[0], 117);
-    assert_below(v.axis.cx.x, 0);
-    assert_below(v.axis.cy.y, 0);
-    assert_near(om_norm(v.axis.cz), 3e-3, 1e-6);
+    assert_int_equal(v.grid.dim[0], 117);
+    assert_below(v.grid.axis.cx.x, 0);
+    assert_below(v.grid.axis.cy.y, 0);
+    assert_near(om_norm(v.grid.axis.cz), 3e-3, 1e-6);
     assert_int_equal(region_of(&v, 5, 5).count, 18480);  // liver
     om_volume_done(&v);
 }
@@ -109,7 +109,7 @@ static void test_breast_nrrd(void** unused) {
         OmVolume v;
         double start = om_clock_now();
         load(name[f], &v);
-        printf("%s: %d x %d x %d in %.2f s\n", name[f], v.dim[0], v.dim[1], v.dim[2],
+        printf("%s: %d x %d x %d in %.2f s\n", name[f], v.grid.dim[0], v.grid.dim[1], v.grid.dim[2],
                om_clock_now() - start);
         Region tissue = region_of(&v, 1, 255), paddle = region_of(&v, 50, 50);
         assert_near((tissue.count - paddle.count) * 0.008, volume_mm3[f], 1);
@@ -151,14 +151,15 @@ static void test_corner_cases(void** unused) {
         assert_ok(om_volume_load_entry(test_data(name), 0, &v));
         size_t count = 1;
         for (int a = 0; a < 3; a++) {
-            assert_int_equal(v.dim[a], file[f].dim[a]);
-            count *= (size_t)v.dim[a];
+            assert_int_equal(v.grid.dim[a], file[f].dim[a]);
+            count *= (size_t)v.grid.dim[a];
         }
         double sum = 0;
         for (size_t i = 0; i < count; i++) sum += om_volume_value(&v, (size_t)i);
         assert_near_rel(sum, file[f].sum, 1e-6);  // voxels are rounded to float
-        OmVec3 mid = om_vec3(0.5 * (v.dim[0] - 1), 0.5 * (v.dim[1] - 1), 0.5 * (v.dim[2] - 1));
-        OmVec3 centre = om_scale(1000, om_add(v.origin, om_mat3_apply(v.axis, mid)));
+        OmVec3 mid = om_vec3(0.5 * (v.grid.dim[0] - 1), 0.5 * (v.grid.dim[1] - 1),
+                             0.5 * (v.grid.dim[2] - 1));
+        OmVec3 centre = om_scale(1000, om_voxel_grid_point(&v.grid, mid));
         const double* c = file[f].mean_voxel;
         assert_near(om_distance(centre, om_vec3(c[0], c[1], c[2])), 0, 1e-3);  // float headers
         om_volume_done(&v);

@@ -90,9 +90,9 @@ static void test_all_types_in_both_orders(void** unused) {
             default: PUT_VOXELS(uint64_t) break;
             }
             assert_ok(load(&f, &v));
-            assert_int_equal(v.dim[0], NX);
-            assert_int_equal(v.dim[1], NY);
-            assert_int_equal(v.dim[2], NZ);
+            assert_int_equal(v.grid.dim[0], NX);
+            assert_int_equal(v.grid.dim[1], NY);
+            assert_int_equal(v.grid.dim[2], NZ);
             for (int i = 0; i < COUNT; i++) assert_near(om_volume_value(&v, (size_t)i), 3 * i, 0);
             om_volume_done(&v);
         }
@@ -129,11 +129,11 @@ static void test_qform_is_sform(void** unused) {
         assert_ok(load(&b, &vb));
         // single precision in the header; w is found from the rest by a root
         double tol = 1e-3 * (k == 0 ? 2e-3 : 2e-5);
-        assert_near(om_distance(va.axis.cx, vb.axis.cx), 0, tol);
-        assert_near(om_distance(va.axis.cy, vb.axis.cy), 0, tol);
-        assert_near(om_distance(va.axis.cz, vb.axis.cz), 0, tol);
-        assert_near(om_distance(va.origin, vb.origin), 0, 1e-9);
-        assert_near(om_distance(vb.origin, om_scale(1e-3, origin)), 0, 1e-9);
+        assert_near(om_distance(va.grid.axis.cx, vb.grid.axis.cx), 0, tol);
+        assert_near(om_distance(va.grid.axis.cy, vb.grid.axis.cy), 0, tol);
+        assert_near(om_distance(va.grid.axis.cz, vb.grid.axis.cz), 0, tol);
+        assert_near(om_distance(va.grid.origin, vb.grid.origin), 0, 1e-9);
+        assert_near(om_distance(vb.grid.origin, om_scale(1e-3, origin)), 0, 1e-9);
         om_volume_done(&va);
         om_volume_done(&vb);
     }
@@ -151,9 +151,9 @@ static void test_sform_goes_before_qform(void** unused) {
     put_sform(&f, om_mat3_diag(om_vec3(-2, 3, 4)), om_vec3(5, 6, 7));
     put_bytes(&f);
     assert_ok(load(&f, &v));
-    assert_near(om_distance(v.axis.cx, om_vec3(-0.002, 0, 0)), 0, 1e-12);
-    assert_near(om_distance(v.axis.cz, om_vec3(0, 0, 0.004)), 0, 1e-12);
-    assert_near(om_distance(v.origin, om_vec3(0.005, 0.006, 0.007)), 0, 1e-12);
+    assert_near(om_distance(v.grid.axis.cx, om_vec3(-0.002, 0, 0)), 0, 1e-12);
+    assert_near(om_distance(v.grid.axis.cz, om_vec3(0, 0, 0.004)), 0, 1e-12);
+    assert_near(om_distance(v.grid.origin, om_vec3(0.005, 0.006, 0.007)), 0, 1e-12);
     om_volume_done(&v);
 }
 
@@ -212,18 +212,18 @@ static void test_version_2(void** unused) {
         }
         OmVolume v;
         assert_ok(load_bytes("t.nii", h, sizeof h, &v));
-        assert_int_equal(v.dim[1], NY);
+        assert_int_equal(v.grid.dim[1], NY);
         for (int i = 0; i < COUNT; i++)
             assert_near(om_volume_value(&v, (size_t)i), 2 * (i - 7) - 3, 0);
         if (has_sform) {  // columns of the rows
-            assert_near(om_distance(v.axis.cx, om_vec3(0, 0.00075, 0)), 0, 1e-15);
-            assert_near(om_distance(v.axis.cy, om_vec3(-0.0005, 0, 0)), 0, 1e-15);
-            assert_near(om_distance(v.origin, om_vec3(0.021, -0.022, 0.023)), 0, 1e-15);
+            assert_near(om_distance(v.grid.axis.cx, om_vec3(0, 0.00075, 0)), 0, 1e-15);
+            assert_near(om_distance(v.grid.axis.cy, om_vec3(-0.0005, 0, 0)), 0, 1e-15);
+            assert_near(om_distance(v.grid.origin, om_vec3(0.021, -0.022, 0.023)), 0, 1e-15);
         } else {  // a quarter turn about z: x to y, y to -x; the third axis is mirrored
-            assert_near(om_distance(v.axis.cx, om_vec3(0, 0.0005, 0)), 0, 1e-12);
-            assert_near(om_distance(v.axis.cy, om_vec3(-0.00075, 0, 0)), 0, 1e-12);
-            assert_near(om_distance(v.axis.cz, om_vec3(0, 0, -0.002)), 0, 1e-12);
-            assert_near(om_distance(v.origin, om_vec3(0.011, -0.012, 0.013)), 0, 1e-12);
+            assert_near(om_distance(v.grid.axis.cx, om_vec3(0, 0.0005, 0)), 0, 1e-12);
+            assert_near(om_distance(v.grid.axis.cy, om_vec3(-0.00075, 0, 0)), 0, 1e-12);
+            assert_near(om_distance(v.grid.axis.cz, om_vec3(0, 0, -0.002)), 0, 1e-12);
+            assert_near(om_distance(v.grid.origin, om_vec3(0.011, -0.012, 0.013)), 0, 1e-12);
         }
         om_volume_done(&v);
     }
@@ -250,8 +250,8 @@ static void test_turned_header_gives_the_same_organ(void** unused) {
         int mirrored = n / NX * NX + NX - 1 - n % NX;
         OmVec3 i = om_vec3(n % NX, n / NX % NY, n / NX / NY);
         OmVec3 j = om_vec3(NX - 1 - n % NX, i.y, i.z);
-        OmVec3 p = om_add(va.origin, om_mat3_apply(va.axis, i));
-        OmVec3 q = om_add(vb.origin, om_mat3_apply(vb.axis, j));
+        OmVec3 p = om_voxel_grid_point(&va.grid, i);
+        OmVec3 q = om_voxel_grid_point(&vb.grid, j);
         assert_near(om_distance(p, q), 0, 1e-8);  // floats of the header, m
         assert_near(om_volume_value(&va, (size_t)n), om_volume_value(&vb, (size_t)(mirrored)), 0);
     }
@@ -273,8 +273,8 @@ static void test_units_and_scaling(void** unused) {
         put_float(&f, 116, -5);
         put_bytes(&f);
         assert_ok(load(&f, &v));
-        assert_near_rel(v.axis.cx.x, metre[k], 1e-12);
-        assert_near_rel(v.origin.z, 3 * metre[k], 1e-12);
+        assert_near_rel(v.grid.axis.cx.x, metre[k], 1e-12);
+        assert_near_rel(v.grid.origin.z, 3 * metre[k], 1e-12);
         assert_near(om_volume_value(&v, (size_t)0), first[k % 3], 0);
         assert_near(om_volume_value(&v, (size_t)1), second[k % 3], 0);
         om_volume_done(&v);
@@ -299,7 +299,7 @@ static void test_one_of_a_series_is_read(void** unused) {
     write_bytes(path, f.bytes, f.size);
     for (int e = 0; e < NENTRY; e++) {
         assert_ok(om_volume_load_entry(path, e, &v));
-        assert_int_equal(v.dim[2], NZ);
+        assert_int_equal(v.grid.dim[2], NZ);
         for (int i = 0; i < COUNT; i++) assert_near(om_volume_value(&v, (size_t)i), i + 30 * e, 0);
         om_volume_done(&v);
     }

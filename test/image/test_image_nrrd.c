@@ -30,8 +30,8 @@ static void test_spaces_become_ras(void** unused) {
         assert_ok(load(header, COUNT, &v));
         OmVec3 origin = om_vec3(-0.010 * space[i].x, 0.020 * space[i].y, 0.030);
         OmVec3 cx = om_vec3(0.7e-3 * space[i].x, 0.1e-3 * space[i].y, 0);
-        assert_near(om_distance(v.origin, origin), 0, 1e-15);
-        assert_near(om_distance(v.axis.cx, cx), 0, 1e-18);
+        assert_near(om_distance(v.grid.origin, origin), 0, 1e-15);
+        assert_near(om_distance(v.grid.axis.cx, cx), 0, 1e-18);
         for (int k = 0; k < COUNT; k++) assert_near(om_volume_value(&v, (size_t)k), k, 0);
         om_volume_done(&v);
     }
@@ -186,13 +186,13 @@ static void test_spacings_and_units(void** unused) {
     OmVolume v;
     assert_ok(load("type: uchar\nencoding: raw\ndimension: 3\nsizes: 3 4 2\nspacings: 1 2 nan\n",
                    COUNT, &v));
-    assert_near(om_distance(v.axis.cy, om_vec3(0, 2e-3, 0)), 0, 1e-18);
-    assert_near(om_distance(v.axis.cz, om_vec3(0, 0, 1e-3)), 0, 1e-18);
+    assert_near(om_distance(v.grid.axis.cy, om_vec3(0, 2e-3, 0)), 0, 1e-18);
+    assert_near(om_distance(v.grid.axis.cz, om_vec3(0, 0, 1e-3)), 0, 1e-18);
     om_volume_done(&v);
     assert_ok(
         load("type: uchar\nencoding: raw\nspace: RAS\nspace units: \"cm\" \"cm\" \"cm\"\n" GRID,
              COUNT, &v));
-    assert_near(v.origin.z, 0.3, 1e-15);
+    assert_near(v.grid.origin.z, 0.3, 1e-15);
     om_volume_done(&v);
 }
 

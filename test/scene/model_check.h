@@ -62,14 +62,14 @@ static inline double model_count(const OmModelDef* def) {
     OmVolume v;
     if (!strstr(def->input, ".nii") && !strstr(def->input, ".nhdr")) return 0;
     assert_ok(om_volume_load(def->input, &v));
-    size_t n = (size_t)v.dim[0] * (size_t)v.dim[1] * (size_t)v.dim[2], count = 0;
+    size_t n = om_volume_count(&v), count = 0;
     for (size_t i = 0; i < n; i++) {
         double value = om_volume_value(&v, i);
         bool is_in = def->nlabel == 0 && value > 0;
         for (int k = 0; k < def->nlabel; k++) is_in |= value == def->label[k];
         count += is_in;
     }
-    double voxel = fabs(om_dot(om_cross(v.axis.cx, v.axis.cy), v.axis.cz));
+    double voxel = fabs(om_dot(om_cross(v.grid.axis.cx, v.grid.axis.cy), v.grid.axis.cz));
     om_volume_done(&v);
     return (double)count * voxel;
 }

@@ -53,12 +53,12 @@ static void random_volume(uint64_t index, OmVolume* v, double* voxel) {
     int n[3] = {(int)(span / fabs(step.x)), (int)(span / step.y), (int)(span / step.z)};
     if (om_rng_below(&rng, 4) == 0) n[2] = n[2] * 3 / 5;  // cut by the volume's border
     assert_ok(om_volume_init(v, n[0], n[1], n[2]));
-    v->axis = om_mat3_mul(turn, om_mat3_diag(step));
-    v->origin = om_mat3_apply(v->axis, om_vec3(-0.5 * n[0], -0.5 * n[1], -0.5 * n[2]));
+    v->grid.axis = om_mat3_mul(turn, om_mat3_diag(step));
+    v->grid.origin = om_mat3_apply(v->grid.axis, om_vec3(-0.5 * n[0], -0.5 * n[1], -0.5 * n[2]));
     for (int k = 0, m = 0; k < n[2]; k++) {
         for (int j = 0; j < n[1]; j++) {
             for (int i = 0; i < n[0]; i++, m++) {
-                OmVec3 p = om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
+                OmVec3 p = om_voxel_grid_point(&v->grid, om_vec3(i, j, k));
                 ((float*)v->voxel)[m] = blob_holds(&blob, p) ? 1.0f : 0.0f;
             }
         }

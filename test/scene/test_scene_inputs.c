@@ -71,13 +71,13 @@ static bool bean_holds(OmVec3 p) {
 
 static void bean_volume(OmMat3 axis, int nx, int ny, int nz, OmVolume* v) {
     assert_ok(om_volume_init(v, nx, ny, nz));
-    v->axis = axis;
+    v->grid.axis = axis;
     OmVec3 half = om_vec3(-0.5 * (nx - 1), -0.5 * (ny - 1), -0.5 * (nz - 1));
-    v->origin = om_mat3_apply(axis, half);
+    v->grid.origin = om_mat3_apply(axis, half);
     for (int k = 0, n = 0; k < nz; k++) {
         for (int j = 0; j < ny; j++) {
             for (int i = 0; i < nx; i++, n++) {
-                OmVec3 p = om_add(v->origin, om_mat3_apply(axis, om_vec3(i, j, k)));
+                OmVec3 p = om_add(v->grid.origin, om_mat3_apply(axis, om_vec3(i, j, k)));
                 ((float*)v->voxel)[n] = bean_holds(p) ? 1.0f : 0.0f;
             }
         }

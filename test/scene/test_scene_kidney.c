@@ -158,10 +158,12 @@ static void test_organs_are_where_the_header_says(void** unused) {
 
 // The same voxels counted from the other ends and in another order, with the header that says so.
 static void restore_volume(const OmVolume* v, OmVolume* out) {
-    const int* n = v->dim;
+    const int* n = v->grid.dim;
     assert_ok(om_volume_init(out, n[2], n[0], n[1]));  // k, then i backwards, then j backwards
-    out->axis = om_mat3_cols(v->axis.cz, om_scale(-1, v->axis.cx), om_scale(-1, v->axis.cy));
-    out->origin = om_madd(om_madd(v->origin, n[0] - 1, v->axis.cx), n[1] - 1, v->axis.cy);
+    out->grid.axis =
+        om_mat3_cols(v->grid.axis.cz, om_scale(-1, v->grid.axis.cx), om_scale(-1, v->grid.axis.cy));
+    out->grid.origin =
+        om_madd(om_madd(v->grid.origin, n[0] - 1, v->grid.axis.cx), n[1] - 1, v->grid.axis.cy);
     for (int k = 0; k < n[2]; k++) {
         for (int j = 0; j < n[1]; j++) {
             for (int i = 0; i < n[0]; i++) {
@@ -210,8 +212,8 @@ static void compare_storage(int label, double mean_max, double most_max) {
     for (int is_turned = 0; is_turned < 2; is_turned++) {
         double mean, max;
         if (is_turned) {
-            v.axis = om_mat3_mul(turn, v.axis);
-            v.origin = om_mat3_apply(turn, v.origin);
+            v.grid.axis = om_mat3_mul(turn, v.grid.axis);
+            v.grid.origin = om_mat3_apply(turn, v.grid.origin);
         }
         assert_ok(om_model_build_volume(&def, is_turned ? &v : &other, NULL, &q, NULL));
         OmMat3 move = is_turned ? turn : om_mat3_identity();

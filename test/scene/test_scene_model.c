@@ -9,12 +9,12 @@
 static void ellipsoid_volume(OmVolume* v) {
     enum { N = 40 };
     assert_ok(om_volume_init(v, N, N, N));
-    v->axis = om_mat3_scale(0.0025, om_mat3_identity());
-    v->origin = om_vec3(-0.06, -0.05, -0.05);
+    v->grid.axis = om_mat3_scale(0.0025, om_mat3_identity());
+    v->grid.origin = om_vec3(-0.06, -0.05, -0.05);
     for (int k = 0, n = 0; k < N; k++) {
         for (int j = 0; j < N; j++) {
             for (int i = 0; i < N; i++, n++) {
-                OmVec3 p = om_add(v->origin, om_mat3_apply(v->axis, om_vec3(i, j, k)));
+                OmVec3 p = om_voxel_grid_point(&v->grid, om_vec3(i, j, k));
                 OmVec3 q = om_vec3((p.x + 0.02) / 0.025, p.y / 0.02, p.z / 0.04);
                 ((float*)v->voxel)[n] = om_norm(q) < 1 ? 7.0f : 0.0f;
             }
@@ -124,7 +124,7 @@ static void test_labels_become_materials(void** unused) {
     OmVolume v;
     OmPatient p;
     assert_ok(om_volume_init(&v, N, N, N));
-    v.axis = om_mat3_scale(0.003, om_mat3_identity());
+    v.grid.axis = om_mat3_scale(0.003, om_mat3_identity());
     for (int n = 0; n < N * N * N; n++) {
         int i = n % N, j = n / N % N, k = n / N / N;
         bool is_in = i > 2 && i < 13 && j > 2 && j < 13 && k > 2 && k < 13;
@@ -197,7 +197,7 @@ static void test_failing_allocations_leak_nothing(void** unused) {
     enum { N = 10 };
     OmVolume v;
     assert_ok(om_volume_init(&v, N, N, N));
-    v.axis = om_mat3_scale(0.008, om_mat3_identity());
+    v.grid.axis = om_mat3_scale(0.008, om_mat3_identity());
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 p = om_vec3(n % N - 4.5, n / N % N - 4.5, n / N / N - 4.5);
         ((float*)v.voxel)[n] = om_norm(p) < 3.5;

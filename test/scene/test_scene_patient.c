@@ -36,8 +36,8 @@ static void ball_patient(double edge, OmPatient* p, OmModelReport* r) {
     enum { N = 28 };
     OmVolume v;
     assert_ok(om_volume_init(&v, N, N, N));
-    v.axis = om_mat3_scale(0.0025, om_mat3_identity());
-    v.origin = om_vec3(-0.07, -0.035, -0.035);
+    v.grid.axis = om_mat3_scale(0.0025, om_mat3_identity());
+    v.grid.origin = om_vec3(-0.07, -0.035, -0.035);
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 c = om_vec3(n % N - 13.5, n / N % N - 13.5, n / N / N - 13.5);
         ((float*)v.voxel)[n] = om_norm(c) < 10 ? 2 : 0;

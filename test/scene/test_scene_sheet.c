@@ -15,8 +15,8 @@ static void make_cap(double height, OmPatient* p) {
     OmModelReport report;
     OmVolume v;
     assert_ok(om_volume_init(&v, N, N, N));
-    v.axis = om_mat3_scale(VOXEL, om_mat3_identity());
-    v.origin = om_scale(-VOXEL * (N - 1) / 2, om_vec3(1, 1, 1));
+    v.grid.axis = om_mat3_scale(VOXEL, om_mat3_identity());
+    v.grid.origin = om_scale(-VOXEL * (N - 1) / 2, om_vec3(1, 1, 1));
     for (int n = 0; n < N * N * N; n++) {
         OmVec3 c =
             om_sub(om_vec3(n % N, n / N % N, n / N / N), om_scale((N - 1) / 2.0, om_vec3(1, 1, 1)));

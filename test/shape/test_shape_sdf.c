@@ -61,7 +61,7 @@ static void test_contour_of_noise_is_manifold(void** unused) {
     (void)unused;
     for (int sample = 0; sample < 20; sample++) {
         float value[N * N * N];
-        OmSdf sdf = {{N, N, N}, 1.0, {0, 0, 0}, value};
+        OmSdf sdf = {{{N, N, N}, 1.0, {0, 0, 0}}, value};
         OmRng rng = om_rng_init(11, (uint64_t)sample);
         double share = 0.1 + 0.04 * sample;
         for (int n = 0; n < N * N * N; n++) {
@@ -142,12 +142,13 @@ static void test_box_surface(void** unused) {
 // An ellipsoid sampled by voxels of a given header.
 static void make_mask(OmMask* m, int nx, int ny, int nz, OmMat3 axis, OmVec3 semi) {
     assert_ok(om_mask_init(m, nx, ny, nz));
-    m->axis = axis;
-    m->origin = om_mat3_apply(axis, om_vec3(-0.5 * (nx - 1), -0.5 * (ny - 1), -0.5 * (nz - 1)));
+    m->grid.axis = axis;
+    m->grid.origin =
+        om_mat3_apply(axis, om_vec3(-0.5 * (nx - 1), -0.5 * (ny - 1), -0.5 * (nz - 1)));
     for (int k = 0, n = 0; k < nz; k++) {
         for (int j = 0; j < ny; j++) {
             for (int i = 0; i < nx; i++, n++) {
-                OmVec3 p = om_add(m->origin, om_mat3_apply(axis, om_vec3(i, j, k)));
+                OmVec3 p = om_add(m->grid.origin, om_mat3_apply(axis, om_vec3(i, j, k)));
                 p = om_vec3(p.x / semi.x, p.y / semi.y, p.z / semi.z);
                 m->inside[n] = om_norm(p) < 1;
             }
@@ -189,7 +190,7 @@ static void test_thin_parts_stay(void** unused) {
     OmSurface s;
     int euler;
     assert_ok(om_mask_init(&m, 30, 30, 30));
-    m.axis = om_mat3_scale(0.003, om_mat3_identity());
+    m.grid.axis = om_mat3_scale(0.003, om_mat3_identity());
     for (int i = 2; i < 28; i++) {
         m.inside[i + 30 * (6 + 30 * 6)] = 1;
         for (int j = 2; j < 28; j++) m.inside[i + 30 * (j + 30 * 20)] = 1;
@@ -253,7 +254,7 @@ static void test_parts_holes_crop_close(void** unused) {
     OmMask m;
     int nkept, nfound;
     assert_ok(om_mask_init(&m, 10, 10, 10));
-    m.axis = om_mat3_scale(0.001, om_mat3_identity());
+    m.grid.axis = om_mat3_scale(0.001, om_mat3_identity());
     for (int k = 0; k < 5; k++) {
         for (int j = 0; j < 5; j++) {
             for (int i = 0; i < 5; i++)
@@ -294,8 +295,8 @@ static void test_parts_holes_crop_close(void** unused) {
     assert_ok(om_mask_fill_holes(&m));
     assert_int_equal(om_mask_count(&m), 125);
     assert_ok(om_mask_crop(&m, 2));
-    assert_int_equal(m.dim[0], 9);
-    assert_near(om_norm(om_sub(m.origin, om_vec3(-0.002, -0.002, -0.002))), 0, 1e-15);
+    assert_int_equal(m.grid.dim[0], 9);
+    assert_near(om_norm(om_sub(m.grid.origin, om_vec3(-0.002, -0.002, -0.002))), 0, 1e-15);
     // a cut one voxel wide closes but for its rim, which a ball of one voxel can reach from outside
     for (int j = 2; j < 7; j++) {
         for (int i = 2; i < 7; i++) m.inside[i + 9 * (j + 9 * 4)] = 0;
@@ -316,9 +317,9 @@ static OmStatus build_everything(const OmMask* mask) {
     OmSdf sdf = {0}, again = {0};
     OmSurface s = {0};
     OmSdfDef def = om_sdf_default_def(0.004);
-    OM_TRY_DONE(om_mask_init(&m, mask->dim[0], mask->dim[1], mask->dim[2]));
-    m.axis = mask->axis;
-    memcpy(m.inside, mask->inside, (size_t)m.dim[0] * (size_t)m.dim[1] * (size_t)m.dim[2]);
+    OM_TRY_DONE(om_mask_init(&m, mask->grid.dim[0], mask->grid.dim[1], mask->grid.dim[2]));
+    m.grid.axis = mask->grid.axis;
+    memcpy(m.inside, mask->inside, om_grid_count(m.grid.dim));
     OM_TRY_DONE(om_mask_crop(&m, 2));
     OM_TRY_DONE(om_mask_close(&m, 0.004));
     OM_TRY_DONE(om_mask_keep_parts(&m, 6, 0, NULL, NULL));
