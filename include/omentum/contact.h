@@ -56,7 +56,7 @@ typedef struct OmContactReport {
     int ncontact;           // vertices that are pushed
     double penetration;     // m, the deepest after the step
     OmVec3 force;           // N, resultant on the tissue
-    bool is_settled;  // in all substeps: touching vertices, planes of curved obstacles and friction
+    bool is_settled;  // in all substeps: contact vertices, planes of curved obstacles and friction
                       // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
 

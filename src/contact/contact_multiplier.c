@@ -5,47 +5,46 @@
 // lambda is an impulse, N s. Eliminating dv leaves W = H A^-1 H^T, one row and column a contact (three with
 // friction). The stages of a step:
 //
-//   motion      A dv = b + H^T lambda_0; lambda_0 are the impulses of the last step, recovered from the nodal forces
-//               in the state, so that a step is a function of the state and yet starts near its end. With
-//               lambda_0 = 0, the thesis's free motion, tissue pressed 20 mm springs back and all of that must be
-//               corrected
-//   detection   who is pushed, or goes in by that motion
-//   response    columns of W by block CG, eight at a time and loosely: W only has to be a good preconditioner
-//   correction  projected Gauss-Seidel on delta_k + h W (lambda - lambda_k); dv moves by a loose solve of
-//               A x = H^T (lambda - lambda_k), which gives delta anew, and so on until every contact meets the law
-//               to def.tolerance; at the end the whole system is solved to the model's tolerance from there, and
-//               looked at again.
+//   motion      A dv = b + H^T lambda_0. lambda_0 are the impulses of the last step, recovered from the nodal forces in
+//               the state: a step is a function of the state and starts near its solution. With lambda_0 = 0, the
+//               thesis's free motion, tissue pressed 20 mm springs back, and all of that must be corrected
+//   detection   contacts: points that were pushed, or penetrate by that motion
+//   response    columns of W by block CG, eight at a time, to a loose tolerance: W is a preconditioner only
+//   correction  projected Gauss-Seidel on delta_k + h W (lambda - lambda_k); dv is corrected by a loose solve of
+//               A x = H^T (lambda - lambda_k), which gives a new delta, until every contact meets the law to
+//               def.tolerance; at the end the whole system is solved to the model's tolerance from there, and checked
 //
 // By default (def.reuse 0, no friction) an augmented Lagrangian comes first (contact_penalty.c): the same law to the
 // same tolerance without W, four times faster in the study of a breast, whose probe slides over more points than
-// there are vertices under it. What does not settle is cut, and W is for the shortest substeps.
+// there are vertices under it. A step that does not converge is cut; W is used in the shortest substeps.
 //
-// With def.reuse above 1 columns are kept for some steps, as the thesis keeps its factor: a stale W corrects a
-// little less each time, and what is reached is the same.
+// With def.reuse above 1 columns are kept for some steps, as the thesis keeps its factor: a W of earlier steps corrects
+// less in each iteration, and the solution is the same.
 //
-// Tried and left: solving the whole system for each correction (a residual of 1e-3 of all forces hides a small
-// correction: it stalled at 1e-3); columns for all who are near (twice as many as are pushed).
+// Tried and rejected: solving the whole system for each correction (a residual of 1e-3 of all forces hides a small
+// correction: it stalled at 1e-3); columns for all points near the probe (twice as many as contacts).
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
 
-#define LANES 8            // columns solved for together
-#define COLUMN_LOOSE 0.03  // residual of a column at first; 0.1 is a fifth quicker and led astray
-#define COLUMN_TIGHT 1e-3  // the least
-#define SLOW_GAIN 0.4  // a correction that leaves more than this of a miss asks for better columns
-#define ASTRAY 1.0     // a miss beyond which another way is taken
-#define MOVE_LOOSE 0.03  // residual of a correction
-#define SAME_WAY 0.98    // cosine: a column is good for directions as near as that
-#define SWEEPS 400       // of Gauss-Seidel at most
-#define FIRST_ROOM 512   // contacts, before more memory is taken
+#define LANES 8            // columns solved together
+#define COLUMN_LOOSE 0.03  // residual of a column at first; 0.1 is a fifth quicker and diverged
+#define COLUMN_TIGHT 1e-3  // smallest residual of a column
+// a correction that leaves more than this of the error asks for better columns
+#define SLOW_GAIN 0.4
+#define DIVERGED 1.0         // error of the law beyond which another method is used
+#define MOVE_LOOSE 0.03      // residual of a correction
+#define SAME_DIRECTION 0.98  // cosine: a column is used for directions within this angle
+#define SWEEPS 400           // of Gauss-Seidel at most
+#define FIRST_ROOM 512       // contacts with memory at first
 
 struct OmPressLcp {
     int dim;      // rows of a contact: 1, or 3 with friction
-    int max;      // contacts there is room for
+    int max;      // contacts with memory
     int num;      // contacts
-    int ready;    // of them, the first so many have columns
-    int* touch;   // of each contact, -1 if it is not near in this step          (max)
-    int* point;   //                                                             (max)
+    int ready;    // contacts with columns: the first ones
+    int* near;    // entry in OmPress.near of each contact, -1 if not near in this step   (max)
+    int* vert;    //                                                             (max)
     OmVec3* dir;  // of each row                                                 (max x dim)
     double* W;    // m s / (N s)                                    (max dim x max dim)
     double *lambda, *was;  // impulses, N s, and those of the last solve         (max x dim)
@@ -63,14 +62,14 @@ OmStatus om__press_lcp_create(OmPressLcp** lcp) {
 }
 
 static void free_rows(OmPressLcp* c) {
-    om_free(c->touch);
-    om_free(c->point);
+    om_free(c->near);
+    om_free(c->vert);
     om_free(c->dir);
     om_free(c->W);
     om_free(c->lambda);
     om_free(c->was);
     om_free(c->delta);
-    c->touch = c->point = NULL;
+    c->near = c->vert = NULL;
     c->dir = NULL;
     c->W = c->lambda = c->was = c->delta = NULL;
     c->max = c->num = c->ready = 0;
@@ -105,14 +104,14 @@ static OmStatus reserve(OmPressLcp* c, int dim, int num, int nvert) {
     if (num <= c->max && dim == c->dim) return OM_OK;
     free_rows(c);
     size_t rows = (size_t)dim * (size_t)num;
-    c->touch = om_calloc((size_t)num, sizeof *c->touch);
-    c->point = om_calloc((size_t)num, sizeof *c->point);
+    c->near = om_calloc((size_t)num, sizeof *c->near);
+    c->vert = om_calloc((size_t)num, sizeof *c->vert);
     c->dir = om_calloc(rows, sizeof *c->dir);
     c->W = om_calloc(rows * rows, sizeof *c->W);
     c->lambda = om_calloc(rows, sizeof *c->lambda);
     c->was = om_calloc(rows, sizeof *c->was);
     c->delta = om_calloc(rows, sizeof *c->delta);
-    if (!c->touch || !c->point || !c->dir || !c->W || !c->lambda || !c->was || !c->delta) {
+    if (!c->near || !c->vert || !c->dir || !c->W || !c->lambda || !c->was || !c->delta) {
         free_rows(c);
         return OM_NO_MEMORY;
     }
@@ -127,11 +126,11 @@ static double* entry(const OmPressLcp* c, int row, int col) {
 
 // ---- columns --------------------------------------------------------------------------------------
 
-static void spread(const OmPress* p, int point, OmVec3 dir, double* b) {
+static void add_to_vertices(const OmPress* p, int vert, OmVec3 dir, double* b) {
     for (int a = 0; a < 4; ++a) {
-        int v = p->embedding.tet_vert[4 * (size_t)point + (size_t)a];
+        int v = p->embedding.tet_vert[4 * (size_t)vert + (size_t)a];
         om_store3(b, v,
-                  om_madd(om_load3(b, v), p->embedding.bary[4 * (size_t)point + (size_t)a], dir));
+                  om_madd(om_load3(b, v), p->embedding.bary[4 * (size_t)vert + (size_t)a], dir));
     }
 }
 
@@ -146,14 +145,14 @@ static OmStatus solve_columns(OmPress* p, OmTissueWork* w, int first) {
         memset(c->b, 0, (size_t)num * n3 * sizeof *c->b);
         memset(c->u, 0, (size_t)num * n3 * sizeof *c->u);
         for (int k = 0; k < num; ++k)
-            spread(p, c->point[(at + k) / c->dim], c->dir[at + k], c->b + (size_t)k * n3);
+            add_to_vertices(p, c->vert[(at + k) / c->dim], c->dir[at + k], c->b + (size_t)k * n3);
         OmStatus status = om_tissue_solve(p->model, w, num, c->b, c->u, NULL);
         if (status < 0) return status;
         p->report.ncolumn += num;
         for (int k = 0; k < num; ++k)
             for (int i = 0; i < rows; ++i)
                 *entry(c, i, at + k) = om_dot(
-                    c->dir[i], om__press_point(p, c->u + (size_t)k * n3, c->point[i / c->dim]));
+                    c->dir[i], om__press_position(p, c->u + (size_t)k * n3, c->vert[i / c->dim]));
     }
     om_tissue_set_tolerance(w, 0);
     for (int i = 0; i < rows; ++i) {
@@ -165,11 +164,11 @@ static OmStatus solve_columns(OmPress* p, OmTissueWork* w, int first) {
     return OM_OK;
 }
 
-// ---- who is in ------------------------------------------------------------------------------------
+// ---- contacts ------------------------------------------------------------------------------------
 
-static int find_contact(const OmPressLcp* c, int point) {
+static int find_contact(const OmPressLcp* c, int vert) {
     for (int k = 0; k < c->num; ++k)
-        if (c->point[k] == point) return k;
+        if (c->vert[k] == vert) return k;
     return -1;
 }
 
@@ -180,24 +179,24 @@ static void set_directions(OmPressLcp* c, int k, OmVec3 n) {
     c->dir[k * c->dim + 2] = om_cross(n, c->dir[k * c->dim + 1]);
 }
 
-// A touch becomes a contact with a row of its own, if it is not one; false if there is no room.
-static bool join(OmPress* p, int touch) {
+// A point near the probe becomes a contact with a row of its own, if it is not one; false without memory for it.
+static bool add_contact(OmPress* p, int near) {
     OmPressLcp* c = p->lcp;
-    OmTouch* t = &p->touch[touch];
-    int k = find_contact(c, t->point);
+    OmPressPoint* t = &p->near[near];
+    int k = find_contact(c, t->vert);
     t->is_active = true;
     if (k < 0) {
         if (c->num == c->max) return false;
         k = c->num++;
-        c->point[k] = t->point;
+        c->vert[k] = t->vert;
         for (int r = 0; r < c->dim; ++r) c->lambda[k * c->dim + r] = 0;
     }
-    c->touch[k] = touch;
+    c->near[k] = near;
     set_directions(c, k, t->n);
     return true;
 }
 
-// Impulses that the nodal forces of the last step stand for: least squares by Gauss-Seidel on H H^T.
+// Impulses from the nodal forces of the last step: least squares by Gauss-Seidel on H H^T.
 static void recall_impulses(OmPress* p, OmTissueState* s, double h) {
     OmPressLcp* c = p->lcp;
     const double* f = om_tissue_contact_force(s);
@@ -205,19 +204,19 @@ static void recall_impulses(OmPress* p, OmTissueState* s, double h) {
     memset(c->u, 0, 3 * (size_t)c->nvert * sizeof *c->u);  // H^T lambda
     for (int sweep = 0; sweep < 60; ++sweep) {
         for (int i = 0; i < rows; ++i) {
-            int point = c->point[i / c->dim];
-            if (c->touch[i / c->dim] < 0 || i % c->dim > 0) continue;
-            const double* share = p->embedding.bary + 4 * (size_t)point;
-            double miss = 0, norm = 0;
+            int vert = c->vert[i / c->dim];
+            if (c->near[i / c->dim] < 0 || i % c->dim > 0) continue;
+            const double* weight = p->embedding.bary + 4 * (size_t)vert;
+            double error = 0, norm = 0;
             for (int a = 0; a < 4; ++a) {
-                int v = p->embedding.tet_vert[4 * (size_t)point + (size_t)a];
+                int v = p->embedding.tet_vert[4 * (size_t)vert + (size_t)a];
                 OmVec3 d = om_sub(om_scale(h, om_load3(f, v)), om_load3(c->u, v));
-                miss += share[a] * om_dot(c->dir[i], d);
-                norm += share[a] * share[a];
+                error += weight[a] * om_dot(c->dir[i], d);
+                norm += weight[a] * weight[a];
             }
-            double now = fmax(0, c->lambda[i] + miss / norm), add = now - c->lambda[i];
+            double now = fmax(0, c->lambda[i] + error / norm), add = now - c->lambda[i];
             c->lambda[i] = now;
-            spread(p, point, om_scale(add, c->dir[i]), c->u);
+            add_to_vertices(p, vert, om_scale(add, c->dir[i]), c->u);
         }
     }
 }
@@ -235,12 +234,12 @@ static double predicted(const OmPressLcp* c, int i, double h) {
 // Into the disc of radius mu lambda_n.
 static void project_friction(double* lambda, double mu) {
     double size = sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2]), max = mu * lambda[0];
-    double share = size > max ? max / size : 1;  // size > most >= 0
-    lambda[1] *= share;
-    lambda[2] *= share;
+    double factor = size > max ? max / size : 1;  // size > max >= 0
+    lambda[1] *= factor;
+    lambda[2] *= factor;
 }
 
-// Both tangential impulses of a contact at once and by one factor: then what stays is Coulomb's law.
+// Both tangential impulses of a contact at once and by one factor: the fixed point is Coulomb's law.
 static double relax_friction(OmPress* p, int i, double h) {
     OmPressLcp* c = p->lcp;
     double *lambda = c->lambda + i, was1 = lambda[1], was2 = lambda[2];
@@ -258,7 +257,7 @@ static void gauss_seidel(OmPress* p, double h, double small) {
     for (int sweep = 0; sweep < SWEEPS; ++sweep) {
         double change = 0, max = 0;
         for (int k = 0; k < c->num; ++k) {
-            if (c->touch[k] < 0) continue;
+            if (c->near[k] < 0) continue;
             int i = k * c->dim;
             double *lambda = c->lambda + i, old = lambda[0];
             lambda[0] = fmax(0, old - predicted(c, i, h) / (h * *entry(c, i, i)));
@@ -272,15 +271,15 @@ static void gauss_seidel(OmPress* p, double h, double small) {
 
 // ---- the step -------------------------------------------------------------------------------------
 
-// Forces that the impulses are, on touches.
-static void tell_forces(OmPress* p, double h) {
+// Forces of the impulses, into the points.
+static void set_forces(OmPress* p, double h) {
     const OmPressLcp* c = p->lcp;
     for (int k = 0; k < c->num; ++k) {
-        if (c->touch[k] < 0) continue;
+        if (c->near[k] < 0) continue;
         OmVec3 f = {0, 0, 0};
         for (int r = 0; r < c->dim; ++r)
             f = om_madd(f, c->lambda[k * c->dim + r] / h, c->dir[k * c->dim + r]);
-        p->touch[c->touch[k]].force = f;
+        p->near[c->near[k]].force = f;
     }
 }
 
@@ -288,38 +287,38 @@ static OmStatus add_impulses(OmPress* p, OmTissueWork* w, double h) {
     const OmPressLcp* c = p->lcp;
     OmMat3 none = om_mat3_diag(om_vec3(0, 0, 0));
     om_tissue_clear_forces(w);
-    tell_forces(p, h);
+    set_forces(p, h);
     for (int k = 0; k < c->num; ++k) {
-        if (c->touch[k] < 0) continue;
-        OmVec3 f = p->touch[c->touch[k]].force;
-        if (om_norm2(f) > 0) OM_TRY(om__press_add_force(p, w, c->point[k], f, none));
+        if (c->near[k] < 0) continue;
+        OmVec3 f = p->near[c->near[k]].force;
+        if (om_norm2(f) > 0) OM_TRY(om__press_add_force(p, w, c->vert[k], f, none));
     }
     return OM_OK;
 }
 
-// delta of all contacts after a solve, how well they meet the laws, and who goes in and was free.
-static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
-                     int* njoin) {
+// delta of all contacts after a solve, the error of their laws, and new contacts for free points that penetrate.
+static OmStatus evaluate(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h,
+                         int* nchange) {
     OmPressLcp* c = p->lcp;
     double max = 0, worst = 0;
-    *njoin = 0;
+    *nchange = 0;
     for (int k = 0; k < c->num; ++k)
-        if (c->touch[k] >= 0) max = fmax(max, c->lambda[k * c->dim]);
+        if (c->near[k] >= 0) max = fmax(max, c->lambda[k * c->dim]);
     double unit = max > 0 ? 1 / max : 0;
     for (int k = 0; k < c->num; ++k) {
-        if (c->touch[k] < 0) continue;
-        OmTouch* t = &p->touch[c->touch[k]];
+        if (c->near[k] < 0) continue;
+        OmPressPoint* t = &p->near[c->near[k]];
         double *lambda = c->lambda + k * c->dim, *delta = c->delta + k * c->dim;
-        OmVec3 d = om__press_move(p, s, w, t->point, h);
-        if (om__press_bend(p, t, om_add(t->x, d), 0)) {
-            if (om_dot(t->n, c->dir[k * c->dim]) < SAME_WAY && k < c->ready) c->ready = k;
+        OmVec3 d = om__press_displacement(p, s, w, t->vert, h);
+        if (om__press_update_plane(p, t, om_add(t->x, d), 0)) {
+            if (om_dot(t->n, c->dir[k * c->dim]) < SAME_DIRECTION && k < c->ready) c->ready = k;
             set_directions(c, k, t->n);
-            ++*njoin;
+            ++*nchange;
         }
         delta[0] = t->gap + om_dot(t->n, d) - t->goal;
         worst = fmax(worst, fabs(fmin(lambda[0] * unit, delta[0] / p->edge)));
         if (c->dim == 1) continue;
-        OmVec3 slip = om_sub(d, t->slip);
+        OmVec3 slip = om_sub(d, t->probe_move);
         double would[3] = {lambda[0]};
         for (int r = 1; r < 3; ++r) {
             delta[r] = om_dot(c->dir[k * c->dim + r], slip);
@@ -328,57 +327,57 @@ static OmStatus look(OmPress* p, const OmTissueState* s, const OmTissueWork* w, 
         project_friction(would, p->def.friction);
         worst = fmax(worst, unit * hypot(would[1] - lambda[1], would[2] - lambda[2]));
     }
-    for (int n = 0; n < p->ntouch; ++n) {
-        OmTouch* t = &p->touch[n];
+    for (int n = 0; n < p->nnear; ++n) {
+        OmPressPoint* t = &p->near[n];
         if (t->is_active) continue;
-        OmVec3 place = om_add(t->x, om__press_move(p, s, w, t->point, h));
+        OmVec3 place = om_add(t->x, om__press_displacement(p, s, w, t->vert, h));
         double gap = om__press_gap(p, place) - t->goal;
         if (gap >= 0) continue;
         worst = fmax(worst, -gap / p->edge);
         if (gap > -0.1 * p->def.tolerance * p->edge) continue;
         om__press_linearise(p, t, place);
-        OM_CHECK(join(p, n), OM_INVALID, "press: more than %d contacts at once", c->max);
-        int row = find_contact(c, t->point) * c->dim;
+        OM_CHECK(add_contact(p, n), OM_INVALID, "press: more than %d contacts at once", c->max);
+        int row = find_contact(c, t->vert) * c->dim;
         for (int r = 0; r < c->dim; ++r)
             c->delta[row + r] =
-                r == 0 ? gap : om_dot(c->dir[row + r], om_sub(place, om_add(t->x, t->slip)));
-        ++*njoin;
+                r == 0 ? gap : om_dot(c->dir[row + r], om_sub(place, om_add(t->x, t->probe_move)));
+        ++*nchange;
     }
     p->report.complementarity = worst;
     return OM_OK;
 }
 
-// Who is in contact to begin with: pushed in the last step, or in on the way.
+// The first contacts: points that were pushed in the last step, or penetrate by their prediction.
 static OmStatus begin_contacts(OmPress* p, OmTissueState* s, double h) {
     OmPressLcp* c = p->lcp;
     int dim = p->def.friction > 0 ? 3 : 1;
     int room = p->surface.nvert < FIRST_ROOM ? p->surface.nvert : FIRST_ROOM;
-    while (room < p->ntouch) room *= 2;
+    while (room < p->nnear) room *= 2;
     if (room > p->surface.nvert) room = p->surface.nvert;
     OM_TRY(reserve(c, dim, room, om_tissue_mesh(p->model)->nvert));
     if (c->age >= (p->def.reuse > 1 ? p->def.reuse : 1) || c->h != h) om__press_lcp_forget(c);
-    if (c->num + p->ntouch > c->max) om__press_lcp_forget(c);
+    if (c->num + p->nnear > c->max) om__press_lcp_forget(c);
     c->h = h;
-    for (int k = 0; k < c->num; ++k) c->touch[k] = -1;
+    for (int k = 0; k < c->num; ++k) c->near[k] = -1;
     for (int k = 0; k < c->dim * c->max; ++k) c->lambda[k] = 0;
-    for (int n = 0; n < p->ntouch; ++n) {
-        OmTouch* t = &p->touch[n];
-        double push = om_dot(om__press_point(p, om_tissue_contact_force(s), t->point), t->n);
-        double now = om_dot(t->n, t->slip) + t->gap;  // if it moved as the probe does
-        bool was_pushed = push > 0 && now < 10 * OM_PRESS_TAKE * p->size;
-        if (was_pushed || t->gap + om_dot(t->n, t->guess) - t->goal < 0) join(p, n);
+    for (int n = 0; n < p->nnear; ++n) {
+        OmPressPoint* t = &p->near[n];
+        double push = om_dot(om__press_position(p, om_tissue_contact_force(s), t->vert), t->n);
+        double now = om_dot(t->n, t->probe_move) + t->gap;  // if it moved as the probe does
+        bool was_pushed = push > 0 && now < 10 * OM_PRESS_ACTIVATE * p->size;
+        if (was_pushed || t->gap + om_dot(t->n, t->predicted) - t->goal < 0) add_contact(p, n);
     }
     recall_impulses(p, s, h);
     return OM_OK;
 }
 
-// Forget contacts without a column that need none: not pushed, and not in.
-static void drop_idle(OmPress* p) {
+// Remove contacts without a column that are neither pushed nor penetrate.
+static void remove_inactive(OmPress* p) {
     OmPressLcp* c = p->lcp;
     int num = c->ready;
     for (int k = c->ready; k < c->num; ++k) {
         if (c->lambda[k * c->dim] == 0 && c->delta[k * c->dim] >= 0) {
-            if (c->touch[k] >= 0) p->touch[c->touch[k]].is_active = false;
+            if (c->near[k] >= 0) p->near[c->near[k]].is_active = false;
             continue;
         }
         for (int r = 0; r < c->dim; ++r) {
@@ -386,22 +385,23 @@ static void drop_idle(OmPress* p) {
             c->delta[num * c->dim + r] = c->delta[k * c->dim + r];
             c->dir[num * c->dim + r] = c->dir[k * c->dim + r];
         }
-        c->point[num] = c->point[k];
-        c->touch[num++] = c->touch[k];
+        c->vert[num] = c->vert[k];
+        c->near[num++] = c->near[k];
     }
     c->num = num;
 }
 
-// The way dv goes with lambda - lambda_k.
-static OmStatus move(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
+// Correct dv for lambda - lambda_k.
+static OmStatus correct_motion(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
     OmPressLcp* c = p->lcp;
     OmSolveInfo info;
     size_t n3 = 3 * (size_t)c->nvert;
     memset(c->b, 0, n3 * sizeof *c->b);
     memset(c->u, 0, n3 * sizeof *c->u);
     for (int i = 0; i < c->num * c->dim; ++i)
-        if (c->touch[i / c->dim] >= 0)
-            spread(p, c->point[i / c->dim], om_scale(c->lambda[i] - c->was[i], c->dir[i]), c->b);
+        if (c->near[i / c->dim] >= 0)
+            add_to_vertices(p, c->vert[i / c->dim], om_scale(c->lambda[i] - c->was[i], c->dir[i]),
+                            c->b);
     om_tissue_set_tolerance(w, MOVE_LOOSE);
     OmStatus status = om_tissue_solve(p->model, w, 1, c->b, c->u, &info);
     om_tissue_set_tolerance(w, 0);
@@ -412,22 +412,23 @@ static OmStatus move(OmPress* p, OmTissueWork* w, OmTissueReport* report) {
     return OM_OK;
 }
 
-// Columns, Gauss-Seidel and moves until all contacts meet their law, or solves run out.
+// Columns, Gauss-Seidel and corrections of dv until all contacts meet their law, or solves run out.
 static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h, int max,
                         OmTissueReport* report) {
     OmPressLcp* c = p->lcp;
-    int njoin = 1;
+    int nchange = 1;
     while (p->report.nsolve < max - 1 &&
-           (njoin > 0 || p->report.complementarity > p->def.tolerance)) {
+           (nchange > 0 || p->report.complementarity > p->def.tolerance)) {
         if (c->ready < c->num) OM_TRY(solve_columns(p, w, c->ready * c->dim));
         c->ready = c->num;
         memcpy(c->was, c->lambda, (size_t)(c->num * c->dim) * sizeof *c->was);
         gauss_seidel(p, h, fmin(1e-3, 0.1 * p->def.tolerance));
-        OM_TRY(move(p, w, report));
+        OM_TRY(correct_motion(p, w, report));
         double before = p->report.complementarity;
-        OM_TRY(look(p, s, w, h, &njoin));
-        if (!(p->report.complementarity < fmax(ASTRAY, 2 * before))) return OM_OK;
-        if (njoin == 0 && p->report.complementarity > fmax(SLOW_GAIN * before, p->def.tolerance) &&
+        OM_TRY(evaluate(p, s, w, h, &nchange));
+        if (!(p->report.complementarity < fmax(DIVERGED, 2 * before))) return OM_OK;
+        if (nchange == 0 &&
+            p->report.complementarity > fmax(SLOW_GAIN * before, p->def.tolerance) &&
             c->loose > COLUMN_TIGHT) {
             c->loose *= 0.1;
             c->ready = 0;
@@ -447,7 +448,7 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     OmPress* p = ctx;
     OmTissueReport last = {0};
     OmStatus status = OM_OK;
-    int njoin, first = p->report.nsolve, max = first + p->def.max_iterations;
+    int nchange, first = p->report.nsolve, max = first + p->def.max_iterations;
     om__press_path(p, s, h);
     p->report.is_settled = false;
     om__press_detect(p, s, w, h);
@@ -468,15 +469,15 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         if (status < 0) return status;
         report->iterations += last.iterations;
         bool is_first = p->report.nsolve++ == first;
-        OM_TRY(look(p, s, w, h, &njoin));
-        if (is_first) drop_idle(p);
-        is_done = njoin == 0 && p->report.complementarity <= p->def.tolerance;
-        if (!(p->report.complementarity < ASTRAY) && !is_first) break;
+        OM_TRY(evaluate(p, s, w, h, &nchange));
+        if (is_first) remove_inactive(p);
+        is_done = nchange == 0 && p->report.complementarity <= p->def.tolerance;
+        if (!(p->report.complementarity < DIVERGED) && !is_first) break;
         if (!is_done) OM_TRY(correct(p, s, w, h, max, report));
     }
     ++p->lcp->age;
     if (is_done && status == OM_OK && om__press_check_depth(p, s, w, h) == OM_OK) {
-        tell_forces(p, h);
+        set_forces(p, h);
         report->residual = fmax(report->residual, last.residual);
     } else {
         om__press_lcp_forget(p->lcp);
@@ -486,6 +487,6 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
     }
     p->report.is_settled = is_done;
     if (status != OM_OK || is_done) return status;
-    // a shorter step is tried before this one is let pass
+    // a shorter step is tried before this one is accepted
     return refuse(p, om__press_may_cut(p, h) ? OM_INVALID : OM_NOT_CONVERGED);
 }
