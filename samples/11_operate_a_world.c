@@ -46,7 +46,7 @@ static OmStatus operate(OmWorld* world, const OmSite* site, OmObservation* seen)
     if (status >= 0) status = observe(world, OM_OBSERVE_VISIBILITY, seen);
     if (status < 0) return status;
     printf("%.1f s: jaw closed, tissue %s, %.0f %% of the region of interest seen\n", seen->time,
-           seen->arm[0].is_holding ? "held" : "not held", 100 * seen->visibility);
+           om_arm_is_holding(&seen->arm[0]) ? "held" : "not held", 100 * seen->visibility);
     status = go_to(world, om_pose_apply(site->pose_world_task, lifted), seen);
     if (status >= 0)
         status = observe(world, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_CLOUD, seen);
@@ -68,7 +68,7 @@ int main(void) {
     if (status == OM_OK) status = om_world_create_simulated(&scene, &site, 0, &world);
     if (status == OM_OK) status = operate(world, &site, &seen);
     if (status < 0) fprintf(stderr, "%s\n", om_error_message());
-    bool is_exposed = seen.arm[0].is_holding && seen.visibility > 0.8;
+    bool is_exposed = om_arm_is_holding(&seen.arm[0]) && seen.visibility > 0.8;
     om_observation_done(&seen);
     om_world_destroy(world);
     om_site_done(&site);

@@ -8,7 +8,7 @@
 #define CLEARANCE 0.025  // m, height over the tissue at which a free tool travels
 #define JAW_OPEN (40.0 * OM_PI / 180.0)
 #define JAW_CLOSED 0.0
-#define GRIP_TIME 0.2  // s for the jaws to close or open
+#define GRIP_TIME 0.3  // s for the jaws to close or open, and to come to rest
 #define FALL_TIME 1.2  // s that released tissue is given to fall
 
 typedef enum Next {
@@ -60,7 +60,7 @@ static OmStatus grasp_with_twin(Loop* loop) {
     OM_TRY(om_world_observe(loop->world, 0, &obs));
     OmStatus status = OM_OK;
     a->outcome = OM_ACTION_EMPTY;
-    if (obs.arm[arm].is_holding) {
+    if (om_arm_is_holding(&obs.arm[arm])) {
         OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
         status = om_body_grasp(loop->twin, arm, tip, loop->scene->task.grasp_radius, &nheld);
         if (status == OM_OK) a->outcome = OM_ACTION_DONE;

@@ -10,8 +10,9 @@
 #include "omentum/world.h"
 #include "world/world_view.h"
 
-#define JAW_CLOSED (20.0 * OM_PI / 180.0)  // below: tissue is held (Alg. 4)
-#define JAW_SPEED 3.0                      // rad/s
+#define JAW_CLOSED (20.0 * OM_PI / 180.0)    // below: tissue is held (Alg. 4)
+#define JAW_ON_TISSUE (5.0 * OM_PI / 180.0)  // tissue between the jaws stops them here
+#define JAW_SPEED 3.0                        // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
 #define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
 #define RCM_HEIGHT 0.13   // m over the board
@@ -124,16 +125,16 @@ static void sim_stop(OmWorld* world, int index) {
 static void move_jaw(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     bool was_closed = arm->jaw < JAW_CLOSED;
-    double left = arm->jaw_goal - arm->jaw, limit = JAW_SPEED * dt;
-    double turn = fmax(-limit, fmin(limit, left));
-    arm->jaw += turn;
-    arm->jaw_speed = turn / dt;
-    bool is_closed = arm->jaw < JAW_CLOSED;
+    double before = arm->jaw, limit = JAW_SPEED * dt;
+    double next = before + fmax(-limit, fmin(limit, arm->jaw_goal - before));
+    bool is_closed = next < JAW_CLOSED;
     if (is_closed && !was_closed) {
         int nheld;  // nothing between the jaws is no error of the world
         (void)om_body_grasp(w->body, index, arm->tip, w->scene->task.grasp_radius, &nheld);
     }
     if (was_closed && !is_closed) om_body_release(w->body, index);
+    arm->jaw = fmax(next, om_body_is_holding(w->body, index) ? JAW_ON_TISSUE : 0);
+    arm->jaw_speed = (arm->jaw - before) / dt;
 }
 
 // Angle of the rotation between two orientations, 0 to pi.
@@ -270,7 +271,6 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
         o->jaw_speed = arm->jaw_speed;
         o->jaw_goal = arm->jaw_goal;
         o->is_moving = arm->is_moving;
-        o->is_holding = om_body_is_holding(w->body, a);
     }
 }
 

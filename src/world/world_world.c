@@ -3,10 +3,18 @@
 
 #include "omentum/world.h"
 
+#define JAW_EMPTY (3.0 * OM_PI / 180.0)  // rad: a jaw that rests below it is empty
+#define JAW_STILL 0.05                   // rad/s: slower is at rest
+
 static OmStatus check_arm(const OmWorld* world, int arm) {
     OM_CHECK(arm >= 0 && arm < world->narm, OM_INVALID, "arm is %d; this world has %d", arm,
              world->narm);
     return OM_OK;
+}
+
+bool om_arm_is_holding(const OmArmObservation* arm) {
+    bool is_commanded = arm->jaw_goal < JAW_EMPTY;
+    return is_commanded && arm->jaw > JAW_EMPTY && fabs(arm->jaw_speed) < JAW_STILL;
 }
 
 int om_world_narm(const OmWorld* world) { return world->narm; }

@@ -47,6 +47,10 @@ static inline OmObservation observe(Field* f, unsigned what) {
     assert_ok(om_world_observe(f->world, what, &obs));
     return obs;
 }
+static inline bool is_holding(Field* f, int arm) {
+    OmObservation obs = observe(f, 0);
+    return om_arm_is_holding(&obs.arm[arm]);
+}
 // A goal that keeps the arm's orientation.
 static inline OmPose goal_of(Field* f, int arm, OmVec3 p_world) {
     return (OmPose){p_world, observe(f, 0).arm[arm].tip.q};

@@ -76,7 +76,7 @@ static void test_lifting_and_letting_go(void** state) {
     OmBody* truth = om_world_truth(f.world);
     OmVec3 corner = om_vec3(-0.048, -0.048, 0.005);
     grasp_at(&f, 0, corner);
-    assert_true(observe(&f, 0).arm[0].is_holding);
+    assert_true(is_holding(&f, 0));
     assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(-0.048, -0.048, 0.035)), 0.02));
     for (int i = 0; i < 150; ++i) assert_ok(om_world_advance(f.world, 0.02));
     OmBodyForces forces;
@@ -94,7 +94,7 @@ static void test_lifting_and_letting_go(void** state) {
     assert_true(highest > 0.03 && highest < 0.045);
     assert_ok(om_world_set_jaw(f.world, 0, 0.7));
     for (int i = 0; i < 150; ++i) assert_ok(om_world_advance(f.world, 0.02));
-    assert_false(observe(&f, 0).arm[0].is_holding);
+    assert_false(is_holding(&f, 0));
     highest = 0;
     for (int i = 0; i < f.site.mesh.nvert; ++i)
         highest = fmax(highest, om_load3(om_body_x(truth), i).z);
@@ -225,8 +225,48 @@ static void test_jaws_close_on_air(void** state) {
     assert_ok(om_world_set_jaw(f.world, 0, 0));
     for (int i = 0; i < 20; ++i) assert_ok(om_world_advance(f.world, 0.02));
     OmObservation obs = observe(&f, 0);
-    assert_false(obs.arm[0].is_holding);
-    assert_true(obs.arm[0].jaw < 0.01);
+    assert_false(om_arm_is_holding(&obs.arm[0]));
+    assert_near(obs.arm[0].jaw, 0, 0);
+    assert_ok(om_world_set_jaw(f.world, 0, -0.2));  // jaws that meet close no further
+    assert_ok(om_world_advance(f.world, 0.02));
+    assert_near(observe(&f, 0).arm[0].jaw, 0, 0);
+    teardown(&f);
+}
+
+// Tissue stops the jaw at 5 degrees. It is held from 20 degrees on, and known to be held when the jaw rests.
+static void test_jaws_close_on_tissue(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    assert_ok(om_world_reset(f.world));
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(-0.048, -0.048, 0.005)), 0.1));
+    for (int i = 0; i < 200 && observe(&f, 0).arm[0].is_moving; ++i)
+        assert_ok(om_world_advance(f.world, 0.02));
+    OmBody* truth = om_world_truth(f.world);
+    assert_ok(om_world_set_jaw(f.world, 0, 0));
+    double angle = 40 * OM_PI / 180;
+    for (int i = 0; i < 11; ++i) {  // 35 degrees at 3 rad/s take 10.2 steps
+        assert_ok(om_world_advance(f.world, 0.02));
+        OmArmObservation arm = observe(&f, 0).arm[0];
+        angle = fmax(angle - 0.06, 5 * OM_PI / 180);
+        assert_near(arm.jaw, angle, 1e-12);
+        assert_true(om_body_is_holding(truth, 0) == (angle < 20 * OM_PI / 180));
+        assert_false(om_arm_is_holding(&arm));  // it moves
+    }
+    for (int i = 0; i < 3; ++i) {
+        assert_ok(om_world_advance(f.world, 0.02));
+        assert_near(observe(&f, 0).arm[0].jaw, 5 * OM_PI / 180, 1e-12);
+        assert_true(is_holding(&f, 0));
+        assert_false(is_holding(&f, 1));
+    }
+    assert_ok(om_world_set_jaw(f.world, 0, 0.7));
+    assert_false(is_holding(&f, 0));  // commanded open
+    for (int i = 0; i < 15; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    assert_false(is_holding(&f, 0));
+    assert_false(om_body_is_holding(truth, 0));
+    assert_ok(om_world_set_jaw(f.world, 0, 0));  // in one large step
+    assert_ok(om_world_advance(f.world, 0.5));
+    assert_near(observe(&f, 0).arm[0].jaw, 5 * OM_PI / 180, 1e-12);
     teardown(&f);
 }
 
@@ -535,6 +575,7 @@ int main(void) {
         cmocka_unit_test(test_noise_of_three_axes),
         cmocka_unit_test(test_bad_steps_are_counted),
         cmocka_unit_test(test_jaws_close_on_air),
+        cmocka_unit_test(test_jaws_close_on_tissue),
         cmocka_unit_test(test_hidden_at_first),
         cmocka_unit_test(test_most_that_can_be_seen),
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
