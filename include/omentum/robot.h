@@ -60,6 +60,15 @@ OM_API OmStatus om_psm_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], 
 OM_API void om_psm_surface_update(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
                                   OmSurface* surface);
 
+#define OM_PSM_NCAPSULE 4
+typedef struct OmPsmCapsule {  // points within `radius` of the segment from a to b; world frame, m
+    OmVec3 a, b;
+    double radius;
+} OmPsmCapsule;
+/// Capsules that enclose the shape of om_psm_surface: shaft, wrist and two jaws.
+OM_API void om_psm_capsules(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,
+                            OmPsmCapsule capsule[OM_PSM_NCAPSULE]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -6,8 +6,10 @@
 #define NSECTOR 12
 #define SHAFT_RADIUS 0.0042  // m
 #define SHAFT_LENGTH 0.25    // m, drawn length above the wrist
-#define JAW_LENGTH 0.011     // m
-#define JAW_WIDTH 0.0022     // m, half width at the root
+#define WRIST_RADIUS (0.8 * SHAFT_RADIUS)
+#define JAW_LENGTH 0.011      // m
+#define JAW_WIDTH 0.0022      // m, half width at the root
+#define JAW_THICKNESS 0.0017  // m, of each jaw at the root
 #define NVERT (4 * NSECTOR + 2 * 8)
 #define NTRI (2 * (2 * NSECTOR + 2 * (NSECTOR - 2)) + 2 * 12)
 
@@ -44,7 +46,7 @@ static int write_jaw(double* x, int v, OmPose tip, double angle, double side) {
     for (int i = 0; i < 8; ++i) {
         bool is_tip = i & 4;
         double half = is_tip ? 0.4 * JAW_WIDTH : JAW_WIDTH;
-        double thick = (i & 2 ? 1.0 : 0.0) * (is_tip ? 0.0007 : 0.0017);
+        double thick = (i & 2 ? 1.0 : 0.0) * (is_tip ? 0.0007 : JAW_THICKNESS);
         OmVec3 p = om_vec3(side * thick, i & 1 ? half : -half, is_tip ? JAW_LENGTH : 0.0);
         OmVec3 local = om_add(om_quat_rotate(open, p), om_vec3(0, 0, -JAW_LENGTH));
         om_store3(x, v + i, om_pose_apply(tip, local));
@@ -68,19 +70,44 @@ static int write_jaw_triangles(int* tri, int t, int v, bool is_mirrored) {
     return t;
 }
 
+// Where the parts of the tool meet, world frame.
+typedef struct Parts {
+    OmPose tip;
+    OmVec3 top, wrist, root;  // ends of shaft and wrist as drawn; the root is the wrist yaw axis
+} Parts;
+
+static Parts find_parts(const OmPsm* psm, const double q[6]) {
+    Parts p = {.tip = om_psm_forward(psm, q)};
+    OmVec3 forward = om_quat_rotate(p.tip.q, om_vec3(0, 0, 1));
+    p.root = om_madd(p.tip.p, -JAW_LENGTH, forward);
+    OmVec3 shaft = om_normalize(om_sub(psm->pose_world_rcm.p, p.root));
+    p.wrist = om_madd(p.root, psm->wrist, shaft);
+    p.top = om_madd(p.wrist, SHAFT_LENGTH, shaft);
+    return p;
+}
+
 void om_psm_surface_update(const OmPsm* psm, const double q[6], double jaw, OmSurface* surface) {
-    OmPose tip = om_psm_forward(psm, q);
-    OmVec3 forward = om_quat_rotate(tip.q, om_vec3(0, 0, 1));
-    OmVec3 root = om_madd(tip.p, -JAW_LENGTH, forward);  // wrist yaw axis as drawn
-    OmVec3 shaft = om_normalize(om_sub(psm->pose_world_rcm.p, root));
-    OmVec3 wrist = om_madd(root, psm->wrist, shaft);
+    Parts p = find_parts(psm, q);
     double* x = surface->x;
-    int v =
-        write_tube(x, 0, om_madd(wrist, SHAFT_LENGTH, shaft), wrist, SHAFT_RADIUS, SHAFT_RADIUS);
-    v = write_tube(x, v, wrist, root, 0.8 * SHAFT_RADIUS, 0.55 * SHAFT_RADIUS);
-    v = write_jaw(x, v, tip, jaw, 1.0);
-    v = write_jaw(x, v, tip, jaw, -1.0);
+    int v = write_tube(x, 0, p.top, p.wrist, SHAFT_RADIUS, SHAFT_RADIUS);
+    v = write_tube(x, v, p.wrist, p.root, WRIST_RADIUS, 0.55 * SHAFT_RADIUS);
+    v = write_jaw(x, v, p.tip, jaw, 1.0);
+    v = write_jaw(x, v, p.tip, jaw, -1.0);
     OM_ASSERT(v == NVERT);
+}
+
+void om_psm_capsules(const OmPsm* psm, const double q[6], double jaw,
+                     OmPsmCapsule capsule[OM_PSM_NCAPSULE]) {
+    Parts p = find_parts(psm, q);
+    capsule[0] = (OmPsmCapsule){p.top, p.wrist, SHAFT_RADIUS};
+    capsule[1] = (OmPsmCapsule){p.wrist, p.root, WRIST_RADIUS};
+    double radius = hypot(JAW_WIDTH, JAW_THICKNESS);
+    for (int k = 0; k < 2; ++k) {
+        OmQuat open = om_quat_axis_angle(om_vec3(0, 1, 0), (k == 0 ? 0.5 : -0.5) * jaw);
+        OmVec3 along = om_quat_rotate(open, om_vec3(0, 0, JAW_LENGTH));
+        OmVec3 end = om_add(p.root, om_quat_rotate(p.tip.q, along));
+        capsule[2 + k] = (OmPsmCapsule){p.root, end, radius};
+    }
 }
 
 OmStatus om_psm_surface(const OmPsm* psm, const double q[6], double jaw, OmSurface* surface) {

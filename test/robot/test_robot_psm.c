@@ -182,6 +182,40 @@ static void the_drawn_tool_is_closed_and_ends_at_the_tip(void** state) {
     om_surface_done(&s);
 }
 
+static double capsule_distance(const OmPsmCapsule* c, OmVec3 p) {
+    OmVec3 axis = om_sub(c->b, c->a);
+    double t = om_dot(om_sub(p, c->a), axis) / om_norm2(axis);
+    return om_distance(p, om_madd(c->a, fmax(0, fmin(1, t)), axis)) - c->radius;
+}
+
+// Every vertex of the drawn tool lies in a capsule, and each capsule has vertices on its surface.
+static void capsules_enclose_the_drawn_tool(void** state) {
+    (void)state;
+    for (int k = 0; k < 6; ++k) {
+        OmPsm psm = om_psm_default(
+            k % 2 ? OM_PROGRASP : OM_LARGE_NEEDLE_DRIVER,
+            (OmPose){om_vec3(0.1, -0.2, 0.3), om_quat_axis_angle(om_vec3(0.6, 0, 0.8), 0.7)});
+        const double* q = k < 3 ? q_a : q_b;
+        double jaw = 0.3 * (k % 3);
+        OmSurface s;
+        OmPsmCapsule capsule[OM_PSM_NCAPSULE];
+        double nearest[OM_PSM_NCAPSULE] = {1, 1, 1, 1};
+        assert_ok(om_psm_surface(&psm, q, jaw, &s));
+        om_psm_capsules(&psm, q, jaw, capsule);
+        for (int i = 0; i < s.nvert; ++i) {
+            double inside = 1;
+            for (int c = 0; c < OM_PSM_NCAPSULE; ++c) {
+                double d = capsule_distance(&capsule[c], om_load3(s.x, i));
+                inside = fmin(inside, d);
+                nearest[c] = fmin(nearest[c], fabs(d));
+            }
+            assert_below(inside, 1e-9);
+        }
+        for (int c = 0; c < OM_PSM_NCAPSULE; ++c) assert_below(nearest[c], 1e-9);
+        om_surface_done(&s);
+    }
+}
+
 static void refused_memory_leaks_nothing(void** state) {
     (void)state;
     OmPsm psm = om_psm_default(OM_LARGE_NEEDLE_DRIVER, om_pose_identity());
@@ -228,6 +262,7 @@ int main(void) {
         cmocka_unit_test(what_is_out_of_reach_is_named),
         cmocka_unit_test(efforts_do_the_work_of_the_tip),
         cmocka_unit_test(the_drawn_tool_is_closed_and_ends_at_the_tip),
+        cmocka_unit_test(capsules_enclose_the_drawn_tool),
         cmocka_unit_test(the_drawing_follows_the_joints),
         cmocka_unit_test(refused_memory_leaks_nothing),
     };
