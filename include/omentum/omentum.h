@@ -41,5 +41,6 @@
 #include "omentum/umesh_net.h"
 #include "omentum/vec.h"
 #include "omentum/world.h"
+#include "omentum/world_cloud.h"
 
 #endif

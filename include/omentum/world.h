@@ -46,18 +46,34 @@ OM_API bool om_arm_is_holding(const OmArmObservation* arm);
 enum {                          // what to observe beside the arms
     OM_OBSERVE_VISIBILITY = 1,  // share of the ROI that the endoscope sees
     OM_OBSERVE_IMAGE = 2,       // the endoscope's picture
-    OM_OBSERVE_CLOUD = 4        // the depth camera's points on the tissue
+    OM_OBSERVE_DEPTH = 4,       // the depth camera's depth
+    OM_OBSERVE_COLOR = 8        // the depth camera's colour, with OM_OBSERVE_DEPTH
 };
 
-/// Each source has its own time: a camera of a real world is older than the joints.
+typedef struct OmWorldPicture {  // of the endoscope
+    double time;                 // s, of the exposure
+    OmCamera camera;             // intrinsics and pose
+    OmPicture color;             // RGB; empty: not observed
+} OmWorldPicture;
+
+typedef struct OmDepthPicture {  // of the depth camera
+    double time;                 // s, of the exposure
+    OmCamera camera;             // intrinsics and pose
+    float* depth;     // m along the camera's z, 0: no return  (height x width); null: not observed
+    OmPicture color;  // RGB of the same pixels; empty: not observed
+} OmDepthPicture;
+
+/// Each source has its own time: in a real world a picture is older than the joints. No measurement names the object it
+/// comes from: om_cloud_init (world_cloud.h) finds the points on the tissue as a robot can.
 typedef struct OmObservation {         // om_observation_done frees; zero-initialise
     double time;                       // s, of the world's clock
     int narm;                          //
     OmArmObservation arm[OM_MAX_ARM];  // (narm)
-    double visibility;                 // 0 to 1
-    OmPicture image;                   //
-    int ncloud;                        //
-    double* cloud;                     // m, world frame  (ncloud x 3)
+    // Share of the ROI that is seen, 0 to 1, at the time of the endoscope. A world estimates it: a real one by the
+    // colour of the ROI in the picture, a simulated one by rays against its true geometry, which is exact.
+    double visibility;
+    OmWorldPicture endoscope;
+    OmDepthPicture rgbd;
 } OmObservation;
 
 typedef struct OmWorld OmWorld;
@@ -79,14 +95,17 @@ typedef struct OmWorldOps {
 
 struct OmWorld {  // head of every kind of world
     const OmWorldOps* ops;
-    int narm;          // 1 to OM_MAX_ARM
-    unsigned sources;  // OM_OBSERVE_ flags that the world can observe
+    int narm;                      // 1 to OM_MAX_ARM
+    unsigned sources;              // OM_OBSERVE_ flags that the world can observe
+    const OmPsm* psm[OM_MAX_ARM];  // kinematics as calibrated; null: not known
 };
 
 /// Number of arms: arms of a world are counted from 0.
 OM_API int om_world_narm(const OmWorld* world);
 /// OM_OBSERVE_ flags that the world can observe.
 OM_API unsigned om_world_sources(const OmWorld* world);
+/// Kinematics of an arm as calibrated: with the measured joints it gives the place of the tool. Null: not known.
+OM_API const OmPsm* om_world_psm(const OmWorld* world, int arm);
 /// Command a straight motion of the tip at `speed` m/s; returns at once. The orientation turns in proportion to the
 /// distance covered; where it would turn faster than OM_WORLD_MAX_TURN, the tip is slower.
 /// @param goal  pose_world_tip, a unit quaternion

@@ -217,39 +217,31 @@ static OmStatus refresh_sense(SimWorld* w) {
     return OM_OK;
 }
 
-static OmStatus render(SimWorld* w, int width, int height, int samples, OmPicture* picture) {
+static OmStatus render(SimWorld* w, const OmCamera* camera, int samples, OmPicture* picture) {
     OM_TRY(refresh_sense(w));
-    OmCamera camera = w->endoscope;
-    camera.width = width;
-    camera.height = height;
-    OM_TRY(om_picture_init(picture, width, height, 3));
+    OM_TRY(om_picture_init(picture, camera->width, camera->height, 3));
     OmSenseOptions options = om_sense_options_default();
     options.samples = samples;
-    OmStatus status = om_sense_render(w->sense, &camera, &options, picture);
+    OmStatus status = om_sense_render(w->sense, camera, &options, picture);
     if (status < 0) om_picture_done(picture);
     return status;
 }
 
-// Depth with noise, then the points that lie on the tissue.
-static OmStatus observe_cloud(SimWorld* w, OmObservation* obs) {
+static OmStatus observe_depth(SimWorld* w, OmDepthPicture* picture) {
     size_t n = (size_t)w->rgbd.width * (size_t)w->rgbd.height;
-    float *depth = NULL, *normal = NULL;
-    int* id = NULL;
+    float* normal = NULL;  // for the noise alone
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(depth, n);
+    OM_ALLOC_DONE(picture->depth, n);
     OM_ALLOC_DONE(normal, 3 * n);
-    OM_ALLOC_DONE(id, n);
-    OM_ALLOC_DONE(obs->cloud, 3 * n);
-    OM_TRY_DONE(om_sense_depth(w->sense, &w->rgbd, 0, depth, id, normal));
+    OM_TRY_DONE(om_sense_depth(w->sense, &w->rgbd, 0, picture->depth, NULL, normal));
     if (w->scene->world.has_depth_noise) {
         OmDepthNoise noise = om_depth_noise_default((uint64_t)w->scene->seed);
-        om_depth_add_noise(&noise, &w->rgbd, w->now.nstep, normal, depth);
+        om_depth_add_noise(&noise, &w->rgbd, w->now.nstep, normal, picture->depth);
     }
-    obs->ncloud = om_depth_to_cloud(&w->rgbd, depth, id, NULL, w->tissue_id, obs->cloud, NULL);
+    picture->time = w->now.time;
+    picture->camera = w->rgbd;
 done:
-    om_free(depth);
     om_free(normal);
-    om_free(id);
     return status;
 }
 
@@ -287,9 +279,14 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
                                      w->site->nroi, ignore, &obs->visibility);
     }
     if (status == OM_OK && (what & OM_OBSERVE_IMAGE)) {
-        status = render(w, w->endoscope.width, w->endoscope.height, 1, &obs->image);
+        obs->endoscope.time = w->now.time;
+        obs->endoscope.camera = w->endoscope;
+        status = render(w, &w->endoscope, 1, &obs->endoscope.color);
     }
-    if (status == OM_OK && (what & OM_OBSERVE_CLOUD)) status = observe_cloud(w, obs);
+    if (status == OM_OK && (what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)))
+        status = observe_depth(w, &obs->rgbd);
+    if (status == OM_OK && (what & OM_OBSERVE_COLOR))
+        status = render(w, &w->rgbd, 1, &obs->rgbd.color);
     if (status < 0) om_observation_done(obs);
     return status;
 }
@@ -349,7 +346,9 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     if (!w) return OM_NO_MEMORY;
     w->head.ops = &sim_ops;
     w->head.narm = OM_MAX_ARM;
-    w->head.sources = OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_CLOUD;
+    w->head.sources =
+        OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    for (int a = 0; a < w->head.narm; ++a) w->head.psm[a] = &w->tool[a].psm;
     w->scene = scene;
     w->site = site;
     OmStatus status = om_body_create(scene, site, nworker, &w->body);
@@ -382,5 +381,8 @@ const OmSurface* om_world_tool(OmWorld* world, int index) {
 OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture) {
     OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
              "only a simulated world can be drawn at any size");
-    return render((SimWorld*)world, width, height, 2, picture);
+    OmCamera camera = ((SimWorld*)world)->endoscope;
+    camera.width = width;
+    camera.height = height;
+    return render((SimWorld*)world, &camera, 2, picture);
 }

@@ -19,6 +19,9 @@ bool om_arm_is_holding(const OmArmObservation* arm) {
 
 int om_world_narm(const OmWorld* world) { return world->narm; }
 unsigned om_world_sources(const OmWorld* world) { return world->sources; }
+const OmPsm* om_world_psm(const OmWorld* world, int arm) {
+    return arm >= 0 && arm < world->narm ? world->psm[arm] : NULL;
+}
 
 OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed) {
     OM_TRY(check_arm(world, arm));
@@ -47,8 +50,8 @@ OmStatus om_world_advance(OmWorld* world, double dt) {
 }
 
 OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation) {
-    static const char* const name[] = {"visibility", "endoscope", "depth camera"};
-    for (int k = 0; k < 3; ++k) {
+    static const char* const name[] = {"visibility", "endoscope", "depth", "depth camera's colour"};
+    for (int k = 0; k < 4; ++k) {
         bool is_missing = what & ~world->sources & (1u << k);
         OM_CHECK(!is_missing, OM_UNAVAILABLE, "this world has no source \"%s\"", name[k]);
     }
@@ -92,7 +95,8 @@ void om_world_destroy(OmWorld* world) {
 
 void om_observation_done(OmObservation* observation) {
     if (!observation) return;
-    om_picture_done(&observation->image);
-    om_free(observation->cloud);
+    om_picture_done(&observation->endoscope.color);
+    om_picture_done(&observation->rgbd.color);
+    om_free(observation->rgbd.depth);
     memset(observation, 0, sizeof *observation);
 }

@@ -67,13 +67,18 @@ static inline void grasp_at(Field* f, int arm, OmVec3 p_task) {
     for (int i = 0; i < 15; ++i) assert_ok(om_world_advance(f->world, 0.02));
 }
 
+static inline uint64_t hash_color(const OmPicture* p, uint64_t h) {
+    size_t n = (size_t)p->width * (size_t)p->height * (size_t)p->nchannel;
+    return n ? om_hash(p->pixel, n, h) : h;
+}
 /// Hash of all that cameras gave.
 static inline uint64_t hash_pictures(const OmObservation* obs, uint64_t h) {
-    size_t npixel = (size_t)obs->image.width * (size_t)obs->image.height;
+    const OmDepthPicture* d = &obs->rgbd;
+    size_t n = (size_t)d->camera.width * (size_t)d->camera.height;
     h = om_hash(&obs->visibility, sizeof obs->visibility, h);
-    if (npixel) h = om_hash(obs->image.pixel, 3 * npixel, h);
-    if (obs->ncloud) h = om_hash(obs->cloud, 3 * sizeof(double) * (size_t)obs->ncloud, h);
-    return h;
+    h = hash_color(&obs->endoscope.color, h);
+    h = hash_color(&d->color, h);
+    return d->depth ? om_hash(d->depth, n * sizeof *d->depth, h) : h;
 }
 
 #endif

@@ -1,0 +1,51 @@
+/// omentum/world_cloud.h: points on the tissue, from a depth picture of any world (floor 4).
+///
+/// A depth camera sees tissue, tools and the anatomy around, and no pixel says what it shows. A robot knows two of the
+/// three: its tools, from measured joints, and the anatomy that does not move, from the patient model. Points near them
+/// and points away from the task are left out; the rest is tissue.
+///
+///     OmCloudDef def = om_cloud_default_def(world, &twin_site);
+///     om_world_observe(world, OM_OBSERVE_DEPTH, &obs);
+///     OmCloud cloud;
+///     om_cloud_init(&def, &obs, &cloud);
+///     ... om_cloud_done(&cloud);
+#ifndef OMENTUM_WORLD_CLOUD_H
+#define OMENTUM_WORLD_CLOUD_H
+
+#include "omentum/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmCloudDef {
+    OmCookie cookie;               // set by om_cloud_default_def
+    const OmSite* site;            // board, organ and task frame as known before the operation
+    const OmPsm* psm[OM_MAX_ARM];  // kinematics of the arms; null: the arm's tool is not left out
+    // Points nearer to board or organ are left out, m; default 2 mm, six standard deviations of the noise at 0.3 m.
+    double clearance;
+    double tool_margin;  // points nearer to a tool are left out, m; default 2 mm
+    // How far from its place at rest tissue is expected, along each axis of the task, m; default 60 mm.
+    double reach;
+} OmCloudDef;
+
+/// The arms of `world`, and the anatomy of `site`: the robot's own, of role OM_SITE_TWIN.
+OM_API OmCloudDef om_cloud_default_def(const OmWorld* world, const OmSite* site);
+
+typedef struct OmCloud {
+    double time;  // s, of the depth picture
+    int n;        //
+    double* x;    // world frame, m                              (n x 3)
+    int* pixel;   // column + width * row of the depth picture   (n)
+} OmCloud;
+
+/// Find the points on the tissue in the depth picture of an observation, which has the arms of the same moment.
+/// @return OM_OK (n may be 0); OM_INVALID (a definition out of range, or an observation without depth); OM_NO_MEMORY
+OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observation,
+                              OmCloud* cloud);
+OM_API void om_cloud_done(OmCloud* cloud);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

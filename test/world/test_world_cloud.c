@@ -1,0 +1,293 @@
+// test_world_cloud.c: pictures of a world say when and from where; the points on the tissue found in them.
+#include "test_alloc.h"
+#include "test_field.h"
+
+#include "omentum/world_cloud.h"
+
+#define TOP 0.005  // m, of the sheet
+
+static OmCloud find_cloud(Field* f, const OmCloudDef* def) {
+    OmObservation obs = observe(f, OM_OBSERVE_DEPTH);
+    OmCloud cloud;
+    assert_ok(om_cloud_init(def, &obs, &cloud));
+    assert_near(cloud.time, obs.time, 0);
+    om_observation_done(&obs);
+    return cloud;
+}
+
+// Pixels of the depth camera whose rays meet the top of the sheet at rest.
+static int count_top_pixels(const Field* f, const OmCamera* camera) {
+    OmPose task = om_pose_inverse(f->site.pose_world_task);
+    OmVec3 half = f->site.half_size, eye = om_pose_apply(task, camera->pose_world_camera.p);
+    int n = 0;
+    for (int i = 0; i < camera->width * camera->height; ++i) {
+        OmVec3 ray = om_camera_ray(camera, i % camera->width + 0.5, i / camera->width + 0.5);
+        ray = om_quat_rotate(task.q, ray);
+        OmVec3 p = om_madd(eye, (TOP - eye.z) / ray.z, ray);
+        n += ray.z < 0 && fabs(p.x) < half.x && fabs(p.y) < half.y;
+    }
+    return n;
+}
+
+// Every picture has its camera: a point of the tissue projects to where the depth camera measured it.
+static void test_pictures_have_time_and_camera(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.world.has_depth_noise = false;
+    setup(&f, scene);
+    for (int i = 0; i < 3; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    OmObservation obs = observe(&f, OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    assert_near(obs.endoscope.time, 0.06, 1e-12);
+    assert_near(obs.rgbd.time, 0.06, 1e-12);
+    assert_int_equal(obs.endoscope.color.width, scene.endoscope.width);
+    assert_int_equal(obs.endoscope.camera.height, scene.endoscope.height);
+    assert_int_equal(obs.rgbd.color.width, scene.rgbd.width);
+    const OmCamera* camera = &obs.rgbd.camera;
+    OmVec3 middle = om_pose_apply(f.site.pose_world_task, om_vec3(0, 0, TOP));
+    double u, v;
+    assert_true(om_camera_project(camera, middle, &u, &v));
+    OmVec3 eye = camera->pose_world_camera.p;
+    OmVec3 axis = om_quat_rotate(camera->pose_world_camera.q, om_vec3(0, 0, 1));
+    double depth = om_dot(om_sub(middle, eye), axis);
+    int pixel = (int)v * camera->width + (int)u;
+    assert_near((double)obs.rgbd.depth[pixel], depth, 1.5e-3);  // half a pixel at a slant
+    // Tissue is orange: red above blue. The two cameras look from opposite sides.
+    const unsigned char* c = &obs.rgbd.color.pixel[3 * pixel];
+    assert_true(c[0] > c[2] + 20);
+    OmVec3 other = obs.endoscope.camera.pose_world_camera.p;
+    OmPose task = om_pose_inverse(f.site.pose_world_task);
+    assert_true(om_pose_apply(task, eye).x > 0.05 && om_pose_apply(task, other).x < -0.05);
+    om_observation_done(&obs);
+    obs = observe(&f, OM_OBSERVE_DEPTH);  // what is not requested is not made
+    assert_null(obs.rgbd.color.pixel);
+    assert_null(obs.endoscope.color.pixel);
+    om_observation_done(&obs);
+    assert_null(obs.rgbd.depth);
+    teardown(&f);
+}
+
+static void test_cloud_lies_on_the_tissue(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    assert_ok(om_world_advance(f.world, 0.02));
+    OmCloudDef def = om_cloud_default_def(f.world, &f.site);
+    OmCloud cloud = find_cloud(&f, &def);
+    OmObservation obs = observe(&f, OM_OBSERVE_DEPTH);
+    double expected = count_top_pixels(&f, &obs.rgbd.camera);
+    // 0.5 % of the pixels have no depth, tools hide some, and the near side of the sheet adds some.
+    assert_true(expected > 2000);
+    assert_true(cloud.n > 0.9 * expected && cloud.n < 1.05 * expected);
+    double worst = 0, sum = 0;
+    OmPose task = om_pose_inverse(f.site.pose_world_task);
+    for (int i = 0; i < cloud.n; ++i) {
+        OmVec3 p = om_pose_apply(task, om_load3(cloud.x, i));
+        assert_true(fabs(p.x) < 0.063 && fabs(p.y) < 0.063);
+        worst = fmax(worst, fabs(p.z - TOP));
+        sum += fabs(p.z - TOP);
+        // The pixel is where the point projects to.
+        double u, v;
+        assert_true(om_camera_project(&obs.rgbd.camera, om_load3(cloud.x, i), &u, &v));
+        assert_int_equal(cloud.pixel[i], (int)v * obs.rgbd.camera.width + (int)u);
+    }
+    assert_below(sum / cloud.n, 0.0006);  // noise of 0.34 mm along the ray
+    assert_below(worst, 0.003);           // and the side of the sheet, above the clearance
+    om_observation_done(&obs);
+    om_cloud_done(&cloud);
+    teardown(&f);
+}
+
+// Points above the sheet by more than 3 mm, where the tissue lies flat: of a tool.
+static int count_above(const Field* f, const OmCloud* cloud) {
+    OmPose task = om_pose_inverse(f->site.pose_world_task);
+    int n = 0;
+    for (int i = 0; i < cloud->n; ++i)
+        n += om_pose_apply(task, om_load3(cloud->x, i)).z > TOP + 0.003;
+    return n;
+}
+
+static void test_tools_are_left_out(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.world.tool_noise = 0.0005;
+    setup(&f, scene);
+    for (int a = 0; a < 2; ++a) {
+        OmVec3 over = om_vec3(0.01, a == 0 ? -0.02 : 0.02, TOP + 0.012);
+        assert_ok(om_world_move(f.world, a, to_world(&f, a, over), 0.1));
+    }
+    assert_ok(om_world_set_jaw(f.world, 0, 0));
+    for (int i = 0; i < 60; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    assert_false(observe(&f, 0).arm[0].is_moving);
+    OmCloudDef def = om_cloud_default_def(f.world, &f.site);
+    OmCloud cloud = find_cloud(&f, &def);
+    assert_int_equal(count_above(&f, &cloud), 0);
+    int n = cloud.n;
+    om_cloud_done(&cloud);
+    for (int a = 0; a < 2; ++a) {  // without the kinematics of one arm its tool is seen as tissue
+        def = om_cloud_default_def(f.world, &f.site);
+        def.psm[a] = NULL;
+        cloud = find_cloud(&f, &def);
+        assert_true(count_above(&f, &cloud) > 50);
+        om_cloud_done(&cloud);
+    }
+    OmObservation obs = observe(&f, OM_OBSERVE_DEPTH);
+    assert_true(n > 0.6 * count_top_pixels(&f, &obs.rgbd.camera));
+    om_observation_done(&obs);
+    teardown(&f);
+}
+
+// A lifted corner: its points are in the cloud, each beside a vertex of the truth, and none lies on the board.
+static void test_cloud_of_lifted_tissue(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    assert_ok(om_world_reset(f.world));
+    grasp_at(&f, 0, om_vec3(-0.048, -0.048, TOP));
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(-0.04, -0.048, 0.035)), 0.02));
+    for (int i = 0; i < 100; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    assert_true(is_holding(&f, 0));
+    OmCloudDef def = om_cloud_default_def(f.world, &f.site);
+    OmCloud cloud = find_cloud(&f, &def);
+    const double* x = om_body_x(om_world_truth(f.world));
+    OmPose task = om_pose_inverse(f.site.pose_world_task);
+    int nhigh = 0;
+    double sum = 0;
+    for (int i = 0; i < cloud.n; ++i) {
+        OmVec3 p = om_load3(cloud.x, i);
+        double nearest = 1;
+        for (int v = 0; v < f.site.mesh.nvert; ++v)
+            nearest = fmin(nearest, om_distance(p, om_load3(x, v)));
+        sum += nearest;
+        assert_below(nearest, 0.008);  // vertices are 6.7 mm apart
+        nhigh += om_pose_apply(task, p).z > 0.015;
+    }
+    assert_true(nhigh > 100);
+    assert_below(sum / cloud.n, 0.004);
+    om_cloud_done(&cloud);
+    teardown(&f);
+}
+
+// ---- a made-up field: exact -----------------------------------------------------------------------------------
+
+enum { WIDTH = 20, HEIGHT = 4 };
+
+// Distance from an organ that fills z < 9 mm.
+static double half_space(void* ctx, OmVec3 p) {
+    (void)ctx;
+    return p.z - 0.009;
+}
+
+typedef struct Made {
+    OmSite site;
+    OmObservation obs;
+    float depth[WIDTH * HEIGHT];
+} Made;
+
+// A camera 200 mm above the origin looks down on five strips of different height, four pixels wide.
+static void make_field(Made* m) {
+    static const double height[5] = {0.001, 0.010, 0.012, 0.065, 0.090};
+    memset(m, 0, sizeof *m);
+    m->site.pose_world_task = om_pose_identity();
+    m->site.half_size = om_vec3(0.06, 0.06, 0.0025);
+    m->obs.narm = 1;
+    m->obs.rgbd.depth = m->depth;
+    m->obs.rgbd.time = 7;
+    OmPose pose = om_pose_look_at(om_vec3(0, 0, 0.2), om_vec3(0, 0, 0), om_vec3(0, 1, 0));
+    m->obs.rgbd.camera = (OmCamera){pose, WIDTH, HEIGHT, 0.1, 0.01, 1};
+    for (int i = 0; i < WIDTH * HEIGHT; ++i) m->depth[i] = (float)(0.2 - height[i % WIDTH / 4]);
+    m->depth[9] = 0;  // no return
+}
+
+static void check_strips(const Made* m, const OmCloudDef* def, int first, int last) {
+    OmCloud cloud;
+    assert_ok(om_cloud_init(def, &m->obs, &cloud));
+    assert_near(cloud.time, 7, 0);
+    int n = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; ++i) {
+        int strip = i % WIDTH / 4;
+        if (strip < first || strip > last || i == 9) continue;
+        assert_int_equal(cloud.pixel[n], i);
+        assert_near(om_load3(cloud.x, n).z, 0.2 - (double)m->depth[i], 1e-12);
+        ++n;
+    }
+    assert_int_equal(cloud.n, n);
+    om_cloud_done(&cloud);
+}
+
+static void test_anatomy_and_distance_are_left_out(void** state) {
+    (void)state;
+    Made m;
+    make_field(&m);
+    const OmWorldOps ops = {0};
+    OmWorld world = {.ops = &ops, .narm = 1};
+    OmCloudDef def = om_cloud_default_def(&world, &m.site);
+    check_strips(&m, &def, 0, 3);  // 90 mm is beyond the reach of 60 mm over a sheet of 5 mm
+    m.site.has_ground = true;
+    check_strips(&m, &def, 1, 3);  // 1 mm over the board
+    def.reach = 0.1;
+    check_strips(&m, &def, 1, 4);
+    m.site.has_organ = true;
+    OmVec3 lo = om_vec3(-0.05, -0.05, -0.01), hi = om_vec3(0.05, 0.05, 0.1);
+    OmSdfDef sdf = om_sdf_default_def(0.005);
+    assert_ok(om_sdf_from_function(half_space, NULL, lo, hi, &sdf, &m.site.organ_sdf));
+    check_strips(&m, &def, 2, 4);  // 10 mm is 1 mm over the organ
+    om_sdf_done(&m.site.organ_sdf);
+}
+
+static void test_definitions_out_of_range(void** state) {
+    (void)state;
+    Made m;
+    make_field(&m);
+    OmWorld world = {.narm = 1};
+    OmCloud cloud;
+    OmCloudDef def = om_cloud_default_def(&world, &m.site), bad = def;
+    bad.cookie = 0;
+    assert_status(om_cloud_init(&bad, &m.obs, &cloud), OM_INVALID);
+    bad = def, bad.site = NULL;
+    assert_status(om_cloud_init(&bad, &m.obs, &cloud), OM_INVALID);
+    bad = def, bad.clearance = -1;
+    assert_status(om_cloud_init(&bad, &m.obs, &cloud), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "clearance"));
+    bad = def, bad.tool_margin = NAN;
+    assert_status(om_cloud_init(&bad, &m.obs, &cloud), OM_INVALID);
+    bad = def, bad.reach = INFINITY;
+    assert_status(om_cloud_init(&bad, &m.obs, &cloud), OM_INVALID);
+    m.obs.rgbd.depth = NULL;
+    assert_status(om_cloud_init(&def, &m.obs, &cloud), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "depth"));
+    assert_null(cloud.x);
+    om_cloud_done(&cloud);
+    om_cloud_done(NULL);
+}
+
+static OmStatus make_cloud(void* ctx) {
+    Made* m = ctx;
+    OmWorld world = {.narm = 1};
+    OmCloudDef def = om_cloud_default_def(&world, &m->site);
+    OmCloud cloud;
+    OmStatus status = om_cloud_init(&def, &m->obs, &cloud);
+    om_cloud_done(&cloud);
+    return status;
+}
+
+static void test_failing_allocations_leak_nothing(void** state) {
+    (void)state;
+    Made m;
+    make_field(&m);
+    assert_int_equal(test_failing_allocations(make_cloud, &m, 1), 2);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pictures_have_time_and_camera),
+        cmocka_unit_test(test_cloud_lies_on_the_tissue),
+        cmocka_unit_test(test_tools_are_left_out),
+        cmocka_unit_test(test_cloud_of_lifted_tissue),
+        cmocka_unit_test(test_anatomy_and_distance_are_left_out),
+        cmocka_unit_test(test_definitions_out_of_range),
+        cmocka_unit_test(test_failing_allocations_leak_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
