@@ -70,6 +70,18 @@ OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, doub
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
 OM_API void om_body_release(OmBody* body, int arm);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
+/// Replace all attachments between two steps, as om_tissue_set_attachment.
+/// @return as om_tissue_set_attachment
+OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,
+                                       const double* anchor, const double* stiffness);
+/// Anchors that change kind or stiffness of attachments without a jump, as om_tissue_eval_anchor.
+/// @return as om_tissue_eval_anchor
+OM_API OmStatus om_body_eval_anchor(const OmBody* body, int nvert, const int* vert,
+                                    const double* stiffness, double* anchor);
+/// Nonzero where attached now (nvert); valid until the body is destroyed.
+OM_API const unsigned char* om_body_attached(const OmBody* body);
+/// N/m, of the spring of each attached vertex now; 0: held still or not attached (nvert).
+OM_API const double* om_body_attachment_stiffness(const OmBody* body);
 /// A step that stopped at the iteration limit of the linear solver is OM_OK: the report has its residual.
 /// @return OM_OK; OM_NOT_CONVERGED (advanced, but contact has not settled, elements are inverted or energy was gained:
 ///         the message says which; om_body_nbad counts such steps); errors of om_contact_step

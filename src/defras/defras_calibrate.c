@@ -119,7 +119,7 @@ static OmStatus run_layout(Calibration* c, int layout) {
         if (twin->grid.vert[b] < 0) continue;
         twin->speed = SPEED_UP * c->scene->task.speed;
         bool has_truth =
-            !om__grid_is_fixed(&twin->grid, &twin->site, b) && nfree++ % TRUTH_EVERY == 0;
+            !om__grid_is_fixed(&twin->grid, twin->body, b) && nfree++ % TRUTH_EVERY == 0;
         status = try_grasp(twin, has_truth ? truth : NULL, b, largest, &c->pairs[layout]);
     }
     om__trial_destroy(twin);

@@ -67,13 +67,15 @@ double om__grid_length(const Grid* g, double share) {
 }
 
 // Above an attachment, or so near to one that pulling there pulls on it, however small the blocks are.
-bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block) {
-    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
+    const OmTetMesh* mesh = &om_body_site(body)->mesh;
+    const unsigned char* attached = om_body_attached(body);
     OmPose task = om_pose_inverse(grid->task);
     OmVec3 c = om_load3(grid->center, block);
     double clear = om__grid_length(grid, CLEAR);
-    for (int i = 0; held && i < held->nvert; ++i) {
-        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, held->vert[i]));
+    for (int i = 0; i < mesh->nvert; ++i) {
+        if (!attached[i]) continue;
+        OmVec3 p = om_pose_apply(task, om_load3(mesh->x, i));
         if (block_of(grid, p) == block || hypot(p.x - c.x, p.y - c.y) < clear) return true;
     }
     return false;
@@ -102,7 +104,7 @@ void om__sense_fluents(Loop* loop, OmSituation* s) {
     s->center = g->center;
     loop->nlater = 0;
     for (int b = 0; b < g->n * g->n; ++b) {
-        s->is_fixed[b] = om__grid_is_fixed(g, &loop->twin_site, b);
+        s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
         if (g->vert[b] < 0) s->reachable[b] = 0;

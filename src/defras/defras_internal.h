@@ -132,7 +132,7 @@ typedef struct Loop {
 // defras_fluents.c
 double om__grid_length(const Grid* grid, double share);  // share of the tissue's smaller side, m
 OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid);
-bool om__grid_is_fixed(const Grid* grid, const OmSite* site, int block);
+bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
 void om__sense_fluents(Loop* loop, OmSituation* situation);
 
 // The force by the twin at which the arms act, N.

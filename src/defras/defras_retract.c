@@ -183,9 +183,12 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
 
 // ---- before a run -------------------------------------------------------------------------------------------
 
-static int count_attached(const OmSite* site) {
-    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
-    return held ? held->nvert : 0;
+static int count_attached(const OmBody* body) {
+    if (!body) return 0;  // a world without truth
+    const unsigned char* attached = om_body_attached(body);
+    int num = 0;
+    for (int i = 0; i < om_body_site(body)->mesh.nvert; ++i) num += attached[i] != 0;
+    return num;
 }
 
 static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
@@ -193,12 +196,11 @@ static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
     const OmSceneCamera* camera = &loop->scene->endoscope;
     e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
     e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
-    e->twin_nattached = count_attached(&loop->twin_site);
-    e->world_nattached = count_attached(&loop->world_site);
+    e->twin_nattached = count_attached(loop->twin);
+    e->world_nattached = count_attached(om_world_truth(loop->world));
     e->nblock = loop->grid.n * loop->grid.n;
     for (int b = 0; b < e->nblock; ++b)
-        e->ngrasp +=
-            loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, &loop->twin_site, b);
+        e->ngrasp += loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, loop->twin, b);
     e->visibility = loop->visibility;
     e->is_settled = r->is_settled;
     e->has_slid = r->has_slid;

@@ -66,20 +66,23 @@ OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker
     *result = (OmSearchResult){.block = -1};
     OM_CHECK(force_limit > 0, OM_INVALID, "force limit of %g N; must be positive", force_limit);
     Search s = {.scene = scene, .force_limit = force_limit, .best = result};
-    OmSite twin = {0};
-    OmStatus status = om_site_build(scene, OM_SITE_TWIN, progress, &twin);
+    OmSite site = {0};
+    OmBody* twin = NULL;  // whose attachments are believed
+    OmStatus status = om_site_build(scene, OM_SITE_TWIN, progress, &site);
     if (status < 0) return status;
-    OM_TRY_DONE(om_world_check_visible(scene, &twin));
+    OM_TRY_DONE(om_world_check_visible(scene, &site));
+    OM_TRY_DONE(om_body_create(scene, &site, nworker, &twin));
     OM_TRY_DONE(om__trial_create(scene, scene->seed, OM_SITE_WORLD, nworker, &s.trial));
     int nblock = scene->task.grid * scene->task.grid;
     for (int b = 0; b < nblock; ++b) {
         OM_TRY_DONE(om_progress_report(progress, "searching", b, nblock));
         const Grid* g = &s.trial->grid;
-        if (g->vert[b] < 0 || om__grid_is_fixed(g, &twin, b)) continue;
+        if (g->vert[b] < 0 || om__grid_is_fixed(g, twin, b)) continue;
         OM_TRY_DONE(try_block(&s, b));
     }
 done:
     om__trial_destroy(s.trial);
-    om_site_done(&twin);
+    om_body_destroy(twin);
+    om_site_done(&site);
     return status;
 }

@@ -77,6 +77,19 @@ OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
 void om_body_release(OmBody* b, int arm) { om_tissue_release(b->state, arm); }
 bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->state, arm) > 0; }
 
+OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
+                                const double* stiffness) {
+    return om_tissue_set_attachment(b->model, b->state, nvert, vert, anchor, stiffness);
+}
+OmStatus om_body_eval_anchor(const OmBody* b, int nvert, const int* vert, const double* stiffness,
+                             double* anchor) {
+    return om_tissue_eval_anchor(b->model, b->state, nvert, vert, stiffness, anchor);
+}
+const unsigned char* om_body_attached(const OmBody* b) { return om_tissue_attached(b->state); }
+const double* om_body_attachment_stiffness(const OmBody* b) {
+    return om_tissue_attachment_stiffness(b->state);
+}
+
 OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
     OmContactReport r;
     OmStatus status = om_contact_step(b->contact_work, b->model, b->state, b->work, dt, &r);

@@ -44,8 +44,10 @@ static void test_grid(void** state) {
     scene.roi.center = om_vec3(0.04, -0.01, 0);
     scene.attach.lo = om_vec3(-0.061, 0.031, -1);  // the two last rows of vertices
     OmSite site;
+    OmBody* body;
     Grid grid;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &body));
     assert_ok(om__grid_build(&scene, &site, &grid));
     for (int b = 0; b < 16; ++b) {
         double x = -0.045 + 0.03 * (b % 4), y = -0.045 + 0.03 * (b / 4);
@@ -55,9 +57,14 @@ static void test_grid(void** state) {
         OmVec3 q = om_pose_apply(om_pose_inverse(site.pose_world_task), p);
         assert_near(om_distance(q, om_vec3(x, y, 0.005)), 0, 1e-9);
         assert_near(om_distance(grid.tip[b], q), 0, 1e-12);
-        assert_true(om__grid_is_fixed(&grid, &site, b) == (b >= 12));
+        assert_true(om__grid_is_fixed(&grid, body, b) == (b >= 12));
     }
     assert_int_equal(grid.roi_block, 1 * 4 + 3);
+    // What counts are the attachments of the body's state, not the set of its mesh.
+    int vert = grid.vert[5];
+    assert_ok(om_body_set_attachment(body, 1, &vert, NULL, NULL));
+    for (int b = 0; b < 16; ++b) assert_true(om__grid_is_fixed(&grid, body, b) == (b == 5));
+    om_body_destroy(body);
     om_site_done(&site);
 }
 
@@ -69,6 +76,7 @@ static void test_fluents(void** state) {
     Loop* loop = calloc(1, sizeof *loop);
     loop->scene = &scene;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+    assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
     assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
     loop->arm[0] = (ArmState){.at = 3, .in_hand = 3, .is_closed = true, .lift = 0.0297};
     loop->arm[1] = (ArmState){.at = 7, .in_hand = -1, .is_max_force = true, .lift = 0.02};
@@ -87,6 +95,7 @@ static void test_fluents(void** state) {
     loop->arm[0].lift = 0.0497;  // a measured tip stops short of its goal
     om__sense_fluents(loop, &loop->situation);
     assert_true(loop->situation.arm[0].is_max_height);
+    om_body_destroy(loop->twin);
     om_site_done(&loop->twin_site);
     free(loop);
 }
@@ -100,6 +109,7 @@ static void test_attempts_are_kept_apart(void** state) {
     loop->scene = &scene;
     scene.task.grid = 10;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+    assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
     assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
     loop->arm[0] = loop->arm[1] = (ArmState){.at = -1, .in_hand = -1};
     loop->apart = om__grid_length(&loop->grid, APART);
@@ -128,11 +138,13 @@ static void test_attempts_are_kept_apart(void** state) {
     assert_int_equal(loop->nlater, 0);
     for (int b = 0; b < 100; ++b)
         assert_int_equal(loop->situation.tried[b], b >= 31 && b <= 33 ? OM_TRIED_GRASP : 0);
+    om_body_destroy(loop->twin);
     om_site_done(&loop->twin_site);
     // Up to 5 x 5 blocks every block is on its own.
     for (int n = 2; n <= 5; ++n) {
         scene.task.grid = n;
         assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
+        assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
         assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
         memset(loop->is_spent, 0, sizeof loop->is_spent);
         memset(loop->tried, 0, sizeof loop->tried);
@@ -140,6 +152,7 @@ static void test_attempts_are_kept_apart(void** state) {
         loop->apart = om__grid_length(&loop->grid, APART);
         om__sense_fluents(loop, &loop->situation);
         assert_int_equal(loop->nlater, 0);
+        om_body_destroy(loop->twin);
         om_site_done(&loop->twin_site);
     }
     free(loop);
