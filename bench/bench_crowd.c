@@ -101,7 +101,7 @@ static OmStatus take_step(void* ctx) {
 static OmStatus measure_step(const OmTetMesh* mesh, int nworker, OmPreconditioner preconditioner,
                              const char* what) {
     Step t = {0};
-    OmTissueDef def = om_tissue_default_def(mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
     def.solver.nworker = nworker;
     def.material_default.young = 1e5;  // the beam stays in the range of small steps
     def.solver.preconditioner = preconditioner;

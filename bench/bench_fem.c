@@ -40,7 +40,7 @@ static OmPose end_tool(int k, double lift, double* radius) {
 
 static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, int law,
                         bool is_plain, bool is_averaged) {
-    OmTissueDef def = om_tissue_default_def(mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
     def.gravity = om_vec3(0, 0, 0);
     def.rayleigh_mass = 0;
     def.material_default.law = law_table[law];

@@ -87,8 +87,8 @@ static OmStatus measure(int k, const BenchOptions* options) {
     if (!time) return OM_NO_MEMORY;
     OM_TRY_DONE(make_particles(k, &particles, &pbd.particle_volume));
     OM_TRY_DONE(attach_side(&particles));
-    OmTissueDef def = om_tissue_default_def(&particles);
-    def.engine = "pbd", def.pbd = &pbd;
+    OmTissueDef def = om_tissue_default_def(om_pbd_engine(), &particles);
+    def.options = &pbd;
     def.solver.nworker = options->nworker;
     OM_TRY_DONE(om_tissue_create(&def, &m));
     OM_TRY_DONE(om_tissue_state_create(m, &s));

@@ -16,7 +16,7 @@ static const struct {
 #define NSCENE ((int)(sizeof scene_table / sizeof *scene_table))
 
 static OmStatus measure(int k, const OmTetMesh* mesh, const BenchOptions* options, OmLaw law) {
-    OmTissueDef def = om_tissue_default_def(mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), mesh);
     def.gravity = om_vec3(0, 0, -1);
     def.material_default.law = law;
     def.solver.nworker = options->nworker;

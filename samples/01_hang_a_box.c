@@ -61,7 +61,7 @@ int main(void) {
 
     OmStatus status = make_box(&mesh);
     if (status == OM_OK) {
-        OmTissueDef def = om_tissue_default_def(&mesh);
+        OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);
         def.material_default.young = 5000;  // Pa
         def.rayleigh_mass = 2;              // 1/s: comes to rest soon
         def.solver.nworker = 1;             // too small to share among threads

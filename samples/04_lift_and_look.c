@@ -31,7 +31,7 @@ static OmStatus make_tissue(Field* f) {
         if (om_load3(f->mesh.x, i).x < 1e-9) held[nheld++] = i;
     status = om_tet_mesh_add_set(&f->mesh, "attachment", held, nheld);
     if (status != OM_OK) return status;
-    OmTissueDef def = om_tissue_default_def(&f->mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), &f->mesh);
     def.material_default.law = OM_STABLE_NEO_HOOKEAN;  // it folds
     def.solver.nworker = 1;                            // too small to share among threads
     status = om_tissue_create(&def, &f->model);

@@ -78,7 +78,7 @@ int main(void) {
     memset(&mesh, 0, sizeof mesh);
     OmStatus status = make_block(&mesh);
     if (status == OM_OK) {
-        OmTissueDef def = om_tissue_default_def(&mesh);
+        OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);
         def.material_default.law = OM_NEO_HOOKEAN;
         def.gravity = om_vec3(0, 0, 0);
         def.solver.max_rhs = 8;       // multipliers solve eight columns at a time

@@ -30,9 +30,8 @@ static OmStatus make_block(Field* f) {
     if (status == OM_OK)
         status = om_pbd_sample_surface(&f->skin, 0.005, &f->particles, &pbd.particle_volume);
     if (status != OM_OK) return status;
-    OmTissueDef def = om_tissue_default_def(&f->particles);
-    def.engine = "pbd";
-    def.pbd = &pbd;
+    OmTissueDef def = om_tissue_default_def(om_pbd_engine(), &f->particles);
+    def.options = &pbd;
     def.solver.nworker = 1;
     status = om_tissue_create(&def, &f->model);
     if (status == OM_OK) status = om_tissue_state_create(f->model, &f->state);

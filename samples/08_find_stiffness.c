@@ -31,7 +31,7 @@ static OmStatus evaluate(void* ctx, const double* param, int nworker, double* er
     OmTissueModel* model = NULL;
     OmTissueState* state = NULL;
     OmTissueWork* work = NULL;
-    OmTissueDef def = om_tissue_default_def(ctx);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), ctx);
     def.material_default = (OmMaterial){.young = param[0], .poisson = 0.3, .law = OM_NEO_HOOKEAN};
     def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, &model);

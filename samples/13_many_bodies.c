@@ -75,7 +75,7 @@ static OmStatus make_model(OmTissueModel** model) {
     for (int i = 0; i < mesh.nvert; ++i)
         if (om_load3(mesh.x, i).x < 1e-9) held[nheld++] = i;
     status = om_tet_mesh_add_set(&mesh, "attachment", held, nheld);
-    OmTissueDef def = om_tissue_default_def(&mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);
     def.material_default.law = OM_STABLE_NEO_HOOKEAN;
     def.solver.nworker = 1;  // the bodies are shared among threads, not the steps
     if (status == OM_OK) status = om_tissue_create(&def, model);

@@ -5,7 +5,9 @@
 #include "test_common.h"
 
 #include "omentum/contact.h"
+#include "omentum/fem.h"
 #include "omentum/tissue.h"
+#include "omentum/tissue_engine.h"
 
 typedef struct TestRig {
     OmTetMesh mesh;
@@ -21,7 +23,7 @@ typedef struct TestRig {
 static inline void rig_box(TestRig* r, OmVec3 lo, OmVec3 hi, int nx, int ny, int nz) {
     memset(r, 0, sizeof *r);
     assert_ok(om_tet_mesh_box(lo, hi, nx, ny, nz, &r->mesh));
-    r->def = om_tissue_default_def(&r->mesh);
+    r->def = om_tissue_default_def(om_fem_engine(), &r->mesh);
     r->def.solver.nworker = 1;
     r->def.solver.tolerance = 1e-6;
     r->def.solver.max_iterations = 500;

@@ -33,14 +33,13 @@ SIDEWAYS = {
     ("fem", "tissue"): "an engine implements the interface",
     ("pbd", "tissue"): "an engine implements the interface",
     ("heuristic", "tissue"): "an engine implements the interface",
-    ("umesh", "tissue"): "a trained network is an engine too, from above",
     ("world", "scene"): "a world is built from a scene",
 }
 
 PUBLIC_ROOM = {"vec": "math", "body": "world"}  # headers whose name does not begin with the room
 EVERYWHERE = "omentum/vec.h"  # the inline vector types, which every room speaks
 WITHIN = {"base/base_multiversion.h"}  # macros for the library's own files, not for users
-ENGINE = "tissue/tissue_engine.h"  # private to tissue, but for its engines
+ENGINE = "tissue/tissue_internal.h"  # private to tissue, but for the engines of its floor
 
 C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h
 math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h

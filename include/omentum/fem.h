@@ -1,8 +1,8 @@
 /// omentum/fem.h: solids of any element and law, in double precision (floor 2).
 ///
 /// Energy, force and tangent of a hyperelastic body; static equilibrium by Newton's method with load
-/// steps; implicit and explicit dynamics. This room is written for precision and for reading; the engine "fem" of
-/// tissue.h is the fast one, for linear tetrahedra. Tests compare the two.
+/// steps; implicit and explicit dynamics. These solids are written for precision and for reading. om_fem_engine is
+/// fast: an engine of tissue.h for linear tetrahedra in floats. Tests compare the two.
 ///
 ///     om_fem_mesh_from_tet(&tet, OM_TET10, &mesh);
 ///     OmFemDef def = om_fem_default_def(&mesh, 1, &material);
@@ -22,6 +22,9 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// The engine "fem" of tissue.h: linear tetrahedra, corotational or hyperelastic, implicit Euler. It has no options.
+OM_API const struct OmTissueEngine* om_fem_engine(void);
 
 // ---- meshes -----------------------------------------------------------------------------------------
 

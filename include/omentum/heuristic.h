@@ -1,21 +1,21 @@
 /// omentum/heuristic.h: the other fast models of the thesis, mass-spring networks (2.4.1) and ChainMail
 /// (2.4.3), for comparison (floor 2).
 ///
-/// Engine "springs" of tissue.h puts a spring on every edge of the tetrahedra, k = sum E V / l^2 over the
-/// elements at the edge (Van Gelder 1998), and takes the implicit Euler steps, contact and statics of every
-/// engine with a system matrix. Forces are in newtons. Poisson's ratio is 1/4 for any material, and elements may
+/// om_spring_engine, the engine "springs" of tissue.h, puts a spring on every edge of the tetrahedra, k = sum E V /
+/// l^2 over the elements at the edge (Van Gelder 1998), and takes the implicit Euler steps, contact and statics of
+/// every engine with a system matrix. Forces are in newtons. Poisson's ratio is 1/4 for any material, and elements may
 /// invert.
 ///
-/// Engine "chainmail" moves a vertex only if a link (an edge of the mesh) violates its limits: the largest elongation,
-/// shortening and sideways displacement, as fractions of the rest length. Then all links are relaxed. It has no mass,
-/// weight or force and no rotation; a step is a fixed number of operations.
+/// om_chain_engine, the engine "chainmail", moves a vertex only if a link (an edge of the mesh) violates its limits:
+/// the largest elongation, shortening and sideways displacement, as fractions of the rest length. Then all links are
+/// relaxed. It has no mass, weight or force and no rotation; a step is a fixed number of operations.
 ///
-///     OmTissueDef def = om_tissue_default_def(&mesh);
-///     def.engine = "springs";
+///     OmTissueDef def = om_tissue_default_def(om_spring_engine(), &mesh);
 ///     om_tissue_create(&def, &model);               // then as in tissue.h
 ///
 ///     OmChainDef chain = om_chain_default_def();
-///     def.engine = "chainmail", def.chain = &chain;
+///     def = om_tissue_default_def(om_chain_engine(), &mesh);
+///     def.options = &chain;
 #ifndef OMENTUM_HEURISTIC_H
 #define OMENTUM_HEURISTIC_H
 
@@ -24,6 +24,11 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/// The engine "springs" of tissue.h. It has no options.
+OM_API const struct OmTissueEngine* om_spring_engine(void);
+/// The engine "chainmail". Options: OmChainDef, copied.
+OM_API const struct OmTissueEngine* om_chain_engine(void);
 
 typedef struct OmSpring {  // from the vertex in whose list it is
     int vert;              // its other end

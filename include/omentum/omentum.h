@@ -36,6 +36,7 @@
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
 #include "omentum/tissue.h"
+#include "omentum/tissue_engine.h"
 #include "omentum/tissue_material.h"
 #include "omentum/umesh.h"
 #include "omentum/umesh_net.h"

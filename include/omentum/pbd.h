@@ -2,13 +2,13 @@
 ///
 /// Symplectic Euler predicts the particles; then constraints project them: rigid shapes of overlapping clusters,
 /// (3.13)-(3.14), or the elastic energy of tetrahedra with its physical constants (XPBD). The method cannot
-/// become unstable. It is the engine "pbd" of tissue.h, with the functions of every tissue. Shape matching has no
+/// become unstable. om_pbd_engine makes it an engine of tissue.h. Shape matching has no
 /// interaction forces: for it om_tissue_get_forces gives the balance of momentum, and stretch has no modulus.
 ///
 ///     OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
 ///     om_pbd_sample_surface(&skin, 0.005, &particles, &pbd.particle_volume);
-///     OmTissueDef def = om_tissue_default_def(&particles);
-///     def.engine = "pbd", def.pbd = &pbd;
+///     OmTissueDef def = om_tissue_default_def(om_pbd_engine(), &particles);
+///     def.options = &pbd;
 ///     om_tissue_create(&def, &model);               // then as in tissue.h
 #ifndef OMENTUM_PBD_H
 #define OMENTUM_PBD_H
@@ -60,6 +60,12 @@ typedef struct OmPbdDef {    // made by om_pbd_default_def; lengths in m; copied
     OmCookie cookie;            // set by om_pbd_default_def
 } OmPbdDef;
 
+/// The engine "pbd" of tissue.h. Options: OmPbdDef, copied; without options it has clusters. In a scene it reads
+/// cluster_spacing, cluster_radius and cluster_stiffness.
+OM_API const struct OmTissueEngine* om_pbd_engine(void);
+/// The engine "xpbd": the same with OM_PBD_ELASTIC where no options are given.
+OM_API const struct OmTissueEngine* om_xpbd_engine(void);
+
 /// Table 3.1 and the optimum of 5.4.1 for clusters; substeps rather than iterations for elasticity.
 OM_API OmPbdDef om_pbd_default_def(OmPbdKind kind);
 
@@ -102,8 +108,6 @@ OM_API double om_pbd_modulus(const OmTissueModel* model, double h);
 /// of the highest of a body that hangs: density g height / modulus; height is between clusters' centres.
 /// A value of 0.15 or more at h = 20 ms is worth a warning in the log when the model is made.
 OM_API double om_pbd_weight_strain(const OmTissueModel* model, double h);
-/// True if interaction forces follow from stiffness; false for OM_PBD_CLUSTERS.
-OM_API bool om_pbd_has_forces(const OmTissueModel* model);
 
 #ifdef __cplusplus
 }

@@ -1,12 +1,13 @@
 /// omentum/tissue.h: soft tissue as a table of operators (floor 2).
 ///
 /// A *model* is mesh, material and engine, constant and shared; a *state* is everything that changes, one
-/// flat block; a *work* is the scratch and the linear solver of one thread. Whatever the engine (finite
-/// elements, or the particles of pbd.h), a caller grasps, moves, steps, and reads positions (m) and forces (N).
+/// flat block; a *work* is the scratch and the linear solver of one thread. An *engine* computes how tissue deforms:
+/// finite elements (fem.h), particles (pbd.h), springs and links (heuristic.h), a network (umesh_net.h), or your own
+/// (tissue_engine.h). With any of them a caller grasps, moves, steps, and reads positions (m) and forces (N).
 /// Implicit Euler (thesis (3.3)-(3.6), signs as in the errata):
 /// (M + h C + h^2 K) dv = h f - h^2 K v.
 ///
-///     OmTissueDef def = om_tissue_default_def(&mesh);      // set "attachment" of the mesh is held
+///     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);  // set "attachment" of the mesh is held
 ///     om_tissue_create(&def, &model);
 ///     om_tissue_state_create(model, &state);
 ///     om_tissue_work_create(model, &work);
@@ -28,10 +29,14 @@ extern "C" {
 
 // ---- model ----------------------------------------------------------------------------------------
 
-typedef struct OmTissueDef {  // made by om_tissue_default_def
-    const char* engine;       // default "fem": corotational linear tetrahedra; "pbd": see pbd.h;
-                              // "springs", "chainmail": see heuristic.h
-    const OmTetMesh* mesh;    // copied by create
+typedef struct OmTissueDef {              // made by om_tissue_default_def
+    const struct OmTissueEngine* engine;  // by om_tissue_default_def; borrowed, a constant table
+    // Of the engine: OmPbdDef, OmChainDef, OmUmeshNet ...; null (default): its own defaults. Each engine's header says
+    // whether it copies or borrows them.
+    const void* options;
+    // In place of `options`: a file and numbers, from which the engine makes options that the model owns; default null
+    const struct OmEngineInput* input;
+    const OmTetMesh* mesh;  // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
     OmMaterial material_default;  // where nmaterial is 0
@@ -46,21 +51,18 @@ typedef struct OmTissueDef {  // made by om_tissue_default_def
     double attachment_stiffness;
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
-    // Of "fem": strains are averaged around vertices, against locking (doc/fem.md). Default false.
+    // Of om_fem_engine: strains are averaged around vertices, against locking (doc/fem.md). Default false.
     bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
-    const struct OmPbdDef* pbd;           // of engine "pbd", copied; null: om_pbd_default_def
-    const struct OmChainDef* chain;       // of "chainmail"; null: om_chain_default_def
-    const struct OmTissueEngine* custom;  // an engine that is not in the table, or null
-    const void* custom_data;              // what that engine works with, borrowed by the model
-    OmCookie cookie;                      // set by om_tissue_default_def
+    OmCookie cookie;     // set by om_tissue_default_def
 } OmTissueDef;
 
 typedef struct OmTissueModel OmTissueModel;  // constant; may be used by any number of threads
 typedef struct OmTissueState OmTissueState;  // one flat block
 typedef struct OmTissueWork OmTissueWork;    // one per thread that steps
 
-OM_API OmTissueDef om_tissue_default_def(const OmTetMesh* mesh);
+OM_API OmTissueDef om_tissue_default_def(const struct OmTissueEngine* engine,
+                                         const OmTetMesh* mesh);
 /// @return OM_OK; OM_INVALID (the message names the field, the element or the vertex); OM_NO_MEMORY
 OM_API OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model);
 OM_API void om_tissue_destroy(OmTissueModel* model);
@@ -150,7 +152,7 @@ typedef struct OmTissueReport {
     int substeps;            // 1 unless the step had to be cut
     int newton;              // iterations of Newton's method; 0 where one linearisation did
     double newton_residual;  // what is left of the residual that the first linearisation saw
-    int ninverted;           // elements with det F <= 1e-6 at the end; only "fem" counts them
+    int ninverted;  // elements with det F <= 1e-6 at the end; only finite elements count them
     // J, largest rise of energy in a substep beyond the work done and rounding.
     double energy_gain;
     bool is_unguarded;  // a substep was accepted that crushes an element or gains energy

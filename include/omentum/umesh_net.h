@@ -190,12 +190,13 @@ OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* t
 // ---- as tissue --------------------------------------------------------------------------------------------
 
 /// The trained network as an engine of tissue.h:
-///     def.custom = om_umesh_engine(), def.custom_data = net;
-/// The net is borrowed until the model is destroyed. The mesh may be any mesh of the organ; its vertices follow the
-/// grid. Surface nodes that a tool holds or an obstacle touches move with it, until the obstacle leaves their rest
-/// position. The engine is quasi-static and has no forces on tools and obstacles. Attachments are those of the
-/// training. A step with an input unlike the training data is carried out and returns OM_NOT_CONVERGED with the reason;
-/// report->residual is the score of the test.
+///     OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
+///     def.options = net;
+/// The net is borrowed until the model is destroyed; a scene's `weights` is loaded. The mesh may be any mesh of the
+/// organ; its vertices follow the grid. Surface nodes that a tool holds or an obstacle touches move with it, until the
+/// obstacle leaves their rest position. The engine is quasi-static and has no forces on tools and obstacles.
+/// Attachments are those of the training. A step with an input unlike the training data is carried out and returns
+/// OM_NOT_CONVERGED with the reason; report->residual is the score of the test.
 OM_API const struct OmTissueEngine* om_umesh_engine(void);
 
 #ifdef __cplusplus

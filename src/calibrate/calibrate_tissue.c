@@ -10,6 +10,7 @@
 #include "calibrate/calibrate_tissue_internal.h"
 #include "omentum/pbd.h"
 #include "omentum/shape_points.h"
+#include "omentum/tissue_engine.h"
 
 #define COOKIE 0x43544953u
 
@@ -171,12 +172,12 @@ static OmStatus make_labels(const OmCalibrationTissueDef* def, OmCalibrationTiss
 }
 
 static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* model) {
+    const OmTissueEngine* engine = om_tissue_engine(model);
+    bool has_forces = om_engine_capabilities(engine) & OM_ENGINE_FORCES;
     for (int i = 0; i < t->nseen; ++i)
-        OM_CHECK(t->seen[i].landmark != OM_SEEN_FORCE || !om_tissue_moves_itself(model) ||
-                     om_pbd_has_forces(model),
-                 OM_INVALID,
-                 "a force was seen in path %s, and clusters of particles have none in newtons",
-                 t->path[t->seen[i].path].name);
+        OM_CHECK(t->seen[i].landmark != OM_SEEN_FORCE || has_forces, OM_INVALID,
+                 "path %s has an observed force, but engine \"%s\" has no forces in newtons",
+                 t->path[t->seen[i].path].name, engine->name);
     return OM_OK;
 }
 

@@ -9,7 +9,7 @@
 
 #include "base/base_multiversion.h"
 #include "fem/fem_principal.h"
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 // Inlined into each clone of a multiversioned function, so that it is compiled for its processor.
 #if defined(__GNUC__)

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "fem/fem_internal.h"
+#include "omentum/fem.h"
 
 const OmMaterial* om__fem_material(const OmTissueModel* model, int e) {
     return &model->def.material[model->def.nmaterial > 0 ? model->mesh.tet_label[e] : 0];
@@ -183,10 +184,15 @@ static size_t fem_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
            (size_t)om_worker_count(fw->nworker) * fw->row_size * sizeof(float);
 }
 
-extern const OmTissueEngine om__engine_fem;
-const OmTissueEngine om__engine_fem = {
+static const char* const number[] = {"young", "poisson", "rayleigh_mass", "rayleigh_stiffness",
+                                     NULL};
+static const OmTissueEngine engine = {
+    .version = OM_ENGINE_VERSION,
     .name = "fem",
-    .has_matrix = true,
+    .summary = "finite elements",
+    .number = number,
+    .has_law = true,
+    .can_average = true,
     .has_springs = true,
     .create = fem_create,
     .destroy = fem_destroy,
@@ -200,3 +206,5 @@ const OmTissueEngine om__engine_fem = {
     .check = om__fem_check,
     .get_memory = fem_get_memory,
 };
+
+const OmTissueEngine* om_fem_engine(void) { return &engine; }

@@ -21,7 +21,7 @@
 #include <string.h>
 
 #include "omentum/heuristic.h"
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define CHAIN_COOKIE 0xc4a10001u
 #define NROUND 8    // rounds of moving vertices out of obstacles
@@ -50,8 +50,6 @@ typedef struct ChainWork {  // work->data
     // of Dijkstra's algorithm: vertices, and their positions in the queue  (nvert)
     int *queue, *place;
 } ChainWork;
-
-extern const OmTissueEngine om__engine_chainmail;
 
 // ---- model --------------------------------------------------------------------------------------------
 
@@ -105,7 +103,7 @@ static void chain_destroy(OmTissueModel* m) {
 }
 
 static OmStatus chain_create(OmTissueModel* m) {
-    OmChainDef def = m->def.chain ? *m->def.chain : om_chain_default_def();
+    OmChainDef def = m->options ? *(const OmChainDef*)m->options : om_chain_default_def();
     OM_TRY(check_def(&def));
     OmBsr A = {0};
     OmStatus status = OM_OK;
@@ -189,7 +187,7 @@ static double excess_of(const OmTissueModel* m, const double* x, const double* r
 }
 
 double om_heuristic_eval_excess(const OmTissueModel* m, const double* x) {
-    return m->engine == &om__engine_chainmail ? excess_of(m, x, m->mesh.x) : 0;
+    return m->engine == om_chain_engine() ? excess_of(m, x, m->mesh.x) : 0;
 }
 
 // ---- Dijkstra's algorithm -----------------------------------------------------------------------------
@@ -426,8 +424,10 @@ static OmStatus chain_step(const OmTissueModel* m, OmTissueState* s, OmTissueWor
     return OM_OK;
 }
 
-const OmTissueEngine om__engine_chainmail = {
+static const OmTissueEngine engine = {
+    .version = OM_ENGINE_VERSION,
     .name = "chainmail",
+    .summary = "ChainMail",
     .create = chain_create,
     .destroy = chain_destroy,
     .create_work = chain_create_work,
@@ -435,3 +435,5 @@ const OmTissueEngine om__engine_chainmail = {
     .step = chain_step,
     .get_memory = chain_get_memory,
 };
+
+const OmTissueEngine* om_chain_engine(void) { return &engine; }

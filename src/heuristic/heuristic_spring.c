@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "omentum/heuristic.h"
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define COLLAPSED 1e-9  // of the rest length: the spring has no direction of its own
 #define NPART 64        // parts of the vertices, each summed by one worker
@@ -23,8 +23,6 @@ typedef struct Springs {  // model->data
     int* adr;             // first spring of each vertex, in the order of its row of A  (nvert + 1)
     OmSpring* spring;     // both ends of each                                          (2 edges)
 } Springs;
-
-extern const OmTissueEngine om__engine_springs;
 
 // ---- model --------------------------------------------------------------------------------------------
 
@@ -90,7 +88,7 @@ static size_t springs_get_memory(const OmTissueModel* m, const OmTissueWork* w) 
 int om_heuristic_springs(const OmTissueModel* m, const int** adr, const OmSpring** spring) {
     *adr = NULL;
     *spring = NULL;
-    if (m->engine != &om__engine_springs) return 0;
+    if (m->engine != om_spring_engine()) return 0;
     const Springs* net = m->data;
     *adr = net->adr;
     *spring = net->spring;
@@ -253,9 +251,12 @@ static OmStatus springs_eval_balance(const OmTissueModel* m, OmTissueWork* w, co
     return OM_OK;
 }
 
-const OmTissueEngine om__engine_springs = {
+static const char* const number[] = {"young", "poisson", "rayleigh_mass", NULL};
+static const OmTissueEngine engine = {
+    .version = OM_ENGINE_VERSION,
     .name = "springs",
-    .has_matrix = true,
+    .summary = "springs on edges",
+    .number = number,
     .has_springs = true,
     .create = springs_create,
     .destroy = springs_destroy,
@@ -265,3 +266,5 @@ const OmTissueEngine om__engine_springs = {
     .eval_balance = springs_eval_balance,
     .get_memory = springs_get_memory,
 };
+
+const OmTissueEngine* om_spring_engine(void) { return &engine; }

@@ -3,7 +3,7 @@
 #define OMENTUM_PBD_INTERNAL_H
 
 #include "omentum/pbd.h"
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define OM__PBD_LANE 8  // clusters turned at once
 #define OM__PBD_MAP 16  // doubles of a cluster's map: columns of R and t, four each

@@ -12,8 +12,8 @@
 #define SAGGING 0.15      // such a strain is worth a warning
 #define COMMON_STEP 0.02  // s, the step that the warning assumes
 
-extern const OmTissueEngine om__engine_pbd;
-static const OmTissueEngine elastic_engine;  // the same with forces and energy; create puts it in
+static const OmTissueEngine engine[OM_PBD_LENGTHS + 1];  // by OmPbdKind
+static OmStatus pbd_create(OmTissueModel* m);
 
 OmPbdDef om_pbd_default_def(OmPbdKind kind) {
     bool is_elastic = kind != OM_PBD_CLUSTERS;
@@ -90,7 +90,8 @@ static OmStatus check_def(const OmPbdDef* def) {
 }
 
 static OmStatus pbd_lump_mass(const OmTissueModel* m, double* mass) {
-    double volume = m->def.pbd ? m->def.pbd->particle_volume : 0;
+    const OmPbdDef* def = m->options;
+    double volume = def ? def->particle_volume : 0;
     OM_CHECK(
         volume > 1e-30 && volume < 1e3, OM_INVALID,
         "pbd: particle_volume is %g m^3; a mesh without elements needs it: om_pbd_sample_* gives it",
@@ -108,6 +109,11 @@ static void pbd_destroy(OmTissueModel* m) {
     m->data = NULL;
 }
 
+// Null for a model of another engine.
+static const OmPbd* pbd_of(const OmTissueModel* m) {
+    return m->engine->create == pbd_create ? m->data : NULL;
+}
+
 // ---- what clusters can carry --------------------------------------------------------------------------
 
 // In an iteration a particle goes alpha of the way from where it is to the mean of its clusters' goals. Of a
@@ -123,8 +129,8 @@ static double carry_of(const OmTissueModel* m) {
 }
 
 int om_pbd_substeps(const OmTissueModel* m, double h) {
-    if (m->engine != &om__engine_pbd && m->engine != &elastic_engine) return 0;
-    const OmPbd* pbd = m->data;
+    const OmPbd* pbd = pbd_of(m);
+    if (!pbd) return 0;
     if (pbd->def.substeps > 0) return pbd->def.substeps;
     if (pbd->def.kind != OM_PBD_CLUSTERS) return ELASTIC_SUBSTEPS;
     double carry = carry_of(m), weight = om_norm(m->def.gravity) * pbd->shape.height;
@@ -135,17 +141,17 @@ int om_pbd_substeps(const OmTissueModel* m, double h) {
 }
 
 double om_pbd_modulus(const OmTissueModel* m, double h) {
-    if (m->engine != &om__engine_pbd || !(h > 0)) return 0;
-    if (((const OmPbd*)m->data)->def.kind != OM_PBD_CLUSTERS) return 0;
+    const OmPbd* pbd = pbd_of(m);
+    if (!pbd || pbd->def.kind != OM_PBD_CLUSTERS || !(h > 0)) return 0;
     double sub = h / om_pbd_substeps(m, h);
     return m->def.density * carry_of(m) / (sub * sub);
 }
 
 double om_pbd_weight_strain(const OmTissueModel* m, double h) {
+    const OmPbd* pbd = pbd_of(m);
+    if (!pbd || pbd->def.kind == OM_PBD_ELASTIC) return 0;
     double modulus = om_pbd_modulus(m, h);
-    if (m->engine != &om__engine_pbd) return 0;
-    double stress =
-        m->def.density * om_norm(m->def.gravity) * ((const OmPbd*)m->data)->shape.height;
+    double stress = m->def.density * om_norm(m->def.gravity) * pbd->shape.height;
     return stress > 0 ? stress / fmax(modulus, 1e-300) : 0;
 }
 
@@ -169,15 +175,16 @@ static OmStatus create_clusters(OmTissueModel* m, OmPbd* pbd) {
 }
 
 static OmStatus pbd_create(OmTissueModel* m) {
-    OmPbdDef def = m->def.pbd ? *m->def.pbd : om_pbd_default_def(OM_PBD_CLUSTERS);
+    OmPbdKind kind = m->engine == &engine[OM_PBD_ELASTIC] ? OM_PBD_ELASTIC : OM_PBD_CLUSTERS;
+    OmPbdDef def = m->options ? *(const OmPbdDef*)m->options : om_pbd_default_def(kind);
     OM_TRY(check_def(&def));
     OmPbd* pbd = om_calloc(1, sizeof *pbd);
     if (!pbd) return OM_NO_MEMORY;
     m->data = pbd;  // freed with the model, whatever fails below
+    m->engine = &engine[def.kind];
     pbd->def = def;
     pbd->has_pairs = def.has_self_collision && def.collision_distance > 0;
     if (def.kind == OM_PBD_CLUSTERS) return create_clusters(m, pbd);
-    if (def.kind == OM_PBD_ELASTIC) m->engine = &elastic_engine;
     OM_TRY(om__pbd_make_elastic(m, &pbd->elastic));
     return def.kind == OM_PBD_LENGTHS ? om__pbd_make_lengths(m, &def, &pbd->elastic) : OM_OK;
 }
@@ -285,24 +292,61 @@ static size_t pbd_get_memory(const OmTissueModel* m, const OmTissueWork* w) {
 
 int om_pbd_clusters(const OmTissueModel* m, const int** adr, const int** vert) {
     *adr = *vert = NULL;
-    if (m->engine != &om__engine_pbd) return 0;
-    const OmPbd* pbd = m->data;
+    const OmPbd* pbd = pbd_of(m);
+    if (!pbd || pbd->def.kind == OM_PBD_ELASTIC) return 0;
     *adr = pbd->shape.adr;
     *vert = pbd->shape.vert;
     return pbd->shape.ncluster;
 }
 
-bool om_pbd_has_forces(const OmTissueModel* m) {
-    if (m->engine != &om__engine_pbd) return m->engine == &elastic_engine;
-    return ((const OmPbd*)m->data)->def.kind != OM_PBD_CLUSTERS;
+// ---- the engines ------------------------------------------------------------------------------------
+
+static OmStatus make_options(OmPbdDef def, void** options) {
+    OmPbdDef* copy = om_alloc(1, sizeof *copy);
+    if (!copy) return OM_NO_MEMORY;
+    *copy = def;
+    *options = copy;
+    return OM_OK;
 }
 
-#define COMMON_ROW                                                                               \
-    .name = "pbd", .create = pbd_create, .destroy = pbd_destroy, .create_work = pbd_create_work, \
-    .destroy_work = pbd_destroy_work, .step = om__pbd_step, .has_springs = true,                 \
-    .lump_mass = pbd_lump_mass, .get_state_size = pbd_get_state_size,                            \
+// Particles of scenes are vertices of a mesh: they lie on its surface.
+static OmStatus pbd_load(const OmEngineInput* input, void** options) {
+    OmPbdDef def = om_pbd_default_def(OM_PBD_CLUSTERS);
+    def.cluster_spacing = om_engine_get_number(input, "cluster_spacing", def.cluster_spacing);
+    def.cluster_radius = om_engine_get_number(input, "cluster_radius", def.cluster_radius);
+    def.cluster_stiffness = om_engine_get_number(input, "cluster_stiffness", def.cluster_stiffness);
+    def.collision_distance = 0;
+    return make_options(def, options);
+}
+
+static OmStatus xpbd_load(const OmEngineInput* input, void** options) {
+    (void)input;
+    OmPbdDef def = om_pbd_default_def(OM_PBD_ELASTIC);
+    def.collision_distance = 0;
+    return make_options(def, options);
+}
+
+static const char* const cluster_number[] = {"cluster_spacing", "cluster_radius",
+                                             "cluster_stiffness", NULL};
+static const char* const elastic_number[] = {"young", "poisson", "rayleigh_mass",
+                                             "rayleigh_stiffness", NULL};
+
+#define COMMON_ROW                                                                              \
+    .version = OM_ENGINE_VERSION, .has_springs = true, .unload = om_free, .create = pbd_create, \
+    .destroy = pbd_destroy, .create_work = pbd_create_work, .destroy_work = pbd_destroy_work,   \
+    .step = om__pbd_step, .lump_mass = pbd_lump_mass, .get_state_size = pbd_get_state_size,     \
     .sync_state = pbd_sync_state, .get_memory = pbd_get_memory
 
-const OmTissueEngine om__engine_pbd = {COMMON_ROW};
-static const OmTissueEngine elastic_engine = {
-    COMMON_ROW, .add_internal_force = om__pbd_add_internal_force, .get_energy = om__pbd_get_energy};
+static const OmTissueEngine engine[OM_PBD_LENGTHS + 1] = {
+    [OM_PBD_CLUSTERS] = {COMMON_ROW, .name = "pbd", .summary = "particles in clusters",
+                         .number = cluster_number, .load = pbd_load},
+    [OM_PBD_ELASTIC] = {COMMON_ROW, .name = "xpbd", .summary = "XPBD, stable neo-Hookean",
+                        .number = elastic_number, .load = xpbd_load, .has_forces = true,
+                        .add_internal_force = om__pbd_add_internal_force,
+                        .get_energy = om__pbd_get_energy},
+    [OM_PBD_LENGTHS] = {COMMON_ROW, .name = "pbd", .summary = "XPBD, lengths and volumes",
+                        .load = pbd_load, .has_forces = true},
+};
+
+const OmTissueEngine* om_pbd_engine(void) { return &engine[OM_PBD_CLUSTERS]; }
+const OmTissueEngine* om_xpbd_engine(void) { return &engine[OM_PBD_ELASTIC]; }

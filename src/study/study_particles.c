@@ -17,9 +17,8 @@ static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel
     pbd.cluster_spacing = param[0];
     pbd.cluster_radius = param[1];
     pbd.cluster_stiffness = param[2];
-    OmTissueDef def = om_tissue_default_def(&fit->particles);
-    def.engine = "pbd";
-    def.pbd = &pbd;
+    OmTissueDef def = om_tissue_default_def(om_pbd_engine(), &fit->particles);
+    def.options = &pbd;
     def.gravity = om_vec3(0, 0, 0);
     def.density = fit->contact.density;
     def.solver.nworker = nworker;

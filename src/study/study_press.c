@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "omentum/fem.h"
 #include "omentum/tissue.h"
 #include "study/study_internal.h"
 
@@ -29,7 +30,7 @@ OmPose om__study_probe_pose(const OmStudyLesion* l, double depth) {
 OmStatus om__study_stage_create(const OmStudyContactDef* def, const OmTetMesh* mesh,
                                 StudyStage* stage) {
     stage->def = def;
-    OmTissueDef tissue = om_tissue_default_def(mesh);
+    OmTissueDef tissue = om_tissue_default_def(om_fem_engine(), mesh);
     tissue.material_default = def->material;
     tissue.density = def->density;
     tissue.rayleigh_mass = def->rayleigh_mass;

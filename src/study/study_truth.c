@@ -233,7 +233,7 @@ static OmStatus create_solid(const OmStudyContactDef* def, const OmTetMesh* tet,
     OmFemDef fem = om_fem_default_def(&level->mesh, NFRACTION + 1, material);
     fem.nworker = def->nworker;
     OM_TRY(om_fem_create(&fem, &level->solid));
-    OmTissueDef tissue = om_tissue_default_def(tet);
+    OmTissueDef tissue = om_tissue_default_def(om_fem_engine(), tet);
     tissue.nmaterial = NFRACTION + 1;
     tissue.material = material;
     tissue.gravity = om_vec3(0, 0, 0);

@@ -8,7 +8,7 @@
 // tetrahedron with it; in a single layer, to the three that span a triangle, at its foot in their plane.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 typedef struct Search {
     const OmTissueModel* m;

@@ -5,7 +5,7 @@
 // That they sum to zero at rest is therefore a test of the whole and not a definition.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 // By the attachment at vertex i on the tissue, given the elastic force there. A vertex held still feels
 // elements, weight and whatever else acts on it; its attachment carries the rest.

@@ -15,7 +15,7 @@
 // Both checks take 5 to 15 % of a step of 1,440 elements. Tried and rejected: cutting a step to h / 1024 for elements
 // whose energy is finite where they invert. Shorter steps do not keep a corotational element from inverting in a hard
 // impact; they took a hundred times as long to the same count.
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define ENERGY_SLACK 0.01
 #define ENERGY_FLOOR 1e-6  // ten times the rounding of energies in floats

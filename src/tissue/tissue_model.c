@@ -1,22 +1,13 @@
-// tissue_model.c: definitions checked, masses lumped, the table of engines.
+// tissue_model.c: definitions checked, masses lumped.
 #include <stdio.h>
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define TISSUE_COOKIE 0x7155e001u
 
-// Engines known by name. Each is defined in its own room, which includes this one and not the reverse.
-extern const OmTissueEngine om__engine_fem;
-extern const OmTissueEngine om__engine_pbd;
-extern const OmTissueEngine om__engine_springs;
-extern const OmTissueEngine om__engine_chainmail;
-static const OmTissueEngine* const engine_table[] = {&om__engine_fem, &om__engine_pbd,
-                                                     &om__engine_springs, &om__engine_chainmail};
-#define NENGINE ((int)(sizeof engine_table / sizeof *engine_table))
-
-OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
-    OmTissueDef def = {.engine = "fem",
+OmTissueDef om_tissue_default_def(const OmTissueEngine* engine, const OmTetMesh* mesh) {
+    OmTissueDef def = {.engine = engine,
                        .mesh = mesh,
                        .material_default = {.young = 3000, .poisson = 0.45},
                        .density = 1000,
@@ -27,24 +18,6 @@ OmTissueDef om_tissue_default_def(const OmTetMesh* mesh) {
                        .solver = om_solver_default_def(),
                        .cookie = TISSUE_COOKIE};
     return def;
-}
-
-static OmStatus find_engine(const OmTissueDef* def, const OmTissueEngine** engine) {
-    if (def->custom) {
-        *engine = def->custom;
-        return OM_OK;
-    }
-    const char* name[NENGINE];
-    for (int k = 0; k < NENGINE; ++k) {
-        name[k] = engine_table[k]->name;
-        *engine = engine_table[k];
-        if (def->engine && strcmp(def->engine, name[k]) == 0) return OM_OK;
-    }
-    *engine = NULL;
-    const char* near = def->engine ? om_nearest_word(def->engine, name, NENGINE) : NULL;
-    return om_error(OM_INVALID, "tissue: engine \"%s\" is not known%s%s%s",
-                    def->engine ? def->engine : "(null)", near ? "; did you mean \"" : "",
-                    near ? near : "", near ? "\"?" : "");
 }
 
 static OmStatus check_def(const OmTissueDef* def) {
@@ -76,9 +49,12 @@ static OmStatus check_def(const OmTissueDef* def) {
              def->max_newton);
     OM_CHECK(def->newton_tolerance > 0 && def->newton_tolerance < 1, OM_INVALID,
              "tissue: newton_tolerance is %g; it must be in (0, 1)", def->newton_tolerance);
-    OM_CHECK(!def->is_averaged || (!def->custom && def->engine && strcmp(def->engine, "fem") == 0),
-             OM_INVALID, "tissue: is_averaged needs engine \"fem\", which is \"%s\"",
-             def->engine ? def->engine : "(null)");
+    OM_TRY(om__engine_check(def->engine));
+    OM_CHECK(!def->is_averaged || def->engine->can_average, OM_INVALID,
+             "tissue: engine \"%s\" has no averaged strains (is_averaged)", def->engine->name);
+    OM_CHECK(
+        !def->options || !def->input, OM_INVALID,
+        "tissue: options and input are both given; the engine makes its options from the input");
     OM_CHECK(om_is_finite3(def->gravity) && om_norm(def->gravity) <= 1e4, OM_INVALID,
              "tissue: gravity (%g, %g, %g) m/s^2 must be finite and at most 1e4", def->gravity.x,
              def->gravity.y, def->gravity.z);
@@ -178,33 +154,47 @@ static OmStatus copy_materials(OmTissueModel* m, const OmTissueDef* def) {
     return OM_OK;
 }
 
+static OmStatus load_options(OmTissueModel* m, const OmEngineInput* input) {
+    const OmEngineInput none = {0};
+    if (!input) input = &none;
+    const OmTissueEngine* e = m->engine;
+    OM_CHECK(m->options || !e->needs_file || input->file, OM_INVALID,
+             "engine \"%s\" needs a file, and none is given", e->name);
+    OM_CHECK(!input->file || e->needs_file, OM_INVALID,
+             "engine \"%s\" reads no file, but %s is given", e->name, input->file);
+    if (m->options || !e->load) return OM_OK;
+    OM_TRY(e->load(input, &m->loaded));
+    m->options = m->loaded;
+    return OM_OK;
+}
+
 OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     *model = NULL;
     OM_CHECK(def, OM_INVALID, "tissue: the definition is null");
     OM_TRY(check_def(def));
-    const OmTissueEngine* engine;
-    OM_TRY(find_engine(def, &engine));
-    OM_TRY(check_mesh(def->mesh, engine, def->nmaterial));
+    OM_TRY(check_mesh(def->mesh, def->engine, def->nmaterial));
     OM_CHECK(
-        def->attachment_stiffness <= 0 || engine->has_springs, OM_UNAVAILABLE,
+        def->attachment_stiffness <= 0 || def->engine->has_springs, OM_UNAVAILABLE,
         "tissue: attachment_stiffness is %g N/m, but engine \"%s\" has no springs; it can only "
         "hold vertices still (0)",
-        def->attachment_stiffness, engine->name);
+        def->attachment_stiffness, def->engine->name);
     OmTissueModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     m->def = *def;
     m->def.material = NULL;
-    m->engine = engine;
+    m->def.options = NULL;  // m->options
+    m->def.input = NULL;
+    m->engine = def->engine;
+    m->options = def->options;
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
     m->def.mesh = &m->mesh;
     m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
     OM_TRY_DONE(copy_materials(m, def));
+    OM_TRY_DONE(load_options(m, def->input));
     OM_TRY_DONE(lump_mass(m));
     OM_TRY_DONE(find_surface(m));
-    OM_TRY_DONE(engine->create(m));
-    m->def.pbd = NULL;  // borrowed until here
-    m->def.chain = NULL;
+    OM_TRY_DONE(m->engine->create(m));
     *model = m;
     return OM_OK;
 done:
@@ -214,7 +204,8 @@ done:
 
 void om_tissue_destroy(OmTissueModel* m) {
     if (!m) return;
-    if (m->engine) m->engine->destroy(m);
+    m->engine->destroy(m);
+    if (m->loaded) m->engine->unload(m->loaded);
     om_free((void*)(uintptr_t)m->def.material);
     om_free(m->mass);
     om_free(m->volume);
@@ -226,6 +217,7 @@ void om_tissue_destroy(OmTissueModel* m) {
 const OmTetMesh* om_tissue_mesh(const OmTissueModel* m) { return &m->mesh; }
 const double* om_tissue_mass(const OmTissueModel* m) { return m->mass; }
 bool om_tissue_moves_itself(const OmTissueModel* m) { return m->engine->step != NULL; }
+const OmTissueEngine* om_tissue_engine(const OmTissueModel* m) { return m->engine; }
 OmVec3 om_tissue_gravity(const OmTissueModel* m) { return m->def.gravity; }
 
 const int* om_tissue_surface_vert(const OmTissueModel* m, int* nvert) {

@@ -16,7 +16,7 @@
 // 1e-3 of a soft body's weight.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define ARMIJO 1e-4
 #define MIN_STEP (1.0 / 1024)

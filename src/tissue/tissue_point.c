@@ -5,7 +5,7 @@
 // written down before they are changed and put back in reverse order, so clearing is exact.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define NBLOCK 16  // of one point
 

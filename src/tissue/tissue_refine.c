@@ -6,7 +6,7 @@
 // Newton's method gains a factor of 1 - K / A an iteration: 400 iterations left a tenth of the residual at nu = 0.49.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define MAX_ITERATIONS 60
 #define PRECONDITIONED 0.1  // of the residual that a solve with A leaves

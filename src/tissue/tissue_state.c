@@ -1,7 +1,7 @@
 // tissue_state.c: the block of everything that changes; attachments and grasps.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define GRASP_RADIUS 0.005  // m, thesis 6.4.7
 

@@ -10,7 +10,7 @@
 // 64th, elements of 177,000 were still in the way.
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 #define MIN_SHARE (1.0 / 1024)  // of h, the shortest substep
 // Of h, the shortest substep for elements without a barrier.
@@ -51,7 +51,7 @@ OmStatus om_tissue_work_create(const OmTissueModel* m, OmTissueWork** work) {
         goto done;
     }
     if (m->def.is_averaged) OM_TRY_DONE(om__refine_create(w));
-    if (m->engine->has_matrix) {
+    if (om__has_matrix(m)) {
         OM_TRY_DONE(om_bsr_create(m->mesh.nvert, m->mesh.ntet, 4, m->mesh.tet_vert, &w->A));
         OM_TRY_DONE(om_solver_create(&m->def.solver, &w->A, m->mesh.x, &w->solver));
     }
@@ -121,7 +121,7 @@ static void refresh_fixed(const OmTissueState* s, OmTissueWork* w) {
 
 OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h) {
     OM_CHECK(h > 0 && h <= 10, OM_INVALID, "tissue: time step is %g s; it must be in (0, 10]", h);
-    OM_CHECK(m->engine->has_matrix, OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
+    OM_CHECK(om__has_matrix(m), OM_UNAVAILABLE, "tissue: engine \"%s\" has no stages to a step",
              m->engine->name);
     w->nextra = w->npoint = w->nundo = 0;
     memset(w->is_extra, 0, (size_t)w->nvert);

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "tissue/tissue_engine.h"
+#include "omentum/tissue_engine.h"
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
@@ -47,51 +47,55 @@ typedef struct LearnedWork {  // work->data
 // ---- model ------------------------------------------------------------------------------------------
 
 static void learned_destroy(OmTissueModel* m) {
-    Learned* l = m->data;
+    Learned* l = om_engine_data(m);
     if (!l) return;
     om_free(l->skin);
     om_free(l->elem);
     om_free(l->weight);
     om_free(l);
-    m->data = NULL;
+    om_engine_set_data(m, NULL);
 }
 
 static void find_skin(const OmTissueModel* m, Learned* l) {
     const OmUmeshGrid* g = &l->net->grid;
+    const double* x = om_tissue_mesh(m)->x;
+    int nsurface;
+    const int* surface_vert = om_tissue_surface_vert(m, &nsurface);
     for (int i = 0; i < g->mesh.nnode; ++i) {
         if (!g->is_skin[i]) continue;
         Skin* skin = &l->skin[l->nskin++];
         *skin = (Skin){.node = i, .vert = 0, .x = om_load3(g->skin_x, i)};
         double best = HUGE_VAL;
-        for (int k = 0; k < m->nsurface; ++k) {
-            double d = om_distance(om_load3(m->mesh.x, m->surface_vert[k]), skin->x);
-            if (d < best) best = d, skin->vert = m->surface_vert[k];
+        for (int k = 0; k < nsurface; ++k) {
+            double d = om_distance(om_load3(x, surface_vert[k]), skin->x);
+            if (d < best) best = d, skin->vert = surface_vert[k];
         }
         skin->near = best < g->spacing;
     }
 }
 
 static OmStatus learned_create(OmTissueModel* m) {
-    const OmUmeshNet* net = m->def.custom_data;
-    OM_CHECK(net, OM_INVALID, "learned: no trained network is given (OmTissueDef.custom_data)");
+    const OmUmeshNet* net = om_engine_options(m);
+    const OmTetMesh* mesh = om_tissue_mesh(m);
+    OM_CHECK(net, OM_INVALID, "umesh: no trained network is given (OmTissueDef.options)");
     Learned* l = om_calloc(1, sizeof *l);
     if (!l) return OM_NO_MEMORY;
-    m->data = l;  // freed with the model, whatever fails below
+    om_engine_set_data(m, l);  // freed with the model, whatever fails below
     l->net = net;
     OM_ALLOC(l->skin, net->grid.mesh.nnode);
-    OM_ALLOC(l->elem, m->mesh.nvert);
-    OM_ALLOC(l->weight, 8 * (size_t)m->mesh.nvert);
-    OM_TRY(om_fem_mesh_embed(&net->grid.mesh, m->mesh.nvert, m->mesh.x, l->elem, l->weight));
-    for (int i = 0; i < m->mesh.nvert; ++i) {
+    OM_ALLOC(l->elem, mesh->nvert);
+    OM_ALLOC(l->weight, 8 * (size_t)mesh->nvert);
+    OM_TRY(om_fem_mesh_embed(&net->grid.mesh, mesh->nvert, mesh->x, l->elem, l->weight));
+    for (int i = 0; i < mesh->nvert; ++i) {
         OmVec3 p = om_vec3(0, 0, 0);
         for (int a = 0; a < 8; ++a)
             p = om_madd(p, l->weight[8 * (size_t)i + (size_t)a],
                         om_load3(net->grid.mesh.x,
                                  net->grid.mesh.elem_node[8 * (size_t)l->elem[i] + (size_t)a]));
-        double off = om_distance(p, om_load3(m->mesh.x, i));
+        double off = om_distance(p, om_load3(mesh->x, i));
         OM_CHECK(
             off < 2 * net->grid.spacing, OM_INVALID,
-            "learned: vertex %d of the mesh is %.3g mm outside of the organ that the network was "
+            "umesh: vertex %d of the mesh is %.3g mm outside of the organ that the network was "
             "trained on",
             i, 1e3 * off);
     }
@@ -100,22 +104,22 @@ static OmStatus learned_create(OmTissueModel* m) {
 }
 
 static size_t learned_state_size(const OmTissueModel* m) {
-    const Learned* l = m->data;
+    const Learned* l = om_engine_data(m);
     return (size_t)l->nskin * sizeof(Touch);
 }
 
 // Positions were set from outside, or the state is new: nothing touches.
 static void learned_sync(const OmTissueModel* m, OmTissueState* s) {
-    memset(om__state_engine(s), 0, learned_state_size(m));
+    memset(om_engine_state_data(s), 0, learned_state_size(m));
 }
 
 static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
-    const Learned* l = m->data;
-    size_t nvert = (size_t)m->mesh.nvert, nnode = (size_t)l->net->grid.mesh.nnode;
+    const Learned* l = om_engine_data(m);
+    size_t nvert = (size_t)om_tissue_mesh(m)->nvert, nnode = (size_t)l->net->grid.mesh.nnode;
     size_t model = sizeof *l + (size_t)l->nskin * sizeof *l->skin +
                    nvert * (sizeof *l->elem + 8 * sizeof *l->weight);
     if (!work) return model;
-    const LearnedWork* w = work->data;
+    const LearnedWork* w = om_engine_work_data(work);
     return model + sizeof *w + nnode * (1 + 6 * sizeof(float)) +
            om__umesh_predictor_memory(w->predictor);
 }
@@ -123,26 +127,26 @@ static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
 // ---- work -------------------------------------------------------------------------------------------
 
 static void learned_destroy_work(OmTissueWork* work) {
-    LearnedWork* w = work->data;
+    LearnedWork* w = om_engine_work_data(work);
     if (!w) return;
     om_umesh_predictor_destroy(w->predictor);
     om_free(w->mask);
     om_free(w->u);
     om_free(w->goal);
     om_free(w);
-    work->data = NULL;
+    om_engine_set_work_data(work, NULL);
 }
 
 static OmStatus learned_create_work(const OmTissueModel* m, OmTissueWork* work) {
-    const Learned* l = m->data;
+    const Learned* l = om_engine_data(m);
     size_t nnode = (size_t)l->net->grid.mesh.nnode;
     LearnedWork* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
-    work->data = w;
+    om_engine_set_work_data(work, w);
     OM_ALLOC(w->mask, nnode);
     OM_ALLOC(w->u, 3 * nnode);
     OM_ALLOC(w->goal, 3 * nnode);
-    return om_umesh_predictor_create(l->net, m->def.solver.nworker, &w->predictor);
+    return om_umesh_predictor_create(l->net, om_engine_def(m)->solver.nworker, &w->predictor);
 }
 
 // ---- what moves the skin ------------------------------------------------------------------------------
@@ -155,26 +159,27 @@ static void put_goal(LearnedWork* w, const Skin* skin, OmVec3 place) {
 }
 
 static OmVec3 held_place(const OmTissueState* s, int i) {
-    int arm = om__state_held_by(s)[i];
-    return om_pose_apply(s->arm[arm].goal, om_load3(om__state_array(s, OM__GRIP), i));
+    OmVec3 goal = {0, 0, 0};
+    om_engine_find_goal(s, i, &goal);
+    return goal;
 }
 
 // The skin that arms hold; the node nearest to what they hold, if that lies between the nodes.
 static void take_held(const OmTissueModel* m, const OmTissueState* s, LearnedWork* w) {
-    const Learned* l = m->data;
-    const signed char* held_by = om__state_held_by(s);
+    const Learned* l = om_engine_data(m);
+    const signed char* held_by = om_tissue_held_by(s);
     int num[OM_MAX_ARM] = {0};
     for (int k = 0; k < l->nskin; ++k) {
         const Skin* skin = &l->skin[k];
         if (!skin->near || held_by[skin->vert] < 0) continue;
-        OmVec3 rest = om_load3(m->mesh.x, skin->vert);
+        OmVec3 rest = om_load3(om_tissue_mesh(m)->x, skin->vert);
         put_goal(w, skin, om_add(held_place(s, skin->vert), om_sub(skin->x, rest)));
         ++num[held_by[skin->vert]];
     }
-    for (int i = 0; i < m->mesh.nvert; ++i) {
+    for (int i = 0; i < om_tissue_mesh(m)->nvert; ++i) {
         int arm = held_by[i];
         if (arm < 0 || num[arm]) continue;
-        OmVec3 rest = om_load3(m->mesh.x, i);
+        OmVec3 rest = om_load3(om_tissue_mesh(m)->x, i);
         const Skin* best = NULL;
         for (int k = 0; k < l->nskin; ++k)
             if (!best || om_distance(l->skin[k].x, rest) < om_distance(best->x, rest))
@@ -195,7 +200,7 @@ static double distance_to(const OmTissueObstacle* o, OmPose pose, OmVec3 p, OmVe
 // Contacts of before that go on move their nodes; others end.
 static void keep_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
                           const OmTissueObstacle* obstacle) {
-    Touch* touch = om__state_engine(s);
+    Touch* touch = om_engine_state_data(s);
     for (int k = 0; k < l->nskin; ++k) {
         Touch* t = &touch[k];
         OmVec3 n;
@@ -214,7 +219,7 @@ static void keep_touching(const Learned* l, OmTissueState* s, LearnedWork* w, in
 // Skin that would be inside an obstacle touches it from now on, where it comes out of it.
 static bool find_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
                           const OmTissueObstacle* obstacle) {
-    Touch* touch = om__state_engine(s);
+    Touch* touch = om_engine_state_data(s);
     bool is_new = false;
     for (int k = 0; k < l->nskin; ++k) {
         const Skin* skin = &l->skin[k];
@@ -249,29 +254,26 @@ static OmStatus predict(const Learned* l, LearnedWork* w, OmUmeshTrust* trust) {
 }
 
 static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedWork* w, double h) {
-    const Learned* l = m->data;
-    double *x = om__state_array(s, OM__X), *v = om__state_array(s, OM__V);
-    for (int i = 0; i < m->mesh.nvert; ++i) {
+    const Learned* l = om_engine_data(m);
+    const OmTetMesh* mesh = om_tissue_mesh(m);
+    double *x = om_engine_x(s), *v = om_engine_v(s);
+    for (int i = 0; i < mesh->nvert; ++i) {
         const int* node = l->net->grid.mesh.elem_node + 8 * (size_t)l->elem[i];
-        OmVec3 p = om_load3(m->mesh.x, i);
+        OmVec3 p = om_load3(om_tissue_mesh(m)->x, i);
         for (int a = 0; a < 8; ++a) {
             const float* u = w->u + 3 * (size_t)node[a];
             p = om_madd(p, l->weight[8 * (size_t)i + (size_t)a], om_vec3(u[0], u[1], u[2]));
         }
-        if (om__state_held_by(s)[i] >= 0)
-            p = held_place(s, i);
-        else if (om__state_attached(s)[i])
-            p = om_load3(om__state_array(s, OM__ANCHOR), i);
+        om_engine_find_goal(s, i, &p);
         om_store3(v, i, om_scale(1 / h, om_sub(p, om_load3(x, i))));
         om_store3(x, i, p);
     }
-    for (int a = 0; a < OM_MAX_ARM; ++a) s->arm[a].pose = s->arm[a].goal;
-    s->time += h;
+    om_engine_end_step(s, h);
 }
 
 static void report_contacts(const Learned* l, const OmTissueState* s, const LearnedWork* w,
                             int nobstacle, OmTissueObstacle* obstacle) {
-    const Touch* touch = om__state_engine(s);
+    const Touch* touch = om_engine_state_data(s);
     for (int k = 0; k < l->nskin; ++k) {
         const float* u = w->u + 3 * (size_t)l->skin[k].node;
         OmVec3 p = om_add(l->skin[k].x, om_vec3(u[0], u[1], u[2])), n;
@@ -286,7 +288,7 @@ static void report_contacts(const Learned* l, const OmTissueState* s, const Lear
 // Contacts, until nothing more of the skin is found to touch.
 static OmStatus settle(const OmTissueModel* m, OmTissueState* s, LearnedWork* w, int nobstacle,
                        const OmTissueObstacle* obstacle, OmUmeshTrust* trust) {
-    const Learned* l = m->data;
+    const Learned* l = om_engine_data(m);
     memset(w->mask, 0, (size_t)l->net->grid.mesh.nnode);
     take_held(m, s, w);
     keep_touching(l, s, w, nobstacle, obstacle);
@@ -300,13 +302,13 @@ static OmStatus settle(const OmTissueModel* m, OmTissueState* s, LearnedWork* w,
 
 static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* work, double h,
                              int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report) {
-    const Learned* l = m->data;
-    LearnedWork* w = work->data;
+    const Learned* l = om_engine_data(m);
+    LearnedWork* w = om_engine_work_data(work);
     OmUmeshTrust trust;
-    memcpy(work->backup, s, om__state_bytes(s));
+    om_engine_save_state(s, work);
     OmStatus status = settle(m, s, w, nobstacle, obstacle, &trust);
     if (status < 0) {
-        memcpy((void*)s, work->backup, om__state_bytes(s));
+        om_engine_restore_state(s, work);
         return status;
     }
     write_state(m, s, w, h);
@@ -314,11 +316,24 @@ static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueW
     report->substeps = 1;
     report->residual = trust.score;
     if (trust.is_inside) return OM_OK;
-    return om_error(OM_NOT_CONVERGED, "learned: outside of what was trained: %s", trust.why);
+    return om_error(OM_NOT_CONVERGED, "umesh: outside of what was trained: %s", trust.why);
 }
 
+static OmStatus learned_load(const OmEngineInput* input, void** options) {
+    OmUmeshNet* net;
+    OM_TRY(om_umesh_net_load(input->file, &net));
+    *options = net;
+    return OM_OK;
+}
+static void learned_unload(void* options) { om_umesh_net_destroy(options); }
+
 static const OmTissueEngine engine = {
-    .name = "learned",
+    .version = OM_ENGINE_VERSION,
+    .name = "umesh",
+    .summary = "a trained network (U-Mesh)",
+    .needs_file = true,
+    .load = learned_load,
+    .unload = learned_unload,
     .create = learned_create,
     .destroy = learned_destroy,
     .create_work = learned_create_work,

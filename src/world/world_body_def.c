@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "omentum/body.h"
+#include "omentum/fem.h"
+#include "omentum/heuristic.h"
 
 #define CG_TOLERANCE 1e-3
 #define CG_ITERATIONS 200
@@ -27,7 +29,7 @@ static OmSceneEngine engine_of(const OmScene* scene, const OmSite* site) {
 }
 
 OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts) {
-    OmTissueDef def = om_tissue_default_def(&site->mesh);
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), &site->mesh);
     OmSiteMaterial first = om_site_get_material(site, 0);
     def.material_default = material_of(scene, &first);
     def.density = site->density;
@@ -50,10 +52,10 @@ OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyP
     parts->pbd = particle_def(&scene->tissue);
     switch (engine_of(scene, site)) {
     case OM_ENGINE_FEM: def.is_averaged = scene->tissue.is_averaged; break;
-    case OM_ENGINE_PBD:
-    case OM_ENGINE_XPBD: def.engine = "pbd", def.pbd = &parts->pbd; break;
-    case OM_ENGINE_SPRINGS: def.engine = "springs"; break;
-    case OM_ENGINE_CHAINMAIL: def.engine = "chainmail"; break;
+    case OM_ENGINE_PBD: def.engine = om_pbd_engine(), def.options = &parts->pbd; break;
+    case OM_ENGINE_XPBD: def.engine = om_xpbd_engine(), def.options = &parts->pbd; break;
+    case OM_ENGINE_SPRINGS: def.engine = om_spring_engine(); break;
+    case OM_ENGINE_CHAINMAIL: def.engine = om_chain_engine(); break;
     }
     return def;
 }

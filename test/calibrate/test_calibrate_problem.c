@@ -220,7 +220,7 @@ static void test_wrong_files(void** state) {
                    "name: strip\n"
                    "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], model: pbd}\n"
                    "roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
-                   "a force was seen in path end, and clusters of particles have none");
+                   "path end has an observed force, but engine \"pbd\" has no forces");
 }
 
 static OmStatus load(void* ctx) {

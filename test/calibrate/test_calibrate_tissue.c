@@ -36,7 +36,7 @@ static void make_bar(Maker* m, OmVec3 size, int nx, int ny, int nz, int axis, do
     assert_ok(om_tet_mesh_add_set(&m->mesh, "attachment", vert, n));
     om_free(vert);
     m->nparam = 1;
-    m->def = om_tissue_default_def(&m->mesh);
+    m->def = om_tissue_default_def(om_fem_engine(), &m->mesh);
     m->def.material_default = (OmMaterial){.young = 3000, .poisson = 0.3, .law = OM_NEO_HOOKEAN};
     m->def.solver.tolerance = 1e-6;
     m->def.solver.max_iterations = 500;
@@ -401,7 +401,7 @@ static void test_presses_on_a_board(void** state) {
         make_bar(&maker, om_vec3(0.04, 0.04, 0.02), 4, 4, 2, 0, 0);
         OmPbdDef pbd = om_pbd_default_def(OM_PBD_ELASTIC);
         pbd.collision_distance = 0;
-        if (k == 1) maker.def.engine = "pbd", maker.def.pbd = &pbd;
+        if (k == 1) maker.def.engine = om_pbd_engine(), maker.def.options = &pbd;
         OmCalibrationTissueDef def = om_calibration_tissue_default_def(build, &maker);
         def.contact = &contact;
         def.npath = 1, def.path = &path;
@@ -435,9 +435,9 @@ static OmStatus build_sheet(void* ctx, const double* param, int nworker, OmTissu
     pbd.cluster_stiffness = param[0];
     pbd.cluster_radius = param[1];
     pbd.particle_volume = m->particle_volume;
-    OmTissueDef def = om_tissue_default_def(&m->mesh);
-    def.engine = "pbd";
-    def.pbd = &pbd;
+    OmTissueDef def = om_tissue_default_def(om_fem_engine(), &m->mesh);
+    def.engine = om_pbd_engine();
+    def.options = &pbd;
     def.solver.nworker = nworker;
     OmStatus status = om_tissue_create(&def, model);
     return status == OM_INVALID ? OM_UNSAT : status;

@@ -17,11 +17,11 @@ typedef struct Mail {
 static void mail_box(Mail* p, OmVec3 size, int nx, int ny, int nz) {
     rig_box(&p->r, nothing, size, nx, ny, nz);
     p->chain = om_chain_default_def();
-    p->r.def.engine = "chainmail";
+    p->r.def.engine = om_chain_engine();
 }
 
 static void mail_start(Mail* p) {
-    p->r.def.chain = &p->chain;
+    p->r.def.options = &p->chain;
     rig_start(&p->r);
 }
 
@@ -363,7 +363,7 @@ static void refuse(OmChainDef chain, const char* what) {
     Mail p;
     mail_box(&p, om_vec3(0.01, 0.01, 0.01), 1, 1, 1);
     p.chain = chain;
-    p.r.def.chain = &p.chain;
+    p.r.def.options = &p.chain;
     assert_status(om_tissue_create(&p.r.def, &p.r.m), OM_INVALID);
     assert_non_null(strstr(om_error_message(), what));
     om_tet_mesh_done(&p.r.mesh);

@@ -12,7 +12,7 @@ static const OmVec3 nothing = {0, 0, 0};
 
 static void box(TestRig* r, OmVec3 size, int nx, int ny, int nz) {
     rig_box(r, nothing, size, nx, ny, nz);
-    r->def.engine = "springs";
+    r->def.engine = om_spring_engine();
     r->def.material_default.young = YOUNG;
 }
 
@@ -338,7 +338,7 @@ static void test_hangs(void** state) {
 
 // A block on a board bears its weight there; the same held at its underside and pressed by a ball takes less than
 // finite elements with Poisson's ratio 1/4 take, for the mesh has directions in which it is soft.
-static double press(const char* engine, double poisson) {
+static double press(const OmTissueEngine* engine, double poisson) {
     TestRig r;
     box(&r, om_vec3(0.06, 0.06, 0.03), 8, 8, 4);
     rig_attach_plane(&r, 2, 0);
@@ -369,7 +369,8 @@ static double press(const char* engine, double poisson) {
 
 static void test_contact(void** state) {
     (void)state;
-    double springs = press("springs", 0.45), alike = press("fem", 0.25), soft = press("fem", 0.45);
+    double springs = press(om_spring_engine(), 0.45), alike = press(om_fem_engine(), 0.25),
+           soft = press(om_fem_engine(), 0.45);
     print_message("a ball pressed in by 4 mm takes %.4f N; finite elements %.4f N (ratio 0.25), "
                   "%.4f N (0.45)\n",
                   springs, alike, soft);

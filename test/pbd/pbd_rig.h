@@ -18,7 +18,7 @@ static inline void pbd_sheet(PbdRig* p, double side) {
     p->pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
     p->pbd.has_self_collision = false;
     assert_ok(om_pbd_sample_sheet(side, side, 0.003, 0.003, &p->r.mesh, &p->pbd.particle_volume));
-    p->r.def = om_tissue_default_def(&p->r.mesh);
+    p->r.def = om_tissue_default_def(om_fem_engine(), &p->r.mesh);
     p->r.def.solver.nworker = 1;
 }
 
@@ -32,8 +32,8 @@ static inline void pbd_box(PbdRig* p, OmVec3 size, int nx, int ny, int nz) {
 }
 
 static inline void pbd_start(PbdRig* p) {
-    p->r.def.engine = "pbd";
-    p->r.def.pbd = &p->pbd;
+    p->r.def.engine = om_pbd_engine();
+    p->r.def.options = &p->pbd;
     rig_start(&p->r);
 }
 

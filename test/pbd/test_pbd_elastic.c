@@ -34,7 +34,8 @@ static void test_weight_as_finite_elements(void** state) {
             OmTissueForces f;
             assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
             assert_below(om_norm(om_add(f.attachment, f.weight)), 2e-3 * om_norm(f.weight));
-            if (e == 1) assert_true(om_pbd_has_forces(p.r.m));
+            if (e == 1)
+                assert_true(om_engine_capabilities(om_tissue_engine(p.r.m)) & OM_ENGINE_FORCES);
             pbd_done(&p);
         }
         assert_near_rel(sunk[1], sunk[0], 0.001);  // measured 0.002 %
@@ -150,7 +151,7 @@ static void test_lengths(void** state) {
     memcpy(p.r.mesh.x, x, sizeof x);
     memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
     assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
-    p.r.def = om_tissue_default_def(&p.r.mesh);
+    p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
     p.r.def.gravity = om_vec3(0, 0, 0);
     p.r.def.rayleigh_mass = 20;
     p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
@@ -168,7 +169,7 @@ static void test_lengths(void** state) {
     OmTissueForces f;
     assert_ok(om_tissue_get_forces(p.r.m, p.r.s, &f));
     assert_near(f.attachment.z, -1e-4, 1e-6);  // multipliers of the last substeps
-    assert_true(om_pbd_has_forces(p.r.m));
+    assert_true(om_engine_capabilities(om_tissue_engine(p.r.m)) & OM_ENGINE_FORCES);
     pbd_done(&p);
 }
 
@@ -185,7 +186,7 @@ static void test_shared_lengths(void** state) {
         memcpy(p.r.mesh.x, x, sizeof x);
         memcpy(p.r.mesh.tet_vert, (int[8]){0, 1, 2, 3, 0, 4, 5, 3}, 8 * sizeof(int));
         assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[5]){0, 1, 2, 4, 5}, 5));
-        p.r.def = om_tissue_default_def(&p.r.mesh);
+        p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
         p.r.def.gravity = om_vec3(0, 0, 0);
         p.r.def.rayleigh_mass = 20;
         p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);
@@ -214,7 +215,7 @@ static void test_volume_stiffness(void** state) {
         memcpy(p.r.mesh.x, x, sizeof x);
         memcpy(p.r.mesh.tet_vert, (int[4]){0, 1, 2, 3}, 4 * sizeof(int));
         assert_ok(om_tet_mesh_add_set(&p.r.mesh, "attachment", (int[3]){0, 1, 2}, 3));
-        p.r.def = om_tissue_default_def(&p.r.mesh);
+        p.r.def = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
         p.r.def.gravity = om_vec3(0, 0, 0);
         p.r.def.rayleigh_mass = 20;
         p.pbd = om_pbd_default_def(OM_PBD_LENGTHS);

@@ -3,8 +3,8 @@
 
 static void expect(PbdRig* p, const char* word) {
     OmTissueModel* m;
-    p->r.def.engine = "pbd";
-    p->r.def.pbd = &p->pbd;
+    p->r.def.engine = om_pbd_engine();
+    p->r.def.options = &p->pbd;
     p->r.def.mesh = &p->r.mesh;
     assert_status(om_tissue_create(&p->r.def, &m), OM_INVALID);
     if (!strstr(om_error_message(), word))
@@ -29,7 +29,7 @@ static void test_definitions(void** state) {
     p.pbd = good, p.pbd.cookie = 0, expect(&p, "om_pbd_default_def");
     p.pbd = good, p.pbd.kind = (OmPbdKind)7, expect(&p, "kind");
     p.pbd = good, p.pbd.kind = OM_PBD_ELASTIC, expect(&p, "elements");
-    OmTissueDef fem = om_tissue_default_def(&p.r.mesh);
+    OmTissueDef fem = om_tissue_default_def(om_fem_engine(), &p.r.mesh);
     OmTissueModel* m;
     assert_status(om_tissue_create(&fem, &m), OM_INVALID);
     om_tet_mesh_done(&p.r.mesh);
@@ -123,7 +123,7 @@ static void test_forces_balance(void** state) {
     assert_below(report.penetration, 1e-5);
     for (int i = 0; i < p.r.mesh.nvert; ++i)
         assert_true(om_load3(om_tissue_x(p.r.s), i).z > -0.017 - 1e-5);  // 3 mm kept
-    assert_false(om_pbd_has_forces(p.r.m));
+    assert_false(om_engine_capabilities(om_tissue_engine(p.r.m)) & OM_ENGINE_FORCES);
     double* value = om_alloc(1, 8);
     assert_status(om_tissue_get_internal_force(p.r.m, p.r.s, value), OM_UNAVAILABLE);
     om_free(value);

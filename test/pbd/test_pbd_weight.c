@@ -12,7 +12,7 @@ static void make_cube(PbdRig* p, double side) {
     assert_ok(om_pbd_sample_surface(&skin, 0.005, &p->r.mesh, &p->pbd.particle_volume));
     om_surface_done(&skin);
     om_tet_mesh_done(&box);
-    p->r.def = om_tissue_default_def(&p->r.mesh);
+    p->r.def = om_tissue_default_def(om_fem_engine(), &p->r.mesh);
     p->r.def.solver.nworker = 1;
 }
 

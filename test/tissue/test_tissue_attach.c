@@ -2,6 +2,7 @@
 #include "test_alloc.h"
 #include "test_rig.h"
 
+#include "omentum/heuristic.h"
 #include "omentum/pbd.h"
 
 static const OmVec3 lo = {0, 0, 0}, hi = {0.06, 0.03, 0.02};
@@ -86,14 +87,14 @@ static void test_chain(void** context) {
 }
 
 // Springs of random stiffness beside vertices held still: at rest their forces are the weight, whatever the engine.
-static void check_weight(const char* engine, double tolerance) {
+static void check_weight(const OmTissueEngine* engine, double tolerance) {
     TestRig r;
     Attached a = {0};
     OmRng rng = om_rng_init(3, 4);
     rig_box(&r, lo, hi, 6, 3, 2);
     OmPbdDef pbd = om_pbd_default_def(OM_PBD_ELASTIC);
     r.def.engine = engine;
-    r.def.pbd = &pbd;
+    if (engine == om_pbd_engine()) r.def.options = &pbd;
     r.def.material_default.young = 30000;
     r.def.rayleigh_mass = 8;
     rig_start(&r);
@@ -120,7 +121,7 @@ static void check_weight(const char* engine, double tolerance) {
             assert_near(om_norm(off), 0, 0);
     }
     double weight = om_norm(f.weight);
-    printf("%s: attachments carry %.6f of the weight, off by %.2g of it\n", engine,
+    printf("%s: attachments carry %.6f of the weight, off by %.2g of it\n", engine->name,
            om_norm(f.attachment) / weight, om_norm(om_add(f.attachment, f.weight)) / weight);
     assert_near(om_norm(om_sub(sum, f.attachment)), 0, 1e-12);
     assert_near(om_norm(om_add(f.attachment, f.weight)), 0, tolerance * weight);
@@ -129,9 +130,10 @@ static void check_weight(const char* engine, double tolerance) {
 
 static void test_weight(void** context) {
     (void)context;
-    check_weight("fem", 5e-5);  // stresses are floats: 1e-7 of 30 kPa on 0.5 cm^2 an element
-    check_weight("springs", 1e-5);
-    check_weight("pbd", 1e-5);
+    check_weight(om_fem_engine(),
+                 5e-5);  // stresses are floats: 1e-7 of 30 kPa on 0.5 cm^2 an element
+    check_weight(om_spring_engine(), 1e-5);
+    check_weight(om_pbd_engine(), 1e-5);
 }
 
 // ---- derivatives --------------------------------------------------------------------------------------
@@ -170,7 +172,7 @@ static void test_gradient(void** context) {
 // The system matrix has h^2 k more on the diagonal than without springs, and nothing else.
 static void test_matrix(void** context) {
     (void)context;
-    const char* engine[2] = {"fem", "springs"};
+    const OmTissueEngine* engine[2] = {om_fem_engine(), om_spring_engine()};
     const double h = 0.02;
     for (int e = 0; e < 2; ++e) {
         TestRig r;
@@ -309,7 +311,7 @@ static void test_refused(void** context) {
     TestRig r;
     Attached a = {0};
     rig_box(&r, lo, hi, 2, 1, 1);
-    r.def.engine = "chainmail";
+    r.def.engine = om_chain_engine();
     rig_start(&r);
     attach(&a, &r, 2, 0, om_vec3(0, 0, 0));
     attach(&a, &r, 5, 10, om_vec3(0, 0, 0));
@@ -324,7 +326,7 @@ static void test_refused(void** context) {
     r.def.attachment_stiffness = 10;
     assert_status(om_tissue_create(&r.def, &model), OM_UNAVAILABLE);
     assert_null(model);
-    r.def.engine = "fem";
+    r.def.engine = om_fem_engine();
     OmTissueDef fem = r.def;
     rig_done(&r);
 

@@ -1,6 +1,8 @@
 // test_tissue_input.c: every wrong input ends with one sentence that names it, and changes nothing.
 #include "test_rig.h"
 
+#include "omentum/heuristic.h"
+
 typedef void (*Spoil)(TestRig* r);
 
 static void expect_invalid(Spoil spoil, const char* word) {
@@ -20,7 +22,26 @@ static void expect_invalid(Spoil spoil, const char* word) {
 
 static void no_cookie(TestRig* r) { r->def.cookie = 0; }
 static void no_mesh(TestRig* r) { r->def.mesh = NULL; }
-static void no_engine(TestRig* r) { r->def.engine = "fen"; }
+static void version_engine(TestRig* r) {
+    static OmTissueEngine old;
+    old = *om_fem_engine();
+    old.version = OM_ENGINE_VERSION - 1;
+    r->def.engine = &old;
+}
+static void both_kinds(TestRig* r) {
+    static OmTissueEngine both;
+    both = *om_fem_engine();
+    both.step = om_chain_engine()->step;
+    r->def.engine = &both;
+}
+static void fem_file(TestRig* r) {
+    static const OmEngineInput input = {.file = "weights.safetensors"};
+    r->def.input = &input;
+}
+static void chain_averaged(TestRig* r) {
+    r->def.engine = om_chain_engine();
+    r->def.is_averaged = true;
+}
 static void null_engine(TestRig* r) { r->def.engine = NULL; }
 static void poisson_half(TestRig* r) { r->def.material_default.poisson = 0.5; }
 static void poisson_nan(TestRig* r) { r->def.material_default.poisson = (double)NAN; }
@@ -70,7 +91,10 @@ static void test_definitions(void** context) {
         const char* word;
     } list[] = {{no_cookie, "om_tissue_default_def"},
                 {no_mesh, "mesh"},
-                {no_engine, "did you mean \"fem\""},
+                {version_engine, "version 0"},
+                {both_kinds, "either assemble or step"},
+                {fem_file, "reads no file, but weights.safetensors"},
+                {chain_averaged, "\"chainmail\" has no averaged strains"},
                 {null_engine, "engine"},
                 {poisson_half, "poisson is 0.5"},
                 {poisson_nan, "poisson"},

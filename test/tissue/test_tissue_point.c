@@ -1,7 +1,7 @@
 // test_tissue_point.c: forces on points inside elements.
 #include "test_rig.h"
 
-#include "tissue/tissue_engine.h"
+#include "tissue/tissue_internal.h"
 
 static const double weight[4] = {0.4, 0.3, 0.2, 0.1};
 

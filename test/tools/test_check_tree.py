@@ -60,7 +60,7 @@ class Rules(unittest.TestCase):
         self.assert_breaks({"src/scene/scene_a.c": '#include "fem/fem_internal.h"\n'}, "scene_a.c:1", "private")
 
     def test_engines_see_their_interface(self):
-        engine = '#include "tissue/tissue_engine.h"\n'
+        engine = '#include "tissue/tissue_internal.h"\n'
         self.assert_breaks({"src/scene/scene_a.c": engine}, "scene_a.c:1", "private")
         self.assertEqual(self.check({"src/fem/fem_a.c": engine}), [])
 

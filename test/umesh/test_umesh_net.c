@@ -419,10 +419,9 @@ static void test_engine(void** unused) {
     OmTissueReport report;
     assert_ok(om_umesh_net_load(weights, &net));
     assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
-    OmTissueDef def = om_tissue_default_def(&mesh);
-    def.custom = om_umesh_engine();
+    OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
     assert_status(om_tissue_create(&def, &model), OM_INVALID);
-    def.custom_data = net;
+    def.options = net;
     def.gravity = om_vec3(0, 0, 0);
     assert_ok(om_tissue_create(&def, &model));
     assert_ok(om_tissue_state_create(model, &state));
@@ -484,9 +483,8 @@ static void test_grasp(void** unused) {
     int nheld;
     assert_ok(om_umesh_net_load(weights, &net));
     assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
-    OmTissueDef def = om_tissue_default_def(&mesh);
-    def.custom = om_umesh_engine();
-    def.custom_data = net;
+    OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
+    def.options = net;
     def.gravity = om_vec3(0, 0, 0);
     assert_ok(om_tissue_create(&def, &model));
     assert_ok(om_tissue_state_create(model, &state));

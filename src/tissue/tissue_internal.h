@@ -1,80 +1,17 @@
-// tissue_engine.h: what an engine is, and the inside of model, state and work that engines see.
+// tissue_internal.h: the inside of model, state and work, for room tissue and the engines of this floor.
 //
-// An engine of the matrix kind fills `assemble`: it writes A and b of A dv = b at the state's positions;
-// tools, attachments, contact and the solve are done above it, alike for all. An engine that moves
-// vertices its own way (position based dynamics, a network) fills `step` instead and leaves `assemble`
-// null. Engines register by a line in the table of tissue_model.c, or by OmTissueDef.custom.
-#ifndef OMENTUM_TISSUE_ENGINE_H
-#define OMENTUM_TISSUE_ENGINE_H
+// What an engine fills is in omentum/tissue_engine.h; engines of other rooms need no more than that header.
+#ifndef OMENTUM_TISSUE_INTERNAL_H
+#define OMENTUM_TISSUE_INTERNAL_H
 
-#include "omentum/tissue.h"
-
-/// What an engine is to assemble: A = mass M + stiffness K + spring k, b = force f(x + lag v) to first order.
-typedef struct OmAssembly {
-    const double *x, *v;  // (nvert x 3)
-    double mass;          // of masses: 1 + h a, 0 at rest
-    double stiffness;     // of K: h^2 + h b
-    double force;         // of all forces: h
-    double lag;           // s, of elastic forces: h + b
-    double spring;        // of the springs of attachments: h^2
-    double spring_lag;    // s, of their forces: h
-    bool is_exact;        // the tangent as it is; else its negative eigenvalues are zero
-    bool is_turned;  // of the corotational law with the same constants, forces too: a predictor
-} OmAssembly;
-
-typedef struct OmTissueCheck {  // what a step does to the elements
-    int ncrushed;               // flattened or inverted farther than a step may leave them
-    int nbarrier;               // of these, elements whose law resists it without bound
-    int ninverted;              // det F <= 0 at its end
-    double elastic_begin;       // J, in floats: off by about 1e-7 of sum V mu
-    double elastic_end;
-} OmTissueCheck;
-
-typedef struct OmTissueEngine {
-    const char* name;
-    bool has_matrix;  // work gets A and a solver
-    // Attachments may be springs: the engine reads om__state_stiffness. False: springs are refused.
-    bool has_springs;
-    /// Make model->data from the checked model->mesh and model->def.
-    OmStatus (*create)(OmTissueModel* model);
-    void (*destroy)(OmTissueModel* model);
-    /// Make work->data; both may be null.
-    OmStatus (*create_work)(const OmTissueModel* model, OmTissueWork* work);
-    void (*destroy_work)(OmTissueWork* work);
-    /// w->A and w->b.
-    OmStatus (*assemble)(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
-                         const OmAssembly* at);
-    /// A whole step, tools and obstacles included; null for engines of the matrix kind. It leaves in OM__F_TOOL
-    /// what holds each prescribed vertex, by a tool or an attachment, and in OM__F_TOUCH what obstacles push.
-    OmStatus (*step)(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work, double h,
-                     int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report);
-    /// For engines that take meshes without elements: masses of their vertices; else null.
-    OmStatus (*lump_mass)(const OmTissueModel* model, double* mass);
-    /// Bytes behind the state's arrays that are the engine's, and how they follow from positions that were
-    /// set from outside; both may be null.
-    size_t (*get_state_size)(const OmTissueModel* model);
-    void (*sync_state)(const OmTissueModel* model, OmTissueState* state);
-    /// Elastic forces at x in double. With a mask only those of its vertices count: added to *sum, and
-    /// to force (nvert x 3) unless it is null. May be null with `step`, as may all that follow.
-    OmStatus (*add_internal_force)(const OmTissueModel* model, const double* x,
-                                   const unsigned char* mask, double* force, OmVec3* sum);
-    OmStatus (*get_measure)(const OmTissueModel* model, const double* x, OmTissueMeasure measure,
-                            double* value);
-    OmStatus (*get_energy)(const OmTissueModel* model, const double* x, double* energy);  // J
-    /// The same forces and energy for Newton's method: by all workers, force (nvert x 3) overwritten.
-    OmStatus (*eval_balance)(const OmTissueModel* model, OmTissueWork* work, const double* x,
-                             double* force, double* energy);
-    /// What a step from x_begin to x_end does to the elements; null where nothing is guarded.
-    void (*check)(const OmTissueModel* model, const OmTissueWork* work, const double* x_begin,
-                  const double* x_end, bool is_solved, OmTissueCheck* check);
-    /// Bytes of model->data and work->data.
-    size_t (*get_memory)(const OmTissueModel* model, const OmTissueWork* work);
-} OmTissueEngine;
+#include "omentum/tissue_engine.h"
 
 struct OmTissueModel {
     const OmTissueEngine* engine;
-    void* data;       // the engine's own
-    OmTissueDef def;  // its pointers are not used, but for `material`, which is a copy
+    void* data;           // the engine's own
+    const void* options;  // of the engine: borrowed, or `loaded`
+    void* loaded;         // made by engine->load; or null
+    OmTissueDef def;      // its pointers are not used, but for `material`, which is a copy
     OmTetMesh mesh;
     double* mass;    // kg                                                        (nvert)
     double* volume;  // of elements at rest, m^3                                  (ntet)
@@ -116,6 +53,7 @@ enum {            // arrays of 3 doubles a vertex, in this order behind the head
 };
 #define OM__STATE_HEAD 320  // bytes of the head, room to grow, a multiple of 64
 
+static inline bool om__has_matrix(const OmTissueModel* m) { return m->engine->assemble != NULL; }
 static inline double* om__state_array(const OmTissueState* s, int k) {
     return (double*)((char*)(uintptr_t)s + OM__STATE_HEAD) + 3 * (size_t)s->nvert * (size_t)k;
 }
@@ -200,6 +138,11 @@ struct OmTissueWork {
     double* refine;                // of tissue_refine.c, null where A is the tangent
     void* backup;                  // a state, for steps that are cut
 };
+
+// ---- tissue_engine.c ------------------------------------------------------------------------------
+
+/// @return OM_OK; OM_INVALID (a table without a function that it needs, or of another version)
+OmStatus om__engine_check(const OmTissueEngine* engine);
 
 // ---- tissue_newton.c ------------------------------------------------------------------------------
 
