@@ -1,4 +1,4 @@
-// plain_world.h: a world without truth, cameras, joints, reset and snapshots, as a robot that omentum does not know may be.
+// plain_world.h: a world without truth, cameras, joints, reset and snapshots: another kind than the simulated one.
 //
 // Tips are points that go straight to their goals. Tissue is a box at rest in the task frame: jaws that close inside it
 // hold it, and what they hold uncovers the ROI in proportion to the distance from where it was grasped. All of it is

@@ -1,4 +1,4 @@
-// plain_world.h: a world without truth, cameras, joints, reset and snapshots, as a robot that omentum does not know may be.
+// test_world_plain.c: worlds without truth: one in closed form, and the simulated one with its truth hidden.
 #include "plain_world.h"
 #include "test_field.h"
 
