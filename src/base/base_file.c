@@ -103,7 +103,7 @@ static OmStatus follow(const char* path, char* out, size_t size) {
     for (int i = 0; lstat(at, &st) == 0 && S_ISLNK(st.st_mode); ++i) {
         ssize_t n = readlink(at, link, sizeof link - 1);
         OM_CHECK(i < MAX_LINK && n > 0 && n < (ssize_t)sizeof link - 1, OM_IO,
-                 "%s: is a link that leads to no file; name the file itself", path);
+                 "%s: is a link to a missing file; name the file itself", path);
         link[n] = 0;
         OM_TRY(om_path_dir(at, dir, sizeof dir));
         OM_TRY(om_path_join(dir, link, at, sizeof at));
@@ -262,7 +262,9 @@ OmStatus om_file_check_ours(const char* path, const char* mark) {
     fclose(f);
     if (!data) return OM_NO_MEMORY;
     om_free(data);
-    OM_CHECK(is_ours, OM_INVALID,
-             "%s is there, and not as omentum wrote it; name another file, or move it away", path);
+    OM_CHECK(
+        is_ours, OM_INVALID,
+        "%s exists and was not written by omentum, or was changed since; name another file, or move it away",
+        path);
     return OM_OK;
 }

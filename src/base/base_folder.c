@@ -350,7 +350,7 @@ static OmStatus set_place(const char* dir, const char* kind, OmFolder* f) {
     bool is_there = lstat(f->place, &st) == 0;
     bool is_link = is_there && S_ISLNK(st.st_mode);
     OM_CHECK(!is_link || stat(f->place, &st) == 0, OM_IO,
-             "%s: is a link that leads nowhere; name the folder itself", f->place);
+             "%s: is a link to a missing folder; name the folder itself", f->place);
     OM_CHECK(!is_there || S_ISDIR(st.st_mode), OM_IO, "%s: is a file, a folder is wanted",
              f->place);
     if (!is_link && strcmp(name, ".") != 0 && strcmp(name, "..") != 0) return OM_OK;

@@ -40,7 +40,7 @@ static OmStatus check_param(const OmCalibrationDef* def, int k) {
     OM_CHECK(p->name[0], OM_INVALID, "param[%d].name is empty", k);
     for (int i = 0; i < k; ++i)
         OM_CHECK(strcmp(def->param[i].name, p->name) != 0, OM_INVALID,
-                 "param[%d].name: there is another \"%s\"", k, p->name);
+                 "param[%d].name: two parameters are called \"%s\"", k, p->name);
     OM_CHECK(isfinite(p->lo) && isfinite(p->hi) && p->lo < p->hi, OM_INVALID,
              "param[%d] (%s): bounds %g to %g: lo must be below hi", k, p->name, p->lo, p->hi);
     OM_CHECK(p->start >= p->lo && p->start <= p->hi, OM_INVALID,

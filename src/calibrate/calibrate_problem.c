@@ -169,8 +169,8 @@ static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
             is_given ? item->start * key->unit : *(double*)((char*)&p->scene + key->offset);
         double v = p->start[i] / key->unit;
         OM_CHECK(is_given || v >= 0, OM_INVALID,
-                 "%s: parameters: %s: the scene leaves it to the patient; give its start", path,
-                 key->name);
+                 "%s: parameters: %s: the scene takes it from the patient model; give its start",
+                 path, key->name);
         OM_CHECK(v >= item->min && v <= item->max, OM_INVALID,
                  "%s: parameters: %s: %s %g is outside of min %g to max %g", path, key->name,
                  is_given ? "start" : "the scene's value", v, item->min, item->max);

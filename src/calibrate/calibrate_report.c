@@ -37,7 +37,7 @@ static void add_verdict(const Leaf* l, OmReport* report) {
     default:
         snprintf(
             text, sizeof text,
-            "This model cannot fit: the search stands still at %.3f mm, %.1f times the noise of %.3f "
+            "This model cannot fit: the search stagnates at %.3f mm, %.1f times the noise of %.3f "
             "mm. Look for what the model lacks (attachments, geometry, registration, law) before "
             "trusting its parameters.",
             1e3 * r->cost, r->cost / d->noise, 1e3 * d->noise);
@@ -83,9 +83,14 @@ static void judge(const Leaf* l, int k, char* out, size_t size) {
 
 static void add_params(const Leaf* l, OmReport* report) {
     enum { NCOL = 8 };
-    static const char* const heading[NCOL] = {
-        "parameter",        "best", "start", "bounds", "from", "to", "with the mesh's error",
-        "what the data say"};
+    static const char* const heading[NCOL] = {"parameter",
+                                              "best",
+                                              "start",
+                                              "bounds",
+                                              "from",
+                                              "to",
+                                              "with the mesh's error",
+                                              "determined by the data"};
     char text[OM_CALIBRATION_MAX_PARAM][NCOL][160];
     const char* cell[OM_CALIBRATION_MAX_PARAM * NCOL];
     for (int k = 0; k < l->def->nparam; ++k) {

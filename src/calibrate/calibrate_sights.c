@@ -172,7 +172,7 @@ static OmStatus add_seen(Sights* s, const Lines* f, const Row* row) {
     int i = find_landmark(s, row->landmark), level = 0;
     OM_CHECK(
         i < s->nlandmark, OM_INVALID,
-        "%s:%d: landmark: where \"%s\" is at rest is nowhere said; add a line \"%s,rest,%s,..\"",
+        "%s:%d: landmark: the position of \"%s\" at rest is missing; add a line \"%s,rest,%s,..\"",
         f->name, f->line, row->landmark, row->experiment, row->landmark);
     while (s->level[row->path][level] != row->level) ++level;
     double unit = i == OM_SEEN_FORCE ? 1 : 1e-3;

@@ -146,7 +146,8 @@ static OmStatus make(Maker* m, const double* param) {
     OM_ALLOC_DONE(m->x, 3 * (size_t)(s->nlandmark + 1));
     if (wants_cloud(s)) OM_TRY_DONE(make_camera(m));
     OM_TRY_DONE(om__calibrate_build((void*)m->world, param, 0, &model));
-    OM_CHECK_DONE(status == OM_OK, OM_INVALID, "there is no world with these parameters");
+    OM_CHECK_DONE(status == OM_OK, OM_INVALID,
+                  "the scene's world cannot be built with these parameters");
     if (s->nlandmark) OM_TRY_DONE(om_tissue_embed(model, s->nlandmark, rest, &m->embedding));
     OM_TRY_DONE(append_all(m, model));
 done:

@@ -132,7 +132,7 @@ static OmStatus gather_points(const OmCalibrationTissueDef* def, const OmTissueM
         ncloud = def->ncloud_point;
         if (!ncloud) vert = om_tissue_surface_vert(model, &ncloud);
         if (!ncloud || (!vert && !x))
-            return om_error(OM_INVALID, "no points to hold against clouds");
+            return om_error(OM_INVALID, "no points to compare with clouds");
     }
     t->def.ncloud_point = ncloud;
     t->npoint = def->nlandmark + ncloud;
@@ -206,7 +206,7 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
     if (status > 0) {
         char why[256];
         snprintf(why, sizeof why, "%s", om_error_message());
-        status = om_error(OM_INVALID, "there is no model of the start: %s", why);
+        status = om_error(OM_INVALID, "no model can be built with the start values: %s", why);
     }
     if (status == OM_OK) status = check_forces(t, model);
     if (status == OM_OK) status = check_presses(t, model);

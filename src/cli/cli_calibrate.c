@@ -1,4 +1,4 @@
-// cli_calibrate.c: omentum calibrate: the parameters of a tissue from what was seen of it.
+// cli_calibrate.c: omentum calibrate: the parameters of a tissue from observations.
 #include <math.h>
 #include <string.h>
 
@@ -7,23 +7,24 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR",
-     "journal, report and calibrated.yaml; what is there is not done again"},
-    {"--observations", NULL, "FILE.csv", "in place of the file that the problem names"},
-    {"--seed", NULL, "N", "another seed than the problem's", NULL, NULL, 0, 2147483647},
-    {"--synthetic", NULL, "OUT.csv", "write what the scene's world would have shown instead"},
-    {"--set", NULL, "NAME=VALUE", "with --synthetic: a parameter of that world; may be repeated"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+     "journal, report and calibrated.yaml; evaluations on file are not repeated"},
+    {"--observations", NULL, "FILE.csv", "instead of the file that the problem names"},
+    {"--seed", NULL, "N", "seed instead of the problem's", NULL, NULL, 0, 2147483647},
+    {"--synthetic", NULL, "OUT.csv", "write synthetic observations of the scene's world instead"},
+    {"--set", NULL, "NAME=VALUE",
+     "with --synthetic: a parameter of the scene's world; may be repeated"},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
-    {"error_start_mm", "error with the values at the start"},
-    {"error_mm", "error with the values found"},
+    {"error_start_mm", "error with the start values"},
+    {"error_mm", "error with the calibrated values"},
     {"evaluations", "simulations in all"},
     {"parameter.*", "the value of each parameter, in the unit of its name"},
 };
 
-// ---- what came out --------------------------------------------------------------------------------
+// ---- results --------------------------------------------------------------------------------------
 
 static void print_param(const OmCalibrationDef* def, const OmCalibrationResult* r, int k) {
     const OmCalibrationParam* p = &def->param[k];
@@ -33,7 +34,7 @@ static void print_param(const OmCalibrationDef* def, const OmCalibrationResult* 
     if (r->is_of_mesh && r->has_profile)
         printf(" of this mesh; %.4g to %.4g with its error", f->mesh_lo / p->unit,
                f->mesh_hi / p->unit);
-    printf(")%s", !r->has_profile || f->is_determined ? "\n" : ": the data cannot determine it");
+    printf(")%s", !r->has_profile || f->is_determined ? "\n" : ": not determined by the data");
     if (!r->has_profile || f->is_determined) return;
     if (f->partner >= 0)
         printf(" apart from %s\n", def->param[f->partner].name);
@@ -44,8 +45,8 @@ static void print_param(const OmCalibrationDef* def, const OmCalibrationResult* 
 }
 
 static void print_result(const OmCalibrationDef* def, const OmCalibrationResult* r) {
-    static const char* const outcome[] = {"calibrated", "not finished: the evaluations are used up",
-                                          "the model cannot fit"};
+    static const char* const outcome[] = {
+        "calibrated", "not finished: the limit of evaluations is reached", "the model cannot fit"};
     printf("%s: error %.3f mm at the start, %.3f mm now", outcome[r->outcome], 1e3 * r->cost_start,
            1e3 * r->cost);
     if (def->noise > 0) printf(", noise %.3f mm", 1e3 * def->noise);
@@ -53,7 +54,7 @@ static void print_result(const OmCalibrationDef* def, const OmCalibrationResult*
     for (int k = 0; k < def->nparam; ++k) print_param(def, r, k);
     if (r->is_of_mesh)
         printf(
-            "note: these are values of this mesh: one %.2g times finer shows something else with them, by %.3f "
+            "note: these values hold for this mesh: with a mesh %.2g times finer the predictions differ by %.3f "
             "mm; make the mesh finer\n",
             r->mesh_ratio, 1e3 * r->mesh_difference);
     om_cli_figure("error_start_mm", 1e3 * r->cost_start);
@@ -115,8 +116,8 @@ static OmStatus check_args(const OmCliArgs* args) {
     OM_CHECK(npositional == 1, OM_INVALID, "no problem is given; see --help");
     const char *dir = om_cli_get(args, "--output"), *csv = om_cli_get(args, "--synthetic");
     OM_CHECK(dir || csv, OM_INVALID, "no output folder is given; add -o DIR");
-    OM_CHECK(!dir || !csv, OM_INVALID, "-o and --synthetic are two commands");
-    OM_CHECK(csv || !om_cli_get(args, "--set"), OM_INVALID, "--set goes with --synthetic");
+    OM_CHECK(!dir || !csv, OM_INVALID, "-o and --synthetic exclude each other");
+    OM_CHECK(csv || !om_cli_get(args, "--set"), OM_INVALID, "--set needs --synthetic");
     OM_TRY(om_cli_int(args, "--seed", &number));
     return om_cli_int(args, "--workers", &number);
 }
@@ -126,7 +127,7 @@ static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     OmCalibrationResult result;
     OmStatus status = om_cli_int(args, "--workers", &def.nworker);
     def.out_dir = om_cli_get(args, "--output");
-    om_log_set_sink(NULL, NULL);  // warnings about parameters that are merely tried
+    om_log_set_sink(NULL, NULL);  // warnings about parameters that the search only tries
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     if (status == OM_OK) status = om_calibration_run(&def, progress, &result);
     if (status < 0) return om_cli_fail_kept("calibrate", status);
@@ -136,7 +137,8 @@ static int calibrate(const OmCliArgs* args, const OmCalibrationDef* search) {
     return status == OM_OK ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
 
-// The problem may lie in the folder, as that of a study's search does; what it reads is not what is written.
+// The problem may lie in the output folder, as the problem of a study's search does; its inputs are
+// not overwritten.
 static OmStatus check_inputs(const OmCalibrationProblem* problem, const char* dir) {
     static const char* const name[] = {"journal.jsonl", "report.html", "calibration.json",
                                        "calibrated.yaml"};
@@ -167,7 +169,7 @@ int om_cli_calibrate(int argc, char** argv) {
     }
     OmCalibrationDef def = om_calibration_problem_search(problem);
     int seed = (int)def.seed;
-    om_cli_int(&args, "--seed", &seed);  // looked at before
+    om_cli_int(&args, "--seed", &seed);  // already checked
     def.seed = (uint64_t)seed;
     int code = om_cli_get(&args, "--synthetic") ? write_synthetic(&args, problem, &def)
                                                 : calibrate(&args, &def);
@@ -178,16 +180,17 @@ int om_cli_calibrate(int argc, char** argv) {
 const OmCliVerb om_cli_verb_calibrate = {
     .name = "calibrate",
     .run = om_cli_calibrate,
-    .summary = "find a tissue's parameters from what was seen of it",
+    .summary = "find a tissue's parameters from observations",
     .usage = "omentum calibrate PROBLEM.yaml -o DIR [options]\n"
              "omentum calibrate PROBLEM.yaml --synthetic OUT.csv [--set NAME=VALUE ...]",
     .about =
-        "The problem names a scene, its parameters with bounds, the paths of probe or grasper, and a file of\n"
-        "observations: landmarks, point clouds, forces (doc/calibrate.md). A global search, then a local one\n"
-        "within 40 % of the range, then how far each parameter can move before the error rises. DIR receives\n"
-        "report.html, calibration.json, calibrated.yaml, which a scene takes as `calibrated:`, and journal.jsonl:\n"
-        "started again after it was stopped, the search goes on where it was. Exit code 0: calibrated; 1: the\n"
-        "model cannot fit, or the evaluations were used up.",
+        "The problem names a scene, its parameters with bounds, the paths of probe or grasper, and a file\n"
+        "of observations: landmarks, point clouds, forces (doc/calibrate.md). The stages are a global\n"
+        "search, a local search within 40 % of the range, and profiles, which show how far each parameter\n"
+        "can change before the error rises. DIR receives report.html, calibration.json, calibrated.yaml\n"
+        "(for the key `calibrated:` of a scene) and journal.jsonl, from which an interrupted calibration\n"
+        "continues. Exit code 0: calibrated; 1: the model cannot fit, or the limit of evaluations is\n"
+        "reached.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum calibrate gel.yaml -o out/gel\n"

@@ -9,7 +9,7 @@
 #include <time.h>
 #include <unistd.h>
 
-// The option of a word, "--edge" or "--edge=4"; `value` is what stands behind the sign, or null.
+// The option of a word, "--edge" or "--edge=4"; `value` is the text after the sign, or null.
 static const OmCliOption* find_option(const OmCliArgs* args, const char* word, const char** value) {
     const char* equals = word[0] == '-' && word[1] == '-' ? strchr(word, '=') : NULL;
     if (value) *value = equals ? equals + 1 : NULL;
@@ -69,7 +69,7 @@ OmStatus om_cli_check(const OmCliArgs* args, int max_positional, int* npositiona
     return OM_OK;
 }
 
-// Walks the words as om_cli_check does, and returns the wanted use of an option or positional argument.
+// Walk the words as om_cli_check does, and return the n-th use of an option or positional argument.
 static const char* walk(const OmCliArgs* args, const OmCliOption* wanted, int index) {
     int seen = 0;
     const char* last = NULL;
@@ -118,7 +118,7 @@ OmStatus om_cli_double(const OmCliArgs* args, const char* name, double* value) {
     return om_cli_get_double(args, name, o->min, o->max, value);
 }
 
-// More workers than processors are cut: once, say so.
+// The number of workers is limited to the processors; a note says so once.
 static void note_workers(int wanted) {
     static bool is_said;
     int num = om_worker_count(wanted);
@@ -143,8 +143,8 @@ static volatile sig_atomic_t is_interrupted;
 static OmProgressBar bar;
 static bool is_bar_quiet;
 
-// Asked again half a second later: at once. Those who stop a whole group of processes (timeout, a shell) may send
-// the same wish twice.
+// A second signal half a second or more after the first ends the program at once. Earlier ones count as the same:
+// commands that stop a process group (timeout, a shell) may send the signal twice.
 static void on_signal(int number) {
     static struct timespec first;
     struct timespec now = {0};
@@ -172,7 +172,8 @@ const OmProgress* om_cli_progress(bool is_quiet) {
     sigaction(SIGTERM, &action, NULL);
     struct sigaction hangup;
     bool is_detached = sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN;
-    if (!is_detached) sigaction(SIGHUP, &action, NULL);  // nohup goes on without its terminal
+    // a program under nohup continues without its terminal
+    if (!is_detached) sigaction(SIGHUP, &action, NULL);
     return &progress;
 }
 
@@ -205,8 +206,7 @@ int om_cli_check_output(int code) {
     int error = errno;
     if ((!is_lost && !ferror(stdout)) || (code != OM_EXIT_OK && code != OM_EXIT_FAILED))
         return code;
-    fprintf(stderr,
-            "omentum: standard output: cannot write%s%s; files that were asked for are complete\n",
+    fprintf(stderr, "omentum: standard output: cannot write%s%s; output files are complete\n",
             is_lost ? ": " : "", is_lost ? strerror(error) : "");
     return OM_EXIT_STDOUT;
 }
@@ -214,7 +214,7 @@ int om_cli_check_output(int code) {
 int om_cli_fail_kept(const char* verb, OmStatus status) {
     if (status != OM_CANCELLED) return om_cli_fail(verb, status);
     om_cli_progress_done();
-    fprintf(stderr, "omentum %s: cancelled; the same command goes on from here\n", verb);
+    fprintf(stderr, "omentum %s: cancelled; the same command continues from here\n", verb);
     return OM_EXIT_CANCELLED;
 }
 

@@ -1,4 +1,4 @@
-// cli_common.h: what the verbs of the program share: options, progress, Ctrl-C, exit codes.
+// cli_common.h: shared by the verbs of the program: options, progress, Ctrl-C, exit codes.
 #ifndef OMENTUM_CLI_COMMON_H
 #define OMENTUM_CLI_COMMON_H
 
@@ -6,7 +6,7 @@
 
 #include "omentum/base.h"
 
-// Exit codes: what a script may rely on.
+// Exit codes; scripts may rely on them.
 #define OM_EXIT_OK 0  // done
 #define OM_EXIT_FAILED \
     1                    // the work was done and its outcome is negative (ROI not exposed, no plan)
@@ -16,8 +16,8 @@
     4  // the work was done, files are complete; standard output could not be written
 #define OM_EXIT_CANCELLED 130  // Ctrl-C, or SIGTERM or SIGHUP
 
-// One option of a verb. A flag has no argument; the same name may not appear twice in a table. Parser, help, man page
-// and completion of shells are all made from these tables. --help and --json are added to each.
+// One option of a verb. A flag has no argument; a name may not appear twice in a table. Parser, help, man page and
+// shell completion are all made from these tables. --help and --json are added to each.
 typedef struct OmCliOption {
     const char* name;    // with its dashes: "--edge"; "-o" is found by its second name
     const char* alias;   // or null
@@ -28,14 +28,14 @@ typedef struct OmCliOption {
     double min, max;     // range of a number; both 0: none
 } OmCliOption;
 
-// A key of the figures that --json prints; "point.*" stands for all that begin with "point.".
+// A key of the figures that --json prints; "point.*" stands for all keys that begin with "point.".
 typedef struct OmCliKey {
     const char *name, *help;
 } OmCliKey;
 
-// All that is known about a verb. Groups of verbs (umesh) have neither run nor options.
+// The description of a verb. Groups of verbs (umesh) have neither run nor options.
 typedef struct OmCliVerb {
-    const char* name;  // what is typed after "omentum": "umesh predict"
+    const char* name;  // the words after "omentum": "umesh predict"
     int (*run)(int argc, char** argv);
     const char *summary, *usage, *about, *example;
     const OmCliOption* option;
@@ -78,7 +78,7 @@ const OmCliVerb* om_cli_find_verb(int argc, char** argv, int* nword);
 // The option by either name, of the verb or common to all; null if it has none.
 const OmCliOption* om_cli_find_option(const OmCliOption* option, int noption, const char* word,
                                       size_t len);
-// The k-th option of a verb, those common to all last; null after them.
+// The k-th option of a verb, with the common options last; null after them.
 const OmCliOption* om_cli_option_at(const OmCliVerb* verb, int k);
 void om_cli_print_help(const OmCliVerb* verb);
 void om_cli_print_man(void);
@@ -87,11 +87,11 @@ bool om_cli_print_completion(const char* shell);
 
 // ---- the result for programs, --json (cli_result.c). Without --json the calls do nothing.
 
-// From now on standard output receives nothing but the object; what is printed goes to standard error.
+// From now on standard output receives only the object; other output goes to standard error.
 void om_cli_result_begin(const OmCliVerb* verb);
 void om_cli_figure(const char* key, double value);
-void om_cli_path(const char* path);      // something that was written
-void om_cli_reason(const char* reason);  // why the outcome is what it is
+void om_cli_path(const char* path);      // a file or folder that was written
+void om_cli_reason(const char* reason);  // the reason of the outcome
 // Print the object; returns the exit code.
 int om_cli_result_end(int exit_code);
 
@@ -102,17 +102,17 @@ bool om_cli_is_interrupted(void);
 
 // Print the error message of this thread and return the exit code that fits the status.
 int om_cli_fail(const char* verb, OmStatus status);
-// The same for work that the same command goes on with after it was cancelled.
+// The same for work that the same command continues after a cancellation.
 int om_cli_fail_kept(const char* verb, OmStatus status);
 
-// Remove what killed runs left beside the output file `path`; null: nothing.
+// Remove files that killed runs left beside the output file `path`; null: nothing.
 void om_cli_clean_beside(const char* path);
 
-// What was printed must have arrived: the exit code `code`, or OM_EXIT_STDOUT and a message if the work was done, and
-// standard output failed. Files are complete all the same, so this has a code of its own.
+// Check that everything printed has arrived. Returns the exit code `code`, or OM_EXIT_STDOUT and a message if the
+// work was done but standard output failed. This case has its own code because the files are complete.
 int om_cli_check_output(int code);
 
-// What a verb reads, null entries skipped, must lie apart from what it writes; null `output`: it writes nothing.
+// The inputs of a verb (null entries are skipped) must not lie in its output; null `output`: it writes nothing.
 OmStatus om_cli_check_apart(const char* output, const char* const* input, int ninput);
 
 // The folder of scenes and logic programs: beside the program in the build tree, or installed.
@@ -121,7 +121,7 @@ OmStatus om_cli_share_path(const char* name, char* out, size_t size);
 // The argument of --weights, or weights/phantom.safetensors beside the program, if it is there.
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
 
-// First of all: how threads of libraries wait. May start the program anew.
+// Call it first: it sets how threads of libraries wait. It may restart the program.
 void om_cli_set_environment(char** argv);
 
 // The verbs, and the table of each.

@@ -1,8 +1,8 @@
 // cli_guard.c: work that cannot be interrupted runs in a child process, with limits on time and memory.
 //
-// clingo does not look up while it grounds: a program that describes infinitely many atoms, or a thousand million,
-// would run until memory is full. The child is ended by its own alarm, by a limit on its address space, or by Ctrl-C;
-// the parent says so.
+// clingo cannot be interrupted while it grounds: a program with infinitely many atoms, or a thousand million, would
+// run until memory is full. The child is ended by its own alarm, by a limit on its address space, or by Ctrl-C; the
+// parent prints the reason.
 #include "cli_guard.h"
 
 #include <errno.h>
@@ -15,7 +15,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-// Bytes. A program that has more runs under a sanitizer, whose shadow memory no limit fits.
+// Bytes. Above this the program runs under a sanitizer, whose shadow memory exceeds any limit.
 #define SANE_SPACE (64.0e9)
 
 static volatile sig_atomic_t child_pid;
@@ -69,7 +69,7 @@ int om_cli_guard_run(const OmCliGuard* guard) {
     while (pid > 0 && waitpid(pid, &state, 0) < 0 && errno == EINTR) continue;
     child_pid = 0;
     for (int i = 0; i < 2; ++i) sigaction(number[i], &old[i], NULL);
-    if (pid < 0) return guard->run(guard->ctx);  // no process to be had: without limits
+    if (pid < 0) return guard->run(guard->ctx);  // no process can be made: run without limits
     if (WIFEXITED(state)) return WEXITSTATUS(state);
     int end = WTERMSIG(state);
     if (end == SIGINT || end == SIGTERM) {

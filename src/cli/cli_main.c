@@ -1,4 +1,4 @@
-// cli_main.c: the omentum program: finds the verb and hands over.
+// cli_main.c: the omentum program: find the verb and call it.
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -28,8 +28,8 @@ static void print_warning(void* ctx, OmLogLevel level, const char* line) {
     if (level >= OM_LOG_WARNING) fprintf(stderr, "warning: %s\n", line);
 }
 
-// Closed descriptors are taken, so that no file of ours is opened as standard output and printed into. What is printed
-// to a closed standard output fails; messages to a closed standard error go to the terminal, if there is one.
+// Open /dev/null on closed standard descriptors, so that no output file gets one of these numbers and is printed into.
+// Printing to a closed standard output fails; messages to a closed standard error go to the terminal, if there is one.
 static void take_descriptors(void) {
     for (int fd = 0; fd <= STDERR_FILENO; ++fd) {
         if (fcntl(fd, F_GETFD) >= 0 || errno != EBADF) continue;
@@ -38,7 +38,7 @@ static void take_descriptors(void) {
     }
 }
 
-// Words that are no verb, or a group without one of its own: what is there instead.
+// For an unknown verb, or a group without a verb: list the existing names.
 static int refuse_verb(const OmCliVerb* group, const char* word) {
     const char* name[64];
     const OmCliVerb* v;
@@ -56,7 +56,8 @@ static int refuse_verb(const OmCliVerb* group, const char* word) {
     else
         fprintf(stderr, "no name is given");
     if (nearest) fprintf(stderr, "; did you mean \"%s\"?", nearest);
-    fprintf(stderr, "; omentum help%s%s lists them:", group ? " " : "", group ? group->name : "");
+    fprintf(stderr, "; omentum help%s%s lists the names:", group ? " " : "",
+            group ? group->name : "");
     for (int k = 0; k < n; ++k) fprintf(stderr, " %s", name[k]);
     fprintf(stderr, "\n");
     return OM_EXIT_USAGE;
@@ -96,8 +97,9 @@ static int run_verb(const OmCliVerb* verb, int argc, char** argv) {
 int main(int argc, char** argv) {
     take_descriptors();
     om_cli_set_environment(argv);
-    signal(SIGXFSZ, SIG_IGN);  // a file too large is an error to report, not a death
-    signal(SIGPIPE, SIG_IGN);  // a reader that leaves is no reason to lose the work
+    // a file above the size limit gives an error instead of ending the process
+    signal(SIGXFSZ, SIG_IGN);
+    signal(SIGPIPE, SIG_IGN);  // a reader that closes its pipe must not end the work
     om_log_set_sink(print_warning, NULL);
     if (argc < 2) {
         print_help(stderr);

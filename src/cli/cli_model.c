@@ -7,51 +7,51 @@
 #include "cli_model.h"
 
 static const OmCliOption option[] = {
-    {"--list", NULL, NULL, "list the labels or segments of INPUT and stop; needs no -o"},
+    {"--list", NULL, NULL, "list the labels or segments of INPUT and end; needs no -o"},
     {"--label", "-l", "N|NAME[,...]",
      "labels whose union is meshed, by number or name, or \"all\"; may be repeated"},
-    {"--volume", NULL, "N", "which volume of a file of several (times, components), from 0", NULL,
-     NULL, 0, 1 << 30},
+    {"--volume", NULL, "N", "index of the volume in a file of several (times, components), from 0",
+     NULL, NULL, 0, 1 << 30},
     {"--window", NULL, "LO,HI", "intensities from LO to HI instead of labels"},
     {"--edge", "-e", "MM", "mean edge of the tetrahedra", "4", "mm", 0.01, 1000},
-    {"--part", NULL, "N[,N...]", "connected parts to keep, 1 is the largest", "1"},
+    {"--part", NULL, "N[,N...]", "connected parts to keep; 1 is the largest", "1"},
     {"--all-parts", NULL, NULL, "keep every part of at least --min-share, not only the largest"},
     {"--min-share", NULL, "PERCENT", "smallest part that --all-parts keeps", "1", "%", 0, 100},
-    {"--connectivity", NULL, "6|26", "when voxels belong together", "6", NULL, 6, 26},
+    {"--connectivity", NULL, "6|26", "which voxels are connected", "6", NULL, 6, 26},
     {"--keep-holes", NULL, NULL, "do not fill holes inside the organ"},
     {"--close", NULL, "MM", "morphological closing by a ball of this radius", "0", "mm", 0, 100},
     {"--smooth", NULL, "VOXELS", "width of the smoothing that keeps volumes", "1.2", "voxels", 0.5,
      3},
-    {"--no-refine", NULL, NULL, "keep the edge even where parts are thinner than it"},
-    {"--remesh", NULL, NULL, "mesh a volume mesh anew instead of using it as it is"},
-    {"--unit", NULL, "mm|cm|m", "unit of the file's lengths", "as the file says, else mm"},
-    {"--space", NULL, "ras|lps", "space of a file that does not say it, or to read it otherwise",
-     "RAS"},
+    {"--no-refine", NULL, NULL, "keep the edge length also where parts are thinner"},
+    {"--remesh", NULL, NULL, "remesh a volume mesh instead of using its elements"},
+    {"--unit", NULL, "mm|cm|m", "unit of the file's lengths", "the file's unit, else mm"},
+    {"--space", NULL, "ras|lps",
+     "space of the file's coordinates, instead of the space that it states", "RAS"},
     {"--export-space", NULL, "ras|lps", "space of the tissue.vtu and organ.ply written", "ras"},
     {"--sheet", NULL, "KEY=VALUE,...",
      "cover a side with fat: thickness, side, gap, bridge, length, width, corner, wrap (mm)"},
     {"--tumour", NULL, "KEY=VALUE,...",
      "on the organ under the sheet: radius, height, along, across (mm), points"},
-    {"--attach", NULL, "FACE[:WHERE]", "hold the sheet: border, underside or top; may be repeated"},
+    {"--attach", NULL, "FACE[:WHERE]",
+     "attach the sheet at: border, underside or top; may be repeated"},
     {"--material", NULL, "KEY=VALUE,...",
      "name, label, young (Pa), poisson, density; may be repeated"},
-    {"--max-volume", NULL, "GB", "largest volume that is read, by its voxels", "1.07", "GB", 1e-3,
-     64},
+    {"--max-volume", NULL, "GB", "largest size of a volume's voxels", "1.07", "GB", 1e-3, 64},
     {"--name", NULL, "NAME", "name of the model", "that of the file"},
-    {"--output", "-o", "DIR", "folder of the model; an older model there is replaced"},
-    {"--workers", "--threads", "N", "threads", "one a processor; the mesh does not depend on it",
+    {"--output", "-o", "DIR", "folder of the model; replaces an older model there"},
+    {"--workers", "--threads", "N", "threads", "one per processor; the mesh does not depend on it",
      NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress bar"},
 };
 
 static const OmCliKey result_key[] = {
-    {"tetrahedra", "of the mesh"},
-    {"vertices", "of the mesh"},
+    {"tetrahedra", "tetrahedra of the mesh"},
+    {"vertices", "vertices of the mesh"},
     {"edge_smallest_mm", "length of edges"},
     {"edge_mean_mm", "length of edges"},
     {"edge_largest_mm", "length of edges"},
-    {"volume_ml", "of the mesh"},
-    {"surface_error_mm", "mean distance to the surface given"},
+    {"volume_ml", "volume of the mesh"},
+    {"surface_error_mm", "mean distance to the input's surface"},
 };
 
 // ---- words to numbers --------------------------------------------------------------------------------------
@@ -87,7 +87,7 @@ static bool is_whole_number(const char* word, int* number) {
     return is_whole;
 }
 
-// Numbers, names, or "all".
+// Read numbers, names, or "all".
 static OmStatus parse_labels(const OmCliArgs* args, OmModelDef* def) {
     const char* list;
     for (int k = 0; (list = om_cli_get_nth(args, "--label", k)) != NULL; k++) {
@@ -99,7 +99,7 @@ static OmStatus parse_labels(const OmCliArgs* args, OmModelDef* def) {
         for (int i = 0; i < n; i++) {
             int number;
             OM_CHECK(word[i][0] && strlen(word[i]) < OM_SEGMENT_NAME, OM_INVALID,
-                     "--label: \"%s\" is no number or name", word[i]);
+                     "--label: \"%s\" is neither a number nor a name", word[i]);
             if (is_whole_number(word[i], &number))
                 def->label[def->nlabel++] = number;
             else if (strcmp(word[i], "all") == 0)
@@ -109,7 +109,7 @@ static OmStatus parse_labels(const OmCliArgs* args, OmModelDef* def) {
         }
     }
     OM_CHECK(!def->all_labels || def->nlabel + def->nlabel_name == 0, OM_INVALID,
-             "--label: \"all\" stands alone");
+             "--label: \"all\" excludes other labels");
     return OM_OK;
 }
 
@@ -122,7 +122,7 @@ static OmStatus parse_parts(const OmCliArgs* args, OmModelDef* def) {
     OM_CHECK(n > 0, OM_INVALID, "--part: at most %d parts", OM_MAX_PART);
     for (int i = 0; i < n; i++) {
         OM_CHECK(is_whole_number(word[i], &def->part[i]) && def->part[i] > 0, OM_INVALID,
-                 "--part: \"%s\" is no number of a part; 1 is the largest", word[i]);
+                 "--part: \"%s\" is not the number of a part; 1 is the largest", word[i]);
     }
     def->npart = n;
     OM_CHECK(!om_cli_get(args, "--all-parts"), OM_INVALID,
@@ -358,10 +358,11 @@ int om_cli_model(int argc, char** argv) {
     const bool is_list = status == OM_OK && om_cli_get(&args, "--list");
     OmModelDef def;
     if (status == OM_OK && !input)
-        status = om_error(OM_INVALID, "which volume or mesh? see --help");
+        status = om_error(OM_INVALID, "no volume or mesh is given; see --help");
     if (status == OM_OK && is_list && dir)
         status = om_error(OM_INVALID, "--list writes nothing: leave out -o");
-    if (status == OM_OK && !dir && !is_list) status = om_error(OM_INVALID, "where to? give -o DIR");
+    if (status == OM_OK && !dir && !is_list)
+        status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     OmSpace export_space = OM_SPACE_NONE;
     if (status == OM_OK) status = parse_def(&args, input, &def);
     if (status == OM_OK) status = parse_space(&args, "--export-space", &export_space);
@@ -387,7 +388,8 @@ int om_cli_model(int argc, char** argv) {
         om_cli_progress_done();
         print_summary(&patient, &report, dir);
         if (export_space == OM_SPACE_LPS)
-            printf("tissue.vtu and organ.ply are in LPS, and say so; patient.yaml stays in RAS\n");
+            printf(
+                "tissue.vtu and organ.ply are in LPS and state it; patient.yaml is always in RAS\n");
     }
     om_patient_done(&patient);
     return status < 0 ? om_cli_fail("model", status) : OM_EXIT_OK;

@@ -27,7 +27,7 @@ static void print_list(const OmModelDef* def, const OmLabelList* list) {
     printf("\n");
     if (list->is_intensity) {
         printf(
-            "values from %g to %g: these are intensities, no labels; choose with --window LO,HI\n",
+            "values from %g to %g: these are intensities, not labels; choose with --window LO,HI\n",
             list->min, list->max);
         return;
     }
@@ -63,12 +63,12 @@ static void print_frame(const OmModelDef* def, OmMeshFrame stated) {
     const OmMeshFrame used = om_mesh_frame_join((OmMeshFrame){def->unit, def->space}, stated);
     printf("unit %g mm (%s), %s (%s)\n", used.unit * 1e3,
            def->unit > 0     ? "as was told"
-           : stated.unit > 0 ? "the file says so"
-                             : "assumed: the file does not say it",
+           : stated.unit > 0 ? "stated by the file"
+                             : "assumed: not stated by the file",
            used.space == OM_SPACE_LPS ? "LPS" : "RAS",
            def->space != OM_SPACE_NONE     ? "as was told"
-           : stated.space != OM_SPACE_NONE ? "the file says so"
-                                           : "assumed: the file does not say it");
+           : stated.space != OM_SPACE_NONE ? "stated by the file"
+                                           : "assumed: not stated by the file");
 }
 
 static void print_extent(const double* x, int nvert, double volume) {
@@ -141,7 +141,7 @@ static OmStatus list_surface(const OmModelDef* def) {
         bool is_closed = check.first_tri < 0;
         printf("%s: %d triangles, %d vertices in %d part%s, %s\n", def->input, surface.ntri,
                surface.nvert, check.ncomponent, check.ncomponent == 1 ? "" : "s",
-               is_closed ? "closed" : "not closed: it bounds no volume");
+               is_closed ? "closed" : "not closed: bounds no volume");
         print_frame(def, stated);
         print_extent(surface.x, surface.nvert, is_closed ? om_surface_volume(&surface) : 0);
     }

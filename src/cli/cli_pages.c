@@ -1,4 +1,4 @@
-// cli_pages.c: help, man page and completion of shells, all from the tables of the verbs.
+// cli_pages.c: help, man page and shell completion, all from the tables of the verbs.
 #include <string.h>
 
 #include "cli_common.h"
@@ -8,7 +8,7 @@ static const struct {
     const char* what;
 } exit_table[] = {
     {OM_EXIT_OK, "done"},
-    {OM_EXIT_FAILED, "done, with a negative outcome: not exposed, no plan, a bar missed"},
+    {OM_EXIT_FAILED, "done, with a negative outcome: not exposed, no plan, a criterion missed"},
     {OM_EXIT_USAGE, "the command line is wrong"},
     {OM_EXIT_ERROR, "bad input, failed output, or no memory"},
     {OM_EXIT_STDOUT, "done and files are written, but standard output failed"},
@@ -16,7 +16,7 @@ static const struct {
 };
 #define NEXIT ((int)(sizeof exit_table / sizeof *exit_table))
 
-// Is `verb` one of the group's?
+// Is `verb` in this group?
 static bool is_in(const OmCliVerb* group, const OmCliVerb* verb) {
     size_t n = strlen(group->name);
     return strncmp(verb->name, group->name, n) == 0 && verb->name[n] == ' ';
@@ -85,7 +85,7 @@ void om_cli_print_help(const OmCliVerb* verb) {
 
 // ---- man page -----------------------------------------------------------------------------------------------
 
-// A piece of running text for roff.
+// Write running text for roff.
 static void put_roff(const char* text) {
     bool is_begin = true;
     for (; *text; ++text) {
@@ -161,7 +161,7 @@ void om_cli_print_man(void) {
 
 // ---- completion ---------------------------------------------------------------------------------------------
 
-// Words of the first level once, or those of a group.
+// Each word of the first level once, or the words of a group.
 static void put_words(const OmCliVerb* group) {
     const OmCliVerb* v;
     const char* space = "";
@@ -217,7 +217,7 @@ static void put_bash(void) {
            "complete -o filenames -F _omentum omentum\n");
 }
 
-// Text between single quotes of a shell.
+// Write text between single quotes of a shell.
 static void put_quoted(const char* text, const char* escaped) {
     for (; *text; ++text) {
         if (*text == '\'')
@@ -269,7 +269,7 @@ static void put_zsh(void) {
     printf(" ;;\n    esac\n}\n_omentum \"$@\"\n");
 }
 
-// The condition under which an option or a word of fish is offered.
+// The condition under which fish offers an option or a word.
 static void put_fish_condition(const OmCliVerb* verb) {
     printf("complete -c omentum -n '");
     const char* at = verb->name;

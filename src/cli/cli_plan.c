@@ -1,4 +1,4 @@
-// cli_plan.c: omentum plan: what the arms should do in a described situation, and why.
+// cli_plan.c: omentum plan: plan the arms' actions for a situation, and explain the plan.
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,33 +14,33 @@ static const OmCliOption option[] = {
      1, OM_PLAN_MAX_GRID},
     {"--roi", NULL, "X,Y", "the region of interest lies under this block; may be repeated"},
     {"--attached", NULL, "X,Y", "a block above attachment points; may be repeated"},
-    {"--tried", NULL, "X,Y", "a block that was grasped in vain; may be repeated"},
-    {"--why", NULL, NULL, "explain the choice and what stands against others"},
-    {"--others", NULL, "N", "how many other grasping points to explain", "8, -1 all", NULL, -1,
+    {"--tried", NULL, "X,Y", "a block where a grasp failed; may be repeated"},
+    {"--why", NULL, NULL, "explain the choice, and why others are worse or impossible"},
+    {"--others", NULL, "N", "number of other grasping points to explain", "8, -1 all", NULL, -1,
      OM_PLAN_MAX_BLOCK},
-    {"--horizon", NULL, "N", "steps a plan may take", "12", NULL, 1, OM_PLAN_MAX_HORIZON},
+    {"--horizon", NULL, "N", "largest number of steps of a plan", "12", NULL, 1,
+     OM_PLAN_MAX_HORIZON},
     {"--max-pulls", NULL, "N", "pulls of 10 mm up to the height limit", "5", NULL, 1,
      OM_PLAN_MAX_HORIZON},
-    {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
-    {"--time-limit", NULL, "S", "seconds that grounding, and each solve, may take", "10", "s", 1e-3,
-     1e6},
-    {"--memory-limit", NULL, "MB", "memory that grounding and solving may take", "2000", "MB", 50,
-     1e6},
+    {"--program", NULL, "FILE", "a logic program instead of the built-in one"},
+    {"--time-limit", NULL, "S", "time limit in seconds of grounding, and of each solve", "10", "s",
+     1e-3, 1e6},
+    {"--memory-limit", NULL, "MB", "memory limit of grounding and solving", "2000", "MB", 50, 1e6},
     {"--json", NULL, NULL, "print the plan as JSON"},
-    {"--example", NULL, NULL, "print a situation file to start from"},
+    {"--example", NULL, NULL, "print an example of a situation file"},
     {"--print-program", NULL, NULL, "print the built-in logic program"},
 };
 
 static const OmCliKey result_key[] = {
     {"outcome", "plan, no plan, or time limit"},
     {"action", "verb, arm and block of each action, in order"},
-    {"cost", "what the plan costs, by priority"},
+    {"cost", "costs of the plan, by priority"},
     {"ground_ms, solve_ms", "time of clingo"},
 };
 #define MEMORY_MB 2000  // default of --memory-limit
 
 static const char example[] =
-    "# What sensing knows. Blocks are (x, y), counted from 1; psm1 stands at the low y.\n"
+    "# The sensed situation. Blocks are (x, y), counted from 1; psm1 stands at the low y.\n"
     "grid: 5\n"
     "spacing_mm: 24\n"
     "# Seen from above, the row of y = 5 first:\n"
@@ -51,7 +51,7 @@ static const char example[] =
     "  . A R . .\n"
     "  . A A . .\n"
     "  . . . . .\n"
-    "# What was done in vain on a block.\n"
+    "# Actions on a block that failed.\n"
     "tried:\n"
     "  - {x: 3, y: 3, grasp: true, fold_away: true, fold_towards: false}\n"
     "# An arm: the block it is at, whether it holds it, and its limits.\n"
@@ -120,7 +120,7 @@ static const OmYamlField description_field[] = {
 };
 static const OmYamlSchema description_schema = {"situation", description_field, 7};
 
-// The picture of the tissue: n rows of n signs, the row of the highest y first.
+// The map of the tissue: n rows of n characters, the row of the highest y first.
 static OmStatus read_picture(const char* path, const char* picture, OmSituation* s) {
     int n = s->n, count = 0;
     for (const char* c = picture; *c; c++) {
@@ -186,7 +186,7 @@ done:
 
 // ---- options -------------------------------------------------------------------------------------------------
 
-// Every use of an option that names a block.
+// Read every use of an option that names a block.
 static OmStatus read_blocks(const OmCliArgs* args, const char* name, OmSituation* s,
                             bool* is_marked) {
     const char* text;
@@ -212,7 +212,7 @@ static OmStatus read_options(const OmCliArgs* args, OmSituation* s) {
         OM_TRY(om_cli_int(args, "--grid", &grid));
         OM_CHECK(
             om_cli_get(args, "--roi"), OM_INVALID,
-            "what is the situation? Give a file (omentum plan --example prints one) or --roi X,Y");
+            "no situation is given: add a file (omentum plan --example prints one) or --roi X,Y");
         om_situation_init(s, grid, 0.12 / grid);
     }
     bool tried[OM_PLAN_MAX_BLOCK] = {false};
@@ -278,13 +278,14 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
     OM_TRY(om_cli_int(args, "--others", &nother));
     OM_TRY(om_cli_double(args, "--memory-limit", &memory_mb));
     OM_TRY(read_options(args, &s));
-    if (def.program && om_path_exists(def.program)) {  // clingo would read a pipe
+    if (def.program && om_path_exists(def.program)) {  // clingo would block on a pipe
         FILE* program;
         OM_TRY(om_file_open(def.program, &program, NULL));
         fclose(program);
     }
 
-    om_cli_guard_alarm(2 * def.time_limit + 0.5);  // grounding, and a solve that ends itself
+    // grounding, and a solve that ends by its own limit
+    om_cli_guard_alarm(2 * def.time_limit + 0.5);
     OM_TRY_DONE(om_planner_create(&def, &planner));
     OM_TRY_DONE(om_planner_solve(planner, &s, &plan));
     *outcome = status;
@@ -302,7 +303,7 @@ static OmStatus plan_and_print(const OmCliArgs* args, OmStatus* outcome) {
 done:
     if (status == OM_NO_MEMORY)
         om_error(OM_NO_MEMORY,
-                 "the logic program needs more than %g MB: give it fewer atoms, or raise "
+                 "the logic program needs more than %g MB: reduce its atoms, or raise "
                  "--memory-limit",
                  memory_mb);
     om_planner_destroy(planner);
@@ -349,10 +350,10 @@ int om_cli_plan(int argc, char** argv) {
 const OmCliVerb om_cli_verb_plan = {
     .name = "plan",
     .run = om_cli_plan,
-    .summary = "plan a retraction from a described situation, and say why",
+    .summary = "plan a retraction for a situation, and explain it",
     .usage = "omentum plan [SITUATION.yaml] [options]",
     .about =
-        "Plans how the arms expose the region of interest from a situation, with clingo. Exit code 1: no plan\n"
+        "Plans with clingo how the arms expose the region of interest in a situation. Exit code 1: no plan\n"
         "exposes the region of interest; the reasons are printed.",
     .option = option,
     .noption = sizeof option / sizeof *option,

@@ -1,4 +1,4 @@
-// cli_result.c: --json: one object on standard output, whatever a verb prints for people.
+// cli_result.c: --json: one object on standard output, independent of the text that a verb prints for people.
 //
 //     {"program": "omentum", "version": "0.1.0", "verb": "model", "outcome": "done", "exit_code": 0,
 //      "message": "", "figures": {"tetrahedra": 1234, ...}, "paths": ["out/liver"]}

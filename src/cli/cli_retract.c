@@ -8,9 +8,10 @@
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
-    {"--data", NULL, "DIR", "folder the scene's files are relative to", "the scene's folder"},
+    {"--data", NULL, "DIR", "folder that the scene's file names are relative to",
+     "the scene's folder"},
     {"--layout", NULL, "K", "seed of attachments and ROI", "the scene's", NULL, 0, 2147483647},
-    {"--program", NULL, "FILE", "a logic program in place of the built-in one"},
+    {"--program", NULL, "FILE", "a logic program instead of the built-in one"},
     {"--force-threshold", NULL, "N", "largest force on the tissue, without a margin",
      "the scene's, with its margin", "N", 1e-3, 1e3},
     {"--calibrate-force", NULL, NULL,
@@ -30,12 +31,12 @@ static const OmCliOption option[] = {
 
 static const OmCliKey result_key[] = {
     {"layout", "seed of attachments and ROI"},
-    {"visibility_start", "share of the ROI that is seen, 0 to 1"},
+    {"visibility_start", "visible fraction of the ROI, 0 to 1"},
     {"visibility_end", "the same, at the end"},
     {"actions", "carried out"},
     {"operation_s", "simulated time"},
     {"wall_s", "time it took"},
-    {"force_twin_n", "largest force by the twin"},
+    {"force_twin_n", "largest force estimated by the twin"},
     {"force_truth_n", "largest force in the truth"},
     {"twin_step_ms", "mean of a step of the twin"},
     {"layouts", "run with --layouts, or measured"},
@@ -54,7 +55,7 @@ typedef struct Settings {
     bool needs_scene;  // false: only a text is wanted
 } Settings;
 
-// What the arms pulled with, as the robot knew it and as it was, and where they were to stop.
+// Print the pull on the tissue by the twin's estimate and in the truth, and the limit.
 static void print_force(const OmScene* scene, const OmRetractResult* r) {
     const OmSceneTask* task = &scene->task;
     printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->force_max);
@@ -71,11 +72,11 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
     printf("; reached %d times\n", r->nforce);
 }
 
-// A few lines for whoever ran it.
+// Print a summary for the user.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
     printf(
-        "  ROI seen: %.0f %% at the start, %.0f %% at the end; from %.0f %% on it counts as exposed\n",
+        "  ROI visible: %.0f %% at the start, %.0f %% at the end; it counts as exposed from %.0f %% on\n",
         100 * r->visibility_start, 100 * r->visibility_end, 100 * scene->task.visibility);
     print_force(scene, r);
     printf(
@@ -143,7 +144,7 @@ static int dry_run(const Settings* s) {
            e.world_ntet);
     printf("  grid: %d of %d blocks can be grasped; the first plan has %d actions\n", e.ngrasp,
            e.nblock, e.nplanned);
-    printf("  ROI seen before any action: %.0f %% (%.0f %% counts as exposed)\n",
+    printf("  ROI visible before any action: %.0f %% (%.0f %% counts as exposed)\n",
            100 * e.visibility, 100 * scene->task.visibility);
     printf("  memory: %.0f MB so far, and up to %.0f MB for the report's pictures\n",
            1024e-6 * (double)usage.ru_maxrss, 1e-6 * e.picture_bytes);
@@ -152,14 +153,14 @@ static int dry_run(const Settings* s) {
         "lifted tissue takes longer); at most %d actions\n",
         e.begin_time, e.time_rate, scene->task.max_actions);
     if (e.visibility >= scene->task.visibility)
-        printf("  note: the ROI is in view already: a run ends at once, with exit code 1\n");
+        printf("  note: the ROI is already visible: a run ends at once, with exit code 1\n");
     if (e.nplanned == 0) printf("  note: no plan is found: a run ends at once, with exit code 1\n");
     if (!e.is_settled) printf("  note: the tissue still moves when the operation begins\n");
     if (e.has_slid) printf("  note: the tissue slides while it settles\n");
     return OM_EXIT_OK;
 }
 
-// Can the scene's layout be exposed, whatever is chosen? A line for people.
+// Search whether any sequence of actions exposes the layout; print a line.
 static int search(const Settings* s) {
     static const char* const fold[OM_PLAN_NVERB] = {[OM_PLAN_MOVE_ROI] = ", folded towards the ROI",
                                                     [OM_PLAN_MOVE_AWAY] =
@@ -176,9 +177,9 @@ static int search(const Settings* s) {
            scene->seed, r.nexposed, r.ncourse, r.ngrasp);
     if (r.block >= 0) {
         int n = scene->task.grid;
-        printf("; most seen: %.0f %%, block (%d,%d) lifted%s%s, %.2f N", 100 * r.visibility,
-               r.block % n + 1, r.block / n + 1, fold[r.first] ? fold[r.first] : "",
-               fold[r.second] ? fold[r.second] : "", r.force);
+        printf("; largest visibility: %.0f %%, block (%d,%d) lifted%s%s, %.2f N",
+               100 * r.visibility, r.block % n + 1, r.block / n + 1,
+               fold[r.first] ? fold[r.first] : "", fold[r.second] ? fold[r.second] : "", r.force);
     }
     printf("\n");
     return r.nexposed > 0 ? OM_EXIT_OK : OM_EXIT_FAILED;
@@ -362,10 +363,10 @@ const OmCliVerb om_cli_verb_retract = {
     .summary = "run a scene: sense, plan, act until the ROI is seen; writes a report",
     .usage = "omentum retract SCENE.yaml -o DIR [options]",
     .about =
-        "The simulated operating field hides another mesh and another stiffness from the twin that\n"
-        "plans and estimates forces. Exit code 0: exposed by the arms; 1: not exposed, or in view\n"
-        "before any action. DIR may hold an older run and nothing else. Ctrl-C and SIGTERM keep the\n"
-        "record so far.",
+        "Runs the deliberative loop on a simulated operating field. Its mesh and stiffness differ from\n"
+        "those of the twin, which plans and estimates forces. Exit code 0: the arms exposed the ROI; 1: not\n"
+        "exposed, or in view before any action. DIR must be new, empty, or hold an older run. After Ctrl-C\n"
+        "or SIGTERM the record up to then is kept.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum retract scenes/sheet.yaml -o out/sheet\n"

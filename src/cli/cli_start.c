@@ -1,9 +1,9 @@
-// cli_start.c: what must happen before the libraries start.
+// cli_start.c: checks that must run before the libraries start.
 //
 // OpenBLAS starts its threads when it is loaded, long before main. Where the address space is limited (ulimit -v, a
-// batch system) a thread or its buffer of 32 MB may not fit: then OpenBLAS ends the program by a signal, or its
-// threads wait for memory for ever and the program does not end. The number of threads is read from the environment
-// alone. So a function of .preinit_array, which runs before any library's own, starts the program anew with one thread.
+// batch system) a thread or its buffer of 32 MB may not fit: then OpenBLAS ends the program by a signal, or its threads
+// wait for memory for ever. The number of threads can only be set by the environment. So a function of .preinit_array,
+// which runs before any library's initialisation, restarts the program with one thread.
 #include "cli_common.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -26,7 +26,7 @@
 #define THREAD_SPACE ((rlim_t)64 << 20)
 enum { MAX_ENVIRONMENT = 4000 };
 
-// libc has no environment yet: only what it is given, and calls of the kernel.
+// libc has no environment yet: use only the arguments and system calls.
 static void begin(int argc, char** argv, char** env) {
     static char one_thread[] = "OPENBLAS_NUM_THREADS=1";
     static char* extended[MAX_ENVIRONMENT + 2];
@@ -46,12 +46,12 @@ static void begin(int argc, char** argv, char** env) {
     int n = 0;
     for (; env[n]; ++n) {
         if (n == MAX_ENVIRONMENT || strncmp(env[n], one_thread, strlen(one_thread) - 1) == 0)
-            return;  // the user's own number stands
+            return;  // the user has set a number
         extended[n] = env[n];
     }
     extended[n] = one_thread;
     extended[n + 1] = NULL;
-    (void)execve("/proc/self/exe", argv, extended);  // if it fails, all goes on as it is
+    (void)execve("/proc/self/exe", argv, extended);  // if it fails, the program continues unchanged
 }
 
 __attribute__((section(".preinit_array"), used)) static void (*const first)(int, char**,
@@ -59,7 +59,7 @@ __attribute__((section(".preinit_array"), used)) static void (*const first)(int,
 
 #else
 
-// With a sanitizer there is no limit to keep.
+// A program with a sanitizer cannot keep such a limit.
 extern int om_cli_start_is_empty;
 int om_cli_start_is_empty = 1;
 

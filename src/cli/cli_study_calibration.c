@@ -5,22 +5,22 @@
 #include "omentum/study.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
+    {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--quick", NULL, NULL, "three lesions, coarse particles and truth, few evaluations"},
-    {"--lesions-used", NULL, "N", "of the breast, the first N", "all ten", NULL, 2, 20},
-    {"--tune-on", NULL, "N", "the lesion fine-tuned on; the others are the test", "1"},
+    {"--lesions-used", NULL, "N", "use the first N lesions of the breast", "all ten", NULL, 2, 20},
+    {"--tune-on", NULL, "N", "lesion for the fine-tuning; the others are the test", "1"},
     {"--truth", NULL, "N", "elements of the breast's quadratic truth", "12000", NULL, 1000,
      1000000},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth of the breast is used"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
-    {"unseen_particles_mm", "error on unseen lesions, tuned"},
-    {"unseen_gel_mm", "with the parameters of the gel"},
-    {"unseen_elements_mm", "of finite elements"},
-    {"unseen_rigid_mm", "of a rigid body"},
+    {"unseen_particles_mm", "error on unseen lesions, with tuned parameters"},
+    {"unseen_gel_mm", "the same, with the parameters of the gel"},
+    {"unseen_elements_mm", "the same, of finite elements"},
+    {"unseen_rigid_mm", "the same, of a rigid body"},
     {"evaluations", "simulations in all"},
 };
 
@@ -67,7 +67,7 @@ static void print_result(const OmStudyCalibrationSummary* r, const char* dir) {
            "rigid %.2f\n",
            1e3 * r->unseen_tuned, 1e3 * r->unseen_gel, 1e3 * r->unseen_prescribed,
            1e3 * r->unseen_rigid);
-    printf("%d evaluations (%d new); the bar is %s\nreport: %s/report.html\n", r->neval, r->nnew,
+    printf("%d evaluations (%d new); criterion: %s\nreport: %s/report.html\n", r->neval, r->nnew,
            r->is_met ? "met" : "missed", dir);
 }
 
@@ -93,11 +93,11 @@ const OmCliVerb om_cli_verb_study_calibration = {
     .summary = "particles calibrated on gel, tested on a breast",
     .usage = "omentum study calibration -o DIR [options]",
     .about =
-        "The experiment of thesis 3.5.1: cluster parameters of particles are found on a box of gel with three\n"
-        "beads, fine-tuned on one lesion of the breast phantom and tested on the others, against a truth of\n"
-        "finite elements. DIR receives report.html, study.json, errors.csv and a folder a search: started again\n"
-        "after it was stopped, it goes on where it was. Exit code 0: the error on unseen lesions is at most 1.5\n"
-        "times that of finite elements; 1: it is more.",
+        "The experiment of thesis 3.5.1: cluster parameters of particles are searched on a box of gel with\n"
+        "three beads, fine-tuned on one lesion of the breast phantom and tested on the others; the truth is\n"
+        "computed by finite elements. DIR receives report.html, study.json, errors.csv and one folder per\n"
+        "search. After an interruption the same command continues the study. Exit code 0: the error on\n"
+        "unseen lesions is at most 1.5 times that of finite elements; 1: it is larger.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =

@@ -7,30 +7,31 @@
 #include "omentum/study.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
+    {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--quick", NULL, NULL, "three coarse meshes, two lesions, a coarse truth: under a minute"},
     {"--resolutions", NULL, "N[,N...]", "elements of the meshes", "the thesis's nine"},
     {"--methods", NULL, "NAME[,NAME...]", "penalty, multipliers, prescribed", "all"},
     {"--lesions-used", NULL, "N", "press over the first N lesions only", NULL, NULL, 1,
      OM_STUDY_MAX_LESION},
-    {"--mesh", NULL, "FILE", "a body of your own: a tetrahedral mesh (msh, vtk, vtu)"},
+    {"--mesh", NULL, "FILE", "another body: a tetrahedral mesh (msh, vtk, vtu)"},
     {"--lesions", NULL, "FILE", "its lesions, one a line: x y z [radius]"},
     {"--unit", NULL, "mm|cm|m", "unit of both files", "mm"},
     {"--lesion-unit", NULL, "mm|cm|m", "unit of the lesions", "--unit"},
-    {"--up", NULL, "X,Y,Z", "where the probe comes from", "0,0,1"},
-    {"--friction", NULL, "MU", "Coulomb's coefficient of penalty and multipliers", "0", NULL, 0,
-     10},
-    {"--contact-triangles", NULL, "N", "of the contact surface", "4000", NULL, 100, 200000},
+    {"--up", NULL, "X,Y,Z", "side of the body from which the probe comes", "0,0,1"},
+    {"--friction", NULL, "MU", "Coulomb's friction coefficient, of penalty and multipliers", "0",
+     NULL, 0, 10},
+    {"--contact-triangles", NULL, "N", "triangles of the contact surface", "4000", NULL, 100,
+     200000},
     {"--truth", NULL, "N", "elements of the quadratic truth", "35000", NULL, 1000, 1000000},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
     {"runs", "presses in all"},
-    {"completed", "of the runs, to the end of the path"},
+    {"completed", "runs that completed the path"},
     {"cells", "combinations of method and mesh"},
-    {"cells_met", "of these, within the bar"},
+    {"cells_met", "combinations that meet all criteria"},
 };
 
 // ---- options --------------------------------------------------------------------------------------
@@ -95,7 +96,7 @@ static OmStatus read_up(const char* text, OmVec3* up) {
                  OM_INVALID, "--up: \"%s\" is not three numbers x,y,z", text);
     }
     *up = om_vec3(v[0], v[1], v[2]);
-    OM_CHECK(om_norm(*up) > 0, OM_INVALID, "--up: a direction of no length");
+    OM_CHECK(om_norm(*up) > 0, OM_INVALID, "--up: the direction has length 0");
     return OM_OK;
 }
 
@@ -130,7 +131,8 @@ static void print_result(const OmStudyContactSummary* r, const char* dir) {
     om_cli_path(dir);
     printf("%d runs (%d new): %d completed the path; the worst reached %.0f %%\n", r->nrun, r->nnew,
            r->ncomplete, 100 * r->worst_stability);
-    printf("the bar is met by %d of %d combinations of method and mesh\n", r->ncell_met, r->ncell);
+    printf("all criteria are met by %d of %d combinations of method and mesh\n", r->ncell_met,
+           r->ncell);
     printf("report: %s/report.html\n", dir);
 }
 
@@ -149,7 +151,7 @@ static OmStatus get_body(const OmCliArgs* args, OmStudyBody** body) {
     return OM_OK;
 }
 
-// Every word is looked at before anything is loaded.
+// Check every word before anything is loaded.
 static OmStatus check_args(const OmCliArgs* args) {
     int npositional;
     OM_TRY(om_cli_check(args, 0, &npositional));
@@ -189,14 +191,14 @@ int om_cli_study_contact(int argc, char** argv) {
 const OmCliVerb om_cli_verb_study_contact = {
     .name = "study contact",
     .run = om_cli_study_contact,
-    .summary = "three ways to press a probe on a breast, measured",
+    .summary = "compare three contact methods of a probe pressed on a breast",
     .usage = "omentum study contact -o DIR [options]",
     .about =
         "The study of thesis 3.3, 3.4 and 3.7: a 50 x 10 mm probe is pressed 30 mm over each lesion of a\n"
         "breast phantom, by penalty, Lagrange multipliers and prescribed displacement, on nine meshes. DIR\n"
-        "receives report.html, study.json, runs.csv, errors.csv, and a file for every run: started again\n"
-        "after it was stopped, it goes on where it was. Exit code 0: every path completed within the bar;\n"
-        "1: some cell misses it, the report names each.",
+        "receives report.html, study.json, runs.csv, errors.csv, and a file for every run. After an\n"
+        "interruption the same command continues the study. Exit code 0: every path met all criteria; 1: a\n"
+        "combination of method and mesh missed one, and the report names it.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =

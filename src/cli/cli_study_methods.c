@@ -5,7 +5,7 @@
 #include "omentum/study_methods.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
+    {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--weights", "-w", "FILE", "a network trained on the phantom",
      "the phantom's, weights/phantom.safetensors"},
     {"--truth-from", NULL, "DIR", "folder of a contact study: its truth and meshes are used"},
@@ -13,15 +13,15 @@ static const OmCliOption option[] = {
     {"--lesions-used", NULL, "N", "press over the first N lesions only", "10", NULL, 1, 20},
     {"--truth", NULL, "N", "elements of the quadratic truth", "12000", NULL, 1000, 1000000},
     {"--quick", NULL, NULL, "two lesions, a coarse truth, coarse particles"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
     {"error_mm.*", "mean error of each method"},
-    {"worst_gap_mm", "U-Mesh less finite elements where it is worst"},
+    {"worst_gap_mm", "largest difference U-Mesh minus finite elements"},
     {"deformations", "compared"},
-    {"outside", "of these, unlike the training"},
+    {"outside", "deformations outside the range of the training"},
 };
 
 static OmStatus read_clusters(const OmCliArgs* args, double* cluster) {
@@ -73,10 +73,10 @@ static void print_result(const OmStudyMethodsSummary* r, const char* dir) {
         printf("%-16s %5.2f mm %7.2f ms %10.1f %%\n", name[by], 1e3 * r->by[by].mean, r->by[by].ms,
                100 * r->by[by].stability);
     printf(
-        "U-Mesh less finite elements: %+.2f mm where it is worst, over %d deformations; %d of them outside of its "
+        "U-Mesh minus finite elements: at most %+.2f mm over %d deformations; %d of these are outside the range of the "
         "training\n",
         1e3 * r->worst_gap, r->ncount, r->noutside);
-    printf("the bar is %s\nreport: %s/report.html\n", r->is_met ? "met" : "missed", dir);
+    printf("criteria: %s\nreport: %s/report.html\n", r->is_met ? "met" : "missed", dir);
 }
 
 int om_cli_study_methods(int argc, char** argv) {
@@ -106,9 +106,9 @@ const OmCliVerb om_cli_verb_study_methods = {
     .usage = "omentum study methods -o DIR [-w WEIGHTS] [options]",
     .about =
         "Thesis 3.8, Tables 3.5 to 3.7: a probe is pressed over the lesions of the breast phantom, and each\n"
-        "method says where they go. DIR receives report.html, study.json and errors.csv. Exit code 0: the\n"
-        "network errs at most 0.3 mm more than finite elements at every depth and all paths were completed; 1:\n"
-        "not so.",
+        "method predicts their displacements. DIR receives report.html, study.json and errors.csv. Exit\n"
+        "code 0: the network's error exceeds that of finite elements by at most 0.3 mm at every depth, and\n"
+        "all paths were completed; 1: otherwise.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =

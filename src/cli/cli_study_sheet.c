@@ -5,18 +5,18 @@
 #include "omentum/study_sheet.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the study; what is finished there is not done again"},
+    {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--quick", NULL, NULL, "coarse particles and elements, few evaluations: under a minute"},
-    {"--leave-one-out", NULL, NULL, "hold out each of the five pinch points in turn"},
-    {"--seed", NULL, "N", "of the search", "1", NULL, 0, 2147483647},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--leave-one-out", NULL, NULL, "leave out each of the five pinch points in turn"},
+    {"--seed", NULL, "N", "seed of the search", "1", NULL, 0, 2147483647},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
-    {"found_mm", "error over all clouds, with the parameters found"},
+    {"found_mm", "error over all clouds, with the calibrated parameters"},
     {"thesis_mm", "with those of the thesis"},
-    {"unseen_found_mm", "of pinch points that no search saw"},
+    {"unseen_found_mm", "error of the pinch points left out of the search"},
     {"evaluations", "simulations in all"},
 };
 
@@ -46,7 +46,7 @@ static void print_result(const OmStudySheetSummary* r, const char* dir) {
     om_cli_path(dir);
     printf("all clouds: %.2f mm with the thesis's parameters, %.2f mm with those found\n",
            1e3 * r->thesis, 1e3 * r->found);
-    printf("pinch points that no search saw: %.2f mm, %.2f mm\n", 1e3 * r->unseen_thesis,
+    printf("pinch points left out of the search: %.2f mm, %.2f mm\n", 1e3 * r->unseen_thesis,
            1e3 * r->unseen_found);
     printf("spacing %.3g mm, radius %.3g mm, stiffness %.3g\n", 1e3 * r->best[0], 1e3 * r->best[1],
            r->best[2]);
@@ -75,14 +75,15 @@ int om_cli_study_sheet(int argc, char** argv) {
 const OmCliVerb om_cli_verb_study_sheet = {
     .name = "study sheet-calibration",
     .run = om_cli_study_sheet,
-    .summary = "particles calibrated on a sheet seen by a depth camera",
+    .summary = "calibrate particles on a sheet seen by a depth camera",
     .usage = "omentum study sheet-calibration -o DIR [options]",
     .about =
-        "The experiment of thesis 5.4.1: a 90 x 90 mm sheet of 3 mm, fixed on one side, is lifted at five pinch\n"
-        "points by 10, 20 and 30 mm; spacing, radius and stiffness of the clusters are found from the point\n"
-        "clouds of four and judged on the fifth. Finite elements stand for the silicone. DIR receives report.html,\n"
-        "study.json, clouds.csv and a folder a search: started again after it was stopped, it goes on where it\n"
-        "was. Exit code 0: the average error, also of the unseen pinch point, is at most 2 mm; 1: it is not.",
+        "The experiment of thesis 5.4.1: a 90 x 90 mm sheet of 3 mm, fixed on one side, is lifted at five\n"
+        "pinch points by 10, 20 and 30 mm. Spacing, radius and stiffness of the clusters are searched with\n"
+        "the point clouds of four pinch points and judged on the fifth. Finite elements replace the\n"
+        "silicone. DIR receives report.html, study.json, clouds.csv and one folder per search. After an\n"
+        "interruption the same command continues the study. Exit code 0: the average error, also of the\n"
+        "unseen pinch point, is at most 2 mm; 1: it is larger.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum study sheet-calibration --quick -o out/quick\n"

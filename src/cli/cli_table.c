@@ -5,13 +5,14 @@
 
 static const OmCliVerb umesh = {
     .name = "umesh",
-    .summary = "learn how an organ deforms: data, training, prediction, evaluation",
+    .summary =
+        "predict an organ's deformation by a network: data, training, prediction, evaluation",
     .usage = "omentum umesh STEP [options]",
     .about =
-        "Samples of an organ's deformations are computed by finite elements, a network learns from them,\n"
-        "predicts where the organ goes under a probe in milliseconds, and is measured on samples that it\n"
-        "has not seen. A prediction is refined to equilibrium, and says when its input is unlike the\n"
-        "training. Networks are written as safetensors and ONNX.",
+        "Finite elements compute samples of an organ's deformations, and a network is trained on them. It\n"
+        "predicts the deformation under a probe in milliseconds and is evaluated on samples that it was not\n"
+        "trained on. A prediction can be refined to equilibrium, and it reports whether its input is\n"
+        "outside the range of the training. Networks are written as safetensors and ONNX.",
 };
 
 static const OmCliVerb study = {
@@ -19,7 +20,8 @@ static const OmCliVerb study = {
     .summary = "repeat an experiment of the thesis, with its tables and figures",
     .usage = "omentum study NAME -o DIR [options]",
     .about =
-        "Each study writes a report, its figures as JSON and CSV, and goes on where it was stopped.",
+        "Each study writes a report and its figures as JSON and CSV. After an interruption the same command\n"
+        "continues it.",
 };
 
 static const OmCliVerb* const table[] = {
@@ -50,7 +52,7 @@ enum { NCOMMON = sizeof common / sizeof *common };
 
 const OmCliVerb* om_cli_verb_at(int k) { return k < NVERB ? table[k] : NULL; }
 
-// The words of a verb's name that argv begins with; 0 if argv begins with another one.
+// The number of words of a verb's name that argv begins with; 0 if argv begins with another one.
 static int count_words(const char* name, int argc, char** argv) {
     int n = 0;
     while (*name) {
@@ -91,7 +93,7 @@ const OmCliOption* om_cli_option_at(const OmCliVerb* verb, int k) {
         bool is_own = i < verb->noption;
         const OmCliOption* o = is_own ? &verb->option[i] : &common[i - verb->noption];
         bool is_first = om_cli_find_option(verb->option, verb->noption, o->name,
-                                           strlen(o->name)) == o;  // --json of plan is its own
+                                           strlen(o->name)) == o;  // plan has a --json of its own
         if (is_first && seen++ == k) return o;
     }
     return NULL;

@@ -8,39 +8,40 @@
 #include "omentum/umesh.h"
 
 static const OmCliOption option[] = {
-    {"--output", "-o", "DIR", "folder of the data set; what is finished there is not made again"},
+    {"--output", "-o", "DIR", "folder of the data set; finished samples there are kept"},
     {"--samples", "-n", "N", "how many", "1000", NULL, 1, 10000000},
-    {"--seed", NULL, "N", "sample i is a function of seed and i", "1", NULL, 0, 2147483647},
+    {"--seed", NULL, "N", "sample i depends on seed and i only", "1", NULL, 0, 2147483647},
     {"--model", NULL, "PATH",
      "a folder of omentum model, or a closed surface (.stl .obj .ply); default: phantom"},
-    {"--unit", NULL, "METRES", "of the surface file", "0.001", "m", 1e-9, 1e3},
+    {"--unit", NULL, "METRES", "unit of the surface file", "0.001", "m", 1e-9, 1e3},
     {"--up", NULL, "DIRECTION",
-     "away from what holds the organ: words as \"anterior\", or \"x,y,z\""},
+     "direction away from the attachment: words like \"anterior\", or \"x,y,z\""},
     {"--elements", NULL, "N", "active elements of the grid", "2174", NULL, 8, 1000000},
-    {"--spacing", NULL, "MM", "of the grid, instead of a number of elements", NULL, "mm", 0.01,
-     1000},
+    {"--spacing", NULL, "MM", "spacing of the grid, instead of a number of elements", NULL, "mm",
+     0.01, 1000},
     {"--points", NULL, "NXxNYxNZ",
-     "of the padded grid at least (thesis 32x24x16; default: as few as fit)"},
-    {"--law", NULL, "NAME", "of elasticity", "neo-hookean; the thesis's: st-venant-kirchhoff"},
+     "smallest number of points of the padded grid (thesis 32x24x16; default: as few as fit)"},
+    {"--law", NULL, "NAME", "law of elasticity", "neo-hookean; the thesis's: st-venant-kirchhoff"},
     {"--young", NULL, "PA", "Young's modulus", "the model's; phantom and surfaces 1800", "Pa", 1e-3,
      1e12},
     {"--poisson", NULL, "NU", "Poisson's ratio", "the model's; else 0.45", NULL, 0, 0.499},
     {"--force", NULL, "N", "largest force", "0.8", "N", 0, 1e6},
     {"--tilt", NULL, "DEG", "largest angle from the normal", "45", "deg", 0, 90},
-    {"--press", NULL, "MM", "largest way of the probe, of samples that it moves", "35", "mm", 0,
-     1000},
-    {"--press-share", NULL, "SHARE", "of these samples, 0 to 1", "0.5", NULL, 0, 1},
-    {"--pull-share", NULL, "SHARE", "of samples drawn outwards, 0 to 1", "0", NULL, 0, 1},
-    {"--shard", NULL, "N", "samples of a file", "100", NULL, 1, 10000},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--press", NULL, "MM", "largest displacement of the probe, in samples with a moving probe",
+     "35", "mm", 0, 1000},
+    {"--press-share", NULL, "SHARE", "fraction of samples with a moving probe, 0 to 1", "0.5", NULL,
+     0, 1},
+    {"--pull-share", NULL, "SHARE", "fraction of samples pulled outwards, 0 to 1", "0", NULL, 0, 1},
+    {"--shard", NULL, "N", "samples per file", "100", NULL, 1, 10000},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
-    {"elements", "of the grid"},
-    {"nodes", "of the grid"},
+    {"elements", "elements of the grid"},
+    {"nodes", "nodes of the grid"},
     {"samples", "in the folder"},
-    {"new", "of these, made now"},
+    {"new", "samples computed by this run"},
     {"largest_displacement_mm", "over the samples"},
 };
 
@@ -112,7 +113,7 @@ static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
     return OM_OK;
 }
 
-// From corner to corner of its box, m.
+// Diagonal of its bounding box, m.
 static double organ_size(const OmUmeshGrid* g) {
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
     for (int i = 0; i < g->mesh.nnode; ++i) {
@@ -150,7 +151,7 @@ static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const c
 #define SAID_FROM 1800.0       // s
 #define MAX_SECONDS 3e7        // a year
 
-// How long the samples take, where that is long; what no one would wait for is refused.
+// Log the duration if it is long; refuse more than a year.
 static OmStatus say_estimate(const OmUmeshDataDef* def, int nelem) {
     double seconds = SAMPLE_SECONDS * nelem * def->nsample / om_worker_count(def->nworker);
     OM_CHECK(
@@ -213,10 +214,11 @@ const OmCliVerb om_cli_verb_umesh_generate = {
     .summary = "make samples of how an organ deforms, by finite elements",
     .usage = "omentum umesh generate -o DIR [options]",
     .about =
-        "The organ's surface is immersed in a regular grid of hexahedra. Each sample puts a probe of 50 x 10 mm\n"
-        "somewhere on it, loads or moves the nodes under it, and solves for equilibrium.\n"
-        "DIR receives samples_NNNNNN.h5 (HDF5), summary.json and report.html. Stopped and started again, or with\n"
-        "a larger N, the command makes what is missing; the files do not depend on the number of threads.",
+        "Immerses the organ's surface in a regular grid of hexahedra. Each sample puts a probe of 50 x 10\n"
+        "mm at a random place of the surface, loads or moves the nodes under it, and solves for\n"
+        "equilibrium. DIR receives samples_NNNNNN.h5 (HDF5), summary.json and report.html. An interrupted\n"
+        "command, or one with a larger N, computes only the missing samples; the files do not depend on the\n"
+        "number of threads.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum umesh generate -n 1000 -o data/phantom\n"

@@ -1,4 +1,4 @@
-// cli_umesh_predict.c: omentum umesh predict: press on the organ, see where all of it goes.
+// cli_umesh_predict.c: omentum umesh predict: press on the organ and compute its deformation.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,28 +12,29 @@
 #define MAX_CYCLE 100  // of the refinement, for fine tolerances
 
 static const OmCliOption option[] = {
-    {"--weights", "-w", "FILE", "of omentum umesh train",
+    {"--weights", "-w", "FILE", "weights of omentum umesh train",
      "the phantom's, weights/phantom.safetensors"},
-    {"--at", NULL, "X,Y,Z", "where the probe is put, mm; the nearest place of the skin", "the top"},
-    {"--press", NULL, "MM", "how far it goes in, along the normal", "15", "mm", -200, 200},
-    {"--turn", NULL, "DEG", "of the probe about the normal", "0", "deg", -360, 360},
-    {"--point", NULL, "X,Y,Z", "a point inside, mm: say where it goes; may be repeated"},
+    {"--at", NULL, "X,Y,Z", "position of the probe, mm; the nearest surface point is used",
+     "the top"},
+    {"--press", NULL, "MM", "depth of the probe along the normal", "15", "mm", -200, 200},
+    {"--turn", NULL, "DEG", "angle of the probe about the normal", "0", "deg", -360, 360},
+    {"--point", NULL, "X,Y,Z", "a point inside, mm: print its displacement; may be repeated"},
     {"--output", "-o", "FILE",
      "the deformed organ, its displacement, and how far nodes are off equilibrium: .vtu or .vtk, opens in ParaView"},
     {"--tolerance", NULL, "MM",
-     "refine until the mean distance to equilibrium is estimated below it; 0: the network alone",
+     "refine until the estimated mean distance to equilibrium is below this; 0: the network alone",
      "0.05", "mm", 0, 100},
-    {"--linear", NULL, NULL, "refine the linear elastic answer; the network is left out"},
-    {"--onnx", NULL, "FILE", "write the network as ONNX, too"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--linear", NULL, NULL, "refine the linear elastic solution; do not use the network"},
+    {"--onnx", NULL, "FILE", "write the network as ONNX too"},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
 };
 
 static const OmCliKey result_key[] = {
     {"prediction_ms", "median of 20"},
-    {"nodes", "of the organ"},
-    {"cycles", "of the refinement"},
+    {"nodes", "nodes of the organ's grid"},
+    {"cycles", "cycles of the refinement"},
     {"left_mm", "estimated mean distance to equilibrium"},
-    {"score", "1 and more: not like what was trained"},
+    {"score", "1 and more: outside the range of the training"},
     {"point.*", "displacement of each --point in mm, by number and axis: point.0.x"},
 };
 
@@ -63,7 +64,7 @@ static OmStatus read_point(const char* text, const char* name, OmVec3* p) {
     return OM_OK;
 }
 
-// The highest place of the skin.
+// The highest point of the surface.
 static OmVec3 top_of(const OmUmeshGrid* g) {
     OmVec3 top = om_vec3(0, 0, 0);
     double high = -HUGE_VAL;
@@ -89,8 +90,7 @@ static OmStatus place_probe(Press* p) {
     OM_ALLOC(p->mask, p->grid->mesh.nnode);
     OM_ALLOC(p->u, 3 * (size_t)p->grid->mesh.nnode);
     p->nmasked = om_umesh_patch_select(p->grid, &p->patch, p->mask);
-    OM_CHECK(p->nmasked > 0, OM_INVALID,
-             "no node of the skin lies under the probe there; try --turn");
+    OM_CHECK(p->nmasked > 0, OM_INVALID, "no surface node lies under the probe there; try --turn");
     return OM_OK;
 }
 
@@ -125,13 +125,13 @@ static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTru
     om_cli_figure("nodes", p->grid->mesh.nnode);
     om_cli_figure("cycles", refined.ncycle);
     if (refined.ncycle > 0) om_cli_figure("left_mm", 1e3 * refined.left);
-    printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm in; %d nodes of the skin move with it\n",
+    printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm deep; %d surface nodes move with it\n",
            1e3 * p->patch.center.x, 1e3 * p->patch.center.y, 1e3 * p->patch.center.z, 1e3 * p->way,
            p->nmasked);
     printf("a prediction: %.2f ms (median of %d), %d nodes\n", ms[NREPEAT / 2], NREPEAT,
            p->grid->mesh.nnode);
     if (refined.ncycle > 0)
-        printf("refined by %d cycles; to equilibrium are left about %.3f mm\n", refined.ncycle,
+        printf("refined by %d cycles; about %.3f mm remain to equilibrium\n", refined.ncycle,
                1e3 * refined.left);
     else
         printf("not refined\n");
@@ -169,7 +169,7 @@ static OmStatus print_points(const Press* p) {
     return OM_OK;
 }
 
-// Write the deformed organ, untangled.
+// Write the deformed organ, after untangling.
 // @return OM_NOT_CONVERGED: some tetrahedra stay inverted, nothing is written
 static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* path) {
     OmTetMesh mesh;
@@ -177,7 +177,7 @@ static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* pa
     char ext[8];
     om_path_extension(path, ext, sizeof ext);
     OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
-             "%s: written are .vtu and .vtk", path);
+             "%s: the format must be .vtu or .vtk", path);
     const size_t nnode = (size_t)p->grid->mesh.nnode;
     OM_TRY(om_umesh_make_tet_mesh(p->grid, &mesh));
     OmStatus status = OM_OK;
@@ -220,10 +220,10 @@ done:
     return status;
 }
 
-// True if relaxation reached its tolerance without an inverted element.
+// True if the refinement reached its tolerance without an inverted element.
 static bool is_refined(const Press* p) {
     const OmUmeshRefinement* r = &p->refined;
-    if (r->ncycle == 0) return true;  // the network alone was wanted, or is all there is
+    if (r->ncycle == 0) return true;  // not refined, by choice or because it is impossible
     if (!(r->left < p->tolerance)) {
         printf(
             "NOT at equilibrium: after %d cycles about %.3g mm are left, the tolerance is %.3g\n",
@@ -237,7 +237,7 @@ static bool is_refined(const Press* p) {
     return true;
 }
 
-// `is_good`: at equilibrium, written if it was to be, and like what was trained.
+// `is_good`: at equilibrium, written if requested, and within the range of the training.
 static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     OmUmeshNet* net;
     OmUmeshTrust trust;
@@ -269,9 +269,9 @@ static OmStatus run(const OmCliArgs* args, int nworker, bool* is_good) {
     om_cli_figure("score", trust.score);
     if (!trust.is_inside) om_cli_reason(trust.why);
     if (trust.is_inside)
-        printf("like what was trained (%.2f of the limit)\n", trust.score);
+        printf("within the range of the training (%.2f of the limit)\n", trust.score);
     else
-        printf("NOT like what was trained: %s\n", trust.why);
+        printf("OUTSIDE the range of the training: %s\n", trust.why);
 done:
     om_free(p.mask);
     om_free(p.u);
@@ -297,13 +297,14 @@ int om_cli_umesh_predict(int argc, char** argv) {
 const OmCliVerb om_cli_verb_umesh_predict = {
     .name = "umesh predict",
     .run = om_cli_umesh_predict,
-    .summary = "press on the organ and see where all of it goes",
+    .summary = "press on the organ and compute its deformation",
     .usage = "omentum umesh predict [-w WEIGHTS] [options]",
     .about =
-        "A probe of 50 x 10 mm is pressed in along the normal of the skin. Prints the time, whether the input is\n"
-        "like those of training, and where points inside go. Exit code 0: it is; 1: do not trust the answer,\n"
-        "for the input is unlike those, equilibrium was not reached, or an element of the answer is inverted.\n"
-        "The file of -o has no inverted tetrahedron, or is not written.",
+        "Presses a probe of 50 x 10 mm along the surface normal. Prints the time, whether the input is\n"
+        "within the range of the training, and the displacements of points inside. Exit code 0: the input\n"
+        "is within the range; 1: do not trust the answer, because the input is outside that range,\n"
+        "equilibrium was not reached, or an element is inverted. The file of -o has no inverted\n"
+        "tetrahedron, or is not written.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =

@@ -7,26 +7,26 @@
 
 static const OmCliOption option[] = {
     {"--data", "-d", "DIR", "samples of omentum umesh generate"},
-    {"--output", "-o", "DIR", "weights, report, and what training needs to go on"},
+    {"--output", "-o", "DIR", "weights, report, and the checkpoint from which training continues"},
     {"--samples", NULL, "N", "use the first N samples", "all", NULL, 2, 100000000},
-    {"--validation", NULL, "N", "of these, the last N choose the epoch", "a tenth"},
-    {"--channels", NULL, "N", "of the first level, doubled by each", "16; thesis 128", NULL, 1,
-     256},
-    {"--levels", NULL, "N", "halvings of the grid", "3", NULL, 1, 6},
-    {"--epochs", NULL, "N", "passes through the samples", "100", NULL, 1, 1000000},
+    {"--validation", NULL, "N", "the last N of these are for validation", "a tenth"},
+    {"--channels", NULL, "N", "channels of the first level; each level doubles them",
+     "16; thesis 128", NULL, 1, 256},
+    {"--levels", NULL, "N", "levels below the first; each halves the grid", "3", NULL, 1, 6},
+    {"--epochs", NULL, "N", "epochs", "100", NULL, 1, 1000000},
     {"--batch", NULL, "N", "samples a step", "4", NULL, 1, 1024},
-    {"--rate", NULL, "R", "peak of the learning rate", "0.001", NULL, 1e-8, 1},
-    {"--seed", NULL, "N", "of weights and order", "1", NULL, 0, 2147483647},
-    {"--bf16", NULL, NULL, "values between layers in 16 bits: faster on processors that have it"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
+    {"--rate", NULL, "R", "peak learning rate", "0.001", NULL, 1e-8, 1},
+    {"--seed", NULL, "N", "seed of the weights and the order of samples", "1", NULL, 0, 2147483647},
+    {"--bf16", NULL, NULL, "bfloat16 between layers: faster on processors that support it"},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
 static const OmCliKey result_key[] = {
-    {"epochs", "passes through the samples"},
-    {"steps", "of the optimizer"},
-    {"validation_error_mm", "of the best epoch"},
-    {"linear_error_mm", "of linear elasticity alone"},
+    {"epochs", "epochs"},
+    {"steps", "steps of the optimizer"},
+    {"validation_error_mm", "validation error of the best epoch"},
+    {"linear_error_mm", "error of linear elasticity alone"},
 };
 
 static OmStatus read_def(const OmCliArgs* args, OmUmeshTrainDef* def) {
@@ -44,7 +44,7 @@ static OmStatus read_def(const OmCliArgs* args, OmUmeshTrainDef* def) {
     return OM_OK;
 }
 
-// What was typed, for the file of weights.
+// The command line, for the metadata of the weights.
 static void join_command(int argc, char** argv, char* out, size_t size) {
     int len = snprintf(out, size, "omentum umesh train");
     for (int i = 1; i < argc && len >= 0 && (size_t)len < size; ++i)
@@ -82,8 +82,8 @@ int om_cli_umesh_train(int argc, char** argv) {
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
     if (status >= 0 && !(om_cli_get(&args, "--data") && om_cli_get(&args, "--output")))
-        status = om_error(OM_INVALID,
-                          "give the folder of samples (-d DATA) and that of the weights (-o DIR)");
+        status = om_error(
+            OM_INVALID, "give the folder of samples (-d DATA) and the folder of weights (-o DIR)");
     if (status < 0) {
         fprintf(stderr, "omentum umesh: %s\n", om_error_message());
         return OM_EXIT_USAGE;
@@ -101,12 +101,12 @@ int om_cli_umesh_train(int argc, char** argv) {
 const OmCliVerb om_cli_verb_umesh_train = {
     .name = "umesh train",
     .run = om_cli_umesh_train,
-    .summary = "let a network learn from them",
+    .summary = "train a network on the samples",
     .usage = "omentum umesh train -d DATA -o DIR [options]",
     .about =
-        "The U-Net of thesis 3.6 is trained on the samples in DATA. DIR receives weights.safetensors (with all\n"
-        "that a prediction needs), report.html and metrics.csv. Stopped at any moment, the same command goes on\n"
-        "where it was.",
+        "Trains the U-Net of thesis 3.6 on the samples in DATA. DIR receives weights.safetensors\n"
+        "(everything that a prediction needs), report.html and metrics.csv. After an interruption the same\n"
+        "command continues the training.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum umesh generate -o out/samples\n"

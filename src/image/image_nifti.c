@@ -235,10 +235,11 @@ static OmStatus set_scale(const Header* h, OmVolume* volume) {
              "field scl_slope: %g is no scale of intensities, %g to %g are read; set it to 1, and "
              "scl_inter to 0, for the stored values",
              h->slope, MIN_SLOPE, MAX_SLOPE);
-    OM_CHECK(fabs(h->inter) <= MAX_INTER, OM_INVALID,
-             "field scl_inter: %g is no intensity, at most %g is read; set it to 0 for the stored "
-             "values",
-             h->inter, MAX_INTER);
+    OM_CHECK(
+        fabs(h->inter) <= MAX_INTER, OM_INVALID,
+        "field scl_inter: %g is not an intensity (the limit is %g); set it to 0 for the stored "
+        "values",
+        h->inter, MAX_INTER);
     volume->slope = h->slope;
     volume->inter = h->inter;
     return OM_OK;
@@ -271,7 +272,7 @@ static OmStatus partner_path(const char* path, const char* ext, char* out, size_
     size_t len = strlen(path);
     if (len > 3 && strcmp(path + len - 3, ".gz") == 0) len -= 3;
     OM_CHECK(len > 4 && path[len - 4] == '.', OM_INVALID,
-             "this header wants its voxels in a file of the same name that ends in .img");
+             "the voxels of this header must be in a file of the same name that ends in .img");
     for (int is_gz = 0; is_gz < 2; is_gz++) {
         int n = snprintf(out, size, "%.*s%s%s", (int)(len - 3), path, ext, is_gz ? ".gz" : "");
         OM_CHECK(n > 0 && (size_t)n < size, OM_INVALID, "path of %d letters: at most %zu", n,
@@ -283,7 +284,7 @@ static OmStatus partner_path(const char* path, const char* ext, char* out, size_
 }
 
 static OmStatus read_pair(const Header* h, uint64_t offset, const OmVolumeTask* task) {
-    OM_CHECK(task->path, OM_INVALID, "this header wants its voxels from another file");
+    OM_CHECK(task->path, OM_INVALID, "this header refers to voxels in another file");
     char img[1024];
     OmSource src;
     OM_TRY(partner_path(task->path, "img", img, sizeof img));

@@ -195,7 +195,7 @@ static OmStatus set_space(Header* h, const char* value) {
     OM_CHECK(is_free, OM_INVALID,
              "field \"space\": \"%.40s\" is not read; RAS, LAS and LPS of three dimensions are",
              value);
-    om_log(OM_LOG_WARNING, "space \"%s\" says nothing about the patient: taken as RAS", value);
+    om_log(OM_LOG_WARNING, "space \"%s\" does not refer to the patient: RAS is assumed", value);
     h->has_space = true;
     return OM_OK;
 }
@@ -388,7 +388,7 @@ static OmStatus find_axes(const Header* h, int axis[3], OmVoxelLayout* layout) {
             axis[nspace++] = a;
         } else if (h->size[a] > 1) {
             OM_CHECK(other < 0, OM_INVALID,
-                     "axes %d and %d are both not of space: one at most is read", other, a);
+                     "axes %d and %d are both not spatial: at most one is read", other, a);
             other = a;
         }
     }
@@ -545,7 +545,7 @@ static OmStatus read_voxels(const Header* h, OmSource* src, const OmVolumeTask* 
 
 static OmStatus read_detached(const Header* h, const OmVolumeTask* task) {
     OM_CHECK(task->path, OM_INVALID,
-             "field \"data file\": the header wants its voxels from another file");
+             "field \"data file\": the header refers to voxels in another file");
     char dir[1024], file[2048];
     OmSource src;
     OM_TRY(om_path_dir(task->path, dir, sizeof dir));

@@ -143,10 +143,9 @@ static OmStatus check_owner(const OmTrainDef* def, const OmTensorFile* file, con
         char want[20];
         hex(owner[i].hash, want);
         OM_CHECK(found, OM_INVALID, "%s: is no checkpoint of a training", path);
-        OM_CHECK(
-            strcmp(found, want) == 0, OM_INVALID,
-            "%s: belongs to a training with %s; go on with what it was begun with, or remove it",
-            path, owner[i].what);
+        OM_CHECK(strcmp(found, want) == 0, OM_INVALID,
+                 "%s: belongs to a training with %s; continue with the same settings, or remove it",
+                 path, owner[i].what);
     }
     return OM_OK;
 }

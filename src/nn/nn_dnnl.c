@@ -172,7 +172,7 @@ static OmStatus finish_kernel(OmEngine* e, const_dnnl_primitive_desc_t pd, const
         if (slot == OM_SLOT_COUNT) break;
         int index = slot == OM_SLOT_BIAS || slot == OM_SLOT_DIFF_BIAS;
         const dnnl_memory_desc_t* desc = dnnl_primitive_desc_query_md(pd, query[slot], index);
-        OM_CHECK(desc, OM_INVALID, "oneDNN does not tell an argument of %s", name);
+        OM_CHECK(desc, OM_INVALID, "oneDNN gives no description of an argument of %s", name);
         OM_TRY(add_argument(k, e->engine, slot, desc));
     }
     const dnnl_memory_desc_t* scratch =

@@ -156,7 +156,7 @@ static OmStatus check_cover(const OmTensorFile* f, uint64_t ndata) {
     for (int i = 0; i < f->ntensor; ++i) {
         const Place* p = &f->place[i];
         OM_CHECK(p->begin == at, OM_INVALID, "%s: tensor \"%.80s\" %s", f->name, p->tensor.name,
-                 p->begin < at ? "overlaps another" : "lies behind a hole in the data");
+                 p->begin < at ? "overlaps another" : "lies after a gap in the data");
         at = p->end;
     }
     OM_CHECK(at == ndata, OM_INVALID, "%s: %llu bytes at its end belong to no tensor", f->name,

@@ -103,7 +103,7 @@ static OmStatus check_names(const OmNet* net, const OmTensorFile* file, const ch
         const OmTensor* t = om_tensor_file_get(file, i);
         OM_CHECK(
             om_net_find_parameter(net, t->name) >= 0, OM_INVALID,
-            "%s: tensor \"%.80s\" of shape %s belongs to another network: this one has none of "
+            "%s: tensor \"%.80s\" of shape %s belongs to another network: this one has no tensor of "
             "that name",
             path, t->name, om__tensor_shape_text(t->rank, t->dim, text, sizeof text));
     }

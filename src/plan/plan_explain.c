@@ -91,7 +91,8 @@ static OmStatus write_difference(const OmPlan* plan, const OmPlan* other, OmText
     double worse = (double)(other->cost[k] - plan->cost[k]);
     switch (k) {
     case 0:
-        return om_text_append(t, "it needs a new grasp where the plan goes on with what is held");
+        return om_text_append(
+            t, "it needs a new grasp, whereas the plan continues with the tissue in hand");
     case 1:
         return om_text_append(t, "it is %.1f mm farther from the region of interest", worse / 10);
     case 2:
@@ -99,11 +100,11 @@ static OmStatus write_difference(const OmPlan* plan, const OmPlan* other, OmText
             t, "it is as near to the region of interest but %.1f mm nearer to the attachments",
             worse / 10);
     case 3:
-        return om_text_append(t, "it is as good a place but takes %.0f more action%s", worse,
-                              worse == 1.0 ? "" : "s");
+        return om_text_append(t, "the place is equally good, but it takes %.0f more action%s",
+                              worse, worse == 1.0 ? "" : "s");
     default:
-        return om_text_append(t,
-                              "it is equally good, and the choice between equals is a fixed order");
+        return om_text_append(
+            t, "it is equally good; the choice between equals follows a fixed order");
     }
 }
 
@@ -115,7 +116,7 @@ static OmStatus write_alternative(const Rules* r, const OmPlan* plan, const Alte
         OM_TRY(om_text_append(t, "allowed, but "));
         return write_difference(plan, &a->plan, t);
     case FORBIDDEN: OM_TRY(om_text_append(t, "forbidden: ")); return write_rules(r, a->broken, t);
-    default: return om_text_append(t, "no action of the program leads there");
+    default: return om_text_append(t, "no action of the program achieves it");
     }
 }
 
@@ -171,7 +172,7 @@ static OmStatus write_choice(const OmSituation* s, const OmPlan* plan, OmText* t
     OM_TRY(om_text_append(
         t, "The plan has %d action%s%s.\n", plan->naction, plan->naction == 1 ? "" : "s",
         plan->is_optimal ? ", and no better plan exists" : "; a better one may exist"));
-    if (plan->grasp_block < 0) return om_text_append(t, "It goes on with the tissue in hand.\n");
+    if (plan->grasp_block < 0) return om_text_append(t, "It continues with the tissue in hand.\n");
     OM_TRY(om_text_append(t, "It grasps "));
     OM_TRY(write_block(s, plan->grasp_block, t));
     OM_TRY(om_text_append(
@@ -194,7 +195,7 @@ static OmStatus explain_first(OmPlanner* p, const OmSituation* s, const Rules* r
                                          "to open the gripper"};
     for (int i = 0; i < OM_MAX_ARM; i++) {
         if (s->arm[i].in_hand < 0) continue;
-        OM_TRY(om_text_append(t, "First, PSM%d could have been told\n", i + 1));
+        OM_TRY(om_text_append(t, "Other first actions of PSM%d\n", i + 1));
         for (int k = 0; k < 4; k++) {
             OmSymbol arg[3] = {om__asp_function(om__plan_verb_name[verb[k]], NULL, 0),
                                om__plan_arm_symbol(i), om__asp_number(0)};
@@ -242,8 +243,9 @@ static OmStatus explain_blocks(OmPlanner* p, const OmSituation* s, const Rules* 
         OM_TRY(om_text_append(t, ".\n"));
         said++;
     }
-    return nblock - 1 > said ? om_text_append(t, "  (%d more not asked)\n", nblock - 1 - said)
-                             : OM_OK;
+    return nblock - 1 > said
+               ? om_text_append(t, "  (%d more were not examined)\n", nblock - 1 - said)
+               : OM_OK;
 }
 
 // No plan exists: list the blocks by the rule that forbids them.

@@ -398,7 +398,7 @@ OmStatus om__planner_sense(OmPlanner* p, const OmSituation* s, bool is_explainin
         while (kind + 1 < NFLUENT_KIND && slot(p, (FluentKind)(kind + 1), 0, 0) <= i) kind++;
         OM_CHECK_DONE(
             f->literal, OM_INVALID,
-            "the logic program has no external atom %s for what was sensed; declare it as "
+            "the logic program has no external atom %s for a sensed fluent; declare it as "
             "asp/tissue_retraction.lp does",
             fluent_name[kind]);
         OM_TRY_DONE(om__asp_assign(p->asp, f->literal, want[i]));

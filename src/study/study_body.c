@@ -43,7 +43,7 @@ static OmStatus add_attachment(const OmStudyBody* body, double edge, OmTetMesh* 
     if (status < 0) goto done;
     for (int i = 0; i < surface.nvert; ++i)
         if (om__study_is_attached(body, om_load3(surface.x, i), edge)) vert[n++] = vert[i];
-    OM_CHECK_DONE(n > 0, OM_INVALID, "study: no vertex of a mesh of %d elements is held",
+    OM_CHECK_DONE(n > 0, OM_INVALID, "study: no vertex of a mesh of %d elements is attached",
                   mesh->ntet);
     status = om_tet_mesh_add_set(mesh, "attachment", vert, n);
 done:

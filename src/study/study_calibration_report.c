@@ -83,8 +83,8 @@ static void add_outcome(const StudyCalibration* s, OmReport* report) {
     double ratio = sum->unseen_prescribed > 0 ? sum->unseen_tuned / sum->unseen_prescribed : 0;
     snprintf(
         text, sizeof text,
-        "The bar is %s: on lesions it was not tuned on the particle model errs %.2f times as much as "
-        "finite elements (%.2f and %.2f mm; 1.5 times is allowed), and fine-tuning brought its own "
+        "Criterion %s: on lesions without tuning the error of the particle model is %.2f times that of "
+        "finite elements (%.2f and %.2f mm; 1.5 times is allowed), and fine-tuning reduced the error of its own "
         "lesion from %.2f to %.2f mm.",
         sum->is_met ? "met" : "missed", ratio, 1e3 * sum->unseen_tuned,
         1e3 * sum->unseen_prescribed, 1e3 * sum->tuned_start, 1e3 * sum->tuned_error);
@@ -273,12 +273,12 @@ static void add_assumptions(const StudyCalibration* s, OmReport* report) {
     const OmStudyCalibrationDef* d = s->def;
     const OmStudyContactDef* c = &s->breast.contact;
     char text[1200];
-    om_report_heading(report, "What was assumed");
+    om_report_heading(report, "Assumptions");
     snprintf(
         text, sizeof text,
         "Truth, on both bodies: %d and %d quadratic tetrahedra, static, lesions and beads %.1f times as "
-        "stiff, contact without friction, and the noise of the tracking (%.2f mm once an acquisition, %.2f mm "
-        "at each depth), never particles. The %d acquisitions of a bead share the truth and differ by noise.",
+        "stiff, contact without friction, and the noise of the tracking (%.2f mm once per acquisition, %.2f mm "
+        "at each depth), never particles. The %d acquisitions of a bead have the same truth and differ in their noise.",
         s->gel.study.truth[0].ntet, s->breast.study.truth[0].ntet, c->lesion_ratio,
         1e3 * c->pointer_noise, 1e3 * c->probe_noise, d->nacquisition);
     om_report_paragraph(report, text);
@@ -286,15 +286,15 @@ static void add_assumptions(const StudyCalibration* s, OmReport* report) {
         text, sizeof text,
         "Particles: %d in the gel, %d in the breast, %.3g mm apart, 3 substeps of 9 iterations, and what "
         "else Table 3.1 fixes, but no gravity (3.3.2); the probe goes at %.3g mm/s in steps of %.0f ms and waits "
-        "%.2g s at each depth. Followed is the particle nearest to the contour point that faces the probe. How "
-        "far it is from that point at rest is taken off; the thesis compares positions. Finite elements "
-        "are judged at the contour point itself.",
+        "%.2g s at each depth. The particle nearest to the contour point that faces the probe is followed. Its "
+        "distance to that point at rest is subtracted; the thesis compares positions. Finite elements "
+        "are compared at the contour point itself.",
         s->gel.particles.nvert, s->breast.particles.nvert, 1e3 * d->spacing, 1e3 * d->speed,
         1e3 * d->time_step, d->settle);
     om_report_paragraph(report, text);
     om_report_paragraph(
         report,
-        "The gel's beads: heights of 47, 53 and 63 mm are read as those of their tops, since one of "
+        "The gel's beads: heights of 47, 53 and 63 mm are taken as heights of their tops, since one of "
         "18 mm centred at 63 mm would stick out of the box. gel/ and breast/ hold the truth, the runs "
         "and a report of each search.");
 }

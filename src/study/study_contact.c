@@ -81,7 +81,7 @@ static OmStatus validate(const OmStudyContactDef* def) {
     OM_TRY(check_positive("max_penetration", def->max_penetration));
     OM_TRY(check_positive("lesion_ratio", def->lesion_ratio));
     OM_CHECK(om__study_nstep(def, -1) <= OM_STUDY_MAX_STEP, OM_INVALID,
-             "contact study: %d steps to the last depth; at most %d", om__study_nstep(def, -1),
+             "contact study: %d steps to the last depth; the limit is %d", om__study_nstep(def, -1),
              OM_STUDY_MAX_STEP);
     return om_material_validate(&def->material, "contact study: material");
 }

@@ -167,10 +167,11 @@ static OmStatus press_umesh(StudyMethods* s, NetPath* a, int l, double* ms, int*
     bool is_whole = true;
     om_store3(at, 0, om__study_contour(lesion));
     OM_TRY(om_fem_mesh_embed(&a->grid->mesh, 1, at, &a->elem, a->weight));
-    OM_CHECK(om_umesh_patch_select(a->grid, &patch, a->mask) > 0, OM_INVALID,
-             "methods study: the network's skin has no node under the probe over lesion %d; was it "
-             "trained on the phantom?",
-             l + 1);
+    OM_CHECK(
+        om_umesh_patch_select(a->grid, &patch, a->mask) > 0, OM_INVALID,
+        "methods study: the network's surface has no node under the probe over lesion %d; was it "
+        "trained on the phantom?",
+        l + 1);
     double last = fmin(study->def->depth[OM_STUDY_NDEPTH - 1], lesion->max);
     for (int step = 0; step < nstep; ++step) {
         double begin = om_clock_now();

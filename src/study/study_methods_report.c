@@ -66,15 +66,15 @@ static void add_outcome(const StudyMethods* s, OmReport* report) {
     char text[400], fact[4][WORD];
     int len = snprintf(
         text, sizeof text,
-        "The bar is %s: the network errs at %s %.2f mm %s than finite elements at every depth (0.3 mm more is "
-        "allowed)",
+        "Criterion %s: the network's error is at %s %.2f mm %s than that of finite elements at "
+        "every depth (0.3 mm larger is allowed)",
         sum->is_met ? "met" : "missed", sum->worst_gap < 0 ? "least" : "most",
-        1e3 * fabs(sum->worst_gap), sum->worst_gap < 0 ? "less" : "more");
+        1e3 * fabs(sum->worst_gap), sum->worst_gap < 0 ? "smaller" : "larger");
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         if (sum->by[by].stability < 1 - 1e-12)
             len += snprintf(text + len, sizeof text - (size_t)len,
-                            "; %s: %.0f %% of its paths are whole", om__study_method_by_title[by],
-                            100 * sum->by[by].stability);
+                            "; %s: %.0f %% of its paths are completed",
+                            om__study_method_by_title[by], 100 * sum->by[by].stability);
     om_report_verdict(report, text, sum->is_met);
     for (int by = 0; by < OM_STUDY_NBY; ++by)
         snprintf(fact[by], WORD, "%.2f mm", 1e3 * sum->by[by].mean);
@@ -160,7 +160,7 @@ static void add_lesions(const StudyMethods* s, OmStudyMethod by, OmReport* repor
         }
     }
     snprintf(title, sizeof title, "Error by lesion, mm: %s%s", om__study_method_by_title[by],
-             by == OM_STUDY_UMESH ? " (* unlike what it was trained on, by its own test)" : "");
+             by == OM_STUDY_UMESH ? " (* outside the range of the training, by its own test)" : "");
     om_report_paragraph(report, title);
     om_report_table(report, heading, NDEPTH + 1, cell[0], s->def->nlesion);
 }
@@ -181,15 +181,15 @@ static void add_statements(const StudyMethods* s, OmReport* report) {
         {"error on the lesions", error[0], error[1], error[2]},
         {"stability", ways[0], ways[1], ways[2]},
         {"parameters", "physical: Young's modulus, Poisson's ratio",
-         "of the clusters, to be calibrated for each body", "none: what the samples had"},
+         "of the clusters, to be calibrated for each body", "none: those of the samples"},
         {"new parameters during the task", "at once", "at once, after a calibration of minutes",
          "new samples and training"},
         {"where the probe touches",
          "known beforehand (prescribed), or found (penalty, multipliers)", "found",
-         "known beforehand; other places are told"},
+         "known beforehand; other places are reported"},
         {"forces", "on the probe and at the attachments", "none (clusters)", "none"},
     };
-    om_report_heading(report, "What each is good for (thesis, Table 3.7)");
+    om_report_heading(report, "Properties of the methods (thesis, Table 3.7)");
     om_report_table(report, heading, 4, cell[0], (int)(sizeof cell / sizeof *cell));
 }
 
@@ -197,7 +197,7 @@ static void add_assumptions(const StudyMethods* s, OmReport* report) {
     const OmStudyMethodsDef* d = s->def;
     const OmStudyContactDef* c = &s->fit.contact;
     char text[1000];
-    om_report_heading(report, "What was assumed");
+    om_report_heading(report, "Assumptions");
     snprintf(
         text, sizeof text,
         "Truth: %d quadratic tetrahedra, static, lesions %.1f times as stiff, contact without friction, and the "
@@ -212,10 +212,10 @@ static void add_assumptions(const StudyMethods* s, OmReport* report) {
     om_report_paragraph(report, text);
     om_report_paragraph(
         report,
-        "Compared is the point of a lesion's contour that faces the probe: particles follow the one "
-        "nearest to it, less how far it is from it at rest; a mesh carries the point itself. A step is "
-        "one of the probe's path: for finite elements and the network the median over all of them, for "
-        "particles the mean, with as many paths side by side as there are workers.");
+        "The compared point is the point of a lesion's contour that faces the probe. For particles it is the particle "
+        "nearest to it, minus their distance at rest; in a mesh it is the point itself. The time of a step is "
+        "the median over the probe's path for finite elements and the network, and for "
+        "particles the mean, with as many parallel paths as there are workers.");
 }
 
 static OmStatus write_report(const StudyMethods* s) {

@@ -10,8 +10,10 @@ static OmStatus build(void* ctx, const double* param, int nworker, OmTissueModel
     const StudyFit* fit = ctx;
     *model = NULL;
     if (param[1] < fmax(0.5 * param[0], fit->def->spacing))
-        return om_error(OM_UNSAT, "clusters of radius %g mm leave particles %g mm apart alone",
-                        1e3 * param[1], 1e3 * fit->def->spacing);
+        return om_error(
+            OM_UNSAT,
+            "clusters of radius %g mm contain only one particle each at a spacing of %g mm",
+            1e3 * param[1], 1e3 * fit->def->spacing);
     OmPbdDef pbd = om_pbd_default_def(OM_PBD_CLUSTERS);
     pbd.particle_volume = fit->volume;
     pbd.cluster_spacing = param[0];

@@ -160,7 +160,7 @@ static OmStatus add_mesh(const Study* s, int ntet, OmReport* report) {
     OM_TRY_DONE(make_half(&mesh, mesh.x, om_vec3(0, 0, 0), om_vec3(0, 0, 0), &surface));
     OM_TRY_DONE(view_add(&v, &surface, 0.93, 0.74, 0.66, false));
     OM_TRY_DONE(view_add_probe(&v, om__study_probe_pose(&s->def->body->lesion[0], 0)));
-    snprintf(caption, sizeof caption, "%d elements, %d vertices, the probe at first touch",
+    snprintf(caption, sizeof caption, "%d elements, %d vertices, the probe at first contact",
              mesh.ntet, mesh.nvert);
     status = view_end(&v, report, caption);
 done:

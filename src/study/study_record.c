@@ -108,7 +108,7 @@ OmStatus om__study_load_run(const char* path, StudyRun* run) {
     if (status == OM_OK &&
         (file->run.method != run->method || file->run.resolution != run->resolution ||
          file->run.lesion != run->lesion || file->run.ndone > file->run.nrecord))
-        status = om_error(OM_INVALID, "%s: another run than its name says", path);
+        status = om_error(OM_INVALID, "%s: holds another run than its name says", path);
     if (status == OM_OK) {
         StudyStep* step = run->step;
         *run = file->run;

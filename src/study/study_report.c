@@ -56,17 +56,17 @@ static void add_outcome(const Study* s, const StudyScore* score, OmReport* repor
         nwhole += s->run[i].nrecord && s->run[i].ndone == s->run[i].nstep;
     char text[512];
     if (nmet == ncell)
-        snprintf(text, sizeof text, "The bar is met by all %d combinations of method and mesh.",
+        snprintf(text, sizeof text, "All %d combinations of method and mesh meet all criteria.",
                  ncell);
     else
         snprintf(
             text, sizeof text,
-            "%d of %d combinations of method and mesh meet the bar; the others are named below.",
+            "%d of %d combinations of method and mesh meet all criteria; the others are listed below.",
             nmet, ncell);
     om_report_verdict(report, text, nmet == ncell);
     snprintf(
         text, sizeof text,
-        "The bar: every path is completed by every method at every resolution, where completed means "
+        "Criteria: every method completes every path at every resolution, where completed means "
         "full depth reached, no inverted element, residual at most %.0e, no point of the contact surface "
         "deeper than %.1f mm in the probe, sub-steps counted in the time; and from 2,500 elements up an "
         "error at most 0.3 mm above that of the finest mesh.",
@@ -101,7 +101,7 @@ static void add_misses(const Study* s, const StudyScore* score, OmReport* report
         }
     }
     if (!n) return;
-    om_report_heading(report, "What misses the bar, and why");
+    om_report_heading(report, "Missed criteria");
     om_report_table(report, heading, 3, cell, n);
 }
 
@@ -264,7 +264,7 @@ static void add_forces(const Study* s, OmReport* report) {
              s->def->resolution[k]);
     OmReportChart chart = {.title = title,
                            .x_label = "probe displacement, mm",
-                           .y_label = "N, along the probe's way",
+                           .y_label = "N, along the probe's path",
                            .nseries = NMETHOD + 1,
                            .has_range = true};
     for (int m = 0; m < NMETHOD; ++m) {
@@ -329,19 +329,19 @@ static void add_assumptions(const Study* s, OmReport* report) {
         own, sizeof own,
         "Body: %s, %s; %d of the lesions in its file are outside and left out. Over %d of %d lesions the "
         "path ends where the probe has gone through 0.6 of the tissue under its face.",
-        body->name, body->nattached ? "held where its file says" : "held at its low end",
+        body->name, body->nattached ? "attached where its file says" : "attached at its low end",
         body->noutside, nshort, s->nlesion);
     om_report_paragraph(
         report,
         body->is_file
             ? own
             : "Body: a phantom. The thesis prints no dimension of its own; ours is half an ellipsoid of 150 x 120 x "
-              "72 mm on a flat base that is held, lesions of 5-10 mm between 10 and 35 mm deep.");
+              "72 mm on an attached flat base, lesions of 5-10 mm between 10 and 35 mm deep.");
     snprintf(
         text, sizeof text,
         "Probe: a rigid "
         "box, face %.0f x %.0f mm, edges rounded by %.0f mm (a choice: a sharp edge has unbounded "
-        "pressure), pressed along the inward normal at the surface point over the lesion, from first touch, "
+        "pressure), pressed along the inward normal at the surface point over the lesion, from first contact, "
         "at %.3g m/s (the thesis prints m/s^2).",
         1e3 * PROBE_LONG, 1e3 * PROBE_WIDE, 1e3 * PROBE_ROUNDING, d->speed);
     om_report_paragraph(report, text);
@@ -359,8 +359,8 @@ static void add_assumptions(const Study* s, OmReport* report) {
     om_report_paragraph(report, text);
     om_report_paragraph(
         report,
-        "PrescrDispl moves the points under the probe at first touch with it, as the thesis "
-        "does: they neither slide nor come free, where truth has no friction. study.json, "
+        "PrescrDispl moves the points under the probe at first contact with it, as the thesis "
+        "does: they neither slide nor separate, whereas the truth has no friction. study.json, "
         "runs.csv and errors.csv hold the numbers of this page; runs/ holds every step.");
 }
 

@@ -194,7 +194,7 @@ static void test_wrong_files(void** state) {
     assert_refused("seen.csv", HEAD "hang,rest,force,1,2,3\n",
                    "seen.csv:2: landmark: a force has no place");
     assert_refused("seen.csv", HEAD "hang,0,a,1,2,3\nend,1,a,1,2,3\n",
-                   "\"a\" is at rest is nowhere said");
+                   "the position of \"a\" at rest is missing");
     assert_refused("seen.csv", HEAD "hang,0,cloud,1,2,3\n", "nothing was seen of the path \"end\"");
     assert_refused("seen.csv", HEAD "hang,5,cloud,1,2,3\nend,1,cloud,1,2,3\n", "one level, 0");
     assert_refused("problem.yaml", YAML "parameters: []\n" PATHS, "parameters: the list is empty");

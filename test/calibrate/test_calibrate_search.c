@@ -419,7 +419,7 @@ static void test_bad_definitions(void** state) {
     REFUSED(def.param[1].lo = 2, "param[1] (offset): bounds");
     REFUSED(def.param[1].start = NAN, "param[1] (offset): start");
     REFUSED(def.param[1].is_log = true, "logarithm");
-    REFUSED(strcpy(def.param[1].name, "stiffness"), "another \"stiffness\"");
+    REFUSED(strcpy(def.param[1].name, "stiffness"), "two parameters are called \"stiffness\"");
     REFUSED(def.noise = -1, "noise");
     REFUSED(def.norm = OM_NORM_HUBER, "Huber");
     REFUSED(def.population = 4, "population");

@@ -562,7 +562,7 @@ static void test_bad_input(void** state) {
     REFUSED(h.seen[3].landmark = 99, "observation[3].landmark");
     h.seen[3].landmark = 3;
     REFUSED(h.def.force_scale = 0, "force_scale");
-    REFUSED(start = -3, "there is no model of the start: ");
+    REFUSED(start = -3, "no model can be built with the start values: ");
     start = 3000;
     // a grasp that reaches nothing is a mistake of the problem, not of the parameters
     double level = 0.01, error[NMARK];

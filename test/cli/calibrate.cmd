@@ -48,7 +48,7 @@ exit 0
 out ^calibrated: error .* mm at the start
 out ^tissue.young: [4-8][0-9][0-9][0-9]
 out of this mesh; .* with its error
-out ^note: these are values of this mesh: one 1\.\d times finer
+out ^note: these values hold for this mesh: with a mesh 1\.\d times finer
 no-err
 file out/report.html
 file out/calibration.json
@@ -68,13 +68,13 @@ out evaluations \(0 new\)
 $ for f in lift.yaml strip.yaml seen.csv; do cp $f kept; omentum calibrate lift.yaml --synthetic $f; test $? -eq 3 && cmp kept $f || exit 1; done
 exit 0
 err seen\.csv is an input and cannot be the output too
-err lift\.yaml is there, and not as omentum wrote it
+err lift\.yaml exists and was not written by omentum, or was changed since
 $ ln seen.csv other.csv; omentum calibrate lift.yaml --synthetic other.csv
 exit 3
 err is an input and cannot be the output too
 $ rm other.csv; grep -v seal seen.csv > measured.csv; cp measured.csv kept; omentum calibrate lift.yaml --synthetic measured.csv; code=$?; cmp kept measured.csv && exit $code
 exit 3
-err measured\.csv is there, and not as omentum wrote it; name another file, or move it away
+err measured\.csv exists and was not written by omentum, or was changed since; name another file, or move it away
 $ for i in 1 2; do $OMENTUM calibrate lift.yaml --synthetic again.csv || exit 1; done
 exit 0
 $ omentum calibrate lift.yaml --synthetic /dev/full; code=$?; test -c /dev/full && exit $code
@@ -152,7 +152,7 @@ err-lines 1
 
 $ sed 's/end,20,force/end,20,tip/' seen.csv > bad.csv; omentum calibrate bad.yaml -q -o bad
 exit 3
-err bad.csv:5: landmark: where "tip" is at rest is nowhere said
+err bad.csv:5: landmark: the position of "tip" at rest is missing
 err-lines 1
 
 $ sed 's/end,10,middle,/end,10,middle,x/' seen.csv > bad.csv; omentum calibrate bad.yaml -q -o bad

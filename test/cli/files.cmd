@@ -108,7 +108,7 @@ out ^layout-02$
 # Descriptors: what was written stays, and the exit code says that nothing could be printed.
 $ omentum model ball.obj -e 15 -q -o full > /dev/full
 exit 4
-err ^omentum: standard output: cannot write: No space left on device; files that were asked for are complete$
+err ^omentum: standard output: cannot write: No space left on device; output files are complete$
 err-lines 1
 file full/patient.yaml
 $ omentum model ball.obj -e 15 -q -o closed >&-

@@ -56,7 +56,7 @@ err did you mean --label\?
 
 $ omentum model ball.nrrd
 exit 2
-err give -o DIR
+err no output folder is given; add -o DIR
 
 $ omentum model ball.nrrd --sheet thicknes=8 -o none
 exit 2
@@ -114,7 +114,7 @@ file tiny/patient.yaml
 $ omentum model --list ball/tissue.vtu
 exit 0
 out ^ball/tissue\.vtu: \d+ tetrahedra, \d+ vertices
-out ^unit 1000 mm \(the file says so\), RAS \(the file says so\)
+out ^unit 1000 mm \(stated by the file\), RAS \(stated by the file\)
 out ^ +0 +\d+ +\d+\.\d+|^ +7 +\d+ +\d+\.\d+
 out ^set underside: \d+ vertices
 $ omentum model --list ball/organ.ply --unit cm --space lps
@@ -232,7 +232,7 @@ exit 1
 
 $ omentum model ball.nrrd -e 5 -q -o told > /dev/full
 exit 4
-err standard output: cannot write: No space left on device; files that were asked for are complete
+err standard output: cannot write: No space left on device; output files are complete
 err-lines 1
 file told/patient.yaml
 

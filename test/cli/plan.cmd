@@ -54,7 +54,7 @@ err-lines 1
 # wrong input
 $ omentum plan
 exit 3
-err Give a file .* or --roi
+err no situation is given: add a file .* or --roi
 err-lines 1
 
 $ omentum plan --roi 3,9

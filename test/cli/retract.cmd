@@ -20,7 +20,7 @@ write small.yaml
 $ omentum retract small.yaml -q -o run
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
-out ROI seen: 0 % at the start, \d+ % at the end; from 80 % on it counts as exposed
+out ROI visible: 0 % at the start, \d+ % at the end; it counts as exposed from 80 % on
 out ^  pull on the tissue: at most 0\.\d\d N as the twin estimates it, 0\.\d\d N in the simulated truth \(up to 0\.\d\d N above
 out ^  limit: the arms stop pulling at 3\.00 N by the estimate, the scene's threshold; reached 0 times$
 out a twin step \d+\.\d+ ms
@@ -120,7 +120,7 @@ no-file example
 
 $ omentum retract slid.yaml --dry-run -q
 exit 0
-out note: the ROI is in view already
+out note: the ROI is already visible
 out note: the tissue slides while it settles
 
 $ omentum retract --example small.yaml
@@ -158,7 +158,7 @@ file later/layout-18/report.html
 
 $ omentum retract small.yaml -q --search --layout 2
 exit 0
-out ^small, layout 2: [1-9]\d* of [1-9]\d* sequences of \d+ grasps expose the ROI; most seen: \d+ %, block \(\d,\d\) lifted
+out ^small, layout 2: [1-9]\d* of [1-9]\d* sequences of \d+ grasps expose the ROI; largest visibility: \d+ %, block \(\d,\d\) lifted
 
 $ omentum retract small.yaml -q --calibrate-force --layouts 1
 exit 0

@@ -2,7 +2,7 @@
 $ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed --workers 1 -q -o out
 exit 0
 out ^2 runs \(2 new\): 2 completed the path; the worst reached 100 %
-out ^the bar is met by 2 of 2 combinations
+out ^all criteria are met by 2 of 2 combinations
 no-err
 file out/report.html
 file out/study.json
@@ -26,11 +26,11 @@ $ omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 
 exit 0
 out every number agrees
 
-# A path that ends early: 41 of 60 steps are 68 %, the bar is missed, and the reason is told.
+# A path that ends early: 41 of 60 steps are 68 %, a criterion is missed, and the reason is printed.
 $ python3 -B $ROOT/test/study/edit_run.py out/runs/penalty-000623-01.json stop 41 "residual 0.5" && omentum study contact --quick --lesions-used 1 --resolutions 623 --truth 1000 --methods penalty,prescribed --workers 1 -q -o out > said; code=$?; cat said out/runs.csv && python3 -B $ROOT/test/study/check_study.py contact out said && grep -c "paths that end early: 1 of 1; lesion 1 at 20.5 mm: residual 0.5" out/study.json && exit $code
 exit 1
 out ^2 runs \(0 new\): 1 completed the path; the worst reached 68 %
-out ^the bar is met by 1 of 2 combinations
+out ^all criteria are met by 1 of 2 combinations
 out ^penalty,623,\d+,1,60,41,.*"residual 0.5"$
 out every number agrees
 

@@ -3,7 +3,7 @@
 $ omentum study sheet-calibration --quick --workers 1 -q -o out > said; code=$?; cat said; exit $code
 exit 1
 out ^all clouds: [0-9.]+ mm with the thesis's parameters, [0-9.]+ mm with those found
-out ^pinch points that no search saw: 
+out ^pinch points left out of the search: 
 out ^spacing .* mm, radius .* mm, stiffness 
 no-err
 file out/report.html

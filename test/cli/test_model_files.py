@@ -255,7 +255,7 @@ def test_labels(folder):
         path, "--label", "2,7", "--edge", "4", "-o", out, "-q"))
     expect(r"note: label 9 has no voxel", run(path, "--label", "7,9", "--edge", "4", "-o", out, "-q"))
     expect(r"--list writes nothing", run(path, "--list", "-o", out, code=2))
-    expect(r"no number of a part", run(path, "--part", "0", "-o", out, code=2))
+    expect(r"not the number of a part", run(path, "--part", "0", "-o", out, code=2))
 
 
 def numbers(folder, name="Points"):

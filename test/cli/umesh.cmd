@@ -61,7 +61,7 @@ err-lines 1
 
 $ omentum umesh
 exit 2
-err no name is given; omentum help umesh lists them: eval generate predict train$
+err no name is given; omentum help umesh lists the names: eval generate predict train$
 
 $ omentum umesh genrate
 exit 2

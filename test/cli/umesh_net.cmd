@@ -56,7 +56,7 @@ file net/errors.csv
 $ echo mine > mine.safetensors; omentum umesh eval -w net/weights.safetensors -d data --record mine.safetensors; code=$?; cat mine.safetensors; exit $code
 exit 3
 out ^mine$
-err mine\.safetensors is there, and not as omentum wrote it
+err mine\.safetensors exists and was not written by omentum, or was changed since
 $ echo mine > net/errors.csv; omentum umesh eval -w net/weights.safetensors -d data -o net; code=$?; cat net/errors.csv; exit $code
 exit 3
 out ^mine$
@@ -95,7 +95,7 @@ $ omentum umesh predict -w net/weights.safetensors --press 5 --point 0,0,30 -o p
 exit 0
 out ^probe at
 out ^point \(0,0,30\) mm moves by
-out like what was trained
+out within the range of the training
 file pressed.vtu
 file net.onnx
 
@@ -122,7 +122,7 @@ out ^none.vtu is not written
 # Twice as deep as anything that was trained: told.
 $ omentum umesh predict -w net/weights.safetensors --press 120
 exit 1
-out ^NOT like what was trained
+out ^OUTSIDE the range of the training
 
 $ omentum umesh predict -w net/metrics.csv
 exit 3

@@ -209,7 +209,7 @@ static void test_hostile_headers(void** state) {
     refused(ONE("F32", "[4611686018427387905,4]", "[0,4]"), 4, "does not fill");  // 2^64 + 16
     refused(ONE("F32", "[99999999999999999999]", "[0,4]"), 4, "header, byte");
     refused(ONE("F32", "[1]", "[0,4]"), 8, "4 bytes at its end belong to no tensor");
-    refused(ONE("F32", "[1]", "[4,8]"), 8, "behind a hole");
+    refused(ONE("F32", "[1]", "[4,8]"), 8, "after a gap");
     refused("{\"a\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]},"
             "\"b\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[4,12]}}",
             12, "\"b\" overlaps another");
