@@ -1,8 +1,8 @@
-/// omentum/defras.h: the deliberative loop of tissue retraction (floor 6; thesis chapter 6).
+/// omentum/defras.h: tissue retraction on a simulated scene (floor 6; thesis chapter 6).
 ///
-/// Sense, turn what is sensed into fluents (Alg. 4), plan, act, until the endoscope sees the region of
-/// interest. This is FRAS (6.5.1): grasping points by the planner's preference, no monitoring or learning.
-/// A twin, moved by the measured tools, tells the forces that no sensor measures.
+/// A run builds the world and the twin of a scene, runs the loop of defras_loop.h until it ends, and writes the record.
+/// This is FRAS (6.5.1): grasping points by the planner's preference, no monitoring or learning. The twin follows the
+/// measured tools and estimates the forces that no sensor measures.
 ///
 ///     OmRetractDef def = om_retract_default_def(&scene);
 ///     def.out_dir = "out/sheet";
@@ -12,9 +12,7 @@
 #ifndef OMENTUM_DEFRAS_H
 #define OMENTUM_DEFRAS_H
 
-#include "omentum/plan.h"
-#include "omentum/scene.h"
-#include "omentum/world.h"
+#include "omentum/defras_loop.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -31,86 +29,11 @@ typedef struct OmRetractDef {
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);
 
-typedef struct OmRetractSample {  // one instant of a run, every OM_RETRACT_SAMPLE s
-    double time;                  // s
-    double visibility;            // 0 to 1
-    double force;        // N, by the twin, the larger of both arms: pull less the weight carried
-    double force_world;  // N, the same in the simulated truth; NAN in a world without one
-    double height;       // m, the higher of the arms that hold tissue, over where it was grasped
-    double speed_rate;   // 1, or less while slowed down by force
-} OmRetractSample;
-
-#define OM_RETRACT_SAMPLE 0.1  // s
-#define OM_RETRACT_SLID 0.15   // see OmRetractResult.has_slid
-
-typedef enum OmActionOutcome {
-    OM_ACTION_DONE,       // it ended as planned
-    OM_ACTION_EXPOSED,    // the ROI came into view on the way
-    OM_ACTION_FORCE,      // stopped: force above the threshold, even when slowed down
-    OM_ACTION_HEIGHT,     // stopped: the height limit
-    OM_ACTION_UNREACHED,  // the arm could not go there
-    OM_ACTION_EMPTY       // no tissue between the jaws
-} OmActionOutcome;
-OM_API const char* om_action_outcome_text(OmActionOutcome outcome);
-
-typedef struct OmRetractAction {  // one executed action
-    OmPlanVerb verb;
-    int arm, block;     // block -1: none
-    double begin, end;  // s
-    OmActionOutcome outcome;
-    double visibility;       // at its end
-    double force_max;        // N, during it, by the twin
-    double force_world_max;  // N, during it, in the truth; NAN without one
-    bool is_replanned;       // a new plan starts with it
-    int plan;                // which plan, from 0
-} OmRetractAction;
-
-typedef enum OmRetractOutcome {
-    OM_RETRACT_EXPOSED,  // the arms exposed the ROI: visibility reached the scene's limit and stayed
-    OM_RETRACT_IN_VIEW,   // the ROI was in view before any action: the scene hides nothing
-    OM_RETRACT_GAVE_UP,   // the scene's number of actions was reached
-    OM_RETRACT_NO_PLAN,   // no grasping point is left
-    OM_RETRACT_CANCELLED  // in the record of a run that was cancelled
-} OmRetractOutcome;
-/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled".
-OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
-
-typedef struct OmRetractResult {  // om_retract_result_done frees
-    OmRetractOutcome outcome;     //
-    bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
-    char reason[256];             // one sentence: how it ended
-    double visibility_start, visibility_end;
-    // Forces: the arms see those of the twin alone. The truth's are for judging; NAN in a world without one.
-    double force_max;        // N, by the twin
-    double force_world_max;  // N, in the truth
-    double force_more;       // N, largest excess of the truth over the twin at one instant
-    double force_less;       // N, the most by which it fell short
-    int nforce;        // times the twin's force rose to where the arms act: threshold less margin
-    int nforce_world;  // times the truth's force rose above the threshold
-    double time;       // s of the operation
-    double wall_time;  // s it took here
-    double twin_step_ms;  // mean wall time of a twin step
-    int nplan;            // plans made
-    double plan_ms_median, plan_ms_max;
-    int naction;
-    OmRetractAction* action;
-    int nsample;
-    OmRetractSample* sample;
-    // The tissue comes to rest on its ground before the operation begins.
-    bool is_settled;                 // twin and truth were at rest when the operation began
-    double twin_shift, world_shift;  // m, mean displacement of the vertices until then
-    bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
-    int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
-    int twin_nvert, twin_ntet, world_nvert, world_ntet;
-    uint64_t hash;  // of the truth's final state
-} OmRetractResult;
-
 /// @return OM_OK, also if the ROI was not exposed: the result says how it ended. OM_INVALID (a scene that
 ///         cannot be run), OM_IO (output), with nothing written; OM_CANCELLED, and if the operation had begun, the
 ///         record so far is in out_dir, or beside it if something stands there: the message names the folder
 OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
                                OmRetractResult* result);
-OM_API void om_retract_result_done(OmRetractResult* result);
 
 typedef struct OmRetractEstimate {  // of a run that has not begun
     int twin_nvert, twin_ntet, world_nvert, world_ntet;

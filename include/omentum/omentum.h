@@ -14,6 +14,8 @@
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"
 #include "omentum/defras.h"
+#include "omentum/defras_loop.h"
+#include "omentum/defras_recorder.h"
 #include "omentum/fem.h"
 #include "omentum/heuristic.h"
 #include "omentum/image.h"

@@ -17,7 +17,7 @@ typedef enum Next {
     NEXT_ACTION  // the action has ended
 } Next;
 
-static OmStatus begin_motion(Loop* loop, OmVec3 goal, bool is_holding, Next* next) {
+static OmStatus begin_motion(OmLoop* loop, OmVec3 goal, bool is_holding, Next* next) {
     Action* a = &loop->action;
     bool is_done;
     OM_TRY(om__motion_begin(loop, a->plan.arm, goal, is_holding, &is_done));
@@ -26,14 +26,14 @@ static OmStatus begin_motion(Loop* loop, OmVec3 goal, bool is_holding, Next* nex
     return OM_OK;
 }
 
-static OmStatus begin_wait(Loop* loop, double seconds, Next* next) {
-    loop->action.nwait = (int)ceil(seconds / loop->scene->task.time_step);
+static OmStatus begin_wait(OmLoop* loop, double seconds, Next* next) {
+    loop->action.nwait = (int)ceil(seconds / loop->task.time_step);
     *next = loop->action.nwait > 0 ? NEXT_TICK : NEXT_STEP;
     return OM_OK;
 }
 
 // Up, across, down: a free tool does not brush the tissue.
-static OmStatus step_reach(Loop* loop, Next* next) {
+static OmStatus step_reach(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
     if (a->step == 0) {
@@ -53,7 +53,7 @@ static OmStatus step_reach(Loop* loop, Next* next) {
 }
 
 // The twin grasps as well; where it finds no tissue at the measured tip, nothing is held.
-static OmStatus grasp_with_twin(Loop* loop) {
+static OmStatus grasp_with_twin(OmLoop* loop) {
     Action* a = &loop->action;
     int arm = a->plan.arm, nheld = 0;
     OmObservation obs = {0};
@@ -62,14 +62,14 @@ static OmStatus grasp_with_twin(Loop* loop) {
     a->outcome = OM_ACTION_EMPTY;
     if (om_arm_is_holding(&obs.arm[arm])) {
         OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
-        status = om_body_grasp(loop->twin, arm, tip, loop->scene->task.grasp_radius, &nheld);
+        status = om_body_grasp(loop->twin, arm, tip, loop->task.grasp_radius, &nheld);
         if (status == OM_OK) a->outcome = OM_ACTION_DONE;
     }
     om_observation_done(&obs);
     return status == OM_INVALID ? OM_OK : status;
 }
 
-static OmStatus step_grasp(Loop* loop, Next* next) {
+static OmStatus step_grasp(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
     *next = NEXT_ACTION;
@@ -93,7 +93,7 @@ static OmStatus step_grasp(Loop* loop, Next* next) {
 }
 
 // Open, rise clear of the tissue, wait until the tissue has fallen.
-static OmStatus step_release(Loop* loop, Next* next) {
+static OmStatus step_release(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
     switch (a->step++) {
@@ -114,13 +114,13 @@ static OmStatus step_release(Loop* loop, Next* next) {
     }
 }
 
-static OmStatus step_pull(Loop* loop, Next* next) {
+static OmStatus step_pull(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     const ArmState* state = &loop->arm[a->plan.arm];
     *next = NEXT_ACTION;
     if (a->step++ > 0) return OM_OK;
-    double top = state->grasp_tip.z + loop->scene->task.max_height;
-    double z = fmin(state->tip.z + loop->scene->task.pull_step, top);
+    double top = state->grasp_tip.z + loop->task.max_height;
+    double z = fmin(state->tip.z + loop->task.pull_step, top);
     return begin_motion(loop, om_vec3(state->tip.x, state->tip.y, z), true, next);
 }
 
@@ -138,14 +138,14 @@ void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb,
 }
 
 // The nominal length, or as much of it as the arm reaches; then further steps while each gains visibility.
-static OmStatus step_fold(Loop* loop, Next* next) {
+static OmStatus step_fold(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     const ArmState* state = &loop->arm[a->plan.arm];
     *next = NEXT_ACTION;
     if (a->step == 0) {
         a->step = 1;
         a->tip = state->tip;
-        om__fold_way(&loop->grid, loop->scene->task.retract, a->tip, a->plan.verb, &a->direction,
+        om__fold_way(&loop->grid, loop->task.retract, a->tip, a->plan.verb, &a->direction,
                      &a->length);
         a->outcome = OM_ACTION_UNREACHED;
     }
@@ -166,7 +166,7 @@ static OmStatus step_fold(Loop* loop, Next* next) {
 }
 
 // Take steps until one needs a tick or the action has ended.
-static OmStatus take_steps(Loop* loop, bool* is_done) {
+static OmStatus take_steps(OmLoop* loop, bool* is_done) {
     Next next = NEXT_STEP;
     while (next == NEXT_STEP) {
         switch (loop->action.plan.verb) {
@@ -181,13 +181,13 @@ static OmStatus take_steps(Loop* loop, bool* is_done) {
     return OM_OK;
 }
 
-OmStatus om__action_begin(Loop* loop, const OmPlanAction* plan, bool* is_done) {
+OmStatus om__action_begin(OmLoop* loop, const OmPlanAction* plan, bool* is_done) {
     loop->force_action = loop->force_world_action = 0;
     loop->action = (Action){.plan = *plan, .outcome = OM_ACTION_DONE};
     return take_steps(loop, is_done);
 }
 
-OmStatus om__action_check(Loop* loop, bool* is_done) {
+OmStatus om__action_check(OmLoop* loop, bool* is_done) {
     Action* a = &loop->action;
     *is_done = false;
     if (a->nwait > 0) {

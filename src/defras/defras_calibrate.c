@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "defras/defras_trial.h"
+#include "omentum/defras.h"
 
 #define SPEED_UP 3.0
 #define CAP 2.0

@@ -19,17 +19,17 @@ static int block_of(const Grid* g, OmVec3 p_task) {
     return iy * g->n + ix;
 }
 
-OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
+OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid) {
     memset(grid, 0, sizeof *grid);
     // a scene need not come from a file
-    OM_CHECK(scene->task.grid >= 1 && scene->task.grid <= OM_PLAN_MAX_GRID, OM_INVALID,
-             "task: grid: %d is outside its range, 1 to %d", scene->task.grid, OM_PLAN_MAX_GRID);
-    grid->n = scene->task.grid;
+    OM_CHECK(task->grid >= 1 && task->grid <= OM_PLAN_MAX_GRID, OM_INVALID,
+             "task: grid: %d is outside its range, 1 to %d", task->grid, OM_PLAN_MAX_GRID);
+    grid->n = task->grid;
     grid->task = site->pose_world_task;
     grid->half = site->half_size;
     const OmMeshSet* top = om_tet_mesh_find_set(&site->mesh, "top");
     OM_CHECK(top, OM_INVALID, "the tissue has no set \"top\" to grasp");
-    OmPose task = om_pose_inverse(grid->task);
+    OmPose to_task = om_pose_inverse(grid->task);
     int nblock = grid->n * grid->n, ngrasp = 0;
     double best[OM_PLAN_MAX_BLOCK];
     for (int b = 0; b < nblock; ++b) {
@@ -40,7 +40,7 @@ OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
         om_store3(grid->center, b, c);
     }
     for (int i = 0; i < top->nvert; ++i) {
-        OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, top->vert[i]));
+        OmVec3 p = om_pose_apply(to_task, om_load3(site->mesh.x, top->vert[i]));
         int b = block_of(grid, p);
         OmVec3 c = om_load3(grid->center, b);
         double d = (p.x - c.x) * (p.x - c.x) + (p.y - c.y) * (p.y - c.y);
@@ -53,11 +53,11 @@ OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid) {
     // The height of a block is that of its grasping point: distances are in space.
     for (int b = 0; b < nblock; ++b) {
         if (grid->vert[b] < 0) continue;
-        grid->tip[b] = om_pose_apply(task, om_load3(site->mesh.x, grid->vert[b]));
+        grid->tip[b] = om_pose_apply(to_task, om_load3(site->mesh.x, grid->vert[b]));
         grid->center[3 * b + 2] = grid->tip[b].z;
     }
     OM_CHECK(ngrasp > 0, OM_INVALID, "no block of the tissue has a grasping point");
-    grid->roi = om_pose_apply(task, site->roi_center);
+    grid->roi = om_pose_apply(to_task, site->roi_center);
     grid->roi_block = block_of(grid, grid->roi);
     return OM_OK;
 }
@@ -85,7 +85,7 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
 // tissue are enough, however many blocks lie there, or a fine grid spends all its actions in one place. One alone would
 // be too few: 15 mm beside it a grasp may expose the region (layout 11 of the sheet on 8 x 8 blocks). Whoever plans
 // makes the length shorter when nothing else is left.
-static bool is_for_later(const Loop* loop, int block) {
+static bool is_for_later(const OmLoop* loop, int block) {
     const Grid* g = &loop->grid;
     if (loop->apart <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;
     OmVec3 c = om_load3(g->center, block);
@@ -98,15 +98,17 @@ static bool is_for_later(const Loop* loop, int block) {
     return near >= NEAR_ATTEMPTS;
 }
 
-void om__sense_fluents(Loop* loop, OmSituation* s) {
+void om__sense_fluents(OmLoop* loop, OmSituation* s) {
     const Grid* g = &loop->grid;
     om_situation_init(s, g->n, 2 * fmin(g->half.x, g->half.y) / g->n);
     s->center = g->center;
     loop->nlater = 0;
+    const uint8_t arms = (uint8_t)((1 << loop->narm) - 1);
     for (int b = 0; b < g->n * g->n; ++b) {
         s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
+        s->reachable[b] &= arms;
         if (g->vert[b] < 0) s->reachable[b] = 0;
         bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;
         if (is_held || !is_for_later(loop, b)) continue;
@@ -121,10 +123,9 @@ void om__sense_fluents(Loop* loop, OmSituation* s) {
         now->in_hand = arm->in_hand;
         now->is_closed = arm->is_closed;
         bool is_holding = arm->in_hand >= 0;
-        now->is_max_height =
-            is_holding && arm->lift > loop->scene->task.max_height - HEIGHT_TOLERANCE;
+        now->is_max_height = is_holding && arm->lift > loop->task.max_height - HEIGHT_TOLERANCE;
         now->is_max_force = is_holding && arm->is_max_force;
-        double pulls = arm->lift / loop->scene->task.pull_step;
+        double pulls = arm->lift / loop->task.pull_step;
         now->nlift = is_holding && pulls > 0 ? (int)(pulls + 0.5) : 0;
     }
 }

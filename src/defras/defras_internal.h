@@ -1,8 +1,8 @@
-// defras_internal.h: the loop's state, shared by its stages.
+// defras_internal.h: the state of the loop, shared by its stages.
 #ifndef OMENTUM_DEFRAS_INTERNAL_H
 #define OMENTUM_DEFRAS_INTERNAL_H
 
-#include "omentum/defras.h"
+#include "omentum/defras_loop.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
 typedef struct Grid {
@@ -64,6 +64,8 @@ typedef struct Action {
     OmActionOutcome outcome;
 } Action;
 
+#define OM_LOOP_MAX_PENDING 4  // commands within one tick
+
 // What the loop does between two ticks.
 typedef enum Stage {
     STAGE_BEGIN,        // wait for the first look
@@ -74,54 +76,69 @@ typedef enum Stage {
     STAGE_ENDED
 } Stage;
 
-typedef struct Recorder Recorder;
-
-typedef struct Loop {
-    const OmScene* scene;
-    const OmRetractDef* def;
-    const OmProgress* progress;
-    OmSite twin_site, world_site;
-    OmBody* twin;
-    OmWorld* world;
-    OmPlanner* planner;
+struct OmLoop {
+    OmSceneTask task;
+    OmWorld* world;      // borrowed, as all up to the listeners
+    OmBody* twin;        //
+    OmBody* truth;       // null: none
+    OmPlanner* planner;  //
+    int narm;            // of the world
+    OmLoopListener listener[OM_LOOP_MAX_LISTENER];
+    int nlistener;
+    double wall_begin;  // s
     Grid grid;
+
+    // set by commands
+    bool is_paused;
+    bool is_ticking;  // commands wait for the end of the tick
+    bool has_begun;   // listeners know
+    bool has_failed;
+    OmLoopCommand pending[OM_LOOP_MAX_PENDING];
+    int npending;
+
+    // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
-    uint8_t tried[OM_PLAN_MAX_BLOCK];
-    bool is_spent
-        [OM_PLAN_MAX_BLOCK];  // a whole attempt there, with its folds or a force stop, exposed nothing
-    double
-        apart;  // m: blocks with NEAR_ATTEMPTS spent ones nearer than this are left for later; 0: none is
-    int nlater;  // blocks that the last sensing left for later
+    double time;  // s
+    int tick;
     double visibility;
-    bool is_exposed;           // seen without a break for HOLD_TIME
-    double margin;             // visibility above the wanted one at which a motion stops
-    double force[OM_MAX_ARM];  // N, pull less weight, by the twin: what the arms act on
-    double force_world;  // N, the larger of both arms in the truth, for reports alone; NAN unknown
+    double force[OM_MAX_ARM];  // N, pull less weight, by the twin: the arms act on it
+    double force_action;       // N, largest during the current action
+    bool is_over;              // the force is above om__force_limit
+    double over_time;          // s of the current motion with a force above om__force_limit
+    double rate;               // share of the nominal speed
+    double
+        force_world;  // N, the larger of both arms in the truth, for the record alone; NAN unknown
     double force_world_last;    // N, at the tick before
     double force_world_action;  // N, largest during the current action
-    double force_action;        // N, largest during the current action
-    double rate;                // share of the nominal speed
-    double time;                // s
-    double over_time;           // s of the current motion with a force above om__force_limit
-    bool is_over;               // the force is above om__force_limit
-    int tick;
-    double twin_wall;  // s spent in the twin
+    double twin_wall;           // s spent in the twin
+
+    // computed by defras_loop.c
+    Stage stage;
     OmPlan plan;
     OmSituation situation;
-    Stage stage;
     int action_index;     // in the plan
     int glimpse;          // times the current action was continued after the ROI closed
     double action_begin;  // s
+    double margin;        // visibility above the wanted one at which a motion stops
     double hold_begin;    // s
     double hold_since;    // s, from when on the ROI is seen without a break
+    bool is_exposed;      // seen without a break for long enough
+    uint8_t tried[OM_PLAN_MAX_BLOCK];
+    bool is_spent[OM_PLAN_MAX_BLOCK];  // a whole attempt there exposed nothing
+    // m: blocks with NEAR_ATTEMPTS spent ones nearer than this are left for later; 0: no block is
+    double apart;
+    int nlater;  // blocks that the last sensing left for later
     Action action;
     Motion motion;
-    OmRetractResult* result;
+
+    // the record
+    OmRetractResult result;
     int sample_capacity, action_capacity;
     double* plan_ms;  // of each plan made
     int plan_capacity;
-    Recorder* recorder;  // null: nothing is written
-} Loop;
+};
+
+#define OM__RETRACT_KIND "retraction run"  // of the recorder's folder
 
 // Lengths of the tissue's smaller side that do not depend on the grid. Up to 5 x 5 blocks no two blocks are that
 // near, and no block is that near to another's attachment.
@@ -131,9 +148,9 @@ typedef struct Loop {
 
 // defras_fluents.c
 double om__grid_length(const Grid* grid, double share);  // share of the tissue's smaller side, m
-OmStatus om__grid_build(const OmScene* scene, const OmSite* site, Grid* grid);
+OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
-void om__sense_fluents(Loop* loop, OmSituation* situation);
+void om__sense_fluents(OmLoop* loop, OmSituation* situation);
 
 // The force by the twin at which the arms act, N.
 static inline double om__force_limit(const OmSceneTask* task) {
@@ -141,7 +158,7 @@ static inline double om__force_limit(const OmSceneTask* task) {
 }
 
 // Goal of an arm in the world frame; its orientation is kept.
-static inline OmPose om__goal_pose(const Loop* loop, int arm, OmVec3 p_task) {
+static inline OmPose om__goal_pose(const OmLoop* loop, int arm, OmVec3 p_task) {
     return (OmPose){om_pose_apply(loop->grid.task, p_task), loop->arm[arm].q};
 }
 static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
@@ -151,7 +168,8 @@ static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
 #define SLOW_RATE 0.25  // share of the speed at the force limit
 
 // defras_step.c: let one time step pass in the world and the twin, and measure.
-OmStatus om__loop_tick(Loop* loop);
+OmStatus om__loop_step(OmLoop* loop);
+OmRetractSample om__loop_sample(const OmLoop* loop);
 
 // defras_act.c
 // Where a fold of tissue held at `tip` leads: a unit vector along the board and a length, m, both of the task
@@ -159,33 +177,30 @@ OmStatus om__loop_tick(Loop* loop);
 void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
                   double* length);
 // An action of a plan. Each function sets is_done if the action has ended: its outcome is in loop->action.
-OmStatus om__action_begin(Loop* loop, const OmPlanAction* plan, bool* is_done);
-OmStatus om__action_check(Loop* loop, bool* is_done);  // after a tick
+OmStatus om__action_begin(OmLoop* loop, const OmPlanAction* plan, bool* is_done);
+OmStatus om__action_check(OmLoop* loop, bool* is_done);  // after a tick
 
 // defras_motion.c
 // Add a look; true where a motion should stop because the ROI is exposed.
 bool om__watch_stop(Watch* watch, double visibility);
 // A straight motion to a goal in the task frame. Each function sets is_done if the motion has ended: its outcome is in
 // loop->motion.
-OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done);
-OmStatus om__motion_check(Loop* loop, bool* is_done);  // after a tick
+OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done);
+OmStatus om__motion_check(OmLoop* loop, bool* is_done);  // after a tick
 
-// defras_loop.c
+// The arm was stopped by a pause: command the motion again. A goal out of reach ends it at the next check.
+OmStatus om__motion_resume(OmLoop* loop);
+
+// defras_decide.c
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
-OmStatus om__loop_decide(Loop* loop);
-OmStatus om__loop_plan(Loop* loop);
+OmStatus om__loop_decide(OmLoop* loop);
+OmStatus om__loop_plan(OmLoop* loop);
+// End the loop between two actions or in the middle of one, at a command.
+OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
 
-#define OM__RETRACT_KIND "retraction run"  // of its folder
-
-// defras_record.c: run.vtkhdf and frames in a temporary folder, renamed when the run is complete.
-OmStatus om__recorder_create(Loop* loop, Recorder** recorder);
-OmStatus om__recorder_tick(Recorder* recorder, Loop* loop);
-OmStatus om__recorder_frame(Recorder* recorder, Loop* loop, const char* caption);
-// Append the text of a plan and its reasons for the report.
-OmStatus om__recorder_plan(Recorder* recorder, Loop* loop);
-// The record of a part does not replace what stands in its place; it gets a name beside it.
-OmStatus om__recorder_commit(Recorder* recorder, Loop* loop, bool is_partial);
-const char* om__recorder_place(const Recorder* recorder);
-void om__recorder_destroy(Recorder* recorder);
+// defras_loop.c: call a function of every listener that has it.
+OmStatus om__loop_tell_plan(const OmLoop* loop);
+OmStatus om__loop_tell_action_begin(const OmLoop* loop);
+OmStatus om__loop_tell_action_end(const OmLoop* loop);
 
 #endif

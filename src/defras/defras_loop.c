@@ -1,266 +1,326 @@
-// defras_loop.c: FRAS (6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
-//
-//     BEGIN ── HOLD ── ENDED (in view at the start)
-//       └───────┴── PLAN ── ACTION ──┬── HOLD ──┬── ENDED (exposed)
-//                    ^  └── ENDED    │          ├── ACTION (the ROI closed: the motion continues)
-//                    └───────────────┴──────────┘
-//
-// One tick is one step of world and twin, then a decision: the stages that need no time are left at once, until a stage
-// waits for the next tick.
+// defras_loop.c: the loop as an object: creation, ticks, commands, listeners, queries.
 #include <string.h>
 
 #include "defras/defras_internal.h"
 
-#define HOLD_TIME 0.5   // s for which the ROI must be seen without a break
-#define HOLD_LIMIT 1.5  // s of holding still, at most
-#define MAX_GLIMPSE 8   // times a motion is continued after the ROI closed again
-// A motion stops at this visibility above the wanted one; once more for each glimpse.
-#define MARGIN 0.05
+#define LOOP_COOKIE 0x100be7d
 
-// ---- the end ----------------------------------------------------------------------------------------------
-
-// A ROI in view before any action: the scene is no task, and the arms exposed nothing.
-static void end_in_view(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    loop->stage = STAGE_ENDED;
-    r->outcome = OM_RETRACT_IN_VIEW;
-    int n = snprintf(r->reason, sizeof r->reason,
-                     "nothing to do: %.0f %% of the ROI is in view before any action",
-                     100 * loop->visibility);
-    size_t left = sizeof r->reason - (size_t)n;
-    if (r->has_slid)
-        snprintf(
-            r->reason + n, left,
-            "; the tissue slid off by %.0f mm while it settled: attach more of it, or elsewhere",
-            1e3 * fmax(r->twin_shift, r->world_shift));
-    else
-        snprintf(r->reason + n, left, "; move the ROI further under the tissue");
-}
-
-static void end_exposed(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    loop->stage = STAGE_ENDED;
-    r->outcome = OM_RETRACT_EXPOSED;
-    r->is_exposed = true;
-    snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
-             100 * loop->visibility, r->naction, loop->time);
-}
-
-static void end_given_up(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    loop->stage = STAGE_ENDED;
-    r->outcome = OM_RETRACT_GAVE_UP;
-    snprintf(r->reason, sizeof r->reason, "gave up after %d actions with %.0f %% of the ROI seen",
-             r->naction, 100 * loop->visibility);
-}
-
-static void end_without_plan(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    loop->stage = STAGE_ENDED;
-    r->outcome = OM_RETRACT_NO_PLAN;
-    snprintf(
-        r->reason, sizeof r->reason,
-        "no plan is left after %d actions: every grasping point was tried, is attached or is out of "
-        "reach",
-        r->naction);
-}
-
-// ---- planning -------------------------------------------------------------------------------------------
-
-OmStatus om__loop_plan(Loop* loop) {
-    om__sense_fluents(loop, &loop->situation);
-    OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
-    if (status < 0) return status;
-    OmRetractResult* r = loop->result;
-    if (r->nplan == loop->plan_capacity) {
-        int capacity = loop->plan_capacity ? 2 * loop->plan_capacity : 16;
-        double* grown =
-            om_realloc(loop->plan_ms, (size_t)r->nplan, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        loop->plan_ms = grown;
-        loop->plan_capacity = capacity;
+const char* om_action_outcome_text(OmActionOutcome outcome) {
+    switch (outcome) {
+    case OM_ACTION_DONE: return "done";
+    case OM_ACTION_EXPOSED: return "ROI exposed";
+    case OM_ACTION_FORCE: return "stopped by force";
+    case OM_ACTION_HEIGHT: return "stopped by height";
+    case OM_ACTION_UNREACHED: return "out of reach";
+    case OM_ACTION_EMPTY: return "nothing grasped";
+    case OM_ACTION_ABORTED: return "aborted";
     }
-    loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
-    if (loop->recorder) OM_TRY(om__recorder_plan(loop->recorder, loop));
-    return status;
+    return "";
 }
 
-static OmStatus decide_plan(Loop* loop) {
-    if (loop->result->naction >= loop->scene->task.max_actions) {
-        end_given_up(loop);
-        return OM_OK;
+const char* om_retract_outcome_text(OmRetractOutcome outcome) {
+    switch (outcome) {
+    case OM_RETRACT_EXPOSED: return "exposed";
+    case OM_RETRACT_IN_VIEW: return "in_view_at_start";
+    case OM_RETRACT_GAVE_UP: return "gave_up";
+    case OM_RETRACT_NO_PLAN: return "no_plan_left";
+    case OM_RETRACT_CANCELLED: return "cancelled";
+    case OM_RETRACT_ABORTED: return "aborted";
     }
-    OmStatus status = om__loop_plan(loop);
-    OM_TRY(status);
-    bool is_empty = status == OM_UNSAT || loop->plan.naction == 0;
-    if (is_empty && loop->nlater > 0) {
-        loop->apart *= 0.5;  // from far apart to close together
-    } else if (is_empty) {
-        end_without_plan(loop);
+    return "";
+}
+
+void om_retract_result_done(OmRetractResult* result) {
+    if (!result) return;
+    om_free(result->action);
+    om_free(result->sample);
+    memset(result, 0, sizeof *result);
+}
+
+// ---- creation -------------------------------------------------------------------------------------------
+
+OmLoopDef om_loop_default_def(const OmSceneTask* task, OmWorld* world, OmBody* twin,
+                              OmPlanner* planner) {
+    return (OmLoopDef){.cookie = LOOP_COOKIE,
+                       .task = task,
+                       .world = world,
+                       .twin = twin,
+                       .planner = planner,
+                       .is_settled = true,
+                       .wall_begin = om_clock_now()};
+}
+
+static OmStatus check_positive(double value, const char* name) {
+    OM_CHECK(value > 0 && isfinite(value), OM_INVALID, "OmSceneTask.%s is %g; must be positive",
+             name, value);
+    return OM_OK;
+}
+
+static OmStatus check_task(const OmSceneTask* task) {
+    OM_CHECK(task->force_margin >= 0 && om__force_limit(task) > 0, OM_INVALID,
+             "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
+             task->force_threshold);
+    OM_TRY(check_positive(task->max_height, "max_height"));
+    OM_TRY(check_positive(task->pull_step, "pull_step"));
+    OM_TRY(check_positive(task->visibility, "visibility"));
+    OM_TRY(check_positive(task->speed, "speed"));
+    OM_TRY(check_positive(task->grasp_radius, "grasp_radius"));
+    OM_TRY(check_positive(task->time_step, "time_step"));
+    OM_TRY(check_positive(task->retract, "retract"));
+    OM_CHECK(task->max_actions >= 1, OM_INVALID, "OmSceneTask.max_actions is %d; 1 or more",
+             task->max_actions);
+    return OM_OK;
+}
+
+static OmStatus check_def(const OmLoopDef* def) {
+    OM_CHECK(def->cookie == LOOP_COOKIE, OM_INVALID, "OmLoopDef was not made by default_def");
+    OM_CHECK(def->task, OM_INVALID, "OmLoopDef.task is null");
+    OM_CHECK(def->world, OM_INVALID, "OmLoopDef.world is null");
+    OM_CHECK(def->twin, OM_INVALID, "OmLoopDef.twin is null");
+    OM_CHECK(def->planner, OM_INVALID, "OmLoopDef.planner is null");
+    OM_CHECK(def->nlistener >= 0 && def->nlistener <= OM_LOOP_MAX_LISTENER, OM_INVALID,
+             "OmLoopDef.nlistener is %d; 0 to %d", def->nlistener, OM_LOOP_MAX_LISTENER);
+    OM_CHECK(def->nlistener == 0 || def->listener, OM_INVALID, "OmLoopDef.listener is null");
+    OM_CHECK(om_world_sources(def->world) & OM_OBSERVE_VISIBILITY, OM_INVALID,
+             "OmLoopDef.world does not observe the visibility of the ROI");
+    return check_task(def->task);
+}
+
+// Mean displacement of a body's vertices from the mesh they started from, m.
+static double mean_shift(const OmBody* body) {
+    const OmTetMesh* mesh = &om_body_site(body)->mesh;
+    double sum = 0;
+    for (int v = 0; v < mesh->nvert; ++v)
+        sum += om_distance(om_load3(om_body_x(body), v), om_load3(mesh->x, v));
+    return sum / mesh->nvert;
+}
+
+static void begin_result(OmLoop* loop, bool is_settled) {
+    OmRetractResult* r = &loop->result;
+    const OmTetMesh* mesh = &om_body_site(loop->twin)->mesh;
+    r->is_settled = is_settled;
+    r->twin_nvert = mesh->nvert;
+    r->twin_ntet = mesh->ntet;
+    r->twin_shift = mean_shift(loop->twin);
+    r->world_shift = NAN;
+    if (loop->truth) {
+        const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
+        r->world_nvert = hidden->nvert;
+        r->world_ntet = hidden->ntet;
+        r->world_shift = mean_shift(loop->truth);
     } else {
-        loop->action_index = loop->glimpse = 0;
-        loop->stage = STAGE_NEXT_ACTION;
+        r->force_world_max = r->force_more = r->force_less = NAN;
+    }
+    double half = fmin(loop->grid.half.x, loop->grid.half.y);
+    r->has_slid = fmax(r->twin_shift, r->world_shift) > OM_RETRACT_SLID * half;
+}
+
+OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
+    *out = NULL;
+    OM_TRY(check_def(def));
+    OmLoop* loop = om_calloc(1, sizeof *loop);
+    if (!loop) return OM_NO_MEMORY;
+    loop->task = *def->task;
+    loop->world = def->world;
+    loop->twin = def->twin;
+    loop->truth = def->truth;
+    loop->planner = def->planner;
+    loop->narm = om_world_narm(def->world);
+    loop->nlistener = def->nlistener;
+    for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
+    loop->wall_begin = def->wall_begin;
+    OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
+    if (status < 0) {
+        om_free(loop);
+        return status;
+    }
+    for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
+    loop->apart = om__grid_length(&loop->grid, APART);
+    loop->rate = 1.0;
+    loop->force_world = NAN;
+    begin_result(loop, def->is_settled);
+    *out = loop;
+    return OM_OK;
+}
+
+void om_loop_destroy(OmLoop* loop) {
+    if (!loop) return;
+    om_retract_result_done(&loop->result);
+    om_free(loop->plan_ms);
+    om_free(loop);
+}
+
+// ---- listeners ------------------------------------------------------------------------------------------
+
+#define TELL(loop, function, ...)                                               \
+    do {                                                                        \
+        for (int i_ = 0; i_ < (loop)->nlistener; ++i_) {                        \
+            const OmLoopListener* l_ = &(loop)->listener[i_];                   \
+            if (l_->function) OM_TRY(l_->function(l_->ctx, loop, __VA_ARGS__)); \
+        }                                                                       \
+    } while (0)
+
+static OmStatus tell_begin(OmLoop* loop) {
+    if (loop->has_begun) return OM_OK;
+    loop->has_begun = true;
+    for (int i = 0; i < loop->nlistener; ++i) {
+        const OmLoopListener* l = &loop->listener[i];
+        if (l->on_begin) OM_TRY(l->on_begin(l->ctx, loop));
     }
     return OM_OK;
 }
 
-// ---- actions --------------------------------------------------------------------------------------------
-
-// Set the fluents `tried` from an attempt that exposed nothing.
-static void learn(Loop* loop) {
-    const OmPlanAction* action = &loop->action.plan;
-    OmActionOutcome outcome = loop->action.outcome;
-    if (action->block < 0) return;
-    uint8_t* tried = &loop->tried[action->block];
-    bool is_gone =
-        outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;
-    if (action->verb == OM_PLAN_MOVE_ROI)
-        *tried |= OM_TRIED_MOVE_ROI;
-    else if (action->verb == OM_PLAN_MOVE_AWAY)
-        *tried |= OM_TRIED_MOVE_AWAY;
-    else if (is_gone)
-        *tried |= OM_TRIED_GRASP;
-    if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
-    int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
-    if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
-    if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)
-        loop->is_spent[action->block] = true;
+static OmStatus tell_tick(const OmLoop* loop) {
+    OmRetractSample now = om__loop_sample(loop);
+    TELL(loop, on_tick, &now);
+    return OM_OK;
 }
 
-static OmStatus note_action(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    const OmPlanAction* action = &loop->action.plan;
-    if (r->naction == loop->action_capacity) {
-        int capacity = loop->action_capacity ? 2 * loop->action_capacity : 32;
-        OmRetractAction* grown =
-            om_realloc(r->action, (size_t)r->naction, (size_t)capacity, sizeof *grown);
-        if (!grown) return OM_NO_MEMORY;
-        r->action = grown;
-        loop->action_capacity = capacity;
-    }
-    r->action[r->naction++] = (OmRetractAction){
-        .verb = action->verb,
-        .arm = action->arm,
-        .block = action->block,
-        .begin = loop->action_begin,
-        .end = loop->time,
-        .outcome = loop->action.outcome,
-        .visibility = loop->visibility,
-        .force_max = loop->force_action,
-        .force_world_max = om_world_truth(loop->world) ? loop->force_world_action : (double)NAN,
-        .is_replanned = loop->action_index == 0 && loop->glimpse == 0,
-        .plan = r->nplan - 1};
-    if (!loop->recorder || loop->def->frame_every < 1 || r->naction % loop->def->frame_every)
-        return OM_OK;
-    OmText caption = {0};
-    OmStatus status = om_plan_print_action(&loop->plan, loop->action_index, &caption);
-    if (status == OM_OK) {
-        status =
-            om_text_append(&caption, ": %s; %.0f %% of the ROI seen",
-                           om_action_outcome_text(loop->action.outcome), 100 * loop->visibility);
-    }
-    if (status == OM_OK) status = om__recorder_frame(loop->recorder, loop, caption.str);
-    om_text_done(&caption);
-    return status;
+OmStatus om__loop_tell_plan(const OmLoop* loop) {
+    TELL(loop, on_plan, &loop->situation, &loop->plan);
+    return OM_OK;
 }
 
-static void begin_hold(Loop* loop) {
-    loop->stage = STAGE_HOLD;
+OmStatus om__loop_tell_action_begin(const OmLoop* loop) {
+    TELL(loop, on_action_begin, &loop->plan.action[loop->action_index]);
+    return OM_OK;
+}
+
+OmStatus om__loop_tell_action_end(const OmLoop* loop) {
+    TELL(loop, on_action_end, &loop->result.action[loop->result.naction - 1]);
+    return OM_OK;
+}
+
+// ---- the end --------------------------------------------------------------------------------------------
+
+static OmStatus finish(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
+    r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
+    r->twin_nbad = om_body_nbad(loop->twin);
+    r->world_nbad = loop->truth ? om_body_nbad(loop->truth) : 0;
+    if (r->nplan > 0) {
+        om_sort_doubles(loop->plan_ms, r->nplan);
+        r->plan_ms_median = loop->plan_ms[r->nplan / 2];
+        r->plan_ms_max = loop->plan_ms[r->nplan - 1];
+    }
+    r->wall_time = om_clock_now() - loop->wall_begin;
+    TELL(loop, on_end, r);
+    return OM_OK;
+}
+
+// ---- commands -------------------------------------------------------------------------------------------
+
+static OmStatus pause_arms(OmLoop* loop) {
+    loop->is_paused = true;
+    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    return OM_OK;
+}
+
+static OmStatus resume(OmLoop* loop) {
+    if (!loop->is_paused) return OM_OK;
+    loop->is_paused = false;
     loop->hold_begin = loop->hold_since = loop->time;
+    bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
+    return is_in_motion ? om__motion_resume(loop) : OM_OK;
 }
 
-// An action that does not end as planned ends the plan.
-static void leave_action(Loop* loop) {
-    OmActionOutcome outcome = loop->action.outcome;
-    if (loop->is_exposed) {
-        end_exposed(loop);
-        return;
+static OmStatus stop(OmLoop* loop, OmRetractOutcome outcome) {
+    OM_TRY(tell_begin(loop));
+    OM_TRY(om__loop_stop(loop, outcome));
+    return finish(loop);
+}
+
+static OmStatus apply(OmLoop* loop, const OmLoopCommand* command) {
+    switch (command->kind) {
+    case OM_LOOP_PAUSE: return pause_arms(loop);
+    case OM_LOOP_RESUME: return resume(loop);
+    case OM_LOOP_ABORT: return stop(loop, OM_RETRACT_ABORTED);
+    case OM_LOOP_CANCEL: return stop(loop, OM_RETRACT_CANCELLED);
     }
-    bool is_last = loop->action_index + 1 == loop->plan.naction;
-    bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
-    if (is_last || is_broken) learn(loop);
-    bool is_over = loop->result->naction >= loop->scene->task.max_actions;
-    loop->stage = is_last || is_broken || is_over ? STAGE_PLAN : STAGE_NEXT_ACTION;
-    loop->glimpse = 0;
-    ++loop->action_index;
+    return om_error(OM_INVALID, "OmLoopCommand.kind is %d", (int)command->kind);
 }
 
-static OmStatus end_action(Loop* loop, bool* needs_tick) {
-    OM_TRY(note_action(loop));
-    *needs_tick = loop->visibility >= loop->scene->task.visibility;
-    if (*needs_tick)
-        begin_hold(loop);
-    else
-        leave_action(loop);
+static OmStatus check_running(const OmLoop* loop) {
+    OM_CHECK(!loop->has_failed, OM_INVALID, "the loop has failed: it can only be destroyed");
+    OM_CHECK(loop->stage != STAGE_ENDED, OM_INVALID, "the loop has ended: %s", loop->result.reason);
     return OM_OK;
 }
 
-static OmStatus begin_action(Loop* loop, bool* needs_tick) {
-    bool is_done;
-    loop->stage = STAGE_ACTION;
-    loop->action_begin = loop->time;
-    loop->margin = MARGIN * (1 + loop->glimpse);
-    OM_TRY(om__action_begin(loop, &loop->plan.action[loop->action_index], &is_done));
-    *needs_tick = !is_done;
-    return is_done ? end_action(loop, needs_tick) : OM_OK;
+// A listener is inside of this call: what it commands waits. An error of a step leaves the loop between two states.
+static OmStatus leave(OmLoop* loop, OmStatus status) {
+    for (int i = 0; status >= 0 && i < loop->npending && loop->stage != STAGE_ENDED; ++i)
+        status = apply(loop, &loop->pending[i]);
+    loop->npending = 0;
+    loop->is_ticking = false;
+    loop->has_failed |= status < 0;
+    return status < 0 ? status : OM_OK;
 }
 
-// ---- stages ---------------------------------------------------------------------------------------------
-
-// A glimpse of the ROI is no exposure: hold still and look. If the ROI closes, the motion is continued with a larger
-// margin.
-static void check_hold(Loop* loop, bool* needs_tick) {
-    if (loop->visibility < loop->scene->task.visibility) loop->hold_since = loop->time;
-    loop->is_exposed = loop->time - loop->hold_since >= HOLD_TIME;
-    *needs_tick = !loop->is_exposed && loop->time - loop->hold_begin < HOLD_LIMIT;
-    if (*needs_tick) return;
-    const OmRetractResult* r = loop->result;
-    if (r->naction == 0) {  // before any action
-        if (loop->is_exposed)
-            end_in_view(loop);
-        else
-            loop->stage = STAGE_PLAN;
-        return;
+OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command) {
+    OM_TRY(check_running(loop));
+    OM_CHECK((int)command->kind >= OM_LOOP_PAUSE && command->kind <= OM_LOOP_CANCEL, OM_INVALID,
+             "OmLoopCommand.kind is %d", (int)command->kind);
+    if (loop->is_ticking) {
+        OM_CHECK(loop->npending < OM_LOOP_MAX_PENDING, OM_INVALID,
+                 "more than %d commands within one tick", OM_LOOP_MAX_PENDING);
+        loop->pending[loop->npending++] = *command;
+        return OM_OK;
     }
-    bool is_repeated = !loop->is_exposed && loop->action.outcome == OM_ACTION_EXPOSED &&
-                       r->naction < loop->scene->task.max_actions &&
-                       loop->glimpse + 1 < MAX_GLIMPSE;
-    if (!is_repeated) {
-        leave_action(loop);
-        return;
+    loop->is_ticking = true;
+    return leave(loop, apply(loop, command));
+}
+
+// ---- ticks ----------------------------------------------------------------------------------------------
+
+static OmStatus tick(OmLoop* loop) {
+    OM_TRY(tell_begin(loop));
+    OM_TRY(om__loop_step(loop));
+    OM_TRY(tell_tick(loop));
+    if (!loop->is_paused) OM_TRY(om__loop_decide(loop));
+    return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
+}
+
+OmStatus om_loop_tick(OmLoop* loop) {
+    OM_TRY(check_running(loop));
+    loop->is_ticking = true;
+    return leave(loop, tick(loop));
+}
+
+// ---- queries --------------------------------------------------------------------------------------------
+
+OmLoopPhase om_loop_phase(const OmLoop* loop) {
+    switch (loop->stage) {
+    case STAGE_BEGIN: return OM_LOOP_BEGIN;
+    case STAGE_HOLD: return OM_LOOP_HOLD;
+    case STAGE_PLAN:
+    case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
+    case STAGE_ACTION: return OM_LOOP_ACT;
+    case STAGE_ENDED: break;
     }
-    ++loop->glimpse;
-    loop->stage = STAGE_NEXT_ACTION;
+    return OM_LOOP_ENDED;
 }
 
-static OmStatus check_action(Loop* loop, bool* needs_tick) {
-    bool is_done;
-    OM_TRY(om__action_check(loop, &is_done));
-    *needs_tick = !is_done;
-    return is_done ? end_action(loop, needs_tick) : OM_OK;
+bool om_loop_is_paused(const OmLoop* loop) { return loop->is_paused; }
+
+int om_loop_ntick(const OmLoop* loop) { return loop->tick; }
+
+OmRetractSample om_loop_sample(const OmLoop* loop) { return om__loop_sample(loop); }
+
+double om_loop_force(const OmLoop* loop, int arm) {
+    return arm >= 0 && arm < OM_MAX_ARM ? loop->force[arm] : 0;
 }
 
-static OmStatus begin(Loop* loop, bool* needs_tick) {
-    loop->result->visibility_start = loop->visibility;
-    *needs_tick = loop->visibility >= loop->scene->task.visibility;
-    if (*needs_tick)
-        begin_hold(loop);
-    else
-        loop->stage = STAGE_PLAN;
-    return OM_OK;
+const OmPlan* om_loop_plan(const OmLoop* loop) { return &loop->plan; }
+
+const OmPlanAction* om_loop_action(const OmLoop* loop) {
+    return loop->stage == STAGE_ACTION ? &loop->plan.action[loop->action_index] : NULL;
 }
 
-OmStatus om__loop_decide(Loop* loop) {
-    bool needs_tick = false;
-    while (!needs_tick && loop->stage != STAGE_ENDED) {
-        switch (loop->stage) {
-        case STAGE_BEGIN: OM_TRY(begin(loop, &needs_tick)); break;
-        case STAGE_HOLD: check_hold(loop, &needs_tick); break;
-        case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
-        case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
-        case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
-        case STAGE_ENDED: break;
-        }
-    }
-    return OM_OK;
+const OmRetractResult* om_loop_result(const OmLoop* loop) { return &loop->result; }
+
+void om_loop_take_result(OmLoop* loop, OmRetractResult* result) {
+    *result = loop->result;
+    memset(&loop->result, 0, sizeof loop->result);
+    loop->sample_capacity = loop->action_capacity = 0;
 }

@@ -21,20 +21,20 @@ bool om__watch_stop(Watch* w, double visibility) {
     return visibility >= fmin(1.0, w->wanted + w->margin) || visibility < w->best - DROP;
 }
 
-static bool must_stop_for_force(const Loop* loop, int arm) {
-    double limit = om__force_limit(&loop->scene->task);
+static bool must_stop_for_force(const OmLoop* loop, int arm) {
+    double limit = om__force_limit(&loop->task);
     if (loop->force[arm] <= limit) return false;
     return loop->force[arm] > OVER_FACTOR * limit || loop->over_time > SLOW_TIME;
 }
 
 // Command the motion if its speed has changed. A goal out of reach ends the motion.
-static OmStatus command(Loop* loop, bool* is_done) {
+static OmStatus command(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
     double rate = m->is_holding ? loop->rate : 1.0;
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
     OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->goal),
-                                    rate * loop->scene->task.speed);
+                                    rate * loop->task.speed);
     if (status == OM_INVALID) {
         om_log(OM_LOG_INFO, "%s", om_error_message());
         om_world_stop(loop->world, m->arm);
@@ -46,7 +46,7 @@ static OmStatus command(Loop* loop, bool* is_done) {
     return status;
 }
 
-OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done) {
+OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, bool* is_done) {
     const ArmState* state = &loop->arm[arm];
     loop->over_time = 0;
     loop->motion = (Motion){.arm = arm,
@@ -54,7 +54,7 @@ OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, boo
                             .from = state->tip,
                             .is_holding = is_holding,
                             .commanded = -1,
-                            .watch = {loop->scene->task.visibility, loop->margin, loop->visibility},
+                            .watch = {loop->task.visibility, loop->margin, loop->visibility},
                             .outcome = OM_ACTION_DONE};
     bool is_pull = goal.x == state->tip.x && goal.y == state->tip.y;
     if (is_holding && is_pull) loop->motion.from.z = state->grasp_tip.z;
@@ -62,19 +62,25 @@ OmStatus om__motion_begin(Loop* loop, int arm, OmVec3 goal, bool is_holding, boo
 }
 
 // After a force stop: back along the path, a pull down to the height of its grasp.
-static OmStatus begin_easing(Loop* loop, bool* is_done) {
+static OmStatus command_easing(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
     m->is_easing = true;
     m->ease_begin = loop->time;
     OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->from),
-                                    SLOW_RATE * loop->scene->task.speed);
+                                    SLOW_RATE * loop->task.speed);
     *is_done = status == OM_INVALID;  // out of reach: the arm keeps its place
     return *is_done ? OM_OK : status;
 }
 
-static bool check_easing(Loop* loop) {
+OmStatus om__motion_resume(OmLoop* loop) {
+    bool is_done;
+    loop->motion.commanded = -1;
+    return loop->motion.is_easing ? command_easing(loop, &is_done) : command(loop, &is_done);
+}
+
+static bool check_easing(OmLoop* loop) {
     const Motion* m = &loop->motion;
-    double limit = EASE * om__force_limit(&loop->scene->task);
+    double limit = EASE * om__force_limit(&loop->task);
     if (loop->arm[m->arm].is_moving && loop->force[m->arm] > limit &&
         loop->time - m->ease_begin < MOTION_TIME)
         return false;
@@ -82,7 +88,7 @@ static bool check_easing(Loop* loop) {
     return true;
 }
 
-OmStatus om__motion_check(Loop* loop, bool* is_done) {
+OmStatus om__motion_check(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
     ArmState* state = &loop->arm[m->arm];
     if (m->is_easing) {
@@ -98,10 +104,10 @@ OmStatus om__motion_check(Loop* loop, bool* is_done) {
     *is_done = m->outcome != OM_ACTION_DONE || !state->is_moving;
     if (m->outcome != OM_ACTION_DONE) {
         om_world_stop(loop->world, m->arm);
-        return m->outcome == OM_ACTION_FORCE ? begin_easing(loop, is_done) : OM_OK;
+        return m->outcome == OM_ACTION_FORCE ? command_easing(loop, is_done) : OM_OK;
     }
     if (*is_done) return OM_OK;
-    m->elapsed += m->commanded * loop->scene->task.time_step;
+    m->elapsed += m->commanded * loop->task.time_step;
     OM_CHECK(m->elapsed < MOTION_TIME, OM_INVALID, "PSM%d did not reach its goal in %g s",
              m->arm + 1, MOTION_TIME);
     return command(loop, is_done);

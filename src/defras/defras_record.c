@@ -1,7 +1,8 @@
-// defras_record.c: what a run leaves behind: run.vtkhdf, frames, run.json, report.html.
+// defras_record.c: a listener that writes the record of a loop: run.vtkhdf, frames, run.json, report.html.
 //
-// Everything is written under a temporary name, which becomes DIR when the run is complete: a run that fails leaves
-// nothing, and an older DIR stays until the new one is whole. A run that is cancelled keeps its record so far.
+// All files are written under a temporary name, which becomes DIR when the loop has ended: a loop that fails leaves
+// nothing, and an older DIR stays until the new one is complete. A loop that is aborted or cancelled keeps its record
+// so far. The record shows the truth of a simulated world, and the twin where there is no truth.
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,55 +11,82 @@
 
 #define RECORD_EVERY 5  // ticks between steps of the recording
 
-// ---- the operating site's ROI as a set of the recorded mesh -------------------------------------------------
+#define RECORD_COOKIE 0x2ec02de
 
-static OmStatus add_roi_set(OmSite* site, double radius) {
-    int *list, n = 0;
-    OM_ALLOC(list, (size_t)site->mesh.nvert);
+OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene, OmWorld* world,
+                                      OmBody* twin, OmPlanner* planner) {
+    return (OmRecorderDef){.cookie = RECORD_COOKIE,
+                           .out_dir = out_dir,
+                           .scene = scene,
+                           .world = world,
+                           .twin = twin,
+                           .planner = planner,
+                           .frame_every = 1};
+}
+
+// ---- the recorded mesh ------------------------------------------------------------------------------------
+
+// Vertices above the ROI, ascending. @return their number
+static int find_above_roi(const OmSite* site, double radius, int* list) {
+    int n = 0;
     OmPose task = om_pose_inverse(site->pose_world_task);
     OmVec3 c = om_pose_apply(task, site->roi_center);
     for (int v = 0; v < site->mesh.nvert; ++v) {
         OmVec3 p = om_pose_apply(task, om_load3(site->mesh.x, v));
         if (hypot(p.x - c.x, p.y - c.y) <= radius) list[n++] = v;
     }
-    OmStatus status = om_tet_mesh_add_set(&site->mesh, "roi", list, n);
-    om_free(list);
-    return status;
+    return n;
 }
 
-// ---- the recorder -----------------------------------------------------------------------------------------
+// The recorded mesh: that of the site with one more set, the vertices above the ROI.
+typedef struct MarkedMesh {
+    OmTetMesh mesh;  // borrows the arrays of the site's mesh, but for `set`
+    OmMeshSet* set;
+    int* above;
+} MarkedMesh;
 
-static OmStatus open_folder(Recorder* rec, const char* out_dir) {
-    char frames[1200];
-    OM_TRY(om_folder_begin(out_dir, OM__RETRACT_KIND, &rec->folder));
-    OM_TRY(om_path_join(rec->folder.path, "frames", frames, sizeof frames));
-    return om_path_make_dir(frames);
+static OmStatus mark_mesh(const OmSite* site, double radius, MarkedMesh* marked) {
+    *marked = (MarkedMesh){.mesh = site->mesh};
+    const int nset = site->mesh.nset;
+    OM_ALLOC(marked->above, (size_t)site->mesh.nvert);
+    OM_ALLOC(marked->set, (size_t)nset + 1);
+    for (int i = 0; i < nset; ++i) marked->set[i] = site->mesh.set[i];
+    marked->set[nset] =
+        (OmMeshSet){"roi", find_above_roi(site, radius, marked->above), marked->above};
+    marked->mesh.set = marked->set;
+    marked->mesh.nset = nset + 1;
+    return OM_OK;
+}
+
+static void marked_mesh_done(MarkedMesh* marked) {
+    om_free(marked->above);
+    om_free(marked->set);
 }
 
 // ---- the recording ----------------------------------------------------------------------------------------
 
 enum { MAX_SURFACE = 2 + OM_MAX_ARM };
 
-// What is seen beside the tissue: organ, region of interest, tools. @return their number
-static int find_surfaces(const Loop* loop, OmRecordedSurface surface[MAX_SURFACE]) {
+// Surfaces beside the tissue: organ, region of interest, tools. @return their number
+static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SURFACE]) {
     static const char* const tool[OM_MAX_ARM] = {"psm1", "psm2"};
-    const OmSite* site = &loop->world_site;
+    const OmSite* site = om_body_site(rec->shown);
     int n = 0;
     if (site->has_organ) surface[n++] = (OmRecordedSurface){"organ", &site->organ};
     if (site->roi.ntri > 0) surface[n++] = (OmRecordedSurface){"region of interest", &site->roi};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
-        const OmSurface* s = om_world_tool(loop->world, a);
+        const OmSurface* s = om_world_tool(rec->def.world, a);
         if (s) surface[n++] = (OmRecordedSurface){tool[a], s};
     }
     return n;
 }
 
 // Of all parts, in the order of the recording. (nvert x 3)
-static void get_positions(const Loop* loop, double* x) {
+static void get_positions(const OmRecorder* rec, double* x) {
     OmRecordedSurface surface[MAX_SURFACE];
-    const int n = find_surfaces(loop, surface);
-    size_t at = 3 * (size_t)loop->world_site.mesh.nvert;
-    memcpy(x, om_body_x(om_world_truth(loop->world)), at * sizeof *x);
+    const int n = find_surfaces(rec, surface);
+    size_t at = 3 * (size_t)om_body_site(rec->shown)->mesh.nvert;
+    memcpy(x, om_body_x(rec->shown), at * sizeof *x);
     for (int k = 0; k < n; ++k) {
         const size_t size = 3 * (size_t)surface[k].surface->nvert;
         memcpy(x + at, surface[k].surface->x, size * sizeof *x);
@@ -66,12 +94,11 @@ static void get_positions(const Loop* loop, double* x) {
     }
 }
 
-static OmStatus begin_recording(Recorder* rec, Loop* loop, const char* path) {
-    OmBody* truth = om_world_truth(loop->world);
+static OmStatus begin_recording(OmRecorder* rec, const OmTetMesh* mesh, const char* path) {
     OmRecordedSurface surface[MAX_SURFACE];
-    const int nsurface = find_surfaces(loop, surface);
-    rec->nvert = loop->world_site.mesh.nvert;
-    rec->ncell = loop->world_site.mesh.ntet;
+    const int nsurface = find_surfaces(rec, surface);
+    rec->nvert = mesh->nvert;
+    rec->ncell = mesh->ntet;
     for (int k = 0; k < nsurface; ++k) {
         rec->nvert += surface[k].surface->nvert;
         rec->ncell += surface[k].surface->ntri;
@@ -85,7 +112,7 @@ static OmStatus begin_recording(Recorder* rec, Loop* loop, const char* path) {
     if (!rec->x || !rec->x_begin || !rec->displacement || !rec->force || !rec->von_mises)
         return OM_NO_MEMORY;
     // engines of particles have no stresses
-    OmStatus status = om_body_get_measure(truth, OM_VON_MISES, rec->von_mises);
+    OmStatus status = om_body_get_measure(rec->shown, OM_VON_MISES, rec->von_mises);
     if (status == OM_UNAVAILABLE) {
         om_free(rec->von_mises);
         rec->von_mises = NULL;
@@ -96,28 +123,48 @@ static OmStatus begin_recording(Recorder* rec, Loop* loop, const char* path) {
                                  {"force_N", OM_ARRAY_DOUBLE, 3, false, NULL},
                                  {"von_mises_Pa", OM_ARRAY_DOUBLE, 1, true, NULL}};
     const OmRecordingArrays arrays = {array, rec->von_mises ? 3 : 2};
-    return om_recording_begin_scene(path, &loop->world_site.mesh, "tissue", surface, nsurface,
-                                    &arrays, &rec->recording);
+    return om_recording_begin_scene(path, mesh, "tissue", surface, nsurface, &arrays,
+                                    &rec->recording);
 }
 
-OmStatus om__recorder_create(Loop* loop, Recorder** recorder) {
+// ---- creation -----------------------------------------------------------------------------------------------
+
+static OmStatus check_def(const OmRecorderDef* def) {
+    OM_CHECK(def->cookie == RECORD_COOKIE, OM_INVALID, "OmRecorderDef was not made by default_def");
+    OM_CHECK(def->out_dir, OM_INVALID, "OmRecorderDef.out_dir is null");
+    OM_CHECK(def->scene, OM_INVALID, "OmRecorderDef.scene is null");
+    OM_CHECK(def->world, OM_INVALID, "OmRecorderDef.world is null");
+    OM_CHECK(def->twin, OM_INVALID, "OmRecorderDef.twin is null");
+    OM_CHECK(def->planner, OM_INVALID, "OmRecorderDef.planner is null");
+    OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRecorderDef.frame_every is %d",
+             def->frame_every);
+    return OM_OK;
+}
+
+OmStatus om_recorder_create(const OmRecorderDef* def, OmRecorder** recorder) {
     *recorder = NULL;
-    Recorder* rec = om_calloc(1, sizeof *rec);
+    OM_TRY(check_def(def));
+    OmRecorder* rec = om_calloc(1, sizeof *rec);
     if (!rec) return OM_NO_MEMORY;
-    OmStatus status = open_folder(rec, loop->def->out_dir);
+    rec->def = *def;
+    rec->shown = def->truth ? def->truth : def->twin;
+    MarkedMesh marked = {0};
+    OmStatus status = om_folder_begin(def->out_dir, OM__RETRACT_KIND, &rec->folder);
+    rec->def.out_dir = NULL;  // not needed again
     if (status < 0) goto done;
-    OM_TRY_DONE(add_roi_set(&loop->world_site, loop->scene->roi.radius));
+    OM_TRY_DONE(mark_mesh(om_body_site(rec->shown), def->scene->roi.radius, &marked));
     char path[1200];
     OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
-    OM_TRY_DONE(begin_recording(rec, loop, path));
+    OM_TRY_DONE(begin_recording(rec, &marked.mesh, path));
     *recorder = rec;
     rec = NULL;
 done:
-    om__recorder_destroy(rec);
+    marked_mesh_done(&marked);
+    om_recorder_destroy(rec);
     return status;
 }
 
-void om__recorder_destroy(Recorder* rec) {
+void om_recorder_destroy(OmRecorder* rec) {
     if (!rec) return;
     om_recording_abort(rec->recording);
     om_folder_end(&rec->folder);
@@ -132,21 +179,60 @@ void om__recorder_destroy(Recorder* rec) {
     om_free(rec);
 }
 
-OmStatus om__recorder_tick(Recorder* rec, Loop* loop) {
-    if (loop->tick % RECORD_EVERY) return OM_OK;
-    OmBody* truth = om_world_truth(loop->world);
+const char* om_recorder_place(const OmRecorder* rec) { return rec->folder.place; }
+
+// ---- ticks, plans, pictures ---------------------------------------------------------------------------------
+
+static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
+    OmRecorder* rec = ctx;
+    if ((om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
     const size_t n = 3 * (size_t)rec->nvert;
-    get_positions(loop, rec->x);
+    get_positions(rec, rec->x);
     if (!rec->has_begun) memcpy(rec->x_begin, rec->x, n * sizeof *rec->x);
     rec->has_begun = true;
     for (size_t i = 0; i < n; ++i) rec->displacement[i] = rec->x[i] - rec->x_begin[i];
-    OM_TRY(om_body_get_vertex_forces(truth, rec->force));
-    if (rec->von_mises) OM_TRY(om_body_get_measure(truth, OM_VON_MISES, rec->von_mises));
+    OM_TRY(om_body_get_vertex_forces(rec->shown, rec->force));
+    if (rec->von_mises) OM_TRY(om_body_get_measure(rec->shown, OM_VON_MISES, rec->von_mises));
     const void* value[3] = {rec->displacement, rec->force, rec->von_mises};
-    return om_recording_add_step(rec->recording, loop->time, rec->x, value);
+    return om_recording_add_step(rec->recording, now->time, rec->x, value);
 }
 
-OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {
+static OmStatus on_plan(void* ctx, const OmLoop* loop, const OmSituation* situation,
+                        const OmPlan* plan) {
+    OmRecorder* rec = ctx;
+    OM_TRY(om_text_append(&rec->plans, "Plan %d, at %.1f s\n", ++rec->nplan,
+                          om_loop_sample(loop).time));
+    OM_TRY(om_plan_print(plan, &rec->plans));
+    OM_TRY(om_text_append(&rec->plans, "Why:\n"));
+    OM_TRY(om_planner_explain(rec->def.planner, situation, plan, 3, &rec->plans));
+    return om_text_append(&rec->plans, "\n");
+}
+
+// The endoscope's view: drawn without noise in a simulated world, else as observed.
+static OmStatus take_picture(OmRecorder* rec, OmPicture* picture) {
+    const OmSceneCamera* cam = &rec->def.scene->endoscope;
+    OmStatus status = om_world_render(rec->def.world, cam->width, cam->height, picture);
+    if (status != OM_UNAVAILABLE) return status;
+    OmObservation seen = {0};
+    OM_TRY(om_world_observe(rec->def.world, OM_OBSERVE_IMAGE, &seen));
+    *picture = seen.endoscope.color;
+    seen.endoscope.color = (OmPicture){0};
+    om_observation_done(&seen);
+    return OM_OK;
+}
+
+static OmStatus save_picture(const OmRecorder* rec, const OmPicture* picture) {
+    char name[64], path[1200];
+    OM_TRY(om_path_join(rec->folder.path, "frames", path, sizeof path));
+    if (rec->nframe == 0) OM_TRY(om_path_make_dir(path));  // a record has no empty folder
+    snprintf(name, sizeof name, "frames/%03d.png", rec->nframe);
+    OM_TRY(om_path_join(rec->folder.path, name, path, sizeof path));
+    return om_picture_save_png(picture, path);
+}
+
+// A world without endoscope pictures has a record without frames.
+static OmStatus add_frame(OmRecorder* rec, double time, const char* caption) {
+    if (!(om_world_sources(rec->def.world) & OM_OBSERVE_IMAGE)) return OM_OK;
     if (rec->nframe == rec->frame_capacity) {
         int capacity = rec->frame_capacity ? 2 * rec->frame_capacity : 16;
         Frame* grown = om_realloc(rec->frame, (size_t)rec->nframe, (size_t)capacity, sizeof *grown);
@@ -154,16 +240,12 @@ OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {
         rec->frame = grown;
         rec->frame_capacity = capacity;
     }
-    Frame f = {.time = loop->time};
+    Frame f = {.time = time};
     size_t len = strlen(caption) + 1;
     OM_ALLOC(f.caption, len);
     memcpy(f.caption, caption, len);
-    const OmSceneCamera* cam = &loop->scene->endoscope;
-    OmStatus status = om_world_render(loop->world, cam->width, cam->height, &f.picture);
-    char name[64], path[1200];
-    snprintf(name, sizeof name, "frames/%03d.png", rec->nframe);
-    if (status == OM_OK) status = om_path_join(rec->folder.path, name, path, sizeof path);
-    if (status == OM_OK) status = om_picture_save_png(&f.picture, path);
+    OmStatus status = take_picture(rec, &f.picture);
+    if (status == OM_OK) status = save_picture(rec, &f.picture);
     if (status < 0) {
         om_picture_done(&f.picture);
         om_free(f.caption);
@@ -173,12 +255,21 @@ OmStatus om__recorder_frame(Recorder* rec, Loop* loop, const char* caption) {
     return OM_OK;
 }
 
-OmStatus om__recorder_plan(Recorder* rec, Loop* loop) {
-    OM_TRY(om_text_append(&rec->plans, "Plan %d, at %.1f s\n", loop->result->nplan, loop->time));
-    OM_TRY(om_plan_print(&loop->plan, &rec->plans));
-    OM_TRY(om_text_append(&rec->plans, "Why:\n"));
-    OM_TRY(om_planner_explain(loop->planner, &loop->situation, &loop->plan, 3, &rec->plans));
-    return om_text_append(&rec->plans, "\n");
+static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractAction* action) {
+    OmRecorder* rec = ctx;
+    const int every = rec->def.frame_every;
+    if (every < 1 || om_loop_result(loop)->naction % every) return OM_OK;
+    OmText caption = {0};
+    const OmPlan* plan = om_loop_plan(loop);
+    OmStatus status =
+        om_plan_print_action(plan, (int)(om_loop_action(loop) - plan->action), &caption);
+    if (status == OM_OK) {
+        status = om_text_append(&caption, ": %s; %.0f %% of the ROI seen",
+                                om_action_outcome_text(action->outcome), 100 * action->visibility);
+    }
+    if (status == OM_OK) status = add_frame(rec, action->end, caption.str);
+    om_text_done(&caption);
+    return status;
 }
 
 // ---- run.json ---------------------------------------------------------------------------------------------
@@ -227,15 +318,15 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
     om_json_close(json, ']');
 }
 
-static OmStatus write_json(const Recorder* rec, const Loop* loop) {
-    const OmRetractResult* r = loop->result;
+static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
+    const OmScene* scene = rec->def.scene;
     char path[1200];
     OM_TRY(om_path_join(rec->folder.path, "run.json", path, sizeof path));
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
-    om_json_string(&json, "scene", loop->scene->name);
-    om_json_integer(&json, "seed", loop->scene->seed);
+    om_json_string(&json, "scene", scene->name);
+    om_json_integer(&json, "seed", scene->seed);
     om_json_bool(&json, "exposed", r->is_exposed);
     om_json_string(&json, "status", om_retract_outcome_text(r->outcome));
     om_json_string(&json, "outcome", r->reason);
@@ -245,8 +336,8 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     om_json_number(&json, "force_world_max_n", r->force_world_max);
     om_json_number(&json, "force_world_above_twin_max_n", r->force_more);
     om_json_number(&json, "force_world_below_twin_max_n", r->force_less);
-    om_json_number(&json, "force_threshold_n", loop->scene->task.force_threshold);
-    om_json_number(&json, "force_margin_n", loop->scene->task.force_margin);
+    om_json_number(&json, "force_threshold_n", scene->task.force_threshold);
+    om_json_number(&json, "force_margin_n", scene->task.force_margin);
     om_json_integer(&json, "times_above_force_limit", r->nforce);
     om_json_integer(&json, "times_world_above_force_threshold", r->nforce_world);
     om_json_number(&json, "time_s", r->time);
@@ -268,7 +359,7 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
     char hash[32];
     snprintf(hash, sizeof hash, "%016llx", (unsigned long long)r->hash);
     om_json_string(&json, "state_hash", hash);
-    write_actions(&json, r, loop->grid.n);
+    write_actions(&json, r, scene->task.grid);
     write_samples(&json, r);
     om_json_close(&json, '}');
     return om_json_save(&json, path);
@@ -276,14 +367,23 @@ static OmStatus write_json(const Recorder* rec, const Loop* loop) {
 
 // ---- the end ------------------------------------------------------------------------------------------------
 
-OmStatus om__recorder_commit(Recorder* rec, Loop* loop, bool is_partial) {
-    OM_TRY(om__recorder_frame(rec, loop, loop->result->reason));
+static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* result) {
+    (void)loop;
+    OmRecorder* rec = ctx;
+    OM_TRY(add_frame(rec, result->time, result->reason));
     OmRecording* recording = rec->recording;
     rec->recording = NULL;
     OM_TRY(om_recording_end(recording));
-    OM_TRY(write_json(rec, loop));
-    OM_TRY(om__report_write(rec, loop));
-    return is_partial ? om_folder_commit_beside(&rec->folder) : om_folder_commit(&rec->folder);
+    OM_TRY(write_json(rec, result));
+    OM_TRY(om__report_write(rec, result));
+    bool is_part = result->outcome == OM_RETRACT_CANCELLED || result->outcome == OM_RETRACT_ABORTED;
+    return is_part ? om_folder_commit_beside(&rec->folder) : om_folder_commit(&rec->folder);
 }
 
-const char* om__recorder_place(const Recorder* rec) { return rec->folder.place; }
+OmLoopListener om_recorder_listener(OmRecorder* recorder) {
+    return (OmLoopListener){.ctx = recorder,
+                            .on_tick = on_tick,
+                            .on_plan = on_plan,
+                            .on_action_end = on_action_end,
+                            .on_end = on_end};
+}

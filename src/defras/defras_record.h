@@ -1,8 +1,9 @@
-// defras_record.h: the recorder of a run, shared with its report.
+// defras_record.h: the recorder of a loop, shared with its report.
 #ifndef OMENTUM_DEFRAS_RECORD_H
 #define OMENTUM_DEFRAS_RECORD_H
 
 #include "defras/defras_internal.h"
+#include "omentum/defras_recorder.h"
 #include "omentum/image.h"
 #include "omentum/shape_file.h"
 
@@ -12,19 +13,22 @@ typedef struct Frame {
     double time;  // s
 } Frame;
 
-struct Recorder {
-    OmFolder folder;  // written under a temporary name until the run is complete
+struct OmRecorder {
+    OmRecorderDef def;
+    OmBody* shown;    // the truth, or the twin without one
+    OmFolder folder;  // written under a temporary name until the loop has ended
     OmRecording* recording;
-    // of all parts: the true tissue, organ, region of interest, tools
+    // of all parts: the tissue, organ, region of interest, tools
     int nvert, ncell;
     bool has_begun;                              // x_begin is of the first step
     double *x, *x_begin, *displacement, *force;  // m, m, m, N                      (nvert x 3)
     double* von_mises;                           // Pa; null: the engine has none     (ncell)
     Frame* frame;
     int nframe, frame_capacity;
+    int nplan;
     OmText plans;  // every plan and its reasons, as text
 };
 
-OmStatus om__report_write(const Recorder* rec, const Loop* loop);
+OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* result);
 
 #endif

@@ -6,8 +6,7 @@
 
 static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
 
-static void add_facts(OmReport* report, const Loop* loop) {
-    const OmRetractResult* r = loop->result;
+static void add_facts(OmReport* report, const OmRetractResult* r) {
     char text[12][64];
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
@@ -20,7 +19,7 @@ static void add_facts(OmReport* report, const Loop* loop) {
     snprintf(text[8], 64, isnan(r->force_world_max) ? "not known" : "%.2f N", r->force_world_max);
     snprintf(text[9], 64, isnan(r->force_more) ? "not known" : "%.2f N", r->force_more);
     snprintf(text[10], 64, "%d", r->twin_nbad);
-    snprintf(text[11], 64, "%d", r->world_nbad);
+    snprintf(text[11], 64, isnan(r->force_world_max) ? "not known" : "%d", r->world_nbad);
     const char *value[12], *label[12] = {"of the ROI seen at the end",
                                          "of the ROI seen at the start",
                                          "actions",
@@ -38,22 +37,24 @@ static void add_facts(OmReport* report, const Loop* loop) {
 }
 
 // How the tissue came to rest before the operation, where that is worth a sentence.
-static void add_start(OmReport* report, const Loop* loop) {
-    const OmRetractResult* r = loop->result;
+static void add_start(OmReport* report, const OmRetractResult* r) {
     char text[256];
     if (!r->is_settled)
         om_report_paragraph(report, "Warning: the tissue still moved when the operation began.");
     if (!r->has_slid) return;
-    snprintf(
-        text, sizeof text,
-        "Warning: the tissue slid while it settled, before any action: its vertices moved by %.1f mm in "
-        "the twin and %.1f mm in the truth, in the mean.",
-        1e3 * r->twin_shift, 1e3 * r->world_shift);
+    int n =
+        snprintf(text, sizeof text,
+                 "Warning: the tissue slid while it settled, before any action: its vertices moved "
+                 "by %.1f mm in the twin",
+                 1e3 * r->twin_shift);
+    if (isfinite(r->world_shift))
+        n += snprintf(text + n, sizeof text - (size_t)n, " and %.1f mm in the truth",
+                      1e3 * r->world_shift);
+    snprintf(text + n, sizeof text - (size_t)n, ", in the mean.");
     om_report_paragraph(report, text);
 }
 
-static OmStatus add_charts(OmReport* report, const Loop* loop) {
-    const OmRetractResult* r = loop->result;
+static OmStatus add_charts(OmReport* report, const OmSceneTask* task, const OmRetractResult* r) {
     int n = r->nsample, ne = r->naction;
     double *t = NULL, *y[4] = {NULL, NULL, NULL, NULL}, *event = NULL;
     OmStatus status = OM_OK;
@@ -68,7 +69,6 @@ static OmStatus add_charts(OmReport* report, const Loop* loop) {
         y[3][i] = r->sample[i].force_world;
     }
     for (int i = 0; i < ne; ++i) event[i] = r->action[i].begin;
-    const OmSceneTask* task = &loop->scene->task;
     OmReportChart chart = {.title = "Visibility of the ROI",
                            .x_label = "time, s",
                            .y_label = "% of its points",
@@ -110,7 +110,7 @@ done:
     return status;
 }
 
-static OmStatus add_actions(OmReport* report, const Loop* loop) {
+static OmStatus add_actions(OmReport* report, int grid, const OmRetractResult* r) {
     static const char* const verb[] = {
 #define VERB_TEXT(name, text) text,
         OM_PLAN_VERB_TABLE(VERB_TEXT)
@@ -119,7 +119,6 @@ static OmStatus add_actions(OmReport* report, const Loop* loop) {
     enum { NCOL = 8, LEN = 48 };
     static const char* const heading[NCOL] = {"time, s", "plan",     "action",     "block",
                                               "outcome", "ROI seen", "pull, twin", "pull, truth"};
-    const OmRetractResult* r = loop->result;
     int n = r->naction;
     OmStatus status = OM_OK;
     char* text = NULL;
@@ -133,8 +132,7 @@ static OmStatus add_actions(OmReport* report, const Loop* loop) {
         snprintf(c[1], LEN, "%d%s", a->plan + 1, a->is_replanned ? " (new)" : "");
         snprintf(c[2], LEN, "%s %s", arm_name(a->arm), verb[a->verb]);
         if (a->block >= 0)
-            snprintf(c[3], LEN, "(%d,%d)", a->block % loop->grid.n + 1,
-                     a->block / loop->grid.n + 1);
+            snprintf(c[3], LEN, "(%d,%d)", a->block % grid + 1, a->block / grid + 1);
         else
             snprintf(c[3], LEN, "-");
         snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
@@ -150,20 +148,22 @@ done:
     return status;
 }
 
-static void add_settings(OmReport* report, const Loop* loop) {
-    const OmScene* s = loop->scene;
-    char text[2048], twin[512], truth[512] = "unknown";
-    om_body_describe(s, om_body_site(loop->twin), twin, sizeof twin);
-    const OmBody* body = om_world_truth(loop->world);
-    if (body) om_body_describe(s, om_body_site(body), truth, sizeof truth);
-    snprintf(
-        text, sizeof text,
-        "Twin: %d vertices, %d tetrahedra, %s. Simulated truth: %d vertices, %d tetrahedra, %s; "
-        "measured tips are off by %.2g mm. Rayleigh damping %.3g 1/s on mass and %.3g s on "
-        "stiffness, time step %.0f ms.",
-        loop->result->twin_nvert, loop->result->twin_ntet, twin, loop->result->world_nvert,
-        loop->result->world_ntet, truth, 1e3 * s->world.tool_noise, s->tissue.rayleigh_mass,
-        s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
+static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetractResult* r) {
+    const OmScene* s = rec->def.scene;
+    char text[2048], body[512];
+    om_body_describe(s, om_body_site(rec->def.twin), body, sizeof body);
+    int n = snprintf(text, sizeof text, "Twin: %d vertices, %d tetrahedra, %s. ", r->twin_nvert,
+                     r->twin_ntet, body);
+    if (rec->def.truth) {
+        om_body_describe(s, om_body_site(rec->def.truth), body, sizeof body);
+        n += snprintf(text + n, sizeof text - (size_t)n,
+                      "Simulated truth: %d vertices, %d tetrahedra, %s; measured tips are off by "
+                      "%.2g mm. ",
+                      r->world_nvert, r->world_ntet, body, 1e3 * s->world.tool_noise);
+    }
+    snprintf(text + n, sizeof text - (size_t)n,
+             "Rayleigh damping %.3g 1/s on mass and %.3g s on stiffness, time step %.0f ms.",
+             s->tissue.rayleigh_mass, s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
     om_report_paragraph(report, text);
     char margin[80] = "";
     if (s->task.force_margin > 0)
@@ -195,7 +195,7 @@ static OmStatus add_frame(OmReport* report, const Frame* f, int factor) {
 }
 
 // A few pictures at once; more of a long run are folded, at half the size.
-static OmStatus add_frames(OmReport* report, const Recorder* rec) {
+static OmStatus add_frames(OmReport* report, const OmRecorder* rec) {
     enum { NOPEN = 9, NFOLDED = 36 };
     char summary[160];
     const int n = rec->nframe, nopen = n < NOPEN + 3 ? n : NOPEN;
@@ -215,25 +215,25 @@ static OmStatus add_frames(OmReport* report, const Recorder* rec) {
     return OM_OK;
 }
 
-OmStatus om__report_write(const Recorder* rec, const Loop* loop) {
+OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     char subtitle[192], path[1100];
-    snprintf(subtitle, sizeof subtitle, "scene %s, layout %d", loop->scene->name,
-             loop->scene->seed);
+    snprintf(subtitle, sizeof subtitle, "scene %s, layout %d", rec->def.scene->name,
+             rec->def.scene->seed);
     OM_TRY(om_path_join(rec->folder.path, "report.html", path, sizeof path));
     OmReport report;
     om_report_begin(&report, "Tissue retraction", subtitle);
-    om_report_verdict(&report, loop->result->reason, loop->result->is_exposed);
-    add_start(&report, loop);
-    add_facts(&report, loop);
+    om_report_verdict(&report, r->reason, r->is_exposed);
+    add_start(&report, r);
+    add_facts(&report, r);
     om_report_heading(&report, "What the endoscope saw");
     OmStatus status = add_frames(&report, rec);
     om_report_heading(&report, "The course of it");
-    if (status == OM_OK) status = add_charts(&report, loop);
+    if (status == OM_OK) status = add_charts(&report, &rec->def.scene->task, r);
     om_report_heading(&report, "What was done");
-    if (status == OM_OK) status = add_actions(&report, loop);
+    if (status == OM_OK) status = add_actions(&report, rec->def.scene->task.grid, r);
     om_report_details(&report, "Every plan, and why", rec->plans.str ? rec->plans.str : "");
     om_report_heading(&report, "Settings");
-    add_settings(&report, loop);
+    add_settings(&report, rec, r);
     om_report_paragraph(
         &report, "run.vtkhdf opens in ParaView 5.11 or later as a time series; run.json holds the "
                  "numbers of this page.");

@@ -2,146 +2,35 @@
 #include <string.h>
 
 #include "defras/defras_internal.h"
+#include "omentum/defras.h"
+#include "omentum/defras_recorder.h"
 
 #define RETRACT_COOKIE 0x0de78a5
-
-const char* om_action_outcome_text(OmActionOutcome outcome) {
-    switch (outcome) {
-    case OM_ACTION_DONE: return "done";
-    case OM_ACTION_EXPOSED: return "ROI exposed";
-    case OM_ACTION_FORCE: return "stopped by force";
-    case OM_ACTION_HEIGHT: return "stopped by height";
-    case OM_ACTION_UNREACHED: return "out of reach";
-    case OM_ACTION_EMPTY: return "nothing grasped";
-    }
-    return "";
-}
-
-const char* om_retract_outcome_text(OmRetractOutcome outcome) {
-    switch (outcome) {
-    case OM_RETRACT_EXPOSED: return "exposed";
-    case OM_RETRACT_IN_VIEW: return "in_view_at_start";
-    case OM_RETRACT_GAVE_UP: return "gave_up";
-    case OM_RETRACT_NO_PLAN: return "no_plan_left";
-    case OM_RETRACT_CANCELLED: return "cancelled";
-    }
-    return "";
-}
 
 OmRetractDef om_retract_default_def(const OmScene* scene) {
     return (OmRetractDef){.cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1};
 }
 
-void om_retract_result_done(OmRetractResult* result) {
-    if (!result) return;
-    om_free(result->action);
-    om_free(result->sample);
-    memset(result, 0, sizeof *result);
-}
-
 // ---- beginning ------------------------------------------------------------------------------------------
 
-// Mean displacement of a body's vertices from the mesh they started from, m.
-static double mean_shift(const OmBody* body) {
-    const OmTetMesh* mesh = &om_body_site(body)->mesh;
-    double sum = 0;
-    for (int v = 0; v < mesh->nvert; ++v)
-        sum += om_distance(om_load3(om_body_x(body), v), om_load3(mesh->x, v));
-    return sum / mesh->nvert;
-}
+// All that a loop on a scene needs.
+typedef struct Setup {
+    OmSite twin_site, world_site;
+    OmBody* twin;
+    OmWorld* world;
+    OmPlanner* planner;
+    OmRecorder* recorder;  // null: nothing is written
+    OmLoop* loop;
+} Setup;
 
-// Let twin and truth come to rest, and note whether the tissue stayed where the scene puts it.
-static OmStatus settle(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    OmBody* truth = om_world_truth(loop->world);
-    double dt = loop->scene->task.time_step;
-    OmStatus twin = om_body_settle(loop->twin, dt, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME);
-    OM_TRY(twin);
-    OmStatus world = om_world_reset(loop->world);
-    OM_TRY(world);
-    r->is_settled = twin == OM_OK && world == OM_OK;
-    r->twin_shift = mean_shift(loop->twin);
-    r->world_shift = mean_shift(truth);
-    double half = fmin(loop->grid.half.x, loop->grid.half.y);
-    r->has_slid = fmax(r->twin_shift, r->world_shift) > OM_RETRACT_SLID * half;
-    return OM_OK;
-}
-
-static OmStatus begin(Loop* loop) {
-    const OmScene* scene = loop->scene;
-    OM_TRY(om_site_build(scene, OM_SITE_TWIN, loop->progress, &loop->twin_site));
-    OM_TRY(om_site_build(scene, OM_SITE_WORLD, loop->progress, &loop->world_site));
-    OM_TRY(om_world_check_visible(scene, &loop->twin_site));
-    OM_TRY(om_body_create(scene, &loop->twin_site, loop->def->nworker, &loop->twin));
-    OM_TRY(om_world_create_simulated(scene, &loop->world_site, loop->def->nworker, &loop->world));
-    OmPlannerDef planner = om_planner_default_def();
-    planner.program = loop->def->program;
-    planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
-    OM_TRY(om_planner_create(&planner, &loop->planner));
-    OM_TRY(om__grid_build(scene, &loop->twin_site, &loop->grid));
-    for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
-    loop->apart = om__grid_length(&loop->grid, APART);
-    loop->rate = 1.0;
-    OmRetractResult* r = loop->result;
-    r->twin_nvert = loop->twin_site.mesh.nvert;
-    r->twin_ntet = loop->twin_site.mesh.ntet;
-    r->world_nvert = loop->world_site.mesh.nvert;
-    r->world_ntet = loop->world_site.mesh.ntet;
-    OM_TRY(settle(loop));
-    if (loop->def->out_dir) OM_TRY(om__recorder_create(loop, &loop->recorder));
-    loop->twin_wall = 0;
-    return om__loop_tick(loop);
-}
-
-static void end(Loop* loop) {
-    om__recorder_destroy(loop->recorder);
-    om_world_destroy(loop->world);
-    om_body_destroy(loop->twin);
-    om_planner_destroy(loop->planner);
-    om_site_done(&loop->twin_site);
-    om_site_done(&loop->world_site);
-    om_free(loop->plan_ms);
-}
-
-// ---- the run --------------------------------------------------------------------------------------------
-
-static void summarise(Loop* loop, double wall_start) {
-    OmRetractResult* r = loop->result;
-    r->visibility_end = loop->visibility;
-    if (!om_world_truth(loop->world)) r->force_world_max = r->force_more = r->force_less = NAN;
-    r->time = loop->time;
-    r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
-    r->hash = om_body_hash(om_world_truth(loop->world));
-    r->twin_nbad = om_body_nbad(loop->twin);
-    r->world_nbad = om_body_nbad(om_world_truth(loop->world));
-    if (r->nplan > 0) {
-        om_sort_doubles(loop->plan_ms, r->nplan);
-        r->plan_ms_median = loop->plan_ms[r->nplan / 2];
-        r->plan_ms_max = loop->plan_ms[r->nplan - 1];
-    }
-    r->wall_time = om_clock_now() - wall_start;
-}
-
-// Tick until the end; progress can cancel.
-static OmStatus tick_to_end(Loop* loop) {
-    OM_TRY(om__loop_decide(loop));
-    while (loop->stage != STAGE_ENDED) {
-        OM_TRY(om__loop_tick(loop));
-        OM_TRY(om__loop_decide(loop));
-    }
-    return OM_OK;
-}
-
-// The record of a run that is cancelled; it is no reason to lose what was seen.
-static OmStatus keep_part(Loop* loop, double wall_start) {
-    OmRetractResult* r = loop->result;
-    r->outcome = OM_RETRACT_CANCELLED;
-    snprintf(r->reason, sizeof r->reason, "cancelled after %d actions and %.1f s", r->naction,
-             loop->time);
-    summarise(loop, wall_start);
-    OM_TRY(om__recorder_commit(loop->recorder, loop, true));
-    return om_error(OM_CANCELLED, "cancelled; the record so far is in %s",
-                    om__recorder_place(loop->recorder));
+static void setup_done(Setup* s) {
+    om_loop_destroy(s->loop);
+    om_recorder_destroy(s->recorder);
+    om_world_destroy(s->world);
+    om_body_destroy(s->twin);
+    om_planner_destroy(s->planner);
+    om_site_done(&s->twin_site);
+    om_site_done(&s->world_site);
 }
 
 static OmStatus check_def(const OmRetractDef* def) {
@@ -152,6 +41,66 @@ static OmStatus check_def(const OmRetractDef* def) {
              "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
              task->force_threshold);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
+}
+
+// Sites, bodies, world and planner; world and twin come to rest.
+static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup* s,
+                      bool* is_settled) {
+    const OmScene* scene = def->scene;
+    OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
+    OM_TRY(om_site_build(scene, OM_SITE_WORLD, progress, &s->world_site));
+    OM_TRY(om_world_check_visible(scene, &s->twin_site));
+    OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
+    OM_TRY(om_world_create_simulated(scene, &s->world_site, def->nworker, &s->world));
+    OmPlannerDef planner = om_planner_default_def();
+    planner.program = def->program;
+    planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
+    OM_TRY(om_planner_create(&planner, &s->planner));
+    OmStatus twin =
+        om_body_settle(s->twin, scene->task.time_step, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME);
+    OM_TRY(twin);
+    OmStatus world = om_world_reset(s->world);
+    *is_settled = twin == OM_OK && world == OM_OK;
+    return world;
+}
+
+static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup* s) {
+    double wall_begin = om_clock_now();
+    bool is_settled = false;
+    OM_TRY(build(def, progress, s, &is_settled));
+    OmLoopDef loop = om_loop_default_def(&def->scene->task, s->world, s->twin, s->planner);
+    OmLoopListener listener;
+    loop.truth = om_world_truth(s->world);
+    loop.is_settled = is_settled;
+    loop.wall_begin = wall_begin;
+    if (def->out_dir) {
+        OmRecorderDef rec =
+            om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
+        rec.truth = loop.truth;
+        rec.frame_every = def->frame_every;
+        OM_TRY(om_recorder_create(&rec, &s->recorder));
+        listener = om_recorder_listener(s->recorder);
+        loop.listener = &listener;
+        loop.nlistener = 1;
+    }
+    return om_loop_create(&loop, &s->loop);
+}
+
+// ---- the run --------------------------------------------------------------------------------------------
+
+// Tick to the end. Progress may cancel the run: the record so far is kept.
+static OmStatus run(const Setup* s, int max_actions, const OmProgress* progress) {
+    while (om_loop_phase(s->loop) != OM_LOOP_ENDED) {
+        OM_TRY(om_loop_tick(s->loop));
+        const int naction = om_loop_result(s->loop)->naction;
+        OmStatus status = om_progress_report(progress, "retracting", naction, max_actions);
+        if (status >= 0 || om_loop_phase(s->loop) == OM_LOOP_ENDED) continue;
+        OM_TRY(om_loop_command(s->loop, &(OmLoopCommand){OM_LOOP_CANCEL}));
+        if (!s->recorder) return om_error(OM_CANCELLED, "%s", om_loop_result(s->loop)->reason);
+        return om_error(OM_CANCELLED, "cancelled; the record so far is in %s",
+                        om_recorder_place(s->recorder));
+    }
     return OM_OK;
 }
 
@@ -159,25 +108,11 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
                         OmRetractResult* result) {
     memset(result, 0, sizeof *result);
     OM_TRY(check_def(def));
-    if (def->out_dir) OM_TRY(om_folder_check(def->out_dir, OM__RETRACT_KIND));
-    double wall_start = om_clock_now();
-    Loop* loop = om_calloc(1, sizeof *loop);
-    if (!loop) return OM_NO_MEMORY;
-    loop->scene = def->scene;
-    loop->def = def;
-    loop->progress = progress;
-    loop->result = result;
-    OmStatus status = begin(loop);
-    if (status >= 0) status = tick_to_end(loop);
-    if (status == OM_CANCELLED && loop->recorder) {
-        status = keep_part(loop, wall_start);
-    } else if (status >= 0) {
-        summarise(loop, wall_start);
-        status = loop->recorder ? om__recorder_commit(loop->recorder, loop, false) : OM_OK;
-    }
-    end(loop);
-    om_free(loop);
-    if (status < 0) om_retract_result_done(result);
+    Setup setup = {0};
+    OmStatus status = begin(def, progress, &setup);
+    if (status >= 0) status = run(&setup, def->scene->task.max_actions, progress);
+    if (status >= 0) om_loop_take_result(setup.loop, result);
+    setup_done(&setup);
     return status;
 }
 
@@ -191,51 +126,53 @@ static int count_attached(const OmBody* body) {
     return num;
 }
 
-static void fill_estimate(const Loop* loop, OmRetractEstimate* e) {
-    const OmRetractResult* r = loop->result;
-    const OmSceneCamera* camera = &loop->scene->endoscope;
+static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEstimate* e) {
+    const OmLoop* loop = s->loop;
+    const OmRetractResult* r = om_loop_result(loop);
+    const OmSceneCamera* camera = &def->scene->endoscope;
     e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
     e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
-    e->twin_nattached = count_attached(loop->twin);
-    e->world_nattached = count_attached(om_world_truth(loop->world));
+    e->twin_nattached = count_attached(s->twin);
+    e->world_nattached = count_attached(om_world_truth(s->world));
     e->nblock = loop->grid.n * loop->grid.n;
     for (int b = 0; b < e->nblock; ++b)
-        e->ngrasp += loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, loop->twin, b);
-    e->visibility = loop->visibility;
+        e->ngrasp += loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, s->twin, b);
+    e->visibility = om_loop_sample(loop).visibility;
     e->is_settled = r->is_settled;
     e->has_slid = r->has_slid;
-    int every = loop->def->frame_every, max = loop->scene->task.max_actions;
+    int every = def->frame_every, max = def->scene->task.max_actions;
     double nframe = 1 + (every > 0 ? max / every : 0);
     e->picture_bytes = nframe * 3.0 * camera->width * camera->height;
+}
+
+// A first look and a first plan, then ticks with the arms paused.
+static OmStatus estimate_loop(const OmRetractDef* def, const Setup* s, OmRetractEstimate* e) {
+    double start = om_clock_now();
+    OM_TRY(om_loop_command(s->loop, &(OmLoopCommand){OM_LOOP_PAUSE}));
+    OM_TRY(om_loop_tick(s->loop));
+    fill_estimate(def, s, e);
+    OmStatus status = om__loop_plan(s->loop);
+    OM_TRY(status);
+    e->nplanned = status == OM_OK ? s->loop->plan.naction : 0;
+    e->begin_time += om_clock_now() - start;
+    const double tick_start = om_clock_now(), time = s->loop->time;
+    int ntick = (int)ceil(OM_RETRACT_CHECK_TIME / def->scene->task.time_step);
+    for (int i = 0; i < ntick; ++i) OM_TRY(om_loop_tick(s->loop));
+    e->time_rate = (om_clock_now() - tick_start) / fmax(1e-3, s->loop->time - time);
+    return OM_OK;
 }
 
 OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
                           OmRetractEstimate* estimate) {
     memset(estimate, 0, sizeof *estimate);
     OM_TRY(check_def(def));
-    double start = om_clock_now();
-    OmRetractResult result = {0};
-    Loop* loop = om_calloc(1, sizeof *loop);
-    if (!loop) return OM_NO_MEMORY;
-    loop->scene = def->scene;
-    loop->def = def;
-    loop->progress = progress;
-    loop->result = &result;
-    OmStatus status = begin(loop);
-    if (status < 0) goto done;
-    fill_estimate(loop, estimate);
-    status = om__loop_plan(loop);
-    if (status < 0) goto done;
-    estimate->nplanned = status == OM_OK ? loop->plan.naction : 0;
+    const double start = om_clock_now();
+    OmRetractDef unwritten = *def;
+    unwritten.out_dir = NULL;
+    Setup setup = {0};
+    OmStatus status = begin(&unwritten, progress, &setup);
     estimate->begin_time = om_clock_now() - start;
-    double tick_start = om_clock_now(), time = loop->time;
-    int ntick = (int)ceil(OM_RETRACT_CHECK_TIME / def->scene->task.time_step);
-    status = OM_OK;
-    for (int i = 0; i < ntick && status >= 0; ++i) status = om__loop_tick(loop);
-    estimate->time_rate = (om_clock_now() - tick_start) / fmax(1e-3, loop->time - time);
-done:
-    end(loop);
-    om_free(loop);
-    om_retract_result_done(&result);
-    return status < 0 ? status : OM_OK;
+    if (status >= 0) status = estimate_loop(def, &setup, estimate);
+    setup_done(&setup);
+    return status;
 }

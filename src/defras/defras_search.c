@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "defras/defras_trial.h"
+#include "omentum/defras.h"
 
 typedef struct Search {
     const OmScene* scene;

@@ -9,7 +9,7 @@
 #define STILL_RATE 0.02  // share of the speed above the limit
 #define LOOK_EVERY 5     // ticks between looks through the endoscope
 
-static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
+static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     double start = om_clock_now();
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         if (!om_body_is_holding(loop->twin, a)) continue;
@@ -29,9 +29,9 @@ static OmStatus step_twin(Loop* loop, const OmObservation* obs, double dt) {
 }
 
 // The truth's force is recorded and never acted on.
-static OmStatus watch_truth(Loop* loop) {
-    OmRetractResult* r = loop->result;
-    OmBody* truth = om_world_truth(loop->world);
+static OmStatus watch_truth(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    OmBody* truth = loop->truth;
     loop->force_world = NAN;
     if (!truth) return OM_OK;
     double was = loop->force_world_last, largest = 0;
@@ -46,7 +46,7 @@ static OmStatus watch_truth(Loop* loop) {
         r->force_more = fmax(r->force_more, force - loop->force[a]);
         r->force_less = fmax(r->force_less, loop->force[a] - force);
     }
-    double epsilon = loop->scene->task.force_threshold;
+    double epsilon = loop->task.force_threshold;
     if (largest > epsilon && !(was > epsilon)) ++r->nforce_world;
     loop->force_world = loop->force_world_last = largest;
     loop->force_world_action = fmax(loop->force_world_action, largest);
@@ -54,14 +54,14 @@ static OmStatus watch_truth(Loop* loop) {
     return OM_OK;
 }
 
-static void watch_force(Loop* loop) {
-    double limit = om__force_limit(&loop->scene->task), largest = 0;
+static void watch_force(OmLoop* loop) {
+    double limit = om__force_limit(&loop->task), largest = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->force[a]);
     loop->force_action = fmax(loop->force_action, largest);
-    loop->result->force_max = fmax(loop->result->force_max, largest);
+    loop->result.force_max = fmax(loop->result.force_max, largest);
     bool is_over = largest > limit;
-    if (is_over && !loop->is_over) ++loop->result->nforce;
-    if (is_over) loop->over_time += loop->scene->task.time_step;
+    if (is_over && !loop->is_over) ++loop->result.nforce;
+    if (is_over) loop->over_time += loop->task.time_step;
     loop->is_over = is_over;
     // Full speed up to SLOW_FROM of the limit, then less and less of it, in steps.
     double way = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));
@@ -69,8 +69,20 @@ static void watch_force(Loop* loop) {
     loop->rate = is_over ? STILL_RATE : rate;
 }
 
-static OmStatus add_sample(Loop* loop) {
-    OmRetractResult* r = loop->result;
+OmRetractSample om__loop_sample(const OmLoop* loop) {
+    OmRetractSample s = {.time = loop->time,
+                         .visibility = loop->visibility,
+                         .force_world = loop->force_world,
+                         .speed_rate = loop->rate};
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        s.force = fmax(s.force, loop->force[a]);
+        if (loop->arm[a].in_hand >= 0) s.height = fmax(s.height, loop->arm[a].lift);
+    }
+    return s;
+}
+
+static OmStatus add_sample(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
     if (r->nsample == loop->sample_capacity) {
         int capacity = loop->sample_capacity ? 2 * loop->sample_capacity : 256;
         OmRetractSample* grown =
@@ -79,20 +91,12 @@ static OmStatus add_sample(Loop* loop) {
         r->sample = grown;
         loop->sample_capacity = capacity;
     }
-    OmRetractSample* s = &r->sample[r->nsample++];
-    *s = (OmRetractSample){.time = loop->time,
-                           .visibility = loop->visibility,
-                           .force_world = loop->force_world,
-                           .speed_rate = loop->rate};
-    for (int a = 0; a < OM_MAX_ARM; ++a) {
-        s->force = fmax(s->force, loop->force[a]);
-        if (loop->arm[a].in_hand >= 0) s->height = fmax(s->height, loop->arm[a].lift);
-    }
+    r->sample[r->nsample++] = om__loop_sample(loop);
     return OM_OK;
 }
 
-OmStatus om__loop_tick(Loop* loop) {
-    double dt = loop->scene->task.time_step;
+OmStatus om__loop_step(OmLoop* loop) {
+    double dt = loop->task.time_step;
     OmStatus status = om_world_advance(loop->world, dt);
     if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->time);
     bool is_look = loop->tick % LOOK_EVERY == 0;
@@ -112,9 +116,9 @@ OmStatus om__loop_tick(Loop* loop) {
     OM_TRY(status);
     watch_force(loop);
     OM_TRY(watch_truth(loop));
-    if (loop->recorder) OM_TRY(om__recorder_tick(loop->recorder, loop));
     if (is_look) OM_TRY(add_sample(loop));
     ++loop->tick;
-    int limit = loop->scene->task.max_actions;
-    return om_progress_report(loop->progress, "retracting", loop->result->naction, limit);
+    loop->result.time = loop->time;
+    loop->result.visibility_end = loop->visibility;
+    return OM_OK;
 }

@@ -21,7 +21,7 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
     OmStatus status = om_site_build(&t->scene, role, NULL, &t->site);
     if (status < 0) goto done;
     if (role != OM_SITE_TWIN) OM_TRY_DONE(om_site_build(&t->scene, OM_SITE_TWIN, NULL, &twin));
-    OM_TRY_DONE(om__grid_build(&t->scene, role == OM_SITE_TWIN ? &t->site : &twin, &t->grid));
+    OM_TRY_DONE(om__grid_build(&t->scene.task, role == OM_SITE_TWIN ? &t->site : &twin, &t->grid));
     OM_TRY_DONE(om_body_create(&t->scene, &t->site, nworker, &t->body));
     OM_TRY_DONE(om_view_create(&t->scene, &t->site, &t->view));
     OM_TRY_DONE(om_body_settle(t->body, t->scene.task.time_step, SETTLE_SPEED, SETTLE_TIME));

@@ -11,7 +11,7 @@ static void the_finest_grid_fits(void** state) {
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
     Grid* grid = om_alloc(1, sizeof *grid);  // the sanitizer watches its end
     assert_non_null(grid);
-    assert_ok(om__grid_build(&scene, &site, grid));
+    assert_ok(om__grid_build(&scene.task, &site, grid));
     for (int b = 0; b < OM_SCENE_MAX_GRID * OM_SCENE_MAX_GRID; ++b) {
         int ix = b % OM_SCENE_MAX_GRID, iy = b / OM_SCENE_MAX_GRID;
         assert_true(grid->vert[b] >= 0);
@@ -22,7 +22,7 @@ static void the_finest_grid_fits(void** state) {
     }
     for (int n = OM_SCENE_MAX_GRID + 1; n <= 20; ++n) {
         scene.task.grid = n;
-        assert_status(om__grid_build(&scene, &site, grid), OM_INVALID);
+        assert_status(om__grid_build(&scene.task, &site, grid), OM_INVALID);
         assert_non_null(strstr(om_error_message(), "1 to 16"));
     }
     om_free(grid);

@@ -8,6 +8,7 @@
 
 #include "defras/defras_internal.h"
 #include "defras/defras_trial.h"
+#include "omentum/defras.h"
 
 static void run(const OmScene* scene, const char* dir, OmRetractResult* r) {
     OmRetractDef def = om_retract_default_def(scene);
@@ -48,7 +49,7 @@ static void test_grid(void** state) {
     Grid grid;
     assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
     assert_ok(om_body_create(&scene, &site, 1, &body));
-    assert_ok(om__grid_build(&scene, &site, &grid));
+    assert_ok(om__grid_build(&scene.task, &site, &grid));
     for (int b = 0; b < 16; ++b) {
         double x = -0.045 + 0.03 * (b % 4), y = -0.045 + 0.03 * (b / 4);
         assert_near(grid.center[3 * b], x, 1e-12);
@@ -73,11 +74,13 @@ static void test_fluents(void** state) {
     OmScene scene = easy_scene();
     scene.task.pull_step = 0.01;
     scene.task.max_height = 0.05;
-    Loop* loop = calloc(1, sizeof *loop);
-    loop->scene = &scene;
-    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
-    assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
-    assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+    OmSite site;
+    OmLoop* loop = calloc(1, sizeof *loop);
+    loop->task = scene.task;
+    loop->narm = 2;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &loop->twin));
+    assert_ok(om__grid_build(&scene.task, &site, &loop->grid));
     loop->arm[0] = (ArmState){.at = 3, .in_hand = 3, .is_closed = true, .lift = 0.0297};
     loop->arm[1] = (ArmState){.at = 7, .in_hand = -1, .is_max_force = true, .lift = 0.02};
     loop->tried[5] = OM_TRIED_GRASP;
@@ -96,7 +99,7 @@ static void test_fluents(void** state) {
     om__sense_fluents(loop, &loop->situation);
     assert_true(loop->situation.arm[0].is_max_height);
     om_body_destroy(loop->twin);
-    om_site_done(&loop->twin_site);
+    om_site_done(&site);
     free(loop);
 }
 
@@ -105,12 +108,14 @@ static void test_fluents(void** state) {
 static void test_attempts_are_kept_apart(void** state) {
     (void)state;
     OmScene scene = easy_scene();
-    Loop* loop = calloc(1, sizeof *loop);
-    loop->scene = &scene;
+    OmSite site;
+    OmLoop* loop = calloc(1, sizeof *loop);
+    loop->task = scene.task;
+    loop->narm = 2;
     scene.task.grid = 10;
-    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
-    assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
-    assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_ok(om_body_create(&scene, &site, 1, &loop->twin));
+    assert_ok(om__grid_build(&scene.task, &site, &loop->grid));
     loop->arm[0] = loop->arm[1] = (ArmState){.at = -1, .in_hand = -1};
     loop->apart = om__grid_length(&loop->grid, APART);
     assert_near(loop->apart, 0.0216, 1e-12);
@@ -139,13 +144,13 @@ static void test_attempts_are_kept_apart(void** state) {
     for (int b = 0; b < 100; ++b)
         assert_int_equal(loop->situation.tried[b], b >= 31 && b <= 33 ? OM_TRIED_GRASP : 0);
     om_body_destroy(loop->twin);
-    om_site_done(&loop->twin_site);
+    om_site_done(&site);
     // Up to 5 x 5 blocks every block is on its own.
     for (int n = 2; n <= 5; ++n) {
         scene.task.grid = n;
-        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &loop->twin_site));
-        assert_ok(om_body_create(&scene, &loop->twin_site, 1, &loop->twin));
-        assert_ok(om__grid_build(&scene, &loop->twin_site, &loop->grid));
+        assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+        assert_ok(om_body_create(&scene, &site, 1, &loop->twin));
+        assert_ok(om__grid_build(&scene.task, &site, &loop->grid));
         memset(loop->is_spent, 0, sizeof loop->is_spent);
         memset(loop->tried, 0, sizeof loop->tried);
         for (int b = 1; b < n * n; ++b) loop->is_spent[b] = true;
@@ -153,7 +158,7 @@ static void test_attempts_are_kept_apart(void** state) {
         om__sense_fluents(loop, &loop->situation);
         assert_int_equal(loop->nlater, 0);
         om_body_destroy(loop->twin);
-        om_site_done(&loop->twin_site);
+        om_site_done(&site);
     }
     free(loop);
 }

@@ -6,6 +6,7 @@
 #include "easy_scene.h"
 
 #include "defras/defras_internal.h"
+#include "omentum/defras.h"
 
 static void run(const OmScene* scene, int nworker, const char* dir, OmRetractResult* r) {
     OmRetractDef def = om_retract_default_def(scene);

@@ -1,0 +1,194 @@
+/// omentum/defras_loop.h: the deliberative loop of tissue retraction, one tick at a time (floor 6; thesis chapter 6).
+///
+/// Sense, turn the measurements into fluents (Alg. 4), plan, act, until the endoscope sees the region of interest. The
+/// world, the twin and the planner are handed in; the loop commands the arms of the world through observations alone.
+/// A tick is one time step. Listeners record it, draw it, or stop it.
+///
+///     OmLoopDef def = om_loop_default_def(&scene.task, world, twin, planner);
+///     OmLoop* loop;
+///     om_loop_create(&def, &loop);
+///     while (status == OM_OK && om_loop_phase(loop) != OM_LOOP_ENDED) status = om_loop_tick(loop);
+///     puts(om_loop_result(loop)->reason);
+///     om_loop_destroy(loop);
+#ifndef OMENTUM_DEFRAS_LOOP_H
+#define OMENTUM_DEFRAS_LOOP_H
+
+#include "omentum/body.h"
+#include "omentum/plan.h"
+#include "omentum/scene.h"
+#include "omentum/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- the record of a loop ---------------------------------------------------------------------------------
+
+typedef struct OmRetractSample {  // one instant
+    double time;                  // s
+    double visibility;            // 0 to 1
+    double force;        // N, by the twin, the larger of both arms: pull less the weight carried
+    double force_world;  // N, the same in the simulated truth; NAN without a truth
+    double height;       // m, the higher of the arms that hold tissue, over where it was grasped
+    double speed_rate;   // 1, or less while slowed down by force
+} OmRetractSample;
+
+#define OM_RETRACT_SAMPLE 0.1  // s between the samples of a result
+#define OM_RETRACT_SLID 0.15   // see OmRetractResult.has_slid
+
+typedef enum OmActionOutcome {
+    OM_ACTION_DONE,       // it ended as planned
+    OM_ACTION_EXPOSED,    // the ROI came into view during the motion
+    OM_ACTION_FORCE,      // stopped: force above the threshold, even when slowed down
+    OM_ACTION_HEIGHT,     // stopped: the height limit
+    OM_ACTION_UNREACHED,  // the arm could not go there
+    OM_ACTION_EMPTY,      // no tissue between the jaws
+    OM_ACTION_ABORTED     // a command ended the loop during the action
+} OmActionOutcome;
+OM_API const char* om_action_outcome_text(OmActionOutcome outcome);
+
+typedef struct OmRetractAction {  // one executed action
+    OmPlanVerb verb;
+    int arm, block;     // block -1: none
+    double begin, end;  // s
+    OmActionOutcome outcome;
+    double visibility;       // at its end
+    double force_max;        // N, during it, by the twin
+    double force_world_max;  // N, during it, in the truth; NAN without a truth
+    bool is_replanned;       // a new plan starts with it
+    int plan;                // which plan, from 0
+} OmRetractAction;
+
+typedef enum OmRetractOutcome {
+    OM_RETRACT_EXPOSED,  // the arms exposed the ROI: visibility reached the scene's limit and stayed
+    OM_RETRACT_IN_VIEW,    // the ROI was in view before any action: the scene hides nothing
+    OM_RETRACT_GAVE_UP,    // the scene's number of actions was reached
+    OM_RETRACT_NO_PLAN,    // no grasping point is left
+    OM_RETRACT_CANCELLED,  // the program that runs the loop was cancelled
+    OM_RETRACT_ABORTED     // a person or a program aborted the operation
+} OmRetractOutcome;
+/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted".
+OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
+
+typedef struct OmRetractResult {  // om_retract_result_done frees
+    OmRetractOutcome outcome;     //
+    bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
+    char reason[256];             // one sentence: how it ended
+    double visibility_start, visibility_end;
+    // Forces: the arms see those of the twin alone. The truth's are for judging; NAN without a truth.
+    double force_max;        // N, by the twin
+    double force_world_max;  // N, in the truth
+    double force_more;       // N, largest excess of the truth over the twin at one instant
+    double force_less;       // N, largest excess of the twin over the truth at one instant
+    int nforce;        // times the twin's force rose to where the arms act: threshold less margin
+    int nforce_world;  // times the truth's force rose above the threshold
+    double time;       // s of the operation
+    double wall_time;  // s it took here
+    double twin_step_ms;  // mean wall time of a twin step
+    int nplan;            // plans made
+    double plan_ms_median, plan_ms_max;
+    int naction;
+    OmRetractAction* action;
+    int nsample;
+    OmRetractSample* sample;
+    // The tissue comes to rest on its ground before the operation begins.
+    bool is_settled;  // twin and world were at rest when the operation began
+    double twin_shift,
+        world_shift;  // m, mean displacement of the vertices until then; NAN without a truth
+    bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
+    int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
+    int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth
+    uint64_t hash;  // of the truth's final state; of the twin's without a truth
+} OmRetractResult;
+OM_API void om_retract_result_done(OmRetractResult* result);
+
+// ---- listeners --------------------------------------------------------------------------------------------
+
+typedef struct OmLoop OmLoop;
+
+/// Functions that the loop calls; each may be null. A negative status ends the tick with this error. A listener may
+/// read the loop and command it (a command takes effect at the end of the tick); it does not tick or destroy the loop.
+typedef struct OmLoopListener {
+    void* ctx;  // first argument of every function; borrowed
+    OmStatus (*on_begin)(void* ctx, const OmLoop* loop);  // before the first tick
+    OmStatus (*on_tick)(void* ctx, const OmLoop* loop, const OmRetractSample* now);
+    OmStatus (*on_plan)(void* ctx, const OmLoop* loop, const OmSituation* situation,
+                        const OmPlan* plan);  // also of a plan without actions
+    OmStatus (*on_action_begin)(void* ctx, const OmLoop* loop, const OmPlanAction* action);
+    OmStatus (*on_action_end)(void* ctx, const OmLoop* loop, const OmRetractAction* action);
+    OmStatus (*on_end)(void* ctx, const OmLoop* loop, const OmRetractResult* result);
+} OmLoopListener;
+
+// ---- the loop -----------------------------------------------------------------------------------------------
+
+#define OM_LOOP_MAX_LISTENER 8
+
+typedef struct OmLoopDef {
+    OmCookie cookie;
+    const OmSceneTask* task;  // limits, speeds and grid; copied
+    OmWorld* world;           // borrowed, at its start (om_world_reset)
+    OmBody* twin;             // borrowed, at rest
+    OmPlanner* planner;       // borrowed
+    OmBody* truth;            // borrowed; recorded, never acted on; default null: there is none
+    const OmLoopListener* listener;  // called in this order; copied
+    int nlistener;                   // default 0, at most OM_LOOP_MAX_LISTENER
+    bool is_settled;    // twin and world are at rest; default true; recorded in the result
+    double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
+} OmLoopDef;
+
+OM_API OmLoopDef om_loop_default_def(const OmSceneTask* task, OmWorld* world, OmBody* twin,
+                                     OmPlanner* planner);
+
+typedef enum OmLoopPhase {
+    OM_LOOP_BEGIN,  // before the first look
+    OM_LOOP_HOLD,   // the ROI is seen: the arms hold still while the endoscope looks
+    OM_LOOP_PLAN,   // between two actions; only listeners see it
+    OM_LOOP_ACT,    // an action is under way
+    OM_LOOP_ENDED   // the result is complete
+} OmLoopPhase;
+
+typedef enum OmLoopCommandKind {
+    OM_LOOP_PAUSE,   // the arms stop; world and twin go on in time, the plan does not
+    OM_LOOP_RESUME,  // the action continues from where it stopped; a look at the ROI begins again
+    OM_LOOP_ABORT,   // the arms stop and stay, no jaw opens; the loop ends as OM_RETRACT_ABORTED
+    OM_LOOP_CANCEL   // the same, as OM_RETRACT_CANCELLED
+} OmLoopCommandKind;
+
+typedef struct OmLoopCommand {
+    OmLoopCommandKind kind;
+} OmLoopCommand;
+
+/// @return OM_OK; OM_INVALID (a field of the definition or of the task, a world that does not observe visibility,
+///         tissue without grasping points); OM_NO_MEMORY
+OM_API OmStatus om_loop_create(const OmLoopDef* def, OmLoop** loop);
+/// In any phase. The world keeps its last commands: abort before, to stop the arms.
+OM_API void om_loop_destroy(OmLoop* loop);
+/// Let one time step pass in world and twin, then decide what the arms do in the next one. A tick in which an action
+/// ends may also make the next plan. After an error the loop can only be destroyed.
+/// @return OM_OK; OM_INVALID (the loop has ended or failed, or a motion does not end); errors of the world, the twin,
+///         the planner and the listeners
+OM_API OmStatus om_loop_tick(OmLoop* loop);
+/// Takes effect at once; within a listener, at the end of the tick. A jaw that opens or closes completes its motion.
+/// @return OM_OK, also if the loop is already in that condition; OM_INVALID (no such command, too many within one tick,
+///         or the loop has ended or failed); errors of the world and of listeners
+OM_API OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command);
+
+OM_API OmLoopPhase om_loop_phase(const OmLoop* loop);
+OM_API bool om_loop_is_paused(const OmLoop* loop);
+OM_API int om_loop_ntick(const OmLoop* loop);               // ticks so far
+OM_API OmRetractSample om_loop_sample(const OmLoop* loop);  // of the last tick
+OM_API double om_loop_force(const OmLoop* loop,
+                            int arm);  // N, by the twin; 0 for an arm that holds nothing
+OM_API const OmPlan*
+om_loop_plan(const OmLoop* loop);  // the current plan; naction 0 before the first
+/// The current action, or null; valid until the next tick.
+OM_API const OmPlanAction* om_loop_action(const OmLoop* loop);
+/// The result so far; hash and times of planning are complete in phase OM_LOOP_ENDED. Valid until the next tick.
+OM_API const OmRetractResult* om_loop_result(const OmLoop* loop);
+/// Hand the result over: the caller frees it, the loop's own is empty from then on.
+OM_API void om_loop_take_result(OmLoop* loop, OmRetractResult* result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,275 @@
+// defras_decide.c: FRAS (6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
+//
+//     BEGIN ── HOLD ── ENDED (in view at the start)
+//       └───────┴── PLAN ── ACTION ──┬── HOLD ──┬── ENDED (exposed)
+//                    ^  └── ENDED    │          ├── ACTION (the ROI closed: the motion continues)
+//                    └───────────────┴──────────┘
+//
+// One tick is one step of world and twin, then a decision: the stages that need no time are left at once, until a stage
+// waits for the next tick.
+#include <string.h>
+
+#include "defras/defras_internal.h"
+
+#define HOLD_TIME 0.5   // s for which the ROI must be seen without a break
+#define HOLD_LIMIT 1.5  // s of holding still, at most
+#define MAX_GLIMPSE 8   // times a motion is continued after the ROI closed again
+// A motion stops at this visibility above the wanted one; once more for each glimpse.
+#define MARGIN 0.05
+
+// ---- the end ----------------------------------------------------------------------------------------------
+
+// A ROI in view before any action: the scene is no task, and the arms exposed nothing.
+static void end_in_view(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = OM_RETRACT_IN_VIEW;
+    int n = snprintf(r->reason, sizeof r->reason,
+                     "nothing to do: %.0f %% of the ROI is in view before any action",
+                     100 * loop->visibility);
+    size_t left = sizeof r->reason - (size_t)n;
+    if (r->has_slid)
+        snprintf(
+            r->reason + n, left,
+            "; the tissue slid off by %.0f mm while it settled: attach more of it, or elsewhere",
+            1e3 * fmax(r->twin_shift, r->world_shift));
+    else
+        snprintf(r->reason + n, left, "; move the ROI further under the tissue");
+}
+
+static void end_exposed(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = OM_RETRACT_EXPOSED;
+    r->is_exposed = true;
+    snprintf(r->reason, sizeof r->reason, "%.0f %% of the ROI exposed after %d actions in %.1f s",
+             100 * loop->visibility, r->naction, loop->time);
+}
+
+static void end_given_up(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = OM_RETRACT_GAVE_UP;
+    snprintf(r->reason, sizeof r->reason, "gave up after %d actions with %.0f %% of the ROI seen",
+             r->naction, 100 * loop->visibility);
+}
+
+static void end_without_plan(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = OM_RETRACT_NO_PLAN;
+    snprintf(
+        r->reason, sizeof r->reason,
+        "no plan is left after %d actions: every grasping point was tried, is attached or is out of "
+        "reach",
+        r->naction);
+}
+
+static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = outcome;
+    snprintf(r->reason, sizeof r->reason, "%s after %d actions and %.1f s",
+             om_retract_outcome_text(outcome), r->naction, loop->time);
+}
+
+// ---- planning -------------------------------------------------------------------------------------------
+
+OmStatus om__loop_plan(OmLoop* loop) {
+    om__sense_fluents(loop, &loop->situation);
+    OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
+    if (status < 0) return status;
+    OmRetractResult* r = &loop->result;
+    if (r->nplan == loop->plan_capacity) {
+        int capacity = loop->plan_capacity ? 2 * loop->plan_capacity : 16;
+        double* grown =
+            om_realloc(loop->plan_ms, (size_t)r->nplan, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        loop->plan_ms = grown;
+        loop->plan_capacity = capacity;
+    }
+    loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
+    OM_TRY(om__loop_tell_plan(loop));
+    return status;
+}
+
+static OmStatus decide_plan(OmLoop* loop) {
+    if (loop->result.naction >= loop->task.max_actions) {
+        end_given_up(loop);
+        return OM_OK;
+    }
+    OmStatus status = om__loop_plan(loop);
+    OM_TRY(status);
+    bool is_empty = status == OM_UNSAT || loop->plan.naction == 0;
+    if (is_empty && loop->nlater > 0) {
+        loop->apart *= 0.5;  // from far apart to close together
+    } else if (is_empty) {
+        end_without_plan(loop);
+    } else {
+        loop->action_index = loop->glimpse = 0;
+        loop->stage = STAGE_NEXT_ACTION;
+    }
+    return OM_OK;
+}
+
+// ---- actions --------------------------------------------------------------------------------------------
+
+// Set the fluents `tried` from an attempt that exposed nothing.
+static void learn(OmLoop* loop) {
+    const OmPlanAction* action = &loop->action.plan;
+    OmActionOutcome outcome = loop->action.outcome;
+    if (action->block < 0) return;
+    uint8_t* tried = &loop->tried[action->block];
+    bool is_gone =
+        outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;
+    if (action->verb == OM_PLAN_MOVE_ROI)
+        *tried |= OM_TRIED_MOVE_ROI;
+    else if (action->verb == OM_PLAN_MOVE_AWAY)
+        *tried |= OM_TRIED_MOVE_AWAY;
+    else if (is_gone)
+        *tried |= OM_TRIED_GRASP;
+    if (outcome == OM_ACTION_FORCE) *tried |= OM_TRIED_GRASP;
+    int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
+    if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
+    if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)
+        loop->is_spent[action->block] = true;
+}
+
+static OmStatus note_action(OmLoop* loop) {
+    OmRetractResult* r = &loop->result;
+    const OmPlanAction* action = &loop->action.plan;
+    if (r->naction == loop->action_capacity) {
+        int capacity = loop->action_capacity ? 2 * loop->action_capacity : 32;
+        OmRetractAction* grown =
+            om_realloc(r->action, (size_t)r->naction, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        r->action = grown;
+        loop->action_capacity = capacity;
+    }
+    r->action[r->naction++] =
+        (OmRetractAction){.verb = action->verb,
+                          .arm = action->arm,
+                          .block = action->block,
+                          .begin = loop->action_begin,
+                          .end = loop->time,
+                          .outcome = loop->action.outcome,
+                          .visibility = loop->visibility,
+                          .force_max = loop->force_action,
+                          .force_world_max = loop->truth ? loop->force_world_action : (double)NAN,
+                          .is_replanned = loop->action_index == 0 && loop->glimpse == 0,
+                          .plan = r->nplan - 1};
+    return om__loop_tell_action_end(loop);
+}
+
+// The arms keep their place and their tissue; an action under way is recorded as far as it came.
+OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
+    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    OmStatus status = OM_OK;
+    if (loop->stage == STAGE_ACTION) {
+        loop->action.outcome = OM_ACTION_ABORTED;
+        status = note_action(loop);
+    }
+    end_stopped(loop, outcome);
+    return status;
+}
+
+static void begin_hold(OmLoop* loop) {
+    loop->stage = STAGE_HOLD;
+    loop->hold_begin = loop->hold_since = loop->time;
+}
+
+// An action that does not end as planned ends the plan.
+static void leave_action(OmLoop* loop) {
+    OmActionOutcome outcome = loop->action.outcome;
+    if (loop->is_exposed) {
+        end_exposed(loop);
+        return;
+    }
+    bool is_last = loop->action_index + 1 == loop->plan.naction;
+    bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
+    if (is_last || is_broken) learn(loop);
+    bool is_over = loop->result.naction >= loop->task.max_actions;
+    loop->stage = is_last || is_broken || is_over ? STAGE_PLAN : STAGE_NEXT_ACTION;
+    loop->glimpse = 0;
+    ++loop->action_index;
+}
+
+static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
+    OM_TRY(note_action(loop));
+    *needs_tick = loop->visibility >= loop->task.visibility;
+    if (*needs_tick)
+        begin_hold(loop);
+    else
+        leave_action(loop);
+    return OM_OK;
+}
+
+static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
+    bool is_done;
+    loop->stage = STAGE_ACTION;
+    loop->action_begin = loop->time;
+    loop->margin = MARGIN * (1 + loop->glimpse);
+    OM_TRY(om__loop_tell_action_begin(loop));
+    OM_TRY(om__action_begin(loop, &loop->plan.action[loop->action_index], &is_done));
+    *needs_tick = !is_done;
+    return is_done ? end_action(loop, needs_tick) : OM_OK;
+}
+
+// ---- stages ---------------------------------------------------------------------------------------------
+
+// A glimpse of the ROI is no exposure: hold still and look. If the ROI closes, the motion is continued with a larger
+// margin.
+static void check_hold(OmLoop* loop, bool* needs_tick) {
+    if (loop->visibility < loop->task.visibility) loop->hold_since = loop->time;
+    loop->is_exposed = loop->time - loop->hold_since >= HOLD_TIME;
+    *needs_tick = !loop->is_exposed && loop->time - loop->hold_begin < HOLD_LIMIT;
+    if (*needs_tick) return;
+    const OmRetractResult* r = &loop->result;
+    if (r->naction == 0) {  // before any action
+        if (loop->is_exposed)
+            end_in_view(loop);
+        else
+            loop->stage = STAGE_PLAN;
+        return;
+    }
+    bool is_repeated = !loop->is_exposed && loop->action.outcome == OM_ACTION_EXPOSED &&
+                       r->naction < loop->task.max_actions && loop->glimpse + 1 < MAX_GLIMPSE;
+    if (!is_repeated) {
+        leave_action(loop);
+        return;
+    }
+    ++loop->glimpse;
+    loop->stage = STAGE_NEXT_ACTION;
+}
+
+static OmStatus check_action(OmLoop* loop, bool* needs_tick) {
+    bool is_done;
+    OM_TRY(om__action_check(loop, &is_done));
+    *needs_tick = !is_done;
+    return is_done ? end_action(loop, needs_tick) : OM_OK;
+}
+
+static OmStatus begin(OmLoop* loop, bool* needs_tick) {
+    loop->result.visibility_start = loop->visibility;
+    *needs_tick = loop->visibility >= loop->task.visibility;
+    if (*needs_tick)
+        begin_hold(loop);
+    else
+        loop->stage = STAGE_PLAN;
+    return OM_OK;
+}
+
+OmStatus om__loop_decide(OmLoop* loop) {
+    bool needs_tick = false;
+    while (!needs_tick && loop->stage != STAGE_ENDED) {
+        switch (loop->stage) {
+        case STAGE_BEGIN: OM_TRY(begin(loop, &needs_tick)); break;
+        case STAGE_HOLD: check_hold(loop, &needs_tick); break;
+        case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
+        case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
+        case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
+        case STAGE_ENDED: break;
+        }
+    }
+    return OM_OK;
+}

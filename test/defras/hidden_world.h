@@ -1,0 +1,52 @@
+// hidden_world.h: a world around a simulated one that shows commands and observations alone, as a real robot does.
+#ifndef OMENTUM_TEST_HIDDEN_WORLD_H
+#define OMENTUM_TEST_HIDDEN_WORLD_H
+
+#include "omentum/world.h"
+
+// om_world_truth, om_world_tool and om_world_render know nothing of it.
+typedef struct HiddenWorld {
+    OmWorld head;
+    OmWorld* inner;           // borrowed
+    int nmove, nstop, nopen;  // commands so far; nopen: the jaw was commanded to open
+    int fail_at;              // advance fails at this call, counted from 1; 0: never
+    int nadvance;
+} HiddenWorld;
+
+static void hidden_destroy(OmWorld* world) { (void)world; }
+static OmStatus hidden_move(OmWorld* world, int arm, OmPose goal, double speed) {
+    HiddenWorld* w = (HiddenWorld*)world;
+    ++w->nmove;
+    return om_world_move(w->inner, arm, goal, speed);
+}
+static OmStatus hidden_set_jaw(OmWorld* world, int arm, double angle) {
+    HiddenWorld* w = (HiddenWorld*)world;
+    w->nopen += angle > 0.1;
+    return om_world_set_jaw(w->inner, arm, angle);
+}
+static void hidden_stop(OmWorld* world, int arm) {
+    HiddenWorld* w = (HiddenWorld*)world;
+    ++w->nstop;
+    om_world_stop(w->inner, arm);
+}
+static OmStatus hidden_advance(OmWorld* world, double dt) {
+    HiddenWorld* w = (HiddenWorld*)world;
+    if (++w->nadvance == w->fail_at) return om_error(OM_IO, "the robot does not answer");
+    return om_world_advance(w->inner, dt);
+}
+static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* observation) {
+    return om_world_observe(((HiddenWorld*)world)->inner, what, observation);
+}
+
+static const OmWorldOps hidden_ops = {.destroy = hidden_destroy,
+                                      .move = hidden_move,
+                                      .set_jaw = hidden_set_jaw,
+                                      .stop = hidden_stop,
+                                      .advance = hidden_advance,
+                                      .observe = hidden_observe};
+
+static inline HiddenWorld hidden_world(OmWorld* inner, unsigned sources) {
+    return (HiddenWorld){.head = {&hidden_ops, om_world_narm(inner), sources}, .inner = inner};
+}
+
+#endif
