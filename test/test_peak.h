@@ -8,8 +8,8 @@ static size_t test_peak_alive, test_peak_most;
 
 static inline void* test_peak_alloc(void* ctx, size_t size, size_t align) {
     (void)ctx;
-    size_t head =
-        align < sizeof size ? sizeof size : align;  // the block's size stands in front of it
+    // the block's size stands in front of it
+    size_t head = align < sizeof size ? sizeof size : align;
     char* block = aligned_alloc(align, (size + head + align - 1) / align * align);
     if (!block) return NULL;
     memcpy(block, &size, sizeof size);

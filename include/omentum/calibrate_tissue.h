@@ -81,8 +81,8 @@ typedef struct
     OmCookie cookie;
 } OmCalibrationTissueDef;
 
-typedef struct OmCalibrationTissue
-    OmCalibrationTissue;  // constant; may be used by any number of threads
+// constant; may be used by any number of threads
+typedef struct OmCalibrationTissue OmCalibrationTissue;
 
 OM_API OmCalibrationTissueDef om_calibration_tissue_default_def(OmCalibrationBuildFn build,
                                                                 void* ctx);

@@ -38,10 +38,10 @@ OM_API OmTissueObstacle om_field_obstacle(OmDistanceFn distance, const void* ctx
 
 typedef struct OmContactDef {  // made by om_contact_default_def
     int nobstacle;
-    const OmTissueObstacle*
-        obstacle;      // copied; distance fields, functions and probes stay borrowed   (nobstacle)
-    double offset;     // m, distance kept from every obstacle besides its own, >= 0; default 0
-    double stiffness;  // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
+    // copied; distance fields, functions and probes stay borrowed   (nobstacle)
+    const OmTissueObstacle* obstacle;
+    double offset;         // m, distance kept from every obstacle besides its own, >= 0; default 0
+    double stiffness;      // penalty over the vertex's own stiffness, 1 to 1e6; default 1000
     double recover_speed;  // m/s, at which tissue that starts inside is pushed out; default 0.1
     // Coulomb's coefficient of obstacles whose own is negative, at most 10, regularised below 1 mm/s. Negative
     // (default): OmPbdDef.friction for engine "pbd", no friction for the other engines.

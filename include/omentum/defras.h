@@ -38,17 +38,17 @@ OM_API OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progre
 typedef struct OmRetractEstimate {  // of a run that has not begun
     int twin_nvert, twin_ntet, world_nvert, world_ntet;
     int twin_nattached, world_nattached;  // vertices
-    int nblock,
-        ngrasp;  // blocks of the grid; those with a grasping point that is not above an attachment
+    // blocks of the grid; those with a grasping point that is not above an attachment
+    int nblock, ngrasp;
     double visibility;  // of the ROI before any action, 0 to 1
     bool is_settled;    // as in OmRetractResult
     bool has_slid;      //
     int nplanned;       // actions of the first plan; 0: none is found
     double begin_time;  // s, it took to build, settle and plan
-    double
-        time_rate;  // s of computing for one of operation, measured over OM_RETRACT_CHECK_TIME at rest
-    double
-        picture_bytes;  // memory that the report's pictures take if every action of the scene is used
+    // s of computing for one of operation, measured over OM_RETRACT_CHECK_TIME at rest
+    double time_rate;
+    // memory that the report's pictures take if every action of the scene is used
+    double picture_bytes;
 } OmRetractEstimate;
 #define OM_RETRACT_CHECK_TIME 0.5  // s
 /// All that om_retract_run does before the first action, and an estimate of the rest. Writes nothing; whether

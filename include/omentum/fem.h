@@ -110,9 +110,9 @@ typedef enum OmLocking {  // remedies against locking of linear tetrahedra, nu >
 typedef struct OmFemContact {
     int nface[2];
     const int* face_node[2];  // rows of om_fem_mesh_boundary; the sides share no node
-    double
-        stiffness;  // Pa/m; 0 (default): 100 times Young's modulus over height of the softer body
-    double reach;   // m, largest depth of a contact point; 0 (default): the edge of a face
+    // Pa/m; 0 (default): 100 times Young's modulus over height of the softer body
+    double stiffness;
+    double reach;  // m, largest depth of a contact point; 0 (default): the edge of a face
 } OmFemContact;
 
 typedef struct OmFemDef {         // made by om_fem_default_def; create copies everything

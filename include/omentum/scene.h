@@ -53,8 +53,8 @@ typedef struct OmSceneTissue {
     OmVec3 view;  // from the tissue towards the endoscope; default -x
     int law;      // OmLaw; default OM_STABLE_NEO_HOOKEAN
     bool is_averaged;  // OmTissueDef.is_averaged, of bodies of engine "fem"; default false
-    double
-        friction;  // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
+    // Coulomb's, on board and organ; default below 0: 0.35 for particles, none for others
+    double friction;
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
@@ -144,10 +144,10 @@ typedef struct OmScene {
     char name[OM_SCENE_NAME];
     char path[OM_SCENE_PATH];       // the file it came from
     char data_root[OM_SCENE_PATH];  // files are relative to it; default: the scene's folder
-    char calibrated
-        [OM_SCENE_PATH];  // values that replace the scene's own, as `omentum calibrate` leaves
-                          // them; relative to the scene's folder; "": none
-    int seed;             // of attachments, ROI and noise; --layout sets it
+    // values that replace the scene's own, as `omentum calibrate` leaves
+    char calibrated[OM_SCENE_PATH];
+    // them; relative to the scene's folder; "": none
+    int seed;  // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
     OmSceneAttach attach;

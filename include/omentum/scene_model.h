@@ -97,9 +97,9 @@ typedef struct OmModelDef {
     char label_name[OM_MAX_LABEL][OM_SEGMENT_NAME];  // as the file names them; case does not count
     int nlabel_name;
     bool all_labels;  // every value above 0
-    uint64_t
-        max_volume_size;  // bytes that the voxels of a volume may take; default OM_VOLUME_MAX_SIZE
-    bool has_window;      // intensities in [window_lo, window_hi] instead of labels
+    // bytes that the voxels of a volume may take; default OM_VOLUME_MAX_SIZE
+    uint64_t max_volume_size;
+    bool has_window;  // intensities in [window_lo, window_hi] instead of labels
     double window_lo, window_hi;
     int part[OM_MAX_PART];  // the connected parts kept, 1 being the largest; npart 0: see keep_all
     int npart;
@@ -135,8 +135,8 @@ typedef struct OmModelReport {
     double mesh_volume;               // of the organ's tetrahedral mesh, m^3
     double surface_volume;            // of the organ's marching-cubes surface, m^3
     double volume_error;              // |mesh - mask| / mask
-    double surface_error_mean,
-        surface_error_max;  // distance of the mesh's boundary to the level set, m
+    // distance of the mesh's boundary to the level set, m
+    double surface_error_mean, surface_error_max;
     // Mean distance of the level set to the faces of the voxels, in voxels.
     double surface_error_voxel;
     double level_shift;  // of the level set that makes the volume right, m

@@ -45,11 +45,11 @@ typedef struct OmYamlField {
     const char* const* name;         // of an enum, ended by null
     size_t count_offset;             // of the int that receives a list's length
     int capacity;                    // most items of a list
-    bool
-        has_lines;  // of a text: line ends and tabs may stand in it; other control characters never
+    // of a text: line ends and tabs may stand in it; other control characters never
+    bool has_lines;
     bool is_required;
-    unsigned
-        group;  // bits for the schema's owner, who prints the keys of a group; 0: of all groups
+    // bits for the schema's owner, who prints the keys of a group; 0: of all groups
+    unsigned group;
     const char* unit;  // of the number in the file; null: none
     const char* help;  // its meaning in one line, for people; null: none
 } OmYamlField;

@@ -148,10 +148,10 @@ typedef struct OmStudyCalibrationDef {  // made by om_study_calibration_default_
 
 typedef struct OmStudyCalibrationSummary {  // errors in m
     double gel[OM_STUDY_NCLUSTER], tuned[OM_STUDY_NCLUSTER];
-    double gel_start,
-        gel_error;  // mean error on the beads, at the thesis's parameters and the best
-    double tuned_start,
-        tuned_error;  // on the lesion fine-tuned on, at the gel's parameters and the best
+    // mean error on the beads, at the thesis's parameters and the best
+    double gel_start, gel_error;
+    // on the lesion fine-tuned on, at the gel's parameters and the best
+    double tuned_start, tuned_error;
     // means over the same deformations of 15 to 30 mm of the other lesions
     int nunseen;
     double unseen_gel, unseen_tuned, unseen_prescribed, unseen_penalty, unseen_rigid;

@@ -39,8 +39,8 @@ typedef struct OmStudyMethodsDef {  // made by om_study_methods_default_def
 } OmStudyMethodsDef;
 
 typedef struct OmStudyMethodResult {
-    int ndepth
-        [OM_STUDY_NDEPTH];  // lesions that count at each depth: truth and all methods came there
+    // lesions that count at each depth: truth and all methods came there
+    int ndepth[OM_STUDY_NDEPTH];
     double error[OM_STUDY_NDEPTH];  // mean over them, m
     double mean;                    // over all that count, m
     double ms;                      // of a step, median for FE and the network, mean for particles

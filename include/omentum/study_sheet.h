@@ -43,8 +43,8 @@ typedef struct OmStudySheetSummary {  // errors: m, mean over the points of the 
     int neval, nnew;                  // evaluations of all of them, and those made now
     double floor;          // of the sheet that nobody lifts: what the measure itself contributes
     double thesis, found;  // all 15 clouds: the thesis's parameters, those of the first search
-    double unseen_thesis,
-        unseen_found;  // clouds of pinch points held out, by the search that did not see them
+    // clouds of pinch points held out, by the search that did not see them
+    double unseen_thesis, unseen_found;
     double best[OM_STUDY_NCLUSTER];  // of the first search: spacing, radius (m), stiffness
     bool is_met;                     // found and unseen_found at most 2 mm
 } OmStudySheetSummary;

@@ -72,8 +72,8 @@ typedef struct OmTissueEngine {
     const char* const* number;
     bool has_law;     // it computes with the law of OmTissueDef.material
     bool has_forces;  // of `step`: it writes forces in newtons (om_engine_tool_force)
-    bool
-        has_springs;  // attachments may be springs (om_engine_find_spring); false: they are refused
+    // attachments may be springs (om_engine_find_spring); false: they are refused
+    bool has_springs;
     bool can_average;  // it computes with OmTissueDef.is_averaged
     bool needs_file;   // `load` needs a file
 

@@ -130,9 +130,9 @@ typedef struct OmUmeshTrainDef {  // made by om_umesh_train_default_def
     int nlevel;           // default 3
     OmNetType type;       // default OM_F32; OM_BF16 is faster where the processor has it
     int batch, nepoch;    // default 4 and 100
-    double
-        poisson;  // Poisson's ratio of the linear solution that the network corrects; default 0.45
-    double rate;  // peak of the one-cycle schedule; default 1e-3
+    // Poisson's ratio of the linear solution that the network corrects; default 0.45
+    double poisson;
+    double rate;    // peak of the one-cycle schedule; default 1e-3
     uint64_t seed;  // default 1
     int nworker;    // default 0: one a processor
     OmCookie cookie;

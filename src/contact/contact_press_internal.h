@@ -55,8 +55,8 @@ typedef struct OmPressPoint {  // a point of the contact surface near the probe,
     double k;                    // N/m, penalty
     double damp;                 // N/m, against displacements along the plane from `at`
     bool is_active;              //
-    bool
-        is_crossing;  // predicted behind the probe, where the nearest face is not the one it entered
+    // predicted behind the probe, where the nearest face is not the one it entered
+    bool is_crossing;
     bool is_prescribed;        // held at x + probe_move by a spring in all directions
     double depth, depth_rate;  // m, penetration at the start of a line search, and its decrease
     double multiplier;  // N, normal force besides the spring; above 0 in augmented Lagrangians only

@@ -90,8 +90,8 @@ static void measure_side(const OmFemSolid* s, const OmFacePair* c, int side, dou
         }
         int e = element_behind(s, face);
         const OmLawParam* law = &s->law[s->mesh.elem_material[e]];
-        double young =
-            law->mu * (3 * law->lambda + 2 * law->mu) / (law->lambda + law->mu);  // mu > 0
+        // mu > 0
+        double young = law->mu * (3 * law->lambda + 2 * law->mu) / (law->lambda + law->mu);
         *layer += area * young * area / s->volume[e];
         *edge += area * om_distance(om_load3(s->mesh.x, face[0]), om_load3(s->mesh.x, face[1]));
         whole += area;
@@ -264,8 +264,8 @@ static void invert_free(const Spot* at, bool is_plain, double inverse[2][2]) {
         if (M[0][0] > 0 && M[0][0] * M[1][1] - M[0][1] * M[1][0] > 0) break;
     }
     double det = M[0][0] * M[1][1] - M[0][1] * M[1][0];
-    double by_det =
-        det > CRUSHED * M[0][0] * M[1][1] ? 1 / det : 0;  // a crushed face has no directions
+    // a crushed face has no directions
+    double by_det = det > CRUSHED * M[0][0] * M[1][1] ? 1 / det : 0;
     inverse[0][0] = by_det * M[1][1];
     inverse[1][1] = by_det * M[0][0];
     inverse[0][1] = inverse[1][0] = -by_det * M[0][1];

@@ -31,8 +31,8 @@
 typedef struct Link {  // stored with the vertex at one end
     int vert;          // its other end
     double
-        max[2]
-           [3];  // m, by which the other end's displacement may be above [0], below [1] this one's
+        // m, by which the other end's displacement may be above [0], below [1] this one's
+        max[2][3];
 } Link;
 
 typedef struct Chain {  // model->data
@@ -115,8 +115,8 @@ static OmStatus chain_create(OmTissueModel* m) {
     OM_ALLOC_DONE(chain->adr, m->mesh.nvert + 1);
     OM_CALLOC_DONE(chain->link, 2 * (size_t)A.nedge);
     for (int i = 0; i < m->mesh.nvert; ++i) {
-        chain->adr[i] =
-            A.row_adr[i] - i;  // without diagonal blocks, which come first in their rows
+        // without diagonal blocks, which come first in their rows
+        chain->adr[i] = A.row_adr[i] - i;
         for (int k = A.row_adr[i] + 1; k < A.row_adr[i + 1]; ++k)
             chain->link[k - i - 1] = make_link(m, &def, i, A.col[k]);
     }

@@ -40,8 +40,8 @@ static OmStatus add_element(const OmTissueModel* m, const OmBsr* A, int e, Sprin
         for (int b = 0; b < 4; ++b) {
             if (a == b) continue;
             int i = v[a], j = v[b];
-            OmSpring* s =
-                &net->spring[om_bsr_find(A, i, j) - i - 1];  // i + 1 diagonal blocks before it
+            // i + 1 diagonal blocks before it
+            OmSpring* s = &net->spring[om_bsr_find(A, i, j) - i - 1];
             s->vert = j;
             s->length = om_distance(om_load3(m->mesh.x, i), om_load3(m->mesh.x, j));
             s->stiffness += EV / (s->length * s->length);

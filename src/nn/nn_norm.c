@@ -190,8 +190,8 @@ void om__norm_apply(int nworker, OmNorm* norm, const OmBlocks* x, const float* w
     for (int n = 0; n < norm->n; ++n)
         for (int c = 0; c < norm->c; ++c) {
             int k = stat_of(norm, n, c);
-            double a =
-                (double)weight[c] / sqrt(norm->var[k] + (double)norm->epsilon);  // epsilon > 0
+            // epsilon > 0
+            double a = (double)weight[c] / sqrt(norm->var[k] + (double)norm->epsilon);
             float* coef = norm->coef + 3 * ((int64_t)n * norm->c + c);
             coef[0] = (float)a;
             coef[1] = (float)((double)bias[c] - a * norm->mean[k]);

@@ -107,8 +107,8 @@ static inline void input_column(const float* x, int step, float* y) {
 typedef struct WinogradLoop {
     const OmBlocks *x, *v;  // x: the tensor; v: its transform
     const float* bias;      // or null
-    float mean_slope,
-        half_jump;  // the activation as mean_slope y + half_jump |y|: no branch, vectors
+    // the activation as mean_slope y + half_jump |y|: no branch, vectors
+    float mean_slope, half_jump;
 } WinogradLoop;
 
 // Transform one tile: its 6 x 6 cells from (h0, w0), zero outside, to the 36 points `stride` floats apart.

@@ -303,8 +303,8 @@ OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int e
             double av = b->volume_compliance[l] * per, as = b->shape_compliance[l] * per;
             double rh = b->gamma[l] - g.J[l] - av * lh[l], rd = -g.stretch[l] - as * ld[l];
             double h = hh[l] + av, d = dd[l] + as, det = h * d - hd[l] * hd[l];
-            double inverse =
-                det > 0 ? 1 / det : 0;  // compliances make it positive, but for overflow
+            // compliances make it positive, but for overflow
+            double inverse = det > 0 ? 1 / det : 0;
             double mh = inverse * (d * rh - hd[l] * rd), md = inverse * (h * rd - hd[l] * rh);
             bool is_good = fabs(mh) < MOST && fabs(md) < MOST;
             more_h[l] = is_good ? mh : 0;

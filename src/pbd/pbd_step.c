@@ -59,8 +59,8 @@ static void predict(OmPbdStep* s, Range r) {
             continue;
         }
         OmVec3 a = om_madd(s->m->def.gravity, 1 / s->m->mass[i], om_load3(f_ext, i));
-        OmVec3 v =
-            om_madd(om_scale(drag, om_load3(s->v, i)), s->sub, a);  // at rest all of the weight
+        // at rest all of the weight
+        OmVec3 v = om_madd(om_scale(drag, om_load3(s->v, i)), s->sub, a);
         v = limit_speed(v, def->max_speed);
         om_store3(s->x, i, om_madd(p, s->sub, v));
         s->w->give[i] = 1 / s->m->mass[i];

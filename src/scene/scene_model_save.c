@@ -97,8 +97,8 @@ static OmStatus append_vec3(OmText* t, const char* key, OmVec3 v, double scale) 
 static OmStatus append_yaml(OmText* t, const OmPatient* p) {
     OM_TRY(om_text_append(t, "# omentum patient model; RAS: +x right, +y anterior, +z superior\n"));
     OM_TRY(append_quoted(t, "name", p->name));
-    const char* space =
-        p->file_space == OM_SPACE_LPS ? "LPS" : "RAS";  // of the files beside this one
+    // of the files beside this one
+    const char* space = p->file_space == OM_SPACE_LPS ? "LPS" : "RAS";
     OM_TRY(om_text_append(
         t, "mesh: tissue.vtu        # metres, %s; sets are its 0/1 point arrays\n", space));
     if (p->organ.ntri > 0) {

@@ -122,8 +122,8 @@ typedef struct Contour {
     const OmSdf* sdf;
     double level;
     Case table[256];
-    int* edge_vert
-        [3];  // surface vertex on the edge from each node along an axis; nodes of two slices
+    // surface vertex on the edge from each node along an axis; nodes of two slices
+    int* edge_vert[3];
     OmSurface* out;
     int cap_vert, cap_tri;
 } Contour;

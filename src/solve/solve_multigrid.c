@@ -59,8 +59,8 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
     double *x = NULL, *node = NULL;
     OmMultigrid* mg = om_calloc(1, sizeof *mg);
     if (!mg) return OM_NO_MEMORY;
-    double h =
-        mean_edge(A, x_rest) / 1.2;  // edges of a box of cubes are 1.26 cells long on average
+    // edges of a box of cubes are 1.26 cells long on average
+    double h = mean_edge(A, x_rest) / 1.2;
     mg->level[0].nvert = A->nvert;
     for (mg->nlevel = 1; mg->nlevel < OM_MG_MAX_LEVEL; ++mg->nlevel) {
         OmLevel *fine = &mg->level[mg->nlevel - 1], *coarse = fine + 1;

@@ -35,9 +35,9 @@ typedef struct OmTissueArm {
 struct OmTissueState {  // head of the block; arrays follow, nothing in it is a pointer
     uint64_t size;      // bytes before the stiffness of attachments, the last array
     int32_t nvert;
-    int32_t
-        is_own_stiffness;  // 1: some attachment's stiffness is not the model's; then it is hashed
-    double time;           // s
+    // 1: some attachment's stiffness is not the model's; then it is hashed
+    int32_t is_own_stiffness;
+    double time;  // s
     OmTissueArm arm[OM_MAX_ARM];
 };
 

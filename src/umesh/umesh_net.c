@@ -51,8 +51,8 @@ static OmStatus make_layers(OmUmeshNet* n) {
     def.base_channels = n->base_channels;
     def.nlevel = n->nlevel;
     def.mask = mask;
-    def.activation =
-        OM_LEAKY_RELU;  // with ReLU whole layers die: half of the trials at a rate of 5e-3
+    // with ReLU whole layers die: half of the trials at a rate of 5e-3
+    def.activation = OM_LEAKY_RELU;
     OmStatus status = om_unet_create(&def, &n->net);
     om_free(mask);
     if (status < 0) return status;

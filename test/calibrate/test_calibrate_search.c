@@ -282,8 +282,8 @@ static void test_says_what_is_not_determined(void** state) {
     om_calibration_add_param(&def, "colour", 0, 1, 0.5, false);
     def.noise = 1e-6;
     OmCalibrationResult r;
-    assert_true(om_calibration_run(&def, NULL, &r) >=
-                0);  // in a valley a search has no end of its own
+    // in a valley a search has no end of its own
+    assert_true(om_calibration_run(&def, NULL, &r) >= 0);
     assert_near_rel(r.best[1] / r.best[0], truth[1] / truth[0], 1e-2);
     assert_false(r.profile[0].is_open_lo || r.profile[0].is_open_hi);
     assert_int_equal(r.profile[0].partner, 1);

@@ -13,8 +13,8 @@ typedef struct Slide {
 } Slide;
 
 typedef struct Slid {
-    double aside
-        [2];  // mean force along the way over mean force up, there and back, at the same places
+    // mean force along the way over mean force up, there and back, at the same places
+    double aside[2];
     double held[2];  // the same ratio where it turned back and was held: before and after
     double bound;    // the largest tangential force of a point over friction times its normal force
     double nsolve, nsubstep;

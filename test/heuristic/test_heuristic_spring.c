@@ -62,8 +62,8 @@ static void element_tensor(const OmTetMesh* mesh, int e, double C[6][6]) {
 }
 
 typedef struct Bounds {
-    double min,
-        max;         // Young's modulus along x: all elements under one stress, all in one strain
+    // Young's modulus along x: all elements under one stress, all in one strain
+    double min, max;
     double poisson;  // in one strain, mean of y and z
 } Bounds;
 

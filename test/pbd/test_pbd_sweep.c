@@ -146,8 +146,8 @@ static uint64_t run_busy(int nworker, int nstep, OmPbdKind kind, bool is_restore
 static void test_same_bytes(void** state) {
     (void)state;
     for (int kind = 0; kind < 3; ++kind) {
-        int nstep =
-            kind == OM_PBD_CLUSTERS ? 20 : 3;  // colours meet often, slowly on a busy machine
+        // colours meet often, slowly on a busy machine
+        int nstep = kind == OM_PBD_CLUSTERS ? 20 : 3;
         uint64_t one = run_busy(1, nstep, (OmPbdKind)kind, false);
         assert_true(one == run_busy(2, nstep, (OmPbdKind)kind, false));
         assert_true(one == run_busy(1, nstep, (OmPbdKind)kind, true));

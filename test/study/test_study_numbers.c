@@ -301,8 +301,8 @@ static void test_methods(void** unused) {
     OmStudyMethodsDef def;
     StudyMethods* s = malloc(sizeof *s);
     make_methods(s, &def, 0.7);
-    s->is_outside[0][3] = s->is_outside[1][0] = s->is_outside[1][4] =
-        true;  // the last does not count
+    // the last does not count
+    s->is_outside[0][3] = s->is_outside[1][0] = s->is_outside[1][4] = true;
     om__study_summarise_methods(s);
     assert_int_equal(s->sum.ncount, 7);
     assert_int_equal(s->sum.noutside, 2);

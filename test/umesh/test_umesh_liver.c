@@ -73,8 +73,8 @@ static void test_liver(void** unused) {
     make_organ(&organ);
     OmUmeshDataDef def = om_umesh_data_default_def(organ, dir);
     def.nsample = NSAMPLE;
-    def.max_force =
-        0.1;  // held by its lowest tenth, lobes bend by decimetres under the phantom's 0.8 N
+    // held by its lowest tenth, lobes bend by decimetres under the phantom's 0.8 N
+    def.max_force = 0.1;
     def.npicture = 0;
     assert_ok(om_umesh_generate(&def, NULL, &made));
     assert_int_equal(made.nsample, NSAMPLE);

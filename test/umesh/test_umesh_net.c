@@ -117,8 +117,8 @@ static void test_second_order(void** unused) {
     for (size_t i = 0; i < n; ++i) max = fmax(max, fabs((double)force[i]));
     for (size_t i = 0; i < n; ++i) {
         double second = (f[0][i] + f[1][i]) / (2 * step[0] * step[0]);
-        double expected =
-            -second / (SPACING * SPACING) * SPACING / size;   // dW/dx is what holds it back
+        // dW/dx is what holds it back
+        double expected = -second / (SPACING * SPACING) * SPACING / size;
         assert_near((double)force[i], expected, 1e-5 * max);  // fourth order, and floats
     }
     assert_true(max > 0.01);
