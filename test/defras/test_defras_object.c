@@ -6,6 +6,7 @@
 
 #include "easy_scene.h"
 #include "hidden_world.h"
+#include "world/plain_world.h"
 
 #include "omentum/defras.h"
 #include "omentum/defras_recorder.h"
@@ -457,6 +458,38 @@ static void test_a_world_without_a_truth(void** state) {
     rig_destroy(&g);
 }
 
+// Another kind of world, in closed form, with one arm or two: the ROI shows once held tissue has moved by more than
+// 10 mm, in proportion, and all of it at 40 mm. Nobody resets this world. The ROI lies on the side of PSM2, which the
+// planner chooses if there is one.
+static void test_a_world_in_closed_form(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = object_scene();
+    scene.roi.center.y = 0.03;
+    rig_create(&g, scene);
+    for (int narm = 1; narm <= 2; ++narm) {
+        om_body_restore(g.twin, g.rest);
+        PlainWorld plain;
+        plain_world_init(&plain, &g.world_site, narm);
+        OmLoopDef def = om_loop_default_def(&g.scene.task, &plain.head, g.twin, g.planner);
+        OmLoop* loop;
+        assert_ok(om_loop_create(&def, &loop));
+        assert_status(om_world_reset(&plain.head), OM_UNAVAILABLE);
+        tick_to_end(loop);
+        const OmRetractResult* r = om_loop_result(loop);
+        assert_int_equal(r->outcome, OM_RETRACT_EXPOSED);
+        assert_true(r->visibility_start == 0 && isnan(r->force_world_max));
+        assert_true(plain.arm[narm - 1].is_holding && r->force_max > 0.01);
+        // Exposed from 80 % on, stopped at 85 %: 34 mm and 35.5 mm, and up to a look of 5 ticks later.
+        double moved = om_distance(plain.arm[narm - 1].tip.p, plain.arm[narm - 1].grasp);
+        assert_true(moved >= 0.034 && moved <= 0.0355 + 6 * 0.02 * g.scene.task.speed);
+        assert_near(r->visibility_end, (moved - 0.01) / 0.03, 1e-9);
+        for (int i = 0; i < r->naction; ++i) assert_int_equal(r->action[i].arm, narm - 1);
+        om_loop_destroy(loop);
+    }
+    rig_destroy(&g);
+}
+
 // A robot that does not answer ends the loop with its error; nothing is written.
 static void test_a_failing_world(void** state) {
     (void)state;
@@ -599,6 +632,7 @@ int main(void) {
         cmocka_unit_test(test_abort_at_any_tick),
         cmocka_unit_test(test_commands_of_a_listener),
         cmocka_unit_test(test_a_world_without_a_truth),
+        cmocka_unit_test(test_a_world_in_closed_form),
         cmocka_unit_test(test_a_failing_world),
         cmocka_unit_test(test_wrong_definitions),
         cmocka_unit_test(test_every_allocation_may_fail),
