@@ -119,6 +119,9 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
     double density_factor;     // default 1
     double tool_noise;         // m, standard deviation of a measured tool position; default 0.2 mm
     bool has_depth_noise;      // default true
+    int narm;                  // 1 (PSM1 alone) to OM_MAX_ARM; default 2
+    // N, standard deviation of a measured force at the tip along each axis; default below 0: arms measure no force
+    double force_noise;
 } OmSceneWorld;
 
 typedef struct OmSceneTask {

@@ -35,8 +35,10 @@ typedef struct OmArmObservation {
     double jaw_speed;         // measured, rad/s; below 0: the jaw closes
     double jaw_goal;          // commanded opening, rad
     bool is_moving;           // a commanded motion of the tip is under way
-    bool has_wrench;          // false: force and torque are 0
-    OmVec3 force, torque;     // estimate of the load on the tip, world frame, N and N m
+    // Estimate of the load on the tip, world frame, N and N m. Without one has_wrench is false and both are 0: so is a
+    // simulated arm's unless the scene has `world: force_noise`, and then its torque is 0.
+    bool has_wrench;
+    OmVec3 force, torque;
 } OmArmObservation;
 
 /// Tissue between the jaws, from what an arm measures: the jaw is commanded closed, at rest, and open by more than 3

@@ -163,6 +163,10 @@ static const OmYamlField world_field[] = {
      .scale = MM, .unit = "mm", .help = "standard deviation of a measured tool position"},
     {"depth_noise", OM_YAML_BOOL, AT(OmSceneWorld, has_depth_noise),
      .help = "does the depth camera have noise?"},
+    {"arms", OM_YAML_INT, AT(OmSceneWorld, narm), .min = 1, .max = OM_MAX_ARM,
+     .help = "of the robot; 1: PSM1 alone"},
+    {"force_noise", OM_YAML_DOUBLE, AT(OmSceneWorld, force_noise), .min = -1, .max = 100,
+     .unit = "N", .help = "standard deviation of a measured tool force; below 0: none is measured"},
 };
 static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_field), NULL};
 

@@ -41,7 +41,12 @@ OmScene om_scene_default(void) {
     s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
     s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480};
     s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240};
-    s.world = (OmSceneWorld){0.85, 1.0, 0.2 * MM, true};
+    s.world = (OmSceneWorld){.young_factor = 0.85,
+                             .density_factor = 1.0,
+                             .tool_noise = 0.2 * MM,
+                             .has_depth_noise = true,
+                             .narm = OM_MAX_ARM,
+                             .force_noise = -1};
     s.task = (OmSceneTask){.grid = 5,
                            .force_threshold = 2.55,
                            .max_height = 0.05,

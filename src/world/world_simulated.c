@@ -266,13 +266,32 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
     }
 }
 
+// What holds the tissue pulls at the tip. A point grasp of this model passes on no torque that an arm could measure.
+static OmStatus observe_forces(SimWorld* w, OmObservation* obs) {
+    double sigma = w->scene->world.force_noise;
+    if (sigma < 0) return OM_OK;
+    OmBodyForces forces;
+    OM_TRY(om_body_get_forces(w->body, &forces));
+    for (int a = 0; a < w->head.narm; ++a) {
+        uint64_t stream = w->now.nstep * OM_MAX_ARM + (uint64_t)a;
+        OmRng rng = om_rng_init((uint64_t)w->scene->seed + 79, stream);
+        double noise[3];
+        for (int i = 0; i < 3; ++i) noise[i] = om_rng_normal(&rng);
+        OmVec3 load = om_scale(-1, forces.grasp[a]);
+        obs->arm[a].has_wrench = true;
+        obs->arm[a].force = om_madd(load, sigma, om_load3(noise, 0));
+    }
+    return OM_OK;
+}
+
 static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     SimWorld* w = (SimWorld*)world;
     om_observation_done(obs);
     obs->time = w->now.time;
     obs->narm = world->narm;
     observe_arms(w, obs);
-    OmStatus status = what ? refresh_sense(w) : OM_OK;
+    OmStatus status = observe_forces(w, obs);
+    if (status == OM_OK && what) status = refresh_sense(w);
     if (status == OM_OK && (what & OM_OBSERVE_VISIBILITY)) {
         uint64_t ignore = om__world_roi_bit(w->roi_id);
         status = om_sense_visibility(w->sense, &w->endoscope, w->site->roi_x, w->site->roi_n,
@@ -342,10 +361,12 @@ static const OmWorldOps sim_ops = {.destroy = sim_destroy,
 OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                    OmWorld** world) {
     *world = NULL;
+    OM_CHECK(scene->world.narm >= 1 && scene->world.narm <= OM_MAX_ARM, OM_INVALID,
+             "world: %d arms; 1 to %d", scene->world.narm, OM_MAX_ARM);
     SimWorld* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
     w->head.ops = &sim_ops;
-    w->head.narm = OM_MAX_ARM;
+    w->head.narm = scene->world.narm;
     w->head.sources =
         OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
     for (int a = 0; a < w->head.narm; ++a) w->head.psm[a] = &w->tool[a].psm;

@@ -43,7 +43,8 @@ static void test_a_sheet(void** state) {
         "roi: {radius_mm: 6.5, margin_mm: 3.5}\n"
         "endoscope: {distance_mm: 210, elevation_deg: 36, fov_deg: 72, width: 320, height: 200}\n"
         "rgbd: {distance_mm: 310, elevation_deg: 60, fov_deg: 45, width: 160, height: 120}\n"
-        "world: {young_factor: 0.7, density_factor: 1.3, tool_noise_mm: 0.4, depth_noise: false}\n"
+        "world: {young_factor: 0.7, density_factor: 1.3, tool_noise_mm: 0.4, depth_noise: false, "
+        "arms: 1, force_noise: 0.3}\n"
         "task:\n"
         "  grid: 6\n"
         "  force_threshold: 2.25\n"
@@ -85,6 +86,8 @@ static void test_a_sheet(void** state) {
     assert_int_equal(s.rgbd.width, 160);
     assert_int_equal(s.rgbd.height, 120);
     expect(s.world.young_factor, 0.7);
+    expect(s.world.narm, 1);
+    expect(s.world.force_noise, 0.3);
     expect(s.world.density_factor, 1.3);
     expect(s.world.tool_noise, 0.0004);
     assert_false(s.world.has_depth_noise);

@@ -107,13 +107,82 @@ static void test_joints_and_times_are_measured(void** state) {
     teardown(&f);
 }
 
-// ---- start ----------------------------------------------------------------------------------------------------
-
 static void lift_corner(Field* f) {
     grasp_at(f, 0, om_vec3(-0.048, -0.048, 0.005));
     assert_ok(om_world_move(f->world, 0, to_world(f, 0, om_vec3(-0.048, -0.048, 0.03)), 0.05));
     for (int i = 0; i < 20; ++i) assert_ok(om_world_advance(f->world, 0.02));
 }
+
+// A held corner hangs on the tool: the measured load is the opposite of the tool's force on the tissue, with the noise
+// of the scene.
+static void test_forces_are_measured(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.world.force_noise = 0;
+    setup(&f, scene);
+    lift_corner(&f);
+    OmBodyForces truth;
+    assert_ok(om_body_get_forces(om_world_truth(f.world), &truth));
+    OmObservation obs = observe(&f, 0);
+    assert_true(obs.arm[0].has_wrench && obs.arm[1].has_wrench);
+    assert_near(om_norm(om_add(obs.arm[0].force, truth.grasp[0])), 0, 0);
+    assert_true(obs.arm[0].force.z < -0.02);  // the weight pulls down
+    assert_near(om_norm(obs.arm[1].force), 0, 0);
+    f.scene.world.force_noise = 0.1;
+    double sum = 0, square = 0;
+    enum { N = 100 };
+    for (int i = 0; i < N; ++i) {
+        assert_ok(om_world_advance(f.world, 0.001));
+        OmVec3 free = observe(&f, 0).arm[1].force;
+        sum += free.x + free.y + free.z;
+        square += om_norm2(free);
+    }
+    assert_near(sum / (3 * N), 0, 3 * 0.1 / sqrt(3 * N));  // three standard deviations
+    assert_near(square / (3 * N), 0.01, 3 * 0.01 * sqrt(2.0 / (3 * N)));
+    teardown(&f);
+}
+
+// PSM1 alone: the same arm, and no other one in commands, pictures or measurements.
+static void test_one_arm(void** state) {
+    (void)state;
+    Field one, two;
+    OmScene scene = half_held();
+    scene.world.has_depth_noise = false;
+    setup(&two, scene);
+    scene.world.narm = 1;
+    setup(&one, scene);
+    assert_int_equal(om_world_narm(one.world), 1);
+    assert_int_equal(om_world_narm(two.world), 2);
+    assert_status(om_world_set_jaw(one.world, 1, 0), OM_INVALID);
+    assert_status(om_world_move(one.world, 1, om_pose_identity(), 0.02), OM_INVALID);
+    assert_null(om_world_tool(one.world, 1));
+    assert_null(om_world_psm(one.world, 1));
+    assert_ok(om_world_reset(one.world));
+    assert_ok(om_world_reset(two.world));
+    lift_corner(&one);
+    lift_corner(&two);
+    assert_true(is_holding(&one, 0));
+    OmObservation a = observe(&one, one.world->sources), b = observe(&two, two.world->sources);
+    assert_int_equal(a.narm, 1);
+    assert_memory_equal(&a.arm[0], &b.arm[0], sizeof a.arm[0]);
+    assert_near(a.arm[1].time, 0, 0);  // not written
+    assert_true(om_body_hash(om_world_truth(one.world)) == om_body_hash(om_world_truth(two.world)));
+    assert_true(hash_color(&a.rgbd.color, 1) != hash_color(&b.rgbd.color, 1));  // PSM2 is in it
+    om_observation_done(&a);
+    om_observation_done(&b);
+    teardown(&one);
+    teardown(&two);
+    for (int narm = 0; narm <= OM_MAX_ARM + 1; narm += OM_MAX_ARM + 1) {
+        OmWorld* world;
+        OmSite site = {0};
+        scene.world.narm = narm;
+        assert_status(om_world_create_simulated(&scene, &site, 1, &world), OM_INVALID);
+        assert_null(world);
+    }
+}
+
+// ---- start ----------------------------------------------------------------------------------------------------
 
 static void test_reset_settles_once(void** state) {
     (void)state;
@@ -287,6 +356,8 @@ int main(void) {
         cmocka_unit_test(test_orientation_turns_with_the_way),
         cmocka_unit_test(test_turning_has_a_limit),
         cmocka_unit_test(test_joints_and_times_are_measured),
+        cmocka_unit_test(test_forces_are_measured),
+        cmocka_unit_test(test_one_arm),
         cmocka_unit_test(test_reset_settles_once),
         cmocka_unit_test(test_reset_of_restless_tissue),
         cmocka_unit_test(test_snapshots_repeat_a_run),
