@@ -1,4 +1,4 @@
-// bench_crowd.c: the same work on the machine as it is, and beside one spinning process for each processor: a step of
+// bench_crowd.c: the same work on the unloaded machine, and beside one spinning process for each processor: a step of
 // finite elements (teams), a prediction (network and refinement) and a Cholesky factorisation (BLAS). The goal is three
 // times the time without load: half of it is the share of a processor that is left.
 #include <signal.h>

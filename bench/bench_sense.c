@@ -172,7 +172,7 @@ static OmStatus take_frame(Field* f, int nworker, int frame, double* time, uint6
 
 OmStatus bench_sense(const BenchOptions* options) {
     Field f = {0};
-    // Runs are short, so there are ten times as many as asked for.
+    // Runs are short, so ten times the requested number is made.
     int nrun = options->nrun > MAX_RUN / 10 ? MAX_RUN : 10 * options->nrun;
     double time[NSTAGE][MAX_RUN], one[NSTAGE];
     uint64_t hash = OM_HASH_SEED;

@@ -1,6 +1,6 @@
 // fuzz_umesh_net.c: the reader of trained U-Meshes.
 //
-// The bytes as they are, and then as changes to the file of a good network, eight bytes each: which byte of the
+// The input bytes themselves, and then as changes to the file of a good network, eight bytes each: which byte of the
 // file, or which value of which tensor, becomes what. What is read must be able to predict.
 #include <math.h>
 

@@ -1,6 +1,6 @@
 // fuzz_umesh_shard.c: the reader of U-Mesh samples.
 //
-// Bytes as they are seldom pass the checksum, behind which HDF5 reads; its library is not ours to fuzz, and dies
+// Unchanged bytes seldom pass the checksum, behind which HDF5 reads; its library is not ours to fuzz, and dies
 // of forged files. So the same bytes also say which values of a good set become what, before it is written: what
 // HDF5 then reads faithfully must be refused, or be a set that holds together.
 #include "fuzz_common.h"

@@ -1,7 +1,7 @@
 // 06_press_a_block.c: an ultrasound probe presses 10 mm into a block of tissue; the force it feels, three ways.
 //
 // A probe is a rigid shape, a press carries it and keeps the tissue out of it. The block is fixed on its
-// underside, 120 x 100 x 50 mm, 3 kPa. Once at rest, what the probe feels is what holds the block.
+// underside, 120 x 100 x 50 mm, 3 kPa. At rest the force on the probe equals the force of the attachment.
 #include <stdio.h>
 #include <string.h>
 

@@ -26,7 +26,7 @@ static OmStatus make_bar(OmTetMesh* mesh) {
     return status == OM_OK ? om_tet_mesh_add_set(mesh, "attachment", top, num) : status;
 }
 
-// Errors, m, of a bar of this stiffness. Several threads ask at once: everything is made anew.
+// Errors, m, of a bar of this stiffness. Several threads call it at once: each call makes its own model.
 static OmStatus evaluate(void* ctx, const double* param, int nworker, double* error) {
     OmTissueModel* model = NULL;
     OmTissueState* state = NULL;

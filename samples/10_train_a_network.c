@@ -2,7 +2,7 @@
 //
 // A training needs a network and a function that fills a batch with inputs and targets; here both are drawn on
 // the spot, from the sample's own stream, so that there is no data set to keep. With `dir` set in the definition the
-// training leaves a checkpoint and goes on from it. The same network as ONNX: om_net_save_onnx.
+// training leaves a checkpoint and continues from it. The same network as ONNX: om_net_save_onnx.
 #include <math.h>
 #include <stdio.h>
 #include <string.h>

@@ -230,7 +230,7 @@ OM_API bool om_worker_is_inside(void);
 typedef void (*OmRangeFn)(void* ctx, int begin, int end, int block);
 
 /// Run fn over [0, n) in blocks of `grain` (the last may be short). Blocks may run in any order and at
-/// once; whoever reduces stores one partial result a block and adds them in block order.
+/// once; a reduction stores one partial result per block and adds them in block order.
 OM_API void om_parallel_for(int nworker, int n, int grain, OmRangeFn fn, void* ctx);
 static inline int om_block_count(int n, int grain) { return (n + grain - 1) / grain; }
 
@@ -368,7 +368,7 @@ OM_API OmStatus om_file_open(const char* path, FILE** stream, uint64_t* size);
 /// @return OM_OK; OM_INVALID (longer than max_size); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_file_read(const char* path, size_t max_size, char** data, size_t* size);
 /// Write a file that appears whole or not at all (temporary name, fsync, rename). A link is followed; a device, a pipe
-/// and a name of /dev/fd are written to as they stand; a folder, a socket and a disk are refused. A regular file that
+/// and a name of /dev/fd are written directly; a folder, a socket and a disk are refused. A regular file that
 /// is there is replaced, but in a folder that grows (om_folder_open) only if omentum wrote it and it is unchanged.
 /// @return OM_OK; OM_INVALID (a path that is too long); OM_IO, the old file stays
 OM_API OmStatus om_file_write(const char* path, const void* data, size_t size);
@@ -447,7 +447,7 @@ OM_API OmStatus om_folder_commit(OmFolder* folder);
 /// The same for a part of a result: if something stands in the place, it stays, and `place` names the new folder.
 /// @return OM_OK; OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_folder_commit_beside(OmFolder* folder);
-/// Open a folder that is written in place and may be gone on with: made if it is not there. OM_INVALID if it is not
+/// Open a folder that is written in place and may be continued later: made if it is missing. OM_INVALID if it is not
 /// empty and has no list of this kind, if a listed file was changed, or if another run writes into it.
 /// @return OM_OK; OM_INVALID; OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_folder_open(const char* dir, const char* kind, OmFolder* folder);

@@ -43,7 +43,7 @@ typedef struct OmCalibrationPath {
     double radius;         // lift: of the grasp, m; 0: 5 mm
     const OmProbe* probe;  // press: its z axis is -direction; borrowed
     OmPressMethod method;  // press
-    int contact_ntri;      // press: triangles of the contact surface; 0: the boundary as it is
+    int contact_ntri;      // press: triangles of the contact surface; 0: the unchanged boundary
     double friction;       // press
     double speed;          // m/s, > 0
     double time_step;      // s, > 0

@@ -82,7 +82,7 @@ typedef struct OmPressDef {  // made by om_press_default_def
     OmPressMethod method;    // default OM_PRESS_PENALTY
     // The contact surface in the rest shape, copied; null: made from the boundary of the mesh.
     const OmSurface* surface;
-    int ntri;  // triangles of one that is made; default 1004; 0: the boundary as it is
+    int ntri;  // triangles of one that is made; default 1004; 0: the unchanged boundary
     // Penalty and prescribed: N/m for each contact point. 0 (default): 100 times the stiffness against moving the
     // point alone, which lets the tissue penetrate by some hundredths of a millimetre.
     double stiffness;

@@ -76,7 +76,7 @@ typedef enum OmTensorType {
         OM_TENSOR_NTYPE
 } OmTensorType;
 
-typedef struct OmTensor {  // as it is in a file, or is to be written; everything in it is borrowed
+typedef struct OmTensor {  // of a file, or to be written; everything in it is borrowed
     const char* name;
     OmTensorType type;
     int rank;                         // 0 is a single value

@@ -205,7 +205,7 @@ typedef struct OmTrainResult {
     bool is_resumed;  // from a checkpoint
 } OmTrainResult;
 
-/// Train. With a checkpoint in `dir` it goes on where that stopped; one of other settings, data or network is
+/// Train. With a checkpoint in `dir` it continues there; one of other settings, data or network is
 /// refused.
 /// @param param  in: weights to start from; out: the best ones (averaged, with optim.average), of validation or
 ///               else of the last step

@@ -135,7 +135,7 @@ OM_API OmStatus om_planner_solve(OmPlanner* planner, const OmSituation* situatio
 /// Append the plan as text, one line for each action: "1. PSM1 reaches grasping point (3,2)".
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_plan_print(const OmPlan* plan, OmText* text);
-/// Append one action as it is printed, without number or line end: "PSM1 reaches grasping point (3,2)".
+/// Append the text of one action, without number or line end: "PSM1 reaches grasping point (3,2)".
 /// @return OM_OK; OM_INVALID (no such action); OM_NO_MEMORY
 OM_API OmStatus om_plan_print_action(const OmPlan* plan, int action, OmText* text);
 

@@ -58,7 +58,7 @@ typedef struct OmSceneTissue {
     bool has_board;  // under a sheet or a mesh; default true. A patient lies on its organ instead
     double young, poisson;  // Pa and 1; default 3000 and 0.45
     double density;         // kg/m^3; default 1000
-    // A patient or a volume has materials of its own, which a scene file leaves as they are (below 0)
+    // A patient or a volume has materials of its own, which a scene file does not change (below 0)
     // where it says nothing. A young or density that it gives is the first material's, and the others
     // keep their ratio to it; a poisson is every material's.
     double rayleigh_mass;                    // 1/s; default 0.1
@@ -78,7 +78,7 @@ typedef struct OmSceneModel {  // how a patient model is built from a volume; se
     double thickness;                // of the sheet of fat, m
     char side[64];                   // of the organ that it covers: "anterior", "lateral", ...
     double half_length, half_width;  // m
-    char attach[64];                 // what holds it: "border:medial 25 %"
+    char attach[64];                 // attachment: "border:medial 25 %"
     double tumour_radius;            // m
     OmVec3 tumour_shift;             // along, across the sheet, m; z is not used
     // Layouts of one patient: a seed above 0 shifts the tumour by up to tumour_range either way and turns the

@@ -112,7 +112,7 @@ typedef struct OmModelDef {
     double edge;          // mean edge of the mesh, m
     double unit;          // m per unit of the file; default 0: as the file says, else a millimetre
     OmSpace space;        // of a mesh or surface file; default OM_SPACE_NONE: as it says, else RAS
-    bool remesh;  // mesh a volume mesh anew, through its distance field; default false: as it is
+    bool remesh;  // remesh a volume mesh from its distance field; default false: use its elements
     bool refine;  // halve the error by finer edges where the volume error passes 2 %; default true
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;

@@ -71,7 +71,7 @@ typedef struct OmSdfDef {
     double margin;   // the grid reaches this far beyond the surface, m, >= 0; default 3 spacings
     double smooth;   // masks: width of the Gaussian, voxels, 0.5-3; default 1.2
     int iterations;  // masks: rounds of volume correction, 0-100; default 8
-    // Of functions: keep their values as they are, do not measure distances; for a contour. Default
+    // Of functions: keep their values, do not measure distances; for a contour. Default
     // false.
     bool is_raw;
     int64_t max_node;  // larger grids are refused; default 2e8

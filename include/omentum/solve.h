@@ -28,7 +28,7 @@ extern "C" {
 ///
 /// Row i holds the blocks row_adr[i] .. row_adr[i + 1]: first the diagonal block (i, i), then the
 /// neighbours in ascending order. Entry (3 i + r, 3 j + c) of block k is value[9 k + 3 c + r]: blocks
-/// are stored by columns. Whoever writes block (i, j) also writes its transpose to (j, i), except for OM_LU and
+/// are stored by columns. A caller that writes block (i, j) also writes its transpose to (j, i), except for OM_LU and
 /// om_solver_solve_gmres, which take any values in this pattern.
 ///
 /// Assembly without atomics: give each thread rows, or edges. Edge e joins vertices i < j; its blocks

@@ -3,7 +3,7 @@
 /// The contact study (thesis 3.3, 3.4, 3.7): an ultrasound probe is pressed over each lesion of a breast
 /// phantom; three ways to model the contact, on nine meshes, say where the lesion goes. Truth is a finer,
 /// quadratic, heterogeneous static model plus the noise of the thesis's tracking. Every run is one file
-/// that appears whole or not at all: a study that was killed goes on where it was. The calibration study
+/// that appears whole or not at all: a killed study continues where it was. The calibration study
 /// (3.5.1) finds the parameters of particles on a box of gel and tests them on the phantom's lesions.
 ///
 ///     OmStudyBody* body;
@@ -107,7 +107,7 @@ typedef struct OmStudyContactDef {  // made by om_study_contact_default_def
 typedef struct OmStudyContactSummary {
     int nrun, nnew;          // runs of the study, and those made now rather than found
     int ncomplete;           // that went the whole way within the bar
-    int ncell, ncell_met;    // method x resolution, and those that meet the whole bar
+    int ncell, ncell_met;    // method x resolution, and the number that meets all criteria
     double worst_stability;  // least share of a path, 0 to 1
 } OmStudyContactSummary;
 

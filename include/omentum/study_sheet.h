@@ -41,7 +41,7 @@ typedef struct OmStudySheetDef {  // made by om_study_sheet_default_def
 typedef struct OmStudySheetSummary {  // errors: m, mean over the points of the clouds
     int nfold;                        // searches: pinch points that were held out
     int neval, nnew;                  // evaluations of all of them, and those made now
-    double floor;          // of the sheet that nobody lifts: what the measure itself contributes
+    double floor;                     // of the sheet at rest: the part of the measure itself
     double thesis, found;  // all 15 clouds: the thesis's parameters, those of the first search
     // clouds of pinch points held out, by the search that did not see them
     double unseen_thesis, unseen_found;

@@ -173,7 +173,7 @@ OM_API void om_tissue_work_destroy(OmTissueWork* work);
 OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
                                double h, OmTissueReport* report);
 
-/// Static equilibrium under weight, external forces and what holds the tissue, tools at their goals: Newton's
+/// Static equilibrium under weight, external forces and attachments, tools at their goals: Newton's
 /// method with line search on the energy. Velocities become zero, time stays.
 /// @param tolerance  of the norm of forces out of balance at the beginning, in (0, 1); floats allow 1e-5
 /// @param report  may be null: newton, newton_residual, iterations of the linear solver
@@ -228,7 +228,7 @@ OM_API OmStatus om_tissue_step_with(const OmTissueModel* model, OmTissueState* s
 OM_API OmStatus om_tissue_begin_step(const OmTissueModel* model, OmTissueState* state,
                                      OmTissueWork* work, double h);
 /// Add to vertex i a force that at the end of the step is f - K (x_end - x_begin); K symmetric positive
-/// semidefinite, N/m. What was added may be cleared and added anew between solves.
+/// semidefinite, N/m. What was added may be cleared and added again between solves.
 OM_API void om_tissue_add_force(OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
 OM_API void om_tissue_clear_forces(OmTissueWork* work);
 /// The same on the point sum weight[a] x[vert[a]] of an element's vertices; cleared with the others. Room for
@@ -273,7 +273,7 @@ OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* st
 
 typedef struct OmTissueForces {  // N, resultants of forces on the tissue
     OmVec3 grasp[OM_MAX_ARM];    // by each tool, from the constrained rows of the last step
-    OmVec3 pull[OM_MAX_ARM];     // the same less what holds the patch against its own weight
+    OmVec3 pull[OM_MAX_ARM];     // the same minus the force that carries the patch's own weight
     OmVec3 attachment;           // by the attachments, from element stresses (or their springs)
     OmVec3 contact;              // by ground and organs, from the last contact step
     OmVec3 external;             // om_tissue_external_force
@@ -293,7 +293,7 @@ OM_API OmStatus om_tissue_get_internal_force(const OmTissueModel* model, const O
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_attachment_force(const OmTissueModel* model,
                                                const OmTissueState* state, double* force);
-/// Force on each vertex by what holds it: tools, attachments and contact, N (nvert x 3).
+/// Force on each vertex by tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; OM_NO_MEMORY; errors of the engine
 OM_API OmStatus om_tissue_get_holding_force(const OmTissueModel* model, const OmTissueState* state,
                                             double* force);

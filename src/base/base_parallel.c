@@ -5,7 +5,7 @@
 //
 // One pool of helper threads serves the process: at most one thread less than there are processors. A job is offered
 // to idle helpers. A helper accepts an offer by an atomic exchange; the caller revokes offers that were not accepted
-// in time by the same exchange. So nobody waits for a helper that the system does not run:
+// in time by the same exchange. So no thread waits for a helper that the system does not run:
 //   - a loop begins at once; helpers that arrive join it, and the caller waits only for helpers that hold a block;
 //   - a team, whose members split work by rank, starts with the helpers that arrived within WINDOW.
 // A waiting thread spins for a while, because a barrier of a CG iteration lasts microseconds and a futex costs more,

@@ -2,7 +2,7 @@
 //
 // Storn and Price 1997 with the mutation current-to-pbest/1 and without the archive and adaptation of Zhang and
 // Sanderson 2009 (JADE): v = x + F (pbest - x) + F (a - b), pbest of the best fifth, a and b of the others, F
-// and CR drawn anew for each trial. The trials of a generation depend only on the previous one, so they are
+// and CR drawn for each trial. The trials of a generation depend only on the previous one, so they are
 // evaluated at once. Each draws from its own random stream, so the result does not depend on the worker count.
 // A coordinate outside the box is replaced by the mean of its parent and the bound.
 //

@@ -75,7 +75,7 @@ typedef struct Body {  // one site of the scene and the tissue on it: input of a
     const OmCalibrationProblem* problem;
     OmSite site;
     OmContactPlane board;
-    OmTissueObstacle obstacle[2];  // board and organ, those that there are
+    OmTissueObstacle obstacle[2];  // board and organ, if present
     OmContactDef contact;
     double
         // factor of the spring stiffness at the attachments: equal stiffness per area on meshes of different density

@@ -1,6 +1,6 @@
 // calibrate_tissue.c: errors of a tissue model against landmarks, clouds and forces.
 //
-// Landmarks and the points compared with clouds are points of the rest shape. Each model embeds them anew, so
+// Landmarks and the points compared with clouds are points of the rest shape. Each model embeds them, so
 // that parameters may change its mesh while the number of errors stays. Errors of a cloud are distances from
 // the model's points to the nearest point of the cloud, in this direction, as in (5.2): a camera sees one
 // side only, and unseen points must not count.

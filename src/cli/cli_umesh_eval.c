@@ -72,7 +72,7 @@ static OmStatus write_errors(const OmUmeshEval* e, const OmUmeshSample* sample, 
     return status;
 }
 
-// Samples under a force, as in Algorithm 2, and those that the probe moved.
+// Samples under a force, as in Algorithm 2, and samples with a moved probe.
 static void print_kinds(const OmUmeshEval* e, const OmUmeshSample* sample) {
     static const char* const name[2] = {"under a force", "moved by the probe"};
     for (int kind = 0; kind < 2; ++kind) {

@@ -174,7 +174,7 @@ double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) 
 
 // ---- report ---------------------------------------------------------------------------------------
 
-// A third of the triangles around each point that is pushed, as they are now.
+// A third of the triangles around each pushed point, in the current shape.
 static void measure_areas(OmPress* p, const double* x) {
     const OmSurface* s = &p->surface;
     for (int k = 0; k < p->nnear; ++k) p->tri_area[p->near[k].vert] = 0;

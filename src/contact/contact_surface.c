@@ -3,8 +3,8 @@
 // Coarser than the boundary: edges are collapsed, cheapest first; the cost is the square of the length plus what the
 // new place is off the planes of the old triangles (Garland and Heckbert 1997), so triangles end alike in size and
 // ridges stay. A collapse that would fold a triangle or join what was apart is refused. Finer: edges are halved,
-// longest first. Corners of triangles are kept in a list for each vertex; edges wait in a heap, those that
-// changed meanwhile are told by the stamps of their ends.
+// longest first. Corners of triangles are kept in a list for each vertex; edges wait in a heap, and edges that
+// changed meanwhile are recognised by the stamps of their ends.
 #include <string.h>
 
 #include "contact/contact_press_internal.h"

@@ -125,7 +125,7 @@ static OmStatus step_pull(OmLoop* loop, Next* next) {
 }
 
 // compute_target of Alg. 3: planar folds keep the height. Away from the camera goes the scene's `retract`;
-// towards the ROI goes on as far beyond it, since a flap held right above the ROI hides it from every side.
+// towards the ROI continues as far beyond it, since a flap held right above the ROI hides it from every side.
 void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
                   double* length) {
     *direction = om_vec3(1, 0, 0);

@@ -197,7 +197,7 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
     OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
-    // A round of as many layouts as workers at a time: progress is told, and cancelling heard, between.
+    // A round of as many layouts as workers at a time: progress and cancellation are handled between rounds.
     int worker = om_worker_count(nworker);
     for (; c.first < nlayout; c.first += worker) {
         OM_TRY_DONE(om_progress_report(progress, "calibrating force", c.first, nlayout));

@@ -83,8 +83,8 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
 
 // A grasp beside one that exposed nothing lifts much the same tissue: NEAR_ATTEMPTS of them within a length of the
 // tissue are enough, however many blocks lie there, or a fine grid spends all its actions in one place. One alone would
-// be too few: 15 mm beside it a grasp may expose the region (layout 11 of the sheet on 8 x 8 blocks). Whoever plans
-// makes the length shorter when nothing else is left.
+// be too few: 15 mm beside it a grasp may expose the region (layout 11 of the sheet on 8 x 8 blocks). The planner
+// shortens the length when nothing else is left.
 static bool is_for_later(const OmLoop* loop, int block) {
     const Grid* g = &loop->grid;
     if (loop->apart <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;

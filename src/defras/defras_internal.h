@@ -22,7 +22,7 @@ typedef struct Watch {
     double best;  // of the looks of this motion
 } Watch;
 
-#define FOLD_STEP 0.010  // m by which a fold goes on while it gains visibility
+#define FOLD_STEP 0.010  // m by which a fold continues while it gains visibility
 #define FOLD_GAIN 0.01   // visibility that such a step must gain
 
 // One arm as the loop knows it.

@@ -5,7 +5,7 @@
 #include "defras/defras_internal.h"
 
 #define SLOW_FROM 0.75   // share of the limit from which a motion slows down
-#define RATE_STEP 0.125  // a motion is commanded anew when its rate changes by as much
+#define RATE_STEP 0.125  // a motion is commanded again when its rate changes by this much
 #define STILL_RATE 0.02  // share of the speed above the limit
 #define LOOK_EVERY 5     // ticks between looks through the endoscope
 
@@ -41,7 +41,7 @@ static OmStatus watch_truth(OmLoop* loop) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         double force = om_norm(forces.pull[a]);
         largest = fmax(largest, force);
-        // While the jaws open the twin has let go already: only what both hold is compared.
+        // While the jaws open the twin has already released: compare only tissue that both hold.
         if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
         r->force_more = fmax(r->force_more, force - loop->force[a]);
         r->force_less = fmax(r->force_less, loop->force[a] - force);

@@ -123,7 +123,7 @@ static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int
 
 // ---- grounding ------------------------------------------------------------------------------------------------
 
-// The arms that may be at a block: those that reach it or are there, and at least the one on its side.
+// The arms that may be at a block: arms that reach it or are there, and at least the arm on its side.
 static void pairs_of(const OmSituation* s, uint8_t* pair) {
     for (int b = 0; b < s->n * s->n; b++) {
         pair[b] = s->reachable[b] & ((1 << OM_MAX_ARM) - 1);

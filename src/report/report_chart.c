@@ -329,7 +329,7 @@ static void draw_to(Pen* pen, double x, double y) {
     pen->is_down = true;
 }
 
-// The points first, least, largest and last of those that share a column of the plot.
+// The first, smallest, largest and last point of each column of the plot.
 static int draw_column(Pen* pen, const Plot* p, const OmReportSeries* s, int begin) {
     double column = floor(to_px(&p->x, s->x[begin]));
     int end = begin, min = begin, largest = begin;

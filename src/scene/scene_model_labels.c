@@ -1,7 +1,7 @@
 // scene_model_labels.c: the labels of a file, and the choice of those from which a model is built.
 //
 // A label's number is the value of its voxels, unless segments of several layers have equal values (3D Slicer
-// numbers each layer anew): then segments are numbered from 1 in the order of the file, and the list says so.
+// numbers each layer from 1): then segments are numbered from 1 in the order of the file, and the list says so.
 // Labels of several layers are joined in one volume; where they overlap, the voxel belongs to the label named
 // first.
 #include <limits.h>

@@ -199,7 +199,7 @@ static void shade(const Render* r, const Packet* p, const Packet* shadow, Surfac
         float lx = shadow->dx[i], ly = shadow->dy[i], lz = shadow->dz[i];
         float near_light = 1 / sqrtf(lx * lx + ly * ly + lz * lz + TINY);
         lx *= near_light, ly *= near_light, lz *= near_light;
-        float hx = lx + vx, hy = ly + vy, hz = lz + vz;  // half way between the two
+        float hx = lx + vx, hy = ly + vy, hz = lz + vz;  // bisector of the two
         float half = 1 / sqrtf(hx * hx + hy * hy + hz * hz + TINY);
         float nx = s->nx[i], ny = s->ny[i], nz = s->nz[i];
         float along = nx * vx + ny * vy + nz * vz;

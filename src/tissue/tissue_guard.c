@@ -1,7 +1,7 @@
 // tissue_guard.c: checks of a step: inverted elements and the balance of energy.
 //
 // One linearisation cannot see an element turn inside out, or a stress that is far from the linear one at the end of
-// the step. So the outcome of every step is held against two rules, element by element and in energy:
+// the step. So the outcome of every step is checked by two rules, element by element and in energy:
 //
 //     det F of an element does not fall below min(0.1, half of what it was)
 //     dE <= W + ENERGY_SLACK s (E_kinetic + E_elastic + |W|) + ENERGY_FLOOR sum V mu

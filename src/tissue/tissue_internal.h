@@ -166,7 +166,7 @@ double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 
 // ---- tissue_guard.c -------------------------------------------------------------------------------
 
-typedef struct OmGuard {  // the outcome of a step, held against what a step may do
+typedef struct OmGuard {  // checks of the outcome of a step
     bool is_bad;          // elements are crushed, or energy came out of nothing
     int ncrushed;         // as in OmTissueCheck
     int nbarrier;         //

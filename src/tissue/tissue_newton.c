@@ -10,8 +10,8 @@
 // (Armijo) always ends; near the solution the exact tangent takes over, with which it is quadratic (projected, a
 // beam under its weight gained a factor 1.6 an iteration). A body at rest is first predicted by the corotational
 // law, to which large rotations are nothing: under the whole weight at once half the iterations went into them.
-// The linearised problem is posed for dv itself, A dv = A dv_k - grad Phi(dv_k): whoever
-// solves the first one (contact) can solve the next. Its forces are not in Phi: then a step is halved only until
+// The linearised problem is posed for dv itself, A dv = A dv_k - grad Phi(dv_k): a solver
+// of the first one (contact) can solve the next. Its forces are not in Phi: then a step is halved only until
 // it turns nothing inside out. grad Phi is taken in double: in the floats of a step, forces that balance leave
 // 1e-3 of a soft body's weight.
 #include <string.h>
@@ -155,7 +155,7 @@ static OmStatus search_line(const OmTissueModel* m, const OmTissueState* s, OmTi
     return OM_OK;
 }
 
-// Where to begin: at the solution of the first linearisation, or with free vertices going on as they were.
+// Where to begin: at the solution of the first linearisation, or with free vertices at their old velocity.
 static OmStatus choose_start(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                              bool has_contact, double* potential) {
     for (int i = 0; i < w->nvert; ++i)
@@ -285,7 +285,7 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
         if (!has_contact && is_at_floor(&progress, norm, scale))
             return stop_at_floor(newton, report);
         if (k == newton->max_iterations || t <= MIN_STEP) break;
-        // Contact forces are in the linearised problem only. It alone tells whether forces balance, so it is solved
+        // Contact forces are in the linearised problem only. Only it shows whether forces balance, so it is solved
         // to the tolerance each time; solved loosely, the set of contacts went round in circles.
         double left = has_contact ? 0.5 * enough : FORCING * norm;
         OmStatus status = solve_linearised(m, s, w, newton, &is_exact, left, report);

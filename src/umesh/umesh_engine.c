@@ -2,12 +2,12 @@
 //
 // The network knows the skin of its grid. A node of the skin moves with the vertex of the mesh that is nearest to its
 // place on the surface, if a tool holds that one; or with an obstacle that it has touched. Contacts are kept in the
-// state, in the obstacle's frame: a network has no forces that could tell when tissue lets go, so a contact ends when
+// state, in the obstacle's frame: a network has no forces that could show a separation, so a contact ends when
 // the obstacle has left the place where the node is at rest. Then
 //
 //     u_grid = net(u_skin),  x = X + sum_a N_a(X) u_grid,a
 //
-// and what holds vertices has the last word.
+// and prescribed vertices have the last word.
 #include <math.h>
 #include <string.h>
 

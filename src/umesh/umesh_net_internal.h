@@ -133,7 +133,7 @@ double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float
 
 // ---- umesh_trust.c ----------------------------------------------------------------------------------
 
-// From the first `ntrain` samples; the margin from those that follow.
+// From the first `ntrain` samples; the margin from the samples after them.
 OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain);
 OmStatus om__umesh_region_alloc(OmUmeshNet* net);
 

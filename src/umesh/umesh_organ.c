@@ -44,7 +44,7 @@ static OmStatus check_def(const OmUmeshOrganDef* def) {
 
 // ---- the shape --------------------------------------------------------------------------------------
 
-typedef struct Shape {  // what the organ is made from, and what holds it
+typedef struct Shape {  // shape and attachment of the organ
     const OmUmeshOrganDef* def;
     OmVec3 lo, hi, up;
     double low, high;    // of dot(up, surface), m
@@ -106,7 +106,7 @@ static void measure_shape(const OmUmeshOrganDef* def, const OmSurface* surface, 
         s->lo = om_min3(s->lo, p), s->hi = om_max3(s->hi, p);
         s->low = fmin(s->low, om_dot(s->up, p)), s->high = fmax(s->high, om_dot(s->up, p));
     }
-    if (is_phantom) {  // as it is, not as its field is rounded
+    if (is_phantom) {  // exact, not rounded as its distance field
         OmVec3 half = OM_PHANTOM_HALF;
         s->lo = om_vec3(-half.x, -half.y, 0), s->hi = half;
     }

@@ -192,7 +192,7 @@ static bool is_finite(const float* u, size_t n) {
     return true;
 }
 
-// To equilibrium; the answer is left as it is if that fails.
+// Refine to equilibrium; if that fails, the answer does not change.
 static OmStatus refine(OmUmeshPredictor* p, const UmeshPatchSystem* patch,
                        const unsigned char* mask, float* u) {
     size_t n = 3 * (size_t)p->net->grid.mesh.nnode;

@@ -9,7 +9,7 @@
 // Draw number k of sample i is a function of (seed, i, k) alone. A draw is void if too few nodes lie under the
 // patch, if Newton's method finds no equilibrium, or if an element is nearly flat there.
 //
-// Tried and left: St Venant-Kirchhoff, the law of the thesis, is stable in compression only up to a stretch of
+// Tried and rejected: St Venant-Kirchhoff, the law of the thesis, is stable in compression only up to a stretch of
 // 0.58; pressed by 10 mm, a layer of elements under the probe turns inside out. The setting is there.
 #include <string.h>
 
@@ -98,7 +98,7 @@ uint64_t om__umesh_hash_def(const OmUmeshDataDef* d) {
 }
 
 // Load steps by what is prescribed: under a force Newton's method mostly arrives in one, while displacements
-// that come all at once crush the elements around the patch. Whoever does not arrive is soon given up.
+// that come all at once crush the elements around the patch. A sample that does not converge is given up early.
 static const struct {
     int nstep, max_newton;
     double min_step;

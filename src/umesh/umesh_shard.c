@@ -3,7 +3,7 @@
 //     0     "omentum umesh 1\nsize N\nhash H\n", zeros
 //     512   an HDF5 file of N bytes whose om_hash is H
 //
-// HDF5 looks for its signature at 0, 512, 1024, ..: any of its tools opens the file as it is. We make and read
+// HDF5 looks for its signature at 0, 512, 1024, ..: any of its tools opens the file directly. We make and read
 // the HDF5 part in memory. The size and the hash are compared before HDF5 sees a byte: its library (1.10)
 // trusts what it reads and has crashed on damaged metadata, and what it cannot tell from good data, such as a
 // flipped bit of an attribute, is found too. The checksums of chunks (fletcher32) are for other readers.
@@ -346,7 +346,7 @@ static OmStatus get_samples(const Reader* r, int nnode, OmUmeshShard* s) {
              r->name, num, s->first);
     const hsize_t extent[3] = {(hsize_t)num, n, 3};
     hid_t set;
-    OM_TRY(open_array(r, "sample/u", extent, &set));  // before as much memory is asked for
+    OM_TRY(open_array(r, "sample/u", extent, &set));  // before this much memory is allocated
     H5Dclose(set);
     OmStatus status = OM_OK;
     OM_TRY(om__umesh_shard_alloc(nnode, num, s));

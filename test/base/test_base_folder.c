@@ -246,7 +246,7 @@ static void a_growing_folder_goes_on(void** state) {
     om_folder_end(&f);
     assert_ok(om_folder_open(in_dir("g"), "test", &second));
     om_folder_end(&second);
-    put("g/notes.txt", "mine");  // beside ours: nobody replaces it
+    put("g/notes.txt", "mine");  // beside ours: it is not replaced
     assert_ok(om_folder_open(in_dir("g"), "test", &f));
     char path[1200];
     assert_ok(om_path_join(f.path, "notes.txt", path, sizeof path));

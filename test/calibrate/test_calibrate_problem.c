@@ -130,7 +130,7 @@ static void test_parameters_have_an_effect(void** state) {
     }
 }
 
-// The points that a picture shows are those that the errors are about.
+// The points of a picture are the points of the errors.
 static void test_points_of_a_cloud(void** state) {
     (void)state;
     put_all();
@@ -276,7 +276,7 @@ static void calibrate_strip(OmCalibrationResult* r) {
 
 // A strip of 6000 Pa on 9 x 5 x 2 cells is lifted. On 6 x 3 x 1 cells the calibration makes up for stiff elements:
 // its interval, which knows the noise alone, misses the truth. The mesh's error is stated, and with it the interval
-// holds the truth. On the truth's own mesh the interval holds it as it is.
+// holds the truth. On the truth's own mesh the interval contains the truth without widening.
 static void test_a_value_of_the_mesh_is_called_so(void** state) {
     (void)state;
     const double truth = 6000;

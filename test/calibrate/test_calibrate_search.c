@@ -158,7 +158,7 @@ static void test_killed_and_resumed(void** state) {
     snprintf(cut, sizeof cut, "%s", temp_path("cut"));
     OmCalibrationResult a, b;
     assert_ok(run_in(whole, 1, 0, &a));
-    // in the first generation, in a later one, in the local search, in the profiles: each goes on from the last
+    // in the first generation, in a later one, in the local search, in the profiles: each continues from the last
     const int at[] = {3, 100, a.nglobal - 130, a.nlocal, 20};
     for (int i = 0; i < 5; ++i) {
         pid_t child = fork();

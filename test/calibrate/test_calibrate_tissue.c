@@ -1,4 +1,4 @@
-// test_calibrate_tissue.c: tissue held against what was seen of it: another discretisation's landmarks, its own
+// test_calibrate_tissue.c: tissue compared with observations: another discretisation's landmarks, its own
 // clouds and forces, bad definitions.
 #include "calibrate/calibrate_tissue_internal.h"
 #include "omentum/fem.h"
@@ -212,7 +212,7 @@ static void check_paths(bool has_board) {
     assert_true(force[8] > 0.02 && push[2] < -0.01);           // up, down
     seen[0].x = om_load3(x, 0), seen[1].x = om_load3(x, 2 + 1), seen[2].x = om_load3(x, 4);
     seen[3].x = om_load3(force, 2), seen[4].x = has_board ? seen[3].x : om_load3(push, 0);
-    // a cloud at the second level: the landmarks there, and points far below that are nobody's nearest
+    // a cloud at the second level: the landmarks there, and points far below that are nearest to no point
     seen[5] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 2)};
     seen[6] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, om_load3(x, 3)};
     seen[7] = (OmCalibrationSeen){0, 1, OM_SEEN_CLOUD, {0, 0, -5}};

@@ -9,7 +9,7 @@
 #include "omentum/image.h"
 #include "omentum/shape_meshing.h"
 
-#define COARSE 4      // voxels of 0.2 mm a side of those that shapes are made from
+#define COARSE 4      // voxels of 0.2 mm a side of the volumes that shapes are made from
 #define TRAVEL 0.022  // m, of each paddle
 #define LABEL_GLAND 29
 #define LABEL_NIPPLE 33

@@ -73,7 +73,7 @@ static void test_no_sticking(void** context) {
     }
     assert_int_equal(report.ncontact, 0);
     assert_near(f.grasp[0].z, weight, 1e-3 * weight);
-    assert_below(max, 1.02 * weight);  // tissue that is let go swings a little
+    assert_below(max, 1.02 * weight);  // released tissue swings a little
     rig_done(&r);
 }
 

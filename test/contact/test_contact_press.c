@@ -78,7 +78,7 @@ static void test_flat_box(void** test) {
     assert_near_rel(force[2], force[1], 0.05);
 }
 
-// A sphere far in, with and without friction: what it feels is what holds the block.
+// A deep sphere, with and without friction: the force on it equals the force of the attachment.
 static void test_sphere_balance(void** test) {
     (void)test;
     for (int run = 0; run < 4; ++run) {

@@ -216,7 +216,7 @@ static double dome(void* ctx, OmVec3 p) {
     return fmax(om_norm(p) - 0.06, -p.z);
 }
 
-// As many triangles as asked for, closed, of like size, near the boundary, the same every time.
+// The requested number of triangles, closed, of like size, near the boundary, the same every time.
 static void test_surface(void** test) {
     (void)test;
     const int wanted[] = {200, 1004, 9000};

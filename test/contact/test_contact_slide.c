@@ -99,7 +99,7 @@ static Slid run(const Slide* slide) {
 }
 
 // There and back differ by less than 1 % of the force up at steps of 1 mm, and holding changes as little. Planes were
-// laid anew by distance alone before: 4 to 16 % for the boxes. What is left at 6 mm comes from the tissue's one
+// placed again by distance alone before: 4 to 16 % for the boxes. What is left at 6 mm comes from the tissue's one
 // linearisation a step, not from contact: Newton's method leaves 0.2 %.
 static void test_frictionless(void** test) {
     (void)test;

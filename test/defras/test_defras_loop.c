@@ -351,7 +351,7 @@ static float* read_set(hid_t file, const char* name, size_t count) {
     return value;
 }
 
-// run.vtkhdf has the truth, which is heavier than the twin: before any grasp what holds it bears its weight.
+// run.vtkhdf has the truth, which is heavier than the twin: before any grasp the attachments carry its weight.
 static void expect_recorded_forces(const char* path, int nvert, double weight) {
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     assert_true(file >= 0);

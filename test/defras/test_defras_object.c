@@ -401,7 +401,7 @@ static void expect_file(const char* dir, const char* name, bool is_there) {
     assert_true(om_path_exists(path) == is_there);
 }
 
-// The same arms and pictures, but nobody knows the tissue's true state: the same actions, and a record that says so.
+// The same arms and pictures, but the tissue's true state is unknown: the same actions, and a record that says so.
 static void test_a_world_without_a_truth(void** state) {
     (void)state;
     Rig g;

@@ -92,7 +92,7 @@ static void test_force_stops_a_pull(void** state) {
 }
 
 // Above the force limit the arm goes back until the force is below it, and the tissue is folded instead of
-// pulled before it is let go (6.4.1).
+// pulled before it is released (6.4.1).
 static void test_fold_after_a_force_stop(void** state) {
     (void)state;
     OmScene scene = easy_scene();

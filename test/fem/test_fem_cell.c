@@ -228,7 +228,7 @@ static void test_inverted(void** context) {
     }
 }
 
-// A beam of 100 x 30 x 30 mm let go under a tenth of its weight, half a second: tip after each step.
+// A beam of 100 x 30 x 30 mm released under a tenth of its weight, half a second: tip after each step.
 static void fall(bool is_averaged, int max_newton, double* tip, double* gain) {
     TestRig r;
     rig_box(&r, lo, om_vec3(0.1, 0.03, 0.03), 10, 3, 3);
@@ -251,7 +251,7 @@ static void fall(bool is_averaged, int max_newton, double* tip, double* gain) {
     rig_done(&r);
 }
 
-// One linearisation, whose matrix is an upper bound of the tangent, against Newton's method: as near as it is with
+// One linearisation, whose matrix is an upper bound of the tangent, against Newton's method: as near as with
 // plain elements, whose matrix is the tangent; no energy from nowhere.
 static void test_step_is_close(void** context) {
     (void)context;

@@ -232,7 +232,7 @@ static OmStatus plate_finish(void* ctx, const double* x, double load) {
     return ++p->nfinish % 2 == 1 ? OM_NOT_CONVERGED : OM_OK;  // asks for one more solve each step
 }
 
-// The plate's force is what holds the bottom; continuing from load_begin ends where one go does.
+// The plate's force equals the force at the bottom; continuing from load_begin ends where one go does.
 static void test_extra_contact(void** context) {
     (void)context;
     double whole = 0;

@@ -227,7 +227,7 @@ static void test_relaxation(void** state) {
     rig_done(&p.r);
 }
 
-// Limits are along the axes of space: a body that was turned is not left so. What holds for any limits is that
+// Limits are along the axes of space: a body that was turned is not left so. For any limits the rule is that
 // the outcome keeps its links, and stays where it is then.
 static void test_knows_no_rotation(void** state) {
     (void)state;
@@ -321,7 +321,7 @@ static void test_absurd_inputs(void** state) {
             if (s == 15) om_tissue_release(p.r.s, 0);
             assert_ok(om_tissue_step(p.r.m, p.r.s, p.r.w, 1e-4 + 0.1 * om_rng_uniform(&rng), NULL));
         }
-        // Nobody holds it now, or only its attachments, at rest: rounding is that of kilometres.
+        // No tool holds it now, and its attachments are at rest: rounding is that of kilometres.
         assert_below(excess(&p), 1e-9);
         for (int i = 0; i < 3 * n; ++i) assert_true(fabs(om_tissue_x(p.r.s)[i]) < 3000);
         om_free(x);

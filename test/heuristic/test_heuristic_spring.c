@@ -314,7 +314,7 @@ static void test_rigid_motion(void** state) {
     }
 }
 
-// Hung up, at rest: found by Newton's method and by stepping; what holds it bears its weight.
+// Hung up, at rest: found by Newton's method and by stepping; its attachments carry its weight.
 static void test_hangs(void** state) {
     (void)state;
     TestRig r;

@@ -297,7 +297,7 @@ static void test_cosine(void** state) {
     for (int step = 10; step < 100; ++step) {
         double rate = om_schedule_rate(&s, step, 100);
         assert_below(rate, before);
-        // the half way down has the mean of those as far from both ends
+        // the midpoint has the mean of points at equal distances from it
         assert_near(rate + om_schedule_rate(&s, 109 - step, 100), 2, 1e-14);
         before = rate;
     }

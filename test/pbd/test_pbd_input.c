@@ -96,7 +96,7 @@ static void test_sampling(void** state) {
     om_tet_mesh_done(&box);
 }
 
-// At rest what holds a body bears its weight, whatever its stiffness; nothing is below the board.
+// At rest the attachments and the board carry a body's weight, whatever its stiffness; nothing is below the board.
 static void test_forces_balance(void** state) {
     (void)state;
     PbdRig p;

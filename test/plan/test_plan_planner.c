@@ -278,7 +278,7 @@ static void test_bounds_keep_the_optimum(void** state) {
     assert_true(nplan > 120 && nunsat > 20 && nhold > 20);
 }
 
-// Far from the flat grid: centres given, as they are on lifted tissue.
+// Far from the flat grid: centres given, as on lifted tissue.
 static void test_given_centers_decide(void** state) {
     (void)state;
     static Search q;

@@ -239,7 +239,7 @@ static void refused_memory_leaks_nothing(void** state) {
     assert_int_equal(om_alloc_alive(), alive);
 }
 
-// Written anew for other joints, a drawing is that of the other joints, byte for byte.
+// Written again for other joints, a drawing is that of the other joints, byte for byte.
 static void the_drawing_follows_the_joints(void** state) {
     (void)state;
     OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());

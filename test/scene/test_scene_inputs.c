@@ -149,7 +149,7 @@ static void test_one_organ_under_four_headers(void** unused) {
     om_patient_done(&straight);
 }
 
-// Volume meshes are used as they are; all surfaces hold the same triangles, so they give the same mesh.
+// Volume meshes are used without remeshing; all surfaces hold the same triangles, so they give the same mesh.
 static void test_one_organ_in_every_format(void** unused) {
     (void)unused;
     static const struct {

@@ -197,7 +197,7 @@ static double boundary_distance(const OmTetMesh* a, OmMat3 turn, const OmTetMesh
     return max;
 }
 
-// Build one label of the CT as it is, stored otherwise, and turned; compare boundaries and volumes.
+// Build one label of the CT in three forms: original, stored otherwise, and turned; compare boundaries and volumes.
 static void compare_storage(int label, double mean_max, double most_max) {
     const OmMat3 turn =
         om_quat_to_mat3(om_quat_axis_angle(om_normalize(om_vec3(0.3, -0.5, 0.8)), 0.6));

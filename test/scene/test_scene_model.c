@@ -1,4 +1,4 @@
-// Patient models: the sheet over an organ, materials, what bad input is told.
+// Patient models: the sheet over an organ, materials, messages for bad input.
 #include "test_alloc.h"
 
 #include "omentum/scene_model.h"

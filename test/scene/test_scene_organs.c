@@ -30,7 +30,7 @@ static void test_labels_of_the_mr(void** unused) {
     }
 }
 
-// Volume meshes meshed anew and closed surfaces; no file states its unit, these are about decimetres.
+// Remeshed volume meshes and closed surfaces; no file states its unit, these are about decimetres.
 static void test_livers(void** unused) {
     (void)unused;
     static const struct {

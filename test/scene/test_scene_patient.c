@@ -176,7 +176,7 @@ static void assert_material(const OmSite* site, int label, double young, double 
     assert_near_rel(m.density, density, 1e-12);
 }
 
-// A scene that says nothing of modulus, ratio and density leaves the patient's materials as they are; what it says
+// A scene that says nothing of modulus, ratio and density does not change the patient's materials; what it says
 // is the first one's, and the others keep their ratio.
 static void test_site_keeps_materials(void** unused) {
     (void)unused;
@@ -293,7 +293,7 @@ static void test_damaged_files(void** unused) {
 
 // ---- whole or not at all -----------------------------------------------------------------------------------
 
-// No file may grow beyond `limit` bytes, as on a full disk: the older model stays as it was.
+// No file may grow beyond `limit` bytes, as on a full disk: the older model does not change.
 static void test_full_disk(void** unused) {
     (void)unused;
     OmPatient p, q;

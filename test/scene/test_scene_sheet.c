@@ -1,4 +1,4 @@
-// test_scene_sheet.c: fat over a ball and over an ellipsoid, held against their geometry: thickness, gap, rim, tumour.
+// test_scene_sheet.c: fat over a ball and over an ellipsoid, compared with their geometry: thickness, gap, rim, tumour.
 #include "test_files.h"
 
 #include "omentum/scene.h"
@@ -48,7 +48,7 @@ static double mean_radius(const OmTetMesh* mesh, const char* name) {
     return sum / n;
 }
 
-// The reference is the ball as it was found: its back, where no tumour is.
+// The reference is the ball before the tumour: its back, where no tumour is.
 static double ball_radius(const OmSurface* organ) {
     double sum = 0;
     int n = 0;

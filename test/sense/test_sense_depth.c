@@ -266,7 +266,7 @@ static void depth_does_not_depend_on_workers(void** state) {
     om_sense_scene_destroy(scene);
 }
 
-// Refitted or built anew, a moved scene gives the same depths.
+// Refitted or rebuilt, a moved scene gives the same depths.
 static void refitting_is_building_anew(void** state) {
     (void)state;
     static Frame moved, fresh;

@@ -7,7 +7,7 @@
 // Ten times what can just be told apart; shades vary by lighting. The former magenta on the former board had 14.
 #define APART 30.0
 
-// What the region of interest lies on or under, and what holds the tissue, stand out.
+// The surroundings of the region of interest and the attachments are clearly visible.
 static void test_parts_differ(void** unused) {
     (void)unused;
     for (int which = OM_PART_ROI; which <= OM_PART_HELD; ++which) {

@@ -31,7 +31,7 @@ static void test_volume_meshes(void** unused) {
     }
 }
 
-// The vertex of the gallbladder that no element uses is kept if asked for.
+// The vertex of the gallbladder that no element uses is kept on request.
 static void test_unused_vertices(void** unused) {
     (void)unused;
     OmTetMesh m;

@@ -126,7 +126,7 @@ static void many_together_match_one_by_one(void** state) {
             uint64_t hash = om_hash(p.x, NRHS * p.n * sizeof(double), OM_HASH_SEED);
             if (nworker == 1) first = hash;
             assert_true(hash == first);
-            // A bad number in the last one: all stay as they were.
+            // A bad number in the last one: none changes.
             double keep = p.b[NRHS * p.n - 1];
             p.b[NRHS * p.n - 1] = (double)NAN;
             memcpy(p.x, start, NRHS * p.n * sizeof(double));

@@ -147,7 +147,7 @@ static void gmres_matches_factors(void** state) {
         memcpy(p.x, from, p.n * sizeof *from);
         assert_ok(om_solver_solve_gmres(S, &p.A, &B, 1e-10, p.b, p.x, &info));
         assert_true(om_hash(p.x, p.n * sizeof *p.x, OM_HASH_SEED) == hash);
-        // Refusals leave x as it was.
+        // Refusals do not change x.
         memcpy(p.x, from, p.n * sizeof *from);
         assert_status(om_solver_solve_gmres(S, &p.A, &B, 0, p.b, p.x, &info), OM_INVALID);
         B.exact[9 * (size_t)B.row_adr[90] + 4] = (double)NAN;

@@ -109,7 +109,7 @@ static void test_truth(void** unused) {
     om_probe_destroy(probe);
 }
 
-// Quantiles of 0..4, by hand; noise has the spread it is asked for.
+// Quantiles of 0..4, by hand; noise has the requested spread.
 static void test_numbers(void** unused) {
     (void)unused;
     double v[] = {3, 1, 4, 0, 2};

@@ -46,7 +46,7 @@ static void test_study(void** unused) {
     assert_ok(om_study_sheet_run(&def, NULL, &first));
     assert_int_equal(first.nfold, 1);
     assert_int_equal(first.nnew, first.neval);
-    // particles that nobody lifts lie where the elements lie: closer to their cloud than lifted ones to theirs
+    // particles at rest lie where the elements lie: closer to their cloud than lifted ones to theirs
     assert_true(first.floor > 0 && first.floor < first.found);
     assert_true(first.found < 0.02 && first.thesis < 0.02);
     read_text("clouds.csv", &clouds);

@@ -1,4 +1,4 @@
-// test_study_truth.c: the truth and the runs of the contact study held against each other and against what must be:
+// test_study_truth.c: the truth and the runs of the contact study compared with each other and with exact values:
 // two codes of their own (quadratic tetrahedra under a smooth pressure, linear ones under penalty) press alike.
 #include "test_files.h"
 

@@ -86,7 +86,7 @@ static void test_balance_springs(void** context) {
     check_balance(50);
 }
 
-// What a tool let go it no longer holds: not a newton is left on its vertices, before the next step and after it.
+// Released vertices have no tool force any more: before the next step and after it.
 static void test_release_leaves_nothing(void** context) {
     (void)context;
     TestRig r;

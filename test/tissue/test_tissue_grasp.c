@@ -1,4 +1,4 @@
-// test_tissue_grasp.c: tools take, carry and let go (thesis 6.4.7); attachments hold.
+// test_tissue_grasp.c: tools take, carry and release (thesis 6.4.7); attachments hold.
 #include "test_rig.h"
 
 static const OmVec3 lo = {0, 0, 0}, hi = {0.06, 0.03, 0.01};
@@ -115,7 +115,7 @@ static void test_two_arms(void** context) {
         double d = om_norm(om_sub(om_load3(r.mesh.x, i), a.p));
         assert_int_equal(om_tissue_held_by(r.s)[i], d <= 0.012 ? 0 : d <= 0.014 ? 1 : -1);
     }
-    // an arm that grasps anew lets go of what it had
+    // an arm that grasps again releases its vertices first
     assert_ok(om_tissue_grasp(r.m, r.s, 1, tip_at(0.03, 0.015, 0.01), 0.006, &nb));
     assert_int_equal(om_tissue_nheld(r.s, 1), nb);
     om_free(x0);

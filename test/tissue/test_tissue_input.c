@@ -198,7 +198,7 @@ static OmStatus solve_if_short(void* ctx, const OmTissueModel* m, OmTissueState*
 }
 
 // What cannot be solved in one step is solved in halves, to the bytes of shorter steps, and the tool arrives all
-// the same. What cannot be solved at all leaves the state as it was.
+// the same. An unsolvable step does not change the state.
 static void test_cut_steps(void** context) {
     (void)context;
     TestRig r, q;

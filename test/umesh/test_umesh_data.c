@@ -114,7 +114,7 @@ static bool stop_at_five(void* ctx, const char* stage, double done, double total
     return done < 5;
 }
 
-// Stopped in the second shard, gone on with, extended: the files of an uninterrupted run.
+// Stopped in the second shard, continued, extended: the files of an uninterrupted run.
 static void test_resume(void** state) {
     (void)state;
     Folder whole = fresh_folder("umesh4"), f = fresh_folder("umesh5");

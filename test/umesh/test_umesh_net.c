@@ -1,5 +1,5 @@
 // test_umesh_net.c: a small grid, samples of a known field: the network learns it, its file brings it back, inputs
-// unlike those of training are told, the network as tissue follows a probe, damaged files are refused.
+// outside the range of the training are reported, the network as tissue follows a probe, damaged files are refused.
 #include "test_alloc.h"
 
 #include "omentum/contact_tool.h"
@@ -117,7 +117,7 @@ static void test_second_order(void** unused) {
     for (size_t i = 0; i < n; ++i) max = fmax(max, fabs((double)force[i]));
     for (size_t i = 0; i < n; ++i) {
         double second = (f[0][i] + f[1][i]) / (2 * step[0] * step[0]);
-        // dW/dx is what holds it back
+        // dW/dx is the reaction
         double expected = -second / (SPACING * SPACING) * SPACING / size;
         assert_near((double)force[i], expected, 1e-5 * max);  // fourth order, and floats
     }
@@ -217,7 +217,7 @@ static void test_file(void** unused) {
     assert_string_equal(om_umesh_net_fact(net, "command"), "test");
     assert_null(om_umesh_net_fact(net, "nothing"));
     assert_ok(om_umesh_eval(net, &data, NSAMPLE - 8, 8, OM_UMESH_TOLERANCE, 1, &eval));
-    // less than the loop measured: nodes of the patch are put where they were told to go
+    // less than the loop measured: nodes of the patch are put at their prescribed places
     double loop = 1e-3 * atof(om_umesh_net_fact(net, "validation_error_mm"));
     assert_true(eval.mean <= loop && eval.mean > 0.7 * loop);
     snprintf(path, sizeof path, "%s/copy.safetensors", dir);
@@ -322,7 +322,7 @@ static void test_trust(void** unused) {
         nbetween += trust.score > 1 && trust.score < 2;
     }
     assert_true(nbetween > 3);
-    // four times as far, outwards, every second node left behind, a place nobody touched, all of the skin, nothing
+    // four times as far, outwards, every second node left behind, an untouched place, all of the skin, nothing
     for (size_t n = 0; n < 3 * nnode; ++n) u[n] = 8 * data.u[n];
     om_umesh_judge(net, data.mask, u, &trust);
     assert_true(!trust.is_inside && strstr(trust.why, "times the largest"));
@@ -406,7 +406,7 @@ static void test_predict(void** unused) {
 
 // ---- as tissue ------------------------------------------------------------------------------------------
 
-// A probe goes down on the block: what is under it follows it to the rounding of floats, it sticks, and lets go when
+// A probe goes down on the block: what is under it follows it to the rounding of floats, it sticks, and separates when
 // the probe leaves; a snapshot brings it all back.
 static void test_engine(void** unused) {
     (void)unused;
@@ -471,7 +471,7 @@ static void test_engine(void** unused) {
 }
 
 // A tool takes hold of the top's middle and draws it in: what it holds is where the tool is, the rest comes along less,
-// the base stays; let go, all is at rest again.
+// the base stays; released, all is at rest again.
 static void test_grasp(void** unused) {
     (void)unused;
     OmUmeshNet* net;

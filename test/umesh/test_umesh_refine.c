@@ -174,7 +174,7 @@ static void test_relax(void** unused) {
         last = energy;
     }
     assert_true(om__umesh_least_volume(F, 0, (int)nelem) > 0.05f);
-    om__umesh_gradients(&elements, u, 1, again, 0, (int)nelem);  // those that were kept up, anew
+    om__umesh_gradients(&elements, u, 1, again, 0, (int)nelem);  // recomputed from scratch
     for (size_t i = 0; i < REFINE_F * nelem; ++i) assert_near((double)F[i], (double)again[i], 1e-4);
     size_t nmoved = 0;
     for (size_t i = 0; i < nnode; ++i) is_still[i] = g->mesh.x[3 * i] < 0;

@@ -136,7 +136,7 @@ static void test_grid_of_places(void** unused) {
     om_umesh_net_destroy(net);
 }
 
-// An answer without inverted tetrahedra stays as it is; rest, too.
+// An answer without inverted tetrahedra does not change; nor does rest.
 static void test_nothing_to_open(void** unused) {
     (void)unused;
     OmUmeshNet* net;

@@ -13,12 +13,7 @@
 // Largest error of the network relative to the linear answer's; measured: 0.32 (200 samples).
 #define SHARE 0.5
 
-enum {
-    REFINED,
-    NETWORK,
-    LINEAR,
-    NKIND
-};  // what is asked for: the answer, or one of its parts alone
+enum { REFINED, NETWORK, LINEAR, NKIND };  // the requested output: the answer, or one of its parts
 
 // Mean norm error (3.17) of an answer of this kind, mm.
 static double error_of(OmUmeshPredictor* predictor, int kind, const OmUmeshGrid* g,

@@ -68,7 +68,7 @@ static void test_every_grasping_point_is_in_reach(void** state) {
     teardown(&f);
 }
 
-// A free corner is lifted; the tissue follows, hangs on the tool, and falls back when let go.
+// A free corner is lifted; the tissue follows, hangs on the tool, and falls back when released.
 static void test_lifting_and_letting_go(void** state) {
     (void)state;
     Field f;
@@ -343,7 +343,7 @@ static void test_noise_is_of_the_measurement(void** state) {
     teardown(&noisy);
 }
 
-// The offset of a tool is drawn anew along every axis, of the stated spread: over seeds and arms.
+// The offset of a tool is drawn along every axis, of the stated spread: over seeds and arms.
 static void test_noise_of_three_axes(void** state) {
     (void)state;
     enum { NSEED = 16 };
@@ -396,7 +396,7 @@ static void test_snapshots(void** state) {
     teardown(&f);
 }
 
-// What the ground bore before the first grasp belongs to the snapshot: a body restored to before it is grasped anew,
+// What the ground bore before the first grasp belongs to the snapshot: a body restored to before it is grasped again,
 // and its pulls are those of a body that was never grasped elsewhere.
 static void test_snapshots_keep_the_ground_at_rest(void** state) {
     (void)state;
@@ -427,7 +427,7 @@ static void test_snapshots_keep_the_ground_at_rest(void** state) {
 }
 
 // A tissue of two materials: the heavier and stiffer half weighs and sinks as it should, for every engine that knows
-// elements; and what computes it is said as it is.
+// elements; and the method of computation is named.
 static void test_materials_of_a_site(void** state) {
     (void)state;
     OmScene scene = half_held();
