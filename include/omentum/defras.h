@@ -44,15 +44,15 @@ typedef struct OmRetractEstimate {  // of a run that has not begun
     bool is_settled;    // as in OmRetractResult
     bool has_slid;      //
     int nplanned;       // actions of the first plan; 0: none is found
-    double begin_time;  // s, it took to build, settle and plan
+    double begin_time;  // s to build, settle and plan
     // s of computing for one of operation, measured over OM_RETRACT_CHECK_TIME at rest
     double time_rate;
     // memory that the report's pictures take if every action of the scene is used
     double picture_bytes;
 } OmRetractEstimate;
 #define OM_RETRACT_CHECK_TIME 0.5  // s
-/// All that om_retract_run does before the first action, and an estimate of the rest. Writes nothing; whether
-/// `out_dir` can be written is checked.
+/// Do what om_retract_run does before the first action, and estimate the rest. Checks that `out_dir` can be written,
+/// and writes nothing.
 /// @return as om_retract_run; OM_OK also for a scene whose ROI is in view or that has no plan
 OM_API OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
                                  OmRetractEstimate* estimate);
@@ -77,16 +77,16 @@ OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, in
                                            const OmProgress* progress,
                                            OmForceCalibration* calibration);
 
-/// Whether a layout can be exposed at all: every sequence of the planner's actions for one grasp (lift to the
-/// height or force limit, then no fold, either fold, or one after the other), for every grasping point that is
-/// not above an attachment, tried from rest on the simulated truth, without noise and without tools in view.
+/// Can a layout be exposed at all? Try, from rest on the simulated truth, every sequence of the planner's actions for
+/// one grasp (lift to the height or force limit, then no fold, either fold, or both in either order), for every
+/// grasping point that is not above an attachment; without noise and without tools in view.
 typedef struct OmSearchResult {
-    int ngrasp, ncourse;       // grasping points and sequences tried
+    int ngrasp, nsequence;     // grasping points and sequences tried
     int nexposed;              // sequences that exposed the ROI
-    double visibility;         // the most that any of them showed, 0 to 1
-    double force;              // N, the largest pull of that one, in the truth
-    int block;                 // its grasping point, -1: nothing can be grasped
-    OmPlanVerb first, second;  // its folds; OM_PLAN_PULL: none
+    double visibility;         // the largest of all sequences, 0 to 1
+    double force;              // N, the largest pull of that sequence, in the truth
+    int block;                 // grasping point of that sequence, -1: nothing can be grasped
+    OmPlanVerb first, second;  // folds of that sequence; OM_PLAN_PULL: none
 } OmSearchResult;
 /// @param force_limit  N; a motion ends there
 /// @return OM_OK, also if nothing exposes the ROI; OM_INVALID (a scene that cannot be run); OM_NO_MEMORY;

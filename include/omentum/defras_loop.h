@@ -140,11 +140,11 @@ OM_API OmLoopDef om_loop_default_def(const OmSceneTask* task, OmWorld* world, Om
                                      OmPlanner* planner);
 
 typedef enum OmLoopPhase {
-    OM_LOOP_BEGIN,  // before the first look
-    OM_LOOP_HOLD,   // the ROI is seen: the arms hold still while the endoscope looks
-    OM_LOOP_PLAN,   // between two actions; only listeners see it
-    OM_LOOP_ACT,    // an action is under way
-    OM_LOOP_ENDED   // the result is complete
+    OM_LOOP_BEGIN,   // before the first look
+    OM_LOOP_VERIFY,  // the ROI is seen: the arms keep still; does it stay visible?
+    OM_LOOP_PLAN,    // between two actions; only listeners see it
+    OM_LOOP_ACT,     // an action is under way
+    OM_LOOP_ENDED    // the result is complete
 } OmLoopPhase;
 
 typedef enum OmLoopCommandKind {

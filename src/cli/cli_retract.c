@@ -174,7 +174,7 @@ static int search(const Settings* s) {
     om_cli_figure("layout", scene->seed);
     om_cli_figure("exposed", r.nexposed);
     printf("%s, layout %d: %d of %d sequences of %d grasps expose the ROI", scene->name,
-           scene->seed, r.nexposed, r.ncourse, r.ngrasp);
+           scene->seed, r.nexposed, r.nsequence, r.ngrasp);
     if (r.block >= 0) {
         int n = scene->task.grid;
         printf("; largest visibility: %.0f %%, block (%d,%d) lifted%s%s, %.2f N",

@@ -124,16 +124,16 @@ static OmStatus step_pull(OmLoop* loop, Next* next) {
     return begin_motion(loop, om_vec3(state->tip.x, state->tip.y, z), true, next);
 }
 
-// compute_target of Alg. 3: planar folds keep the height. Away from the camera goes the scene's `retract`;
-// towards the ROI continues as far beyond it, since a flap held right above the ROI hides it from every side.
-void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
-                  double* length) {
+// compute_target of Alg. 3: a fold keeps the height. Its length is `retract` away from the camera; towards the ROI it
+// ends `retract` beyond the ROI, since a flap directly above the ROI hides it from every side.
+void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
+                   double* length) {
     *direction = om_vec3(1, 0, 0);
     *length = retract;
     if (verb == OM_PLAN_MOVE_AWAY) return;
     OmVec3 to_roi = om_vec3(grid->roi.x - tip.x, grid->roi.y - tip.y, 0);
     double distance = om_norm(to_roi);
-    *length = distance < 1e-3 ? 0 : distance + retract;  // right above it: no direction
+    *length = distance < 1e-3 ? 0 : distance + retract;  // directly above the ROI: no direction
     if (distance >= 1e-3) *direction = om_scale(1 / distance, to_roi);
 }
 
@@ -145,8 +145,8 @@ static OmStatus step_fold(OmLoop* loop, Next* next) {
     if (a->step == 0) {
         a->step = 1;
         a->tip = state->tip;
-        om__fold_way(&loop->grid, loop->task.retract, a->tip, a->plan.verb, &a->direction,
-                     &a->length);
+        om__fold_path(&loop->grid, loop->task.retract, a->tip, a->plan.verb, &a->direction,
+                      &a->length);
         a->outcome = OM_ACTION_UNREACHED;
     }
     if (a->step == 1 && a->outcome == OM_ACTION_UNREACHED) {

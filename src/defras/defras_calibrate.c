@@ -1,17 +1,17 @@
-// defras_calibrate.c: the force threshold of a scene, by the force that retracting its tissue takes (6.5.1).
+// defras_calibrate.c: the force threshold of a scene, from the forces of its retractions (6.5.1).
 //
-// The twin alone tries every block of every layout from rest, whatever the force: a lift straight to the height
-// limit, then, if the ROI is still hidden, a fold away from the camera and, again from the height limit, a
-// fold towards the ROI. The largest pull of all three counts; the threshold is twice the median. The motions are
-// SPEED_UP times as fast as the task's. A motion ends at CAP times the scene's threshold: what lies beyond changes
-// no median below it, and a median above it is an error.
+// The twin tries every block of every layout from rest, without a force limit: a lift to the height limit; then, if
+// the ROI is still hidden, a fold away from the camera and, again from the height limit, a fold towards the ROI. The
+// largest pull of the three is a sample; the threshold is twice the median of the samples. Motions are SPEED_UP times
+// as fast as those of the task. A motion ends at CAP times the scene's threshold: larger forces do not change a
+// median below this value, and a median above it is an error.
 //
-// The margin is for how much more the tissue may bear than the twin says. Of the grasps that the planner may
-// choose (not above an attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. Of all
-// instants at which the twin's pull lies between half the threshold and the threshold, the margin is the 95 %
-// quantile of truth less twin. Above attachments the twin's forces mean little: it holds one vertex there, the
-// truth ten, and bears four to seven times as much. Layouts run in parallel, each alone in its thread, and their
-// results are put in order of layout and block.
+// The margin bounds the excess of the truth over the twin. Of the grasps that the planner may choose (not above an
+// attachment) every TRUTH_EVERYth is repeated, step by step, on the simulated truth. The margin is the 95 % quantile
+// of truth less twin over all instants at which the twin's pull is between half the threshold and the threshold.
+// Above attachments the twin's forces are not reliable: the twin holds one vertex there and the truth ten, and the
+// pull of the truth is four to seven times as large. Layouts run in parallel, one thread each; their results are
+// sorted by layout and block.
 #include <string.h>
 
 #include "defras/defras_trial.h"
@@ -33,7 +33,7 @@ typedef struct Calibration {
     Pairs* pairs;           // of each layout
     TrialOutcome* outcome;  // of each layout
     int nblock, nlayout;
-    int first;  // layout of the round under way
+    int first;  // first layout of the current round
 } Calibration;
 
 static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
@@ -54,10 +54,10 @@ static OmStatus add_pairs(Pairs* p, const Trace* trace, const double* truth) {
     return OM_OK;
 }
 
-// The same motions on the truth: the lift, and each fold from its top.
+// The same motions on the truth: the lift, then each fold from the lifted state.
 static OmStatus replay_grasp(Trial* truth, int block, const Trace trace[3], Pairs* pairs) {
     OmStatus status = OM_OK;
-    Course course = {0};
+    TrialResult course = {0};
     int nheld, longest = 0;
     double* force = NULL;
     void* lifted = NULL;
@@ -83,7 +83,7 @@ done:
 static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest, Pairs* pairs) {
     static const OmPlanVerb fold[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
     Trace trace[3] = {{0}, {0}, {0}};
-    Course course = {.trace = &trace[0]};
+    TrialResult course = {.trace = &trace[0]};
     void* lifted = NULL;
     double cap = CAP * twin->scene.task.force_threshold;
     int nheld;
@@ -98,7 +98,7 @@ static OmStatus try_grasp(Trial* twin, Trial* truth, int block, double* largest,
         om_body_save(twin->body, lifted);
         for (int k = 0; k < 2; ++k) {
             if (k) om_body_restore(twin->body, lifted);
-            Course c = {.tip = course.tip, .trace = &trace[1 + k]};
+            TrialResult c = {.tip = course.tip, .trace = &trace[1 + k]};
             OM_TRY_DONE(om__trial_fold(twin, fold[k], cap, &c));
             *largest = fmax(*largest, c.force);
         }
@@ -197,7 +197,7 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
     OM_ALLOC_DONE(c.largest, (size_t)nlayout * (size_t)c.nblock);
     OM_CALLOC_DONE(c.pairs, nlayout);
     OM_CALLOC_DONE(c.outcome, nlayout);
-    // A round of as many layouts as workers at a time: progress and cancellation are handled between rounds.
+    // One layout for each worker in a round; progress and cancellation are checked between two rounds.
     int worker = om_worker_count(nworker);
     for (; c.first < nlayout; c.first += worker) {
         OM_TRY_DONE(om_progress_report(progress, "calibrating force", c.first, nlayout));

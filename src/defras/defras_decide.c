@@ -1,20 +1,20 @@
 // defras_decide.c: FRAS (6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
 //
-//     BEGIN ── HOLD ── ENDED (in view at the start)
-//       └───────┴── PLAN ── ACTION ──┬── HOLD ──┬── ENDED (exposed)
-//                    ^  └── ENDED    │          ├── ACTION (the ROI closed: the motion continues)
-//                    └───────────────┴──────────┘
+//     BEGIN ── VERIFY ── ENDED (in view at the start)
+//       └────────┴── PLAN ── ACTION ──┬── VERIFY ──┬── ENDED (exposed)
+//                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
+//                     └───────────────┴────────────┘
 //
-// One tick is one step of world and twin, then a decision: the stages that need no time are left at once, until a stage
-// waits for the next tick.
+// One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
+// needs the next tick.
 #include <string.h>
 
 #include "defras/defras_internal.h"
 
-#define HOLD_TIME 0.5   // s for which the ROI must be seen without a break
-#define HOLD_LIMIT 1.5  // s of holding still, at most
-#define MAX_GLIMPSE 8   // times a motion is continued after the ROI closed again
-// A motion stops at this visibility above the wanted one; once more for each glimpse.
+#define VISIBLE_TIME 0.5  // s for which the ROI must be seen without a break
+#define VERIFY_LIMIT 1.5  // s, longest verification
+#define MAX_CONTINUED 8   // commands of one action, counting those after the ROI closed
+// A motion stops at this visibility above the wanted one; one more such margin each time the action is continued.
 #define MARGIN 0.05
 
 // ---- the end ----------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ OmStatus om__loop_plan(OmLoop* loop) {
         loop->plan_capacity = capacity;
     }
     loop->plan_ms[r->nplan++] = 1e3 * (loop->plan.ground_time + loop->plan.solve_time);
-    OM_TRY(om__loop_tell_plan(loop));
+    OM_TRY(om__loop_notify_plan(loop));
     return status;
 }
 
@@ -101,12 +101,12 @@ static OmStatus decide_plan(OmLoop* loop) {
     OmStatus status = om__loop_plan(loop);
     OM_TRY(status);
     bool is_empty = status == OM_UNSAT || loop->plan.naction == 0;
-    if (is_empty && loop->nlater > 0) {
-        loop->apart *= 0.5;  // from far apart to close together
+    if (is_empty && loop->npostponed > 0) {
+        loop->attempt_distance *= 0.5;  // allow attempts that are closer together
     } else if (is_empty) {
         end_without_plan(loop);
     } else {
-        loop->action_index = loop->glimpse = 0;
+        loop->action_index = loop->ncontinued = 0;
         loop->stage = STAGE_NEXT_ACTION;
     }
     return OM_OK;
@@ -114,8 +114,8 @@ static OmStatus decide_plan(OmLoop* loop) {
 
 // ---- actions --------------------------------------------------------------------------------------------
 
-// Set the fluents `tried` from an attempt that exposed nothing.
-static void learn(OmLoop* loop) {
+// Set the fluents `tried` after an attempt that exposed nothing.
+static void update_tried(OmLoop* loop) {
     const OmPlanAction* action = &loop->action.plan;
     OmActionOutcome outcome = loop->action.outcome;
     if (action->block < 0) return;
@@ -132,7 +132,7 @@ static void learn(OmLoop* loop) {
     int folds = OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
     if ((*tried & folds) == folds) *tried |= OM_TRIED_GRASP;
     if (outcome == OM_ACTION_FORCE || (*tried & folds) == folds)
-        loop->is_spent[action->block] = true;
+        loop->is_exhausted[action->block] = true;
 }
 
 static OmStatus note_action(OmLoop* loop) {
@@ -156,9 +156,9 @@ static OmStatus note_action(OmLoop* loop) {
                           .visibility = loop->visibility,
                           .force_max = loop->force_action,
                           .force_world_max = loop->truth ? loop->force_world_action : (double)NAN,
-                          .is_replanned = loop->action_index == 0 && loop->glimpse == 0,
+                          .is_replanned = loop->action_index == 0 && loop->ncontinued == 0,
                           .plan = r->nplan - 1};
-    return om__loop_tell_action_end(loop);
+    return om__loop_notify_action_end(loop);
 }
 
 // The arms keep their place and their tissue; an action under way is recorded as far as it came.
@@ -173,9 +173,9 @@ OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
     return status;
 }
 
-static void begin_hold(OmLoop* loop) {
-    loop->stage = STAGE_HOLD;
-    loop->hold_begin = loop->hold_since = loop->time;
+static void begin_verification(OmLoop* loop) {
+    loop->stage = STAGE_VERIFY;
+    loop->verify_begin = loop->visible_since = loop->time;
 }
 
 // An action that does not end as planned ends the plan.
@@ -187,10 +187,10 @@ static void leave_action(OmLoop* loop) {
     }
     bool is_last = loop->action_index + 1 == loop->plan.naction;
     bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
-    if (is_last || is_broken) learn(loop);
+    if (is_last || is_broken) update_tried(loop);
     bool is_over = loop->result.naction >= loop->task.max_actions;
     loop->stage = is_last || is_broken || is_over ? STAGE_PLAN : STAGE_NEXT_ACTION;
-    loop->glimpse = 0;
+    loop->ncontinued = 0;
     ++loop->action_index;
 }
 
@@ -198,7 +198,7 @@ static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     OM_TRY(note_action(loop));
     *needs_tick = loop->visibility >= loop->task.visibility;
     if (*needs_tick)
-        begin_hold(loop);
+        begin_verification(loop);
     else
         leave_action(loop);
     return OM_OK;
@@ -208,8 +208,8 @@ static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
     bool is_done;
     loop->stage = STAGE_ACTION;
     loop->action_begin = loop->time;
-    loop->margin = MARGIN * (1 + loop->glimpse);
-    OM_TRY(om__loop_tell_action_begin(loop));
+    loop->margin = MARGIN * (1 + loop->ncontinued);
+    OM_TRY(om__loop_notify_action_begin(loop));
     OM_TRY(om__action_begin(loop, &loop->plan.action[loop->action_index], &is_done));
     *needs_tick = !is_done;
     return is_done ? end_action(loop, needs_tick) : OM_OK;
@@ -217,12 +217,11 @@ static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
 
 // ---- stages ---------------------------------------------------------------------------------------------
 
-// A glimpse of the ROI is no exposure: hold still and look. If the ROI closes, the motion is continued with a larger
-// margin.
-static void check_hold(OmLoop* loop, bool* needs_tick) {
-    if (loop->visibility < loop->task.visibility) loop->hold_since = loop->time;
-    loop->is_exposed = loop->time - loop->hold_since >= HOLD_TIME;
-    *needs_tick = !loop->is_exposed && loop->time - loop->hold_begin < HOLD_LIMIT;
+// The ROI must stay visible while the arms keep still. If it closes, the motion is continued with a larger margin.
+static void check_verification(OmLoop* loop, bool* needs_tick) {
+    if (loop->visibility < loop->task.visibility) loop->visible_since = loop->time;
+    loop->is_exposed = loop->time - loop->visible_since >= VISIBLE_TIME;
+    *needs_tick = !loop->is_exposed && loop->time - loop->verify_begin < VERIFY_LIMIT;
     if (*needs_tick) return;
     const OmRetractResult* r = &loop->result;
     if (r->naction == 0) {  // before any action
@@ -233,12 +232,12 @@ static void check_hold(OmLoop* loop, bool* needs_tick) {
         return;
     }
     bool is_repeated = !loop->is_exposed && loop->action.outcome == OM_ACTION_EXPOSED &&
-                       r->naction < loop->task.max_actions && loop->glimpse + 1 < MAX_GLIMPSE;
+                       r->naction < loop->task.max_actions && loop->ncontinued + 1 < MAX_CONTINUED;
     if (!is_repeated) {
         leave_action(loop);
         return;
     }
-    ++loop->glimpse;
+    ++loop->ncontinued;
     loop->stage = STAGE_NEXT_ACTION;
 }
 
@@ -253,7 +252,7 @@ static OmStatus begin(OmLoop* loop, bool* needs_tick) {
     loop->result.visibility_start = loop->visibility;
     *needs_tick = loop->visibility >= loop->task.visibility;
     if (*needs_tick)
-        begin_hold(loop);
+        begin_verification(loop);
     else
         loop->stage = STAGE_PLAN;
     return OM_OK;
@@ -264,7 +263,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
     while (!needs_tick && loop->stage != STAGE_ENDED) {
         switch (loop->stage) {
         case STAGE_BEGIN: OM_TRY(begin(loop, &needs_tick)); break;
-        case STAGE_HOLD: check_hold(loop, &needs_tick); break;
+        case STAGE_VERIFY: check_verification(loop, &needs_tick); break;
         case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;

@@ -1,8 +1,7 @@
-// defras_fluents.c: what is sensed, as the fluents of Table 6.1 (compute_fluents, Alg. 4).
+// defras_fluents.c: measurements to the fluents of Table 6.1 (compute_fluents, Alg. 4).
 //
-// Readings of the algorithm: a tool is at a block from the moment it was sent there, not whenever it
-// passes above; and the height that counts is that over the point where the tissue was grasped, so that
-// curved anatomy has the same limit everywhere.
+// Readings of the algorithm: a tool is at a block from the command to go there, not when the tool passes above; and the
+// height is measured from the point where the tissue was grasped, so that curved anatomy has the same limit everywhere.
 #include <string.h>
 
 #include "defras/defras_internal.h"
@@ -62,17 +61,17 @@ OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid)
     return OM_OK;
 }
 
-double om__grid_length(const Grid* g, double share) {
-    return share * 2 * fmin(g->half.x, g->half.y);
+double om__grid_length(const Grid* g, double fraction) {
+    return fraction * 2 * fmin(g->half.x, g->half.y);
 }
 
-// Above an attachment, or so near to one that pulling there pulls on it, however small the blocks are.
+// The block is above an attachment, or nearer to one than ATTACHMENT_DISTANCE: a pull there would load the attachment.
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
     const OmTetMesh* mesh = &om_body_site(body)->mesh;
     const unsigned char* attached = om_body_attached(body);
     OmPose task = om_pose_inverse(grid->task);
     OmVec3 c = om_load3(grid->center, block);
-    double clear = om__grid_length(grid, CLEAR);
+    double clear = om__grid_length(grid, ATTACHMENT_DISTANCE);
     for (int i = 0; i < mesh->nvert; ++i) {
         if (!attached[i]) continue;
         OmVec3 p = om_pose_apply(task, om_load3(mesh->x, i));
@@ -81,28 +80,28 @@ bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block) {
     return false;
 }
 
-// A grasp beside one that exposed nothing lifts much the same tissue: NEAR_ATTEMPTS of them within a length of the
-// tissue are enough, however many blocks lie there, or a fine grid spends all its actions in one place. One alone would
-// be too few: 15 mm beside it a grasp may expose the region (layout 11 of the sheet on 8 x 8 blocks). The planner
-// shortens the length when nothing else is left.
-static bool is_for_later(const OmLoop* loop, int block) {
+// A grasp beside an exhausted block lifts almost the same tissue. On a fine grid all actions would be used in one
+// place, so a block is postponed after MAX_NEAR_ATTEMPTS attempts within attempt_distance. One attempt is not enough:
+// a grasp 15 mm beside it may expose the region (layout 11 of the sheet on 8 x 8 blocks). The planning stage halves
+// the distance when only postponed blocks are left.
+static bool is_postponed(const OmLoop* loop, int block) {
     const Grid* g = &loop->grid;
-    if (loop->apart <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;
+    if (loop->attempt_distance <= 0 || (loop->tried[block] & OM_TRIED_GRASP)) return false;
     OmVec3 c = om_load3(g->center, block);
     int near = 0;
     for (int b = 0; b < g->n * g->n; ++b) {
-        if (b == block || !loop->is_spent[b]) continue;
+        if (b == block || !loop->is_exhausted[b]) continue;
         OmVec3 d = om_sub(om_load3(g->center, b), c);
-        near += hypot(d.x, d.y) < loop->apart;
+        near += hypot(d.x, d.y) < loop->attempt_distance;
     }
-    return near >= NEAR_ATTEMPTS;
+    return near >= MAX_NEAR_ATTEMPTS;
 }
 
 void om__sense_fluents(OmLoop* loop, OmSituation* s) {
     const Grid* g = &loop->grid;
     om_situation_init(s, g->n, 2 * fmin(g->half.x, g->half.y) / g->n);
     s->center = g->center;
-    loop->nlater = 0;
+    loop->npostponed = 0;
     const uint8_t arms = (uint8_t)((1 << loop->narm) - 1);
     for (int b = 0; b < g->n * g->n; ++b) {
         s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
@@ -111,9 +110,9 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         s->reachable[b] &= arms;
         if (g->vert[b] < 0) s->reachable[b] = 0;
         bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;
-        if (is_held || !is_for_later(loop, b)) continue;
+        if (is_held || !is_postponed(loop, b)) continue;
         s->tried[b] |= OM_TRIED_GRASP;
-        loop->nlater += !s->is_fixed[b] && s->reachable[b];
+        loop->npostponed += !s->is_fixed[b] && s->reachable[b];
     }
     s->is_visible = loop->is_exposed;
     for (int a = 0; a < OM_MAX_ARM; ++a) {

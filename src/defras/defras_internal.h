@@ -16,20 +16,21 @@ typedef struct Grid {
     OmVec3 roi;  // centre of the ROI, task frame, m
 } Grid;
 
-// When a motion stops because the ROI is exposed. `wanted` must be exceeded by a margin, or be passed at a peak.
+// Decides when a motion stops because the ROI is exposed: at `wanted` plus the margin, or past a maximum above
+// `wanted`.
 typedef struct Watch {
-    double wanted, margin;
-    double best;  // of the looks of this motion
+    double wanted, margin;  // visibility
+    double best;            // largest visibility in this motion
 } Watch;
 
-#define FOLD_STEP 0.010  // m by which a fold continues while it gains visibility
-#define FOLD_GAIN 0.01   // visibility that such a step must gain
+#define FOLD_STEP 0.010  // m, step of a fold beyond its nominal length
+#define FOLD_GAIN 0.01   // visibility that each of these steps must gain
 
 // One arm as the loop knows it.
 typedef struct ArmState {
-    int at;            // block it was moved to, -1
+    int at;            // block that the arm was moved to, -1
     int in_hand;       // block held, -1
-    OmVec3 grasp_tip;  // task frame, where it closed
+    OmVec3 grasp_tip;  // task frame, where the jaw closed
     OmVec3 tip;        // task frame, measured
     OmQuat q;          // world frame, measured: motions keep it
     double lift;       // m above grasp_tip while holding
@@ -44,7 +45,7 @@ typedef struct Motion {
     OmVec3 goal, from;  // task frame, m; a force stop leads back to `from`
     bool is_holding;    // tissue is in hand: force and visibility may end the motion
     bool is_easing;     // the arm moves back after a force stop
-    double commanded;   // share of the nominal speed, -1 before the first command
+    double commanded;   // fraction of the nominal speed, -1 before the first command
     double elapsed;     // s that the path so far takes at full speed
     double ease_begin;  // s
     Watch watch;
@@ -69,7 +70,7 @@ typedef struct Action {
 // What the loop does between two ticks.
 typedef enum Stage {
     STAGE_BEGIN,        // wait for the first look
-    STAGE_HOLD,         // hold still and look; waits
+    STAGE_VERIFY,       // the arms keep still: does the ROI stay visible? waits
     STAGE_PLAN,         // make a plan
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
@@ -105,7 +106,7 @@ struct OmLoop {
     double force_action;       // N, largest during the current action
     bool is_over;              // the force is above om__force_limit
     double over_time;          // s of the current motion with a force above om__force_limit
-    double rate;               // share of the nominal speed
+    double rate;               // fraction of the nominal speed
     double
         force_world;  // N, the larger of both arms in the truth, for the record alone; NAN unknown
     double force_world_last;    // N, at the tick before
@@ -116,18 +117,19 @@ struct OmLoop {
     Stage stage;
     OmPlan plan;
     OmSituation situation;
-    int action_index;     // in the plan
-    int glimpse;          // times the current action was continued after the ROI closed
-    double action_begin;  // s
-    double margin;        // visibility above the wanted one at which a motion stops
-    double hold_begin;    // s
-    double hold_since;    // s, from when on the ROI is seen without a break
-    bool is_exposed;      // seen without a break for long enough
+    int action_index;      // in the plan
+    int ncontinued;        // times the current action was continued after the ROI closed
+    double action_begin;   // s
+    double margin;         // visibility above the wanted one at which a motion stops
+    double verify_begin;   // s
+    double visible_since;  // s, from when on the ROI is seen without a break
+    bool is_exposed;       // seen without a break for long enough
     uint8_t tried[OM_PLAN_MAX_BLOCK];
-    bool is_spent[OM_PLAN_MAX_BLOCK];  // a whole attempt there exposed nothing
-    // m: blocks with NEAR_ATTEMPTS spent ones nearer than this are left for later; 0: no block is
-    double apart;
-    int nlater;  // blocks that the last sensing left for later
+    // an attempt with all folds, or a force stop, exposed nothing
+    bool is_exhausted[OM_PLAN_MAX_BLOCK];
+    // m: a block with MAX_NEAR_ATTEMPTS exhausted blocks nearer than this is postponed; 0: no block is
+    double attempt_distance;
+    int npostponed;  // blocks postponed by the last sensing
     Action action;
     Motion motion;
 
@@ -140,14 +142,14 @@ struct OmLoop {
 
 #define OM__RETRACT_KIND "retraction run"  // of the recorder's folder
 
-// Lengths of the tissue's smaller side that do not depend on the grid. Up to 5 x 5 blocks no two blocks are that
-// near, and no block is that near to another's attachment.
-#define APART 0.18       // of attempts in one place, at first
-#define NEAR_ATTEMPTS 3  // of them, before other places are tried
-#define CLEAR 0.09       // of the middle of a block from the nearest attachment, at least
+// Distances that do not depend on the grid, as fractions of the tissue's smaller side. They have no effect on grids up
+// to 5 x 5.
+#define ATTEMPT_DISTANCE 0.18     // of neighbouring attempts, initial value
+#define MAX_NEAR_ATTEMPTS 3       // within that distance, before a block is postponed
+#define ATTACHMENT_DISTANCE 0.09  // of the middle of a block from an attachment, minimum
 
 // defras_fluents.c
-double om__grid_length(const Grid* grid, double share);  // share of the tissue's smaller side, m
+double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
 void om__sense_fluents(OmLoop* loop, OmSituation* situation);
@@ -165,17 +167,17 @@ static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
     return om_pose_apply(om_pose_inverse(grid->task), p_world);
 }
 
-#define SLOW_RATE 0.25  // share of the speed at the force limit
+#define SLOW_RATE 0.25  // fraction of the nominal speed at the force limit
 
 // defras_step.c: let one time step pass in the world and the twin, and measure.
 OmStatus om__loop_step(OmLoop* loop);
 OmRetractSample om__loop_sample(const OmLoop* loop);
 
 // defras_act.c
-// Where a fold of tissue held at `tip` leads: a unit vector along the board and a length, m, both of the task
-// frame. The length is 0 where the fold leads nowhere.
-void om__fold_way(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
-                  double* length);
+// Path of a fold of tissue held at `tip`: a unit vector along the board and a length, m, in the task frame. The length
+// is 0 where the fold has no direction.
+void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb, OmVec3* direction,
+                   double* length);
 // An action of a plan. Each function sets is_done if the action has ended: its outcome is in loop->action.
 OmStatus om__action_begin(OmLoop* loop, const OmPlanAction* plan, bool* is_done);
 OmStatus om__action_check(OmLoop* loop, bool* is_done);  // after a tick
@@ -199,8 +201,8 @@ OmStatus om__loop_plan(OmLoop* loop);
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
 
 // defras_loop.c: call a function of every listener that has it.
-OmStatus om__loop_tell_plan(const OmLoop* loop);
-OmStatus om__loop_tell_action_begin(const OmLoop* loop);
-OmStatus om__loop_tell_action_end(const OmLoop* loop);
+OmStatus om__loop_notify_plan(const OmLoop* loop);
+OmStatus om__loop_notify_action_begin(const OmLoop* loop);
+OmStatus om__loop_notify_action_end(const OmLoop* loop);
 
 #endif

@@ -135,7 +135,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
         return status;
     }
     for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
-    loop->apart = om__grid_length(&loop->grid, APART);
+    loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
     loop->rate = 1.0;
     loop->force_world = NAN;
     begin_result(loop, def->is_settled);
@@ -152,7 +152,7 @@ void om_loop_destroy(OmLoop* loop) {
 
 // ---- listeners ------------------------------------------------------------------------------------------
 
-#define TELL(loop, function, ...)                                               \
+#define NOTIFY(loop, function, ...)                                             \
     do {                                                                        \
         for (int i_ = 0; i_ < (loop)->nlistener; ++i_) {                        \
             const OmLoopListener* l_ = &(loop)->listener[i_];                   \
@@ -160,7 +160,7 @@ void om_loop_destroy(OmLoop* loop) {
         }                                                                       \
     } while (0)
 
-static OmStatus tell_begin(OmLoop* loop) {
+static OmStatus notify_begin(OmLoop* loop) {
     if (loop->has_begun) return OM_OK;
     loop->has_begun = true;
     for (int i = 0; i < loop->nlistener; ++i) {
@@ -170,24 +170,24 @@ static OmStatus tell_begin(OmLoop* loop) {
     return OM_OK;
 }
 
-static OmStatus tell_tick(const OmLoop* loop) {
+static OmStatus notify_tick(const OmLoop* loop) {
     OmRetractSample now = om__loop_sample(loop);
-    TELL(loop, on_tick, &now);
+    NOTIFY(loop, on_tick, &now);
     return OM_OK;
 }
 
-OmStatus om__loop_tell_plan(const OmLoop* loop) {
-    TELL(loop, on_plan, &loop->situation, &loop->plan);
+OmStatus om__loop_notify_plan(const OmLoop* loop) {
+    NOTIFY(loop, on_plan, &loop->situation, &loop->plan);
     return OM_OK;
 }
 
-OmStatus om__loop_tell_action_begin(const OmLoop* loop) {
-    TELL(loop, on_action_begin, &loop->plan.action[loop->action_index]);
+OmStatus om__loop_notify_action_begin(const OmLoop* loop) {
+    NOTIFY(loop, on_action_begin, &loop->plan.action[loop->action_index]);
     return OM_OK;
 }
 
-OmStatus om__loop_tell_action_end(const OmLoop* loop) {
-    TELL(loop, on_action_end, &loop->result.action[loop->result.naction - 1]);
+OmStatus om__loop_notify_action_end(const OmLoop* loop) {
+    NOTIFY(loop, on_action_end, &loop->result.action[loop->result.naction - 1]);
     return OM_OK;
 }
 
@@ -205,7 +205,7 @@ static OmStatus finish(OmLoop* loop) {
         r->plan_ms_max = loop->plan_ms[r->nplan - 1];
     }
     r->wall_time = om_clock_now() - loop->wall_begin;
-    TELL(loop, on_end, r);
+    NOTIFY(loop, on_end, r);
     return OM_OK;
 }
 
@@ -220,13 +220,13 @@ static OmStatus pause_arms(OmLoop* loop) {
 static OmStatus resume(OmLoop* loop) {
     if (!loop->is_paused) return OM_OK;
     loop->is_paused = false;
-    loop->hold_begin = loop->hold_since = loop->time;
+    loop->verify_begin = loop->visible_since = loop->time;
     bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
     return is_in_motion ? om__motion_resume(loop) : OM_OK;
 }
 
 static OmStatus stop(OmLoop* loop, OmRetractOutcome outcome) {
-    OM_TRY(tell_begin(loop));
+    OM_TRY(notify_begin(loop));
     OM_TRY(om__loop_stop(loop, outcome));
     return finish(loop);
 }
@@ -274,9 +274,9 @@ OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command) {
 // ---- ticks ----------------------------------------------------------------------------------------------
 
 static OmStatus tick(OmLoop* loop) {
-    OM_TRY(tell_begin(loop));
+    OM_TRY(notify_begin(loop));
     OM_TRY(om__loop_step(loop));
-    OM_TRY(tell_tick(loop));
+    OM_TRY(notify_tick(loop));
     if (!loop->is_paused) OM_TRY(om__loop_decide(loop));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }
@@ -292,7 +292,7 @@ OmStatus om_loop_tick(OmLoop* loop) {
 OmLoopPhase om_loop_phase(const OmLoop* loop) {
     switch (loop->stage) {
     case STAGE_BEGIN: return OM_LOOP_BEGIN;
-    case STAGE_HOLD: return OM_LOOP_HOLD;
+    case STAGE_VERIFY: return OM_LOOP_VERIFY;
     case STAGE_PLAN:
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;

@@ -11,7 +11,7 @@
 
 #define SLOW_TIME 0.6     // s above the limit, in one motion, after which the motion ends
 #define OVER_FACTOR 1.5   // times the limit; above it a motion ends at once
-#define EASE 0.9          // share of the limit to which the force is reduced after a force stop
+#define EASE 0.9          // fraction of the limit to which the force is reduced after a force stop
 #define DROP 0.01         // fall of the visibility that shows that its maximum is passed
 #define MOTION_TIME 30.0  // s; a longer motion is an error
 
@@ -27,7 +27,7 @@ static bool must_stop_for_force(const OmLoop* loop, int arm) {
     return loop->force[arm] > OVER_FACTOR * limit || loop->over_time > SLOW_TIME;
 }
 
-// Command the motion if its speed has changed. A goal out of reach ends the motion.
+// Command the motion if its rate has changed. A goal out of reach ends the motion.
 static OmStatus command(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
     double rate = m->is_holding ? loop->rate : 1.0;

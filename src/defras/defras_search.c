@@ -1,10 +1,10 @@
-// defras_search.c: what grasps could expose the ROI at all: every motion of the planner, tried on the truth.
+// defras_search.c: can any grasp expose the ROI? Every sequence of the planner's motions, tried on the truth.
 //
-// For every grasping point that is not above an attachment, from rest: the lift to the height limit or to the force
-// limit; from there the fold away from the camera, the fold towards the ROI, and each of them followed by the
-// other one. That is every sequence of actions the planner has for one grasp (asp/tissue_retraction.lp). The
-// truth alone is tried, without noise, without tools in the picture, with its own force against the threshold:
-// a layout that the search cannot expose, no choice of the planner can, from a tissue at rest.
+// For every grasping point that is not above an attachment, from rest: a lift to the height limit or the force limit;
+// from there the fold away from the camera, the fold towards the ROI, and each fold followed by the other one. These
+// are all sequences of actions that the planner has for one grasp (asp/tissue_retraction.lp). Trials use the truth
+// alone, without noise and without tools in the picture, and compare its own force with the threshold. If the search
+// exposes nothing, no choice of the planner exposes the ROI from tissue at rest.
 #include <string.h>
 
 #include "defras/defras_trial.h"
@@ -17,9 +17,9 @@ typedef struct Search {
     OmSearchResult* best;
 } Search;
 
-static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, const Course* c) {
+static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, const TrialResult* c) {
     OmSearchResult* r = s->best;
-    ++r->ncourse;
+    ++r->nsequence;
     if (c->visibility >= s->scene->task.visibility) ++r->nexposed;
     if (c->visibility <= r->visibility) return;
     r->visibility = c->visibility;
@@ -30,7 +30,7 @@ static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, cons
 }
 
 // Both folds from a lifted state, each followed by the other.
-static OmStatus try_folds(Search* s, int block, const Course* lift) {
+static OmStatus try_folds(Search* s, int block, const TrialResult* lift) {
     static const OmPlanVerb verb[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
     Trial* t = s->trial;
     OmStatus status = OM_OK;
@@ -38,7 +38,7 @@ static OmStatus try_folds(Search* s, int block, const Course* lift) {
     OM_CHECK_DONE(lifted, OM_NO_MEMORY, "out of memory for a snapshot");
     om_body_save(t->body, lifted);
     for (int k = 0; k < 2; ++k) {
-        Course c = *lift;
+        TrialResult c = *lift;
         if (k) om_body_restore(t->body, lifted);
         OM_TRY_DONE(om__trial_fold(t, verb[k], s->force_limit, &c));
         keep(s, block, verb[k], OM_PLAN_PULL, &c);
@@ -52,7 +52,7 @@ done:
 }
 
 static OmStatus try_block(Search* s, int block) {
-    Course c = {0};
+    TrialResult c = {0};
     int nheld;
     OM_TRY(om__trial_grasp(s->trial, block, &c, &nheld));
     if (nheld == 0) return OM_OK;

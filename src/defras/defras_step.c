@@ -1,12 +1,12 @@
 // defras_step.c: one step of world and twin, and all that is measured in it.
 //
 // From SLOW_FROM of the force limit (the threshold less the margin) on the motion slows down, to SLOW_RATE at the
-// limit; above it the tip all but stands still, and tissue that moves comes to rest.
+// limit; above it the tip almost stops, and moving tissue comes to rest.
 #include "defras/defras_internal.h"
 
-#define SLOW_FROM 0.75   // share of the limit from which a motion slows down
-#define RATE_STEP 0.125  // a motion is commanded again when its rate changes by this much
-#define STILL_RATE 0.02  // share of the speed above the limit
+#define SLOW_FROM 0.75   // fraction of the limit above which a motion slows down
+#define RATE_STEP 0.125  // the rate changes in steps of this size
+#define STILL_RATE 0.02  // fraction of the nominal speed above the limit
 #define LOOK_EVERY 5     // ticks between looks through the endoscope
 
 static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
@@ -28,7 +28,7 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     return OM_OK;
 }
 
-// The truth's force is recorded and never acted on.
+// The force in the truth is recorded; the arms do not use it.
 static OmStatus watch_truth(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OmBody* truth = loop->truth;
@@ -41,7 +41,7 @@ static OmStatus watch_truth(OmLoop* loop) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         double force = om_norm(forces.pull[a]);
         largest = fmax(largest, force);
-        // While the jaws open the twin has already released: compare only tissue that both hold.
+        // While the jaws open the twin has already released the tissue: compare only what both hold.
         if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
         r->force_more = fmax(r->force_more, force - loop->force[a]);
         r->force_less = fmax(r->force_less, loop->force[a] - force);
@@ -63,9 +63,9 @@ static void watch_force(OmLoop* loop) {
     if (is_over && !loop->is_over) ++loop->result.nforce;
     if (is_over) loop->over_time += loop->task.time_step;
     loop->is_over = is_over;
-    // Full speed up to SLOW_FROM of the limit, then less and less of it, in steps.
-    double way = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));
-    double rate = 1 - RATE_STEP * ceil((1 - SLOW_RATE) * fmin(way, 1) / RATE_STEP);
+    // Full speed up to SLOW_FROM of the limit; from there the rate falls in steps.
+    double slowing = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));
+    double rate = 1 - RATE_STEP * ceil((1 - SLOW_RATE) * fmin(slowing, 1) / RATE_STEP);
     loop->rate = is_over ? STILL_RATE : rate;
 }
 

@@ -1,12 +1,12 @@
-// defras_trial.c: grasps tried on a body alone, from its rest: what calibration and search share.
+// defras_trial.c: trial grasps on one body, each from its state at rest; for calibration and search.
 //
-// No robot, no tools in the picture, no second body: the tip moves as the loop moves it (speed, height limit,
-// folds that go on while they gain visibility), and force and visibility are those of this one body.
+// There is no robot, no tool in the picture and no second body. The tip moves as in the loop (speed, height limit,
+// folds that continue while they gain visibility); force and visibility are those of this body.
 #include "defras/defras_trial.h"
 
 #define SETTLE_TIME 3.0
 #define SETTLE_SPEED 1e-3
-#define HOLD_TIME 0.4  // s at the end of a motion
+#define REST_TIME 0.4  // s without motion at the end of a lift or fold
 #define LOOK_EVERY 5   // steps between looks
 
 OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int nworker,
@@ -45,7 +45,7 @@ void om__trial_destroy(Trial* t) {
     om_free(t);
 }
 
-static OmStatus look(Trial* t, Course* c, double* now) {
+static OmStatus look(Trial* t, TrialResult* c, double* now) {
     OmVisibility v;
     OM_TRY(om_view_look(t->view, om_body_x(t->body), &v));
     *now = (double)v.nseen / v.npoint;
@@ -53,8 +53,8 @@ static OmStatus look(Trial* t, Course* c, double* now) {
     return OM_OK;
 }
 
-OmStatus om__trial_grasp(Trial* t, int block, Course* c, int* nheld) {
-    *c = (Course){.trace = c->trace};
+OmStatus om__trial_grasp(Trial* t, int block, TrialResult* c, int* nheld) {
+    *c = (TrialResult){.trace = c->trace};
     *nheld = 0;
     om_body_restore(t->body, t->rest);
     c->tip = om_pose_apply(t->grid.task, t->grid.tip[block]);
@@ -86,7 +86,7 @@ void om__trace_done(Trace* trace) {
     *trace = (Trace){0};
 }
 
-// One step with the tip at a place, and the pull it takes.
+// One step with the tip at a given place; `force` receives the pull.
 static OmStatus step(Trial* t, OmVec3 tip, double* force) {
     OmBodyReport report;
     OmBodyForces forces;
@@ -103,15 +103,15 @@ OmStatus om__trial_replay(Trial* t, const Trace* trace, double* force) {
     return OM_OK;
 }
 
-// Move the tip straight by `way` m, and hold still for `hold` s. Ends early above the force limit.
-static OmStatus move(Trial* t, OmVec3 direction_task, double way, double hold, double force_limit,
-                     Course* c) {
+// Move the tip straight by `length` m, then keep it still for `rest` s. The force limit ends the motion early.
+static OmStatus move(Trial* t, OmVec3 direction_task, double length, double rest,
+                     double force_limit, TrialResult* c) {
     OmVec3 direction = om_quat_rotate(t->grid.task.q, direction_task);
-    double dt = t->scene.task.time_step, time = way / t->speed, now, gone = 0;
+    double dt = t->scene.task.time_step, time = length / t->speed, now, gone = 0;
     OmVec3 from = c->tip;
     c->is_stopped = false;
     int nstep = 0;
-    for (double s = dt; s <= time + hold + 0.5 * dt; s += dt) {
+    for (double s = dt; s <= time + rest + 0.5 * dt; s += dt) {
         gone = fmin(s, time) * t->speed;
         c->tip = om_madd(from, gone, direction);
         double force;
@@ -124,20 +124,20 @@ static OmStatus move(Trial* t, OmVec3 direction_task, double way, double hold, d
             break;
         }
     }
-    c->way += gone;
+    c->length += gone;
     return OM_OK;
 }
 
-OmStatus om__trial_lift(Trial* t, double force_limit, Course* c) {
-    return move(t, om_vec3(0, 0, 1), t->scene.task.max_height, HOLD_TIME, force_limit, c);
+OmStatus om__trial_lift(Trial* t, double force_limit, TrialResult* c) {
+    return move(t, om_vec3(0, 0, 1), t->scene.task.max_height, REST_TIME, force_limit, c);
 }
 
-OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, Course* c) {
+OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, TrialResult* c) {
     OmVec3 tip = om_pose_apply(om_pose_inverse(t->grid.task), c->tip), direction;
-    double way, before, now;
-    om__fold_way(&t->grid, t->scene.task.retract, tip, verb, &direction, &way);
-    if (way <= 0) return OM_OK;
-    OM_TRY(move(t, direction, way - FOLD_STEP, 0, force_limit, c));
+    double length, before, now;
+    om__fold_path(&t->grid, t->scene.task.retract, tip, verb, &direction, &length);
+    if (length <= 0) return OM_OK;
+    OM_TRY(move(t, direction, length - FOLD_STEP, 0, force_limit, c));
     OM_TRY(look(t, c, &now));
     do {
         if (c->is_stopped) return OM_OK;
@@ -145,5 +145,5 @@ OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, Course* c
         OM_TRY(move(t, direction, FOLD_STEP, 0, force_limit, c));
         OM_TRY(look(t, c, &now));
     } while (now >= before + FOLD_GAIN);
-    return move(t, direction, 0, HOLD_TIME, force_limit, c);
+    return move(t, direction, 0, REST_TIME, force_limit, c);
 }

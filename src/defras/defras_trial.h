@@ -1,10 +1,10 @@
-// defras_trial.h: grasps tried on a body alone, from its rest: what calibration and search share.
+// defras_trial.h: trial grasps on one body, each from its state at rest; for calibration and search.
 #ifndef OMENTUM_DEFRAS_TRIAL_H
 #define OMENTUM_DEFRAS_TRIAL_H
 
 #include "defras/defras_internal.h"
 
-// One layout's tissue at rest, as the twin or as the truth has it.
+// The tissue of one layout at rest: the twin's body or the truth's.
 typedef struct Trial {
     OmScene scene;  // with the layout's seed
     OmSite site;
@@ -22,17 +22,17 @@ typedef struct Trace {
     double* force;  // N
 } Trace;
 
-// What a motion met on its way.
-typedef struct Course {
-    OmVec3 tip;         // where it ended, world frame, m
+// Result of the motions of one trial.
+typedef struct TrialResult {
+    OmVec3 tip;         // at the end, world frame, m
     double force;       // N, largest pull
     double visibility;  // largest share of the ROI seen
-    double way;         // m gone
-    bool is_stopped;    // by force
+    double length;      // m covered
+    bool is_stopped;    // the force limit ended the last motion
     Trace* trace;       // filled if not null
-} Course;
+} TrialResult;
 
-// Messages belong to a thread: they are carried home.
+// Error messages are per thread: a worker copies its own here.
 typedef struct TrialOutcome {
     OmStatus status;
     char message[512];
@@ -41,12 +41,12 @@ typedef struct TrialOutcome {
 OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int nworker,
                           Trial** trial);
 void om__trial_destroy(Trial* trial);
-// Back to rest and hold a block's grasping point; nheld 0: only attached tissue, or none, is in reach.
-OmStatus om__trial_grasp(Trial* trial, int block, Course* course, int* nheld);
-// Lift to the height limit; fold from where the tip is, as the loop does. `force_limit` N ends a motion
-// (INFINITY: nothing does). Both add to the course: its largest force and visibility are of all motions.
-OmStatus om__trial_lift(Trial* trial, double force_limit, Course* course);
-OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, Course* course);
+// Restore the state at rest and grasp a block; nheld 0: only attached tissue, or none, is in reach.
+OmStatus om__trial_grasp(Trial* trial, int block, TrialResult* course, int* nheld);
+// Lift to the height limit; fold from the present tip, as the loop does. A force above `force_limit`, N, ends a motion
+// (INFINITY: no limit). Both update the result: its force and visibility are the largest of all motions.
+OmStatus om__trial_lift(Trial* trial, double force_limit, TrialResult* course);
+OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, TrialResult* course);
 // Repeat a motion; `force` receives the pull at every step of the trace, N.
 OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);
 void om__trace_done(Trace* trace);

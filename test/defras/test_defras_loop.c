@@ -18,19 +18,19 @@ static void run(const OmScene* scene, const char* dir, OmRetractResult* r) {
 
 // ---- folds ----------------------------------------------------------------------------------------
 
-// Away is +x by the scene's way; to the ROI goes as far beyond it.
-static void test_ways_of_folds(void** state) {
+// Away is +x by the length of the scene; a fold to the ROI ends by this length beyond it.
+static void test_paths_of_folds(void** state) {
     (void)state;
     Grid grid = {.roi = {0.02, -0.01, 0.003}};
     OmVec3 d;
     double length;
-    om__fold_way(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_AWAY, &d, &length);
+    om__fold_path(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_AWAY, &d, &length);
     assert_near(om_distance(d, om_vec3(1, 0, 0)), 0, 0);
     assert_near(length, 0.1, 0);
-    om__fold_way(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
+    om__fold_path(&grid, 0.1, om_vec3(-0.01, 0.03, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
     assert_near(om_distance(d, om_vec3(0.6, -0.8, 0)), 0, 1e-15);
     assert_near(length, 0.05 + 0.1, 1e-15);
-    om__fold_way(&grid, 0.1, om_vec3(0.02, -0.01, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
+    om__fold_path(&grid, 0.1, om_vec3(0.02, -0.01, 0.05), OM_PLAN_MOVE_ROI, &d, &length);
     assert_near(length, 0, 0);  // right above it
 }
 
@@ -117,30 +117,30 @@ static void test_attempts_are_kept_apart(void** state) {
     assert_ok(om_body_create(&scene, &site, 1, &loop->twin));
     assert_ok(om__grid_build(&scene.task, &site, &loop->grid));
     loop->arm[0] = loop->arm[1] = (ArmState){.at = -1, .in_hand = -1};
-    loop->apart = om__grid_length(&loop->grid, APART);
-    assert_near(loop->apart, 0.0216, 1e-12);
+    loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
+    assert_near(loop->attempt_distance, 0.0216, 1e-12);
     // Three attempts in a row: blocks (1,3), (2,3), (3,3), 12 mm apart.
     for (int k = 1; k <= 3; ++k) {
-        loop->is_spent[30 + k] = true;
+        loop->is_exhausted[30 + k] = true;
         loop->tried[30 + k] = OM_TRIED_GRASP;
     }
     om__sense_fluents(loop, &loop->situation);
     const OmSituation* s = &loop->situation;
     for (int b = 0; b < 100; ++b) {
-        bool has_point = loop->grid.vert[b] >= 0, is_spent = b >= 31 && b <= 33;
+        bool has_point = loop->grid.vert[b] >= 0, is_exhausted = b >= 31 && b <= 33;
         // Within 21.6 mm of all three are the two blocks above and below the one in the middle, 17 mm from the others.
         bool is_late = b == 22 || b == 42;
         if (has_point && s->reachable[b])
-            assert_int_equal(s->tried[b], is_late || is_spent ? OM_TRIED_GRASP : 0);
+            assert_int_equal(s->tried[b], is_late || is_exhausted ? OM_TRIED_GRASP : 0);
         // Attached from x = 15 mm on, every 15 mm: blocks whose middle is 10.8 mm from there are as good as attached.
         double y = -54 + 12 * (b / 10), off = fabs(y - 15 * round(y / 15));
         bool is_fixed = b % 10 >= 6 || (b % 10 == 5 && hypot(15 - 6, off) < 10.8);
         if (has_point) assert_true(s->is_fixed[b] == is_fixed);
     }
-    assert_true(loop->nlater > 0 && loop->nlater <= 2);
-    loop->apart *= 0.5;
+    assert_true(loop->npostponed > 0 && loop->npostponed <= 2);
+    loop->attempt_distance *= 0.5;
     om__sense_fluents(loop, &loop->situation);
-    assert_int_equal(loop->nlater, 0);
+    assert_int_equal(loop->npostponed, 0);
     for (int b = 0; b < 100; ++b)
         assert_int_equal(loop->situation.tried[b], b >= 31 && b <= 33 ? OM_TRIED_GRASP : 0);
     om_body_destroy(loop->twin);
@@ -151,12 +151,12 @@ static void test_attempts_are_kept_apart(void** state) {
         assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
         assert_ok(om_body_create(&scene, &site, 1, &loop->twin));
         assert_ok(om__grid_build(&scene.task, &site, &loop->grid));
-        memset(loop->is_spent, 0, sizeof loop->is_spent);
+        memset(loop->is_exhausted, 0, sizeof loop->is_exhausted);
         memset(loop->tried, 0, sizeof loop->tried);
-        for (int b = 1; b < n * n; ++b) loop->is_spent[b] = true;
-        loop->apart = om__grid_length(&loop->grid, APART);
+        for (int b = 1; b < n * n; ++b) loop->is_exhausted[b] = true;
+        loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
         om__sense_fluents(loop, &loop->situation);
-        assert_int_equal(loop->nlater, 0);
+        assert_int_equal(loop->npostponed, 0);
         om_body_destroy(loop->twin);
         om_site_done(&site);
     }
@@ -211,7 +211,7 @@ static void test_trial_lift(void** state) {
     double weight = 0.12 * 0.12 * 0.005 * 1000 * 9.81;
     assert_near_rel(rest.attachment.z, weight, 0.05);  // what still swings
     Trace trace = {0};
-    Course c = {.trace = &trace};
+    TrialResult c = {.trace = &trace};
     int nheld, block = 10;  // -x, middle
     assert_ok(om__trial_grasp(t, block, &c, &nheld));
     OmVec3 begin = c.tip;
@@ -219,19 +219,19 @@ static void test_trial_lift(void** state) {
     assert_near(om_distance(begin, om_pose_apply(t->grid.task, t->grid.tip[block])), 0, 1e-12);
     assert_ok(om__trial_lift(t, INFINITY, &c));
     assert_false(c.is_stopped);
-    assert_near(c.way, 0.01, 1e-12);
+    assert_near(c.length, 0.01, 1e-12);
     assert_near(om_distance(c.tip, om_add(begin, om_vec3(0, 0, 0.01))), 0, 1e-12);
-    assert_int_equal(trace.n, 10 + 20);  // 0.2 s of way and 0.4 s of rest in steps of 20 ms
+    assert_int_equal(trace.n, 10 + 20);  // 0.2 s of motion and 0.4 s of rest in steps of 20 ms
     assert_ok(om_body_get_forces(t->body, &now));
     // No ground bears anything: the pull is the whole grasp.
     double last = trace.force[trace.n - 1];
     assert_near_rel(last, om_norm(now.grasp[0]), 1e-9);
     assert_true(fabs(last - om_norm(now.attachment)) > 0.02 * last);
     // A limit ends the lift at the step that passes it.
-    Course d = {0};
+    TrialResult d = {0};
     assert_ok(om__trial_grasp(t, block, &d, &nheld));
     assert_ok(om__trial_lift(t, 0.5 * c.force, &d));
-    assert_true(d.is_stopped && d.way < 0.01 && d.force > 0.5 * c.force);
+    assert_true(d.is_stopped && d.length < 0.01 && d.force > 0.5 * c.force);
     om__trace_done(&trace);
     om__trial_destroy(t);
 }
@@ -244,7 +244,7 @@ static void test_trial_weight(void** state) {
     Trial* t;
     assert_ok(om__trial_create(&scene, 1, OM_SITE_TWIN, 1, &t));
     Trace trace = {0};
-    Course c = {.trace = &trace};
+    TrialResult c = {.trace = &trace};
     OmBodyForces now;
     int nheld;
     assert_ok(om__trial_grasp(t, 10, &c, &nheld));
@@ -485,7 +485,7 @@ static void test_run_json(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ways_of_folds),
+        cmocka_unit_test(test_paths_of_folds),
         cmocka_unit_test(test_grid),
         cmocka_unit_test(test_fluents),
         cmocka_unit_test(test_attempts_are_kept_apart),

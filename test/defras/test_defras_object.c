@@ -305,12 +305,12 @@ static void test_pause_in_a_look(void** state) {
     Rig g;
     rig_create(&g, object_scene());
     OmLoop* loop = make_loop(&g, NULL);
-    while (om_loop_phase(loop) != OM_LOOP_HOLD) assert_ok(om_loop_tick(loop));
+    while (om_loop_phase(loop) != OM_LOOP_VERIFY) assert_ok(om_loop_tick(loop));
     for (int i = 0; i < 10; ++i) assert_ok(om_loop_tick(loop));
-    assert_int_equal(om_loop_phase(loop), OM_LOOP_HOLD);
+    assert_int_equal(om_loop_phase(loop), OM_LOOP_VERIFY);
     assert_ok(give(loop, OM_LOOP_PAUSE));
     for (int i = 0; i < 100; ++i) assert_ok(om_loop_tick(loop));
-    assert_int_equal(om_loop_phase(loop), OM_LOOP_HOLD);  // no look lasts longer than 1.5 s else
+    assert_int_equal(om_loop_phase(loop), OM_LOOP_VERIFY);  // no look lasts longer than 1.5 s else
     assert_ok(give(loop, OM_LOOP_RESUME));
     const double begin = om_loop_sample(loop).time;
     tick_to_end(loop);
