@@ -14,9 +14,8 @@
 #ifndef OMENTUM_BODY_H
 #define OMENTUM_BODY_H
 
-#include "omentum/pbd.h"
 #include "omentum/scene.h"
-#include "omentum/tissue.h"
+#include "omentum/tissue_engine.h"
 #include "omentum/vec.h"
 
 #ifdef __cplusplus
@@ -44,15 +43,27 @@ typedef struct OmBodyReport {  // of the last step
     double energy_gain;        // J, rise of energy beyond the work done; 0: none
 } OmBodyReport;
 
+#define OM_BODY_NUMBERS 8
 typedef struct OmBodyParts {  // data that a definition of tissue borrows
-    OmPbdDef pbd;
+    OmEngineInput input;
+    OmEngineNumber number[OM_BODY_NUMBERS];
+    char file[2 * OM_SCENE_PATH];
     OmMaterial material[OM_SITE_MATERIALS];
     double density[OM_SITE_MATERIALS];
 } OmBodyParts;
 
+/// The engines of the library below this header: fem, pbd, xpbd, springs, chainmail. Add om_umesh_engine and your own
+/// with om_engine_set_add, and set OmScene.engines to the set.
+OM_API OmEngineSet om_engine_set_default(void);
+/// The engine that a site of a scene has: the twin's by `tissue: engine`, the truth's is om_fem_engine.
+/// @return OM_OK; OM_INVALID (the scene's engines have none of this name)
+OM_API OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role,
+                                    const OmTissueEngine** engine);
 /// Definition of a scene's tissue on a site, for om_tissue_create. It borrows the site's mesh and `parts`, which this
 /// function fills.
-OM_API OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts);
+/// @return OM_OK; OM_INVALID (no such engine, or its file is missing: the message names the key of the scene)
+OM_API OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site,
+                                        OmBodyParts* parts, OmTissueDef* def);
 /// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
 /// ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);

@@ -33,19 +33,14 @@ typedef enum OmTissueSource {
     OM_SOURCE_VOLUME    // the same, built from a segmented CT by the scene's own settings
 } OmTissueSource;
 
-typedef enum OmSceneEngine {  // how the twin computes; the simulated world is always of finite elements
-    OM_ENGINE_FEM,            // finite elements
-    OM_ENGINE_PBD,            // particles in clusters (pbd.h): fast, forces without a modulus
-    OM_ENGINE_XPBD,           // particles with the elements' elastic energy
-    OM_ENGINE_SPRINGS,        // a spring on every edge (heuristic.h)
-    OM_ENGINE_CHAINMAIL       // links instead of forces (heuristic.h)
-} OmSceneEngine;
-
 typedef struct OmSceneTissue {
-    int model;           // OmSceneEngine, of the twin; default OM_ENGINE_FEM
-    int source;          // OmTissueSource
-    OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
-    OmVec3 cells;        // of the twin's sheet, default 20 x 20 x 1
+    // Engine of the twin, by its name in OmScene.engines; default "fem". The simulated truth has finite elements.
+    char engine[OM_SCENE_NAME];
+    char
+        weights[OM_SCENE_PATH];  // file that this engine reads, relative to the data root; "": none
+    int source;                  // OmTissueSource
+    OmVec3 size;                 // m, of a sheet; default 120 x 120 x 5 mm
+    OmVec3 cells;                // of the twin's sheet, default 20 x 20 x 1
     OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1
@@ -64,7 +59,7 @@ typedef struct OmSceneTissue {
     double rayleigh_mass;                    // 1/s; default 0.1
     double rayleigh_stiffness;               // s; default 0.01
     double gravity;                          // m/s^2, downwards; default 9.81
-    double cluster_spacing, cluster_radius;  // of OM_ENGINE_PBD, m; default 12.7 and 9.5 mm
+    double cluster_spacing, cluster_radius;  // of engine "pbd", m; default 12.7 and 9.5 mm
     double cluster_stiffness;                // 0 to 1; default 0.361
 } OmSceneTissue;
 
@@ -144,6 +139,8 @@ typedef struct OmSceneTask {
 } OmSceneTask;
 
 typedef struct OmScene {
+    // Engines that `tissue: engine` may name, borrowed; null (default): om_engine_set_default of body.h.
+    const struct OmEngineSet* engines;
     char name[OM_SCENE_NAME];
     char path[OM_SCENE_PATH];       // the file it came from
     char data_root[OM_SCENE_PATH];  // files are relative to it; default: the scene's folder

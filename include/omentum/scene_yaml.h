@@ -60,6 +60,9 @@ typedef struct OmYamlSchema {
     int nfield;
     /// Called on each list item before it is read, to set defaults; may be null.
     void (*set_default)(void* item);
+    /// Former names of keys: former, present, ..., ended by null; may be null. A former name is an error that tells the
+    /// present one.
+    const char* const* renamed;
 } OmYamlSchema;
 
 /// Fill `out` from a file. OM_INVALID names file, line, key and remedy; `out` is then undefined.

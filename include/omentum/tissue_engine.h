@@ -140,10 +140,13 @@ OM_API bool om_engine_uses(const OmTissueEngine* engine, const char* number);
 /// The engine of a model. pbd.h replaces its own by the one of OmPbdDef.kind.
 OM_API const OmTissueEngine* om_tissue_engine(const OmTissueModel* model);
 
-typedef struct OmEngineSet {  // engines to choose from by name; the caller keeps the array
+#define OM_MAX_ENGINE 32
+typedef struct OmEngineSet {  // engines to choose from by name; {0} is empty
     int nengine;
-    const OmTissueEngine* const* engine;  // (nengine); of two with one name the first counts
+    const OmTissueEngine* engine[OM_MAX_ENGINE];  // borrowed, constant tables
 } OmEngineSet;
+/// @return OM_OK; OM_INVALID (the set is full, has an engine of this name, or the table is incomplete)
+OM_API OmStatus om_engine_set_add(OmEngineSet* set, const OmTissueEngine* engine);
 /// The engine of that name.
 /// @return OM_OK; OM_INVALID (no such engine: the message has the nearest name and all names)
 OM_API OmStatus om_engine_set_find(const OmEngineSet* set, const char* name,

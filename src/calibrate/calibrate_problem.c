@@ -27,7 +27,8 @@ OmStatus om__calibrate_build(void* ctx, const double* param, int nworker, OmTiss
     if (b->spring_factor > 0) scene.attach.stiffness *= b->spring_factor;
     om_site_set_numbers(&scene, &site);
     OmBodyParts parts;
-    OmTissueDef def = om_body_tissue_def(&scene, &site, &parts);
+    OmTissueDef def;
+    OM_TRY(om_body_make_tissue_def(&scene, &site, &parts, &def));
     def.solver.nworker = nworker;
     def.solver.tolerance = 1e-5;  // a coarser tolerance would make the cost a step function
     OmStatus status = om_tissue_create(&def, model);
@@ -179,10 +180,14 @@ static OmStatus set_start(const char* path, OmCalibrationProblem* p) {
 }
 
 static OmStatus check_effects(const char* path, const OmCalibrationProblem* p) {
-    for (int i = 0; i < p->file.nparam; ++i)
-        OM_CHECK(key_of(p, i)->engines >> p->scene.tissue.model & 1, OM_INVALID,
-                 "%s: parameters: %s has no effect on the scene's tissue: model; remove it", path,
-                 key_of(p, i)->name);
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(&p->scene, OM_SITE_TWIN, &engine));
+    for (int i = 0; i < p->file.nparam; ++i) {
+        const SceneKey* key = key_of(p, i);
+        OM_CHECK(!key->number || om_engine_uses(engine, key->number), OM_INVALID,
+                 "%s: parameters: %s has no effect on the scene's tissue: engine %s; remove it",
+                 path, key->name, engine->name);
+    }
     return OM_OK;
 }
 
@@ -332,7 +337,9 @@ done:
 
 OmCalibrationDef om_calibration_problem_search(const OmCalibrationProblem* p) {
     OmCalibrationDef def = om_calibration_tissue_search(p->tissue);
-    if (p->scene.tissue.model == OM_ENGINE_FEM) def.eval_finer = eval_finer;
+    const OmTissueEngine* engine;
+    bool is_known = om_body_find_engine(&p->scene, OM_SITE_TWIN, &engine) == OM_OK;
+    if (is_known && engine->has_law) def.eval_finer = eval_finer;
     const SearchItem* s = &p->file.search;
     for (int i = 0; i < p->file.nparam; ++i) {
         const ParamItem* item = &p->file.param[i];

@@ -9,22 +9,16 @@
 #define AT(type, member) offsetof(type, member)
 #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
-// Bit sets of the engines that use a key.
-#define LAWFUL (1u << OM_ENGINE_FEM | 1u << OM_ENGINE_XPBD)
-#define SPRINGS (1u << OM_ENGINE_SPRINGS)
-#define CLUSTERS (1u << OM_ENGINE_PBD)
-#define ALL ~0u
-
 const SceneKey om__calibrate_scene_key[] = {
-    {"tissue.young", AT(OmScene, tissue.young), 1, LAWFUL | SPRINGS},
-    {"tissue.poisson", AT(OmScene, tissue.poisson), 1, LAWFUL | SPRINGS},
-    {"tissue.density", AT(OmScene, tissue.density), 1, ALL},
-    {"tissue.rayleigh_mass", AT(OmScene, tissue.rayleigh_mass), 1, LAWFUL | SPRINGS},
-    {"tissue.rayleigh_stiffness", AT(OmScene, tissue.rayleigh_stiffness), 1, LAWFUL},
-    {"tissue.cluster_spacing_mm", AT(OmScene, tissue.cluster_spacing), MM, CLUSTERS},
-    {"tissue.cluster_radius_mm", AT(OmScene, tissue.cluster_radius), MM, CLUSTERS},
-    {"tissue.cluster_stiffness", AT(OmScene, tissue.cluster_stiffness), 1, CLUSTERS},
-    {"attachments.stiffness", AT(OmScene, attach.stiffness), 1, ALL},
+    {"tissue.young", AT(OmScene, tissue.young), 1, "young"},
+    {"tissue.poisson", AT(OmScene, tissue.poisson), 1, "poisson"},
+    {"tissue.density", AT(OmScene, tissue.density), 1, NULL},
+    {"tissue.rayleigh_mass", AT(OmScene, tissue.rayleigh_mass), 1, "rayleigh_mass"},
+    {"tissue.rayleigh_stiffness", AT(OmScene, tissue.rayleigh_stiffness), 1, "rayleigh_stiffness"},
+    {"tissue.cluster_spacing_mm", AT(OmScene, tissue.cluster_spacing), MM, "cluster_spacing"},
+    {"tissue.cluster_radius_mm", AT(OmScene, tissue.cluster_radius), MM, "cluster_radius"},
+    {"tissue.cluster_stiffness", AT(OmScene, tissue.cluster_stiffness), 1, "cluster_stiffness"},
+    {"attachments.stiffness", AT(OmScene, attach.stiffness), 1, NULL},
 };
 // In the order of the table above.
 static const char* const key_name[] = {"tissue.young",

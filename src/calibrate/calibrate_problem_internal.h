@@ -50,7 +50,7 @@ typedef struct SceneKey {  // a number of a scene that can be calibrated
     const char* name;
     size_t offset;  // in OmScene
     double unit;
-    unsigned engines;  // bit set of the OmSceneEngine values that use it
+    const char* number;  // for om_engine_uses; null: it has an effect on every engine
 } SceneKey;
 extern const SceneKey om__calibrate_scene_key[];
 

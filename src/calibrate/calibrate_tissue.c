@@ -186,12 +186,13 @@ static OmStatus check_presses(const OmCalibrationTissue* t, const OmTissueModel*
     const OmContactDef* c = t->def.contact;
     bool has_obstacle = c && c->nobstacle > 0;
     for (int p = 0; p < t->def.npath && has_obstacle; ++p)
-        OM_CHECK(t->path[p].kind != OM_PATH_PRESS || om_tissue_moves_itself(model), OM_INVALID,
-                 "path %s: a press of finite elements knows the probe alone, so that the tissue "
-                 "would pass through %s under it; take the board away (tissue: board: false) where "
-                 "attachments carry the tissue, or calibrate particles (model: pbd or xpbd), which "
-                 "keep out of both",
-                 t->path[p].name, c->obstacle[0].is_plane ? "the board" : "the organ");
+        OM_CHECK(
+            t->path[p].kind != OM_PATH_PRESS || om_tissue_moves_itself(model), OM_INVALID,
+            "path %s: a press of finite elements knows the probe alone, so that the tissue "
+            "would pass through %s under it; take the board away (tissue: board: false) where "
+            "attachments carry the tissue, or calibrate particles (engine: pbd or xpbd), which "
+            "keep out of both",
+            t->path[p].name, c->obstacle[0].is_plane ? "the board" : "the organ");
     return OM_OK;
 }
 

@@ -5,6 +5,7 @@
 
 #include "cli_common.h"
 #include "omentum/defras.h"
+#include "omentum/umesh_net.h"
 
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
@@ -47,6 +48,7 @@ static const OmCliKey result_key[] = {
 
 typedef struct Settings {
     OmScene scene;
+    OmEngineSet engines;  // that the scene may name: those of the library, and the trained network
     const char *out, *program;
     int nlayout;  // 0: one run
     int first;    // layout of several
@@ -290,7 +292,12 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
 }
 
 static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
+    const OmTissueEngine* engine;
     OM_TRY(om_scene_load(om_cli_positional(args, 0), &s->scene));
+    s->engines = om_engine_set_default();
+    OM_TRY(om_engine_set_add(&s->engines, om_umesh_engine()));
+    s->scene.engines = &s->engines;
+    OM_TRY(om_body_find_engine(&s->scene, OM_SITE_TWIN, &engine));
     const char* data = om_cli_get(args, "--data");
     if (data) {
         OM_CHECK(strlen(data) < sizeof s->scene.data_root, OM_INVALID,

@@ -427,7 +427,7 @@ static OmStatus chain_step(const OmTissueModel* m, OmTissueState* s, OmTissueWor
 static const OmTissueEngine engine = {
     .version = OM_ENGINE_VERSION,
     .name = "chainmail",
-    .summary = "ChainMail",
+    .summary = "ChainMail, without law or modulus",
     .create = chain_create,
     .destroy = chain_destroy,
     .create_work = chain_create_work,

@@ -251,11 +251,12 @@ static OmStatus springs_eval_balance(const OmTissueModel* m, OmTissueWork* w, co
     return OM_OK;
 }
 
-static const char* const number[] = {"young", "poisson", "rayleigh_mass", NULL};
+static const char* const number[] = {"young", "poisson", "rayleigh_mass", "rayleigh_stiffness",
+                                     NULL};
 static const OmTissueEngine engine = {
     .version = OM_ENGINE_VERSION,
     .name = "springs",
-    .summary = "springs on edges",
+    .summary = "springs on edges, no law",
     .number = number,
     .has_springs = true,
     .create = springs_create,

@@ -338,9 +338,10 @@ static const char* const elastic_number[] = {"young", "poisson", "rayleigh_mass"
     .sync_state = pbd_sync_state, .get_memory = pbd_get_memory
 
 static const OmTissueEngine engine[OM_PBD_LENGTHS + 1] = {
-    [OM_PBD_CLUSTERS] = {COMMON_ROW, .name = "pbd", .summary = "particles in clusters",
+    [OM_PBD_CLUSTERS] = {COMMON_ROW, .name = "pbd",
+                         .summary = "particles in clusters, without law or modulus",
                          .number = cluster_number, .load = pbd_load},
-    [OM_PBD_ELASTIC] = {COMMON_ROW, .name = "xpbd", .summary = "XPBD, stable neo-Hookean",
+    [OM_PBD_ELASTIC] = {COMMON_ROW, .name = "xpbd", .summary = "XPBD, stable-neo-hookean",
                         .number = elastic_number, .load = xpbd_load, .has_forces = true,
                         .add_internal_force = om__pbd_add_internal_force,
                         .get_energy = om__pbd_get_energy},

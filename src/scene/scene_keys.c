@@ -18,8 +18,6 @@
 const char* const om__scene_source_name[] = {"sheet", "mesh", "patient", "volume", NULL};
 static const char* const attach_name[] = {"random_patch", "box", "set", NULL};
 
-static const char* const engine_name[] = {"fem", "pbd", "xpbd", "springs", "chainmail", NULL};
-
 // In the order of OmLaw.
 static const char* const law_name[] = {
     "corotational",  "linear", "st-venant-kirchhoff", "neo-hookean", "stable-neo-hookean",
@@ -30,8 +28,11 @@ static const OmYamlField tissue_field[] = {
     {"source", OM_YAML_ENUM, AT(OmSceneTissue, source), .name = om__scene_source_name,
      .is_required = true,
      .help = "a box made here, a ready mesh, a model of omentum model, or a segmented volume"},
-    {"model", OM_YAML_ENUM, AT(OmSceneTissue, model), .name = engine_name,
-     .help = "engine of the twin; the simulated truth always has finite elements"},
+    {"engine", OM_YAML_STRING, AT(OmSceneTissue, engine), .size = OM_SCENE_NAME,
+     .help =
+         "of the twin: fem, pbd, xpbd, springs, chainmail, umesh; the simulated truth has finite elements"},
+    {"weights", OM_YAML_STRING, AT(OmSceneTissue, weights), .size = OM_SCENE_PATH,
+     .help = "file of a trained network, of `engine: umesh`, relative to the data root"},
     {"size_mm", OM_YAML_VEC3, AT(OmSceneTissue, size), .min = 1, .max = 1000, .scale = MM,
      .group = IN(OM_SOURCE_SHEET), .unit = "mm", .help = "length along x and y, thickness"},
     {"cells", OM_YAML_VEC3, AT(OmSceneTissue, cells), .min = 1, .max = 200,
@@ -52,7 +53,7 @@ static const OmYamlField tissue_field[] = {
     {"board", OM_YAML_BOOL, AT(OmSceneTissue, has_board), .group = MADE,
      .help = "does a board carry the tissue?"},
     {"averaged", OM_YAML_BOOL, AT(OmSceneTissue, is_averaged),
-     .help = "strains averaged around vertices, against locking; needs `model: fem`"},
+     .help = "strains averaged around vertices, against locking; needs `engine: fem`"},
     {"gravity", OM_YAML_DOUBLE, AT(OmSceneTissue, gravity), .min = 0, .max = 100, .unit = "m/s^2",
      .help = "points against `up`"},
     {"friction", OM_YAML_DOUBLE, AT(OmSceneTissue, friction), .min = 0, .max = 10,
@@ -70,13 +71,15 @@ static const OmYamlField tissue_field[] = {
      .max = 10, .unit = "s", .help = "damping in proportion to stiffness"},
     {"cluster_spacing_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_spacing), .min = 0.1,
      .max = 1000, .scale = MM, .unit = "mm",
-     .help = "distance of cluster centres, of `model: pbd`"},
+     .help = "distance of cluster centres, of `engine: pbd`"},
     {"cluster_radius_mm", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_radius), .min = 0.1,
-     .max = 1000, .scale = MM, .unit = "mm", .help = "radius of a cluster, of `model: pbd`"},
+     .max = 1000, .scale = MM, .unit = "mm", .help = "radius of a cluster, of `engine: pbd`"},
     {"cluster_stiffness", OM_YAML_DOUBLE, AT(OmSceneTissue, cluster_stiffness), .min = 0, .max = 1,
-     .help = "share of the way to its goal that a particle goes, of `model: pbd`"},
+     .help = "share of the way to its goal that a particle goes, of `engine: pbd`"},
 };
-static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL};
+static const char* const tissue_renamed[] = {"model", "engine", NULL};
+static const OmYamlSchema tissue_schema = {"tissue", tissue_field, COUNT(tissue_field), NULL,
+                                           tissue_renamed};
 
 static const OmYamlField model_field[] = {
     {"label", OM_YAML_INT, AT(OmSceneModel, label), .min = 1, .max = 65535,

@@ -13,6 +13,7 @@
 OmScene om_scene_default(void) {
     OmScene s = {.name = "sheet", .seed = 1};
     s.tissue = (OmSceneTissue){.source = OM_SOURCE_SHEET,
+                               .engine = "fem",
                                .size = {0.12, 0.12, 0.005},
                                .cells = {20, 20, 1},
                                .unit = 1.0,

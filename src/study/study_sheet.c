@@ -84,7 +84,7 @@ static OmStatus put_scene(const Sheet* s, OmText* t) {
         "name: calibration sheet\n"
         "tissue:\n"
         "  source: sheet\n"
-        "  model: pbd\n"
+        "  engine: pbd\n"
         "  size_mm: [90, 90, 3]\n"
         "  cells: [%d, %d, 1]\n"
         "  world_cells: [%d, %d, 2]    # the truth: finite elements\n"

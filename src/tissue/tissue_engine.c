@@ -48,25 +48,33 @@ double om_engine_get_number(const OmEngineInput* input, const char* name, double
     return missing;
 }
 
+OmStatus om_engine_set_add(OmEngineSet* set, const OmTissueEngine* engine) {
+    OM_TRY(om__engine_check(engine));
+    OM_CHECK(set->nengine < OM_MAX_ENGINE, OM_INVALID,
+             "engine \"%s\": the set has %d engines already", engine->name, set->nengine);
+    for (int k = 0; k < set->nengine; ++k)
+        OM_CHECK(strcmp(set->engine[k]->name, engine->name) != 0, OM_INVALID,
+                 "engine \"%s\": the set has an engine of this name", engine->name);
+    set->engine[set->nengine++] = engine;
+    return OM_OK;
+}
+
 OmStatus om_engine_set_find(const OmEngineSet* set, const char* name,
                             const OmTissueEngine** engine) {
-    enum { MAX_NAME = 64 };
-    const char* known[MAX_NAME];
+    const char* known[OM_MAX_ENGINE];
     char list[512] = "";
-    int n = set->nengine < MAX_NAME ? set->nengine : MAX_NAME;
     *engine = NULL;
     for (int k = 0; k < set->nengine; ++k) {
-        OM_TRY(om__engine_check(set->engine[k]));
         if (strcmp(set->engine[k]->name, name) != 0) continue;
         *engine = set->engine[k];
         return OM_OK;
     }
-    for (int k = 0; k < n; ++k) {
+    for (int k = 0; k < set->nengine; ++k) {
         size_t used = strlen(list);
         known[k] = set->engine[k]->name;
         snprintf(list + used, sizeof list - used, "%s%s", k > 0 ? ", " : "", known[k]);
     }
-    const char* near = om_nearest_word(name, known, n);
+    const char* near = om_nearest_word(name, known, set->nengine);
     return om_error(OM_INVALID, "engine \"%.60s\" is not known%s%s%s; engines: %s", name,
                     near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "", list);
 }

@@ -330,7 +330,7 @@ static void learned_unload(void* options) { om_umesh_net_destroy(options); }
 static const OmTissueEngine engine = {
     .version = OM_ENGINE_VERSION,
     .name = "umesh",
-    .summary = "a trained network (U-Mesh)",
+    .summary = "a trained network (U-Mesh), with the material of its training",
     .needs_file = true,
     .load = learned_load,
     .unload = learned_unload,

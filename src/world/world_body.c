@@ -40,9 +40,10 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     if (!b) return OM_NO_MEMORY;
     b->site = site;
     OmBodyParts parts;
-    OmTissueDef def = om_body_tissue_def(scene, site, &parts);
+    OmTissueDef def;
+    OmStatus status = om_body_make_tissue_def(scene, site, &parts, &def);
     def.solver.nworker = nworker;
-    OmStatus status = om_tissue_create(&def, &b->model);
+    if (status == OM_OK) status = om_tissue_create(&def, &b->model);
     if (status == OM_OK) status = om_tissue_state_create(b->model, &b->state);
     if (status == OM_OK) status = om_tissue_work_create(b->model, &b->work);
     if (status == OM_OK) status = create_contact(scene, site, b);

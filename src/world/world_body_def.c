@@ -5,31 +5,65 @@
 #include "omentum/body.h"
 #include "omentum/fem.h"
 #include "omentum/heuristic.h"
+#include "omentum/pbd.h"
 
 #define CG_TOLERANCE 1e-3
 #define CG_ITERATIONS 200
 
-// Particles are the vertices of the site's mesh, which lie on its surface.
-static OmPbdDef particle_def(const OmSceneTissue* t) {
-    OmPbdDef def =
-        om_pbd_default_def(t->model == OM_ENGINE_XPBD ? OM_PBD_ELASTIC : OM_PBD_CLUSTERS);
-    def.cluster_spacing = t->cluster_spacing;
-    def.cluster_radius = t->cluster_radius;
-    def.cluster_stiffness = t->cluster_stiffness;
-    def.collision_distance = 0;
-    return def;
+OmEngineSet om_engine_set_default(void) {
+    return (OmEngineSet){5,
+                         {om_fem_engine(), om_pbd_engine(), om_xpbd_engine(), om_spring_engine(),
+                          om_chain_engine()}};
+}
+
+static const char* name_of(const OmScene* s) { return s->path[0] ? s->path : s->name; }
+
+OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role, const OmTissueEngine** engine) {
+    *engine = om_fem_engine();
+    if (role != OM_SITE_TWIN) return OM_OK;
+    OmEngineSet plain = om_engine_set_default();
+    const OmEngineSet* set = scene->engines ? scene->engines : &plain;
+    OmStatus status = om_engine_set_find(set, scene->tissue.engine, engine);
+    return status < 0 ? om_error_prefix(status, "%s: tissue", name_of(scene)) : OM_OK;
 }
 
 static OmMaterial material_of(const OmScene* scene, const OmSiteMaterial* m) {
     return (OmMaterial){.law = (OmLaw)scene->tissue.law, .young = m->young, .poisson = m->poisson};
 }
 
-static OmSceneEngine engine_of(const OmScene* scene, const OmSite* site) {
-    return site->role == OM_SITE_TWIN ? (OmSceneEngine)scene->tissue.model : OM_ENGINE_FEM;
+// What the engine makes its options from: the scene's numbers and the file of `weights`.
+static OmStatus make_input(const OmScene* scene, OmSiteRole role, const OmTissueEngine* engine,
+                           OmBodyParts* parts) {
+    const OmSceneTissue* t = &scene->tissue;
+    const OmEngineNumber number[] = {{"cluster_spacing", t->cluster_spacing},
+                                     {"cluster_radius", t->cluster_radius},
+                                     {"cluster_stiffness", t->cluster_stiffness}};
+    _Static_assert(sizeof number <= sizeof parts->number, "OmBodyParts has room for all numbers");
+    memcpy(parts->number, number, sizeof number);
+    parts->input =
+        (OmEngineInput){.number = parts->number, .nnumber = (int)(sizeof number / sizeof *number)};
+    OM_CHECK(!engine->needs_file || t->weights[0], OM_INVALID,
+             "%s: tissue: engine %s needs a file; name it by the key weights", name_of(scene),
+             engine->name);
+    if (!engine->needs_file) {
+        OM_CHECK(!t->weights[0] || role != OM_SITE_TWIN, OM_INVALID,
+                 "%s: tissue: engine %s reads no file; remove the key weights", name_of(scene),
+                 engine->name);
+        return OM_OK;
+    }
+    OM_TRY(om_path_join(scene->data_root, t->weights, parts->file, sizeof parts->file));
+    parts->input.file = parts->file;
+    return OM_OK;
 }
 
-OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts) {
-    OmTissueDef def = om_tissue_default_def(om_fem_engine(), &site->mesh);
+OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site, OmBodyParts* parts,
+                                 OmTissueDef* out) {
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(scene, site->role, &engine));
+    OM_TRY(make_input(scene, site->role, engine, parts));
+    OmTissueDef def = om_tissue_default_def(engine, &site->mesh);
+    def.input = &parts->input;
+    def.is_averaged = scene->tissue.is_averaged && engine->can_average;
     OmSiteMaterial first = om_site_get_material(site, 0);
     def.material_default = material_of(scene, &first);
     def.density = site->density;
@@ -49,31 +83,22 @@ OmTissueDef om_body_tissue_def(const OmScene* scene, const OmSite* site, OmBodyP
     def.attachment_stiffness = scene->attach.stiffness;
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
-    parts->pbd = particle_def(&scene->tissue);
-    switch (engine_of(scene, site)) {
-    case OM_ENGINE_FEM: def.is_averaged = scene->tissue.is_averaged; break;
-    case OM_ENGINE_PBD: def.engine = om_pbd_engine(), def.options = &parts->pbd; break;
-    case OM_ENGINE_XPBD: def.engine = om_xpbd_engine(), def.options = &parts->pbd; break;
-    case OM_ENGINE_SPRINGS: def.engine = om_spring_engine(); break;
-    case OM_ENGINE_CHAINMAIL: def.engine = om_chain_engine(); break;
-    }
-    return def;
+    *out = def;
+    return OM_OK;
 }
 
 void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size) {
-    switch (engine_of(scene, site)) {
-    case OM_ENGINE_PBD:
-        snprintf(text, size, "particles in clusters, which know no law and no modulus");
+    const OmTissueEngine* engine;
+    if (om_body_find_engine(scene, site->role, &engine) < 0) {
+        snprintf(text, size, "an unknown engine");
         return;
-    case OM_ENGINE_CHAINMAIL:
-        snprintf(text, size, "ChainMail, which knows no law and no modulus");
-        return;
-    case OM_ENGINE_XPBD:
-        snprintf(text, size, "XPBD, %s", om_law_name(OM_STABLE_NEO_HOOKEAN));
-        break;
-    case OM_ENGINE_SPRINGS: snprintf(text, size, "springs on edges, no law"); break;
-    default: snprintf(text, size, "finite elements, %s", om_law_name((OmLaw)scene->tissue.law));
     }
+    snprintf(text, size, "%s", engine->summary ? engine->summary : engine->name);
+    if (engine->has_law) {
+        size_t n = strlen(text);
+        snprintf(text + n, size - n, ", %s", om_law_name((OmLaw)scene->tissue.law));
+    }
+    if (!om_engine_uses(engine, "young")) return;
     for (int k = 0; k < (site->nmaterial > 0 ? site->nmaterial : 1); ++k) {
         size_t n = strlen(text);
         OmSiteMaterial m = om_site_get_material(site, k);

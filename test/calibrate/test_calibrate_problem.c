@@ -93,7 +93,7 @@ static void test_a_problem_is_read(void** state) {
 static void test_parameters_have_an_effect(void** state) {
     (void)state;
     static const struct {
-        const char *model, *param, *refused;
+        const char *engine, *param, *refused;
     } set[] = {{"fem", "tissue.cluster_radius_mm", "tissue.cluster_radius_mm has no effect"},
                {"pbd", "tissue.young", "tissue.young has no effect"},
                {"pbd", "tissue.rayleigh_stiffness", "tissue.rayleigh_stiffness has no effect"},
@@ -104,8 +104,8 @@ static void test_parameters_have_an_effect(void** state) {
         put_all();
         snprintf(text, sizeof text,
                  "name: strip\ntissue: {source: sheet, size_mm: [60, 30, 10], cells: [4, 2, 1], "
-                 "model: %s}\nroi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
-                 set[k].model);
+                 "engine: %s}\nroi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
+                 set[k].engine);
         put("scene.yaml", text);
         snprintf(text, sizeof text,
                  "scene: scene.yaml\nobservations: seen.csv\nparameters: [{name: %s, min: 0.0001, "
@@ -218,7 +218,7 @@ static void test_wrong_files(void** state) {
     // clusters have no forces in newtons
     assert_refused("scene.yaml",
                    "name: strip\n"
-                   "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], model: pbd}\n"
+                   "tissue: {source: sheet, size_mm: [60, 30, 10], cells: [6, 3, 1], engine: pbd}\n"
                    "roi: {random: false, center_mm: [0, 0, 5], radius_mm: 3}\n",
                    "path end has an observed force, but engine \"pbd\" has no forces");
 }

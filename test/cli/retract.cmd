@@ -167,7 +167,7 @@ out ^force_threshold: \d
 out ^force_margin: \d
 
 # A twin of particles: one line more.
-$ sed -e 's/  source: sheet/  source: sheet\n  model: pbd/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: pbd/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file pbd/report.html
@@ -176,19 +176,41 @@ $ grep -c 'Twin: .* particles in clusters.*Simulated truth: .* finite elements, 
 exit 0
 
 # A twin of springs, and one of links.
-$ sed -e 's/  source: sheet/  source: sheet\n  model: springs/' small.yaml > springs.yaml && omentum retract springs.yaml -q -o springs; test $? -le 1
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: springs/' small.yaml > springs.yaml && omentum retract springs.yaml -q -o springs; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file springs/report.html
 
-$ sed -e 's/  source: sheet/  source: sheet\n  model: chainmail/' small.yaml > mail.yaml && omentum retract mail.yaml -q -o mail; test $? -le 1
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: chainmail/' small.yaml > mail.yaml && omentum retract mail.yaml -q -o mail; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file mail/report.html
 
-$ sed 's/  source: sheet/  source: sheet\n  model: sph/' small.yaml > sph.yaml && omentum retract sph.yaml -o sph
+$ sed 's/  source: sheet/  source: sheet\n  engine: xpdb/' small.yaml > xpdb.yaml && omentum retract xpdb.yaml -o xpdb
 exit 3
-err model
+err xpdb.yaml: tissue: engine "xpdb" is not known; did you mean "xpbd"\?; engines: fem, pbd, xpbd, springs, chainmail, umesh
+err-lines 1
+
+# The key's name of before.
+$ sed 's/  source: sheet/  source: sheet\n  model: pbd/' small.yaml > old.yaml && omentum retract old.yaml -o old
+exit 3
+err tissue: key "model" is now "engine"
+err-lines 1
+
+# An engine that needs a file, and one that takes none; a file that is no network.
+$ sed 's/  source: sheet/  source: sheet\n  engine: umesh/' small.yaml > net.yaml && omentum retract net.yaml -o net
+exit 3
+err net.yaml: tissue: engine umesh needs a file; name it by the key weights
+err-lines 1
+
+$ sed 's/  source: sheet/  source: sheet\n  weights: net.yaml/' small.yaml > file.yaml && omentum retract file.yaml -o file
+exit 3
+err file.yaml: tissue: engine fem reads no file; remove the key weights
+err-lines 1
+
+$ sed 's/  source: sheet/  source: sheet\n  engine: umesh\n  weights: small.yaml/' small.yaml > text.yaml && omentum retract text.yaml -q -o text
+exit 3
+err small.yaml
 err-lines 1
 
 # Wrong input.
