@@ -11,15 +11,15 @@
 
 typedef struct Field {  // everything that has to be destroyed
     OmTetMesh mesh;
-    OmSurface skin;
-    int* skin_vert;  // mesh vertex of each skin vertex
+    OmSurface surface;
+    int* surface_vert;  // mesh vertex of each vertex of the surface
     OmTissueModel* model;
     OmTissueState* state;
     OmTissueWork* work;
     OmContact* contact;
     OmContactWork* contact_work;
     OmSenseScene* scene;
-    int skin_id;
+    int surface_id;
 } Field;
 
 static OmStatus make_tissue(Field* f) {
@@ -65,9 +65,9 @@ static OmStatus make_scene(Field* f) {
         .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
     const OmSenseLook paint = om_sense_look(OM_PART_BOARD);
     const OmSenseLook magenta = om_sense_look(OM_PART_ROI);
-    OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->skin, &f->skin_vert);
+    OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->surface, &f->surface_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
-    if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->skin, &look, &f->skin_id);
+    if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->surface, &look, &f->surface_id);
     if (status == OM_OK) status = add_square(f->scene, om_vec3(0.04, 0.04, -1e-4), 0.1, &paint);
     if (status == OM_OK) status = add_square(f->scene, om_vec3(0.06, 0.06, 1e-4), 0.005, &magenta);
     return status;
@@ -80,7 +80,7 @@ static OmStatus look(Field* f, const OmCamera* camera, double* share) {
         om_store3(x, i, om_vec3(0.055 + 0.0025 * (i % 5), 0.055 + 0.0025 * (i / 5), 0.0002));
         om_store3(normal, i, om_vec3(0, 0, 1));
     }
-    om_sense_scene_update(f->scene, f->skin_id, om_tissue_x(f->state), f->skin_vert);
+    om_sense_scene_update(f->scene, f->surface_id, om_tissue_x(f->state), f->surface_vert);
     OmStatus status = om_sense_scene_commit(f->scene);
     if (status == OM_OK) status = om_sense_visibility(f->scene, camera, x, normal, 25, 0, share);
     return status;
@@ -142,8 +142,8 @@ int main(void) {
     om_tissue_work_destroy(f.work);
     om_tissue_state_destroy(f.state);
     om_tissue_destroy(f.model);
-    om_surface_done(&f.skin);
-    om_free(f.skin_vert);
+    om_surface_done(&f.surface);
+    om_free(f.surface_vert);
     om_tet_mesh_done(&f.mesh);
     return status == OM_OK && before < 0.05 && after > 0.5 ? 0 : 1;
 }
