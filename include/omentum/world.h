@@ -53,7 +53,7 @@ enum {                          // what to observe beside the arms
 };
 
 typedef struct OmWorldPicture {  // of the endoscope
-    double time;                 // s, of the exposure
+    double time;                 // s, of the exposure; also of `visibility`
     OmCamera camera;             // intrinsics and pose
     OmPicture color;             // RGB; empty: not observed
 } OmWorldPicture;
@@ -71,8 +71,8 @@ typedef struct OmObservation {         // om_observation_done frees; zero-initia
     double time;                       // s, of the world's clock
     int narm;                          //
     OmArmObservation arm[OM_MAX_ARM];  // (narm)
-    // Share of the ROI that is seen, 0 to 1, at the time of the endoscope. A world estimates it: a real one by the
-    // colour of the ROI in the picture, a simulated one by rays against its true geometry, which is exact.
+    // Share of the ROI that is seen, 0 to 1, at endoscope.time. A world estimates it: a real one by the colour of the
+    // ROI in the picture, a simulated one by rays against its true geometry, which is exact.
     double visibility;
     OmWorldPicture endoscope;
     OmDepthPicture rgbd;

@@ -292,16 +292,17 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     observe_arms(w, obs);
     OmStatus status = observe_forces(w, obs);
     if (status == OM_OK && what) status = refresh_sense(w);
+    if (what & (OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE)) {
+        obs->endoscope.time = w->now.time;
+        obs->endoscope.camera = w->endoscope;
+    }
     if (status == OM_OK && (what & OM_OBSERVE_VISIBILITY)) {
         uint64_t ignore = om__world_roi_bit(w->roi_id);
         status = om_sense_visibility(w->sense, &w->endoscope, w->site->roi_x, w->site->roi_n,
                                      w->site->nroi, ignore, &obs->visibility);
     }
-    if (status == OM_OK && (what & OM_OBSERVE_IMAGE)) {
-        obs->endoscope.time = w->now.time;
-        obs->endoscope.camera = w->endoscope;
+    if (status == OM_OK && (what & OM_OBSERVE_IMAGE))
         status = render(w, &w->endoscope, 1, &obs->endoscope.color);
-    }
     if (status == OM_OK && (what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)))
         status = observe_depth(w, &obs->rgbd);
     if (status == OM_OK && (what & OM_OBSERVE_COLOR))

@@ -117,7 +117,10 @@ static inline OmStatus plain_observe(OmWorld* world, unsigned what, OmObservatio
                                          .jaw_goal = arm->jaw_goal,
                                          .is_moving = arm->is_moving};
     }
-    if (what & OM_OBSERVE_VISIBILITY) obs->visibility = plain_visibility(w);
+    if (what & OM_OBSERVE_VISIBILITY) {
+        obs->endoscope.time = w->time;
+        obs->visibility = plain_visibility(w);
+    }
     return OM_OK;
 }
 

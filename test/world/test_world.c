@@ -501,6 +501,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
     scene.tissue.world_cells = om_vec3(14, 14, 2);
     scene.endoscope.width = 32, scene.endoscope.height = 24;
     scene.rgbd.width = 32, scene.rgbd.height = 24;
+    scene.world.force_noise = 0.1;
     assert_true(test_failing_allocations(live_a_little, &scene, 3) > 30);
 }
 

@@ -59,6 +59,9 @@ static void test_pictures_have_time_and_camera(void** state) {
     OmPose task = om_pose_inverse(f.site.pose_world_task);
     assert_true(om_pose_apply(task, eye).x > 0.05 && om_pose_apply(task, other).x < -0.05);
     om_observation_done(&obs);
+    obs = observe(&f, OM_OBSERVE_VISIBILITY);
+    assert_near(obs.endoscope.time, 0.06, 1e-12);
+    om_observation_done(&obs);
     obs = observe(&f, OM_OBSERVE_DEPTH);  // what is not requested is not made
     assert_null(obs.rgbd.color.pixel);
     assert_null(obs.endoscope.color.pixel);
