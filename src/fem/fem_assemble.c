@@ -1,10 +1,11 @@
 // fem_assemble.c: second pass of a step: every vertex gathers its row of A and its entry of b.
 //
 // With b_a = R g_a the stiffness of an element is K_ij = V (lambda b_i b_j^T + mu b_j b_i^T + mu b_i.b_j I):
-// four turned gradients instead of a 12 x 12 matrix. Scaled by sqrt(V mu (h^2 + h b)), a block of A is
+// four rotated gradients instead of a 12 x 12 matrix. Scaled by sqrt(V mu (h^2 + h b)), a block of A is
 // r S + S^T + tr(S) I, with S the sum of b_i b_j^T over the elements at (i, j) and r = lambda / mu; where r
-// differs between elements, r S is summed apart. Gradients of an element sum to zero, so the diagonal S is
-// less the sum of the others in its row. Off the diagonal both triangles come out as exact transposes.
+// differs between elements, r S is summed separately. Gradients of an element sum to zero, so the diagonal
+// S is minus the sum of the others in its row. Off the diagonal both triangles are exact transposes of
+// each other.
 #include <string.h>
 
 #include "fem/fem_simd.h"
@@ -37,7 +38,7 @@ OM__INLINE V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_m
     return f;
 }
 
-// The diagonal sums, from those of the neighbours.
+// The diagonal sums, from the sums of the neighbours.
 OM__INLINE void sum_diagonal(float* S, int num) {
     V4 a = splat(0), b = splat(0), c = splat(0);
     for (int k = 1; k < num; ++k) {
@@ -108,7 +109,7 @@ OM__INLINE void pack_block(float* out, const float* S) {
     store4(out + 5, __builtin_shufflevector(b, c, 2, 4, 5, 6));
 }
 
-// The diagonal block, of which only rounding can make an asymmetric one.
+// The diagonal block; rounding makes it slightly asymmetric.
 OM__INLINE void pack_diagonal(float* out, const float* S) {
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) out[3 * c + r] = 0.5F * (S[4 * c + r] + S[4 * r + c]);
@@ -123,7 +124,7 @@ typedef struct Rows {
     OmTissueWork* w;
     OmFemTurn turn;
     const OmAssembly* at;
-    float hold;  // of the forces of cells
+    float hold;  // factor of the forces of cells
 } Rows;
 
 // Mass, its damping, weight, external forces and the spring of an attachment.
@@ -193,7 +194,7 @@ static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
     }
 }
 
-// Averaged strains: the pass over cells, whose F' the elements need.
+// Averaged strains: the pass over cells gives F', which the elements need.
 static void start_cells(const Rows* rows, bool is_blocked, OmTeam* team, int rank, int size) {
     const OmFemCells* cells = rows->fem->cells;
     int64_t nbatch = om__cell_batches(cells);

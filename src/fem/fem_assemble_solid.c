@@ -1,20 +1,21 @@
 // fem_assemble_solid.c: energy, forces and tangent of a solid at given positions.
 //
-// With g_a the rest gradient of shape function a at a quadrature point of volume w, F = sum x_a g_a^T, node a
-// feels w P g_a and block (a, b) of the tangent is w g_a . H . g_b. Where the volume ratio is shared (a
-// mean-dilatation hexahedron, the patch of a node) U(J) is taken of the shared ratio t = v / V:
+// With g_a the rest gradient of shape function a at a quadrature point of volume w, F = sum x_a g_a^T, the
+// force on node a is w P g_a and block (a, b) of the tangent is w g_a . H . g_b. Where a group of points has
+// a common volume ratio (a mean-dilatation hexahedron, the patch of a node) U(J) is evaluated at the common
+// ratio t = v / V:
 //
 //     E = sum w W_shape(F) + sum V U(t),  P = P_shape + p C,  H = H_shape + p d2J,  p = U'(t) (mean of the nodes')
 //
-// and each shared ratio adds V U''(t) grad t grad t^T, which couples all nodes it depends on. Bonet and Burton
-// (1998) average nodal pressures as here; with several materials U of a patch is their sum by volume.
-// Where shapes are smoothed too, W_shape is taken of the mean F of the elements around each edge.
+// and each common ratio adds V U''(t) grad t grad t^T, which couples all nodes that it depends on. Nodal
+// pressures are averaged as by Bonet and Burton (1998); with several materials U of a patch is their sum by
+// volume. Where shapes are smoothed too, W_shape is evaluated at the mean F of the elements around each edge.
 #include <string.h>
 
 #include "fem/fem_solid.h"
 
 #define GRAIN 32
-#define SERIAL 128  // elements of a colour that are not worth a team
+#define SERIAL 128  // with fewer elements of a colour a team does not pay
 
 typedef struct Pass {
     const OmFemSolid* s;
@@ -52,7 +53,7 @@ static double elem_ratio(const OmFemSolid* s, int e, const double* x) {
     return v / s->volume[e];
 }
 
-// The pressure that an element shares, and how its parts of the law are cut.
+// The pressure of an element with a common volume ratio, and the split of its law.
 static double shared_pressure(const Pass* p, int e, OmJet* U) {
     const OmFemSolid* s = p->s;
     *U = (OmJet){0, 0, 0};
@@ -71,7 +72,7 @@ static OmLawPart part_of(const OmFemSolid* s) {
     return is_shared ? OM_LAW_SHAPE : OM_LAW_WHOLE;
 }
 
-// What an element has of its own; with OM_SMOOTHED that is nothing but the shared pressure.
+// The part of the law that an element evaluates itself; with OM_SMOOTHED only the common pressure.
 static void eval_law(const OmFemSolid* s, int e, const double F[9], OmLawOrder order,
                      OmLawValue* out) {
     if (s->locking == OM_SMOOTHED)
@@ -177,7 +178,7 @@ static void force_block(void* ctx, int begin, int end, int block) {
     }
 }
 
-// A block and its transpose into place; on the diagonal they are one.
+// Add a block and its transpose to the matrix; on the diagonal they are the same block.
 static void scatter(OmBsr* A, int upper, int lower, const double* from) {
     double *to = A->exact + 9 * (size_t)upper, *other = A->exact + 9 * (size_t)lower;
     for (size_t i = 0; i < 9; ++i) to[i] += from[i];
@@ -201,7 +202,7 @@ static void tangent_block(void* ctx, int begin, int end, int block) {
     }
 }
 
-// The same for hexahedra eight at a time.
+// The same for hexahedra, eight at a time.
 static void octet_force_block(void* ctx, int begin, int end, int block) {
     (void)block;
     const Pass* p = ctx;
@@ -364,7 +365,7 @@ static void patch_rows(void* ctx, int begin, int end, int block) {
         for (int m = s->node_adr[i]; m < s->node_adr[i + 1]; ++m) {
             const int* around = s->mesh.elem_node + 4 * (size_t)s->node_elem[m];
             for (int b = 0; b < 4; ++b) {
-                // each pair (element around i, its node a) once per a: where a is met first
+                // each pair (element around i, its node a) once per a: at its first occurrence
                 int a = around[b], first = s->node_adr[i];
                 bool is_met = false;
                 for (; first < m && !is_met; ++first)
@@ -398,7 +399,7 @@ static void patch_rows(void* ctx, int begin, int end, int block) {
     }
 }
 
-// Pressures and curvatures into scratch that the caller frees; null where nothing needs it.
+// Pressures and curvatures in scratch memory that the caller frees; null where they are not needed.
 static OmStatus begin_pass(Pass* p, bool wants_energy, double** scratch, double* energy) {
     const OmFemSolid* s = p->s;
     size_t ne = (size_t)s->mesh.nelem, nn = (size_t)s->mesh.nnode;
@@ -421,7 +422,7 @@ static OmStatus begin_pass(Pass* p, bool wants_energy, double** scratch, double*
     return OM_OK;
 }
 
-// ---- what the header has ----------------------------------------------------------------------------
+// ---- public functions -------------------------------------------------------------------------------
 
 OmStatus om_fem_eval_force(const OmFemSolid* s, const double* x, double* f, double* energy) {
     Pass p = {.s = s, .x = x, .f = f};
@@ -510,7 +511,7 @@ static void add_stress(const OmFemSolid* s, int e, const double* x, const double
         OmJet U = om__law_volume(&s->law[s->mesh.elem_material[e]], elem_ratio(s, e, x));
         for (int i = 0; i < 9; ++i) law.P[i] += U.d * C[i];
     }
-    double by_J = fabs(J) > 1e-12 ? w / J : 0;  // no Cauchy stress without volume
+    double by_J = fabs(J) > 1e-12 ? w / J : 0;  // Cauchy stress is undefined without volume
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
             for (int k = 0; k < 3; ++k) sum[3 * c + r] += by_J * law.P[3 * k + r] * F[3 * k + c];

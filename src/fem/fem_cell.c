@@ -1,23 +1,23 @@
-// fem_cell.c: strains averaged around vertices, against locking: who averages what.
+// fem_cell.c: strains averaged around vertices, against locking.
 //
-// Linear tetrahedra lock twice: bending costs them shear, and near nu = 0.5 every element has to keep its own
-// volume. Here the law is taken at *cells*, a quarter of each element around a vertex (per material, so that nothing
-// is averaged across an interface):
+// Linear tetrahedra lock twice: bending costs them shear, and near nu = 0.5 every element has to preserve its own
+// volume. Here the law is evaluated at *cells*, a quarter of each element around a vertex (per material, so that
+// nothing is averaged across an interface):
 //
 //     F_c = mean of F_e over the cell's elements, a linear operator on x
 //     W   = sum V_c w(F_c)  +  sum V_c U(M M t)_c  +  sum V_e (a mu / 2) |F_e - mean F_c|^2
 //
-// w is the material's law with lambda at most mu, so cells do not lock in volume; what is left of the volumetric term,
-// U, sees the measure of volume t = det F - 1 (or the trace of the strain, for laws without a term in det F)
-// averaged twice more with neighbouring cells, M = D^-1 W; the last term gives stiffness to the patterns that cells do
-// not see (Puso and Solberg 2006), the difference between an element and the mean of its four cells. A uniform F
-// has the law's own energy, whatever the mesh. Forces are exact derivatives of W.
+// w is the material's law with lambda at most mu, so cells do not lock in volume. The remaining volumetric term U is
+// evaluated at the measure of volume t = det F - 1 (or the trace of the strain, for laws without a term in det F)
+// averaged twice more with neighbouring cells, M = D^-1 W. The last term gives stiffness to deformations that cells do
+// not represent (Puso and Solberg 2006), the difference between an element and the mean of its four cells. A uniform F
+// has the law's own energy on any mesh. Forces are exact derivatives of W.
 //
-// The matrix of a step stays that of single elements with the whole law, at the mean F of their cells: an upper
-// bound of the tangent of W (Jensen). A step is stable, and its error is that of a mass h^2 (A - K) added to the
-// motion: of the order of the scheme, nothing at rest. Blocks of cells would double or treble the rows of the
-// matrix. Tried: the matrix at the elements' own F; that of inverted elements, whose rotations are any, was no bound,
-// and a shaken body flew apart.
+// The matrix of a step is the one of single elements with the whole law, at the mean F of their cells: an upper bound
+// of the tangent of W (Jensen). A step is stable, and its error is that of an additional mass h^2 (A - K): of the
+// order of the scheme, zero at rest. Blocks of cells would double or treble the rows of the matrix. Tried and
+// rejected: the matrix at the elements' own F. For inverted elements, whose rotations are arbitrary, it was no bound,
+// and a shaken body diverged.
 //
 // Compared on a cantilever of 4 cells (nu = 0.3, 0.45, 0.49) and Cook's membrane of 8 (nu = 0.3, 0.45, 0.499), linear
 // elasticity, missing deflection in %: plain 22, 41, 71 and 31, 45, 71; nodal volumes 13, 17, 20 and 20, 20,
@@ -63,7 +63,8 @@ static OmStatus number_cells(const OmTissueModel* m, OmFemCells* c) {
     return OM_OK;
 }
 
-// Entries of cell k to the vertices (or, with `of` tet_cell, the cells) of its elements; mark is -1 before and after.
+// Entries of cell k to the vertices (or, with `of` tet_cell, the cells) of its elements; mark is -1
+// before and after.
 static int list_entries(const OmFemCells* c, const int* of, int k, int* mark, int* list) {
     int num = 0;
     for (int at = c->tet_adr[k]; at < c->tet_adr[k + 1]; ++at) {
@@ -188,7 +189,7 @@ bool om__cell_is_volume(const OmMaterial* material) {
     return om__law_is_split(&law);
 }
 
-// The inner law: the same with a smaller bulk modulus; `wide`: a law whose volumetric term is what is missing.
+// The inner law: the same with a smaller bulk modulus; `wide`: a law with the remaining volumetric term.
 static OmStatus split_materials(const OmTissueModel* m, OmFemCells* c) {
     int num = m->def.nmaterial > 0 ? m->def.nmaterial : 1;
     OM_ALLOC(c->inner, (size_t)num);
@@ -211,7 +212,7 @@ static OmStatus split_materials(const OmTissueModel* m, OmFemCells* c) {
     return OM_OK;
 }
 
-// What the pass over batches of cells needs.
+// Arguments of the pass over batches of cells.
 static OmStatus fill_batches(OmFemCells* c) {
     OM_ALLOC(c->stiffness, (size_t)c->ncell);
     OM_ALLOC(c->ratio, (size_t)c->ncell);
@@ -235,7 +236,7 @@ OmJet om__cell_wide(const OmFemCells* c, int material, double t) {
     return om__law_volume(law, 1 + t);
 }
 
-// ---- life -------------------------------------------------------------------------------------------
+// ---- creation ---------------------------------------------------------------------------------------
 
 void om__cells_destroy(OmFemCells* c) {
     if (!c) return;
@@ -266,7 +267,7 @@ void om__cells_destroy(OmFemCells* c) {
 OmStatus om__cells_create(const OmTissueModel* m, OmFemCells** cells) {
     *cells = om_calloc(1, sizeof **cells);
     if (!*cells) return OM_NO_MEMORY;
-    OM_TRY(number_cells(m, *cells));  // freed with the model, whatever fails here
+    OM_TRY(number_cells(m, *cells));  // freed with the model, also after a failure here
     OM_TRY(split_materials(m, *cells));
     OM_TRY(make_operators(m, *cells));
     return fill_batches(*cells);

@@ -1,8 +1,8 @@
 // fem_cell_force.c: energy, forces and means of averaged strains, in double; fem_cell.c has the method.
 //
-// With M symmetric under the volumes, what the averaged volumetric term gives a cell is p = V M M U'(M M t), and its
-// stress times volume is S = V P + p dt/dF - 1/4 sum Q, Q = a mu V_e (F_e - mean F_c) of its elements. Forces are
-// -S g of the cells and -Q g of the elements.
+// With M symmetric under the volumes, the averaged volumetric term gives a cell p = V M M U'(M M t), and its stress
+// times volume is S = V P + p dt/dF - 1/4 sum Q, Q = a mu V_e (F_e - mean F_c) of its elements. Forces are -S g of
+// the cells and -Q g of the elements.
 #include <string.h>
 
 #include "fem/fem_internal.h"
@@ -14,7 +14,7 @@ typedef struct Scratch {
     double *F, *S;      // deformation gradient; stress times volume      (ncell x 9)
     double* Q;          //                                                (ntet x 9)
     double* w;          // energy density                                 (ncell)
-    double *t, *a, *b;  // measure of volume, on its way           (ncell)
+    double *t, *a, *b;  // measure of volume and its averages           (ncell)
     double* part;       // sums                                    (NPART)
 } Scratch;
 

@@ -1,4 +1,4 @@
-// fem_cell_step.c: averaged strains in a step, in float: what lies between the pass over cells and the rows.
+// fem_cell_step.c: averaged strains in a step, in float: the work between the pass over cells and the rows.
 //
 // A step's force is that at x + lag v to first order, so the averaged measure of volume is needed at F and at F';
 // fem_cell.c has the method, fem_cell_force.c the same in double.

@@ -1,15 +1,15 @@
-// fem_check.c: what a step would do to the elements: volume ratios and elastic energy at its beginning and its end.
+// fem_check.c: check of a step: volume ratios and elastic energy at its beginning and its end.
 //
-// Every step pays for this, so it runs in floats, a batch of elements at a time. Energies are in units of V mu:
+// Every step runs this check, so it uses floats, a batch of elements at a time. Energies are in units of V mu:
 //
 //     corotational            |F|^2 - 2 f + 3 + r/2 (f - 3)^2,    f = tr S, the root of fem_turn.c
 //     neo-Hookean             (I1 - 3)/2 - ln J + r/2 (ln J)^2
 //     stable neo-Hookean      (I1 - 3)/2 - (J - 1) + (r + 1)/2 (J - 1)^2
 //     St Venant-Kirchhoff     r/2 (tr E)^2 + |E|^2
 //
-// with r = lambda / mu. Other laws are evaluated in double, element by element. The sum over elements is in double; it
-// is off by about 1e-7 of sum V mu, and with averaged strains (fem_cell.c) it is that of single elements: the caller
-// asks om__fem_eval_balance before it believes a rise.
+// with r = lambda / mu. Other laws are evaluated in double, element by element. The sum over elements is in double.
+// Its error is about 1e-7 of sum V mu, and with averaged strains (fem_cell.c) it is that of single elements: before
+// the caller accepts a rise it calls om__fem_eval_balance.
 #include "fem/fem_lanes.h"
 #include "fem/fem_simd.h"
 
@@ -19,7 +19,7 @@
 #define NNEWTON 5
 #define MAX_STEP 1e-3F  // of the last step of Newton's method for f: above it, in double
 #define MIN_SLOPE 0.05F
-#define FLAT 1e-6F  // det F below it counts as inverted: what rounding leaves of a flat element
+#define FLAT 1e-6F  // det F below it counts as inverted: a flat element up to rounding
 
 typedef struct Part {  // of one worker
     int ncrushed, nbarrier, ninverted;
@@ -68,7 +68,7 @@ OM__INLINE void cofactors(const V16 F[9], V16 cof[9]) {
     }
 }
 
-// *is_bad: lanes where f has not settled.
+// *is_bad: lanes where f has not converged.
 OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
     V16 size2 = I1 + 1e-30F, inv = rsqrt16(size2) * 1.7320508F;  // F scaled to |F|^2 = 3
     V16 inv2 = inv * inv, constant = 9.0F - 4.0F * (cof2 * (inv2 * inv2)),
@@ -85,7 +85,7 @@ OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
     return (I1 - 3.0F) - 2.0F * t + 0.5F * ratio * t * t;
 }
 
-// Below the floor both logarithms go on as Taylor polynomials, as in fem_law.c.
+// Below the floor both logarithms continue as Taylor polynomials, as in fem_law.c.
 OM__INLINE V16 neo_hookean(V16 ratio, V16 I1, V16 J) {
     V16 b = max16(J, all((float)OM_LAW_LOG_FLOOR)), t = J - b, l = log16(b), inv = 1.0F / b;
     V16 log = l + t * inv * (1.0F - 0.5F * t * inv);
@@ -110,7 +110,7 @@ OM__INLINE V16 st_venant(V16 ratio, const V16 F[9]) {
     return sum + 0.5F * ratio * trace * trace;
 }
 
-// Lanes that the short formulas leave: energy over V mu in double.
+// Lanes without a short formula: energy over V mu in double.
 static void evaluate_lanes(const Check* a, int k, const V16 F[9], I16 which, V16* W) {
     for (int l = 0; l < OM__LANE; ++l) {
         int e = k * OM__LANE + l;
@@ -152,9 +152,9 @@ OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double
     return sum;
 }
 
-// Elements may be flattened to a tenth, those that are flat already to a half of what they are; where Newton's method
-// has solved the step, as far as it finds them, but not inverted. An inverted
-// element may stay inverted, and its det F may fall to twice its value less a half.
+// Limits of a step: det F may fall to a tenth, in already flat elements to half of its value. After Newton's method
+// any positive value is accepted. An inverted element may stay inverted, and its det F may fall to twice its value
+// minus a half.
 OM__INLINE float least_allowed(float begin, bool is_solved) {
     float half = 0.5F * begin;
     if (begin <= 0) return 2.0F * begin - 0.5F;

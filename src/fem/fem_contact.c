@@ -1,31 +1,32 @@
-// fem_contact.c: two sets of faces of a solid that press on each other without friction.
+// fem_contact.c: frictionless contact between two sets of faces of a solid.
 //
-// Quadrature points p of each side seek the nearest point y of the other side's faces. One that lies behind it, by
-// d = p - y, and not beside the border of the set, stores
+// Quadrature points p of each side search the nearest point y of the other side's faces. A point that is behind
+// it, with d = p - y, and not beside the border of the set, stores
 //
 //     E = w/2 |d|^2,  w = stiffness / 2 times its rest area,
 //
-// so that both sides together have pressure = stiffness x depth, and neither is preferred. y minimises |p - y|, so
-// its motion within the faces is no part of the gradient: with c_i = N_i of p's face and -N_i of y's,
+// so that both sides together have pressure = stiffness x depth, symmetric in the sides. y minimises |p - y|, so
+// its motion within the faces does not enter the gradient: with c_i = N_i of p's face and -N_i of y's,
 //
 //     dE/dx_i = w c_i d,   d2E/dx_i dx_j = w (c_i c_j I - sum_kl B_ik M_kl^-1 B_jl^T),
 //     B_ik = -c_i y_k + dc_i/dxi_k d,   M_kl = y_k . y_l - d . y_kl,
 //
 // k and l the directions in which y is free: two inside a face, one on an edge, none at a corner (the Schur complement
-// of the minimum; Wriggers 2006, chapter 4, has the same from the projection). The forces of one point sum to nothing,
-// and have no torque, for d is in line with them. Without the terms of d the tangent is positive semidefinite.
+// of the minimum; Wriggers 2006, chapter 4, derives the same from the projection). The forces of one point sum to zero
+// and have no torque, because d is along them. Without the terms of d the tangent is positive semidefinite.
 //
-// The nearest face is sought among all, sifted by the nearest node and bounding balls: sets are small beside the mesh.
+// The nearest face is searched among all, filtered by the nearest node and bounding balls: sets are
+// small compared to the mesh.
 #include <string.h>
 
 #include "fem/fem_solid.h"
 
 #define GRAIN 16
-#define SERIAL 256  // points that are not worth a team
+#define SERIAL 256  // with fewer points a team does not pay
 #define NEWTON_TURNS 12
 #define XI_ROUNDING 1e-12
 #define CRUSHED 1e-14  // of a face: sine squared between its directions
-#define TIE 1e-9       // distances of two faces that are as near, relative
+#define TIE 1e-9       // relative difference of the distances of two faces that counts as equal
 #define AUTOMATIC 100  // times as stiff as the layer of elements behind
 #define MAX_JOIN 12    // nodes of two faces
 
@@ -67,8 +68,8 @@ static OmStatus check_side(const OmFemSolid* s, const OmFemContact* c, int n, in
     return OM_OK;
 }
 
-// Rest areas of the points, the stiffness of a layer of elements (Pa/m, of Young's modulus: that against volume is no
-// measure of how faces give way, and makes unlike meshes touch in spots) and the mean edge, by area.
+// Rest areas of the points, the stiffness of a layer of elements (Pa/m, from Young's modulus: with the bulk modulus
+// faces would be far too stiff and unlike meshes would have contact in spots only) and the mean edge, by area.
 static void measure_side(const OmFemSolid* s, const OmFacePair* c, int side, double* layer,
                          double* edge) {
     size_t k = (size_t)c->nface_node;
@@ -100,7 +101,7 @@ static void measure_side(const OmFemSolid* s, const OmFacePair* c, int side, dou
     *edge /= whole;
 }
 
-// Which edges of faces (bits 0 to 3) no other face of the side has, and which corners (4 to 7) are on such edges.
+// Edges of faces (bits 0 to 3) that no other face of the side has, and corners (4 to 7) on such edges.
 static void mark_border(OmFacePair* c, int side, unsigned char* on_border) {
     int k = c->nface_node, n = k == 4 ? 4 : 3;
     for (int f = 0; f < c->nface[side]; ++f) {
@@ -111,7 +112,7 @@ static void mark_border(OmFacePair* c, int side, unsigned char* on_border) {
             int a = face[e], b = face[(e + 1) % n];
             for (int g = 0; g < c->nface[side] && !is_shared; ++g) {
                 const int* other = c->face_node[side] + (size_t)g * (size_t)k;
-                for (int m = 0; m < n; ++m)  // a neighbour runs through the edge the other way
+                for (int m = 0; m < n; ++m)  // a neighbour has the edge in the opposite direction
                     is_shared = is_shared || (other[m] == b && other[(m + 1) % n] == a);
             }
             if (is_shared) continue;
@@ -212,11 +213,11 @@ typedef struct Face {
     const double* x;
 } Face;
 
-typedef struct Spot {  // a point of a face near p, and how it may slide
+typedef struct Spot {  // a point of a face near p, and its free directions
     double xi[2];
-    int edge, corner;       // it is there; or -1
+    int edge, corner;       // edge or corner that contains it; or -1
     int nfree;              // directions in which it is free
-    double dir[2][2];       // those, in xi
+    double dir[2][2];       // the free directions, in xi
     OmVec3 d;               // p - y
     OmVec3 slope[2];        // y_k
     double M[2][2];         // y_k . y_l - d . y_kl
@@ -238,7 +239,7 @@ static void eval_spot(const Face* F, OmVec3 p, Spot* at) {
     at->d = om_sub(p, y);
     OmVec3 normal = om_cross(y1[0], y1[1]);
     double length = om_norm(normal);
-    at->normal = om_scale(length > 0 ? 1 / length : 0, normal);  // none where a face is crushed
+    at->normal = om_scale(length > 0 ? 1 / length : 0, normal);  // zero where a face is crushed
     for (int k = 0; k < at->nfree; ++k) {
         const double* u = at->dir[k];
         at->slope[k] = om_madd(om_scale(u[0], y1[0]), u[1], y1[1]);
@@ -279,7 +280,7 @@ static void find_slide(const Spot* at, double step[2]) {
     for (int k = 0; k < 2; ++k) step[k] = inverse[k][0] * push[0] + inverse[k][1] * push[1];
 }
 
-// How far xi is within the face; negative: outside.
+// Distance of xi from the border of the face, positive inside.
 static double face_inside(int nnode, const double xi[2]) {
     if (nnode == 4) return 1 - fmax(fabs(xi[0]), fabs(xi[1]));
     return fmin(1 - xi[0] - xi[1], fmin(xi[0], xi[1]));
@@ -336,16 +337,16 @@ static void find_on_face(const Face* F, OmVec3 p, Spot* best) {
     }
 }
 
-// ---- points that touch ------------------------------------------------------------------------------
+// ---- points in contact ------------------------------------------------------------------------------
 
-typedef struct Hit {  // what a point of one side finds on the other
-    int face;         // -1: it does not touch
+typedef struct Hit {  // the contact of a point of one side with the other side
+    int face;         // -1: no contact
     Spot spot;
 } Hit;
 
 typedef struct Search {
     const OmFacePair* c;
-    int side;  // whose points seek
+    int side;  // the side whose points are tested
     const double* x;
     const OmRule* rule;
     double (*N)[6];  // shape functions at the points of the rule
@@ -357,13 +358,13 @@ static Face face_of(const OmFacePair* c, int side, int f, const double* x) {
     return (Face){c->nface_node, c->face_node[side] + (size_t)f * (size_t)c->nface_node, x};
 }
 
-// Beside the faces of the set, not behind them?
+// Is the point beside the faces of the set, not behind them?
 static bool is_on_border(const OmFacePair* c, int side, int f, const Spot* at) {
     int bits = c->border[side][f];
     return at->corner >= 0 ? bits >> (4 + at->corner) & 1 : at->edge >= 0 && (bits >> at->edge & 1);
 }
 
-// Distance to the nearest node of a side, no more than the reach: no face that is farther matters.
+// Distance to the nearest node of a side, limited to the reach: faces further away do not matter.
 static double nearest_node(const OmFacePair* c, int side, const double* x, OmVec3 p) {
     double near2 = c->reach * c->reach;
     for (int a = 0; a < c->nnode[side]; ++a)
@@ -390,7 +391,8 @@ static void search_block(void* ctx, int begin, int end, int block) {
             Spot at;
             find_on_face(&F, p, &at);
             double dist = om_norm(at.d), depth = -om_dot(at.d, at.normal);
-            // on an edge two faces are as near: the one that p sees more squarely knows which side it is on
+            // on an edge two faces are equally near: the face with the larger normal component of d
+            // decides on the side
             bool is_nearer = dist < near * (1 - TIE);
             if (!is_nearer && !(dist <= near * (1 + TIE) && fabs(depth) > steep)) continue;
             near = fmin(dist, near);
@@ -417,7 +419,7 @@ static void make_balls(const OmFacePair* c, int side, const double* x, double* b
 
 // ---- energy, forces, tangent ------------------------------------------------------------------------
 
-typedef struct Join {  // the nodes that a point and its spot depend on
+typedef struct Join {  // the nodes that a point and its nearest point depend on
     int num, node[MAX_JOIN];
     double c[MAX_JOIN];      // dd/dx_i = c_i I
     double dc[2][MAX_JOIN];  // along the free directions
@@ -459,7 +461,7 @@ static void add_tangent(const Join* j, const Spot* at, double w, bool is_project
     }
 }
 
-// What the points of one side do.
+// Energy, forces and tangent of the points of one side.
 static void add_side(const Search* s, bool is_projected, OmFemTouch* touch, double* f, OmBsr* A) {
     const OmFacePair* c = s->c;
     for (int n = 0; n < c->npoint[s->side]; ++n) {

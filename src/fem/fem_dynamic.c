@@ -13,7 +13,7 @@
 struct OmFemDynamics {
     const OmFemSolid* solid;
     OmFemDynamicDef def;
-    OmFemNewton newton;                   // dead, r and fixed serve central differences too
+    OmFemNewton newton;                   // dead, r and fixed are also used by central differences
     double *x, *target, *goal, *x0, *v0;  // of a step                                 (nnode x 3)
 };
 
@@ -85,7 +85,7 @@ void om_fem_dynamics_destroy(OmFemDynamics* d) {
     om_free(d);
 }
 
-// One implicit step from motion, prescribed nodes going to d->target.
+// One implicit step from motion; prescribed nodes move to d->target.
 static OmStatus implicit_step(OmFemDynamics* d, double h, OmFemMotion* m, OmFemReport* report) {
     OmFemNewton* N = &d->newton;
     size_t n = 3 * (size_t)d->solid->mesh.nnode;
@@ -134,7 +134,7 @@ static OmStatus explicit_step(OmFemDynamics* d, const OmFemLoad* load, double h,
     return OM_OK;
 }
 
-// Implicit steps that are halved where they fail; prescribed nodes move evenly over the whole of h.
+// Implicit steps, halved where they fail; prescribed nodes move uniformly over the whole of h.
 static OmStatus cut_steps(OmFemDynamics* d, double h, OmFemMotion* m, OmFemReport* report) {
     const double* goal = d->goal;
     size_t n = 3 * (size_t)d->solid->mesh.nnode;
@@ -175,7 +175,7 @@ OmStatus om_fem_step(OmFemDynamics* d, const OmFemLoad* load, double h, OmFemMot
     memcpy(d->x0, m->x, n * sizeof *d->x0);
     memcpy(d->v0, m->v, n * sizeof *d->v0);
     double time = m->time;
-    // where prescribed nodes go; free entries are not used
+    // target of prescribed nodes; free entries are not used
     for (size_t i = 0; i < n; ++i)
         d->target[i] = N->fixed[i] ? rest[i] + (load->goal ? load->goal[i] : 0) : m->x[i];
     OmStatus status;

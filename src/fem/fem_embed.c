@@ -1,9 +1,9 @@
-// fem_embed.c: in which element a point lies, and the weights of its nodes.
+// fem_embed.c: the element that contains a point, and the weights of its nodes.
 //
-// Elements are sorted into a grid of buckets by their boxes, a little larger than the elements. A point tries the
-// elements of its bucket, then of rings of buckets around it until none nearer is possible. In each element the
-// reference coordinates come from Newton's method; a point outside is moved to the nearest reference point by
-// clamping, and the element that leaves the least distance wins.
+// Elements are sorted into a grid of buckets by their bounding boxes, slightly enlarged. A point tests the
+// elements of its bucket, then of rings of buckets around it until no nearer one is possible. In each element
+// Newton's method gives the reference coordinates; a point outside is moved to the nearest reference point by
+// clamping, and the element with the smallest distance is chosen.
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,7 +76,7 @@ static OmStatus make_buckets(const OmFemMesh* mesh, Buckets* b) {
     return OM_OK;
 }
 
-// Into the reference element: onto the simplex by clipping and scaling, onto the cube by clipping.
+// Clamp to the reference element: the simplex by clipping and scaling, the cube by clipping.
 static void clamp_inside(OmElement kind, double xi[3]) {
     bool is_hex = kind == OM_HEX8 || kind == OM_HEX8_MEAN;
     double sum = 0;
@@ -87,7 +87,7 @@ static void clamp_inside(OmElement kind, double xi[3]) {
     for (int k = 0; k < 3 && !is_hex && sum > 1; ++k) xi[k] /= sum;
 }
 
-// Weights of the point of element e nearest to p; returns the distance that is left.
+// Weights of the point of element e nearest to p; returns its distance from p.
 static double project_point(const OmFemMesh* mesh, int e, OmVec3 p, double* weight) {
     const int* node = mesh->elem_node + (size_t)e * (size_t)mesh->nelem_node;
     double xi[3], dN[3 * OM_MAX_ELEM_NODE];

@@ -8,7 +8,7 @@
 #include "fem/fem_solid.h"
 
 #define MAX_LANCZOS 120
-#define ENOUGH 2e-3  // of the eigenvalue
+#define ENOUGH 2e-3  // relative error of the eigenvalue
 #define SAFETY 0.98
 
 // Largest eigenvalue of the tridiagonal matrix (a, b) by bisection on Sturm counts, and the size of the last entry

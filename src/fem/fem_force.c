@@ -1,10 +1,11 @@
 // fem_force.c: elastic forces, energy and measures, in double.
 //
-// What a step computes in float, computed again from the state alone, element after element. Corotational:
-// e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a. Other laws: -V P g_a.
+// Computes the same quantities as a step, but in double and from the state alone, element after element.
+// Corotational: e = sym(R^T F) - I, s = 2 mu e + lambda tr(e) I, force on vertex a: -V R s g_a. Other
+// laws: -V P g_a.
 #include "fem/fem_simd.h"
 
-// See fem_turn.c. Newton starts above the largest root and so comes down to it.
+// See fem_turn.c. Newton starts above the largest root and decreases to it.
 OmMat3 om__fem_rotation(OmMat3 F) {
     double norm = om_mat3_norm(F);
     if (!(norm > 1e-150)) return om_mat3_polar(F);
@@ -72,7 +73,7 @@ static Element look_at(const OmTissueModel* m, const double* x, int e) {
     return el;
 }
 
-// Averaged strains: forces of all vertices, then those of the mask.
+// Averaged strains: compute forces of all vertices, then select those of the mask.
 static OmStatus add_cell_force(const OmTissueModel* m, const double* x, const unsigned char* mask,
                                double* force, OmVec3* sum) {
     OmStatus status = OM_OK;

@@ -1,9 +1,10 @@
-// fem_internal.h: what the files of the room share.
+// fem_internal.h: shared by the files of the room.
 //
-// Elements are worked on in batches of OM__LANE, struct of arrays, one element a lane (the last batch
-// repeats its last element with zero volume). A step's first pass goes over batches and leaves, an
-// element, the gradients of its shape functions turned with it and its stress; the second goes over
-// vertices and gathers from their elements a row of A and of b. No atomics, no colours, same bytes always.
+// Elements are processed in batches of OM__LANE, struct of arrays, one element a lane (the last batch
+// repeats its last element with zero volume). The first pass of a step runs over batches and stores for
+// each element the rotated gradients of its shape functions and its stress. The second pass runs over
+// vertices and gathers a row of A and an entry of b from their elements. No atomics, no colours, same
+// bytes always.
 #ifndef OMENTUM_FEM_INTERNAL_H
 #define OMENTUM_FEM_INTERNAL_H
 
@@ -19,21 +20,21 @@
 #endif
 
 #define OM__LANE 16
-#define OM__TURNED 28   // floats an element leaves for the second pass
+#define OM__TURNED 28   // floats of an element between the passes
 #define OM__BLOCKED 68  // the same where a law is not corotational
 
 typedef enum OmFemFamily {  // how the first pass computes a batch
-    OM__FAMILY_TURNED,      // corotational, as is every element of the model
+    OM__FAMILY_TURNED,      // corotational, for all elements of the model
     OM__FAMILY_NEO,
     OM__FAMILY_STABLE,
     OM__FAMILY_VENANT,
-    OM__FAMILY_OTHER  // lane by lane: other laws, or not all the same
+    OM__FAMILY_OTHER  // lane by lane: other laws, or different laws in a batch
 } OmFemFamily;
 
 typedef struct OmFemBatch {
     int vert[4][OM__LANE];       // vertices
     float grad[9][OM__LANE];     // shape gradients of vertices 1, 2, 3 at rest, 1/m
-    float root[OM__LANE];        // sqrt(V mu); zero in lanes that only fill up
+    float root[OM__LANE];        // sqrt(V mu); zero in unused lanes
     float ratio[OM__LANE];       // lambda / mu
     float per_volume[OM__LANE];  // 1 / (6 V): with the product of three edges, det F
     OmFemFamily family;
@@ -41,7 +42,7 @@ typedef struct OmFemBatch {
 
 typedef struct OmFemVisit {  // an element at one of its vertices
     int corner;              // 4 element + local vertex
-    // place of its vertices in the row: 0 the diagonal, 1 the first neighbour
+    // position of its vertices in the row: 0 the diagonal, 1 the first neighbour
     unsigned short slot[4];
 } OmFemVisit;
 
@@ -50,7 +51,7 @@ typedef struct OmFemEntry {  // of a sparse operator: to a vertex or a cell
     float g[3];  // gradient, 1/m
 } OmFemEntry;
 
-// Where strains are averaged: a cell is a vertex and a material, its share of the elements around it. See fem_cell.c.
+// Averaged strains: a cell is a vertex and a material, with a quarter of each element around it. See fem_cell.c.
 typedef struct OmFemCells {
     int ncell;
     bool has_wide;        // some material has a part of lambda that is averaged further
@@ -81,9 +82,9 @@ typedef struct OmFem {  // model->data
     int nbatch;
     OmFemBatch* batch;  //                                                   (nbatch)
     double* grad;       // shape gradients of vertices 1, 2, 3, 1/m          (ntet x 9)
-    float ratio;        // lambda / mu where all elements have the same
-    bool is_mixed;      // they have not
-    bool is_blocked;    // first pass by stretches, not by rotations: a law is not corotational
+    float ratio;        // lambda / mu if all elements have the same
+    bool is_mixed;      // elements differ in lambda / mu
+    bool is_blocked;    // the first pass uses principal stretches: a law is not corotational
     int* visit_adr;     // first visit of each vertex                        (nvert + 1)
     OmFemVisit* visit;  //                                                   (4 ntet)
     int max_row;        // blocks of the longest row
@@ -93,11 +94,11 @@ typedef struct OmFem {  // model->data
 typedef struct OmFemWork {  // work->data
     int ntet, nworker;      // sizes of the arrays
     size_t row_size;        // floats of one worker's row
-    float* turned;    // what the first pass leaves: OM__TURNED or OM__BLOCKED floats an element
+    float* turned;    // results of the first pass: OM__TURNED or OM__BLOCKED floats an element
     double* corner;   // forces on the corners of elements, null until needed (ntet x 4 x 3)
-    float* row;       // the row a worker gathers                       (nworker x row_size)
+    float* row;       // the row that a worker gathers                   (nworker x row_size)
     float* cell;      // OM__CELLED floats a cell, where strains are averaged; then 6 scalars a cell
-    float* hinge;     // 12 floats an element: by how much it differs from its cells
+    float* hinge;     // 12 floats an element: its difference from its cells
     double* scratch;  // of om__cell_balance, null until needed
 } OmFemWork;
 
@@ -110,13 +111,14 @@ typedef struct OmFemTurn {  // arguments of the first pass
     float* turned;
     const OmTissueModel* model;
     bool is_exact;            // tangents are not projected
-    bool is_turned;           // every law is corotational: a predictor
+    bool is_turned;           // treat every law as corotational, for a predictor
     const OmFemCells* cells;  // or null
     float *cell, *hinge;      // of the work
 } OmFemTurn;
 
-// What a pass over cells leaves of each: F, F', stress times volume and dt/dF, in columns of four floats. Behind all
-// cells follow scalars: t at F and F', the same averaged (2 each a cell), then two more on the way back.
+// Results of a pass over cells: for each cell F, F', stress times volume and dt/dF, in columns of four floats.
+// Scalars follow after all cells: t at F and F', their averages (2 each a cell), then two more for the transposed
+// averaging.
 enum { OM__CELL_P = 0, OM__CELL_D = 12, OM__CELL_F = 24, OM__CELL_G = 36, OM__CELLED = 48 };
 
 static inline int om__cell_batches(const OmFemCells* c) {
@@ -130,7 +132,7 @@ static inline float* om__cell_scalars(const OmFemCells* c, float* cell) {
 OmMat3 om__fem_rotation(OmMat3 F);
 /// Lame's constants of element e, Pa.
 void om__fem_lame(const OmTissueModel* model, int e, double* lambda, double* mu);
-/// First pass over batches [begin, end): turned gradients and stresses of corotational elements.
+/// First pass over batches [begin, end): rotated gradients and stresses of corotational elements.
 void om__fem_turn(const OmFemTurn* turn, int begin, int end);
 /// First pass for any law: blocks K_ab of the pairs (0,1) (0,2) (0,3) (1,2) (1,3) (2,3) by columns, then the
 /// entries of b of the four vertices.
@@ -162,26 +164,26 @@ OmStatus om__fem_get_energy(const OmTissueModel* model, const double* x, double*
 // ---- averaged strains: fem_cell.c, fem_cell_force.c -------------------------------------------------
 
 #define OM__HINGE 0.2  // of mu: stiffness of the difference between an element and its cells
-#define OM__INNER 1.0  // of mu: what a cell keeps of lambda for itself
+#define OM__INNER 1.0  // of mu: largest lambda in the law of a cell
 
 OmStatus om__cells_create(const OmTissueModel* model, OmFemCells** cells);
 void om__cells_destroy(OmFemCells* cells);
 size_t om__cells_memory(const OmTissueModel* model, const OmFemCells* cells);
 /// Is the measure of volume of the law det F - 1? Else the trace of its strain.
 bool om__cell_is_volume(const OmMaterial* material);
-/// What is left of the volumetric term, as a function of the averaged measure.
+/// The remaining volumetric term, as a function of the averaged measure.
 OmJet om__cell_wide(const OmFemCells* cells, int material, double t);
-/// After the pass over cells, by all members of the team: the averaged volumetric term, from t to what
-/// om__cells_finish needs. Ends without a barrier.
+/// After the pass over cells, by all members of the team: average the volumetric term, from t to the
+/// input of om__cells_finish. Ends without a barrier.
 void om__cells_average(const OmFemTurn* turn, OmTeam* team, int rank, int size);
-/// After the pass over elements too: OM__CELL_P becomes the whole stress of cells [begin, end).
+/// After the pass over elements: OM__CELL_P becomes the whole stress of cells [begin, end).
 void om__cells_finish(const OmFemTurn* turn, int begin, int end);
 /// Forces (nvert x 3, overwritten) and energy in double.
 /// @param scratch  om__cell_scratch_size doubles
 size_t om__cell_scratch_size(const OmTissueModel* model);
 void om__cell_balance(const OmTissueModel* model, int nworker, const double* x, double* scratch,
                       double* force, double* energy);
-/// Mean F of an element's cells, the element's share of the energy per volume; after om__cell_balance.
+/// Mean F of an element's cells and the element's energy per volume; after om__cell_balance.
 OmMat3 om__cell_mean(const OmTissueModel* model, const double* scratch, int e, double* energy);
 
 #endif

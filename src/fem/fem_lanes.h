@@ -1,7 +1,7 @@
 // fem_lanes.h: sixteen floats at a time, one element a lane.
 //
-// The compiler splits a vector of sixteen into what the processor has. Everything is inlined into the clones
-// of one function (base_multiversion.h).
+// The compiler splits a vector of sixteen into vectors of the processor. Everything is inlined into the
+// clones of one function (base_multiversion.h).
 #ifndef OMENTUM_FEM_LANES_H
 #define OMENTUM_FEM_LANES_H
 

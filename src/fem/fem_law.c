@@ -12,8 +12,8 @@
 // S S^T, T and S the symmetric and skew unit matrices of the pair. Bonet and Wood (2008), chapter 6; Smith, de
 // Goes and Kim (2018).
 //
-// An odd function of stretches has a crease where l_i = -l_j (an element inverted and drawn out at once): there
-// the curvature of S is cut at MAX_CURVATURE of its size, which keeps every tangent finite.
+// An odd function of stretches has a crease where l_i = -l_j (an element inverted and elongated at once): there
+// the curvature of S is limited to MAX_CURVATURE times its size, so that every tangent is finite.
 #include "fem/fem_law.h"
 
 #include <string.h>
@@ -27,7 +27,7 @@ void om__law_init(const OmMaterial* m, OmLawParam* law) {
     *law = (OmLawParam){.law = m->law, .volumetric = m->volumetric};
     double bulk;
     om_material_lame(m, &law->lambda, &law->mu, &bulk);
-    // The coupled Ogden law has stiffness 2 mu / 3 against volume beside U: what is left is lambda.
+    // The coupled Ogden law has stiffness 2 mu / 3 against volume in addition to U: the rest of lambda is in U.
     law->bulk = m->law == OM_OGDEN_COUPLED ? law->lambda : bulk;
     law->c10 = m->c10;
     law->c01 = m->c01;
@@ -153,7 +153,7 @@ static void multiply_right(const double A[9], const double B[9], double out[9]) 
             out[3 * c + r] = A[r] * B[c] + A[3 + r] * B[3 + c] + A[6 + r] * B[6 + c];
 }
 
-// ---- the sums ---------------------------------------------------------------------------------------
+// ---- sums of terms ----------------------------------------------------------------------------------
 
 typedef struct Sums {
     const double* F;

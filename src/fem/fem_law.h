@@ -8,10 +8,10 @@
 #include "omentum/tissue_material.h"
 #include "omentum/vec.h"
 
-// Below these, terms go on as Taylor polynomials of second order (positive powers of J that are factors, as the
-// reciprocals of such: they stay above 0). That of logarithms is the lower one, for it is they
-// that keep elements from inverting: with 0.2 the crushed elements at the edge of a probe gave way, with 0.1 two of
-// 177,000 crept to J = 0.006 and through, whatever the step; with 0.02 they stay above 0.03.
+// Below these values, terms continue as Taylor polynomials of second order (positive powers of J that are factors,
+// as reciprocals of such polynomials: they stay above 0). The value for logarithms is lower, because logarithms
+// keep elements from inverting: with 0.2 crushed elements at the edge of a probe inverted, with 0.1 two of 177,000
+// decreased to J = 0.006 and inverted for any step; with 0.02 they stay above 0.03.
 
 typedef struct OmLawParam {  // constants of a law, ready for use
     OmLaw law;
@@ -26,7 +26,7 @@ typedef struct OmLawParam {  // constants of a law, ready for use
 
 typedef enum OmLawPart {
     OM_LAW_WHOLE,
-    OM_LAW_SHAPE  // without the volumetric term, which om__law_volume has
+    OM_LAW_SHAPE  // without the volumetric term, which om__law_volume evaluates
 } OmLawPart;
 
 typedef enum OmLawOrder { OM_LAW_ENERGY, OM_LAW_STRESS, OM_LAW_TANGENT } OmLawOrder;
@@ -42,7 +42,7 @@ typedef struct OmJet {  // a function of one variable with two derivatives
 } OmJet;
 
 void om__law_init(const OmMaterial* material, OmLawParam* law);
-/// What `order` asks for and what comes before it. Finite for every finite F.
+/// Evaluates up to derivative `order`. Finite for every finite F.
 void om__law_eval(const OmLawParam* law, const double F[9], OmLawPart part, OmLawOrder order,
                   OmLawValue* out);
 /// Has the law a term in J alone that can be split off?

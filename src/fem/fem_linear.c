@@ -1,16 +1,17 @@
 // fem_linear.c: the linear system of an iteration of Newton's method.
 //
-// A symmetric A that is not positive definite is made anew of projected element tangents, and shifted by its diagonal
-// if that is not enough: the step then still goes downhill. A pressure that follows a surface with a free rim makes A
-// unsymmetric: then UMFPACK factors it, or, where the solver is iterative, GMRES has the tangent without the pressure
-// as preconditioner. On a closed surface, or one whose rim is held or slides in planes of symmetry, the parts that are
-// not symmetric cancel, the pressure has an energy, and A stays with the symmetric solver.
+// A symmetric A that is not positive definite is assembled again from projected element tangents, and shifted by its
+// diagonal if that is not enough: the step is then a descent direction. A pressure that follows a surface with a free
+// rim makes A unsymmetric: then UMFPACK factors it, or, where the solver is iterative, GMRES uses the tangent without
+// the pressure as preconditioner. On a closed surface, or one with a fixed or symmetric rim, the unsymmetric parts
+// cancel, the pressure has an energy, and the symmetric solver is used.
 #include <string.h>
 
 #include "fem/fem_solid.h"
 
 #define FORCE_ROUNDING 4e-16
-#define SKEW_ROUNDING 1e-11  // of the largest diagonal entry: what is less is symmetric
+// of the largest diagonal entry: smaller differences count as symmetric
+#define SKEW_ROUNDING 1e-11
 #define NATTEMPT 6
 
 OmStatus om__newton_prepare(OmFemNewton* N) {
@@ -28,7 +29,7 @@ OmStatus om__newton_prepare(OmFemNewton* N) {
     return OM_OK;
 }
 
-// The tangent of `extra`; projected, each node loses what is negative of its own block.
+// The tangent of `extra`; projected, each node loses the negative part of its own block.
 static OmStatus add_extra(OmFemNewton* N, const double* x, double share, bool is_projected) {
     OmBsr* A = &N->A;
     const OmFemExtra* extra = N->load->extra;
@@ -49,7 +50,7 @@ static OmStatus add_extra(OmFemNewton* N, const double* x, double share, bool is
     return OM_OK;
 }
 
-// The tangent but for the pressure that follows, which is added where there is no B of its own; with a shift.
+// The tangent without the following pressure, which is added if there is no separate B; with a shift.
 static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool is_projected,
                             double shift) {
     OM_TRY(om__fem_tangent(N->solid, x, is_projected || N->solid->is_projected, &N->A));
@@ -57,7 +58,7 @@ static OmStatus make_matrix(OmFemNewton* N, const double* x, double share, bool 
         om__fem_add_follower(N->load, x, share, NULL, &N->A);
     if (N->load->extra) OM_TRY(add_extra(N, x, share, is_projected));
     if (N->inertia > 0) om_fem_add_mass(N->solid, N->inertia, N->is_consistent, &N->A);
-    // What rounding of positions does to forces, and the shift.
+    // Error of forces by rounding of positions, and the shift.
     double largest = 0, sum = 0;
     for (size_t i = 0; i < 3 * (size_t)N->solid->mesh.nnode; ++i)
         largest = fmax(largest, fabs(x[i]));
@@ -114,10 +115,10 @@ static OmStatus solve_system(OmFemNewton* N, bool has_gmres, OmFemReport* report
     report->ncg += info.iterations;
     if (status != OM_INVALID) return status;
     snprintf(report->reason, sizeof report->reason, "the linear system is not finite");
-    return OM_NOT_CONVERGED;  // our own numbers have overflowed
+    return OM_NOT_CONVERGED;  // an overflow in our own numbers
 }
 
-// Does dx go downhill? Always where it is driven, or where there is no hill.
+// Is dx a descent direction? Always true with prescribed motion, or without an energy.
 static bool is_downhill(const OmFemNewton* N) {
     double slope = 0;
     bool is_driven = false;
@@ -150,9 +151,9 @@ OmStatus om__newton_step(OmFemNewton* N, const double* x, double share, OmFemRep
             if (!N->fixed[i]) N->dx[i] = 0;
         OmStatus status = solve_system(N, has_gmres, report);
         if (status < 0 || (status == OM_NOT_CONVERGED && report->reason[0])) return status;
-        // the preconditioner was not positive definite, though CG did not notice
+        // the preconditioner was not positive definite, but CG did not detect it
         if (has_gmres && status == OM_NOT_CONVERGED && attempt + 1 < NATTEMPT) continue;
-        // An even number of unstable directions has come in since rest, or none: an odd one is a sure sign.
+        // The number of unstable directions since rest is even; an odd number would be detected here.
         bool is_odd =
             N->is_unsymmetric && N->lu && status != OM_NOT_SPD && om_solver_sign(N->lu) < 0;
         if (is_odd || (status == OM_NOT_SPD && !has_gmres)) N->is_repaired = true;

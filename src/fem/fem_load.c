@@ -1,9 +1,10 @@
 // fem_load.c: dead forces, tractions, gravity, and pressure that follows the surface.
 //
 // Pressure p on a deformed face: f_a = -p int N_a (dx/dxi x dx/deta). Its tangent is symmetric, and the pressure has an
-// energy, only for a closed surface or a held rim. Newton's method with the symmetric part alone converges linearly on
-// a free rim, ever slower on finer meshes: the bar of test_fem_follower.c with 2 kPa in one load step took 226
-// iterations with 4 cells and found nothing with 8; with the whole tangent it takes 49, 69 and 131 with 4, 8 and 16.
+// energy, only for a closed surface or a fixed rim. Newton's method with the symmetric part alone converges linearly
+// with a free rim, more slowly on finer meshes: the bar of test_fem_follower.c with 2 kPa in one load step took 226
+// iterations with 4 cells and did not converge with 8; with the whole tangent it takes 49, 69 and 131 with 4, 8 and
+// 16.
 #include <string.h>
 
 #include "fem/fem_solid.h"

@@ -1,4 +1,4 @@
-// fem_model.c: what elements know before the first step, and the engine's row of functions.
+// fem_model.c: constants of elements, computed at creation, and the engine's table of functions.
 #include <string.h>
 
 #include "fem/fem_internal.h"
@@ -22,7 +22,7 @@ OmFemFamily om__fem_family(const OmMaterial* m) {
     }
 }
 
-// Is the model in need of blocks, for one of its elements is not corotational?
+// Does the model need stiffness blocks, because an element is not corotational?
 static bool find_blocked(const OmTissueModel* m) {
     for (int e = 0; e < m->mesh.ntet; ++e)
         if (om__fem_material(m, e)->law != OM_COROTATIONAL) return true;

@@ -1,4 +1,4 @@
-// fem_newton.c: Newton's method for equilibrium at one load, with inertia if asked.
+// fem_newton.c: Newton's method for equilibrium at one load, optionally with inertia.
 //
 // The unknown x minimises  E(x) = W(x) + E_extra(x) - f_dead . x + inertia/2 |x - x_hat|_M^2.  Each iteration
 // solves A dx = -dE/dx, with prescribed entries of dx given in the first one (fem_linear.c), then halves dx (by the
@@ -6,23 +6,23 @@
 // rounding (its terms cancel at rest), until the force along dx does (Hager and Zhang 2005). Where the follower load
 // makes A unsymmetric, the norm of the residual must fall. Nocedal and Wright (2006), chapters 3 and 11.
 //
-// Slender bodies turn: there whole steps, though the energy rises at first, are three times quicker than steps
-// that are halved. So whole steps are tried first; what they find must be stable (A positive definite as it is)
-// and not inverted, else the search begins anew from the start with the line search. Contact (the solid's, or
-// `extra`) is the other way round: its stiffness comes and goes, whole steps run away, and the line search takes
-// some ten steps.
+// Slender bodies rotate: there whole steps, although the energy rises at first, are three times faster than
+// halved steps. So whole steps are tried first; the result must be stable (A positive definite without
+// modification) and not inverted, else the search restarts from the beginning with the line search. For contact
+// (the solid's, or `extra`) it is the opposite: its stiffness changes from step to step, whole steps diverge,
+// and the line search takes some ten steps.
 #include <float.h>
 #include <string.h>
 
 #include "fem/fem_solid.h"
 
-#define DIRECT_NODES 3000  // CHOLMOD is quicker below
-#define PLAIN_TURNS 8      // whole steps that may rise; from then on they must fall
-#define PATIENCE 4         // in so many iterations
+#define DIRECT_NODES 3000  // CHOLMOD is faster below
+#define PLAIN_TURNS 8      // number of whole steps that may increase the residual
+#define PATIENCE 4         // number of iterations in which the residual must fall
 #define RUNAWAY 1e4        // times the residual after the first iteration
 #define MAX_BACKTRACK 14
-#define DESCENT 1e-4           // share of the predicted fall that must come true
-#define SLOPE_LEFT 0.9         // share of the force along the step that may be left at its end
+#define DESCENT 1e-4           // fraction of the predicted decrease that is required
+#define SLOPE_LEFT 0.9         // fraction of the force along the step that may remain at its end
 #define ENERGY_ROUNDING 1e-13  // of the energies that are summed
 
 // ---- create -----------------------------------------------------------------------------------------
@@ -32,7 +32,7 @@ OmSolverDef om__newton_solver_def(const OmFemSolid* s) {
     def.preconditioner = s->mesh.nnode <= DIRECT_NODES ? OM_CHOLESKY : OM_MULTIGRID;
     def.max_iterations = 1000;
     def.nworker = s->nworker;
-    // matrices of elements and of touching faces are at most so many times their diagonal
+    // matrices of elements and of faces in contact are at most this many times their diagonal
     int nrow = s->mesh.nelem_node, ntouch = 2 * om__face_nnode(s->mesh.kind);
     def.row_bound = s->ncontact > 0 && ntouch > nrow ? ntouch : nrow;
     return def;
@@ -165,8 +165,8 @@ static OmStatus reduce_residual(OmFemNewton* N, double share, double* x, Balance
     return eval_balance(N, x, share, N->r, b);
 }
 
-// x += a dx with the first a = 1, .. that lowers the energy, or the force along dx where there is no telling
-// energies apart; r and b follow.
+// x += a dx with the first a = 1, .. that lowers the energy, or the force along dx where energies differ by
+// rounding only; r and b follow.
 static OmStatus search_line(OmFemNewton* N, double share, double* x, Balance* b) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;
     bool has_energy = !om__fem_has_follower(N->load);
@@ -212,7 +212,7 @@ static bool set_prescribed(OmFemNewton* N, const double* target, const double* x
     return moves;
 }
 
-// Nothing had to be done: at rest, is what was found stable?
+// Nothing had to be done: is the state at rest stable?
 static OmStatus look_at_tangent(OmFemNewton* N, double share, const double* x,
                                 OmFemReport* report) {
     if (N->inertia > 0) return OM_OK;
@@ -240,7 +240,7 @@ static OmStatus iterate(OmFemNewton* N, double share, const double* target, doub
         OmStatus status = om__newton_step(N, x, share, report);
         if (status != OM_OK) return status;
         ++report->nnewton;
-        if (is_moved) {  // there is no energy to compare with until the prescribed ones are in place
+        if (is_moved) {  // energies can be compared only after the prescribed nodes are in place
             for (size_t i = 0; i < n; ++i) x[i] = N->fixed[i] ? target[i] : x[i] + N->dx[i];
             OM_TRY(eval_balance(N, x, share, N->r, &b));
             memset(N->dx, 0, n * sizeof *N->dx);
@@ -279,7 +279,7 @@ OmStatus om__newton_solve(OmFemNewton* N, double share, const double* target, do
         report->is_unstable = N->is_repaired;
         if (status < 0 || is_done || N->is_plain_only) return status;
         memcpy(x, N->start, n * sizeof *x);
-        // A shorter load step is quicker than a line search on the norm of the residual.
+        // A shorter load step is faster than a line search on the norm of the residual.
         if (N->is_unsymmetric) return OM_NOT_CONVERGED;
     } else if (guess) {
         Balance here, there;

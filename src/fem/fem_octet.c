@@ -2,12 +2,12 @@
 //
 // W = mu/2 (I1 - 3) + f(J). With g_a the rest gradient of shape function a and C = dJ/dF,
 //
-//     node a feels  w (mu F g_a + f' C g_a)
+//     force on node a  w (mu F g_a + f' C g_a)
 //     block (a, b)  w (mu g_a.g_b I + f'' (C g_a)(C g_b)^T + f' [F (g_a x g_b)]_x)
 //
-// where [v]_x is the skew matrix s(0,1) = v2, s(0,2) = -v1, s(1,2) = v0: what two edges of a parallelepiped do to
-// its volume. The general path builds 81 numbers of d2W/dF2 and multiplies them by gradients twice. Lanes do not
-// talk to each other, so an element's numbers do not depend on its neighbours in the batch.
+// where [v]_x is the skew matrix s(0,1) = v2, s(0,2) = -v1, s(1,2) = v0: the second derivative of the volume of a
+// parallelepiped by two edges. The general code builds 81 numbers of d2W/dF2 and multiplies them by gradients
+// twice. Lanes are independent, so an element's numbers do not depend on its neighbours in the batch.
 #include <string.h>
 
 #include "base/base_multiversion.h"
@@ -34,7 +34,7 @@ typedef struct Point {  // of eight elements
     D8 mu;             // w mu
 } Point;
 
-// The last element stands in for those that are missing.
+// Missing elements are replaced by the last one.
 static inline size_t lane_elem(const int* elem, int num, int lane) {
     return (size_t)elem[lane < num ? lane : num - 1];
 }
@@ -102,7 +102,7 @@ OM_MULTIVERSION void om__octet_force(const OmFemSolid* s, const int* elem, int n
     }
 }
 
-// One point's share of the blocks (a, b), a <= b, by columns.
+// Contribution of one point to the blocks (a, b), a <= b, by columns.
 static inline void add_blocks(const Point* p, D8 K[36][9]) {
     D8 Cg[8][3], Fg[8][3];
     for (int a = 0; a < 8; ++a)

@@ -1,9 +1,9 @@
 // fem_patch.c: the elements around each edge of a tetrahedral mesh and their mean gradients.
 //
-// F of a patch is the mean of F of its elements, each by the sixth of its volume that the edge owns: a linear
-// operator, F = sum x_a g_a^T with g_a = sum V_e / 6 g_e,a / V over elements that have node a. Bending costs less
-// than in single elements, whose shear is what locks once volumes are free; no state of zero energy appears, as it
-// does with means around nodes (Liu and Nguyen, Smoothed finite element methods, 2010, chapter 7).
+// F of a patch is the mean of F of its elements, weighted by the sixth of their volume that belongs to the edge: a
+// linear operator, F = sum x_a g_a^T with g_a = sum V_e / 6 g_e,a / V over elements that have node a. Bending
+// costs less than in single elements, whose shear locks once volumes are free; there are no modes of zero energy,
+// which means around nodes have (Liu and Nguyen, Smoothed finite element methods, 2010, chapter 7).
 #include <string.h>
 
 #include "fem/fem_solid.h"

@@ -1,7 +1,7 @@
 // fem_principal.c: energies of all laws and their derivatives by principal stretches, in double.
 //
-// Every law here is a sum of terms in I1, I2, J and powers of stretches; each adds its part. What only some laws
-// need costs little: the SIMD pass (fem_stretch.c) has its own short forms of the common ones.
+// Every law here is a sum of terms in I1, I2, J and powers of stretches; each term adds its derivatives. Terms
+// that few laws need cost little: the SIMD pass (fem_stretch.c) has its own short forms of the common laws.
 #include "fem/fem_principal.h"
 
 #include "omentum/vec.h"
@@ -23,8 +23,8 @@ static Taylor power_of(double x, double q) {
     return x < OM_LAW_POWER_FLOOR ? continue_below(y, x, OM_LAW_POWER_FLOOR) : y;
 }
 
-// x^q as a factor of energies, which must stay above 0: for q > 0 it goes on below the floor as 1 / x^-q does.
-// Its polynomial is below 0 where x is, and an inverted element would gain energy without end.
+// x^q as a factor of energies, which must stay above 0: for q > 0 it continues below the floor as 1 / x^-q
+// does. Its Taylor polynomial is below 0 where x is, and an inverted element would gain energy without bound.
 static Taylor factor_of(double x, double q) {
     if (q <= 0 || x >= OM_LAW_POWER_FLOOR) return power_of(x, q);
     Taylor g = power_of(x, -q);  // at least that of the floor
@@ -67,7 +67,7 @@ static void add_volume(OmPrincipal* p, const Stretches* a, Taylor U) {
     }
 }
 
-// Add A(J) (I1 - 3), less what is constant in it: A(J) I1 - 3 A(1) has its zero at rest where A(1) = scale.
+// Add A(J) (I1 - 3) minus its constant part: A(J) I1 - 3 A(1) is zero at rest, where A(1) = scale.
 static void add_first(OmPrincipal* p, const Stretches* a, double scale, Taylor A) {
     p->W += scale * (A.f * a->I1 - 3);
     for (int i = 0; i < 3; ++i) {
@@ -110,8 +110,8 @@ static void add_ogden(OmPrincipal* p, const Stretches* a, double mu, double alph
     for (int i = 0; i < 3; ++i) {
         int u = (i + 1) % 3, v = (i + 2) % 3;
         p->P[i] += scale * (A.f * f[i].d + A.d * sum * a->c[i]);
-        // The slopes between two stretches; where these meet, the derivative there. A stretch and its
-        // opposite meet in inverted elements, where the energy has a crease.
+        // The slopes between two stretches; where they coincide, the derivative there. A stretch and
+        // its negative coincide in inverted elements, where the energy has a crease.
         double less = a->s[u] - a->s[v], more = a->s[u] + a->s[v];
         double flip = fabs(less) > 1e-5 ? (f[u].d - f[v].d) / less : 0.5 * (f[u].dd + f[v].dd);
         double twist = (f[u].d + f[v].d) / (fabs(more) > 1e-3 ? more : copysign(1e-3, more));

@@ -2,10 +2,11 @@
 //
 // With F = U diag(s) V^T, U and V rotations and s[2] negative where F is inverted, an isotropic law is a
 // function W(s). In the frame of U and V its stress is diagonal, P[i] = dW/ds_i, and its tangent falls apart
+// function W(s). In the frame of U and V its stress is diagonal, P[i] = dW/ds_i, and its tangent decouples
 // (Smith, de Goes and Kim 2018, "Stable neo-Hookean flesh simulation", section 4): dP_ii = sum_j H_ij dF_jj,
-// and for a pair (i, j) with k the third index dP_ij = own[k] dF_ij + cross[k] dF_ji, with own + cross
-// = (P_i - P_j) / (s_i - s_j) the stiffness against a flip and own - cross = (P_i + P_j) / (s_i + s_j) that
-// against a twist.
+// and for a pair (i, j) with k the third index dP_ij = own[k] dF_ij + cross[k] dF_ji, with own + cross =
+// (P_i - P_j) / (s_i - s_j) the stiffness of a symmetric change and own - cross = (P_i + P_j) / (s_i + s_j)
+// that of a rotation.
 #ifndef OMENTUM_FEM_PRINCIPAL_H
 #define OMENTUM_FEM_PRINCIPAL_H
 
@@ -19,7 +20,7 @@ typedef struct OmPrincipal {
     double own[3], cross[3];
 } OmPrincipal;
 
-/// Anything but OM_LINEAR, which is no function of stretches.
+/// Any law except OM_LINEAR, which is not a function of stretches.
 void om__principal_eval(const OmMaterial* material, const double s[3], OmPrincipal* out);
 /// The nearest positive semidefinite tangent: negative eigenvalues to zero.
 void om__principal_project(OmPrincipal* p);

@@ -1,5 +1,5 @@
-// fem_simd.h: four floats at a time, in the compiler's portable vector types, and what both first passes
-// begin with: the deformation gradients of a batch.
+// fem_simd.h: four floats at a time, in the compiler's portable vector types, and the start of both
+// first passes: the deformation gradients of a batch.
 #ifndef OMENTUM_FEM_SIMD_H
 #define OMENTUM_FEM_SIMD_H
 
@@ -100,7 +100,7 @@ OM__INLINE void store_cells(const OmFemTurn* t, int first, int place, Lanes in[1
                        t->cell + (size_t)OM__CELLED * (size_t)(first + l) + place + n, OM__CELLED);
 }
 
-/// Means of the cells of a batch of elements: F becomes that, and `apart` G less the mean of F'.
+/// Means of the cells of a batch of elements: F becomes the mean, and `apart` G minus the mean of F'.
 OM__INLINE void take_means(const OmFemTurn* t, int first, Lanes F[9], Lanes G[9], Lanes apart[9]) {
     for (int l = 0; l < OM__LANE; ++l) {
         int e = first + l < t->model->mesh.ntet ? first + l : t->model->mesh.ntet - 1;

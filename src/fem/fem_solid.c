@@ -1,7 +1,7 @@
-// fem_solid.c: making a solid: shape gradients, masses, colours, the matrix pattern.
+// fem_solid.c: creation of a solid: shape gradients, masses, colours, the matrix pattern.
 //
-// Elements are coloured greedily in their order so that two of a colour share no node: a pass over one colour
-// may add to nodes and blocks from any thread, and every sum runs in the order of colours, whatever the number
+// Elements are coloured greedily in their order so that two of a colour have no common node: a pass over one
+// colour may add to nodes and blocks from any thread, and every sum runs in the order of colours for any number
 // of workers. Lumped masses are row sums for linear elements; for quadratic ones the diagonal of the consistent
 // mass, scaled to the element's (Hinton, Rock and Zienkiewicz 1976), since row sums of corners are negative.
 #include "fem/fem_solid.h"
@@ -240,8 +240,8 @@ const double* om_fem_mass(const OmFemSolid* solid) { return solid->mass; }
 
 // ---- matrix and mass --------------------------------------------------------------------------------
 
-// Pairs of nodes that the energy couples: of an element, of the patch of a node (what nodal volumes depend on), of
-// two sides that may touch.
+// Pairs of nodes that the energy couples: of an element, of the patch of a node (for nodal volumes), of two sides
+// of a contact.
 static OmStatus coupled_pairs(const OmFemSolid* s, int** out, int* npair) {
     OmStatus status = OM_OK;
     OmBsr graph;

@@ -1,4 +1,4 @@
-// fem_solid.h: what the files of the general solid share.
+// fem_solid.h: shared by the files of the general solid.
 #ifndef OMENTUM_FEM_SOLID_H
 #define OMENTUM_FEM_SOLID_H
 
@@ -15,11 +15,11 @@ typedef struct OmRule {  // quadrature on the reference element
 } OmRule;
 
 int om__element_nnode(OmElement kind);
-/// For the energy, or exact for products of two shape functions.
+/// The rule of the energy, or a rule exact for products of two shape functions.
 void om__element_rule(OmElement kind, bool is_mass, OmRule* rule);
 /// Shape functions N and their derivatives dN[3 a + k] = dN_a / dxi_k at xi; dN may be null.
 void om__element_shape(OmElement kind, const double xi[3], double* N, double* dN);
-/// The middle of the reference element, and the distance of xi from leaving it (negative: outside).
+/// The centre of the reference element, and the distance of xi outside it (negative: inside).
 void om__element_centre(OmElement kind, double xi[3]);
 double om__element_inside(OmElement kind, const double xi[3]);
 /// dx/dxi by columns from node positions.
@@ -38,7 +38,7 @@ void om__face_tangents(int nnode, const double* dN, const int* node, const doubl
 
 // ---- fem_solid.c ------------------------------------------------------------------------------------
 
-typedef struct OmColors {  // cells of a colour share no node
+typedef struct OmColors {  // cells of a colour have no common node
     int num;
     int* adr;   //                                                               (num + 1)
     int* cell;  //                                                               (cells)
@@ -57,7 +57,7 @@ typedef struct
 } OmPatches;
 #define OM__MAX_PATCH 32  // nodes
 
-typedef struct OmFacePair {  // two sets of faces that may touch
+typedef struct OmFacePair {  // two sets of faces that may be in contact
     int nface_node, nface[2], npoint[2], nnode[2];
     int* face_node[2];         //                                              (nface x nface_node)
     int* node[2];              // of the faces, ascending                                   (nnode)
@@ -99,7 +99,7 @@ OmStatus om__fem_color(int nnode, int ncell, const int* adr, int k, const int* n
 
 // ---- fem_octet.c ------------------------------------------------------------------------------------
 
-/// Are all elements hexahedra of neo-Hookean laws, without shared volumes?
+/// Are all elements hexahedra of neo-Hookean laws, without common volume ratios?
 bool om__octet_fits(const OmFemSolid* solid);
 /// Forces on the nodes of num <= 8 elements, and their energies.
 void om__octet_force(const OmFemSolid* solid, const int* elem, int num, const double* x,
@@ -115,10 +115,11 @@ void om__fem_destroy_patches(OmPatches* patches);
 
 // ---- fem_contact.c ----------------------------------------------------------------------------------
 
-/// After om_fem_create has listed the elements of nodes.
+/// Call it after om_fem_create has listed the elements of nodes.
 OmStatus om__contact_create(OmFemSolid* solid, int ncontact, const OmFemContact* def);
 void om__contact_destroy(OmFemSolid* solid);
-/// Pairs of nodes that contacts couple, each once a contact, into `pair`; null: no more than how many.
+/// Pairs of nodes that contacts couple, each once per contact, into `pair`; null: only an upper
+/// bound of their number.
 int64_t om__contact_pairs(const OmFemSolid* solid, int* pair);
 /// Energy, forces and tangent at x added; each may be null.
 OmStatus om__contact_eval(const OmFemSolid* solid, const double* x, bool is_projected,
@@ -127,9 +128,9 @@ OmStatus om__contact_eval(const OmFemSolid* solid, const double* x, bool is_proj
 // ---- fem_load.c -------------------------------------------------------------------------------------
 
 OmStatus om__fem_check_load(const OmFemSolid* solid, const OmFemLoad* load);
-/// Dead forces at full load added to f (nnode x 3); gravity on lumped masses, so that all fall alike, or not.
+/// Add dead forces at full load to f (nnode x 3); gravity on lumped masses, so that all nodes fall equally, or not.
 void om__fem_add_dead(const OmFemSolid* solid, const OmFemLoad* load, bool is_lumped, double* f);
-/// Is there a load that is not the gradient of an energy?
+/// Is there a load without an energy?
 bool om__fem_has_follower(const OmFemLoad* load);
 /// Follower forces at x times `share` added to f; their tangent, which need not be symmetric, subtracted from A.
 /// Either may be null.
@@ -138,17 +139,17 @@ void om__fem_add_follower(const OmFemLoad* load, const double* x, double share, 
 
 // ---- fem_newton.c -----------------------------------------------------------------------------------
 
-typedef struct OmFemNewton {  // everything a solve needs, made once
+typedef struct OmFemNewton {  // everything a solve needs, allocated once
     const OmFemSolid* solid;
     const OmFemLoad* load;
-    const OmProgress* progress;  // may be null; told the load at every iteration
+    const OmProgress* progress;  // may be null; receives the load at every iteration
     OmSolverDef solver_def;
     OmBsr A;
     OmSolver* solver;
     OmSolver* lu;  // of an unsymmetric A; where `solver` is Cholesky and a pressure follows
     OmBsr B;       // the unsymmetric matrix; where `solver` is iterative and a pressure follows
     int max_newton;
-    bool is_plain, is_plain_only;  // whole steps now, and never others
+    bool is_plain, is_plain_only;  // whole steps now, and whole steps only
     bool is_explicit;              // no linear systems
     bool has_follower;             // a pressure follows
     bool is_unsymmetric;           // the last step was of an unsymmetric tangent
@@ -157,7 +158,7 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     double tolerance;
     double inertia;                 // factor of M in the tangent, 1/s^2; 0: statics
     bool is_consistent, is_lumped;  // mass of inertia; gravity on lumped masses
-    double* x_hat;                  // where inertia draws to            (nnode x 3)
+    double* x_hat;                  // position without forces, of the inertia term    (nnode x 3)
     double *dead, *r, *dx, *trial, *work, *scratch, *start;  //         (nnode x 3 each)
     double* own;             // blocks of nodes without `extra`    (nnode x 9)
     unsigned char* fixed;    //                                   (nnode x 3)
@@ -165,7 +166,7 @@ typedef struct OmFemNewton {  // everything a solve needs, made once
     double energy_rounding;  // of the stored energy, whose terms cancel at rest, J
 } OmFemNewton;
 
-/// Solvers that the load needs; after N->load and N->fixed are set.
+/// Choose the solvers that the load needs; after N->load and N->fixed are set.
 OmStatus om__newton_prepare(OmFemNewton* newton);
 /// dx, its prescribed entries given, from A dx = -r; A made positive definite if it is symmetric and is not.
 /// @return OM_OK, OM_NOT_CONVERGED (report->reason), errors
@@ -177,9 +178,10 @@ OmStatus om__newton_create(const OmFemSolid* solid, const OmSolverDef* solver, O
 void om__newton_done(OmFemNewton* newton);
 /// Prescribed degrees of freedom and dead loads; before the solves.
 OmStatus om__newton_set_load(OmFemNewton* newton, const OmFemLoad* load);
-/// Find equilibrium at `share` of the loads from x, prescribed entries of which go to `target` (nnode x 3).
-/// `guess` (may be null) is where to begin if that is no worse than x. Adds to the counts of report.
-/// @return OM_OK, OM_NOT_CONVERGED (report->reason; x is of no use)
+/// Find equilibrium at `share` of the loads from x; its prescribed entries move to `target` (nnode x 3).
+/// `guess` (may be null) is the start if its residual is not larger than that of x. Adds to the counts of
+/// report.
+/// @return OM_OK, OM_NOT_CONVERGED (report->reason; x is not usable)
 OmStatus om__newton_solve(OmFemNewton* newton, double share, const double* target, double* x,
                           const double* guess, OmFemReport* report);
 /// Gradient of all energies at x to r, and the norm of loads and reactions.

@@ -1,4 +1,4 @@
-// fem_static.c: equilibrium by load steps that are as long as Newton's method stands.
+// fem_static.c: equilibrium by load steps, as long as Newton's method converges.
 //
 // A step that does not converge, or ends with an inverted element, is halved and tried again from the last
 // equilibrium; after a success a halved step doubles, never beyond the first length. From the second step on
@@ -8,7 +8,7 @@
 #include "fem/fem_solid.h"
 
 #define COOKIE 0x50f7f302u
-#define MAX_REPEAT 50  // times that `extra` may ask for another solve of a step
+#define MAX_REPEAT 50  // largest number of repeated solves of a step for `extra`
 
 OmFemStaticDef om_fem_static_default_def(const OmFemSolid* solid) {
     return (OmFemStaticDef){.nstep = 1,
@@ -35,7 +35,7 @@ static OmStatus check_def(const OmFemStaticDef* def) {
     return OM_OK;
 }
 
-// Newton's method, again while `extra` asks for it; then no element may be inverted.
+// Newton's method, repeated while `extra` requests it; then no element may be inverted.
 static OmStatus solve_step(OmFemNewton* N, double share, const double* target, const double* guess,
                            double* x, OmFemReport* report) {
     const OmFemExtra* extra = N->load->extra;
@@ -58,7 +58,7 @@ static OmStatus solve_step(OmFemNewton* N, double share, const double* target, c
     return OM_NOT_CONVERGED;
 }
 
-typedef struct Path {  // where prescribed nodes come from and go, and the last two equilibria
+typedef struct Path {  // start and end of prescribed nodes, and the last two equilibria
     double *from, *to, *target, *good, *before, *guess;
     double load_before;  // of `before`; not below the last load: there is none
 } Path;
@@ -128,7 +128,7 @@ static OmStatus follow_path(OmFemNewton* N, const OmFemStaticDef* def, Path* p, 
     return OM_OK;
 }
 
-// Forces on prescribed degrees of freedom, and the residual, of the state that is handed back.
+// Forces on prescribed degrees of freedom, and the residual, of the returned state.
 static OmStatus final_forces(OmFemNewton* N, const double* x, double* reaction,
                              OmFemReport* report) {
     size_t n = 3 * (size_t)N->solid->mesh.nnode;

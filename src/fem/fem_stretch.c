@@ -8,8 +8,8 @@
 //     k_ab(i, i) = H_ii g_ai g_bi + sum_{j != i} own_ij g_aj g_bj
 //     k_ab(i, j) = H_ij g_ai g_bj + cross_ij g_aj g_bi .
 //
-// Stress is taken from F itself where a short formula exists, for V carries some rounding. Elements whose U is
-// not determined, whose H is not positive definite, or whose law has no short form go through fem_principal.c in
+// Stress is computed from F itself where a short formula exists, because V carries some rounding. Elements whose
+// U is not determined, whose H is not positive definite, or whose law has no short form use fem_principal.c in
 // double, one by one.
 //
 // Everything is in units of mu; a batch has one law, ratios lambda / mu may differ.
@@ -172,7 +172,7 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, Frame* f) {
             f->P[3 * c + r] = F[r] * S[3 * c] + F[3 + r] * S[3 * c + 1] + F[6 + r] * S[3 * c + 2];
 }
 
-// Negative eigenvalues of the pairs to zero; H that is not positive definite is left to the slow way.
+// Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double.
 OM__INLINE void project(Frame* f) {
     for (int k = 0; k < 3; ++k) {
         V16 flip = max16(f->own[k] + f->cross[k], all(0)),
@@ -186,7 +186,7 @@ OM__INLINE void project(Frame* f) {
     f->is_bad |= ~((f->H[0] > 0.0F) & (minor > 0.0F) & (det > 0.0F));
 }
 
-// ---- one by one -----------------------------------------------------------------------------------------------
+// ---- one element at a time ------------------------------------------------------------------------------------
 
 static OmMat3 lane_matrix(const V16* m, int l) {
     return om_mat3_cols(om_vec3((double)m[0][l], (double)m[1][l], (double)m[2][l]),
@@ -199,7 +199,7 @@ static void set_lane_matrix(V16* m, int l, OmMat3 a) {
     for (int k = 0; k < 9; ++k) m[k][l] = (float)e[k];
 }
 
-// The linear law has no use for stretches: its frame is the world's.
+// The linear law does not use stretches: its frame is the world's.
 static void linear_lane(const OmMaterial* m, double mu, const V16 F[9], int l, Frame* f) {
     double energy;
     OmMat3 P = om__law_stress(m, lane_matrix(F, l), &energy);
@@ -236,7 +236,7 @@ static void principal_lane(const OmMaterial* m, double mu, const V16 F[9], int l
     }
 }
 
-// The material of an element or a cell; null where a lane only fills up.
+// The material of an element or a cell; null in unused lanes.
 static const OmMaterial* lane_material(const OmFemTurn* t, bool is_cell, int k) {
     if (!is_cell) return k < t->model->mesh.ntet ? om__fem_material(t->model, k) : NULL;
     return k < t->cells->ncell ? &t->cells->inner[t->cells->material[k]] : NULL;
@@ -357,7 +357,8 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     V16 stiff = root * root;  // V mu, zero in lanes that only fill up
     make_blocks(&f, g, stiff * (t->scale * t->scale), out);
     V16 P[9];
-    if (t->cells) {  // averaged strains: the element's own stress is that of its hinge
+    // averaged strains: the element's own stress is that of the difference from its cells
+    if (t->cells) {
         Lanes hinge;
         lanes_store(hinge, stiff * (float)OM__HINGE);
         store_hinges(t, k * OM__LANE, hinge, apart);

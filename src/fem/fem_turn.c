@@ -1,4 +1,4 @@
-// fem_turn.c: first pass of a step, over batches of elements: how each is turned and stressed.
+// fem_turn.c: first pass of a step, over batches of elements: rotations and stresses.
 //
 // With F = D Dm^-1, R is the rotation that maximises f = tr(R^T F) = s1 + s2 +- s3. f is the largest root
 // of the quartic f^4 - 2 |F|^2 f^2 - 8 J f + 2 |F^T F|^2 - |F|^4 (Lin, Chitalu and Komura 2022, "Isotropic
@@ -7,9 +7,9 @@
 //     R = df/dF = ((f^2 + |F|^2) F + 2 f cof F - 2 F F^T F) / (f^3 - |F|^2 f - 2 J)
 //
 // The denominator is 2 (s1 + s2)(s2 +- s3)(s3 +- s1): positive for inverted elements too, zero only where
-// R is not unique. Lanes near that, or where Newton has not settled, go through the SVD in double. R is a
+// R is not unique. Lanes near zero, or where Newton has not converged, use the SVD in double. R is a
 // function of x alone: a restored state replays to the same bytes. Tried and rejected: warm-started
-// quaternions (Mueller 2016), whose R depends on the past.
+// quaternions (Mueller 2016), whose R depends on earlier steps.
 //
 // Stress is t = mu (F' R^T + R F'^T - 2 I) + lambda (tr(F' R^T) - 3) I with F' = F + lag dF/dt, in world
 // axes, so that an element pulls its vertex a with -V t b_a, b_a = R g_a.
@@ -77,8 +77,8 @@ static void repair_rotations(Lanes F[9], Lanes R[9], const int is_bad[OM__LANE])
     }
 }
 
-// What the second pass needs: 16 floats of gradients, 12 of stress columns; the fourth of each is rubbish
-// but for the first stress column, where it is lambda / mu.
+// Input of the second pass: 16 floats of gradients, 12 of stress columns; the fourth float of each column
+// is unused, except in the first stress column, where it is lambda / mu.
 OM__INLINE void make_turned(const OmFemTurn* t, const OmFemBatch* batch, Lanes R[9], Lanes G[9],
                             Lanes out[OM__TURNED]) {
     for (int l = 0; l < OM__LANE; ++l) {
@@ -111,7 +111,7 @@ OM__INLINE void make_turned(const OmFemTurn* t, const OmFemBatch* batch, Lanes R
     }
 }
 
-// Averaged strains: the element's own stress is that of its hinge, a mu (F' - mean), turned like the gradients.
+// Averaged strains: the element's own stress is that of its hinge, a mu (F' - mean), rotated like the gradients.
 OM__INLINE void make_hinged(const OmFemTurn* t, const OmFemBatch* batch, int first, Lanes R[9],
                             Lanes d[9], Lanes out[OM__TURNED]) {
     Lanes stiff;
