@@ -38,6 +38,74 @@ static OmPressReport press_down(PressRig* p, double top, double depth, int npres
     return report;
 }
 
+// The prescribed area of a ball: every vertex of the upper side within `reach` above which the ball's normal is within 60
+// degrees of the direction of pressing, counted here from the geometry. Vertices beside it stay free.
+static void test_area_of_ball(void** test) {
+    (void)test;
+    PressRig p;
+    make_block(&p, 24, 20, 8);
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    rig_start(&p.r);
+    assert_ok(om_probe_create(&shape, &p.probe));
+    OmSurface top;
+    make_top(&top);
+    OmPressDef def = om_press_default_def(p.probe);
+    def.method = OM_PRESS_PRESCRIBED;
+    def.surface = &top;
+    def.reach =
+        0.022;  // the ball's sides are within it: 25 mm less the root of 25^2 - r^2 mm for r up to 24.8 mm
+    assert_ok(om_press_create(&def, p.r.m, &p.press));
+    double radius = shape.radius * sin(OM_PI / 3);
+    int expected = 0;
+    for (int i = 0; i < top.nvert; ++i)
+        expected += hypot(top.x[3 * i] - 0.06, top.x[3 * i + 1] - 0.05) < radius;
+    OmPressReport report;
+    double centre = 0.05 + shape.radius;
+    assert_ok(om_press_place(p.press, p.r.m, p.r.s, above(centre)));
+    assert_ok(om_press_step(p.press, p.r.m, p.r.s, p.r.w, above(centre - 1e-4), H, &report));
+    printf("area of a ball: %d vertices, %d by geometry\n", report.ncontact, expected);
+    assert_int_equal(report.ncontact, expected);
+    om_surface_done(&top);
+    done(&p);
+}
+
+// Springs so stiff that their compression is near the gap at which a point is released: a multiplier must not pull
+// within that gap. While the ball goes in, aside and out, every step meets Signorini's law, in little more than one
+// solve; with multipliers that pull, steps are cut, and it takes 201.
+static void test_nothing_pulls(void** test) {
+    (void)test;
+    PressRig p;
+    make_block(&p, 12, 10, 5);
+    OmProbeDef shape = om_probe_default_def(OM_PROBE_SPHERE);
+    rig_start(&p.r);
+    assert_ok(om_probe_create(&shape, &p.probe));
+    OmPressDef def = om_press_default_def(p.probe);
+    def.method = OM_PRESS_MULTIPLIERS;
+    def.stiffness = 1e6;
+    def.ntri = 2600;
+    assert_ok(om_press_create(&def, p.r.m, &p.press));
+    OmPressReport report;
+    OmPose pose = above(0.05 + shape.radius);
+    assert_ok(om_press_place(p.press, p.r.m, p.r.s, pose));
+    int nsolve = 0;
+    double worst = 0;
+    for (int n = 0; n < 45; ++n) {
+        if (n < 15)
+            pose.p.z -= 1.7e-4;
+        else if (n < 30)
+            pose.p.x += 2.3e-4;
+        else
+            pose.p.z += 1.7e-4;
+        assert_ok(om_press_step(p.press, p.r.m, p.r.s, p.r.w, pose, H, &report));
+        nsolve += report.nsolve;
+        worst = fmax(worst, report.complementarity);
+    }
+    printf("stiff springs: %d solves in 45 steps, error of the law %.3g\n", nsolve, worst);
+    assert_true(nsolve <= 90);
+    assert_below(worst, 1.0001e-4);
+    done(&p);
+}
+
 // A flat box, 1 mm (2 %) into the block, by three methods: one force, in balance with the attachment.
 static void test_flat_box(void** test) {
     (void)test;
@@ -133,9 +201,9 @@ static void test_signorini(void** test) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_flat_box),
-        cmocka_unit_test(test_sphere_balance),
-        cmocka_unit_test(test_signorini),
+        cmocka_unit_test(test_flat_box),      cmocka_unit_test(test_sphere_balance),
+        cmocka_unit_test(test_signorini),     cmocka_unit_test(test_area_of_ball),
+        cmocka_unit_test(test_nothing_pulls),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
