@@ -55,7 +55,11 @@ typedef struct OmContactReport {
     int nsolve;             // solves, all substeps
     int ncontact;           // vertices that are pushed
     double penetration;     // m, the deepest after the step
-    OmVec3 force;           // N, resultant on the tissue
+    OmVec3 force;           // N, resultant on the tissue, presses included
+    // The obstacles with their force, torque, ncontact and penetration, of the last substep; a view, valid until the
+    // next step. Presses have reports of their own (om_press_report).
+    int nobstacle;
+    const OmTissueObstacle* obstacle;
     bool is_settled;  // in all substeps: contact vertices, planes of curved obstacles and friction
                       // stopped changing; false only with OM_NOT_CONVERGED
 } OmContactReport;
@@ -74,8 +78,15 @@ OM_API void om_contact_destroy(OmContact* contact);
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contact_work);
 OM_API void om_contact_work_destroy(OmContactWork* contact_work);
-/// As om_tissue_step, with contact. Everything that changes is in the state; nothing is kept between steps.
-/// om_tissue_contact_force and om_tissue_get_forces give the contact forces of the last solve.
+/// Move an obstacle from `begin` to `end` in each of the following steps, until it is called again. Substeps follow the
+/// path; friction is against the moving surface. A vertex must not pass through the obstacle in a step: presses
+/// (contact_tool.h) detect that.
+/// @return OM_OK; OM_INVALID (no such obstacle, or a pose is not finite)
+OM_API OmStatus om_contact_work_move(OmContactWork* contact_work, int obstacle, OmPose begin,
+                                     OmPose end);
+/// As om_tissue_step, with contact: obstacles, and the presses of om_contact_work_set_presses, in one system.
+/// Everything that changes is in the state; nothing is kept between steps. om_tissue_contact_force and
+/// om_tissue_get_forces give the contact forces of the last solve.
 /// @return as om_tissue_step; OM_NOT_CONVERGED also where contact has not settled (the state advanced)
 OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,

@@ -15,6 +15,7 @@
 #ifndef OMENTUM_CONTACT_TOOL_H
 #define OMENTUM_CONTACT_TOOL_H
 
+#include "omentum/contact.h"
 #include "omentum/shape.h"
 #include "omentum/tissue.h"
 
@@ -78,8 +79,10 @@ typedef enum OmPressMethod {
 } OmPressMethod;
 
 typedef struct OmPressDef {  // made by om_press_default_def
-    const OmProbe* probe;    // borrowed until destroy
-    OmPressMethod method;    // default OM_PRESS_PENALTY
+    // The probe; any other obstacle serves, too. Copied, its ctx is borrowed until destroy. Poses and friction in it
+    // are not used.
+    OmTissueObstacle obstacle;
+    OmPressMethod method;  // default OM_PRESS_PENALTY
     // The contact surface in the rest shape, copied; null: made from the boundary of the mesh.
     const OmSurface* surface;
     int ntri;  // triangles of one that is made; default 1004; 0: the unchanged boundary
@@ -138,6 +141,17 @@ OM_API OmStatus om_press_place(OmPress* press, const OmTissueModel* model,
 ///         OM_INVALID (state and probe unchanged); OM_NO_MEMORY (only the first step allocates)
 OM_API OmStatus om_press_step(OmPress* press, const OmTissueModel* model, OmTissueState* state,
                               OmTissueWork* work, OmPose pose_end, double h, OmPressReport* report);
+/// The pose of the probe at the end of the next step of om_contact_step. Without om_press_place the first step sets the
+/// probe there.
+/// @return OM_OK; OM_INVALID (pose)
+OM_API OmStatus om_press_move(OmPress* press, OmPose pose_end);
+/// Probes that act in the following steps of om_contact_step, each by its own method, together with the obstacles of
+/// the contact and with each other. Multipliers are then those of the augmented Lagrangian.
+/// @param press  borrowed, with the array, until the next call; npress 0: none
+OM_API void om_contact_work_set_presses(OmContactWork* contact_work, int npress,
+                                        OmPress* const* press);
+/// The report of the last step, also of om_contact_step; a view.
+OM_API const OmPressReport* om_press_report(const OmPress* press);
 /// Where the probe is.
 OM_API OmPose om_press_pose(const OmPress* press);
 /// The contact surface in the rest shape, and the embedding of its vertices in the elements.

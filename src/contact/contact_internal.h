@@ -16,15 +16,18 @@ typedef struct OmContactPair {  // a vertex near an obstacle, in one step
     double goal;  // m, gap required at the end of the step, <= 0
     OmVec3 at;    // m, displacement of the vertex at which the plane was linearised
     OmMat3 C;     // 1/m, rotation of the plane: n - C (d - at) at a displacement d; where is_curved
-    bool is_curved;   //
-    double was_push;  // N, in the last solve
-    OmVec3 force;     // N, of the last solve
-    double k;         // N/m
-    double push;      // N, normal force of the last solve
-    double drag;      // N s/m, friction in the next solve
-    double was_drag;  // N s/m, in the last solve
-    bool is_active;   //
-    bool is_closed;   // stays free for the rest of this step
+    bool is_curved;            //
+    double was_push;           // N, in the last solve
+    OmVec3 force;              // N, of the last solve
+    double k;                  // N/m
+    double push;               // N, normal force of the last solve
+    double drag;               // N s/m, friction in the next solve
+    double was_drag;           // N s/m, in the last solve
+    bool is_active;            //
+    OmVec3 obstacle_move;      // m, displacement of the obstacle at the vertex in the step
+    bool is_moving;            // it is not zero
+    double depth, depth_rate;  // m, penetration at the start of a line search, and its decrease
+    bool is_closed;            // stays free for the rest of this step
 } OmContactPair;
 
 struct OmContact {          // constant
@@ -37,15 +40,29 @@ struct OmContact {          // constant
     int* surface_vert;  // vertices that may be in contact                          (nsurface)
 };
 
+typedef struct OmContactFrame {  // an obstacle in a substep
+    OmPose begin, end;           // pose_world_obstacle
+    OmPose inverse_begin, inverse_end;
+    bool is_identity;  // all of these
+} OmContactFrame;
+
+typedef struct OmContactLine {  // a line search: the step of dv from one solution to the next
+    double slope, curve;        // J, of the part of Phi that is a parabola
+    double farthest;            // m, displacement of a contact point in the whole step
+} OmContactLine;
+
 struct OmContactWork {
     const OmContact* contact;
     OmTissueObstacle* obstacle;  // copies; a step writes their outcome             (nobstacle)
     int npair;                   //
     OmContactPair* pair;         //                                       (nsurface x nobstacle)
-    double h;                    // s, of the step
-    double seen_time;            // s, when its substep begins
+    OmContactFrame* frame;       //                                                 (nobstacle)
+    double time, h;              // s, start and length of the step
+    double substep_time;         // s, when its substep begins
     bool has_settled;            // in its substeps before that
     OmContactReport report;      // of the step
+    int npress;                  // probes that act in the same step
+    struct OmPress* const* press;
 };
 
 // ---- contact_obstacle.c
@@ -53,8 +70,15 @@ struct OmContactWork {
 OmStatus om__contact_check_obstacles(const OmContactDef* def);
 /// Make the obstacles of the contact from those of its definition; memory for them was allocated before.
 void om__contact_copy_obstacles(OmContact* contact, const OmContactDef* def);
-/// Signed distance of p to an obstacle less the offset, and the unit normal.
-double om__contact_gap(const OmContact* contact, int obstacle, OmVec3 p, OmVec3* n);
+bool om__contact_is_pose(OmPose pose);
+/// Pose at the fraction t of the path from begin to end.
+OmPose om__contact_pose_at(OmPose begin, OmPose end, double t);
+/// Poses of the obstacles in a substep of h seconds that begins at `time`.
+void om__contact_begin_substep(OmContactWork* cw, double time, double h);
+/// Signed distance of p to an obstacle less the offset, and the unit normal, at the begin or the end of a substep.
+double om__contact_gap(const OmContactWork* cw, int obstacle, bool is_end, OmVec3 p, OmVec3* n);
+/// Displacement in the substep of the point of an obstacle that is at p at its begin.
+OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p);
 
 // ---- contact_vertex.c
 
@@ -62,11 +86,18 @@ double om__contact_gap(const OmContact* contact, int obstacle, OmVec3 p, OmVec3*
 /// nothing else acted.
 void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                             const OmTissueWork* work, double h);
+/// Estimate of the contact force, N: the force that moves each penetrating vertex alone out of obstacles that move.
+double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* state, double h);
 /// Add the forces of active pairs to the system.
 void om__contact_add_forces(OmContactWork* cw, OmTissueWork* work, double h);
 /// Compare the pairs with the last solution; returns how many changed.
 int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* state,
                              const OmTissueWork* work, double h, bool is_damped);
+/// Begin a line search from the solution `last` along `increment`: take the springs of the pairs out of the parabola.
+void om__contact_begin_line(OmContactWork* cw, const OmTissueState* state, const double* last,
+                            const double* increment, double h, OmContactLine* line);
+/// Subtract from the slope at the fraction `at` of the increment the springs of the pairs.
+void om__contact_add_line(const OmContactWork* cw, double at, double* slope);
 /// Free pairs stay free from now on.
 void om__contact_close_set(OmContactWork* cw);
 /// Forces into the state; count, resultant and penetration into the report.

@@ -77,6 +77,7 @@ OmStatus om_contact_work_create(const OmContact* contact, OmContactWork** contac
     size_t nobstacle = (size_t)contact->def.nobstacle;
     w->contact = contact;
     OM_ALLOC_DONE(w->obstacle, nobstacle);
+    OM_ALLOC_DONE(w->frame, nobstacle);
     OM_ALLOC_DONE(w->pair, (size_t)contact->nsurface * nobstacle);
     for (size_t k = 0; k < nobstacle; ++k) w->obstacle[k] = contact->obstacle[k];
     *contact_work = w;
@@ -89,6 +90,7 @@ done:
 void om_contact_work_destroy(OmContactWork* w) {
     if (!w) return;
     om_free(w->obstacle);
+    om_free(w->frame);
     om_free(w->pair);
     om_free(w);
 }

@@ -437,29 +437,22 @@ static OmStatus correct(OmPress* p, const OmTissueState* s, OmTissueWork* w, dou
     return OM_OK;
 }
 
-static OmStatus refuse(const OmPress* p, OmStatus status) {
+static OmStatus refuse(const OmContactGroup* g, OmStatus status) {
+    const OmPress* p = g->press[0];
+    for (int k = 1; k < g->npress; ++k)
+        if (g->press[k]->report.complementarity > p->report.complementarity) p = g->press[k];
     return om_error(status,
                     "press: contacts meet their law to %.3g, %.3g was asked for, after %d solves",
                     p->report.complementarity, p->def.tolerance, p->report.nsolve);
 }
 
-OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                               double h, OmTissueReport* report) {
-    OmPress* p = ctx;
+// Signorini's law of a single probe with a Delassus matrix.
+static OmStatus solve_delassus(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                               OmTissueWork* w, double h, OmTissueReport* report) {
+    OmPress* p = g->press[0];
     OmTissueReport last = {0};
     OmStatus status = OM_OK;
     int nchange, first = p->report.nsolve, max = first + p->def.max_iterations;
-    om__press_path(p, s, h);
-    p->report.is_settled = false;
-    om__press_detect(p, s, w, h);
-    if (p->def.reuse == 0 && p->def.friction == 0) {
-        status = om__press_augmented(p, m, s, w, h, report);
-        if (status == OM_OK && p->report.is_settled) return status;
-        if (om__press_may_cut(p, h)) return status < 0 ? status : refuse(p, OM_INVALID);
-        om__press_detect(p, s, w, h);
-        first = p->report.nsolve;
-        max = first + p->def.max_iterations;
-    }
     OM_TRY(begin_contacts(p, s, h));
     bool is_done = false;
     while (!is_done && p->report.nsolve < max) {
@@ -481,12 +474,30 @@ OmStatus om__press_multipliers(void* ctx, const OmTissueModel* m, OmTissueState*
         report->residual = fmax(report->residual, last.residual);
     } else {
         om__press_lcp_forget(p->lcp);
-        status = om__press_augmented(p, m, s, w, h, report);
+        status = om__contact_augmented(g, m, s, w, h, report);
         if (status < 0) return status;
         is_done = p->report.is_settled;
     }
     p->report.is_settled = is_done;
-    if (status != OM_OK || is_done) return status;
+    return status;
+}
+
+OmStatus om__contact_multipliers(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                                 OmTissueWork* w, double h, OmTissueReport* report) {
+    OmPress* p = g->press[0];
+    OmStatus status = OM_OK;
+    bool is_alone = g->npress == 1 && !g->contact;
+    p->report.is_settled = false;
+    if (is_alone) om__press_detect(p, s, w, h);
+    if (!is_alone || (p->def.reuse == 0 && p->def.friction == 0)) {
+        status = om__contact_augmented(g, m, s, w, h, report);
+        if (status == OM_OK && p->report.is_settled) return status;
+        if (om__press_may_cut(p, h)) return status < 0 ? status : refuse(g, OM_INVALID);
+        if (!is_alone) return status != OM_OK ? status : refuse(g, OM_NOT_CONVERGED);
+        om__press_detect(p, s, w, h);
+    }
+    status = solve_delassus(g, m, s, w, h, report);
+    if (status != OM_OK || p->report.is_settled) return status;
     // a shorter step is tried before this one is accepted
-    return refuse(p, om__press_may_cut(p, h) ? OM_INVALID : OM_NOT_CONVERGED);
+    return refuse(g, om__press_may_cut(p, h) ? OM_INVALID : OM_NOT_CONVERGED);
 }

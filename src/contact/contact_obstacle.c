@@ -40,6 +40,12 @@ OmTissueObstacle om_plane_obstacle(const OmContactPlane* plane) {
 
 OmTissueObstacle om_sdf_obstacle(const OmSdf* sdf) { return om_field_obstacle(sdf_distance, sdf); }
 
+bool om__contact_is_pose(OmPose pose) {
+    OmQuat q = pose.q;
+    double unit = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
+    return om_is_finite3(pose.p) && om_norm(pose.p) < 1e6 && fabs(unit - 1) < 1e-6;
+}
+
 static OmStatus check_plane(const OmContactPlane* plane, int k) {
     OM_CHECK(plane, OM_INVALID, "contact: obstacle[%d]: the plane is null", k);
     OmVec3 n = plane->normal;
@@ -67,6 +73,9 @@ OmStatus om__contact_check_obstacles(const OmContactDef* def) {
         }
         OM_CHECK(o->offset >= 0 && o->offset <= 1, OM_INVALID,
                  "contact: obstacle[%d].offset is %g m; it must be from 0 to 1", k, o->offset);
+        OM_CHECK(
+            om__contact_is_pose(o->pose_begin) && om__contact_is_pose(o->pose_end), OM_INVALID,
+            "contact: obstacle[%d]: a pose is not finite, or its quaternion not of unit length", k);
         OM_CHECK(o->friction <= 10, OM_INVALID,
                  "contact: obstacle[%d].friction is %g; it must be at most 10, negative for the "
                  "contact's own",
@@ -89,9 +98,58 @@ void om__contact_copy_obstacles(OmContact* c, const OmContactDef* def) {
     }
 }
 
-double om__contact_gap(const OmContact* c, int obstacle, OmVec3 p, OmVec3* n) {
-    const OmTissueObstacle* o = &c->obstacle[obstacle];
-    return o->distance(o->ctx, p, n) - o->offset;
+OmPose om__contact_pose_at(OmPose begin, OmPose end, double t) {
+    if (t <= 1e-9) return begin;
+    if (t >= 1 - 1e-9) return end;
+    return (OmPose){om_lerp(begin.p, end.p, t), om_quat_slerp(begin.q, end.q, t)};
+}
+
+static bool is_identity(OmPose p) {
+    return om_norm2(p.p) == 0 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0 && p.q.w == 1;
+}
+
+void om__contact_begin_substep(OmContactWork* cw, double time, double h) {
+    // an accepted substep is followed by one that begins later
+    if (time > cw->substep_time) cw->has_settled &= cw->report.is_settled;
+    cw->substep_time = time;
+    double t = (time - cw->time) / cw->h;
+    for (int k = 0; k < cw->contact->def.nobstacle; ++k) {
+        const OmTissueObstacle* o = &cw->obstacle[k];
+        OmContactFrame* f = &cw->frame[k];
+        f->begin = om__contact_pose_at(o->pose_begin, o->pose_end, t);
+        f->end = om__contact_pose_at(o->pose_begin, o->pose_end, t + h / cw->h);
+        f->inverse_begin = om_pose_inverse(f->begin);
+        f->inverse_end = om_pose_inverse(f->end);
+        f->is_identity = is_identity(o->pose_begin) && is_identity(o->pose_end);
+    }
+}
+
+double om__contact_gap(const OmContactWork* cw, int obstacle, bool is_end, OmVec3 p, OmVec3* n) {
+    const OmTissueObstacle* o = &cw->obstacle[obstacle];
+    const OmContactFrame* f = &cw->frame[obstacle];
+    if (f->is_identity) return o->distance(o->ctx, p, n) - o->offset;
+    OmVec3 local = om_pose_apply(is_end ? f->inverse_end : f->inverse_begin, p);
+    double d = o->distance(o->ctx, local, n);
+    *n = om_quat_rotate(is_end ? f->end.q : f->begin.q, *n);
+    return d - o->offset;
+}
+
+OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p) {
+    const OmContactFrame* f = &cw->frame[obstacle];
+    if (f->is_identity) return om_vec3(0, 0, 0);
+    return om_sub(om_pose_apply(f->end, om_pose_apply(f->inverse_begin, p)), p);
+}
+
+OmStatus om_contact_work_move(OmContactWork* cw, int obstacle, OmPose begin, OmPose end) {
+    OM_CHECK(obstacle >= 0 && obstacle < cw->contact->def.nobstacle, OM_INVALID,
+             "contact: there is no obstacle %d; there are %d", obstacle,
+             cw->contact->def.nobstacle);
+    OM_CHECK(om__contact_is_pose(begin) && om__contact_is_pose(end), OM_INVALID,
+             "contact: obstacle %d: a pose is not finite, or its quaternion not of unit length",
+             obstacle);
+    cw->obstacle[obstacle].pose_begin = begin;
+    cw->obstacle[obstacle].pose_end = end;
+    return OM_OK;
 }
 
 int om_contact_get_obstacles(const OmContact* c, const OmTissueObstacle** obstacle) {
@@ -102,7 +160,11 @@ int om_contact_get_obstacles(const OmContact* c, const OmTissueObstacle** obstac
 double om_contact_eval_distance(const OmContact* c, OmVec3 p) {
     double nearest = INFINITY;
     OmVec3 n;
-    for (int k = 0; k < c->def.nobstacle; ++k)
-        nearest = fmin(nearest, om__contact_gap(c, k, p, &n) + c->obstacle[k].offset);
+    for (int k = 0; k < c->def.nobstacle; ++k) {
+        const OmTissueObstacle* o = &c->obstacle[k];
+        OmVec3 local =
+            is_identity(o->pose_end) ? p : om_pose_apply(om_pose_inverse(o->pose_end), p);
+        nearest = fmin(nearest, o->distance(o->ctx, local, &n));
+    }
     return nearest;
 }

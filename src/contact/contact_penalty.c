@@ -18,6 +18,10 @@
 // force times the plane's change of angle over the displacement. A point has converged when the force of this spring
 // tilts the contact force by no more than the angle allowed for a plane.
 //
+// Vertices against the obstacles of an OmContact (contact_vertex.c) and several probes take part in one iteration:
+// their forces enter one system, one line search includes all their springs, and a step has settled when none of them
+// changes.
+//
 // Friction is Coulomb's with the normal force of the last solve, viscous below 1 mm/s, against the motion of the
 // probe. Solves after the first use its tangent (Newton's method), and the line search its potential, both with that
 // normal force. A viscous force with the coefficient of the last solve took 45 solves a step under a sphere and 226
@@ -68,7 +72,6 @@ static void predict_active(OmPress* p, OmTissueState* s, const OmTissueWork* w, 
 }
 
 static OmStatus add_forces(OmPress* p, OmTissueWork* w) {
-    om_tissue_clear_forces(w);
     for (int k = 0; k < p->nnear; ++k) {
         OmPressPoint* t = &p->near[k];
         if (!t->is_active) continue;
@@ -158,86 +161,141 @@ static double force_along(const OmPressPoint* t, double at, double h) {
     return sum - t->friction_max / far * om_dot(rel, t->slip_step);
 }
 
-// Fraction of the step from `last` to the solution at which Phi is smallest.
-static double search_line(OmPress* p, const OmTissueState* s, OmTissueWork* w, double h) {
-    size_t n3 = 3 * (size_t)om_tissue_mesh(p->model)->nvert;
-    const double* dv = om_tissue_dv(w);
-    double curve = 0, slope = 0, farthest = 0;
-    for (size_t n = 0; n < n3; ++n) p->increment[n] = dv[n] - p->last[n];
-    if (om_tissue_apply(p->model, w, 1, p->increment, p->scratch) < 0) return 1;
-    for (size_t n = 0; n < n3; ++n) curve += p->increment[n] * p->scratch[n];
-    slope = -curve;  // dv solves the linear system
+// Begin a line search: take the forces of a probe's points out of the parabola.
+static void begin_line(OmPress* p, const OmTissueState* s, const double* last,
+                       const double* increment, double h, OmContactLine* line) {
     for (int k = 0; k < p->nnear; ++k) {
         OmPressPoint* t = &p->near[k];
         if (t->is_prescribed) continue;  // its spring is a part of A
         OmVec3 d = om_scale(h, om_add(om__press_position(p, om_tissue_v(s), t->vert),
-                                      om__press_position(p, p->last, t->vert)));
-        OmVec3 step = om_scale(h, om__press_position(p, p->increment, t->vert)),
+                                      om__press_position(p, last, t->vert)));
+        OmVec3 step = om_scale(h, om__press_position(p, increment, t->vert)),
                rel = om_sub(d, t->probe_move);
         t->depth = t->multiplier / t->k + t->goal - t->gap - om_dot(t->n, d);
         t->depth_rate = om_dot(t->n, step);
         t->slip = om_madd(rel, -om_dot(rel, t->n), t->n);
         t->slip_step = om_madd(step, -t->depth_rate, t->n);
-        farthest = fmax(farthest, t->friction_max > 0 ? om_norm(step) : fabs(t->depth_rate));
+        double far = t->friction_max > 0 ? om_norm(step) : fabs(t->depth_rate);
+        line->farthest = fmax(line->farthest, far);
         if (!t->is_active) {
             t->depth -= OM_PRESS_ACTIVATE * p->size;  // it is activated only there
             continue;
         }
         OmVec3 K_step = om_mat3_apply(t->K, step);
-        slope += om_dot(t->f, step) - om_dot(d, K_step);
-        curve -= om_dot(step, K_step);
+        line->slope += om_dot(t->f, step) - om_dot(d, K_step);
+        line->curve -= om_dot(step, K_step);
     }
-    if (farthest < OM_PRESS_ACTIVATE * p->size) return 1;  // below the solver's error
+}
+
+// Fraction of the step from `last` to the solution at which Phi is smallest.
+static double search_line(const OmContactGroup* g, const OmTissueState* s, OmTissueWork* w,
+                          double h) {
+    OmPress* p = g->press[0];
+    size_t n3 = 3 * (size_t)om_tissue_mesh(p->model)->nvert;
+    const double* dv = om_tissue_dv(w);
+    OmContactLine line = {0};
+    for (size_t n = 0; n < n3; ++n) p->increment[n] = dv[n] - p->last[n];
+    if (om_tissue_apply(p->model, w, 1, p->increment, p->scratch) < 0) return 1;
+    for (size_t n = 0; n < n3; ++n) line.curve += p->increment[n] * p->scratch[n];
+    line.slope = -line.curve;  // dv solves the linear system
+    for (int k = 0; k < g->npress; ++k) begin_line(g->press[k], s, p->last, p->increment, h, &line);
+    if (g->contact) om__contact_begin_line(g->contact, s, p->last, p->increment, h, &line);
+    if (line.farthest < OM_PRESS_ACTIVATE * p->size) return 1;  // below the solver's error
     double lo = 0, hi = 1;
     for (int n = 0; n < 30; ++n) {
-        double at = n == 0 ? 1 : 0.5 * (lo + hi), sum = slope + at * curve;
-        for (int k = 0; k < p->nnear; ++k)
-            if (!p->near[k].is_prescribed) sum -= force_along(&p->near[k], at, h);
+        double at = n == 0 ? 1 : 0.5 * (lo + hi), sum = line.slope + at * line.curve;
+        for (int k = 0; k < g->npress; ++k)
+            for (int i = 0; i < g->press[k]->nnear; ++i)
+                if (!g->press[k]->near[i].is_prescribed)
+                    sum -= force_along(&g->press[k]->near[i], at, h);
+        if (g->contact) om__contact_add_line(g->contact, at, &sum);
         if (sum <= 0 && n == 0) return 1;
         *(sum <= 0 ? &lo : &hi) = at;
     }
     return 0.5 * (lo + hi);
 }
 
-// Solve until the active set, planes and friction stay the same.
-static OmStatus iterate(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                        double h, OmTissueReport* report) {
+// Solve once with the forces of all active points and vertices.
+static OmStatus solve(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                      OmTissueWork* w, double h, OmTissueReport* report) {
+    om_tissue_clear_forces(w);
+    if (g->contact) om__contact_add_forces(g->contact, w, h);
+    for (int k = 0; k < g->npress; ++k) OM_TRY(add_forces(g->press[k], w));
+    OmStatus status = om_tissue_solve_step(m, s, w, report);
+    if (status < 0) return status;
+    if (g->contact) ++g->contact->report.nsolve;
+    for (int k = 0; k < g->npress; ++k) ++g->press[k]->report.nsolve;
+    return status;
+}
+
+// Solve until the active sets, planes and friction stay the same.
+static OmStatus iterate(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                        OmTissueWork* w, double h, OmTissueReport* report) {
     OmStatus status = OM_OK;
     OmTissueReport one = {0};
+    OmPress* p = g->press[0];
     size_t n3 = 3 * (size_t)om_tissue_mesh(m)->nvert;
-    p->report.is_settled = false;
-    for (int n = 0; n < p->def.max_iterations && !p->report.is_settled; ++n) {
+    int max_iterations = 0;
+    for (int k = 0; k < g->npress; ++k)
+        if (g->press[k]->def.max_iterations > max_iterations)
+            max_iterations = g->press[k]->def.max_iterations;
+    bool is_settled = false;
+    for (int n = 0; n < max_iterations && !is_settled; ++n) {
         if (n >= SEARCH_FROM) memcpy(p->last, om_tissue_dv(w), n3 * sizeof *p->last);
         OM_CHECK(n < CUT_AFTER || !om__press_may_cut(p, h), OM_INVALID,
                  "press: contact has not settled after %d solves", n);
-        OM_TRY(add_forces(p, w));
+        if (n >= CUT_AFTER && g->contact) om__contact_close_set(g->contact);
         one = (OmTissueReport){0};
-        status = om_tissue_solve_step(m, s, w, &one);
+        status = solve(g, m, s, w, h, &one);
         if (status < 0) return status;
         report->iterations += one.iterations;
-        ++p->report.nsolve;
-        double fraction = n >= SEARCH_FROM ? search_line(p, s, w, h) : 1;
+        double fraction = n >= SEARCH_FROM ? search_line(g, s, w, h) : 1;
         if (fraction < 1) {
             for (size_t i = 0; i < n3; ++i) p->increment[i] *= fraction - 1;
             om_tissue_add_dv(w, p->increment);
         }
-        p->report.is_settled = update(p, s, w, h, n >= DAMP_FROM) == 0 && fraction == 1;
+        int nchange = 0;
+        if (g->contact) nchange += om__contact_update_pairs(g->contact, s, w, h, n >= DAMP_FROM);
+        for (int k = 0; k < g->npress; ++k) nchange += update(g->press[k], s, w, h, n >= DAMP_FROM);
+        is_settled = nchange == 0 && fraction == 1;
     }
+    if (g->contact) g->contact->report.is_settled = is_settled;
+    for (int k = 0; k < g->npress; ++k) g->press[k]->report.is_settled = is_settled;
     report->residual = fmax(report->residual, one.residual);  // of the last solve
     return status;
 }
 
-OmStatus om__press_penalty(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                           double h, OmTissueReport* report) {
-    OmPress* p = ctx;
-    om__press_path(p, s, h);
-    om__press_detect(p, s, w, h);
-    if (p->def.method == OM_PRESS_PRESCRIBED) om__press_prescribe(p, s);
-    predict_active(p, s, w, h);
-    om_tissue_set_force_scale(w, om__press_estimate_force(p, w));
-    OmStatus status = iterate(p, m, s, w, h, report);
+// Find the points and vertices near obstacles, and predict which of them are active.
+static void begin(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                  OmTissueWork* w, double h) {
+    double force = 0;
+    if (g->contact) {
+        om__contact_find_pairs(g->contact, m, s, w, h);
+        force = om__contact_estimate_force(g->contact, s, h);
+    }
+    for (int k = 0; k < g->npress; ++k) {
+        OmPress* p = g->press[k];
+        om__press_detect(p, s, w, h);
+        if (p->def.method == OM_PRESS_PRESCRIBED) om__press_prescribe(p, s);
+        predict_active(p, s, w, h);
+        double own = om__press_estimate_force(p, w);
+        force = force > 0 ? hypot(force, own) : own;
+    }
+    om_tissue_set_force_scale(w, force);
+}
+
+static OmStatus check_depths(const OmContactGroup* g, const OmTissueState* s, const OmTissueWork* w,
+                             double h) {
+    for (int k = 0; k < g->npress; ++k) OM_TRY(om__press_check_depth(g->press[k], s, w, h));
+    return OM_OK;
+}
+
+OmStatus om__contact_penalty(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                             OmTissueWork* w, double h, OmTissueReport* report) {
+    begin(g, m, s, w, h);
+    OmStatus status = iterate(g, m, s, w, h, report);
     if (status < 0) return status;
-    OM_TRY(om__press_check_depth(p, s, w, h));
+    OM_TRY(check_depths(g, s, w, h));
     return status;
 }
 
@@ -262,9 +320,23 @@ static double update_multipliers(OmPress* p, const OmTissueState* s, const OmTis
     return worst;
 }
 
-OmStatus om__press_augmented(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                             double h, OmTissueReport* report) {
+// The same for all probes with multipliers; is every tolerance met?
+static bool update_all_multipliers(const OmContactGroup* g, const OmTissueState* s,
+                                   const OmTissueWork* w, double h) {
+    bool is_met = true;
+    for (int k = 0; k < g->npress; ++k) {
+        OmPress* p = g->press[k];
+        if (p->def.method != OM_PRESS_MULTIPLIERS) continue;
+        p->report.complementarity = update_multipliers(p, s, w, h);
+        is_met = is_met && p->report.complementarity <= p->def.tolerance;
+    }
+    return is_met;
+}
+
+OmStatus om__contact_augmented(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                               OmTissueWork* w, double h, OmTissueReport* report) {
     // Restart from dv = 0: the previous iterate may be a poor start.
+    OmPress* p = g->press[0];
     int nvert = om_tissue_mesh(m)->nvert;
     for (int i = 0; i < nvert; ++i) {
         bool is_held = om_tissue_is_prescribed(m, s, i);
@@ -272,22 +344,21 @@ OmStatus om__press_augmented(OmPress* p, const OmTissueModel* m, OmTissueState* 
         om_store3(p->increment, i, is_held ? zero : back);
     }
     om_tissue_add_dv(w, p->increment);
-    p->detect_h = 0;
-    om__press_detect(p, s, w, h);
-    predict_active(p, s, w, h);
-    om_tissue_set_force_scale(w, om__press_estimate_force(p, w));
+    for (int k = 0; k < g->npress; ++k) g->press[k]->detect_h = 0;
+    begin(g, m, s, w, h);
     OmStatus status = OM_OK;
+    bool is_met = false;
     for (int round = 0; round < ROUNDS; ++round) {
         OmTissueReport one = {0};
-        status = iterate(p, m, s, w, h, &one);
+        status = iterate(g, m, s, w, h, &one);
         report->iterations += one.iterations;
         if (status < 0) return status;
-        p->report.complementarity = update_multipliers(p, s, w, h);
-        bool is_met = p->report.complementarity <= p->def.tolerance;
+        is_met = update_all_multipliers(g, s, w, h);
         if (is_met || round == ROUNDS - 1) report->residual = fmax(report->residual, one.residual);
         if (is_met && p->report.is_settled) break;
     }
-    p->report.is_settled = p->report.is_settled && p->report.complementarity <= p->def.tolerance;
-    OM_TRY(om__press_check_depth(p, s, w, h));
+    for (int k = 0; k < g->npress; ++k) g->press[k]->report.is_settled &= is_met;
+    if (g->contact) g->contact->report.is_settled &= is_met;
+    OM_TRY(check_depths(g, s, w, h));
     return status;
 }

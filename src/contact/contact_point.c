@@ -33,6 +33,11 @@ OmVec3 om__press_displacement(const OmPress* p, const OmTissueState* s, const Om
                               om__press_position(p, om_tissue_dv(w), i)));
 }
 
+double om__press_distance(const OmPress* p, OmVec3 q) {
+    OmVec3 n;
+    return p->def.obstacle.distance(p->def.obstacle.ctx, q, &n) - p->def.obstacle.offset;
+}
+
 bool om__press_is_still(const OmPress* p, const OmTissueState* s, int i) {
     for (int a = 0; a < 4; ++a)
         if (p->embedding.bary[4 * (size_t)i + (size_t)a] != 0 &&
@@ -74,31 +79,26 @@ OmStatus om__press_add_force(const OmPress* p, OmTissueWork* w, int i, OmVec3 f,
 
 // ---- detection ------------------------------------------------------------------------------------
 
-static OmPose interpolate_pose(OmPose a, OmPose b, double t) {
-    if (t <= 0) return a;
-    if (t >= 1) return b;
-    return (OmPose){om_lerp(a.p, b.p, t), om_quat_slerp(a.q, b.q, t)};
-}
-
 void om__press_path(OmPress* p, const OmTissueState* s, double h) {
     // an accepted substep is followed by one that begins later
     if (om_tissue_time(s) > p->substep_time) p->has_settled &= p->report.is_settled;
     p->substep_time = om_tissue_time(s);
-    double t = (om_tissue_time(s) - p->time) / p->h, end = t + h / p->h;
-    p->from = interpolate_pose(p->begin, p->end, t > 1e-9 ? t : 0);
-    p->to = interpolate_pose(p->begin, p->end, end < 1 - 1e-9 ? end : 1);
+    double t = (om_tissue_time(s) - p->time) / p->h;
+    p->from = om__contact_pose_at(p->begin, p->end, t);
+    p->to = om__contact_pose_at(p->begin, p->end, t + h / p->h);
     p->turn_from = om_quat_to_mat3(p->from.q);
     p->turn_to = om_quat_to_mat3(p->to.q);
 }
 
 double om__press_gap(const OmPress* p, OmVec3 x) {
     OmVec3 q = om_mat3_apply_transposed(p->turn_to, om_sub(x, p->to.p));
-    return om_probe_eval_distance(p->def.probe, q, NULL);
+    return om__press_distance(p, q);
 }
 
 double om__press_linearise(const OmPress* p, OmPressPoint* t, OmVec3 x) {
     OmVec3 n, q = om_mat3_apply_transposed(p->turn_to, om_sub(x, p->to.p));
-    double gap = om_probe_eval_distance(p->def.probe, q, &n);
+    const OmTissueObstacle* o = &p->def.obstacle;
+    double gap = o->distance(o->ctx, q, &n) - o->offset;
     t->n = om_mat3_apply(p->turn_to, n);
     t->at = om_sub(x, t->x);
     t->gap = gap + om_dot(t->n, om_sub(t->x, x));
@@ -123,7 +123,7 @@ static OmVec3 extrapolate(OmPressPoint* t, OmVec3 d) {
 
 bool om__press_update_plane(const OmPress* p, OmPressPoint* t, OmVec3 x, double tilt) {
     double gap = t->gap + om_dot(t->n, om_sub(x, t->x)), mu = p->def.friction;
-    if (t->is_crossing && fabs(gap) > 0.25 * p->def.probe->thickness) return false;
+    if (t->is_crossing && fabs(gap) > 0.25 * p->thickness) return false;
     OmPressPoint now = *t;
     double off = om__press_linearise(p, &now, x) - gap;
     double max =
@@ -135,12 +135,12 @@ bool om__press_update_plane(const OmPress* p, OmPressPoint* t, OmVec3 x, double 
 }
 
 // Position where the path a -> b, in the probe's frame, enters the probe; false if it does not. a is outside.
-static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) {
+static bool find_entry(const OmPress* p, OmVec3 a, OmVec3 b, OmVec3* entry) {
     double length = om_distance(a, b), lo = 0, hi = -1;
-    int num = (int)fmin(MAX_PIECES, 1 + floor(length / (0.5 * probe->thickness)));
+    int num = (int)fmin(MAX_PIECES, 1 + floor(length / (0.5 * p->thickness)));
     for (int k = 1; k <= num && hi < 0; ++k) {
         double t = (double)k / num;
-        if (om_probe_eval_distance(probe, om_lerp(a, b, t), NULL) < 0)
+        if (om__press_distance(p, om_lerp(a, b, t)) < 0)
             hi = t;
         else
             lo = t;
@@ -148,7 +148,7 @@ static bool find_entry(const OmProbe* probe, OmVec3 a, OmVec3 b, OmVec3* entry) 
     if (hi < 0) return false;
     for (int k = 0; k < 12; ++k) {
         double t = 0.5 * (lo + hi);
-        *(om_probe_eval_distance(probe, om_lerp(a, b, t), NULL) < 0 ? &hi : &lo) = t;
+        *(om__press_distance(p, om_lerp(a, b, t)) < 0 ? &hi : &lo) = t;
     }
     *entry = om_lerp(a, b, hi);
     return true;
@@ -164,11 +164,10 @@ static OmVec3 predict_displacement(const OmPress* p, const OmTissueState* s, con
 }
 
 void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w, double h) {
-    const OmProbe* probe = p->def.probe;
     const double* x = om_tissue_x(s);
-    OmVec3 middle = om_lerp(probe->lo, probe->hi, 0.5);
-    OmVec3 middle_from = om_pose_apply(p->from, middle), middle_to = om_pose_apply(p->to, middle);
-    double reach = REACH * p->size, radius = 0.5 * om_distance(probe->lo, probe->hi) + reach;
+    OmVec3 middle_from = om_pose_apply(p->from, p->middle);
+    OmVec3 middle_to = om_pose_apply(p->to, p->middle);
+    double reach = REACH * p->size, radius = p->radius + reach;
     bool is_first = om_tissue_time(s) != p->detect_time || h != p->detect_h;
     p->detect_time = om_tissue_time(s);
     p->detect_h = h;
@@ -188,16 +187,15 @@ void om__press_detect(OmPress* p, const OmTissueState* s, const OmTissueWork* w,
             om__press_is_still(p, s, i))
             continue;
         OmVec3 b = om_mat3_apply_transposed(p->turn_to, om_sub(place, p->to.p));
-        double begin = om_probe_eval_distance(probe, a, NULL);
-        double end = om_probe_eval_distance(probe, b, NULL);
-        bool is_resting = begin < 0 && begin > -RESTING * probe->thickness && end < 0;
-        bool is_entering = begin >= 0 && (end < 0 || om_distance(a, b) > 0.5 * probe->thickness) &&
-                           find_entry(probe, a, b, &entry);
+        double begin = om__press_distance(p, a);
+        double end = om__press_distance(p, b);
+        bool is_resting = begin < 0 && begin > -RESTING * p->thickness && end < 0;
+        bool is_entering = begin >= 0 && (end < 0 || om_distance(a, b) > 0.5 * p->thickness) &&
+                           find_entry(p, a, b, &entry);
         if (!is_entering && end > reach) continue;
         if (is_resting) entry = a;
         // a point that ends near the surface slides there; one that ends deep inside may be crossing the probe
-        bool is_near =
-            end > -RESTING * probe->thickness && om_distance(a, b) < 0.5 * probe->thickness;
+        bool is_near = end > -RESTING * p->thickness && om_distance(a, b) < 0.5 * p->thickness;
         bool is_at_entry = (is_entering || is_resting) && !is_near;
         OmVec3 at = is_at_entry ? om_pose_apply(p->to, entry) : place;
         om__press_linearise(p, &t, at);
@@ -212,9 +210,8 @@ bool om__press_may_cut(const OmPress* p, double h) { return h >= 2 * SHORTEST * 
 
 OmStatus om__press_check_depth(const OmPress* p, const OmTissueState* s, const OmTissueWork* w,
                                double h) {
-    const OmProbe* probe = p->def.probe;
-    OmVec3 middle = om_pose_apply(p->to, om_lerp(probe->lo, probe->hi, 0.5));
-    double r = 0.5 * om_distance(probe->lo, probe->hi), deepest = 0;
+    OmVec3 middle = om_pose_apply(p->to, p->middle);
+    double r = p->radius, deepest = 0;
     for (int i = 0; i < p->surface.nvert; ++i) {
         const OmPressPoint* t = p->near_of[i] >= 0 ? &p->near[p->near_of[i]] : NULL;
         if (t ? t->is_prescribed : om__press_is_still(p, s, i)) continue;

@@ -15,10 +15,11 @@
 
 // Does the probe's front lie behind the point q of its frame, no farther than reach against its direction?
 static bool is_under(const OmPress* p, OmVec3 q) {
+    const OmTissueObstacle* o = &p->def.obstacle;
     double path = 0;
     for (int k = 0; k < 200 && path <= p->def.reach; ++k) {
         OmVec3 n;
-        double d = om_probe_eval_distance(p->def.probe, om_madd(q, -path, p->def.direction), &n);
+        double d = o->distance(o->ctx, om_madd(q, -path, p->def.direction), &n) - o->offset;
         if (d <= 1e-3 * p->def.reach) return om_dot(n, p->def.direction) > FRONT;
         path += d;
     }
@@ -38,7 +39,7 @@ OmStatus om__press_select_area(OmPress* p, const OmTissueState* s, OmPose pose) 
     OmVec3 direction = om_quat_rotate(pose.q, p->def.direction);
     for (int i = 0; i < now.nvert; ++i) {
         OmVec3 q = om__press_local(pose, om_load3(x, i));
-        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
+        nearest = fmin(nearest, om__press_distance(p, q));
         if (om_dot(om_load3(normal, i), direction) > -FACING || om__press_is_still(p, s, i) ||
             !is_under(p, q))
             continue;

@@ -6,13 +6,13 @@
 #define PRESS_COOKIE 0x93e55u
 
 OmPressDef om_press_default_def(const OmProbe* probe) {
-    OmPressDef def = {.probe = probe,
-                      .ntri = 1004,
+    OmPressDef def = {.ntri = 1004,
                       .tolerance = 1e-4,
                       .max_iterations = 40,
                       .direction = {0, 0, -1},
                       .reach = 0.01,
                       .cookie = PRESS_COOKIE};
+    if (probe) def.obstacle = om_probe_obstacle(probe, om_pose_identity(), om_pose_identity(), 0);
     return def;
 }
 
@@ -21,7 +21,7 @@ OmPressDef om_press_default_def(const OmProbe* probe) {
 static OmStatus check_def(const OmPressDef* def) {
     OM_CHECK(def->cookie == PRESS_COOKIE, OM_INVALID,
              "press: the definition was not made by om_press_default_def");
-    OM_CHECK(def->probe, OM_INVALID, "press: probe is null");
+    OM_CHECK(def->obstacle.distance, OM_INVALID, "press: probe is null: obstacle.distance");
     OM_CHECK(def->method >= OM_PRESS_PENALTY && def->method <= OM_PRESS_PRESCRIBED, OM_INVALID,
              "press: method %d is none of OmPressMethod", (int)def->method);
     OM_CHECK(def->surface || def->ntri == 0 || (def->ntri >= 4 && def->ntri <= 10000000),
@@ -88,6 +88,10 @@ OmStatus om_press_create(const OmPressDef* def, const OmTissueModel* model, OmPr
     p->def.surface = NULL;
     p->def.direction = om_normalize(def->direction);
     p->model = model;
+    const OmTissueObstacle* o = &def->obstacle;
+    p->thickness = o->thickness > 0 ? o->thickness : (double)INFINITY;
+    p->radius = o->has_bounds ? 0.5 * om_distance(o->lo, o->hi) : (double)INFINITY;
+    if (o->has_bounds) p->middle = om_lerp(o->lo, o->hi, 0.5);
     if (def->surface)
         OM_TRY_DONE(copy_surface(def->surface, &p->surface));
     else if (def->ntri > 0)
@@ -141,14 +145,13 @@ void om_press_destroy(OmPress* p) {
 
 OmPose om_press_pose(const OmPress* p) { return p->pose; }
 const OmSurface* om_press_surface(const OmPress* p) { return &p->surface; }
+const OmPressReport* om_press_report(const OmPress* p) { return &p->report; }
 const OmEmbedding* om_press_embedding(const OmPress* p) { return &p->embedding; }
 
 // ---- placing --------------------------------------------------------------------------------------
 
 OmStatus om__press_check_pose(OmPose pose) {
-    OmQuat q = pose.q;
-    double n = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-    OM_CHECK(om_is_finite3(pose.p) && om_norm(pose.p) < 1e6 && fabs(n - 1) < 1e-6, OM_INVALID,
+    OM_CHECK(om__contact_is_pose(pose), OM_INVALID,
              "press: the pose is not finite, or its quaternion not of unit length");
     return OM_OK;
 }
@@ -158,8 +161,15 @@ OmStatus om_press_place(OmPress* p, const OmTissueModel* m, const OmTissueState*
     OM_TRY(om__press_check_pose(pose));
     if (p->def.method == OM_PRESS_PRESCRIBED) OM_TRY(om__press_select_area(p, s, pose));
     if (p->lcp) om__press_lcp_forget(p->lcp);
-    p->pose = pose;
+    p->pose = p->goal = pose;
     p->is_placed = true;
+    return OM_OK;
+}
+
+OmStatus om_press_move(OmPress* p, OmPose pose_end) {
+    OM_TRY(om__press_check_pose(pose_end));
+    p->goal = pose_end;
+    p->has_goal = true;
     return OM_OK;
 }
 
@@ -167,7 +177,7 @@ double om_press_eval_gap(const OmPress* p, const OmTissueState* s, OmPose pose) 
     double nearest = INFINITY;
     for (int i = 0; i < p->surface.nvert; ++i) {
         OmVec3 q = om__press_local(pose, om__press_position(p, om_tissue_x(s), i));
-        nearest = fmin(nearest, om_probe_eval_distance(p->def.probe, q, NULL));
+        nearest = fmin(nearest, om__press_distance(p, q));
     }
     return nearest;
 }
@@ -190,39 +200,44 @@ static void measure_areas(OmPress* p, const double* x) {
 
 // The deepest point in the probe where it is now.
 static double measure_depth(const OmPress* p, const double* x) {
-    const OmProbe* probe = p->def.probe;
-    OmVec3 middle = om_pose_apply(p->pose, om_lerp(probe->lo, probe->hi, 0.5));
-    double r = 0.5 * om_distance(probe->lo, probe->hi), deepest = 0;
+    OmVec3 middle = om_pose_apply(p->pose, p->middle);
+    double r = p->radius, deepest = 0;
     for (int i = 0; i < p->surface.nvert; ++i) {
         OmVec3 at = om__press_position(p, x, i);
         if (om_norm2(om_sub(at, middle)) > r * r) continue;
-        deepest = fmax(deepest, -om_probe_eval_distance(probe, om__press_local(p->pose, at), NULL));
+        deepest = fmax(deepest, -om__press_distance(p, om__press_local(p->pose, at)));
     }
     return deepest;
 }
 
-// Forces into the state; forces on the probe into the report.
-void om__press_report_points(OmPress* p, OmTissueState* s) {
+void om__press_write_forces(const OmPress* p, OmTissueState* s) {
+    double* f_contact = om_tissue_contact_force(s);
+    for (int k = 0; k < p->nnear; ++k) {
+        const OmPressPoint* t = &p->near[k];
+        if (om_norm2(t->force) == 0) continue;
+        for (int a = 0; a < 4; ++a) {
+            int v = p->embedding.tet_vert[4 * (size_t)t->vert + (size_t)a];
+            double weight = p->embedding.bary[4 * (size_t)t->vert + (size_t)a];
+            om_store3(f_contact, v, om_madd(om_load3(f_contact, v), weight, t->force));
+        }
+    }
+}
+
+void om__press_report_points(OmPress* p, const OmTissueState* s) {
     OmPressReport* r = &p->report;
     const double* x = om_tissue_x(s);
-    double* f_contact = om_tissue_contact_force(s);
-    memset(f_contact, 0, 3 * (size_t)om_tissue_mesh(p->model)->nvert * sizeof *f_contact);
     measure_areas(p, x);
     for (int k = 0; k < p->nnear; ++k) {
         const OmPressPoint* t = &p->near[k];
         if (om_norm2(t->force) == 0) continue;
         OmVec3 at = om__press_position(p, x, t->vert), n;
         int c = r->ncontact++;
-        for (int a = 0; a < 4; ++a) {
-            int v = p->embedding.tet_vert[4 * (size_t)t->vert + (size_t)a];
-            double weight = p->embedding.bary[4 * (size_t)t->vert + (size_t)a];
-            om_store3(f_contact, v, om_madd(om_load3(f_contact, v), weight, t->force));
-        }
         r->force = om_sub(r->force, t->force);
         r->torque = om_sub(r->torque, om_cross(om_sub(at, p->pose.p), t->force));
         r->area += p->tri_area[t->vert];
         p->out_vert[c] = t->vert;
-        p->out_gap[c] = om_probe_eval_distance(p->def.probe, om__press_local(p->pose, at), &n);
+        const OmTissueObstacle* o = &p->def.obstacle;
+        p->out_gap[c] = o->distance(o->ctx, om__press_local(p->pose, at), &n) - o->offset;
         om_store3(p->out_point, c, at);
         om_store3(p->out_normal, c, om_quat_rotate(p->pose.q, n));
         om_store3(p->out_push, c, t->force);

@@ -11,6 +11,7 @@
 #ifndef OMENTUM_CONTACT_PRESS_INTERNAL_H
 #define OMENTUM_CONTACT_PRESS_INTERNAL_H
 
+#include "contact/contact_internal.h"
 #include "omentum/contact_tool.h"
 
 #define OM_PRESS_RECOVER 0.1  // m/s, speed at which tissue that began inside a probe is pushed out
@@ -77,8 +78,13 @@ struct OmPress {
     OmEmbedding embedding;
     double size;  // m, of the model
     double edge;  // m, mean edge of the contact surface
+    // of the probe: INFINITY where the obstacle has none
+    double thickness, radius;  // m; radius of a ball around the probe
+    OmVec3 middle;             // of that ball, in the probe's frame
     bool is_placed;
     OmPose pose;
+    OmPose goal;  // pose at the end of the next step, where has_goal or is_placed
+    bool has_goal;
     // the path of the step
     OmPose begin, end;
     double time, h;             // start and length of the step
@@ -109,6 +115,8 @@ static inline OmVec3 om__press_local(OmPose pose, OmVec3 x) {
 
 // ---- contact_point.c
 
+/// Signed distance of q, in the probe's frame, to the probe.
+double om__press_distance(const OmPress* press, OmVec3 q);
 /// Do tools and attachments prescribe all vertices that carry the point?
 bool om__press_is_still(const OmPress* press, const OmTissueState* state, int i);
 /// Begin a (sub)step of length h: poses of the probe at its begin and its end.
@@ -149,28 +157,40 @@ void om__press_prescribe(OmPress* press, const OmTissueState* state);
 
 // ---- contact_penalty.c
 
-/// An OmTissueStepFn with the press as its context.
-OmStatus om__press_penalty(void* ctx, const OmTissueModel* model, OmTissueState* state,
-                           OmTissueWork* work, double h, OmTissueReport* report);
+typedef struct OmContactGroup {  // everything that acts in one step
+    OmContactWork* contact;      // vertices against obstacles; null: none
+    int npress;                  // at least 1
+    OmPress* const* press;
+} OmContactGroup;
+
+/// Springs of all members; the paths of obstacles and probes are set.
+OmStatus om__contact_penalty(const OmContactGroup* group, const OmTissueModel* model,
+                             OmTissueState* state, OmTissueWork* work, double h,
+                             OmTissueReport* report);
 /// Signorini's law by an augmented Lagrangian (Simo and Laursen 1992): the multipliers are increased by the forces of
 /// the penalty springs until def.tolerance is met.
-OmStatus om__press_augmented(OmPress* press, const OmTissueModel* model, OmTissueState* state,
-                             OmTissueWork* work, double h, OmTissueReport* report);
+/// Probes of the other methods, and vertices, keep their springs.
+OmStatus om__contact_augmented(const OmContactGroup* group, const OmTissueModel* model,
+                               OmTissueState* state, OmTissueWork* work, double h,
+                               OmTissueReport* report);
 
 // ---- contact_multiplier.c
 
 OmStatus om__press_lcp_create(OmPressLcp** lcp);
 void om__press_lcp_destroy(OmPressLcp* lcp);
 void om__press_lcp_forget(OmPressLcp* lcp);
-/// An OmTissueStepFn with the press as its context.
-OmStatus om__press_multipliers(void* ctx, const OmTissueModel* model, OmTissueState* state,
-                               OmTissueWork* work, double h, OmTissueReport* report);
+/// A group with multipliers. The Delassus matrix serves a single probe without other obstacles.
+OmStatus om__contact_multipliers(const OmContactGroup* group, const OmTissueModel* model,
+                                 OmTissueState* state, OmTissueWork* work, double h,
+                                 OmTissueReport* report);
 
 // ---- contact_press.c
 
 /// @return OM_OK; OM_INVALID (not finite, or the quaternion is not of unit length)
 OmStatus om__press_check_pose(OmPose pose);
-/// Forces into the state, and the report of a finished step.
-void om__press_report_points(OmPress* press, OmTissueState* state);
+/// Add the forces of the points to the contact forces of the state.
+void om__press_write_forces(const OmPress* press, OmTissueState* state);
+/// The report of a finished step.
+void om__press_report_points(OmPress* press, const OmTissueState* state);
 
 #endif

@@ -1,4 +1,6 @@
-// contact_step.c: one step of tissue among obstacles.
+// contact_step.c: one step of tissue among obstacles and probes.
+#include <string.h>
+
 #include "contact/contact_internal.h"
 #include "contact/contact_press_internal.h"
 
@@ -6,21 +8,20 @@
 #define STILL 3              // steps in a row below a speed: tissue that turns back is slow in one
 #define DAMP_FROM 4          // solves before round obstacles damp the iteration
 
-// An accepted substep is followed by one that begins later.
-static void note_settled(OmContactWork* cw, double time) {
-    if (time > cw->seen_time) cw->has_settled &= cw->report.is_settled;
-    cw->seen_time = time;
-}
+// ---- vertices against obstacles -----------------------------------------------------------------------
 
 static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                               double h, OmTissueReport* report) {
     OmContactWork* cw = ctx;
     OmStatus status = OM_OK;
-    note_settled(cw, om_tissue_time(s));
+    int max_iterations = cw->contact->def.max_iterations;
+    om__contact_begin_substep(cw, om_tissue_time(s), h);
     om__contact_find_pairs(cw, m, s, w, h);
+    om_tissue_set_force_scale(w, om__contact_estimate_force(cw, s, h));
     cw->report.is_settled = false;
-    for (int n = 0; n < cw->contact->def.max_iterations && !cw->report.is_settled; ++n) {
-        if (n >= cw->contact->def.max_iterations / 2) om__contact_close_set(cw);
+    for (int n = 0; n < max_iterations && !cw->report.is_settled; ++n) {
+        if (n >= max_iterations / 2) om__contact_close_set(cw);
+        om_tissue_clear_forces(w);
         om__contact_add_forces(cw, w, h);
         status = om_tissue_solve_step(m, s, w, report);
         if (status < 0) return status;
@@ -29,7 +30,7 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
         cw->report.is_settled = nchange == 0;
     }
     OM_CHECK(cw->report.is_settled || h < 2 * SHORTEST * cw->h, OM_INVALID,
-             "contact: contact has not settled after %d solves", cw->contact->def.max_iterations);
+             "contact: contact has not settled after %d solves", max_iterations);
     om__contact_report_pairs(cw, m, s, w, h);
     return status;
 }
@@ -39,6 +40,9 @@ static OmStatus step_among(OmContactWork* cw, const OmTissueModel* m, OmTissueSt
                            OmTissueWork* w, double h, OmTissueReport* tissue) {
     OmContactReport* r = &cw->report;
     int nobstacle = cw->contact->def.nobstacle;
+    OM_CHECK(cw->npress == 0, OM_UNAVAILABLE,
+             "contact: this engine keeps out of obstacles itself and has no contact surface; add "
+             "the probe to the contact as an obstacle (om_probe_obstacle), and move that");
     OmStatus status = om_tissue_step_among(m, s, w, h, nobstacle, cw->obstacle, tissue);
     if (status < 0) return status;
     r->nsolve = tissue->substeps;
@@ -52,18 +56,130 @@ static OmStatus step_among(OmContactWork* cw, const OmTissueModel* m, OmTissueSt
     return status;
 }
 
+// ---- probes, with or without obstacles ------------------------------------------------------------------
+
+static OmStatus solve_group(void* ctx, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                            double h, OmTissueReport* report) {
+    const OmContactGroup* g = ctx;
+    bool has_multipliers = false;
+    if (g->contact) om__contact_begin_substep(g->contact, om_tissue_time(s), h);
+    for (int k = 0; k < g->npress; ++k) {
+        om__press_path(g->press[k], s, h);
+        has_multipliers |= g->press[k]->def.method == OM_PRESS_MULTIPLIERS;
+    }
+    OmStatus status = has_multipliers ? om__contact_multipliers(g, m, s, w, h, report)
+                                      : om__contact_penalty(g, m, s, w, h, report);
+    if (status < 0 || !g->contact) return status;
+    om__contact_report_pairs(g->contact, m, s, w, h);
+    for (int k = 0; k < g->npress; ++k) om__press_write_forces(g->press[k], s);
+    return status;
+}
+
+// Check the probes of a group and set their paths.
+static OmStatus begin_paths(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                            OmTissueWork* w, double h) {
+    int npoint = 0;
+    for (int k = 0; k < g->npress; ++k) {
+        OmPress* p = g->press[k];
+        OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
+        OM_CHECK(p->is_placed || p->has_goal, OM_INVALID,
+                 "press: it has no pose; om_press_place or om_press_move must come first");
+        npoint += p->surface.nvert;
+    }
+    OM_TRY(om_tissue_reserve_points(w, npoint));
+    for (int k = 0; k < g->npress; ++k) {
+        OmPress* p = g->press[k];
+        if (!p->is_placed) OM_TRY(om_press_place(p, m, s, p->goal));
+        p->report = (OmPressReport){0};
+        p->begin = p->pose;
+        p->end = p->goal;
+        p->time = p->substep_time = om_tissue_time(s);
+        p->h = h;
+        p->detect_h = 0;
+        p->has_settled = true;
+    }
+    return OM_OK;
+}
+
+static OmStatus step_group(const OmContactGroup* g, const OmTissueModel* m, OmTissueState* s,
+                           OmTissueWork* w, double h, OmTissueReport* tissue) {
+    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "press: time step is %g s; it must be in (0, 10]", h);
+    OM_TRY(begin_paths(g, m, s, w, h));
+    OmContactGroup group = *g;
+    OmStatus status = om_tissue_step_with(m, s, w, h, solve_group, &group, tissue);
+    if (status < 0) return status;
+    if (!g->contact)
+        memset(om_tissue_contact_force(s), 0,
+               3 * (size_t)om_tissue_mesh(m)->nvert * sizeof(double));
+    for (int k = 0; k < g->npress; ++k) {
+        OmPress* p = g->press[k];
+        p->report.tissue = *tissue;
+        p->report.is_settled &= p->has_settled;
+        p->pose = p->end;
+        if (!g->contact) om__press_write_forces(p, s);
+        om__press_report_points(p, s);
+    }
+    return status;
+}
+
+OmStatus om_press_step(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
+                       OmPose pose_end, double h, OmPressReport* report) {
+    p->report = (OmPressReport){0};
+    if (report) *report = p->report;
+    OmPose goal = p->goal;
+    bool has_goal = p->has_goal;
+    OmContactGroup group = {NULL, 1, &p};
+    OmTissueReport tissue;
+    OM_TRY(om_press_move(p, pose_end));
+    OmStatus status = step_group(&group, m, s, w, h, &tissue);
+    if (status < 0) {
+        p->goal = goal;
+        p->has_goal = has_goal;
+        return status;
+    }
+    if (report) *report = p->report;
+    if (status != OM_OK || p->report.is_settled) return status;
+    return om_error(OM_NOT_CONVERGED, "press: contact has not settled in a step of %g s", h);
+}
+
+// ---- the step -----------------------------------------------------------------------------------------
+
+void om_contact_work_set_presses(OmContactWork* cw, int npress, OmPress* const* press) {
+    cw->npress = npress;
+    cw->press = press;
+}
+
+// Obstacles and probes in one step.
+static OmStatus step_all(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
+                         OmTissueWork* w, double h, OmTissueReport* tissue) {
+    OmContactReport* r = &cw->report;
+    OmContactGroup group = {cw, cw->npress, cw->press};
+    OmStatus status = step_group(&group, m, s, w, h, tissue);
+    if (status < 0) return status;
+    for (int k = 0; k < cw->npress; ++k) {
+        const OmPressReport* p = &cw->press[k]->report;
+        r->ncontact += p->ncontact;
+        r->force = om_sub(r->force, p->force);
+        r->penetration = fmax(r->penetration, p->penetration);
+    }
+    return status;
+}
+
 OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                          OmTissueWork* w, double h, OmContactReport* report) {
     cw->report = (OmContactReport){0};
     cw->h = h;
-    cw->seen_time = om_tissue_time(s);
+    cw->time = cw->substep_time = om_tissue_time(s);
     cw->has_settled = true;
     OmTissueReport tissue = {0};
-    OmStatus status = om_tissue_moves_itself(m)
-                          ? step_among(cw, m, s, w, h, &tissue)
+    OmStatus status = om_tissue_moves_itself(m) ? step_among(cw, m, s, w, h, &tissue)
+                      : cw->npress > 0
+                          ? step_all(cw, m, s, w, h, &tissue)
                           : om_tissue_step_with(m, s, w, h, solve_contact, cw, &tissue);
     cw->report.is_settled &= cw->has_settled;
     cw->report.tissue = tissue;
+    cw->report.nobstacle = cw->contact->def.nobstacle;
+    cw->report.obstacle = cw->obstacle;
     if (report) *report = cw->report;
     if (status != OM_OK || cw->report.is_settled) return status;
     return om_error(OM_NOT_CONVERGED, "contact: contact has not settled in a step of %g s", h);
@@ -89,36 +205,4 @@ OmStatus om_contact_settle(OmContactWork* cw, const OmTissueModel* m, OmTissueSt
     }
     return om_error(OM_NOT_CONVERGED, "the tissue still moves faster than %g m/s after %g s", speed,
                     seconds);
-}
-
-// ---- the step -------------------------------------------------------------------------------------
-
-OmStatus om_press_step(OmPress* p, const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
-                       OmPose pose_end, double h, OmPressReport* report) {
-    static const OmTissueStepFn method_table[] = {om__press_penalty, om__press_multipliers,
-                                                  om__press_penalty};
-    p->report = (OmPressReport){0};
-    if (report) *report = p->report;
-    OM_CHECK(m == p->model, OM_INVALID, "press: it was made for another model");
-    OM_CHECK(h > 0 && h <= 10, OM_INVALID, "press: time step is %g s; it must be in (0, 10]", h);
-    OM_TRY(om__press_check_pose(pose_end));
-    OM_TRY(om_tissue_reserve_points(w, p->surface.nvert));
-    if (!p->is_placed) OM_TRY(om_press_place(p, m, s, pose_end));
-    p->begin = p->pose;
-    p->end = pose_end;
-    p->time = om_tissue_time(s);
-    p->h = h;
-    p->detect_h = 0;
-    p->substep_time = p->time;
-    p->has_settled = true;
-    OmTissueReport tissue;
-    OmStatus status = om_tissue_step_with(m, s, w, h, method_table[p->def.method], p, &tissue);
-    if (status < 0) return status;
-    p->report.tissue = tissue;
-    p->report.is_settled &= p->has_settled;
-    p->pose = pose_end;
-    om__press_report_points(p, s);
-    if (report) *report = p->report;
-    if (status != OM_OK || p->report.is_settled) return status;
-    return om_error(OM_NOT_CONVERGED, "press: contact has not settled in a step of %g s", h);
 }

@@ -40,18 +40,19 @@ static OmVec3 displacement(const OmTissueState* s, const double* dv, int i, doub
 // Gap and normal at p. On a curved obstacle the normal is the gradient by differences over c->ring on both sides: the
 // gradient of a sampled field jumps from cell to cell, and in a hollow kink there is no normal. The same differences
 // give the derivative of the normal in the tangent plane: H[0] along t[0], H[1] along t[1], H[2] mixed.
-static double eval_obstacle(const OmContact* c, int obstacle, OmVec3 p, OmVec3* n, OmVec3 t[2],
+static double eval_obstacle(const OmContactWork* cw, int obstacle, OmVec3 p, OmVec3* n, OmVec3 t[2],
                             double H[3]) {
     static const OmVec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    double gap = om__contact_gap(c, obstacle, p, n), slope[3];
+    const OmContact* c = cw->contact;
+    double gap = om__contact_gap(cw, obstacle, true, p, n), slope[3];
     H[0] = H[1] = H[2] = 0;
     if (c->obstacle[obstacle].is_plane || !isfinite(gap)) return gap;
     OmMat3 turn;
     OmVec3* column[3] = {&turn.cx, &turn.cy, &turn.cz};
     for (int k = 0; k < 3; ++k) {
         OmVec3 ahead, behind;
-        double a = om__contact_gap(c, obstacle, om_madd(p, c->ring, axis[k]), &ahead);
-        double b = om__contact_gap(c, obstacle, om_madd(p, -c->ring, axis[k]), &behind);
+        double a = om__contact_gap(cw, obstacle, true, om_madd(p, c->ring, axis[k]), &ahead);
+        double b = om__contact_gap(cw, obstacle, true, om_madd(p, -c->ring, axis[k]), &behind);
         if (!isfinite(a) || !isfinite(b)) return gap;
         slope[k] = 0.5 * (a - b) / c->ring;
         *column[k] = om_scale(0.5 / c->ring, om_sub(ahead, behind));
@@ -83,9 +84,10 @@ static OmMat3 curvature_tangent(const OmVec3 t[2], const double H[3], bool is_da
 }
 
 // The plane that replaces an obstacle, and its rotation, for a vertex at x with predicted displacement d.
-static void linearise(const OmContact* c, OmContactPair* pair, OmVec3 x, OmVec3 d, bool is_damped) {
+static void linearise(const OmContactWork* cw, OmContactPair* pair, OmVec3 x, OmVec3 d,
+                      bool is_damped) {
     OmVec3 t[2];
-    double H[3], gap = eval_obstacle(c, pair->obstacle, om_add(x, d), &pair->n, t, H);
+    double H[3], gap = eval_obstacle(cw, pair->obstacle, om_add(x, d), &pair->n, t, H);
     pair->gap = gap - om_dot(pair->n, d);
     pair->at = d;
     pair->is_curved = H[0] != 0 || H[1] != 0 || H[2] != 0;
@@ -93,10 +95,11 @@ static void linearise(const OmContact* c, OmContactPair* pair, OmVec3 x, OmVec3 
 }
 
 // Do plane and curvature agree with the obstacle at displacement d of the vertex?
-static bool is_plane_valid(const OmContact* c, const OmContactPair* pair, OmVec3 x, OmVec3 d) {
+static bool is_plane_valid(const OmContactWork* cw, const OmContactPair* pair, OmVec3 x, OmVec3 d) {
+    const OmContact* c = cw->contact;
     if (c->obstacle[pair->obstacle].is_plane) return true;
     OmVec3 t[2], n, model = pair->n;
-    double H[3], gap = eval_obstacle(c, pair->obstacle, om_add(x, d), &n, t, H);
+    double H[3], gap = eval_obstacle(cw, pair->obstacle, om_add(x, d), &n, t, H);
     if (fabs(gap - pair->gap - om_dot(pair->n, d)) > PLANE_GAP * c->size) return false;
     if (pair->is_curved)
         model = om_normalize(om_sub(model, om_mat3_apply(pair->C, om_sub(d, pair->at))));
@@ -129,24 +132,27 @@ void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueS
         if (om_tissue_is_prescribed(m, s, i)) continue;
         OmVec3 p = om_load3(x, i), d = om_scale(h, om_load3(v, i)), normal;
         for (int k = 0; k < c->def.nobstacle; ++k) {
-            double begin = om__contact_gap(c, k, p, &normal);
-            if (begin - om_norm(d) > REACH * c->size) continue;
+            double begin = om__contact_gap(cw, k, false, p, &normal);
+            OmVec3 move = om__contact_obstacle_move(cw, k, p);
+            if (begin - om_norm(d) - om_norm(move) > REACH * c->size) continue;
             OmContactPair* pair = &cw->pair[cw->npair++];
-            *pair = (OmContactPair){.vert = i, .obstacle = k};
+            *pair = (OmContactPair){.vert = i, .obstacle = k, .obstacle_move = move};
+            pair->is_moving = om_norm2(move) > 0;
             pair->goal = fmin(0, begin + c->def.recover_speed * h);
             pair->k = c->def.stiffness * om_tissue_vertex_stiffness(w, i);
-            double end = om__contact_gap(c, k, om_add(p, d), &pair->n);
+            double end = om__contact_gap(cw, k, true, om_add(p, d), &pair->n);
             pair->push = fmax(0, om_dot(om_load3(last_force, i), pair->n));
             pair->is_active = pair->push > 0 || fmin(begin, end - pair->goal) < -ACTIVATE * c->size;
             if (!pair->is_active) continue;
-            linearise(c, pair, p, d, false);
-            if (friction_of(c, k) > 0) recall_friction(pair, friction_of(c, k), om_load3(v, i));
+            linearise(cw, pair, p, d, false);
+            OmVec3 slip = om_load3(v, i);
+            if (pair->is_moving) slip = om_madd(slip, -1 / h, move);
+            if (friction_of(c, k) > 0) recall_friction(pair, friction_of(c, k), slip);
         }
     }
 }
 
 void om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
-    om_tissue_clear_forces(w);
     for (int k = 0; k < cw->npair; ++k) {
         OmContactPair* pair = &cw->pair[k];
         pair->was_drag = pair->drag;
@@ -156,6 +162,11 @@ void om__contact_add_forces(OmContactWork* cw, OmTissueWork* w, double h) {
         OmMat3 K = om_mat3_scale(pair->k - pair->drag / h, nn);
         K = om_mat3_add(K, om_mat3_scale(pair->drag / h, om_mat3_identity()));
         OmVec3 f = om_scale(pair->k * (pair->goal - pair->gap), pair->n);
+        if (pair->is_moving) {
+            OmVec3 along =
+                om_madd(pair->obstacle_move, -om_dot(pair->obstacle_move, pair->n), pair->n);
+            f = om_madd(f, pair->drag / h, along);
+        }
         if (pair->is_curved) {
             OmMat3 turn = om_mat3_scale(pair->push, pair->C);
             K = om_mat3_add(K, turn);
@@ -180,7 +191,8 @@ int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* s, const Om
             pair->push = pair->drag = 0;
             ++nchange;
         } else if (pair->is_active) {
-            OmVec3 vt = om_scale(1 / h, om_madd(d, -om_dot(pair->n, d), pair->n));
+            OmVec3 rel = pair->is_moving ? om_sub(d, pair->obstacle_move) : d;
+            OmVec3 vt = om_scale(1 / h, om_madd(rel, -om_dot(pair->n, rel), pair->n));
             pair->push = fmax(0, -pair->k * end);
             pair->force = om_madd(om_scale(pair->push, pair->n), -pair->was_drag, vt);
             if (pair->is_curved)
@@ -190,16 +202,16 @@ int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* s, const Om
             bool is_same = fabs(drag - pair->drag) <= SAME_DRAG * drag;
             pair->drag = drag;
             nchange += !is_same;
-            if (is_plane_valid(c, pair, p, d)) continue;
-            linearise(c, pair, p, d, is_damped);
+            if (is_plane_valid(cw, pair, p, d)) continue;
+            linearise(cw, pair, p, d, is_damped);
             nchange += is_same;
         } else {
-            if (om__contact_gap(c, pair->obstacle, om_add(p, d), &n) - pair->goal >=
+            if (om__contact_gap(cw, pair->obstacle, true, om_add(p, d), &n) - pair->goal >=
                 -ACTIVATE * c->size)
                 continue;
             ++nchange;
             if (pair->is_closed) continue;
-            linearise(c, pair, p, d, is_damped);
+            linearise(cw, pair, p, d, is_damped);
             pair->is_active = true;
         }
     }
@@ -210,24 +222,70 @@ void om__contact_close_set(OmContactWork* cw) {
     for (int k = 0; k < cw->npair; ++k) cw->pair[k].is_closed |= !cw->pair[k].is_active;
 }
 
+double om__contact_estimate_force(const OmContactWork* cw, const OmTissueState* s, double h) {
+    double sum = 0;
+    for (int k = 0; k < cw->npair; ++k) {
+        const OmContactPair* pair = &cw->pair[k];
+        if (!pair->is_active || !pair->is_moving) continue;
+        OmVec3 d = om_scale(h, om_load3(om_tissue_v(s), pair->vert));
+        double depth = pair->goal - pair->gap - om_dot(pair->n, d);
+        double f = fmax(0, depth) * pair->k / cw->contact->def.stiffness;
+        sum += f * f;
+    }
+    return sqrt(sum);
+}
+
+void om__contact_begin_line(OmContactWork* cw, const OmTissueState* s, const double* last,
+                            const double* increment, double h, OmContactLine* line) {
+    for (int k = 0; k < cw->npair; ++k) {
+        OmContactPair* pair = &cw->pair[k];
+        OmVec3 d = displacement(s, last, pair->vert, h);
+        pair->depth = pair->goal - pair->gap - om_dot(pair->n, d);
+        pair->depth_rate = h * om_dot(pair->n, om_load3(increment, pair->vert));
+        if (!pair->is_active) continue;
+        line->farthest = fmax(line->farthest, fabs(pair->depth_rate));
+        line->slope += pair->k * pair->depth * pair->depth_rate;
+        line->curve -= pair->k * pair->depth_rate * pair->depth_rate;
+    }
+}
+
+void om__contact_add_line(const OmContactWork* cw, double at, double* slope) {
+    for (int k = 0; k < cw->npair; ++k) {
+        const OmContactPair* pair = &cw->pair[k];
+        if (!pair->is_active) continue;
+        *slope -= pair->k * fmax(0, pair->depth - at * pair->depth_rate) * pair->depth_rate;
+    }
+}
+
 void om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                               const OmTissueWork* w, double h) {
     double* f_contact = om_tissue_contact_force(s);
-    const OmContact* c = cw->contact;
     OmContactReport* report = &cw->report;
     memset(f_contact, 0, 3 * (size_t)om_tissue_mesh(m)->nvert * sizeof *f_contact);
     report->ncontact = 0;
     report->penetration = 0;
     report->force = om_vec3(0, 0, 0);
+    for (int k = 0; k < cw->contact->def.nobstacle; ++k) {
+        OmTissueObstacle* o = &cw->obstacle[k];
+        o->force = o->torque = om_vec3(0, 0, 0);
+        o->ncontact = 0;
+        o->penetration = 0;
+    }
     for (int k = 0; k < cw->npair; ++k) {
         const OmContactPair* pair = &cw->pair[k];
+        OmTissueObstacle* o = &cw->obstacle[pair->obstacle];
         OmVec3 d = displacement(s, om_tissue_dv(w), pair->vert, h), n;
-        double gap =
-            om__contact_gap(c, pair->obstacle, om_add(om_load3(om_tissue_x(s), pair->vert), d), &n);
+        OmVec3 place = om_add(om_load3(om_tissue_x(s), pair->vert), d);
+        double gap = om__contact_gap(cw, pair->obstacle, true, place, &n);
+        o->penetration = fmax(o->penetration, -gap);
         report->penetration = fmax(report->penetration, -gap);
         if (!pair->is_active || pair->push <= 0) continue;
         om_store3(f_contact, pair->vert, om_add(om_load3(f_contact, pair->vert), pair->force));
         report->force = om_add(report->force, pair->force);
         ++report->ncontact;
+        OmVec3 arm = om_sub(place, cw->frame[pair->obstacle].end.p);
+        o->force = om_add(o->force, pair->force);
+        o->torque = om_add(o->torque, om_cross(arm, pair->force));
+        ++o->ncontact;
     }
 }

@@ -292,7 +292,7 @@ static void test_input(void** test) {
     change;                              \
     refuse(&p, &def, word)
     REFUSE(def.cookie = 0, "om_press_default_def");
-    REFUSE(def.probe = NULL, "probe");
+    REFUSE(def.obstacle.distance = NULL, "probe");
     REFUSE(def.method = (OmPressMethod)3, "method");
     REFUSE(def.ntri = 3, "ntri");
     REFUSE(def.stiffness = -1, "stiffness");

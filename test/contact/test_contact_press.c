@@ -38,8 +38,8 @@ static OmPressReport press_down(PressRig* p, double top, double depth, int npres
     return report;
 }
 
-// The prescribed area of a ball: every vertex of the upper side within `reach` above which the ball's normal is within 60
-// degrees of the direction of pressing, counted here from the geometry. Vertices beside it stay free.
+// The prescribed area of a ball: every vertex of the upper side within `reach` above which the ball's normal is
+// within 60 degrees of the direction of pressing, counted here from the geometry. Vertices beside it stay free.
 static void test_area_of_ball(void** test) {
     (void)test;
     PressRig p;
