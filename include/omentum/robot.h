@@ -52,6 +52,9 @@ OM_API OmStatus om_psm_inverse(const OmPsm* psm, OmPose pose_world_tip,
 OM_API void om_psm_joint_torque(const OmPsm* psm, const double q[OM_PSM_NJOINT], OmVec3 force,
                                 OmVec3 torque, double effort[OM_PSM_NJOINT]);
 
+/// The first vertices and triangles of om_psm_surface are the shaft, the others wrist and jaws.
+enum { OM_PSM_SHAFT_NVERT = 24, OM_PSM_SHAFT_NTRI = 44 };
+
 /// The shape of shaft, wrist and open jaws for a picture; world frame, always the same triangles.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_psm_surface(const OmPsm* psm, const double q[OM_PSM_NJOINT], double jaw,

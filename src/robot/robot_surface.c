@@ -10,8 +10,12 @@
 #define JAW_LENGTH 0.011      // m
 #define JAW_WIDTH 0.0022      // m, half width at the root
 #define JAW_THICKNESS 0.0017  // m, of each jaw at the root
+#define TUBE_NTRI (2 * NSECTOR + 2 * (NSECTOR - 2))
 #define NVERT (4 * NSECTOR + 2 * 8)
-#define NTRI (2 * (2 * NSECTOR + 2 * (NSECTOR - 2)) + 2 * 12)
+#define NTRI (2 * TUBE_NTRI + 2 * 12)
+
+_Static_assert(OM_PSM_SHAFT_NVERT == 2 * NSECTOR, "the shaft is the first tube");
+_Static_assert(OM_PSM_SHAFT_NTRI == TUBE_NTRI, "the shaft is the first tube");
 
 // A capped cylinder or cone from a to b.
 static int write_tube(double* x, int v, OmVec3 a, OmVec3 b, double ra, double rb) {
