@@ -91,8 +91,12 @@ static void lift(Field* f, double share) {
 }
 
 static OmStatus make_scene(Field* f) {
-    const OmSenseLook fat = {
-        .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.5, .grain = 0.1, .is_smooth = true};
+    const OmSenseLook fat = {.red = 0.93,
+                             .green = 0.66,
+                             .blue = 0.36,
+                             .gloss = 0.6,
+                             .texture = OM_TEXTURE_FAT,
+                             .is_smooth = true};
     const OmSenseLook magenta = {.red = 0.85, .green = 0.08, .blue = 0.55, .gloss = 0.4};
     const OmSenseLook paint = {.red = 0.30, .green = 0.42, .blue = 0.48, .is_checker = true};
     const OmSenseLook steel = {.red = 0.55, .green = 0.57, .blue = 0.60, .gloss = 0.9};

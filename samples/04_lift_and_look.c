@@ -61,13 +61,12 @@ static OmStatus add_square(OmSenseScene* scene, OmVec3 centre, double half,
 }
 
 static OmStatus make_scene(Field* f) {
-    const OmSenseLook look = {
-        .red = 0.93, .green = 0.66, .blue = 0.36, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
+    const OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     const OmSenseLook paint = om_sense_look(OM_PART_BOARD);
     const OmSenseLook magenta = om_sense_look(OM_PART_ROI);
     OmStatus status = om_tet_mesh_boundary(&f->mesh, &f->surface, &f->surface_vert);
     if (status == OM_OK) status = om_sense_scene_create(&f->scene);
-    if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->surface, &look, &f->surface_id);
+    if (status == OM_OK) status = om_sense_scene_add(f->scene, &f->surface, &fat, &f->surface_id);
     if (status == OM_OK) status = add_square(f->scene, om_vec3(0.04, 0.04, -1e-4), 0.1, &paint);
     if (status == OM_OK) status = add_square(f->scene, om_vec3(0.06, 0.06, 1e-4), 0.005, &magenta);
     return status;

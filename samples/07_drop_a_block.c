@@ -72,7 +72,8 @@ static OmStatus drop(Field* f) {
 }
 
 static OmStatus make_scene(Field* f) {
-    const OmSenseLook fat = {0.93, 0.66, 0.36, .gloss = 0.4, .is_smooth = true, .grain = 0.1};
+    const OmSenseLook fat = {
+        0.93, 0.66, 0.36, .gloss = 0.6, .is_smooth = true, .texture = OM_TEXTURE_FAT};
     const OmSenseLook steel = {0.55, 0.58, 0.62, .gloss = 0.8, .is_smooth = true};
     const OmSenseLook paint = {0.30, 0.42, 0.48, .is_checker = true};
     int id;

@@ -33,12 +33,24 @@ OM_API bool om_camera_project(const OmCamera* camera, OmVec3 p_world, double* u,
 /// Unit direction in the world of the ray through pixel coordinates (u, v).
 OM_API OmVec3 om_camera_ray(const OmCamera* camera, double u, double v);
 
+/// Solid textures. They stick to the material: positions at om_sense_scene_add say where in the texture a vertex is.
+typedef enum OmSenseTexture {
+    OM_TEXTURE_NONE,
+    OM_TEXTURE_FAT,    // lobules of 5 mm between septa
+    OM_TEXTURE_ORGAN,  // fine mottling and vessels
+    OM_TEXTURE_STEEL,  // brushed along z of the positions when added
+    OM_NTEXTURE
+} OmSenseTexture;
+
 typedef struct OmSenseLook {
-    double red, green, blue;  // 0 to 1
-    double gloss;             // strength of highlights, 0 to 1
-    bool is_smooth;           // normals of vertices, not of triangles
-    bool is_checker;          // squares of 10 mm in two shades, for boards
-    double grain;             // variation of shade fixed to the material, 0 to 1; 0.1 suits fat
+    double red, green, blue;  // 0 to 1, linear light
+    double gloss;             // strength of highlights, 0 to 1: 1 is wet
+    double metal;             // 0 to 1: highlights take the colour, diffuse light vanishes
+    double
+        crease;  // if smooth: cosine below which a corner keeps the triangle's normal; 0: none does
+    bool is_smooth;   // normals of vertices, not of triangles
+    bool is_checker;  // squares of 10 mm in two shades, for boards
+    OmSenseTexture texture;
 } OmSenseLook;
 
 typedef enum OmSensePart {
@@ -47,11 +59,36 @@ typedef enum OmSensePart {
     OM_PART_ROI,
     OM_PART_HELD,  // attachments
     OM_PART_BOARD,
-    OM_PART_TOOL,
+    OM_PART_TOOL,   // wrist and jaws
+    OM_PART_SHAFT,  // of a tool
     OM_NPART
 } OmSensePart;
 /// The look of a part in the pictures of omentum: colours that differ for colour-blind eyes, too.
 OM_API OmSenseLook om_sense_look(OmSensePart part);
+
+/// Colours for segmentation. In a picture of om_sense_render, 98 % or more of the pixels of a part are in its range
+/// (test_sense_segment), and no colour is in the ranges of two parts; tools and their shafts share one.
+///
+/// | part    | hue, degrees | saturation   | value        |
+/// |---------|--------------|--------------|--------------|
+/// | tissue  | 20 to 62     | 0.22 to 1    | 0.10 to 1    |
+/// | organ   | 340 to 20    | 0.22 to 1    | 0.10 to 1    |
+/// | ROI     | 280 to 340   | 0.22 to 1    | 0.10 to 1    |
+/// | held    | 210 to 280   | 0.22 to 1    | 0.02 to 1    |
+/// | board   | 120 to 210   | 0.22 to 1    | 0.10 to 1    |
+/// | tool    | any          | 0 to 0.22    | 0.02 to 1    |
+/// | nothing | 120 to 210   | 0.22 to 1    | 0 to 0.10    |
+typedef struct OmSenseRange {
+    double hue_min,
+        hue_max;  // degrees; min belongs to the range, max does not; 340 to 20 is over 0
+    double saturation_min, saturation_max;  // 0 to 1
+    double value_min, value_max;            // 0 to 1
+} OmSenseRange;
+OM_API OmSenseRange om_sense_range(OmSensePart part);
+/// Hue (degrees, 0 for grey), saturation and value of a pixel of a picture.
+OM_API void om_sense_hsv(const unsigned char rgb[3], double hsv[3]);
+/// The part in whose range a pixel's colour is (OM_PART_TOOL for shafts, too); OM_NPART if none.
+OM_API OmSensePart om_sense_part_of(const unsigned char rgb[3]);
 
 typedef struct OmSenseScene OmSenseScene;
 /// An empty scene.
@@ -72,12 +109,13 @@ OM_API OmStatus om_sense_scene_commit(OmSenseScene* scene);
 
 typedef struct OmSenseOptions {
     int samples;      // rays a pixel along each side, 1 to 4: antialiasing
-    bool has_shadow;  // one shadow ray a pixel
+    bool has_shadow;  // one shadow ray a sample
     int nworker;      // 0: one a processor; the picture does not depend on it
 } OmSenseOptions;
 OM_API OmSenseOptions om_sense_options_default(void);
 
-/// Shaded picture (RGB). `picture` is made by the caller with om_picture_init(width, height, 3).
+/// Shaded picture (RGB). Exposure is set for the middle of the object that was added first. `picture` is made by the
+/// caller with om_picture_init(width, height, 3).
 /// @return OM_OK; OM_INVALID (camera or samples out of range, a picture of another size)
 OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                                 const OmSenseOptions* options, OmPicture* picture);

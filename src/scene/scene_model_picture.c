@@ -27,7 +27,7 @@ static OmSenseLook look_of(int object) {
         [HELD] = OM_PART_HELD,   [CUT_ORGAN] = OM_PART_ORGAN, [CUT_TISSUE] = OM_PART_TISSUE};
     OmSenseLook look = om_sense_look(part[object]);
     look.gloss = 0.2;
-    look.grain = 0;
+    look.texture = OM_TEXTURE_NONE;
     look.is_smooth = object == ORGAN || object == ROI;
     return look;
 }

@@ -1,7 +1,7 @@
-// sense_embree.c: scenes of triangles for Embree 3, the only file that knows it.
+// sense_embree.c: scenes of triangles for Embree 3, the only file that includes its header.
 //
 // Deforming objects are refitted, not rebuilt: vertices move little between frames. The device builds with
-// one thread of its own; rays are cast from our loops, eight at a time.
+// one thread; rays are cast from our loops, eight at a time.
 #include <embree3/rtcore.h>
 #include <string.h>
 
@@ -12,6 +12,8 @@ struct OmSenseScene {
     RTCScene scene;
     Object* object;
     int nobject, capacity;
+    float* texture[OM_NTEXTURE];  // voxels; null until an object has the texture
+    OmVec3 exposure_point;
 };
 
 static OmStatus check_device(RTCDevice device, const char* doing) {
@@ -52,8 +54,9 @@ void om_sense_scene_destroy(OmSenseScene* scene) {
         if (o->geometry) rtcReleaseGeometry(o->geometry);
         om_surface_done(&o->surface);
         om_free(o->vert_normal);
-        om_free(o->vert_shade);
+        om_free(o->rest);
     }
+    for (int i = 0; i < OM_NTEXTURE; ++i) om_free(scene->texture[i]);
     if (scene->scene) rtcReleaseScene(scene->scene);
     if (scene->device) rtcReleaseDevice(scene->device);
     for (int i = 0; i < scene->nobject; ++i) om_free(scene->object[i].buffer);
@@ -110,10 +113,36 @@ static OmStatus check_surface(const OmSurface* s) {
     return OM_OK;
 }
 
+static OmStatus prepare_texture(OmSenseScene* scene, OmSenseTexture texture) {
+    OM_CHECK(texture >= 0 && texture < OM_NTEXTURE, OM_INVALID, "look: there is no texture %d",
+             (int)texture);
+    if (texture == OM_TEXTURE_NONE || scene->texture[texture]) return OM_OK;
+    return om__texture_bake(texture, &scene->texture[texture]);
+}
+
+static void write_rest(Object* o) {
+    for (int i = 0; o->rest && i < o->surface.nvert; ++i) {
+        OmVec3 t = om__texture_coordinates(o->look.texture, om_load3(o->surface.x, i));
+        o->rest[3 * i] = (float)t.x;
+        o->rest[3 * i + 1] = (float)t.y;
+        o->rest[3 * i + 2] = (float)t.z;
+    }
+}
+
+static OmVec3 box_middle(const OmSurface* s) {
+    OmVec3 lo = om_load3(s->x, 0), hi = lo;
+    for (int i = 1; i < s->nvert; ++i) {
+        lo = om_min3(lo, om_load3(s->x, i));
+        hi = om_max3(hi, om_load3(s->x, i));
+    }
+    return om_scale(0.5, om_add(lo, hi));
+}
+
 OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface, const OmSenseLook* look,
                             int* id) {
     *id = -1;
     OM_TRY(check_surface(surface));
+    OM_TRY(prepare_texture(scene, look->texture));
     OM_TRY(grow_objects(scene));
     Object o = {.look = *look, .is_shown = true, .is_changed = true};
     OmStatus status = om_surface_init(&o.surface, surface->nvert, surface->ntri);
@@ -123,10 +152,10 @@ OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface, const
     memcpy(o.surface.tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof(int));
     OM_ALLOC_DONE(o.buffer, nx + 4);  // the caster reads 16 bytes at the last vertex
     if (look->is_smooth) OM_ALLOC_DONE(o.vert_normal, nx);
-    if (look->grain > 0) OM_ALLOC_DONE(o.vert_shade, surface->nvert);
+    if (look->texture != OM_TEXTURE_NONE) OM_ALLOC_DONE(o.rest, nx);
     write_buffer(&o);
     compute_normals(&o);
-    om__choose_shades(&o);
+    write_rest(&o);
     RTCGeometry g = rtcNewGeometry(scene->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     o.geometry = g;
     rtcSetGeometryBuildQuality(g, RTC_BUILD_QUALITY_REFIT);
@@ -139,6 +168,7 @@ OmStatus om_sense_scene_add(OmSenseScene* scene, const OmSurface* surface, const
     rtcCommitGeometry(g);
     rtcAttachGeometryByID(scene->scene, g, (unsigned)scene->nobject);
     OM_TRY_DONE(check_device(scene->device, "adding triangles"));
+    if (scene->nobject == 0) scene->exposure_point = box_middle(surface);
     *id = scene->nobject;
     scene->object[scene->nobject++] = o;
     return OM_OK;
@@ -147,7 +177,7 @@ done:
     om_surface_done(&o.surface);
     om_free(o.buffer);
     om_free(o.vert_normal);
-    om_free(o.vert_shade);
+    om_free(o.rest);
     return status;
 }
 
@@ -185,6 +215,12 @@ OmStatus om_sense_scene_commit(OmSenseScene* scene) {
 }
 
 const Object* om__object(const OmSenseScene* scene, int id) { return &scene->object[id]; }
+
+const float* om__texture(const OmSenseScene* scene, OmSenseTexture texture) {
+    return scene->texture[texture];
+}
+
+OmVec3 om__exposure_point(const OmSenseScene* scene) { return scene->exposure_point; }
 
 // ---- casting ----------------------------------------------------------------------------------------------
 

@@ -35,7 +35,7 @@ typedef struct SimState {  // with the body's state: all that changes
 
 typedef struct Tool {  // what stays of an arm, and what is made from its state
     OmPsm psm;
-    int object;  // in the camera's scene
+    int shaft_id, head_id;  // in the scene of the cameras
     OmSurface surface;
 } Tool;
 
@@ -188,15 +188,32 @@ static OmStatus sim_advance(OmWorld* world, double dt) {
 
 // ---- cameras -------------------------------------------------------------------------------------------------
 
+// A dark shaft, and wrist and jaws of steel: two objects.
+static OmStatus add_tool(OmSenseScene* sense, Tool* tool) {
+    const OmSurface* whole = &tool->surface;
+    OmSurface shaft = *whole, head = {0};
+    shaft.nvert = OM_PSM_SHAFT_NVERT;
+    shaft.ntri = OM_PSM_SHAFT_NTRI;
+    OmSenseLook dark = om_sense_look(OM_PART_SHAFT), steel = om_sense_look(OM_PART_TOOL);
+    OM_TRY(om_sense_scene_add(sense, &shaft, &dark, &tool->shaft_id));
+    OM_TRY(om_surface_init(&head, whole->nvert - shaft.nvert, whole->ntri - shaft.ntri));
+    memcpy(head.x, whole->x + 3 * shaft.nvert, 3 * (size_t)head.nvert * sizeof *head.x);
+    for (int i = 0; i < 3 * head.ntri; ++i)
+        head.tri_vert[i] = whole->tri_vert[3 * shaft.ntri + i] - shaft.nvert;
+    OmStatus status = om_sense_scene_add(sense, &head, &steel, &tool->head_id);
+    om_surface_done(&head);
+    return status;
+}
+
 static OmStatus build_sense(SimWorld* w) {
     const OmSite* site = w->site;
     OM_TRY(om_sense_scene_create(&w->sense));
     OM_TRY(om_tet_mesh_boundary(&site->mesh, &w->tissue, &w->tissue_vert));
-    OmSenseLook fat = om_sense_look(OM_PART_TISSUE), steel = om_sense_look(OM_PART_TOOL);
+    OmSenseLook fat = om_sense_look(OM_PART_TISSUE);
     OM_TRY(om_sense_scene_add(w->sense, &w->tissue, &fat, &w->tissue_id));
     OM_TRY(om__world_add_anatomy(site, w->sense, &w->roi_id));
     for (int a = 0; a < w->head.narm; ++a) {
-        OM_TRY(om_sense_scene_add(w->sense, &w->tool[a].surface, &steel, &w->tool[a].object));
+        OM_TRY(add_tool(w->sense, &w->tool[a]));
     }
     w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
     w->rgbd = om__world_camera(site, &w->scene->rgbd, 1);
@@ -210,7 +227,9 @@ static OmStatus refresh_sense(SimWorld* w) {
     for (int a = 0; a < w->head.narm; ++a) {
         Tool* tool = &w->tool[a];
         om_psm_surface_update(&tool->psm, w->now.arm[a].q, w->now.arm[a].jaw, &tool->surface);
-        om_sense_scene_update(w->sense, tool->object, tool->surface.x, NULL);
+        const double* x = tool->surface.x;
+        om_sense_scene_update(w->sense, tool->shaft_id, x, NULL);
+        om_sense_scene_update(w->sense, tool->head_id, x + 3 * OM_PSM_SHAFT_NVERT, NULL);
     }
     OM_TRY(om_sense_scene_commit(w->sense));
     w->is_sense_stale = false;

@@ -161,7 +161,12 @@ static void pictures_do_not_depend_on_workers(void** state) {
     OmSurface sphere = make_sphere(om_vec3(0, 0, 0.05), 0.03, 30),
               square = make_square(-1, 1, 1, 0);
     assert_ok(om_sense_scene_create(&scene));
-    OmSenseLook smooth = {.red = 0.9, .green = 0.6, .blue = 0.3, .gloss = 0.5, .is_smooth = true};
+    OmSenseLook smooth = {.red = 0.9,
+                          .green = 0.6,
+                          .blue = 0.3,
+                          .gloss = 0.5,
+                          .is_smooth = true,
+                          .texture = OM_TEXTURE_ORGAN};
     assert_ok(om_sense_scene_add(scene, &sphere, &smooth, &id));
     assert_ok(om_sense_scene_add(scene, &square, &grey, &id));
     assert_ok(om_sense_scene_commit(scene));

@@ -299,7 +299,7 @@ static void refitting_is_building_anew(void** state) {
 }
 
 static OmStatus use_a_scene(const OmSurface* s) {
-    OmSenseLook look = {.red = 1, .is_smooth = true, .grain = 0.1};
+    OmSenseLook look = {.red = 1, .is_smooth = true, .texture = OM_TEXTURE_FAT};
     OmSenseScene* scene = NULL;
     OmPicture picture = {0};
     OmCamera c = look_down(16, 12);

@@ -17,6 +17,8 @@ static void test_parts_differ(void** unused) {
             const OmSenseLook b = om_sense_look(other);
             const double cb[3] = {b.red, b.green, b.blue};
             if (other == which) continue;
+            // attachments are marked in pictures of models, which have no tools with shafts
+            if (which == OM_PART_HELD && other == OM_PART_SHAFT) continue;
             for (int eyes = 0; eyes < NSIGHT; ++eyes) {
                 double d = color_distance(ca, cb, eyes);
                 if (!(d > APART)) fail_msg("parts %d and %d, eyes %d: %.1f", which, other, eyes, d);
