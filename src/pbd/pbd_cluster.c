@@ -1,19 +1,20 @@
-// pbd_cluster.c: which particles form which clusters.
+// pbd_cluster.c: assignment of particles to clusters.
 //
-// Centres lie on a lattice of at most cluster_spacing over the bounding box of the particles, which it fills; a
-// cluster is all within cluster_radius of its centre. A lattice leaves some particles out (at the corners of its
-// cells, and where the body is ragged): each in turn, by index, becomes the centre of one more cluster until all
-// are covered. Clusters of fewer than four particles have no shape to match and are left to that second stage.
-// Where overlaps hold no particle the body would fall apart: each particle in turn whose ball joins two parts
-// becomes the centre of one more cluster.
+// Centres lie on a lattice with a spacing of at most cluster_spacing that fills the bounding box of the
+// particles. A cluster is all particles within cluster_radius of its centre. A lattice leaves some particles out
+// (at the corners of its cells, and at irregular borders): each of them, by index, becomes the centre of a
+// further cluster until all are covered. Clusters of fewer than four particles have no shape to match; this
+// second stage covers their particles. Where overlaps contain no particle the body would fall apart: each
+// particle in turn whose ball joins two parts becomes the centre of a further cluster.
 #include <string.h>
 
 #include "pbd/pbd_internal.h"
 
 #define LEAST_MEMBER 4
 #define MAX_CENTER 4000000
-#define STACKED 2.0  // standard deviations of a cluster's members that make a body higher than it
-#define FLAT 1e-4    // of the largest spread: directions without extent
+// a body higher than this many standard deviations of a cluster's members is stacked
+#define STACKED 2.0
+#define FLAT 1e-4  // of the largest spread: directions without extent
 
 typedef struct Grid {  // particles by cells of the bounding box
     OmGrid cell;       // from the lowest corner of the box; dim: cells
@@ -58,10 +59,10 @@ static OmStatus make_grid(const OmTetMesh* mesh, double cell, Grid* g) {
         ++g->adr[cell_of(g, om_load3(mesh->x, i)) + 1];
     }
     for (size_t k = 0; k < ncell; ++k) g->adr[k + 1] += g->adr[k];
-    for (int i = mesh->nvert - 1; i >= 0; --i) {  // from behind, so that cells are ascending
+    for (int i = mesh->nvert - 1; i >= 0; --i) {  // backwards, so that cells are ascending
         g->vert[--g->adr[cell_of(g, om_load3(mesh->x, i)) + 1]] = i;
     }
-    // each adr[k + 1] now is where cell k begins: move up by one
+    // each adr[k + 1] now is the start of cell k: shift by one
     for (size_t k = 0; k < ncell; ++k) g->adr[k] = g->adr[k + 1];
     g->adr[ncell] = mesh->nvert;
     return OM_OK;
@@ -87,7 +88,7 @@ static int find_ball(Builder* b, OmVec3 p) {
     return num;
 }
 
-// The found particles become a cluster.
+// Make a cluster of the found particles.
 static OmStatus add_cluster(Builder* b, int num) {
     OmPbdClusters* s = b->shape;
     int nmember = s->adr ? s->adr[s->ncluster] : 0;
@@ -144,13 +145,13 @@ static OmStatus place_clusters(Builder* b) {
 
 // ---- one body ---------------------------------------------------------------------------------------
 
-// The particle that stands for i's part.
+// The representative of the part that contains i.
 static int find_part(int* part, int i) {
     while (part[i] != i) i = part[i] = part[part[i]];
     return i;
 }
 
-// All found particles are of one part from now on; how many parts that joined.
+// Join all found particles to one part; returns the number of joined parts.
 static int join_found(int* part, const int* vert, int num) {
     int njoin = 0, root = num > 0 ? find_part(part, vert[0]) : 0;
     for (int n = 1; n < num; ++n) {
@@ -183,7 +184,7 @@ static OmStatus join_parts(Builder* b, int* part) {
 
 // ---- weights ----------------------------------------------------------------------------------------
 
-// Clusters of each particle, and its share.
+// Clusters of each particle, and its weight in each.
 static OmStatus make_incidence(const OmTetMesh* mesh, OmPbdClusters* s) {
     int nmember = s->adr[s->ncluster];
     OM_ALLOC(s->part_share, mesh->nvert);
@@ -241,8 +242,8 @@ static void weigh_cluster(const OmTetMesh* mesh, const double* mass, OmPbdCluste
     om_store3(fl, 0, flat.cx), om_store3(fl, 1, flat.cy), om_store3(fl, 2, flat.cz);
 }
 
-// How far the clusters of one part of the body are stacked along the weight: from the lowest centre to the highest.
-// A body no higher than the clusters themselves (a sheet that lies flat) is not stacked.
+// Height of the stack of clusters of one part of the body along the weight: from the lowest centre to the highest.
+// A body no higher than a cluster (a sheet that lies flat) is not stacked.
 static OmStatus measure_height(const OmTissueModel* m, double radius, int* part, OmPbdClusters* s) {
     OmStatus status = OM_OK;
     double *lo = NULL, *hi = NULL, g = om_norm(m->def.gravity);

@@ -2,15 +2,15 @@
 // of stable neo-Hookean materials"; the law is OM_STABLE_NEO_HOOKEAN of tissue_material.h).
 //
 // W = mu/2 (I1 - 3) + (lambda + mu)/2 (J - gamma)^2 + const., gamma = 1 + mu / (lambda + mu), is the energy
-// C^2 / (2 alpha) of two constraints: J - gamma with the compliance 1 / ((lambda + mu) V) and sqrt(I1) with
-// 1 / (mu V). At rest neither is zero, their forces cancel; so each element solves for both multipliers at once.
+// C^2 / (2 alpha) of two constraints: J - gamma with the compliance 1 / ((lambda + mu) V) and sqrt(I1) with 1 /
+// (mu V). At rest neither is zero and their forces cancel, so each element solves for both multipliers at once.
 //
-// Multipliers do not begin a substep at zero, as they do in the paper, but at what the positions at its beginning
-// ask for, as far as an explicit step can bear it: equilibrium stays equilibrium, whatever the substep and however
-// few iterations. From zero, elements go a way until theirs are found, which turns the gradients they have used:
-// an indentation took 10 % too little force at 20 substeps.
+// Multipliers do not begin a substep at zero, as in the paper, but at the values of the positions at its
+// beginning, limited to what an explicit step can bear: equilibrium stays equilibrium for any substep and any
+// number of iterations. From zero, elements move before their multipliers converge, which rotates the gradients
+// already used: an indentation had 10 % too little force at 20 substeps.
 //
-// Elements are coloured so that those of one colour share no vertex: Gauss and Seidel's scheme, in parallel, with
+// Elements are coloured so that those of one colour have no common vertex: a parallel Gauss-Seidel scheme with
 // the same bytes for any number of workers.
 #include <string.h>
 
@@ -24,14 +24,14 @@
 #endif
 
 #define LANE OM__PBD_LANE
-#define MOST 1e200  // a multiplier beyond is not used
-#define NWORD 8     // of 64 colours: more elements at a vertex than any mesh of ours has
+#define MOST 1e200  // a larger multiplier is not used
+#define NWORD 8     // of 64 colours: more than elements at a vertex of any practical mesh
 // h^2 stiffness / mass of an element up to which it starts with its whole force
 #define EXPLICIT 1.0
 #define VISCOUS 0.5         // of mu V sum |grad|^2 / m: a sheared block then decays as it should
 #define LEAST_STRETCH 1e-6  // sqrt(I1) below which it has no direction
 
-// The first colour that none of the element's vertices has seen; -1 if there is none.
+// The first colour that is free at all of the element's vertices; -1 if there is none.
 static int free_color(const uint64_t* seen, const int* vert) {
     for (int w = 0; w < NWORD; ++w) {
         uint64_t all = 0;
@@ -44,7 +44,7 @@ static int free_color(const uint64_t* seen, const int* vert) {
     return -1;
 }
 
-// Colour of each element, and how many of each there are.
+// Colour of each element, and the number of elements of each colour.
 static OmStatus color_elements(const OmTetMesh* mesh, int* color, int count[64 * NWORD]) {
     uint64_t* seen = om_calloc((size_t)mesh->nvert * NWORD, sizeof *seen);
     if (!seen) return OM_NO_MEMORY;
@@ -249,7 +249,7 @@ INLINE void find_give(const OmPbdBatch* restrict b, const double* restrict give,
     }
 }
 
-// What multipliers move vertices by: x += w grad C l, or what holds them bears it.
+// Displacement of vertices by the multipliers: x += w grad C l; for a prescribed vertex it is a reaction.
 INLINE void apply_multipliers(const OmPbdStep* s, const OmPbdBatch* b, const Gradients* g,
                               const Lanes lh, const Lanes ld) {
     Lanes d[12];
@@ -265,8 +265,8 @@ INLINE void apply_multipliers(const OmPbdStep* s, const OmPbdBatch* b, const Gra
         }
 }
 
-// Multipliers to begin with: those of the positions at the beginning of the substep, -C sub^2 / alpha, or the
-// part of them that an explicit step can bear.
+// Initial multipliers: those of the positions at the beginning of the substep, -C sub^2 / alpha, or the
+// fraction of them that an explicit step can bear.
 OM_MULTIVERSION void om__pbd_start_elements(const OmPbdStep* s, int begin, int end) {
     double sub2 = s->sub * s->sub;
     for (int n = begin; n < end; ++n) {
@@ -318,20 +318,21 @@ OM_MULTIVERSION void om__pbd_solve_elements(const OmPbdStep* s, int begin, int e
 
 // ---- internal friction ---------------------------------------------------------------------------------
 
-// After each substep, element by element, velocities go a share of the way to the rigid motion that has the
-// momentum of the element's vertices. That is an orthogonal projection in the masses: it takes energy and keeps
-// momentum, however deformed the element is. What holds vertices bears their share. The share is that of a viscous
-// shear stress; one pass a substep damps long waves up to a viscosity of about edge^2 density / sub.
+// After each substep, element by element, velocities move a fraction of the distance to the rigid motion with the
+// momentum of the element's vertices. This is an orthogonal projection in the masses: it dissipates energy and
+// conserves momentum for any deformation. Prescribed vertices take their part as a reaction. The fraction is that
+// of a viscous shear stress; one pass a substep damps long waves up to a viscosity of about edge^2 density / sub.
 //
-// Where no time of friction is given, it acts on what velocities have gained since the step began, and no further than
-// energy falls: as implicit Euler it damps what changes within two steps, and bears nothing in a steady motion.
-// Without it a cube of 60 mm (10 kPa) dropped from 1 m bounced for two seconds, tumbled and came to rest 285 mm
-// aside; so did finite elements of the same mesh at steps of 1 ms (271 mm), which lose as little: the mesh's diagonals
-// give the rebound a spin. Tried and rejected: viscous constraints on the Green strain's rate (elements stretched far
-// lock, and forces at the end of the way make a spin grow), colours in alternating order (no better).
+// Where no time of friction is given, it acts on the change of velocities since the step began, as long as energy
+// falls: like implicit Euler it damps changes within two steps, and does not act on a steady motion. Without it a cube
+// of 60 mm (10 kPa) dropped from 1 m bounced for two seconds, tumbled and came to rest 285 mm aside; so did finite
+// elements of the same mesh at steps of 1 ms (271 mm), which dissipate equally little: the mesh's diagonals give the
+// rebound a spin. Tried and rejected: viscous constraints on the rate of the Green strain (strongly stretched elements
+// lock, and forces at the end of the substep make a spin grow), colours in alternating order (no better).
 typedef struct Motion {
     Lanes x[12], mass[4];  // at the vertices
-    Lanes v[12], old[12];  // what velocities are about, and the rest of them; out: v, the way
+    // velocity, relative to the rigid part, and the rest of it; out: v, the change
+    Lanes v[12], old[12];
 } Motion;
 
 INLINE void fit_motion(Motion* m, Lanes part) {
@@ -377,7 +378,7 @@ INLINE void fit_motion(Motion* m, Lanes part) {
             norm += mass * (dp * dp + dq * dq + ds * ds);
             m->v[3 * a][l] = dp, m->v[3 * a + 1][l] = dq, m->v[3 * a + 2][l] = ds;
         }
-        // of less than the whole way: no further than energy falls
+        // limited to the fraction at which energy still falls
         double max = loss > 0 ? loss : 0, share = part[l] * norm;
         double num = share < max ? share : max;
         part[l] = is_good && norm > 1e-300 ? num / norm : 0;
@@ -418,7 +419,7 @@ OM_MULTIVERSION void om__pbd_calm_elements(const OmPbdStep* s, int begin, int en
 
 // ---- forces and energy at given positions, for om_tissue_get_* ------------------------------------------
 
-// The elements' forces at x: -dW/dx, from the constraints' own multipliers -C / alpha.
+// Forces of the elements at x: -dW/dx, from the constraints' own multipliers -C / alpha.
 OmStatus om__pbd_add_internal_force(const OmTissueModel* m, const double* x,
                                     const unsigned char* mask, double* force, OmVec3* sum) {
     const OmPbd* pbd = m->data;

@@ -1,11 +1,11 @@
-// pbd_internal.h: what the files of the room share.
+// pbd_internal.h: shared by the files of the room.
 #ifndef OMENTUM_PBD_INTERNAL_H
 #define OMENTUM_PBD_INTERNAL_H
 
 #include "omentum/pbd.h"
 #include "tissue/tissue_internal.h"
 
-#define OM__PBD_LANE 8  // clusters turned at once
+#define OM__PBD_LANE 8  // clusters rotated at once
 #define OM__PBD_MAP 16  // doubles of a cluster's map: columns of R and t, four each
 
 typedef struct OmPbdClusters {  // region-based shape matching, constant
@@ -32,8 +32,9 @@ typedef struct OmPbdTet {
     double viscous_rate;       // of its shear, a second of internal friction: 1/s^2
 } OmPbdTet;
 
-typedef struct OmPbdBatch {  // elements of one colour, a lane each; lanes left over repeat the last
-    int num;                 // lanes that count
+// elements of one colour, a lane each; unused lanes repeat the last element
+typedef struct OmPbdBatch {
+    int num;  // used lanes
     int vert[4][OM__PBD_LANE];
     double grad[9][OM__PBD_LANE], gamma[OM__PBD_LANE];
     double volume_compliance[OM__PBD_LANE], shape_compliance[OM__PBD_LANE];
@@ -59,7 +60,7 @@ typedef struct OmPbd {  // of a model
     OmPbdDef def;
     OmPbdClusters shape;   // of OM_PBD_CLUSTERS, else empty
     OmPbdElastic elastic;  // of the others, else empty
-    bool has_pairs;        // particles keep away from each other
+    bool has_pairs;        // particles keep a distance from each other
 } OmPbd;
 
 typedef struct OmPbdFrame {  // an obstacle in a substep
@@ -70,12 +71,12 @@ typedef struct OmPbdFrame {  // an obstacle in a substep
 } OmPbdFrame;
 
 enum {                       // what a particle is in a substep, bits
-    OM__PBD_PRESCRIBED = 1,  // moved by a tool or held still
-    OM__PBD_SPRING = 2,      // drawn to an anchor
+    OM__PBD_PRESCRIBED = 1,  // moved by a tool or fixed
+    OM__PBD_SPRING = 2,      // attached to an anchor by a spring
     OM__PBD_NEAR = 4         // near an obstacle
 };
 
-#define OM__PBD_NEIGHBOR 16  // particles that one keeps away from, at most
+#define OM__PBD_NEIGHBOR 16  // largest number of neighbours of a particle
 
 typedef struct OmPbdPairs {  // of self-collision, else empty
     uint32_t mask;           // buckets less one, a power of two less one
@@ -91,7 +92,7 @@ typedef struct OmPbdPairs {  // of self-collision, else empty
 typedef struct OmPbdWork {  // of a work
     double* begin;          // positions at the beginning of the substep                (nvert x 3)
     double* map;            // of clusters: columns of R and t, (3.13)   (ncluster x OM__PBD_MAP)
-    double* hold;           // what holds prescribed vertices, N                         (nvert x 3)
+    double* hold;           // reaction of prescribed vertices, N                     (nvert x 3)
     double* v_begin;        // velocities of prescribed vertices at the step's begin     (nvert x 3)
     unsigned char* kind;    //                                                (nvert)
     double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
@@ -163,11 +164,11 @@ OmStatus om__pbd_get_energy(const OmTissueModel* model, const double* x, double*
 
 OmStatus om__pbd_make_pairs(int nvert, OmPbdPairs* pairs);
 void om__pbd_pairs_done(OmPbdPairs* pairs);
-/// The grid of the predicted positions; by one member of the team.
+/// Build the grid of the predicted positions; called by one member of the team.
 void om__pbd_fill_grid(OmPbdStep* s);
-/// Whom particles [begin, end) have to keep away from; is there anyone?
+/// Find the neighbours of particles [begin, end); are there any?
 bool om__pbd_find_pairs(OmPbdStep* s, int begin, int end);
-/// How far that takes them in this iteration; then, after all have asked, take them there.
+/// Corrections of this iteration; then, after all members have computed theirs, apply them.
 void om__pbd_find_shifts(OmPbdStep* s, int begin, int end);
 void om__pbd_shift(OmPbdStep* s, int begin, int end);
 
@@ -187,11 +188,11 @@ static inline size_t om__pbd_nlambda(const OmPbd* pbd) {
 // ---- pbd_contact.c
 
 OmStatus om__pbd_reserve(OmPbdWork* work, int nvert, int nobstacle);
-/// Obstacles at substep s->k; by one member of the team.
+/// Update the obstacles at substep s->k; called by one member of the team.
 void om__pbd_move_obstacles(OmPbdStep* s);
-/// Which obstacles particle i, predicted at x, has to look at in this substep; is there one?
+/// Select the obstacles near particle i, predicted at x, in this substep; is there one?
 bool om__pbd_find_near(OmPbdStep* s, int i);
-/// Out of obstacles, with friction; by planes that stand for them but in the last iteration.
+/// Move particles out of obstacles, with friction; planes replace the obstacles except in the last iteration.
 void om__pbd_push_out(OmPbdStep* s, int i, bool is_last);
 /// Resultants of the step.
 void om__pbd_report_contacts(OmPbdStep* s);

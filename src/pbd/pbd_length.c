@@ -1,15 +1,15 @@
 // pbd_length.c: XPBD on the lengths of edges and the volumes of elements (Macklin et al. 2016).
 //
-// C = |a - b| - rest length with the compliance 1 / k, and C = V - V0 with V0 / K. Elements go through their edges
-// and their volume in the colours of pbd_elastic.c; an edge that n elements share is n springs of k / n. Springs
-// and a bulk modulus are not an elastic law: they have no Poisson's ratio of their own, and what they resist depends
-// on the mesh.
+// C = |a - b| - rest length with the compliance 1 / k, and C = V - V0 with V0 / K. Elements process their edges and
+// their volume in the colours of pbd_elastic.c; an edge of n elements is n springs of k / n. Springs and a bulk
+// modulus are not an elastic law: they have no Poisson's ratio of their own, and their resistance depends on the
+// mesh.
 #include "base/base_multiversion.h"
 #include "pbd/pbd_internal.h"
 
 static const int edge_corner[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
 
-// How many elements have each of the element's edges: those around one end that also have the other.
+// Number of elements at each of the element's edges: elements around one end that also have the other.
 static int count_sharing(const OmTetMesh* mesh, const int* adr, const int* elem, int a, int b) {
     int count = 0;
     for (int n = adr[a]; n < adr[a + 1]; ++n) {
@@ -51,7 +51,7 @@ done:
     return status;
 }
 
-// Vertex i goes by its share of d, or what holds it bears d.
+// Vertex i moves by its part of d; for a prescribed vertex it is a reaction.
 static inline void give_way(const OmPbdStep* s, int i, OmVec3 d) {
     double give = s->w->give[i];
     if (give > 0)
@@ -64,7 +64,7 @@ static inline void solve_edge(const OmPbdStep* s, int a, int b, double rest, dou
                               double* lambda) {
     OmVec3 d = om_sub(om_load3(s->x, a), om_load3(s->x, b));
     double length = om_norm(d), soft = compliance / (s->sub * s->sub);
-    if (!(length > 1e-12)) return;  // no direction to part them in
+    if (!(length > 1e-12)) return;  // no direction to separate them
     double more = (rest - length - soft * *lambda) / (s->w->give[a] + s->w->give[b] + soft);
     *lambda += more;
     d = om_scale(more / length, d);

@@ -1,4 +1,4 @@
-// pbd_model.c: definitions checked, masses of particles, the engine's row of functions.
+// pbd_model.c: validation of definitions, masses of particles, the engine's table of functions.
 #include <string.h>
 
 #include "pbd/pbd_internal.h"
@@ -114,7 +114,7 @@ static const OmPbd* pbd_of(const OmTissueModel* m) {
     return m->engine->create == pbd_create ? m->data : NULL;
 }
 
-// ---- what clusters can carry --------------------------------------------------------------------------
+// ---- stiffness of clusters ----------------------------------------------------------------------------
 
 // In an iteration a particle goes alpha of the way from where it is to the mean of its clusters' goals. Of a
 // smooth displacement u the means of clusters and the mean over the clusters of a particle leave
@@ -180,7 +180,7 @@ static OmStatus pbd_create(OmTissueModel* m) {
     OM_TRY(check_def(&def));
     OmPbd* pbd = om_calloc(1, sizeof *pbd);
     if (!pbd) return OM_NO_MEMORY;
-    m->data = pbd;  // freed with the model, whatever fails below
+    m->data = pbd;  // freed with the model, also after a failure below
     m->engine = &engine[def.kind];
     pbd->def = def;
     pbd->has_pairs = def.has_self_collision && def.collision_distance > 0;
@@ -196,7 +196,7 @@ static size_t pbd_get_state_size(const OmTissueModel* m) {
     return 4 * (size_t)(pbd->shape.nbatch * OM__PBD_LANE) * sizeof(double);
 }
 
-// Positions from outside may be turned by any angle: rotations from the polar decomposition, one by one.
+// Positions set from outside may be rotated by any angle: rotations come from the polar decomposition, one by one.
 static void pbd_sync_state(const OmTissueModel* m, OmTissueState* s) {
     const OmPbd* pbd = m->data;
     const OmPbdClusters* shape = &pbd->shape;
@@ -250,7 +250,7 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     const OmPbd* pbd = m->data;
     OmPbdWork* pw = om_calloc(1, sizeof *pw);
     if (!pw) return OM_NO_MEMORY;
-    w->data = pw;  // freed with the work, whatever fails below
+    w->data = pw;  // freed with the work, also after a failure below
     size_t n = (size_t)m->mesh.nvert, ncluster = (size_t)pbd->shape.ncluster;
     pw->begin = om_calloc(3 * n, sizeof(double));
     pw->map = om_calloc(OM__PBD_MAP * ncluster, sizeof(double));

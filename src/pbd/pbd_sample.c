@@ -54,7 +54,7 @@ static OmStatus sample(OmVec3 lo, OmVec3 hi, double spacing, const OmSdf* sdf,
     return OM_OK;
 }
 
-// The box around the nodes that are inside, and the volume: cells cut by the surface count by their share.
+// The bounding box of the inside nodes, and the volume: cells cut by the surface count by their inside fraction.
 static OmStatus measure(const OmSdf* sdf, OmVec3* lo, OmVec3* hi, double* volume) {
     *lo = om_vec3(INFINITY, INFINITY, INFINITY);
     *hi = om_scale(-1, *lo);
@@ -67,7 +67,7 @@ static OmStatus measure(const OmSdf* sdf, OmVec3* lo, OmVec3* hi, double* volume
                 count += fmin(1, fmax(0, 0.5 + depth / d));
                 if (!(depth > 0)) continue;
                 OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
-                double out = fmin(depth, d);  // the surface lies this far beyond
+                double out = fmin(depth, d);  // distance to the surface beyond this point
                 *lo = om_min3(*lo, om_sub(p, om_vec3(out, out, out)));
                 *hi = om_max3(*hi, om_add(p, om_vec3(out, out, out)));
             }

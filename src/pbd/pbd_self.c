@@ -1,16 +1,17 @@
-// pbd_self.c: particles keep collision_distance from each other, but for those that are near at rest.
+// pbd_self.c: particles keep collision_distance from each other, except pairs that are near at rest.
 //
-// A hash grid of the predicted positions, made once a substep by counting, gives each particle the ones near it in
-// a fixed order. In every iteration each finds its own half of all pairs' corrections from the same positions
-// (Jacobi's scheme), so nobody writes what another reads, and any number of workers gives the same bytes. A pair's
-// correction is divided by half the larger number of neighbours of the two: both take the same, momentum stays.
+// A hash grid of the predicted positions, built once a substep by counting, gives each particle its neighbours in
+// a fixed order. In every iteration each particle computes its own half of all pairs' corrections from the same
+// positions (Jacobi's scheme), so no worker writes data that another one reads, and results do not depend on the
+// number of workers. A pair's correction is divided by half the larger number of neighbours of the two: both use
+// the same number, so momentum is conserved.
 #include <string.h>
 
 #include "pbd/pbd_internal.h"
 
 #define NEAR OM__PBD_NEIGHBOR
-#define REACH 1.25     // of the distance kept: who is looked at
-#define REST_NEAR 1.5  // of it: pairs nearer than this at rest may be as near as they like
+#define REACH 1.25     // of the kept distance: neighbours within this are examined
+#define REST_NEAR 1.5  // of the kept distance: pairs nearer than this at rest are exempt
 
 OmStatus om__pbd_make_pairs(int nvert, OmPbdPairs* p) {
     size_t n = (size_t)nvert, nbucket = 64;
@@ -59,16 +60,16 @@ void om__pbd_fill_grid(OmPbdStep* s) {
         ++p->adr[bucket_of(p, c[0], c[1], c[2]) + 1];
     }
     for (uint32_t b = 0; b <= p->mask; ++b) p->adr[b + 1] += p->adr[b];
-    for (int i = n - 1; i >= 0; --i) {  // from behind, so that buckets are ascending
+    for (int i = n - 1; i >= 0; --i) {  // backwards, so that buckets are ascending
         const int* c = p->cell + 3 * (size_t)i;
         p->order[--p->adr[bucket_of(p, c[0], c[1], c[2]) + 1]] = i;
     }
-    // each adr[b + 1] now is where bucket b begins: move down by one
+    // each adr[b + 1] now is the start of bucket b: shift by one
     for (uint32_t b = 0; b <= p->mask; ++b) p->adr[b] = p->adr[b + 1];
     p->adr[p->mask + 1] = n;
 }
 
-// Those of one cell that particle i has to keep away from.
+// Neighbours of particle i in one cell.
 static void look_into(OmPbdStep* s, int i, const int c[3]) {
     OmPbdPairs* p = &s->w->pairs;
     double d = s->pbd->def.collision_distance, reach2 = REACH * d * REACH * d;
@@ -99,7 +100,7 @@ bool om__pbd_find_pairs(OmPbdStep* s, int begin, int end) {
     return is_any;
 }
 
-// What the pair wants of particle i.
+// Correction of particle i by the pair.
 static OmVec3 part_pair(const OmPbdStep* s, int i, int j) {
     const OmPbdDef* def = &s->pbd->def;
     OmVec3 zero = {0, 0, 0};
@@ -109,11 +110,12 @@ static OmVec3 part_pair(const OmPbdStep* s, int i, int j) {
     OmVec3 was = om_sub(om_load3(s->w->begin, i), om_load3(s->w->begin, j));
     double length = om_norm(apart), before = om_norm(was);
     OmVec3 n = om_scale(1 / (length > 0 ? length : 1), apart);
-    if (om_dot(apart, was) < 0) {  // they passed each other: back to the side they came from
+    if (om_dot(apart, was) < 0) {  // they passed each other: move back to the original side
         n = om_scale(1 / before, was);
         length = om_dot(n, apart);
     }
-    double goal = before + def->recover_speed * s->sub;  // began inside: comes out slowly
+    // inside at the beginning: moves out slowly
+    double goal = before + def->recover_speed * s->sub;
     double depth = (goal < def->collision_distance ? goal : def->collision_distance) - length;
     if (!(depth > 0)) return zero;
     OmVec3 slip = om_sub(apart, was);

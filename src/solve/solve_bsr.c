@@ -1,7 +1,7 @@
 // solve_bsr.c: the pattern of a block matrix, its addresses, and y = A x in double.
 //
-// The pattern is built without hashing: elements are listed by vertex (a transposed incidence), each row
-// gathers the vertices of its elements, marks what it has seen, and sorts them.
+// The pattern is built without hashing: elements are listed by vertex (a transposed incidence); each row
+// gathers the vertices of its elements, marks visited ones, and sorts them.
 #include <string.h>
 
 #include "solve/solve_internal.h"
@@ -40,7 +40,7 @@ static void sort_ints(int* a, int n) {
     }
 }
 
-// Neighbours of vertex v in ascending order; mark[w] == v says that w was seen. Returns their number.
+// Neighbours of vertex v in ascending order; mark[w] == v: w was visited. Returns their number.
 static int gather_row(const Incidence* inc, int k, const int* elem_vert, int v, int* mark,
                       int* out) {
     int n = 0;
@@ -58,8 +58,8 @@ static int gather_row(const Incidence* inc, int k, const int* elem_vert, int v, 
     return n;
 }
 
-// Number the edges and find both blocks of each: rows are swept in order, so the lower blocks of row j
-// are met in the order of their columns, one after the other.
+// Number the edges and find both blocks of each: rows are visited in order, so the lower blocks of row
+// j are found in the order of their columns, one after the other.
 static void number_edges(OmBsr* A, int* next_lower) {
     int e = 0;
     for (int i = 0; i < A->nvert; ++i) next_lower[i] = A->row_adr[i] + 1;

@@ -1,27 +1,28 @@
 // solve_cg.c: conjugate gradients in float inside iterative refinement in double.
 //
 // The whole solve runs in one team of threads. An iteration is the single-reduction form of Chronopoulos
-// and Gear (1989), two barriers instead of three: s = A p is carried by recurrence, so the only product is
-// w = A u with u = M^-1 r. What that and float cost in accuracy is repaired outside: when CG believes it
-// has converged, the residual is recomputed in double and CG starts again from it if it was wrong. The
-// vectors of CG are scaled by the norm of that residual, so b may have any magnitude.
+// and Gear (1989), two barriers instead of three: s = A p is updated by recurrence, so the only product is
+// w = A u with u = M^-1 r. The recurrence and float lose accuracy, which the outer refinement restores:
+// when CG seems to have converged, the residual is recomputed in double, and CG restarts from it if it is
+// too large. The vectors of CG are scaled by the norm of that residual, so b may have any magnitude.
 //
-// A correction is kept only if the residual is smaller with it (or the energy, where a number of iterations is
-// wanted and not a residual). Where float reduces the residual no more, CG in double goes on (solve_double.c).
+// A correction is kept only if it reduces the residual (or the energy, if the number of iterations is fixed
+// and no residual is required). Where float no longer reduces the residual, CG in double continues
+// (solve_double.c).
 //
-// One or eight right-hand sides ("lanes") go through the same code with other kernels. Lanes do not mix: each
-// has its own coefficients, and one that is done stands still until all are.
+// One or eight right-hand sides ("lanes") are solved by the same code with different kernels. Lanes are
+// independent: each has its own coefficients, and a converged lane waits for the others.
 #include <limits.h>
 #include <math.h>
 
 #include "solve/solve_internal.h"
 
-// What float CG is trusted to reduce the residual by before it is recomputed.
+// Largest reduction of the residual by float CG before it is recomputed.
 #define INNER_GAIN 1e-4
-// A correction that leaves more of the residual is the last one in float.
+// A correction that leaves a larger fraction of the residual is the last one in float.
 #define LEAST_GAIN 0.9
-// So many iterations in double with block Jacobi count as one with multigrid. It takes as long as three of them; eight
-// let a sheet of flat elements converge at the default number of iterations.
+// This number of iterations in double with block Jacobi counts as one with multigrid. One with multigrid takes as long
+// as three of them; eight let a sheet of flat elements converge at the default number of iterations.
 #define CYCLE_COUNT 8
 
 typedef struct CgJob {
@@ -35,17 +36,17 @@ typedef struct CgJob {
     OmSolveInfo info;
 } CgJob;
 
-typedef struct Member {  // one thread of the team, and what it has to know
+typedef struct Member {  // one thread of the team and its data
     CgJob* job;
     OmTeam* team;
     int begin, end;              // its chunks
-    OmRank who;                  // its place in the team, and its rows
+    OmRank who;                  // its index in the team, and its rows
     bool use_multigrid;          // false: block Jacobi
     int iterations;              // done so far
     double norm[OM_MAX_LANE];    // of the residual
-    double goal[OM_MAX_LANE];    // where to stop
-    bool is_open[OM_MAX_LANE];   // worth another round
-    bool is_stuck[OM_MAX_LANE];  // not reduced in float
+    double goal[OM_MAX_LANE];    // the required norm
+    bool is_open[OM_MAX_LANE];   // needs another round
+    bool is_stuck[OM_MAX_LANE];  // not reduced by float
     double along[OM_MAX_LANE];   // the correction times the residual before it, over the norm
 } Member;
 
@@ -53,8 +54,8 @@ typedef struct Member {  // one thread of the team, and what it has to know
 
 enum { HAS_PRESCRIBED = 0, HAS_GUESS = 1, HAS_BAD = 2 };  // columns of partial in `inspect`
 
-// Copy the prescribed values of x to the iterate, and the guess of the lanes that shall have it; say what
-// there is.
+// Copy the prescribed values of x to the iterate, and the initial guess of lanes that have one; returns
+// flags of what was found.
 static void inspect(const Member* m, const bool* has_guess) {
     const CgJob* job = m->job;
     OmSolver* S = job->S;
@@ -127,17 +128,17 @@ static void project_correction(const Member* m) {
     om_team_barrier(m->team);
 }
 
-// xd += norm x in open lanes. The iterate before it goes to the front of the vectors of CG, x being the last.
+// xd += norm x in open lanes. The previous iterate is saved in the first vectors of CG; x is the last of them.
 static void add_correction(Member* m) {
     OmSolver* S = m->job->S;
     double* before = (double*)S->vector;
     size_t lanes = (size_t)m->job->K->lanes, width = (size_t)m->job->K->width;
     if (S->tolerance == 0) {
-        om_team_barrier(m->team);  // no member reads the partial sums of CG any more
+        om_team_barrier(m->team);  // no member reads the partial sums of CG after this
         project_correction(m);
         for (size_t q = 0; q < lanes; ++q) m->along[q] = om__total(S, (int)(2 * lanes + q));
     }
-    om_team_barrier(m->team);  // nobody is in CG any more
+    om_team_barrier(m->team);  // all members have left CG after this
     for (size_t i = (size_t)m->who.begin; i < (size_t)m->who.end; ++i)
         for (size_t c = 0; c < 3; ++c)
             for (size_t q = 0; q < lanes; ++q) {
@@ -148,7 +149,7 @@ static void add_correction(Member* m) {
             }
 }
 
-// Take corrections back that made the residual larger; the lanes that float has not reduced are stuck.
+// Undo corrections that enlarged the residual; lanes that float has not reduced are stuck.
 static void judge_correction(Member* m, const double* last) {
     OmSolver* S = m->job->S;
     const double* before = (const double*)S->vector;
@@ -212,7 +213,7 @@ typedef struct Lane {  // coefficients of one right-hand side
     double gamma_old, alpha_old;
 } Lane;
 
-// alpha and beta of a lane from its sums; zero alpha leaves it where it is.
+// alpha and beta of a lane from its sums; with alpha zero the lane does not change.
 static OmCgEnd next_coefficients(Lane* lane, double gamma, double delta, bool is_first,
                                  float* alpha, float* beta) {
     *alpha = *beta = 0;
@@ -221,7 +222,7 @@ static OmCgEnd next_coefficients(Lane* lane, double gamma, double delta, bool is
     double b = is_first ? 0.0 : gamma / lane->gamma_old;  // gamma_old > 0, checked below
     double curvature = delta - (is_first ? 0.0 : b * gamma / lane->alpha_old);  // p.A p
     if (gamma <= 0.0 || curvature <= 0.0) {
-        lane->is_running = false;  // solved exactly, or as far as float goes
+        lane->is_running = false;  // solved exactly, or to the precision of float
         return is_first && gamma != 0.0 ? OM_CG_INDEFINITE : OM_CG_DONE;
     }
     lane->gamma_old = gamma;
@@ -266,7 +267,7 @@ static OmCgEnd run_cg(Member* m) {
                            S->chunks.begin[k + 1], rr);
             om__put_partial(S, 2 * lanes, k, rr, lanes);
         }
-        // The preconditioner would be wasted after the last update: look first if that is cheap.
+        // The preconditioner is not needed after the last update: check convergence first if that is cheap.
         if (m->use_multigrid) {
             om_team_barrier(m->team);
             for (int q = 0; q < lanes; ++q)
@@ -283,7 +284,7 @@ static OmCgEnd run_cg(Member* m) {
 
 // ---- refinement -------------------------------------------------------------------------------------
 
-// Which lanes need another round.
+// The lanes that need another round.
 static bool open_lanes(Member* m) {
     bool any = false;
     for (int q = 0; q < OM_MAX_LANE; ++q) {
@@ -293,10 +294,10 @@ static bool open_lanes(Member* m) {
     return any && m->iterations < m->job->S->def.max_iterations;
 }
 
-// Residuals of the first guess and of zero, and with them the goals.
+// Residuals of the initial guess and of zero, and from them the required norms.
 static OmStatus begin_solve(Member* m, double* scale) {
     const OmSolver* S = m->job->S;
-    inspect(m, m->is_open);  // no lane is yet
+    inspect(m, m->is_open);  // no lane is open yet
     bool has_prescribed = om__total(S, HAS_PRESCRIBED) > 0, has_guess = om__total(S, HAS_GUESS) > 0;
     if (om__total(S, HAS_BAD) > 0) return OM_INVALID;
     if (!residual_norms(m, !has_prescribed)) return OM_INVALID;
@@ -311,18 +312,19 @@ static OmStatus begin_solve(Member* m, double* scale) {
     return residual_norms(m, false) ? OM_OK : OM_INVALID;
 }
 
-// Rounds of CG in float, each from the residual in double that the last one left.
+// Rounds of CG in float, each starting from the residual in double of the last round.
 static void refine(Member* m) {
     double last[OM_MAX_LANE];
     while (open_lanes(m)) {
         begin_cg(m);
         OmCgEnd end = run_cg(m);
-        if (end != OM_CG_DONE && m->use_multigrid) {  // the matrix, or only the preconditioner?
+        // is the matrix not positive definite, or only the preconditioner?
+        if (end != OM_CG_DONE && m->use_multigrid) {
             m->use_multigrid = false;
             om_team_barrier(m->team);
             continue;
         }
-        if (end != OM_CG_DONE) {  // the matrix, or only float?
+        if (end != OM_CG_DONE) {  // is the matrix not positive definite, or only in float?
             for (int q = 0; q < m->job->nrhs; ++q) m->is_stuck[q] = m->is_stuck[q] || m->is_open[q];
             om_team_barrier(m->team);
             return;
@@ -334,8 +336,8 @@ static void refine(Member* m) {
     }
 }
 
-// CG in double for the lanes that are stuck, with what is left of the iterations. Where multigrid has used them up,
-// half as many again may be spent.
+// CG in double for stuck lanes, with the remaining iterations. If multigrid has used all, half as many more are
+// allowed.
 static OmStatus rescue(Member* m) {
     OmSolver* S = m->job->S;
     int budget = S->def.max_iterations - m->iterations, max = 0;
@@ -365,7 +367,7 @@ static OmStatus rescue(Member* m) {
     return OM_OK;
 }
 
-// Every member computes the same numbers, so all take the same turns; the first one reports.
+// Every member computes the same numbers and takes the same branches; the first one reports.
 static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     const OmSolver* S = m->job->S;
     double scale[OM_MAX_LANE] = {0};
@@ -374,7 +376,7 @@ static OmStatus solve_member(Member* m, OmSolveInfo* info) {
     if (status != OM_OK) return status;
     refine(m);
     for (int q = 0; q < m->job->nrhs; ++q) {
-        if (S->multigrid && S->tolerance > 0 && m->is_open[q])  // still: the iterations are used up
+        if (S->multigrid && S->tolerance > 0 && m->is_open[q])  // the iterations are used up
             m->is_stuck[q] = m->norm[q] > m->goal[q];
         is_stuck = is_stuck || m->is_stuck[q];
     }

@@ -1,10 +1,10 @@
-// solve_cholmod.c: the only file that knows CHOLMOD (Chen, Davis, Hager and Rajamanickam 2008).
+// solve_cholmod.c: the only file that uses CHOLMOD (Chen, Davis, Hager and Rajamanickam 2008).
 //
 // The lower triangle is written into compressed columns in double: row i of blocks, read transposed, is
 // column i. Prescribed degrees of freedom become rows of the identity, so the pattern and the analysis
-// never change. The factor is supernodal and double; it uses the threads of the BLAS if it takes long, one
-// otherwise: threads of OpenBLAS wait for each other in every product. The number depends on the matrix
-// alone, as the bytes of the factor may depend on it.
+// never change. The factor is supernodal and double. A long factorisation uses the threads of the BLAS, a
+// short one a single thread: threads of OpenBLAS wait for each other in every product. The choice depends
+// on the matrix alone, because the bytes of the factor may depend on it.
 #include <cholmod.h>
 #include <string.h>
 

@@ -5,7 +5,8 @@
 
 #include "solve/solve_multigrid.h"
 
-#define MIN_PIVOT 1e-10  // relative to its diagonal entry; smaller: nothing holds this direction
+// relative to its diagonal entry; a smaller pivot: this direction has no stiffness
+#define MIN_PIVOT 1e-10
 
 OmStatus om__dense_create(int n, int lanes, OmDense* dense, size_t* memory) {
     size_t n2 = (size_t)n * (size_t)n;
@@ -47,7 +48,7 @@ void om__dense_refresh(OmDense* dense, const OmBsr* A) {
     int n = dense->n;
     double *U = dense->factor, *W = dense->inverse;
     unpack(dense, A);
-    // Row k of U, then the rows below lose its part.
+    // Row k of U, then subtract its products from the rows below.
     for (int k = 0; k < n; ++k) {
         double* row = U + (size_t)k * (size_t)n;
         double first = (double)A->value[9 * (size_t)A->row_adr[k / 3] + (size_t)(4 * (k % 3))];
@@ -62,7 +63,7 @@ void om__dense_refresh(OmDense* dense, const OmBsr* A) {
     for (int k = 0; k < n; ++k) {
         double* row = W + (size_t)k * (size_t)n;
         double pivot = U[(size_t)k * (size_t)n + (size_t)k];
-        if (pivot == 0.0) continue;  // a direction that nothing holds
+        if (pivot == 0.0) continue;  // a direction without stiffness
         row[k] = 1.0;
         for (int j = 0; j < k; ++j)
             subtract_row(row, W + (size_t)j * (size_t)n, U[(size_t)j * (size_t)n + (size_t)k], 0,

@@ -1,25 +1,25 @@
 // solve_double.c: conjugate gradients in double with block Jacobi, for systems that float cannot reduce.
 //
-// Float loses a system whose stiffest and softest directions differ by more than about 1e6, such as a sheet of
-// flat elements: the residual of a correction is then larger than that of no correction. The vectors of this
-// solve lie in the memory of the float vectors, one right-hand side at a time:
+// Float fails on a system whose stiffest and softest directions differ by more than about 1e6, such as a sheet
+// of flat elements: a correction then enlarges the residual. The vectors of this solve use the memory of the
+// float vectors, one right-hand side at a time:
 //
 //     vector:  p (3 nvert) | w, then z = D^-1 r | r | the best iterate             doubles
 //
 // The residual of CG is not monotone; the iterate with the smallest one is kept.
 //
-// Tried on the sheet of 0.1 mm with cells of 10 mm: float corrections as long as the energy falls (it falls for
-// one to three of them, then rises without bound); multigrid in float inside CG in double (330 to 490 V-cycles to
-// 1e-3, where block Jacobi takes 500 to 560 iterations, and a V-cycle costs as much as three of them: 642 against 222
+// Tried on the sheet of 0.1 mm with cells of 10 mm: float corrections as long as the energy falls (it falls for one
+// to three of them, then rises without bound); multigrid in float inside CG in double (330 to 490 V-cycles to 1e-3,
+// where block Jacobi takes 500 to 560 iterations, and a V-cycle costs as much as three of them: 642 against 222
 // microseconds with 5,328 vertices, one worker).
 #include <math.h>
 #include <string.h>
 
 #include "solve/solve_internal.h"
 
-#define NEGATIVE 1e-12  // of |p| |A p|: less is rounding
+#define NEGATIVE 1e-12  // of |p| |A p|: smaller values are rounding
 
-typedef struct Wide {  // one lane, as one member of the team sees it
+typedef struct Wide {  // one lane, for one member of the team
     OmSolver* S;
     const OmBsr* A;
     const OmRank* who;
@@ -74,7 +74,7 @@ static void multiply(const Wide* d, double sum[3]) {
     add_up(d, OF_PRODUCT, 3, sum);
 }
 
-// x += alpha p, r -= alpha w, z = D^-1 r in the place of w. Sums: r.r and r.z.
+// x += alpha p, r -= alpha w, z = D^-1 r in the memory of w. Sums: r.r and r.z.
 static void update(const Wide* d, double alpha, double sum[2]) {
     OmSolver* S = d->S;
     for (int k = d->first; k < d->last; ++k) {
@@ -123,7 +123,7 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
               .r = (double*)S->vector + 2 * n3,
               .best = (double*)S->vector + 3 * n3};
     double sum[3], min, target = goal * goal;
-    om_team_barrier(who->team);  // nobody needs the float vectors any more
+    om_team_barrier(who->team);  // the float vectors are not needed after this
     for (size_t n = 3 * (size_t)who->begin; n < 3 * (size_t)who->end; ++n) {
         d.r[n] = S->rd[d.lanes * n + d.lane];
         d.p[n] = d.w[n] = 0;

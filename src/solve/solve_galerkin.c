@@ -1,11 +1,11 @@
 // solve_galerkin.c: coarse matrices P^T A P, pattern once and values at every refresh.
 //
 // Values: row i of A P is gathered in a scratch row of padded blocks, then scattered to the coarse rows of
-// vertex i. Where everything goes was written down at creation. The rows of one layer of grid cells
-// belong to one task; layers of equal parity write to different coarse rows, so two sweeps (even, odd)
-// need neither atomics nor copies, and the sums have the same order for any number of workers. Sums are
-// kept in blocks padded to three aligned columns and packed in the end: adding to packed blocks made every
-// load wait for the overlapping stores before it (five times slower).
+// vertex i by addresses that were computed at creation. The rows of one layer of grid cells belong to one
+// task. Layers of equal parity write to different coarse rows, so two sweeps (even, odd) need neither
+// atomics nor copies, and sums have the same order for any number of workers. Sums are computed in blocks
+// padded to three aligned columns and packed at the end: adding to packed blocks made every load wait for
+// the overlapping stores before it (five times slower).
 #include <string.h>
 
 #include "solve/solve_multigrid.h"
@@ -123,7 +123,7 @@ done:
     return status;
 }
 
-// Where each block of row i of A P goes in the coarse rows of vertex i.
+// Address of each block of row i of A P in the coarse rows of vertex i.
 static void find_positions(const OmInterp* P, const Product* ap, const OmBsr* coarse,
                            OmGalerkin* G) {
     for (int c = 0; c < P->ncoarse; ++c) {

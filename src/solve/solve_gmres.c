@@ -1,7 +1,7 @@
-// solve_gmres.c: GMRES for a matrix that is not symmetric, a symmetric solver being its preconditioner.
+// solve_gmres.c: GMRES for an unsymmetric matrix, with a symmetric solver as preconditioner.
 //
-// Flexible GMRES (Saad 1993), restarted: the basis v_j and the preconditioned vectors z_j are both kept, so that the
-// preconditioner may be a solve by CG to a loose tolerance, which is another operator every time.
+// Flexible GMRES (Saad 1993), restarted: both the basis v_j and the preconditioned vectors z_j are stored, so that
+// the preconditioner may be a solve by CG to a coarse tolerance, which is a different operator each time.
 #include <math.h>
 #include <string.h>
 
@@ -10,7 +10,7 @@
 #define NBASIS 30     // vectors until a restart
 #define NRESTART 20   // at most
 #define INNER 0.1     // tolerance of the symmetric solves
-#define STALLED 0.99  // of the residual left by a cycle: no more are tried
+#define STALLED 0.99  // a cycle that leaves more than this fraction of the residual is the last
 
 typedef struct Gmres {
     OmSolver* S;
@@ -18,8 +18,8 @@ typedef struct Gmres {
     const double* b;
     size_t n;
     double *v, *z, *w;  // basis ((NBASIS + 1) x n), preconditioned (NBASIS x n), work (n)
-    const double* x;    // factor of the product that runs
-    double* y;          // and its result
+    const double* x;    // input of the current product
+    double* y;          // its output
     int iterations;     // of CG
 } Gmres;
 
@@ -63,7 +63,7 @@ static double residual(Gmres* g, const double* x, double* r) {
     return sqrt(dot(r, r, g->n));
 }
 
-// One cycle from v[0] of norm beta; x is improved.
+// One cycle from v[0] of norm beta; improves x.
 static OmStatus run_cycle(Gmres* g, double beta, double target, double* x) {
     double H[NBASIS + 1][NBASIS], cs[NBASIS], sn[NBASIS], rhs[NBASIS + 1] = {beta}, y[NBASIS];
     int num = 0;

@@ -1,10 +1,10 @@
 // solve_grid.c: coarse spaces from a background grid.
 //
 // The points lie in a box of cubic cells about 2h wide. Each cell is six tetrahedra around its main
-// diagonal (Kuhn), and a point takes the values of the four corners of the tetrahedron it lies in by its
-// barycentric coordinates: linear fields, hence translations and the linear part of rotations, are
-// reproduced. Against trilinear interpolation (eight corners) the coarse matrices have two thirds of the
-// blocks for one CG iteration more (measured on the lift beams). Nodes that no point uses are dropped.
+// diagonal (Kuhn), and a point takes the values of the four corners of its tetrahedron by barycentric
+// coordinates: linear fields, hence translations and the linear part of rotations, are reproduced.
+// Compared with trilinear interpolation (eight corners) the coarse matrices have two thirds of the
+// blocks and need one CG iteration more (measured on the lift beams). Unused nodes are removed.
 #include <math.h>
 #include <string.h>
 
@@ -34,7 +34,7 @@ static Grid make_grid(int n, const double* x, double h) {
     return g;
 }
 
-// Grid nodes and weights of one point; returns how many weigh anything. `layer` is its cell along `axis`.
+// Grid nodes and weights of one point; returns the number of nonzero weights. `layer` is its cell along `axis`.
 static int locate(const Grid* g, OmVec3 p, int axis, int64_t node[4], double weight[4],
                   int* layer) {
     const double s[3] = {(p.x - g->lo.x) / g->size[0], (p.y - g->lo.y) / g->size[1],

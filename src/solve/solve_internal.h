@@ -1,4 +1,4 @@
-// solve_internal.h: what the files of the room share.
+// solve_internal.h: shared by the files of the room.
 //
 // Vectors of the iterative solvers come in two layouts. One right-hand side: four floats a vertex, the
 // fourth zero, so that a vertex is one 16-byte load. Eight at once: x, y, z of eight lanes each, 24
@@ -37,19 +37,19 @@ typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
     int rank, size;
     int begin, end;
-    // direction of the next sweep over the matrix; a sweep starts where the last one ended
+    // direction of the next sweep over the matrix; a sweep starts at the end of the last one
     bool is_backward;
 } OmRank;
 
 typedef struct OmChunks {  // rows cut into pieces of about equal work
     int num;
-    int* begin;  // first row of each                                              (num + 1)
+    int* begin;  // first row of each chunk                                         (num + 1)
 } OmChunks;
 
 struct OmSolver {
     OmSolverDef def;
     double tolerance;  // def.tolerance unless it was replaced
-    double reference;  // norm that tolerance and residual are relative to; 0: that of b
+    double reference;  // tolerance and residual are relative to this norm; 0: to that of b
     int nvert, nblock;
     bool is_ready;  // refreshed, and positive definite
     OmChunks chunks;
@@ -88,7 +88,7 @@ typedef struct OmKernels {
     int lanes, width;  // right-hand sides, floats a vertex
     /// w = A u; sums: r.u of each lane, then u.w of each lane
     void (*multiply)(const OmBsr* A, const OmSolver* S, int begin, int end, double* sums);
-    /// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s, and then u = dinv r if asked; rr: r.r
+    /// p = u + beta p, s = w + beta s, x += alpha p, r -= alpha s, and optionally u = dinv r; rr: r.r
     void (*update)(OmSolver* S, const float* alpha, const float* beta, bool apply_blocks, int begin,
                    int end, double* rr);
     /// u = dinv r
@@ -122,13 +122,13 @@ OmStatus om__multigrid_create(const OmBsr* A, const double* x_rest, int nworker,
 void om__multigrid_destroy(OmMultigrid* mg);
 void om__multigrid_set_fixed(OmMultigrid* mg, const unsigned char* fixed);
 void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker);
-/// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. The rows of
-/// others may be unfinished at return.
+/// S->u = M^-1 S->r by one V-cycle, called by every member of a team with its rows of level 0. Rows of
+/// other members may be unfinished at return.
 void om__multigrid_apply(const OmKernels* K, const OmSolver* S, const OmBsr* A, OmRank* who);
 
 // ---- solve_cg.c -------------------------------------------------------------------------------------
 
-/// Column c of the chunks' partial results, added in the same order always.
+/// Sum of column c of the chunks' partial results, always in the same order.
 static inline double om__total(const OmSolver* S, int c) {
     double sum = 0;
     const double* partial = S->partial + c * S->chunks.num;
@@ -142,7 +142,7 @@ static inline void om__put_partial(OmSolver* S, int column, int chunk, const dou
 
 typedef enum OmCgEnd { OM_CG_DONE, OM_CG_INDEFINITE, OM_CG_NOT_FINITE } OmCgEnd;
 
-/// nrhs <= S->max_lane right-hand sides together.
+/// Solve for nrhs <= S->max_lane right-hand sides together.
 OmStatus om__cg_solve(OmSolver* S, const OmBsr* A, int nrhs, const double* b, double* x,
                       OmSolveInfo* info);
 
@@ -153,9 +153,9 @@ typedef struct OmLane {           // one right-hand side of several, and the chu
     int first_chunk, last_chunk;  // [first, last)
 } OmLane;
 
-/// CG in double with block Jacobi from xd and its residual rd, called by every member of a team: until |r| <= goal
-/// or max_iterations are done. xd is then the iterate with the smallest residual, the first one included; rd is
-/// left behind. Overwrites the float vectors.
+/// CG in double with block Jacobi from xd and its residual rd, called by every member of a team, until |r| <= goal
+/// or max_iterations are done. Then xd is the iterate with the smallest residual, the first one included; rd is
+/// undefined. Overwrites the float vectors.
 OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLane* lane,
                       double goal, int max_iterations, int* iterations);
 

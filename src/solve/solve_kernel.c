@@ -1,8 +1,8 @@
-// solve_kernel.c: the loops where the time of an iterative solve goes, for one right-hand side.
+// solve_kernel.c: the hot loops of an iterative solve, for one right-hand side.
 //
-// Rows are walked one by one with a vertex in four lanes (solve_simd.h): no gathers, and the matrix keeps
-// its 36 bytes a block. Tried: a whole block in one 64-byte register, the same speed; gathers for rows side
-// by side, slower. Sums are float over a chunk of rows: keep chunks short.
+// Rows are processed one by one with a vertex in four lanes (solve_simd.h): no gathers, and a block of the
+// matrix has 36 bytes. Tried: a whole block in one 64-byte register, the same speed; gathers for several
+// rows at once, slower. Sums are float over a chunk of rows: keep chunks short.
 #include <string.h>
 
 #include "solve/solve_multigrid.h"

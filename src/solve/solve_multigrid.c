@@ -1,10 +1,11 @@
 // solve_multigrid.c: the V-cycle: levels, refresh, application.
 //
 // Smoother: two steps of Chebyshev iteration on D^-1 A (D: diagonal blocks) before and after the coarse
-// correction, with the same polynomial, so the cycle is symmetric and CG may use it. No eigenvalue is
-// estimated: for tetrahedra D^-1 A cannot exceed 4 (A is a sum of element matrices, each at most 4 times its
-// own block diagonal), and coarse matrices were seen to stay below 5. Overestimating costs an iteration;
-// history-free constants keep a solve a function of its inputs.
+// correction, with the same polynomial, so the cycle is symmetric and can precondition CG. No eigenvalue is
+// estimated: for tetrahedra D^-1 A has no eigenvalue above 4 (A is a sum of element matrices, each at most 4
+// times its own block diagonal), and for coarse matrices the largest observed one was below 5. An
+// overestimate costs an iteration; constants that do not depend on earlier solves keep a solve a function of
+// its inputs.
 //
 // Tried on the lift beams, iterations to 1e-3 x products with A: one step 17 x 3, two steps 10 x 5, three
 // steps 8 x 7, additive levels 45 x 1 (with 45 visits to the coarse levels): two steps are quickest.
@@ -121,7 +122,7 @@ typedef struct MgRefresh {
     const OmBsr* A;
 } MgRefresh;
 
-// Inverse diagonal blocks; a direction in which nothing holds a node is left out.
+// Inverse diagonal blocks; directions without stiffness are left out.
 static void invert_coarse(OmLevel* L, int begin, int end) {
     for (int i = begin; i < end; ++i) {
         const float* v = L->A.value + 9 * (size_t)L->A.row_adr[i];
@@ -164,7 +165,7 @@ void om__multigrid_refresh(OmMultigrid* mg, const OmBsr* A, int nworker) {
 
 // ---- V-cycle ----------------------------------------------------------------------------------------
 
-typedef struct Rows {  // what a member does on one level
+typedef struct Rows {  // the rows of a member on one level
     const OmBsr* A;
     const float* dinv;
     const float* b;
@@ -183,8 +184,8 @@ static Rows rows_of(const OmSolver* S, const OmBsr* A, const OmRank* who, int l)
                   (int)((int64_t)L->nvert * (who->rank + 1) / who->size)};
 }
 
-// One smoothing step over the rows of a member, forward and backward in turn: what the last sweep left in the
-// caches is used first (fine matrices do not fit).
+// One smoothing step over the rows of a member, forward and backward in turn: rows that the last sweep left
+// in the caches are used first (fine matrices do not fit).
 static void sweep(const OmKernels* K, const Rows* w, const OmSmooth* s, OmRank* who) {
     int num = om_block_count(w->end - w->begin, SWEEP_ROWS);
     for (int k = 0; k < num; ++k) {
@@ -213,7 +214,7 @@ static void smooth_down(const OmKernels* K, const OmLevel* L, const Rows* w, OmR
     om_team_barrier(who->team);
 }
 
-// Two Chebyshev steps after a correction d, which x has and the residual has not.
+// Two Chebyshev steps after a correction d, which is already in x but not in the residual.
 static void smooth_up(const OmKernels* K, const OmLevel* L, const Rows* w, OmRank* who) {
     OmSmooth s = {
         .r = L->r, .r_out = L->r, .d = L->d, .d_out = L->e, .x = w->x, .c2 = 1.0f / L->theta};

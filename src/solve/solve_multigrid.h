@@ -1,4 +1,4 @@
-// solve_multigrid.h: the pieces of the multigrid preconditioner.
+// solve_multigrid.h: parts of the multigrid preconditioner.
 //
 //   level 0: the caller's matrix            solve_grid.c      interpolation from a background grid
 //   level 1: P^T A P on a grid of 2h        solve_galerkin.c  its pattern once, its values every refresh
@@ -23,15 +23,16 @@ struct OmInterp {
     int* t_adr;           // entries of each coarse node                            (ncoarse + 1)
     int* t_row;           // their fine vertices, ascending                         (nentry)
     int* t_entry;         // their entries                                          (nentry)
-    int nlayer;  // layers of grid cells across the longest side: rows of layers two apart share no node
+    // layers of grid cells along the longest side: rows of layers two apart have no common node
+    int nlayer;
     int* layer_adr;  //                                                       (nlayer + 1)
     int* layer_row;  // fine vertices by layer                                (nfine)
 };
 
-// How A P and P^T (A P) fall into place. Row i of A P has ap_num[i] coarse columns.
+// Addresses of A P and P^T (A P). Row i of A P has ap_num[i] coarse columns.
 typedef struct OmGalerkin {
     int* ap_num;     //                                                       (nfine)
-    int max_ap;      // the most of any row
+    int max_ap;      // the largest of any row
     int* slot_adr;   // slots of each fine row                                (nfine + 1)
     uint16_t* slot;  // column of A P for each block of A and entry of P, in order
     int* pos_adr;    // positions of each fine row                            (nfine + 1)

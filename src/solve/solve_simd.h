@@ -1,5 +1,5 @@
 // solve_simd.h: one vertex in four lanes. A 3x3 block stored by columns is three overlapping loads; the
-// fourth lane then holds rubbish from the next column, which is cleared before it is stored.
+// fourth lane then holds a value of the next column, which is cleared before the result is stored.
 #ifndef OMENTUM_SOLVE_SIMD_H
 #define OMENTUM_SOLVE_SIMD_H
 

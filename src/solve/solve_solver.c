@@ -1,12 +1,13 @@
-// solve_solver.c: the life of a solver: def, work vectors, prescribed degrees of freedom, diagonal blocks.
+// solve_solver.c: creation and use of a solver: definition, work vectors, prescribed degrees of
+// freedom, diagonal blocks.
 #include <math.h>
 #include <string.h>
 
 #include "solve/solve_internal.h"
 
 #define COOKIE 0x50f7e501u
-#define MIN_CHUNK_ROWS 48  // shorter ones cost more in sums than they give in balance
-#define MAX_REFINE 4       // residuals of a direct solve
+#define MIN_CHUNK_ROWS 48  // shorter chunks cost more in sums than they gain in balance
+#define MAX_REFINE 4       // refinements of a direct solve
 #define MAX_CHUNKS 64      // every worker adds all partial sums at every iteration
 
 OmSolverDef om_solver_default_def(void) {
@@ -46,7 +47,7 @@ static OmStatus check_def(const OmSolverDef* def, const OmBsr* A, const double* 
 
 // ---- create and destroy -----------------------------------------------------------------------------
 
-// Memory that the solver counts as its own.
+// Allocate memory that counts as the solver's.
 static void* take(OmSolver* S, size_t count, size_t size) {
     void* p = om_calloc(count, size);
     if (p) S->memory += count * size;
@@ -254,7 +255,7 @@ static bool is_finite_system(const OmSolver* S, int nrhs, const double* b, const
     return true;
 }
 
-// rd = b - A xd and its norm, of the values that were factored.
+// rd = b - A xd and its norm, with the values that were factored.
 static double serial_residual(OmSolver* S, const OmBsr* A, const double* b) {
     double sum = 0;
     for (int k = 0; k < S->chunks.num && !A->exact; ++k) {
@@ -281,7 +282,7 @@ static OmStatus solve_factors(OmSolver* S, int nrhs, double* b) {
     return S->lu ? om__lu_solve(S->lu, nrhs, b) : om__cholesky_solve(S->cholesky, nrhs, b);
 }
 
-// What the factors leave of the residual; where that is too much, corrections are added as long as they help.
+// Residual of a direct solve; if it is too large, corrections are added as long as they reduce it.
 static OmStatus refine_direct(OmSolver* S, const OmBsr* A, const double* b, double* x,
                               double* residual) {
     size_t n = 3 * (size_t)S->nvert;

@@ -1,8 +1,8 @@
-// solve_umfpack.c: the only file that knows UMFPACK (Davis 2004), which factors matrices that are not symmetric.
+// solve_umfpack.c: the only file that uses UMFPACK (Davis 2004), which factors unsymmetric matrices.
 //
-// Rows of blocks are written as compressed columns, so UMFPACK holds the transpose and is asked to solve with the
-// transpose of that. Prescribed degrees of freedom become rows and columns of the identity: the pattern and the
-// analysis never change. Indices are long: factors of solids have more entries than an int counts.
+// Rows of blocks are written as compressed columns, so UMFPACK holds the transpose and solves with the transpose
+// of that. Prescribed degrees of freedom become rows and columns of the identity, so that the pattern and the
+// analysis never change. Indices are long: factors of solids have more entries than an int can count.
 #include <string.h>
 #include <umfpack.h>
 
