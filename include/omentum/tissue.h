@@ -49,6 +49,9 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
     // N/m, of the spring of each vertex of the set "attachment"; default 0: held still. A state may have others.
     double attachment_stiffness;
+    // The same of each vertex of the set, in the set's order, in place of attachment_stiffness; copied; null
+    // (default): all alike
+    const double* attachment_springs;
     int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
     double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
     // Of om_fem_engine: strains are averaged around vertices, against locking (doc/fem.md). Default false.
@@ -103,7 +106,7 @@ OM_API double* om_tissue_external_force(OmTissueState* state);
 /// A vertex that is held still reaches its anchor in the next step, however far that is.
 /// @param vert       attached vertices, in any order                                      (nvert)
 /// @param anchor     m, in the order of vert; null: the rest positions                    (nvert x 3)
-/// @param stiffness  N/m, of the spring of each vertex, 0: held still; null: all have the definition's (nvert)
+/// @param stiffness  N/m, of the spring of each vertex, 0: held still; null: as the definition (nvert)
 /// @return OM_OK; OM_INVALID (an index, a value out of range or not finite, or a vertex to be held still that an
 ///         arm holds); OM_UNAVAILABLE (a spring, and the engine has none); state unchanged on error
 OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueState* state,

@@ -18,9 +18,10 @@ struct OmTissueModel {
     int nsurface;
     int* surface_vert;      // vertices of the boundary, ascending                (nsurface)
     const OmMeshSet* held;  // set "attachment", or null
-    double size;            // diagonal of the bounding box, m
-    double total_mass;      // kg
-    double total_mu;        // J, sum of V mu over elements
+    double* stiffness;  // of an attachment of each vertex unless the state has its own, N/m (nvert)
+    double size;        // diagonal of the bounding box, m
+    double total_mass;  // kg
+    double total_mu;    // J, sum of V mu over elements
 };
 
 #define OM__MAX_STIFFNESS 1e9  // N/m, of the spring of an attached vertex

@@ -168,16 +168,31 @@ static OmStatus load_options(OmTissueModel* m, const OmEngineInput* input) {
     return OM_OK;
 }
 
+static OmStatus set_stiffness(OmTissueModel* m, const double* springs) {
+    double largest = m->def.attachment_stiffness;
+    m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
+    OM_ALLOC(m->stiffness, m->mesh.nvert);
+    for (int i = 0; i < m->mesh.nvert; ++i) m->stiffness[i] = m->def.attachment_stiffness;
+    for (int k = 0; springs && m->held && k < m->held->nvert; ++k) {
+        OM_CHECK(springs[k] >= 0 && springs[k] <= OM__MAX_STIFFNESS, OM_INVALID,
+                 "tissue: attachment_springs[%d] is %g N/m; it must be from 0 (held still) to %g",
+                 k, springs[k], OM__MAX_STIFFNESS);
+        m->stiffness[m->held->vert[k]] = springs[k];
+        largest = fmax(largest, springs[k]);
+    }
+    m->def.attachment_springs = NULL;  // borrowed until here
+    OM_CHECK(largest <= 0 || m->engine->has_springs, OM_UNAVAILABLE,
+             "tissue: attachments have a stiffness of %g N/m, but engine \"%s\" has no springs; it "
+             "can only hold vertices still (0)",
+             largest, m->engine->name);
+    return OM_OK;
+}
+
 OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     *model = NULL;
     OM_CHECK(def, OM_INVALID, "tissue: the definition is null");
     OM_TRY(check_def(def));
     OM_TRY(check_mesh(def->mesh, def->engine, def->nmaterial));
-    OM_CHECK(
-        def->attachment_stiffness <= 0 || def->engine->has_springs, OM_UNAVAILABLE,
-        "tissue: attachment_stiffness is %g N/m, but engine \"%s\" has no springs; it can only "
-        "hold vertices still (0)",
-        def->attachment_stiffness, def->engine->name);
     OmTissueModel* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
@@ -189,7 +204,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     m->options = def->options;
     OM_TRY_DONE(om_tet_mesh_copy(def->mesh, &m->mesh));
     m->def.mesh = &m->mesh;
-    m->held = om_tet_mesh_find_set(&m->mesh, "attachment");
+    OM_TRY_DONE(set_stiffness(m, def->attachment_springs));
     OM_TRY_DONE(copy_materials(m, def));
     OM_TRY_DONE(load_options(m, def->input));
     OM_TRY_DONE(lump_mass(m));
@@ -210,6 +225,7 @@ void om_tissue_destroy(OmTissueModel* m) {
     om_free(m->mass);
     om_free(m->volume);
     om_free(m->surface_vert);
+    om_free(m->stiffness);
     om_tet_mesh_done(&m->mesh);
     om_free(m);
 }
@@ -228,7 +244,7 @@ const int* om_tissue_surface_vert(const OmTissueModel* m, int* nvert) {
 size_t om_tissue_memory(const OmTissueModel* m, const OmTissueWork* w) {
     size_t nvert = (size_t)m->mesh.nvert, ntet = (size_t)m->mesh.ntet;
     size_t mesh = nvert * 3 * sizeof(double) + ntet * 5 * sizeof(int);
-    size_t model = sizeof *m + mesh + nvert * sizeof(double) + ntet * sizeof(double) +
+    size_t model = sizeof *m + mesh + 2 * nvert * sizeof(double) + ntet * sizeof(double) +
                    (size_t)m->nsurface * sizeof(int);
     size_t state = om_tissue_state_size(m);
     size_t vertex = 2 * sizeof(char) + 3 + 27 * sizeof(double) + sizeof(int) + sizeof(OmVec3) +

@@ -37,7 +37,7 @@ void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     memset(om__state_held_by(s), -1, nvert);
     for (int k = 0; m->held && k < m->held->nvert; ++k) {
         om__state_attached(s)[m->held->vert[k]] = 1;
-        om__state_stiffness(s)[m->held->vert[k]] = m->def.attachment_stiffness;
+        om__state_stiffness(s)[m->held->vert[k]] = m->stiffness[m->held->vert[k]];
     }
     for (int arm = 0; arm < OM_MAX_ARM; ++arm)
         s->arm[arm].pose = s->arm[arm].goal = om_pose_identity();
@@ -83,31 +83,38 @@ OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double*
 
 // ---- attachments ----------------------------------------------------------------------------------
 
-static OmStatus check_attached_vertex(const OmTissueModel* m, const OmTissueState* s, int i,
-                                      double stiffness) {
+// Stiffness of the k-th of the vertices to be attached.
+static double stiffness_of(const OmTissueModel* m, const int* vert, const double* stiffness,
+                           int k) {
+    return stiffness ? stiffness[k] : m->stiffness[vert[k]];
+}
+
+static OmStatus check_attachment(const OmTissueModel* m, const OmTissueState* s, const int* vert,
+                                 const double* stiffness, int k) {
+    int i = vert[k];
     OM_CHECK(i >= 0 && i < m->mesh.nvert, OM_INVALID,
              "tissue: attached vertex %d is not one of the mesh's %d", i, m->mesh.nvert);
-    OM_CHECK(stiffness >= 0 && stiffness <= OM__MAX_STIFFNESS, OM_INVALID,
+    double of_vertex = stiffness_of(m, vert, stiffness, k);
+    OM_CHECK(of_vertex >= 0 && of_vertex <= OM__MAX_STIFFNESS, OM_INVALID,
              "tissue: attachment stiffness of vertex %d is %g N/m; it must be from 0 (held still) "
              "to %g",
-             i, stiffness, OM__MAX_STIFFNESS);
-    OM_CHECK(stiffness <= 0 || m->engine->has_springs, OM_UNAVAILABLE,
+             i, of_vertex, OM__MAX_STIFFNESS);
+    OM_CHECK(of_vertex <= 0 || m->engine->has_springs, OM_UNAVAILABLE,
              "tissue: vertex %d is attached by a spring of %g N/m, but engine \"%s\" has no "
              "springs; it can only hold vertices still (stiffness 0)",
-             i, stiffness, m->engine->name);
+             i, of_vertex, m->engine->name);
     int arm = om__state_held_by(s)[i];
-    OM_CHECK(arm < 0 || stiffness > 0, OM_INVALID,
+    OM_CHECK(arm < 0 || of_vertex > 0, OM_INVALID,
              "tissue: vertex %d cannot be held still, arm %d holds it; release it first", i, arm);
     return OM_OK;
 }
 
 OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int nvert,
                                   const int* vert, const double* anchor, const double* stiffness) {
-    double of_model = m->def.attachment_stiffness;
     OM_CHECK(nvert >= 0 && (nvert == 0 || vert), OM_INVALID,
              "tissue: %d attached vertices, and their list is null", nvert);
     for (int k = 0; k < nvert; ++k) {
-        OM_TRY(check_attached_vertex(m, s, vert[k], stiffness ? stiffness[k] : of_model));
+        OM_TRY(check_attachment(m, s, vert, stiffness, k));
         OM_CHECK(!anchor || om_is_finite3(om_load3(anchor, k)), OM_INVALID,
                  "tissue: anchor of vertex %d is not finite", vert[k]);
     }
@@ -117,10 +124,10 @@ OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int 
     memcpy(a, m->mesh.x, 3 * (size_t)m->mesh.nvert * sizeof(double));
     s->is_own_stiffness = 0;
     for (int k = 0; k < nvert; ++k) {
-        double of_vertex = stiffness ? stiffness[k] : of_model;
+        double of_vertex = stiffness_of(m, vert, stiffness, k);
         om__state_attached(s)[vert[k]] = 1;
         om__state_stiffness(s)[vert[k]] = of_vertex;
-        if (of_vertex != of_model) s->is_own_stiffness = 1;
+        if (of_vertex != m->stiffness[vert[k]]) s->is_own_stiffness = 1;
         if (anchor) om_store3(a, vert[k], om_load3(anchor, k));
     }
     return OM_OK;
@@ -130,13 +137,12 @@ OmStatus om_tissue_eval_anchor(const OmTissueModel* m, const OmTissueState* s, i
                                const int* vert, const double* stiffness, double* anchor) {
     OM_CHECK(nvert >= 0 && (nvert == 0 || (vert && anchor)), OM_INVALID,
              "tissue: %d attached vertices, and their list or their anchors are null", nvert);
+    for (int k = 0; k < nvert; ++k) OM_TRY(check_attachment(m, s, vert, stiffness, k));
     double* force = om_alloc(3 * (size_t)m->mesh.nvert, sizeof *force);
     if (!force) return OM_NO_MEMORY;
     OmStatus status = om_tissue_get_attachment_force(m, s, force);
     for (int k = 0; status == OM_OK && k < nvert; ++k) {
-        double k_new = stiffness ? stiffness[k] : m->def.attachment_stiffness;
-        status = check_attached_vertex(m, s, vert[k], k_new);
-        if (status < 0) break;
+        double k_new = stiffness_of(m, vert, stiffness, k);
         OmVec3 p = om_load3(om__state_array(s, OM__X), vert[k]);
         if (k_new > 0) p = om_madd(p, 1 / k_new, om_load3(force, vert[k]));
         om_store3(anchor, k, p);

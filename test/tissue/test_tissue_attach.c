@@ -305,6 +305,43 @@ static void test_snapshot(void** context) {
     rig_done(&r);
 }
 
+// Springs of the definition: each vertex of the set has its own, after a reset too, and they are the state's default.
+static void test_definition(void** context) {
+    (void)context;
+    TestRig r;
+    Attached a = {0};
+    double spring[MAX_VERT];
+    rig_box(&r, lo, hi, 2, 1, 1);
+    rig_attach_plane(&r, 0, 0);
+    for (int k = 0; k < 4; ++k) spring[k] = k == 2 ? 0 : 10 + k;
+    r.def.attachment_stiffness = 3;
+    r.def.attachment_springs = spring;
+    rig_start(&r);
+    const OmMeshSet* set_of_mesh = om_tet_mesh_find_set(om_tissue_mesh(r.m), "attachment");
+    assert_int_equal(set_of_mesh->nvert, 4);
+    uint64_t first = om_tissue_state_hash(r.s);
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int k = 0; k < 4; ++k) {
+            int i = set_of_mesh->vert[k];
+            assert_near(om_tissue_attachment_stiffness(r.s)[i], spring[k], 0);
+            assert_true(om_tissue_is_prescribed(r.m, r.s, i) == (k == 2));
+            if (pass == 0) attach(&a, &r, i, 99, om_vec3(0, 0, 0));
+        }
+        if (pass == 0) assert_ok(set(&r, &a));
+        if (pass == 0) om_tissue_state_reset(r.m, r.s);
+    }
+    assert_ok(om_tissue_set_attachment(r.m, r.s, a.num, a.vert, NULL, NULL));
+    assert_true(om_tissue_state_hash(r.s) == first);
+    int free_vert = r.mesh.nvert - 1;
+    assert_ok(om_tissue_set_attachment(r.m, r.s, 1, &free_vert, NULL, NULL));
+    assert_near(om_tissue_attachment_stiffness(r.s)[free_vert], 3, 0);
+    OmTissueModel* model;
+    spring[1] = -1;
+    assert_status(om_tissue_create(&r.def, &model), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "attachment_springs[1]"));
+    rig_done(&r);
+}
+
 // An engine without springs says so; it can hold vertices still.
 static void test_refused(void** context) {
     (void)context;
@@ -369,9 +406,10 @@ static void test_allocation(void** context) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_chain),    cmocka_unit_test(test_weight),
-        cmocka_unit_test(test_gradient), cmocka_unit_test(test_matrix),
-        cmocka_unit_test(test_change),   cmocka_unit_test(test_snapshot),
-        cmocka_unit_test(test_refused),  cmocka_unit_test(test_allocation)};
+        cmocka_unit_test(test_chain),      cmocka_unit_test(test_weight),
+        cmocka_unit_test(test_gradient),   cmocka_unit_test(test_matrix),
+        cmocka_unit_test(test_change),     cmocka_unit_test(test_snapshot),
+        cmocka_unit_test(test_definition), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_allocation)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
