@@ -93,7 +93,25 @@ typedef struct OmSceneAttach {
     double share_min, share_max;  // of the underside; default 0.1 to 0.5
     OmVec3 lo, hi;                // m, the box
     double stiffness;             // N/m per vertex; 0 (default) holds the vertices still
+    double
+        foundation;  // N/m^3: springs of this stiffness by area, in place of `stiffness`; default 0
 } OmSceneAttach;
+
+typedef enum OmBeliefKind {
+    OM_BELIEF_SAME,  // the truth's, shifted and grown
+    OM_BELIEF_NONE,  // the twin has no attachment
+    OM_BELIEF_BOX    // underside vertices inside a box of the task frame
+} OmBeliefKind;
+
+typedef struct OmSceneBelief {  // attachments of the twin, where they are not those of the truth
+    int kind;                   // OmBeliefKind; default OM_BELIEF_SAME
+    OmVec3 shift;               // m, task frame, of OM_BELIEF_SAME; z is not used; default 0
+    double
+        grow;  // m, of OM_BELIEF_SAME: the region extends by this, or shrinks if below 0; default 0
+    OmVec3 lo, hi;      // m, the box
+    double stiffness;   // N/m per vertex, 0: held still; below 0 (default): the truth's
+    double foundation;  // N/m^3, in place of `stiffness`; below 0 (default): the truth's
+} OmSceneBelief;
 
 typedef struct OmSceneRoi {
     bool is_random;  // anywhere free under the tissue; default true
@@ -150,7 +168,8 @@ typedef struct OmScene {
     int seed;  // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
-    OmSceneAttach attach;
+    OmSceneAttach attach;    // the truth
+    OmSceneBelief believed;  // by the twin
     OmSceneRoi roi;
     OmSceneCamera endoscope, rgbd;
     OmSceneWorld world;
@@ -191,36 +210,43 @@ typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label
 #define OM_SITE_MATERIALS 16
 
 typedef struct OmSite {
-    OmSiteRole role;         //
-    OmTetMesh mesh;          // world frame; sets "underside", "top", "attachment"
-    OmPose pose_world_task;  // task frame
-    OmVec3 half_size;        // m, half the extent of the tissue in the task frame
-    bool has_ground;         // a board at the task frame's z = 0
-    bool has_organ;          // still anatomy under the tissue
-    OmSurface organ;         //
-    OmSdf organ_sdf;         //
-    int nroi;                // sample points of the ROI's surface
-    double* roi_x;           // world frame, m      (nroi x 3)
-    double* roi_n;           // outward normals     (nroi x 3)
-    OmSurface roi;           // to be drawn
-    OmVec3 roi_center;       // world frame, m
-    int nmaterial;           // of a patient; 0: all of the tissue is of one
+    OmSiteRole role;  //
+    OmTetMesh
+        mesh;  // world frame; sets "underside", "top", "attachment" (of the twin: as believed)
+    double attach_stiffness;   // N/m, of the spring of each attached vertex; 0: held still
+    double attach_foundation;  // N/m^3; above 0: attach_spring holds instead
+    double* attach_area;       // m^2, share of each vertex of the set "attachment", in its order
+    double* attach_spring;     // N/m, of each of them
+    OmPose pose_world_task;    // task frame
+    OmVec3 half_size;          // m, half the extent of the tissue in the task frame
+    bool has_ground;           // a board at the task frame's z = 0
+    bool has_organ;            // still anatomy under the tissue
+    OmSurface organ;           //
+    OmSdf organ_sdf;           //
+    int nroi;                  // sample points of the ROI's surface
+    double* roi_x;             // world frame, m      (nroi x 3)
+    double* roi_n;             // outward normals     (nroi x 3)
+    OmSurface roi;             // to be drawn
+    OmVec3 roi_center;         // world frame, m
+    int nmaterial;             // of a patient; 0: all of the tissue is of one
     OmSiteMaterial material[OM_SITE_MATERIALS];
     double young, density;  // of this site's tissue, or its first material, Pa and kg/m^3
     double poisson;         // of all of it; below 0: each material's own
     OmVec3 gravity;         // world frame, m/s^2
 } OmSite;
 
-/// Build the twin's or the world's site. Both have the same anatomy, attachments and ROI; the world has
-/// another mesh and, by OmSceneWorld, another stiffness.
+/// Build the twin's or the world's site. Both have the same anatomy and ROI, and the same attachments unless
+/// OmSceneBelief gives the twin others; the world has another mesh and, by OmSceneWorld, another stiffness.
 /// @return OM_OK; OM_INVALID (nothing holds the tissue, a set is missing, the mesh of the truth is too coarse);
 ///        OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                               OmSite* site);
 OM_API void om_site_done(OmSite* site);
-/// Young's modulus, Poisson's ratio and density of a site by a scene's numbers, which may have changed since
-/// the site was built.
+/// Young's modulus, Poisson's ratio, density and the stiffness of attachments of a site by a scene's numbers, which
+/// may have changed since the site was built.
 OM_API void om_site_set_numbers(const OmScene* scene, OmSite* site);
+/// m^2, attached area of the site. Twin and world have the same, unless the twin believes otherwise.
+OM_API double om_site_attached_area(const OmSite* site);
 /// The material of elements of this tet_label, at this site.
 OM_API OmSiteMaterial om_site_get_material(const OmSite* site, int label);
 

@@ -126,10 +126,36 @@ static const OmYamlField attach_field[] = {
      .help = "lower corner of the box, task frame"},
     {"hi_mm", OM_YAML_VEC3, AT(OmSceneAttach, hi), .scale = MM, .group = MADE, .unit = "mm",
      .help = "upper corner of the box, task frame"},
+    {"foundation", OM_YAML_DOUBLE, AT(OmSceneAttach, foundation), .min = 0, .max = 1e12,
+     .unit = "N/m^3",
+     .help = "stiffness by attached area (an elastic foundation), in place of `stiffness`"},
     {"stiffness", OM_YAML_DOUBLE, AT(OmSceneAttach, stiffness), .min = 0, .max = 1e9, .unit = "N/m",
      .help = "of the spring of every attached vertex; 0: held still"},
 };
 static const OmYamlSchema attach_schema = {"attachments", attach_field, COUNT(attach_field), NULL};
+
+static const char* const belief_name[] = {"same", "none", "box", NULL};
+
+static const OmYamlField belief_field[] = {
+    {"kind", OM_YAML_ENUM, AT(OmSceneBelief, kind), .name = belief_name,
+     .help = "the truth's, none, or the underside inside a box"},
+    {"shift_mm", OM_YAML_VEC3, AT(OmSceneBelief, shift), .min = -1000, .max = 1000, .scale = MM,
+     .unit = "mm",
+     .help = "`kind: same`: shift of the region, task frame; the third number is not used"},
+    {"grow_mm", OM_YAML_DOUBLE, AT(OmSceneBelief, grow), .min = -1000, .max = 1000, .scale = MM,
+     .unit = "mm",
+     .help = "`kind: same`: the region extends by this on all sides; below 0 it shrinks"},
+    {"lo_mm", OM_YAML_VEC3, AT(OmSceneBelief, lo), .scale = MM, .unit = "mm",
+     .help = "lower corner of the box, task frame"},
+    {"hi_mm", OM_YAML_VEC3, AT(OmSceneBelief, hi), .scale = MM, .unit = "mm",
+     .help = "upper corner of the box, task frame"},
+    {"foundation", OM_YAML_DOUBLE, AT(OmSceneBelief, foundation), .min = 0, .max = 1e12,
+     .unit = "N/m^3", .help = "stiffness by attached area; left out: the truth's"},
+    {"stiffness", OM_YAML_DOUBLE, AT(OmSceneBelief, stiffness), .min = 0, .max = 1e9, .unit = "N/m",
+     .help = "of the spring of every attached vertex, 0: held still; left out: the truth's"},
+};
+static const OmYamlSchema belief_schema = {"believed_attachments", belief_field,
+                                           COUNT(belief_field), NULL};
 
 static const OmYamlField roi_field[] = {
     {"random", OM_YAML_BOOL, AT(OmSceneRoi, is_random),
@@ -218,7 +244,9 @@ static const OmYamlField scene_field[] = {
     {"model", OM_YAML_STRUCT, AT(OmScene, model), .sub = &model_schema,
      .group = IN(OM_SOURCE_VOLUME), .help = "how a patient model is built from a volume"},
     {"attachments", OM_YAML_STRUCT, AT(OmScene, attach), .sub = &attach_schema,
-     .help = "what holds the tissue"},
+     .help = "what holds the tissue, in truth"},
+    {"believed_attachments", OM_YAML_STRUCT, AT(OmScene, believed), .sub = &belief_schema,
+     .help = "what the twin believes to hold the tissue; left out: the truth"},
     {"roi", OM_YAML_STRUCT, AT(OmScene, roi), .sub = &roi_schema, .group = MADE,
      .help = "the region of interest that the tissue hides"},
     {"endoscope", OM_YAML_STRUCT, AT(OmScene, endoscope), .sub = &camera_schema,

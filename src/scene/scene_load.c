@@ -39,6 +39,7 @@ OmScene om_scene_default(void) {
                              .attach = "border:medial 25 %",
                              .tumour_radius = 0.008};
     s.attach = (OmSceneAttach){.kind = OM_ATTACH_RANDOM, .share_min = 0.1, .share_max = 0.5};
+    s.believed = (OmSceneBelief){.stiffness = -1, .foundation = -1};
     s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
     s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480};
     s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240};
@@ -66,6 +67,12 @@ static OmStatus validate(const OmScene* s, const char* name) {
     OM_CHECK(s->attach.share_min <= s->attach.share_max, OM_INVALID,
              "%s: attachments: share_min %g exceeds share_max %g", name, s->attach.share_min,
              s->attach.share_max);
+    const double pair[2][2] = {{s->attach.stiffness, s->attach.foundation},
+                               {s->believed.stiffness, s->believed.foundation}};
+    for (int k = 0; k < 2; ++k)
+        OM_CHECK(pair[k][0] <= 0 || pair[k][1] <= 0, OM_INVALID,
+                 "%s: %s: stiffness %g N/m and foundation %g N/m^3 exclude each other", name,
+                 k ? "believed_attachments" : "attachments", pair[k][0], pair[k][1]);
     OM_CHECK(s->tissue.source == OM_SOURCE_SHEET || s->tissue.file[0], OM_INVALID,
              "%s: tissue: \"file\" is missing; source %s reads one", name,
              om__scene_source_name[s->tissue.source]);
@@ -118,6 +125,12 @@ static OmStatus check_uses(const OmScene* s, const OmScene* plain, const char* n
     OM_CHECK(s->attach.kind == OM_ATTACH_BOX ||
                  (om_norm(s->attach.lo) == 0 && om_norm(s->attach.hi) == 0),
              OM_INVALID, "%s: attachments: lo_mm and hi_mm have no effect without kind: box", name);
+    const OmSceneBelief* b = &s->believed;
+    OM_CHECK(b->kind == OM_BELIEF_BOX || (om_norm(b->lo) == 0 && om_norm(b->hi) == 0), OM_INVALID,
+             "%s: believed_attachments: lo_mm and hi_mm have no effect without kind: box", name);
+    OM_CHECK(b->kind == OM_BELIEF_SAME || (om_norm(b->shift) == 0 && b->grow == 0), OM_INVALID,
+             "%s: believed_attachments: shift_mm and grow_mm have no effect without kind: same",
+             name);
     OM_CHECK(!s->roi.is_random || om_norm(s->roi.center) == 0, OM_INVALID,
              "%s: roi: center_mm has no effect on a random region; say random: false", name);
     return OM_OK;

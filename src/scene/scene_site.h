@@ -8,6 +8,16 @@
 // material of the role. A patient model brings its own attachments and ROI too.
 OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProgress* progress,
                              OmSite* site);
+// The truth's attachments on the twin's mesh, as its set "attachment"; of a patient they are there already.
+OmStatus om__site_attach(const OmScene* scene, OmSite* site);
+// The world's attachments: vertices of its underside whose nearest vertex of the twin's is attached.
+OmStatus om__site_copy_attachments(const OmSite* twin, OmSite* world);
+// Replace the truth's attachments on the twin's mesh by those that the scene has the twin believe.
+OmStatus om__site_believe(const OmScene* scene, OmSite* site);
+// Area of each attached vertex, m^2, which must not exist yet; total above 0: scaled to this sum.
+OmStatus om__site_measure_attachments(double total, OmSite* site);
+// Stiffness of the attachments by the scene's numbers and the site's role.
+void om__site_set_stiffness(const OmScene* scene, OmSite* site);
 // Size of the world's mesh if the scene does not give it: cells of a sheet, edge of a model's mesh, m.
 OmVec3 om__scene_world_cells(const OmSceneTissue* tissue);
 double om__scene_world_edge(const OmSceneModel* model);

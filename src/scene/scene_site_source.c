@@ -207,6 +207,7 @@ void om_site_set_numbers(const OmScene* scene, OmSite* site) {
     site->young = young * (is_world ? scene->world.young_factor : 1.0);
     site->density = density * (is_world ? scene->world.density_factor : 1.0);
     site->poisson = t->poisson;
+    om__site_set_stiffness(scene, site);
 }
 
 OmSiteMaterial om_site_get_material(const OmSite* site, int label) {

@@ -80,7 +80,8 @@ OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site, OmBod
     def.rayleigh_mass = scene->tissue.rayleigh_mass;
     def.rayleigh_stiffness = scene->tissue.rayleigh_stiffness;
     def.gravity = site->gravity;
-    def.attachment_stiffness = scene->attach.stiffness;
+    def.attachment_stiffness = site->attach_stiffness;
+    if (site->attach_foundation > 0) def.attachment_springs = site->attach_spring;
     def.solver.tolerance = CG_TOLERANCE;
     def.solver.max_iterations = CG_ITERATIONS;
     *out = def;
