@@ -35,8 +35,8 @@ typedef struct OmArmObservation {
     double jaw_speed;         // measured, rad/s; below 0: the jaw closes
     double jaw_goal;          // commanded opening, rad
     bool is_moving;           // a commanded motion of the tip is under way
-    // Estimate of the load on the tip, world frame, N and N m. Without one has_wrench is false and both are 0: so is a
-    // simulated arm's unless the scene has `world: force_noise`, and then its torque is 0.
+    // Estimate of the load on the tip, world frame, N and N m; without an estimate has_wrench is false and both are 0.
+    // A simulated arm has one if the scene sets `world: force_noise`; its torque is 0.
     bool has_wrench;
     OmVec3 force, torque;
 } OmArmObservation;
@@ -65,8 +65,8 @@ typedef struct OmDepthPicture {  // of the depth camera
     OmPicture color;  // RGB of the same pixels; empty: not observed
 } OmDepthPicture;
 
-/// Each source has its own time: in a real world a picture is older than the joints. No measurement names the object it
-/// comes from: om_cloud_init (world_cloud.h) finds the points on the tissue as a robot can.
+/// Each source has its own time: in a real world a picture is older than the joints. No measurement names an object:
+/// om_cloud_init (world_cloud.h) finds the points on the tissue from depth, joints and known anatomy.
 typedef struct OmObservation {         // om_observation_done frees; zero-initialise
     double time;                       // s, of the world's clock
     int narm;                          //
@@ -80,8 +80,9 @@ typedef struct OmObservation {         // om_observation_done frees; zero-initia
 
 typedef struct OmWorld OmWorld;
 
-/// Functions of a kind of world; an interface to a real robot fills the same table. Functions marked optional may be
-/// null.
+/// Functions of a kind of world; an interface to a real robot fills the same table. The functions below check arguments
+/// before they call it: the arm exists, a goal is a pose, angle and speed are finite, dt is positive, and `what` has
+/// flags of `sources` alone. Functions marked optional may be null.
 typedef struct OmWorldOps {
     void (*destroy)(OmWorld* world);
     OmStatus (*move)(OmWorld* world, int arm, OmPose goal, double speed);
@@ -138,7 +139,7 @@ OM_API OmStatus om_world_reset(OmWorld* world);
 #define OM_WORLD_SETTLE_SPEED 1e-3  // m/s, of vertices: slower is at rest
 /// Size of a snapshot in bytes; 0: this world has none.
 OM_API size_t om_world_state_size(const OmWorld* world);
-/// Copy everything that changes into a block of om_world_state_size bytes.
+/// Copy everything that changes, apart from om_body_nbad, into a block of om_world_state_size bytes.
 /// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
 OM_API OmStatus om_world_save(const OmWorld* world, void* block);
 /// Return to a snapshot of the same world: what follows is the same to the last bit, measured noise included.
@@ -162,10 +163,10 @@ OM_API void om_view_destroy(OmView* view);
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);
 /// Check that the ROI could be seen with the tissue removed.
-/// @return OM_OK; OM_INVALID if less than OM_WORLD_LEAST_VISIBLE of the ROI, or less than the task's own
+/// @return OM_OK; OM_INVALID if less than OM_WORLD_MIN_VISIBLE of the ROI, or less than the task's own
 ///         `visibility`, could be seen: the message names the reason and the remedy; OM_NO_MEMORY
 OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site);
-#define OM_WORLD_LEAST_VISIBLE 0.9
+#define OM_WORLD_MIN_VISIBLE 0.9
 /// The truth inside a simulated world, for recordings and for judging; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
 /// Shaft, wrist and jaws of an arm where they are now, always the same triangles; valid until the next call. Null for a

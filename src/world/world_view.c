@@ -98,7 +98,7 @@ OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
     OmStatus status = om_view_look(view, NULL, &v);
     om_view_destroy(view);
     OM_TRY(status);
-    double min = fmax(OM_WORLD_LEAST_VISIBLE, scene->task.visibility);
+    double min = fmax(OM_WORLD_MIN_VISIBLE, scene->task.visibility);
     if (v.nseen >= min * v.npoint) return OM_OK;
     const char* remedy = "raise the endoscope's elevation_deg or move the ROI";
     if (v.noutside >= v.naway && v.noutside >= v.nhidden)
