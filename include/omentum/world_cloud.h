@@ -1,4 +1,4 @@
-/// omentum/world_cloud.h: points on the tissue, from a depth picture of any world (floor 4).
+/// omentum/world_cloud.h: points on the tissue and the visibility of the ROI, from pictures of any world (floor 4).
 ///
 /// A depth camera sees tissue, tools and the anatomy around, and no pixel says what it shows. A robot knows two of the
 /// three: its tools, from measured joints, and the anatomy that does not move, from the patient model. Points near them
@@ -44,6 +44,12 @@ typedef struct OmCloud {
 OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observation,
                               OmCloud* cloud);
 OM_API void om_cloud_done(OmCloud* cloud);
+
+/// Share of the ROI's points that a picture shows, for a world without the source OM_OBSERVE_VISIBILITY. A point is
+/// seen if it faces the camera, lies in the picture, and its pixel has the hue of the ROI (om_sense_look).
+/// @param site  ROI as known before the operation
+/// @return OM_OK; OM_INVALID (no picture, or no ROI)
+OM_API OmStatus om_roi_visibility(const OmWorldPicture* picture, const OmSite* site, double* share);
 
 #ifdef __cplusplus
 }

@@ -172,6 +172,39 @@ static void test_cloud_of_lifted_tissue(void** state) {
     teardown(&f);
 }
 
+// The visibility by colour against rays at the true geometry, from hidden to exposed.
+static void test_visibility_by_colour(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.roi.center = om_vec3(-0.042, -0.042, 0);  // near the free corner
+    scene.endoscope.width = 640, scene.endoscope.height = 480;
+    setup(&f, scene);
+    assert_ok(om_world_reset(f.world));
+    grasp_at(&f, 0, om_vec3(-0.048, -0.048, TOP));
+    OmPose goal = to_world(&f, 0, om_vec3(0.01, -0.02, 0.04));
+    assert_ok(om_world_move(f.world, 0, goal, 0.05));
+    double largest = 0;
+    int nbetween = 0;
+    for (int look = 0; look < 16; ++look) {
+        OmObservation obs = observe(&f, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE);
+        double share;
+        assert_ok(om_roi_visibility(&obs.endoscope, &f.site, &share));
+        assert_near(share, obs.visibility, 0.04);  // pixels at the border of the ROI
+        largest = fmax(largest, share);
+        nbetween += share > 0.1 && share < 0.8;
+        if (look == 0) assert_near(share, 0, 0);
+        om_observation_done(&obs);
+        for (int i = 0; i < 5; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    }
+    assert_true(largest > 0.8 && nbetween > 1);
+    OmWorldPicture none = {0};
+    double share = 1;
+    assert_status(om_roi_visibility(&none, &f.site, &share), OM_INVALID);
+    assert_near(share, 0, 0);
+    teardown(&f);
+}
+
 // ---- a made-up field: exact -----------------------------------------------------------------------------------
 
 enum { WIDTH = 20, HEIGHT = 4 };
@@ -288,6 +321,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
         cmocka_unit_test(test_tools_are_left_out),
         cmocka_unit_test(test_cloud_of_lifted_tissue),
+        cmocka_unit_test(test_visibility_by_colour),
         cmocka_unit_test(test_anatomy_and_distance_are_left_out),
         cmocka_unit_test(test_definitions_out_of_range),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
