@@ -14,7 +14,8 @@ typedef struct Field {  // everything that has to be destroyed
     OmTissueModel* model;
     OmTissueState* state;
     OmTissueWork* work;
-    OmContact* board;
+    OmContact* contact;
+    OmContactWork* contact_work;
     OmProbe* ball;
     OmSenseScene* scene;
 } Field;
@@ -46,27 +47,27 @@ static OmStatus make_obstacles(Field* f) {
     ball.radius = 0.03;
     OmContactPlane plane = {om_vec3(0, 0, 0), om_vec3(0, 0, 1)};
     OmTissueObstacle flat = om_plane_obstacle(&plane);
-    OmContactDef board = om_contact_default_def();
-    board.nobstacle = 1;
-    board.obstacle = &flat;
     OmStatus status = om_probe_create(&ball, &f->ball);
-    if (status == OM_OK) status = om_contact_create(&board, f->model, &f->board);
+    if (status != OM_OK) return status;
+    OmTissueObstacle obstacle[2] = {flat, om_probe_obstacle(f->ball, ball_pose, ball_pose, 1)};
+    OmContactDef def = om_contact_default_def();
+    def.nobstacle = 2;
+    def.obstacle = obstacle;
+    status = om_contact_create(&def, f->model, &f->contact);
+    if (status == OM_OK) status = om_contact_work_create(f->contact, &f->contact_work);
     return status;
 }
 
-// Two seconds; the board's obstacle and the ball's go into each step together.
+// Two seconds; the report has the force of each obstacle.
 static OmStatus drop(Field* f) {
-    const OmTissueObstacle* still;
-    OmTissueObstacle obstacle[2];
-    OmStatus status = om_contact_get_obstacles(f->board, &still) == 1 ? OM_OK : OM_INVALID;
+    OmContactReport report;
+    OmStatus status = OM_OK;
     for (int step = 0; status == OM_OK && step < 100; ++step) {
-        obstacle[0] = still[0];
-        obstacle[1] = om_probe_obstacle(f->ball, ball_pose, ball_pose, 1);
-        status = om_tissue_step_among(f->model, f->state, f->work, 0.02, 2, obstacle, NULL);
+        status = om_contact_step(f->contact_work, f->model, f->state, f->work, 0.02, &report);
         if (status == OM_OK && (step + 1) % 20 == 0)
             printf("%.1f s: ball bears %5.2f N of %.2f N, board %5.2f N\n",
-                   om_tissue_time(f->state), obstacle[1].force.z, 9.81 * 1000 * 0.09 * 0.09 * 0.03,
-                   obstacle[0].force.z);
+                   om_tissue_time(f->state), report.obstacle[1].force.z,
+                   9.81 * 1000 * 0.09 * 0.09 * 0.03, report.obstacle[0].force.z);
     }
     return status;
 }
@@ -118,7 +119,8 @@ int main(void) {
     if (status != OM_OK) fprintf(stderr, "%s\n", om_error_message());
     om_sense_scene_destroy(f.scene);
     om_probe_destroy(f.ball);
-    om_contact_destroy(f.board);
+    om_contact_work_destroy(f.contact_work);
+    om_contact_destroy(f.contact);
     om_embedding_done(&f.embedding);
     om_tissue_work_destroy(f.work);
     om_tissue_state_destroy(f.state);
