@@ -65,8 +65,7 @@ typedef struct
     OmCalibrationTissueDef {  // made by om_calibration_tissue_default_def; arrays are copied
     OmCalibrationBuildFn build;
     void* ctx;  // borrowed
-    // What the tissue lies on; null: nothing. Borrowed, with everything it points to. A press of an
-    // engine with a system matrix is refused together with it.
+    // Obstacles below the tissue; null: none. Borrowed, with everything it points to.
     const OmContactDef* contact;
     int npath;
     const OmCalibrationPath* path;  // names and probes are borrowed                   (npath)

@@ -181,21 +181,6 @@ static OmStatus check_forces(const OmCalibrationTissue* t, const OmTissueModel* 
     return OM_OK;
 }
 
-// The press of engines with a system matrix supports no other obstacle than the probe.
-static OmStatus check_presses(const OmCalibrationTissue* t, const OmTissueModel* model) {
-    const OmContactDef* c = t->def.contact;
-    bool has_obstacle = c && c->nobstacle > 0;
-    for (int p = 0; p < t->def.npath && has_obstacle; ++p)
-        OM_CHECK(
-            t->path[p].kind != OM_PATH_PRESS || om_tissue_moves_itself(model), OM_INVALID,
-            "path %s: a press of finite elements knows the probe alone, so that the tissue "
-            "would pass through %s under it; take the board away (tissue: board: false) where "
-            "attachments carry the tissue, or calibrate particles (engine: pbd or xpbd), which "
-            "keep out of both",
-            t->path[p].name, c->obstacle[0].is_plane ? "the board" : "the organ");
-    return OM_OK;
-}
-
 static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
                      OmCalibrationTissue* t) {
     t->def = *def;
@@ -210,7 +195,6 @@ static OmStatus make(const OmCalibrationTissueDef* def, const double* start,
         status = om_error(OM_INVALID, "no model can be built with the start values: %s", why);
     }
     if (status == OM_OK) status = check_forces(t, model);
-    if (status == OM_OK) status = check_presses(t, model);
     if (status == OM_OK) status = gather_points(def, model, t);
     om_tissue_destroy(model);
     return status == OM_OK ? make_labels(def, t) : status;

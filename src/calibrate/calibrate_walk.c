@@ -92,6 +92,7 @@ static OmStatus begin(Walk* w) {
     def.ntri = p->contact_ntri;
     def.friction = p->friction;
     OM_TRY(om_press_create(&def, w->model, &w->press));
+    if (w->contact) om_contact_work_set_presses(w->contact_work, 1, &w->press);
     return om_press_place(w->press, w->model, w->state, pose_at(w, 0));
 }
 
@@ -108,11 +109,18 @@ static OmStatus step_among(Walk* w, double travel) {
     return status;
 }
 
+// Step with the probe, and with the board below the tissue where there is one.
 static OmStatus step_press(Walk* w, double travel) {
-    OmPressReport report;
-    OmStatus status = om_press_step(w->press, w->model, w->state, w->work, pose_at(w, travel),
-                                    w->path->time_step, &report);
-    if (status >= 0) w->force = om_scale(-1, report.force);
+    double h = w->path->time_step;
+    OmPose pose = pose_at(w, travel);
+    OmStatus status;
+    if (w->contact) {
+        OM_TRY(om_press_move(w->press, pose));
+        status = om_contact_step(w->contact_work, w->model, w->state, w->work, h, NULL);
+    } else {
+        status = om_press_step(w->press, w->model, w->state, w->work, pose, h, NULL);
+    }
+    if (status >= 0) w->force = om_scale(-1, om_press_report(w->press)->force);
     return status;
 }
 
