@@ -9,7 +9,7 @@
 #define PAUSE_AT 2.0    // s
 #define PAUSE_TIME 1.0  // s
 
-// ---- a listener: functions that the loop calls; those that it does not need are null ---------------------
+// ---- a listener: functions that the loop calls; unused ones are null ---------------------
 
 static OmStatus on_plan(void* ctx, const OmLoop* loop, const OmSituation* situation,
                         const OmPlan* plan) {

@@ -93,8 +93,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractSample* sample;
     // The tissue comes to rest on its ground before the operation begins.
     bool is_settled;  // twin and world were at rest when the operation began
-    double twin_shift,
-        world_shift;  // m, mean displacement of the vertices until then; NAN without a truth
+    // m, mean displacement of the vertices until then; NAN without a truth
+    double twin_shift, world_shift;
     bool has_slid;  // one of the shifts exceeds OM_RETRACT_SLID of the tissue's smaller half extent
     int twin_nbad, world_nbad;  // steps with inverted elements, unsettled contact or energy gained
     int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth

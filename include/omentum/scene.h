@@ -36,11 +36,11 @@ typedef enum OmTissueSource {
 typedef struct OmSceneTissue {
     // Engine of the twin, by its name in OmScene.engines; default "fem". The simulated truth has finite elements.
     char engine[OM_SCENE_NAME];
-    char
-        weights[OM_SCENE_PATH];  // file that this engine reads, relative to the data root; "": none
-    int source;                  // OmTissueSource
-    OmVec3 size;                 // m, of a sheet; default 120 x 120 x 5 mm
-    OmVec3 cells;                // of the twin's sheet, default 20 x 20 x 1
+    // file that this engine reads, relative to the data root; "": none
+    char weights[OM_SCENE_PATH];
+    int source;          // OmTissueSource
+    OmVec3 size;         // m, of a sheet; default 120 x 120 x 5 mm
+    OmVec3 cells;        // of the twin's sheet, default 20 x 20 x 1
     OmVec3 world_cells;  // of the simulated world's sheet; 0 (default): one and a half of `cells`
     char file[OM_SCENE_PATH];  // mesh, patient model, or volume; relative to the data root
     double unit;               // of a ready mesh, m; default 1

@@ -46,8 +46,8 @@ typedef struct OmSenseLook {
     double red, green, blue;  // 0 to 1, linear light
     double gloss;             // strength of highlights, 0 to 1: 1 is wet
     double metal;             // 0 to 1: highlights take the colour, diffuse light vanishes
-    double
-        crease;  // if smooth: cosine below which a corner keeps the triangle's normal; 0: none does
+    // if smooth: cosine below which a corner keeps the triangle's normal; 0: none does
+    double crease;
     bool is_smooth;   // normals of vertices, not of triangles
     bool is_checker;  // squares of 10 mm in two shades, for boards
     OmSenseTexture texture;
@@ -79,8 +79,8 @@ OM_API OmSenseLook om_sense_look(OmSensePart part);
 /// | tool    | any          | 0 to 0.22    | 0.02 to 1    |
 /// | nothing | 120 to 210   | 0.22 to 1    | 0 to 0.10    |
 typedef struct OmSenseRange {
-    double hue_min,
-        hue_max;  // degrees; min belongs to the range, max does not; 340 to 20 is over 0
+    // degrees; min belongs to the range, max does not; 340 to 20 is over 0
+    double hue_min, hue_max;
     double saturation_min, saturation_max;  // 0 to 1
     double value_min, value_max;            // 0 to 1
 } OmSenseRange;

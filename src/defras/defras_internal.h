@@ -107,8 +107,8 @@ struct OmLoop {
     bool is_over;              // the force is above om__force_limit
     double over_time;          // s of the current motion with a force above om__force_limit
     double rate;               // fraction of the nominal speed
-    double
-        force_world;  // N, the larger of both arms in the truth, for the record alone; NAN unknown
+    // N, the larger of both arms in the truth, for the record alone; NAN unknown
+    double force_world;
     double force_world_last;    // N, at the tick before
     double force_world_action;  // N, largest during the current action
     double twin_wall;           // s spent in the twin

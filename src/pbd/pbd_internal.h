@@ -139,7 +139,7 @@ void om__pbd_clusters_done(OmPbdClusters* shape);
 
 // ---- pbd_shape.c
 
-/// Centres, rotations and maps of batches [begin, end) at positions x; `turn` goes on from where it is.
+/// Centres, rotations and maps of batches [begin, end) at positions x; `turn` continues from its current values.
 void om__pbd_match(const OmPbdClusters* shape, double linear_stretch, const double* x, int begin,
                    int end, int nnewton, double* turn, double* map);
 /// (3.14) for particles [begin, end): a share `alpha` of the way to the mean of the goals of their clusters is

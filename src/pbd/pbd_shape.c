@@ -3,7 +3,7 @@
 // Each cluster seeks the rotation R that brings its rest shape q_i nearest to its particles x_i: it maximises
 // tr(R^T A), A = sum w_i x_i q_i^T (Mueller et al. 2005). Weights are m_i over the number of i's clusters, so that
 // the mean of goals keeps linear and angular momentum (Rivers and James 2007). A polar decomposition of A would
-// be free to flip where A has rank two, as that of every single layer; instead R goes on from the last step's by
+// be free to flip where A has rank two, as that of every single layer; instead R continues from the last step's by
 // Newton's method on the rotation group: with S = R^T A, g = axial(S), H = tr(S) I - sym(S), turn by H^-1 g.
 // H is positive definite about the maximum, for rank two as well; elsewhere a multiple of I is added. What A does
 // not determine (rank one, or zero: a cluster collapsed to a point) has no gradient, so R stays what it was.

@@ -1,6 +1,6 @@
 // pbd_step.c: a step: substeps of prediction, iterations of constraints, velocities from the way made.
 //
-// A team shares each stage in fixed blocks of particles or clusters and meets at barriers; nobody adds to what
+// A team shares each stage in fixed blocks of particles or clusters and meets at barriers; no member adds to data that
 // another wrote, so any number of workers gives the same bytes. All is Jacobi's scheme: clusters read
 // positions, then every particle goes alpha of the way to the mean of its goals, to its spring's anchor
 // and out of obstacles.
@@ -241,7 +241,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     }
 }
 
-// What holds prescribed vertices: against clusters, weight, other forces, and for their acceleration.
+// Reaction of prescribed vertices: against clusters, weight, other forces, and for their acceleration.
 static void report_holding(OmPbdStep* s) {
     double* f_tool = om__state_array(s->s, OM__F_TOOL);
     const double* f_ext = om__state_array(s->s, OM__F_EXT);

@@ -37,7 +37,7 @@ void om__cast_shadow(const OmSenseScene* scene, Packet* packet);
 const Object* om__object(const OmSenseScene* scene, int id);
 // The voxels of a texture; null if no object has it.
 const float* om__texture(const OmSenseScene* scene, OmSenseTexture texture);
-// Middle of the first object as it was added: exposure is set for this point.
+// Middle of the first object when it was added: exposure is set for this point.
 OmVec3 om__exposure_point(const OmSenseScene* scene);
 
 // ---- textures: periodic volumes of TEXTURE_SIZE^3 voxels with four channels ------------------------------------
@@ -48,8 +48,8 @@ OmVec3 om__exposure_point(const OmSenseScene* scene);
 enum { CHANNEL_SHADE, CHANNEL_TINT, CHANNEL_HEIGHT, CHANNEL_WET, NCHANNEL };
 
 typedef struct Texel {
-    float value
-        [NCHANNEL];  // factor on the colour; share of the second colour, 0 to 1; m; factor on gloss
+    // factor on the colour; share of the second colour, 0 to 1; m; factor on gloss
+    float value[NCHANNEL];
     float slope[3];  // gradient of the height in texture coordinates, m
 } Texel;
 

@@ -285,7 +285,7 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
     }
 }
 
-// What holds the tissue pulls at the tip. A point grasp of this model passes on no torque that an arm could measure.
+// The force of the tissue acts at the tip. A point grasp of this model passes on no torque that an arm could measure.
 static OmStatus observe_forces(SimWorld* w, OmObservation* obs) {
     double sigma = w->scene->world.force_noise;
     if (sigma < 0) return OM_OK;

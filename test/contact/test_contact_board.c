@@ -406,7 +406,7 @@ static void test_same_bytes(void** context) {
     assert_true(hash[0] == hash[1]);
 }
 
-// The first step allocates; every failure returns, and leaves the state as it was.
+// The first step allocates; every failure returns, and does not change the state.
 static OmStatus first_step(void* ctx) {
     Bed* b = ctx;
     TestRig* r = &b->p.r;

@@ -52,8 +52,8 @@ static void test_area_of_ball(void** test) {
     OmPressDef def = om_press_default_def(p.probe);
     def.method = OM_PRESS_PRESCRIBED;
     def.surface = &top;
-    def.reach =
-        0.022;  // the ball's sides are within it: 25 mm less the root of 25^2 - r^2 mm for r up to 24.8 mm
+    // the ball's sides are within it: 25 mm less the root of 25^2 - r^2 mm for r up to 24.8 mm
+    def.reach = 0.022;
     assert_ok(om_press_create(&def, p.r.m, &p.press));
     double radius = shape.radius * sin(OM_PI / 3);
     int expected = 0;

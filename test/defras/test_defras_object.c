@@ -459,7 +459,7 @@ static void test_a_world_without_a_truth(void** state) {
 }
 
 // Another kind of world, in closed form, with one arm or two: the ROI shows once held tissue has moved by more than
-// 10 mm, in proportion, and all of it at 40 mm. Nobody resets this world. The ROI lies on the side of PSM2, which the
+// 10 mm, in proportion, and all of it at 40 mm. This world has no reset. The ROI lies on the side of PSM2, which the
 // planner chooses if there is one.
 static void test_a_world_in_closed_form(void** state) {
     (void)state;
