@@ -72,6 +72,8 @@ OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* tex
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
                                OmBody** body);
 OM_API void om_body_destroy(OmBody* body);
+/// The engine that computes the body; om_engine_capabilities says what it can do.
+OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
 /// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
 /// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius)
 OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,

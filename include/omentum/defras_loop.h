@@ -27,7 +27,8 @@ extern "C" {
 typedef struct OmRetractSample {  // one instant
     double time;                  // s
     double visibility;            // 0 to 1
-    double force;        // N, by the twin, the larger of both arms: pull less the weight carried
+    double
+        force;  // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
     double speed_rate;   // 1, or less while slowed down by force
@@ -76,7 +77,7 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
     // Forces: the arms see those of the twin alone. The truth's are for judging; NAN without a truth.
-    double force_max;        // N, by the twin
+    double force_max;        // N, by the twin; NAN if its engine has no forces
     double force_world_max;  // N, in the truth
     double force_more;       // N, largest excess of the truth over the twin at one instant
     double force_less;       // N, largest excess of the twin over the truth at one instant

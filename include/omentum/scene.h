@@ -141,6 +141,9 @@ typedef struct OmSceneTask {
     int grid;  // N of the N x N grasping points, 2 to OM_SCENE_MAX_GRID; default 5
     // epsilon of Alg. 4, N; calibrated for each scene. Default 2.55, the sheet's.
     double force_threshold;
+    // The arms slow down and stop by the twin's force; default true. False: no force limit, for twins whose engine has
+    // no forces in newtons (OM_ENGINE_FORCES).
+    bool watch_force;
     // N: by how much the force on the true tissue may exceed the twin's estimate. The arms act at
     // force_threshold less this. Calibrated for each scene; default 0.
     double force_margin;

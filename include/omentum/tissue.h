@@ -158,7 +158,8 @@ typedef struct OmTissueReport {
     int ninverted;  // elements with det F <= 1e-6 at the end; only finite elements count them
     // J, largest rise of energy in a substep beyond the work done and rounding.
     double energy_gain;
-    bool is_unguarded;  // a substep was accepted that crushes an element or gains energy
+    // A substep was accepted that crushes an element or gains energy, or an input unlike the training of a network.
+    bool is_unguarded;
 } OmTissueReport;
 
 /// Scratch for steps of `model`: matrix, solver, arrays.

@@ -60,10 +60,18 @@ typedef struct Settings {
 // Print the pull on the tissue by the twin's estimate and in the truth, and the limit.
 static void print_force(const OmScene* scene, const OmRetractResult* r) {
     const OmSceneTask* task = &scene->task;
-    printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->force_max);
-    if (isfinite(r->force_world_max))
-        printf(", %.2f N in the simulated truth (up to %.2f N above the estimate)",
-               r->force_world_max, fmax(0, r->force_more));
+    if (isfinite(r->force_max))
+        printf("  pull on the tissue: at most %.2f N as the twin estimates it", r->force_max);
+    else
+        printf("  pull on the tissue: not known to the twin, whose engine %s has no forces",
+               scene->tissue.engine);
+    if (isfinite(r->force_world_max)) printf(", %.2f N in the simulated truth", r->force_world_max);
+    if (isfinite(r->force_more))
+        printf(" (up to %.2f N above the estimate)", fmax(0, r->force_more));
+    if (!task->watch_force) {
+        printf("\n  limit: none; the scene says watch_force: false\n");
+        return;
+    }
     printf("\n  limit: the arms stop pulling at %.2f N by the estimate",
            task->force_threshold - task->force_margin);
     if (task->force_margin > 0)
@@ -203,15 +211,17 @@ static int run_layouts(Settings* s) {
         if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &r);
         if (status < 0) return om_cli_fail("retract", status);
         om_cli_progress_done();
-        printf(
-            "%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %.2f N by the twin, %.2f N in "
-            "the truth  %s\n",
-            k,
-            r.is_exposed                      ? "exposed"
-            : r.outcome == OM_RETRACT_IN_VIEW ? "in view"
-                                              : "hidden",
-            100 * r.visibility_start, 100 * r.visibility_end, r.naction, r.time, r.force_max,
-            r.force_world_max, r.reason);
+        char by_twin[32] = "not known to the twin";
+        if (isfinite(r.force_max))
+            snprintf(by_twin, sizeof by_twin, "%.2f N by the twin", r.force_max);
+        printf("%2d  %-7s  ROI %3.0f -> %3.0f %%  %3d actions  %5.1f s  force %s, %.2f N in "
+               "the truth  %s\n",
+               k,
+               r.is_exposed                      ? "exposed"
+               : r.outcome == OM_RETRACT_IN_VIEW ? "in view"
+                                                 : "hidden",
+               100 * r.visibility_start, 100 * r.visibility_end, r.naction, r.time, by_twin,
+               r.force_world_max, r.reason);
         fflush(stdout);
         nexposed += r.is_exposed;
         twin_ms += r.twin_step_ms / s->nlayout;

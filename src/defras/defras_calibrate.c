@@ -191,6 +191,10 @@ OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, int nwork
                                     const OmProgress* progress, OmForceCalibration* calibration) {
     memset(calibration, 0, sizeof *calibration);
     OM_CHECK(nlayout >= 1 && nlayout <= 10000, OM_INVALID, "%d layouts; 1 to 10000", nlayout);
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(scene, OM_SITE_TWIN, &engine));
+    OM_CHECK(om_engine_capabilities(engine) & OM_ENGINE_FORCES, OM_INVALID,
+             "the twin's engine \"%s\" has no forces in newtons to calibrate", engine->name);
     Calibration c = {
         .scene = scene, .nlayout = nlayout, .nblock = scene->task.grid * scene->task.grid};
     OmStatus status = OM_OK;

@@ -154,7 +154,7 @@ static OmStatus note_action(OmLoop* loop) {
                           .end = loop->time,
                           .outcome = loop->action.outcome,
                           .visibility = loop->visibility,
-                          .force_max = loop->force_action,
+                          .force_max = loop->has_forces ? loop->force_action : (double)NAN,
                           .force_world_max = loop->truth ? loop->force_world_action : (double)NAN,
                           .is_replanned = loop->action_index == 0 && loop->ncontinued == 0,
                           .plan = r->nplan - 1};

@@ -104,6 +104,7 @@ struct OmLoop {
     double visibility;
     double force[OM_MAX_ARM];  // N, pull less weight, by the twin: the arms act on it
     double force_action;       // N, largest during the current action
+    bool has_forces;           // the twin's engine has forces in newtons
     bool is_over;              // the force is above om__force_limit
     double over_time;          // s of the current motion with a force above om__force_limit
     double rate;               // fraction of the nominal speed
@@ -147,6 +148,10 @@ struct OmLoop {
 #define ATTEMPT_DISTANCE 0.18     // of neighbouring attempts, initial value
 #define MAX_NEAR_ATTEMPTS 3       // within that distance, before a block is postponed
 #define ATTACHMENT_DISTANCE 0.09  // of the middle of a block from an attachment, minimum
+
+// defras_loop.c
+/// @return OM_OK; OM_INVALID (the task watches the force, and the engine has none in newtons)
+OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine);
 
 // defras_fluents.c
 double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m

@@ -72,6 +72,15 @@ static OmStatus check_task(const OmSceneTask* task) {
     return OM_OK;
 }
 
+OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine) {
+    OM_CHECK(!task->watch_force || om_engine_capabilities(engine) & OM_ENGINE_FORCES, OM_INVALID,
+             "task: the twin's engine \"%s\" has no forces in newtons, so the arms cannot stop at "
+             "force_threshold; say watch_force: false to run without a force limit, or choose an "
+             "engine with forces (fem, xpbd, springs)",
+             engine->name);
+    return OM_OK;
+}
+
 static OmStatus check_def(const OmLoopDef* def) {
     OM_CHECK(def->cookie == LOOP_COOKIE, OM_INVALID, "OmLoopDef was not made by default_def");
     OM_CHECK(def->task, OM_INVALID, "OmLoopDef.task is null");
@@ -83,6 +92,7 @@ static OmStatus check_def(const OmLoopDef* def) {
     OM_CHECK(def->nlistener == 0 || def->listener, OM_INVALID, "OmLoopDef.listener is null");
     OM_CHECK(om_world_sources(def->world) & OM_OBSERVE_VISIBILITY, OM_INVALID,
              "OmLoopDef.world does not observe the visibility of the ROI");
+    OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
     return check_task(def->task);
 }
 
@@ -111,6 +121,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     } else {
         r->force_world_max = r->force_more = r->force_less = NAN;
     }
+    if (!loop->has_forces) r->force_max = r->force_more = r->force_less = NAN;
     double half = fmin(loop->grid.half.x, loop->grid.half.y);
     r->has_slid = fmax(r->twin_shift, r->world_shift) > OM_RETRACT_SLID * half;
 }
@@ -123,6 +134,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->task = *def->task;
     loop->world = def->world;
     loop->twin = def->twin;
+    loop->has_forces = om_engine_capabilities(om_body_engine(def->twin)) & OM_ENGINE_FORCES;
     loop->truth = def->truth;
     loop->planner = def->planner;
     loop->narm = om_world_narm(def->world);
@@ -308,6 +320,7 @@ int om_loop_ntick(const OmLoop* loop) { return loop->tick; }
 OmRetractSample om_loop_sample(const OmLoop* loop) { return om__loop_sample(loop); }
 
 double om_loop_force(const OmLoop* loop, int arm) {
+    if (!loop->has_forces) return NAN;
     return arm >= 0 && arm < OM_MAX_ARM ? loop->force[arm] : 0;
 }
 

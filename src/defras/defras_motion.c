@@ -22,6 +22,7 @@ bool om__watch_stop(Watch* w, double visibility) {
 }
 
 static bool must_stop_for_force(const OmLoop* loop, int arm) {
+    if (!loop->task.watch_force) return false;
     double limit = om__force_limit(&loop->task);
     if (loop->force[arm] <= limit) return false;
     return loop->force[arm] > OVER_FACTOR * limit || loop->over_time > SLOW_TIME;

@@ -338,6 +338,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_number(&json, "force_world_below_twin_max_n", r->force_less);
     om_json_number(&json, "force_threshold_n", scene->task.force_threshold);
     om_json_number(&json, "force_margin_n", scene->task.force_margin);
+    om_json_bool(&json, "force_watched", scene->task.watch_force);
     om_json_integer(&json, "times_above_force_limit", r->nforce);
     om_json_integer(&json, "times_world_above_force_threshold", r->nforce_world);
     om_json_number(&json, "time_s", r->time);

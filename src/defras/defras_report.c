@@ -11,7 +11,7 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
     snprintf(text[2], 64, "%d", r->naction);
-    snprintf(text[3], 64, "%.2f N", r->force_max);
+    snprintf(text[3], 64, isnan(r->force_max) ? "not known" : "%.2f N", r->force_max);
     snprintf(text[4], 64, "%d", r->nforce);
     snprintf(text[5], 64, "%.1f s", r->time);
     snprintf(text[6], 64, "%.2f ms", r->twin_step_ms);
@@ -88,10 +88,16 @@ static OmStatus add_charts(OmReport* report, const OmSceneTask* task, const OmRe
     chart.series[0] = (OmReportSeries){"twin", t, y[1], n};
     chart.series[1] = (OmReportSeries){"truth", t, y[3], n};
     chart.nseries = r->nsample && isnan(y[3][0]) ? 1 : 2;
+    if (isnan(r->force_max)) {  // a twin without forces
+        chart.title = "Pull on the tissue in the truth; the engine of the twin has no forces";
+        chart.series[0] = chart.series[1];
+        chart.nseries = 1;
+    }
     chart.limit = task->force_threshold;
     chart.limit_name = "threshold of the scene";
     chart.limit2 = om__force_limit(task);
-    chart.limit2_name = task->force_margin > 0 ? "the arms stop pulling" : NULL;
+    chart.limit2_name =
+        task->watch_force && task->force_margin > 0 ? "the arms stop pulling" : NULL;
     chart.y_max = task->force_threshold;
     om_report_chart(report, &chart);
     chart.nseries = 1;
@@ -137,7 +143,7 @@ static OmStatus add_actions(OmReport* report, int grid, const OmRetractResult* r
             snprintf(c[3], LEN, "-");
         snprintf(c[4], LEN, "%s", om_action_outcome_text(a->outcome));
         snprintf(c[5], LEN, "%.0f %%", 100 * a->visibility);
-        snprintf(c[6], LEN, "%.2f N", a->force_max);
+        snprintf(c[6], LEN, isnan(a->force_max) ? "-" : "%.2f N", a->force_max);
         snprintf(c[7], LEN, isnan(a->force_world_max) ? "-" : "%.2f N", a->force_world_max);
         for (int k = 0; k < NCOL; ++k) cell[i * NCOL + k] = c[k];
     }
@@ -166,7 +172,9 @@ static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetrac
              s->tissue.rayleigh_mass, s->tissue.rayleigh_stiffness, 1e3 * s->task.time_step);
     om_report_paragraph(report, text);
     char margin[80] = "";
-    if (s->task.force_margin > 0)
+    if (!s->task.watch_force)
+        snprintf(margin, sizeof margin, ", not watched: the arms do not stop for force");
+    else if (s->task.force_margin > 0)
         snprintf(margin, sizeof margin, ", less a margin of %.2f N for the error of the estimate",
                  s->task.force_margin);
     snprintf(

@@ -41,6 +41,9 @@ static OmStatus check_def(const OmRetractDef* def) {
              "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
              task->force_threshold);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
+    const OmTissueEngine* engine;
+    OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
+    OM_TRY(om__check_watch(task, engine));
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 

@@ -43,6 +43,7 @@ static OmStatus watch_truth(OmLoop* loop) {
         largest = fmax(largest, force);
         // While the jaws open the twin has already released the tissue: compare only what both hold.
         if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
+        if (!loop->has_forces) continue;
         r->force_more = fmax(r->force_more, force - loop->force[a]);
         r->force_less = fmax(r->force_less, loop->force[a] - force);
     }
@@ -55,10 +56,12 @@ static OmStatus watch_truth(OmLoop* loop) {
 }
 
 static void watch_force(OmLoop* loop) {
+    if (!loop->has_forces) return;
     double limit = om__force_limit(&loop->task), largest = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a) largest = fmax(largest, loop->force[a]);
     loop->force_action = fmax(loop->force_action, largest);
     loop->result.force_max = fmax(loop->result.force_max, largest);
+    if (!loop->task.watch_force) return;
     bool is_over = largest > limit;
     if (is_over && !loop->is_over) ++loop->result.nforce;
     if (is_over) loop->over_time += loop->task.time_step;
@@ -78,6 +81,7 @@ OmRetractSample om__loop_sample(const OmLoop* loop) {
         s.force = fmax(s.force, loop->force[a]);
         if (loop->arm[a].in_hand >= 0) s.height = fmax(s.height, loop->arm[a].lift);
     }
+    if (!loop->has_forces) s.force = NAN;
     return s;
 }
 

@@ -209,6 +209,9 @@ static const OmYamlField task_field[] = {
     {"force_margin", OM_YAML_DOUBLE, AT(OmSceneTask, force_margin), .min = 0, .max = 1000,
      .unit = "N",
      .help = "by which the truth may exceed the twin: the arms act at force_threshold less this"},
+    {"watch_force", OM_YAML_BOOL, AT(OmSceneTask, watch_force),
+     .help =
+         "do the arms stop at the force limit? must be false for engines without forces (pbd, chainmail, umesh)"},
     {"max_height_mm", OM_YAML_DOUBLE, AT(OmSceneTask, max_height), .min = 1, .max = 500,
      .scale = MM, .unit = "mm",
      .help = "to which tissue is lifted over the point where it was grasped"},

@@ -51,6 +51,7 @@ OmScene om_scene_default(void) {
                              .force_noise = -1};
     s.task = (OmSceneTask){.grid = 5,
                            .force_threshold = 2.55,
+                           .watch_force = true,
                            .max_height = 0.05,
                            .pull_step = 0.01,
                            .visibility = 0.8,

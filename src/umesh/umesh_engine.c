@@ -315,6 +315,7 @@ static OmStatus learned_step(const OmTissueModel* m, OmTissueState* s, OmTissueW
     report_contacts(l, s, w, nobstacle, obstacle);
     report->substeps = 1;
     report->residual = trust.score;
+    report->is_unguarded = !trust.is_inside;
     if (trust.is_inside) return OM_OK;
     return om_error(OM_NOT_CONVERGED, "umesh: outside of what was trained: %s", trust.why);
 }

@@ -114,6 +114,7 @@ OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
 }
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
+const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(b->model); }
 const OmSite* om_body_site(const OmBody* b) { return b->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 

@@ -166,11 +166,26 @@ out largest pull of 25 grasps in 1 layouts
 out ^force_threshold: \d
 out ^force_margin: \d
 
-# A twin of particles: one line more.
-$ sed -e 's/  source: sheet/  source: sheet\n  engine: pbd/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1
+# A twin of particles has no forces in newtons: it is refused unless the scene does without them.
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: pbd/' small.yaml > blind.yaml && omentum retract blind.yaml -q -o blind
+exit 3
+err engine "pbd" has no forces in newtons.*watch_force: false.*fem, xpbd, springs
+err-lines 1
+
+$ omentum retract blind.yaml -q --calibrate-force --layouts 1
+exit 3
+err engine "pbd" has no forces in newtons to calibrate
+
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: pbd/' -e 's/task:/task:\n  watch_force: false/' -e 's/ cells: .*/ cells: [16, 16, 1]/' -e 's/world_cells: .*/world_cells: [24, 24, 1]/' small.yaml > pbd.yaml && omentum retract pbd.yaml -q -o pbd; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
+out ^  pull on the tissue: not known to the twin, whose engine pbd has no forces, \d\.\d\d N in the simulated truth$
+out ^  limit: none; the scene says watch_force: false$
 file pbd/report.html
+
+$ grep -c '"force_watched": false' pbd/run.json; grep -c '"force_max_n": null' pbd/run.json | grep -c -v '^0'; grep -c 'not watched: the arms do not stop for force' pbd/report.html
+exit 0
+out ^1$
 
 $ grep -c 'Twin: .* particles in clusters.*Simulated truth: .* finite elements, stable-neo-hookean' pbd/report.html
 exit 0
@@ -181,7 +196,7 @@ exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file springs/report.html
 
-$ sed -e 's/  source: sheet/  source: sheet\n  engine: chainmail/' small.yaml > mail.yaml && omentum retract mail.yaml -q -o mail; test $? -le 1
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: chainmail/' -e 's/task:/task:\n  watch_force: false/' small.yaml > mail.yaml && omentum retract mail.yaml -q -o mail; test $? -le 1
 exit 0
 out ^small, layout 1: \d+ % of the ROI exposed after \d+ actions
 file mail/report.html
@@ -198,7 +213,7 @@ err tissue: key "model" is now "engine"
 err-lines 1
 
 # An engine that needs a file, and one that takes none; a file that is no network.
-$ sed 's/  source: sheet/  source: sheet\n  engine: umesh/' small.yaml > net.yaml && omentum retract net.yaml -o net
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: umesh/' -e 's/task:/task:\n  watch_force: false/' small.yaml > net.yaml && omentum retract net.yaml -o net
 exit 3
 err net.yaml: tissue: engine umesh needs a file; name it by the key weights
 err-lines 1
@@ -208,7 +223,7 @@ exit 3
 err file.yaml: tissue: engine fem reads no file; remove the key weights
 err-lines 1
 
-$ sed 's/  source: sheet/  source: sheet\n  engine: umesh\n  weights: small.yaml/' small.yaml > text.yaml && omentum retract text.yaml -q -o text
+$ sed -e 's/  source: sheet/  source: sheet\n  engine: umesh\n  weights: small.yaml/' -e 's/task:/task:\n  watch_force: false/' small.yaml > text.yaml && omentum retract text.yaml -q -o text
 exit 3
 err small.yaml
 err-lines 1
