@@ -7,7 +7,7 @@
 // A coordinate outside the box is replaced by the mean of its parent and the bound.
 //
 // NLopt's global searches evaluate one point at a time: they use a second processor only inside the model.
-// Measured in doc/calibrate.md; they remain as alternatives.
+// Measured in doc/notes/calibrate.md; they remain as alternatives.
 #include <math.h>
 #include <string.h>
 
