@@ -95,10 +95,12 @@ void om_report_begin_fold(OmReport* r, const char* summary) {
     PUT(r, "<details><summary>");
     om__report_escape(r, summary);
     PUT(r, "</summary>\n");
+    r->is_in_fold = true;
 }
 
 void om_report_end_fold(OmReport* r) {
     om__report_begin_block(r);
+    r->is_in_fold = false;
     PUT(r, "</details>\n");
 }
 
@@ -162,9 +164,9 @@ void om_report_picture(OmReport* r, const OmPicture* picture, const char* captio
     r->is_in_grid = true;
     PUT(r, "<figure><img alt=\"");
     om__report_escape(r, caption);
-    PUT(r,
-        "\" width=\"%d\" height=\"%d\" loading=\"lazy\" decoding=\"async\" src=\"data:image/png;base64,",
-        picture->width, picture->height);
+    // a picture outside of a fold is decoded at once: browsers leave lazy ones blank on paper and in pictures of pages
+    PUT(r, "\" width=\"%d\" height=\"%d\" loading=\"%s\" src=\"data:image/png;base64,",
+        picture->width, picture->height, r->is_in_fold ? "lazy" : "eager");
     if (r->status == OM_OK) om__report_keep(r, om_picture_encode_png(picture, &png));
     if (r->status == OM_OK) om__report_keep(r, om_text_append_base64(&r->html, png.str, png.len));
     om_text_done(&png);

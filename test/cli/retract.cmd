@@ -66,7 +66,7 @@ exit 1
 out ^small, layout 1: gave up after 20 actions
 out ^  limit: the arms stop pulling at 2\.50 N by the estimate, the scene's threshold of 3\.00 N less a margin of 0\.50 N for its error; reached
 
-$ grep -o '<summary>All 21 pictures, smaller' long/report.html; grep -o 'width="80" height="60" loading="lazy"' long/report.html | wc -l; grep -o 'width="40" height="30" loading="lazy"' long/report.html | wc -l
+$ grep -o '<summary>All 21 pictures, smaller' long/report.html; grep -o 'width="80" height="60" loading="eager"' long/report.html | wc -l; grep -o 'width="40" height="30" loading="lazy"' long/report.html | wc -l
 exit 0
 out ^<summary>All 21 pictures, smaller
 out ^9$
