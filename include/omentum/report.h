@@ -48,8 +48,8 @@ OM_API void om_report_details(OmReport* report, const char* summary, const char*
 /// What is added until om_report_end_fold is folded under a summary. Folds do not nest.
 OM_API void om_report_begin_fold(OmReport* report, const char* summary);
 OM_API void om_report_end_fold(OmReport* report);
-/// A picture with a caption; consecutive pictures share rows. Pictures in a fold are decoded when it is opened, all others
-/// when the page is, so that they are there on paper.
+/// A picture with a caption; consecutive pictures share rows. Pictures in a fold are decoded when it is opened, all
+/// others when the page is, so that they are there on paper.
 OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
 
 #define OM_REPORT_MAX_SERIES 6
