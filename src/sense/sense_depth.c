@@ -1,7 +1,7 @@
-// sense_depth.c: what a depth camera gives: depth, its noise, point clouds; and the visibility of a region.
+// sense_depth.c: the depth camera (depth, noise, point clouds) and the visibility of a region.
 //
-// Rays are one long along the axis of the camera, so the distance the caster gives is the depth. Noise of a
-// pixel takes one block of random numbers of its own: dropout, and a normal deviate after Box and Muller.
+// Rays have length 1 along the axis of the camera, so the distance from the ray caster is the depth. Each pixel has
+// its own block of random numbers: one for dropout, two for a normal deviate (Box and Muller).
 #include <string.h>
 
 #include "sense/sense_internal.h"
@@ -85,7 +85,7 @@ static float normal_deviate(uint32_t first, uint32_t second) {
     return sqrtf(-2 * logf((float)u)) * cosf((float)(2 * OM_PI * v));
 }
 
-// Whether a surface of normal n is seen too nearly along itself.
+// Whether the cosine between the normal n and the ray d is below the limit.
 static bool is_grazing(const float* n, OmVec3 d, double limit) {
     double along = (double)n[0] * d.x + (double)n[1] * d.y + (double)n[2] * d.z;
     return along * along < limit * limit * om_norm2(d);
@@ -147,7 +147,7 @@ int om_depth_to_cloud(const OmCamera* c, const float* depth, const int* id, cons
 // ---- visibility ---------------------------------------------------------------------------------------------------
 
 #define VISIBILITY_SLACK 5e-5f  // m before the point: the rounding of float rays at arm's length
-#define MAX_THROUGH 16          // ignored surfaces a ray may pass
+#define MAX_THROUGH 16          // ignored surfaces that a ray passes at most
 
 // Cast towards each point; hits on ignored objects are passed through.
 static void mark_visible(const OmSenseScene* scene, Packet* p, uint64_t ignore, bool* is_seen) {
