@@ -65,6 +65,14 @@ static void end_without_plan(OmLoop* loop) {
         r->naction);
 }
 
+// The planner's time limit ended the search before it found any plan.
+static void end_planning_timeout(OmLoop* loop) {
+    end_without_plan(loop);
+    snprintf(loop->result.reason, sizeof loop->result.reason,
+             "the planner found no plan within its time limit, after %d actions",
+             loop->result.naction);
+}
+
 static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
     OmRetractResult* r = &loop->result;
     loop->stage = STAGE_ENDED;
@@ -103,6 +111,8 @@ static OmStatus decide_plan(OmLoop* loop) {
     bool is_empty = status == OM_UNSAT || loop->plan.naction == 0;
     if (is_empty && loop->npostponed > 0) {
         loop->attempt_distance *= 0.5;  // allow attempts that are closer together
+    } else if (status == OM_TIMEOUT && is_empty) {
+        end_planning_timeout(loop);
     } else if (is_empty) {
         end_without_plan(loop);
     } else {

@@ -153,8 +153,11 @@ OmStatus om__asp_solve(OmAsp* asp, const int32_t* assume, int nassume, double ti
     bool is_ok =
         clingo_control_solve(asp->control, mode, assume, (size_t)nassume, on_event, asp, &handle);
     if (is_ok && time_limit > 0) {
+        // a wait of clingo may end early, by the notification of its own thread's start: only the clock decides
+        const double end = om_clock_now() + time_limit;
         bool is_ready = false;
-        clingo_solve_handle_wait(handle, time_limit, &is_ready);
+        for (double left = time_limit; !is_ready && left > 0; left = end - om_clock_now())
+            clingo_solve_handle_wait(handle, left, &is_ready);
         if (!is_ready) is_ok = clingo_solve_handle_cancel(handle);
     }
     is_ok = is_ok && clingo_solve_handle_get(handle, &result);

@@ -5,12 +5,16 @@
 #include "omentum/world.h"
 
 // om_world_truth, om_world_tool and om_world_render know nothing of it.
+enum { NCLOSED = 30 };  // looks, 3 s: longer than the loop waits for the ROI
+
 typedef struct HiddenWorld {
     OmWorld head;
     OmWorld* inner;           // borrowed
     int nmove, nstop, nopen;  // commands so far; nopen: the jaw was commanded to open
     int fail_at;              // advance fails at this call, counted from 1; 0: never
     int nadvance;
+    int nblink;   // times that the ROI closes for NCLOSED looks once 85 % of it are seen; 0: never
+    int nclosed;  // looks until it opens again
 } HiddenWorld;
 
 static void hidden_destroy(OmWorld* world) { (void)world; }
@@ -35,7 +39,17 @@ static OmStatus hidden_advance(OmWorld* world, double dt) {
     return om_world_advance(w->inner, dt);
 }
 static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* observation) {
-    return om_world_observe(((HiddenWorld*)world)->inner, what, observation);
+    HiddenWorld* w = (HiddenWorld*)world;
+    OmStatus status = om_world_observe(w->inner, what, observation);
+    if (status < 0 || !(what & OM_OBSERVE_VISIBILITY)) return status;
+    if (w->nclosed > 0) {
+        --w->nclosed;
+        observation->visibility = 0;
+    } else if (w->nblink > 0 && observation->visibility >= 0.85) {
+        --w->nblink;
+        w->nclosed = NCLOSED;
+    }
+    return status;
 }
 
 static const OmWorldOps hidden_ops = {.destroy = hidden_destroy,

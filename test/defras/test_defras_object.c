@@ -8,6 +8,7 @@
 #include "hidden_world.h"
 #include "world/plain_world.h"
 
+#include "defras/defras_internal.h"
 #include "omentum/defras.h"
 #include "omentum/defras_recorder.h"
 
@@ -320,6 +321,33 @@ static void test_pause_in_a_look(void** state) {
     rig_destroy(&g);
 }
 
+// A pause while an arm moves back after a force stop: the arm moves back afterwards until the force is below the limit.
+static void test_pause_after_a_force_stop(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = object_scene();
+    scene.task.force_threshold = 0.08;
+    scene.task.visibility = 1.0;
+    rig_create(&g, scene);
+    OmLoop* loop = make_loop(&g, NULL);
+    while (loop->stage != STAGE_ACTION || loop->action.nwait > 0 || !loop->motion.is_easing)
+        assert_ok(om_loop_tick(loop));
+    const int naction = om_loop_result(loop)->naction;
+    const double height = om_loop_sample(loop).height;
+    assert_ok(give(loop, OM_LOOP_PAUSE));
+    for (int i = 0; i < 10; ++i) assert_ok(om_loop_tick(loop));
+    assert_true(om_loop_force(loop, loop->motion.arm) > 0.9 * 0.08);  // not done yet
+    assert_ok(give(loop, OM_LOOP_RESUME));
+    const double begin = om_loop_sample(loop).time;
+    while (om_loop_result(loop)->naction == naction) assert_ok(om_loop_tick(loop));
+    const OmRetractAction* a = &om_loop_result(loop)->action[naction];
+    assert_int_equal(a->outcome, OM_ACTION_FORCE);
+    assert_true(a->end - begin < 2 && om_loop_sample(loop).force <= 0.9 * 0.08);
+    assert_true(om_loop_sample(loop).height < height);
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // Whenever the loop is aborted: the arms stop in the same instant, no jaw opens, and the record is that of the whole
 // run up to there.
 static void test_abort_at_any_tick(void** state) {
@@ -455,6 +483,38 @@ static void test_a_world_without_a_truth(void** state) {
     }
     assert_ok(om_path_remove(dir));
     om_retract_result_done(&known);
+    rig_destroy(&g);
+}
+
+// The ROI closes while the arms keep still: the same action continues, and no new plan is made.
+static void test_an_action_is_continued(void** state) {
+    (void)state;
+    Rig g;
+    rig_create(&g, object_scene());
+    HiddenWorld hidden = hidden_world(g.world, OM_OBSERVE_VISIBILITY);
+    hidden.nblink = 2;
+    Count c = {0};
+    OmLoopListener listener = counter(&c);
+    OmLoopDef def = om_loop_default_def(&g.scene.task, &hidden.head, g.twin, g.planner);
+    def.listener = &listener;
+    def.nlistener = 1;
+    OmLoop* loop;
+    assert_ok(om_loop_create(&def, &loop));
+    tick_to_end(loop);
+    const OmRetractResult* r = om_loop_result(loop);
+    assert_true(r->is_exposed);
+    int ncontinued = 0;
+    for (int i = 1; i < r->naction; ++i) {
+        const OmRetractAction *a = &r->action[i], *last = &r->action[i - 1];
+        if (last->outcome != OM_ACTION_EXPOSED) continue;
+        ++ncontinued;
+        assert_true(a->verb == last->verb && a->block == last->block && a->plan == last->plan);
+        assert_false(a->is_replanned);
+        assert_near(a->begin - last->end, 1.5, 0.021);  // the longest verification
+    }
+    assert_int_equal(ncontinued, 2);
+    assert_int_equal(hidden.nblink, 0);
+    om_loop_destroy(loop);
     rig_destroy(&g);
 }
 
@@ -629,9 +689,11 @@ int main(void) {
         cmocka_unit_test(test_a_listener_counts),
         cmocka_unit_test(test_pause_and_resume),
         cmocka_unit_test(test_pause_in_a_look),
+        cmocka_unit_test(test_pause_after_a_force_stop),
         cmocka_unit_test(test_abort_at_any_tick),
         cmocka_unit_test(test_commands_of_a_listener),
         cmocka_unit_test(test_a_world_without_a_truth),
+        cmocka_unit_test(test_an_action_is_continued),
         cmocka_unit_test(test_a_world_in_closed_form),
         cmocka_unit_test(test_a_failing_world),
         cmocka_unit_test(test_wrong_definitions),
