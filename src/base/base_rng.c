@@ -5,6 +5,8 @@
 // upper half of the counter, the block number the lower half.
 #include <math.h>
 
+#include "base/base_multiversion.h"
+#include "base/base_rng.h"
 #include "omentum/base.h"
 #include "omentum/vec.h"
 
@@ -29,6 +31,30 @@ OmRng om_rng_init(uint64_t seed, uint64_t index) {
                  .counter = {0, 0, (uint32_t)index, (uint32_t)(index >> 32)},
                  .used = 4};
     return rng;
+}
+
+// The loops over lanes are inside of the rounds, so that the compiler puts the lanes side by side.
+OM_MULTIVERSION void om__rng_block8(uint64_t seed, uint64_t index, uint32_t out[4][8]) {
+    uint32_t c0[8] = {0}, c1[8] = {0}, c2[8], c3[8];
+    uint32_t k0 = (uint32_t)seed, k1 = (uint32_t)(seed >> 32);
+    for (int i = 0; i < 8; ++i) {
+        c2[i] = (uint32_t)(index + (uint64_t)i);
+        c3[i] = (uint32_t)((index + (uint64_t)i) >> 32);
+    }
+    for (int round = 0; round < 10; ++round) {
+        for (int i = 0; i < 8; ++i) {
+            uint64_t p0 = (uint64_t)0xD2511F53u * c0[i], p1 = (uint64_t)0xCD9E8D57u * c2[i];
+            c0[i] = (uint32_t)(p1 >> 32) ^ c1[i] ^ k0;
+            c2[i] = (uint32_t)(p0 >> 32) ^ c3[i] ^ k1;
+            c1[i] = (uint32_t)p1;
+            c3[i] = (uint32_t)p0;
+        }
+        k0 += 0x9E3779B9u;
+        k1 += 0xBB67AE85u;
+    }
+    for (int i = 0; i < 8; ++i) {
+        out[0][i] = c0[i], out[1][i] = c1[i], out[2][i] = c2[i], out[3][i] = c3[i];
+    }
 }
 
 uint32_t om_rng_u32(OmRng* rng) {

@@ -4,6 +4,7 @@
 // its own block of random numbers: one for dropout, two for a normal deviate (Box and Muller).
 #include <string.h>
 
+#include "base/base_rng.h"
 #include "sense/sense_internal.h"
 
 typedef struct Depth {
@@ -98,17 +99,18 @@ static void noise_row(const Noise* s, int row) {
     float min = (float)s->camera->near_m, max = (float)s->camera->far_m;
     double lost_below = noise->dropout * 0x1p32;
     OmVec3 start = om_madd(om_madd(s->view.first, 0.5, s->view.du), row + 0.5, s->view.dv);
+    uint32_t random[4][8];
     for (int column = 0; column < w; ++column) {
-        int i = row * w + column;
+        int i = row * w + column, lane = column % 8;
+        if (lane == 0)  // 2^26 pixels at most
+            om__rng_block8(noise->seed, s->frame << 26 | (uint64_t)i, random);
         float z = s->depth[i];
         if (!(z > 0)) continue;
-        OmRng rng = om_rng_init(noise->seed, s->frame << 26 | (uint64_t)i);  // 2^26 pixels at most
-        uint32_t lot = om_rng_u32(&rng), first = om_rng_u32(&rng), second = om_rng_u32(&rng);
-        bool is_lost = (double)lot < lost_below;
+        bool is_lost = (double)random[0][lane] < lost_below;
         if (s->normal)
             is_lost |= is_grazing(&s->normal[3 * i], om_madd(start, column, s->view.du),
                                   noise->min_grazing);
-        float noisy = z + (a + b * z * z) * normal_deviate(first, second);
+        float noisy = z + (a + b * z * z) * normal_deviate(random[1][lane], random[2][lane]);
         s->depth[i] = is_lost || noisy < min || noisy > max ? 0.0f : noisy;
     }
 }

@@ -118,6 +118,25 @@ static void noise_is_new_in_every_frame(void** state) {
     assert_near(product / (W * H), 0, 4 / sqrt(W * H));  // four standard errors
 }
 
+// A pixel's noise is the first three numbers of its stream, drawn one pixel at a time here.
+static void noise_is_that_of_single_streams(void** state) {
+    (void)state;
+    static float depth[W * H];
+    OmCamera c = look_down(W - 3, H);  // rows that eight does not divide
+    OmDepthNoise noise = om_depth_noise_default(0x123456789abcdefull);
+    const int n = (W - 3) * H;
+    for (int i = 0; i < n; ++i) depth[i] = 0.2f;
+    om_depth_add_noise(&noise, &c, 63, NULL, depth);
+    double sigma = noise.a + noise.b * 0.2 * 0.2;
+    for (int i = 0; i < n; ++i) {
+        OmRng rng = om_rng_init(noise.seed, (uint64_t)63 << 26 | (uint64_t)i);
+        bool is_lost = om_rng_u32(&rng) * 0x1p-32 < noise.dropout;
+        double u = (om_rng_u32(&rng) + 1.0) * 0x1p-32, v = om_rng_u32(&rng) * 0x1p-32;
+        double want = 0.2 + sigma * sqrt(-2 * log(u)) * cos(2 * OM_PI * v);
+        assert_near((double)depth[i], is_lost ? 0 : want, 3e-8);  // float
+    }
+}
+
 static OmSenseScene* make_scene(int* disc, int* tool, OmSurface* tool_surface) {
     OmSenseScene* scene;
     assert_ok(om_sense_scene_create(&scene));
@@ -345,6 +364,7 @@ int main(void) {
         cmocka_unit_test(normals_of_a_sphere),
         cmocka_unit_test(noise_grows_with_range),
         cmocka_unit_test(noise_is_new_in_every_frame),
+        cmocka_unit_test(noise_is_that_of_single_streams),
         cmocka_unit_test(grazing_and_lost_pixels_give_no_depth),
         cmocka_unit_test(a_strip_hides_its_area),
         cmocka_unit_test(a_tool_hides_what_is_behind_it),
