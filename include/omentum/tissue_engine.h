@@ -13,7 +13,7 @@
 ///                                            .step = lattice_step, .has_forces = true};
 ///     OmTissueDef def = om_tissue_default_def(&lattice, &mesh);
 ///
-/// samples/14_write_an_engine.c is a complete one. Functions of an engine read models, states and works by the
+/// samples/15_write_an_engine.c is a complete one. Functions of an engine read models, states and works by the
 /// om_engine_* functions below; these are for engines, not for their callers.
 #ifndef OMENTUM_TISSUE_ENGINE_H
 #define OMENTUM_TISSUE_ENGINE_H
