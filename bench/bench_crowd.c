@@ -130,7 +130,7 @@ typedef struct Prediction {
 
 static OmStatus predict(void* ctx) {
     Prediction* p = ctx;
-    for (int i = 0; i < p->grid->mesh.nnode; ++i) {
+    for (int i = 0; i < p->grid->fem.mesh.nnode; ++i) {
         p->u[3 * i] = (float)p->way.x;
         p->u[3 * i + 1] = (float)p->way.y;
         p->u[3 * i + 2] = (float)p->way.z;
@@ -145,8 +145,8 @@ static OmStatus measure_prediction(int nworker) {
     OM_TRY(om_umesh_net_load(WEIGHTS, &net));
     OmStatus status;
     p.grid = om_umesh_net_grid(net);
-    OM_ALLOC_DONE(p.mask, p.grid->mesh.nnode);
-    OM_ALLOC_DONE(p.u, 3 * (size_t)p.grid->mesh.nnode);
+    OM_ALLOC_DONE(p.mask, p.grid->fem.mesh.nnode);
+    OM_ALLOC_DONE(p.u, 3 * (size_t)p.grid->fem.mesh.nnode);
     OmUmeshPatch patch = om_umesh_find_place(p.grid, om_vec3(0, 0, 0.07));
     p.way = om_scale(-0.015, patch.normal);
     (void)om_umesh_patch_select(p.grid, &patch, p.mask);

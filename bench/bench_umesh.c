@@ -20,8 +20,8 @@ static OmStatus measure(OmUmeshSolver* solver, const OmUmeshGrid* g, const Bench
     unsigned char* mask = NULL;
     double *u = NULL, *time = NULL, worst = 0;
     uint64_t hash = OM_HASH_SEED;
-    OM_ALLOC_DONE(mask, g->mesh.nnode);
-    OM_ALLOC_DONE(u, 3 * (size_t)g->mesh.nnode);
+    OM_ALLOC_DONE(mask, g->fem.mesh.nnode);
+    OM_ALLOC_DONE(u, 3 * (size_t)g->fem.mesh.nnode);
     OM_ALLOC_DONE(time, options->nrun);
     for (int run = 0; run < options->nrun; ++run) {
         double start = bench_now();
@@ -31,14 +31,14 @@ static OmStatus measure(OmUmeshSolver* solver, const OmUmeshGrid* g, const Bench
             OM_TRY_DONE(om_umesh_sample_make(solver, i, &sample, mask, u));
             nnewton += sample.nnewton;
             worst = fmax(worst, sample.residual);
-            hash = om_hash(u, 3 * (size_t)g->mesh.nnode * sizeof *u, hash);
+            hash = om_hash(u, 3 * (size_t)g->fem.mesh.nnode * sizeof *u, hash);
         }
         time[run] = (bench_now() - start) / nsample;
     }
     BenchRow row = {.bench = "umesh",
                     .scene = "breast phantom",
                     .work = "a sample of the data, mean of the first",
-                    .size = g->mesh.nelem,
+                    .size = g->fem.mesh.nelem,
                     .nworker = 1,
                     .steps = nsample,
                     .nrun = options->nrun,
@@ -65,8 +65,8 @@ static OmStatus measure_predictions(OmUmeshPredictor* p, const OmUmeshGrid* g,
     float* u = NULL;
     double* time = NULL;
     uint64_t hash = OM_HASH_SEED;
-    OM_ALLOC_DONE(mask, g->mesh.nnode);
-    OM_ALLOC_DONE(u, 3 * (size_t)g->mesh.nnode);
+    OM_ALLOC_DONE(mask, g->fem.mesh.nnode);
+    OM_ALLOC_DONE(u, 3 * (size_t)g->fem.mesh.nnode);
     OM_ALLOC_DONE(time, options->nrun);
     for (int run = 0; run < options->nrun; ++run) {
         double sum = 0;
@@ -76,7 +76,7 @@ static OmStatus measure_predictions(OmUmeshPredictor* p, const OmUmeshGrid* g,
             OmVec3 way = om_scale(-0.005 - 0.015 * k / NPREDICT, patch.normal);
             OmUmeshTrust trust;
             (void)om_umesh_patch_select(g, &patch, mask);
-            for (int i = 0; i < g->mesh.nnode; ++i) {
+            for (int i = 0; i < g->fem.mesh.nnode; ++i) {
                 u[3 * i] = (float)way.x;
                 u[3 * i + 1] = (float)way.y;
                 u[3 * i + 2] = (float)way.z;
@@ -87,11 +87,11 @@ static OmStatus measure_predictions(OmUmeshPredictor* p, const OmUmeshGrid* g,
         }
         time[run] = sum / NPREDICT;
     }
-    hash = om_hash(u, 3 * (size_t)g->mesh.nnode * sizeof *u, hash);
+    hash = om_hash(u, 3 * (size_t)g->fem.mesh.nnode * sizeof *u, hash);
     BenchRow row = {.bench = "umesh",
                     .scene = "breast phantom",
                     .work = "a prediction, all in",
-                    .size = g->mesh.nelem,
+                    .size = g->fem.mesh.nelem,
                     .nworker = options->nworker,
                     .steps = NPREDICT,
                     .nrun = options->nrun,

@@ -18,14 +18,14 @@ static void make_good(void) {
     OmUmeshGrid grid;
     OmUmeshNet* net;
     unsigned char active[64] = {0};
-    OmUmeshFrame frame = {.dim = {4, 4, 4}, .spacing = 0.01, .up = {0, 0, 1}};
+    const OmGrid points = {.dim = {4, 4, 4}, .spacing = 0.01};
     active[0] = active[1] = active[4] = active[16] = 1;
-    FUZZ_EXPECT(om__umesh_grid_init(&frame, active, &grid) == OM_OK);
-    for (int i = 0; i < grid.mesh.nnode; ++i) {
-        om_store3(grid.skin_x, i, om_load3(grid.mesh.x, i));
-        grid.fixed[i] = om_load3(grid.mesh.x, i).z < 1e-9;
+    FUZZ_EXPECT(om__umesh_grid_init(&points, om_vec3(0, 0, 1), active, &grid) == OM_OK);
+    for (int i = 0; i < grid.fem.mesh.nnode; ++i) {
+        om_store3(grid.surface_x, i, om_load3(grid.fem.mesh.x, i));
+        grid.fem.fixed[i] = om_load3(grid.fem.mesh.x, i).z < 1e-9;
     }
-    FUZZ_EXPECT(om__umesh_grid_find_skin(&grid) == OM_OK);
+    FUZZ_EXPECT(om__umesh_grid_find_surface(&grid) == OM_OK);
     FUZZ_EXPECT(om__umesh_net_create(&grid, 0.45, 1, 1, &net) == OM_OK);
     om_net_init_parameters(net->net, 1, net->param);
     net->scale = net->correction = net->second = 0.01;
@@ -42,10 +42,11 @@ static void make_good(void) {
 
 static void ask(const OmUmeshNet* net) {
     const OmUmeshGrid* g = om_umesh_net_grid(net);
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     OmUmeshTrust trust;
-    FUZZ_EXPECT(om_fem_mesh_validate(&g->mesh) == OM_OK && net->scale > 0);
-    for (int i = 0; i < g->mesh.nnode; ++i) FUZZ_EXPECT(g->point_node[g->node_point[i]] == i);
+    FUZZ_EXPECT(om_fem_mesh_validate(&g->fem.mesh) == OM_OK && net->scale > 0);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        FUZZ_EXPECT(g->fem.point_node[g->fem.node_point[i]] == i);
     float* u = om_calloc(3 * nnode, sizeof *u);
     unsigned char* mask = om_calloc(nnode, 1);
     FUZZ_EXPECT(u != NULL && mask != NULL);
@@ -54,7 +55,7 @@ static void ask(const OmUmeshNet* net) {
     om_umesh_judge(net, mask, u, &trust);
     FUZZ_EXPECT(trust.is_inside == (trust.score <= 1));
     OmUmeshPredictor* p;
-    if (g->npoint <= MAX_POINT && om_umesh_predictor_create(net, 1, &p) == OM_OK) {
+    if (g->fem.npoint <= MAX_POINT && om_umesh_predictor_create(net, 1, &p) == OM_OK) {
         FUZZ_EXPECT(om_umesh_predict(p, mask, u, NULL) == OM_OK);
         om_umesh_predictor_destroy(p);
     }

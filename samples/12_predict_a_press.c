@@ -13,9 +13,9 @@
 // The highest place that the probe can touch.
 static OmVec3 top_of(const OmUmeshGrid* grid) {
     OmVec3 top = om_vec3(0, 0, 0);
-    for (int i = 0; i < grid->mesh.nnode; ++i) {
-        OmVec3 p = om_load3(grid->skin_x, i);
-        if (grid->is_skin[i] && om_dot(p, grid->up) > om_dot(top, grid->up)) top = p;
+    for (int i = 0; i < grid->fem.mesh.nnode; ++i) {
+        OmVec3 p = om_load3(grid->surface_x, i);
+        if (grid->is_surface[i] && om_dot(p, grid->up) > om_dot(top, grid->up)) top = p;
     }
     return top;
 }
@@ -33,7 +33,7 @@ static double largest(const float* u, int nnode) {
 static int press(const OmUmeshNet* net, OmUmeshPredictor* predictor, double depth,
                  unsigned char* mask, float* u) {
     const OmUmeshGrid* grid = om_umesh_net_grid(net);
-    int nnode = grid->mesh.nnode;
+    int nnode = grid->fem.mesh.nnode;
     OmUmeshPatch patch = om_umesh_find_place(grid, top_of(grid));
     int nmoved = om_umesh_patch_select(grid, &patch, mask);
     memset(u, 0, 3 * (size_t)nnode * sizeof *u);
@@ -49,7 +49,7 @@ static int press(const OmUmeshNet* net, OmUmeshPredictor* predictor, double dept
         fprintf(stderr, "%s\n", om_error_message());
         return 1;
     }
-    OmUmeshRefinement refined = om_umesh_predictor_refinement(predictor);
+    OmFemGridReport refined = om_umesh_predictor_refinement(predictor);
     printf(
         "%2.0f mm: %d of %d nodes under the probe, largest displacement %.1f mm, %d cycles of relaxation, least det F "
         "%.2f, %.1f ms, %s\n",
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
     OmStatus status = om_umesh_net_load(path, &net);
     if (status == OM_OK) status = om_umesh_predictor_create(net, 1, &predictor);
     if (status == OM_OK) {
-        size_t nnode = (size_t)om_umesh_net_grid(net)->mesh.nnode;
+        size_t nnode = (size_t)om_umesh_net_grid(net)->fem.mesh.nnode;
         mask = om_alloc(nnode, sizeof *mask);
         u = om_alloc(3 * nnode, sizeof *u);
         if (!mask || !u) status = OM_NO_MEMORY;

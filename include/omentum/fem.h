@@ -51,18 +51,9 @@ typedef struct OmFemFaces {  // boundary faces, om_fem_faces_done frees
     int* face_elem;          // the element behind                                 (nface)
 } OmFemFaces;
 
-typedef struct OmFemGrid {  // which cell of a regular grid is which element; om_fem_grid_done frees
-    int dim[3];             // cells
-    double spacing;         // m
-    OmVec3 origin;          // lowest corner of cell (0, 0, 0)
-    int* cell_elem;         // cell i + dim[0] (j + dim[1] k): its element or -1         (cells)
-    int* elem_cell;         //                                                           (nelem)
-} OmFemGrid;
-
 OM_API const char* om_element_name(OmElement kind);  // "tet10"; null if there is no such element
 OM_API void om_fem_mesh_done(OmFemMesh* mesh);
 OM_API void om_fem_faces_done(OmFemFaces* faces);
-OM_API void om_fem_grid_done(OmFemGrid* grid);
 /// Vertices keep their numbers; mid-edge nodes (tet10), on straight edges, follow. Labels become materials.
 /// @param kind  OM_TET4 or OM_TET10
 /// @return OM_OK; OM_INVALID (a kind that is no tetrahedron, or an empty mesh); OM_NO_MEMORY
@@ -71,12 +62,6 @@ OM_API OmStatus om_fem_mesh_from_tet(const OmTetMesh* tet, OmElement kind, OmFem
 /// @return OM_OK; OM_INVALID (counts below 1, corners in the wrong order); OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],
                                 OmFemMesh* mesh);
-/// Cubes of side `spacing` that overlap the inside of the field, which is sampled at its own spacing: the grid of
-/// U-Mesh (thesis 3.6). The grid starts at the lowest corner of the inside, less half a cell on average. Elements are
-/// ordered by cell. `grid` may be null.
-/// @return OM_OK; OM_INVALID (no cell is inside, or too many cells); OM_NO_MEMORY
-OM_API OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* mesh,
-                                 OmFemGrid* grid);
 /// Faces of one element only, in the order of elements.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_fem_mesh_boundary(const OmFemMesh* mesh, OmFemFaces* faces);

@@ -17,6 +17,7 @@
 #include "omentum/defras_loop.h"
 #include "omentum/defras_recorder.h"
 #include "omentum/fem.h"
+#include "omentum/fem_grid.h"
 #include "omentum/heuristic.h"
 #include "omentum/image.h"
 #include "omentum/math_grid.h"

@@ -12,7 +12,7 @@
 #ifndef OMENTUM_UMESH_H
 #define OMENTUM_UMESH_H
 
-#include "omentum/fem.h"
+#include "omentum/fem_grid.h"
 #include "omentum/scene_model.h"
 #include "omentum/shape_sdf.h"
 
@@ -22,23 +22,13 @@ extern "C" {
 
 // ---- the grid ---------------------------------------------------------------------------------------
 
-/// The network works on all points of the grid. Nodes are the points that are corners of active elements, in the order
-/// of points. Point (i, j, k) has index i + dim[0] (j + dim[1] k); a cell has the index of its lowest corner.
-typedef struct OmUmeshGrid {  // om_umesh_grid_done frees
-    int dim[3];               // points, padding included
-    int npoint;               // dim[0] dim[1] dim[2]
-    double spacing;           // m
-    OmVec3 origin;            // point (0, 0, 0), m
-    OmVec3 up;                // unit, towards the side from which the probe comes
-    OmFemMesh mesh;   // OM_HEX8: active elements, in the order of cells; rest positions of nodes
-    int* cell_elem;   // element of a cell, or -1                               (npoint)
-    int* point_node;  // node at a point, or -1                                 (npoint)
-    int* node_point;  // point of a node                                   (mesh.nnode)
-    unsigned char* fixed;    // nodes that are held                               (mesh.nnode)
-    unsigned char* is_skin;  // nodes of the free boundary, which a probe can touch (mesh.nnode)
-    // For nodes of the free boundary: the nearest place on the organ's surface, m   (mesh.nnode x 3)
-    double* skin_x;
-    uint64_t hash;  // of all of this
+/// The network works on all points of the grid, padding included.
+typedef struct OmUmeshGrid {    // om_umesh_grid_done frees
+    OmFemGrid fem;              // points, nodes, elements, fixed nodes
+    OmVec3 up;                  // unit, towards the side from which the probe comes
+    unsigned char* is_surface;  // nodes of the free boundary             (fem.mesh.nnode)
+    double* surface_x;          // their nearest points on the organ, m   (fem.mesh.nnode x 3)
+    uint64_t hash;              // of all fields
 } OmUmeshGrid;
 
 OM_API void om_umesh_grid_done(OmUmeshGrid* grid);
@@ -55,14 +45,14 @@ typedef struct OmUmeshPatch {
 /// The face of the thesis's probe: 50 x 10 mm, points within 10 mm of its plane.
 OM_API OmUmeshPatch om_umesh_patch_default(OmVec3 center, OmVec3 normal, OmVec3 along);
 /// Nodes of the free boundary under the patch, which the probe moves.
-/// @param mask  1 for these nodes, else 0 (mesh.nnode)
+/// @param mask  1 for these nodes, else 0 (fem.mesh.nnode)
 /// @return number of these nodes
 OM_API int om_umesh_patch_select(const OmUmeshGrid* grid, const OmUmeshPatch* patch,
                                  unsigned char* mask);
 
 /// From nodes to points, one component after the other: out[c npoint + point]. 0 at points without a node, and where
-/// `mask` (mesh.nnode; may be null) is 0.
-/// @param u    (mesh.nnode x 3)
+/// `mask` (fem.mesh.nnode; may be null) is 0.
+/// @param u    (fem.mesh.nnode x 3)
 /// @param out  (3 x npoint)
 OM_API void om_umesh_scatter(const OmUmeshGrid* grid, const float* u, const unsigned char* mask,
                              float* out);
@@ -158,13 +148,13 @@ OM_API OmUmeshDataDef om_umesh_data_default_def(const OmUmeshOrgan* organ, const
 OM_API OmStatus om_umesh_solver_create(const OmUmeshDataDef* def, OmUmeshSolver** solver);
 OM_API void om_umesh_solver_destroy(OmUmeshSolver* solver);
 /// Sample `index` of the seed of the definition.
-/// @param mask  nodes of the patch (mesh.nnode)
-/// @param u     displacements, m (mesh.nnode x 3)
+/// @param mask  nodes of the patch (fem.mesh.nnode)
+/// @param u     displacements, m (fem.mesh.nnode x 3)
 /// @return OM_OK, OM_NOT_CONVERGED (no draw succeeded), OM_NO_MEMORY
 OM_API OmStatus om_umesh_sample_make(OmUmeshSolver* solver, int64_t index, OmUmeshSample* sample,
                                      unsigned char* mask, double* u);
 /// Reference solution: displacements of all nodes, prescribed by u at masked nodes, free elsewhere.
-/// @param u  in: at masked nodes; out: everywhere, m (mesh.nnode x 3)
+/// @param u  in: at masked nodes; out: everywhere, m (fem.mesh.nnode x 3)
 /// @return OM_OK, OM_NOT_CONVERGED (u is not changed), OM_INVALID, OM_NO_MEMORY
 OM_API OmStatus om_umesh_solve(OmUmeshSolver* solver, const unsigned char* mask, double* u,
                                OmFemReport* report);

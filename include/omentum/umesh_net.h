@@ -56,13 +56,6 @@ typedef struct OmUmeshTrust {
     char why[128];  // the measure that is outside, as a sentence; "" if none is
 } OmUmeshTrust;
 
-/// How a prediction was relaxed to equilibrium.
-typedef struct OmUmeshRefinement {
-    int ncycle;         // 0: the output of the network, not relaxed; then the other fields are 0
-    double left;        // estimated mean distance to equilibrium, m
-    double min_volume;  // least det F at a Gauss point; not above 0: an element is turned over
-} OmUmeshRefinement;
-
 /// Memory for predictions, for one thread at a time.
 typedef struct OmUmeshPredictor OmUmeshPredictor;
 
@@ -82,7 +75,7 @@ OM_API void om_umesh_predictor_set_refinement(OmUmeshPredictor* predictor, doubl
 /// Relax the linear elastic solution in place of the network's output (default false): some more cycles, no network.
 OM_API void om_umesh_predictor_set_linear(OmUmeshPredictor* predictor, bool is_linear);
 /// Relaxation of the last prediction.
-OM_API OmUmeshRefinement om_umesh_predictor_refinement(const OmUmeshPredictor* predictor);
+OM_API OmFemGridReport om_umesh_predictor_refinement(const OmUmeshPredictor* predictor);
 /// Predict: held nodes are fixed, masked nodes have the given displacement, the network gives the others. Then the
 /// elements are relaxed towards equilibrium with the law of the samples.
 /// @param mask   1 where the displacement is given (nnode)
@@ -96,25 +89,13 @@ OM_API OmStatus om_umesh_predict(OmUmeshPredictor* predictor, const unsigned cha
 OM_API void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const float* u,
                            OmUmeshTrust* trust);
 
-/// The grid as tetrahedra, six for each element, for files, pictures and engines. Vertices are nodes; the set
-/// "attachment" has the held nodes. The caller frees it with om_tet_mesh_done.
-/// @return OM_OK; OM_NO_MEMORY
-OM_API OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* grid, OmTetMesh* mesh);
-typedef struct OmUmeshUntangling {
-    int ninverted;      // tetrahedra that were inverted before
-    int nmoved;         // nodes moved by more than 0.01 mm
-    double max, mean;   // displacement by untangling: largest, and mean over all nodes, m
-    double min_volume;  // smallest det F of a tetrahedron afterwards
-} OmUmeshUntangling;
-
-/// Untangle a prediction: move nodes beside the probe until no tetrahedron of om_umesh_make_tet_mesh is inverted, for
-/// files and pictures. At equilibrium det F is above 0 at the Gauss points of an element, but a corner may be folded.
-/// Masked and held nodes stay; a prediction without inverted tetrahedra is not changed.
+/// om_fem_grid_untangle with the network's grid and Poisson's ratio: no tetrahedron of om_fem_grid_make_tet_mesh stays
+/// inverted.
 /// @param mask  as for om_umesh_predict (nnode)
 /// @param u     in/out: a prediction of om_umesh_predict, m (nnode x 3)
 /// @return OM_OK; OM_NOT_CONVERGED (no valid shape was found: u is not changed, only `ninverted` is set); OM_NO_MEMORY
 OM_API OmStatus om_umesh_untangle(const OmUmeshNet* net, const unsigned char* mask, float* u,
-                                  OmUmeshUntangling* untangling);
+                                  OmFemGridUntangling* untangling);
 
 /// The place on the organ's free surface nearest to p, with the outward normal of the surface around it.
 OM_API OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* grid, OmVec3 p);

@@ -116,8 +116,8 @@ static OmStatus read_data(const OmCliArgs* args, OmUmeshDataDef* def) {
 // Diagonal of its bounding box, m.
 static double organ_size(const OmUmeshGrid* g) {
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->mesh.x, i);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->fem.mesh.x, i);
         lo = om_vec3(fmin(lo.x, x.x), fmin(lo.y, x.y), fmin(lo.z, x.z));
         hi = om_vec3(fmax(hi.x, x.x), fmax(hi.y, x.y), fmax(hi.z, x.z));
     }
@@ -125,14 +125,15 @@ static double organ_size(const OmUmeshGrid* g) {
 }
 
 static void print_summary(const OmUmeshGrid* g, const OmUmeshSummary* s, const char* dir) {
-    om_cli_figure("elements", g->mesh.nelem);
-    om_cli_figure("nodes", g->mesh.nnode);
+    om_cli_figure("elements", g->fem.mesh.nelem);
+    om_cli_figure("nodes", g->fem.mesh.nnode);
     om_cli_figure("samples", s->nsample);
     om_cli_figure("new", s->nmade);
     om_cli_figure("largest_displacement_mm", 1e3 * s->max_u);
     om_cli_path(dir);
-    printf("%d elements of %.2f mm, %d nodes, in %d x %d x %d points\n", g->mesh.nelem,
-           1e3 * g->spacing, g->mesh.nnode, g->dim[0], g->dim[1], g->dim[2]);
+    printf("%d elements of %.2f mm, %d nodes, in %d x %d x %d points\n", g->fem.mesh.nelem,
+           1e3 * g->fem.grid.spacing, g->fem.mesh.nnode, g->fem.grid.dim[0], g->fem.grid.dim[1],
+           g->fem.grid.dim[2]);
     printf("%d samples (%d new, %.2f s a solve), %d failed solves drawn again\n", s->nsample,
            s->nmade, s->solve_seconds, s->nfail);
     printf("largest displacement %.1f mm, %.1f mm in the mean of samples; %.0f s\n", 1e3 * s->max_u,
@@ -174,7 +175,7 @@ static OmStatus generate(const OmCliArgs* args, const OmUmeshOrganDef* organ_def
     OmUmeshDataDef def = om_umesh_data_default_def(organ, om_cli_get(args, "--output"));
     const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
     OmStatus status = read_data(args, &def);
-    if (status == OM_OK) status = say_estimate(&def, om_umesh_organ_grid(organ)->mesh.nelem);
+    if (status == OM_OK) status = say_estimate(&def, om_umesh_organ_grid(organ)->fem.mesh.nelem);
     if (status == OM_OK) status = om_umesh_generate(&def, progress, &summary);
     om_cli_progress_done();
     if (status == OM_OK) print_summary(om_umesh_organ_grid(organ), &summary, def.out_dir);

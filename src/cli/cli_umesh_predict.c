@@ -47,7 +47,7 @@ typedef struct Press {
     float* u;
     int nmasked;
     double tolerance;  // m; 0: not refined
-    OmUmeshRefinement refined;
+    OmFemGridReport refined;
 } Press;
 
 static OmStatus read_point(const char* text, const char* name, OmVec3* p) {
@@ -68,9 +68,9 @@ static OmStatus read_point(const char* text, const char* name, OmVec3* p) {
 static OmVec3 top_of(const OmUmeshGrid* g) {
     OmVec3 top = om_vec3(0, 0, 0);
     double high = -HUGE_VAL;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        double h = om_dot(om_load3(g->skin_x, i), g->up);
-        if (g->is_skin[i] && h > high) high = h, top = om_load3(g->skin_x, i);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        double h = om_dot(om_load3(g->surface_x, i), g->up);
+        if (g->is_surface[i] && h > high) high = h, top = om_load3(g->surface_x, i);
     }
     return top;
 }
@@ -87,8 +87,8 @@ static OmStatus place_probe(Press* p) {
     OmVec3 across = om_cross(p->patch.normal, p->patch.along);
     double angle = turn * OM_PI / 180;
     p->patch.along = om_add(om_scale(cos(angle), p->patch.along), om_scale(sin(angle), across));
-    OM_ALLOC(p->mask, p->grid->mesh.nnode);
-    OM_ALLOC(p->u, 3 * (size_t)p->grid->mesh.nnode);
+    OM_ALLOC(p->mask, p->grid->fem.mesh.nnode);
+    OM_ALLOC(p->u, 3 * (size_t)p->grid->fem.mesh.nnode);
     p->nmasked = om_umesh_patch_select(p->grid, &p->patch, p->mask);
     OM_CHECK(p->nmasked > 0, OM_INVALID, "no surface node lies under the probe there; try --turn");
     return OM_OK;
@@ -97,7 +97,7 @@ static OmStatus place_probe(Press* p) {
 static void set_way(const Press* p) {
     OmVec3 d = om_scale(-p->way, p->patch.normal);
     const double value[3] = {d.x, d.y, d.z};
-    for (int i = 0; i < p->grid->mesh.nnode; ++i)
+    for (int i = 0; i < p->grid->fem.mesh.nnode; ++i)
         for (int c = 0; c < 3; ++c) p->u[3 * i + c] = p->mask[i] ? (float)value[c] : 0;
 }
 
@@ -117,19 +117,19 @@ static OmStatus predict(Press* p, const OmUmeshNet* net, int nworker, OmUmeshTru
         status = om_umesh_predict(predictor, p->mask, p->u, trust);
         ms[k] = 1e3 * (om_clock_now() - begin);
     }
-    const OmUmeshRefinement refined = p->refined = om_umesh_predictor_refinement(predictor);
+    const OmFemGridReport refined = p->refined = om_umesh_predictor_refinement(predictor);
     om_umesh_predictor_destroy(predictor);
     if (status < 0) return status;
     om_sort_doubles(ms, NREPEAT);
     om_cli_figure("prediction_ms", ms[NREPEAT / 2]);
-    om_cli_figure("nodes", p->grid->mesh.nnode);
+    om_cli_figure("nodes", p->grid->fem.mesh.nnode);
     om_cli_figure("cycles", refined.ncycle);
     if (refined.ncycle > 0) om_cli_figure("left_mm", 1e3 * refined.left);
     printf("probe at (%.1f, %.1f, %.1f) mm, %.1f mm deep; %d surface nodes move with it\n",
            1e3 * p->patch.center.x, 1e3 * p->patch.center.y, 1e3 * p->patch.center.z, 1e3 * p->way,
            p->nmasked);
     printf("a prediction: %.2f ms (median of %d), %d nodes\n", ms[NREPEAT / 2], NREPEAT,
-           p->grid->mesh.nnode);
+           p->grid->fem.mesh.nnode);
     if (refined.ncycle > 0)
         printf("refined by %d cycles; about %.3f mm remain to equilibrium\n", refined.ncycle,
                1e3 * refined.left);
@@ -146,12 +146,12 @@ static OmStatus print_points(const Press* p) {
         double weight[8], at[3];
         OM_TRY(read_point(text, "--point", &x));
         om_store3(at, 0, x);
-        OM_TRY(om_fem_mesh_embed(&p->grid->mesh, 1, at, &elem, weight));
+        OM_TRY(om_fem_mesh_embed(&p->grid->fem.mesh, 1, at, &elem, weight));
         for (int a = 0; a < 8; ++a) {
-            const float* v = p->u + 3 * (size_t)p->grid->mesh.elem_node[8 * elem + a];
+            const float* v = p->u + 3 * (size_t)p->grid->fem.mesh.elem_node[8 * elem + a];
             u = om_madd(u, weight[a], om_vec3(v[0], v[1], v[2]));
             in = om_madd(in, weight[a],
-                         om_load3(p->grid->mesh.x, p->grid->mesh.elem_node[8 * elem + a]));
+                         om_load3(p->grid->fem.mesh.x, p->grid->fem.mesh.elem_node[8 * elem + a]));
         }
         printf("point (%s) mm moves by (%.2f, %.2f, %.2f), %.2f mm", text, 1e3 * u.x, 1e3 * u.y,
                1e3 * u.z, 1e3 * om_norm(u));
@@ -173,13 +173,13 @@ static OmStatus print_points(const Press* p) {
 // @return OM_NOT_CONVERGED: some tetrahedra stay inverted, nothing is written
 static OmStatus write_mesh(const Press* p, const OmUmeshNet* net, const char* path) {
     OmTetMesh mesh;
-    OmUmeshUntangling untangling;
+    OmFemGridUntangling untangling;
     char ext[8];
     om_path_extension(path, ext, sizeof ext);
     OM_CHECK(strcmp(ext, "vtu") == 0 || strcmp(ext, "vtk") == 0, OM_INVALID,
              "%s: the format must be .vtu or .vtk", path);
-    const size_t nnode = (size_t)p->grid->mesh.nnode;
-    OM_TRY(om_umesh_make_tet_mesh(p->grid, &mesh));
+    const size_t nnode = (size_t)p->grid->fem.mesh.nnode;
+    OM_TRY(om_fem_grid_make_tet_mesh(&p->grid->fem, &mesh));
     OmStatus status = OM_OK;
     float *u = NULL, *moved = NULL;
     OM_ALLOC_DONE(u, 3 * nnode);
@@ -222,7 +222,7 @@ done:
 
 // True if the refinement reached its tolerance without an inverted element.
 static bool is_refined(const Press* p) {
-    const OmUmeshRefinement* r = &p->refined;
+    const OmFemGridReport* r = &p->refined;
     if (r->ncycle == 0) return true;  // not refined, by choice or because it is impossible
     if (!(r->left < p->tolerance)) {
         printf(

@@ -1,4 +1,4 @@
-// fem_mesh.c: meshes of the general solid: from tetrahedra, boxes and grids; their boundary; points in them.
+// fem_mesh.c: meshes of the general solid: from tetrahedra and boxes; their boundary; checks.
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,13 +17,6 @@ void om_fem_faces_done(OmFemFaces* faces) {
     om_free(faces->face_node);
     om_free(faces->face_elem);
     *faces = (OmFemFaces){0};
-}
-
-void om_fem_grid_done(OmFemGrid* grid) {
-    if (!grid) return;
-    om_free(grid->cell_elem);
-    om_free(grid->elem_cell);
-    *grid = (OmFemGrid){0};
 }
 
 static OmStatus init_mesh(OmFemMesh* mesh, OmElement kind, int nnode, int nelem) {
@@ -131,107 +124,6 @@ OmStatus om_fem_mesh_box(OmElement kind, OmVec3 lo, OmVec3 hi, const int num[3],
         for (int j = 0; j < num[1]; ++j)
             for (int i = 0; i < num[0]; ++i, node += 8) cell_nodes(num, i, j, k, node);
     return OM_OK;
-}
-
-// Does the cube at `corner` touch the inside? Sampled at the field's spacing or finer, faces included.
-static bool touches_inside(const OmSdf* sdf, OmVec3 corner, double side) {
-    OmVec3 centre = om_add(corner, om_scale(side / 2, om_vec3(1, 1, 1)));
-    double at_centre = om_sdf_eval(sdf, centre, NULL);
-    if (at_centre < 0) return true;
-    if (at_centre > side * 0.5 * sqrt(3.0) + sdf->grid.spacing) return false;
-    int num = (int)ceil(side / sdf->grid.spacing);
-    for (int k = 0; k <= num; ++k)
-        for (int j = 0; j <= num; ++j)
-            for (int i = 0; i <= num; ++i) {
-                OmVec3 p = om_madd(corner, side / num, om_vec3(i, j, k));
-                if (om_sdf_eval(sdf, p, NULL) < 0) return true;
-            }
-    return false;
-}
-
-// Cells around what is inside, centred on it; cells 1 where they touch it. Returns how many do.
-static OmStatus mark_cells(const OmSdf* sdf, double side, OmFemGrid* grid, int* nelem) {
-    OmVec3 lo = {INFINITY, INFINITY, INFINITY}, hi = {-INFINITY, -INFINITY, -INFINITY};
-    for (int k = 0, n = 0; k < sdf->grid.dim[2]; ++k)
-        for (int j = 0; j < sdf->grid.dim[1]; ++j)
-            for (int i = 0; i < sdf->grid.dim[0]; ++i, ++n) {
-                if (!(sdf->d[n] < 0)) continue;
-                OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
-                lo = om_min3(lo, p), hi = om_max3(hi, p);
-            }
-    OM_CHECK(lo.x <= hi.x, OM_INVALID, "om_fem_mesh_grid: nothing is inside the distance field");
-    // the surface is up to one node spacing beyond
-    const double size[3] = {hi.x - lo.x, hi.y - lo.y, hi.z - lo.z};
-    double cells = 1;
-    for (int c = 0; c < 3; ++c) {
-        double num = ceil((size[c] + 2 * sdf->grid.spacing) / side);
-        cells *= num;
-        OM_CHECK(cells < 1e8, OM_INVALID, "om_fem_mesh_grid: spacing %g m makes too many cells",
-                 side);
-        grid->dim[c] = (int)num;
-    }
-    grid->spacing = side;
-    OmVec3 extent = om_scale(side, om_vec3(grid->dim[0], grid->dim[1], grid->dim[2]));
-    grid->origin = om_madd(om_lerp(lo, hi, 0.5), -0.5, extent);
-    int n = 0;
-    *nelem = 0;
-    OM_ALLOC(grid->cell_elem, (size_t)cells);
-    for (int k = 0; k < grid->dim[2]; ++k)
-        for (int j = 0; j < grid->dim[1]; ++j)
-            for (int i = 0; i < grid->dim[0]; ++i, ++n) {
-                OmVec3 corner = om_madd(grid->origin, side, om_vec3(i, j, k));
-                grid->cell_elem[n] = touches_inside(sdf, corner, side) ? (*nelem)++ : -1;
-            }
-    return OM_OK;
-}
-
-OmStatus om_fem_mesh_grid(const OmSdf* sdf, double spacing, OmFemMesh* mesh, OmFemGrid* out) {
-    *mesh = (OmFemMesh){0};
-    if (out) *out = (OmFemGrid){0};
-    OM_CHECK(spacing > 0 && isfinite(spacing), OM_INVALID,
-             "om_fem_mesh_grid: spacing is %g m, must be above 0", spacing);
-    OmFemGrid grid = {0};
-    OmStatus status = OM_OK;
-    int nelem = 0, nnode = 0, *number = NULL;
-    OM_TRY_DONE(mark_cells(sdf, spacing, &grid, &nelem));
-    size_t npoint =
-        (size_t)(grid.dim[0] + 1) * (size_t)(grid.dim[1] + 1) * (size_t)(grid.dim[2] + 1);
-    OM_CALLOC_DONE(number, npoint);
-    OM_ALLOC_DONE(grid.elem_cell, nelem);
-    // Points that are corners of an element become nodes, in their order.
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int k = 0, n = 0; k < grid.dim[2]; ++k)
-            for (int j = 0; j < grid.dim[1]; ++j)
-                for (int i = 0; i < grid.dim[0]; ++i, ++n) {
-                    int node[8], e = grid.cell_elem[n];
-                    if (e < 0) continue;
-                    cell_nodes(grid.dim, i, j, k, node);
-                    grid.elem_cell[e] = n;
-                    for (int a = 0; a < 8; ++a) {
-                        if (pass == 0)
-                            number[node[a]] = 1;
-                        else
-                            mesh->elem_node[8 * (size_t)e + (size_t)a] = number[node[a]];
-                    }
-                }
-        if (pass == 1) break;
-        for (size_t p = 0; p < npoint; ++p) number[p] = number[p] ? nnode++ : -1;
-        OM_TRY_DONE(init_mesh(mesh, OM_HEX8, nnode, nelem));
-        for (int k = 0, p = 0; k <= grid.dim[2]; ++k)
-            for (int j = 0; j <= grid.dim[1]; ++j)
-                for (int i = 0; i <= grid.dim[0]; ++i, ++p)
-                    if (number[p] >= 0)
-                        om_store3(mesh->x, number[p],
-                                  om_madd(grid.origin, spacing, om_vec3(i, j, k)));
-    }
-done:
-    om_free(number);
-    if (status < 0) om_fem_mesh_done(mesh);
-    if (status < 0 || !out)
-        om_fem_grid_done(&grid);
-    else
-        *out = grid;
-    return status;
 }
 
 // ---- boundary ---------------------------------------------------------------------------------------

@@ -136,7 +136,7 @@ typedef struct NetPath {  // the network at one lesion
 // Is an element inverted at one of its 2 x 2 x 2 points, where finite elements evaluate the law? (Corners are no
 // criterion: corners of the elements in the training data are inverted at 15 to 20 mm.)
 static bool has_inverted(const NetPath* a) {
-    const OmFemMesh* mesh = &a->grid->mesh;
+    const OmFemMesh* mesh = &a->grid->fem.mesh;
     for (int i = 0; i < 3 * mesh->nnode; ++i) a->x[i] = mesh->x[i] + (double)a->u[i];
     return !(om_fem_eval_volume(a->solid, a->x, NULL) > 0);
 }
@@ -145,12 +145,12 @@ static OmStatus eval_net(NetPath* a, const OmStudyLesion* lesion, double depth, 
                          OmUmeshTrust* trust) {
     OmVec3 move = om_scale(-depth, lesion->normal);
     const double value[3] = {move.x, move.y, move.z};
-    for (int i = 0; i < a->grid->mesh.nnode; ++i)
+    for (int i = 0; i < a->grid->fem.mesh.nnode; ++i)
         for (int c = 0; c < 3; ++c) a->u[3 * i + c] = a->mask[i] ? (float)value[c] : 0;
     OM_TRY(om_umesh_predict(a->predictor, a->mask, a->u, trust));
     *contour = om__study_contour(lesion);
     for (int n = 0; n < 8; ++n) {
-        const float* u = a->u + 3 * (size_t)a->grid->mesh.elem_node[8 * a->elem + n];
+        const float* u = a->u + 3 * (size_t)a->grid->fem.mesh.elem_node[8 * a->elem + n];
         *contour = om_madd(*contour, a->weight[n], om_vec3(u[0], u[1], u[2]));
     }
     return OM_OK;
@@ -166,7 +166,7 @@ static OmStatus press_umesh(StudyMethods* s, NetPath* a, int l, double* ms, int*
     int nstep = om__study_nstep(study->def, l), nwhole = 0;
     bool is_whole = true;
     om_store3(at, 0, om__study_contour(lesion));
-    OM_TRY(om_fem_mesh_embed(&a->grid->mesh, 1, at, &a->elem, a->weight));
+    OM_TRY(om_fem_mesh_embed(&a->grid->fem.mesh, 1, at, &a->elem, a->weight));
     OM_CHECK(
         om_umesh_patch_select(a->grid, &patch, a->mask) > 0, OM_INVALID,
         "methods study: the network's surface has no node under the probe over lesion %d; was it "
@@ -194,8 +194,8 @@ static OmStatus press_umesh(StudyMethods* s, NetPath* a, int l, double* ms, int*
 static OmStatus check_organ(const StudyMethods* s, const OmUmeshGrid* g) {
     const OmStudyBody* body = s->fit.body;
     OmVec3 lo = om_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL), hi = om_scale(-1, lo);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->mesh.x, i);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->fem.mesh.x, i);
         lo = om_vec3(fmin(lo.x, x.x), fmin(lo.y, x.y), fmin(lo.z, x.z));
         hi = om_vec3(fmax(hi.x, x.x), fmax(hi.y, x.y), fmax(hi.z, x.z));
     }
@@ -214,7 +214,7 @@ static void describe(StudyMethods* s, const OmUmeshNet* net) {
     }
     snprintf(s->training, sizeof s->training,
              "U-Mesh: %d elements, %s samples, %s epochs, validation error %.8s mm (%.300s)",
-             om_umesh_net_grid(net)->mesh.nelem, value[0], value[1], value[2], value[3]);
+             om_umesh_net_grid(net)->fem.mesh.nelem, value[0], value[1], value[2], value[3]);
 }
 
 static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
@@ -225,12 +225,12 @@ static OmStatus score_umesh(StudyMethods* s, const OmUmeshNet* net) {
     a.grid = om_umesh_net_grid(net);
     describe(s, net);
     OM_TRY_DONE(om_umesh_predictor_create(net, s->def->nworker, &a.predictor));
-    OM_ALLOC_DONE(a.mask, a.grid->mesh.nnode);
-    OM_ALLOC_DONE(a.u, 3 * (size_t)a.grid->mesh.nnode);
-    OM_ALLOC_DONE(a.x, 3 * (size_t)a.grid->mesh.nnode);
+    OM_ALLOC_DONE(a.mask, a.grid->fem.mesh.nnode);
+    OM_ALLOC_DONE(a.u, 3 * (size_t)a.grid->fem.mesh.nnode);
+    OM_ALLOC_DONE(a.x, 3 * (size_t)a.grid->fem.mesh.nnode);
     // any law: only volumes are computed
     OmMaterial material = {.law = OM_LINEAR, .young = 1, .poisson = 0.45};
-    OmFemDef solid = om_fem_default_def(&a.grid->mesh, 1, &material);
+    OmFemDef solid = om_fem_default_def(&a.grid->fem.mesh, 1, &material);
     OM_TRY_DONE(om_fem_create(&solid, &a.solid));
     OM_ALLOC_DONE(ms, OM_STUDY_MAX_LESION * OM_STUDY_MAX_STEP);
     for (int l = 0; l < s->def->nlesion; ++l) OM_TRY_DONE(press_umesh(s, &a, l, ms, &num));

@@ -61,16 +61,16 @@ static void find_skin(const OmTissueModel* m, Learned* l) {
     const double* x = om_tissue_mesh(m)->x;
     int nsurface;
     const int* surface_vert = om_tissue_surface_vert(m, &nsurface);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (!g->is_skin[i]) continue;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        if (!g->is_surface[i]) continue;
         Skin* skin = &l->skin[l->nskin++];
-        *skin = (Skin){.node = i, .vert = 0, .x = om_load3(g->skin_x, i)};
+        *skin = (Skin){.node = i, .vert = 0, .x = om_load3(g->surface_x, i)};
         double best = HUGE_VAL;
         for (int k = 0; k < nsurface; ++k) {
             double d = om_distance(om_load3(x, surface_vert[k]), skin->x);
             if (d < best) best = d, skin->vert = surface_vert[k];
         }
-        skin->near = best < g->spacing;
+        skin->near = best < g->fem.grid.spacing;
     }
 }
 
@@ -82,19 +82,19 @@ static OmStatus learned_create(OmTissueModel* m) {
     if (!l) return OM_NO_MEMORY;
     om_engine_set_data(m, l);  // freed with the model, whatever fails below
     l->net = net;
-    OM_ALLOC(l->skin, net->grid.mesh.nnode);
+    OM_ALLOC(l->skin, net->grid.fem.mesh.nnode);
     OM_ALLOC(l->elem, mesh->nvert);
     OM_ALLOC(l->weight, 8 * (size_t)mesh->nvert);
-    OM_TRY(om_fem_mesh_embed(&net->grid.mesh, mesh->nvert, mesh->x, l->elem, l->weight));
+    OM_TRY(om_fem_mesh_embed(&net->grid.fem.mesh, mesh->nvert, mesh->x, l->elem, l->weight));
     for (int i = 0; i < mesh->nvert; ++i) {
         OmVec3 p = om_vec3(0, 0, 0);
         for (int a = 0; a < 8; ++a)
             p = om_madd(p, l->weight[8 * (size_t)i + (size_t)a],
-                        om_load3(net->grid.mesh.x,
-                                 net->grid.mesh.elem_node[8 * (size_t)l->elem[i] + (size_t)a]));
+                        om_load3(net->grid.fem.mesh.x,
+                                 net->grid.fem.mesh.elem_node[8 * (size_t)l->elem[i] + (size_t)a]));
         double off = om_distance(p, om_load3(mesh->x, i));
         OM_CHECK(
-            off < 2 * net->grid.spacing, OM_INVALID,
+            off < 2 * net->grid.fem.grid.spacing, OM_INVALID,
             "umesh: vertex %d of the mesh is %.3g mm outside of the organ that the network was "
             "trained on",
             i, 1e3 * off);
@@ -115,7 +115,7 @@ static void learned_sync(const OmTissueModel* m, OmTissueState* s) {
 
 static size_t learned_memory(const OmTissueModel* m, const OmTissueWork* work) {
     const Learned* l = om_engine_data(m);
-    size_t nvert = (size_t)om_tissue_mesh(m)->nvert, nnode = (size_t)l->net->grid.mesh.nnode;
+    size_t nvert = (size_t)om_tissue_mesh(m)->nvert, nnode = (size_t)l->net->grid.fem.mesh.nnode;
     size_t model = sizeof *l + (size_t)l->nskin * sizeof *l->skin +
                    nvert * (sizeof *l->elem + 8 * sizeof *l->weight);
     if (!work) return model;
@@ -139,7 +139,7 @@ static void learned_destroy_work(OmTissueWork* work) {
 
 static OmStatus learned_create_work(const OmTissueModel* m, OmTissueWork* work) {
     const Learned* l = om_engine_data(m);
-    size_t nnode = (size_t)l->net->grid.mesh.nnode;
+    size_t nnode = (size_t)l->net->grid.fem.mesh.nnode;
     LearnedWork* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
     om_engine_set_work_data(work, w);
@@ -243,7 +243,7 @@ static bool find_touching(const Learned* l, OmTissueState* s, LearnedWork* w, in
 // ---- the step ---------------------------------------------------------------------------------------
 
 static OmStatus predict(const Learned* l, LearnedWork* w, OmUmeshTrust* trust) {
-    size_t nnode = (size_t)l->net->grid.mesh.nnode, num = 0;
+    size_t nnode = (size_t)l->net->grid.fem.mesh.nnode, num = 0;
     for (size_t i = 0; i < nnode; ++i) num += w->mask[i];
     memset(w->u, 0, 3 * nnode * sizeof *w->u);
     *trust = (OmUmeshTrust){.is_inside = true};
@@ -258,7 +258,7 @@ static void write_state(const OmTissueModel* m, OmTissueState* s, const LearnedW
     const OmTetMesh* mesh = om_tissue_mesh(m);
     double *x = om_engine_x(s), *v = om_engine_v(s);
     for (int i = 0; i < mesh->nvert; ++i) {
-        const int* node = l->net->grid.mesh.elem_node + 8 * (size_t)l->elem[i];
+        const int* node = l->net->grid.fem.mesh.elem_node + 8 * (size_t)l->elem[i];
         OmVec3 p = om_load3(om_tissue_mesh(m)->x, i);
         for (int a = 0; a < 8; ++a) {
             const float* u = w->u + 3 * (size_t)node[a];
@@ -289,7 +289,7 @@ static void report_contacts(const Learned* l, const OmTissueState* s, const Lear
 static OmStatus settle(const OmTissueModel* m, OmTissueState* s, LearnedWork* w, int nobstacle,
                        const OmTissueObstacle* obstacle, OmUmeshTrust* trust) {
     const Learned* l = om_engine_data(m);
-    memset(w->mask, 0, (size_t)l->net->grid.mesh.nnode);
+    memset(w->mask, 0, (size_t)l->net->grid.fem.mesh.nnode);
     take_held(m, s, w);
     keep_touching(l, s, w, nobstacle, obstacle);
     OM_TRY(predict(l, w, trust));

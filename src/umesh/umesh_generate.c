@@ -144,7 +144,7 @@ OmStatus om_umesh_generate(const OmUmeshDataDef* def, const OmProgress* progress
     OmFolder folder = {0};
     double begin = om_clock_now();
     int nworker = om_worker_count(def->nworker);
-    Crew c = {.nnode = om_umesh_organ_grid(def->organ)->mesh.nnode,
+    Crew c = {.nnode = om_umesh_organ_grid(def->organ)->fem.mesh.nnode,
               .progress = progress,
               .nsample = def->nsample,
               .is_reported = ATOMIC_FLAG_INIT};
@@ -190,7 +190,7 @@ static int last_shard(const char* dir) {
 
 // Append the first num samples of a shard.
 static OmStatus append(OmUmeshData* data, const OmUmeshShard* s, int num) {
-    size_t nnode = (size_t)data->grid.mesh.nnode, had = (size_t)data->nsample, n = (size_t)num;
+    size_t nnode = (size_t)data->grid.fem.mesh.nnode, had = (size_t)data->nsample, n = (size_t)num;
     OmUmeshSample* sample = om_realloc(data->sample, had, had + n, sizeof *sample);
     if (!sample) return OM_NO_MEMORY;
     data->sample = sample;

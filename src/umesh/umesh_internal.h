@@ -6,27 +6,13 @@
 
 #define OM__UMESH_MAX_POINT (1 << 24)  // of a grid
 
-/// A linear system must be solved: a matrix that is not positive definite, or too large a residual, is an error.
-static inline OmStatus om__umesh_solved(OmStatus status) {
-    return status > 0 ? om_error_prefix(OM_INVALID, "umesh") : status;
-}
-
 // ---- umesh_grid.c -----------------------------------------------------------------------------------
 
-typedef struct OmUmeshFrame {  // where the points of a grid are
-    int dim[3];
-    double spacing;
-    OmVec3 origin, up;
-} OmUmeshFrame;
-
-// Where the nodes of an element are in its cell.
-extern const int om__umesh_corner[8][3];
-
-// Nodes and elements of the active cells; `fixed`, `skin_x` and the hash are still to be set.
-OmStatus om__umesh_grid_init(const OmUmeshFrame* frame, const unsigned char* active,
+// Nodes and elements of the active cells. The caller sets `fixed`, `surface_x` and the hash afterwards.
+OmStatus om__umesh_grid_init(const OmGrid* points, OmVec3 up, const unsigned char* active,
                              OmUmeshGrid* grid);
-// Once `fixed` is known: the free nodes of boundary faces.
-OmStatus om__umesh_grid_find_skin(OmUmeshGrid* grid);
+// With `fixed` set: mark the free nodes of boundary faces in `is_surface`.
+OmStatus om__umesh_grid_find_surface(OmUmeshGrid* grid);
 uint64_t om__umesh_grid_hash(const OmUmeshGrid* grid);
 
 // ---- umesh_organ.c ----------------------------------------------------------------------------------

@@ -25,17 +25,15 @@
 // ---- create -----------------------------------------------------------------------------------------
 
 OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to) {
-    OmUmeshFrame frame = {.spacing = from->spacing, .origin = from->origin, .up = from->up};
-    memcpy(frame.dim, from->dim, sizeof frame.dim);
     unsigned char* active;
-    OM_ALLOC(active, from->npoint);
-    for (int p = 0; p < from->npoint; ++p) active[p] = from->cell_elem[p] >= 0;
-    OmStatus status = om__umesh_grid_init(&frame, active, to);
+    OM_ALLOC(active, from->fem.npoint);
+    for (int p = 0; p < from->fem.npoint; ++p) active[p] = from->fem.cell_elem[p] >= 0;
+    OmStatus status = om__umesh_grid_init(&from->fem.grid, from->up, active, to);
     om_free(active);
     if (status < 0) return status;
-    memcpy(to->fixed, from->fixed, (size_t)to->mesh.nnode);
-    memcpy(to->skin_x, from->skin_x, 3 * (size_t)to->mesh.nnode * sizeof *to->skin_x);
-    status = om__umesh_grid_find_skin(to);
+    memcpy(to->fem.fixed, from->fem.fixed, (size_t)to->fem.mesh.nnode);
+    memcpy(to->surface_x, from->surface_x, 3 * (size_t)to->fem.mesh.nnode * sizeof *to->surface_x);
+    status = om__umesh_grid_find_surface(to);
     to->hash = om__umesh_grid_hash(to);
     if (status < 0) om_umesh_grid_done(to);
     return status;
@@ -43,11 +41,13 @@ OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to) {
 
 static OmStatus make_layers(OmUmeshNet* n) {
     const OmUmeshGrid* g = &n->grid;
-    OmUnetDef def =
-        om_unet_default_def((OmNetShape){UMESH_NCHANNEL, g->dim[2], g->dim[1], g->dim[0]}, 3);
-    float* mask = om_calloc((size_t)g->npoint, sizeof *mask);
+    OmUnetDef def = om_unet_default_def(
+        (OmNetShape){UMESH_NCHANNEL, g->fem.grid.dim[2], g->fem.grid.dim[1], g->fem.grid.dim[0]},
+        3);
+    float* mask = om_calloc((size_t)g->fem.npoint, sizeof *mask);
     if (!mask) return OM_NO_MEMORY;
-    for (int i = 0; i < g->mesh.nnode; ++i) mask[g->node_point[i]] = g->fixed[i] ? 0 : 1;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        mask[g->fem.node_point[i]] = g->fem.fixed[i] ? 0 : 1;
     def.base_channels = n->base_channels;
     def.nlevel = n->nlevel;
     def.mask = mask;
@@ -67,17 +67,17 @@ static OmStatus finish(OmUmeshNet* n, double poisson, int base_channels, int nle
     n->nlevel = nlevel;
     OM_TRY(make_layers(n));
     OM_TRY(om__umesh_region_alloc(n));
-    return om__umesh_linear_create(&n->grid, poisson, 0, &n->linear);
+    return om_fem_grid_linear_create(&n->grid.fem, n->grid.is_surface, poisson, 0, &n->linear);
 }
 
 OmStatus om__umesh_net_set_balance(OmUmeshNet* n, double balance) {
-    om__umesh_refine_destroy(n->refine);
-    n->refine = NULL;
+    om_fem_grid_model_destroy(n->model);
+    n->model = NULL;
     n->balance = balance;
     if (!(balance <= MOST_UNBALANCED) || n->poisson < 0)
-        return OM_OK;  // below 0 the law may collapse
-    OmStatus status = om__umesh_refine_create(&n->grid, n->poisson, 0, &n->refine);
-    return status == OM_UNAVAILABLE ? OM_OK : status;  // a grid too large: the network alone
+        return OM_OK;  // with a ratio below 0 elements may collapse
+    OmStatus status = om_fem_grid_model_create(&n->grid.fem, n->poisson, 0, &n->model);
+    return status == OM_UNAVAILABLE ? OM_OK : status;  // too large a grid: the network alone
 }
 
 OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
@@ -97,8 +97,8 @@ OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_
 void om_umesh_net_destroy(OmUmeshNet* n) {
     if (!n) return;
     om_umesh_grid_done(&n->grid);
-    om__umesh_linear_destroy(n->linear);
-    om__umesh_refine_destroy(n->refine);
+    om_fem_grid_linear_destroy(n->linear);
+    om_fem_grid_model_destroy(n->model);
     om_net_destroy(n->net);
     om_free(n->param);
     om_free(n->region.way);
@@ -157,22 +157,22 @@ typedef struct Own {  // the tensors besides the weights, in the types of the fi
 static OmStatus fill_own(const OmUmeshNet* n, Own* own) {
     const OmUmeshGrid* g = &n->grid;
     const UmeshRegion* r = &n->region;
-    *own = (Own){
-        .frame = {g->spacing, g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z},
-        .limit = {r->stretch, r->rough, r->angle, r->max, r->min, r->margin},
-        .scale = {n->scale, n->correction, n->poisson, n->second, n->balance}};
-    for (int c = 0; c < 3; ++c) own->dim[c] = g->dim[c];
+    *own = (Own){.frame = {g->fem.grid.spacing, g->fem.grid.origin.x, g->fem.grid.origin.y,
+                           g->fem.grid.origin.z, g->up.x, g->up.y, g->up.z},
+                 .limit = {r->stretch, r->rough, r->angle, r->max, r->min, r->margin},
+                 .scale = {n->scale, n->correction, n->poisson, n->second, n->balance}};
+    for (int c = 0; c < 3; ++c) own->dim[c] = g->fem.grid.dim[c];
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(own->active, g->npoint);
-    OM_ALLOC_DONE(own->fixed, g->mesh.nnode);
-    for (int p = 0; p < g->npoint; ++p) own->active[p] = g->cell_elem[p] >= 0 ? 1 : 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) own->fixed[i] = g->fixed[i] ? 1 : 0;
+    OM_ALLOC_DONE(own->active, g->fem.npoint);
+    OM_ALLOC_DONE(own->fixed, g->fem.mesh.nnode);
+    for (int p = 0; p < g->fem.npoint; ++p) own->active[p] = g->fem.cell_elem[p] >= 0 ? 1 : 0;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) own->fixed[i] = g->fem.fixed[i] ? 1 : 0;
 done:
     return status;
 }
 
 static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
-    int num = 0, nnode = n->grid.mesh.nnode;
+    int num = 0, nnode = n->grid.fem.mesh.nnode;
     for (int i = 0; i < om_net_parameter_count(n->net); ++i) {
         const OmNetParameter* p = om_net_parameter(n->net, i);
         t[num] = (OmTensor){
@@ -182,9 +182,9 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     }
     t[num++] = (OmTensor){"grid.dim", OM_TENSOR_F64, 1, {3}, own->dim};
     t[num++] = (OmTensor){"grid.frame", OM_TENSOR_F64, 1, {7}, own->frame};
-    t[num++] = (OmTensor){"grid.active", OM_TENSOR_F32, 1, {n->grid.npoint}, own->active};
+    t[num++] = (OmTensor){"grid.active", OM_TENSOR_F32, 1, {n->grid.fem.npoint}, own->active};
     t[num++] = (OmTensor){"grid.fixed", OM_TENSOR_F32, 1, {nnode}, own->fixed};
-    t[num++] = (OmTensor){"grid.skin_x", OM_TENSOR_F64, 2, {nnode, 3}, n->grid.skin_x};
+    t[num++] = (OmTensor){"grid.skin_x", OM_TENSOR_F64, 2, {nnode, 3}, n->grid.surface_x};
     t[num++] = (OmTensor){"trust.way", OM_TENSOR_F32, 1, {nnode}, n->region.way};
     t[num++] = (OmTensor){"trust.inward", OM_TENSOR_F32, 2, {nnode, 3}, n->region.inward};
     t[num++] = (OmTensor){"trust.limit", OM_TENSOR_F64, 1, {6}, own->limit};
@@ -248,7 +248,7 @@ OmStatus om_umesh_net_save_onnx(const OmUmeshNet* n, const char* path) {
 static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
     OM_TRY(om__umesh_net_create(&n->grid, n->poisson, n->base_channels, n->nlevel, out));
     OmUmeshNet* c = *out;
-    size_t nnode = (size_t)n->grid.mesh.nnode;
+    size_t nnode = (size_t)n->grid.fem.mesh.nnode;
     float *way = c->region.way, *inward = c->region.inward;
     memcpy(c->param, n->param, om_net_parameter_size(n->net) * sizeof *n->param);
     memcpy(way, n->region.way, nnode * sizeof *way);
@@ -315,7 +315,7 @@ static OmStatus read_flags(const OmTensorFile* f, const char* path, const char* 
     return status;
 }
 
-static OmStatus read_frame(const OmTensorFile* f, const char* path, OmUmeshFrame* frame) {
+static OmStatus read_frame(const OmTensorFile* f, const char* path, OmGrid* frame, OmVec3* up) {
     double dim[3], value[7];
     OM_TRY(om_tensor_file_read_double(f, "grid.dim", 1, (const int64_t[]){3}, dim));
     OM_TRY(om_tensor_file_read_double(f, "grid.frame", 1, (const int64_t[]){7}, value));
@@ -329,28 +329,29 @@ static OmStatus read_frame(const OmTensorFile* f, const char* path, OmUmeshFrame
              OM__UMESH_MAX_POINT);
     frame->spacing = value[0];
     frame->origin = om_vec3(value[1], value[2], value[3]);
-    frame->up = om_vec3(value[4], value[5], value[6]);
+    *up = om_vec3(value[4], value[5], value[6]);
     OM_CHECK(frame->spacing > 1e-6 && frame->spacing < 1, OM_INVALID,
              "%s: spacing of the grid is %g m; 1e-6 to 1", path, frame->spacing);
-    OM_CHECK(om_norm(frame->up) > 0.99 && om_norm(frame->up) < 1.01 && om_norm(frame->origin) < 1e3,
-             OM_INVALID, "%s: grid.frame is no frame", path);
+    OM_CHECK(om_norm(*up) > 0.99 && om_norm(*up) < 1.01 && om_norm(frame->origin) < 1e3, OM_INVALID,
+             "%s: grid.frame is no frame", path);
     return OM_OK;
 }
 
 static OmStatus read_grid(const OmTensorFile* f, const char* path, OmUmeshGrid* g) {
-    OmUmeshFrame frame;
-    OM_TRY(read_frame(f, path, &frame));
-    int npoint = frame.dim[0] * frame.dim[1] * frame.dim[2];
+    OmGrid points;
+    OmVec3 up;
+    OM_TRY(read_frame(f, path, &points, &up));
+    int npoint = (int)om_grid_count(points.dim);
     unsigned char* active;
     OM_ALLOC(active, npoint);
     OmStatus status = read_flags(f, path, "grid.active", npoint, active);
-    if (status >= 0) status = om__umesh_grid_init(&frame, active, g);
+    if (status >= 0) status = om__umesh_grid_init(&points, up, active, g);
     om_free(active);
     if (status < 0) return status;
-    OM_TRY(read_flags(f, path, "grid.fixed", g->mesh.nnode, g->fixed));
-    OM_TRY(om_tensor_file_read_double(f, "grid.skin_x", 2, (const int64_t[]){g->mesh.nnode, 3},
-                                      g->skin_x));
-    OM_TRY(om__umesh_grid_find_skin(g));
+    OM_TRY(read_flags(f, path, "grid.fixed", g->fem.mesh.nnode, g->fem.fixed));
+    OM_TRY(om_tensor_file_read_double(f, "grid.skin_x", 2, (const int64_t[]){g->fem.mesh.nnode, 3},
+                                      g->surface_x));
+    OM_TRY(om__umesh_grid_find_surface(g));
     g->hash = om__umesh_grid_hash(g);
     return OM_OK;
 }
@@ -371,7 +372,7 @@ static OmStatus read_weights(const OmTensorFile* f, const char* path, OmUmeshNet
 
 static OmStatus read_region(const OmTensorFile* f, const char* path, OmUmeshNet* n) {
     UmeshRegion* r = &n->region;
-    const int64_t dim[2] = {n->grid.mesh.nnode, 3};
+    const int64_t dim[2] = {n->grid.fem.mesh.nnode, 3};
     double limit[6];
     OM_TRY(om_tensor_file_read(f, "trust.way", 1, dim, r->way));
     OM_TRY(om_tensor_file_read(f, "trust.inward", 2, dim, r->inward));
@@ -466,7 +467,7 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
     OM_TRY(om__umesh_region_alloc(n));
     OM_TRY(read_weights(f, path, n));  // all that is read, and refused, before what takes long
     OM_TRY(read_region(f, path, n));
-    OM_TRY(om__umesh_linear_create(&n->grid, poisson, 0, &n->linear));
+    OM_TRY(om_fem_grid_linear_create(&n->grid.fem, n->grid.is_surface, poisson, 0, &n->linear));
     OM_TRY(om__umesh_net_set_balance(n, n->balance));
     return read_facts(f, n);
 }
@@ -483,4 +484,9 @@ OmStatus om_umesh_net_load(const char* path, OmUmeshNet** out) {
     else
         *out = n;
     return status;
+}
+
+OmStatus om_umesh_untangle(const OmUmeshNet* n, const unsigned char* mask, float* u,
+                           OmFemGridUntangling* untangling) {
+    return om_fem_grid_untangle(&n->grid.fem, n->poisson, mask, u, untangling);
 }

@@ -20,17 +20,12 @@ typedef struct UmeshRegion {  // what training saw, and by how much its limits a
     double margin;            // >= 1
 } UmeshRegion;
 
-typedef struct UmeshLinear UmeshLinear;  // constant
-typedef struct UmeshCoarse UmeshCoarse;  // constant
-typedef struct UmeshRefine UmeshRefine;  // constant
-typedef struct UmeshRefineWork UmeshRefineWork;
-
 struct OmUmeshNet {
     OmUmeshGrid grid;
-    UmeshLinear* linear;
-    UmeshRefine* refine;  // null where the samples do not follow its law
-    double poisson;       // of both
-    double balance;       // forces left in samples, by that law, over those in linear answers
+    OmFemGridLinear* linear;
+    OmFemGridModel* model;  // null if the samples follow another law, or the grid is too large
+    double poisson;         // of both
+    double balance;         // forces left in samples, by that law, over those in linear answers
     OmNet* net;
     float* param;
     int base_channels, nlevel;
@@ -55,68 +50,6 @@ OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
 // The grid from where its cells, held nodes and skin are.
 OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);
 
-// ---- umesh_place.c ----------------------------------------------------------------------------------
-
-// The tetrahedra of an element, around the diagonal from node 0 to node 6, alike in all cells: so faces of neighbours
-// are cut alike.
-extern const int om__umesh_tet[6][4];
-
-// ---- umesh_linear.c ---------------------------------------------------------------------------------
-
-/// @return OM_INVALID if nothing is held, or the grid too large
-OmStatus om__umesh_linear_create(const OmUmeshGrid* grid, double poisson, int nworker,
-                                 UmeshLinear** linear);
-void om__umesh_linear_destroy(UmeshLinear* linear);
-// A patch: C_PP factored, and the columns that its nodes take. Nothing where no node is on the skin.
-typedef struct UmeshPatchSystem {
-    int num;               // unknowns
-    double* factor;        //                                                  (num x num)
-    const float** column;  // of the response, borrowed                              (num)
-    int* dof;              //                                                        (num)
-} UmeshPatchSystem;
-
-OmStatus om__umesh_patch_init(const UmeshLinear* linear, const unsigned char* mask,
-                              UmeshPatchSystem* patch);
-void om__umesh_patch_done(UmeshPatchSystem* patch);
-// Shares of the columns by which the patch goes where u (nnode x 3) says. (num)
-void om__umesh_patch_solve(const UmeshPatchSystem* patch, const float* u, double* share);
-// out += sign times what they do, for the unknowns begin .. end - 1.
-void om__umesh_patch_add(const UmeshPatchSystem* patch, const double* share, double sign,
-                         float* out, int begin, int end);
-
-// Displacements of all nodes when those of the mask that are on the skin go where u says; zero if there are none.
-OmStatus om__umesh_linear_answer(const UmeshLinear* linear, const UmeshPatchSystem* patch,
-                                 const float* u, int nworker, float* out);
-OmStatus om__umesh_linear_solve(const UmeshLinear* linear, const unsigned char* mask,
-                                const float* u, int nworker, float* out);
-
-// ---- umesh_refine.c ---------------------------------------------------------------------------------
-
-/// @param grid  borrowed
-/// @return OM_UNAVAILABLE if the grid is too large
-OmStatus om__umesh_refine_create(const OmUmeshGrid* grid, double poisson, int nworker,
-                                 UmeshRefine** refine);
-// How far samples `first` .. first + n - 1 are from equilibrium by the law of the refinement: the norm of their forces
-// over that of those in the linear answers, the median: small samples are rounding, crushed answers huge.
-OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, const float* linear,
-                                   int first, int n, double* balance);
-void om__umesh_refine_destroy(UmeshRefine* refine);
-OmStatus om__umesh_refine_work_create(const UmeshRefine* refine, UmeshRefineWork** work);
-void om__umesh_refine_work_destroy(UmeshRefineWork* work);
-size_t om__umesh_refine_work_memory(const UmeshRefineWork* work);
-// From u to equilibrium with the masked nodes and the held ones where they are.
-// @param patch  of the mask
-OmStatus om__umesh_refine(UmeshRefineWork* work, const UmeshPatchSystem* patch,
-                          const unsigned char* mask, double tolerance, int max_cycle, int nworker,
-                          float* u, OmUmeshRefinement* report);
-
-// ---- umesh_second.c ---------------------------------------------------------------------------------
-
-// Nodal forces of second order at the displacements u, over mu spacing^2, times the spacing over `size`.
-// u, force: (nnode x 3)
-void om__umesh_second_order(const OmUmeshGrid* grid, double poisson, double size, const float* u,
-                            float* force);
-
 // ---- umesh_predict.c --------------------------------------------------------------------------------
 
 // Channels that no input changes: organ, held, place; zeros elsewhere. in: (UMESH_NCHANNEL x npoint)
@@ -130,6 +63,14 @@ double om__umesh_size(const OmUmeshGrid* grid, const unsigned char* mask, const 
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* predictor);
 // Mean norm error over the nodes that are not held, m.
 double om__umesh_mean_error(const OmUmeshGrid* grid, const float* a, const float* b);
+
+// ---- umesh_train.c ----------------------------------------------------------------------------------
+
+// How far samples `first` .. first + n - 1 are from equilibrium by the law of fem_grid.h: the norm of their residual
+// over that of the linear solutions, the median. (In small samples the residual is rounding, in strong presses the
+// residual of the linear solution is huge.)
+OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, const float* linear,
+                                   int first, int n, double* balance);
 
 // ---- umesh_trust.c ----------------------------------------------------------------------------------
 

@@ -144,8 +144,8 @@ static bool is_filled(const OmSdf* sdf, OmVec3 corner, double side, double min_f
 }
 
 // A grid of this spacing around the organ, centred; along `up` it begins or ends at the organ's lowest.
-static OmStatus place_grid(const Shape* s, double spacing, OmUmeshFrame* f) {
-    *f = (OmUmeshFrame){.spacing = spacing, .up = s->up};
+static OmStatus place_grid(const Shape* s, double spacing, OmGrid* f) {
+    *f = (OmGrid){.spacing = spacing};
     const double lo[3] = {s->lo.x, s->lo.y, s->lo.z}, hi[3] = {s->hi.x, s->hi.y, s->hi.z};
     const double up[3] = {s->up.x, s->up.y, s->up.z};
     double origin[3], total = 1;
@@ -208,11 +208,11 @@ static void cells_done(Cells* cells) {
     *cells = (Cells){0};
 }
 
-static OmStatus mark_cells(const Shape* s, const OmSdf* sdf, double spacing, OmUmeshFrame* f,
+static OmStatus mark_cells(const Shape* s, const OmSdf* sdf, double spacing, OmGrid* f,
                            Cells* cells, int* nelem) {
     cells_done(cells);
     OM_TRY(place_grid(s, spacing, f));
-    size_t npoint = (size_t)f->dim[0] * (size_t)f->dim[1] * (size_t)f->dim[2];
+    size_t npoint = om_grid_count(f->dim);
     OM_ALLOC(cells->active, npoint);
     OM_ALLOC(cells->part, npoint);
     OM_ALLOC(cells->queue, npoint);
@@ -220,8 +220,8 @@ static OmStatus mark_cells(const Shape* s, const OmSdf* sdf, double spacing, OmU
     for (int k = 0; k < f->dim[2]; ++k)
         for (int j = 0; j < f->dim[1]; ++j)
             for (int i = 0; i < f->dim[0]; ++i, ++n) {
-                bool is_cell = i < f->dim[0] - 1 && j < f->dim[1] - 1 && k < f->dim[2] - 1;
-                OmVec3 corner = om_madd(f->origin, spacing, om_vec3(i, j, k));
+                bool is_cell = om_grid_has(f->dim, i + 1, j + 1, k + 1);
+                OmVec3 corner = om_grid_point(f, i, j, k);
                 cells->active[n] = is_cell && is_filled(sdf, corner, spacing, s->def->min_fill);
             }
     *nelem = keep_largest(f->dim, cells->active, cells->part, cells->queue);
@@ -229,7 +229,7 @@ static OmStatus mark_cells(const Shape* s, const OmSdf* sdf, double spacing, OmU
 }
 
 // Bisection in the logarithm of the spacing, which keeps the best.
-static OmStatus find_cells(const Shape* s, const OmSdf* sdf, OmUmeshFrame* f, Cells* cells) {
+static OmStatus find_cells(const Shape* s, const OmSdf* sdf, OmGrid* f, Cells* cells) {
     const OmUmeshOrganDef* def = s->def;
     int nelem = 0;
     if (def->spacing > 0) {
@@ -263,27 +263,28 @@ static OmStatus find_cells(const Shape* s, const OmSdf* sdf, OmUmeshFrame* f, Ce
 static OmStatus hold_nodes(const Shape* s, OmUmeshGrid* g) {
     double low = INFINITY;
     int num = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) low = fmin(low, om_dot(s->up, om_load3(g->mesh.x, i)));
-    double more = s->held ? 0.75 * g->spacing : 1e-6 * g->spacing;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        g->fixed[i] = is_held(s, om_load3(g->mesh.x, i), low, more);
-        num += g->fixed[i];
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        low = fmin(low, om_dot(s->up, om_load3(g->fem.mesh.x, i)));
+    double more = s->held ? 0.75 * g->fem.grid.spacing : 1e-6 * g->fem.grid.spacing;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        g->fem.fixed[i] = is_held(s, om_load3(g->fem.mesh.x, i), low, more);
+        num += g->fem.fixed[i];
     }
-    OM_CHECK(num >= 3 && num < g->mesh.nnode, OM_INVALID,
+    OM_CHECK(num >= 3 && num < g->fem.mesh.nnode, OM_INVALID,
              "umesh: %d of %d nodes are held; give the patient another attachment, or another up",
-             num, g->mesh.nnode);
+             num, g->fem.mesh.nnode);
     return OM_OK;
 }
 
 static void place_skin(const OmSdf* sdf, OmUmeshGrid* g) {
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 p = om_load3(g->mesh.x, i), slope;
-        for (int turn = 0; turn < 3 && g->is_skin[i]; ++turn) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 p = om_load3(g->fem.mesh.x, i), slope;
+        for (int turn = 0; turn < 3 && g->is_surface[i]; ++turn) {
             double d = om_sdf_eval(sdf, p, &slope), steep = om_norm2(slope);
             if (steep > 0.01)
                 p = om_madd(p, -d / steep, slope);  // flat: on a ridge inside, it stays
         }
-        om_store3(g->skin_x, i, p);
+        om_store3(g->surface_x, i, p);
     }
 }
 
@@ -296,7 +297,7 @@ static OmStatus sum_areas(const Shape* s, OmUmeshOrgan* o) {
         OmVec3 a = om_load3(o->surface.x, v[0]), b = om_load3(o->surface.x, v[1]);
         OmVec3 c = om_load3(o->surface.x, v[2]);
         OmVec3 middle = om_scale(1.0 / 3, om_add(a, om_add(b, c)));
-        if (!is_held(s, middle, s->low, o->grid.spacing))
+        if (!is_held(s, middle, s->low, o->grid.fem.grid.spacing))
             sum += 0.5 * om_norm(om_cross(om_sub(b, a), om_sub(c, a)));
         o->area[t] = sum;
     }
@@ -349,7 +350,7 @@ OmStatus om_umesh_organ_create(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     *out = NULL;
     OM_TRY(check_def(def));
     Shape shape;
-    OmUmeshFrame frame;
+    OmGrid frame;
     Cells cells = {0};
     OmStatus status = OM_OK;
     OmUmeshOrgan* o = om_calloc(1, sizeof *o);
@@ -359,9 +360,9 @@ OmStatus om_umesh_organ_create(const OmUmeshOrganDef* def, OmUmeshOrgan** out) {
     OM_TRY_DONE(om_surface_from_sdf(&o->sdf, 0, &o->surface));
     measure_shape(def, &o->surface, &shape);
     OM_TRY_DONE(find_cells(&shape, &o->sdf, &frame, &cells));
-    OM_TRY_DONE(om__umesh_grid_init(&frame, cells.active, &o->grid));
+    OM_TRY_DONE(om__umesh_grid_init(&frame, shape.up, cells.active, &o->grid));
     OM_TRY_DONE(hold_nodes(&shape, &o->grid));
-    OM_TRY_DONE(om__umesh_grid_find_skin(&o->grid));
+    OM_TRY_DONE(om__umesh_grid_find_surface(&o->grid));
     place_skin(&o->sdf, &o->grid);
     o->grid.hash = om__umesh_grid_hash(&o->grid);
     OM_TRY_DONE(sum_areas(&shape, o));

@@ -1,38 +1,17 @@
-// umesh_place.c: a grid as tetrahedra, and places on its skin.
+// umesh_place.c: the position of a patch on the surface of a grid.
 #include <math.h>
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-const int om__umesh_tet[6][4] = {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6},
-                                 {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}};
-
-OmStatus om_umesh_make_tet_mesh(const OmUmeshGrid* g, OmTetMesh* mesh) {
-    int nheld = 0;
-    OM_TRY(om_tet_mesh_init(mesh, g->mesh.nnode, 6 * g->mesh.nelem));
-    memcpy(mesh->x, g->mesh.x, 3 * (size_t)g->mesh.nnode * sizeof *mesh->x);
-    for (int e = 0; e < g->mesh.nelem; ++e)
-        for (int k = 0; k < 6; ++k)
-            for (int a = 0; a < 4; ++a)
-                mesh->tet_vert[24 * e + 4 * k + a] = g->mesh.elem_node[8 * e + om__umesh_tet[k][a]];
-    int* held = om_alloc((size_t)g->mesh.nnode, sizeof *held);
-    OmStatus status = held ? OM_OK : OM_NO_MEMORY;
-    for (int i = 0; i < g->mesh.nnode && held; ++i)
-        if (g->fixed[i]) held[nheld++] = i;
-    if (status >= 0) status = om_tet_mesh_add_set(mesh, "attachment", held, nheld);
-    om_free(held);
-    if (status < 0) om_tet_mesh_done(mesh);
-    return status;
-}
-
 // The middle of the elements around a place lies inwards of it, on a hollow too.
 static OmVec3 find_inward(const OmUmeshGrid* g, OmVec3 at, double reach) {
     OmVec3 sum = om_vec3(0, 0, 0);
-    for (int e = 0; e < g->mesh.nelem; ++e) {
+    for (int e = 0; e < g->fem.mesh.nelem; ++e) {
         OmVec3 c = om_vec3(0, 0, 0);
         for (int a = 0; a < 8; ++a)
-            c = om_madd(c, 0.125, om_load3(g->mesh.x, g->mesh.elem_node[8 * e + a]));
+            c = om_madd(c, 0.125, om_load3(g->fem.mesh.x, g->fem.mesh.elem_node[8 * e + a]));
         if (om_distance(c, at) < reach) sum = om_add(sum, om_sub(c, at));
     }
     return sum;
@@ -41,22 +20,22 @@ static OmVec3 find_inward(const OmUmeshGrid* g, OmVec3 at, double reach) {
 // The plane through the places of the skin within `reach` of p by least squares: its normal is the direction in
 // which they vary least.
 OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* g, OmVec3 p) {
-    double best = HUGE_VAL, reach = 2.5 * g->spacing;
+    double best = HUGE_VAL, reach = 2.5 * g->fem.grid.spacing;
     OmVec3 at = p, mean = om_vec3(0, 0, 0), w;
     OmMat3 spread = {0}, V;
     int num = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->skin_x, i);
-        if (g->is_skin[i] && om_distance(x, p) < best) best = om_distance(x, p), at = x;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->surface_x, i);
+        if (g->is_surface[i] && om_distance(x, p) < best) best = om_distance(x, p), at = x;
     }
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->skin_x, i);
-        if (g->is_skin[i] && om_distance(x, at) <= reach) mean = om_add(mean, x), ++num;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->surface_x, i);
+        if (g->is_surface[i] && om_distance(x, at) <= reach) mean = om_add(mean, x), ++num;
     }
     mean = om_scale(1.0 / (num ? num : 1), mean);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->skin_x, i), d = om_sub(x, mean);
-        if (g->is_skin[i] && om_distance(x, at) <= reach)
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->surface_x, i), d = om_sub(x, mean);
+        if (g->is_surface[i] && om_distance(x, at) <= reach)
             spread = om_mat3_add(spread, om_mat3_outer(d, d));
     }
     om_mat3_eigen_symmetric(spread, &w, &V);

@@ -4,7 +4,7 @@
 // them; where the patch is; what tells places apart, for a convolution alone does not know where it is: the organ, the
 // held nodes, and the coordinates from -1 to 1; the linear answer, over the size; and the size itself, everywhere. So
 // small inputs are as large as others; what comes out, times the size, is added to the linear answer. Last, the forces
-// of second order (umesh_second.c): what drives the correction.
+// of second order (om_fem_grid_second_order): they determine the correction.
 #include <math.h>
 #include <string.h>
 
@@ -26,8 +26,8 @@ enum {
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
     OmNetRun* run;
-    UmeshRefineWork* refine;  // null: the network's answer is the last
-    OmUmeshRefinement refinement;
+    OmFemGridWork* work;  // null: the output of the network is not relaxed
+    OmFemGridReport refinement;
     double tolerance;
     int max_cycle, nworker;
     bool is_linear;  // the network is left out
@@ -37,16 +37,16 @@ struct OmUmeshPredictor {
 // ---- channels ---------------------------------------------------------------------------------------
 
 void om__umesh_fill_fixed_channels(const OmUmeshGrid* g, float* in) {
-    size_t npoint = (size_t)g->npoint;
+    size_t npoint = (size_t)g->fem.npoint;
     memset(in, 0, UMESH_NCHANNEL * npoint * sizeof *in);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        in[CH_ORGAN * npoint + (size_t)g->node_point[i]] = 1;
-        in[CH_HELD * npoint + (size_t)g->node_point[i]] = g->fixed[i] ? 1 : 0;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        in[CH_ORGAN * npoint + (size_t)g->fem.node_point[i]] = 1;
+        in[CH_HELD * npoint + (size_t)g->fem.node_point[i]] = g->fem.fixed[i] ? 1 : 0;
     }
     for (size_t p = 0; p < npoint; ++p) {
         size_t at = p;
         for (int c = 0; c < 3; ++c) {
-            size_t dim = (size_t)g->dim[c];
+            size_t dim = (size_t)g->fem.grid.dim[c];
             in[(CH_PLACE + (size_t)c) * npoint + p] =
                 2.0f * (float)(at % dim) / (float)(dim - 1) - 1;
             at /= dim;
@@ -56,7 +56,7 @@ void om__umesh_fill_fixed_channels(const OmUmeshGrid* g, float* in) {
 
 double om__umesh_size(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     double max = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         const float* d = u + 3 * (size_t)i;
         if (mask[i]) max = fmax(max, om_norm2(om_vec3(d[0], d[1], d[2])));
     }
@@ -73,27 +73,27 @@ typedef struct Filling {
 
 static void fill_displacements(const Filling* f) {
     const OmUmeshGrid* g = &f->net->grid;
-    const size_t npoint = (size_t)g->npoint;
+    const size_t npoint = (size_t)g->fem.npoint;
     float *patch = f->in + CH_PATCH * npoint, *answer = f->in + CH_LINEAR * npoint;
     const float over = (float)(1 / f->size), share = (float)(f->size / f->net->scale);
     om_umesh_scatter(g, f->u, f->mask, f->in);
     om_umesh_scatter(g, f->linear, NULL, answer);
     for (size_t n = 0; n < 3 * npoint; ++n) f->in[n] *= over, answer[n] *= over;
     memset(patch, 0, npoint * sizeof *patch);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (f->mask[i]) patch[g->node_point[i]] = 1;
-        f->in[CH_SIZE * npoint + (size_t)g->node_point[i]] = share;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        if (f->mask[i]) patch[g->fem.node_point[i]] = 1;
+        f->in[CH_SIZE * npoint + (size_t)g->fem.node_point[i]] = share;
     }
 }
 
 static void fill_forces(const Filling* f) {
     const OmUmeshGrid* g = &f->net->grid;
-    const size_t npoint = (size_t)g->npoint;
+    const size_t npoint = (size_t)g->fem.npoint;
     float* force = f->in + CH_FORCE * npoint;
-    const float drive = (float)(1 / f->net->second);
-    om__umesh_second_order(g, f->net->poisson, f->size, f->linear, f->work);
+    const float scale = (float)(1 / f->net->second);
+    om_fem_grid_second_order(&g->fem, f->net->poisson, f->size, f->linear, f->work);
     om_umesh_scatter(g, f->work, NULL, force);
-    for (size_t n = 0; n < 3 * npoint; ++n) force[n] *= drive;
+    for (size_t n = 0; n < 3 * npoint; ++n) force[n] *= scale;
 }
 
 static void fill_part(void* ctx, int begin, int end, int block) {
@@ -129,13 +129,13 @@ OmStatus om_umesh_predictor_create(const OmUmeshNet* net, int nworker, OmUmeshPr
     p->net = net;
     p->nworker = nworker;
     om_umesh_predictor_set_refinement(p, OM_UMESH_TOLERANCE, OM_UMESH_MAX_CYCLE);
-    if (net->refine) OM_TRY_DONE(om__umesh_refine_work_create(net->refine, &p->refine));
+    if (net->model) OM_TRY_DONE(om_fem_grid_work_create(net->model, &p->work));
     OM_TRY_DONE(create_run(net, nworker, &p->run));
     OM_TRY_DONE(om_net_run_set_parameters(p->run, net->param));
-    OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.npoint);
-    OM_ALLOC_DONE(p->out, 3 * (size_t)net->grid.npoint);
-    OM_ALLOC_DONE(p->u, 3 * (size_t)net->grid.mesh.nnode);
-    OM_ALLOC_DONE(p->linear, 3 * (size_t)net->grid.mesh.nnode);
+    OM_ALLOC_DONE(p->in, UMESH_NCHANNEL * (size_t)net->grid.fem.npoint);
+    OM_ALLOC_DONE(p->out, 3 * (size_t)net->grid.fem.npoint);
+    OM_ALLOC_DONE(p->u, 3 * (size_t)net->grid.fem.mesh.nnode);
+    OM_ALLOC_DONE(p->linear, 3 * (size_t)net->grid.fem.mesh.nnode);
     om__umesh_fill_fixed_channels(&net->grid, p->in);
     *out = p;
     return OM_OK;
@@ -147,7 +147,7 @@ done:
 void om_umesh_predictor_destroy(OmUmeshPredictor* p) {
     if (!p) return;
     om_net_run_destroy(p->run);
-    om__umesh_refine_work_destroy(p->refine);
+    om_fem_grid_work_destroy(p->work);
     om_free(p->in);
     om_free(p->out);
     om_free(p->u);
@@ -156,9 +156,9 @@ void om_umesh_predictor_destroy(OmUmeshPredictor* p) {
 }
 
 size_t om__umesh_predictor_memory(const OmUmeshPredictor* p) {
-    size_t npoint = (size_t)p->net->grid.npoint, nnode = (size_t)p->net->grid.mesh.nnode;
+    size_t npoint = (size_t)p->net->grid.fem.npoint, nnode = (size_t)p->net->grid.fem.mesh.nnode;
     return sizeof *p + om_net_run_memory(p->run) +
-           (p->refine ? om__umesh_refine_work_memory(p->refine) : 0) +
+           (p->work ? om_fem_grid_work_memory(p->work) : 0) +
            ((UMESH_NCHANNEL + 3) * npoint + 6 * nnode) * sizeof(float);
 }
 
@@ -171,11 +171,11 @@ void om_umesh_predictor_set_linear(OmUmeshPredictor* p, bool is_linear) {
     p->is_linear = is_linear;
 }
 
-OmUmeshRefinement om_umesh_predictor_refinement(const OmUmeshPredictor* p) { return p->refinement; }
+OmFemGridReport om_umesh_predictor_refinement(const OmUmeshPredictor* p) { return p->refinement; }
 
 static OmStatus check_input(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     int nmasked = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         if (!mask[i]) continue;
         ++nmasked;
         for (int c = 0; c < 3; ++c)
@@ -192,48 +192,48 @@ static bool is_finite(const float* u, size_t n) {
     return true;
 }
 
-// Refine to equilibrium; if that fails, the answer does not change.
-static OmStatus refine(OmUmeshPredictor* p, const UmeshPatchSystem* patch,
-                       const unsigned char* mask, float* u) {
-    size_t n = 3 * (size_t)p->net->grid.mesh.nnode;
-    if (!p->refine || p->max_cycle <= 0) return OM_OK;
+// Relax to equilibrium; u is not changed if the result is not finite.
+static OmStatus refine(OmUmeshPredictor* p, const OmFemGridPatch* patch, const unsigned char* mask,
+                       float* u) {
+    size_t n = 3 * (size_t)p->net->grid.fem.mesh.nnode;
+    if (!p->work || p->max_cycle <= 0) return OM_OK;
     memcpy(p->linear, u, n * sizeof *u);
-    OM_TRY(om__umesh_refine(p->refine, patch, mask, p->tolerance, p->max_cycle, p->nworker, u,
-                            &p->refinement));
+    const OmFemGridStop stop = {p->tolerance, p->max_cycle, p->nworker};
+    OM_TRY(om_fem_grid_solve(p->work, patch, mask, &stop, u, &p->refinement));
     if (is_finite(u, n)) return OM_OK;
     memcpy(u, p->linear, n * sizeof *u);
-    p->refinement = (OmUmeshRefinement){.left = INFINITY};
+    p->refinement = (OmFemGridReport){.left = INFINITY};
     return OM_OK;
 }
 
-// What the network says, to the linear answer.
+// Add the output of the network to the linear solution.
 static OmStatus add_correction(OmUmeshPredictor* p, const unsigned char* mask, const float* u) {
     const OmUmeshGrid* g = &p->net->grid;
     const float scale = (float)(p->net->correction * om__umesh_size(g, mask, u));
     om__umesh_fill_input(p->net, mask, u, p->linear, p->nworker, p->u, p->in);
     OM_TRY(om_net_run_forward(p->run, p->in, p->out));
     om_umesh_gather(g, p->out, p->u);
-    for (int i = 0; i < 3 * g->mesh.nnode; ++i) p->linear[i] += scale * p->u[i];
+    for (int i = 0; i < 3 * g->fem.mesh.nnode; ++i) p->linear[i] += scale * p->u[i];
     return OM_OK;
 }
 
 OmStatus om_umesh_predict(OmUmeshPredictor* p, const unsigned char* mask, float* u,
                           OmUmeshTrust* trust) {
     const OmUmeshGrid* g = &p->net->grid;
-    UmeshPatchSystem patch;
+    OmFemGridPatch patch;
     OmStatus status = OM_OK;
-    p->refinement = (OmUmeshRefinement){0};
+    p->refinement = (OmFemGridReport){0};
     OM_TRY(check_input(g, mask, u));
-    OM_TRY(om__umesh_patch_init(p->net->linear, mask, &patch));
-    OM_TRY_DONE(om__umesh_linear_answer(p->net->linear, &patch, u, p->nworker, p->linear));
+    OM_TRY(om_fem_grid_patch_init(p->net->linear, mask, &patch));
+    OM_TRY_DONE(om_fem_grid_linear_eval(p->net->linear, &patch, u, p->nworker, p->linear));
     if (!p->is_linear) OM_TRY_DONE(add_correction(p, mask, u));
     if (trust) om_umesh_judge(p->net, mask, u, trust);
-    for (int i = 0; i < g->mesh.nnode; ++i)
-        for (int c = 0; c < 3 && (g->fixed[i] || !mask[i]); ++c)
-            u[3 * i + c] = g->fixed[i] ? 0 : p->linear[3 * i + c];
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        for (int c = 0; c < 3 && (g->fem.fixed[i] || !mask[i]); ++c)
+            u[3 * i + c] = g->fem.fixed[i] ? 0 : p->linear[3 * i + c];
     OM_TRY_DONE(refine(p, &patch, mask, u));
 done:
-    om__umesh_patch_done(&patch);
+    om_fem_grid_patch_done(&patch);
     return status;
 }
 
@@ -242,8 +242,8 @@ done:
 double om__umesh_mean_error(const OmUmeshGrid* g, const float* a, const float* b) {
     double sum = 0;
     int num = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (g->fixed[i]) continue;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        if (g->fem.fixed[i]) continue;
         double d2 = 0;
         for (int c = 0; c < 3; ++c) {
             double d = (double)a[3 * i + c] - (double)b[3 * i + c];
@@ -266,7 +266,7 @@ enum {
 static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* data, int first,
                             double tolerance, float* u, double* ms, OmUmeshEval* e) {
     const OmUmeshGrid* g = &p->net->grid;
-    const size_t nnode = (size_t)g->mesh.nnode;
+    const size_t nnode = (size_t)g->fem.mesh.nnode;
     bool is_refined = kind == LINEAR || kind == REFINED;
     om_umesh_predictor_set_refinement(p, tolerance, is_refined ? OM_UMESH_MAX_CYCLE : 0);
     om_umesh_predictor_set_linear(p, kind == ALONE || kind == LINEAR);
@@ -288,7 +288,7 @@ static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* da
             e->linear_mean += error / e->n;
             e->linear_worst = fmax(e->linear_worst, error);
         } else {
-            const OmUmeshRefinement* r = &p->refinement;
+            const OmFemGridReport* r = &p->refinement;
             e->error[s] = error;
             e->score[s] = trust.score;
             e->ninside += trust.is_inside;
@@ -317,7 +317,7 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     *e = (OmUmeshEval){.n = n};
     OM_CHECK(data->grid.hash == net->grid.hash, OM_INVALID,
              "umesh: the data are of another organ or grid than the network (%d and %d elements)",
-             data->grid.mesh.nelem, net->grid.mesh.nelem);
+             data->grid.fem.mesh.nelem, net->grid.fem.mesh.nelem);
     OM_CHECK(n >= 1 && first >= 0 && n <= data->nsample - first, OM_INVALID,
              "umesh: %d samples from %d on; the data have %d", n, first, data->nsample);
     OmUmeshPredictor* p = NULL;
@@ -325,7 +325,7 @@ OmStatus om_umesh_eval(const OmUmeshNet* net, const OmUmeshData* data, int first
     double* ms = NULL;
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_umesh_predictor_create(net, nworker, &p));
-    OM_ALLOC_DONE(u, 3 * (size_t)net->grid.mesh.nnode);
+    OM_ALLOC_DONE(u, 3 * (size_t)net->grid.fem.mesh.nnode);
     OM_ALLOC_DONE(ms, n);
     OM_ALLOC_DONE(e->error, n);
     OM_ALLOC_DONE(e->score, n);

@@ -25,10 +25,11 @@ static OmStatus write_summary(const OmUmeshDataDef* def, const OmUmeshSummary* s
     om_json_string(&j, "hash", hash);
     om_json_integer(&j, "seed", (int64_t)def->seed);
     om_json_integer(&j, "samples", s->nsample);
-    om_json_integer(&j, "elements", g->mesh.nelem);
-    om_json_integer(&j, "nodes", g->mesh.nnode);
-    om_json_numbers(&j, "points", (double[]){g->dim[0], g->dim[1], g->dim[2]}, 3);
-    om_json_number(&j, "spacing_mm", 1e3 * g->spacing);
+    om_json_integer(&j, "elements", g->fem.mesh.nelem);
+    om_json_integer(&j, "nodes", g->fem.mesh.nnode);
+    om_json_numbers(&j, "points",
+                    (double[]){g->fem.grid.dim[0], g->fem.grid.dim[1], g->fem.grid.dim[2]}, 3);
+    om_json_number(&j, "spacing_mm", 1e3 * g->fem.grid.spacing);
     om_json_string(&j, "law", om_law_name(def->material.law));
     om_json_number(&j, "young_Pa", def->material.young);
     om_json_number(&j, "poisson", def->material.poisson);
@@ -53,7 +54,7 @@ static OmStatus add_surface(OmSenseScene* scene, const OmSurface* surface,
 
 // The organ's surface as the grid takes it along.
 static OmStatus add_organ(OmSenseScene* scene, const OmUmeshOrgan* organ, const double* u) {
-    const OmFemMesh* mesh = &organ->grid.mesh;
+    const OmFemMesh* mesh = &organ->grid.fem.mesh;
     const OmSurface* rest = &organ->surface;
     OmSurface moved = {0};
     int* elem = NULL;
@@ -87,10 +88,10 @@ static OmStatus add_patch(OmSenseScene* scene, const OmUmeshGrid* g, const unsig
     OmSurface dots;
     int n = 0;
     OM_TRY(om_surface_init(&dots, 6 * npatch, 8 * npatch));
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         if (!mask[i]) continue;
-        OmVec3 p = om_add(om_load3(g->mesh.x, i), om_load3(u, i));
-        double r = DOT * g->spacing;
+        OmVec3 p = om_add(om_load3(g->fem.mesh.x, i), om_load3(u, i));
+        double r = DOT * g->fem.grid.spacing;
         for (int a = 0; a < 6; ++a) {
             double s = a % 2 ? -r : r;
             OmVec3 way = om_vec3(a / 2 == 0 ? s : 0, a / 2 == 1 ? s : 0, a / 2 == 2 ? s : 0);
@@ -135,7 +136,7 @@ static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSens
 // A sample is a function of its index: what is shown is solved again.
 static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, int index,
                             OmReport* report) {
-    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->fem.mesh.nnode;
     unsigned char* mask = NULL;
     double* u = NULL;
     OmSenseScene* scene = NULL;
@@ -173,7 +174,7 @@ static void add_facts(const OmUmeshDataDef* def, const OmUmeshSummary* s, OmRepo
                             "failed solves, drawn again"};
     const char* pointer[6];
     snprintf(value[0], sizeof value[0], "%d", s->nsample);
-    snprintf(value[1], sizeof value[1], "%d", om_umesh_organ_grid(def->organ)->mesh.nelem);
+    snprintf(value[1], sizeof value[1], "%d", om_umesh_organ_grid(def->organ)->fem.mesh.nelem);
     snprintf(value[2], sizeof value[2], "%.1f", 1e3 * s->max_u);
     snprintf(value[3], sizeof value[3], "%.1f", 1e3 * s->mean_u);
     snprintf(value[4], sizeof value[4], "%.2f", s->max_force);
@@ -205,10 +206,11 @@ static void add_settings(const OmUmeshDataDef* def, OmReport* report) {
         "Poisson's ratio %g. A force is uniform in 0 to %g N, its angle to the inward normal in "
         "-%.0f to %.0f degrees; %.0f %% of the samples are moved by the probe instead, by up to %.0f "
         "mm, and %.0f %% are drawn outwards. Seed %llu.",
-        g->mesh.nnode, g->dim[0], g->dim[1], g->dim[2], 1e3 * g->spacing,
-        om_law_name(def->material.law), def->material.young, def->material.poisson, def->max_force,
-        def->max_tilt * 180 / OM_PI, def->max_tilt * 180 / OM_PI, 100 * def->press_share,
-        1e3 * def->max_press, 100 * def->pull_share, (unsigned long long)def->seed);
+        g->fem.mesh.nnode, g->fem.grid.dim[0], g->fem.grid.dim[1], g->fem.grid.dim[2],
+        1e3 * g->fem.grid.spacing, om_law_name(def->material.law), def->material.young,
+        def->material.poisson, def->max_force, def->max_tilt * 180 / OM_PI,
+        def->max_tilt * 180 / OM_PI, 100 * def->press_share, 1e3 * def->max_press,
+        100 * def->pull_share, (unsigned long long)def->seed);
     om_report_paragraph(report, text);
 }
 

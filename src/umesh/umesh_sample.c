@@ -117,7 +117,7 @@ struct OmUmeshSolver {
 OmStatus om_umesh_solver_create(const OmUmeshDataDef* def, OmUmeshSolver** out) {
     *out = NULL;
     OM_TRY(om__umesh_check_def(def));
-    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->mesh;
+    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->fem.mesh;
     size_t n = 3 * (size_t)mesh->nnode;
     OmStatus status = OM_OK;
     OmUmeshSolver* s = om_calloc(1, sizeof *s);
@@ -167,9 +167,9 @@ void om_umesh_solver_destroy(OmUmeshSolver* s) {
 static OmStatus find_equilibrium(OmUmeshSolver* s, const unsigned char* moved,
                                  OmFemReport* report) {
     const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
-    for (size_t i = 0; i < (size_t)g->mesh.nnode; ++i)
-        memset(s->fixed + 3 * i, g->fixed[i] || (moved && moved[i]), 3);
-    memcpy(s->x, g->mesh.x, 3 * (size_t)g->mesh.nnode * sizeof *s->x);
+    for (size_t i = 0; i < (size_t)g->fem.mesh.nnode; ++i)
+        memset(s->fixed + 3 * i, g->fem.fixed[i] || (moved && moved[i]), 3);
+    memcpy(s->x, g->fem.mesh.x, 3 * (size_t)g->fem.mesh.nnode * sizeof *s->x);
     OmFemLoad load = {.fixed = s->fixed, .force = s->force, .goal = s->goal};
     return om_fem_statics_solve(s->statics[moved ? 1 : 0], &load, s->x, s->reaction, report);
 }
@@ -178,15 +178,15 @@ OmStatus om_umesh_solve(OmUmeshSolver* s, const unsigned char* mask, double* u,
                         OmFemReport* report) {
     const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmFemReport own;
-    size_t n = 3 * (size_t)g->mesh.nnode;
+    size_t n = 3 * (size_t)g->fem.mesh.nnode;
     memset(s->force, 0, n * sizeof *s->force);
     for (size_t i = 0; i < n; ++i) {
-        s->goal[i] = mask[i / 3] && !g->fixed[i / 3] ? u[i] : 0;
+        s->goal[i] = mask[i / 3] && !g->fem.fixed[i / 3] ? u[i] : 0;
         OM_CHECK(isfinite(s->goal[i]), OM_INVALID,
                  "om_umesh_solve: the displacement of node %d is not finite", (int)(i / 3));
     }
     OmStatus status = find_equilibrium(s, mask, report ? report : &own);
-    for (size_t i = 0; i < n && status == OM_OK; ++i) u[i] = s->x[i] - g->mesh.x[i];
+    for (size_t i = 0; i < n && status == OM_OK; ++i) u[i] = s->x[i] - g->fem.mesh.x[i];
     return status;
 }
 
@@ -197,7 +197,7 @@ static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
     const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmVec3 none = {0, 0, 0}, share = om_scale(1.0 / sample->npatch, sample->force);
     OmVec3 way = om_scale(sample->press, sample->direction);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         om_store3(s->force, i, s->mask[i] && sample->press == 0 ? share : none);
         om_store3(s->goal, i, s->mask[i] ? way : none);
     }
@@ -207,8 +207,8 @@ static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
 static double longest_way(const OmUmeshDataDef* d, OmVec3 p) {
     const OmUmeshGrid* g = om_umesh_organ_grid(d->organ);
     double nearest = INFINITY;
-    for (int i = 0; i < g->mesh.nnode; ++i)
-        if (g->fixed[i]) nearest = fmin(nearest, om_distance(p, om_load3(g->mesh.x, i)));
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        if (g->fem.fixed[i]) nearest = fmin(nearest, om_distance(p, om_load3(g->fem.mesh.x, i)));
     return fmin(d->max_press, PRESS_SHARE * nearest);
 }
 
@@ -243,8 +243,8 @@ static void measure(OmUmeshSolver* s, const OmFemReport* report, OmUmeshSample* 
     out->residual = report->residual;
     out->min_volume = report->min_volume;
     out->max_u = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 way = om_sub(om_load3(s->x, i), om_load3(g->mesh.x, i));
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 way = om_sub(om_load3(s->x, i), om_load3(g->fem.mesh.x, i));
         om_store3(u, i, way);
         out->max_u = fmax(out->max_u, om_norm(way));
         if (s->mask[i]) sum = om_add(sum, om_load3(s->reaction, i));
@@ -270,7 +270,7 @@ OmStatus om_umesh_sample_make(OmUmeshSolver* s, int64_t index, OmUmeshSample* ou
         if (status < 0) return status;
         if (status == OM_OK && report.min_volume >= s->def.min_volume) {
             measure(s, &report, out, u);
-            memcpy(mask, s->mask, (size_t)g->mesh.nnode);
+            memcpy(mask, s->mask, (size_t)g->fem.mesh.nnode);
             out->seconds = om_clock_now() - begin;
             return OM_OK;
         }

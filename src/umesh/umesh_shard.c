@@ -136,11 +136,16 @@ static hid_t put_group(hid_t file, const char* name) {
 
 static void put_settings(Writer* w, const OmUmeshShard* s, const OmUmeshGrid* g,
                          const OmUmeshDataDef* def) {
-    const double where[6] = {g->origin.x, g->origin.y, g->origin.z, g->up.x, g->up.y, g->up.z};
+    const double where[6] = {g->fem.grid.origin.x,
+                             g->fem.grid.origin.y,
+                             g->fem.grid.origin.z,
+                             g->up.x,
+                             g->up.y,
+                             g->up.z};
     const struct {
         const char* name;
         double value;
-    } number[] = {{"spacing_m", g->spacing},          {"young_Pa", def->material.young},
+    } number[] = {{"spacing_m", g->fem.grid.spacing}, {"young_Pa", def->material.young},
                   {"poisson", def->material.poisson}, {"max_force_N", def->max_force},
                   {"max_tilt_rad", def->max_tilt},    {"press_share", def->press_share},
                   {"max_press_m", def->max_press},    {"pull_share", def->pull_share},
@@ -153,7 +158,7 @@ static void put_settings(Writer* w, const OmUmeshShard* s, const OmUmeshGrid* g,
     put_attribute(w, w->file, "hash", H5T_NATIVE_UINT64, 0, &s->hash);
     put_attribute(w, w->file, "first", H5T_NATIVE_INT, 0, &s->first);
     put_attribute(w, w->file, "num", H5T_NATIVE_INT, 0, &s->num);
-    put_attribute(w, w->file, "dim", H5T_NATIVE_INT, 3, g->dim);
+    put_attribute(w, w->file, "dim", H5T_NATIVE_INT, 3, g->fem.grid.dim);
     put_attribute(w, w->file, "origin_m", H5T_NATIVE_DOUBLE, 3, where);
     put_attribute(w, w->file, "up", H5T_NATIVE_DOUBLE, 3, where + 3);
     for (size_t k = 0; k < sizeof number / sizeof *number; ++k)
@@ -162,18 +167,20 @@ static void put_settings(Writer* w, const OmUmeshShard* s, const OmUmeshGrid* g,
 
 static OmStatus put_all(Writer* w, const OmUmeshShard* s, const OmUmeshGrid* g,
                         const OmUmeshDataDef* def) {
-    hsize_t nnode = (hsize_t)g->mesh.nnode, num = (hsize_t)s->num, npoint = (hsize_t)g->npoint;
+    hsize_t nnode = (hsize_t)g->fem.mesh.nnode, num = (hsize_t)s->num,
+            npoint = (hsize_t)g->fem.npoint;
     OmStatus status = OM_OK;
     unsigned char* active = NULL;
     char* flat = NULL;
-    OM_ALLOC_DONE(active, g->npoint);
+    OM_ALLOC_DONE(active, g->fem.npoint);
     OM_ALLOC_DONE(flat, 3 * sizeof(double) * (size_t)s->num);
-    for (int p = 0; p < g->npoint; ++p) active[p] = g->cell_elem[p] >= 0;
+    for (int p = 0; p < g->fem.npoint; ++p) active[p] = g->fem.cell_elem[p] >= 0;
     put_settings(w, s, g, def);
     put_array(w, w->grid, "active", H5T_NATIVE_UCHAR, (hsize_t[3]){npoint}, npoint, NULL, active);
-    put_array(w, w->grid, "fixed", H5T_NATIVE_UCHAR, (hsize_t[3]){nnode}, nnode, NULL, g->fixed);
+    put_array(w, w->grid, "fixed", H5T_NATIVE_UCHAR, (hsize_t[3]){nnode}, nnode, NULL,
+              g->fem.fixed);
     put_array(w, w->grid, "skin_x", H5T_NATIVE_DOUBLE, (hsize_t[3]){nnode, 3}, nnode, "m",
-              g->skin_x);
+              g->surface_x);
     for (int k = 0; k < NFIELD; ++k) {
         const Field* f = &field_table[k];
         pack_field(f, s->sample, s->num, flat, true);
@@ -281,8 +288,8 @@ static OmStatus check_finite(const Reader* r, const char* name, const double* v,
     return OM_OK;
 }
 
-static OmStatus get_frame(const Reader* r, OmUmeshFrame* f) {
-    double origin[3], up[3], total = 1;
+static OmStatus get_frame(const Reader* r, OmGrid* f, OmVec3* up) {
+    double origin[3], direction[3], total = 1;
     int format;
     OM_TRY(get_attribute(r, "format", H5T_NATIVE_INT, 1, &format));
     OM_CHECK(format == FORMAT, OM_UNAVAILABLE, "%s: format %d; this program reads %d", r->name,
@@ -290,7 +297,7 @@ static OmStatus get_frame(const Reader* r, OmUmeshFrame* f) {
     OM_TRY(get_attribute(r, "dim", H5T_NATIVE_INT, 3, f->dim));
     OM_TRY(get_attribute(r, "spacing_m", H5T_NATIVE_DOUBLE, 1, &f->spacing));
     OM_TRY(get_attribute(r, "origin_m", H5T_NATIVE_DOUBLE, 3, origin));
-    OM_TRY(get_attribute(r, "up", H5T_NATIVE_DOUBLE, 3, up));
+    OM_TRY(get_attribute(r, "up", H5T_NATIVE_DOUBLE, 3, direction));
     for (int c = 0; c < 3; ++c) {
         OM_CHECK(f->dim[c] >= 2 && f->dim[c] <= OM__UMESH_MAX_POINT, OM_INVALID,
                  "%s: a grid of %d x %d x %d points", r->name, f->dim[0], f->dim[1], f->dim[2]);
@@ -302,31 +309,33 @@ static OmStatus get_frame(const Reader* r, OmUmeshFrame* f) {
     OM_CHECK(f->spacing > 0 && isfinite(f->spacing), OM_INVALID, "%s: spacing %g m", r->name,
              f->spacing);
     OM_TRY(check_finite(r, "origin_m", origin, 3));
-    OM_TRY(check_finite(r, "up", up, 3));
+    OM_TRY(check_finite(r, "up", direction, 3));
     f->origin = om_load3(origin, 0);
-    f->up = om_load3(up, 0);
+    *up = om_load3(direction, 0);
     return OM_OK;
 }
 
 static OmStatus get_grid(const Reader* r, OmUmeshGrid* g) {
-    OmUmeshFrame frame = {0};
-    OM_TRY(get_frame(r, &frame));
-    hsize_t npoint = (hsize_t)frame.dim[0] * (hsize_t)frame.dim[1] * (hsize_t)frame.dim[2];
+    OmGrid points = {0};
+    OmVec3 up;
+    OM_TRY(get_frame(r, &points, &up));
+    hsize_t npoint = (hsize_t)om_grid_count(points.dim);
     unsigned char* active = om_alloc((size_t)npoint, 1);
     if (!active) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     OM_TRY_DONE(get_array(r, "grid/active", H5T_NATIVE_UCHAR, (hsize_t[3]){npoint}, active));
-    status = om__umesh_grid_init(&frame, active, g);
+    status = om__umesh_grid_init(&points, up, active, g);
     if (status < 0) {
         om_error_prefix(status, "%s", r->name);
         goto done;
     }
-    hsize_t nnode = (hsize_t)g->mesh.nnode;
-    OM_TRY_DONE(get_array(r, "grid/fixed", H5T_NATIVE_UCHAR, (hsize_t[3]){nnode}, g->fixed));
-    OM_TRY_DONE(get_array(r, "grid/skin_x", H5T_NATIVE_DOUBLE, (hsize_t[3]){nnode, 3}, g->skin_x));
-    OM_TRY_DONE(check_finite(r, "grid/skin_x", g->skin_x, 3 * (size_t)nnode));
-    for (hsize_t i = 0; i < nnode; ++i) g->fixed[i] = g->fixed[i] != 0;
-    OM_TRY_DONE(om__umesh_grid_find_skin(g));
+    hsize_t nnode = (hsize_t)g->fem.mesh.nnode;
+    OM_TRY_DONE(get_array(r, "grid/fixed", H5T_NATIVE_UCHAR, (hsize_t[3]){nnode}, g->fem.fixed));
+    OM_TRY_DONE(
+        get_array(r, "grid/skin_x", H5T_NATIVE_DOUBLE, (hsize_t[3]){nnode, 3}, g->surface_x));
+    OM_TRY_DONE(check_finite(r, "grid/skin_x", g->surface_x, 3 * (size_t)nnode));
+    for (hsize_t i = 0; i < nnode; ++i) g->fem.fixed[i] = g->fem.fixed[i] != 0;
+    OM_TRY_DONE(om__umesh_grid_find_surface(g));
     g->hash = om__umesh_grid_hash(g);
 done:
     om_free(active);
@@ -405,7 +414,7 @@ OmStatus om__umesh_shard_parse(const char* data, size_t size, const char* name, 
     H5Pclose(access);
     OM_CHECK(r.file >= 0, OM_INVALID, "%s: HDF5 cannot open what is in the file", name);
     OmStatus status = get_grid(&r, grid);
-    if (status == OM_OK) status = get_samples(&r, grid->mesh.nnode, shard);
+    if (status == OM_OK) status = get_samples(&r, grid->fem.mesh.nnode, shard);
     if (status < 0) om_umesh_grid_done(grid);
     H5Fclose(r.file);
     return status;

@@ -84,7 +84,7 @@ static void reflect(const Training* t, uint64_t draw, const unsigned char** mask
     if (!is_any) return;
     om__umesh_reflect(g, t->mirror, is_on, *u, t->image);
     om__umesh_reflect(g, t->mirror, is_on, *linear, t->linear_image);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         int image = i;
         for (int c = 0; c < 3; ++c)
             if (is_on[c]) image = t->mirror[c][image];
@@ -99,7 +99,7 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
     const Training* t = ctx;
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
-    size_t nnode = (size_t)g->mesh.nnode, npoint = (size_t)g->npoint;
+    size_t nnode = (size_t)g->fem.mesh.nnode, npoint = (size_t)g->fem.npoint;
     for (int b = 0; b < batch->count; ++b) {
         size_t s = (size_t)batch->sample[b] + (batch->is_validation ? (size_t)t->ntrain : 0);
         float* in = batch->in + (size_t)b * UMESH_NCHANNEL * npoint;
@@ -114,7 +114,7 @@ static OmStatus fill(void* ctx, const OmTrainBatch* batch) {
         memset(target, 0, 3 * npoint * sizeof *target);
         for (size_t i = 0; i < nnode; ++i)
             for (size_t c = 0; c < 3; ++c)
-                target[c * npoint + (size_t)g->node_point[i]] =
+                target[c * npoint + (size_t)g->fem.node_point[i]] =
                     over * (u[3 * i + c] - linear[3 * i + c]);
     }
     return OM_OK;
@@ -125,16 +125,16 @@ static double measure(void* ctx, const int64_t* sample, const float* out, const 
                       int count) {
     const Training* t = ctx;
     const OmUmeshGrid* g = &t->net->grid;
-    size_t npoint = (size_t)g->npoint;
+    size_t npoint = (size_t)g->fem.npoint;
     double sum = 0;
     for (int b = 0; b < count; ++b, out += 3 * npoint, target += 3 * npoint) {
         double error = 0;
         int num = 0;
-        for (int i = 0; i < g->mesh.nnode; ++i) {
-            if (g->fixed[i]) continue;
+        for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+            if (g->fem.fixed[i]) continue;
             double d2 = 0;
             for (size_t c = 0; c < 3; ++c) {
-                size_t at = c * npoint + (size_t)g->node_point[i];
+                size_t at = c * npoint + (size_t)g->fem.node_point[i];
                 d2 += (double)(out[at] - target[at]) * (double)(out[at] - target[at]);
             }
             error += sqrt(d2);
@@ -149,7 +149,7 @@ static double measure(void* ctx, const int64_t* sample, const float* out, const 
 
 // The root mean square of what the patches do.
 static double find_scale(const OmUmeshData* data, int ntrain) {
-    size_t nnode = (size_t)data->grid.mesh.nnode;
+    size_t nnode = (size_t)data->grid.fem.mesh.nnode;
     double sum = 0;
     int64_t num = 0;
     for (size_t n = 0; n < (size_t)ntrain * nnode; ++n) {
@@ -161,12 +161,34 @@ static double find_scale(const OmUmeshData* data, int ntrain) {
     return num && sum > 0 ? sqrt(sum / (double)num) : 1e-3;
 }
 
+OmStatus om__umesh_measure_balance(const OmUmeshData* data, double poisson, const float* linear,
+                                   int first, int n, double* balance) {
+    const OmFemGrid* g = &data->grid.fem;
+    const size_t at = (size_t)first * (size_t)g->mesh.nnode;
+    const unsigned char* mask = data->mask + at;
+    double *left = NULL, *all = NULL;
+    int num = 0;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(left, n);
+    OM_ALLOC_DONE(all, n);
+    OM_TRY_DONE(om_fem_grid_eval_residual(g, poisson, n, mask, data->u + 3 * at, left));
+    OM_TRY_DONE(om_fem_grid_eval_residual(g, poisson, n, mask, linear + 3 * at, all));
+    for (int s = 0; s < n; ++s)
+        if (all[s] > 0) left[num++] = left[s] / all[s];
+    om_sort_doubles(left, num);
+    *balance = num > 0 ? left[num / 2] : 0;
+done:
+    om_free(left);
+    om_free(all);
+    return status;
+}
+
 // The linear answers of all samples, and how large what they lack is on free nodes, over the sizes of the inputs: the
 // scale of what is learnt.
 static OmStatus solve_linear(Training* t) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     double sum = 0, square = 0, num = 0;
     OM_ALLOC(t->linear, 3 * nnode * (size_t)data->nsample);
     OM_ALLOC(t->size, data->nsample);
@@ -175,17 +197,17 @@ static OmStatus solve_linear(Training* t) {
         const float* u = data->u + 3 * (size_t)s * nnode;
         float* linear = t->linear + 3 * (size_t)s * nnode;
         t->size[s] = om__umesh_size(g, data->mask + (size_t)s * nnode, u);
-        OM_TRY(om__umesh_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u,
-                                      t->def->nworker, linear));
+        OM_TRY(om_fem_grid_linear_solve(t->net->linear, data->mask + (size_t)s * nnode, u,
+                                        t->def->nworker, linear));
         OM_TRY(om_progress_report(t->progress, "linear answers", s + 1, data->nsample));
         if (s >= t->ntrain) {
             t->linear_error += om__umesh_mean_error(g, u, linear) / t->def->nvalid;
             continue;
         }
         t->mean_size += t->size[s] / t->ntrain;
-        om__umesh_second_order(g, t->net->poisson, t->size[s], linear, t->work);
+        om_fem_grid_second_order(&g->fem, t->net->poisson, t->size[s], linear, t->work);
         for (size_t i = 0; i < nnode; ++i) {
-            if (g->fixed[i]) continue;
+            if (g->fem.fixed[i]) continue;
             for (size_t c = 0; c < 3; ++c) {
                 double d = ((double)u[3 * i + c] - (double)linear[3 * i + c]) / t->size[s];
                 sum += d * d;
@@ -280,14 +302,15 @@ OmStatus om_umesh_train(const OmUmeshTrainDef* def, const OmProgress* progress,
     t.net->scale = find_scale(def->data, t.ntrain);
     OM_TRY_DONE(solve_linear(&t));
     OM_TRY_DONE(om__umesh_find_mirrors(g, t.mirror));
-    OM_ALLOC_DONE(t.image, 3 * (size_t)g->mesh.nnode);
-    OM_ALLOC_DONE(t.linear_image, 3 * (size_t)g->mesh.nnode);
-    OM_ALLOC_DONE(t.mask_image, g->mesh.nnode);
-    OM_ALLOC_DONE(channel, UMESH_NCHANNEL * (size_t)g->npoint);
-    OM_CALLOC_DONE(weight, g->npoint);
+    OM_ALLOC_DONE(t.image, 3 * (size_t)g->fem.mesh.nnode);
+    OM_ALLOC_DONE(t.linear_image, 3 * (size_t)g->fem.mesh.nnode);
+    OM_ALLOC_DONE(t.mask_image, g->fem.mesh.nnode);
+    OM_ALLOC_DONE(channel, UMESH_NCHANNEL * (size_t)g->fem.npoint);
+    OM_CALLOC_DONE(weight, g->fem.npoint);
     om__umesh_fill_fixed_channels(g, channel);
     t.fixed_channel = channel;
-    for (int i = 0; i < g->mesh.nnode; ++i) weight[g->node_point[i]] = g->fixed[i] ? 0 : 1;
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        weight[g->fem.node_point[i]] = g->fem.fixed[i] ? 0 : 1;
     OM_TRY_DONE(run_loop(&t, weight, &result));
     OM_TRY_DONE(keep(&t, &result));
     *summary = (OmUmeshTrainSummary){.valid_error = result.best_value,

@@ -67,8 +67,8 @@ OmStatus om__umesh_report_training(const OmUmeshTrainDef* def, const OmUmeshNet*
     char path[1024], subtitle[160], text[640];
     OM_TRY(om_path_join(def->out_dir, "report.html", path, sizeof path));
     snprintf(subtitle, sizeof subtitle, "%d elements, %d nodes, grid of %d x %d x %d points",
-             net->grid.mesh.nelem, net->grid.mesh.nnode, net->grid.dim[0], net->grid.dim[1],
-             net->grid.dim[2]);
+             net->grid.fem.mesh.nelem, net->grid.fem.mesh.nnode, net->grid.fem.grid.dim[0],
+             net->grid.fem.grid.dim[1], net->grid.fem.grid.dim[2]);
     OmReport report;
     om_report_begin(&report, "U-Mesh: training", subtitle);
     add_facts(result, eval, &report);

@@ -24,21 +24,21 @@ typedef struct Measure {
 
 OmStatus om__umesh_region_alloc(OmUmeshNet* net) {
     OmStatus status = OM_OK;
-    OM_CALLOC_DONE(net->region.way, net->grid.mesh.nnode);
-    OM_CALLOC_DONE(net->region.inward, 3 * (size_t)net->grid.mesh.nnode);
+    OM_CALLOC_DONE(net->region.way, net->grid.fem.mesh.nnode);
+    OM_CALLOC_DONE(net->region.inward, 3 * (size_t)net->grid.fem.mesh.nnode);
 done:
     return status;
 }
 
 // The largest difference between masked nodes that are next to each other, m.
 static double find_jump(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
-    const int step[3] = {1, g->dim[0], g->dim[0] * g->dim[1]};
+    const int step[3] = {1, g->fem.grid.dim[0], g->fem.grid.dim[0] * g->fem.grid.dim[1]};
     double max = 0;
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         if (!mask[i]) continue;
         for (int c = 0; c < 3; ++c) {
-            int point = g->node_point[i] + step[c];
-            int next = point < g->npoint ? g->point_node[point] : -1;
+            int point = g->fem.node_point[i] + step[c];
+            int next = point < g->fem.npoint ? g->fem.point_node[point] : -1;
             if (next < 0 || !mask[next]) continue;
             const float *a = u + 3 * (size_t)i, *b = u + 3 * (size_t)next;
             max = fmax(max, om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2])));
@@ -52,7 +52,7 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
     Measure m = {0};
     double farthest = 0;
     OmVec3 mean = om_vec3(0, 0, 0), inward = mean;
-    for (int i = 0; i < net->grid.mesh.nnode; ++i) {
+    for (int i = 0; i < net->grid.fem.mesh.nnode; ++i) {
         if (!mask[i]) continue;
         const float *ui = u + 3 * (size_t)i, *ni = r->inward + 3 * (size_t)i;
         OmVec3 d = om_vec3(ui[0], ui[1], ui[2]);
@@ -67,7 +67,7 @@ static Measure measure(const OmUmeshNet* net, const unsigned char* mask, const f
     }
     if (!m.count) return m;
     mean = om_scale(1.0 / m.count, mean);
-    for (int i = 0; i < net->grid.mesh.nnode; ++i) {
+    for (int i = 0; i < net->grid.fem.mesh.nnode; ++i) {
         if (!mask[i]) continue;
         const float* ui = u + 3 * (size_t)i;
         double off = om_distance(mean, om_vec3(ui[0], ui[1], ui[2]));
@@ -129,16 +129,16 @@ static OmStatus find_inward(OmUmeshNet* net) {
     OmFemFaces faces = {0};
     OmStatus status = OM_OK;
     double* sum = NULL;
-    OM_TRY_DONE(om_fem_mesh_boundary(&g->mesh, &faces));
-    OM_CALLOC_DONE(sum, 3 * (size_t)g->mesh.nnode);
+    OM_TRY_DONE(om_fem_mesh_boundary(&g->fem.mesh, &faces));
+    OM_CALLOC_DONE(sum, 3 * (size_t)g->fem.mesh.nnode);
     for (int round = 0; round < 3; ++round) {
         for (int f = 0; f < faces.nface; ++f) {
             const int* v = faces.face_node + 4 * (size_t)f;
             OmVec3 x[4], n = om_vec3(0, 0, 0);
             bool is_free = true;
             for (int a = 0; a < 4; ++a) {
-                x[a] = om_load3(g->mesh.x, v[a]);
-                is_free = is_free && g->is_skin[v[a]];
+                x[a] = om_load3(g->fem.mesh.x, v[a]);
+                is_free = is_free && g->is_surface[v[a]];
                 const float* old = net->region.inward + 3 * (size_t)v[a];
                 n = om_add(n, om_vec3(old[0], old[1], old[2]));
             }
@@ -146,7 +146,7 @@ static OmStatus find_inward(OmUmeshNet* net) {
             if (round == 0) n = om_cross(om_sub(x[3], x[1]), om_sub(x[2], x[0]));
             for (int a = 0; a < 4; ++a) om_store3(sum, v[a], om_add(om_load3(sum, v[a]), n));
         }
-        for (int i = 0; i < g->mesh.nnode; ++i) {
+        for (int i = 0; i < g->fem.mesh.nnode; ++i) {
             OmVec3 n = om_load3(sum, i);
             if (om_norm(n) > 0) n = om_normalize(n);
             const double value[3] = {n.x, n.y, n.z};
@@ -163,17 +163,17 @@ done:
 // A node takes the largest way of the skin's nodes it shares an element with.
 static OmStatus dilate(const OmUmeshGrid* g, float* way) {
     float* wide;
-    OM_ALLOC(wide, g->mesh.nnode);
+    OM_ALLOC(wide, g->fem.mesh.nnode);
     for (int round = 0; round < NDILATE; ++round) {
-        memcpy(wide, way, (size_t)g->mesh.nnode * sizeof *way);
-        for (int e = 0; e < g->mesh.nelem; ++e) {
-            const int* v = g->mesh.elem_node + 8 * (size_t)e;
+        memcpy(wide, way, (size_t)g->fem.mesh.nnode * sizeof *way);
+        for (int e = 0; e < g->fem.mesh.nelem; ++e) {
+            const int* v = g->fem.mesh.elem_node + 8 * (size_t)e;
             float max = 0;
             for (int a = 0; a < 8; ++a) max = fmaxf(max, way[v[a]]);
             for (int a = 0; a < 8; ++a)
-                if (g->is_skin[v[a]]) wide[v[a]] = fmaxf(wide[v[a]], max);
+                if (g->is_surface[v[a]]) wide[v[a]] = fmaxf(wide[v[a]], max);
         }
-        memcpy(way, wide, (size_t)g->mesh.nnode * sizeof *way);
+        memcpy(way, wide, (size_t)g->fem.mesh.nnode * sizeof *way);
     }
     om_free(wide);
     return OM_OK;
@@ -181,7 +181,7 @@ static OmStatus dilate(const OmUmeshGrid* g, float* way) {
 
 OmStatus om__umesh_region_make(OmUmeshNet* net, const OmUmeshData* data, int ntrain) {
     UmeshRegion* r = &net->region;
-    size_t nnode = (size_t)net->grid.mesh.nnode;
+    size_t nnode = (size_t)net->grid.fem.mesh.nnode;
     int nvalid = data->nsample - ntrain;
     OM_TRY(find_inward(net));
     for (int s = 0; s < ntrain; ++s) {

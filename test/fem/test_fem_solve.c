@@ -1,4 +1,6 @@
 // test_fem_solve.c: statics that answer: far compression, contact by `extra`, refusals, meshes, memory.
+#include "omentum/fem_grid.h"
+
 #include "test_alloc.h"
 #include "test_solid.h"
 
@@ -378,26 +380,26 @@ static void test_grid(void** context) {
     (void)context;
     OmSdf sdf;
     OmSdfDef def = om_sdf_default_def(0.003);
-    OmFemMesh mesh;
     OmFemGrid grid;
     assert_ok(om_sdf_from_function(ball, NULL, om_vec3(-0.06, -0.06, -0.06),
                                    om_vec3(0.06, 0.06, 0.06), &def, &sdf));
-    assert_ok(om_fem_mesh_grid(&sdf, 0.01, &mesh, &grid));
-    assert_ok(om_fem_mesh_validate(&mesh));
-    double volume = mesh.nelem * 1e-6;
+    assert_ok(om_fem_grid_from_sdf(&sdf, 0.01, &grid));
+    assert_ok(om_fem_mesh_validate(&grid.mesh));
+    double volume = grid.mesh.nelem * 1e-6;
     assert_true(volume > 5.236e-4 &&
                 volume < 9.5e-4);  // the ball's, and that of the cells it touches
-    for (int e = 0; e < mesh.nelem; ++e) assert_int_equal(grid.cell_elem[grid.elem_cell[e]], e);
+    // the first node of an element is the lowest point of its cell
+    for (int e = 0; e < grid.mesh.nelem; ++e)
+        assert_int_equal(grid.cell_elem[grid.node_point[grid.mesh.elem_node[8 * e]]], e);
     // every point of the ball is in a cell
     OmRng rng = om_rng_init(1, 2);
     for (int n = 0; n < 2000; ++n) {
         OmVec3 d =
             om_normalize(om_vec3(om_rng_normal(&rng), om_rng_normal(&rng), om_rng_normal(&rng)));
-        OmVec3 p = om_sub(om_scale(0.0499 * cbrt(om_rng_uniform(&rng)), d), grid.origin);
+        OmVec3 p = om_sub(om_scale(0.0499 * cbrt(om_rng_uniform(&rng)), d), grid.grid.origin);
         int i = (int)(p.x / 0.01), j = (int)(p.y / 0.01), k = (int)(p.z / 0.01);
-        assert_true(grid.cell_elem[i + grid.dim[0] * (j + grid.dim[1] * k)] >= 0);
+        assert_true(grid.cell_elem[om_grid_index(grid.grid.dim, i, j, k)] >= 0);
     }
-    om_fem_mesh_done(&mesh);
     om_fem_grid_done(&grid);
     om_sdf_done(&sdf);
 }

@@ -76,15 +76,15 @@ static void test_load(void** state) {
     assert_ok(om_umesh_generate(&def, NULL, NULL));
     assert_ok(om_umesh_data_load(f.dir, 0, &data));
     const OmUmeshGrid *g = om_umesh_organ_grid(the_organ), *h = &data.grid;
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     assert_int_equal(data.nsample, 6);
-    assert_int_equal(h->mesh.nnode, g->mesh.nnode);
+    assert_int_equal(h->fem.mesh.nnode, g->fem.mesh.nnode);
     assert_true(h->hash == g->hash && data.seed == 1);
-    assert_memory_equal(h->mesh.elem_node, g->mesh.elem_node,
-                        8 * (size_t)g->mesh.nelem * sizeof(int));
-    assert_memory_equal(h->mesh.x, g->mesh.x, 3 * nnode * sizeof(double));
-    assert_memory_equal(h->skin_x, g->skin_x, 3 * nnode * sizeof(double));
-    assert_memory_equal(h->fixed, g->fixed, nnode);
+    assert_memory_equal(h->fem.mesh.elem_node, g->fem.mesh.elem_node,
+                        8 * (size_t)g->fem.mesh.nelem * sizeof(int));
+    assert_memory_equal(h->fem.mesh.x, g->fem.mesh.x, 3 * nnode * sizeof(double));
+    assert_memory_equal(h->surface_x, g->surface_x, 3 * nnode * sizeof(double));
+    assert_memory_equal(h->fem.fixed, g->fem.fixed, nnode);
     // sample 5 made alone
     OmUmeshSolver* solver;
     OmUmeshSample sample;

@@ -24,17 +24,17 @@ static void make_organ(OmUmeshOrgan** organ) {
     assert_ok(om_umesh_organ_create(&def, organ));
     const OmUmeshGrid* g = om_umesh_organ_grid(*organ);
     printf("liver of %.0f ml: %d elements of %.1f mm, %d x %d x %d points\n",
-           1e6 * report.quality.volume, g->mesh.nelem, 1e3 * g->spacing, g->dim[0], g->dim[1],
-           g->dim[2]);
-    assert_near(g->mesh.nelem, 350, 4);
-    assert_near_rel(g->mesh.nelem * pow(g->spacing, 3), report.quality.volume, 0.05);
+           1e6 * report.quality.volume, g->fem.mesh.nelem, 1e3 * g->fem.grid.spacing,
+           g->fem.grid.dim[0], g->fem.grid.dim[1], g->fem.grid.dim[2]);
+    assert_near(g->fem.mesh.nelem, 350, 4);
+    assert_near_rel(g->fem.mesh.nelem * pow(g->fem.grid.spacing, 3), report.quality.volume, 0.05);
     om_patient_done(&patient);
 }
 
 // Mean norm error (3.17) of the last samples, m, of the network alone or of the linear answer alone.
 static double mean_error(const OmUmeshNet* net, const OmUmeshData* data, bool is_linear) {
     OmUmeshPredictor* predictor;
-    size_t nnode = (size_t)data->grid.mesh.nnode;
+    size_t nnode = (size_t)data->grid.fem.mesh.nnode;
     float* u = om_calloc(3 * nnode, sizeof *u);
     double mean = 0;
     assert_ok(om_umesh_predictor_create(net, 1, &predictor));
@@ -48,7 +48,7 @@ static double mean_error(const OmUmeshNet* net, const OmUmeshData* data, bool is
         for (size_t i = 0; i < 3 * nnode; ++i) u[i] = mask[i / 3] ? truth[i] : 0;
         assert_ok(om_umesh_predict(predictor, mask, u, NULL));
         for (size_t i = 0; i < nnode; ++i) {
-            if (data->grid.fixed[i]) continue;
+            if (data->grid.fem.fixed[i]) continue;
             double d[3];
             for (int k = 0; k < 3; ++k) d[k] = (double)u[3 * i + k] - (double)truth[3 * i + k];
             sum += sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);

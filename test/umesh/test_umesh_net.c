@@ -17,32 +17,32 @@ static char weights[256];
 // A block of 6 x 5 x 3 cells, held below, whose skin is its top and sides.
 static void make_grid(OmUmeshGrid* g) {
     unsigned char active[8 * 8 * 8] = {0};
-    OmUmeshFrame frame = {.dim = {8, 8, 8}, .spacing = SPACING, .up = {0, 0, 1}};
+    const OmGrid points = {.dim = {8, 8, 8}, .spacing = SPACING};
     for (int k = 0; k < 3; ++k)
         for (int j = 0; j < 5; ++j)
             for (int i = 0; i < 6; ++i) active[i + 8 * (j + 8 * k)] = 1;
-    assert_ok(om__umesh_grid_init(&frame, active, g));
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->mesh.x, i);
-        om_store3(g->skin_x, i, x);
-        g->fixed[i] = x.z < 1e-9;
+    assert_ok(om__umesh_grid_init(&points, om_vec3(0, 0, 1), active, g));
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->fem.mesh.x, i);
+        om_store3(g->surface_x, i, x);
+        g->fem.fixed[i] = x.z < 1e-9;
     }
-    assert_ok(om__umesh_grid_find_skin(g));
+    assert_ok(om__umesh_grid_find_surface(g));
     g->hash = om__umesh_grid_hash(g);
 }
 
 // A patch of the top goes down by `way` and a little aside; the rest follows it, less with the distance.
 static void make_sample(int s, double way, double side) {
     const OmUmeshGrid* g = &data.grid;
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     OmRng rng = om_rng_init(7, (uint64_t)s);
     OmVec3 c = om_vec3(om_rng_range(&rng, 0.02, 0.04), om_rng_range(&rng, 0.015, 0.035), 0.03);
     OmVec3 move = om_vec3(side * way, 0, -way);
     unsigned char* mask = data.mask + (size_t)s * nnode;
     float* u = data.u + 3 * (size_t)s * nnode;
     data.sample[s] = (OmUmeshSample){.max_u = om_norm(move)};
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 x = om_load3(g->mesh.x, i), r = om_sub(x, c);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 x = om_load3(g->fem.mesh.x, i), r = om_sub(x, c);
         mask[i] = x.z > 0.029 && fabs(r.x) < 0.011 && fabs(r.y) < 0.011;
         double share = mask[i] ? 1 : exp(-om_norm2(r) / 4e-4) * x.z / 0.03;
         u[3 * i] = (float)(share * move.x);
@@ -55,7 +55,7 @@ static int begin(void** unused) {
     (void)unused;
     if (!mkdtemp(dir)) return -1;
     make_grid(&data.grid);
-    size_t nnode = (size_t)data.grid.mesh.nnode;
+    size_t nnode = (size_t)data.grid.fem.mesh.nnode;
     data.nsample = NSAMPLE;
     data.hash = 42;
     data.sample = om_calloc(NSAMPLE, sizeof *data.sample);
@@ -93,10 +93,10 @@ static OmUmeshTrainDef small_def(void) {
 static void test_second_order(void** unused) {
     (void)unused;
     const OmUmeshGrid* g = &data.grid;
-    size_t n = 3 * (size_t)g->mesh.nnode;
+    size_t n = 3 * (size_t)g->fem.mesh.nnode;
     const double H[3][3] = {{0.3, -0.2, 0.1}, {0.5, -0.4, 0.2}, {-0.1, 0.6, 0.25}}, size = 0.02;
     OmMaterial material = {.law = OM_NEO_HOOKEAN, .young = 2 * 1.4, .poisson = 0.4};  // mu = 1
-    OmFemDef def = om_fem_default_def(&g->mesh, 1, &material);
+    OmFemDef def = om_fem_default_def(&g->fem.mesh, 1, &material);
     OmFemSolid* solid;
     double *x = om_alloc(n, sizeof *x), *f[2];
     float *u = om_alloc(n, sizeof *u), *force = om_alloc(n, sizeof *force);
@@ -105,14 +105,14 @@ static void test_second_order(void** unused) {
     for (int k = 0; k < 2; ++k) {
         f[k] = om_alloc(n, sizeof **f);
         for (size_t i = 0; i < n; ++i) {
-            const double *h = H[i % 3], *X = g->mesh.x + i / 3 * 3;
+            const double *h = H[i % 3], *X = g->fem.mesh.x + i / 3 * 3;
             double value = h[0] * X[0] + h[1] * X[1] + h[2] * X[2];
-            x[i] = g->mesh.x[i] + step[k] * value;
+            x[i] = g->fem.mesh.x[i] + step[k] * value;
             u[i] = (float)value;
         }
         assert_ok(om_fem_eval_force(solid, x, f[k], NULL));
     }
-    om__umesh_second_order(g, material.poisson, size, u, force);
+    om_fem_grid_second_order(&g->fem, material.poisson, size, u, force);
     double max = 0;
     for (size_t i = 0; i < n; ++i) max = fmax(max, fabs((double)force[i]));
     for (size_t i = 0; i < n; ++i) {
@@ -136,28 +136,28 @@ static void test_second_order(void** unused) {
 static void test_symmetry(void** unused) {
     (void)unused;
     const OmUmeshGrid* g = &data.grid;
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     const bool is_on[3] = {true, true, false};
     int* mirror[3];
-    UmeshLinear* linear;
+    OmFemGridLinear* linear;
     float* u = om_alloc(4 * 3 * nnode, sizeof *u);
     float *reflected = u + 3 * nnode, *answer = u + 6 * nnode, *image = u + 9 * nnode;
     unsigned char* mask = om_calloc(nnode, 1);
     assert_ok(om__umesh_find_mirrors(g, mirror));
     assert_true(mirror[0] && mirror[1] && !mirror[2]);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
         int twice = mirror[0][mirror[1][i]];
-        OmVec3 x = om_load3(g->mesh.x, i), y = om_load3(g->mesh.x, twice);
+        OmVec3 x = om_load3(g->fem.mesh.x, i), y = om_load3(g->fem.mesh.x, twice);
         assert_near(x.x + y.x, 6 * SPACING, 1e-12);
         assert_near(x.y + y.y, 5 * SPACING, 1e-12);
         assert_near(x.z, y.z, 1e-12);
         mask[twice] = data.mask[i];
     }
-    assert_ok(om__umesh_linear_create(g, 0.4, 1, &linear));
-    assert_ok(om__umesh_linear_solve(linear, data.mask, data.u, 1, answer));
+    assert_ok(om_fem_grid_linear_create(&g->fem, g->is_surface, 0.4, 1, &linear));
+    assert_ok(om_fem_grid_linear_solve(linear, data.mask, data.u, 1, answer));
     om__umesh_reflect(g, mirror, is_on, answer, image);
     om__umesh_reflect(g, mirror, is_on, data.u, reflected);
-    assert_ok(om__umesh_linear_solve(linear, mask, reflected, 1, answer));
+    assert_ok(om_fem_grid_linear_solve(linear, mask, reflected, 1, answer));
     double max = 0;
     for (size_t i = 0; i < 3 * nnode; ++i) {
         max = fmax(max, fabs((double)image[i]));
@@ -167,16 +167,16 @@ static void test_symmetry(void** unused) {
     // One cell more, and the plane across x is gone; the one across y stays.
     OmUmeshGrid other;
     unsigned char active[8 * 8 * 8] = {0};
-    OmUmeshFrame frame = {.dim = {8, 8, 8}, .spacing = SPACING, .up = {0, 0, 1}};
+    const OmGrid points = {.dim = {8, 8, 8}, .spacing = SPACING};
     for (int j = 0; j < 3; ++j) active[8 * j] = 1;
     active[1 + 8] = 1;
-    assert_ok(om__umesh_grid_init(&frame, active, &other));
+    assert_ok(om__umesh_grid_init(&points, om_vec3(0, 0, 1), active, &other));
     for (int c = 0; c < 3; ++c) om_free(mirror[c]);
     assert_ok(om__umesh_find_mirrors(&other, mirror));
     assert_true(!mirror[0] && mirror[1] && mirror[2]);
     for (int c = 0; c < 3; ++c) om_free(mirror[c]);
     om_umesh_grid_done(&other);
-    om__umesh_linear_destroy(linear);
+    om_fem_grid_linear_destroy(linear);
     om_free(mask);
     om_free(u);
 }
@@ -189,7 +189,7 @@ static void test_train(void** unused) {
     OmUmeshTrainDef def = small_def();
     OmUmeshTrainSummary sum, again;
     assert_ok(om_umesh_train(&def, NULL, &sum));
-    size_t nnode = (size_t)data.grid.mesh.nnode;
+    size_t nnode = (size_t)data.grid.fem.mesh.nnode;
     double still = 0;
     for (int s = NSAMPLE - 8; s < NSAMPLE; ++s) {
         float* u = om_calloc(3 * nnode, sizeof *u);
@@ -302,7 +302,7 @@ static void test_trust(void** unused) {
     (void)unused;
     OmUmeshNet* net;
     OmUmeshTrust trust;
-    size_t nnode = (size_t)data.grid.mesh.nnode;
+    size_t nnode = (size_t)data.grid.fem.mesh.nnode;
     assert_ok(om_umesh_net_load(weights, &net));
     float* u = om_calloc(3 * nnode, sizeof *u);
     unsigned char* mask = om_calloc(nnode, 1);
@@ -336,14 +336,14 @@ static void test_trust(void** unused) {
     assert_true(!trust.is_inside && strstr(trust.why, "neighbours differ"));
     memset(u, 0, 3 * nnode * sizeof *u);
     for (size_t i = 0; i < nnode; ++i) {
-        OmVec3 x = om_load3(data.grid.mesh.x, (int)i);
+        OmVec3 x = om_load3(data.grid.fem.mesh.x, (int)i);
         mask[i] = x.x < 1e-9 && x.z > 0.005 && x.z < 0.015;
         if (mask[i]) u[3 * i] = 0.002f;
     }
     om_umesh_judge(net, mask, u, &trust);
     assert_true(!trust.is_inside && strstr(trust.why, "touched this place"));
     for (size_t i = 0; i < nnode; ++i) {
-        mask[i] = data.grid.is_skin[i];
+        mask[i] = data.grid.is_surface[i];
         u[3 * i] = 0;
     }
     om_umesh_judge(net, mask, u, &trust);
@@ -373,7 +373,7 @@ static void test_predict(void** unused) {
     (void)unused;
     OmUmeshNet* net;
     OmUmeshPredictor* p;
-    size_t nnode = (size_t)data.grid.mesh.nnode;
+    size_t nnode = (size_t)data.grid.fem.mesh.nnode;
     assert_ok(om_umesh_net_load(weights, &net));
     assert_ok(om_umesh_predictor_create(net, 1, &p));
     float* u = om_calloc(3 * nnode, sizeof *u);
@@ -383,17 +383,17 @@ static void test_predict(void** unused) {
     for (size_t i = 0; i < nnode; ++i) {
         for (size_t c = 0; c < 3; ++c) {
             if (data.mask[i]) assert_true(u[3 * i + c] == data.u[3 * i + c]);
-            if (data.grid.fixed[i]) assert_true(u[3 * i + c] == 0);
+            if (data.grid.fem.fixed[i]) assert_true(u[3 * i + c] == 0);
         }
     }
     assert_int_equal(om_umesh_predictor_refinement(p).ncycle, 0);  // the samples follow no law
     float* answer = om_calloc(3 * nnode, sizeof *answer);
     memcpy(u, data.u, 3 * nnode * sizeof *u);
-    assert_ok(om__umesh_linear_solve(net->linear, data.mask, u, 1, answer));
+    assert_ok(om_fem_grid_linear_solve(net->linear, data.mask, u, 1, answer));
     om_umesh_predictor_set_linear(p, true);
     assert_ok(om_umesh_predict(p, data.mask, u, NULL));
     for (size_t i = 0; i < nnode; ++i)
-        if (!data.mask[i] && !data.grid.fixed[i]) assert_true(u[3 * i] == answer[3 * i]);
+        if (!data.mask[i] && !data.grid.fem.fixed[i]) assert_true(u[3 * i] == answer[3 * i]);
     om_free(answer);
     assert_status(om_umesh_predict(p, none, u, NULL), OM_INVALID);
     for (size_t i = 0; i < 3 * nnode; ++i) u[i] = NAN;
@@ -418,7 +418,7 @@ static void test_engine(void** unused) {
     OmProbe* probe;
     OmTissueReport report;
     assert_ok(om_umesh_net_load(weights, &net));
-    assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
+    assert_ok(om_fem_grid_make_tet_mesh(&om_umesh_net_grid(net)->fem, &mesh));
     OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
     assert_status(om_tissue_create(&def, &model), OM_INVALID);
     def.options = net;
@@ -482,7 +482,7 @@ static void test_grasp(void** unused) {
     OmTissueReport report;
     int nheld;
     assert_ok(om_umesh_net_load(weights, &net));
-    assert_ok(om_umesh_make_tet_mesh(om_umesh_net_grid(net), &mesh));
+    assert_ok(om_fem_grid_make_tet_mesh(&om_umesh_net_grid(net)->fem, &mesh));
     OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
     def.options = net;
     def.gravity = om_vec3(0, 0, 0);

@@ -9,20 +9,20 @@ static void test_phantom(void** state) {
     OmUmeshOrgan* organ;
     assert_ok(om_umesh_organ_create(&def, &organ));
     const OmUmeshGrid* g = om_umesh_organ_grid(organ);
-    assert_in_range(g->mesh.nelem, 2153, 2195);  // the thesis's 2,174, within a percent
-    assert_int_equal(g->dim[0], 24);
-    assert_int_equal(g->dim[1], 20);
-    assert_int_equal(g->dim[2], 12);
+    assert_in_range(g->fem.mesh.nelem, 2153, 2195);  // the thesis's 2,174, within a percent
+    assert_int_equal(g->fem.grid.dim[0], 24);
+    assert_int_equal(g->fem.grid.dim[1], 20);
+    assert_int_equal(g->fem.grid.dim[2], 12);
     // half of the cells that the surface cuts are in: the volume is right to what the staircase leaves
     OmVec3 half = OM_PHANTOM_HALF;
-    double volume = g->mesh.nelem * pow(g->spacing, 3);
+    double volume = g->fem.mesh.nelem * pow(g->fem.grid.spacing, 3);
     assert_near_rel(volume, 2.0 / 3 * OM_PI * half.x * half.y * half.z, 0.01);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        OmVec3 p = om_load3(g->mesh.x, i), skin = om_load3(g->skin_x, i);
-        assert_int_equal(g->fixed[i], fabs(p.z) < 1e-9);  // the flat base is where it is held
-        if (!g->is_skin[i]) continue;
-        assert_false(g->fixed[i]);
-        assert_below(om_distance(p, skin), 1.2 * g->spacing);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        OmVec3 p = om_load3(g->fem.mesh.x, i), skin = om_load3(g->surface_x, i);
+        assert_int_equal(g->fem.fixed[i], fabs(p.z) < 1e-9);  // the flat base is where it is held
+        if (!g->is_surface[i]) continue;
+        assert_false(g->fem.fixed[i]);
+        assert_below(om_distance(p, skin), 1.2 * g->fem.grid.spacing);
         // third of a field's cell, 2.3 mm, at the rim, where its edge is rounded
         assert_near(om_half_ellipsoid_eval(half, skin), 0, 0.8e-3);
     }
@@ -40,8 +40,8 @@ static void test_halving(void** state) {
         assert_ok(om_umesh_organ_create(&def, &organ));
         const OmUmeshGrid* g = om_umesh_organ_grid(organ);
         for (int c = 0; c < 3; ++c) {
-            assert_int_equal(g->dim[c] % 4, 0);
-            max = g->dim[c] > max ? g->dim[c] : max;
+            assert_int_equal(g->fem.grid.dim[c] % 4, 0);
+            max = g->fem.grid.dim[c] > max ? g->fem.grid.dim[c] : max;
         }
         assert_int_equal(max % 8, 0);
         om_umesh_organ_destroy(organ);
@@ -57,10 +57,10 @@ static void test_padding(void** state) {
     memcpy(def.dim, (const int[]){32, 24, 16}, sizeof def.dim);
     assert_ok(om_umesh_organ_create(&def, &wide));
     const OmUmeshGrid *g = om_umesh_organ_grid(tight), *w = om_umesh_organ_grid(wide);
-    assert_int_equal(w->npoint, 32 * 24 * 16);
-    assert_int_equal(w->mesh.nelem, g->mesh.nelem);
-    for (int i = 0; i < g->mesh.nnode; ++i)
-        assert_below(om_distance(om_load3(w->mesh.x, i), om_load3(g->mesh.x, i)), 1e-12);
+    assert_int_equal(w->fem.npoint, 32 * 24 * 16);
+    assert_int_equal(w->fem.mesh.nelem, g->fem.mesh.nelem);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i)
+        assert_below(om_distance(om_load3(w->fem.mesh.x, i), om_load3(g->fem.mesh.x, i)), 1e-12);
     om_umesh_organ_destroy(tight);
     om_umesh_organ_destroy(wide);
 }
@@ -70,21 +70,22 @@ static void test_maps(void** state) {
     OmUmeshOrgan* organ = make_organ(400);
     const OmUmeshGrid* g = om_umesh_organ_grid(organ);
     int nnode = 0, nelem = 0;
-    for (int p = 0; p < g->npoint; ++p) {
-        if (g->point_node[p] >= 0) {
-            assert_int_equal(g->point_node[p], nnode);
-            assert_int_equal(g->node_point[nnode++], p);
+    for (int p = 0; p < g->fem.npoint; ++p) {
+        if (g->fem.point_node[p] >= 0) {
+            assert_int_equal(g->fem.point_node[p], nnode);
+            assert_int_equal(g->fem.node_point[nnode++], p);
         }
-        if (g->cell_elem[p] < 0) continue;
-        assert_int_equal(g->cell_elem[p], nelem++);
-        const int* node = g->mesh.elem_node + 8 * g->cell_elem[p];
-        assert_int_equal(g->node_point[node[0]], p);
-        assert_int_equal(g->node_point[node[6]], p + 1 + g->dim[0] * (1 + g->dim[1]));
+        if (g->fem.cell_elem[p] < 0) continue;
+        assert_int_equal(g->fem.cell_elem[p], nelem++);
+        const int* node = g->fem.mesh.elem_node + 8 * g->fem.cell_elem[p];
+        assert_int_equal(g->fem.node_point[node[0]], p);
+        assert_int_equal(g->fem.node_point[node[6]],
+                         p + 1 + g->fem.grid.dim[0] * (1 + g->fem.grid.dim[1]));
     }
-    assert_int_equal(nnode, g->mesh.nnode);
-    assert_int_equal(nelem, g->mesh.nelem);
+    assert_int_equal(nnode, g->fem.mesh.nnode);
+    assert_int_equal(nelem, g->fem.mesh.nelem);
     // scatter puts each component where its point is, and gather finds it again
-    size_t n = (size_t)nnode, npoint = (size_t)g->npoint;
+    size_t n = (size_t)nnode, npoint = (size_t)g->fem.npoint;
     float *u = om_alloc(3 * n, sizeof *u), *back = om_alloc(3 * n, sizeof *u);
     float* all = om_alloc(3 * npoint, sizeof *all);
     unsigned char* mask = om_calloc(n, 1);
@@ -99,7 +100,7 @@ static void test_maps(void** state) {
     om_umesh_scatter(g, u, mask, all);
     for (size_t i = 0; i < 3 * npoint; ++i) sum -= (double)all[i];
     assert_near(sum, 1.5 * (double)n * (3 * (double)n + 1) - (22 + 23 + 24), 1e-3);
-    assert_true(all[npoint + (size_t)g->node_point[7]] == 23.0f);
+    assert_true(all[npoint + (size_t)g->fem.node_point[7]] == 23.0f);
     om_free(u);
     om_free(back);
     om_free(all);
@@ -126,7 +127,7 @@ static void test_parts(void** state) {
     def.spacing = 0.005;
     OmUmeshOrgan* organ;
     assert_ok(om_umesh_organ_create(&def, &organ));
-    assert_int_equal(om_umesh_organ_grid(organ)->mesh.nelem, 8 * 8 * 8);
+    assert_int_equal(om_umesh_organ_grid(organ)->fem.mesh.nelem, 8 * 8 * 8);
     om_umesh_organ_destroy(organ);
     om_surface_done(&s);
     om_surface_done(&t);
@@ -155,9 +156,9 @@ static void test_patient(void** state) {
     OmUmeshDataDef data = om_umesh_data_default_def(organ, "");
     assert_near(data.material.young, 5000, 0);
     assert_near(data.material.poisson, 0.4, 0);
-    for (int i = 0; i < g->mesh.nnode; ++i) {
-        if (g->mesh.x[3 * i + 1] > 0.0399) assert_true(g->fixed[i]);
-        if (g->mesh.x[3 * i + 1] < 0.025) assert_false(g->fixed[i]);
+    for (int i = 0; i < g->fem.mesh.nnode; ++i) {
+        if (g->fem.mesh.x[3 * i + 1] > 0.0399) assert_true(g->fem.fixed[i]);
+        if (g->fem.mesh.x[3 * i + 1] < 0.025) assert_false(g->fem.fixed[i]);
     }
     // a network knows one material: the one that elements have, and no second
     om_umesh_organ_destroy(organ);

@@ -9,7 +9,7 @@ typedef struct Made {
 } Made;
 
 static Made make_sample(const OmUmeshDataDef* def, OmUmeshSolver* solver, int64_t index) {
-    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->fem.mesh.nnode;
     Made m = {.mask = om_alloc(nnode, 1), .u = om_alloc(3 * nnode, sizeof(double))};
     assert_ok(om_umesh_sample_make(solver, index, &m.info, m.mask, m.u));
     return m;
@@ -22,7 +22,7 @@ static void made_done(Made* m) {
 
 // Forces that nodes must be held with, from displacements alone.
 static double* forces_of(const OmUmeshDataDef* def, const double* u) {
-    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->mesh;
+    const OmFemMesh* mesh = &om_umesh_organ_grid(def->organ)->fem.mesh;
     size_t n = 3 * (size_t)mesh->nnode;
     OmFemDef solid_def = om_fem_default_def(mesh, 1, &def->material);
     OmFemSolid* solid;
@@ -53,11 +53,11 @@ static void test_algorithm_2(void** state) {
         const OmUmeshPatch* p = &m.info.patch;
         OmVec3 across = om_cross(p->normal, p->along);
         int num = 0;
-        for (int n = 0; n < g->mesh.nnode; ++n) {
+        for (int n = 0; n < g->fem.mesh.nnode; ++n) {
             num += m.mask[n];
             if (!m.mask[n]) continue;
-            OmVec3 r = om_sub(om_load3(g->skin_x, n), p->center);
-            assert_true(g->is_skin[n] && !g->fixed[n]);
+            OmVec3 r = om_sub(om_load3(g->surface_x, n), p->center);
+            assert_true(g->is_surface[n] && !g->fem.fixed[n]);
             assert_true(fabs(om_dot(r, p->along)) <= 0.025);
             assert_true(fabs(om_dot(r, across)) <= 0.015);
             assert_true(fabs(om_dot(r, p->normal)) <= 0.02);
@@ -110,9 +110,9 @@ static void test_equilibrium(void** state) {
         double* f = forces_of(&def, m.u);
         OmVec3 ground = {0, 0, 0}, patch = {0, 0, 0};
         double rest = 0, size = om_norm(m.info.force);
-        for (int n = 0; n < g->mesh.nnode; ++n) {
+        for (int n = 0; n < g->fem.mesh.nnode; ++n) {
             OmVec3 fn = om_load3(f, n);
-            if (g->fixed[n]) {
+            if (g->fem.fixed[n]) {
                 assert_near(om_norm(om_load3(m.u, n)), 0, 0);
                 ground = om_add(ground, fn);
             } else if (m.mask[n]) {
@@ -145,7 +145,7 @@ static void test_equilibrium(void** state) {
 static void test_input_determines_output(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(400);
-    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->fem.mesh.nnode;
     OmUmeshDataDef def = small_def(organ, NULL);
     def.tolerance = 1e-9;
     OmUmeshSolver* solver;
@@ -157,7 +157,7 @@ static void test_input_determines_output(void** state) {
         assert_ok(om_umesh_solve(solver, m.mask, u, NULL));
         for (size_t n = 0; n < 3 * nnode; ++n) assert_near(u[n], m.u[n], 1e-8);
         // A held node stays, also where the caller prescribes it.
-        const unsigned char* fixed = om_umesh_organ_grid(organ)->fixed;
+        const unsigned char* fixed = om_umesh_organ_grid(organ)->fem.fixed;
         size_t held = 0;
         while (!fixed[held]) ++held;
         assert_false(m.mask[held]);
@@ -176,7 +176,7 @@ static void test_input_determines_output(void** state) {
 static void test_alone(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(200);
-    size_t size = 3 * (size_t)om_umesh_organ_grid(organ)->mesh.nnode * sizeof(double);
+    size_t size = 3 * (size_t)om_umesh_organ_grid(organ)->fem.mesh.nnode * sizeof(double);
     OmUmeshDataDef def = small_def(organ, NULL);
     OmUmeshSolver *one, *other;
     assert_ok(om_umesh_solver_create(&def, &one));
@@ -207,7 +207,7 @@ static void test_alone(void** state) {
 static void test_failures(void** state) {
     (void)state;
     OmUmeshOrgan* organ = make_organ(120);
-    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->fem.mesh.nnode;
     OmUmeshDataDef def = small_def(organ, NULL);
     def.material.law = OM_ST_VENANT_KIRCHHOFF;
     def.press_share = 1;

@@ -21,7 +21,7 @@ typedef struct Case {
 
 static void begin(Case* c, OmUmeshNet* net) {
     *c = (Case){.net = net, .grid = om_umesh_net_grid(net)};
-    size_t nnode = (size_t)c->grid->mesh.nnode;
+    size_t nnode = (size_t)c->grid->fem.mesh.nnode;
     assert_ok(om_umesh_predictor_create(net, 1, &c->predictor));
     om_umesh_predictor_set_refinement(c->predictor, OM_UMESH_TOLERANCE, 100);
     c->mask = om_calloc(nnode, 1);
@@ -42,13 +42,13 @@ static bool press(Case* c, OmVec3 at, bool is_turned, double way) {
     if (is_turned) patch.along = om_cross(patch.normal, patch.along);
     if (om_umesh_patch_select(c->grid, &patch, c->mask) == 0) return false;
     const OmVec3 d = om_scale(-way, patch.normal);
-    for (int i = 0; i < c->grid->mesh.nnode; ++i) {
+    for (int i = 0; i < c->grid->fem.mesh.nnode; ++i) {
         c->u[3 * i] = c->mask[i] ? (float)d.x : 0;
         c->u[3 * i + 1] = c->mask[i] ? (float)d.y : 0;
         c->u[3 * i + 2] = c->mask[i] ? (float)d.z : 0;
     }
     assert_ok(om_umesh_predict(c->predictor, c->mask, c->u, NULL));
-    OmUmeshRefinement r = om_umesh_predictor_refinement(c->predictor);
+    OmFemGridReport r = om_umesh_predictor_refinement(c->predictor);
     return r.left < OM_UMESH_TOLERANCE && r.min_volume > 0;
 }
 
@@ -56,7 +56,7 @@ static bool press(Case* c, OmVec3 at, bool is_turned, double way) {
 static int count_inverted(const Case* c, const float* u) {
     OmTetMesh mesh;
     int num = 0;
-    assert_ok(om_umesh_make_tet_mesh(c->grid, &mesh));
+    assert_ok(om_fem_grid_make_tet_mesh(&c->grid->fem, &mesh));
     for (int k = 0; k < 3 * mesh.nvert; ++k) mesh.x[k] += (double)u[k];
     for (int t = 0; t < mesh.ntet; ++t) {
         const int* v = mesh.tet_vert + 4 * t;
@@ -75,14 +75,14 @@ static int count_inverted(const Case* c, const float* u) {
     return num;
 }
 
-static void check_opened(const Case* c, const OmUmeshUntangling* o) {
-    const int nnode = c->grid->mesh.nnode;
+static void check_opened(const Case* c, const OmFemGridUntangling* o) {
+    const int nnode = c->grid->fem.mesh.nnode;
     int nmoved = 0;
     double max = 0;
     for (int i = 0; i < nnode; ++i) {
         const float *a = c->u + 3 * i, *b = c->opened + 3 * i;
         double way = om_distance(om_vec3(a[0], a[1], a[2]), om_vec3(b[0], b[1], b[2]));
-        if (c->mask[i] || c->grid->fixed[i]) assert_true(way == 0);
+        if (c->mask[i] || c->grid->fem.fixed[i]) assert_true(way == 0);
         nmoved += way > 1e-5;
         max = fmax(max, way);
     }
@@ -101,12 +101,12 @@ static void test_grid_of_places(void** unused) {
     int nplace = 0, nfolded = 0, nopened = 0, nrefused = 0;
     assert_ok(om_umesh_net_load("weights/phantom.safetensors", &net));
     begin(&c, net);
-    const size_t bytes = 3 * (size_t)c.grid->mesh.nnode * sizeof *c.u;
-    for (int i = 0, at = 0; i < c.grid->mesh.nnode; ++i) {
-        if (!c.grid->is_skin[i] || at++ % EVERY) continue;
-        const OmVec3 place = om_load3(c.grid->skin_x, i);
+    const size_t bytes = 3 * (size_t)c.grid->fem.mesh.nnode * sizeof *c.u;
+    for (int i = 0, at = 0; i < c.grid->fem.mesh.nnode; ++i) {
+        if (!c.grid->is_surface[i] || at++ % EVERY) continue;
+        const OmVec3 place = om_load3(c.grid->surface_x, i);
         for (int mm = 10; mm <= 25; mm += mm < SHALLOW ? 5 : 10) {
-            OmUmeshUntangling o;
+            OmFemGridUntangling o;
             if (!press(&c, place, at / EVERY % 2, 1e-3 * mm)) {
                 assert_true(mm > SHALLOW);
                 continue;
@@ -140,11 +140,11 @@ static void test_grid_of_places(void** unused) {
 static void test_nothing_to_open(void** unused) {
     (void)unused;
     OmUmeshNet* net;
-    OmUmeshUntangling o;
+    OmFemGridUntangling o;
     Case c;
     assert_ok(om_umesh_net_load("weights/phantom.safetensors", &net));
     begin(&c, net);
-    const size_t bytes = 3 * (size_t)c.grid->mesh.nnode * sizeof *c.u;
+    const size_t bytes = 3 * (size_t)c.grid->fem.mesh.nnode * sizeof *c.u;
     assert_true(press(&c, om_vec3(0, 0, 0.08), false, 0.005));
     memcpy(c.opened, c.u, bytes);
     assert_ok(om_umesh_untangle(net, c.mask, c.opened, &o));

@@ -21,13 +21,13 @@ static double error_of(OmUmeshPredictor* predictor, int kind, const OmUmeshGrid*
     om_umesh_predictor_set_refinement(predictor, OM_UMESH_TOLERANCE,
                                       kind == REFINED ? OM_UMESH_MAX_CYCLE : 0);
     om_umesh_predictor_set_linear(predictor, kind == LINEAR);
-    size_t nnode = (size_t)g->mesh.nnode;
+    size_t nnode = (size_t)g->fem.mesh.nnode;
     for (size_t n = 0; n < 3 * nnode; ++n) predicted[n] = mask[n / 3] ? (float)u[n] : 0;
     assert_ok(om_umesh_predict(predictor, mask, predicted, NULL));
     double sum = 0;
     int num = 0;
     for (size_t i = 0; i < nnode; ++i) {
-        if (g->fixed[i]) continue;
+        if (g->fem.fixed[i]) continue;
         OmVec3 p = om_vec3(predicted[3 * i], predicted[3 * i + 1], predicted[3 * i + 2]);
         sum += om_distance(p, om_load3(u, (int)i));
         ++num;
@@ -63,7 +63,7 @@ static void test_metrics(void** unused) {
     assert_true(def.seed != (uint64_t)atoll(om_umesh_net_fact(net, "seed")));
     assert_ok(om_umesh_solver_create(&def, &solver));
     assert_ok(om_umesh_predictor_create(net, 1, &predictor));
-    size_t nnode = (size_t)om_umesh_organ_grid(organ)->mesh.nnode;
+    size_t nnode = (size_t)om_umesh_organ_grid(organ)->fem.mesh.nnode;
     unsigned char* mask = om_calloc(nnode, 1);
     double *u = om_calloc(3 * nnode, sizeof *u), mean[NKIND] = {0};
     float* predicted = om_calloc(3 * nnode, sizeof *predicted);

@@ -1,28 +1,28 @@
-// umesh_coarse.c: what forces do to the organ at rest, on a grid of twice the spacing.
+// fem_grid_coarse.c: the compliance of the body at rest, on a grid of twice the spacing.
 //
-// The coarse grid has every second point; nodes between its points take the mean of those beside them (P). Of the
-// matrix P^T K P at rest the inverse is kept whole, in bfloat16: 5 MB for the phantom (544 points). A product with it
-// is all memory; what is rounded away, 0.4 %, another cycle finds.
+// The coarse grid has every second point; nodes between its points take the mean of their neighbours (interpolation P).
+// The inverse of P^T K P, K the stiffness at rest, is stored in full in bfloat16: 5 MB for the phantom (544 points).
+// The time of a product is that of reading it. The rounding, 0.4 %, is corrected by the next cycle of the solver.
 #include <string.h>
 
 #include "base/base_multiversion.h"
-#include "umesh/umesh_internal.h"
-#include "umesh/umesh_refine_internal.h"
+#include "fem/fem_grid_internal.h"
 
 #define NBLOCK 24      // right-hand sides solved together
 #define MAX_NODE 3800  // of the coarse grid: 260 MB
-#define STIFFEN 1e-5   // of the mean diagonal, added to it: points at the rim carry little
+#define STIFFEN \
+    1e-5  // times the mean diagonal is added to it: points at the rim have little stiffness
 
-struct UmeshCoarse {
+struct GridCoarse {
     int nnode, nfine;
-    int* parent;             // coarse nodes of a node, -1 from the last on           (nfine x 8)
+    int* parent;             // coarse nodes of a node, then -1                       (nfine x 8)
     float* weight;           //                                                  (nfine x 8)
-    int *child_adr, *child;  // and back                                   (nnode + 1), (all)
+    int *child_adr, *child;  // the transpose                              (nnode + 1), (all)
     float* child_weight;     //                                                       (all)
     uint16_t* inverse;       // bfloat16                               (3 nnode x 3 nnode)
 };
 
-void om__umesh_coarse_destroy(UmeshCoarse* c) {
+void om__grid_coarse_destroy(GridCoarse* c) {
     if (!c) return;
     om_free(c->parent);
     om_free(c->weight);
@@ -33,15 +33,15 @@ void om__umesh_coarse_destroy(UmeshCoarse* c) {
     om_free(c);
 }
 
-int om__umesh_coarse_size(const UmeshCoarse* c) { return c->nnode; }
+int om__grid_coarse_size(const GridCoarse* c) { return c->nnode; }
 
 // ---- interpolation ------------------------------------------------------------------------------------
 
-// Points of the coarse grid around a node with their weights; held nodes have none.
-static int find_parents(const OmUmeshGrid* g, int node, const int dim[3], int point[8],
+// Points of the coarse grid around a node with their weights; none for a fixed node.
+static int find_parents(const OmFemGrid* g, int node, const int dim[3], int point[8],
                         float weight[8]) {
     int at[3], p = g->node_point[node], num = 0;
-    for (int c = 0; c < 3; ++c) at[c] = p % g->dim[c], p /= g->dim[c];
+    for (int c = 0; c < 3; ++c) at[c] = p % g->grid.dim[c], p /= g->grid.dim[c];
     for (int corner = 0; corner < 8 && !g->fixed[node]; ++corner) {
         int to[3];
         float w = 1;
@@ -57,10 +57,10 @@ static int find_parents(const OmUmeshGrid* g, int node, const int dim[3], int po
     return num;
 }
 
-static OmStatus interpolate(const OmUmeshGrid* g, UmeshCoarse* c) {
+static OmStatus interpolate(const OmFemGrid* g, GridCoarse* c) {
     int dim[3], npoint = 1, *number = NULL, nchild = 0;
     OmStatus status = OM_OK;
-    for (int k = 0; k < 3; ++k) npoint *= dim[k] = g->dim[k] / 2 + 1;
+    for (int k = 0; k < 3; ++k) npoint *= dim[k] = g->grid.dim[k] / 2 + 1;
     OM_ALLOC_DONE(c->parent, 8 * (size_t)c->nfine);
     OM_CALLOC_DONE(c->weight, 8 * (size_t)c->nfine);
     OM_ALLOC_DONE(number, npoint);
@@ -81,7 +81,7 @@ static OmStatus interpolate(const OmUmeshGrid* g, UmeshCoarse* c) {
     for (int k = 0; k < 8 * c->nfine; ++k)
         if (c->parent[k] >= 0) ++c->child_adr[c->parent[k] + 1];
     for (int i = 0; i < c->nnode; ++i) c->child_adr[i + 1] += c->child_adr[i];
-    for (int k = 8 * c->nfine - 1; k >= 0; --k) {  // from behind: ends become beginnings
+    for (int k = 8 * c->nfine - 1; k >= 0; --k) {  // backwards: each end becomes a beginning
         if (c->parent[k] < 0) continue;
         int to = --c->child_adr[c->parent[k] + 1];
         c->child[to] = k / 8;
@@ -96,8 +96,8 @@ done:
 
 // ---- the matrix ---------------------------------------------------------------------------------------
 
-// Coarse nodes that an element's corners take from, at most 8, and the weights of each for each corner.
-static int find_cell(const UmeshCoarse* c, const int* node, int cell[8], double weight[8][8]) {
+// Coarse nodes from which the corners of an element are interpolated, up to 8, and their weights.
+static int find_cell(const GridCoarse* c, const int* node, int cell[8], double weight[8][8]) {
     int num = 0;
     memset(weight, 0, 64 * sizeof(double));
     for (int a = 0; a < 8; ++a)
@@ -128,7 +128,7 @@ static void add_element(const double* K, int num, const int cell[8], const doubl
         }
 }
 
-static OmStatus make_matrix(const UmeshElements* t, const UmeshCoarse* c, OmBsr* A) {
+static OmStatus make_matrix(const GridElements* t, const GridCoarse* c, OmBsr* A) {
     const OmFemMesh* mesh = &t->grid->mesh;
     double K[24 * 24], weight[8][8], trace = 0;
     int* all = NULL;
@@ -142,7 +142,7 @@ static OmStatus make_matrix(const UmeshElements* t, const UmeshCoarse* c, OmBsr*
     }
     OM_TRY_DONE(om_bsr_create(c->nnode, mesh->nelem, 8, all, A));
     OM_TRY_DONE(om_bsr_make_exact(A));
-    om__umesh_rest_stiffness(t, K);
+    om__grid_rest_stiffness(t, K);
     for (int e = 0; e < mesh->nelem; ++e) {
         int cell[8];
         int num = find_cell(c, mesh->elem_node + 8 * (size_t)e, cell, weight);
@@ -166,7 +166,7 @@ static uint16_t round_bits(float x) {
     return (uint16_t)((bits + 0x7fff + (bits >> 16 & 1)) >> 16);
 }
 
-static OmStatus invert(const OmBsr* A, int nworker, UmeshCoarse* c) {
+static OmStatus invert(const OmBsr* A, int nworker, GridCoarse* c) {
     const int n = 3 * c->nnode;
     double *b = NULL, *x = NULL;
     OmSolver* solver = NULL;
@@ -178,13 +178,13 @@ static OmStatus invert(const OmBsr* A, int nworker, UmeshCoarse* c) {
     OM_ALLOC_DONE(b, NBLOCK * (size_t)n);
     OM_ALLOC_DONE(x, NBLOCK * (size_t)n);
     OM_TRY_DONE(om_solver_create(&how, A, NULL, &solver));
-    OM_TRY_DONE(om__umesh_solved(om_solver_refresh(solver, A)));
+    OM_TRY_DONE(om__grid_solved(om_solver_refresh(solver, A)));
     for (int first = 0; first < n; first += NBLOCK) {
         int num = n - first < NBLOCK ? n - first : NBLOCK;
         memset(b, 0, (size_t)num * (size_t)n * sizeof *b);
         memset(x, 0, (size_t)num * (size_t)n * sizeof *x);
         for (int k = 0; k < num; ++k) b[(size_t)k * (size_t)n + (size_t)(first + k)] = 1;
-        OM_TRY_DONE(om__umesh_solved(om_solver_solve(solver, A, num, b, x, NULL)));
+        OM_TRY_DONE(om__grid_solved(om_solver_solve(solver, A, num, b, x, NULL)));
         for (int k = 0; k < num; ++k)
             for (int i = 0; i < n; ++i)
                 c->inverse[(size_t)(first + k) * (size_t)n + (size_t)i] =
@@ -197,33 +197,32 @@ done:
     return status;
 }
 
-OmStatus om__umesh_coarse_create(const UmeshElements* t, int nworker, UmeshCoarse** out) {
+OmStatus om__grid_coarse_create(const GridElements* t, int nworker, GridCoarse** out) {
     *out = NULL;
     OmBsr A = {0};
     OmStatus status = OM_OK;
-    UmeshCoarse* c = om_calloc(1, sizeof *c);
+    GridCoarse* c = om_calloc(1, sizeof *c);
     if (!c) return OM_NO_MEMORY;
     c->nfine = t->grid->mesh.nnode;
     OM_TRY_DONE(interpolate(t->grid, c));
     OM_CHECK_DONE(
         c->nnode > 0 && c->nnode <= MAX_NODE, OM_UNAVAILABLE,
-        "umesh: refinement takes grids with up to %d points of twice the spacing; this has %d",
+        "grid: equilibrium is computed on up to %d points of twice the spacing; this grid has %d",
         MAX_NODE, c->nnode);
     OM_TRY_DONE(make_matrix(t, c, &A));
     OM_TRY_DONE(invert(&A, nworker, c));
 done:
     om_bsr_destroy(&A);
     if (status < 0)
-        om__umesh_coarse_destroy(c);
+        om__grid_coarse_destroy(c);
     else
         *out = c;
     return status < 0 ? status : OM_OK;
 }
 
-// ---- a correction ---------------------------------------------------------------------------------------
+// ---- corrections ---------------------------------------------------------------------------------------
 
-void om__umesh_coarse_restrict(const UmeshCoarse* c, const float* r, float* sum, int begin,
-                               int end) {
+void om__grid_coarse_restrict(const GridCoarse* c, const float* r, float* sum, int begin, int end) {
     for (int m = begin; m < end; ++m) {
         float* to = sum + 3 * (size_t)m;
         to[0] = to[1] = to[2] = 0;
@@ -237,8 +236,8 @@ typedef float V16 __attribute__((vector_size(64)));
 typedef uint32_t U16 __attribute__((vector_size(64)));
 typedef uint16_t H16 __attribute__((vector_size(32)));
 
-OM_MULTIVERSION void om__umesh_coarse_multiply(const UmeshCoarse* c, const float* sum,
-                                               float* answer, int begin, int end) {
+OM_MULTIVERSION void om__grid_coarse_multiply(const GridCoarse* c, const float* sum, float* answer,
+                                              int begin, int end) {
     const int n = 3 * c->nnode;
     for (int row = 3 * begin; row < 3 * end; ++row) {
         const uint16_t* a = c->inverse + (size_t)row * (size_t)n;
@@ -262,8 +261,8 @@ OM_MULTIVERSION void om__umesh_coarse_multiply(const UmeshCoarse* c, const float
     }
 }
 
-void om__umesh_coarse_prolong(const UmeshCoarse* c, const float* answer, float* z, int begin,
-                              int end) {
+void om__grid_coarse_prolong(const GridCoarse* c, const float* answer, float* z, int begin,
+                             int end) {
     for (int n = begin; n < end; ++n) {
         float* to = z + 3 * (size_t)n;
         to[0] = to[1] = to[2] = 0;

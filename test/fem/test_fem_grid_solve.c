@@ -1,10 +1,11 @@
-// test_umesh_refine.c: the refinement against the finite elements of the mechanics room: forces, slopes and curvatures
-// of its law, the coarse correction against what it inverts, and equilibria from linear answers and from elements that
-// are turned over.
+// test_fem_grid_solve.c: the grid solver against the finite elements of fem.h: forces, slopes and curvatures of its
+// law, the coarse correction against the matrix that it inverts, and equilibria from linear solutions and from inverted
+// elements.
 #include "test_alloc.h"
 
-#include "umesh/umesh_internal.h"
-#include "umesh/umesh_refine_internal.h"
+#include "fem/fem_grid_internal.h"
+#include "omentum/umesh.h"
+#include "umesh/umesh_net_internal.h"
 
 #define NELEM 320
 #define POISSON 0.45
@@ -13,9 +14,9 @@ static OmUmeshOrgan* organ;
 static const OmUmeshGrid* g;
 static OmUmeshSolver* solver;
 static OmFemSolid* solid;
-static UmeshElements elements;
-static UmeshRefine* refine;
-static UmeshLinear* linear;
+static GridElements elements;
+static OmFemGridModel* model;
+static OmFemGridLinear* linear;
 static size_t nnode, nelem;
 static double unit;  // N, of the refinement's forces
 
@@ -25,26 +26,26 @@ static int begin(void** unused) {
     organ_def.nelem = NELEM;
     assert_ok(om_umesh_organ_create(&organ_def, &organ));
     g = om_umesh_organ_grid(organ);
-    nnode = (size_t)g->mesh.nnode;
-    nelem = (size_t)g->mesh.nelem;
+    nnode = (size_t)g->fem.mesh.nnode;
+    nelem = (size_t)g->fem.mesh.nelem;
     OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
     def.tolerance = 1e-9;
     assert_near(def.material.poisson, POISSON, 1e-12);
     assert_ok(om_umesh_solver_create(&def, &solver));
-    OmFemDef fem = om_fem_default_def(&g->mesh, 1, &def.material);
+    OmFemDef fem = om_fem_default_def(&g->fem.mesh, 1, &def.material);
     assert_ok(om_fem_create(&fem, &solid));
-    assert_ok(om__umesh_elements_init(g, POISSON, &elements));
-    assert_ok(om__umesh_refine_create(g, POISSON, 1, &refine));
-    assert_ok(om__umesh_linear_create(g, POISSON, 1, &linear));
-    unit = def.material.young / (2 * (1 + POISSON)) * pow(g->spacing, 3) / 8;
+    assert_ok(om__grid_elements_init(&g->fem, POISSON, &elements));
+    assert_ok(om_fem_grid_model_create(&g->fem, POISSON, 1, &model));
+    assert_ok(om_fem_grid_linear_create(&g->fem, g->is_surface, POISSON, 1, &linear));
+    unit = def.material.young / (2 * (1 + POISSON)) * pow(g->fem.grid.spacing, 3) / 8;
     return 0;
 }
 
 static int end(void** unused) {
     (void)unused;
-    om__umesh_linear_destroy(linear);
-    om__umesh_refine_destroy(refine);
-    om__umesh_elements_done(&elements);
+    om_fem_grid_linear_destroy(linear);
+    om_fem_grid_model_destroy(model);
+    om__grid_elements_done(&elements);
     om_fem_destroy(solid);
     om_umesh_solver_destroy(solver);
     om_umesh_organ_destroy(organ);
@@ -55,18 +56,18 @@ static int end(void** unused) {
 static void deform(double noise, uint64_t seed, float* u) {
     OmRng rng = om_rng_init(seed, 0);
     for (size_t i = 0; i < nnode; ++i) {
-        OmVec3 x = om_load3(g->mesh.x, (int)i);
+        OmVec3 x = om_load3(g->fem.mesh.x, (int)i);
         const double bend[3] = {0.2 * x.z, 3 * x.x * x.z, -0.15 * x.z - 2 * x.y * x.y};
         for (int c = 0; c < 3; ++c)
             u[3 * i + (size_t)c] =
-                (float)(bend[c] + noise * g->spacing * om_rng_range(&rng, -1, 1));
+                (float)(bend[c] + noise * g->fem.grid.spacing * om_rng_range(&rng, -1, 1));
     }
 }
 
 static double energy_of(const float* u) {
     double* x = om_calloc(3 * nnode, sizeof *x);
     double energy;
-    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->mesh.x[i] + (double)u[i];
+    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->fem.mesh.x[i] + (double)u[i];
     assert_ok(om_fem_eval_energy(solid, x, &energy));
     om_free(x);
     return energy;
@@ -74,27 +75,27 @@ static double energy_of(const float* u) {
 
 static void test_forces(void** unused) {
     (void)unused;
-    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(REFINE_F * nelem, sizeof *F);
+    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(GRID_F * nelem, sizeof *F);
     float *force = om_calloc(24 * nelem, sizeof *force),
           *drive = om_calloc(3 * nnode, sizeof *drive);
     double *x = om_calloc(3 * nnode, sizeof *x), *f = om_calloc(3 * nnode, sizeof *f), worst = 0;
     unsigned char* mask = om_calloc(nnode, 1);
     deform(0.08, 3, u);
     mask[nnode - 1] = 1;
-    om__umesh_gradients(&elements, u, 1, F, 0, (int)nelem);
-    om__umesh_element_forces(&elements, F, force, 0, (int)nelem);
-    om__umesh_node_forces(&elements, mask, force, drive, 0, (int)nnode);
-    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->mesh.x[i] + (double)u[i];
+    om__grid_gradients(&elements, u, 1, F, 0, (int)nelem);
+    om__grid_element_forces(&elements, F, force, 0, (int)nelem);
+    om__grid_node_forces(&elements, mask, force, drive, 0, (int)nnode);
+    for (size_t i = 0; i < 3 * nnode; ++i) x[i] = g->fem.mesh.x[i] + (double)u[i];
     assert_ok(om_fem_eval_force(solid, x, f, NULL));
     double max = 0;
     for (size_t i = 0; i < 3 * nnode; ++i) {
-        bool is_given = mask[i / 3] || g->fixed[i / 3];
+        bool is_given = mask[i / 3] || g->fem.fixed[i / 3];
         worst = fmax(worst, fabs(unit * (double)drive[i] + (is_given ? 0 : f[i])));
         max = fmax(max, fabs(f[i]));
     }
     assert_below(worst, 1e-5 * max);
     double min = om_fem_eval_volume(solid, x, NULL);
-    assert_near((double)om__umesh_least_volume(F, 0, (int)nelem), min, 1e-5);
+    assert_near((double)om__grid_min_volume(F, 0, (int)nelem), min, 1e-5);
     assert_true(min > 0.2 && min < 0.9);
     om_free(u), om_free(F), om_free(force), om_free(drive), om_free(x), om_free(f), om_free(mask);
 }
@@ -105,50 +106,50 @@ static void test_slopes(void** unused) {
     float *u = om_calloc(3 * nnode, sizeof *u), *d = om_calloc(3 * nnode, sizeof *d);
     float *s = om_calloc(3 * nnode, sizeof *s), *at = om_calloc(3 * nnode, sizeof *at);
     float* F[4];
-    for (int k = 0; k < 4; ++k) F[k] = om_calloc(REFINE_F * nelem, sizeof *F[k]);
+    for (int k = 0; k < 4; ++k) F[k] = om_calloc(GRID_F * nelem, sizeof *F[k]);
     deform(0.05, 1, u);
     deform(0.3, 2, d);
     deform(0.3, 5, s);
     bool is_open;
     double curve[3], slope[2][2], energy[2];
     const float step = 0.01f;
-    UmeshWay along = {F[0], F[3], F[1], {1, 0}};
-    om__umesh_gradients(&elements, u, 1, F[0], 0, (int)nelem);
-    om__umesh_gradients(&elements, d, 0, F[1], 0, (int)nelem);
-    om__umesh_gradients(&elements, s, 0, F[2], 0, (int)nelem);
-    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];  // before S
-    om__umesh_curvature(&along, elements.lambda, 0, (int)nelem, curve);
+    GridDirection along = {F[0], F[3], F[1], {1, 0}};
+    om__grid_gradients(&elements, u, 1, F[0], 0, (int)nelem);
+    om__grid_gradients(&elements, d, 0, F[1], 0, (int)nelem);
+    om__grid_gradients(&elements, s, 0, F[2], 0, (int)nelem);
+    for (size_t i = 0; i < GRID_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];  // before S
+    om__grid_curvature(&along, elements.lambda, 0, (int)nelem, curve);
     for (int sign = 0; sign < 2; ++sign) {
         const float way = sign ? step : -step;
         for (size_t i = 0; i < 3 * nnode; ++i) at[i] = u[i] + way * d[i];
         energy[sign] = energy_of(at);
-        slope[0][sign] = om__umesh_slope(&along, elements.lambda, way, 0, 0, (int)nelem, &is_open);
-        UmeshWay beside = {F[3], F[3], F[1], {1, 0}};
-        for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] + way * F[2][i];
-        slope[1][sign] = om__umesh_slope(&beside, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+        slope[0][sign] = om__grid_slope(&along, elements.lambda, way, 0, 0, (int)nelem, &is_open);
+        GridDirection beside = {F[3], F[3], F[1], {1, 0}};
+        for (size_t i = 0; i < GRID_F * nelem; ++i) F[3][i] = F[0][i] + way * F[2][i];
+        slope[1][sign] = om__grid_slope(&beside, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
     }
-    double here = om__umesh_slope(&along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    double here = om__grid_slope(&along, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
     assert_true(is_open);
     assert_near_rel(unit * here, (energy[1] - energy[0]) / (2 * (double)step), 2e-3);
     assert_near_rel(curve[0], (slope[0][1] - slope[0][0]) / (2 * (double)step), 2e-3);
     assert_near(curve[1], (slope[1][1] - slope[1][0]) / (2 * (double)step), 2e-3 * curve[0]);
     assert_true(curve[2] > 0);
-    (void)om__umesh_slope(&along, elements.lambda, 5, 0.4f, 0, (int)nelem, &is_open);
+    (void)om__grid_slope(&along, elements.lambda, 5, 0.4f, 0, (int)nelem, &is_open);
     assert_false(is_open);  // so far along noise elements turn over
 
     // D / 2 - 2 S: the slope is that of both, and what is gone along it ends there
-    for (size_t i = 0; i < REFINE_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];
-    UmeshWay by_s = {F[0], F[3], F[2], {1, 0}}, both = {F[0], F[3], F[1], {0.5f, -2}};
-    double other = om__umesh_slope(&by_s, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
-    double mixed = om__umesh_slope(&both, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    for (size_t i = 0; i < GRID_F * nelem; ++i) F[3][i] = F[0][i] - F[2][i];
+    GridDirection by_s = {F[0], F[3], F[2], {1, 0}}, both = {F[0], F[3], F[1], {0.5f, -2}};
+    double other = om__grid_slope(&by_s, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
+    double mixed = om__grid_slope(&both, elements.lambda, 0, 0, 0, (int)nelem, &is_open);
     assert_near(mixed, 0.5 * here - 2 * other, 1e-4 * (fabs(here) + fabs(other)));
-    float* old = om_calloc(REFINE_F * nelem, sizeof *old);
-    memcpy(old, F[0], REFINE_F * nelem * sizeof *old);
-    om__umesh_advance(&both, 0.1f, 0, (int)nelem);
-    for (size_t i = 0; i < REFINE_F * nelem; ++i)
+    float* old = om_calloc(GRID_F * nelem, sizeof *old);
+    memcpy(old, F[0], GRID_F * nelem * sizeof *old);
+    om__grid_advance(&both, 0.1f, 0, (int)nelem);
+    for (size_t i = 0; i < GRID_F * nelem; ++i)
         assert_near((double)F[0][i], (double)(old[i] + 0.1f * (0.5f * F[1][i] - 2 * F[2][i])),
                     1e-5);
-    assert_memory_equal(F[3], old, REFINE_F * nelem * sizeof *old);
+    assert_memory_equal(F[3], old, GRID_F * nelem * sizeof *old);
     om_free(old);
     om_free(u), om_free(d), om_free(s), om_free(at);
     for (int k = 0; k < 4; ++k) om_free(F[k]);
@@ -157,44 +158,44 @@ static void test_slopes(void** unused) {
 // Sweeps turn every element back, and then only ever lower the energy.
 static void test_relax(void** unused) {
     (void)unused;
-    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(REFINE_F * nelem, sizeof *F);
-    float* again = om_calloc(REFINE_F * nelem, sizeof *again);
-    unsigned char* is_still = om_calloc(nnode, 1);
+    float *u = om_calloc(3 * nnode, sizeof *u), *F = om_calloc(GRID_F * nelem, sizeof *F);
+    float* again = om_calloc(GRID_F * nelem, sizeof *again);
+    unsigned char* is_skipped = om_calloc(nnode, 1);
     deform(0.55, 4, u);
-    om__umesh_gradients(&elements, u, 1, F, 0, (int)nelem);
-    assert_below((double)om__umesh_least_volume(F, 0, (int)nelem), -0.1);
+    om__grid_gradients(&elements, u, 1, F, 0, (int)nelem);
+    assert_below((double)om__grid_min_volume(F, 0, (int)nelem), -0.1);
     double last = INFINITY;
     for (int sweep = 0; sweep < 8; ++sweep) {
         for (int color = 0; color < 8; ++color)
-            om__umesh_relax(&elements, is_still, F, u, elements.color_adr[color],
-                            elements.color_adr[color + 1]);
+            om__grid_relax(&elements, is_skipped, F, u, elements.color_adr[color],
+                           elements.color_adr[color + 1]);
         if (sweep < 3) continue;
         double energy = energy_of(u);
         assert_below(energy, last * (1 + 1e-6));
         last = energy;
     }
-    assert_true(om__umesh_least_volume(F, 0, (int)nelem) > 0.05f);
-    om__umesh_gradients(&elements, u, 1, again, 0, (int)nelem);  // recomputed from scratch
-    for (size_t i = 0; i < REFINE_F * nelem; ++i) assert_near((double)F[i], (double)again[i], 1e-4);
+    assert_true(om__grid_min_volume(F, 0, (int)nelem) > 0.05f);
+    om__grid_gradients(&elements, u, 1, again, 0, (int)nelem);  // recomputed from scratch
+    for (size_t i = 0; i < GRID_F * nelem; ++i) assert_near((double)F[i], (double)again[i], 1e-4);
     size_t nmoved = 0;
-    for (size_t i = 0; i < nnode; ++i) is_still[i] = g->mesh.x[3 * i] < 0;
+    for (size_t i = 0; i < nnode; ++i) is_skipped[i] = g->fem.mesh.x[3 * i] < 0;
     memcpy(again, u, 3 * nnode * sizeof *u);
-    om__umesh_relax(&elements, is_still, F, u, 0, elements.color_adr[8]);
+    om__grid_relax(&elements, is_skipped, F, u, 0, elements.color_adr[8]);
     for (size_t i = 0; i < 3 * nnode; ++i) {
-        assert_true(!is_still[i / 3] || u[i] == again[i]);
+        assert_true(!is_skipped[i / 3] || u[i] == again[i]);
         nmoved += u[i] != again[i];
     }
     assert_true(nmoved > nnode / 2);
-    om_free(u), om_free(F), om_free(again), om_free(is_still);
+    om_free(u), om_free(F), om_free(again), om_free(is_skipped);
 }
 
 // Forces that a field of the coarse grid makes at rest: the correction finds the field again.
 static void test_coarse(void** unused) {
     (void)unused;
-    UmeshCoarse* c;
+    GridCoarse* c;
     double K[24 * 24], off = 0, size = 0;
-    assert_ok(om__umesh_coarse_create(&elements, 1, &c));
-    const int num = om__umesh_coarse_size(c);
+    assert_ok(om__grid_coarse_create(&elements, 1, &c));
+    const int num = om__grid_coarse_size(c);
     assert_true(num > (int)nnode / 16 && num < (int)nnode / 2);
     float *w = om_calloc(3 * (size_t)num, sizeof *w),
           *sum = om_calloc(3 * (size_t)num, sizeof *sum);
@@ -202,27 +203,27 @@ static void test_coarse(void** unused) {
     float* z = om_calloc(3 * nnode, sizeof *z);
     OmRng rng = om_rng_init(9, 0);
     for (int i = 0; i < 3 * num; ++i) w[i] = (float)om_rng_range(&rng, -1, 1);
-    om__umesh_coarse_prolong(c, w, u, 0, (int)nnode);
-    for (size_t i = 0; i < nnode; ++i) assert_true(!g->fixed[i] || u[3 * i] == 0);
-    om__umesh_rest_stiffness(&elements, K);
+    om__grid_coarse_prolong(c, w, u, 0, (int)nnode);
+    for (size_t i = 0; i < nnode; ++i) assert_true(!g->fem.fixed[i] || u[3 * i] == 0);
+    om__grid_rest_stiffness(&elements, K);
     for (size_t e = 0; e < nelem; ++e)
         for (int row = 0; row < 24; ++row) {
-            const int* node = g->mesh.elem_node + 8 * e;
+            const int* node = g->fem.mesh.elem_node + 8 * e;
             double f = 0;
             for (int col = 0; col < 24; ++col)
                 f += K[24 * row + col] * (double)u[3 * node[col / 3] + col % 3];
             r[3 * node[row / 3] + row % 3] += (float)f;
         }
-    om__umesh_coarse_restrict(c, r, sum, 0, num);
-    om__umesh_coarse_multiply(c, sum, w, 0, num);
-    om__umesh_coarse_prolong(c, w, z, 0, (int)nnode);
+    om__grid_coarse_restrict(c, r, sum, 0, num);
+    om__grid_coarse_multiply(c, sum, w, 0, num);
+    om__grid_coarse_prolong(c, w, z, 0, (int)nnode);
     for (size_t i = 0; i < 3 * nnode; ++i) {
         off += pow((double)z[i] - (double)u[i], 2);
         size += pow((double)u[i], 2);
     }
     printf("a field of the coarse grid comes back to %.4f of itself\n", sqrt(off / size));
     assert_below(sqrt(off / size), 0.02);  // bfloat16
-    om__umesh_coarse_destroy(c);
+    om__grid_coarse_destroy(c);
     om_free(w), om_free(sum), om_free(u), om_free(r), om_free(z);
 }
 
@@ -233,30 +234,31 @@ static void test_equilibrium(void** unused) {
     float *u = om_calloc(3 * nnode, sizeof *u), *v = om_calloc(3 * nnode, sizeof *v);
     float* truth = om_calloc(3 * nnode, sizeof *truth);
     double* goal = om_calloc(3 * nnode, sizeof *goal);
-    UmeshRefineWork* work;
-    assert_ok(om__umesh_refine_work_create(refine, &work));
+    OmFemGridWork* work;
+    assert_ok(om_fem_grid_work_create(model, &work));
     for (int press = 0; press <= 20; press += 5) {
         OmUmeshPatch place = om_umesh_find_place(g, om_vec3(0.02, 0.01, 0.07));
         assert_true(om_umesh_patch_select(g, &place, mask) >= 3);
         OmVec3 way = om_scale(-1e-3 * press, place.normal);
-        for (int i = 0; i < g->mesh.nnode; ++i)
+        for (int i = 0; i < g->fem.mesh.nnode; ++i)
             om_store3(goal, i, mask[i] ? way : om_vec3(0, 0, 0));
         for (size_t i = 0; i < 3 * nnode; ++i) v[i] = (float)goal[i];
-        UmeshPatchSystem patch;
-        OmUmeshRefinement one, other, loose;
+        OmFemGridPatch patch;
+        OmFemGridReport one, other, loose;
         const int nworker = 2 + press / 5;  // they cut the work elsewhere each
-        assert_ok(om__umesh_patch_init(linear, mask, &patch));
-        assert_ok(om__umesh_linear_answer(linear, &patch, v, 1, u));
+        assert_ok(om_fem_grid_patch_init(linear, mask, &patch));
+        assert_ok(om_fem_grid_linear_eval(linear, &patch, v, 1, u));
         for (size_t i = 0; i < 3 * nnode; ++i) u[i] = mask[i / 3] ? v[i] : u[i];
         assert_ok(om_umesh_solve(solver, mask, goal, NULL));
         for (size_t i = 0; i < 3 * nnode; ++i) truth[i] = (float)goal[i];
         double before = om__umesh_mean_error(g, u, truth);
         memcpy(v, u, 3 * nnode * sizeof *u);
-        assert_ok(om__umesh_refine(work, &patch, mask, 1e-4, 60, 1, u, &loose));
+        assert_ok(om_fem_grid_solve(work, &patch, mask, &(OmFemGridStop){1e-4, 60, 1}, u, &loose));
         double rough = om__umesh_mean_error(g, u, truth);
         memcpy(u, v, 3 * nnode * sizeof *u);
-        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, 1, u, &one));
-        assert_ok(om__umesh_refine(work, &patch, mask, 3e-6, 60, nworker, v, &other));
+        assert_ok(om_fem_grid_solve(work, &patch, mask, &(OmFemGridStop){3e-6, 60, 1}, u, &one));
+        assert_ok(
+            om_fem_grid_solve(work, &patch, mask, &(OmFemGridStop){3e-6, 60, nworker}, v, &other));
         double after = om__umesh_mean_error(g, u, truth);
         printf("press of %d mm: linear %.3f mm off, %.4f after %d cycles, %.5f after %d\n", press,
                1e3 * before, 1e3 * rough, loose.ncycle, 1e3 * after, one.ncycle);
@@ -269,10 +271,10 @@ static void test_equilibrium(void** unused) {
         assert_true(one.ncycle == other.ncycle && one.left == other.left &&
                     one.min_volume == other.min_volume);
         for (size_t i = 0; i < 3 * nnode; ++i)
-            assert_true(g->fixed[i / 3] ? u[i] == 0 : !mask[i / 3] || u[i] == (float)goal[i]);
-        om__umesh_patch_done(&patch);
+            assert_true(g->fem.fixed[i / 3] ? u[i] == 0 : !mask[i / 3] || u[i] == (float)goal[i]);
+        om_fem_grid_patch_done(&patch);
     }
-    om__umesh_refine_work_destroy(work);
+    om_fem_grid_work_destroy(work);
     om_free(mask), om_free(u), om_free(v), om_free(truth), om_free(goal);
 }
 
@@ -295,7 +297,7 @@ static void test_balance(void** unused) {
         assert_ok(om_umesh_solver_create(&def, &own));
         assert_ok(om_umesh_sample_make(own, 3, &sample, data.mask, u));
         for (size_t i = 0; i < 3 * nnode; ++i) data.u[i] = (float)u[i];
-        assert_ok(om__umesh_linear_solve(linear, data.mask, data.u, 1, answer));
+        assert_ok(om_fem_grid_linear_solve(linear, data.mask, data.u, 1, answer));
         assert_ok(om__umesh_measure_balance(&data, POISSON, answer, 0, 1, &balance));
         assert_ok(om__umesh_measure_balance(&data, 0.4, answer, 0, 1, &other));
         printf("%s: forces left %.5f, with another Poisson's ratio %.3f\n", om_law_name(law[k]),
@@ -311,24 +313,25 @@ static void test_balance(void** unused) {
 
 static OmStatus make_all(void* unused) {
     (void)unused;
-    UmeshRefine* r = NULL;
-    UmeshRefineWork* work = NULL;
-    UmeshPatchSystem patch = {0};
-    OmUmeshRefinement report;
+    OmFemGridModel* r = NULL;
+    OmFemGridWork* work = NULL;
+    OmFemGridPatch patch = {0};
+    OmFemGridReport report;
     unsigned char* mask = NULL;
     float* u = NULL;
     OmStatus status = OM_OK;
     OM_CALLOC_DONE(mask, nnode);
     OM_CALLOC_DONE(u, 3 * nnode);
-    for (size_t i = 0; i < nnode; ++i) mask[i] = g->is_skin[i] && g->mesh.x[3 * i + 2] > 0.06;
-    OM_TRY_DONE(om__umesh_patch_init(linear, mask, &patch));
-    OM_TRY_DONE(om__umesh_refine_create(g, POISSON, 1, &r));
-    OM_TRY_DONE(om__umesh_refine_work_create(r, &work));
-    OM_TRY_DONE(om__umesh_refine(work, &patch, mask, 1e-5, 3, 1, u, &report));
+    for (size_t i = 0; i < nnode; ++i)
+        mask[i] = g->is_surface[i] && g->fem.mesh.x[3 * i + 2] > 0.06;
+    OM_TRY_DONE(om_fem_grid_patch_init(linear, mask, &patch));
+    OM_TRY_DONE(om_fem_grid_model_create(&g->fem, POISSON, 1, &r));
+    OM_TRY_DONE(om_fem_grid_work_create(r, &work));
+    OM_TRY_DONE(om_fem_grid_solve(work, &patch, mask, &(OmFemGridStop){1e-5, 3, 1}, u, &report));
 done:
-    om__umesh_patch_done(&patch);
-    om__umesh_refine_work_destroy(work);
-    om__umesh_refine_destroy(r);
+    om_fem_grid_patch_done(&patch);
+    om_fem_grid_work_destroy(work);
+    om_fem_grid_model_destroy(r);
     om_free(mask);
     om_free(u);
     return status;

@@ -1,36 +1,35 @@
-// umesh_linear.c: the linear answer that the network corrects.
+// fem_grid_linear.c: prescribed displacements of a patch by linear elasticity.
 //
-// Linear elasticity on the same grid answers the same question exactly: prescribed displacements u_P of a patch, the
-// rest free of load, some nodes held. With C the compliance (columns of K^-1 for forces on the skin),
+// The nodes of a patch have prescribed displacements u_P, fixed nodes have none, all others are free of load. With C
+// the compliance (columns of K^-1 for forces on the surface),
 //
 //     C_PP f = u_P,   u = C_:P f
 //
-// costs a dense system of three times the patch's nodes and as many columns of C, all made once. What the answer
-// lacks is what large deformations do: smooth, smaller, and all that a network has to learn. C does not depend on
-// Young's modulus. Its columns are kept in float: 90 MB for the phantom (2,866 nodes, 882 on the skin), so an
-// answer takes as long as its columns take from memory: C_PP is read along columns, and u made by blocks of rows.
+// A solve costs a dense system of three times the patch's nodes and a sum of as many columns of C; C is computed once.
+// It does not depend on Young's modulus. Its columns are kept in float: 90 MB for the phantom (2,866 nodes, 882 on the
+// surface), so a solve takes the time to read its columns from memory. C_PP is read along columns, u is computed in
+// blocks of rows.
 #include <math.h>
 #include <string.h>
 
 #include "base/base_multiversion.h"
-#include "umesh/umesh_internal.h"
-#include "umesh/umesh_net_internal.h"
+#include "fem/fem_grid_internal.h"
 
 #define NBLOCK 24  // right-hand sides solved together
 #define MAX_BYTES ((size_t)2 << 30)
-#define GIVE 1e-6      // of the mean of C_PP's diagonal, added to it: the rounding of floats
+#define SHIFT 1e-6     // times the mean diagonal of C_PP is added to it: the rounding of floats
 #define MAX_SIDE 3072  // unknowns of a patch
 #define GRAIN 1024     // rows of u made together
 
-struct UmeshLinear {
-    int nnode, nskin;
-    int* skin;        // of a node: its number, or -1                     (nnode)
-    float* response;  // m per unit of force                 (3 nskin x 3 nnode)
+struct OmFemGridLinear {
+    int nnode, nsurface;
+    int* surface;     // number of a surface node, or -1                  (nnode)
+    float* response;  // m per unit of force              (3 nsurface x 3 nnode)
 };
 
-void om__umesh_linear_destroy(UmeshLinear* l) {
+void om_fem_grid_linear_destroy(OmFemGridLinear* l) {
     if (!l) return;
-    om_free(l->skin);
+    om_free(l->surface);
     om_free(l->response);
     om_free(l);
 }
@@ -51,9 +50,9 @@ static void destroy_factor(Factor* f) {
     om_free(f->fixed);
 }
 
-static OmStatus make_factor(const OmUmeshGrid* g, double poisson, int nworker, Factor* f) {
-    // unit modulus times the cell: compliances of the order of one
-    OmMaterial material = {.law = OM_LINEAR, .young = 1 / g->spacing, .poisson = poisson};
+static OmStatus make_factor(const OmFemGrid* g, double poisson, int nworker, Factor* f) {
+    // this modulus makes compliances of the order of one
+    OmMaterial material = {.law = OM_LINEAR, .young = 1 / g->grid.spacing, .poisson = poisson};
     OmFemDef def = om_fem_default_def(&g->mesh, 1, &material);
     OmStatus status = OM_OK;
     int nfixed = 0;
@@ -66,18 +65,18 @@ static OmStatus make_factor(const OmUmeshGrid* g, double poisson, int nworker, F
         memset(f->fixed + 3 * (size_t)i, g->fixed[i], 3);
         nfixed += g->fixed[i];
     }
-    OM_CHECK_DONE(nfixed > 0, OM_INVALID, "umesh: no node of the grid is held");
+    OM_CHECK_DONE(nfixed > 0, OM_INVALID, "grid: no node is fixed");
     OmSolverDef how = om_solver_default_def();
     how.preconditioner = OM_CHOLESKY;
     how.nworker = nworker;
     OM_TRY_DONE(om_solver_create(&how, &f->K, NULL, &f->solver));
     om_solver_set_fixed(f->solver, f->fixed);
-    OM_TRY_DONE(om__umesh_solved(om_solver_refresh(f->solver, &f->K)));
+    OM_TRY_DONE(om__grid_solved(om_solver_refresh(f->solver, &f->K)));
 done:
     return status < 0 ? status : OM_OK;
 }
 
-static OmStatus fill_response(const Factor* f, UmeshLinear* l) {
+static OmStatus fill_response(const Factor* f, OmFemGridLinear* l) {
     size_t n = 3 * (size_t)l->nnode;
     double *b = NULL, *x = NULL;
     int column[NBLOCK], num = 0, total = 0;
@@ -85,12 +84,12 @@ static OmStatus fill_response(const Factor* f, UmeshLinear* l) {
     OM_ALLOC_DONE(b, NBLOCK * n);
     OM_ALLOC_DONE(x, NBLOCK * n);
     for (int dof = 0; dof < 3 * l->nnode; ++dof) {
-        if (l->skin[dof / 3] >= 0) column[num++] = dof;
+        if (l->surface[dof / 3] >= 0) column[num++] = dof;
         if (num == 0 || (num < NBLOCK && dof + 1 < 3 * l->nnode)) continue;
         memset(b, 0, (size_t)num * n * sizeof *b);
         memset(x, 0, (size_t)num * n * sizeof *x);
         for (int k = 0; k < num; ++k) b[(size_t)k * n + (size_t)column[k]] = 1;
-        OM_TRY_DONE(om__umesh_solved(om_solver_solve(f->solver, &f->K, num, b, x, NULL)));
+        OM_TRY_DONE(om__grid_solved(om_solver_solve(f->solver, &f->K, num, b, x, NULL)));
         for (int k = 0; k < num; ++k, ++total)
             for (size_t i = 0; i < n; ++i)
                 l->response[(size_t)total * n + i] = (float)x[(size_t)k * n + i];
@@ -102,37 +101,38 @@ done:
     return status < 0 ? status : OM_OK;
 }
 
-OmStatus om__umesh_linear_create(const OmUmeshGrid* g, double poisson, int nworker,
-                                 UmeshLinear** out) {
+OmStatus om_fem_grid_linear_create(const OmFemGrid* g, const unsigned char* is_surface,
+                                   double poisson, int nworker, OmFemGridLinear** out) {
     *out = NULL;
     Factor f = {0};
     OmStatus status = OM_OK;
-    UmeshLinear* l = om_calloc(1, sizeof *l);
+    OmFemGridLinear* l = om_calloc(1, sizeof *l);
     if (!l) return OM_NO_MEMORY;
     l->nnode = g->mesh.nnode;
-    OM_ALLOC_DONE(l->skin, l->nnode);
-    for (int i = 0; i < l->nnode; ++i) l->skin[i] = g->is_skin[i] ? l->nskin++ : -1;
-    size_t size = 9 * (size_t)l->nskin * (size_t)l->nnode;
+    OM_ALLOC_DONE(l->surface, l->nnode);
+    for (int i = 0; i < l->nnode; ++i) l->surface[i] = is_surface[i] ? l->nsurface++ : -1;
+    size_t size = 9 * (size_t)l->nsurface * (size_t)l->nnode;
     OM_CHECK_DONE(
         size * sizeof(float) <= MAX_BYTES, OM_INVALID,
-        "umesh: a grid of %d nodes, %d of them on the skin: its linear response would take %.1f GB, at "
-        "most 2 are taken; use fewer elements",
-        l->nnode, l->nskin, (double)size * sizeof(float) / 1e9);
+        "grid: the linear response of %d nodes, %d of them on the surface, needs %.1f GB; the limit "
+        "is 2 GB: use fewer elements",
+        l->nnode, l->nsurface, (double)size * sizeof(float) / 1e9);
     OM_ALLOC_DONE(l->response, size ? size : 1);
     OM_TRY_DONE(make_factor(g, poisson, nworker, &f));
     OM_TRY_DONE(fill_response(&f, l));
 done:
     destroy_factor(&f);
     if (status < 0)
-        om__umesh_linear_destroy(l);
+        om_fem_grid_linear_destroy(l);
     else
         *out = l;
     return status;
 }
 
-// ---- an answer --------------------------------------------------------------------------------------
+// ---- solves --------------------------------------------------------------------------------------
 
-// A = L L^T in place (its lower triangle, row by row), pivots inverted. A pivot that is lost leaves out its row.
+// A = L L^T in place (lower triangle by rows), with inverted pivots. A pivot that is not positive becomes 0, which
+// leaves out its unknown.
 static void factor_dense(double* A, int n) {
     for (int i = 0; i < n; ++i) {
         double* row = A + (size_t)i * (size_t)n;
@@ -158,20 +158,20 @@ static void solve_dense(const double* A, int n, double* x) {
     }
 }
 
-OmStatus om__umesh_patch_init(const UmeshLinear* l, const unsigned char* mask,
-                              UmeshPatchSystem* p) {
+OmStatus om_fem_grid_patch_init(const OmFemGridLinear* l, const unsigned char* mask,
+                                OmFemGridPatch* p) {
     size_t n = 3 * (size_t)l->nnode;
     int num = 0;
     OmStatus status = OM_OK;
-    *p = (UmeshPatchSystem){0};
-    for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->skin[i] >= 0 ? 3 : 0;
-    if (num == 0 || num > MAX_SIDE) return OM_OK;  // no answer: zero
+    *p = (OmFemGridPatch){0};
+    for (int i = 0; i < l->nnode; ++i) num += mask[i] && l->surface[i] >= 0 ? 3 : 0;
+    if (num == 0 || num > MAX_SIDE) return OM_OK;  // an empty patch: u = 0
     OM_ALLOC_DONE(p->factor, (size_t)num * (size_t)num);
     OM_ALLOC_DONE(p->column, num);
     OM_ALLOC_DONE(p->dof, num);
     for (int i = 0; i < l->nnode; ++i)
-        for (int c = 0; c < 3 && mask[i] && l->skin[i] >= 0; ++c, ++p->num) {
-            p->column[p->num] = l->response + (3 * (size_t)l->skin[i] + (size_t)c) * n;
+        for (int c = 0; c < 3 && mask[i] && l->surface[i] >= 0; ++c, ++p->num) {
+            p->column[p->num] = l->response + (3 * (size_t)l->surface[i] + (size_t)c) * n;
             p->dof[p->num] = 3 * i + c;
         }
     double mean = 0;
@@ -179,74 +179,74 @@ OmStatus om__umesh_patch_init(const UmeshLinear* l, const unsigned char* mask,
     for (int i = 0; i < num; ++i)
         for (int j = 0; j <= i; ++j)
             p->factor[(size_t)i * (size_t)num + (size_t)j] =
-                (double)p->column[i][p->dof[j]] + (i == j ? GIVE * mean : 0);
+                (double)p->column[i][p->dof[j]] + (i == j ? SHIFT * mean : 0);
     factor_dense(p->factor, num);
 done:
-    if (status < 0) om__umesh_patch_done(p);
+    if (status < 0) om_fem_grid_patch_done(p);
     return status;
 }
 
-void om__umesh_patch_done(UmeshPatchSystem* p) {
+void om_fem_grid_patch_done(OmFemGridPatch* p) {
     om_free(p->factor);
     om_free((void*)p->column);
     om_free(p->dof);
-    *p = (UmeshPatchSystem){0};
+    *p = (OmFemGridPatch){0};
 }
 
-void om__umesh_patch_solve(const UmeshPatchSystem* p, const float* u, double* share) {
-    for (int k = 0; k < p->num; ++k) share[k] = (double)u[p->dof[k]];
-    solve_dense(p->factor, p->num, share);
+void om__grid_patch_solve(const OmFemGridPatch* p, const float* u, double* scale) {
+    for (int k = 0; k < p->num; ++k) scale[k] = (double)u[p->dof[k]];
+    solve_dense(p->factor, p->num, scale);
 }
 
-// Four columns at once: what they are added to is read and written that much less often.
-OM_MULTIVERSION void om__umesh_patch_add(const UmeshPatchSystem* p, const double* share,
-                                         double sign, float* out, int begin, int end) {
+// Four columns at once: `out` is read and written a quarter as often.
+OM_MULTIVERSION void om__grid_patch_add(const OmFemGridPatch* p, const double* scale, double sign,
+                                        float* out, int begin, int end) {
     int k = 0;
     for (; k + 4 <= p->num; k += 4) {
         const float *a = p->column[k], *b = p->column[k + 1];
         const float *c = p->column[k + 2], *d = p->column[k + 3];
-        const float sa = (float)(sign * share[k]), sb = (float)(sign * share[k + 1]);
-        const float sc = (float)(sign * share[k + 2]), sd = (float)(sign * share[k + 3]);
+        const float sa = (float)(sign * scale[k]), sb = (float)(sign * scale[k + 1]);
+        const float sc = (float)(sign * scale[k + 2]), sd = (float)(sign * scale[k + 3]);
         for (int i = begin; i < end; ++i)
             out[i] += (sa * a[i] + sb * b[i]) + (sc * c[i] + sd * d[i]);
     }
     for (; k < p->num; ++k) {
         const float* a = p->column[k];
-        const float sa = (float)(sign * share[k]);
+        const float sa = (float)(sign * scale[k]);
         for (int i = begin; i < end; ++i) out[i] += sa * a[i];
     }
 }
 
 typedef struct Sum {
-    const UmeshPatchSystem* patch;
-    const double* share;
+    const OmFemGridPatch* patch;
+    const double* scale;
     float* out;
 } Sum;
 
 static void sum_rows(void* ctx, int begin, int end, int block) {
     const Sum* s = ctx;
     (void)block;
-    om__umesh_patch_add(s->patch, s->share, 1, s->out, begin, end);
+    om__grid_patch_add(s->patch, s->scale, 1, s->out, begin, end);
 }
 
-OmStatus om__umesh_linear_answer(const UmeshLinear* l, const UmeshPatchSystem* p, const float* u,
+OmStatus om_fem_grid_linear_eval(const OmFemGridLinear* l, const OmFemGridPatch* p, const float* u,
                                  int nworker, float* out) {
     int n = 3 * l->nnode;
-    double* share;
+    double* scale;
     memset(out, 0, (size_t)n * sizeof *out);
-    OM_ALLOC(share, p->num ? p->num : 1);
-    om__umesh_patch_solve(p, u, share);
-    Sum sum = {p, share, out};
+    OM_ALLOC(scale, p->num ? p->num : 1);
+    om__grid_patch_solve(p, u, scale);
+    Sum sum = {p, scale, out};
     om_parallel_for(nworker, n, GRAIN, sum_rows, &sum);
-    om_free(share);
+    om_free(scale);
     return OM_OK;
 }
 
-OmStatus om__umesh_linear_solve(const UmeshLinear* l, const unsigned char* mask, const float* u,
-                                int nworker, float* out) {
-    UmeshPatchSystem p;
-    OM_TRY(om__umesh_patch_init(l, mask, &p));
-    OmStatus status = om__umesh_linear_answer(l, &p, u, nworker, out);
-    om__umesh_patch_done(&p);
+OmStatus om_fem_grid_linear_solve(const OmFemGridLinear* l, const unsigned char* mask,
+                                  const float* u, int nworker, float* out) {
+    OmFemGridPatch p;
+    OM_TRY(om_fem_grid_patch_init(l, mask, &p));
+    OmStatus status = om_fem_grid_linear_eval(l, &p, u, nworker, out);
+    om_fem_grid_patch_done(&p);
     return status;
 }

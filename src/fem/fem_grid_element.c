@@ -1,25 +1,25 @@
-// umesh_element.c: the compressible neo-Hookean law on the cells of a grid, for the refinement.
+// fem_grid_element.c: the compressible neo-Hookean law on the cells of a grid.
 //
 //     W = mu/2 (F:F - 3) + psi(J),   psi = -mu ln J + lambda/2 (ln J)^2,   P = mu F + psi'(J) cof F
 //
-// All cells are alike, so gradients of shape functions are one table; the eight Gauss points of an element are the
-// lanes. With mu = 1. det F is linear in the position of one node, so that the energy of a node among its neighbours
-// is convex as long as psi is: |d|^2 and psi of something linear. Its Newton step needs the 3 x 3 matrix
+// All cells are equal, so the gradients of the shape functions are one table; the eight Gauss points of an element are
+// the lanes of a vector. mu = 1. det F is linear in the position of one node, so the energy as a function of that
+// position is convex where psi is convex: the sum of |d|^2 and psi of a linear function. The Newton step of a node
+// needs the 3 x 3 matrix
 //
 //     sum of mu |b|^2 I + psi'' (cof F b)(cof F b)^T,   b the gradient of its shape function
 //
-// and a bound that keeps det F positive is exact. Nodes are relaxed one after the other (vertex block descent, Chen et
-// al. 2024, on hexahedra); elements that came turned over are turned back, for psi goes on below REFINE_LEAST as a
-// parabola.
+// and the largest step that keeps det F positive is known exactly. Nodes are relaxed one after the other (vertex block
+// descent, Chen et al. 2024, on hexahedra). Below det F = GRID_MIN_VOLUME psi is continued as a parabola, so the steps
+// also restore inverted elements.
 #include <math.h>
 #include <string.h>
 
 #include "base/base_multiversion.h"
-#include "umesh/umesh_internal.h"
-#include "umesh/umesh_refine_internal.h"
+#include "fem/fem_grid_internal.h"
 
-#define NPOINT REFINE_POINT
-#define KEEP 0.2f  // of det F, by a step of one node at least
+#define NPOINT GRID_POINT
+#define KEEP 0.2f  // smallest ratio of det F after a node's step to det F before
 
 // The points of an element, in the compiler's portable vectors.
 typedef float V8 __attribute__((vector_size(32)));
@@ -80,29 +80,29 @@ OM_INLINE Mat add(Mat a, V8 s, Mat b) {
 OM_INLINE V8 all(float x) { return (V8){x, x, x, x, x, x, x, x}; }
 
 typedef struct Psi {
-    V8 first, second;  // derivatives; the second not below 0
+    V8 first, second;  // derivatives; second >= 0
 } Psi;
 
 OM_INLINE Psi find_psi(V8 J, float lambda) {
-    I8 is_below = J < REFINE_LEAST;
-    V8 at = where(is_below, all(REFINE_LEAST), J), over = 1 / at, ln = lambda * log8(at);
+    I8 is_below = J < GRID_MIN_VOLUME;
+    V8 at = where(is_below, all(GRID_MIN_VOLUME), J), over = 1 / at, ln = lambda * log8(at);
     Psi p = {(ln - 1) * over, (1 + lambda - ln) * over * over};
-    p.first += p.second * where(is_below, J - REFINE_LEAST, all(0));
+    p.first += p.second * where(is_below, J - GRID_MIN_VOLUME, all(0));
     p.second = where(p.second > 0, p.second, all(0));
     return p;
 }
 
 // ---- tables -----------------------------------------------------------------------------------------
 
-static void fill_gradients(UmeshElements* t) {
+static void fill_gradients(GridElements* t) {
     for (int q = 0; q < NPOINT; ++q)
         for (int a = 0; a < 8; ++a) {
             double square = 0;
             for (int c = 0; c < 3; ++c) {
-                double value = 1 / t->grid->spacing;
+                double value = 1 / t->grid->grid.spacing;
                 for (int k = 0; k < 3; ++k) {
-                    double at = 0.5 + (om__umesh_corner[q][k] ? 0.5 : -0.5) / sqrt(3.0);
-                    int is_high = om__umesh_corner[a][k];
+                    double at = 0.5 + (om__grid_corner[q][k] ? 0.5 : -0.5) / sqrt(3.0);
+                    int is_high = om__grid_corner[a][k];
                     value *= k == c ? (is_high ? 1 : -1) : (is_high ? at : 1 - at);
                 }
                 t->grad[a][c][q] = (float)value;
@@ -112,18 +112,18 @@ static void fill_gradients(UmeshElements* t) {
         }
 }
 
-static int color_of(const OmUmeshGrid* g, int node) {
+static int color_of(const OmFemGrid* g, int node) {
     int p = g->node_point[node], color = 0;
     for (int c = 0; c < 3; ++c) {
-        color |= (p % g->dim[c] & 1) << c;
-        p /= g->dim[c];
+        color |= (p % g->grid.dim[c] & 1) << c;
+        p /= g->grid.dim[c];
     }
     return color;
 }
 
-OmStatus om__umesh_elements_init(const OmUmeshGrid* g, double poisson, UmeshElements* t) {
+OmStatus om__grid_elements_init(const OmFemGrid* g, double poisson, GridElements* t) {
     int nnode = g->mesh.nnode, num = 0;
-    *t = (UmeshElements){.grid = g, .lambda = (float)(2 * poisson / (1 - 2 * poisson))};
+    *t = (GridElements){.grid = g, .lambda = (float)(2 * poisson / (1 - 2 * poisson))};
     fill_gradients(t);
     OmStatus status = OM_OK;
     OM_CALLOC_DONE(t->use_adr, nnode + 1);
@@ -132,7 +132,7 @@ OmStatus om__umesh_elements_init(const OmUmeshGrid* g, double poisson, UmeshElem
     OM_ALLOC_DONE(t->color_node, nnode);
     for (int k = 0; k < 8 * g->mesh.nelem; ++k) ++t->use_adr[g->mesh.elem_node[k] + 1];
     for (int i = 0; i < nnode; ++i) t->use_adr[i + 1] += t->use_adr[i];
-    for (int k = 8 * g->mesh.nelem - 1; k >= 0; --k)  // from behind: the ends become the beginnings
+    for (int k = 8 * g->mesh.nelem - 1; k >= 0; --k)  // backwards: each end becomes a beginning
         t->use[--t->use_adr[g->mesh.elem_node[k] + 1]] = k;
     for (int i = 0; i < nnode; ++i) t->use_adr[i] = t->use_adr[i + 1];
     t->use_adr[nnode] = 8 * g->mesh.nelem;
@@ -142,19 +142,19 @@ OmStatus om__umesh_elements_init(const OmUmeshGrid* g, double poisson, UmeshElem
         t->color_adr[color + 1] = num;
     }
 done:
-    if (status < 0) om__umesh_elements_done(t);
+    if (status < 0) om__grid_elements_done(t);
     return status;
 }
 
-void om__umesh_elements_done(UmeshElements* t) {
+void om__grid_elements_done(GridElements* t) {
     om_free(t->use_adr);
     om_free(t->use);
     om_free(t->color_adr);
     om_free(t->color_node);
-    *t = (UmeshElements){0};
+    *t = (GridElements){0};
 }
 
-void om__umesh_rest_stiffness(const UmeshElements* t, double* K) {
+void om__grid_rest_stiffness(const GridElements* t, double* K) {
     for (int row = 0; row < 24; ++row)
         for (int col = 0; col < 24; ++col) {
             int a = row / 3, i = row % 3, b = col / 3, j = col % 3;
@@ -171,8 +171,8 @@ void om__umesh_rest_stiffness(const UmeshElements* t, double* K) {
 
 // ---- elements ---------------------------------------------------------------------------------------
 
-OM_MULTIVERSION void om__umesh_gradients(const UmeshElements* t, const float* u, float start,
-                                         float* F, int begin, int end) {
+OM_MULTIVERSION void om__grid_gradients(const GridElements* t, const float* u, float start,
+                                        float* F, int begin, int end) {
     for (int e = begin; e < end; ++e) {
         const int* node = t->grid->mesh.elem_node + 8 * (size_t)e;
         V8 sum[9];
@@ -180,14 +180,14 @@ OM_MULTIVERSION void om__umesh_gradients(const UmeshElements* t, const float* u,
         for (int a = 0; a < 8; ++a)
             for (int k = 0; k < 9; ++k)
                 sum[k] += u[3 * (size_t)node[a] + (size_t)(k / 3)] * get(t->grad[a][k % 3]);
-        for (int k = 0; k < 9; ++k) put(F + REFINE_F * (size_t)e + NPOINT * k, sum[k]);
+        for (int k = 0; k < 9; ++k) put(F + GRID_F * (size_t)e + NPOINT * k, sum[k]);
     }
 }
 
-OM_MULTIVERSION void om__umesh_element_forces(const UmeshElements* t, const float* F, float* force,
-                                              int begin, int end) {
+OM_MULTIVERSION void om__grid_element_forces(const GridElements* t, const float* F, float* force,
+                                             int begin, int end) {
     for (int e = begin; e < end; ++e) {
-        Mat f = load(F + REFINE_F * (size_t)e), cof = cofactor(f);
+        Mat f = load(F + GRID_F * (size_t)e), cof = cofactor(f);
         Mat p = add(f, find_psi(det(f, cof), t->lambda).first, cof);
         for (int a = 0; a < 8; ++a) {
             float* to = force + 24 * (size_t)e + 3 * (size_t)a;
@@ -199,10 +199,10 @@ OM_MULTIVERSION void om__umesh_element_forces(const UmeshElements* t, const floa
     }
 }
 
-void om__umesh_node_forces(const UmeshElements* t, const unsigned char* mask, const float* force,
-                           float* drive, int begin, int end) {
+void om__grid_node_forces(const GridElements* t, const unsigned char* mask, const float* force,
+                          float* residual, int begin, int end) {
     for (int n = begin; n < end; ++n) {
-        float* to = drive + 3 * (size_t)n;
+        float* to = residual + 3 * (size_t)n;
         to[0] = to[1] = to[2] = 0;
         if (mask[n] || t->grid->fixed[n]) continue;
         for (int k = t->use_adr[n]; k < t->use_adr[n + 1]; ++k)
@@ -210,11 +210,11 @@ void om__umesh_node_forces(const UmeshElements* t, const unsigned char* mask, co
     }
 }
 
-OM_MULTIVERSION void om__umesh_curvature(const UmeshWay* w, float lambda, int begin, int end,
-                                         double sum[3]) {
+OM_MULTIVERSION void om__grid_curvature(const GridDirection* w, float lambda, int begin, int end,
+                                        double sum[3]) {
     V8 dd = all(0), ds = all(0), ss = all(0);
     for (int e = begin; e < end; ++e) {
-        const size_t at = REFINE_F * (size_t)e;
+        const size_t at = GRID_F * (size_t)e;
         Mat f = load(w->F + at), d = load(w->D + at);
         Mat s = add(f, all(-1), load(w->before + at));
         Mat cof = cofactor(f);
@@ -232,48 +232,48 @@ OM_MULTIVERSION void om__umesh_curvature(const UmeshWay* w, float lambda, int be
     sum[2] = (double)total(ss);
 }
 
-OM_MULTIVERSION double om__umesh_slope(const UmeshWay* w, float lambda, float length, float keep,
-                                       int begin, int end, bool* is_open) {
+OM_MULTIVERSION double om__grid_slope(const GridDirection* w, float lambda, float length,
+                                      float keep, int begin, int end, bool* is_valid) {
     V8 slope = all(0);
-    I8 closed = {0};
+    I8 is_crushed = {0};
     for (int e = begin; e < end; ++e) {
-        const size_t at = REFINE_F * (size_t)e;
+        const size_t at = GRID_F * (size_t)e;
         const Mat f = load(w->F + at), none = {0};
-        Mat along = add(none, all(w->share[0]), load(w->D + at));
-        if (w->share[1] != 0)
-            along = add(along, all(w->share[1]), add(f, all(-1), load(w->before + at)));
+        Mat along = add(none, all(w->scale[0]), load(w->D + at));
+        if (w->scale[1] != 0)
+            along = add(along, all(w->scale[1]), add(f, all(-1), load(w->before + at)));
         Mat moved = add(f, all(length), along), cof = cofactor(moved);
         V8 old = det(f, cofactor(f)), J = det(moved, cof);
         slope += dot(moved, along) + find_psi(J, lambda).first * dot(cof, along);
-        closed |= (old > 0) & (J < keep * old);
+        is_crushed |= (old > 0) & (J < keep * old);
     }
-    *is_open = true;
-    for (int q = 0; q < NPOINT; ++q) *is_open = *is_open && !closed[q];
+    *is_valid = true;
+    for (int q = 0; q < NPOINT; ++q) *is_valid = *is_valid && !is_crushed[q];
     return (double)total(slope);
 }
 
-OM_MULTIVERSION void om__umesh_advance(const UmeshWay* w, float length, int begin, int end) {
-    const float by_d = length * w->share[0], by_before = length * w->share[1];
-    for (size_t i = REFINE_F * (size_t)begin; i < REFINE_F * (size_t)end; i += NPOINT) {
+OM_MULTIVERSION void om__grid_advance(const GridDirection* w, float length, int begin, int end) {
+    const float by_d = length * w->scale[0], by_before = length * w->scale[1];
+    for (size_t i = GRID_F * (size_t)begin; i < GRID_F * (size_t)end; i += NPOINT) {
         V8 f = get(w->F + i), old = get(w->before + i);
         put(w->before + i, f);
         put(w->F + i, f + by_d * get(w->D + i) + by_before * (f - old));
     }
 }
 
-OM_MULTIVERSION void om__umesh_find_strained(const float* F, float limit,
-                                             unsigned char* is_strained, int begin, int end) {
+OM_MULTIVERSION void om__grid_find_strained(const float* F, float limit, unsigned char* is_strained,
+                                            int begin, int end) {
     for (int e = begin; e < end; ++e) {
-        Mat f = load(F + REFINE_F * (size_t)e);
+        Mat f = load(F + GRID_F * (size_t)e);
         f.xx -= 1, f.yy -= 1, f.zz -= 1;
         is_strained[e] = total(dot(f, f)) >= NPOINT * limit * limit;
     }
 }
 
-float om__umesh_least_volume(const float* F, int begin, int end) {
+float om__grid_min_volume(const float* F, int begin, int end) {
     V8 min = all(INFINITY);
     for (int e = begin; e < end; ++e) {
-        Mat f = load(F + REFINE_F * (size_t)e);
+        Mat f = load(F + GRID_F * (size_t)e);
         V8 J = det(f, cofactor(f));
         min = where(J < min, J, min);
     }
@@ -284,18 +284,19 @@ float om__umesh_least_volume(const float* F, int begin, int end) {
 
 // ---- nodes ------------------------------------------------------------------------------------------
 
-typedef struct Corner {  // of one element of a node: det F, and its derivative by the node's place
+typedef struct
+    Corner {  // det F of one element of a node, and its derivative by the node's position
     V8 J, x, y, z;
 } Corner;
 
-// The gradient and the matrix (xx, yy, zz, xy, xz, yz) of the energy by a node's place.
-OM_INLINE void look(const UmeshElements* t, int node, const float* F, Corner* corner,
-                    float gradient[3], float H[6]) {
+// Gradient and second derivative (xx, yy, zz, xy, xz, yz) of the energy by the position of a node.
+OM_INLINE void eval_node(const GridElements* t, int node, const float* F, Corner* corner,
+                         float gradient[3], float H[6]) {
     V8 g[3] = {{0}}, h[6] = {{0}};
     for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
         const int a = t->use[k] % 8;
         V8 bx = get(t->grad[a][0]), by = get(t->grad[a][1]), bz = get(t->grad[a][2]);
-        Mat f = load(F + REFINE_F * (size_t)(t->use[k] / 8)), cof = cofactor(f);
+        Mat f = load(F + GRID_F * (size_t)(t->use[k] / 8)), cof = cofactor(f);
         V8 J = det(f, cof), square = get(t->square[a]);
         Psi psi = find_psi(J, t->lambda);
         V8 x = cof.xx * bx + cof.xy * by + cof.xz * bz;
@@ -317,7 +318,7 @@ OM_INLINE void look(const UmeshElements* t, int node, const float* F, Corner* co
     for (int i = 0; i < 6; ++i) H[i] = total(h[i]);
 }
 
-// step = -H^-1 gradient; H is positive definite. In double: its determinant has the sixth power of 1/m.
+// step = -H^-1 gradient; H is positive definite. In double, for its determinant is of the order of (1/m)^6.
 OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
     const double a = (double)H[0], b = (double)H[1], c = (double)H[2];
     const double ab = (double)H[3], ac = (double)H[4], bc = (double)H[5];
@@ -330,9 +331,9 @@ OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
     step[2] = (float)(over * (xz * x + yz * y + zz * z));
 }
 
-// The share of the step that leaves every positive det F at least KEEP of itself.
-OM_INLINE float find_share(const Corner* corner, int num, const float step[3]) {
-    V8 max = all(1);  // what det F loses, over what it may
+// The largest fraction of the step, up to 1, after which every positive det F keeps the ratio KEEP.
+OM_INLINE float limit_step(const Corner* corner, int num, const float step[3]) {
+    V8 max = all(1);  // loss of det F over the allowed loss
     for (const Corner* c = corner; c < corner + num; ++c) {
         V8 loss = -(step[0] * c->x + step[1] * c->y + step[2] * c->z);
         V8 over = loss / ((1 - KEEP) * c->J);
@@ -343,33 +344,33 @@ OM_INLINE float find_share(const Corner* corner, int num, const float step[3]) {
     return 1 / worst;
 }
 
-void om__umesh_find_still(const UmeshElements* t, const unsigned char* mask,
-                          const unsigned char* is_strained, unsigned char* is_still, int begin,
-                          int end) {
+void om__grid_find_skipped(const GridElements* t, const unsigned char* mask,
+                           const unsigned char* is_strained, unsigned char* is_skipped, int begin,
+                           int end) {
     for (int n = begin; n < end; ++n) {
         bool is_any = false;
         for (int k = t->use_adr[n]; k < t->use_adr[n + 1]; ++k)
             is_any = is_any || is_strained[t->use[k] / 8];
-        is_still[n] = mask[n] || !is_any;
+        is_skipped[n] = mask[n] || !is_any;
     }
 }
 
-OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char* is_still,
-                                     float* F, float* u, int begin, int end) {
+OM_MULTIVERSION void om__grid_relax(const GridElements* t, const unsigned char* is_skipped,
+                                    float* F, float* u, int begin, int end) {
     for (int at = begin; at < end; ++at) {
         const int node = t->color_node[at];
         Corner corner[8];
         float gradient[3], H[6], step[3];
-        if (is_still[node]) continue;
-        look(t, node, F, corner, gradient, H);
+        if (is_skipped[node]) continue;
+        eval_node(t, node, F, corner, gradient, H);
         solve(H, gradient, step);
-        const float share = find_share(corner, t->use_adr[node + 1] - t->use_adr[node], step);
+        const float fraction = limit_step(corner, t->use_adr[node + 1] - t->use_adr[node], step);
         for (int i = 0; i < 3; ++i) {
-            step[i] *= share;
+            step[i] *= fraction;
             u[3 * (size_t)node + (size_t)i] += step[i];
         }
         for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
-            float* to = F + REFINE_F * (size_t)(t->use[k] / 8);
+            float* to = F + GRID_F * (size_t)(t->use[k] / 8);
             const int a = t->use[k] % 8;
             for (int i = 0; i < 9; ++i)
                 put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
@@ -377,29 +378,28 @@ OM_MULTIVERSION void om__umesh_relax(const UmeshElements* t, const unsigned char
     }
 }
 
-// ---- one node alone -----------------------------------------------------------------------------------
+// ---- a single node -----------------------------------------------------------------------------------
 
-OM_MULTIVERSION void om__umesh_node_look(const UmeshElements* t, int node, const float* F,
-                                         float gradient[3], float H[6]) {
+OM_MULTIVERSION void om__grid_node_eval(const GridElements* t, int node, const float* F,
+                                        float gradient[3], float H[6]) {
     Corner corner[8];
-    look(t, node, F, corner, gradient, H);
+    eval_node(t, node, F, corner, gradient, H);
 }
 
-OM_MULTIVERSION float om__umesh_node_step(const UmeshElements* t, int node, const float* F,
-                                          const float gradient[3], const float H[6],
-                                          float step[3]) {
+OM_MULTIVERSION float om__grid_node_step(const GridElements* t, int node, const float* F,
+                                         const float gradient[3], const float H[6], float step[3]) {
     Corner corner[8];
     float unused[3], unused_H[6];
-    look(t, node, F, corner, unused, unused_H);
+    eval_node(t, node, F, corner, unused, unused_H);
     solve(H, gradient, step);
-    return find_share(corner, t->use_adr[node + 1] - t->use_adr[node], step);
+    return limit_step(corner, t->use_adr[node + 1] - t->use_adr[node], step);
 }
 
-OM_MULTIVERSION void om__umesh_node_move(const UmeshElements* t, int node, const float step[3],
-                                         float* F, float* u) {
+OM_MULTIVERSION void om__grid_node_move(const GridElements* t, int node, const float step[3],
+                                        float* F, float* u) {
     for (int i = 0; i < 3; ++i) u[3 * (size_t)node + (size_t)i] += step[i];
     for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
-        float* to = F + REFINE_F * (size_t)(t->use[k] / 8);
+        float* to = F + GRID_F * (size_t)(t->use[k] / 8);
         const int a = t->use[k] % 8;
         for (int i = 0; i < 9; ++i)
             put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
