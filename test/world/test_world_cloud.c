@@ -272,6 +272,38 @@ static void test_anatomy_and_distance_are_left_out(void** state) {
     om_sdf_done(&m.site.organ_sdf);
 }
 
+// A plane 50 mm above the origin, 3.75 mm a pixel, and a vertical tool 40 mm beside where its joints say: points beside
+// the measured tip are left out, the others stay. A tool that ends 30 mm above the plane hides no point of it.
+static void test_tools_stand_at_the_measured_tip(void** state) {
+    (void)state;
+    Made m;
+    make_field(&m);
+    for (int i = 0; i < WIDTH * HEIGHT; ++i) m.depth[i] = 0.15F;
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    const double q[OM_PSM_NJOINT] = {0, 0, 0.1, 0, 0, 0};
+    psm.pose_world_rcm.p = om_sub(om_vec3(0.02, 0, 0.05), om_psm_forward(&psm, q).p);
+    const OmWorldOps ops = {0};
+    OmWorld world = {.ops = &ops, .narm = 1, .psm = {&psm}};
+    OmCloudDef def = om_cloud_default_def(&world, &m.site);
+    memcpy(m.obs.arm[0].q, q, sizeof q);
+    for (int k = 0; k < 2; ++k) {
+        OmVec3 tip = om_vec3(-0.02, 0, k == 0 ? 0.05 : 0.08);
+        m.obs.arm[0].tip = (OmPose){tip, om_psm_forward(&psm, q).q};
+        OmCloud cloud;
+        assert_ok(om_cloud_init(&def, &m.obs, &cloud));
+        int nbeside = 0;
+        for (int i = 0; i < cloud.n; ++i) {
+            OmVec3 p = om_load3(cloud.x, i);
+            nbeside += hypot(p.x - tip.x, p.y - tip.y) < 0.004;
+        }
+        if (k == 0) assert_int_equal(nbeside, 0);
+        if (k == 0) assert_true(cloud.n < WIDTH * HEIGHT && cloud.n > WIDTH * HEIGHT - 12);
+        if (k == 1) assert_true(nbeside > 1);
+        if (k == 1) assert_int_equal(cloud.n, WIDTH * HEIGHT);
+        om_cloud_done(&cloud);
+    }
+}
+
 static void test_definitions_out_of_range(void** state) {
     (void)state;
     Made m;
@@ -323,6 +355,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_of_lifted_tissue),
         cmocka_unit_test(test_visibility_by_colour),
         cmocka_unit_test(test_anatomy_and_distance_are_left_out),
+        cmocka_unit_test(test_tools_stand_at_the_measured_tip),
         cmocka_unit_test(test_definitions_out_of_range),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
     };
