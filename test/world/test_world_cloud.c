@@ -29,12 +29,37 @@ static int count_top_pixels(const Field* f, const OmCamera* camera) {
     return n;
 }
 
+static double red_less_blue(const OmPicture* color, int pixel) {
+    return color->pixel[3 * pixel] - color->pixel[3 * pixel + 2];
+}
+
+// Depth and colour are of the same pixels: those that lie on the sheet by depth are orange, those on the board are not.
+static void check_registered(const OmDepthPicture* d, OmPose pose_world_task) {
+    OmPose task = om_pose_inverse(pose_world_task);
+    int nsheet = 0, nboard = 0, norange_sheet = 0, norange_board = 0;
+    OmVec3 axis = om_quat_rotate(d->camera.pose_world_camera.q, om_vec3(0, 0, 1));
+    for (int i = 0; i < d->camera.width * d->camera.height; ++i) {
+        double u = i % d->camera.width + 0.5, v = i / d->camera.width + 0.5;
+        OmVec3 ray = om_camera_ray(&d->camera, u, v);
+        double t = (double)d->depth[i] / om_dot(ray, axis);
+        OmVec3 p = om_pose_apply(task, om_madd(d->camera.pose_world_camera.p, t, ray));
+        bool is_orange = red_less_blue(&d->color, i) > 20;
+        bool is_sheet = fabs(p.z - TOP) < 5e-4, is_board = fabs(p.z) < 5e-4;
+        nsheet += is_sheet, norange_sheet += is_sheet && is_orange;
+        nboard += is_board, norange_board += is_board && is_orange;
+    }
+    assert_true(nsheet > 2000 && nboard > 500);
+    assert_true(norange_sheet > 0.95 * nsheet);
+    assert_true(norange_board < 0.05 * nboard);
+}
+
 // Every picture has its camera: a point of the tissue projects to where the depth camera measured it.
 static void test_pictures_have_time_and_camera(void** state) {
     (void)state;
     Field f;
     OmScene scene = half_held();
     scene.world.has_depth_noise = false;
+    scene.endoscope.width = 200, scene.endoscope.height = 150;
     setup(&f, scene);
     for (int i = 0; i < 3; ++i) assert_ok(om_world_advance(f.world, 0.02));
     OmObservation obs = observe(&f, OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
@@ -55,6 +80,7 @@ static void test_pictures_have_time_and_camera(void** state) {
     // Tissue is orange: red above blue. The two cameras look from opposite sides.
     const unsigned char* c = &obs.rgbd.color.pixel[3 * pixel];
     assert_true(c[0] > c[2] + 20);
+    check_registered(&obs.rgbd, f.site.pose_world_task);
     OmVec3 other = obs.endoscope.camera.pose_world_camera.p;
     OmPose task = om_pose_inverse(f.site.pose_world_task);
     assert_true(om_pose_apply(task, eye).x > 0.05 && om_pose_apply(task, other).x < -0.05);
