@@ -27,8 +27,8 @@ extern "C" {
 typedef struct OmRetractSample {  // one instant
     double time;                  // s
     double visibility;            // 0 to 1
-    double
-        force;  // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
+    // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
+    double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
     double speed_rate;   // 1, or less while slowed down by force

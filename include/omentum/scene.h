@@ -93,8 +93,8 @@ typedef struct OmSceneAttach {
     double share_min, share_max;  // of the underside; default 0.1 to 0.5
     OmVec3 lo, hi;                // m, the box
     double stiffness;             // N/m per vertex; 0 (default) holds the vertices still
-    double
-        foundation;  // N/m^3: springs of this stiffness by area, in place of `stiffness`; default 0
+    // N/m^3: springs of this stiffness by area, in place of `stiffness`; default 0
+    double foundation;
 } OmSceneAttach;
 
 typedef enum OmBeliefKind {
@@ -106,8 +106,8 @@ typedef enum OmBeliefKind {
 typedef struct OmSceneBelief {  // attachments of the twin, where they are not those of the truth
     int kind;                   // OmBeliefKind; default OM_BELIEF_SAME
     OmVec3 shift;               // m, task frame, of OM_BELIEF_SAME; z is not used; default 0
-    double
-        grow;  // m, of OM_BELIEF_SAME: the region extends by this, or shrinks if below 0; default 0
+    // m, of OM_BELIEF_SAME: the region extends by this, or shrinks if below 0; default 0
+    double grow;
     OmVec3 lo, hi;      // m, the box
     double stiffness;   // N/m per vertex, 0: held still; below 0 (default): the truth's
     double foundation;  // N/m^3, in place of `stiffness`; below 0 (default): the truth's
@@ -214,8 +214,8 @@ typedef struct OmSiteMaterial {  // a patient's own, by the mesh's tet_label
 
 typedef struct OmSite {
     OmSiteRole role;  //
-    OmTetMesh
-        mesh;  // world frame; sets "underside", "top", "attachment" (of the twin: as believed)
+    // world frame; sets "underside", "top", "attachment" (of the twin: as believed)
+    OmTetMesh mesh;
     double attach_stiffness;   // N/m, of the spring of each attached vertex; 0: held still
     double attach_foundation;  // N/m^3; above 0: attach_spring holds instead
     double* attach_area;       // m^2, share of each vertex of the set "attachment", in its order

@@ -12,7 +12,7 @@ OmStatus om__site_build_body(const OmScene* scene, OmSiteRole role, const OmProg
 OmStatus om__site_attach(const OmScene* scene, OmSite* site);
 // The world's attachments: vertices of its underside whose nearest vertex of the twin's is attached.
 OmStatus om__site_copy_attachments(const OmSite* twin, OmSite* world);
-// Replace the truth's attachments on the twin's mesh by those that the scene has the twin believe.
+// Replace the truth's attachments on the twin's mesh by the attachments that the twin believes in by the scene.
 OmStatus om__site_believe(const OmScene* scene, OmSite* site);
 // Area of each attached vertex, m^2, which must not exist yet; total above 0: scaled to this sum.
 OmStatus om__site_measure_attachments(double total, OmSite* site);

@@ -1,4 +1,4 @@
-// scene_site_attach.c: what holds the tissue, in truth and as the twin believes; stiffness by area.
+// scene_site_attach.c: attachments of the tissue, in truth and as the twin believes; stiffness by area.
 //
 // The truth is defined on the twin's mesh. The world's mesh takes it over by nearest vertex, and the twin's own set
 // "attachment" becomes the believed one where the scene has another belief. An elastic foundation of modulus k (N/m^3)

@@ -87,7 +87,7 @@ static void test_foundation(void** state) {
 
 // ---- the belief ---------------------------------------------------------------------------------------
 
-// The twin's attached vertices that are also the truth's, and those that are not.
+// The twin's attached vertices that are also the truth's, and its other attached vertices.
 static void count(const OmScene* scene, int* nboth, int* nwrong, int* ntruth) {
     OmScene honest = *scene;
     honest.believed = om_scene_default().believed;
@@ -132,7 +132,7 @@ static void test_belief(void** state) {
     s.believed.shift = om_vec3(0.0301, 0, 5);  // three rows to +x
     count(&s, &nboth, &nwrong, &n);
     assert_true(nboth == 4 * 13 && nwrong == 0);
-    s.believed.shift = om_vec3(-0.0301, 0, 0);  // the other side: what was at the border goes on
+    s.believed.shift = om_vec3(-0.0301, 0, 0);  // the other side: the part at the border moves on
     count(&s, &nboth, &nwrong, &n);
     assert_true(nboth == n && nwrong == 3 * 13);
     s.believed.shift = om_vec3(0, 0, 0);
