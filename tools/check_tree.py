@@ -6,7 +6,8 @@
 Layers: each room has a floor; a file includes headers of lower floors only, besides the few arrows
 inside a floor listed below. Third-party headers, threads, the allocator and standard output each have
 their one place. Sizes: functions, files, public headers, samples. Names: unique, and they say the room.
-Public functions that may fail document their statuses. Links of the documentation lead somewhere.
+Public functions that may fail document their statuses. Links of the documentation lead somewhere. No trailing comment
+splits its declaration, and comments and pages avoid phrases that need a second reading (PHRASES).
 """
 import collections
 import pathlib
@@ -50,6 +51,11 @@ immintrin.h arm_neon.h""".split())
 
 MAX_FUNCTION, LONG_FUNCTION, MAX_C_FILE, MAX_PUBLIC_HEADER, MAX_SAMPLE = 150, 100, 1000, 600, 150
 MAX_COLUMN = 120  # the formatter holds code to 100; this catches comments it does not wrap
+# The first line of a declaration or assignment that the formatter broke.
+SPLIT = re.compile(r"\s*(((static|const|unsigned|struct|enum|typedef|_Atomic)\s+)*[A-Za-z_]\w*\s*\**(\s*\w+,)?|.*[^=!<>]=)")
+PHRASES = re.compile(r"\b(asked for|in its own time|by way of|goes on|go on with|gone on with|what holds|whoever|nobody|"
+                     r"those (that|who)|(is|are|was|were) told|and its like|at home|half way|held against|"
+                     r"tried and left|at hand|lets? go of|as (it|they) (is|was|are|were|stands?|lies?)\b(?! (said|meant)))\b", re.I)
 
 # What a library must not do, and the files that may.
 ONLY_IN = [
@@ -284,7 +290,32 @@ class Tree:
                 if not any("@return" in comment for comment in lines[first:number]):
                     self.error(path, number + 1, f"the comment of {match.group(1)} has no @return with its statuses")
 
+    def check_splits(self):
+        """A comment that is too long for its line stands above it: else the formatter breaks the declaration."""
+        for path in self.files:
+            lines = self.text[path].split("\n")
+            for number, (first, second) in enumerate(zip(lines, lines[1:]), 1):
+                rest = re.match(r"(\s+)(\S.*?[;,])\s+//", second)
+                if not rest or "//" in first or first.strip() in ("else", "return"):
+                    continue
+                is_deeper = len(rest.group(1)) > len(first) - len(first.lstrip())
+                if is_deeper and SPLIT.fullmatch(first) and len(first) + 1 + len(rest.group(2)) <= 100:
+                    self.error(path, number, "the trailing comment splits this declaration: put it above the line")
+
+    def check_words(self):
+        """Comments and pages avoid the phrases of PHRASES, which need a second reading."""
+        pages = [p for f in (".", "doc", "samples") for p in sorted((self.root / f).glob("*.md"))]
+        texts = {**self.text, **{p: p.read_text(encoding="utf-8") for p in pages}}
+        for path, text in texts.items():
+            for number, line in enumerate(text.split("\n"), 1):
+                part = line if path.suffix == ".md" else line[line.find("//"):] if "//" in line else ""
+                found = PHRASES.search(part)
+                if found:
+                    self.error(path, number, f'"{found.group(0)}": write it plainly (doc/style.md)')
+
     def check(self):
+        self.check_splits()
+        self.check_words()
         self.check_links()
         self.check_layers()
         self.check_room_order()

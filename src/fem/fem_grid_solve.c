@@ -14,7 +14,7 @@
 // The distance to equilibrium is estimated from the displacements of the last cycle; cycles end when the estimate is
 // below the tolerance. A guess by a network for a light press needs one cycle, for a press of 30 mm ten. The result is
 // the equilibrium that finite elements with the same prescribed displacements find, unless there are two: 18 of 5,000
-// samples differ by more than 0.25 mm. Those that were examined are another equilibrium, which Newton's method also
+// samples differ by more than 0.25 mm. All examined ones are another equilibrium, which Newton's method also
 // finds with other load steps.
 //
 // Tried and rejected: corrections without relaxation (inverted elements make the steps useless); the full compliance

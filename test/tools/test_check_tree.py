@@ -148,6 +148,18 @@ class Rules(unittest.TestCase):
         self.assert_breaks({"README.md": "\n[a](doc/b.md)\n", "doc/a.md": ""}, "README.md:2", "leads nowhere")
         self.assert_breaks({"README.md": page, "doc/a.md": ""}, "README.md:1", "the link to d leads nowhere")
 
+    def test_comments_do_not_split_declarations(self):
+        self.assert_breaks({"src/fem/fem_a.c": "int a;\ndouble\n    b;  // long\n"}, "fem_a.c:2", "splits this declaration")
+        self.assert_breaks({"src/fem/fem_a.c": "int a,\n    b;  // long\n"}, "fem_a.c:1", "splits this declaration")
+        self.assert_breaks({"src/fem/fem_a.c": "a =\n    2;  // long\n"}, "fem_a.c:1", "splits this declaration")
+        self.assertEqual(self.check({"src/fem/fem_a.c": "// above\ndouble b;\nelse\n    f();  // short\ng(a,\n  b);  // c\n"}), [])
+
+    def test_plain_words(self):
+        self.assert_breaks({"src/fem/fem_a.c": "int a;  // whoever reads it\n"}, "fem_a.c:1", '"whoever"')
+        self.assert_breaks({"doc/a.md": "\nThe step goes on.\n"}, "doc/a.md:2", '"goes on"')
+        self.assert_breaks({"test/fem/test_fem_a.c": "// left as it was\n"}, "test_fem_a.c:1", '"as it was"')
+        self.assertEqual(self.check({"src/fem/fem_a.c": 'int nobody;  // the step continues\n'}), [])
+
     def test_unique_names(self):
         self.assert_breaks({"bench/fem_step.c": ""}, "fem_step.c", "unique")
 

@@ -33,7 +33,7 @@ static double red_less_blue(const OmPicture* color, int pixel) {
     return color->pixel[3 * pixel] - color->pixel[3 * pixel + 2];
 }
 
-// Depth and colour are of the same pixels: those that lie on the sheet by depth are orange, those on the board are not.
+// Depth and colour are of the same pixels: pixels on the sheet by depth are orange, those on the board are not.
 static void check_registered(const OmDepthPicture* d, OmPose pose_world_task) {
     OmPose task = om_pose_inverse(pose_world_task);
     int nsheet = 0, nboard = 0, norange_sheet = 0, norange_board = 0;
