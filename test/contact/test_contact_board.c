@@ -291,6 +291,34 @@ static void test_moving_board(void** context) {
     }
 }
 
+// A board that is faster than friction can follow pulls with Coulomb's force: v' = mu g - damping v, by implicit Euler.
+static void test_sliding_board(void** context) {
+    (void)context;
+    Bed b;
+    OmProbeDef def = plate();
+    make_bed(&b, &def, OM_PRESS_PENALTY, 0.1, 9.81);
+    TestRig* r = &b.p.r;
+    om_contact_work_set_presses(r->cw, 0, NULL);
+    OmPose at = om_pose_identity();
+    double v = 0, expected = 0, mean = 0;
+    for (int n = 0; n < 40; ++n) {
+        OmPose to = at;
+        if (n >= 30) {
+            to.p.x += 0.01;
+            v = (v + 0.1 * 9.81 * H) / (1 + r->def.rayleigh_mass * H);
+            expected += H * v;
+        }
+        assert_ok(om_contact_work_move(r->cw, 0, at, to));
+        assert_ok(om_contact_step(r->cw, r->m, r->s, r->w, H, &b.contact));
+        at = to;
+    }
+    for (int i = 0; i < r->mesh.nvert; ++i)
+        mean += om_tissue_mass(r->m)[i] * om_tissue_x(r->s)[3 * i] / (b.weight / 9.81);
+    printf("board by 100 mm, block by %.3f mm, theory %.3f mm\n", 1e3 * mean, 1e3 * expected);
+    assert_near_rel(mean, expected, 0.03);
+    done_bed(&b);
+}
+
 // Particles of the same block: the forces of board and plate balance.
 static void test_particles(void** context) {
     (void)context;
@@ -366,6 +394,9 @@ static void test_two_probes(void** context) {
     assert_near(b.contact.obstacle[0].force.z - one->force.z - two->force.z, b.weight,
                 2e-3 * two->force.x);
     assert_below(two->complementarity, 1.0001e-4);
+    printf("in by %.3g um (penalty) and %.3g um (multipliers)\n", 1e6 * one->penetration,
+           1e6 * two->penetration);
+    assert_below(two->penetration, 0.2 * one->penetration);
     om_press_destroy(press[1]);
     done_bed(&b);
 }
@@ -442,8 +473,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_plate),        cmocka_unit_test(test_balance),
         cmocka_unit_test(test_attached),     cmocka_unit_test(test_moving_obstacle),
-        cmocka_unit_test(test_moving_board), cmocka_unit_test(test_particles),
-        cmocka_unit_test(test_two_probes),   cmocka_unit_test(test_same_bytes),
-        cmocka_unit_test(test_memory)};
+        cmocka_unit_test(test_moving_board), cmocka_unit_test(test_sliding_board),
+        cmocka_unit_test(test_particles),    cmocka_unit_test(test_two_probes),
+        cmocka_unit_test(test_same_bytes),   cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
