@@ -67,6 +67,37 @@ OM_API OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site
 /// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
 /// ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
+/// What all bodies of one scene and site share: tissue model, contact and site. Constant; any number of bodies and
+/// threads may use it.
+typedef struct OmBodyModel OmBodyModel;
+/// Matrix, solver and scratch of one thread; serves every body of its model, nothing in it outlasts a step.
+typedef struct OmBodyWork OmBodyWork;
+
+/// @param site     borrowed until destroy
+/// @param nworker  threads of one step, 0: one a processor. 1 where bodies are stepped in parallel
+/// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY; errors of om_tissue_create
+OM_API OmStatus om_body_model_create(const OmScene* scene, const OmSite* site, int nworker,
+                                     OmBodyModel** model);
+OM_API void om_body_model_destroy(OmBodyModel* model);
+/// @param model  borrowed until destroy
+/// @return OM_OK; OM_NO_MEMORY; errors of om_tissue_work_create
+OM_API OmStatus om_body_work_create(const OmBodyModel* model, OmBodyWork** work);
+OM_API void om_body_work_destroy(OmBodyWork* work);
+/// A body of a shared model: it takes no more memory than its state.
+/// @param model  borrowed until destroy
+/// @param work   borrowed; null: om_body_set_work or om_body_step_many lends one later
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBody** body);
+/// Lend the body the work of the thread that steps it next; null takes it back.
+OM_API void om_body_set_work(OmBody* body, OmBodyWork* work);
+/// Step many bodies of one model, each with the work of the thread that steps it. The outcome of a body does not depend
+/// on the number of works. Bodies have no work afterwards.
+/// @param work    one a thread, of the bodies' model       (nwork)
+/// @param status  out, as om_body_step of each body        (nbody)
+/// @return OM_OK; OM_NOT_CONVERGED (of some body); the first error of a body, the others have been stepped
+OM_API OmStatus om_body_step_many(int nbody, OmBody* const* body, int nwork,
+                                  OmBodyWork* const* work, double dt, OmStatus* status);
+/// A body with a model and a work of its own.
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY
 OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker,
@@ -74,6 +105,8 @@ OM_API OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nwo
 OM_API void om_body_destroy(OmBody* body);
 /// The engine that computes the body; om_engine_capabilities says what it can do.
 OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
+/// Back to the rest shape and the attachments of the model, at time 0; nothing is grasped.
+OM_API void om_body_reset(OmBody* body);
 /// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
 /// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius)
 OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,

@@ -4,6 +4,7 @@
 #include "omentum/body.h"
 #include "omentum/contact.h"
 #include "omentum/tissue.h"
+#include "world/world_body.h"
 
 typedef struct Rest {  // changes with the state, and is part of a snapshot
     OmVec3 ground;     // N, what the ground bore before the tissue was first grasped
@@ -11,42 +12,22 @@ typedef struct Rest {  // changes with the state, and is part of a snapshot
 } Rest;
 
 struct OmBody {
-    const OmSite* site;
-    OmTissueModel* model;
+    const OmBodyModel* model;
     OmTissueState* state;
-    OmTissueWork* work;
-    OmContact* contact;
-    OmContactWork* contact_work;
+    OmBodyWork* work;      // the body's own, lent, or null
+    OmBodyModel* own;      // the model if the body made it, or null
+    OmBodyWork* own_work;  // as above
     Rest rest;
     int nbad;  // steps whose outcome was not what a step promises
 };
 
-static OmStatus create_contact(const OmScene* scene, const OmSite* site, OmBody* body) {
-    OmContactDef def = om_contact_default_def();
-    def.friction = scene->tissue.friction;
-    OmContactPlane board = {site->pose_world_task.p,
-                            om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
-    OmTissueObstacle obstacle[2];
-    if (site->has_ground) obstacle[def.nobstacle++] = om_plane_obstacle(&board);
-    if (site->has_organ) obstacle[def.nobstacle++] = om_sdf_obstacle(&site->organ_sdf);
-    def.obstacle = obstacle;
-    OM_TRY(om_contact_create(&def, body->model, &body->contact));
-    return om_contact_work_create(body->contact, &body->contact_work);
-}
-
-OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
+OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBody** body) {
     *body = NULL;
     OmBody* b = om_calloc(1, sizeof *b);
     if (!b) return OM_NO_MEMORY;
-    b->site = site;
-    OmBodyParts parts;
-    OmTissueDef def;
-    OmStatus status = om_body_make_tissue_def(scene, site, &parts, &def);
-    def.solver.nworker = nworker;
-    if (status == OM_OK) status = om_tissue_create(&def, &b->model);
-    if (status == OM_OK) status = om_tissue_state_create(b->model, &b->state);
-    if (status == OM_OK) status = om_tissue_work_create(b->model, &b->work);
-    if (status == OM_OK) status = create_contact(scene, site, b);
+    b->model = model;
+    b->work = work;
+    OmStatus status = om_tissue_state_create(model->tissue, &b->state);
     if (status < 0)
         om_body_destroy(b);
     else
@@ -54,23 +35,44 @@ OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, O
     return status;
 }
 
+OmStatus om_body_create(const OmScene* scene, const OmSite* site, int nworker, OmBody** body) {
+    *body = NULL;
+    OmBodyModel* model = NULL;
+    OmBodyWork* work = NULL;
+    OmStatus status = om_body_model_create(scene, site, nworker, &model);
+    if (status == OM_OK) status = om_body_work_create(model, &work);
+    if (status == OM_OK) status = om_body_create_shared(model, work, body);
+    if (status < 0) {
+        om_body_work_destroy(work);
+        om_body_model_destroy(model);
+        return status;
+    }
+    (*body)->own = model;
+    (*body)->own_work = work;
+    return status;
+}
+
 void om_body_destroy(OmBody* b) {
     if (!b) return;
-    om_contact_work_destroy(b->contact_work);
-    om_contact_destroy(b->contact);
-    om_tissue_work_destroy(b->work);
     om_tissue_state_destroy(b->state);
-    om_tissue_destroy(b->model);
+    om_body_work_destroy(b->own_work);
+    om_body_model_destroy(b->own);
     om_free(b);
+}
+
+void om_body_set_work(OmBody* b, OmBodyWork* work) { b->work = work; }
+void om_body_reset(OmBody* b) {
+    om_tissue_state_reset(b->model->tissue, b->state);
+    b->rest = (Rest){0};
 }
 
 OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld) {
     if (!b->rest.is_known) {
         OmTissueForces f;
-        OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
+        OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
         b->rest = (Rest){f.contact, 1};
     }
-    return om_tissue_grasp(b->model, b->state, arm, tip, radius, nheld);
+    return om_tissue_grasp(b->model->tissue, b->state, arm, tip, radius, nheld);
 }
 OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
     return om_tissue_move_grasp(b->state, arm, tip);
@@ -80,20 +82,27 @@ bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->st
 
 OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
                                 const double* stiffness) {
-    return om_tissue_set_attachment(b->model, b->state, nvert, vert, anchor, stiffness);
+    return om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness);
 }
 OmStatus om_body_eval_anchor(const OmBody* b, int nvert, const int* vert, const double* stiffness,
                              double* anchor) {
-    return om_tissue_eval_anchor(b->model, b->state, nvert, vert, stiffness, anchor);
+    return om_tissue_eval_anchor(b->model->tissue, b->state, nvert, vert, stiffness, anchor);
 }
 const unsigned char* om_body_attached(const OmBody* b) { return om_tissue_attached(b->state); }
 const double* om_body_attachment_stiffness(const OmBody* b) {
     return om_tissue_attachment_stiffness(b->state);
 }
 
+static OmStatus check_work(const OmBody* b) {
+    OM_CHECK(b->work, OM_INVALID, "body: it has no work to step with; see om_body_set_work");
+    return OM_OK;
+}
+
 OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
     OmContactReport r;
-    OmStatus status = om_contact_step(b->contact_work, b->model, b->state, b->work, dt, &r);
+    OM_TRY(check_work(b));
+    OmStatus status =
+        om_contact_step(b->work->contact, b->model->tissue, b->state, b->work->tissue, dt, &r);
     if (status < 0) return status;
     *report = (OmBodyReport){.iterations = r.tissue.iterations,
                              .residual = r.tissue.residual,
@@ -110,18 +119,20 @@ OmStatus om_body_step(OmBody* b, double dt, OmBodyReport* report) {
 int om_body_nbad(const OmBody* b) { return b->nbad; }
 
 OmStatus om_body_settle(OmBody* b, double dt, double speed, double seconds) {
-    return om_contact_settle(b->contact_work, b->model, b->state, b->work, dt, speed, seconds);
+    OM_TRY(check_work(b));
+    return om_contact_settle(b->work->contact, b->model->tissue, b->state, b->work->tissue, dt,
+                             speed, seconds);
 }
 
 const double* om_body_x(const OmBody* b) { return om_tissue_x(b->state); }
-const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(b->model); }
-const OmSite* om_body_site(const OmBody* b) { return b->site; }
+const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(b->model->tissue); }
+const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 
 // A tool carries the weight that the ground no longer bears; pull is the grasp less that. Two tools share it.
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OmTissueForces f;
-    OM_TRY(om_tissue_get_forces(b->model, b->state, &f));
+    OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
     OmVec3 carried = om_sub(b->rest.ground, f.contact);
     bool is_shared = om_body_is_holding(b, 0) && om_body_is_holding(b, 1);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
@@ -137,21 +148,23 @@ OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
 }
 
 OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
-    return om_tissue_get_holding_force(b->model, b->state, force);
+    return om_tissue_get_holding_force(b->model->tissue, b->state, force);
 }
 
 OmStatus om_body_get_measure(const OmBody* b, OmTissueMeasure measure, double* value) {
-    return om_tissue_get_measure(b->model, b->state, measure, value);
+    return om_tissue_get_measure(b->model->tissue, b->state, measure, value);
 }
 
-size_t om_body_state_size(const OmBody* b) { return om_tissue_state_size(b->model) + sizeof(Rest); }
+size_t om_body_state_size(const OmBody* b) {
+    return om_tissue_state_size(b->model->tissue) + sizeof(Rest);
+}
 void om_body_save(const OmBody* b, void* block) {
-    size_t size = om_tissue_state_size(b->model);
+    size_t size = om_tissue_state_size(b->model->tissue);
     memcpy(block, b->state, size);
     memcpy((char*)block + size, &b->rest, sizeof b->rest);
 }
 void om_body_restore(OmBody* b, const void* block) {
-    size_t size = om_tissue_state_size(b->model);
+    size_t size = om_tissue_state_size(b->model->tissue);
     memcpy(b->state, block, size);
     memcpy(&b->rest, (const char*)block + size, sizeof b->rest);
 }

@@ -1,0 +1,19 @@
+// world_body.h: the inside of a body's model and work; private to room world.
+#ifndef OM_WORLD_BODY_H
+#define OM_WORLD_BODY_H
+
+#include "omentum/body.h"
+#include "omentum/contact.h"
+
+struct OmBodyModel {
+    const OmSite* site;
+    OmTissueModel* tissue;
+    OmContact* contact;
+};
+
+struct OmBodyWork {
+    OmTissueWork* tissue;
+    OmContactWork* contact;
+};
+
+#endif

@@ -1,0 +1,171 @@
+// test_world_bodies.c: many bodies of one model, stepped in parallel with one work a thread.
+#include "test_alloc.h"
+
+#include "omentum/body.h"
+
+enum { NBODY = 12, NSTEP = 12, MAX_WORK = 4 };
+
+static OmScene sheet(const char* engine) {
+    OmScene s = om_scene_default();
+    s.tissue.cells = om_vec3(8, 8, 1);
+    s.tissue.world_cells = om_vec3(12, 12, 2);
+    s.tissue.cluster_spacing = 0.02;
+    s.tissue.cluster_radius = 0.02;
+    s.roi.is_random = false;
+    s.roi.center = om_vec3(-0.03, -0.02, 0);
+    s.task.grasp_radius = 0.02;
+    snprintf(s.tissue.engine, sizeof s.tissue.engine, "%s", engine);
+    return s;
+}
+
+// Body k is lifted at the middle in a direction of its own; every third is released and attached elsewhere.
+static void command(OmBody* b, int k, int step) {
+    const OmSite* site = om_body_site(b);
+    OmPose tip = {om_vec3(0.05 * cos(k), 0.05 * sin(k), 0.005), om_quat_identity()};
+    tip.p.z += 5e-4 * (step + k % 4);
+    tip.p = om_pose_apply(site->pose_world_task, tip.p);
+    if (step == 0) assert_ok(om_body_grasp(b, 0, tip, 0.02, NULL));
+    assert_ok(om_body_move(b, 0, tip));
+    if (step != 6 || k % 3) return;
+    int vert = k;
+    om_body_release(b, 0);
+    assert_ok(om_body_set_attachment(b, 1, &vert, NULL, NULL));
+}
+
+static void check_engine(const char* engine) {
+    OmScene scene = sheet(engine);
+    OmSite site;
+    OmBodyModel* model;
+    OmBody* body[NBODY];
+    OmBodyWork* work[MAX_WORK];
+    OmStatus status[NBODY];
+    OmBodyReport report;
+    uint64_t alone[NBODY];
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    for (int k = 0; k < NBODY; ++k) {  // each with a model and a work of its own
+        assert_ok(om_body_create(&scene, &site, 1, &body[k]));
+        for (int n = 0; n < NSTEP; ++n) {
+            command(body[k], k, n);
+            assert_true(om_body_step(body[k], 0.02, &report) >= 0);
+        }
+        alone[k] = om_body_hash(body[k]);
+        for (int i = 0; i < k; ++i) assert_true(alone[i] != alone[k]);
+        om_body_destroy(body[k]);
+    }
+    assert_ok(om_body_model_create(&scene, &site, 1, &model));
+    for (int w = 0; w < MAX_WORK; ++w) assert_ok(om_body_work_create(model, &work[w]));
+    for (int k = 0; k < NBODY; ++k) assert_ok(om_body_create_shared(model, NULL, &body[k]));
+    assert_status(om_body_step(body[0], 0.02, &report), OM_INVALID);  // it has no work
+    assert_status(om_body_settle(body[0], 0.02, 1e-3, 1), OM_INVALID);
+    for (int nwork = 1; nwork <= MAX_WORK; ++nwork) {
+        om_worker_force(true);  // as many threads as works, whatever the machine has
+        for (int k = 0; k < NBODY; ++k) om_body_reset(body[k]);
+        for (int n = 0; n < NSTEP; ++n) {
+            for (int k = 0; k < NBODY; ++k) command(body[k], k, n);
+            assert_true(om_body_step_many(NBODY, body, nwork, work, 0.02, status) >= 0);
+        }
+        om_worker_force(false);
+        for (int k = 0; k < NBODY; ++k) assert_true(om_body_hash(body[k]) == alone[k]);
+    }
+    for (int k = 0; k < NBODY; ++k) om_body_destroy(body[k]);
+    for (int w = 0; w < MAX_WORK; ++w) om_body_work_destroy(work[w]);
+    om_body_model_destroy(model);
+    om_site_done(&site);
+}
+
+static void test_parallel_is_alone(void** state) {
+    (void)state;
+    check_engine("fem");
+    check_engine("pbd");
+    check_engine("xpbd");
+}
+
+// A thousand bodies of 900 particles: memory grows by a state and a small head for each, and by nothing else.
+static int64_t bytes_alive;
+static void* counting_get(void* ctx, size_t size, size_t align) {
+    (void)ctx;
+    size_t* p = aligned_alloc(64, (size + 64 + 63) / 64 * 64);
+    assert_true(align <= 64);
+    if (!p) return NULL;
+    *p = size;
+    bytes_alive += (int64_t)size;
+    return (char*)p + 64;
+}
+static void counting_free(void* ctx, void* ptr) {
+    (void)ctx;
+    if (!ptr) return;
+    size_t* p = (size_t*)(void*)((char*)ptr - 64);
+    bytes_alive -= (int64_t)*p;
+    free(p);
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    const OmAllocator counting = {counting_get, counting_free, NULL};
+    enum { N = 1000 };
+    OmScene scene = sheet("pbd");
+    OmSite site;
+    OmBodyModel* model;
+    OmBodyWork* work[2];
+    static OmBody* body[N];
+    static OmStatus status[N];
+    scene.tissue.cells = om_vec3(29, 14, 1);  // 30 x 15 x 2 vertices
+    scene.tissue.world_cells = om_vec3(29, 30, 2);
+    om_allocator_set(&counting);
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    assert_int_equal(site.mesh.nvert, 900);
+    assert_ok(om_body_model_create(&scene, &site, 1, &model));
+    for (int w = 0; w < 2; ++w) assert_ok(om_body_work_create(model, &work[w]));
+    int64_t before = bytes_alive;
+    for (int k = 0; k < N; ++k) assert_ok(om_body_create_shared(model, NULL, &body[k]));
+    double each = (double)(bytes_alive - before) / N;
+    size_t size = om_body_state_size(body[0]);
+    assert_true(om_body_step_many(N, body, 2, work, 0.02, status) >= 0);
+    double grown = (double)(bytes_alive - before) / N - each;
+    printf(
+        "a body of 900 particles: %.0f bytes, its snapshot %zu; a step of all adds %.0f bytes each\n",
+        each, size, grown);
+    assert_true(each >= (double)size && each < (double)size + 256);
+    assert_below(grown, 64);
+    for (int k = 0; k < N; ++k) {
+        assert_true(om_body_hash(body[k]) == om_body_hash(body[0]));
+        om_body_destroy(body[k]);
+    }
+    for (int w = 0; w < 2; ++w) om_body_work_destroy(work[w]);
+    om_body_model_destroy(model);
+    om_site_done(&site);
+    om_allocator_set(NULL);
+}
+
+static OmStatus live(void* ctx) {
+    OmScene* scene = ctx;
+    OmSite site = {0};
+    OmBodyModel* model = NULL;
+    OmBodyWork* work = NULL;
+    OmBody* body = NULL;
+    OmStatus each;
+    OmStatus status = om_site_build(scene, OM_SITE_TWIN, NULL, &site);
+    if (status == OM_OK) status = om_body_model_create(scene, &site, 1, &model);
+    if (status == OM_OK) status = om_body_work_create(model, &work);
+    if (status == OM_OK) status = om_body_create_shared(model, NULL, &body);
+    if (status == OM_OK) status = om_body_step_many(1, &body, 1, &work, 0.02, &each);
+    om_body_destroy(body);
+    om_body_work_destroy(work);
+    om_body_model_destroy(model);
+    om_site_done(&site);
+    return status;
+}
+
+static void test_failing_allocations_leak_nothing(void** state) {
+    (void)state;
+    OmScene scene = sheet("fem");
+    scene.tissue.cells = om_vec3(5, 5, 1);
+    assert_true(test_failing_allocations(live, &scene, 3) > 10);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_parallel_is_alone),
+                                       cmocka_unit_test(test_memory),
+                                       cmocka_unit_test(test_failing_allocations_leak_nothing)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
