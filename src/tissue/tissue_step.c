@@ -1,13 +1,12 @@
 // tissue_step.c: implicit Euler around an engine's matrix.
 //
-// An engine assembles A and b; vertices held by a tool or held still leave the system with a velocity
-// change known beforehand: dv = (x_goal - x) / h - v. Forces added between solves (contact) enter the
-// diagonal blocks of A and b. What a tool exerts is the residual of the rows it holds,
-// f_tool = (A dv - b) / h, inertia included; nothing else knows it. A step that fails is cut in two, and substeps
-// grow again as they succeed. A step with contact that would turn an element inside out is cut before Newton's
-// method is asked: there it has no potential to go down, and where tissue snaps off a probe it took 16 s (26,000
-// elements) to fail where shorter steps take a twentieth of it. The shortest is a thousandth, where inertia rules: at a
-// 64th, elements of 177,000 were still in the way.
+// An engine assembles A and b. Prescribed vertices leave the system with a known velocity change: dv = (x_goal - x) / h
+// - v. Forces added between solves (contact) enter the diagonal blocks of A and b. The force of a tool is the residual
+// of the rows of its vertices, f_tool = (A dv - b) / h, inertia included. A step that fails is halved, and substeps
+// grow again as they succeed. A step with contact that would invert an element is halved before Newton's method is
+// tried: there it has no potential to minimise, and where tissue separates from a probe it took 16 s (26,000 elements)
+// to fail where shorter steps take a twentieth of it. The shortest substep is a thousandth, where inertia dominates: at
+// a 64th, elements of 177,000 still inverted.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
@@ -99,14 +98,14 @@ static OmPose interpolate_pose(OmPose a, OmPose b, double t) {
     return p;
 }
 
-// Where a prescribed vertex is to be at the end of the step.
+// The target of a prescribed vertex at the end of the step.
 static OmVec3 goal_of(const OmTissueState* s, const OmTissueWork* w, int i) {
     int arm = om__state_held_by(s)[i];
     if (arm < 0) return om_load3(om__state_array(s, OM__ANCHOR), i);
     return om_pose_apply(w->next[arm], om_load3(om__state_array(s, OM__GRIP), i));
 }
 
-// Tell the solver which vertices are prescribed, if that changed.
+// Pass the prescribed vertices to the solver if they changed.
 static void refresh_fixed(const OmTissueState* s, OmTissueWork* w) {
     bool is_changed = false;
     for (int i = 0; i < w->nvert; ++i) {
@@ -179,7 +178,7 @@ void om_tissue_clear_forces(OmTissueWork* w) {
     w->nextra = w->npoint = 0;
 }
 
-// What was added, into the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
+// Add the extra forces to the diagonal blocks and the right-hand side: b += h f - h^2 K v, A += h^2 K.
 static void add_extra(const OmTissueState* s, OmTissueWork* w) {
     const double* v = om__state_array(s, OM__V);
     memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof(double));
@@ -196,8 +195,8 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
     om__points_apply(s, w);
 }
 
-// Penalties on moving vertices make a large right-hand side, against which any residual of the tissue is
-// small: with forces added, what counts is the right-hand side without them.
+// Penalties on moving vertices make a large right-hand side, compared with which any residual of the
+// tissue is small: with added forces the tolerance refers to the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
     double sum = w->h * w->h * w->force_scale * w->force_scale;
     if (w->reference > 0 || w->nextra + w->npoint == 0) return w->reference;
@@ -332,12 +331,12 @@ static double shortest_share(const OmGuard* g) {
     return is_soft(g) && g->gain <= g->bound ? SOFT_SHARE : MIN_SHARE;
 }
 
-// Is a shorter step to be tried?
+// Should a shorter step be tried?
 static bool is_refused(const OmGuard* g, double share) {
     return g->is_bad && share >= 2 * shortest_share(g);
 }
 
-// share: of the whole step that this one is.
+// share: fraction of the whole step.
 static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, double h,
                          double share, const Solve* solve, OmTissueReport* report) {
     OM_TRY(om_tissue_begin_step(m, s, w, h));
@@ -356,14 +355,15 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
                                m->def.max_newton > 1 ? m->def.max_newton : GUARD_NEWTON,
                            .fn = solve->fn,
                            .ctx = solve->ctx};
-        // Newton's linear solves are measured against ever smaller norms: what counts is its own residual.
+        // The tolerances of Newton's linear solves refer to decreasing norms: the criterion is
+        // Newton's own residual.
         double linear = report->residual, worst = report->newton_residual;
         status = om__newton(m, s, w, &newton, report);
         if (status < 0) return status;
         bool is_useful = status == OM_OK || newton.is_at_floor;
         report->residual = linear;
         report->newton_residual = fmax(worst, report->newton_residual);
-        // om__newton has said why where it did not converge
+        // om__newton has set the message if it did not converge
         guard = om__guard_step(m, s, w, share, is_useful);
         bool is_last = share < 2 * shortest_share(&guard);
         if (!is_last && !is_useful) return om_error_prefix(OM_INVALID, "step of %.3g s", h);
@@ -403,7 +403,7 @@ OmStatus om_tissue_step_with(const OmTissueModel* m, OmTissueState* s, OmTissueW
             if (++ngood % need == 0) part *= 2;
             continue;
         }
-        // Cut the step; the state of its beginning is kept from the first failure on.
+        // Halve the step; the state at its beginning is kept from the first failure on.
         report->residual = residual;
         report->newton_residual = newton_residual;
         report->energy_gain = gain;
@@ -434,7 +434,7 @@ static bool is_pose(OmPose p) {
     return om_is_finite3(p.p) && fabs(unit - 1) < 1e-6;
 }
 
-// All of an obstacle that the step reads; what it writes begins at nothing.
+// Check the inputs of each obstacle, and clear the fields that a step writes.
 static OmStatus check_obstacles(int nobstacle, OmTissueObstacle* obstacle) {
     for (int k = 0; k < nobstacle; ++k) {
         OmTissueObstacle* o = &obstacle[k];
