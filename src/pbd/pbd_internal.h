@@ -95,9 +95,10 @@ typedef struct OmPbdWork {  // of a work
     double* hold;           // reaction of prescribed vertices, N                     (nvert x 3)
     double* v_begin;        // velocities of prescribed vertices at the step's begin     (nvert x 3)
     unsigned char* kind;    //                                                (nvert)
-    double* way;            // of the last iteration, where kind is not 0               (nvert x 3)
-    double* pull;           // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
-    double* give;  // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
+    int* prescribed;  // of each worker's range: those prescribed, -1 behind the last   (nvert)
+    double* way;      // of the last iteration, where kind is not 0               (nvert x 3)
+    double* pull;     // multipliers of attachment springs in the substep, N s^2   (nvert x 3)
+    double* give;     // 1 / mass, 0 where prescribed, 1/kg: of OM_PBD_ELASTIC             (nvert)
     // multipliers of its elements   (ntet x nlambda)
     double* lambda;
     double* normal_sum;    // depth pushed out in the substep, m                        (nvert)

@@ -238,6 +238,7 @@ static void pbd_destroy_work(OmTissueWork* w) {
     om_free(pw->gap_goal);
     om_free(pw->plane);
     om_free(pw->kind);
+    om_free(pw->prescribed);
     om_free(pw->way);
     om_free(pw->is_near);
     om_free(pw->push);
@@ -260,13 +261,15 @@ static OmStatus pbd_create_work(const OmTissueModel* m, OmTissueWork* w) {
     pw->normal_sum = om_calloc(n, sizeof(double));
     pw->friction_sum = om_calloc(n, sizeof(double));
     pw->kind = om_calloc(n, 1);
+    pw->prescribed = om_calloc(n, sizeof *pw->prescribed);
     pw->way = om_calloc(3 * n, sizeof(double));
     pw->give = om_calloc(n, sizeof(double));
     pw->lambda = om_calloc(om__pbd_nlambda(pbd), sizeof(double));
-    if (!pw->begin || !pw->give || !pw->lambda || !pw->kind || !pw->way || !pw->map || !pw->hold ||
-        !pw->v_begin || !pw->pull || !pw->normal_sum || !pw->friction_sum)
+    if (!pw->begin || !pw->give || !pw->lambda || !pw->kind || !pw->prescribed || !pw->way ||
+        !pw->map || !pw->hold || !pw->v_begin || !pw->pull || !pw->normal_sum || !pw->friction_sum)
         return OM_NO_MEMORY;
-    pw->size = (18 * n + om__pbd_nlambda(pbd) + OM__PBD_MAP * ncluster) * sizeof(double) + n;
+    pw->size = (18 * n + om__pbd_nlambda(pbd) + OM__PBD_MAP * ncluster) * sizeof(double) +
+               n * (1 + sizeof *pw->prescribed);
     if (pbd->has_pairs) OM_TRY(om__pbd_make_pairs(m->mesh.nvert, &pw->pairs));
     pw->size += pw->pairs.size;
     return om__pbd_reserve(pw, m->mesh.nvert, 2);

@@ -22,12 +22,15 @@ static Range share_of(int n, int rank, int size) {
     return (Range){(int)((int64_t)n * rank / size), (int)((int64_t)n * (rank + 1) / size)};
 }
 
-static OmVec3 limit_speed(OmVec3 v, double max) {
-    if (om_norm2(v) <= max * max) return v;
+static OmVec3 cut_speed(OmVec3 v, double max) {
     double largest = fmax(fabs(v.x), fmax(fabs(v.y), fabs(v.z)));
     if (!isfinite(largest) || !om_is_finite3(v)) return om_vec3(0, 0, 0);
     OmVec3 u = om_scale(1 / largest, v);
     return om_scale(max / om_norm(u), u);
+}
+
+static inline OmVec3 limit_speed(OmVec3 v, double max) {
+    return om_norm2(v) <= max * max ? v : cut_speed(v, max);
 }
 
 // ---- prediction -------------------------------------------------------------------------------------
@@ -41,12 +44,15 @@ static OmVec3 prescribed_place(const OmPbdStep* s, int i) {
     return left == 1 ? anchor : om_lerp(p, anchor, 1.0 / left);
 }
 
-static void predict(OmPbdStep* s, Range r) {
+// Returns the kinds of all particles of the range together.
+static unsigned predict(OmPbdStep* s, Range r) {
     const OmPbdDef* def = &s->pbd->def;
     const double* f_ext = om__state_array(s->s, OM__F_EXT);
     const unsigned char* attached = om__state_attached(s->s);
     double rayleigh = def->kind != OM_PBD_CLUSTERS ? s->m->def.rayleigh_mass : 0;
     double drag = 1 / (1 + (def->damping + rayleigh) * s->sub);
+    unsigned kinds = 0;
+    int* prescribed = s->w->prescribed + r.begin;
     for (int i = r.begin; i < r.end; ++i) {
         OmVec3 p = om_load3(s->x, i);
         om_store3(s->w->begin, i, p);
@@ -55,6 +61,8 @@ static void predict(OmPbdStep* s, Range r) {
         s->w->give[i] = 0;
         if (om__is_prescribed(s->s, i)) {
             s->w->kind[i] = OM__PBD_PRESCRIBED;
+            kinds |= OM__PBD_PRESCRIBED;
+            *prescribed++ = i;
             om_store3(s->x, i, prescribed_place(s, i));
             continue;
         }
@@ -68,8 +76,11 @@ static void predict(OmPbdStep* s, Range r) {
             s->w->kind[i] |= OM__PBD_SPRING;
             om_store3(s->w->pull, i, om_vec3(0, 0, 0));
         }
-        if (om__pbd_find_near(s, i)) s->w->kind[i] |= OM__PBD_NEAR;
+        if (s->nobstacle > 0 && om__pbd_find_near(s, i)) s->w->kind[i] |= OM__PBD_NEAR;
+        kinds |= s->w->kind[i];
     }
+    if (prescribed < s->w->prescribed + r.end) *prescribed = -1;
+    return kinds;
 }
 
 // ---- iterations -------------------------------------------------------------------------------------
@@ -101,8 +112,8 @@ static void follow_clusters(OmPbdStep* s, Range r) {
     om__pbd_follow(&s->pbd->shape, w->map, s->m->mesh.x, s->pbd->def.cluster_stiffness, w->kind,
                    r.begin, r.end, s->x, w->way);
     double per_force = 1 / (s->sub * s->h);
-    for (int i = r.begin; i < r.end; ++i) {
-        if (!(w->kind[i] & OM__PBD_PRESCRIBED)) continue;
+    for (int n = r.begin; n < r.end && w->prescribed[n] >= 0; ++n) {
+        int i = w->prescribed[n];
         OmVec3 hold = om_load3(w->hold, i);
         om_store3(w->hold, i, om_madd(hold, -s->m->mass[i] * per_force, om_load3(w->way, i)));
     }
@@ -213,13 +224,13 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
     for (int k = 0; k < s->nsub; ++k) {
         if (rank == 0) begin_substep(s, k);
         om_team_barrier(team);
-        predict(s, part);
+        bool has_alone = predict(s, part) & (OM__PBD_SPRING | OM__PBD_NEAR);
         bool has_pairs = s->pbd->has_pairs && find_all_pairs(s, team, part, rank, size);
         if (def->kind == OM_PBD_ELASTIC) {
             om_team_barrier(team);
             visit_elements(s, team, rank, size, el->batch_adr, om__pbd_start_elements);
-            act_alone(s, part,
-                      false);  // so that a touching vertex at rest is where its elements want it
+            // so that a vertex in contact at rest is where its elements want it
+            if (has_alone) act_alone(s, part, false);
         }
         if (def->kind == OM_PBD_LENGTHS)
             memset(s->w->lambda + 7 * (size_t)element.begin, 0,
@@ -233,7 +244,7 @@ static void run_step(void* ctx, OmTeam* team, int rank, int size) {
             else
                 match_shapes(s, team, rank, size, n);
             if (has_pairs) keep_apart(s, team, part);
-            act_alone(s, part, n + 1 == def->iterations);
+            if (has_alone) act_alone(s, part, n + 1 == def->iterations);
         }
         find_velocities(s, part);
         om_team_barrier(team);
