@@ -213,6 +213,9 @@ typedef struct OmNetRunDef {
     OmNetLayout layout;  // of values between layers; the default is the faster one
 } OmNetRunDef;
 OM_API OmNetRunDef om_net_run_default_def(int batch);
+/// The type in which a forward pass is fastest on this processor: OM_BF16 on AMD's processors that multiply it, else
+/// OM_F32 (measured, doc/nn.md).
+OM_API OmNetType om_net_fast_type(void);
 
 /// Compile: generate code, plan and allocate memory. The calls below allocate nothing.
 /// @param net  finished; borrowed until the run is destroyed

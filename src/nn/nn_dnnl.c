@@ -500,3 +500,8 @@ int om__engine_block(OmNetType type) {
     if ((isa & (int)dnnl_cpu_isa_avx512_core) == (int)dnnl_cpu_isa_avx512_core) return 16;
     return type == OM_F32 && (isa & (int)dnnl_cpu_isa_avx2) == (int)dnnl_cpu_isa_avx2 ? 8 : 0;
 }
+
+bool om__engine_multiplies_bf16(void) {
+    int isa = (int)dnnl_get_effective_cpu_isa(), wanted = (int)dnnl_cpu_isa_avx512_core_bf16;
+    return (isa & wanted) == wanted;
+}

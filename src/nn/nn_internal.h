@@ -114,6 +114,8 @@ OmStatus om__engine_begin(OmEngine* engine);
 void om__engine_end(OmEngine* engine);
 /// The channel block size of this processor's kernels: 16, 8, or 0 for none (then channels last).
 int om__engine_block(OmNetType type);
+/// Does the processor multiply bfloat16 (AVX-512 BF16)?
+bool om__engine_multiplies_bf16(void);
 
 typedef enum OmPass { OM_PASS_FORWARD, OM_PASS_DATA, OM_PASS_WEIGHTS } OmPass;
 

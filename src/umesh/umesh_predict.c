@@ -109,12 +109,12 @@ void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, cons
 
 // ---- prediction ---------------------------------------------------------------------------------------
 
-// In 16 bits where the processor multiplies them: a fifth faster. What they round is the correction, not the answer.
+// In the processor's fastest type. What bfloat16 rounds is the correction, not the answer.
 // oneDNN waits for all its threads, so it gets no more than there are free processors now.
 static OmStatus create_run(const OmUmeshNet* net, int nworker, OmNetRun** run) {
     OmNetRunDef def = om_net_run_default_def(1);
     def.nworker = om_worker_free(nworker);
-    def.type = OM_BF16;
+    def.type = om_net_fast_type();
     OmStatus status = om_net_run_create(net->net, &def, run);
     if (status != OM_UNAVAILABLE) return status;
     def.type = OM_F32;

@@ -56,6 +56,31 @@ static void test_unet(void** state) {
     om_net_destroy(other);
 }
 
+// The type that is picked can be run here; only where /proc/cpuinfo names AMD and avx512_bf16 is it bfloat16.
+static void test_fast_type(void** state) {
+    (void)state;
+    OmNetType type = om_net_fast_type();
+    OmUnetDef def = om_unet_default_def(shape(3, 8, 8, 8), 3);
+    OmNet* net;
+    OmNetRun* run;
+    assert_ok(om_unet_create(&def, &net));
+    OmNetRunDef run_def = om_net_run_default_def(1);
+    run_def.type = type;
+    assert_ok(om_net_run_create(net, &run_def, &run));
+    om_net_run_destroy(run);
+    om_net_destroy(net);
+    FILE* file = fopen("/proc/cpuinfo", "r");
+    if (!file) return;
+    bool is_amd = false, has_bf16 = false;
+    char line[8192];
+    while (fgets(line, sizeof line, file)) {
+        is_amd |= strstr(line, "AuthenticAMD") != NULL;
+        has_bf16 |= strstr(line, "avx512_bf16") != NULL;
+    }
+    fclose(file);
+    assert_int_equal(type == OM_BF16, is_amd && has_bf16);
+}
+
 static void test_initialisation(void** state) {
     (void)state;
     int x;
@@ -555,7 +580,7 @@ int main(void) {
         cmocka_unit_test(test_determinism),    cmocka_unit_test(test_dropout),
         cmocka_unit_test(test_statistics),     cmocka_unit_test(test_shift),
         cmocka_unit_test(test_memory),         cmocka_unit_test(test_fast_kernels),
-        cmocka_unit_test(test_plan),
+        cmocka_unit_test(test_plan),           cmocka_unit_test(test_fast_type),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
