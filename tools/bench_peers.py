@@ -3,11 +3,12 @@
 
     tools/bench_peers.py [--bench build/release/bin/omentum_bench] [--rounds 5] [--json]
 
-One core, processor time, the programs in turns; the least time of all rounds counts. Of PyTorch the fastest of
-plain, channels-last and compiled layouts is taken, of OpenVINO its latency mode. The network is built here from the
+One core, processor time, the programs in turns; the smallest time of all rounds counts. Of PyTorch the fastest of
+plain, channels-last and compiled layouts is taken, of OpenVINO its latency mode. Compiled forward passes are frozen:
+without it PyTorch 2.15 takes its slow convolutions in float for a batch of one (6 times as long). The network is built here from the
 layers that `om_unet_create` documents; its number of parameters must be that of the bench's row. Needs the
 Python packages torch and openvino where they are to be compared; what cannot be imported is left out by name.
-The ratios of `bench_nn.c` come from here.
+The times of PyTorch in `bench_nn.c` come from here.
 """
 import argparse
 import json
@@ -23,7 +24,7 @@ CASES = [(base, kind, work) for base in (16, 64) for work in ("forward", "traini
 
 
 def bench_rows(program, base):
-    """Least time in ms and size by (type, work), of the bench in one core's processor time."""
+    """Smallest time in ms and size by (type, work), of the bench in one core's processor time."""
     command = [program, "--processor", "--workers", "1", "--runs", "1", "nn"] + (["--quick"] if base == 16 else [])
     rows = {}
     for line in subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines():
@@ -66,7 +67,7 @@ def make_unet(torch, base):
     return Unet()
 
 
-def least_ms(call, warm, calls):
+def min_ms(call, warm, calls):
     for _ in range(warm):
         call()
     best = float("inf")
@@ -78,9 +79,11 @@ def least_ms(call, warm, calls):
 
 
 def torch_calls(torch, base, kind, work):
-    """(layout, call) of every way to run this case."""
+    """(layout, call) of every layout that may be the fastest for this case."""
     dtype = torch.float32 if kind == "f32" else torch.bfloat16
-    ways = []
+    torch._dynamo.reset()
+    torch._inductor.config.freezing = work == "forward"
+    calls = []
     for layout in ("plain", "channels last", "compiled", "compiled, channels last"):
         net = make_unet(torch, base)
         x = torch.randn((1 if work == "forward" else BATCH, INPUTS) + GRID)
@@ -91,7 +94,7 @@ def torch_calls(torch, base, kind, work):
             run = torch.compile(net) if "compiled" in layout else net
 
             def call(run=run, x=x):
-                with torch.inference_mode():
+                with torch.no_grad():
                     run(x)
         else:
             optimiser = torch.optim.Adam(net.parameters(), 1e-4, fused=True)
@@ -104,8 +107,8 @@ def torch_calls(torch, base, kind, work):
                     y = run(x)
                 torch.nn.functional.mse_loss(y.float(), target).backward()
                 optimiser.step()
-        ways.append((layout, call))
-    return ways
+        calls.append((layout, call))
+    return calls
 
 
 def openvino_call(torch, openvino, base, kind):
@@ -149,14 +152,18 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--bench", default="build/release/bin/omentum_bench")
     parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--work", choices=("forward", "training"), help="default: both")
     parser.add_argument("--json", action="store_true", help="one JSON object a line")
     args = parser.parse_args()
     torch, openvino = try_import("torch"), try_import("openvino")
     if not torch:
         sys.exit("bench_peers: nothing to compare with; install torch")
+    import torch._inductor.config  # not loaded by torch itself
     torch.set_num_threads(1)
     for case in CASES:
         base, kind, work = case
+        if args.work not in (None, work):
+            continue
         peers, best, ours, size = peers_of(torch, openvino, case), {}, float("inf"), 0
         for _ in range(args.rounds):
             row = bench_rows(args.bench, base).get((kind, work))
@@ -164,7 +171,7 @@ def main():
                 break
             ours, size = min(ours, row[0]), row[1]
             for name, layout, call in peers:
-                ms = least_ms(call, 2, 5 if base == 64 else 20)
+                ms = min_ms(call, 2, 5 if base == 64 else 20)
                 if ms < best.get(name, (float("inf"), ""))[0]:
                     best[name] = (ms, layout)
         if not size:
