@@ -12,27 +12,27 @@
 
 // sum += b p^T, a column at a time.
 OM__INLINE void add_outer(float* sum, V4 b, const float* p) {
-    store4(sum, load4(sum) + b * splat(p[0]));
-    store4(sum + 4, load4(sum + 4) + b * splat(p[1]));
-    store4(sum + 8, load4(sum + 8) + b * splat(p[2]));
+    store4(sum, load4(sum) + b * splat4(p[0]));
+    store4(sum + 4, load4(sum + 4) + b * splat4(p[1]));
+    store4(sum + 8, load4(sum + 8) + b * splat4(p[2]));
 }
 
 // Sums of a row over the elements of its vertex; the elastic entry of b is returned.
 OM__INLINE V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_mixed, float* S,
                          float* rS) {
-    V4 f = splat(0);
+    V4 f = splat4(0);
     for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
         const OmFemVisit* visit = &fem->visit[at];
         const float* e = turned + OM__TURNED * (size_t)(visit->corner >> 2);
         const float* p = e + 4 * (visit->corner & 3);
         V4 b = load4(p);
-        f -=
-            load4(e + 16) * splat(p[0]) + load4(e + 20) * splat(p[1]) + load4(e + 24) * splat(p[2]);
+        f -= load4(e + 16) * splat4(p[0]) + load4(e + 20) * splat4(p[1]) +
+             load4(e + 24) * splat4(p[2]);
         int own = visit->corner & 3;
         for (int n = 1; n < 4; ++n) {  // the other three
             int k = (own + n) & 3;
             add_outer(S + 12 * visit->slot[k], b, e + 4 * k);
-            if (is_mixed) add_outer(rS + 12 * visit->slot[k], b * splat(e[19]), e + 4 * k);
+            if (is_mixed) add_outer(rS + 12 * visit->slot[k], b * splat4(e[19]), e + 4 * k);
         }
     }
     return f;
@@ -40,7 +40,7 @@ OM__INLINE V4 gather_row(const OmFem* fem, const float* turned, int i, bool is_m
 
 // The diagonal sums, from the sums of the neighbours.
 OM__INLINE void sum_diagonal(float* S, int num) {
-    V4 a = splat(0), b = splat(0), c = splat(0);
+    V4 a = splat4(0), b = splat4(0), c = splat4(0);
     for (int k = 1; k < num; ++k) {
         a -= load4(S + 12 * k);
         b -= load4(S + 12 * k + 4);
@@ -53,7 +53,7 @@ OM__INLINE void sum_diagonal(float* S, int num) {
 
 // r S + S^T + tr(S) I, by columns of three: the last store begins inside the second column.
 OM__INLINE void write_block(float* out, const float* S, const float* rS, float r) {
-    V4 a = load4(S), b = load4(S + 4), c = load4(S + 8), vr = splat(r);
+    V4 a = load4(S), b = load4(S + 4), c = load4(S + 8), vr = splat4(r);
     float trace = S[0] + S[5] + S[10];
     V4 ab = __builtin_shufflevector(a, b, 0, 4, 1, 5),
        AB = __builtin_shufflevector(a, b, 2, 6, 3, 7);
@@ -89,7 +89,7 @@ OM__INLINE void add_transposed(float* sum, const float* block) {
 OM__INLINE V4 gather_blocks(const OmFem* fem, const float* left, int i, float* S) {
     static const signed char pair[4][4] = {
         {-1, 0, 1, 2}, {0, -1, 3, 4}, {1, 3, -1, 5}, {2, 4, 5, -1}};
-    V4 f = splat(0);
+    V4 f = splat4(0);
     for (int at = fem->visit_adr[i]; at < fem->visit_adr[i + 1]; ++at) {
         const OmFemVisit* visit = &fem->visit[at];
         const float* e = left + OM__BLOCKED * (size_t)(visit->corner >> 2);
@@ -157,7 +157,7 @@ OM__INLINE void write_rows(const Rows* rows, bool is_mixed, float* S, int begin,
         memset(S, 0, 12 * (size_t)num * sizeof(float));
         if (is_mixed) memset(rS, 0, 12 * (size_t)num * sizeof(float));
         V4 f = gather_row(fem, rows->turn.turned, i, is_mixed, S, rS);
-        if (fem->cells) f += splat(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
+        if (fem->cells) f += splat4(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
         sum_diagonal(S, num);
         if (is_mixed) sum_diagonal(rS, num);
         float* out = A->value + 9 * (size_t)adr;
@@ -185,7 +185,7 @@ static void write_blocked_rows(const Rows* rows, float* S, int begin, int end) {
         int adr = A->row_adr[i], num = A->row_adr[i + 1] - adr;
         memset(S, 0, 12 * (size_t)num * sizeof(float));
         V4 f = gather_blocks(fem, rows->turn.turned, i, S);
-        if (fem->cells) f += splat(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
+        if (fem->cells) f += splat4(rows->hold) * gather_cell_force(fem->cells, rows->turn.cell, i);
         sum_diagonal(S, num);
         float* out = A->value + 9 * (size_t)adr;
         for (int k = 1; k < num; ++k) pack_block(out + 9 * (size_t)k, S + 12 * (size_t)k);

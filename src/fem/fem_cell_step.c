@@ -56,7 +56,7 @@ void om__cells_finish(const OmFemTurn* t, int begin, int end) {
     const float* last = om__cell_scalars(c, t->cell) + 5 * padded;
     for (int k = begin; k < end; ++k) {
         float* own = t->cell + (size_t)OM__CELLED * (size_t)k;
-        V4 q[3] = {splat(0), splat(0), splat(0)};
+        V4 q[3] = {splat4(0), splat4(0), splat4(0)};
         for (int at = c->tet_adr[k]; at < c->tet_adr[k + 1]; ++at) {
             const float* Q = t->hinge + 12 * (size_t)c->tet[at];
             for (int col = 0; col < 3; ++col) q[col] += load4(Q + 4 * col);
@@ -64,7 +64,7 @@ void om__cells_finish(const OmFemTurn* t, int begin, int end) {
         float p = c->has_wide ? (float)c->volume[k] * average(c, last, k) : 0;
         for (int col = 0; col < 3; ++col)
             store4(own + OM__CELL_P + 4 * col, load4(own + OM__CELL_P + 4 * col) +
-                                                   load4(own + OM__CELL_D + 4 * col) * splat(p) -
-                                                   q[col] * splat(0.25F));
+                                                   load4(own + OM__CELL_D + 4 * col) * splat4(p) -
+                                                   q[col] * splat4(0.25F));
     }
 }

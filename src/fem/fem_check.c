@@ -10,7 +10,7 @@
 // with r = lambda / mu. Other laws are evaluated in double, element by element. The sum over elements is in double.
 // Its error is about 1e-7 of sum V mu, and with averaged strains (fem_cell.c) it is that of single elements: before
 // the caller accepts a rise it calls om__fem_eval_balance.
-#include "fem/fem_lanes.h"
+#include "base/base_simd.h"
 #include "fem/fem_simd.h"
 
 // Parts of the elements, each summed by one worker: the same sum for any number of workers.
@@ -44,10 +44,10 @@ OM__INLINE void gather(const OmFemBatch* batch, const double* x, V16 F[9]) {
             for (int c = 0; c < 3; ++c)
                 d[3 * k + c][l] = (float)(x[3 * (size_t)batch->vert[k + 1][l] + (size_t)c] - o[c]);
     }
-    for (int n = 0; n < 9; ++n) edge[n] = lanes_of(d[n]);
+    for (int n = 0; n < 9; ++n) edge[n] = load16(d[n]);
     for (int c = 0; c < 3; ++c) {
-        V16 g0 = lanes_of(batch->grad[c]), g1 = lanes_of(batch->grad[3 + c]),
-            g2 = lanes_of(batch->grad[6 + c]);
+        V16 g0 = load16(batch->grad[c]), g1 = load16(batch->grad[3 + c]),
+            g2 = load16(batch->grad[6 + c]);
         for (int r = 0; r < 3; ++r)
             F[3 * c + r] = edge[r] * g0 + edge[3 + r] * g1 + edge[6 + r] * g2;
     }
@@ -73,10 +73,10 @@ OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
     V16 size2 = I1 + 1e-30F, inv = rsqrt16(size2) * 1.7320508F;  // F scaled to |F|^2 = 3
     V16 inv2 = inv * inv, constant = 9.0F - 4.0F * (cof2 * (inv2 * inv2)),
         j = 8.0F * (J * (inv2 * inv));
-    V16 f = all(3.0F), step = all(0.0F);
+    V16 f = splat16(3.0F), step = splat16(0.0F);
     for (int n = 0; n < NNEWTON; ++n) {
         V16 f2 = f * f, slope = 4.0F * (f2 - 3.0F) * f - j;
-        step = ((f2 - 6.0F) * f2 - j * f + constant) / max16(slope, all(1e-3F));
+        step = ((f2 - 6.0F) * f2 - j * f + constant) / max16(slope, splat16(1e-3F));
         f -= step;
     }
     *is_bad = ~((4.0F * (f * f - 3.0F) * f - j >= MIN_SLOPE) & (abs16(step) <= MAX_STEP));
@@ -87,7 +87,7 @@ OM__INLINE V16 corotational(V16 ratio, V16 I1, V16 cof2, V16 J, I16* is_bad) {
 
 // Below the floor both logarithms continue as Taylor polynomials, as in fem_law.c.
 OM__INLINE V16 neo_hookean(V16 ratio, V16 I1, V16 J) {
-    V16 b = max16(J, all((float)OM_LAW_LOG_FLOOR)), t = J - b, l = log16(b), inv = 1.0F / b;
+    V16 b = max16(J, splat16((float)OM_LAW_LOG_FLOOR)), t = J - b, l = log16(b), inv = 1.0F / b;
     V16 log = l + t * inv * (1.0F - 0.5F * t * inv);
     V16 square = l * l + t * inv * (2.0F * l + t * inv * (1.0F - l));
     return 0.5F * (I1 - 3.0F) - log + 0.5F * ratio * square;
@@ -99,7 +99,7 @@ OM__INLINE V16 stable_neo_hookean(V16 ratio, V16 I1, V16 J) {
 }
 
 OM__INLINE V16 st_venant(V16 ratio, const V16 F[9]) {
-    V16 trace = all(0.0F), sum = all(0.0F);
+    V16 trace = splat16(0.0F), sum = splat16(0.0F);
     for (int a = 0; a < 3; ++a)
         for (int b = a; b < 3; ++b) {
             const V16 *p = F + 3 * a, *q = F + 3 * b;
@@ -127,8 +127,8 @@ static void evaluate_lanes(const Check* a, int k, const V16 F[9], I16 which, V16
 // Elastic energy of the lanes in J, and the volume ratio.
 OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double* x, V16* J) {
     const OmFemBatch* batch = &((const OmFem*)a->m->data)->batch[k];
-    V16 F[9], cof[9], W, ratio = lanes_of(batch->ratio), root = lanes_of(batch->root);
-    I16 left = (I16)all(0.0F);
+    V16 F[9], cof[9], W, ratio = load16(batch->ratio), root = load16(batch->root);
+    I16 left = (I16)splat16(0.0F);
     gather(batch, x, F);
     cofactors(F, cof);
     *J = F[0] * cof[0] + F[1] * cof[1] + F[2] * cof[2];
@@ -142,7 +142,7 @@ OM__INLINE double eval_batch(const Check* a, int k, bool is_turned, const double
     else if (batch->family == OM__FAMILY_VENANT)
         W = st_venant(ratio, F);
     else
-        W = all(0.0F), left = ~left;
+        W = splat16(0.0F), left = ~left;
     int nleft = 0;
     for (int l = 0; l < OM__LANE; ++l) nleft -= left[l];
     if (nleft > 0) evaluate_lanes(a, k, F, left, &W);

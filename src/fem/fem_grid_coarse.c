@@ -5,7 +5,7 @@
 // The time of a product is that of reading it. The rounding, 0.4 %, is corrected by the next cycle of the solver.
 #include <string.h>
 
-#include "base/base_multiversion.h"
+#include "base/base_simd.h"
 #include "fem/fem_grid_internal.h"
 
 #define NBLOCK 24      // right-hand sides solved together
@@ -232,7 +232,6 @@ void om__grid_coarse_restrict(const GridCoarse* c, const float* r, float* sum, i
     }
 }
 
-typedef float V16 __attribute__((vector_size(64)));
 typedef uint32_t U16 __attribute__((vector_size(64)));
 typedef uint16_t H16 __attribute__((vector_size(32)));
 

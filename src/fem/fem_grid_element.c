@@ -15,37 +15,11 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/base_multiversion.h"
+#include "base/base_simd.h"
 #include "fem/fem_grid_internal.h"
 
 #define NPOINT GRID_POINT
 #define KEEP 0.2f  // smallest ratio of det F after a node's step to det F before
-
-// The points of an element, in the compiler's portable vectors.
-typedef float V8 __attribute__((vector_size(32)));
-typedef int I8 __attribute__((vector_size(32)));
-
-OM_INLINE V8 get(const float* p) {
-    V8 v;
-    memcpy(&v, p, sizeof v);
-    return v;
-}
-
-OM_INLINE void put(float* p, V8 v) { memcpy(p, &v, sizeof v); }
-
-OM_INLINE V8 where(I8 mask, V8 yes, V8 no) { return (V8)((mask & (I8)yes) | (~mask & (I8)no)); }
-
-OM_INLINE float total(V8 v) {
-    return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
-}
-
-// ln x of normal positive x to 1e-7: x = 2^e m, m in sqrt(1/2) .. sqrt(2), and the series of atanh.
-OM_INLINE V8 log8(V8 x) {
-    I8 e = ((I8)x - 0x3f3504f3) >> 23;
-    V8 m = (V8)((I8)x - (e << 23)), s = (m - 1) / (m + 1), s2 = s * s;
-    V8 series = 1 + s2 * (0.33333333f + s2 * (0.2f + s2 * (0.14285714f + s2 * 0.11111111f)));
-    return __builtin_convertvector(e, V8) * 0.69314718f + 2 * s * series;
-}
 
 typedef struct Mat {  // by rows
     V8 xx, xy, xz, yx, yy, yz, zx, zy, zz;
@@ -53,8 +27,9 @@ typedef struct Mat {  // by rows
 
 OM_INLINE Mat load(const float* F) {
     const int n = NPOINT;
-    return (Mat){get(F),         get(F + n),     get(F + 2 * n), get(F + 3 * n), get(F + 4 * n),
-                 get(F + 5 * n), get(F + 6 * n), get(F + 7 * n), get(F + 8 * n)};
+    return (Mat){load8(F),         load8(F + n),     load8(F + 2 * n),
+                 load8(F + 3 * n), load8(F + 4 * n), load8(F + 5 * n),
+                 load8(F + 6 * n), load8(F + 7 * n), load8(F + 8 * n)};
 }
 
 OM_INLINE Mat cofactor(Mat f) {
@@ -77,18 +52,16 @@ OM_INLINE Mat add(Mat a, V8 s, Mat b) {
                  a.zx + s * b.zx, a.zy + s * b.zy, a.zz + s * b.zz};
 }
 
-OM_INLINE V8 all(float x) { return (V8){x, x, x, x, x, x, x, x}; }
-
 typedef struct Psi {
     V8 first, second;  // derivatives; second >= 0
 } Psi;
 
 OM_INLINE Psi find_psi(V8 J, float lambda) {
     I8 is_below = J < GRID_MIN_VOLUME;
-    V8 at = where(is_below, all(GRID_MIN_VOLUME), J), over = 1 / at, ln = lambda * log8(at);
+    V8 at = select8(is_below, splat8(GRID_MIN_VOLUME), J), over = 1 / at, ln = lambda * log8(at);
     Psi p = {(ln - 1) * over, (1 + lambda - ln) * over * over};
-    p.first += p.second * where(is_below, J - GRID_MIN_VOLUME, all(0));
-    p.second = where(p.second > 0, p.second, all(0));
+    p.first += p.second * select8(is_below, J - GRID_MIN_VOLUME, splat8(0));
+    p.second = select8(p.second > 0, p.second, splat8(0));
     return p;
 }
 
@@ -176,11 +149,11 @@ OM_MULTIVERSION void om__grid_gradients(const GridElements* t, const float* u, f
     for (int e = begin; e < end; ++e) {
         const int* node = t->grid->mesh.elem_node + 8 * (size_t)e;
         V8 sum[9];
-        for (int k = 0; k < 9; ++k) sum[k] = all(k % 4 == 0 ? start : 0);
+        for (int k = 0; k < 9; ++k) sum[k] = splat8(k % 4 == 0 ? start : 0);
         for (int a = 0; a < 8; ++a)
             for (int k = 0; k < 9; ++k)
-                sum[k] += u[3 * (size_t)node[a] + (size_t)(k / 3)] * get(t->grad[a][k % 3]);
-        for (int k = 0; k < 9; ++k) put(F + GRID_F * (size_t)e + NPOINT * k, sum[k]);
+                sum[k] += u[3 * (size_t)node[a] + (size_t)(k / 3)] * load8(t->grad[a][k % 3]);
+        for (int k = 0; k < 9; ++k) store8(F + GRID_F * (size_t)e + NPOINT * k, sum[k]);
     }
 }
 
@@ -191,10 +164,10 @@ OM_MULTIVERSION void om__grid_element_forces(const GridElements* t, const float*
         Mat p = add(f, find_psi(det(f, cof), t->lambda).first, cof);
         for (int a = 0; a < 8; ++a) {
             float* to = force + 24 * (size_t)e + 3 * (size_t)a;
-            V8 x = get(t->grad[a][0]), y = get(t->grad[a][1]), z = get(t->grad[a][2]);
-            to[0] = total(p.xx * x + p.xy * y + p.xz * z);
-            to[1] = total(p.yx * x + p.yy * y + p.yz * z);
-            to[2] = total(p.zx * x + p.zy * y + p.zz * z);
+            V8 x = load8(t->grad[a][0]), y = load8(t->grad[a][1]), z = load8(t->grad[a][2]);
+            to[0] = sum8(p.xx * x + p.xy * y + p.xz * z);
+            to[1] = sum8(p.yx * x + p.yy * y + p.yz * z);
+            to[2] = sum8(p.zx * x + p.zy * y + p.zz * z);
         }
     }
 }
@@ -212,52 +185,52 @@ void om__grid_node_forces(const GridElements* t, const unsigned char* mask, cons
 
 OM_MULTIVERSION void om__grid_curvature(const GridDirection* w, float lambda, int begin, int end,
                                         double sum[3]) {
-    V8 dd = all(0), ds = all(0), ss = all(0);
+    V8 dd = splat8(0), ds = splat8(0), ss = splat8(0);
     for (int e = begin; e < end; ++e) {
         const size_t at = GRID_F * (size_t)e;
         Mat f = load(w->F + at), d = load(w->D + at);
-        Mat s = add(f, all(-1), load(w->before + at));
+        Mat s = add(f, splat8(-1), load(w->before + at));
         Mat cof = cofactor(f);
         Psi psi = find_psi(det(f, cof), lambda);
         V8 by_d = dot(cof, d), by_s = dot(cof, s);
         // the second variation of det F by a and b is F : (cof(a + b) - cof a - cof b)
         V8 half_dd = dot(f, cofactor(d)), half_ss = dot(f, cofactor(s));
-        V8 both = dot(f, cofactor(add(d, all(1), s))) - half_dd - half_ss;
+        V8 both = dot(f, cofactor(add(d, splat8(1), s))) - half_dd - half_ss;
         dd += dot(d, d) + psi.second * by_d * by_d + 2 * psi.first * half_dd;
         ds += dot(d, s) + psi.second * by_d * by_s + psi.first * both;
         ss += dot(s, s) + psi.second * by_s * by_s + 2 * psi.first * half_ss;
     }
-    sum[0] = (double)total(dd);
-    sum[1] = (double)total(ds);
-    sum[2] = (double)total(ss);
+    sum[0] = (double)sum8(dd);
+    sum[1] = (double)sum8(ds);
+    sum[2] = (double)sum8(ss);
 }
 
 OM_MULTIVERSION double om__grid_slope(const GridDirection* w, float lambda, float length,
                                       float keep, int begin, int end, bool* is_valid) {
-    V8 slope = all(0);
+    V8 slope = splat8(0);
     I8 is_crushed = {0};
     for (int e = begin; e < end; ++e) {
         const size_t at = GRID_F * (size_t)e;
         const Mat f = load(w->F + at), none = {0};
-        Mat along = add(none, all(w->scale[0]), load(w->D + at));
+        Mat along = add(none, splat8(w->scale[0]), load(w->D + at));
         if (w->scale[1] != 0)
-            along = add(along, all(w->scale[1]), add(f, all(-1), load(w->before + at)));
-        Mat moved = add(f, all(length), along), cof = cofactor(moved);
+            along = add(along, splat8(w->scale[1]), add(f, splat8(-1), load(w->before + at)));
+        Mat moved = add(f, splat8(length), along), cof = cofactor(moved);
         V8 old = det(f, cofactor(f)), J = det(moved, cof);
         slope += dot(moved, along) + find_psi(J, lambda).first * dot(cof, along);
         is_crushed |= (old > 0) & (J < keep * old);
     }
     *is_valid = true;
     for (int q = 0; q < NPOINT; ++q) *is_valid = *is_valid && !is_crushed[q];
-    return (double)total(slope);
+    return (double)sum8(slope);
 }
 
 OM_MULTIVERSION void om__grid_advance(const GridDirection* w, float length, int begin, int end) {
     const float by_d = length * w->scale[0], by_before = length * w->scale[1];
     for (size_t i = GRID_F * (size_t)begin; i < GRID_F * (size_t)end; i += NPOINT) {
-        V8 f = get(w->F + i), old = get(w->before + i);
-        put(w->before + i, f);
-        put(w->F + i, f + by_d * get(w->D + i) + by_before * (f - old));
+        V8 f = load8(w->F + i), old = load8(w->before + i);
+        store8(w->before + i, f);
+        store8(w->F + i, f + by_d * load8(w->D + i) + by_before * (f - old));
     }
 }
 
@@ -266,16 +239,16 @@ OM_MULTIVERSION void om__grid_find_strained(const float* F, float limit, unsigne
     for (int e = begin; e < end; ++e) {
         Mat f = load(F + GRID_F * (size_t)e);
         f.xx -= 1, f.yy -= 1, f.zz -= 1;
-        is_strained[e] = total(dot(f, f)) >= NPOINT * limit * limit;
+        is_strained[e] = sum8(dot(f, f)) >= NPOINT * limit * limit;
     }
 }
 
 float om__grid_min_volume(const float* F, int begin, int end) {
-    V8 min = all(INFINITY);
+    V8 min = splat8(INFINITY);
     for (int e = begin; e < end; ++e) {
         Mat f = load(F + GRID_F * (size_t)e);
         V8 J = det(f, cofactor(f));
-        min = where(J < min, J, min);
+        min = select8(J < min, J, min);
     }
     float all_min = min[0];
     for (int q = 1; q < NPOINT; ++q) all_min = min[q] < all_min ? min[q] : all_min;
@@ -295,9 +268,9 @@ OM_INLINE void eval_node(const GridElements* t, int node, const float* F, Corner
     V8 g[3] = {{0}}, h[6] = {{0}};
     for (int k = t->use_adr[node]; k < t->use_adr[node + 1]; ++k) {
         const int a = t->use[k] % 8;
-        V8 bx = get(t->grad[a][0]), by = get(t->grad[a][1]), bz = get(t->grad[a][2]);
+        V8 bx = load8(t->grad[a][0]), by = load8(t->grad[a][1]), bz = load8(t->grad[a][2]);
         Mat f = load(F + GRID_F * (size_t)(t->use[k] / 8)), cof = cofactor(f);
-        V8 J = det(f, cof), square = get(t->square[a]);
+        V8 J = det(f, cof), square = load8(t->square[a]);
         Psi psi = find_psi(J, t->lambda);
         V8 x = cof.xx * bx + cof.xy * by + cof.xz * bz;
         V8 y = cof.yx * bx + cof.yy * by + cof.yz * bz;
@@ -314,8 +287,8 @@ OM_INLINE void eval_node(const GridElements* t, int node, const float* F, Corner
         h[4] += px * z;
         h[5] += py * z;
     }
-    for (int i = 0; i < 3; ++i) gradient[i] = total(g[i]);
-    for (int i = 0; i < 6; ++i) H[i] = total(h[i]);
+    for (int i = 0; i < 3; ++i) gradient[i] = sum8(g[i]);
+    for (int i = 0; i < 6; ++i) H[i] = sum8(h[i]);
 }
 
 // step = -H^-1 gradient; H is positive definite. In double, for its determinant is of the order of (1/m)^6.
@@ -333,11 +306,11 @@ OM_INLINE void solve(const float H[6], const float gradient[3], float step[3]) {
 
 // The largest fraction of the step, up to 1, after which every positive det F keeps the ratio KEEP.
 OM_INLINE float limit_step(const Corner* corner, int num, const float step[3]) {
-    V8 max = all(1);  // loss of det F over the allowed loss
+    V8 max = splat8(1);  // loss of det F over the allowed loss
     for (const Corner* c = corner; c < corner + num; ++c) {
         V8 loss = -(step[0] * c->x + step[1] * c->y + step[2] * c->z);
         V8 over = loss / ((1 - KEEP) * c->J);
-        max = where((c->J > 0) & (over > max), over, max);
+        max = select8((c->J > 0) & (over > max), over, max);
     }
     float worst = 1;
     for (int q = 0; q < NPOINT; ++q) worst = max[q] > worst ? max[q] : worst;
@@ -373,7 +346,8 @@ OM_MULTIVERSION void om__grid_relax(const GridElements* t, const unsigned char* 
             float* to = F + GRID_F * (size_t)(t->use[k] / 8);
             const int a = t->use[k] % 8;
             for (int i = 0; i < 9; ++i)
-                put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
+                store8(to + NPOINT * i,
+                       load8(to + NPOINT * i) + step[i / 3] * load8(t->grad[a][i % 3]));
         }
     }
 }
@@ -402,6 +376,7 @@ OM_MULTIVERSION void om__grid_node_move(const GridElements* t, int node, const f
         float* to = F + GRID_F * (size_t)(t->use[k] / 8);
         const int a = t->use[k] % 8;
         for (int i = 0; i < 9; ++i)
-            put(to + NPOINT * i, get(to + NPOINT * i) + step[i / 3] * get(t->grad[a][i % 3]));
+            store8(to + NPOINT * i,
+                   load8(to + NPOINT * i) + step[i / 3] * load8(t->grad[a][i % 3]));
     }
 }

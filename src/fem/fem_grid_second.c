@@ -10,12 +10,10 @@
 // need width to approximate products. NLANE elements are computed at a time, each quantity a vector over them.
 #include <string.h>
 
-#include "base/base_multiversion.h"
+#include "base/base_simd.h"
 #include "fem/fem_grid_internal.h"
 
 #define NLANE 8
-
-typedef float V8 __attribute__((vector_size(32)));
 
 // P2 of H, in units of mu.
 OM_INLINE void find_stress(float lambda, V8 H[3][3], V8 P[3][3]) {

@@ -10,15 +10,8 @@
 // twice. Lanes are independent, so an element's numbers do not depend on its neighbours in the batch.
 #include <string.h>
 
-#include "base/base_multiversion.h"
+#include "base/base_simd.h"
 #include "fem/fem_solid.h"
-
-typedef double D8 __attribute__((vector_size(64)));
-
-static inline D8 all8(double d) {
-    D8 v = {d, d, d, d, d, d, d, d};
-    return v;
-}
 
 bool om__octet_fits(const OmFemSolid* s) {
     bool fits = s->mesh.kind == OM_HEX8 && s->locking == OM_LOCKING_NONE && s->npoint == 8;
@@ -57,7 +50,7 @@ static inline void load_point(const OmFemSolid* s, const int* elem, int num, siz
     }
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) {
-            D8 sum = all8(0);
+            D8 sum = splat8d(0);
             for (int a = 0; a < 8; ++a) sum += at[a][r] * p->g[a][c];
             p->F[c][r] = sum;
         }
@@ -67,7 +60,7 @@ static inline void load_point(const OmFemSolid* s, const int* elem, int num, siz
             p->C[c][r] = y[(r + 1) % 3] * z[(r + 2) % 3] - y[(r + 2) % 3] * z[(r + 1) % 3];
     }
     D8 J = p->F[0][0] * p->C[0][0] + p->F[0][1] * p->C[0][1] + p->F[0][2] * p->C[0][2];
-    D8 square = all8(-3);
+    D8 square = splat8d(-3);
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r) square += p->F[c][r] * p->F[c][r];
     for (int l = 0; l < 8; ++l) {
@@ -84,7 +77,7 @@ static inline void load_point(const OmFemSolid* s, const int* elem, int num, siz
 
 OM_MULTIVERSION void om__octet_force(const OmFemSolid* s, const int* elem, int num, const double* x,
                                      double fe[8][24], double energy[8]) {
-    D8 at[8][3], f[8][3] = {0}, sum = all8(0);
+    D8 at[8][3], f[8][3] = {0}, sum = splat8d(0);
     Point p;
     load_nodes(s, elem, num, x, at);
     for (size_t q = 0; q < 8; ++q) {

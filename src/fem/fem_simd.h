@@ -5,17 +5,8 @@
 
 #include <string.h>
 
+#include "base/base_simd.h"
 #include "fem/fem_internal.h"
-
-typedef float V4 __attribute__((vector_size(16)));
-typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
-
-OM__INLINE V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
-OM__INLINE void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
-OM__INLINE V4 splat(float f) {
-    V4 v = {f, f, f, f};
-    return v;
-}
 
 /// Four rows `from` floats apart to four columns `to` floats apart.
 OM__INLINE void transpose4(const float* in, int from, float* out, int to) {
@@ -73,15 +64,15 @@ OM__INLINE void gather_cells(const OmFemTurn* t, int first, Lanes F[9], Lanes G[
     for (int l = 0; l < OM__LANE; ++l) {
         int k = first + l < c->ncell ? first + l : c->ncell - 1;
         const double *x0 = t->x + 3 * (size_t)c->vert[k], *v0 = t->v + 3 * (size_t)c->vert[k];
-        V4 f[3] = {splat(0), splat(0), splat(0)}, w[3] = {splat(0), splat(0), splat(0)};
+        V4 f[3] = {splat4(0), splat4(0), splat4(0)}, w[3] = {splat4(0), splat4(0), splat4(0)};
         for (int at = c->adr[k]; at < c->adr[k + 1]; ++at) {
             const OmFemEntry* n = &c->entry[at];
             const double *x = t->x + 3 * (size_t)n->index, *v = t->v + 3 * (size_t)n->index;
             V4 dx = {(float)(x[0] - x0[0]), (float)(x[1] - x0[1]), (float)(x[2] - x0[2]), 0};
             V4 dv = {(float)(v[0] - v0[0]), (float)(v[1] - v0[1]), (float)(v[2] - v0[2]), 0};
             for (int col = 0; col < 3; ++col) {
-                f[col] += dx * splat(n->g[col]);
-                w[col] += dv * splat(n->g[col]);
+                f[col] += dx * splat4(n->g[col]);
+                w[col] += dv * splat4(n->g[col]);
             }
         }
         for (int col = 0; col < 3; ++col)
@@ -105,7 +96,7 @@ OM__INLINE void take_means(const OmFemTurn* t, int first, Lanes F[9], Lanes G[9]
     for (int l = 0; l < OM__LANE; ++l) {
         int e = first + l < t->model->mesh.ntet ? first + l : t->model->mesh.ntet - 1;
         const int* cell = t->cells->tet_cell + 4 * (size_t)e;
-        V4 f[3] = {splat(0), splat(0), splat(0)}, g[3] = {splat(0), splat(0), splat(0)};
+        V4 f[3] = {splat4(0), splat4(0), splat4(0)}, g[3] = {splat4(0), splat4(0), splat4(0)};
         for (int a = 0; a < 4; ++a) {
             const float* record = t->cell + (size_t)OM__CELLED * (size_t)cell[a];
             for (int col = 0; col < 3; ++col) {
@@ -135,12 +126,12 @@ OM__INLINE void store_hinges(const OmFemTurn* t, int first, Lanes k, Lanes d[9])
 
 /// The force of cells at vertex i.
 OM__INLINE V4 gather_cell_force(const OmFemCells* c, const float* cell, int i) {
-    V4 f = splat(0);
+    V4 f = splat4(0);
     for (int at = c->t_adr[i]; at < c->t_adr[i + 1]; ++at) {
         const OmFemEntry* n = &c->t_entry[at];
         const float* S = cell + (size_t)OM__CELLED * (size_t)n->index + OM__CELL_P;
-        f -= load4(S) * splat(n->g[0]) + load4(S + 4) * splat(n->g[1]) +
-             load4(S + 8) * splat(n->g[2]);
+        f -= load4(S) * splat4(n->g[0]) + load4(S + 4) * splat4(n->g[1]) +
+             load4(S + 8) * splat4(n->g[2]);
     }
     return f;
 }

@@ -13,7 +13,7 @@
 // double, one by one.
 //
 // Everything is in units of mu; a batch has one law, ratios lambda / mu may differ.
-#include "fem/fem_lanes.h"
+#include "base/base_simd.h"
 #include "fem/fem_simd.h"
 
 #define NSWEEP 4         // of Jacobi rotations; three leave 1e-5 for stretches of 3
@@ -33,11 +33,11 @@ typedef struct Frame {
 OM__INLINE void rotate(V16* pp, V16* qq, V16* pq, V16* kp, V16* kq, V16* vp, V16* vq) {
     V16 h = *qq - *pp, d = *pq + *pq, hh = h * h + d * d + 1e-30F;
     V16 away = abs16(h) + hh * rsqrt16(hh);
-    V16 t = where(h < 0.0F, -d, d) / away;
+    V16 t = select16(h < 0.0F, -d, d) / away;
     V16 c = rsqrt16(1.0F + t * t), s = t * c;
     *pp -= t * *pq;
     *qq += t * *pq;
-    *pq = all(0);
+    *pq = splat16(0);
     V16 a = *kp, b = *kq;
     *kp = c * a - s * b;
     *kq = s * a + c * b;
@@ -60,15 +60,15 @@ OM__INLINE void cross3(const V16* a, const V16* b, V16* out) {
 OM__INLINE void order(V16* B, V16* V, V16* n, int p, int q) {
     I16 swap = n[p] < n[q];
     V16 a = n[p];
-    n[p] = where(swap, n[q], a);
-    n[q] = where(swap, a, n[q]);
+    n[p] = select16(swap, n[q], a);
+    n[q] = select16(swap, a, n[q]);
     for (int r = 0; r < 3; ++r) {
         a = B[3 * p + r];
-        B[3 * p + r] = where(swap, B[3 * q + r], a);
-        B[3 * q + r] = where(swap, a, B[3 * q + r]);
+        B[3 * p + r] = select16(swap, B[3 * q + r], a);
+        B[3 * q + r] = select16(swap, a, B[3 * q + r]);
         a = V[3 * p + r];
-        V[3 * p + r] = where(swap, V[3 * q + r], a);
-        V[3 * q + r] = where(swap, a, V[3 * q + r]);
+        V[3 * p + r] = select16(swap, V[3 * q + r], a);
+        V[3 * q + r] = select16(swap, a, V[3 * q + r]);
     }
 }
 
@@ -79,7 +79,7 @@ OM__INLINE void decompose(const V16 F[9], Frame* f) {
         C[k] = dot3(F + 3 * k, F + 3 * k);
         C[3 + k] = dot3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3));
     }
-    for (int k = 0; k < 9; ++k) V[k] = all(k % 4 == 0 ? 1.0F : 0.0F);
+    for (int k = 0; k < 9; ++k) V[k] = splat16(k % 4 == 0 ? 1.0F : 0.0F);
     for (int sweep = 0; sweep < NSWEEP; ++sweep) {
         rotate(&C[0], &C[1], &C[5], &C[4], &C[3], V, V + 3);
         rotate(&C[0], &C[2], &C[4], &C[5], &C[3], V, V + 6);
@@ -118,7 +118,7 @@ OM__INLINE void by_volume(const V16 F[9], V16 dU, V16 ddU, V16 dU_stress, Frame*
     for (int k = 0; k < 3; ++k) {
         f->H[k] = 1.0F + ddU * c[k] * c[k];
         f->H[3 + k] = ddU * c[(k + 1) % 3] * c[(k + 2) % 3] + dU * s[k];
-        f->own[k] = all(1.0F);
+        f->own[k] = splat16(1.0F);
         f->cross[k] = -dU * s[k];
         cross3(F + 3 * ((k + 1) % 3), F + 3 * ((k + 2) % 3), cof + 3 * k);
     }
@@ -133,7 +133,7 @@ OM__INLINE V16 determinant(const V16 F[9]) {
 
 // U' and U'' of -ln J + ratio/2 (ln J)^2, continued below the barrier.
 OM__INLINE V16 neo_volume(V16 J, V16 ratio, V16* ddU) {
-    V16 b = max16(J, all((float)OM_LAW_LOG_FLOOR)), inv = 1.0F / b;
+    V16 b = max16(J, splat16((float)OM_LAW_LOG_FLOOR)), inv = 1.0F / b;
     V16 d = ratio * log16(b) - 1.0F;
     *ddU = (ratio - d) * inv * inv;
     return d * inv + (J - b) * *ddU;
@@ -161,12 +161,12 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, Frame* f) {
         f->own[k] = t - 1.0F + u * u + v * v;
         f->cross[k] = u * v;
     }
-    V16 S[9], trace = all(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
+    V16 S[9], trace = splat16(-3.0F);  // S = ratio/2 (I1 - 3) I + F^T F - I
     for (int k = 0; k < 3; ++k) trace += dot3(F + 3 * k, F + 3 * k);
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
             S[3 * c + r] =
-                dot3(F + 3 * r, F + 3 * c) + (r == c ? 0.5F * ratio * trace - 1.0F : all(0));
+                dot3(F + 3 * r, F + 3 * c) + (r == c ? 0.5F * ratio * trace - 1.0F : splat16(0));
     for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
             f->P[3 * c + r] = F[r] * S[3 * c] + F[3 + r] * S[3 * c + 1] + F[6 + r] * S[3 * c + 2];
@@ -175,8 +175,8 @@ OM__INLINE void st_venant(const V16 F[9], V16 ratio, Frame* f) {
 // Set negative eigenvalues of the pairs to zero; a not positive definite H is handled in double.
 OM__INLINE void project(Frame* f) {
     for (int k = 0; k < 3; ++k) {
-        V16 flip = max16(f->own[k] + f->cross[k], all(0)),
-            twist = max16(f->own[k] - f->cross[k], all(0));
+        V16 flip = max16(f->own[k] + f->cross[k], splat16(0)),
+            twist = max16(f->own[k] - f->cross[k], splat16(0));
         f->own[k] = 0.5F * (flip + twist);
         f->cross[k] = 0.5F * (flip - twist);
     }
@@ -280,7 +280,7 @@ OM__INLINE void make_blocks(const Frame* f, const V16 g[12], V16 scale, Lanes* o
             k[3 * u + v] = f->H[3 + i] * a[v] * sb[u] + f->cross[i] * a[u] * sb[v];
         }
         turn_block(f->U, k, K);
-        for (int n = 0; n < 9; ++n) lanes_store(out[9 * p + n], K[n]);
+        for (int n = 0; n < 9; ++n) store16(out[9 * p + n], K[n]);
     }
 }
 
@@ -311,15 +311,15 @@ OM__INLINE void make_stress(const Frame* f, const V16 rate[9], V16 dP[9]) {
 
 // -scale P g_a of the four vertices.
 OM__INLINE void make_forces(const V16 P[9], const V16 grad[12], V16 scale, Lanes* out) {
-    V16 sum[3] = {all(0), all(0), all(0)};
+    V16 sum[3] = {splat16(0), splat16(0), splat16(0)};
     for (int n = 1; n < 4; ++n)
         for (int r = 0; r < 3; ++r) {
             V16 force = -scale * (P[r] * grad[3 * n] + P[3 + r] * grad[3 * n + 1] +
                                   P[6 + r] * grad[3 * n + 2]);
             sum[r] -= force;
-            lanes_store(out[54 + 3 * n + r], force);
+            store16(out[54 + 3 * n + r], force);
         }
-    for (int r = 0; r < 3; ++r) lanes_store(out[54 + r], sum[r]);
+    for (int r = 0; r < 3; ++r) store16(out[54 + r], sum[r]);
 }
 
 OM__INLINE void make_law(OmFemFamily family, const V16 F[9], V16 ratio, Frame* f) {
@@ -340,12 +340,12 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     V16 F[9], rate[9], grad[12], g[12];
     Frame f;
     for (int n = 0; n < 9; ++n) {
-        F[n] = lanes_of(Fl[n]);
-        rate[n] = lanes_of(Gl[n]) - F[n];  // lag dF/dt
-        grad[3 + n] = lanes_of(batch->grad[n]);
+        F[n] = load16(Fl[n]);
+        rate[n] = load16(Gl[n]) - F[n];  // lag dF/dt
+        grad[3 + n] = load16(batch->grad[n]);
     }
     for (int r = 0; r < 3; ++r) grad[r] = -(grad[3 + r] + grad[6 + r] + grad[9 + r]);
-    V16 ratio = lanes_of(batch->ratio), root = lanes_of(batch->root);
+    V16 ratio = load16(batch->ratio), root = load16(batch->root);
     decompose(F, &f);
     make_law(batch->family, F, ratio, &f);
     if (!t->is_exact) project(&f);
@@ -360,9 +360,9 @@ OM__INLINE void stretch_batch(const OmFemTurn* t, int k, Lanes out[OM__BLOCKED])
     // averaged strains: the element's own stress is that of the difference from its cells
     if (t->cells) {
         Lanes hinge;
-        lanes_store(hinge, stiff * (float)OM__HINGE);
+        store16(hinge, stiff * (float)OM__HINGE);
         store_hinges(t, k * OM__LANE, hinge, apart);
-        for (int n = 0; n < 9; ++n) P[n] = lanes_of(apart[n]) * (float)OM__HINGE;
+        for (int n = 0; n < 9; ++n) P[n] = load16(apart[n]) * (float)OM__HINGE;
     } else {
         make_stress(&f, rate, P);
     }
@@ -430,24 +430,24 @@ OM__INLINE void stretch_cells(const OmFemTurn* t, int k) {
         stiff[l] = cells->stiffness[cell];
     }
     for (int n = 0; n < 9; ++n) {
-        F[n] = lanes_of(Fl[n]);
-        rate[n] = lanes_of(Gl[n]) - F[n];
+        F[n] = load16(Fl[n]);
+        rate[n] = load16(Gl[n]) - F[n];
         memcpy(out[n + n / 3], Fl[n], sizeof(Lanes));
     }
     store_cells(t, first, OM__CELL_F, out);
     for (int n = 0; n < 9; ++n) memcpy(out[n + n / 3], Gl[n], sizeof(Lanes));
     store_cells(t, first, OM__CELL_G, out);
     decompose(F, &f);
-    make_law(cells->family[k], F, lanes_of(ratio), &f);
+    make_law(cells->family[k], F, load16(ratio), &f);
     project(&f);
     for (int l = 0; l < OM__LANE; ++l) nbad -= f.is_bad[l];
     if (nbad > 0) repair_lanes(t, true, k, F, &f);
     make_stress(&f, rate, P);
     measure_volume(cells->family[k], F, rate, &now, &then, D);
     if (cells->family[k] == OM__FAMILY_OTHER) measure_trace(t, k, &f, F, rate, &now, &then, D);
-    for (int n = 0; n < 9; ++n) lanes_store(out[n + n / 3], D[n]);
+    for (int n = 0; n < 9; ++n) store16(out[n + n / 3], D[n]);
     store_cells(t, first, OM__CELL_D, out);
-    for (int n = 0; n < 9; ++n) lanes_store(out[n + n / 3], P[n] * lanes_of(stiff));
+    for (int n = 0; n < 9; ++n) store16(out[n + n / 3], P[n] * load16(stiff));
     store_cells(t, first, OM__CELL_P, out);
     float* scalar = om__cell_scalars(cells, t->cell) + 2 * (size_t)first;
     for (int l = 0; l < OM__LANE; ++l) {

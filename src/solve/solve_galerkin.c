@@ -188,7 +188,7 @@ static inline void add_scaled(float* out, Wide b, float w) {
     const V8 w8 = {w, w, w, w, w, w, w, w};
     Wide sum = load_wide(out);
     sum.lo += b.lo * w8;
-    sum.hi += b.hi * splat(w);
+    sum.hi += b.hi * splat4(w);
     store_wide(out, sum);
 }
 

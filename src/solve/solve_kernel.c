@@ -12,7 +12,7 @@ OM_MULTIVERSION
 static void multiply(const OmBsr* A, const OmSolver* S, int begin, int end, double* sums) {
     const float *r = S->r, *u = S->u;
     float* w = S->w;
-    V4 ru = splat(0), uw = splat(0);
+    V4 ru = splat4(0), uw = splat4(0);
     for (int i = begin; i < end; ++i) {
         int k = A->row_adr[i];
         size_t i4 = 4 * (size_t)i;
@@ -29,7 +29,7 @@ static void multiply(const OmBsr* A, const OmSolver* S, int begin, int end, doub
 OM_MULTIVERSION
 static void update(OmSolver* S, const float* alpha, const float* beta, bool with_blocks, int begin,
                    int end, double* rr) {
-    V4 va = splat(*alpha), vb = splat(*beta), sum = splat(0);
+    V4 va = splat4(*alpha), vb = splat4(*beta), sum = splat4(0);
     float *x = S->x, *r = S->r, *p = S->p, *s = S->s, *u = S->u;
     const float *w = S->w, *dinv = S->dinv;
     for (int i = begin; i < end; ++i) {
@@ -56,7 +56,7 @@ static void apply_blocks(const float* dinv, const float* r, float* u, int begin,
 OM_MULTIVERSION
 static void smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int begin, int end) {
     const float* d = s->d;
-    V4 c1 = splat(s->c1), c2 = splat(s->c2);
+    V4 c1 = splat4(s->c1), c2 = splat4(s->c2);
     for (int i = begin; i < end; ++i) {
         int k = A->row_adr[i];
         size_t i4 = 4 * (size_t)i;
@@ -72,7 +72,7 @@ static void smooth(const OmBsr* A, const float* dinv, const OmSmooth* s, int beg
 
 OM_MULTIVERSION
 static void smooth_first(const float* dinv, const OmSmooth* s, int begin, int end) {
-    V4 c2 = splat(s->c2);
+    V4 c2 = splat4(s->c2);
     for (int i = begin; i < end; ++i) {
         size_t i4 = 4 * (size_t)i;
         V4 dn = c2 * block_product(dinv + 9 * (size_t)i, load4(s->r + i4));
@@ -111,7 +111,7 @@ static void residual(OmSolver* S, const OmBsr* A, const double* b, int nrhs, int
 OM_MULTIVERSION
 static void restrict_rows(const OmInterp* P, const float* r, float* b, int begin, int end) {
     for (int c = begin; c < end; ++c) {
-        V4 sum = splat(0);
+        V4 sum = splat4(0);
         for (int t = P->t_adr[c]; t < P->t_adr[c + 1]; ++t)
             sum +=
                 load4(P->weight + 4 * (size_t)P->t_entry[t]) * load4(r + 4 * (size_t)P->t_row[t]);
@@ -123,7 +123,7 @@ OM_MULTIVERSION
 static void prolong_rows(const OmInterp* P, const float* xc, float* d, float* x, int begin,
                          int end) {
     for (int i = begin; i < end; ++i) {
-        V4 sum = splat(0);
+        V4 sum = splat4(0);
         for (int e = P->adr[i]; e < P->adr[i + 1]; ++e)
             sum += load4(P->weight + 4 * (size_t)e) * load4(xc + 4 * (size_t)P->col[e]);
         store4(d + 4 * (size_t)i, sum);

@@ -8,15 +8,12 @@
 
 #define W 24  // floats a vertex
 
-typedef double D8 __attribute__((vector_size(64)));
 typedef double D8u __attribute__((vector_size(64), aligned(8), may_alias));
 
 typedef struct Lanes {  // x, y, z of eight right-hand sides
     V8 x, y, z;
 } Lanes;
 
-static inline V8 load8(const float* p) { return (V8)(*(const V8u*)p); }
-static inline void store8(float* p, V8 v) { *(V8u*)p = (V8u)v; }
 static inline Lanes load_lanes(const float* p) {
     return (Lanes){load8(p), load8(p + 8), load8(p + 16)};
 }
@@ -30,7 +27,6 @@ static inline Lanes subtract_lanes(Lanes a, Lanes b) {
     return (Lanes){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 static inline Lanes scale_lanes(V8 s, Lanes a) { return (Lanes){s * a.x, s * a.y, s * a.z}; }
-static inline V8 splat8(float f) { return (V8){f, f, f, f, f, f, f, f}; }
 static inline V8 dot_lanes(Lanes a, Lanes b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 // Nine sums, one for each entry of a block.

@@ -5,14 +5,8 @@
 
 #include <stddef.h>
 
-typedef float V4 __attribute__((vector_size(16)));
-typedef float V4u __attribute__((vector_size(16), aligned(4), may_alias));
-typedef int I4 __attribute__((vector_size(16)));
-typedef float V8 __attribute__((vector_size(32)));
-typedef float V8u __attribute__((vector_size(32), aligned(4), may_alias));
+#include "base/base_simd.h"
 
-static inline V4 load4(const float* p) { return (V4)(*(const V4u*)p); }
-static inline void store4(float* p, V4 v) { *(V4u*)p = (V4u)v; }
 static inline void store3(float* p, V4 v) {
     p[0] = v[0];
     p[1] = v[1];
@@ -21,10 +15,6 @@ static inline void store3(float* p, V4 v) {
 static inline V4 clear_last(V4 v) {
     const I4 mask = {-1, -1, -1, 0};
     return (V4)((I4)v & mask);
-}
-static inline V4 splat(float f) {
-    V4 v = {f, f, f, f};
-    return v;
 }
 #define OM_SPREAD(v, lane) __builtin_shufflevector(v, v, lane, lane, lane, lane)
 static inline float sum4(V4 v) { return (v[0] + v[1]) + (v[2] + v[3]); }
