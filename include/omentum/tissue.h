@@ -1,13 +1,13 @@
 /// omentum/tissue.h: soft tissue as a table of operators (floor 2).
 ///
-/// A *model* is mesh, material and engine, constant and shared; a *state* is everything that changes, one
-/// flat block; a *work* is the scratch and the linear solver of one thread. An *engine* computes how tissue deforms:
+/// A *model* is mesh, material and engine; it is constant and shared. A *state* is everything that changes, one
+/// flat block. A *work* is the scratch and the linear solver of one thread. An *engine* computes how tissue deforms:
 /// finite elements (fem.h), particles (pbd.h), springs and links (heuristic.h), a network (umesh_net.h), or your own
 /// (tissue_engine.h). With any of them a caller grasps, moves, steps, and reads positions (m) and forces (N).
 /// Implicit Euler (thesis (3.3)-(3.6), signs as in the errata):
 /// (M + h C + h^2 K) dv = h f - h^2 K v.
 ///
-///     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);  // set "attachment" of the mesh is held
+///     OmTissueDef def = om_tissue_default_def(om_fem_engine(), &mesh);  // fixes the set "attachment" of the mesh
 ///     om_tissue_create(&def, &model);
 ///     om_tissue_state_create(model, &state);
 ///     om_tissue_work_create(model, &work);
@@ -31,15 +31,15 @@ extern "C" {
 
 typedef struct OmTissueDef {              // made by om_tissue_default_def
     const struct OmTissueEngine* engine;  // by om_tissue_default_def; borrowed, a constant table
-    // Of the engine: OmPbdDef, OmChainDef, OmUmeshNet ...; null (default): its own defaults. Each engine's header says
-    // whether it copies or borrows them.
+    // Options of the engine: OmPbdDef, OmChainDef, OmUmeshNet ...; null (default): the engine's defaults. Each engine's
+    // header says whether it copies or borrows them.
     const void* options;
-    // In place of `options`: a file and numbers, from which the engine makes options that the model owns; default null
+    // Instead of `options`: a file and numbers from which the engine makes options, owned by the model; default null
     const struct OmEngineInput* input;
     const OmTetMesh* mesh;  // copied by create
     int nmaterial;  // tet_label must be below it; default 0: every label has `material_default`
     const OmMaterial* material;   // by tet_label                                  (nmaterial)
-    OmMaterial material_default;  // where nmaterial is 0
+    OmMaterial material_default;  // used if nmaterial is 0
     double density;               // kg/m^3, > 0; default 1000
     // kg/m^3 by tet_label, in place of `density`; null (default): `density` everywhere
     // (nmaterial)
@@ -47,14 +47,14 @@ typedef struct OmTissueDef {              // made by om_tissue_default_def
     double rayleigh_mass;       // 1/s, >= 0; default 0.1
     double rayleigh_stiffness;  // s, >= 0; default 0
     OmVec3 gravity;             // m/s^2; default (0, 0, -9.81)
-    // N/m, of the spring of each vertex of the set "attachment"; default 0: held still. A state may have others.
+    // N/m, stiffness of the spring at each vertex of the set "attachment"; default 0: fixed. A state may change it.
     double attachment_stiffness;
-    // The same of each vertex of the set, in the set's order, in place of attachment_stiffness; copied; null
-    // (default): all alike
+    // N/m, a stiffness for each vertex of the set, in the set's order, instead of attachment_stiffness; copied; null
+    // (default): all equal
     const double* attachment_springs;
-    int max_newton;  // 1: one linearisation a step (thesis (3.5)); else Newton's at most; default 1
-    double newton_tolerance;  // of the residual that the first linearisation saw; default 1e-3
-    // Of om_fem_engine: strains are averaged around vertices, against locking (doc/fem.md). Default false.
+    int max_newton;  // 1: one linearisation (thesis (3.5)); > 1: maximum of Newton's iterations; default 1
+    double newton_tolerance;  // relative to the residual at the first linearisation; default 1e-3
+    // For om_fem_engine: average strains around vertices, which prevents locking (doc/fem.md). Default false.
     bool is_averaged;
     OmSolverDef solver;  // max_iterations, tolerance, nworker ...; default as om_solver_default_def
     OmCookie cookie;     // set by om_tissue_default_def
@@ -81,7 +81,7 @@ OM_API size_t om_tissue_memory(const OmTissueModel* model, const OmTissueWork* w
 
 // ---- state ----------------------------------------------------------------------------------------
 
-/// At rest in the rest shape, attached at the mesh's set "attachment" if it has one, by the definition's stiffness.
+/// A state in the rest shape, at rest. The mesh's set "attachment", if any, is attached as the definition says.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tissue_state_create(const OmTissueModel* model, OmTissueState** state);
 OM_API void om_tissue_state_destroy(OmTissueState* state);
@@ -89,7 +89,7 @@ OM_API void om_tissue_state_reset(const OmTissueModel* model, OmTissueState* sta
 /// A snapshot is a memcpy of this many bytes from or to the state of the same model.
 OM_API size_t om_tissue_state_size(const OmTissueModel* model);
 OM_API uint64_t om_tissue_state_hash(const OmTissueState* state);
-/// Views (nvert x 3), m and m/s; they stay where they are until the state is destroyed.
+/// Views (nvert x 3), m and m/s; valid until the state is destroyed.
 OM_API const double* om_tissue_x(const OmTissueState* state);
 OM_API const double* om_tissue_v(const OmTissueState* state);
 OM_API double om_tissue_time(const OmTissueState* state);
@@ -102,13 +102,13 @@ OM_API double* om_tissue_external_force(OmTissueState* state);
 
 // ---- attachments ----------------------------------------------------------------------------------
 
-/// Replace all attachments, between two steps. A vertex is held still at its anchor, or a spring pulls it there.
-/// A vertex that is held still reaches its anchor in the next step, however far that is.
+/// Replace all attachments, between two steps. An attached vertex is fixed at its anchor, or a spring pulls it to the
+/// anchor. A fixed vertex reaches its anchor in the next step, at any distance.
 /// @param vert       attached vertices, in any order                                      (nvert)
 /// @param anchor     m, in the order of vert; null: the rest positions                    (nvert x 3)
-/// @param stiffness  N/m, of the spring of each vertex, 0: held still; null: as the definition (nvert)
-/// @return OM_OK; OM_INVALID (an index, a value out of range or not finite, or a vertex to be held still that an
-///         arm holds); OM_UNAVAILABLE (a spring, and the engine has none); state unchanged on error
+/// @param stiffness  N/m, of the spring of each vertex, 0: fixed; null: as the definition  (nvert)
+/// @return OM_OK; OM_INVALID (an index, a value out of range or not finite, or a vertex to fix that an arm
+///         grasps); OM_UNAVAILABLE (a spring, but the engine has no springs); state unchanged on error
 OM_API OmStatus om_tissue_set_attachment(const OmTissueModel* model, OmTissueState* state,
                                          int nvert, const int* vert, const double* anchor,
                                          const double* stiffness);
@@ -122,29 +122,29 @@ OM_API OmStatus om_tissue_eval_anchor(const OmTissueModel* model, const OmTissue
                                       double* anchor);
 /// Nonzero where attached (nvert).
 OM_API const unsigned char* om_tissue_attached(const OmTissueState* state);
-/// N/m, of the spring of each attached vertex; 0 where a vertex is held still or not attached (nvert).
+/// Stiffness of the spring of each attached vertex, N/m; 0: fixed, or not attached (nvert).
 OM_API const double* om_tissue_attachment_stiffness(const OmTissueState* state);
-/// Where each attached vertex is drawn to, m (nvert x 3).
+/// Anchor of each attached vertex, m (nvert x 3).
 OM_API const double* om_tissue_anchor(const OmTissueState* state);
 
-/// Is vertex i moved by a tool or held still, rather than by forces?
+/// True if the position of vertex i is prescribed: by a tool, or by an attachment without a spring.
 OM_API bool om_tissue_is_prescribed(const OmTissueModel* model, const OmTissueState* state, int i);
 
 // ---- grasping (thesis 6.4.7) ----------------------------------------------------------------------
 
-/// Hold the vertices within `radius` (0: 5 mm) of the tip; they follow the tool rigidly. Vertices held
-/// still by an attachment or by the other arm are not taken. An arm that already holds is first released.
-/// @param nheld  vertices now held; may be null
+/// Grasp the vertices within `radius` (0: 5 mm) of the tip; they follow the tool rigidly. Vertices that are fixed, or
+/// that the other arm grasps, are left out. An arm that already grasps tissue is released first.
+/// @param nheld  out: number of grasped vertices; may be null
 /// @return OM_OK; OM_INVALID (no vertex in reach: the message has the nearest distance; state unchanged)
 OM_API OmStatus om_tissue_grasp(const OmTissueModel* model, OmTissueState* state, int arm,
                                 OmPose pose_world_tip, double radius, int* nheld);
-/// Where the tool is to be at the end of the next step. Ignored by an arm that holds nothing.
+/// Goal of the tool for the end of the next step. No effect on an arm that grasps nothing.
 /// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
 OM_API OmStatus om_tissue_move_grasp(OmTissueState* state, int arm, OmPose pose_world_tip);
 OM_API void om_tissue_release(OmTissueState* state, int arm);
-/// Vertices held by the arm, 0 if none.
+/// Number of vertices that the arm grasps.
 OM_API int om_tissue_nheld(const OmTissueState* state, int arm);
-/// The arm that holds each vertex, -1 if none (nvert).
+/// The arm that grasps each vertex, -1 if none (nvert).
 OM_API const signed char* om_tissue_held_by(const OmTissueState* state);
 
 // ---- stepping -------------------------------------------------------------------------------------
@@ -154,11 +154,11 @@ typedef struct OmTissueReport {
     double residual;         // |b - A x| / |b|, recomputed in double; the worst
     int substeps;            // 1 unless the step had to be cut
     int newton;              // iterations of Newton's method; 0 where one linearisation did
-    double newton_residual;  // what is left of the residual that the first linearisation saw
-    int ninverted;  // elements with det F <= 1e-6 at the end; only finite elements count them
+    double newton_residual;  // relative to the residual at the first linearisation
+    int ninverted;  // elements with det F <= 1e-6 at the end; counted by finite elements only
     // J, largest rise of energy in a substep beyond the work done and rounding.
     double energy_gain;
-    // A substep was accepted that crushes an element or gains energy, or an input unlike the training of a network.
+    // An accepted substep crushes an element or gains energy; of a network: the input is unlike its training data.
     bool is_unguarded;
 } OmTissueReport;
 
@@ -169,7 +169,7 @@ OM_API void om_tissue_work_destroy(OmTissueWork* work);
 /// One implicit Euler step, one linearisation unless def.max_newton asks for more. The outcome must keep two rules:
 /// the step flattens or inverts no element, and the energy rises by no more than the work done on the tissue and 1 %.
 /// A step that breaks a rule is solved again by Newton's method with line search. With contact, or if that fails too,
-/// the step is cut: down to h / 1024, or to h / 4 where only elements break it whose energy is finite at det F = 0.
+/// the step is cut: to h / 1024, or to h / 4 if every crushed element has a law with finite energy at det F = 0.
 /// @param report  may be null
 /// @return OM_OK; OM_NOT_CONVERGED (advanced with the best iterate: an iteration stopped early, elements are
 ///         inverted, or energy was gained; the message says which, the report how much); OM_INVALID (a bad argument,
@@ -179,7 +179,7 @@ OM_API OmStatus om_tissue_step(const OmTissueModel* model, OmTissueState* state,
 
 /// Static equilibrium under weight, external forces and attachments, tools at their goals: Newton's
 /// method with line search on the energy. Velocities become zero, time stays.
-/// @param tolerance  of the norm of forces out of balance at the beginning, in (0, 1); floats allow 1e-5
+/// @param tolerance  of the norm of unbalanced forces, relative to the beginning, in (0, 1); 1e-5 can be reached
 /// @param report  may be null: newton, newton_residual, iterations of the linear solver
 /// @return OM_OK; OM_NOT_CONVERGED (state is the last iterate: report->newton_residual says how good, and
 ///         report->ninverted how many elements are inverted); OM_INVALID, OM_UNAVAILABLE (state unchanged)
@@ -188,7 +188,7 @@ OM_API OmStatus om_tissue_find_rest(const OmTissueModel* model, OmTissueState* s
                                     OmTissueReport* report);
 
 /// Signed distance of p to an obstacle, in the obstacle's frame, m, negative inside, and the unit normal (the direction
-/// in which the distance grows). Where there is no normal: infinity. May be called by several threads.
+/// in which the distance grows). Points without a normal return infinity. May be called by several threads.
 typedef double (*OmDistanceFn)(const void* ctx, OmVec3 p, OmVec3* normal);
 /// A rigid body that tissue may not enter: its shape, how it moves in a step, and the outcome of the step. contact.h
 /// and contact_tool.h make obstacles of planes, distance fields, functions and probes. Fields left zero mean none.
@@ -206,21 +206,21 @@ typedef struct OmTissueObstacle {
     // computed by the step
     OmVec3 force, torque;  // N, N m on the tissue, mean over the step; torque about pose_end.p
     int ncontact;          // vertices pushed in the last substep
-    double penetration;    // m, the deepest of those after the step
+    double penetration;    // m, largest of these vertices after the step
 } OmTissueObstacle;
-/// Does the engine move vertices and keep out of obstacles itself, without stages and system matrix?
+/// True if the engine moves vertices and resolves obstacles itself, without stages and system matrix.
 OM_API bool om_tissue_moves_itself(const OmTissueModel* model);
 /// As om_tissue_step among obstacles, for such an engine only.
-/// @return as om_tissue_step; OM_UNAVAILABLE (an engine that does not keep out of obstacles itself)
+/// @return as om_tissue_step; OM_UNAVAILABLE (an engine that does not resolve obstacles itself)
 OM_API OmStatus om_tissue_step_among(const OmTissueModel* model, OmTissueState* state,
                                      OmTissueWork* work, double h, int nobstacle,
                                      OmTissueObstacle* obstacle, OmTissueReport* report);
 
-/// What a method that needs more than one solve (contact) does inside a step: it adds vertex forces,
-/// solves, looks at the outcome, and at the end leaves work with the last solution.
+/// Callback for a method that solves more than once in a step (contact): it adds vertex forces, solves, checks the
+/// outcome and repeats. On return the work has the last solution.
 typedef OmStatus (*OmTissueStepFn)(void* ctx, const OmTissueModel* model, OmTissueState* state,
                                    OmTissueWork* work, double h, OmTissueReport* report);
-/// As om_tissue_step, with `solve` called in each (sub)step where om_tissue_solve_step would be.
+/// As om_tissue_step, but each (sub)step calls `solve` instead of om_tissue_solve_step.
 /// @return as om_tissue_step; errors of `solve`
 OM_API OmStatus om_tissue_step_with(const OmTissueModel* model, OmTissueState* state,
                                     OmTissueWork* work, double h, OmTissueStepFn solve, void* ctx,
@@ -232,14 +232,14 @@ OM_API OmStatus om_tissue_step_with(const OmTissueModel* model, OmTissueState* s
 OM_API OmStatus om_tissue_begin_step(const OmTissueModel* model, OmTissueState* state,
                                      OmTissueWork* work, double h);
 /// Add to vertex i a force that at the end of the step is f - K (x_end - x_begin); K symmetric positive
-/// semidefinite, N/m. What was added may be cleared and added again between solves.
+/// semidefinite, N/m. Added forces may be cleared and added again between solves.
 OM_API void om_tissue_add_force(OmTissueWork* work, int i, OmVec3 f, OmMat3 K);
 OM_API void om_tissue_clear_forces(OmTissueWork* work);
-/// The same on the point sum weight[a] x[vert[a]] of an element's vertices; cleared with the others. Room for
-/// all points of a step must have been made before; making room allocates once.
+/// Reserve room for forces on points sum weight[a] x[vert[a]] of an element's vertices, for all points of a step; call
+/// it before the first om_tissue_add_point_force of a step. It allocates once.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_tissue_reserve_points(OmTissueWork* work, int npoint);
-/// Add such a force; see om_tissue_reserve_points.
+/// Add a force on a point inside an element, see om_tissue_reserve_points; cleared with the forces on vertices.
 /// @return OM_OK; OM_INVALID (vertices that share no element, or no room: nothing was added)
 OM_API OmStatus om_tissue_add_point_force(OmTissueWork* work, const int vert[4],
                                           const double weight[4], OmVec3 f, OmMat3 K);
@@ -248,28 +248,28 @@ OM_API OmStatus om_tissue_add_point_force(OmTissueWork* work, const int vert[4],
 ///        no finite solution)
 OM_API OmStatus om_tissue_solve_step(const OmTissueModel* model, const OmTissueState* state,
                                      OmTissueWork* work, OmTissueReport* report);
-/// Of the linear solver in later solves of this step, in (0, 1); anything else is the model's again.
+/// Tolerance of the linear solver in later solves of this step, in (0, 1); any other value restores the model's.
 OM_API void om_tissue_set_tolerance(OmTissueWork* work, double tolerance);
-/// A force, N, that residuals of this step's solves are measured against besides those in b: for forces that
-/// come with this step and b does not know yet. 0: none.
+/// A force, N, that counts beside b in the scale of the residuals of this step's solves: for forces of this step that
+/// are not yet in b. 0: none.
 OM_API void om_tissue_set_force_scale(OmTissueWork* work, double force);
 /// Velocity change of the last solve, m/s (nvert x 3); x_end = x + h (v + dv).
 OM_API const double* om_tissue_dv(const OmTissueWork* work);
-/// Add to it a correction found by om_tissue_solve (nvert x 3); zero at prescribed vertices.
+/// Add a correction found by om_tissue_solve to this velocity change (nvert x 3); zero at prescribed vertices.
 OM_API void om_tissue_add_dv(OmTissueWork* work, const double* correction);
 /// y = A x for nrhs vectors (nrhs x nvert x 3).
 /// @return OM_OK; OM_INVALID (no step has begun, or nrhs < 1)
 OM_API OmStatus om_tissue_apply(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* x, double* y);
-/// Solve A x = b with zero at held vertices; x: in the first guess (nrhs x nvert x 3).
+/// Solve A x = b with x = 0 at prescribed vertices; x: in: initial guess, out: solution (nrhs x nvert x 3).
 /// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate); OM_INVALID (no step has begun, nrhs < 1, or the
 ///        matrix is not positive definite)
 OM_API OmStatus om_tissue_solve(const OmTissueModel* model, OmTissueWork* work, int nrhs,
                                 const double* b, double* x, OmSolveInfo* info);
-/// Diagonal block of A / h^2 at vertex i: what resists a displacement of this vertex alone, N/m.
+/// Diagonal block of A / h^2 at vertex i: the stiffness against a displacement of this vertex alone, N/m.
 OM_API double om_tissue_vertex_stiffness(const OmTissueWork* work, int i);
 /// Advance the state by the last solution.
-/// @return OM_OK; OM_INVALID (nothing was solved in this step)
+/// @return OM_OK; OM_INVALID (no solve in this step)
 OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* state,
                                    OmTissueWork* work);
 
@@ -277,7 +277,7 @@ OM_API OmStatus om_tissue_end_step(const OmTissueModel* model, OmTissueState* st
 
 typedef struct OmTissueForces {  // N, resultants of forces on the tissue
     OmVec3 grasp[OM_MAX_ARM];    // by each tool, from the constrained rows of the last step
-    OmVec3 pull[OM_MAX_ARM];     // the same minus the force that carries the patch's own weight
+    OmVec3 pull[OM_MAX_ARM];     // grasp minus the weight of the grasped patch
     OmVec3 attachment;           // by the attachments, from element stresses (or their springs)
     OmVec3 contact;              // by ground and organs, from the last contact step
     OmVec3 external;             // om_tissue_external_force
@@ -335,13 +335,13 @@ typedef struct OmEmbedding {  // points carried by elements; om_embedding_done f
     double* bary;   // barycentric coordinates, any sign outside the mesh        (npoint x 4)
     int* tet_vert;  // its vertices, or the particles                            (npoint x 4)
 } OmEmbedding;
-/// Bind points given in the rest shape to the element that holds them, or the nearest one; without elements
-/// to the nearest particles, those of a single layer carrying the point's foot in their plane.
+/// Bind points of the rest shape to the elements that contain them, or to the nearest elements; in a mesh without
+/// elements to the nearest particles. In a single layer of particles the projection on the layer is bound.
 /// @return OM_OK; OM_INVALID (a point that is not finite); OM_NO_MEMORY
 OM_API OmStatus om_tissue_embed(const OmTissueModel* model, int npoint, const double* point,
                                 OmEmbedding* embedding);
 OM_API void om_embedding_done(OmEmbedding* embedding);
-/// Where the points are when vertices are at x (npoint x 3).
+/// Positions of the points for vertex positions x (npoint x 3).
 OM_API void om_embedding_eval(const OmEmbedding* embedding, const double* x, double* point);
 
 #ifdef __cplusplus

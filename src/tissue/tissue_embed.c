@@ -1,11 +1,12 @@
 // tissue_embed.c: points carried by elements.
 //
-// A point goes to the element that holds it in the rest shape, or the one nearest to it; outside, its
-// barycentric coordinates extrapolate, so that a point just off the surface moves with it. All elements
-// are tried, spheres around them first: done once a scene.
+// A point is bound to the element that contains it in the rest shape, or else to the nearest element. Barycentric
+// coordinates extrapolate outside of the element, so a point slightly off the surface moves with the surface. The
+// search tests all elements, first their bounding spheres; it runs once for each scene.
 //
-// Where there are particles and no elements a point goes to the nearest one and three more near it that span a
-// tetrahedron with it; in a single layer, to the three that span a triangle, at its foot in their plane.
+// A mesh without elements has particles. A point is then bound to the nearest particle and to three more particles
+// near it that span a tetrahedron with the first. In a single layer of particles, three of them span a triangle, and
+// the projection of the point on its plane is bound.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
@@ -19,7 +20,7 @@ typedef struct Search {
 
 static OmVec3 closest_on_segment(OmVec3 p, OmVec3 a, OmVec3 b) {
     OmVec3 ab = om_sub(b, a);
-    double t = om_dot(om_sub(p, a), ab) / om_norm2(ab);  // edges of valid elements have length
+    double t = om_dot(om_sub(p, a), ab) / om_norm2(ab);  // edges of valid elements are not 0
     return om_madd(a, fmin(1, fmax(0, t)), ab);
 }
 
@@ -81,8 +82,8 @@ static void search_points(void* ctx, int begin, int end, int block) {
 
 // ---- particles without elements -----------------------------------------------------------------------
 
-#define NEAR 24    // particles looked at
-#define WIDE 0.25  // of what a right angle would span: wide enough to carry a point
+#define NEAR 24    // number of candidate particles
+#define WIDE 0.25  // smallest sine of the angle of an edge to the edge or plane before
 
 // The NEAR particles nearest to p, nearest first; returns how many there are.
 static int find_nearest(const OmTetMesh* mesh, OmVec3 p, int vert[NEAR]) {
@@ -98,13 +99,13 @@ static int find_nearest(const OmTetMesh* mesh, OmVec3 p, int vert[NEAR]) {
     return num;
 }
 
-// Weights of p among the corners o, o + e[0], ... of a point, line, triangle or tetrahedron (n edges).
+// Barycentric weights of p at the corners o, o + e[0], ... of a point, line, triangle or tetrahedron (n edges).
 static void weigh_point(OmVec3 d, int n, const OmVec3 e[3], double bary[4]) {
     memset(bary, 0, 4 * sizeof *bary);
     if (n == 1) bary[1] = om_dot(d, e[0]) / om_norm2(e[0]);
     if (n == 2) {
         OmVec3 normal = om_cross(e[0], e[1]);
-        double area2 = om_norm2(normal);  // wide enough: above 0
+        double area2 = om_norm2(normal);  // > 0: the corners passed the test with WIDE
         bary[1] = om_dot(om_cross(d, e[1]), normal) / area2;
         bary[2] = om_dot(om_cross(e[0], d), normal) / area2;
     }

@@ -1,4 +1,4 @@
-// tissue_engine.c: engines checked and found by name; what an engine sees of a model, a state and a work.
+// tissue_engine.c: checks of engines, search by name, and an engine's access to model, state and work.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"

@@ -1,14 +1,14 @@
-// tissue_force.c: forces a person can read, energy and momentum.
+// tissue_force.c: resultant forces on the tissue, energy and momentum.
 //
-// Each force comes from where it is made: a tool's from the rows it constrains, an attachment's from the
-// stresses of the elements at it (or its spring), the ground's from its contact, weight from the masses.
-// That they sum to zero at rest is therefore a test of the whole and not a definition.
+// Each force is computed from its own source: the force of a tool from the rows of A that the tool constrains, the
+// force of an attachment from the stresses of its elements (or from its spring), the force of the ground from contact,
+// weight from the masses. At rest the sum must be zero, which tests all of them together.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
 
-// By the attachment at vertex i on the tissue, given the elastic force there. A vertex held still feels
-// elements, weight and whatever else acts on it; its attachment carries the rest.
+// Force of the attachment on vertex i of the tissue, from the elastic force there. At a fixed vertex it balances all
+// other forces: elastic force, weight, external force, contact.
 static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, int i,
                                OmVec3 elastic) {
     double k = om__state_stiffness(s)[i];
@@ -24,7 +24,7 @@ static OmVec3 attachment_force(const OmTissueModel* m, const OmTissueState* s, i
     return om_scale(-1, on);
 }
 
-// Elastic forces on vertices that are held still: their sum, and each of them unless force (nvert x 3) is null.
+// Elastic forces on fixed vertices: their sum, and each of them unless `force` (nvert x 3) is null.
 static OmStatus add_elastic_of_held(const OmTissueModel* m, const OmTissueState* s, double* force,
                                     OmVec3* sum) {
     const unsigned char *attached = om__state_attached(s), *mask = attached;

@@ -1,20 +1,21 @@
 // tissue_guard.c: checks of a step: inverted elements and the balance of energy.
 //
-// One linearisation cannot see an element turn inside out, or a stress that is far from the linear one at the end of
-// the step. So the outcome of every step is checked by two rules, element by element and in energy:
+// One linearisation does not detect an element that inverts, nor a stress at the end of the step that is far from its
+// linear prediction. So two rules check the outcome of every step, one for each element and one for the energy:
 //
-//     det F of an element does not fall below min(0.1, half of what it was)
+//     det F of an element does not fall below min(0.1, half of its value at the beginning)
 //     dE <= W + ENERGY_SLACK s (E_kinetic + E_elastic + |W|) + ENERGY_FLOOR sum V mu
 //
-// s is the share of the whole step that a substep is. E is kinetic, elastic, gravitational and of springs. W is the
-// work of tools, contact and external forces: the force at the end of the step times the displacement. For implicit
-// Euler and a quadratic energy dE = W - |dv|_M^2 / 2 - d . K d / 2: a correct step dissipates the last two terms.
-// Changes are formed from dv and d, not from differences of energies. Elastic energies of the check are in floats:
-// where they break the rule they are computed again in double.
+// s is the length of the substep as a fraction of the whole step. E is the kinetic, elastic and gravitational energy
+// and that of springs. W is the work of tools, contact and external forces: the force at the end of the step times the
+// displacement. For implicit Euler and a quadratic energy dE = W - |dv|_M^2 / 2 - d . K d / 2, so a correct step
+// dissipates the last two terms.
+// Changes are computed from dv and d, not as differences of energies. The check computes elastic energies in float,
+// and again in double where the float energies break the rule.
 //
 // Both checks take 5 to 15 % of a step of 1,440 elements. Tried and rejected: cutting a step to h / 1024 for elements
-// whose energy is finite where they invert. Shorter steps do not keep a corotational element from inverting in a hard
-// impact; they took a hundred times as long to the same count.
+// whose energy is finite at det F = 0. Shorter steps do not prevent the inversion of a corotational element in a hard
+// impact: as many elements inverted, and the run took a hundred times as long.
 #include "tissue/tissue_internal.h"
 
 #define ENERGY_SLACK 0.01
@@ -52,7 +53,7 @@ bool om__is_crushing(const OmTissueModel* m, const OmTissueState* s, OmTissueWor
     return check.ncrushed > 0;
 }
 
-// Work of what was added to the step (contact), of its force at the end of the step.
+// Work of the forces that were added to the step (contact): force at the end of the step times displacement.
 static double work_of_added(const OmTissueWork* w) {
     double work = 0;
     for (int n = 0; n < w->nextra; ++n) {
@@ -114,8 +115,8 @@ OmGuard om__guard_step(const OmTissueModel* m, const OmTissueState* s, OmTissueW
     double floor = ENERGY_FLOOR * m->total_mu;
     g.gain = end - begin + b.change - b.work;
     g.bound = ENERGY_SLACK * share * (b.kinetic + begin + b.effort) + floor;
-    // With averaged strains the check has the energies of single elements: a rise of them only raises the doubt. The
-    // energy itself at every step would double its time.
+    // With averaged strains the check sums energies of single elements, which only estimate the energy. If the estimate
+    // rises too much, the energy itself is computed; computing it at every step would double the time of a step.
     if (!(g.gain <= g.bound) && m->engine->eval_balance &&
         m->engine->eval_balance(m, w, x, w->elastic, &begin) == OM_OK &&
         m->engine->eval_balance(m, w, w->x_end, w->elastic, &end) == OM_OK) {

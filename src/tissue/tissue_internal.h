@@ -1,6 +1,6 @@
-// tissue_internal.h: the inside of model, state and work, for room tissue and the engines of this floor.
+// tissue_internal.h: fields of model, state and work, for room tissue and the engines of this floor.
 //
-// What an engine fills is in omentum/tissue_engine.h; engines of other rooms need no more than that header.
+// The interface of engines is omentum/tissue_engine.h; engines of other rooms include only that header.
 #ifndef OMENTUM_TISSUE_INTERNAL_H
 #define OMENTUM_TISSUE_INTERNAL_H
 
@@ -18,10 +18,10 @@ struct OmTissueModel {
     int nsurface;
     int* surface_vert;      // vertices of the boundary, ascending                (nsurface)
     const OmMeshSet* held;  // set "attachment", or null
-    double* stiffness;  // of an attachment of each vertex unless the state has its own, N/m (nvert)
-    double size;        // diagonal of the bounding box, m
-    double total_mass;  // kg
-    double total_mu;    // J, sum of V mu over elements
+    double* stiffness;      // default stiffness of attachments, N/m        (nvert)
+    double size;            // diagonal of the bounding box, m
+    double total_mass;      // kg
+    double total_mu;        // J, sum of V mu over elements
 };
 
 #define OM__MAX_STIFFNESS 1e9  // N/m, of the spring of an attached vertex
@@ -36,7 +36,7 @@ typedef struct OmTissueArm {
 struct OmTissueState {  // head of the block; arrays follow, nothing in it is a pointer
     uint64_t size;      // bytes before the stiffness of attachments, the last array
     int32_t nvert;
-    // 1: some attachment's stiffness is not the model's; then it is hashed
+    // 1: the stiffness of an attachment differs from the model's; the array is then part of the hash
     int32_t is_own_stiffness;
     double time;  // s
     OmTissueArm arm[OM_MAX_ARM];
@@ -45,11 +45,11 @@ struct OmTissueState {  // head of the block; arrays follow, nothing in it is a 
 enum {            // arrays of 3 doubles a vertex, in this order behind the head
     OM__X,        // positions
     OM__V,        // velocities
-    OM__F_EXT,    // external forces, by the caller
-    OM__F_TOOL,   // by tools, computed by end_step or the engine's own step
-    OM__F_TOUCH,  // by contact, written by the contact method
-    OM__ANCHOR,   // where attached vertices are drawn to
-    OM__GRIP,     // place in the frame of the tool that holds the vertex
+    OM__F_EXT,    // external forces, written by the caller
+    OM__F_TOOL,   // forces of tools, computed by end_step or the engine's own step
+    OM__F_TOUCH,  // contact forces, written by the contact method
+    OM__ANCHOR,   // anchors of attached vertices
+    OM__GRIP,     // position in the frame of the tool that grasps the vertex
     OM__NARRAY3  // then bytes: attached (nvert), held_by (nvert); the engine's; doubles: stiffness (nvert)
 };
 #define OM__STATE_HEAD 320  // bytes of the head, room to grow, a multiple of 64
@@ -64,7 +64,7 @@ static inline unsigned char* om__state_attached(const OmTissueState* s) {
 static inline signed char* om__state_held_by(const OmTissueState* s) {
     return (signed char*)om__state_attached(s) + s->nvert;
 }
-/// Bytes of a state before those of the engine.
+/// Offset of the engine's bytes in a state.
 static inline size_t om__state_size(int nvert) {
     size_t size = OM__STATE_HEAD + (size_t)nvert * (OM__NARRAY3 * 3 * sizeof(double) + 2);
     return (size + 63) / 64 * 64;
@@ -72,7 +72,7 @@ static inline size_t om__state_size(int nvert) {
 static inline void* om__state_engine(const OmTissueState* s) {
     return (char*)(uintptr_t)s + om__state_size(s->nvert);
 }
-/// Of the spring of each attached vertex, N/m; 0 where a vertex is held still or not attached.
+/// Stiffness of the spring of each attached vertex, N/m; 0: fixed, or not attached.
 static inline double* om__state_stiffness(const OmTissueState* s) {
     return (double*)((char*)(uintptr_t)s + s->size);
 }
@@ -80,11 +80,11 @@ static inline double* om__state_stiffness(const OmTissueState* s) {
 static inline size_t om__state_bytes(const OmTissueState* s) {
     return (s->size + (size_t)s->nvert * sizeof(double) + 63) / 64 * 64;
 }
-/// Is the vertex attached without a spring?
+/// True if the vertex is attached without a spring (fixed).
 static inline bool om__is_held_still(const OmTissueState* s, int i) {
     return om__state_attached(s)[i] && om__state_stiffness(s)[i] <= 0;
 }
-/// Is the vertex moved by a tool or held still, rather than by forces?
+/// True if the position of the vertex is prescribed: by a tool, or by an attachment without a spring.
 static inline bool om__is_prescribed(const OmTissueState* s, int i) {
     return om__state_held_by(s)[i] >= 0 || om__is_held_still(s, i);
 }
@@ -95,7 +95,7 @@ typedef struct OmTissuePoint {  // a force on a point inside an element
     OmVec3 f;       // N
     OmMat3 K;       // N/m
     bool has_K;     // not zero
-    int block[16];  // of A, if so
+    int block[16];  // indices of the blocks of A that K changes; used if has_K
 } OmTissuePoint;
 
 typedef struct OmTissueUndo {  // a block of A before it was changed
@@ -109,35 +109,35 @@ struct OmTissueWork {
     void* data;  // the engine's own
     OmBsr A;
     OmSolver* solver;
-    double h;            // s, of the step begun; 0 outside a step
-    double share;        // of the way to the tools' goals that this step goes; 1 unless it was cut
-    bool is_fresh;       // no solve since begin_step
-    bool is_stale;       // A is another one than at the solver's last refresh
-    bool is_changed;     // forces changed A since then: diagonal blocks are enough
-    unsigned char* key;  // vertices prescribed at the last set_fixed                (nvert)
-    unsigned char* fixed;     // the same a degree of freedom                          (nvert x 3)
-    double* b;                // by assemble                                           (nvert x 3)
-    double* rhs;              // b with what was added                                 (nvert x 3)
-    double* dv;               // the solution                                          (nvert x 3)
-    int nextra;               // vertices with added forces
-    int* extra;               //                                                       (nvert)
+    double h;              // s, of the step begun; 0 outside a step
+    double share;          // fraction of the motion to the tools' goals in this step; 1 unless cut
+    bool is_fresh;         // no solve since begin_step
+    bool is_stale;         // A was assembled again since the solver's last refresh
+    bool is_changed;       // added forces changed A since the refresh, diagonal blocks only
+    unsigned char* key;    // prescribed vertices at the last set_fixed                (nvert)
+    unsigned char* fixed;  // the same for each degree of freedom                   (nvert x 3)
+    double* b;             // by assemble                                           (nvert x 3)
+    double* rhs;           // b plus added forces                                   (nvert x 3)
+    double* dv;            // the solution                                          (nvert x 3)
+    int nextra;            // vertices with added forces
+    int* extra;            //                                                       (nvert)
     unsigned char* is_extra;  //                                                    (nvert)
     OmVec3* extra_f;          // N                                                  (nvert)
     OmMat3* extra_K;          // N/m                                                (nvert)
-    float* extra_diag;        // diagonal blocks of A without them                  (nvert x 9)
+    float* extra_diag;        // diagonal blocks of A without added forces          (nvert x 9)
     int npoint, max_point;    // forces on points, tissue_point.c
     OmTissuePoint* point;     //                                                    (max_point)
-    int nundo;                // blocks of A that they changed
+    int nundo;                // blocks of A changed by forces on points
     OmTissueUndo* undo;       //                                                    (max_point x 16)
     OmPose next[OM_MAX_ARM];  // tools at the end of the step begun
-    bool is_static;           // a body at rest is sought: no inertia, h is 1
-    double force_scale;       // N, that solves are measured against besides b
-    double reference;         // norm that a solve is measured against; 0: as it sees fit
-    double *x_end, *v_end;    // where the step would end                          (nvert x 3)
+    bool is_static;           // statics: no inertia, h is 1
+    double force_scale;       // N, added to b where residuals are scaled
+    double reference;         // norm that scales the residual of a solve; 0: the norm of rhs
+    double *x_end, *v_end;    // trial positions and velocities                    (nvert x 3)
     double *from, *trial, *start;  // velocity changes of Newton's method               (nvert x 3)
-    double* elastic;               // elastic force at the last one looked at, N        (nvert x 3)
-    double* refine;                // of tissue_refine.c, null where A is the tangent
-    void* backup;                  // a state, for steps that are cut
+    double* elastic;               // elastic force at the last trial, N                (nvert x 3)
+    double* refine;                // arrays of tissue_refine.c; null where A is the tangent
+    void* backup;                  // copy of a state, for steps that are cut
 };
 
 // ---- tissue_engine.c ------------------------------------------------------------------------------
@@ -148,27 +148,27 @@ OmStatus om__engine_check(const OmTissueEngine* engine);
 // ---- tissue_newton.c ------------------------------------------------------------------------------
 
 typedef struct OmNewton {
-    double tolerance;    // of the norm of what is left
-    double scale;        // that norm's unit; 0: what is left at the beginning
+    double tolerance;    // of the norm of the residual, relative to `scale`
+    double scale;        // N; 0: the norm of the residual at the beginning
     int max_iterations;  //
-    bool predicts;       // begin with the corotational law
+    bool predicts;       // start with iterations of the corotational law
     OmTissueStepFn fn;   // solves a linearised problem with contact; null: om_tissue_solve_step
     void* ctx;           //
     // out: the residual is at the level of rounding; shorter steps do not help
     bool is_at_floor;
 } OmNewton;
 
-/// From the step begun and, unless at rest, solved: w->dv to Newton's solution.
+/// Solve a step by Newton's method; the solution is w->dv. The step has begun and, unless in statics, was solved once.
 /// @return OM_OK; OM_NOT_CONVERGED (w->dv is the last iterate); errors of the solve
 OmStatus om__newton(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work,
                     OmNewton* newton, OmTissueReport* report);
-/// Of the step begun and solved once: the norm that its solution had to bring to zero.
+/// Norm of the residual at the beginning of a step that has been solved once.
 double om__newton_scale(const OmTissueModel* model, OmTissueWork* work);
 
 // ---- tissue_guard.c -------------------------------------------------------------------------------
 
 typedef struct OmGuard {  // checks of the outcome of a step
-    bool is_bad;          // elements are crushed, or energy came out of nothing
+    bool is_bad;          // elements are crushed, or the energy rose too much
     int ncrushed;         // as in OmTissueCheck
     int nbarrier;         //
     int ninverted;        //
@@ -176,15 +176,15 @@ typedef struct OmGuard {  // checks of the outcome of a step
     double bound;         // J, the gain that a step may have
 } OmGuard;
 
-/// Judge the velocity change w->dv of the step begun. w->x_end, w->v_end and w->elastic are overwritten.
-/// @param share      of the whole step that this one is: so much of the slack belongs to it
-/// @param is_solved  by Newton's method: then elements may be as flat as it finds them
+/// Check the velocity change w->dv of the current step. w->x_end, w->v_end and w->elastic are overwritten.
+/// @param share      length of this substep as a fraction of the whole step; scales the slack
+/// @param is_solved  Newton's method converged: the lower limit of det F is then smaller
 OmGuard om__guard_step(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                        double share, bool is_solved);
-/// The same of elements alone, for any velocity change: would it crush one? w->x_end is overwritten.
+/// The check of elements alone, for any velocity change: true if it crushes one. w->x_end is overwritten.
 bool om__is_crushing(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                      const double* dv);
-/// OM_INVALID, with a message that says what is wrong.
+/// Return OM_INVALID, with a message that names the broken rule.
 OmStatus om__guard_refuse(const OmGuard* guard);
 /// Row i of A times dv.
 OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i);
@@ -192,14 +192,14 @@ OmVec3 om__apply_row(const OmBsr* A, const double* dv, int i);
 // ---- tissue_refine.c ------------------------------------------------------------------------------
 
 OmStatus om__refine_create(OmTissueWork* work);
-/// As om_tissue_solve_step for the problem linearised at work->from, whose x_end is the last one looked at, with
-/// the tangent of the forces themselves.
+/// As om_tissue_solve_step for the problem linearised at work->from, with the exact tangent of the forces. x_end must
+/// belong to work->from.
 OmStatus om__refine(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                     OmTissueReport* report);
 
 // ---- tissue_point.c -------------------------------------------------------------------------------
 
-/// Forces on points into A and rhs, and out of A again.
+/// Add forces on points to A and rhs, and remove them from A.
 void om__points_apply(const OmTissueState* state, OmTissueWork* work);
 void om__points_undo(OmTissueWork* work);
 

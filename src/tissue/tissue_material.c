@@ -1,4 +1,4 @@
-// tissue_material.c: laws by name, constants checked and converted.
+// tissue_material.c: names of laws, checks and conversion of constants.
 #include <math.h>
 #include <string.h>
 

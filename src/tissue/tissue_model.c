@@ -1,4 +1,4 @@
-// tissue_model.c: definitions checked, masses lumped.
+// tissue_model.c: checks of definitions, lumped masses.
 #include <stdio.h>
 #include <string.h>
 
@@ -121,7 +121,7 @@ static OmStatus lump_mass(OmTissueModel* m) {
 }
 
 static OmStatus find_surface(OmTissueModel* m) {
-    if (m->mesh.ntet == 0) {  // any particle may come to touch
+    if (m->mesh.ntet == 0) {  // any particle may come into contact
         m->nsurface = m->mesh.nvert;
         OM_ALLOC(m->surface_vert, m->nsurface);
         for (int i = 0; i < m->nsurface; ++i) m->surface_vert[i] = i;

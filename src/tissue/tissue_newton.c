@@ -5,31 +5,32 @@
 //
 //     Phi(dv) = 1/2 |dv|^2_M + h a/2 |v|^2_M + W(x) + springs - x . (f_ext + M g),   v = v0 + dv, x = x0 + h v
 //
-// (Radovitzky and Ortiz 1999); at rest the terms with M vanish and h is 1. The engine's tangent is projected, so
-// the step to the solution of the linearised problem goes down Phi, and halving it until Phi falls enough
-// (Armijo) always ends; near the solution the exact tangent takes over, with which it is quadratic (projected, a
-// beam under its weight gained a factor 1.6 an iteration). A body at rest is first predicted by the corotational
-// law, to which large rotations are nothing: under the whole weight at once half the iterations went into them.
-// The linearised problem is posed for dv itself, A dv = A dv_k - grad Phi(dv_k): a solver
-// of the first one (contact) can solve the next. Its forces are not in Phi: then a step is halved only until
-// it turns nothing inside out. grad Phi is taken in double: in the floats of a step, forces that balance leave
-// 1e-3 of a soft body's weight.
+// (Radovitzky and Ortiz 1999); in statics the terms with M vanish and h is 1. The engine's tangent is projected, so
+// the direction to the solution of the linearised problem is a descent direction of Phi, and a line search that halves
+// the step until Phi falls enough (Armijo) always ends. Near the solution the exact tangent replaces the projected one,
+// and convergence is quadratic; with the projected tangent the residual of a beam under its weight fell by a factor of
+// 1.6 an iteration. In statics, iterations with the corotational law predict the solution first: large rotations cost
+// that law few iterations, and without the predictor half of all iterations went into rotations.
+// The unknown of the linearised problem is dv itself, A dv = A dv_k - grad Phi(dv_k), so the solver of the first
+// linearisation (contact) can solve the next ones. Contact forces are not part of Phi: with contact, a step is halved
+// only until no element inverts. grad Phi is computed in double: in float, the rounding of forces in balance is 1e-3
+// of a soft body's weight.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
 
 #define ARMIJO 1e-4
 #define MIN_STEP (1.0 / 1024)
-#define FORCING 0.03    // of the norm that a linear solve leaves
-#define NEAR 0.3        // of the norm at the beginning: below it, tangents are not projected
-#define STALE 4         // iterations that do not lower the residual: it is at the floor of rounding
-#define USEFUL 1e-3     // of the residual's scale: a floor is below it
-#define ROUNDING 1e-15  // of positions
-#define STILL 1e3       // times the rounding: a body whose residual begins below is at rest
-#define NPREDICT 8      // iterations of the predictor at most
-#define PREDICTED 0.1   // of the first change: the predictor has settled
+#define FORCING 0.03    // residual of a linear solve, relative to the residual before
+#define NEAR 0.3        // relative to the norm at the beginning; below it the exact tangent is used
+#define STALE 4         // iterations without a lower residual: the residual is at rounding level
+#define USEFUL 1e-3     // relative to the residual's scale; the level of rounding must be below
+#define ROUNDING 1e-15  // of positions, relative
+#define STILL 1e3       // a body with an initial residual below STILL times rounding is at rest
+#define NPREDICT 8      // maximum iterations of the predictor
+#define PREDICTED 0.1   // relative to the first change; below it the predictor has converged
 
-// Phi at a velocity change, elastic damping left out; w->x_end, w->v_end and w->elastic belong to it afterwards.
+// Phi at a velocity change, without elastic damping. Sets w->x_end, w->v_end and w->elastic for that velocity change.
 static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                                const double* dv, double* potential) {
     double inertia = 0, damping = 0, work = 0, spring = 0, elastic;
@@ -55,7 +56,7 @@ static OmStatus eval_potential(const OmTissueModel* m, const OmTissueState* s, O
     return OM_OK;
 }
 
-// -grad Phi at vertex i of the velocity change that was looked at last.
+// -grad Phi at vertex i, for the last velocity change at which Phi was computed.
 static OmVec3 downhill(const OmTissueModel* m, const OmTissueState* s, const OmTissueWork* w,
                        const double* dv, int i) {
     OmVec3 f = om_add(om_load3(w->elastic, i), om_load3(om__state_array(s, OM__F_EXT), i));
@@ -69,7 +70,7 @@ static OmVec3 downhill(const OmTissueModel* m, const OmTissueState* s, const OmT
     return om_madd(om_scale(w->h, f), -m->mass[i], om_load3(dv, i));
 }
 
-// |grad Phi| over free vertices there.
+// |grad Phi| over free vertices, for the same velocity change.
 static double norm_downhill(const OmTissueModel* m, const OmTissueState* s, const OmTissueWork* w,
                             const double* dv) {
     double sum = 0;
@@ -78,8 +79,8 @@ static double norm_downhill(const OmTissueModel* m, const OmTissueState* s, cons
     return sqrt(sum);
 }
 
-// A at the velocity change looked at last, and b so that A dv_next = b is Newton's next iterate; norm: of grad
-// Phi over free vertices.
+// Assemble A at the last velocity change, and b such that A dv_next = b gives Newton's next iterate. norm: |grad Phi|
+// over free vertices.
 static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                           const double* dv, bool is_exact, double* norm) {
     double h = w->h, beta = w->is_static ? 0 : m->def.rayleigh_stiffness, sum = 0;
@@ -97,7 +98,7 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
         if (!w->key[i]) sum += om_norm2(down);
         om_store3(w->b, i, down);
     }
-    // A dv, and with elastic damping h b K v = (A v - ...) h b / (h^2 + h b), which needs no more than A either.
+    // A dv; elastic damping too is computed from A: h b K v = (A v - ...) h b / (h^2 + h b).
     om_bsr_apply(&w->A, m->def.solver.nworker, dv, w->trial);
     for (size_t n = 0; n < 3 * (size_t)w->nvert; ++n) w->b[n] += w->trial[n];
     if (beta > 0) {
@@ -113,7 +114,7 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
             if (!w->key[i]) sum += om_norm2(down);
         }
     }
-    // A dv - rhs is -grad Phi: what tools exert, and the work they do, are read from it.
+    // A dv - rhs is -grad Phi: forces of tools and their work are computed from it.
     memcpy(w->rhs, w->b, 3 * (size_t)w->nvert * sizeof *w->rhs);
     w->is_stale = true;
     *norm = sqrt(sum);
@@ -121,7 +122,7 @@ static OmStatus linearise(const OmTissueModel* m, const OmTissueState* s, OmTiss
 }
 
 // |A (b - a)| over free vertices, and -(b - a) . A (b - a): at the solution of a linearised problem without
-// contact these are |grad Phi| and its slope along the way.
+// contact these are |grad Phi| and the slope of Phi from a to b.
 static double measure_way(const OmTissueModel* m, OmTissueWork* w, const double* a, const double* b,
                           double* slope) {
     double sum = 0;
@@ -137,8 +138,8 @@ static double measure_way(const OmTissueModel* m, OmTissueWork* w, const double*
     return sqrt(sum);
 }
 
-// Shorten the way from w->from to w->dv until it goes down far enough; *share of it is left. *potential: at its
-// beginning, then at its end.
+// Line search: halve the step from w->from to w->dv until Phi falls enough. *share: fraction of the step that is
+// taken. *potential: in: Phi at the beginning, out: at the end.
 static OmStatus search_line(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                             bool has_contact, double slope, double* potential, double* share) {
     size_t n3 = 3 * (size_t)w->nvert;
@@ -155,7 +156,7 @@ static OmStatus search_line(const OmTissueModel* m, const OmTissueState* s, OmTi
     return OM_OK;
 }
 
-// Where to begin: at the solution of the first linearisation, or with free vertices at their old velocity.
+// Initial guess: the solution of the first linearisation, or the old velocity at free vertices.
 static OmStatus choose_start(const OmTissueModel* m, const OmTissueState* s, OmTissueWork* w,
                              bool has_contact, double* potential) {
     for (int i = 0; i < w->nvert; ++i)
@@ -170,8 +171,8 @@ static OmStatus choose_start(const OmTissueModel* m, const OmTissueState* s, OmT
     return eval_potential(m, s, w, w->from, potential);
 }
 
-// A few iterations with the corotational law from w->from, in floats: near rest whatever the rotations. Kept if
-// the potential says so.
+// A few iterations with the corotational law from w->from, in float: the result is near rest also for large rotations.
+// It is kept if its potential is lower.
 static OmStatus predict(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                         double* potential, OmTissueReport* report) {
     size_t n3 = 3 * (size_t)w->nvert;
@@ -206,8 +207,8 @@ static OmStatus predict(const OmTissueModel* m, OmTissueState* s, OmTissueWork* 
     return eval_potential(m, s, w, w->from, potential);
 }
 
-// Solve the linearised problem at w->from to `left` of its residual; where the exact tangent is not positive
-// definite, the projected one.
+// Solve the linearised problem at w->from until its residual is `left`, N. If the exact tangent is not positive
+// definite, use the projected tangent.
 static OmStatus solve_linearised(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w,
                                  const OmNewton* newton, bool* is_exact, double left,
                                  OmTissueReport* report) {
@@ -226,7 +227,7 @@ static OmStatus solve_linearised(const OmTissueModel* m, OmTissueState* s, OmTis
     }
 }
 
-// What rounding of positions leaves of the residual: A / h x to 2e-16, at every free vertex.
+// Residual caused by rounding of positions: A / h x to 2e-16, at every free vertex.
 static double norm_of_rounding(const OmTissueState* s, const OmTissueWork* w) {
     const double* x = om__state_array(s, OM__X);
     double sum = 0;
@@ -243,7 +244,7 @@ typedef struct Progress {  // of the residual over iterations
     int nstale;
 } Progress;
 
-// Has the residual stopped falling, below what makes a step useful?
+// True if the residual has stopped falling, at a level low enough for a useful step.
 static bool is_at_floor(Progress* p, double norm, double scale) {
     p->nstale = norm < 0.9 * p->best ? 0 : p->nstale + 1;
     p->best = fmin(p->best, norm);
@@ -270,7 +271,7 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
     if (!(scale > 0)) scale = norm_downhill(m, s, w, w->from);
     if (newton->predicts) OM_TRY(predict(m, s, w, &potential, report));
     for (int k = 0; k <= newton->max_iterations; ++k) {
-        // With contact the forces of the last solve stay in A and rhs: the guard needs them.
+        // With contact the forces of the last solve remain in A and rhs: the guard needs them.
         if (has_contact && (k == newton->max_iterations || t <= MIN_STEP)) break;
         OM_TRY(linearise(m, s, w, w->from, is_exact, &norm));
         if (!has_contact) report->newton_residual = scale > 0 ? norm / scale : 0;
@@ -278,15 +279,15 @@ OmStatus om__newton(const OmTissueModel* m, OmTissueState* s, OmTissueWork* w, O
         w->is_fresh = false;
         double rounding = norm_of_rounding(s, w),
                enough = fmax(newton->tolerance * scale, rounding);
-        bool is_at_rest = scale <= STILL * rounding;  // there was nothing to solve
+        bool is_at_rest = scale <= STILL * rounding;  // the body is at rest already
         bool is_enough = norm <= newton->tolerance * scale || (is_at_rest && norm <= enough);
         if (!has_contact && is_enough) return OM_OK;
         if (!has_contact && norm <= enough) return stop_at_floor(newton, report);
         if (!has_contact && is_at_floor(&progress, norm, scale))
             return stop_at_floor(newton, report);
         if (k == newton->max_iterations || t <= MIN_STEP) break;
-        // Contact forces are in the linearised problem only. Only it shows whether forces balance, so it is solved
-        // to the tolerance each time; solved loosely, the set of contacts went round in circles.
+        // Contact forces appear only in the linearised problem, so only its residual measures the balance of forces.
+        // Each linear solve therefore reaches the tolerance; with looser solves the active set cycled.
         double left = has_contact ? 0.5 * enough : FORCING * norm;
         OmStatus status = solve_linearised(m, s, w, newton, &is_exact, left, report);
         if (status < 0) return status;

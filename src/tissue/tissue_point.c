@@ -1,13 +1,13 @@
 // tissue_point.c: forces on points inside elements.
 //
 // A point p = sum w_a x_a of a tetrahedron with the force f - K (p_end - p_begin) adds h w_a f - h^2 w_a K v_p to
-// b at its vertices and h^2 w_a w_b K to the blocks of A that join them, all of them in the pattern. Blocks are
-// written down before they are changed and put back in reverse order, so clearing is exact.
+// b at its vertices and h^2 w_a w_b K to the blocks of A between them, all of them in the pattern. Each block is saved
+// before a change, and blocks are restored in reverse order, so clearing is exact.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
 
-#define NBLOCK 16  // of one point
+#define NBLOCK 16  // blocks of A changed by one point
 
 OmStatus om_tissue_reserve_points(OmTissueWork* w, int npoint) {
     OM_CHECK(npoint >= 0 && npoint <= 10000000, OM_INVALID,
@@ -50,7 +50,7 @@ OmStatus om_tissue_add_point_force(OmTissueWork* w, const int vert[4], const dou
     return OM_OK;
 }
 
-// Add m to block k of A, which is written down first.
+// Save block k of A, then add m to it.
 static void change_block(OmTissueWork* w, int k, OmMat3 m) {
     OmTissueUndo* u = &w->undo[w->nundo++];
     u->block = k;

@@ -1,17 +1,18 @@
 // tissue_refine.c: Newton's direction where the engine's matrix is only an upper bound of the tangent (averaged
 // strains).
 //
-// H d = r with H the tangent of the forces themselves, by conjugate gradients: H p from central differences of
-// forces in double, A as the preconditioner, loosely solved (hence the form of Polak and Ribiere). Without it
-// Newton's method gains a factor of 1 - K / A an iteration: 400 iterations left a tenth of the residual at nu = 0.49.
+// Conjugate gradients solve H d = r, where H is the exact tangent of the forces: H p is a central difference of forces
+// in double, and an inexact solve with A is the preconditioner (hence the form of Polak and Ribiere). With A in place
+// of H the convergence rate of Newton's method is 1 - H / A: at nu = 0.49 a tenth of the residual was left after 400
+// iterations.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
 
 #define MAX_ITERATIONS 60
-#define PRECONDITIONED 0.1  // of the residual that a solve with A leaves
-#define REFINED 0.03        // of the residual that remains
-#define DIFFERENCE 1e-6     // of the body's size, the largest displacement in a difference
+#define PRECONDITIONED 0.1  // relative residual of a solve with A
+#define REFINED 0.03        // relative residual of the solve with H
+#define DIFFERENCE 1e-6     // largest displacement in a difference, relative to the body's size
 
 enum { R, R_OLD, Z, P, HP, D, X, F_MINUS, F_PLUS, NARRAY };
 
@@ -54,7 +55,7 @@ static OmStatus apply_tangent(const OmTissueModel* m, const OmTissueState* s, Om
     return OM_OK;
 }
 
-// Z = A^-1 R, roughly.
+// Z = A^-1 R, solved to PRECONDITIONED.
 static OmStatus precondition(const OmTissueModel* m, OmTissueWork* w, OmTissueReport* report) {
     OmSolveInfo info = {0};
     memset(array_of(w, Z), 0, 3 * (size_t)w->nvert * sizeof(double));
@@ -84,8 +85,8 @@ OmStatus om__refine(const OmTissueModel* m, const OmTissueState* s, OmTissueWork
         for (size_t n = 0; n < n3; ++n) p[n] = z[n] + beta * p[n];
         OM_TRY(apply_tangent(m, s, w));
         double curvature = dot(w, P, HP);
-        if (!(curvature >
-              0)) {  // as far as the tangent is positive: at first the way of A, downhill
+        // Negative curvature ends the iteration with the last d; in the first iteration d = z, a descent direction.
+        if (!(curvature > 0)) {
             if (k == 0) memcpy(d, p, n3 * sizeof *d);
             break;
         }

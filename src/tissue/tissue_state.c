@@ -1,4 +1,4 @@
-// tissue_state.c: the block of everything that changes; attachments and grasps.
+// tissue_state.c: the block of a state; attachments and grasps.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
@@ -44,7 +44,7 @@ void om_tissue_state_reset(const OmTissueModel* m, OmTissueState* s) {
     if (m->engine->sync_state) m->engine->sync_state(m, s);
 }
 
-// Where every attachment has the model's stiffness, the array says nothing that the model does not.
+// If every attachment has the model's stiffness, the array is redundant and is not hashed.
 uint64_t om_tissue_state_hash(const OmTissueState* s) {
     uint64_t hash = om_hash(s, s->size, OM_HASH_SEED);
     if (!s->is_own_stiffness) return hash;
@@ -83,7 +83,7 @@ OmStatus om_tissue_set_x(const OmTissueModel* m, OmTissueState* s, const double*
 
 // ---- attachments ----------------------------------------------------------------------------------
 
-// Stiffness of the k-th of the vertices to be attached.
+// Stiffness of the k-th vertex to attach.
 static double stiffness_of(const OmTissueModel* m, const int* vert, const double* stiffness,
                            int k) {
     return stiffness ? stiffness[k] : m->stiffness[vert[k]];

@@ -1,12 +1,12 @@
 // tissue_step.c: implicit Euler around an engine's matrix.
 //
-// An engine assembles A and b. Prescribed vertices leave the system with a known velocity change: dv = (x_goal - x) / h
-// - v. Forces added between solves (contact) enter the diagonal blocks of A and b. The force of a tool is the residual
+// An engine assembles A and b. Prescribed vertices have a known velocity change, dv = (x_goal - x) / h - v, and are
+// eliminated from the system. Forces added between solves (contact) enter A and b. The force of a tool is the residual
 // of the rows of its vertices, f_tool = (A dv - b) / h, inertia included. A step that fails is halved, and substeps
-// grow again as they succeed. A step with contact that would invert an element is halved before Newton's method is
-// tried: there it has no potential to minimise, and where tissue separates from a probe it took 16 s (26,000 elements)
-// to fail where shorter steps take a twentieth of it. The shortest substep is a thousandth, where inertia dominates: at
-// a 64th, elements of 177,000 still inverted.
+// become longer again after successes. If a step with contact inverts an element, it is halved before Newton's method
+// is tried: with contact there is no potential to minimise. Where tissue separates from a probe, Newton's method failed
+// after 16 s (26,000 elements), and shorter steps took a twentieth of that time. The shortest substep is h / 1024, for
+// which inertia dominates: at h / 64, elements of a mesh of 177,000 still inverted.
 #include <string.h>
 
 #include "tissue/tissue_internal.h"
@@ -195,8 +195,8 @@ static void add_extra(const OmTissueState* s, OmTissueWork* w) {
     om__points_apply(s, w);
 }
 
-// Penalties on moving vertices make a large right-hand side, compared with which any residual of the
-// tissue is small: with added forces the tolerance refers to the right-hand side without them.
+// Penalties on moving vertices make the right-hand side large, and any residual of the tissue is small relative to it.
+// With added forces the tolerance is therefore relative to the right-hand side without them.
 static double reference_norm(const OmTissueWork* w) {
     double sum = w->h * w->h * w->force_scale * w->force_scale;
     if (w->reference > 0 || w->nextra + w->npoint == 0) return w->reference;
@@ -298,7 +298,7 @@ OmStatus om_tissue_end_step(const OmTissueModel* m, OmTissueState* s, OmTissueWo
         v[n] += w->dv[n];
         x[n] += h * v[n];
     }
-    for (int i = 0; i < w->nvert; ++i)  // without the rounding of x + h ((goal - x) / h)
+    for (int i = 0; i < w->nvert; ++i)  // exact, unlike x + h ((goal - x) / h)
         if (w->key[i]) om_store3(x, i, goal_of(s, w, i));
     for (int arm = 0; arm < OM_MAX_ARM; ++arm) s->arm[arm].pose = w->next[arm];
     s->time += h;
@@ -331,7 +331,7 @@ static double shortest_share(const OmGuard* g) {
     return is_soft(g) && g->gain <= g->bound ? SOFT_SHARE : MIN_SHARE;
 }
 
-// Should a shorter step be tried?
+// True if the step broke a rule and may still be halved.
 static bool is_refused(const OmGuard* g, double share) {
     return g->is_bad && share >= 2 * shortest_share(g);
 }
@@ -344,7 +344,7 @@ static OmStatus try_step(const OmTissueModel* m, OmTissueState* s, OmTissueWork*
                                 : om_tissue_solve_step(m, s, w, report);
     if (status < 0) return status;
     OmGuard guard = om__guard_step(m, s, w, share, false);
-    // With contact, and where elements are inverted whose energy has creases there, Newton's method gains little.
+    // Newton's method helps little with contact, and where the energy of an inverted element is not smooth.
     bool is_creased = guard.nbarrier == 0 && guard.ninverted > 0 && share < 2 * SOFT_SHARE;
     bool is_cut = guard.is_bad && m->def.max_newton <= 1 && (solve->fn || is_creased);
     if (is_cut && is_refused(&guard, share)) return om__guard_refuse(&guard);
