@@ -29,22 +29,22 @@ extern "C" {
 #define OM_ENGINE_VERSION \
     1  // of OmTissueEngine; om_tissue_create refuses tables of another version
 
-/// Factors of a system to assemble: A = mass M + stiffness K + spring k, b = force f(x + lag v) to first order.
+/// Factors of the system to assemble: A = mass M + stiffness K + spring k, b = force f(x + lag v) to first order.
 typedef struct OmAssembly {
     const double *x, *v;  // (nvert x 3)
-    double mass;          // of masses: 1 + h a, 0 at rest
+    double mass;          // of masses: 1 + h a, 0 in statics
     double stiffness;     // of K: h^2 + h b
     double force;         // of all forces: h
     double lag;           // s, of elastic forces: h + b
     double spring;        // of the springs of attachments: h^2
     double spring_lag;    // s, of their forces: h
-    bool is_exact;        // the tangent itself; otherwise its negative eigenvalues are set to zero
-    bool is_turned;       // the corotational law with the same constants, forces too: a predictor
+    bool is_exact;        // exact tangent; otherwise its negative eigenvalues are set to zero
+    bool is_turned;       // use the corotational law with the same constants: a predictor
 } OmAssembly;
 
 typedef struct OmTissueCheck {  // what a step does to the elements
     int ncrushed;               // flattened or inverted beyond the limit of a step
-    int nbarrier;               // of these, elements whose law resists it without bound
+    int nbarrier;               // crushed elements with a law whose energy is infinite at det F = 0
     int ninverted;              // det F <= 0 at its end
     double elastic_begin;       // J, in floats: off by about 1e-7 of sum V mu
     double elastic_end;
@@ -60,7 +60,7 @@ typedef struct OmEngineInput {  // what a scene or a caller gives to `load`
     int nnumber;
     const OmEngineNumber* number;  // (nnumber)
 } OmEngineInput;
-/// The number of that name, or `missing` where the input has none.
+/// The number of this name, or `missing` if the input has none.
 OM_API double om_engine_get_number(const OmEngineInput* input, const char* name, double missing);
 
 typedef struct OmTissueEngine {
@@ -70,14 +70,14 @@ typedef struct OmTissueEngine {
     // Names of the scene numbers that have an effect ("young", "poisson", "rayleigh_stiffness", "cluster_spacing"),
     // ended by null; null: density alone. A law has an effect if has_law.
     const char* const* number;
-    bool has_law;     // it computes with the law of OmTissueDef.material
-    bool has_forces;  // of `step`: it writes forces in newtons (om_engine_tool_force)
+    bool has_law;     // uses the law of OmTissueDef.material
+    bool has_forces;  // `step` writes forces in newtons (om_engine_tool_force)
     // attachments may be springs (om_engine_find_spring); false: they are refused
     bool has_springs;
-    bool can_average;  // it computes with OmTissueDef.is_averaged
+    bool can_average;  // supports OmTissueDef.is_averaged
     bool needs_file;   // `load` needs a file
 
-    /// From a file and numbers to the engine's options. The model owns them until it is destroyed. Null: the engine
+    /// Make the engine's options from a file and numbers. The model owns them until it is destroyed. Null: the engine
     /// has no options.
     OmStatus (*load)(const OmEngineInput* input, void** options);
     void (*unload)(void* options);
@@ -91,22 +91,22 @@ typedef struct OmTissueEngine {
     /// Write A (om_engine_matrix) and b (om_engine_rhs). Null for engines with `step`.
     OmStatus (*assemble)(const OmTissueModel* model, const OmTissueState* state, OmTissueWork* work,
                          const OmAssembly* at);
-    /// Carry out a whole step, tools and obstacles included; report->substeps is set, and each obstacle's force,
-    /// torque, ncontact and penetration. With has_forces it writes om_engine_tool_force, the force by which a tool
-    /// or an attachment moves or holds each prescribed vertex, and om_tissue_contact_force, the force by obstacles.
+    /// Compute a whole step with tools and obstacles; report->substeps is set, and each obstacle's force,
+    /// torque, ncontact and penetration. With has_forces it writes om_engine_tool_force, the force of the tool
+    /// or attachment on each prescribed vertex, and om_tissue_contact_force, the force of obstacles.
     /// The last call is om_engine_end_step. A step that fails leaves the state unchanged.
     OmStatus (*step)(const OmTissueModel* model, OmTissueState* state, OmTissueWork* work, double h,
                      int nobstacle, OmTissueObstacle* obstacle, OmTissueReport* report);
     /// Masses of the vertices, kg (nvert), of a mesh without elements. Null: the engine needs elements.
     OmStatus (*lump_mass)(const OmTissueModel* model, double* mass);
-    /// Bytes of the engine in a state (om_engine_state_data), and how they follow from positions set from outside. Both
-    /// may be null.
+    /// Size of the engine's bytes in a state (om_engine_state_data), and their update after a caller has set positions.
+    /// Both may be null.
     size_t (*get_state_size)(const OmTissueModel* model);
     void (*sync_state)(const OmTissueModel* model, OmTissueState* state);
 
     // Engines with `assemble` need the next function; the others may be null.
-    /// Elastic forces at x in double. With a mask only those of its vertices count: added to *sum, and
-    /// to force (nvert x 3) unless it is null.
+    /// Elastic forces at x in double. With a mask only forces on its vertices are computed. They are added
+    /// to *sum, and to force (nvert x 3) unless it is null.
     OmStatus (*add_internal_force)(const OmTissueModel* model, const double* x,
                                    const unsigned char* mask, double* force, OmVec3* sum);
     /// A measure of every element (ntet).
@@ -129,15 +129,15 @@ typedef enum OmEngineCapability {  // bits
     OM_ENGINE_FORCES = 1,          // forces of tools and attachments in newtons
     OM_ENGINE_TANGENT = 2,    // a system matrix: the stages of a step, om_press_* of contact_tool.h
     OM_ENGINE_STATICS = 4,    // om_tissue_find_rest
-    OM_ENGINE_OBSTACLES = 8,  // om_tissue_step_among: it keeps out of obstacles itself
+    OM_ENGINE_OBSTACLES = 8,  // om_tissue_step_among
     OM_ENGINE_STRESS = 16,    // om_tissue_get_measure
     OM_ENGINE_PARTICLES = 32  // meshes without elements
 } OmEngineCapability;
-/// A sum of OmEngineCapability, from the functions that the table has.
+/// Sum of OmEngineCapability flags, from the functions in the table.
 OM_API unsigned om_engine_capabilities(const OmTissueEngine* engine);
-/// Does a scene's number of this name have an effect?
+/// True if a scene's number of this name has an effect.
 OM_API bool om_engine_uses(const OmTissueEngine* engine, const char* number);
-/// The engine of a model. pbd.h replaces its own by the one of OmPbdDef.kind.
+/// The engine of a model. Engine pbd may differ from the table in the definition: OmPbdDef.kind selects its table.
 OM_API const OmTissueEngine* om_tissue_engine(const OmTissueModel* model);
 
 #define OM_MAX_ENGINE 32
@@ -152,12 +152,12 @@ OM_API OmStatus om_engine_set_add(OmEngineSet* set, const OmTissueEngine* engine
 OM_API OmStatus om_engine_set_find(const OmEngineSet* set, const char* name,
                                    const OmTissueEngine** engine);
 
-// ---- a model, as its engine sees it -----------------------------------------------------------------
+// ---- a model, for its engine ------------------------------------------------------------------------
 
 // Mesh, masses, gravity and boundary: om_tissue_mesh, om_tissue_mass, om_tissue_gravity, om_tissue_surface_vert.
 OM_API void* om_engine_data(const OmTissueModel* model);
 OM_API void om_engine_set_data(OmTissueModel* model, void* data);  // in create and destroy only
-/// OmTissueDef.options, or what `load` made; null: none.
+/// OmTissueDef.options, or the options made by `load`; null: none.
 OM_API const void* om_engine_options(const OmTissueModel* model);
 /// The checked definition, without its pointers.
 OM_API const OmTissueDef* om_engine_def(const OmTissueModel* model);
@@ -170,13 +170,13 @@ OM_API double* om_engine_x(OmTissueState* state);           // m (nvert x 3)
 OM_API double* om_engine_v(OmTissueState* state);           // m/s (nvert x 3)
 OM_API double* om_engine_tool_force(OmTissueState* state);  // N (nvert x 3)
 OM_API void* om_engine_state_data(const OmTissueState* state);
-/// Is vertex i prescribed (held by a tool or held still by an attachment)? Then *goal is its place at the end of the
-/// step.
+/// True if vertex i is prescribed (by a tool, or by an attachment without a spring). Then *goal is its position at the
+/// end of the step.
 OM_API bool om_engine_find_goal(const OmTissueState* state, int i, OmVec3* goal);
-/// Is vertex i attached by a spring? Then *anchor is the other end of the spring, *stiffness in N/m.
+/// True if a spring attaches vertex i. Then *anchor is the other end of the spring, *stiffness is in N/m.
 OM_API bool om_engine_find_spring(const OmTissueState* state, int i, OmVec3* anchor,
                                   double* stiffness);
-/// The end of a step of an engine with `step`: tools have reached their goals, time has advanced by h.
+/// End a step of an engine with `step`: set tools to their goals, advance time by h.
 OM_API void om_engine_end_step(OmTissueState* state, double h);
 
 // ---- a work -----------------------------------------------------------------------------------------
@@ -186,7 +186,7 @@ OM_API void om_engine_set_work_data(OmTissueWork* work, void* data);
 /// A and b, for `assemble`. The pattern of A has a block for each pair of vertices that share an element.
 OM_API OmBsr* om_engine_matrix(OmTissueWork* work);
 OM_API double* om_engine_rhs(OmTissueWork* work);  // (nvert x 3)
-/// A copy of the state in the work, and back: for a step that may fail.
+/// Copy the state into the work, and back: for a step that may fail.
 OM_API void om_engine_save_state(const OmTissueState* state, OmTissueWork* work);
 OM_API void om_engine_restore_state(OmTissueState* state, const OmTissueWork* work);
 

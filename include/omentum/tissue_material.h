@@ -1,4 +1,4 @@
-/// omentum/tissue_material.h: what tissue is made of (floor 2).
+/// omentum/tissue_material.h: laws of elasticity and their constants (floor 2).
 ///
 /// A law of elasticity and its constants. With F the deformation gradient, J = det F, I1 = tr F^T F, I2 =
 /// (I1^2 - |F^T F|^2) / 2, their isochoric parts I1bar = J^(-2/3) I1, I2bar = J^(-4/3) I2, and stretches
@@ -8,10 +8,10 @@
 ///     OmMaterial tissue = {.young = 3000, .poisson = 0.45};                    // corotational
 ///     OmMaterial breast = {.young = 3000, .poisson = 0.45, .law = OM_NEO_HOOKEAN};
 ///
-/// Logarithms and fractional powers end at J = 0. Below J = 0.02 the terms made of ln J (as a whole: squares
-/// included), and below 0.2 the powers of J and of stretches, are continued by their Taylor polynomials of
-/// second order there, so that every law is twice continuously differentiable for every F, inverted ones
-/// included, and pushes back out of inversion.
+/// Logarithms and fractional powers are not defined for J <= 0. Below a limit, Taylor polynomials of second order
+/// replace them: below J = 0.02 every term of ln J (a square of ln J counts as one term), below 0.2 the powers of J and
+/// of stretches. So every law is twice continuously differentiable for every F, also for inverted elements, and its
+/// forces act against inversion.
 #ifndef OMENTUM_TISSUE_MATERIAL_H
 #define OMENTUM_TISSUE_MATERIAL_H
 
@@ -24,12 +24,12 @@ extern "C" {
 #define OM_MAX_OGDEN 4
 // Largest Poisson's ratio: nearer to 0.5 the bulk modulus exceeds 5,000 times the shear modulus.
 #define OM_MAX_POISSON 0.4999
-#define OM_LAW_LOG_FLOOR 0.02   // least J of a logarithm
-#define OM_LAW_POWER_FLOOR 0.2  // least J, and stretch, of a power
+#define OM_LAW_LOG_FLOOR 0.02   // below this J, polynomials replace logarithms
+#define OM_LAW_POWER_FLOOR 0.2  // below this J or stretch, polynomials replace powers
 
 typedef enum OmLaw {
-    OM_COROTATIONAL,  // linear elasticity turned with the element: mu |S - I|^2 + lambda/2 tr(S - I)^2
-    OM_LINEAR,        // small strain; right for small rotations only
+    OM_COROTATIONAL,  // linear elasticity rotated with the element: mu |S - I|^2 + lambda/2 tr(S - I)^2
+    OM_LINEAR,        // small strain; valid for small rotations only
     OM_ST_VENANT_KIRCHHOFF,  // thesis (2.9): lambda/2 tr(E)^2 + mu |E|^2, E = (F^T F - I) / 2
     OM_NEO_HOOKEAN,          // (2.11) coupled: mu/2 (I1 - 3) - mu ln J + lambda/2 (ln J)^2
     OM_STABLE_NEO_HOOKEAN,  // Smith et al. 2018: mu/2 (I1 - 3) - mu (J - 1) + (lambda + mu)/2 (J - 1)^2
@@ -51,7 +51,7 @@ typedef struct OmMaterial {
     double poisson;           // 0 to 0.4999; default 0.45
     OmLaw law;                // default OM_COROTATIONAL
     OmVolumetric volumetric;  // default OM_VOLUME_LINEAR
-    double bulk;              // K, Pa, in [0, 1e12]; 0: of young and poisson
+    double bulk;              // K, Pa, in [0, 1e12]; 0: from young and poisson
     double c10, c01;          // Pa, in [0, 1e12], Mooney-Rivlin; both 0: mu / 2 and 0
     int nterm;  // Ogden, at most OM_MAX_OGDEN; 0: one term, mu_1 = 2 mu / alpha, alpha_1 = 2
     // mu_p, Pa, at most 1e12, and alpha_p, at most 100: of the same sign, not 0
@@ -59,13 +59,13 @@ typedef struct OmMaterial {
 } OmMaterial;
 
 OM_API const char* om_law_name(OmLaw law);  // "neo-hookean"; null if there is no such law
-/// By name, e.g. from a file.
+/// Find a law by its name, e.g. from a file.
 /// @return OM_OK; OM_INVALID (the message has the nearest name)
 OM_API OmStatus om_law_find(const char* name, OmLaw* law);
-/// @param field  of the definition that holds it, for the message, e.g. "material[2]"
+/// @param field  field of the definition that contains the material, for the message, e.g. "material[2]"
 /// @return OM_OK; OM_INVALID (the message names the field and the range)
 OM_API OmStatus om_material_validate(const OmMaterial* material, const char* field);
-/// Lame's constants and bulk modulus, Pa; of the linearisation at rest where the law has its own constants.
+/// Lame's constants and bulk modulus, Pa; for a law with constants of its own, of its linearisation at rest.
 OM_API void om_material_lame(const OmMaterial* material, double* lambda, double* mu, double* bulk);
 
 #ifdef __cplusplus
