@@ -26,10 +26,10 @@ extern "C" {
 typedef struct OmBody OmBody;
 
 typedef struct OmBodyForces {  // N; world frame
-    OmVec3 grasp[OM_MAX_ARM];  // force the tool exerts on the patch it holds
-    OmVec3 pull[OM_MAX_ARM];   // the same less the weight taken over from the ground
-    OmVec3 attachment;         // of what the tissue is attached to, on the tissue
-    OmVec3 contact;            // of ground and organ, on the tissue
+    OmVec3 grasp[OM_MAX_ARM];  // force of the tool on the grasped patch
+    OmVec3 pull[OM_MAX_ARM];   // grasp minus the weight that the ground no longer carries
+    OmVec3 attachment;         // by attachments, on the tissue
+    OmVec3 contact;            // by ground and organ, on the tissue
     OmVec3 weight;             // of the tissue
 } OmBodyForces;
 
@@ -38,7 +38,7 @@ typedef struct OmBodyReport {  // of the last step
     double residual;           // |b - A x| / |b|, the worst
     int substeps;              // 1 unless the step had to be cut
     int ncontact;              // vertices in contact
-    double penetration;        // m, the deepest
+    double penetration;        // m, largest
     int ninverted;             // elements that are inverted at its end
     double energy_gain;        // J, rise of energy beyond the work done; 0: none
 } OmBodyReport;
@@ -55,7 +55,7 @@ typedef struct OmBodyParts {  // data that a definition of tissue borrows
 /// The engines of the library below this header: fem, pbd, xpbd, springs, chainmail. Add om_umesh_engine and your own
 /// with om_engine_set_add, and set OmScene.engines to the set.
 OM_API OmEngineSet om_engine_set_default(void);
-/// The engine that a site of a scene has: the twin's by `tissue: engine`, the truth's is om_fem_engine.
+/// The engine of a scene on a site: for the twin from `tissue: engine`, for the simulated world om_fem_engine.
 /// @return OM_OK; OM_INVALID (the scene's engines have none of this name)
 OM_API OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role,
                                     const OmTissueEngine** engine);
@@ -67,10 +67,10 @@ OM_API OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site
 /// Engine, law and materials as text, for example "finite elements, neo-hookean, Young's modulus 3000 Pa, Poisson's
 /// ratio 0.45".
 OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size_t size);
-/// What all bodies of one scene and site share: tissue model, contact and site. Constant; any number of bodies and
+/// Tissue model, contact and site, shared by all bodies of one scene and site. Constant; any number of bodies and
 /// threads may use it.
 typedef struct OmBodyModel OmBodyModel;
-/// Matrix, solver and scratch of one thread; serves every body of its model, nothing in it outlasts a step.
+/// Matrix, solver and scratch of one thread, for any body of its model. Its contents are valid within one step only.
 typedef struct OmBodyWork OmBodyWork;
 
 /// @param site     borrowed until destroy
@@ -107,11 +107,11 @@ OM_API void om_body_destroy(OmBody* body);
 OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
 /// Back to the rest shape and the attachments of the model, at time 0; nothing is grasped.
 OM_API void om_body_reset(OmBody* body);
-/// Hold the vertices within `radius` of the tip; 0 held is OM_INVALID with the nearest distance.
-/// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius)
+/// Grasp the vertices within `radius` of the tip.
+/// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius: the message has the nearest distance)
 OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,
                               int* nheld);
-/// Set the goal of what the arm holds, for the next step.
+/// Set the goal of the grasped tissue, for the end of the next step.
 /// @return OM_OK; OM_INVALID (no such arm, or a pose that is not finite)
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
 OM_API void om_body_release(OmBody* body, int arm);
@@ -124,9 +124,9 @@ OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,
 /// @return as om_tissue_eval_anchor
 OM_API OmStatus om_body_eval_anchor(const OmBody* body, int nvert, const int* vert,
                                     const double* stiffness, double* anchor);
-/// Nonzero where attached now (nvert); valid until the body is destroyed.
+/// Nonzero where a vertex is attached now (nvert); valid until the body is destroyed.
 OM_API const unsigned char* om_body_attached(const OmBody* body);
-/// N/m, of the spring of each attached vertex now; 0: held still or not attached (nvert).
+/// Stiffness of the spring of each attached vertex now, N/m; 0: fixed, or not attached (nvert).
 OM_API const double* om_body_attachment_stiffness(const OmBody* body);
 /// A step that stopped at the iteration limit of the linear solver is OM_OK: the report has its residual.
 /// @return OM_OK; OM_NOT_CONVERGED (advanced, but contact has not settled, elements are inverted or energy was gained:

@@ -41,12 +41,12 @@ typedef struct OmArmObservation {
     OmVec3 force, torque;
 } OmArmObservation;
 
-/// Tissue between the jaws, from what an arm measures: the jaw is commanded closed, at rest, and open by more than 3
-/// degrees all the same. False while the jaw moves, and while it is commanded to stay open.
+/// Tissue between the jaws, from what an arm measures: the jaw is commanded closed, at rest, but open by more
+/// than 3 degrees. False while the jaw moves, and while it is commanded to stay open.
 OM_API bool om_arm_is_holding(const OmArmObservation* arm);
 
 enum {                          // what to observe beside the arms
-    OM_OBSERVE_VISIBILITY = 1,  // share of the ROI that the endoscope sees
+    OM_OBSERVE_VISIBILITY = 1,  // visible fraction of the ROI
     OM_OBSERVE_IMAGE = 2,       // the endoscope's picture
     OM_OBSERVE_DEPTH = 4,       // the depth camera's depth
     OM_OBSERVE_COLOR = 8        // the depth camera's colour, with OM_OBSERVE_DEPTH
@@ -71,8 +71,8 @@ typedef struct OmObservation {         // om_observation_done frees; zero-initia
     double time;                       // s, of the world's clock
     int narm;                          //
     OmArmObservation arm[OM_MAX_ARM];  // (narm)
-    // Share of the ROI that is seen, 0 to 1, at endoscope.time. A world estimates it: a real one by the colour of the
-    // ROI in the picture, a simulated one by rays against its true geometry, which is exact.
+    // Visible fraction of the ROI, 0 to 1, at endoscope.time. A real world estimates it by the colour of the ROI in the
+    // picture; a simulated world computes it exactly, by rays against its true geometry.
     double visibility;
     OmWorldPicture endoscope;
     OmDepthPicture rgbd;
@@ -80,9 +80,9 @@ typedef struct OmObservation {         // om_observation_done frees; zero-initia
 
 typedef struct OmWorld OmWorld;
 
-/// Functions of a kind of world; an interface to a real robot fills the same table. The functions below check arguments
-/// before they call it: the arm exists, a goal is a pose, angle and speed are finite, dt is positive, and `what` has
-/// flags of `sources` alone. Functions marked optional may be null.
+/// Functions of one kind of world; the interface to a real robot implements the same table. The functions below check
+/// arguments before they call it: the arm exists, a goal is a pose, angle and speed are finite, dt is positive, and
+/// `what` has only flags of `sources`. Functions marked optional may be null.
 typedef struct OmWorldOps {
     void (*destroy)(OmWorld* world);
     OmStatus (*move)(OmWorld* world, int arm, OmPose goal, double speed);
@@ -100,19 +100,19 @@ struct OmWorld {  // head of every kind of world
     const OmWorldOps* ops;
     int narm;                      // 1 to OM_MAX_ARM
     unsigned sources;              // OM_OBSERVE_ flags that the world can observe
-    const OmPsm* psm[OM_MAX_ARM];  // kinematics as calibrated; null: not known
+    const OmPsm* psm[OM_MAX_ARM];  // calibrated kinematics; null: not known
 };
 
 /// Number of arms: arms of a world are counted from 0.
 OM_API int om_world_narm(const OmWorld* world);
 /// OM_OBSERVE_ flags that the world can observe.
 OM_API unsigned om_world_sources(const OmWorld* world);
-/// Kinematics of an arm as calibrated: with the measured joints it gives the place of the tool. Null: not known.
+/// Calibrated kinematics of an arm: with the measured joints they give the pose of the tool. Null: not known.
 OM_API const OmPsm* om_world_psm(const OmWorld* world, int arm);
 /// Command a straight motion of the tip at `speed` m/s; returns at once. The orientation turns in proportion to the
 /// distance covered; where it would turn faster than OM_WORLD_MAX_TURN, the tip is slower.
 /// @param goal  pose_world_tip, a unit quaternion
-/// @return OM_OK; OM_INVALID (no such arm, a goal that is no pose, or one that the arm cannot reach: the message names
+/// @return OM_OK; OM_INVALID (no such arm, a goal that is not a pose or is out of reach: the message names
 ///         the joint)
 OM_API OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed);
 #define OM_WORLD_MAX_TURN 1.0  // rad/s
@@ -121,7 +121,7 @@ OM_API OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed
 /// @return OM_OK; OM_INVALID (no such arm, an angle that is not finite)
 OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
 OM_API void om_world_stop(OmWorld* world, int arm);
-/// Let `dt` seconds pass.
+/// Advance the world by `dt` seconds.
 /// @return OM_OK; OM_INVALID (dt out of range); errors of the world, of a simulated one those of om_body_step
 OM_API OmStatus om_world_advance(OmWorld* world, double dt);
 /// Observe the arms, and OM_OBSERVE_ flags `what` beside them.
@@ -133,16 +133,16 @@ OM_API void om_observation_done(OmObservation* observation);
 /// Bring the world to its start: arms parked and still, tissue at rest, time 0. A simulated world is not at rest before
 /// its first reset, which lets the tissue settle; a later reset returns to the same state.
 /// @return OM_OK; OM_NOT_CONVERGED (at the start, but the tissue still moves after OM_WORLD_SETTLE_TIME);
-///         OM_UNAVAILABLE (people have to prepare this world); errors of om_body_settle
+///         OM_UNAVAILABLE (a person must prepare this world); errors of om_body_settle
 OM_API OmStatus om_world_reset(OmWorld* world);
 #define OM_WORLD_SETTLE_TIME 3.0    // s, at most
 #define OM_WORLD_SETTLE_SPEED 1e-3  // m/s, of vertices: slower is at rest
 /// Size of a snapshot in bytes; 0: this world has none.
 OM_API size_t om_world_state_size(const OmWorld* world);
-/// Copy everything that changes, apart from om_body_nbad, into a block of om_world_state_size bytes.
+/// Copy everything that changes, except om_body_nbad, into a block of om_world_state_size bytes.
 /// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
 OM_API OmStatus om_world_save(const OmWorld* world, void* block);
-/// Return to a snapshot of the same world: what follows is the same to the last bit, measured noise included.
+/// Return to a snapshot of the same world. All later states and measurements are equal to the last bit, also noise.
 /// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
 OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 
@@ -152,13 +152,13 @@ OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 ///        failed)
 OM_API OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                           OmWorld** world);
-/// The endoscope's view of the ROI over fixed anatomy and tissue, without tools: to try motions on a body alone.
+/// The endoscope's view of the ROI over fixed anatomy and tissue, without tools: for trials of motions on a body alone.
 typedef struct OmView OmView;
 /// @param site  borrowed until destroy
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view);
 OM_API void om_view_destroy(OmView* view);
-/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: without tissue, which gives the largest
+/// @param x  vertex positions of the site's mesh, m (nvert x 3); null: without tissue, for the largest
 ///           visibility that a retraction can reach
 /// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibility);
@@ -167,10 +167,10 @@ OM_API OmStatus om_view_look(OmView* view, const double* x, OmVisibility* visibi
 ///         `visibility`, could be seen: the message names the reason and the remedy; OM_NO_MEMORY
 OM_API OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site);
 #define OM_WORLD_MIN_VISIBLE 0.9
-/// The truth inside a simulated world, for recordings and for judging; null for any other world.
+/// The true body of a simulated world, for recordings and evaluation; null for any other world.
 OM_API OmBody* om_world_truth(OmWorld* world);
-/// Shaft, wrist and jaws of an arm where they are now, always the same triangles; valid until the next call. Null for a
-/// world that is not simulated.
+/// Shaft, wrist and jaws of an arm at the current pose; the triangles never change. Valid until the next call; null for
+/// a world that is not simulated.
 OM_API const OmSurface* om_world_tool(OmWorld* world, int arm);
 /// The endoscope's view of a simulated world at any size, for reports.
 /// @return OM_OK; OM_INVALID (a size out of range); OM_NO_MEMORY; OM_UNAVAILABLE (not a simulated world)

@@ -1,8 +1,8 @@
 /// omentum/world_cloud.h: points on the tissue and the visibility of the ROI, from pictures of any world (floor 4).
 ///
-/// A depth camera sees tissue, tools and the anatomy around, and no pixel says what it shows. A robot knows two of the
-/// three: its tools, from measured joints, and the anatomy that does not move, from the patient model. Points near them
-/// and points away from the task are left out; the rest is tissue.
+/// A depth camera sees tissue, tools and the anatomy around, and pixels have no labels. A robot knows the poses of its
+/// tools, from measured joints, and the fixed anatomy, from the patient model. Points near tools or fixed anatomy, and
+/// points far from the task, are left out; the other points are tissue.
 ///
 ///     OmCloudDef def = om_cloud_default_def(world, &twin_site);
 ///     om_world_observe(world, OM_OBSERVE_DEPTH, &obs);
@@ -25,7 +25,7 @@ typedef struct OmCloudDef {
     // Points nearer to board or organ are left out, m; default 2 mm, six standard deviations of the noise at 0.3 m.
     double clearance;
     double tool_margin;  // points nearer to a tool are left out, m; default 2 mm
-    // How far from its place at rest tissue is expected, along each axis of the task, m; default 60 mm.
+    // Largest expected displacement of tissue from rest, along each axis of the task, m; default 60 mm.
     double reach;
 } OmCloudDef;
 
@@ -45,7 +45,7 @@ OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observ
                               OmCloud* cloud);
 OM_API void om_cloud_done(OmCloud* cloud);
 
-/// Share of the ROI's points that a picture shows, for a world without the source OM_OBSERVE_VISIBILITY. A point is
+/// Fraction of the ROI's points that a picture shows, for a world without the source OM_OBSERVE_VISIBILITY. A point is
 /// seen if it faces the camera, lies in the picture, and its pixel has the hue of the ROI (om_sense_look).
 /// @param site  ROI as known before the operation
 /// @return OM_OK; OM_INVALID (no picture, or no ROI)

@@ -1,4 +1,4 @@
-// world_body.c: soft tissue on its still anatomy, ready to be stepped: what a twin and a simulated world share.
+// world_body.c: soft tissue on its fixed anatomy, used by the twin and by the simulated world.
 #include <string.h>
 
 #include "omentum/body.h"
@@ -7,7 +7,7 @@
 #include "world/world_body.h"
 
 typedef struct Rest {  // changes with the state, and is part of a snapshot
-    OmVec3 ground;     // N, what the ground bore before the tissue was first grasped
+    OmVec3 ground;     // N, force of the ground before the first grasp
     int64_t is_known;
 } Rest;
 
@@ -18,7 +18,7 @@ struct OmBody {
     OmBodyModel* own;      // the model if the body made it, or null
     OmBodyWork* own_work;  // as above
     Rest rest;
-    int nbad;  // steps whose outcome was not what a step promises
+    int nbad;  // steps that returned OM_NOT_CONVERGED
 };
 
 OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work, OmBody** body) {
@@ -129,7 +129,7 @@ const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 
-// A tool carries the weight that the ground no longer bears; pull is the grasp less that. Two tools share it.
+// Tools carry the weight that the ground no longer carries, two tools half of it each; pull is the grasp without it.
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OmTissueForces f;
     OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));

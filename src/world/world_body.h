@@ -1,4 +1,4 @@
-// world_body.h: the inside of a body's model and work; private to room world.
+// world_body.h: fields of a body's model and work; private to room world.
 #ifndef OM_WORLD_BODY_H
 #define OM_WORLD_BODY_H
 

@@ -31,7 +31,7 @@ static OmMaterial material_of(const OmScene* scene, const OmSiteMaterial* m) {
     return (OmMaterial){.law = (OmLaw)scene->tissue.law, .young = m->young, .poisson = m->poisson};
 }
 
-// What the engine makes its options from: the scene's numbers and the file of `weights`.
+// Input for the engine's options: the scene's numbers and the file of `weights`.
 static OmStatus make_input(const OmScene* scene, OmSiteRole role, const OmTissueEngine* engine,
                            OmBodyParts* parts) {
     const OmSceneTissue* t = &scene->tissue;

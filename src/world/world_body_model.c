@@ -1,4 +1,4 @@
-// world_body_model.c: what bodies of one scene and site share, the scratch of a thread, and many bodies at once.
+// world_body_model.c: the model that bodies of one scene and site share, the work of a thread, steps of many bodies.
 #include "world/world_body.h"
 
 static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
@@ -70,7 +70,7 @@ typedef struct Crowd {
     OmStatus* status;
 } Crowd;
 
-// A rank steps every size-th body with its own work: a body's bytes do not depend on the rank.
+// Each rank steps every size-th body with its own work; the outcome of a body does not depend on the rank.
 static void step_share(void* ctx, OmTeam* team, int rank, int size) {
     (void)team;
     const Crowd* c = ctx;

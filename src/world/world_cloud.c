@@ -1,7 +1,8 @@
-// world_cloud.c: points on the tissue: the field of a depth picture less tools, fixed anatomy and what is far away.
+// world_cloud.c: points on the tissue: the points of a depth picture without tools, fixed anatomy and far points.
 //
-// A tool is left out by capsules around its shape (robot.h). The measured joints place them, and a shift brings their
-// tip to the measured tip: joints are exact, the position of the arm's base is not. Segmentation by colour is not used:
+// Points in capsules around a tool's shape (robot.h) are left out. The measured joints give the pose of the capsules,
+// and a shift moves their tip to the measured tip: joints are exact, the position of the arm's base is not.
+// Segmentation by colour is not used:
 // wet tissue, tool and organ share white highlights.
 #include <string.h>
 
@@ -9,7 +10,7 @@
 
 #define CLOUD_COOKIE 0xc10d5eeu
 
-typedef struct Field {  // what is known of the moment
+typedef struct Field {  // tools and limits at the time of the picture
     const OmCloudDef* def;
     OmPose pose_task_world;
     OmVec3 lo, hi;  // box of the task frame, m
@@ -62,7 +63,7 @@ static bool is_on_tool(const Field* f, OmVec3 p) {
     for (int k = 0; k < f->ncapsule; ++k) {
         const OmPsmCapsule* c = &f->capsule[k];
         OmVec3 axis = om_sub(c->b, c->a), from = om_sub(p, c->a);
-        double length2 = om_norm2(axis);  // a jaw or shaft has a length
+        double length2 = om_norm2(axis);  // > 0: a jaw or shaft has a length
         double t = fmax(0, fmin(1, om_dot(from, axis) / length2));
         double distance = om_norm(om_sub(from, om_scale(t, axis)));
         if (distance < c->radius + f->def->tool_margin) return true;

@@ -1,7 +1,7 @@
-// world_roi.c: how much of the ROI a picture shows, by colour.
+// world_roi.c: visible fraction of the ROI in a picture, by colour.
 //
-// The ROI has a hue that tissue, organ, tools and board lack. Highlights and shadows change saturation and value, and
-// leave the hue; where a highlight leaves no hue, the point counts as hidden.
+// The ROI has a hue that tissue, organ, tools and board lack. Highlights and shadows change saturation and value, but
+// not the hue. Where a highlight is so bright that no hue is left, the point counts as hidden.
 #include "omentum/world_cloud.h"
 
 #define HUE_RANGE 25.0      // degrees, to either side

@@ -2,7 +2,7 @@
 //
 // The arms stand on either side, remote centres above the tissue's edges, tools pointing down; the endoscope
 // looks from -x of the task frame, the depth camera from the opposite side, as on the thesis's bench
-// (6.5.1). What is measured is noisy: tool positions by a normal offset, depth by its range.
+// (6.5.1). Measurements are noisy: a normal offset on tool positions, noise on depth that grows with its range.
 #include <string.h>
 
 #include "omentum/robot.h"
@@ -10,14 +10,14 @@
 #include "omentum/world.h"
 #include "world/world_view.h"
 
-#define JAW_CLOSED (20.0 * OM_PI / 180.0)    // below: tissue is held (Alg. 4)
+#define JAW_CLOSED (20.0 * OM_PI / 180.0)    // below: tissue is grasped (Alg. 4)
 #define JAW_ON_TISSUE (5.0 * OM_PI / 180.0)  // tissue between the jaws stops them here
 #define JAW_SPEED 3.0                        // rad/s
 #define JAW_START (40.0 * OM_PI / 180.0)
 #define SAME_ANGLE 1e-9   // rad: below it an orientation is kept
 #define RCM_HEIGHT 0.13   // m over the board
 #define RCM_OUT 0.045     // m beyond the tissue's edge
-#define PARK_HEIGHT 0.07  // m, where the tools wait
+#define PARK_HEIGHT 0.07  // m, height of parked tools
 
 typedef struct ArmState {
     double q[OM_PSM_NJOINT];
@@ -33,7 +33,7 @@ typedef struct SimState {  // with the body's state: all that changes
     uint64_t nstep;  // for the noise of measured tips
 } SimState;
 
-typedef struct Tool {  // what stays of an arm, and what is made from its state
+typedef struct Tool {  // the constants of an arm, and data computed from its state
     OmPsm psm;
     int shaft_id, head_id;  // in the scene of the cameras
     OmSurface surface;
@@ -75,7 +75,7 @@ static OmStatus place_arm(SimWorld* w, int index) {
     OmPose task = w->site->pose_world_task;
     OmVec3 half = w->site->half_size;
     double side = index == 0 ? -1 : 1;
-    // The base leans so that at zero the shaft points at the arm's half of the tissue.
+    // The base is tilted so that with all joints at zero the shaft points at the arm's half of the tissue.
     OmVec3 rcm = om_vec3(0.03, side * (half.y + RCM_OUT), 2 * half.z + RCM_HEIGHT);
     OmVec3 middle = om_vec3(0.03, side * 0.3 * half.y, 2 * half.z + 0.015);
     OmVec3 z = om_normalize(om_sub(rcm, middle));
@@ -129,7 +129,7 @@ static void move_jaw(SimWorld* w, int index, double dt) {
     double next = before + fmax(-limit, fmin(limit, arm->jaw_goal - before));
     bool is_closed = next < JAW_CLOSED;
     if (is_closed && !was_closed) {
-        int nheld;  // nothing between the jaws is no error of the world
+        int nheld;  // 0: no tissue between the jaws, which is not an error
         (void)om_body_grasp(w->body, index, arm->tip, w->scene->task.grasp_radius, &nheld);
     }
     if (was_closed && !is_closed) om_body_release(w->body, index);
@@ -143,7 +143,7 @@ static double angle_between(OmQuat a, OmQuat b) {
     return 2 * atan2(sqrt(d.x * d.x + d.y * d.y + d.z * d.z), fabs(d.w));
 }
 
-// The pose after `dt` seconds of a straight motion; the slower of translation and rotation sets the pace.
+// The pose after `dt` seconds of a straight motion; the slower of translation and rotation limits its speed.
 static OmPose step_towards(const ArmState* arm, double dt, bool* is_there) {
     OmVec3 way = om_sub(arm->goal.p, arm->tip.p);
     double left = om_norm(way), step = arm->speed * dt;
@@ -165,7 +165,7 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
         bool is_there;
         OmPose next = step_towards(arm, dt, &is_there);
         arm->is_moving = !is_there;
-        // The goal is in reach; a point on the way may not be: the arm then stops where it is.
+        // The goal is in reach, but a point of the path may be out of reach: the arm then stops.
         if (om_psm_inverse(&w->tool[index].psm, next, arm->q, arm->q) == OM_OK)
             arm->tip = next;
         else
@@ -268,7 +268,7 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
     for (int a = 0; a < w->head.narm; ++a) {
         const ArmState* arm = &w->now.arm[a];
         uint64_t stream = w->now.nstep * OM_MAX_ARM + (uint64_t)a;
-        // An offset of calibration that stays, and a tremor a twentieth of it.
+        // A constant offset of calibration, and a tremor of a twentieth of it.
         OmRng still = om_rng_init((uint64_t)w->scene->seed + 77, (uint64_t)a);
         OmRng now = om_rng_init((uint64_t)w->scene->seed + 78, stream);
         double noise[3];
@@ -285,7 +285,7 @@ static void observe_arms(const SimWorld* w, OmObservation* obs) {
     }
 }
 
-// The force of the tissue acts at the tip. A point grasp of this model passes on no torque that an arm could measure.
+// The force of the tissue acts at the tip. The point grasp of this model transmits no torque.
 static OmStatus observe_forces(SimWorld* w, OmObservation* obs) {
     double sigma = w->scene->world.force_noise;
     if (sigma < 0) return OM_OK;

@@ -1,4 +1,4 @@
-// world_view.c: the endoscope's pose, the still anatomy it sees, and how much of the ROI it could ever see.
+// world_view.c: the endoscope's pose, the fixed anatomy in its view, and the largest possible visibility of the ROI.
 #include <string.h>
 
 #include "world/world_view.h"
@@ -15,7 +15,7 @@ OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double sid
     return camera;
 }
 
-// The board the tissue lies on, a little under the ROI that is drawn on it.
+// The board under the tissue, slightly below the ROI that is drawn on it.
 static OmStatus add_board(const OmSite* site, OmSenseScene* sense) {
     OmSurface board = {0};
     OM_TRY(om_surface_init(&board, 4, 2));

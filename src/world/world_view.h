@@ -1,4 +1,4 @@
-// world_view.h: the endoscope and the still anatomy as it sees them; private to room world.
+// world_view.h: cameras, and the fixed anatomy in their views; private to room world.
 #ifndef OM_WORLD_VIEW_H
 #define OM_WORLD_VIEW_H
 
@@ -7,9 +7,9 @@
 
 // A camera of the scene; `side` is the sign of its x in the task frame.
 OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double side);
-// Add ROI, board and organ, as far as the site has them; roi_id is -1 without a drawn ROI.
+// Add the ROI, board and organ that the site has; roi_id is -1 without a drawn ROI.
 OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, int* roi_id);
-// The objects that do not hide the ROI: itself.
+// Objects that do not hide the ROI: the drawn ROI itself.
 static inline uint64_t om__world_roi_bit(int roi_id) {
     return roi_id >= 0 ? (uint64_t)1 << roi_id : 0;
 }

@@ -1,4 +1,4 @@
-// world_world.c: what every kind of world shares: the table is called through here.
+// world_world.c: the public functions of every kind of world: they check arguments and call the table.
 #include <string.h>
 
 #include "omentum/world.h"
