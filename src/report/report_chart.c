@@ -8,14 +8,14 @@
 //                          x label
 //
 // Numbers are written digit by digit from integers, so that no locale puts commas into coordinates. Series
-// with more points than the plot has room for keep the first, least, largest and last of every column.
+// with more points than the plot has room for keep the first, smallest, largest and last value of every column.
 #include <string.h>
 
 #include "report/report_internal.h"
 
 #define SPAN_HEIGHT 20.0
 #define LETTER 6.1     // px, mean width of a letter
-#define LARGEST 1e300  // values beyond are not drawn: their differences could overflow
+#define LARGEST 1e300  // larger values are not drawn: their differences could overflow
 
 // Every chart is drawn twice, for wide screens and for phones; the style sheet shows one of them. Text has 12 px of the
 // width of the drawing, so that it is above 11 px on a screen of 360.
@@ -161,7 +161,7 @@ static bool choose_ranges(Plot* p) {
     }
     if (!p->y.is_log && p->y.lo > 0 && p->y.lo < 0.5 * p->y.hi) p->y.lo = 0;
     if (!p->y.is_log && p->y.hi < 0 && p->y.hi > 0.5 * p->y.lo) p->y.hi = 0;
-    // A constant gets a range around it; a range that rounding would swallow counts as a constant.
+    // A constant gets a range around it; a range at the level of rounding counts as a constant.
     Axis* axis[2] = {&p->x, &p->y};
     for (int k = 0; k < 2; ++k) {
         double size = fmax(fabs(axis[k]->lo), fabs(axis[k]->hi));
@@ -238,7 +238,7 @@ static void put_rectangle(OmReport* r, const char* class, double x0, double x1, 
     PUT(r, ">");
 }
 
-// What went on: a strip above the plot, numbered, named where there is room, and a faint shade under it.
+// Spans of time: a strip above the plot with numbers, with names where there is room, and a faint shade in the plot.
 static void put_spans(Plot* p) {
     OmReport* r = p->report;
     for (int i = 0; i < p->chart->nspan; ++i) {
@@ -248,7 +248,7 @@ static void put_spans(Plot* p) {
         double y0 = p->top - SPAN_HEIGHT - 4;
         const char* name = s->label ? s->label : "";
         char number[16];
-        // not by colour alone
+        // shape and text too, not colour alone
         int ndigit = snprintf(number, sizeof number, s->is_bad ? "%d!" : "%d", i + 1);
         if (i % 2 || s->is_bad) {
             put_rectangle(r, s->is_bad ? "under bad" : "under", x0, x1, p->top, p->bottom);
@@ -275,7 +275,7 @@ static void put_spans(Plot* p) {
     }
 }
 
-// The name stands at the left end of the line, or at the right one.
+// The name is at the left or the right end of the line.
 static void put_limit(Plot* p, double limit, const char* name, bool is_right) {
     OmReport* r = p->report;
     if (!is_on(&p->y, limit)) return;
@@ -325,7 +325,7 @@ static void draw_to(Pen* pen, double x, double y) {
         PUT(r, " ");
         put_px(r, y);
     }
-    if (!pen->is_down) PUT(r, "h0");  // a point of its own shows as a dot
+    if (!pen->is_down) PUT(r, "h0");  // a single point is drawn as a dot
     pen->is_down = true;
 }
 
@@ -375,7 +375,7 @@ static void put_series(Plot* p, int index) {
 
 // ---- boxes --------------------------------------------------------------------------------------------------
 
-// Whiskers from the least to the largest, a box between the quartiles, a line at the median.
+// Whiskers from the smallest to the largest value, a box between the quartiles, a line at the median.
 static void put_box(Plot* p, int group, int series) {
     OmReport* r = p->report;
     const OmReportChart* c = p->chart;
@@ -456,7 +456,7 @@ static void put_plot(Plot* p, bool has_narrow) {
     PUT(r, "</svg>\n");
 }
 
-// Names of groups stand side by side.
+// Names of groups, side by side.
 static bool is_fitting(const OmReportChart* c, const Layout* layout) {
     for (int i = 0; i < c->ngroup; ++i)
         if (LETTER * (double)strlen(c->group[i]) > (layout->right - layout->left) / c->ngroup)

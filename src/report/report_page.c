@@ -1,4 +1,4 @@
-// report_page.c: the page, piece by piece; the first failure is kept with its message for the end.
+// report_page.c: the blocks of a page. The first failure is kept and returned with its message at the end.
 #include <string.h>
 
 #include "report/report_internal.h"
@@ -111,7 +111,7 @@ static bool is_number(const char* cell) {
     return *cell >= '0' && *cell <= '9';
 }
 
-// A column of numbers, which stands right: every cell that is not empty begins like one.
+// True for a column of numbers, which is aligned right: every cell that is not empty begins as a number.
 static bool is_number_column(int column, int ncolumn, int nrow, const char* const* cell) {
     bool is_any = false;
     for (int i = 0; i < nrow; ++i) {
@@ -164,7 +164,7 @@ void om_report_picture(OmReport* r, const OmPicture* picture, const char* captio
     r->is_in_grid = true;
     PUT(r, "<figure><img alt=\"");
     om__report_escape(r, caption);
-    // a picture outside of a fold is decoded at once: browsers leave lazy ones blank on paper and in pictures of pages
+    // a picture outside of a fold is loaded at once: browsers leave lazy pictures blank in prints and screenshots
     PUT(r, "\" width=\"%d\" height=\"%d\" loading=\"%s\" src=\"data:image/png;base64,",
         picture->width, picture->height, r->is_in_fold ? "lazy" : "eager");
     if (r->status == OM_OK) om__report_keep(r, om_picture_encode_png(picture, &png));

@@ -1,7 +1,7 @@
-// report_style.c: how a report looks on screens, wide and narrow, light and dark, and on paper.
+// report_style.c: the style sheet of a report for wide and narrow screens, light and dark mode, and paper.
 //
-// The colours of series are Okabe's and Ito's, in the dark somewhat lighter: they differ for colour-blind eyes, too
-// (test_report_colors). Good and bad are blue and orange, and never told by colour alone.
+// Series have the colours of Okabe and Ito, lighter in dark mode: colour-blind readers can distinguish them, too
+// (test_report_colors). Good and bad are blue and orange, and differ in text or shape as well.
 #include "report/report_internal.h"
 
 const char* const om__report_style[] = {
