@@ -151,7 +151,7 @@ int om_depth_to_cloud(const OmCamera* c, const float* depth, const int* id, cons
 #define VISIBILITY_SLACK 5e-5f  // m before the point: the rounding of float rays at arm's length
 #define MAX_THROUGH 16          // ignored surfaces that a ray passes at most
 
-// Cast towards each point; hits on ignored objects are passed through.
+// Cast a ray to each point; a hit on an ignored object does not end the ray.
 static void mark_visible(const OmSenseScene* scene, Packet* p, uint64_t ignore, bool* is_seen) {
     float total[PACKET], start[PACKET] = {0};
     bool is_open[PACKET];
@@ -170,7 +170,7 @@ static void mark_visible(const OmSenseScene* scene, Packet* p, uint64_t ignore, 
             if (!is_through) {
                 is_seen[i] = p->id[i] < 0;
                 is_open[i] = false;
-                p->far_t[i] = -1;  // cast no more
+                p->far_t[i] = -1;  // this ray has ended
                 --nopen;
                 continue;
             }

@@ -36,7 +36,7 @@ OmStatus om_sense_scene_create(OmSenseScene** scene) {
     } else {
         (*scene)->scene = rtcNewScene((*scene)->device);
         rtcSetSceneFlags((*scene)->scene, RTC_SCENE_FLAG_DYNAMIC | RTC_SCENE_FLAG_ROBUST);
-        // one tree an object, which can be refitted; a better tree over all would be rebuilt each time
+        // one tree for each object, which can be refitted; a single tree over all objects would be rebuilt each time
         rtcSetSceneBuildQuality((*scene)->scene, RTC_BUILD_QUALITY_LOW);
         status = check_device((*scene)->device, "making a scene");
     }

@@ -17,8 +17,8 @@ typedef struct Object {
     bool is_shown, is_changed;
 } Object;
 
-// Rays in, hits out, one array a coordinate so that loops over the packet run side by side. Directions have
-// any length; distances count in it.
+// Rays (input) and hits (output), one array for each coordinate, so that loops over the packet use SIMD. Directions
+// have any length; distances are multiples of it.
 typedef struct Packet {
     int n;
     float ox[PACKET], oy[PACKET], oz[PACKET];  // origin
@@ -32,7 +32,7 @@ typedef struct Packet {
 } Packet;
 
 void om__cast(const OmSenseScene* scene, Packet* packet);
-// t[i] becomes 0 where something is in the way before far_t[i], and 1 otherwise; nothing else is written.
+// t[i] becomes 0 where a triangle is hit before far_t[i], and 1 otherwise; no other field is written.
 void om__cast_shadow(const OmSenseScene* scene, Packet* packet);
 const Object* om__object(const OmSenseScene* scene, int id);
 // The voxels of a texture; null if no object has it.
@@ -48,7 +48,7 @@ OmVec3 om__exposure_point(const OmSenseScene* scene);
 enum { CHANNEL_SHADE, CHANNEL_TINT, CHANNEL_HEIGHT, CHANNEL_WET, NCHANNEL };
 
 typedef struct Texel {
-    // factor on the colour; share of the second colour, 0 to 1; m; factor on gloss
+    // factor on the colour; fraction of the second colour, 0 to 1; m; factor on gloss
     float value[NCHANNEL];
     float slope[3];  // gradient of the height in texture coordinates, m
 } Texel;
@@ -69,7 +69,7 @@ typedef struct View {
 } View;
 
 View om__make_view(const OmCamera* camera);
-// Rays through (u + i, v) for the n lanes of a packet; the others repeat the last and are not cast.
+// Rays through (u + i, v) for the n lanes of a packet; the other lanes repeat the last ray and are not cast.
 void om__set_rays(Packet* packet, const View* view, double far_t, double u, double v);
 OmStatus om__check_camera(const OmCamera* camera);
 // The normal at hit i: interpolated from the vertices, or the triangle's; any length.
@@ -96,10 +96,10 @@ typedef struct Surface {  // at the hits of a packet
 // Normals and materials at the hits, and rays towards the light.
 void om__shade_begin(const Shading* shading, const Packet* packet, Surface* surface,
                      Packet* shadow);
-// Light seen by the camera; shadow->t is 1 where the light is in sight, else 0.
+// Light that reaches the camera; shadow->t is 1 where the point sees the light source, else 0.
 void om__shade(const Shading* shading, const Packet* packet, const Packet* shadow,
                Surface* surface);
-// Light to numbers of a screen, 0 to 255.
+// Convert light to sRGB, 0 to 255.
 void om__shade_tone(float light[3][PACKET], int byte[3][PACKET]);
 
 #endif

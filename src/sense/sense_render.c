@@ -8,7 +8,7 @@
 
 #define LIGHT_RIGHT -0.012  // m, position of the light that casts shadows, from the camera
 #define LIGHT_UP 0.035
-#define VIGNETTE 0.45f  // share of light lost in the corners
+#define VIGNETTE 0.45f  // fraction of light missing in the corners
 
 OmSenseOptions om_sense_options_default(void) {
     return (OmSenseOptions){.samples = 1, .has_shadow = true};

@@ -1,14 +1,14 @@
-// sense_shade.c: what a packet of hits looks like, eight pixels side by side.
+// sense_shade.c: shading of a packet of hits, eight pixels at a time.
 //
 // Two lights, as an endoscope with two fibres: one at the camera, which casts no shadow, and one a little above it,
-// whose shadows tell how far the tissue is lifted. Both fall off with the square of the distance. A surface has
-//   - diffuse light that wraps round the terminator of tissue, red further than blue: light that entered leaves red,
+// whose shadows show the height of lifted tissue. Both fall off with the square of the distance. A surface has
+//   - diffuse light beyond the terminator of tissue, red further than blue: light scattered inside tissue is red,
 //   - a wet film: highlights with the distribution of Trowbridge and Reitz (GGX), Schlick's Fresnel term and the
 //     visibility 1 / (4 (l.h)^2) (C. Kelemen, L. Szirmay-Kalos, Eurographics short presentations 2001),
 //   - metal: highlights have the colour of the material, and a bright and a dark half space are reflected,
 //   - the texture's bumps: with height h(u, v) over a triangle with edges a, b and normal N = a x b the normal loses
 //     (h_u (b x N) + h_v (N x a)) / |N|^2, on the deformed triangle.
-// What depends on the object is gathered one ray at a time. What does not is written as loops over the packet without
+// Data of objects are gathered one ray at a time. All other computations are loops over the packet without
 // branches, compiled for several processors (OM_MULTIVERSION), and without contraction: the same bits on each.
 #include <string.h>
 
@@ -18,10 +18,10 @@
 #define SHADOW_BIAS 2e-4f  // m off the surface
 #define CHECKER 0.01f      // m
 #define WRAP 0.3f          // cosine behind the terminator that still gets red light, on tissue
-#define TINY 1e-30f        // added before a root or a division: a vector without length keeps none
+#define TINY 1e-30f        // added before a root or a division: a zero vector remains zero
 #define FALL_MAX 1.7f      // brightness of surfaces close to the light
 #define WET_ALPHA 0.14f    // roughness of tissue
-#define FILM 4.0f  // brightness of highlights of a wet film; 1 would be a light as weak as a room's
+#define FILM 4.0f  // brightness of highlights of a wet film; 1 would be as dim as room light
 #define METAL_ALPHA 0.32f
 
 // ---- materials ----------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 //
 // A texture is a periodic volume of voxels that is filled once; a point of a surface reads it by trilinear
 // interpolation at its texture coordinates. They are computed from the positions at rest, so the texture moves
-// with the material. Coordinates are turned by a fixed rotation: a plane through the volume then never repeats exactly.
+// with the material. A fixed rotation is applied to coordinates: a plane through the volume then never repeats exactly.
 //
 // Fat: one lobule around each of 8^3 random points, the nearest point decides (S. Worley, "A cellular texture basis
 // function", SIGGRAPH 1996); septa are where the nearest two points are equally far. Organ: vessels are where
@@ -144,10 +144,11 @@ void om__texture_tint(OmSenseTexture texture, float factor[3]) {
 }
 
 OmVec3 om__texture_coordinates(OmSenseTexture texture, OmVec3 p) {
-    if (texture == OM_TEXTURE_STEEL)  // long along z
+    if (texture == OM_TEXTURE_STEEL)  // elongated along z
         return om_vec3(4 * p.x / TEXTURE_PERIOD, 4 * p.y / TEXTURE_PERIOD,
                        0.1 * p.z / TEXTURE_PERIOD);
-    const OmQuat turn = {0.83, 0.31, 0.37, 0.275};  // no axis of it is close to one of the volume
+    const OmQuat turn = {0.83, 0.31, 0.37,
+                         0.275};  // rotated axes are not close to axes of the volume
     return om_scale(1 / TEXTURE_PERIOD, om_quat_rotate(om_quat_normalize(turn), p));
 }
 
