@@ -147,8 +147,7 @@ OmVec3 om__texture_coordinates(OmSenseTexture texture, OmVec3 p) {
     if (texture == OM_TEXTURE_STEEL)  // elongated along z
         return om_vec3(4 * p.x / TEXTURE_PERIOD, 4 * p.y / TEXTURE_PERIOD,
                        0.1 * p.z / TEXTURE_PERIOD);
-    const OmQuat turn = {0.83, 0.31, 0.37,
-                         0.275};  // rotated axes are not close to axes of the volume
+    const OmQuat turn = {0.83, 0.31, 0.37, 0.275};  // no axis is close to one of the volume
     return om_scale(1 / TEXTURE_PERIOD, om_quat_rotate(om_quat_normalize(turn), p));
 }
 
