@@ -50,13 +50,13 @@ OM_API OmUmeshPatch om_umesh_patch_default(OmVec3 center, OmVec3 normal, OmVec3 
 OM_API int om_umesh_patch_select(const OmUmeshGrid* grid, const OmUmeshPatch* patch,
                                  unsigned char* mask);
 
-/// From nodes to points, one component after the other: out[c npoint + point]. 0 at points without a node, and where
-/// `mask` (fem.mesh.nnode; may be null) is 0.
+/// Copy from nodes to points, one component after the other: out[c npoint + point]. 0 at points without a node and at
+/// nodes whose `mask` (fem.mesh.nnode; may be null) is 0.
 /// @param u    (fem.mesh.nnode x 3)
 /// @param out  (3 x npoint)
 OM_API void om_umesh_scatter(const OmUmeshGrid* grid, const float* u, const unsigned char* mask,
                              float* out);
-/// From points to nodes.
+/// Copy from points to nodes.
 OM_API void om_umesh_gather(const OmUmeshGrid* grid, const float* in, float* u);
 
 // ---- the organ --------------------------------------------------------------------------------------
@@ -66,14 +66,14 @@ typedef struct OmUmeshOrganDef {  // made by om_umesh_organ_default_def
     // ellipsoid of 150 x 120 x 72 mm on its flat side.
     const OmPatient* patient;
     const OmSurface* surface;  // or a closed surface; borrowed; default null
-    OmVec3 up;                 // away from the held side; default 0: the patient's, else +z
-    int nelem;       // number of active elements, met within 1 % if >= 200; default 2174 (thesis)
+    OmVec3 up;                 // away from the fixed side; default 0: the patient's, else +z
+    int nelem;       // number of active elements, within 1 % if >= 200; default 2174 (thesis)
     double spacing;  // of the grid, m; default 0: computed from nelem
     int dim[3];      // smallest number of points of the padded grid; default 0: no lower bound
     int multiple;  // dim are multiples of this, the longest of twice this; default 4: U-Net of 3 levels
     // An element is active if this part of its volume is inside the organ, in (0, 1); default 0.5.
     double min_fill;
-    // Nodes in this lowest part of the height are held; 0 (default): the patient's set
+    // Nodes in this lowest part of the height are fixed; 0 (default): the patient's set
     // "attachment", without one the lowest nodes (phantom) or the lowest tenth (other organs).
     double held_height;
     OmCookie cookie;
@@ -84,7 +84,7 @@ typedef struct OmUmeshOrgan OmUmeshOrgan;
 
 OM_API OmUmeshOrganDef om_umesh_organ_default_def(void);
 /// Cells with enough volume inside become elements. Of these the largest part connected over faces is kept.
-/// @return OM_OK, OM_INVALID (nothing inside, nothing held, an element count that no spacing gives), OM_NO_MEMORY
+/// @return OM_OK, OM_INVALID (no cell inside, no fixed node, an element count that no spacing gives), OM_NO_MEMORY
 OM_API OmStatus om_umesh_organ_create(const OmUmeshOrganDef* def, OmUmeshOrgan** organ);
 OM_API void om_umesh_organ_destroy(OmUmeshOrgan* organ);
 OM_API const OmUmeshGrid* om_umesh_organ_grid(const OmUmeshOrgan* organ);
@@ -109,7 +109,7 @@ typedef struct OmUmeshDataDef {  // made by om_umesh_data_default_def
     double max_force;    // N, default 0.8
     double max_tilt;     // rad, default 45 degrees
     double press_share;  // fraction of samples with a prescribed displacement; default 0.5
-    // m, default 0.035; never more than 0.6 of the distance to the nearest held node.
+    // m, default 0.035; never more than 0.6 of the distance to the nearest fixed node.
     double max_press;
     double pull_share;     // fraction of samples that are pulled outwards; default 0
     double patch_size[3];  // OmUmeshPatch.size, m; default 0.05, 0.01, 0.01

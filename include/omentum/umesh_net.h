@@ -33,7 +33,7 @@ OM_API const OmNet* om_umesh_net_layers(const OmUmeshNet* net, const float** par
 /// A line of the file's metadata ("seed", "mean_error_mm", ...), or null.
 OM_API const char* om_umesh_net_fact(const OmUmeshNet* net, const char* key);
 /// Write an ONNX file. With a the largest displacement of the patch, input channels are: displacement / a (3), patch,
-/// organ, held nodes, position from -1 to 1 (3), linear elastic solution / a (3), a / "scale_m", second-order forces /
+/// organ, fixed nodes, position from -1 to 1 (3), linear elastic solution / a (3), a / "scale_m", second-order forces /
 /// "second" (3), zeros. The prediction is the linear solution plus output * a * "correction".
 /// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_umesh_net_save_onnx(const OmUmeshNet* net, const char* path);
@@ -61,22 +61,22 @@ typedef struct OmUmeshPredictor OmUmeshPredictor;
 
 /// @param net      borrowed
 /// @param nworker  0: one per processor
-/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (the library of layers refused)
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (oneDNN failed)
 OM_API OmStatus om_umesh_predictor_create(const OmUmeshNet* net, int nworker,
                                           OmUmeshPredictor** predictor);
 OM_API void om_umesh_predictor_destroy(OmUmeshPredictor* predictor);
 #define OM_UMESH_TOLERANCE 5e-5  // m, the default
 #define OM_UMESH_MAX_CYCLE 40
 /// Stop refining when the mean distance left is estimated below `tolerance`, or after max_cycle cycles; 0 cycles: the
-/// network alone. What does not refine: networks of samples of another law than the neo-Hookean, and grids of more than
-/// 3,800 points of twice the spacing.
+/// network alone. There is no refinement if the samples have another law than the neo-Hookean, or if the grid has more
+/// than 3,800 points of twice the spacing.
 OM_API void om_umesh_predictor_set_refinement(OmUmeshPredictor* predictor, double tolerance,
                                               int max_cycle);
-/// Relax the linear elastic solution in place of the network's output (default false): some more cycles, no network.
+/// Relax the linear elastic solution in place of the network's output (default false): no network, but more cycles.
 OM_API void om_umesh_predictor_set_linear(OmUmeshPredictor* predictor, bool is_linear);
 /// Relaxation of the last prediction.
 OM_API OmFemGridReport om_umesh_predictor_refinement(const OmUmeshPredictor* predictor);
-/// Predict: held nodes are fixed, masked nodes have the given displacement, the network gives the others. Then the
+/// Predict: fixed nodes do not move, masked nodes have the given displacement, the network gives the others. Then the
 /// elements are relaxed towards equilibrium with the law of the samples.
 /// @param mask   1 where the displacement is given (nnode)
 /// @param u      in: at masked nodes; out: everywhere, m (nnode x 3)
@@ -128,7 +128,7 @@ typedef struct OmUmeshTrainSummary {
     bool is_resumed;
 } OmUmeshTrainSummary;
 
-#define OM_UMESH_NET_KIND "U-Mesh network"  // of the folder; an evaluation may be put there too
+#define OM_UMESH_NET_KIND "U-Mesh network"  // kind of the folder; may also have an evaluation
 OM_API OmUmeshTrainDef om_umesh_train_default_def(const OmUmeshData* data, const char* out_dir);
 /// Train, or resume from the checkpoint, and write the weights of the best epoch.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY
@@ -152,7 +152,7 @@ typedef struct OmUmeshEval {
     int nbeyond;   // relaxed predictions whose error exceeds both the tolerance and the estimate
     double max_u;  // largest displacement of a node in the data
     double ms_median, ms_min, ms_max;  // time of a prediction: median, smallest, largest
-    int ninside;                       // samples that the test finds like the training data
+    int ninside;                       // samples that the test accepts
     double* error;                     // of each sample (n); freed by om_umesh_eval_done
     double* score;                     // of the test, for each sample (n)
 } OmUmeshEval;
@@ -174,8 +174,9 @@ OM_API OmStatus om_umesh_record_test(const OmUmeshNet* net, const OmUmeshData* t
 ///     OmTissueDef def = om_tissue_default_def(om_umesh_engine(), &mesh);
 ///     def.options = net;
 /// The net is borrowed until the model is destroyed; a scene's `weights` is loaded. The mesh may be any mesh of the
-/// organ; its vertices follow the grid. Surface nodes that a tool holds or an obstacle touches move with it, until the
-/// obstacle leaves their rest position. The engine is quasi-static and has no forces on tools and obstacles.
+/// organ; its vertices follow the grid. Surface nodes that a tool grasps move with the tool; nodes in contact move with
+/// the obstacle, until it leaves their rest position. The engine is quasi-static and has no forces on tools and
+/// obstacles.
 /// Attachments are those of the training. A step with an input unlike the training data is carried out and returns
 /// OM_NOT_CONVERGED with the reason; report->residual is the score of the test.
 OM_API const struct OmTissueEngine* om_umesh_engine(void);

@@ -1,13 +1,13 @@
-// umesh_engine.c: the network as tissue: what tools and obstacles move goes in, all vertices come out.
+// umesh_engine.c: the network as an engine: tools and obstacles displace surface nodes, the network gives all vertices.
 //
-// The network knows the skin of its grid. A node of the skin moves with the vertex of the mesh that is nearest to its
-// place on the surface, if a tool holds that one; or with an obstacle that it has touched. Contacts are kept in the
-// state, in the obstacle's frame: a network has no forces that could show a separation, so a contact ends when
-// the obstacle has left the place where the node is at rest. Then
+// The input of the network is the displacement of surface nodes of its grid. If a tool grasps the mesh vertex that is
+// nearest to a surface node, the node moves with that vertex. A node in contact moves with the obstacle. Contacts are
+// part of the state, in the obstacle's frame. A network has no forces that could show a separation, so a contact ends
+// when the obstacle no longer covers the rest position of the node. Then
 //
-//     u_grid = net(u_skin),  x = X + sum_a N_a(X) u_grid,a
+//     u_grid = net(u_surface),  x = X + sum_a N_a(X) u_grid,a
 //
-// and prescribed vertices have the last word.
+// and prescribed vertices are set to their goals afterwards.
 #include <math.h>
 #include <string.h>
 
@@ -16,12 +16,12 @@
 #include "umesh/umesh_net_internal.h"
 
 #define TOUCHING 1e-6  // m
-#define NROUND 3       // of predictions in which more of the skin is found to touch
+#define NROUND 3       // predictions in one step, each with the new contacts of the one before
 
 typedef struct Skin {
     int node;   // of the grid
-    int vert;   // of the mesh, the nearest to its place on the surface
-    OmVec3 x;   // that place
+    int vert;   // of the mesh, nearest to x
+    OmVec3 x;   // nearest point of the node on the surface, m
     bool near;  // within a cell of that vertex
 } Skin;
 
@@ -29,11 +29,11 @@ typedef struct Learned {  // model->data
     const OmUmeshNet* net;
     int nskin;
     Skin* skin;
-    int* elem;       // of the grid, that carries each vertex                          (nvert)
-    double* weight;  // of its nodes                                                (nvert x 8)
+    int* elem;       // element of the grid for each vertex                            (nvert)
+    double* weight;  // of the element's nodes                                      (nvert x 8)
 } Learned;
 
-typedef struct Touch {  // of a node of the skin, behind the state's arrays
+typedef struct Touch {  // contact of a surface node; the engine's bytes of a state
     double place[3];    // in the obstacle's frame
     int64_t obstacle;   // from 1; 0: none
 } Touch;
@@ -41,7 +41,7 @@ typedef struct Touch {  // of a node of the skin, behind the state's arrays
 typedef struct LearnedWork {  // work->data
     OmUmeshPredictor* predictor;
     unsigned char* mask;  //                                                          (nnode)
-    float *u, *goal;      // predicted; and of masked nodes                       (nnode x 3)
+    float *u, *goal;      // prediction; input at masked nodes, m                 (nnode x 3)
 } LearnedWork;
 
 // ---- model ------------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ static OmStatus learned_create(OmTissueModel* m) {
     OM_CHECK(net, OM_INVALID, "umesh: no trained network is given (OmTissueDef.options)");
     Learned* l = om_calloc(1, sizeof *l);
     if (!l) return OM_NO_MEMORY;
-    om_engine_set_data(m, l);  // freed with the model, whatever fails below
+    om_engine_set_data(m, l);  // destroyed with the model, also if a call below fails
     l->net = net;
     OM_ALLOC(l->skin, net->grid.fem.mesh.nnode);
     OM_ALLOC(l->elem, mesh->nvert);
@@ -108,7 +108,7 @@ static size_t learned_state_size(const OmTissueModel* m) {
     return (size_t)l->nskin * sizeof(Touch);
 }
 
-// Positions were set from outside, or the state is new: nothing touches.
+// Positions were set from outside, or the state is new: there are no contacts.
 static void learned_sync(const OmTissueModel* m, OmTissueState* s) {
     memset(om_engine_state_data(s), 0, learned_state_size(m));
 }
@@ -149,7 +149,7 @@ static OmStatus learned_create_work(const OmTissueModel* m, OmTissueWork* work) 
     return om_umesh_predictor_create(l->net, om_engine_def(m)->solver.nworker, &w->predictor);
 }
 
-// ---- what moves the skin ------------------------------------------------------------------------------
+// ---- displacements of surface nodes -------------------------------------------------------------------
 
 static void put_goal(LearnedWork* w, const Skin* skin, OmVec3 place) {
     OmVec3 u = om_sub(place, skin->x);
@@ -164,7 +164,7 @@ static OmVec3 held_place(const OmTissueState* s, int i) {
     return goal;
 }
 
-// The skin that arms hold; the node nearest to what they hold, if that lies between the nodes.
+// Set the goals of surface nodes that arms grasp; if a grasped patch contains no node, of the node nearest to it.
 static void take_held(const OmTissueModel* m, const OmTissueState* s, LearnedWork* w) {
     const Learned* l = om_engine_data(m);
     const signed char* held_by = om_tissue_held_by(s);
@@ -197,7 +197,7 @@ static double distance_to(const OmTissueObstacle* o, OmPose pose, OmVec3 p, OmVe
     return gap;
 }
 
-// Contacts of before that go on move their nodes; others end.
+// Contacts of the last step: either the node moves with the obstacle, or the contact ends.
 static void keep_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
                           const OmTissueObstacle* obstacle) {
     Touch* touch = om_engine_state_data(s);
@@ -216,7 +216,7 @@ static void keep_touching(const Learned* l, OmTissueState* s, LearnedWork* w, in
     }
 }
 
-// Skin that would be inside an obstacle touches it from now on, where it comes out of it.
+// A surface node predicted inside an obstacle gets a contact, at the nearest point of the obstacle's surface.
 static bool find_touching(const Learned* l, OmTissueState* s, LearnedWork* w, int nobstacle,
                           const OmTissueObstacle* obstacle) {
     Touch* touch = om_engine_state_data(s);
@@ -285,7 +285,7 @@ static void report_contacts(const Learned* l, const OmTissueState* s, const Lear
     }
 }
 
-// Contacts, until nothing more of the skin is found to touch.
+// Predict and add contacts, until there are no new contacts.
 static OmStatus settle(const OmTissueModel* m, OmTissueState* s, LearnedWork* w, int nobstacle,
                        const OmTissueObstacle* obstacle, OmUmeshTrust* trust) {
     const Learned* l = om_engine_data(m);

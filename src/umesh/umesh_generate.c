@@ -1,8 +1,8 @@
-// umesh_generate.c: the data set: shards by index range, made side by side, and read again.
+// umesh_generate.c: the data set: shards of consecutive samples, computed in parallel, written and read.
 //
-// Shard k holds samples k S .. (k + 1) S - 1 (the last fewer) and is written once all of them are there. Workers
-// take the next index as they get free, each with a solver of its own: a sample depends on its index alone, so
-// who made it shows nowhere. Only the calling thread uses HDF5.
+// Shard k has the samples k S .. (k + 1) S - 1 (the last shard may have fewer) and is written when all of them are
+// complete. Each worker has a solver and takes the next free index. A sample depends only on its index, so the data do
+// not depend on the number of workers. Only the calling thread uses HDF5.
 #include <dirent.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -20,7 +20,7 @@ typedef struct Crew {        // of one shard
     atomic_int next, ndone;   // samples begun and finished
     atomic_int status;        // the first failure
     char message[512];        // of the failure
-    atomic_flag is_reported;  // the message has its owner
+    atomic_flag is_reported;  // a worker has written the message
 } Crew;
 
 static void work(void* ctx, OmTeam* team, int rank, int size) {
@@ -65,7 +65,8 @@ static OmStatus shard_path(const char* dir, int first, char* path, size_t size) 
     return om_path_join(dir, name, path, size);
 }
 
-// Is the shard there with at least num samples? One of other settings is an error; a damaged one is made again.
+// *is_there: the shard exists with at least num samples. A shard of other settings is an error; a damaged shard is
+// computed again.
 static OmStatus find_shard(const char* path, uint64_t hash, int num, OmUmeshShard* shard,
                            bool* is_there) {
     *is_there = false;
@@ -171,7 +172,7 @@ done:
     return status;
 }
 
-// ---- reading it -------------------------------------------------------------------------------------
+// ---- reading ----------------------------------------------------------------------------------------
 
 // The shard with the largest number in the folder, -1: none.
 static int last_shard(const char* dir) {

@@ -1,4 +1,4 @@
-// umesh_grid.c: the surface of a grid, patches on it, and values of nodes as values of points.
+// umesh_grid.c: the surface of a grid, patches on it, conversion between values of nodes and of points.
 #include <string.h>
 
 #include "umesh/umesh_internal.h"

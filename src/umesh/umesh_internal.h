@@ -1,4 +1,4 @@
-// umesh_internal.h: what the files of the room share.
+// umesh_internal.h: functions and types that the files of this room share.
 #ifndef OMENTUM_UMESH_INTERNAL_H
 #define OMENTUM_UMESH_INTERNAL_H
 
@@ -22,16 +22,16 @@ struct OmUmeshOrgan {
     OmSurface surface;
     OmSdf sdf;
     double young, poisson;  // of a patient; 0: not known
-    double* area;  // of the free triangles up to and with each one, m^2         (surface.ntri)
+    double* area;  // cumulative area of the free triangles, m^2               (surface.ntri)
 };
 
-// A point of the free surface, even by area, and the outward normal there.
+// A random point of the free surface, uniform in area, and the outward normal there.
 void om__umesh_pick_point(const OmUmeshOrgan* organ, OmRng* rng, OmVec3* p, OmVec3* normal);
 
 // ---- umesh_sample.c ---------------------------------------------------------------------------------
 
 OmStatus om__umesh_check_def(const OmUmeshDataDef* def);
-// Of all that samples depend on.
+// Hash of all settings that samples depend on.
 uint64_t om__umesh_hash_def(const OmUmeshDataDef* def);
 
 // ---- umesh_shard.c ----------------------------------------------------------------------------------
@@ -51,9 +51,9 @@ OmStatus om__umesh_shard_alloc(int nnode, int num, OmUmeshShard* shard);
 void om__umesh_shard_done(OmUmeshShard* shard);
 OmStatus om__umesh_shard_save(const OmUmeshShard* shard, const OmUmeshGrid* grid,
                               const OmUmeshDataDef* def, const char* path);
-// The grid is made from the file too.
+// Read a shard and its grid.
 OmStatus om__umesh_shard_load(const char* path, OmUmeshGrid* grid, OmUmeshShard* shard);
-// The same from bytes in memory; `name` is for messages.
+// Read a shard and its grid from bytes in memory; `name` is for messages.
 OmStatus om__umesh_shard_parse(const char* data, size_t size, const char* name, OmUmeshGrid* grid,
                                OmUmeshShard* shard);
 

@@ -1,13 +1,13 @@
 // umesh_net.c: a trained network and its file.
 //
-// One safetensors file holds all that a prediction needs. Besides the weights, under their own names:
+// One safetensors file has all data that a prediction needs. Besides the weights, the file has the tensors:
 //     grid.dim (3), grid.frame (7)      points; spacing, origin, up
 //     grid.active (npoint)              1 at the lowest point of an active cell
 //     grid.fixed (nnode), grid.skin_x (nnode, 3)
 //     trust.way (nnode), trust.inward (nnode, 3), trust.limit (6)
 //     scale (5)                         of inputs, m; of corrections; Poisson's ratio; of the second order's
-//                                       forces; how far samples are from equilibrium by the refinement's law
-// Everything else of the grid follows from these; what does not fit them is refused.
+//                                       forces; imbalance of samples under the law of the refinement
+// All other fields of the grid are computed from these tensors. Inconsistent files are refused.
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -20,7 +20,8 @@
 #define MAX_TENSOR 512
 #define NOWN 9  // tensors besides the weights
 #define MAX_DIM 1024
-#define MOST_UNBALANCED 0.01  // above it samples are of another law than that of the refinement
+// Above this imbalance the samples have another law than the refinement.
+#define MOST_UNBALANCED 0.01
 
 // ---- create -----------------------------------------------------------------------------------------
 
@@ -51,7 +52,7 @@ static OmStatus make_layers(OmUmeshNet* n) {
     def.base_channels = n->base_channels;
     def.nlevel = n->nlevel;
     def.mask = mask;
-    // with ReLU whole layers die: half of the trials at a rate of 5e-3
+    // with ReLU all outputs of a layer became 0 in half of the trials, at a rate of 5e-3
     def.activation = OM_LEAKY_RELU;
     OmStatus status = om_unet_create(&def, &n->net);
     om_free(mask);
@@ -60,7 +61,7 @@ static OmStatus make_layers(OmUmeshNet* n) {
     return OM_OK;
 }
 
-// With n->grid set.
+// Requires n->grid.
 static OmStatus finish(OmUmeshNet* n, double poisson, int base_channels, int nlevel) {
     n->poisson = poisson;
     n->base_channels = base_channels;
@@ -75,9 +76,9 @@ OmStatus om__umesh_net_set_balance(OmUmeshNet* n, double balance) {
     n->model = NULL;
     n->balance = balance;
     if (!(balance <= MOST_UNBALANCED) || n->poisson < 0)
-        return OM_OK;  // with a ratio below 0 elements may collapse
+        return OM_OK;  // no refinement: with a negative ratio elements may collapse
     OmStatus status = om_fem_grid_model_create(&n->grid.fem, n->poisson, 0, &n->model);
-    return status == OM_UNAVAILABLE ? OM_OK : status;  // too large a grid: the network alone
+    return status == OM_UNAVAILABLE ? OM_OK : status;  // grid too large: no refinement
 }
 
 OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_channels,
@@ -192,7 +193,7 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     return num;
 }
 
-// Of names and values, whatever their order in the file.
+// Hash of names and values, independent of their order in the file.
 static uint64_t add_to_checksum(uint64_t sum, const OmTensor* t) {
     size_t size = t->type == OM_TENSOR_F64 ? sizeof(double) : sizeof(float);
     uint64_t hash = om_hash(t->name, strlen(t->name), OM_HASH_SEED);
@@ -298,7 +299,7 @@ static OmStatus read_setting(const OmTensorFile* f, const char* path, const char
     return OM_OK;
 }
 
-// Zeros and ones.
+// Read an array of zeros and ones.
 static OmStatus read_flags(const OmTensorFile* f, const char* path, const char* name, int n,
                            unsigned char* flag) {
     const int64_t dim[1] = {n};
@@ -427,7 +428,7 @@ static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
     return OM_OK;
 }
 
-// Damage is found before anything is built from it, which takes seconds. A file without a sum is older than sums.
+// Check for damage first, since building the model takes seconds. Files of old versions have no check sum.
 static OmStatus check_sum(const OmTensorFile* f, const char* path) {
     const char* expected = om_tensor_file_meta(f, "checksum");
     if (!expected) return OM_OK;
@@ -465,7 +466,7 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
     n->nlevel = nlevel;
     OM_TRY(make_layers(n));
     OM_TRY(om__umesh_region_alloc(n));
-    OM_TRY(read_weights(f, path, n));  // all that is read, and refused, before what takes long
+    OM_TRY(read_weights(f, path, n));  // the last check of the file; the rest takes seconds
     OM_TRY(read_region(f, path, n));
     OM_TRY(om_fem_grid_linear_create(&n->grid.fem, n->grid.is_surface, poisson, 0, &n->linear));
     OM_TRY(om__umesh_net_set_balance(n, n->balance));

@@ -1,10 +1,10 @@
-// umesh_organ.c: an organ immersed in a grid of a wanted number of active elements.
+// umesh_organ.c: an organ immersed in a grid with a given number of active elements.
 //
-// A cell is active if at least min_fill of its sample points are inside: at one half the staircase of the
-// boundary lies on both sides of the surface alike, and volume and stiffness are right on the average. Cells that
-// merely touch the organ would make it larger by half a cell all round. Along `up` the grid begins at the
-// organ's lowest point, so that a flat base is held where it is. The number of elements goes with spacing^-3
-// but jumps by whole layers of cells; a bisection keeps the best.
+// A cell is active if the fraction min_fill or more of its sample points are inside. With one half, the steps of the
+// boundary lie equally on both sides of the surface, and volume and stiffness have no bias. If every cell that overlaps
+// the organ were active, the organ would grow by half a cell on all sides. Along `up` the grid begins at the organ's
+// lowest point, so the fixed nodes of a flat base are on the base. The number of elements is roughly proportional to
+// spacing^-3, with jumps by whole layers of cells; a bisection keeps the spacing with the nearest number.
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
@@ -14,7 +14,7 @@
 #define NSAMPLE 4         // points of a cell along an edge
 #define NELEM_SLACK 0.01  // of the number of elements
 #define MAX_TRY 40
-#define HELD_SHARE 0.1  // of the height, of an organ without a set "attachment"
+#define HELD_SHARE 0.1  // fraction of the height; for an organ without a set "attachment"
 
 OmUmeshOrganDef om_umesh_organ_default_def(void) {
     return (OmUmeshOrganDef){.nelem = 2174, .multiple = 4, .min_fill = 0.5, .cookie = COOKIE};
@@ -48,10 +48,10 @@ typedef struct Shape {  // shape and attachment of the organ
     const OmUmeshOrganDef* def;
     OmVec3 lo, hi, up;
     double low, high;    // of dot(up, surface), m
-    double held_height;  // share of the height
+    double held_height;  // fraction of the height
     const OmMeshSet* held;
-    const double* held_x;  // vertices of the patient's mesh
-    double reach;          // of a held vertex, m
+    const double* held_x;  // attached vertices of the patient's mesh
+    double reach;          // of an attached vertex, m
 } Shape;
 
 static double phantom_fn(void* ctx, OmVec3 p) {
@@ -106,7 +106,7 @@ static void measure_shape(const OmUmeshOrganDef* def, const OmSurface* surface, 
         s->lo = om_min3(s->lo, p), s->hi = om_max3(s->hi, p);
         s->low = fmin(s->low, om_dot(s->up, p)), s->high = fmax(s->high, om_dot(s->up, p));
     }
-    if (is_phantom) {  // exact, not rounded as its distance field
+    if (is_phantom) {  // exact, unlike its sampled distance field
         OmVec3 half = OM_PHANTOM_HALF;
         s->lo = om_vec3(-half.x, -half.y, 0), s->hi = half;
     }
@@ -119,7 +119,7 @@ static void measure_shape(const OmUmeshOrganDef* def, const OmSurface* surface, 
     }
 }
 
-// Is p held, or within `more` of what is? `low` is where the organ, or its grid, begins.
+// True if p is fixed, or nearer than `more` to the fixed region. `low`: lowest height of the organ or of its grid.
 static bool is_held(const Shape* s, OmVec3 p, double low, double more) {
     if (!s->held) return om_dot(s->up, p) <= low + s->held_height * (s->high - s->low) + more;
     for (int i = 0; i < s->held->nvert; ++i)
@@ -129,7 +129,7 @@ static bool is_held(const Shape* s, OmVec3 p, double low, double more) {
 
 // ---- cells ------------------------------------------------------------------------------------------
 
-// Has the cell at `corner` enough inside?
+// True if the fraction of the cell at `corner` that is inside is at least min_fill.
 static bool is_filled(const OmSdf* sdf, OmVec3 corner, double side, double min_fill) {
     OmVec3 half = om_vec3(0.5, 0.5, 0.5);
     double middle = om_sdf_eval(sdf, om_madd(corner, side, half), NULL);
@@ -143,7 +143,7 @@ static bool is_filled(const OmSdf* sdf, OmVec3 corner, double side, double min_f
     return num >= min_fill * NSAMPLE * NSAMPLE * NSAMPLE;
 }
 
-// A grid of this spacing around the organ, centred; along `up` it begins or ends at the organ's lowest.
+// A grid of this spacing around the organ, centred; along `up` its border is at the organ's lowest point.
 static OmStatus place_grid(const Shape* s, double spacing, OmGrid* f) {
     *f = (OmGrid){.spacing = spacing};
     const double lo[3] = {s->lo.x, s->lo.y, s->lo.z}, hi[3] = {s->hi.x, s->hi.y, s->hi.z};
@@ -173,7 +173,7 @@ static OmStatus place_grid(const Shape* s, double spacing, OmGrid* f) {
     return OM_OK;
 }
 
-// Leave the largest part whose cells meet at faces; returns its number of cells.
+// Keep only the largest part that is connected over faces; returns its number of cells.
 static int keep_largest(const int dim[3], unsigned char* active, int* part, int* queue) {
     const int step[3] = {1, dim[0], dim[0] * dim[1]};
     int npoint = dim[0] * dim[1] * dim[2], best = 0, best_part = 0, npart = 0;
@@ -228,7 +228,7 @@ static OmStatus mark_cells(const Shape* s, const OmSdf* sdf, double spacing, OmG
     return OM_OK;
 }
 
-// Bisection in the logarithm of the spacing, which keeps the best.
+// Bisection in the logarithm of the spacing; keeps the spacing with the best number of elements.
 static OmStatus find_cells(const Shape* s, const OmSdf* sdf, OmGrid* f, Cells* cells) {
     const OmUmeshOrganDef* def = s->def;
     int nelem = 0;
@@ -282,13 +282,13 @@ static void place_skin(const OmSdf* sdf, OmUmeshGrid* g) {
         for (int turn = 0; turn < 3 && g->is_surface[i]; ++turn) {
             double d = om_sdf_eval(sdf, p, &slope), steep = om_norm2(slope);
             if (steep > 0.01)
-                p = om_madd(p, -d / steep, slope);  // flat: on a ridge inside, it stays
+                p = om_madd(p, -d / steep, slope);  // if flat, on a ridge inside, p is not moved
         }
         om_store3(g->surface_x, i, p);
     }
 }
 
-// Areas of the triangles that a patch may be centred on, summed.
+// Cumulative areas of the triangles on which the centre of a patch may be.
 static OmStatus sum_areas(const Shape* s, OmUmeshOrgan* o) {
     double sum = 0;
     OM_ALLOC(o->area, o->surface.ntri);
@@ -327,7 +327,7 @@ void om__umesh_pick_point(const OmUmeshOrgan* o, OmRng* rng, OmVec3* p, OmVec3* 
 
 // ---- create -----------------------------------------------------------------------------------------
 
-// The network and the elements that refine its answers know one modulus and one ratio.
+// The network and its refinement allow one modulus and one Poisson's ratio.
 static OmStatus take_material(const OmPatient* p, OmUmeshOrgan* o) {
     const OmPatientMaterial* first = p->nmaterial > 0 ? &p->material[0] : NULL;
     for (int e = 0; e < p->mesh.ntet && p->nmaterial > 0; ++e) {

@@ -5,7 +5,7 @@
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-// The middle of the elements around a place lies inwards of it, on a hollow too.
+// The centre of the elements around a surface point is inwards of it, also where the surface is concave.
 static OmVec3 find_inward(const OmUmeshGrid* g, OmVec3 at, double reach) {
     OmVec3 sum = om_vec3(0, 0, 0);
     for (int e = 0; e < g->fem.mesh.nelem; ++e) {
@@ -17,8 +17,8 @@ static OmVec3 find_inward(const OmUmeshGrid* g, OmVec3 at, double reach) {
     return sum;
 }
 
-// The plane through the places of the skin within `reach` of p by least squares: its normal is the direction in
-// which they vary least.
+// The least squares plane through the surface points within `reach` of p: its normal is the direction of smallest
+// variance.
 OmUmeshPatch om_umesh_find_place(const OmUmeshGrid* g, OmVec3 p) {
     double best = HUGE_VAL, reach = 2.5 * g->fem.grid.spacing;
     OmVec3 at = p, mean = om_vec3(0, 0, 0), w;

@@ -1,10 +1,14 @@
-// umesh_predict.c: what the network is fed, what comes back, and how good it is.
+// umesh_predict.c: input channels of the network, prediction, evaluation.
 //
-// Channels at the points of the grid: the displacement of the patch over the input's size, which is the largest of
-// them; where the patch is; what tells places apart, for a convolution alone does not know where it is: the organ, the
-// held nodes, and the coordinates from -1 to 1; the linear answer, over the size; and the size itself, everywhere. So
-// small inputs are as large as others; what comes out, times the size, is added to the linear answer. Last, the forces
-// of second order (om_fem_grid_second_order): they determine the correction.
+// The size of an input is its largest displacement. Channels at the points of the grid:
+//
+//   - displacements of the patch over the size, and the mask of the patch,
+//   - organ, fixed nodes, and coordinates from -1 to 1: a convolution alone has no information on position,
+//   - the linear solution over the size, and the size itself, at all points,
+//   - the forces of second order (om_fem_grid_second_order), which determine the correction.
+//
+// Division by the size scales small and large inputs to the same range. The prediction is the linear solution plus
+// the output times the size.
 #include <math.h>
 #include <string.h>
 
@@ -21,7 +25,7 @@ enum {
     CH_FORCE = 13
 };
 
-#define LEAST_SIZE 1e-6  // m, of an input
+#define LEAST_SIZE 1e-6  // m, smallest size of an input
 
 struct OmUmeshPredictor {
     const OmUmeshNet* net;
@@ -30,7 +34,7 @@ struct OmUmeshPredictor {
     OmFemGridReport refinement;
     double tolerance;
     int max_cycle, nworker;
-    bool is_linear;  // the network is left out
+    bool is_linear;  // the linear solution is relaxed, without the network
     float *in, *out, *u, *linear;
 };
 
@@ -109,8 +113,8 @@ void om__umesh_fill_input(const OmUmeshNet* net, const unsigned char* mask, cons
 
 // ---- prediction ---------------------------------------------------------------------------------------
 
-// In the processor's fastest type. What bfloat16 rounds is the correction, not the answer.
-// oneDNN waits for all its threads, so it gets no more than there are free processors now.
+// Use the processor's fastest type: bfloat16 rounds only the correction, not the whole prediction. oneDNN waits for all
+// its threads, so their number is limited to the processors that are free now.
 static OmStatus create_run(const OmUmeshNet* net, int nworker, OmNetRun** run) {
     OmNetRunDef def = om_net_run_default_def(1);
     def.nworker = om_worker_free(nworker);
@@ -260,9 +264,9 @@ enum {
     ALONE,
     LINEAR,
     REFINED
-};  // the network alone, linear answers: alone and refined; all
+};  // the network alone; linear solutions alone and refined; network refined
 
-// All samples one way; one after the other, for times of steady use.
+// Predict all samples in one mode, one after another, so that times are those of continuous use.
 static OmStatus try_samples(OmUmeshPredictor* p, int kind, const OmUmeshData* data, int first,
                             double tolerance, float* u, double* ms, OmUmeshEval* e) {
     const OmUmeshGrid* g = &p->net->grid;

@@ -1,4 +1,4 @@
-// umesh_report.c: what a data set holds, as summary.json and report.html.
+// umesh_report.c: summary.json and report.html of a data set.
 #include <string.h>
 
 #include "omentum/report.h"
@@ -52,7 +52,7 @@ static OmStatus add_surface(OmSenseScene* scene, const OmSurface* surface,
     return om_sense_scene_add(scene, surface, look, &id);
 }
 
-// The organ's surface as the grid takes it along.
+// The organ's surface, deformed with the grid.
 static OmStatus add_organ(OmSenseScene* scene, const OmUmeshOrgan* organ, const double* u) {
     const OmFemMesh* mesh = &organ->grid.fem.mesh;
     const OmSurface* rest = &organ->surface;
@@ -107,7 +107,7 @@ static OmStatus add_patch(OmSenseScene* scene, const OmUmeshGrid* g, const unsig
     return status;
 }
 
-// From above, from the side that the patch faces.
+// A camera above the organ, on the side to which the patch faces.
 static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSenseScene* scene,
                        int nworker, OmReport* report, const char* caption) {
     OmVec3 lo, hi, up = organ->grid.up;
@@ -133,7 +133,7 @@ static OmStatus render(const OmUmeshOrgan* organ, const OmUmeshSample* a, OmSens
     return status;
 }
 
-// A sample is a function of its index: what is shown is solved again.
+// A sample is a function of its index, so samples for pictures are solved again.
 static OmStatus add_picture(const OmUmeshDataDef* def, OmUmeshSolver* solver, int index,
                             OmReport* report) {
     size_t nnode = (size_t)om_umesh_organ_grid(def->organ)->fem.mesh.nnode;

@@ -1,25 +1,25 @@
 // umesh_sample.c: one sample of the data: a patch, a load on it, and equilibrium (thesis, Algorithm 2).
 //
-// The points P of the algorithm are nodes of the grid: those of its free boundary whose nearest point of the
-// organ's surface lies under the probe. The alternative, points of the surface inside elements with forces
-// spread by shape functions, would hand the network displacements of nodes that no probe touches; so what is
-// prescribed at prediction is exactly what a sample has as input, and the rest of the body is free in both:
-// the field is a function of the input.
+// The points P of the algorithm are nodes of the grid: nodes of the free boundary whose nearest point on the organ's
+// surface is under the probe. The alternative is points of the surface inside elements, with forces distributed by
+// shape functions; the input would then include nodes that are not under the probe. With nodes as points, a prediction
+// prescribes the same nodes as the sample, and all other nodes are free in both: the displacement field is a function
+// of the input.
 //
-// Draw number k of sample i is a function of (seed, i, k) alone. A draw is void if too few nodes lie under the
-// patch, if Newton's method finds no equilibrium, or if an element is nearly flat there.
+// Draw number k of sample i is a function of (seed, i, k) alone. A draw is rejected if too few nodes are under the
+// patch, if Newton's method finds no equilibrium, or if an element of the equilibrium is nearly flat.
 //
 // Tried and rejected: St Venant-Kirchhoff, the law of the thesis, is stable in compression only up to a stretch of
-// 0.58; pressed by 10 mm, a layer of elements under the probe turns inside out. The setting is there.
+// 0.58; under a press of 10 mm, a layer of elements under the probe inverts. The setting remains available.
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
 
 #define COOKIE 0x50f7f502u
-#define VERSION 2          // of what a (seed, index) gives; new when samples change
-#define CG_TOLERANCE 1e-2  // of the linear systems; Newton's method mends the rest
-#define PRESS_SHARE 0.6    // of the way to the nearest held node that the probe may go
-#define DRAW_SHIFT 40      // draws and indices share the 64 bits of a random stream
+#define VERSION 2          // of the samples of a (seed, index); increase it when samples change
+#define CG_TOLERANCE 1e-2  // of the linear systems; Newton's method corrects the remaining error
+#define PRESS_SHARE 0.6    // largest press, relative to the distance to the nearest fixed node
+#define DRAW_SHIFT 40      // bits of the index in the number of a random stream; the draw is above
 
 OmUmeshDataDef om_umesh_data_default_def(const OmUmeshOrgan* organ, const char* out_dir) {
     bool is_known = organ && organ->young > 0;
@@ -97,8 +97,8 @@ uint64_t om__umesh_hash_def(const OmUmeshDataDef* d) {
     return om_hash(&d->seed, sizeof d->seed, h);
 }
 
-// Load steps by what is prescribed: under a force Newton's method mostly arrives in one, while displacements
-// that come all at once crush the elements around the patch. A sample that does not converge is given up early.
+// Load steps by the kind of load: with a force Newton's method mostly converges in one load step; displacements that
+// are applied in one step crush the elements around the patch. A sample that does not converge is rejected early.
 static const struct {
     int nstep, max_newton;
     double min_step;
@@ -124,11 +124,12 @@ OmStatus om_umesh_solver_create(const OmUmeshDataDef* def, OmUmeshSolver** out) 
     if (!s) return OM_NO_MEMORY;
     s->def = *def;
     OmFemDef solid = om_fem_default_def(mesh, 1, &def->material);
-    solid.nworker = 1;  // samples are what is done side by side
+    solid.nworker = 1;  // samples run in parallel, not their solves
     OM_TRY_DONE(om_fem_create(&solid, &s->solid));
     OmFemStaticDef how = om_fem_static_default_def(s->solid);
     how.tolerance = def->tolerance;
-    how.solver.preconditioner = OM_MULTIGRID;  // five times as fast as a factor, at 2,800 nodes
+    // five times as fast as a factorisation, at 2,800 nodes
+    how.solver.preconditioner = OM_MULTIGRID;
     how.solver.tolerance = CG_TOLERANCE;
     how.solver.nworker = 1;
     for (int k = 0; k < 2; ++k) {
@@ -192,7 +193,7 @@ OmStatus om_umesh_solve(OmUmeshSolver* s, const unsigned char* mask, double* u,
 
 // ---- draws ------------------------------------------------------------------------------------------
 
-// The nodes of the patch share the force, or all go the probe's way.
+// The force is divided among the nodes of the patch, or all of them move by the probe's displacement.
 static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
     const OmUmeshGrid* g = om_umesh_organ_grid(s->def.organ);
     OmVec3 none = {0, 0, 0}, share = om_scale(1.0 / sample->npatch, sample->force);
@@ -203,7 +204,7 @@ static void apply_load(OmUmeshSolver* s, const OmUmeshSample* sample) {
     }
 }
 
-// How far the probe may go: beside what is held, tissue would be crushed.
+// Largest displacement of the probe: near fixed nodes, a larger one would crush tissue.
 static double longest_way(const OmUmeshDataDef* d, OmVec3 p) {
     const OmUmeshGrid* g = om_umesh_organ_grid(d->organ);
     double nearest = INFINITY;
@@ -212,7 +213,7 @@ static double longest_way(const OmUmeshDataDef* d, OmVec3 p) {
     return fmin(d->max_press, PRESS_SHARE * nearest);
 }
 
-// Everything random of a draw, in this order.
+// All random numbers of a draw, in this order.
 static void draw(OmUmeshSolver* s, int64_t index, int attempt, OmUmeshSample* out) {
     const OmUmeshDataDef* d = &s->def;
     uint64_t stream = (uint64_t)index + ((uint64_t)attempt << DRAW_SHIFT);
@@ -228,7 +229,7 @@ static void draw(OmUmeshSolver* s, int64_t index, int attempt, OmUmeshSample* ou
     bool is_press = om_rng_uniform(&rng) < d->press_share;
     bool is_pull = om_rng_uniform(&rng) < d->pull_share;
     double size = om_rng_uniform(&rng);
-    // the normal turned about the tangent that is square to `to`
+    // the normal rotated about the tangent that is perpendicular to `to`
     OmVec3 to = om_add(om_scale(cos(about), a), om_scale(sin(about), b));
     OmVec3 tilted = om_add(om_scale(cos(out->tilt), p->normal), om_scale(sin(out->tilt), to));
     out->direction = om_scale(is_pull ? 1 : -1, tilted);

@@ -3,11 +3,10 @@
 //     0     "omentum umesh 1\nsize N\nhash H\n", zeros
 //     512   an HDF5 file of N bytes whose om_hash is H
 //
-// HDF5 looks for its signature at 0, 512, 1024, ..: any of its tools opens the file directly. We make and read
-// the HDF5 part in memory. The size and the hash are compared before HDF5 sees a byte: its library (1.10)
-// trusts what it reads and has crashed on damaged metadata, and what it cannot tell from good data, such as a
-// flipped bit of an attribute, is found too. The checksums of chunks (fletcher32) are for other readers.
-// Objects carry no times, so that the same samples are the same bytes.
+// HDF5 searches for its signature at 0, 512, 1024, .., so its tools open the file directly. The HDF5 part is made and
+// read in memory. Size and hash are compared before the HDF5 library reads the bytes: version 1.10 has crashed on
+// damaged metadata. The hash also detects damage that HDF5 does not, such as a flipped bit of an attribute. The
+// checksums of chunks (fletcher32) are for other readers. Objects have no time stamps: equal samples give equal bytes.
 #include <hdf5.h>
 #include <inttypes.h>
 #include <string.h>
@@ -42,7 +41,7 @@ void om__umesh_shard_done(OmUmeshShard* s) {
     *s = (OmUmeshShard){0};
 }
 
-// ---- what is known of a sample ----------------------------------------------------------------------
+// ---- fields of a sample -----------------------------------------------------------------------------
 
 typedef struct Field {  // a dataset /sample/NAME and where its values are in an OmUmeshSample
     const char *name, *unit;
@@ -74,7 +73,7 @@ static size_t field_size(const Field* f) {
     return f->ncomp ? (size_t)f->ncomp * sizeof(double) : sizeof(int);
 }
 
-// Between samples and a plain array of the field.
+// Copy between samples and a flat array of the field.
 static void pack_field(const Field* f, OmUmeshSample* sample, int num, char* flat,
                        bool is_packing) {
     for (int i = 0; i < num; ++i) {
@@ -87,7 +86,7 @@ static void pack_field(const Field* f, OmUmeshSample* sample, int num, char* fla
 
 typedef struct Writer {
     hid_t file, grid, sample;
-    bool is_good;  // of all calls so far
+    bool is_good;  // no call has failed
 } Writer;
 
 static void put_attribute(Writer* w, hid_t at, const char* name, hid_t type, hsize_t n,
@@ -106,7 +105,7 @@ static void put_text(Writer* w, hid_t at, const char* name, const char* value) {
     H5Tclose(text);
 }
 
-// A dataset of rows x ncol x ncomp (0: one dimension less), a chunk of `chunk` rows.
+// Make a dataset of rows x ncol x ncomp (0: no such dimension), in chunks of `chunk` rows.
 static void put_array(Writer* w, hid_t group, const char* name, hid_t type, const hsize_t dim[3],
                       hsize_t chunk, const char* unit, const void* value) {
     hsize_t block[3] = {chunk < dim[0] ? chunk : dim[0], dim[1], dim[2]};
@@ -214,7 +213,7 @@ done:
 }
 
 static hid_t memory_access(void) {
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // errors are ours to tell
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // HDF5 prints no errors: this file reports them
     hid_t access = H5Pcreate(H5P_FILE_ACCESS);
     H5Pset_fapl_core(access, BLOCK, false);
     return access;
@@ -258,7 +257,7 @@ static OmStatus get_attribute(const Reader* r, const char* name, hid_t type, int
     return OM_OK;
 }
 
-// An open dataset of that shape; 0 ends the extents.
+// Open a dataset of the given shape; 0 ends the extents.
 static OmStatus open_array(const Reader* r, const char* name, const hsize_t dim[3], hid_t* set) {
     hsize_t have[3] = {0, 0, 0};
     *set = H5Dopen2(r->file, name, H5P_DEFAULT);
@@ -383,7 +382,7 @@ done:
     return status;
 }
 
-// The head: is what follows as long as it says, and what was written?
+// Check the header: size and hash of the HDF5 part must be correct.
 static OmStatus check_head(const char* data, size_t size, const char* name) {
     int format = 0;
     size_t length = 0;

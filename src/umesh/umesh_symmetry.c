@@ -1,8 +1,7 @@
 // umesh_symmetry.c: planes in which a grid is its own mirror image.
 //
-// Where cells and held nodes are the same on both sides of a plane square to an axis, the mirror image of an
-// equilibrium is one: two samples for one, four with two planes (the phantom). A patient's organ has none, and nothing
-// changes.
+// If cells and fixed nodes are symmetric about a plane normal to an axis, the mirror image of an equilibrium is an
+// equilibrium, too: one sample gives two, or four with two planes (the phantom). A patient's organ has no such plane.
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
@@ -27,7 +26,7 @@ static void find_range(const OmUmeshGrid* g, int axis, int* lo, int* hi) {
     }
 }
 
-// The images of nodes into mirror; false if there is a cell or a held node without its like.
+// Write the images of nodes to mirror; false if a cell or a fixed node has no image.
 static bool find_images(const OmUmeshGrid* g, int axis, int* mirror) {
     int lo, hi;
     find_range(g, axis, &lo, &hi);

@@ -1,11 +1,12 @@
 // umesh_train.c: the network learns an organ's samples.
 //
-// Loss is what is judged, the mean norm error (3.17) over free nodes, and three times that of differences between
-// neighbours, without which elements beside the probe turn over (and which brings the first down too, by 7 %). In
-// metres: outputs are over the size of the input, so samples count by their size. The thesis minimises the square of
-// the error (3.16), which cares for the largest displacements first; with every sample alike, a network spends itself
-// on small ones that the linear answer already has. What is learnt is the difference to the linear answer. The last
-// samples of the data are kept for validation, which chooses the epoch; the test is another data set.
+// The network learns the difference to the linear solution. The loss is the mean norm error (3.17) over free nodes, the
+// measure of the evaluation, plus SLOPE times the mean norm error of differences between neighbours. Without the second
+// term elements beside the probe invert; with it the first term, too, is 7 % lower. The loss is in metres: outputs are
+// relative to the size of the input, so the weight of a sample is its size. The thesis minimises the square of the
+// error (3.16), in which the largest displacements dominate. With equal weights a network spends its capacity on small
+// samples, for which the linear solution is already accurate. The last samples of the data are for validation, which
+// selects the epoch; the test is another data set.
 #include <math.h>
 #include <string.h>
 
@@ -14,25 +15,25 @@
 #include "umesh/umesh_net_internal.h"
 
 #define COOKIE 0x03e540a1u
-#define AVERAGE 0.999  // of the weights, a step
+#define AVERAGE 0.999  // moving average of the weights: factor of a step
 #define CLIP 1.0
-#define WARMUP 0.1  // share of the steps
-#define SLOPE 3.0   // of the differences between neighbours in the loss
+#define WARMUP 0.1  // fraction of the steps
+#define SLOPE 3.0   // weight of the differences between neighbours in the loss
 
 typedef struct Training {
     const OmUmeshTrainDef* def;
     OmUmeshNet* net;
     const float* fixed_channel;   // (UMESH_NCHANNEL x npoint)
-    float* linear;                // answers of all samples, m          (nsample x nnode x 3)
+    float* linear;                // solutions of all samples, m        (nsample x nnode x 3)
     double* size;                 // of all samples, m                                (nsample)
     float* work;                  //                                               (nnode x 3)
     int* mirror[3];               // of nodes, null without a plane of symmetry       (nnode)
     float *image, *linear_image;  // of the sample                                 (nnode x 3)
     unsigned char* mask_image;    //                                                   (nnode)
-    double mean_size;             // of the samples to learn from, m
+    double mean_size;             // of the training samples, m
     const OmProgress* progress;
     int ntrain;
-    double linear_error;  // mean norm error of the linear answers on the validation samples, m
+    double linear_error;  // mean norm error of the linear solutions on the validation samples, m
 } Training;
 
 OmUmeshTrainDef om_umesh_train_default_def(const OmUmeshData* data, const char* out_dir) {
@@ -69,9 +70,9 @@ static OmStatus validate(const OmUmeshTrainDef* def) {
     return OM_OK;
 }
 
-// ---- what the loop asks for -------------------------------------------------------------------------
+// ---- callbacks of the training loop -----------------------------------------------------------------
 
-// A sample to learn from, or its image in planes of symmetry drawn at random.
+// A training sample, or its image in randomly drawn planes of symmetry.
 static void reflect(const Training* t, uint64_t draw, const unsigned char** mask, const float** u,
                     const float** linear) {
     const OmUmeshGrid* g = &t->net->grid;
@@ -147,7 +148,7 @@ static double measure(void* ctx, const int64_t* sample, const float* out, const 
 
 // ---- training ---------------------------------------------------------------------------------------
 
-// The root mean square of what the patches do.
+// Root mean square of the displacements of patches.
 static double find_scale(const OmUmeshData* data, int ntrain) {
     size_t nnode = (size_t)data->grid.fem.mesh.nnode;
     double sum = 0;
@@ -183,8 +184,8 @@ done:
     return status;
 }
 
-// The linear answers of all samples, and how large what they lack is on free nodes, over the sizes of the inputs: the
-// scale of what is learnt.
+// The linear solutions of all samples, and the scale of the corrections: the size of their errors on free nodes,
+// relative to the sizes of the inputs.
 static OmStatus solve_linear(Training* t) {
     const OmUmeshData* data = t->def->data;
     const OmUmeshGrid* g = &t->net->grid;
@@ -232,7 +233,7 @@ static OmStatus add_facts(const OmUmeshTrainDef* def, const OmTrainResult* resul
     return om__umesh_net_add_fact(net, "validation_error_mm", "%.5f", 1e3 * result->best_value);
 }
 
-// Weights, facts and report from what the loop left.
+// Write weights, metadata and report after the training loop.
 static OmStatus keep(Training* t, const OmTrainResult* result) {
     const OmUmeshTrainDef* def = t->def;
     char path[1024];
@@ -248,7 +249,7 @@ static OmStatus keep(Training* t, const OmTrainResult* result) {
     return status;
 }
 
-// The last layer to zero: learning begins at the linear answer.
+// Set the last layer to zero: training starts at the linear solution.
 static void start_at_linear(OmUmeshNet* net) {
     const OmLayer* head = NULL;
     for (int i = 0; i < om_net_layer_count(net->net); ++i)

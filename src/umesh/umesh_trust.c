@@ -1,11 +1,16 @@
 // umesh_trust.c: is an input like those of training?
 //
-// A network answers anything. What it was shown are patches of the skin, each moved about as one by a probe: so an
-// input is measured by how far its nodes go against the farthest that training moved them or their neighbours
-// (a zone never touched has no such way), by how much its displacements differ among themselves and from node to
-// node, by its number of nodes, and by its direction. A measure is a share of training's most. Other samples exceed
-// the most of a finite set at times: limits are widened by one margin, that of the sample of validation that 99 % are
-// below; but for jumps between neighbours, which are near the whole displacement in training already.
+// A network gives an output for any input. Its training data are patches of the surface that a probe moves almost
+// rigidly. The measures of an input are therefore:
+//
+//   - displacements of nodes, relative to the largest displacement in training of the node or its neighbours (a node
+//     that training never moved has no limit, and its score is UNTOUCHED),
+//   - deviation of the displacements from their mean, and differences between neighbouring nodes,
+//   - number of nodes, and direction.
+//
+// Each measure is relative to its largest value in training. New samples sometimes exceed the maximum of a finite set,
+// so one margin widens the limits: the 99 % quantile of the validation samples. The limit of differences between
+// neighbours is not widened: in training it is already near the whole displacement.
 #include <math.h>
 #include <string.h>
 
@@ -13,9 +18,9 @@
 #include "umesh/umesh_net_internal.h"
 
 #define INSIDE_SHARE 0.99
-#define UNTOUCHED HUGE_VAL  // the score of places that no sample moved
-#define LEAST_WAY 1e-4      // m: below it directions and ratios mean nothing
-#define NDILATE 1           // rounds in which a node takes over its neighbours' way
+#define UNTOUCHED HUGE_VAL  // score of a node that no sample moved
+#define LEAST_WAY 1e-4      // m: below it directions and ratios are not meaningful
+#define NDILATE 1  // rounds of dilation: a node gets the largest displacement of its neighbours
 
 typedef struct Measure {
     double way, stretch, rough, angle;  // m / m, m, m / m, rad
@@ -30,7 +35,7 @@ done:
     return status;
 }
 
-// The largest difference between masked nodes that are next to each other, m.
+// Largest difference of displacement between neighbouring masked nodes, m.
 static double find_jump(const OmUmeshGrid* g, const unsigned char* mask, const float* u) {
     const int step[3] = {1, g->fem.grid.dim[0], g->fem.grid.dim[0] * g->fem.grid.dim[1]};
     double max = 0;
@@ -122,8 +127,8 @@ void om_umesh_judge(const OmUmeshNet* net, const unsigned char* mask, const floa
 
 // ---- from data --------------------------------------------------------------------------------------
 
-// Inward normals of the grid's free faces, summed at nodes and then smoothed over a node's neighbours, for the
-// faces of a grid know six directions only.
+// Inward normals of the grid's free faces, summed at nodes and then smoothed over neighbours: the faces of a grid have
+// only six directions.
 static OmStatus find_inward(OmUmeshNet* net) {
     const OmUmeshGrid* g = &net->grid;
     OmFemFaces faces = {0};
@@ -160,7 +165,7 @@ done:
     return status;
 }
 
-// A node takes the largest way of the skin's nodes it shares an element with.
+// A node gets the largest displacement of the surface nodes with which it shares an element.
 static OmStatus dilate(const OmUmeshGrid* g, float* way) {
     float* wide;
     OM_ALLOC(wide, g->fem.mesh.nnode);
