@@ -70,7 +70,7 @@ OM_API void om_body_describe(const OmScene* scene, const OmSite* site, char* tex
 /// Tissue model, contact and site, shared by all bodies of one scene and site. Constant; any number of bodies and
 /// threads may use it.
 typedef struct OmBodyModel OmBodyModel;
-/// Matrix, solver and scratch of one thread, for any body of its model. Its contents are valid within one step only.
+/// Matrix, solver and scratch of one thread, for any body of its model.
 typedef struct OmBodyWork OmBodyWork;
 
 /// @param site     borrowed until destroy
@@ -92,9 +92,11 @@ OM_API OmStatus om_body_create_shared(const OmBodyModel* model, OmBodyWork* work
 OM_API void om_body_set_work(OmBody* body, OmBodyWork* work);
 /// Step many bodies of one model, each with the work of the thread that steps it. The outcome of a body does not depend
 /// on the number of works. Bodies have no work afterwards.
+/// @param body    each body once                           (nbody)
 /// @param work    one a thread, of the bodies' model       (nwork)
 /// @param status  out, as om_body_step of each body        (nbody)
-/// @return OM_OK; OM_NOT_CONVERGED (of some body); the first error of a body, the others have been stepped
+/// @return OM_OK; OM_NOT_CONVERGED (of some body); OM_INVALID (a list is null, or a work is of another model); the
+///         first error of a body, the others have been stepped
 OM_API OmStatus om_body_step_many(int nbody, OmBody* const* body, int nwork,
                                   OmBodyWork* const* work, double dt, OmStatus* status);
 /// A body with a model and a work of its own.

@@ -66,7 +66,8 @@ typedef struct OmContactReport {
 
 /// Obstacles and settings for one model; constant, shared by any number of bodies and threads.
 typedef struct OmContact OmContact;
-/// Scratch memory of one thread; serves any state of the model, nothing in it lives longer than a step.
+/// Scratch memory of one thread; serves any state of the model. Besides motions of obstacles (om_contact_work_move) and
+/// presses (om_contact_work_set_presses) nothing in it lives longer than a step.
 typedef struct OmContactWork OmContactWork;
 
 OM_API OmContactDef om_contact_default_def(void);
@@ -85,9 +86,10 @@ OM_API void om_contact_work_destroy(OmContactWork* contact_work);
 OM_API OmStatus om_contact_work_move(OmContactWork* contact_work, int obstacle, OmPose begin,
                                      OmPose end);
 /// As om_tissue_step, with contact: obstacles, and the presses of om_contact_work_set_presses, in one system.
-/// Everything that changes is in the state; nothing is kept between steps. om_tissue_contact_force and
+/// What a step changes is in the state, but for the pose of a press. om_tissue_contact_force and
 /// om_tissue_get_forces give the contact forces of the last solve.
-/// @return as om_tissue_step; OM_NOT_CONVERGED also where contact has not settled (the state advanced)
+/// @return as om_tissue_step; OM_INVALID also for a model with another number of vertices than the contact's;
+///         OM_NOT_CONVERGED also where contact has not settled (the state advanced)
 OM_API OmStatus om_contact_step(OmContactWork* contact_work, const OmTissueModel* model,
                                 OmTissueState* state, OmTissueWork* work, double h,
                                 OmContactReport* report);

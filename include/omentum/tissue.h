@@ -204,9 +204,11 @@ typedef struct OmTissueObstacle {
     OmPose pose_end;    // the same at its end
     double friction;    // Coulomb's; negative: of the contact, or of the engine
     // computed by the step
-    OmVec3 force, torque;  // N, N m on the tissue, mean over the step; torque about pose_end.p
-    int ncontact;          // vertices pushed in the last substep
-    double penetration;    // m, largest of these vertices after the step
+    // N, N m on the tissue; torque about pose_end.p. The mean over the step for engines that move vertices
+    // themselves, else of the last substep.
+    OmVec3 force, torque;
+    int ncontact;        // vertices pushed in the last substep
+    double penetration;  // m, largest of these vertices after the step
 } OmTissueObstacle;
 /// True if the engine moves vertices and resolves obstacles itself, without stages and system matrix.
 OM_API bool om_tissue_moves_itself(const OmTissueModel* model);

@@ -82,7 +82,8 @@ typedef struct OmTissueEngine {
     OmStatus (*load)(const OmEngineInput* input, void** options);
     void (*unload)(void* options);
     /// Make the engine's data of a model (om_engine_set_data), from the checked mesh, definition and options.
-    /// `destroy` is called also after a create that failed.
+    /// `destroy` is called also after a create that failed, and where the model failed before `create`: data is then
+    /// null.
     OmStatus (*create)(OmTissueModel* model);
     void (*destroy)(OmTissueModel* model);
     /// Make the engine's data of a work (om_engine_set_work_data); both may be null.
@@ -159,7 +160,7 @@ OM_API void* om_engine_data(const OmTissueModel* model);
 OM_API void om_engine_set_data(OmTissueModel* model, void* data);  // in create and destroy only
 /// OmTissueDef.options, or the options made by `load`; null: none.
 OM_API const void* om_engine_options(const OmTissueModel* model);
-/// The checked definition, without its pointers.
+/// The checked definition; of its pointers `engine`, `mesh` and `material` alone are kept, the others are null.
 OM_API const OmTissueDef* om_engine_def(const OmTissueModel* model);
 OM_API const OmMaterial* om_engine_material(const OmTissueModel* model, int tet);
 OM_API const double* om_engine_volume(const OmTissueModel* model);  // at rest, m^3 (ntet)

@@ -36,6 +36,7 @@ struct OmContact {          // constant
     OmTissueObstacle* obstacle;  // offset and friction include the contact's       (nobstacle)
     double size;                 // m, of the model, which scales tolerances
     double ring;        // m, radius around a point over which the normal of an obstacle is averaged
+    int nvert;          // of the model
     int nsurface;       //
     int* surface_vert;  // vertices that may be in contact                          (nsurface)
 };

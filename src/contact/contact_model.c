@@ -44,6 +44,7 @@ OmStatus om_contact_create(const OmContactDef* def, const OmTissueModel* model,
     if (!c) return OM_NO_MEMORY;
     c->def = *def;
     const int* surface = om_tissue_surface_vert(model, &c->nsurface);
+    c->nvert = om_tissue_mesh(model)->nvert;
     OM_ALLOC_DONE(c->plane, def->nobstacle);
     OM_ALLOC_DONE(c->obstacle, def->nobstacle);
     OM_ALLOC_DONE(c->surface_vert, c->nsurface);

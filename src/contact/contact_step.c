@@ -167,6 +167,9 @@ static OmStatus step_all(OmContactWork* cw, const OmTissueModel* m, OmTissueStat
 
 OmStatus om_contact_step(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                          OmTissueWork* w, double h, OmContactReport* report) {
+    OM_CHECK(om_tissue_mesh(m)->nvert == cw->contact->nvert, OM_INVALID,
+             "contact: made for a model of %d vertices, used with one of %d", cw->contact->nvert,
+             om_tissue_mesh(m)->nvert);
     cw->report = (OmContactReport){0};
     cw->h = h;
     cw->time = cw->substep_time = om_tissue_time(s);

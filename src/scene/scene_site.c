@@ -118,6 +118,14 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
                                            : build_world(scene, progress, site);
     site->role = role;
     om__site_set_stiffness(scene, site);
+    const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
+    if (status == OM_OK && site->attach_foundation > 0 && held && held->nvert > 0 &&
+        !(om_site_attached_area(site) > 0))
+        status = om_error(OM_INVALID,
+                          "%s: attachments: foundation: the %d attached vertices have no area (no "
+                          "triangle of the surface has all its corners among them); give stiffness "
+                          "instead",
+                          scene->path, held->nvert);
     if (status < 0) om_site_done(site);
     return status;
 }

@@ -208,6 +208,7 @@ OmStatus om_tissue_create(const OmTissueDef* def, OmTissueModel** model) {
     OM_TRY_DONE(copy_materials(m, def));
     OM_TRY_DONE(load_options(m, def->input));
     OM_TRY_DONE(lump_mass(m));
+    m->def.material_density = NULL;  // borrowed until here
     OM_TRY_DONE(find_surface(m));
     OM_TRY_DONE(m->engine->create(m));
     *model = m;

@@ -118,17 +118,23 @@ OmStatus om_tissue_set_attachment(const OmTissueModel* m, OmTissueState* s, int 
         OM_CHECK(!anchor || om_is_finite3(om_load3(anchor, k)), OM_INVALID,
                  "tissue: anchor of vertex %d is not finite", vert[k]);
     }
-    memset(om__state_attached(s), 0, (size_t)m->mesh.nvert);
-    memset(om__state_stiffness(s), 0, (size_t)m->mesh.nvert * sizeof(double));
-    double* a = om__state_array(s, OM__ANCHOR);
-    memcpy(a, m->mesh.x, 3 * (size_t)m->mesh.nvert * sizeof(double));
+    // The listed vertices first: anchor and stiffness may be the state's own arrays.
+    double *a = om__state_array(s, OM__ANCHOR), *of_state = om__state_stiffness(s);
+    unsigned char* attached = om__state_attached(s);
+    memset(attached, 0, (size_t)m->mesh.nvert);
     s->is_own_stiffness = 0;
     for (int k = 0; k < nvert; ++k) {
-        double of_vertex = stiffness_of(m, vert, stiffness, k);
-        om__state_attached(s)[vert[k]] = 1;
-        om__state_stiffness(s)[vert[k]] = of_vertex;
-        if (of_vertex != m->stiffness[vert[k]]) s->is_own_stiffness = 1;
-        if (anchor) om_store3(a, vert[k], om_load3(anchor, k));
+        int i = vert[k];
+        OmVec3 place = anchor ? om_load3(anchor, k) : om_load3(m->mesh.x, i);
+        of_state[i] = stiffness_of(m, vert, stiffness, k);
+        attached[i] = 1;
+        if (of_state[i] != m->stiffness[i]) s->is_own_stiffness = 1;
+        om_store3(a, i, place);
+    }
+    for (int i = 0; i < m->mesh.nvert; ++i) {
+        if (attached[i]) continue;
+        of_state[i] = 0;
+        om_store3(a, i, om_load3(m->mesh.x, i));
     }
     return OM_OK;
 }

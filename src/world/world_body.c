@@ -95,6 +95,8 @@ const double* om_body_attachment_stiffness(const OmBody* b) {
 
 static OmStatus check_work(const OmBody* b) {
     OM_CHECK(b->work, OM_INVALID, "body: it has no work to step with; see om_body_set_work");
+    OM_CHECK(b->work->model == b->model, OM_INVALID,
+             "body: its work was made for another model; see om_body_work_create");
     return OM_OK;
 }
 

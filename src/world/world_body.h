@@ -12,6 +12,7 @@ struct OmBodyModel {
 };
 
 struct OmBodyWork {
+    const OmBodyModel* model;
     OmTissueWork* tissue;
     OmContactWork* contact;
 };

@@ -44,6 +44,7 @@ OmStatus om_body_work_create(const OmBodyModel* model, OmBodyWork** work) {
     *work = NULL;
     OmBodyWork* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
+    w->model = model;
     OmStatus status = om_tissue_work_create(model->tissue, &w->tissue);
     if (status == OM_OK) status = om_contact_work_create(model->contact, &w->contact);
     if (status < 0)

@@ -210,6 +210,38 @@ static void test_a_mesh_lies_on_its_board(void** state) {
     remove(path);
 }
 
+// A mesh whose own attachments are two vertices of the top has no area to spread a foundation on.
+static void test_foundation_needs_area(void** state) {
+    (void)state;
+    OmTetMesh box;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.06, 0.006), 8, 6, 1, &box));
+    int vert[2] = {-1, -1};
+    for (int i = 0; i < box.nvert; ++i) {
+        OmVec3 p = om_load3(box.x, i);
+        if (p.z > 0.005 && p.y < 1e-9 && p.x < 1e-9) vert[0] = i;
+        if (p.z > 0.005 && p.y < 1e-9 && p.x > 0.079) vert[1] = i;
+    }
+    assert_ok(om_tet_mesh_add_set(&box, "attachment", vert, 2));
+    const char* path = temp_path("dots.msh");
+    assert_ok(om_tet_mesh_save(&box, path, OM_UNIT_MM));
+    om_tet_mesh_done(&box);
+    OmScene scene = om_scene_default();
+    scene.tissue.source = OM_SOURCE_MESH;
+    snprintf(scene.tissue.file, sizeof scene.tissue.file, "%s", path);
+    scene.tissue.unit = OM_UNIT_MM;
+    scene.attach.kind = OM_ATTACH_SET;
+    scene.roi.is_random = false;
+    OmSite site;
+    scene.attach.stiffness = 20;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    om_site_done(&site);
+    scene.attach.stiffness = 0;
+    scene.attach.foundation = 3e4;
+    assert_status(om_site_build(&scene, OM_SITE_TWIN, NULL, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "no area"));
+    remove(path);
+}
+
 static void test_impossible_sites_are_explained(void** state) {
     (void)state;
     OmScene scene = om_scene_default();
@@ -416,6 +448,7 @@ int main(void) {
         cmocka_unit_test(test_numbers_of_a_site),
         cmocka_unit_test(test_world_is_another_body),
         cmocka_unit_test(test_a_mesh_lies_on_its_board),
+        cmocka_unit_test(test_foundation_needs_area),
         cmocka_unit_test(test_impossible_sites_are_explained),
         cmocka_unit_test(test_printed_scenes_read_again),
         cmocka_unit_test(test_example_and_keys),

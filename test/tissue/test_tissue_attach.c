@@ -404,12 +404,38 @@ static void test_allocation(void** context) {
     rig_done(&r);
 }
 
+// The state's own arrays as arguments: they are copied before they are cleared.
+static void test_own_arrays(void** context) {
+    (void)context;
+    TestRig r;
+    Attached a = {0};
+    rig_box(&r, lo, hi, 6, 3, 2);
+    rig_attach_plane(&r, 0, 0);
+    rig_start(&r);
+    int num = r.mesh.nvert, all[MAX_VERT];
+    assert_true(num < MAX_VERT);
+    for (int i = 0; i < num; ++i) {
+        all[i] = i;
+        attach(&a, &r, i, 10 + i, om_vec3(1e-4 * i, 0, -1e-4));
+    }
+    assert_ok(set(&r, &a));
+    uint64_t hash = om_tissue_state_hash(r.s);
+    assert_ok(om_tissue_set_attachment(r.m, r.s, num, all, om_tissue_anchor(r.s),
+                                       om_tissue_attachment_stiffness(r.s)));
+    assert_true(om_tissue_state_hash(r.s) == hash);
+    for (int i = 0; i < num; ++i) {
+        assert_near(om_tissue_attachment_stiffness(r.s)[i], 10 + i, 0);
+        assert_near(om_tissue_anchor(r.s)[3 * i], r.mesh.x[3 * i] + 1e-4 * i, 1e-15);
+    }
+    rig_done(&r);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_chain),      cmocka_unit_test(test_weight),
         cmocka_unit_test(test_gradient),   cmocka_unit_test(test_matrix),
         cmocka_unit_test(test_change),     cmocka_unit_test(test_snapshot),
         cmocka_unit_test(test_definition), cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_allocation)};
+        cmocka_unit_test(test_allocation), cmocka_unit_test(test_own_arrays)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,6 +57,15 @@ static void check_engine(const char* engine) {
     for (int k = 0; k < NBODY; ++k) assert_ok(om_body_create_shared(model, NULL, &body[k]));
     assert_status(om_body_step(body[0], 0.02, &report), OM_INVALID);  // it has no work
     assert_status(om_body_settle(body[0], 0.02, 1e-3, 1), OM_INVALID);
+    OmBodyModel* other;
+    OmBodyWork* foreign;
+    assert_ok(om_body_model_create(&scene, &site, 1, &other));
+    assert_ok(om_body_work_create(other, &foreign));
+    om_body_set_work(body[0], foreign);
+    assert_status(om_body_step(body[0], 0.02, &report), OM_INVALID);  // a work of another model
+    om_body_set_work(body[0], NULL);
+    om_body_work_destroy(foreign);
+    om_body_model_destroy(other);
     for (int nwork = 1; nwork <= MAX_WORK; ++nwork) {
         om_worker_force(true);  // as many threads as works, whatever the machine has
         for (int k = 0; k < NBODY; ++k) om_body_reset(body[k]);
