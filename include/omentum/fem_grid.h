@@ -40,8 +40,10 @@ typedef struct OmFemGrid {  // om_fem_grid_done frees
 } OmFemGrid;
 
 /// The grid of the active cells.
+/// @param points  at most INT_MAX / 24 of them, at least 1 along each axis; spacing > 0
 /// @param active  1 for each active cell, else 0 (number of points)
-/// @return OM_OK; OM_INVALID (no active cell, or one on the upper border of the grid); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (points or `active` out of range: the message names the field; no active cell, or one on
+///         the upper border of the grid); OM_NO_MEMORY
 OM_API OmStatus om_fem_grid_init(const OmGrid* points, const unsigned char* active,
                                  OmFemGrid* grid);
 /// Cubes of side `spacing` that overlap the inside of the field, which is sampled at its own spacing (thesis 3.6). The
@@ -68,9 +70,9 @@ typedef struct OmFemGridPatch {  // prescribed nodes; om_fem_grid_patch_done fre
 } OmFemGridPatch;
 
 /// @param is_surface  1 for each node that a patch may prescribe (mesh.nnode); fixed nodes must be 0
-/// @param poisson     Poisson's ratio, below 0.5
+/// @param poisson     Poisson's ratio, above -1 and below 0.5
 /// @param nworker     threads, 0: one per processor
-/// @return OM_OK; OM_INVALID (no fixed node, or a compliance of more than 2 GiB); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (`poisson` out of range, no fixed node, or a compliance of more than 2 GiB); OM_NO_MEMORY
 OM_API OmStatus om_fem_grid_linear_create(const OmFemGrid* grid, const unsigned char* is_surface,
                                           double poisson, int nworker, OmFemGridLinear** linear);
 OM_API void om_fem_grid_linear_destroy(OmFemGridLinear* linear);
@@ -112,9 +114,10 @@ typedef struct OmFemGridReport {
     double min_volume;  // smallest det F at a Gauss point; not above 0: an element is inverted
 } OmFemGridReport;
 
-/// @param grid  borrowed
-/// @return OM_OK; OM_UNAVAILABLE (more than 3,800 points of twice the spacing); OM_INVALID (no fixed node);
-///         OM_NO_MEMORY
+/// @param grid     borrowed
+/// @param poisson  Poisson's ratio, above -1 and below 0.5
+/// @return OM_OK; OM_UNAVAILABLE (more than 3,800 points of twice the spacing); OM_INVALID (`poisson` out of range, or
+///         no fixed node); OM_NO_MEMORY
 OM_API OmStatus om_fem_grid_model_create(const OmFemGrid* grid, double poisson, int nworker,
                                          OmFemGridModel** model);
 OM_API void om_fem_grid_model_destroy(OmFemGridModel* model);
@@ -137,10 +140,11 @@ OM_API OmStatus om_fem_grid_solve(OmFemGridWork* work, const OmFemGridPatch* pat
 /// @param mask  1 for each prescribed node (n x mesh.nnode)
 /// @param u     m (n x mesh.nnode x 3)
 /// @param norm  1/m (n)
-/// @return OM_OK; OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (`poisson` out of range); OM_NO_MEMORY
 OM_API OmStatus om_fem_grid_eval_residual(const OmFemGrid* grid, double poisson, int n,
                                           const unsigned char* mask, const float* u, double* norm);
 /// Nodal forces of second order in u, over mu spacing^2, times spacing / size (mesh.nnode x 3).
+/// @param poisson  above -1 and below 0.5; not checked
 /// @param size  scale of the displacements, m, > 0
 OM_API void om_fem_grid_second_order(const OmFemGrid* grid, double poisson, double size,
                                      const float* u, float* force);
@@ -159,7 +163,8 @@ typedef struct OmFemGridUntangling {
 /// displacements without inverted tetrahedra are not changed.
 /// @param mask  1 for each prescribed node (mesh.nnode)
 /// @param u     in/out: m (mesh.nnode x 3)
-/// @return OM_OK; OM_NOT_CONVERGED (no valid shape was found: u is not changed, only `ninverted` is set); OM_NO_MEMORY
+/// @return OM_OK; OM_NOT_CONVERGED (no valid shape was found: u is not changed, only `ninverted` is set); OM_INVALID
+///         (`poisson` out of range); OM_NO_MEMORY
 OM_API OmStatus om_fem_grid_untangle(const OmFemGrid* grid, double poisson,
                                      const unsigned char* mask, float* u,
                                      OmFemGridUntangling* untangling);

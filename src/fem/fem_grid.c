@@ -1,6 +1,7 @@
 // fem_grid.c: active cells of a regular grid as a mesh of hexahedra.
 #include "omentum/fem_grid.h"
 
+#include <limits.h>
 #include <string.h>
 
 #include "fem/fem_grid_internal.h"
@@ -67,8 +68,26 @@ static OmStatus fill_mesh(OmFemGrid* g) {
     return OM_OK;
 }
 
+// An element has 24 unknowns and a grid has fewer cells than points: 24 indices a point fit in an int.
+static OmStatus check_points(const OmGrid* points, const unsigned char* active) {
+    double num = 1;
+    for (int c = 0; c < 3; ++c) {
+        OM_CHECK(points->dim[c] >= 1, OM_INVALID, "grid: points.dim[%d] is %d; must be at least 1",
+                 c, points->dim[c]);
+        num *= points->dim[c];
+    }
+    OM_CHECK(num <= INT_MAX / 24, OM_INVALID, "grid: points.dim makes %.0f points; at most %d", num,
+             INT_MAX / 24);
+    OM_CHECK(points->spacing > 0 && isfinite(points->spacing), OM_INVALID,
+             "grid: points.spacing is %g m; must be above 0", points->spacing);
+    OM_CHECK(active, OM_INVALID, "grid: active is null");
+    return OM_OK;
+}
+
 OmStatus om_fem_grid_init(const OmGrid* points, const unsigned char* active, OmFemGrid* g) {
-    *g = (OmFemGrid){.grid = *points};
+    *g = (OmFemGrid){0};
+    OM_TRY(check_points(points, active));
+    g->grid = *points;
     OmStatus status = OM_OK;
     g->npoint = g->grid.dim[0] * g->grid.dim[1] * g->grid.dim[2];
     OM_ALLOC_DONE(g->cell_elem, g->npoint);

@@ -94,8 +94,16 @@ static int color_of(const OmFemGrid* g, int node) {
     return color;
 }
 
+OmStatus om__grid_check_poisson(double poisson) {
+    OM_CHECK(poisson > -1 && poisson < 0.5, OM_INVALID,
+             "grid: poisson is %g; must be above -1 and below 0.5", poisson);
+    return OM_OK;
+}
+
 OmStatus om__grid_elements_init(const OmFemGrid* g, double poisson, GridElements* t) {
     int nnode = g->mesh.nnode, num = 0;
+    *t = (GridElements){0};
+    OM_TRY(om__grid_check_poisson(poisson));
     *t = (GridElements){.grid = g, .lambda = (float)(2 * poisson / (1 - 2 * poisson))};
     fill_gradients(t);
     OmStatus status = OM_OK;

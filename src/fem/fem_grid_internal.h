@@ -37,6 +37,7 @@ typedef struct GridElements {      // constant
     int* color_node;
 } GridElements;
 
+OmStatus om__grid_check_poisson(double poisson);
 OmStatus om__grid_elements_init(const OmFemGrid* grid, double poisson, GridElements* elements);
 void om__grid_elements_done(GridElements* elements);
 // Stiffness of an element at rest. (24 x 24)

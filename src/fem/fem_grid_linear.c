@@ -104,6 +104,7 @@ done:
 OmStatus om_fem_grid_linear_create(const OmFemGrid* g, const unsigned char* is_surface,
                                    double poisson, int nworker, OmFemGridLinear** out) {
     *out = NULL;
+    OM_TRY(om__grid_check_poisson(poisson));
     Factor f = {0};
     OmStatus status = OM_OK;
     OmFemGridLinear* l = om_calloc(1, sizeof *l);

@@ -342,12 +342,80 @@ static void test_no_memory(void** unused) {
     assert_true(test_failing_allocations(make_all, NULL, 1) > 20);
 }
 
+static void check_refused(OmGrid points, const unsigned char* active, const char* field) {
+    OmFemGrid grid;
+    assert_status(om_fem_grid_init(&points, active, &grid), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), field));
+    assert_null(grid.cell_elem);
+    assert_int_equal(grid.npoint, 0);
+}
+
+static void test_grids_out_of_range(void** unused) {
+    (void)unused;
+    unsigned char active[8] = {1};
+    const OmGrid good = {.dim = {2, 2, 2}, .spacing = 0.01};
+    OmGrid bad;
+    OmFemGrid grid;
+    assert_ok(om_fem_grid_init(&good, active, &grid));
+    assert_int_equal(grid.mesh.nelem, 1);
+    om_fem_grid_done(&grid);
+    for (int c = 0; c < 3; ++c) {
+        const char* const field[] = {"points.dim[0]", "points.dim[1]", "points.dim[2]"};
+        bad = good, bad.dim[c] = 0;
+        check_refused(bad, active, field[c]);
+        bad.dim[c] = -2;
+        check_refused(bad, active, field[c]);
+        bad = (OmGrid){{65536, 65536, 65536}, 0.01, {0}};  // as an int: 0
+        bad.dim[c] = 1;
+        check_refused(bad, active, "4294967296 points");
+    }
+    bad = good, bad.dim[0] = 89478486, bad.dim[1] = bad.dim[2] = 1;  // 2^31 / 24 is 89,478,485.3
+    check_refused(bad, active, "89478486 points; at most 89478485");
+    const double spacing[] = {0, -0.01, NAN, INFINITY};
+    for (int k = 0; k < 4; ++k) {
+        bad = good, bad.spacing = spacing[k];
+        check_refused(bad, active, "points.spacing");
+    }
+    check_refused(good, NULL, "active");
+}
+
+// At 0.5 the law's lambda is infinite, and above it or below -1 the stiffness is not positive.
+static void test_poisson_out_of_range(void** unused) {
+    (void)unused;
+    const double poisson[] = {0.5, 0.7, -1, -3, NAN, INFINITY};
+    unsigned char* mask = calloc(nnode, 1);
+    float* u = calloc(3 * nnode, sizeof *u);
+    for (int k = 0; k < 6; ++k) {
+        OmFemGridModel* r = model;
+        OmFemGridLinear* l = linear;
+        OmFemGridUntangling report;
+        double norm;
+        assert_status(om_fem_grid_model_create(&g->fem, poisson[k], 1, &r), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "poisson"));
+        assert_null(r);
+        assert_status(om_fem_grid_linear_create(&g->fem, g->is_surface, poisson[k], 1, &l),
+                      OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "grid: poisson"));
+        assert_null(l);
+        assert_status(om_fem_grid_eval_residual(&g->fem, poisson[k], 1, mask, u, &norm),
+                      OM_INVALID);
+        assert_status(om_fem_grid_untangle(&g->fem, poisson[k], mask, u, &report), OM_INVALID);
+    }
+    free(mask);
+    free(u);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_forces),      cmocka_unit_test(test_slopes),
-        cmocka_unit_test(test_relax),       cmocka_unit_test(test_coarse),
-        cmocka_unit_test(test_equilibrium), cmocka_unit_test(test_balance),
+        cmocka_unit_test(test_forces),
+        cmocka_unit_test(test_slopes),
+        cmocka_unit_test(test_relax),
+        cmocka_unit_test(test_coarse),
+        cmocka_unit_test(test_equilibrium),
+        cmocka_unit_test(test_balance),
         cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_grids_out_of_range),
+        cmocka_unit_test(test_poisson_out_of_range),
     };
     return cmocka_run_group_tests(tests, begin, end);
 }
