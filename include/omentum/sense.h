@@ -143,7 +143,8 @@ OM_API void om_depth_add_noise(const OmDepthNoise* noise, const OmCamera* camera
                                const float* normal, float* depth);
 
 /// Points of the pixels whose object is `only` (-1: all): positions and normals in the world (n x 3 each,
-/// room for width * height; `normal_out` may be null together with `normal`). Returns n.
+/// room for width * height; `normal_out` may be null together with `normal`). Returns n. A pixel whose depth is not
+/// above 0 or not finite gives no point.
 OM_API int om_depth_to_cloud(const OmCamera* camera, const float* depth, const int* id,
                              const float* normal, int only, double* x, double* normal_out);
 

@@ -61,7 +61,8 @@ typedef struct OmWorldPicture {  // of the endoscope
 typedef struct OmDepthPicture {  // of the depth camera
     double time;                 // s, of the exposure
     OmCamera camera;             // intrinsics and pose
-    float* depth;     // m along the camera's z, 0: no return  (height x width); null: not observed
+    // m along the camera's z; 0, NaN or infinite: no return  (height x width); null: not observed
+    float* depth;
     OmPicture color;  // RGB of the same pixels; empty: not observed
 } OmDepthPicture;
 

@@ -136,7 +136,7 @@ int om_depth_to_cloud(const OmCamera* c, const float* depth, const int* id, cons
         OmVec3 start = om_madd(view.first, row + 0.5, view.dv);
         for (int column = 0; column < c->width; ++column, ++i) {
             double z = (double)depth[i];
-            if (z <= 0 || (only >= 0 && id && id[i] != only)) continue;
+            if (!(z > 0) || !isfinite(z) || (only >= 0 && id && id[i] != only)) continue;
             om_store3(x, n, om_madd(view.eye, z, om_madd(start, column + 0.5, view.du)));
             for (int k = 0; k < 3 && normal && normal_out; ++k)
                 normal_out[3 * n + k] = (double)normal[3 * i + k];

@@ -93,7 +93,8 @@ OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* obs, OmCloud*
     om_depth_to_cloud(&picture->camera, picture->depth, NULL, NULL, -1, cloud->x, NULL);
     // The points come in the order of pixels with depth; those on tissue move to the front.
     for (int i = 0, k = 0; i < (int)npixel; ++i) {
-        if (picture->depth[i] <= 0) continue;
+        float z = picture->depth[i];
+        if (!(z > 0) || !isfinite(z)) continue;  // as om_depth_to_cloud
         OmVec3 p = om_load3(cloud->x, k++);
         if (!is_tissue(&f, p)) continue;
         om_store3(cloud->x, cloud->n, p);

@@ -224,6 +224,10 @@ static void clouds_lie_on_the_surface(void** state) {
     assert_int_equal(om_depth_to_cloud(&c, depth, ids, normal, id, x, n), 32 * 24);
     for (int i = 0; i < 32 * 24; ++i) assert_near(x[3 * i + 2], 0.01, 1e-6);
     assert_int_equal(om_depth_to_cloud(&c, depth, ids, normal, id + 1, x, n), 0);
+    const float none[] = {0, -0.1F, NAN, INFINITY, -INFINITY};
+    for (int i = 0; i < 5; ++i) depth[7 * i] = none[i];
+    assert_int_equal(om_depth_to_cloud(&c, depth, ids, normal, id, x, n), 32 * 24 - 5);
+    for (int i = 0; i < 32 * 24 - 5; ++i) assert_near(x[3 * i + 2], 0.01, 1e-6);
     om_surface_done(&square);
     om_sense_scene_destroy(scene);
 }
