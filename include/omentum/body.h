@@ -110,7 +110,8 @@ OM_API const OmTissueEngine* om_body_engine(const OmBody* body);
 /// Back to the rest shape and the attachments of the model, at time 0; nothing is grasped.
 OM_API void om_body_reset(OmBody* body);
 /// Grasp the vertices within `radius` of the tip.
-/// @return OM_OK; OM_INVALID (no such arm, or no vertex within the radius: the message has the nearest distance)
+/// @return OM_OK; OM_INVALID (no such arm, a pose that is not finite, a radius below 0 or not finite, or no vertex to
+///         grasp within the radius: the message has the nearest distance); errors of om_tissue_get_forces
 OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, double radius,
                               int* nheld);
 /// Set the goal of the grasped tissue, for the end of the next step.

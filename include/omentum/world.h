@@ -123,7 +123,8 @@ OM_API OmStatus om_world_move(OmWorld* world, int arm, OmPose goal, double speed
 OM_API OmStatus om_world_set_jaw(OmWorld* world, int arm, double angle);
 OM_API void om_world_stop(OmWorld* world, int arm);
 /// Advance the world by `dt` seconds.
-/// @return OM_OK; OM_INVALID (dt out of range); errors of the world, of a simulated one those of om_body_step
+/// @return OM_OK; OM_INVALID (dt out of range); errors of the world, of a simulated one those of om_body_step and,
+///         where a jaw closes on tissue, of om_tissue_get_forces
 OM_API OmStatus om_world_advance(OmWorld* world, double dt);
 /// Observe the arms, and OM_OBSERVE_ flags `what` beside them.
 /// @return OM_OK; OM_UNAVAILABLE (the world has no such source: the message names it); errors of the world

@@ -122,7 +122,7 @@ static void sim_stop(OmWorld* world, int index) {
     arm->is_moving = false;
 }
 
-static void move_jaw(SimWorld* w, int index, double dt) {
+static OmStatus move_jaw(SimWorld* w, int index, double dt) {
     ArmState* arm = &w->now.arm[index];
     bool was_closed = arm->jaw < JAW_CLOSED;
     double before = arm->jaw, limit = JAW_SPEED * dt;
@@ -130,11 +130,14 @@ static void move_jaw(SimWorld* w, int index, double dt) {
     bool is_closed = next < JAW_CLOSED;
     if (is_closed && !was_closed) {
         int nheld;  // 0: no tissue between the jaws, which is not an error
-        (void)om_body_grasp(w->body, index, arm->tip, w->scene->task.grasp_radius, &nheld);
+        OmStatus status =
+            om_body_grasp(w->body, index, arm->tip, w->scene->task.grasp_radius, &nheld);
+        if (status < 0 && status != OM_INVALID) return status;
     }
     if (was_closed && !is_closed) om_body_release(w->body, index);
     arm->jaw = fmax(next, om_body_is_holding(w->body, index) ? JAW_ON_TISSUE : 0);
     arm->jaw_speed = (arm->jaw - before) / dt;
+    return OM_OK;
 }
 
 // Angle of the rotation between two orientations, 0 to pi.
@@ -171,7 +174,7 @@ static OmStatus move_arm(SimWorld* w, int index, double dt) {
         else
             sim_stop(&w->head, index);
     }
-    move_jaw(w, index, dt);
+    OM_TRY(move_jaw(w, index, dt));
     return om_body_is_holding(w->body, index) ? om_body_move(w->body, index, arm->tip) : OM_OK;
 }
 

@@ -351,6 +351,39 @@ static void test_failing_allocations_leak_nothing(void** state) {
     assert_true(test_failing_allocations(reset_and_save, &scene, 5) > 10);
 }
 
+// The first grasp of a body asks for its forces, which allocate where strains are averaged.
+static void test_a_grasp_without_memory_is_an_error(void** state) {
+    (void)state;
+    const OmAllocator failing = {test_alloc_get, test_alloc_free, NULL};
+    Field f;
+    OmScene scene = half_held();
+    scene.tissue.is_averaged = true;
+    setup(&f, scene);
+    OmBody* truth = om_world_truth(f.world);
+    OmVec3 corner = om_vec3(-0.05, -0.05, 0.005);
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, corner), 0.1));
+    for (int i = 0; i < 200 && observe(&f, 0).arm[0].is_moving; ++i)
+        assert_ok(om_world_advance(f.world, 0.02));
+    assert_ok(om_world_set_jaw(f.world, 0, 0));
+    void* block = malloc(om_world_state_size(f.world));
+    for (int i = 0; i < 50 && !om_body_is_holding(truth, 0); ++i) {
+        assert_ok(om_world_save(f.world, block));
+        assert_ok(om_world_advance(f.world, 0.02));
+    }
+    assert_true(om_body_is_holding(truth, 0));
+    assert_ok(om_world_restore(f.world, block));
+    om_allocator_set(&failing);
+    test_alloc_countdown = 0;
+    OmStatus status = om_world_advance(f.world, 0.02);
+    om_allocator_set(NULL);
+    assert_int_equal(status, OM_NO_MEMORY);
+    assert_false(om_body_is_holding(truth, 0));
+    assert_ok(om_world_advance(f.world, 0.02));  // the next step grasps
+    assert_true(om_body_is_holding(truth, 0));
+    free(block);
+    teardown(&f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_orientation_turns_with_the_way),
@@ -364,6 +397,7 @@ int main(void) {
         cmocka_unit_test(test_pictures_follow_a_snapshot),
         cmocka_unit_test(test_optional_functions),
         cmocka_unit_test(test_failing_allocations_leak_nothing),
+        cmocka_unit_test(test_a_grasp_without_memory_is_an_error),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
