@@ -152,6 +152,8 @@ OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
 /// @return as om_tissue_get_measure
 OM_API OmStatus om_body_get_measure(const OmBody* body, OmTissueMeasure measure, double* value);
 OM_API const OmSite* om_body_site(const OmBody* body);
+/// Hash of the tissue's state. It leaves out the contact forces before the first grasp, which snapshots include, and
+/// om_body_nbad.
 OM_API uint64_t om_body_hash(const OmBody* body);
 /// Snapshots: a block of om_body_state_size bytes. It includes the contact forces before the first grasp, the
 /// reference of OmBodyForces.pull.

@@ -148,7 +148,7 @@ OM_API OmStatus om_world_save(const OmWorld* world, void* block);
 /// @return OM_OK; OM_UNAVAILABLE (this world has no snapshots)
 OM_API OmStatus om_world_restore(OmWorld* world, const void* block);
 
-/// A simulated operating field; `site` (of role OM_SITE_WORLD) is borrowed.
+/// A simulated operating field. Scene and site (of role OM_SITE_WORLD) are borrowed until destroy.
 /// @param nworker  threads of the tissue, 0: one a processor; the outcome does not depend on it
 /// @return OM_OK; OM_INVALID (the message names the field of the scene); OM_NO_MEMORY; OM_UNAVAILABLE (Embree
 ///        failed)
