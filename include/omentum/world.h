@@ -127,7 +127,8 @@ OM_API void om_world_stop(OmWorld* world, int arm);
 ///         where a jaw closes on tissue, of om_tissue_get_forces
 OM_API OmStatus om_world_advance(OmWorld* world, double dt);
 /// Observe the arms, and OM_OBSERVE_ flags `what` beside them.
-/// @return OM_OK; OM_UNAVAILABLE (the world has no such source: the message names it); errors of the world
+/// @return OM_OK; OM_INVALID (`what` has other flags); OM_UNAVAILABLE (the world has no such source: the message names
+///         it); errors of the world
 OM_API OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation);
 OM_API void om_world_destroy(OmWorld* world);
 OM_API void om_observation_done(OmObservation* observation);

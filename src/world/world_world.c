@@ -51,6 +51,10 @@ OmStatus om_world_advance(OmWorld* world, double dt) {
 
 OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation) {
     static const char* const name[] = {"visibility", "endoscope", "depth", "depth camera's colour"};
+    const unsigned known =
+        OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    OM_CHECK(!(what & ~known), OM_INVALID, "no source has the flags 0x%x; known are 0x%x",
+             what & ~known, known);
     for (int k = 0; k < 4; ++k) {
         bool is_missing = what & ~world->sources & (1u << k);
         OM_CHECK(!is_missing, OM_UNAVAILABLE, "this world has no source \"%s\"", name[k]);
