@@ -106,7 +106,7 @@ struct OmLoop {
     double force_action;       // N, largest during the current action
     bool has_forces;           // the twin's engine has forces in newtons
     bool is_over;              // the force is above om__force_limit
-    double over_time;          // s of the current motion with a force above om__force_limit
+    double over_time;          // s of the current motion above om__force_limit, without pauses
     double rate;               // fraction of the nominal speed
     // N, the larger of both arms in the truth, for the record alone; NAN unknown
     double force_world;

@@ -64,7 +64,7 @@ static void watch_force(OmLoop* loop) {
     if (!loop->task.watch_force) return;
     bool is_over = largest > limit;
     if (is_over && !loop->is_over) ++loop->result.nforce;
-    if (is_over) loop->over_time += loop->task.time_step;
+    if (is_over && !loop->is_paused) loop->over_time += loop->task.time_step;
     loop->is_over = is_over;
     // Full speed up to SLOW_FROM of the limit; from there the rate falls in steps.
     double slowing = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));

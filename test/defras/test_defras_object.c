@@ -348,6 +348,34 @@ static void test_pause_after_a_force_stop(void** state) {
     rig_destroy(&g);
 }
 
+// A pause above the force limit: the time above the limit does not count, and the motion continues afterwards.
+static void test_pause_above_the_force_limit(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = object_scene();
+    scene.task.force_threshold = 0.08;
+    scene.task.visibility = 1.0;
+    rig_create(&g, scene);
+    OmLoop* loop = make_loop(&g, NULL);
+    while (!loop->is_over || !loop->motion.is_holding || loop->over_time == 0)
+        assert_ok(om_loop_tick(loop));
+    const double over_time = loop->over_time;
+    assert_false(loop->motion.is_easing);
+    assert_ok(give(loop, OM_LOOP_PAUSE));
+    int nover = 0;
+    for (int i = 0; i < 50; ++i) {
+        assert_ok(om_loop_tick(loop));
+        nover += loop->is_over;
+    }
+    assert_true(nover > 0);  // tissue at rest pulls less: the force falls below the limit
+    assert_near(loop->over_time, over_time, 0);
+    assert_ok(give(loop, OM_LOOP_RESUME));
+    while (!loop->is_over) assert_ok(om_loop_tick(loop));
+    assert_near(loop->over_time, over_time + scene.task.time_step, 1e-12);
+    om_loop_destroy(loop);
+    rig_destroy(&g);
+}
+
 // Whenever the loop is aborted: the arms stop in the same instant, no jaw opens, and the record is that of the whole
 // run up to there.
 static void test_abort_at_any_tick(void** state) {
@@ -690,6 +718,7 @@ int main(void) {
         cmocka_unit_test(test_pause_and_resume),
         cmocka_unit_test(test_pause_in_a_look),
         cmocka_unit_test(test_pause_after_a_force_stop),
+        cmocka_unit_test(test_pause_above_the_force_limit),
         cmocka_unit_test(test_abort_at_any_tick),
         cmocka_unit_test(test_commands_of_a_listener),
         cmocka_unit_test(test_a_world_without_a_truth),
