@@ -186,8 +186,9 @@ om_loop_plan(const OmLoop* loop);  // the current plan; naction 0 before the fir
 OM_API const OmPlanAction* om_loop_action(const OmLoop* loop);
 /// The result so far; hash and times of planning are complete in phase OM_LOOP_ENDED. Valid until the next tick.
 OM_API const OmRetractResult* om_loop_result(const OmLoop* loop);
-/// Hand the result over: the caller frees it, the loop's own is empty from then on.
-OM_API void om_loop_take_result(OmLoop* loop, OmRetractResult* result);
+/// Move the result out of a loop that has ended or failed: the caller frees it, and the loop's result becomes empty.
+/// @return OM_OK; OM_INVALID (the loop still runs, or a listener calls: `result` is empty, the loop is unchanged)
+OM_API OmStatus om_loop_take_result(OmLoop* loop, OmRetractResult* result);
 
 #ifdef __cplusplus
 }

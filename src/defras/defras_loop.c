@@ -332,8 +332,13 @@ const OmPlanAction* om_loop_action(const OmLoop* loop) {
 
 const OmRetractResult* om_loop_result(const OmLoop* loop) { return &loop->result; }
 
-void om_loop_take_result(OmLoop* loop, OmRetractResult* result) {
+OmStatus om_loop_take_result(OmLoop* loop, OmRetractResult* result) {
+    memset(result, 0, sizeof *result);
+    OM_CHECK(loop->has_failed || loop->stage == STAGE_ENDED, OM_INVALID,
+             "the loop still runs: its result is not complete");
+    OM_CHECK(!loop->is_ticking, OM_INVALID, "a listener cannot take the result of its loop");
     *result = loop->result;
     memset(&loop->result, 0, sizeof loop->result);
     loop->sample_capacity = loop->action_capacity = 0;
+    return OM_OK;
 }

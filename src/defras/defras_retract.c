@@ -114,7 +114,7 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     Setup setup = {0};
     OmStatus status = begin(def, progress, &setup);
     if (status >= 0) status = run(&setup, def->scene->task.max_actions, progress);
-    if (status >= 0) om_loop_take_result(setup.loop, result);
+    if (status >= 0) status = om_loop_take_result(setup.loop, result);
     setup_done(&setup);
     return status;
 }

@@ -125,6 +125,9 @@ static void test_ticks_equal_a_run(void** state) {
         OmLoop* loop = make_loop(&g, NULL);
         double dt = g.scene.task.time_step;
         while (om_loop_phase(loop) != OM_LOOP_ENDED) {
+            OmRetractResult early = {.naction = 77};
+            assert_status(om_loop_take_result(loop, &early), OM_INVALID);  // changes nothing
+            assert_true(early.naction == 0 && !early.action && !early.sample);
             assert_ok(om_loop_tick(loop));  // one step of the world each, whatever happens in it
             assert_near(om_loop_sample(loop).time, dt * om_loop_ntick(loop), 1e-9);
         }
@@ -133,7 +136,7 @@ static void test_ticks_equal_a_run(void** state) {
         assert_non_null(strstr(om_error_message(), "has ended"));
         assert_status(give(loop, OM_LOOP_ABORT), OM_INVALID);
         OmRetractResult taken;
-        om_loop_take_result(loop, &taken);
+        assert_ok(om_loop_take_result(loop, &taken));
         assert_int_equal(om_loop_result(loop)->naction, 0);
         om_loop_destroy(loop);
         expect_same(&run, &taken);
@@ -202,6 +205,8 @@ static OmStatus count_end(void* ctx, const OmLoop* loop, const OmRetractResult* 
     Count* c = ctx;
     assert_int_equal(om_loop_phase(loop), OM_LOOP_ENDED);
     assert_true(result->reason[0] && result->hash != 0);
+    OmRetractResult early;
+    if (c->loop) assert_status(om_loop_take_result(c->loop, &early), OM_INVALID);
     ++c->end;
     return OM_OK;
 }
@@ -242,6 +247,10 @@ static void test_a_listener_counts(void** state) {
     assert_status(om_loop_tick(loop), OM_INVALID);
     assert_status(give(loop, OM_LOOP_ABORT), OM_INVALID);
     assert_int_equal(bad.end, 0);
+    OmRetractResult part;  // of a loop that has failed
+    assert_ok(om_loop_take_result(loop, &part));
+    assert_int_equal(part.nsample, 2);
+    om_retract_result_done(&part);
     om_loop_destroy(loop);
     rig_destroy(&g);
 }
@@ -259,7 +268,7 @@ static void test_pause_and_resume(void** state) {
     OmLoop* loop = make_loop(&g, NULL);
     tick_to_end(loop);
     OmRetractResult whole;
-    om_loop_take_result(loop, &whole);
+    assert_ok(om_loop_take_result(loop, &whole));
     om_loop_destroy(loop);
     for (int k = 0; k < 4; ++k) {  // in a reach, while the jaw closes, in a pull, and twice
         rig_start(&g);
@@ -386,7 +395,7 @@ static void test_abort_at_any_tick(void** state) {
     tick_to_end(loop);
     const int ntick = om_loop_ntick(loop);
     OmRetractResult whole;
-    om_loop_take_result(loop, &whole);
+    assert_ok(om_loop_take_result(loop, &whole));
     om_loop_destroy(loop);
     HiddenWorld hidden = hidden_world(g.world, OM_OBSERVE_VISIBILITY);
     for (int at = 0; at < ntick; at += at < 5 ? 1 : 23) {
@@ -465,7 +474,7 @@ static void test_a_world_without_a_truth(void** state) {
     OmLoop* loop = make_loop(&g, NULL);
     tick_to_end(loop);
     OmRetractResult known;
-    om_loop_take_result(loop, &known);
+    assert_ok(om_loop_take_result(loop, &known));
     om_loop_destroy(loop);
     char dir[] = "/tmp/om_object_XXXXXX", out[64];
     assert_non_null(mkdtemp(dir));
