@@ -178,8 +178,8 @@ OM_API OmLoopPhase om_loop_phase(const OmLoop* loop);
 OM_API bool om_loop_is_paused(const OmLoop* loop);
 OM_API int om_loop_ntick(const OmLoop* loop);               // ticks so far
 OM_API OmRetractSample om_loop_sample(const OmLoop* loop);  // of the last tick
-OM_API double om_loop_force(const OmLoop* loop,
-                            int arm);  // N, by the twin; 0 for an arm that holds nothing
+/// Force by the twin, N: 0 for an arm that holds nothing; NAN for every arm if the twin's engine has no forces.
+OM_API double om_loop_force(const OmLoop* loop, int arm);
 OM_API const OmPlan*
 om_loop_plan(const OmLoop* loop);  // the current plan; naction 0 before the first
 /// The current action, or null; valid until the next tick.
