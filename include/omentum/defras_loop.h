@@ -25,8 +25,8 @@ extern "C" {
 // ---- the record of a loop ---------------------------------------------------------------------------------
 
 typedef struct OmRetractSample {  // one instant
-    double time;                  // s
-    double visibility;            // 0 to 1
+    double time;        // s since the operation began; the first tick ends at one time step
+    double visibility;  // 0 to 1
     // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
     double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
@@ -51,7 +51,7 @@ OM_API const char* om_action_outcome_text(OmActionOutcome outcome);
 typedef struct OmRetractAction {  // one executed action
     OmPlanVerb verb;
     int arm, block;     // block -1: none
-    double begin, end;  // s
+    double begin, end;  // s of the operation
     OmActionOutcome outcome;
     double visibility;       // at its end
     double force_max;        // N, during it, by the twin
@@ -127,10 +127,10 @@ typedef struct OmLoopListener {
 typedef struct OmLoopDef {
     OmCookie cookie;
     const OmSceneTask* task;  // limits, speeds and grid; copied
-    OmWorld* world;           // borrowed, at its start (om_world_reset)
-    OmBody* twin;             // borrowed, at rest
-    OmPlanner* planner;       // borrowed
-    OmBody* truth;            // borrowed; recorded, never acted on; default null: there is none
+    OmWorld* world;      // borrowed, at its start (om_world_reset); its clock may show any time
+    OmBody* twin;        // borrowed, at rest
+    OmPlanner* planner;  // borrowed
+    OmBody* truth;       // borrowed; recorded, never acted on; default null: there is none
     const OmLoopListener* listener;  // called in this order; copied
     int nlistener;                   // default 0, at most OM_LOOP_MAX_LISTENER
     bool is_settled;    // twin and world are at rest; default true; recorded in the result

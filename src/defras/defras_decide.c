@@ -228,9 +228,12 @@ static OmStatus begin_action(OmLoop* loop, bool* needs_tick) {
 // ---- stages ---------------------------------------------------------------------------------------------
 
 // The ROI must stay visible while the arms keep still. If it closes, the motion is continued with a larger margin.
+// Time counts by the exposure of the pictures: a picture taken before the arms stood still proves nothing.
 static void check_verification(OmLoop* loop, bool* needs_tick) {
-    if (loop->visibility < loop->task.visibility) loop->visible_since = loop->time;
-    loop->is_exposed = loop->time - loop->visible_since >= VISIBLE_TIME;
+    double seen_at = loop->time - loop->look_age;
+    if (loop->visibility < loop->task.visibility)
+        loop->visible_since = fmax(loop->visible_since, seen_at);
+    loop->is_exposed = seen_at - loop->visible_since >= VISIBLE_TIME;
     *needs_tick = !loop->is_exposed && loop->time - loop->verify_begin < VERIFY_LIMIT;
     if (*needs_tick) return;
     const OmRetractResult* r = &loop->result;

@@ -99,9 +99,11 @@ struct OmLoop {
 
     // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
-    double time;  // s
+    double time_origin;  // s of the world's clock at which the operation begins
+    double time;         // s of the operation
     int tick;
-    double visibility;
+    double visibility;         // of the last look
+    double look_age;           // s from the exposure of the last look's picture to its observation
     double force[OM_MAX_ARM];  // N, pull less weight, by the twin: the arms act on it
     double force_action;       // N, largest during the current action
     bool has_forces;           // the twin's engine has forces in newtons
@@ -123,7 +125,7 @@ struct OmLoop {
     double action_begin;   // s
     double margin;         // visibility above the wanted one at which a motion stops
     double verify_begin;   // s
-    double visible_since;  // s, from when on the ROI is seen without a break
+    double visible_since;  // s, exposure from which on the ROI is seen without a break
     bool is_exposed;       // seen without a break for long enough
     uint8_t tried[OM_PLAN_MAX_BLOCK];
     // an attempt with all folds, or a force stop, exposed nothing

@@ -106,8 +106,14 @@ OmStatus om__loop_step(OmLoop* loop) {
     bool is_look = loop->tick % LOOK_EVERY == 0;
     OmObservation obs = {0};
     OM_TRY(om_world_observe(loop->world, is_look ? OM_OBSERVE_VISIBILITY : 0, &obs));
-    loop->time = obs.time;
-    if (is_look) loop->visibility = obs.visibility;
+    // The operation begins one step before the first observation.
+    if (loop->tick == 0) loop->time_origin = obs.time - dt;
+    loop->time = obs.time - loop->time_origin;
+    if (is_look) {
+        loop->visibility = obs.visibility;
+        double age = obs.time - obs.endoscope.time;
+        loop->look_age = age < 0 ? 0 : age;
+    }
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         ArmState* arm = &loop->arm[a];
         arm->tip = om__to_task(&loop->grid, obs.arm[a].tip.p);

@@ -13,8 +13,12 @@ typedef struct HiddenWorld {
     int nmove, nstop, nopen;  // commands so far; nopen: the jaw was commanded to open
     int fail_at;              // advance fails at this call, counted from 1; 0: never
     int nadvance;
-    int nblink;   // times that the ROI closes for NCLOSED looks once 85 % of it are seen; 0: never
-    int nclosed;  // looks until it opens again
+    int nblink;    // times that the ROI closes for NCLOSED looks once 85 % of it are seen; 0: never
+    int nclosed;   // looks until it opens again
+    double clock;  // s that this world's clock is ahead of the inner one
+    double delay;  // s from the exposure of a picture to its observation
+    bool is_frozen;  // the endoscope repeats the first picture that shows 85 % of the ROI
+    double frozen_visibility, frozen_time;  // of that picture; 0 before it
 } HiddenWorld;
 
 static void hidden_destroy(OmWorld* world) { (void)world; }
@@ -41,6 +45,9 @@ static OmStatus hidden_advance(OmWorld* world, double dt) {
 static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* observation) {
     HiddenWorld* w = (HiddenWorld*)world;
     OmStatus status = om_world_observe(w->inner, what, observation);
+    observation->time += w->clock;
+    for (int a = 0; a < observation->narm; ++a) observation->arm[a].time += w->clock;
+    observation->endoscope.time += w->clock - w->delay;
     if (status < 0 || !(what & OM_OBSERVE_VISIBILITY)) return status;
     if (w->nclosed > 0) {
         --w->nclosed;
@@ -48,6 +55,13 @@ static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* obs
     } else if (w->nblink > 0 && observation->visibility >= 0.85) {
         --w->nblink;
         w->nclosed = NCLOSED;
+    }
+    if (w->is_frozen && w->frozen_visibility > 0) {
+        observation->visibility = w->frozen_visibility;
+        observation->endoscope.time = w->frozen_time;
+    } else if (w->is_frozen && observation->visibility >= 0.85) {
+        w->frozen_visibility = observation->visibility;
+        w->frozen_time = observation->endoscope.time;
     }
     return status;
 }

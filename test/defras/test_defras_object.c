@@ -555,6 +555,65 @@ static void test_an_action_is_continued(void** state) {
     rig_destroy(&g);
 }
 
+// Tick a loop on a world from rest to its end. The caller frees the result.
+static OmRetractResult run_world(Rig* g, HiddenWorld* hidden) {
+    rig_start(g);
+    OmLoopDef def = om_loop_default_def(&g->scene.task, &hidden->head, g->twin, g->planner);
+    OmLoop* loop;
+    OmRetractResult result;
+    assert_ok(om_loop_create(&def, &loop));
+    tick_to_end(loop);
+    assert_ok(om_loop_take_result(loop, &result));
+    om_loop_destroy(loop);
+    return result;
+}
+
+// The clock of a world starts anywhere: times of the operation count from its begin. Pictures that come late delay the
+// end of each look by their age, and an endoscope that repeats one picture never shows that the ROI stays visible.
+static void test_clocks_of_a_world(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = object_scene();
+    scene.task.max_actions = 12;
+    scene.task.time_step = 1.0 / 64;  // all times are exact: both clocks decide the same
+    rig_create(&g, scene);
+    HiddenWorld hidden = hidden_world(g.world, OM_OBSERVE_VISIBILITY);
+    OmRetractResult whole = run_world(&g, &hidden);
+    assert_true(whole.is_exposed);
+    const double last = whole.action[whole.naction - 1].end;
+
+    hidden.clock = 1e6;
+    OmRetractResult r = run_world(&g, &hidden);
+    assert_true(r.hash == whole.hash);
+    assert_string_equal(r.reason, whole.reason);
+    assert_near(r.time, whole.time, 0);
+    assert_int_equal(r.naction, whole.naction);
+    for (int i = 0; i < r.naction; ++i) {
+        assert_near(r.action[i].begin, whole.action[i].begin, 0);
+        assert_near(r.action[i].end, whole.action[i].end, 0);
+    }
+    assert_int_equal(r.nsample, whole.nsample);
+    for (int i = 0; i < r.nsample; ++i) assert_near(r.sample[i].time, whole.sample[i].time, 0);
+    om_retract_result_done(&r);
+
+    hidden.delay = 0.25;
+    r = run_world(&g, &hidden);
+    assert_true(r.is_exposed);
+    assert_near(r.action[r.naction - 1].end, last, 0);
+    assert_near(r.time - whole.time, 0.25, 0);
+    om_retract_result_done(&r);
+
+    hidden.delay = 0;
+    hidden.is_frozen = true;
+    r = run_world(&g, &hidden);
+    assert_false(r.is_exposed);
+    assert_true(hidden.frozen_visibility >= 0.85 && r.visibility_end >= 0.85);
+    assert_int_equal(r.outcome, OM_RETRACT_GAVE_UP);
+    om_retract_result_done(&r);
+    om_retract_result_done(&whole);
+    rig_destroy(&g);
+}
+
 // Another kind of world, in closed form, with one arm or two: the ROI shows once held tissue has moved by more than
 // 10 mm, in proportion, and all of it at 40 mm. This world has no reset. The ROI lies on the side of PSM2, which the
 // planner chooses if there is one.
@@ -732,6 +791,7 @@ int main(void) {
         cmocka_unit_test(test_commands_of_a_listener),
         cmocka_unit_test(test_a_world_without_a_truth),
         cmocka_unit_test(test_an_action_is_continued),
+        cmocka_unit_test(test_clocks_of_a_world),
         cmocka_unit_test(test_a_world_in_closed_form),
         cmocka_unit_test(test_a_failing_world),
         cmocka_unit_test(test_wrong_definitions),
