@@ -169,6 +169,17 @@ static inline OmPose om_pose_inverse(OmPose p) {
     OmPose inv = {om_quat_rotate(c, om_scale(-1, p.p)), c};
     return inv;
 }
+static inline bool om_pose_is_identity(OmPose p) {
+    return om_norm2(p.p) == 0 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0 && p.q.w == 1;
+}
+/// The pose at fraction t of the motion from a to b: position linear in t, orientation by om_quat_slerp.
+/// Exactly a for t <= 0 and exactly b for t >= 1.
+static inline OmPose om_pose_lerp(OmPose a, OmPose b, double t) {
+    if (t <= 0) return a;
+    if (t >= 1) return b;
+    OmPose p = {om_lerp(a.p, b.p, t), om_quat_slerp(a.q, b.q, t)};
+    return p;
+}
 /// A camera-like frame: z from `eye` to `target`, y as near to -`up` as possible (x right, y down).
 OM_API OmPose om_pose_look_at(OmVec3 eye, OmVec3 target, OmVec3 up);
 

@@ -99,13 +99,10 @@ void om__contact_copy_obstacles(OmContact* c, const OmContactDef* def) {
 }
 
 OmPose om__contact_pose_at(OmPose begin, OmPose end, double t) {
-    if (t <= 1e-9) return begin;
-    if (t >= 1 - 1e-9) return end;
-    return (OmPose){om_lerp(begin.p, end.p, t), om_quat_slerp(begin.q, end.q, t)};
-}
-
-static bool is_identity(OmPose p) {
-    return om_norm2(p.p) == 0 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0 && p.q.w == 1;
+    // Fractions that rounding moved off 0 or 1 give the pose at that end.
+    if (t <= 1e-9) t = 0;
+    if (t >= 1 - 1e-9) t = 1;
+    return om_pose_lerp(begin, end, t);
 }
 
 void om__contact_begin_substep(OmContactWork* cw, double time, double h) {
@@ -120,7 +117,7 @@ void om__contact_begin_substep(OmContactWork* cw, double time, double h) {
         f->end = om__contact_pose_at(o->pose_begin, o->pose_end, t + h / cw->h);
         f->inverse_begin = om_pose_inverse(f->begin);
         f->inverse_end = om_pose_inverse(f->end);
-        f->is_identity = is_identity(o->pose_begin) && is_identity(o->pose_end);
+        f->is_identity = om_pose_is_identity(o->pose_begin) && om_pose_is_identity(o->pose_end);
     }
 }
 
@@ -163,7 +160,7 @@ double om_contact_eval_distance(const OmContact* c, OmVec3 p) {
     for (int k = 0; k < c->def.nobstacle; ++k) {
         const OmTissueObstacle* o = &c->obstacle[k];
         OmVec3 local =
-            is_identity(o->pose_end) ? p : om_pose_apply(om_pose_inverse(o->pose_end), p);
+            om_pose_is_identity(o->pose_end) ? p : om_pose_apply(om_pose_inverse(o->pose_end), p);
         nearest = fmin(nearest, o->distance(o->ctx, local, &n));
     }
     return nearest;

@@ -44,27 +44,17 @@ OmStatus om__pbd_reserve(OmPbdWork* w, int nvert, int nobstacle) {
     return OM_OK;
 }
 
-static OmPose between(OmPose a, OmPose b, double t) {
-    if (t <= 0) return a;
-    if (t >= 1) return b;
-    return (OmPose){om_lerp(a.p, b.p, t), om_quat_slerp(a.q, b.q, t)};
-}
-
-static bool is_identity(OmPose p) {
-    return om_norm2(p.p) == 0 && p.q.x == 0 && p.q.y == 0 && p.q.z == 0 && p.q.w == 1;
-}
-
 void om__pbd_move_obstacles(OmPbdStep* s) {
     double n = s->nsub;
     for (int k = 0; k < s->nobstacle; ++k) {
         const OmTissueObstacle* o = &s->obstacle[k];
         OmPbdFrame* f = &s->w->frame[k];
-        f->begin = between(o->pose_begin, o->pose_end, s->k / n);
-        f->end = between(o->pose_begin, o->pose_end, (s->k + 1) / n);
+        f->begin = om_pose_lerp(o->pose_begin, o->pose_end, s->k / n);
+        f->end = om_pose_lerp(o->pose_begin, o->pose_end, (s->k + 1) / n);
         f->inverse_begin = om_pose_inverse(f->begin);
         f->inverse_end = om_pose_inverse(f->end);
         f->friction = o->friction < 0 ? s->pbd->def.friction : o->friction;
-        f->is_still = is_identity(o->pose_begin) && is_identity(o->pose_end);
+        f->is_still = om_pose_is_identity(o->pose_begin) && om_pose_is_identity(o->pose_end);
     }
 }
 

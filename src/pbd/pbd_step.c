@@ -165,10 +165,7 @@ static void begin_substep(OmPbdStep* s, int k) {
     double t = (k + 1.0) / s->nsub;
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const OmTissueArm* arm = &s->s->arm[a];
-        s->arm[a] = arm->goal;
-        if (k + 1 < s->nsub)
-            s->arm[a] = (OmPose){om_lerp(arm->pose.p, arm->goal.p, t),
-                                 om_quat_slerp(arm->pose.q, arm->goal.q, t)};
+        s->arm[a] = om_pose_lerp(arm->pose, arm->goal, t);
     }
     om__pbd_move_obstacles(s);
 }

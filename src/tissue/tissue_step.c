@@ -92,12 +92,6 @@ void om_tissue_work_destroy(OmTissueWork* w) {
 
 // ---- stages ---------------------------------------------------------------------------------------
 
-static OmPose interpolate_pose(OmPose a, OmPose b, double t) {
-    if (t >= 1) return b;
-    OmPose p = {om_madd(a.p, t, om_sub(b.p, a.p)), om_quat_slerp(a.q, b.q, t)};
-    return p;
-}
-
 // The target of a prescribed vertex at the end of the step.
 static OmVec3 goal_of(const OmTissueState* s, const OmTissueWork* w, int i) {
     int arm = om__state_held_by(s)[i];
@@ -128,7 +122,7 @@ OmStatus om_tissue_begin_step(const OmTissueModel* m, OmTissueState* s, OmTissue
     om_solver_set_tolerance(w->solver, 0);
     refresh_fixed(s, w);
     for (int arm = 0; arm < OM_MAX_ARM; ++arm)
-        w->next[arm] = interpolate_pose(s->arm[arm].pose, s->arm[arm].goal, w->share);
+        w->next[arm] = om_pose_lerp(s->arm[arm].pose, s->arm[arm].goal, w->share);
     double a = m->def.rayleigh_mass, b = m->def.rayleigh_stiffness;
     OmAssembly at = {.x = om__state_array(s, OM__X),
                      .v = om__state_array(s, OM__V),

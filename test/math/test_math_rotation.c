@@ -64,6 +64,30 @@ static void slerp_is_even(void** state) {
     assert_near(fabs(m.w), fabs(expect.w), 1e-14);
 }
 
+// A quarter of a motion, checked against the exact pose; the ends are the given poses bit by bit.
+static void poses_interpolate(void** state) {
+    (void)state;
+    OmVec3 axis = om_normalize(om_vec3(1, 2, -2));
+    OmPose a = {om_vec3(0.3, -1, 2), om_quat_axis_angle(axis, 0.2)};
+    OmPose b = {om_vec3(1.1, 3, -6), om_quat_axis_angle(axis, 1.4)};
+    OmPose m = om_pose_lerp(a, b, 0.25),
+           expect = {om_vec3(0.5, 0, 0), om_quat_axis_angle(axis, 0.5)};
+    OmVec3 v = om_vec3(0.7, -0.4, 1.3);
+    assert_near(om_distance(om_pose_apply(m, v), om_pose_apply(expect, v)), 0, 1e-14);
+    const double below[3] = {-0.5, 0, -0.0}, above[3] = {1, 1.5, 2};
+    for (int k = 0; k < 3; ++k) {
+        OmPose begin = om_pose_lerp(a, b, below[k]), end = om_pose_lerp(a, b, above[k]);
+        assert_memory_equal(&begin, &a, sizeof a);
+        assert_memory_equal(&end, &b, sizeof b);
+    }
+    OmPose tilted = om_pose_identity(), moved = om_pose_identity();
+    tilted.q = om_quat_axis_angle(axis, 1e-6);
+    moved.p.z = 1e-9;
+    assert_true(om_pose_is_identity(om_pose_identity()));
+    assert_false(om_pose_is_identity(tilted));
+    assert_false(om_pose_is_identity(moved));
+}
+
 static void look_at_has_y_down(void** state) {
     (void)state;
     OmPose cam = om_pose_look_at(om_vec3(0, -1, 1), om_vec3(0, 0, 0), om_vec3(0, 0, 1));
@@ -98,6 +122,7 @@ int main(void) {
         cmocka_unit_test(half_turns_survive_the_matrix),
         cmocka_unit_test(poses_compose_and_invert),
         cmocka_unit_test(slerp_is_even),
+        cmocka_unit_test(poses_interpolate),
         cmocka_unit_test(look_at_has_y_down),
         cmocka_unit_test(inverses),
     };
