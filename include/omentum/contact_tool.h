@@ -152,7 +152,7 @@ OM_API void om_contact_work_set_presses(OmContactWork* contact_work, int npress,
                                         OmPress* const* press);
 /// The report of the last step, also of om_contact_step; a view.
 OM_API const OmPressReport* om_press_report(const OmPress* press);
-/// Where the probe is.
+/// The current pose of the probe.
 OM_API OmPose om_press_pose(const OmPress* press);
 /// The contact surface in the rest shape, and the embedding of its vertices in the elements.
 OM_API const OmSurface* om_press_surface(const OmPress* press);

@@ -83,8 +83,8 @@ OmVec3 om__contact_obstacle_move(const OmContactWork* cw, int obstacle, OmVec3 p
 
 // ---- contact_vertex.c
 
-/// Fill `pair` with the vertices near obstacles; active where the last step pushed, or the vertex would penetrate if
-/// nothing else acted.
+/// Fill `pair` with the vertices near obstacles; a pair is active if the last step pushed it, or if the vertex
+/// would penetrate without contact forces.
 void om__contact_find_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                             const OmTissueWork* work, double h);
 /// Estimate of the contact force, N: the force that moves each penetrating vertex alone out of obstacles that move.
@@ -94,14 +94,14 @@ void om__contact_add_forces(OmContactWork* cw, OmTissueWork* work, double h);
 /// Compare the pairs with the last solution; returns how many changed.
 int om__contact_update_pairs(OmContactWork* cw, const OmTissueState* state,
                              const OmTissueWork* work, double h, bool is_damped);
-/// Begin a line search from the solution `last` along `increment`: take the springs of the pairs out of the parabola.
+/// Begin a line search from the solution `last` along `increment`: subtract the springs of the pairs from the parabola.
 void om__contact_begin_line(OmContactWork* cw, const OmTissueState* state, const double* last,
                             const double* increment, double h, OmContactLine* line);
 /// Subtract from the slope at the fraction `at` of the increment the springs of the pairs.
 void om__contact_add_line(const OmContactWork* cw, double at, double* slope);
 /// Free pairs stay free from now on.
 void om__contact_close_set(OmContactWork* cw);
-/// Forces into the state; count, resultant and penetration into the report.
+/// Write forces to the state; number of contacts, resultant and penetration to the report.
 void om__contact_report_pairs(OmContactWork* cw, const OmTissueModel* model, OmTissueState* state,
                               const OmTissueWork* work, double h);
 

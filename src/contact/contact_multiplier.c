@@ -1,4 +1,4 @@
-// contact_multiplier.c: Signorini's law met exactly by Lagrange multipliers (thesis 3.8-3.12).
+// contact_multiplier.c: Signorini's law, satisfied exactly by Lagrange multipliers (thesis 3.8-3.12).
 //
 //     A dv = b + H^T lambda,   delta = delta_0 + h H dv,   0 <= lambda  _|_  delta >= 0
 //
@@ -7,9 +7,9 @@
 //
 //   motion      A dv = b + H^T lambda_0. lambda_0 are the impulses of the last step, recovered from the nodal forces in
 //               the state: a step is a function of the state and starts near its solution. With lambda_0 = 0, the
-//               thesis's free motion, tissue pressed 20 mm springs back, and all of that must be corrected
+//               thesis's free motion, tissue pressed 20 mm springs back, and the correction must undo it
 //   detection   contacts: points that were pushed, or penetrate by that motion
-//   response    columns of W by block CG, eight at a time, to a loose tolerance: W is a preconditioner only
+//   response    columns of W by block CG, eight at a time, to a loose tolerance: W only preconditions the correction
 //   correction  projected Gauss-Seidel on delta_k + h W (lambda - lambda_k); dv is corrected by a loose solve of
 //               A x = H^T (lambda - lambda_k), which gives a new delta, until every contact meets the law to
 //               def.tolerance; at the end the whole system is solved to the model's tolerance from there, and checked
@@ -88,7 +88,7 @@ void om__press_lcp_forget(OmPressLcp* c) {
     c->loose = COLUMN_LOOSE;
 }
 
-// Room for `num` contacts; columns are lost where it was too small.
+// Allocate memory for `num` contacts; if it had to grow, the columns must be computed again.
 static OmStatus reserve(OmPressLcp* c, int dim, int num, int nvert) {
     if (!c->b) {
         c->b = om_calloc(LANES * 3 * (size_t)nvert, sizeof *c->b);
@@ -179,7 +179,7 @@ static void set_directions(OmPressLcp* c, int k, OmVec3 n) {
     c->dir[k * c->dim + 2] = om_cross(n, c->dir[k * c->dim + 1]);
 }
 
-// A point near the probe becomes a contact with a row of its own, if it is not one; false without memory for it.
+// Make a point near the probe a contact with its own row, unless it is one already; false if there is no memory.
 static bool add_contact(OmPress* p, int near) {
     OmPressLcp* c = p->lcp;
     OmPressPoint* t = &p->near[near];
@@ -196,7 +196,7 @@ static bool add_contact(OmPress* p, int near) {
     return true;
 }
 
-// Impulses from the nodal forces of the last step: least squares by Gauss-Seidel on H H^T.
+// Compute impulses from the nodal forces of the last step: least squares by Gauss-Seidel on H H^T.
 static void recall_impulses(OmPress* p, OmTissueState* s, double h) {
     OmPressLcp* c = p->lcp;
     const double* f = om_tissue_contact_force(s);
@@ -231,7 +231,7 @@ static double predicted(const OmPressLcp* c, int i, double h) {
     return c->delta[i] + h * sum;
 }
 
-// Into the disc of radius mu lambda_n.
+// Project the tangential impulse into the disc of radius mu lambda_n.
 static void project_friction(double* lambda, double mu) {
     double size = sqrt(lambda[1] * lambda[1] + lambda[2] * lambda[2]), max = mu * lambda[0];
     double factor = size > max ? max / size : 1;  // size > max >= 0
@@ -271,7 +271,7 @@ static void gauss_seidel(OmPress* p, double h, double small) {
 
 // ---- the step -------------------------------------------------------------------------------------
 
-// Forces of the impulses, into the points.
+// Set the forces of the points from the impulses.
 static void set_forces(OmPress* p, double h) {
     const OmPressLcp* c = p->lcp;
     for (int k = 0; k < c->num; ++k) {
@@ -498,6 +498,6 @@ OmStatus om__contact_multipliers(const OmContactGroup* g, const OmTissueModel* m
     }
     status = solve_delassus(g, m, s, w, h, report);
     if (status != OM_OK || p->report.is_settled) return status;
-    // a shorter step is tried before this one is accepted
+    // refuse this step if a shorter one is available
     return refuse(g, om__press_may_cut(p, h) ? OM_INVALID : OM_NOT_CONVERGED);
 }

@@ -178,7 +178,7 @@ static void begin_line(OmPress* p, const OmTissueState* s, const double* last,
         double far = t->friction_max > 0 ? om_norm(step) : fabs(t->depth_rate);
         line->farthest = fmax(line->farthest, far);
         if (!t->is_active) {
-            t->depth -= OM_PRESS_ACTIVATE * p->size;  // it is activated only there
+            t->depth -= OM_PRESS_ACTIVATE * p->size;  // activation begins at this depth
             continue;
         }
         OmVec3 K_step = om_mat3_apply(t->K, step);
@@ -320,7 +320,7 @@ static double update_multipliers(OmPress* p, const OmTissueState* s, const OmTis
     return worst;
 }
 
-// The same for all probes with multipliers; is every tolerance met?
+// Update the multipliers of all probes that have them; true if every tolerance is met.
 static bool update_all_multipliers(const OmContactGroup* g, const OmTissueState* s,
                                    const OmTissueWork* w, double h) {
     bool is_met = true;

@@ -3,17 +3,17 @@
 // A point that is near the probe, or crosses it on its path, gets a plane: the tangent plane of the probe at the
 // predicted position x + h (v + dv). Before the first solve the prediction is limited to the probe's own displacement
 // and half an edge. Where the predicted position is deep inside, the plane is that of the place where the point's
-// path relative to the probe enters it. A path longer than half the probe's thickness is checked in pieces: a thin
-// probe is not passed.
+// path relative to the probe enters it. A path longer than half the probe's thickness is checked in pieces, so no point
+// passes a thin probe.
 //
 // A plane is valid while its distance and its normal at the solution are those of the probe. A plane that is not
-// valid is linearised again, and the step is solved again: normals that lag behind a sliding probe push forwards or
-// backwards, as friction does (21 % of the normal force under a box in steps of 1 mm, where only the distance was
-// compared).
+// valid is linearised again, and the step is solved again: normals that lag behind a sliding probe give forces
+// forwards or backwards, like friction (21 % of the normal force under a box in steps of 1 mm, where only the distance
+// was compared).
 #include "contact/contact_press_internal.h"
 
 #define TOO_DEEP 0.05  // of an edge of the contact surface, by the true distance: the step is cut
-#define SHORTEST (1.0 / 32)    // of a step, to which it is cut for the sake of contacts
+#define SHORTEST (1.0 / 32)    // of a step: shortest substep when contact does not converge
 #define REACH 0.05             // of the model's size: points farther from the probe are ignored
 #define RESTING 0.02           // of the probe's thickness: a point less deep lies on it
 #define MAX_PIECES 64          // of a path

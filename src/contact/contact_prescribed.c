@@ -13,7 +13,7 @@
 // smallest cosine between the surface's normal and the opposite of the probe's direction
 #define FACING 0.1
 
-// Does the probe's front lie behind the point q of its frame, no farther than reach against its direction?
+// True if the probe's front is behind the point q (probe's frame), at most `reach` against the probe's direction.
 static bool is_under(const OmPress* p, OmVec3 q) {
     const OmTissueObstacle* o = &p->def.obstacle;
     double path = 0;

@@ -117,7 +117,7 @@ static inline OmVec3 om__press_local(OmPose pose, OmVec3 x) {
 
 /// Signed distance of q, in the probe's frame, to the probe.
 double om__press_distance(const OmPress* press, OmVec3 q);
-/// Do tools and attachments prescribe all vertices that carry the point?
+/// True if tools and attachments prescribe all vertices that determine the point.
 bool om__press_is_still(const OmPress* press, const OmTissueState* state, int i);
 /// Begin a (sub)step of length h: poses of the probe at its begin and its end.
 void om__press_path(OmPress* press, const OmTissueState* state, double h);
@@ -136,7 +136,7 @@ double om__press_linearise(const OmPress* press, OmPressPoint* point, OmVec3 p);
 bool om__press_update_plane(const OmPress* press, OmPressPoint* point, OmVec3 p, double tilt);
 /// True gap of a point predicted at p at the end of the step.
 double om__press_gap(const OmPress* press, OmVec3 p);
-/// Will a shorter substep than this one be tried?
+/// True if a shorter substep than this one is available.
 bool om__press_may_cut(const OmPress* press, double h);
 /// Compare true gaps of all points with their goals, and ask for a shorter step where one is available.
 /// @return OM_OK; OM_INVALID (a point is too deep)

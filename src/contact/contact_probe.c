@@ -1,7 +1,7 @@
 // contact_probe.c: rigid shapes and their exact distances.
 //
-// A box with rounded edges is all within `rounding` of a smaller box: outside that one its normal turns
-// smoothly, so a point that slides over an edge does not jump between faces.
+// A box with rounded edges is the set of points within `rounding` of a smaller box. Outside of the smaller box its
+// normal is continuous, so a point that slides over an edge does not jump between faces.
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
@@ -175,7 +175,7 @@ static OmStatus draw_capsule(double radius, double length, OmSurface* surface) {
     om_store3(surface->x, nring * NRING + 1, om_vec3(0, 0, length + radius));
     for (int r = 0; r < nring; ++r) {
         double shift = r < half ? 0 : length;
-        double step = r < half ? r + 1 - half : r - half;  // the equator is there twice
+        double step = r < half ? r + 1 - half : r - half;  // the equator is drawn twice
         double lat = step * 0.5 * OM_PI / half;
         for (int k = 0; k < NRING; ++k) {
             double lon = 2 * OM_PI * k / NRING;

@@ -1,7 +1,7 @@
 // contact_probe_mesh.c: exact signed distance to a closed triangle mesh.
 //
-// The nearest triangle is found in a tree of boxes; the side by the normal of the nearest feature, faces
-// weighted by their angle at a vertex (Baerentzen and Aanaes 2005), which is right for every closed mesh.
+// A tree of boxes gives the nearest triangle, and the normal of the nearest feature gives the side. At a vertex, angles
+// weight the normals of its faces (Baerentzen and Aanaes 2005), which is correct for every closed mesh.
 #include <stdlib.h>
 #include <string.h>
 
@@ -78,7 +78,7 @@ static double middle(const OmSurface* s, int t, int axis) {
     return sum;
 }
 
-// Order triangles so that the first half lies below the second on an axis (quickselect).
+// Order triangles so that the first half is below the second half along an axis (quickselect).
 static void split_half(const OmSurface* s, int* order, int num, int axis) {
     int lo = 0, hi = num - 1, half = num / 2;
     while (lo < hi) {

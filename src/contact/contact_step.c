@@ -4,8 +4,8 @@
 #include "contact/contact_internal.h"
 #include "contact/contact_press_internal.h"
 
-#define SHORTEST (1.0 / 32)  // of a step, to which it is cut for the sake of contacts
-#define STILL 3              // steps in a row below a speed: tissue that turns back is slow in one
+#define SHORTEST (1.0 / 32)  // of a step: shortest substep when contact does not converge
+#define STILL 3              // steps in a row below the speed: at a turning point one step is slow
 #define DAMP_FROM 4          // solves before round obstacles damp the iteration
 
 // ---- vertices against obstacles -----------------------------------------------------------------------
@@ -35,7 +35,7 @@ static OmStatus solve_contact(void* ctx, const OmTissueModel* m, OmTissueState* 
     return status;
 }
 
-// A step of an engine that keeps out of obstacles itself, into the report.
+// A step of an engine that resolves obstacles itself; writes the report.
 static OmStatus step_among(OmContactWork* cw, const OmTissueModel* m, OmTissueState* s,
                            OmTissueWork* w, double h, OmTissueReport* tissue) {
     OmContactReport* r = &cw->report;

@@ -1,16 +1,16 @@
-// contact_surface.c: a contact surface of a wanted number of triangles.
+// contact_surface.c: a contact surface with a given number of triangles.
 //
-// Coarser than the boundary: edges are collapsed, cheapest first; the cost is the square of the length plus what the
-// new place is off the planes of the old triangles (Garland and Heckbert 1997), so triangles end alike in size and
-// ridges stay. A collapse that would fold a triangle or join what was apart is refused. Finer: edges are halved,
-// longest first. Corners of triangles are kept in a list for each vertex; edges wait in a heap, and edges that
-// changed meanwhile are recognised by the stamps of their ends.
+// Coarser than the boundary: edges are collapsed, cheapest first. The cost is the square of the length plus the squared
+// distance of the new position from the planes of the old triangles (Garland and Heckbert 1997), so triangles have
+// similar sizes and ridges remain. A collapse that would fold a triangle or change the topology is refused. Finer:
+// edges are halved, longest first. Each vertex has a list of triangle corners. Edges are in a heap; the stamps of its
+// ends show that an entry is out of date.
 #include <string.h>
 
 #include "contact/contact_press_internal.h"
 
-#define OFF_PLANE 100.0  // cost of an error against that of a length, both squared
-#define MIN_TURN 0.2     // least cosine between a triangle's normals before and after
+#define OFF_PLANE 100.0  // weight of a squared distance from planes, relative to a squared length
+#define MIN_TURN 0.2     // smallest cosine between a triangle's normals before and after
 
 typedef struct Edge {
     double cost;
@@ -150,7 +150,7 @@ done:
     return status;
 }
 
-// How many of the live triangles of a also have b; the first two in `tri`.
+// Number of live triangles that have both a and b; `tri` gets the first two.
 static int shared_triangles(const Shell* s, int a, int b, int tri[2]) {
     int num = 0;
     for (int c = s->first[a]; c >= 0; c = s->next[c]) {
@@ -164,7 +164,7 @@ static int shared_triangles(const Shell* s, int a, int b, int tri[2]) {
 
 // ---- collapse -------------------------------------------------------------------------------------
 
-// Where the ends of an edge should meet, and what that costs.
+// Position of the vertex that replaces an edge, and the cost of this collapse.
 static double meet_at(const Shell* s, int a, int b, OmVec3* place) {
     Quadric q = add_quadrics(&s->quadric[a], &s->quadric[b]);
     OmVec3 pa = om_load3(s->x, a), pb = om_load3(s->x, b);
@@ -195,7 +195,7 @@ static OmStatus push_around(Shell* s, int a, int sign) {
     return OM_OK;
 }
 
-// Would moving corner vertex a to p fold one of its triangles that does not have b?
+// True if moving vertex a to p folds one of its triangles without b.
 static bool is_folding(const Shell* s, int a, int b, OmVec3 p) {
     for (int c = s->first[a]; c >= 0; c = s->next[c]) {
         const int* v = s->tri + 3 * (size_t)(c / 3);
@@ -255,7 +255,7 @@ static OmStatus split(Shell* s, int a, int b) {
         int from = 3 * old[n], to = 3 * s->ntri++;
         for (int k = 0; k < 3; ++k) s->tri[to + k] = s->tri[from + k];
         s->tri[from] = -1;
-        // The old triangle's slot dies, its two halves take new ones: lists need no unlinking.
+        // The old triangle is marked dead and its two halves get new entries, so no list entry is removed.
         int other = 3 * s->ntri++;
         for (int k = 0; k < 3; ++k) {
             int v = s->tri[to + k];

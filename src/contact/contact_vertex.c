@@ -1,4 +1,4 @@
-// contact_vertex.c: which vertices an obstacle pushes, found inside the step.
+// contact_vertex.c: contact of vertices with obstacles; the active set is found inside the step.
 //
 // A contact vertex must have gap >= goal at the end of the step; it gets the implicit force k (goal - gap_end) n. k
 // is a thousand times the resistance against moving the vertex alone, so that a resting vertex penetrates by its
@@ -8,10 +8,10 @@
 //
 // A curved obstacle is replaced by a plane that rotates: linearised at the displacement d0 of the last solve, its
 // normal at a displacement d is n - C (d - d0), C the curvature where the obstacle is hollow. The matrix gets push C
-// for it, so a vertex in a hollow feels that the wall rises (with a plane alone a block on bumps of 4 mm never came
-// to rest: 0.1 m/s after 6 s). Where the obstacle is round the curvature has the other sign and would make the matrix
-// indefinite: it is left out at first, and its magnitude damps the iteration from the fifth solve on. After every
-// solve each plane is compared with the obstacle at the vertex, by gap and angle, and linearised again where it
+// for it, so in a hollow the force accounts for the curvature (with a plane alone a block on bumps of 4 mm did not
+// come to rest: 0.1 m/s after 6 s). Where the obstacle is round the curvature has the other sign and would make the
+// matrix indefinite: it is left out at first, and its magnitude damps the iteration from the fifth solve on. After
+// every solve each plane is compared with the obstacle at the vertex, by gap and angle, and linearised again where it
 // differs. A step has settled when active set, planes and friction stay the same. A step that has not is cut, down to
 // a 32nd, and reported as not settled if that does not help.
 //
@@ -94,7 +94,7 @@ static void linearise(const OmContactWork* cw, OmContactPair* pair, OmVec3 x, Om
     if (pair->is_curved) pair->C = curvature_tangent(t, H, is_damped);
 }
 
-// Do plane and curvature agree with the obstacle at displacement d of the vertex?
+// True if plane and curvature agree with the obstacle at displacement d of the vertex.
 static bool is_plane_valid(const OmContactWork* cw, const OmContactPair* pair, OmVec3 x, OmVec3 d) {
     const OmContact* c = cw->contact;
     if (c->obstacle[pair->obstacle].is_plane) return true;
