@@ -76,7 +76,7 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
-    // Forces: the arms see those of the twin alone. The truth's are for judging; NAN without a truth.
+    // Forces: the arms act on the twin's forces only. The truth's forces are for evaluation; NAN without a truth.
     double force_max;        // N, by the twin; NAN if its engine has no forces
     double force_world_max;  // N, in the truth
     double force_more;       // N, largest excess of the truth over the twin at one instant
@@ -149,7 +149,7 @@ typedef enum OmLoopPhase {
 } OmLoopPhase;
 
 typedef enum OmLoopCommandKind {
-    OM_LOOP_PAUSE,   // the arms stop; world and twin go on in time, the plan does not
+    OM_LOOP_PAUSE,   // the arms stop; time of world and twin advances, the plan does not
     OM_LOOP_RESUME,  // the action continues from where it stopped; a look at the ROI begins again
     OM_LOOP_ABORT,   // the arms stop and stay, no jaw opens; the loop ends as OM_RETRACT_ABORTED
     OM_LOOP_CANCEL   // the same, as OM_RETRACT_CANCELLED
@@ -164,7 +164,7 @@ typedef struct OmLoopCommand {
 OM_API OmStatus om_loop_create(const OmLoopDef* def, OmLoop** loop);
 /// In any phase. The world keeps its last commands: abort before, to stop the arms.
 OM_API void om_loop_destroy(OmLoop* loop);
-/// Let one time step pass in world and twin, then decide what the arms do in the next one. A tick in which an action
+/// Advance world and twin by one time step, then decide what the arms do in the next one. A tick in which an action
 /// ends may also make the next plan. After an error the loop can only be destroyed.
 /// @return OM_OK; OM_INVALID (the loop has ended or failed, or a motion does not end); errors of the world, the twin,
 ///         the planner and the listeners

@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-typedef struct OmReport {  // nothing in it is for callers
+typedef struct OmReport {  // all fields are private
     OmText html;
     OmStatus status;    // the first failure; later calls do nothing
     char message[256];  // its sentence
@@ -34,7 +34,7 @@ OM_API void om_report_heading(OmReport* report, const char* text);
 OM_API void om_report_paragraph(OmReport* report, const char* text);
 /// The outcome as one emphasised sentence. `is_good` selects its colour.
 OM_API void om_report_verdict(OmReport* report, const char* text, bool is_good);
-/// Numbers side by side: values and what they are; `count` of each.
+/// Numbers side by side: `count` values and their labels.
 OM_API void om_report_facts(OmReport* report, const char* const* value, const char* const* label,
                             int count);
 /// A table of nrow x ncol cells, row by row, under ncol headings; null is an empty cell. A column is aligned right if
@@ -45,11 +45,11 @@ OM_API void om_report_table(OmReport* report, const char* const* heading, int nc
 OM_API void om_report_listing(OmReport* report, const char* text);
 /// The same, folded under a summary.
 OM_API void om_report_details(OmReport* report, const char* summary, const char* text);
-/// What is added until om_report_end_fold is folded under a summary. Folds do not nest.
+/// Blocks added before om_report_end_fold are folded under a summary. Folds do not nest.
 OM_API void om_report_begin_fold(OmReport* report, const char* summary);
 OM_API void om_report_end_fold(OmReport* report);
 /// A picture with a caption; consecutive pictures share rows. Pictures in a fold are decoded when it is opened, all
-/// others when the page is, so that they are there on paper.
+/// others when the page is, so that they appear in prints.
 OM_API void om_report_picture(OmReport* report, const OmPicture* picture, const char* caption);
 
 #define OM_REPORT_MAX_SERIES 6
@@ -95,7 +95,7 @@ typedef struct OmReportChart {  // zero-initialise; unused fields stay 0
     const char* const* group;  // names                     (ngroup)
     const OmReportBox* box;    //                (ngroup x nseries)
 } OmReportChart;
-/// A chart of lines of any number of points, or of boxes; without a finite value it says so in its place.
+/// A chart of lines of any number of points, or of boxes; without a finite value, a sentence replaces it.
 OM_API void om_report_chart(OmReport* report, const OmReportChart* chart);
 
 /// Write the file whole or not at all, and free the report.

@@ -1,4 +1,4 @@
-/// omentum/sense.h: what cameras see of a scene of triangles, by ray casting (floor 3).
+/// omentum/sense.h: pictures and depth of a scene of triangles, by ray casting (floor 3).
 ///
 /// A pinhole endoscope gives shaded pictures, a depth camera gives depth with range-dependent noise and
 /// partial point clouds with normals, and both respect occlusion. No display and no graphics card.
@@ -33,7 +33,7 @@ OM_API bool om_camera_project(const OmCamera* camera, OmVec3 p_world, double* u,
 /// Unit direction in the world of the ray through pixel coordinates (u, v).
 OM_API OmVec3 om_camera_ray(const OmCamera* camera, double u, double v);
 
-/// Solid textures. They stick to the material: positions at om_sense_scene_add say where in the texture a vertex is.
+/// Solid textures. They move with the material: positions at om_sense_scene_add are the texture coordinates.
 typedef enum OmSenseTexture {
     OM_TEXTURE_NONE,
     OM_TEXTURE_FAT,    // lobules of 5 mm between septa
@@ -163,7 +163,7 @@ typedef struct OmVisibility {
 OM_API OmStatus om_sense_count_visible(const OmSenseScene* scene, const OmCamera* camera,
                                        const double* x, const double* normal, int npoint,
                                        uint64_t ignore, OmVisibility* visibility);
-/// Share of all sample points that the camera sees (6.5.2): a point that faces away or lies outside the
+/// Fraction of all sample points that the camera sees (6.5.2): a point that faces away or lies outside the
 /// picture is not seen, and counts in the denominator.
 /// @return OM_OK; OM_INVALID (a camera out of range)
 OM_API OmStatus om_sense_visibility(const OmSenseScene* scene, const OmCamera* camera,

@@ -6,27 +6,27 @@
 #include "cli_common.h"
 #include "omentum/umesh_net.h"
 
-#define BAR_MEAN 0.05   // mm, over the samples
+#define BAR_MEAN 0.05   // mm, mean of all samples
 #define BAR_WORST 0.25  // mm, of the worst of them
 #define BAR_MS 3.0      // of a prediction, median
 
 static const OmCliOption option[] = {
     {"--weights", "-w", "FILE", "of omentum umesh train",
      "the phantom's, weights/phantom.safetensors"},
-    {"--data", "-d", "DIR", "samples it has not seen: generated with another seed"},
-    {"--samples", NULL, "N", "the first N", "all", NULL, 1, 100000000},
-    {"--output", "-o", "DIR", "also eval.json and errors.csv there"},
+    {"--data", "-d", "DIR", "samples that were not used for training (another seed)"},
+    {"--samples", NULL, "N", "number of samples, from the first", "all", NULL, 1, 100000000},
+    {"--output", "-o", "DIR", "folder for eval.json and errors.csv"},
     {"--tolerance", NULL, "MM", "of the refinement", "0.05", "mm", 1e-6, 100},
-    {"--record", NULL, "FILE", "write the weights again, with these figures in their metadata"},
+    {"--record", NULL, "FILE", "copy of the weights with these results in the metadata"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
 };
 
 static const OmCliKey result_key[] = {
-    {"samples", "predicted"},
+    {"samples", "number of predicted samples"},
     {"mean_error_mm", "mean norm error"},
-    {"worst_error_mm", "of the worst sample"},
-    {"network_mean_error_mm", "without refinement"},
-    {"prediction_ms", "median"},
+    {"worst_error_mm", "largest mean norm error of a sample"},
+    {"network_mean_error_mm", "mean norm error without refinement"},
+    {"prediction_ms", "median time of a prediction"},
 };
 
 static OmStatus write_json(const OmUmeshEval* e, const char* dir) {
@@ -107,8 +107,8 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
     OmStatus status;
     OM_TRY(om_cli_weights_path(args, weights, sizeof weights));
     const char* const input[] = {om_cli_get(args, "--data"), weights};
-    OM_TRY(
-        om_cli_check_apart(dir, input, 1));  // weights may lie in the folder: they are not written
+    OM_TRY(om_cli_check_apart(dir, input,
+                              1));  // weights may be in the folder: they are not overwritten
     OM_TRY(om_cli_check_apart(record, input, 2));
     if (record) OM_TRY(om_file_check_ours(record, "omentum-umesh"));
     om_cli_clean_beside(record);
@@ -142,10 +142,10 @@ static OmStatus eval(const OmCliArgs* args, int nsample, double tolerance, int n
             "refined, %d are farther than %g mm off, %d farther than estimated and the tolerance, %d inverted\n",
             count_above(&e), BAR_WORST, e.nbeyond, e.ninverted);
     } else {
-        printf("not refined: the samples are of another law, or the grid is too large\n");
+        printf("not refined: the samples have another law, or the grid is too large\n");
     }
     printf("a prediction: %.2f ms (median; %.2f to %.2f)\n", e.ms_median, e.ms_min, e.ms_max);
-    printf("taken for known: %d of %d\n", e.ninside, e.n);
+    printf("similar to the training data: %d of %d samples\n", e.ninside, e.n);
     *is_met = 1e3 * e.mean <= BAR_MEAN && 1e3 * e.worst <= BAR_WORST;
     printf("the bars: mean %g mm %s, worst %g mm %s, median %g ms %s\n", BAR_MEAN,
            1e3 * e.mean <= BAR_MEAN ? "met" : "MISSED", BAR_WORST,
@@ -183,10 +183,10 @@ int om_cli_umesh_eval(int argc, char** argv) {
 const OmCliVerb om_cli_verb_umesh_eval = {
     .name = "umesh eval",
     .run = om_cli_umesh_eval,
-    .summary = "hold predictions against samples that training has not seen",
+    .summary = "compare predictions with samples that were not used for training",
     .usage = "omentum umesh eval -d DATA [-w WEIGHTS] [options]",
     .about =
-        "Mean norm errors (thesis, equation 3.17) over the nodes that are not held, and the time of a prediction.\n"
+        "Mean norm errors (thesis, equation 3.17) over the free nodes, and the time of a prediction.\n"
         "Exit code 0: a mean of 0.05 mm or less and no sample above 0.25 mm; 1: more.",
     .option = option,
     .noption = sizeof option / sizeof *option,

@@ -9,7 +9,7 @@
 #define JAW_OPEN (40.0 * OM_PI / 180.0)
 #define JAW_CLOSED 0.0
 #define GRIP_TIME 0.3  // s for the jaws to close or open, and to come to rest
-#define FALL_TIME 1.2  // s that released tissue is given to fall
+#define FALL_TIME 1.2  // s, wait for released tissue to fall
 
 typedef enum Next {
     NEXT_STEP,   // the next step of the action begins without a tick
@@ -32,7 +32,7 @@ static OmStatus begin_wait(OmLoop* loop, double seconds, Next* next) {
     return OM_OK;
 }
 
-// Up, across, down: a free tool does not brush the tissue.
+// Up, across, down, so that a free tool does not touch the tissue.
 static OmStatus step_reach(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     ArmState* state = &loop->arm[a->plan.arm];
@@ -52,7 +52,7 @@ static OmStatus step_reach(OmLoop* loop, Next* next) {
     return OM_OK;
 }
 
-// The twin grasps as well; where it finds no tissue at the measured tip, nothing is held.
+// The twin grasps, too; if it has no tissue at the measured tip, its arm grasps nothing.
 static OmStatus grasp_with_twin(OmLoop* loop) {
     Action* a = &loop->action;
     int arm = a->plan.arm, nheld = 0;
@@ -78,7 +78,7 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_CLOSED));
         return begin_wait(loop, GRIP_TIME, next);
     }
-    if (a->step == 2) return OM_OK;  // empty, and the jaws are open
+    if (a->step == 2) return OM_OK;  // no tissue was grasped, and the jaws are open
     OM_TRY(grasp_with_twin(loop));
     if (a->outcome == OM_ACTION_EMPTY) {
         a->step = 2;
@@ -137,7 +137,7 @@ void om__fold_path(const Grid* grid, double retract, OmVec3 tip, OmPlanVerb verb
     if (distance >= 1e-3) *direction = om_scale(1 / distance, to_roi);
 }
 
-// The nominal length, or as much of it as the arm reaches; then further steps while each gains visibility.
+// Move by the nominal length, or as far as the arm reaches; then by further steps while each gains visibility.
 static OmStatus step_fold(OmLoop* loop, Next* next) {
     Action* a = &loop->action;
     const ArmState* state = &loop->arm[a->plan.arm];

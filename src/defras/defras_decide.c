@@ -171,7 +171,7 @@ static OmStatus note_action(OmLoop* loop) {
     return om__loop_notify_action_end(loop);
 }
 
-// The arms keep their place and their tissue; an action under way is recorded as far as it came.
+// The arms stop and keep their tissue; the unfinished action is recorded.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
     for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
     OmStatus status = OM_OK;

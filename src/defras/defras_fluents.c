@@ -1,7 +1,8 @@
 // defras_fluents.c: measurements to the fluents of Table 6.1 (compute_fluents, Alg. 4).
 //
-// Readings of the algorithm: a tool is at a block from the command to go there, not when the tool passes above; and the
-// height is measured from the point where the tissue was grasped, so that curved anatomy has the same limit everywhere.
+// Interpretation of the algorithm: a tool is at a block from the command to go there, not when the tool passes above.
+// The height is measured from the point where the tissue was grasped, so that curved anatomy has the same limit
+// everywhere.
 #include <string.h>
 
 #include "defras/defras_internal.h"

@@ -26,7 +26,7 @@ typedef struct Watch {
 #define FOLD_STEP 0.010  // m, step of a fold beyond its nominal length
 #define FOLD_GAIN 0.01   // visibility that each of these steps must gain
 
-// One arm as the loop knows it.
+// The loop's data of one arm.
 typedef struct ArmState {
     int at;            // block that the arm was moved to, -1
     int in_hand;       // block held, -1

@@ -259,7 +259,7 @@ static OmStatus check_running(const OmLoop* loop) {
     return OM_OK;
 }
 
-// A listener is inside of this call: what it commands waits. An error of a step leaves the loop between two states.
+// A listener may run inside of this call; its commands wait. An error of a step leaves the loop between two states.
 static OmStatus leave(OmLoop* loop, OmStatus status) {
     for (int i = 0; status >= 0 && i < loop->npending && loop->stage != STAGE_ENDED; ++i)
         status = apply(loop, &loop->pending[i]);

@@ -5,8 +5,8 @@
 // and a new plan is made. At a quarter of the speed above the limit, and at full speed up to it, the force passed the
 // limit by 8 to 30 %.
 //
-// A motion stops where the ROI is seen by a margin more than is wanted, or where more than is wanted was seen and the
-// visibility falls.
+// A motion stops when the visibility exceeds the wanted visibility by a margin, or when it falls after it was above the
+// wanted visibility.
 #include "defras/defras_internal.h"
 
 #define SLOW_TIME 0.6     // s above the limit, in one motion, after which the motion ends

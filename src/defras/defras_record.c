@@ -81,7 +81,7 @@ static int find_surfaces(const OmRecorder* rec, OmRecordedSurface surface[MAX_SU
     return n;
 }
 
-// Of all parts, in the order of the recording. (nvert x 3)
+// Positions of all parts, in the order of the recording. (nvert x 3)
 static void get_positions(const OmRecorder* rec, double* x) {
     OmRecordedSurface surface[MAX_SURFACE];
     const int n = find_surfaces(rec, surface);

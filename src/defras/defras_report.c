@@ -1,4 +1,4 @@
-// defras_report.c: report.html of a run, for a reader who was not there.
+// defras_report.c: report.html of a run, complete without other files.
 #include <string.h>
 
 #include "defras/defras_record.h"
@@ -36,7 +36,7 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
     om_report_facts(report, value, label, 12);
 }
 
-// How the tissue came to rest before the operation, where that is worth a sentence.
+// A sentence on how the tissue settled before the operation, if it moved far or is not at rest.
 static void add_start(OmReport* report, const OmRetractResult* r) {
     char text[256];
     if (!r->is_settled)
@@ -189,7 +189,7 @@ static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetrac
     om_report_paragraph(report, text);
 }
 
-// Of n things, the index of the k-th of m taken evenly, the first and the last among them.
+// Index of the k-th of m evenly spaced items among n, first and last included.
 static int pick(int k, int m, int n) { return m < 2 ? 0 : (int)((int64_t)k * (n - 1) / (m - 1)); }
 
 static OmStatus add_frame(OmReport* report, const Frame* f, int factor) {
@@ -202,7 +202,7 @@ static OmStatus add_frame(OmReport* report, const Frame* f, int factor) {
     return OM_OK;
 }
 
-// A few pictures at once; more of a long run are folded, at half the size.
+// A few pictures are visible at once; further ones of a long run are folded, at half the size.
 static OmStatus add_frames(OmReport* report, const OmRecorder* rec) {
     enum { NOPEN = 9, NFOLDED = 36 };
     char summary[160];

@@ -13,7 +13,7 @@ OmRetractDef om_retract_default_def(const OmScene* scene) {
 
 // ---- beginning ------------------------------------------------------------------------------------------
 
-// All that a loop on a scene needs.
+// Objects of a loop on a scene.
 typedef struct Setup {
     OmSite twin_site, world_site;
     OmBody* twin;
@@ -47,7 +47,7 @@ static OmStatus check_def(const OmRetractDef* def) {
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
-// Sites, bodies, world and planner; world and twin come to rest.
+// Create sites, bodies, world and planner; let world and twin come to rest.
 static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup* s,
                       bool* is_settled) {
     const OmScene* scene = def->scene;

@@ -68,7 +68,7 @@ OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker
     OM_CHECK(force_limit > 0, OM_INVALID, "force limit of %g N; must be positive", force_limit);
     Search s = {.scene = scene, .force_limit = force_limit, .best = result};
     OmSite site = {0};
-    OmBody* twin = NULL;  // whose attachments are believed
+    OmBody* twin = NULL;  // has the attachments that the planner knows
     OmStatus status = om_site_build(scene, OM_SITE_TWIN, progress, &site);
     if (status < 0) return status;
     OM_TRY_DONE(om_world_check_visible(scene, &site));

@@ -1,4 +1,4 @@
-// defras_step.c: one step of world and twin, and all that is measured in it.
+// defras_step.c: one step of world and twin, and its measurements.
 //
 // From SLOW_FROM of the force limit (the threshold less the margin) on the motion slows down, to SLOW_RATE at the
 // limit; above it the tip almost stops, and moving tissue comes to rest.
@@ -41,7 +41,7 @@ static OmStatus watch_truth(OmLoop* loop) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         double force = om_norm(forces.pull[a]);
         largest = fmax(largest, force);
-        // While the jaws open the twin has already released the tissue: compare only what both hold.
+        // While the jaws open, the twin has already released the tissue: compare only while both grasp it.
         if (!om_body_is_holding(loop->twin, a) || !om_body_is_holding(truth, a)) continue;
         if (!loop->has_forces) continue;
         r->force_more = fmax(r->force_more, force - loop->force[a]);

@@ -17,7 +17,7 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
     t->scene = *scene;
     t->scene.seed = seed;
     t->speed = scene->task.speed;
-    OmSite twin = {0};  // grasping points are vertices of the twin, whatever body is tried
+    OmSite twin = {0};  // grasping points are vertices of the twin, also in trials on the truth
     OmStatus status = om_site_build(&t->scene, role, NULL, &t->site);
     if (status < 0) goto done;
     if (role != OM_SITE_TWIN) OM_TRY_DONE(om_site_build(&t->scene, OM_SITE_TWIN, NULL, &twin));
@@ -60,7 +60,7 @@ OmStatus om__trial_grasp(Trial* t, int block, TrialResult* c, int* nheld) {
     c->tip = om_pose_apply(t->grid.task, t->grid.tip[block]);
     OmPose pose = {c->tip, t->grid.task.q};
     OmStatus status = om_body_grasp(t->body, 0, pose, t->scene.task.grasp_radius, nheld);
-    return status == OM_INVALID ? OM_OK : status;  // only attached tissue in reach
+    return status == OM_INVALID ? OM_OK : status;  // all tissue in reach is attached
 }
 
 static OmStatus add_to_trace(Trace* trace, OmVec3 tip, double force) {
