@@ -207,9 +207,12 @@ OmStatus om__loop_plan(OmLoop* loop);
 // End the loop between two actions or in the middle of one, at a command.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
 
-// defras_loop.c: call a function of every listener that has it.
+// defras_notify.c: call a function of every listener that has it.
+OmStatus om__loop_notify_begin(OmLoop* loop);
+OmStatus om__loop_notify_tick(const OmLoop* loop);
 OmStatus om__loop_notify_plan(const OmLoop* loop);
 OmStatus om__loop_notify_action_begin(const OmLoop* loop);
 OmStatus om__loop_notify_action_end(const OmLoop* loop);
+OmStatus om__loop_notify_end(const OmLoop* loop);
 
 #endif

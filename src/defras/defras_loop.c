@@ -162,47 +162,6 @@ void om_loop_destroy(OmLoop* loop) {
     om_free(loop);
 }
 
-// ---- listeners ------------------------------------------------------------------------------------------
-
-#define NOTIFY(loop, function, ...)                                             \
-    do {                                                                        \
-        for (int i_ = 0; i_ < (loop)->nlistener; ++i_) {                        \
-            const OmLoopListener* l_ = &(loop)->listener[i_];                   \
-            if (l_->function) OM_TRY(l_->function(l_->ctx, loop, __VA_ARGS__)); \
-        }                                                                       \
-    } while (0)
-
-static OmStatus notify_begin(OmLoop* loop) {
-    if (loop->has_begun) return OM_OK;
-    loop->has_begun = true;
-    for (int i = 0; i < loop->nlistener; ++i) {
-        const OmLoopListener* l = &loop->listener[i];
-        if (l->on_begin) OM_TRY(l->on_begin(l->ctx, loop));
-    }
-    return OM_OK;
-}
-
-static OmStatus notify_tick(const OmLoop* loop) {
-    OmRetractSample now = om__loop_sample(loop);
-    NOTIFY(loop, on_tick, &now);
-    return OM_OK;
-}
-
-OmStatus om__loop_notify_plan(const OmLoop* loop) {
-    NOTIFY(loop, on_plan, &loop->situation, &loop->plan);
-    return OM_OK;
-}
-
-OmStatus om__loop_notify_action_begin(const OmLoop* loop) {
-    NOTIFY(loop, on_action_begin, &loop->plan.action[loop->action_index]);
-    return OM_OK;
-}
-
-OmStatus om__loop_notify_action_end(const OmLoop* loop) {
-    NOTIFY(loop, on_action_end, &loop->result.action[loop->result.naction - 1]);
-    return OM_OK;
-}
-
 // ---- the end --------------------------------------------------------------------------------------------
 
 static OmStatus finish(OmLoop* loop) {
@@ -217,8 +176,7 @@ static OmStatus finish(OmLoop* loop) {
         r->plan_ms_max = loop->plan_ms[r->nplan - 1];
     }
     r->wall_time = om_clock_now() - loop->wall_begin;
-    NOTIFY(loop, on_end, r);
-    return OM_OK;
+    return om__loop_notify_end(loop);
 }
 
 // ---- commands -------------------------------------------------------------------------------------------
@@ -238,7 +196,7 @@ static OmStatus resume(OmLoop* loop) {
 }
 
 static OmStatus stop(OmLoop* loop, OmRetractOutcome outcome) {
-    OM_TRY(notify_begin(loop));
+    OM_TRY(om__loop_notify_begin(loop));
     OM_TRY(om__loop_stop(loop, outcome));
     return finish(loop);
 }
@@ -286,9 +244,9 @@ OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command) {
 // ---- ticks ----------------------------------------------------------------------------------------------
 
 static OmStatus tick(OmLoop* loop) {
-    OM_TRY(notify_begin(loop));
+    OM_TRY(om__loop_notify_begin(loop));
     OM_TRY(om__loop_step(loop));
-    OM_TRY(notify_tick(loop));
+    OM_TRY(om__loop_notify_tick(loop));
     if (!loop->is_paused) OM_TRY(om__loop_decide(loop));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }

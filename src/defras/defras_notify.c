@@ -1,0 +1,46 @@
+// defras_notify.c: calls of the loop's listeners, in their order; an error of one ends the calls.
+#include "defras/defras_internal.h"
+
+#define NOTIFY(loop, function, ...)                                             \
+    do {                                                                        \
+        for (int i_ = 0; i_ < (loop)->nlistener; ++i_) {                        \
+            const OmLoopListener* l_ = &(loop)->listener[i_];                   \
+            if (l_->function) OM_TRY(l_->function(l_->ctx, loop, __VA_ARGS__)); \
+        }                                                                       \
+    } while (0)
+
+OmStatus om__loop_notify_begin(OmLoop* loop) {
+    if (loop->has_begun) return OM_OK;
+    loop->has_begun = true;
+    for (int i = 0; i < loop->nlistener; ++i) {
+        const OmLoopListener* l = &loop->listener[i];
+        if (l->on_begin) OM_TRY(l->on_begin(l->ctx, loop));
+    }
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_tick(const OmLoop* loop) {
+    OmRetractSample now = om__loop_sample(loop);
+    NOTIFY(loop, on_tick, &now);
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_plan(const OmLoop* loop) {
+    NOTIFY(loop, on_plan, &loop->situation, &loop->plan);
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_action_begin(const OmLoop* loop) {
+    NOTIFY(loop, on_action_begin, &loop->plan.action[loop->action_index]);
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_action_end(const OmLoop* loop) {
+    NOTIFY(loop, on_action_end, &loop->result.action[loop->result.naction - 1]);
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_end(const OmLoop* loop) {
+    NOTIFY(loop, on_end, &loop->result);
+    return OM_OK;
+}
