@@ -304,7 +304,7 @@ OM_API OmStatus om_text_append_raw(OmText* text, const char* data, size_t len);
 /// Bytes of the UTF-8 character at `str`, of which `len` > 0 bytes may be read; 0 if they are none.
 OM_API size_t om_utf8_length(const char* str, size_t len);
 /// Append bytes from outside as text that any program can read: what is no UTF-8 and every control character becomes
-/// \xNN, a backslash and two hexadecimal digits. Names of files may be any bytes.
+/// a backslash, an x and two hexadecimal digits. Names of files may be any bytes.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_text_append_plain(OmText* text, const char* data, size_t len);
 /// Whether it is UTF-8 without control characters, but those in `allowed` (null: none): what a name may be.
