@@ -46,10 +46,11 @@ OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observ
 OM_API void om_cloud_done(OmCloud* cloud);
 
 /// Fraction of the ROI's points that a picture shows, for a world without the source OM_OBSERVE_VISIBILITY. A point is
-/// seen if it faces the camera, lies in the picture, and its pixel has the hue of the ROI (om_sense_look).
+/// seen if it faces the camera, lies in the picture, and its pixel has a colour of the ROI (om_sense_range).
 /// @param site  ROI as known before the operation
 /// @return OM_OK; OM_INVALID (no picture, or no ROI)
-OM_API OmStatus om_roi_visibility(const OmWorldPicture* picture, const OmSite* site, double* share);
+OM_API OmStatus om_roi_visibility(const OmWorldPicture* picture, const OmSite* site,
+                                  double* visibility);
 
 #ifdef __cplusplus
 }

@@ -2,8 +2,7 @@
 //
 // Points in capsules around a tool's shape (robot.h) are left out. The measured joints give the pose of the capsules,
 // and a shift moves their tip to the measured tip: joints are exact, the position of the arm's base is not.
-// Segmentation by colour is not used:
-// wet tissue, tool and organ share white highlights.
+// Segmentation by colour is not used: wet tissue, tool and organ share white highlights.
 #include <string.h>
 
 #include "omentum/world_cloud.h"
