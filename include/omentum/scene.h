@@ -188,6 +188,11 @@ OM_API OmStatus om_scene_load(const char* path, OmScene* scene);
 /// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
 OM_API OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene* scene);
 
+/// The scene's file, or its name if it has none: the beginning of messages about it.
+static inline const char* om_scene_label(const OmScene* scene) {
+    return scene->path[0] ? scene->path : scene->name;
+}
+
 /// Append the scene as a file, with every default filled in: read again it gives the same run. Paths are those of
 /// the scene, so `data_root` should be absolute if the file is to lie elsewhere.
 /// @param is_commented  with unit, range and meaning of every key

@@ -171,7 +171,7 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
         if (c->largest[i] >= 0) c->largest[n++] = c->largest[i];
     }
     OM_CHECK(n > 0, OM_INVALID, "%s: no grasping point of any layout can be grasped",
-             c->scene->path);
+             om_scene_label(c->scene));
     om_sort_doubles(c->largest, n);
     *out = (OmForceCalibration){.nrun = n,
                                 .median = 0.5 * (c->largest[(n - 1) / 2] + c->largest[n / 2]),
@@ -183,7 +183,7 @@ static OmStatus summarise(Calibration* c, OmForceCalibration* out) {
         out->median < CAP * c->scene->task.force_threshold, OM_INVALID,
         "%s: half of the grasps take more than %g N, where the calibration ends a motion; make "
         "force_threshold larger and calibrate again",
-        c->scene->path, CAP * c->scene->task.force_threshold);
+        om_scene_label(c->scene), CAP * c->scene->task.force_threshold);
     return find_margin(c, out);
 }
 

@@ -37,13 +37,15 @@ static OmStatus check_def(const OmRetractDef* def) {
     OM_CHECK(def->cookie == RETRACT_COOKIE, OM_INVALID, "OmRetractDef was not made by default_def");
     OM_CHECK(def->scene, OM_INVALID, "OmRetractDef.scene is null");
     const OmSceneTask* task = &def->scene->task;
+    const char* label = om_scene_label(def->scene);
     OM_CHECK(task->force_margin >= 0 && om__force_limit(task) > 0, OM_INVALID,
-             "force_margin %g N leaves nothing of force_threshold %g N", task->force_margin,
-             task->force_threshold);
+             "%s: task: force_margin %g N leaves nothing of force_threshold %g N", label,
+             task->force_margin, task->force_threshold);
     OM_CHECK(def->frame_every >= 0, OM_INVALID, "OmRetractDef.frame_every is %d", def->frame_every);
     const OmTissueEngine* engine;
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
-    OM_TRY(om__check_watch(task, engine));
+    OmStatus status = om__check_watch(task, engine);
+    if (status < 0) return om_error_prefix(status, "%s", label);
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 

@@ -28,7 +28,7 @@ static OmStatus build_truth(const OmScene* scene, const OmProgress* progress, Om
     if (!is_patient) OM_TRY(om__site_attach(scene, site));
     const OmMeshSet* held = om_tet_mesh_find_set(&site->mesh, "attachment");
     OM_CHECK(held && held->nvert > 0, OM_INVALID, "%s: attachments: nothing holds the tissue",
-             scene->path);
+             om_scene_label(scene));
     OM_TRY(om__site_measure_attachments(0, site));
     return is_patient ? OM_OK : om__site_place_roi(scene, site);
 }
@@ -90,7 +90,7 @@ static OmStatus build_world_body(const OmScene* scene, int min, const OmProgress
         OM_CHECK(is_open && build + 1 < MAX_BUILDS, OM_INVALID,
                  "%s: the world's mesh has %d vertices, the twin's %d: the truth needs at least "
                  "twice as many; leave world_edge_mm out or make it at most %.3g",
-                 scene->path, site->mesh.nvert, min / 2, 1e3 * edge);
+                 om_scene_label(scene), site->mesh.nvert, min / 2, 1e3 * edge);
         s.model.world_edge = edge;
         om_site_done(site);
     }
@@ -98,7 +98,7 @@ static OmStatus build_world_body(const OmScene* scene, int min, const OmProgress
 
 static OmStatus build_world(const OmScene* scene, const OmProgress* progress, OmSite* site) {
     OmSite twin = {0};
-    OM_TRY(om__scene_check_world(scene, scene->path));
+    OM_TRY(om__scene_check_world(scene, om_scene_label(scene)));
     OmStatus status = build_truth(scene, progress, &twin);
     if (status == OM_OK) status = build_world_body(scene, 2 * twin.mesh.nvert, progress, site);
     if (status == OM_OK && !om_tet_mesh_find_set(&site->mesh, "attachment")) {
@@ -125,7 +125,7 @@ OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* 
                           "%s: attachments: foundation: the %d attached vertices have no area (no "
                           "triangle of the surface has all its corners among them); give stiffness "
                           "instead",
-                          scene->path, held->nvert);
+                          om_scene_label(scene), held->nvert);
     if (status < 0) om_site_done(site);
     return status;
 }

@@ -59,7 +59,7 @@ static OmStatus attach_box(const OmScene* scene, OmVec3 lo, OmVec3 hi, const cha
     OmStatus status = n > 0
                           ? om_tet_mesh_add_set(&site->mesh, "attachment", list, n)
                           : om_error(OM_INVALID, "%s: %s: the box holds no vertex of the underside",
-                                     scene->path, key);
+                                     om_scene_label(scene), key);
     om_free(list);
     return status;
 }
@@ -71,7 +71,7 @@ OmStatus om__site_attach(const OmScene* scene, OmSite* site) {
     case OM_ATTACH_BOX: return attach_box(scene, a->lo, a->hi, "attachments", site);
     default:
         OM_CHECK(om_tet_mesh_find_set(&site->mesh, "attachment"), OM_INVALID,
-                 "%s: attachments: the mesh has no set \"attachment\"", scene->path);
+                 "%s: attachments: the mesh has no set \"attachment\"", om_scene_label(scene));
         return OM_OK;
     }
 }
@@ -156,7 +156,7 @@ static OmStatus change_region(const OmScene* scene, OmSite* site) {
         n > 0, OM_INVALID,
         "%s: believed_attachments: shift_mm and grow_mm leave no vertex of the underside; "
         "say kind: none if the twin is to have no attachment",
-        scene->path);
+        om_scene_label(scene));
     status = om_tet_mesh_add_set(&site->mesh, "attachment", list, n);
 done:
     om_free(r.is_in);

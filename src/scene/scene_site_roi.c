@@ -80,7 +80,7 @@ static OmStatus draw_roi_center(const OmScene* scene, const OmSite* site, OmVec3
         status = om_error(OM_INVALID,
                           "%s: roi: no place under the tissue is %g mm away from its border and "
                           "from every attachment; make radius_mm, margin_mm or share_max smaller",
-                          scene->path, 1e3 * clear);
+                          om_scene_label(scene), 1e3 * clear);
     }
     om_free(list);
     return status;
@@ -91,7 +91,8 @@ OmStatus om__site_place_roi(const OmScene* scene, OmSite* site) {
     if (scene->roi.is_random) OM_TRY(draw_roi_center(scene, site, &c));
     OM_CHECK(fabs(c.x) <= site->half_size.x && fabs(c.y) <= site->half_size.y, OM_INVALID,
              "%s: roi: center_mm (%g, %g) is not under the tissue, which reaches %g and %g mm",
-             scene->path, 1e3 * c.x, 1e3 * c.y, 1e3 * site->half_size.x, 1e3 * site->half_size.y);
+             om_scene_label(scene), 1e3 * c.x, 1e3 * c.y, 1e3 * site->half_size.x,
+             1e3 * site->half_size.y);
     return make_dome_roi(site, c, scene->roi.radius);
 }
 

@@ -105,7 +105,7 @@ static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, O
     for (int e = 0; e < site->mesh.ntet; ++e) {
         int label = site->mesh.tet_label[e], k = om_patient_find_material(patient, label);
         OM_CHECK(k >= 0, OM_INVALID, "%s: the patient model %s has no material for label %d",
-                 scene->path, patient->name, label);
+                 om_scene_label(scene), patient->name, label);
         site->mesh.tet_label[e] = k;
     }
     return OM_OK;
@@ -114,7 +114,7 @@ static OmStatus take_materials(const OmScene* scene, const OmPatient* patient, O
 // Move mesh, materials, organ and ROI out of a patient model; the caller frees the rest.
 static OmStatus take_patient(const OmScene* scene, OmPatient* patient, OmSite* site) {
     OM_CHECK(patient->nroi > 0, OM_INVALID, "%s: the patient model %s has no ROI to expose",
-             scene->path, patient->name);
+             om_scene_label(scene), patient->name);
     site->mesh = patient->mesh;
     memset(&patient->mesh, 0, sizeof patient->mesh);
     OM_TRY(take_materials(scene, patient, site));

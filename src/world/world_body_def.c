@@ -16,15 +16,13 @@ OmEngineSet om_engine_set_default(void) {
                           om_chain_engine()}};
 }
 
-static const char* name_of(const OmScene* s) { return s->path[0] ? s->path : s->name; }
-
 OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role, const OmTissueEngine** engine) {
     *engine = om_fem_engine();
     if (role != OM_SITE_TWIN) return OM_OK;
     OmEngineSet plain = om_engine_set_default();
     const OmEngineSet* set = scene->engines ? scene->engines : &plain;
     OmStatus status = om_engine_set_find(set, scene->tissue.engine, engine);
-    return status < 0 ? om_error_prefix(status, "%s: tissue", name_of(scene)) : OM_OK;
+    return status < 0 ? om_error_prefix(status, "%s: tissue", om_scene_label(scene)) : OM_OK;
 }
 
 static OmMaterial material_of(const OmScene* scene, const OmSiteMaterial* m) {
@@ -43,12 +41,12 @@ static OmStatus make_input(const OmScene* scene, OmSiteRole role, const OmTissue
     parts->input =
         (OmEngineInput){.number = parts->number, .nnumber = (int)(sizeof number / sizeof *number)};
     OM_CHECK(!engine->needs_file || t->weights[0], OM_INVALID,
-             "%s: tissue: engine %s needs a file; name it by the key weights", name_of(scene),
-             engine->name);
+             "%s: tissue: engine %s needs a file; name it by the key weights",
+             om_scene_label(scene), engine->name);
     if (!engine->needs_file) {
         OM_CHECK(!t->weights[0] || role != OM_SITE_TWIN, OM_INVALID,
-                 "%s: tissue: engine %s reads no file; remove the key weights", name_of(scene),
-                 engine->name);
+                 "%s: tissue: engine %s reads no file; remove the key weights",
+                 om_scene_label(scene), engine->name);
         return OM_OK;
     }
     OM_TRY(om_path_join(scene->data_root, t->weights, parts->file, sizeof parts->file));

@@ -107,6 +107,6 @@ OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
         OM_INVALID,
         "%s: endoscope: with the tissue removed it sees %.0f %% of the ROI, and %.0f %% is needed: "
         "of %d points %d face away, %d lie outside the picture, %d lie behind the organ; %s",
-        scene->path[0] ? scene->path : scene->name, 100.0 * v.nseen / v.npoint, 100 * min, v.npoint,
-        v.naway, v.noutside, v.nhidden, remedy);
+        om_scene_label(scene), 100.0 * v.nseen / v.npoint, 100 * min, v.npoint, v.naway, v.noutside,
+        v.nhidden, remedy);
 }
