@@ -183,18 +183,24 @@ static void test_world_is_another_body(void** state) {
     om_site_done(&again);
 }
 
+// Save the mesh in millimetres, and a scene that reads it; the mesh is freed.
+static OmScene scene_of_mesh(OmTetMesh* mesh, const char* path) {
+    OmScene scene = om_scene_default();
+    assert_ok(om_tet_mesh_save(mesh, path, OM_UNIT_MM));
+    om_tet_mesh_done(mesh);
+    scene.tissue.source = OM_SOURCE_MESH;
+    snprintf(scene.tissue.file, sizeof scene.tissue.file, "%s", path);
+    scene.tissue.unit = OM_UNIT_MM;
+    return scene;
+}
+
 static void test_a_mesh_lies_on_its_board(void** state) {
     (void)state;
     // A box with y up, in millimetres: the scene's task frame turns it upright.
     OmTetMesh box;
     assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.08, 0.006, 0.06), 8, 2, 6, &box));
     const char* path = temp_path("site.vtu");
-    assert_ok(om_tet_mesh_save(&box, path, OM_UNIT_MM));
-    om_tet_mesh_done(&box);
-    OmScene scene = om_scene_default();
-    scene.tissue.source = OM_SOURCE_MESH;
-    snprintf(scene.tissue.file, sizeof scene.tissue.file, "%s", path);
-    scene.tissue.unit = OM_UNIT_MM;
+    OmScene scene = scene_of_mesh(&box, path);
     scene.tissue.up = om_vec3(0, 1, 0);
     scene.tissue.view = om_vec3(0, 0, 1);
     OmSite site;
@@ -223,12 +229,7 @@ static void test_foundation_needs_area(void** state) {
     }
     assert_ok(om_tet_mesh_add_set(&box, "attachment", vert, 2));
     const char* path = temp_path("dots.msh");
-    assert_ok(om_tet_mesh_save(&box, path, OM_UNIT_MM));
-    om_tet_mesh_done(&box);
-    OmScene scene = om_scene_default();
-    scene.tissue.source = OM_SOURCE_MESH;
-    snprintf(scene.tissue.file, sizeof scene.tissue.file, "%s", path);
-    scene.tissue.unit = OM_UNIT_MM;
+    OmScene scene = scene_of_mesh(&box, path);
     scene.attach.kind = OM_ATTACH_SET;
     scene.roi.is_random = false;
     OmSite site;
