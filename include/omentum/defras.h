@@ -1,4 +1,4 @@
-/// omentum/defras.h: tissue retraction on a simulated scene (floor 6; thesis chapter 6).
+/// omentum/defras.h: tissue retraction on a simulated scene (floor 7; thesis chapter 6).
 ///
 /// A run builds the world and the twin of a scene, runs the loop of defras_loop.h until it ends, and writes the record.
 /// This is FRAS (6.5.1): grasping points by the planner's preference, no monitoring or learning. The twin follows the

@@ -1,4 +1,4 @@
-/// omentum/defras_loop.h: the deliberative loop of tissue retraction, one tick at a time (floor 6; thesis chapter 6).
+/// omentum/defras_loop.h: the deliberative loop of tissue retraction, one tick at a time (floor 7; thesis chapter 6).
 ///
 /// Sense, turn the measurements into fluents (Alg. 4), plan, act, until the endoscope sees the region of interest. The
 /// world, the twin and the planner are handed in; the loop commands the arms of the world through observations alone.

@@ -1,4 +1,4 @@
-/// omentum/defras_recorder.h: a listener of the loop that writes its record (floor 6).
+/// omentum/defras_recorder.h: a listener of the loop that writes its record (floor 7).
 ///
 /// A folder with report.html, run.json, run.vtkhdf and frames. It is written under a temporary name and appears when
 /// the loop has ended. The recording shows the truth, or the twin in a world without one.

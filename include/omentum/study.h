@@ -1,4 +1,4 @@
-/// omentum/study.h: the thesis's experiments as reproducible commands (floor 7).
+/// omentum/study.h: the thesis's experiments as reproducible commands (floor 8).
 ///
 /// The contact study (thesis 3.3, 3.4, 3.7): an ultrasound probe is pressed over each lesion of a breast
 /// phantom; three ways to model the contact, on nine meshes, say where the lesion goes. Truth is a finer,

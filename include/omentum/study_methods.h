@@ -1,4 +1,4 @@
-/// omentum/study_methods.h: finite elements, particles, a trained network and nothing, compared (floor 7).
+/// omentum/study_methods.h: finite elements, particles, a trained network and nothing, compared (floor 8).
 ///
 /// Thesis 3.8, Tables 3.5 to 3.7 and Fig. 3.11: the probe is pressed over every lesion of the breast phantom, and
 /// each method says where the lesions go. Truth, body, noise and the tracked contour point are those of the

@@ -1,4 +1,4 @@
-/// omentum/study_sheet.h: particles calibrated on a sheet that a depth camera watched (floor 7).
+/// omentum/study_sheet.h: particles calibrated on a sheet that a depth camera watched (floor 8).
 ///
 /// Thesis 5.4.1: a sheet of 90 x 90 x 3 mm, held on one side, is lifted at five pinch points to three heights and
 /// seen by a depth camera; spacing, radius and stiffness of the clusters of a position based model are found
