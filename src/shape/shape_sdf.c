@@ -12,6 +12,8 @@
 
 #include <string.h>
 
+#include "omentum/shape_closest.h"
+
 // ---- grids --------------------------------------------------------------------------------------------
 
 OmSdfDef om_sdf_default_def(double spacing) {
@@ -143,29 +145,6 @@ double om_sdf_shape_fn(void* ctx, OmVec3 p) { return om_sdf_eval(ctx, p, NULL); 
 
 // ---- distance to triangles ----------------------------------------------------------------------------------
 
-// The point of triangle abc nearest to p (Ericson 2005, 5.1.5).
-static OmVec3 closest_on_triangle(OmVec3 p, OmVec3 a, OmVec3 b, OmVec3 c) {
-    OmVec3 ab = om_sub(b, a), ac = om_sub(c, a), ap = om_sub(p, a);
-    double d1 = om_dot(ab, ap), d2 = om_dot(ac, ap);
-    if (d1 <= 0 && d2 <= 0) return a;
-    OmVec3 bp = om_sub(p, b);
-    double d3 = om_dot(ab, bp), d4 = om_dot(ac, bp);
-    if (d3 >= 0 && d4 <= d3) return b;
-    double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return om_madd(a, d1 > d3 ? d1 / (d1 - d3) : 0, ab);
-    OmVec3 cp = om_sub(p, c);
-    double d5 = om_dot(ab, cp), d6 = om_dot(ac, cp);
-    if (d6 >= 0 && d5 <= d6) return c;
-    double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return om_madd(a, d2 > d6 ? d2 / (d2 - d6) : 0, ac);
-    double va = d3 * d6 - d5 * d4, e4 = d4 - d3, e5 = d5 - d6;
-    if (va <= 0 && e4 >= 0 && e5 >= 0) {
-        return om_madd(b, e4 + e5 > 0 ? e4 / (e4 + e5) : 0, om_sub(c, b));
-    }
-    double sum = va + vb + vc;  // positive: flat triangles were handled above
-    return om_add(a, om_add(om_scale(vb / sum, ab), om_scale(vc / sum, ac)));
-}
-
 typedef struct Feet {  // the closest point of each node
     float* point;      // relative to the grid's origin          (nnode x 3)
     int* tri;          // its triangle, -1 as long as none is known
@@ -192,7 +171,7 @@ static void seed_band(const OmSurface* s, const OmSdf* sdf, Feet* feet, float* d
                 size_t row = om_grid_index(sdf->grid.dim, 0, j, k);
                 for (int i = from[0]; i <= to[0]; i++) {
                     OmVec3 p = om_grid_point(&sdf->grid, i, j, k);
-                    OmVec3 q = om_sub(closest_on_triangle(p, a, b, c), sdf->grid.origin);
+                    OmVec3 q = om_sub(om_triangle_closest(p, a, b, c, NULL), sdf->grid.origin);
                     float d2 = (float)om_norm2(om_sub(om_sub(p, sdf->grid.origin), q));
                     size_t n = row + (size_t)i;
                     if (d2 >= dist2[n]) continue;
@@ -262,8 +241,8 @@ static double refined_distance2(const RefineTask* task, size_t n, OmVec3 p) {
             // triangles that also have an earlier corner were computed there
             bool is_done = c > 0 && has_vertex(v, near[0]);
             if (is_done || (c > 1 && has_vertex(v, near[1]))) continue;
-            OmVec3 q = closest_on_triangle(p, om_load3(s->x, v[0]), om_load3(s->x, v[1]),
-                                           om_load3(s->x, v[2]));
+            OmVec3 q = om_triangle_closest(p, om_load3(s->x, v[0]), om_load3(s->x, v[1]),
+                                           om_load3(s->x, v[2]), NULL);
             best = fmin(best, om_norm2(om_sub(p, q)));
         }
     }
