@@ -40,6 +40,7 @@
 #include "omentum/shape_points.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/solve.h"
+#include "omentum/solve_eigen.h"
 #include "omentum/tissue.h"
 #include "omentum/tissue_engine.h"
 #include "omentum/tissue_material.h"

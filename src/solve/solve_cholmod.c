@@ -19,6 +19,7 @@ struct OmCholesky {
     bool is_started;
     cholmod_sparse* lower;     // lower triangle, sorted columns
     cholmod_factor* factor;    // analysed at creation
+    bool is_single;            // one thread always
     double flops;              // of a factorisation
     cholmod_dense *X, *Y, *E;  // solution and workspace, kept between solves
 };
@@ -34,6 +35,13 @@ static OmStatus status_of(const OmCholesky* chol, const char* what) {
     return om_error(OM_INVALID, "CHOLMOD %s: status %d", what, code);
 }
 
+static void use_threads(const OmCholesky* chol) {
+    bool is_alone = chol->is_single || om_worker_is_inside() || chol->flops < MANY_FLOPS;
+    openblas_set_num_threads(is_alone ? 1 : om_worker_count(0));
+}
+
+void om__blas_use_one_thread(void) { openblas_set_num_threads(1); }
+
 static void fill_pattern(const OmBsr* A, int* colptr, int* row) {
     int n = 0;
     for (int i = 0; i < A->nvert; ++i) {
@@ -47,10 +55,9 @@ static void fill_pattern(const OmBsr* A, int* colptr, int* row) {
     colptr[3 * A->nvert] = n;
 }
 
-OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
+// Start CHOLMOD with a lower triangle of n columns and nnz entries, whose memory is not cleared.
+static OmStatus begin(size_t n, size_t nnz, OmCholesky** out) {
     *out = NULL;
-    OM_CHECK(A->nblock < INT32_MAX / 9, OM_INVALID,
-             "the matrix is too large for a Cholesky factor");
     OmStatus status = OM_OK;
     OmCholesky* chol = om_calloc(1, sizeof *chol);
     if (!chol) return OM_NO_MEMORY;
@@ -58,17 +65,62 @@ OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
     chol->is_started = cholmod_start(c) != 0;
     c->print = 0;
     c->supernodal = CHOLMOD_SUPERNODAL;
-    size_t n = 3 * (size_t)A->nvert, nnz = 6 * (size_t)A->nvert + 9 * (size_t)A->nedge;
     chol->lower = cholmod_allocate_sparse(n, n, nnz, 1, 1, -1, CHOLMOD_REAL, c);
     OM_TRY_DONE(status_of(chol, "create"));
-    fill_pattern(A, chol->lower->p, chol->lower->i);
-    memset(chol->lower->x, 0, nnz * sizeof(double));
-    chol->factor = cholmod_analyze(chol->lower, c);
-    OM_TRY_DONE(status_of(chol, "analyse"));
-    chol->flops = c->fl;
     *out = chol;
 done:
     if (status < 0) om__cholesky_destroy(chol);
+    return status;
+}
+
+static OmStatus analyse(OmCholesky* chol) {
+    chol->factor = cholmod_analyze(chol->lower, &chol->common);
+    OM_TRY(status_of(chol, "analyse"));
+    chol->flops = chol->common.fl;
+    return OM_OK;
+}
+
+OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
+    *out = NULL;
+    OM_CHECK(A->nblock < INT32_MAX / 9, OM_INVALID,
+             "the matrix is too large for a Cholesky factor");
+    OmStatus status = OM_OK;
+    OmCholesky* chol;
+    size_t n = 3 * (size_t)A->nvert, nnz = 6 * (size_t)A->nvert + 9 * (size_t)A->nedge;
+    OM_TRY(begin(n, nnz, &chol));
+    fill_pattern(A, chol->lower->p, chol->lower->i);
+    memset(chol->lower->x, 0, nnz * sizeof(double));
+    OM_TRY_DONE(analyse(chol));
+    *out = chol;
+done:
+    if (status < 0) om__cholesky_destroy(chol);
+    return status;
+}
+
+OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
+    *out = NULL;
+    OmStatus status = OM_OK;
+    OmCholesky* chol;
+    OM_TRY(begin((size_t)A->n, (size_t)A->row_adr[A->n], &chol));
+    chol->is_single = true;
+    int num = 0, *colptr = chol->lower->p, *row = chol->lower->i;
+    double* value = chol->lower->x;
+    for (int i = 0; i < A->n; ++i) {  // row i right of the diagonal is column i below it
+        colptr[i] = num;
+        for (int k = A->row_adr[i]; k < A->row_adr[i + 1]; ++k) {
+            if (A->col[k] < i) continue;
+            row[num] = A->col[k];
+            value[num++] = A->value[k];
+        }
+    }
+    colptr[A->n] = num;
+    OM_TRY_DONE(analyse(chol));
+    use_threads(chol);
+    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    OM_TRY_DONE(status_of(chol, "factorise"));
+    if (status == OM_OK) *out = chol;
+done:
+    if (status != OM_OK) om__cholesky_destroy(chol);
     return status;
 }
 
@@ -83,11 +135,6 @@ void om__cholesky_destroy(OmCholesky* chol) {
         cholmod_finish(&chol->common);
     }
     om_free(chol);
-}
-
-static void use_threads(const OmCholesky* chol) {
-    bool is_alone = om_worker_is_inside() || chol->flops < MANY_FLOPS;
-    openblas_set_num_threads(is_alone ? 1 : om_worker_count(0));
 }
 
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed) {

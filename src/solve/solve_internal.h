@@ -10,6 +10,7 @@
 
 #include "base/base_multiversion.h"
 #include "omentum/solve.h"
+#include "omentum/solve_eigen.h"
 
 typedef struct OmCholesky OmCholesky;    // solve_cholmod.c
 typedef struct OmLu OmLu;                // solve_umfpack.c
@@ -162,10 +163,14 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
 // ---- solve_cholmod.c --------------------------------------------------------------------------------
 
 OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** chol);
+/// The factor of a matrix of numbers, of which the upper triangle is read. It uses one thread always. OM_NOT_SPD: null.
+OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** chol);
 void om__cholesky_destroy(OmCholesky* chol);
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed);
-/// b: nrhs columns of 3 nvert, overwritten with the solution.
+/// b: nrhs columns of 3 nvert, or of n for a matrix of numbers, overwritten with the solution.
 OmStatus om__cholesky_solve(OmCholesky* chol, int nrhs, double* b);
+/// The BLAS works with the caller's thread alone from now on.
+void om__blas_use_one_thread(void);
 
 // ---- solve_umfpack.c --------------------------------------------------------------------------------
 
