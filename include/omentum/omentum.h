@@ -20,6 +20,7 @@
 #include "omentum/fem_grid.h"
 #include "omentum/heuristic.h"
 #include "omentum/image.h"
+#include "omentum/match.h"
 #include "omentum/match_scan.h"
 #include "omentum/math_grid.h"
 #include "omentum/nn.h"

@@ -1,0 +1,172 @@
+/// omentum/match.h: the twin as a static problem, and the attachments that explain a scan (floor 5; thesis 4.2).
+///
+/// OmMatch holds what every update of a twin needs and is made once: the tissue as finite elements, its surface, the
+/// vertices that may be attached (candidates), contact with board and organ, matrix and factors. Equilibria are found
+/// under springs at the candidates, grasps, and pulls of surface points towards measured points. om_match_update
+/// estimates from one or several acquisitions which candidates hold the tissue. A vertex that moved is free. A vertex
+/// behind the free ones is attached as far as the scan and the patches of thesis 4.2.1 make it probable.
+///
+///     OmMatchDef def = om_match_default_def(&scene, &twin_site);
+///     om_match_create(&def, &match);
+///     OmAcquisition acquisition = {.scan = scan, .ngrasp = 1, .grasp = {grasp}, .x_twin = om_body_x(twin)};
+///     om_match_update(match, 1, &acquisition, NULL, &estimate);
+///     if (estimate.is_accepted) ... estimate.attached[v] ...
+///     om_match_estimate_done(&estimate);
+#ifndef OMENTUM_MATCH_H
+#define OMENTUM_MATCH_H
+
+#include "omentum/match_scan.h"
+#include "omentum/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- the twin as a static problem ---------------------------------------------------------------------------
+
+typedef struct OmMatchDef {  // made by om_match_default_def
+    const OmScene* scene;    // law of the tissue, radius of a grasp; borrowed
+    const OmSite* site;      // of role OM_SITE_TWIN; borrowed until destroy
+    int ncandidate;
+    // vertices that may be attached; copied; null (default): the set "underside", else the surface  (ncandidate)
+    const int* candidate;
+    // N/m^3, stiffness by area of a full attachment; default 0: 20 times Young's modulus over the mean edge
+    double foundation;
+    double contact;   // N/m^3, penalty of board and organ; default 0: as foundation
+    int nhypothesis;  // random patches of the prior, 0 to 20,000; default 2000
+    uint64_t seed;    // of these patches; default 1
+    // m, displacement of a candidate above which it counts as moved; default 2.5 mm
+    double moved;
+    // An update is refused below this seen share of the candidates' area; default 0.1
+    double min_seen;
+    // ... below this displacement of the grasp, m; default 5 mm
+    double min_motion;
+    // ... above this median distance of the scan from the updated twin, m; default 4 mm
+    double max_residual;
+    int nworker;  // threads; default 1
+    OmCookie cookie;
+} OmMatchDef;
+
+/// For one thread at a time.
+typedef struct OmMatch OmMatch;
+
+OM_API OmMatchDef om_match_default_def(const OmScene* scene, const OmSite* site);
+/// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY
+OM_API OmStatus om_match_create(const OmMatchDef* def, OmMatch** match);
+OM_API void om_match_destroy(OmMatch* match);
+
+typedef struct OmMatchView {   // constant, valid until om_match_destroy
+    const OmTetMesh* mesh;     // of the site
+    const OmSurface* surface;  // boundary in the rest shape
+    const int* surface_vert;   // vertex of the mesh of each vertex of `surface`
+    const int* surface_of;     // the reverse, -1: inside                       (mesh->nvert)
+    int ncandidate;
+    const int* candidate;  // vertices of the mesh, ascending                   (ncandidate)
+    const double* area;    // m^2, share of each candidate                      (ncandidate)
+    double edge;           // m, mean edge of the surface
+    double foundation;     // N/m^3, stiffness by area of a full attachment
+} OmMatchView;
+OM_API const OmMatchView* om_match_view(const OmMatch* match);
+
+typedef struct OmMatchGrasp {
+    int arm;
+    OmPose pose_world_grasp;  // tip when the jaw closed
+    OmPose pose_world_now;
+    double radius;  // m; 0: of the scene
+    int nvert;
+    // grasped vertices of the twin; null: those within `radius` of pose_world_grasp in the rest shape  (nvert)
+    const int* vert;
+} OmMatchGrasp;
+
+/// A spring between a point of the twin's surface and a measured point.
+typedef struct OmMatchPull {
+    int tri;         // of OmMatchView.surface
+    double bary[3];  // weights of its vertices
+    OmVec3 goal;     // m
+    OmVec3 normal;   // unit; zero if `across` is 0
+    double across;   // N/m, along the normal
+    double along;    // N/m, in every direction
+} OmMatchPull;
+
+typedef struct OmMatchLoad {  // zero-initialise
+    const double* spring;  // N/m, of each candidate to its rest position; null: none  (ncandidate)
+    int ngrasp;
+    const OmMatchGrasp* grasp;  // grasped vertices follow the tool
+    int npull;
+    const OmMatchPull* pull;
+    int max_newton;    // default 0: 60
+    double tolerance;  // m, of the largest displacement in an iteration; default 0: 1e-5
+} OmMatchLoad;
+
+typedef struct OmMatchRest {
+    int nnewton;      // iterations
+    double motion;    // m, largest displacement of a vertex in the last iteration
+    double residual;  // N, largest unbalanced force on a vertex
+    double energy;    // J
+} OmMatchRest;
+
+/// Find the equilibrium under weight, contact, springs, grasps and pulls: Newton's method with line search.
+/// @param x     in: first guess; out: equilibrium, m (mesh->nvert x 3)
+/// @param rest  may be null
+/// @return OM_OK; OM_NOT_CONVERGED (x is the best iterate); OM_INVALID (an argument, or no vertex within the radius of
+///         a grasp; x unchanged); OM_NO_MEMORY
+OM_API OmStatus om_match_find_rest(OmMatch* match, const OmMatchLoad* load, double* x,
+                                   OmMatchRest* rest);
+/// Energy of om_match_find_rest at x, J, and its gradient, N (mesh->nvert x 3; may be null).
+/// @return OM_OK; OM_INVALID (as om_match_find_rest); OM_NO_MEMORY
+OM_API OmStatus om_match_eval(OmMatch* match, const OmMatchLoad* load, const double* x,
+                              double* energy, double* gradient);
+/// Factorise the second derivative of the energy at x, for om_match_solve. If it is not positive definite, elements are
+/// projected, and derivatives of the equilibrium are approximate.
+/// @return OM_OK; OM_NOT_SPD (also after the projection); OM_INVALID (as om_match_find_rest); OM_NO_MEMORY
+OM_API OmStatus om_match_factorize(OmMatch* match, const OmMatchLoad* load, const double* x);
+/// Displacements by forces: solve with the factors of om_match_factorize or of the last iteration of
+/// om_match_find_rest. The matrix is symmetric: it also solves the adjoint problem.
+/// @param force  N (nrhs x mesh->nvert x 3)
+/// @param dx     m (nrhs x mesh->nvert x 3)
+/// @return OM_OK; OM_INVALID (a value is not finite, or there are no factors)
+OM_API OmStatus om_match_solve(OmMatch* match, int nrhs, const double* force, double* dx);
+
+// ---- attachments from physics -------------------------------------------------------------------------------
+
+typedef struct OmAcquisition {
+    OmScan scan;
+    int ngrasp;
+    OmMatchGrasp grasp[OM_MAX_ARM];
+    double time;  // s
+    // the twin's vertex positions at that time, m; null: the rest shape  (mesh->nvert x 3)
+    const double* x_twin;
+} OmAcquisition;
+
+typedef struct OmMatchEstimate {  // om_match_estimate_done frees
+    int nvert;                    // of the mesh
+    double* probability;          // of being attached; 0 where no candidate        (nvert)
+    // 0: the scans decide; 1: the scans say nothing about this vertex              (nvert)
+    double* uncertainty;
+    double* stiffness;        // N/m, of the spring of each attached vertex          (nvert)
+    unsigned char* attached;  // probability above 0.5                               (nvert)
+    int nacquisition;
+    double* x;           // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
+    double seen_share;   // of the candidates' area, below which the scans show the surface
+    double moved_share;  // of the candidates' area, that the scans show as moved
+    // m, distances of scan points from the twin: as believed before, and with these attachments
+    double before_median, before_p90, after_median, after_p90;
+    bool is_accepted;
+    char reason[256];  // why not; "" if accepted
+    // centroid of the vertices about which the scans say least: a grasp or view there informs most
+    bool has_look_next;
+    OmVec3 look_next;
+    double fit_ms, infer_ms, check_ms, total_ms;  // times of the stages
+} OmMatchEstimate;
+
+/// Estimate the attachments that explain the scans.
+/// @return OM_OK (is_accepted says whether to use the estimate); OM_INVALID (an acquisition that is not valid: the
+///         message names it); OM_NO_MEMORY; OM_CANCELLED
+OM_API OmStatus om_match_update(OmMatch* match, int nacquisition, const OmAcquisition* acquisition,
+                                const OmProgress* progress, OmMatchEstimate* estimate);
+OM_API void om_match_estimate_done(OmMatchEstimate* estimate);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,39 @@
+// match_internal.h: data that the files of the room `match` share.
+#ifndef OM_MATCH_INTERNAL_H
+#define OM_MATCH_INTERNAL_H
+
+#include "omentum/fem.h"
+#include "omentum/match.h"
+
+typedef struct MatchHeld {  // the grasped vertices of a load, with their goals
+    int nvert;
+    int* vert;     // (nvert of the mesh)
+    double* goal;  // (nvert of the mesh x 3)
+} MatchHeld;
+
+struct OmMatch {
+    OmMatchDef def;
+    OmMatchView view;
+    OmSurface surface;
+    int *surface_vert, *surface_of, *candidate;
+    double* area;       // of candidates
+    double* vert_area;  // share of the boundary of each vertex of the mesh
+    OmFemSolid* solid;
+    OmFemSolid* projected;  // the same, with tangents projected element by element
+    OmBsr A;
+    OmSolver* solver;
+    bool has_factors;
+    double hold;                // N/m, of the spring of a grasped vertex
+    MatchHeld held;             // written by om__match_set_load
+    double *r, *dx, *y;         // (nvert x 3)
+    unsigned char* hypothesis;  // random patches of candidates       (nhypothesis x ncandidate)
+    int nhypothesis;
+};
+
+/// Check a load, and find the grasped vertices with their goals.
+OmStatus om__match_set_load(OmMatch* match, const OmMatchLoad* load, const double* x);
+OmVec3 om__match_pull_point(const OmMatch* match, const OmMatchPull* pull, const double* x);
+/// Distance to board and organ, m, and its gradient; HUGE_VAL: neither.
+double om__match_gap(const OmMatch* match, OmVec3 p, OmVec3* normal);
+
+#endif

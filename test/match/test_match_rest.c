@@ -1,0 +1,204 @@
+// test_match_rest.c: equilibria of the twin against finite differences, and against the body of the same scene.
+#include "test_common.h"
+
+#include "omentum/body.h"
+#include "omentum/match.h"
+#include "test_alloc.h"
+
+typedef struct Rig {
+    OmScene scene;
+    OmSite site;
+    OmMatch* match;
+    const OmMatchView* view;
+    double *x, *spring;
+} Rig;
+
+// A sheet of 8 x 8 x 1 cells; vertices of the underside with x below -20 mm are attached.
+static void begin(Rig* rig, int n) {
+    rig->scene = om_scene_default();
+    rig->scene.tissue.cells = om_vec3(n, n, 1);
+    rig->scene.attach = (OmSceneAttach){
+        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};
+    rig->scene.roi.is_random = false;
+    rig->scene.roi.center = om_vec3(0.03, 0, 0);
+    assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->site), OM_OK);
+    OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
+    assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
+    rig->view = om_match_view(rig->match);
+    rig->x = malloc(sizeof(double) * 3 * (size_t)rig->view->mesh->nvert);
+    memcpy(rig->x, rig->view->mesh->x, sizeof(double) * 3 * (size_t)rig->view->mesh->nvert);
+    rig->spring = calloc((size_t)rig->view->ncandidate, sizeof(double));
+    const OmMeshSet* held = om_tet_mesh_find_set(&rig->site.mesh, "attachment");
+    for (int i = 0; i < rig->view->ncandidate; ++i)
+        for (int k = 0; k < held->nvert; ++k)
+            if (held->vert[k] == rig->view->candidate[i])
+                rig->spring[i] = rig->view->foundation * rig->view->area[i];
+}
+
+static void end(Rig* rig) {
+    om_match_destroy(rig->match);
+    om_site_done(&rig->site);
+    free(rig->x);
+    free(rig->spring);
+}
+
+// The right edge, lifted by `lift`.
+static OmMatchGrasp grasp_edge(double lift) {
+    return (OmMatchGrasp){.pose_world_grasp = {om_vec3(0.06, 0, 0.005), om_quat_identity()},
+                          .pose_world_now = {om_vec3(0.055, 0, 0.005 + lift), om_quat_identity()},
+                          .radius = 0.016};
+}
+
+static void bend(const Rig* rig, double* x) {
+    OmRng rng = om_rng_init(7, 0);
+    for (int i = 0; i < 3 * rig->view->mesh->nvert; ++i)
+        x[i] = rig->view->mesh->x[i] + om_rng_range(&rng, -5e-4, 5e-4);
+    for (int v = 0; v < rig->view->mesh->nvert; ++v) x[3 * v + 2] += 2 * x[3 * v] * x[3 * v];
+}
+
+static void test_derivatives(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig, 8);
+    int n = 3 * rig.view->mesh->nvert;
+    OmMatchGrasp grasp = grasp_edge(0.002);
+    OmMatchPull pull[2] = {{10, {0.2, 0.3, 0.5}, {0.01, 0.02, 0.03}, {0, 0.6, 0.8}, 20, 3},
+                           {30, {1, 0, 0}, {0, 0.02, 0.01}, {0, 0, 0}, 0, 5}};
+    OmMatchLoad load = {rig.spring, 1, &grasp, 2, pull, 0, 0};
+    double *g = malloc(sizeof *g * (size_t)n), *ga = malloc(sizeof *g * (size_t)n),
+           *gb = malloc(sizeof *g * (size_t)n), *dx = malloc(sizeof *g * (size_t)n);
+    bend(&rig, rig.x);
+    double e, ea, eb, worst = 0, scale = 0;
+    assert_int_equal(om_match_eval(rig.match, &load, rig.x, &e, g), OM_OK);
+    for (int i = 0; i < n; ++i) scale = fmax(scale, fabs(g[i]));
+    for (int i = 0; i < n; i += 7) {
+        double h = 1e-7, at = rig.x[i];
+        rig.x[i] = at + h;
+        om_match_eval(rig.match, &load, rig.x, &ea, NULL);
+        rig.x[i] = at - h;
+        om_match_eval(rig.match, &load, rig.x, &eb, NULL);
+        rig.x[i] = at;
+        worst = fmax(worst, fabs((ea - eb) / (2 * h) - g[i]));
+    }
+    assert_below(worst / scale, 1e-6);  // rounding of energies over h
+    // At an equilibrium: A dx = f, and the difference of gradients along dx is f.
+    OmRng rng = om_rng_init(8, 0);
+    for (int i = 0; i < n; ++i) g[i] = om_rng_range(&rng, -1e-3, 1e-3);
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_OK);
+    assert_int_equal(om_match_factorize(rig.match, &load, rig.x), OM_OK);
+    assert_int_equal(om_match_solve(rig.match, 1, g, dx), OM_OK);
+    const double h = 1e-5;  // no vertex enters or leaves the board
+    for (int i = 0; i < n; ++i) rig.x[i] += h * dx[i];
+    om_match_eval(rig.match, &load, rig.x, &ea, ga);
+    for (int i = 0; i < n; ++i) rig.x[i] -= 2 * h * dx[i];
+    om_match_eval(rig.match, &load, rig.x, &eb, gb);
+    worst = 0;
+    for (int i = 0; i < n; ++i) worst = fmax(worst, fabs((ga[i] - gb[i]) / (2 * h) - g[i]));
+    printf("force along dx: %.3g of 1e-3 N\n", worst);
+    assert_below(worst, 1e-5);
+    free(g), free(ga), free(gb), free(dx);
+    end(&rig);
+}
+
+// The body of the same scene, settled with its tool at the same place: another solver, contact and equilibrium.
+static void test_body(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig, 12);
+    OmMatchGrasp grasp = grasp_edge(0.025);
+    OmMatchLoad load = {.spring = rig.spring, .ngrasp = 1, .grasp = &grasp};
+    OmMatchRest rest;
+    double t0 = om_clock_now();
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, &rest), OM_OK);
+    printf("rest: %d iterations, last motion %.3g mm, residual %.3g N, %.1f ms\n", rest.nnewton,
+           1e3 * rest.motion, rest.residual, 1e3 * (om_clock_now() - t0));
+    OmBody* body;
+    OmBodyReport report;
+    assert_int_equal(om_body_create(&rig.scene, &rig.site, 1, &body), OM_OK);
+    assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
+    int nheld;
+    assert_int_equal(om_body_grasp(body, 0, grasp.pose_world_grasp, grasp.radius, &nheld), OM_OK);
+    for (int k = 1; k <= 100; ++k) {
+        OmPose pose = om_pose_lerp(grasp.pose_world_grasp, grasp.pose_world_now, k / 100.0);
+        om_body_move(body, 0, pose);
+        assert_true(om_body_step(body, 0.02, &report) >= 0);
+    }
+    om_body_settle(body, 0.02, 2e-4, 10);
+    double most = 0, moved = 0;
+    for (int v = 0; v < rig.view->mesh->nvert; ++v) {
+        OmVec3 b = om_load3(om_body_x(body), v);
+        most = fmax(most, om_distance(b, om_load3(rig.x, v)));
+        moved = fmax(moved, om_distance(b, om_load3(rig.view->mesh->x, v)));
+    }
+    printf("body: %d held, moved %.1f mm, differs by at most %.3f mm\n", nheld, 1e3 * moved,
+           1e3 * most);
+    assert_below(most, 0.03 * moved);
+    om_body_destroy(body);
+    end(&rig);
+}
+
+static void test_refusals(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig, 8);
+    OmMatchGrasp grasp = grasp_edge(0.01);
+    OmMatchLoad load = {.spring = rig.spring, .ngrasp = 1, .grasp = &grasp};
+    grasp.pose_world_grasp.p.z = 0.2;
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "no vertex of the twin within 16.0 mm"));
+    grasp = grasp_edge(0.01);
+    rig.spring[3] = -1;
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "candidate 3"));
+    rig.spring[3] = 0;
+    OmMatchPull pull = {.tri = rig.view->surface->ntri};
+    load.npull = 1, load.pull = &pull;
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "pull 0"));
+    load.npull = 0;
+    rig.x[5] = (double)NAN;
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "vertex 1"));
+    rig.x[5] = rig.view->mesh->x[5];
+    load.max_newton = 2;
+    assert_int_equal(om_match_find_rest(rig.match, &load, rig.x, NULL), OM_NOT_CONVERGED);
+    assert_int_equal(om_match_solve(rig.match, 1, rig.x, rig.x), OM_OK);  // factors are kept
+    OmMatch* match;
+    OmMatchDef def = om_match_default_def(&rig.scene, &rig.site);
+    rig.site.role = OM_SITE_WORLD;
+    assert_int_equal(om_match_create(&def, &match), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "truth"));
+    rig.site.role = OM_SITE_TWIN;
+    def.moved = 0;
+    assert_int_equal(om_match_create(&def, &match), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "moved"));
+    def = (OmMatchDef){0};
+    assert_int_equal(om_match_create(&def, &match), OM_INVALID);
+    assert_null(match);
+    om_match_destroy(NULL);
+    end(&rig);
+}
+
+static OmStatus make_and_free(void* ctx) {
+    Rig* rig = ctx;
+    OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
+    OmMatch* match;
+    OM_TRY(om_match_create(&def, &match));
+    om_match_destroy(match);
+    return OM_OK;
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig, 8);
+    assert_true(test_failing_allocations(make_and_free, &rig, 1) > 10);
+    end(&rig);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_body), cmocka_unit_test(test_refusals),
+                                       cmocka_unit_test(test_memory)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
