@@ -1,0 +1,230 @@
+// match_scan_decimate.c: from pixels on the tissue to points one spacing apart, with normals and triangles.
+//
+// Pixels in reading order: a pixel that no point covers becomes one, and covers the pixels around it that are linked to
+// it and nearer than a radius. Every pixel belongs to the nearest of the points that cover it: the cells of a Voronoi
+// diagram on the surface. The triangles are its dual: one at each triangle of three pixels that are of three cells, and
+// they have the neighbourhood and the orientation of the pixels. A triangle that would use an edge twice in the same
+// direction is left out, so that the surface is a manifold with border.
+//
+// The position of a point is the mean of the pixels within a third of the spacing; a plane through the pixels within
+// 0.6 spacings gives the normal. The mean is off by r^2 / 4R on a surface of curvature 1/R: 0.1 mm for 7 mm on 15 mm.
+//
+// Not used: means over blocks of pixels (on a surface seen at 70 degrees the points are three spacings apart) and over
+// voxels (two layers of a fold in one voxel become one point, and pairs of points appear where a plane crosses).
+#include <string.h>
+
+#include "match/match_scan_internal.h"
+
+// Radius of a point over the mean distance of neighbours: the test of the picture holds this distance.
+#define COVER 0.865
+#define MEAN (1.0 / 3)   // radius of the mean over the spacing
+#define FIT 0.6          // radius of the plane over the spacing
+#define MIN_FIT 6        // pixels of a plane
+#define MIN_SPREAD 0.05  // variance across a line over the variance along it: less is no plane
+
+typedef struct Cells {
+    const ScanPicture* p;
+    int npoint;
+    int* cell;          // point of each pixel, -1 none             (npixel)
+    int* seed;          // pixel of each point                      (npoint of npixel)
+    double* distance2;  // to its point, m^2                        (npixel)
+    int* queue;         // pixels that the last search met          (npixel)
+    int* last;          // number of the last search that met it    (npixel)
+    int nsearch;
+} Cells;
+
+static OmStatus cells_init(Cells* c, const ScanPicture* p) {
+    OmStatus status = OM_OK;
+    *c = (Cells){.p = p};
+    OM_ALLOC_DONE(c->cell, p->npixel);
+    OM_ALLOC_DONE(c->seed, p->npixel);
+    OM_ALLOC_DONE(c->distance2, p->npixel);
+    OM_ALLOC_DONE(c->queue, p->npixel);
+    OM_CALLOC_DONE(c->last, p->npixel);
+    for (int i = 0; i < p->npixel; ++i) c->cell[i] = -1;
+done:
+    return status;
+}
+
+static void cells_done(Cells* c) {
+    om_free(c->cell);
+    om_free(c->seed);
+    om_free(c->distance2);
+    om_free(c->queue);
+    om_free(c->last);
+}
+
+// Pixels within `radius` of the point of pixel `seed`, reached by links inside this radius, into c->queue.
+static int search(Cells* c, int seed, double radius) {
+    const ScanPicture* p = c->p;
+    OmVec3 x = om_load3(p->x, seed);
+    int n = 0, mark = ++c->nsearch;
+    c->queue[n++] = seed;
+    c->last[seed] = mark;
+    for (int q = 0; q < n; ++q)
+        for (int k = 0; k < 4; ++k) {
+            int i = c->queue[q], j = om__neighbour(p, i, k);
+            if (j < 0 || c->last[j] == mark || !om__is_linked(p, i, j)) continue;
+            if (om_norm2(om_sub(om_load3(p->x, j), x)) >= radius * radius) continue;
+            c->last[j] = mark;
+            c->queue[n++] = j;
+        }
+    return n;
+}
+
+static void choose_points(Cells* c, double spacing) {
+    const ScanPicture* p = c->p;
+    for (int i = 0; i < p->npixel; ++i) {
+        if (p->class[i] != OM_SCAN_TISSUE || c->cell[i] >= 0) continue;
+        int n = search(c, i, COVER * spacing);
+        for (int q = 0; q < n; ++q) {
+            int j = c->queue[q];
+            double d2 = om_norm2(om_sub(om_load3(p->x, j), om_load3(p->x, i)));
+            if (c->cell[j] >= 0 && c->distance2[j] <= d2) continue;
+            c->cell[j] = c->npoint;
+            c->distance2[j] = d2;
+        }
+        c->seed[c->npoint++] = i;
+    }
+}
+
+// ---- points -------------------------------------------------------------------------------------------------------
+
+// Normal of the plane through the first n pixels of the queue, towards the eye; zero if they are few or on a line.
+static OmVec3 fit_normal(const Cells* c, int n, OmVec3 eye) {
+    if (n < MIN_FIT) return om_vec3(0, 0, 0);
+    OmVec3 mean = om_vec3(0, 0, 0), xx = mean, xy = mean, w;
+    for (int q = 0; q < n; ++q) mean = om_madd(mean, 1.0 / n, om_load3(c->p->x, c->queue[q]));
+    for (int q = 0; q < n; ++q) {
+        OmVec3 d = om_sub(om_load3(c->p->x, c->queue[q]), mean);
+        xx = om_add(xx, om_vec3(d.x * d.x, d.y * d.y, d.z * d.z));
+        xy = om_add(xy, om_vec3(d.y * d.z, d.z * d.x, d.x * d.y));
+    }
+    OmMat3 a = om_mat3_cols(om_vec3(xx.x, xy.z, xy.y), om_vec3(xy.z, xx.y, xy.x),
+                            om_vec3(xy.y, xy.x, xx.z)),
+           v;
+    om_mat3_eigen_symmetric(a, &w, &v);
+    if (!(w.y > MIN_SPREAD * w.z)) return om_vec3(0, 0, 0);
+    return om_dot(v.cx, om_sub(eye, mean)) < 0 ? om_scale(-1, v.cx) : v.cx;
+}
+
+// Mean of the first n pixels of the queue, and the standard deviation of its distance from the camera.
+static OmVec3 mean_of(const Cells* c, const OmScanDef* def, int n, double* noise) {
+    OmVec3 mean = om_vec3(0, 0, 0);
+    double z = 0;
+    for (int q = 0; q < n; ++q) {
+        mean = om_madd(mean, 1.0 / n, om_load3(c->p->x, c->queue[q]));
+        z += (double)c->p->depth[c->queue[q]] / n;
+    }
+    *noise = (def->noise_a + def->noise_b * z * z) / sqrt(n);
+    return mean;
+}
+
+static void place_points(Cells* c, const OmScanDef* def, OmVec3 eye, OmScan* scan) {
+    double sum = 0, noise;
+    for (int k = 0; k < c->npoint; ++k) {
+        double pixel = c->p->angle * (double)c->p->depth[c->seed[k]];
+        int n = search(c, c->seed[k], fmax(FIT * def->spacing, 2.5 * pixel));
+        om_store3(scan->normal, k, fit_normal(c, n, eye));
+        n = search(c, c->seed[k], fmax(MEAN * def->spacing, 0.5 * pixel));
+        om_store3(scan->x, k, mean_of(c, def, n, &noise));
+        sum += noise * noise;
+    }
+    scan->noise = c->npoint > 0 ? sqrt(sum / c->npoint) : 0;
+}
+
+// ---- triangles ----------------------------------------------------------------------------------------------------
+
+typedef struct Edges {  // directed edges in use, by their first point
+    int *head, *next, *to;
+    int n;
+} Edges;
+
+static bool has_edge(const Edges* e, int from, int to) {
+    for (int k = e->head[from]; k >= 0; k = e->next[k])
+        if (e->to[k] == to) return true;
+    return false;
+}
+
+static bool is_facing(const OmScan* scan, const int v[3], OmVec3 eye, double min_cosine) {
+    OmVec3 a = om_load3(scan->x, v[0]), b = om_load3(scan->x, v[1]), c = om_load3(scan->x, v[2]);
+    OmVec3 normal = om_cross(om_sub(b, a), om_sub(c, a));
+    OmVec3 ray = om_sub(eye, om_scale(1.0 / 3, om_add(a, om_add(b, c))));
+    return om_dot(normal, ray) > min_cosine * om_norm(normal) * om_norm(ray);
+}
+
+static void add_triangle(OmScan* scan, Edges* e, const int v[3], OmVec3 eye, double min_cosine) {
+    for (int k = 0; k < 3; ++k)
+        if (has_edge(e, v[k], v[(k + 1) % 3])) return;
+    if (!is_facing(scan, v, eye, min_cosine)) return;
+    for (int k = 0; k < 3; ++k) {
+        e->to[e->n] = v[(k + 1) % 3];
+        e->next[e->n] = e->head[v[k]];
+        e->head[v[k]] = e->n++;
+    }
+    memcpy(scan->tri_vert + 3 * (size_t)scan->ntri++, v, 3 * sizeof(int));
+}
+
+// Cells of three linked pixels, which follow each other counter-clockwise; false unless they are three.
+static bool are_three(const Cells* c, const int i[3], int v[3]) {
+    for (int k = 0; k < 3; ++k) {
+        if (!om__is_linked(c->p, i[k], i[(k + 1) % 3])) return false;
+        v[k] = c->cell[i[k]];
+    }
+    return v[0] != v[1] && v[1] != v[2] && v[2] != v[0];
+}
+
+// scan->tri_vert has room for all triangles: the dual of a planar diagram has at most two for each point, and every
+// directed edge is used once.
+static void connect(const Cells* c, const OmScanDef* def, OmVec3 eye, int max_tri, Edges* e,
+                    OmScan* scan) {
+    int w = c->p->width, v[3];
+    for (int k = 0; k < c->npoint; ++k) e->head[k] = -1;
+    for (int row = 0; row + 1 < c->p->height; ++row)
+        for (int column = 0; column + 1 < w; ++column) {
+            int i = row * w + column;  // y is down: i, i + w, i + 1 is counter-clockwise
+            const int corner[2][3] = {{i, i + w, i + 1}, {i + 1, i + w, i + w + 1}};
+            for (int k = 0; k < 2 && scan->ntri < max_tri; ++k)
+                if (are_three(c, corner[k], v)) add_triangle(scan, e, v, eye, def->min_cosine);
+        }
+}
+
+// Points whose neighbourhood is too small for a plane take the mean of their triangles.
+static void complete_normals(OmScan* scan) {
+    for (int t = 0; t < scan->ntri; ++t) {
+        const int* v = scan->tri_vert + 3 * (size_t)t;
+        OmVec3 a = om_load3(scan->x, v[0]);
+        OmVec3 normal =
+            om_cross(om_sub(om_load3(scan->x, v[1]), a), om_sub(om_load3(scan->x, v[2]), a));
+        for (int k = 0; k < 3; ++k) {
+            OmVec3 n = om_load3(scan->normal, v[k]);
+            // Sums of areas are far below 1, the length of a normal that is known.
+            if (om_norm2(n) < 0.5) om_store3(scan->normal, v[k], om_add(n, normal));
+        }
+    }
+    for (int i = 0; i < scan->npoint; ++i)
+        om_store3(scan->normal, i, om_normalize(om_load3(scan->normal, i)));
+}
+
+OmStatus om__scan_decimate(const OmScanDef* def, OmVec3 eye, const ScanPicture* picture,
+                           OmScan* scan) {
+    OmStatus status = OM_OK;
+    Cells c;
+    Edges e = {0};
+    OM_TRY_DONE(cells_init(&c, picture));
+    choose_points(&c, def->spacing);
+    OM_TRY_DONE(om_scan_init(c.npoint, 2 * c.npoint, scan));
+    scan->ntri = 0;
+    place_points(&c, def, eye, scan);
+    OM_ALLOC_DONE(e.head, c.npoint);
+    OM_ALLOC_DONE(e.next, 6 * (size_t)c.npoint);
+    OM_ALLOC_DONE(e.to, 6 * (size_t)c.npoint);
+    connect(&c, def, eye, 2 * c.npoint, &e, scan);
+    complete_normals(scan);
+done:
+    om_free(e.head);
+    om_free(e.next);
+    om_free(e.to);
+    cells_done(&c);
+    return status;
+}

@@ -1,0 +1,287 @@
+// match_scan_picture.c: which pixels of a picture show the tissue.
+//
+// Colour first: a colour in the range of the tissue is tissue, unless its point is out of reach or inside a tool; a
+// grey pixel near a tool's capsules is tool; other colours are other things. The remaining grey pixels are highlights
+// if the surface around their connected piece is mostly tissue and continuous in depth. Without colour, space alone
+// decides (world_cloud.h). Then pixels between two surfaces (depth cameras interpolate) and small pieces are left out.
+#include <string.h>
+
+#include "match/match_scan_internal.h"
+
+#define COOKIE 0x5ca9def0u
+#define MIN_NEIGHBOURS 3  // of eight at the same depth: fewer are of a pixel between two surfaces
+#define HIGHLIGHT_BORDER 0.7  // share of a grey piece's border that is tissue at the same depth
+
+enum { PALE = OM_SCAN_OTHER + 1 };  // grey and away from known tools, while classes are found
+
+static double mean_edge(const OmTetMesh* mesh) {
+    static const unsigned char pair[6][2] = {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}};
+    double sum = 0;
+    for (int e = 0; e < mesh->ntet; ++e)
+        for (int k = 0; k < 6; ++k) {
+            const int* v = mesh->tet_vert + 4 * (size_t)e;
+            sum += om_distance(om_load3(mesh->x, v[pair[k][0]]), om_load3(mesh->x, v[pair[k][1]]));
+        }
+    return mesh->ntet > 0 ? sum / (6.0 * mesh->ntet) : 0;
+}
+
+OmScanDef om_scan_default_def(const OmWorld* world, const OmSite* site) {
+    OmDepthNoise noise = om_depth_noise_default(0);
+    return (OmScanDef){.cookie = COOKIE,
+                       .space = om_cloud_default_def(world, site),
+                       .use_color = true,
+                       .tissue = om_sense_range(OM_PART_TISSUE),
+                       .tool = om_sense_range(OM_PART_TOOL),
+                       .spacing = mean_edge(&site->mesh),
+                       .max_jump = 0.004,
+                       .min_cosine = 0.1,
+                       .min_area = 25e-6,
+                       .margin = 1,
+                       .noise_a = noise.a,
+                       .noise_b = noise.b};
+}
+
+static OmStatus check_range(const OmSenseRange* r, const char* name) {
+    OM_CHECK(r->hue_min >= 0 && r->hue_min <= 360 && r->hue_max >= 0 && r->hue_max <= 360,
+             OM_INVALID, "OmScanDef.%s has hues of %g to %g degrees; 0 to 360", name, r->hue_min,
+             r->hue_max);
+    OM_CHECK(r->saturation_min <= r->saturation_max && r->value_min <= r->value_max, OM_INVALID,
+             "OmScanDef.%s has a saturation of %g to %g and a value of %g to %g; the smaller first",
+             name, r->saturation_min, r->saturation_max, r->value_min, r->value_max);
+    return OM_OK;
+}
+
+static OmStatus check_def(const OmScanDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID, "OmScanDef was not made by om_scan_default_def");
+    OM_TRY(check_range(&d->tissue, "tissue"));
+    OM_TRY(check_range(&d->tool, "tool"));
+    OM_CHECK(d->spacing > 0 && d->spacing < 1, OM_INVALID,
+             "OmScanDef.spacing is %g m; above 0 and below 1", d->spacing);
+    OM_CHECK(d->max_jump > 0 && isfinite(d->max_jump), OM_INVALID,
+             "OmScanDef.max_jump is %g m; above 0", d->max_jump);
+    OM_CHECK(d->min_cosine >= 0 && d->min_cosine < 1, OM_INVALID,
+             "OmScanDef.min_cosine is %g; 0 or more and below 1", d->min_cosine);
+    OM_CHECK(d->min_area >= 0 && isfinite(d->min_area), OM_INVALID,
+             "OmScanDef.min_area is %g m^2; 0 or more", d->min_area);
+    OM_CHECK(d->margin >= 0 && d->margin <= 16, OM_INVALID, "OmScanDef.margin is %d; 0 to 16",
+             d->margin);
+    OM_CHECK(d->noise_a >= 0 && d->noise_b >= 0 && isfinite(d->noise_a) && isfinite(d->noise_b),
+             OM_INVALID, "OmScanDef.noise_a and noise_b are %g and %g; 0 or more", d->noise_a,
+             d->noise_b);
+    return OM_OK;
+}
+
+static OmStatus check_picture(const OmDepthPicture* d) {
+    OM_CHECK(d->depth, OM_INVALID, "the observation has no depth picture");
+    OM_CHECK(!d->color.pixel || (d->color.width == d->camera.width &&
+                                 d->color.height == d->camera.height && d->color.nchannel >= 3),
+             OM_INVALID,
+             "the colour picture is %d x %d with %d channels, the depth picture %d x %d",
+             d->color.width, d->color.height, d->color.nchannel, d->camera.width, d->camera.height);
+    return OM_OK;
+}
+
+// ---- classes of pixels -------------------------------------------------------------------------------------------
+
+static bool is_in_range(const OmSenseRange* r, const double hsv[3]) {
+    bool is_hue = r->hue_min < r->hue_max ? hsv[0] >= r->hue_min && hsv[0] < r->hue_max
+                                          : hsv[0] >= r->hue_min || hsv[0] < r->hue_max;
+    return is_hue && hsv[1] >= r->saturation_min && hsv[1] <= r->saturation_max &&
+           hsv[2] >= r->value_min && hsv[2] <= r->value_max;
+}
+
+static unsigned char class_of_space(const OmCloudField* field, OmVec3 p) {
+    static const unsigned char class[] = {[OM_PLACE_FREE] = OM_SCAN_TISSUE,
+                                          [OM_PLACE_FIXED] = OM_SCAN_OTHER,
+                                          [OM_PLACE_TOOL] = OM_SCAN_TOOL,
+                                          [OM_PLACE_FAR] = OM_SCAN_OTHER};
+    return class[om_cloud_field_eval(field, p)];
+}
+
+typedef struct Color {
+    const OmScanDef* def;
+    OmCloudField field;     // grey pixels
+    OmCloudField bare;      // pixels with a colour of tissue: tools without margin
+    unsigned char unknown;  // class of a grey pixel away from known tools
+} Color;
+
+static Color make_color(const OmScanDef* def, const OmObservation* obs, const OmCloudField* field) {
+    Color c = {.def = def, .field = *field, .bare = *field, .unknown = OM_SCAN_UNKNOWN};
+    c.bare.def.tool_margin = 0;
+    if (obs->narm == 0) c.unknown = OM_SCAN_TOOL;
+    for (int a = 0; a < obs->narm; ++a)
+        if (!def->space.psm[a]) c.unknown = OM_SCAN_TOOL;
+    return c;
+}
+
+static unsigned char class_of_color(const Color* c, const ScanPicture* p, int i,
+                                    const unsigned char rgb[3]) {
+    double hsv[3];
+    om_sense_hsv(rgb, hsv);
+    bool is_tissue = is_in_range(&c->def->tissue, hsv), is_grey = is_in_range(&c->def->tool, hsv);
+    if (!is_tissue && !is_grey)
+        return hsv[2] < c->def->tissue.value_min ? OM_SCAN_UNKNOWN : OM_SCAN_OTHER;
+    if (!om__has_depth(p, i)) return OM_SCAN_UNKNOWN;
+    OmVec3 x = om_load3(p->x, i);
+    OmCloudPlace place = om_cloud_field_eval(is_tissue ? &c->bare : &c->field, x);
+    if (place == OM_PLACE_FAR) return OM_SCAN_OTHER;
+    if (place == OM_PLACE_TOOL) return OM_SCAN_TOOL;
+    return is_tissue ? OM_SCAN_TISSUE : PALE;
+}
+
+// A connected piece of grey pixels is a highlight if most of its border is tissue at the same depth.
+static void settle_grey(const ScanPicture* p, int first, unsigned char unknown, int* queue) {
+    int n = 0, nborder = 0, ntissue = 0;
+    p->class[first] = unknown;
+    queue[n++] = first;
+    for (int q = 0; q < n; ++q)
+        for (int k = 0; k < 4; ++k) {
+            int j = om__neighbour(p, queue[q], k);
+            if (j < 0) continue;
+            bool is_near = om__has_depth(p, j) && om__is_near(p, queue[q], j);
+            if (p->class[j] == PALE && is_near) {
+                p->class[j] = unknown;
+                queue[n++] = j;
+            } else if (p->class[j] != unknown || !is_near) {
+                ++nborder;
+                ntissue += p->class[j] == OM_SCAN_TISSUE && is_near;
+            }
+        }
+    if (nborder == 0 || ntissue < HIGHLIGHT_BORDER * nborder) return;
+    for (int q = 0; q < n; ++q) p->class[queue[q]] = OM_SCAN_TISSUE;
+}
+
+// Pixels around a tool: their colour is a mixture, and their depth lies between two surfaces.
+static void grow_tool(const ScanPicture* p, int margin, int* queue) {
+    int begin = 0, n = 0;
+    for (int i = 0; i < p->npixel; ++i)
+        if (p->class[i] == OM_SCAN_TOOL) queue[n++] = i;
+    for (int ring = 0; ring < margin; ++ring)
+        for (int end = n; begin < end; ++begin)
+            for (int k = 0; k < 8; ++k) {
+                int j = om__neighbour(p, queue[begin], k);
+                if (j < 0 || p->class[j] != OM_SCAN_TISSUE) continue;
+                p->class[j] = OM_SCAN_TOOL;
+                queue[n++] = j;
+            }
+}
+
+// ---- pixels between surfaces, and small pieces ---------------------------------------------------------------
+
+static bool is_between_surfaces(const ScanPicture* p, int i) {
+    int nnear = 0;
+    for (int k = 0; k < 8; ++k) {
+        int j = om__neighbour(p, i, k);
+        nnear += j >= 0 && om__has_depth(p, j) && om__is_near(p, i, j);
+    }
+    if (nnear < MIN_NEIGHBOURS) return true;
+    for (int k = 0; k < 4; k += 2) {  // opposite sides: 0 and 1, 2 and 3
+        int a = om__neighbour(p, i, k), b = om__neighbour(p, i, k + 1);
+        if (a < 0 || b < 0 || !om__has_depth(p, a) || !om__has_depth(p, b)) continue;
+        double z = (double)p->depth[i], za = (double)p->depth[a] - z, zb = (double)p->depth[b] - z;
+        if (za * zb < 0 && fmin(fabs(za), fabs(zb)) > p->max_jump) return true;
+    }
+    return false;
+}
+
+static void drop_between(const ScanPicture* p, int* queue) {
+    int n = 0;
+    for (int i = 0; i < p->npixel; ++i)
+        if (p->class[i] == OM_SCAN_TISSUE && is_between_surfaces(p, i)) queue[n++] = i;
+    for (int q = 0; q < n; ++q) p->class[queue[q]] = OM_SCAN_UNKNOWN;
+}
+
+static void drop_small(const ScanPicture* p, double min_area, bool* is_seen, int* queue) {
+    memset(is_seen, 0, (size_t)p->npixel * sizeof *is_seen);
+    for (int i = 0; i < p->npixel; ++i) {
+        if (p->class[i] != OM_SCAN_TISSUE || is_seen[i]) continue;
+        int n = 0;
+        double area = 0;
+        queue[n++] = i;
+        is_seen[i] = true;
+        for (int q = 0; q < n; ++q) {
+            double side = p->angle * (double)p->depth[queue[q]];
+            area += side * side;
+            for (int k = 0; k < 4; ++k) {
+                int j = om__neighbour(p, queue[q], k);
+                if (j < 0 || is_seen[j] || !om__is_linked(p, queue[q], j)) continue;
+                is_seen[j] = true;
+                queue[n++] = j;
+            }
+        }
+        for (int q = 0; q < n && area < min_area; ++q) p->class[queue[q]] = OM_SCAN_UNKNOWN;
+    }
+}
+
+static void classify(const OmScanDef* def, const OmObservation* obs, const OmCloudField* field,
+                     ScanPicture* p, int* queue) {
+    const OmPicture* color = &obs->rgbd.color;
+    bool has_color = def->use_color && color->pixel;
+    Color c = make_color(def, obs, field);
+    for (int i = 0; i < p->npixel; ++i) {
+        if (has_color)
+            p->class[i] =
+                class_of_color(&c, p, i, &color->pixel[(size_t)color->nchannel * (size_t)i]);
+        else
+            p->class[i] =
+                om__has_depth(p, i) ? class_of_space(field, om_load3(p->x, i)) : OM_SCAN_UNKNOWN;
+    }
+    for (int i = 0; i < p->npixel; ++i)
+        if (p->class[i] == PALE) settle_grey(p, i, c.unknown, queue);
+    grow_tool(p, def->margin, queue);
+    drop_between(p, queue);
+}
+
+// ---- the whole ----------------------------------------------------------------------------------------------------
+
+// om_depth_to_cloud leaves no gaps: move the points to their pixels, from the last one.
+static void spread(const ScanPicture* p, int n) {
+    for (int i = p->npixel - 1; i >= 0; --i) {
+        bool has_depth = om__has_depth(p, i);
+        if (has_depth) --n;
+        om_store3(p->x, i, has_depth ? om_load3(p->x, n) : om_vec3(0, 0, 0));
+    }
+}
+
+static double pixel_angle(const OmCamera* c) {
+    double u = c->width / 2.0, v = c->height / 2.0;
+    return om_norm(om_sub(om_camera_ray(c, u + 0.5, v), om_camera_ray(c, u - 0.5, v)));
+}
+
+OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* obs, OmScan* scan) {
+    memset(scan, 0, sizeof *scan);
+    OM_TRY(check_def(def));
+    const OmDepthPicture* d = &obs->rgbd;
+    OM_TRY(check_picture(d));
+    OmCloudField field;
+    OM_TRY(om_cloud_field_init(&def->space, obs, &field));
+    OmStatus status = OM_OK;
+    int* queue = NULL;
+    bool* is_seen = NULL;
+    ScanPicture p = {.width = d->camera.width,
+                     .height = d->camera.height,
+                     .npixel = d->camera.width * d->camera.height,
+                     .depth = d->depth,
+                     .angle = pixel_angle(&d->camera),
+                     .max_jump = def->max_jump};
+    OM_ALLOC_DONE(p.x, 3 * (size_t)p.npixel);
+    OM_ALLOC_DONE(p.class, p.npixel);
+    OM_ALLOC_DONE(queue, p.npixel);
+    OM_ALLOC_DONE(is_seen, p.npixel);
+    spread(&p, om_depth_to_cloud(&d->camera, d->depth, NULL, NULL, -1, p.x, NULL));
+    classify(def, obs, &field, &p, queue);
+    drop_small(&p, def->min_area, is_seen, queue);
+    OM_TRY_DONE(om__scan_decimate(def, d->camera.pose_world_camera.p, &p, scan));
+    scan->time = d->time;
+    scan->has_camera = true;
+    scan->camera = d->camera;
+    scan->pixel = p.class;
+    p.class = NULL;
+done:
+    om_free(p.x);
+    om_free(p.class);
+    om_free(queue);
+    om_free(is_seen);
+    if (status < 0) om_scan_done(scan);
+    return status;
+}

@@ -1,0 +1,309 @@
+// test_match_scan_picture.c: a scan against the true surface of a simulated world, which the test knows and the scan
+// does not.
+#include "match/scan_truth.h"
+#include "test_alloc.h"
+
+#include "omentum/shape_file.h"
+
+#include <time.h>
+
+static double cpu_ms(void) { return 1e3 * (double)clock() / CLOCKS_PER_SEC; }
+
+static ScanQuality check_view(Field* f, const OmScanDef* def, unsigned what, const char* name) {
+    OmObservation obs = observe(f, what);
+    OmScan scan;
+    double best = 1e9;
+    for (int k = 0; k < 5; ++k) {
+        double start = cpu_ms();
+        assert_ok(om_scan_from_observation(def, &obs, &scan));
+        best = fmin(best, cpu_ms() - start);
+        if (k < 4) om_scan_done(&scan);
+    }
+    assert_ok(om_scan_check(&scan));
+    Truth truth = truth_init(f, &obs.rgbd.camera);
+    ScanQuality q = scan_quality(&truth, &obs, &scan);
+    print_message(
+        "%s: %d x %d pixels, found %.4f, false %.5f, %d points %.2f mm apart (%.2f mm wanted), %d "
+        "triangles; to the surface %.3f / %.3f / %.3f mm (median, 90 %%, worst; noise %.3f); normals %.1f "
+        "/ %.1f degrees; %.2f ms\n",
+        name, obs.rgbd.camera.width, obs.rgbd.camera.height, q.found, q.claimed, scan.npoint,
+        1e3 * q.spacing, 1e3 * def->spacing, scan.ntri, 1e3 * q.median, 1e3 * q.p90, 1e3 * q.worst,
+        1e3 * scan.noise, q.normal_median * 180 / OM_PI, q.normal_p90 * 180 / OM_PI, best);
+    // Bounds for every view: 0.34 mm of noise along a ray, averaged; at the border of the tissue pixels are lost.
+    assert_true(q.found > 0.95);
+    assert_below(q.claimed, 0.005);
+    assert_below(q.median, 1.2e-4);
+    assert_below(q.p90, 3e-4);
+    assert_below(q.worst, 0.002);
+    assert_below(q.normal_median, 3 * OM_PI / 180);
+    assert_near_rel(q.spacing, def->spacing, 0.05);
+    assert_true(scan.noise > 0.5 * q.median && scan.noise < 4 * q.median);
+    // Two triangles a point, less those of the border: none is missing inside.
+    assert_true(scan.ntri > 1.5 * scan.npoint);
+    truth_done(&truth);
+    om_scan_done(&scan);
+    om_observation_done(&obs);
+    return q;
+}
+
+static void test_sheet(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.rgbd = om_scene_default().rgbd;
+    setup(&f, scene);
+    assert_ok(om_world_reset(f.world));
+    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "sheet at rest");
+    check_view(&f, &def, OM_OBSERVE_DEPTH, "sheet at rest, no colour");
+    grasp_at(&f, 0, om_vec3(-0.048, -0.048, 0.005));
+    assert_ok(om_world_move(f.world, 0, to_world(&f, 0, om_vec3(0.0, -0.02, 0.045)), 0.02));
+    for (int i = 0; i < 200; ++i) assert_ok(om_world_advance(f.world, 0.02));
+    assert_true(is_holding(&f, 0));
+    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "folded");
+    check_view(&f, &def, OM_OBSERVE_DEPTH, "folded, no colour");
+    teardown(&f);
+}
+
+// The camera and every pixel are those of the picture; triangles face the camera.
+static void test_scan_says_where_from(void** state) {
+    (void)state;
+    Field f;
+    setup(&f, half_held());
+    assert_ok(om_world_advance(f.world, 0.02));
+    OmObservation obs = observe(&f, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    OmScan scan;
+    assert_ok(om_scan_from_observation(&def, &obs, &scan));
+    assert_near(scan.time, 0.02, 1e-12);
+    assert_true(scan.has_camera);
+    assert_memory_equal(&scan.camera, &obs.rgbd.camera, sizeof scan.camera);
+    OmVec3 eye = scan.camera.pose_world_camera.p;
+    int ntissue = 0, nother = 0;
+    for (int i = 0; i < scan.camera.width * scan.camera.height; ++i) {
+        ntissue += scan.pixel[i] == OM_SCAN_TISSUE;
+        nother += scan.pixel[i] == OM_SCAN_OTHER;
+    }
+    assert_true(ntissue > 3000 && nother > 3000);
+    for (int t = 0; t < scan.ntri; ++t) {
+        const int* v = scan.tri_vert + 3 * (size_t)t;
+        OmVec3 a = om_load3(scan.x, v[0]), b = om_load3(scan.x, v[1]), c = om_load3(scan.x, v[2]);
+        assert_true(om_dot(om_cross(om_sub(b, a), om_sub(c, a)), om_sub(eye, a)) > 0);
+    }
+    for (int i = 0; i < scan.npoint; ++i) {
+        double u, v;
+        OmVec3 p = om_load3(scan.x, i);
+        assert_true(om_dot(om_load3(scan.normal, i), om_sub(eye, p)) > 0);
+        assert_true(om_camera_project(&scan.camera, p, &u, &v));
+        assert_int_equal(scan.pixel[(int)v * scan.camera.width + (int)u], OM_SCAN_TISSUE);
+    }
+    om_scan_done(&scan);
+    om_observation_done(&obs);
+    teardown(&f);
+}
+
+// ---- made-up pictures: exact ----------------------------------------------------------------------------------
+
+enum { WIDTH = 40, HEIGHT = 30 };
+
+typedef struct Made {
+    OmSite site;
+    OmObservation obs;
+    float depth[WIDTH * HEIGHT];
+    unsigned char rgb[3 * WIDTH * HEIGHT];
+} Made;
+
+static const unsigned char orange[3] = {200, 130, 40}, white[3] = {250, 250, 245},
+                           green[3] = {20, 140, 120};
+
+static void paint(Made* m, int column, int row, float depth, const unsigned char rgb[3]) {
+    int i = row * WIDTH + column;
+    m->depth[i] = depth;
+    memcpy(&m->rgb[3 * i], rgb, 3);
+}
+
+// A camera 200 mm above a plane of tissue, a pixel of it 1 mm wide.
+static void make_picture(Made* m) {
+    memset(m, 0, sizeof *m);
+    m->site.pose_world_task = om_pose_identity();
+    m->site.half_size = om_vec3(0.06, 0.06, 0.0025);
+    m->obs.rgbd.depth = m->depth;
+    m->obs.rgbd.color = (OmPicture){WIDTH, HEIGHT, 3, m->rgb};
+    OmPose pose = om_pose_look_at(om_vec3(0, 0, 0.2), om_vec3(0, 0, 0), om_vec3(0, 1, 0));
+    m->obs.rgbd.camera = (OmCamera){pose, WIDTH, HEIGHT, 2 * atan(0.5 * HEIGHT * 0.005), 0.01, 1};
+    for (int i = 0; i < WIDTH * HEIGHT; ++i) paint(m, i % WIDTH, i / WIDTH, 0.2F, orange);
+}
+
+static OmScan scan_of(const Made* m, const OmScanDef* def) {
+    OmScan scan;
+    assert_ok(om_scan_from_observation(def, &m->obs, &scan));
+    assert_ok(om_scan_check(&scan));
+    return scan;
+}
+
+static int class_at(const OmScan* scan, int column, int row) {
+    return scan->pixel[row * WIDTH + column];
+}
+
+static OmScanDef made_def(const Made* m) {
+    OmScanDef def = om_scan_default_def(NULL, &m->site);
+    def.spacing = 0.004;
+    return def;
+}
+
+// Points of a plane lie on it, cover it, and are joined to one piece.
+static void test_plane(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    OmScanDef def = made_def(&m);
+    OmScan scan = scan_of(&m, &def);
+    double area = 0;
+    for (int i = 0; i < scan.npoint; ++i) {
+        assert_near(scan.x[3 * i + 2], 0, 1e-8);  // depth is a float
+        assert_near(scan.normal[3 * i + 2], 1, 1e-9);
+    }
+    for (int t = 0; t < scan.ntri; ++t) {
+        const int* v = scan.tri_vert + 3 * (size_t)t;
+        OmVec3 a = om_load3(scan.x, v[0]);
+        area +=
+            0.5 * om_cross(om_sub(om_load3(scan.x, v[1]), a), om_sub(om_load3(scan.x, v[2]), a)).z;
+    }
+    assert_true(area > 0.8 * WIDTH * HEIGHT * 1e-6 && area < WIDTH * HEIGHT * 1e-6);
+    OmSurface surface = {scan.npoint, scan.ntri, scan.x, scan.tri_vert};
+    OmSurfaceCheck check;
+    assert_ok(om_surface_check(&surface, &check));
+    assert_int_equal(check.ncomponent, 1);
+    assert_int_equal(check.nmanifold_edge, 0);
+    assert_int_equal(check.nflipped_edge, 0);
+    assert_int_equal(check.neuler, 1);  // a disc
+    assert_near_rel(scan.noise, (2e-4 + 1.5e-3 * 0.04) / 3,
+                    0.3);  // 9 pixels of 1 mm within 1.33 mm
+    om_scan_done(&scan);
+}
+
+// A white spot in the tissue is tissue; beside the tissue, or before it, it is not. Other colours are never tissue.
+static void test_highlights(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    for (int row = 5; row < 9; ++row)
+        for (int column = 5; column < 9; ++column) {
+            paint(&m, column, row, 0.2F, white);        // inside
+            paint(&m, column + 10, row, 0.15F, white);  // before the tissue: a tool
+            paint(&m, column + 20, row, 0.2F, green);   // another colour
+            paint(&m, column, row + 12, row < 7 ? 0.2F : 0, row < 7 ? green : white);  // no depth
+        }
+    for (int i = 0; i < WIDTH * 4; ++i) paint(&m, i % WIDTH, HEIGHT - 4 + i / WIDTH, 0.2F, green);
+    paint(&m, 20, HEIGHT - 2, 0.2F, white);  // a highlight of the board
+    OmScanDef def = made_def(&m);
+    def.margin = 0;
+    OmScan scan = scan_of(&m, &def);
+    assert_int_equal(class_at(&scan, 6, 6), OM_SCAN_TISSUE);
+    assert_int_equal(class_at(&scan, 16, 6),
+                     OM_SCAN_TOOL);  // no kinematics: any grey thing is a tool
+    assert_int_equal(class_at(&scan, 26, 6), OM_SCAN_OTHER);
+    assert_int_equal(class_at(&scan, 6, 18), OM_SCAN_OTHER);
+    assert_int_equal(class_at(&scan, 6, 20), OM_SCAN_UNKNOWN);
+    assert_int_equal(class_at(&scan, 20, HEIGHT - 2), OM_SCAN_TOOL);
+    assert_int_equal(class_at(&scan, 14, 6), OM_SCAN_TISSUE);
+    om_scan_done(&scan);
+    def.margin = 2;
+    scan = scan_of(&m, &def);
+    assert_int_equal(class_at(&scan, 14, 6), OM_SCAN_TOOL);
+    assert_int_equal(class_at(&scan, 13, 4), OM_SCAN_TOOL);
+    assert_int_equal(class_at(&scan, 12, 6), OM_SCAN_TISSUE);
+    om_scan_done(&scan);
+}
+
+// Two layers: the triangles are cut at the step, pixels between the layers and small pieces are left out.
+static void test_steps_and_specks(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    for (int i = 0; i < WIDTH * HEIGHT; ++i)
+        if (i % WIDTH >= 20) m.depth[i] = i % WIDTH == 20 ? 0.185F : 0.17F;
+    for (int i = 0; i < 9; ++i)
+        paint(&m, 5 + i % 3, 5 + i / 3, 0.19F, orange);  // a speck of 9 mm^2
+    OmScanDef def = made_def(&m);
+    OmScan scan = scan_of(&m, &def);
+    for (int row = 0; row < HEIGHT; ++row) {
+        assert_int_equal(class_at(&scan, 20, row), OM_SCAN_UNKNOWN);
+        assert_int_equal(class_at(&scan, 19, row), OM_SCAN_TISSUE);
+        assert_int_equal(class_at(&scan, 21, row), OM_SCAN_TISSUE);
+    }
+    assert_int_equal(class_at(&scan, 6, 6), OM_SCAN_UNKNOWN);
+    for (int i = 0; i < scan.npoint; ++i) {
+        double z = scan.x[3 * i + 2];
+        assert_true(fabs(z) < 1e-8 || fabs(z - 0.03) < 1e-8);
+    }
+    for (int t = 0; t < scan.ntri; ++t) {
+        const int* v = scan.tri_vert + 3 * (size_t)t;
+        for (int k = 1; k < 3; ++k) assert_near(scan.x[3 * v[k] + 2], scan.x[3 * v[0] + 2], 1e-8);
+    }
+    om_scan_done(&scan);
+    def.min_area = 5e-6;
+    scan = scan_of(&m, &def);
+    assert_int_equal(class_at(&scan, 6, 6), OM_SCAN_TISSUE);
+    om_scan_done(&scan);
+    def.min_area = 1;  // more than all: an empty scan, which is no error
+    scan = scan_of(&m, &def);
+    assert_int_equal(scan.npoint + scan.ntri, 0);
+    om_scan_done(&scan);
+}
+
+static void test_bad_input(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    const OmScanDef good = made_def(&m);
+    OmScan scan;
+    OmScanDef bad[10];
+    for (int i = 0; i < 10; ++i) bad[i] = good;
+    bad[0].cookie = 0;
+    bad[1].spacing = 0;
+    bad[2].max_jump = NAN;
+    bad[3].min_cosine = 1;
+    bad[4].min_area = -1;
+    bad[5].margin = 17;
+    bad[6].noise_a = -1e-4;
+    bad[7].tissue.hue_max = 400;
+    bad[8].tool.value_min = 2;
+    bad[9].space.reach = -1;
+    for (int i = 0; i < 10; ++i) {
+        assert_status(om_scan_from_observation(&bad[i], &m.obs, &scan), OM_INVALID);
+        assert_null(scan.x);
+    }
+    m.obs.rgbd.color.width = WIDTH - 1;
+    assert_status(om_scan_from_observation(&good, &m.obs, &scan), OM_INVALID);
+    m.obs.rgbd.depth = NULL;
+    assert_status(om_scan_from_observation(&good, &m.obs, &scan), OM_INVALID);
+}
+
+static OmStatus make_scan(void* ctx) {
+    OmScanDef def = made_def(ctx);
+    OmScan scan;
+    OmStatus status = om_scan_from_observation(&def, &((Made*)ctx)->obs, &scan);
+    if (status == OM_OK) om_scan_done(&scan);
+    return status;
+}
+
+static void test_no_memory(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    assert_true(test_failing_allocations(make_scan, &m, 1) > 10);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sheet),
+        cmocka_unit_test(test_scan_says_where_from),
+        cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_highlights),
+        cmocka_unit_test(test_steps_and_specks),
+        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_no_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
