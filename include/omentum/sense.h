@@ -1,6 +1,6 @@
 /// omentum/sense.h: pictures and depth of a scene of triangles, by ray casting (floor 3).
 ///
-/// A pinhole endoscope gives shaded pictures, a depth camera gives depth with range-dependent noise and
+/// An endoscope gives shaded pictures, a depth camera gives depth with range-dependent noise and
 /// partial point clouds with normals, and both respect occlusion. No display and no graphics card.
 ///
 ///     OmSenseScene* scene;
@@ -20,17 +20,38 @@
 extern "C" {
 #endif
 
-/// Pinhole camera: z forward, x right, y down in its frame; square pixels, principal point in the middle.
+/// Intrinsics of a calibrated camera, px, and distortion of Brown and Conrady in the model and order of OpenCV (ROS:
+/// "plumb_bob"): k1 k2 p1 p2 k3. All zero: an ideal pinhole of the camera's fov, square pixels, principal point in the
+/// middle. The centre of the first pixel is (0.5, 0.5); OpenCV and ROS count it as (0, 0), so that cx and cy are theirs
+/// plus 0.5.
+typedef struct OmLens {
+    double fx, fy;      // focal lengths; both 0: from fov
+    double cx, cy;      // principal point; both 0: the middle of the picture
+    double k1, k2;      // radial
+    double p1, p2, k3;  // tangential; radial
+} OmLens;
+
+/// Camera: z forward, x right, y down in its frame.
 typedef struct OmCamera {
     OmPose pose_world_camera;
     int width, height;     // pixels, 1 to 8192
-    double fov;            // vertical, rad, in (0, pi)
-    double near_m, far_m;  // range of depth, m
+    double fov;            // vertical, rad, in (0, pi); not used where lens.fx is given
+    double near_m, far_m;  // range of depth along z, m
+    OmLens lens;
 } OmCamera;
 
-/// Pixel coordinates (pixel centres at .5) of a point; false if it is not in front of the camera.
+/// Check all fields. A lens must have a ray for every point of the picture: a distortion that folds it has none.
+/// @return OM_OK; OM_INVALID (the message names the field)
+OM_API OmStatus om_camera_check(const OmCamera* camera);
+/// The camera's lens with focal lengths and principal point written out, also those of an ideal pinhole.
+OM_API OmLens om_camera_lens(const OmCamera* camera);
+/// The same view at another size: focal lengths and principal point scale with the height.
+OM_API OmCamera om_camera_resize(const OmCamera* camera, int width, int height);
+/// Pixel coordinates (pixel centres at .5) of a point; false if it is not in front of the camera, or outside of the
+/// disc around the axis in which the distortion is one to one.
 OM_API bool om_camera_project(const OmCamera* camera, OmVec3 p_world, double* u, double* v);
-/// Unit direction in the world of the ray through pixel coordinates (u, v).
+/// Unit direction in the world of the ray through pixel coordinates (u, v); zero where the lens has none. A camera that
+/// om_camera_check accepts has one everywhere in its picture.
 OM_API OmVec3 om_camera_ray(const OmCamera* camera, double u, double v);
 
 /// Solid textures. They move with the material: positions at om_sense_scene_add are the texture coordinates.

@@ -57,7 +57,7 @@ static void depth_rows(void* ctx, int begin, int end, int block) {
 
 OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                         float* depth, int* id, float* normal) {
-    OM_TRY(om__check_camera(camera));
+    OM_TRY(om_camera_check(camera));
     Depth d = {scene, camera, om__make_view(camera), depth, id, normal};
     om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
     return OM_OK;
@@ -108,8 +108,11 @@ static void noise_row(const Noise* s, int row) {
         if (!(z > 0)) continue;
         bool is_lost = (double)random[0][lane] < lost_below;
         if (s->normal)
-            is_lost |= is_grazing(&s->normal[3 * i], om_madd(start, column, s->view.du),
-                                  noise->min_grazing);
+            is_lost |=
+                is_grazing(&s->normal[3 * i],
+                           s->view.has_distortion ? om__view_ray(&s->view, column + 0.5, row + 0.5)
+                                                  : om_madd(start, column, s->view.du),
+                           noise->min_grazing);
         float noisy = z + (a + b * z * z) * normal_deviate(random[1][lane], random[2][lane]);
         s->depth[i] = is_lost || noisy < min || noisy > max ? 0.0f : noisy;
     }
@@ -137,7 +140,9 @@ int om_depth_to_cloud(const OmCamera* c, const float* depth, const int* id, cons
         for (int column = 0; column < c->width; ++column, ++i) {
             double z = (double)depth[i];
             if (!(z > 0) || !isfinite(z) || (only >= 0 && id && id[i] != only)) continue;
-            om_store3(x, n, om_madd(view.eye, z, om_madd(start, column + 0.5, view.du)));
+            OmVec3 ray = view.has_distortion ? om__view_ray(&view, column + 0.5, row + 0.5)
+                                             : om_madd(start, column + 0.5, view.du);
+            om_store3(x, n, om_madd(view.eye, z, ray));
             for (int k = 0; k < 3 && normal && normal_out; ++k)
                 normal_out[3 * n + k] = (double)normal[3 * i + k];
             ++n;
@@ -196,7 +201,7 @@ OmStatus om_sense_count_visible(const OmSenseScene* scene, const OmCamera* camer
                                 const double* normal, int npoint, uint64_t ignore,
                                 OmVisibility* visibility) {
     *visibility = (OmVisibility){.npoint = npoint};
-    OM_TRY(om__check_camera(camera));
+    OM_TRY(om_camera_check(camera));
     Packet p = {0};
     bool is_seen[PACKET];
     OmVec3 eye = camera->pose_world_camera.p;

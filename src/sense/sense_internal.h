@@ -62,16 +62,20 @@ void om__texture_sample(const float* voxel, const float t[3], Texel* texel);
 // Factors from an object's colour to its second colour, the colour of septa and vessels.
 void om__texture_tint(OmSenseTexture texture, float factor[3]);
 
-// The rays of a picture: the direction through (u, v) is first + u du + v dv, of length 1 along the axis of the
-// camera, so that distances along a ray are depths.
+// The rays of a picture: without distortion the direction through (u, v) is first + u du + v dv. Directions have length
+// 1 along the axis of the camera, so that distances along a ray are depths.
 typedef struct View {
     OmVec3 eye, first, du, dv;
+    bool has_distortion;
+    OmLens lens;  // with fx, fy, cx, cy
+    OmPose pose;
 } View;
 
 View om__make_view(const OmCamera* camera);
+// Direction through (u, v), of length 1 along the axis; zero where the lens has no ray.
+OmVec3 om__view_ray(const View* view, double u, double v);
 // Rays through (u + i, v) for the n lanes of a packet; the other lanes repeat the last ray and are not cast.
 void om__set_rays(Packet* packet, const View* view, double far_t, double u, double v);
-OmStatus om__check_camera(const OmCamera* camera);
 // The normal at hit i: interpolated from the vertices, or the triangle's; any length.
 void om__hit_normal(const OmSenseScene* scene, const Packet* packet, int i, float n[3]);
 

@@ -1,4 +1,4 @@
-// sense_render.c: cameras and pictures.
+// sense_render.c: pictures.
 //
 // Rays are cast and shaded in packets along a row (sense_shade.c). Rows are cut into blocks that do not depend on the
 // worker count.
@@ -12,60 +12,6 @@
 
 OmSenseOptions om_sense_options_default(void) {
     return (OmSenseOptions){.samples = 1, .has_shadow = true};
-}
-
-// ---- cameras --------------------------------------------------------------------------------------------------
-
-static double focal_length(const OmCamera* c) { return 0.5 * c->height / tan(0.5 * c->fov); }
-
-bool om_camera_project(const OmCamera* c, OmVec3 p_world, double* u, double* v) {
-    OmVec3 p = om_pose_apply(om_pose_inverse(c->pose_world_camera), p_world);
-    if (!(p.z > 0)) return false;
-    double f = focal_length(c);
-    *u = 0.5 * c->width + f * p.x / p.z;
-    *v = 0.5 * c->height + f * p.y / p.z;
-    return true;
-}
-
-View om__make_view(const OmCamera* c) {
-    double f = focal_length(c);
-    OmQuat q = c->pose_world_camera.q;
-    View view = {.eye = c->pose_world_camera.p,
-                 .first = om_quat_rotate(q, om_vec3(-0.5 * c->width / f, -0.5 * c->height / f, 1)),
-                 .du = om_quat_rotate(q, om_vec3(1 / f, 0, 0)),
-                 .dv = om_quat_rotate(q, om_vec3(0, 1 / f, 0))};
-    return view;
-}
-
-OmVec3 om_camera_ray(const OmCamera* c, double u, double v) {
-    View view = om__make_view(c);
-    return om_normalize(om_madd(om_madd(view.first, u, view.du), v, view.dv));
-}
-
-void om__set_rays(Packet* p, const View* view, double far_t, double u, double v) {
-    OmVec3 start = om_madd(om_madd(view->first, u, view->du), v, view->dv);
-    float sx = (float)start.x, sy = (float)start.y, sz = (float)start.z;
-    float ux = (float)view->du.x, uy = (float)view->du.y, uz = (float)view->du.z;
-    for (int i = 0; i < PACKET; ++i) {
-        float k = (float)(i < p->n ? i : p->n - 1);
-        p->ox[i] = (float)view->eye.x;
-        p->oy[i] = (float)view->eye.y;
-        p->oz[i] = (float)view->eye.z;
-        p->dx[i] = sx + k * ux;
-        p->dy[i] = sy + k * uy;
-        p->dz[i] = sz + k * uz;
-        p->far_t[i] = (float)far_t;
-    }
-}
-
-OmStatus om__check_camera(const OmCamera* c) {
-    OM_CHECK(c->width >= 1 && c->width <= 8192 && c->height >= 1 && c->height <= 8192, OM_INVALID,
-             "camera: a picture of %d x %d pixels; 1 to 8192 a side", c->width, c->height);
-    OM_CHECK(c->fov > 0 && c->fov < OM_PI, OM_INVALID, "camera: fov is %g rad, must be in (0, pi)",
-             c->fov);
-    OM_CHECK(c->near_m >= 0 && c->far_m > c->near_m, OM_INVALID,
-             "camera: near_m %g and far_m %g do not enclose a range", c->near_m, c->far_m);
-    return OM_OK;
 }
 
 // ---- pictures -------------------------------------------------------------------------------------------------
@@ -140,17 +86,18 @@ static Shading make_shading(const OmSenseScene* scene, const OmCamera* camera) {
     OmVec3 light = om_pose_apply(pose, om_vec3(LIGHT_RIGHT, -LIGHT_UP, 0));
     OmVec3 up = om_quat_rotate(pose.q, om_vec3(0, -1, 0));
     OmVec3 away = om_sub(om__exposure_point(scene), pose.p);
+    OmLens lens = om_camera_lens(camera);
     Shading shading = {.scene = scene,
                        .light = {(float)light.x, (float)light.y, (float)light.z},
                        .up = {(float)up.x, (float)up.y, (float)up.z},
                        .exposure2 = (float)om_norm2(away),
-                       .pixel = (float)(1 / focal_length(camera))};
+                       .pixel = (float)(1 / (0.5 * (lens.fx + lens.fy)))};
     return shading;
 }
 
 OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                          const OmSenseOptions* options, OmPicture* picture) {
-    OM_TRY(om__check_camera(camera));
+    OM_TRY(om_camera_check(camera));
     OM_CHECK(options->samples >= 1 && options->samples <= 4, OM_INVALID, "samples is %d; 1 to 4",
              options->samples);
     OM_CHECK(picture->width == camera->width && picture->height == camera->height &&
