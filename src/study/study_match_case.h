@@ -1,0 +1,144 @@
+// study_match_case.h: cases with a known truth, for correspondence and for attachments.
+//
+// A setup is a sheet of the simulated world: another mesh and another stiffness than the twin's, held somewhere, and
+// moved by the world's arms. A case is a setup with a view of it and with a belief of the twin. The tables of
+// study_match_case.c were committed before any method was measured on them.
+#ifndef OMENTUM_STUDY_MATCH_CASE_H
+#define OMENTUM_STUDY_MATCH_CASE_H
+
+#include "omentum/match_scan.h"
+#include "omentum/world.h"
+
+#define MATCH_MAX_TICK 700  // of a motion and the wait after it
+#define MATCH_NGRASP 3      // views of an attachment case
+
+typedef enum MatchView {  // of the depth camera
+    VIEW_FULL,            // depth noise, tools in view
+    VIEW_EXACT,           // no depth noise
+    VIEW_BARE,            // no tool in view
+    NVIEW
+} MatchView;
+
+typedef enum MatchBelief {  // attachments of the twin
+    BELIEF_RIGHT,           // those of the truth
+    BELIEF_FEWER,           // 15 mm less all around
+    BELIEF_MORE,            // 15 mm more all around
+    BELIEF_ELSEWHERE,       // a box of the setup
+    BELIEF_NONE,
+    NBELIEF
+} MatchBelief;
+
+// A motion of one or two tips in the task frame (m): turned about a line by `angle`, then shifted.
+typedef struct MatchMove {
+    int narm;                  // that hold tissue
+    int arm[OM_MAX_ARM];       // of the world
+    OmVec3 grasp[OM_MAX_ARM];  // tip when the jaw closes
+    OmVec3 line, axis;         // a point of the line and its direction, a unit vector
+    double angle;              // rad
+    OmVec3 shift;
+} MatchMove;
+
+typedef struct MatchSetup {
+    char name[48];  // of its files
+    int cells;      // of the twin along a side; the world has one and a half as many, in two layers
+    int layout[2];  // seeds of random attached patches; 0: none. Both 0: the box
+    double share;   // of the underside, of each patch
+    OmVec3 lo, hi;  // m, task frame: the attached box
+    OmVec3 else_lo, else_hi;  // m: the box of BELIEF_ELSEWHERE
+    double elevation;         // rad, of the depth camera
+    MatchMove move;
+} MatchSetup;
+
+typedef struct MatchCase {  // of the study of correspondence
+    char name[48];
+    int setup;  // index into om__match_setup
+    MatchView view;
+    double seen;     // share of the seen points that is kept, cut by a plane
+    bool keeps_far;  // the part away from the grasp is kept, not the part around it
+    MatchBelief belief;
+} MatchCase;
+
+typedef struct MatchLayout {  // of the study of attachments
+    int layout[2];
+    double share;                   // of the underside, of each patch
+    double lift;                    // m
+    double grasp[MATCH_NGRASP][2];  // m, task frame
+} MatchLayout;
+
+#define MATCH_NSETUP 8
+#define MATCH_NLAYOUT 12
+extern const MatchSetup om__match_setup[MATCH_NSETUP];
+extern const MatchCase om__match_case[];
+extern const int om__match_ncase;
+extern const MatchLayout om__match_layout[MATCH_NLAYOUT];
+extern const char* const om__match_belief_name[NBELIEF];
+extern const char* const om__match_view_name[NVIEW];
+
+// The setup of one view of an attachment case.
+MatchSetup om__match_layout_setup(int layout, int grasp, int cells);
+// The scene of a setup with a belief of the twin.
+OmScene om__match_make_scene(const MatchSetup* setup, MatchBelief belief);
+// The twin's or the world's site, with both patches where the setup has two.
+OmStatus om__match_build_site(const MatchSetup* setup, MatchBelief belief, OmSiteRole role,
+                              OmScene* scene, OmSite* site);
+// The tip of an arm of the move at `share` of the way, task frame, m.
+OmVec3 om__match_tip(const MatchMove* move, int k, double share);
+
+// ---- what happened in the world ---------------------------------------------------------------------
+
+typedef struct MatchTick {
+    OmPose tip[OM_MAX_ARM];  // measured pose_world_tip of each arm of the world
+} MatchTick;
+
+typedef struct MatchHead {
+    int nmove, ntick;                  // ticks of the motion, and with the wait after it
+    double dt;                         // s, of a tick
+    double time;                       // s, of the picture
+    OmPose grasp_tip[OM_MAX_ARM];      // measured, when the jaw closed      (of the move)
+    OmArmObservation arm[OM_MAX_ARM];  // at the picture                     (of the world)
+    OmPsm psm[OM_MAX_ARM];             // of the world
+    OmCamera camera;                   // the depth camera
+    int nbad;                          // steps of the world that did not converge
+    double force[OM_MAX_ARM];          // N, largest pull of each arm of the move
+    MatchTick tick[MATCH_MAX_TICK];    // (ntick)
+} MatchHead;
+
+typedef struct MatchTruth {  // om__match_truth_done frees; zero-initialise
+    OmScene scene;
+    OmSite site;        // of the world
+    OmSurface surface;  // boundary of its mesh, in the final state
+    int* vert;          // mesh vertex of each vertex of the surface
+    MatchHead head;
+    double* x;                    // final positions of the world's mesh, m         (nvert x 3)
+    float* depth[NVIEW];          //                                                (pixels)
+    unsigned char* color[NVIEW];  //                                         (pixels x 3)
+} MatchTruth;
+
+// Move the world as the setup says, or read the result from a file of `dir` if it has one of this setup.
+OmStatus om__match_truth_get(const MatchSetup* setup, const char* dir, int nworker, bool* is_new,
+                             MatchTruth* truth);
+void om__match_truth_done(MatchTruth* truth);
+// A view as an observation; om_observation_done frees. With `seen` below 1 the tissue's pixels on one side of a
+// plane have neither depth nor colour, so that a share `seen` of them stays.
+OmStatus om__match_observe(const MatchTruth* truth, const MatchMove* move, MatchView view,
+                           double seen, bool keeps_far, OmObservation* obs);
+// The material point, in the rest shape, of each of n points that the camera sees: the nearest point of the true
+// surface that faces the camera. `distance` (n) to it may be null.
+OmStatus om__match_find_material(const MatchTruth* truth, int n, const double* x, double* rest,
+                                 double* distance);
+// Positions in the truth of points of the rest shape.
+OmStatus om__match_carry(const MatchTruth* truth, int n, const double* rest, double* x);
+
+typedef struct MatchTwin {  // om__match_twin_done frees; zero-initialise
+    OmScene scene;
+    OmSite site;
+    double* x;  // positions at a share of the way, m          (nvert x 3)
+} MatchTwin;
+// A twin with a belief, at rest, then moved as the measured tips moved, `share` of the way; 1: the wait after it too.
+OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const MatchTruth* truth,
+                            double share, int nworker, MatchTwin* twin);
+void om__match_twin_done(MatchTwin* twin);
+// Move a body from its present state by the measured tips.
+OmStatus om__match_follow(OmBody* body, const MatchMove* move, const MatchHead* head, int ntick);
+
+#endif
