@@ -46,6 +46,13 @@ OM_API void om_surface_tree_move(OmSurfaceTree* tree, const double* x);
 /// @return whether there is such a point within max_distance
 OM_API bool om_surface_tree_find(const OmSurfaceTree* tree, OmVec3 p, const unsigned char* use,
                                  double max_distance, OmSurfacePoint* q);
+/// As om_surface_tree_find, among triangles whose outward normal has a cosine above `min_cosine` with `normal`: on a
+/// thin sheet the nearest triangle may be one of the other side. A flat triangle has no normal and is left out.
+/// @param normal  unit
+/// @return whether there is such a point within max_distance
+OM_API bool om_surface_tree_find_facing(const OmSurfaceTree* tree, OmVec3 p, OmVec3 normal,
+                                        double min_cosine, const unsigned char* use,
+                                        double max_distance, OmSurfacePoint* q);
 
 #ifdef __cplusplus
 }

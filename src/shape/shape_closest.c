@@ -212,15 +212,25 @@ static double distance2_to(const Node* node, OmVec3 p) {
 }
 
 typedef struct Best {
-    double d2;  // squared distance; the limit as long as nothing is found
-    int place;  // of the triangle in the tree, -1: none
+    double d2;       // squared distance; the limit as long as nothing is found
+    int place;       // of the triangle in the tree, -1: none
+    bool is_facing;  // only triangles whose normal n has n . normal > min_cosine
+    OmVec3 normal;
+    double min_cosine;
 } Best;
+
+static bool is_facing(const Best* best, const double* corner) {
+    OmVec3 a = om_load3(corner, 0);
+    OmVec3 n = om_cross(om_sub(om_load3(corner, 1), a), om_sub(om_load3(corner, 2), a));
+    return om_dot(n, best->normal) > best->min_cosine * om_norm(n);
+}
 
 static void look_at_leaf(const OmSurfaceTree* t, const Node* leaf, OmVec3 p,
                          const unsigned char* use, Best* best) {
     for (int i = leaf->begin; i < leaf->end; ++i) {
         if (use && !use[t->order[i]]) continue;
         const double* c = t->corner + 9 * (size_t)i;
+        if (best->is_facing && !is_facing(best, c)) continue;
         OmVec3 q = om_triangle_closest(p, om_load3(c, 0), om_load3(c, 1), om_load3(c, 2), NULL);
         double d2 = om_norm2(om_sub(p, q));
         bool is_first = best->place < 0 || t->order[i] < t->order[best->place];
@@ -259,15 +269,31 @@ static void search(const OmSurfaceTree* t, OmVec3 p, const unsigned char* use, B
     }
 }
 
+static bool find(const OmSurfaceTree* tree, OmVec3 p, const unsigned char* use, Best* best,
+                 OmSurfacePoint* q) {
+    search(tree, p, use, best);
+    if (best->place < 0) return false;
+    if (!q) return true;
+    const double* c = tree->corner + 9 * (size_t)best->place;
+    q->tri = tree->order[best->place];
+    q->x = om_triangle_closest(p, om_load3(c, 0), om_load3(c, 1), om_load3(c, 2), q->bary);
+    q->distance = sqrt(best->d2);
+    return true;
+}
+
 bool om_surface_tree_find(const OmSurfaceTree* tree, OmVec3 p, const unsigned char* use,
                           double max_distance, OmSurfacePoint* q) {
     Best best = {.d2 = max_distance * max_distance, .place = -1};
-    search(tree, p, use, &best);
-    if (best.place < 0) return false;
-    if (!q) return true;
-    const double* c = tree->corner + 9 * (size_t)best.place;
-    q->tri = tree->order[best.place];
-    q->x = om_triangle_closest(p, om_load3(c, 0), om_load3(c, 1), om_load3(c, 2), q->bary);
-    q->distance = sqrt(best.d2);
-    return true;
+    return find(tree, p, use, &best, q);
+}
+
+bool om_surface_tree_find_facing(const OmSurfaceTree* tree, OmVec3 p, OmVec3 normal,
+                                 double min_cosine, const unsigned char* use, double max_distance,
+                                 OmSurfacePoint* q) {
+    Best best = {.d2 = max_distance * max_distance,
+                 .place = -1,
+                 .is_facing = true,
+                 .normal = normal,
+                 .min_cosine = min_cosine};
+    return find(tree, p, use, &best, q);
 }

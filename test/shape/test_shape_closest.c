@@ -85,6 +85,27 @@ static void check_queries(const OmSurface* s, const OmSurfaceTree* tree, OmRng* 
     }
 }
 
+// A facing query is one with the other triangles out of use.
+static void check_facing(const OmSurface* s, const OmSurfaceTree* tree, OmRng* rng) {
+    unsigned char use[1000];
+    for (int k = 0; k < 100; ++k) {
+        OmVec3 p = random_point(rng, -0.5, 1.5), normal = om_normalize(random_point(rng, -1, 1));
+        double min_cosine = om_rng_range(rng, -1, 1), distance;
+        for (int t = 0; t < s->ntri; ++t) {
+            OmVec3 a = om_load3(s->x, 3 * t), b = om_load3(s->x, 3 * t + 1);
+            OmVec3 n = om_cross(om_sub(b, a), om_sub(om_load3(s->x, 3 * t + 2), a));
+            use[t] = om_dot(om_normalize(n), normal) > min_cosine;
+        }
+        int slow = find_slowly(s, p, use, &distance);
+        OmSurfacePoint q = {.tri = -1};
+        bool is_found =
+            om_surface_tree_find_facing(tree, p, normal, min_cosine, NULL, INFINITY, &q);
+        assert_int_equal(is_found, slow >= 0);
+        assert_int_equal(q.tri, slow);
+        if (slow >= 0) assert_near(q.distance, distance, 1e-15);
+    }
+}
+
 static void test_against_all_triangles(void** state) {
     (void)state;
     static const int size[] = {1, 2, 4, 5, 9, 1000};
@@ -97,6 +118,7 @@ static void test_against_all_triangles(void** state) {
             make_soup(kind, &s, &rng);
             assert_ok(om_surface_tree_create(&s, &tree));
             check_queries(&s, tree, &rng);
+            check_facing(&s, tree, &rng);
             make_soup(2 - kind, &s, &rng);  // triangles go elsewhere
             om_surface_tree_move(tree, s.x);
             check_queries(&s, tree, &rng);
