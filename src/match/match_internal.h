@@ -30,6 +30,9 @@ struct OmMatch {
     int nhypothesis;
 };
 
+/// The grasped vertices and their goals. `held` has room for all vertices; the scratch of `match` is not used.
+OmStatus om__match_find_held(const OmMatch* match, int ngrasp, const OmMatchGrasp* grasp,
+                             MatchHeld* held);
 /// Check a load, and find the grasped vertices with their goals.
 OmStatus om__match_set_load(OmMatch* match, const OmMatchLoad* load, const double* x);
 OmVec3 om__match_pull_point(const OmMatch* match, const OmMatchPull* pull, const double* x);

@@ -35,35 +35,43 @@ static OmStatus check_pose(const OmMatchGrasp* g, int k) {
     return OM_OK;
 }
 
-static void hold(OmMatch* m, OmPose motion, int v) {
-    MatchHeld* h = &m->held;
+static void hold(const OmMatch* m, OmPose motion, int v, MatchHeld* h) {
     h->vert[h->nvert] = v;
     om_store3(h->goal, h->nvert, om_pose_apply(motion, om_load3(m->view.mesh->x, v)));
     ++h->nvert;
 }
 
-static OmStatus add_grasp(OmMatch* m, const OmMatchGrasp* g, int k) {
+static OmStatus add_grasp(const OmMatch* m, const OmMatchGrasp* g, int k, MatchHeld* held) {
     const OmTetMesh* mesh = m->view.mesh;
     OM_TRY(check_pose(g, k));
     OmPose motion = om_pose_mul(g->pose_world_now, om_pose_inverse(g->pose_world_grasp));
-    int before = m->held.nvert;
+    int before = held->nvert;
     double radius = g->radius > 0 ? g->radius : m->def.scene->task.grasp_radius, nearest = HUGE_VAL;
     OM_CHECK(!g->vert || g->nvert <= mesh->nvert - before, OM_INVALID,
              "match: grasp %d has too many vertices", k);
     for (int i = 0; g->vert && i < g->nvert; ++i) {
         OM_CHECK(g->vert[i] >= 0 && g->vert[i] < mesh->nvert, OM_INVALID,
                  "match: grasp %d: vertex %d of %d", k, g->vert[i], mesh->nvert);
-        hold(m, motion, g->vert[i]);
+        hold(m, motion, g->vert[i], held);
     }
     for (int v = 0; !g->vert && v < mesh->nvert; ++v) {
         double d = om_distance(om_load3(mesh->x, v), g->pose_world_grasp.p);
         nearest = fmin(nearest, d);
-        if (d <= radius && m->held.nvert < mesh->nvert) hold(m, motion, v);
+        if (d <= radius && held->nvert < mesh->nvert) hold(m, motion, v, held);
     }
     OM_CHECK(
-        m->held.nvert > before, OM_INVALID,
+        held->nvert > before, OM_INVALID,
         "match: grasp %d: no vertex of the twin within %.1f mm of the grasp (nearest: %.1f mm)", k,
         1e3 * radius, 1e3 * nearest);
+    return OM_OK;
+}
+
+OmStatus om__match_find_held(const OmMatch* m, int ngrasp, const OmMatchGrasp* grasp,
+                             MatchHeld* held) {
+    OM_CHECK(ngrasp >= 0 && ngrasp <= OM_MAX_ARM, OM_INVALID, "match: %d grasps, at most %d",
+             ngrasp, OM_MAX_ARM);
+    held->nvert = 0;
+    for (int k = 0; k < ngrasp; ++k) OM_TRY(add_grasp(m, &grasp[k], k, held));
     return OM_OK;
 }
 
@@ -87,11 +95,7 @@ OmStatus om__match_set_load(OmMatch* m, const OmMatchLoad* load, const double* x
         OM_CHECK(isfinite(load->spring[i]) && load->spring[i] >= 0, OM_INVALID,
                  "match: spring of candidate %d: %g N/m, must be at least 0", i, load->spring[i]);
     for (int k = 0; k < load->npull; ++k) OM_TRY(check_pull(m, &load->pull[k], k));
-    OM_CHECK(load->ngrasp >= 0 && load->ngrasp <= OM_MAX_ARM, OM_INVALID,
-             "match: %d grasps, at most %d", load->ngrasp, OM_MAX_ARM);
-    m->held.nvert = 0;
-    for (int k = 0; k < load->ngrasp; ++k) OM_TRY(add_grasp(m, &load->grasp[k], k));
-    return OM_OK;
+    return om__match_find_held(m, load->ngrasp, load->grasp, &m->held);
 }
 
 // ---- the energy and its derivatives -------------------------------------------------------------------------
