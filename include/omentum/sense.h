@@ -108,6 +108,8 @@ typedef struct OmSenseRange {
 OM_API OmSenseRange om_sense_range(OmSensePart part);
 /// Hue (degrees, 0 for grey), saturation and value of a pixel of a picture.
 OM_API void om_sense_hsv(const unsigned char rgb[3], double hsv[3]);
+/// Whether a colour (hue, saturation, value) is in a range.
+OM_API bool om_sense_range_has(const OmSenseRange* range, const double hsv[3]);
 /// The part in whose range a pixel's colour is (OM_PART_TOOL for shafts, too); OM_NPART if none.
 OM_API OmSensePart om_sense_part_of(const unsigned char rgb[3]);
 

@@ -35,17 +35,17 @@ OM_API OmCloudDef om_cloud_default_def(const OmWorld* world, const OmSite* site)
 typedef enum OmCloudPlace {  // of a point
     OM_PLACE_FREE,           // near the task, away from tools and fixed anatomy
     OM_PLACE_FIXED,          // nearer than `clearance` to board or organ
-    OM_PLACE_TOOL,           // nearer than `tool_margin` to a tool
-    OM_PLACE_FAR             // outside the reach of the tissue
+    OM_PLACE_FAR,            // outside the reach of the tissue
+    OM_PLACE_TOOL            // nearer than `tool_margin` to a tool, also outside the reach
 } OmCloudPlace;
-typedef struct
-    OmCloudField {  // tools and limits at the time of an observation; om_cloud_field_init fills it
+typedef struct OmCloudField {  // tools and limits at the time of an observation
     OmCloudDef def;
     OmPose pose_task_world;
     OmVec3 lo, hi;  // reach of the tissue, task frame, m
     int ncapsule;
     OmPsmCapsule capsule[OM_MAX_ARM * OM_PSM_NCAPSULE];  // tools at their measured tips
 } OmCloudField;
+/// The field of an observation: arms at the time of the depth picture.
 /// @return OM_OK; OM_INVALID (a definition out of range: the message names the field)
 OM_API OmStatus om_cloud_field_init(const OmCloudDef* def, const OmObservation* observation,
                                     OmCloudField* field);

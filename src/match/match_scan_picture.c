@@ -83,13 +83,6 @@ static OmStatus check_picture(const OmDepthPicture* d) {
 
 // ---- classes of pixels -------------------------------------------------------------------------------------------
 
-static bool is_in_range(const OmSenseRange* r, const double hsv[3]) {
-    bool is_hue = r->hue_min < r->hue_max ? hsv[0] >= r->hue_min && hsv[0] < r->hue_max
-                                          : hsv[0] >= r->hue_min || hsv[0] < r->hue_max;
-    return is_hue && hsv[1] >= r->saturation_min && hsv[1] <= r->saturation_max &&
-           hsv[2] >= r->value_min && hsv[2] <= r->value_max;
-}
-
 static unsigned char class_of_space(const OmCloudField* field, OmVec3 p) {
     static const unsigned char class[] = {[OM_PLACE_FREE] = OM_SCAN_TISSUE,
                                           [OM_PLACE_FIXED] = OM_SCAN_OTHER,
@@ -118,14 +111,15 @@ static unsigned char class_of_color(const Color* c, const ScanPicture* p, int i,
                                     const unsigned char rgb[3]) {
     double hsv[3];
     om_sense_hsv(rgb, hsv);
-    bool is_tissue = is_in_range(&c->def->tissue, hsv), is_grey = is_in_range(&c->def->tool, hsv);
+    bool is_tissue = om_sense_range_has(&c->def->tissue, hsv),
+         is_grey = om_sense_range_has(&c->def->tool, hsv);
     if (!is_tissue && !is_grey)
         return hsv[2] < c->def->tissue.value_min ? OM_SCAN_UNKNOWN : OM_SCAN_OTHER;
     if (!om__has_depth(p, i)) return OM_SCAN_UNKNOWN;
     OmVec3 x = om_load3(p->x, i);
     OmCloudPlace place = om_cloud_field_eval(is_tissue ? &c->bare : &c->field, x);
-    if (place == OM_PLACE_FAR) return OM_SCAN_OTHER;
     if (place == OM_PLACE_TOOL) return OM_SCAN_TOOL;
+    if (place == OM_PLACE_FAR) return OM_SCAN_OTHER;
     return is_tissue ? OM_SCAN_TISSUE : PALE;
 }
 

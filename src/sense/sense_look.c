@@ -79,16 +79,19 @@ static bool is_between(double x, double min, double max, double end) {
     return x >= min && (x < max || (max == end && x == end));
 }
 
+bool om_sense_range_has(const OmSenseRange* r, const double hsv[3]) {
+    bool is_hue = r->hue_min < r->hue_max ? hsv[0] >= r->hue_min && hsv[0] < r->hue_max
+                                          : hsv[0] >= r->hue_min || hsv[0] < r->hue_max;
+    return is_hue && is_between(hsv[1], r->saturation_min, r->saturation_max, 1) &&
+           is_between(hsv[2], r->value_min, r->value_max, 1);
+}
+
 OmSensePart om_sense_part_of(const unsigned char rgb[3]) {
     double hsv[3];
     om_sense_hsv(rgb, hsv);
     for (int part = 0; part < OM_PART_SHAFT; ++part) {
-        OmSenseRange r = om_sense_range(part);
-        bool is_hue = r.hue_min < r.hue_max ? hsv[0] >= r.hue_min && hsv[0] < r.hue_max
-                                            : hsv[0] >= r.hue_min || hsv[0] < r.hue_max;
-        if (is_hue && is_between(hsv[1], r.saturation_min, r.saturation_max, 1) &&
-            is_between(hsv[2], r.value_min, r.value_max, 1))
-            return part;
+        OmSenseRange range = om_sense_range(part);
+        if (om_sense_range_has(&range, hsv)) return part;
     }
     return OM_NPART;
 }

@@ -66,10 +66,10 @@ static bool is_on_tool(const OmCloudField* f, OmVec3 p) {
 
 OmCloudPlace om_cloud_field_eval(const OmCloudField* f, OmVec3 p) {
     const OmSite* site = f->def.site;
+    if (is_on_tool(f, p)) return OM_PLACE_TOOL;
     OmVec3 at = om_pose_apply(f->pose_task_world, p);
     if (at.x < f->lo.x || at.y < f->lo.y || at.z < f->lo.z) return OM_PLACE_FAR;
     if (at.x > f->hi.x || at.y > f->hi.y || at.z > f->hi.z) return OM_PLACE_FAR;
-    if (is_on_tool(f, p)) return OM_PLACE_TOOL;
     double clearance = f->def.clearance;
     if (site->has_ground && at.z < clearance) return OM_PLACE_FIXED;
     if (site->has_organ && om_sdf_eval(&site->organ_sdf, p, NULL) < clearance)

@@ -11,6 +11,7 @@ typedef struct Truth {
     OmSurface tissue;  // deformed
     int npixel;
     int* id;  // 0: tissue, -1: nothing in range, others: anatomy and tools (npixel)
+    int first_tool;
 } Truth;
 
 static inline Truth truth_init(Field* f, const OmCamera* camera) {
@@ -29,6 +30,7 @@ static inline Truth truth_init(Field* f, const OmCamera* camera) {
     assert_ok(om__world_add_anatomy(&f->site, scene, &id));
     for (int a = 0; a < om_world_narm(f->world); ++a)
         assert_ok(om_sense_scene_add(scene, om_world_tool(f->world, a), &look, &id));
+    t.first_tool = id + 1 - om_world_narm(f->world);
     assert_ok(om_sense_scene_commit(scene));
     float* depth = malloc((size_t)t.npixel * sizeof *depth);
     t.id = malloc((size_t)t.npixel * sizeof *t.id);
@@ -74,6 +76,7 @@ static inline double surface_distance(const OmSurface* s, OmVec3 p) {
 typedef struct ScanQuality {
     double found;                      // share of the tissue's pixels with depth
     double claimed;                    // share of the pixels called tissue that are not
+    double tool;                       // share of the tools\' pixels called tool
     double median, p90, worst;         // m, of points to the true surface
     double normal_median, normal_p90;  // rad, of normals to those of the true surface
     double spacing;                    // m, mean side of the scan's triangles
@@ -97,15 +100,18 @@ static inline double normal_error(const OmSurface* s, OmVec3 p, OmVec3 n) {
 
 static inline ScanQuality scan_quality(const Truth* t, const OmObservation* obs,
                                        const OmScan* scan) {
-    int ntrue = 0, nfound = 0, nclaimed = 0, nfalse = 0;
+    int ntrue = 0, nfound = 0, nclaimed = 0, nfalse = 0, ntool = 0, ntool_found = 0;
     for (int i = 0; i < t->npixel; ++i) {
         bool is_true = t->id[i] == 0, is_said = scan->pixel[i] == OM_SCAN_TISSUE;
         if (!(obs->rgbd.depth[i] > 0)) continue;
         ntrue += is_true, nfound += is_true && is_said;
         nclaimed += is_said, nfalse += is_said && !is_true;
+        bool is_tool = t->id[i] >= t->first_tool;
+        ntool += is_tool, ntool_found += is_tool && scan->pixel[i] == OM_SCAN_TOOL;
     }
     ScanQuality q = {.found = (double)nfound / ntrue,
-                     .claimed = (double)nfalse / fmax(1, nclaimed)};
+                     .claimed = (double)nfalse / fmax(1, nclaimed),
+                     .tool = ntool_found / fmax(1, ntool)};
     double* d = malloc((size_t)scan->npoint * sizeof *d);
     double* a = malloc((size_t)scan->npoint * sizeof *a);
     assert_true(d && a && scan->npoint > 0);

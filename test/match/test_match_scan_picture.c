@@ -23,15 +23,17 @@ static ScanQuality check_view(Field* f, const OmScanDef* def, unsigned what, con
     Truth truth = truth_init(f, &obs.rgbd.camera);
     ScanQuality q = scan_quality(&truth, &obs, &scan);
     print_message(
-        "%s: %d x %d pixels, found %.4f, false %.5f, %d points %.2f mm apart (%.2f mm wanted), %d "
+        "%s: %d x %d pixels, found %.4f, false %.5f, tools %.4f, %d points %.2f mm apart (%.2f mm wanted), %d "
         "triangles; to the surface %.3f / %.3f / %.3f mm (median, 90 %%, worst; noise %.3f); normals %.1f "
         "/ %.1f degrees; %.2f ms\n",
-        name, obs.rgbd.camera.width, obs.rgbd.camera.height, q.found, q.claimed, scan.npoint,
-        1e3 * q.spacing, 1e3 * def->spacing, scan.ntri, 1e3 * q.median, 1e3 * q.p90, 1e3 * q.worst,
-        1e3 * scan.noise, q.normal_median * 180 / OM_PI, q.normal_p90 * 180 / OM_PI, best);
+        name, obs.rgbd.camera.width, obs.rgbd.camera.height, q.found, q.claimed, q.tool,
+        scan.npoint, 1e3 * q.spacing, 1e3 * def->spacing, scan.ntri, 1e3 * q.median, 1e3 * q.p90,
+        1e3 * q.worst, 1e3 * scan.noise, q.normal_median * 180 / OM_PI, q.normal_p90 * 180 / OM_PI,
+        best);
     // Bounds for every view: 0.34 mm of noise along a ray, averaged; at the border of the tissue pixels are lost.
     assert_true(q.found > 0.95);
     assert_below(q.claimed, 0.005);
+    assert_true(q.tool > 0.97);  // also where the tool is outside the reach of the tissue
     assert_below(q.median, 1.2e-4);
     assert_below(q.p90, 3e-4);
     assert_below(q.worst, 0.002);
