@@ -52,6 +52,25 @@ OM_API OmScanDef om_scan_default_def(const OmWorld* world, const OmSite* site);
 OM_API OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* observation,
                                          OmScan* scan);
 
+// ---- colours of a tissue ------------------------------------------------------------------------------------
+
+typedef struct OmScanRegion {  // pixels of a picture: a disc around a click, or a box
+    bool is_box;
+    double u, v, radius;             // of the disc: centre in pixel coordinates, pixels
+    int column, row, width, height;  // of the box: its first pixel and its size
+} OmScanRegion;
+
+/// Bounds of the colours of a tissue, for OmScanDef.tissue, from pixels that show it: 5 and 95 % quantiles of the hue,
+/// extended by half their distance, 6 degrees or more. Grey pixels (highlights), dark pixels and over-exposed pixels do
+/// not count. The lower bounds of saturation and value are 0.35 of the median and 0.12 of the darkest tenth, for gloss
+/// and for folds that turn away from the light.
+/// @param picture  RGB or RGBA
+/// @return OM_OK; OM_INVALID (no part of the region is in the picture, fewer than 50 pixels have a colour, more than
+///         a third of them are grey or over-exposed, or they have the colours of two materials: the message says
+///         which); OM_NO_MEMORY
+OM_API OmStatus om_scan_learn_range(const OmPicture* picture, const OmScanRegion* region,
+                                    OmSenseRange* range);
+
 #ifdef __cplusplus
 }
 #endif
