@@ -25,6 +25,12 @@ OM_API void om_point_tree_destroy(OmPointTree* tree);
 /// Index of the point nearest to p, which must be finite.
 /// @param distance  to it, m; may be null
 OM_API int om_point_tree_find(const OmPointTree* tree, OmVec3 p, double* distance);
+#define OM_MAX_NEAREST 64
+/// Indices of the `num` points nearest to p, which must be finite; nearest first, equally near ones by index.
+/// @param num    1 to OM_MAX_NEAREST
+/// @param index  (num)
+/// @return how many there are: num, or all points of a smaller tree
+OM_API int om_point_tree_find_many(const OmPointTree* tree, OmVec3 p, int num, int* index);
 
 #ifdef __cplusplus
 }

@@ -103,15 +103,23 @@ void om_point_tree_destroy(OmPointTree* tree) {
 
 typedef struct Nearest {
     OmVec3 p;
-    double d2;  // squared distance of the best point so far
-    int index;
+    int num;     // points wanted, >= 1
+    double* d2;  // squared distances of the best points so far, ascending   (num)
+    int* index;  // their indices                                            (num)
 } Nearest;
 
 static void look(const OmPointTree* t, int i, Nearest* best) {
     double d2 = om_norm2(om_sub(om_load3(t->x, i), best->p));
-    if (d2 > best->d2 || (d2 == best->d2 && t->index[i] > best->index)) return;
-    best->d2 = d2;
-    best->index = t->index[i];
+    int at = best->num - 1, index = t->index[i];
+    if (d2 > best->d2[at] || (d2 == best->d2[at] && index > best->index[at])) return;
+    while (at > 0 &&
+           (d2 < best->d2[at - 1] || (d2 == best->d2[at - 1] && index < best->index[at - 1]))) {
+        best->d2[at] = best->d2[at - 1];
+        best->index[at] = best->index[at - 1];
+        --at;
+    }
+    best->d2[at] = d2;
+    best->index[at] = index;
 }
 
 static void descend(const OmPointTree* t, int begin, int end, Nearest* best) {
@@ -127,14 +135,31 @@ static void descend(const OmPointTree* t, int begin, int end, Nearest* best) {
     look(t, middle, best);
     if (gap <= 0) descend(t, begin, middle, best);
     if (gap > 0) descend(t, middle + 1, end, best);
-    if (gap * gap > best->d2) return;  // no point behind the plane is nearer or equally near
+    // no point behind the plane is nearer or equally near
+    if (gap * gap > best->d2[best->num - 1]) return;
     if (gap <= 0) descend(t, middle + 1, end, best);
     if (gap > 0) descend(t, begin, middle, best);
 }
 
 int om_point_tree_find(const OmPointTree* tree, OmVec3 p, double* distance) {
-    Nearest best = {.p = p, .d2 = INFINITY, .index = tree->n};
+    double d2 = INFINITY;
+    int index = tree->n;
+    Nearest best = {.p = p, .num = 1, .d2 = &d2, .index = &index};
     descend(tree, 0, tree->n, &best);
-    if (distance) *distance = sqrt(best.d2);
-    return best.index;
+    if (distance) *distance = sqrt(d2);
+    return index;
+}
+
+int om_point_tree_find_many(const OmPointTree* tree, OmVec3 p, int num, int* index) {
+    double d2[OM_MAX_NEAREST];
+    if (num > tree->n) num = tree->n;
+    if (num > OM_MAX_NEAREST) num = OM_MAX_NEAREST;
+    if (num < 1) return 0;
+    for (int k = 0; k < num; ++k) {
+        d2[k] = INFINITY;
+        index[k] = tree->n;
+    }
+    Nearest best = {.p = p, .num = num, .d2 = d2, .index = index};
+    descend(tree, 0, tree->n, &best);
+    return num;
 }

@@ -21,6 +21,23 @@ static void make_points(int kind, int n, double* x) {
     }
 }
 
+// The list in order, by looking at all points once for each place of the list.
+static void check_many(const OmPointTree* tree, int n, const double* x, OmVec3 p, int num) {
+    int index[OM_MAX_NEAREST], found = om_point_tree_find_many(tree, p, num, index);
+    assert_int_equal(found, num < n ? num : n);
+    double last = -1;
+    for (int k = 0; k < found; ++k) {
+        int best = -1;
+        for (int i = 0; i < n; ++i) {
+            double d = om_norm2(om_sub(om_load3(x, i), p));
+            if (d < last || (d == last && k > 0 && i <= index[k - 1])) continue;
+            if (best < 0 || d < om_norm2(om_sub(om_load3(x, best), p))) best = i;
+        }
+        assert_int_equal(index[k], best);
+        last = om_norm2(om_sub(om_load3(x, best), p));
+    }
+}
+
 static void test_every_point_is_found(void** state) {
     (void)state;
     static const int size[] = {1, 2, 8, 9, 17, 1000};
@@ -38,6 +55,7 @@ static void test_every_point_is_found(void** state) {
                 int i = om_point_tree_find(tree, p, &d);
                 assert_int_equal(i, find_slowly(size[k], x, p));
                 assert_true(d == om_distance(om_load3(x, i), p));
+                check_many(tree, size[k], x, p, q % 12 + 1);
             }
             om_point_tree_destroy(tree);
         }
