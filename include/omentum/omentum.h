@@ -22,6 +22,7 @@
 #include "omentum/image.h"
 #include "omentum/match.h"
 #include "omentum/match_scan.h"
+#include "omentum/match_spectral.h"
 #include "omentum/match_scan_picture.h"
 #include "omentum/math_grid.h"
 #include "omentum/nn.h"

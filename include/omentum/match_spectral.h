@@ -1,0 +1,84 @@
+/// omentum/match_spectral.h: correspondence by functional maps (floor 5; thesis 4.2, Ovsjanikov et al. 2012).
+///
+/// The smallest eigenvectors of a surface's Laplacian are its smooth functions, ordered by frequency. Bending changes
+/// them little, so that a function of one shape is a function of the other with nearly the same coefficients: a small
+/// matrix C is a map. ZoomOut (Melzi et al. 2019) turns a coarse map into a fine one: C from the map, the map from
+/// neighbours in spectral space, with more functions in each round.
+///
+/// Shape a is the model, b the scan. A point map has an entry for each vertex of b, a vertex of a; -1: none.
+/// Triangles may be open, non-manifold, not oriented, or degenerate; vertices without triangles have no partner.
+///
+///     om_spectral_basis_init(&model, 80, &a);              // once
+///     om_spectral_basis_init_scan(&scan, 60, &b);          // every picture
+///     om_spectral_map_from_nearest(&a, model.x, &b, scan.x, map);
+///     OmSpectralDef def = om_spectral_default_def();
+///     om_spectral_zoomout(&def, &a, &b, map, &report);
+#ifndef OMENTUM_MATCH_SPECTRAL_H
+#define OMENTUM_MATCH_SPECTRAL_H
+
+#include "omentum/match_scan.h"
+#include "omentum/shape.h"
+#include "omentum/solve_eigen.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- the Laplacian --------------------------------------------------------------------------------
+
+typedef struct OmLaplacian {  // om_laplacian_done frees
+    // Integrals of grad f_i . grad f_j: positive semidefinite, rows sum to 0; no unit.
+    OmCsr stiffness;
+    double* area;  // of the vertices, m^2; 0: no triangle uses the vertex             (stiffness.n)
+    double total_area;  // m^2
+    int nflip;          // edges flipped until every edge was intrinsic Delaunay
+    double added;       // m, added to every edge so that no triangle is degenerate
+} OmLaplacian;
+
+/// The cotangent Laplacian of any set of triangles (Sharp and Crane 2020): off the diagonal no entry is positive,
+/// whatever the triangles look like. Open edges are free (Neumann). Triangles of equal vertices are left out.
+/// @return OM_OK; OM_INVALID (no triangle with an area, an index out of range, a position that is not
+///         finite); OM_NO_MEMORY
+OM_API OmStatus om_laplacian_init(int nvert, const double* x, int ntri, const int* tri_vert,
+                                  OmLaplacian* laplacian);
+/// The same for points without triangles: the Delaunay triangles of each point's neighbourhood in its tangent plane.
+/// @param normal  unit (npoint x 3), or null: from the neighbourhoods; a zero normal too
+/// @return OM_OK; OM_INVALID (fewer than 3 points, one that is not finite); OM_NO_MEMORY
+OM_API OmStatus om_laplacian_init_cloud(int npoint, const double* x, const double* normal,
+                                        OmLaplacian* laplacian);
+OM_API void om_laplacian_done(OmLaplacian* laplacian);
+
+// ---- the basis ------------------------------------------------------------------------------------
+
+typedef struct OmSpectralBasis {  // constant once made; om_spectral_basis_done frees
+    int nvert;                    // vertices of the shape
+    int nrow;                     // vertices with an area: they have a row below
+    int npair;                    // eigenpairs
+    int* vert;                    // vertex of each row, ascending                (nrow)
+    int* row;                     // row of each vertex, or -1                    (nvert)
+    double* area;                 // of each row, m^2                             (nrow)
+    double total_area;            // m^2
+    double* eigenvalue;           // ascending, from about 0, 1/m^2               (npair)
+    // Eigenvectors, by rows of vertices; the mean of phi_i phi_j over the area is 1 if i = j, else 0.
+    double* phi;     // (nrow x npair)
+    double seconds;  // that it took
+} OmSpectralBasis;
+
+/// Eigenvectors of the Laplacian of a surface. Not inside a parallel loop (om_eigen_smallest).
+/// @param npair  1 or more, below the number of vertices in use
+/// @return OM_OK; OM_INVALID (npair, see om_laplacian_init); OM_NO_MEMORY; OM_NOT_CONVERGED (nothing is kept)
+OM_API OmStatus om_spectral_basis_init(const OmSurface* surface, int npair, OmSpectralBasis* basis);
+/// The basis of the part whose vertices are used: the part of a model that a camera is predicted to see.
+/// @param is_used  nonzero: the vertex belongs to the part (nvert); triangles with three such vertices count
+/// @return as om_spectral_basis_init
+OM_API OmStatus om_spectral_basis_init_part(const OmSurface* surface, const unsigned char* is_used,
+                                            int npair, OmSpectralBasis* basis);
+/// The basis of a scan: of its triangles, or of its points if it has no triangles.
+/// @return as om_spectral_basis_init
+OM_API OmStatus om_spectral_basis_init_scan(const OmScan* scan, int npair, OmSpectralBasis* basis);
+OM_API void om_spectral_basis_done(OmSpectralBasis* basis);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
