@@ -78,6 +78,66 @@ OM_API OmStatus om_spectral_basis_init_part(const OmSurface* surface, const unsi
 OM_API OmStatus om_spectral_basis_init_scan(const OmScan* scan, int npair, OmSpectralBasis* basis);
 OM_API void om_spectral_basis_done(OmSpectralBasis* basis);
 
+// ---- maps -----------------------------------------------------------------------------------------
+
+typedef struct OmSpectralDef {  // made by om_spectral_default_def
+    int first, last, step;      // functions of b in the rounds, >= 1; default 10, 60, 5
+    // b is a part of a: a has more functions below the same frequency, and as many of them are used (the slanted
+    // matrix of Rodola et al. 2017). Needs a basis of a with about last x area of a / area of b functions; if it
+    // has fewer, b uses fewer. Default false: as many of a as of b.
+    bool is_partial;
+    int nworker;  // threads, 0 is one per processor; the result does not depend on it; default 0
+    OmCookie cookie;
+} OmSpectralDef;
+
+typedef struct OmSpectralReport {
+    int nround;
+    int npair_a, npair_b;  // functions of the last round
+    // |C^T C - 1| / sqrt(columns) of the last round; 0: the map keeps areas.
+    double orthogonality;
+    double seconds;
+} OmSpectralReport;
+
+OM_API OmSpectralDef om_spectral_default_def(void);
+
+/// Refine a point map in place.
+/// @param map     in/out: a vertex of a for each vertex of b (b->nvert). At entry -1: unknown; out: -1 where b or its
+///                vertex has no row
+/// @param report  may be null
+/// @return OM_OK; OM_INVALID (def, more functions than a basis has, a vertex of `map` that does not exist, fewer known
+///         vertices than functions of the first round; the map is unchanged); OM_NO_MEMORY
+OM_API OmStatus om_spectral_zoomout(const OmSpectralDef* def, const OmSpectralBasis* a,
+                                    const OmSpectralBasis* b, int* map, OmSpectralReport* report);
+
+/// The matrix of a point map: functions of a, taken at the partners of b's vertices, in the functions of b.
+/// @param C  (nb x na), by rows
+/// @return OM_OK; OM_INVALID (counts, a vertex that does not exist, no known vertex); OM_NO_MEMORY
+OM_API OmStatus om_spectral_get_matrix(const OmSpectralBasis* a, const OmSpectralBasis* b,
+                                       const int* map, int na, int nb, double* C);
+/// The point map of a matrix: for each vertex of b the vertex of a whose row of phi times C^T is nearest to b's row.
+/// @param def  is_partial and nworker are used
+/// @return OM_OK; OM_INVALID (counts, a value of C that is not finite); OM_NO_MEMORY
+OM_API OmStatus om_spectral_map_from_matrix(const OmSpectralDef* def, const OmSpectralBasis* a,
+                                            const OmSpectralBasis* b, int na, int nb,
+                                            const double* C, int* map);
+
+// ---- first maps -----------------------------------------------------------------------------------
+
+/// The nearest vertex of a in space, for shapes that lie on each other.
+/// @param x_a, x_b  positions, m, one for each vertex of the shapes
+/// @return OM_OK; OM_INVALID (a position that is not finite); OM_NO_MEMORY
+OM_API OmStatus om_spectral_map_from_nearest(const OmSpectralBasis* a, const double* x_a,
+                                             const OmSpectralBasis* b, const double* x_b, int* map);
+/// A map from vertices that are known to belong together: their wave kernels (Aubry et al. 2011) are carried over,
+/// C with the least squares error that commutes with the Laplacians (Ovsjanikov et al. 2012), then the point map.
+/// @param npair  functions of both, e.g. 20
+/// @param landmark_a, landmark_b  vertices (nlandmark each); without landmarks: wave kernels of the whole, which cannot
+///                                tell the sides of a symmetric shape
+/// @return OM_OK; OM_INVALID (counts, a landmark without a row); OM_NO_MEMORY
+OM_API OmStatus om_spectral_map_from_landmarks(const OmSpectralBasis* a, const OmSpectralBasis* b,
+                                               int npair, int nlandmark, const int* landmark_a,
+                                               const int* landmark_b, int* map);
+
 #ifdef __cplusplus
 }
 #endif

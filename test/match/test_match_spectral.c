@@ -1,0 +1,334 @@
+// test_match_spectral.c: functional maps on sheets whose true correspondence is known.
+#include "match/match_shapes.h"
+#include "match/match_spectral_internal.h"
+#include "test_alloc.h"
+
+// A sheet of 60 x 36 mm, which is rolled into an arc without stretching: b has other triangles than a. Its right
+// upper corner is cut off, so that no symmetry is left. The material point of b's vertex i is flat[3 i].
+typedef struct Case {
+    OmSurface a, b;
+    double* flat;
+    OmSpectralBasis basis_a, basis_b;
+    int* map;
+} Case;
+
+static bool is_cut(OmVec3 p) { return p.x + 1.5 * p.y > 0.09; }
+
+static void cut_corner(OmSurface* s) {
+    int num = 0;
+    for (int t = 0; t < s->ntri; ++t) {
+        const int* v = s->tri_vert + 3 * t;
+        bool is_out = false;
+        for (int k = 0; k < 3; ++k) is_out = is_out || is_cut(om_load3(s->x, v[k]));
+        if (!is_out) memmove(s->tri_vert + 3 * num++, v, 3 * sizeof *v);
+    }
+    s->ntri = num;
+}
+
+static void make_case(int nx, double share, Case* c) {
+    memset(c, 0, sizeof *c);
+    shape_sheet(0.06, 0.036, 40, 24, 0.2, 1, &c->a);
+    shape_sheet(0.06 * share, 0.036, nx, 22, 0.25, 2, &c->b);
+    cut_corner(&c->a);
+    cut_corner(&c->b);
+    size_t n = (size_t)c->b.nvert;
+    c->flat = om_alloc(3 * n, sizeof(double));
+    c->map = om_alloc(n, sizeof(int));
+    memcpy(c->flat, c->b.x, 3 * n * sizeof(double));
+    double radius = 0.02;
+    for (size_t i = 0; i < n; ++i) {
+        double angle = c->b.x[3 * i] / radius;
+        c->b.x[3 * i] = radius * sin(angle);
+        c->b.x[3 * i + 2] = radius * (1 - cos(angle));
+    }
+}
+static void case_done(Case* c) {
+    om_surface_done(&c->a);
+    om_surface_done(&c->b);
+    om_spectral_basis_done(&c->basis_a);
+    om_spectral_basis_done(&c->basis_b);
+    om_free(c->flat);
+    om_free(c->map);
+}
+
+// Mean distance from the material point of b's vertices to that of their partners in a, mm.
+static double map_error(const Case* c) {
+    double sum = 0;
+    int num = 0;
+    for (int i = 0; i < c->b.nvert; ++i) {
+        if (c->basis_b.row[i] < 0) continue;
+        assert_in_range(c->map[i], 0, c->a.nvert - 1);
+        sum += om_distance(om_load3(c->flat, i), om_load3(c->a.x, c->map[i]));
+        ++num;
+    }
+    return 1e3 * sum / num;
+}
+
+// The nearest material point, and the same moved by noise of 6 mm.
+static void disturb_map(Case* c, double noise) {
+    OmRng rng = om_rng_init(9, 0);
+    double* x = om_alloc(3 * (size_t)c->b.nvert, sizeof(double));
+    for (int i = 0; i < c->b.nvert; ++i) {
+        OmVec3 p = om_load3(c->flat, i);
+        p.x += noise * om_rng_normal(&rng);
+        p.y += noise * om_rng_normal(&rng);
+        om_store3(x, i, p);
+    }
+    assert_ok(om_spectral_map_from_nearest(&c->basis_a, c->a.x, &c->basis_b, x, c->map));
+    om_free(x);
+}
+
+static void zoomout_finds_the_rolled_sheet(void** state) {
+    (void)state;
+    Case c;
+    OmSpectralReport report;
+    make_case(37, 1, &c);
+    assert_ok(om_spectral_basis_init(&c.a, 60, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_b));
+    disturb_map(&c, 0.006);
+    double before = map_error(&c);
+    OmSpectralDef def = om_spectral_default_def();
+    assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, &report));
+    double after = map_error(&c);
+    print_message("rolled sheet: mean error %.2f mm before, %.2f mm after; vertices 1.5 mm apart\n",
+                  before, after);
+    assert_true(before > 5);
+    assert_below(after, 1);
+    assert_int_equal(report.nround, 11);
+    assert_int_equal(report.npair_a, 60);
+    assert_below(report.orthogonality, 0.15);
+    case_done(&c);
+}
+
+static void zoomout_finds_a_part_of_the_sheet(void** state) {
+    (void)state;
+    Case c;
+    OmSpectralReport report;
+    make_case(20, 0.55, &c);
+    assert_ok(om_spectral_basis_init(&c.a, 120, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 40, &c.basis_b));
+    disturb_map(&c, 0.006);
+    double before = map_error(&c);
+    OmSpectralDef def = om_spectral_default_def();
+    def.last = 40;
+    assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, NULL));
+    double whole = map_error(&c);
+    disturb_map(&c, 0.006);
+    def.is_partial = true;
+    assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, &report));
+    double slanted = map_error(&c);
+    // the part itself as the model: what a twin predicts to be visible
+    unsigned char* is_seen = om_alloc((size_t)c.a.nvert, 1);
+    for (int i = 0; i < c.a.nvert; ++i) is_seen[i] = c.a.x[3 * i] <= 0.034;
+    om_spectral_basis_done(&c.basis_a);
+    assert_ok(om_spectral_basis_init_part(&c.a, is_seen, 40, &c.basis_a));
+    disturb_map(&c, 0.006);
+    def.is_partial = false;
+    assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, NULL));
+    double part = map_error(&c);
+    for (int i = 0; i < c.b.nvert; ++i) assert_true(c.basis_b.row[i] < 0 || is_seen[c.map[i]]);
+    print_message(
+        "55 %% of the sheet: mean error %.2f mm before, %.2f after; %.2f with a slanted matrix "
+        "of %d x %d; %.2f against the part\n",
+        before, whole, slanted, report.npair_b, report.npair_a, part);
+    assert_true(report.npair_a > 1.4 * report.npair_b && report.npair_a < 2.2 * report.npair_b);
+    assert_below(slanted, 1.5);
+    assert_below(part, 1.5);
+    assert_below(slanted, 0.5 * whole);
+    om_free(is_seen);
+    case_done(&c);
+}
+
+static void landmarks_give_a_first_map(void** state) {
+    (void)state;
+    Case c;
+    make_case(37, 1, &c);
+    assert_ok(om_spectral_basis_init(&c.a, 60, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_b));
+    disturb_map(&c, 0);
+    const int mark_b[4] = {5, 250, 500, 600};
+    int mark_a[4];
+    for (int k = 0; k < 4; ++k) mark_a[k] = c.map[mark_b[k]];
+    assert_ok(om_spectral_map_from_landmarks(&c.basis_a, &c.basis_b, 15, 4, mark_a, mark_b, c.map));
+    double before = map_error(&c);
+    OmSpectralDef def = om_spectral_default_def();
+    assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, NULL));
+    double after = map_error(&c);
+    assert_ok(om_spectral_map_from_landmarks(&c.basis_a, &c.basis_b, 15, 0, NULL, NULL, c.map));
+    print_message(
+        "four landmarks: mean error %.2f mm, after ZoomOut %.2f; without landmarks %.2f\n", before,
+        after, map_error(&c));
+    assert_below(before, 8);
+    assert_below(after, 1);
+    const int outside[4] = {0, 1, c.a.nvert, 2};
+    assert_status(
+        om_spectral_map_from_landmarks(&c.basis_a, &c.basis_b, 15, 4, outside, mark_b, c.map),
+        OM_INVALID);
+    assert_status(
+        om_spectral_map_from_landmarks(&c.basis_a, &c.basis_b, 61, 4, mark_a, mark_b, c.map),
+        OM_INVALID);
+    case_done(&c);
+}
+
+// Of the identity the matrix is the identity; of a map that is known in part, nearly.
+static void identity_has_the_identity_matrix(void** state) {
+    (void)state;
+    enum { K = 12 };
+    Case c;
+    double C[K * K];
+    make_case(37, 1, &c);
+    assert_ok(om_spectral_basis_init(&c.b, 20, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 20, &c.basis_b));
+    for (int i = 0; i < c.b.nvert; ++i) c.map[i] = i;
+    for (int turn = 0; turn < 2; ++turn) {
+        for (int i = 0; i < c.b.nvert && turn == 1; i += 3) c.map[i] = -1;
+        assert_ok(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, K, K, C));
+        for (int i = 0; i < K * K; ++i) assert_near(C[i], i / K == i % K, turn == 0 ? 1e-9 : 1e-4);
+    }
+    OmSpectralDef def = om_spectral_default_def();
+    assert_ok(om_spectral_map_from_matrix(&def, &c.basis_a, &c.basis_b, K, K, C, c.map));
+    for (int i = 0; i < c.b.nvert; ++i) assert_int_equal(c.map[i], c.basis_b.row[i] < 0 ? -1 : i);
+    case_done(&c);
+}
+
+static void neighbours_are_those_of_a_plain_search(void** state) {
+    (void)state;
+    enum { NA = 301, NB = 77, K = 45, STRIDE = 50 };
+    double* a = om_alloc(NA * K, sizeof(double));
+    double* b = om_alloc(NB * STRIDE, sizeof(double));
+    int nearest[NB], again[NB];
+    OmRng rng = om_rng_init(2, 0);
+    for (int i = 0; i < NA * K; ++i) a[i] = om_rng_normal(&rng);
+    for (int i = 0; i < NB * STRIDE; ++i) b[i] = om_rng_normal(&rng);
+    memcpy(a + 300 * K, a + 20 * K, K * sizeof *a);  // equal rows: the first counts
+    memcpy(b + 5 * STRIDE, a + 20 * K, K * sizeof *a);
+    assert_ok(om__nearest_rows(NA, a, NB, b, STRIDE, K, 1, nearest));
+    for (int j = 0; j < NB; ++j) {
+        int best = 0;
+        double smallest = INFINITY;
+        for (int i = 0; i < NA; ++i) {
+            double d = 0;
+            for (int k = 0; k < K; ++k) d += pow(a[i * K + k] - b[j * STRIDE + k], 2);
+            if (d >= smallest) continue;
+            smallest = d;
+            best = i;
+        }
+        assert_int_equal(nearest[j], best);
+    }
+    assert_int_equal(nearest[5], 20);
+    for (int nworker = 2; nworker <= 8; nworker *= 2) {
+        assert_ok(om__nearest_rows(NA, a, NB, b, STRIDE, K, nworker, again));
+        assert_memory_equal(nearest, again, sizeof nearest);
+    }
+    om_free(a);
+    om_free(b);
+}
+
+static void map_does_not_depend_on_the_workers(void** state) {
+    (void)state;
+    Case c;
+    make_case(37, 1, &c);
+    assert_ok(om_spectral_basis_init(&c.a, 60, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_b));
+    int* first = om_alloc((size_t)c.b.nvert, sizeof(int));
+    for (int nworker = 1; nworker <= 8; nworker *= 2) {
+        OmSpectralDef def = om_spectral_default_def();
+        def.nworker = nworker;
+        disturb_map(&c, 0.006);
+        assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, NULL));
+        if (nworker == 1) memcpy(first, c.map, (size_t)c.b.nvert * sizeof(int));
+        assert_memory_equal(first, c.map, (size_t)c.b.nvert * sizeof(int));
+    }
+    om_free(first);
+    case_done(&c);
+}
+
+static void wrong_arguments_are_refused(void** state) {
+    (void)state;
+    Case c;
+    double C[400];
+    make_case(10, 0.5, &c);
+    assert_status(om_spectral_basis_init(&c.b, 0, &c.basis_b), OM_INVALID);
+    assert_status(om_spectral_basis_init(&c.b, c.b.nvert, &c.basis_b), OM_INVALID);
+    assert_null(c.basis_b.phi);
+    OmScan empty = {0};
+    assert_status(om_spectral_basis_init_scan(&empty, 5, &c.basis_b), OM_INVALID);
+    assert_ok(om_spectral_basis_init(&c.a, 30, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 20, &c.basis_b));
+    disturb_map(&c, 0);
+    OmSpectralDef none = {0}, good = om_spectral_default_def(), def;
+    good.last = 20;
+    const OmSpectralDef bad[6] = {
+        none,
+        {.first = 0, .last = 20, .step = 5, .cookie = good.cookie},
+        {.first = 10, .last = 9, .step = 5, .cookie = good.cookie},
+        {.first = 10, .last = 21, .step = 5, .cookie = good.cookie},
+        {.first = 10, .last = 20, .step = 0, .cookie = good.cookie},
+        // 18 of a half need more than 30 of the whole
+        {.first = 18, .last = 20, .step = 5, .is_partial = true, .cookie = good.cookie}};
+    for (int k = 0; k < 6; ++k)
+        assert_status(om_spectral_zoomout(&bad[k], &c.basis_a, &c.basis_b, c.map, NULL),
+                      OM_INVALID);
+    int kept = c.map[3];
+    c.map[3] = c.a.nvert;
+    assert_status(om_spectral_zoomout(&good, &c.basis_a, &c.basis_b, c.map, NULL), OM_INVALID);
+    assert_int_equal(c.map[3], c.a.nvert);
+    assert_status(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 5, 5, C), OM_INVALID);
+    c.map[3] = kept;
+    assert_status(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 31, 5, C), OM_INVALID);
+    assert_ok(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 20, 20, C));
+    C[7] = NAN;
+    def = good;
+    assert_status(om_spectral_map_from_matrix(&def, &c.basis_a, &c.basis_b, 20, 20, C, c.map),
+                  OM_INVALID);
+    for (int i = 0; i < c.b.nvert; ++i) c.map[i] = -1;
+    assert_status(om_spectral_zoomout(&good, &c.basis_a, &c.basis_b, c.map, NULL), OM_INVALID);
+    assert_status(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 5, 5, C), OM_INVALID);
+    c.flat[4] = NAN;
+    assert_status(om_spectral_map_from_nearest(&c.basis_a, c.a.x, &c.basis_b, c.flat, c.map),
+                  OM_INVALID);
+    case_done(&c);
+}
+
+static OmStatus map_once(void* ctx) {
+    Case* c = ctx;
+    OmStatus status = OM_OK;
+    OmSpectralBasis a = {0}, b = {0};
+    OmSpectralDef def = om_spectral_default_def();
+    def.last = 15;
+    const int mark[2] = {3, 40};
+    unsigned char all[4000];
+    memset(all, 1, sizeof all);
+    OM_TRY_DONE(om_spectral_basis_init_part(&c->b, all, 15, &a));
+    OM_TRY_DONE(om_spectral_basis_init(&c->b, 15, &b));
+    OM_TRY_DONE(om_spectral_map_from_landmarks(&a, &b, 10, 2, mark, mark, c->map));
+    OM_TRY_DONE(om_spectral_map_from_nearest(&a, c->b.x, &b, c->b.x, c->map));
+    c->map[0] = -1;
+    OM_TRY_DONE(om_spectral_zoomout(&def, &a, &b, c->map, NULL));
+done:
+    om_spectral_basis_done(&a);
+    om_spectral_basis_done(&b);
+    return status;
+}
+
+static void every_failing_allocation_is_told(void** state) {
+    (void)state;
+    Case c = {0};
+    make_case(6, 0.4, &c);
+    assert_true(test_failing_allocations(map_once, &c, 1) >= 60);
+    case_done(&c);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(zoomout_finds_the_rolled_sheet),
+        cmocka_unit_test(zoomout_finds_a_part_of_the_sheet),
+        cmocka_unit_test(landmarks_give_a_first_map),
+        cmocka_unit_test(identity_has_the_identity_matrix),
+        cmocka_unit_test(neighbours_are_those_of_a_plain_search),
+        cmocka_unit_test(map_does_not_depend_on_the_workers),
+        cmocka_unit_test(wrong_arguments_are_refused),
+        cmocka_unit_test(every_failing_allocation_is_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
