@@ -33,6 +33,7 @@ static const OmCliVerb* const table[] = {
     &study,
     &om_cli_verb_study_calibration,
     &om_cli_verb_study_contact,
+    &om_cli_verb_study_correspondence,
     &om_cli_verb_study_methods,
     &om_cli_verb_study_sheet,
     &umesh,

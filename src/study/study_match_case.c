@@ -80,6 +80,12 @@ const MatchSetup om__match_setup[MATCH_NSETUP] = {
      QUARTER_ELSEWHERE,
      .elevation = 50 * DEG,
      .move = PULL(60)},
+    {.name = "quick-135",
+     .cells = 12,
+     HALF_HELD,
+     HALF_ELSEWHERE,
+     .elevation = 70 * DEG,
+     .move = FOLD(135)},
     {.name = "quick-40",
      .cells = 12,
      QUARTER_HELD,
@@ -88,7 +94,7 @@ const MatchSetup om__match_setup[MATCH_NSETUP] = {
      .move = PULL(40)},
 };
 
-enum { F45, F90, F135, C100, P20, P40, P60, QUICK };
+enum { F45, F90, F135, C100, P20, P40, P60, QUICK135, QUICK40 };
 
 const MatchCase om__match_case[] = {
     // motions, all else as good as it gets
@@ -131,6 +137,14 @@ const MatchCase om__match_case[] = {
     {"pull 60, none", P60, VIEW_FULL, 1, false, BELIEF_NONE},
 };
 const int om__match_ncase = (int)(sizeof om__match_case / sizeof *om__match_case);
+
+const MatchCase om__match_quick_case[] = {
+    {"fold 135", QUICK135, VIEW_FULL, 1, false, BELIEF_RIGHT},
+    {"fold 135, 40 % seen, none", QUICK135, VIEW_FULL, 0.4, false, BELIEF_NONE},
+    {"pull 40", QUICK40, VIEW_FULL, 1, false, BELIEF_RIGHT},
+    {"pull 40, no tool, elsewhere", QUICK40, VIEW_BARE, 1, false, BELIEF_ELSEWHERE},
+};
+const int om__match_nquick = (int)(sizeof om__match_quick_case / sizeof *om__match_quick_case);
 
 const char* const om__match_belief_name[NBELIEF] = {"right", "fewer", "more", "elsewhere", "none"};
 const char* const om__match_view_name[NVIEW] = {"noise, tool", "no noise", "no tool"};

@@ -6,7 +6,8 @@
 #ifndef OMENTUM_STUDY_MATCH_CASE_H
 #define OMENTUM_STUDY_MATCH_CASE_H
 
-#include "omentum/match_scan.h"
+#include "omentum/match.h"
+#include "omentum/match_scan_picture.h"
 #include "omentum/world.h"
 
 #define MATCH_MAX_TICK 700  // of a motion and the wait after it
@@ -65,11 +66,13 @@ typedef struct MatchLayout {  // of the study of attachments
     double grasp[MATCH_NGRASP][2];  // m, task frame
 } MatchLayout;
 
-#define MATCH_NSETUP 8
+#define MATCH_NSETUP 9
 #define MATCH_NLAYOUT 12
 extern const MatchSetup om__match_setup[MATCH_NSETUP];
 extern const MatchCase om__match_case[];
 extern const int om__match_ncase;
+extern const MatchCase om__match_quick_case[];
+extern const int om__match_nquick;
 extern const MatchLayout om__match_layout[MATCH_NLAYOUT];
 extern const char* const om__match_belief_name[NBELIEF];
 extern const char* const om__match_view_name[NVIEW];
@@ -122,6 +125,11 @@ void om__match_truth_done(MatchTruth* truth);
 // plane have neither depth nor colour, so that a share `seen` of them stays.
 OmStatus om__match_observe(const MatchTruth* truth, const MatchMove* move, MatchView view,
                            double seen, bool keeps_far, OmObservation* obs);
+// The scan of a view, with points `spacing` apart; 0: the default of om_scan_default_def.
+OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
+                        const MatchCase* c, double spacing, OmScan* scan);
+// What a robot knows of its grasps at the picture. Returns their number.
+int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGrasp* grasp);
 // The material point, in the rest shape, of each of n points that the camera sees: the nearest point of the true
 // surface that faces the camera. `distance` (n) to it may be null.
 OmStatus om__match_find_material(const MatchTruth* truth, int n, const double* x, double* rest,
@@ -138,6 +146,11 @@ typedef struct MatchTwin {  // om__match_twin_done frees; zero-initialise
 OmStatus om__match_twin_get(const MatchSetup* setup, MatchBelief belief, const MatchTruth* truth,
                             double share, int nworker, MatchTwin* twin);
 void om__match_twin_done(MatchTwin* twin);
+// Read what a study found on a case, or write it; `setup` is a hash of everything the result depends on.
+bool om__match_load_result(const char* dir, const char* name, uint64_t setup, void* result,
+                           size_t size);
+OmStatus om__match_save_result(const char* dir, const char* name, uint64_t setup,
+                               const void* result, size_t size);
 // Move a body from its present state by the measured tips.
 OmStatus om__match_follow(OmBody* body, const MatchMove* move, const MatchHead* head, int ntick);
 

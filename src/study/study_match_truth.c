@@ -7,7 +7,7 @@
 // The material point of a seen point is the nearest point of the true surface among the triangles that face the camera,
 // carried back to the rest shape. Depth noise is 0.3 mm at 0.3 m and the sheet is 5 mm thick, so upper side and
 // underside are not confused. For centres of triangles of a lifted surface the map is exact to 1e-9 m
-// (test_study_match_case). The nearest point over all triangles was rejected: at edges of the sheet it takes the side.
+// (test_study_match_case).
 #include <math.h>
 #include <string.h>
 
@@ -71,6 +71,27 @@ static OmStatus load_parts(const char* path, uint64_t setup, const Part* part, i
     OM_CHECK_DONE(hash == head.hash, OM_INVALID, "%s: the file was changed", path);
 done:
     om_free(data);
+    return status;
+}
+
+bool om__match_load_result(const char* dir, const char* name, uint64_t setup, void* result,
+                           size_t size) {
+    char path[MAX_PATH];
+    Part part = {result, size};
+    return om_path_join(dir, name, path, sizeof path) == OM_OK && om_path_exists(path) &&
+           load_parts(path, setup, &part, 1) == OM_OK;
+}
+
+OmStatus om__match_save_result(const char* dir, const char* name, uint64_t setup,
+                               const void* result, size_t size) {
+    char path[MAX_PATH];
+    OM_TRY(om_path_join(dir, name, path, sizeof path));
+    void* copy = om_alloc(size, 1);
+    if (!copy) return OM_NO_MEMORY;
+    memcpy(copy, result, size);
+    Part part = {copy, size};
+    OmStatus status = save_parts(path, setup, &part, 1);
+    om_free(copy);
     return status;
 }
 
@@ -329,9 +350,9 @@ done:
 
 // ---- observations -----------------------------------------------------------------------------------
 
-// Which way the cut goes: from the middle of the sheet to the grasp, or from the line of the fold to it.
+// Direction across the cut: from the middle of the sheet, or from the line of the fold, to the grasp before the motion.
 static OmVec3 cut_direction(const MatchMove* move) {
-    OmVec3 across = move->angle != 0 ? om_cross(move->axis, om_vec3(0, 0, 1)) : move->grasp[0];
+    OmVec3 across = move->angle != 0 ? om_cross(om_vec3(0, 0, 1), move->axis) : move->grasp[0];
     return om_normalize(om_vec3(across.x, across.y, 0));
 }
 
@@ -394,6 +415,29 @@ OmStatus om__match_observe(const MatchTruth* t, const MatchMove* move, MatchView
 done:
     if (status < 0) om_observation_done(obs);
     return status;
+}
+
+OmStatus om__match_scan(const MatchTruth* truth, const OmSite* twin, const MatchMove* move,
+                        const MatchCase* c, double spacing, OmScan* scan) {
+    OmObservation obs;
+    OM_TRY(om__match_observe(truth, move, c->view, c->seen, c->keeps_far, &obs));
+    OmScanDef def = om_scan_default_def(NULL, twin);
+    if (spacing > 0) def.spacing = spacing;
+    for (int a = 0; a < obs.narm && c->view != VIEW_BARE; ++a)
+        def.space.psm[a] = &truth->head.psm[a];
+    OmStatus status = om_scan_from_observation(&def, &obs, scan);
+    om_observation_done(&obs);
+    return status;
+}
+
+int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGrasp* grasp) {
+    for (int k = 0; k < move->narm; ++k) {
+        int arm = move->arm[k];
+        grasp[k] = (OmMatchGrasp){.arm = arm,
+                                  .pose_world_grasp = truth->head.grasp_tip[k],
+                                  .pose_world_now = truth->head.arm[arm].tip};
+    }
+    return move->narm;
 }
 
 // ---- material points ----------------------------------------------------------------------------------

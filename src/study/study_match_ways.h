@@ -1,0 +1,31 @@
+// study_match_ways.h: ways to find the material points of a scan, for the study of correspondence.
+#ifndef OMENTUM_STUDY_MATCH_WAYS_H
+#define OMENTUM_STUDY_MATCH_WAYS_H
+
+#include "omentum/study_match.h"
+#include "study/study_match_case.h"
+
+typedef struct WayInput {  // all that a robot knows
+    OmMatch* match;
+    const OmMatchView* view;
+    const OmScan* scan;
+    int ngrasp;
+    const OmMatchGrasp* grasp;
+    const double* x_twin[2];  // after 70 % of the way, and at its end      (nvert x 3)
+} WayInput;
+
+typedef struct WayAnswer {
+    double* x_rest;      // material points in the rest shape, m        (npoint x 3)
+    unsigned char* has;  // nonzero: there is an answer                 (npoint)
+    bool is_lost;        // the way says that it has lost the tissue
+    char reason[200];    // why
+} WayAnswer;
+
+extern const char* const om__study_way_name[OM_STUDY_NWAY];   // for files
+extern const char* const om__study_way_title[OM_STUDY_NWAY];  // for people
+// Whether this build has the way.
+bool om__study_way_exists(OmStudyWay way);
+// Answers for every point of the scan.
+OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out);
+
+#endif

@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""Compute the numbers of study.json of a study of correspondence anew from errors.csv.
+
+    check_match.py correspondence DIR     exit 0 and "every number agrees", or one line per difference and exit 1
+"""
+import csv
+import json
+import sys
+
+MOVED_MM = 5.0
+
+
+def numbers_of(rows, way):
+    judged = [row for row in rows if float(row["moved_mm"]) >= MOVED_MM + 0.01]
+    # moved_mm has two digits: points at the limit are in doubt
+    doubt = sum(abs(float(row["moved_mm"]) - MOVED_MM) < 0.01 for row in rows)
+    error = sorted(float(row[way + "_mm"]) for row in judged if row[way + "_mm"])
+    return judged, error, doubt
+
+
+def compare(where, result, rows, way):
+    judged, error, doubt = numbers_of(rows, way)
+    wrong = []
+    if abs(result["points"] - len(judged)) > doubt:
+        wrong.append(f"{where}: {way}: {result['points']} points, not {len(judged)}")
+    if doubt or not error:
+        return wrong
+    want = {"median_mm": error[len(error) // 2], "p90_mm": error[int(0.9 * (len(error) - 1))], "worst_mm": error[-1]}
+    wrong += [f"{where}: {way}: {key} {result[key]}, not {value}" for key, value in want.items()
+              if abs(result[key] - value) > 0.006]
+    if abs(result["answered"] - len(error) / len(judged)) > 1e-9:
+        wrong.append(f"{where}: {way}: answered {result['answered']}")
+    return wrong
+
+
+def check_correspondence(folder):
+    study = json.load(open(folder + "/study.json"))
+    rows = list(csv.DictReader(open(folder + "/errors.csv")))
+    wrong, nchecked = [], 0
+    for way, result in study["all"].items():
+        wrong += compare("all", result, rows, way)
+    fold = set()
+    for k, case in enumerate(study["cases"], 1):
+        own = [row for row in rows if row["case"] == str(k)]
+        if len(own) != case["scan_points"]:
+            wrong.append(f"{case['case']}: {case['scan_points']} points, not {len(own)}")
+        if case["case"].startswith("fold 135") and case["attachments"] == "right":
+            fold.add(str(k))
+        for way, result in case["ways"].items():
+            wrong += compare(case["case"], result, own, way)
+            nchecked += 1
+    for way, result in study["fold_135_right"].items():
+        wrong += compare("fold 135", result, [row for row in rows if row["case"] in fold], way)
+    if nchecked < 8:
+        wrong.append(f"only {nchecked} numbers")
+    return wrong
+
+
+def main():
+    wrong = check_correspondence(sys.argv[2])
+    print("\n".join(wrong) if wrong else "every number agrees")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
