@@ -14,6 +14,7 @@
 #define OMENTUM_SCENE_H
 
 #include "omentum/base.h"
+#include "omentum/sense.h"
 #include "omentum/shape.h"
 #include "omentum/shape_sdf.h"
 #include "omentum/vec.h"
@@ -123,8 +124,12 @@ typedef struct OmSceneRoi {
 typedef struct OmSceneCamera {
     double distance;    // m from the task frame's origin
     double elevation;   // rad above the horizontal
-    double fov;         // rad, vertical
+    double fov;         // rad, vertical; not used where focal is given
     int width, height;  // pixels
+    // Of a calibrated camera, as OpenCV and ROS write it: the centre of the first pixel is (0, 0).
+    double focal[2];       // fx, fy, pixels; default 0: from fov
+    double center[2];      // principal point cx, cy, pixels; default 0: the middle of the picture
+    double distortion[5];  // k1, k2, p1, p2, k3; default 0
 } OmSceneCamera;
 
 typedef struct OmSceneWorld {  // what the simulated world hides from the twin
@@ -192,6 +197,9 @@ OM_API OmStatus om_scene_parse(const char* text, size_t size, const char* name, 
 static inline const char* om_scene_label(const OmScene* scene) {
     return scene->path[0] ? scene->path : scene->name;
 }
+
+/// The camera at a pose: with its lens and a range of depth from 10 mm to 2 m.
+OM_API OmCamera om_scene_camera_place(const OmSceneCamera* camera, OmPose pose_world_camera);
 
 /// Append the scene as a file, with every default filled in: read again it gives the same run. Paths are those of
 /// the scene, so `data_root` should be absolute if the file is to lie elsewhere.

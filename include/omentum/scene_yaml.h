@@ -22,13 +22,14 @@ extern "C" {
 #endif
 
 typedef enum OmYamlKind {
-    OM_YAML_DOUBLE,  // double
-    OM_YAML_INT,     // int
-    OM_YAML_BOOL,    // bool
-    OM_YAML_STRING,  // char[size]
-    OM_YAML_VEC3,    // OmVec3, a list of three numbers
-    OM_YAML_ENUM,    // int, the index into `name`
-    OM_YAML_STRUCT,  // a mapping read by `sub`
+    OM_YAML_DOUBLE,   // double
+    OM_YAML_INT,      // int
+    OM_YAML_BOOL,     // bool
+    OM_YAML_STRING,   // char[size]
+    OM_YAML_VEC3,     // OmVec3, a list of three numbers
+    OM_YAML_NUMBERS,  // double[capacity], a list of so many numbers
+    OM_YAML_ENUM,     // int, the index into `name`
+    OM_YAML_STRUCT,   // a mapping read by `sub`
     OM_YAML_LIST  // a list of mappings read by `sub` into an array; its length goes to count_offset
 } OmYamlKind;
 
@@ -44,7 +45,7 @@ typedef struct OmYamlField {
     const struct OmYamlSchema* sub;  // of a struct or of list items
     const char* const* name;         // of an enum, ended by null
     size_t count_offset;             // of the int that receives a list's length
-    int capacity;                    // most items of a list
+    int capacity;                    // most items of a list; count of numbers
     // of a text: line ends and tabs may stand in it; other control characters never
     bool has_lines;
     bool is_required;

@@ -50,14 +50,10 @@ static OmStatus make_camera(Maker* m) {
     const OmSceneCamera* c = &m->p->scene.rgbd;
     OmVec3 eye = om_vec3(c->distance * cos(c->elevation), 0, c->distance * sin(c->elevation));
     OmPose at = site->pose_world_task;
-    m->camera = (OmCamera){om_pose_look_at(om_pose_apply(at, eye),
-                                           om_pose_apply(at, om_vec3(0, 0, site->half_size.z)),
-                                           om_quat_rotate(at.q, om_vec3(0, 0, 1))),
-                           c->width,
-                           c->height,
-                           c->fov,
-                           0.01,
-                           2.0};
+    OmPose look =
+        om_pose_look_at(om_pose_apply(at, eye), om_pose_apply(at, om_vec3(0, 0, site->half_size.z)),
+                        om_quat_rotate(at.q, om_vec3(0, 0, 1)));
+    m->camera = om_scene_camera_place(c, look);
     size_t n = (size_t)c->width * (size_t)c->height;
     OM_ALLOC(m->depth, n);
     OM_ALLOC(m->normal, 3 * n);

@@ -154,6 +154,11 @@ done:
     return status;
 }
 
+// Vertical, rad: that of the focal length where a camera has one.
+static double field_of_view(const OmSceneCamera* c) {
+    return c->focal[1] > 0 ? 2 * atan(0.5 * c->height / c->focal[1]) : c->fov;
+}
+
 static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetractResult* r) {
     const OmScene* s = rec->def.scene;
     char text[2048], body[512];
@@ -183,9 +188,9 @@ static void add_settings(OmReport* report, const OmRecorder* rec, const OmRetrac
         "degrees. Grasping points on a %d x %d grid; tissue within %.0f mm of the tip is held. Pulls of %.0f "
         "mm up to %.0f mm; force threshold %.2f N%s; exposed at %.0f %% of all its points. Seed %d.",
         1e3 * s->endoscope.distance, s->endoscope.elevation * 180 / OM_PI,
-        s->endoscope.fov * 180 / OM_PI, s->task.grid, s->task.grid, 1e3 * s->task.grasp_radius,
-        1e3 * s->task.pull_step, 1e3 * s->task.max_height, s->task.force_threshold, margin,
-        100 * s->task.visibility, s->seed);
+        field_of_view(&s->endoscope) * 180 / OM_PI, s->task.grid, s->task.grid,
+        1e3 * s->task.grasp_radius, 1e3 * s->task.pull_step, 1e3 * s->task.max_height,
+        s->task.force_threshold, margin, 100 * s->task.visibility, s->seed);
     om_report_paragraph(report, text);
 }
 

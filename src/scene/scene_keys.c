@@ -180,6 +180,15 @@ static const OmYamlField camera_field[] = {
      .help = "of the picture"},
     {"height", OM_YAML_INT, AT(OmSceneCamera, height), .min = 16, .max = 4096, .unit = "pixels",
      .help = "of the picture"},
+    {"focal_px", OM_YAML_NUMBERS, AT(OmSceneCamera, focal), .capacity = 2, .min = 0, .max = 1e5,
+     .unit = "pixels", .help = "focal lengths fx, fy of a calibrated camera; 0: from fov_deg"},
+    {"center_px", OM_YAML_NUMBERS, AT(OmSceneCamera, center), .capacity = 2, .min = 0, .max = 4096,
+     .unit = "pixels",
+     .help =
+         "principal point cx, cy as OpenCV and ROS count, the first pixel's centre is 0, 0; left out: the middle"},
+    {"distortion", OM_YAML_NUMBERS, AT(OmSceneCamera, distortion), .capacity = 5, .min = -1000,
+     .max = 1000,
+     .help = "k1, k2, p1, p2, k3 of the lens, as OpenCV and ROS (plumb_bob) write them"},
 };
 static const OmYamlSchema camera_schema = {"camera", camera_field, COUNT(camera_field), NULL};
 

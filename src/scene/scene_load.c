@@ -41,8 +41,8 @@ OmScene om_scene_default(void) {
     s.attach = (OmSceneAttach){.kind = OM_ATTACH_RANDOM, .share_min = 0.1, .share_max = 0.5};
     s.believed = (OmSceneBelief){.stiffness = -1, .foundation = -1};
     s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
-    s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480};
-    s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240};
+    s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480, {0}, {0}, {0}};
+    s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240, {0}, {0}, {0}};
     s.world = (OmSceneWorld){.young_factor = 0.85,
                              .density_factor = 1.0,
                              .tool_noise = 0.2 * MM,
@@ -98,6 +98,32 @@ static OmStatus validate(const OmScene* s, const char* name) {
     return om__scene_check_world(s, name);
 }
 
+OmCamera om_scene_camera_place(const OmSceneCamera* c, OmPose pose_world_camera) {
+    bool has_center = c->center[0] != 0 || c->center[1] != 0;
+    return (OmCamera){.pose_world_camera = pose_world_camera,
+                      .width = c->width,
+                      .height = c->height,
+                      .fov = c->fov,
+                      .near_m = 0.01,
+                      .far_m = 2.0,
+                      .lens = {.fx = c->focal[0],
+                               .fy = c->focal[1],
+                               .cx = has_center ? c->center[0] + 0.5 : 0,
+                               .cy = has_center ? c->center[1] + 0.5 : 0,
+                               .k1 = c->distortion[0],
+                               .k2 = c->distortion[1],
+                               .p1 = c->distortion[2],
+                               .p2 = c->distortion[3],
+                               .k3 = c->distortion[4]}};
+}
+
+static OmStatus check_camera(const OmSceneCamera* c, const char* title, const char* name) {
+    OmCamera camera = om_scene_camera_place(c, (OmPose){.q = om_quat_identity()});
+    OmStatus status = om_camera_check(&camera);
+    if (status == OM_OK) return OM_OK;
+    return om_error_prefix(status, "%s: %s: focal_px, center_px, distortion", name, title);
+}
+
 // ---- keys without effect --------------------------------------------------------------------------------------
 
 // A key that differs from its default and has no effect on this source is a mistake of the user.
@@ -149,6 +175,8 @@ OmStatus om_scene_parse(const char* text, size_t size, const char* name, OmScene
         if (t->density < 0) t->density = plain.density;
     }
     OM_TRY(validate(scene, name));
+    OM_TRY(check_camera(&scene->endoscope, "endoscope", name));
+    OM_TRY(check_camera(&scene->rgbd, "rgbd", name));
     OM_TRY(check_uses(scene, &whole, name));
     // A unit vector is not normalised again, so that a printed scene is read as the same scene.
     if (fabs(om_norm(t->up) - 1) > 1e-12) t->up = om_normalize(t->up);

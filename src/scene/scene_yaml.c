@@ -102,18 +102,28 @@ static OmStatus read_string(const Reader* r, const yaml_node_t* node, const OmYa
     return OM_OK;
 }
 
-static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
-                          OmVec3* out) {
-    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, "a list of 3 numbers");
+// A list of `want` numbers, in SI.
+static OmStatus read_numbers(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                             int want, double* out) {
+    char kind[40];
+    snprintf(kind, sizeof kind, "a list of %d numbers", want);
+    if (node->type != YAML_SEQUENCE_NODE) return wrong_kind(r, node, f->key, kind);
     yaml_node_item_t* item = node->data.sequence.items.start;
     long count = node->data.sequence.items.top - item;
-    OM_CHECK(count == 3, OM_INVALID, "%s:%zu: %s: has %ld numbers, 3 are wanted", r->name,
-             line_of(node), f->key, count);
-    double v[3];
-    for (int i = 0; i < 3; ++i) {
-        OM_TRY(read_number(r, yaml_document_get_node(r->doc, item[i]), f, &v[i]));
+    OM_CHECK(count == want, OM_INVALID, "%s:%zu: %s: has %ld numbers, %d are wanted", r->name,
+             line_of(node), f->key, count, want);
+    for (int i = 0; i < want; ++i) {
+        OM_TRY(read_number(r, yaml_document_get_node(r->doc, item[i]), f, &out[i]));
+        out[i] *= f->scale != 0.0 ? f->scale : 1.0;
     }
-    *out = om_scale(f->scale != 0.0 ? f->scale : 1.0, om_vec3(v[0], v[1], v[2]));
+    return OM_OK;
+}
+
+static OmStatus read_vec3(const Reader* r, const yaml_node_t* node, const OmYamlField* f,
+                          OmVec3* out) {
+    double v[3];
+    OM_TRY(read_numbers(r, node, f, 3, v));
+    *out = om_vec3(v[0], v[1], v[2]);
     return OM_OK;
 }
 
@@ -152,6 +162,7 @@ static OmStatus read_field(const Reader* r, yaml_node_t* node, const OmYamlField
     case OM_YAML_BOOL: return read_bool(r, node, f, target);
     case OM_YAML_STRING: return read_string(r, node, f, target);
     case OM_YAML_VEC3: return read_vec3(r, node, f, target);
+    case OM_YAML_NUMBERS: return read_numbers(r, node, f, f->capacity, target);
     case OM_YAML_ENUM: return read_enum(r, node, f, target);
     case OM_YAML_STRUCT: return read_mapping(r, node, f->sub, target);
     case OM_YAML_LIST: return read_list(r, node, f, out);

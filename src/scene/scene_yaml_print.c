@@ -29,6 +29,10 @@ bool om_yaml_is_equal(const OmYamlField* f, const void* a, const void* b) {
         OmVec3 d = om_sub(*(const OmVec3*)p, *(const OmVec3*)q);
         return d.x == 0 && d.y == 0 && d.z == 0;
     }
+    case OM_YAML_NUMBERS:
+        for (int i = 0; i < f->capacity; ++i)
+            if (((const double*)p)[i] != ((const double*)q)[i]) return false;
+        return true;
     case OM_YAML_STRUCT:
         for (int i = 0; i < f->sub->nfield; ++i)
             if (!om_yaml_is_equal(&f->sub->field[i], p, q)) return false;
@@ -81,6 +85,15 @@ static OmStatus print_string(const char* str, OmText* text) {
     return om_text_append(text, "\"");
 }
 
+static OmStatus print_numbers(const OmYamlField* f, const double* value, OmText* text) {
+    char number[NUMBER_LEN];
+    for (int i = 0; i < f->capacity; ++i) {
+        print_number(value[i], scale_of(f), number);
+        OM_TRY(om_text_append(text, "%s%s", i ? ", " : "[", number));
+    }
+    return om_text_append(text, "]");
+}
+
 static OmStatus print_value(const OmYamlField* f, const void* value, OmText* text) {
     char number[3][NUMBER_LEN];
     const void* p = at(f, value);
@@ -99,6 +112,7 @@ static OmStatus print_value(const OmYamlField* f, const void* value, OmText* tex
         print_number(v.z, scale_of(f), number[2]);
         return om_text_append(text, "[%s, %s, %s]", number[0], number[1], number[2]);
     }
+    case OM_YAML_NUMBERS: return print_numbers(f, p, text);
     default: return om_error(OM_INVALID, "%s: lists are not printed", f->key);
     }
 }
@@ -111,7 +125,8 @@ static OmStatus print_range(const OmYamlField* f, OmText* text) {
             OM_TRY(om_text_append(text, "%s%s", i ? ", " : "", f->name[i]));
         return OM_OK;
     }
-    bool is_number = f->kind == OM_YAML_DOUBLE || f->kind == OM_YAML_INT || f->kind == OM_YAML_VEC3;
+    bool is_number = f->kind == OM_YAML_DOUBLE || f->kind == OM_YAML_INT ||
+                     f->kind == OM_YAML_VEC3 || f->kind == OM_YAML_NUMBERS;
     if (!is_number || !has_range(f)) return OM_OK;
     char min[NUMBER_LEN], max[NUMBER_LEN];
     print_number(f->min, 1, min);
@@ -172,6 +187,7 @@ static const char* kind_text(const OmYamlField* f) {
     case OM_YAML_BOOL: return "true, false";
     case OM_YAML_STRING: return "text";
     case OM_YAML_VEC3: return "[x, y, z]";
+    case OM_YAML_NUMBERS: return "list of numbers";
     case OM_YAML_ENUM: return "one of";
     default: return "list";
     }

@@ -425,8 +425,6 @@ const OmSurface* om_world_tool(OmWorld* world, int index) {
 OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* picture) {
     OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
              "only a simulated world can be drawn at any size");
-    OmCamera camera = ((SimWorld*)world)->endoscope;
-    camera.width = width;
-    camera.height = height;
+    OmCamera camera = om_camera_resize(&((SimWorld*)world)->endoscope, width, height);
     return render((SimWorld*)world, &camera, 2, picture);
 }

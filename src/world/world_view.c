@@ -11,8 +11,7 @@ OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double sid
     OmVec3 eye_w = om_pose_apply(site->pose_world_task, eye);
     OmVec3 target = om_pose_apply(site->pose_world_task, om_vec3(0, 0, site->half_size.z));
     OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
-    OmCamera camera = {om_pose_look_at(eye_w, target, up), c->width, c->height, c->fov, 0.01, 2.0};
-    return camera;
+    return om_scene_camera_place(c, om_pose_look_at(eye_w, target, up));
 }
 
 // The board under the tissue, slightly below the ROI that is drawn on it.
@@ -102,7 +101,10 @@ OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {
     if (v.nseen >= min * v.npoint) return OM_OK;
     const char* remedy = "raise the endoscope's elevation_deg or move the ROI";
     if (v.noutside >= v.naway && v.noutside >= v.nhidden)
-        remedy = "make the endoscope's fov_deg or distance_mm larger, or move the ROI";
+        remedy =
+            scene->endoscope.focal[0] > 0
+                ? "make the endoscope's focal_px smaller or distance_mm larger, or move the ROI"
+                : "make the endoscope's fov_deg or distance_mm larger, or move the ROI";
     return om_error(
         OM_INVALID,
         "%s: endoscope: with the tissue removed it sees %.0f %% of the ROI, and %.0f %% is needed: "

@@ -42,7 +42,8 @@ static void test_a_sheet(void** state) {
         "attachments: {kind: random_patch, share_min: 0.15, share_max: 0.35, stiffness: 77}\n"
         "roi: {radius_mm: 6.5, margin_mm: 3.5}\n"
         "endoscope: {distance_mm: 210, elevation_deg: 36, fov_deg: 72, width: 320, height: 200}\n"
-        "rgbd: {distance_mm: 310, elevation_deg: 60, fov_deg: 45, width: 160, height: 120}\n"
+        "rgbd: {distance_mm: 310, elevation_deg: 60, fov_deg: 45, width: 160, height: 120,\n"
+        "  focal_px: [151, 152], center_px: [80.5, 60.25], distortion: [-0.2, 0.05, 0.001, -0.002, 0.01]}\n"
         "world: {young_factor: 0.7, density_factor: 1.3, tool_noise_mm: 0.4, depth_noise: false, "
         "arms: 1, force_noise: 0.3}\n"
         "task:\n"
@@ -85,6 +86,18 @@ static void test_a_sheet(void** state) {
     expect(s.rgbd.fov, PI / 4);
     assert_int_equal(s.rgbd.width, 160);
     assert_int_equal(s.rgbd.height, 120);
+    expect(s.rgbd.focal[0], 151);
+    expect(s.rgbd.focal[1], 152);
+    expect(s.rgbd.center[0], 80.5);
+    expect(s.rgbd.center[1], 60.25);
+    const double distortion[5] = {-0.2, 0.05, 0.001, -0.002, 0.01};
+    for (int i = 0; i < 5; ++i) expect(s.rgbd.distortion[i], distortion[i]);
+    // OpenCV counts the first pixel's centre as 0, an OmLens as 0.5.
+    OmCamera camera = om_scene_camera_place(&s.rgbd, (OmPose){.q = om_quat_identity()});
+    const double lens[9] = {151, 152, 81, 60.75, -0.2, 0.05, 0.001, -0.002, 0.01};
+    assert_memory_equal(&camera.lens, lens, sizeof lens);
+    camera = om_scene_camera_place(&s.endoscope, (OmPose){.q = om_quat_identity()});
+    assert_memory_equal(&camera.lens, &(OmLens){0}, sizeof camera.lens);
     expect(s.world.young_factor, 0.7);
     expect(s.world.narm, 1);
     expect(s.world.force_noise, 0.3);

@@ -292,6 +292,10 @@ static void test_world_mesh_follows_the_twin(void** state) {
     }
     expect_refusal("name: x\ntissue: {source: sheet, cells: [4, 4, 1], world_cells: [5, 5, 1]}\n",
                    "make 72 vertices, cells 50: the truth needs at least twice as many");
+    expect_refusal("name: x\ntissue: {source: sheet}\nrgbd: {focal_px: [200, 0]}\n",
+                   "rgbd: focal_px, center_px, distortion: camera: focal lengths");
+    expect_refusal("name: x\ntissue: {source: sheet}\nendoscope: {distortion: [-2, 0, 0, 0, 0]}\n",
+                   "endoscope: focal_px, center_px, distortion: camera: distortion k1 -2, k2 0");
     const char* volume = "name: x\ntissue: {source: volume, file: none.nii}\n"
                          "model: {label: 3, edge_mm: 4.5, world_edge_mm: 3.8}\n";
     expect_refusal(volume, "world_edge_mm 3.8 is too near edge_mm 4.5");

@@ -15,6 +15,7 @@ typedef struct Thing {
     bool is_open;
     int kind;
     OmVec3 at;
+    double pair[2];
     Item first;
     Item item[2];
     int nitem;
@@ -34,11 +35,13 @@ static const OmYamlField field[] = {
     {"is_open", OM_YAML_BOOL, offsetof(Thing, is_open)},
     {"kind", OM_YAML_ENUM, offsetof(Thing, kind), .name = kind_name},
     {"at_mm", OM_YAML_VEC3, offsetof(Thing, at), .scale = 1e-3},
+    {"pair_mm", OM_YAML_NUMBERS, offsetof(Thing, pair), .min = -5, .max = 5, .scale = 1e-3,
+     .capacity = 2},
     {"first", OM_YAML_STRUCT, offsetof(Thing, first), .sub = &item_schema},
     {"items", OM_YAML_LIST, offsetof(Thing, item), .size = sizeof(Item), .sub = &item_schema,
      .count_offset = offsetof(Thing, nitem), .capacity = 2},
 };
-static const OmYamlSchema schema = {"thing", field, 7, NULL};
+static const OmYamlSchema schema = {"thing", field, 8, NULL};
 
 static OmStatus parse(const char* text, Thing* t) {
     memset(t, 0, sizeof *t);
@@ -107,15 +110,17 @@ static void names_have_no_control_characters(void** state) {
 static void values_land_in_si(void** state) {
     (void)state;
     Thing t;
-    assert_ok(parse(
-        "# a comment\nsize_mm: 12.5\ncount: 3\nis_open: true\nkind: organ\n"
-        "at_mm: [1, 2, -3e1]\nfirst: {name: fat}\nitems:\n  - name: a\n    young: 5\n  - {name: b}\n",
-        &t));
+    assert_ok(parse("# a comment\nsize_mm: 12.5\ncount: 3\nis_open: true\nkind: organ\n"
+                    "at_mm: [1, 2, -3e1]\npair_mm: [-2.5, 4]\nfirst: {name: fat}\n"
+                    "items:\n  - name: a\n    young: 5\n  - {name: b}\n",
+                    &t));
     assert_near(t.size, 0.0125, 1e-18);
     assert_int_equal(t.count, 3);
     assert_true(t.is_open);
     assert_int_equal(t.kind, 1);
     assert_near(om_distance(t.at, om_vec3(0.001, 0.002, -0.03)), 0, 1e-17);
+    assert_near(t.pair[0], -0.0025, 1e-18);
+    assert_near(t.pair[1], 0.004, 1e-18);
     assert_string_equal(t.first.name, "fat");
     assert_int_equal(t.nitem, 2);
     assert_near(t.item[0].young, 5, 0);
@@ -131,6 +136,9 @@ static void mistakes_are_named(void** state) {
         {"size_mm: 1\ncuont: 3\n",
          "t.yaml:2: thing: unknown key \"cuont\"; did you mean \"count\"?"},
         {"zzzzzzz: 3\n", "t.yaml:1: thing: unknown key \"zzzzzzz\"; valid keys: size_mm, count"},
+        {"pair_mm: 3\n", "t.yaml:1: pair_mm: \"3\" is not a list of 2 numbers"},
+        {"pair_mm: [3]\n", "t.yaml:1: pair_mm: has 1 numbers, 2 are wanted"},
+        {"pair_mm: [3, 6]\n", "t.yaml:1: pair_mm: 6 is outside its range, -5 to 5"},
         {"count: 11\n", "t.yaml:1: count: 11 is outside its range, 0 to 10"},
         {"count: 1.5\n", "t.yaml:1: count: 1.5 is not a whole number"},
         {"size_mm: abc\n", "t.yaml:1: size_mm: \"abc\" is not a number"},

@@ -307,6 +307,17 @@ static void test_most_that_can_be_seen(void** state) {
     om_view_destroy(view);
     assert_status(om_world_check_visible(&scene, &site), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "fov_deg or distance_mm"));
+    // The same by a focal length: half the height over tan 6 degrees.
+    scene.endoscope.fov = OM_PI / 2;
+    scene.endoscope.focal[0] = scene.endoscope.focal[1] =
+        0.5 * scene.endoscope.height / tan(6 * OM_PI / 180);
+    OmVisibility same;
+    assert_ok(om_view_create(&scene, &site, &view));
+    assert_ok(om_view_look(view, NULL, &same));
+    assert_int_equal(same.noutside, v.noutside);
+    om_view_destroy(view);
+    assert_status(om_world_check_visible(&scene, &site), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "focal_px smaller or distance_mm"));
     om_site_done(&site);
 }
 
