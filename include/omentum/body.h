@@ -119,6 +119,8 @@ OM_API OmStatus om_body_grasp(OmBody* body, int arm, OmPose pose_world_tip, doub
 OM_API OmStatus om_body_move(OmBody* body, int arm, OmPose pose_world_tip);
 OM_API void om_body_release(OmBody* body, int arm);
 OM_API bool om_body_is_holding(const OmBody* body, int arm);
+/// The arm that grasps each vertex, -1 if none (nvert); valid until the body is destroyed.
+OM_API const signed char* om_body_held_by(const OmBody* body);
 /// Replace all attachments between two steps, as om_tissue_set_attachment.
 /// @return as om_tissue_set_attachment
 OM_API OmStatus om_body_set_attachment(OmBody* body, int nvert, const int* vert,

@@ -164,6 +164,17 @@ typedef struct OmSceneTask {
     double retract;
 } OmSceneTask;
 
+#define OM_UPDATE_MAX_KEEP 8
+
+typedef struct OmSceneUpdate {  // attachments of the twin corrected during the operation
+    bool is_enabled;            // default false
+    // s from the start of an estimate to its adoption in a simulated world, whatever time it took; default 0.3
+    double latency;
+    int keep;  // acquisitions of different grasps in one estimate, 1 to OM_UPDATE_MAX_KEEP; default 3
+    double min_lift;  // m, tissue lifted less is not looked at; default 10 mm
+    double rest;      // s that the arms keep still before the picture; default 0.3
+} OmSceneUpdate;
+
 typedef struct OmScene {
     // Engines that `tissue: engine` may name, borrowed; null (default): om_engine_set_default of body.h.
     const struct OmEngineSet* engines;
@@ -182,6 +193,7 @@ typedef struct OmScene {
     OmSceneCamera endoscope, rgbd;
     OmSceneWorld world;
     OmSceneTask task;
+    OmSceneUpdate update;
 } OmScene;
 
 /// The defaults above: the thesis's sheet.

@@ -241,6 +241,20 @@ static const OmYamlField task_field[] = {
 };
 static const OmYamlSchema task_schema = {"task", task_field, COUNT(task_field), NULL};
 
+static const OmYamlField update_field[] = {
+    {"enabled", OM_YAML_BOOL, AT(OmSceneUpdate, is_enabled),
+     .help = "are the twin's attachments corrected during the operation?"},
+    {"latency_s", OM_YAML_DOUBLE, AT(OmSceneUpdate, latency), .min = 0, .max = 60, .unit = "s",
+     .help = "from the start of an estimate to its adoption, in a simulated world"},
+    {"keep", OM_YAML_INT, AT(OmSceneUpdate, keep), .min = 1, .max = OM_UPDATE_MAX_KEEP,
+     .help = "acquisitions of different grasps that one estimate is made from"},
+    {"min_lift_mm", OM_YAML_DOUBLE, AT(OmSceneUpdate, min_lift), .min = 0, .max = 500, .scale = MM,
+     .unit = "mm", .help = "tissue lifted less is not looked at"},
+    {"rest_s", OM_YAML_DOUBLE, AT(OmSceneUpdate, rest), .min = 0, .max = 10, .unit = "s",
+     .help = "for which the arms keep still before the picture of an acquisition"},
+};
+static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
+
 static const OmYamlField scene_field[] = {
     {"name", OM_YAML_STRING, AT(OmScene, name), .size = OM_SCENE_NAME, .is_required = true,
      .help = "of the scene, for reports"},
@@ -269,6 +283,8 @@ static const OmYamlField scene_field[] = {
      .help = "what the simulated truth hides from the twin"},
     {"task", OM_YAML_STRUCT, AT(OmScene, task), .sub = &task_schema,
      .help = "what the arms may do"},
+    {"update", OM_YAML_STRUCT, AT(OmScene, update), .sub = &update_schema,
+     .help = "how the twin's attachments are corrected by the depth camera"},
 };
 const OmYamlSchema om__scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
 

@@ -80,6 +80,8 @@ OmStatus om_body_move(OmBody* b, int arm, OmPose tip) {
 void om_body_release(OmBody* b, int arm) { om_tissue_release(b->state, arm); }
 bool om_body_is_holding(const OmBody* b, int arm) { return om_tissue_nheld(b->state, arm) > 0; }
 
+const signed char* om_body_held_by(const OmBody* b) { return om_tissue_held_by(b->state); }
+
 OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
                                 const double* stiffness) {
     return om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness);
