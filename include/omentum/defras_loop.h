@@ -14,6 +14,7 @@
 #define OMENTUM_DEFRAS_LOOP_H
 
 #include "omentum/body.h"
+#include "omentum/defras_update.h"
 #include "omentum/plan.h"
 #include "omentum/scene.h"
 #include "omentum/world.h"
@@ -44,6 +45,7 @@ typedef enum OmActionOutcome {
     OM_ACTION_HEIGHT,     // stopped: the height limit
     OM_ACTION_UNREACHED,  // the arm could not go there
     OM_ACTION_EMPTY,      // no tissue between the jaws
+    OM_ACTION_OUTDATED,   // stopped: by an update of the twin the block is attached
     OM_ACTION_ABORTED     // a command ended the loop during the action
 } OmActionOutcome;
 OM_API const char* om_action_outcome_text(OmActionOutcome outcome);
@@ -59,6 +61,18 @@ typedef struct OmRetractAction {  // one executed action
     bool is_replanned;       // a new plan starts with it
     int plan;                // which plan, from 0
 } OmRetractAction;
+
+typedef struct OmRetractUpdate {            // one estimate of the twin's attachments
+    OmUpdateStage stage;                    // adopted, refused or cancelled; started while it runs
+    char reason[256];                       // of a refusal
+    int nacquisition;                       // that it was made from
+    int start_tick, end_tick;               // end_tick: of adoption or refusal, -1 while it runs
+    double start, end;                      // s of the operation
+    int nattached_before, nattached_after;  // vertices of the twin
+    double seen_share;                      // OmMatchEstimate.seen_share
+    double before_median, after_median;     // m, of the scan from the twin
+    double estimate_ms;                     // wall time; NAN if cancelled
+} OmRetractUpdate;
 
 typedef enum OmRetractOutcome {
     OM_RETRACT_EXPOSED,  // the arms exposed the ROI: visibility reached the scene's limit and stayed
@@ -92,6 +106,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
+    int nacquisition;  // taken during the operation
+    int nupdate;       // estimates
+    OmRetractUpdate* update;
     // The tissue comes to rest on its ground before the operation begins.
     bool is_settled;  // twin and world were at rest when the operation began
     // m, mean displacement of the vertices until then; NAN without a truth
@@ -118,6 +135,7 @@ typedef struct OmLoopListener {
     OmStatus (*on_action_begin)(void* ctx, const OmLoop* loop, const OmPlanAction* action);
     OmStatus (*on_action_end)(void* ctx, const OmLoop* loop, const OmRetractAction* action);
     OmStatus (*on_end)(void* ctx, const OmLoop* loop, const OmRetractResult* result);
+    OmStatus (*on_update)(void* ctx, const OmLoop* loop, const OmUpdateEvent* event);
 } OmLoopListener;
 
 // ---- the loop -----------------------------------------------------------------------------------------------
@@ -133,6 +151,9 @@ typedef struct OmLoopDef {
     OmBody* truth;       // borrowed; recorded, never acted on; default null: there is none
     const OmLoopListener* listener;  // called in this order; copied
     int nlistener;                   // default 0, at most OM_LOOP_MAX_LISTENER
+    // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
+    // depth.
+    OmUpdater* updater;
     bool is_settled;    // twin and world are at rest; default true; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
@@ -145,6 +166,7 @@ typedef enum OmLoopPhase {
     OM_LOOP_VERIFY,  // the ROI is seen: the arms keep still; does it stay visible?
     OM_LOOP_PLAN,    // between two actions; only listeners see it
     OM_LOOP_ACT,     // an action is under way
+    OM_LOOP_LOOK,    // the arms keep still until the tissue rests; then an acquisition is taken
     OM_LOOP_ENDED    // the result is complete
 } OmLoopPhase;
 
@@ -160,7 +182,7 @@ typedef struct OmLoopCommand {
 } OmLoopCommand;
 
 /// @return OM_OK; OM_INVALID (a field of the definition or of the task, a world that does not observe visibility,
-///         tissue without grasping points); OM_NO_MEMORY
+///         tissue without grasping points, an updater of another twin or a world without depth for it); OM_NO_MEMORY
 OM_API OmStatus om_loop_create(const OmLoopDef* def, OmLoop** loop);
 /// In any phase. The world keeps its last commands: abort before, to stop the arms.
 OM_API void om_loop_destroy(OmLoop* loop);

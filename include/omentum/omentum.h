@@ -16,6 +16,7 @@
 #include "omentum/defras.h"
 #include "omentum/defras_loop.h"
 #include "omentum/defras_recorder.h"
+#include "omentum/defras_update.h"
 #include "omentum/fem.h"
 #include "omentum/fem_grid.h"
 #include "omentum/heuristic.h"

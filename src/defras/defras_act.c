@@ -64,6 +64,7 @@ static OmStatus grasp_with_twin(OmLoop* loop) {
         OmPose tip = {obs.arm[arm].tip.p, loop->grid.task.q};
         status = om_body_grasp(loop->twin, arm, tip, loop->task.grasp_radius, &nheld);
         if (status == OM_OK) a->outcome = OM_ACTION_DONE;
+        if (status == OM_OK) om__look_note_grasp(loop, arm, tip);
     }
     om_observation_done(&obs);
     return status == OM_INVALID ? OM_OK : status;
@@ -100,6 +101,7 @@ static OmStatus step_release(OmLoop* loop, Next* next) {
     case 0:
         OM_TRY(om_world_set_jaw(loop->world, a->plan.arm, JAW_OPEN));
         om_body_release(loop->twin, a->plan.arm);
+        om__look_note_release(loop, a->plan.arm);
         state->in_hand = -1;
         state->at = -1;
         state->is_closed = false;

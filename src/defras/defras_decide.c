@@ -5,6 +5,8 @@
 //                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
 //                     └───────────────┴────────────┘
 //
+// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN.
+//
 // One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
 // needs the next tick.
 #include <string.h>
@@ -84,6 +86,7 @@ static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
 // ---- planning -------------------------------------------------------------------------------------------
 
 OmStatus om__loop_plan(OmLoop* loop) {
+    loop->is_outdated = false;
     om__sense_fluents(loop, &loop->situation);
     OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
     if (status < 0) return status;
@@ -199,18 +202,29 @@ static void leave_action(OmLoop* loop) {
     bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
     if (is_last || is_broken) update_tried(loop);
     bool is_over = loop->result.naction >= loop->task.max_actions;
-    loop->stage = is_last || is_broken || is_over ? STAGE_PLAN : STAGE_NEXT_ACTION;
+    bool is_new = is_last || is_broken || is_over || loop->is_outdated;
+    loop->stage = is_new ? STAGE_PLAN : STAGE_NEXT_ACTION;
     loop->ncontinued = 0;
     ++loop->action_index;
 }
 
-static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
-    OM_TRY(note_action(loop));
+static void conclude_action(OmLoop* loop, bool* needs_tick) {
     *needs_tick = loop->visibility >= loop->task.visibility;
     if (*needs_tick)
         begin_verification(loop);
     else
         leave_action(loop);
+}
+
+static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
+    OM_TRY(note_action(loop));
+    *needs_tick = false;
+    if (om__look_is_due(loop)) {
+        loop->stage = STAGE_LOOK;
+        loop->look_begin = loop->time;
+    } else {
+        conclude_action(loop, needs_tick);
+    }
     return OM_OK;
 }
 
@@ -254,8 +268,20 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
     loop->stage = STAGE_NEXT_ACTION;
 }
 
+static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
+    OM_TRY(om__look_take(loop, needs_tick));
+    if (!*needs_tick) conclude_action(loop, needs_tick);
+    return OM_OK;
+}
+
 static OmStatus check_action(OmLoop* loop, bool* needs_tick) {
     bool is_done;
+    if (om__look_stops_reach(loop)) {
+        om_world_stop(loop->world, loop->action.plan.arm);
+        loop->action.outcome = OM_ACTION_OUTDATED;
+        loop->arm[loop->action.plan.arm].at = -1;
+        return end_action(loop, needs_tick);
+    }
     OM_TRY(om__action_check(loop, &is_done));
     *needs_tick = !is_done;
     return is_done ? end_action(loop, needs_tick) : OM_OK;
@@ -280,6 +306,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_PLAN: OM_TRY(decide_plan(loop)); break;
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
+        case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
         case STAGE_ENDED: break;
         }
     }

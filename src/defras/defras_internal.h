@@ -67,6 +67,16 @@ typedef struct Action {
 
 #define OM_LOOP_MAX_PENDING 4  // commands within one tick
 
+// New attachments on their way from where they change nothing to their places.
+typedef struct Adoption {
+    int nvert;          // 0: none
+    int* vert;          // (nvert)
+    double* stiffness;  // N/m                          (nvert)
+    double *from, *to;  // anchors, m                   (nvert x 3)
+    double* anchor;     // m, at present                (nvert x 3)
+    double elapsed;     // s
+} Adoption;
+
 // What the loop does between two ticks.
 typedef enum Stage {
     STAGE_BEGIN,        // wait for the first look
@@ -74,6 +84,7 @@ typedef enum Stage {
     STAGE_PLAN,         // make a plan
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
+    STAGE_LOOK,         // the arms keep still before an acquisition; waits
     STAGE_ENDED
 } Stage;
 
@@ -83,6 +94,7 @@ struct OmLoop {
     OmBody* twin;        //
     OmBody* truth;       // null: none
     OmPlanner* planner;  //
+    OmUpdater* updater;  // null: none
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -136,9 +148,14 @@ struct OmLoop {
     Action action;
     Motion motion;
 
+    // computed by defras_look.c
+    double look_begin;  // s, since when the arms keep still
+    bool is_outdated;   // attachments changed since the plan was made
+    Adoption adoption;
+
     // the record
     OmRetractResult result;
-    int sample_capacity, action_capacity;
+    int sample_capacity, action_capacity, update_capacity;
     double* plan_ms;  // of each plan made
     int plan_capacity;
 };
@@ -200,6 +217,24 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done);  // after a tick
 // The arm was stopped by a pause: command the motion again. A goal out of reach ends it at the next check.
 OmStatus om__motion_resume(OmLoop* loop);
 
+// defras_adopt.c
+void om__adoption_done(Adoption* adoption);
+/// Attach the twin as an estimate says, without a jump.
+OmStatus om__adoption_begin(Adoption* adoption, OmBody* twin, const OmMatchEstimate* estimate);
+OmStatus om__adoption_step(Adoption* adoption, OmBody* twin,
+                           double dt);  // before a step of the twin
+
+// defras_look.c: nothing happens without an updater
+bool om__look_is_due(const OmLoop* loop);  // after an action
+// Take an acquisition, or set needs_tick until the tissue rests.
+OmStatus om__look_take(OmLoop* loop, bool* needs_tick);
+void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip);
+void om__look_note_release(OmLoop* loop, int arm);
+OmStatus om__look_check(OmLoop* loop);  // after a step: adopt or refuse an estimate that is ripe
+OmStatus om__look_start(OmLoop* loop);  // after decisions: start an estimate from new acquisitions
+OmStatus om__look_end(OmLoop* loop);    // cancel an estimate that runs
+bool om__look_stops_reach(const OmLoop* loop);  // the arm reaches for a block that is now attached
+
 // defras_decide.c
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
@@ -214,5 +249,6 @@ OmStatus om__loop_notify_plan(const OmLoop* loop);
 OmStatus om__loop_notify_action_begin(const OmLoop* loop);
 OmStatus om__loop_notify_action_end(const OmLoop* loop);
 OmStatus om__loop_notify_end(const OmLoop* loop);
+OmStatus om__loop_notify_update(const OmLoop* loop, const OmUpdateEvent* event);
 
 #endif

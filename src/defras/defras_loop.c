@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "defras/defras_internal.h"
+#include "defras/defras_updater.h"
 
 #define LOOP_COOKIE 0x100be7d
 
@@ -13,6 +14,7 @@ const char* om_action_outcome_text(OmActionOutcome outcome) {
     case OM_ACTION_HEIGHT: return "stopped by height";
     case OM_ACTION_UNREACHED: return "out of reach";
     case OM_ACTION_EMPTY: return "nothing grasped";
+    case OM_ACTION_OUTDATED: return "stopped by an update";
     case OM_ACTION_ABORTED: return "aborted";
     }
     return "";
@@ -34,6 +36,7 @@ void om_retract_result_done(OmRetractResult* result) {
     if (!result) return;
     om_free(result->action);
     om_free(result->sample);
+    om_free(result->update);
     memset(result, 0, sizeof *result);
 }
 
@@ -81,6 +84,16 @@ OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine) 
     return OM_OK;
 }
 
+static OmStatus check_updater(const OmLoopDef* def) {
+    if (!def->updater) return OM_OK;
+    OM_CHECK(om_world_sources(def->world) & OM_OBSERVE_DEPTH, OM_INVALID,
+             "OmLoopDef.updater needs a world that observes depth");
+    OM_CHECK(def->updater->nvert == om_body_site(def->twin)->mesh.nvert, OM_INVALID,
+             "OmLoopDef.updater is of a twin of %d vertices, not %d", def->updater->nvert,
+             om_body_site(def->twin)->mesh.nvert);
+    return OM_OK;
+}
+
 static OmStatus check_def(const OmLoopDef* def) {
     OM_CHECK(def->cookie == LOOP_COOKIE, OM_INVALID, "OmLoopDef was not made by default_def");
     OM_CHECK(def->task, OM_INVALID, "OmLoopDef.task is null");
@@ -93,6 +106,7 @@ static OmStatus check_def(const OmLoopDef* def) {
     OM_CHECK(om_world_sources(def->world) & OM_OBSERVE_VISIBILITY, OM_INVALID,
              "OmLoopDef.world does not observe the visibility of the ROI");
     OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
+    OM_TRY(check_updater(def));
     return check_task(def->task);
 }
 
@@ -137,6 +151,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->has_forces = om_engine_capabilities(om_body_engine(def->twin)) & OM_ENGINE_FORCES;
     loop->truth = def->truth;
     loop->planner = def->planner;
+    loop->updater = def->updater;
     loop->narm = om_world_narm(def->world);
     loop->nlistener = def->nlistener;
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
@@ -151,12 +166,15 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->rate = 1.0;
     loop->force_world = NAN;
     begin_result(loop, def->is_settled);
+    if (loop->updater) om__updater_reset(loop->updater);
     *out = loop;
     return OM_OK;
 }
 
 void om_loop_destroy(OmLoop* loop) {
     if (!loop) return;
+    if (loop->updater) om__updater_cancel(loop->updater);
+    om__adoption_done(&loop->adoption);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
     om_free(loop);
@@ -166,6 +184,7 @@ void om_loop_destroy(OmLoop* loop) {
 
 static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
+    OM_TRY(om__look_end(loop));
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
     r->twin_nbad = om_body_nbad(loop->twin);
@@ -190,7 +209,7 @@ static OmStatus pause_arms(OmLoop* loop) {
 static OmStatus resume(OmLoop* loop) {
     if (!loop->is_paused) return OM_OK;
     loop->is_paused = false;
-    loop->verify_begin = loop->visible_since = loop->time;
+    loop->verify_begin = loop->visible_since = loop->look_begin = loop->time;
     bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
     return is_in_motion ? om__motion_resume(loop) : OM_OK;
 }
@@ -247,7 +266,9 @@ static OmStatus tick(OmLoop* loop) {
     OM_TRY(om__loop_notify_begin(loop));
     OM_TRY(om__loop_step(loop));
     OM_TRY(om__loop_notify_tick(loop));
+    OM_TRY(om__look_check(loop));
     if (!loop->is_paused) OM_TRY(om__loop_decide(loop));
+    if (loop->stage != STAGE_ENDED) OM_TRY(om__look_start(loop));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }
 
@@ -266,6 +287,7 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
     case STAGE_PLAN:
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;
+    case STAGE_LOOK: return OM_LOOP_LOOK;
     case STAGE_ENDED: break;
     }
     return OM_LOOP_ENDED;
@@ -297,6 +319,6 @@ OmStatus om_loop_take_result(OmLoop* loop, OmRetractResult* result) {
     OM_CHECK(!loop->is_ticking, OM_INVALID, "a listener cannot take the result of its loop");
     *result = loop->result;
     memset(&loop->result, 0, sizeof loop->result);
-    loop->sample_capacity = loop->action_capacity = 0;
+    loop->sample_capacity = loop->action_capacity = loop->update_capacity = 0;
     return OM_OK;
 }

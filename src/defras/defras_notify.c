@@ -40,6 +40,11 @@ OmStatus om__loop_notify_action_end(const OmLoop* loop) {
     return OM_OK;
 }
 
+OmStatus om__loop_notify_update(const OmLoop* loop, const OmUpdateEvent* event) {
+    NOTIFY(loop, on_update, event);
+    return OM_OK;
+}
+
 OmStatus om__loop_notify_end(const OmLoop* loop) {
     NOTIFY(loop, on_end, &loop->result);
     return OM_OK;

@@ -1,0 +1,200 @@
+// defras_look.c: the loop and its updater: acquisitions after actions, estimates started, adopted or refused.
+//
+// After an action that moved held tissue the arms keep still until the tissue rests (OmSceneUpdate.rest), and an
+// acquisition is taken from a picture exposed at the end of this time. The estimate runs beside the next actions. In
+// the tick of its adoption the twin takes the new attachments; if they change the blocks that may be grasped, the loop
+// makes a new plan after the current action. An arm that reaches for a block that is now attached stops at once.
+#include <math.h>
+#include <string.h>
+
+#include "defras/defras_internal.h"
+#include "defras/defras_updater.h"
+
+#define LOOK_LIMIT 1.5  // s, longest wait for a picture beyond the rest
+
+// ---- acquisitions ---------------------------------------------------------------------------------------
+
+static OmUpdateEvent make_event(const OmLoop* loop, OmUpdateStage stage, int index) {
+    return (OmUpdateEvent){
+        .stage = stage, .index = index, .tick = loop->tick, .time = loop->time, .reason = ""};
+}
+
+bool om__look_is_due(const OmLoop* loop) {
+    const OmUpdater* u = loop->updater;
+    if (!u) return false;
+    OmPlanVerb verb = loop->action.plan.verb;
+    if (verb != OM_PLAN_PULL && verb != OM_PLAN_MOVE_ROI && verb != OM_PLAN_MOVE_AWAY) return false;
+    double lift = 0;
+    for (int a = 0; a < OM_MAX_ARM; ++a)
+        if (loop->arm[a].in_hand >= 0) lift = fmax(lift, loop->arm[a].lift);
+    return lift >= u->def.settings.min_lift - 5e-4;  // a measured tip stops that far from its goal
+}
+
+OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
+    OmUpdater* u = loop->updater;
+    const double rest = u->def.estimate ? u->def.settings.rest : 0;
+    const double waited = loop->time - loop->look_begin, tick = 0.5 * loop->task.time_step;
+    *needs_tick = waited < rest - tick;
+    if (*needs_tick) return OM_OK;
+    OmObservation obs = {0};
+    unsigned color = om_world_sources(loop->world) & OM_OBSERVE_COLOR;
+    OM_TRY(om_world_observe(loop->world, OM_OBSERVE_DEPTH | color, &obs));
+    const double seen = obs.rgbd.time - loop->time_origin - loop->look_begin;
+    *needs_tick = seen < rest - tick && waited < rest + LOOK_LIMIT;
+    OmStatus status = OM_OK;
+    if (!*needs_tick && seen >= rest - tick)
+        status = om__updater_take(u, &obs, loop->time, loop->grid.task, loop->twin);
+    om_observation_done(&obs);
+    if (status < 0) return om_error_prefix(status, "acquisition at %.2f s", loop->time);
+    loop->result.nacquisition = u->ntaken;
+    if (*needs_tick || seen < rest - tick)
+        return OM_OK;  // without a picture of the rest: no acquisition
+    OmUpdateEvent event = make_event(loop, OM_UPDATE_TAKEN, u->ntaken - 1);
+    event.acquisition = &u->kept[u->nkept - 1]->data;
+    return om__loop_notify_update(loop, &event);
+}
+
+void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip) {
+    if (loop->updater) om__updater_grasp(loop->updater, arm, pose_world_tip, loop->twin);
+}
+
+void om__look_note_release(OmLoop* loop, int arm) {
+    if (loop->updater) om__updater_release(loop->updater, arm);
+}
+
+// ---- estimates ------------------------------------------------------------------------------------------
+
+static int count_attached(const OmBody* body) {
+    const unsigned char* attached = om_body_attached(body);
+    int n = 0;
+    for (int v = 0; v < om_body_site(body)->mesh.nvert; ++v) n += attached[v] != 0;
+    return n;
+}
+
+static OmStatus begin_record(OmLoop* loop) {
+    const OmUpdater* u = loop->updater;
+    OmRetractResult* r = &loop->result;
+    if (r->nupdate == loop->update_capacity) {
+        int capacity = loop->update_capacity ? 2 * loop->update_capacity : 16;
+        OmRetractUpdate* grown =
+            om_realloc(r->update, (size_t)r->nupdate, (size_t)capacity, sizeof *grown);
+        if (!grown) return OM_NO_MEMORY;
+        r->update = grown;
+        loop->update_capacity = capacity;
+    }
+    r->update[r->nupdate++] = (OmRetractUpdate){.stage = OM_UPDATE_STARTED,
+                                                .nacquisition = u->nkept,
+                                                .start_tick = loop->tick,
+                                                .end_tick = -1,
+                                                .start = loop->time,
+                                                .nattached_before = count_attached(loop->twin)};
+    return OM_OK;
+}
+
+static OmStatus start_estimate(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    OM_TRY(begin_record(loop));
+    OM_TRY(om__updater_start(u, loop->tick, loop->time));
+    OmUpdateEvent event = make_event(loop, OM_UPDATE_STARTED, u->nestimate - 1);
+    event.nacquisition = u->ngiven;
+    return om__loop_notify_update(loop, &event);
+}
+
+// Complete the record of the last estimate, and tell the listeners.
+static OmStatus end_record(OmLoop* loop, OmUpdateStage stage, const char* reason,
+                           const unsigned char* was_attached) {
+    const OmUpdater* u = loop->updater;
+    const OmMatchEstimate* e = &u->estimate;
+    OmRetractUpdate* r = &loop->result.update[loop->result.nupdate - 1];
+    r->stage = stage;
+    r->end_tick = loop->tick;
+    r->end = loop->time;
+    r->nattached_after = stage == OM_UPDATE_ADOPTED ? 0 : r->nattached_before;
+    for (int v = 0; stage == OM_UPDATE_ADOPTED && v < e->nvert; ++v)
+        r->nattached_after += e->attached[v] != 0;
+    r->seen_share = e->seen_share;
+    r->before_median = e->before_median, r->after_median = e->after_median;
+    r->estimate_ms = stage == OM_UPDATE_CANCELLED ? (double)NAN : 1e3 * u->wall;
+    snprintf(r->reason, sizeof r->reason, "%s", reason);
+    OmUpdateEvent event = make_event(loop, stage, u->nestimate - 1);
+    event.nacquisition = r->nacquisition;
+    event.estimate = e->nvert > 0 ? e : NULL;
+    event.reason = r->reason;
+    event.was_attached = was_attached;
+    return om__loop_notify_update(loop, &event);
+}
+
+// Which blocks may be grasped, by the twin's attachments.
+static void find_fixed(const OmLoop* loop, bool fixed[OM_PLAN_MAX_BLOCK]) {
+    for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
+        fixed[b] = om__grid_is_fixed(&loop->grid, loop->twin, b);
+}
+
+static OmStatus check_estimate(const OmUpdater* u) {
+    const OmMatchEstimate* e = &u->estimate;
+    OM_CHECK(e->nvert == u->nvert && e->attached && e->stiffness, OM_INVALID,
+             "the estimate has %d vertices, the twin has %d", e->nvert, u->nvert);
+    return OM_OK;
+}
+
+static OmStatus adopt(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    bool was[OM_PLAN_MAX_BLOCK] = {false}, is[OM_PLAN_MAX_BLOCK] = {false};
+    unsigned char* attached = NULL;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(attached, (size_t)u->nvert);
+    memcpy(attached, om_body_attached(loop->twin), (size_t)u->nvert);
+    find_fixed(loop, was);
+    OM_TRY_DONE(om__adoption_begin(&loop->adoption, loop->twin, &u->estimate));
+    find_fixed(loop, is);
+    loop->is_outdated |= memcmp(was, is, sizeof was) != 0;
+    om__updater_refresh(u);
+    OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", attached));
+done:
+    om_free(attached);
+    return status;
+}
+
+static OmStatus end_estimate(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    OmStatus status = om__updater_join(u);
+    if (status == OM_OK && u->estimate.is_accepted) status = check_estimate(u);
+    if (status == OM_NO_MEMORY) {
+        om__updater_drop(u);
+        return status;
+    }
+    if (status != OM_OK)
+        status = end_record(loop, OM_UPDATE_REFUSED, om_error_message(), NULL);
+    else if (!u->estimate.is_accepted)
+        status = end_record(loop, OM_UPDATE_REFUSED, u->estimate.reason, NULL);
+    else
+        status = adopt(loop);
+    om__updater_drop(u);
+    return status;
+}
+
+OmStatus om__look_check(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    if (!u || !u->def.estimate) return OM_OK;
+    if (om__updater_is_ripe(u, loop->tick, loop->task.time_step)) OM_TRY(end_estimate(loop));
+    return OM_OK;
+}
+
+OmStatus om__look_start(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    if (!u || !u->def.estimate || u->job || !u->is_due) return OM_OK;
+    return start_estimate(loop);
+}
+
+OmStatus om__look_end(OmLoop* loop) {
+    OmUpdater* u = loop->updater;
+    if (!u || !u->job) return OM_OK;
+    om__updater_cancel(u);
+    return end_record(loop, OM_UPDATE_CANCELLED, "", NULL);
+}
+
+bool om__look_stops_reach(const OmLoop* loop) {
+    const OmPlanAction* p = &loop->action.plan;
+    return loop->is_outdated && p->verb == OM_PLAN_REACH &&
+           om__grid_is_fixed(&loop->grid, loop->twin, p->block);
+}
