@@ -39,6 +39,7 @@
 #include "omentum/sense.h"
 #include "omentum/shape.h"
 #include "omentum/shape_closest.h"
+#include "omentum/shape_cloud.h"
 #include "omentum/shape_file.h"
 #include "omentum/shape_meshing.h"
 #include "omentum/shape_points.h"

@@ -57,7 +57,7 @@ OM_API OmStatus om_tet_mesh_load(const char* path, double unit, OmTetMesh* mesh)
 OM_API OmStatus om_tet_mesh_load_flags(const char* path, double unit, unsigned flags,
                                        OmTetMesh* mesh);
 
-/// Read a surface (.stl, .obj, .ply, .off, .msh, .vtk, .vtu by extension). Polygons become fans, equal
+/// Read a surface (.stl, .obj, .ply, .off, .vtp, .msh, .vtk, .vtu by extension). Polygons become fans, equal
 /// vertices of an STL become one, degenerate triangles are dropped. From a volume file: its triangles,
 /// or the boundary of its tetrahedra if it has none. Open and non-manifold surfaces are read: check them.
 /// @return OM_OK; OM_INVALID (the message names line or field); OM_NO_MEMORY; OM_IO

@@ -13,16 +13,22 @@
 typedef struct Reader {
     const char* ext;
     OmParseFn* parse;
-    bool has_tet;
+    OmFileKind least;  // the file may be read as this kind and the later ones
 } Reader;
 
 static const Reader reader[] = {
-    {"msh", om__parse_msh, true},  {"vtk", om__parse_vtk, true},  {"vtu", om__parse_vtu, true},
-    {"stl", om__parse_stl, false}, {"obj", om__parse_obj, false}, {"ply", om__parse_ply, false},
-    {"off", om__parse_off, false},
+    {"msh", om__parse_msh, OM_FILE_TETS},    {"vtk", om__parse_vtk, OM_FILE_TETS},
+    {"vtu", om__parse_vtu, OM_FILE_TETS},    {"stl", om__parse_stl, OM_FILE_SURFACE},
+    {"obj", om__parse_obj, OM_FILE_SURFACE}, {"ply", om__parse_ply, OM_FILE_SURFACE},
+    {"off", om__parse_off, OM_FILE_SURFACE}, {"vtp", om__parse_vtp, OM_FILE_SURFACE},
+    {"csv", om__parse_csv, OM_FILE_CLOUD},
 };
 
-static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
+OmStatus om__parse_file(const char* path, OmFileKind kind, OmFileMesh* m) {
+    static const char* const what[] = {"mesh of tetrahedra", "surface", "point cloud"};
+    static const char* const read[] = {".msh, .vtk and .vtu",
+                                       ".stl, .obj, .ply, .off, .vtp, .msh, .vtk and .vtu",
+                                       ".ply, .vtp, .csv, .stl, .obj, .off, .msh, .vtk and .vtu"};
     char ext[16];
     char* data = NULL;
     size_t size = 0;
@@ -30,11 +36,9 @@ static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
     memset(m, 0, sizeof *m);
     om_path_extension(path, ext, sizeof ext);
     for (size_t i = 0; i < sizeof reader / sizeof reader[0]; i++)
-        if (strcmp(ext, reader[i].ext) == 0 && (reader[i].has_tet || !wants_tet))
-            found = &reader[i];
-    OM_CHECK(found, OM_INVALID, "\"%s\" is not a %s by its name; %s are read", ext,
-             wants_tet ? "mesh of tetrahedra" : "surface",
-             wants_tet ? ".msh, .vtk and .vtu" : ".stl, .obj, .ply, .off, .msh, .vtk and .vtu");
+        if (strcmp(ext, reader[i].ext) == 0 && reader[i].least <= kind) found = &reader[i];
+    OM_CHECK(found, OM_INVALID, "\"%s\" is not a %s by its name; %s are read", ext, what[kind],
+             read[kind]);
     OM_TRY(om_file_read(path, MAX_FILE, &data, &size));
     OmStatus status = found->parse(data, size, m);
     om_free(data);
@@ -42,11 +46,11 @@ static OmStatus parse_file(const char* path, bool wants_tet, OmFileMesh* m) {
     return status;
 }
 
-// Turn the file's positions to RAS, in its unit; also returns the frame that was assumed.
-static OmMeshFrame place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated) {
+OmMeshFrame om__place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated) {
     OmMeshFrame frame = om_mesh_frame_join(given, m->stated);
     if (stated) *stated = m->stated;
     if (frame.space == OM_SPACE_LPS) om__turn_points(m->x, m->nvert);
+    if (frame.space == OM_SPACE_LPS) om__turn_points(m->normal, m->nnormal);
     return frame;
 }
 
@@ -54,9 +58,9 @@ OmStatus om_tet_mesh_load_frame(const char* path, OmMeshFrame given, unsigned fl
                                 OmTetMesh* mesh, OmMeshFrame* stated) {
     OmFileMesh m;
     memset(mesh, 0, sizeof *mesh);
-    OmStatus status = parse_file(path, true, &m);
+    OmStatus status = om__parse_file(path, OM_FILE_TETS, &m);
     if (status == OM_OK) {
-        OmMeshFrame frame = place_points(&m, given, stated);
+        OmMeshFrame frame = om__place_points(&m, given, stated);
         status = om__finish_tet_mesh(&m, frame.unit, flags, mesh);
         om__file_mesh_done(&m);
     }
@@ -82,9 +86,9 @@ OmStatus om_surface_load_frame(const char* path, OmMeshFrame given, unsigned fla
                                OmSurface* surface, OmMeshFrame* stated) {
     OmFileMesh m;
     memset(surface, 0, sizeof *surface);
-    OmStatus status = parse_file(path, false, &m);
+    OmStatus status = om__parse_file(path, OM_FILE_SURFACE, &m);
     if (status == OM_OK) {
-        OmMeshFrame frame = place_points(&m, given, stated);
+        OmMeshFrame frame = om__place_points(&m, given, stated);
         status = om__finish_surface(&m, frame.unit, flags, surface);
         om__file_mesh_done(&m);
     }

@@ -9,6 +9,7 @@
 
 void om__file_mesh_done(OmFileMesh* m) {
     om_free(m->x);
+    om_free(m->normal);
     om_free(m->tri);
     om_free(m->tet);
     om_free(m->label);
@@ -36,6 +37,13 @@ OmStatus om__grow(void* array, int* cap, int64_t need, size_t size) {
 OmStatus om__add_vert(OmFileMesh* m, const double x[3]) {
     OM_TRY(om__grow(&m->x, &m->xcap, (int64_t)m->nvert + 1, 3 * sizeof(double)));
     memcpy(m->x + 3 * (size_t)m->nvert++, x, 3 * sizeof(double));
+    return OM_OK;
+}
+
+OmStatus om__add_normal(OmFileMesh* m, const double normal[3]) {
+    OM_TRY(om__grow(&m->normal, &m->normalcap, m->nvert, 3 * sizeof(double)));
+    while (m->nnormal < m->nvert) om_store3(m->normal, m->nnormal++, om_vec3(0, 0, 0));
+    memcpy(m->normal + 3 * ((size_t)m->nvert - 1), normal, 3 * sizeof(double));
     return OM_OK;
 }
 

@@ -2,7 +2,7 @@
 #ifndef OMENTUM_SHAPE_FILE_INTERNAL_H
 #define OMENTUM_SHAPE_FILE_INTERNAL_H
 
-#include "omentum/shape_file.h"
+#include "omentum/shape_cloud.h"
 
 // ---- contents of a file before units and checks (shape_file_data.c) -----------------------------
 
@@ -14,6 +14,9 @@ typedef struct OmFileSet {  // a named group of vertices; repeats allowed
 typedef struct OmFileMesh {
     double* x;  // in the file's unit (nvert x 3)
     int nvert, xcap;
+    // of the first nnormal vertices, of any length, the others have none (nnormal x 3)
+    double* normal;
+    int nnormal, normalcap;
     int* tri;  // (ntri x 3); indices are checked when the mesh is built
     int ntri, tricap;
     int* tet;  // (ntet x 4)
@@ -30,6 +33,8 @@ void om__file_mesh_done(OmFileMesh* m);
 // Grow *array to at least `need` items of `size` bytes by doubling.
 OmStatus om__grow(void* array, int* cap, int64_t need, size_t size);
 OmStatus om__add_vert(OmFileMesh* m, const double x[3]);
+// The normal of the vertex added last.
+OmStatus om__add_normal(OmFileMesh* m, const double normal[3]);
 OmStatus om__add_tri(OmFileMesh* m, int a, int b, int c);
 OmStatus om__add_tet(OmFileMesh* m, const int vert[4]);
 // Set the label of the tetrahedron added last.
@@ -131,7 +136,12 @@ void om__turn_points(double* x, int nvert);
 
 typedef OmStatus OmParseFn(const char* data, size_t size, OmFileMesh* m);
 OmParseFn om__parse_msh, om__parse_vtk, om__parse_vtu, om__parse_stl, om__parse_obj, om__parse_off,
-    om__parse_ply;
+    om__parse_ply, om__parse_vtp, om__parse_csv;
+typedef enum OmFileKind { OM_FILE_TETS, OM_FILE_SURFACE, OM_FILE_CLOUD } OmFileKind;
+// Read a file by the parser of its extension, if this kind has it.
+OmStatus om__parse_file(const char* path, OmFileKind kind, OmFileMesh* m);
+// Turn the positions (and normals) to RAS, in the unit of the file; returns the frame that was assumed.
+OmMeshFrame om__place_points(OmFileMesh* m, OmMeshFrame given, OmMeshFrame* stated);
 // Parse a file, or memory (for the fuzz targets), and build the mesh.
 OmStatus om__finish_tet_mesh(const OmFileMesh* m, double unit, unsigned flags, OmTetMesh* mesh);
 OmStatus om__finish_surface(const OmFileMesh* m, double unit, unsigned flags, OmSurface* surface);
@@ -151,6 +161,10 @@ OmStatus om__write_stl(const OmSurface* surface, OmMeshFrame frame, OmText* text
 OmStatus om__write_obj(const OmSurface* surface, OmMeshFrame frame, OmText* text);
 OmStatus om__write_off(const OmSurface* surface, OmMeshFrame frame, OmText* text);
 OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text);
+// Positions and normals of the cloud are already in this space.
+OmStatus om__write_cloud_ply(const OmPointCloud* cloud, OmMeshFrame frame, OmText* text);
+OmStatus om__write_cloud_vtp(const OmPointCloud* cloud, OmMeshFrame frame, OmText* text);
+OmStatus om__write_cloud_csv(const OmPointCloud* cloud, OmMeshFrame frame, OmText* text);
 // "x y z\n" with 17 digits each
 OmStatus om__write_point(OmText* text, const double* x, double scale);
 // Append values as text, ncomp per line.

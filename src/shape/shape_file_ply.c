@@ -10,7 +10,7 @@
 
 enum { MAX_PROPERTY = 64, MAX_ELEMENT = 16, MAX_CORNER = 4096 };
 
-typedef enum Use { USE_NONE, USE_X, USE_Y, USE_Z, USE_CORNERS } Use;
+typedef enum Use { USE_NONE, USE_X, USE_Y, USE_Z, USE_NX, USE_NY, USE_NZ, USE_CORNERS } Use;
 
 typedef struct Property {
     OmValueType type, count_type;  // count_type is OM_VALUE_NONE unless it is a list
@@ -89,6 +89,9 @@ static OmStatus read_property(OmScan* s, Header* h) {
     bool is_list = p->count_type != OM_VALUE_NONE;
     if (e->is_vertex && !is_list && name.len == 1 && name.str[0] >= 'x' && name.str[0] <= 'z')
         p->use = (Use)(USE_X + (name.str[0] - 'x'));
+    if (e->is_vertex && !is_list && name.len == 2 && name.str[0] == 'n' && name.str[1] >= 'x' &&
+        name.str[1] <= 'z')
+        p->use = (Use)(USE_NX + (name.str[1] - 'x'));
     if (e->is_face && is_list &&
         (om__is_word(name, "vertex_indices") || om__is_word(name, "vertex_index")))
         p->use = USE_CORNERS;
@@ -153,7 +156,8 @@ static OmStatus read_list(OmScan* s, const Header* h, const Property* p, OmFileM
 }
 
 static OmStatus read_item(OmScan* s, const Header* h, const Element* e, OmFileMesh* m) {
-    double x[3] = {0, 0, 0}, v;
+    double x[6] = {0}, v;  // position and normal
+    bool has_normal = false;
     for (int k = 0; k < e->nproperty; k++) {
         const Property* p = &e->property[k];
         if (p->count_type != OM_VALUE_NONE) {
@@ -161,9 +165,12 @@ static OmStatus read_item(OmScan* s, const Header* h, const Element* e, OmFileMe
             continue;
         }
         OM_TRY(read_value(s, h, p->type, &v));
-        if (p->use >= USE_X && p->use <= USE_Z) x[p->use - USE_X] = v;
+        if (p->use >= USE_X && p->use <= USE_NZ) x[p->use - USE_X] = v;
+        has_normal |= p->use >= USE_NX && p->use <= USE_NZ;
     }
-    return e->is_vertex ? om__add_vert(m, x) : OM_OK;
+    if (!e->is_vertex) return OM_OK;
+    OM_TRY(om__add_vert(m, x));
+    return has_normal ? om__add_normal(m, x + 3) : OM_OK;
 }
 
 static OmStatus check_vertex(const Element* e) {
@@ -195,31 +202,45 @@ static void put_bits(unsigned char* out, uint64_t bits, int n) {
     for (int i = 0; i < n; i++) out[i] = (unsigned char)(bits >> 8 * i);
 }
 
-OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
-    const double scale = 1 / frame.unit;
+static OmStatus write_vector(OmText* text, const double* v, double scale) {
+    unsigned char record[24];
+    for (int c = 0; c < 3; c++) {
+        double scaled = v[c] * scale;
+        uint64_t bits;
+        memcpy(&bits, &scaled, sizeof bits);
+        put_bits(record + 8 * c, bits, 8);
+    }
+    return om_text_append_raw(text, (const char*)record, sizeof record);
+}
+
+OmStatus om__write_cloud_ply(const OmPointCloud* cloud, OmMeshFrame frame, OmText* text) {
     char words[OM_FRAME_WORDS];
     om__frame_words(frame, words);
     OM_TRY(om_text_append(
         text,
         "ply\nformat binary_little_endian 1.0\ncomment omentum %s\nelement vertex %d\n"
-        "property double x\nproperty double y\nproperty double z\nelement face %d\n"
+        "property double x\nproperty double y\nproperty double z\n%selement face %d\n"
         "property list uchar int vertex_indices\nend_header\n",
-        words, surface->nvert, surface->ntri));
-    for (int i = 0; i < surface->nvert; i++) {
-        unsigned char record[24];
-        for (int c = 0; c < 3; c++) {
-            double v = surface->x[3 * (size_t)i + (size_t)c] * scale;
-            uint64_t bits;
-            memcpy(&bits, &v, sizeof bits);
-            put_bits(record + 8 * c, bits, 8);
-        }
-        OM_TRY(om_text_append_raw(text, (const char*)record, sizeof record));
+        words, cloud->npoint,
+        cloud->normal ? "property double nx\nproperty double ny\nproperty double nz\n" : "",
+        cloud->ntri));
+    for (size_t i = 0; i < (size_t)cloud->npoint; i++) {
+        OM_TRY(write_vector(text, cloud->x + 3 * i, 1 / frame.unit));
+        if (cloud->normal) OM_TRY(write_vector(text, cloud->normal + 3 * i, 1));
     }
-    for (int t = 0; t < surface->ntri; t++) {
+    for (int t = 0; t < cloud->ntri; t++) {
         unsigned char record[13] = {3};
         for (int c = 0; c < 3; c++)
-            put_bits(record + 1 + 4 * c, (uint32_t)surface->tri_vert[3 * (size_t)t + (size_t)c], 4);
+            put_bits(record + 1 + 4 * c, (uint32_t)cloud->tri_vert[3 * (size_t)t + (size_t)c], 4);
         OM_TRY(om_text_append_raw(text, (const char*)record, sizeof record));
     }
     return OM_OK;
+}
+
+OmStatus om__write_ply(const OmSurface* surface, OmMeshFrame frame, OmText* text) {
+    const OmPointCloud cloud = {.npoint = surface->nvert,
+                                .ntri = surface->ntri,
+                                .x = surface->x,
+                                .tri_vert = surface->tri_vert};
+    return om__write_cloud_ply(&cloud, frame, text);
 }

@@ -1,4 +1,4 @@
-// shape_file_vtu.c: reading VTK's XML files of unstructured grids (.vtu).
+// shape_file_vtu.c: reading VTK's XML files of unstructured grids (.vtu) and of surfaces and clouds (.vtp).
 //
 // The parser understands only the XML that such files use: tags with quoted attributes, comments, and
 // text without tags. The arrays of a piece may come in any order, so a piece is first listed (position
@@ -32,7 +32,8 @@ typedef struct Array {  // where a DataArray is
 
 typedef struct Piece {
     bool is_open;
-    int npoint, ncell;
+    int npoint, ncell, nstrip;
+    Array strip_connectivity, strip_offsets, normals;   // of .vtp
     Array points, connectivity, offsets, types, label;  // content is null if it is missing
     Array flags[MAX_FLAGS];
     int nflags;
@@ -40,6 +41,7 @@ typedef struct Piece {
 
 typedef struct Vtu {
     OmScan s;
+    bool is_poly;  // .vtp: cells are polygons and strips, without types
     bool is_swapped, is_compressed;
     OmValueType header_type;
     const char* appended;  // first byte after the underscore, null if there is none
@@ -330,6 +332,21 @@ static OmStatus take_points(const Vtu* v, OmFileMesh* m) {
     return status;
 }
 
+// Normals of the points that were added last.
+static OmStatus take_normals(const Vtu* v, int base, OmFileMesh* m) {
+    size_t count = 3 * (size_t)v->piece.npoint;
+    OM_TRY(check_plausible(v, count));
+    double* normal = om_alloc(count, sizeof *normal);
+    if (!normal) return OM_NO_MEMORY;
+    OmStatus status = read_values(v, &v->piece.normals, count, normal, NULL);
+    if (status < 0) om_error_prefix(status, "normals");
+    double last[3] = {0, 0, 0};
+    if (status == OM_OK) status = om__add_normal(m, last);  // room for all, zero before `base`
+    if (status == OM_OK) memcpy(m->normal + 3 * (size_t)base, normal, count * sizeof *normal);
+    om_free(normal);
+    return status;
+}
+
 // Append the corners of all cells as vertices of the mesh.
 static OmStatus number_corners(const Piece* p, int base, const int64_t* vert, int64_t count,
                                int** corner) {
@@ -343,6 +360,42 @@ static OmStatus number_corners(const Piece* p, int base, const int64_t* vert, in
     return OM_OK;
 }
 
+static OmStatus check_offsets(const int64_t* offset, int n, int64_t* last) {
+    *last = 0;
+    for (int c = 0; c < n; c++) {
+        OM_CHECK(offset[c] >= *last && offset[c] <= INT_MAX, OM_INVALID,
+                 "array \"offsets\": entry %d is %lld, the one before %lld", c,
+                 (long long)offset[c], (long long)*last);
+        *last = offset[c];
+    }
+    return OM_OK;
+}
+
+// Polygons, or strips of triangles: their corners and where each ends.
+static OmStatus take_polygons(const Vtu* v, int base, int n, bool is_strip, OmFileMesh* m) {
+    const Piece* p = &v->piece;
+    const Array* offsets = is_strip ? &p->strip_offsets : &p->offsets;
+    const Array* connectivity = is_strip ? &p->strip_connectivity : &p->connectivity;
+    OmStatus status = OM_OK;
+    int64_t *offset = NULL, *vert = NULL, last;
+    int* corner = NULL;
+    bool is_tet;
+    OM_TRY_DONE(read_integers(v, offsets, "offsets", (size_t)n, &offset));
+    OM_TRY_DONE(check_offsets(offset, n, &last));
+    OM_TRY_DONE(read_integers(v, connectivity, "connectivity", (size_t)last, &vert));
+    OM_TRY_DONE(number_corners(p, base, vert, last, &corner));
+    for (int c = 0; c < n; c++) {
+        int first = c > 0 ? (int)offset[c - 1] : 0;
+        OM_TRY_DONE(
+            om__add_vtk_cell(m, is_strip ? 6 : 7, corner + first, (int)offset[c] - first, &is_tet));
+    }
+done:
+    om_free(corner);
+    om_free(offset);
+    om_free(vert);
+    return status;
+}
+
 static OmStatus take_cells(const Vtu* v, int base, OmFileMesh* m) {
     const Piece* p = &v->piece;
     OmStatus status = OM_OK;
@@ -350,12 +403,7 @@ static OmStatus take_cells(const Vtu* v, int base, OmFileMesh* m) {
     int* corner = NULL;
     OM_TRY_DONE(read_integers(v, &p->offsets, "offsets", (size_t)p->ncell, &offset));
     OM_TRY_DONE(read_integers(v, &p->types, "types", (size_t)p->ncell, &type));
-    for (int c = 0; c < p->ncell; c++) {
-        OM_CHECK_DONE(offset[c] >= last && offset[c] <= INT_MAX, OM_INVALID,
-                      "array \"offsets\": entry %d is %lld, the one before %lld", c,
-                      (long long)offset[c], (long long)last);
-        last = offset[c];
-    }
+    OM_TRY_DONE(check_offsets(offset, p->ncell, &last));
     OM_TRY_DONE(read_integers(v, &p->connectivity, "connectivity", (size_t)last, &vert));
     if (p->label.content && p->label.ncomp == 1)
         OM_TRY_DONE(read_integers(v, &p->label, "tet_label", (size_t)p->ncell, &label));
@@ -383,9 +431,14 @@ done:
 
 static OmStatus take_piece(const Vtu* v, OmFileMesh* m) {
     const Piece* p = &v->piece;
-    if (p->npoint == 0 && p->ncell == 0) return OM_OK;
+    if (p->npoint == 0 && p->ncell == 0 && p->nstrip == 0) return OM_OK;
     int base = m->nvert;
     OM_TRY(take_points(v, m));
+    if (p->normals.content && p->npoint > 0) OM_TRY(take_normals(v, base, m));
+    if (v->is_poly) {
+        if (p->ncell > 0) OM_TRY(take_polygons(v, base, p->ncell, false, m));
+        return p->nstrip > 0 ? take_polygons(v, base, p->nstrip, true, m) : OM_OK;
+    }
     if (p->ncell > 0) OM_TRY(take_cells(v, base, m));
     for (int i = 0; i < p->nflags; i++) {
         char name[OM_SET_NAME], where[OM_SET_NAME + 16];
@@ -401,10 +454,16 @@ static OmStatus take_piece(const Vtu* v, OmFileMesh* m) {
 }
 
 static OmStatus open_piece(Vtu* v, const Tag* tag) {
-    int64_t npoint, ncell;
+    int64_t npoint, ncell, nstrip = 0;
     OM_TRY(attr_integer(v, tag, "NumberOfPoints", -1, &npoint));
-    OM_TRY(attr_integer(v, tag, "NumberOfCells", -1, &ncell));
-    if (npoint < 0 || npoint > INT_MAX / 4 || ncell < 0 || ncell > INT_MAX / 4) {
+    if (v->is_poly) {
+        OM_TRY(attr_integer(v, tag, "NumberOfPolys", 0, &ncell));
+        OM_TRY(attr_integer(v, tag, "NumberOfStrips", 0, &nstrip));
+    } else {
+        OM_TRY(attr_integer(v, tag, "NumberOfCells", -1, &ncell));
+    }
+    if (npoint < 0 || npoint > INT_MAX / 4 || ncell < 0 || ncell > INT_MAX / 4 || nstrip < 0 ||
+        nstrip > INT_MAX / 4) {
         return om__scan_error(&v->s, "a piece of %lld points and %lld cells", (long long)npoint,
                               (long long)ncell);
     }
@@ -412,6 +471,7 @@ static OmStatus open_piece(Vtu* v, const Tag* tag) {
     v->piece.is_open = true;
     v->piece.npoint = (int)npoint;
     v->piece.ncell = (int)ncell;
+    v->piece.nstrip = (int)nstrip;
     return OM_OK;
 }
 
@@ -452,6 +512,16 @@ static OmStatus list_array(Vtu* v, const Tag* tag, OmWord section) {
     OmValueType type = type_of(a.type);
     if (om__is_word(section, "Points")) {
         p->points = a;
+    } else if (v->is_poly) {
+        bool is_strip = om__is_word(section, "Strips"), is_poly = om__is_word(section, "Polys");
+        bool is_offsets = om__is_word(a.name, "offsets");
+        if (is_offsets || om__is_word(a.name, "connectivity")) {
+            if (is_poly) *(is_offsets ? &p->offsets : &p->connectivity) = a;
+            if (is_strip) *(is_offsets ? &p->strip_offsets : &p->strip_connectivity) = a;
+        }
+        if (om__is_word(section, "PointData") && om__is_word_nocase(a.name, "normals") &&
+            a.ncomp == 3)
+            p->normals = a;
     } else if (om__is_word(section, "Cells")) {
         if (om__is_word(a.name, "connectivity")) p->connectivity = a;
         if (om__is_word(a.name, "offsets")) p->offsets = a;
@@ -472,8 +542,9 @@ static OmStatus list_array(Vtu* v, const Tag* tag, OmWord section) {
 static OmStatus read_file_tag(Vtu* v, const Tag* tag) {
     OmWord w;
     find_attr(tag, "type", &w);
-    OM_CHECK(om__is_word(w, "UnstructuredGrid"), OM_INVALID,
-             "VTKFile is of type \"%.*s\", UnstructuredGrid is wanted", shown(w), w.str);
+    const char* wanted = v->is_poly ? "PolyData" : "UnstructuredGrid";
+    OM_CHECK(om__is_word(w, wanted), OM_INVALID, "VTKFile is of type \"%.*s\", %s is wanted",
+             shown(w), w.str, wanted);
     v->is_swapped = !om__is_little();
     if (find_attr(tag, "byte_order", &w)) {
         bool is_big = om__is_word(w, "BigEndian");
@@ -515,7 +586,8 @@ static OmStatus find_appended(Vtu* v) {
 }
 
 static bool is_section(OmWord name) {
-    static const char* const section[] = {"PointData", "CellData", "Points", "Cells", "FieldData"};
+    static const char* const section[] = {"PointData", "CellData", "Points", "Cells", "FieldData",
+                                          "Polys",     "Strips",   "Verts",  "Lines"};
     for (size_t i = 0; i < sizeof section / sizeof section[0]; i++)
         if (om__is_word(name, section[i])) return true;
     return false;
@@ -546,12 +618,13 @@ static OmStatus read_tags(Vtu* v, OmFileMesh* m) {
     return OM_OK;
 }
 
-OmStatus om__parse_vtu(const char* data, size_t size, OmFileMesh* m) {
+static OmStatus parse(const char* data, size_t size, bool is_poly, OmFileMesh* m) {
     Tag tag;
     Vtu* v = om_calloc(1, sizeof *v);
     if (!v) return OM_NO_MEMORY;
     OmStatus status = OM_OK;
     v->s = om__scan(data, size);
+    v->is_poly = is_poly;
     OM_CHECK_DONE(next_tag(&v->s, &tag) && om__is_word(tag.name, "VTKFile"), OM_INVALID,
                   "this is no VTK XML file: it does not begin with a tag VTKFile");
     OM_TRY_DONE(read_file_tag(v, &tag));
@@ -560,4 +633,12 @@ OmStatus om__parse_vtu(const char* data, size_t size, OmFileMesh* m) {
 done:
     om_free(v);
     return status;
+}
+
+OmStatus om__parse_vtu(const char* data, size_t size, OmFileMesh* m) {
+    return parse(data, size, false, m);
+}
+
+OmStatus om__parse_vtp(const char* data, size_t size, OmFileMesh* m) {
+    return parse(data, size, true, m);
 }

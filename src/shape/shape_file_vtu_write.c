@@ -1,4 +1,4 @@
-// shape_file_vtu_write.c: writing VTK's XML files of unstructured grids (.vtu).
+// shape_file_vtu_write.c: writing VTK's XML files of unstructured grids (.vtu) and of clouds (.vtp).
 //
 // Arrays are written in place: as text, or compressed by zlib in blocks and encoded as base64, the table
 // of the blocks first. Labels are a cell array, sets point arrays of bytes.
@@ -122,13 +122,17 @@ static OmStatus write_fields(OmText* text, OmMeshFrame frame) {
         frame.space == OM_SPACE_LPS ? "76 80" : "82 65", unit);
 }
 
-OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
-    OM_TRY(om_text_append(text,
-                          "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" "
+static OmStatus write_head(OmText* text, const char* type, bool is_text) {
+    return om_text_append(text,
+                          "<?xml version=\"1.0\"?>\n<VTKFile type=\"%s\" "
                           "version=\"1.0\" byte_order=\"%s\" header_type=\"UInt32\"%s>\n"
-                          "<UnstructuredGrid>\n",
-                          om__is_little() ? "LittleEndian" : "BigEndian",
-                          is_text ? "" : " compressor=\"vtkZLibDataCompressor\""));
+                          "<%s>\n",
+                          type, om__is_little() ? "LittleEndian" : "BigEndian",
+                          is_text ? "" : " compressor=\"vtkZLibDataCompressor\"", type);
+}
+
+OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
+    OM_TRY(write_head(text, "UnstructuredGrid", is_text));
     OM_TRY(write_fields(text, out->frame));
     OM_TRY(om_text_append(text, "<Piece NumberOfPoints=\"%d\" NumberOfCells=\"%d\">\n",
                           out->mesh->nvert, out->mesh->ntet));
@@ -136,4 +140,49 @@ OmStatus om__write_vtu(const OmMeshOutput* out, bool is_text, OmText* text) {
     OM_TRY(write_points(text, is_text, out));
     OM_TRY(write_cells(text, is_text, out->mesh));
     return om_text_append(text, "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n");
+}
+
+// ---- clouds: every point is a vertex cell, so that ParaView shows it -------------------------------------------
+
+static OmStatus write_cells_of(OmText* text, const char* section, const int* vert, int n,
+                               int per_cell) {
+    int* offset = om_alloc((size_t)n, sizeof *offset);
+    if (!offset) return OM_NO_MEMORY;
+    for (int i = 0; i < n; i++) offset[i] = per_cell * (i + 1);
+    const OmMeshArray connectivity = {"connectivity", OM_ARRAY_INT, 1, true, vert};
+    const OmMeshArray offsets = {"offsets", OM_ARRAY_INT, 1, true, offset};
+    OmStatus status = om_text_append(text, "<%s>\n", section);
+    if (status == OM_OK) status = write_array(text, false, &connectivity, per_cell * n);
+    if (status == OM_OK) status = write_array(text, false, &offsets, n);
+    if (status == OM_OK) status = om_text_append(text, "</%s>\n", section);
+    om_free(offset);
+    return status;
+}
+
+OmStatus om__write_cloud_vtp(const OmPointCloud* cloud, OmMeshFrame frame, OmText* text) {
+    OmStatus status = OM_OK;
+    int* point = NULL;
+    double* x = om__scaled_points(cloud->x, cloud->npoint, 1 / frame.unit);
+    if (!x) return OM_NO_MEMORY;
+    OM_ALLOC_DONE(point, cloud->npoint);
+    for (int i = 0; i < cloud->npoint; i++) point[i] = i;
+    const OmMeshArray points = {"Points", OM_ARRAY_DOUBLE, 3, false, x};
+    const OmMeshArray normals = {"Normals", OM_ARRAY_DOUBLE, 3, false, cloud->normal};
+    OM_TRY_DONE(write_head(text, "PolyData", false));
+    OM_TRY_DONE(write_fields(text, frame));
+    OM_TRY_DONE(om_text_append(text,
+                               "<Piece NumberOfPoints=\"%d\" NumberOfVerts=\"%d\" "
+                               "NumberOfPolys=\"%d\">\n<PointData>\n",
+                               cloud->npoint, cloud->npoint, cloud->ntri));
+    if (cloud->normal) OM_TRY_DONE(write_array(text, false, &normals, cloud->npoint));
+    OM_TRY_DONE(om_text_append(text, "</PointData>\n<Points>\n"));
+    OM_TRY_DONE(write_array(text, false, &points, cloud->npoint));
+    OM_TRY_DONE(om_text_append(text, "</Points>\n"));
+    OM_TRY_DONE(write_cells_of(text, "Verts", point, cloud->npoint, 1));
+    OM_TRY_DONE(write_cells_of(text, "Polys", cloud->tri_vert, cloud->ntri, 3));
+    OM_TRY_DONE(om_text_append(text, "</Piece>\n</PolyData>\n</VTKFile>\n"));
+done:
+    om_free(x);
+    om_free(point);
+    return status;
 }
