@@ -244,6 +244,56 @@ def vtus():
         put(f"vtu/appended_{encoding}.vtu", page.replace(b"@@", tail))
 
 
+def clouds():
+    normals = [(0, 0, 1), (0, 0, 2), (0, 0, 0), (1, 0, 0), (0, -1, 0)]
+
+    def page(body, extra="", tail=""):
+        return f'<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" ' \
+            f'header_type="UInt32"{extra}>\n<PolyData>\n<Piece NumberOfPoints="5" NumberOfVerts="0" NumberOfStrips="1" ' \
+            f'NumberOfPolys="2">\n{body}</Piece>\n</PolyData>\n{tail}</VTKFile>\n'
+
+    def arrays(form):
+        def array(name, kind, values, components=1):
+            return f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" {form(kind, values)}'
+        return '<PointData Normals="Normals">\n' + array("Normals", "Float32", [v for n in normals for v in n], 3) \
+            + "</PointData>\n<Points>\n" + array("Points", "Float64", [v for p in POINTS for v in p], 3) + "</Points>\n" \
+            + "<Polys>\n" + array("connectivity", "Int64", [0, 1, 2, 0, 1, 3, 2]) + array("offsets", "Int32", [3, 7]) \
+            + "</Polys>\n<Strips>\n" + array("connectivity", "Int64", [0, 1, 2, 4]) + array("offsets", "Int32", [4]) \
+            + "</Strips>\n"
+
+    def packed(kind, values):
+        letter = {"Int32": "i", "Int64": "q", "Float32": "f", "Float64": "d"}
+        return struct.pack(f"<{len(values)}{letter[kind]}", *values)
+
+    def text(_, values):
+        return 'format="ascii">' + " ".join(map(str, values)) + "</DataArray>\n"
+
+    def inline_zlib(kind, values):
+        raw = packed(kind, values)
+        body = zlib.compress(raw)
+        head = struct.pack("<4I", 1, len(raw), len(raw), len(body))
+        return 'format="binary">' + base64.b64encode(head).decode() + base64.b64encode(body).decode() + "</DataArray>\n"
+
+    put("vtp/text.vtp", page(arrays(text)))
+    put("vtp/zlib.vtp", page(arrays(inline_zlib), ' compressor="vtkZLibDataCompressor"'))
+    block = bytearray()
+
+    def appended(kind, values):
+        raw = packed(kind, values)
+        at = len(block)
+        block.extend(struct.pack("<I", len(raw)) + raw)
+        return f'format="appended" offset="{at}"/>\n'
+    raw = page(arrays(appended), tail="@@").encode()
+    put("vtp/appended_raw.vtp", raw.replace(b"@@", b'<AppendedData encoding="raw">\n_' + bytes(block) + b"\n</AppendedData>\n"))
+    put("csv/commas.csv", "# omentum SPACE=LPS UNIT=mm\nx,y,z,nx,ny,nz\n0,0,0,0,0,1\n1,0,0,,,\n0,1e-3,0,0,0,0\n0,0,nan,0,0,1\n")
+    put("csv/semicolons.csv", "\ufeffid;X;Y;Z\r\na;1;2;3\r\nb;-.5;6;1e300\r\n\r\nc;1;2;3\r\n".encode())
+    put("csv/paraview.csv", '"Points:0"\t"Points:1"\t"Points:2"\t"p"\n1\t2\t3\t9\n"4"\t5\t6\t')
+    put("csv/decimal_commas.csv", "x;y;z\n1,5;2,5;3,5\n")
+    put("ply/normals.ply", "ply\nformat ascii 1.0\nelement vertex 5\n"
+        + "".join(f"property float {n}\n" for n in ("x", "y", "z", "nx", "ny", "nz")) + "end_header\n"
+        + lines(tuple(p) + n for p, n in zip(POINTS, normals)))
+
+
 def surfaces():
     corners = [[POINTS[v] for v in f] for f in FACES]
     put("stl/text.stl", "solid two words\n" + "".join(
@@ -335,6 +385,7 @@ if __name__ == "__main__":
     mshes()
     vtks()
     vtus()
+    clouds()
     surfaces()
     weights()
     umesh()
