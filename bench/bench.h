@@ -40,18 +40,19 @@ OmStatus bench_box(OmVec3 size, const int cells[3], int axis, OmTetMesh* mesh);
 /// Least and median of n times in s, as ms; sorts them.
 void bench_times(double* time, int n, BenchRow* row);
 
-OmStatus bench_solve(const BenchOptions* options);      // bench_solve.c
-OmStatus bench_fem(const BenchOptions* options);        // bench_fem.c
-OmStatus bench_static(const BenchOptions* options);     // bench_static.c
-OmStatus bench_contact(const BenchOptions* options);    // bench_contact.c
-OmStatus bench_press(const BenchOptions* options);      // bench_press.c
-OmStatus bench_pbd(const BenchOptions* options);        // bench_pbd.c
-OmStatus bench_heuristic(const BenchOptions* options);  // bench_heuristic.c
-OmStatus bench_shape(const BenchOptions* options);      // bench_shape.c
-OmStatus bench_plan(const BenchOptions* options);       // bench_plan.c
-OmStatus bench_sense(const BenchOptions* options);      // bench_sense.c
-OmStatus bench_nn(const BenchOptions* options);         // bench_nn.c
-OmStatus bench_umesh(const BenchOptions* options);      // bench_umesh.c
-OmStatus bench_crowd(const BenchOptions* options);      // bench_crowd.c
+OmStatus bench_solve(const BenchOptions* options);           // bench_solve.c
+OmStatus bench_fem(const BenchOptions* options);             // bench_fem.c
+OmStatus bench_static(const BenchOptions* options);          // bench_static.c
+OmStatus bench_contact(const BenchOptions* options);         // bench_contact.c
+OmStatus bench_press(const BenchOptions* options);           // bench_press.c
+OmStatus bench_pbd(const BenchOptions* options);             // bench_pbd.c
+OmStatus bench_heuristic(const BenchOptions* options);       // bench_heuristic.c
+OmStatus bench_shape(const BenchOptions* options);           // bench_shape.c
+OmStatus bench_plan(const BenchOptions* options);            // bench_plan.c
+OmStatus bench_sense(const BenchOptions* options);           // bench_sense.c
+OmStatus bench_nn(const BenchOptions* options);              // bench_nn.c
+OmStatus bench_umesh(const BenchOptions* options);           // bench_umesh.c
+OmStatus bench_crowd(const BenchOptions* options);           // bench_crowd.c
+OmStatus bench_match_spectral(const BenchOptions* options);  // bench_match_spectral.c
 
 #endif
