@@ -37,6 +37,7 @@ typedef struct Stage {  // of one case
     MatchTwin twin[2];
     OmScan scan;
     OmMatch* match;
+    OmSpectralBasis basis;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double* rest;  // true material points         (npoint x 3)
     WayAnswer answer;
@@ -44,6 +45,7 @@ typedef struct Stage {  // of one case
 
 static void stage_done(Stage* g) {
     om_match_destroy(g->match);
+    om_spectral_basis_done(&g->basis);
     om_scan_done(&g->scan);
     om__match_truth_done(&g->truth);
     om__match_twin_done(&g->twin[0]);
@@ -113,8 +115,10 @@ static OmStatus run_case(const Cor* s, const MatchCase* c, CorResult* r) {
     OM_TRY_DONE(make_scan(&g, r));
     def = om_match_default_def(&g.twin[0].scene, &g.twin[0].site);
     OM_TRY_DONE(om_match_create(&def, &g.match));
+    OM_TRY_DONE(om_spectral_basis_init(om_match_view(g.match)->surface, WAY_NPAIR, &g.basis));
     WayInput in = {.match = g.match,
                    .view = om_match_view(g.match),
+                   .basis = &g.basis,
                    .scan = &g.scan,
                    .ngrasp = om__match_grasps(&g.truth, &g.setup->move, g.grasp),
                    .grasp = g.grasp,

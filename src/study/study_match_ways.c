@@ -2,6 +2,9 @@
 //
 // The visible part of a twin: the triangles that face the camera and whose centre is not behind the depth picture of
 // the twin, rendered by the camera of the scan.
+//
+// ZoomOut starts from the nearest vertex of the rest shape, as the thesis's matching in functional space does. Its
+// answers are vertices of the twin. The basis of the twin is made once and not part of the times.
 #include "study/study_match_ways.h"
 
 #include <math.h>
@@ -19,8 +22,8 @@ const char* const om__study_way_title[OM_STUDY_NWAY] = {
     "nearest visible, 70 %", "live, twin 70 %", "nearest visible, 100 %", "live, twin 100 %"};
 
 bool om__study_way_exists(OmStudyWay way) {
-    return way == OM_STUDY_REST || way == OM_STUDY_TWIN || way == OM_STUDY_VISIBLE ||
-           way == OM_STUDY_TWIN_END;
+    return way == OM_STUDY_REST || way == OM_STUDY_ZOOMOUT || way == OM_STUDY_ZOOMOUT_PART ||
+           way == OM_STUDY_TWIN || way == OM_STUDY_VISIBLE || way == OM_STUDY_TWIN_END;
 }
 
 // ---- nearest points ------------------------------------------------------------------------------------
@@ -98,12 +101,48 @@ done:
     return status;
 }
 
+// ---- ZoomOut -------------------------------------------------------------------------------------------
+
+// A shape that the method refuses is an answer, too: it has lost the tissue.
+static OmStatus give_up(OmStatus status, WayAnswer* out) {
+    if (status == OM_OK || (status < 0 && status != OM_INVALID)) return status;
+    out->is_lost = true;
+    snprintf(out->reason, sizeof out->reason, "%s",
+             status < 0 ? om_error_message() : om_status_text(status));
+    return OM_OK;
+}
+
+static OmStatus find_by_zoomout(const WayInput* in, bool is_partial, WayAnswer* out) {
+    OmSpectralDef def = om_spectral_default_def();
+    OmSpectralBasis basis = {0};
+    const OmScan* scan = in->scan;
+    const OmSurface* rest = in->view->surface;
+    int* map = NULL;
+    OmStatus status;
+    def.is_partial = is_partial;
+    def.nworker = 1;
+    OM_ALLOC_DONE(map, (size_t)scan->npoint);
+    OM_TRY_DONE(om_spectral_basis_init_scan(scan, def.last, &basis));
+    OM_TRY_DONE(om_spectral_map_from_nearest(in->basis, rest->x, &basis, scan->x, map));
+    OM_TRY_DONE(om_spectral_zoomout(&def, in->basis, &basis, map, NULL));
+    for (int i = 0; i < scan->npoint; ++i) {
+        out->has[i] = map[i] >= 0;
+        if (map[i] >= 0) om_store3(out->x_rest, i, om_load3(rest->x, map[i]));
+    }
+done:
+    om_spectral_basis_done(&basis);
+    om_free(map);
+    return give_up(status, out);
+}
+
 OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out) {
     out->is_lost = false;
     out->reason[0] = 0;
     memset(out->has, 0, (size_t)in->scan->npoint);
     switch (way) {
     case OM_STUDY_REST: return find_nearest(in, in->view->mesh->x, false, out);
+    case OM_STUDY_ZOOMOUT: return find_by_zoomout(in, false, out);
+    case OM_STUDY_ZOOMOUT_PART: return find_by_zoomout(in, true, out);
     case OM_STUDY_TWIN: return find_nearest(in, in->x_twin[0], false, out);
     case OM_STUDY_VISIBLE: return find_nearest(in, in->x_twin[0], true, out);
     case OM_STUDY_TWIN_END: return find_nearest(in, in->x_twin[1], true, out);

@@ -2,12 +2,14 @@
 #ifndef OMENTUM_STUDY_MATCH_WAYS_H
 #define OMENTUM_STUDY_MATCH_WAYS_H
 
+#include "omentum/match_spectral.h"
 #include "omentum/study_match.h"
 #include "study/study_match_case.h"
 
 typedef struct WayInput {  // all that a robot knows
     OmMatch* match;
     const OmMatchView* view;
+    const OmSpectralBasis* basis;  // of the twin's surface at rest, made once
     const OmScan* scan;
     int ngrasp;
     const OmMatchGrasp* grasp;
@@ -20,6 +22,8 @@ typedef struct WayAnswer {
     bool is_lost;        // the way says that it has lost the tissue
     char reason[200];    // why
 } WayAnswer;
+
+#define WAY_NPAIR 200  // functions of `basis`
 
 extern const char* const om__study_way_name[OM_STUDY_NWAY];   // for files
 extern const char* const om__study_way_title[OM_STUDY_NWAY];  // for people
