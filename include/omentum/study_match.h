@@ -65,6 +65,63 @@ OM_API OmStatus om_study_correspondence_run(const OmStudyCorrespondenceDef* def,
                                             const OmProgress* progress,
                                             OmStudyCorrespondenceSummary* summary);
 
+// ---- attachments ----------------------------------------------------------------------------------
+
+#define OM_STUDY_NBIN 10  // of probability and of uncertainty
+
+typedef enum OmStudyGuess {  // attachments given to the twin
+    OM_STUDY_ZERO,           // none
+    OM_STUDY_ALL,            // the whole underside
+    OM_STUDY_SAME,           // those of the truth
+    OM_STUDY_SINGLE,         // om_match_update from one view
+    OM_STUDY_THREE,          // om_match_update from three views
+    OM_STUDY_NGUESS
+} OmStudyGuess;
+
+typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_def
+    // For truths, results and report. Parts that exist already are not computed again.
+    const char* out_dir;
+    bool is_quick;  // the first three layouts on a coarse sheet; default false: twelve
+    int nworker;    // of simulations, default 0: one a processor; an update has one worker
+    OmCookie cookie;
+} OmStudyAttachmentsDef;
+
+typedef struct OmStudyQuartiles {
+    int n;
+    double lower, median, upper;
+} OmStudyQuartiles;
+
+typedef struct
+    OmStudyGuessResult {        // over views; OM_STUDY_THREE: over layouts, positions over views
+    bool is_there;              // this build has it
+    OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
+    OmStudyQuartiles ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth
+    // updates that were refused: the twin keeps its belief, no attachment, and dsc and tpr are 0
+    int nrefused;
+    double ms;  // processor time of an update, median
+} OmStudyGuessResult;
+
+typedef struct OmStudyAttachmentsSummary {
+    int nlayout, nnew;  // layouts, and those evaluated now
+    OmStudyGuessResult by[OM_STUDY_NGUESS];
+    // Vertices by estimated probability of single views, and the share of them that is attached.
+    int bin_count[OM_STUDY_NBIN];
+    double bin_share[OM_STUDY_NBIN];
+    // Vertices by uncertainty of single views, and the share of them that is wrong.
+    int doubt_count[OM_STUDY_NBIN];
+    double doubt_wrong[OM_STUDY_NBIN];
+    // Medians: DSC 0.6 and TPR 80 % of single views, 0.75 and 85 % of three, 300 ms of a single view.
+    bool is_met;
+} OmStudyAttachmentsSummary;
+
+OM_API OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir);
+/// Make what is missing of truths and results, then report.html, study.json and vertices.csv.
+/// @return OM_OK (whether or not the goal is met); OM_INVALID (the message names the field, or the folder of another
+///         study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is finished stays)
+OM_API OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def,
+                                         const OmProgress* progress,
+                                         OmStudyAttachmentsSummary* summary);
+
 #ifdef __cplusplus
 }
 #endif

@@ -127,9 +127,9 @@ void om_cli_set_environment(char** argv);
 // The verbs, and the table of each.
 extern const OmCliVerb om_cli_verb_calibrate, om_cli_verb_demo, om_cli_verb_model, om_cli_verb_plan,
     om_cli_verb_retract, om_cli_verb_study_calibration, om_cli_verb_study_contact,
-    om_cli_verb_study_correspondence, om_cli_verb_study_methods, om_cli_verb_study_sheet,
-    om_cli_verb_umesh_eval, om_cli_verb_umesh_generate, om_cli_verb_umesh_predict,
-    om_cli_verb_umesh_train;
+    om_cli_verb_study_correspondence, om_cli_verb_study_attachments, om_cli_verb_study_methods,
+    om_cli_verb_study_sheet, om_cli_verb_umesh_eval, om_cli_verb_umesh_generate,
+    om_cli_verb_umesh_predict, om_cli_verb_umesh_train;
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);
 int om_cli_plan(int argc, char** argv);
@@ -139,6 +139,7 @@ int om_cli_study_contact(int argc, char** argv);
 int om_cli_study_calibration(int argc, char** argv);
 int om_cli_study_sheet(int argc, char** argv);
 int om_cli_study_correspondence(int argc, char** argv);
+int om_cli_study_attachments(int argc, char** argv);
 int om_cli_study_methods(int argc, char** argv);
 int om_cli_umesh_generate(int argc, char** argv);
 int om_cli_umesh_train(int argc, char** argv);

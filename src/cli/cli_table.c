@@ -31,6 +31,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_plan,
     &om_cli_verb_retract,
     &study,
+    &om_cli_verb_study_attachments,
     &om_cli_verb_study_calibration,
     &om_cli_verb_study_contact,
     &om_cli_verb_study_correspondence,

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Compute the numbers of study.json of a study of correspondence anew from errors.csv.
+"""Compute the numbers of study.json of a study of correspondence or attachments anew from its CSV file.
 
-    check_match.py correspondence DIR     exit 0 and "every number agrees", or one line per difference and exit 1
+    check_match.py correspondence|attachments DIR     exit 0 and "every number agrees", or one line per difference and exit 1
 """
 import csv
 import json
@@ -56,8 +56,46 @@ def check_correspondence(folder):
     return wrong
 
 
+def median(values):
+    v = sorted(values)
+    return (v[(len(v) - 1) // 2] + v[len(v) // 2]) / 2
+
+
+def scores_of(rows):
+    true = sum(row["true"] == "1" for row in rows)
+    found = sum(row["attached"] == "1" for row in rows)
+    both = sum(row["true"] == "1" and row["attached"] == "1" for row in rows)
+    return 2 * both / (true + found), both / true
+
+
+def check_attachments(folder):
+    study = json.load(open(folder + "/study.json"))
+    rows = list(csv.DictReader(open(folder + "/vertices.csv")))
+    wrong, scores = [], {"single": [], "three": []}
+    for k, layout in enumerate(study["layouts"], 1):
+        for view, update in zip(("1", "2", "3", "all"), layout["updates"]):
+            own = [row for row in rows if row["layout"] == str(k) and row["views"] == view]
+            dsc, tpr = scores_of(own)
+            scores["three" if view == "all" else "single"].append((dsc, tpr))
+            if abs(dsc - update["dsc"]) > 1e-9 or abs(tpr - update["tpr"]) > 1e-9:
+                wrong.append(f"layout {k}, view {view}: {update['dsc']}, {update['tpr']}, not {dsc}, {tpr}")
+            if not update["is_accepted"] and dsc > 0:
+                wrong.append(f"layout {k}, view {view}: refused, but with attachments")
+    for name, pairs in scores.items():
+        if name not in study["by"]:
+            continue
+        by = study["by"][name]
+        if by["n"] != len(pairs):
+            wrong.append(f"{name}: {by['n']} updates, not {len(pairs)}")
+        for i, key in enumerate(("dsc", "tpr")):
+            want = median([pair[i] for pair in pairs])
+            if abs(by[key][1] - want) > 1e-9:
+                wrong.append(f"{name}: {key} {by[key][1]}, not {want}")
+    return wrong
+
+
 def main():
-    wrong = check_correspondence(sys.argv[2])
+    wrong = {"correspondence": check_correspondence, "attachments": check_attachments}[sys.argv[1]](sys.argv[2])
     print("\n".join(wrong) if wrong else "every number agrees")
     return 1 if wrong else 0
 

@@ -1,0 +1,392 @@
+// study_attachments.c: attachments estimated from one and from three views of twelve layouts of the sheet.
+//
+// The twin knows of no attachment. The true ones are those of the layout on the twin's mesh. DSC (4.3) and TPR (4.6) are
+// taken over the vertices of the twin's underside. AVE (4.5) and MVE (4.7) compare the twin, given the attachments and
+// moved by the measured tips, with the truth at the same material points: all vertices. The twin is moved by the same
+// body for every guess, so the rows of the table differ by their attachments alone.
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "study/study_attachments.h"
+
+#define COOKIE 0x57d1a77au
+#define SETTLE_SPEED 1e-3  // m/s
+#define SETTLE_TIME 3      // s
+
+const char* const om__study_guess_name[OM_STUDY_NGUESS] = {"zero", "all", "same", "single",
+                                                           "three"};
+const char* const om__study_guess_title[OM_STUDY_NGUESS] = {
+    "Zero: none", "All: the whole underside", "Same: the true ones", "one view", "three views"};
+
+OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir) {
+    return (OmStudyAttachmentsDef){.out_dir = out_dir, .cookie = COOKIE};
+}
+
+static OmStatus validate(const OmStudyAttachmentsDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "attachments study: a definition not made by om_study_attachments_default_def");
+    OM_CHECK(d->out_dir, OM_INVALID, "attachments study: no folder");
+    OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
+             "attachments study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    return OM_OK;
+}
+
+void om__study_score_attached(int n, const unsigned char* found, const unsigned char* truth,
+                              double* dsc, double* tpr) {
+    int nfound = 0, ntrue = 0, nboth = 0;
+    for (int i = 0; i < n; ++i) {
+        nfound += found[i] != 0;
+        ntrue += truth[i] != 0;
+        nboth += found[i] && truth[i];
+    }
+    *dsc = ntrue ? 2.0 * nboth / (nfound + ntrue) : 0;
+    *tpr = ntrue ? (double)nboth / ntrue : 0;
+}
+
+// ---- one layout -----------------------------------------------------------------------------------
+
+typedef struct View {
+    MatchSetup setup;
+    MatchTruth truth;
+    MatchTwin twin;  // without attachments, moved
+    OmScan scan;
+    double* x;  // the truth at the twin's vertices, m       (nvert x 3)
+} View;
+
+typedef struct Layout {
+    const Att* s;
+    AttResult* r;
+    View view[MATCH_NGRASP];
+    OmScene scene;
+    OmSite site;  // of the twin, without attachments
+    const OmMeshSet* under;
+    OmMatch* match;
+    OmBody* body;
+    OmAcquisition acquisition[MATCH_NGRASP];
+    int* vert;          // scratch of guesses             (underside)
+    double* anchor;     //                                (underside x 3)
+    double* stiffness;  //                                (underside)
+} Layout;
+
+static void layout_done(Layout* l) {
+    for (int g = 0; g < MATCH_NGRASP; ++g) {
+        View* v = &l->view[g];
+        om__match_truth_done(&v->truth);
+        om__match_twin_done(&v->twin);
+        om_scan_done(&v->scan);
+        om_free(v->x);
+    }
+    om_match_destroy(l->match);
+    om_body_destroy(l->body);
+    om_site_done(&l->site);
+    om_free(l->vert);
+    om_free(l->anchor);
+    om_free(l->stiffness);
+}
+
+static double processor_ms(clock_t begin) {
+    return 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+}
+
+// Share of the true surface's area that faces the camera: an upper bound of the visible share.
+static double share_facing(const MatchTruth* t) {
+    const OmSurface* s = &t->surface;
+    OmVec3 eye = t->head.camera.pose_world_camera.p;
+    double all = 0, facing = 0;
+    for (int k = 0; k < s->ntri; ++k) {
+        const int* v = s->tri_vert + 3 * (size_t)k;
+        OmVec3 a = om_load3(s->x, v[0]), b = om_load3(s->x, v[1]), c = om_load3(s->x, v[2]);
+        OmVec3 normal = om_cross(om_sub(b, a), om_sub(c, a));
+        all += om_norm(normal);
+        if (om_dot(normal, om_sub(eye, a)) > 0) facing += om_norm(normal);
+    }
+    return facing / all;  // > 0: a sheet has an area
+}
+
+static OmStatus make_view(Layout* l, int layout, int g) {
+    static const MatchCase whole = {.name = "whole", .view = VIEW_FULL, .seen = 1};
+    View* v = &l->view[g];
+    bool is_new;
+    const OmStudyAttachmentsDef* def = l->s->def;
+    v->setup = om__match_layout_setup(layout, g, l->s->cells);
+    OM_TRY(om__match_truth_get(&v->setup, def->out_dir, def->nworker, &is_new, &v->truth));
+    OM_TRY(om__match_twin_get(&v->setup, BELIEF_NONE, &v->truth, 1, def->nworker, &v->twin));
+    clock_t begin = clock();
+    OM_TRY(om__match_scan(&v->truth, &v->twin.site, &v->setup.move, &whole, 0, &v->scan));
+    l->r->scan_ms[g] = processor_ms(begin);
+    l->r->npoint[g] = v->scan.npoint;
+    l->r->seen[g] = share_facing(&v->truth);
+    int nvert = v->twin.site.mesh.nvert;
+    OM_ALLOC(v->x, 3 * (size_t)nvert);
+    OM_TRY(om__match_carry(&v->truth, nvert, v->twin.site.mesh.x, v->x));
+    OmAcquisition* a = &l->acquisition[g];
+    *a = (OmAcquisition){.scan = v->scan, .time = v->truth.head.time, .x_twin = v->twin.x};
+    a->ngrasp = om__match_grasps(&v->truth, &v->setup.move, a->grasp);
+    return OM_OK;
+}
+
+// The true label of each vertex of the underside: the layout on the twin's own mesh.
+static OmStatus make_truth(Layout* l, int layout) {
+    MatchSetup setup = om__match_layout_setup(layout, 0, l->s->cells);
+    AttResult* r = l->r;
+    OmScene scene;
+    OmSite site = {0};
+    OM_TRY(om__match_build_site(&setup, BELIEF_NONE, OM_SITE_TWIN, &l->scene, &l->site));
+    l->under = om_tet_mesh_find_set(&l->site.mesh, "underside");
+    r->nnode = l->under->nvert;
+    OM_CHECK(r->nnode <= ATT_MAX_NODE, OM_INVALID, "%d vertices in the underside", r->nnode);
+    OM_TRY(om__match_build_site(&setup, BELIEF_RIGHT, OM_SITE_TWIN, &scene, &site));
+    const OmMeshSet* held = om_tet_mesh_find_set(&site.mesh, "attachment");
+    OmPose task = om_pose_inverse(site.pose_world_task);
+    for (int i = 0, k = 0; i < r->nnode; ++i) {
+        int vert = l->under->vert[i];  // both sets ascend
+        while (k < held->nvert && held->vert[k] < vert) ++k;
+        r->truth[i] = k < held->nvert && held->vert[k] == vert;
+        r->share += (double)r->truth[i] / r->nnode;
+        OmVec3 p = om_pose_apply(task, om_load3(site.mesh.x, vert));
+        r->node_x[i][0] = p.x;
+        r->node_x[i][1] = p.y;
+    }
+    om_site_done(&site);
+    OM_ALLOC(l->vert, (size_t)r->nnode);
+    OM_ALLOC(l->anchor, 3 * (size_t)r->nnode);
+    OM_ALLOC(l->stiffness, (size_t)r->nnode);
+    return OM_OK;
+}
+
+// ---- the twin with a guess --------------------------------------------------------------------------
+
+static void compare(const View* v, const double* x, double* ave, double* mve) {
+    int n = v->twin.site.mesh.nvert;
+    *ave = *mve = 0;
+    for (int i = 0; i < n; ++i) {
+        double d = om_distance(om_load3(x, i), om_load3(v->x, i));
+        *ave += d / n;
+        *mve = fmax(*mve, d);
+    }
+}
+
+// The body with these attachments of the underside, at rest, then moved as view g was.
+// spring: N/m, of each vertex of the underside; null: held still
+static OmStatus move_twin(Layout* l, const unsigned char* attached, const double* spring, int g,
+                          OmStudyGuess guess) {
+    View* v = &l->view[g];
+    const MatchHead* head = &v->truth.head;
+    int n = 0, nheld;
+    for (int i = 0; i < l->r->nnode; ++i) {
+        if (!attached[i]) continue;
+        l->vert[n] = l->under->vert[i];
+        om_store3(l->anchor, n, om_load3(l->site.mesh.x, l->vert[n]));
+        l->stiffness[n++] = spring ? spring[i] : 0;
+    }
+    om_body_reset(l->body);
+    OM_TRY(om_body_set_attachment(l->body, n, l->vert, l->anchor, l->stiffness));
+    OmStatus status = om_body_settle(l->body, head->dt, SETTLE_SPEED, SETTLE_TIME);
+    if (status < 0) return status;
+    OM_TRY(om_body_grasp(l->body, 0, head->grasp_tip[0], l->scene.task.grasp_radius, &nheld));
+    OM_TRY(om__match_follow(l->body, &v->setup.move, head, head->ntick));
+    om_body_release(l->body, 0);
+    compare(v, om_body_x(l->body), &l->r->ave[guess][g], &l->r->mve[guess][g]);
+    return OM_OK;
+}
+
+static OmStatus move_baselines(Layout* l) {
+    unsigned char guess[ATT_MAX_NODE];
+    for (int g = 0; g < MATCH_NGRASP; ++g) {
+        memset(guess, 0, sizeof guess);
+        OM_TRY(move_twin(l, guess, NULL, g, OM_STUDY_ZERO));
+        memset(guess, 1, sizeof guess);
+        OM_TRY(move_twin(l, guess, NULL, g, OM_STUDY_ALL));
+        OM_TRY(move_twin(l, l->r->truth, NULL, g, OM_STUDY_SAME));
+    }
+    return OM_OK;
+}
+
+// ---- updates ----------------------------------------------------------------------------------------
+
+static OmStatus run_update(Layout* l, int k) {
+    AttUpdate* u = &l->r->update[k];
+    bool is_single = k < MATCH_NGRASP;
+    int first = is_single ? k : 0, n = is_single ? 1 : MATCH_NGRASP;
+    OmMatchEstimate estimate = {0};
+    double spring[ATT_MAX_NODE];
+    clock_t begin = clock();
+    OmStatus status = om_match_update(l->match, n, l->acquisition + first, NULL, &estimate);
+    u->ms = processor_ms(begin);
+    u->is_there = status != OM_UNAVAILABLE;
+    if (!u->is_there) status = OM_OK;
+    if (status < 0 || !u->is_there) goto done;
+    u->is_accepted = estimate.is_accepted;
+    snprintf(u->reason, sizeof u->reason, "%s", estimate.reason);
+    u->fit_ms = estimate.fit_ms;
+    u->infer_ms = estimate.infer_ms;
+    u->check_ms = estimate.check_ms;
+    u->seen_share = estimate.seen_share;
+    u->moved_share = estimate.moved_share;
+    u->after_median = estimate.after_median;
+    for (int i = 0; i < l->r->nnode && estimate.probability; ++i) {
+        int vert = l->under->vert[i];
+        u->probability[i] = (float)estimate.probability[vert];
+        u->uncertainty[i] = (float)estimate.uncertainty[vert];
+        u->attached[i] = u->is_accepted && estimate.attached[vert];
+        spring[i] = estimate.stiffness[vert];
+    }
+    om__study_score_attached(l->r->nnode, u->attached, l->r->truth, &u->dsc, &u->tpr);
+    for (int g = first; g < first + n && status >= 0; ++g) {
+        double mve;
+        u->own_ave[g] = -1;
+        if (estimate.x && u->is_accepted)
+            compare(&l->view[g], estimate.x + 3 * (size_t)(g - first) * (size_t)estimate.nvert,
+                    &u->own_ave[g], &mve);
+        status = move_twin(l, u->attached, spring, g, is_single ? OM_STUDY_SINGLE : OM_STUDY_THREE);
+    }
+done:
+    om_match_estimate_done(&estimate);
+    return status < 0 ? status : OM_OK;
+}
+
+static OmStatus run_layout(const Att* s, int layout, AttResult* r) {
+    Layout l = {.s = s, .r = r};
+    OmMatchDef def;
+    OmStatus status;
+    memset(r, 0, sizeof *r);
+    OM_TRY_DONE(make_truth(&l, layout));
+    for (int g = 0; g < MATCH_NGRASP; ++g) OM_TRY_DONE(make_view(&l, layout, g));
+    OM_TRY_DONE(om_body_create(&l.scene, &l.site, s->def->nworker, &l.body));
+    OM_TRY_DONE(move_baselines(&l));
+    def = om_match_default_def(&l.scene, &l.site);
+    OM_TRY_DONE(om_match_create(&def, &l.match));
+    for (int k = 0; k < ATT_NUPDATE; ++k) OM_TRY_DONE(run_update(&l, k));
+done:
+    layout_done(&l);
+    if (status < 0) return om_error_prefix(status, "layout %d", layout + 1);
+    return OM_OK;
+}
+
+// ---- all layouts ------------------------------------------------------------------------------------
+
+static OmStudyQuartiles quartiles(double* value, int n) {
+    StudySample v = om__study_sample(value, n);
+    return (OmStudyQuartiles){n, v.lower, v.median, v.upper};
+}
+
+static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult* out) {
+    enum { MAX = MATCH_NLAYOUT * MATCH_NGRASP };
+    double dsc[MAX], tpr[MAX], ave[MAX], mve[MAX], ms[MAX];
+    int nscore = 0, nmove = 0;
+    unsigned char every[ATT_MAX_NODE], none[ATT_MAX_NODE] = {0};
+    memset(every, 1, sizeof every);
+    bool is_update = guess == OM_STUDY_SINGLE || guess == OM_STUDY_THREE;
+    out->is_there = !is_update || s->result[0].update[0].is_there;
+    if (!out->is_there) return;
+    for (int i = 0; i < s->nlayout; ++i) {
+        const AttResult* r = &s->result[i];
+        for (int g = 0; g < MATCH_NGRASP; ++g) {
+            ave[nmove] = r->ave[guess][g];
+            mve[nmove++] = r->mve[guess][g];
+            if (guess == OM_STUDY_THREE && g > 0) continue;
+            ms[nscore] = 0;
+            if (is_update) {
+                const AttUpdate* u = &r->update[guess == OM_STUDY_SINGLE ? g : MATCH_NGRASP];
+                dsc[nscore] = u->dsc;
+                tpr[nscore] = u->tpr;
+                ms[nscore] = u->ms;
+                out->nrefused += !u->is_accepted;
+            } else {
+                const unsigned char* found = guess == OM_STUDY_ZERO  ? none
+                                             : guess == OM_STUDY_ALL ? every
+                                                                     : r->truth;
+                om__study_score_attached(r->nnode, found, r->truth, &dsc[nscore], &tpr[nscore]);
+            }
+            ++nscore;
+        }
+    }
+    out->dsc = quartiles(dsc, nscore);
+    out->tpr = quartiles(tpr, nscore);
+    out->ave = quartiles(ave, nmove);
+    out->mve = quartiles(mve, nmove);
+    out->ms = quartiles(ms, nscore).median;
+}
+
+static int bin_of(double value) {
+    int k = (int)floor(value * OM_STUDY_NBIN);
+    return k < 0 ? 0 : k >= OM_STUDY_NBIN ? OM_STUDY_NBIN - 1 : k;
+}
+
+// Are probabilities and uncertainties what they say?
+static void calibrate(const Att* s, OmStudyAttachmentsSummary* sum) {
+    for (int i = 0; i < s->nlayout; ++i) {
+        const AttResult* r = &s->result[i];
+        for (int g = 0; g < MATCH_NGRASP; ++g) {
+            const AttUpdate* u = &r->update[g];
+            for (int k = 0; k < r->nnode && u->is_accepted; ++k) {
+                int p = bin_of((double)u->probability[k]), d = bin_of((double)u->uncertainty[k]);
+                ++sum->bin_count[p];
+                sum->bin_share[p] += r->truth[k];
+                ++sum->doubt_count[d];
+                sum->doubt_wrong[d] += u->attached[k] != r->truth[k];
+            }
+        }
+    }
+    for (int b = 0; b < OM_STUDY_NBIN; ++b) {
+        if (sum->bin_count[b]) sum->bin_share[b] /= sum->bin_count[b];
+        if (sum->doubt_count[b]) sum->doubt_wrong[b] /= sum->doubt_count[b];
+    }
+}
+
+static void summarise(Att* s) {
+    OmStudyAttachmentsSummary* sum = &s->sum;
+    sum->nlayout = s->nlayout;
+    for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess)
+        summarise_guess(s, guess, &sum->by[guess]);
+    calibrate(s, sum);
+    const OmStudyGuessResult *one = &sum->by[OM_STUDY_SINGLE], *three = &sum->by[OM_STUDY_THREE];
+    sum->is_met = one->dsc.median >= ATT_GOAL_DSC && one->tpr.median >= ATT_GOAL_TPR &&
+                  three->dsc.median >= ATT_GOAL_DSC3 && three->tpr.median >= ATT_GOAL_TPR3 &&
+                  one->ms <= ATT_GOAL_MS;
+}
+
+static uint64_t hash_layout(const Att* s, int layout) {
+    const MatchLayout* l = &om__match_layout[layout];
+    double number[5 + 2 * MATCH_NGRASP] = {l->layout[0], l->layout[1], l->share, l->lift, s->cells};
+    memcpy(number + 5, l->grasp, sizeof l->grasp);
+    return om_hash(number, sizeof number, OM_HASH_SEED);
+}
+
+static OmStatus run(Att* s) {
+    for (int i = 0; i < s->nlayout; ++i) {
+        AttResult* r = &s->result[i];
+        char name[64];
+        snprintf(name, sizeof name, "layout-%02d-%d.bin", i + 1, s->cells);
+        OM_TRY(om_progress_report(s->progress, "layouts", i, s->nlayout));
+        uint64_t hash = hash_layout(s, i);
+        if (om__match_load_result(s->def->out_dir, name, hash, r, sizeof *r)) continue;
+        OM_TRY(run_layout(s, i, r));
+        ++s->sum.nnew;
+        if (!r->update[0].is_there) continue;
+        OM_TRY(om__match_save_result(s->def->out_dir, name, hash, r, sizeof *r));
+    }
+    summarise(s);
+    return OM_OK;
+}
+
+OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def, const OmProgress* progress,
+                                  OmStudyAttachmentsSummary* summary) {
+    memset(summary, 0, sizeof *summary);
+    OM_TRY(validate(def));
+    Att s = {.def = def,
+             .progress = progress,
+             .nlayout = def->is_quick ? 3 : MATCH_NLAYOUT,
+             .cells = def->is_quick ? 12 : 20};
+    OmFolder folder = {0};
+    s.result = om_calloc((size_t)s.nlayout, sizeof *s.result);
+    if (!s.result) return OM_NO_MEMORY;
+    OmStatus status = om_folder_open(def->out_dir, "attachments study", &folder);
+    if (status == OM_OK) status = run(&s);
+    if (status == OM_OK) status = om__att_write(&s);
+    if (status == OM_OK) *summary = s.sum;
+    om_folder_end(&folder);
+    om_free(s.result);
+    return status;
+}

@@ -1,0 +1,57 @@
+// study_attachments.h: shared by the files of the study of attachments.
+#ifndef OMENTUM_STUDY_ATTACHMENTS_H
+#define OMENTUM_STUDY_ATTACHMENTS_H
+
+#include "omentum/study_match.h"
+#include "study/study_internal.h"
+#include "study/study_match_case.h"
+
+#define ATT_MAX_NODE 512                // of the twin's underside
+#define ATT_NUPDATE (MATCH_NGRASP + 1)  // single views, then all of them
+#define ATT_GOAL_DSC 0.6
+#define ATT_GOAL_TPR 0.8
+#define ATT_GOAL_DSC3 0.75
+#define ATT_GOAL_TPR3 0.85
+#define ATT_GOAL_MS 300
+
+typedef struct AttUpdate {
+    int is_there;  // this build has updates
+    int is_accepted;
+    char reason[256];
+    double ms, fit_ms, infer_ms, check_ms;  // processor time, and the stages' own
+    double seen_share, moved_share, after_median;
+    double dsc, tpr;
+    double own_ave[MATCH_NGRASP];  // m, of the twin positions of the estimate; below 0: none
+    float probability[ATT_MAX_NODE], uncertainty[ATT_MAX_NODE];  // of the underside's vertices
+    unsigned char attached[ATT_MAX_NODE];
+} AttUpdate;
+
+typedef struct AttResult {  // of one layout; the contents of its file
+    int nnode;
+    double share;                    // of the underside, held
+    double node_x[ATT_MAX_NODE][2];  // m, task frame
+    unsigned char truth[ATT_MAX_NODE];
+    AttUpdate update[ATT_NUPDATE];
+    // m, of the moved twin; OM_STUDY_SINGLE and OM_STUDY_THREE by their own update
+    double ave[OM_STUDY_NGUESS][MATCH_NGRASP], mve[OM_STUDY_NGUESS][MATCH_NGRASP];
+    double scan_ms[MATCH_NGRASP];
+    int npoint[MATCH_NGRASP];
+    double seen[MATCH_NGRASP];  // share of the true surface's area that faces the camera
+} AttResult;
+
+typedef struct Att {
+    const OmStudyAttachmentsDef* def;
+    const OmProgress* progress;
+    int nlayout, cells;
+    AttResult* result;  // (nlayout)
+    OmStudyAttachmentsSummary sum;
+} Att;
+
+extern const char* const om__study_guess_name[OM_STUDY_NGUESS];   // for files
+extern const char* const om__study_guess_title[OM_STUDY_NGUESS];  // for people
+// (4.3) and (4.6) of n vertices; without a true one both are 0.
+void om__study_score_attached(int n, const unsigned char* found, const unsigned char* truth,
+                              double* dsc, double* tpr);
+OmStatus om__att_write(const Att* s);
+
+#endif

@@ -1,0 +1,117 @@
+// test_study_attachments.c: scores against counts by hand; the study on its quick layouts, resumed, cancelled, refused.
+#include "study/study_attachments.h"
+
+#include <string.h>
+
+#include "test_files.h"
+
+static char dir[] = "/tmp/om_attachments_XXXXXX";
+
+static OmStudyAttachmentsDef quick_def(void) {
+    OmStudyAttachmentsDef def = om_study_attachments_default_def(dir);
+    def.is_quick = true;
+    def.nworker = 1;
+    return def;
+}
+
+static void test_scores(void** unused) {
+    (void)unused;
+    const unsigned char truth[6] = {1, 1, 1, 0, 0, 0}, found[6] = {1, 1, 0, 1, 0, 0};
+    const unsigned char none[6] = {0};
+    double dsc, tpr;
+    om__study_score_attached(6, found, truth, &dsc, &tpr);  // 2 in both, 3 found, 3 true
+    assert_near(dsc, 2.0 / 3, 1e-15);
+    assert_near(tpr, 2.0 / 3, 1e-15);
+    om__study_score_attached(6, truth, truth, &dsc, &tpr);
+    assert_true(dsc == 1 && tpr == 1);
+    om__study_score_attached(6, none, truth, &dsc, &tpr);
+    assert_true(dsc == 0 && tpr == 0);
+    om__study_score_attached(6, found, none, &dsc, &tpr);
+    assert_true(dsc == 0 && tpr == 0);
+    const unsigned char every[6] = {1, 1, 1, 1, 1, 1};
+    om__study_score_attached(6, every, truth, &dsc, &tpr);  // 2 * 3 / (6 + 3)
+    assert_near(dsc, 2.0 / 3, 1e-15);
+    assert_true(tpr == 1);
+}
+
+static void assert_same(OmStudyQuartiles a, OmStudyQuartiles b) {
+    assert_int_equal(a.n, b.n);
+    assert_true(a.lower == b.lower && a.median == b.median && a.upper == b.upper);
+}
+
+static void remove_file(const char* name) {
+    char path[600];
+    assert_ok(om_path_join(dir, name, path, sizeof path));
+    if (om_path_exists(path)) assert_ok(om_path_remove(path));
+}
+
+static void test_study(void** unused) {
+    (void)unused;
+    OmStudyAttachmentsDef def = quick_def();
+    OmStudyAttachmentsSummary first, again;
+    assert_ok(om_study_attachments_run(&def, NULL, &first));
+    assert_int_equal(first.nlayout, 3);
+    assert_int_equal(first.nnew, 3);
+    const OmStudyGuessResult *zero = &first.by[OM_STUDY_ZERO], *same = &first.by[OM_STUDY_SAME];
+    assert_true(zero->dsc.median == 0 && same->dsc.median == 1 &&
+                first.by[OM_STUDY_ALL].tpr.median == 1);
+    // The true attachments on the coarser, stiffer twin leave an error, but a much smaller one than none.
+    assert_true(same->ave.median > 0.0001 && same->ave.median < 0.002);
+    assert_true(zero->ave.median > 4 * same->ave.median);
+    assert_int_equal(zero->ave.n, 9);
+    remove_file("layout-03-12.bin");
+    remove_file("truth-layout-03-2-12.bin");
+    def.nworker = 2;
+    assert_ok(om_study_attachments_run(&def, NULL, &again));
+    for (int k = 0; k < OM_STUDY_NGUESS; ++k) {
+        assert_same(first.by[k].dsc, again.by[k].dsc);
+        assert_same(first.by[k].tpr, again.by[k].tpr);
+        assert_same(first.by[k].ave, again.by[k].ave);
+        assert_same(first.by[k].mve, again.by[k].mve);
+    }
+    for (int b = 0; b < OM_STUDY_NBIN; ++b)
+        assert_int_equal(first.bin_count[b], again.bin_count[b]);
+}
+
+static bool say_stop(void* ctx, const char* stage, double done, double total) {
+    (void)ctx, (void)stage, (void)done, (void)total;
+    return false;
+}
+
+static void assert_refused(OmStudyAttachmentsDef def, const char* message) {
+    OmStudyAttachmentsSummary sum;
+    assert_status(om_study_attachments_run(&def, NULL, &sum), OM_INVALID);
+    if (!strstr(om_error_message(), message))
+        fail_msg("\"%s\" and not \"%s\"", om_error_message(), message);
+}
+
+static void test_nonsense(void** unused) {
+    (void)unused;
+    OmStudyAttachmentsDef def = quick_def();
+    OmStudyAttachmentsSummary sum;
+    OmProgress stop = {say_stop, NULL};
+    assert_status(om_study_attachments_run(&def, &stop, &sum), OM_CANCELLED);
+    def.nworker = -1;
+    assert_refused(def, "nworker is -1");
+    assert_refused((OmStudyAttachmentsDef){.out_dir = dir}, "om_study_attachments_default_def");
+    assert_refused(om_study_attachments_default_def(NULL), "no folder");
+}
+
+static int begin(void** unused) {
+    (void)unused;
+    return mkdtemp(dir) ? 0 : 1;
+}
+
+static int end(void** unused) {
+    (void)unused;
+    return om_path_remove(dir) == OM_OK ? 0 : 1;
+}
+
+int main(void) {
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(test_scores),
+        cmocka_unit_test(test_study),
+        cmocka_unit_test(test_nonsense),
+    };
+    return cmocka_run_group_tests(test, begin, end);
+}
