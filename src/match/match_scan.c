@@ -11,9 +11,9 @@ OmStatus om_scan_init(int npoint, int ntri, OmScan* scan) {
     OmStatus status = OM_OK;
     OM_CHECK(npoint >= 0 && ntri >= 0, OM_INVALID, "a scan of %d points and %d triangles", npoint,
              ntri);
-    OM_ALLOC_DONE(scan->x, 3 * (size_t)npoint);
-    OM_ALLOC_DONE(scan->normal, 3 * (size_t)npoint);
-    OM_ALLOC_DONE(scan->tri_vert, 3 * (size_t)ntri);
+    OM_CALLOC_DONE(scan->x, 3 * (size_t)npoint);
+    OM_CALLOC_DONE(scan->normal, 3 * (size_t)npoint);
+    OM_CALLOC_DONE(scan->tri_vert, 3 * (size_t)ntri);
     scan->npoint = npoint;
     scan->ntri = ntri;
 done:

@@ -15,12 +15,8 @@
 
 #include "match/match_scan_internal.h"
 
-// Radius of a point over the mean distance of neighbours: the test of the picture holds this distance.
-#define COVER 0.865
-#define MEAN (1.0 / 3)   // radius of the mean over the spacing
-#define FIT 0.6          // radius of the plane over the spacing
-#define MIN_FIT 6        // pixels of a plane
-#define MIN_SPREAD 0.05  // variance across a line over the variance along it: less is no plane
+#define MEAN (1.0 / 3)  // radius of the mean over the spacing
+#define FIT 0.6         // radius of the plane over the spacing
 
 typedef struct Cells {
     const ScanPicture* p;
@@ -76,7 +72,7 @@ static void choose_points(Cells* c, double spacing) {
     const ScanPicture* p = c->p;
     for (int i = 0; i < p->npixel; ++i) {
         if (p->class[i] != OM_SCAN_TISSUE || c->cell[i] >= 0) continue;
-        int n = search(c, i, COVER * spacing);
+        int n = search(c, i, OM__SCAN_COVER * spacing);
         for (int q = 0; q < n; ++q) {
             int j = c->queue[q];
             double d2 = om_norm2(om_sub(om_load3(p->x, j), om_load3(p->x, i)));
@@ -92,20 +88,8 @@ static void choose_points(Cells* c, double spacing) {
 
 // Normal of the plane through the first n pixels of the queue, towards the eye; zero if they are few or on a line.
 static OmVec3 fit_normal(const Cells* c, int n, OmVec3 eye) {
-    if (n < MIN_FIT) return om_vec3(0, 0, 0);
-    OmVec3 mean = om_vec3(0, 0, 0), xx = mean, xy = mean, w;
-    for (int q = 0; q < n; ++q) mean = om_madd(mean, 1.0 / n, om_load3(c->p->x, c->queue[q]));
-    for (int q = 0; q < n; ++q) {
-        OmVec3 d = om_sub(om_load3(c->p->x, c->queue[q]), mean);
-        xx = om_add(xx, om_vec3(d.x * d.x, d.y * d.y, d.z * d.z));
-        xy = om_add(xy, om_vec3(d.y * d.z, d.z * d.x, d.x * d.y));
-    }
-    OmMat3 a = om_mat3_cols(om_vec3(xx.x, xy.z, xy.y), om_vec3(xy.z, xx.y, xy.x),
-                            om_vec3(xy.y, xy.x, xx.z)),
-           v;
-    om_mat3_eigen_symmetric(a, &w, &v);
-    if (!(w.y > MIN_SPREAD * w.z)) return om_vec3(0, 0, 0);
-    return om_dot(v.cx, om_sub(eye, mean)) < 0 ? om_scale(-1, v.cx) : v.cx;
+    OmVec3 mean, normal = om__plane_normal(c->p->x, n, c->queue, &mean);
+    return om_dot(normal, om_sub(eye, mean)) < 0 ? om_scale(-1, normal) : normal;
 }
 
 // Mean of the first n pixels of the queue, and the standard deviation of its distance from the camera.
@@ -135,34 +119,11 @@ static void place_points(Cells* c, const OmScanDef* def, OmVec3 eye, OmScan* sca
 
 // ---- triangles ----------------------------------------------------------------------------------------------------
 
-typedef struct Edges {  // directed edges in use, by their first point
-    int *head, *next, *to;
-    int n;
-} Edges;
-
-static bool has_edge(const Edges* e, int from, int to) {
-    for (int k = e->head[from]; k >= 0; k = e->next[k])
-        if (e->to[k] == to) return true;
-    return false;
-}
-
 static bool is_facing(const OmScan* scan, const int v[3], OmVec3 eye, double min_cosine) {
     OmVec3 a = om_load3(scan->x, v[0]), b = om_load3(scan->x, v[1]), c = om_load3(scan->x, v[2]);
     OmVec3 normal = om_cross(om_sub(b, a), om_sub(c, a));
     OmVec3 ray = om_sub(eye, om_scale(1.0 / 3, om_add(a, om_add(b, c))));
     return om_dot(normal, ray) > min_cosine * om_norm(normal) * om_norm(ray);
-}
-
-static void add_triangle(OmScan* scan, Edges* e, const int v[3], OmVec3 eye, double min_cosine) {
-    for (int k = 0; k < 3; ++k)
-        if (has_edge(e, v[k], v[(k + 1) % 3])) return;
-    if (!is_facing(scan, v, eye, min_cosine)) return;
-    for (int k = 0; k < 3; ++k) {
-        e->to[e->n] = v[(k + 1) % 3];
-        e->next[e->n] = e->head[v[k]];
-        e->head[v[k]] = e->n++;
-    }
-    memcpy(scan->tri_vert + 3 * (size_t)scan->ntri++, v, 3 * sizeof(int));
 }
 
 // Cells of three linked pixels, which follow each other counter-clockwise; false unless they are three.
@@ -176,16 +137,17 @@ static bool are_three(const Cells* c, const int i[3], int v[3]) {
 
 // scan->tri_vert has room for all triangles: the dual of a planar diagram has at most two for each point, and every
 // directed edge is used once.
-static void connect(const Cells* c, const OmScanDef* def, OmVec3 eye, int max_tri, Edges* e,
+static void connect(const Cells* c, const OmScanDef* def, OmVec3 eye, int max_tri, ScanEdges* e,
                     OmScan* scan) {
     int w = c->p->width, v[3];
-    for (int k = 0; k < c->npoint; ++k) e->head[k] = -1;
     for (int row = 0; row + 1 < c->p->height; ++row)
         for (int column = 0; column + 1 < w; ++column) {
             int i = row * w + column;  // y is down: i, i + w, i + 1 is counter-clockwise
             const int corner[2][3] = {{i, i + w, i + 1}, {i + 1, i + w, i + w + 1}};
             for (int k = 0; k < 2 && scan->ntri < max_tri; ++k)
-                if (are_three(c, corner[k], v)) add_triangle(scan, e, v, eye, def->min_cosine);
+                if (are_three(c, corner[k], v) && is_facing(scan, v, eye, def->min_cosine) &&
+                    om__edges_take(e, v))
+                    memcpy(scan->tri_vert + 3 * (size_t)scan->ntri++, v, sizeof v);
         }
 }
 
@@ -210,21 +172,17 @@ OmStatus om__scan_decimate(const OmScanDef* def, OmVec3 eye, const ScanPicture* 
                            OmScan* scan) {
     OmStatus status = OM_OK;
     Cells c;
-    Edges e = {0};
+    ScanEdges e = {0};
     OM_TRY_DONE(cells_init(&c, picture));
     choose_points(&c, def->spacing);
     OM_TRY_DONE(om_scan_init(c.npoint, 2 * c.npoint, scan));
     scan->ntri = 0;
     place_points(&c, def, eye, scan);
-    OM_ALLOC_DONE(e.head, c.npoint);
-    OM_ALLOC_DONE(e.next, 6 * (size_t)c.npoint);
-    OM_ALLOC_DONE(e.to, 6 * (size_t)c.npoint);
+    OM_TRY_DONE(om__edges_init(&e, c.npoint, 2 * c.npoint));
     connect(&c, def, eye, 2 * c.npoint, &e, scan);
     complete_normals(scan);
 done:
-    om_free(e.head);
-    om_free(e.next);
-    om_free(e.to);
+    om__edges_done(&e);
     cells_done(&c);
     return status;
 }

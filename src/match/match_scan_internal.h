@@ -35,6 +35,30 @@ static inline bool om__is_linked(const ScanPicture* p, int i, int j) {
     return p->class[i] == OM_SCAN_TISSUE && p->class[j] == OM_SCAN_TISSUE && om__is_near(p, i, j);
 }
 
+// Radius that a point covers over the mean distance of neighbours: tests of scans hold this distance.
+#define OM__SCAN_COVER 0.865
+
+typedef struct ScanEdges {  // directed edges of triangles, by their first point
+    int *head, *next, *to;
+    int n;
+} ScanEdges;
+// Room for the edges of `ntri` triangles.
+OmStatus om__edges_init(ScanEdges* e, int npoint, int ntri);
+void om__edges_done(ScanEdges* e);
+// Take the edges of a triangle; false, with nothing taken, if one of them is in use.
+bool om__edges_take(ScanEdges* e, const int v[3]);
+
+// Keep points `spacing` apart in the mean, each the mean of the points around it.
+OmStatus om__scan_thin(double spacing, OmScan* scan, int* nthinned);
+
+// Normal of the plane through some points, of either direction, and their mean; zero if they are fewer than six or lie
+// on a line.
+OmVec3 om__plane_normal(const double* x, int n, const int* point, OmVec3* mean);
+
+// Estimate the normals of length 0 of a scan without camera or triangles; `eye` null: they agree with their
+// neighbours, and those of a piece point up in the mean.
+OmStatus om__scan_estimate_normals(const OmVec3* eye, OmVec3 up, OmScan* scan, int* nestimated);
+
 // Choose points on the pixels of class OM_SCAN_TISSUE, with normals and triangles, into an empty scan.
 OmStatus om__scan_decimate(const OmScanDef* def, OmVec3 eye, const ScanPicture* picture,
                            OmScan* scan);

@@ -16,8 +16,13 @@ static void set_triangle(OmScan* scan) {
 static void test_good(void** state) {
     (void)state;
     OmScan scan;
-    assert_int_equal(om_scan_init(3, 1, &scan), OM_OK);
-    set_triangle(&scan);
+    for (int k = 0; k < 3; ++k) {  // memory of the scan before is used again: it is cleared
+        assert_int_equal(om_scan_init(3, 1, &scan), OM_OK);
+        for (int i = 0; i < 9; ++i) assert_near(fabs(scan.x[i]) + fabs(scan.normal[i]), 0, 0);
+        assert_int_equal(scan.tri_vert[0] + scan.tri_vert[1] + scan.tri_vert[2], 0);
+        set_triangle(&scan);
+        if (k < 2) om_scan_done(&scan);
+    }
     assert_int_equal(om_scan_check(&scan), OM_OK);
     om_scan_done(&scan);
     assert_null(scan.x);

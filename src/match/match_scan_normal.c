@@ -1,0 +1,140 @@
+// match_scan_normal.c: normals of points without a picture: planes through neighbours, then their directions.
+//
+// Without a camera the directions are made to agree along a minimum spanning tree of the graph of neighbours, whose
+// edges cost 1 - |n_i . n_j|: where the surface is smooth first (Hoppe et al., Surface reconstruction from unorganized
+// points, SIGGRAPH 1992). The tree is Prim's, with a binary heap.
+#include <string.h>
+
+#include "match/match_scan_internal.h"
+#include "omentum/shape_points.h"
+
+#define NEIGHBOUR 16
+#define MIN_FIT 6        // points of a plane
+#define MIN_SPREAD 0.05  // variance across a line over the variance along it: less is no plane
+
+OmVec3 om__plane_normal(const double* x, int n, const int* point, OmVec3* mean) {
+    OmVec3 zero = om_vec3(0, 0, 0), w;
+    OmMat3 sum = om_mat3_diag(zero), v;
+    *mean = zero;
+    for (int k = 0; k < n; ++k) *mean = om_madd(*mean, 1.0 / n, om_load3(x, point[k]));
+    if (n < MIN_FIT) return zero;
+    for (int k = 0; k < n; ++k) {
+        OmVec3 d = om_sub(om_load3(x, point[k]), *mean);
+        sum = om_mat3_add(sum, om_mat3_outer(d, d));
+    }
+    om_mat3_eigen_symmetric(sum, &w, &v);
+    return w.y > MIN_SPREAD * w.z ? v.cx : zero;
+}
+
+// ---- directions that agree ----------------------------------------------------------------------------------------
+
+typedef struct Step {  // an edge of the graph, to a point that may have no direction yet
+    double cost;
+    int from, to;
+} Step;
+
+typedef struct Walk {
+    const int* near;  // neighbours of each point, itself first; -1 ends     (npoint x NEIGHBOUR)
+    double* normal;
+    bool* is_fixed;  // has its direction                                    (npoint)
+    Step* heap;      // (npoint x NEIGHBOUR + 1)
+    int n;
+} Walk;
+
+static bool is_before(Step a, Step b) {
+    if (a.cost != b.cost) return a.cost < b.cost;
+    return a.to != b.to ? a.to < b.to : a.from < b.from;
+}
+
+static void push(Walk* w, Step step) {
+    int i = w->n++;
+    for (; i > 0 && is_before(step, w->heap[(i - 1) / 2]); i = (i - 1) / 2)
+        w->heap[i] = w->heap[(i - 1) / 2];
+    w->heap[i] = step;
+}
+
+static Step pop(Walk* w) {
+    Step first = w->heap[0], last = w->heap[--w->n];
+    int i = 0;
+    for (int child = 1; child < w->n; child = 2 * i + 1) {
+        if (child + 1 < w->n && is_before(w->heap[child + 1], w->heap[child])) ++child;
+        if (!is_before(w->heap[child], last)) break;
+        w->heap[i] = w->heap[child];
+        i = child;
+    }
+    w->heap[i] = last;
+    return first;
+}
+
+static void push_neighbours(Walk* w, int i) {
+    OmVec3 n = om_load3(w->normal, i);
+    for (int k = 1; k < NEIGHBOUR && w->near[NEIGHBOUR * i + k] >= 0; ++k) {
+        int j = w->near[NEIGHBOUR * i + k];
+        if (w->is_fixed[j]) continue;
+        push(w, (Step){1 - fabs(om_dot(n, om_load3(w->normal, j))), i, j});
+    }
+}
+
+// The piece of `first`: its points are listed in `piece`.
+static int agree(Walk* w, int first, int* piece) {
+    int n = 0;
+    w->is_fixed[first] = true;
+    piece[n++] = first;
+    push_neighbours(w, first);
+    while (w->n > 0) {
+        Step s = pop(w);
+        if (w->is_fixed[s.to]) continue;
+        OmVec3 a = om_load3(w->normal, s.from), b = om_load3(w->normal, s.to);
+        if (om_dot(a, b) < 0) om_store3(w->normal, s.to, om_scale(-1, b));
+        w->is_fixed[s.to] = true;
+        piece[n++] = s.to;
+        push_neighbours(w, s.to);
+    }
+    return n;
+}
+
+static OmStatus make_agree(const int* near, OmVec3 up, OmScan* scan) {
+    OmStatus status = OM_OK;
+    Walk w = {.near = near, .normal = scan->normal};
+    int* piece = NULL;
+    OM_CALLOC_DONE(w.is_fixed, scan->npoint);
+    OM_ALLOC_DONE(w.heap, NEIGHBOUR * (size_t)scan->npoint + 1);
+    OM_ALLOC_DONE(piece, scan->npoint);
+    for (int i = 0; i < scan->npoint; ++i) {
+        if (w.is_fixed[i]) continue;
+        int n = agree(&w, i, piece);
+        double sum = 0;
+        for (int k = 0; k < n; ++k) sum += om_dot(om_load3(scan->normal, piece[k]), up);
+        for (int k = 0; k < n && sum < 0; ++k)
+            om_store3(scan->normal, piece[k], om_scale(-1, om_load3(scan->normal, piece[k])));
+    }
+done:
+    om_free(w.is_fixed);
+    om_free(w.heap);
+    om_free(piece);
+    return status;
+}
+
+OmStatus om__scan_estimate_normals(const OmVec3* eye, OmVec3 up, OmScan* scan, int* nestimated) {
+    OmStatus status = OM_OK;
+    OmPointTree* tree = NULL;
+    int* near = NULL;
+    *nestimated = 0;
+    OM_TRY_DONE(om_point_tree_create(scan->npoint, scan->x, &tree));
+    OM_ALLOC_DONE(near, NEIGHBOUR * (size_t)scan->npoint);
+    for (int i = 0; i < scan->npoint; ++i) {
+        int* list = near + NEIGHBOUR * (size_t)i;
+        int n = om_point_tree_find_many(tree, om_load3(scan->x, i), NEIGHBOUR, list);
+        if (n < NEIGHBOUR) list[n] = -1;
+        if (om_norm2(om_load3(scan->normal, i)) > 0) continue;
+        OmVec3 mean, normal = om__plane_normal(scan->x, n, list, &mean);
+        om_store3(scan->normal, i, normal);
+        *nestimated += om_norm2(normal) > 0;
+    }
+    // A file that gives all normals keeps their directions.
+    if (!eye && *nestimated > 0) status = make_agree(near, up, scan);
+done:
+    om_free(near);
+    om_point_tree_destroy(tree);
+    return status;
+}
