@@ -143,8 +143,9 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     double* probability;          // of being attached; 0 where no candidate        (nvert)
     // 0: the scans decide; 1: the scans say nothing about this vertex              (nvert)
     double* uncertainty;
-    double* stiffness;        // N/m, of the spring of each attached vertex          (nvert)
-    unsigned char* attached;  // probability above 0.5                               (nvert)
+    double* stiffness;  // N/m, of the spring of each attached vertex          (nvert)
+    // the set with the largest expected Dice coefficient                           (nvert)
+    unsigned char* attached;
     int nacquisition;
     double* x;           // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
     double seen_share;   // of the candidates' area, below which the scans show the surface

@@ -27,7 +27,6 @@ struct OmMatch {
     MatchHeld held;             // written by om__match_set_load
     double *r, *dx, *y;         // (nvert x 3)
     unsigned char* hypothesis;  // random patches of candidates       (nhypothesis x ncandidate)
-    int nhypothesis;
 };
 
 /// The grasped vertices and their goals. `held` has room for all vertices; the scratch of `match` is not used.
@@ -38,5 +37,37 @@ OmStatus om__match_set_load(OmMatch* match, const OmMatchLoad* load, const doubl
 OmVec3 om__match_pull_point(const OmMatch* match, const OmMatchPull* pull, const double* x);
 /// Distance to board and organ, m, and its gradient; HUGE_VAL: neither.
 double om__match_gap(const OmMatch* match, OmVec3 p, OmVec3* normal);
+
+// ---- the twin deformed onto a scan ---------------------------------------------------------------------------
+
+typedef struct MatchFit {  // om__match_fit_done frees
+    OmMatch* match;
+    struct OmSurfaceTree* tree;
+    double* xs;          // positions of the surface's vertices                  (nvert x 3)
+    double* normal;      // of the surface's vertices in the rest shape          (nvert x 3)
+    unsigned char* use;  // triangles that face the camera                       (ntri)
+    int* tri;            // triangle of each point of the scan, -1: none         (npoint)
+    double* bary;        //                                                      (npoint x 3)
+    double* distance;    // m, HUGE_VAL without triangle                         (npoint)
+    OmMatchPull* pull;   //                                                      (npoint)
+    int nnewton;
+} MatchFit;
+
+OmStatus om__match_fit_begin(OmMatch* match, int npoint, MatchFit* fit);
+void om__match_fit_done(MatchFit* fit);
+// Nearest points of the twin at x on the surface that faces the camera.
+OmStatus om__match_pairs(MatchFit* fit, const OmScan* scan, const double* x);
+// Deform the twin from x onto the scan; `spring` as in OmMatchLoad. The pairs are those of the new x.
+OmStatus om__match_fit(MatchFit* fit, const OmAcquisition* acquisition, const double* spring,
+                       double* x);
+
+// ---- the prior ------------------------------------------------------------------------------------------------
+
+// Make the bank of hypotheses.
+OmStatus om__match_make_prior(OmMatch* match);
+// Probability of each candidate by its log-likelihood ratios, attached against free.
+OmStatus om__match_infer(const OmMatch* match, const double* evidence, double* probability);
+// Level above which the candidates are the set with the largest expected Dice coefficient.
+double om__match_choose_level(const OmMatch* match, const double* probability);
 
 #endif

@@ -161,7 +161,7 @@ static OmStatus make(OmMatch* m) {
     m->view.candidate = m->candidate;
     m->view.area = m->area;
     m->view.foundation = m->def.foundation;
-    return OM_OK;
+    return om__match_make_prior(m);
 }
 
 OmStatus om_match_create(const OmMatchDef* def, OmMatch** match) {

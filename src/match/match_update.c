@@ -1,9 +1,345 @@
 // match_update.c: attachments that explain scans.
-#include "match/match_internal.h"
+//
+// 1. Evidence: a candidate whose surface lies in the scan at its rest position gets a soft spring, and the twin is
+//    deformed onto the scan (match_fit.c). A candidate that moved is free; it counts less where the scan does not show
+//    it. 2. match_prior.c: probable sets of attached vertices, given these. 3. The twin is brought to rest with the
+//    most probable set, and its distance from the scan decides whether the estimate is used.
+#include <stdlib.h>
+#include <string.h>
 
-OmStatus om_match_update(OmMatch* match, int nacquisition, const OmAcquisition* acquisition,
-                         const OmProgress* progress, OmMatchEstimate* estimate) {
-    (void)match, (void)nacquisition, (void)acquisition, (void)progress, (void)estimate;
-    return om_error(OM_UNAVAILABLE, "match: no update yet");
+#include "match/match_internal.h"
+#include "omentum/shape_points.h"
+
+#define SURE 4.0      // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5    // ... of a vertex that moved where the scan does not show it
+#define STILL 0.0015  // m, of the scan from the rest shape, where nothing moved
+#define SPRING 0.2    // of Young's modulus over edge: springs of vertices that seem still
+#define SOFT 0.001    // ... of vertices that are not seen
+#define SUPPORT 2.0   // edges: a scan point this near shows a vertex
+
+typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
+
+typedef struct Job {
+    OmMatch* match;
+    int nacq;
+    const OmAcquisition* acq;
+    OmMatchEstimate* out;
+    MatchFit fit;
+    double *x, *spring, *evidence, *probability;
+    double* facing_x;  // rest positions of surface vertices that face the camera
+    int* nearest;      // surface vertex of each candidate that the camera sees over it
+    unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
+    double* all_distance;                  // of scan points
+    int ndistance;
+} Job;
+
+static int compare(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return (x > y) - (x < y);
 }
-void om_match_estimate_done(OmMatchEstimate* estimate) { (void)estimate; }
+
+// ---- evidence of one acquisition ----------------------------------------------------------------------------
+
+// What the picture shows at the rest position of a vertex.
+static Status look_at(const Job* j, const OmScan* scan, const OmPointTree* tree, OmVec3 p) {
+    double distance, edge = j->match->view.edge;
+    int k = om_point_tree_find(tree, p, &distance);
+    OmVec3 d = om_sub(p, om_load3(scan->x, k)), n = om_load3(scan->normal, k);
+    double across = om_norm2(n) > 0.5 ? fabs(om_dot(d, n)) : distance;
+    if (distance < SUPPORT * edge && across < STILL) return RESTING;
+    if (!scan->has_camera || !scan->pixel) return distance < SUPPORT * edge ? LEFT : UNKNOWN;
+    double u, v;
+    if (!om_camera_project(&scan->camera, p, &u, &v)) return UNKNOWN;
+    if (u < 0 || v < 0 || u >= scan->camera.width || v >= scan->camera.height) return UNKNOWN;
+    unsigned char pixel = scan->pixel[(int)v * scan->camera.width + (int)u];
+    if (pixel == OM_SCAN_OTHER) return LEFT;
+    return UNKNOWN;
+}
+
+static OmStatus find_status(Job* j, const OmScan* scan) {
+    OmMatch* m = j->match;
+    OmPointTree *scan_tree = NULL, *face_tree = NULL;
+    int* face = NULL;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(face, m->surface.nvert);
+    double* normal = j->fit.normal;
+    int nface = 0;
+    for (int i = 0; i < m->surface.nvert; ++i) {
+        OmVec3 p = om_load3(m->surface.x, i), n = om_load3(normal, i);
+        OmVec3 ray = om_sub(scan->camera.pose_world_camera.p, p);
+        if (scan->has_camera && !(om_dot(ray, n) > 0)) continue;
+        om_store3(j->facing_x, nface, p);
+        face[nface++] = i;
+    }
+    OM_CHECK_DONE(nface > 0, OM_INVALID, "match: no part of the twin's surface faces the camera");
+    OM_TRY_DONE(om_point_tree_create(scan->npoint, scan->x, &scan_tree));
+    OM_TRY_DONE(om_point_tree_create(nface, j->facing_x, &face_tree));
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
+        int k = om_point_tree_find(face_tree, p, NULL);
+        j->nearest[i] = face[k];
+        j->status[i] = (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k));
+    }
+done:
+    om_point_tree_destroy(scan_tree);
+    om_point_tree_destroy(face_tree);
+    om_free(face);
+    return status;
+}
+
+static void set_springs(Job* j) {
+    OmMatch* m = j->match;
+    double unit = om_site_get_material(m->def.site, 0).young / m->view.edge;
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        double k = j->status[i] == RESTING ? SPRING : j->status[i] == UNKNOWN ? SOFT : 0;
+        j->spring[i] = k * unit * m->area[i];
+    }
+}
+
+// The fit, and what it says about every candidate.
+static OmStatus add_evidence(Job* j, int a) {
+    OmMatch* m = j->match;
+    const OmAcquisition* acq = &j->acq[a];
+    const double* rest = m->view.mesh->x;
+    OM_TRY(find_status(j, &acq->scan));
+    set_springs(j);
+    OM_TRY(om__match_fit(&j->fit, acq, j->spring, j->x));
+    OmPointTree* tree;
+    OM_TRY(om_point_tree_create(acq->scan.npoint, acq->scan.x, &tree));
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        int v = m->candidate[i];
+        double moved = om_distance(om_load3(j->x, v), om_load3(rest, v)), distance;
+        om_point_tree_find(tree, om_load3(j->x, m->surface_vert[j->nearest[i]]), &distance);
+        bool is_seen = distance < SUPPORT * m->view.edge;
+        j->seen[i] |= is_seen;
+        if (moved <= m->def.moved) continue;
+        j->evidence[i] = fmin(j->evidence[i], is_seen ? -SURE : -LIKELY);
+        j->moved[i] |= is_seen;
+    }
+    om_point_tree_destroy(tree);
+    return OM_OK;
+}
+
+// ---- residuals ----------------------------------------------------------------------------------------------
+
+static OmStatus measure(Job* j, bool is_after, double* median, double* p90) {
+    OmMatch* m = j->match;
+    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
+    j->ndistance = 0;
+    for (int a = 0; a < j->nacq; ++a) {
+        const double* x = is_after ? j->out->x + (size_t)a * n3
+                                   : (j->acq[a].x_twin ? j->acq[a].x_twin : m->view.mesh->x);
+        OM_TRY(om__match_pairs(&j->fit, &j->acq[a].scan, x));
+        for (int i = 0; i < j->acq[a].scan.npoint; ++i)
+            j->all_distance[j->ndistance++] = fmin(j->fit.distance[i], 1.0);
+    }
+    qsort(j->all_distance, (size_t)j->ndistance, sizeof *j->all_distance, compare);
+    *median = j->all_distance[j->ndistance / 2];
+    *p90 = j->all_distance[j->ndistance * 9 / 10];
+    return OM_OK;
+}
+
+// ---- stages -------------------------------------------------------------------------------------------------
+
+static OmStatus check_acquisition(const OmMatch* m, const OmAcquisition* a, int k) {
+    OmStatus status = om_scan_check(&a->scan);
+    if (status < 0) return om_error_prefix(status, "acquisition %d", k);
+    OM_CHECK(a->ngrasp >= 0 && a->ngrasp <= OM_MAX_ARM, OM_INVALID,
+             "acquisition %d: %d grasps, at most %d", k, a->ngrasp, OM_MAX_ARM);
+    for (int i = 0; a->x_twin && i < m->view.mesh->nvert; ++i)
+        OM_CHECK(om_is_finite3(om_load3(a->x_twin, i)), OM_INVALID,
+                 "acquisition %d: position of vertex %d of the twin is not finite", k, i);
+    return OM_OK;
+}
+
+OM_PRINTF(2, 3)
+static OmStatus refuse(OmMatchEstimate* out, const char* format, ...) {
+    va_list args;
+    va_start(args, format);
+    vsnprintf(out->reason, sizeof out->reason, format, args);
+    va_end(args);
+    return OM_NOT_CONVERGED;
+}
+
+// Refusals before any work: OM_NOT_CONVERGED with the reason.
+static OmStatus check_motion(const OmMatch* m, int nacq, const OmAcquisition* acq,
+                             OmMatchEstimate* out) {
+    double motion = 0;
+    for (int a = 0; a < nacq; ++a) {
+        if (acq[a].scan.npoint == 0) return refuse(out, "scan %d shows no tissue", a);
+        if (acq[a].ngrasp == 0) return refuse(out, "nothing is grasped in acquisition %d", a);
+        for (int g = 0; g < acq[a].ngrasp; ++g)
+            motion = fmax(motion, om_distance(acq[a].grasp[g].pose_world_now.p,
+                                              acq[a].grasp[g].pose_world_grasp.p));
+    }
+    if (motion < m->def.min_motion)
+        return refuse(out, "the grasp moved by %.1f mm only, %.1f mm are needed", 1e3 * motion,
+                      1e3 * m->def.min_motion);
+    return OM_OK;
+}
+
+static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out) {
+    int nvert = m->view.mesh->nvert;
+    *out = (OmMatchEstimate){.nvert = nvert, .nacquisition = nacq};
+    out->probability = om_calloc((size_t)nvert, sizeof *out->probability);
+    out->uncertainty = om_calloc((size_t)nvert, sizeof *out->uncertainty);
+    out->stiffness = om_calloc((size_t)nvert, sizeof *out->stiffness);
+    out->attached = om_calloc((size_t)nvert, 1);
+    out->x = om_calloc((size_t)nacq * 3 * (size_t)nvert, sizeof *out->x);
+    bool is_whole =
+        out->probability && out->uncertainty && out->stiffness && out->attached && out->x;
+    return is_whole ? OM_OK : OM_NO_MEMORY;
+}
+
+static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, OmMatchEstimate* out,
+                           Job* j) {
+    *j = (Job){.match = m, .nacq = nacq, .acq = acq, .out = out};
+    int most = 1, all = 1, n = m->view.ncandidate;
+    for (int a = 0; a < nacq; ++a) {
+        most = acq[a].scan.npoint > most ? acq[a].scan.npoint : most;
+        all += acq[a].scan.npoint;
+    }
+    OM_TRY(om__match_fit_begin(m, most, &j->fit));
+    OM_ALLOC(j->x, 3 * m->view.mesh->nvert);
+    OM_ALLOC(j->spring, n);
+    OM_ALLOC(j->probability, n);
+    OM_ALLOC(j->facing_x, 3 * m->surface.nvert);
+    OM_ALLOC(j->nearest, n);
+    OM_ALLOC(j->status, n);
+    OM_ALLOC(j->all_distance, all);
+    j->evidence = om_calloc((size_t)n, sizeof *j->evidence);
+    j->seen = om_calloc((size_t)n, 1);
+    j->moved = om_calloc((size_t)n, 1);
+    return j->evidence && j->seen && j->moved ? OM_OK : OM_NO_MEMORY;
+}
+
+static void job_done(Job* j) {
+    om__match_fit_done(&j->fit);
+    om_free(j->x);
+    om_free(j->spring);
+    om_free(j->probability);
+    om_free(j->facing_x);
+    om_free(j->nearest);
+    om_free(j->status);
+    om_free(j->all_distance);
+    om_free(j->evidence);
+    om_free(j->seen);
+    om_free(j->moved);
+}
+
+static OmStatus fit_all(Job* j, const OmProgress* progress) {
+    OmMatch* m = j->match;
+    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
+    for (int a = 0; a < j->nacq; ++a) {
+        const double* begin = j->acq[a].x_twin ? j->acq[a].x_twin : m->view.mesh->x;
+        memcpy(j->x, begin, n3 * sizeof *begin);
+        OM_TRY(add_evidence(j, a));
+        memcpy(j->out->x + (size_t)a * n3, j->x, n3 * sizeof *j->x);
+        OM_TRY(om_progress_report(progress, "fit", a + 1, j->nacq));
+    }
+    double area = 0, seen = 0, moved = 0;
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        area += m->area[i];
+        seen += j->seen[i] ? m->area[i] : 0;
+        moved += j->moved[i] ? m->area[i] : 0;
+    }
+    j->out->seen_share = seen / area;
+    j->out->moved_share = moved / area;
+    return OM_OK;
+}
+
+static OmStatus infer(Job* j) {
+    OmMatch* m = j->match;
+    OmMatchEstimate* out = j->out;
+    OM_TRY(om__match_infer(m, j->evidence, j->probability));
+    double level = om__match_choose_level(m, j->probability), sum = 0;
+    OmVec3 centre = om_vec3(0, 0, 0);
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        int v = m->candidate[i];
+        double p = j->probability[i];
+        out->probability[v] = p;
+        out->uncertainty[v] = exp(-fabs(j->evidence[i]));
+        out->attached[v] = p > level;
+        out->stiffness[v] = out->attached[v] ? m->def.foundation * m->area[i] : 0;
+        j->spring[i] = out->stiffness[v];
+        double w = out->uncertainty[v] * p * (1 - p) * m->area[i];
+        sum += w;
+        centre = om_madd(centre, w, om_load3(m->view.mesh->x, v));
+    }
+    out->has_look_next = sum > 0;
+    if (sum > 0) out->look_next = om_scale(1 / sum, centre);
+    return OM_OK;
+}
+
+// The twin at rest with the new attachments, and whether it explains the scans.
+static OmStatus check(Job* j, const OmProgress* progress) {
+    OmMatch* m = j->match;
+    OmMatchEstimate* out = j->out;
+    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
+    bool is_at_rest = true;
+    OM_TRY(measure(j, false, &out->before_median, &out->before_p90));
+    for (int a = 0; a < j->nacq; ++a) {
+        OmMatchLoad load = {.spring = j->spring,
+                            .ngrasp = j->acq[a].ngrasp,
+                            .grasp = j->acq[a].grasp,
+                            .max_newton = 12,
+                            .tolerance = 2e-4};
+        OmStatus status = om_match_find_rest(m, &load, out->x + (size_t)a * n3, NULL);
+        if (status < 0) return status;
+        is_at_rest = is_at_rest && status == OM_OK;
+        OM_TRY(om_progress_report(progress, "check", a + 1, j->nacq));
+    }
+    OM_TRY(measure(j, true, &out->after_median, &out->after_p90));
+    if (out->after_median > m->def.max_residual)
+        return refuse(out,
+                      "the scan is %.1f mm from the updated twin (median), %.1f mm are allowed",
+                      1e3 * out->after_median, 1e3 * m->def.max_residual);
+    if (out->seen_share < m->def.min_seen)
+        return refuse(
+            out, "the scan shows %.0f %% of the surface over the candidates, %.0f %% are needed",
+            100 * out->seen_share, 100 * m->def.min_seen);
+    if (out->after_p90 > out->before_p90 && out->after_median > out->before_median)
+        return refuse(out,
+                      "the updated twin is farther from the scan (%.1f mm) than before (%.1f mm)",
+                      1e3 * out->after_p90, 1e3 * out->before_p90);
+    return is_at_rest ? OM_OK : refuse(out, "the twin found no rest with the new attachments");
+}
+
+OmStatus om_match_update(OmMatch* m, int nacq, const OmAcquisition* acq, const OmProgress* progress,
+                         OmMatchEstimate* out) {
+    memset(out, 0, sizeof *out);
+    OM_CHECK(nacq > 0 && acq, OM_INVALID, "match: no acquisition");
+    for (int a = 0; a < nacq; ++a) OM_TRY(check_acquisition(m, &acq[a], a));
+    Job j = {0};
+    double t[4] = {om_clock_now()};
+    OmStatus status = create_estimate(m, nacq, out);
+    if (status == OM_OK) status = check_motion(m, nacq, acq, out);
+    if (status == OM_OK) status = create_job(m, nacq, acq, out, &j);
+    if (status == OM_OK) status = fit_all(&j, progress);
+    t[1] = om_clock_now();
+    if (status == OM_OK) status = infer(&j);
+    t[2] = om_clock_now();
+    if (status == OM_OK) status = check(&j, progress);
+    t[3] = om_clock_now();
+    job_done(&j);
+    if (status < 0) {
+        om_match_estimate_done(out);
+        return status;
+    }
+    out->is_accepted = status == OM_OK;
+    out->fit_ms = 1e3 * (t[1] - t[0]);
+    out->infer_ms = 1e3 * (t[2] - t[1]);
+    out->check_ms = 1e3 * (t[3] - t[2]);
+    out->total_ms = 1e3 * (t[3] - t[0]);
+    return OM_OK;
+}
+
+void om_match_estimate_done(OmMatchEstimate* e) {
+    if (!e) return;
+    om_free(e->probability);
+    om_free(e->uncertainty);
+    om_free(e->stiffness);
+    om_free(e->attached);
+    om_free(e->x);
+    memset(e, 0, sizeof *e);
+}

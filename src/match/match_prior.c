@@ -1,0 +1,124 @@
+// match_prior.c: which sets of attached vertices are probable before and after evidence.
+//
+// The prior is a bank of random patches of the candidates, as thesis 4.2.1 makes them (om_surface_random_patch:
+// geodesic distance from a random vertex, angle of normals, noise), of a random share of 5 to 50 %; every fifth
+// hypothesis is the union of two such patches. The bank is made once, from its own seed. Evidence is a log-likelihood
+// ratio e_i of "attached" against "free" for each candidate. A hypothesis H has log-likelihood l(H) = sum over its
+// vertices of e_i. No hypothesis of some thousands fits the outline of the truth vertex by vertex, so l is divided by
+// the smallest temperature >= 1 at which NEFFECTIVE hypotheses share the weight (effective number,
+// (sum w)^2 / sum w^2). The weighted mean of the hypotheses is the prior probability of each vertex given the evidence
+// elsewhere; its log-odds plus e_i is the result.
+#include <string.h>
+
+#include "match/match_internal.h"
+#include "omentum/shape_meshing.h"
+
+#define MIN_SHARE 0.05
+#define MAX_SHARE 0.5
+#define TWO_OF 5         // one hypothesis of so many is two patches
+#define NEFFECTIVE 40.0  // hypotheses that share the weight
+#define LEAST 0.02       // probabilities of the bank stay this far from 0 and 1
+#define MAX_TEMPERATURE 1e6
+
+static OmStatus add_patch(const OmMatch* m, const int* on_surface, const int* index, double share,
+                          uint64_t seed, unsigned char* hypothesis) {
+    OmPatchDef def = om_patch_default_def(share, seed);
+    int *vert, nvert;
+    OM_TRY(
+        om_surface_random_patch(&m->surface, on_surface, m->view.ncandidate, &def, &vert, &nvert));
+    for (int k = 0; k < nvert; ++k) hypothesis[index[vert[k]]] = 1;
+    om_free(vert);
+    return OM_OK;
+}
+
+OmStatus om__match_make_prior(OmMatch* m) {
+    int n = m->view.ncandidate, count = m->def.nhypothesis;
+    int *on_surface = NULL, *index = NULL;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(on_surface, n);
+    OM_ALLOC_DONE(index, m->surface.nvert);
+    m->hypothesis = om_calloc((size_t)count * (size_t)n, 1);
+    OM_CHECK_DONE(m->hypothesis, OM_NO_MEMORY, "out of memory");
+    for (int i = 0; i < n; ++i) {
+        on_surface[i] = m->surface_of[m->candidate[i]];
+        index[on_surface[i]] = i;
+    }
+    for (int h = 0; h < count; ++h) {
+        OmRng rng = om_rng_init(m->def.seed, (uint64_t)h);
+        int npatch = h % TWO_OF == TWO_OF - 1 ? 2 : 1;
+        double share = om_rng_range(&rng, MIN_SHARE, MAX_SHARE) / npatch;
+        for (int k = 0; k < npatch; ++k) {
+            uint64_t seed = (uint64_t)om_rng_u32(&rng) << 32 | om_rng_u32(&rng);
+            OM_TRY_DONE(add_patch(m, on_surface, index, share, seed,
+                                  m->hypothesis + (size_t)h * (size_t)n));
+        }
+    }
+done:
+    om_free(on_surface);
+    om_free(index);
+    return status;
+}
+
+// Weights at a temperature, and their effective number.
+static double weigh(int count, const double* l, double best, double temperature, double* w) {
+    double sum = 0, square = 0;
+    for (int h = 0; h < count; ++h) {
+        w[h] = exp((l[h] - best) / temperature);
+        sum += w[h];
+        square += w[h] * w[h];
+    }
+    for (int h = 0; h < count; ++h) w[h] /= sum;  // the best has weight 1
+    return sum * sum / square;
+}
+
+static double logit(double p) { return log(p / (1 - p)); }
+
+OmStatus om__match_infer(const OmMatch* m, const double* evidence, double* probability) {
+    int n = m->view.ncandidate, count = m->def.nhypothesis;
+    double *l = NULL, *w = NULL, best = -HUGE_VAL, temperature = 1;
+    OmStatus status = OM_OK;
+    OM_ALLOC_DONE(l, count + 1);
+    OM_ALLOC_DONE(w, count + 1);
+    for (int h = 0; h < count; ++h) {
+        const unsigned char* in = m->hypothesis + (size_t)h * (size_t)n;
+        l[h] = 0;
+        for (int i = 0; i < n; ++i) l[h] += in[i] ? evidence[i] : 0;
+        best = fmax(best, l[h]);
+    }
+    double want = fmin(NEFFECTIVE, 0.5 * count);
+    while (count > 0 && weigh(count, l, best, temperature, w) < want &&
+           temperature < MAX_TEMPERATURE)
+        temperature *= 1.25;
+    for (int i = 0; i < n; ++i) {
+        double p = count > 0 ? 0 : 0.5;
+        for (int h = 0; h < count; ++h)
+            p += m->hypothesis[(size_t)h * (size_t)n + (size_t)i] ? w[h] : 0;
+        p = fmin(fmax(p, LEAST), 1 - LEAST);
+        probability[i] = 1 / (1 + exp(-(logit(p) + evidence[i])));
+    }
+done:
+    om_free(l);
+    om_free(w);
+    return status;
+}
+
+// Sets {p > t}: the t above 0 with the largest expected Dice coefficient 2 sum_S p / (|S| + sum p), by area.
+double om__match_choose_level(const OmMatch* m, const double* probability) {
+    int n = m->view.ncandidate;
+    double all = 0, best = 0, level = 0.5;
+    for (int i = 0; i < n; ++i) all += probability[i] * m->area[i];
+    for (double t = 0.2; t < 0.605; t += 0.02) {
+        double in = 0, area = 0;
+        for (int i = 0; i < n; ++i) {
+            if (!(probability[i] > t)) continue;
+            in += probability[i] * m->area[i];
+            area += m->area[i];
+        }
+        double dice = area > 0 ? 2 * in / (area + all) : 0;
+        if (dice > best) {
+            best = dice;
+            level = t;
+        }
+    }
+    return level;
+}

@@ -1,0 +1,235 @@
+// test_match_update.c: attachments found again from scans of another, finer and softer body.
+#include "test_common.h"
+
+#include "omentum/body.h"
+#include "omentum/match.h"
+#include "test_alloc.h"
+
+#define NCASE 2
+
+typedef struct Rig {
+    OmScene scene;
+    OmSite twin, truth;
+    OmMatch* match;
+    const OmMatchView* view;
+    OmAcquisition acq[NCASE];
+    double* x_twin[NCASE];
+} Rig;
+
+// Upper side of a body as a scan: vertices whose normal points up, without noise; the camera looks down from +x.
+static void scan_body(const OmBody* body, OmScan* scan) {
+    const OmSite* site = om_body_site(body);
+    const OmMeshSet* top = om_tet_mesh_find_set(&site->mesh, "top");
+    assert_int_equal(om_scan_init(top->nvert, 0, scan), OM_OK);
+    for (int i = 0; i < top->nvert; ++i)
+        om_store3(scan->x, i, om_load3(om_body_x(body), top->vert[i]));
+    scan->has_camera = true;
+    scan->camera = (OmCamera){.width = 64, .height = 48, .fov = 1, .near_m = 0.05, .far_m = 1};
+    scan->camera.pose_world_camera = (OmPose){{0.05, 0, 0.4}, {0, 1, 0, 0}};
+}
+
+// A body of the site, lifted by 30 mm at a corner of the side x > 0.
+static OmBody* lift(const OmScene* scene, const OmSite* site, double side, OmMatchGrasp* grasp) {
+    OmBody* body;
+    OmBodyReport report;
+    int nheld;
+    assert_int_equal(om_body_create(scene, site, 1, &body), OM_OK);
+    assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
+    OmPose from = {om_vec3(0.05, side * 0.05, 0.005), om_quat_identity()}, to = from;
+    to.p.z += 0.03;
+    *grasp = (OmMatchGrasp){.pose_world_grasp = from, .pose_world_now = to, .radius = 0.012};
+    assert_int_equal(om_body_grasp(body, 0, from, 0.012, &nheld), OM_OK);
+    for (int k = 1; k <= 60; ++k) {
+        assert_int_equal(om_body_move(body, 0, om_pose_lerp(from, to, k / 60.0)), OM_OK);
+        assert_true(om_body_step(body, 0.02, &report) >= 0);
+    }
+    assert_true(om_body_settle(body, 0.02, 1e-3, 3) >= 0);
+    return body;
+}
+
+static void begin(Rig* rig) {
+    memset(rig, 0, sizeof *rig);
+    rig->scene = om_scene_default();
+    rig->scene.tissue.cells = om_vec3(12, 12, 1);
+    rig->scene.attach = (OmSceneAttach){
+        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.005, 1, 1}, .share_max = 0.5};
+    rig->scene.believed.kind = OM_BELIEF_NONE;
+    rig->scene.roi.is_random = false;
+    rig->scene.roi.center = om_vec3(0.03, 0, 0);
+    assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->twin), OM_OK);
+    assert_int_equal(om_site_build(&rig->scene, OM_SITE_WORLD, NULL, &rig->truth), OM_OK);
+    OmMatchDef def = om_match_default_def(&rig->scene, &rig->twin);
+    def.nhypothesis = 500;
+    assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
+    rig->view = om_match_view(rig->match);
+    size_t size = 3 * sizeof(double) * (size_t)rig->twin.mesh.nvert;
+    for (int k = 0; k < NCASE; ++k) {
+        OmAcquisition* a = &rig->acq[k];
+        OmBody* body = lift(&rig->scene, &rig->truth, k ? -1 : 1, &a->grasp[0]);
+        scan_body(body, &a->scan);
+        om_body_destroy(body);
+        body = lift(&rig->scene, &rig->twin, k ? -1 : 1, &a->grasp[0]);
+        rig->x_twin[k] = malloc(size);
+        memcpy(rig->x_twin[k], om_body_x(body), size);
+        om_body_destroy(body);
+        a->ngrasp = 1;
+        a->x_twin = rig->x_twin[k];
+    }
+}
+
+static void end(Rig* rig) {
+    for (int k = 0; k < NCASE; ++k) {
+        om_scan_done(&rig->acq[k].scan);
+        free(rig->x_twin[k]);
+    }
+    om_match_destroy(rig->match);
+    om_site_done(&rig->twin);
+    om_site_done(&rig->truth);
+}
+
+// Dice coefficient and share of the true attachments that are found; the truth is x < -5 mm.
+static double score(const Rig* rig, const OmMatchEstimate* e, double* found) {
+    int both = 0, truth = 0, guess = 0;
+    for (int i = 0; i < rig->view->ncandidate; ++i) {
+        int v = rig->view->candidate[i];
+        bool is_true = rig->twin.mesh.x[3 * v] <= -0.005;
+        both += is_true && e->attached[v];
+        truth += is_true;
+        guess += e->attached[v];
+    }
+    *found = (double)both / truth;
+    return 2.0 * both / (truth + guess);
+}
+
+static void test_half(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate one, two, swapped;
+    double found;
+    assert_ok(om_match_update(rig.match, 1, rig.acq, NULL, &one));
+    double dice = score(&rig, &one, &found);
+    printf("one: dice %.2f found %.2f seen %.2f moved %.2f, %.2f/%.2f -> %.2f/%.2f mm, %s\n", dice,
+           found, one.seen_share, one.moved_share, 1e3 * one.before_median, 1e3 * one.before_p90,
+           1e3 * one.after_median, 1e3 * one.after_p90, one.reason);
+    assert_true(one.is_accepted);
+    assert_true(dice > 0.6);
+    assert_ok(om_match_update(rig.match, 2, rig.acq, NULL, &two));
+    dice = score(&rig, &two, &found);
+    printf("two: dice %.2f found %.2f\n", dice, found);
+    assert_true(two.is_accepted);
+    assert_true(dice > 0.7 && found > 0.55);
+    // The order of acquisitions does not matter.
+    OmAcquisition back[NCASE] = {rig.acq[1], rig.acq[0]};
+    assert_ok(om_match_update(rig.match, 2, back, NULL, &swapped));
+    for (int v = 0; v < two.nvert; ++v)
+        assert_near(two.probability[v], swapped.probability[v], 1e-9);
+    // The mirrored acquisition gives the mirrored evidence (vertex (i, j) and (i, 12 - j) of a layer).
+    OmMatchEstimate mirror;
+    assert_ok(om_match_update(rig.match, 1, rig.acq + 1, NULL, &mirror));
+    int differ = 0;
+    for (int v = 0; v < 169; ++v) {
+        int w = v % 13 + 13 * (12 - v / 13);
+        differ += fabs(one.uncertainty[v] - mirror.uncertainty[w]) > 0.5;
+    }
+    printf("mirrored: %d of 169 vertices differ\n", differ);
+    assert_true(differ <= 8);  // tetrahedra are not mirrored
+    om_match_estimate_done(&one);
+    om_match_estimate_done(&two);
+    om_match_estimate_done(&swapped);
+    om_match_estimate_done(&mirror);
+    end(&rig);
+}
+
+static void refuse(Rig* rig, const OmAcquisition* a, const char* reason) {
+    OmMatchEstimate e;
+    assert_ok(om_match_update(rig->match, 1, a, NULL, &e));
+    if (e.is_accepted || !strstr(e.reason, reason))
+        fail_msg("reason \"%s\", expected \"%s\"", e.reason, reason);
+    om_match_estimate_done(&e);
+}
+
+static void test_refusals(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate e;
+    OmAcquisition a = rig.acq[0];
+    a.scan.npoint = 0;
+    refuse(&rig, &a, "shows no tissue");
+    a = rig.acq[0];
+    a.ngrasp = 0;
+    refuse(&rig, &a, "nothing is grasped");
+    a = rig.acq[0];
+    a.grasp[0].pose_world_now = a.grasp[0].pose_world_grasp;
+    refuse(&rig, &a, "moved by 0.0 mm only");
+    a = rig.acq[0];
+    a.scan.npoint = 2;  // almost all is hidden
+    refuse(&rig, &a, "of the surface");
+    // Another organ: a ball of 30 mm, 80 mm above the board.
+    a = rig.acq[0];
+    OmScan ball;
+    assert_int_equal(om_scan_init(400, 0, &ball), OM_OK);
+    for (int i = 0; i < 400; ++i) {
+        double z = (i + 0.5) / 400, r = sqrt(1 - z * z), w = 2.4 * i;
+        om_store3(ball.x, i, om_vec3(0.03 * r * cos(w), 0.03 * r * sin(w), 0.08 + 0.03 * z));
+    }
+    ball.has_camera = true;
+    ball.camera = a.scan.camera;
+    a.scan = ball;
+    refuse(&rig, &a, "from the updated twin");
+    om_scan_done(&ball);
+    a = rig.acq[0];
+    a.grasp[0].pose_world_grasp.p.x = 1;
+    assert_int_equal(om_match_update(rig.match, 1, &a, NULL, &e), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "within 12.0 mm"));
+    assert_null(e.x);
+    assert_int_equal(om_match_update(rig.match, 0, NULL, NULL, &e), OM_INVALID);
+    om_match_estimate_done(NULL);
+    end(&rig);
+}
+
+static OmStatus update(void* ctx) {
+    Rig* rig = ctx;
+    OmMatchEstimate e;
+    OM_TRY(om_match_update(rig->match, 1, rig->acq, NULL, &e));
+    om_match_estimate_done(&e);
+    return OM_OK;
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    test_failing_allocations(update, &rig, 3);
+    end(&rig);
+}
+
+// Two workers give the bytes of one.
+static void test_workers(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate a, b;
+    assert_ok(om_match_update(rig.match, 1, rig.acq, NULL, &a));
+    OmMatchDef def = om_match_default_def(&rig.scene, &rig.twin);
+    def.nhypothesis = 500;
+    def.nworker = 2;
+    OmMatch* two;
+    assert_int_equal(om_match_create(&def, &two), OM_OK);
+    assert_ok(om_match_update(two, 1, rig.acq, NULL, &b));
+    size_t size = (size_t)a.nvert * sizeof(double);
+    assert_memory_equal(a.probability, b.probability, size);
+    assert_memory_equal(a.x, b.x, 3 * size);
+    om_match_estimate_done(&a);
+    om_match_estimate_done(&b);
+    om_match_destroy(two);
+    end(&rig);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_half), cmocka_unit_test(test_refusals),
+                                       cmocka_unit_test(test_memory),
+                                       cmocka_unit_test(test_workers)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
