@@ -70,4 +70,24 @@ OmStatus om__match_infer(const OmMatch* match, const double* evidence, double* p
 // Level above which the candidates are the set with the largest expected Dice coefficient.
 double om__match_choose_level(const OmMatch* match, const double* probability);
 
+// ---- what a camera sees of the twin -------------------------------------------------------------------------
+
+typedef struct MatchBuffer {  // depth buffer of a scan's camera; om__match_buffer_done frees
+    const OmScan* scan;       // borrowed, with a camera
+    int step;                 // pixels of the picture a pixel of the buffer
+    int width, height;        //
+    float* depth;             // m                                                (height x width)
+    double* corner;           // column, row, inverse depth of each vertex              (nvert x 3)
+    // pixels with the twin in view where the picture shows tissue, and other things
+    int ntissue, nother;
+} MatchBuffer;
+
+/// @return OM_OK; OM_NO_MEMORY
+OmStatus om__match_buffer_init(const OmScan* scan, int nvert, MatchBuffer* buffer);
+void om__match_buffer_done(MatchBuffer* buffer);
+/// Mark the triangles of `surface`, with vertices at xs, that the camera sees. A point counts as seen up to `slack` m
+/// behind the nearest surface.
+void om__match_mark_visible(MatchBuffer* buffer, const OmSurface* surface, const double* xs,
+                            double slack, unsigned char* use);
+
 #endif
