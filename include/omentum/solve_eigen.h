@@ -65,7 +65,7 @@ OM_API OmEigenDef om_eigen_default_def(int npair, double shift);
 /// @param info         may be null
 /// @return OM_OK; OM_INVALID (def, sizes, a matrix that is not symmetric or not finite, B not positive definite, called
 ///         inside a parallel loop); OM_NO_MEMORY; OM_NOT_SPD (A - shift B is not positive definite; nothing written);
-///         OM_NOT_CONVERGED (the first info->npair pairs are written, the others are zero)
+///         OM_NOT_CONVERGED (the info->npair pairs that converged come first, the others are zero)
 OM_API OmStatus om_eigen_smallest(const OmEigenDef* def, const OmCsr* A, const OmCsr* B,
                                   double* eigenvalue, double* eigenvector, OmEigenInfo* info);
 

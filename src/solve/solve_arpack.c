@@ -231,7 +231,8 @@ static double write_pairs(const OmEigenDef* def, Lanczos* L, const OmCsr* A, int
             bb += b * b;
         }
         // lambda is above the shift, because A - shift B has a Cholesky factor
-        worst = fmax(worst, sqrt(rr / bb) / (lambda - def->shift));
+        double residual = sqrt(rr / bb) / (lambda - def->shift);
+        worst = isfinite(residual) ? fmax(worst, residual) : HUGE_VAL;
     }
     return worst;
 }

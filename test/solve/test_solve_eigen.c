@@ -315,6 +315,20 @@ static void outcomes_are_told(void** state) {
     assert_status(om_eigen_smallest(&def, &A, NULL, lambda, x, &info), OM_NOT_CONVERGED);
     assert_true(info.npair < K);
     for (int p = info.npair; p < K; ++p) assert_near(lambda[p], 0, 0);
+    // more restarts, until some pairs have converged and others have not
+    def = om_eigen_default_def(K, -1e-4);
+    def.nbasis = K + 2;
+    info.npair = 0;
+    for (def.max_restarts = 1; info.npair == 0 && def.max_restarts < 100; ++def.max_restarts)
+        om_eigen_smallest(&def, &A, NULL, lambda, x, &info);
+    assert_in_range(info.npair, 1, K - 1);
+    assert_below(info.residual, 1e-7);
+    for (int p = 0; p < K; ++p) {
+        double square = 0;
+        for (int i = 0; i < N; ++i) square += x[p * N + i] * x[p * N + i];
+        assert_near(square, p < info.npair, 1e-9);
+        assert_int_equal(lambda[p] != 0, p < info.npair);
+    }
     om_free(x);
     om_csr_done(&A);
 }
