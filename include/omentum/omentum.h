@@ -22,6 +22,7 @@
 #include "omentum/heuristic.h"
 #include "omentum/image.h"
 #include "omentum/match.h"
+#include "omentum/match_adopt.h"
 #include "omentum/match_live.h"
 #include "omentum/match_register.h"
 #include "omentum/match_scan.h"
