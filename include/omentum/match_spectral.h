@@ -121,6 +121,18 @@ OM_API OmStatus om_spectral_map_from_matrix(const OmSpectralDef* def, const OmSp
                                             const OmSpectralBasis* b, int na, int nb,
                                             const double* C, int* map);
 
+/// From vertices to points on the triangles of a, after ZoomOut: of the triangles around map[i] the point that is
+/// nearest to vertex i of b in spectral space (Ezuz and Ben-Chen 2017).
+/// @param def      as for om_spectral_zoomout: the functions of its last round are used
+/// @param surface  the surface of which a is the basis, or of a part of which
+/// @param map      (b->nvert)
+/// @param tri      out: triangle of the surface; -1 where map is -1 or the part has no triangle there  (b->nvert)
+/// @param bary     out: weights of its vertices, >= 0, sum 1              (b->nvert x 3)
+/// @return as om_spectral_zoomout; OM_INVALID also for a surface that does not fit the basis
+OM_API OmStatus om_spectral_map_to_surface(const OmSpectralDef* def, const OmSpectralBasis* a,
+                                           const OmSurface* surface, const OmSpectralBasis* b,
+                                           const int* map, int* tri, double* bary);
+
 // ---- first maps -----------------------------------------------------------------------------------
 
 /// The nearest vertex of a in space, for shapes that lie on each other.

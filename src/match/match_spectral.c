@@ -25,9 +25,8 @@ static OmStatus check_counts(const OmSpectralBasis* a, const OmSpectralBasis* b,
     return OM_OK;
 }
 
-// Rows of a for the rows of b, -1 where unknown; `nknown` of them.
-static OmStatus rows_of_map(const OmSpectralBasis* a, const OmSpectralBasis* b, const int* map,
-                            int* partner, int* nknown) {
+OmStatus om__spectral_rows(const OmSpectralBasis* a, const OmSpectralBasis* b, const int* map,
+                           int* partner, int* nknown) {
     *nknown = 0;
     for (int j = 0; j < b->nrow; ++j) {
         int v = map[b->vert[j]];
@@ -46,9 +45,8 @@ static void vertices_of_rows(const OmSpectralBasis* a, const OmSpectralBasis* b,
 
 // ---- matrix and map ---------------------------------------------------------------------------------
 
-// C (nb x na). Unknown partners leave the mean: then C solves the normal equations over the known ones.
-static OmStatus make_matrix(const OmSpectralBasis* a, const OmSpectralBasis* b, const int* partner,
-                            int na, int nb, double* C) {
+OmStatus om__spectral_matrix(const OmSpectralBasis* a, const OmSpectralBasis* b, const int* partner,
+                             int na, int nb, double* C) {
     OmStatus status = OM_OK;
     bool is_whole = true;
     size_t n = (size_t)b->nrow, ka = (size_t)na, kb = (size_t)nb;
@@ -85,13 +83,18 @@ done:
     return status;
 }
 
+void om__spectral_embed(const OmSpectralDef* def, const OmSpectralBasis* a,
+                        const OmSpectralBasis* b, int na, int nb, const double* C, double* image) {
+    double scale = def->is_partial ? b->total_area / a->total_area : 1;
+    om__product_nt(a->nrow, na, nb, scale, a->phi, a->npair, C, image);
+}
+
 static OmStatus make_map(const OmSpectralDef* def, const OmSpectralBasis* a,
                          const OmSpectralBasis* b, int na, int nb, const double* C, int* partner) {
     OmStatus status = OM_OK;
     double* image = NULL;
-    double scale = def->is_partial ? b->total_area / a->total_area : 1;
     OM_ALLOC_DONE(image, (size_t)a->nrow * (size_t)nb);
-    om__product_nt(a->nrow, na, nb, scale, a->phi, a->npair, C, image);
+    om__spectral_embed(def, a, b, na, nb, C, image);
     OM_TRY_DONE(
         om__nearest_rows(a->nrow, image, b->nrow, b->phi, b->npair, nb, def->nworker, partner));
 done:
@@ -105,9 +108,9 @@ OmStatus om_spectral_get_matrix(const OmSpectralBasis* a, const OmSpectralBasis*
     OmStatus status = OM_OK;
     int nknown, *partner = NULL;
     OM_ALLOC_DONE(partner, b->nrow);
-    OM_TRY_DONE(rows_of_map(a, b, map, partner, &nknown));
+    OM_TRY_DONE(om__spectral_rows(a, b, map, partner, &nknown));
     OM_CHECK_DONE(nknown > 0, OM_INVALID, "spectral map: no vertex has a partner");
-    OM_TRY_DONE(make_matrix(a, b, partner, na, nb, C));
+    OM_TRY_DONE(om__spectral_matrix(a, b, partner, na, nb, C));
 done:
     om_free(partner);
     return status;
@@ -133,10 +136,8 @@ done:
 
 // ---- ZoomOut ----------------------------------------------------------------------------------------
 
-// Functions of a that go with nb of b: up to the frequency of b's last one, and at least nb: a shape has more functions
-// than its part. INT32_MAX: more than the basis of a holds.
-static int count_functions(const OmSpectralDef* def, const OmSpectralBasis* a,
-                           const OmSpectralBasis* b, int nb) {
+int om__spectral_count(const OmSpectralDef* def, const OmSpectralBasis* a, const OmSpectralBasis* b,
+                       int nb) {
     if (!def->is_partial) return nb;
     double top = b->eigenvalue[nb - 1];
     if (a->eigenvalue[a->npair - 1] < top) return INT32_MAX;
@@ -161,8 +162,8 @@ static double orthogonality(const double* C, int na, int nb, double scale) {
     return sqrt(sum / n);
 }
 
-static OmStatus check_def(const OmSpectralDef* def, const OmSpectralBasis* a,
-                          const OmSpectralBasis* b) {
+OmStatus om__spectral_check(const OmSpectralDef* def, const OmSpectralBasis* a,
+                            const OmSpectralBasis* b) {
     OM_CHECK(def->cookie == SPECTRAL_COOKIE, OM_INVALID,
              "OmSpectralDef was not made by om_spectral_default_def");
     OM_CHECK(def->first >= 1 && def->last >= def->first, OM_INVALID,
@@ -172,7 +173,7 @@ static OmStatus check_def(const OmSpectralDef* def, const OmSpectralBasis* a,
     OM_CHECK(def->last <= b->npair && (def->is_partial || def->last <= a->npair), OM_INVALID,
              "OmSpectralDef.last is %d; the bases have %d and %d functions", def->last, a->npair,
              b->npair);
-    int first = count_functions(def, a, b, def->first);
+    int first = om__spectral_count(def, a, b, def->first);
     OM_CHECK(first <= a->npair, OM_INVALID,
              "spectral map: the basis of a has %d functions, too few for %d of its part b",
              a->npair, def->first);
@@ -185,20 +186,20 @@ OmStatus om_spectral_zoomout(const OmSpectralDef* def, const OmSpectralBasis* a,
     if (!report) report = &own;
     *report = own;
     double start = om_clock_now();
-    OM_TRY(check_def(def, a, b));
+    OM_TRY(om__spectral_check(def, a, b));
     OmStatus status = OM_OK;
     int nknown, *partner = NULL;
     double *C = NULL, scale = def->is_partial ? b->total_area / a->total_area : 1;
     OM_ALLOC_DONE(partner, b->nrow);
     OM_ALLOC_DONE(C, (size_t)a->npair * (size_t)b->npair);
-    OM_TRY_DONE(rows_of_map(a, b, map, partner, &nknown));
+    OM_TRY_DONE(om__spectral_rows(a, b, map, partner, &nknown));
     OM_CHECK_DONE(nknown >= def->first, OM_INVALID,
                   "spectral map: %d vertices have a partner; %d functions need as many", nknown,
                   def->first);
     for (int nb = def->first;;) {
-        int na = count_functions(def, a, b, nb);
+        int na = om__spectral_count(def, a, b, nb);
         if (na > a->npair) break;
-        OM_TRY_DONE(make_matrix(a, b, partner, na, nb, C));
+        OM_TRY_DONE(om__spectral_matrix(a, b, partner, na, nb, C));
         OM_TRY_DONE(make_map(def, a, b, na, nb, C, partner));
         report->npair_a = na;
         report->npair_b = nb;

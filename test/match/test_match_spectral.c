@@ -78,6 +78,35 @@ static void disturb_map(Case* c, double noise) {
     om_free(x);
 }
 
+// Mean distance from the material point of b's vertices to the points on a's triangles, mm.
+static double surface_error(const Case* c, const OmSpectralDef* def) {
+    int* tri = om_alloc((size_t)c->b.nvert, sizeof(int));
+    double* bary = om_alloc(3 * (size_t)c->b.nvert, sizeof(double));
+    double sum = 0;
+    int num = 0;
+    assert_ok(om_spectral_map_to_surface(def, &c->basis_a, &c->a, &c->basis_b, c->map, tri, bary));
+    for (int i = 0; i < c->b.nvert; ++i) {
+        if (c->basis_b.row[i] < 0) {
+            assert_int_equal(tri[i], -1);
+            continue;
+        }
+        OmVec3 p = om_vec3(0, 0, 0);
+        double total = 0;
+        assert_in_range(tri[i], 0, c->a.ntri - 1);
+        for (int k = 0; k < 3; ++k) {
+            p = om_madd(p, bary[3 * i + k], om_load3(c->a.x, c->a.tri_vert[3 * tri[i] + k]));
+            total += bary[3 * i + k];
+            assert_true(bary[3 * i + k] >= -1e-12);
+        }
+        assert_near(total, 1, 1e-12);
+        sum += om_distance(om_load3(c->flat, i), p);
+        ++num;
+    }
+    om_free(tri);
+    om_free(bary);
+    return 1e3 * sum / num;
+}
+
 static void zoomout_finds_the_rolled_sheet(void** state) {
     (void)state;
     Case c;
@@ -90,8 +119,11 @@ static void zoomout_finds_the_rolled_sheet(void** state) {
     OmSpectralDef def = om_spectral_default_def();
     assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, &report));
     double after = map_error(&c);
-    print_message("rolled sheet: mean error %.2f mm before, %.2f mm after; vertices 1.5 mm apart\n",
-                  before, after);
+    double smooth = surface_error(&c, &def);
+    print_message("rolled sheet: mean error %.2f mm before, %.2f mm after, %.2f mm on triangles; "
+                  "vertices 1.5 mm apart\n",
+                  before, after, smooth);
+    assert_below(smooth, 0.33);
     assert_true(before > 5);
     assert_below(after, 1);
     assert_int_equal(report.nround, 11);
@@ -226,13 +258,67 @@ static void neighbours_are_those_of_a_plain_search(void** state) {
     om_free(b);
 }
 
+// Squared distance in spectral space from row j of b to a point of a triangle of a; C (k x k) by rows.
+static double spectral_distance(const Case* c, const double* C, int k, int j, const int* corner,
+                                const double* bary) {
+    double sum = 0;
+    for (int p = 0; p < k; ++p) {
+        double at = 0;
+        for (int v = 0; v < 3; ++v)
+            for (int q = 0; q < k; ++q)
+                at += bary[v] * C[p * k + q] *
+                      c->basis_a.phi[c->basis_a.row[corner[v]] * c->basis_a.npair + q];
+        sum += pow(at - c->basis_b.phi[j * c->basis_b.npair + p], 2);
+    }
+    return sum;
+}
+
+static void points_are_the_nearest_of_a_plain_search(void** state) {
+    (void)state;
+    enum { K = 10, GRID = 80 };
+    Case c;
+    double C[K * K];
+    make_case(20, 1, true, &c);
+    assert_ok(om_spectral_basis_init(&c.a, K, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, K, &c.basis_b));
+    disturb_map(&c, 0.002);
+    OmSpectralDef def = om_spectral_default_def();
+    def.first = 5;
+    def.last = K;
+    int* tri = om_alloc((size_t)c.b.nvert, sizeof(int));
+    double* bary = om_alloc(3 * (size_t)c.b.nvert, sizeof(double));
+    assert_ok(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, K, K, C));
+    assert_ok(om_spectral_map_to_surface(&def, &c.basis_a, &c.a, &c.basis_b, c.map, tri, bary));
+    for (int j = 3; j < c.basis_b.nrow; j += 40) {
+        int i = c.basis_b.vert[j];
+        const int* t = c.a.tri_vert;
+        double found = spectral_distance(&c, C, K, j, t + 3 * tri[i], bary + 3 * i), best = 1e300;
+        for (int n = 0; n < c.a.ntri; ++n, t += 3) {
+            if (t[0] != c.map[i] && t[1] != c.map[i] && t[2] != c.map[i]) continue;
+            for (int u = 0; u <= GRID; ++u)
+                for (int v = 0; u + v <= GRID; ++v) {
+                    const double w[3] = {u / (double)GRID, v / (double)GRID,
+                                         (GRID - u - v) / (double)GRID};
+                    best = fmin(best, spectral_distance(&c, C, K, j, t, w));
+                }
+        }
+        assert_true(found <= best + 1e-12);
+        assert_near_rel(found, best, 0.02);  // the grid is fine
+    }
+    om_free(tri);
+    om_free(bary);
+    case_done(&c);
+}
+
 static void map_does_not_depend_on_the_workers(void** state) {
     (void)state;
     Case c;
     make_case(37, 1, true, &c);
     assert_ok(om_spectral_basis_init(&c.a, 60, &c.basis_a));
     assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_b));
-    int* first = om_alloc((size_t)c.b.nvert, sizeof(int));
+    size_t n = (size_t)c.b.nvert;
+    int* first = om_alloc(3 * n, sizeof(int));
+    double* bary = om_alloc(6 * n, sizeof(double));
     for (int nworker = 1; nworker <= 8; nworker *= 2) {
         OmSpectralDef def = om_spectral_default_def();
         def.nworker = nworker;
@@ -240,8 +326,16 @@ static void map_does_not_depend_on_the_workers(void** state) {
         assert_ok(om_spectral_zoomout(&def, &c.basis_a, &c.basis_b, c.map, NULL));
         if (nworker == 1) memcpy(first, c.map, (size_t)c.b.nvert * sizeof(int));
         assert_memory_equal(first, c.map, (size_t)c.b.nvert * sizeof(int));
+        int k = nworker > 1;
+        assert_ok(om_spectral_map_to_surface(&def, &c.basis_a, &c.a, &c.basis_b, c.map,
+                                             first + (size_t)(1 + k) * n,
+                                             bary + (size_t)k * 3 * n));
+        if (k == 0) continue;
+        assert_memory_equal(first + n, first + 2 * n, n * sizeof(int));
+        assert_memory_equal(bary, bary + 3 * n, 3 * n * sizeof(double));
     }
     om_free(first);
+    om_free(bary);
     case_done(&c);
 }
 
@@ -278,6 +372,15 @@ static void wrong_arguments_are_refused(void** state) {
     assert_status(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 5, 5, C), OM_INVALID);
     c.map[3] = kept;
     assert_status(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 31, 5, C), OM_INVALID);
+    int* tri = om_alloc((size_t)c.b.nvert, sizeof(int));
+    double* bary = om_alloc(3 * (size_t)c.b.nvert, sizeof(double));
+    assert_status(
+        om_spectral_map_to_surface(&bad[3], &c.basis_a, &c.a, &c.basis_b, c.map, tri, bary),
+        OM_INVALID);
+    assert_status(om_spectral_map_to_surface(&good, &c.basis_a, &c.b, &c.basis_b, c.map, tri, bary),
+                  OM_INVALID);
+    om_free(tri);
+    om_free(bary);
     assert_ok(om_spectral_get_matrix(&c.basis_a, &c.basis_b, c.map, 20, 20, C));
     C[7] = NAN;
     def = good;
@@ -305,8 +408,10 @@ static OmStatus map_once(void* ctx) {
     OM_TRY_DONE(om_spectral_basis_init(&c->b, 15, &b));
     OM_TRY_DONE(om_spectral_map_from_landmarks(&a, &b, 10, 2, mark, mark, c->map));
     OM_TRY_DONE(om_spectral_map_from_nearest(&a, c->b.x, &b, c->b.x, c->map));
+    // the arrays of shape a, which is larger, take the results
     c->map[0] = -1;
     OM_TRY_DONE(om_spectral_zoomout(&def, &a, &b, c->map, NULL));
+    OM_TRY_DONE(om_spectral_map_to_surface(&def, &a, &c->b, &b, c->map, c->a.tri_vert, c->a.x));
 done:
     om_spectral_basis_done(&a);
     om_spectral_basis_done(&b);
@@ -328,6 +433,7 @@ int main(void) {
         cmocka_unit_test(landmarks_give_a_first_map),
         cmocka_unit_test(identity_has_the_identity_matrix),
         cmocka_unit_test(neighbours_are_those_of_a_plain_search),
+        cmocka_unit_test(points_are_the_nearest_of_a_plain_search),
         cmocka_unit_test(map_does_not_depend_on_the_workers),
         cmocka_unit_test(wrong_arguments_are_refused),
         cmocka_unit_test(every_failing_allocation_is_told),
