@@ -17,13 +17,21 @@ static const struct {
     const char* name;
     BenchFn fn;
 } bench_table[] = {
-    {"solve", bench_solve},   {"fem", bench_fem},
-    {"static", bench_static}, {"contact", bench_contact},
-    {"press", bench_press},   {"shape", bench_shape},
-    {"plan", bench_plan},     {"sense", bench_sense},
-    {"pbd", bench_pbd},       {"heuristic", bench_heuristic},
-    {"nn", bench_nn},         {"umesh", bench_umesh},
-    {"crowd", bench_crowd},   {"match_spectral", bench_match_spectral},
+    {"solve", bench_solve},
+    {"fem", bench_fem},
+    {"static", bench_static},
+    {"contact", bench_contact},
+    {"press", bench_press},
+    {"shape", bench_shape},
+    {"plan", bench_plan},
+    {"sense", bench_sense},
+    {"pbd", bench_pbd},
+    {"heuristic", bench_heuristic},
+    {"nn", bench_nn},
+    {"umesh", bench_umesh},
+    {"crowd", bench_crowd},
+    {"match_spectral", bench_match_spectral},
+    {"match_scan", bench_match_scan},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 

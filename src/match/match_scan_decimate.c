@@ -108,7 +108,7 @@ static void place_points(Cells* c, const OmScanDef* def, OmVec3 eye, OmScan* sca
     double sum = 0, noise;
     for (int k = 0; k < c->npoint; ++k) {
         double pixel = c->p->angle * (double)c->p->depth[c->seed[k]];
-        int n = search(c, c->seed[k], fmax(FIT * def->spacing, 2.5 * pixel));
+        int n = search(c, c->seed[k], fmax(FIT * def->spacing, 3.5 * pixel));
         om_store3(scan->normal, k, fit_normal(c, n, eye));
         n = search(c, c->seed[k], fmax(MEAN * def->spacing, 0.5 * pixel));
         om_store3(scan->x, k, mean_of(c, def, n, &noise));
