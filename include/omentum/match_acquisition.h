@@ -1,0 +1,64 @@
+/// omentum/match_acquisition.h: files of acquisitions: a cloud, its camera, the tools (room `match`, floor 5).
+///
+/// An acquisition is what an update of the twin needs from one moment: a scan, and the pose of each tool when its jaw
+/// closed and now. Its file is YAML and names the file of the cloud; om_acquisition_print_example shows every key.
+/// Poses and positions are millimetres in the world, RAS for a patient.
+///
+///     OmAcquisitionFile file;
+///     OmAcquisition acquisition;
+///     om_acquisition_load("lift.yaml", &file, &acquisition);
+///     if (file.registered != OM_REGISTERED_YES) ... om_scan_register, om_acquisition_move ...
+///     om_acquisition_done(&acquisition);
+#ifndef OMENTUM_MATCH_ACQUISITION_H
+#define OMENTUM_MATCH_ACQUISITION_H
+
+#include "omentum/match.h"
+#include "omentum/shape_file.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum OmRegistered {  // is the cloud in the frame of the model?
+    OM_REGISTERED_YES,
+    OM_REGISTERED_ROUGHLY,  // up to 30 degrees and 30 mm off
+    OM_REGISTERED_NO        // in any frame
+} OmRegistered;
+
+typedef struct OmAcquisitionFile {  // the keys of a file, in SI
+    char path[512];                 // of the file, for messages
+    char cloud[512];                // relative to the folder of the file
+    OmMeshFrame frame;  // of the cloud; zero: as the cloud says, else millimetres and RAS
+    int registered;     // OmRegistered; default OM_REGISTERED_YES
+    double time;        // s; default 0
+    double noise;       // m, of a point along its ray; default 0: not known
+    bool has_camera;
+    OmCamera camera;
+    int ngrasp;
+    OmMatchGrasp grasp[OM_MAX_ARM];  // nvert is 0
+} OmAcquisitionFile;
+
+/// Read the keys from memory; `name` stands for the file in messages.
+/// @return OM_OK; OM_INVALID (the message names line, key and remedy); OM_NO_MEMORY
+OM_API OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
+                                     OmAcquisitionFile* file);
+/// Read a file and its cloud.
+/// @param file  may be null
+/// @return OM_OK; OM_INVALID (the message names file, line and key); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_acquisition_load(const char* path, OmAcquisitionFile* file,
+                                    OmAcquisition* acquisition);
+/// Write `path`, and the cloud beside it as .ply. Vertices of a grasp and `x_twin` are not written.
+/// @return OM_OK; OM_INVALID (a path that does not end in .yaml, or is too long); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_acquisition_save(const OmAcquisition* acquisition, const char* path);
+/// Free the scan.
+OM_API void om_acquisition_done(OmAcquisition* acquisition);
+/// Move scan, camera and tools to another frame; `x_twin` stays.
+OM_API void om_acquisition_move(OmAcquisition* acquisition, OmPose pose_new_old);
+/// Append a complete file with the meaning of every key.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_acquisition_print_example(OmText* text);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
