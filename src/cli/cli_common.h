@@ -129,7 +129,7 @@ extern const OmCliVerb om_cli_verb_calibrate, om_cli_verb_demo, om_cli_verb_mode
     om_cli_verb_retract, om_cli_verb_study_calibration, om_cli_verb_study_contact,
     om_cli_verb_study_correspondence, om_cli_verb_study_attachments, om_cli_verb_study_methods,
     om_cli_verb_study_sheet, om_cli_verb_umesh_eval, om_cli_verb_umesh_generate,
-    om_cli_verb_umesh_predict, om_cli_verb_umesh_train;
+    om_cli_verb_umesh_predict, om_cli_verb_umesh_train, om_cli_verb_update;
 int om_cli_calibrate(int argc, char** argv);
 int om_cli_model(int argc, char** argv);
 int om_cli_plan(int argc, char** argv);
@@ -145,5 +145,6 @@ int om_cli_umesh_generate(int argc, char** argv);
 int om_cli_umesh_train(int argc, char** argv);
 int om_cli_umesh_eval(int argc, char** argv);
 int om_cli_umesh_predict(int argc, char** argv);
+int om_cli_update(int argc, char** argv);
 
 #endif

@@ -42,6 +42,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_umesh_generate,
     &om_cli_verb_umesh_predict,
     &om_cli_verb_umesh_train,
+    &om_cli_verb_update,
 };
 enum { NVERB = sizeof table / sizeof *table };
 
