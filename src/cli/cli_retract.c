@@ -26,6 +26,8 @@ static const OmCliOption option[] = {
     {"--example", NULL, NULL, "print a complete scene that runs, with every key, and end"},
     {"--print-scene", NULL, NULL, "print the scene with all defaults filled in, and end"},
     {"--keys", NULL, NULL, "print the page of all keys of a scene (doc/scene_keys.md), and end"},
+    {"--update", NULL, NULL,
+     "correct the twin's attachments while it runs, as `update: enabled: true`"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -40,6 +42,9 @@ static const OmCliKey result_key[] = {
     {"force_twin_n", "largest force estimated by the twin"},
     {"force_truth_n", "largest force in the truth"},
     {"twin_step_ms", "mean of a step of the twin"},
+    {"acquisitions", "taken, with --update"},
+    {"updates_adopted", "estimates that the twin adopted"},
+    {"updates_refused", "estimates that left the twin unchanged"},
     {"layouts", "run with --layouts, or measured"},
     {"exposed", "of these layouts; of the sequences with --search"},
     {"force_threshold_n", "measured with --calibrate-force"},
@@ -82,6 +87,23 @@ static void print_force(const OmScene* scene, const OmRetractResult* r) {
     printf("; reached %d times\n", r->nforce);
 }
 
+// Print what the depth camera taught the twin.
+static void print_updates(const OmRetractResult* r) {
+    if (r->nacquisition == 0) return;
+    int nadopted = 0, nrefused = 0;
+    const char* reason = "";
+    for (int i = 0; i < r->nupdate; ++i) {
+        nadopted += r->update[i].stage == OM_UPDATE_ADOPTED;
+        nrefused += r->update[i].stage == OM_UPDATE_REFUSED;
+        if (r->update[i].stage == OM_UPDATE_REFUSED) reason = r->update[i].reason;
+    }
+    printf("  updates: %d acquisitions, %d estimates adopted, %d refused%s%s\n", r->nacquisition,
+           nadopted, nrefused, nrefused ? ", the last because " : "", reason);
+    om_cli_figure("acquisitions", r->nacquisition);
+    om_cli_figure("updates_adopted", nadopted);
+    om_cli_figure("updates_refused", nrefused);
+}
+
 // Print a summary for the user.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
@@ -103,6 +125,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "  note: the tissue slid while it settled, before any action: by %.1f mm in the twin, %.1f mm in "
             "the truth (mean over vertices)\n",
             1e3 * r->twin_shift, 1e3 * r->world_shift);
+    print_updates(r);
     if (dir) printf("  report: %s/report.html\n", dir);
     om_cli_figure("layout", scene->seed);
     om_cli_figure("visibility_start", r->visibility_start);
@@ -315,6 +338,7 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
         strcpy(s->scene.data_root, data);
     }
     OM_TRY(om_cli_int(args, "--layout", &s->scene.seed));
+    if (om_cli_get(args, "--update")) s->scene.update.is_enabled = true;
     if (om_cli_get(args, "--force-threshold")) s->scene.task.force_margin = 0;
     return om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold);
 }
@@ -392,6 +416,7 @@ const OmCliVerb om_cli_verb_retract = {
                "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
                "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
                "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
+               "  omentum retract scenes/belief.yaml --update -o out/belief\n"
                "  omentum retract scenes/sheet.yaml --dry-run\n"
                "  omentum retract --example > my.yaml\n"
                "  omentum retract scenes/kidney.yaml --print-scene\n"

@@ -55,7 +55,8 @@ OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
 }
 
 void om__look_note_grasp(OmLoop* loop, int arm, OmPose pose_world_tip) {
-    if (loop->updater) om__updater_grasp(loop->updater, arm, pose_world_tip, loop->twin);
+    if (!loop->updater) return;
+    om__updater_grasp(loop->updater, arm, pose_world_tip, loop->task.grasp_radius, loop->twin);
 }
 
 void om__look_note_release(OmLoop* loop, int arm) {

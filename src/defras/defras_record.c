@@ -174,6 +174,8 @@ void om_recorder_destroy(OmRecorder* rec) {
     }
     om_free(rec->frame);
     om_text_done(&rec->plans);
+    om_picture_done(&rec->before);
+    om_picture_done(&rec->after);
     double* array[] = {rec->x, rec->x_begin, rec->displacement, rec->force, rec->von_mises};
     for (size_t i = 0; i < sizeof array / sizeof *array; ++i) om_free(array[i]);
     om_free(rec);
@@ -272,6 +274,23 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     return status;
 }
 
+// ---- updates ------------------------------------------------------------------------------------------------
+
+static OmStatus draw_twin(const OmRecorder* rec, const unsigned char* attached,
+                          OmPicture* picture) {
+    om_picture_done(picture);
+    *picture = (OmPicture){0};
+    return om__draw_attached(om_body_site(rec->def.twin), attached, picture);
+}
+
+static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
+    (void)loop;
+    OmRecorder* rec = ctx;
+    if (event->stage != OM_UPDATE_ADOPTED) return OM_OK;
+    if (!rec->before.pixel) OM_TRY(draw_twin(rec, event->was_attached, &rec->before));
+    return draw_twin(rec, om_body_attached(rec->def.twin), &rec->after);
+}
+
 // ---- run.json ---------------------------------------------------------------------------------------------
 
 static void write_actions(OmJson* json, const OmRetractResult* r, int n) {
@@ -313,6 +332,30 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
         om_json_number(json, "force_world_n", s->force_world);
         om_json_number(json, "height_m", s->height);
         om_json_number(json, "speed_rate", s->speed_rate);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+}
+
+static void write_updates(OmJson* json, const OmRetractResult* r) {
+    om_json_integer(json, "acquisitions", r->nacquisition);
+    om_json_open(json, "updates", '[');
+    for (int i = 0; i < r->nupdate; ++i) {
+        const OmRetractUpdate* u = &r->update[i];
+        om_json_open(json, NULL, '{');
+        om_json_string(json, "outcome", om_update_stage_text(u->stage));
+        om_json_string(json, "reason", u->reason);
+        om_json_integer(json, "acquisitions", u->nacquisition);
+        om_json_number(json, "begin_s", u->start);
+        om_json_number(json, "end_s", u->end);
+        om_json_integer(json, "begin_tick", u->start_tick);
+        om_json_integer(json, "end_tick", u->end_tick);
+        om_json_integer(json, "attached_before", u->nattached_before);
+        om_json_integer(json, "attached_after", u->nattached_after);
+        om_json_number(json, "seen_share", u->seen_share);
+        om_json_number(json, "median_before_m", u->before_median);
+        om_json_number(json, "median_after_m", u->after_median);
+        om_json_number(json, "estimate_ms", u->estimate_ms);
         om_json_close(json, '}');
     }
     om_json_close(json, ']');
@@ -362,6 +405,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_string(&json, "state_hash", hash);
     write_actions(&json, r, scene->task.grid);
     write_samples(&json, r);
+    if (r->nacquisition > 0) write_updates(&json, r);
     om_json_close(&json, '}');
     return om_json_save(&json, path);
 }
@@ -386,5 +430,6 @@ OmLoopListener om_recorder_listener(OmRecorder* recorder) {
                             .on_tick = on_tick,
                             .on_plan = on_plan,
                             .on_action_end = on_action_end,
-                            .on_end = on_end};
+                            .on_end = on_end,
+                            .on_update = on_update};
 }

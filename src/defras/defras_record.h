@@ -5,6 +5,7 @@
 #include "defras/defras_internal.h"
 #include "omentum/defras_recorder.h"
 #include "omentum/image.h"
+#include "omentum/report.h"
 #include "omentum/shape_file.h"
 
 typedef struct Frame {
@@ -25,10 +26,16 @@ struct OmRecorder {
     double* von_mises;                           // Pa; null: the engine has none     (ncell)
     Frame* frame;
     int nframe, frame_capacity;
+    OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
     int nplan;
     OmText plans;  // every plan and its reasons, as text
 };
 
+/// The tissue of a body from below, attached vertices marked. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE
+OmStatus om__draw_attached(const OmSite* site, const unsigned char* attached, OmPicture* picture);
+/// What was updated: a table, and pictures of the attachments. Nothing without updates.
+OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec,
+                                const OmRetractResult* result);
 OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* result);
 
 #endif

@@ -20,11 +20,15 @@ typedef struct Setup {
     OmWorld* world;
     OmPlanner* planner;
     OmRecorder* recorder;  // null: nothing is written
+    OmMatch* match;        // of the job of the updater; null: nothing is estimated
+    OmUpdater* updater;    // null: the scene has no updates
     OmLoop* loop;
 } Setup;
 
 static void setup_done(Setup* s) {
     om_loop_destroy(s->loop);
+    om_updater_destroy(s->updater);
+    om_match_destroy(s->match);
     om_recorder_destroy(s->recorder);
     om_world_destroy(s->world);
     om_body_destroy(s->twin);
@@ -46,6 +50,10 @@ static OmStatus check_def(const OmRetractDef* def) {
     OM_TRY(om_body_find_engine(def->scene, OM_SITE_TWIN, &engine));
     OmStatus status = om__check_watch(task, engine);
     if (status < 0) return om_error_prefix(status, "%s", label);
+    OM_CHECK(!def->scene->update.is_enabled || engine->has_springs, OM_INVALID,
+             "%s: update: the twin's engine \"%s\" has no springs, which hold the tissue where an "
+             "update finds it attached; choose an engine with springs (fem)",
+             label, engine->name);
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
@@ -70,6 +78,17 @@ static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup
     return world;
 }
 
+// An updater, if the scene corrects the twin's attachments.
+static OmStatus build_updater(const OmRetractDef* def, Setup* s) {
+    if (!def->scene->update.is_enabled) return OM_OK;
+    OmUpdateDef update = om_update_default_def(def->scene, s->world, &s->twin_site);
+    OmMatchDef match = om_match_default_def(def->scene, &s->twin_site);
+    OM_TRY(om_match_create(&match, &s->match));
+    update.estimate = om_update_estimate_by_match;
+    update.estimate_ctx = s->match;
+    return om_updater_create(&update, &s->updater);
+}
+
 static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup* s) {
     double wall_begin = om_clock_now();
     bool is_settled = false;
@@ -79,6 +98,8 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
     loop.wall_begin = wall_begin;
+    OM_TRY(build_updater(def, s));
+    loop.updater = s->updater;
     if (def->out_dir) {
         OmRecorderDef rec =
             om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);

@@ -100,11 +100,13 @@ void om_updater_destroy(OmUpdater* u) {
 
 // ---- acquisitions ---------------------------------------------------------------------------------------
 
-void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, const OmBody* twin) {
+void om__updater_grasp(OmUpdater* u, int arm, OmPose pose_world_tip, double radius,
+                       const OmBody* twin) {
     const signed char* held_by = om_body_held_by(twin);
     HeldGrasp* g = &u->grasp[arm];
     g->number = ++u->ngrasp;
     g->pose_world_tip = pose_world_tip;
+    g->radius = radius;
     g->nvert = 0;
     for (int v = 0; v < u->nvert; ++v)
         if (held_by[v] == arm) g->vert[g->nvert++] = v;
@@ -123,6 +125,7 @@ static OmStatus copy_grasps(const OmUpdater* u, const OmObservation* obs, OmQuat
         t->data.grasp[t->data.ngrasp++] = (OmMatchGrasp){.arm = a,
                                                          .pose_world_grasp = g->pose_world_tip,
                                                          .pose_world_now = {obs->arm[a].tip.p, q},
+                                                         .radius = g->radius,
                                                          .nvert = g->nvert,
                                                          .vert = t->vert[a]};
     }

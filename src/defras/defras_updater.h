@@ -18,6 +18,7 @@ typedef struct Taken {
 typedef struct HeldGrasp {  // what an arm holds since its last grasp
     int number;             // counts from 1; 0: nothing
     OmPose pose_world_tip;
+    double radius;  // m
     int nvert;
     int* vert;  // of the twin  (its mesh's nvert)
 } HeldGrasp;
@@ -48,7 +49,8 @@ struct OmUpdater {
 /// Forget the last loop. A job that still runs is cancelled.
 void om__updater_reset(OmUpdater* updater);
 /// An arm has grasped: the twin's vertices that it holds.
-void om__updater_grasp(OmUpdater* updater, int arm, OmPose pose_world_tip, const OmBody* twin);
+void om__updater_grasp(OmUpdater* updater, int arm, OmPose pose_world_tip, double radius,
+                       const OmBody* twin);
 void om__updater_release(OmUpdater* updater, int arm);
 /// Take an acquisition from an observation with depth. The newest of the same grasps is replaced, or the oldest of too
 /// many. @return OM_OK; errors of om_scan_from_observation; OM_NO_MEMORY
