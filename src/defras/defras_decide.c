@@ -86,7 +86,6 @@ static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
 // ---- planning -------------------------------------------------------------------------------------------
 
 OmStatus om__loop_plan(OmLoop* loop) {
-    loop->is_outdated = false;
     om__sense_fluents(loop, &loop->situation);
     OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
     if (status < 0) return status;
@@ -202,7 +201,7 @@ static void leave_action(OmLoop* loop) {
     bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
     if (is_last || is_broken) update_tried(loop);
     bool is_over = loop->result.naction >= loop->task.max_actions;
-    bool is_new = is_last || is_broken || is_over || loop->is_outdated;
+    bool is_new = is_last || is_broken || is_over || om__look_is_outdated(loop);
     loop->stage = is_new ? STAGE_PLAN : STAGE_NEXT_ACTION;
     loop->ncontinued = 0;
     ++loop->action_index;

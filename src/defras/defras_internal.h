@@ -3,6 +3,7 @@
 #define OMENTUM_DEFRAS_INTERNAL_H
 
 #include "omentum/defras_loop.h"
+#include "omentum/match_adopt.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
 typedef struct Grid {
@@ -66,16 +67,6 @@ typedef struct Action {
 } Action;
 
 #define OM_LOOP_MAX_PENDING 4  // commands within one tick
-
-// New attachments on their way from where they change nothing to their places.
-typedef struct Adoption {
-    int nvert;          // 0: none
-    int* vert;          // (nvert)
-    double* stiffness;  // N/m                          (nvert)
-    double *from, *to;  // anchors, m                   (nvert x 3)
-    double* anchor;     // m, at present                (nvert x 3)
-    double elapsed;     // s
-} Adoption;
 
 // What the loop does between two ticks.
 typedef enum Stage {
@@ -149,9 +140,8 @@ struct OmLoop {
     Motion motion;
 
     // computed by defras_look.c
-    double look_begin;  // s, since when the arms keep still
-    bool is_outdated;   // attachments changed since the plan was made
-    Adoption adoption;
+    double look_begin;          // s, since when the arms keep still
+    OmMatchAdoption* adoption;  // of the twin; null without an updater
 
     // the record
     OmRetractResult result;
@@ -217,13 +207,6 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done);  // after a tick
 // The arm was stopped by a pause: command the motion again. A goal out of reach ends it at the next check.
 OmStatus om__motion_resume(OmLoop* loop);
 
-// defras_adopt.c
-void om__adoption_done(Adoption* adoption);
-/// Attach the twin as an estimate says, without a jump.
-OmStatus om__adoption_begin(Adoption* adoption, OmBody* twin, const OmMatchEstimate* estimate);
-OmStatus om__adoption_step(Adoption* adoption, OmBody* twin,
-                           double dt);  // before a step of the twin
-
 // defras_look.c: nothing happens without an updater
 bool om__look_is_due(const OmLoop* loop);  // after an action
 // Take an acquisition, or set needs_tick until the tissue rests.
@@ -233,6 +216,8 @@ void om__look_note_release(OmLoop* loop, int arm);
 OmStatus om__look_check(OmLoop* loop);  // after a step: adopt or refuse an estimate that is ripe
 OmStatus om__look_start(OmLoop* loop);  // after decisions: start an estimate from new acquisitions
 OmStatus om__look_end(OmLoop* loop);    // cancel an estimate that runs
+bool om__look_is_outdated(
+    const OmLoop* loop);  // other blocks are attached than when the plan was made
 bool om__look_stops_reach(const OmLoop* loop);  // the arm reaches for a block that is now attached
 
 // defras_decide.c

@@ -125,12 +125,6 @@ static OmStatus end_record(OmLoop* loop, OmUpdateStage stage, const char* reason
     return om__loop_notify_update(loop, &event);
 }
 
-// Which blocks may be grasped, by the twin's attachments.
-static void find_fixed(const OmLoop* loop, bool fixed[OM_PLAN_MAX_BLOCK]) {
-    for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
-        fixed[b] = om__grid_is_fixed(&loop->grid, loop->twin, b);
-}
-
 static OmStatus check_estimate(const OmUpdater* u) {
     const OmMatchEstimate* e = &u->estimate;
     OM_CHECK(e->nvert == u->nvert && e->attached && e->stiffness, OM_INVALID,
@@ -140,19 +134,16 @@ static OmStatus check_estimate(const OmUpdater* u) {
 
 static OmStatus adopt(OmLoop* loop) {
     OmUpdater* u = loop->updater;
-    bool was[OM_PLAN_MAX_BLOCK] = {false}, is[OM_PLAN_MAX_BLOCK] = {false};
-    unsigned char* attached = NULL;
     OmStatus status = OM_OK;
-    OM_ALLOC_DONE(attached, (size_t)u->nvert);
-    memcpy(attached, om_body_attached(loop->twin), (size_t)u->nvert);
-    find_fixed(loop, was);
-    OM_TRY_DONE(om__adoption_begin(&loop->adoption, loop->twin, &u->estimate));
-    find_fixed(loop, is);
-    loop->is_outdated |= memcmp(was, is, sizeof was) != 0;
+    unsigned char* was = NULL;
+    OM_ALLOC_DONE(was, (size_t)u->nvert);
+    memcpy(was, om_body_attached(loop->twin), (size_t)u->nvert);
+    OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, u->estimate.attached,
+                                        u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);
-    OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", attached));
+    OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", was));
 done:
-    om_free(attached);
+    om_free(was);
     return status;
 }
 
@@ -194,8 +185,17 @@ OmStatus om__look_end(OmLoop* loop) {
     return end_record(loop, OM_UPDATE_CANCELLED, "", NULL);
 }
 
+// The springs of freed vertices fade while the twin adopts an estimate: their blocks become free at the end of it.
+bool om__look_is_outdated(const OmLoop* loop) {
+    if (!loop->updater) return false;
+    for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
+        if (om__grid_is_fixed(&loop->grid, loop->twin, b) != loop->situation.is_fixed[b])
+            return true;
+    return false;
+}
+
 bool om__look_stops_reach(const OmLoop* loop) {
     const OmPlanAction* p = &loop->action.plan;
-    return loop->is_outdated && p->verb == OM_PLAN_REACH &&
+    return loop->updater && p->verb == OM_PLAN_REACH && !loop->situation.is_fixed[p->block] &&
            om__grid_is_fixed(&loop->grid, loop->twin, p->block);
 }

@@ -157,6 +157,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
     loop->wall_begin = def->wall_begin;
     OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
+    if (status == OM_OK && def->updater)
+        status = om_match_adoption_create(def->updater->nvert, &loop->adoption);
     if (status < 0) {
         om_free(loop);
         return status;
@@ -174,7 +176,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
 void om_loop_destroy(OmLoop* loop) {
     if (!loop) return;
     if (loop->updater) om__updater_cancel(loop->updater);
-    om__adoption_done(&loop->adoption);
+    om_match_adoption_destroy(loop->adoption);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
     om_free(loop);

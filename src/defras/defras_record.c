@@ -288,7 +288,7 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* ev
     OmRecorder* rec = ctx;
     if (event->stage != OM_UPDATE_ADOPTED) return OM_OK;
     if (!rec->before.pixel) OM_TRY(draw_twin(rec, event->was_attached, &rec->before));
-    return draw_twin(rec, om_body_attached(rec->def.twin), &rec->after);
+    return draw_twin(rec, event->estimate->attached, &rec->after);
 }
 
 // ---- run.json ---------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
         OmPose tip = {obs->arm[a].tip.p, loop->grid.task.q};
         OM_TRY(om_body_move(loop->twin, a, tip));
     }
-    OM_TRY(om__adoption_step(&loop->adoption, loop->twin, dt));
+    if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));
     OmBodyReport report;
     OmStatus status = om_body_step(loop->twin, dt, &report);
     if (status < 0) return om_error_prefix(status, "twin at %.2f s", loop->time);

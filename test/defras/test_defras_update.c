@@ -453,7 +453,7 @@ static void test_acquisitions_of_several_grasps(void** state) {
     rig_destroy(&g);
 }
 
-// ---- definitions --------------------------------------------------------------------------------------------
+// ---- definitions and memory ---------------------------------------------------------------------------------
 
 static void test_wrong_definitions(void** state) {
     (void)state;
@@ -496,6 +496,64 @@ static void test_wrong_definitions(void** state) {
     rig_destroy(&g);
 }
 
+typedef struct Small {
+    Rig* rig;
+    void *twin, *world;  // snapshots, right before the first acquisition
+} Small;
+
+// From a grasp that is held, through one acquisition and its estimate, to the first steps of the adoption.
+static OmStatus run_small(void* ctx) {
+    const Small* s = ctx;
+    Rig* g = s->rig;
+    Fake f = {.site = &g->twin_site, .from = 0.03};
+    om_body_restore(g->twin, s->twin);
+    OmUpdater* updater = NULL;
+    OmLoop* loop = NULL;
+    OmUpdateDef def = om_update_default_def(&g->scene, g->world, &g->twin_site);
+    def.estimate = fake, def.estimate_ctx = &f;
+    OmLoopDef loop_def = om_loop_default_def(&g->scene.task, g->world, g->twin, g->planner);
+    OmStatus status = om_world_restore(g->world, s->world);
+    if (status >= 0) status = om_updater_create(&def, &updater);
+    loop_def.updater = updater;
+    if (status >= 0) status = om_loop_create(&loop_def, &loop);
+    if (status >= 0) {  // as after a pull
+        om__look_note_grasp(loop, 0, (OmPose){om_vec3(0, 0, 0), om_quat_identity()});
+        bool needs_tick;
+        status = om_loop_tick(loop);
+        loop->look_begin = -1;
+        if (status >= 0) status = om__look_take(loop, &needs_tick);
+        for (int i = 0; i < 3 && status >= 0; ++i) status = om_loop_tick(loop);
+        if (status >= 0 && loop->result.update[0].stage != OM_UPDATE_ADOPTED) status = OM_IO;
+    }
+    om_loop_destroy(loop);
+    om_updater_destroy(updater);
+    return status;
+}
+
+static void test_every_allocation_may_fail(void** state) {
+    (void)state;
+    Rig g;
+    OmScene scene = update_scene();
+    scene.update.latency = 0;
+    scene.rgbd.width = 24, scene.rgbd.height = 18;
+    rig_create(&g, scene);
+    OmBody* truth = om_world_truth(g.world);
+    OmVec3 tip =
+        om_load3(om_body_x(g.twin), om_tet_mesh_find_set(&g.twin_site.mesh, "top")->vert[0]);
+    OmPose pose = {tip, g.twin_site.pose_world_task.q};
+    int nheld;
+    assert_ok(om_body_grasp(g.twin, 0, pose, 0.02, &nheld));
+    assert_ok(om_body_grasp(truth, 0, pose, 0.02, &nheld));
+    Small small = {&g, malloc(om_body_state_size(g.twin)), malloc(om_world_state_size(g.world))};
+    om_body_save(g.twin, small.twin);
+    assert_ok(om_world_save(g.world, small.world));
+    assert_ok(run_small(&small));  // what the world, the planner and the twin keep is there now
+    assert_true(test_failing_allocations(run_small, &small, 3) > 5);
+    free(small.twin);
+    free(small.world);
+    rig_destroy(&g);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_acquisitions_alone),
@@ -507,6 +565,7 @@ int main(void) {
         cmocka_unit_test(test_a_new_plan_after_adoption),
         cmocka_unit_test(test_acquisitions_of_several_grasps),
         cmocka_unit_test(test_wrong_definitions),
+        cmocka_unit_test(test_every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
