@@ -115,6 +115,13 @@ OM_API OmStatus om_picture_save_png(const OmPicture* picture, const char* path);
 /// @return OM_OK; OM_INVALID (an empty picture); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_picture_save_png16(const uint16_t* value, int width, int height,
                                       const char* path);
+/// Read a PNG file as 8-bit RGB: grey and palettes are converted, transparency is dropped, 16 bits become 8. At most
+/// 16,384 pixels a side.
+/// @return OM_OK; OM_INVALID (not a PNG, or damaged); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_picture_load_png(const char* path, OmPicture* picture);
+/// Read a 16-bit grey PNG (height x width), freed by om_free; one of another type is refused.
+/// @return OM_OK; OM_INVALID (not a PNG, not 16-bit grey, or damaged); OM_NO_MEMORY; OM_IO
+OM_API OmStatus om_picture_load_png16(const char* path, uint16_t** value, int* width, int* height);
 
 #ifdef __cplusplus
 }

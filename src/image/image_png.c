@@ -1,7 +1,7 @@
 // image_png.c: pictures and their PNG encoding; the only file that uses libpng.
 //
-// libpng reports errors by longjmp. Every call of it happens in encode(), behind one setjmp, where
-// only libpng owns memory, so the jump cannot leak.
+// libpng reports errors by longjmp. Every call of it happens in encode() and decode(), behind one setjmp each; memory
+// that is not libpng's lies in the structs of their callers, who free it, so a jump cannot leak.
 #include <png.h>
 #include <setjmp.h>
 #include <string.h>
@@ -9,6 +9,8 @@
 #include "image/image_internal.h"
 
 #define MAX_SIDE 65535
+#define MAX_READ_SIDE 16384    // of a PNG file
+#define MAX_FILE (256u << 20)  // bytes of a PNG file
 
 OmStatus om_picture_init(OmPicture* picture, int width, int height, int nchannel) {
     memset(picture, 0, sizeof *picture);
@@ -143,4 +145,110 @@ OmStatus om_picture_save_png16(const uint16_t* value, int width, int height, con
     if (status == OM_OK) status = om_file_write(path, text.str, text.len);
     om_text_done(&text);
     return status;
+}
+
+// ---- decoding ---------------------------------------------------------------------------------------------------
+
+typedef struct Decoder {
+    const char* name;      // of the file
+    const char* data;      // its bytes
+    size_t size, at;       // at: bytes read so far
+    bool is_deep;          // 16-bit grey is wanted, else 8-bit RGB
+    int width, height;     //
+    unsigned char* pixel;  // rows without gaps
+    png_bytep* row;
+    bool is_out_of_memory;
+    char message[128];  // of libpng, or ours
+} Decoder;
+
+static void on_read_error(png_structp png, png_const_charp message) {
+    Decoder* d = png_get_error_ptr(png);
+    snprintf(d->message, sizeof d->message, "%s", message);
+    longjmp(png_jmpbuf(png), 1);
+}
+
+static void on_read(png_structp png, png_bytep out, size_t size) {
+    Decoder* d = png_get_io_ptr(png);
+    if (size > d->size - d->at) png_error(png, "the file ends too early");
+    memcpy(out, d->data + d->at, size);
+    d->at += size;
+}
+
+// Ask libpng for the wanted type. A depth picture of another type has other numbers, and is refused.
+static void set_type(png_structp png, png_infop info, const Decoder* d) {
+    int type = png_get_color_type(png, info), depth = png_get_bit_depth(png, info);
+    if (d->is_deep) {
+        if (type != PNG_COLOR_TYPE_GRAY || depth != 16) png_error(png, "not 16-bit grey");
+        if (om__is_little_endian()) png_set_swap(png);
+        return;
+    }
+    if (type == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png);
+    if (type == PNG_COLOR_TYPE_GRAY || type == PNG_COLOR_TYPE_GRAY_ALPHA) {
+        if (depth < 8) png_set_expand_gray_1_2_4_to_8(png);
+        png_set_gray_to_rgb(png);
+    }
+    if (depth == 16) png_set_scale_16(png);
+    png_set_strip_alpha(png);
+}
+
+static OmStatus decode(Decoder* d) {
+    png_structp png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, d, on_read_error, on_warning,
+                                               NULL, png_alloc, png_release);
+    if (!png) return om_error(OM_NO_MEMORY, "png: out of memory");
+    png_infop info = png_create_info_struct(png);
+    if (!info || setjmp(png_jmpbuf(png))) {
+        png_destroy_read_struct(&png, &info, NULL);
+        bool is_memory = !d->message[0] || d->is_out_of_memory || strstr(d->message, "memory");
+        if (is_memory) return om_error(OM_NO_MEMORY, "%s: out of memory", d->name);
+        return om_error(OM_INVALID, "%s: not a PNG that can be read: %s", d->name, d->message);
+    }
+    png_set_read_fn(png, d, on_read);
+    png_set_user_limits(png, MAX_READ_SIDE, MAX_READ_SIDE);
+    png_read_info(png, info);
+    set_type(png, info, d);
+    (void)png_set_interlace_handling(png);
+    png_read_update_info(png, info);
+    d->width = (int)png_get_image_width(png, info);
+    d->height = (int)png_get_image_height(png, info);
+    size_t stride = (d->is_deep ? 2 : 3) * (size_t)d->width;
+    if (png_get_rowbytes(png, info) != stride) png_error(png, "a type of pixels that is not known");
+    d->pixel = om_alloc(stride, (size_t)d->height);
+    d->row = om_alloc((size_t)d->height, sizeof *d->row);
+    d->is_out_of_memory = !d->pixel || !d->row;
+    if (d->is_out_of_memory) png_error(png, "out of memory");
+    for (int y = 0; y < d->height; ++y) d->row[y] = d->pixel + (size_t)y * stride;
+    png_read_image(png, d->row);
+    png_read_end(png, NULL);
+    png_destroy_read_struct(&png, &info, NULL);
+    return OM_OK;
+}
+
+static OmStatus load(const char* path, bool is_deep, Decoder* d) {
+    char* data;
+    *d = (Decoder){.name = path, .is_deep = is_deep};
+    OM_TRY(om_file_read(path, MAX_FILE, &data, &d->size));
+    d->data = data;
+    OmStatus status = decode(d);
+    om_free(data);
+    om_free(d->row);
+    if (status < 0) om_free(d->pixel);
+    return status;
+}
+
+OmStatus om_picture_load_png(const char* path, OmPicture* picture) {
+    Decoder d;
+    *picture = (OmPicture){0};
+    OM_TRY(load(path, false, &d));
+    *picture = (OmPicture){.width = d.width, .height = d.height, .nchannel = 3, .pixel = d.pixel};
+    return OM_OK;
+}
+
+OmStatus om_picture_load_png16(const char* path, uint16_t** value, int* width, int* height) {
+    Decoder d;
+    *value = NULL;
+    OM_TRY(load(path, true, &d));
+    *value = (uint16_t*)(void*)d.pixel;  // om_alloc aligns for any type
+    *width = d.width;
+    *height = d.height;
+    return OM_OK;
 }

@@ -183,12 +183,89 @@ static void test_failing_allocations(void** unused) {
     om_allocator_set(NULL);
 }
 
+// Read again: colours keep their bytes, grey becomes three equal channels, RGBA loses its alpha; 16 bits stay.
+static void test_files_are_read(void** unused) {
+    (void)unused;
+    enum { W = 37, H = 23 };
+    const char* path = temp_path("read.png");
+    for (int n = 1; n <= 4; ++n) {
+        OmPicture p, q;
+        if (n == 2) continue;
+        assert_ok(om_picture_init(&p, W, H, n));
+        for (int i = 0; i < W * H * n; ++i) p.pixel[i] = (unsigned char)(i * 31 + i / 7);
+        assert_ok(om_picture_save_png(&p, path));
+        assert_ok(om_picture_load_png(path, &q));
+        assert_int_equal(q.width, W);
+        assert_int_equal(q.height, H);
+        assert_int_equal(q.nchannel, 3);
+        for (int i = 0; i < W * H; ++i)
+            for (int c = 0; c < 3; ++c)
+                assert_int_equal(q.pixel[3 * i + c], p.pixel[n * i + (n == 1 ? 0 : c)]);
+        om_picture_done(&q);
+        uint16_t* deep;
+        int w, h;
+        assert_status(om_picture_load_png16(path, &deep, &w, &h), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "not 16-bit grey"));
+        assert_null(deep);
+        om_picture_done(&p);
+    }
+    uint16_t value[W * H], *again;
+    int w, h;
+    for (int i = 0; i < W * H; ++i) value[i] = (uint16_t)(i * 77);
+    assert_ok(om_picture_save_png16(value, W, H, path));
+    assert_ok(om_picture_load_png16(path, &again, &w, &h));
+    assert_true(w == W && h == H);
+    assert_memory_equal(again, value, sizeof value);
+    om_free(again);
+    remove(path);
+}
+
+// A file cut at any byte, and one with any byte changed, is refused or read; nothing leaks.
+static void test_damaged_files(void** unused) {
+    (void)unused;
+    const char *path = temp_path("whole.png"), *bad = temp_path("bad.png");
+    OmPicture p, q;
+    char* png;
+    size_t size;
+    assert_ok(om_picture_init(&p, 9, 5, 3));
+    fill(&p);
+    assert_ok(om_picture_save_png(&p, path));
+    assert_ok(om_file_read(path, 1 << 20, &png, &size));
+    int64_t alive = om_alloc_alive();
+    for (size_t n = 0; n < size; ++n) {
+        FILE* file = fopen(bad, "wb");
+        assert_int_equal(fwrite(png, 1, n, file), n);
+        assert_int_equal(fclose(file), 0);
+        assert_status(om_picture_load_png(bad, &q), OM_INVALID);
+        assert_non_null(strstr(om_error_message(), "bad.png"));
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    for (size_t n = 0; n < size; ++n) {
+        png[n] ^= 0x55;
+        FILE* file = fopen(bad, "wb");
+        assert_int_equal(fwrite(png, 1, size, file), size);
+        assert_int_equal(fclose(file), 0);
+        png[n] ^= 0x55;
+        OmStatus status = om_picture_load_png(bad, &q);
+        assert_true(status == OM_OK || status == OM_INVALID);
+        om_picture_done(&q);
+        assert_int_equal(om_alloc_alive(), alive);
+    }
+    om_free(png);
+    om_picture_done(&p);
+    assert_status(om_picture_load_png("/nowhere/a.png", &q), OM_IO);
+    remove(path);
+    remove(bad);
+}
+
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_pictures_survive),
         cmocka_unit_test(test_depth_images_survive),
         cmocka_unit_test(test_shrink),
         cmocka_unit_test(test_bad_pictures),
+        cmocka_unit_test(test_files_are_read),
+        cmocka_unit_test(test_damaged_files),
         cmocka_unit_test(test_failing_allocations),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
