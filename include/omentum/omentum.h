@@ -61,5 +61,6 @@
 #include "omentum/vec.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
+#include "omentum/world_series.h"
 
 #endif

@@ -64,6 +64,7 @@ typedef struct OmYamlSchema {
     /// Former names of keys: former, present, ..., ended by null; may be null. A former name is an error that tells the
     /// present one.
     const char* const* renamed;
+    size_t line_offset;  // of an int that receives the line of the mapping; 0: none
 } OmYamlSchema;
 
 /// Fill `out` from a file. OM_INVALID names file, line, key and remedy; `out` is then undefined.

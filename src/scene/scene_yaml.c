@@ -196,6 +196,8 @@ static OmStatus read_mapping(const Reader* r, yaml_node_t* node, const OmYamlSch
     OM_ASSERT(schema->nfield <= MAX_KEYS);
     if (node->type != YAML_MAPPING_NODE)
         return wrong_kind(r, node, schema->title, "a mapping of keys");
+    if (schema->line_offset)
+        memcpy((char*)out + schema->line_offset, &(int){(int)line_of(node)}, sizeof(int));
     bool is_seen[MAX_KEYS] = {false};
     for (yaml_node_pair_t* p = node->data.mapping.pairs.start; p < node->data.mapping.pairs.top;
          ++p) {
