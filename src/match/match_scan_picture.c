@@ -168,14 +168,7 @@ static bool is_between_surfaces(const ScanPicture* p, int i) {
         int j = om__neighbour(p, i, k);
         nnear += j >= 0 && om__has_depth(p, j) && om__is_near(p, i, j);
     }
-    if (nnear < MIN_NEIGHBOURS) return true;
-    for (int k = 0; k < 4; k += 2) {  // opposite sides: 0 and 1, 2 and 3
-        int a = om__neighbour(p, i, k), b = om__neighbour(p, i, k + 1);
-        if (a < 0 || b < 0 || !om__has_depth(p, a) || !om__has_depth(p, b)) continue;
-        double z = (double)p->depth[i], za = (double)p->depth[a] - z, zb = (double)p->depth[b] - z;
-        if (za * zb < 0 && fmin(fabs(za), fabs(zb)) > p->max_jump) return true;
-    }
-    return false;
+    return nnear < MIN_NEIGHBOURS;
 }
 
 static void drop_between(const ScanPicture* p, int* queue) {

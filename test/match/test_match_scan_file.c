@@ -2,6 +2,8 @@
 #include "test_alloc.h"
 #include "test_files.h"
 
+#include "match/match_scan_internal.h"
+
 #include "omentum/match_scan_file.h"
 
 enum { NSIDE = 61 };
@@ -165,6 +167,20 @@ static void test_thinning(void** state) {
     free(c.tri_vert);
 }
 
+// Each direction of an edge is used once: by the triangle on its left.
+static void test_edges(void** state) {
+    (void)state;
+    ScanEdges e;
+    assert_ok(om__edges_init(&e, 4, 4));
+    assert_true(om__edges_take(&e, (int[3]){0, 1, 2}));
+    assert_false(om__edges_take(&e, (int[3]){0, 1, 2}));
+    assert_false(om__edges_take(&e, (int[3]){3, 0, 1}));  // 0 to 1 is in use; nothing is taken
+    assert_true(om__edges_take(&e, (int[3]){1, 0, 3}));
+    assert_true(om__edges_take(&e, (int[3]){3, 2, 1}));
+    assert_int_equal(e.n, 9);
+    om__edges_done(&e);
+}
+
 // What is saved is loaded again; a pose and a unit move it.
 static void test_round_trip(void** state) {
     (void)state;
@@ -315,6 +331,7 @@ int main(void) {
         cmocka_unit_test(test_normals_agree),
         cmocka_unit_test(test_triangles_face_the_camera),
         cmocka_unit_test(test_thinning),
+        cmocka_unit_test(test_edges),
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_report),
         cmocka_unit_test(test_check_model),

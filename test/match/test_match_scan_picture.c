@@ -211,6 +211,63 @@ static void test_steps_and_specks(void** state) {
     om_scan_done(&scan);
 }
 
+// A slope of 3.5 mm a pixel of 1 mm: its cosine is 0.28.
+static void test_grazing(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    for (int i = 0; i < WIDTH * HEIGHT; ++i) m.depth[i] = 0.2F + 0.0035F * (float)(i % WIDTH - 20);
+    OmScanDef def = made_def(&m);
+    def.space.reach = 0.2;
+    OmScan scan = scan_of(&m, &def);
+    // Points are 4 mm apart on the slope, which is 3.6 times as long as in the picture.
+    assert_true(scan.npoint > 150 && scan.ntri > 1.4 * scan.npoint);
+    om_scan_done(&scan);
+    def.min_cosine = 0.5;
+    scan = scan_of(&m, &def);
+    assert_int_equal(scan.ntri, 0);
+    om_scan_done(&scan);
+    def.max_jump = 0.003;  // no pixel has a neighbour at its depth in its row: two are not enough
+    scan = scan_of(&m, &def);
+    assert_int_equal(scan.npoint, 0);
+    om_scan_done(&scan);
+}
+
+// A vertical tool whose tip touches the plane. Beside it, where its margin is, colours decide; inside it, and without
+// colours, they do not.
+static void test_beside_a_tool(void** state) {
+    (void)state;
+    Made m;
+    make_picture(&m);
+    OmPsm psm = om_psm_default(OM_PROGRASP, om_pose_identity());
+    const double q[OM_PSM_NJOINT] = {0, 0, 0.1, 0, 0, 0};
+    OmVec3 tip = om_vec3(0.0005, 0.0005, -0.004);
+    psm.pose_world_rcm.p = om_sub(tip, om_psm_forward(&psm, q).p);
+    m.obs.narm = 1;
+    m.obs.arm[0].tip = om_psm_forward(&psm, q);
+    memcpy(m.obs.arm[0].q, q, sizeof q);
+    OmScanDef def = made_def(&m);
+    def.space.psm[0] = &psm;
+    def.margin = 0;
+    OmScan by_color = scan_of(&m, &def);
+    int i = 0;
+    while (by_color.pixel[i] != OM_SCAN_TOOL && i < WIDTH * HEIGHT - 1) ++i;
+    assert_int_equal(by_color.pixel[i], OM_SCAN_TOOL);  // inside the capsule, of any colour
+    assert_int_equal(by_color.pixel[i - 1], OM_SCAN_TISSUE);
+    paint(&m, (i - 1) % WIDTH, i / WIDTH, 0.2F, white);
+    paint(&m, 35, 25, 0.2F, white);
+    OmScan grey = scan_of(&m, &def);
+    assert_int_equal(grey.pixel[i - 1], OM_SCAN_TOOL);
+    assert_int_equal(class_at(&grey, 35, 25), OM_SCAN_TISSUE);  // a highlight, away from the tool
+    def.use_color = false;
+    OmScan by_space = scan_of(&m, &def);
+    assert_int_equal(by_space.pixel[i - 1], OM_SCAN_TOOL);
+    assert_int_equal(by_space.pixel[i - 4], OM_SCAN_TISSUE);
+    om_scan_done(&by_color);
+    om_scan_done(&grey);
+    om_scan_done(&by_space);
+}
+
 static void test_bad_input(void** state) {
     (void)state;
     Made m;
@@ -261,6 +318,8 @@ int main(void) {
         cmocka_unit_test(test_plane),
         cmocka_unit_test(test_highlights),
         cmocka_unit_test(test_steps_and_specks),
+        cmocka_unit_test(test_grazing),
+        cmocka_unit_test(test_beside_a_tool),
         cmocka_unit_test(test_bad_input),
         cmocka_unit_test(test_no_memory),
     };
