@@ -1,9 +1,9 @@
 // study_attachments.c: attachments estimated from one and from three views of twelve layouts of the sheet.
 //
-// The twin knows of no attachment. The true ones are those of the layout on the twin's mesh. DSC (4.3) and TPR (4.6) are
-// taken over the vertices of the twin's underside. AVE (4.5) and MVE (4.7) compare the twin, given the attachments and
-// moved by the measured tips, with the truth at the same material points: all vertices. The twin is moved by the same
-// body for every guess, so the rows of the table differ by their attachments alone.
+// The twin knows of no attachment. The true ones are those of the layout on the twin's mesh. DSC (4.3) and TPR (4.6)
+// are taken over the vertices of the twin's underside. AVE (4.5) and MVE (4.7) compare the twin, given the attachments
+// and moved by the measured tips, with the truth at the same material points: all vertices. The twin is moved by the
+// same body for every guess, so the rows of the table differ by their attachments alone.
 #include <math.h>
 #include <string.h>
 #include <time.h>
