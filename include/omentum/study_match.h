@@ -41,11 +41,11 @@ typedef struct OmStudyCorrespondenceDef {  // made by om_study_correspondence_de
 
 typedef struct
     OmStudyWayResult {  // over points that moved by 5 mm or more, of all cases or of some
-    bool is_there;      // the way was tried
     int npoint;
     double answered;            // share of the points with an answer
     double median, p90, worst;  // m, in the rest shape, of those with an answer
     double ms;                  // processor time of a case, median
+    int nlost;                  // cases that the way itself gave up: no answers
 } OmStudyWayResult;
 
 typedef struct OmStudyCorrespondenceSummary {

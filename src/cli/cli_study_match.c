@@ -18,16 +18,13 @@ static const OmCliKey cor_key[] = {
     {"cases", "cases of the study"},
     {"median_mm", "live correspondence on folds of 135 degrees: median error"},
     {"p90_mm", "the same: 90 % quantile"},
+    {"answered", "the same: share of the points with an answer"},
     {"processor_ms", "the same: processor time of a case"},
 };
 
 static void print_way(const char* name, const OmStudyWayResult* r) {
-    if (!r->is_there)
-        printf("%-22s not in this build\n", name);
-    else
-        printf(
-            "%-22s median %5.1f mm, 90 %% %5.1f mm, worst %5.1f mm, answered %3.0f %%, %6.1f ms\n",
-            name, 1e3 * r->median, 1e3 * r->p90, 1e3 * r->worst, 100 * r->answered, r->ms);
+    printf("%-22s median %5.1f mm, 90 %% %5.1f mm, worst %5.1f mm, answered %3.0f %%, %6.1f ms\n",
+           name, 1e3 * r->median, 1e3 * r->p90, 1e3 * r->worst, 100 * r->answered, r->ms);
 }
 
 static void print_correspondence(const OmStudyCorrespondenceSummary* s, const char* dir) {
@@ -36,11 +33,10 @@ static void print_correspondence(const OmStudyCorrespondenceSummary* s, const ch
         "nearest visible, 70 %", "live, twin 70 %", "nearest visible, 100 %", "live, twin 100 %"};
     const OmStudyWayResult* live = &s->fold[OM_STUDY_LIVE];
     om_cli_figure("cases", s->ncase);
-    if (live->is_there) {
-        om_cli_figure("median_mm", 1e3 * live->median);
-        om_cli_figure("p90_mm", 1e3 * live->p90);
-        om_cli_figure("processor_ms", live->ms);
-    }
+    om_cli_figure("median_mm", 1e3 * live->median);
+    om_cli_figure("p90_mm", 1e3 * live->p90);
+    om_cli_figure("answered", live->answered);
+    om_cli_figure("processor_ms", live->ms);
     om_cli_path(dir);
     printf("%d cases, points that moved by 5 mm or more:\n", s->ncase);
     for (int w = 0; w < OM_STUDY_NWAY; ++w) print_way(name[w], &s->all[w]);

@@ -37,6 +37,7 @@ typedef struct Stage {  // of one case
     MatchTwin twin[2];
     OmScan scan;
     OmMatch* match;
+    OmMatchLive* live;
     OmSpectralBasis basis;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double* rest;  // true material points         (npoint x 3)
@@ -44,6 +45,7 @@ typedef struct Stage {  // of one case
 } Stage;
 
 static void stage_done(Stage* g) {
+    om_match_live_destroy(g->live);
     om_match_destroy(g->match);
     om_spectral_basis_done(&g->basis);
     om_scan_done(&g->scan);
@@ -84,8 +86,6 @@ static OmStatus make_scan(Stage* g, CorResult* r) {
 
 static OmStatus try_way(Stage* g, OmStudyWay way, const WayInput* in, CorResult* r) {
     CorWay* w = &r->way[way];
-    w->is_there = om__study_way_exists(way);
-    if (!w->is_there) return OM_OK;
     for (int run = 0; run < NRUN; ++run) {
         clock_t begin = clock();
         OM_TRY(om__study_way_find(way, in, &g->answer));
@@ -115,8 +115,10 @@ static OmStatus run_case(const Cor* s, const MatchCase* c, CorResult* r) {
     OM_TRY_DONE(make_scan(&g, r));
     def = om_match_default_def(&g.twin[0].scene, &g.twin[0].site);
     OM_TRY_DONE(om_match_create(&def, &g.match));
+    OmMatchLiveDef live = om_match_live_default_def(g.match);
+    OM_TRY_DONE(om_match_live_create(&live, &g.live));
     OM_TRY_DONE(om_spectral_basis_init(om_match_view(g.match)->surface, WAY_NPAIR, &g.basis));
-    WayInput in = {.match = g.match,
+    WayInput in = {.live = g.live,
                    .view = om_match_view(g.match),
                    .basis = &g.basis,
                    .scan = &g.scan,
@@ -142,8 +144,8 @@ OmStatus om__cor_summarise(const Cor* s, OmStudyWay way, const unsigned char* wh
     for (int k = 0; k < s->ncase; ++k) {
         const CorResult* r = &s->result[k];
         const CorWay* w = &r->way[way];
-        if ((which && !which[k]) || !w->is_there) continue;
-        result->is_there = true;
+        if (which && !which[k]) continue;
+        result->nlost += w->is_lost != 0;
         if (nms < 256) ms[nms++] = w->ms;
         for (int i = 0; i < r->npoint; ++i) {
             if ((double)r->moved[i] < COR_MOVED) continue;
@@ -178,7 +180,7 @@ static OmStatus summarise(Cor* s) {
     }
     const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
     s->sum.ncase = s->ncase;
-    s->sum.is_met = live->is_there && live->npoint > 0 && live->median <= COR_GOAL_MEDIAN &&
+    s->sum.is_met = live->npoint > 0 && live->answered > 0 && live->median <= COR_GOAL_MEDIAN &&
                     live->p90 <= COR_GOAL_P90 && live->answered >= COR_GOAL_ANSWERED &&
                     live->ms <= COR_GOAL_MS;
     return OM_OK;
@@ -189,10 +191,6 @@ static uint64_t hash_case(const Cor* s, const MatchCase* c) {
     uint64_t hash = om_hash(c->name, strlen(c->name), OM_HASH_SEED);
     const double number[] = {c->setup, c->view, c->seen, c->keeps_far, c->belief, s->def->spacing};
     hash = om_hash(number, sizeof number, hash);
-    for (int way = 0; way < OM_STUDY_NWAY; ++way) {
-        unsigned char exists = om__study_way_exists(way);
-        hash = om_hash(&exists, 1, hash);
-    }
     return hash;
 }
 

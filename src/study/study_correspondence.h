@@ -13,9 +13,9 @@
 #define COR_GOAL_MS 60
 
 typedef struct CorWay {
-    int is_there, is_lost;
+    int is_lost;
     double ms;                   // processor time
-    char reason[200];            // why it is lost
+    char reason[256];            // why it is lost
     float error[COR_MAX_POINT];  // m, in the rest shape; below 0: no answer
 } CorWay;
 

@@ -22,48 +22,34 @@ static OmStatus one_case(const Cor* s, int k, OmStudyWay way, OmStudyWayResult* 
 static void add_outcome(const Cor* s, OmReport* report) {
     const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
     char text[400];
-    if (live->is_there)
-        snprintf(
-            text, sizeof text,
-            "Folds of 135 degrees with a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
-            "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
-            "%d ms is %s.",
-            1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms,
-            1e3 * COR_GOAL_MEDIAN, 1e3 * COR_GOAL_P90, 100 * COR_GOAL_ANSWERED, COR_GOAL_MS,
-            s->sum.is_met ? "met" : "missed");
-    else
-        snprintf(text, sizeof text,
-                 "The live correspondence is not in this build: no goal is judged.");
+    snprintf(
+        text, sizeof text,
+        "Folds of 135 degrees with a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
+        "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
+        "%d ms is %s.",
+        1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms, 1e3 * COR_GOAL_MEDIAN,
+        1e3 * COR_GOAL_P90, 100 * COR_GOAL_ANSWERED, COR_GOAL_MS, s->sum.is_met ? "met" : "missed");
     om_report_verdict(report, text, s->sum.is_met);
 }
 
-static void add_missing(OmReport* report) {
-    for (int way = 0; way < OM_STUDY_NWAY; ++way) {
-        char text[160];
-        if (om__study_way_exists(way)) continue;
-        snprintf(text, sizeof text, "Left out, because this build does not have it: %s.",
-                 om__study_way_title[way]);
-        om_report_paragraph(report, text);
-    }
-}
-
 static void add_summary(const OmStudyWayResult* result, const char* title, OmReport* report) {
-    enum { NCOL = 6 };
-    static const char* const heading[NCOL] = {"way",       "median, mm",  "90 %, mm",
-                                              "worst, mm", "answered, %", "processor time, ms"};
+    enum { NCOL = 7 };
+    static const char* const heading[NCOL] = {
+        "way",         "median, mm", "90 %, mm",          "worst, mm",
+        "answered, %", "lost cases", "processor time, ms"};
     char text[OM_STUDY_NWAY][NCOL][WORD];
     const char* cell[OM_STUDY_NWAY * NCOL];
     int nrow = 0;
     for (int way = 0; way < OM_STUDY_NWAY; ++way) {
         const OmStudyWayResult* r = &result[way];
-        if (!r->is_there) continue;
         char(*t)[WORD] = text[nrow];
         snprintf(t[0], WORD, "%s", om__study_way_title[way]);
         snprintf(t[1], WORD, "%.1f", 1e3 * r->median);
         snprintf(t[2], WORD, "%.1f", 1e3 * r->p90);
         snprintf(t[3], WORD, "%.1f", 1e3 * r->worst);
         snprintf(t[4], WORD, "%.0f", 100 * r->answered);
-        snprintf(t[5], WORD, "%.1f", r->ms);
+        snprintf(t[5], WORD, "%d", r->nlost);
+        snprintf(t[6], WORD, "%.1f", r->ms);
         for (int c = 0; c < NCOL; ++c) cell[nrow * NCOL + c] = t[c];
         ++nrow;
     }
@@ -75,7 +61,6 @@ static OmStatus add_cases(const Cor* s, OmReport* report) {
     const char* heading[OM_STUDY_NWAY + 2] = {"case", "points judged"};
     int way_of[OM_STUDY_NWAY], nway = 0;
     for (int way = 0; way < OM_STUDY_NWAY; ++way) {
-        if (!s->sum.all[way].is_there) continue;
         heading[2 + nway] = om__study_way_title[way];
         way_of[nway++] = way;
     }
@@ -131,7 +116,6 @@ static OmStatus add_chart(const Cor* s, OmReport* report) {
     OmStatus status = OM_OK;
     for (int k = 0; k < s->ncase; ++k) x[k] = k + 1;
     for (int way = 0; way < OM_STUDY_NWAY && chart.nseries < OM_REPORT_MAX_SERIES; ++way) {
-        if (!s->sum.all[way].is_there) continue;
         double* y = value + way * s->ncase;
         for (int k = 0; k < s->ncase && status == OM_OK; ++k) {
             OmStudyWayResult r;
@@ -172,7 +156,6 @@ static OmStatus write_report(const Cor* s) {
     om_report_begin(&report, "Correspondence",
                     "material points of a folded and pulled sheet, by several ways");
     add_outcome(s, &report);
-    add_missing(&report);
     add_summary(s->sum.all, "All cases", &report);
     add_summary(s->sum.fold, "Folds of 135 degrees, right attachments", &report);
     OmStatus status = add_chart(s, &report);
@@ -200,9 +183,9 @@ static OmStatus write_report(const Cor* s) {
 // ---- study.json, errors.csv -----------------------------------------------------------------------
 
 static void put_way(OmJson* json, OmStudyWay way, const OmStudyWayResult* r) {
-    if (!r->is_there) return;
     om_json_open(json, om__study_way_name[way], '{');
     om_json_integer(json, "points", r->npoint);
+    om_json_integer(json, "lost", r->nlost);
     om_json_number(json, "answered", r->answered);
     if (r->answered > 0) {
         om_json_number(json, "median_mm", 1e3 * r->median);
@@ -275,7 +258,7 @@ static OmStatus write_csv(const Cor* s) {
             status = om_text_append(&t, "\n%d,%.2f", k + 1, 1e3 * (double)r->moved[i]);
             for (int way = 0; way < OM_STUDY_NWAY && status == OM_OK; ++way) {
                 double e = 1e3 * (double)r->way[way].error[i];
-                bool has = r->way[way].is_there && e >= 0;
+                bool has = e >= 0;
                 status = has ? om_text_append(&t, ",%.2f", e) : om_text_append(&t, ",");
             }
         }

@@ -21,11 +21,6 @@ const char* const om__study_way_title[OM_STUDY_NWAY] = {
     "nearest, rest shape",   "ZoomOut",         "ZoomOut, partial",       "nearest, twin 70 %",
     "nearest visible, 70 %", "live, twin 70 %", "nearest visible, 100 %", "live, twin 100 %"};
 
-bool om__study_way_exists(OmStudyWay way) {
-    return way == OM_STUDY_REST || way == OM_STUDY_ZOOMOUT || way == OM_STUDY_ZOOMOUT_PART ||
-           way == OM_STUDY_TWIN || way == OM_STUDY_VISIBLE || way == OM_STUDY_TWIN_END;
-}
-
 // ---- nearest points ------------------------------------------------------------------------------------
 
 // The twin's surface at x; om_surface_done frees.
@@ -135,6 +130,25 @@ done:
     return give_up(status, out);
 }
 
+// ---- live ----------------------------------------------------------------------------------------------
+
+// Pairs of a lost result are not used.
+static OmStatus find_live(const WayInput* in, const double* x_twin, WayAnswer* out) {
+    OmMatchPairs pairs = {0};
+    OmStatus status =
+        om_match_find_pairs(in->live, in->scan, in->ngrasp, in->grasp, x_twin, &pairs);
+    if (status == OM_OK) {
+        out->is_lost = pairs.is_lost;
+        snprintf(out->reason, sizeof out->reason, "%s", pairs.reason);
+        for (int i = 0; i < in->scan->npoint && !pairs.is_lost; ++i) {
+            out->has[i] = pairs.tri[i] >= 0;
+            if (pairs.tri[i] >= 0) om_store3(out->x_rest, i, om_load3(pairs.x_rest, i));
+        }
+    }
+    om_match_pairs_done(&pairs);
+    return status;
+}
+
 OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out) {
     out->is_lost = false;
     out->reason[0] = 0;
@@ -146,8 +160,7 @@ OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out) 
     case OM_STUDY_TWIN: return find_nearest(in, in->x_twin[0], false, out);
     case OM_STUDY_VISIBLE: return find_nearest(in, in->x_twin[0], true, out);
     case OM_STUDY_TWIN_END: return find_nearest(in, in->x_twin[1], true, out);
-    default:
-        return om_error(OM_UNAVAILABLE, "correspondence study: no %s in this build",
-                        om__study_way_title[way]);
+    case OM_STUDY_LIVE: return find_live(in, in->x_twin[0], out);
+    default: return find_live(in, in->x_twin[1], out);
     }
 }

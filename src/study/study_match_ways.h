@@ -2,12 +2,13 @@
 #ifndef OMENTUM_STUDY_MATCH_WAYS_H
 #define OMENTUM_STUDY_MATCH_WAYS_H
 
+#include "omentum/match_live.h"
 #include "omentum/match_spectral.h"
 #include "omentum/study_match.h"
 #include "study/study_match_case.h"
 
 typedef struct WayInput {  // all that a robot knows
-    OmMatch* match;
+    OmMatchLive* live;
     const OmMatchView* view;
     const OmSpectralBasis* basis;  // of the twin's surface at rest, made once
     const OmScan* scan;
@@ -20,15 +21,13 @@ typedef struct WayAnswer {
     double* x_rest;      // material points in the rest shape, m        (npoint x 3)
     unsigned char* has;  // nonzero: there is an answer                 (npoint)
     bool is_lost;        // the way says that it has lost the tissue
-    char reason[200];    // why
+    char reason[256];    // why
 } WayAnswer;
 
 #define WAY_NPAIR 200  // functions of `basis`
 
 extern const char* const om__study_way_name[OM_STUDY_NWAY];   // for files
 extern const char* const om__study_way_title[OM_STUDY_NWAY];  // for people
-// Whether this build has the way.
-bool om__study_way_exists(OmStudyWay way);
 // Answers for every point of the scan.
 OmStatus om__study_way_find(OmStudyWay way, const WayInput* in, WayAnswer* out);
 
