@@ -31,6 +31,7 @@ static const struct {
     {"umesh", bench_umesh},
     {"crowd", bench_crowd},
     {"match_spectral", bench_match_spectral},
+    {"match_update", bench_match_update},
     {"match_scan", bench_match_scan},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
