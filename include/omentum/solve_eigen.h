@@ -56,16 +56,17 @@ typedef struct OmEigenInfo {
 
 OM_API OmEigenDef om_eigen_default_def(int npair, double shift);
 
-/// The smallest eigenpairs of A x = lambda B x, ascending. The same arguments give the same bytes: the first vector is
-/// fixed, and one thread works. ARPACK keeps state between its calls, so calls from several threads wait for each
-/// other, and a call inside om_parallel_for is refused.
+/// The smallest eigenpairs of A x = lambda B x, ascending, every copy of a multiple eigenvalue included. The same
+/// arguments give the same bytes: the first vector is fixed, and one thread works. ARPACK keeps state between calls, so
+/// calls from several threads wait for each other, and a call inside om_parallel_for is refused.
 /// @param B            symmetric positive definite, of the size of A; null: the identity
 /// @param eigenvalue   (npair), ascending
 /// @param eigenvector  (npair x n), x_i . B x_j = 1 if i = j, else 0; the largest entry of each is positive
 /// @param info         may be null
 /// @return OM_OK; OM_INVALID (def, sizes, a matrix that is not symmetric or not finite, B not positive definite, called
 ///         inside a parallel loop); OM_NO_MEMORY; OM_NOT_SPD (A - shift B is not positive definite; nothing written);
-///         OM_NOT_CONVERGED (the info->npair pairs that converged come first, the others are zero)
+///         OM_NOT_CONVERGED (the info->npair pairs that converged come first, smaller ones may be missing; the rest is
+///         zero)
 OM_API OmStatus om_eigen_smallest(const OmEigenDef* def, const OmCsr* A, const OmCsr* B,
                                   double* eigenvalue, double* eigenvector, OmEigenInfo* info);
 

@@ -7,6 +7,11 @@
 // ARPACK keeps its state in static variables of Fortran, so one lock admits one caller at a time from the first call to
 // the last. The first vector is the same always: ARPACK's own would depend on the calls before.
 //
+// A Lanczos iteration sees one vector of each eigenspace; the others come from rounding, and of 41 equal eigenvalues
+// some were missing. So the eigenvalues below the last one are counted: A - t B has as many negative pivots
+// (Sylvester). If there are more, Lanczos runs again among the vectors orthogonal to the found ones, until the count is
+// right or no further eigenvalue below t is found.
+//
 // SLEPc was not taken: it brings 106 packages.
 #include <arpack/arpack.h>
 #include <math.h>
@@ -26,9 +31,13 @@ typedef struct Lanczos {
     OmCholesky* factor;
     double *resid, *v, *workd, *workl;  // (n), (ncv x n), (3 n), (ncv (ncv + 8))
     double *d, *z;                      // eigenvalues, eigenvectors             (nev), (nev x n)
-    a_int* select;                      // (ncv)
     a_int iparam[11], ipntr[11];
     int nsolve;
+    // Pairs found, ascending, of length 1 in B. Later runs are orthogonal to them.
+    int nfound;
+    double *lambda, *x;  // (2 npair), (2 npair x n)
+    a_int* select;       // (ncv of the first run)
+    double* scratch;     // (2 n)
 } Lanczos;
 
 OmEigenDef om_eigen_default_def(int npair, double shift) {
@@ -120,16 +129,17 @@ static OmStatus lanczos_init(const OmEigenDef* def, const OmCsr* A, const OmCsr*
     L->ncv = def->nbasis ? def->nbasis : 2 * def->npair > 20 ? 2 * def->npair : 20;
     if (L->ncv > A->n) L->ncv = A->n;
     L->B = B;
-    size_t n = (size_t)A->n, ncv = (size_t)L->ncv;
+    size_t n = (size_t)A->n, ncv = (size_t)L->ncv, npair = (size_t)def->npair;
     OM_CALLOC_DONE(L->resid, n);
     OM_CALLOC_DONE(L->v, n * ncv);
     OM_CALLOC_DONE(L->workd, 3 * n);
     OM_CALLOC_DONE(L->workl, ncv * (ncv + 8));
-    OM_CALLOC_DONE(L->d, L->nev);
-    OM_CALLOC_DONE(L->z, n * (size_t)L->nev);
+    OM_CALLOC_DONE(L->d, npair);
+    OM_CALLOC_DONE(L->z, n * npair);
     OM_CALLOC_DONE(L->select, ncv);
-    OmRng rng = om_rng_init(1, 0);
-    for (int i = 0; i < L->n; ++i) L->resid[i] = om_rng_range(&rng, 0.5, 1.5);
+    OM_CALLOC_DONE(L->lambda, 2 * npair);
+    OM_CALLOC_DONE(L->x, 2 * n * npair);
+    OM_CALLOC_DONE(L->scratch, 2 * n);
     OM_TRY_DONE(make_shifted(A, B, def->shift, &C));
     status = om__cholesky_create_csr(&C, &L->factor);
     if (status == OM_NOT_SPD)
@@ -148,6 +158,9 @@ static void lanczos_done(Lanczos* L) {
     om_free(L->d);
     om_free(L->z);
     om_free(L->select);
+    om_free(L->lambda);
+    om_free(L->x);
+    om_free(L->scratch);
 }
 
 static void apply_b(const Lanczos* L, const double* x, double* y) {
@@ -155,6 +168,23 @@ static void apply_b(const Lanczos* L, const double* x, double* y) {
         om_csr_apply(L->B, x, y);
     else
         memcpy(y, x, (size_t)L->n * sizeof *y);
+}
+
+static double dot(int n, const double* p, const double* q) {
+    double sum = 0;
+    for (int i = 0; i < n; ++i) sum += p[i] * q[i];
+    return sum;
+}
+
+// Make y orthogonal, in B, to the pairs found.
+static void project(const Lanczos* L, double* y) {
+    if (L->nfound == 0) return;
+    apply_b(L, y, L->scratch);
+    for (int p = 0; p < L->nfound; ++p) {
+        const double* x = L->x + (size_t)p * (size_t)L->n;
+        double share = dot(L->n, x, L->scratch);
+        for (int i = 0; i < L->n; ++i) y[i] -= share * x[i];
+    }
 }
 
 // The dialogue with ARPACK. 0, 1 and 3 of its codes are outcomes; a lower one is an error.
@@ -166,6 +196,9 @@ static OmStatus iterate(const OmEigenDef* def, Lanczos* L, a_int* info) {
     L->iparam[3] = 1;
     L->iparam[6] = 3;
     *info = 1;  // the first vector is in resid
+    OmRng rng = om_rng_init(1, (uint64_t)L->nfound);
+    for (int i = 0; i < L->n; ++i) L->resid[i] = om_rng_range(&rng, 0.5, 1.5);
+    project(L, L->resid);
     for (;;) {
         dsaupd_c(&ido, kind, L->n, "LM", L->nev, def->tolerance, L->resid, L->ncv, L->v, L->n,
                  L->iparam, L->ipntr, L->workd, L->workl, lworkl, info);
@@ -183,6 +216,7 @@ static OmStatus iterate(const OmEigenDef* def, Lanczos* L, a_int* info) {
         else
             apply_b(L, x, y);
         OM_TRY(om__cholesky_solve(L->factor, 1, y));
+        project(L, y);
         ++L->nsolve;
     }
     OM_CHECK(*info >= 0, OM_INVALID, "ARPACK: dsaupd ended with code %d", (int)*info);
@@ -198,43 +232,93 @@ static OmStatus extract(const OmEigenDef* def, Lanczos* L) {
     return OM_OK;
 }
 
-// Ascending, of length 1 in B, the largest entry positive; the residuals of A x = lambda B x.
-static double write_pairs(const OmEigenDef* def, Lanczos* L, const OmCsr* A, int npair,
-                          double* eigenvalue, double* eigenvector) {
-    double worst = 0;
+// Add the pairs of the last run to those found, in ascending order.
+static void keep_pairs(Lanczos* L, int npair) {
     size_t n = (size_t)L->n;
-    double *Ax = L->workd, *Bx = L->workd + n;
-    memset(eigenvalue, 0, (size_t)def->npair * sizeof *eigenvalue);
-    memset(eigenvector, 0, (size_t)def->npair * n * sizeof *eigenvector);
-    memset(L->select, 0, (size_t)L->ncv * sizeof *L->select);
-    for (int p = 0; p < npair; ++p) {
-        int best = -1;
-        for (int k = 0; k < npair; ++k)
-            if (!L->select[k] && (best < 0 || L->d[k] < L->d[best])) best = k;
-        L->select[best] = 1;
-        double* x = eigenvector + n * (size_t)p;
-        const double* z = L->z + n * (size_t)best;
-        apply_b(L, z, Bx);
-        double square = 0, largest = 0, rr = 0, bb = 0;
-        for (size_t i = 0; i < n; ++i) {
-            square += z[i] * Bx[i];
+    for (int k = 0; k < npair; ++k) {
+        double* z = L->z + n * (size_t)k;
+        apply_b(L, z, L->scratch);
+        double largest = 0, square = dot(L->n, z, L->scratch);
+        for (size_t i = 0; i < n; ++i)
             if (fabs(z[i]) > fabs(largest)) largest = z[i];
+        double scale = copysign(1 / sqrt(square), largest);  // z is not zero, B is definite
+        int at = L->nfound++;
+        for (; at > 0 && L->lambda[at - 1] > L->d[k]; --at) {
+            L->lambda[at] = L->lambda[at - 1];
+            memcpy(L->x + n * (size_t)at, L->x + n * (size_t)(at - 1), n * sizeof *z);
         }
-        // B is positive definite and z is not zero
-        double scale = copysign(1 / sqrt(square), largest), lambda = L->d[best];
-        for (size_t i = 0; i < n; ++i) x[i] = scale * z[i];
-        eigenvalue[p] = lambda;
+        L->lambda[at] = L->d[k];
+        for (size_t i = 0; i < n; ++i) L->x[n * (size_t)at + i] = scale * z[i];
+    }
+}
+
+// Largest residual of A x = lambda B x, relative to |(lambda - shift) B x|.
+static double worst_residual(const OmEigenDef* def, const Lanczos* L, const OmCsr* A) {
+    double worst = 0, *Ax = L->scratch, *Bx = L->scratch + L->n;
+    for (int p = 0; p < L->nfound; ++p) {
+        const double* x = L->x + (size_t)p * (size_t)L->n;
+        apply_b(L, x, Bx);
         om_csr_apply(A, x, Ax);
-        for (size_t i = 0; i < n; ++i) {
-            double b = scale * Bx[i], r = Ax[i] - lambda * b;
-            rr += r * r;
-            bb += b * b;
-        }
+        for (int i = 0; i < L->n; ++i) Ax[i] -= L->lambda[p] * Bx[i];
         // lambda is above the shift, because A - shift B has a Cholesky factor
-        double residual = sqrt(rr / bb) / (lambda - def->shift);
+        double residual = sqrt(dot(L->n, Ax, Ax) / dot(L->n, Bx, Bx)) / (L->lambda[p] - def->shift);
         worst = isfinite(residual) ? fmax(worst, residual) : HUGE_VAL;
     }
     return worst;
+}
+
+static int count_below(const Lanczos* L, double bound) {
+    int num = 0;
+    while (num < L->nfound && L->lambda[num] < bound) ++num;
+    return num;
+}
+
+// One run: at most `nev` further pairs. The number of converged ones in `npair`.
+static OmStatus run_once(const OmEigenDef* def, Lanczos* L, int nev, int* npair) {
+    *npair = 0;
+    int room = L->n - L->nfound;
+    L->nev = nev < room - 1 ? nev : room - 1;
+    if (L->nev < 1) return OM_OK;
+    if (L->ncv > room) L->ncv = room;
+    a_int code = 0;
+    OM_TRY(iterate(def, L, &code));
+    int num = (int)L->iparam[4] < L->nev ? (int)L->iparam[4] : L->nev;
+    if (num > 0) OM_TRY(extract(def, L));
+    keep_pairs(L, num);
+    *npair = num;
+    return OM_OK;
+}
+
+// Find copies of multiple eigenvalues that Lanczos missed below the last one.
+static OmStatus find_missing(const OmEigenDef* def, Lanczos* L, const OmCsr* A, const OmCsr* B) {
+    for (int turn = 0; turn < def->npair; ++turn) {
+        double last = L->lambda[def->npair - 1];
+        double bound = last - 1e-6 * (last - def->shift);  // below all copies of the last one
+        int total, num, before = count_below(L, bound);
+        OmCsr C;
+        OM_TRY(make_shifted(A, B, bound, &C));
+        OmStatus status = om__count_negative(&C, &total);
+        om_csr_done(&C);
+        if (status != OM_OK || total <= before) return status < 0 ? status : OM_OK;
+        int nev = total - before < def->npair ? total - before : def->npair;
+        OM_TRY(run_once(def, L, nev, &num));
+        L->nfound = def->npair;
+        if (num == 0)
+            return om_error(OM_NOT_CONVERGED, "eigenpairs: %d below %g were not found",
+                            total - before, bound);
+        if (count_below(L, bound) == before) return OM_OK;  // rounding of the pivots
+    }
+    return om_error(OM_NOT_CONVERGED, "eigenpairs: some are still missing after %d runs",
+                    def->npair);
+}
+
+static OmStatus find_pairs(const OmEigenDef* def, Lanczos* L, const OmCsr* A, const OmCsr* B) {
+    int npair;
+    OM_TRY(run_once(def, L, def->npair, &npair));
+    if (npair < def->npair)
+        return om_error(OM_NOT_CONVERGED, "eigenpairs: %d of %d converged in %d restarts", npair,
+                        def->npair, def->max_restarts);
+    return find_missing(def, L, A, B);
 }
 
 OmStatus om_eigen_smallest(const OmEigenDef* def, const OmCsr* A, const OmCsr* B,
@@ -246,24 +330,20 @@ OmStatus om_eigen_smallest(const OmEigenDef* def, const OmCsr* A, const OmCsr* B
     Lanczos L = {0};
     OmStatus status = lanczos_init(def, A, B, &L);
     if (status != OM_OK) goto done;
-    a_int code = 0;
     pthread_mutex_lock(&arpack_lock);
     om__blas_use_one_thread();
-    status = iterate(def, &L, &code);
-    int npair = status == OM_OK ? (int)L.iparam[4] : 0;
-    if (npair > def->npair) npair = def->npair;
-    if (npair > 0) status = extract(def, &L);
+    status = find_pairs(def, &L, A, B);
     pthread_mutex_unlock(&arpack_lock);
     OM_TRY_DONE(status);
-    info->residual = write_pairs(def, &L, A, npair, eigenvalue, eigenvector);
-    info->npair = npair;
-    info->nsolve = L.nsolve;
-    OM_CHECK_DONE(isfinite(info->residual), OM_INVALID,
+    double residual = worst_residual(def, &L, A);
+    OM_CHECK_DONE(isfinite(residual), OM_INVALID,
                   "eigenpairs: the residual is not finite; the matrices are badly scaled");
-    if (npair < def->npair)
-        status = om_error(OM_NOT_CONVERGED,
-                          "eigenpairs: %d of %d converged in %d restarts (ARPACK code %d)", npair,
-                          def->npair, def->max_restarts, (int)code);
+    *info = (OmEigenInfo){L.nfound, L.nsolve, residual};
+    size_t n = (size_t)A->n, found = (size_t)L.nfound, all = (size_t)def->npair;
+    memset(eigenvalue + found, 0, (all - found) * sizeof *eigenvalue);
+    memset(eigenvector + n * found, 0, n * (all - found) * sizeof *eigenvector);
+    memcpy(eigenvalue, L.lambda, found * sizeof *eigenvalue);
+    memcpy(eigenvector, L.x, n * found * sizeof *eigenvector);
 done:
     lanczos_done(&L);
     return status;

@@ -97,12 +97,7 @@ done:
     return status;
 }
 
-OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
-    *out = NULL;
-    OmStatus status = OM_OK;
-    OmCholesky* chol;
-    OM_TRY(begin((size_t)A->n, (size_t)A->row_adr[A->n], &chol));
-    chol->is_single = true;
+static void fill_csr(const OmCsr* A, OmCholesky* chol) {
     int num = 0, *colptr = chol->lower->p, *row = chol->lower->i;
     double* value = chol->lower->x;
     for (int i = 0; i < A->n; ++i) {  // row i right of the diagonal is column i below it
@@ -114,6 +109,15 @@ OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
         }
     }
     colptr[A->n] = num;
+    chol->is_single = true;
+}
+
+OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
+    *out = NULL;
+    OmStatus status = OM_OK;
+    OmCholesky* chol;
+    OM_TRY(begin((size_t)A->n, (size_t)A->row_adr[A->n], &chol));
+    fill_csr(A, chol);
     OM_TRY_DONE(analyse(chol));
     use_threads(chol);
     cholmod_factorize(chol->lower, chol->factor, &chol->common);
@@ -121,6 +125,28 @@ OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
     if (status == OM_OK) *out = chol;
 done:
     if (status != OM_OK) om__cholesky_destroy(chol);
+    return status;
+}
+
+OmStatus om__count_negative(const OmCsr* A, int* num) {
+    *num = -1;
+    OmStatus status = OM_OK;
+    OmCholesky* chol;
+    OM_TRY(begin((size_t)A->n, (size_t)A->row_adr[A->n], &chol));
+    fill_csr(A, chol);
+    chol->common.supernodal = CHOLMOD_SIMPLICIAL;  // L D L^T, whose D may be negative
+    chol->common.final_ll = 0;
+    OM_TRY_DONE(analyse(chol));
+    use_threads(chol);
+    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    OM_TRY_DONE(status_of(chol, "factorise"));
+    if (status != OM_OK) goto done;
+    const int* adr = chol->factor->p;
+    const double* value = chol->factor->x;
+    *num = 0;
+    for (size_t j = 0; j < chol->factor->n; ++j) *num += value[adr[j]] < 0;
+done:
+    om__cholesky_destroy(chol);
     return status;
 }
 

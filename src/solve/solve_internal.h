@@ -165,6 +165,9 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
 OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** chol);
 /// The factor of a matrix of numbers, of which the upper triangle is read. It uses one thread always. OM_NOT_SPD: null.
 OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** chol);
+/// Negative eigenvalues of a matrix of numbers: the negative pivots of L D L^T, without exchanges of rows.
+/// @return OM_OK; OM_NOT_SPD (a pivot is 0: nothing is known); OM_NO_MEMORY
+OmStatus om__count_negative(const OmCsr* A, int* num);
 void om__cholesky_destroy(OmCholesky* chol);
 OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned char* fixed);
 /// b: nrhs columns of 3 nvert, or of n for a matrix of numbers, overwritten with the solution.

@@ -1,5 +1,5 @@
 // test_solve_eigen.c: eigenpairs of sparse matrices against exact spectra and a dense Jacobi method.
-#include "omentum/solve_eigen.h"
+#include "solve/solve_internal.h"
 #include "test_alloc.h"
 
 #define PI 3.14159265358979323846
@@ -201,28 +201,68 @@ static void general_pair_matches_a_dense_method(void** state) {
     pair_done(&pair);
 }
 
-// Ten chains apart from each other: every eigenvalue ten times, which one Lanczos vector finds by its restarts.
-static void multiple_eigenvalues_are_all_found(void** state) {
-    (void)state;
-    enum { M = 12, COPIES = 10, N = M * COPIES, K = 25 };
-    double value[3 * N], lambda[K], x[K * N];
-    int row[3 * N], col[3 * N], num = 0;
-    for (int i = 0; i < N; ++i)
+// Chains apart from each other: every eigenvalue comes as often as there are chains.
+static void check_copies(int copies, int npair) {
+    enum { M = 12 };
+    int n = M * copies, num = 0;
+    double* value = om_alloc(3 * (size_t)n, sizeof(double));
+    double* x = om_alloc((size_t)(npair * n), sizeof(double));
+    double lambda[100];
+    int *row = om_alloc(3 * (size_t)n, sizeof(int)), *col = om_alloc(3 * (size_t)n, sizeof(int));
+    for (int i = 0; i < n; ++i)
         for (int d = -1; d <= 1; ++d) {
-            if (i + d < 0 || i + d >= N || (i + d) / M != i / M) continue;
+            if (i + d < 0 || i + d >= n || (i + d) / M != i / M) continue;
             row[num] = i;
             col[num] = i + d;
             value[num++] = d == 0 ? 2 : -1;
         }
     OmCsr A;
-    assert_ok(om_csr_init(N, num, row, col, value, &A));
-    OmEigenDef def = om_eigen_default_def(K, -0.01);
-    assert_ok(om_eigen_smallest(&def, &A, NULL, lambda, x, NULL));
-    for (int p = 0; p < K; ++p) {
-        double s = 2 * sin((p / COPIES + 1) * PI / (2 * (M + 1)));
+    OmEigenInfo info;
+    assert_ok(om_csr_init(n, num, row, col, value, &A));
+    OmEigenDef def = om_eigen_default_def(npair, -0.01);
+    assert_ok(om_eigen_smallest(&def, &A, NULL, lambda, x, &info));
+    assert_below(info.residual, 1e-9);
+    for (int p = 0; p < npair; ++p) {
+        double s = 2 * sin((p / copies + 1) * PI / (2 * (M + 1)));
         assert_near(lambda[p], s * s, 1e-10);
+        for (int q = 0; q <= p; ++q) {
+            double dot = 0;
+            for (int i = 0; i < n; ++i) dot += x[p * n + i] * x[q * n + i];
+            assert_near(dot, p == q, 1e-8);
+        }
     }
     om_csr_done(&A);
+    om_free(row);
+    om_free(col);
+    om_free(value);
+    om_free(x);
+}
+
+// One Lanczos vector does not find them: with 45 copies some were missing, and the call was OM_OK.
+static void multiple_eigenvalues_are_all_found(void** state) {
+    (void)state;
+    check_copies(10, 25);
+    check_copies(45, 60);
+    check_copies(45, 30);
+    check_copies(80, 100);
+}
+
+// Negative eigenvalues of the chain minus a multiple of the identity.
+static void negative_eigenvalues_are_counted(void** state) {
+    (void)state;
+    enum { N = 50 };
+    for (int exact = 0; exact <= N; exact += 5) {
+        OmCsr A;
+        int num;
+        make_chain(N, &A);
+        double s = 2 * sin((exact + 0.5) * PI / (2 * (N + 1)));  // between two eigenvalues
+        for (int i = 0; i < N; ++i)
+            for (int k = A.row_adr[i]; k < A.row_adr[i + 1]; ++k)
+                if (A.col[k] == i) A.value[k] -= s * s;
+        assert_ok(om__count_negative(&A, &num));
+        assert_int_equal(num, exact);
+        om_csr_done(&A);
+    }
 }
 
 static void second_run_gives_the_same_bytes(void** state) {
@@ -360,6 +400,7 @@ int main(void) {
         cmocka_unit_test(chain_has_its_exact_spectrum),
         cmocka_unit_test(general_pair_matches_a_dense_method),
         cmocka_unit_test(multiple_eigenvalues_are_all_found),
+        cmocka_unit_test(negative_eigenvalues_are_counted),
         cmocka_unit_test(second_run_gives_the_same_bytes),
         cmocka_unit_test(wrong_arguments_are_refused),
         cmocka_unit_test(outcomes_are_told),
