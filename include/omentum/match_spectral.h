@@ -68,12 +68,14 @@ typedef struct OmSpectralBasis {  // constant once made; om_spectral_basis_done 
 /// @param npair  1 or more, below the number of vertices in use
 /// @return OM_OK; OM_INVALID (npair, see om_laplacian_init); OM_NO_MEMORY; OM_NOT_CONVERGED (nothing is kept)
 OM_API OmStatus om_spectral_basis_init(const OmSurface* surface, int npair, OmSpectralBasis* basis);
-/// The basis of the part whose vertices are used: the part of a model that a camera is predicted to see.
+/// The basis of the part whose vertices are used: the part of a model that a camera is predicted to see. Connected
+/// pieces below 1 % of the area have no rows.
 /// @param is_used  nonzero: the vertex belongs to the part (nvert); triangles with three such vertices count
 /// @return as om_spectral_basis_init
 OM_API OmStatus om_spectral_basis_init_part(const OmSurface* surface, const unsigned char* is_used,
                                             int npair, OmSpectralBasis* basis);
-/// The basis of a scan: of its triangles, or of its points if it has no triangles.
+/// The basis of a scan: of its triangles, or of its points if it has no triangles. Connected pieces below 1 % of the
+/// area have no rows.
 /// @return as om_spectral_basis_init
 OM_API OmStatus om_spectral_basis_init_scan(const OmScan* scan, int npair, OmSpectralBasis* basis);
 OM_API void om_spectral_basis_done(OmSpectralBasis* basis);

@@ -339,6 +339,41 @@ static void map_does_not_depend_on_the_workers(void** state) {
     case_done(&c);
 }
 
+// A sheet with 40 crumbs beside it: without their rows one eigenvalue is 0; of a surface every piece counts.
+static void crumbs_of_a_scan_have_no_row(void** state) {
+    (void)state;
+    enum { CRUMBS = 40, K = 60 };
+    OmSurface sheet;
+    OmScan scan;
+    OmSpectralBasis whole, with;
+    shape_sheet(0.06, 0.036, 25, 15, 0.2, 1, &sheet);
+    assert_ok(om_scan_init(sheet.nvert + 3 * CRUMBS, sheet.ntri + CRUMBS, &scan));
+    memcpy(scan.x, sheet.x, 24 * (size_t)sheet.nvert);
+    memcpy(scan.tri_vert, sheet.tri_vert, 12 * (size_t)sheet.ntri);
+    for (int i = 0; i < 3 * CRUMBS; ++i) {
+        om_store3(scan.x, sheet.nvert + i,
+                  om_vec3(0.003 * (i / 3) + 0.001 * (i % 3 == 1), -0.01 - 0.001 * (i % 3 == 2), 0));
+        scan.tri_vert[3 * sheet.ntri + i] = sheet.nvert + i;
+    }
+    assert_ok(om_spectral_basis_init(&sheet, K, &whole));
+    assert_ok(om_spectral_basis_init_scan(&scan, K, &with));
+    assert_int_equal(with.nrow, sheet.nvert);
+    for (int i = 0; i < scan.npoint; ++i) assert_int_equal(with.row[i], i < sheet.nvert ? i : -1);
+    assert_near_rel(with.total_area, whole.total_area, 1e-12);
+    for (int p = 1; p < K; ++p) assert_near_rel(with.eigenvalue[p], whole.eigenvalue[p], 1e-8);
+    om_spectral_basis_done(&with);
+    OmSurface all = {
+        .nvert = scan.npoint, .ntri = scan.ntri, .x = scan.x, .tri_vert = scan.tri_vert};
+    assert_ok(om_spectral_basis_init(&all, K, &with));
+    assert_int_equal(with.nrow, scan.npoint);
+    assert_near(with.eigenvalue[CRUMBS] * with.total_area, 0, 1e-6);
+    assert_true(with.eigenvalue[CRUMBS + 1] * with.total_area > 1);
+    om_spectral_basis_done(&with);
+    om_spectral_basis_done(&whole);
+    om_scan_done(&scan);
+    om_surface_done(&sheet);
+}
+
 static void wrong_arguments_are_refused(void** state) {
     (void)state;
     Case c;
@@ -435,6 +470,7 @@ int main(void) {
         cmocka_unit_test(neighbours_are_those_of_a_plain_search),
         cmocka_unit_test(points_are_the_nearest_of_a_plain_search),
         cmocka_unit_test(map_does_not_depend_on_the_workers),
+        cmocka_unit_test(crumbs_of_a_scan_have_no_row),
         cmocka_unit_test(wrong_arguments_are_refused),
         cmocka_unit_test(every_failing_allocation_is_told),
     };
