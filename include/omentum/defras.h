@@ -25,6 +25,8 @@ typedef struct OmRetractDef {
     const char* program;   // a logic program in place of the built-in one, or null
     int frame_every;       // a picture in the report every so many actions, 0 none; default 1
     int nworker;           // default 0: one a processor
+    // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
+    bool records_acquisitions;
 } OmRetractDef;
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);

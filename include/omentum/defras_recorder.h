@@ -27,6 +27,8 @@ typedef struct OmRecorderDef {
     OmPlanner* planner;    // explains the plans
     OmBody* truth;         // default null: none
     int frame_every;       // a picture every so many actions, 0 none; default 1
+    // write the acquisitions of the loop's updater to out_dir/acquisitions; default false
+    bool records_acquisitions;
 } OmRecorderDef;
 
 OM_API OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene,

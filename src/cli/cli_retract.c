@@ -28,6 +28,8 @@ static const OmCliOption option[] = {
     {"--keys", NULL, NULL, "print the page of all keys of a scene (doc/scene_keys.md), and end"},
     {"--update", NULL, NULL,
      "correct the twin's attachments while it runs, as `update: enabled: true`"},
+    {"--record-acquisitions", NULL, NULL,
+     "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -42,7 +44,7 @@ static const OmCliKey result_key[] = {
     {"force_twin_n", "largest force estimated by the twin"},
     {"force_truth_n", "largest force in the truth"},
     {"twin_step_ms", "mean of a step of the twin"},
-    {"acquisitions", "taken, with --update"},
+    {"acquisitions", "taken, with --update or --record-acquisitions"},
     {"updates_adopted", "estimates that the twin adopted"},
     {"updates_refused", "estimates that left the twin unchanged"},
     {"layouts", "run with --layouts, or measured"},
@@ -59,6 +61,7 @@ typedef struct Settings {
     int first;    // layout of several
     int nworker;
     bool is_quiet;
+    bool records_acquisitions;
     bool needs_scene;  // false: only a text is wanted
 } Settings;
 
@@ -145,6 +148,7 @@ static OmRetractDef make_def(const Settings* s, const char* dir) {
     def.out_dir = dir;
     def.program = s->program;
     def.nworker = s->nworker;
+    def.records_acquisitions = s->records_acquisitions;
     return def;
 }
 
@@ -314,6 +318,7 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->out = om_cli_get(args, "--output");
     s->program = om_cli_get(args, "--program");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
+    s->records_acquisitions = om_cli_get(args, "--record-acquisitions") != NULL;
     s->first = 1;
     OM_TRY(om_cli_int(args, "--layouts", &s->nlayout));
     OM_TRY(om_cli_int(args, "--first", &s->first));

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "defras/defras_record.h"
+#include "omentum/match_acquisition.h"
 #include "omentum/shape_file.h"
 
 #define RECORD_EVERY 5  // ticks between steps of the recording
@@ -276,6 +277,15 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
 
 // ---- updates ------------------------------------------------------------------------------------------------
 
+static OmStatus save_acquisition(OmRecorder* rec, const OmAcquisition* acquisition) {
+    char name[64], path[1200];
+    OM_TRY(om_path_join(rec->folder.path, "acquisitions", path, sizeof path));
+    if (rec->nacquisition == 0) OM_TRY(om_path_make_dir(path));
+    snprintf(name, sizeof name, "acquisitions/%03d.yaml", rec->nacquisition++);
+    OM_TRY(om_path_join(rec->folder.path, name, path, sizeof path));
+    return om_acquisition_save(acquisition, path);
+}
+
 static OmStatus draw_twin(const OmRecorder* rec, const unsigned char* attached,
                           OmPicture* picture) {
     om_picture_done(picture);
@@ -286,6 +296,8 @@ static OmStatus draw_twin(const OmRecorder* rec, const unsigned char* attached,
 static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
     (void)loop;
     OmRecorder* rec = ctx;
+    if (event->stage == OM_UPDATE_TAKEN && rec->def.records_acquisitions)
+        return save_acquisition(rec, event->acquisition);
     if (event->stage != OM_UPDATE_ADOPTED) return OM_OK;
     if (!rec->before.pixel) OM_TRY(draw_twin(rec, event->was_attached, &rec->before));
     return draw_twin(rec, event->estimate->attached, &rec->after);

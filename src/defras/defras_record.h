@@ -26,6 +26,7 @@ struct OmRecorder {
     double* von_mises;                           // Pa; null: the engine has none     (ncell)
     Frame* frame;
     int nframe, frame_capacity;
+    int nacquisition;         // written
     OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
     int nplan;
     OmText plans;  // every plan and its reasons, as text

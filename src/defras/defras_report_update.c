@@ -121,7 +121,9 @@ OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec, const O
     char text[160];
     if (r->nacquisition == 0) return OM_OK;
     om_report_heading(report, "What the depth camera taught the twin");
-    snprintf(text, sizeof text, "%d acquisitions were taken.", r->nacquisition);
+    snprintf(text, sizeof text, "%d acquisitions were taken%s. %s", r->nacquisition,
+             rec->nacquisition > 0 ? "; the folder acquisitions holds them" : "",
+             r->nupdate > 0 ? "" : "The twin's attachments were not corrected.");
     om_report_paragraph(report, text);
     if (r->nupdate > 0) OM_TRY(add_table(report, r));
     return add_pictures(report, rec);

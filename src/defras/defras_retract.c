@@ -78,14 +78,17 @@ static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup
     return world;
 }
 
-// An updater, if the scene corrects the twin's attachments.
+// An updater, if the scene corrects the twin's attachments or acquisitions are recorded.
 static OmStatus build_updater(const OmRetractDef* def, Setup* s) {
-    if (!def->scene->update.is_enabled) return OM_OK;
+    const bool is_enabled = def->scene->update.is_enabled;
+    if (!is_enabled && !(def->records_acquisitions && def->out_dir)) return OM_OK;
     OmUpdateDef update = om_update_default_def(def->scene, s->world, &s->twin_site);
-    OmMatchDef match = om_match_default_def(def->scene, &s->twin_site);
-    OM_TRY(om_match_create(&match, &s->match));
-    update.estimate = om_update_estimate_by_match;
-    update.estimate_ctx = s->match;
+    if (is_enabled) {
+        OmMatchDef match = om_match_default_def(def->scene, &s->twin_site);
+        OM_TRY(om_match_create(&match, &s->match));
+        update.estimate = om_update_estimate_by_match;
+        update.estimate_ctx = s->match;
+    }
     return om_updater_create(&update, &s->updater);
 }
 
@@ -105,6 +108,7 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
             om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
         rec.truth = loop.truth;
         rec.frame_every = def->frame_every;
+        rec.records_acquisitions = def->records_acquisitions;
         OM_TRY(om_recorder_create(&rec, &s->recorder));
         listener = om_recorder_listener(s->recorder);
         loop.listener = &listener;

@@ -1,7 +1,7 @@
 // test_defras_update.c: attachments of the twin corrected while the loop runs, with estimates made up by the test.
-#include <pthread.h>
 #include <stdatomic.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "test_alloc.h"
 
@@ -9,7 +9,9 @@
 #include "loop_rig.h"
 
 #include "defras/defras_internal.h"
+#include "omentum/defras.h"
 #include "omentum/defras_update.h"
+#include "omentum/match_acquisition.h"
 
 // ---- an estimate made up --------------------------------------------------------------------------------
 
@@ -453,6 +455,89 @@ static void test_acquisitions_of_several_grasps(void** state) {
     rig_destroy(&g);
 }
 
+// ---- omentum retract ----------------------------------------------------------------------------------------
+
+// Recorded acquisitions can be read again, and recording changes nothing in the run.
+static void test_recorded_acquisitions(void** state) {
+    (void)state;
+    OmScene scene = update_scene();
+    scene.task.max_actions = 6;
+    char dir[] = "/tmp/om_update_XXXXXX", out[64], path[128];
+    assert_non_null(mkdtemp(dir));
+    snprintf(out, sizeof out, "%s/run", dir);
+    OmRetractDef def = om_retract_default_def(&scene);
+    def.nworker = 1;
+    OmRetractResult plain, r;
+    assert_ok(om_retract_run(&def, NULL, &plain));
+    assert_int_equal(plain.nacquisition, 0);
+    def.out_dir = out;
+    def.frame_every = 0;
+    def.records_acquisitions = true;
+    assert_ok(om_retract_run(&def, NULL, &r));
+    expect_same(&plain, &r);
+    assert_true(r.nacquisition > 0 && r.nupdate == 0);
+    double last = 0;
+    for (int i = 0; i < r.nacquisition; ++i) {
+        snprintf(path, sizeof path, "%s/acquisitions/%03d.yaml", out, i);
+        OmAcquisitionFile file;
+        OmAcquisition a;
+        assert_ok(om_acquisition_load(path, &file, &a));
+        assert_true(a.scan.npoint > 30 && a.scan.has_camera && a.time > last);
+        assert_int_equal(a.ngrasp, 1);
+        OmVec3 moved = om_sub(a.grasp[0].pose_world_now.p, a.grasp[0].pose_world_grasp.p);
+        assert_true(om_norm(moved) > 0.009);
+        assert_near(a.grasp[0].radius, scene.task.grasp_radius, 1e-12);
+        last = a.time;
+        om_acquisition_done(&a);
+    }
+    snprintf(path, sizeof path, "%s/acquisitions/%03d.yaml", out, r.nacquisition);
+    assert_false(om_path_exists(path));
+    assert_ok(om_path_remove(dir));
+    om_retract_result_done(&plain);
+    om_retract_result_done(&r);
+}
+
+// A run with estimates of room match repeats to the byte with one worker and with two, and its record lists them.
+static void test_a_run_with_updates(void** state) {
+    (void)state;
+    OmScene scene = update_scene();
+    scene.update.is_enabled = true;
+    scene.task.max_actions = 7;
+    char dir[] = "/tmp/om_update_XXXXXX", out[64], path[128], *text;
+    size_t size;
+    assert_non_null(mkdtemp(dir));
+    snprintf(out, sizeof out, "%s/run", dir);
+    OmRetractDef def = om_retract_default_def(&scene);
+    def.out_dir = out;
+    def.frame_every = 0;
+    OmRetractResult r[2];
+    for (int k = 0; k < 2; ++k) {
+        def.nworker = 1 + k;
+        assert_ok(om_retract_run(&def, NULL, &r[k]));
+    }
+    expect_same(&r[0], &r[1]);
+    assert_true(r[0].nupdate > 0);
+    assert_int_equal(r[0].nupdate, r[1].nupdate);
+    for (int i = 0; i < r[0].nupdate; ++i) {
+        assert_int_equal(r[0].update[i].stage, r[1].update[i].stage);
+        assert_string_equal(r[0].update[i].reason, r[1].update[i].reason);
+        assert_int_equal(r[0].update[i].nattached_after, r[1].update[i].nattached_after);
+        assert_near(r[0].update[i].after_median, r[1].update[i].after_median, 0);
+    }
+    snprintf(path, sizeof path, "%s/run.json", out);
+    assert_ok(om_file_read(path, 1 << 22, &text, &size));
+    assert_non_null(strstr(text, "\"updates\": ["));
+    om_free(text);
+    // an engine without springs cannot take them
+    snprintf(scene.tissue.engine, sizeof scene.tissue.engine, "chainmail");
+    scene.task.watch_force = false;
+    OmRetractResult refused;
+    assert_status(om_retract_run(&def, NULL, &refused), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "springs"));
+    assert_ok(om_path_remove(dir));
+    for (int k = 0; k < 2; ++k) om_retract_result_done(&r[k]);
+}
+
 // ---- definitions and memory ---------------------------------------------------------------------------------
 
 static void test_wrong_definitions(void** state) {
@@ -564,6 +649,8 @@ int main(void) {
         cmocka_unit_test(test_a_reach_for_an_attached_block),
         cmocka_unit_test(test_a_new_plan_after_adoption),
         cmocka_unit_test(test_acquisitions_of_several_grasps),
+        cmocka_unit_test(test_recorded_acquisitions),
+        cmocka_unit_test(test_a_run_with_updates),
         cmocka_unit_test(test_wrong_definitions),
         cmocka_unit_test(test_every_allocation_may_fail),
     };
