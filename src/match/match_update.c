@@ -2,7 +2,7 @@
 //
 // 1. Evidence: a candidate whose surface lies in the scan at its rest position gets a soft spring, and the twin is
 //    deformed onto the scan (match_fit.c). A candidate that moved is free; it counts less where the scan does not show
-//    it. 2. match_prior.c: probable sets of attached vertices, given these. 3. The twin is brought to rest with the
+//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together. 2. match_prior.c: probable sets of attached vertices, given these. 3. The twin is brought to rest with the
 //    most probable set, and its distance from the scan decides whether the estimate is used.
 #include <stdlib.h>
 #include <string.h>
@@ -10,8 +10,10 @@
 #include "match/match_internal.h"
 #include "omentum/shape_points.h"
 
-#define SURE 4.0      // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5    // ... of a vertex that moved where the scan does not show it
+#define SURE 4.0    // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5  // ... of a vertex that moved where the scan does not show it
+#define STAYED \
+    12.0  // ... of all candidates together, shared by area, that stayed although the tool pulled
 #define STILL 0.0015  // m, of the scan from the rest shape, where nothing moved
 #define SPRING 0.2    // of Young's modulus over edge: springs of vertices that seem still
 #define SOFT 0.001    // ... of vertices that are not seen
@@ -31,6 +33,7 @@ typedef struct Job {
     unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
     double* all_distance;                  // of scan points
     int ndistance;
+    double area;  // m^2, of the candidates
 } Job;
 
 static int compare(const void* a, const void* b) {
@@ -40,12 +43,13 @@ static int compare(const void* a, const void* b) {
 
 // ---- evidence of one acquisition ----------------------------------------------------------------------------
 
-// What the picture shows at the rest position of a vertex.
-static Status look_at(const Job* j, const OmScan* scan, const OmPointTree* tree, OmVec3 p) {
+// What the picture shows at the rest position of a vertex with normal `rest_n`.
+static Status look_at(const Job* j, const OmScan* scan, const OmPointTree* tree, OmVec3 p,
+                      OmVec3 rest_n) {
     double distance, edge = j->match->view.edge;
     int k = om_point_tree_find(tree, p, &distance);
     OmVec3 d = om_sub(p, om_load3(scan->x, k)), n = om_load3(scan->normal, k);
-    double across = om_norm2(n) > 0.5 ? fabs(om_dot(d, n)) : distance;
+    double across = fabs(om_dot(d, om_norm2(n) > 0.5 ? n : rest_n));
     if (distance < SUPPORT * edge && across < STILL) return RESTING;
     if (!scan->has_camera || !scan->pixel) return distance < SUPPORT * edge ? LEFT : UNKNOWN;
     double u, v;
@@ -78,7 +82,8 @@ static OmStatus find_status(Job* j, const OmScan* scan) {
         OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
         int k = om_point_tree_find(face_tree, p, NULL);
         j->nearest[i] = face[k];
-        j->status[i] = (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k));
+        j->status[i] = (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k),
+                                              om_load3(normal, face[k]));
     }
 done:
     om_point_tree_destroy(scan_tree);
@@ -111,10 +116,13 @@ static OmStatus add_evidence(Job* j, int a) {
         double moved = om_distance(om_load3(j->x, v), om_load3(rest, v)), distance;
         om_point_tree_find(tree, om_load3(j->x, m->surface_vert[j->nearest[i]]), &distance);
         bool is_seen = distance < SUPPORT * m->view.edge;
+        bool is_left = j->status[i] == LEFT, has_moved = moved > m->def.moved;
         j->seen[i] |= is_seen;
-        if (moved <= m->def.moved) continue;
-        j->evidence[i] = fmin(j->evidence[i], is_seen ? -SURE : -LIKELY);
-        j->moved[i] |= is_seen;
+        if (is_left || has_moved)
+            j->evidence[i] = fmin(j->evidence[i], is_seen || is_left ? -SURE : -LIKELY);
+        else if (j->status[i] == RESTING && j->evidence[i] >= 0)
+            j->evidence[i] += STAYED * m->area[i] / j->area;
+        j->moved[i] |= has_moved && is_seen;
     }
     om_point_tree_destroy(tree);
     return OM_OK;
@@ -195,6 +203,7 @@ static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, OmMat
                            Job* j) {
     *j = (Job){.match = m, .nacq = nacq, .acq = acq, .out = out};
     int most = 1, all = 1, n = m->view.ncandidate;
+    for (int i = 0; i < n; ++i) j->area += m->area[i];  // above 0: faces have area
     for (int a = 0; a < nacq; ++a) {
         most = acq[a].scan.npoint > most ? acq[a].scan.npoint : most;
         all += acq[a].scan.npoint;
@@ -237,14 +246,13 @@ static OmStatus fit_all(Job* j, const OmProgress* progress) {
         memcpy(j->out->x + (size_t)a * n3, j->x, n3 * sizeof *j->x);
         OM_TRY(om_progress_report(progress, "fit", a + 1, j->nacq));
     }
-    double area = 0, seen = 0, moved = 0;
+    double seen = 0, moved = 0;
     for (int i = 0; i < m->view.ncandidate; ++i) {
-        area += m->area[i];
         seen += j->seen[i] ? m->area[i] : 0;
         moved += j->moved[i] ? m->area[i] : 0;
     }
-    j->out->seen_share = seen / area;
-    j->out->moved_share = moved / area;
+    j->out->seen_share = seen / j->area;
+    j->out->moved_share = moved / j->area;
     return OM_OK;
 }
 

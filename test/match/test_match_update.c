@@ -118,7 +118,7 @@ static void test_half(void** state) {
     dice = score(&rig, &two, &found);
     printf("two: dice %.2f found %.2f\n", dice, found);
     assert_true(two.is_accepted);
-    assert_true(dice > 0.7 && found > 0.55);
+    assert_true(dice > 0.8 && found > 0.75);
     // The order of acquisitions does not matter.
     OmAcquisition back[NCASE] = {rig.acq[1], rig.acq[0]};
     assert_ok(om_match_update(rig.match, 2, back, NULL, &swapped));
