@@ -23,6 +23,7 @@ typedef struct CameraItem {
     PoseItem pose;
     int width, height;  // 0: there is no camera
     double fov;
+    double focal[2], center[2], distortion[5];  // as OpenCV counts them; zero: an ideal pinhole
 } CameraItem;
 
 typedef struct ToolItem {
@@ -70,6 +71,10 @@ static const OmYamlField camera_field[] = {
     {"height", OM_YAML_INT, AT(CameraItem, height), .min = 1, .max = 8192, .is_required = true},
     {"fov_deg", OM_YAML_DOUBLE, AT(CameraItem, fov), .min = 1, .max = 179, .scale = DEG,
      .is_required = true},
+    {"focal_px", OM_YAML_NUMBERS, AT(CameraItem, focal), .capacity = 2, .min = 0, .max = 1e5},
+    {"center_px", OM_YAML_NUMBERS, AT(CameraItem, center), .capacity = 2, .min = 0, .max = 8192},
+    {"distortion", OM_YAML_NUMBERS, AT(CameraItem, distortion), .capacity = 5, .min = -1000,
+     .max = 1000},
 };
 static const OmYamlSchema camera_schema = {"camera", camera_field, COUNT(camera_field), NULL};
 
@@ -112,7 +117,10 @@ static const char example[] =
     "  orientation: {x: 0.6446, y: -0.6446, z: 0.2906, w: -0.2906}\n"
     "  width: 640\n"
     "  height: 480\n"
-    "  fov_deg: 50            # vertical\n"
+    "  fov_deg: 50            # vertical; of a calibrated camera also, as OpenCV and ROS write them:\n"
+    "  focal_px: [0, 0]       # fx, fy; 0: from fov_deg\n"
+    "  center_px: [0, 0]      # cx, cy; 0: the middle\n"
+    "  distortion: [0, 0, 0, 0, 0]  # k1, k2, p1, p2, k3\n"
     "tools:                   # those that hold tissue\n"
     "  - arm: psm1            # psm1 or psm2\n"
     "    grasp:               # tip when the jaw closed\n"
@@ -152,6 +160,23 @@ static OmStatus set_grasps(const Keys* k, const char* name, OmAcquisitionFile* f
     return OM_OK;
 }
 
+static OmStatus set_camera(const CameraItem* item, const char* name, OmAcquisitionFile* file) {
+    const double *f = item->focal, *c = item->center, *d = item->distortion;
+    bool has_center = c[0] != 0 || c[1] != 0;
+    file->has_camera = item->width > 0;
+    file->camera = (OmCamera){.width = item->width,
+                              .height = item->height,
+                              .fov = item->fov,
+                              .near_m = 1e-3,
+                              .far_m = 10,
+                              .lens = {f[0], f[1], has_center ? c[0] + 0.5 : 0,
+                                       has_center ? c[1] + 0.5 : 0, d[0], d[1], d[2], d[3], d[4]}};
+    if (!file->has_camera) return OM_OK;
+    OM_TRY(make_pose(&item->pose, name, "camera", &file->camera.pose_world_camera));
+    OmStatus status = om_camera_check(&file->camera);
+    return status < 0 ? om_error_prefix(status, "%s: camera", name) : status;
+}
+
 OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
                               OmAcquisitionFile* file) {
     memset(file, 0, sizeof *file);
@@ -161,14 +186,7 @@ OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
     if (status == OM_OK && k->cloud[0] == 0)
         status = om_error(OM_INVALID, "%s: cloud: no file is named", name);
     if (status == OM_OK) status = set_grasps(k, name, file);
-    file->has_camera = k->camera.width > 0;
-    file->camera = (OmCamera){.width = k->camera.width,
-                              .height = k->camera.height,
-                              .fov = k->camera.fov,
-                              .near_m = 1e-3,
-                              .far_m = 10};
-    if (status == OM_OK && file->has_camera)
-        status = make_pose(&k->camera.pose, name, "camera", &file->camera.pose_world_camera);
+    if (status == OM_OK) status = set_camera(&k->camera, name, file);
     snprintf(file->path, sizeof file->path, "%s", name);
     memcpy(file->cloud, k->cloud, sizeof file->cloud);
     file->frame = (OmMeshFrame){unit_value[k->unit], (OmSpace)k->space};
@@ -248,18 +266,28 @@ static OmStatus add_pose(OmText* t, const char* indent, OmPose pose) {
                           pose.q.x, pose.q.y, pose.q.z, pose.q.w);
 }
 
+static OmStatus add_camera(OmText* t, const OmCamera* camera) {
+    OmLens lens = camera->lens;
+    bool has_center = lens.cx != 0 || lens.cy != 0;
+    OM_TRY(om_text_append(t, "camera:\n"));
+    OM_TRY(add_pose(t, "  ", camera->pose_world_camera));
+    OM_TRY(om_text_append(t, "  width: %d\n  height: %d\n  fov_deg: %.17g\n", camera->width,
+                          camera->height, camera->fov / DEG));
+    if (lens.fx == 0) return OM_OK;
+    return om_text_append(t,
+                          "  focal_px: [%.17g, %.17g]\n  center_px: [%.17g, %.17g]\n"
+                          "  distortion: [%.17g, %.17g, %.17g, %.17g, %.17g]\n",
+                          lens.fx, lens.fy, has_center ? lens.cx - 0.5 : 0,
+                          has_center ? lens.cy - 0.5 : 0, lens.k1, lens.k2, lens.p1, lens.p2,
+                          lens.k3);
+}
+
 static OmStatus add_keys(OmText* t, const OmAcquisition* a, const char* cloud) {
-    const OmCamera* camera = &a->scan.camera;
     OM_TRY(om_text_append(t, "cloud: "));
     OM_TRY(om_text_append_quoted(t, cloud));
     OM_TRY(om_text_append(t, "\nregistered: yes\ntime: %.17g\nnoise_mm: %.17g\n", a->time,
                           a->scan.noise / MM));
-    if (a->scan.has_camera) {
-        OM_TRY(om_text_append(t, "camera:\n"));
-        OM_TRY(add_pose(t, "  ", camera->pose_world_camera));
-        OM_TRY(om_text_append(t, "  width: %d\n  height: %d\n  fov_deg: %.17g\n", camera->width,
-                              camera->height, camera->fov / DEG));
-    }
+    if (a->scan.has_camera) OM_TRY(add_camera(t, &a->scan.camera));
     if (a->ngrasp > 0) OM_TRY(om_text_append(t, "tools:\n"));
     for (int i = 0; i < a->ngrasp; ++i) {
         const OmMatchGrasp* grasp = &a->grasp[i];

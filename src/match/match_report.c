@@ -110,14 +110,18 @@ static OmVec3 up_of(const OmSite* site) {
     return om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
 }
 
-// From where the cloud was seen, or obliquely from above.
+// From beside the camera, such that displacements along its axis are seen too; or obliquely from above.
 static OmVec3 side_of(const OmMatchReport* r, const OmScan* scan) {
     OmVec3 oblique = om_quat_rotate(r->site->pose_world_task.q, om_vec3(-0.8, -0.5, 0.8));
     if (!scan->has_camera || scan->npoint == 0) return oblique;
     OmVec3 sum = om_vec3(0, 0, 0);
     for (int i = 0; i < scan->npoint; ++i) sum = om_add(sum, om_load3(scan->x, i));
     OmVec3 from = om_sub(scan->camera.pose_world_camera.p, om_scale(1.0 / scan->npoint, sum));
-    return om_norm(from) > 0 ? from : oblique;
+    if (!(om_norm(from) > 0)) return oblique;
+    from = om_normalize(from);
+    OmVec3 beside = om_cross(up_of(r->site), from);
+    return om_norm(beside) > 0.05 ? om_madd(from, 0.9, om_normalize(beside))
+                                  : om_madd(from, 0.9, om_orthogonal(from));
 }
 
 // Has the estimate the twin at rest? Not if it was refused before.

@@ -26,7 +26,8 @@ static void make_acquisition(OmAcquisition* a, uint64_t seed) {
                                 .height = 240,
                                 .fov = 0.9,
                                 .near_m = 1e-3,
-                                .far_m = 10};
+                                .far_m = 10,
+                                .lens = {300, 310, 150.5, 121.5, 0.1, -0.02, 1e-3, 2e-3, 1e-3}};
     for (int i = 0; i < 40; ++i) {  // towards the camera, as a scan has them
         OmVec3 to_eye = om_sub(a->scan.camera.pose_world_camera.p, om_load3(a->scan.x, i));
         OmVec3 n = om_load3(a->scan.normal, i);
@@ -60,6 +61,7 @@ static void check_same(const OmAcquisition* a, const OmAcquisition* b) {
     check_pose(a->scan.camera.pose_world_camera, b->scan.camera.pose_world_camera, 1e-15);
     assert_int_equal(a->scan.camera.width, b->scan.camera.width);
     assert_near(a->scan.camera.fov, b->scan.camera.fov, 1e-15);
+    assert_memory_equal(&a->scan.camera.lens, &b->scan.camera.lens, sizeof(OmLens));
     for (int i = 0; i < a->ngrasp; ++i) {
         assert_int_equal(a->grasp[i].arm, b->grasp[i].arm);
         assert_near(a->grasp[i].radius, b->grasp[i].radius, 1e-17);
@@ -142,6 +144,10 @@ static void test_keys(void** state) {
     refuse("cloud: a.ply\ncamera: {position_mm: [0, 0, 1], orientation: {x: 0, y: 0, z: 0, w: 0},"
            " width: 4, height: 3, fov_deg: 40}\n",
            "length 0");
+    refuse("cloud: a.ply\ncamera: {position_mm: [0, 0, 1], orientation: {x: 0, y: 0, z: 0, w: 1},"
+           " width: 400, height: 300, fov_deg: 40, focal_px: [300, 300],"
+           " distortion: [-900, 0, 0, 0, 0]}\n",
+           "camera");
 }
 
 static OmStatus save_and_load(void* ctx) {
