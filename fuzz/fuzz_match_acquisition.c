@@ -18,7 +18,8 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         return 0;
     }
     // What was accepted keeps its promises.
-    FUZZ_EXPECT(file.cloud[0] != '\0' && memchr(file.cloud, 0, sizeof file.cloud));
+    FUZZ_EXPECT((file.cloud[0] != '\0') != (file.series[0] != '\0'));
+    FUZZ_EXPECT(memchr(file.cloud, 0, sizeof file.cloud) && file.frame_index >= 0);
     FUZZ_EXPECT(file.ngrasp >= 0 && file.ngrasp <= OM_MAX_ARM);
     FUZZ_EXPECT(file.noise >= 0 && isfinite(file.noise) && isfinite(file.time));
     FUZZ_EXPECT(file.frame.unit >= 0 && file.frame.unit <= 1);

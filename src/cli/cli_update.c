@@ -85,7 +85,7 @@ static OmStatus read_patient(const OmCliArgs* args, Update* u) {
 
 static OmStatus read_acquisitions(Update* u) {
     for (int k = 0; k < u->nacquisition; ++k) {
-        OM_TRY(om_acquisition_load(u->name[k], &u->file[k], &u->acquisition[k]));
+        OM_TRY(om_acquisition_load(u->name[k], &u->site, &u->file[k], &u->acquisition[k]));
         OM_CHECK(u->acquisition[k].ngrasp > 0, OM_INVALID,
                  "%s: tools: no tool holds the tissue; an update needs a grasp", u->name[k]);
     }
@@ -137,11 +137,11 @@ static OmStatus build(Update* u, const OmProgress* progress) {
 static OmStatus compute(Update* u, const OmProgress* progress) {
     OmMatchReport* r = &u->report;
     double begin = om_clock_now();
-    OM_TRY(read_acquisitions(u));
-    r->load_ms = 1e3 * (om_clock_now() - begin);
-    begin = om_clock_now();
     OM_TRY(build(u, progress));
     r->build_ms = 1e3 * (om_clock_now() - begin);
+    begin = om_clock_now();
+    OM_TRY(read_acquisitions(u));
+    r->load_ms = 1e3 * (om_clock_now() - begin);
     r->title = u->patient;
     r->site = &u->site;
     r->match = u->match;
@@ -281,11 +281,12 @@ const OmCliVerb om_cli_verb_update = {
     .usage = "omentum update PATIENT.yaml ACQUISITION.yaml... -o DIR [options]",
     .about =
         "PATIENT is a patient model (omentum model) or a scene. An acquisition is one moment while a tool\n"
-        "holds tissue: the cloud of a depth camera, and the poses of the tools when their jaws closed and\n"
-        "now. Estimates which vertices of the twin are attached. Writes report.html (clouds over the model,\n"
-        "attachments before and after, where to look next, times), update.json and attachments.vtu\n"
-        "(probability, uncertainty, stiffness, displacement). Exit code 0: the twin takes the new\n"
-        "attachments; 1: it keeps its attachments, with the reason.",
+        "holds tissue: the cloud of a depth camera or a frame of a series of pictures, and the poses of the\n"
+        "tools when their jaws closed and now. Estimates which vertices of the twin are attached. Writes\n"
+        "report.html (clouds over the model, attachments before and after, where to look next, times),\n"
+        "update.json and attachments.vtu (probability, uncertainty, stiffness, displacement). DIR must be new,\n"
+        "empty, or hold an older update. Exit code 0: the twin takes the new attachments; 1:\n"
+        "it keeps its attachments, with the reason.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =

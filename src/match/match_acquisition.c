@@ -4,7 +4,9 @@
 
 #include "omentum/match_acquisition.h"
 #include "omentum/match_scan_file.h"
+#include "omentum/match_scan_picture.h"
 #include "omentum/scene_yaml.h"
+#include "omentum/world_series.h"
 
 #define MM 1e-3
 #define DEG (OM_PI / 180)
@@ -29,11 +31,13 @@ typedef struct CameraItem {
 typedef struct ToolItem {
     int arm;
     PoseItem grasp, now;
+    int grasp_frame;
     double radius;
 } ToolItem;
 
 typedef struct Keys {
-    char cloud[512];
+    char cloud[512], series[512];
+    int frame;
     int unit, space, registered;
     double time, noise;
     CameraItem camera;
@@ -80,18 +84,23 @@ static const OmYamlSchema camera_schema = {"camera", camera_field, COUNT(camera_
 
 static const OmYamlField tool_field[] = {
     {"arm", OM_YAML_ENUM, AT(ToolItem, arm), .name = arm_name, .is_required = true},
-    {"grasp", OM_YAML_STRUCT, AT(ToolItem, grasp), .sub = &pose_schema, .is_required = true},
-    {"now", OM_YAML_STRUCT, AT(ToolItem, now), .sub = &pose_schema, .is_required = true},
+    {"grasp", OM_YAML_STRUCT, AT(ToolItem, grasp), .sub = &pose_schema},
+    {"now", OM_YAML_STRUCT, AT(ToolItem, now), .sub = &pose_schema},
+    {"grasp_frame", OM_YAML_INT, AT(ToolItem, grasp_frame), .min = 0, .max = OM_SERIES_MAX},
     {"radius_mm", OM_YAML_DOUBLE, AT(ToolItem, radius), .min = 0.1, .max = 100, .scale = MM},
 };
 static void set_tool_default(void* item) {
     ToolItem* tool = item;
     tool->grasp.orientation = tool->now.orientation = om_quat_identity();
+    tool->grasp.position.x = tool->now.position.x = HUGE_VAL;  // not given
+    tool->grasp_frame = -1;
 }
-static const OmYamlSchema tool_schema = {"tools", tool_field, 4, set_tool_default};
+static const OmYamlSchema tool_schema = {"tools", tool_field, COUNT(tool_field), set_tool_default};
 
 static const OmYamlField key_field[] = {
-    {"cloud", OM_YAML_STRING, AT(Keys, cloud), .size = 512, .is_required = true},
+    {"cloud", OM_YAML_STRING, AT(Keys, cloud), .size = 512},
+    {"series", OM_YAML_STRING, AT(Keys, series), .size = 512},
+    {"frame", OM_YAML_INT, AT(Keys, frame), .min = 0, .max = OM_SERIES_MAX},
     {"unit", OM_YAML_ENUM, AT(Keys, unit), .name = unit_name},
     {"space", OM_YAML_ENUM, AT(Keys, space), .name = space_name},
     {"registered", OM_YAML_ENUM, AT(Keys, registered), .name = registered_name},
@@ -129,7 +138,12 @@ static const char example[] =
     "    now:                 # tip at the time of the cloud\n"
     "      position_mm: [-40, -35, 30]\n"
     "      orientation: {x: 0, y: 0, z: 0, w: 1}\n"
-    "    radius_mm: 5         # of the grasp; left out: the scene's\n";
+    "    radius_mm: 5         # of the grasp; left out: the scene's\n"
+    "# Instead of a cloud, a frame of a recorded series of pictures: its camera and arms are known.\n"
+    "# series: out/series     # the folder of series.yaml\n"
+    "# frame: 12              # from 0\n"
+    "# tools:\n"
+    "#   - {arm: psm1, grasp_frame: 3}  # the frame in which the jaw closed\n";
 
 OmStatus om_acquisition_print_example(OmText* text) { return om_text_append(text, "%s", example); }
 
@@ -151,8 +165,20 @@ static OmStatus set_grasps(const Keys* k, const char* name, OmAcquisitionFile* f
         OmMatchGrasp* grasp = &file->grasp[i];
         OM_CHECK(i == 0 || tool->arm != k->tool[0].arm, OM_INVALID,
                  "%s: tools: two are of arm %s; a tool has one grasp", name, arm_name[tool->arm]);
+        bool has_grasp = isfinite(tool->grasp.position.x), has_now = isfinite(tool->now.position.x);
         grasp->arm = tool->arm;
         grasp->radius = tool->radius;
+        file->grasp_frame[i] = tool->grasp_frame;
+        if (tool->grasp_frame >= 0) {
+            OM_CHECK(file->series[0] && !has_grasp && !has_now, OM_INVALID,
+                     "%s: tools: grasp_frame needs a series, and replaces grasp and now", name);
+            grasp->pose_world_grasp = grasp->pose_world_now = om_pose_identity();
+            continue;
+        }
+        OM_CHECK(has_grasp && has_now, OM_INVALID,
+                 "%s: tools: \"%s\" is missing: the pose of the tip %s", name,
+                 has_grasp ? "now" : "grasp",
+                 has_grasp ? "at the time of the cloud" : "when the jaw closed");
         OM_TRY(make_pose(&tool->grasp, name, "tools: grasp", &grasp->pose_world_grasp));
         OM_TRY(make_pose(&tool->now, name, "tools: now", &grasp->pose_world_now));
     }
@@ -183,13 +209,17 @@ OmStatus om_acquisition_parse(const char* text, size_t size, const char* name,
     Keys* k = om_calloc(1, sizeof *k);
     if (!k) return OM_NO_MEMORY;
     OmStatus status = om_yaml_parse(text, size, name, &key_schema, k);
-    if (status == OM_OK && k->cloud[0] == 0)
-        status = om_error(OM_INVALID, "%s: cloud: no file is named", name);
+    if (status == OM_OK && (k->cloud[0] != 0) == (k->series[0] != 0))
+        status = om_error(OM_INVALID, "%s: name one source: cloud or series", name);
+    if (status == OM_OK && k->series[0] && k->camera.width > 0)
+        status = om_error(OM_INVALID, "%s: camera: a series has its own", name);
+    memcpy(file->series, k->series, sizeof file->series);
     if (status == OM_OK) status = set_grasps(k, name, file);
     if (status == OM_OK) status = set_camera(&k->camera, name, file);
     snprintf(file->path, sizeof file->path, "%s", name);
     memcpy(file->cloud, k->cloud, sizeof file->cloud);
     file->frame = (OmMeshFrame){unit_value[k->unit], (OmSpace)k->space};
+    file->frame_index = k->frame;
     file->registered = k->registered;
     file->time = k->time;
     file->noise = k->noise;
@@ -221,20 +251,66 @@ static OmStatus load_cloud(const OmAcquisitionFile* file, OmScan* scan) {
     return status < 0 ? om_error_prefix(status, "%s: cloud", file->path) : status;
 }
 
-OmStatus om_acquisition_load(const char* path, OmAcquisitionFile* file,
+// The observation of a frame, its scan, and the tips of the tools then and in the frame of the grasp.
+static OmStatus read_series(const OmAcquisitionFile* file, const OmSite* site,
+                            const OmSeries* series, OmAcquisition* a) {
+    OmObservation obs = {0};
+    int at = file->frame_index;
+    OM_TRY(om_series_get_frame(series, at, NULL, &obs));
+    OmScanDef def = om_scan_default_def(NULL, site);
+    OmStatus status = om_scan_from_observation(&def, &obs, &a->scan);
+    om_observation_done(&obs);
+    OM_TRY(status);
+    a->time = a->scan.time;
+    for (int i = 0; i < a->ngrasp; ++i) {
+        OmMatchGrasp* grasp = &a->grasp[i];
+        int then = file->grasp_frame[i];
+        if (then < 0) continue;
+        OM_CHECK(then < series->nframe, OM_INVALID,
+                 "tools: grasp_frame %d; the series has %d frames", then, series->nframe);
+        OM_CHECK(grasp->arm < series->frame[then].narm && grasp->arm < series->frame[at].narm,
+                 OM_INVALID, "tools: the series has no %s", arm_name[grasp->arm]);
+        grasp->pose_world_grasp = series->frame[then].arm[grasp->arm].tip;
+        grasp->pose_world_now = series->frame[at].arm[grasp->arm].tip;
+    }
+    return OM_OK;
+}
+
+static OmStatus load_series(const OmAcquisitionFile* file, const OmSite* site, OmAcquisition* a) {
+    char dir[512], path[1024];
+    OmSeries series;
+    OM_CHECK(site, OM_INVALID, "%s: series: without a site the tissue cannot be found in pictures",
+             file->path);
+    OM_TRY(om_path_dir(file->path, dir, sizeof dir));
+    OM_TRY(om_path_join(dir, file->series, path, sizeof path));
+    OmStatus status = om_series_load(path, &series);
+    if (status >= 0) {
+        status = read_series(file, site, &series, a);
+        om_series_done(&series);
+    }
+    return status < 0 ? om_error_prefix(status, "%s", file->path) : status;
+}
+
+static OmStatus load_points(const OmAcquisitionFile* file, OmAcquisition* a) {
+    OM_TRY(load_cloud(file, &a->scan));
+    a->time = a->scan.time = file->time;
+    a->scan.has_camera = file->has_camera;
+    a->scan.camera = file->camera;
+    return OM_OK;
+}
+
+OmStatus om_acquisition_load(const char* path, const OmSite* site, OmAcquisitionFile* file,
                              OmAcquisition* acquisition) {
     memset(acquisition, 0, sizeof *acquisition);
     OmAcquisitionFile own;
     if (!file) file = &own;
     OM_TRY(load_keys(path, file));
-    OM_TRY(load_cloud(file, &acquisition->scan));
-    OmScan* scan = &acquisition->scan;
-    acquisition->time = scan->time = file->time;
-    scan->has_camera = file->has_camera;
-    scan->camera = file->camera;
     acquisition->ngrasp = file->ngrasp;
     memcpy(acquisition->grasp, file->grasp, sizeof file->grasp);
-    return OM_OK;
+    OmStatus status =
+        file->series[0] ? load_series(file, site, acquisition) : load_points(file, acquisition);
+    if (status < 0) om_acquisition_done(acquisition);
+    return status;
 }
 
 void om_acquisition_done(OmAcquisition* acquisition) {

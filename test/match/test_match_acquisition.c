@@ -1,5 +1,6 @@
 // test_match_acquisition.c: files of acquisitions.
 #include "omentum/match_acquisition.h"
+#include "omentum/world_series.h"
 #include "test_alloc.h"
 #include "test_files.h"
 
@@ -77,13 +78,13 @@ static void test_round_trip(void** state) {
     make_acquisition(&a, 1);
     const char* path = temp_path("lift.yaml");
     assert_ok(om_acquisition_save(&a, path));
-    assert_ok(om_acquisition_load(path, &file, &b));
+    assert_ok(om_acquisition_load(path, NULL, &file, &b));
     assert_int_equal(file.registered, OM_REGISTERED_YES);
     assert_non_null(strstr(file.cloud, "lift.ply"));
     assert_null(strchr(file.cloud, '/'));
     check_same(&a, &b);
     om_acquisition_done(&b);
-    assert_ok(om_acquisition_load(path, NULL, &b));
+    assert_ok(om_acquisition_load(path, NULL, NULL, &b));
     // there and back: every part moves with the frame
     OmRng rng = om_rng_init(2, 0);
     OmPose pose = random_pose(&rng);
@@ -133,7 +134,9 @@ static void test_keys(void** state) {
     OmVec3 to_tissue = om_normalize(om_scale(-1, file.camera.pose_world_camera.p));
     assert_true(om_dot(z, to_tissue) > 0.99);
     refuse("unit: mm\n", "cloud");
-    refuse("cloud: \"\"\n", "no file");
+    refuse("cloud: \"\"\n", "name one source");
+    refuse("cloud: a.ply\nseries: b\n", "name one source");
+    refuse("cloud: a.ply\ntools:\n  - {arm: psm1, grasp_frame: 1}\n", "needs a series");
     refuse("cloud: a.ply\nunits: mm\n", "did you mean \"unit\"");
     refuse("cloud: a.ply\nunit: inch\n", "inch");
     refuse("cloud: a.ply\nregistered: maybe\n", "maybe");
@@ -150,11 +153,64 @@ static void test_keys(void** state) {
            "camera");
 }
 
+// A frame of a recorded series: the scan of its pictures, and the tips in both frames.
+static void test_series(void** state) {
+    (void)state;
+    char dir[64], file_name[80], path[100];
+    snprintf(dir, sizeof dir, "/tmp/omentum-series-XXXXXX");
+    assert_non_null(mkdtemp(dir));
+    snprintf(file_name, sizeof file_name, "%s/series", dir);
+    OmScene scene = om_scene_default();
+    OmSite site, twin;
+    OmWorld* world;
+    OmObservation obs = {0};
+    OmSeries series = {.nframe = 0};
+    scene.tissue.cells = scene.tissue.world_cells = om_vec3(6, 6, 1);
+    scene.tissue.world_cells = om_vec3(10, 10, 1);
+    scene.rgbd.width = 160, scene.rgbd.height = 120;
+    assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &twin));
+    assert_ok(om_world_create_simulated(&scene, &site, 1, &world));
+    OmPose tip[2];
+    for (int k = 0; k < 2; ++k) {
+        assert_ok(om_world_observe(world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
+        if (k == 0) assert_ok(om_series_begin(file_name, &obs.rgbd.camera, NULL, &series));
+        tip[k] = obs.arm[0].tip;
+        assert_ok(om_series_append(&series, &obs));
+        tip[k] = series.frame[k].arm[0].tip;
+        OmPose goal = tip[k];
+        goal.p.z += 0.01;
+        assert_ok(om_world_move(world, 0, goal, 0.02));
+        for (int i = 0; i < 10; ++i) assert_true(om_world_advance(world, 0.02) >= 0);
+    }
+    snprintf(path, sizeof path, "%s/lift.yaml", dir);
+    const char* text = "series: series\nframe: 1\ntools:\n  - {arm: psm1, grasp_frame: 0}\n";
+    write_bytes(path, text, strlen(text));
+    OmAcquisition a;
+    assert_ok(om_acquisition_load(path, &twin, NULL, &a));
+    assert_true(a.scan.npoint > 20 && a.scan.has_camera && a.scan.pixel);
+    assert_near(a.time, obs.rgbd.time, 1e-9);
+    check_pose(a.grasp[0].pose_world_grasp, tip[0], 1e-9);
+    check_pose(a.grasp[0].pose_world_now, tip[1], 1e-9);
+    om_acquisition_done(&a);
+    assert_status(om_acquisition_load(path, NULL, NULL, &a), OM_INVALID);
+    const char* late = "series: series\nframe: 1\ntools:\n  - {arm: psm1, grasp_frame: 2}\n";
+    write_bytes(path, late, strlen(late));
+    assert_status(om_acquisition_load(path, &twin, NULL, &a), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "2 frames"));
+    om_series_done(&series);
+    om_observation_done(&obs);
+    om_world_destroy(world);
+    om_site_done(&site);
+    om_site_done(&twin);
+    assert_ok(om_path_remove(dir));
+}
+
 static OmStatus save_and_load(void* ctx) {
     OmAcquisition back;
     const char* path = temp_path("memory.yaml");
     OM_TRY(om_acquisition_save(ctx, path));
-    OM_TRY(om_acquisition_load(path, NULL, &back));
+    OM_TRY(om_acquisition_load(path, NULL, NULL, &back));
     om_acquisition_done(&back);
     return OM_OK;
 }
@@ -173,6 +229,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_keys),
+        cmocka_unit_test(test_series),
         cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
