@@ -32,6 +32,60 @@ static OmStatus time_basis(int nrun, double* time, const OmSurface* surface,
     return OM_OK;
 }
 
+// The rolled top of the slab as 2,000 points without triangles.
+static OmStatus make_scan(OmScan* scan) {
+    enum { NX = 50, NY = 40 };
+    OM_TRY(om_scan_init(NX * NY, 0, scan));
+    for (int i = 0; i < NX * NY; ++i) {
+        double angle = 20 * 0.06 * (i % NX + 0.5) / NX, y = 0.057 * (i / NX + 0.5) / NY;
+        om_store3(scan->x, i, om_vec3(0.045 * sin(angle), y, 0.05 - 0.045 * cos(angle)));
+    }
+    return OM_OK;
+}
+
+// The thesis's correspondence of one picture: the scan's basis, the first map, ZoomOut and points on triangles.
+static OmStatus map_scan(const OmSpectralDef* def, const OmSurface* a,
+                         const OmSpectralBasis* basis_a, const OmScan* scan, int* map, int* tri,
+                         double* bary) {
+    OmSpectralBasis basis;
+    OM_TRY(om_spectral_basis_init_scan(scan, def->last, &basis));
+    OmStatus status = om_spectral_map_from_nearest(basis_a, a->x, &basis, scan->x, map);
+    if (status == OM_OK) status = om_spectral_zoomout(def, basis_a, &basis, map, NULL);
+    if (status == OM_OK)
+        status = om_spectral_map_to_surface(def, basis_a, a, &basis, map, tri, bary);
+    om_spectral_basis_done(&basis);
+    return status;
+}
+
+static OmStatus bench_scan(BenchRow* row, const OmSurface* a, const OmSpectralBasis* basis_a) {
+    OmStatus status = OM_OK;
+    OmScan scan;
+    int *map = NULL, *tri = NULL;
+    double *bary = NULL, time[MAX_RUN];
+    OmSpectralDef def = om_spectral_default_def();
+    def.nworker = row->nworker;
+    OM_TRY_DONE(make_scan(&scan));
+    OM_ALLOC_DONE(map, scan.npoint);
+    OM_ALLOC_DONE(tri, scan.npoint);
+    OM_ALLOC_DONE(bary, 3 * (size_t)scan.npoint);
+    for (int run = 0; run < row->nrun; ++run) {
+        double start = bench_now();
+        OM_TRY_DONE(map_scan(&def, a, basis_a, &scan, map, tri, bary));
+        time[run] = bench_now() - start;
+    }
+    row->work = "a scan of 2,000 points: basis, ZoomOut from 10 to 60, points on triangles";
+    row->size = scan.npoint;
+    row->hash = om_hash(bary, 3 * sizeof *bary * (size_t)scan.npoint, OM_HASH_SEED);
+    bench_times(time, row->nrun, row);
+    OM_TRY_DONE(bench_print(row));
+done:
+    om_scan_done(&scan);
+    om_free(map);
+    om_free(tri);
+    om_free(bary);
+    return status;
+}
+
 OmStatus bench_match_spectral(const BenchOptions* options) {
     OmStatus status = OM_OK;
     OmSurface a = {0}, b = {0};
@@ -66,6 +120,7 @@ OmStatus bench_match_spectral(const BenchOptions* options) {
     row.hash = om_hash(map, sizeof *map * (size_t)b.nvert, OM_HASH_SEED);
     bench_times(time, row.nrun, &row);
     OM_TRY_DONE(bench_print(&row));
+    OM_TRY_DONE(bench_scan(&row, &a, &basis_a));
 done:
     om_surface_done(&a);
     om_surface_done(&b);
