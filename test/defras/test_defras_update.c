@@ -481,7 +481,7 @@ static void test_recorded_acquisitions(void** state) {
         snprintf(path, sizeof path, "%s/acquisitions/%03d.yaml", out, i);
         OmAcquisitionFile file;
         OmAcquisition a;
-        assert_ok(om_acquisition_load(path, &file, &a));
+        assert_ok(om_acquisition_load(path, NULL, &file, &a));
         assert_true(a.scan.npoint > 30 && a.scan.has_camera && a.time > last);
         assert_int_equal(a.ngrasp, 1);
         OmVec3 moved = om_sub(a.grasp[0].pose_world_now.p, a.grasp[0].pose_world_grasp.p);
