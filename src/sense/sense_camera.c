@@ -94,21 +94,25 @@ static bool undistort(const OmLens* l, double u, double v, double* x, double* y)
 
 // ---- projection and rays ------------------------------------------------------------------------------------------
 
-bool om_camera_project(const OmCamera* c, OmVec3 p_world, double* u, double* v) {
-    OmVec3 p = om_pose_apply(om_pose_inverse(c->pose_world_camera), p_world);
+bool om__lens_project(const OmLens* lens, OmVec3 p, double* u, double* v) {
     if (!(p.z > 0)) return false;
-    OmLens lens = om_camera_lens(c);
-    if (!has_distortion(&lens)) {
-        *u = lens.cx + lens.fx * p.x / p.z;
-        *v = lens.cy + lens.fy * p.y / p.z;
+    if (!has_distortion(lens)) {
+        *u = lens->cx + lens->fx * p.x / p.z;
+        *v = lens->cy + lens->fy * p.y / p.z;
         return true;
     }
     double at[2], x = p.x / p.z, y = p.y / p.z;
-    if (!is_in_domain(&lens, x, y)) return false;
-    distort(&lens, x, y, at, NULL);
-    *u = lens.cx + lens.fx * at[0];
-    *v = lens.cy + lens.fy * at[1];
+    if (!is_in_domain(lens, x, y)) return false;
+    distort(lens, x, y, at, NULL);
+    *u = lens->cx + lens->fx * at[0];
+    *v = lens->cy + lens->fy * at[1];
     return true;
+}
+
+bool om_camera_project(const OmCamera* c, OmVec3 p_world, double* u, double* v) {
+    OmLens lens = om_camera_lens(c);
+    return om__lens_project(&lens, om_pose_apply(om_pose_inverse(c->pose_world_camera), p_world), u,
+                            v);
 }
 
 View om__make_view(const OmCamera* c) {

@@ -72,6 +72,8 @@ typedef struct View {
 } View;
 
 View om__make_view(const OmCamera* camera);
+// Pixel coordinates of a point in the frame of the camera, of a lens with fx, fy, cx, cy; as om_camera_project.
+bool om__lens_project(const OmLens* lens, OmVec3 p, double* u, double* v);
 // Direction through (u, v), of length 1 along the axis; zero where the lens has no ray.
 OmVec3 om__view_ray(const View* view, double u, double v);
 // Rays through (u + i, v) for the n lanes of a packet; the other lanes repeat the last ray and are not cast.

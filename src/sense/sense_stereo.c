@@ -154,12 +154,17 @@ static float sample(const OmPicture* p, double u, double v) {
 static void warp_rows(void* ctx, int begin, int end, int block) {
     (void)block;
     const Warp* w = ctx;
-    View view = om__make_view(w->to);
+    OmLens lens = om_camera_lens(w->from);
+    // Rays of a view in the frame of the camera that took the picture; both have one eye.
+    OmCamera turned = *w->to;
+    OmQuat q = om_quat_conj(w->from->pose_world_camera.q);
+    turned.pose_world_camera = (OmPose){.q = om_quat_mul(q, w->to->pose_world_camera.q)};
+    View view = om__make_view(&turned);
     for (int row = begin; row < end; ++row)
         for (int i = 0; i < w->to->width; ++i) {
             OmVec3 ray = om__view_ray(&view, i + 0.5, row + 0.5);
             double u = 0, v = 0, slack = 1e-6;
-            bool is_in = om_camera_project(w->from, om_add(view.eye, ray), &u, &v) && u >= -slack &&
+            bool is_in = om__lens_project(&lens, ray, &u, &v) && u >= -slack &&
                          u <= w->from->width + slack && v >= -slack && v <= w->from->height + slack;
             w->grey[(size_t)row * (size_t)w->to->width + (size_t)i] =
                 is_in ? sample(w->picture, u, v) : -1;

@@ -66,6 +66,16 @@ static bool interpolate(const float* row, int width, float x, float* value, floa
     return true;
 }
 
+// Sums of a row over the window's columns.
+OM_MULTIVERSION
+static void add_columns(const float* restrict term, int width, float* restrict sum) {
+    for (int x = 0; x < width; ++x) sum[x] = 0;
+    for (int i = -REACH; i <= REACH; ++i) {
+        int begin = i < 0 ? -i : 0, end = i > 0 ? width - i : width;
+        for (int x = begin; x < end; ++x) sum[x] += term[x + i];
+    }
+}
+
 // Terms of each pixel, and their sums over the window's columns.
 static void gather_row(const Refine* f, int y) {
     const Rectified* r = f->r;
@@ -80,13 +90,7 @@ static void gather_row(const Refine* f, int y) {
         const float term[NSUM] = {is_in, slope, e, slope * slope, e * slope};
         for (int k = 0; k < NSUM; ++k) f->sum[k][first + (size_t)x] = term[k];
     }
-    for (int k = 0; k < NSUM; ++k)
-        for (int x = 0; x < w; ++x) {
-            int lo = x > REACH ? x - REACH : 0, hi = x + REACH < w ? x + REACH : w - 1;
-            float sum = 0;
-            for (int i = lo; i <= hi; ++i) sum += f->sum[k][first + (size_t)i];
-            f->row[k][first + (size_t)x] = sum;
-        }
+    for (int k = 0; k < NSUM; ++k) add_columns(&f->sum[k][first], w, &f->row[k][first]);
 }
 
 static void gather_rows(void* ctx, int begin, int end, int block) {
@@ -101,10 +105,17 @@ static void shift_row(const Refine* f, int y) {
     int w = r->width, lo = y > REACH ? y - REACH : 0,
         hi = y + REACH < r->height ? y + REACH : r->height - 1;
     float* d = &f->smooth[(size_t)y * (size_t)w];
+    for (int k = 0; k < NSUM; ++k) {  // the terms of this row are not needed any more
+        float* restrict sum = &f->sum[k][(size_t)y * (size_t)w];
+        for (int x = 0; x < w; ++x) sum[x] = 0;
+        for (int j = lo; j <= hi; ++j) {
+            const float* restrict row = &f->row[k][(size_t)j * (size_t)w];
+            for (int x = 0; x < w; ++x) sum[x] += row[x];
+        }
+    }
     for (int x = 0; x < w; ++x) {
-        float s[NSUM] = {0};
-        for (int j = lo; j <= hi; ++j)
-            for (int k = 0; k < NSUM; ++k) s[k] += f->row[k][(size_t)j * (size_t)w + (size_t)x];
+        float s[NSUM];
+        for (int k = 0; k < NSUM; ++k) s[k] = f->sum[k][(size_t)y * (size_t)w + (size_t)x];
         float n = fmaxf(1, s[COUNT]);
         float slope2 = s[SLOPE2] - s[SLOPE] * s[SLOPE] / n + FLAT * n;  // above 0 by FLAT
         float shift = -(s[PRODUCT] - s[ERROR] * s[SLOPE] / n) / slope2;
