@@ -1,4 +1,5 @@
 // test_solve_eigen.c: eigenpairs of sparse matrices against exact spectra and a dense Jacobi method.
+#include "omentum/base_job.h"
 #include "solve/solve_internal.h"
 #include "test_alloc.h"
 
@@ -284,6 +285,43 @@ static void second_run_gives_the_same_bytes(void** state) {
     om_csr_done(&other);
 }
 
+typedef struct Task {
+    OmCsr A;
+    int npair;
+    double lambda[20], x[20 * 200];
+} Task;
+
+static OmStatus solve_task(void* ctx, const OmProgress* progress) {
+    (void)progress;
+    Task* task = ctx;
+    OmEigenDef def = om_eigen_default_def(task->npair, -1e-3);
+    for (int run = 0; run < 20; ++run)
+        OM_TRY(om_eigen_smallest(&def, &task->A, NULL, task->lambda, task->x, NULL));
+    return OM_OK;
+}
+
+// Three threads with problems of different sizes: each result is that of a call alone.
+static void callers_of_several_threads_wait(void** state) {
+    (void)state;
+    enum { N = 3 };
+    Task* task = om_calloc(2 * N, sizeof *task);
+    OmJob* job[N];
+    for (int k = 0; k < N; ++k) {
+        make_chain(200 - 50 * k, &task[k].A);
+        task[k].npair = 20 - 5 * k;
+        task[N + k] = task[k];
+        assert_ok(solve_task(&task[N + k], NULL));
+    }
+    for (int k = 0; k < N; ++k) assert_ok(om_job_start(solve_task, &task[k], &job[k]));
+    for (int k = 0; k < N; ++k) assert_ok(om_job_join(job[k]));
+    for (int k = 0; k < N; ++k) {
+        assert_memory_equal(task[k].lambda, task[N + k].lambda, sizeof task[k].lambda);
+        assert_memory_equal(task[k].x, task[N + k].x, sizeof task[k].x);
+        om_csr_done(&task[k].A);
+    }
+    om_free(task);
+}
+
 static void call_inside_a_loop(void* ctx, int begin, int end, int block) {
     (void)begin, (void)end;
     OmCsr A;
@@ -402,6 +440,7 @@ int main(void) {
         cmocka_unit_test(multiple_eigenvalues_are_all_found),
         cmocka_unit_test(negative_eigenvalues_are_counted),
         cmocka_unit_test(second_run_gives_the_same_bytes),
+        cmocka_unit_test(callers_of_several_threads_wait),
         cmocka_unit_test(wrong_arguments_are_refused),
         cmocka_unit_test(outcomes_are_told),
         cmocka_unit_test(every_failing_allocation_is_told),
