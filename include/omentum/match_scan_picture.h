@@ -37,7 +37,8 @@ typedef struct OmScanDef {
     // m^2, 0 or more: smaller pieces of tissue are left out; default 25 mm^2
     double min_area;
     int margin;  // pixels around a tool that are not tissue, 0 to 16; default 1
-    // Noise of a depth, a + b z^2 for z in m: m and 1/m, 0 or more; default om_depth_noise_default
+    // Noise of a depth, a + b z^2 for z in m: m and 1/m, 0 or more; default om_depth_noise_default. If neighbouring
+    // pixels of the tissue show more noise, more is taken.
     double noise_a, noise_b;
 } OmScanDef;
 

@@ -9,14 +9,24 @@
 // The position of a point is the mean of the pixels within a third of the spacing; a plane through the pixels within
 // 0.6 spacings gives the normal. The mean is off by r^2 / 4R on a surface of curvature 1/R: 0.1 mm for 7 mm on 15 mm.
 //
+// Noise moves points along their rays. Distances within a neighbourhood do not count the part along the ray that noise
+// explains, and the radius of the plane is four standard deviations at least. On a folded sheet with 2.3 mm of noise
+// (seven times that of the default) the points are 0.25 mm (median) from the true surface and their normals off by 4
+// degrees; with plain distances 1.2 mm and 20 degrees.
+//
 // Not used: means over blocks of pixels (on a surface seen at 70 degrees the points are three spacings apart) and over
 // voxels (two layers of a fold in one voxel become one point, and pairs of points appear where a plane crosses).
 #include <string.h>
 
 #include "match/match_scan_internal.h"
 
+// By how many standard deviations of a depth two points may differ along the ray for nothing: three and one standard
+// deviations of a difference. Points covered with more slack are too far apart where the surface is oblique.
+#define SLACK 4.0
+#define COVER_SLACK 1.4
 #define MEAN (1.0 / 3)  // radius of the mean over the spacing
 #define FIT 0.6         // radius of the plane over the spacing
+#define FIT_NOISE 4.0   // the same over the standard deviation: with less the plane follows the ray
 
 typedef struct Cells {
     const ScanPicture* p;
@@ -50,10 +60,28 @@ static void cells_done(Cells* c) {
     om_free(c->last);
 }
 
+typedef struct Center {  // the middle of a neighbourhood
+    OmVec3 x, ray;       // of its pixel: place, and unit direction from the eye
+    double slack;        // m, by which noise moves two points apart along the ray
+} Center;
+
+static Center center_of(const ScanPicture* p, int i, double slack) {
+    OmVec3 x = om_load3(p->x, i);
+    double noise = om__depth_noise(p, (double)p->depth[i]);
+    return (Center){x, om_normalize(om_sub(x, p->eye)), slack * noise};
+}
+
+// Squared distance of a pixel's point from a centre, without the part that noise explains.
+static double distance2_of(const ScanPicture* p, const Center* c, int i) {
+    OmVec3 d = om_sub(om_load3(p->x, i), c->x);
+    double along = om_dot(d, c->ray), rest = fmax(0, fabs(along) - c->slack);
+    return om_norm2(d) - along * along + rest * rest;
+}
+
 // Pixels within `radius` of the point of pixel `seed`, reached by links inside this radius, into c->queue.
-static int search(Cells* c, int seed, double radius) {
+static int search(Cells* c, int seed, double radius, double slack) {
     const ScanPicture* p = c->p;
-    OmVec3 x = om_load3(p->x, seed);
+    Center center = center_of(p, seed, slack);
     int n = 0, mark = ++c->nsearch;
     c->queue[n++] = seed;
     c->last[seed] = mark;
@@ -61,7 +89,7 @@ static int search(Cells* c, int seed, double radius) {
         for (int k = 0; k < 4; ++k) {
             int i = c->queue[q], j = om__neighbour(p, i, k);
             if (j < 0 || c->last[j] == mark || !om__is_linked(p, i, j)) continue;
-            if (om_norm2(om_sub(om_load3(p->x, j), x)) >= radius * radius) continue;
+            if (distance2_of(p, &center, j) >= radius * radius) continue;
             c->last[j] = mark;
             c->queue[n++] = j;
         }
@@ -72,10 +100,11 @@ static void choose_points(Cells* c, double spacing) {
     const ScanPicture* p = c->p;
     for (int i = 0; i < p->npixel; ++i) {
         if (p->class[i] != OM_SCAN_TISSUE || c->cell[i] >= 0) continue;
-        int n = search(c, i, OM__SCAN_COVER * spacing);
+        int n = search(c, i, OM__SCAN_COVER * spacing, COVER_SLACK);
+        Center center = center_of(p, i, COVER_SLACK);
         for (int q = 0; q < n; ++q) {
             int j = c->queue[q];
-            double d2 = om_norm2(om_sub(om_load3(p->x, j), om_load3(p->x, i)));
+            double d2 = distance2_of(p, &center, j);
             if (c->cell[j] >= 0 && c->distance2[j] <= d2) continue;
             c->cell[j] = c->npoint;
             c->distance2[j] = d2;
@@ -93,14 +122,14 @@ static OmVec3 fit_normal(const Cells* c, int n, OmVec3 eye) {
 }
 
 // Mean of the first n pixels of the queue, and the standard deviation of its distance from the camera.
-static OmVec3 mean_of(const Cells* c, const OmScanDef* def, int n, double* noise) {
+static OmVec3 mean_of(const Cells* c, int n, double* noise) {
     OmVec3 mean = om_vec3(0, 0, 0);
     double z = 0;
     for (int q = 0; q < n; ++q) {
         mean = om_madd(mean, 1.0 / n, om_load3(c->p->x, c->queue[q]));
         z += (double)c->p->depth[c->queue[q]] / n;
     }
-    *noise = (def->noise_a + def->noise_b * z * z) / sqrt(n);
+    *noise = om__depth_noise(c->p, z) / sqrt(n);
     return mean;
 }
 
@@ -108,10 +137,12 @@ static void place_points(Cells* c, const OmScanDef* def, OmVec3 eye, OmScan* sca
     double sum = 0, noise;
     for (int k = 0; k < c->npoint; ++k) {
         double pixel = c->p->angle * (double)c->p->depth[c->seed[k]];
-        int n = search(c, c->seed[k], fmax(FIT * def->spacing, 3.5 * pixel));
+        double sigma = om__depth_noise(c->p, (double)c->p->depth[c->seed[k]]);
+        double radius = fmax(FIT * def->spacing, fmax(3.5 * pixel, FIT_NOISE * sigma));
+        int n = search(c, c->seed[k], radius, SLACK);
         om_store3(scan->normal, k, fit_normal(c, n, eye));
-        n = search(c, c->seed[k], fmax(MEAN * def->spacing, 0.5 * pixel));
-        om_store3(scan->x, k, mean_of(c, def, n, &noise));
+        n = search(c, c->seed[k], fmax(MEAN * def->spacing, 0.5 * pixel), SLACK);
+        om_store3(scan->x, k, mean_of(c, n, &noise));
         sum += noise * noise;
     }
     scan->noise = c->npoint > 0 ? sqrt(sum / c->npoint) : 0;
@@ -168,8 +199,8 @@ static void complete_normals(OmScan* scan) {
         om_store3(scan->normal, i, om_normalize(om_load3(scan->normal, i)));
 }
 
-OmStatus om__scan_decimate(const OmScanDef* def, OmVec3 eye, const ScanPicture* picture,
-                           OmScan* scan) {
+OmStatus om__scan_decimate(const OmScanDef* def, const ScanPicture* picture, OmScan* scan) {
+    OmVec3 eye = picture->eye;
     OmStatus status = OM_OK;
     Cells c;
     ScanEdges e = {0};

@@ -11,6 +11,8 @@ typedef struct ScanPicture {
     unsigned char* class;  // OmScanPixel (npixel)
     double angle;          // between the rays of neighbouring pixels in the middle, rad
     double max_jump;       // m, of linked pixels
+    OmVec3 eye;
+    double noise_a, noise_b;  // standard deviation of a depth, a + b z^2
 } ScanPicture;
 
 static inline bool om__has_depth(const ScanPicture* p, int i) {
@@ -26,8 +28,14 @@ static inline int om__neighbour(const ScanPicture* p, int i, int k) {
     return is_inside ? row * p->width + column : -1;
 }
 
+static inline double om__depth_noise(const ScanPicture* p, double z) {
+    return p->noise_a + p->noise_b * z * z;
+}
+
+// The noise of two depths alone seldom makes a difference of six standard deviations.
 static inline bool om__is_near(const ScanPicture* p, int i, int j) {
-    return fabs((double)p->depth[i] - (double)p->depth[j]) <= p->max_jump;
+    double a = (double)p->depth[i], b = (double)p->depth[j];
+    return fabs(a - b) <= fmax(p->max_jump, 6 * om__depth_noise(p, a));
 }
 
 // Whether the surface of the tissue is continuous between two neighbouring pixels.
@@ -36,7 +44,7 @@ static inline bool om__is_linked(const ScanPicture* p, int i, int j) {
 }
 
 // Radius that a point covers over the mean distance of neighbours: tests of scans hold this distance.
-#define OM__SCAN_COVER 0.865
+#define OM__SCAN_COVER 0.85
 
 typedef struct ScanEdges {  // directed edges of triangles, by their first point
     int *head, *next, *to;
@@ -60,7 +68,6 @@ OmVec3 om__plane_normal(const double* x, int n, const int* point, OmVec3* mean);
 OmStatus om__scan_estimate_normals(const OmVec3* eye, OmVec3 up, OmScan* scan, int* nestimated);
 
 // Choose points on the pixels of class OM_SCAN_TISSUE, with normals and triangles, into an empty scan.
-OmStatus om__scan_decimate(const OmScanDef* def, OmVec3 eye, const ScanPicture* picture,
-                           OmScan* scan);
+OmStatus om__scan_decimate(const OmScanDef* def, const ScanPicture* picture, OmScan* scan);
 
 #endif

@@ -10,6 +10,9 @@
 
 #define COOKIE 0x5ca9def0u
 #define MIN_NEIGHBOURS 3  // of eight at the same depth: fewer are of a pixel between two surfaces
+#define MAX_SAMPLE 1024   // pixels that tell the noise
+#define MIN_SAMPLE 50
+#define NORMAL_MEDIAN 0.6745  // of the size of a normal deviate
 #define HIGHLIGHT_BORDER 0.7  // share of a grey piece's border that is tissue at the same depth
 
 enum { PALE = OM_SCAN_OTHER + 1 };  // grey and away from known tools, while classes are found
@@ -200,6 +203,28 @@ static void drop_small(const ScanPicture* p, double min_area, bool* is_seen, int
     }
 }
 
+// A depth differs from the mean of its neighbours in the row by curvature, which is small, and by noise, with a standard
+// deviation of sqrt(1.5). The median does not see edges. Where this is more noise than the definition says, it is taken.
+static void measure_noise(ScanPicture* p) {
+    double sample[MAX_SAMPLE];
+    int ntissue = 0, n = 0;
+    for (int i = 0; i < p->npixel; ++i) ntissue += p->class[i] == OM_SCAN_TISSUE;
+    int stride = ntissue / MAX_SAMPLE + 1;
+    for (int i = 1, k = 0; i + 1 < p->npixel && n < MAX_SAMPLE; ++i) {
+        if (p->class[i] != OM_SCAN_TISSUE || k++ % stride != 0) continue;
+        if (p->class[i - 1] != OM_SCAN_TISSUE || p->class[i + 1] != OM_SCAN_TISSUE) continue;
+        double z = (double)p->depth[i], sigma = om__depth_noise(p, z);
+        double off = fabs(z - 0.5 * ((double)p->depth[i - 1] + (double)p->depth[i + 1]));
+        if (sigma > 0) sample[n++] = off / sigma;
+    }
+    if (n < MIN_SAMPLE) return;
+    om_sort_doubles(sample, n);
+    double more = sample[n / 2] / (NORMAL_MEDIAN * sqrt(1.5));
+    if (more <= 1) return;
+    p->noise_a *= more;
+    p->noise_b *= more;
+}
+
 static void classify(const OmScanDef* def, const OmObservation* obs, const OmCloudField* field,
                      ScanPicture* p, int* queue) {
     const OmPicture* color = &obs->rgbd.color;
@@ -216,6 +241,7 @@ static void classify(const OmScanDef* def, const OmObservation* obs, const OmClo
     for (int i = 0; i < p->npixel; ++i)
         if (p->class[i] == PALE) settle_grey(p, i, c.unknown, queue);
     grow_tool(p, def->margin, queue);
+    measure_noise(p);
     drop_between(p, queue);
 }
 
@@ -250,7 +276,10 @@ OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* obs
                      .npixel = d->camera.width * d->camera.height,
                      .depth = d->depth,
                      .angle = pixel_angle(&d->camera),
-                     .max_jump = def->max_jump};
+                     .max_jump = def->max_jump,
+                     .eye = d->camera.pose_world_camera.p,
+                     .noise_a = def->noise_a,
+                     .noise_b = def->noise_b};
     OM_ALLOC_DONE(p.x, 3 * (size_t)p.npixel);
     OM_ALLOC_DONE(p.class, p.npixel);
     OM_ALLOC_DONE(queue, p.npixel);
@@ -258,7 +287,7 @@ OmStatus om_scan_from_observation(const OmScanDef* def, const OmObservation* obs
     spread(&p, om_depth_to_cloud(&d->camera, d->depth, NULL, NULL, -1, p.x, NULL));
     classify(def, obs, &field, &p, queue);
     drop_small(&p, def->min_area, is_seen, queue);
-    OM_TRY_DONE(om__scan_decimate(def, d->camera.pose_world_camera.p, &p, scan));
+    OM_TRY_DONE(om__scan_decimate(def, &p, scan));
     scan->time = d->time;
     scan->has_camera = true;
     scan->camera = d->camera;

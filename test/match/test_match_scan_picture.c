@@ -24,6 +24,40 @@ static void test_sheet(void** state) {
     teardown(&f);
 }
 
+// Noise that the definition does not know: it is measured, and points and normals stay good.
+static void test_more_noise(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.rgbd = om_scene_default().rgbd;
+    setup(&f, scene);
+    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    OmObservation obs = observe(&f, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+    OmRng rng = om_rng_init(11, 0);
+    int npixel = obs.rgbd.camera.width * obs.rgbd.camera.height;
+    for (int i = 0; i < npixel; ++i)
+        if (obs.rgbd.depth[i] > 0) obs.rgbd.depth[i] += (float)(0.002 * om_rng_normal(&rng));
+    OmScan scan;
+    assert_ok(om_scan_from_observation(&def, &obs, &scan));
+    Truth truth = truth_init(&f, &obs.rgbd.camera);
+    ScanQuality q = scan_quality(&truth, &obs, &scan);
+    print_message(
+        "2 mm more noise: found %.4f, to the surface %.3f / %.3f mm (noise %.3f), normals "
+        "%.1f / %.1f degrees, %.2f mm apart\n",
+        q.found, 1e3 * q.median, 1e3 * q.p90, 1e3 * scan.noise, q.normal_median * 180 / OM_PI,
+        q.normal_p90 * 180 / OM_PI, 1e3 * q.spacing);
+    assert_true(q.found > 0.97);
+    assert_below(q.median, 4e-4);
+    assert_below(q.p90, 1e-3);
+    assert_below(q.normal_median, 6 * OM_PI / 180);
+    assert_near_rel(q.spacing, def.spacing, 0.15);
+    assert_true(scan.noise > q.median && scan.noise < 3 * q.median);
+    truth_done(&truth);
+    om_scan_done(&scan);
+    om_observation_done(&obs);
+    teardown(&f);
+}
+
 // The camera and every pixel are those of the picture; triangles face the camera.
 static void test_scan_says_where_from(void** state) {
     (void)state;
@@ -314,6 +348,7 @@ static void test_no_memory(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sheet),
+        cmocka_unit_test(test_more_noise),
         cmocka_unit_test(test_scan_says_where_from),
         cmocka_unit_test(test_plane),
         cmocka_unit_test(test_highlights),
