@@ -33,6 +33,7 @@ static const struct {
     {"match_spectral", bench_match_spectral},
     {"match_update", bench_match_update},
     {"match_scan", bench_match_scan},
+    {"match_register", bench_match_register},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
