@@ -203,8 +203,8 @@ static void drop_small(const ScanPicture* p, double min_area, bool* is_seen, int
     }
 }
 
-// A depth differs from the mean of its neighbours in the row by curvature, which is small, and by noise, with a standard
-// deviation of sqrt(1.5). The median does not see edges. Where this is more noise than the definition says, it is taken.
+// A depth differs from the mean of its neighbours in the row by curvature, which is small, and by noise, with a
+// standard deviation of sqrt(1.5). The median does not see edges. Noise above that of the definition is taken.
 static void measure_noise(ScanPicture* p) {
     double sample[MAX_SAMPLE];
     int ntissue = 0, n = 0;
