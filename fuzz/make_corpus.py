@@ -380,8 +380,30 @@ def umesh_nets():
     put("umesh_net/tail.bin", b"".join(real(65535 - i, 0.5) for i in range(8)))
 
 
+def png(width, height, depth, color, rows, palette=b"", interlace=0):
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    head = struct.pack(">IIBBBBB", width, height, depth, color, 0, 0, interlace)
+    body = chunk(b"IHDR", head) + (chunk(b"PLTE", palette) if palette else b"")
+    return b"\x89PNG\r\n\x1a\n" + body + chunk(b"IDAT", zlib.compress(rows, 9)) + chunk(b"IEND", b"")
+
+
+def pngs():
+    put("png/grey.png", png(5, 4, 8, 0, bytes(b for y in range(4) for b in [y % 5, *range(y, y + 5)])))
+    put("png/grey1.png", png(9, 2, 1, 0, b"\0\xaa\x80\0\x55\0"))
+    put("png/rgb.png", png(3, 2, 8, 2, b"".join(b"\0" + bytes(range(20 * y, 20 * y + 9)) for y in range(2))))
+    put("png/rgba.png", png(2, 2, 8, 6, b"\0" + bytes(range(8)) + b"\2" + bytes(range(8))))
+    put("png/palette.png", png(4, 2, 2, 3, b"\0\x1b\0\xe4", palette=bytes(range(12))))
+    put("png/depth.png", png(4, 3, 16, 0, b"".join(b"\0" + struct.pack(">4H", y, 1000, 2000, 65535) for y in range(3))))
+    put("png/interlaced.png", png(2, 2, 8, 0, b"\0\1\0\2\0\3\4", interlace=1))
+    put("png/huge.png", png(60000, 60000, 8, 2, b"\0"))
+    put("png/short.png", png(50, 50, 8, 2, b"\0\1\2"))
+
+
 if __name__ == "__main__":
     niftis()
+    pngs()
     nrrds()
     mshes()
     vtks()

@@ -1,7 +1,7 @@
 // 18_record_a_series.c: record what the depth camera sees while the robot lifts a sheet, and scan the tissue later.
 //
-// Written: series/series.yaml with times, poses and arms, and two PNG files for each frame. Pictures of a real camera, in
-// a folder of the same form, are read the same way.
+// Written: series/series.yaml with times, poses and arms, and two PNG files a frame. Pictures of a real camera in a
+// folder of the same form are read the same way.
 #include <stdio.h>
 
 #include "omentum/omentum.h"

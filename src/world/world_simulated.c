@@ -220,6 +220,8 @@ static OmStatus build_sense(SimWorld* w) {
     }
     w->endoscope = om__world_camera(site, &w->scene->endoscope, -1);
     w->rgbd = om__world_camera(site, &w->scene->rgbd, 1);
+    OM_TRY(om_camera_check(&w->endoscope));
+    OM_TRY(om_camera_check(&w->rgbd));
     w->is_sense_stale = true;
     return OM_OK;
 }

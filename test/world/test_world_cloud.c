@@ -54,10 +54,8 @@ static void check_registered(const OmDepthPicture* d, OmPose pose_world_task) {
 }
 
 // Every picture has its camera: a point of the tissue projects to where the depth camera measured it.
-static void test_pictures_have_time_and_camera(void** state) {
-    (void)state;
+static void check_pictures(OmScene scene) {
     Field f;
-    OmScene scene = half_held();
     scene.world.has_depth_noise = false;
     scene.endoscope.width = 200, scene.endoscope.height = 150;
     setup(&f, scene);
@@ -96,10 +94,29 @@ static void test_pictures_have_time_and_camera(void** state) {
     teardown(&f);
 }
 
-static void test_cloud_lies_on_the_tissue(void** state) {
+static void test_pictures_have_time_and_camera(void** state) {
     (void)state;
+    check_pictures(half_held());
+}
+
+// The same with a calibrated depth camera: the lens bends lines by up to 9 pixels in the corners.
+static OmScene bent_camera(void) {
+    OmScene scene = half_held();
+    const double distortion[5] = {-0.25, 0.08, 5e-4, -4e-4, 0};
+    scene.rgbd.focal[0] = 156, scene.rgbd.focal[1] = 155;
+    scene.rgbd.center[0] = 81, scene.rgbd.center[1] = 58.5;
+    memcpy(scene.rgbd.distortion, distortion, sizeof distortion);
+    return scene;
+}
+
+static void test_pictures_of_a_bent_lens(void** state) {
+    (void)state;
+    check_pictures(bent_camera());
+}
+
+static void check_cloud(OmScene scene) {
     Field f;
-    setup(&f, half_held());
+    setup(&f, scene);
     assert_ok(om_world_advance(f.world, 0.02));
     OmCloudDef def = om_cloud_default_def(f.world, &f.site);
     OmCloud cloud = find_cloud(&f, &def);
@@ -125,6 +142,12 @@ static void test_cloud_lies_on_the_tissue(void** state) {
     om_observation_done(&obs);
     om_cloud_done(&cloud);
     teardown(&f);
+}
+
+static void test_cloud_lies_on_the_tissue(void** state) {
+    (void)state;
+    check_cloud(half_held());
+    check_cloud(bent_camera());
 }
 
 // Points above the sheet by more than 3 mm, where the tissue lies flat: of a tool.
@@ -382,6 +405,7 @@ static void test_failing_allocations_leak_nothing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pictures_have_time_and_camera),
+        cmocka_unit_test(test_pictures_of_a_bent_lens),
         cmocka_unit_test(test_cloud_lies_on_the_tissue),
         cmocka_unit_test(test_tools_are_left_out),
         cmocka_unit_test(test_cloud_of_lifted_tissue),
