@@ -24,6 +24,21 @@ static void test_sheet(void** state) {
     teardown(&f);
 }
 
+// A lens of an endoscope: the points are on the surface all the same.
+static void test_distortion(void** state) {
+    (void)state;
+    Field f;
+    OmScene scene = half_held();
+    scene.rgbd = om_scene_default().rgbd;
+    const double lens[5] = {-0.25, 0.08, 1e-3, -1e-3, 0};
+    memcpy(scene.rgbd.distortion, lens, sizeof lens);
+    setup(&f, scene);
+    assert_ok(om_world_advance(f.world, 0.02));
+    OmScanDef def = om_scan_default_def(f.world, &f.site);
+    check_view(&f, &def, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, "distorted");
+    teardown(&f);
+}
+
 // Noise that the definition does not know: it is measured, and points and normals stay good.
 static void test_more_noise(void** state) {
     (void)state;
@@ -349,6 +364,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_sheet),
         cmocka_unit_test(test_more_noise),
+        cmocka_unit_test(test_distortion),
         cmocka_unit_test(test_scan_says_where_from),
         cmocka_unit_test(test_plane),
         cmocka_unit_test(test_highlights),
