@@ -73,8 +73,10 @@ typedef enum OmStudyGuess {  // attachments given to the twin
     OM_STUDY_ZERO,           // none
     OM_STUDY_ALL,            // the whole underside
     OM_STUDY_SAME,           // those of the truth
-    OM_STUDY_SINGLE,         // om_match_update from one view
-    OM_STUDY_THREE,          // om_match_update from three views
+    OM_STUDY_STILL,  // vertices that truly moved by less than 1 mm in one view: all that a view may tell
+    OM_STUDY_STILL_THREE,  // the same in each of three views
+    OM_STUDY_SINGLE,       // om_match_update from one view
+    OM_STUDY_THREE,        // om_match_update from three views
     OM_STUDY_NGUESS
 } OmStudyGuess;
 
@@ -91,8 +93,8 @@ typedef struct OmStudyQuartiles {
     double lower, median, upper;
 } OmStudyQuartiles;
 
-typedef struct
-    OmStudyGuessResult {        // over views; OM_STUDY_THREE: over layouts, positions over views
+// Over views. OM_STUDY_STILL_THREE and OM_STUDY_THREE: over layouts, positions over views.
+typedef struct OmStudyGuessResult {
     bool is_there;              // this build has it
     OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
     OmStudyQuartiles ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth

@@ -113,8 +113,8 @@ static const OmCliKey att_key[] = {
 };
 
 static void print_attachments(const OmStudyAttachmentsSummary* s, const char* dir) {
-    static const char* const name[OM_STUDY_NGUESS] = {"Zero", "All", "Same", "one view",
-                                                      "three views"};
+    static const char* const name[OM_STUDY_NGUESS] = {
+        "Zero", "All", "Same", "Still", "Still, three", "one view", "three views"};
     const OmStudyGuessResult *one = &s->by[OM_STUDY_SINGLE], *three = &s->by[OM_STUDY_THREE];
     om_cli_figure("layouts", s->nlayout);
     if (one->is_there) {

@@ -11,13 +11,17 @@
 #include "study/study_attachments.h"
 
 #define COOKIE 0x57d1a77au
+#define STILL 0.001        // m
 #define SETTLE_SPEED 1e-3  // m/s
 #define SETTLE_TIME 3      // s
 
-const char* const om__study_guess_name[OM_STUDY_NGUESS] = {"zero", "all", "same", "single",
-                                                           "three"};
+const char* const om__study_guess_name[OM_STUDY_NGUESS] = {"zero",        "all",    "same", "still",
+                                                           "still_three", "single", "three"};
 const char* const om__study_guess_title[OM_STUDY_NGUESS] = {
-    "Zero: none", "All: the whole underside", "Same: the true ones", "one view", "three views"};
+    "Zero: none",           "All: the whole underside",
+    "Same: the true ones",  "Still: true motion below 1 mm",
+    "Still in three views", "one view",
+    "three views"};
 
 OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir) {
     return (OmStudyAttachmentsDef){.out_dir = out_dir, .cookie = COOKIE};
@@ -191,6 +195,17 @@ static OmStatus move_twin(Layout* l, const unsigned char* attached, const double
     return OM_OK;
 }
 
+// Vertices of the underside that the truth moves by less than STILL in these views.
+static void find_still(const Layout* l, int first, int nview, unsigned char* still) {
+    for (int i = 0; i < l->r->nnode; ++i) {
+        int vert = l->under->vert[i];
+        still[i] = 1;
+        for (int g = first; g < first + nview; ++g)
+            if (om_distance(om_load3(l->view[g].x, vert), om_load3(l->site.mesh.x, vert)) >= STILL)
+                still[i] = 0;
+    }
+}
+
 static OmStatus move_baselines(Layout* l) {
     unsigned char guess[ATT_MAX_NODE];
     for (int g = 0; g < MATCH_NGRASP; ++g) {
@@ -199,6 +214,8 @@ static OmStatus move_baselines(Layout* l) {
         memset(guess, 1, sizeof guess);
         OM_TRY(move_twin(l, guess, NULL, g, OM_STUDY_ALL));
         OM_TRY(move_twin(l, l->r->truth, NULL, g, OM_STUDY_SAME));
+        OM_TRY(move_twin(l, l->r->still[g], NULL, g, OM_STUDY_STILL));
+        OM_TRY(move_twin(l, l->r->still[MATCH_NGRASP], NULL, g, OM_STUDY_STILL_THREE));
     }
     return OM_OK;
 }
@@ -253,6 +270,10 @@ static OmStatus run_layout(const Att* s, int layout, AttResult* r) {
     memset(r, 0, sizeof *r);
     OM_TRY_DONE(make_truth(&l, layout));
     for (int g = 0; g < MATCH_NGRASP; ++g) OM_TRY_DONE(make_view(&l, layout, g));
+    for (int k = 0; k < ATT_NUPDATE; ++k) {
+        bool is_single = k < MATCH_NGRASP;
+        find_still(&l, is_single ? k : 0, is_single ? 1 : MATCH_NGRASP, r->still[k]);
+    }
     OM_TRY_DONE(om_body_create(&l.scene, &l.site, s->def->nworker, &l.body));
     OM_TRY_DONE(move_baselines(&l));
     def = om_match_default_def(&l.scene, &l.site);
@@ -278,6 +299,7 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
     unsigned char every[ATT_MAX_NODE], none[ATT_MAX_NODE] = {0};
     memset(every, 1, sizeof every);
     bool is_update = guess == OM_STUDY_SINGLE || guess == OM_STUDY_THREE;
+    bool is_three = guess == OM_STUDY_THREE || guess == OM_STUDY_STILL_THREE;
     out->is_there = !is_update || s->result[0].update[0].is_there;
     if (!out->is_there) return;
     for (int i = 0; i < s->nlayout; ++i) {
@@ -285,7 +307,7 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
         for (int g = 0; g < MATCH_NGRASP; ++g) {
             ave[nmove] = r->ave[guess][g];
             mve[nmove++] = r->mve[guess][g];
-            if (guess == OM_STUDY_THREE && g > 0) continue;
+            if (is_three && g > 0) continue;
             ms[nscore] = 0;
             if (is_update) {
                 const AttUpdate* u = &r->update[guess == OM_STUDY_SINGLE ? g : MATCH_NGRASP];
@@ -294,9 +316,9 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
                 ms[nscore] = u->ms;
                 out->nrefused += !u->is_accepted;
             } else {
-                const unsigned char* found = guess == OM_STUDY_ZERO  ? none
-                                             : guess == OM_STUDY_ALL ? every
-                                                                     : r->truth;
+                const unsigned char* const list[] = {none, every, r->truth, r->still[g],
+                                                     r->still[MATCH_NGRASP]};
+                const unsigned char* found = list[guess];
                 om__study_score_attached(r->nnode, found, r->truth, &dsc[nscore], &tpr[nscore]);
             }
             ++nscore;

@@ -31,6 +31,7 @@ typedef struct AttResult {  // of one layout; the contents of its file
     double share;                    // of the underside, held
     double node_x[ATT_MAX_NODE][2];  // m, task frame
     unsigned char truth[ATT_MAX_NODE];
+    unsigned char still[ATT_NUPDATE][ATT_MAX_NODE];  // truly moved by less than 1 mm
     AttUpdate update[ATT_NUPDATE];
     // m, of the moved twin; OM_STUDY_SINGLE and OM_STUDY_THREE by their own update
     double ave[OM_STUDY_NGUESS][MATCH_NGRASP], mve[OM_STUDY_NGUESS][MATCH_NGRASP];

@@ -50,6 +50,8 @@ static void add_table(const Att* s, OmReport* report) {
         {"0", "0", "27.0 (13.4-52.0)"},
         {"0.42 (0.31-0.55)", "93 (84-100)", "6.7 (2.5-12.4)"},
         {"1", "100", "0.6 (0.2-1.7)"},
+        {NULL, NULL, NULL},
+        {NULL, NULL, NULL},
         {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
         {NULL, NULL, NULL}};
     char text[OM_STUDY_NGUESS][5][WORD];
@@ -74,7 +76,8 @@ static void add_table(const Att* s, OmReport* report) {
         report,
         "Median and quartiles over views. The thesis's columns are its Table 4.1: other tissue, other layouts "
         "and a network in place of the update; beside one view stands its row TestV, less than half of the surface "
-        "visible. A refused update counts as no attachment.");
+        "visible. A refused update counts as no attachment. Still is no "
+        "method: it knows the true motion of the underside and shows what views of these lifts may tell.");
 }
 
 static OmStatus add_layouts(const Att* s, OmReport* report) {
