@@ -57,5 +57,6 @@ OmStatus bench_match_scan(const BenchOptions* options);      // bench_match_scan
 OmStatus bench_match_register(const BenchOptions* options);  // bench_match_register.c
 OmStatus bench_match_update(const BenchOptions* options);    // bench_match_update.c
 OmStatus bench_match_spectral(const BenchOptions* options);  // bench_match_spectral.c
+OmStatus bench_match_live(const BenchOptions* options);      // bench_match_live.c
 
 #endif

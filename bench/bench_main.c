@@ -34,6 +34,7 @@ static const struct {
     {"match_update", bench_match_update},
     {"match_scan", bench_match_scan},
     {"match_register", bench_match_register},
+    {"match_live", bench_match_live},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
