@@ -6,17 +6,17 @@
 //     w k ((1 - a) (n.(y - q))^2 + a |y - q|^2) / 2,   w = 1 / (1 + |y - q|^2 / c^2)^2    (Geman and McClure 1987)
 //
 // with n the normal of the triangle, a small, and c three times the median distance. Partners are renewed in each
-// iteration: the nearest point among triangles that the camera sees and that face as the scan does. An iteration is one
+// iteration: the nearest point among triangles that the camera sees and that face like the scan. An iteration is one
 // linearisation with the engine of om_fem_engine (om_tissue_begin_step, point forces, CG), without velocities: a step
 // of gradient flow with masses as damping, so that a part without support falls. Attachments lose their stiffness
-// with their displacement by the same w, so a wrong one yields to the scan.
-//
-// At x_twin all forces balance: springs of attachments begin with the force that they bear there, the ground's support
-// ends when a vertex leaves it, and any other unbalanced force (organ, tools, motion) stays as a constant.
+// with their displacement by the same w, so a wrong one yields to the scan. Their springs begin with the force that
+// they bear at x_twin; the ground's support ends when a vertex leaves it.
 //
 // Measured on 24 cases of a sheet of 882 vertices (doc/notes/match_live.md). Rejected: the tangent in double with
 // CHOLMOD, 20 ms an iteration instead of 2; weightless tissue, twice the error at folds of 135 degrees (median of moved
-// points 2.7 mm, not 1.6); the law's own Poisson's ratio of 0.45, with which linear tetrahedra bend too stiffly.
+// points 2.7 mm, not 1.6); the law's own Poisson's ratio of 0.45, with which linear tetrahedra bend too stiffly;
+// constant forces that balance x_twin everywhere, because stresses of another law turn with the fold and the forces do
+// not (2.2 mm, not 0.6).
 #include "omentum/match_live.h"
 
 #include <string.h>
@@ -28,14 +28,15 @@
 
 #define COOKIE 0x11fe7a01u
 #define MAX_POISSON 0.3
-#define FOLLOW_STEP 0.1  // s, of gradient flow, without the scan
-#define FIT_STEP 1.0     // ... with it
+#define FOLLOW_STEP 0.05  // s, of gradient flow, without the scan
+#define FIT_STEP 1.0      // ... with it
 #define CG_TOLERANCE 0.03
 #define HOLD 10.0   // stiffness of springs over that of a vertex of the surface: grasped vertices
 #define GROUND 3.0  // ... board and organ
 #define TOUCH 5e-4  // m, a vertex nearer to board or organ rests on it
 #define MIN_VOLUME 0.2  // of det F; an iteration that goes below is shortened
 #define MAX_HALVING 5
+#define MAX_MOVE 3.0    // edges, of a vertex in an iteration
 #define RESTART_HOLD 2  // iterations a step of a restart
 
 typedef struct Force {  // in balance at the start
@@ -76,6 +77,7 @@ typedef struct Scan {  // one call
     double *bary, *distance, *sorted;  // distance: HUGE_VAL without partner
     int npaired;
     double median, scale;
+    bool has_diverged;  // an iteration had no finite solution
 } Scan;
 
 // ---- definition, create, destroy ------------------------------------------------------------------------------
@@ -383,11 +385,13 @@ static OmStatus find_stiffness(OmMatchLive* live) {
     return OM_OK;
 }
 
-// Move by h dv, or less where an element would be crushed.
+// Move by h dv, or less where a vertex would go far or an element would be crushed.
 static OmStatus move(OmMatchLive* live, double h) {
     const double* dv = om_tissue_dv(live->work);
     size_t n = 3 * (size_t)live->view->mesh->nvert;
-    double share = h, least = 1;
+    double share = h, least = 1, far = 0, limit = MAX_MOVE * live->view->edge;
+    for (int v = 0; v < live->view->mesh->nvert; ++v) far = fmax(far, h * om_norm(om_load3(dv, v)));
+    if (far > limit) share *= limit / far;
     for (int k = 0; k <= MAX_HALVING; ++k, share *= 0.5) {
         for (size_t i = 0; i < n; ++i) live->y[i] = live->x[i] + share * dv[i];
         OM_TRY(om_tissue_set_x(live->model, live->state, live->y, NULL));
@@ -430,18 +434,17 @@ static OmStatus hold(Scan* s, double share) {
     return OM_OK;
 }
 
-// Begin at x, where all forces balance.
+// Begin at x.
 static OmStatus begin(Scan* s, const double* x) {
     OmMatchLive* live = s->live;
     Force* force = &live->force;
     size_t n = 3 * (size_t)live->view->mesh->nvert;
-    memcpy(live->x, x, n * sizeof *x);
+    memmove(live->x, x, n * sizeof *x);
     memcpy(live->x_begin, x, n * sizeof *x);
     live->min_volume = 1;
     OM_TRY(om_tissue_set_x(live->model, live->state, x, NULL));
     OM_TRY(om_tissue_get_internal_force(live->model, live->state, force->reaction));
     const double* mass = om_tissue_mass(live->model);
-    double* constant = om_tissue_external_force(live->state);
     for (int v = 0; v < live->view->mesh->nvert; ++v) {
         OmVec3 weight = om_scale(mass[v], om_tissue_gravity(live->model)), normal;
         OmVec3 r = om_scale(-1, om_add(om_load3(force->reaction, v), weight));
@@ -449,9 +452,6 @@ static OmStatus begin(Scan* s, const double* x) {
         bool is_ours = live->attached[v] || live->held_at[v] >= 0;
         force->rests[v] =
             !is_ours && om__match_gap(live->def.match, om_load3(x, v), &normal) < TOUCH;
-        if (is_ours) r = om_vec3(0, 0, 0);
-        if (force->rests[v]) r = om_madd(r, -fmax(0, om_dot(r, normal)), normal);
-        om_store3(constant, v, r);
     }
     return OM_OK;
 }
@@ -471,17 +471,34 @@ static OmStatus start_from_twin(Scan* s, const double* x_twin) {
 }
 
 // The twin's own motion, from rest along a straight way of the tool. Every vertex that rests on board or organ may be
-// attached: a weak spring holds it until tool or scan pull it away.
+// attached: a weak spring holds it until tool or scan pull it away. Vertices that then still rest stay, the others are
+// free, and the twin starts once more from there.
 static OmStatus start_from_rest(Scan* s, double stick) {
-    int n = s->live->def.nrestart;
+    OmMatchLive* live = s->live;
+    int n = live->def.nrestart;
     OM_TRY(hold(s, 0));
-    s->live->force.stick = stick;
-    OM_TRY(begin(s, s->live->view->mesh->x));
+    live->force.stick = stick;
+    OM_TRY(begin(s, live->view->mesh->x));
     for (int k = 1; k <= n; ++k) {
         OM_TRY(hold(s, (double)k / n));
-        for (int i = 0; i < RESTART_HOLD; ++i) OM_TRY(iterate(s->live, NULL, FOLLOW_STEP));
+        for (int i = 0; i < RESTART_HOLD; ++i) OM_TRY(iterate(live, NULL, FOLLOW_STEP));
     }
+    OM_TRY(fit(s));
+    OM_TRY(begin(s, live->x));
+    for (int k = 0; k < live->def.nfollow; ++k) OM_TRY(iterate(live, NULL, FOLLOW_STEP));
     return fit(s);
+}
+
+// A start; without a finite solution it has no pairs, and the twin is back at x.
+static OmStatus run_start(Scan* s, const double* x, double stick, bool is_first) {
+    OmStatus status = is_first ? start_from_twin(s, x) : start_from_rest(s, stick);
+    s->has_diverged = status == OM_INVALID;
+    if (!s->has_diverged) return status;
+    memcpy(s->live->x, x, 3 * (size_t)s->live->view->mesh->nvert * sizeof *x);
+    for (int i = 0; i < s->scan->npoint; ++i) s->tri[i] = -1;
+    s->npaired = s->buffer.ntissue = s->buffer.nother = 0;
+    s->median = 0;
+    return OM_OK;
 }
 
 // ---- the result -----------------------------------------------------------------------------------------------
@@ -499,7 +516,9 @@ static void judge(const Scan* s, OmMatchPairs* p) {
     char* reason = p->reason;
     size_t size = sizeof p->reason;
     reason[0] = 0;
-    if (s->npaired == 0)
+    if (s->has_diverged)
+        snprintf(reason, size, "the deformation of the twin diverged");
+    else if (s->npaired == 0)
         snprintf(reason, size, "no point of the scan has a partner on the twin");
     else if (p->paired < def->min_paired)
         snprintf(reason, size,
@@ -545,13 +564,14 @@ static OmStatus search(Scan* s, const double* x_twin, OmMatchPairs* p) {
     // Springs of resting vertices over those of attached ones; 0.1 peels off by the weight of a fold, 1 by the scan.
     static const double stick[] = {0.1, 1};
     const OmMatchLiveDef* def = &s->live->def;
-    OM_TRY(start_from_twin(s, x_twin));
+    OM_TRY(hold(s, 1));  // refuses grasps that are not valid
+    OM_TRY(run_start(s, x_twin, 0, true));
     judge(s, p);
     write(s, p);
     bool may_restart = def->nrestart > 0 && s->ngrasp > 0 && s->scan->npoint > 0;
     for (size_t k = 0; k < sizeof stick / sizeof *stick && may_restart && p->is_lost; ++k) {
         OmMatchPairs other = {0};
-        OM_TRY(start_from_rest(s, stick[k]));
+        OM_TRY(run_start(s, s->live->view->mesh->x, stick[k], false));
         judge(s, &other);
         if (other.is_lost && badness(&other, def) >= badness(p, def)) continue;
         p->median = other.median, p->p90 = other.p90, p->p95 = other.p95;

@@ -18,6 +18,7 @@ typedef struct Rig {
     OmScan scan;
     double* truth;  // rest positions of the scan's points
     OmMatchGrasp grasp;
+    int* held;  // grasped vertices
 } Rig;
 
 // A sheet of n x n x 1 cells; its underside is attached where x is below -20 mm.
@@ -48,6 +49,7 @@ static void end(Rig* rig) {
     om_scan_done(&rig->scan);
     free(rig->x);
     free(rig->truth);
+    free(rig->held);
 }
 
 // Bend about the line x = 0 by `angle`: an arc of RADIUS, then a plane. Lengths of the middle surface do not change.
@@ -73,11 +75,18 @@ static void bend_rig(Rig* rig, double angle, double twin_angle) {
     }
     for (int v = 0; v < rig->view->mesh->nvert; ++v)
         om_store3(rig->x, v, bend(om_load3(rig->view->mesh->x, v), twin_angle, &n));
+    // The tool holds a strip along the edge: a bend of constant curvature is no equilibrium of a sheet held at a point.
+    int nheld = 0;
+    if (!rig->held) rig->held = malloc(sizeof(int) * (size_t)rig->view->mesh->nvert);
+    for (int v = 0; v < rig->view->mesh->nvert; ++v)
+        if (rig->view->mesh->x[3 * v] > 0.04) rig->held[nheld++] = v;
     OmVec3 tip = om_vec3(0.06, 0, THICK);
     rig->grasp = (OmMatchGrasp){
+        .nvert = nheld,
+        .vert = rig->held,
         .pose_world_grasp = {tip, om_quat_identity()},
         .pose_world_now = {bend(tip, angle, &n), om_quat_axis_angle(om_vec3(0, -1, 0), angle)},
-        .radius = 0.012};
+    };
 }
 
 static OmCamera camera_above(void) {
@@ -172,6 +181,7 @@ static void test_rigid_motion(void** state) {
     om_match_live_set_attached(rig.live, NULL);
     bend_rig(&rig, 0, 0);
     rig.grasp.radius = 0.2;  // all of it
+    rig.grasp.vert = NULL;
     OmPose motion = {om_vec3(0.004, -0.006, 0.02), om_quat_axis_angle(om_vec3(0, 0.6, 0.8), 0.2)};
     rig.grasp.pose_world_now = om_pose_mul(motion, rig.grasp.pose_world_grasp);
     for (int i = 0; i < rig.scan.npoint; ++i) {
@@ -186,10 +196,9 @@ static void test_bend(void** state) {
     (void)state;
     Rig rig;
     begin(&rig, 16, 1000, 1);
-    // A bend of constant curvature is no equilibrium: the twin, which is in balance at another angle, differs.
-    bend_rig(&rig, OM_PI / 2, 0.7 * OM_PI / 2);
+    bend_rig(&rig, 1.2, 0.7 * 1.2);
     check(&rig, 1e-3, 2e-3);
-    see(&rig, OM_PI / 2);
+    see(&rig, 1.2);
     assert_true(rig.scan.npoint > 250 && rig.scan.npoint < 500);
     check(&rig, 1e-3, 2e-3);
     for (int i = 0; i < rig.scan.npoint; i += 2)  // a normal is not known everywhere
@@ -204,11 +213,11 @@ static void test_restart(void** state) {
     Rig rig;
     begin(&rig, 16, 1000, 1);
     om_match_live_set_attached(rig.live, NULL);
-    bend_rig(&rig, 1.5, 1);
+    bend_rig(&rig, 1.2, 1);
     for (int v = 0; v < rig.view->mesh->nvert; ++v)
-        om_store3(rig.x, v, om_add(om_load3(rig.view->mesh->x, v), om_vec3(-0.02, 0.01, 0.02)));
-    see(&rig, 1.5);
-    check(&rig, 2.5e-3, 6e-3);
+        om_store3(rig.x, v, om_add(om_load3(rig.view->mesh->x, v), om_vec3(0, 0.09, 0.05)));
+    see(&rig, 1.2);
+    check(&rig, 1e-3, 2e-3);
     OmMatchPairs p;
     assert_ok(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p));
     assert_true(p.is_restarted);
@@ -354,7 +363,7 @@ static void test_displacement(void** state) {
     om_match_pairs_displacement(rig.view, &p, u, seen);
     for (int i = 0; i < n; ++i) {
         OmVec3 X = om_load3(rig.view->surface->x, i);
-        assert_below(om_norm(om_load3(u, i)), 2e-4);
+        assert_below(om_norm(om_load3(u, i)), 4e-4);  // the body sinks by its weight
         if (X.x < -0.01 || X.y < -0.01) assert_true(seen[i] == 0);
         sum += seen[i];
     }
@@ -399,6 +408,7 @@ static void test_bad_input(void** state) {
     assert_non_null(strstr(om_error_message(), "vertex 2"));
     rig.x[7] = 0;
     rig.grasp.radius = 1e-6;
+    rig.grasp.vert = NULL;
     rig.grasp.pose_world_grasp.p.x = 1;
     assert_status(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p), OM_INVALID);
     assert_null(p.x);
