@@ -48,6 +48,7 @@ static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* obs
     observation->time += w->clock;
     for (int a = 0; a < observation->narm; ++a) observation->arm[a].time += w->clock;
     observation->endoscope.time += w->clock - w->delay;
+    observation->rgbd.time += w->clock - w->delay;
     if (status < 0 || !(what & OM_OBSERVE_VISIBILITY)) return status;
     if (w->nclosed > 0) {
         --w->nclosed;

@@ -25,6 +25,7 @@ typedef struct Fake {
     double shift;   // m, `from` falls by this with each call
     double sleep;   // s, of each call
     double uneven;  // s more in every other call
+    double late;    // s, age of the world's pictures
     double pace;    // s that a tick of the loop takes at least
     int ncall;      // written by the job
     int nmost;      // acquisitions of a call, the most
@@ -151,7 +152,7 @@ static void run_done(Run* run) { om_retract_result_done(&run->result); }
 // A loop from rest to its end on `world`. `change` may change the updater's definition.
 static void run_on(Rig* g, OmWorld* world, Fake* f, const OmUpdateDef* like, Run* run) {
     rig_start(g);
-    *run = (Run){.seen = {.rig = g, .pace = f ? f->pace : 0, .rest = f ? 0.3 : 0}};
+    *run = (Run){.seen = {.rig = g, .pace = f ? f->pace : 0, .rest = f ? 0.3 + f->late : 0}};
     OmUpdateDef def = om_update_default_def(&g->scene, world, &g->twin_site);
     if (f) def.estimate = fake, def.estimate_ctx = f;
     if (like) {
@@ -300,7 +301,8 @@ static void test_a_refusal_changes_nothing(void** state) {
     rig_destroy(&g);
 }
 
-// In a real world an estimate is adopted when it is ready. A replay adopts in the recorded ticks.
+// In a real world an estimate is adopted when it is ready. A replay adopts in the recorded ticks. Pictures come late
+// there: the arms keep still until one was exposed while the tissue rested.
 static void test_a_real_world_and_its_replay(void** state) {
     (void)state;
     Rig g;
@@ -309,6 +311,7 @@ static void test_a_real_world_and_its_replay(void** state) {
     assert_int_equal(om_world_state_size(&hidden.head), 0);
     Fake f = {.site = &g.twin_site, .from = 0.03, .shift = 0.02};
     f.sleep = 0.01, f.uneven = 0.02, f.pace = 0.002;
+    f.late = hidden.delay = 0.06;
     Run real, replay;
     run_on(&g, &hidden.head, &f, NULL, &real);
     int tick[64], n = 0;
@@ -318,7 +321,7 @@ static void test_a_real_world_and_its_replay(void** state) {
     print_message("%d adopted, the first after %d ticks\n", n,
                   tick[0] - real.result.update[0].start_tick);
     assert_true(n >= 1 && tick[0] > real.result.update[0].start_tick);
-    f = (Fake){.site = &g.twin_site, .from = 0.03, .shift = 0.02};  // at another speed
+    f = (Fake){.site = &g.twin_site, .from = 0.03, .shift = 0.02, .late = 0.06};  // another speed
     const OmUpdateDef like = {.timing = OM_UPDATE_REPLAYED, .replay_tick = tick, .nreplay = n};
     run_on(&g, &hidden.head, &f, &like, &replay);
     expect_same_run(&real, &replay);
