@@ -3,8 +3,8 @@
 // A spring to an anchor a has the force k (a - x). At the beginning every listed vertex gets the spring of its new or,
 // if it is to be freed, of its present stiffness, with the anchor at which its force stays the same. With
 // s = 3 t^2 - 2 t^3 of the time share t, anchors of attached vertices are at a_0 + s (X - a_0), X the rest position,
-// and springs of freed vertices have the stiffness (1 - s) k_0. At t = 1 freed vertices leave, and vertices that are to be
-// held still become fixed at X; until then they have the stiffest spring of the list.
+// and springs of freed vertices have the stiffness (1 - s) k_0. At t = 1 freed vertices leave, and vertices that are to
+// be held still become fixed at X; until then they have the stiffest spring of the list.
 //
 // Rejected: fixed anchors that travel for all. The tool and a fixed vertex then prescribe the same element, and forces
 // have no bound; a spring gives way.

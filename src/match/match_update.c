@@ -2,18 +2,23 @@
 //
 // 1. Evidence: a candidate whose surface lies in the scan at its rest position gets a soft spring, and the twin is
 //    deformed onto the scan (match_fit.c). A candidate that moved is free; it counts less where the scan does not show
-//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together. 2. match_prior.c: probable sets of attached vertices, given these. 3. The twin is brought to rest with the
-//    most probable set, and its distance from the scan decides whether the estimate is used.
+//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together.
+// 2. match_prior.c: probable sets of attached vertices, given these.
+// 3. The twin is brought to rest with the most probable set, and its distance from the scan decides whether the
+//    estimate is used.
+//
+// Not taken, with figures in doc/notes/match_update.md: displacement along the board as evidence, a lower threshold of
+// motion. Not tried: gradients of the distance by the adjoint of the equilibrium (om_match_solve has the factors).
+// They need an equilibrium for each iteration, 0.1 to 0.2 s, where the whole update may take 0.3 s.
 #include <stdlib.h>
 #include <string.h>
 
 #include "match/match_internal.h"
 #include "omentum/shape_points.h"
 
-#define SURE 4.0    // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5  // ... of a vertex that moved where the scan does not show it
-#define STAYED \
-    12.0  // ... of all candidates together, shared by area, that stayed although the tool pulled
+#define SURE 4.0      // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5    // ... of a vertex that moved where the scan does not show it
+#define STAYED 12.0   // ... of all candidates together, by area, that stayed although pulled
 #define STILL 0.0015  // m, of the scan from the rest shape, where nothing moved
 #define SPRING 0.2    // of Young's modulus over edge: springs of vertices that seem still
 #define SOFT 0.001    // ... of vertices that are not seen
