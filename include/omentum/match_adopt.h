@@ -41,8 +41,8 @@ OM_API void om_match_adoption_destroy(OmMatchAdoption* adoption);
 OM_API OmStatus om_match_adoption_begin(OmMatchAdoption* adoption, OmBody* body,
                                         const unsigned char* attached, const double* stiffness,
                                         double seconds);
-/// Move the anchors by `dt` seconds, before each step of the body. Where a vertex is to be held still and an arm grasps it
-/// when the anchors arrive, it keeps its spring.
+/// Move the anchors by `dt` seconds, before each step of the body. Where a vertex is to be held still and an arm
+/// grasps it when the anchors arrive, it keeps its spring.
 /// @return OM_OK, also if no adoption is under way; OM_INVALID (dt below 0 or not finite); errors of
 ///         om_body_set_attachment
 OM_API OmStatus om_match_adoption_step(OmMatchAdoption* adoption, OmBody* body, double dt);

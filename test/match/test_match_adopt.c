@@ -147,7 +147,7 @@ static void test_replace(void** state) {
     assert_true(hash[0] == hash[1]);
     om_body_restore(rig.body, body);
     om_match_adoption_restore(rig.adoption, adoption);
-    // Against the motion of the adoption that goes on.
+    // The same step without a newer estimate.
     double going = step(&rig, &force);
     om_body_restore(rig.body, body);
     om_match_adoption_restore(rig.adoption, adoption);

@@ -23,6 +23,7 @@ static void begin(Rig* rig, int n) {
     rig->scene.roi.center = om_vec3(0.03, 0, 0);
     assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->site), OM_OK);
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
+    def.nhypothesis = 0;
     assert_int_equal(om_match_create(&def, &rig->match), OM_OK);
     rig->view = om_match_view(rig->match);
     rig->x = malloc(sizeof(double) * 3 * (size_t)rig->view->mesh->nvert);
@@ -182,6 +183,7 @@ static void test_refusals(void** state) {
 static OmStatus make_and_free(void* ctx) {
     Rig* rig = ctx;
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
+    def.nhypothesis = 6;  // one of them is two patches
     OmMatch* match;
     OM_TRY(om_match_create(&def, &match));
     om_match_destroy(match);
