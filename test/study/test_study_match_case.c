@@ -117,6 +117,44 @@ static void test_views(void** unused) {
     om_observation_done(&bare);
 }
 
+// Mean place of the tissue's pixels along x of the task, which is the world's x here.
+static double mean_x(const OmObservation* obs) {
+    const OmCamera* c = &obs->rgbd.camera;
+    OmVec3 z = om_quat_rotate(c->pose_world_camera.q, om_vec3(0, 0, 1));
+    double sum = 0;
+    int n = 0;
+    for (int i = 0; i < c->width * c->height; ++i) {
+        double depth = (double)obs->rgbd.depth[i];
+        if (!(depth > 0) ||
+            om_sense_part_of(obs->rgbd.color.pixel + 3 * (size_t)i) != OM_PART_TISSUE)
+            continue;
+        OmVec3 ray = om_camera_ray(c, i % c->width + 0.5, i / c->width + 0.5);
+        sum += c->pose_world_camera.p.x + depth / om_dot(ray, z) * ray.x;
+        ++n;
+    }
+    assert_true(n > 100);
+    return sum / n;
+}
+
+// The cut keeps the side of the grasp: of a fold, the side where the flap was.
+static void test_cut(void** unused) {
+    (void)unused;
+    for (int k = 0; k < 2; ++k) {
+        const MatchSetup* s = &om__match_setup[QUICK - k];
+        MatchTruth t;
+        OmObservation near, far;
+        bool is_new;
+        assert_ok(om__match_truth_get(s, dir, 1, &is_new, &t));
+        assert_true(s->move.grasp[0].x > 0.04);
+        assert_ok(om__match_observe(&t, &s->move, VIEW_FULL, 0.3, false, &near));
+        assert_ok(om__match_observe(&t, &s->move, VIEW_FULL, 0.3, true, &far));
+        assert_true(mean_x(&near) > mean_x(&far) + 0.02);
+        om_observation_done(&near);
+        om_observation_done(&far);
+        om__match_truth_done(&t);
+    }
+}
+
 // Without noise depth differs from that with noise by its standard deviation, 0.2 mm and 1.5 mm z^2.
 static void test_noise(void** unused) {
     (void)unused;
@@ -202,9 +240,10 @@ static int end(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_layouts), cmocka_unit_test(test_material),
-        cmocka_unit_test(test_views),   cmocka_unit_test(test_noise),
-        cmocka_unit_test(test_twin),    cmocka_unit_test(test_files_again),
+        cmocka_unit_test(test_layouts),     cmocka_unit_test(test_material),
+        cmocka_unit_test(test_views),       cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_noise),       cmocka_unit_test(test_twin),
+        cmocka_unit_test(test_files_again),
     };
     return cmocka_run_group_tests(test, begin, end);
 }
