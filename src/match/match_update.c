@@ -2,7 +2,8 @@
 //
 // 1. Evidence: a candidate whose surface lies in the scan at its rest position gets a soft spring, and the twin is
 //    deformed onto the scan (match_fit.c). A candidate that moved is free; it counts less where the scan does not show
-//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together.
+//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together. Tissue that slides along the
+//    board leaves the place of its border empty: the border is free, and the vertices beside it probably are.
 // 2. match_prior.c: probable sets of attached vertices, given these.
 // 3. The twin is brought to rest with the most probable set, and its distance from the scan decides whether the
 //    estimate is used.
@@ -16,13 +17,15 @@
 #include "match/match_internal.h"
 #include "omentum/shape_points.h"
 
-#define SURE 4.0      // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5    // ... of a vertex that moved where the scan does not show it
-#define STAYED 12.0   // ... of all candidates together, by area, that stayed although pulled
-#define STILL 0.0015  // m, of the scan from the rest shape, where nothing moved
-#define SPRING 0.2    // of Young's modulus over edge: springs of vertices that seem still
-#define SOFT 0.001    // ... of vertices that are not seen
-#define SUPPORT 2.0   // edges: a scan point this near shows a vertex
+#define SURE 4.0       // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5     // ... of a vertex that moved where the scan does not show it
+#define BESIDE 0.5     // ... of a vertex beside one whose place is empty
+#define STAYED 16.0    // ... of all candidates together, by area, that stayed although pulled
+#define STILL 0.0015   // m, of the scan from the rest shape, where nothing moved
+#define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
+#define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
+#define SOFT 0.001     // ... of vertices that are not seen
+#define SUPPORT 2.0    // edges: a scan point this near shows a vertex
 
 typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
 
@@ -48,21 +51,28 @@ static int compare(const void* a, const void* b) {
 
 // ---- evidence of one acquisition ----------------------------------------------------------------------------
 
-// What the picture shows at the rest position of a vertex with normal `rest_n`.
+// Whether the picture shows something else at p than tissue or a tool: nothing is there any more.
+static bool is_empty(const OmScan* scan, OmVec3 p) {
+    double u, v;
+    if (!scan->has_camera || !scan->pixel || !om_camera_project(&scan->camera, p, &u, &v))
+        return false;
+    if (!(u >= 0 && v >= 0 && u < scan->camera.width && v < scan->camera.height)) return false;
+    return scan->pixel[(int)v * scan->camera.width + (int)u] == OM_SCAN_OTHER;
+}
+
+// What the picture shows at the rest position p of a vertex with normal `rest_n`, and INSIDE from it towards `centre`:
+// tissue that slides leaves the place of its border empty.
 static Status look_at(const Job* j, const OmScan* scan, const OmPointTree* tree, OmVec3 p,
-                      OmVec3 rest_n) {
+                      OmVec3 rest_n, OmVec3 centre) {
     double distance, edge = j->match->view.edge;
+    OmVec3 inside = om_madd(p, INSIDE, om_normalize(om_sub(centre, p)));
+    if (is_empty(scan, inside)) return LEFT;
     int k = om_point_tree_find(tree, p, &distance);
     OmVec3 d = om_sub(p, om_load3(scan->x, k)), n = om_load3(scan->normal, k);
     double across = fabs(om_dot(d, om_norm2(n) > 0.5 ? n : rest_n));
     if (distance < SUPPORT * edge && across < STILL) return RESTING;
-    if (!scan->has_camera || !scan->pixel) return distance < SUPPORT * edge ? LEFT : UNKNOWN;
-    double u, v;
-    if (!om_camera_project(&scan->camera, p, &u, &v)) return UNKNOWN;
-    if (u < 0 || v < 0 || u >= scan->camera.width || v >= scan->camera.height) return UNKNOWN;
-    unsigned char pixel = scan->pixel[(int)v * scan->camera.width + (int)u];
-    if (pixel == OM_SCAN_OTHER) return LEFT;
-    return UNKNOWN;
+    bool is_near = distance < SUPPORT * edge && !scan->pixel;
+    return is_near || is_empty(scan, p) ? LEFT : UNKNOWN;
 }
 
 static OmStatus find_status(Job* j, const OmScan* scan) {
@@ -73,11 +83,13 @@ static OmStatus find_status(Job* j, const OmScan* scan) {
     OM_ALLOC_DONE(face, m->surface.nvert);
     double* normal = j->fit.normal;
     int nface = 0;
+    OmVec3 centre = om_vec3(0, 0, 0);
     for (int i = 0; i < m->surface.nvert; ++i) {
         OmVec3 p = om_load3(m->surface.x, i), n = om_load3(normal, i);
         OmVec3 ray = om_sub(scan->camera.pose_world_camera.p, p);
         if (scan->has_camera && !(om_dot(ray, n) > 0)) continue;
         om_store3(j->facing_x, nface, p);
+        centre = om_add(centre, p);
         face[nface++] = i;
     }
     OM_CHECK_DONE(nface > 0, OM_INVALID, "match: no part of the twin's surface faces the camera");
@@ -87,8 +99,9 @@ static OmStatus find_status(Job* j, const OmScan* scan) {
         OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
         int k = om_point_tree_find(face_tree, p, NULL);
         j->nearest[i] = face[k];
-        j->status[i] = (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k),
-                                              om_load3(normal, face[k]));
+        j->status[i] =
+            (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k),
+                                   om_load3(normal, face[k]), om_scale(1.0 / nface, centre));
     }
 done:
     om_point_tree_destroy(scan_tree);
@@ -104,6 +117,17 @@ static void set_springs(Job* j) {
         double k = j->status[i] == RESTING ? SPRING : j->status[i] == UNKNOWN ? SOFT : 0;
         j->spring[i] = k * unit * m->area[i];
     }
+}
+
+// Whether a candidate lies beside one whose place is empty.
+static bool is_beside_left(const Job* j, int i) {
+    const OmMatch* m = j->match;
+    OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
+    for (int k = 0; k < m->view.ncandidate; ++k) {
+        OmVec3 q = om_load3(m->view.mesh->x, m->candidate[k]);
+        if (j->status[k] == LEFT && om_distance(p, q) < SUPPORT * m->view.edge) return true;
+    }
+    return false;
 }
 
 // The fit, and what it says about every candidate.
@@ -125,6 +149,8 @@ static OmStatus add_evidence(Job* j, int a) {
         j->seen[i] |= is_seen;
         if (is_left || has_moved)
             j->evidence[i] = fmin(j->evidence[i], is_seen || is_left ? -SURE : -LIKELY);
+        else if (is_beside_left(j, i))
+            j->evidence[i] = fmin(j->evidence[i], -BESIDE);
         else if (j->status[i] == RESTING && j->evidence[i] >= 0)
             j->evidence[i] += STAYED * m->area[i] / j->area;
         j->moved[i] |= has_moved && is_seen;
