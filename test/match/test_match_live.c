@@ -207,6 +207,31 @@ static void test_bend(void** state) {
     end(&rig);
 }
 
+// The underside, seen 4 mm higher than the twin believes: the top is nearer, but its normal is another.
+static void test_sides(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig, 8, 400, 1);
+    om_match_live_set_attached(rig.live, NULL);
+    bend_rig(&rig, 0, 0);
+    for (int i = 0; i < rig.scan.npoint; ++i) {
+        rig.scan.x[3 * i + 2] = 0.8 * THICK;
+        rig.scan.normal[3 * i + 2] = -1;
+        rig.truth[3 * i + 2] = 0;
+    }
+    rig.grasp.pose_world_now.p.z += 0.8 * THICK;
+    OmMatchPairs p;
+    assert_ok(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p));
+    for (int i = 0; i < p.npoint; ++i) {
+        assert_true(p.tri[i] >= 0);
+        assert_near(p.x_rest[3 * i + 2], 0, 1e-12);
+        assert_near(p.x[3 * rig.view->surface_vert[0] + 2],
+                    rig.x[3 * rig.view->surface_vert[0] + 2] + 0.8 * THICK, 5e-4);
+    }
+    om_match_pairs_done(&p);
+    end(&rig);
+}
+
 // The twin has been pulled away as a whole, because it believes in no attachment.
 static void test_restart(void** state) {
     (void)state;
@@ -420,10 +445,10 @@ static void test_bad_input(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rigid_motion), cmocka_unit_test(test_bend),
-        cmocka_unit_test(test_restart),      cmocka_unit_test(test_lost),
-        cmocka_unit_test(test_hidden),       cmocka_unit_test(test_visible),
-        cmocka_unit_test(test_workers),      cmocka_unit_test(test_displacement),
-        cmocka_unit_test(test_bad_input),
+        cmocka_unit_test(test_sides),        cmocka_unit_test(test_restart),
+        cmocka_unit_test(test_lost),         cmocka_unit_test(test_hidden),
+        cmocka_unit_test(test_visible),      cmocka_unit_test(test_workers),
+        cmocka_unit_test(test_displacement), cmocka_unit_test(test_bad_input),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
