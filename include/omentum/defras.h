@@ -1,8 +1,9 @@
 /// omentum/defras.h: tissue retraction on a simulated scene (floor 7; thesis chapter 6).
 ///
 /// A run builds the world and the twin of a scene, runs the loop of defras_loop.h until it ends, and writes the record.
-/// This is FRAS (6.5.1): grasping points by the planner's preference, no monitoring. The twin follows the measured tools
-/// and estimates the forces that no sensor measures; its attachments are corrected during the run if the scene says so.
+/// This is FRAS (6.5.1): grasping points by the planner's preference, no monitoring. The twin follows the measured
+/// tools and estimates the forces that no sensor measures; its attachments are corrected during the run if the scene
+/// says so.
 ///
 ///     OmRetractDef def = om_retract_default_def(&scene);
 ///     def.out_dir = "out/sheet";

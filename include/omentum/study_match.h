@@ -84,7 +84,9 @@ typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_
     // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     bool is_quick;  // the first three layouts on a coarse sheet; default false: twelve
-    int nworker;    // of simulations, default 0: one a processor; an update has one worker
+    // Set of layouts: 1 (default); 2: a second one, with which no method was developed; 3: for development
+    int set;
+    int nworker;  // of simulations, default 0: one a processor; an update has one worker
     OmCookie cookie;
 } OmStudyAttachmentsDef;
 

@@ -98,6 +98,8 @@ const OmCliVerb om_cli_verb_study_correspondence = {
 static const OmCliOption att_option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished results there are kept"},
     {"--quick", NULL, NULL, "three layouts on a coarse sheet: under a minute"},
+    {"--set", NULL, "N", "1: the first twelve layouts; 2: twelve others; 3: twelve for development",
+     "1", NULL, 1, 3},
     {"--workers", NULL, "N", "threads of simulations", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -152,6 +154,7 @@ int om_cli_study_attachments(int argc, char** argv) {
     if (status >= 0 && !def.out_dir)
         status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     if (status >= 0) status = om_cli_int(&args, "--workers", &def.nworker);
+    if (status >= 0) status = om_cli_int(&args, "--set", &def.set);
     if (status < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());
         return OM_EXIT_USAGE;

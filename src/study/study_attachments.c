@@ -24,7 +24,7 @@ const char* const om__study_guess_title[OM_STUDY_NGUESS] = {
     "three views"};
 
 OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir) {
-    return (OmStudyAttachmentsDef){.out_dir = out_dir, .cookie = COOKIE};
+    return (OmStudyAttachmentsDef){.out_dir = out_dir, .set = 1, .cookie = COOKIE};
 }
 
 static OmStatus validate(const OmStudyAttachmentsDef* d) {
@@ -33,6 +33,8 @@ static OmStatus validate(const OmStudyAttachmentsDef* d) {
     OM_CHECK(d->out_dir, OM_INVALID, "attachments study: no folder");
     OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
              "attachments study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
+    OM_CHECK(d->set >= 1 && d->set <= MATCH_NSET, OM_INVALID,
+             "attachments study: set is %d: 1 to %d", d->set, MATCH_NSET);
     return OM_OK;
 }
 
@@ -380,11 +382,11 @@ static OmStatus run(Att* s) {
     for (int i = 0; i < s->nlayout; ++i) {
         AttResult* r = &s->result[i];
         char name[64];
-        snprintf(name, sizeof name, "layout-%02d-%d.bin", i + 1, s->cells);
+        snprintf(name, sizeof name, "layout-%02d-%d.bin", s->first + i + 1, s->cells);
         OM_TRY(om_progress_report(s->progress, "layouts", i, s->nlayout));
-        uint64_t hash = hash_layout(s, i);
+        uint64_t hash = hash_layout(s, s->first + i);
         if (om__match_load_result(s->def->out_dir, name, hash, r, sizeof *r)) continue;
-        OM_TRY(run_layout(s, i, r));
+        OM_TRY(run_layout(s, s->first + i, r));
         ++s->sum.nnew;
         if (!r->update[0].is_there) continue;
         OM_TRY(om__match_save_result(s->def->out_dir, name, hash, r, sizeof *r));
@@ -399,6 +401,7 @@ OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def, const OmProg
     OM_TRY(validate(def));
     Att s = {.def = def,
              .progress = progress,
+             .first = (def->set - 1) * MATCH_NLAYOUT,
              .nlayout = def->is_quick ? 3 : MATCH_NLAYOUT,
              .cells = def->is_quick ? 12 : 20};
     OmFolder folder = {0};

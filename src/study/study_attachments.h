@@ -43,8 +43,8 @@ typedef struct AttResult {  // of one layout; the contents of its file
 typedef struct Att {
     const OmStudyAttachmentsDef* def;
     const OmProgress* progress;
-    int nlayout, cells;
-    AttResult* result;  // (nlayout)
+    int first, nlayout, cells;  // layouts of the set, in om__match_layout
+    AttResult* result;          // (nlayout)
     OmStudyAttachmentsSummary sum;
 } Att;
 

@@ -190,7 +190,7 @@ static void add_calibration(const Att* s, OmReport* report) {
 static OmStatus add_pictures(const Att* s, OmReport* report) {
     om_report_heading(report, "What the depth camera saw");
     for (int i = 0; i < s->nlayout; ++i) {
-        MatchSetup setup = om__match_layout_setup(i, 0, s->cells);
+        MatchSetup setup = om__match_layout_setup(s->first + i, 0, s->cells);
         MatchTruth truth;
         bool is_new;
         char text[64];

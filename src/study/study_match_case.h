@@ -67,17 +67,18 @@ typedef struct MatchLayout {  // of the study of attachments
 } MatchLayout;
 
 #define MATCH_NSETUP 9
-#define MATCH_NLAYOUT 12
+#define MATCH_NLAYOUT 12  // of a set
+#define MATCH_NSET 3
 extern const MatchSetup om__match_setup[MATCH_NSETUP];
 extern const MatchCase om__match_case[];
 extern const int om__match_ncase;
 extern const MatchCase om__match_quick_case[];
 extern const int om__match_nquick;
-extern const MatchLayout om__match_layout[MATCH_NLAYOUT];
+extern const MatchLayout om__match_layout[MATCH_NSET * MATCH_NLAYOUT];
 extern const char* const om__match_belief_name[NBELIEF];
 extern const char* const om__match_view_name[NVIEW];
 
-// The setup of one view of an attachment case.
+// The setup of one view of an attachment case; layouts of all sets count on.
 MatchSetup om__match_layout_setup(int layout, int grasp, int cells);
 // The scene of a setup with a belief of the twin.
 OmScene om__match_make_scene(const MatchSetup* setup, MatchBelief belief);

@@ -25,7 +25,7 @@ static double distance_to_held(const OmSite* site, const double grasp[2]) {
 static void test_layouts(void** unused) {
     (void)unused;
     int ntwo = 0;
-    for (int i = 0; i < MATCH_NLAYOUT; ++i) {
+    for (int i = 0; i < MATCH_NSET * MATCH_NLAYOUT; ++i) {
         const MatchLayout* l = &om__match_layout[i];
         MatchSetup s = om__match_layout_setup(i, 0, 20);
         OmScene scene;
@@ -46,7 +46,7 @@ static void test_layouts(void** unused) {
         assert_int_equal(om_tet_mesh_find_set(&site.mesh, "attachment")->nvert, 0);
         om_site_done(&site);
     }
-    assert_int_equal(ntwo, 2);
+    assert_int_equal(ntwo, 2 * MATCH_NSET);
 }
 
 // The centre of a triangle that faces the camera lies on the true surface: its material point is the triangle's centre
