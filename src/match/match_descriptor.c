@@ -4,7 +4,8 @@
 // sum w_k(e) phi_k(x)^2, and of each landmark p, sum w_k(e) phi_k(p) phi_k(x), for NENERGY energies e with weights that
 // are Gaussian in log lambda. With coefficients A of a's descriptors and B of b's, C minimises
 //   |C A - B|^2 + w sum_ij (lambda_a_j - lambda_b_i)^2 / mean C_ij^2        (Ovsjanikov et al. 2012, eq. 7)
-// row by row. The constant function belongs to the constant function.
+// row by row. The constant function belongs to the constant function. Both shapes use as many functions, those of the
+// smaller basis: energies of different ranges are no descriptors of the same thing.
 #include <math.h>
 #include <string.h>
 
@@ -13,11 +14,13 @@
 #define NENERGY 20
 #define COMMUTE 1e-2  // w above, times the mean square of the descriptors
 
-// Coefficients of the descriptors by rows (npair x ndesc): kernel of the whole first, then of each landmark.
-static OmStatus make_descriptors(const OmSpectralBasis* s, int npair, int nlandmark,
+// Coefficients of the descriptors by rows (npair x ndesc): kernel of the whole first, then of each landmark. The
+// kernels are those of the first `nuse` functions.
+static OmStatus make_descriptors(const OmSpectralBasis* s, int npair, int nuse, int nlandmark,
                                  const int* landmark, double* out) {
     OmStatus status = OM_OK;
-    size_t n = (size_t)s->nrow, k = (size_t)s->npair, ndesc = (size_t)(NENERGY * (nlandmark + 1));
+    size_t n = (size_t)s->nrow, stride = (size_t)s->npair, k = (size_t)nuse;
+    size_t ndesc = (size_t)(NENERGY * (nlandmark + 1));
     double *value = NULL, *weight = NULL;
     OM_CALLOC_DONE(value, n * ndesc);
     OM_ALLOC_DONE(weight, k);
@@ -34,10 +37,10 @@ static OmStatus make_descriptors(const OmSpectralBasis* s, int npair, int nlandm
         }
         for (size_t p = 1; p < k; ++p) weight[p] /= total;  // > 0: energies lie between them
         for (int mark = -1; mark < nlandmark; ++mark) {
-            const double* at = mark < 0 ? NULL : s->phi + (size_t)s->row[landmark[mark]] * k;
+            const double* at = mark < 0 ? NULL : s->phi + (size_t)s->row[landmark[mark]] * stride;
             size_t column = e + NENERGY * (size_t)(mark + 1);
             for (size_t i = 0; i < n; ++i) {
-                const double* phi = s->phi + i * k;
+                const double* phi = s->phi + i * stride;
                 double sum = 0;
                 for (size_t p = 1; p < k; ++p) sum += weight[p] * phi[p] * (at ? at[p] : phi[p]);
                 value[i * ndesc + column] = sum * s->area[i] / s->total_area;
@@ -102,8 +105,9 @@ OmStatus om_spectral_map_from_landmarks(const OmSpectralBasis* a, const OmSpectr
     OM_ALLOC_DONE(ABt, k * k);
     OM_ALLOC_DONE(M, k * k);
     OM_CALLOC_DONE(C, k * k);
-    OM_TRY_DONE(make_descriptors(a, npair, nlandmark, landmark_a, A));
-    OM_TRY_DONE(make_descriptors(b, npair, nlandmark, landmark_b, B));
+    int nuse = a->npair < b->npair ? a->npair : b->npair;
+    OM_TRY_DONE(make_descriptors(a, npair, nuse, nlandmark, landmark_a, A));
+    OM_TRY_DONE(make_descriptors(b, npair, nuse, nlandmark, landmark_b, B));
     om__product_nt(npair, (int)ndesc, npair, 1, A, (int)ndesc, A, AAt);
     om__product_nt(npair, (int)ndesc, npair, 1, A, (int)ndesc, B, ABt);
     C[0] = a->phi[0] * b->phi[0] > 0 ? 1 : -1;

@@ -239,13 +239,18 @@ static void find_pairs(void* ctx, int begin, int end, int block) {
     for (int i = begin; i < end; ++i) find_pair(pairing->icp, pairing->pose, i);
 }
 
+// m^2: what a squared distance is at least worth, so that exact data have a scale too.
+static double least_of(const OmIcp* icp) {
+    return icp->noise * icp->noise + 1e-10 * icp->radius * icp->radius;
+}
+
 // Choose how many of the nearest pairs to keep; sets cost, limit2 and nkept.
 static void trim(OmIcp* icp, int n, OmIcpFit* fit) {
     int npair = 0;
     for (int i = 0; i < n; ++i)
         if (icp->distance2[i] < HUGE_VAL) icp->sorted[npair++] = icp->distance2[i];
     om_sort_doubles(icp->sorted, npair);
-    double least = icp->noise * icp->noise + 1e-10 * icp->radius * icp->radius;
+    double least = least_of(icp);
     int min_kept = (int)(icp->min_overlap * n), most = npair;
     double gate = npair > 0 ? GATE * GATE * (icp->sorted[npair / 2] + least) : 0;
     while (most > min_kept && icp->sorted[most - 1] > gate) --most;
@@ -425,7 +430,7 @@ static void leave_out(const BlockSums* s, int b, double u[6]) {
         for (int j = 0; j < 6; ++j) H[i][j] = s->H[NBLOCK][i][j] - s->H[b][i][j];
         trace += H[i][i];
     }
-    solve6(H, 1e-9 * trace, g, u);
+    solve6(H, fmax(1e-9 * trace, 1e-12 * fmax(s->n[NBLOCK], 1)), g, u);  // H may be zero
 }
 
 static OmMat3 block_of(double C[6][6], int at, double scale) {
@@ -442,8 +447,8 @@ OmStatus om__icp_covariance(const OmIcp* icp, const OmIcpFit* fit, OmMat3* turn,
     sum_blocks(icp, fit, block, &s);
     om_free(block);
     double C[6][6] = {{0}}, u[NBLOCK][6], mean[6] = {0};
-    double s2 = (s.r2 + icp->noise * icp->noise) / fmax(s.n[NBLOCK], 1);
-    for (int k = 0; k < 6; ++k) {  // independent errors of variance s2
+    double s2 = (s.r2 + least_of(icp)) / fmax(s.n[NBLOCK], 1);  // > 0 also without noise
+    for (int k = 0; k < 6; ++k) {                               // independent errors of variance s2
         double e[6] = {0};
         e[k] = s2;
         solve6(s.H[NBLOCK], 1e-12 * fmax(s.n[NBLOCK], 1), e, C[k]);

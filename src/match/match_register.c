@@ -271,17 +271,22 @@ static void set_residual(const Search* s, OmRegistration* out) {
     out->residual = n > 0 ? s->icp.sorted[n / 2] : HUGE_VAL;
 }
 
-static OmStatus judge(Search* s, OmRegistration* out) {
-    OmMat3 turn, shift, axes;
+// Largest standard deviation of a covariance and its axis; what is not finite is not known.
+static double find_sigma(OmMat3 covariance, OmVec3* axis) {
+    OmMat3 axes;
     OmVec3 w;
+    om_mat3_eigen_symmetric(covariance, &w, &axes);
+    bool is_finite = om_is_finite3(w) && om_is_finite3(axes.cz);
+    *axis = is_finite ? axes.cz : om_vec3(0, 0, 1);
+    return is_finite ? sqrt(fmax(w.z, 0)) : HUGE_VAL;
+}
+
+static OmStatus judge(Search* s, OmRegistration* out) {
+    OmMat3 turn, shift;
     OM_TRY(run_fine(s, s->icp.n, &s->result));
     OM_TRY(om__icp_covariance(&s->icp, &s->result, &turn, &shift));
-    om_mat3_eigen_symmetric(turn, &w, &axes);
-    out->axis_angle = axes.cz;
-    out->sigma_angle = sqrt(fmax(w.z, 0));
-    om_mat3_eigen_symmetric(shift, &w, &axes);
-    out->axis_shift = axes.cz;
-    out->sigma_shift = sqrt(fmax(w.z, 0));
+    out->sigma_angle = find_sigma(turn, &out->axis_angle);
+    out->sigma_shift = find_sigma(shift, &out->axis_shift);
     for (int i = 1; i < s->nfit; ++i) compare(s, &s->fit[i]);
     OM_TRY(run_returns(s, out->axis_angle, out->axis_shift));
     OM_TRY(run_fine(s, s->icp.n, &s->result));  // the pairs of the result, for the figures

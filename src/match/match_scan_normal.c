@@ -2,7 +2,8 @@
 //
 // Without a camera the directions are made to agree along a minimum spanning tree of the graph of neighbours, whose
 // edges cost 1 - |n_i . n_j|: where the surface is smooth first (Hoppe et al., Surface reconstruction from unorganized
-// points, SIGGRAPH 1992). The tree is Prim's, with a binary heap.
+// points, SIGGRAPH 1992). The tree is Prim's, with a binary heap; it grows from the normals that a file gives, which
+// stay.
 #include <string.h>
 
 #include "match/match_scan_internal.h"
@@ -75,12 +76,8 @@ static void push_neighbours(Walk* w, int i) {
     }
 }
 
-// The piece of `first`: its points are listed in `piece`.
-static int agree(Walk* w, int first, int* piece) {
-    int n = 0;
-    w->is_fixed[first] = true;
-    piece[n++] = first;
-    push_neighbours(w, first);
+// From the edges on the heap on; the points met are listed in `piece` behind the first n. Returns their number.
+static int agree(Walk* w, int n, int* piece) {
     while (w->n > 0) {
         Step s = pop(w);
         if (w->is_fixed[s.to]) continue;
@@ -93,16 +90,36 @@ static int agree(Walk* w, int first, int* piece) {
     return n;
 }
 
-static OmStatus make_agree(const int* near, OmVec3 up, OmScan* scan) {
+// A known neighbour that does not count i among its own, -1: none.
+static int known_near(const Walk* w, const bool* is_known, int i) {
+    for (int k = 1; k < NEIGHBOUR && w->near[NEIGHBOUR * i + k] >= 0; ++k)
+        if (is_known[w->near[NEIGHBOUR * i + k]]) return w->near[NEIGHBOUR * i + k];
+    return -1;
+}
+
+// Known normals stay, and those around them agree with them; a piece without any looks up.
+static OmStatus make_agree(const int* near, const bool* is_known, OmVec3 up, OmScan* scan) {
     OmStatus status = OM_OK;
     Walk w = {.near = near, .normal = scan->normal};
     int* piece = NULL;
     OM_CALLOC_DONE(w.is_fixed, scan->npoint);
     OM_ALLOC_DONE(w.heap, NEIGHBOUR * (size_t)scan->npoint + 1);
     OM_ALLOC_DONE(piece, scan->npoint);
+    for (int i = 0; i < scan->npoint; ++i) w.is_fixed[i] = is_known[i];
+    for (int i = 0; i < scan->npoint; ++i)
+        if (is_known[i]) push_neighbours(&w, i);
+    agree(&w, 0, piece);
     for (int i = 0; i < scan->npoint; ++i) {
         if (w.is_fixed[i]) continue;
-        int n = agree(&w, i, piece);
+        OmVec3 normal = om_load3(scan->normal, i);
+        int known = known_near(&w, is_known, i);
+        if (known >= 0 && om_dot(om_load3(scan->normal, known), normal) < 0)
+            om_store3(scan->normal, i, om_scale(-1, normal));
+        w.is_fixed[i] = true;
+        piece[0] = i;
+        push_neighbours(&w, i);
+        int n = agree(&w, 1, piece);
+        if (known >= 0) continue;
         double sum = 0;
         for (int k = 0; k < n; ++k) sum += om_dot(om_load3(scan->normal, piece[k]), up);
         for (int k = 0; k < n && sum < 0; ++k)
@@ -119,22 +136,25 @@ OmStatus om__scan_estimate_normals(const OmVec3* eye, OmVec3 up, OmScan* scan, i
     OmStatus status = OM_OK;
     OmPointTree* tree = NULL;
     int* near = NULL;
+    bool* is_known = NULL;
     *nestimated = 0;
     OM_TRY_DONE(om_point_tree_create(scan->npoint, scan->x, &tree));
     OM_ALLOC_DONE(near, NEIGHBOUR * (size_t)scan->npoint);
+    OM_CALLOC_DONE(is_known, scan->npoint);
     for (int i = 0; i < scan->npoint; ++i) {
         int* list = near + NEIGHBOUR * (size_t)i;
         int n = om_point_tree_find_many(tree, om_load3(scan->x, i), NEIGHBOUR, list);
         if (n < NEIGHBOUR) list[n] = -1;
-        if (om_norm2(om_load3(scan->normal, i)) > 0) continue;
+        is_known[i] = om_norm2(om_load3(scan->normal, i)) > 0;
+        if (is_known[i]) continue;
         OmVec3 mean, normal = om__plane_normal(scan->x, n, list, &mean);
         om_store3(scan->normal, i, normal);
         *nestimated += om_norm2(normal) > 0;
     }
-    // A file that gives all normals keeps their directions.
-    if (!eye && *nestimated > 0) status = make_agree(near, up, scan);
+    if (!eye && *nestimated > 0) status = make_agree(near, is_known, up, scan);
 done:
     om_free(near);
+    om_free(is_known);
     om_point_tree_destroy(tree);
     return status;
 }

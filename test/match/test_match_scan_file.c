@@ -218,6 +218,26 @@ static void test_round_trip(void** state) {
     om_scan_done(&a);
 }
 
+// One normal of a file is missing: the others stay, and it agrees with them.
+static void test_known_normals_stay(void** state) {
+    (void)state;
+    char text[8192];
+    int len = snprintf(text, sizeof text, "x,y,z,nx,ny,nz\n");
+    for (int i = 0; i < 100; ++i)
+        len += snprintf(text + len, sizeof text - (size_t)len, "%d,%d,0,%s\n", i % 10, i / 10,
+                        i == 44 ? ",," : "0,0,-1");
+    const char* path = temp_path("known.csv");
+    write_bytes(path, text, (size_t)len);
+    OmScanFileDef def = om_scan_file_default_def();
+    OmScanFileReport r;
+    OmScan s = load(path, &def, &r);
+    assert_int_equal(r.nestimated, 1);
+    assert_int_equal(s.npoint, 100);
+    for (int i = 0; i < 100; ++i) assert_near(s.normal[3 * i + 2], -1, i == 44 ? 1e-12 : 0);
+    om_scan_done(&s);
+    remove(path);
+}
+
 static void test_report(void** state) {
     (void)state;
     static const char text[] = "x,y,z,nx,ny,nz\n0,0,0,0,0,1\n0,0,0,0,0,1\n1,0,0,0,0,-1\n,,,,,\n";
@@ -333,6 +353,7 @@ int main(void) {
         cmocka_unit_test(test_thinning),
         cmocka_unit_test(test_edges),
         cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_known_normals_stay),
         cmocka_unit_test(test_report),
         cmocka_unit_test(test_check_model),
         cmocka_unit_test(test_no_memory),

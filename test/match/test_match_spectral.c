@@ -204,6 +204,28 @@ static void landmarks_give_a_first_map(void** state) {
     case_done(&c);
 }
 
+// A basis of 80 functions beside one of 60 gives the map of 60 beside 60.
+static void landmarks_need_no_bases_of_one_size(void** state) {
+    (void)state;
+    Case c;
+    OmSpectralBasis more = {0};
+    make_case(37, 1, true, &c);
+    assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_a));
+    assert_ok(om_spectral_basis_init(&c.b, 60, &c.basis_b));
+    assert_ok(om_spectral_basis_init(&c.b, 80, &more));
+    const int mark[3] = {5, 250, 500};
+    int same = 0, *map = om_alloc((size_t)c.b.nvert, sizeof *map);
+    assert_non_null(map);
+    assert_ok(om_spectral_map_from_landmarks(&c.basis_a, &c.basis_b, 15, 3, mark, mark, c.map));
+    assert_ok(om_spectral_map_from_landmarks(&more, &c.basis_b, 15, 3, mark, mark, map));
+    for (int i = 0; i < c.b.nvert; ++i) same += map[i] == c.map[i];
+    print_message("bases of 80 and 60 functions: %d of %d points as with 60\n", same, c.b.nvert);
+    assert_true(same >= 0.99 * c.b.nvert);  // eigenvectors to the tolerance of ARPACK
+    om_free(map);
+    om_spectral_basis_done(&more);
+    case_done(&c);
+}
+
 // Of the identity the matrix is the identity; of a map that is known in part, nearly.
 static void identity_has_the_identity_matrix(void** state) {
     (void)state;
@@ -466,6 +488,7 @@ int main(void) {
         cmocka_unit_test(zoomout_finds_the_rolled_sheet),
         cmocka_unit_test(zoomout_finds_a_part_of_the_sheet),
         cmocka_unit_test(landmarks_give_a_first_map),
+        cmocka_unit_test(landmarks_need_no_bases_of_one_size),
         cmocka_unit_test(identity_has_the_identity_matrix),
         cmocka_unit_test(neighbours_are_those_of_a_plain_search),
         cmocka_unit_test(points_are_the_nearest_of_a_plain_search),
