@@ -290,7 +290,7 @@ def clouds():
     put("csv/paraview.csv", '"Points:0"\t"Points:1"\t"Points:2"\t"p"\n1\t2\t3\t9\n"4"\t5\t6\t')
     put("csv/sheet.csv", "x,y,z\n" + "".join(f"{i % 6},{i // 6},{i * i % 7 / 10}\n" for i in range(36)))
     put("csv/decimal_commas.csv", "x;y;z\n1,5;2,5;3,5\n")
-    put("ply/normals.ply", "ply\nformat ascii 1.0\nelement vertex 5\n"
+    put("ply/cloud.ply", "ply\nformat ascii 1.0\nelement vertex 5\n"
         + "".join(f"property float {n}\n" for n in ("x", "y", "z", "nx", "ny", "nz")) + "end_header\n"
         + lines(tuple(p) + n for p, n in zip(POINTS, normals)))
 

@@ -326,7 +326,8 @@ static void starve(const char* seed, OmStatus (*load)(const char*)) {
 static void starve_seed(const char* seed, const char* ext, const char* data, size_t size) {
     (void)data;
     (void)size;
-    assert_int_equal(load_surface(seed), strstr(seed, "twice") ? OM_INVALID : OM_OK);
+    bool is_refused = strstr(seed, "twice") || strstr(seed, "/cloud.");  // a cloud has no triangles
+    assert_int_equal(load_surface(seed), is_refused ? OM_INVALID : OM_OK);
     starve(seed, load_surface);
     if (has_tet(ext)) starve(seed, load_tet);
 }
