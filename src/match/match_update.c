@@ -17,15 +17,17 @@
 #include "match/match_internal.h"
 #include "omentum/shape_points.h"
 
-#define SURE 4.0       // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5     // ... of a vertex that moved where the scan does not show it
-#define BESIDE 0.5     // ... of a vertex beside one whose place is empty
-#define STAYED 16.0    // ... of all candidates together, by area, that stayed although pulled
-#define STILL 0.0015   // m, of the scan from the rest shape, where nothing moved
-#define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
-#define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
-#define SOFT 0.001     // ... of vertices that are not seen
-#define SUPPORT 2.0    // edges: a scan point this near shows a vertex
+#define SURE 4.0        // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5      // ... of a vertex that moved where the scan does not show it
+#define BESIDE 0.5      // ... of a vertex beside one whose place is empty
+#define STAYED 16.0     // ... of all candidates together, by area, that stayed although pulled
+#define STILL 0.0015    // m, of the scan from the rest shape, where nothing moved
+#define INSIDE 0.0015   // m, from the border: half a pixel, noise, and rounding of the border
+#define SPRING 0.2      // of Young's modulus over edge: springs of vertices that seem still
+#define SOFT 0.001      // ... of vertices that are not seen
+#define CAP 0.005       // m, that a scan point counts at most in the mean distance
+#define MORE_NEWTON 60  // iterations where the first ones find no rest
+#define SUPPORT 2.0     // edges: a scan point this near shows a vertex
 
 typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
 
@@ -161,7 +163,8 @@ static OmStatus add_evidence(Job* j, int a) {
 
 // ---- residuals ----------------------------------------------------------------------------------------------
 
-static OmStatus measure(Job* j, bool is_after, double* median, double* p90) {
+// Distances of the scans from the twin: median, 90 %, and the mean with each distance at most CAP.
+static OmStatus measure(Job* j, bool is_after, double* median, double* p90, double* mean) {
     OmMatch* m = j->match;
     size_t n3 = 3 * (size_t)m->view.mesh->nvert;
     j->ndistance = 0;
@@ -173,6 +176,8 @@ static OmStatus measure(Job* j, bool is_after, double* median, double* p90) {
             j->all_distance[j->ndistance++] = fmin(j->fit.distance[i], 1.0);
     }
     qsort(j->all_distance, (size_t)j->ndistance, sizeof *j->all_distance, compare);
+    *mean = 0;
+    for (int i = 0; i < j->ndistance; ++i) *mean += fmin(j->all_distance[i], CAP) / j->ndistance;
     *median = j->all_distance[j->ndistance / 2];
     *p90 = j->all_distance[j->ndistance * 9 / 10];
     return OM_OK;
@@ -316,7 +321,8 @@ static OmStatus check(Job* j, const OmProgress* progress) {
     OmMatchEstimate* out = j->out;
     size_t n3 = 3 * (size_t)m->view.mesh->nvert;
     bool is_at_rest = true;
-    OM_TRY(measure(j, false, &out->before_median, &out->before_p90));
+    double before, after;
+    OM_TRY(measure(j, false, &out->before_median, &out->before_p90, &before));
     for (int a = 0; a < j->nacq; ++a) {
         OmMatchLoad load = {.spring = j->spring,
                             .ngrasp = j->acq[a].ngrasp,
@@ -324,11 +330,14 @@ static OmStatus check(Job* j, const OmProgress* progress) {
                             .max_newton = 12,
                             .tolerance = 2e-4};
         OmStatus status = om_match_find_rest(m, &load, out->x + (size_t)a * n3, NULL);
+        load.max_newton = MORE_NEWTON;
+        if (status == OM_NOT_CONVERGED)
+            status = om_match_find_rest(m, &load, out->x + (size_t)a * n3, NULL);
         if (status < 0) return status;
         is_at_rest = is_at_rest && status == OM_OK;
         OM_TRY(om_progress_report(progress, "check", a + 1, j->nacq));
     }
-    OM_TRY(measure(j, true, &out->after_median, &out->after_p90));
+    OM_TRY(measure(j, true, &out->after_median, &out->after_p90, &after));
     if (out->after_median > m->def.max_residual)
         return refuse(out,
                       "the scan is %.1f mm from the updated twin (median), %.1f mm are allowed",
@@ -337,10 +346,10 @@ static OmStatus check(Job* j, const OmProgress* progress) {
         return refuse(
             out, "the scan shows %.0f %% of the surface over the candidates, %.0f %% are needed",
             100 * out->seen_share, 100 * m->def.min_seen);
-    if (out->after_p90 > out->before_p90 && out->after_median > out->before_median)
-        return refuse(out,
-                      "the updated twin is farther from the scan (%.1f mm) than before (%.1f mm)",
-                      1e3 * out->after_p90, 1e3 * out->before_p90);
+    if (after > before)
+        return refuse(
+            out, "the updated twin is farther from the scan (mean %.2f mm) than before (%.2f mm)",
+            1e3 * after, 1e3 * before);
     return is_at_rest ? OM_OK : refuse(out, "the twin found no rest with the new attachments");
 }
 
