@@ -74,7 +74,9 @@ typedef struct OmMatchGrasp {
     OmPose pose_world_now;
     double radius;  // m; 0: of the scene
     int nvert;
-    // grasped vertices of the twin; null: those within `radius` of pose_world_grasp in the rest shape  (nvert)
+    // grasped vertices of the twin; null: those within `radius` of pose_world_grasp in the rest shape  (nvert).
+    // A vertex of two grasps follows the first one. The tissue was at rest where it was grasped: om_match_update
+    // refuses a grasp of displaced tissue.
     const int* vert;
 } OmMatchGrasp;
 
@@ -134,7 +136,8 @@ typedef struct OmAcquisition {
     int ngrasp;
     OmMatchGrasp grasp[OM_MAX_ARM];
     double time;  // s
-    // the twin's vertex positions at that time, m; null: the rest shape  (mesh->nvert x 3)
+    // the twin's vertex positions at that time, m; null: at rest under the grasps, with the attachments of the site
+    // (mesh->nvert x 3)
     const double* x_twin;
 } OmAcquisition;
 

@@ -35,7 +35,10 @@ static OmStatus check_pose(const OmMatchGrasp* g, int k) {
     return OM_OK;
 }
 
-static void hold(const OmMatch* m, OmPose motion, int v, MatchHeld* h) {
+// A vertex of two grasps follows the first one.
+static void hold(const OmMatch* m, OmPose motion, int v, int before, MatchHeld* h) {
+    for (int i = 0; i < before; ++i)
+        if (h->vert[i] == v) return;
     h->vert[h->nvert] = v;
     om_store3(h->goal, h->nvert, om_pose_apply(motion, om_load3(m->view.mesh->x, v)));
     ++h->nvert;
@@ -47,18 +50,20 @@ static OmStatus add_grasp(const OmMatch* m, const OmMatchGrasp* g, int k, MatchH
     OmPose motion = om_pose_mul(g->pose_world_now, om_pose_inverse(g->pose_world_grasp));
     int before = held->nvert;
     double radius = g->radius > 0 ? g->radius : m->def.scene->task.grasp_radius, nearest = HUGE_VAL;
-    OM_CHECK(!g->vert || g->nvert <= mesh->nvert - before, OM_INVALID,
-             "match: grasp %d has too many vertices", k);
+    OM_CHECK(!g->vert || (g->nvert > 0 && g->nvert <= mesh->nvert - before), OM_INVALID,
+             "match: grasp %d has %d vertices: 1 to %d", k, g->nvert, mesh->nvert - before);
     for (int i = 0; g->vert && i < g->nvert; ++i) {
         OM_CHECK(g->vert[i] >= 0 && g->vert[i] < mesh->nvert, OM_INVALID,
                  "match: grasp %d: vertex %d of %d", k, g->vert[i], mesh->nvert);
-        hold(m, motion, g->vert[i], held);
+        hold(m, motion, g->vert[i], before, held);
     }
     for (int v = 0; !g->vert && v < mesh->nvert; ++v) {
         double d = om_distance(om_load3(mesh->x, v), g->pose_world_grasp.p);
         nearest = fmin(nearest, d);
-        if (d <= radius && held->nvert < mesh->nvert) hold(m, motion, v, held);
+        if (d <= radius && held->nvert < mesh->nvert) hold(m, motion, v, before, held);
     }
+    OM_CHECK(held->nvert > before || nearest > radius, OM_INVALID,
+             "match: grasp %d: another grasp has all its vertices", k);
     OM_CHECK(
         held->nvert > before, OM_INVALID,
         "match: grasp %d: no vertex of the twin within %.1f mm of the grasp (nearest: %.1f mm)", k,

@@ -17,14 +17,17 @@
 #include "match/match_internal.h"
 #include "omentum/shape_points.h"
 
-#define SURE 4.0        // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5      // ... of a vertex that moved where the scan does not show it
-#define BESIDE 0.5      // ... of a vertex beside one whose place is empty
-#define STAYED 16.0     // ... of all candidates together, by area, that stayed although pulled
-#define STILL 0.0015    // m, of the scan from the rest shape, where nothing moved
-#define INSIDE 0.0015   // m, from the border: half a pixel, noise, and rounding of the border
-#define SPRING 0.2      // of Young's modulus over edge: springs of vertices that seem still
-#define SOFT 0.001      // ... of vertices that are not seen
+#define SURE 4.0       // log-likelihood ratio of a vertex whose motion the scan shows
+#define LIKELY 1.5     // ... of a vertex that moved where the scan does not show it
+#define BESIDE 0.5     // ... of a vertex beside one whose place is empty
+#define STAYED 16.0    // ... of all candidates together, by area, that stayed although pulled
+#define STILL 0.0015   // m, of the scan from the rest shape, where nothing moved
+#define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
+#define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
+#define SOFT 0.001     // ... of vertices that are not seen
+// An update that does not lower the mean distance to this part explains the scan no better, and is refused.
+#define CLOSER 0.95
+#define MIN_POINTS 20   // of a scan
 #define CAP 0.005       // m, that a scan point counts at most in the mean distance
 #define MORE_NEWTON 60  // iterations where the first ones find no rest
 #define SUPPORT 2.0     // edges: a scan point this near shows a vertex
@@ -38,6 +41,7 @@ typedef struct Job {
     OmMatchEstimate* out;
     MatchFit fit;
     double *x, *spring, *evidence, *probability;
+    double* x_before;  // the twin as believed, of each acquisition             (nacq x nvert x 3)
     double* facing_x;  // rest positions of surface vertices that face the camera
     int* nearest;      // surface vertex of each candidate that the camera sees over it
     unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
@@ -140,6 +144,11 @@ static OmStatus add_evidence(Job* j, int a) {
     OM_TRY(find_status(j, &acq->scan));
     set_springs(j);
     OM_TRY(om__match_fit(&j->fit, acq, j->spring, j->x));
+    int nsame =
+        0;  // acquisitions of this grasp: several looks at one pull say little more than one
+    for (int b = 0; b < j->nacq; ++b)
+        nsame += om_distance(j->acq[b].grasp[0].pose_world_grasp.p,
+                             acq->grasp[0].pose_world_grasp.p) < m->view.edge;
     OmPointTree* tree;
     OM_TRY(om_point_tree_create(acq->scan.npoint, acq->scan.x, &tree));
     for (int i = 0; i < m->view.ncandidate; ++i) {
@@ -154,7 +163,7 @@ static OmStatus add_evidence(Job* j, int a) {
         else if (is_beside_left(j, i))
             j->evidence[i] = fmin(j->evidence[i], -BESIDE);
         else if (j->status[i] == RESTING && j->evidence[i] >= 0)
-            j->evidence[i] += STAYED * m->area[i] / j->area;
+            j->evidence[i] += STAYED / nsame * m->area[i] / j->area;
         j->moved[i] |= has_moved && is_seen;
     }
     om_point_tree_destroy(tree);
@@ -169,8 +178,7 @@ static OmStatus measure(Job* j, bool is_after, double* median, double* p90, doub
     size_t n3 = 3 * (size_t)m->view.mesh->nvert;
     j->ndistance = 0;
     for (int a = 0; a < j->nacq; ++a) {
-        const double* x = is_after ? j->out->x + (size_t)a * n3
-                                   : (j->acq[a].x_twin ? j->acq[a].x_twin : m->view.mesh->x);
+        const double* x = (is_after ? j->out->x : j->x_before) + (size_t)a * n3;
         OM_TRY(om__match_pairs(&j->fit, &j->acq[a].scan, x));
         for (int i = 0; i < j->acq[a].scan.npoint; ++i)
             j->all_distance[j->ndistance++] = fmin(j->fit.distance[i], 1.0);
@@ -185,11 +193,13 @@ static OmStatus measure(Job* j, bool is_after, double* median, double* p90, doub
 
 // ---- stages -------------------------------------------------------------------------------------------------
 
-static OmStatus check_acquisition(const OmMatch* m, const OmAcquisition* a, int k) {
+static OmStatus check_acquisition(OmMatch* m, const OmAcquisition* a, int k) {
     OmStatus status = om_scan_check(&a->scan);
     if (status < 0) return om_error_prefix(status, "acquisition %d", k);
     OM_CHECK(a->ngrasp >= 0 && a->ngrasp <= OM_MAX_ARM, OM_INVALID,
              "acquisition %d: %d grasps, at most %d", k, a->ngrasp, OM_MAX_ARM);
+    status = om__match_find_held(m, a->ngrasp, a->grasp, &m->held);
+    if (status < 0) return om_error_prefix(status, "acquisition %d", k);
     for (int i = 0; a->x_twin && i < m->view.mesh->nvert; ++i)
         OM_CHECK(om_is_finite3(om_load3(a->x_twin, i)), OM_INVALID,
                  "acquisition %d: position of vertex %d of the twin is not finite", k, i);
@@ -211,10 +221,23 @@ static OmStatus check_motion(const OmMatch* m, int nacq, const OmAcquisition* ac
     double motion = 0;
     for (int a = 0; a < nacq; ++a) {
         if (acq[a].scan.npoint == 0) return refuse(out, "scan %d shows no tissue", a);
+        if (acq[a].scan.npoint < MIN_POINTS)
+            return refuse(out, "scan %d has %d points, %d are needed", a, acq[a].scan.npoint,
+                          MIN_POINTS);
         if (acq[a].ngrasp == 0) return refuse(out, "nothing is grasped in acquisition %d", a);
-        for (int g = 0; g < acq[a].ngrasp; ++g)
-            motion = fmax(motion, om_distance(acq[a].grasp[g].pose_world_now.p,
-                                              acq[a].grasp[g].pose_world_grasp.p));
+        for (int g = 0; g < acq[a].ngrasp; ++g) {
+            const OmMatchGrasp* grasp = &acq[a].grasp[g];
+            motion = fmax(motion, om_distance(grasp->pose_world_now.p, grasp->pose_world_grasp.p));
+            double away = HUGE_VAL, radius = grasp->radius;
+            if (!(radius > 0)) radius = m->def.scene->task.grasp_radius;
+            for (int i = 0; grasp->vert && i < grasp->nvert; ++i)
+                away = fmin(away, om_distance(om_load3(m->view.mesh->x, grasp->vert[i]),
+                                              grasp->pose_world_grasp.p));
+            if (grasp->vert && away > radius + m->def.moved)
+                return refuse(out,
+                              "acquisition %d: the tissue had moved by %.1f mm when it was grasped",
+                              a, 1e3 * away);
+        }
     }
     if (motion < m->def.min_motion)
         return refuse(out, "the grasp moved by %.1f mm only, %.1f mm are needed", 1e3 * motion,
@@ -232,6 +255,8 @@ static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out
     out->x = om_calloc((size_t)nacq * 3 * (size_t)nvert, sizeof *out->x);
     bool is_whole =
         out->probability && out->uncertainty && out->stiffness && out->attached && out->x;
+    for (int i = 0; is_whole && i < m->view.ncandidate; ++i)
+        out->uncertainty[m->candidate[i]] = 1;  // until a scan says more
     return is_whole ? OM_OK : OM_NO_MEMORY;
 }
 
@@ -246,6 +271,7 @@ static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, OmMat
     }
     OM_TRY(om__match_fit_begin(m, most, &j->fit));
     OM_ALLOC(j->x, 3 * m->view.mesh->nvert);
+    OM_ALLOC(j->x_before, (size_t)nacq * 3 * (size_t)m->view.mesh->nvert);
     OM_ALLOC(j->spring, n);
     OM_ALLOC(j->probability, n);
     OM_ALLOC(j->facing_x, 3 * m->surface.nvert);
@@ -261,6 +287,7 @@ static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, OmMat
 static void job_done(Job* j) {
     om__match_fit_done(&j->fit);
     om_free(j->x);
+    om_free(j->x_before);
     om_free(j->spring);
     om_free(j->probability);
     om_free(j->facing_x);
@@ -272,13 +299,34 @@ static void job_done(Job* j) {
     om_free(j->moved);
 }
 
+// The twin of an acquisition as believed: where the caller does not give it, at rest with the attachments of the site.
+static OmStatus find_before(Job* j, int a) {
+    OmMatch* m = j->match;
+    const OmAcquisition* acq = &j->acq[a];
+    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
+    double* x = j->x_before + (size_t)a * n3;
+    memcpy(x, acq->x_twin ? acq->x_twin : m->view.mesh->x, n3 * sizeof *x);
+    if (acq->x_twin) return OM_OK;
+    const OmMeshSet* set = om_tet_mesh_find_set(m->view.mesh, "attachment");
+    for (int i = 0, k = 0; i < m->view.ncandidate; ++i) {  // both ascend
+        while (set && k < set->nvert && set->vert[k] < m->candidate[i]) ++k;
+        bool is_attached = set && k < set->nvert && set->vert[k] == m->candidate[i];
+        j->spring[i] = is_attached ? m->def.foundation * m->area[i] : 0;
+    }
+    OmMatchLoad load = {
+        .spring = j->spring, .ngrasp = acq->ngrasp, .grasp = acq->grasp, .tolerance = 2e-4};
+    OmStatus status = om_match_find_rest(m, &load, x, NULL);
+    return status < 0 ? om_error_prefix(status, "acquisition %d", a) : OM_OK;
+}
+
 static OmStatus fit_all(Job* j, const OmProgress* progress) {
     OmMatch* m = j->match;
     size_t n3 = 3 * (size_t)m->view.mesh->nvert;
     for (int a = 0; a < j->nacq; ++a) {
-        const double* begin = j->acq[a].x_twin ? j->acq[a].x_twin : m->view.mesh->x;
-        memcpy(j->x, begin, n3 * sizeof *begin);
-        OM_TRY(add_evidence(j, a));
+        OM_TRY(find_before(j, a));
+        memcpy(j->x, j->x_before + (size_t)a * n3, n3 * sizeof *j->x);
+        OmStatus status = add_evidence(j, a);
+        if (status < 0) return om_error_prefix(status, "acquisition %d", a);
         memcpy(j->out->x + (size_t)a * n3, j->x, n3 * sizeof *j->x);
         OM_TRY(om_progress_report(progress, "fit", a + 1, j->nacq));
     }
@@ -346,9 +394,9 @@ static OmStatus check(Job* j, const OmProgress* progress) {
         return refuse(
             out, "the scan shows %.0f %% of the surface over the candidates, %.0f %% are needed",
             100 * out->seen_share, 100 * m->def.min_seen);
-    if (after > before)
+    if (after > CLOSER * before)
         return refuse(
-            out, "the updated twin is farther from the scan (mean %.2f mm) than before (%.2f mm)",
+            out, "the updated twin is no closer to the scan (mean %.2f mm) than before (%.2f mm)",
             1e3 * after, 1e3 * before);
     return is_at_rest ? OM_OK : refuse(out, "the twin found no rest with the new attachments");
 }

@@ -149,6 +149,16 @@ static void refuse(Rig* rig, const OmAcquisition* a, const char* reason) {
     om_match_estimate_done(&e);
 }
 
+// The vertex of the twin nearest to p.
+static int view_vertex(const Rig* rig, OmVec3 p) {
+    int best = 0;
+    for (int v = 1; v < rig->view->mesh->nvert; ++v)
+        if (om_distance(om_load3(rig->view->mesh->x, v), p) <
+            om_distance(om_load3(rig->view->mesh->x, best), p))
+            best = v;
+    return best;
+}
+
 static void test_refusals(void** state) {
     (void)state;
     Rig rig;
@@ -164,8 +174,23 @@ static void test_refusals(void** state) {
     a.grasp[0].pose_world_now = a.grasp[0].pose_world_grasp;
     refuse(&rig, &a, "moved by 0.0 mm only");
     a = rig.acq[0];
-    a.scan.npoint = 2;  // almost all is hidden
+    a.scan.npoint = 2;
+    refuse(&rig, &a, "has 2 points");
+    OmScan spot;  // almost all is hidden
+    assert_int_equal(om_scan_init(20, 0, &spot), OM_OK);
+    for (int i = 0; i < 20; ++i) om_store3(spot.x, i, om_load3(a.scan.x, 0));
+    spot.has_camera = true;
+    spot.camera = a.scan.camera;
+    a.scan = spot;
     refuse(&rig, &a, "of the surface");
+    om_scan_done(&spot);
+    a = rig.acq[0];  // the tissue was lifted by 30 mm when it was grasped
+    int held = view_vertex(&rig, a.grasp[0].pose_world_grasp.p);
+    a.grasp[0].vert = &held;
+    a.grasp[0].nvert = 1;
+    a.grasp[0].pose_world_grasp.p.z += 0.03;
+    a.grasp[0].pose_world_now.p.z += 0.06;
+    refuse(&rig, &a, "had moved by");
     // Another organ: a ball of 30 mm, 80 mm above the board.
     a = rig.acq[0];
     OmScan ball;
