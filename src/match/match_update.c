@@ -144,8 +144,8 @@ static OmStatus add_evidence(Job* j, int a) {
     OM_TRY(find_status(j, &acq->scan));
     set_springs(j);
     OM_TRY(om__match_fit(&j->fit, acq, j->spring, j->x));
-    int nsame =
-        0;  // acquisitions of this grasp: several looks at one pull say little more than one
+    // Acquisitions of this grasp: several looks at one pull say little more than one.
+    int nsame = 0;
     for (int b = 0; b < j->nacq; ++b)
         nsame += om_distance(j->acq[b].grasp[0].pose_world_grasp.p,
                              acq->grasp[0].pose_world_grasp.p) < m->view.edge;
