@@ -50,12 +50,13 @@ typedef struct OmUpdateDef {
     OmCookie cookie;
     OmScanDef scan;          // how the tissue is found in pictures; its site is borrowed
     OmSceneUpdate settings;  // latency, number of acquisitions, smallest lift, rest
-    // Default null: acquisitions are taken, for listeners, and nothing is estimated. The arms do not wait then.
+    // Default null: acquisitions are taken, for listeners, and nothing is estimated. The arms do not wait then, and the
+    // newest picture is taken, which may be from before the end of the action.
     OmEstimateFn estimate;
     void* estimate_ctx;  // borrowed by the job
     // Default OM_UPDATE_AFTER_LATENCY in a world that has snapshots, otherwise OM_UPDATE_WHEN_READY.
     OmUpdateTiming timing;
-    // OmRetractUpdate.end_tick of each estimate of the recorded run; copied  (nreplay)
+    // OmRetractUpdate.end_tick of each estimate of the recorded run, below 0: never taken; copied  (nreplay)
     const int* replay_tick;
     int nreplay;
 } OmUpdateDef;

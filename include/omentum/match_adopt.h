@@ -41,12 +41,15 @@ OM_API void om_match_adoption_destroy(OmMatchAdoption* adoption);
 OM_API OmStatus om_match_adoption_begin(OmMatchAdoption* adoption, OmBody* body,
                                         const unsigned char* attached, const double* stiffness,
                                         double seconds);
-/// Move the anchors by `dt` seconds, before each step of the body. Where a vertex is to be held still and an arm
-/// grasps it when the anchors arrive, it keeps its spring.
+/// Move the anchors by `dt` seconds, before each step of the body. A vertex that is to be held still is fixed
+/// where it is after 0.6 of the time, and its anchor travels on; if an arm grasps it then, it keeps its spring.
 /// @return OM_OK, also if no adoption is under way; OM_INVALID (dt below 0 or not finite); errors of
 ///         om_body_set_attachment
 OM_API OmStatus om_match_adoption_step(OmMatchAdoption* adoption, OmBody* body, double dt);
 OM_API bool om_match_adoption_is_active(const OmMatchAdoption* adoption);
+/// Set `attached` to the attachments at the end of an adoption that is under way; unchanged otherwise.
+/// @param attached  0 or 1  (nvert)
+OM_API void om_match_adoption_get_goal(const OmMatchAdoption* adoption, unsigned char* attached);
 /// Stop where it is: anchors and springs stay at their present values.
 OM_API void om_match_adoption_cancel(OmMatchAdoption* adoption);
 /// Snapshots: a block of om_match_adoption_state_size bytes, beside that of the body.

@@ -1,7 +1,8 @@
 // defras_look.c: the loop and its updater: acquisitions after actions, estimates started, adopted or refused.
 //
 // After an action that moved held tissue the arms keep still until the tissue rests (OmSceneUpdate.rest), and an
-// acquisition is taken from a picture exposed at the end of this time. The estimate runs beside the next actions. In
+// acquisition is taken from a picture exposed at the end of this time; without an estimator, at once from the newest
+// picture. The estimate runs beside the next actions. In
 // the tick of its adoption the twin takes the new attachments; if they change the blocks that may be grasped, the loop
 // makes a new plan after the current action. An arm that reaches for a block that is now attached stops at once.
 #include <math.h>
@@ -40,15 +41,14 @@ OmStatus om__look_take(OmLoop* loop, bool* needs_tick) {
     unsigned color = om_world_sources(loop->world) & OM_OBSERVE_COLOR;
     OM_TRY(om_world_observe(loop->world, OM_OBSERVE_DEPTH | color, &obs));
     const double seen = obs.rgbd.time - loop->time_origin - loop->look_begin;
-    *needs_tick = seen < rest - tick && waited < rest + LOOK_LIMIT;
+    const bool is_good = !u->def.estimate || seen >= rest - tick;
+    *needs_tick = !is_good && waited < rest + LOOK_LIMIT;
     OmStatus status = OM_OK;
-    if (!*needs_tick && seen >= rest - tick)
-        status = om__updater_take(u, &obs, loop->time, loop->grid.task, loop->twin);
+    if (is_good) status = om__updater_take(u, &obs, loop->time, loop->grid.task, loop->twin);
     om_observation_done(&obs);
     if (status < 0) return om_error_prefix(status, "acquisition at %.2f s", loop->time);
     loop->result.nacquisition = u->ntaken;
-    if (*needs_tick || seen < rest - tick)
-        return OM_OK;  // without a picture of the rest: no acquisition
+    if (!is_good) return OM_OK;  // without a picture of the rest: no acquisition
     OmUpdateEvent event = make_event(loop, OM_UPDATE_TAKEN, u->ntaken - 1);
     event.acquisition = &u->kept[u->nkept - 1]->data;
     return om__loop_notify_update(loop, &event);
@@ -65,16 +65,25 @@ void om__look_note_release(OmLoop* loop, int arm) {
 
 // ---- estimates ------------------------------------------------------------------------------------------
 
-static int count_attached(const OmBody* body) {
-    const unsigned char* attached = om_body_attached(body);
-    int n = 0;
-    for (int v = 0; v < om_body_site(body)->mesh.nvert; ++v) n += attached[v] != 0;
-    return n;
+// Attachments of the twin. While it adopts an estimate a spring that fades is none.
+static OmStatus copy_attached(const OmLoop* loop, unsigned char** attached) {
+    size_t n = (size_t)om_body_site(loop->twin)->mesh.nvert;
+    OM_ALLOC(*attached, n);
+    memcpy(*attached, om_body_attached(loop->twin), n);
+    om_match_adoption_get_goal(loop->adoption, *attached);
+    return OM_OK;
+}
+
+static int count(const unsigned char* attached, int n) {
+    int sum = 0;
+    for (int v = 0; v < n; ++v) sum += attached[v] != 0;
+    return sum;
 }
 
 static OmStatus begin_record(OmLoop* loop) {
     const OmUpdater* u = loop->updater;
     OmRetractResult* r = &loop->result;
+    unsigned char* attached;
     if (r->nupdate == loop->update_capacity) {
         int capacity = loop->update_capacity ? 2 * loop->update_capacity : 16;
         OmRetractUpdate* grown =
@@ -83,12 +92,14 @@ static OmStatus begin_record(OmLoop* loop) {
         r->update = grown;
         loop->update_capacity = capacity;
     }
+    OM_TRY(copy_attached(loop, &attached));
     r->update[r->nupdate++] = (OmRetractUpdate){.stage = OM_UPDATE_STARTED,
                                                 .nacquisition = u->nkept,
                                                 .start_tick = loop->tick,
                                                 .end_tick = -1,
                                                 .start = loop->time,
-                                                .nattached_before = count_attached(loop->twin)};
+                                                .nattached_before = count(attached, u->nvert)};
+    om_free(attached);
     return OM_OK;
 }
 
@@ -108,7 +119,7 @@ static OmStatus end_record(OmLoop* loop, OmUpdateStage stage, const char* reason
     const OmMatchEstimate* e = &u->estimate;
     OmRetractUpdate* r = &loop->result.update[loop->result.nupdate - 1];
     r->stage = stage;
-    r->end_tick = loop->tick;
+    r->end_tick = stage == OM_UPDATE_CANCELLED ? -1 : loop->tick;
     r->end = loop->time;
     r->nattached_after = stage == OM_UPDATE_ADOPTED ? 0 : r->nattached_before;
     for (int v = 0; stage == OM_UPDATE_ADOPTED && v < e->nvert; ++v)
@@ -136,8 +147,7 @@ static OmStatus adopt(OmLoop* loop) {
     OmUpdater* u = loop->updater;
     OmStatus status = OM_OK;
     unsigned char* was = NULL;
-    OM_ALLOC_DONE(was, (size_t)u->nvert);
-    memcpy(was, om_body_attached(loop->twin), (size_t)u->nvert);
+    OM_TRY_DONE(copy_attached(loop, &was));
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);

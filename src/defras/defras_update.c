@@ -205,8 +205,9 @@ bool om__updater_is_ripe(const OmUpdater* u, int tick, double time_step) {
     case OM_UPDATE_AFTER_LATENCY:
         return tick - u->start_tick >= (int)ceil(u->def.settings.latency / time_step - 1e-9);
     case OM_UPDATE_WHEN_READY: return om_job_is_finished(u->job);
-    case OM_UPDATE_REPLAYED:  // an estimate beyond the record was never adopted
-        return index < u->def.nreplay && tick >= u->replay_tick[index];
+    case OM_UPDATE_REPLAYED:  // never: below 0, or beyond the record
+        return index < u->def.nreplay && u->replay_tick[index] >= 0 &&
+               tick >= u->replay_tick[index];
     }
     return false;
 }

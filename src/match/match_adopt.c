@@ -3,9 +3,11 @@
 // A spring to an anchor a has the force k (a - x). At the beginning every listed vertex gets the spring of its new or,
 // if it is to be freed, of its present stiffness, with the anchor at which its force stays the same. With
 // s = 3 t^2 - 2 t^3 of the time share t, anchors of attached vertices are at a_0 + s (X - a_0), X the rest position,
-// and springs of freed vertices have the stiffness (1 - s) k_0. At t = 1 freed vertices leave, and vertices that are to
-// be held still become fixed at X; until then they have the stiffest spring of the list.
+// and springs of freed vertices have the stiffness (1 - s) k_0. At t = 1 freed vertices leave. A vertex that is to be
+// held still has the stiffest spring of the list, which arrives at t = 0.6. Load keeps it from X: it is fixed where it
+// is then, and its anchor travels to X until t = 1.
 //
+// Rejected: to fix it at X when its spring has arrived. A vertex under 0.4 N then moves by 1.25 mm in one step.
 // Rejected: fixed anchors that travel for all. The tool and a fixed vertex then prescribe the same element, and forces
 // have no bound; a spring gives way.
 #include <string.h>
@@ -14,6 +16,8 @@
 
 #define STIFF \
     300.0  // N/m, of the springs that lead to fixed vertices, where the estimate has no spring
+
+#define SPRING_SHARE 0.6  // of the time: springs of vertices that are to be held still arrive
 
 typedef struct Head {
     int nvert;       // of the mesh
@@ -70,6 +74,11 @@ void om_match_adoption_destroy(OmMatchAdoption* a) {
 
 bool om_match_adoption_is_active(const OmMatchAdoption* a) { return a->head->is_active; }
 void om_match_adoption_cancel(OmMatchAdoption* a) { a->head->is_active = 0; }
+void om_match_adoption_get_goal(const OmMatchAdoption* a, unsigned char* attached) {
+    if (!a->head->is_active) return;
+    memset(attached, 0, (size_t)a->head->nvert);
+    for (int i = 0; i < a->head->nlist; ++i) attached[a->vert[i]] = a->goal[i] >= 0;
+}
 size_t om_match_adoption_state_size(const OmMatchAdoption* a) { return a->size; }
 void om_match_adoption_save(const OmMatchAdoption* a, void* block) {
     memcpy(block, a->head, a->size);
@@ -147,22 +156,37 @@ OmStatus om_match_adoption_begin(OmMatchAdoption* a, OmBody* body, const unsigne
     return status;
 }
 
-// Attachments at the smoothed time share s; at 1 those of the end. `may_fix`: vertices to be held still become fixed.
-static OmStatus apply(OmMatchAdoption* a, OmBody* body, double s, bool may_fix) {
+static double smooth(double t) {
+    t = fmin(1, fmax(0, t));
+    return t * t * (3 - 2 * t);
+}
+
+// Vertices that are to be held still become fixed where they are, unless an arm grasps them.
+static void fix(OmMatchAdoption* a, const OmBody* body) {
+    const signed char* held_by = om_body_held_by(body);
+    for (int i = 0; i < a->head->nlist; ++i) {
+        if (a->goal[i] != 0 || held_by[a->vert[i]] >= 0) continue;
+        a->spring[i] = 0;
+        om_store3(a->anchor, i, om_load3(om_body_x(body), a->vert[i]));
+    }
+}
+
+// Attachments at the time share t.
+static OmStatus apply(OmMatchAdoption* a, OmBody* body, double t) {
     const double* rest = om_body_site(body)->mesh.x;
+    const bool has_spring = a->head->has_spring;
     int n = 0;
     for (int i = 0; i < a->head->nlist; ++i) {
-        bool is_freed = a->goal[i] < 0, is_end = s >= 1;
-        if (is_freed && is_end) continue;
+        bool is_freed = a->goal[i] < 0;
+        if (is_freed && t >= 1) continue;
+        double s = smooth(t);
+        if (a->goal[i] == 0 && has_spring)
+            s = smooth(a->spring[i] > 0 ? t / SPRING_SHARE
+                                        : (t - SPRING_SHARE) / (1 - SPRING_SHARE));
         int v = a->vert[i];
-        OmVec3 from = om_load3(a->anchor, i);
-        OmVec3 p = is_freed ? from
-                   : is_end ? om_load3(rest, v)
-                            : om_lerp(from, om_load3(rest, v), s);
-        om_store3(a->now, n, p);
-        a->now_spring[n] = is_freed            ? (1 - s) * a->spring[i]
-                           : is_end && may_fix ? a->goal[i]
-                                               : a->spring[i];
+        OmVec3 from = om_load3(a->anchor, i), to = om_load3(rest, v);
+        om_store3(a->now, n, is_freed ? from : s >= 1 ? to : om_lerp(from, to, s));
+        a->now_spring[n] = is_freed ? (1 - s) * a->spring[i] : a->spring[i];
         a->now_vert[n++] = v;
     }
     return om_body_set_attachment(body, n, a->now_vert, a->now, a->now_spring);
@@ -175,10 +199,8 @@ OmStatus om_match_adoption_step(OmMatchAdoption* a, OmBody* body, double dt) {
     OM_CHECK(om_body_site(body)->mesh.nvert == h->nvert, OM_INVALID, "adoption: of another body");
     double t = fmin(1, (h->elapsed + dt) / h->seconds);  // seconds > 0
     if (t > 1 - 1e-9) t = 1;
-    double s = t * t * (3 - 2 * t);
-    OmStatus status = apply(a, body, s, true);
-    if (status == OM_INVALID && t == 1) status = apply(a, body, s, false);
-    if (status < 0) return status;
+    if (h->has_spring && h->elapsed / h->seconds <= SPRING_SHARE && t > SPRING_SHARE) fix(a, body);
+    OM_TRY(apply(a, body, t));
     h->elapsed += dt;
     h->is_active = t < 1;
     return OM_OK;

@@ -36,6 +36,7 @@
 #define TOUCH 5e-4  // m, a vertex nearer to board or organ rests on it
 #define MIN_VOLUME 0.2  // of det F; an iteration that goes below is shortened
 #define MAX_HALVING 5
+#define MIN_PAIRED 20   // points with a partner; fewer place nothing
 #define MAX_MOVE 3.0    // edges, of a vertex in an iteration
 #define RESTART_HOLD 2  // iterations a step of a restart
 
@@ -185,6 +186,21 @@ done:
     return status;
 }
 
+// At the rest shape, once: results must not depend on earlier calls.
+static OmStatus find_stiffness(OmMatchLive* live) {
+    int n = live->view->surface->nvert;
+    OM_TRY(om_tissue_set_x(live->model, live->state, live->view->mesh->x, NULL));
+    OM_TRY(om_tissue_begin_step(live->model, live->state, live->work, FOLLOW_STEP));
+    double* k = om_alloc((size_t)n, sizeof *k);
+    if (!k) return OM_NO_MEMORY;
+    for (int i = 0; i < n; ++i)
+        k[i] = om_tissue_vertex_stiffness(live->work, live->view->surface_vert[i]);
+    om_sort_doubles(k, n);
+    live->stiffness = k[n / 2];
+    om_free(k);
+    return OM_OK;
+}
+
 static OmStatus make(OmMatchLive* live) {
     const OmMatchView* view = live->view;
     size_t nvert = (size_t)view->mesh->nvert, ntri = (size_t)view->surface->ntri;
@@ -207,7 +223,7 @@ static OmStatus make(OmMatchLive* live) {
     memset(live->attached, 0, nvert);
     const OmMeshSet* set = om_tet_mesh_find_set(view->mesh, "attachment");
     for (int i = 0; set && i < set->nvert; ++i) live->attached[set->vert[i]] = 1;
-    return OM_OK;
+    return find_stiffness(live);
 }
 
 OmStatus om_match_live_create(const OmMatchLiveDef* def, OmMatchLive** out) {
@@ -373,18 +389,6 @@ static void add_support(OmMatchLive* live, int v) {
         om_tissue_add_force(live->work, v, om_scale(f, n), om_mat3_scale(k, om_mat3_outer(n, n)));
 }
 
-static OmStatus find_stiffness(OmMatchLive* live) {
-    int n = live->view->surface->nvert;
-    double* k = om_alloc((size_t)n, sizeof *k);
-    if (!k) return OM_NO_MEMORY;
-    for (int i = 0; i < n; ++i)
-        k[i] = om_tissue_vertex_stiffness(live->work, live->view->surface_vert[i]);
-    om_sort_doubles(k, n);
-    live->stiffness = k[n / 2];
-    om_free(k);
-    return OM_OK;
-}
-
 // Move by h dv, or less where a vertex would go far or an element would be crushed.
 static OmStatus move(OmMatchLive* live, double h) {
     const double* dv = om_tissue_dv(live->work);
@@ -408,7 +412,6 @@ static OmStatus move(OmMatchLive* live, double h) {
 // A step of gradient flow of h seconds; with the springs of the scan if `scan` is not null.
 static OmStatus iterate(OmMatchLive* live, Scan* scan, double h) {
     OM_TRY(om_tissue_begin_step(live->model, live->state, live->work, h));
-    if (live->stiffness == 0) OM_TRY(find_stiffness(live));
     for (int v = 0; v < live->view->mesh->nvert; ++v) add_support(live, v);
     if (scan) {
         find_pairs(scan);
@@ -520,6 +523,9 @@ static void judge(const Scan* s, OmMatchPairs* p) {
         snprintf(reason, size, "the deformation of the twin diverged");
     else if (s->npaired == 0)
         snprintf(reason, size, "no point of the scan has a partner on the twin");
+    else if (s->npaired < MIN_PAIRED)
+        snprintf(reason, size, "%d points of the scan have a partner on the twin; %d are needed",
+                 s->npaired, MIN_PAIRED);
     else if (p->paired < def->min_paired)
         snprintf(reason, size,
                  "%.0f %% of the scan's points have a partner on the twin; %.0f %% are needed",

@@ -270,6 +270,8 @@ static void test_lost(void** state) {
     int npoint = rig.scan.npoint;
     rig.scan.npoint = 0;
     check_lost(&rig, "no point");
+    rig.scan.npoint = 10;
+    check_lost(&rig, "20 are needed");
     rig.scan.npoint = npoint;
     for (int i = 0; i < npoint; ++i) rig.scan.x[3 * i] += 0.3;  // another place
     check_lost(&rig, "no point");
@@ -358,7 +360,9 @@ static void test_workers(void** state) {
         begin(&rig, 12, 700, 1 + k);
         bend_rig(&rig, 1.2, 0.8);
         OmMatchPairs p;
-        for (int run = 0; run < 2; ++run) {  // an earlier call leaves nothing behind
+        for (int run = k; run < 2;
+             ++run) {  // an earlier call, of another shape, leaves nothing behind
+            bend_rig(&rig, 1.2, run == 0 ? 1.1 : 0.8);
             assert_ok(om_match_find_pairs(rig.live, &rig.scan, 1, &rig.grasp, rig.x, &p));
             if (run == 0) om_match_pairs_done(&p);
         }
