@@ -72,8 +72,8 @@ OM_API OmStatus om_series_begin(const char* dir, const OmCamera* camera, const O
 /// Append what an observation has in `rgbd`, depth and colour, with its arms. Pictures are written first; then
 /// series.yaml replaces the old one as a whole, so a killed recorder leaves a series that can be read. Depth beyond
 /// 65,535 units is written as no return.
-/// @return OM_OK; OM_INVALID (no depth, another camera, a time that does not grow, OM_SERIES_MAX frames); OM_NO_MEMORY;
-///         OM_IO
+/// @return OM_OK; OM_INVALID (no depth, another camera, a time that does not grow, OM_SERIES_MAX frames, or a value
+///         that om_series_load would refuse); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_series_append(OmSeries* series, const OmObservation* observation);
 /// Append the two pictures of a stereo endoscope; the left one has the pose `pose_world_camera`. Arms are those of
 /// `observation`, which may be null.

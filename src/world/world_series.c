@@ -12,6 +12,10 @@
 #define MAX_TEXT (64u << 20)  // bytes of series.yaml
 #define UNIT_TOLERANCE 1e-3   // of the length of a quaternion, and of the axes of a matrix
 #define DEFAULT_UNIT 1e-4     // m
+#define MAX_PLACE 1000.0      // m
+#define MAX_JOINT 100.0       // rad or m
+#define MAX_JAW 4.0           // rad
+#define MAX_TIME 1e12         // s
 #define COUNT(array) (int)(sizeof(array) / sizeof *(array))
 
 typedef struct PoseItem {
@@ -49,7 +53,7 @@ typedef struct SeriesFile {  // the values of the schema below
 
 #define POSE_FIELDS(type, member)                                                       \
     {"position", OM_YAML_VEC3, offsetof(type, member) + offsetof(PoseItem, position),   \
-     .min = -1000, .max = 1000},                                                        \
+     .min = -MAX_PLACE, .max = MAX_PLACE},                                              \
         {"quaternion_xyzw",                                                             \
          OM_YAML_NUMBERS,                                                               \
          offsetof(type, member) + offsetof(PoseItem, quaternion),                       \
@@ -63,9 +67,10 @@ typedef struct SeriesFile {  // the values of the schema below
 
 static const OmYamlField arm_field[] = {
     POSE_FIELDS(ArmItem, tip),
-    {"joints", OM_YAML_NUMBERS, offsetof(ArmItem, joint), .capacity = OM_PSM_NJOINT, .min = -100,
-     .max = 100, .is_required = true},
-    {"jaw", OM_YAML_DOUBLE, offsetof(ArmItem, jaw), .min = -4, .max = 4, .is_required = true},
+    {"joints", OM_YAML_NUMBERS, offsetof(ArmItem, joint), .capacity = OM_PSM_NJOINT,
+     .min = -MAX_JOINT, .max = MAX_JOINT, .is_required = true},
+    {"jaw", OM_YAML_DOUBLE, offsetof(ArmItem, jaw), .min = -MAX_JAW, .max = MAX_JAW,
+     .is_required = true},
 };
 static const OmYamlSchema arm_schema = {.title = "arm",
                                         .field = arm_field,
@@ -73,7 +78,7 @@ static const OmYamlSchema arm_schema = {.title = "arm",
                                         .line_offset = offsetof(ArmItem, line)};
 
 static const OmYamlField frame_field[] = {
-    {"time", OM_YAML_DOUBLE, offsetof(FrameItem, time), .min = -1e12, .max = 1e12,
+    {"time", OM_YAML_DOUBLE, offsetof(FrameItem, time), .min = -MAX_TIME, .max = MAX_TIME,
      .is_required = true},
     POSE_FIELDS(FrameItem, pose),
     {"color", OM_YAML_STRING, offsetof(FrameItem, color), .size = OM_SERIES_FILE},
@@ -396,6 +401,22 @@ static OmStatus print_frame(OmText* t, const OmSeriesFrame* f) {
     return OM_OK;
 }
 
+// What is written must be read again: the ranges of the schema, by its own reader.
+static OmStatus check_camera(const OmCamera* c, const char* of, bool has_pose) {
+    OmText t = {0};
+    OmStatus status = OM_OK;
+    SeriesFile* file = om_calloc(1, sizeof *file);
+    if (!file) return OM_NO_MEMORY;
+    OM_TRY_DONE(print_camera(&t, "camera", c, has_pose));
+    OM_TRY_DONE(om_yaml_parse(t.str, t.len, of, &series_schema, file));
+    OmPose pose;
+    if (has_pose) OM_TRY_DONE(read_pose(&file->camera.pose, of, 1, "camera", &pose));
+done:
+    om_text_done(&t);
+    om_free(file);
+    return status;
+}
+
 static OmStatus save(const OmSeries* s) {
     OmText t = {0};
     OmStatus status = OM_OK;
@@ -422,6 +443,8 @@ OmStatus om_series_begin(const char* dir, const OmCamera* camera, const OmCamera
     memset(series, 0, sizeof *series);
     OM_TRY(om_camera_check(camera));
     if (right) OM_TRY(om_camera_check(right));
+    OM_TRY(check_camera(camera, "the camera of a series", false));
+    if (right) OM_TRY(check_camera(right, "the right camera of a series", true));
     OM_TRY(om_path_join(dir, "series.yaml", path, sizeof path));
     OM_CHECK(!om_path_exists(path), OM_INVALID, "%s holds a series; give another folder", dir);
     OM_TRY(om_path_make_dir(dir));
@@ -444,8 +467,36 @@ static bool is_same_camera(const OmCamera* a, const OmCamera* b) {
     return a->width == b->width && a->height == b->height && memcmp(&l, &m, sizeof l) == 0;
 }
 
-static bool is_finite_pose(OmPose p) {
-    return isfinite(p.q.w + p.q.x + p.q.y + p.q.z) && om_is_finite3(p.p);
+static bool is_within(const double* v, int n, double most) {
+    for (int i = 0; i < n; ++i)
+        if (!(fabs(v[i]) <= most)) return false;
+    return true;
+}
+
+static OmStatus check_pose(OmPose p, const char* of, const OmSeries* s, double time) {
+    OM_CHECK(isfinite(p.q.w + p.q.x + p.q.y + p.q.z) && om_is_finite3(p.p), OM_INVALID,
+             "%s: the pose of the %s at time %g is not finite", s->dir, of, time);
+    double length = sqrt(p.q.w * p.q.w + p.q.x * p.q.x + p.q.y * p.q.y + p.q.z * p.q.z);
+    OM_CHECK(fabs(length - 1) < UNIT_TOLERANCE, OM_INVALID,
+             "%s: the %s at time %g has a quaternion of length %g; 1 is a rotation", s->dir, of,
+             time, length);
+    OM_CHECK(is_within((double[3]){p.p.x, p.p.y, p.p.z}, 3, MAX_PLACE), OM_INVALID,
+             "%s: the %s at time %g is at (%g, %g, %g) m; at most %g", s->dir, of, time, p.p.x,
+             p.p.y, p.p.z, MAX_PLACE);
+    return OM_OK;
+}
+
+static OmStatus check_arms(const OmSeries* s, double time, const OmObservation* obs) {
+    OM_CHECK(obs->narm >= 0 && obs->narm <= OM_MAX_ARM, OM_INVALID, "%s: %d arms; 0 to %d", s->dir,
+             obs->narm, OM_MAX_ARM);
+    for (int a = 0; a < obs->narm; ++a) {
+        const OmArmObservation* arm = &obs->arm[a];
+        OM_TRY(check_pose(arm->tip, "tip of a tool", s, time));
+        OM_CHECK(is_within(arm->q, OM_PSM_NJOINT, MAX_JOINT) && is_within(&arm->jaw, 1, MAX_JAW),
+                 OM_INVALID, "%s: a joint of arm %d at time %g is beyond %g, or its jaw beyond %g",
+                 s->dir, a, time, MAX_JOINT, MAX_JAW);
+    }
+    return OM_OK;
 }
 
 // A new frame with its time, pose and arms; it counts only after series.yaml has it.
@@ -455,14 +506,11 @@ static OmStatus begin_frame(OmSeries* s, double time, OmPose pose, const OmObser
     OM_CHECK(n < s->capacity, OM_INVALID,
              "%s: no more than %d frames fit; a series that was read gets none", s->dir,
              s->capacity);
-    OM_CHECK(isfinite(time) && (n == 0 || time > s->frame[n - 1].time), OM_INVALID,
-             "%s: time %g of a frame does not come after %g", s->dir, time,
-             n ? s->frame[n - 1].time : 0);
-    bool is_finite = is_finite_pose(pose);
-    for (int a = 0; obs && a < obs->narm; ++a)
-        is_finite &= is_finite_pose(obs->arm[a].tip) && isfinite(obs->arm[a].jaw);
-    OM_CHECK(is_finite, OM_INVALID, "%s: the pose of camera or tool at time %g is not finite",
-             s->dir, time);
+    OM_CHECK(fabs(time) <= MAX_TIME && (n == 0 || time > s->frame[n - 1].time), OM_INVALID,
+             "%s: time %g of a frame does not come after %g, or is beyond %g", s->dir, time,
+             n ? s->frame[n - 1].time : 0, MAX_TIME);
+    OM_TRY(check_pose(pose, "camera", s, time));
+    if (obs) OM_TRY(check_arms(s, time, obs));
     *frame = &s->frame[n];
     **frame = (OmSeriesFrame){.time = time, .pose_world_camera = pose};
     if (!obs) return OM_OK;

@@ -287,6 +287,44 @@ static void a_stereo_pair_becomes_depth(void** state) {
     om_path_remove(dir);
 }
 
+// Nothing is written that om_series_load refuses.
+static void values_out_of_range_are_refused(void** state) {
+    (void)state;
+    const char* dir = make_dir();
+    OmCamera camera = make_camera();
+    OmSeries s, t;
+    for (int k = 0; k < 3; ++k) {
+        OmCamera bad = camera, right = camera;
+        if (k == 0) bad.far_m = 5000;
+        if (k == 1) bad.lens.fx = 1e7;
+        if (k == 2) right.pose_world_camera.q.w += 1;
+        assert_status(om_series_begin(dir, &bad, &right, &s), OM_INVALID);
+    }
+    assert_ok(om_series_begin(dir, &camera, NULL, &s));
+    OmObservation good = make_frame(0);
+    for (int k = 0; k < 10; ++k) {
+        OmObservation obs = good;
+        if (k == 0) obs.arm[1].q[2] = NAN;
+        if (k == 1) obs.arm[1].q[2] = 200;
+        if (k == 2) obs.arm[0].jaw = 7;
+        if (k == 3) obs.arm[0].jaw = NAN;
+        if (k == 4) obs.arm[1].tip.p.z = 2000;
+        if (k == 5) obs.arm[1].tip.q.w += 0.1;
+        if (k == 6) obs.rgbd.camera.pose_world_camera.q.x = NAN;
+        if (k == 7) obs.rgbd.time = 1e13;
+        if (k == 8) obs.narm = OM_MAX_ARM + 1;
+        if (k == 9) obs.narm = -1;
+        assert_status(om_series_append(&s, &obs), OM_INVALID);
+    }
+    assert_int_equal(s.nframe, 0);
+    assert_ok(om_series_append(&s, &good));
+    assert_ok(om_series_load(dir, &t));
+    om_observation_done(&good);
+    om_series_done(&s);
+    om_series_done(&t);
+    om_path_remove(dir);
+}
+
 static OmStatus record_and_read(void* ctx) {
     const OmObservation* obs = ctx;
     const char* dir = make_dir();
@@ -318,6 +356,7 @@ int main(void) {
         cmocka_unit_test(mistakes_are_named),
         cmocka_unit_test(files_of_others_are_read),
         cmocka_unit_test(a_stereo_pair_becomes_depth),
+        cmocka_unit_test(values_out_of_range_are_refused),
         cmocka_unit_test(every_refused_memory_returns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
