@@ -146,6 +146,10 @@ OmStatus om_scan_learn_range(const OmPicture* picture, const OmScanRegion* regio
     OM_CHECK(region->is_box || (isfinite(region->u) && isfinite(region->v) && region->radius >= 0),
              OM_INVALID, "the region is a disc of radius %g around (%g, %g)", region->radius,
              region->u, region->v);
+    OM_CHECK(!region->is_box || (region->column >= 0 && region->row >= 0 && region->width >= 0 &&
+                                 region->height >= 0),
+             OM_INVALID, "the region is a box of %d x %d pixels at (%d, %d); 0 or more",
+             region->width, region->height, region->column, region->row);
     OmStatus status = OM_OK;
     Sample s = {0};
     size_t npixel = (size_t)picture->width * (size_t)picture->height;

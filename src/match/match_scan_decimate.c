@@ -10,9 +10,10 @@
 // 0.6 spacings gives the normal. The mean is off by r^2 / 4R on a surface of curvature 1/R: 0.1 mm for 7 mm on 15 mm.
 //
 // Noise moves points along their rays. Distances within a neighbourhood do not count the part along the ray that noise
-// explains, and the radius of the plane is four standard deviations at least. On a folded sheet with 2.3 mm of noise
-// (seven times that of the default) the points are 0.25 mm (median) from the true surface and their normals off by 4
-// degrees; with plain distances 1.2 mm and 20 degrees.
+// explains, and the radius of the plane is four standard deviations at least, but three spacings at most: beyond that
+// a scan takes minutes (71 s for 80 mm of noise). On a folded sheet with 2.3 mm of noise (seven times that of the
+// default) the points are 0.25 mm (median) from the true surface and their normals off by 4 degrees; with plain
+// distances 1.2 mm and 20 degrees.
 //
 // Not used: means over blocks of pixels (on a surface seen at 70 degrees the points are three spacings apart) and over
 // voxels (two layers of a fold in one voxel become one point, and pairs of points appear where a plane crosses).
@@ -27,6 +28,7 @@
 #define MEAN (1.0 / 3)  // radius of the mean over the spacing
 #define FIT 0.6         // radius of the plane over the spacing
 #define FIT_NOISE 4.0   // the same over the standard deviation: with less the plane follows the ray
+#define MAX_FIT 3.0     // the same over the spacing, at most, and slack over it
 
 typedef struct Cells {
     const ScanPicture* p;
@@ -138,7 +140,8 @@ static void place_points(Cells* c, const OmScanDef* def, OmVec3 eye, OmScan* sca
     for (int k = 0; k < c->npoint; ++k) {
         double pixel = c->p->angle * (double)c->p->depth[c->seed[k]];
         double sigma = om__depth_noise(c->p, (double)c->p->depth[c->seed[k]]);
-        double radius = fmax(FIT * def->spacing, fmax(3.5 * pixel, FIT_NOISE * sigma));
+        double radius = fmax(FIT * def->spacing, FIT_NOISE * sigma);
+        radius = fmax(3.5 * pixel, fmin(radius, MAX_FIT * def->spacing));
         int n = search(c, c->seed[k], radius, SLACK);
         om_store3(scan->normal, k, fit_normal(c, n, eye));
         n = search(c, c->seed[k], fmax(MEAN * def->spacing, 0.5 * pixel), SLACK);

@@ -105,7 +105,7 @@ static Color make_color(const OmScanDef* def, const OmObservation* obs, const Om
     Color c = {.def = def, .field = *field, .bare = *field, .unknown = OM_SCAN_UNKNOWN};
     c.bare.def.tool_margin = 0;
     if (obs->narm == 0) c.unknown = OM_SCAN_TOOL;
-    for (int a = 0; a < obs->narm; ++a)
+    for (int a = 0; a < obs->narm && a < OM_MAX_ARM; ++a)
         if (!def->space.psm[a]) c.unknown = OM_SCAN_TOOL;
     return c;
 }
@@ -211,6 +211,8 @@ static void measure_noise(ScanPicture* p) {
     for (int i = 0; i < p->npixel; ++i) ntissue += p->class[i] == OM_SCAN_TISSUE;
     int stride = ntissue / MAX_SAMPLE + 1;
     for (int i = 1, k = 0; i + 1 < p->npixel && n < MAX_SAMPLE; ++i) {
+        if (i % p->width == 0 || i % p->width == p->width - 1)
+            continue;  // neighbours of other rows
         if (p->class[i] != OM_SCAN_TISSUE || k++ % stride != 0) continue;
         if (p->class[i - 1] != OM_SCAN_TISSUE || p->class[i + 1] != OM_SCAN_TISSUE) continue;
         double z = (double)p->depth[i], sigma = om__depth_noise(p, z);
