@@ -49,9 +49,11 @@ typedef struct OmStereoReport {
 
 /// Depth along z of the left camera, m (left.height x left.width); 0 where there is no match, or where depth is out of
 /// the range of the definition or of the left camera.
+/// Memory: 5 bytes for each pixel and candidate, 8 GiB at most.
 /// @param report  may be null
-/// @return OM_OK; OM_INVALID (the message names the field: a camera, a picture of another size, a baseline that is not
-///         to the right, more than OM_STEREO_MAX_DISPARITY candidates); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (the message names the field: a camera, a picture of another size or without 1, 3 or 4
+///         channels, a baseline that is not to the right, more than OM_STEREO_MAX_DISPARITY candidates or 8 GiB);
+///         OM_NO_MEMORY
 OM_API OmStatus om_stereo_depth(const OmStereoDef* def, const OmStereoPair* pair, float* depth,
                                 OmStereoReport* report);
 

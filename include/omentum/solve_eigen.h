@@ -43,7 +43,7 @@ typedef struct OmEigenDef {  // made by om_eigen_default_def
     // eigenvalues lie apart.
     double shift;
     double tolerance;  // relative to an eigenvalue's distance from the shift; default 1e-10
-    int max_restarts;  // >= 1; default 300
+    int max_restarts;  // of a run, >= 1; default 300
     int nbasis;  // Lanczos vectors, npair < nbasis <= n; 0: min(n, max(2 npair, 20)); default 0
     OmCookie cookie;  // set by om_eigen_default_def
 } OmEigenDef;
@@ -57,8 +57,9 @@ typedef struct OmEigenInfo {
 OM_API OmEigenDef om_eigen_default_def(int npair, double shift);
 
 /// The smallest eigenpairs of A x = lambda B x, ascending, every copy of a multiple eigenvalue included. The same
-/// arguments give the same bytes: the first vector is fixed, and one thread works. ARPACK keeps state between calls, so
-/// calls from several threads wait for each other, and a call inside om_parallel_for is refused.
+/// arguments give the same bytes if no other thread factors a large matrix at the time: the first vector is fixed, and
+/// one thread works. ARPACK keeps state between calls, so calls from several threads wait for each other, and a call
+/// inside om_parallel_for is refused.
 /// @param B            symmetric positive definite, of the size of A; null: the identity
 /// @param eigenvalue   (npair), ascending
 /// @param eigenvector  (npair x n), x_i . B x_j = 1 if i = j, else 0; the largest entry of each is positive

@@ -18,6 +18,7 @@
 
 #define MOLLIFICATION 1e-5  // of the mean length; as in the authors' code
 #define DELAUNAY 1e-9       // a sum of two cotangents above -DELAUNAY counts as Delaunay
+#define MIN_EDGE 1e-30      // m, of the mean; 1 / MIN_EDGE at most
 
 typedef struct Cover {
     int nvert, nface;
@@ -275,11 +276,16 @@ OmStatus om__laplacian_init(int nvert, const double* x, int ntri, const int* tri
     OmStatus status = OM_OK;
     Cover c = {0};
     OM_TRY_DONE(cover_init(nvert, x, ntri, tri_vert, &c));
-    double largest = 0, edge = 0;
+    double largest = 0, edge = 0, mean = 0;
     for (int h = 0; h < 3 * c.nface; h += 3) largest = fmax(largest, double_area(&c, h));
-    for (int h = 0; h < 3 * c.nface; ++h) edge = fmax(edge, c.length[h]);
+    for (int h = 0; h < 3 * c.nface; ++h) {
+        edge = fmax(edge, c.length[h]);
+        mean += c.length[h] / (3.0 * c.nface);
+    }
     OM_CHECK_DONE(largest > 1e-12 * edge * edge && isfinite(edge * edge), OM_INVALID,
                   "Laplacian: no triangle has an area");
+    OM_CHECK_DONE(mean >= MIN_EDGE && mean <= 1 / MIN_EDGE, OM_INVALID,
+                  "Laplacian: the mean edge is %g m; %g to %g", mean, MIN_EDGE, 1 / MIN_EDGE);
     out->added = mollify(&c);
     OM_TRY_DONE(make_delaunay(&c));
     out->nflip = c.nflip;

@@ -16,7 +16,10 @@
 #define MAX_SIDE 8192
 #define MAX_BEND 0.5    // sine of the angle between baseline and x axis
 #define MIN_FACING 0.5  // cosine between an axis of view and the normal of the rectified pictures
-#define MAX_STEP 1.5f   // pixels: neighbours whose disparities differ by more are two surfaces
+#define GIB (1024.0 * 1024 * 1024)
+#define MAX_BYTES (8 * GIB)  // of costs and sums: full HD with all candidates needs 5
+#define CANDIDATE_BYTES 5    // one of cost and two sums of two
+#define MAX_STEP 1.5f        // pixels: neighbours whose disparities differ by more are two surfaces
 
 OmStereoDef om_stereo_default_def(void) {
     return (OmStereoDef){.cookie = STEREO_COOKIE,
@@ -54,6 +57,8 @@ static OmStatus check_picture(const OmPicture* p, const OmCamera* c, const char*
     OM_CHECK(p->width == c->width && p->height == c->height, OM_INVALID,
              "the %s picture has %d x %d pixels, its camera %d x %d", side, p->width, p->height,
              c->width, c->height);
+    OM_CHECK(p->nchannel == 1 || p->nchannel == 3 || p->nchannel == 4, OM_INVALID,
+             "the %s picture has %d channels; 1, 3 or 4", side, p->nchannel);
     return OM_OK;
 }
 
@@ -250,6 +255,11 @@ OmStatus om_stereo_depth(const OmStereoDef* def, const OmStereoPair* pair, float
     OM_TRY(set_range(def, left.lens.fx * base, &r));
     r.width = left.width, r.height = left.height;
     size_t n = (size_t)r.width * (size_t)r.height;
+    OM_CHECK((double)n * r.ndisparity * CANDIDATE_BYTES <= MAX_BYTES, OM_INVALID,
+             "%d x %d pixels with %d candidates need %.1f GiB, the most is %.0f; raise "
+             "OmStereoDef.near_m or use smaller pictures",
+             r.width, r.height, r.ndisparity, (double)n * r.ndisparity * CANDIDATE_BYTES / GIB,
+             MAX_BYTES / GIB);
     OM_ALLOC_DONE(r.left, n);
     OM_ALLOC_DONE(r.right, n);
     OM_ALLOC_DONE(r.disparity, n);

@@ -29,7 +29,8 @@ struct OmSurfaceTree {
 // ---- one triangle -----------------------------------------------------------------------------------
 
 static OmVec3 set_point(double wa, double wb, double wc, OmVec3 q, double bary[3]) {
-    if (bary) bary[0] = wa, bary[1] = wb, bary[2] = wc;
+    // 1 - t may round below 0
+    if (bary) bary[0] = fmax(0, wa), bary[1] = fmax(0, wb), bary[2] = fmax(0, wc);
     return q;
 }
 

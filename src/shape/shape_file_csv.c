@@ -55,8 +55,8 @@ static OmStatus read_names(Table* t, OmWord line) {
     int shown = line.len < 60 ? (int)line.len : 60;
     for (int k = 0; k < 3; ++k)
         OM_CHECK(t->column[k] >= 0, OM_INVALID,
-                 "the first line must name the columns x, y and z (and nx, ny, nz for normals); %s "
-                 "is missing in \"%.*s\"",
+                 "the first line must name the columns x, y and z (and nx, ny, nz for normals), "
+                 "separated by comma, semicolon or tab; %s is missing in \"%.*s\"",
                  use_name[k], shown, line.str);
     bool has_any = t->column[3] >= 0 || t->column[4] >= 0 || t->column[5] >= 0;
     bool has_all = t->column[3] >= 0 && t->column[4] >= 0 && t->column[5] >= 0;

@@ -315,9 +315,12 @@ static OmStatus find_missing(const OmEigenDef* def, Lanczos* L, const OmCsr* A, 
 static OmStatus find_pairs(const OmEigenDef* def, Lanczos* L, const OmCsr* A, const OmCsr* B) {
     int npair;
     OM_TRY(run_once(def, L, def->npair, &npair));
-    if (npair < def->npair)
-        return om_error(OM_NOT_CONVERGED, "eigenpairs: %d of %d converged in %d restarts", npair,
-                        def->npair, def->max_restarts);
+    // A run that ends early, with an invariant subspace or its restarts, leaves pairs that a run beside those finds.
+    while (npair > 0 && L->nfound < def->npair)
+        OM_TRY(run_once(def, L, def->npair - L->nfound, &npair));
+    if (L->nfound < def->npair)
+        return om_error(OM_NOT_CONVERGED, "eigenpairs: %d of %d converged in %d restarts a run",
+                        L->nfound, def->npair, def->max_restarts);
     return find_missing(def, L, A, B);
 }
 
