@@ -118,6 +118,8 @@ static void test_bad_samples(void** state) {
     assert_ok(om_scan_learn_range(&p, &all, &r));
     assert_refused(&p, &small, "larger");
     assert_refused(&p, &away, "no pixel");
+    const OmScanRegion far = {.is_box = true, .column = INT32_MIN, .width = 9, .height = 9};
+    assert_refused(&p, &far, "0 or more");
     assert_refused(&p, &bad, "radius");
     assert_refused(&empty, &all, "empty");
     fill(&p, 0, 60, 200, 70, 60);  // a sixth of another material, 25 degrees away

@@ -283,6 +283,10 @@ static void bad_input_is_refused(void** state) {
     OmStereoPair pair = p->pair;
     pair.left = p->pair.right, pair.right = p->pair.left;
     refuse(&def, &pair, "exchanged");
+    OmPicture two = *p->pair.left_picture;
+    two.nchannel = 2;
+    pair = p->pair, pair.left_picture = &two;
+    refuse(&def, &pair, "2 channels");
     pair = p->pair, pair.right = pair.left;
     refuse(&def, &pair, "at one place");
     pair = p->pair, pair.left.fov = 0;

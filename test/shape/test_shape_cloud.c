@@ -46,6 +46,7 @@ static void test_bad_tables(void** state) {
         {"x,y,z\n", "no points"},
         {"1,2,3\n4,5,6\n", "must name the columns"},
         {"x,y\n1,2\n", "z is missing"},
+        {"x y z\n1 2 3\n", "comma, semicolon or tab"},
         {"x,y,z,nx,ny\n1,2,3,0,0\n", "nx, ny and nz"},
         {"x;y;z\n1,5;2,5;3,5\n", "line 2: \"1,5\" has a decimal comma"},
         {"x,y,z\n1,2,3\n1,5,2,5,3,5\n", "line 3: 6 values under 3 column names: a decimal comma?"},
