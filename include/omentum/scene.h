@@ -168,7 +168,8 @@ typedef struct OmSceneTask {
 
 typedef struct OmSceneUpdate {  // attachments of the twin corrected during the operation
     bool is_enabled;            // default false
-    // s from the start of an estimate to its adoption in a simulated world, whatever time it took; default 0.3
+    // s from the start of an estimate to its adoption in a simulated world, whatever time it took; default 0.6, as
+    // an estimate of three views takes 0.4 to 0.55 s
     double latency;
     int keep;  // acquisitions of different grasps in one estimate, 1 to OM_UPDATE_MAX_KEEP; default 3
     double min_lift;  // m, tissue lifted less is not looked at; default 10 mm

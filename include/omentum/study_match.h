@@ -18,6 +18,12 @@ extern "C" {
 
 // ---- correspondence -------------------------------------------------------------------------------
 
+// Goals of OM_STUDY_LIVE on folds: errors (m), share of the points with an answer, processor time (ms).
+#define OM_STUDY_COR_MEDIAN 0.003
+#define OM_STUDY_COR_P90 0.008
+#define OM_STUDY_COR_ANSWERED 0.8
+#define OM_STUDY_COR_MS 60
+
 typedef enum OmStudyWay {   // to find the material point of a seen point
     OM_STUDY_REST,          // nearest point of the rest shape
     OM_STUDY_ZOOMOUT,       // ZoomOut from it, the thesis's way
@@ -66,6 +72,13 @@ OM_API OmStatus om_study_correspondence_run(const OmStudyCorrespondenceDef* def,
                                             OmStudyCorrespondenceSummary* summary);
 
 // ---- attachments ----------------------------------------------------------------------------------
+
+// Goals: medians of single views and of three, and processor time of a single view (ms).
+#define OM_STUDY_ATT_DSC 0.6
+#define OM_STUDY_ATT_TPR 0.8
+#define OM_STUDY_ATT_DSC3 0.75
+#define OM_STUDY_ATT_TPR3 0.85
+#define OM_STUDY_ATT_MS 300
 
 #define OM_STUDY_NBIN 10  // of probability and of uncertainty
 

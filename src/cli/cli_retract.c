@@ -325,6 +325,8 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     OM_TRY(om_cli_int(args, "--workers", &s->nworker));
     bool has_folder = !om_cli_get(args, "--calibrate-force") && !om_cli_get(args, "--search") &&
                       !om_cli_get(args, "--print-scene") && !om_cli_get(args, "--dry-run");
+    OM_CHECK(!om_cli_get(args, "--search") || !om_cli_get(args, "--update"), OM_INVALID,
+             "--search has no updates; leave out --update");
     OM_CHECK(s->out || !has_folder, OM_INVALID, "no output folder is given; add -o DIR");
     return OM_OK;
 }

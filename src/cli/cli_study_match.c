@@ -42,7 +42,9 @@ static void print_correspondence(const OmStudyCorrespondenceSummary* s, const ch
     for (int w = 0; w < OM_STUDY_NWAY; ++w) print_way(name[w], &s->all[w]);
     printf("folds of 135 degrees, a twin with the right attachments:\n");
     for (int w = 0; w < OM_STUDY_NWAY; ++w) print_way(name[w], &s->fold[w]);
-    printf("the goal of 3 mm, 8 mm and 60 ms is %s\n", s->is_met ? "met" : "missed");
+    printf("the goal of %g mm, 90 %% within %g mm, %g %% answered and %g ms is %s\n",
+           1e3 * OM_STUDY_COR_MEDIAN, 1e3 * OM_STUDY_COR_P90, 100 * OM_STUDY_COR_ANSWERED,
+           (double)OM_STUDY_COR_MS, s->is_met ? "met" : "missed");
     printf("report: %s/report.html\n", dir);
 }
 
@@ -141,8 +143,9 @@ static void print_attachments(const OmStudyAttachmentsSummary* s, const char* di
             printf("; %d of %d refused, %.0f ms", r->nrefused, r->dsc.n, r->ms);
         printf("\n");
     }
-    printf("the goal of 0.6 and 80 %%, 0.75 and 85 %% from three views, 300 ms is %s\n",
-           s->is_met ? "met" : "missed");
+    printf("the goal of %g and %g %%, %g and %g %% from three views, %g ms is %s\n",
+           OM_STUDY_ATT_DSC, 100 * OM_STUDY_ATT_TPR, OM_STUDY_ATT_DSC3, 100 * OM_STUDY_ATT_TPR3,
+           (double)OM_STUDY_ATT_MS, s->is_met ? "met" : "missed");
     printf("report: %s/report.html\n", dir);
 }
 

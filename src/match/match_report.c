@@ -9,7 +9,7 @@
 #include "omentum/report.h"
 #include "omentum/shape_file.h"
 
-enum { WIDTH = 520, HEIGHT = 400, MAX_SHOWN = 4 };
+enum { WIDTH = 520, HEIGHT = 400, MAX_SHOWN = 4, MAX_ROW = 10 };
 
 #define MARKER 0.0035     // m, half size of the mark where to look next
 #define UNKNOWN 0.5       // uncertainty above which a vertex is drawn as unknown
@@ -209,12 +209,20 @@ static OmStatus set_believed(const OmMatchReport* r, unsigned char** believed) {
     return OM_OK;
 }
 
+static void add_cut(int nshown, int n, OmReport* page) {
+    char text[96];
+    if (n <= nshown) return;
+    snprintf(text, sizeof text, "Shown: the first %d of %d acquisitions.", nshown, n);
+    om_report_paragraph(page, text);
+}
+
 static OmStatus add_pictures(const OmMatchReport* r, OmReport* page) {
     const OmMatchEstimate* e = r->estimate;
     const OmMatchView* view = om_match_view(r->match);
     int nshown = r->nacquisition < MAX_SHOWN ? r->nacquisition : MAX_SHOWN;
     om_report_heading(page, "The clouds over the model");
     om_report_paragraph(page, "Blue: points of the cloud. Grey: tips of the tools now.");
+    add_cut(MAX_SHOWN, r->nacquisition, page);
     for (int k = 0; k < nshown; ++k) {
         char caption[256];
         snprintf(caption, sizeof caption, "%s: over the model at rest", r->name[k]);
@@ -293,7 +301,7 @@ static void add_acquisitions(const OmMatchReport* r, OmReport* page) {
     static const char* const heading[] = {"acquisition",          "points",   "tools",
                                           "registered, residual", "turn, +-", "shift, +-"};
     Cells c = {.n = 0};
-    for (int k = 0; k < r->nacquisition && k < 10; ++k) {
+    for (int k = 0; k < r->nacquisition && k < MAX_ROW; ++k) {
         const OmRegistration* g = r->registration ? &r->registration[k] : NULL;
         bool is_here = g && g->nstart > 0;
         add_cell(&c, "%s", r->name[k]);
@@ -311,6 +319,7 @@ static void add_acquisitions(const OmMatchReport* r, OmReport* page) {
     }
     om_report_heading(page, "Acquisitions");
     om_report_table(page, heading, 6, c.cell, c.n / 6);
+    add_cut(MAX_ROW, r->nacquisition, page);
 }
 
 static void add_times(const OmMatchReport* r, OmReport* page) {

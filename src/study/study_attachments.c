@@ -366,16 +366,19 @@ static void summarise(Att* s) {
         summarise_guess(s, guess, &sum->by[guess]);
     calibrate(s, sum);
     const OmStudyGuessResult *one = &sum->by[OM_STUDY_SINGLE], *three = &sum->by[OM_STUDY_THREE];
-    sum->is_met = one->dsc.median >= ATT_GOAL_DSC && one->tpr.median >= ATT_GOAL_TPR &&
-                  three->dsc.median >= ATT_GOAL_DSC3 && three->tpr.median >= ATT_GOAL_TPR3 &&
-                  one->ms <= ATT_GOAL_MS;
+    sum->is_met = one->dsc.median >= OM_STUDY_ATT_DSC && one->tpr.median >= OM_STUDY_ATT_TPR &&
+                  three->dsc.median >= OM_STUDY_ATT_DSC3 &&
+                  three->tpr.median >= OM_STUDY_ATT_TPR3 && one->ms <= OM_STUDY_ATT_MS;
 }
 
 static uint64_t hash_layout(const Att* s, int layout) {
     const MatchLayout* l = &om__match_layout[layout];
     double number[5 + 2 * MATCH_NGRASP] = {l->layout[0], l->layout[1], l->share, l->lift, s->cells};
     memcpy(number + 5, l->grasp, sizeof l->grasp);
-    return om_hash(number, sizeof number, OM_HASH_SEED);
+    const int method = ATT_METHOD;
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(&method, sizeof method, hash);
+    return om_hash(number, sizeof number, hash);
 }
 
 static OmStatus run(Att* s) {

@@ -8,11 +8,8 @@
 
 #define ATT_MAX_NODE 512                // of the twin's underside
 #define ATT_NUPDATE (MATCH_NGRASP + 1)  // single views, then all of them
-#define ATT_GOAL_DSC 0.6
-#define ATT_GOAL_TPR 0.8
-#define ATT_GOAL_DSC3 0.75
-#define ATT_GOAL_TPR3 0.85
-#define ATT_GOAL_MS 300
+// Raise it with every change of the method: results in folders are then made anew.
+#define ATT_METHOD 2
 
 typedef struct AttUpdate {
     int is_there;  // this build has updates

@@ -27,9 +27,10 @@ static void add_outcome(const Att* s, OmReport* report) {
         "Median DSC %.2f and TPR %.0f %% over single views (goal %g and %.0f %%), %.2f and %.0f %% over "
         "three views (goal %g and %.0f %%), %.0f ms of processor time a view (goal %d ms): %s. %d of %d single "
         "views and %d of %d updates from three views were refused.",
-        one->dsc.median, 100 * one->tpr.median, ATT_GOAL_DSC, 100 * ATT_GOAL_TPR, three->dsc.median,
-        100 * three->tpr.median, ATT_GOAL_DSC3, 100 * ATT_GOAL_TPR3, one->ms, ATT_GOAL_MS,
-        s->sum.is_met ? "met" : "missed", one->nrefused, one->dsc.n, three->nrefused, three->dsc.n);
+        one->dsc.median, 100 * one->tpr.median, OM_STUDY_ATT_DSC, 100 * OM_STUDY_ATT_TPR,
+        three->dsc.median, 100 * three->tpr.median, OM_STUDY_ATT_DSC3, 100 * OM_STUDY_ATT_TPR3,
+        one->ms, OM_STUDY_ATT_MS, s->sum.is_met ? "met" : "missed", one->nrefused, one->dsc.n,
+        three->nrefused, three->dsc.n);
     om_report_verdict(report, text, s->sum.is_met);
 }
 

@@ -180,15 +180,18 @@ static OmStatus summarise(Cor* s) {
     }
     const OmStudyWayResult* live = &s->sum.fold[OM_STUDY_LIVE];
     s->sum.ncase = s->ncase;
-    s->sum.is_met = live->npoint > 0 && live->answered > 0 && live->median <= COR_GOAL_MEDIAN &&
-                    live->p90 <= COR_GOAL_P90 && live->answered >= COR_GOAL_ANSWERED &&
-                    live->ms <= COR_GOAL_MS;
+    s->sum.is_met = live->npoint > 0 && live->answered > 0 && live->median <= OM_STUDY_COR_MEDIAN &&
+                    live->p90 <= OM_STUDY_COR_P90 && live->answered >= OM_STUDY_COR_ANSWERED &&
+                    live->ms <= OM_STUDY_COR_MS;
     return OM_OK;
 }
 
 // Hash of everything that the result of a case depends on, but the truth's file.
 static uint64_t hash_case(const Cor* s, const MatchCase* c) {
-    uint64_t hash = om_hash(c->name, strlen(c->name), OM_HASH_SEED);
+    const int method = COR_METHOD;
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(&method, sizeof method, hash);
+    hash = om_hash(c->name, strlen(c->name), hash);
     const double number[] = {c->setup, c->view, c->seen, c->keeps_far, c->belief, s->def->spacing};
     hash = om_hash(number, sizeof number, hash);
     return hash;

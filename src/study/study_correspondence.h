@@ -7,10 +7,8 @@
 
 #define COR_MAX_POINT 4096
 #define COR_MOVED 0.005  // m: points that moved less are not judged
-#define COR_GOAL_MEDIAN 0.003
-#define COR_GOAL_P90 0.008
-#define COR_GOAL_ANSWERED 0.8
-#define COR_GOAL_MS 60
+// Raise it with every change of the method: results in folders are then made anew.
+#define COR_METHOD 2
 
 typedef struct CorWay {
     int is_lost;

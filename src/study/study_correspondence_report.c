@@ -27,8 +27,9 @@ static void add_outcome(const Cor* s, OmReport* report) {
         "Folds of 135 degrees with a twin that has gone 70 %% of the way: median %.1f mm, 90 %% "
         "%.1f mm, answers for %.0f %% of the points, %.0f ms. The goal of %g mm, %g mm, %g %% and "
         "%d ms is %s.",
-        1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms, 1e3 * COR_GOAL_MEDIAN,
-        1e3 * COR_GOAL_P90, 100 * COR_GOAL_ANSWERED, COR_GOAL_MS, s->sum.is_met ? "met" : "missed");
+        1e3 * live->median, 1e3 * live->p90, 100 * live->answered, live->ms,
+        1e3 * OM_STUDY_COR_MEDIAN, 1e3 * OM_STUDY_COR_P90, 100 * OM_STUDY_COR_ANSWERED,
+        OM_STUDY_COR_MS, s->sum.is_met ? "met" : "missed");
     om_report_verdict(report, text, s->sum.is_met);
 }
 
@@ -111,7 +112,7 @@ static OmStatus add_chart(const Cor* s, OmReport* report) {
                            .x_label = "case, in the order of the table",
                            .y_label = "median error, mm",
                            .has_limit = true,
-                           .limit = 1e3 * COR_GOAL_MEDIAN,
+                           .limit = 1e3 * OM_STUDY_COR_MEDIAN,
                            .limit_name = "goal"};
     OmStatus status = OM_OK;
     for (int k = 0; k < s->ncase; ++k) x[k] = k + 1;

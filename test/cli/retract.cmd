@@ -261,6 +261,10 @@ $ omentum retract small.yaml
 exit 2
 err add -o DIR
 
+$ omentum retract small.yaml --search --update
+exit 2
+err --search has no updates; leave out --update
+
 $ omentum retract -o out
 exit 2
 err no scene is given
