@@ -129,7 +129,7 @@ static void test_loaded(void** state) {
                        om_distance(om_load3(om_body_x(rig.body), v), om_load3(rig.site.mesh.x, v)));
     printf("loaded: at most %.2f mm in a step about the arrival, lag %.1e mm\n", 1e3 * last,
            1e3 * lag);
-    assert_below(last, 5e-4);
+    assert_below(last, 1e-4);  // 0.2 mm if the vertices jump when their springs have arrived
     assert_below(lag, 1e-9);
     end(&rig);
 }
