@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "omentum/shape_closest.h"
+#include "shape/shape_internal.h"
 
 #define LEAF 4
 #define MAX_DEPTH 64
@@ -72,40 +73,6 @@ typedef struct Build {
     double* center;  // three times the centre of each triangle of the input   (ntri x 3)
 } Build;
 
-static int longest_side(const Build* b, int begin, int end) {
-    OmVec3 lo = om_load3(b->center, b->tree->order[begin]), hi = lo;
-    for (int i = begin + 1; i < end; ++i) {
-        lo = om_min3(lo, om_load3(b->center, b->tree->order[i]));
-        hi = om_max3(hi, om_load3(b->center, b->tree->order[i]));
-    }
-    OmVec3 d = om_sub(hi, lo);
-    return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
-}
-
-// Hoare's selection: the triangle of rank `middle` of [begin, end) comes to its place.
-static void select_middle(const Build* b, int begin, int end, int middle, int axis) {
-    int* order = b->tree->order;
-    int lo = begin, hi = end - 1;
-    while (lo < hi) {
-        double pivot = b->center[3 * (size_t)order[(lo + hi) / 2] + (size_t)axis];
-        int i = lo, j = hi;
-        while (i <= j) {
-            while (b->center[3 * (size_t)order[i] + (size_t)axis] < pivot) ++i;
-            while (b->center[3 * (size_t)order[j] + (size_t)axis] > pivot) --j;
-            if (i > j) break;
-            int kept = order[i];
-            order[i++] = order[j];
-            order[j--] = kept;
-        }
-        if (middle <= j)
-            hi = j;
-        else if (middle >= i)
-            lo = i;
-        else
-            return;
-    }
-}
-
 // Returns the node of the range; boxes are set later.
 static int build(Build* b, int begin, int end) {
     OmSurfaceTree* t = b->tree;
@@ -113,7 +80,8 @@ static int build(Build* b, int begin, int end) {
     t->node[index] = (Node){.begin = begin, .end = end, .right = -1};
     if (end - begin <= LEAF) return index;
     int middle = begin + (end - begin) / 2;
-    select_middle(b, begin, end, middle, longest_side(b, begin, end));
+    int axis = om__points_longest_side(b->center, t->order, begin, end);
+    om__points_select(b->center, t->order, begin, end, middle, axis);
     build(b, begin, middle);
     int right = build(b, middle, end);
     t->node[index].right = right;

@@ -19,6 +19,12 @@ OmStatus om__tet_neighbors(const OmTetMesh* mesh, int* neighbor);
 // both with om_free, also after a failure.
 OmStatus om__surface_corners(const OmSurface* surface, int** adr, int** corner);
 
+// The axis along which the points x[order[k]], k in [begin, end), extend farthest.
+int om__points_longest_side(const double* x, const int* order, int begin, int end);
+// Hoare's selection: reorder order[begin .. end) so that order[middle] has its rank along `axis`, points before it have
+// no larger coordinate, points after it no smaller one.
+void om__points_select(const double* x, int* order, int begin, int end, int middle, int axis);
+
 // Dimensions and origin of the grid over [lo, hi] and the margin; values are not set.
 OmStatus om__sdf_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf);
 // Fill the nodes of a grid from a function, in parallel.

@@ -3,10 +3,11 @@
 // The points of a node are a range of the array. The node is split at the median along its longest side,
 // found by Hoare's selection. Its children are the ranges left and right of the median, so that the order of
 // the points is the tree. A range of a few points is searched one by one.
-#include <math.h>
-#include <string.h>
-
 #include "omentum/shape_points.h"
+
+#include <math.h>
+
+#include "shape/shape_internal.h"
 
 #define LEAF 8
 
@@ -19,36 +20,29 @@ struct OmPointTree {
 
 // ---- building -------------------------------------------------------------------------------------
 
-static void swap(OmPointTree* t, int a, int b) {
-    OmVec3 p = om_load3(t->x, a);
-    om_store3(t->x, a, om_load3(t->x, b));
-    om_store3(t->x, b, p);
-    int kept = t->index[a];
-    t->index[a] = t->index[b];
-    t->index[b] = kept;
-}
-
-static int longest_side(const OmPointTree* t, int begin, int end) {
-    OmVec3 lo = om_load3(t->x, begin), hi = lo;
+int om__points_longest_side(const double* x, const int* order, int begin, int end) {
+    OmVec3 lo = om_load3(x, order[begin]), hi = lo;
     for (int i = begin + 1; i < end; ++i) {
-        lo = om_min3(lo, om_load3(t->x, i));
-        hi = om_max3(hi, om_load3(t->x, i));
+        lo = om_min3(lo, om_load3(x, order[i]));
+        hi = om_max3(hi, om_load3(x, order[i]));
     }
     OmVec3 d = om_sub(hi, lo);
     return d.x >= d.y && d.x >= d.z ? 0 : d.y >= d.z ? 1 : 2;
 }
 
-// Select: put the element of rank `middle` of [begin, end) at its index, smaller ones before it,
-// larger ones after it.
-static void select_middle(OmPointTree* t, int begin, int end, int middle, int axis) {
+void om__points_select(const double* x, int* order, int begin, int end, int middle, int axis) {
+    const double* along = x + axis;
     int lo = begin, hi = end - 1;
     while (lo < hi) {
-        double pivot = t->x[3 * ((lo + hi) / 2) + axis];
+        double pivot = along[3 * (size_t)order[(lo + hi) / 2]];
         int i = lo, j = hi;
         while (i <= j) {
-            while (t->x[3 * i + axis] < pivot) ++i;
-            while (t->x[3 * j + axis] > pivot) --j;
-            if (i <= j) swap(t, i++, j--);
+            while (along[3 * (size_t)order[i]] < pivot) ++i;
+            while (along[3 * (size_t)order[j]] > pivot) --j;
+            if (i > j) break;
+            int kept = order[i];
+            order[i++] = order[j];
+            order[j--] = kept;
         }
         if (middle <= j)
             hi = j;
@@ -59,12 +53,13 @@ static void select_middle(OmPointTree* t, int begin, int end, int middle, int ax
     }
 }
 
-static void build(OmPointTree* t, int begin, int end) {
+static void build(OmPointTree* t, const double* x, int begin, int end) {
     while (end - begin > LEAF) {
-        int middle = begin + (end - begin) / 2, axis = longest_side(t, begin, end);
-        select_middle(t, begin, end, middle, axis);
+        int middle = begin + (end - begin) / 2;
+        int axis = om__points_longest_side(x, t->index, begin, end);
+        om__points_select(x, t->index, begin, end, middle, axis);
         t->split[middle] = (char)axis;
-        build(t, begin, middle);
+        build(t, x, begin, middle);
         begin = middle + 1;
     }
 }
@@ -81,9 +76,9 @@ OmStatus om_point_tree_create(int n, const double* x, OmPointTree** tree) {
     OM_ALLOC_DONE(t->x, 3 * (size_t)n);
     OM_ALLOC_DONE(t->index, n);
     OM_CALLOC_DONE(t->split, n);
-    memcpy(t->x, x, 3 * (size_t)n * sizeof *x);
     for (int i = 0; i < n; ++i) t->index[i] = i;
-    build(t, 0, n);
+    build(t, x, 0, n);
+    for (int i = 0; i < n; ++i) om_store3(t->x, i, om_load3(x, t->index[i]));
     *tree = t;
     return OM_OK;
 done:
