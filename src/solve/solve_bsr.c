@@ -134,15 +134,7 @@ void om_bsr_destroy(OmBsr* A) {
 int om_bsr_find(const OmBsr* A, int i, int j) {
     if (i < 0 || i >= A->nvert) return -1;
     if (i == j) return A->row_adr[i];
-    int lo = A->row_adr[i] + 1, hi = A->row_adr[i + 1];
-    while (lo < hi) {
-        int mid = lo + (hi - lo) / 2;
-        if (A->col[mid] < j)
-            lo = mid + 1;
-        else
-            hi = mid;
-    }
-    return lo < A->row_adr[i + 1] && A->col[lo] == j ? lo : -1;
+    return om__find_column(A->col, A->row_adr[i] + 1, A->row_adr[i + 1], j);
 }
 
 OmStatus om_bsr_find_elements(const OmBsr* A, int nelem, int nelem_vert, const int* elem_vert,

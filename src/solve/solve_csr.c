@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "omentum/solve_eigen.h"
+#include "solve/solve_internal.h"
 
 // Places of n items in the order of their key; items with one key keep the order of `in`, null for 0, 1, 2 ...
 static void sort_by_key(int n, int nkey, const int* key, const int* in, int* adr, int* out) {
@@ -98,13 +98,6 @@ void om_csr_apply(const OmCsr* A, const double* x, double* y) {
 
 double om_csr_get(const OmCsr* A, int i, int j) {
     if (i < 0 || j < 0 || i >= A->n || j >= A->n) return 0;
-    int lo = A->row_adr[i], hi = A->row_adr[i + 1];
-    while (lo < hi) {
-        int mid = lo + (hi - lo) / 2;
-        if (A->col[mid] < j)
-            lo = mid + 1;
-        else
-            hi = mid;
-    }
-    return lo < A->row_adr[i + 1] && A->col[lo] == j ? A->value[lo] : 0;
+    int k = om__find_column(A->col, A->row_adr[i], A->row_adr[i + 1], j);
+    return k < 0 ? 0 : A->value[k];
 }

@@ -34,6 +34,19 @@ OM_INLINE OmVec3 om__row_product(const OmBsr* A, const double* x, int i) {
     return om_vec3(y0, y1, y2);
 }
 
+// Index of column j among the ascending columns col[lo .. hi), -1: not there.
+OM_INLINE int om__find_column(const int* col, int lo, int hi, int j) {
+    int end = hi;
+    while (lo < hi) {
+        int mid = lo + (hi - lo) / 2;
+        if (col[mid] < j)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    return lo < end && col[lo] == j ? lo : -1;
+}
+
 typedef struct OmRank {  // a member of a team and its rows of the matrix
     OmTeam* team;
     int rank, size;
