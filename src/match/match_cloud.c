@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "match/match_scan_internal.h"
 #include "match/match_spectral_internal.h"
 #include "omentum/shape_points.h"
 
@@ -61,15 +62,8 @@ static void cut(Cell* cell, double qx, double qy, int neighbour) {
 static OmVec3 tangent_normal(const double* x, const double* normal, int i, int num,
                              const int* near) {
     if (normal && om_norm2(om_load3(normal, i)) > 0.25) return om_load3(normal, i);
-    OmVec3 mean = om_vec3(0, 0, 0), w;
-    OmMat3 sum = om_mat3_diag(mean), v;
-    for (int k = 0; k < num; ++k) mean = om_add(mean, om_scale(1.0 / num, om_load3(x, near[k])));
-    for (int k = 0; k < num; ++k) {
-        OmVec3 d = om_sub(om_load3(x, near[k]), mean);
-        sum = om_mat3_add(sum, om_mat3_outer(d, d));
-    }
-    om_mat3_eigen_symmetric(sum, &w, &v);
-    return v.cx;
+    OmVec3 mean, spread;
+    return om__plane_axes(x, num, near, &mean, &spread).cx;
 }
 
 // Triangles at point i into tri_vert, at most NEIGHBOUR; returns how many.
