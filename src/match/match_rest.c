@@ -131,13 +131,12 @@ OmVec3 om__match_pull_point(const OmMatch* m, const OmMatchPull* p, const double
 }
 
 // A spring of isotropic stiffness k at vertex v; each output may be null.
-static void add_spring(OmMatch* m, int v, double k, OmVec3 goal, const double* x, double* energy,
-                       double* f, OmBsr* A) {
+static void add_spring(int v, double k, OmVec3 goal, const double* x, double* energy, double* f,
+                       OmBsr* A) {
     OmVec3 e = om_sub(om_load3(x, v), goal);
     *energy += 0.5 * k * om_norm2(e);
     if (f) om_store3(f, v, om_madd(om_load3(f, v), k, e));
     if (A) om_bsr_add(A, A->row_adr[v], om_mat3_scale(k, om_mat3_identity()));
-    (void)m;
 }
 
 static void add_contact(const OmMatch* m, const double* x, double* energy, double* f, OmBsr* A) {
@@ -182,10 +181,10 @@ static void add_load(OmMatch* m, const OmMatchLoad* load, const double* x, doubl
     }
     for (int i = 0; load->spring && i < m->view.ncandidate; ++i)
         if (load->spring[i] > 0)
-            add_spring(m, m->candidate[i], load->spring[i], om_load3(mesh->x, m->candidate[i]), x,
+            add_spring(m->candidate[i], load->spring[i], om_load3(mesh->x, m->candidate[i]), x,
                        energy, f, A);
     for (int i = 0; i < m->held.nvert; ++i)
-        add_spring(m, m->held.vert[i], m->hold, om_load3(m->held.goal, i), x, energy, f, A);
+        add_spring(m->held.vert[i], m->hold, om_load3(m->held.goal, i), x, energy, f, A);
     add_contact(m, x, energy, f, A);
     for (int k = 0; k < load->npull; ++k) add_pull(m, &load->pull[k], x, energy, f, A);
 }
@@ -238,7 +237,7 @@ static double largest(const double* a, int n) {
     return sqrt(most);
 }
 
-// Backtracking along dx from x; *energy and r are those of the new x. False: no step lowers the energy.
+// Backtracking along dx from x; *energy and r are those of the new x. *share: of dx; 0: no step lowers the energy.
 static OmStatus search_line(OmMatch* m, const OmMatchLoad* load, double* x, double* energy,
                             double* share) {
     size_t n = 3 * (size_t)m->view.mesh->nvert;
@@ -276,7 +275,8 @@ OmStatus om_match_find_rest(OmMatch* m, const OmMatchLoad* load, double* x, OmMa
         status = search_line(m, load, x, &rest.energy, &share);
         if (status != OM_OK) break;
         ++rest.nnewton;
-        rest.motion = share * largest(m->dx, nvert);
+        // Without a step that lowers the energy, x is at rest only if the whole step is within the tolerance.
+        rest.motion = (share > 0 ? share : 1) * largest(m->dx, nvert);
         if (share == 0) break;
     }
     rest.residual = largest(m->r, nvert);
