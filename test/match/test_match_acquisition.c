@@ -165,7 +165,7 @@ static void test_series(void** state) {
     OmWorld* world;
     OmObservation obs = {0};
     OmSeries series = {.nframe = 0};
-    scene.tissue.cells = scene.tissue.world_cells = om_vec3(6, 6, 1);
+    scene.tissue.cells = om_vec3(6, 6, 1);
     scene.tissue.world_cells = om_vec3(10, 10, 1);
     scene.rgbd.width = 160, scene.rgbd.height = 120;
     assert_ok(om_site_build(&scene, OM_SITE_WORLD, NULL, &site));

@@ -1,5 +1,5 @@
 // test_match_adopt.c: a body takes over new attachments without a jump.
-#include "test_common.h"
+#include "match_sheet.h"
 
 #include "omentum/match_adopt.h"
 #include "test_alloc.h"
@@ -18,13 +18,7 @@ typedef struct Rig {
 
 // A sheet held at x < -20 mm, its edge x > 0 lifted by 25 mm.
 static void begin(Rig* rig) {
-    rig->scene = om_scene_default();
-    rig->scene.tissue.cells = om_vec3(12, 12, 1);
-    rig->scene.attach = (OmSceneAttach){
-        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};
-    rig->scene.roi.is_random = false;
-    rig->scene.roi.center = om_vec3(0.03, 0, 0);
-    assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->site), OM_OK);
+    build_sheet(12, &rig->scene, &rig->site);
     assert_int_equal(om_body_create(&rig->scene, &rig->site, 1, &rig->body), OM_OK);
     rig->nvert = rig->site.mesh.nvert;
     assert_int_equal(om_match_adoption_create(rig->nvert, &rig->adoption), OM_OK);

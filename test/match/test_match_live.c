@@ -1,5 +1,5 @@
 // test_match_live.c: the material points of a scan, where the map from rest is known exactly.
-#include "test_common.h"
+#include "match_sheet.h"
 
 #include "match/match_internal.h"
 #include "omentum/match_live.h"
@@ -21,16 +21,9 @@ typedef struct Rig {
     int* held;  // grasped vertices
 } Rig;
 
-// A sheet of n x n x 1 cells; its underside is attached where x is below -20 mm.
 static void begin(Rig* rig, int n, int npoint, int nworker) {
     memset(rig, 0, sizeof *rig);
-    rig->scene = om_scene_default();
-    rig->scene.tissue.cells = om_vec3(n, n, 1);
-    rig->scene.attach = (OmSceneAttach){
-        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};
-    rig->scene.roi.is_random = false;
-    rig->scene.roi.center = om_vec3(0.03, 0, 0);
-    assert_ok(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->site));
+    build_sheet(n, &rig->scene, &rig->site);
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
     assert_ok(om_match_create(&def, &rig->match));
     OmMatchLiveDef how = om_match_live_default_def(rig->match);

@@ -1,5 +1,5 @@
 // test_match_rest.c: equilibria of the twin against finite differences, and against the body of the same scene.
-#include "test_common.h"
+#include "match_sheet.h"
 
 #include "omentum/body.h"
 #include "omentum/match.h"
@@ -13,15 +13,8 @@ typedef struct Rig {
     double *x, *spring;
 } Rig;
 
-// A sheet of 8 x 8 x 1 cells; vertices of the underside with x below -20 mm are attached.
 static void begin(Rig* rig, int n) {
-    rig->scene = om_scene_default();
-    rig->scene.tissue.cells = om_vec3(n, n, 1);
-    rig->scene.attach = (OmSceneAttach){
-        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};
-    rig->scene.roi.is_random = false;
-    rig->scene.roi.center = om_vec3(0.03, 0, 0);
-    assert_int_equal(om_site_build(&rig->scene, OM_SITE_TWIN, NULL, &rig->site), OM_OK);
+    build_sheet(n, &rig->scene, &rig->site);
     OmMatchDef def = om_match_default_def(&rig->scene, &rig->site);
     def.nhypothesis = 0;
     assert_int_equal(om_match_create(&def, &rig->match), OM_OK);

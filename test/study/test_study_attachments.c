@@ -4,8 +4,7 @@
 #include <string.h>
 
 #include "test_files.h"
-
-static char dir[] = "/tmp/om_attachments_XXXXXX";
+#include "test_folder.h"
 
 static OmStudyAttachmentsDef quick_def(void) {
     OmStudyAttachmentsDef def = om_study_attachments_default_def(dir);
@@ -97,21 +96,11 @@ static void test_nonsense(void** unused) {
     assert_refused(om_study_attachments_default_def(NULL), "no folder");
 }
 
-static int begin(void** unused) {
-    (void)unused;
-    return mkdtemp(dir) ? 0 : 1;
-}
-
-static int end(void** unused) {
-    (void)unused;
-    return om_path_remove(dir) == OM_OK ? 0 : 1;
-}
-
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_scores),
         cmocka_unit_test(test_study),
         cmocka_unit_test(test_nonsense),
     };
-    return cmocka_run_group_tests(test, begin, end);
+    return cmocka_run_group_tests(test, make_dir, remove_dir);
 }

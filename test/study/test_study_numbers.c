@@ -3,10 +3,9 @@
 #include "test_json.h"
 
 #include "study/study_internal.h"
+#include "test_folder.h"
 
 enum { NLESION = 2, NRESOLUTION = 2, NSTEP = 10, M = OM_STUDY_NMETHOD, D = OM_STUDY_NDEPTH };
-
-static char dir[] = "/tmp/om_numbers_XXXXXX";
 
 // mm, by which run [resolution][method][lesion] misses the measured lesion, at depth d by this plus d / 10.
 static const double miss[NRESOLUTION][M][NLESION] = {{{1.0, 1.2}, {0.5, 0.7}, {2.0, 2.2}},
@@ -392,15 +391,6 @@ static void test_shares_of_lesions(void** unused) {
     om_study_body_destroy(body);
 }
 
-static int begin(void** unused) {
-    (void)unused;
-    return mkdtemp(dir) ? 0 : 1;
-}
-static int end(void** unused) {
-    (void)unused;
-    return om_path_remove(dir) == OM_OK ? 0 : 1;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_score),         cmocka_unit_test(test_bar),
@@ -408,5 +398,5 @@ int main(void) {
         cmocka_unit_test(test_methods),       cmocka_unit_test(test_bar_of_methods),
         cmocka_unit_test(test_steps_by_hand), cmocka_unit_test(test_shares_of_lesions),
     };
-    return cmocka_run_group_tests(tests, begin, end);
+    return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }

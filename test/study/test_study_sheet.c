@@ -3,8 +3,7 @@
 #include "omentum/study_sheet.h"
 #include "test_alloc.h"
 #include "test_files.h"
-
-static char dir[] = "/tmp/om_sheet_XXXXXX";
+#include "test_folder.h"
 
 static OmStudySheetDef small_def(void) {
     OmStudySheetDef def = om_study_sheet_default_def(dir);
@@ -153,16 +152,6 @@ static void test_memory(void** unused) {
     assert_true(nfail >= 4);
 }
 
-static int begin(void** unused) {
-    (void)unused;
-    return mkdtemp(dir) ? 0 : 1;
-}
-
-static int end(void** unused) {
-    (void)unused;
-    return om_path_remove(dir) == OM_OK ? 0 : 1;
-}
-
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_study),
@@ -170,5 +159,5 @@ int main(void) {
         cmocka_unit_test(test_nonsense),
         cmocka_unit_test(test_memory),
     };
-    return cmocka_run_group_tests(test, begin, end);
+    return cmocka_run_group_tests(test, make_dir, remove_dir);
 }

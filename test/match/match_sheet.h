@@ -1,0 +1,20 @@
+// match_sheet.h: the sheet of the tests of room match, held on one side.
+#ifndef OMENTUM_MATCH_SHEET_H
+#define OMENTUM_MATCH_SHEET_H
+
+#include "test_common.h"
+
+#include "omentum/scene.h"
+
+// A sheet of n x n x 1 cells; its underside is attached where x is below -20 mm.
+static inline void build_sheet(int n, OmScene* scene, OmSite* site) {
+    *scene = om_scene_default();
+    scene->tissue.cells = om_vec3(n, n, 1);
+    scene->attach = (OmSceneAttach){
+        .kind = OM_ATTACH_BOX, .lo = {-1, -1, -1}, .hi = {-0.02, 1, 1}, .share_max = 0.5};
+    scene->roi.is_random = false;
+    scene->roi.center = om_vec3(0.03, 0, 0);
+    assert_ok(om_site_build(scene, OM_SITE_TWIN, NULL, site));
+}
+
+#endif
