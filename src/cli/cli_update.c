@@ -193,9 +193,10 @@ static void print_result(const Update* u) {
     om_cli_path(u->out);
     if (e && e->before_median > 0) {
         printf(
-            "  cloud to twin: median %.2f mm before, %.2f mm after; the surface above %.0f %% of "
-            "the candidates is seen\n",
-            1e3 * e->before_median, 1e3 * e->after_median, 100 * e->seen_share);
+            "  cloud to twin: median %.2f mm before, %.2f mm after; 90 %% %.1f mm before, %.1f mm after\n"
+            "  the surface above %.0f %% of the candidates is seen\n",
+            1e3 * e->before_median, 1e3 * e->after_median, 1e3 * e->before_p90, 1e3 * e->after_p90,
+            100 * e->seen_share);
         if (e->has_look_next)
             printf("  where to look or grasp next: (%.0f, %.0f, %.0f) mm\n", 1e3 * e->look_next.x,
                    1e3 * e->look_next.y, 1e3 * e->look_next.z);
