@@ -207,10 +207,12 @@ static OmStatus add_pictures(const Att* s, OmReport* report) {
 }
 
 static OmStatus write_report(const Att* s) {
-    char path[MAX_PATH];
+    char path[MAX_PATH], text[96];
     OM_TRY(path_of(s, "report.html", path));
     OmReport report;
-    om_report_begin(&report, "Attachments", "estimated from views of a lifted sheet");
+    snprintf(text, sizeof text, "estimated from views of a lifted sheet; layouts of set %d%s",
+             s->def->set, s->def->is_quick ? ", quick" : "");
+    om_report_begin(&report, "Attachments", text);
     add_outcome(s, &report);
     add_table(s, &report);
     OmStatus status = add_layouts(s, &report);
@@ -293,6 +295,7 @@ static OmStatus write_json(const Att* s) {
     OmText text = {0};
     OmJson json = om_json_begin(&text);
     om_json_open(&json, NULL, '{');
+    om_json_integer(&json, "set", s->def->set);
     om_json_bool(&json, "is_met", s->sum.is_met);
     put_guesses(&json, s);
     put_calibration(&json, &s->sum);
