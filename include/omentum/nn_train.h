@@ -44,6 +44,9 @@ typedef struct OmLoss {  // the sum of its terms
         double scale;  // > 0
     } term[OM_LOSS_MAX_TERM];
     const float* weight;  // of each cell, >= 0 and not all 0 (d h w), or null; borrowed
+    // Weights of each sample's own cells, >= 0, in place of `weight`; null: none. Means over cells are those of each
+    // sample; a sample whose weights are all 0 adds nothing to them. (nsample x d h w), borrowed.
+    const float* cell_weight;
     // Weight of each sample in means over samples, >= 0; null: all alike. Borrowed.
     const float* sample_weight;
 } OmLoss;
@@ -57,7 +60,7 @@ OM_API OmLoss om_loss(OmLossKind kind);
 /// @param value  the loss
 /// @param dy     its derivative by each y; null if not wanted
 /// @param nworker  0: one per processor; the same bytes for any
-/// @return OM_OK; OM_INVALID (the message names the field of `loss`)
+/// @return OM_OK; OM_INVALID (the message names the field of `loss`); OM_NO_MEMORY
 OM_API OmStatus om_loss_eval(const OmLoss* loss, int nsample, OmNetShape shape, const float* y,
                              const float* t, int nworker, double* value, float* dy);
 
@@ -152,6 +155,9 @@ typedef struct OmTrainBatch {
     float* in;      // to fill: count x shape of the input
     float* target;  // to fill: count x shape of the output
     float* weight;  // of the samples in the loss, 1 unless changed (count)
+    // Weights of the samples' cells in the loss, to fill: count x d h w of the output; null unless the definition
+    // has_cell_weight.
+    float* cell_weight;
 } OmTrainBatch;
 typedef OmStatus (*OmTrainFillFn)(void* ctx, const OmTrainBatch* batch);
 
@@ -175,7 +181,8 @@ typedef struct OmTrainDef {
     int nepoch;       // default 100
     int valid_every;  // epochs between validations, default 1; the last one always has one
     int patience;     // stop after this many validations without a better one; 0 (default): never
-    OmLoss loss;      // default OM_LOSS_MSE
+    OmLoss loss;      // default OM_LOSS_MSE; cell_weight and sample_weight come from `fill`
+    bool has_cell_weight;  // `fill` gives a weight for every cell of every sample; default false
     OmOptimDef optim;
     OmSchedule schedule;  // over all nepoch epochs; default one cycle to 1e-3
     OmNetType type;       // of the runs, default OM_F32

@@ -37,6 +37,7 @@ static uint64_t settings_hash(const OmTrainDef* d) {
         hash = om_hash(term, sizeof term, hash);
     }
     if (d->loss.weight) hash = om_hash(d->loss.weight, ncell * sizeof(float), hash);
+    if (d->has_cell_weight) hash = om_hash("cell_weight", 11, hash);
     return hash;
 }
 

@@ -29,6 +29,7 @@ typedef struct Loop {
     int64_t *order, *sample;                   // of the epoch (ntrain), of the batch (batch)
     uint64_t* draw;                            // (batch)
     float *in, *target, *out, *dout, *weight;  // weight: of the batch's samples (batch)
+    float* cell_weight;                        // of the batch's cells, or null
     float *grad, *mean;                        // (parameters); mean: the averaged weights
     double start, last_save, last_metrics;
     OmStatus pending;  // a file error of this rank that the other ranks do not know yet
@@ -66,6 +67,8 @@ static OmStatus check_def(const OmTrainDef* d) {
              "training: patience needs validation samples, nvalid is 0");
     OM_CHECK(d->checkpoint_period >= 0, OM_INVALID,
              "training: checkpoint_period is %g, must not be negative", d->checkpoint_period);
+    OM_CHECK(!d->has_cell_weight || !d->loss.weight, OM_INVALID,
+             "training: has_cell_weight and loss.weight exclude each other");
     int nrank = d->group ? d->group->size : 1;
     OM_CHECK(!d->group || (d->group->mean && d->group->rank >= 0 && d->group->rank < nrank),
              OM_INVALID, "training: a group of rank %d of %d", d->group->rank, nrank);
@@ -100,6 +103,7 @@ static OmStatus create_arrays(Loop* l) {
     OM_ALLOC(l->target, batch * l->out_size);
     OM_ALLOC(l->out, batch * l->out_size);
     OM_ALLOC(l->dout, batch * l->out_size);
+    if (d->has_cell_weight) OM_ALLOC(l->cell_weight, batch * l->out_size / l->out_shape.c);
     OM_ALLOC(l->grad, l->nparam);
     OM_ALLOC(l->mean, l->nparam);
     OM_ALLOC(l->state.best, l->nparam);
@@ -121,6 +125,7 @@ static void loop_done(Loop* l) {
     om_free(l->target);
     om_free(l->out);
     om_free(l->dout);
+    om_free(l->cell_weight);
     om_free(l->grad);
     om_free(l->mean);
     om_free(l->state.best);
@@ -175,13 +180,15 @@ static OmStatus fill_batch(Loop* l, bool is_validation, int epoch, int count) {
                           .draw = l->draw,
                           .in = l->in,
                           .target = l->target,
-                          .weight = l->weight};
+                          .weight = l->weight,
+                          .cell_weight = l->cell_weight};
     return l->def->fill(l->def->ctx, &batch);
 }
 
 static OmStatus eval_loss(Loop* l, int count, double* value, float* dout) {
     OmLoss loss = l->def->loss;
     loss.sample_weight = l->weight;
+    loss.cell_weight = l->cell_weight;
     return om_loss_eval(&loss, count, l->out_shape, l->out, l->target, l->def->nworker, value,
                         dout);
 }

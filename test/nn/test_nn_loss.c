@@ -110,6 +110,42 @@ static void test_sample_weights(void** state) {
     }
 }
 
+// Cells of samples with weights of their own: the mean over samples, each with its weights as those of all cells.
+static void test_cell_weights(void** state) {
+    (void)state;
+    float y[N], t[N], weight[NSAMPLE * NCELL];
+    draw(13, false, N, y);
+    draw(14, true, N, t);
+    draw(15, true, NSAMPLE * NCELL, weight);
+    weight[3] = weight[NCELL + 7] = 0;
+    for (int kind = 0; kind < OM_LOSS_NKIND; ++kind) {
+        OmLoss loss = om_loss((OmLossKind)kind);
+        double value, expected = 0;
+        for (int s = 0; s < NSAMPLE; ++s) {
+            int at = s * NCHANNEL * NCELL;
+            loss.weight = weight + s * NCELL;
+            assert_ok(om_loss_eval(&loss, 1, shape, y + at, t + at, 1, &value, NULL));
+            expected += (s + 1) * value / NSAMPLE;
+        }
+        loss.weight = NULL;
+        loss.cell_weight = weight;
+        loss.sample_weight = (const float[]){1, 2, 3};
+        assert_ok(om_loss_eval(&loss, NSAMPLE, shape, y, t, 1, &value, NULL));
+        assert_near_rel(value, expected, 1e-13);
+    }
+    // A sample without weights adds nothing to a mean over cells, and its outputs may be anything.
+    OmLoss loss = om_loss(OM_LOSS_BCE);
+    double all, part;
+    loss.weight = weight;
+    assert_ok(om_loss_eval(&loss, 1, shape, y, t, 1, &part, NULL));
+    loss.weight = NULL;
+    memset(weight + NCELL, 0, 2 * NCELL * sizeof *weight);
+    y[NCHANNEL * NCELL] = INFINITY;
+    loss.cell_weight = weight;
+    assert_ok(om_loss_eval(&loss, NSAMPLE, shape, y, t, 1, &all, NULL));
+    assert_near_rel(all, part / NSAMPLE, 1e-13);
+}
+
 static void check_derivative(const OmLoss* loss, float* y, const float* t) {
     float dy[N];
     double value;
@@ -131,7 +167,8 @@ static void check_derivative(const OmLoss* loss, float* y, const float* t) {
 
 static void test_derivatives(void** state) {
     (void)state;
-    float y[N], t[N], weight[NCELL];
+    float y[N], t[N], weight[NCELL], cell_weight[NSAMPLE * NCELL];
+    draw(16, true, NSAMPLE * NCELL, cell_weight);
     draw(4, false, N, y);
     draw(5, true, N, t);
     draw(6, true, NCELL, weight);
@@ -142,6 +179,9 @@ static void test_derivatives(void** state) {
         loss.term[0].scale = 3;
         check_derivative(&loss, y, t);
         loss.sample_weight = (const float[]){2, 0, 0.5F};
+        check_derivative(&loss, y, t);
+        loss.weight = NULL;
+        loss.cell_weight = cell_weight;
         check_derivative(&loss, y, t);
     }
     OmLoss both = {.nterm = 2, .term = {{OM_LOSS_DICE, 1}, {OM_LOSS_BCE, 0.5}}, .weight = weight};
@@ -218,6 +258,14 @@ static void test_refused(void** state) {
     loss.sample_weight = (const float[]){1, NAN, 1};
     assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "sample_weight 1 is nan"));
+    loss = om_loss(OM_LOSS_MSE);
+    float cell_weight[NSAMPLE * NCELL] = {[NCELL + 2] = -2};
+    loss.cell_weight = cell_weight;
+    assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "cell_weight 2 of sample 1 is -2"));
+    loss.weight = weight;
+    assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "exclude each other"));
     loss = om_loss((OmLossKind)77);
     assert_status(om_loss_eval(&loss, NSAMPLE, shape, y, y, 1, &value, NULL), OM_INVALID);
     loss = om_loss(OM_LOSS_MSE);
@@ -234,6 +282,7 @@ int main(void) {
         cmocka_unit_test(test_formulas),         cmocka_unit_test(test_sample_weights),
         cmocka_unit_test(test_derivatives),      cmocka_unit_test(test_known_values),
         cmocka_unit_test(test_any_worker_count), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_cell_weights),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

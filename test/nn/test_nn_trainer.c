@@ -16,7 +16,8 @@ typedef struct Task {
     int kill_at;       // the process ends in this call, as if its power had gone
     int fail_at;       // fill fails in this call
     bool is_infinite;  // targets are
-    double metric;     // what the metric says, growing by 1; 0: the largest difference
+    bool has_cell_weight;
+    double metric;  // what the metric says, growing by 1; 0: the largest difference
     int64_t seen[NTRAIN];
     uint64_t draw_hash;
     int nepoch;
@@ -41,6 +42,11 @@ static OmStatus fill(void* ctx, const OmTrainBatch* b) {
         if (!b->is_validation) ++t->seen[b->sample[i]];
         t->draw_hash = om_hash(&b->draw[i], sizeof b->draw[i], t->draw_hash);
         if (t->is_infinite) b->target[i * NOUT] = INFINITY;
+        // A sample without cell weights does not count, whatever its target.
+        assert_true((b->cell_weight != NULL) == t->has_cell_weight);
+        if (!b->cell_weight) continue;
+        b->cell_weight[i] = sample % 3 == 0 ? 0 : 2;
+        if (sample % 3 == 0) b->target[i * NOUT] = INFINITY;
     }
     return OM_OK;
 }
@@ -121,6 +127,23 @@ static void test_it_learns(void** state) {
     // Each epoch leaves out 2 of 50 samples, not always the same ones.
     for (int i = 0; i < NTRAIN; ++i) assert_in_range(task.seen[i], 50, 60);
     om_train_result_done(&r);
+    om_net_destroy(net);
+}
+
+static void test_cell_weights(void** state) {
+    (void)state;
+    Task task = {.has_cell_weight = true};
+    OmNet* net = make_net(false);
+    OmTrainDef def = make_def(net, &task);
+    OmTrainResult r;
+    def.has_cell_weight = true;
+    def.nepoch = 60;
+    (void)train(&def, &r);
+    assert_below(r.best_value, 0.02);  // as test_it_learns
+    om_train_result_done(&r);
+    def.loss.weight = (const float[]){1};
+    assert_status(om_train_run(&def, NULL, NULL, &r), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "exclude each other"));
     om_net_destroy(net);
 }
 
@@ -630,6 +653,7 @@ int main(int argc, char** argv) {
     snprintf(self, sizeof self, "%s", argv[0]);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_it_learns),
+        cmocka_unit_test(test_cell_weights),
         cmocka_unit_test(test_u_net),
         cmocka_unit_test(test_without_validation),
         cmocka_unit_test(test_best_weights_and_patience),
