@@ -5,7 +5,6 @@
 #ifndef OMENTUM_OMENTUM_H
 #define OMENTUM_OMENTUM_H
 
-#include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "omentum/base.h"
 #include "omentum/base_job.h"

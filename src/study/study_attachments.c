@@ -38,18 +38,6 @@ static OmStatus validate(const OmStudyAttachmentsDef* d) {
     return OM_OK;
 }
 
-void om__study_score_attached(int n, const unsigned char* found, const unsigned char* truth,
-                              double* dsc, double* tpr) {
-    int nfound = 0, ntrue = 0, nboth = 0;
-    for (int i = 0; i < n; ++i) {
-        nfound += found[i] != 0;
-        ntrue += truth[i] != 0;
-        nboth += found[i] && truth[i];
-    }
-    *dsc = ntrue ? 2.0 * nboth / (nfound + ntrue) : 0;
-    *tpr = ntrue ? (double)nboth / ntrue : 0;
-}
-
 // ---- one layout -----------------------------------------------------------------------------------
 
 typedef struct View {
@@ -163,16 +151,6 @@ static OmStatus make_truth(Layout* l, int layout) {
 
 // ---- the twin with a guess --------------------------------------------------------------------------
 
-static void compare(const View* v, const double* x, double* ave, double* mve) {
-    int n = v->twin.site.mesh.nvert;
-    *ave = *mve = 0;
-    for (int i = 0; i < n; ++i) {
-        double d = om_distance(om_load3(x, i), om_load3(v->x, i));
-        *ave += d / n;
-        *mve = fmax(*mve, d);
-    }
-}
-
 // The body with these attachments of the underside, at rest, then moved as view g was.
 // spring: N/m, of each vertex of the underside; null: held still
 static OmStatus move_twin(Layout* l, const unsigned char* attached, const double* spring, int g,
@@ -193,7 +171,8 @@ static OmStatus move_twin(Layout* l, const unsigned char* attached, const double
     OM_TRY(om_body_grasp(l->body, 0, head->grasp_tip[0], l->scene.task.grasp_radius, &nheld));
     OM_TRY(om__match_follow(l->body, &v->setup.move, head, head->ntick));
     om_body_release(l->body, 0);
-    compare(v, om_body_x(l->body), &l->r->ave[guess][g], &l->r->mve[guess][g]);
+    om__attach_error(v->twin.site.mesh.nvert, om_body_x(l->body), v->x, &l->r->ave[guess][g],
+                     &l->r->mve[guess][g]);
     return OM_OK;
 }
 
@@ -251,13 +230,14 @@ static OmStatus run_update(Layout* l, int k) {
         u->attached[i] = u->is_accepted && estimate.attached[vert];
         spring[i] = estimate.stiffness[vert];
     }
-    om__study_score_attached(l->r->nnode, u->attached, l->r->truth, &u->dsc, &u->tpr);
+    om__attach_score(l->r->nnode, NULL, u->attached, l->r->truth, &u->dsc, &u->tpr);
     for (int g = first; g < first + n && status >= 0; ++g) {
         double mve;
         u->own_ave[g] = -1;
         if (estimate.x && u->is_accepted)
-            compare(&l->view[g], estimate.x + 3 * (size_t)(g - first) * (size_t)estimate.nvert,
-                    &u->own_ave[g], &mve);
+            om__attach_error(estimate.nvert,
+                             estimate.x + 3 * (size_t)(g - first) * (size_t)estimate.nvert,
+                             l->view[g].x, &u->own_ave[g], &mve);
         status = move_twin(l, u->attached, spring, g, is_single ? OM_STUDY_SINGLE : OM_STUDY_THREE);
     }
 done:
@@ -289,11 +269,6 @@ done:
 
 // ---- all layouts ------------------------------------------------------------------------------------
 
-static OmStudyQuartiles quartiles(double* value, int n) {
-    StudySample v = om__study_sample(value, n);
-    return (OmStudyQuartiles){n, v.lower, v.median, v.upper};
-}
-
 static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult* out) {
     enum { MAX = MATCH_NLAYOUT * MATCH_NGRASP };
     double dsc[MAX], tpr[MAX], ave[MAX], mve[MAX], ms[MAX];
@@ -321,16 +296,16 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
                 const unsigned char* const list[] = {none, every, r->truth, r->still[g],
                                                      r->still[MATCH_NGRASP]};
                 const unsigned char* found = list[guess];
-                om__study_score_attached(r->nnode, found, r->truth, &dsc[nscore], &tpr[nscore]);
+                om__attach_score(r->nnode, NULL, found, r->truth, &dsc[nscore], &tpr[nscore]);
             }
             ++nscore;
         }
     }
-    out->dsc = quartiles(dsc, nscore);
-    out->tpr = quartiles(tpr, nscore);
-    out->ave = quartiles(ave, nmove);
-    out->mve = quartiles(mve, nmove);
-    out->ms = quartiles(ms, nscore).median;
+    out->dsc = om__attach_quartiles(dsc, nscore);
+    out->tpr = om__attach_quartiles(tpr, nscore);
+    out->ave = om__attach_quartiles(ave, nmove);
+    out->mve = om__attach_quartiles(mve, nmove);
+    out->ms = om__attach_quartiles(ms, nscore).median;
 }
 
 static int bin_of(double value) {

@@ -3,6 +3,7 @@
 #define OMENTUM_STUDY_ATTACHMENTS_H
 
 #include "omentum/study_match.h"
+#include "study/study_attach_protocol.h"
 #include "study/study_internal.h"
 #include "study/study_match_case.h"
 
@@ -47,9 +48,6 @@ typedef struct Att {
 
 extern const char* const om__study_guess_name[OM_STUDY_NGUESS];   // for files
 extern const char* const om__study_guess_title[OM_STUDY_NGUESS];  // for people
-// (4.3) and (4.6) of n vertices; without a true one both are 0.
-void om__study_score_attached(int n, const unsigned char* found, const unsigned char* truth,
-                              double* dsc, double* tpr);
 OmStatus om__att_write(const Att* s);
 
 #endif

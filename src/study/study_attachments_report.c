@@ -34,14 +34,6 @@ static void add_outcome(const Att* s, OmReport* report) {
     om_report_verdict(report, text, s->sum.is_met);
 }
 
-static void write_quartiles(char* text, double scale, const char* format, OmStudyQuartiles q) {
-    char a[24], b[24], c[24];
-    snprintf(a, sizeof a, format, scale * q.median);
-    snprintf(b, sizeof b, format, scale * q.lower);
-    snprintf(c, sizeof c, format, scale * q.upper);
-    snprintf(text, WORD, "%s (%s-%s)", a, b, c);
-}
-
 // Table 4.1: median and quartiles, ours and the thesis's.
 static void add_table(const Att* s, OmReport* report) {
     enum { NCOL = 8 };
@@ -63,10 +55,10 @@ static void add_table(const Att* s, OmReport* report) {
         if (!r->is_there) continue;
         char(*t)[WORD] = text[nrow];
         snprintf(t[0], WORD, "%s", om__study_guess_title[guess]);
-        write_quartiles(t[1], 1, "%.2f", r->dsc);
-        write_quartiles(t[2], 100, "%.0f", r->tpr);
-        write_quartiles(t[3], 1e3, "%.1f", r->ave);
-        write_quartiles(t[4], 1e3, "%.1f", r->mve);
+        om__attach_write_quartiles(t[1], WORD, 1, "%.2f", r->dsc);
+        om__attach_write_quartiles(t[2], WORD, 100, "%.0f", r->tpr);
+        om__attach_write_quartiles(t[3], WORD, 1e3, "%.1f", r->ave);
+        om__attach_write_quartiles(t[4], WORD, 1e3, "%.1f", r->mve);
         for (int c = 0; c < 5; ++c) cell[nrow * NCOL + c] = t[c];
         for (int c = 0; c < 3; ++c) cell[nrow * NCOL + 5 + c] = thesis[guess][c];
         ++nrow;
@@ -236,11 +228,6 @@ static OmStatus write_report(const Att* s) {
 
 // ---- study.json, vertices.csv ---------------------------------------------------------------------
 
-static void put_quartiles(OmJson* json, const char* key, double scale, OmStudyQuartiles q) {
-    double v[3] = {scale * q.lower, scale * q.median, scale * q.upper};
-    om_json_numbers(json, key, v, 3);
-}
-
 static void put_guesses(OmJson* json, const Att* s) {
     om_json_open(json, "by", '{');
     for (int guess = 0; guess < OM_STUDY_NGUESS; ++guess) {
@@ -248,10 +235,10 @@ static void put_guesses(OmJson* json, const Att* s) {
         if (!r->is_there) continue;
         om_json_open(json, om__study_guess_name[guess], '{');
         om_json_integer(json, "n", r->dsc.n);
-        put_quartiles(json, "dsc", 1, r->dsc);
-        put_quartiles(json, "tpr", 1, r->tpr);
-        put_quartiles(json, "ave_mm", 1e3, r->ave);
-        put_quartiles(json, "mve_mm", 1e3, r->mve);
+        om__attach_put_quartiles(json, "dsc", 1, r->dsc);
+        om__attach_put_quartiles(json, "tpr", 1, r->tpr);
+        om__attach_put_quartiles(json, "ave_mm", 1e3, r->ave);
+        om__attach_put_quartiles(json, "mve_mm", 1e3, r->mve);
         om_json_integer(json, "refused", r->nrefused);
         om_json_number(json, "processor_ms", r->ms);
         om_json_close(json, '}');

@@ -1,4 +1,4 @@
-// test_study_attachments.c: scores against counts by hand; the study on its quick layouts, resumed, cancelled, refused.
+// test_study_attachments.c: the study on its quick layouts, resumed, cancelled, refused.
 #include "study/study_attachments.h"
 
 #include <string.h>
@@ -11,26 +11,6 @@ static OmStudyAttachmentsDef quick_def(void) {
     def.is_quick = true;
     def.nworker = 1;
     return def;
-}
-
-static void test_scores(void** unused) {
-    (void)unused;
-    const unsigned char truth[6] = {1, 1, 1, 0, 0, 0}, found[6] = {1, 1, 0, 1, 0, 0};
-    const unsigned char none[6] = {0};
-    double dsc, tpr;
-    om__study_score_attached(6, found, truth, &dsc, &tpr);  // 2 in both, 3 found, 3 true
-    assert_near(dsc, 2.0 / 3, 1e-15);
-    assert_near(tpr, 2.0 / 3, 1e-15);
-    om__study_score_attached(6, truth, truth, &dsc, &tpr);
-    assert_true(dsc == 1 && tpr == 1);
-    om__study_score_attached(6, none, truth, &dsc, &tpr);
-    assert_true(dsc == 0 && tpr == 0);
-    om__study_score_attached(6, found, none, &dsc, &tpr);
-    assert_true(dsc == 0 && tpr == 0);
-    const unsigned char every[6] = {1, 1, 1, 1, 1, 1};
-    om__study_score_attached(6, every, truth, &dsc, &tpr);  // 2 * 3 / (6 + 3)
-    assert_near(dsc, 2.0 / 3, 1e-15);
-    assert_true(tpr == 1);
 }
 
 static void assert_same(OmStudyQuartiles a, OmStudyQuartiles b) {
@@ -98,7 +78,6 @@ static void test_nonsense(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_scores),
         cmocka_unit_test(test_study),
         cmocka_unit_test(test_nonsense),
     };
