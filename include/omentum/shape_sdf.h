@@ -75,6 +75,9 @@ typedef struct OmSdfDef {
     // false.
     bool is_raw;
     int64_t max_node;  // larger grids are refused; default 2e8
+    // Of surfaces: the nodes to sample, which enclose the surface; spacing and margin are not used. A
+    // surface too thin to enclose a node is then no error. Borrowed; default null.
+    const OmGrid* grid;
 } OmSdfDef;
 
 OM_API OmSdfDef om_sdf_default_def(double spacing);

@@ -420,6 +420,25 @@ static void cast_votes(const OmSdf* sdf, int axis, signed char* crossing, unsign
     }
 }
 
+// The nodes of the caller, around the box of the surface.
+static OmStatus take_grid(const OmSdfDef* def, OmVec3 lo, OmVec3 hi, OmSdf* sdf) {
+    const OmGrid* g = def->grid;
+    OM_TRY(om__sdf_check_def(def));
+    OM_CHECK(g->spacing > 0 && isfinite(g->spacing), OM_INVALID,
+             "distance field: the grid's spacing %g m must be positive", g->spacing);
+    double nnode = 1;
+    for (int a = 0; a < 3; a++) nnode *= fmax(g->dim[a], 0);
+    OM_CHECK(nnode >= 1 && nnode <= (double)def->max_node && nnode < 2e9, OM_INVALID,
+             "distance field: a grid of %d x %d x %d nodes", g->dim[0], g->dim[1], g->dim[2]);
+    OmVec3 end = om_grid_end(g);
+    OM_CHECK(lo.x >= g->origin.x && lo.y >= g->origin.y && lo.z >= g->origin.z && hi.x <= end.x &&
+                 hi.y <= end.y && hi.z <= end.z,
+             OM_INVALID, "distance field: the grid does not enclose the surface");
+    sdf->grid = *g;
+    OM_ALLOC(sdf->d, nnode);
+    return OM_OK;
+}
+
 OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSdf* sdf) {
     OmStatus status = OM_OK;
     signed char* crossing = NULL;
@@ -435,7 +454,7 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
         lo = om_min3(lo, x);
         hi = om_max3(hi, x);
     }
-    OM_TRY_DONE(om__sdf_grid(def, lo, hi, sdf));
+    OM_TRY_DONE(def->grid ? take_grid(def, lo, hi, sdf) : om__sdf_grid(def, lo, hi, sdf));
     OM_TRY_DONE(om__sdf_unsigned(surface, sdf));
 
     // a surface with normals that point inward is reversed
@@ -462,7 +481,7 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
         sdf->d[n] = -sdf->d[n];
         ninside++;
     }
-    OM_CHECK_DONE(ninside > 0, OM_INVALID,
+    OM_CHECK_DONE(ninside > 0 || def->grid, OM_INVALID,
                   "the surface encloses nothing at a spacing of %.3g mm: it is open or too thin",
                   def->spacing * 1e3);
 done:

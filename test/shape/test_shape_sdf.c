@@ -134,6 +134,18 @@ static void test_box_surface(void** unused) {
     s.ntri = 10;
     assert_status(om_sdf_from_surface(&s, &def, &sdf), OM_INVALID);
     om_surface_done(&s);
+    // at nodes of the caller; 10 mm apart they enclose the box of 20 mm, but with an offset no node is inside
+    assert_ok(om_tet_mesh_boundary(&m, &s, NULL));
+    OmGrid nodes = {.dim = {3, 2, 3}, .spacing = 0.07, .origin = {-0.01, -0.005, -0.06}};
+    def.grid = &nodes;
+    assert_ok(om_sdf_from_surface(&s, &def, &sdf));
+    assert_memory_equal(&sdf.grid, &nodes, sizeof nodes);
+    assert_near(sdf.d[0], om_norm(om_vec3(0.01, 0.005, 0.06)), 1e-8);
+    assert_near(sdf.d[6], om_norm(om_vec3(0.01, 0.005, 0)), 1e-8);  // z = 10 mm
+    om_sdf_done(&sdf);
+    nodes.origin.z = 0.001;
+    assert_status(om_sdf_from_surface(&s, &def, &sdf), OM_INVALID);
+    om_surface_done(&s);
     om_tet_mesh_done(&m);
 }
 
