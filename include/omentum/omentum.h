@@ -36,6 +36,7 @@
 #include "omentum/math_grid.h"
 #include "omentum/nn.h"
 #include "omentum/nn_file.h"
+#include "omentum/nn_store.h"
 #include "omentum/nn_train.h"
 #include "omentum/pbd.h"
 #include "omentum/plan.h"
