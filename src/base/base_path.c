@@ -50,6 +50,22 @@ OmStatus om_path_dir(const char* path, char* out, size_t size) {
     return OM_OK;
 }
 
+OmStatus om_path_share(const char* name, char* out, size_t size) {
+    char exe[1024], dir[1024];
+    ssize_t n = readlink("/proc/self/exe", exe, sizeof exe - 1);
+    exe[n > 0 ? n : 0] = 0;
+    OM_TRY(om_path_dir(exe, dir, sizeof dir));
+    const char* place[] = {"../share/omentum", "../../..", "../../../..",
+                           "."};  // installed, build tree
+    for (size_t i = 0; i < sizeof place / sizeof *place; ++i) {
+        char base[2048];
+        OM_TRY(om_path_join(dir, place[i], base, sizeof base));
+        OM_TRY(om_path_join(base, name, out, size));
+        if (om_path_exists(out)) return OM_OK;
+    }
+    return om_error(OM_IO, "%s is not installed beside %s", name, exe);
+}
+
 const char* om__path_name(const char* path) {
     const char* slash = strrchr(path, '/');
     return slash ? slash + 1 : path;

@@ -224,27 +224,11 @@ OmStatus om_cli_check_apart(const char* output, const char* const* input, int ni
     return OM_OK;
 }
 
-OmStatus om_cli_share_path(const char* name, char* out, size_t size) {
-    char exe[1024], dir[1024];
-    ssize_t n = readlink("/proc/self/exe", exe, sizeof exe - 1);
-    exe[n > 0 ? n : 0] = 0;
-    OM_TRY(om_path_dir(exe, dir, sizeof dir));
-    const char* place[] = {"../share/omentum", "../../..", "../../../..",
-                           "."};  // installed, build tree
-    for (size_t i = 0; i < sizeof place / sizeof *place; ++i) {
-        char base[2048];
-        OM_TRY(om_path_join(dir, place[i], base, sizeof base));
-        OM_TRY(om_path_join(base, name, out, size));
-        if (om_path_exists(out)) return OM_OK;
-    }
-    return om_error(OM_IO, "%s is not installed beside %s", name, exe);
-}
-
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size) {
     const char* given = om_cli_get(args, "--weights");
     if (!given)
         OM_CHECK(
-            om_cli_share_path("weights/phantom.safetensors", out, size) >= 0, OM_IO,
+            om_path_share("weights/phantom.safetensors", out, size) >= 0, OM_IO,
             "no weights are given (-w FILE), and none of the phantom are installed: make them by omentum umesh "
             "generate -o DATA, then omentum umesh train -d DATA -o DIR");
     if (!given) return OM_OK;

@@ -115,9 +115,6 @@ int om_cli_check_output(int code);
 // The inputs of a verb (null entries are skipped) must not lie in its output; null `output`: it writes nothing.
 OmStatus om_cli_check_apart(const char* output, const char* const* input, int ninput);
 
-// The folder of scenes and logic programs: beside the program in the build tree, or installed.
-OmStatus om_cli_share_path(const char* name, char* out, size_t size);
-
 // The argument of --weights, or weights/phantom.safetensors beside the program, if it is there.
 OmStatus om_cli_weights_path(const OmCliArgs* args, char* out, size_t size);
 

@@ -208,7 +208,7 @@ static void files_that_a_user_named(void** state) {
 
 static void paths(void** state) {
     (void)state;
-    char out[64];
+    char out[1024];
     om_path_extension("/a.b/Organ.NII.gz", out, sizeof out);
     assert_string_equal(out, "nii.gz");
     om_path_extension("mesh.vtu", out, sizeof out);
@@ -219,6 +219,9 @@ static void paths(void** state) {
     assert_string_equal(out, "/a/b");
     assert_ok(om_path_dir("c.txt", out, sizeof out));
     assert_string_equal(out, ".");
+    assert_ok(om_path_share("weights/README.md", out, sizeof out));
+    assert_true(om_path_exists(out));
+    assert_status(om_path_share("weights/no_such_file", out, sizeof out), OM_IO);
     assert_ok(om_path_join("/a/", "b", out, sizeof out));
     assert_string_equal(out, "/a/b");
     assert_ok(om_path_join("/a", "/b", out, sizeof out));
