@@ -24,6 +24,8 @@ extern "C" {
 
 // ---- the twin as a static problem ---------------------------------------------------------------------------
 
+#define OM_MATCH_MAX_ADVICE 8
+
 typedef struct OmMatchDef {  // made by om_match_default_def
     const OmScene* scene;    // law of the tissue, radius of a grasp; borrowed
     const OmSite* site;      // of role OM_SITE_TWIN; borrowed until destroy
@@ -144,10 +146,10 @@ typedef struct OmAcquisition {
 typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     int nvert;                    // of the mesh
     double* probability;          // of being attached; 0 where no candidate        (nvert)
-    // 0: the scans decide; 1: the scans say nothing about this vertex              (nvert)
+    // 0: scans and advice decide; 1: they say nothing about this vertex             (nvert)
     double* uncertainty;
     double* stiffness;  // N/m, of the spring of each attached vertex          (nvert)
-    // the set with the largest expected Dice coefficient                           (nvert)
+    // the set with the largest expected Dice coefficient, or the set that `choice` names  (nvert)
     unsigned char* attached;
     int nacquisition;
     double* x;           // the twin at rest with these attachments, m  (nacquisition x nvert x 3)
@@ -155,6 +157,8 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
     double moved_share;  // of the candidates' area, that the scans show as moved
     // m, distances of scan points from the twin: as believed before, and with these attachments
     double before_median, before_p90, after_median, after_p90;
+    // 0: `attached` is the most probable set; 1: that of the scans alone; 2 + k: set k of the advice
+    int choice;
     bool is_accepted;
     char reason[256];  // why not; "" if accepted
     // centroid of the vertices about which the scans say least: a grasp or view there informs most
@@ -168,7 +172,39 @@ typedef struct OmMatchEstimate {  // om_match_estimate_done frees
 ///         message names it); OM_NO_MEMORY; OM_CANCELLED
 OM_API OmStatus om_match_update(OmMatch* match, int nacquisition, const OmAcquisition* acquisition,
                                 const OmProgress* progress, OmMatchEstimate* estimate);
+/// What is known of the attachments besides the scans, by a network or from the last estimate.
+typedef struct OmMatchAdvice {  // zero-initialise
+    // of being attached, of each vertex of the mesh; null: not known               (nvert)
+    const double* probability;
+    double weight;  // of `probability` against the random patches of the prior, 0 to 1
+    // sets to try beside the most probable one, nonzero where attached             (nset x nvert)
+    int nset;  // at most OM_MATCH_MAX_ADVICE
+    const unsigned char* set[OM_MATCH_MAX_ADVICE];
+} OmMatchAdvice;
+
+/// As om_match_update, with advice. Besides the most probable set, the set of the scans alone and those of the advice
+/// are tried in the twin; one of them is taken if it brings the twin clearly nearer to the scans.
+/// @param advice  may be null
+/// @return as om_match_update; OM_INVALID also for advice that is not valid
+OM_API OmStatus om_match_update_with(OmMatch* match, int nacquisition,
+                                     const OmAcquisition* acquisition, const OmMatchAdvice* advice,
+                                     const OmProgress* progress, OmMatchEstimate* estimate);
 OM_API void om_match_estimate_done(OmMatchEstimate* estimate);
+
+typedef struct OmMatchTrial {
+    double median, p90;  // m, distances of scan points from the twin
+    double mean;         // m, with each distance at most 5 mm
+    bool is_at_rest;
+} OmMatchTrial;
+
+/// Bring the twin to rest with these attachments, under the grasps of each acquisition, and measure its distance from
+/// the scans.
+/// @param attached  nonzero where attached; vertices that are no candidates are free     (nvert)
+/// @param x         in: first guesses; out: the twin at rest, m        (nacquisition x nvert x 3)
+/// @return OM_OK; OM_NOT_CONVERGED (no rest was found; x is the best iterate, and `trial` is of it); OM_INVALID (the
+///         message names the acquisition); OM_NO_MEMORY
+OM_API OmStatus om_match_try(OmMatch* match, int nacquisition, const OmAcquisition* acquisition,
+                             const unsigned char* attached, double* x, OmMatchTrial* trial);
 
 #ifdef __cplusplus
 }

@@ -61,12 +61,61 @@ OmStatus om__match_pairs(MatchFit* fit, const OmScan* scan, const double* x);
 OmStatus om__match_fit(MatchFit* fit, const OmAcquisition* acquisition, const double* spring,
                        double* x);
 
+// ---- the twin at rest with stated attachments ------------------------------------------------------------------
+
+typedef struct MatchTrier {  // om__match_trier_done frees
+    OmMatch* match;
+    int nacq;
+    const OmAcquisition* acq;
+    MatchFit fit;
+    double* spring;    // scratch, of candidates
+    double* distance;  // scratch, of the points of all scans
+} MatchTrier;
+
+/// As om_match_update has them. @return OM_OK; OM_INVALID
+OmStatus om__match_check_acquisition(OmMatch* match, const OmAcquisition* acquisition, int k);
+OmStatus om__match_trier_begin(OmMatch* match, int nacq, const OmAcquisition* acq,
+                               MatchTrier* trier);
+void om__match_trier_done(MatchTrier* trier);
+/// Distance of the scans from the twin at x (nacq x nvert x 3).
+OmStatus om__match_measure(MatchTrier* trier, const double* x, OmMatchTrial* trial);
+/// om_match_try, for acquisitions that are checked. OM_OK also where no rest was found.
+OmStatus om__match_try(MatchTrier* trier, const unsigned char* attached, double* x,
+                       OmMatchTrial* trial);
+
+// ---- evidence ---------------------------------------------------------------------------------------------------
+
+typedef struct MatchEvidence {  // om__match_evidence_done frees
+    OmMatch* match;
+    MatchTrier* trier;
+    int nacq;
+    const OmAcquisition* acq;
+    double* ratio;     // log-likelihood ratio of each candidate, attached against free
+    double* x_before;  // the twin as believed                    (nacq x nvert x 3)
+    double* x;         // the twin deformed onto each scan        (nacq x nvert x 3)
+    double seen_share, moved_share;
+    double area;  // m^2, of the candidates
+    // scratch
+    double* spring;    // the trier's
+    double* facing_x;  // rest positions of surface vertices that face the camera
+    int* nearest;      // surface vertex of each candidate that the camera sees over it
+    unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
+} MatchEvidence;
+
+OmStatus om__match_evidence_begin(MatchTrier* trier, MatchEvidence* evidence);
+void om__match_evidence_done(MatchEvidence* evidence);
+OmStatus om__match_find_evidence(MatchEvidence* evidence, const OmProgress* progress);
+
 // ---- the prior ------------------------------------------------------------------------------------------------
 
 // Make the bank of hypotheses.
 OmStatus om__match_make_prior(OmMatch* match);
-// Probability of each candidate by its log-likelihood ratios, attached against free.
-OmStatus om__match_infer(const OmMatch* match, const double* evidence, double* probability);
+// Probability of each candidate by its log-likelihood ratios, attached against free, and a belief of `weight`; the
+// belief may be null.
+OmStatus om__match_infer(const OmMatch* match, const double* evidence, const double* belief,
+                         double weight, double* probability);
+// Log-odds of a probability that is kept away from 0 and 1.
+double om__match_logit(double probability);
 // Level above which the candidates are the set with the largest expected Dice coefficient.
 double om__match_choose_level(const OmMatch* match, const double* probability);
 

@@ -7,7 +7,8 @@
 // vertices of e_i. No hypothesis of some thousands fits the outline of the truth vertex by vertex, so l is divided by
 // the smallest temperature >= 1 at which NEFFECTIVE hypotheses share the weight (effective number,
 // (sum w)^2 / sum w^2). The weighted mean of the hypotheses is the prior probability of each vertex given the evidence
-// elsewhere; its log-odds plus e_i is the result.
+// elsewhere; its log-odds plus e_i is the result. A belief from outside takes the place of a share of that prior: the
+// log-odds of both are mixed.
 #include <string.h>
 
 #include "match/match_internal.h"
@@ -71,9 +72,13 @@ static double weigh(int count, const double* l, double best, double temperature,
     return sum * sum / square;
 }
 
-static double logit(double p) { return log(p / (1 - p)); }
+double om__match_logit(double p) {
+    p = fmin(fmax(p, LEAST), 1 - LEAST);
+    return log(p / (1 - p));
+}
 
-OmStatus om__match_infer(const OmMatch* m, const double* evidence, double* probability) {
+OmStatus om__match_infer(const OmMatch* m, const double* evidence, const double* belief,
+                         double weight, double* probability) {
     int n = m->view.ncandidate, count = m->def.nhypothesis;
     double *l = NULL, *w = NULL, best = -HUGE_VAL, temperature = 1;
     OmStatus status = OM_OK;
@@ -93,8 +98,9 @@ OmStatus om__match_infer(const OmMatch* m, const double* evidence, double* proba
         double p = count > 0 ? 0 : 0.5;
         for (int h = 0; h < count; ++h)
             p += m->hypothesis[(size_t)h * (size_t)n + (size_t)i] ? w[h] : 0;
-        p = fmin(fmax(p, LEAST), 1 - LEAST);
-        probability[i] = 1 / (1 + exp(-(logit(p) + evidence[i])));
+        double prior = om__match_logit(p);
+        if (belief) prior += weight * (om__match_logit(belief[i]) - prior);
+        probability[i] = 1 / (1 + exp(-(prior + evidence[i])));
     }
 done:
     om_free(l);

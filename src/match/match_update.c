@@ -1,210 +1,37 @@
 // match_update.c: attachments that explain scans.
 //
-// 1. Evidence: a candidate whose surface lies in the scan at its rest position gets a soft spring, and the twin is
-//    deformed onto the scan (match_fit.c). A candidate that moved is free; it counts less where the scan does not show
-//    it. A candidate that stayed is attached with a weak ratio, STAYED for all together. Tissue that slides along the
-//    board leaves the place of its border empty: the border is free, and the vertices beside it probably are.
-// 2. match_prior.c: probable sets of attached vertices, given these.
-// 3. The twin is brought to rest with the most probable set, and its distance from the scan decides whether the
-//    estimate is used.
+// 1. match_evidence.c: a log-likelihood ratio of each candidate, attached against free, from the scans.
+// 2. match_prior.c: probable sets of attached vertices, given these and the advice of the caller.
+// 3. The twin is brought to rest with the most probable set (match_try.c), and its distance from the scans decides
+//    whether the estimate is used. With advice, other sets are tried, too. The distance tells little about parts that
+//    no grasp pulls: of nine sets by level of probability, the nearest had a lower DSC than the most probable one
+//    (doc/notes/match_update.md). A set therefore replaces the most probable one only if it is clearly nearer.
 //
-// Not taken, with figures in doc/notes/match_update.md: displacement along the board as evidence, a lower threshold of
-// motion. Not tried: gradients of the distance by the adjoint of the equilibrium (om_match_solve has the factors).
-// They need an equilibrium for each iteration, 0.1 to 0.2 s, where the whole update may take 0.3 s.
+// Not tried: gradients of the distance by the adjoint of the equilibrium (om_match_solve has the factors). They need an
+// equilibrium for each iteration, 0.1 to 0.2 s, where the whole update may take 0.3 s.
 #include <stdlib.h>
 #include <string.h>
 
 #include "match/match_internal.h"
-#include "omentum/shape_points.h"
 
-#define SURE 4.0       // log-likelihood ratio of a vertex whose motion the scan shows
-#define LIKELY 1.5     // ... of a vertex that moved where the scan does not show it
-#define BESIDE 0.5     // ... of a vertex beside one whose place is empty
-#define STAYED 16.0    // ... of all candidates together, by area, that stayed although pulled
-#define STILL 0.0015   // m, of the scan from the rest shape, where nothing moved
-#define INSIDE 0.0015  // m, from the border: half a pixel, noise, and rounding of the border
-#define SPRING 0.2     // of Young's modulus over edge: springs of vertices that seem still
-#define SOFT 0.001     // ... of vertices that are not seen
 // An update that does not lower the mean distance to this part explains the scan no better, and is refused.
 #define CLOSER 0.95
-#define MIN_POINTS 20   // of a scan
-#define CAP 0.005       // m, that a scan point counts at most in the mean distance
-#define MORE_NEWTON 60  // iterations where the first ones find no rest
-#define SUPPORT 2.0     // edges: a scan point this near shows a vertex
-
-typedef enum Status { UNKNOWN, RESTING, LEFT } Status;
+#define CLEARLY 0.9    // ... and a set that replaces a more probable one lowers it to this part
+#define ALIKE 0.98     // sets with this Dice coefficient, by area, are one
+#define MIN_POINTS 20  // of a scan
 
 typedef struct Job {
     OmMatch* match;
-    int nacq;
-    const OmAcquisition* acq;
+    const OmMatchAdvice* advice;
     OmMatchEstimate* out;
-    MatchFit fit;
-    double *x, *spring, *evidence, *probability;
-    double* x_before;  // the twin as believed, of each acquisition             (nacq x nvert x 3)
-    double* facing_x;  // rest positions of surface vertices that face the camera
-    int* nearest;      // surface vertex of each candidate that the camera sees over it
-    unsigned char *status, *seen, *moved;  // of candidates; seen and moved: by any acquisition
-    double* all_distance;                  // of scan points
-    int ndistance;
-    double area;  // m^2, of the candidates
+    MatchTrier trier;
+    MatchEvidence evidence;
+    double *belief, *probability;  // of candidates; belief: null without advice
+    double* x;  // of a set on trial                              (nacquisition x nvert x 3)
+    unsigned char* inferred;  // with advice, and from the scans alone          (2 x nvert)
+    const unsigned char* set[2 + OM_MATCH_MAX_ADVICE];  // by OmMatchEstimate.choice; null: none
+    OmMatchTrial before, after;
 } Job;
-
-static int compare(const void* a, const void* b) {
-    double x = *(const double*)a, y = *(const double*)b;
-    return (x > y) - (x < y);
-}
-
-// ---- evidence of one acquisition ----------------------------------------------------------------------------
-
-// Whether the picture shows something else at p than tissue or a tool: nothing is there any more.
-static bool is_empty(const OmScan* scan, OmVec3 p) {
-    double u, v;
-    if (!scan->has_camera || !scan->pixel || !om_camera_project(&scan->camera, p, &u, &v))
-        return false;
-    if (!(u >= 0 && v >= 0 && u < scan->camera.width && v < scan->camera.height)) return false;
-    return scan->pixel[(int)v * scan->camera.width + (int)u] == OM_SCAN_OTHER;
-}
-
-// What the picture shows at the rest position p of a vertex with normal `rest_n`, and INSIDE from it towards `centre`:
-// tissue that slides leaves the place of its border empty.
-static Status look_at(const Job* j, const OmScan* scan, const OmPointTree* tree, OmVec3 p,
-                      OmVec3 rest_n, OmVec3 centre) {
-    double distance, edge = j->match->view.edge;
-    OmVec3 inside = om_madd(p, INSIDE, om_normalize(om_sub(centre, p)));
-    if (is_empty(scan, inside)) return LEFT;
-    int k = om_point_tree_find(tree, p, &distance);
-    OmVec3 d = om_sub(p, om_load3(scan->x, k)), n = om_load3(scan->normal, k);
-    double across = fabs(om_dot(d, om_norm2(n) > 0.5 ? n : rest_n));
-    if (distance < SUPPORT * edge && across < STILL) return RESTING;
-    bool is_near = distance < SUPPORT * edge && !scan->pixel;
-    return is_near || is_empty(scan, p) ? LEFT : UNKNOWN;
-}
-
-static OmStatus find_status(Job* j, const OmScan* scan) {
-    OmMatch* m = j->match;
-    OmPointTree *scan_tree = NULL, *face_tree = NULL;
-    int* face = NULL;
-    OmStatus status = OM_OK;
-    OM_ALLOC_DONE(face, m->surface.nvert);
-    double* normal = j->fit.normal;
-    int nface = 0;
-    OmVec3 centre = om_vec3(0, 0, 0);
-    for (int i = 0; i < m->surface.nvert; ++i) {
-        OmVec3 p = om_load3(m->surface.x, i), n = om_load3(normal, i);
-        OmVec3 ray = om_sub(scan->camera.pose_world_camera.p, p);
-        if (scan->has_camera && !(om_dot(ray, n) > 0)) continue;
-        om_store3(j->facing_x, nface, p);
-        centre = om_add(centre, p);
-        face[nface++] = i;
-    }
-    OM_CHECK_DONE(nface > 0, OM_INVALID, "match: no part of the twin's surface faces the camera");
-    OM_TRY_DONE(om_point_tree_create(scan->npoint, scan->x, &scan_tree));
-    OM_TRY_DONE(om_point_tree_create(nface, j->facing_x, &face_tree));
-    for (int i = 0; i < m->view.ncandidate; ++i) {
-        OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
-        int k = om_point_tree_find(face_tree, p, NULL);
-        j->nearest[i] = face[k];
-        j->status[i] =
-            (unsigned char)look_at(j, scan, scan_tree, om_load3(j->facing_x, k),
-                                   om_load3(normal, face[k]), om_scale(1.0 / nface, centre));
-    }
-done:
-    om_point_tree_destroy(scan_tree);
-    om_point_tree_destroy(face_tree);
-    om_free(face);
-    return status;
-}
-
-static void set_springs(Job* j) {
-    OmMatch* m = j->match;
-    double unit = om_site_get_material(m->def.site, 0).young / m->view.edge;
-    for (int i = 0; i < m->view.ncandidate; ++i) {
-        double k = j->status[i] == RESTING ? SPRING : j->status[i] == UNKNOWN ? SOFT : 0;
-        j->spring[i] = k * unit * m->area[i];
-    }
-}
-
-// Whether a candidate lies beside one whose place is empty.
-static bool is_beside_left(const Job* j, int i) {
-    const OmMatch* m = j->match;
-    OmVec3 p = om_load3(m->view.mesh->x, m->candidate[i]);
-    for (int k = 0; k < m->view.ncandidate; ++k) {
-        OmVec3 q = om_load3(m->view.mesh->x, m->candidate[k]);
-        if (j->status[k] == LEFT && om_distance(p, q) < SUPPORT * m->view.edge) return true;
-    }
-    return false;
-}
-
-// The fit, and what it says about every candidate.
-static OmStatus add_evidence(Job* j, int a) {
-    OmMatch* m = j->match;
-    const OmAcquisition* acq = &j->acq[a];
-    const double* rest = m->view.mesh->x;
-    OM_TRY(find_status(j, &acq->scan));
-    set_springs(j);
-    OM_TRY(om__match_fit(&j->fit, acq, j->spring, j->x));
-    // Acquisitions of this grasp: several looks at one pull say little more than one.
-    int nsame = 0;
-    for (int b = 0; b < j->nacq; ++b)
-        nsame += om_distance(j->acq[b].grasp[0].pose_world_grasp.p,
-                             acq->grasp[0].pose_world_grasp.p) < m->view.edge;
-    OmPointTree* tree;
-    OM_TRY(om_point_tree_create(acq->scan.npoint, acq->scan.x, &tree));
-    for (int i = 0; i < m->view.ncandidate; ++i) {
-        int v = m->candidate[i];
-        double moved = om_distance(om_load3(j->x, v), om_load3(rest, v)), distance;
-        om_point_tree_find(tree, om_load3(j->x, m->surface_vert[j->nearest[i]]), &distance);
-        bool is_seen = distance < SUPPORT * m->view.edge;
-        bool is_left = j->status[i] == LEFT, has_moved = moved > m->def.moved;
-        j->seen[i] |= is_seen;
-        if (is_left || has_moved)
-            j->evidence[i] = fmin(j->evidence[i], is_seen || is_left ? -SURE : -LIKELY);
-        else if (is_beside_left(j, i))
-            j->evidence[i] = fmin(j->evidence[i], -BESIDE);
-        else if (j->status[i] == RESTING && j->evidence[i] >= 0)
-            j->evidence[i] += STAYED / nsame * m->area[i] / j->area;
-        j->moved[i] |= has_moved && is_seen;
-    }
-    om_point_tree_destroy(tree);
-    return OM_OK;
-}
-
-// ---- residuals ----------------------------------------------------------------------------------------------
-
-// Distances of the scans from the twin: median, 90 %, and the mean with each distance at most CAP.
-static OmStatus measure(Job* j, bool is_after, double* median, double* p90, double* mean) {
-    OmMatch* m = j->match;
-    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
-    j->ndistance = 0;
-    for (int a = 0; a < j->nacq; ++a) {
-        const double* x = (is_after ? j->out->x : j->x_before) + (size_t)a * n3;
-        OM_TRY(om__match_pairs(&j->fit, &j->acq[a].scan, x));
-        for (int i = 0; i < j->acq[a].scan.npoint; ++i)
-            j->all_distance[j->ndistance++] = fmin(j->fit.distance[i], 1.0);
-    }
-    qsort(j->all_distance, (size_t)j->ndistance, sizeof *j->all_distance, compare);
-    *mean = 0;
-    for (int i = 0; i < j->ndistance; ++i) *mean += fmin(j->all_distance[i], CAP) / j->ndistance;
-    *median = j->all_distance[j->ndistance / 2];
-    *p90 = j->all_distance[j->ndistance * 9 / 10];
-    return OM_OK;
-}
-
-// ---- stages -------------------------------------------------------------------------------------------------
-
-static OmStatus check_acquisition(OmMatch* m, const OmAcquisition* a, int k) {
-    OmStatus status = om_scan_check(&a->scan);
-    if (status < 0) return om_error_prefix(status, "acquisition %d", k);
-    OM_CHECK(a->ngrasp >= 0 && a->ngrasp <= OM_MAX_ARM, OM_INVALID,
-             "acquisition %d: %d grasps, at most %d", k, a->ngrasp, OM_MAX_ARM);
-    status = om__match_find_held(m, a->ngrasp, a->grasp, &m->held);
-    if (status < 0) return om_error_prefix(status, "acquisition %d", k);
-    for (int i = 0; a->x_twin && i < m->view.mesh->nvert; ++i)
-        OM_CHECK(om_is_finite3(om_load3(a->x_twin, i)), OM_INVALID,
-                 "acquisition %d: position of vertex %d of the twin is not finite", k, i);
-    return OM_OK;
-}
 
 OM_PRINTF(2, 3)
 static OmStatus refuse(OmMatchEstimate* out, const char* format, ...) {
@@ -260,100 +87,79 @@ static OmStatus create_estimate(const OmMatch* m, int nacq, OmMatchEstimate* out
     return is_whole ? OM_OK : OM_NO_MEMORY;
 }
 
-static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, OmMatchEstimate* out,
-                           Job* j) {
-    *j = (Job){.match = m, .nacq = nacq, .acq = acq, .out = out};
-    int most = 1, all = 1, n = m->view.ncandidate;
-    for (int i = 0; i < n; ++i) j->area += m->area[i];  // above 0: faces have area
-    for (int a = 0; a < nacq; ++a) {
-        most = acq[a].scan.npoint > most ? acq[a].scan.npoint : most;
-        all += acq[a].scan.npoint;
+static OmStatus check_advice(const OmMatch* m, const OmMatchAdvice* advice) {
+    if (!advice) return OM_OK;
+    OM_CHECK(isfinite(advice->weight) && advice->weight >= 0 && advice->weight <= 1, OM_INVALID,
+             "OmMatchAdvice.weight = %g, must be 0 to 1", advice->weight);
+    for (int i = 0; advice->probability && i < m->view.ncandidate; ++i) {
+        double p = advice->probability[m->candidate[i]];
+        OM_CHECK(p >= 0 && p <= 1, OM_INVALID,
+                 "OmMatchAdvice.probability of vertex %d is %g, must be 0 to 1", m->candidate[i],
+                 p);
     }
-    OM_TRY(om__match_fit_begin(m, most, &j->fit));
-    OM_ALLOC(j->x, 3 * m->view.mesh->nvert);
-    OM_ALLOC(j->x_before, (size_t)nacq * 3 * (size_t)m->view.mesh->nvert);
-    OM_ALLOC(j->spring, n);
+    OM_CHECK(advice->nset >= 0 && advice->nset <= OM_MATCH_MAX_ADVICE, OM_INVALID,
+             "OmMatchAdvice.nset = %d, must be 0 to %d", advice->nset, OM_MATCH_MAX_ADVICE);
+    for (int k = 0; k < advice->nset; ++k)
+        OM_CHECK(advice->set[k], OM_INVALID, "OmMatchAdvice.set[%d] is null", k);
+    return OM_OK;
+}
+
+static OmStatus create_job(OmMatch* m, int nacq, const OmAcquisition* acq, Job* j) {
+    size_t nvert = (size_t)m->view.mesh->nvert, n = (size_t)m->view.ncandidate;
+    OM_TRY(om__match_trier_begin(m, nacq, acq, &j->trier));
+    OM_TRY(om__match_evidence_begin(&j->trier, &j->evidence));
     OM_ALLOC(j->probability, n);
-    OM_ALLOC(j->facing_x, 3 * m->surface.nvert);
-    OM_ALLOC(j->nearest, n);
-    OM_ALLOC(j->status, n);
-    OM_ALLOC(j->all_distance, all);
-    j->evidence = om_calloc((size_t)n, sizeof *j->evidence);
-    j->seen = om_calloc((size_t)n, 1);
-    j->moved = om_calloc((size_t)n, 1);
-    return j->evidence && j->seen && j->moved ? OM_OK : OM_NO_MEMORY;
+    OM_ALLOC(j->x, (size_t)nacq * 3 * nvert);
+    OM_ALLOC(j->inferred, 2 * nvert);
+    if (!j->advice || !j->advice->probability) return OM_OK;
+    OM_ALLOC(j->belief, n);
+    for (size_t i = 0; i < n; ++i) j->belief[i] = j->advice->probability[m->candidate[i]];
+    return OM_OK;
 }
 
 static void job_done(Job* j) {
-    om__match_fit_done(&j->fit);
-    om_free(j->x);
-    om_free(j->x_before);
-    om_free(j->spring);
+    om__match_evidence_done(&j->evidence);
+    om__match_trier_done(&j->trier);
+    om_free(j->belief);
     om_free(j->probability);
-    om_free(j->facing_x);
-    om_free(j->nearest);
-    om_free(j->status);
-    om_free(j->all_distance);
-    om_free(j->evidence);
-    om_free(j->seen);
-    om_free(j->moved);
+    om_free(j->x);
+    om_free(j->inferred);
 }
 
-// The twin of an acquisition as believed: where the caller does not give it, at rest with the attachments of the site.
-static OmStatus find_before(Job* j, int a) {
-    OmMatch* m = j->match;
-    const OmAcquisition* acq = &j->acq[a];
-    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
-    double* x = j->x_before + (size_t)a * n3;
-    memcpy(x, acq->x_twin ? acq->x_twin : m->view.mesh->x, n3 * sizeof *x);
-    if (acq->x_twin) return OM_OK;
-    const OmMeshSet* set = om_tet_mesh_find_set(m->view.mesh, "attachment");
-    for (int i = 0, k = 0; i < m->view.ncandidate; ++i) {  // both ascend
-        while (set && k < set->nvert && set->vert[k] < m->candidate[i]) ++k;
-        bool is_attached = set && k < set->nvert && set->vert[k] == m->candidate[i];
-        j->spring[i] = is_attached ? m->def.foundation * m->area[i] : 0;
-    }
-    OmMatchLoad load = {
-        .spring = j->spring, .ngrasp = acq->ngrasp, .grasp = acq->grasp, .tolerance = 2e-4};
-    OmStatus status = om_match_find_rest(m, &load, x, NULL);
-    return status < 0 ? om_error_prefix(status, "acquisition %d", a) : OM_OK;
-}
+// ---- inference ------------------------------------------------------------------------------------------------
 
-static OmStatus fit_all(Job* j, const OmProgress* progress) {
+// The candidates above the level with the largest expected Dice coefficient.
+static OmStatus infer_set(Job* j, int k, const double* belief) {
     OmMatch* m = j->match;
-    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
-    for (int a = 0; a < j->nacq; ++a) {
-        OM_TRY(find_before(j, a));
-        memcpy(j->x, j->x_before + (size_t)a * n3, n3 * sizeof *j->x);
-        OmStatus status = add_evidence(j, a);
-        if (status < 0) return om_error_prefix(status, "acquisition %d", a);
-        memcpy(j->out->x + (size_t)a * n3, j->x, n3 * sizeof *j->x);
-        OM_TRY(om_progress_report(progress, "fit", a + 1, j->nacq));
-    }
-    double seen = 0, moved = 0;
-    for (int i = 0; i < m->view.ncandidate; ++i) {
-        seen += j->seen[i] ? m->area[i] : 0;
-        moved += j->moved[i] ? m->area[i] : 0;
-    }
-    j->out->seen_share = seen / j->area;
-    j->out->moved_share = moved / j->area;
+    double weight = belief ? j->advice->weight : 0;
+    OM_TRY(om__match_infer(m, j->evidence.ratio, belief, weight, j->probability));
+    double level = om__match_choose_level(m, j->probability);
+    unsigned char* set = j->inferred + (size_t)k * (size_t)m->view.mesh->nvert;
+    memset(set, 0, (size_t)m->view.mesh->nvert);
+    for (int i = 0; i < m->view.ncandidate; ++i) set[m->candidate[i]] = j->probability[i] > level;
+    j->set[k] = set;
     return OM_OK;
+}
+
+// The ratio of scans and advice, without the prior.
+static double full_ratio(const Job* j, int i) {
+    double ratio = j->evidence.ratio[i];
+    return j->belief ? ratio + j->advice->weight * om__match_logit(j->belief[i]) : ratio;
 }
 
 static OmStatus infer(Job* j) {
     OmMatch* m = j->match;
     OmMatchEstimate* out = j->out;
-    OM_TRY(om__match_infer(m, j->evidence, j->probability));
-    double level = om__match_choose_level(m, j->probability), sum = 0;
+    if (j->belief) OM_TRY(infer_set(j, 1, NULL));
+    OM_TRY(infer_set(j, 0, j->belief));
+    for (int k = 0; j->advice && k < j->advice->nset; ++k) j->set[2 + k] = j->advice->set[k];
+    double sum = 0;
     OmVec3 centre = om_vec3(0, 0, 0);
     for (int i = 0; i < m->view.ncandidate; ++i) {
         int v = m->candidate[i];
         double p = j->probability[i];
         out->probability[v] = p;
-        out->uncertainty[v] = exp(-fabs(j->evidence[i]));
-        out->attached[v] = p > level;
-        out->stiffness[v] = out->attached[v] ? m->def.foundation * m->area[i] : 0;
-        j->spring[i] = out->stiffness[v];
+        out->uncertainty[v] = exp(-fabs(full_ratio(j, i)));
         double w = out->uncertainty[v] * p * (1 - p) * m->area[i];
         sum += w;
         centre = om_madd(centre, w, om_load3(m->view.mesh->x, v));
@@ -363,71 +169,122 @@ static OmStatus infer(Job* j) {
     return OM_OK;
 }
 
-// The twin at rest with the new attachments, and whether it explains the scans.
-static OmStatus check(Job* j, const OmProgress* progress) {
-    OmMatch* m = j->match;
-    OmMatchEstimate* out = j->out;
-    size_t n3 = 3 * (size_t)m->view.mesh->nvert;
-    bool is_at_rest = true;
-    double before, after;
-    OM_TRY(measure(j, false, &out->before_median, &out->before_p90, &before));
-    for (int a = 0; a < j->nacq; ++a) {
-        OmMatchLoad load = {.spring = j->spring,
-                            .ngrasp = j->acq[a].ngrasp,
-                            .grasp = j->acq[a].grasp,
-                            .max_newton = 12,
-                            .tolerance = 2e-4};
-        OmStatus status = om_match_find_rest(m, &load, out->x + (size_t)a * n3, NULL);
-        load.max_newton = MORE_NEWTON;
-        if (status == OM_NOT_CONVERGED)
-            status = om_match_find_rest(m, &load, out->x + (size_t)a * n3, NULL);
-        if (status < 0) return status;
-        is_at_rest = is_at_rest && status == OM_OK;
-        OM_TRY(om_progress_report(progress, "check", a + 1, j->nacq));
+// ---- trials ---------------------------------------------------------------------------------------------------
+
+// Dice coefficient of two sets by area; 1 for two empty ones.
+static double likeness(const OmMatch* m, const unsigned char* a, const unsigned char* b) {
+    double both = 0, sum = 0;
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        int v = m->candidate[i];
+        both += a[v] && b[v] ? 2 * m->area[i] : 0;
+        sum += (a[v] ? m->area[i] : 0) + (b[v] ? m->area[i] : 0);
     }
-    OM_TRY(measure(j, true, &out->after_median, &out->after_p90, &after));
-    if (out->after_median > m->def.max_residual)
-        return refuse(out,
-                      "the scan is %.1f mm from the updated twin (median), %.1f mm are allowed",
-                      1e3 * out->after_median, 1e3 * m->def.max_residual);
-    if (out->seen_share < m->def.min_seen)
-        return refuse(
-            out, "the scan shows %.0f %% of the surface over the candidates, %.0f %% are needed",
-            100 * out->seen_share, 100 * m->def.min_seen);
-    if (after > CLOSER * before)
-        return refuse(
-            out, "the updated twin is no closer to the scan (mean %.2f mm) than before (%.2f mm)",
-            1e3 * after, 1e3 * before);
-    return is_at_rest ? OM_OK : refuse(out, "the twin found no rest with the new attachments");
+    return sum > 0 ? both / sum : 1;
 }
 
-OmStatus om_match_update(OmMatch* m, int nacq, const OmAcquisition* acq, const OmProgress* progress,
-                         OmMatchEstimate* out) {
+// Whether a set before k is nearly set k.
+static bool is_known(const Job* j, int k) {
+    for (int i = 0; i < k; ++i)
+        if (j->set[i] && likeness(j->match, j->set[i], j->set[k]) > ALIKE) return true;
+    return false;
+}
+
+static OmStatus try_sets(Job* j, const OmProgress* progress) {
+    OmMatchEstimate* out = j->out;
+    const OmMatch* m = j->match;
+    const int n = 2 + (j->advice ? j->advice->nset : 0);
+    size_t size = (size_t)j->trier.nacq * 3 * (size_t)m->view.mesh->nvert * sizeof *out->x;
+    OM_TRY(om__match_measure(&j->trier, j->evidence.x_before, &j->before));
+    for (int k = 0; k < n; ++k) {
+        if (!j->set[k] || is_known(j, k)) continue;
+        OmMatchTrial trial;
+        memcpy(j->x, k == 0 ? j->evidence.x : out->x, size);
+        OM_TRY(om__match_try(&j->trier, j->set[k], j->x, &trial));
+        bool is_nearer = trial.is_at_rest && trial.mean < CLEARLY * j->after.mean;
+        if (k == 0 || is_nearer) {
+            j->after = trial;
+            out->choice = k;
+            memcpy(out->x, j->x, size);
+        }
+        OM_TRY(om_progress_report(progress, "check", k + 1, n));
+    }
+    for (int i = 0; i < m->view.ncandidate; ++i) {
+        int v = m->candidate[i];
+        out->attached[v] = j->set[out->choice][v] != 0;
+        out->stiffness[v] = out->attached[v] ? m->def.foundation * m->area[i] : 0;
+    }
+    return OM_OK;
+}
+
+// Whether the twin at rest with the chosen set explains the scans.
+static OmStatus check(Job* j) {
+    const OmMatchDef* def = &j->match->def;
+    OmMatchEstimate* out = j->out;
+    out->before_median = j->before.median;
+    out->before_p90 = j->before.p90;
+    out->after_median = j->after.median;
+    out->after_p90 = j->after.p90;
+    if (out->after_median > def->max_residual)
+        return refuse(out,
+                      "the scan is %.1f mm from the updated twin (median), %.1f mm are allowed",
+                      1e3 * out->after_median, 1e3 * def->max_residual);
+    if (out->seen_share < def->min_seen)
+        return refuse(
+            out, "the scan shows %.0f %% of the surface over the candidates, %.0f %% are needed",
+            100 * out->seen_share, 100 * def->min_seen);
+    if (j->after.mean > CLOSER * j->before.mean)
+        return refuse(
+            out, "the updated twin is no closer to the scan (mean %.2f mm) than before (%.2f mm)",
+            1e3 * j->after.mean, 1e3 * j->before.mean);
+    if (!j->after.is_at_rest) return refuse(out, "the twin found no rest with the new attachments");
+    return OM_OK;
+}
+
+// ---- interface ------------------------------------------------------------------------------------------------
+
+static OmStatus run(Job* j, int nacq, const OmAcquisition* acq, const OmProgress* progress) {
+    OmMatchEstimate* out = j->out;
+    double begin = om_clock_now(), now = begin;
+    OmStatus status = check_motion(j->match, nacq, acq, out);
+    if (status != OM_OK) return status;
+    OM_TRY(create_job(j->match, nacq, acq, j));
+    OM_TRY(om__match_find_evidence(&j->evidence, progress));
+    out->seen_share = j->evidence.seen_share;
+    out->moved_share = j->evidence.moved_share;
+    out->fit_ms = 1e3 * (om_clock_now() - now);
+    now = om_clock_now();
+    OM_TRY(infer(j));
+    out->infer_ms = 1e3 * (om_clock_now() - now);
+    now = om_clock_now();
+    OM_TRY(try_sets(j, progress));
+    status = check(j);
+    out->check_ms = 1e3 * (om_clock_now() - now);
+    out->total_ms = 1e3 * (om_clock_now() - begin);
+    return status;
+}
+
+OmStatus om_match_update_with(OmMatch* m, int nacq, const OmAcquisition* acq,
+                              const OmMatchAdvice* advice, const OmProgress* progress,
+                              OmMatchEstimate* out) {
     memset(out, 0, sizeof *out);
     OM_CHECK(nacq > 0 && acq, OM_INVALID, "match: no acquisition");
-    for (int a = 0; a < nacq; ++a) OM_TRY(check_acquisition(m, &acq[a], a));
-    Job j = {0};
-    double t[4] = {om_clock_now()};
+    for (int a = 0; a < nacq; ++a) OM_TRY(om__match_check_acquisition(m, &acq[a], a));
+    OM_TRY(check_advice(m, advice));
+    Job j = {.match = m, .advice = advice, .out = out};
     OmStatus status = create_estimate(m, nacq, out);
-    if (status == OM_OK) status = check_motion(m, nacq, acq, out);
-    if (status == OM_OK) status = create_job(m, nacq, acq, out, &j);
-    if (status == OM_OK) status = fit_all(&j, progress);
-    t[1] = om_clock_now();
-    if (status == OM_OK) status = infer(&j);
-    t[2] = om_clock_now();
-    if (status == OM_OK) status = check(&j, progress);
-    t[3] = om_clock_now();
+    if (status == OM_OK) status = run(&j, nacq, acq, progress);
     job_done(&j);
     if (status < 0) {
         om_match_estimate_done(out);
         return status;
     }
     out->is_accepted = status == OM_OK;
-    out->fit_ms = 1e3 * (t[1] - t[0]);
-    out->infer_ms = 1e3 * (t[2] - t[1]);
-    out->check_ms = 1e3 * (t[3] - t[2]);
-    out->total_ms = 1e3 * (t[3] - t[0]);
     return OM_OK;
+}
+
+OmStatus om_match_update(OmMatch* m, int nacq, const OmAcquisition* acq, const OmProgress* progress,
+                         OmMatchEstimate* out) {
+    return om_match_update_with(m, nacq, acq, NULL, progress, out);
 }
 
 void om_match_estimate_done(OmMatchEstimate* e) {

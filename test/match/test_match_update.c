@@ -214,12 +214,130 @@ static void test_refusals(void** state) {
     end(&rig);
 }
 
+// The truth of the rig on the twin: x <= -5 mm of the underside.
+static void mark_true(const Rig* rig, unsigned char* attached) {
+    memset(attached, 0, (size_t)rig->twin.mesh.nvert);
+    for (int i = 0; i < rig->view->ncandidate; ++i) {
+        int v = rig->view->candidate[i];
+        attached[v] = rig->twin.mesh.x[3 * v] <= -0.005;
+    }
+}
+
+// Advice decides where the scans say little, its weight counts, and no advice changes nothing.
+static void test_advice(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    int nvert = rig.twin.mesh.nvert;
+    unsigned char* truth = malloc((size_t)nvert);
+    double* p = malloc((size_t)nvert * sizeof *p);
+    mark_true(&rig, truth);
+    for (int v = 0; v < nvert; ++v) p[v] = truth[v] ? 0.9 : 0.1;
+    OmMatchEstimate plain, none, right, wrong;
+    OmMatchAdvice advice = {.probability = p, .weight = 0};
+    double found;
+    assert_ok(om_match_update(rig.match, 1, rig.acq, NULL, &plain));
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &none));
+    for (int v = 0; v < nvert; ++v) {
+        assert_near(none.probability[v], plain.probability[v], 1e-12);
+        assert_int_equal(none.attached[v], plain.attached[v]);
+    }
+    assert_int_equal(none.choice, 0);
+    advice.weight = 1;
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &right));
+    double dice = score(&rig, &right, &found), before = score(&rig, &plain, &found);
+    printf("advice: dice %.3f, %.3f without, choice %d\n", dice, before, right.choice);
+    assert_true(right.is_accepted && dice > 0.95 && dice > before);
+    int nclear = 0;
+    for (int i = 0; i < rig.view->ncandidate; ++i) {
+        int v = rig.view->candidate[i];
+        assert_true(right.uncertainty[v] >= 0 && right.uncertainty[v] <= 1);
+        nclear += right.uncertainty[v] < plain.uncertainty[v];
+    }
+    assert_true(nclear > rig.view->ncandidate / 4);  // the advice lowers the uncertainty
+    // What the scans show as moved stays free although the advice has it attached.
+    for (int v = 0; v < nvert; ++v) p[v] = 0.9;
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &wrong));
+    int held = view_vertex(&rig, om_vec3(0.05, 0.05, 0));
+    assert_true(wrong.probability[held] < 0.25);
+    p[rig.view->candidate[3]] = 1.5;
+    OmMatchEstimate e;
+    assert_int_equal(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "probability of vertex"));
+    advice = (OmMatchAdvice){.weight = 2};
+    assert_int_equal(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e), OM_INVALID);
+    advice = (OmMatchAdvice){.nset = 1};
+    assert_int_equal(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e), OM_INVALID);
+    om_match_estimate_done(&plain);
+    om_match_estimate_done(&none);
+    om_match_estimate_done(&right);
+    om_match_estimate_done(&wrong);
+    free(truth);
+    free(p);
+    end(&rig);
+}
+
+// A set of the advice is taken if it brings the twin clearly nearer to the scan, and only then.
+static void test_sets(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    size_t nvert = (size_t)rig.twin.mesh.nvert;
+    unsigned char *truth = malloc(nvert), *all = malloc(nvert), *free_set = calloc(nvert, 1);
+    double *p = malloc(nvert * sizeof *p), *x = malloc(3 * nvert * sizeof *x);
+    mark_true(&rig, truth);
+    memset(all, 1, nvert);
+    // A belief that everything is free leads the inference astray; the set of the truth explains the scan.
+    for (size_t v = 0; v < nvert; ++v) p[v] = 0;
+    OmMatchAdvice advice = {.probability = p, .weight = 1, .nset = 2, .set = {free_set, truth}};
+    OmMatchEstimate e;
+    OmMatchTrial right, wrong, none;
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e));
+    printf("sets: choice %d, after %.2f mm: %s\n", e.choice, 1e3 * e.after_median, e.reason);
+    assert_true(e.is_accepted && e.choice != 0 && e.choice != 2);
+    om_match_estimate_done(&e);
+    for (size_t v = 0; v < nvert; ++v) p[v] = truth[v] ? 0.98 : 0.02;
+    advice.set[1] = all;
+    assert_ok(om_match_update_with(rig.match, 1, rig.acq, &advice, NULL, &e));
+    assert_int_equal(e.choice, 0);
+    assert_true(e.is_accepted);
+    // The trial of the truth is that of the estimate; others are farther.
+    memcpy(x, rig.x_twin[0], 3 * nvert * sizeof *x);
+    assert_ok(om_match_try(rig.match, 1, rig.acq, truth, x, &right));
+    assert_true(right.is_at_rest);
+    assert_near(right.median, e.after_median, 2e-4);  // the tolerance of a rest
+    double worst = 0;
+    for (size_t i = 0; i < 3 * nvert; ++i) worst = fmax(worst, fabs(x[i] - e.x[i]));
+    printf("trial: %.2f mm from the estimate's twin\n", 1e3 * worst);
+    assert_true(worst < 2e-3);  // one Dice of 0.98 apart
+    OmStatus status = om_match_try(rig.match, 1, rig.acq, all, x, &wrong);
+    assert_true(status == OM_OK || status == OM_NOT_CONVERGED);
+    memcpy(x, rig.x_twin[0], 3 * nvert * sizeof *x);
+    status = om_match_try(rig.match, 1, rig.acq, free_set, x, &none);
+    assert_true(status == OM_OK || status == OM_NOT_CONVERGED);
+    printf("mean distance: true %.2f, all %.2f, none %.2f mm\n", 1e3 * right.mean, 1e3 * wrong.mean,
+           1e3 * none.mean);
+    assert_true(right.mean < 0.7 * wrong.mean && right.mean < 0.7 * none.mean);
+    assert_true(right.median <= right.p90 && right.mean <= 0.005);
+    assert_int_equal(om_match_try(rig.match, 0, NULL, truth, x, &none), OM_INVALID);
+    om_match_estimate_done(&e);
+    free(truth);
+    free(all);
+    free(free_set);
+    free(p);
+    free(x);
+    end(&rig);
+}
+
 static OmStatus update(void* ctx) {
     Rig* rig = ctx;
     OmMatchEstimate e;
-    OM_TRY(om_match_update(rig->match, 1, rig->acq, NULL, &e));
+    double* p = calloc((size_t)rig->twin.mesh.nvert, sizeof *p);
+    OmMatchAdvice advice = {.probability = p, .weight = 0.5};
+    OmStatus status = om_match_update_with(rig->match, 1, rig->acq, &advice, NULL, &e);
+    free(p);
     om_match_estimate_done(&e);
-    return OM_OK;
+    return status;
 }
 
 static void test_memory(void** state) {
@@ -253,8 +371,9 @@ static void test_workers(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_half), cmocka_unit_test(test_refusals),
-                                       cmocka_unit_test(test_memory),
-                                       cmocka_unit_test(test_workers)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_half),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_advice), cmocka_unit_test(test_sets),
+        cmocka_unit_test(test_memory), cmocka_unit_test(test_workers)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
