@@ -5,6 +5,7 @@
 #ifndef OMENTUM_OMENTUM_H
 #define OMENTUM_OMENTUM_H
 
+#include "omentum/banet_data.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "omentum/base.h"
