@@ -1,0 +1,83 @@
+// study_kidney.h: fat over the left kidney, before and after dissection (thesis 4.3.2 and 4.5).
+//
+// The sheet of fat is built from a segmented CT and wraps the lateral half of the kidney. State 1 is the tissue as
+// found; states 2 and 3 follow two stages of dissection, so their attachments are subsets. The tissue is grasped at A,
+// B, C or D and lifted by 10 to 50 mm. Geometry, attachments, grasps, laws and seeds were committed before any method
+// was measured on them.
+#ifndef OMENTUM_STUDY_KIDNEY_INTERNAL_H
+#define OMENTUM_STUDY_KIDNEY_INTERNAL_H
+
+#include "omentum/match.h"
+#include "omentum/match_scan_picture.h"
+#include "omentum/world.h"
+
+#define KIDNEY_NGRASP 4    // A to D
+#define KIDNEY_NSTATE 3    // 1 to 3
+#define KIDNEY_NLEVEL 5    // lifts of 10 to 50 mm
+#define KIDNEY_STEP 0.010  // m, between levels
+#define KIDNEY_SAMPLE_SEED 4005
+#define KIDNEY_NOISE_SEED 4106  // of run 0; the next runs follow
+
+// Where the jaw closes, x and y of the task frame, m.
+extern const double om__kidney_grasp[KIDNEY_NGRASP][2];
+
+// Is a point of the underside attached in this state (0 to KIDNEY_NSTATE - 1)? Task frame, m.
+bool om__kidney_is_attached(int state, OmVec3 p_task);
+// The scene of twin and truth: `is_quick`: coarser meshes.
+// @return OM_OK; OM_UNAVAILABLE (there is no such file); OM_INVALID (a path that is too long)
+OmStatus om__kidney_make_scene(const char* volume, bool is_quick, OmScene* scene);
+// The same with the mechanics of the truth: another law, another stiffness.
+void om__kidney_set_truth(OmScene* scene);
+// A site with the attachments of a state; state below 0: none.
+OmStatus om__kidney_build_site(const OmScene* scene, OmSiteRole role, int state, OmSite* site);
+
+// ---- the truth ----------------------------------------------------------------------------------------
+
+typedef enum KidneyMoment {  // of a lift, kept as a snapshot of the world
+    KIDNEY_REST,             // before the jaw comes near
+    KIDNEY_CLOSED,           // the jaw has closed
+    KIDNEY_LIFTED,           // level k: KIDNEY_LIFTED + k
+    KIDNEY_NMOMENT = KIDNEY_LIFTED + KIDNEY_NLEVEL
+} KidneyMoment;
+
+typedef struct KidneyLift {       // of one grasp in one state
+    int nlevel;                   // levels that were reached
+    char reason[80];              // why not all of them; "" if all
+    double force[KIDNEY_NLEVEL];  // N, pull of the tool at each level
+    int nbad;                     // steps of the world that did not converge
+} KidneyLift;
+
+// The world of one state and its lifts. om__kidney_truth_close frees; zero-initialise.
+typedef struct KidneyTruth {
+    OmScene scene;
+    OmSite site;  // of the world
+    int state;
+    bool is_quick;
+    OmWorld* world;
+    OmSurface surface;  // boundary of its mesh, at the last shown moment
+    int* vert;          // mesh vertex of each vertex of the surface
+    size_t size;        // of a snapshot, bytes
+    KidneyLift lift[KIDNEY_NGRASP];
+    // of each lift: KidneyLift, then the snapshots; null: not there yet
+    unsigned char* file[KIDNEY_NGRASP];
+} KidneyTruth;
+
+OmStatus om__kidney_truth_open(const OmScene* scene, bool is_quick, int state, int nworker,
+                               KidneyTruth* truth);
+void om__kidney_truth_close(KidneyTruth* truth);
+// Lift at a grasp, or read the result from a file of `dir` if it has one of this setup.
+OmStatus om__kidney_truth_lift(KidneyTruth* truth, const char* dir, int grasp, bool* is_new);
+// Show a moment of a lift that is there.
+OmStatus om__kidney_truth_show(KidneyTruth* truth, int grasp, KidneyMoment moment);
+// What the robot sees at a moment in a run: scan of the tissue and the tool that holds it (none at rest), both with
+// the run's noise and error of calibration. `twin` is the robot's own site. om_scan_done frees the scan.
+OmStatus om__kidney_truth_look(KidneyTruth* truth, int grasp, KidneyMoment moment, int run,
+                               const OmSite* twin, OmAcquisition* acquisition);
+// The material point, in the rest shape, of each of n points near the shown surface: the nearest point of the
+// triangles that face the camera.
+OmStatus om__kidney_truth_find_material(const KidneyTruth* truth, OmVec3 eye, int n,
+                                        const double* x, double* rest);
+// Positions at the shown moment of n points of the rest shape.
+OmStatus om__kidney_truth_carry(const KidneyTruth* truth, int n, const double* rest, double* x);
+
+#endif

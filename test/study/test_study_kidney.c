@@ -1,0 +1,179 @@
+// test_study_kidney.c: fat over the kidney: its shape, attachments before and after dissection, a lift and its views.
+#include "study/study_kidney.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "omentum/body.h"
+#include "test_files.h"
+
+static char dir[] = "/tmp/om_kidney_XXXXXX";
+static OmScene scene;
+static OmSite twin;
+
+static void make_scene(void) {
+    if (twin.mesh.nvert) return;
+    assert_ok(om__kidney_make_scene(test_data("ct_abdomen/labels.nii.gz"), true, &scene));
+    assert_ok(om__kidney_build_site(&scene, OM_SITE_TWIN, -1, &twin));
+}
+
+static void test_without_data(void** unused) {
+    (void)unused;
+    OmScene s;
+    assert_status(om__kidney_make_scene("/no/such/file.nii.gz", true, &s), OM_UNAVAILABLE);
+    assert_non_null(strstr(om_error_message(), "/no/such/file.nii.gz"));
+}
+
+// Each stage of dissection frees a part of what was attached, and no more.
+static void test_stages(void** unused) {
+    (void)unused;
+    int count[KIDNEY_NSTATE] = {0};
+    for (int i = -45; i <= 45; ++i) {
+        for (int j = -45; j <= 45; ++j) {
+            OmVec3 p = om_vec3(1e-3 * i, 1e-3 * j, 0.01);
+            for (int s = 0; s < KIDNEY_NSTATE; ++s) {
+                bool is_in = om__kidney_is_attached(s, p);
+                count[s] += is_in;
+                if (s > 0 && is_in) assert_true(om__kidney_is_attached(s - 1, p));
+            }
+        }
+    }
+    assert_near(count[0], OM_PI * 17 * 23, 20);  // mm^2, the ellipse
+    for (int s = 1; s < KIDNEY_NSTATE; ++s) {
+        assert_true(count[s] < 0.8 * count[s - 1]);
+        assert_true(count[s] > 0.4 * count[s - 1]);
+    }
+    for (int g = 0; g < KIDNEY_NGRASP; ++g) {  // the jaw closes beside what is attached
+        const double* at = om__kidney_grasp[g];
+        for (int k = 0; k < 16; ++k) {
+            double a = k * OM_PI / 8;
+            OmVec3 p = om_vec3(at[0] + 0.006 * cos(a), at[1] + 0.006 * sin(a), 0);
+            assert_false(om__kidney_is_attached(0, p));
+        }
+    }
+}
+
+static int compare(const void* a, const void* b) {
+    double x = *(const double*)a, y = *(const double*)b;
+    return (x > y) - (x < y);
+}
+
+static void test_shape(void** unused) {
+    (void)unused;
+    make_scene();
+    const char* const name[] = {"underside", "top"};
+    double median[2];
+    for (int k = 0; k < 2; ++k) {
+        const OmMeshSet* set = om_tet_mesh_find_set(&twin.mesh, name[k]);
+        double* d = calloc((size_t)set->nvert, sizeof *d);
+        for (int i = 0; i < set->nvert; ++i)
+            d[i] = om_sdf_eval(&twin.organ_sdf, om_load3(twin.mesh.x, set->vert[i]), NULL);
+        qsort(d, (size_t)set->nvert, sizeof *d, compare);
+        median[k] = d[set->nvert / 2];
+        assert_true(d[0] > -0.001);  // outside of the kidney, by what its field resolves
+        free(d);
+    }
+    assert_near(median[0], 0, 0.001);
+    assert_near(median[1], 0.010, 0.001);
+    assert_int_equal(om_tet_mesh_find_set(&twin.mesh, "attachment")->nvert, 0);
+}
+
+// The truth has more vertices, another law, and the attachments of its state.
+static void test_sites(void** unused) {
+    (void)unused;
+    make_scene();
+    OmScene truth = scene;
+    om__kidney_set_truth(&truth);
+    assert_true(truth.tissue.law != scene.tissue.law);
+    int last = 0;
+    for (int s = 0; s < KIDNEY_NSTATE; ++s) {
+        OmSite site;
+        assert_ok(om__kidney_build_site(&truth, OM_SITE_WORLD, s, &site));
+        assert_true(site.mesh.nvert >= 2 * twin.mesh.nvert);
+        double share = om_tet_mesh_find_set(&site.mesh, "attachment")->nvert /
+                       (double)om_tet_mesh_find_set(&site.mesh, "underside")->nvert;
+        int nheld = om_tet_mesh_find_set(&site.mesh, "attachment")->nvert;
+        printf("state %d: %.0f %% of the underside\n", s + 1, 100 * share);
+        assert_true(share > 0.05 && share < 0.5);
+        if (s > 0) assert_true(nheld < last);
+        last = nheld;
+        om_site_done(&site);
+    }
+}
+
+static double distance_to_cloud(const OmScan* scan, OmVec3 p) {
+    double best = HUGE_VAL;
+    for (int i = 0; i < scan->npoint; ++i) best = fmin(best, om_distance(om_load3(scan->x, i), p));
+    return best;
+}
+
+static void test_lift(void** unused) {
+    (void)unused;
+    make_scene();
+    KidneyTruth t;
+    OmAcquisition rest, low, again, other;
+    bool is_new;
+    const int g = 2, top = KIDNEY_LIFTED + 1;
+    assert_ok(om__kidney_truth_open(&scene, true, 1, 1, &t));
+    assert_ok(om__kidney_truth_lift(&t, dir, g, &is_new));
+    assert_true(is_new);
+    assert_true(t.lift[g].nlevel >= 2);
+    assert_int_equal(t.lift[g].nbad, 0);
+    assert_true(t.lift[g].force[1] > t.lift[g].force[0]);
+    assert_ok(om__kidney_truth_look(&t, g, KIDNEY_REST, 0, &twin, &rest));
+    assert_int_equal(rest.ngrasp, 0);
+    assert_true(rest.scan.npoint > 100);
+    assert_ok(om__kidney_truth_look(&t, g, top, 0, &twin, &low));
+    const OmMatchGrasp* held = &low.grasp[0];
+    double way = om_distance(held->pose_world_now.p, held->pose_world_grasp.p);
+    assert_near(way, 2 * KIDNEY_STEP, 1e-4);  // noise of one run has the same offset
+    assert_below(distance_to_cloud(&low.scan, held->pose_world_now.p), 0.01);
+    // Material points: carried on, they are the points of the scan again.
+    int n = low.scan.npoint;
+    double* point = calloc(6 * (size_t)n, sizeof *point);
+    assert_ok(om__kidney_truth_find_material(&t, low.scan.camera.pose_world_camera.p, n, low.scan.x,
+                                             point));
+    assert_ok(om__kidney_truth_carry(&t, n, point, point + 3 * n));
+    double far = 0;
+    for (int i = 0; i < n; ++i)
+        far += om_distance(om_load3(point + 3 * n, i), om_load3(low.scan.x, i)) / n;
+    printf("%d points, %.2f mm from the truth\n", n, 1e3 * far);
+    assert_below(far, 0.003);  // calibration and noise
+    assert_true(far > 1e-4);
+    free(point);
+    // From the file: the same bytes; another run: another noise.
+    om__kidney_truth_close(&t);
+    assert_ok(om__kidney_truth_open(&scene, true, 1, 2, &t));
+    assert_ok(om__kidney_truth_lift(&t, dir, g, &is_new));
+    assert_false(is_new);
+    assert_ok(om__kidney_truth_look(&t, g, top, 0, &twin, &again));
+    assert_int_equal(again.scan.npoint, n);
+    assert_memory_equal(again.scan.x, low.scan.x, 3 * (size_t)n * sizeof(double));
+    assert_ok(om__kidney_truth_look(&t, g, top, 1, &twin, &other));
+    assert_true(om_distance(other.scan.camera.pose_world_camera.p,
+                            low.scan.camera.pose_world_camera.p) > 1e-5);
+    assert_status(om__kidney_truth_show(&t, 0, KIDNEY_LIFTED), OM_INVALID);
+    om_scan_done(&rest.scan);
+    om_scan_done(&low.scan);
+    om_scan_done(&again.scan);
+    om_scan_done(&other.scan);
+    om__kidney_truth_close(&t);
+}
+
+static int leave(void** unused) {
+    (void)unused;
+    om_site_done(&twin);
+    om_path_remove(dir);
+    return 0;
+}
+
+int main(void) {
+    if (!mkdtemp(dir)) return 1;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_without_data), cmocka_unit_test(test_stages),
+        cmocka_unit_test(test_shape),        cmocka_unit_test(test_sites),
+        cmocka_unit_test(test_lift),
+    };
+    return cmocka_run_group_tests(tests, NULL, leave);
+}
