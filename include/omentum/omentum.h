@@ -8,6 +8,7 @@
 #include "omentum/banet_data.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
+#include "omentum/banet_view.h"
 #include "omentum/base.h"
 #include "omentum/base_job.h"
 #include "omentum/body.h"
