@@ -6,6 +6,7 @@
 #define OMENTUM_OMENTUM_H
 
 #include "omentum/banet_data.h"
+#include "omentum/banet_fuse.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
 #include "omentum/banet_view.h"
