@@ -9,6 +9,7 @@
 #include "omentum/banet_fuse.h"
 #include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
+#include "omentum/banet_update.h"
 #include "omentum/banet_view.h"
 #include "omentum/base.h"
 #include "omentum/base_job.h"

@@ -1,0 +1,273 @@
+// test_banet_update.c: network and physics together, with networks whose answers are known.
+#include "test_common.h"
+
+#include "match/match_lift.h"
+#include "omentum/banet_update.h"
+#include "test_alloc.h"
+
+typedef struct Fake {  // a network that says `in` where x is at most -5 mm, and `out` elsewhere
+    const Rig* rig;
+    double in, out;
+    bool fails;
+    int ncall;
+    double most_u, most_seen, underside_seen, top_seen;  // of the last call
+} Fake;
+
+static OmStatus answer(void* ctx, const OmSurface* surface, const double* u, const double* seen,
+                       double* probability) {
+    Fake* f = ctx;
+    f->most_u = f->most_seen = f->underside_seen = f->top_seen = 0;
+    int nunder = 0, ntop = 0;
+    for (int i = 0; i < surface->nvert; ++i) {
+        OmVec3 p = om_load3(surface->x, i);
+        probability[i] = p.x <= -0.005 ? f->in : f->out;
+        if (seen[i] > 0) f->most_u = fmax(f->most_u, om_norm(om_load3(u, i)));
+        f->most_seen = fmax(f->most_seen, seen[i]);
+        bool is_under = p.z < 1e-6;
+        f->underside_seen += is_under ? seen[i] : 0;
+        f->top_seen += is_under ? 0 : seen[i];
+        nunder += is_under;
+        ntop += !is_under;
+    }
+    f->underside_seen /= nunder;
+    f->top_seen /= ntop;
+    ++f->ncall;
+    return f->fails ? om_error(OM_IO, "the network is away") : OM_OK;
+}
+
+static OmBanetUpdater* create(Rig* rig, Fake* fake) {
+    OmBanetUpdateDef def = om_banet_update_default_def(rig->match);
+    OmBanetUpdater* updater;
+    fake->rig = rig;
+    def.estimate = answer;
+    def.estimate_ctx = fake;
+    assert_ok(om_banet_updater_create(&def, &updater));
+    return updater;
+}
+
+// A network that is right makes one view as good as the truth; the network sees what moved and what the camera shows.
+static void test_right(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    Fake fake = {.in = 0.9, .out = 0.1};
+    OmBanetUpdater* updater = create(&rig, &fake);
+    OmMatchEstimate plain, e;
+    OmBanetAdvice advice;
+    double found;
+    assert_ok(om_match_update(rig.match, 1, rig.acq, NULL, &plain));
+    assert_ok(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice));
+    double before = score(&rig, &plain, &found), after = score(&rig, &e, &found);
+    printf("dice %.2f, %.2f by physics; %.1f + %.1f of %.1f ms\n", after, before, advice.pairs_ms,
+           advice.network_ms, advice.total_ms);
+    assert_true(e.is_accepted && after > 0.9 && after > before);
+    assert_int_equal(fake.ncall, 1);
+    assert_int_equal(advice.nused, 1);
+    assert_string_equal(advice.reason, "");
+    assert_true(fake.most_u > 0.025 && fake.most_u < 0.035);  // lifted by 30 mm
+    assert_true(fake.most_seen <= 1 && fake.top_seen > 0.5 && fake.underside_seen < 0.1);
+    for (int v = 0; v < e.nvert; ++v) {
+        double want = rig.twin.mesh.x[3 * v] <= -0.005 ? 0.9 : 0.1;
+        assert_near(advice.view[v], rig.view->surface_of[v] < 0 ? 0 : want, 1e-12);
+    }
+    // What the network says and the scans show differs from no information for every candidate.
+    for (int i = 0; i < rig.view->ncandidate; ++i)
+        assert_true(e.uncertainty[rig.view->candidate[i]] < 0.9);
+    om_banet_advice_done(&advice);
+    om_match_estimate_done(&plain);
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    end(&rig);
+}
+
+// A network that is wrong everywhere: scans decide where they show motion, and nothing is accepted that is farther.
+static void test_wrong(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    Fake fake = {.in = 0.02, .out = 0.98};
+    OmBanetUpdater* updater = create(&rig, &fake);
+    OmMatchEstimate e;
+    double found;
+    assert_ok(om_banet_update(updater, 1, rig.acq, NULL, &e, NULL));
+    double dice = score(&rig, &e, &found);
+    printf("wrong: dice %.2f, choice %d, %.2f/%.2f -> %.2f/%.2f mm: %s\n", dice, e.choice,
+           1e3 * e.before_median, 1e3 * e.before_p90, 1e3 * e.after_median, 1e3 * e.after_p90,
+           e.reason);
+    assert_true(!e.is_accepted || e.after_p90 < e.before_p90);
+    for (int i = 0; i < rig.view->ncandidate; ++i) {
+        int v = rig.view->candidate[i];
+        bool is_lifted = e.x[3 * v + 2] - rig.twin.mesh.x[3 * v + 2] > 0.01;
+        if (e.is_accepted && is_lifted) assert_false(e.attached[v]);
+    }
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    end(&rig);
+}
+
+static void assert_same(const OmMatchEstimate* a, const OmMatchEstimate* b) {
+    assert_memory_equal(a->probability, b->probability, (size_t)a->nvert * sizeof *a->probability);
+    assert_memory_equal(a->attached, b->attached, (size_t)a->nvert);
+    assert_int_equal(a->is_accepted, b->is_accepted);
+}
+
+// Without a network, and where no correspondence is found, the estimate is that of physics.
+static void test_alone(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    OmMatchEstimate plain, e;
+    OmBanetAdvice advice;
+    OmBanetUpdateDef def = om_banet_update_default_def(rig.match);
+    OmBanetUpdater* updater;
+    assert_ok(om_match_update(rig.match, 1, rig.acq, NULL, &plain));
+    assert_ok(om_banet_updater_create(&def, &updater));
+    assert_ok(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice));
+    assert_same(&plain, &e);
+    assert_int_equal(advice.nused, 0);
+    om_match_estimate_done(&e);
+    om_match_estimate_done(&plain);
+    om_banet_updater_destroy(updater);
+    // The scan turned about the sheet's middle belongs to another pull.
+    Fake fake = {.in = 0.9, .out = 0.1};
+    updater = create(&rig, &fake);
+    OmAcquisition a = rig.acq[0];
+    for (int i = 0; i < a.scan.npoint; ++i) a.scan.x[3 * i + 2] += 0.05;
+    assert_ok(om_match_update(rig.match, 1, &a, NULL, &plain));
+    assert_ok(om_banet_update(updater, 1, &a, NULL, &e, &advice));
+    printf("lost: %s\n", advice.reason);
+    assert_non_null(strstr(advice.reason, "acquisition 0"));
+    assert_int_equal(advice.nused, 0);
+    assert_int_equal(fake.ncall, 0);
+    assert_same(&plain, &e);
+    om_banet_advice_done(&advice);
+    om_match_estimate_done(&e);
+    om_match_estimate_done(&plain);
+    om_banet_updater_destroy(updater);
+    end(&rig);
+}
+
+// Two grasps add up, two looks at one grasp do not; the twin is found where the acquisition has none.
+static void test_views(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    Fake fake = {.in = 0.8, .out = 0.1};
+    OmBanetUpdater* updater = create(&rig, &fake);
+    OmMatchEstimate e;
+    OmBanetAdvice two, same;
+    assert_ok(om_banet_update(updater, 2, rig.acq, NULL, &e, &two));
+    assert_true(e.is_accepted);
+    om_match_estimate_done(&e);
+    OmAcquisition again[2] = {rig.acq[0], rig.acq[0]};
+    again[1].time = 1;
+    assert_ok(om_banet_update(updater, 2, again, NULL, &e, &same));
+    om_match_estimate_done(&e);
+    assert_int_equal(two.nused, 2);
+    assert_int_equal(same.nused, 2);
+    double base = om_banet_fuse_default_def().base;
+    int nfar = 0;
+    for (int i = 0; i < rig.view->ncandidate; ++i) {
+        int v = rig.view->candidate[i];
+        double p = two.view[v], odds = p / (1 - p), start = base / (1 - base);
+        double most = start * pow(odds / start, 2);  // both views show the place
+        double ratio = log(two.probability[v] / (1 - two.probability[v]) / start);
+        assert_true(ratio * log(odds / start) > 0 && fabs(ratio) <= fabs(log(most / start)));
+        double one = log(same.probability[v] / (1 - same.probability[v]) / start);
+        assert_true(fabs(one) <= fabs(log(odds / start)) + 1e-9);
+        nfar += fabs(ratio) > 1.5 * fabs(one);
+    }
+    assert_true(nfar > rig.view->ncandidate / 2);
+    om_banet_advice_done(&two);
+    om_banet_advice_done(&same);
+    OmAcquisition bare = rig.acq[0];
+    bare.x_twin = NULL;
+    unsigned char* none = calloc((size_t)rig.twin.mesh.nvert, 1);
+    om_banet_updater_set_attached(updater, none);
+    free(none);
+    assert_ok(om_banet_update(updater, 1, &bare, NULL, &e, &two));
+    printf("without the twin: %s%s\n", e.reason, two.reason);
+    assert_true(e.is_accepted);
+    om_banet_advice_done(&two);
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    end(&rig);
+}
+
+static void test_invalid(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    const OmBanetUpdateDef good = om_banet_update_default_def(rig.match);
+    OmBanetUpdateDef bad[7] = {{.match = rig.match}, good, good, good, good, good, good};
+    bad[1].match = NULL;
+    bad[2].threshold = 1;
+    bad[3].weight = -0.1;
+    bad[4].reach = 0;
+    bad[5].ntry = 9;
+    bad[6].fuse.base = 2;
+    OmBanetUpdater* updater;
+    for (int k = 0; k < 7; ++k) {
+        assert_int_equal(om_banet_updater_create(&bad[k], &updater), OM_INVALID);
+        assert_null(updater);
+    }
+    Fake fake = {.in = 0.9, .fails = true};
+    OmMatchEstimate e;
+    OmBanetAdvice advice;
+    updater = create(&rig, &fake);
+    assert_int_equal(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice), OM_IO);
+    assert_null(e.x);
+    assert_null(advice.view);
+    fake = (Fake){.rig = &rig, .in = 1.5};
+    assert_int_equal(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "1.5"));
+    assert_int_equal(om_banet_update(updater, 0, NULL, NULL, &e, NULL), OM_INVALID);
+    OmAcquisition still = rig.acq[0];  // refused for its own reason
+    still.grasp[0].pose_world_now = still.grasp[0].pose_world_grasp;
+    fake.in = 0.9;
+    assert_ok(om_banet_update(updater, 1, &still, NULL, &e, NULL));
+    assert_false(e.is_accepted);
+    assert_non_null(strstr(e.reason, "moved by 0.0 mm only"));
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    om_banet_updater_destroy(NULL);
+    om_banet_advice_done(NULL);
+    end(&rig);
+}
+
+typedef struct Memory {
+    Rig rig;
+    Fake fake;
+} Memory;
+
+static OmStatus update(void* ctx) {
+    Memory* m = ctx;
+    OmBanetUpdateDef def = om_banet_update_default_def(m->rig.match);
+    OmBanetUpdater* updater;
+    OmMatchEstimate e;
+    OmBanetAdvice advice;
+    def.estimate = answer;
+    def.estimate_ctx = &m->fake;
+    OM_TRY(om_banet_updater_create(&def, &updater));
+    OmStatus status = om_banet_update(updater, 1, m->rig.acq, NULL, &e, &advice);
+    om_banet_advice_done(&advice);
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    return status;
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    Memory m = {.fake = {.in = 0.9, .out = 0.1}};
+    begin(&m.rig);
+    test_failing_allocations(update, &m, 7);
+    end(&m.rig);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_right),   cmocka_unit_test(test_wrong),
+        cmocka_unit_test(test_alone),   cmocka_unit_test(test_views),
+        cmocka_unit_test(test_invalid), cmocka_unit_test(test_memory)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
