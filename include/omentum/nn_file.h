@@ -46,6 +46,23 @@ OM_API OmStatus om_net_describe(const OmNet* net, OmText* text);
 OM_API OmStatus om_net_save_onnx(const OmNet* net, const float* param, const OmTextPair* meta,
                                  int nmeta, const char* path);
 
+// ---- what a file says of itself ---------------------------------------------------------------------
+
+#define OM_FACTS_MAX 24
+
+typedef struct
+    OmFacts {  // lines of metadata with strings of their own; zero-initialise, om_facts_done frees
+    int n;
+    OmTextPair pair[OM_FACTS_MAX];
+} OmFacts;
+/// Add a line.
+/// @return OM_OK; OM_INVALID (OM_FACTS_MAX lines are there); OM_NO_MEMORY
+OM_API OmStatus om_facts_add(OmFacts* facts, const char* key, const char* format, ...)
+    OM_PRINTF(3, 4);
+/// The value of a key, or null.
+OM_API const char* om_facts_find(const OmFacts* facts, const char* key);
+OM_API void om_facts_done(OmFacts* facts);
+
 // ---- any safetensors file ---------------------------------------------------------------------------
 
 #define OM_TENSOR_MAX_RANK 8
@@ -103,6 +120,16 @@ OM_API void om_tensor_file_destroy(OmTensorFile* file);
 OM_API int om_tensor_file_count(const OmTensorFile* file);
 /// Tensor i in the order of the data; valid until the file is destroyed.
 OM_API const OmTensor* om_tensor_file_get(const OmTensorFile* file, int i);
+/// Sum of hashes of names and values, which does not depend on the order of the tensors. F32 and F64 only.
+OM_API uint64_t om_tensor_checksum(const OmTensor* tensor, int ntensor);
+/// Compare the line "checksum" of the metadata, om_tensor_checksum in 16 hexadecimal digits, with the tensors; a file
+/// without this line passes.
+/// @return OM_OK; OM_INVALID (damaged, or tensors of other types)
+OM_API OmStatus om_tensor_file_check(const OmTensorFile* file, const char* path);
+/// Read a whole number from lo to hi out of the metadata.
+/// @return OM_OK; OM_INVALID (no such line, no number, outside)
+OM_API OmStatus om_tensor_file_setting(const OmTensorFile* file, const char* path, const char* key,
+                                       int lo, int hi, int* value);
 /// Its number, or -1.
 OM_API int om_tensor_file_find(const OmTensorFile* file, const char* name);
 /// The text of a metadata key, or null; valid until the file is destroyed.

@@ -9,8 +9,6 @@
 //                                       forces; imbalance of samples under the law of the refinement
 // All other fields of the grid are computed from these tensors. Inconsistent files are refused.
 #include <math.h>
-#include <stdarg.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "umesh/umesh_internal.h"
@@ -104,10 +102,7 @@ void om_umesh_net_destroy(OmUmeshNet* n) {
     om_free(n->param);
     om_free(n->region.way);
     om_free(n->region.inward);
-    for (int i = 0; i < n->nfact; ++i) {
-        om_free((void*)(uintptr_t)n->fact[i].key);
-        om_free((void*)(uintptr_t)n->fact[i].value);
-    }
+    om_facts_done(&n->facts);
     om_free(n);
 }
 
@@ -119,33 +114,7 @@ const OmNet* om_umesh_net_layers(const OmUmeshNet* n, const float** param) {
 }
 
 const char* om_umesh_net_fact(const OmUmeshNet* n, const char* key) {
-    for (int i = 0; i < n->nfact; ++i)
-        if (strcmp(n->fact[i].key, key) == 0) return n->fact[i].value;
-    return NULL;
-}
-
-static char* copy_text(const char* text) {
-    size_t size = strlen(text) + 1;
-    char* copy = om_alloc(size, 1);
-    if (copy) memcpy(copy, text, size);
-    return copy;
-}
-
-OmStatus om__umesh_net_add_fact(OmUmeshNet* n, const char* key, const char* format, ...) {
-    char value[1024];
-    va_list arg;
-    va_start(arg, format);
-    vsnprintf(value, sizeof value, format, arg);
-    va_end(arg);
-    OM_CHECK(n->nfact < UMESH_NFACT, OM_INVALID, "umesh: more than %d facts", UMESH_NFACT);
-    char *k = copy_text(key), *v = copy_text(value);
-    if (!k || !v) {
-        om_free(k);
-        om_free(v);
-        return OM_NO_MEMORY;
-    }
-    n->fact[n->nfact++] = (OmTextPair){k, v};
-    return OM_OK;
+    return om_facts_find(&n->facts, key);
 }
 
 // ---- save -------------------------------------------------------------------------------------------
@@ -193,18 +162,11 @@ static int list_tensors(const OmUmeshNet* n, const Own* own, OmTensor* t) {
     return num;
 }
 
-// Hash of names and values, independent of their order in the file.
-static uint64_t add_to_checksum(uint64_t sum, const OmTensor* t) {
-    size_t size = t->type == OM_TENSOR_F64 ? sizeof(double) : sizeof(float);
-    uint64_t hash = om_hash(t->name, strlen(t->name), OM_HASH_SEED);
-    return sum + om_hash(t->data, (size_t)om_tensor_count(t) * size, hash);
-}
-
 OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
     Own own;
     OmText layers = {0};
     OmTensor tensor[MAX_TENSOR];
-    OmTextPair meta[UMESH_NFACT + 7];
+    OmTextPair meta[OM_FACTS_MAX + 7];
     char base[16], levels[16], hash[24], sum[24];
     int nmeta = 0;
     OM_CHECK(om_net_parameter_count(n->net) + NOWN <= MAX_TENSOR, OM_INVALID,
@@ -222,11 +184,10 @@ OmStatus om__umesh_net_save(const OmUmeshNet* n, const char* path) {
         meta[nmeta++] = (OmTextPair){"architecture", layers.str};
         meta[nmeta++] = (OmTextPair){"units", "m"};
         int ntensor = list_tensors(n, &own, tensor);
-        uint64_t checksum = 0;
-        for (int i = 0; i < ntensor; ++i) checksum = add_to_checksum(checksum, &tensor[i]);
-        snprintf(sum, sizeof sum, "%016llx", (unsigned long long)checksum);
+        snprintf(sum, sizeof sum, "%016llx",
+                 (unsigned long long)om_tensor_checksum(tensor, ntensor));
         meta[nmeta++] = (OmTextPair){"checksum", sum};
-        for (int i = 0; i < n->nfact; ++i) meta[nmeta++] = n->fact[i];
+        for (int i = 0; i < n->facts.n; ++i) meta[nmeta++] = n->facts.pair[i];
         status = om_tensor_file_save(tensor, ntensor, meta, nmeta, path);
     }
     om_text_done(&layers);
@@ -240,10 +201,10 @@ OmStatus om_umesh_net_save_onnx(const OmUmeshNet* n, const char* path) {
     snprintf(scale, sizeof scale, "%.17g", n->scale);
     snprintf(correction, sizeof correction, "%.17g", n->correction);
     snprintf(second, sizeof second, "%.17g", n->second);
-    OmTextPair meta[UMESH_NFACT + 3] = {
+    OmTextPair meta[OM_FACTS_MAX + 3] = {
         {"scale_m", scale}, {"correction", correction}, {"second", second}};
-    memcpy(meta + 3, n->fact, (size_t)n->nfact * sizeof *meta);
-    return om_net_save_onnx(n->net, n->param, meta, n->nfact + 3, path);
+    memcpy(meta + 3, n->facts.pair, (size_t)n->facts.n * sizeof *meta);
+    return om_net_save_onnx(n->net, n->param, meta, n->facts.n + 3, path);
 }
 
 static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
@@ -261,9 +222,9 @@ static OmStatus copy_net(const OmUmeshNet* n, OmUmeshNet** out) {
     c->correction = n->correction;
     c->second = n->second;
     c->balance = n->balance;
-    for (int i = 0; i < n->nfact; ++i)
-        if (strncmp(n->fact[i].key, "test_", 5) != 0)
-            OM_TRY(om__umesh_net_add_fact(c, n->fact[i].key, "%s", n->fact[i].value));
+    for (int i = 0; i < n->facts.n; ++i)
+        if (strncmp(n->facts.pair[i].key, "test_", 5) != 0)
+            OM_TRY(om_facts_add(&c->facts, n->facts.pair[i].key, "%s", n->facts.pair[i].value));
     return OM_OK;
 }
 
@@ -272,12 +233,12 @@ OmStatus om_umesh_record_test(const OmUmeshNet* n, const OmUmeshData* test, cons
     OmUmeshNet* copy = NULL;
     OmStatus status;
     OM_TRY_DONE(copy_net(n, &copy));
-    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_seed", "%llu", (unsigned long long)test->seed));
-    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_samples", "%d", eval->n));
-    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_error_mm", "%.5f", 1e3 * eval->mean));
-    OM_TRY_DONE(om__umesh_net_add_fact(copy, "test_worst_mm", "%.5f", 1e3 * eval->worst));
+    OM_TRY_DONE(om_facts_add(&copy->facts, "test_seed", "%llu", (unsigned long long)test->seed));
+    OM_TRY_DONE(om_facts_add(&copy->facts, "test_samples", "%d", eval->n));
+    OM_TRY_DONE(om_facts_add(&copy->facts, "test_error_mm", "%.5f", 1e3 * eval->mean));
+    OM_TRY_DONE(om_facts_add(&copy->facts, "test_worst_mm", "%.5f", 1e3 * eval->worst));
     OM_TRY_DONE(
-        om__umesh_net_add_fact(copy, "test_network_error_mm", "%.5f", 1e3 * eval->network_mean));
+        om_facts_add(&copy->facts, "test_network_error_mm", "%.5f", 1e3 * eval->network_mean));
     OM_TRY_DONE(om__umesh_net_save(copy, path));
 done:
     om_umesh_net_destroy(copy);
@@ -285,19 +246,6 @@ done:
 }
 
 // ---- load -------------------------------------------------------------------------------------------
-
-static OmStatus read_setting(const OmTensorFile* f, const char* path, const char* key, int lo,
-                             int hi, int* value) {
-    const char* text = om_tensor_file_meta(f, key);
-    char* end;
-    OM_CHECK(text, OM_INVALID, "%s: the metadata have no \"%s\"; was it written by omentum umesh?",
-             path, key);
-    long v = strtol(text, &end, 10);
-    OM_CHECK(*text && !*end && v >= lo && v <= hi, OM_INVALID, "%s: %s is \"%.20s\"; %d to %d",
-             path, key, text, lo, hi);
-    *value = (int)v;
-    return OM_OK;
-}
 
 // Read an array of zeros and ones.
 static OmStatus read_flags(const OmTensorFile* f, const char* path, const char* name, int n,
@@ -423,28 +371,8 @@ static OmStatus read_facts(const OmTensorFile* f, OmUmeshNet* n) {
                                       "test_network_error_mm"};
     for (size_t i = 0; i < sizeof key / sizeof *key; ++i) {
         const char* value = om_tensor_file_meta(f, key[i]);
-        if (value) OM_TRY(om__umesh_net_add_fact(n, key[i], "%s", value));
+        if (value) OM_TRY(om_facts_add(&n->facts, key[i], "%s", value));
     }
-    return OM_OK;
-}
-
-// Check for damage first, since building the model takes seconds. Files of old versions have no check sum.
-static OmStatus check_sum(const OmTensorFile* f, const char* path) {
-    const char* expected = om_tensor_file_meta(f, "checksum");
-    if (!expected) return OM_OK;
-    uint64_t checksum = 0;
-    for (int i = 0; i < om_tensor_file_count(f); ++i) {
-        const OmTensor* t = om_tensor_file_get(f, i);
-        OM_CHECK(t->type == OM_TENSOR_F64 || t->type == OM_TENSOR_F32, OM_INVALID,
-                 "%s: tensor \"%.80s\" is neither F32 nor F64, and the file has a checksum", path,
-                 t->name);
-        checksum = add_to_checksum(checksum, t);
-    }
-    char sum[24];
-    snprintf(sum, sizeof sum, "%016llx", (unsigned long long)checksum);
-    OM_CHECK(strcmp(sum, expected) == 0, OM_INVALID,
-             "%s: the file is damaged: the checksum of its tensors is %s, not %.20s; copy it anew",
-             path, sum, expected);
     return OM_OK;
 }
 
@@ -456,9 +384,9 @@ static OmStatus read_net(const OmTensorFile* f, const char* path, OmUmeshNet* n)
         format && strcmp(format, FORMAT) == 0, OM_INVALID,
         "%s: not a trained U-Mesh (format \"%.30s\", wanted \"%s\"); omentum umesh train writes one",
         path, format ? format : "", FORMAT);
-    OM_TRY(check_sum(f, path));
-    OM_TRY(read_setting(f, path, "base_channels", 1, 256, &base));
-    OM_TRY(read_setting(f, path, "levels", 1, 6, &nlevel));
+    OM_TRY(om_tensor_file_check(f, path));  // first: building the model takes seconds
+    OM_TRY(om_tensor_file_setting(f, path, "base_channels", 1, 256, &base));
+    OM_TRY(om_tensor_file_setting(f, path, "levels", 1, 6, &nlevel));
     OM_TRY(read_grid(f, path, &n->grid));
     OM_TRY(read_scale(f, path, n, &poisson));
     n->poisson = poisson;

@@ -8,7 +8,6 @@
 // displacement (3), patch, organ, held, place (3), linear answer (3), size, forces of second order (3); one of zeros:
 // oneDNN processes channels in groups of sixteen
 #define UMESH_NCHANNEL 16
-#define UMESH_NFACT 12  // largest number of lines of metadata
 
 typedef struct UmeshRegion {  // limits of the training data, and the margin that widens them
     float* way;               // largest displacement of a node and its neighbours, m      (nnode)
@@ -33,8 +32,7 @@ struct OmUmeshNet {
     double correction;  // scale of the output, relative to the size of the input
     double second;      // scale of the forces of second order
     UmeshRegion region;
-    int nfact;
-    OmTextPair fact[UMESH_NFACT];  // strings of its own
+    OmFacts facts;
 };
 
 // ---- umesh_net.c ------------------------------------------------------------------------------------
@@ -44,8 +42,6 @@ OmStatus om__umesh_net_create(const OmUmeshGrid* grid, double poisson, int base_
                               int nlevel, OmUmeshNet** net);
 // Set the imbalance of the samples, which decides whether predictions are refined.
 OmStatus om__umesh_net_set_balance(OmUmeshNet* net, double balance);
-OmStatus om__umesh_net_add_fact(OmUmeshNet* net, const char* key, const char* format, ...)
-    OM_PRINTF(3, 4);
 OmStatus om__umesh_net_save(const OmUmeshNet* net, const char* path);
 // Make the grid from its active cells, fixed nodes and surface points.
 OmStatus om__umesh_grid_copy(const OmUmeshGrid* from, OmUmeshGrid* to);

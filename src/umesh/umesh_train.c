@@ -225,12 +225,12 @@ static OmStatus solve_linear(Training* t) {
 
 static OmStatus add_facts(const OmUmeshTrainDef* def, const OmTrainResult* result,
                           OmUmeshNet* net) {
-    if (def->command) OM_TRY(om__umesh_net_add_fact(net, "command", "%s", def->command));
-    OM_TRY(om__umesh_net_add_fact(net, "seed", "%llu", (unsigned long long)def->seed));
-    OM_TRY(om__umesh_net_add_fact(net, "data", "%016llx", (unsigned long long)def->data->hash));
-    OM_TRY(om__umesh_net_add_fact(net, "samples", "%d", def->data->nsample - def->nvalid));
-    OM_TRY(om__umesh_net_add_fact(net, "epochs", "%d", result->best_epoch));
-    return om__umesh_net_add_fact(net, "validation_error_mm", "%.5f", 1e3 * result->best_value);
+    if (def->command) OM_TRY(om_facts_add(&net->facts, "command", "%s", def->command));
+    OM_TRY(om_facts_add(&net->facts, "seed", "%llu", (unsigned long long)def->seed));
+    OM_TRY(om_facts_add(&net->facts, "data", "%016llx", (unsigned long long)def->data->hash));
+    OM_TRY(om_facts_add(&net->facts, "samples", "%d", def->data->nsample - def->nvalid));
+    OM_TRY(om_facts_add(&net->facts, "epochs", "%d", result->best_epoch));
+    return om_facts_add(&net->facts, "validation_error_mm", "%.5f", 1e3 * result->best_value);
 }
 
 // Write weights, metadata and report after the training loop.

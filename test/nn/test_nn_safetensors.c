@@ -268,6 +268,39 @@ static OmStatus save_and_load(void* path) {
     return OM_OK;
 }
 
+static void test_what_a_file_says_of_itself(void** state) {
+    (void)state;
+    OmFacts facts = {0};
+    assert_ok(om_facts_add(&facts, "samples", "%d", 12));
+    assert_ok(om_facts_add(&facts, "data", "none"));
+    assert_string_equal(om_facts_find(&facts, "samples"), "12");
+    assert_null(om_facts_find(&facts, "seed"));
+    char sum[24];
+    OmTensorFile* file;
+    int value = 0;
+    const char* path = temp_path("facts.safetensors");
+    uint64_t expected = om_tensor_checksum(three, 3);
+    const OmTensor turned[] = {three[2], three[1], three[0]};
+    assert_true(om_tensor_checksum(turned, 3) == expected);
+    for (int wrong = 0; wrong < 2; ++wrong) {
+        snprintf(sum, sizeof sum, "%016llx", (unsigned long long)expected + (unsigned)wrong);
+        OmTextPair meta[] = {facts.pair[0], facts.pair[1], {"checksum", sum}};
+        assert_ok(om_tensor_file_save(three, 3, meta, 3, path));
+        assert_ok(om_tensor_file_load(path, &file));
+        assert_status(om_tensor_file_check(file, path), wrong ? OM_INVALID : OM_OK);
+        assert_ok(om_tensor_file_setting(file, path, "samples", 1, 12, &value));
+        assert_int_equal(value, 12);
+        assert_status(om_tensor_file_setting(file, path, "samples", 1, 11, &value), OM_INVALID);
+        assert_status(om_tensor_file_setting(file, path, "data", 1, 11, &value), OM_INVALID);
+        assert_status(om_tensor_file_setting(file, path, "seed", 1, 11, &value), OM_INVALID);
+        om_tensor_file_destroy(file);
+    }
+    while (facts.n < OM_FACTS_MAX) assert_ok(om_facts_add(&facts, "more", "%s", ""));
+    assert_status(om_facts_add(&facts, "more", "%s", ""), OM_INVALID);
+    om_facts_done(&facts);
+    remove(path);
+}
+
 static void test_no_memory(void** state) {
     (void)state;
     char path[256];
@@ -283,7 +316,7 @@ int main(void) {
         cmocka_unit_test(test_all_halves),   cmocka_unit_test(test_values_not_finite),
         cmocka_unit_test(test_wrong_shape),  cmocka_unit_test(test_hostile_headers),
         cmocka_unit_test(test_broken_files), cmocka_unit_test(test_what_is_not_written),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_no_memory),    cmocka_unit_test(test_what_a_file_says_of_itself),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
