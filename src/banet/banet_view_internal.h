@@ -5,7 +5,6 @@
 #include "omentum/banet_sample.h"
 #include "omentum/banet_view.h"
 #include "omentum/scene.h"
-#include "omentum/tissue_material.h"
 
 typedef struct BanetTruth {    // borrowed
     const OmTetMesh* mesh;     // the rest shape
@@ -14,7 +13,6 @@ typedef struct BanetTruth {    // borrowed
     const double* x;  // deformed, m                                       (mesh->nvert x 3)
     const unsigned char* attached;  // of vertices of the surface                   (surface->nvert)
     const unsigned char* grasped;   // the same
-    OmLaw law;
     double young, poisson, density;  // Pa, 1, kg/m^3
     OmVec3 gravity;                  // m/s^2
     bool has_board;
@@ -54,11 +52,12 @@ typedef struct BanetViewDef {     // made by om__banet_view_default_def
 
 typedef struct BanetViewReport {
     BanetBelief belief;
-    int npixel;  // of tissue
-    int npoint;  // of the scan
+    int npixel;    // of tissue
+    int npoint;    // of the scan
+    int nsubstep;  // of the twin
     bool is_lost, is_restarted;
-    double median;                           // m, of distances of the scan from the fitted twin
-    double see_s, follow_s, make_s, pair_s;  // processor time of the stages
+    double median, p95, paired, empty;       // as in OmMatchPairs
+    double see_s, follow_s, make_s, pair_s;  // wall clock of the stages
 } BanetViewReport;
 
 BanetViewDef om__banet_view_default_def(void);

@@ -73,7 +73,6 @@ static inline void slab_init(double half, double held, OmVec3 lift, Slab* s) {
                             .x = s->x,
                             .attached = s->attached,
                             .grasped = s->grasped,
-                            .law = material.law,
                             .young = material.young,
                             .poisson = material.poisson,
                             .density = 1000,
