@@ -96,6 +96,14 @@ OM_API OmStatus om_store_get_records(const OmStoreReader* reader, const char* gr
                                      const OmStoreField* field, int nfield, void* record,
                                      size_t size, int num);
 
+// ---- folders of such files --------------------------------------------------------------------------
+
+/// Path of the file whose first sample is `first`: DIR/samples_NNNNNN.h5.
+/// @return OM_OK; OM_INVALID (longer than `size`)
+OM_API OmStatus om_store_shard_path(const char* dir, int first, char* path, size_t size);
+/// The lowest and the highest first sample of the files in `dir`; -1: there are none.
+OM_API void om_store_shard_range(const char* dir, int* lowest, int* highest);
+
 #ifdef __cplusplus
 }
 #endif

@@ -3,6 +3,15 @@
 
 #include "cli_common.h"
 
+static const OmCliVerb banet = {
+    .name = "banet",
+    .summary = "estimate where tissue is attached by a network: data, training, evaluation",
+    .usage = "omentum banet STEP [options]",
+    .about =
+        "Finite elements pull random sheets of fat with random attachments, and a network is trained to\n"
+        "find the attachments from the displacement of the visible part of the surface (thesis, chapter 4).",
+};
+
 static const OmCliVerb umesh = {
     .name = "umesh",
     .summary =
@@ -25,6 +34,8 @@ static const OmCliVerb study = {
 };
 
 static const OmCliVerb* const table[] = {
+    &banet,
+    &om_cli_verb_banet_generate,
     &om_cli_verb_calibrate,
     &om_cli_verb_demo,
     &om_cli_verb_model,

@@ -4,6 +4,7 @@
 // version 1.10 has crashed on damaged metadata. The hash also detects damage that HDF5 does not, such as a flipped bit
 // of an attribute. The checksums of chunks (fletcher32) are for other readers. Objects have no time stamps: equal
 // samples give equal bytes.
+#include <dirent.h>
 #include <hdf5.h>
 #include <inttypes.h>
 #include <math.h>
@@ -316,4 +317,30 @@ OmStatus om_store_get_records(const OmStoreReader* r, const char* group, const O
         OM_TRY(status);
     }
     return OM_OK;
+}
+
+// ---- folders of such files --------------------------------------------------------------------------
+
+static void shard_name(int first, char name[32]) { snprintf(name, 32, "samples_%06d.h5", first); }
+
+OmStatus om_store_shard_path(const char* dir, int first, char* path, size_t size) {
+    char name[32];
+    shard_name(first, name);
+    return om_path_join(dir, name, path, size);
+}
+
+void om_store_shard_range(const char* dir, int* lowest, int* highest) {
+    int first;
+    *lowest = *highest = -1;
+    DIR* folder = opendir(dir);
+    if (!folder) return;
+    for (struct dirent* entry = readdir(folder); entry; entry = readdir(folder)) {
+        char name[32];
+        if (sscanf(entry->d_name, "samples_%d.h5", &first) != 1 || first < 0) continue;
+        shard_name(first, name);
+        if (strcmp(name, entry->d_name) != 0) continue;
+        if (*lowest < 0 || first < *lowest) *lowest = first;
+        if (first > *highest) *highest = first;
+    }
+    closedir(folder);
 }

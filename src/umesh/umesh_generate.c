@@ -3,10 +3,10 @@
 // Shard k has the samples k S .. (k + 1) S - 1 (the last shard may have fewer) and is written when all of them are
 // complete. Each worker has a solver and takes the next free index. A sample depends only on its index, so the data do
 // not depend on the number of workers. Only the calling thread uses HDF5.
-#include <dirent.h>
 #include <stdatomic.h>
 #include <string.h>
 
+#include "omentum/nn_store.h"
 #include "umesh/umesh_internal.h"
 
 typedef struct Crew {        // of one shard
@@ -59,12 +59,6 @@ static OmStatus make_shard(Crew* c, int nworker, OmUmeshShard* shard) {
 
 // ---- shards on disk ---------------------------------------------------------------------------------
 
-static OmStatus shard_path(const char* dir, int first, char* path, size_t size) {
-    char name[OM__UMESH_MAX_NAME];
-    om__umesh_shard_name(first, name);
-    return om_path_join(dir, name, path, size);
-}
-
 // *is_there: the shard exists with at least num samples. A shard of other settings is an error; a damaged shard is
 // computed again.
 static OmStatus find_shard(const char* path, uint64_t hash, int num, OmUmeshShard* shard,
@@ -111,7 +105,7 @@ static OmStatus generate(const OmUmeshDataDef* def, Crew* c, int nworker, OmUmes
         char path[1024];
         OmUmeshShard shard = {0};
         bool is_there;
-        OM_TRY(shard_path(def->out_dir, first, path, sizeof path));
+        OM_TRY(om_store_shard_path(def->out_dir, first, path, sizeof path));
         OM_TRY(find_shard(path, hash, num, &shard, &is_there));
         OmStatus status = OM_OK;
         if (!is_there) {
@@ -174,21 +168,6 @@ done:
 
 // ---- reading ----------------------------------------------------------------------------------------
 
-// The shard with the largest number in the folder, -1: none.
-static int last_shard(const char* dir) {
-    int last = -1, first;
-    DIR* folder = opendir(dir);
-    if (!folder) return -1;
-    for (struct dirent* entry = readdir(folder); entry; entry = readdir(folder)) {
-        char name[OM__UMESH_MAX_NAME];
-        if (sscanf(entry->d_name, "samples_%d.h5", &first) != 1 || first <= last) continue;
-        om__umesh_shard_name(first, name);
-        if (strcmp(name, entry->d_name) == 0) last = first;
-    }
-    closedir(folder);
-    return last;
-}
-
 // Append the first num samples of a shard.
 static OmStatus append(OmUmeshData* data, const OmUmeshShard* s, int num) {
     size_t nnode = (size_t)data->grid.fem.mesh.nnode, had = (size_t)data->nsample, n = (size_t)num;
@@ -209,7 +188,8 @@ static OmStatus append(OmUmeshData* data, const OmUmeshShard* s, int num) {
 }
 
 static OmStatus load_all(const char* dir, int max_sample, OmUmeshData* data) {
-    int last = last_shard(dir);
+    int lowest, last;
+    om_store_shard_range(dir, &lowest, &last);
     OM_CHECK(last >= 0, OM_INVALID,
              "%s: no file of samples (samples_000000.h5) is there; make some with omentum umesh "
              "generate",
@@ -218,7 +198,7 @@ static OmStatus load_all(const char* dir, int max_sample, OmUmeshData* data) {
         char path[1024];
         OmUmeshGrid grid;
         OmUmeshShard shard;
-        OM_TRY(shard_path(dir, data->nsample, path, sizeof path));
+        OM_TRY(om_store_shard_path(dir, data->nsample, path, sizeof path));
         OM_CHECK(om_path_exists(path), OM_INVALID,
                  "%s is missing; the command that made the set makes it again", path);
         OM_TRY(om__umesh_shard_load(path, &grid, &shard));

@@ -36,8 +36,6 @@ uint64_t om__umesh_hash_def(const OmUmeshDataDef* def);
 
 // ---- umesh_shard.c ----------------------------------------------------------------------------------
 
-#define OM__UMESH_MAX_NAME 32
-
 typedef struct OmUmeshShard {  // samples first .. first + num - 1
     int first, num;
     uint64_t seed, hash;
@@ -46,7 +44,6 @@ typedef struct OmUmeshShard {  // samples first .. first + num - 1
     float* u;               //                                      (num x nnode x 3)
 } OmUmeshShard;
 
-void om__umesh_shard_name(int first, char name[OM__UMESH_MAX_NAME]);
 OmStatus om__umesh_shard_alloc(int nnode, int num, OmUmeshShard* shard);
 void om__umesh_shard_done(OmUmeshShard* shard);
 OmStatus om__umesh_shard_save(const OmUmeshShard* shard, const OmUmeshGrid* grid,

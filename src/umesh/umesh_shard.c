@@ -9,10 +9,6 @@
 #define FORMAT 1
 #define GENERATOR "omentum umesh 1"
 
-void om__umesh_shard_name(int first, char name[OM__UMESH_MAX_NAME]) {
-    snprintf(name, OM__UMESH_MAX_NAME, "samples_%06d.h5", first);
-}
-
 OmStatus om__umesh_shard_alloc(int nnode, int num, OmUmeshShard* s) {
     OmStatus status = OM_OK;
     s->num = num;

@@ -1,0 +1,62 @@
+// banet_data.c: a data set in memory.
+#include <string.h>
+
+#include "banet/banet_data_internal.h"
+#include "omentum/nn_store.h"
+
+// Move the first num samples of a shard to the end of the set.
+static OmStatus append(OmBanetData* data, OmBanetShard* s, int num) {
+    const size_t had = (size_t)data->nsample, n = (size_t)num;
+    OmBanetCells* sample = om_realloc(data->sample, had, had + n, sizeof *sample);
+    if (!sample) return OM_NO_MEMORY;
+    data->sample = sample;
+    memcpy(sample + had, s->sample, n * sizeof *sample);
+    memset(s->sample, 0, n * sizeof *sample);
+    data->nsample += num;
+    return OM_OK;
+}
+
+static OmStatus load_all(const char* dir, int max_sample, OmBanetData* data) {
+    int first, last;
+    om_store_shard_range(dir, &first, &last);
+    OM_CHECK(first >= 0, OM_INVALID,
+             "%s: no file of samples (samples_000000.h5) is there; make some with omentum banet "
+             "generate",
+             dir);
+    data->first = first;
+    for (int next = first; next <= last && (max_sample == 0 || data->nsample < max_sample);) {
+        char path[1024];
+        OmBanetShard shard;
+        OM_TRY(om_store_shard_path(dir, next, path, sizeof path));
+        OM_CHECK(om_path_exists(path), OM_INVALID,
+                 "%s is missing; the command that made the set makes it again", path);
+        OM_TRY(om__banet_shard_load(path, &shard));
+        if (next == first)
+            data->seed = shard.seed, data->hash = shard.hash, data->side = shard.side;
+        int num = shard.num;
+        if (max_sample > 0 && num > max_sample - data->nsample) num = max_sample - data->nsample;
+        OmStatus status = OM_OK;
+        if (data->hash != shard.hash || data->side != shard.side || shard.first != next)
+            status = om_error(OM_INVALID, "%s: not of the same set as the files before it", path);
+        if (status == OM_OK) status = append(data, &shard, num);
+        next += shard.num;
+        om__banet_shard_done(&shard);
+        OM_TRY(status);
+    }
+    return OM_OK;
+}
+
+OmStatus om_banet_data_load(const char* dir, int max_sample, OmBanetData* data) {
+    *data = (OmBanetData){0};
+    OM_CHECK(max_sample >= 0, OM_INVALID, "om_banet_data_load: max_sample = %d", max_sample);
+    OmStatus status = load_all(dir, max_sample, data);
+    if (status < 0) om_banet_data_done(data);
+    return status;
+}
+
+void om_banet_data_done(OmBanetData* data) {
+    if (!data) return;
+    for (int i = 0; i < data->nsample; ++i) om_banet_cells_done(&data->sample[i]);
+    om_free(data->sample);
+    *data = (OmBanetData){0};
+}

@@ -1,0 +1,35 @@
+// banet_data_internal.h: files and reports of data sets.
+#ifndef OMENTUM_BANET_DATA_INTERNAL_H
+#define OMENTUM_BANET_DATA_INTERNAL_H
+
+#include "omentum/banet_data.h"
+
+// ---- banet_shard.c ----------------------------------------------------------------------------------
+
+typedef struct OmBanetShard {  // samples first .. first + num - 1
+    int first, num;
+    uint64_t seed, hash;
+    double side;
+    OmBanetCells* sample;  // (num)
+} OmBanetShard;
+
+OmStatus om__banet_shard_alloc(int num, OmBanetShard* shard);
+void om__banet_shard_done(OmBanetShard* shard);
+OmStatus om__banet_shard_save(const OmBanetShard* shard, const OmBanetSampleDef* def,
+                              const char* path);
+OmStatus om__banet_shard_load(const char* path, OmBanetShard* shard);
+// Read a shard from bytes in memory; `name` is for messages.
+OmStatus om__banet_shard_parse(const char* data, size_t size, const char* name,
+                               OmBanetShard* shard);
+
+// ---- banet_generate.c -------------------------------------------------------------------------------
+
+// Hash of all settings that samples depend on.
+uint64_t om__banet_hash_def(const OmBanetSampleDef* def);
+
+// ---- banet_report.c ---------------------------------------------------------------------------------
+
+OmStatus om__banet_write_report(const OmBanetDataDef* def, const OmBanetSummary* summary,
+                                const OmBanetFacts* fact);
+
+#endif

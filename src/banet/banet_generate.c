@@ -1,0 +1,252 @@
+// banet_generate.c: a data set: shards of consecutive samples, computed in parallel and written.
+//
+// Shard k has the samples k S .. (k + 1) S - 1 (the last shard may have fewer) and is written when all of them are
+// complete. Each worker takes the next free index. A sample depends only on definition and index, so the files do not
+// depend on the number of workers. Only the calling thread uses HDF5.
+#include <stdatomic.h>
+#include <string.h>
+
+#include "banet/banet_data_internal.h"
+#include "omentum/nn_store.h"
+
+#define COOKIE 0x16da7a5eu
+
+// ---- definitions ------------------------------------------------------------------------------------
+
+OmBanetDataDef om_banet_data_default_def(uint64_t seed, const char* out_dir) {
+    OmBanetDataDef def = {.sample = om_banet_sample_default_def(seed),
+                          .out_dir = out_dir,
+                          .nsample = 5000,
+                          .shard = 50,
+                          .npicture = 6,
+                          .cookie = COOKIE};
+    def.sample.two_share = def.sample.board_share = 0.15;
+    return def;
+}
+
+static const struct {
+    const char* name;
+    int nsample;
+    uint64_t seed;
+    OmBanetWay way;
+    double board_share, two_share;
+} test_table[OM_BANET_NTEST] = {{"test", 380, 4001, OM_BANET_EXACT, 0, 0},
+                                {"test-camera", 380, 4002, OM_BANET_CAMERA, 0, 0},
+                                {"board", 190, 4003, OM_BANET_MIXED, 1, 0},
+                                {"two", 190, 4004, OM_BANET_MIXED, 0, 1}};
+
+const char* om_banet_test_name(OmBanetTest test) {
+    return test >= 0 && test < OM_BANET_NTEST ? test_table[test].name : "";
+}
+
+OmBanetDataDef om_banet_data_test_def(OmBanetTest test, const char* out_dir) {
+    OmBanetDataDef def = om_banet_data_default_def(test_table[test].seed, out_dir);
+    def.nsample = test_table[test].nsample;
+    def.sample.way = test_table[test].way;
+    def.sample.board_share = test_table[test].board_share;
+    def.sample.two_share = test_table[test].two_share;
+    return def;
+}
+
+static OmStatus check_def(const OmBanetDataDef* d) {
+    OM_CHECK(d->cookie == COOKIE, OM_INVALID,
+             "OmBanetDataDef was not made by om_banet_data_default_def");
+    OM_TRY(om_banet_sample_def_validate(&d->sample));
+    OM_CHECK(d->out_dir && *d->out_dir, OM_INVALID, "OmBanetDataDef.out_dir is empty");
+    OM_CHECK(d->nsample >= 1 && d->nsample <= 100000000, OM_INVALID, "OmBanetDataDef.nsample = %d",
+             d->nsample);
+    OM_CHECK(d->shard >= 1 && d->shard <= 10000, OM_INVALID, "OmBanetDataDef.shard = %d", d->shard);
+    OM_CHECK(d->first >= 0 && d->first < d->nsample && d->first % d->shard == 0, OM_INVALID,
+             "OmBanetDataDef.first = %d; it must be a multiple of %d below %d", d->first, d->shard,
+             d->nsample);
+    return OM_OK;
+}
+
+static uint64_t hash_number(double value, uint64_t hash) {
+    return om_hash(&value, sizeof value, hash);
+}
+
+uint64_t om__banet_hash_def(const OmBanetSampleDef* d) {
+    const double number[] = {
+        d->way,          d->side,       d->extent[0],   d->extent[1],   d->thickness[0],
+        d->thickness[1], d->max_dim[0], d->max_dim[1],  d->max_dim[2],  d->share[0],
+        d->share[1],     d->visible[0], d->visible[1],  d->two_share,   d->board_share,
+        d->law,          d->young[0],   d->young[1],    d->poisson[0],  d->poisson[1],
+        d->radius[0],    d->radius[1],  d->pull[0],     d->pull[1],     d->max_u,
+        d->tolerance,    d->min_volume, d->max_attempt, d->body != NULL};
+    uint64_t h = om_hash(&d->seed, sizeof d->seed, OM_HASH_SEED);
+    for (size_t k = 0; k < sizeof number / sizeof *number; ++k) h = hash_number(number[k], h);
+    if (d->body) {
+        h = om_hash(d->body->x, 3 * (size_t)d->body->nvert * sizeof(double), h);
+        h = om_hash(d->body->tet_vert, 4 * (size_t)d->body->ntet * sizeof(int), h);
+    }
+    return h;
+}
+
+// ---- one shard --------------------------------------------------------------------------------------
+
+typedef struct Crew {
+    const OmBanetDataDef* def;
+    OmBanetShard* shard;
+    const OmProgress* progress;
+    atomic_int next, ndone;   // samples begun and finished
+    atomic_int status;        // the first failure
+    char message[512];        // of the failure
+    atomic_flag is_reported;  // a worker has written the message
+} Crew;
+
+static OmStatus make_cells(const OmBanetSampleDef* def, int index, OmBanetCells* cells) {
+    OmBanetSample sample = {0};
+    OmStatus status = om_banet_sample_make(def, index, &sample);
+    if (status == OM_NOT_CONVERGED)
+        return om_error(status, "sample %d: none of %d draws succeeded", index, def->max_attempt);
+    if (status == OM_OK) status = om_banet_cells_make(&sample, def->side, cells);
+    om_banet_sample_done(&sample);
+    return status;
+}
+
+static void work(void* ctx, OmTeam* team, int rank, int size) {
+    (void)team;
+    (void)size;
+    Crew* c = ctx;
+    const int before = c->shard->first - c->def->first, total = c->def->nsample - c->def->first;
+    while (atomic_load(&c->status) == OM_OK) {
+        const int i = atomic_fetch_add(&c->next, 1);
+        if (i >= c->shard->num) return;
+        OmStatus status = make_cells(&c->def->sample, c->shard->first + i, &c->shard->sample[i]);
+        const int ndone = atomic_fetch_add(&c->ndone, 1) + 1;
+        if (status == OM_OK && rank == 0)  // the caller's thread
+            status = om_progress_report(c->progress, "samples", before + ndone, total);
+        if (status != OM_OK && !atomic_flag_test_and_set(&c->is_reported)) {
+            snprintf(c->message, sizeof c->message, "%s", om_error_message());
+            atomic_store(&c->status, status);
+        }
+    }
+}
+
+static OmStatus make_shard(Crew* c, int nworker, OmBanetShard* shard) {
+    c->shard = shard;
+    atomic_store(&c->next, 0);
+    atomic_store(&c->ndone, 0);
+    om_parallel_team(nworker, work, c);
+    const int status = atomic_load(&c->status);
+    return status == OM_OK ? OM_OK : om_error((OmStatus)status, "%s", c->message);
+}
+
+// *is_there: the shard exists with at least num samples. A shard of other settings is an error; a damaged shard is
+// computed again.
+static OmStatus find_shard(const char* path, uint64_t hash, int num, OmBanetShard* shard,
+                           bool* is_there) {
+    *is_there = false;
+    *shard = (OmBanetShard){0};
+    if (!om_path_exists(path)) return OM_OK;
+    OmStatus status = om__banet_shard_load(path, shard);
+    if (status == OM_INVALID) {
+        om_log(OM_LOG_WARNING, "%s", om_error_message());
+        return OM_OK;
+    }
+    OM_TRY(status);
+    if (shard->hash != hash) {
+        om__banet_shard_done(shard);
+        return om_error(OM_INVALID,
+                        "%s: made with another seed or other settings; take an empty folder", path);
+    }
+    *is_there = shard->num >= num;
+    if (!*is_there) om__banet_shard_done(shard);
+    return OM_OK;
+}
+
+// ---- the set ----------------------------------------------------------------------------------------
+
+// Size of a file; 0 if it cannot be opened.
+static int64_t file_size(const char* path) {
+    FILE* stream;
+    uint64_t size = 0;
+    if (om_file_open(path, &stream, &size) < 0) return 0;
+    fclose(stream);
+    return (int64_t)size;
+}
+
+static void add_sample(OmBanetSummary* s, const OmBanetFacts* f) {
+    ++s->nsample;
+    s->nattempt += f->nattempt;
+    s->nfail += f->nfail;
+    s->ncamera += f->is_camera;
+    s->nboard += f->has_board;
+    s->ntwo += f->nregion == 2;
+    s->max_u = fmax(s->max_u, f->max_u);
+}
+
+static OmStatus generate(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts* all) {
+    const OmBanetDataDef* def = c->def;
+    const uint64_t hash = om__banet_hash_def(&def->sample);
+    for (int first = def->first; first < def->nsample; first += def->shard) {
+        const int num = def->nsample - first < def->shard ? def->nsample - first : def->shard;
+        char path[1024];
+        OmBanetShard shard;
+        bool is_there;
+        OM_TRY(om_store_shard_path(def->out_dir, first, path, sizeof path));
+        OM_TRY(find_shard(path, hash, num, &shard, &is_there));
+        OmStatus status = OM_OK;
+        if (!is_there) {
+            OM_TRY(om__banet_shard_alloc(num, &shard));
+            shard.first = first, shard.seed = def->sample.seed, shard.hash = hash;
+            shard.side = def->sample.side;
+            status = make_shard(c, nworker, &shard);
+            if (status == OM_OK) status = om__banet_shard_save(&shard, &def->sample, path);
+            for (int i = 0; i < num; ++i) sum->sample_seconds += shard.sample[i].fact.seconds;
+            sum->nmade += num;
+        }
+        if (status == OM_OK)
+            status = om_progress_report(c->progress, "samples", first + num - def->first,
+                                        def->nsample - def->first);
+        for (int i = 0; i < num && status == OM_OK; ++i) {
+            all[first - def->first + i] = shard.sample[i].fact;
+            add_sample(sum, &shard.sample[i].fact);
+            sum->ncell += shard.sample[i].ncell;
+        }
+        om__banet_shard_done(&shard);
+        if (status != OM_OK) return status;
+        sum->nbyte += file_size(path);
+    }
+    return OM_OK;
+}
+
+static OmStatus find_medians(const OmBanetFacts* fact, OmBanetSummary* sum) {
+    double* value = om_alloc((size_t)sum->nsample, sizeof *value);
+    if (!value) return OM_NO_MEMORY;
+    const int middle = sum->nsample / 2;
+    for (int i = 0; i < sum->nsample; ++i) value[i] = fact[i].max_u;
+    om_sort_doubles(value, sum->nsample);
+    sum->median_u = value[middle];
+    for (int i = 0; i < sum->nsample; ++i) value[i] = fact[i].visible;
+    om_sort_doubles(value, sum->nsample);
+    sum->median_visible = value[middle];
+    om_free(value);
+    return OM_OK;
+}
+
+OmStatus om_banet_generate(const OmBanetDataDef* def, const OmProgress* progress,
+                           OmBanetSummary* out) {
+    OmBanetSummary sum = {0};
+    if (out) *out = sum;
+    OM_TRY(check_def(def));
+    OmFolder folder = {0};
+    const double begin = om_clock_now();
+    Crew c = {.def = def, .progress = progress, .is_reported = ATOMIC_FLAG_INIT};
+    OmBanetFacts* all = NULL;
+    OmStatus status = OM_OK;
+    OM_TRY_DONE(om_folder_open(def->out_dir, "set of BA-Net samples", &folder));
+    OM_ALLOC_DONE(all, def->nsample - def->first);
+    status = generate(&c, om_worker_count(def->nworker), &sum, all);
+    if (status != OM_OK) goto done;
+    OM_TRY_DONE(find_medians(all, &sum));
+    sum.sample_seconds /= sum.nmade > 0 ? sum.nmade : 1;
+    sum.seconds = om_clock_now() - begin;
+    OM_TRY_DONE(om__banet_write_report(def, &sum, all));
+    if (out) *out = sum;
+done:
+    om_free(all);
+    om_folder_end(&folder);
+    return status;
+}
