@@ -30,26 +30,23 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     uint64_t seed;                 // no default
     OmBanetWay way;                // default OM_BANET_MIXED
     double side;                   // of the cube of 64^3 voxels, m; default 0.3
-    double extent[2];              // length and width of the flat body, m; default 0.06-0.2
-    double thickness[2];           // between the planes that clip it, m; default 0.005-0.02
-    int max_dim[3];      // a body whose box has more cells is drawn again; default 48, 48, 16
-    double share[2];     // attached part of the surface's vertices; default 0.05-0.5
-    double visible[2];   // visible part of the surface's vertices, way (a); default 0.1-1
-    double two_share;    // fraction of samples with two separate attached regions; default 0
-    double board_share;  // fraction of samples that lie on a board under gravity; default 0
-    OmLaw law;           // default OM_NEO_HOOKEAN
-    double young[2];     // Pa; default 3000-30000
-    double poisson[2];   // default 0.4-0.45
-    double radius[2];    // of the grasped part of the surface, m; default 0.004-0.01
-    // Log-normal: median, and standard deviation of the logarithm, of the largest displacement that linear elasticity
-    // predicts for the force, m; the equilibrium moves less. Default: see doc/banet.md.
-    double pull[2];
-    double max_u;       // samples with a larger displacement are drawn again, m; default 0.15
-    double tolerance;   // of the residual, relative to the loads; default 1e-4
-    double min_volume;  // smallest det F allowed in a sample; default 0.05
-    int max_attempt;    // largest number of draws for one sample; default 64
-    const OmTetMesh*
-        body;  // borrowed; null (default): random bodies; else all samples are of this one
+    double extent[2];       // length and width of the flat body, log-uniform, m; default 0.06-0.2
+    double thickness[2];    // between the planes that clip it, log-uniform, m; default 0.005-0.02
+    int max_dim[3];         // a body whose box has more cells is drawn again; default 48, 48, 16
+    double share[2];        // attached part of the surface's vertices; default 0.05-0.5
+    double visible[2];      // visible part of the surface's vertices, way (a); default 0.1-1
+    double two_share;       // fraction of samples with two separate attached regions; default 0
+    double board_share;     // fraction of samples that lie on a board under gravity; default 0
+    OmLaw law;              // default OM_NEO_HOOKEAN
+    double young[2];        // Pa; default 3000-30000
+    double poisson[2];      // default 0.4-0.45
+    double radius[2];       // of the grasped part of the surface, m; default 0.004-0.01
+    double pull[2];         // force over Young's modulus, m^2; default 0-2.3e-4
+    double max_u;           // samples with a larger displacement are drawn again, m; default 0.15
+    double tolerance;       // of the residual, relative to the loads; default 1e-4
+    double min_volume;      // smallest det F allowed in a sample; default 0.05
+    int max_attempt;        // largest number of draws for one sample; default 64
+    const OmTetMesh* body;  // of all samples, borrowed; null (default): random bodies
     OmCookie cookie;
 } OmBanetSampleDef;
 
@@ -87,7 +84,7 @@ OM_API void om_banet_sample_done(OmBanetSample* sample);
 /// Make sample `index` of the definition.
 /// @param index  0 .. 2^40 - 1
 /// @return OM_OK; OM_NOT_CONVERGED (no draw succeeded; the sample is empty); OM_INVALID (the message names the field);
-///         OM_UNAVAILABLE (way (b) is not built in); OM_NO_MEMORY
+///         OM_NO_MEMORY
 OM_API OmStatus om_banet_sample_make(const OmBanetSampleDef* def, int64_t index,
                                      OmBanetSample* sample);
 

@@ -1,7 +1,16 @@
 // banet_sample.c: one sample of the data: body, attachments, load, equilibrium, view (thesis 4.2.1).
-#include "omentum/banet_sample.h"
+//
+// Draw number k of sample i is a function of (seed, i, k) alone; it has two random streams, one for the camera.
+// A draw is rejected if the body does not fit its box, if a region of attachments has fewer than three vertices, if the
+// solver finds no equilibrium, or if the result is out of range.
+#include <string.h>
+
+#include "banet/banet_internal.h"
+#include "banet/banet_view_internal.h"
 
 #define COOKIE 0x16ba5a3eu
+#define DRAW_SHIFT 40  // bits of the index in the number of a random stream; the draw is above
+#define KIND_STREAM ((uint64_t)1 << 63)
 
 OmBanetSampleDef om_banet_sample_default_def(uint64_t seed) {
     return (OmBanetSampleDef){
@@ -17,7 +26,7 @@ OmBanetSampleDef om_banet_sample_default_def(uint64_t seed) {
         .young = {3000, 30000},
         .poisson = {0.4, 0.45},
         .radius = {0.004, 0.01},
-        .pull = {0.05, 0.6},
+        .pull = {0, 2.3e-4},
         .max_u = 0.15,
         .tolerance = 1e-4,
         .min_volume = 0.05,
@@ -55,8 +64,8 @@ OmStatus om_banet_sample_def_validate(const OmBanetSampleDef* d) {
         {"poisson[1]", d->poisson[1], d->poisson[0], OM_MAX_POISSON},
         {"radius[0]", d->radius[0], 0, d->radius[1]},
         {"radius[1]", d->radius[1], d->radius[0], 1},
-        {"pull[0]", d->pull[0], 1e-6, 10},
-        {"pull[1]", d->pull[1], 0, 5},
+        {"pull[0]", d->pull[0], 0, d->pull[1]},
+        {"pull[1]", d->pull[1], d->pull[0], 1},
         {"max_u", d->max_u, 1e-6, 100},
         {"tolerance", d->tolerance, 1e-12, 0.01},
         {"min_volume", d->min_volume, 0, 0.99},
@@ -83,9 +92,68 @@ void om_banet_sample_done(OmBanetSample* s) {
     *s = (OmBanetSample){0};
 }
 
+// ---- draws ------------------------------------------------------------------------------------------
+
+// What a sample is does not depend on its draw: draws that fail do not change the fractions of the definition.
+static void draw_kind(const OmBanetSampleDef* def, int64_t index, OmBanetSample* s) {
+    OmRng rng = om_rng_init(def->seed, (uint64_t)index | KIND_STREAM);
+    s->index = index;
+    s->nregion = om_rng_uniform(&rng) < def->two_share ? 2 : 1;
+    s->has_board = om_rng_uniform(&rng) < def->board_share;
+    bool is_camera = om_rng_uniform(&rng) < 0.5;
+    s->is_camera = def->way == OM_BANET_MIXED ? is_camera : def->way == OM_BANET_CAMERA;
+}
+
+// One draw. *is_good: it is a sample.
+static OmStatus draw(const OmBanetSampleDef* def, int64_t index, int attempt, OmBanetSample* s,
+                     bool* is_good) {
+    uint64_t stream = (uint64_t)index + ((uint64_t)(2 * attempt) << DRAW_SHIFT);
+    OmRng rng = om_rng_init(def->seed, stream);
+    draw_kind(def, index, s);
+    s->nattempt = attempt + 1;
+    s->material = (OmMaterial){.law = def->law,
+                               .young = om_rng_range(&rng, def->young[0], def->young[1]),
+                               .poisson = om_rng_range(&rng, def->poisson[0], def->poisson[1])};
+    OM_TRY(om__banet_body(def, &rng, &s->mesh, is_good));
+    if (!*is_good) return OM_OK;
+    OM_TRY(om_tet_mesh_boundary(&s->mesh, &s->surface, &s->surface_vert));
+    OM_TRY(om__banet_attach(def, &rng, s, is_good));
+    if (!*is_good) return OM_OK;
+    OM_TRY(om__banet_grasp(def, &rng, s, is_good));
+    if (!*is_good) return OM_OK;
+    OM_TRY(om__banet_solve(def, s, is_good));
+    s->nfail += !*is_good;
+    if (!*is_good) return OM_OK;
+    OM_ALLOC(s->u, 3 * (size_t)s->surface.nvert);
+    OM_ALLOC(s->seen, s->surface.nvert);
+    memset(s->u, 0, 3 * (size_t)s->surface.nvert * sizeof *s->u);
+    memset(s->seen, 0, (size_t)s->surface.nvert * sizeof *s->seen);
+    if (!s->is_camera) return om__banet_see(def, &rng, s);
+    OmRng view = om_rng_init(def->seed, stream + ((uint64_t)1 << DRAW_SHIFT));
+    OmStatus status = om__banet_view(&view, s);
+    *is_good = status == OM_OK;
+    return status < 0 ? status : OM_OK;
+}
+
 OmStatus om_banet_sample_make(const OmBanetSampleDef* def, int64_t index, OmBanetSample* sample) {
     *sample = (OmBanetSample){0};
     OM_TRY(om_banet_sample_def_validate(def));
-    return om_error(OM_UNAVAILABLE, "om_banet_sample_make: sample %lld: bodies are not built in",
-                    (long long)index);
+    OM_CHECK(index >= 0 && index < (int64_t)1 << DRAW_SHIFT, OM_INVALID,
+             "om_banet_sample_make: index %lld is out of range", (long long)index);
+    double begin = om_clock_now();
+    int nfail = 0;
+    for (int attempt = 0; attempt < def->max_attempt; ++attempt) {
+        bool is_good = false;
+        sample->nfail = nfail;
+        OmStatus status = draw(def, index, attempt, sample, &is_good);
+        if (status == OM_OK && is_good) {
+            sample->seconds = om_clock_now() - begin;
+            return OM_OK;
+        }
+        nfail = sample->nfail;
+        om_banet_sample_done(sample);
+        if (status < 0) return status;
+    }
+    return om_error(OM_NOT_CONVERGED, "banet: none of %d draws of sample %lld has an equilibrium",
+                    def->max_attempt, (long long)index);
 }

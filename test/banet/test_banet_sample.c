@@ -1,6 +1,24 @@
 // test_banet_sample.c: random samples: balance of forces, ranges, and the same bytes from (seed, index) alone.
+#include "omentum/banet_grid.h"
 #include "omentum/banet_sample.h"
-#include "test_common.h"
+#include "omentum/shape_meshing.h"
+#include "test_alloc.h"
+
+#define assert_in_range_double(v, lo, hi)                                                 \
+    do {                                                                                  \
+        double value_ = (v);                                                              \
+        if (!(value_ >= (lo) && value_ <= (hi)))                                          \
+            fail_msg("%s = %g, not in %g .. %g", #v, value_, (double)(lo), (double)(hi)); \
+    } while (0)
+
+// Small bodies that cost tens of milliseconds, way (a).
+static OmBanetSampleDef small_def(uint64_t seed) {
+    OmBanetSampleDef def = om_banet_sample_default_def(seed);
+    def.way = OM_BANET_EXACT;
+    def.extent[1] = 0.08;
+    def.thickness[1] = 0.01;
+    return def;
+}
 
 static void test_def(void** state) {
     (void)state;
@@ -10,12 +28,221 @@ static void test_def(void** state) {
     assert_int_equal(om_banet_sample_def_validate(&def), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "share[0]"));
     def = (OmBanetSampleDef){0};
-    assert_int_equal(om_banet_sample_def_validate(&def), OM_INVALID);
+    OmBanetSample sample;
+    assert_int_equal(om_banet_sample_make(&def, 0, &sample), OM_INVALID);
+}
+
+// Forces of the elements at the equilibrium: the pull on grasped vertices, anything on attached ones, else nothing.
+static void check_balance(const OmBanetSample* s, double tolerance) {
+    OmFemMesh mesh;
+    OmFemSolid* solid;
+    OmVec3 pull = {0, 0, 0}, held = {0, 0, 0};
+    int ngrasped = 0;
+    double left = 0, scale = om_norm(s->force);
+    assert_ok(om_fem_mesh_from_tet(&s->mesh, OM_TET4, &mesh));
+    memcpy(mesh.x, s->rest, 3 * (size_t)mesh.nnode * sizeof *mesh.x);
+    OmFemDef def = om_fem_default_def(&mesh, 1, &s->material);
+    assert_ok(om_fem_create(&def, &solid));
+    double* f = om_alloc(3 * (size_t)mesh.nnode, sizeof *f);
+    assert_ok(om_fem_eval_force(solid, s->x, f, NULL));
+    assert_true(om_fem_eval_volume(solid, s->x, NULL) > 0);
+    for (int i = 0; i < s->surface.nvert; ++i) ngrasped += s->grasped[i];
+    for (int i = 0; i < s->surface.nvert; ++i) {
+        int v = s->surface_vert[i];
+        OmVec3 here = om_load3(f, v);
+        if (s->attached[i]) {
+            assert_true(om_distance(om_load3(s->x, v), om_load3(s->mesh.x, v)) == 0);
+            held = om_add(held, here);
+            om_store3(f, v, om_vec3(0, 0, 0));
+        }
+        if (s->grasped[i]) {
+            assert_false(s->attached[i]);
+            pull = om_add(pull, here);
+            om_store3(f, v, om_sub(here, om_scale(1.0 / ngrasped, s->force)));
+        }
+    }
+    for (int i = 0; i < 3 * mesh.nnode; ++i) left += f[i] * f[i];
+    assert_true(sqrt(left) <=
+                3 * tolerance * scale);  // reactions are part of the scale of the solve
+    assert_true(om_distance(pull, s->force) <= 3 * sqrt(ngrasped) * tolerance * scale);
+    assert_true(om_norm(om_add(held, s->force)) <= 0.05 * scale);
+    om_free(f);
+    om_fem_destroy(solid);
+    om_fem_mesh_done(&mesh);
+}
+
+static void check_ranges(const OmBanetSampleDef* def, const OmBanetSample* s) {
+    double half = 0.5 / s->surface.nvert, largest = 0;
+    int nseen = 0;
+    assert_in_range_double(s->share, def->share[0] - half, def->share[1] + half);
+    assert_in_range_double(s->visible, def->visible[0] - half, def->visible[1] + half);
+    assert_in_range_double(s->material.young, def->young[0], def->young[1]);
+    assert_in_range_double(s->material.poisson, def->poisson[0], def->poisson[1]);
+    for (int i = 0; i < s->surface.nvert; ++i) {
+        OmVec3 a = om_load3(s->mesh.x, s->surface_vert[i]), b = om_load3(s->x, s->surface_vert[i]);
+        OmVec3 u = s->seen[i] > 0 ? om_sub(b, a) : om_vec3(0, 0, 0);
+        assert_true(om_distance(u, om_load3(s->u, i)) == 0);
+        assert_true(om_distance(a, om_load3(s->surface.x, i)) == 0);
+        assert_true(s->seen[i] == 0 || s->seen[i] == 1);
+        largest = fmax(largest, om_distance(a, b));
+        nseen += s->seen[i] > 0;
+    }
+    assert_true(fabs(s->visible * s->surface.nvert - nseen) < 1e-6);
+    // a vertex inside the body moves at most a little more than the surface
+    assert_in_range_double(s->max_u, largest, 1.1 * largest);
+    assert_true(s->max_u <= def->max_u && s->min_volume >= def->min_volume);
+}
+
+static void check_mesh(const OmBanetSampleDef* def, const OmBanetSample* s) {
+    OmMeshQuality q;
+    OmBanetGrid grid;
+    double voxel = def->side / OM_BANET_SIDE_CELL;
+    assert_ok(om_tet_mesh_validate(&s->mesh));
+    assert_ok(om_tet_mesh_quality(&s->mesh, &q));
+    assert_int_equal(q.npart, 1);
+    assert_in_range_double(q.edge_mean, 0.85 * voxel, 1.1 * voxel);
+    assert_ok(om_banet_grid_fit(&s->surface, def->side, &grid));
+    for (int c = 0; c < 3; ++c) assert_true(grid.dim[c] <= def->max_dim[c]);
+}
+
+static void test_samples(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(11);
+    for (int k = 0; k < 6; ++k) {
+        def.law = k == 5 ? OM_ST_VENANT_KIRCHHOFF : OM_NEO_HOOKEAN;
+        def.two_share = k % 2;
+        OmBanetSample s;
+        assert_ok(om_banet_sample_make(&def, k, &s));
+        assert_int_equal(s.nregion, 1 + k % 2);
+        check_mesh(&def, &s);
+        check_ranges(&def, &s);
+        check_balance(&s, def.tolerance);
+        om_banet_sample_done(&s);
+    }
+}
+
+// Number of connected parts of the attached vertices of a surface that have at least three vertices.
+static int count_regions(const OmBanetSample* s) {
+    const OmSurface* f = &s->surface;
+    int* root = om_alloc((size_t)f->nvert, sizeof *root);
+    int *size = om_calloc((size_t)f->nvert, sizeof *size), num = 0;
+    for (int i = 0; i < f->nvert; ++i) root[i] = i;
+    for (bool is_changed = true; is_changed;) {
+        is_changed = false;
+        for (int t = 0; t < 3 * f->ntri; ++t) {
+            int a = f->tri_vert[t], b = f->tri_vert[t % 3 == 2 ? t - 2 : t + 1];
+            if (!s->attached[a] || !s->attached[b] || root[a] == root[b]) continue;
+            root[a] = root[b] = root[a] < root[b] ? root[a] : root[b];
+            is_changed = true;
+        }
+    }
+    for (int i = 0; i < f->nvert; ++i) size[root[i]] += s->attached[i];
+    for (int i = 0; i < f->nvert; ++i) num += size[i] >= 3;
+    om_free(root);
+    om_free(size);
+    return num;
+}
+
+static void test_two_regions(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(12);
+    def.two_share = 1;
+    for (int k = 0; k < 4; ++k) {
+        OmBanetSample s;
+        assert_ok(om_banet_sample_make(&def, k, &s));
+        assert_true(count_regions(&s) >= 2);
+        om_banet_sample_done(&s);
+    }
+}
+
+// On a board: the settled body does not go through it, and the board carries what the attachments do not.
+static void test_board(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(13);
+    def.board_share = 1;
+    for (int k = 0; k < 3; ++k) {
+        OmBanetSample s;
+        assert_ok(om_banet_sample_make(&def, k, &s));
+        assert_true(s.has_board);
+        double below = 0, pressed = 0, moved = 0;
+        for (int i = 0; i < s.mesh.nvert; ++i) {
+            below = fmax(below, s.board - s.mesh.x[3 * i + 2]);
+            pressed = fmax(pressed, s.board - s.x[3 * i + 2]);
+            moved = fmax(moved, om_distance(om_load3(s.rest, i), om_load3(s.mesh.x, i)));
+        }
+        assert_true(below < 0.0005 && pressed < 0.002);
+        assert_true(moved > 1e-6);
+        check_ranges(&def, &s);
+        om_banet_sample_done(&s);
+    }
+}
+
+static uint64_t hash_sample(const OmBanetSampleDef* def, int64_t index) {
+    OmBanetSample s;
+    assert_ok(om_banet_sample_make(def, index, &s));
+    size_t n = (size_t)s.surface.nvert;
+    uint64_t h = om_hash(s.x, 3 * (size_t)s.mesh.nvert * sizeof *s.x, OM_HASH_SEED);
+    h = om_hash(s.attached, n, h);
+    h = om_hash(s.u, 3 * n * sizeof *s.u, h);
+    h = om_hash(s.seen, n * sizeof *s.seen, h);
+    om_banet_sample_done(&s);
+    return h;
+}
+
+static void test_same_bytes(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(14);
+    uint64_t alone = hash_sample(&def, 3);
+    assert_true(hash_sample(&def, 2) != alone);
+    assert_true(hash_sample(&def, 3) == alone);
+    def.seed = 15;
+    assert_true(hash_sample(&def, 3) != alone);
+}
+
+// Both ways come from the same bodies: only what is known of the sample differs.
+static void test_camera(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(16);
+    int ncamera = 0;
+    for (int k = 0; k < 2; ++k) {
+        OmBanetSample a, b;
+        def.way = OM_BANET_EXACT;
+        assert_ok(om_banet_sample_make(&def, k, &a));
+        def.way = OM_BANET_CAMERA;
+        assert_ok(om_banet_sample_make(&def, k, &b));
+        ncamera += b.is_camera - a.is_camera;
+        if (a.nattempt == b.nattempt) {
+            assert_int_equal(a.mesh.nvert, b.mesh.nvert);
+            assert_memory_equal(a.x, b.x, 3 * (size_t)a.mesh.nvert * sizeof *a.x);
+        }
+        assert_true(b.visible > 0);
+        om_banet_sample_done(&a);
+        om_banet_sample_done(&b);
+    }
+    assert_int_equal(ncamera, 2);
+}
+
+static OmStatus make_one(void* ctx) {
+    OmBanetSample s;
+    OmStatus status = om_banet_sample_make(ctx, 1, &s);
+    om_banet_sample_done(&s);
+    return status;
+}
+
+static void test_no_memory(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(17);
+    def.side = 0.6;  // few nodes
+    def.two_share = def.board_share = 1;
+    assert_true(test_failing_allocations(make_one, &def, 7) > 10);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_def),
+        cmocka_unit_test(test_def),         cmocka_unit_test(test_samples),
+        cmocka_unit_test(test_two_regions), cmocka_unit_test(test_board),
+        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_camera),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
