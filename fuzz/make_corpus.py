@@ -364,6 +364,25 @@ def umesh():
     put("umesh/u.bin", struct.pack("<Bf4x", 10, float("nan")))
 
 
+def banet():
+    """Heads of shards, and changes of values as fuzz_banet_shard.c reads them: nine bytes each."""
+    def real(kind, value):
+        return struct.pack("<Bd", kind, value)
+    def whole(kind, value, *rest):
+        return struct.pack("<Bi4B", kind, value, *(rest + (0, 0, 0, 0))[:4])
+    put("banet/head.txt", "omentum banet 1\nsize 8\nhash 0123456789abcdef\n".ljust(512, "\0") + "whatever")
+    put("banet/other.txt", "omentum banet 7\nsize 0\nhash 0\n")
+    put("banet/none.bin", b"")
+    put("banet/good.bin", real(3, 0.5) + whole(5, 7, 9) + whole(6, 100, 3, 0, 1) + real(9, 1e4))
+    put("banet/dim.bin", whole(1, 32, 1) + whole(1, 48, 2))
+    put("banet/small.bin", whole(1, 0, 0))
+    put("banet/cell.bin", whole(4, -1, 3) + whole(4, 1 << 30, 9, 0, 0, 1))
+    put("banet/value.bin", whole(6, -32768, 5, 0, 2) + whole(6, 600, 5, 0, 0))
+    put("banet/first.bin", whole(7, -4) + whole(8, 3))
+    put("banet/voxel.bin", real(0, float("nan")))
+    put("banet/side.bin", real(10, -0.3) + real(2, 1e300))
+
+
 def umesh_nets():
     """Changes to a good network's file as fuzz_umesh_net.c reads them: eight bytes each."""
     def byte(place, value):
@@ -412,4 +431,5 @@ if __name__ == "__main__":
     surfaces()
     weights()
     umesh()
+    banet()
     umesh_nets()
