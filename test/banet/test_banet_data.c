@@ -17,15 +17,6 @@ static OmBanetDataDef small_def(const char* dir) {
     return def;
 }
 
-// Sets need bodies and loads.
-static void require_bodies(void) {
-    const OmBanetDataDef def = small_def("");
-    OmBanetSample sample;
-    OmStatus status = om_banet_sample_make(&def.sample, 0, &sample);
-    om_banet_sample_done(&sample);
-    if (status == OM_UNAVAILABLE) test_skip("%s", om_error_message());
-}
-
 typedef struct Folder {
     char dir[256], path[2][300];  // and its two shards
 } Folder;
@@ -152,7 +143,6 @@ static void test_shard_memory(void** state) {
 
 static void test_workers(void** state) {
     (void)state;
-    require_bodies();
     Folder one = fresh_folder("banet1"), two = fresh_folder("banet2");
     OmBanetDataDef def = small_def(one.dir);
     OmBanetSummary a, b;
@@ -199,7 +189,6 @@ static bool stop_at_five(void* ctx, const char* stage, double done, double total
 // Stopped in the second shard, continued, extended, in parts: the files of an uninterrupted run.
 static void test_resume(void** state) {
     (void)state;
-    require_bodies();
     Folder whole = fresh_folder("banet3"), f = fresh_folder("banet4");
     OmBanetDataDef def = small_def(whole.dir);
     OmBanetSummary sum;

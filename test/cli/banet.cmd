@@ -1,0 +1,66 @@
+# omentum banet generate: files, resuming, test sets, and one sentence for each mistake.
+$ omentum banet generate -n 3 --shard 2 --seed 900 --way exact --pictures 1 -q -o out
+exit 0
+out ^3 samples \(3 new,
+out ^0 through a camera
+no-err
+file out/samples_000000.h5
+file out/samples_000002.h5
+file out/summary.json
+file out/report.html
+
+# A missing file is made again, to the same bytes, by any number of workers; so is a part of the set.
+$ mv out/samples_000002.h5 kept.h5; omentum banet generate -n 3 --shard 2 --seed 900 --way exact --pictures 0 --workers 1 -q -o out && cmp kept.h5 out/samples_000002.h5
+exit 0
+out ^3 samples \(1 new,
+
+$ omentum banet generate -n 3 --first 2 --shard 2 --seed 900 --way exact --pictures 0 -q -o part && cmp kept.h5 part/samples_000002.h5
+exit 0
+out ^1 samples \(1 new,
+
+# Another seed, and another setting, are another set.
+$ omentum banet generate -n 3 --shard 2 --seed 901 --way exact -q -o out
+exit 3
+err another seed or other settings
+err-lines 1
+$ omentum banet generate -n 3 --shard 2 --seed 900 --way exact --law st-venant-kirchhoff -q -o out
+exit 3
+err another seed or other settings
+
+$ omentum banet generate --help
+exit 0
+out Examples:
+out --test NAME
+
+$ omentum banet
+exit 2
+err omentum help banet lists the names:.* generate
+
+$ omentum banet generate
+exit 2
+err add -o DIR
+
+$ omentum banet generate --test tests -o x
+exit 2
+err the test sets are test, test-camera, board and two
+
+$ omentum banet generate --test test --seed 3 -o x
+exit 2
+err --test test sets --seed itself
+
+$ omentum banet generate --way both -o x
+exit 2
+err --way both: it must be exact, camera or mixed
+
+$ omentum banet generate --first 30 -o x
+exit 2
+err --first 30 must be a multiple of --shard 50
+
+$ omentum banet generate --side 1 -o x
+exit 2
+err --side
+
+$ touch taken && omentum banet generate -n 1 --way exact -q -o taken/out
+exit 3
+err taken
+err-lines 1
