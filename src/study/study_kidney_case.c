@@ -9,7 +9,7 @@
 // and D).
 #include <string.h>
 
-#include "study/study_kidney.h"
+#include "study/study_kidney_case.h"
 
 #define MM 0.001
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "omentum/body.h"
-#include "study/study_kidney.h"
+#include "study/study_kidney_case.h"
 #include "study/study_match_case.h"
 
 #define FAST 0.1      // m/s, to the tissue
@@ -265,7 +265,8 @@ OmStatus om__kidney_truth_look(KidneyTruth* t, int grasp, KidneyMoment moment, i
     OM_TRY_DONE(om_world_observe(t->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs));
     def.space.psm[0] = om_world_psm(t->world, 0);
     OM_TRY_DONE(om_scan_from_observation(&def, &obs, &a->scan));
-    shift_scan(om_load3(shift, 0), &a->scan);
+    t->shift = om_load3(shift, 0);
+    shift_scan(t->shift, &a->scan);
     a->time = obs.rgbd.time;
 done:
     t->scene.seed = 0;
@@ -286,13 +287,18 @@ static MatchTruth* as_match_truth(const KidneyTruth* t) {
     return m;
 }
 
-OmStatus om__kidney_truth_find_material(const KidneyTruth* t, OmVec3 eye, int n, const double* x,
-                                        double* rest) {
+OmStatus om__kidney_truth_find_material(const KidneyTruth* t, const OmScan* scan, double* rest) {
+    int n = scan->npoint;
     MatchTruth* m = as_match_truth(t);
-    if (!m) return OM_NO_MEMORY;
-    m->head.camera.pose_world_camera.p = eye;
-    OmStatus status = om__match_find_material(m, n, x, rest, NULL);
+    double* x = om_alloc(3 * (size_t)n + 1, sizeof *x);
+    OmStatus status = m && x ? OM_OK : OM_NO_MEMORY;
+    if (status == OM_OK) {
+        m->head.camera.pose_world_camera.p = om_sub(scan->camera.pose_world_camera.p, t->shift);
+        for (int i = 0; i < n; ++i) om_store3(x, i, om_sub(om_load3(scan->x, i), t->shift));
+        status = om__match_find_material(m, n, x, rest, NULL);
+    }
     om_free(m);
+    om_free(x);
     return status;
 }
 

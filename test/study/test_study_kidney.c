@@ -1,5 +1,5 @@
 // test_study_kidney.c: fat over the kidney: its shape, attachments before and after dissection, a lift and its views.
-#include "study/study_kidney.h"
+#include "study/study_kidney_case.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -132,8 +132,7 @@ static void test_lift(void** unused) {
     // Material points: carried on, they are the points of the scan again.
     int n = low.scan.npoint;
     double* point = calloc(6 * (size_t)n, sizeof *point);
-    assert_ok(om__kidney_truth_find_material(&t, low.scan.camera.pose_world_camera.p, n, low.scan.x,
-                                             point));
+    assert_ok(om__kidney_truth_find_material(&t, &low.scan, point));
     assert_ok(om__kidney_truth_carry(&t, n, point, point + 3 * n));
     double far = 0;
     for (int i = 0; i < n; ++i)
@@ -161,6 +160,80 @@ static void test_lift(void** unused) {
     om__kidney_truth_close(&t);
 }
 
+static OmStudyKidneyDef study_def(const char* out) {
+    OmStudyKidneyDef d = om_study_kidney_default_def(out, test_data("ct_abdomen/labels.nii.gz"));
+    d.is_quick = true;
+    d.weights = "";
+    d.nsample = 0;
+    d.nrun = 2;
+    d.nworker = 1;
+    return d;
+}
+
+static void test_definitions(void** unused) {
+    (void)unused;
+    OmStudyKidneySummary sum;
+    OmStudyKidneyDef d = study_def(dir), raw = {0};
+    assert_status(om_study_kidney_run(&raw, NULL, &sum), OM_INVALID);
+    d.nrun = 0;
+    assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
+    d.nrun = OM_STUDY_KIDNEY_MAX_RUN + 1;
+    assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
+    d = study_def(dir);
+    d.nworker = -1;
+    assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
+    d = study_def(dir);
+    d.volume = "/no/such/file.nii.gz";
+    assert_status(om_study_kidney_run(&d, NULL, &sum), OM_UNAVAILABLE);
+    d = study_def(dir);  // it has a truth, and no list of a study
+    assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
+}
+
+// A quick run: the errors of the ways are in the order of what they know, and a second call computes nothing.
+static void test_quick(void** unused) {
+    (void)unused;
+    char out[64], file[128];
+    OmStudyKidneySummary sum, again;
+    snprintf(out, sizeof out, "%s/study", dir);
+    OmStudyKidneyDef d = study_def(out);
+    assert_ok(om_study_kidney_run(&d, NULL, &sum));
+    assert_int_equal(sum.nnew, 2);
+    assert_int_equal(sum.nrow, 1);
+    assert_int_equal(sum.nview, 2);
+    assert_false(sum.has_network);
+    assert_false(sum.is_met);  // not without a network
+    const OmStudyKidneyTable *zero = &sum.by[OM_STUDY_KIDNEY_ZERO],
+                             *same = &sum.by[OM_STUDY_KIDNEY_SAME],
+                             *physics = &sum.by[OM_STUDY_KIDNEY_PHYSICS];
+    assert_true(zero->is_there && same->is_there && physics->is_there);
+    assert_false(sum.by[OM_STUDY_KIDNEY_ALL].is_there);
+    printf("rest %.2f mm; zero %.2f, same %.2f, physics %.2f mm\n", 1e3 * sum.rest,
+           1e3 * zero->mean, 1e3 * same->mean, 1e3 * physics->mean);
+    assert_near(zero->mean, 0.012, 0.005);  // the free twin follows lifts of 10 and 20 mm
+    assert_near(zero->ratio, 1, 1e-12);
+    assert_near(zero->dsc, 0, 0);
+    assert_near(same->dsc, 1, 0);
+    assert_near(same->tpr, 1, 0);
+    assert_true(zero->row[0].ave[1] > 1.5 * zero->row[0].ave[0]);
+    assert_true(sum.rest > 0.0003 && sum.rest < 0.002);  // calibration of 1 mm, noise
+    assert_below(same->mean, 0.001);
+    assert_below(same->volume, 0.0015);
+    assert_true(physics->mean < 0.5 * zero->mean);
+    assert_true(physics->dsc > 0.2);
+    assert_near(physics->row[0].mean, 0.5 * (physics->row[0].ave[0] + physics->row[0].ave[1]),
+                1e-12);
+    assert_near(physics->ratio, physics->mean / zero->mean, 1e-12);
+    assert_int_equal(zero->nloose + same->nloose, 0);
+    const char* const name[] = {"report.html", "study.json"};
+    for (int i = 0; i < 2; ++i) {
+        snprintf(file, sizeof file, "%s/%s", out, name[i]);
+        assert_true(om_path_exists(file));
+    }
+    assert_ok(om_study_kidney_run(&d, NULL, &again));
+    assert_int_equal(again.nnew, 0);
+    assert_near(again.by[OM_STUDY_KIDNEY_PHYSICS].mean, physics->mean, 0);
+}
+
 static int leave(void** unused) {
     (void)unused;
     om_site_done(&twin);
@@ -173,7 +246,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_without_data), cmocka_unit_test(test_stages),
         cmocka_unit_test(test_shape),        cmocka_unit_test(test_sites),
-        cmocka_unit_test(test_lift),
+        cmocka_unit_test(test_lift),         cmocka_unit_test(test_definitions),
+        cmocka_unit_test(test_quick),
     };
     return cmocka_run_group_tests(tests, NULL, leave);
 }

@@ -1,14 +1,16 @@
-// study_kidney.h: fat over the left kidney, before and after dissection (thesis 4.3.2 and 4.5).
+// study_kidney_case.h: fat over the left kidney, before and after dissection (thesis 4.3.2 and 4.5).
 //
 // The sheet of fat is built from a segmented CT and wraps the lateral half of the kidney. State 1 is the tissue as
 // found; states 2 and 3 follow two stages of dissection, so their attachments are subsets. The tissue is grasped at A,
 // B, C or D and lifted by 10 to 50 mm. Geometry, attachments, grasps, laws and seeds were committed before any method
 // was measured on them.
-#ifndef OMENTUM_STUDY_KIDNEY_INTERNAL_H
-#define OMENTUM_STUDY_KIDNEY_INTERNAL_H
+#ifndef OMENTUM_STUDY_KIDNEY_CASE_H
+#define OMENTUM_STUDY_KIDNEY_CASE_H
 
 #include "omentum/match.h"
+#include "omentum/match_live.h"
 #include "omentum/match_scan_picture.h"
+#include "omentum/study_kidney.h"
 #include "omentum/world.h"
 
 #define KIDNEY_NGRASP 4    // A to D
@@ -56,6 +58,7 @@ typedef struct KidneyTruth {
     OmWorld* world;
     OmSurface surface;  // boundary of its mesh, at the last shown moment
     int* vert;          // mesh vertex of each vertex of the surface
+    OmVec3 shift;       // m, error of calibration of the last look
     size_t size;        // of a snapshot, bytes
     KidneyLift lift[KIDNEY_NGRASP];
     // of each lift: KidneyLift, then the snapshots; null: not there yet
@@ -73,11 +76,65 @@ OmStatus om__kidney_truth_show(KidneyTruth* truth, int grasp, KidneyMoment momen
 // the run's noise and error of calibration. `twin` is the robot's own site. om_scan_done frees the scan.
 OmStatus om__kidney_truth_look(KidneyTruth* truth, int grasp, KidneyMoment moment, int run,
                                const OmSite* twin, OmAcquisition* acquisition);
-// The material point, in the rest shape, of each of n points near the shown surface: the nearest point of the
-// triangles that face the camera.
-OmStatus om__kidney_truth_find_material(const KidneyTruth* truth, OmVec3 eye, int n,
-                                        const double* x, double* rest);
+// The material point, in the rest shape, of each point of the last look's scan: the nearest point of the shown surface
+// among the triangles that face the camera, without the error of calibration.  (npoint x 3)
+OmStatus om__kidney_truth_find_material(const KidneyTruth* truth, const OmScan* scan, double* rest);
 // Positions at the shown moment of n points of the rest shape.
 OmStatus om__kidney_truth_carry(const KidneyTruth* truth, int n, const double* rest, double* x);
+
+// ---- estimates ----------------------------------------------------------------------------------------
+
+#define KIDNEY_MAX_VIEW (KIDNEY_NGRASP * KIDNEY_NLEVEL)
+#define KIDNEY_NROW (KIDNEY_NGRASP * KIDNEY_NSTATE)
+
+typedef struct KidneyGuess {  // attachments of one way from one view
+    bool is_there, is_accepted;
+    bool is_loose;    // the twin did not come to rest
+    double dsc, tpr;  // of the underside
+    double ave;       // m, points of the scan against their places on the twin
+    double volume;    // m, all vertices of the twin against the truth
+    double ms;        // processor time of the estimate
+} KidneyGuess;
+
+typedef struct KidneyView {
+    int grasp, level;
+    int npoint;    // of the scan
+    bool is_lost;  // correspondence was lost
+    KidneyGuess by[OM_STUDY_KIDNEY_NWAY];
+} KidneyView;
+
+typedef struct KidneyResult {  // of a run in a state
+    KidneyLift lift[KIDNEY_NGRASP];
+    int ntet;  // of the truth
+    // m, points of a scan before the grasps against the twin at rest with the true attachments
+    double rest;
+    int nview;
+    KidneyView view[KIDNEY_MAX_VIEW];
+} KidneyResult;
+
+typedef struct KidneyCases {  // of the whole study, or of a quick one
+    int nstate, state[KIDNEY_NSTATE];
+    int ngrasp, grasp[KIDNEY_NGRASP];
+    int nlevel;
+} KidneyCases;
+
+typedef struct Kidney {
+    const OmStudyKidneyDef* def;
+    const OmProgress* progress;
+    KidneyCases cases;
+    OmScene scene;  // of the twin
+    OmSite twin;    // without attachments
+    // [state][run], by index into cases  (nstate x nrun)
+    KidneyResult* result;
+    OmStudyKidneySummary sum;
+} Kidney;
+
+// Find or make the results of all runs.
+OmStatus om__kidney_run_lifts(Kidney* s);
+// Compute the tables from the results.
+OmStatus om__kidney_summarise_lifts(Kidney* s);
+OmStatus om__kidney_write(const Kidney* s);
+extern const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY];
+extern const char* const om__kidney_way_title[OM_STUDY_KIDNEY_NWAY];
 
 #endif

@@ -1,0 +1,243 @@
+// study_kidney_report.c: the study of fat over the kidney as report.html and study.json.
+#include <string.h>
+
+#include "study/study_attach_protocol.h"
+#include "study/study_internal.h"
+#include "study/study_kidney_case.h"
+
+#define MAX_PATH 1024
+#define WORD 48
+
+static OmStatus path_of(const Kidney* s, const char* name, char* path) {
+    return om_path_join(s->def->out_dir, name, path, MAX_PATH);
+}
+
+// The way that the outcome is judged by: all three, or physics without a network.
+static OmStudyKidneyWay main_way(const Kidney* s) {
+    return s->sum.by[OM_STUDY_KIDNEY_ALL].is_there ? OM_STUDY_KIDNEY_ALL : OM_STUDY_KIDNEY_PHYSICS;
+}
+
+// ---- report.html --------------------------------------------------------------------------------------
+
+static void add_outcome(const Kidney* s, OmReport* report) {
+    const OmStudyKidneySummary* m = &s->sum;
+    const OmStudyKidneyTable* t = &m->by[main_way(s)];
+    char text[700];
+    size_t n = 0;
+    if (m->nsample > 0)
+        n += (size_t)snprintf(
+            text + n, sizeof text - n,
+            "%d samples, network alone: median DSC %.2f (goal %g, thesis 0.51), AVE %.1f mm "
+            "(goal %g, thesis 1.4). ",
+            m->nsample, m->dsc.median, OM_STUDY_KIDNEY_DSC, 1e3 * m->ave.median,
+            1e3 * OM_STUDY_KIDNEY_AVE);
+    if (s->def->nrun > 0)
+        n += (size_t)snprintf(
+            text + n, sizeof text - n,
+            "Dissection, %s: mean %.1f mm (goal %g, thesis 4.0), worst row %.1f mm (goal %g, thesis "
+            "8.8), mean of AVE over AVE without attachments %.2f (goal %g, thesis 0.22). ",
+            om__kidney_way_title[main_way(s)], 1e3 * t->mean, 1e3 * OM_STUDY_KIDNEY_MEAN,
+            1e3 * t->worst, 1e3 * OM_STUDY_KIDNEY_ROW, t->ratio, OM_STUDY_KIDNEY_RATIO);
+    if (!m->has_network)
+        n += (size_t)snprintf(text + n, sizeof text - n, "Left out: the rows of the network. ");
+    snprintf(text + n, sizeof text - n, "%s.", m->is_met ? "Met" : "Missed");
+    om_report_verdict(report, text, m->is_met);
+}
+
+// One line for each way.
+static void add_ways(const Kidney* s, OmReport* report) {
+    enum { NCOL = 9 };
+    static const char* const heading[NCOL] = {"attachments", "mean, mm",   "worst row, mm",
+                                              "over Zero",   "volume, mm", "DSC",
+                                              "TPR, %",      "refused",    "ms"};
+    char text[OM_STUDY_KIDNEY_NWAY][NCOL][WORD];
+    const char* cell[OM_STUDY_KIDNEY_NWAY * NCOL];
+    int nrow = 0;
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        const OmStudyKidneyTable* t = &s->sum.by[way];
+        if (!t->is_there) continue;
+        char(*c)[WORD] = text[nrow];
+        snprintf(c[0], WORD, "%s", om__kidney_way_title[way]);
+        snprintf(c[1], WORD, "%.2f", 1e3 * t->mean);
+        snprintf(c[2], WORD, "%.2f", 1e3 * t->worst);
+        snprintf(c[3], WORD, "%.2f", t->ratio);
+        snprintf(c[4], WORD, "%.2f", 1e3 * t->volume);
+        snprintf(c[5], WORD, "%.2f", t->dsc);
+        snprintf(c[6], WORD, "%.0f", 100 * t->tpr);
+        snprintf(c[7], WORD, "%d", t->nrefused);
+        snprintf(c[8], WORD, "%.0f", t->ms);
+        for (int k = 0; k < NCOL; ++k) cell[nrow * NCOL + k] = c[k];
+        ++nrow;
+    }
+    om_report_heading(report, "Dissection: ways compared");
+    om_report_table(report, heading, NCOL, cell, nrow);
+    char note[600];
+    snprintf(
+        note, sizeof note,
+        "%d views of %d rows, %d runs each with other noise; the truth has %d tetrahedra. Mean: AVE of the scan's "
+        "points at their true material points, less its value at rest, mean over rows; at rest %.2f mm (thesis "
+        "3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
+        "underside. After a refused update the twin keeps its attachments. Correspondence was lost in %d views.",
+        s->sum.nview, s->sum.nrow, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost);
+    om_report_paragraph(report, note);
+}
+
+// Means and standard deviations over the rows that reached a level.
+static void add_levels(const Kidney* s, const OmStudyKidneyTable* t, char text[2][10][WORD]) {
+    for (int k = 0; k < KIDNEY_NLEVEL; ++k) {
+        double value[KIDNEY_NROW];
+        int n = 0;
+        for (int i = 0; i < s->sum.nrow; ++i)
+            if (k < t->row[i].nlevel) value[n++] = 1e3 * t->row[i].ave[k];
+        StudySample m = om__study_sample(value, n);
+        snprintf(text[0][2 + k], WORD, n ? "%.2f" : "-", m.mean);
+        snprintf(text[1][2 + k], WORD, n ? "%.2f" : "-", m.sd);
+    }
+}
+
+// Table 4.3 of one way.
+static OmStatus add_table(const Kidney* s, int way, OmReport* report) {
+    enum { NCOL = 10, NLINE = KIDNEY_NROW + 2 };
+    static const char* const heading[NCOL] = {"grasp", "state", "10 mm", "20 mm", "30 mm",
+                                              "40 mm", "50 mm", "Mean",  "Std",   "Mean Zero"};
+    const OmStudyKidneyTable *t = &s->sum.by[way], *zero = &s->sum.by[OM_STUDY_KIDNEY_ZERO];
+    char(*text)[NCOL][WORD] = om_calloc(NLINE, sizeof *text);
+    const char* cell[NLINE * NCOL];
+    if (!text) return OM_NO_MEMORY;
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &t->row[i];
+        snprintf(text[i][0], WORD, "%c", 'A' + r->grasp);
+        snprintf(text[i][1], WORD, "%d", r->state + 1);
+        for (int k = 0; k < KIDNEY_NLEVEL; ++k)
+            snprintf(text[i][2 + k], WORD, k < r->nlevel ? "%.2f" : "-", 1e3 * r->ave[k]);
+        snprintf(text[i][7], WORD, "%.2f", 1e3 * r->mean);
+        snprintf(text[i][8], WORD, "%.2f", 1e3 * r->sd);
+        snprintf(text[i][9], WORD, "%.2f", 1e3 * zero->row[i].mean);
+    }
+    char(*last)[NCOL][WORD] = text + s->sum.nrow;
+    snprintf(last[0][0], WORD, "Mean");
+    snprintf(last[1][0], WORD, "Std");
+    snprintf(last[0][7], WORD, "%.2f", 1e3 * t->mean);
+    snprintf(last[0][9], WORD, "%.2f", 1e3 * zero->mean);
+    add_levels(s, t, last);
+    for (int i = 0; i < (s->sum.nrow + 2) * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
+    om_report_table(report, heading, NCOL, cell, s->sum.nrow + 2);
+    om_free(text);
+    return OM_OK;
+}
+
+// Levels that the truth did not reach, and the reason.
+static OmStatus add_missing(const Kidney* s, OmReport* report) {
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    for (int i = 0; i < s->cases.nstate && status == OM_OK; ++i) {
+        for (int k = 0; k < s->cases.ngrasp && status == OM_OK; ++k) {
+            int g = s->cases.grasp[k];
+            const KidneyLift* l = &s->result[i * s->def->nrun].lift[g];
+            if (l->nlevel >= s->cases.nlevel) continue;
+            status = om_text_append(&text, "%c%d: %d levels; %s\n", 'A' + g, s->cases.state[i] + 1,
+                                    l->nlevel, l->reason);
+        }
+    }
+    if (status == OM_OK && text.len > 0) om_report_details(report, "Missing levels", text.str);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus add_lifts(const Kidney* s, OmReport* report) {
+    if (s->def->nrun == 0) return OM_OK;
+    char title[96];
+    add_ways(s, report);
+    snprintf(title, sizeof title, "Table 4.3: %s", om__kidney_way_title[main_way(s)]);
+    om_report_heading(report, title);
+    OM_TRY(add_table(s, main_way(s), report));
+    om_report_paragraph(
+        report, "AVE in mm, mean over the runs, less the error at rest. The thesis's mean of the "
+                "rows is 4.01 mm, its worst row 8.81 mm (B2), its Mean Zero 7.3 to 32.0 mm.");
+    OM_TRY(add_missing(s, report));
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        if (!s->sum.by[way].is_there || way == (int)main_way(s)) continue;
+        om_report_begin_fold(report, om__kidney_way_title[way]);
+        OM_TRY(add_table(s, way, report));
+        om_report_end_fold(report);
+    }
+    return OM_OK;
+}
+
+static OmStatus write_report(const Kidney* s) {
+    OmReport report;
+    char path[MAX_PATH];
+    OM_TRY(path_of(s, "report.html", path));
+    om_report_begin(&report, "Fat over the kidney",
+                    s->def->is_quick ? "thesis 4.5, quick" : "thesis 4.5");
+    add_outcome(s, &report);
+    OmStatus status = add_lifts(s, &report);
+    if (status == OM_OK) return om_report_save(&report, path);
+    om_report_done(&report);
+    return status;
+}
+
+// ---- study.json ---------------------------------------------------------------------------------------
+
+static void put_table(const Kidney* s, int way, OmJson* json) {
+    const OmStudyKidneyTable* t = &s->sum.by[way];
+    om_json_open(json, om__kidney_way_name[way], '{');
+    om_json_number(json, "mean_mm", 1e3 * t->mean);
+    om_json_number(json, "worst_row_mm", 1e3 * t->worst);
+    om_json_number(json, "over_zero", t->ratio);
+    om_json_number(json, "volume_mm", 1e3 * t->volume);
+    om_json_number(json, "dsc", t->dsc);
+    om_json_number(json, "tpr", t->tpr);
+    om_json_integer(json, "refused", t->nrefused);
+    om_json_integer(json, "not_at_rest", t->nloose);
+    om_json_number(json, "processor_ms", t->ms);
+    om_json_open(json, "rows", '[');
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &t->row[i];
+        double ave[KIDNEY_NLEVEL];
+        char name[16];
+        snprintf(name, sizeof name, "%c%d", 'A' + r->grasp, r->state + 1);
+        for (int k = 0; k < r->nlevel; ++k) ave[k] = 1e3 * r->ave[k];
+        om_json_open(json, NULL, '{');
+        om_json_string(json, "row", name);
+        om_json_numbers(json, "ave_mm", ave, r->nlevel);
+        om_json_number(json, "mean_mm", 1e3 * r->mean);
+        om_json_number(json, "std_mm", 1e3 * r->sd);
+        om_json_close(json, '}');
+    }
+    om_json_close(json, ']');
+    om_json_close(json, '}');
+}
+
+static OmStatus write_json(const Kidney* s) {
+    char path[MAX_PATH];
+    OmText text = {0};
+    OM_TRY(path_of(s, "study.json", path));
+    OmJson json = om_json_begin(&text);
+    om_json_open(&json, NULL, '{');
+    om_json_bool(&json, "quick", s->def->is_quick);
+    om_json_bool(&json, "network", s->sum.has_network);
+    om_json_bool(&json, "met", s->sum.is_met);
+    if (s->def->nrun > 0) {
+        om_json_open(&json, "dissection", '{');
+        om_json_integer(&json, "runs", s->def->nrun);
+        om_json_integer(&json, "views", s->sum.nview);
+        om_json_integer(&json, "tetrahedra_of_the_truth", s->sum.ntet);
+        om_json_integer(&json, "missing_levels", s->sum.nmissing);
+        om_json_integer(&json, "correspondence_lost", s->sum.nlost);
+        om_json_number(&json, "rest_mm", 1e3 * s->sum.rest);
+        for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way)
+            if (s->sum.by[way].is_there) put_table(s, way, &json);
+        om_json_close(&json, '}');
+    }
+    om_json_close(&json, '}');
+    OmStatus status = om_json_end(&json);
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+OmStatus om__kidney_write(const Kidney* s) {
+    OM_TRY(write_report(s));
+    return write_json(s);
+}
