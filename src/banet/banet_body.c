@@ -76,11 +76,13 @@ static Body draw_body(const OmBanetSampleDef* def, OmRng* rng) {
     for (int c = 0; c < 2; ++c) size[c] = draw_log(rng, def->extent);
     b.thickness = draw_log(rng, def->thickness);
     b.half = om_vec3(0.5 * fmax(size[0], size[1]), 0.5 * fmin(size[0], size[1]),
-                     0.5 * b.thickness * om_rng_range(rng, 1.5, 5));
+                     0.5 * b.thickness * om_rng_range(rng, 2.5, 8));
     b.exponent = om_rng_uniform(rng) < 0.5 ? 2 : om_rng_range(rng, 2, 6);
     b.outline = om_rng_range(rng, 0, OUTLINE);
     b.outline_freq = om_rng_range(rng, 0.7, 2);
-    b.rough = b.thickness * om_rng_range(rng, 0, ROUGHNESS);
+    // a face that comes near the other one leaves holes
+    double rough = fmin(ROUGHNESS * b.thickness, fmax(0, 0.5 * (b.thickness - edge)));
+    b.rough = rough * om_rng_uniform(rng);
     b.rough_length = om_rng_range(rng, 0.06, 0.2) * def->extent[1];
     // the height that bending and twisting add
     double free = fmax(0, height - b.thickness), turn = om_rng_range(rng, 0, OM_PI);
