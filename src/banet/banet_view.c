@@ -10,6 +10,10 @@
 // The twin has the default law of a scene, which resists inversion. With the law of the samples (neo-Hookean) elements
 // that are crushed beside a grasp cut the steps of the twin: 5 s of processor time instead of 0.2 s in one of six
 // samples.
+//
+// On 24 bodies, processor time and share of lost results: 0.57 s and 0.21 with 25 steps of 50 ms and restarts of lost
+// results, 0.32 s and 0.21 with 15 steps of 80 ms and without restarts. The errors are the same. Of 19 lost results,
+// restarts found 3, so another view is cheaper.
 #include <math.h>
 #include <string.h>
 
@@ -20,7 +24,7 @@
 
 #define SEEN_WEIGHT 0.5  // sum of the weights of pairs at a vertex that is well seen
 #define LEAST_POINTS 40  // of a scan
-#define MAX_VIEW 4       // views drawn for one body
+#define MAX_VIEW 6       // views drawn for one body
 #define DENSITY 1000.0   // kg/m^3
 #define GRAVITY 9.81
 
@@ -53,9 +57,10 @@ BanetViewDef om__banet_view_default_def(void) {
                           .tool_shift = 2e-4,
                           .camera_shift = 5e-4,
                           .camera_turn = 0.003,
-                          .nstep = 20,
-                          .nsettle = 5,
-                          .dt = 0.05,
+                          .nstep = 12,
+                          .nsettle = 3,
+                          .dt = 0.08,
+                          .nrestart = 0,
                           .keep_lost = 0.15};
 }
 
@@ -219,9 +224,9 @@ done:
     return status;
 }
 
-static OmStatus measure(const BanetTruth* t, const BanetTool* tool, const Twin* twin,
-                        const OmScan* scan, OmPose pose_world_now, double* u, double* seen,
-                        BanetViewReport* report) {
+static OmStatus measure(const BanetViewDef* view, const BanetTruth* t, const BanetTool* tool,
+                        const Twin* twin, const OmScan* scan, OmPose pose_world_now, double* u,
+                        double* seen, BanetViewReport* report) {
     OmMatch* match = NULL;
     OmMatchLive* live = NULL;
     OmMatchPairs pairs = {0};
@@ -231,6 +236,7 @@ static OmStatus measure(const BanetTruth* t, const BanetTool* tool, const Twin* 
     def.nhypothesis = 0;
     OM_TRY_DONE(om_match_create(&def, &match));
     OmMatchLiveDef how = om_match_live_default_def(match);
+    how.nrestart = view->nrestart;
     OM_TRY_DONE(om_match_live_create(&how, &live));
     double end = om_clock_now();
     report->make_s = end - begin;
@@ -275,7 +281,7 @@ OmStatus om__banet_view_measure(const BanetViewDef* def, const BanetTruth* t, Om
     now.p = om_madd(now.p, def->tool_shift, shift);
     OM_TRY_DONE(follow(def, &tool, &twin, &report.nsubstep));
     report.follow_s = om_clock_now() - end;
-    OM_TRY_DONE(measure(t, &tool, &twin, &scan, now, u, seen, &report));
+    OM_TRY_DONE(measure(def, t, &tool, &twin, &scan, now, u, seen, &report));
     OM_CHECK_DONE(!report.is_lost || keeps_lost, OM_NOT_CONVERGED, "banet: the pairs are lost");
     status = OM_OK;
 done:

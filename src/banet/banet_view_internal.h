@@ -47,6 +47,7 @@ typedef struct BanetViewDef {     // made by om__banet_view_default_def
     int nstep;         // steps of the twin while the tool moves
     int nsettle;       // ... afterwards
     double dt;         // s
+    int nrestart;      // OmMatchLiveDef.nrestart
     double keep_lost;  // share of lost results that is kept
 } BanetViewDef;
 

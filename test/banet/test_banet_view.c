@@ -90,7 +90,7 @@ static void test_errors(void** state) {
     BanetViewDef def = om__banet_view_default_def();
     double sum = 0;
     int ngood = 0, nbelief[BELIEF_COUNT] = {0};
-    for (uint64_t k = 0; k < 16; ++k) {
+    for (uint64_t k = 0; k < 24; ++k) {
         OmRng rng = om_rng_init(79, k);
         BanetViewReport report;
         OmStatus status = om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, &report);
