@@ -44,7 +44,9 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     // Strain around the gripper: force over young T sqrt(A), with the mean thickness T of the body and the grasped
     // area A; default 0.5-5.
     double pull[2];
-    double max_u;           // samples with a larger displacement are drawn again, m; default 0.15
+    // Samples whose largest displacement is outside of this range are drawn again, m; default 0.005-0.15: an update of
+    // a twin is refused below 5 mm.
+    double min_u, max_u;
     double tolerance;       // of the residual, relative to the loads; default 1e-4
     double min_volume;      // smallest det F allowed in a sample; default 0.05
     int max_attempt;        // largest number of draws for one sample; default 64

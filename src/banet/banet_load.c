@@ -270,8 +270,8 @@ OmStatus om__banet_solve(const OmBanetSampleDef* def, OmBanetSample* sample, boo
     sample->nnewton += report.nnewton;
     sample->min_volume = report.min_volume;
     sample->residual = report.residual;
-    *is_good =
-        status == OM_OK && report.min_volume >= def->min_volume && sample->max_u <= def->max_u;
+    *is_good = status == OM_OK && report.min_volume >= def->min_volume &&
+               sample->max_u >= def->min_u && sample->max_u <= def->max_u;
 done:
     solve_done(&s);
     return status < 0 ? status : OM_OK;
