@@ -8,6 +8,7 @@
 #include "omentum/banet_data.h"
 #include "omentum/banet_fuse.h"
 #include "omentum/banet_grid.h"
+#include "omentum/banet_net.h"
 #include "omentum/banet_sample.h"
 #include "omentum/banet_update.h"
 #include "omentum/banet_view.h"

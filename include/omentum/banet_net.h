@@ -1,0 +1,131 @@
+/// omentum/banet_net.h: BA-Net: the network, its training and its predictions (room `banet`, floor 6).
+///
+/// A U-Net over the voxels around a body (thesis 4.2.1, Fig. 4.3c). Input: the rest shape and the displacement of the
+/// visible part of the surface. Output: for each cell the probability that it holds an attached vertex. It means what
+/// it says, measured on samples that were not trained on (om_banet_eval), and counts only in cells that hold a vertex
+/// of the surface. One network fits grids of any size.
+///
+///     om_banet_net_load(NULL, &net);                                       // the weights that come along
+///     om_banet_estimate(net, 0.3, &surface, u, seen, probability);         // of the vertices of a surface
+///     attached = probability[i] >= om_banet_net_threshold(net);
+#ifndef OMENTUM_BANET_NET_H
+#define OMENTUM_BANET_NET_H
+
+#include "omentum/banet_data.h"
+#include "omentum/nn.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- the trained network ------------------------------------------------------------------------------
+
+#define OM_BANET_NLEVEL 5  // grids of the U-Net: four poolings
+
+typedef struct OmBanetNet OmBanetNet;  // constant; may be used by any number of threads
+
+/// Read weights and calibration.
+/// @param path  null: weights/banet.safetensors that comes along with the program
+/// @return OM_OK; OM_INVALID (not such a file, or damaged: the message names the field); OM_NO_MEMORY; OM_IO (no such
+///         file; the message says how to make one)
+OM_API OmStatus om_banet_net_load(const char* path, OmBanetNet** net);
+OM_API void om_banet_net_destroy(OmBanetNet* net);
+/// The probability from which a cell counts as attached; chosen on validation samples.
+OM_API double om_banet_net_threshold(const OmBanetNet* net);
+/// A line of the file's metadata ("command", "seed", "data", "validation_dsc", ...), or null.
+OM_API const char* om_banet_net_fact(const OmBanetNet* net, const char* key);
+/// Number of weights.
+OM_API size_t om_banet_net_size(const OmBanetNet* net);
+
+// ---- prediction -----------------------------------------------------------------------------------------
+
+/// Memory and code for grids of one size; for one thread at a time.
+typedef struct OmBanetPredictor OmBanetPredictor;
+
+/// @param net      borrowed
+/// @param dim      cells of the grid, multiples of OM_BANET_MULTIPLE
+/// @param nworker  0: one per processor
+/// @return OM_OK; OM_INVALID (dim); OM_NO_MEMORY; OM_UNAVAILABLE (oneDNN failed)
+OM_API OmStatus om_banet_predictor_create(const OmBanetNet* net, const int dim[3], int nworker,
+                                          OmBanetPredictor** predictor);
+OM_API void om_banet_predictor_destroy(OmBanetPredictor* predictor);
+/// @param in           as om_banet_voxelize writes it
+/// @param probability  of each cell; it counts in cells that hold a vertex of the surface  (dim[2] x dim[1] x dim[0])
+/// @return OM_OK; OM_INVALID (an input is not finite); OM_UNAVAILABLE (oneDNN failed)
+OM_API OmStatus om_banet_predict(OmBanetPredictor* predictor, const float* in, float* probability);
+
+/// Voxelize, predict, and look up the cell of each vertex. A predictor of the right size is made for the call: tens of
+/// milliseconds that a caller with many frames saves by om_banet_predict.
+/// @param side         of the thesis's grid, m: 0.3; 0.15 for sheets of 5 mm or less
+/// @param u, seen      as for om_banet_voxelize                        (surface->nvert x 3, surface->nvert)
+/// @param probability  of attachment                                              (surface->nvert)
+/// @return OM_OK; OM_INVALID (as om_banet_grid_fit and om_banet_voxelize); OM_NO_MEMORY; OM_UNAVAILABLE
+OM_API OmStatus om_banet_estimate(const OmBanetNet* net, double side, const OmSurface* surface,
+                                  const double* u, const double* seen, double* probability);
+
+// ---- training -------------------------------------------------------------------------------------------
+
+typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
+    const OmBanetData* data;      // borrowed
+    const char* out_dir;  // checkpoint, metrics.csv, weights.safetensors, report.html; borrowed
+    const char* command;  // command line, stored in the file; may be null
+    const char* start;  // file of weights of the same channels to begin with; default null: random
+    int nvalid;         // number of validation samples, the last ones; default a tenth
+    int channel[OM_BANET_NLEVEL];  // of the five grids, multiples of 16; default 16 32 64 96 128
+    int ngroup;                    // of group norm; 0: no norm
+    double dropout;                // behind poolings and interpolations; the thesis has 0.5
+    int dim[3];  // cells of the grid in training, multiples of OM_BANET_MULTIPLE; default 48 48 16
+    int nimage;  // mirror images that a prediction averages, 1 to 8; default 4
+    OmNetType type;     // default OM_F32; OM_BF16 is faster where the processor has it
+    int batch, nepoch;  // default 32 and 40
+    double rate;        // peak of the one-cycle schedule
+    double shell;       // weight in the loss of near cells without a vertex; default 0.25
+    uint64_t seed;      // default 1
+    int nworker;        // default 0: one a processor
+    OmCookie cookie;
+} OmBanetTrainDef;
+
+typedef struct OmBanetTrainSummary {
+    double dsc, tpr;  // means over the validation samples at the threshold, best epoch
+    double ece;       // expected calibration error on them, which also gave the calibration
+    double threshold;
+    int best_epoch, nepoch;
+    int64_t nstep;
+    double seconds;  // of all calls
+    bool is_resumed;
+} OmBanetTrainSummary;
+
+#define OM_BANET_NET_KIND "BA-Net"  // kind of the folder
+OM_API OmBanetTrainDef om_banet_train_default_def(const OmBanetData* data, const char* out_dir);
+/// Train with loss (4.2), or resume from the checkpoint, and write the weights of the best epoch. Calibration and
+/// threshold come from the validation samples.
+/// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY
+OM_API OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
+                               OmBanetTrainSummary* summary);
+
+// ---- evaluation -----------------------------------------------------------------------------------------
+
+#define OM_BANET_NBIN 15
+
+typedef struct OmBanetEval {  // of cells that hold a surface vertex; om_banet_eval_done frees
+    int n;                    // samples
+    double *dsc, *tpr;  // (4.3) and (4.6) of each sample at the threshold                     (n)
+    double mean_dsc, mean_tpr;
+    double dsc_quartile[3], tpr_quartile[3];  // lower, median, upper
+    double bin_predicted[OM_BANET_NBIN];      // mean probability of bins of equal count, ascending
+    double bin_true[OM_BANET_NBIN];           // share of attached cells in them
+    double ece;  // expected calibration error: mean difference of the two
+    int64_t ncell;
+    double ms;  // median time of a prediction
+} OmBanetEval;
+
+/// Predict the data's samples `first` .. `first + n - 1`, each on its own grid.
+/// @return OM_OK; OM_INVALID (no such samples); OM_NO_MEMORY; OM_UNAVAILABLE; OM_CANCELLED
+OM_API OmStatus om_banet_eval(const OmBanetNet* net, const OmBanetData* data, int first, int n,
+                              int nworker, const OmProgress* progress, OmBanetEval* eval);
+OM_API void om_banet_eval_done(OmBanetEval* eval);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
