@@ -35,7 +35,9 @@ static const OmCliVerb study = {
 
 static const OmCliVerb* const table[] = {
     &banet,
+    &om_cli_verb_banet_eval,
     &om_cli_verb_banet_generate,
+    &om_cli_verb_banet_train,
     &om_cli_verb_calibrate,
     &om_cli_verb_demo,
     &om_cli_verb_model,

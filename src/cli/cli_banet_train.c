@@ -1,0 +1,159 @@
+// cli_banet_train.c: omentum banet train.
+#include <stdio.h>
+#include <string.h>
+
+#include "cli_common.h"
+#include "omentum/banet_net.h"
+
+static const OmCliOption option[] = {
+    {"--data", "-d", "DIR", "samples of omentum banet generate"},
+    {"--output", "-o", "DIR", "weights, report, and the checkpoint from which training continues"},
+    {"--samples", NULL, "N", "use the first N samples", "all", NULL, 2, 100000000},
+    {"--validation", NULL, "N", "the last N of these are for validation", "a tenth"},
+    {"--channels", NULL, "LIST",
+     "channels of the five grids, the finest first; multiples of 16 are fast", "16,32,64,96,128"},
+    {"--groups", NULL, "N", "groups of norm behind each convolution; 0: none", "8", NULL, 0, 256},
+    {"--dropout", NULL, "P", "behind poolings and interpolations", "0.1; thesis 0.5", NULL, 0,
+     0.95},
+    {"--grid", NULL, "N", "length and width of the grid in training, cells, a multiple of 16", "48",
+     NULL, 16, 256},
+    {"--images", NULL, "N", "mirror images that a prediction averages", "4", NULL, 1, 8},
+    {"--epochs", NULL, "N", "epochs", "40", NULL, 1, 1000000},
+    {"--batch", NULL, "N", "samples a step", "32", NULL, 1, 1024},
+    {"--rate", NULL, "R", "peak learning rate", "0.002", NULL, 1e-8, 1},
+    {"--shell", NULL, "W", "weight in the loss of cells near the body that hold no vertex", "0.25",
+     NULL, 0, 1},
+    {"--start", NULL, "FILE", "weights of the same channels to begin with", "random ones"},
+    {"--seed", NULL, "N", "seed of the weights and the order of samples", "1", NULL, 0, 2147483647},
+    {"--type", NULL, "NAME", "of values between layers, f32 or bf16", "the faster one here"},
+    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
+    {"--quiet", "-q", NULL, "no progress"},
+};
+
+static const OmCliKey result_key[] = {
+    {"epochs", "epochs"},
+    {"steps", "steps of the optimizer"},
+    {"validation_dsc", "mean DSC over the validation samples"},
+    {"validation_tpr", "mean TPR over the validation samples"},
+    {"validation_ece", "expected calibration error over the validation samples"},
+    {"threshold", "probability from which a cell counts as attached"},
+};
+
+static OmStatus read_channels(const OmCliArgs* args, int channel[OM_BANET_NLEVEL]) {
+    const char* text = om_cli_get(args, "--channels");
+    if (!text) return OM_OK;
+    const char* end = text + strlen(text);
+    for (int k = 0; k < OM_BANET_NLEVEL; ++k) {
+        int64_t value;
+        bool is_ok = om_integer_parse(&text, end, &value) && value >= 1 && value <= 256;
+        is_ok = is_ok && (k < OM_BANET_NLEVEL - 1 ? text < end && *text++ == ',' : text == end);
+        OM_CHECK(is_ok, OM_INVALID, "--channels %s: give %d numbers from 1 to 256 with commas",
+                 om_cli_get(args, "--channels"), OM_BANET_NLEVEL);
+        channel[k] = (int)value;
+    }
+    return OM_OK;
+}
+
+static OmStatus read_type(const OmCliArgs* args, OmNetType* type) {
+    const char* name = om_cli_get(args, "--type");
+    *type = om_net_fast_type();
+    if (!name) return OM_OK;
+    OM_CHECK(strcmp(name, "f32") == 0 || strcmp(name, "bf16") == 0, OM_INVALID,
+             "--type %s: f32 or bf16", name);
+    *type = strcmp(name, "f32") == 0 ? OM_F32 : OM_BF16;
+    return OM_OK;
+}
+
+static OmStatus read_def(const OmCliArgs* args, OmBanetTrainDef* def) {
+    int seed = (int)def->seed;
+    OM_TRY(om_cli_get_int(args, "--validation", 1, def->data->nsample, &def->nvalid));
+    OM_TRY(read_channels(args, def->channel));
+    OM_TRY(om_cli_int(args, "--groups", &def->ngroup));
+    OM_TRY(om_cli_double(args, "--dropout", &def->dropout));
+    OM_TRY(om_cli_int(args, "--grid", &def->dim[0]));
+    OM_TRY(om_cli_int(args, "--images", &def->nimage));
+    OM_TRY(om_cli_int(args, "--epochs", &def->nepoch));
+    OM_TRY(om_cli_int(args, "--batch", &def->batch));
+    OM_TRY(om_cli_double(args, "--rate", &def->rate));
+    OM_TRY(om_cli_double(args, "--shell", &def->shell));
+    OM_TRY(om_cli_int(args, "--seed", &seed));
+    OM_TRY(om_cli_int(args, "--workers", &def->nworker));
+    OM_TRY(read_type(args, &def->type));
+    def->dim[1] = def->dim[0];
+    def->seed = (uint64_t)seed;
+    def->start = om_cli_get(args, "--start");
+    return OM_OK;
+}
+
+// The command line, for the metadata of the weights.
+static void join_command(int argc, char** argv, char* out, size_t size) {
+    int len = snprintf(out, size, "omentum banet train");
+    for (int i = 1; i < argc && len >= 0 && (size_t)len < size; ++i)
+        len += snprintf(out + len, size - (size_t)len, " %s", argv[i]);
+}
+
+static OmStatus train(const OmCliArgs* args, const OmBanetData* data) {
+    char command[512];
+    OmBanetTrainSummary s;
+    OmBanetTrainDef def = om_banet_train_default_def(data, om_cli_get(args, "--output"));
+    OM_TRY(read_def(args, &def));
+    join_command(args->argc, args->argv, command, sizeof command);
+    def.command = command;
+    const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
+    OM_TRY(om_banet_train(&def, progress, &s));
+    om_cli_progress_done();
+    om_cli_figure("epochs", s.nepoch);
+    om_cli_figure("steps", (double)s.nstep);
+    om_cli_figure("validation_dsc", s.dsc);
+    om_cli_figure("validation_tpr", s.tpr);
+    om_cli_figure("validation_ece", s.ece);
+    om_cli_figure("threshold", s.threshold);
+    om_cli_path(def.out_dir);
+    printf("%s%d epochs, %lld steps, %.1f min; epoch %d is the best\n"
+           "validation: DSC %.3f, TPR %.1f %%, expected calibration error %.3f; threshold %.2f\n"
+           "weights: %s/weights.safetensors\nreport: %s/report.html\n",
+           s.is_resumed ? "resumed: " : "", s.nepoch, (long long)s.nstep, s.seconds / 60,
+           s.best_epoch, s.dsc, 1e2 * s.tpr, s.ece, s.threshold, def.out_dir, def.out_dir);
+    return OM_OK;
+}
+
+int om_cli_banet_train(int argc, char** argv) {
+    OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
+    int npositional, nsample = 0;
+    OmBanetData data;
+    OmStatus status = om_cli_check(&args, 0, &npositional);
+    if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
+    if (status >= 0 && !(om_cli_get(&args, "--data") && om_cli_get(&args, "--output")))
+        status = om_error(
+            OM_INVALID, "give the folder of samples (-d DATA) and the folder of weights (-o DIR)");
+    if (status < 0) {
+        fprintf(stderr, "omentum banet: %s\n", om_error_message());
+        return OM_EXIT_USAGE;
+    }
+    const char* const input[] = {om_cli_get(&args, "--data")};
+    status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
+    if (status < 0) return om_cli_fail("banet", status);
+    status = om_banet_data_load(input[0], nsample, &data);
+    if (status < 0) return om_cli_fail("banet", status);
+    status = train(&args, &data);
+    om_banet_data_done(&data);
+    return status < 0 ? om_cli_fail_kept("banet", status) : OM_EXIT_OK;
+}
+
+const OmCliVerb om_cli_verb_banet_train = {
+    .name = "banet train",
+    .run = om_cli_banet_train,
+    .summary = "train the network on the samples",
+    .usage = "omentum banet train -d DATA -o DIR [options]",
+    .about =
+        "Trains the U-Net of thesis 4.2.1 on the samples in DATA. DIR receives weights.safetensors\n"
+        "(everything that a prediction needs), report.html and metrics.csv. After an interruption the same\n"
+        "command continues the training.",
+    .option = option,
+    .noption = sizeof option / sizeof *option,
+    .example = "  omentum banet generate -o out/samples\n"
+               "  omentum banet train -d out/samples -o out/banet\n"
+               "  omentum banet train -d out/samples -o out/small --samples 500 --epochs 10",
+    .key = result_key,
+    .nkey = sizeof result_key / sizeof *result_key,
+};
