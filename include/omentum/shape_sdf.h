@@ -75,6 +75,8 @@ typedef struct OmSdfDef {
     // false.
     bool is_raw;
     int64_t max_node;  // larger grids are refused; default 2e8
+    // Of surfaces: longer distances may be too long by a fraction of a step, m, >= 0; default INFINITY.
+    double exact;
     // Of surfaces: the nodes to sample, which enclose the surface; spacing and margin are not used. A
     // surface too thin to enclose a node is then no error. Borrowed; default null.
     const OmGrid* grid;

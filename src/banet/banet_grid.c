@@ -5,6 +5,11 @@
 // for surgical navigation with convolutional neural networks"); the thesis prints no width. The mean over *seen*
 // vertices alone, not over all, keeps the displacement of the visible part exact at its border; channel "seen" has
 // the share that was seen.
+//
+// Width of the Gaussian, ten random bodies, all of the surface seen, rms difference to the displacement at the nearest
+// point of the surface (rms displacement 11.7 mm): 0.20 mm at 0.35 voxels, 0.27 at 0.5, 0.33 at 0.6, 0.45 at 0.8, 0.52
+// at 1.0. No cell within a voxel of the surface was without a vertex at any of them. 0.6 averages over about four
+// vertices, because the displacement of a camera is noisy.
 #include <string.h>
 
 #include "omentum/banet_grid.h"
@@ -132,6 +137,7 @@ static OmStatus find_distance(const OmBanetGrid* grid, const OmSurface* surface,
     OmSdf sdf = {0};
     OmSdfDef def = om_sdf_default_def(1);
     def.grid = &cells;
+    def.exact = OM_BANET_CLIP;
     OM_TRY(om_surface_init(local, surface->nvert, surface->ntri));
     memcpy(local->tri_vert, surface->tri_vert, 3 * (size_t)surface->ntri * sizeof(int));
     for (int i = 0; i < surface->nvert; ++i)

@@ -150,16 +150,20 @@ static OmPose find_task(const BanetTruth* t) {
 
 // The twin knows board and weight, but neither stiffness nor attachments.
 static OmStatus twin_init(const BanetViewDef* def, const BanetTruth* t, OmRng* rng,
-                          BanetBelief* belief, Twin* twin) {
+                          BanetViewReport* report, Twin* twin) {
     OmStatus status = OM_OK;
     int n = 0;
     OM_ALLOC_DONE(twin->attached, t->surface->nvert);
     OM_ALLOC_DONE(twin->list, t->surface->nvert);
     OM_ALLOC_DONE(twin->x, 3 * (size_t)t->mesh->nvert);
-    *belief = draw_belief(def, rng);
-    OM_TRY_DONE(draw_attached(t, *belief, rng, twin->attached));
-    for (int i = 0; i < t->surface->nvert; ++i)
-        if (twin->attached[i]) twin->list[n++] = t->surface_vert[i];
+    report->belief = draw_belief(def, rng);
+    OM_TRY_DONE(draw_attached(t, report->belief, rng, twin->attached));
+    for (int i = 0; i < t->surface->nvert; ++i) {
+        if (!twin->attached[i]) continue;
+        twin->list[n++] = t->surface_vert[i];
+        report->nright += t->attached[i];
+    }
+    report->nwrong = n - report->nright;
     twin->set = (OmMeshSet){.name = "attachment", .nvert = n, .vert = twin->list};
     twin->scene = om_scene_default();
     twin->scene.tissue.friction = 0;
@@ -267,7 +271,7 @@ OmStatus om__banet_view_measure(const BanetViewDef* def, const BanetTruth* t, Om
     OmStatus status;
     bool keeps_lost = om_rng_uniform(rng) < def->keep_lost;
     OM_TRY_DONE(om__banet_tool_make(t, rng, &tool));
-    OM_TRY_DONE(twin_init(def, t, rng, &report.belief, &twin));
+    OM_TRY_DONE(twin_init(def, t, rng, &report, &twin));
     double begin = om_clock_now();
     status = om__banet_look(def, t, &tool, &twin.site, rng, &scan, &report.npixel);
     if (status != OM_OK) goto done;

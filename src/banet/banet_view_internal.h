@@ -53,9 +53,10 @@ typedef struct BanetViewDef {     // made by om__banet_view_default_def
 
 typedef struct BanetViewReport {
     BanetBelief belief;
-    int npixel;    // of tissue
-    int npoint;    // of the scan
-    int nsubstep;  // of the twin
+    int nright, nwrong;  // vertices that the twin holds: held by the truth, and not
+    int npixel;          // of tissue
+    int npoint;          // of the scan
+    int nsubstep;        // of the twin
     bool is_lost, is_restarted;
     double median, p95, paired, empty;       // as in OmMatchPairs
     double see_s, follow_s, make_s, pair_s;  // wall clock of the stages

@@ -33,7 +33,7 @@ void om__sdf_sample(OmSdf* sdf, OmShapeFn fn, void* ctx);
 // shifted so that the surface encloses this volume.
 OmStatus om__sdf_redistance(OmSdf* sdf, double volume);
 // Unsigned distance to a surface, into sdf->d.
-OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf);
+OmStatus om__sdf_unsigned(const OmSurface* surface, double exact, OmSdf* sdf);
 OmStatus om__sdf_check_def(const OmSdfDef* def);
 
 #endif

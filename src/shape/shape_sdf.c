@@ -22,6 +22,7 @@ OmSdfDef om_sdf_default_def(double spacing) {
                     .margin = 3 * spacing,
                     .smooth = 1.2,
                     .iterations = 8,
+                    .exact = INFINITY,
                     .max_node = 200000000};
     return def;
 }
@@ -37,6 +38,8 @@ OmStatus om__sdf_check_def(const OmSdfDef* def) {
              "distance field: smooth %g must be 0.5 to 3 voxels", def->smooth);
     OM_CHECK(def->iterations >= 0 && def->iterations <= 100, OM_INVALID,
              "distance field: iterations %d must be 0 to 100", def->iterations);
+    OM_CHECK(def->exact >= 0, OM_INVALID, "distance field: exact %g m must not be negative",
+             def->exact);
     return OM_OK;
 }
 
@@ -226,6 +229,7 @@ typedef struct RefineTask {
     OmSdf* sdf;
     const Feet* feet;
     const int *adr, *corner;  // triangles around each vertex
+    double exact;             // m; nodes further away keep their distance of the sweeps
 } RefineTask;
 
 static bool has_vertex(const int* tri, int v) { return tri[0] == v || tri[1] == v || tri[2] == v; }
@@ -254,11 +258,13 @@ static void refine_slices(void* ctx, int begin, int end, int block) {
     RefineTask* task = ctx;
     OmSdf* sdf = task->sdf;
     const float band = (float)(sdf->grid.spacing * sdf->grid.spacing);  // exact since seed_band
+    const float far =
+        (float)((task->exact + sdf->grid.spacing) * (task->exact + sdf->grid.spacing));
     for (int k = begin; k < end; k++) {
         size_t n = om_grid_index(sdf->grid.dim, 0, 0, k);
         for (int j = 0; j < sdf->grid.dim[1]; j++) {
             for (int i = 0; i < sdf->grid.dim[0]; i++, n++) {
-                if (sdf->d[n] <= band) continue;
+                if (sdf->d[n] <= band || sdf->d[n] > far) continue;
                 double d2 = refined_distance2(task, n, om_grid_point(&sdf->grid, i, j, k));
                 sdf->d[n] = fminf(sdf->d[n], (float)d2);
             }
@@ -266,7 +272,7 @@ static void refine_slices(void* ctx, int begin, int end, int block) {
     }
 }
 
-OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf) {
+OmStatus om__sdf_unsigned(const OmSurface* surface, double exact, OmSdf* sdf) {
     OmStatus status = OM_OK;
     size_t nnode = om_grid_count(sdf->grid.dim);
     Feet feet = {0};
@@ -282,7 +288,7 @@ OmStatus om__sdf_unsigned(const OmSurface* surface, OmSdf* sdf) {
     for (int s = 0; s < 8; s++) {
         sweep(sdf, &feet, sdf->d, s & 1 ? -1 : 1, s & 2 ? -1 : 1, s & 4 ? -1 : 1);
     }
-    RefineTask task = {surface, sdf, &feet, adr, corner};
+    RefineTask task = {surface, sdf, &feet, adr, corner, exact};
     om_parallel_for(0, sdf->grid.dim[2], 1, refine_slices, &task);
     for (size_t n = 0; n < nnode; n++) sdf->d[n] = sqrtf(sdf->d[n]);
 done:
@@ -304,7 +310,7 @@ static OmStatus redistance_once(OmSdf* sdf) {
     OM_CHECK_DONE(surface.ntri > 0, OM_INVALID, "distance field: nothing is inside");
     OM_ALLOC_DONE(inside, nnode);
     for (size_t n = 0; n < nnode; n++) inside[n] = sdf->d[n] < 0;
-    OM_TRY_DONE(om__sdf_unsigned(&surface, sdf));
+    OM_TRY_DONE(om__sdf_unsigned(&surface, INFINITY, sdf));
     for (size_t n = 0; n < nnode; n++) sdf->d[n] = inside[n] ? -sdf->d[n] : sdf->d[n];
 done:
     om_surface_done(&surface);
@@ -455,7 +461,7 @@ OmStatus om_sdf_from_surface(const OmSurface* surface, const OmSdfDef* def, OmSd
         hi = om_max3(hi, x);
     }
     OM_TRY_DONE(def->grid ? take_grid(def, lo, hi, sdf) : om__sdf_grid(def, lo, hi, sdf));
-    OM_TRY_DONE(om__sdf_unsigned(surface, sdf));
+    OM_TRY_DONE(om__sdf_unsigned(surface, def->exact, sdf));
 
     // a surface with normals that point inward is reversed
     OM_TRY_DONE(om_surface_init(&turned, surface->nvert, surface->ntri));

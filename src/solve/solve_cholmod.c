@@ -5,8 +5,15 @@
 // never change. The factor is supernodal and double. A long factorisation uses the threads of the BLAS, a
 // short one a single thread: threads of OpenBLAS wait for each other in every product. The choice depends
 // on the matrix alone, because the bytes of the factor may depend on it.
+//
+// CHOLMOD's own OpenMP loops always ask for four threads, which spin between the many short loops of a factorisation
+// and take the processors from other workers. They are made to run on the calling thread: with two workers that each
+// factorise 5,000 to 15,000 unknowns beside other work, three times as many equilibria in the same time.
 #include <cholmod.h>
 #include <string.h>
+#ifdef OM_WITH_OPENMP
+#include <omp.h>
+#endif
 
 #include "solve/solve_internal.h"
 
@@ -38,6 +45,19 @@ static OmStatus status_of(const OmCholesky* chol, const char* what) {
 static void use_threads(const OmCholesky* chol) {
     bool is_alone = chol->is_single || om_worker_is_inside() || chol->flops < MANY_FLOPS;
     openblas_set_num_threads(is_alone ? 1 : om_worker_count(0));
+}
+
+// Numeric factors, without CHOLMOD's own threads.
+static void factorise(OmCholesky* chol) {
+    use_threads(chol);
+#ifdef OM_WITH_OPENMP
+    int nlevel = omp_get_max_active_levels();
+    omp_set_max_active_levels(0);
+#endif
+    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+#ifdef OM_WITH_OPENMP
+    omp_set_max_active_levels(nlevel);
+#endif
 }
 
 void om__blas_use_one_thread(void) { openblas_set_num_threads(1); }
@@ -119,8 +139,7 @@ OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** out) {
     OM_TRY(begin((size_t)A->n, (size_t)A->row_adr[A->n], &chol));
     fill_csr(A, chol);
     OM_TRY_DONE(analyse(chol));
-    use_threads(chol);
-    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    factorise(chol);
     OM_TRY_DONE(status_of(chol, "factorise"));
     if (status == OM_OK) *out = chol;
 done:
@@ -137,8 +156,7 @@ OmStatus om__count_negative(const OmCsr* A, int* num) {
     chol->common.supernodal = CHOLMOD_SIMPLICIAL;  // L D L^T, whose D may be negative
     chol->common.final_ll = 0;
     OM_TRY_DONE(analyse(chol));
-    use_threads(chol);
-    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    factorise(chol);
     OM_TRY_DONE(status_of(chol, "factorise"));
     if (status != OM_OK) goto done;
     const int* adr = chol->factor->p;
@@ -184,8 +202,7 @@ OmStatus om__cholesky_refresh(OmCholesky* chol, const OmBsr* A, const unsigned c
         }
     }
     OM_CHECK(is_finite, OM_INVALID, "om_solver_refresh: the matrix has a value that is not finite");
-    use_threads(chol);
-    cholmod_factorize(chol->lower, chol->factor, &chol->common);
+    factorise(chol);
     return status_of(chol, "factorise");
 }
 

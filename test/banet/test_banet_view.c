@@ -110,6 +110,61 @@ static void test_errors(void** state) {
     slab_done(&s);
 }
 
+// Attachments of the twin: a part, all of them and more, others, none.
+static void test_beliefs(void** state) {
+    (void)state;
+    Slab s;
+    slab_init(0.04, 0, om_vec3(0, 0, 0.015), &s);
+    Field f = field_init(&s);
+    int nheld = 0;
+    for (int i = 0; i < s.surface.nvert; ++i) nheld += s.attached[i];
+    for (int belief = 0; belief < BELIEF_COUNT; ++belief) {
+        BanetViewDef def = exact_def();
+        def.chance[BELIEF_SAME] = 0;
+        def.chance[belief] = 1;
+        def.nstep = def.nsettle = 1;
+        def.keep_lost = 1;
+        OmRng rng = om_rng_init(86, 0);
+        BanetViewReport r;
+        assert_int_equal(om__banet_view_measure(&def, &s.truth, &rng, f.u, f.seen, &r), OM_OK);
+        assert_int_equal(r.belief, belief);
+        bool adds = belief == BELIEF_MORE || belief == BELIEF_ELSEWHERE || belief == BELIEF_NEARLY;
+        assert_true(adds ? r.nwrong > 0 : r.nwrong == 0);
+        if (belief == BELIEF_SAME || belief == BELIEF_MORE) assert_int_equal(r.nright, nheld);
+        if (belief == BELIEF_FEWER) assert_in_range(100 * r.nright / nheld, 15, 85);
+        if (belief == BELIEF_NEARLY) assert_in_range(100 * r.nright / nheld, 75, 100);
+        if (belief == BELIEF_NONE) assert_int_equal(r.nright, 0);
+        if (belief == BELIEF_ELSEWHERE) assert_true(r.nright < nheld);
+    }
+    field_done(&f);
+    slab_done(&s);
+}
+
+// A lost result is refused, or kept with its field.
+static void test_lost(void** state) {
+    (void)state;
+    Slab s;
+    slab_init(0.05, -0.01, om_vec3(-0.01, 0, 0.035), &s);
+    Field f = field_init(&s);
+    BanetViewDef def = om__banet_view_default_def();
+    bool is_found = false;
+    for (uint64_t k = 0; k < 16 && !is_found; ++k) {
+        OmRng first = om_rng_init(79, k), second = first;
+        BanetViewReport r;
+        def.keep_lost = 1;
+        OmStatus status = om__banet_view_measure(&def, &s.truth, &first, f.u, f.seen, &r);
+        if (status != OM_OK || !r.is_lost) continue;
+        is_found = true;
+        assert_true(slab_error(&s.truth, f.u, f.seen).seen > 0.01);
+        def.keep_lost = 0;
+        assert_int_equal(om__banet_view_measure(&def, &s.truth, &second, f.u, f.seen, &r),
+                         OM_NOT_CONVERGED);
+    }
+    assert_true(is_found);
+    field_done(&f);
+    slab_done(&s);
+}
+
 static void test_repeats(void** state) {
     (void)state;
     Slab s;
@@ -183,7 +238,7 @@ static void test_tool(void** state) {
 
 typedef struct Looked {
     OmScan scan;
-    int npixel, ntool;
+    int npixel, ntool, ntissue;
     double median, far;  // m, distances of the scan's points from the truth's surface
 } Looked;
 
@@ -199,8 +254,10 @@ static void look(const Slab* s, const BanetViewDef* def, uint64_t index, Looked*
     assert_ok(om__banet_tool_make(&s->truth, &rng, &tool));
     assert_int_equal(om__banet_look(def, &s->truth, &tool, &site, &rng, &out->scan, &out->npixel),
                      OM_OK);
-    for (int i = 0; i < def->width * def->height; ++i)
+    for (int i = 0; i < def->width * def->height; ++i) {
         out->ntool += out->scan.pixel[i] == OM_SCAN_TOOL;
+        out->ntissue += out->scan.pixel[i] == OM_SCAN_TISSUE;
+    }
     moved.x = s->x;
     assert_ok(om_tet_mesh_boundary(&moved, &deformed, NULL));
     assert_ok(om_surface_tree_create(&deformed, &tree));
@@ -227,9 +284,10 @@ static void test_look(void** state) {
     Slab s;
     slab_init(0.05, -0.01, om_vec3(0, 0, 0.03), &s);
     double shift = 0;
+    int nhole = 0, nshaft = 0;
     for (uint64_t k = 0; k < 4; ++k) {
         BanetViewDef def = exact_def();
-        Looked with, without, noisy, off, board;
+        Looked with, without, noisy, off, holes, board;
         look(&s, &def, k, &with);
         def.has_tool = false;
         look(&s, &def, k, &without);
@@ -238,6 +296,9 @@ static void test_look(void** state) {
         def.noise = 0;
         def.camera_shift = 2e-3;
         look(&s, &def, k, &off);
+        def.camera_shift = 0;
+        def.max_hole = 60;
+        look(&s, &def, k, &holes);
         def = exact_def();
         s.truth.has_board = true;
         s.truth.pose_world_board.p.z = -0.001;
@@ -249,14 +310,19 @@ static void test_look(void** state) {
         shift += off.median;
         assert_true(with.ntool > 20);
         assert_int_equal(without.ntool, 0);
+        assert_true(without.ntissue > 0.8 * without.npixel);
+        nshaft += without.ntissue - with.ntissue;
+        nhole += without.ntissue - holes.ntissue;
         assert_true(board.scan.camera.pose_world_camera.p.z > 0.02);  // above the board
         om_scan_done(&with.scan);
         om_scan_done(&without.scan);
         om_scan_done(&noisy.scan);
         om_scan_done(&off.scan);
+        om_scan_done(&holes.scan);
         om_scan_done(&board.scan);
     }
     assert_in_range(1e6 * shift / 4, 500, 4000);
+    assert_true(nhole > 500 && nshaft > 50);
     slab_done(&s);
 }
 
@@ -308,6 +374,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_exact),     cmocka_unit_test(test_back),
         cmocka_unit_test(test_errors),    cmocka_unit_test(test_repeats),
+        cmocka_unit_test(test_beliefs),   cmocka_unit_test(test_lost),
         cmocka_unit_test(test_no_leak),   cmocka_unit_test(test_tool),
         cmocka_unit_test(test_look),      cmocka_unit_test(test_out_of_view),
         cmocka_unit_test(test_no_memory),

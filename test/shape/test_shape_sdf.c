@@ -143,6 +143,20 @@ static void test_box_surface(void** unused) {
     assert_near(sdf.d[0], om_norm(om_vec3(0.01, 0.005, 0.06)), 1e-8);
     assert_near(sdf.d[6], om_norm(om_vec3(0.01, 0.005, 0)), 1e-8);  // z = 10 mm
     om_sdf_done(&sdf);
+    // distances up to a limit are those without a limit
+    OmGrid fine = {.dim = {13, 17, 11}, .spacing = 0.005, .origin = {-0.0101, -0.01, -0.0152}};
+    OmSdf all;
+    def.grid = &fine;
+    assert_ok(om_sdf_from_surface(&s, &def, &all));
+    def.exact = 0.012;
+    assert_ok(om_sdf_from_surface(&s, &def, &sdf));
+    for (size_t n = 0; n < om_grid_count(fine.dim); n++) {
+        if (fabsf(all.d[n]) <= 0.012f) assert_true(sdf.d[n] == all.d[n]);
+        assert_true(fabsf(sdf.d[n]) >= fabsf(all.d[n]));
+    }
+    om_sdf_done(&all);
+    om_sdf_done(&sdf);
+    def.grid = &nodes, def.exact = INFINITY;
     nodes.origin.z = 0.001;
     assert_status(om_sdf_from_surface(&s, &def, &sdf), OM_INVALID);
     om_surface_done(&s);
