@@ -100,7 +100,7 @@ static OmStatus analyse(OmCholesky* chol) {
     return OM_OK;
 }
 
-OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
+OmStatus om__cholesky_create(const OmBsr* A, bool is_single, OmCholesky** out) {
     *out = NULL;
     OM_CHECK(A->nblock < INT32_MAX / 9, OM_INVALID,
              "the matrix is too large for a Cholesky factor");
@@ -108,6 +108,7 @@ OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** out) {
     OmCholesky* chol;
     size_t n = 3 * (size_t)A->nvert, nnz = 6 * (size_t)A->nvert + 9 * (size_t)A->nedge;
     OM_TRY(begin(n, nnz, &chol));
+    chol->is_single = is_single;
     fill_pattern(A, chol->lower->p, chol->lower->i);
     memset(chol->lower->x, 0, nnz * sizeof(double));
     OM_TRY_DONE(analyse(chol));

@@ -175,7 +175,7 @@ OmCgEnd om__cg_double(OmSolver* S, const OmBsr* A, const OmRank* who, const OmLa
 
 // ---- solve_cholmod.c --------------------------------------------------------------------------------
 
-OmStatus om__cholesky_create(const OmBsr* A, OmCholesky** chol);
+OmStatus om__cholesky_create(const OmBsr* A, bool is_single, OmCholesky** chol);
 /// The factor of a matrix of numbers, of which the upper triangle is read. It uses one thread always. OM_NOT_SPD: null.
 OmStatus om__cholesky_create_csr(const OmCsr* A, OmCholesky** chol);
 /// Negative eigenvalues of a matrix of numbers: the negative pivots of L D L^T, without exchanges of rows.

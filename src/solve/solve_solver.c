@@ -107,7 +107,8 @@ OmStatus om_solver_create(const OmSolverDef* def, const OmBsr* A, const double* 
     S->max_lane = def->max_rhs > 1 && def->preconditioner < OM_CHOLESKY ? OM_MAX_LANE : 1;
     OM_TRY_DONE(cut_chunks(S, A));
     OM_TRY_DONE(take_vectors(S));
-    if (def->preconditioner == OM_CHOLESKY) OM_TRY_DONE(om__cholesky_create(A, &S->cholesky));
+    if (def->preconditioner == OM_CHOLESKY)
+        OM_TRY_DONE(om__cholesky_create(A, def->nworker == 1, &S->cholesky));
     if (def->preconditioner == OM_LU) OM_TRY_DONE(om__lu_create(A, &S->lu));
     if (def->preconditioner == OM_MULTIGRID)
         OM_TRY_DONE(om__multigrid_create(A, x_rest, om_worker_count(def->nworker),
