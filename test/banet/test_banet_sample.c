@@ -32,13 +32,14 @@ static void test_def(void** state) {
     assert_int_equal(om_banet_sample_make(&def, 0, &sample), OM_INVALID);
 }
 
-// Forces of the elements at the equilibrium: the pull on grasped vertices, anything on attached ones, else nothing.
+// Forces of the elements at the equilibrium: the pull on grasped vertices, gravity and an upward push where the body
+// touches the board, anything on attached ones.
 static void check_balance(const OmBanetSample* s, double tolerance) {
     OmFemMesh mesh;
     OmFemSolid* solid;
     OmVec3 pull = {0, 0, 0}, held = {0, 0, 0};
     int ngrasped = 0;
-    double left = 0, scale = om_norm(s->force);
+    double left = 0, scale = om_norm(s->force), weight = 0, push = 0;
     assert_ok(om_fem_mesh_from_tet(&s->mesh, OM_TET4, &mesh));
     memcpy(mesh.x, s->rest, 3 * (size_t)mesh.nnode * sizeof *mesh.x);
     OmFemDef def = om_fem_default_def(&mesh, 1, &s->material);
@@ -46,29 +47,66 @@ static void check_balance(const OmBanetSample* s, double tolerance) {
     double* f = om_alloc(3 * (size_t)mesh.nnode, sizeof *f);
     assert_ok(om_fem_eval_force(solid, s->x, f, NULL));
     assert_true(om_fem_eval_volume(solid, s->x, NULL) > 0);
+    for (int i = 0; i < mesh.nnode && s->has_board; ++i) {
+        f[3 * i + 2] += 9.81 * om_fem_mass(solid)[i];
+        weight += 9.81 * om_fem_mass(solid)[i];
+    }
     for (int i = 0; i < s->surface.nvert; ++i) ngrasped += s->grasped[i];
     for (int i = 0; i < s->surface.nvert; ++i) {
         int v = s->surface_vert[i];
         OmVec3 here = om_load3(f, v);
         if (s->attached[i]) {
             assert_true(om_distance(om_load3(s->x, v), om_load3(s->mesh.x, v)) == 0);
+            assert_true(om_distance(om_load3(s->x, v), om_load3(s->rest, v)) == 0);
             held = om_add(held, here);
-            om_store3(f, v, om_vec3(0, 0, 0));
+            here = om_vec3(0, 0, 0);
         }
         if (s->grasped[i]) {
             assert_false(s->attached[i]);
             pull = om_add(pull, here);
-            om_store3(f, v, om_sub(here, om_scale(1.0 / ngrasped, s->force)));
+            here = om_sub(here, om_scale(1.0 / ngrasped, s->force));
         }
+        if (s->has_board && s->x[3 * v + 2] < s->board && !s->attached[i]) {
+            assert_true(here.z >= -tolerance * (scale + weight));
+            push += here.z;
+            here.z = 0;
+        }
+        om_store3(f, v, here);
     }
     for (int i = 0; i < 3 * mesh.nnode; ++i) left += f[i] * f[i];
-    assert_true(sqrt(left) <=
-                3 * tolerance * scale);  // reactions are part of the scale of the solve
-    assert_true(om_distance(pull, s->force) <= 3 * sqrt(ngrasped) * tolerance * scale);
-    assert_true(om_norm(om_add(held, s->force)) <= 0.05 * scale);
+    // reactions and weight are part of the scale of the solve
+    scale += weight + om_norm(held);
+    assert_true(sqrt(left) <= 2 * tolerance * scale);
+    if (!s->has_board) {
+        assert_true(om_distance(pull, s->force) <= 2 * sqrt(ngrasped) * tolerance * scale);
+        assert_true(om_norm(om_add(held, s->force)) <= 0.05 * scale);
+    } else {
+        assert_true(fabs(held.z + push + s->force.z - weight) <= 0.05 * scale);
+    }
     om_free(f);
     om_fem_destroy(solid);
     om_fem_mesh_done(&mesh);
+}
+
+// The grasp is all free vertices within a radius of its centre, and pulls outward.
+static void check_grasp(const OmBanetSampleDef* def, const OmBanetSample* s) {
+    double* normal = om_alloc(3 * (size_t)s->surface.nvert, sizeof *normal);
+    OmSurface rest = s->surface;
+    double farthest = 0, nearest = INFINITY;
+    rest.x = om_alloc(3 * (size_t)rest.nvert, sizeof *rest.x);
+    for (int i = 0; i < rest.nvert; ++i)
+        om_store3(rest.x, i, om_load3(s->rest, s->surface_vert[i]));
+    om_surface_normals(&rest, normal);
+    for (int i = 0; i < rest.nvert; ++i) {
+        double d = om_distance(om_load3(rest.x, i), om_load3(rest.x, s->center));
+        if (s->grasped[i]) farthest = fmax(farthest, d);
+        if (!s->grasped[i] && !s->attached[i]) nearest = fmin(nearest, d);
+    }
+    assert_true(s->grasped[s->center]);
+    assert_true(farthest <= def->radius[1] && nearest >= def->radius[0] && farthest < nearest);
+    assert_true(om_dot(s->force, om_load3(normal, s->center)) >= 0);
+    om_free(normal);
+    om_free(rest.x);
 }
 
 static void check_ranges(const OmBanetSampleDef* def, const OmBanetSample* s) {
@@ -116,6 +154,7 @@ static void test_samples(void** state) {
         assert_int_equal(s.nregion, 1 + k % 2);
         check_mesh(&def, &s);
         check_ranges(&def, &s);
+        check_grasp(&def, &s);
         check_balance(&s, def.tolerance);
         om_banet_sample_done(&s);
     }
@@ -173,6 +212,8 @@ static void test_board(void** state) {
         assert_true(below < 0.0005 && pressed < 0.002);
         assert_true(moved > 1e-6);
         check_ranges(&def, &s);
+        check_grasp(&def, &s);
+        check_balance(&s, def.tolerance);
         om_banet_sample_done(&s);
     }
 }
