@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Compute the numbers of study.json of a study of correspondence or attachments anew from its CSV file.
+"""Compute the numbers of study.json of a study of correspondence, of layouts or of simulated bodies anew from its CSV file.
 
-    check_match.py correspondence|attachments DIR     exit 0 and "every number agrees", or one line per difference and exit 1
+    check_match.py correspondence|attachments|simulated DIR     exit 0 and "every number agrees", or one line per difference and exit 1
 """
 import csv
 import json
@@ -94,8 +94,33 @@ def check_attachments(folder):
     return wrong
 
 
+def check_simulated(folder):
+    study = json.load(open(folder + "/study.json"))
+    rows = [row for row in csv.DictReader(open(folder + "/samples.csv")) if row["made"] == "1"]
+    wrong, nchecked = [], 0
+    for name in ("exact", "camera", "board", "two"):
+        for guess in ("zero", "all", "same", "net"):
+            own = [row for row in rows if row["set"] == name and row["guess"] == guess]
+            for key, part in ((guess, own), (guess + "_hidden", [row for row in own if float(row["visible"]) < 0.5])):
+                result = study[name][key]
+                moved = [row for row in part if row["simulated"] == "1"]
+                if result["n"] != len(part) or result["simulated"] != len(moved):
+                    wrong.append(f"{name}: {key}: {result['n']} samples, not {len(part)}")
+                if result["stopped"] != sum(float(row["load"]) < 1 for row in moved):
+                    wrong.append(f"{name}: {key}: {result['stopped']} stopped")
+                for column, of in (("dsc", part), ("tpr", part), ("dsc_area", part), ("ave_mm", moved), ("mve_mm", moved)):
+                    if of:
+                        nchecked += 1
+                        want = median([float(row[column]) for row in of])
+                        if abs(result[column][1] - want) > 2e-5:
+                            wrong.append(f"{name}: {key}: {column} {result[column][1]}, not {want}")
+    if nchecked < 30:
+        wrong.append(f"only {nchecked} numbers")
+    return wrong
+
+
 def main():
-    wrong = {"correspondence": check_correspondence, "attachments": check_attachments}[sys.argv[1]](sys.argv[2])
+    wrong = {"correspondence": check_correspondence, "attachments": check_attachments, "simulated": check_simulated}[sys.argv[1]](sys.argv[2])
     print("\n".join(wrong) if wrong else "every number agrees")
     return 1 if wrong else 0
 
