@@ -1,6 +1,6 @@
 # omentum study attachments: the quick study, resumed, and one sentence for each mistake. Whether the goal is met on
 # coarse sheets is not tested.
-$ omentum study attachments --quick --workers 1 -q -o out; code=$?; test $code -le 1
+$ omentum study attachments --part layouts --quick --workers 1 -q -o out; code=$?; test $code -le 1
 exit 0
 out ^3 layouts; medians over views:
 out ^Same +DSC 1\.00, TPR 100 %, AVE +[0-9.]+ mm
@@ -17,14 +17,14 @@ exit 0
 out every number agrees
 
 # Resumed: the same vertices.
-$ cp out/vertices.csv first.csv; rm -f out/layout-02-12.bin; omentum study attachments --quick -q -o out > said; cmp first.csv out/vertices.csv
+$ cp out/vertices.csv first.csv; rm -f out/layout-02-12.bin; omentum study attachments --part layouts --quick -q -o out > said; cmp first.csv out/vertices.csv
 exit 0
 
 $ omentum study attachments
 exit 2
 err add -o DIR
 
-$ mkdir mine && echo 1 > mine/notes.txt && omentum study attachments --quick -q -o mine; code=$?; ls -A mine; exit $code
+$ mkdir mine && echo 1 > mine/notes.txt && omentum study attachments --part layouts --quick -q -o mine; code=$?; ls -A mine; exit $code
 exit 3
 out ^notes\.txt$
 err mine holds notes\.txt and no list
