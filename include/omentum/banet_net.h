@@ -12,7 +12,7 @@
 #define OMENTUM_BANET_NET_H
 
 #include "omentum/banet_data.h"
-#include "omentum/nn.h"
+#include "omentum/nn_train.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -81,7 +81,10 @@ typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
     double rate;        // peak of the one-cycle schedule
     double shell;       // weight in the loss of near cells without a vertex; default 0.25
     uint64_t seed;      // default 1
-    int nworker;        // default 0: one a processor
+    int nworker;        // of each rank; default 0: one a processor
+    // Ranks that train together, each with its part of every batch; rank 0 alone writes files. Borrowed;
+    // default null.
+    const OmTrainGroup* group;
     OmCookie cookie;
 } OmBanetTrainDef;
 
@@ -98,7 +101,7 @@ typedef struct OmBanetTrainSummary {
 #define OM_BANET_NET_KIND "BA-Net"  // kind of the folder
 OM_API OmBanetTrainDef om_banet_train_default_def(const OmBanetData* data, const char* out_dir);
 /// Train with loss (4.2), or resume from the checkpoint, and write the weights of the best epoch. Calibration and
-/// threshold come from the validation samples.
+/// threshold come from the validation samples. On a rank above 0 the summary has no metrics.
 /// @return OM_OK; OM_INVALID (the message names the field); OM_CANCELLED (the checkpoint stays); OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
                                OmBanetTrainSummary* summary);

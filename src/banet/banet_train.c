@@ -50,6 +50,9 @@ static OmStatus check_def(const OmBanetTrainDef* d) {
     OM_CHECK(d->batch >= 1 && d->nepoch >= 1 && d->rate > 0, OM_INVALID,
              "banet: batch = %d, nepoch = %d, rate = %g; all must be above 0", d->batch, d->nepoch,
              d->rate);
+    OM_CHECK(!d->group || d->batch % d->group->size == 0, OM_INVALID,
+             "banet: a batch of %d samples cannot be divided among %d ranks", d->batch,
+             d->group->size);
     OM_CHECK(d->shell >= 0 && d->shell <= 1, OM_INVALID, "banet: shell = %g; 0 to 1", d->shell);
     OM_CHECK(
         d->nvalid >= 1 && d->nvalid <= d->data->nsample - d->batch, OM_INVALID,
@@ -168,7 +171,8 @@ static OmStatus run_loop(Training* t, const OmProgress* progress, OmTrainResult*
     OmTrainDef loop = om_train_default_def(t->layers, fill, t);
     loop.ntrain = t->ntrain;
     loop.nvalid = def->nvalid;
-    loop.batch = def->batch;
+    loop.batch = def->batch / (def->group ? def->group->size : 1);
+    loop.group = def->group;
     loop.nepoch = def->nepoch;
     loop.loss = (OmLoss){.nterm = 2, .term = {{OM_LOSS_DICE, 1}, {OM_LOSS_BCE, 1}}};
     loop.has_cell_weight = true;
@@ -240,6 +244,17 @@ static OmStatus training_init(Training* t) {
     return OM_OK;
 }
 
+// The status of a step that every rank takes. If one rank fails, all stop: the others would wait for it.
+static OmStatus agree(const OmTrainGroup* group, OmStatus status) {
+    if (!group) return status;
+    float share = status < 0;
+    OmStatus sent = group->mean(group->ctx, &share, 1);
+    OM_TRY(status);
+    OM_TRY(sent);
+    OM_CHECK(!(share > 0), OM_INVALID, "training: another rank failed");
+    return OM_OK;
+}
+
 OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
                         OmBanetTrainSummary* summary) {
     *summary = (OmBanetTrainSummary){0};
@@ -248,10 +263,12 @@ OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
     OmTrainResult result = {0};
     OmFolder folder = {0};
     OmStatus status;
-    OM_TRY_DONE(om_folder_open(def->out_dir, OM_BANET_NET_KIND, &folder));
-    OM_TRY_DONE(training_init(&t));
+    const bool is_first = !def->group || def->group->rank == 0;
+    status = is_first ? om_folder_open(def->out_dir, OM_BANET_NET_KIND, &folder) : OM_OK;
+    if (status == OM_OK) status = training_init(&t);
+    OM_TRY_DONE(agree(def->group, status));
     OM_TRY_DONE(run_loop(&t, progress, &result));
-    OM_TRY_DONE(keep(&t, &result, progress, summary));
+    if (is_first) OM_TRY_DONE(keep(&t, &result, progress, summary));
     summary->best_epoch = result.best_epoch;
     summary->nepoch = result.nepoch;
     summary->nstep = result.nstep;

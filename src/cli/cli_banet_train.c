@@ -26,7 +26,9 @@ static const OmCliOption option[] = {
     {"--start", NULL, "FILE", "weights of the same channels to begin with", "random ones"},
     {"--seed", NULL, "N", "seed of the weights and the order of samples", "1", NULL, 0, 2147483647},
     {"--type", NULL, "NAME", "of values between layers, f32 or bf16", "the faster one here"},
-    {"--workers", NULL, "N", "threads", "one per processor", NULL, 0, OM_MAX_WORKER},
+    {"--mpi", NULL, NULL,
+     "train on the ranks that mpirun or srun started; for builds with -DOM_WITH_MPI=ON"},
+    {"--workers", NULL, "N", "threads, of each rank", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
 
@@ -92,16 +94,19 @@ static void join_command(int argc, char** argv, char* out, size_t size) {
         len += snprintf(out + len, size - (size_t)len, " %s", argv[i]);
 }
 
-static OmStatus train(const OmCliArgs* args, const OmBanetData* data) {
+static OmStatus train(const OmCliArgs* args, const OmBanetData* data, const OmTrainGroup* group) {
     char command[512];
     OmBanetTrainSummary s;
     OmBanetTrainDef def = om_banet_train_default_def(data, om_cli_get(args, "--output"));
     OM_TRY(read_def(args, &def));
     join_command(args->argc, args->argv, command, sizeof command);
     def.command = command;
-    const OmProgress* progress = om_cli_progress(om_cli_get(args, "--quiet") != NULL);
+    const bool is_first = !group || group->rank == 0;  // the rank that reports
+    def.group = group;
+    const OmProgress* progress = om_cli_progress(!is_first || om_cli_get(args, "--quiet"));
     OM_TRY(om_banet_train(&def, progress, &s));
     om_cli_progress_done();
+    if (!is_first) return OM_OK;
     om_cli_figure("epochs", s.nepoch);
     om_cli_figure("steps", (double)s.nstep);
     om_cli_figure("validation_dsc", s.dsc);
@@ -133,10 +138,15 @@ int om_cli_banet_train(int argc, char** argv) {
     const char* const input[] = {om_cli_get(&args, "--data")};
     status = om_cli_check_apart(om_cli_get(&args, "--output"), input, 1);
     if (status < 0) return om_cli_fail("banet", status);
+    OmTrainGroup ranks = {0};
+    const bool has_ranks = om_cli_get(&args, "--mpi") != NULL;
+    if (has_ranks) status = om_train_group_begin_mpi(&ranks);
+    if (status < 0) return om_cli_fail("banet", status);
     status = om_banet_data_load(input[0], nsample, &data);
     if (status < 0) return om_cli_fail("banet", status);
-    status = train(&args, &data);
+    status = train(&args, &data, has_ranks ? &ranks : NULL);
     om_banet_data_done(&data);
+    if (has_ranks) om_train_group_end_mpi(&ranks);
     return status < 0 ? om_cli_fail_kept("banet", status) : OM_EXIT_OK;
 }
 

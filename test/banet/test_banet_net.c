@@ -163,6 +163,54 @@ static void test_refused_definitions(void** state) {
     om_banet_data_done(&data);
 }
 
+// ---- ranks ------------------------------------------------------------------------------------------
+
+typedef struct Ranks {
+    int ncall;    // of mean
+    bool is_bad;  // another rank says that it failed
+} Ranks;
+
+static OmStatus mean_alone(void* ctx, float* value, int64_t count) {
+    Ranks* r = ctx;
+    if (r->ncall++ == 0 && r->is_bad) value[0] = 0.5f;
+    (void)count;
+    return OM_OK;
+}
+
+// The second of two ranks trains on its half of every batch and writes nothing.
+static void test_ranks(void** state) {
+    (void)state;
+    OmBanetData data = make_data();
+    OmBanetTrainSummary s;
+    Ranks ranks = {0};
+    const OmTrainGroup group = {.rank = 1, .size = 2, .mean = mean_alone, .ctx = &ranks};
+    char dir[256];
+    snprintf(dir, sizeof dir, "%s", temp_path("banet_rank"));
+    (void)om_path_remove(dir);
+    OmBanetTrainDef def = small_def(&data, dir);
+    def.group = &group;
+    def.nepoch = 1;
+    assert_ok(om_banet_train(&def, NULL, &s));
+    assert_int_equal(s.nstep, 44 / 8);  // steps of 8 samples, 4 on each rank
+    assert_true(ranks.ncall > s.nstep);
+    static const char* const file[] = {"weights.safetensors", "checkpoint.safetensors",
+                                       "metrics.csv", "report.html"};
+    for (size_t k = 0; k < sizeof file / sizeof *file; ++k) {
+        char path[512];
+        assert_ok(om_path_join(dir, file[k], path, sizeof path));
+        assert_false(om_path_exists(path));
+    }
+    ranks = (Ranks){.is_bad = true};
+    assert_status(om_banet_train(&def, NULL, &s), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "another rank failed"));
+    assert_int_equal(ranks.ncall, 1);
+    def.batch = 9;
+    assert_status(om_banet_train(&def, NULL, &s), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "2 ranks"));
+    (void)om_path_remove(dir);
+    om_banet_data_done(&data);
+}
+
 // ---- prediction -------------------------------------------------------------------------------------
 
 // The mean over all mirror images does not know left from right.
@@ -437,6 +485,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_it_learns_and_resumes),
         cmocka_unit_test(test_refused_definitions),
+        cmocka_unit_test(test_ranks),
         cmocka_unit_test(test_mirror_images),
         cmocka_unit_test(test_features),
         cmocka_unit_test(test_estimate),
