@@ -83,8 +83,12 @@ typedef struct OmBanetDataDef {  // made by om_banet_data_default_def
     OmBanetSampleDef sample;     // default: two_share and board_share 0.15 each
     const char* out_dir;         // borrowed
     int nsample;                 // default 5000
-    int first;     // samples before this one are not made, a multiple of shard; default 0
-    int shard;     // samples in one file; default 50
+    int first;  // samples before this one are not made, a multiple of shard; default 0
+    int shard;  // samples in one file; default 50
+    // Folders with parts of the same set, of the same `shard`: their files are copied, not made again. Borrowed;
+    // default none.
+    const char* const* part;
+    int npart;
     int npicture;  // samples shown in the report; default 6
     int nworker;   // default 0: one a processor
     OmCookie cookie;

@@ -156,6 +156,22 @@ static OmStatus find_shard(const char* path, uint64_t hash, int num, OmBanetShar
     return OM_OK;
 }
 
+// Copy a shard from the parts of the set, if one of them has it.
+static OmStatus copy_shard(const OmBanetDataDef* def, uint64_t hash, int first, int num,
+                           OmBanetShard* shard, bool* is_there) {
+    char from[1024], to[1024];
+    *is_there = false;
+    for (int k = 0; k < def->npart && !*is_there; ++k) {
+        OM_TRY(om_store_shard_path(def->part[k], first, from, sizeof from));
+        OM_TRY(find_shard(from, hash, num, shard, is_there));
+    }
+    if (!*is_there) return OM_OK;
+    OmStatus status = om_store_shard_path(def->out_dir, first, to, sizeof to);
+    if (status == OM_OK) status = om__banet_shard_save(shard, &def->sample, to);
+    if (status < 0) om__banet_shard_done(shard);
+    return status;
+}
+
 // ---- the set ----------------------------------------------------------------------------------------
 
 // Size of a file; 0 if it cannot be opened.
@@ -187,6 +203,7 @@ static OmStatus generate(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts
         bool is_there;
         OM_TRY(om_store_shard_path(def->out_dir, first, path, sizeof path));
         OM_TRY(find_shard(path, hash, num, &shard, &is_there));
+        if (!is_there) OM_TRY(copy_shard(def, hash, first, num, &shard, &is_there));
         OmStatus status = OM_OK;
         if (!is_there) {
             OM_TRY(om__banet_shard_alloc(num, &shard));

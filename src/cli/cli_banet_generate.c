@@ -5,6 +5,8 @@
 #include "cli_common.h"
 #include "omentum/banet_data.h"
 
+#define MAX_PART 256
+
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the data set; finished samples there are kept"},
     {"--test", NULL, "NAME",
@@ -13,6 +15,8 @@ static const OmCliOption option[] = {
     {"--seed", NULL, "N", "sample i depends on seed and i only", "1", NULL, 0, 2147483647},
     {"--first", NULL, "N", "index of the first sample, a multiple of --shard; for parts of a set",
      "0", NULL, 0, 10000000},
+    {"--part", NULL, "DIR",
+     "folder with a part of the same set; its files are copied, not made again; may be repeated"},
     {"--way", NULL, "NAME",
      "measured displacement: exact, camera (with the errors of a depth camera and of a wrong model), or mixed",
      "mixed"},
@@ -84,6 +88,17 @@ static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
     return om_banet_sample_def_validate(&def->sample);
 }
 
+// The folders of --part, at most `max`.
+static OmStatus read_parts(const OmCliArgs* args, const char** part, int max, int* npart) {
+    const char* dir;
+    for (*npart = 0; (dir = om_cli_get_nth(args, "--part", *npart)) != NULL; part[(*npart)++] = dir)
+        OM_CHECK(*npart < max && om_path_exists(dir), OM_INVALID,
+                 *npart < max ? "--part %s: there is no such folder"
+                              : "--part %s: more than 256 parts",
+                 dir);
+    return OM_OK;
+}
+
 static void print_summary(const OmBanetSummary* s, const char* dir) {
     om_cli_figure("samples", s->nsample);
     om_cli_figure("new", s->nmade);
@@ -108,15 +123,18 @@ int om_cli_banet_generate(int argc, char** argv) {
     OmBanetDataDef def;
     OmBanetSummary summary;
     int npositional;
+    const char* part[MAX_PART];
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status == OM_OK && !om_cli_get(&args, "--output"))
         status = om_error(OM_INVALID, "no output folder is given; add -o DIR");
     if (status == OM_OK) status = read_def(&args, &def);
+    if (status == OM_OK) status = read_parts(&args, part, MAX_PART, &def.npart);
     if (status < 0) {
         fprintf(stderr, "omentum banet: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
-    status = om_cli_check_apart(def.out_dir, NULL, 0);
+    def.part = part;
+    status = om_cli_check_apart(def.out_dir, part, def.npart);
     if (status == OM_OK)
         status = om_banet_generate(&def, om_cli_progress(om_cli_get(&args, "--quiet") != NULL),
                                    &summary);

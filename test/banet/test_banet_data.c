@@ -221,6 +221,14 @@ static void test_resume(void** state) {
     assert_ok(om_banet_generate(&def, NULL, &sum));
     assert_true(sum.nsample == 2 && sum.nmade == 2);
     assert_same_file(whole.path[1], f.path[1]);
+    // and both parts together
+    Folder both = fresh_folder("banet_both");
+    const char* const part[] = {f.dir, whole.dir};
+    def.out_dir = both.dir, def.first = 0, def.part = part, def.npart = 2;
+    assert_ok(om_banet_generate(&def, NULL, &sum));
+    assert_true(sum.nsample == 6 && sum.nmade == 0);
+    for (int k = 0; k < 2; ++k) assert_same_file(whole.path[k], both.path[k]);
+    assert_ok(om_path_remove(both.dir));
     OmBanetData data;
     assert_ok(om_banet_data_load(f.dir, 0, &data));
     assert_true(data.nsample == 2 && data.first == 4 && data.sample[1].fact.index == 5);

@@ -18,6 +18,13 @@ $ omentum banet generate -n 3 --first 2 --shard 2 --seed 900 --way exact --pictu
 exit 0
 out ^1 samples \(1 new,
 
+$ rm out/samples_000002.h5; omentum banet generate -n 3 --shard 2 --seed 900 --way exact --pictures 0 --part part -q -o out && cmp kept.h5 out/samples_000002.h5
+exit 0
+out ^3 samples \(0 new,
+$ omentum banet generate -n 3 --part nowhere -q -o out
+exit 2
+err --part nowhere: there is no such folder
+
 # Another seed, and another setting, are another set.
 $ omentum banet generate -n 3 --shard 2 --seed 901 --way exact -q -o out
 exit 3
