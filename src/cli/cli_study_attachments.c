@@ -284,46 +284,49 @@ static OmStatus write_index(const char* dir, const Index* index, bool is_met) {
     static const char* const heading[] = {"part", "outcome", "report"};
     char path[1024];
     OmReport report;
-    OmFolder folder;
     OM_TRY(om_path_join(dir, "report.html", path, sizeof path));
-    OM_TRY(om_folder_open(dir, "studies of attachments", &folder));
     om_report_begin(&report, "Attachments", "all parts of the study");
-    om_report_verdict(
-        &report, is_met ? "Every goal is met." : "A goal is missed, or a part left out.", is_met);
+    om_report_verdict(&report,
+                      is_met ? "Every goal is met." : "A goal is missed, or a part is left out.",
+                      is_met);
     om_report_table(&report, heading, 3, &index->cell[0][0], NPART);
-    OmStatus status = om_report_save(&report, path);
-    om_folder_end(&folder);
-    return status;
+    return om_report_save(&report, path);
 }
 
-// Every part into a folder of its own. A part that fails ends the study.
+// Part k into its own folder; the exit code.
+static int run_part(const Options* o, int k, Index* index) {
+    char dir[1024];
+    Options own = *o;
+    own.dir = dir;
+    own.headline = index->headline[k];
+    index->cell[k][0] = part_table[k].name;
+    index->cell[k][1] = index->headline[k];
+    index->cell[k][2] = index->path[k];
+    snprintf(index->path[k], sizeof index->path[k], "%s/report.html", part_table[k].name);
+    OmStatus status = om_path_join(o->dir, part_table[k].name, dir, sizeof dir);
+    if (status < 0) return om_cli_fail_kept("study", status);
+    if (part_table[k].run != run_kidney || o->volume) return part_table[k].run(&own);
+    printf("kidney: left out: no --volume FILE\n");
+    snprintf(index->headline[k], HEADLINE, "left out: no --volume FILE");
+    index->path[k][0] = 0;
+    return OM_EXIT_FAILED;
+}
+
+// Every part. A part that fails ends the study.
 static int run_all(const Options* o) {
     Index index;
-    char dir[1024];
+    OmFolder folder = {0};
+    int code = OM_EXIT_OK;
     bool is_met = true;
-    for (int k = 0; k < NPART; ++k) {
-        Options own = *o;
-        own.dir = dir;
-        own.headline = index.headline[k];
-        index.cell[k][0] = part_table[k].name;
-        index.cell[k][1] = index.headline[k];
-        index.cell[k][2] = index.path[k];
-        snprintf(index.headline[k], HEADLINE, "left out: no --volume FILE");
-        snprintf(index.path[k], sizeof index.path[k], "%s/report.html", part_table[k].name);
-        OmStatus status = om_path_join(o->dir, part_table[k].name, dir, sizeof dir);
-        if (status < 0) return om_cli_fail_kept("study", status);
-        int code = OM_EXIT_FAILED;
-        if (part_table[k].run == run_kidney && !o->volume) {
-            printf("kidney: left out: no --volume FILE\n");
-            index.path[k][0] = 0;
-        } else {
-            code = part_table[k].run(&own);
-        }
-        if (code != OM_EXIT_OK && code != OM_EXIT_FAILED) return code;
+    OmStatus status = om_folder_open(o->dir, "studies of attachments", &folder);
+    for (int k = 0; k < NPART && status >= 0 && code <= OM_EXIT_FAILED; ++k) {
+        code = run_part(o, k, &index);
         is_met = is_met && code == OM_EXIT_OK;
     }
-    OmStatus status = write_index(o->dir, &index, is_met);
+    if (status >= 0 && code <= OM_EXIT_FAILED) status = write_index(o->dir, &index, is_met);
+    om_folder_end(&folder);
     if (status < 0) return om_cli_fail_kept("study", status);
+    if (code > OM_EXIT_FAILED) return code;
     printf("report of all parts: %s/report.html\n", o->dir);
     return is_met ? OM_EXIT_OK : OM_EXIT_FAILED;
 }

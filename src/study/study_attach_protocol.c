@@ -9,8 +9,9 @@
 // vertices is below 1e-4 of the force that stretches one element by its own length.
 //
 // Time of a solve (sheet of 130 x 100 x 12 mm, 2,552 vertices, lifted by 25 mm, one busy core): 0.2 s with multigrid,
-// 1.1 s with CHOLMOD; the free body 0.06 s, 0.17 s from the shape at rest. A displacement that the attachments do not allow, for example 40 mm
-// beside an attached vertex, fails after 1.5 s with these limits and after 33 s with the defaults of om_fem_static.
+// 1.1 s with CHOLMOD; the free body 0.06 s, 0.17 s from the shape at rest. A displacement that the attachments do not
+// allow, for example 40 mm beside an attached vertex, fails after 1.5 s with these limits and after 33 s with the
+// defaults of om_fem_static.
 #include <math.h>
 #include <string.h>
 #include <time.h>

@@ -1,7 +1,11 @@
-# omentum study attachments: the quick study, resumed, and one sentence for each mistake. Whether the goal is met on
-# coarse sheets is not tested.
-$ omentum study attachments --part layouts --quick --workers 1 -q -o out; code=$?; test $code -le 1
+# omentum study attachments: all parts, quick; the part layouts resumed, and one sentence for each mistake. Whether
+# goals are met on coarse sheets is not tested.
+$ omentum study attachments --quick --workers 1 -q -o all; code=$?; test $code -le 1 && cp -r all/layouts out
 exit 0
+out ^kidney: left out: no --volume FILE
+out ^report of all parts: all/report.html
+file all/report.html
+file all/simulated/study.json
 out ^3 layouts; medians over views:
 out ^Same +DSC 1\.00, TPR 100 %, AVE +[0-9.]+ mm
 out ^the goal of 0\.6 and 80 %, 0\.75 and 85 % from three views, 300 ms is (met|missed)
@@ -23,6 +27,10 @@ exit 0
 $ omentum study attachments
 exit 2
 err add -o DIR
+
+$ omentum study attachments --part kidney -o out
+exit 2
+err needs the labels of a CT; add --volume FILE
 
 $ mkdir mine && echo 1 > mine/notes.txt && omentum study attachments --part layouts --quick -q -o mine; code=$?; ls -A mine; exit $code
 exit 3
