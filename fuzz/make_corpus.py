@@ -383,20 +383,20 @@ def banet():
     put("banet/side.bin", real(10, -0.3) + real(2, 1e300))
 
 
-def umesh_nets():
-    """Changes to a good network's file as fuzz_umesh_net.c reads them: eight bytes each."""
+def nets(folder):
+    """Changes to a good network's file as fuzz_umesh_net.c and fuzz_banet_net.c read them: eight bytes each."""
     def byte(place, value):
         return struct.pack("<BHB4x", 1, place, value)
 
     def real(place, value):
         return struct.pack("<BHxf", 0, place, value)
 
-    put("umesh_net/none.bin", b"")
-    put("umesh_net/text.txt", "not a network")
-    put("umesh_net/quote.bin", byte(1, ord("x")) + byte(20, ord("9")))
-    put("umesh_net/digits.bin", b"".join(byte(place, ord("7")) for place in range(60, 68)))
-    put("umesh_net/weights.bin", real(0, 1e30) + real(5, -1) + real(9, float("nan")))
-    put("umesh_net/tail.bin", b"".join(real(65535 - i, 0.5) for i in range(8)))
+    put(folder + "/none.bin", b"")
+    put(folder + "/text.txt", "not a network")
+    put(folder + "/quote.bin", byte(1, ord("x")) + byte(20, ord("9")))
+    put(folder + "/digits.bin", b"".join(byte(place, ord("7")) for place in range(60, 68)))
+    put(folder + "/weights.bin", real(0, 1e30) + real(5, -1) + real(9, float("nan")))
+    put(folder + "/tail.bin", b"".join(real(65535 - i, 0.5) for i in range(8)))
 
 
 def png(width, height, depth, color, rows, palette=b"", interlace=0):
@@ -432,4 +432,5 @@ if __name__ == "__main__":
     weights()
     umesh()
     banet()
-    umesh_nets()
+    nets("umesh_net")
+    nets("banet_net")
