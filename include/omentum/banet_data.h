@@ -140,6 +140,10 @@ typedef struct OmBanetData {  // a data set in memory; om_banet_data_done frees
 /// @return OM_OK; OM_INVALID (a shard is missing, truncated, corrupted or of another set; the message says
 ///         which), OM_UNAVAILABLE (another format), OM_IO, OM_NO_MEMORY
 OM_API OmStatus om_banet_data_load(const char* dir, int max_sample, OmBanetData* data);
+/// Move the samples of `more`, another part of the same set, to the end of `data`; `more` is empty then.
+/// @return OM_OK; OM_INVALID (another set, or samples that `data` has or that come before them: nothing is moved);
+///         OM_NO_MEMORY
+OM_API OmStatus om_banet_data_join(OmBanetData* data, OmBanetData* more);
 OM_API void om_banet_data_done(OmBanetData* data);
 
 #ifdef __cplusplus

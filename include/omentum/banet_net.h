@@ -51,7 +51,7 @@ OM_API OmStatus om_banet_predictor_create(const OmBanetNet* net, const int dim[3
 OM_API void om_banet_predictor_destroy(OmBanetPredictor* predictor);
 /// @param in           as om_banet_voxelize writes it
 /// @param probability  of each cell; it counts in cells that hold a vertex of the surface  (dim[2] x dim[1] x dim[0])
-/// @return OM_OK; OM_INVALID (an input is not finite); OM_UNAVAILABLE (oneDNN failed)
+/// @return OM_OK; OM_INVALID (an input or output is not finite); OM_UNAVAILABLE (oneDNN failed)
 OM_API OmStatus om_banet_predict(OmBanetPredictor* predictor, const float* in, float* probability);
 
 /// Voxelize, predict, and look up the cell of each vertex. A predictor of the right size is made for the call: tens of
@@ -72,13 +72,13 @@ typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
     const char* start;  // file of weights of the same channels to begin with; default null: random
     int nvalid;         // number of validation samples, the last ones; default a tenth
     int channel[OM_BANET_NLEVEL];  // of the five grids, multiples of 16; default 16 32 64 96 128
-    int ngroup;                    // of group norm; 0: no norm
-    double dropout;                // behind poolings and interpolations; the thesis has 0.5
-    int dim[3];  // cells of the grid in training, multiples of OM_BANET_MULTIPLE; default 48 48 16
+    int ngroup;                    // of group norm; 0 (default): no norm
+    double dropout;  // behind poolings and interpolations; default 0.1, the thesis has 0.5
+    int dim[3];  // cells of the grid in training, multiples of OM_BANET_MULTIPLE; default 48 32 16
     int nimage;  // mirror images that a prediction averages, 1 to 8; default 4
     OmNetType type;     // default OM_F32; OM_BF16 is faster where the processor has it
     int batch, nepoch;  // default 32 and 40
-    double rate;        // peak of the one-cycle schedule
+    double rate;        // peak of the one-cycle schedule; default 1e-3
     double shell;       // weight in the loss of near cells without a vertex; default 0.25
     uint64_t seed;      // default 1
     int nworker;        // of each rank; default 0: one a processor

@@ -4,14 +4,14 @@
 #include "banet/banet_data_internal.h"
 #include "omentum/nn_store.h"
 
-// Move the first num samples of a shard to the end of the set.
-static OmStatus append(OmBanetData* data, OmBanetShard* s, int num) {
+// Move num samples to the end of the set.
+static OmStatus append(OmBanetData* data, OmBanetCells* from, int num) {
     const size_t had = (size_t)data->nsample, n = (size_t)num;
     OmBanetCells* sample = om_realloc(data->sample, had, had + n, sizeof *sample);
     if (!sample) return OM_NO_MEMORY;
     data->sample = sample;
-    memcpy(sample + had, s->sample, n * sizeof *sample);
-    memset(s->sample, 0, n * sizeof *sample);
+    memcpy(sample + had, from, n * sizeof *sample);
+    memset(from, 0, n * sizeof *sample);
     data->nsample += num;
     return OM_OK;
 }
@@ -38,7 +38,7 @@ static OmStatus load_all(const char* dir, int max_sample, OmBanetData* data) {
         OmStatus status = OM_OK;
         if (data->hash != shard.hash || data->side != shard.side || shard.first != next)
             status = om_error(OM_INVALID, "%s: not of the same set as the files before it", path);
-        if (status == OM_OK) status = append(data, &shard, num);
+        if (status == OM_OK) status = append(data, shard.sample, num);
         next += shard.num;
         om__banet_shard_done(&shard);
         OM_TRY(status);
@@ -52,6 +52,21 @@ OmStatus om_banet_data_load(const char* dir, int max_sample, OmBanetData* data) 
     OmStatus status = load_all(dir, max_sample, data);
     if (status < 0) om_banet_data_done(data);
     return status;
+}
+
+OmStatus om_banet_data_join(OmBanetData* data, OmBanetData* more) {
+    OM_CHECK(data->nsample > 0 && more->nsample > 0, OM_INVALID, "om_banet_data_join: no samples");
+    OM_CHECK(data->hash == more->hash && data->side == more->side, OM_INVALID,
+             "om_banet_data_join: the two parts are of sets with other seeds or settings");
+    const int last = data->sample[data->nsample - 1].fact.index;
+    OM_CHECK(
+        more->sample[0].fact.index > last, OM_INVALID,
+        "om_banet_data_join: the second part begins with sample %d, the first one ends with %d",
+        more->sample[0].fact.index, last);
+    OM_TRY(append(data, more->sample, more->nsample));
+    more->nsample = 0;
+    om_banet_data_done(more);
+    return OM_OK;
 }
 
 void om_banet_data_done(OmBanetData* data) {

@@ -3,7 +3,9 @@
 // U-Net of thesis Fig. 4.3c: on each of five grids two 3x3x3 convolutions, max pooling down, trilinear interpolation
 // up, dropout behind both, 1x1x1 at the end. Ours: the channels; leaky ReLU; a 1x1x1 convolution before each
 // interpolation (a step of 16 samples of 48 x 48 x 16 cells takes 1.05 s of processor time, 1.30 s without); inputs of
-// om__banet_features. Channels are multiples of 16: oneDNN 2.7 has no fast convolution of 8 without bias.
+// om__banet_features; no dropout on the finest grid, where it takes as long as a convolution. No norm by default: its
+// statistics would depend on the margin of the grid. Channels are multiples of 16: oneDNN 2.7 has no fast convolution
+// of 8 without bias.
 //
 // A safetensors file has the weights and the tensor "calibration" (3): slope and offset of the logit, threshold.
 // Settings, facts and a checksum are metadata.
@@ -55,7 +57,8 @@ static int add_layers(OmNet* net, const OmBanetNet* n, const int dim[3]) {
     for (int k = last - 1; k >= 0; --k) {
         snprintf(name, sizeof name, "dec%d.up", k);
         x = om_net_add_conv(net, name, x, om_net_conv(n->channel[k], 1));
-        x = add_dropout(net, n, om_net_add_upsample(net, x, two));
+        x = om_net_add_upsample(net, x, two);
+        if (k > 0) x = add_dropout(net, n, x);
         x = om_net_add_concat(net, 2, (int[]){skip[k], x});
         snprintf(name, sizeof name, "dec%d", k);
         x = add_stages(net, n, x, k, name);

@@ -2,8 +2,8 @@
 //
 // Linear elasticity has the same attachments for any force, but noise does not shrink with it. So displacements are
 // given in voxels, relative to the largest one, and by direction with a logarithm of their length: a still place
-// differs from one that moves a little. The place relative to the grasp (mean place, weighted by the fourth power of the
-// displacement) saves the network the search. Sixteen channels cost what five do: oneDNN pads to sixteen.
+// differs from one that moves a little. The place relative to the grasp (mean place, weighted by the fourth power of
+// the displacement) saves the network the search. Sixteen channels cost what five do: oneDNN pads to sixteen.
 #include <math.h>
 #include <string.h>
 
@@ -167,6 +167,10 @@ OmStatus om__banet_predict_logit(OmBanetPredictor* p, const float* in, float* lo
         for (size_t i = 0; i < ncell; ++i)
             logit[i] +=
                 p->out[(size_t)k * ncell + find_image(p->dim, i, mirror[k])] / (float)nimage;
+    for (size_t i = 0; i < ncell; ++i)
+        OM_CHECK(isfinite(logit[i]), OM_INVALID,
+                 "banet: the network's output of cell %zu is not finite: its weights are damaged",
+                 i);
     return OM_OK;
 }
 

@@ -8,19 +8,19 @@
 static const OmCliOption option[] = {
     {"--data", "-d", "DIR", "samples of omentum banet generate"},
     {"--output", "-o", "DIR", "weights, report, and the checkpoint from which training continues"},
-    {"--samples", NULL, "N", "use the first N samples", "all", NULL, 2, 100000000},
+    {"--more", NULL, "DIR", "another part of the same set, with larger numbers (generate --first)"},
+    {"--samples", NULL, "N", "use the first N samples of each part", "all", NULL, 2, 100000000},
     {"--validation", NULL, "N", "the last N of these are for validation", "a tenth"},
     {"--channels", NULL, "LIST",
      "channels of the five grids, the finest first; multiples of 16 are fast", "16,32,64,96,128"},
-    {"--groups", NULL, "N", "groups of norm behind each convolution; 0: none", "8", NULL, 0, 256},
+    {"--groups", NULL, "N", "groups of norm behind each convolution; 0: none", "0", NULL, 0, 256},
     {"--dropout", NULL, "P", "behind poolings and interpolations", "0.1; thesis 0.5", NULL, 0,
      0.95},
-    {"--grid", NULL, "N", "length and width of the grid in training, cells, a multiple of 16", "48",
-     NULL, 16, 256},
+    {"--grid", NULL, "LIST", "cells of the grid in training, multiples of 16", "48,32,16"},
     {"--images", NULL, "N", "mirror images that a prediction averages", "4", NULL, 1, 8},
     {"--epochs", NULL, "N", "epochs", "40", NULL, 1, 1000000},
     {"--batch", NULL, "N", "samples a step", "32", NULL, 1, 1024},
-    {"--rate", NULL, "R", "peak learning rate", "0.002", NULL, 1e-8, 1},
+    {"--rate", NULL, "R", "peak learning rate", "0.001", NULL, 1e-8, 1},
     {"--shell", NULL, "W", "weight in the loss of cells near the body that hold no vertex", "0.25",
      NULL, 0, 1},
     {"--start", NULL, "FILE", "weights of the same channels to begin with", "random ones"},
@@ -41,17 +41,18 @@ static const OmCliKey result_key[] = {
     {"threshold", "probability from which a cell counts as attached"},
 };
 
-static OmStatus read_channels(const OmCliArgs* args, int channel[OM_BANET_NLEVEL]) {
-    const char* text = om_cli_get(args, "--channels");
+// Numbers from 1 to 256 with commas between them.
+static OmStatus read_list(const OmCliArgs* args, const char* name, int num, int* value) {
+    const char* text = om_cli_get(args, name);
     if (!text) return OM_OK;
     const char* end = text + strlen(text);
-    for (int k = 0; k < OM_BANET_NLEVEL; ++k) {
-        int64_t value;
-        bool is_ok = om_integer_parse(&text, end, &value) && value >= 1 && value <= 256;
-        is_ok = is_ok && (k < OM_BANET_NLEVEL - 1 ? text < end && *text++ == ',' : text == end);
-        OM_CHECK(is_ok, OM_INVALID, "--channels %s: give %d numbers from 1 to 256 with commas",
-                 om_cli_get(args, "--channels"), OM_BANET_NLEVEL);
-        channel[k] = (int)value;
+    for (int k = 0; k < num; ++k) {
+        int64_t v;
+        bool is_ok = om_integer_parse(&text, end, &v) && v >= 1 && v <= 256;
+        is_ok = is_ok && (k < num - 1 ? text < end && *text++ == ',' : text == end);
+        OM_CHECK(is_ok, OM_INVALID, "%s %s: give %d numbers from 1 to 256 with commas", name,
+                 om_cli_get(args, name), num);
+        value[k] = (int)v;
     }
     return OM_OK;
 }
@@ -69,10 +70,10 @@ static OmStatus read_type(const OmCliArgs* args, OmNetType* type) {
 static OmStatus read_def(const OmCliArgs* args, OmBanetTrainDef* def) {
     int seed = (int)def->seed;
     OM_TRY(om_cli_get_int(args, "--validation", 1, def->data->nsample, &def->nvalid));
-    OM_TRY(read_channels(args, def->channel));
+    OM_TRY(read_list(args, "--channels", OM_BANET_NLEVEL, def->channel));
+    OM_TRY(read_list(args, "--grid", 3, def->dim));
     OM_TRY(om_cli_int(args, "--groups", &def->ngroup));
     OM_TRY(om_cli_double(args, "--dropout", &def->dropout));
-    OM_TRY(om_cli_int(args, "--grid", &def->dim[0]));
     OM_TRY(om_cli_int(args, "--images", &def->nimage));
     OM_TRY(om_cli_int(args, "--epochs", &def->nepoch));
     OM_TRY(om_cli_int(args, "--batch", &def->batch));
@@ -81,7 +82,6 @@ static OmStatus read_def(const OmCliArgs* args, OmBanetTrainDef* def) {
     OM_TRY(om_cli_int(args, "--seed", &seed));
     OM_TRY(om_cli_int(args, "--workers", &def->nworker));
     OM_TRY(read_type(args, &def->type));
-    def->dim[1] = def->dim[0];
     def->seed = (uint64_t)seed;
     def->start = om_cli_get(args, "--start");
     return OM_OK;
@@ -122,6 +122,15 @@ static OmStatus train(const OmCliArgs* args, const OmBanetData* data, const OmTr
     return OM_OK;
 }
 
+static OmStatus join(const char* dir, int nsample, OmBanetData* data) {
+    OmBanetData more;
+    if (!dir) return OM_OK;
+    OM_TRY(om_banet_data_load(dir, nsample, &more));
+    OmStatus status = om_banet_data_join(data, &more);
+    om_banet_data_done(&more);
+    return status;
+}
+
 int om_cli_banet_train(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional, nsample = 0;
@@ -144,7 +153,8 @@ int om_cli_banet_train(int argc, char** argv) {
     if (status < 0) return om_cli_fail("banet", status);
     status = om_banet_data_load(input[0], nsample, &data);
     if (status < 0) return om_cli_fail("banet", status);
-    status = train(&args, &data, has_ranks ? &ranks : NULL);
+    status = join(om_cli_get(&args, "--more"), nsample, &data);
+    if (status >= 0) status = train(&args, &data, has_ranks ? &ranks : NULL);
     om_banet_data_done(&data);
     if (has_ranks) om_train_group_end_mpi(&ranks);
     return status < 0 ? om_cli_fail_kept("banet", status) : OM_EXIT_OK;
