@@ -135,6 +135,13 @@ int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGras
 // surface that faces the camera. `distance` (n) to it may be null.
 OmStatus om__match_find_material(const MatchTruth* truth, int n, const double* x, double* rest,
                                  double* distance);
+// The same of any surface, whose vertices are vertices `vert` of a mesh with rest positions x_rest, seen from `eye`.
+OmStatus om__match_find_on_surface(const OmSurface* surface, const int* vert, const double* x_rest,
+                                   OmVec3 eye, int n, const double* x, double* rest,
+                                   double* distance);
+// Positions of n points of the rest shape of a mesh whose vertices are now at x_now.
+OmStatus om__match_carry_by(const OmTetMesh* mesh, const double* x_now, int n, const double* rest,
+                            double* x);
 // Positions in the truth of points of the rest shape.
 OmStatus om__match_carry(const MatchTruth* truth, int n, const double* rest, double* x);
 

@@ -442,10 +442,9 @@ int om__match_grasps(const MatchTruth* truth, const MatchMove* move, OmMatchGras
 
 // ---- material points ----------------------------------------------------------------------------------
 
-OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, double* rest,
-                                 double* distance) {
-    const OmSurface* s = &t->surface;
-    OmVec3 eye = t->head.camera.pose_world_camera.p;
+OmStatus om__match_find_on_surface(const OmSurface* s, const int* vert, const double* x_rest,
+                                   OmVec3 eye, int n, const double* x, double* rest,
+                                   double* distance) {
     OmSurfaceTree* tree = NULL;
     unsigned char* is_facing = NULL;
     OmStatus status = OM_OK;
@@ -463,8 +462,8 @@ OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, do
                       OM_INVALID, "no triangle of the truth faces the camera");
         OmVec3 p = om_vec3(0, 0, 0);
         for (int k = 0; k < 3; ++k) {
-            int v = t->vert[s->tri_vert[3 * (size_t)q.tri + k]];
-            p = om_madd(p, q.bary[k], om_load3(t->site.mesh.x, v));
+            int v = vert[s->tri_vert[3 * (size_t)q.tri + k]];
+            p = om_madd(p, q.bary[k], om_load3(x_rest, v));
         }
         om_store3(rest, i, p);
         if (distance) distance[i] = q.distance;
@@ -475,12 +474,19 @@ done:
     return status;
 }
 
-OmStatus om__match_carry(const MatchTruth* t, int n, const double* rest, double* x) {
+OmStatus om__match_find_material(const MatchTruth* t, int n, const double* x, double* rest,
+                                 double* distance) {
+    return om__match_find_on_surface(&t->surface, t->vert, t->site.mesh.x,
+                                     t->head.camera.pose_world_camera.p, n, x, rest, distance);
+}
+
+OmStatus om__match_carry_by(const OmTetMesh* tet, const double* x_now, int n, const double* rest,
+                            double* x) {
     OmFemMesh mesh = {0};
     int* elem = NULL;
     double* weight = NULL;
     OmStatus status;
-    OM_TRY_DONE(om_fem_mesh_from_tet(&t->site.mesh, OM_TET4, &mesh));
+    OM_TRY_DONE(om_fem_mesh_from_tet(tet, OM_TET4, &mesh));
     OM_ALLOC_DONE(elem, (size_t)n);
     OM_ALLOC_DONE(weight, 4 * (size_t)n);
     OM_TRY_DONE(om_fem_mesh_embed(&mesh, n, rest, elem, weight));
@@ -488,7 +494,7 @@ OmStatus om__match_carry(const MatchTruth* t, int n, const double* rest, double*
         OmVec3 p = om_vec3(0, 0, 0);
         for (int k = 0; k < 4; ++k)
             p = om_madd(p, weight[4 * i + k],
-                        om_load3(t->x, mesh.elem_node[4 * (size_t)elem[i] + k]));
+                        om_load3(x_now, mesh.elem_node[4 * (size_t)elem[i] + k]));
         om_store3(x, i, p);
     }
 done:
@@ -496,6 +502,10 @@ done:
     om_free(weight);
     om_fem_mesh_done(&mesh);
     return status;
+}
+
+OmStatus om__match_carry(const MatchTruth* t, int n, const double* rest, double* x) {
+    return om__match_carry_by(&t->site.mesh, t->x, n, rest, x);
 }
 
 // ---- the twin -----------------------------------------------------------------------------------------

@@ -83,6 +83,7 @@ typedef struct PhantomHead {
     int arm;           // that grasps
     OmPose grasp_tip;  // measured, when the jaw closed
     OmCamera camera;   // where the robot believes it
+    OmVec3 shift;      // m, from its true place to there
     OmPsm psm[OM_MAX_ARM];
     double end_force;  // N, at the level that was not kept because of the force limit; 0: none
     double cpu_s;      // processor time of the simulation
@@ -95,6 +96,8 @@ typedef struct PhantomTruth {  // of one lift; om__phantoms_truth_done frees; ze
     OmSurface surface;  // boundary of the world's mesh at rest on the board
     int* vert;          // mesh vertex of each of its vertices
     size_t npixel;
+    char file[96];  // its name in the folder
+    uint64_t hash;  // of everything it depends on
     // The four are one block, the contents of the file; of 1 + PHANTOM_NLEVEL moments.
     PhantomHead* head;
     double* x;             // positions of the world's mesh, m             (moments x nvert x 3)
@@ -102,9 +105,12 @@ typedef struct PhantomTruth {  // of one lift; om__phantoms_truth_done frees; ze
     unsigned char* color;  //                                              (moments x npixel x 3)
 } PhantomTruth;
 
-// Lift the phantom in the world, or read the result from a file of `dir` if it has one of this lift.
-OmStatus om__phantoms_truth_get(const PhantomCase* c, int grasp, double coarse, const char* dir,
-                                int nworker, bool* is_new, PhantomTruth* truth);
+// Room for a lift, with the result if a file of `dir` has one of this lift.
+OmStatus om__phantoms_truth_open(const PhantomCase* c, int grasp, double coarse, const char* dir,
+                                 bool* is_there, PhantomTruth* truth);
+// Lift the phantom in the world. Several threads may do this at a time, each with its own truth.
+OmStatus om__phantoms_truth_make(const PhantomCase* c, int grasp, int nworker, PhantomTruth* truth);
+OmStatus om__phantoms_truth_save(const PhantomTruth* truth, const char* dir);
 void om__phantoms_truth_done(PhantomTruth* truth);
 // The picture of a level (0: at rest) as an observation; om_observation_done frees.
 OmStatus om__phantoms_observe(const PhantomTruth* truth, int level, OmObservation* obs);

@@ -109,10 +109,11 @@ static OmStatus lift_all(Lift* l) {
 }
 
 // A camera that the robot believes 1 mm away from its place, in a direction of the configuration.
-static void shift_camera(const PhantomCase* c, OmCamera* camera) {
+static void shift_camera(const PhantomCase* c, PhantomHead* h) {
     OmRng rng = om_rng_init(om__phantoms_seed(c, 0), SHIFT_STREAM);
     OmVec3 d = om_vec3(om_rng_normal(&rng), om_rng_normal(&rng), om_rng_normal(&rng));
-    camera->pose_world_camera.p = om_madd(camera->pose_world_camera.p, SHIFT, om_normalize(d));
+    h->shift = om_scale(SHIFT, om_normalize(d));
+    h->camera.pose_world_camera.p = om_add(h->camera.pose_world_camera.p, h->shift);
 }
 
 static OmStatus simulate(const PhantomCase* c, int grasp, int nworker, PhantomTruth* t) {
@@ -128,7 +129,7 @@ static OmStatus simulate(const PhantomCase* c, int grasp, int nworker, PhantomTr
     OM_TRY_DONE(keep(&l, 0));
     OM_TRY_DONE(close_jaw(&l));
     OM_TRY_DONE(lift_all(&l));
-    shift_camera(c, &h->camera);
+    shift_camera(c, h);
     for (int a = 0; a < OM_MAX_ARM; ++a)
         if (om_world_psm(l.world, a)) h->psm[a] = *om_world_psm(l.world, a);
     h->cpu_s = (double)(clock() - begin) / CLOCKS_PER_SEC;
@@ -189,29 +190,37 @@ void om__phantoms_truth_done(PhantomTruth* t) {
     memset(t, 0, sizeof *t);
 }
 
-OmStatus om__phantoms_truth_get(const PhantomCase* c, int grasp, double coarse, const char* dir,
-                                int nworker, bool* is_new, PhantomTruth* t) {
-    memset(t, 0, sizeof *t);
-    *is_new = false;
-    char name[64], file[96];
-    uint64_t hash = 0;
-    OmStatus status;
-    OM_TRY_DONE(make_room(c, grasp, coarse, t));
-    OM_TRY_DONE(hash_lift(c, grasp, t, &hash));
-    om__phantoms_name(c, name, sizeof name);
-    snprintf(file, sizeof file, "truth-%s-%d.bin", name, grasp + 1);
-    if (!om__match_load_result(dir, file, hash, t->head, block_size(t))) {
-        *is_new = true;
-        memset(t->head, 0, block_size(t));
-        OM_TRY_DONE(simulate(c, grasp, nworker, t));
-        status = om__match_save_result(dir, file, hash, t->head, block_size(t));
-    } else
-        status = OM_OK;
+static void place_surface(PhantomTruth* t) {
     for (int i = 0; i < t->surface.nvert; ++i)
         om_store3(t->surface.x, i, om_load3(t->x, t->vert[i]));
+}
+
+OmStatus om__phantoms_truth_open(const PhantomCase* c, int grasp, double coarse, const char* dir,
+                                 bool* is_there, PhantomTruth* t) {
+    memset(t, 0, sizeof *t);
+    *is_there = false;
+    char name[64];
+    OmStatus status;
+    OM_TRY_DONE(make_room(c, grasp, coarse, t));
+    OM_TRY_DONE(hash_lift(c, grasp, t, &t->hash));
+    om__phantoms_name(c, name, sizeof name);
+    snprintf(t->file, sizeof t->file, "truth-%s-%d.bin", name, grasp + 1);
+    *is_there = om__match_load_result(dir, t->file, t->hash, t->head, block_size(t));
+    if (!*is_there) memset(t->head, 0, block_size(t));
+    place_surface(t);
 done:
     if (status < 0) om__phantoms_truth_done(t);
     return status;
+}
+
+OmStatus om__phantoms_truth_make(const PhantomCase* c, int grasp, int nworker, PhantomTruth* t) {
+    OmStatus status = simulate(c, grasp, nworker, t);
+    place_surface(t);
+    return status < 0 ? om_error_prefix(status, "lift %d", grasp + 1) : OM_OK;
+}
+
+OmStatus om__phantoms_truth_save(const PhantomTruth* t, const char* dir) {
+    return om__match_save_result(dir, t->file, t->hash, t->head, block_size(t));
 }
 
 OmStatus om__phantoms_observe(const PhantomTruth* t, int level, OmObservation* obs) {

@@ -223,9 +223,11 @@ static void test_lift(void** unused) {
     (void)unused;
     PhantomCase c = om__phantoms_case(4, 2, PHANTOM_FLAT);
     PhantomTruth a, b;
-    bool is_new;
-    assert_ok(om__phantoms_truth_get(&c, 1, 2, dir, 1, &is_new, &a));
-    assert_true(is_new);
+    bool is_there;
+    assert_ok(om__phantoms_truth_open(&c, 1, 2, dir, &is_there, &a));
+    assert_false(is_there);
+    assert_ok(om__phantoms_truth_make(&c, 1, 1, &a));
+    assert_ok(om__phantoms_truth_save(&a, dir));
     assert_int_equal(a.head->nlevel, c.nlevel[1]);
     const OmMeshSet* held = om_tet_mesh_find_set(&a.site.mesh, "attachment");
     size_t n3 = 3 * (size_t)a.site.mesh.nvert;
@@ -245,18 +247,26 @@ static void test_lift(void** unused) {
     OmVec3 eye = om_vec3(a.scene.rgbd.distance * cos(a.scene.rgbd.elevation), 0,
                          a.scene.rgbd.distance * sin(a.scene.rgbd.elevation));
     assert_near(om_distance(a.head->camera.pose_world_camera.p, eye), 0.001, 1e-9);
-    assert_ok(om__phantoms_truth_get(&c, 1, 2, dir, 2, &is_new, &b));
-    assert_false(is_new);
+    assert_near(om_norm(a.head->shift), 0.001, 1e-12);
+    assert_ok(om__phantoms_truth_open(&c, 1, 2, dir, &is_there, &b));
+    assert_true(is_there);
     assert_memory_equal(a.x, b.x, (1 + PHANTOM_NLEVEL) * n3 * sizeof *a.x);
     om__phantoms_truth_done(&b);
-    // The same bytes once more, by two workers.
-    char path[64];
-    snprintf(path, sizeof path, "%s/truth-ellipse-3-flat-2.bin", dir);
-    assert_ok(om_path_remove(path));
-    assert_ok(om__phantoms_truth_get(&c, 1, 2, dir, 2, &is_new, &b));
-    assert_true(is_new);
+    // The same bytes once more, by two workers. Another grasp, another seed or another mesh is not in the folder.
+    char other[] = "/tmp/om_phantoms_other_XXXXXX";
+    assert_non_null(mkdtemp(other));
+    assert_ok(om__phantoms_truth_open(&c, 1, 2, other, &is_there, &b));
+    assert_false(is_there);
+    assert_ok(om__phantoms_truth_make(&c, 1, 2, &b));
     assert_memory_equal(a.x, b.x, (1 + PHANTOM_NLEVEL) * n3 * sizeof *a.x);
     assert_memory_equal(a.depth, b.depth, (1 + PHANTOM_NLEVEL) * a.npixel * sizeof *a.depth);
+    om__phantoms_truth_done(&b);
+    assert_ok(om_path_remove(other));
+    assert_ok(om__phantoms_truth_open(&c, 0, 2, dir, &is_there, &b));
+    assert_false(is_there);
+    om__phantoms_truth_done(&b);
+    assert_ok(om__phantoms_truth_open(&c, 1, 1.9, dir, &is_there, &b));
+    assert_false(is_there);
     om__phantoms_truth_done(&b);
     OmObservation obs;
     assert_ok(om__phantoms_observe(&a, 1, &obs));
