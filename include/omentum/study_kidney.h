@@ -31,9 +31,9 @@ typedef enum OmStudyKidneyWay {  // where the twin's attachments come from
     OM_STUDY_KIDNEY_ZERO,        // none
     OM_STUDY_KIDNEY_SAME,        // those of the truth
     OM_STUDY_KIDNEY_NETWORK,     // the network, one frame
-    OM_STUDY_KIDNEY_FUSION,      // the network, all frames of the state so far
+    OM_STUDY_KIDNEY_FUSION,      // the network, this frame and the last ones of two earlier grasps
     OM_STUDY_KIDNEY_PHYSICS,     // om_match_update, one frame
-    OM_STUDY_KIDNEY_ALL,         // om_banet_update: network, fusion and physics
+    OM_STUDY_KIDNEY_ALL,         // om_banet_update from these frames: network, fusion and physics
     OM_STUDY_KIDNEY_NWAY
 } OmStudyKidneyWay;
 
@@ -85,7 +85,7 @@ typedef struct OmStudyKidneySummary {
     int nmissing;     // levels that the truth did not reach
     double rest;      // m, mean error at rest
     OmStudyKidneyTable by[OM_STUDY_KIDNEY_NWAY];
-    int nlost;    // views in which correspondence was lost
+    int nlost;    // views in which the network found no correspondence
     bool is_met;  // every goal of the parts that were run, by OM_STUDY_KIDNEY_ALL
 } OmStudyKidneySummary;
 

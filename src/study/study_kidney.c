@@ -25,7 +25,7 @@ static OmStatus validate(const OmStudyKidneyDef* d) {
     return OM_OK;
 }
 
-static KidneyCases make_cases(bool is_quick) {
+KidneyCases om__kidney_make_cases(bool is_quick) {
     KidneyCases c = {.nstate = 1, .state = {1}, .ngrasp = 1, .grasp = {2}, .nlevel = 2};
     if (is_quick) return c;
     c = (KidneyCases){.nstate = KIDNEY_NSTATE, .ngrasp = KIDNEY_NGRASP, .nlevel = KIDNEY_NLEVEL};
@@ -57,7 +57,7 @@ OmStatus om_study_kidney_run(const OmStudyKidneyDef* def, const OmProgress* prog
                              OmStudyKidneySummary* summary) {
     memset(summary, 0, sizeof *summary);
     OM_TRY(validate(def));
-    Kidney s = {.def = def, .progress = progress, .cases = make_cases(def->is_quick)};
+    Kidney s = {.def = def, .progress = progress, .cases = om__kidney_make_cases(def->is_quick)};
     OmFolder folder = {0};
     OM_TRY(om__kidney_make_scene(def->volume, def->is_quick, &s.scene));
     s.result = om_calloc((size_t)(s.cases.nstate * def->nrun) + 1, sizeof *s.result);

@@ -7,8 +7,8 @@
 #ifndef OMENTUM_STUDY_KIDNEY_CASE_H
 #define OMENTUM_STUDY_KIDNEY_CASE_H
 
+#include "omentum/banet_update.h"
 #include "omentum/match.h"
-#include "omentum/match_live.h"
 #include "omentum/match_scan_picture.h"
 #include "omentum/study_kidney.h"
 #include "omentum/world.h"
@@ -89,17 +89,18 @@ OmStatus om__kidney_truth_carry(const KidneyTruth* truth, int n, const double* r
 
 typedef struct KidneyGuess {  // attachments of one way from one view
     bool is_there, is_accepted;
-    bool is_loose;    // the twin did not come to rest
-    double dsc, tpr;  // of the underside
-    double ave;       // m, points of the scan against their places on the twin
-    double volume;    // m, all vertices of the twin against the truth
-    double ms;        // processor time of the estimate
+    bool is_loose;     // the twin did not come to rest
+    double dsc, tpr;   // of the underside
+    double ave;        // m, points of the scan against their places on the twin
+    double volume;     // m, all vertices of the twin against the truth
+    double ms;         // processor time of the estimate
+    char reason[120];  // why not accepted; "" if it was
 } KidneyGuess;
 
 typedef struct KidneyView {
     int grasp, level;
     int npoint;    // of the scan
-    bool is_lost;  // correspondence was lost
+    bool is_lost;  // the network found no correspondence
     KidneyGuess by[OM_STUDY_KIDNEY_NWAY];
 } KidneyView;
 
@@ -122,13 +123,18 @@ typedef struct Kidney {
     const OmStudyKidneyDef* def;
     const OmProgress* progress;
     KidneyCases cases;
-    OmScene scene;  // of the twin
-    OmSite twin;    // without attachments
+    OmScene scene;               // of the twin
+    OmSite twin;                 // without attachments
+    OmBanetEstimateFn estimate;  // of the network; null: none
+    void* estimate_ctx;
+    double threshold;   // of its probability
+    uint64_t net_hash;  // of its file
     // [state][run], by index into cases  (nstate x nrun)
     KidneyResult* result;
     OmStudyKidneySummary sum;
 } Kidney;
 
+KidneyCases om__kidney_make_cases(bool is_quick);
 // Find or make the results of all runs.
 OmStatus om__kidney_run_lifts(Kidney* s);
 // Compute the tables from the results.

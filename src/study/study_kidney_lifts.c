@@ -16,12 +16,14 @@
 #include <string.h>
 #include <time.h>
 
+#include "omentum/banet_update.h"
 #include "omentum/body.h"
 #include "study/study_attach_protocol.h"
 #include "study/study_kidney_case.h"
 #include "study/study_match_case.h"
 
-#define METHOD 3  // number of the methods: results of another one are computed again
+#define KEEP 3    // views of different grasps in one estimate
+#define METHOD 5  // number of the methods: results of another one are computed again
 
 const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY] = {"zero",   "same",    "network",
                                                                "fusion", "physics", "all"};
@@ -32,10 +34,10 @@ typedef struct Operation {  // a state of the tissue, and the robot's side of it
     Kidney* s;
     int state;
     KidneyTruth truth;
-    OmMatch* match;     // candidates: the underside
-    OmMatch* mover;     // candidates: the whole surface
-    OmMatchLive* live;  // of `match`
-    AttachModel* free;  // without weight and contact
+    OmMatch* match;           // candidates: the underside
+    OmMatch* mover;           // candidates: the whole surface
+    OmBanetUpdater* updater;  // of `match`; null: no network
+    AttachModel* free;        // without weight and contact
     const OmMeshSet* under;
     unsigned char* is_true;   // attached in truth     (nvert)
     unsigned char* attached;  // by a guess            (nvert)
@@ -48,12 +50,23 @@ typedef struct Operation {  // a state of the tissue, and the robot's side of it
     int* elem;                // places of the scan's points       (npoint)
     double* weight;           //                                   (npoint x 4)
     OmAcquisition acquisition;
-    OmMatchPairs pairs;
+    // the last view of each earlier grasp, with the twin at that time
+    int nkept;
+    OmAcquisition kept[KIDNEY_NGRASP];
 } Operation;
 
+static void forget(Operation* o) {
+    for (int k = 0; k < o->nkept; ++k) {
+        om_scan_done(&o->kept[k].scan);
+        om_free((void*)o->kept[k].x_twin);
+    }
+    o->nkept = 0;
+}
+
 static void operation_done(Operation* o) {
+    forget(o);
     om__kidney_truth_close(&o->truth);
-    om_match_live_destroy(o->live);
+    om_banet_updater_destroy(o->updater);
     om_match_destroy(o->match);
     om_match_destroy(o->mover);
     om__attach_model_destroy(o->free);
@@ -75,8 +88,13 @@ static OmStatus make_matches(Operation* o) {
     const OmSite* twin = &o->s->twin;
     OmMatchDef def = om_match_default_def(&o->s->scene, twin);
     OM_TRY(om_match_create(&def, &o->match));
-    OmMatchLiveDef live = om_match_live_default_def(o->match);
-    OM_TRY(om_match_live_create(&live, &o->live));
+    if (o->s->estimate) {
+        OmBanetUpdateDef update = om_banet_update_default_def(o->match);
+        update.estimate = o->s->estimate;
+        update.estimate_ctx = o->s->estimate_ctx;
+        update.threshold = o->s->threshold;
+        OM_TRY(om_banet_updater_create(&update, &o->updater));
+    }
     OmMaterial material = {.law = o->s->scene.tissue.law,
                            .young = o->s->scene.tissue.young,
                            .poisson = o->s->scene.tissue.poisson};
@@ -218,18 +236,58 @@ static OmStatus score(Operation* o, KidneyGuess* g) {
 // ---- estimates ----------------------------------------------------------------------------------------
 
 // After a refused update the twin keeps its attachments.
+static OmStatus take_estimate(Operation* o, const OmMatchEstimate* e, KidneyGuess* g) {
+    g->is_accepted = e->is_accepted;
+    snprintf(g->reason, sizeof g->reason, "%.119s", e->reason);
+    for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
+        o->attached[v] = e->is_accepted ? e->attached[v] : o->belief[v];
+    return score(o, g);
+}
+
 static OmStatus guess_physics(Operation* o, KidneyGuess* g) {
     OmMatchEstimate estimate = {0};
     clock_t begin = clock();
     OmStatus status = om_match_update(o->match, 1, &o->acquisition, NULL, &estimate);
     g->ms = processor_ms(begin);
-    if (status >= 0) {
-        g->is_accepted = estimate.is_accepted;
-        for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
-            o->attached[v] = g->is_accepted ? estimate.attached[v] : o->belief[v];
-        memcpy(o->belief, o->attached, (size_t)o->s->twin.mesh.nvert);
-        status = score(o, g);
-    }
+    if (status >= 0) status = take_estimate(o, &estimate, g);
+    om_match_estimate_done(&estimate);
+    return status;
+}
+
+// Vertices that the network attaches; where it says nothing, the twin keeps its attachments.
+static OmStatus take_probability(Operation* o, const double* probability, KidneyGuess* g) {
+    int nvert = o->s->twin.mesh.nvert;
+    g->is_accepted = false;
+    for (int v = 0; v < nvert; ++v) g->is_accepted = g->is_accepted || probability[v] > 0;
+    for (int v = 0; v < nvert; ++v)
+        o->attached[v] = g->is_accepted ? probability[v] >= o->s->threshold : o->belief[v];
+    return score(o, g);
+}
+
+// The network from this view; from this view and the last ones of up to two earlier grasps; and with physics.
+static OmStatus guess_network(Operation* o, KidneyView* view) {
+    OmAcquisition list[KEEP];
+    OmMatchEstimate estimate = {0};
+    OmBanetAdvice advice = {0};
+    KidneyGuess *one = &view->by[OM_STUDY_KIDNEY_NETWORK], *all = &view->by[OM_STUDY_KIDNEY_ALL],
+                *fusion = &view->by[OM_STUDY_KIDNEY_FUSION];
+    int n = 0, nvert = o->s->twin.mesh.nvert;
+    for (int k = o->nkept < KEEP ? 0 : o->nkept - KEEP + 1; k < o->nkept; ++k)
+        list[n++] = o->kept[k];
+    list[n++] = o->acquisition;
+    om_banet_updater_set_attached(o->updater, o->belief);
+    OmStatus status;
+    OM_TRY_DONE(om_banet_update(o->updater, n, list, NULL, &estimate, &advice));
+    one->ms = (advice.pairs_ms + advice.network_ms) / n;
+    fusion->ms = advice.pairs_ms + advice.network_ms;
+    all->ms = advice.total_ms;
+    OM_TRY_DONE(take_probability(o, advice.view + (size_t)(n - 1) * (size_t)nvert, one));
+    view->is_lost = !one->is_accepted;
+    snprintf(one->reason, sizeof one->reason, "%.119s", one->is_accepted ? "" : advice.reason);
+    OM_TRY_DONE(take_probability(o, advice.probability, fusion));
+    status = take_estimate(o, &estimate, all);
+done:
+    om_banet_advice_done(&advice);
     om_match_estimate_done(&estimate);
     return status;
 }
@@ -237,44 +295,57 @@ static OmStatus guess_physics(Operation* o, KidneyGuess* g) {
 static OmStatus guess_all(Operation* o, KidneyView* view) {
     size_t n = (size_t)o->s->twin.mesh.nvert;
     memset(o->attached, 0, n);
-    for (int w = 0; w < OM_STUDY_KIDNEY_NWAY; ++w) view->by[w].is_accepted = true;
+    view->by[OM_STUDY_KIDNEY_ZERO].is_accepted = view->by[OM_STUDY_KIDNEY_SAME].is_accepted = true;
     OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_ZERO]));
     memcpy(o->attached, o->is_true, n);
     OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_SAME]));
-    return guess_physics(o, &view->by[OM_STUDY_KIDNEY_PHYSICS]);
+    OM_TRY(guess_physics(o, &view->by[OM_STUDY_KIDNEY_PHYSICS]));
+    if (o->updater) OM_TRY(guess_network(o, view));
+    memcpy(o->belief, o->attached, n);  // of the last way
+    return OM_OK;
 }
 
 // ---- a run --------------------------------------------------------------------------------------------
 
-// What the robot sees, and the pairs with the twin at o->x_belief.
+// What the robot sees, and the running twin, o->x_belief.
 static OmStatus look(Operation* o, int grasp, KidneyMoment moment, int run) {
     OmAcquisition* a = &o->acquisition;
     OM_TRY(om__kidney_truth_look(&o->truth, grasp, moment, run, &o->s->twin, a));
     bool is_loose;
-    om_match_live_set_attached(o->live, o->belief);
     if (a->ngrasp) OM_TRY(move_twin(o, o->belief, &is_loose));
     memcpy(o->x_belief, a->ngrasp ? o->x : o->s->twin.mesh.x,
            3 * (size_t)o->s->twin.mesh.nvert * sizeof *o->x_belief);
     a->x_twin = o->x_belief;
-    OM_TRY(om_match_find_pairs(o->live, &a->scan, a->ngrasp, a->grasp, o->x_belief, &o->pairs));
     OM_TRY(find_places(o));
     return om__kidney_truth_carry(&o->truth, o->s->twin.mesh.nvert, o->s->twin.mesh.x, o->x_true);
 }
 
 static void look_done(Operation* o) {
-    om_match_pairs_done(&o->pairs);
     om_scan_done(&o->acquisition.scan);
     memset(&o->acquisition, 0, sizeof o->acquisition);
 }
 
-static OmStatus run_view(Operation* o, int run, int grasp, int level, KidneyView* view) {
+// Keep the view, with the twin at this time, for later grasps.
+static OmStatus keep(Operation* o) {
+    size_t n = 3 * (size_t)o->s->twin.mesh.nvert;
+    double* x;
+    OM_ALLOC(x, n);
+    memcpy(x, o->x_belief, n * sizeof *x);
+    o->kept[o->nkept] = o->acquisition;
+    o->kept[o->nkept++].x_twin = x;
+    memset(&o->acquisition, 0, sizeof o->acquisition);
+    return OM_OK;
+}
+
+static OmStatus run_view(Operation* o, int run, int grasp, int level, bool is_last,
+                         KidneyView* view) {
     memset(view, 0, sizeof *view);
     view->grasp = grasp;
     view->level = level;
     OmStatus status = look(o, grasp, (KidneyMoment)(KIDNEY_LIFTED + level), run);
     view->npoint = o->acquisition.scan.npoint;
-    view->is_lost = o->pairs.is_lost;
     if (status >= 0) status = guess_all(o, view);
+    if (status >= 0 && is_last) status = keep(o);
     look_done(o);
     return status;
 }
@@ -298,8 +369,9 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     if (status < 0) return status;
     for (int i = 0; i < c->ngrasp; ++i) {
         int nlevel = r->lift[c->grasp[i]].nlevel;
-        for (int k = 0; k < (nlevel < c->nlevel ? nlevel : c->nlevel); ++k)
-            OM_TRY(run_view(o, run, c->grasp[i], k, &r->view[r->nview++]));
+        if (nlevel > c->nlevel) nlevel = c->nlevel;
+        for (int k = 0; k < nlevel; ++k)
+            OM_TRY(run_view(o, run, c->grasp[i], k, k == nlevel - 1, &r->view[r->nview++]));
     }
     return OM_OK;
 }
@@ -313,6 +385,7 @@ static OmStatus hash_run(const Kidney* s, int state, int run, uint64_t* hash) {
     *hash = om_hash(s->twin.mesh.x, 3 * (size_t)s->twin.mesh.nvert * sizeof(double), *hash);
     *hash = om_hash(number, sizeof number, *hash);
     *hash = om_hash(om__kidney_grasp, sizeof om__kidney_grasp, *hash);
+    *hash = om_hash(&s->net_hash, sizeof s->net_hash, *hash);
     om_text_done(&text);
     return status;
 }
@@ -336,7 +409,9 @@ OmStatus om__kidney_run_lifts(Kidney* s) {
             if (om__match_load_result(d->out_dir, name, hash, r, sizeof *r)) continue;
             if (!is_open) OM_TRY_DONE(operation_open(s, state, &o));
             is_open = true;
-            OM_TRY_DONE(run_operation(&o, run, r));
+            status = run_operation(&o, run, r);
+            forget(&o);
+            if (status < 0) goto done;
             OM_TRY_DONE(om__match_save_result(d->out_dir, name, hash, r, sizeof *r));
             ++s->sum.nnew;
         }

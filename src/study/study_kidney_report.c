@@ -77,7 +77,8 @@ static void add_ways(const Kidney* s, OmReport* report) {
         "%d views of %d rows, %d runs each with other noise; the truth has %d tetrahedra. Mean: AVE of the scan's "
         "points at their true material points, less its value at rest, mean over rows; at rest %.2f mm (thesis "
         "3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
-        "underside. After a refused update the twin keeps its attachments. Correspondence was lost in %d views.",
+        "underside. After a refused update the twin keeps its attachments. The network found "
+        "no correspondence in %d views.",
         s->sum.nview, s->sum.nrow, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost);
     om_report_paragraph(report, note);
 }
@@ -144,6 +145,27 @@ static OmStatus add_missing(const Kidney* s, OmReport* report) {
     return status;
 }
 
+// Estimates of one way that were refused, run by run.
+static OmStatus add_refused(const Kidney* s, int way, OmReport* report) {
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    char title[96];
+    for (int i = 0; i < s->cases.nstate * s->def->nrun; ++i) {
+        for (int k = 0; k < s->result[i].nview && status == OM_OK; ++k) {
+            const KidneyView* v = &s->result[i].view[k];
+            const KidneyGuess* g = &v->by[way];
+            if (!g->is_there || g->is_accepted) continue;
+            status = om_text_append(&text, "%c%d, %d mm, run %d: %s\n", 'A' + v->grasp,
+                                    s->cases.state[i / s->def->nrun] + 1, 10 * (v->level + 1),
+                                    i % s->def->nrun + 1, g->reason);
+        }
+    }
+    snprintf(title, sizeof title, "Refused: %s", om__kidney_way_title[way]);
+    if (status == OM_OK && text.len > 0) om_report_details(report, title, text.str);
+    om_text_done(&text);
+    return status;
+}
+
 static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     if (s->def->nrun == 0) return OM_OK;
     char title[96];
@@ -161,6 +183,8 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
         OM_TRY(add_table(s, way, report));
         om_report_end_fold(report);
     }
+    for (int way = OM_STUDY_KIDNEY_NETWORK; way < OM_STUDY_KIDNEY_NWAY; ++way)
+        OM_TRY(add_refused(s, way, report));
     return OM_OK;
 }
 

@@ -234,6 +234,57 @@ static void test_quick(void** unused) {
     assert_near(again.by[OM_STUDY_KIDNEY_PHYSICS].mean, physics->mean, 0);
 }
 
+// A network that knows the truth and is not quite sure.
+static OmStatus know(void* ctx, const OmSurface* surface, const double* u, const double* seen,
+                     double* probability) {
+    const int* state = ctx;
+    OmPose task = om_pose_inverse(twin.pose_world_task);
+    double most = 0;
+    for (int i = 0; i < surface->nvert; ++i) {
+        OmVec3 p = om_load3(surface->x, i);
+        bool is_under = om_sdf_eval(&twin.organ_sdf, p, NULL) < 0.002;
+        bool is_in = is_under && om__kidney_is_attached(*state, om_pose_apply(task, p));
+        probability[i] = is_in ? 0.9 : 0.1;
+        most = fmax(most, seen[i] * om_norm(om_load3(u, i)));
+    }
+    assert_true(most > 0.005);  // the lift is in the displacement
+    return OM_OK;
+}
+
+// The ways of the network take what it says.
+static void test_network(void** unused) {
+    (void)unused;
+    make_scene();
+    OmStudyKidneyDef d = study_def(dir);
+    d.nrun = 1;
+    KidneyResult result;
+    KidneyCases cases = om__kidney_make_cases(true);
+    Kidney s = {.def = &d,
+                .cases = cases,
+                .scene = scene,
+                .twin = twin,
+                .result = &result,
+                .estimate = know,
+                .estimate_ctx = &cases.state[0],
+                .threshold = 0.5,
+                .net_hash = 7};
+    assert_ok(om__kidney_run_lifts(&s));
+    assert_ok(om__kidney_summarise_lifts(&s));
+    const OmStudyKidneyTable *same = &s.sum.by[OM_STUDY_KIDNEY_SAME],
+                             *one = &s.sum.by[OM_STUDY_KIDNEY_NETWORK],
+                             *fusion = &s.sum.by[OM_STUDY_KIDNEY_FUSION],
+                             *all = &s.sum.by[OM_STUDY_KIDNEY_ALL];
+    printf("same %.2f, network %.2f, fusion %.2f, all %.2f mm (DSC %.2f)\n", 1e3 * same->mean,
+           1e3 * one->mean, 1e3 * fusion->mean, 1e3 * all->mean, all->dsc);
+    assert_true(one->is_there && fusion->is_there && all->is_there);
+    assert_int_equal(s.sum.nlost, 0);
+    assert_true(one->dsc > 0.95 && one->tpr > 0.95);
+    assert_near(one->mean, same->mean, 0.0002);
+    assert_true(fusion->dsc > 0.95);
+    assert_true(all->dsc > 0.5);
+    assert_true(all->mean < 0.001);
+}
+
 static int leave(void** unused) {
     (void)unused;
     om_site_done(&twin);
@@ -247,7 +298,7 @@ int main(void) {
         cmocka_unit_test(test_without_data), cmocka_unit_test(test_stages),
         cmocka_unit_test(test_shape),        cmocka_unit_test(test_sites),
         cmocka_unit_test(test_lift),         cmocka_unit_test(test_definitions),
-        cmocka_unit_test(test_quick),
+        cmocka_unit_test(test_quick),        cmocka_unit_test(test_network),
     };
     return cmocka_run_group_tests(tests, NULL, leave);
 }
