@@ -74,11 +74,15 @@ typedef struct OmStudyKidneyTable {  // of one way
 
 typedef struct OmStudyKidneySummary {
     bool has_network;
-    // Samples: the network alone.
-    int nsample, nnew;               // and how many were computed now
-    OmStudyQuartiles dsc, tpr, ave;  // ave in m, over all vertices of the volume
-    OmStudyQuartiles same, zero;     // AVE with the true attachments and with none, m
-    int nfail;                       // samples whose twin did not reach the end of its way
+    // Samples: the network alone; without it dsc, tpr and ave are empty.
+    int nsample;  // less the ones of which no draw succeeded
+    int nnew;     // samples and runs that were computed now
+    OmStudyQuartiles dsc, tpr,
+        ave;                      // over cells of the network's grid; ave in m, over all vertices
+    OmStudyQuartiles same, zero;  // AVE with the true attachments and with none, m
+    double input;                 // m, median of the largest displacement
+    // simulations that did not reach the whole displacement of the grasp; AVE is of the part that they reached
+    int nstopped;
     // Dissection.
     int ntet;         // of the truth
     int nview, nrow;  // views of a run; rows of the tables

@@ -19,6 +19,8 @@ static const OmCliOption att_option[] = {
      "380; 600", NULL, 1, 9999},
     {"--solves", NULL, "N", "simulated: the first N of each set are moved, for AVE and MVE", "all",
      NULL, 0, 9999},
+    {"--runs", NULL, "N", "kidney: runs of the dissection, each with other noise", "10", NULL, 1,
+     OM_STUDY_KIDNEY_MAX_RUN},
     {"--volume", NULL, "FILE", "kidney: labels of a CT; the left kidney is label 3"},
     {"--weights", "-w", "FILE", "of the network", "the weights that come along"},
     {"--workers", NULL, "N", "threads of simulations", "one per processor", NULL, 0, OM_MAX_WORKER},
@@ -50,7 +52,7 @@ static const OmCliKey att_key[] = {
 typedef struct Options {
     const char* dir;
     bool is_quick, is_quiet;
-    int set, nsample, nsolve, nworker;
+    int set, nsample, nsolve, nrun, nworker;
     const char *weights, *volume;
     char* headline;  // out: the outcome in a sentence (HEADLINE)
 } Options;
@@ -232,6 +234,7 @@ static int run_kidney(const Options* o) {
         def.nrun = 1;
     }
     if (o->nsample) def.nsample = o->nsample;
+    if (o->nrun) def.nrun = o->nrun;
     def.weights = o->weights;
     def.nworker = o->nworker;
     OmStudyKidneySummary summary;
@@ -349,6 +352,7 @@ int om_cli_study_attachments(int argc, char** argv) {
     if (status >= 0) status = om_cli_int(&args, "--workers", &o.nworker);
     if (status >= 0) status = om_cli_int(&args, "--set", &o.set);
     if (status >= 0) status = om_cli_int(&args, "--samples", &o.nsample);
+    if (status >= 0) status = om_cli_int(&args, "--runs", &o.nrun);
     if (status >= 0) status = om_cli_int(&args, "--solves", &o.nsolve);
     if (status < 0) {
         fprintf(stderr, "omentum study: %s\n", om_error_message());

@@ -1,9 +1,11 @@
 // study_kidney.c: the study of fat over the kidney: its parts, goals and folder.
 #include <string.h>
 
+#include "omentum/banet_net.h"
 #include "study/study_kidney_case.h"
 
 #define COOKIE 0x6b1d4e79u
+#define SIDE 0.3  // m, of the thesis's grid: the fat is two voxels thick
 
 OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* volume) {
     return (OmStudyKidneyDef){
@@ -42,9 +44,42 @@ static bool is_met(const OmStudyKidneyDef* d, const OmStudyKidneySummary* sum) {
     return sum->has_network && (samples || d->nsample == 0) && (lifts || d->nrun == 0);
 }
 
+// ---- the network --------------------------------------------------------------------------------------
+
+static OmStatus estimate(void* ctx, const OmSurface* surface, const double* u, const double* seen,
+                         double* probability) {
+    return om_banet_estimate(ctx, SIDE, surface, u, seen, probability);
+}
+
+// Weights that do not come along: no network.
+static OmStatus load_network(Kidney* s, OmBanetNet** net) {
+    static const char* const key[] = {"command", "seed", "checksum"};
+    const char* path = s->def->weights;
+    if (path && !path[0]) return OM_OK;
+    OmStatus status = om_banet_net_load(path, net);
+    if (status == OM_IO && !path) return OM_OK;
+    OM_TRY(status);
+    s->estimate = estimate;
+    s->estimate_ctx = *net;
+    s->threshold = om_banet_net_threshold(*net);
+    s->net_hash = om_hash(&s->threshold, sizeof s->threshold, OM_HASH_SEED);
+    for (size_t k = 0; k < sizeof key / sizeof *key; ++k) {
+        const char* fact = om_banet_net_fact(*net, key[k]);
+        if (fact) s->net_hash = om_hash(fact, strlen(fact), s->net_hash);
+    }
+    s->sum.has_network = true;
+    return OM_OK;
+}
+
+// ---- the study ----------------------------------------------------------------------------------------
+
 static OmStatus run(Kidney* s) {
     const OmStudyKidneyDef* d = s->def;
     OM_TRY(om__kidney_build_site(&s->scene, OM_SITE_TWIN, -1, &s->twin));
+    if (d->nsample > 0) {
+        OM_TRY(om__kidney_run_samples(s));
+        OM_TRY(om__kidney_summarise_samples(s));
+    }
     if (d->nrun > 0) {
         OM_TRY(om__kidney_run_lifts(s));
         OM_TRY(om__kidney_summarise_lifts(s));
@@ -59,14 +94,19 @@ OmStatus om_study_kidney_run(const OmStudyKidneyDef* def, const OmProgress* prog
     OM_TRY(validate(def));
     Kidney s = {.def = def, .progress = progress, .cases = om__kidney_make_cases(def->is_quick)};
     OmFolder folder = {0};
+    OmBanetNet* net = NULL;
     OM_TRY(om__kidney_make_scene(def->volume, def->is_quick, &s.scene));
+    OM_TRY(load_network(&s, &net));
+    s.sample = om_calloc((size_t)def->nsample + 1, sizeof *s.sample);
     s.result = om_calloc((size_t)(s.cases.nstate * def->nrun) + 1, sizeof *s.result);
-    if (!s.result) return OM_NO_MEMORY;
-    OmStatus status = om_folder_open(def->out_dir, "kidney study", &folder);
+    OmStatus status = s.result && s.sample ? OM_OK : OM_NO_MEMORY;
+    if (status == OM_OK) status = om_folder_open(def->out_dir, "kidney study", &folder);
     if (status == OM_OK) status = run(&s);
     if (status == OM_OK) *summary = s.sum;
     om_folder_end(&folder);
     om_site_done(&s.twin);
+    om_banet_net_destroy(net);
+    om_free(s.sample);
     om_free(s.result);
     return status;
 }

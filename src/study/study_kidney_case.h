@@ -7,6 +7,7 @@
 #ifndef OMENTUM_STUDY_KIDNEY_CASE_H
 #define OMENTUM_STUDY_KIDNEY_CASE_H
 
+#include "omentum/banet_sample.h"
 #include "omentum/banet_update.h"
 #include "omentum/match.h"
 #include "omentum/match_scan_picture.h"
@@ -76,6 +77,9 @@ OmStatus om__kidney_truth_show(KidneyTruth* truth, int grasp, KidneyMoment momen
 // the run's noise and error of calibration. `twin` is the robot's own site. om_scan_done frees the scan.
 OmStatus om__kidney_truth_look(KidneyTruth* truth, int grasp, KidneyMoment moment, int run,
                                const OmSite* twin, OmAcquisition* acquisition);
+// The depth camera's colour picture of a moment, as a PNG file.
+OmStatus om__kidney_truth_save_picture(KidneyTruth* truth, int grasp, KidneyMoment moment,
+                                       const char* path);
 // The material point, in the rest shape, of each point of the last look's scan: the nearest point of the shown surface
 // among the triangles that face the camera, without the error of calibration.  (npoint x 3)
 OmStatus om__kidney_truth_find_material(const KidneyTruth* truth, const OmScan* scan, double* rest);
@@ -119,6 +123,15 @@ typedef struct KidneyCases {  // of the whole study, or of a quick one
     int nlevel;
 } KidneyCases;
 
+typedef struct KidneySample {
+    bool is_made;       // a draw succeeded
+    double dsc, tpr;    // of the network, over cells
+    double ave;         // m, of the network
+    double same, zero;  // m, AVE with the true attachments and with none
+    int nstopped;       // simulations that did not reach the whole displacement of the grasp
+    double input, visible, share;  // largest displacement, m; seen and attached part of the surface
+} KidneySample;
+
 typedef struct Kidney {
     const OmStudyKidneyDef* def;
     const OmProgress* progress;
@@ -131,6 +144,7 @@ typedef struct Kidney {
     uint64_t net_hash;  // of its file
     // [state][run], by index into cases  (nstate x nrun)
     KidneyResult* result;
+    KidneySample* sample;  // (nsample)
     OmStudyKidneySummary sum;
 } Kidney;
 
@@ -139,6 +153,14 @@ KidneyCases om__kidney_make_cases(bool is_quick);
 OmStatus om__kidney_run_lifts(Kidney* s);
 // Compute the tables from the results.
 OmStatus om__kidney_summarise_lifts(Kidney* s);
+OmStatus om__kidney_run_samples(Kidney* s);
+struct SimBody;
+OmBanetSampleDef om__kidney_sample_def(const Kidney* s);
+// Fill body->guess by the network.
+OmStatus om__kidney_sample_guess(const Kidney* s, struct SimBody* body);
+OmStatus om__kidney_summarise_samples(Kidney* s);
+// The picture of the highest lift of a row: a file of the study's folder.
+OmStatus om__kidney_picture_path(const Kidney* s, int grasp, int state, char* path, size_t size);
 OmStatus om__kidney_write(const Kidney* s);
 extern const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY];
 extern const char* const om__kidney_way_title[OM_STUDY_KIDNEY_NWAY];

@@ -22,6 +22,7 @@
 #include "study/study_kidney_case.h"
 #include "study/study_match_case.h"
 
+#define MAX_PATH 1024
 #define KEEP 3    // views of different grasps in one estimate
 #define METHOD 5  // number of the methods: results of another one are computed again
 
@@ -350,6 +351,20 @@ static OmStatus run_view(Operation* o, int run, int grasp, int level, bool is_la
     return status;
 }
 
+OmStatus om__kidney_picture_path(const Kidney* s, int grasp, int state, char* path, size_t size) {
+    char name[64];
+    snprintf(name, sizeof name, "lift-%c%d%s.png", 'A' + grasp, state + 1,
+             s->def->is_quick ? "-quick" : "");
+    return om_path_join(s->def->out_dir, name, path, size);
+}
+
+static OmStatus save_picture(Operation* o, int grasp, int nlevel) {
+    char path[MAX_PATH];
+    OM_TRY(om__kidney_picture_path(o->s, grasp, o->state, path, sizeof path));
+    KidneyMoment last = (KidneyMoment)(KIDNEY_LIFTED + nlevel - 1);
+    return nlevel ? om__kidney_truth_save_picture(&o->truth, grasp, last, path) : OM_OK;
+}
+
 static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     bool is_loose;
     const KidneyCases* c = &o->s->cases;
@@ -370,6 +385,7 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     for (int i = 0; i < c->ngrasp; ++i) {
         int nlevel = r->lift[c->grasp[i]].nlevel;
         if (nlevel > c->nlevel) nlevel = c->nlevel;
+        if (run == 0) OM_TRY(save_picture(o, c->grasp[i], nlevel));
         for (int k = 0; k < nlevel; ++k)
             OM_TRY(run_view(o, run, c->grasp[i], k, k == nlevel - 1, &r->view[r->nview++]));
     }

@@ -4,6 +4,7 @@
 #include "study/study_attach_protocol.h"
 #include "study/study_internal.h"
 #include "study/study_kidney_case.h"
+#include "study/study_simulated_internal.h"
 
 #define MAX_PATH 1024
 #define WORD 48
@@ -24,7 +25,7 @@ static void add_outcome(const Kidney* s, OmReport* report) {
     const OmStudyKidneyTable* t = &m->by[main_way(s)];
     char text[700];
     size_t n = 0;
-    if (m->nsample > 0)
+    if (m->dsc.n > 0)
         n += (size_t)snprintf(
             text + n, sizeof text - n,
             "%d samples, network alone: median DSC %.2f (goal %g, thesis 0.51), AVE %.1f mm "
@@ -166,6 +167,24 @@ static OmStatus add_refused(const Kidney* s, int way, OmReport* report) {
     return status;
 }
 
+// The highest lift of each row, as the depth camera saw it.
+static OmStatus add_pictures(const Kidney* s, OmReport* report) {
+    om_report_heading(report, "Highest lifts");
+    for (int i = 0; i < s->sum.nrow; ++i) {
+        const OmStudyKidneyRow* r = &s->sum.by[main_way(s)].row[i];
+        OmPicture picture;
+        char path[MAX_PATH], caption[96];
+        OM_TRY(om__kidney_picture_path(s, r->grasp, r->state, path, sizeof path));
+        if (!om_path_exists(path)) continue;
+        OM_TRY(om_picture_load_png(path, &picture));
+        snprintf(caption, sizeof caption, "%c%d, %d mm: AVE %.1f mm", 'A' + r->grasp, r->state + 1,
+                 10 * r->nlevel, 1e3 * r->ave[r->nlevel - 1]);
+        om_report_picture(report, &picture, caption);
+        om_picture_done(&picture);
+    }
+    return OM_OK;
+}
+
 static OmStatus add_lifts(const Kidney* s, OmReport* report) {
     if (s->def->nrun == 0) return OM_OK;
     char title[96];
@@ -183,9 +202,95 @@ static OmStatus add_lifts(const Kidney* s, OmReport* report) {
         OM_TRY(add_table(s, way, report));
         om_report_end_fold(report);
     }
+    OM_TRY(add_pictures(s, report));
     for (int way = OM_STUDY_KIDNEY_NETWORK; way < OM_STUDY_KIDNEY_NWAY; ++way)
         OM_TRY(add_refused(s, way, report));
     return OM_OK;
+}
+
+// ---- samples --------------------------------------------------------------------------------------------
+
+static void add_samples_table(const Kidney* s, OmReport* report) {
+    enum { NCOL = 5, NROW = 3 };
+    static const char* const heading[NCOL] = {"attachments", "DSC", "TPR, %", "AVE, mm",
+                                              "thesis: DSC / AVE"};
+    const OmStudyKidneySummary* m = &s->sum;
+    char text[NROW][NCOL][WORD] = {{"network", "-", "-", "-", "0.51 (0.40-0.60) / 1.4 (0.7-3.2)"},
+                                   {"Same: the true ones", "1", "100", "", ""},
+                                   {"Zero: none", "0", "0", "", ""}};
+    const char* cell[NROW * NCOL];
+    om__attach_write_quartiles(text[0][1], WORD, 1, "%.2f", m->dsc);
+    om__attach_write_quartiles(text[0][2], WORD, 100, "%.0f", m->tpr);
+    om__attach_write_quartiles(text[0][3], WORD, 1e3, "%.1f", m->ave);
+    om__attach_write_quartiles(text[1][3], WORD, 1e3, "%.1f", m->same);
+    om__attach_write_quartiles(text[2][3], WORD, 1e3, "%.1f", m->zero);
+    for (int i = 0; i < NROW * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
+    om_report_heading(report, "Samples: random attachments and loads, the network alone");
+    om_report_table(report, heading, NCOL, cell, NROW);
+    char note[500];
+    snprintf(
+        note, sizeof note,
+        "Median and quartiles over %d samples of one geometry (the thesis has 600; %d asked), seed %d; median "
+        "of the largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d of the "
+        "simulations stopped before the whole displacement of the grasp, and count with the part that they "
+        "reached.",
+        m->nsample, s->def->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped);
+    om_report_paragraph(report, note);
+}
+
+// A sample as in Fig. 4.10, made again.
+static OmStatus add_sample(const Kidney* s, int index, const char* which, OmReport* report) {
+    OmBanetSampleDef def = om__kidney_sample_def(s);
+    const KidneySample* r = &s->sample[index];
+    OmBanetSample sample = {0};
+    SimBody body = {0};
+    SimMove move;
+    char text[200];
+    OmStatus status;
+    OM_TRY_DONE(om_banet_sample_make(&def, index, &sample));
+    OM_TRY_DONE(om__sim_body_make(&sample, def.side, &body));
+    OM_TRY_DONE(om__kidney_sample_guess(s, &body));
+    snprintf(text, sizeof text, "%s: sample %d, %.0f %% visible, DSC %.2f", which, index + 1,
+             100 * r->visible, r->dsc);
+    OM_TRY_DONE(om__sim_add_rest(&body, s->def->nworker, text, report));
+    OM_TRY_DONE(om__sim_body_move(&body, &move));
+    snprintf(text, sizeof text, "%s: pulled by %.0f mm, AVE %.1f mm", which, 1e3 * r->input,
+             1e3 * r->ave);
+    status = om__sim_add_deformed(&body, s->def->nworker, text, report);
+done:
+    om__sim_body_done(&body);
+    om_banet_sample_done(&sample);
+    return status;
+}
+
+// Best, median and worst sample by AVE.
+static OmStatus add_gallery(const Kidney* s, OmReport* report) {
+    static const char* const which[3] = {"best", "median", "worst"};
+    int n = 0;
+    int* order = om_alloc((size_t)s->def->nsample, sizeof *order);
+    if (!order) return OM_NO_MEMORY;
+    for (int i = 0; i < s->def->nsample; ++i) {
+        if (!s->sample[i].is_made) continue;
+        int k = n++;
+        for (; k > 0 && s->sample[order[k - 1]].ave > s->sample[i].ave; --k)
+            order[k] = order[k - 1];
+        order[k] = i;
+    }
+    OmStatus status = OM_OK;
+    for (int k = 0; k < 3 && n && status >= 0; ++k)
+        status = add_sample(s, order[k * (n - 1) / 2], which[k], report);
+    om_free(order);
+    if (status == OM_OK)
+        om_report_paragraph(
+            report, "At rest: green found and true, blue missed, red wrong. Deformed: green the "
+                    "truth, yellow the simulation with the attachments of the network.");
+    return status;
+}
+
+static OmStatus add_samples(const Kidney* s, OmReport* report) {
+    if (s->def->nsample == 0) return OM_OK;
+    add_samples_table(s, report);
+    return s->estimate ? add_gallery(s, report) : OM_OK;
 }
 
 static OmStatus write_report(const Kidney* s) {
@@ -195,7 +300,8 @@ static OmStatus write_report(const Kidney* s) {
     om_report_begin(&report, "Fat over the kidney",
                     s->def->is_quick ? "thesis 4.5, quick" : "thesis 4.5");
     add_outcome(s, &report);
-    OmStatus status = add_lifts(s, &report);
+    OmStatus status = add_samples(s, &report);
+    if (status == OM_OK) status = add_lifts(s, &report);
     if (status == OM_OK) return om_report_save(&report, path);
     om_report_done(&report);
     return status;
@@ -233,6 +339,23 @@ static void put_table(const Kidney* s, int way, OmJson* json) {
     om_json_close(json, '}');
 }
 
+static void put_samples(const Kidney* s, OmJson* json) {
+    const OmStudyKidneySummary* m = &s->sum;
+    om_json_open(json, "samples", '{');
+    om_json_integer(json, "n", m->nsample);
+    om_json_integer(json, "seed", KIDNEY_SAMPLE_SEED);
+    om_json_integer(json, "stopped", m->nstopped);
+    om_json_number(json, "input_mm", 1e3 * m->input);
+    if (m->dsc.n > 0) {
+        om__attach_put_quartiles(json, "dsc", 1, m->dsc);
+        om__attach_put_quartiles(json, "tpr", 1, m->tpr);
+        om__attach_put_quartiles(json, "ave_mm", 1e3, m->ave);
+    }
+    om__attach_put_quartiles(json, "ave_same_mm", 1e3, m->same);
+    om__attach_put_quartiles(json, "ave_zero_mm", 1e3, m->zero);
+    om_json_close(json, '}');
+}
+
 static OmStatus write_json(const Kidney* s) {
     char path[MAX_PATH];
     OmText text = {0};
@@ -242,6 +365,7 @@ static OmStatus write_json(const Kidney* s) {
     om_json_bool(&json, "quick", s->def->is_quick);
     om_json_bool(&json, "network", s->sum.has_network);
     om_json_bool(&json, "met", s->sum.is_met);
+    if (s->def->nsample > 0) put_samples(s, &json);
     if (s->def->nrun > 0) {
         om_json_open(&json, "dissection", '{');
         om_json_integer(&json, "runs", s->def->nrun);

@@ -274,6 +274,16 @@ done:
     return status;
 }
 
+OmStatus om__kidney_truth_save_picture(KidneyTruth* t, int grasp, KidneyMoment moment,
+                                       const char* path) {
+    OmObservation obs = {0};
+    OM_TRY(om__kidney_truth_show(t, grasp, moment));
+    OmStatus status = om_world_observe(t->world, OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR, &obs);
+    if (status == OM_OK) status = om_picture_save_png(&obs.rgbd.color, path);
+    om_observation_done(&obs);
+    return status;
+}
+
 // ---- material points ----------------------------------------------------------------------------------
 
 // The shown moment as the other studies' truth; it owns nothing.

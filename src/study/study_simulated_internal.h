@@ -109,6 +109,11 @@ OmStatus om__sim_net_estimate(const Sim* s, SimBody* body, double* probability);
 // ---- study_simulated_report.c -----------------------------------------------------------------------
 
 OmStatus om__sim_write(const Sim* s);
+// A picture at rest, from the side of the attachments: green found and true, blue missed, red wrong (body->guess).
+OmStatus om__sim_add_rest(const SimBody* body, int nworker, const char* caption, OmReport* report);
+// A picture of the deformed body: the truth green, body->x yellow.
+OmStatus om__sim_add_deformed(const SimBody* body, int nworker, const char* caption,
+                              OmReport* report);
 // The sample of a case, from its file or made anew.
 OmStatus om__sim_sample_get(const Sim* s, const SimCase* c, OmBanetSample* sample);
 

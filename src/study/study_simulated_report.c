@@ -147,7 +147,7 @@ static OmStatus add_part(OmSenseScene* scene, const OmSurface* surface, const do
 }
 
 // The scene from direction `from`, and into the report.
-static OmStatus render(const Sim* s, OmSenseScene* scene, const OmSurface* surface, OmVec3 from,
+static OmStatus render(int nworker, OmSenseScene* scene, const OmSurface* surface, OmVec3 from,
                        const char* caption, OmReport* report) {
     OmPicture picture = {0};
     OmVec3 center = om_vec3(0, 0, 0);
@@ -165,7 +165,7 @@ static OmStatus render(const Sim* s, OmSenseScene* scene, const OmSurface* surfa
                        .near_m = 0.01,
                        .far_m = 10};
     OmSenseOptions options = om_sense_options_default();
-    options.nworker = s->def->nworker;
+    options.nworker = nworker;
     OM_TRY(om_sense_scene_commit(scene));
     OM_TRY(om_picture_init(&picture, WIDTH, HEIGHT, 3));
     OmStatus status = om_sense_render(scene, &camera, &options, &picture);
@@ -174,8 +174,7 @@ static OmStatus render(const Sim* s, OmSenseScene* scene, const OmSurface* surfa
     return status;
 }
 
-// At rest, from the side of the attachments: found and true, missed, wrong, free.
-static OmStatus add_rest(const Sim* s, const SimBody* b, const char* caption, OmReport* report) {
+OmStatus om__sim_add_rest(const SimBody* b, int nworker, const char* caption, OmReport* report) {
     static const Look look[4] = {
         {0.75, 0.7, 0.6}, {0.1, 0.25, 0.8}, {0.8, 0.1, 0.08}, {0.1, 0.55, 0.15}};
     const OmSurface* surface = &b->sample->surface;
@@ -197,7 +196,7 @@ static OmStatus add_rest(const Sim* s, const SimBody* b, const char* caption, Om
     from = om_normalize(om_add(om_norm(from) > 0 ? om_normalize(from) : om_vec3(0, 0, 1), tilt));
     for (int k = 0; k < 4; ++k)
         OM_TRY_DONE(add_part(scene, surface, surface->x, class, k, look[k]));
-    status = render(s, scene, surface, from, caption, report);
+    status = render(nworker, scene, surface, from, caption, report);
 done:
     om_sense_scene_destroy(scene);
     om_free(class);
@@ -205,9 +204,8 @@ done:
     return status;
 }
 
-// Deformed: the truth green, the simulation with the network's attachments yellow.
-static OmStatus add_deformed(const Sim* s, const SimBody* b, const char* caption,
-                             OmReport* report) {
+OmStatus om__sim_add_deformed(const SimBody* b, int nworker, const char* caption,
+                              OmReport* report) {
     const OmBanetSample* sample = b->sample;
     const OmSurface* surface = &sample->surface;
     OmSenseScene* scene = NULL;
@@ -225,7 +223,7 @@ static OmStatus add_deformed(const Sim* s, const SimBody* b, const char* caption
     OM_TRY_DONE(add_part(scene, &truth, truth.x, NULL, 0, (Look){0.1, 0.55, 0.15}));
     OM_TRY_DONE(add_part(scene, &truth, x, NULL, 0, (Look){0.85, 0.7, 0.1}));
     OmVec3 side = om_quat_rotate(b->grid.pose_world_grid.q, om_vec3(0.4, -0.8, 0.45));
-    status = render(s, scene, &truth, om_normalize(side), caption, report);
+    status = render(nworker, scene, &truth, om_normalize(side), caption, report);
 done:
     om_sense_scene_destroy(scene);
     om_surface_done(&truth);
@@ -248,11 +246,11 @@ static OmStatus add_case(const Sim* s, const SimCase* c, const char* which, OmRe
     OM_TRY_DONE(om__sim_body_move(&body, &move));
     snprintf(text, sizeof text, "%s: sample %d, %.0f %% visible, DSC %.2f, TPR %.0f %%", which,
              c->index + 1, 100 * c->base.visible, c->net->score.dsc, 100 * c->net->score.tpr);
-    OM_TRY_DONE(add_rest(s, &body, text, report));
+    OM_TRY_DONE(om__sim_add_rest(&body, s->def->nworker, text, report));
     snprintf(text, sizeof text, "%s: pulled by %.0f mm, AVE %.1f mm, MVE %.1f mm%s", which,
              1e3 * c->base.input, 1e3 * move.ave, 1e3 * move.mve,
              move.is_stopped ? ", stopped on the way" : "");
-    status = add_deformed(s, &body, text, report);
+    status = om__sim_add_deformed(&body, s->def->nworker, text, report);
 done:
     om__sim_body_done(&body);
     om_banet_sample_done(&sample);

@@ -189,6 +189,58 @@ static void test_definitions(void** unused) {
     assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
 }
 
+static OmStatus attach_all(void* ctx, const OmSurface* surface, const double* u, const double* seen,
+                           double* probability) {
+    (void)ctx, (void)u, (void)seen;
+    for (int i = 0; i < surface->nvert; ++i) probability[i] = 1;
+    return OM_OK;
+}
+
+// Samples of the fat without a network: Same comes back to the truth, Zero does not.
+static void check_samples(const OmStudyKidneySummary* sum) {
+    assert_int_equal(sum->nsample, 2);
+    assert_int_equal(sum->dsc.n, 0);
+    printf("samples: pulled by %.1f mm, same %.2f, zero %.1f mm\n", 1e3 * sum->input,
+           1e3 * sum->same.median, 1e3 * sum->zero.median);
+    assert_true(sum->input > 0.005);
+    assert_below(sum->same.upper, 0.001);
+    assert_true(sum->zero.lower > 0.003);
+}
+
+// A network that knows the truth finds it in samples, too.
+static void test_samples(void** unused) {
+    (void)unused;
+    make_scene();
+    OmStudyKidneyDef d = study_def(dir);
+    d.nsample = 3;
+    KidneySample one[3], two[3];
+    Kidney s = {.def = &d, .scene = scene, .twin = twin, .sample = one, .threshold = 0.5};
+    assert_ok(om__kidney_run_samples(&s));
+    assert_int_equal(s.sum.nnew, 3);
+    s.sample = two;  // from the file
+    assert_ok(om__kidney_run_samples(&s));
+    assert_int_equal(s.sum.nnew, 3);
+    assert_memory_equal(one, two, sizeof one);
+    d.nworker = 2;  // the same with two workers, and a network that attaches everything
+    s.estimate = attach_all;
+    s.net_hash = 9;
+    assert_ok(om__kidney_run_samples(&s));
+    assert_int_equal(s.sum.nnew, 6);
+    assert_ok(om__kidney_summarise_samples(&s));
+    for (int i = 0; i < 3; ++i) {
+        assert_near(two[i].same, one[i].same, 0);
+        assert_near(two[i].zero, one[i].zero, 0);
+        assert_near(two[i].tpr, 1, 0);
+        assert_true(two[i].dsc > 0.05 && two[i].dsc < 0.9);
+        assert_true(two[i].ave > one[i].same);
+    }
+    assert_int_equal(s.sum.dsc.n, 3);
+    OmBanetSampleDef def = om__kidney_sample_def(&s);
+    assert_int_equal(def.seed, 4005);
+    assert_int_equal(def.way, OM_BANET_EXACT);
+    assert_ptr_equal(def.body, &s.twin.mesh);
+}
+
 // A quick run: the errors of the ways are in the order of what they know, and a second call computes nothing.
 static void test_quick(void** unused) {
     (void)unused;
@@ -196,8 +248,10 @@ static void test_quick(void** unused) {
     OmStudyKidneySummary sum, again;
     snprintf(out, sizeof out, "%s/study", dir);
     OmStudyKidneyDef d = study_def(out);
+    d.nsample = 2;
     assert_ok(om_study_kidney_run(&d, NULL, &sum));
-    assert_int_equal(sum.nnew, 2);
+    assert_int_equal(sum.nnew, 4);
+    check_samples(&sum);
     assert_int_equal(sum.nrow, 1);
     assert_int_equal(sum.nview, 2);
     assert_false(sum.has_network);
@@ -224,8 +278,8 @@ static void test_quick(void** unused) {
                 1e-12);
     assert_near(physics->ratio, physics->mean / zero->mean, 1e-12);
     assert_int_equal(zero->nloose + same->nloose, 0);
-    const char* const name[] = {"report.html", "study.json"};
-    for (int i = 0; i < 2; ++i) {
+    const char* const name[] = {"report.html", "study.json", "lift-C2-quick.png"};
+    for (int i = 0; i < 3; ++i) {
         snprintf(file, sizeof file, "%s/%s", out, name[i]);
         assert_true(om_path_exists(file));
     }
@@ -299,6 +353,7 @@ int main(void) {
         cmocka_unit_test(test_shape),        cmocka_unit_test(test_sites),
         cmocka_unit_test(test_lift),         cmocka_unit_test(test_definitions),
         cmocka_unit_test(test_quick),        cmocka_unit_test(test_network),
+        cmocka_unit_test(test_samples),
     };
     return cmocka_run_group_tests(tests, NULL, leave);
 }
