@@ -12,6 +12,8 @@
 
 #include "omentum/nn_store.h"
 
+// Name of a file in memory. HDF5 refuses it where a file of that name exists; none can exist below /dev/null.
+#define NOWHERE "/dev/null/omentum"
 #define HEAD 512
 #define MAX_KIND 64
 #define MAX_NAME 128
@@ -73,7 +75,7 @@ OmStatus om_store_begin(const char* kind, int format, OmStoreWriter** writer) {
     OmStoreWriter* w = om_calloc(1, sizeof *w);
     if (!w) return OM_NO_MEMORY;
     hid_t access = memory_access();
-    w->file = H5Fcreate("omentum", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+    w->file = H5Fcreate(NOWHERE, H5F_ACC_TRUNC, H5P_DEFAULT, access);
     H5Pclose(access);
     if (w->file < 0) {
         om_free(w);
@@ -225,7 +227,7 @@ OmStatus om_store_open(const char* data, size_t size, const char* kind, int form
     if (!r) return OM_NO_MEMORY;
     hid_t access = memory_access();
     bool is_good = H5Pset_file_image(access, (void*)(uintptr_t)(data + HEAD), size - HEAD) >= 0;
-    r->file = is_good ? H5Fopen("omentum", H5F_ACC_RDONLY, access) : -1;
+    r->file = is_good ? H5Fopen(NOWHERE, H5F_ACC_RDONLY, access) : -1;
     r->name = name;
     H5Pclose(access);
     if (r->file < 0) {

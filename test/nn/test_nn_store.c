@@ -1,5 +1,6 @@
 // test_nn_store.c: arrays and records in files: back as written; damaged, foreign and wrong ones refused.
 #include <string.h>
+#include <unistd.h>
 
 #include "omentum/nn_store.h"
 #include "test_alloc.h"
@@ -73,6 +74,27 @@ static void test_round_trip(void** state) {
     assert_ok(om_path_remove(path));
 }
 
+// A file of the name that HDF5 is given for the memory, in the current folder.
+static void test_beside_a_program(void** state) {
+    (void)state;
+    char here[1024], dir[256], path[320], *data;
+    size_t size;
+    OmStoreReader* r;
+    assert_non_null(getcwd(here, sizeof here));
+    snprintf(dir, sizeof dir, "%s", temp_path("beside"));
+    snprintf(path, sizeof path, "%s/store", dir);
+    assert_ok(om_path_make_dir(dir));
+    assert_int_equal(chdir(dir), 0);
+    assert_ok(om_file_write("omentum", "program", 7));
+    assert_ok(save(numbers, path));
+    assert_ok(om_file_read(path, 1 << 20, &data, &size));
+    assert_ok(om_store_open(data, size, "omentum test", 3, "name", &r));
+    om_store_close(r);
+    om_free(data);
+    assert_int_equal(chdir(here), 0);
+    assert_ok(om_path_remove(dir));
+}
+
 static void assert_refused(const char* data, size_t size, const char* kind, int format,
                            const char* why) {
     OmStoreReader* r;
@@ -136,6 +158,7 @@ int main(void) {
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_beside_a_program),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
