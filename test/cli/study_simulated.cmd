@@ -22,7 +22,7 @@ exit 0
 
 $ omentum study attachments --part simulate -o out
 exit 2
-err --part: "simulate" is none of layouts, simulated, kidney
+err --part: "simulate" is none of layouts, simulated, phantoms, kidney
 
 $ omentum study attachments --part simulated --samples 0 -o out
 exit 2
