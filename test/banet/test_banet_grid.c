@@ -61,6 +61,35 @@ static void test_frame(void** state) {
     }
 }
 
+// Two free cells on every side, where one cell less would be a smaller grid.
+static void test_margin(void** state) {
+    (void)state;
+    const double length[] = {11.1, 10.9, 27.1};
+    const int dim[] = {32, 16, 48};
+    OmRng rng = om_rng_init(9, 0);
+    for (int k = 0; k < 3; ++k) {
+        OmTetMesh mesh;
+        OmSurface s;
+        OmBanetGrid g;
+        const OmPose pose = random_pose(&rng);
+        assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0),
+                                  om_scale(VOXEL, om_vec3(length[k], 0.9 * length[k], 3)), 8, 8, 1,
+                                  &mesh));
+        for (int i = 0; i < mesh.nvert; ++i)
+            om_store3(mesh.x, i, om_pose_apply(pose, om_load3(mesh.x, i)));
+        assert_ok(om_tet_mesh_boundary(&mesh, &s, NULL));
+        assert_ok(om_banet_grid_fit(&s, SIDE, &g));
+        assert_int_equal(g.dim[0], dim[k]);
+        for (int i = 0; i < s.nvert; ++i) {
+            OmVec3 p = om_banet_grid_local(&g, om_load3(s.x, i));
+            assert_true(fmin(p.x, fmin(p.y, p.z)) >= 1.5);
+            assert_true(p.x <= g.dim[0] - 2.5 && p.y <= g.dim[1] - 2.5 && p.z <= g.dim[2] - 2.5);
+        }
+        om_surface_done(&s);
+        om_tet_mesh_done(&mesh);
+    }
+}
+
 // A body without symmetry has the same cells however it lies in space.
 static void test_frame_follows(void** state) {
     (void)state;
@@ -279,11 +308,11 @@ static void test_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_frame),    cmocka_unit_test(test_frame_follows),
-        cmocka_unit_test(test_distance), cmocka_unit_test(test_displacement),
-        cmocka_unit_test(test_weights),  cmocka_unit_test(test_cells),
-        cmocka_unit_test(test_thin),     cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_frame),         cmocka_unit_test(test_margin),
+        cmocka_unit_test(test_frame_follows), cmocka_unit_test(test_distance),
+        cmocka_unit_test(test_displacement),  cmocka_unit_test(test_weights),
+        cmocka_unit_test(test_cells),         cmocka_unit_test(test_thin),
+        cmocka_unit_test(test_refused),       cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
