@@ -34,6 +34,8 @@ OM_API void om_banet_net_destroy(OmBanetNet* net);
 OM_API double om_banet_net_threshold(const OmBanetNet* net);
 /// A line of the file's metadata ("command", "seed", "data", "validation_dsc", ...), or null.
 OM_API const char* om_banet_net_fact(const OmBanetNet* net, const char* key);
+/// Hash of weights and calibration.
+OM_API uint64_t om_banet_net_hash(const OmBanetNet* net);
 /// Number of weights.
 OM_API size_t om_banet_net_size(const OmBanetNet* net);
 

@@ -7,7 +7,8 @@
 /// Without a network, or where no correspondence is found, the estimate is that of physics alone.
 ///
 ///     OmBanetUpdateDef def = om_banet_update_default_def(match);
-///     def.estimate = my_network;
+///     om_banet_net_load(NULL, &net);                                    // the weights that come along
+///     def.net = net;
 ///     om_banet_updater_create(&def, &updater);
 ///     om_banet_update(updater, nacquisition, acquisition, NULL, &estimate, &advice);
 ///     om_banet_advice_done(&advice);
@@ -16,6 +17,7 @@
 #define OMENTUM_BANET_UPDATE_H
 
 #include "omentum/banet_fuse.h"
+#include "omentum/banet_net.h"
 #include "omentum/match.h"
 
 #ifdef __cplusplus
@@ -30,13 +32,23 @@ extern "C" {
 typedef OmStatus (*OmBanetEstimateFn)(void* ctx, const OmSurface* surface, const double* u,
                                       const double* seen, double* probability);
 
+/// The network of a setting.
+/// @param name  "none": *net is null; "installed": the weights that come along; null: these where they are installed,
+///              else *net is null; else a file
+/// @param root  folder that the file is relative to; may be null
+/// @return as om_banet_net_load
+OM_API OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net);
+
 typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
     OmMatch* match;                // borrowed until destroy; used in om_banet_update
-    OmBanetEstimateFn estimate;    // the network; null (default): physics alone
-    void* estimate_ctx;            // borrowed until destroy
-    OmBanetFuseDef fuse;           // of several views
-    double threshold;              // of the network's set, above 0, below 1; default 0.5
-    double weight;                 // of the network against the random patches, 0 to 1; default 0.5
+    const OmBanetNet* net;         // borrowed until destroy; null (default): none
+    double side;                   // of its grid, m; default: om_banet_default_side
+    // in place of `net`; null (default): none. With neither, the estimate is that of physics alone.
+    OmBanetEstimateFn estimate;
+    void* estimate_ctx;   // borrowed until destroy
+    OmBanetFuseDef fuse;  // of several views
+    double threshold;     // of the network's set; default 0: that of `net`, else 0.5
+    double weight;        // of the network against the random patches, 0 to 1; default 0.5
     // m, a vertex at this distance from the nearest seen one is shown by half; default 15 mm
     double reach;
     // Sets that are tried in the twin besides the most probable one and that of the scans alone, 0 to 4, in this order:
@@ -47,6 +59,8 @@ typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
 } OmBanetUpdateDef;
 
 OM_API OmBanetUpdateDef om_banet_update_default_def(OmMatch* match);
+/// Side of the network's grid for a body, m: 0.15 where twice its volume over its area is below 6 mm, else 0.3.
+OM_API double om_banet_default_side(const OmSurface* surface);
 
 /// The correspondence and the last accepted attachments. For one thread at a time.
 typedef struct OmBanetUpdater OmBanetUpdater;

@@ -17,6 +17,7 @@
 #ifndef OMENTUM_DEFRAS_UPDATE_H
 #define OMENTUM_DEFRAS_UPDATE_H
 
+#include "omentum/banet_update.h"
 #include "omentum/match.h"
 #include "omentum/match_scan_picture.h"
 #include "omentum/scene.h"
@@ -35,6 +36,12 @@ typedef OmStatus (*OmEstimateFn)(void* ctx, int nacquisition, const OmAcquisitio
 /// om_match_update, an OmEstimateFn. `ctx` is an OmMatch of the twin's site.
 /// @return as om_match_update
 OM_API OmStatus om_update_estimate_by_match(void* ctx, int nacquisition,
+                                            const OmAcquisition* acquisition,
+                                            const OmProgress* progress, OmMatchEstimate* estimate);
+
+/// om_banet_update, an OmEstimateFn. `ctx` is an OmBanetUpdater of the twin's site.
+/// @return as om_banet_update
+OM_API OmStatus om_update_estimate_by_banet(void* ctx, int nacquisition,
                                             const OmAcquisition* acquisition,
                                             const OmProgress* progress, OmMatchEstimate* estimate);
 

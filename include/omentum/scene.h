@@ -174,6 +174,8 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     int keep;  // acquisitions of different grasps in one estimate, 1 to OM_UPDATE_MAX_KEEP; default 3
     double min_lift;  // m, tissue lifted less is not looked at; default 10 mm
     double rest;      // s that the arms keep still before the picture; default 0.3
+    // weights of BA-Net that an estimate asks: "none" (default), "installed", or a file
+    char network[OM_SCENE_PATH];
 } OmSceneUpdate;
 
 typedef struct OmScene {

@@ -135,6 +135,12 @@ const char* om_banet_net_fact(const OmBanetNet* n, const char* key) {
     return om_facts_find(&n->facts, key);
 }
 
+uint64_t om_banet_net_hash(const OmBanetNet* n) {
+    const double calibration[3] = {n->slope, n->offset, n->threshold};
+    uint64_t hash = om_hash(calibration, sizeof calibration, OM_HASH_SEED);
+    return om_hash(n->param, om_net_parameter_size(n->net) * sizeof *n->param, hash);
+}
+
 size_t om_banet_net_size(const OmBanetNet* n) { return om_net_parameter_size(n->net); }
 
 // ---- save -------------------------------------------------------------------------------------------

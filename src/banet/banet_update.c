@@ -16,9 +16,17 @@
 #define SEEN 0.1  // a vertex above this counts as seen
 #define ODDS 2.5  // of the lower and higher thresholds to that of the network
 
+#define THIN 0.006  // m; a thinner body has a grid of half the side
+#define WIDE 0.3    // m, side of the grid
+#define NARROW 0.15
+
 struct OmBanetUpdater {
     OmBanetUpdateDef def;
     const OmMatchView* view;
+    OmBanetGrid grid;  // with a net
+    OmBanetPredictor* predictor;
+    int* cell;        // of each surface vertex
+    float *in, *out;  // of the predictor
     OmMatchLive* live;
     unsigned char* last;             // attachments that the twin has  (nvert)
     unsigned char* set;              // to try                         (MAX_TRY x nvert)
@@ -42,7 +50,7 @@ typedef struct Work {  // of one call
 OmBanetUpdateDef om_banet_update_default_def(OmMatch* match) {
     return (OmBanetUpdateDef){.match = match,
                               .fuse = om_banet_fuse_default_def(),
-                              .threshold = 0.5,
+                              .side = om_banet_default_side(om_match_view(match)->surface),
                               .weight = 0.5,
                               .reach = 0.015,
                               .ntry = 2,
@@ -50,12 +58,42 @@ OmBanetUpdateDef om_banet_update_default_def(OmMatch* match) {
                               .cookie = COOKIE};
 }
 
+OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net) {
+    char path[1200];
+    *net = NULL;
+    if (!name) {
+        OmStatus status = om_banet_net_load(NULL, net);
+        return status == OM_IO ? OM_OK : status;
+    }
+    if (strcmp(name, "none") == 0) return OM_OK;
+    if (strcmp(name, "installed") == 0) return om_banet_net_load(NULL, net);
+    OM_TRY(om_path_join(root ? root : ".", name, path, sizeof path));
+    return om_banet_net_load(path, net);
+}
+
+double om_banet_default_side(const OmSurface* surface) {
+    double volume = 0, area = 0;
+    for (int t = 0; t < surface->ntri; ++t) {
+        const int* v = surface->tri_vert + 3 * (size_t)t;
+        OmVec3 a = om_load3(surface->x, v[0]), b = om_load3(surface->x, v[1]);
+        OmVec3 c = om_load3(surface->x, v[2]);
+        OmVec3 n = om_cross(om_sub(b, a), om_sub(c, a));
+        volume += om_dot(n, a) / 6;
+        area += 0.5 * om_norm(n);
+    }
+    return 2 * fabs(volume) < THIN * area ? NARROW : WIDE;
+}
+
 static OmStatus check_def(const OmBanetUpdateDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
              "OmBanetUpdateDef was not made by om_banet_update_default_def");
     OM_CHECK(d->match, OM_INVALID, "OmBanetUpdateDef.match is null");
-    OM_CHECK(d->threshold > 0 && d->threshold < 1, OM_INVALID,
-             "OmBanetUpdateDef.threshold = %g, must be above 0 and below 1", d->threshold);
+    OM_CHECK(!d->net || !d->estimate, OM_INVALID,
+             "OmBanetUpdateDef has both a net and a function in place of it");
+    OM_CHECK(d->threshold >= 0 && d->threshold < 1, OM_INVALID,
+             "OmBanetUpdateDef.threshold = %g, must be at least 0 and below 1", d->threshold);
+    OM_CHECK(d->side > 0 && isfinite(d->side), OM_INVALID,
+             "OmBanetUpdateDef.side = %g m, must be above 0", d->side);
     OM_CHECK(d->weight >= 0 && d->weight <= 1, OM_INVALID,
              "OmBanetUpdateDef.weight = %g, must be 0 to 1", d->weight);
     OM_CHECK(d->reach > 0 && isfinite(d->reach), OM_INVALID,
@@ -66,6 +104,31 @@ static OmStatus check_def(const OmBanetUpdateDef* d) {
              d->nworker);
     double p;  // validates `fuse`
     return om_banet_fuse(&d->fuse, 0, NULL, 1, &p);
+}
+
+// The grid of the network around the body, once: its code is made for this size.
+static OmStatus make_network(OmBanetUpdater* u) {
+    const OmSurface* surface = u->view->surface;
+    const int* dim = u->grid.dim;
+    OM_TRY(om_banet_grid_fit(surface, u->def.side, &u->grid));
+    OM_TRY(om_banet_predictor_create(u->def.net, dim, u->def.nworker, &u->predictor));
+    size_t ncell = (size_t)dim[0] * (size_t)dim[1] * (size_t)dim[2];
+    OM_ALLOC(u->cell, surface->nvert);
+    OM_ALLOC(u->in, OM_BANET_NCHANNEL * ncell);
+    OM_ALLOC(u->out, ncell);
+    om_banet_find_cells(&u->grid, surface, u->cell);
+    return OM_OK;
+}
+
+// An OmBanetEstimateFn of the net.
+static OmStatus estimate_by_net(void* ctx, const OmSurface* surface, const double* du,
+                                const double* seen, double* probability) {
+    OmBanetUpdater* u = ctx;
+    OM_TRY(om_banet_voxelize(&u->grid, surface, du, seen, u->in));
+    OM_TRY(om_banet_predict(u->predictor, u->in, u->out));
+    for (int i = 0; i < surface->nvert; ++i)
+        probability[i] = u->cell[i] < 0 ? 0 : (double)u->out[u->cell[i]];
+    return OM_OK;
 }
 
 static OmStatus make(OmBanetUpdater* u) {
@@ -80,6 +143,13 @@ static OmStatus make(OmBanetUpdater* u) {
     OM_ALLOC(u->seen_x, 3 * n);
     u->last = om_calloc(nvert, 1);
     if (!u->last) return OM_NO_MEMORY;
+    if (u->def.threshold == 0)
+        u->def.threshold = u->def.net ? om_banet_net_threshold(u->def.net) : 0.5;
+    if (u->def.net && !u->def.estimate) {
+        OM_TRY(make_network(u));
+        u->def.estimate = estimate_by_net;
+        u->def.estimate_ctx = u;
+    }
     const OmMeshSet* set = om_tet_mesh_find_set(u->view->mesh, "attachment");
     for (int i = 0; set && i < set->nvert; ++i) u->last[set->vert[i]] = 1;
     return OM_OK;
@@ -103,6 +173,10 @@ OmStatus om_banet_updater_create(const OmBanetUpdateDef* def, OmBanetUpdater** o
 void om_banet_updater_destroy(OmBanetUpdater* u) {
     if (!u) return;
     om_match_live_destroy(u->live);
+    om_banet_predictor_destroy(u->predictor);
+    om_free(u->cell);
+    om_free(u->in);
+    om_free(u->out);
     om_free(u->last);
     om_free(u->set);
     om_free(u->u);

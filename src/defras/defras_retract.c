@@ -21,13 +21,17 @@ typedef struct Setup {
     OmPlanner* planner;
     OmRecorder* recorder;  // null: nothing is written
     OmMatch* match;        // of the job of the updater; null: nothing is estimated
-    OmUpdater* updater;    // null: the scene has no updates
+    OmBanetNet* net;       // null: the scene names none
+    OmBanetUpdater* banet;
+    OmUpdater* updater;  // null: the scene has no updates
     OmLoop* loop;
 } Setup;
 
 static void setup_done(Setup* s) {
     om_loop_destroy(s->loop);
     om_updater_destroy(s->updater);
+    om_banet_updater_destroy(s->banet);
+    om_banet_net_destroy(s->net);
     om_match_destroy(s->match);
     om_recorder_destroy(s->recorder);
     om_world_destroy(s->world);
@@ -88,6 +92,14 @@ static OmStatus build_updater(const OmRetractDef* def, Setup* s) {
         OM_TRY(om_match_create(&match, &s->match));
         update.estimate = om_update_estimate_by_match;
         update.estimate_ctx = s->match;
+        OM_TRY(om_banet_net_find(def->scene->update.network, def->scene->data_root, &s->net));
+    }
+    if (s->net) {
+        OmBanetUpdateDef banet = om_banet_update_default_def(s->match);
+        banet.net = s->net;
+        OM_TRY(om_banet_updater_create(&banet, &s->banet));
+        update.estimate = om_update_estimate_by_banet;
+        update.estimate_ctx = s->banet;
     }
     return om_updater_create(&update, &s->updater);
 }

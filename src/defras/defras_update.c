@@ -26,6 +26,11 @@ OmStatus om_update_estimate_by_match(void* ctx, int nacquisition, const OmAcquis
     return om_match_update(ctx, nacquisition, acquisition, progress, estimate);
 }
 
+OmStatus om_update_estimate_by_banet(void* ctx, int nacquisition, const OmAcquisition* acquisition,
+                                     const OmProgress* progress, OmMatchEstimate* estimate) {
+    return om_banet_update(ctx, nacquisition, acquisition, progress, estimate, NULL);
+}
+
 // ---- creation -------------------------------------------------------------------------------------------
 
 OmUpdateDef om_update_default_def(const OmScene* scene, const OmWorld* world, const OmSite* site) {

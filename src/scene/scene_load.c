@@ -60,7 +60,8 @@ OmScene om_scene_default(void) {
                            .time_step = 0.02,
                            .max_actions = 150,
                            .retract = 0.1};
-    s.update = (OmSceneUpdate){.latency = 0.6, .keep = 3, .min_lift = 0.01, .rest = 0.3};
+    s.update = (OmSceneUpdate){
+        .latency = 0.6, .keep = 3, .min_lift = 0.01, .rest = 0.3, .network = "none"};
     return s;
 }
 

@@ -1,8 +1,10 @@
 // test_banet_update.c: network and physics together, with networks whose answers are known.
 #include "test_common.h"
 
+#include "banet/banet_net_internal.h"
 #include "match/match_lift.h"
 #include "omentum/banet_update.h"
+#include "omentum/banet_view.h"
 #include "test_alloc.h"
 
 typedef struct Fake {  // a network that says `in` where x is at most -5 mm, and `out` elsewhere
@@ -235,6 +237,74 @@ static void test_invalid(void** state) {
     end(&rig);
 }
 
+// The updater's own way through the network gives what om_banet_estimate gives of the same field.
+static void test_net(void** state) {
+    (void)state;
+    static const BanetLayers layers = {.channel = {16, 16, 16, 16, 16}, .ngroup = 2, .nimage = 1};
+    Rig rig;
+    begin(&rig);
+    OmBanetUpdateDef def = om_banet_update_default_def(rig.match);
+    OmBanetNet* net;
+    OmBanetUpdater* updater;
+    OmMatchEstimate e;
+    OmBanetAdvice advice;
+    assert_near(def.side, 0.15, 1e-12);  // a sheet of 5 mm
+    assert_ok(om__banet_net_create(&layers, &net));
+    om_net_init_parameters(net->net, 3, net->param);
+    net->slope = 1;
+    net->threshold = 0.5;
+    uint64_t hash = om_banet_net_hash(net);
+    net->param[7] += 1;
+    assert_true(om_banet_net_hash(net) != hash);
+    net->param[7] -= 1;
+    def.net = net;
+    assert_ok(om_banet_updater_create(&def, &updater));
+    assert_ok(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice));
+    OmMatchLiveDef live_def = om_match_live_default_def(rig.match);
+    OmMatchLive* live;
+    OmMatchPairs pairs;
+    int n = rig.view->surface->nvert;
+    double *u = malloc(3 * (size_t)n * sizeof *u), *seen = malloc((size_t)n * sizeof *seen);
+    double* want = malloc((size_t)n * sizeof *want);
+    assert_ok(om_match_live_create(&live_def, &live));
+    assert_ok(
+        om_match_find_pairs(live, &rig.acq[0].scan, 1, rig.acq[0].grasp, rig.x_twin[0], &pairs));
+    om_banet_measure(rig.view, &pairs, u, seen);
+    assert_ok(om_banet_estimate(net, def.side, rig.view->surface, u, seen, want));
+    double least = 1, most = 0;
+    for (int i = 0; i < n; ++i) {
+        assert_near(advice.view[rig.view->surface_vert[i]], want[i], 1e-6);
+        least = fmin(least, want[i]);
+        most = fmax(most, want[i]);
+    }
+    assert_true(most > least);  // the output depends on the place
+    free(u);
+    free(seen);
+    free(want);
+    om_match_pairs_done(&pairs);
+    om_match_live_destroy(live);
+    om_banet_advice_done(&advice);
+    om_match_estimate_done(&e);
+    om_banet_updater_destroy(updater);
+    def.estimate = answer;
+    assert_int_equal(om_banet_updater_create(&def, &updater), OM_INVALID);
+    om_banet_net_destroy(net);
+    assert_ok(om_banet_net_find("none", NULL, &net));
+    assert_null(net);
+    assert_int_equal(om_banet_net_find("no-such-file", "/tmp", &net), OM_IO);
+    assert_null(net);
+    OmTetMesh box;
+    OmSurface surface;
+    int* vert;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.1, 0.1, 0.02), 5, 5, 1, &box));
+    assert_ok(om_tet_mesh_boundary(&box, &surface, &vert));
+    assert_near(om_banet_default_side(&surface), 0.3, 1e-12);
+    om_surface_done(&surface);
+    om_tet_mesh_done(&box);
+    om_free(vert);
+    end(&rig);
+}
+
 typedef struct Memory {
     Rig rig;
     Fake fake;
@@ -265,9 +335,9 @@ static void test_memory(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right),   cmocka_unit_test(test_wrong),
-        cmocka_unit_test(test_alone),   cmocka_unit_test(test_views),
-        cmocka_unit_test(test_invalid), cmocka_unit_test(test_memory)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_right),   cmocka_unit_test(test_wrong),
+                                       cmocka_unit_test(test_alone),   cmocka_unit_test(test_views),
+                                       cmocka_unit_test(test_invalid), cmocka_unit_test(test_net),
+                                       cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
