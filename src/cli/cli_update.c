@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli_common.h"
+#include "omentum/banet_update.h"
 #include "omentum/match_acquisition.h"
 #include "omentum/match_report.h"
 #include "omentum/match_scan_file.h"
@@ -16,6 +17,8 @@ static const OmCliOption option[] = {
      "the scene's folder"},
     {"--layout", NULL, "K", "seed of the scene's attachments and ROI", "the scene's", NULL, 0,
      2147483647},
+    {"--network", NULL, "FILE", "weights of BA-Net, or none: physics alone",
+     "the weights that come along, if they are installed"},
     {"--example", NULL, NULL, "print a complete acquisition file with every key, and end"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
@@ -27,6 +30,7 @@ static const OmCliKey result_key[] = {
     {"seen_share", "of the area that may be attached, below which the clouds show the surface"},
     {"before_median_mm", "distance of the clouds from the twin as believed"},
     {"after_median_mm", "the same with the new attachments"},
+    {"network_views", "acquisitions from which the network estimated attachments"},
     {"update_ms", "time of the estimate, without reading and building"},
 };
 
@@ -34,6 +38,10 @@ typedef struct Update {
     OmScene scene;
     OmSite site;
     OmMatch* match;
+    OmBanetNet* net;       // null: physics alone
+    const char* net_name;  // option --network, or null
+    OmBanetUpdater* updater;
+    OmBanetAdvice advice;
     OmMatchEstimate estimate;
     OmAcquisitionFile file[MAX_ACQUISITION];
     OmAcquisition acquisition[MAX_ACQUISITION];
@@ -131,12 +139,17 @@ static OmStatus build(Update* u, const OmProgress* progress) {
     OM_TRY(om_site_build(&u->scene, OM_SITE_TWIN, progress, &u->site));
     OmMatchDef def = om_match_default_def(&u->scene, &u->site);
     def.nworker = u->nworker > 0 ? u->nworker : om_worker_count(0);
-    return om_match_create(&def, &u->match);
+    OM_TRY(om_match_create(&def, &u->match));
+    OmBanetUpdateDef banet = om_banet_update_default_def(u->match);
+    banet.net = u->net;
+    banet.nworker = def.nworker;
+    return om_banet_updater_create(&banet, &u->updater);
 }
 
 static OmStatus compute(Update* u, const OmProgress* progress) {
     OmMatchReport* r = &u->report;
     double begin = om_clock_now();
+    OM_TRY(om_banet_net_find(u->net_name, NULL, &u->net));
     OM_TRY(build(u, progress));
     r->build_ms = 1e3 * (om_clock_now() - begin);
     begin = om_clock_now();
@@ -152,7 +165,8 @@ static OmStatus compute(Update* u, const OmProgress* progress) {
     OM_TRY(check_clouds(u));
     OM_TRY(register_all(u));
     if (u->reason[0]) return OM_OK;
-    OM_TRY(om_match_update(u->match, u->nacquisition, u->acquisition, progress, &u->estimate));
+    OM_TRY(om_banet_update(u->updater, u->nacquisition, u->acquisition, progress, &u->estimate,
+                           &u->advice));
     r->estimate = &u->estimate;
     return OM_OK;
 }
@@ -177,6 +191,21 @@ static OmStatus write_folder(const Update* u) {
     if (status == OM_OK) status = om_folder_commit(&folder);
     om_folder_end(&folder);
     return status;
+}
+
+static void print_network(const Update* u) {
+    static const char* const choice[] = {"network and physics", "physics alone",
+                                         "the network alone", "the attachments before"};
+    const OmMatchEstimate* e = u->report.estimate;
+    int k = e && u->net ? e->choice : 1;
+    om_cli_figure("network_views", u->advice.nused);
+    if (!u->net)
+        printf("  network: none%s\n", u->net_name ? "" : " installed; physics alone");
+    else
+        printf("  network: %d of %d acquisitions; the attachments are those of %s%s%s\n",
+               u->advice.nused, u->nacquisition,
+               k < 4 ? choice[k] : "the network, with another threshold",
+               u->advice.reason[0] ? "; " : "", u->advice.reason);
 }
 
 static void print_result(const Update* u) {
@@ -205,6 +234,7 @@ static void print_result(const Update* u) {
         om_cli_figure("after_median_mm", 1e3 * e->after_median);
         om_cli_figure("update_ms", e->total_ms);
     }
+    print_network(u);
     printf("  time: read %.0f ms, build the twin %.0f ms, register %.0f ms, update %.0f ms\n",
            r->load_ms, r->build_ms, r->register_ms, e ? e->total_ms : 0);
     printf("  report: %s/report.html\n", u->out);
@@ -223,6 +253,9 @@ static int run(Update* u) {
 
 static void update_done(Update* u) {
     om_match_estimate_done(&u->estimate);
+    om_banet_advice_done(&u->advice);
+    om_banet_updater_destroy(u->updater);
+    om_banet_net_destroy(u->net);
     om_match_destroy(u->match);
     om_site_done(&u->site);
     for (int k = 0; k < u->nacquisition; ++k) om_acquisition_done(&u->acquisition[k]);
@@ -242,6 +275,7 @@ static OmStatus read_options(const OmCliArgs* args, Update* u) {
     u->nacquisition = npositional - 1;
     for (int k = 0; k < u->nacquisition; ++k) u->name[k] = om_cli_positional(args, k + 1);
     u->out = om_cli_get(args, "--output");
+    u->net_name = om_cli_get(args, "--network");
     u->is_quiet = om_cli_get(args, "--quiet") != NULL;
     OM_CHECK(u->out, OM_INVALID, "no output folder is given; add -o DIR");
     return om_cli_int(args, "--workers", &u->nworker);
@@ -283,7 +317,8 @@ const OmCliVerb om_cli_verb_update = {
     .about =
         "PATIENT is a patient model (omentum model) or a scene. An acquisition is one moment while a tool\n"
         "holds tissue: the cloud of a depth camera or a frame of a series of pictures, and the poses of the\n"
-        "tools when their jaws closed and now. Estimates which vertices of the twin are attached. Writes\n"
+        "tools when their jaws closed and now. Estimates which vertices of the twin are attached.\n"
+        "By network and physics, or by physics alone where no weights are installed. Writes\n"
         "report.html (clouds over the model, attachments before and after, where to look next, times),\n"
         "update.json and attachments.vtu (probability, uncertainty, stiffness, displacement). DIR must be new,\n"
         "empty, or hold an older update. Exit code 0: the twin takes the new attachments; 1:\n"
