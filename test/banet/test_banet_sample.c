@@ -263,6 +263,26 @@ static void test_camera(void** state) {
     assert_int_equal(ncamera, 2);
 }
 
+// All samples of one body have its mesh.
+static void test_one_body(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(18);
+    OmTetMesh box;
+    assert_ok(om_tet_mesh_box(om_vec3(0, 0, 0), om_vec3(0.06, 0.05, 0.01), 12, 10, 2, &box));
+    def.body = &box;
+    for (int k = 0; k < 3; ++k) {
+        OmBanetSample s;
+        assert_ok(om_banet_sample_make(&def, k, &s));
+        assert_int_equal(s.mesh.ntet, box.ntet);
+        assert_memory_equal(s.mesh.x, box.x, 3 * (size_t)box.nvert * sizeof *box.x);
+        assert_true(s.mesh.x != box.x);
+        check_ranges(&def, &s);
+        check_balance(&s, def.tolerance);
+        om_banet_sample_done(&s);
+    }
+    om_tet_mesh_done(&box);
+}
+
 static OmStatus make_one(void* ctx) {
     OmBanetSample s;
     OmStatus status = om_banet_sample_make(ctx, 1, &s);
@@ -283,7 +303,7 @@ int main(void) {
         cmocka_unit_test(test_def),         cmocka_unit_test(test_samples),
         cmocka_unit_test(test_two_regions), cmocka_unit_test(test_board),
         cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_camera),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_one_body),    cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
