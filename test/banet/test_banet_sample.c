@@ -182,6 +182,23 @@ static int count_regions(const OmBanetSample* s) {
     return num;
 }
 
+// Bodies that need a larger box are drawn again.
+static void test_box(void** state) {
+    (void)state;
+    OmBanetSampleDef def = small_def(19);
+    def.extent[0] = 0.04;
+    def.max_dim[0] = def.max_dim[1] = 16;
+    int nattempt = 0;
+    for (int k = 0; k < 2; ++k) {
+        OmBanetSample s;
+        assert_ok(om_banet_sample_make(&def, k, &s));
+        check_mesh(&def, &s);
+        nattempt += s.nattempt - 1 - s.nfail;
+        om_banet_sample_done(&s);
+    }
+    assert_true(nattempt > 0);
+}
+
 static void test_two_regions(void** state) {
     (void)state;
     OmBanetSampleDef def = small_def(12);
@@ -300,10 +317,11 @@ static void test_no_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_def),         cmocka_unit_test(test_samples),
-        cmocka_unit_test(test_two_regions), cmocka_unit_test(test_board),
-        cmocka_unit_test(test_same_bytes),  cmocka_unit_test(test_camera),
-        cmocka_unit_test(test_one_body),    cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_def),       cmocka_unit_test(test_samples),
+        cmocka_unit_test(test_box),       cmocka_unit_test(test_two_regions),
+        cmocka_unit_test(test_board),     cmocka_unit_test(test_same_bytes),
+        cmocka_unit_test(test_camera),    cmocka_unit_test(test_one_body),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
