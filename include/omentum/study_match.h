@@ -90,6 +90,11 @@ typedef enum OmStudyGuess {  // attachments given to the twin
     OM_STUDY_STILL_THREE,  // the same in each of three views
     OM_STUDY_SINGLE,       // om_match_update from one view
     OM_STUDY_THREE,        // om_match_update from three views
+    OM_STUDY_NETWORK,      // the network alone, from one view
+    OM_STUDY_FUSION,       // ... its three views fused by log-odds
+    OM_STUDY_CROSSING,     // ... its three views intersected, the thesis's way
+    OM_STUDY_JOINT,        // om_banet_update, network and physics, from one view
+    OM_STUDY_JOINT_THREE,  // ... from three views
     OM_STUDY_NGUESS
 } OmStudyGuess;
 
@@ -99,6 +104,8 @@ typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_
     bool is_quick;  // the first three layouts on a coarse sheet; default false: twelve
     // Set of layouts: 1 (default); 2: a second one, with which no method was developed; 3: for development
     int set;
+    // "none", "installed", or a file of weights; null (default): the installed ones, if any
+    const char* network;
     int nworker;  // of simulations, default 0: one a processor; an update has one worker
     OmCookie cookie;
 } OmStudyAttachmentsDef;
@@ -108,9 +115,9 @@ typedef struct OmStudyQuartiles {
     double lower, median, upper;
 } OmStudyQuartiles;
 
-// Over views. OM_STUDY_STILL_THREE and OM_STUDY_THREE: over layouts, positions over views.
+// Over views. Guesses from three views: over layouts, positions over views.
 typedef struct OmStudyGuessResult {
-    bool is_there;              // this build has it
+    bool is_there;              // this build has it, and the weights if it needs them
     OmStudyQuartiles dsc, tpr;  // (4.3) and (4.6), 0 to 1, over the vertices of the underside
     OmStudyQuartiles ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth
     // updates that were refused: the twin keeps its belief, no attachment, and dsc and tpr are 0
@@ -120,6 +127,7 @@ typedef struct OmStudyGuessResult {
 
 typedef struct OmStudyAttachmentsSummary {
     int nlayout, nnew;  // layouts, and those evaluated now
+    bool has_network;
     OmStudyGuessResult by[OM_STUDY_NGUESS];
     // Vertices by estimated probability of single views, and the share of them that is attached.
     int bin_count[OM_STUDY_NBIN];

@@ -15,13 +15,22 @@
 #define SETTLE_SPEED 1e-3  // m/s
 #define SETTLE_TIME 3      // s
 
-const char* const om__study_guess_name[OM_STUDY_NGUESS] = {"zero",        "all",    "same", "still",
-                                                           "still_three", "single", "three"};
-const char* const om__study_guess_title[OM_STUDY_NGUESS] = {
-    "Zero: none",           "All: the whole underside",
-    "Same: the true ones",  "Still: true motion below 1 mm",
-    "Still in three views", "one view",
-    "three views"};
+const char* const om__study_guess_name[OM_STUDY_NGUESS] = {
+    "zero",   "all",        "same",    "still",         "still_three",
+    "single", "three",      "network", "network_fused", "network_crossing",
+    "joint",  "joint_three"};
+const char* const om__study_guess_title[OM_STUDY_NGUESS] = {"Zero: none",
+                                                            "All: the whole underside",
+                                                            "Same: the true ones",
+                                                            "Still: true motion below 1 mm",
+                                                            "Still in three views",
+                                                            "one view",
+                                                            "three views",
+                                                            "Network alone, one view",
+                                                            "Network, three views fused",
+                                                            "Network, three views intersected",
+                                                            "Network and physics, one view",
+                                                            "Network and physics, three views"};
 
 OmStudyAttachmentsDef om_study_attachments_default_def(const char* out_dir) {
     return (OmStudyAttachmentsDef){.out_dir = out_dir, .set = 1, .cookie = COOKIE};
@@ -56,6 +65,8 @@ typedef struct Layout {
     OmSite site;  // of the twin, without attachments
     const OmMeshSet* under;
     OmMatch* match;
+    OmBanetUpdater* updater;  // null: no network
+    double threshold;         // of the network
     OmBody* body;
     OmAcquisition acquisition[MATCH_NGRASP];
     int* vert;          // scratch of guesses             (underside)
@@ -71,6 +82,7 @@ static void layout_done(Layout* l) {
         om_scan_done(&v->scan);
         om_free(v->x);
     }
+    om_banet_updater_destroy(l->updater);
     om_match_destroy(l->match);
     om_body_destroy(l->body);
     om_site_done(&l->site);
@@ -203,46 +215,129 @@ static OmStatus move_baselines(Layout* l) {
 
 // ---- updates ----------------------------------------------------------------------------------------
 
+typedef struct Views {  // of an update: one, or all
+    int first, n;
+    OmStudyGuess guess;
+} Views;
+
+static Views views_of(int k, OmStudyGuess single, OmStudyGuess three) {
+    bool is_single = k < MATCH_NGRASP;
+    return (Views){is_single ? k : 0, is_single ? 1 : MATCH_NGRASP, is_single ? single : three};
+}
+
+// The twin with the attachments of u, moved as each of the views.
+static OmStatus move_all(Layout* l, AttUpdate* u, const double* spring, Views v) {
+    om__attach_score(l->r->nnode, NULL, u->attached, l->r->truth, &u->dsc, &u->tpr);
+    for (int g = v.first; g < v.first + v.n; ++g)
+        OM_TRY(move_twin(l, u->attached, spring, g, v.guess));
+    return OM_OK;
+}
+
+static OmStatus take_estimate(Layout* l, const OmMatchEstimate* e, Views v, AttUpdate* u) {
+    double spring[ATT_MAX_NODE], mve;
+    u->is_accepted = e->is_accepted;
+    snprintf(u->reason, sizeof u->reason, "%s", e->reason);
+    u->fit_ms = e->fit_ms;
+    u->infer_ms = e->infer_ms;
+    u->check_ms = e->check_ms;
+    u->seen_share = e->seen_share;
+    u->moved_share = e->moved_share;
+    u->after_median = e->after_median;
+    u->choice = e->choice;
+    for (int i = 0; i < l->r->nnode && e->probability; ++i) {
+        int vert = l->under->vert[i];
+        u->probability[i] = (float)e->probability[vert];
+        u->uncertainty[i] = (float)e->uncertainty[vert];
+        u->attached[i] = u->is_accepted && e->attached[vert];
+        spring[i] = e->stiffness[vert];
+    }
+    for (int k = 0; k < v.n; ++k) {
+        u->own_ave[v.first + k] = -1;
+        if (e->x && u->is_accepted)
+            om__attach_error(e->nvert, e->x + 3 * (size_t)k * (size_t)e->nvert,
+                             l->view[v.first + k].x, &u->own_ave[v.first + k], &mve);
+    }
+    return move_all(l, u, spring, v);
+}
+
 static OmStatus run_update(Layout* l, int k) {
     AttUpdate* u = &l->r->update[k];
-    bool is_single = k < MATCH_NGRASP;
-    int first = is_single ? k : 0, n = is_single ? 1 : MATCH_NGRASP;
+    Views v = views_of(k, OM_STUDY_SINGLE, OM_STUDY_THREE);
     OmMatchEstimate estimate = {0};
-    double spring[ATT_MAX_NODE];
     clock_t begin = clock();
-    OmStatus status = om_match_update(l->match, n, l->acquisition + first, NULL, &estimate);
+    OmStatus status = om_match_update(l->match, v.n, l->acquisition + v.first, NULL, &estimate);
     u->ms = processor_ms(begin);
     u->is_there = status != OM_UNAVAILABLE;
-    if (!u->is_there) status = OM_OK;
-    if (status < 0 || !u->is_there) goto done;
-    u->is_accepted = estimate.is_accepted;
-    snprintf(u->reason, sizeof u->reason, "%s", estimate.reason);
-    u->fit_ms = estimate.fit_ms;
-    u->infer_ms = estimate.infer_ms;
-    u->check_ms = estimate.check_ms;
-    u->seen_share = estimate.seen_share;
-    u->moved_share = estimate.moved_share;
-    u->after_median = estimate.after_median;
-    for (int i = 0; i < l->r->nnode && estimate.probability; ++i) {
-        int vert = l->under->vert[i];
-        u->probability[i] = (float)estimate.probability[vert];
-        u->uncertainty[i] = (float)estimate.uncertainty[vert];
-        u->attached[i] = u->is_accepted && estimate.attached[vert];
-        spring[i] = estimate.stiffness[vert];
-    }
-    om__attach_score(l->r->nnode, NULL, u->attached, l->r->truth, &u->dsc, &u->tpr);
-    for (int g = first; g < first + n && status >= 0; ++g) {
-        double mve;
-        u->own_ave[g] = -1;
-        if (estimate.x && u->is_accepted)
-            om__attach_error(estimate.nvert,
-                             estimate.x + 3 * (size_t)(g - first) * (size_t)estimate.nvert,
-                             l->view[g].x, &u->own_ave[g], &mve);
-        status = move_twin(l, u->attached, spring, g, is_single ? OM_STUDY_SINGLE : OM_STUDY_THREE);
-    }
-done:
+    if (status >= 0) status = take_estimate(l, &estimate, v, u);
     om_match_estimate_done(&estimate);
-    return status < 0 ? status : OM_OK;
+    return status < 0 && u->is_there ? status : OM_OK;
+}
+
+// The network's own attachments, without physics; probability: of the mesh's vertices.
+static OmStatus take_network(Layout* l, const double* probability, int nused, Views v,
+                             AttUpdate* u) {
+    u->is_there = 1;
+    u->is_accepted = nused == v.n;
+    if (nused < v.n) snprintf(u->reason, sizeof u->reason, "no correspondence");
+    for (int i = 0; i < l->r->nnode; ++i) {
+        double p = probability[l->under->vert[i]];
+        u->probability[i] = (float)p;
+        u->attached[i] = p >= l->threshold;
+    }
+    return move_all(l, u, NULL, v);
+}
+
+// The network's three views, intersected.
+static OmStatus cross(Layout* l, const OmBanetAdvice* advice) {
+    OmBanetView view[MATCH_NGRASP];
+    unsigned char* attached;
+    Views v = {0, MATCH_NGRASP, OM_STUDY_CROSSING};
+    OM_ALLOC(attached, advice->nvert);
+    for (int g = 0; g < MATCH_NGRASP; ++g)
+        view[g] = (OmBanetView){.probability = advice->view + (size_t)g * (size_t)advice->nvert,
+                                .grasp = g};
+    OmStatus status =
+        om_banet_intersect_grasps(MATCH_NGRASP, view, l->threshold, advice->nvert, attached);
+    AttUpdate* u = &l->r->crossing;
+    u->is_there = u->is_accepted = 1;
+    for (int i = 0; i < l->r->nnode; ++i) u->attached[i] = attached[l->under->vert[i]];
+    om_free(attached);
+    if (status >= 0) status = move_all(l, u, NULL, v);
+    return status;
+}
+
+static OmStatus run_joint(Layout* l, int k) {
+    AttUpdate* u = &l->r->joint[k];
+    Views v = views_of(k, OM_STUDY_JOINT, OM_STUDY_JOINT_THREE);
+    Views alone = views_of(k, OM_STUDY_NETWORK, OM_STUDY_FUSION);
+    OmMatchEstimate estimate = {0};
+    OmBanetAdvice advice = {0};
+    OmStatus status = OM_OK;
+    unsigned char* none = om_calloc((size_t)l->site.mesh.nvert, 1);
+    if (!none) return OM_NO_MEMORY;
+    om_banet_updater_set_attached(l->updater, none);  // each update is the first one
+    clock_t begin = clock();
+    OM_TRY_DONE(
+        om_banet_update(l->updater, v.n, l->acquisition + v.first, NULL, &estimate, &advice));
+    u->ms = processor_ms(begin);
+    u->is_there = 1;
+    OM_TRY_DONE(take_estimate(l, &estimate, v, u));
+    OM_TRY_DONE(take_network(l, advice.probability, advice.nused, alone, &l->r->network[k]));
+    // The stages' share of the wall clock, of the processor time.
+    l->r->network[k].ms = u->ms * (advice.pairs_ms + advice.network_ms) / advice.total_ms;
+    if (k == MATCH_NGRASP) OM_TRY_DONE(cross(l, &advice));
+done:
+    om_banet_advice_done(&advice);
+    om_match_estimate_done(&estimate);
+    om_free(none);
+    return status;
+}
+
+static OmStatus create_updater(Layout* l) {
+    OmBanetUpdateDef def = om_banet_update_default_def(l->match);
+    def.net = l->s->net;
+    l->threshold = om_banet_net_threshold(l->s->net);
+    return om_banet_updater_create(&def, &l->updater);
 }
 
 static OmStatus run_layout(const Att* s, int layout, AttResult* r) {
@@ -261,6 +356,9 @@ static OmStatus run_layout(const Att* s, int layout, AttResult* r) {
     def = om_match_default_def(&l.scene, &l.site);
     OM_TRY_DONE(om_match_create(&def, &l.match));
     for (int k = 0; k < ATT_NUPDATE; ++k) OM_TRY_DONE(run_update(&l, k));
+    if (!s->net) goto done;
+    OM_TRY_DONE(create_updater(&l));
+    for (int k = 0; k < ATT_NUPDATE; ++k) OM_TRY_DONE(run_joint(&l, k));
 done:
     layout_done(&l);
     if (status < 0) return om_error_prefix(status, "layout %d", layout + 1);
@@ -269,15 +367,33 @@ done:
 
 // ---- all layouts ------------------------------------------------------------------------------------
 
+bool om__att_is_three(OmStudyGuess guess) {
+    return guess == OM_STUDY_STILL_THREE || guess == OM_STUDY_THREE || guess == OM_STUDY_FUSION ||
+           guess == OM_STUDY_CROSSING || guess == OM_STUDY_JOINT_THREE;
+}
+
+const AttUpdate* om__att_update(const AttResult* r, OmStudyGuess guess, int g) {
+    switch (guess) {
+    case OM_STUDY_SINGLE: return &r->update[g];
+    case OM_STUDY_THREE: return &r->update[MATCH_NGRASP];
+    case OM_STUDY_NETWORK: return &r->network[g];
+    case OM_STUDY_FUSION: return &r->network[MATCH_NGRASP];
+    case OM_STUDY_CROSSING: return &r->crossing;
+    case OM_STUDY_JOINT: return &r->joint[g];
+    case OM_STUDY_JOINT_THREE: return &r->joint[MATCH_NGRASP];
+    default: return NULL;
+    }
+}
+
 static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult* out) {
     enum { MAX = MATCH_NLAYOUT * MATCH_NGRASP };
     double dsc[MAX], tpr[MAX], ave[MAX], mve[MAX], ms[MAX];
     int nscore = 0, nmove = 0;
     unsigned char every[ATT_MAX_NODE], none[ATT_MAX_NODE] = {0};
     memset(every, 1, sizeof every);
-    bool is_update = guess == OM_STUDY_SINGLE || guess == OM_STUDY_THREE;
-    bool is_three = guess == OM_STUDY_THREE || guess == OM_STUDY_STILL_THREE;
-    out->is_there = !is_update || s->result[0].update[0].is_there;
+    const AttUpdate* first = om__att_update(&s->result[0], guess, 0);
+    bool is_update = first != NULL, is_three = om__att_is_three(guess);
+    out->is_there = !is_update || first->is_there;
     if (!out->is_there) return;
     for (int i = 0; i < s->nlayout; ++i) {
         const AttResult* r = &s->result[i];
@@ -287,7 +403,7 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
             if (is_three && g > 0) continue;
             ms[nscore] = 0;
             if (is_update) {
-                const AttUpdate* u = &r->update[guess == OM_STUDY_SINGLE ? g : MATCH_NGRASP];
+                const AttUpdate* u = om__att_update(r, guess, g);
                 dsc[nscore] = u->dsc;
                 tpr[nscore] = u->tpr;
                 ms[nscore] = u->ms;
@@ -353,6 +469,7 @@ static uint64_t hash_layout(const Att* s, int layout) {
     const int method = ATT_METHOD;
     uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
     hash = om_hash(&method, sizeof method, hash);
+    hash = om_hash(&s->net_hash, sizeof s->net_hash, hash);
     return om_hash(number, sizeof number, hash);
 }
 
@@ -373,6 +490,13 @@ static OmStatus run(Att* s) {
     return OM_OK;
 }
 
+static OmStatus load_network(Att* s) {
+    OM_TRY(om_banet_net_find(s->def->network, NULL, &s->net));
+    s->net_hash = s->net ? om_banet_net_hash(s->net) : 0;
+    s->sum.has_network = s->net != NULL;
+    return OM_OK;
+}
+
 OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def, const OmProgress* progress,
                                   OmStudyAttachmentsSummary* summary) {
     memset(summary, 0, sizeof *summary);
@@ -385,11 +509,13 @@ OmStatus om_study_attachments_run(const OmStudyAttachmentsDef* def, const OmProg
     OmFolder folder = {0};
     s.result = om_calloc((size_t)s.nlayout, sizeof *s.result);
     if (!s.result) return OM_NO_MEMORY;
-    OmStatus status = om_folder_open(def->out_dir, "attachments study", &folder);
+    OmStatus status = load_network(&s);
+    if (status == OM_OK) status = om_folder_open(def->out_dir, "attachments study", &folder);
     if (status == OM_OK) status = run(&s);
     if (status == OM_OK) status = om__att_write(&s);
     if (status == OM_OK) *summary = s.sum;
     om_folder_end(&folder);
+    om_banet_net_destroy(s.net);
     om_free(s.result);
     return status;
 }

@@ -46,6 +46,11 @@ static void add_table(const Att* s, OmReport* report) {
         {NULL, NULL, NULL},
         {NULL, NULL, NULL},
         {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
+        {NULL, NULL, NULL},
+        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
+        {NULL, NULL, NULL},
+        {NULL, NULL, NULL},
+        {"0.76 (0.63-0.83)", "83 (69-90)", "1.2 (0.6-2.4)"},
         {NULL, NULL, NULL}};
     char text[OM_STUDY_NGUESS][5][WORD];
     const char* cell[OM_STUDY_NGUESS * NCOL] = {NULL};
@@ -268,12 +273,19 @@ static void put_update(OmJson* json, const AttUpdate* u) {
     om_json_number(json, "tpr", u->tpr);
     om_json_number(json, "seen_share", u->seen_share);
     om_json_number(json, "moved_share", u->moved_share);
+    om_json_integer(json, "choice", u->choice);
     om_json_number(json, "after_median_mm", 1e3 * u->after_median);
     om_json_number(json, "processor_ms", u->ms);
     om_json_number(json, "fit_ms", u->fit_ms);
     om_json_number(json, "infer_ms", u->infer_ms);
     om_json_number(json, "check_ms", u->check_ms);
     om_json_close(json, '}');
+}
+
+static void put_updates(OmJson* json, const char* key, const AttUpdate* update) {
+    om_json_open(json, key, '[');
+    for (int k = 0; k < ATT_NUPDATE && update[k].is_there; ++k) put_update(json, &update[k]);
+    om_json_close(json, ']');
 }
 
 static OmStatus write_json(const Att* s) {
@@ -300,10 +312,11 @@ static OmStatus write_json(const Att* s) {
             snprintf(key, sizeof key, "mve_%s", om__study_guess_name[guess]);
             om_json_numbers(&json, key, r->mve[guess], MATCH_NGRASP);
         }
-        om_json_open(&json, "updates", '[');
-        for (int k = 0; k < ATT_NUPDATE && r->update[k].is_there; ++k)
-            put_update(&json, &r->update[k]);
-        om_json_close(&json, ']');
+        put_updates(&json, "updates", r->update);
+        if (s->sum.has_network) {
+            put_updates(&json, "network", r->network);
+            put_updates(&json, "joint", r->joint);
+        }
         om_json_close(&json, '}');
     }
     om_json_close(&json, ']');

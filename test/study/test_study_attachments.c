@@ -1,4 +1,5 @@
 // test_study_attachments.c: the study on its quick layouts, resumed, cancelled, refused.
+#include "banet/banet_net_internal.h"
 #include "study/study_attachments.h"
 
 #include <string.h>
@@ -52,6 +53,43 @@ static void test_study(void** unused) {
         assert_int_equal(first.bin_count[b], again.bin_count[b]);
 }
 
+// An untrained network as a file. Its answers are poor; the rows are there, and physics is as without it.
+static void test_network(void** unused) {
+    (void)unused;
+    static const BanetLayers layers = {.channel = {16, 16, 16, 16, 16}, .ngroup = 2, .nimage = 1};
+    OmStudyAttachmentsDef def = quick_def();
+    OmStudyAttachmentsSummary plain, with, again;
+    OmBanetNet* net;
+    char path[600];
+    def.network = "none";
+    assert_ok(om_study_attachments_run(&def, NULL, &plain));
+    assert_false(plain.has_network || plain.by[OM_STUDY_NETWORK].is_there);
+    assert_ok(om__banet_net_create(&layers, &net));
+    om_net_init_parameters(net->net, 3, net->param);
+    net->threshold = 0.4;
+    assert_true(snprintf(path, sizeof path, "%s-net.safetensors", dir) < (int)sizeof path);
+    assert_ok(om__banet_net_save(net, path));
+    om_banet_net_destroy(net);
+    def.network = path;
+    assert_ok(om_study_attachments_run(&def, NULL, &with));
+    assert_true(with.has_network && with.nnew == 3);  // other weights, other results
+    for (int k = 0; k <= OM_STUDY_THREE; ++k) {
+        assert_same(plain.by[k].dsc, with.by[k].dsc);
+        assert_same(plain.by[k].ave, with.by[k].ave);
+    }
+    const OmStudyGuessResult *one = &with.by[OM_STUDY_NETWORK], *fused = &with.by[OM_STUDY_FUSION];
+    assert_true(one->is_there && one->dsc.n == 9 && fused->dsc.n == 3);
+    assert_true(with.by[OM_STUDY_JOINT].dsc.n == 9 && with.by[OM_STUDY_JOINT_THREE].ave.n == 9);
+    // An intersection has no vertex more than one view.
+    assert_true(with.by[OM_STUDY_CROSSING].tpr.upper <= one->tpr.upper);
+    assert_ok(om_study_attachments_run(&def, NULL, &again));
+    assert_int_equal(again.nnew, 0);
+    for (int k = 0; k < OM_STUDY_NGUESS; ++k) assert_same(with.by[k].dsc, again.by[k].dsc);
+    def.network = "no such file";
+    assert_status(om_study_attachments_run(&def, NULL, &again), OM_IO);
+    assert_ok(om_path_remove(path));
+}
+
 static bool say_stop(void* ctx, const char* stage, double done, double total) {
     (void)ctx, (void)stage, (void)done, (void)total;
     return false;
@@ -79,6 +117,7 @@ static void test_nonsense(void** unused) {
 int main(void) {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(test_study),
+        cmocka_unit_test(test_network),
         cmocka_unit_test(test_nonsense),
     };
     return cmocka_run_group_tests(test, make_dir, remove_dir);
