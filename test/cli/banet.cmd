@@ -25,6 +25,15 @@ $ omentum banet generate -n 3 --part nowhere -q -o out
 exit 2
 err --part nowhere: there is no such folder
 
+# Killed at any moment, it continues to the same files.
+$ timeout -s KILL 3 omentum banet generate -n 3 --shard 2 --seed 900 --way exact --pictures 0 --workers 1 -q -o killed; true
+exit 0
+$ omentum banet generate -n 3 --shard 2 --seed 900 --way exact --pictures 0 -q -o killed && cmp kept.h5 killed/samples_000002.h5 && cmp out/samples_000000.h5 killed/samples_000000.h5
+exit 0
+out ^3 samples
+$ ls -A killed | grep part
+exit 1
+
 # Another seed, and another setting, are another set.
 $ omentum banet generate -n 3 --shard 2 --seed 901 --way exact -q -o out
 exit 3
