@@ -40,7 +40,7 @@ typedef struct OmBanetFacts {  // how a sample was drawn and solved
     double share, visible;     // attached and seen part of the surface vertices
     double max_u;              // largest displacement of a vertex, m
     double min_volume, residual;
-    double seconds;  // processor time; not stored
+    double seconds;  // wall clock; not stored
 } OmBanetFacts;
 
 typedef struct OmBanetCells {  // om_banet_cells_done frees
@@ -117,7 +117,7 @@ typedef struct OmBanetSummary {
     double median_visible;
     int64_t ncell, nbyte;   // cells of all samples; bytes of the shards
     double seconds;         // of this call
-    double sample_seconds;  // mean processor time of the samples made by this call
+    double sample_seconds;  // mean of the samples made by this call, wall clock of one worker
 } OmBanetSummary;
 
 /// Make the missing samples of a data set: shards samples_NNNNNN.h5 (NNNNNN: their first sample), summary.json,

@@ -81,7 +81,7 @@ typedef struct OmBanetSample {  // om_banet_sample_done frees
     double min_volume, residual;  // smallest det F; relative to the loads
     int nattempt, nfail;          // draws; draws whose solve failed
     int nnewton;                  // Newton iterations of the last draw
-    double seconds;               // processor time of this thread; differs between runs
+    double seconds;               // wall clock; differs between runs
 } OmBanetSample;
 
 OM_API void om_banet_sample_done(OmBanetSample* sample);

@@ -39,7 +39,7 @@ static const OmCliKey result_key[] = {
     {"median_displacement_mm", "median over samples of the largest displacement of a vertex"},
     {"largest_displacement_mm", "over the samples"},
     {"bytes", "of the files of samples"},
-    {"sample_seconds", "mean processor time of a new sample"},
+    {"sample_seconds", "mean time of a new sample, of one thread"},
 };
 
 // The definition: that of a test set, or the default.
