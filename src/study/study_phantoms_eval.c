@@ -127,7 +127,7 @@ static OmStatus look(Bench* b, const PhantomTruth* t, int level, View* v, double
     OmScanDef def = om_scan_default_def(NULL, &b->site);
     for (int a = 0; a < obs.narm; ++a) def.space.psm[a] = &t->head->psm[a];
     OM_TRY_DONE(om_scan_from_observation(&def, &obs, &v->scan));
-    size_t n = (size_t)v->scan.npoint;
+    size_t n = (size_t)v->scan.npoint + 1;  // a scan may have no point
     OM_ALLOC_DONE(point, 3 * n);
     OM_ALLOC_DONE(material, 3 * n);
     OM_ALLOC_DONE(v->elem, n);
@@ -238,7 +238,7 @@ static OmStatus make_views(Bench* b) {
 // ---- errors of a set ----------------------------------------------------------------------------------------
 
 // The twin with these vertices of the underside held still, lifted as in the view.
-// ave: m, of the points, less the value at rest; volume: m, of all vertices.
+// ave: m, of the points, less the value at rest, or `volume` if the camera saw none; volume: m, of all vertices.
 static OmStatus move_twin(Bench* b, int view, const unsigned char* attached, double* ave,
                           double* volume) {
     const View* v = &b->view[view];
@@ -259,6 +259,7 @@ static OmStatus move_twin(Bench* b, int view, const unsigned char* attached, dou
         *ave += om_distance(p, om_load3(v->scan.x, i)) / v->scan.npoint;
     }
     *ave -= b->r->rest[b->r->view[view].grasp];
+    if (v->scan.npoint == 0) *ave = *volume;
     return OM_OK;
 }
 
