@@ -59,7 +59,7 @@ typedef struct OmStudyPhantomsDef {  // made by om_study_phantoms_default_def
     // File of the network; null (default): the weights that come along, if there are any; "": none. Without a network
     // its ways are left out.
     const char* weights;
-    double side;  // m, of the network's grid; default 0.3
+    double side;  // m, of the network's grid; default 0: om_banet_default_side
     // Another network in its place; null (default): none. Its name tells results apart.
     OmBanetEstimateFn estimate;
     void* estimate_ctx;         // borrowed; several threads may call with it at a time

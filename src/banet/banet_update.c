@@ -2,9 +2,9 @@
 //
 // 1. For each acquisition: the twin at that time, its correspondence with the scan, the displacement of its surface.
 //    With is_corrected the twin is first given the attachments of physics alone. On a phantom (study_phantoms.h, an
-//    ellipse for development) a twin without attachments slides along with the tool by 3 mm and the correspondence with
-//    it: the displacement is 1.4 to 3.0 mm off (median, lifts of 10 to 60 mm), through the corrected twin 0.4 to 1.6 mm,
-//    and 0.2 in place of 3.6 mm where the tissue is held.
+//    ellipse for development) a twin without attachments slides along with the tool by 3 mm, and the correspondence
+//    with it: the displacement is 1.4 to 3.0 mm off (median, lifts of 10 to 60 mm), through the corrected twin 0.4 to
+//    1.6 mm, and 0.2 in place of 3.6 mm where the tissue is held.
 // 2. The network's probability of each vertex of the surface.
 // 3. All views fused. What a view shows of a vertex falls with the distance to the nearest seen vertex.
 // 4. om_match_update_with: evidence of the scans, the fused probability as advice, and its sets to try.

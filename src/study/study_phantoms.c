@@ -14,7 +14,6 @@
 #define COOKIE 0x57d94a42u
 #define COARSE 1.6  // times the edges, of a quick study
 #define QUICK_GRASPS 2
-#define SIDE 0.3
 
 const char* const om__phantoms_way_name[OM_STUDY_PHANTOM_NWAY] = {"network", "fusion", "physics",
                                                                   "all"};
@@ -29,7 +28,7 @@ const char* const om__phantoms_row_title[OM_STUDY_PHANTOM_NROW] = {
 
 OmStudyPhantomsDef om_study_phantoms_default_def(const char* out_dir) {
     return (OmStudyPhantomsDef){
-        .out_dir = out_dir, .side = SIDE, .estimate_name = "", .threshold = 0.5, .cookie = COOKIE};
+        .out_dir = out_dir, .estimate_name = "", .threshold = 0.5, .cookie = COOKIE};
 }
 
 static OmStatus validate(const OmStudyPhantomsDef* d) {
@@ -41,7 +40,7 @@ static OmStatus validate(const OmStudyPhantomsDef* d) {
     OM_CHECK(d->ncase >= 0, OM_INVALID, "phantoms study: ncase is %d: 0 or more", d->ncase);
     OM_CHECK(d->ngrasp >= 0 && d->ngrasp <= PHANTOM_NGRASP, OM_INVALID,
              "phantoms study: ngrasp is %d: 0 to %d", d->ngrasp, PHANTOM_NGRASP);
-    OM_CHECK(d->side > 0 && isfinite(d->side), OM_INVALID, "phantoms study: side is %g m: above 0",
+    OM_CHECK(d->side >= 0 && isfinite(d->side), OM_INVALID, "phantoms study: side is %g m: 0 or more",
              d->side);
     OM_CHECK(d->estimate_name, OM_INVALID, "phantoms study: estimate_name is null");
     OM_CHECK(d->threshold > 0 && d->threshold < 1, OM_INVALID,
@@ -260,7 +259,7 @@ static void count_all(Phantoms* s, double* rest) {
     OmStudyPhantomsSummary* sum = &s->sum;
     int n = 0;
     sum->ncase = s->ncase;
-    sum->has_network = s->estimate != NULL;
+    sum->has_network = s->net || s->estimate;
     for (int i = 0; i < s->ncase; ++i) {
         const PhantomResult* r = &s->result[i];
         sum->nview += r->nview;
@@ -308,44 +307,28 @@ static OmStatus summarise(Phantoms* s) {
 
 // ---- run ----------------------------------------------------------------------------------------------------------
 
-typedef struct Net {
-    OmBanetNet* net;
-    double side;
-} Net;
-
-static OmStatus ask(void* ctx, const OmSurface* surface, const double* u, const double* seen,
-                    double* probability) {
-    const Net* n = ctx;
-    return om_banet_estimate(n->net, n->side, surface, u, seen, probability);
-}
-
 static void add_fact(Phantoms* s, const char* fact) {
     if (fact) s->network = om_hash(fact, strlen(fact), s->network);
 }
 
 // The definition's own network, or a file of weights. Without the weights that come along there is no network.
-static OmStatus open_network(Phantoms* s, Net* n) {
+static OmStatus open_network(Phantoms* s) {
     const OmStudyPhantomsDef* d = s->def;
     s->network = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
-    if (!d->estimate && d->weights && !d->weights[0]) return OM_OK;
     s->estimate = d->estimate;
-    s->estimate_ctx = d->estimate_ctx;
     s->threshold = d->threshold;
     if (s->estimate) {
         add_fact(s, d->estimate_name);
     } else {
-        OmStatus status = om_banet_net_load(d->weights, &n->net);
-        if (status == OM_IO && !d->weights) return OM_OK;
-        if (status < 0) return status;
+        bool is_none = d->weights && !d->weights[0];
+        OM_TRY(om_banet_net_find(is_none ? "none" : d->weights, NULL, &s->net));
+        if (!s->net) return OM_OK;
         static const char* const key[] = {"command", "seed",   "data",
                                           "samples", "epochs", "validation_dsc"};
         for (size_t k = 0; k < sizeof key / sizeof *key; ++k)
-            add_fact(s, om_banet_net_fact(n->net, key[k]));
-        n->side = d->side;
+            add_fact(s, om_banet_net_fact(s->net, key[k]));
         s->network = om_hash(&d->side, sizeof d->side, s->network);
-        s->estimate = ask;
-        s->estimate_ctx = n;
-        s->threshold = om_banet_net_threshold(n->net);
+        s->threshold = om_banet_net_threshold(s->net);
     }
     s->network = om_hash(&s->threshold, sizeof s->threshold, s->network);
     return OM_OK;
@@ -372,16 +355,15 @@ OmStatus om_study_phantoms_run(const OmStudyPhantomsDef* def, const OmProgress* 
     OM_TRY(validate(def));
     Phantoms s = {.def = def, .progress = progress, .coarse = def->is_quick ? COARSE : 1};
     OmFolder folder = {0};
-    Net net = {0};
     OmStatus status;
     OM_CALLOC_DONE(s.c, PHANTOM_MAX_LIFT);
-    OM_TRY_DONE(open_network(&s, &net));
+    OM_TRY_DONE(open_network(&s));
     OM_TRY_DONE(om_folder_open(def->out_dir, "phantoms study", &folder));
     status = run(&s);
     if (status == OM_OK) *summary = s.sum;
 done:
     om_folder_end(&folder);
-    om_banet_net_destroy(net.net);
+    om_banet_net_destroy(s.net);
     om_free(s.c);
     om_free(s.result);
     return status;

@@ -10,6 +10,8 @@
 // is part of the value at rest: it contains the noise, the camera's shift, and how the phantom settles on its board.
 // The error at all vertices of the volume (4.5) needs no points and no value at rest.
 //
+// The twin of the network's correspondence has the attachments of physics alone (OmBanetUpdateDef.is_corrected).
+//
 // The network sees one step, or the last NFRAME steps of the lift. Physics has one step. All of it together: the last
 // NFRAME steps.
 //
@@ -100,11 +102,14 @@ static OmStatus make_twin(Bench* b) {
     OM_TRY(om_fem_mesh_from_tet(&b->site.mesh, OM_TET4, &b->mesh));
     OmMatchDef match = om_match_default_def(&b->scene, &b->site);
     OM_TRY(om_match_create(&match, &b->match));
-    if (b->s->estimate) {
+    if (b->s->net || b->s->estimate) {
         OmBanetUpdateDef update = om_banet_update_default_def(b->match);
+        update.net = b->s->net;
+        if (b->s->def->side > 0) update.side = b->s->def->side;
         update.estimate = b->s->estimate;
-        update.estimate_ctx = b->s->estimate_ctx;
+        update.estimate_ctx = b->s->def->estimate_ctx;
         update.threshold = b->s->threshold;
+        update.is_corrected = true;
         OM_TRY(om_banet_updater_create(&update, &b->updater));
     }
     OmMaterial material = {

@@ -44,8 +44,8 @@ typedef struct Phantoms {
     const OmStudyPhantomsDef* def;
     const OmProgress* progress;
     double coarse;
-    OmBanetEstimateFn estimate;  // null: no network
-    void* estimate_ctx;
+    OmBanetNet* net;             // null: none
+    OmBanetEstimateFn estimate;  // in its place; null: none
     double threshold;
     uint64_t network;  // hash of what it is
     int ncase;
