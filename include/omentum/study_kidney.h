@@ -94,8 +94,8 @@ typedef struct OmStudyKidneySummary {
 } OmStudyKidneySummary;
 
 OM_API OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* volume);
-/// Make what is missing of truths and results, then report.html and study.json. Without a network its rows are left
-/// out and is_met is false.
+/// Make what is missing of truths and results, then report.html, study.json, views.csv and samples.csv. Without a
+/// network its rows are left out and is_met is false.
 /// @return OM_OK (whether or not the goals are met); OM_UNAVAILABLE (no such volume: the message names it); OM_INVALID
 ///         (the message names the field, or the folder of another study); OM_IO; OM_NO_MEMORY; OM_CANCELLED (what is
 ///         finished stays)

@@ -253,8 +253,7 @@ static const OmYamlField update_field[] = {
     {"rest_s", OM_YAML_DOUBLE, AT(OmSceneUpdate, rest), .min = 0, .max = 10, .unit = "s",
      .help = "for which the arms keep still before the picture of an acquisition"},
     {"network", OM_YAML_STRING, AT(OmSceneUpdate, network), .size = OM_SCENE_PATH,
-     .help =
-         "weights of BA-Net that an estimate asks: none, installed, or a file"},
+     .help = "weights of BA-Net that an estimate asks: none, installed, or a file"},
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 

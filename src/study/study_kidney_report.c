@@ -1,4 +1,4 @@
-// study_kidney_report.c: the study of fat over the kidney as report.html and study.json.
+// study_kidney_report.c: the study of fat over the kidney as report.html, study.json, views.csv and samples.csv.
 #include <string.h>
 
 #include "study/study_attach_protocol.h"
@@ -230,11 +230,10 @@ static void add_samples_table(const Kidney* s, OmReport* report) {
     char note[500];
     snprintf(
         note, sizeof note,
-        "Median and quartiles over %d samples of one geometry (the thesis has 600; %d asked), seed %d; median "
-        "of the largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d of the "
-        "simulations stopped before the whole displacement of the grasp, and count with the part that they "
-        "reached.",
-        m->nsample, s->def->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped);
+        "Median and quartiles over %d samples of one geometry, seed %d (the thesis has 600); median of the "
+        "largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d simulations stopped "
+        "before the whole displacement of the grasp, and count with the part that they reached.",
+        m->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped);
     om_report_paragraph(report, note);
 }
 
@@ -385,7 +384,61 @@ static OmStatus write_json(const Kidney* s) {
     return status;
 }
 
+// ---- views.csv, samples.csv -----------------------------------------------------------------------------
+
+static OmStatus append_view(const KidneyView* v, const char* head, OmText* text) {
+    OmStatus status = OM_OK;
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY && status == OM_OK; ++way) {
+        const KidneyGuess* g = &v->by[way];
+        if (!g->is_there) continue;
+        status =
+            om_text_append(text, "%s,%c,%d,%s,%.5f,%.5f,%.5f,%.5f,%d,%d\n", head, 'A' + v->grasp,
+                           10 * (v->level + 1), om__kidney_way_name[way], 1e3 * g->ave,
+                           1e3 * g->volume, g->dsc, g->tpr, g->is_accepted, g->is_loose);
+    }
+    return status;
+}
+
+static OmStatus write_views(const Kidney* s) {
+    char path[MAX_PATH], head[64];
+    OmText text = {0};
+    OM_TRY(path_of(s, "views.csv", path));
+    OmStatus status =
+        om_text_append(&text, "state,run,rest_mm,grasp,lift_mm,attachments,error_mm,volume_mm,dsc,"
+                              "tpr,accepted,not_at_rest\n");
+    for (int i = 0; i < s->cases.nstate * s->def->nrun && status == OM_OK; ++i) {
+        const KidneyResult* r = &s->result[i];
+        snprintf(head, sizeof head, "%d,%d,%.5f", s->cases.state[i / s->def->nrun] + 1,
+                 i % s->def->nrun + 1, 1e3 * r->rest);
+        for (int k = 0; k < r->nview && status == OM_OK; ++k)
+            status = append_view(&r->view[k], head, &text);
+    }
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
+static OmStatus write_samples(const Kidney* s) {
+    char path[MAX_PATH];
+    OmText text = {0};
+    OM_TRY(path_of(s, "samples.csv", path));
+    OmStatus status =
+        om_text_append(&text, "sample,made,input_mm,visible,attached,dsc,tpr,ave_mm,ave_same_mm,"
+                              "ave_zero_mm,stopped\n");
+    for (int i = 0; i < s->def->nsample && status == OM_OK; ++i) {
+        const KidneySample* r = &s->sample[i];
+        status = om_text_append(&text, "%d,%d,%.3f,%.4f,%.4f,%.6f,%.6f,%.5f,%.5f,%.5f,%d\n", i + 1,
+                                r->is_made, 1e3 * r->input, r->visible, r->share, r->dsc, r->tpr,
+                                1e3 * r->ave, 1e3 * r->same, 1e3 * r->zero, r->nstopped);
+    }
+    if (status == OM_OK) status = om_file_write(path, text.str, text.len);
+    om_text_done(&text);
+    return status;
+}
+
 OmStatus om__kidney_write(const Kidney* s) {
     OM_TRY(write_report(s));
+    if (s->def->nrun > 0) OM_TRY(write_views(s));
+    if (s->def->nsample > 0) OM_TRY(write_samples(s));
     return write_json(s);
 }

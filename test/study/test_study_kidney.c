@@ -170,8 +170,15 @@ static OmStudyKidneyDef study_def(const char* out) {
     return d;
 }
 
+static bool stop(void* ctx, const char* stage, double done, double total) {
+    (void)ctx, (void)stage, (void)done, (void)total;
+    return false;
+}
+
 static void test_definitions(void** unused) {
     (void)unused;
+    const OmProgress cancel = {.report = stop};
+    char other[64];
     OmStudyKidneySummary sum;
     OmStudyKidneyDef d = study_def(dir), raw = {0};
     assert_status(om_study_kidney_run(&raw, NULL, &sum), OM_INVALID);
@@ -185,6 +192,10 @@ static void test_definitions(void** unused) {
     d = study_def(dir);
     d.volume = "/no/such/file.nii.gz";
     assert_status(om_study_kidney_run(&d, NULL, &sum), OM_UNAVAILABLE);
+    d = study_def(dir);
+    snprintf(other, sizeof other, "%s/cancelled", dir);
+    d.out_dir = other;
+    assert_status(om_study_kidney_run(&d, &cancel, &sum), OM_CANCELLED);
     d = study_def(dir);  // it has a truth, and no list of a study
     assert_status(om_study_kidney_run(&d, NULL, &sum), OM_INVALID);
 }
@@ -241,6 +252,30 @@ static void test_samples(void** unused) {
     assert_ptr_equal(def.body, &s.twin.mesh);
 }
 
+// The mean of the table, computed anew from views.csv: two runs of two views.
+static void check_views(const char* path, double mean) {
+    char *text, *line;
+    size_t size;
+    double sum = 0;
+    int n = 0;
+    assert_ok(om_file_read(path, 1 << 20, &text, &size));
+    for (line = strchr(text, '\n') + 1; *line; line = strchr(line, '\n') + 1) {
+        int state, run, lift;
+        double rest, error;
+        char grasp, way[16];
+        assert_int_equal(sscanf(line, "%d,%d,%lf,%c,%d,%15[a-z],%lf", &state, &run, &rest, &grasp,
+                                &lift, way, &error),
+                         7);
+        if (strcmp(way, "physics") != 0) continue;
+        assert_true(state == 2 && grasp == 'C');
+        sum += error - rest;
+        ++n;
+    }
+    assert_int_equal(n, 4);
+    assert_near(sum / n, 1e3 * mean, 1e-4);
+    om_free(text);
+}
+
 // A quick run: the errors of the ways are in the order of what they know, and a second call computes nothing.
 static void test_quick(void** unused) {
     (void)unused;
@@ -278,11 +313,13 @@ static void test_quick(void** unused) {
                 1e-12);
     assert_near(physics->ratio, physics->mean / zero->mean, 1e-12);
     assert_int_equal(zero->nloose + same->nloose, 0);
-    const char* const name[] = {"report.html", "study.json", "lift-C2-quick.png"};
-    for (int i = 0; i < 3; ++i) {
+    const char* const name[] = {"report.html", "study.json", "lift-C2-quick.png", "samples.csv",
+                                "views.csv"};
+    for (int i = 0; i < 5; ++i) {
         snprintf(file, sizeof file, "%s/%s", out, name[i]);
         assert_true(om_path_exists(file));
     }
+    check_views(file, physics->mean);
     assert_ok(om_study_kidney_run(&d, NULL, &again));
     assert_int_equal(again.nnew, 0);
     assert_near(again.by[OM_STUDY_KIDNEY_PHYSICS].mean, physics->mean, 0);
