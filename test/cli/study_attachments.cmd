@@ -32,6 +32,14 @@ $ omentum study attachments --part kidney -o out
 exit 2
 err needs the labels of a CT; add --volume FILE
 
+$ omentum study attachments --part kidney --volume none.nii.gz -o out/kidney
+exit 3
+err none.nii.gz: no such file
+
+$ omentum study attachments --part kidney --volume none.nii.gz --runs 0 -o out/kidney
+exit 2
+err --runs: 0 is outside its range, 1 to 100
+
 $ mkdir mine && echo 1 > mine/notes.txt && omentum study attachments --part layouts --quick -q -o mine; code=$?; ls -A mine; exit $code
 exit 3
 out ^notes\.txt$
