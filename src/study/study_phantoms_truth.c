@@ -162,23 +162,38 @@ static OmStatus make_room(const PhantomCase* c, int grasp, double coarse, Phanto
     return OM_OK;
 }
 
-// Hash of everything that the truth depends on.
-static OmStatus hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t, uint64_t* hash) {
-    OmText text = {0};
-    OmStatus status = om_scene_print(&t->scene, false, &text);
+// Hash of everything that the truth depends on; not of the printed scene, which has keys of other parts, too.
+static uint64_t hash_lift(const PhantomCase* c, int grasp, const PhantomTruth* t) {
+    const OmScene* s = &t->scene;
     const OmTetMesh* m = &t->site.mesh;
     const OmMeshSet* held = om_tet_mesh_find_set(m, "attachment");
     const double number[] = {grasp, c->nlevel[grasp], SPEED,        FAST,    WAIT, FORCE_LIMIT,
                              SHIFT, c->capsule.x,     c->capsule.y, c->reach};
-    *hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
-    *hash = om_hash(number, sizeof number, *hash);
-    *hash = om_hash(&c->grasp[grasp], sizeof c->grasp[grasp], *hash);
-    *hash = om_hash(&c->lift[grasp], sizeof c->lift[grasp], *hash);
-    *hash = om_hash(m->x, 3 * (size_t)m->nvert * sizeof *m->x, *hash);
-    *hash = om_hash(held->vert, (size_t)held->nvert * sizeof *held->vert, *hash);
-    if (status == OM_OK) *hash = om_hash(text.str, text.len, *hash);
-    om_text_done(&text);
-    return status;
+    const double scene[] = {s->seed,
+                            s->tissue.law,
+                            t->site.young,
+                            t->site.density,
+                            t->site.poisson,
+                            s->tissue.friction,
+                            s->tissue.rayleigh_mass,
+                            s->tissue.rayleigh_stiffness,
+                            s->tissue.gravity,
+                            s->world.tool_noise,
+                            s->world.narm,
+                            s->rgbd.distance,
+                            s->rgbd.elevation,
+                            s->rgbd.fov,
+                            s->rgbd.width,
+                            s->rgbd.height,
+                            s->task.grasp_radius,
+                            s->task.time_step};
+    uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(number, sizeof number, hash);
+    hash = om_hash(scene, sizeof scene, hash);
+    hash = om_hash(&c->grasp[grasp], sizeof c->grasp[grasp], hash);
+    hash = om_hash(&c->lift[grasp], sizeof c->lift[grasp], hash);
+    hash = om_hash(m->x, 3 * (size_t)m->nvert * sizeof *m->x, hash);
+    return om_hash(held->vert, (size_t)held->nvert * sizeof *held->vert, hash);
 }
 
 void om__phantoms_truth_done(PhantomTruth* t) {
@@ -202,7 +217,7 @@ OmStatus om__phantoms_truth_open(const PhantomCase* c, int grasp, double coarse,
     char name[64];
     OmStatus status;
     OM_TRY_DONE(make_room(c, grasp, coarse, t));
-    OM_TRY_DONE(hash_lift(c, grasp, t, &t->hash));
+    t->hash = hash_lift(c, grasp, t);
     om__phantoms_name(c, name, sizeof name);
     snprintf(t->file, sizeof t->file, "truth-%s-%d.bin", name, grasp + 1);
     *is_there = om__match_load_result(dir, t->file, t->hash, t->head, block_size(t));
