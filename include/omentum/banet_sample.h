@@ -31,9 +31,9 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     OmBanetWay way;                // default OM_BANET_MIXED
     double side;                   // of the cube of 64^3 voxels, m; default 0.3
     double extent[2];     // length and width of the flat body, log-uniform, m; default 0.06-0.2
-    double thickness[2];  // between the planes that clip it, log-uniform, m; default 0.005-0.02
+    double thickness[2];  // between the planes that clip it, log-uniform, m; default 0.007-0.02
     int max_dim[3];       // a body whose box has more cells is drawn again; default 48, 48, 16
-    double share[2];      // attached part of the surface's vertices; default 0.05-0.5
+    double share[2];      // attached part of the surface's vertices, log-uniform; default 0.05-0.5
     double visible[2];    // visible part of the surface's vertices, way (a); default 0.1-1
     double two_share;     // fraction of samples with two separate attached regions; default 0
     double board_share;   // fraction of samples that lie on a board under gravity; default 0
@@ -42,7 +42,7 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
     double poisson[2];    // default 0.4-0.45
     double radius[2];     // of the grasped part of the surface, m; default 0.004-0.01
     // Strain around the gripper: force over young T sqrt(A), with the mean thickness T of the body and the grasped
-    // area A; default 0.5-5.
+    // area A; default 0.3-2.5.
     double pull[2];
     // Samples whose largest displacement is outside of this range are drawn again, m; default 0.005-0.15: an update of
     // a twin is refused below 5 mm.

@@ -1,8 +1,13 @@
 // banet_load.c: attachments, the pull, its static equilibrium, and the visible part (thesis 4.2.1).
 //
-// Attachments and the visible part are patches by (4.1) (om_surface_random_patch). The force acts on the free surface
+// Attachments and the visible part are patches by (4.1) (om_surface_random_patch). The attached share is log-uniform:
+// in Table 4.1 the whole lowest surface (row All) has DSC 0.42 (0.31-0.55) and TPR 93 %; with the lowest surface at 45 %
+// of all vertices, the attached ones are 13 % (9-19 %) of them. The force acts on the free surface
 // vertices within a radius of a random free vertex, in equal parts; its direction is uniform over the half space
-// outward of the surface there, for a gripper pulls. Its size is young T sqrt(A) times a uniform number, where T is the
+// outward of the surface there, for a gripper pulls. Vertices far from the attachments are grasped more often, as a
+// surgeon does: where attached tissue is grasped, only the surroundings of the gripper move. With a uniform share and
+// grasp, 63 % of the free surface moved by less than 1 mm (median of 88 samples) and a network learnt little
+// (DSC 0.59 on exact displacements after 1,300 samples). Its size is young T sqrt(A) times a uniform number, where T is the
 // mean thickness of the body and A the grasped area: T sqrt(A) is about the section through which the force enters, so
 // the strain around the gripper is the same for all bodies. A force of random size alone pulled needles ten times their
 // length out of thin rims, and moved thick bodies by a millimetre.
@@ -14,6 +19,7 @@
 #include "banet/banet_internal.h"
 
 #include "omentum/shape_meshing.h"
+#include "omentum/shape_points.h"
 
 #define GRAVITY 9.81
 #define MIN_ATTACHED 3       // vertices of a region: fewer leave the body free to turn
@@ -69,7 +75,7 @@ OmStatus om__banet_attach(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample
     OmStatus status = OM_OK;
     int *vert = NULL, nvert = 0, nsecond = MIN_ATTACHED;
     const OmSurface* s = &sample->surface;
-    double share = om_rng_range(rng, def->share[0], def->share[1]);
+    double share = exp(om_rng_range(rng, log(def->share[0]), log(def->share[1])));
     double first = sample->nregion == 2 ? om_rng_range(rng, 0.3, 0.7) * share : share;
     OmPatchDef patch = draw_patch(rng, first);
     OM_CALLOC_DONE(sample->attached, s->nvert);
@@ -107,24 +113,49 @@ static double grasped_section(const OmBanetSample* s, const double* area) {
     return 2 * om_tet_mesh_volume(&s->mesh) / whole * sqrt(held);  // a closed surface has an area
 }
 
+// A free vertex, with a probability in proportion to the square of its distance from the attachments; -1: none is free.
+static OmStatus draw_center(const OmSurface* s, const unsigned char* attached, OmRng* rng,
+                            int* center) {
+    OmStatus status = OM_OK;
+    OmPointTree* tree = NULL;
+    double *held = NULL, *sum = NULL, all = 0;
+    int nheld = 0;
+    *center = -1;
+    OM_ALLOC_DONE(held, 3 * (size_t)s->nvert);
+    OM_ALLOC_DONE(sum, s->nvert);
+    for (int i = 0; i < s->nvert; ++i)
+        if (attached[i]) om_store3(held, nheld++, om_load3(s->x, i));
+    OM_TRY_DONE(om_point_tree_create(nheld, held, &tree));
+    for (int i = 0; i < s->nvert; ++i) {
+        double distance = 0;
+        if (!attached[i]) om_point_tree_find(tree, om_load3(s->x, i), &distance);
+        sum[i] = all += distance * distance;
+    }
+    double draw = om_rng_range(rng, 0, all);
+    for (int i = 0; i < s->nvert && *center < 0; ++i)
+        if (!attached[i] && sum[i] > draw) *center = i;
+done:
+    om_point_tree_destroy(tree);
+    om_free(held);
+    om_free(sum);
+    return status;
+}
+
 OmStatus om__banet_grasp(const OmBanetSampleDef* def, OmRng* rng, OmBanetSample* sample,
                          bool* is_good) {
     OmStatus status = OM_OK;
     const OmSurface* s = &sample->surface;
     double *normal = NULL, *area = NULL;
-    int nfree = 0, ngrasped = 0;
+    int ngrasped = 0;
     double radius = om_rng_range(rng, def->radius[0], def->radius[1]);
     OM_CALLOC_DONE(sample->grasped, s->nvert);
     OM_ALLOC_DONE(normal, 3 * (size_t)s->nvert);
     OM_ALLOC_DONE(area, s->nvert);
     om_surface_normals(s, normal);
     vertex_areas(s, area);
-    for (int i = 0; i < s->nvert; ++i) nfree += !sample->attached[i];
-    *is_good = nfree > 0;
-    if (nfree == 0) goto done;
-    int rank = (int)om_rng_below(rng, (uint32_t)nfree);
-    for (int i = 0; i < s->nvert; ++i)
-        if (!sample->attached[i] && rank-- == 0) sample->center = i;
+    OM_TRY_DONE(draw_center(s, sample->attached, rng, &sample->center));
+    *is_good = sample->center >= 0;
+    if (!*is_good) goto done;
     OmVec3 center = om_load3(s->x, sample->center);
     for (int i = 0; i < s->nvert; ++i) {
         bool is_near = om_distance(om_load3(s->x, i), center) <= radius;
