@@ -62,7 +62,7 @@ typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
 } OmBanetUpdateDef;
 
 OM_API OmBanetUpdateDef om_banet_update_default_def(OmMatch* match);
-/// Side of the network's grid for a body, m: 0.15 where twice its volume over its area is below 6 mm, else 0.3.
+/// Side of the network's grid for a body, m: 0.2 where twice its volume over its area is below 6 mm, else 0.3.
 OM_API double om_banet_default_side(const OmSurface* surface);
 
 /// The correspondence and the last accepted attachments. For one thread at a time.

@@ -285,7 +285,7 @@ static void test_net(void** state) {
     OmBanetUpdater* updater;
     OmMatchEstimate e;
     OmBanetAdvice advice;
-    assert_near(def.side, 0.15, 1e-12);  // a sheet of 5 mm
+    assert_near(def.side, 0.2, 1e-12);  // a sheet of 5 mm
     assert_ok(om__banet_net_create(&layers, &net));
     om_net_init_parameters(net->net, 3, net->param);
     net->slope = 1;
