@@ -29,6 +29,7 @@ extern "C" {
 
 typedef enum OmStudyKidneyWay {  // where the twin's attachments come from
     OM_STUDY_KIDNEY_ZERO,        // none
+    OM_STUDY_KIDNEY_UNDER,       // the whole underside, from which the running twin starts
     OM_STUDY_KIDNEY_SAME,        // those of the truth
     OM_STUDY_KIDNEY_NETWORK,     // the network, one frame
     OM_STUDY_KIDNEY_FUSION,      // the network, this frame and the last ones of two earlier grasps

@@ -278,8 +278,8 @@ static int run_phantoms(const Options* o) {
 // ---- kidney ---------------------------------------------------------------------------------------------
 
 static void print_kidney(const OmStudyKidneySummary* s, const char* dir) {
-    static const char* const name[OM_STUDY_KIDNEY_NWAY] = {"Zero",           "Same",    "network",
-                                                           "network, fused", "physics", "all"};
+    static const char* const name[OM_STUDY_KIDNEY_NWAY] = {
+        "Zero", "All", "Same", "network", "network, fused", "physics", "all three"};
     om_cli_path(dir);
     if (s->nsample)
         printf("%d samples of one body: AVE %.2f mm with the true attachments, %.1f mm with none\n",

@@ -24,12 +24,13 @@
 
 #define MAX_PATH 1024
 #define KEEP 3    // views of different grasps in one estimate
-#define METHOD 5  // number of the methods: results of another one are computed again
+#define METHOD 6  // number of the methods: results of another one are computed again
 
-const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY] = {"zero",   "same",    "network",
-                                                               "fusion", "physics", "all"};
+const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY] = {
+    "zero", "underside", "same", "network", "fusion", "physics", "all"};
 const char* const om__kidney_way_title[OM_STUDY_KIDNEY_NWAY] = {
-    "Zero: none", "Same: the true ones", "network", "fusion", "physics", "all three"};
+    "Zero: none", "All: the whole underside", "Same: the true ones", "network", "fusion", "physics",
+    "all three"};
 
 typedef struct Operation {  // a state of the tissue, and the robot's side of it
     Kidney* s;
@@ -293,11 +294,19 @@ done:
     return status;
 }
 
+static void attach_underside(const Operation* o, unsigned char* attached) {
+    memset(attached, 0, (size_t)o->s->twin.mesh.nvert);
+    for (int k = 0; k < o->under->nvert; ++k) attached[o->under->vert[k]] = 1;
+}
+
 static OmStatus guess_all(Operation* o, KidneyView* view) {
     size_t n = (size_t)o->s->twin.mesh.nvert;
     memset(o->attached, 0, n);
-    view->by[OM_STUDY_KIDNEY_ZERO].is_accepted = view->by[OM_STUDY_KIDNEY_SAME].is_accepted = true;
+    for (int way = OM_STUDY_KIDNEY_ZERO; way <= OM_STUDY_KIDNEY_SAME; ++way)
+        view->by[way].is_accepted = true;
     OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_ZERO]));
+    attach_underside(o, o->attached);
+    OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_UNDER]));
     memcpy(o->attached, o->is_true, n);
     OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_SAME]));
     OM_TRY(guess_physics(o, &view->by[OM_STUDY_KIDNEY_PHYSICS]));
@@ -375,8 +384,7 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
         OM_TRY(om__kidney_truth_lift(&o->truth, o->s->def->out_dir, c->grasp[i], &is_new));
         r->lift[c->grasp[i]] = o->truth.lift[c->grasp[i]];
     }
-    memset(o->belief, 0, (size_t)o->s->twin.mesh.nvert);
-    for (int k = 0; k < o->under->nvert; ++k) o->belief[o->under->vert[k]] = 1;
+    attach_underside(o, o->belief);
     OmStatus status = look(o, c->grasp[0], KIDNEY_REST, run);
     if (status >= 0) status = move_twin(o, o->is_true, &is_loose);
     r->rest = status >= 0 ? measure_scan(o, o->x) : 0;

@@ -300,6 +300,9 @@ static void test_quick(void** unused) {
            1e3 * zero->mean, 1e3 * same->mean, 1e3 * physics->mean);
     assert_near(zero->mean, 0.012, 0.005);  // the free twin follows lifts of 10 and 20 mm
     assert_near(zero->ratio, 1, 1e-12);
+    const OmStudyKidneyTable* under = &sum.by[OM_STUDY_KIDNEY_UNDER];
+    assert_true(under->is_there && under->tpr == 1 && under->dsc < 0.7);
+    assert_true(under->volume > same->volume && under->mean < zero->mean);
     assert_near(zero->dsc, 0, 0);
     assert_near(same->dsc, 1, 0);
     assert_near(same->tpr, 1, 0);
