@@ -97,6 +97,31 @@ static void test_free_body(void** unused) {
     bar_end(&b);
 }
 
+// On straight ways the corners of an end that turns by 170 degrees would meet in the middle and crush the bar.
+static void test_turn(void** unused) {
+    (void)unused;
+    Bar b;
+    AttachSolve solve;
+    bar_begin(&b, OM_NEO_HOOKEAN, 0.4);
+    OmQuat q = om_quat_axis_angle(om_vec3(1, 0, 0), 170 * OM_PI / 180);
+    OmVec3 middle = om_vec3(0.06, 0.01, 0.01);
+    OmPose turn = {om_sub(om_vec3(0.09, 0.01, 0.01), om_quat_rotate(q, middle)), q};
+    set_goal(&b, turn, as_it_was);
+    AttachMove move = move_of(&b);
+    assert_ok(om__attach_model_solve(b.model, &move, b.x, &solve));
+    assert_true(solve.is_converged && solve.load == 1 && solve.min_volume > 0);
+    for (int i = 0; i < b.ngrasp; ++i)
+        assert_near(om_distance(om_load3(b.x, b.grasp[i]), om_load3(b.goal, i)), 0, 1e-12);
+    // in the middle of the bar the section has turned by about half
+    for (int i = 0; i < b.mesh.nvert; ++i) {
+        OmVec3 p = om_load3(b.mesh.x, i);
+        if (fabs(p.x - 0.03) > 1e-9 || p.y > 1e-9 || fabs(p.z - 0.01) > 1e-9) continue;
+        double angle = atan2(b.x[3 * i + 2] - 0.01, b.x[3 * i + 1] - 0.01);  // at rest: pi
+        assert_near(fabs(remainder(angle - OM_PI, 2 * OM_PI)), 85 * OM_PI / 180, 0.2);
+    }
+    bar_end(&b);
+}
+
 // One grasped vertex cannot stop a turn: soft springs hold the body, which is moved without strain.
 static void test_loose(void** unused) {
     (void)unused;
@@ -263,11 +288,12 @@ static void test_quartiles(void** unused) {
 
 int main(void) {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(test_uniform), cmocka_unit_test(test_free_body),
-        cmocka_unit_test(test_loose),   cmocka_unit_test(test_weight),
-        cmocka_unit_test(test_failure), cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_scores),  cmocka_unit_test(test_errors),
-        cmocka_unit_test(test_areas),   cmocka_unit_test(test_quartiles),
+        cmocka_unit_test(test_uniform),   cmocka_unit_test(test_free_body),
+        cmocka_unit_test(test_turn),      cmocka_unit_test(test_loose),
+        cmocka_unit_test(test_weight),    cmocka_unit_test(test_failure),
+        cmocka_unit_test(test_memory),    cmocka_unit_test(test_scores),
+        cmocka_unit_test(test_errors),    cmocka_unit_test(test_areas),
+        cmocka_unit_test(test_quartiles),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
 }
