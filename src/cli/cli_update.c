@@ -142,6 +142,7 @@ static OmStatus build(Update* u, const OmProgress* progress) {
     OM_TRY(om_match_create(&def, &u->match));
     OmBanetUpdateDef banet = om_banet_update_default_def(u->match);
     banet.net = u->net;
+    banet.is_corrected = true;
     banet.nworker = def.nworker;
     return om_banet_updater_create(&banet, &u->updater);
 }
@@ -167,6 +168,7 @@ static OmStatus compute(Update* u, const OmProgress* progress) {
     if (u->reason[0]) return OM_OK;
     OM_TRY(om_banet_update(u->updater, u->nacquisition, u->acquisition, progress, &u->estimate,
                            &u->advice));
+    if (u->net) u->estimate.total_ms = u->advice.total_ms;  // with correspondence and network
     r->estimate = &u->estimate;
     return OM_OK;
 }

@@ -336,6 +336,7 @@ done:
 static OmStatus create_updater(Layout* l) {
     OmBanetUpdateDef def = om_banet_update_default_def(l->match);
     def.net = l->s->net;
+    def.is_corrected = true;
     l->threshold = om_banet_net_threshold(l->s->net);
     return om_banet_updater_create(&def, &l->updater);
 }

@@ -11,7 +11,7 @@
 #define ATT_MAX_NODE 512                // of the twin's underside
 #define ATT_NUPDATE (MATCH_NGRASP + 1)  // single views, then all of them
 // Raise it with every change of the method: results in folders are then made anew.
-#define ATT_METHOD 3
+#define ATT_METHOD 4
 
 typedef struct AttUpdate {
     int is_there;  // this build has updates, and the network if it needs one

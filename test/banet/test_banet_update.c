@@ -45,6 +45,7 @@ static OmBanetUpdater* create(Rig* rig, Fake* fake) {
     OmBanetUpdateDef def = om_banet_update_default_def(rig->match);
     OmBanetUpdater* updater;
     fake->rig = rig;
+    def.weight = 0.5;
     def.estimate = answer;
     def.estimate_ctx = fake;
     assert_ok(om_banet_updater_create(&def, &updater));
@@ -102,6 +103,7 @@ static void test_corrected(void** state) {
     double sliding = fake.still_u;
     om_banet_updater_destroy(updater);
     OmBanetUpdateDef def = om_banet_update_default_def(rig.match);
+    def.weight = 0.5;  // as create
     def.estimate = answer;
     def.estimate_ctx = &fake;
     def.is_corrected = true;
