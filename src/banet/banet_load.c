@@ -1,14 +1,13 @@
 // banet_load.c: attachments, the pull, its static equilibrium, and the visible part (thesis 4.2.1).
 //
-// Attachments and the visible part are patches by (4.1) (om_surface_random_patch). The attached share is log-uniform. In
-// Table 4.1 the whole lowest surface (row All) has DSC 0.42 (0.31-0.55) and TPR 93 %; with the lowest surface at 45 % of
-// all vertices, the attached ones are 13 % (9-19 %) of them.
+// Attachments and the visible part are patches by (4.1) (om_surface_random_patch). The attached share is log-uniform.
+// In Table 4.1 the whole lowest surface (row All) has DSC 0.42 (0.31-0.55) and TPR 93 %; with the lowest surface at
+// 45 % of all vertices, the attached ones are 13 % (9-19 %) of them.
 //
-// The force acts on the free surface vertices within a radius of a random free vertex, in equal parts; its direction is
-// uniform over the half space outward of the surface there, for a gripper pulls. Vertices far from the attachments are
-// grasped more often, as a surgeon does: where attached tissue is grasped, only the surroundings of the gripper move.
-// With a uniform share and grasp, 63 % of the free surface moved by less than 1 mm (median of 88 samples), and a network
-// of 1,300 samples had DSC 0.59 on exact displacements.
+// The force acts on the free surface vertices within a radius of a random free vertex, in equal parts; its direction
+// is uniform over the half space outward of the surface there, for a gripper pulls. Vertices far from the attachments
+// are grasped more often, as a surgeon does: where attached tissue is grasped, only the surroundings of the gripper
+// move. With a uniform share and grasp, 63 % of the free surface moved by less than 1 mm (median of 88 samples).
 //
 // The size of the force is young T sqrt(A) times a uniform number, where T is the mean thickness of the body and A the
 // grasped area: T sqrt(A) is about the section through which the force enters, so the strain around the gripper is the
