@@ -1,5 +1,7 @@
 // test_study_sheet.c: the sheet's calibration small: it resumes to the same numbers, its search never sees what is
 // held out, and it says what is wrong.
+#include <unistd.h>
+
 #include "omentum/study_sheet.h"
 #include "test_alloc.h"
 #include "test_files.h"
@@ -68,7 +70,7 @@ static void test_study(void** unused) {
     char* half = strchr(strchr(strchr(journal, '\n') + 1, '\n') + 1, '\n') + 1;
     char path[600];
     assert_ok(om_path_join(dir, "without-1/journal.jsonl", path, sizeof path));
-    assert_ok(om_file_write(path, journal, (size_t)(half - journal)));
+    assert_int_equal(truncate(path, half - journal), 0);  // as after a loss of power
     remove_file("clouds.csv");
     def.nworker = 2;
     assert_ok(om_study_sheet_run(&def, NULL, &again));
