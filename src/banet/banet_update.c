@@ -127,7 +127,8 @@ static OmStatus make_network(OmBanetUpdater* u) {
     const OmSurface* surface = u->view->surface;
     const int* dim = u->grid.dim;
     OM_TRY(om_banet_grid_fit(surface, u->def.side, &u->grid));
-    OM_TRY(om_banet_predictor_create(u->def.net, dim, u->def.nworker, &u->predictor));
+    // One worker: the bytes of oneDNN depend on the number of threads.
+    OM_TRY(om_banet_predictor_create(u->def.net, dim, 1, &u->predictor));
     size_t ncell = (size_t)dim[0] * (size_t)dim[1] * (size_t)dim[2];
     OM_ALLOC(u->cell, surface->nvert);
     OM_ALLOC(u->in, OM_BANET_NCHANNEL * ncell);
