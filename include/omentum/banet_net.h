@@ -80,7 +80,7 @@ typedef struct OmBanetTrainDef {  // made by om_banet_train_default_def
     int nimage;  // mirror images that a prediction averages, 1 to 8; default 4
     OmNetType type;     // default OM_F32; OM_BF16 is faster where the processor has it
     int batch, nepoch;  // default 32 and 40
-    double rate;        // peak of the one-cycle schedule; default 2e-3
+    double rate;        // peak of the one-cycle schedule; default 7e-4
     double shell;       // weight in the loss of near cells without a vertex; default 0.25
     uint64_t seed;      // default 1
     int nworker;        // of each rank; default 0: one a processor

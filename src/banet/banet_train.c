@@ -40,7 +40,7 @@ OmBanetTrainDef om_banet_train_default_def(const OmBanetData* data, const char* 
                              .type = OM_F32,
                              .batch = 32,
                              .nepoch = 40,
-                             .rate = 2e-3,
+                             .rate = 7e-4,
                              .shell = 0.25,
                              .seed = 1,
                              .cookie = COOKIE};

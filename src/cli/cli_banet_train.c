@@ -20,7 +20,7 @@ static const OmCliOption option[] = {
     {"--images", NULL, "N", "mirror images that a prediction averages", "4", NULL, 1, 8},
     {"--epochs", NULL, "N", "epochs", "40", NULL, 1, 1000000},
     {"--batch", NULL, "N", "samples a step", "32", NULL, 1, 1024},
-    {"--rate", NULL, "R", "peak learning rate", "0.002", NULL, 1e-8, 1},
+    {"--rate", NULL, "R", "peak learning rate", "0.0007", NULL, 1e-8, 1},
     {"--shell", NULL, "W", "weight in the loss of cells near the body that hold no vertex", "0.25",
      NULL, 0, 1},
     {"--start", NULL, "FILE", "weights of the same channels to begin with", "random ones"},
