@@ -21,8 +21,9 @@ write lift.yaml
         now: {position_mm: [-50, 0, 35]}
         radius_mm: 11
 
-# What a run recorded: tissue held on one side is lifted on the other. A twin that believes in no attachment finds some.
-$ (cat small.yaml; echo 'believed_attachments: {kind: none}'; echo 'task: {max_actions: 5, grasp_radius_mm: 11}') > free.yaml; $OMENTUM retract free.yaml --record-acquisitions -q -o run > /dev/null; $OMENTUM update free.yaml run/acquisitions/001.yaml -q -o out
+# What a run recorded: tissue held on one side is lifted on the other. A twin that believes in no attachment finds some,
+# by physics alone.
+$ (cat small.yaml; echo 'believed_attachments: {kind: none}'; echo 'task: {max_actions: 5, grasp_radius_mm: 11}') > free.yaml; $OMENTUM retract free.yaml --record-acquisitions -q -o run > /dev/null; $OMENTUM update free.yaml run/acquisitions/001.yaml --network none -q -o out
 exit 0
 out free\.yaml: the twin takes the new attachments$
 out cloud to twin: median [0-9.]+ mm before, [0-9.]+ mm after; 90 % [0-9.]+ mm before, [0-9.]+ mm after$
@@ -42,6 +43,15 @@ out Name="displacement"
 $ grep -c 'The twin takes the new attachments' out/report.html
 exit 0
 $ grep -E '"attached_vertices": [1-3][0-9],' out/update.json
+exit 0
+
+# With the network that comes along it finds about the 36 vertices that are held.
+$ omentum update free.yaml run/acquisitions/001.yaml -q -o net
+exit 0
+out free\.yaml: the twin takes the new attachments$
+out network: 1 of 1 acquisitions; the attachments are those of
+no-err
+$ grep -E '"attached_vertices": (3[0-9]|4[0-2]),' net/update.json
 exit 0
 $ omentum update free.yaml run/acquisitions/000.yaml run/acquisitions/001.yaml --json -q -o out
 exit 0
