@@ -111,12 +111,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     for (size_t at = 0; at + 9 <= size && at < 9 * 8; at += 9) change(data + at, &s);
     const char* path = fuzz_file((const uint8_t*)"", 0, ".h5");
     FUZZ_EXPECT(om__banet_shard_save(&s, &def, path) == OM_OK);
-    char* bytes;
-    size_t length;
-    FUZZ_EXPECT(om_file_read(path, 1 << 24, &bytes, &length) == OM_OK);
-    parse((const uint8_t*)bytes, length);
-    om_free(bytes);
-    fuzz_file_done(path);
+    fuzz_file_again(path, parse);
     om__banet_shard_done(&s);
     return 0;
 }

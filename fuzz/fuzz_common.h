@@ -40,4 +40,15 @@ static inline const char* fuzz_file(const uint8_t* data, size_t size, const char
 
 static inline void fuzz_file_done(const char* path) { remove(path); }
 
+/// Give what was written to the file of fuzz_file to a target, and remove the file.
+static inline void fuzz_file_again(const char* path,
+                                   void (*parse)(const uint8_t* data, size_t size)) {
+    char* bytes;
+    size_t length;
+    FUZZ_EXPECT(om_file_read(path, 1 << 24, &bytes, &length) == OM_OK);
+    fuzz_file_done(path);
+    parse((const uint8_t*)bytes, length);
+    om_free(bytes);
+}
+
 #endif

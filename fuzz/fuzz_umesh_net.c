@@ -1,18 +1,14 @@
 // fuzz_umesh_net.c: the reader of trained U-Meshes.
-//
-// The input bytes themselves, and then as changes to the file of a good network, eight bytes each: which byte of the
-// file, or which value of which tensor, becomes what. What is read must be able to predict.
+// What is read must be able to predict.
 #include <math.h>
 
-#include "fuzz_common.h"
+#include "fuzz_tensors.h"
 #include "umesh/umesh_internal.h"
 #include "umesh/umesh_net_internal.h"
 
-#define CHANGE 8       // bytes of one
 #define MAX_POINT 512  // of a grid that is asked
 
-static char* good;
-static size_t good_size;
+static FuzzTensors good;
 
 static void make_good(void) {
     OmUmeshGrid grid;
@@ -32,10 +28,9 @@ static void make_good(void) {
     net->region.max = net->region.min = net->region.margin = 1;
     const char* path = fuzz_file((const uint8_t*)"", 0, ".safetensors");
     FUZZ_EXPECT(om__umesh_net_save(net, path) == OM_OK);
-    FUZZ_EXPECT(om_file_read(path, 1 << 24, &good, &good_size) == OM_OK);
     om_umesh_net_destroy(net);
     FUZZ_EXPECT(om_umesh_net_load(path, &net) == OM_OK);
-    fuzz_file_done(path);
+    fuzz_tensors_take(path, &good);
     om_umesh_net_destroy(net);
     om_umesh_grid_done(&grid);
 }
@@ -77,25 +72,7 @@ static void load(const uint8_t* data, size_t size) {
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-    if (!good) make_good();
-    load(data, size);
-    uint8_t* file = malloc(good_size);
-    FUZZ_EXPECT(file != NULL);
-    memcpy(file, good, good_size);
-    uint64_t header;
-    memcpy(&header, good, sizeof header);
-    for (size_t at = 0; at + CHANGE <= size && at < 8 * CHANGE; at += CHANGE) {
-        uint16_t place;
-        float value;
-        memcpy(&place, data + at + 1, sizeof place);
-        memcpy(&value, data + at + 4, sizeof value);
-        size_t body = 8 + (size_t)header, num = (good_size - body) / sizeof value;
-        if (data[at] % 2)
-            file[8 + place % (size_t)header] = data[at + 3];
-        else
-            memcpy(file + body + place % num * sizeof value, &value, sizeof value);
-    }
-    load(file, good_size);
-    free(file);
+    if (!good.data) make_good();
+    fuzz_tensors_run(&good, data, size, load);
     return 0;
 }

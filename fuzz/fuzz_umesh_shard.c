@@ -94,12 +94,7 @@ int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     OmUmeshDataDef def = om_umesh_data_default_def(organ, "");
     const char* path = fuzz_file((const uint8_t*)"", 0, ".h5");
     FUZZ_EXPECT(om__umesh_shard_save(&s, &g, &def, path) == OM_OK);
-    char* bytes;
-    size_t length;
-    FUZZ_EXPECT(om_file_read(path, 1 << 24, &bytes, &length) == OM_OK);
-    parse((const uint8_t*)bytes, length);
-    om_free(bytes);
-    fuzz_file_done(path);
+    fuzz_file_again(path, parse);
     free(g.fem.cell_elem);
     free(g.fem.fixed);
     free(g.surface_x);
