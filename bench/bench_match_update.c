@@ -91,6 +91,30 @@ static OmStatus time_scan(Lifted* f, const BenchOptions* options, double* time, 
     return bench_print(&row);
 }
 
+// A row of updates, with the last estimate.
+static BenchRow update_row(const Lifted* f, const BenchOptions* options,
+                           const OmMatchEstimate* estimate, const char* work, double goal_ms) {
+    size_t size = (size_t)estimate->nvert * sizeof *estimate->probability;
+    return (BenchRow){.bench = "match_update",
+                      .scene = "sheet 20x20x1, a corner lifted by 40 mm",
+                      .work = work,
+                      .size = f->twin.mesh.ntet,
+                      .nworker = options->nworker,
+                      .steps = 1,
+                      .nrun = options->nrun,
+                      .goal_ms = goal_ms,
+                      .residual = estimate->after_median,
+                      .hash = om_hash(estimate->probability, size, 0)};
+}
+
+// The whole way from a picture, beside the thesis.
+static void set_whole_way(BenchRow* row, const char* work) {
+    row->work = work;
+    row->goal_ms = PIPELINE_MS;
+    row->reference = "thesis 4.5, with a GPU";
+    row->reference_ms = 1440;
+}
+
 // The same by network and physics, with the weights that come along; nothing is printed without them.
 static OmStatus time_joint(Lifted* f, const BenchOptions* options, double* time, double scan_ms) {
     OmBanetUpdateDef def = om_banet_update_default_def(f->match);
@@ -113,23 +137,11 @@ static OmStatus time_joint(Lifted* f, const BenchOptions* options, double* time,
         time[run] = bench_now() - start;
         first[run] = time[run] * (advice.pairs_ms + advice.network_ms) / advice.total_ms;
     }
-    BenchRow row = {.bench = "match_update",
-                    .scene = "sheet 20x20x1, a corner lifted by 40 mm",
-                    .work = "attachments by network and physics, from one view",
-                    .size = f->twin.mesh.ntet,
-                    .nworker = options->nworker,
-                    .steps = 1,
-                    .nrun = options->nrun,
-                    .goal_ms = BELIEVED_MS,
-                    .residual = estimate.after_median,
-                    .hash = om_hash(estimate.probability,
-                                    (size_t)estimate.nvert * sizeof *estimate.probability, 0)};
+    BenchRow row = update_row(f, options, &estimate,
+                              "attachments by network and physics, from one view", BELIEVED_MS);
     bench_times(time, options->nrun, &row);
     OM_TRY_DONE(bench_print(&row));
-    row.work = "the picture, correspondence and network alone";
-    row.goal_ms = PIPELINE_MS;
-    row.reference = "thesis 4.5, with a GPU";
-    row.reference_ms = 1440;
+    set_whole_way(&row, "the picture, correspondence and network alone");
     bench_times(first, options->nrun, &row);
     row.min_ms += scan_ms;
     row.median_ms += scan_ms;
@@ -156,23 +168,10 @@ static OmStatus time_update(Lifted* f, const BenchOptions* options, double* time
         time[run] = bench_now() - start;
     }
     if (status < 0) return status;
-    BenchRow row = {.bench = "match_update",
-                    .scene = "sheet 20x20x1, a corner lifted by 40 mm",
-                    .work = "attachments from one view",
-                    .size = f->twin.mesh.ntet,
-                    .nworker = options->nworker,
-                    .steps = 1,
-                    .nrun = options->nrun,
-                    .goal_ms = GOAL_MS,
-                    .residual = estimate.after_median,
-                    .hash = om_hash(estimate.probability,
-                                    (size_t)estimate.nvert * sizeof *estimate.probability, 0)};
+    BenchRow row = update_row(f, options, &estimate, "attachments from one view", GOAL_MS);
     bench_times(time, options->nrun, &row);
     status = bench_print(&row);
-    row.work = "from the picture to attachments: the sum of both";
-    row.goal_ms = PIPELINE_MS;
-    row.reference = "thesis 4.5, with a GPU";
-    row.reference_ms = 1440;
+    set_whole_way(&row, "from the picture to attachments: the sum of both");
     row.min_ms += scan_ms;
     row.median_ms += scan_ms;
     if (status == OM_OK) status = bench_print(&row);
