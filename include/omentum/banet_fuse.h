@@ -44,7 +44,7 @@ OM_API OmBanetFuseDef om_banet_fuse_default_def(void);
 /// Probability of each vertex from all views, in any order.
 /// @param n            vertices
 /// @param probability  (n)
-/// @return OM_OK; OM_INVALID (the message names the field or the view); OM_NO_MEMORY
+/// @return OM_OK; OM_INVALID (the message names the field or the view)
 OM_API OmStatus om_banet_fuse(const OmBanetFuseDef* def, int nview, const OmBanetView* view, int n,
                               double* probability);
 

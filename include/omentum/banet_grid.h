@@ -40,7 +40,7 @@ typedef struct OmBanetGrid {
 
 /// The smallest grid around a surface. The body is in the middle. Along x and y the third moment of the surface is
 /// positive (of a symmetric surface the largest component of the axis is); z completes a right-handed frame.
-/// @param side  of the thesis's grid, m: 0.3; 0.15 for sheets of 5 mm or less
+/// @param side  of the thesis's grid, m: om_banet_default_side (0.3; 0.2 for bodies thinner than 6 mm)
 /// @return OM_OK; OM_INVALID (side, no triangles, a vertex that is not finite, a grid above 2^24 cells)
 OM_API OmStatus om_banet_grid_fit(const OmSurface* surface, double side, OmBanetGrid* grid);
 

@@ -20,7 +20,8 @@ extern "C" {
 
 // ---- the trained network ------------------------------------------------------------------------------
 
-#define OM_BANET_NLEVEL 5  // grids of the U-Net: four poolings
+#define OM_BANET_NLEVEL 5                             // grids of the U-Net: four poolings
+#define OM_BANET_WEIGHTS "weights/banet.safetensors"  // that come along (om_path_share)
 
 typedef struct OmBanetNet OmBanetNet;  // constant; may be used by any number of threads
 
@@ -58,7 +59,7 @@ OM_API OmStatus om_banet_predict(OmBanetPredictor* predictor, const float* in, f
 
 /// Voxelize, predict, and look up the cell of each vertex. A predictor of the right size is made for the call: tens of
 /// milliseconds that a caller with many frames saves by om_banet_predict.
-/// @param side         of the thesis's grid, m: 0.3; 0.15 for sheets of 5 mm or less
+/// @param side         of the thesis's grid, m: om_banet_default_side (0.3; 0.2 for bodies thinner than 6 mm)
 /// @param u, seen      as for om_banet_voxelize                        (surface->nvert x 3, surface->nvert)
 /// @param probability  of attachment                                              (surface->nvert)
 /// @return OM_OK; OM_INVALID (as om_banet_grid_fit and om_banet_voxelize); OM_NO_MEMORY; OM_UNAVAILABLE

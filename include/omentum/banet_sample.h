@@ -24,6 +24,8 @@ typedef enum OmBanetWay {  // how the displacement of the visible part is measur
     OM_BANET_MIXED,  // half of the samples each
     OM_BANET_NWAY
 } OmBanetWay;
+/// "exact", "camera" or "mixed".
+OM_API const char* om_banet_way_name(OmBanetWay way);
 
 /// The ranges are uniform unless said otherwise. The mesh has edges of side / 64, the voxel of the network.
 typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def

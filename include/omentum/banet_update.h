@@ -33,8 +33,8 @@ typedef OmStatus (*OmBanetEstimateFn)(void* ctx, const OmSurface* surface, const
                                       const double* seen, double* probability);
 
 /// The network of a setting.
-/// @param name  "none": *net is null; "installed": the weights that come along; null: these where they are installed,
-///              else *net is null; else a file
+/// @param name  "none" or "": *net is null; "installed": the weights that come along; null: these where they are
+///              installed, else *net is null; else a file
 /// @param root  folder that the file is relative to; may be null
 /// @return as om_banet_net_load
 OM_API OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net);

@@ -286,6 +286,10 @@ OM_API uint64_t om_hash(const void* data, size_t size, uint64_t seed);
 /// Into ascending order; nothing is said about where a NaN goes.
 OM_API void om_sort_ints(int* value, int n);
 OM_API void om_sort_doubles(double* value, int n);
+/// The value below which `share` (0 to 1) of the sorted values lie, linear between two of them (definition 7 of Hyndman
+/// & Fan 1996, as numpy.quantile).
+/// @param sorted  ascending  (n > 0)
+OM_API double om_quantile(const double* sorted, int n, double share);
 
 // ---- text and JSON ----------------------------------------------------------------------------------
 

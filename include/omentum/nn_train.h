@@ -139,6 +139,10 @@ typedef struct OmTrainGroup {
 /// without OM_WITH_MPI.
 /// @return OM_OK; OM_UNAVAILABLE (built without MPI); OM_NO_MEMORY; OM_IO (MPI failed)
 OM_API OmStatus om_train_group_begin_mpi(OmTrainGroup* group);
+/// One status for all ranks: every rank calls it where one of them alone may have failed, so that none waits for it.
+/// Null group: returns `status`.
+/// @return `status` if it is an error; OM_INVALID (another rank failed); OM_IO (MPI failed); OM_OK
+OM_API OmStatus om_train_group_agree(const OmTrainGroup* group, OmStatus status);
 /// Ends MPI where om_train_group_begin_mpi started it.
 OM_API void om_train_group_end_mpi(OmTrainGroup* group);
 

@@ -215,12 +215,7 @@ static OmStatus find_quartiles(const double* value, int n, double quartile[3]) {
     OM_ALLOC(sorted, n);
     memcpy(sorted, value, (size_t)n * sizeof *sorted);
     om_sort_doubles(sorted, n);
-    for (int q = 0; q < 3; ++q) {
-        double at = 0.25 * (q + 1) * (n - 1);
-        int k = (int)at;
-        double next = sorted[k + 1 < n ? k + 1 : k];
-        quartile[q] = sorted[k] + (at - k) * (next - sorted[k]);
-    }
+    for (int q = 0; q < 3; ++q) quartile[q] = om_quantile(sorted, n, 0.25 * (q + 1));
     om_free(sorted);
     return OM_OK;
 }

@@ -107,7 +107,7 @@ OmStatus om_banet_fuse(const OmBanetFuseDef* def, int nview, const OmBanetView* 
 }
 
 static void intersect(const OmBanetView* view, double threshold, int n, unsigned char* attached) {
-    for (int i = 0; i < n; ++i) attached[i] &= view->probability[i] > threshold;
+    for (int i = 0; i < n; ++i) attached[i] &= view->probability[i] >= threshold;
 }
 
 // How many views are newer than view k; of the same age the later one in the list is newer.

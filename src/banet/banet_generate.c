@@ -59,6 +59,12 @@ static OmStatus check_def(const OmBanetDataDef* d) {
     OM_CHECK(d->first >= 0 && d->first < d->nsample && d->first % d->shard == 0, OM_INVALID,
              "OmBanetDataDef.first = %d; it must be a multiple of %d below %d", d->first, d->shard,
              d->nsample);
+    OM_CHECK(d->npart >= 0 && (d->npart == 0 || d->part), OM_INVALID,
+             "OmBanetDataDef.npart = %d, part is %s", d->npart, d->part ? "given" : "null");
+    OM_CHECK(d->npicture >= 0, OM_INVALID, "OmBanetDataDef.npicture = %d, must be at least 0",
+             d->npicture);
+    OM_CHECK(d->nworker >= 0, OM_INVALID, "OmBanetDataDef.nworker = %d, must be at least 0",
+             d->nworker);
     return OM_OK;
 }
 
@@ -135,7 +141,7 @@ static OmStatus make_shard(Crew* c, int nworker, OmBanetShard* shard) {
 
 // *is_there: the shard exists with at least num samples. A shard of other settings is an error; a damaged shard is
 // computed again.
-static OmStatus find_shard(const char* path, uint64_t hash, int num, OmBanetShard* shard,
+static OmStatus find_shard(const char* path, uint64_t hash, int first, int num, OmBanetShard* shard,
                            bool* is_there) {
     *is_there = false;
     *shard = (OmBanetShard){0};
@@ -151,6 +157,12 @@ static OmStatus find_shard(const char* path, uint64_t hash, int num, OmBanetShar
         return om_error(OM_INVALID,
                         "%s: made with another seed or other settings; take an empty folder", path);
     }
+    if (shard->first != first) {
+        int wrong = shard->first;
+        om__banet_shard_done(shard);
+        return om_error(OM_INVALID, "%s: has the samples from %d on; its name says %d", path, wrong,
+                        first);
+    }
     *is_there = shard->num >= num;
     if (!*is_there) om__banet_shard_done(shard);
     return OM_OK;
@@ -163,7 +175,7 @@ static OmStatus copy_shard(const OmBanetDataDef* def, uint64_t hash, int first, 
     *is_there = false;
     for (int k = 0; k < def->npart && !*is_there; ++k) {
         OM_TRY(om_store_shard_path(def->part[k], first, from, sizeof from));
-        OM_TRY(find_shard(from, hash, num, shard, is_there));
+        OM_TRY(find_shard(from, hash, first, num, shard, is_there));
     }
     if (!*is_there) return OM_OK;
     OmStatus status = om_store_shard_path(def->out_dir, first, to, sizeof to);
@@ -202,7 +214,7 @@ static OmStatus generate(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts
         OmBanetShard shard;
         bool is_there;
         OM_TRY(om_store_shard_path(def->out_dir, first, path, sizeof path));
-        OM_TRY(find_shard(path, hash, num, &shard, &is_there));
+        OM_TRY(find_shard(path, hash, first, num, &shard, &is_there));
         if (!is_there) OM_TRY(copy_shard(def, hash, first, num, &shard, &is_there));
         OmStatus status = OM_OK;
         if (!is_there) {

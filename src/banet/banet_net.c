@@ -15,7 +15,6 @@
 #include "banet/banet_net_internal.h"
 
 #define FORMAT "omentum-banet-1"
-#define WEIGHTS "weights/banet.safetensors"
 #define MAX_TENSOR 128
 #define MAX_CHANNEL 256
 #define SLOPE 0.01f  // of leaky ReLU
@@ -246,15 +245,10 @@ static OmStatus find_weights(const char* path, char* out, size_t size) {
         OM_CHECK(snprintf(out, size, "%s", path) < (int)size, OM_INVALID, "banet: too long a path");
         return OM_OK;
     }
-    if (om_path_exists(WEIGHTS)) {
-        snprintf(out, size, "%s", WEIGHTS);
-        return OM_OK;
-    }
-    OM_CHECK(
-        om_path_share(WEIGHTS, out, size) >= 0, OM_IO,
-        "no trained BA-Net: %s is neither here nor installed; make one by omentum banet generate "
-        "-o DATA, then omentum banet train -d DATA -o DIR",
-        WEIGHTS);
+    OM_CHECK(om_path_share(OM_BANET_WEIGHTS, out, size) >= 0, OM_IO,
+             "no trained BA-Net: %s is not installed; make one by omentum banet generate -o DATA, "
+             "then omentum banet train -d DATA -o DIR",
+             OM_BANET_WEIGHTS);
     return OM_OK;
 }
 

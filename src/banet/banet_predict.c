@@ -88,7 +88,7 @@ void om__banet_features(const int dim[3], const float* in, float* out) {
 // bfloat16 rounds outputs by less than they differ between images.
 static OmStatus create_run(OmBanetPredictor* p, int nworker) {
     OmNetRunDef def = om_net_run_default_def(p->net->nimage);
-    def.nworker = om_worker_free(nworker);
+    def.nworker = om_worker_count(nworker);  // not the free ones: the bytes of oneDNN depend on it
     def.type = om_net_fast_type();
     OmStatus status = om_net_run_create(p->layers, &def, &p->run);
     if (status != OM_UNAVAILABLE) return status;
@@ -194,7 +194,8 @@ OmStatus om_banet_estimate(const OmBanetNet* net, double side, const OmSurface* 
     OM_ALLOC_DONE(out, ncell);
     OM_ALLOC_DONE(cell, surface->nvert);
     OM_TRY_DONE(om_banet_voxelize(&grid, surface, u, seen, in));
-    OM_TRY_DONE(om_banet_predictor_create(net, grid.dim, 0, &p));
+    // One worker: also within a parallel loop, and the same bytes everywhere.
+    OM_TRY_DONE(om_banet_predictor_create(net, grid.dim, 1, &p));
     OM_TRY_DONE(om_banet_predict(p, in, out));
     om_banet_find_cells(&grid, surface, cell);  // inside: the grid encloses the surface
     for (int i = 0; i < surface->nvert; ++i) probability[i] = (double)out[cell[i]];

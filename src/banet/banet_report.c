@@ -10,8 +10,6 @@
 #define HEIGHT 360
 #define MAX_BIN_U 0.2  // m: the histogram ends here
 
-static const char* const way_name[OM_BANET_NWAY] = {"exact", "camera", "mixed"};
-
 // ---- summary ----------------------------------------------------------------------------------------
 
 typedef struct Histogram {
@@ -43,7 +41,7 @@ static OmStatus write_summary(const OmBanetDataDef* def, const OmBanetSummary* s
     om_json_integer(&j, "seed", (int64_t)def->sample.seed);
     om_json_integer(&j, "first", def->first);
     om_json_integer(&j, "samples", s->nsample);
-    om_json_string(&j, "way", way_name[def->sample.way]);
+    om_json_string(&j, "way", om_banet_way_name(def->sample.way));
     om_json_string(&j, "law", om_law_name(def->sample.law));
     om_json_number(&j, "side_mm", 1e3 * def->sample.side);
     om_json_integer(&j, "camera", s->ncamera);
@@ -132,6 +130,7 @@ static OmStatus add_picture(const OmBanetDataDef* def, int index, OmReport* repo
     char caption[300];
     OmStatus status = OM_OK;
     OM_TRY_DONE(om_banet_sample_make(&def->sample, index, &s));
+    if (status != OM_OK) goto done;  // no valid draw: the set itself has said so
     OM_TRY_DONE(om_sense_scene_create(&scene));
     for (int k = 0; k < NCLASS; ++k) OM_TRY_DONE(add_class(scene, &s, k));
     OM_TRY_DONE(om_sense_scene_commit(scene));
@@ -194,7 +193,7 @@ static void add_settings(const OmBanetDataDef* def, const OmBanetSummary* s, OmR
         1e3 * d->extent[0], 1e3 * d->extent[1], 1e3 * d->thickness[0], 1e3 * d->thickness[1],
         1e3 * d->side / OM_BANET_SIDE_CELL, 100 * d->share[0], 100 * d->share[1],
         om_law_name(d->law), 1e-3 * d->young[0], 1e-3 * d->young[1], d->poisson[0], d->poisson[1],
-        way_name[d->way], s->nattempt, s->nfail, (unsigned long long)d->seed);
+        om_banet_way_name(d->way), s->nattempt, s->nfail, (unsigned long long)d->seed);
     om_report_paragraph(report, text);
 }
 

@@ -12,6 +12,11 @@
 #define DRAW_SHIFT 40  // bits of the index in the number of a random stream; the draw is above
 #define KIND_STREAM ((uint64_t)1 << 63)
 
+const char* om_banet_way_name(OmBanetWay way) {
+    static const char* const name[OM_BANET_NWAY] = {"exact", "camera", "mixed"};
+    return name[way];
+}
+
 OmBanetSampleDef om_banet_sample_default_def(uint64_t seed) {
     return (OmBanetSampleDef){
         .seed = seed,

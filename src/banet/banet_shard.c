@@ -105,7 +105,8 @@ static void join(const OmBanetShard* s, Cells* all) {
         const OmBanetCells* c = &s->sample[i];
         const size_t num = (size_t)c->ncell;
         for (size_t k = 0; k < num; ++k) {
-            all->step[at + k] = c->cell[k] - (k > 0 ? c->cell[k - 1] : 0);
+            all->step[at + k] =
+                (int)((unsigned)c->cell[k] - (unsigned)(k > 0 ? c->cell[k - 1] : 0));
             all->kind[at + k] = c->kind[k];
         }
         for (size_t m = 0; m < OM_BANET_NCHANNEL; ++m) {
@@ -155,7 +156,6 @@ static OmStatus split(const Cells* all, size_t at, const char* name, OmBanetCell
 // ---- writing ----------------------------------------------------------------------------------------
 
 static void put_settings(OmStoreWriter* w, const OmBanetShard* s, const OmBanetSampleDef* d) {
-    const char* const way[OM_BANET_NWAY] = {"exact", "camera", "mixed"};
     const struct {
         const char* name;
         const double* value;
@@ -166,7 +166,7 @@ static void put_settings(OmStoreWriter* w, const OmBanetShard* s, const OmBanetS
                   {"young_Pa", d->young, 2},       {"poisson", d->poisson, 2},
                   {"radius_m", d->radius, 2}};
     om_store_text(w, "generator", GENERATOR);
-    om_store_text(w, "way", way[d->way]);
+    om_store_text(w, "way", om_banet_way_name(d->way));
     om_store_text(w, "law", om_law_name(d->law));
     om_store_value(w, "seed", OM_STORE_U64, 0, &s->seed);
     om_store_value(w, "hash", OM_STORE_U64, 0, &s->hash);

@@ -53,7 +53,7 @@ static OmStatus check_def(const OmBanetTrainDef* d) {
     OM_CHECK(d->batch >= 1 && d->nepoch >= 1 && d->rate > 0, OM_INVALID,
              "banet: batch = %d, nepoch = %d, rate = %g; all must be above 0", d->batch, d->nepoch,
              d->rate);
-    OM_CHECK(!d->group || d->batch % d->group->size == 0, OM_INVALID,
+    OM_CHECK(!d->group || (d->group->size > 0 && d->batch % d->group->size == 0), OM_INVALID,
              "banet: a batch of %d samples cannot be divided among %d ranks", d->batch,
              d->group->size);
     OM_CHECK(d->shell >= 0 && d->shell <= 1, OM_INVALID, "banet: shell = %g; 0 to 1", d->shell);
@@ -70,7 +70,9 @@ typedef struct Box {  // of a sample's cells
     int lo[3], hi[3];
 } Box;
 
+// Empty at 0 where there are no cells.
 static Box find_box(const OmBanetCells* cells, const int dim[3], int symmetry) {
+    if (cells->ncell == 0) return (Box){{0}, {0}};
     Box box = {{INT_MAX, INT_MAX, INT_MAX}, {INT_MIN, INT_MIN, INT_MIN}};
     for (int i = 0; i < cells->ncell; ++i) {
         int at[3], to[3];
@@ -255,6 +257,7 @@ static OmStatus add_facts(const OmBanetTrainDef* def, const OmTrainResult* resul
     if (def->start) OM_TRY(om_facts_add(facts, "start", "%s", def->start));
     OM_TRY(om_facts_add(facts, "seed", "%llu", (unsigned long long)def->seed));
     OM_TRY(om_facts_add(facts, "data", "%016llx", (unsigned long long)def->data->hash));
+    OM_TRY(om_facts_add(facts, "dropout", "%g", def->dropout));
     OM_TRY(om_facts_add(facts, "samples", "%d", def->data->nsample - def->nvalid));
     OM_TRY(om_facts_add(facts, "epochs", "%d of %d", result->best_epoch, result->nepoch));
     OM_TRY(om_facts_add(facts, "validation_dsc", "%.4f", eval->mean_dsc));
@@ -302,17 +305,6 @@ static OmStatus training_init(Training* t) {
     return OM_OK;
 }
 
-// The status of a step that every rank takes. If one rank fails, all stop: the others would wait for it.
-static OmStatus agree(const OmTrainGroup* group, OmStatus status) {
-    if (!group) return status;
-    float share = status < 0;
-    OmStatus sent = group->mean(group->ctx, &share, 1);
-    OM_TRY(status);
-    OM_TRY(sent);
-    OM_CHECK(!(share > 0), OM_INVALID, "training: another rank failed");
-    return OM_OK;
-}
-
 OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
                         OmBanetTrainSummary* summary) {
     *summary = (OmBanetTrainSummary){0};
@@ -324,7 +316,7 @@ OmStatus om_banet_train(const OmBanetTrainDef* def, const OmProgress* progress,
     const bool is_first = !def->group || def->group->rank == 0;
     status = is_first ? om_folder_open(def->out_dir, OM_BANET_NET_KIND, &folder) : OM_OK;
     if (status == OM_OK) status = training_init(&t);
-    OM_TRY_DONE(agree(def->group, status));
+    OM_TRY_DONE(om_train_group_agree(def->group, status));
     OM_TRY_DONE(run_loop(&t, progress, &result));
     if (is_first) OM_TRY_DONE(keep(&t, &result, progress, summary));
     summary->best_epoch = result.best_epoch;

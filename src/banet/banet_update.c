@@ -77,11 +77,11 @@ OmBanetUpdateDef om_banet_update_default_def(OmMatch* match) {
 OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net) {
     char path[1200];
     *net = NULL;
-    if (!name) {
-        OmStatus status = om_banet_net_load(NULL, net);
-        return status == OM_IO ? OM_OK : status;
+    if (!name) {  // that come along, if any
+        if (om_path_share(OM_BANET_WEIGHTS, path, sizeof path) == OM_IO) return OM_OK;
+        return om_banet_net_load(NULL, net);
     }
-    if (strcmp(name, "none") == 0) return OM_OK;
+    if (!*name || strcmp(name, "none") == 0) return OM_OK;
     if (strcmp(name, "installed") == 0) return om_banet_net_load(NULL, net);
     OM_TRY(om_path_join(root ? root : ".", name, path, sizeof path));
     return om_banet_net_load(path, net);
@@ -268,7 +268,6 @@ static OmStatus find_displacement(Work* w, int a, bool* is_lost) {
     OmAcquisition* acq = &w->acq[a];
     double begin = om_clock_now();
     OmMatchPairs pairs;
-    OM_TRY(find_twin(w, a));
     size_t n3 = 3 * (size_t)u->view->mesh->nvert;
     const double* x = w->physics.is_accepted ? w->physics.x + (size_t)a * n3 : acq->x_twin;
     OmStatus status = om_match_find_pairs(u->live, &acq->scan, acq->ngrasp, acq->grasp, x, &pairs);
@@ -337,7 +336,7 @@ static OmStatus correct_twin(Work* w, const OmProgress* progress) {
     return OM_OK;
 }
 
-static OmStatus ask_network(Work* w, const OmProgress* progress) {
+static OmStatus use_network(Work* w, const OmProgress* progress) {
     OmBanetUpdater* u = w->updater;
     const OmMatchView* view = u->view;
     for (int a = 0; a < w->nacq; ++a) {
@@ -361,7 +360,7 @@ static void add_level(OmBanetUpdater* u, const double* probability, double odds,
     double level = odds * u->def.threshold / (1 - u->def.threshold);
     level /= 1 + level;
     unsigned char* set = u->set + (size_t)advice->nset * (size_t)u->view->mesh->nvert;
-    for (int v = 0; v < u->view->mesh->nvert; ++v) set[v] = probability[v] > level;
+    for (int v = 0; v < u->view->mesh->nvert; ++v) set[v] = probability[v] >= level;
     if (advice->nset < u->def.ntry) advice->set[advice->nset++] = set;
 }
 
@@ -387,12 +386,13 @@ OmStatus om_banet_update(OmBanetUpdater* u, int nacq, const OmAcquisition* acq,
     memset(estimate, 0, sizeof *estimate);
     if (advice) *advice = own;
     OM_CHECK(nacq > 0 && acq, OM_INVALID, "banet: no acquisition");
-    if (!u->def.estimate) return om_match_update(u->def.match, nacq, acq, progress, estimate);
     Work w = {.updater = u, .nacq = nacq, .advice = &own};
     OmStatus status = work_init(&w, acq);
-    if (status == OM_OK && u->def.is_corrected) status = correct_twin(&w, progress);
-    if (status == OM_OK) status = ask_network(&w, progress);
-    if (u->def.is_corrected) om_match_live_set_attached(u->live, u->last);
+    for (int a = 0; a < nacq && status == OM_OK; ++a) status = find_twin(&w, a);
+    const bool has_network = u->def.estimate != NULL;
+    if (status == OM_OK && has_network && u->def.is_corrected) status = correct_twin(&w, progress);
+    if (status == OM_OK && has_network) status = use_network(&w, progress);
+    if (has_network && u->def.is_corrected) om_match_live_set_attached(u->live, u->last);
     if (status == OM_OK) status = estimate_with(&w, progress, estimate);
     work_done(&w);
     own.total_ms = 1e3 * (om_clock_now() - begin);

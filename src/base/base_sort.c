@@ -1,4 +1,4 @@
-// base_sort.c: numbers in ascending order.
+// base_sort.c: numbers in ascending order, and their quantiles.
 #include <stdlib.h>
 
 #include "omentum/base.h"
@@ -19,4 +19,10 @@ void om_sort_ints(int* value, int n) {
 
 void om_sort_doubles(double* value, int n) {
     if (n > 1) qsort(value, (size_t)n, sizeof *value, compare_doubles);
+}
+
+double om_quantile(const double* sorted, int n, double share) {
+    double at = share * (n - 1);
+    int i = (int)at;
+    return i + 1 < n ? sorted[i] + (at - i) * (sorted[i + 1] - sorted[i]) : sorted[n - 1];
 }

@@ -53,11 +53,7 @@ typedef struct Group {
 
 static void find_quartiles(double* value, int n, double quartile[3]) {
     om_sort_doubles(value, n);
-    for (int q = 0; q < 3; ++q) {
-        double at = 0.25 * (q + 1) * (n - 1);
-        int k = (int)at;
-        quartile[q] = value[k] + (at - k) * (value[k + 1 < n ? k + 1 : k] - value[k]);
-    }
+    for (int q = 0; q < 3; ++q) quartile[q] = om_quantile(value, n, 0.25 * (q + 1));
 }
 
 static OmStatus find_group(const OmBanetEval* e, const OmBanetCells* sample, int kind, Group* g) {

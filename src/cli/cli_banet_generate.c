@@ -20,8 +20,7 @@ static const OmCliOption option[] = {
     {"--way", NULL, "NAME",
      "measured displacement: exact, camera (with the errors of a depth camera and of a wrong model), or mixed",
      "mixed"},
-    {"--side", NULL, "MM", "side of 64 voxels; 150 for sheets of 5 mm or less", "300", "mm", 10,
-     10000},
+    {"--side", NULL, "MM", "side of 64 voxels; 200 for sheets below 6 mm", "300", "mm", 10, 10000},
     {"--board-share", NULL, "SHARE", "fraction of samples that lie on a board, 0 to 1", "0.15",
      NULL, 0, 1},
     {"--two-share", NULL, "SHARE", "fraction of samples with two attached regions, 0 to 1", "0.15",
@@ -62,7 +61,6 @@ static OmStatus read_base(const OmCliArgs* args, OmBanetDataDef* def) {
 }
 
 static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
-    static const char* const way_name[OM_BANET_NWAY] = {"exact", "camera", "mixed"};
     OM_TRY(read_base(args, def));
     int seed = (int)def->sample.seed, way = 0;
     double side_mm = 1e3 * def->sample.side;
@@ -77,7 +75,8 @@ static OmStatus read_def(const OmCliArgs* args, OmBanetDataDef* def) {
     OM_TRY(om_cli_double(args, "--board-share", &def->sample.board_share));
     OM_TRY(om_cli_double(args, "--two-share", &def->sample.two_share));
     if (law) OM_TRY(om_law_find(law, &def->sample.law));
-    while (name && way < OM_BANET_NWAY && strcmp(way_name[way], name) != 0) ++way;
+    while (name && way < OM_BANET_NWAY && strcmp(om_banet_way_name((OmBanetWay)way), name) != 0)
+        ++way;
     OM_CHECK(way < OM_BANET_NWAY, OM_INVALID, "--way %s: it must be exact, camera or mixed", name);
     if (name) def->sample.way = (OmBanetWay)way;
     def->sample.seed = (uint64_t)seed;

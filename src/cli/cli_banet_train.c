@@ -122,8 +122,11 @@ static OmStatus train(const OmCliArgs* args, const OmBanetData* data, const OmTr
     return OM_OK;
 }
 
-static OmStatus join(const char* dir, int nsample, OmBanetData* data) {
+// The samples of --data and --more.
+static OmStatus load(const OmCliArgs* args, int nsample, OmBanetData* data) {
+    const char* dir = om_cli_get(args, "--more");
     OmBanetData more;
+    OM_TRY(om_banet_data_load(om_cli_get(args, "--data"), nsample, data));
     if (!dir) return OM_OK;
     OM_TRY(om_banet_data_load(dir, nsample, &more));
     OmStatus status = om_banet_data_join(data, &more);
@@ -134,7 +137,7 @@ static OmStatus join(const char* dir, int nsample, OmBanetData* data) {
 int om_cli_banet_train(int argc, char** argv) {
     OmCliArgs args = {option, sizeof option / sizeof *option, argc, argv};
     int npositional, nsample = 0;
-    OmBanetData data;
+    OmBanetData data = {0};
     OmStatus status = om_cli_check(&args, 0, &npositional);
     if (status >= 0) status = om_cli_int(&args, "--samples", &nsample);
     if (status >= 0 && !(om_cli_get(&args, "--data") && om_cli_get(&args, "--output")))
@@ -151,10 +154,10 @@ int om_cli_banet_train(int argc, char** argv) {
     const bool has_ranks = om_cli_get(&args, "--mpi") != NULL;
     if (has_ranks) status = om_train_group_begin_mpi(&ranks);
     if (status < 0) return om_cli_fail("banet", status);
-    status = om_banet_data_load(input[0], nsample, &data);
-    if (status < 0) return om_cli_fail("banet", status);
-    status = join(om_cli_get(&args, "--more"), nsample, &data);
-    if (status >= 0) status = train(&args, &data, has_ranks ? &ranks : NULL);
+    const OmTrainGroup* group = has_ranks ? &ranks : NULL;
+    status = load(&args, nsample, &data);
+    status = om_train_group_agree(group, status);  // the others would wait for this rank
+    if (status >= 0) status = train(&args, &data, group);
     om_banet_data_done(&data);
     if (has_ranks) om_train_group_end_mpi(&ranks);
     return status < 0 ? om_cli_fail_kept("banet", status) : OM_EXIT_OK;

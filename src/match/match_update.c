@@ -196,18 +196,18 @@ static OmStatus try_sets(Job* j, const OmProgress* progress) {
     size_t size = (size_t)j->trier.nacq * 3 * (size_t)m->view.mesh->nvert * sizeof *out->x;
     OM_TRY(om__match_measure(&j->trier, j->evidence.x_before, &j->before));
     for (int k = 0; k < n; ++k) {
+        OM_TRY(om_progress_report(progress, "check", k, n));
         if (!j->set[k] || is_known(j, k)) continue;
         OmMatchTrial trial;
         memcpy(j->x, k == 0 ? j->evidence.x : out->x, size);
         OM_TRY(om__match_try(&j->trier, j->set[k], j->x, &trial));
         bool is_nearer = trial.is_at_rest && trial.mean < CLEARLY * j->after.mean;
-        if (k == 0 || is_nearer) {
-            j->after = trial;
-            out->choice = k;
-            memcpy(out->x, j->x, size);
-        }
-        OM_TRY(om_progress_report(progress, "check", k + 1, n));
+        if (k > 0 && !is_nearer) continue;
+        j->after = trial;
+        out->choice = k;
+        memcpy(out->x, j->x, size);
     }
+    OM_TRY(om_progress_report(progress, "check", n, n));
     for (int i = 0; i < m->view.ncandidate; ++i) {
         int v = m->candidate[i];
         out->attached[v] = j->set[out->choice][v] != 0;

@@ -74,3 +74,13 @@ OmStatus om_train_group_begin_mpi(OmTrainGroup* group) {
 void om_train_group_end_mpi(OmTrainGroup* group) { *group = (OmTrainGroup){.size = 1}; }
 
 #endif
+
+OmStatus om_train_group_agree(const OmTrainGroup* group, OmStatus status) {
+    if (!group) return status;
+    float share = status < 0;
+    OmStatus sent = group->mean(group->ctx, &share, 1);
+    OM_TRY(status);
+    OM_TRY(sent);
+    OM_CHECK(!(share > 0), OM_INVALID, "training: another rank failed");
+    return OM_OK;
+}

@@ -1,4 +1,4 @@
-// nn_store.c: files of samples, the only file of the library that knows HDF5.
+// nn_store.c: files of samples, in HDF5.
 //
 // The HDF5 part is made and read in memory. Size and hash are compared before the HDF5 library reads the bytes:
 // version 1.10 has crashed on damaged metadata. The hash also detects damage that HDF5 does not, such as a flipped bit

@@ -40,8 +40,8 @@ static OmStatus validate(const OmStudyPhantomsDef* d) {
     OM_CHECK(d->ncase >= 0, OM_INVALID, "phantoms study: ncase is %d: 0 or more", d->ncase);
     OM_CHECK(d->ngrasp >= 0 && d->ngrasp <= PHANTOM_NGRASP, OM_INVALID,
              "phantoms study: ngrasp is %d: 0 to %d", d->ngrasp, PHANTOM_NGRASP);
-    OM_CHECK(d->side >= 0 && isfinite(d->side), OM_INVALID, "phantoms study: side is %g m: 0 or more",
-             d->side);
+    OM_CHECK(d->side >= 0 && isfinite(d->side), OM_INVALID,
+             "phantoms study: side is %g m: 0 or more", d->side);
     OM_CHECK(d->estimate_name, OM_INVALID, "phantoms study: estimate_name is null");
     OM_CHECK(d->threshold > 0 && d->threshold < 1, OM_INVALID,
              "phantoms study: threshold is %g: above 0, below 1", d->threshold);

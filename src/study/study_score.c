@@ -22,12 +22,6 @@ double om__study_error(const Study* s, const StudyRun* run, int depth) {
     return om_distance(run->reached[depth].lesion, measured);
 }
 
-static double quantile(const double* sorted, int n, double q) {
-    double at = q * (n - 1);
-    int i = (int)at;
-    return i + 1 < n ? sorted[i] + (at - i) * (sorted[i + 1] - sorted[i]) : sorted[n - 1];
-}
-
 StudySample om__study_sample(double* value, int n) {
     StudySample s = {.n = n};
     if (!n) return s;
@@ -38,9 +32,9 @@ StudySample om__study_sample(double* value, int n) {
     for (int i = 0; i < n; ++i) square += (value[i] - s.mean) * (value[i] - s.mean);
     s.sd = n > 1 ? sqrt(square / (n - 1)) : 0;
     s.min = value[0];
-    s.lower = quantile(value, n, 0.25);
-    s.median = quantile(value, n, 0.5);
-    s.upper = quantile(value, n, 0.75);
+    s.lower = om_quantile(value, n, 0.25);
+    s.median = om_quantile(value, n, 0.5);
+    s.upper = om_quantile(value, n, 0.75);
     s.max = value[n - 1];
     return s;
 }

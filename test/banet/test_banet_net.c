@@ -215,6 +215,12 @@ static void test_ranks(void** state) {
     assert_status(om_banet_train(&def, NULL, &s), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "another rank failed"));
     assert_int_equal(ranks.ncall, 1);
+    // A rank that failed alone tells the others, and keeps its own status.
+    ranks = (Ranks){0};
+    assert_ok(om_train_group_agree(&group, OM_OK));
+    assert_int_equal(om_train_group_agree(&group, OM_IO), OM_IO);
+    assert_int_equal(ranks.ncall, 2);
+    assert_int_equal(om_train_group_agree(NULL, OM_IO), OM_IO);
     def.batch = 9;
     assert_status(om_banet_train(&def, NULL, &s), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "2 ranks"));
@@ -295,6 +301,35 @@ static void test_features(void** state) {
     om_banet_cells_done(&cells);
 }
 
+typedef struct Estimate {  // of several threads
+    const OmBanetNet* net;
+    const OmSurface* surface;
+    const double *u, *seen;
+    double* probability;  // (4 x nvert)
+    OmStatus status[4];
+} Estimate;
+
+static void estimate(void* ctx, int begin, int end, int block) {
+    Estimate* e = ctx;
+    (void)block;
+    for (int k = begin; k < end; ++k)
+        e->status[k] = om_banet_estimate(e->net, 0.3, e->surface, e->u, e->seen,
+                                         e->probability + (size_t)k * (size_t)e->surface->nvert);
+}
+
+// Within a parallel loop: the same bytes as alone.
+static void check_threads(const OmBanetNet* net, const OmSurface* surface, const double* u,
+                          const double* seen, const double* want) {
+    const size_t nvert = (size_t)surface->nvert;
+    Estimate e = {net, surface, u, seen, om_alloc(4 * nvert, sizeof(double)), {0}};
+    om_parallel_for(2, 4, 1, estimate, &e);
+    for (size_t k = 0; k < 4; ++k) {
+        assert_ok(e.status[k]);
+        assert_memory_equal(e.probability + k * nvert, want, nvert * sizeof *want);
+    }
+    om_free(e.probability);
+}
+
 // Of the vertices of a surface: the values of their cells.
 static void test_estimate(void** state) {
     (void)state;
@@ -329,6 +364,7 @@ static void test_estimate(void** state) {
         spread = fmax(spread, fabs(probability[i] - probability[0]));
     }
     assert_true(spread > 1e-3);
+    check_threads(net, &surface, u, seen, probability);
     u[5] = NAN;
     assert_status(om_banet_estimate(net, 0.3, &surface, u, seen, probability), OM_INVALID);
     om_banet_predictor_destroy(p);

@@ -167,6 +167,27 @@ static void test_alone(void** state) {
     assert_same(&plain, &e);
     assert_int_equal(advice.nused, 0);
     om_match_estimate_done(&e);
+    // Without a twin's state: the twin at rest with the attachments of the updater, not those of the site.
+    OmAcquisition bare = rig.acq[0];
+    OmMatchTrial trial;
+    size_t nvert = (size_t)rig.view->mesh->nvert;
+    unsigned char* last = om_calloc(nvert, 1);
+    double* x = om_alloc(3 * nvert, sizeof *x);
+    for (size_t v = 0; v < nvert; ++v) last[v] = rig.view->mesh->x[3 * v] <= -0.03;
+    memcpy(x, rig.view->mesh->x, 3 * nvert * sizeof *x);
+    bare.x_twin = NULL;
+    assert_ok(om_match_try(rig.match, 1, &bare, last, x, &trial));
+    bare.x_twin = x;
+    om_match_estimate_done(&plain);
+    assert_ok(om_match_update(rig.match, 1, &bare, NULL, &plain));
+    bare.x_twin = NULL;
+    om_banet_updater_set_attached(updater, last);
+    assert_ok(om_banet_update(updater, 1, &bare, NULL, &e, NULL));
+    assert_same(&plain, &e);
+    assert_near(e.before_median, plain.before_median, 0);
+    om_free(last);
+    om_free(x);
+    om_match_estimate_done(&e);
     om_match_estimate_done(&plain);
     om_banet_updater_destroy(updater);
     // The scan turned about the sheet's middle belongs to another pull.
@@ -329,6 +350,8 @@ static void test_net(void** state) {
     assert_int_equal(om_banet_updater_create(&def, &updater), OM_INVALID);
     om_banet_net_destroy(net);
     assert_ok(om_banet_net_find("none", NULL, &net));
+    assert_null(net);
+    assert_ok(om_banet_net_find("", NULL, &net));
     assert_null(net);
     assert_int_equal(om_banet_net_find("no-such-file", "/tmp", &net), OM_IO);
     assert_null(net);

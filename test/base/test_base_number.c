@@ -80,11 +80,24 @@ static void test_round_trip(void** unused) {
     setlocale(LC_NUMERIC, "C");
 }
 
+// By hand, definition 7 of Hyndman & Fan: the quantiles of numpy.
+static void test_quantiles(void** unused) {
+    (void)unused;
+    const double value[] = {1, 2, 4, 8};
+    assert_near(om_quantile(value, 4, 0), 1, 0);
+    assert_near(om_quantile(value, 4, 0.25), 1.75, 1e-15);
+    assert_near(om_quantile(value, 4, 0.5), 3, 1e-15);
+    assert_near(om_quantile(value, 4, 0.75), 5, 1e-15);
+    assert_near(om_quantile(value, 4, 1), 8, 0);
+    assert_near(om_quantile(value, 1, 0.75), 1, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_numbers_are_read),
         cmocka_unit_test(test_integers_are_read),
         cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_quantiles),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
