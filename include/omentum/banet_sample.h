@@ -59,6 +59,8 @@ typedef struct OmBanetSampleDef {  // made by om_banet_sample_default_def
 OM_API OmBanetSampleDef om_banet_sample_default_def(uint64_t seed);
 /// @return OM_OK; OM_INVALID (the message names the field)
 OM_API OmStatus om_banet_sample_def_validate(const OmBanetSampleDef* def);
+/// Hash of everything that samples depend on: settings, and positions and tetrahedra of `body`.
+OM_API uint64_t om_banet_sample_def_hash(const OmBanetSampleDef* def);
 
 typedef struct OmBanetSample {  // om_banet_sample_done frees
     int64_t index;

@@ -42,7 +42,7 @@ typedef struct OmStudyKidneyDef {  // made by om_study_kidney_default_def
     // For truths, results and report. Parts that exist already are not computed again.
     const char* out_dir;
     const char* volume;  // labels of the CT, the left kidney is 3; borrowed
-    // File of the network; null (default): the one that comes along; "": no network.
+    // The network, as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any.
     const char* weights;
     int nsample;  // 0: leave this part out; default 600
     int nrun;     // of the dissection, each with other noise; 0: leave it out; default 10

@@ -104,7 +104,7 @@ typedef struct OmStudyAttachmentsDef {  // made by om_study_attachments_default_
     bool is_quick;  // the first three layouts on a coarse sheet; default false: twelve
     // Set of layouts: 1 (default); 2: a second one, with which no method was developed; 3: for development
     int set;
-    // "none", "installed", or a file of weights; null (default): the installed ones, if any
+    // as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any
     const char* network;
     int nworker;  // of simulations, default 0: one a processor; an update has one worker
     OmCookie cookie;

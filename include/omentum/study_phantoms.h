@@ -56,8 +56,8 @@ typedef struct OmStudyPhantomsDef {  // made by om_study_phantoms_default_def
     bool is_quick;        // coarse meshes, and one configuration with two grasps; default false
     int ncase;  // configurations, default 0: all (24, or 12 for development); the first four are of all shapes
     int ngrasp;  // of each configuration at most; default 0: all
-    // File of the network; null (default): the weights that come along, if there are any; "": none. Without a network
-    // its ways are left out.
+    // The network, as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any.
+    // Without a network its ways are left out.
     const char* weights;
     double side;  // m, of the network's grid; default 0: om_banet_default_side
     // Another network in its place; null (default): none. Its name tells results apart.

@@ -46,8 +46,8 @@ typedef enum OmStudySimulatedGuess {  // attachments
 typedef struct OmStudySimulatedDef {  // made by om_study_simulated_default_def
     // For samples, results and report. Parts that exist already are not computed again.
     const char* out_dir;
-    // File of the network; null (default): the weights that come along, if there are any; "": no network. Without a
-    // network its rows are empty, and the goals are missed.
+    // The network, as for om_banet_net_find: a file, "none", or null (default): the one that comes along, if any.
+    // Without a network its rows are empty, and the goals are missed.
     const char* weights;
     bool is_quick;  // two samples of each set, of small bodies and another seed; default false
     // of the Test sets; the others have half as many; default 380, as the thesis has. The report says a smaller number

@@ -22,11 +22,6 @@ OmStatus om__banet_shard_load(const char* path, OmBanetShard* shard);
 OmStatus om__banet_shard_parse(const char* data, size_t size, const char* name,
                                OmBanetShard* shard);
 
-// ---- banet_generate.c -------------------------------------------------------------------------------
-
-// Hash of all settings that samples depend on.
-uint64_t om__banet_hash_def(const OmBanetSampleDef* def);
-
 // ---- banet_report.c ---------------------------------------------------------------------------------
 
 OmStatus om__banet_write_report(const OmBanetDataDef* def, const OmBanetSummary* summary,

@@ -68,27 +68,6 @@ static OmStatus check_def(const OmBanetDataDef* d) {
     return OM_OK;
 }
 
-static uint64_t hash_number(double value, uint64_t hash) {
-    return om_hash(&value, sizeof value, hash);
-}
-
-uint64_t om__banet_hash_def(const OmBanetSampleDef* d) {
-    const double number[] = {
-        d->way,          d->side,       d->extent[0],  d->extent[1],   d->thickness[0],
-        d->thickness[1], d->max_dim[0], d->max_dim[1], d->max_dim[2],  d->share[0],
-        d->share[1],     d->visible[0], d->visible[1], d->two_share,   d->board_share,
-        d->law,          d->young[0],   d->young[1],   d->poisson[0],  d->poisson[1],
-        d->radius[0],    d->radius[1],  d->pull[0],    d->pull[1],     d->min_u,
-        d->max_u,        d->tolerance,  d->min_volume, d->max_attempt, d->body != NULL};
-    uint64_t h = om_hash(&d->seed, sizeof d->seed, OM_HASH_SEED);
-    for (size_t k = 0; k < sizeof number / sizeof *number; ++k) h = hash_number(number[k], h);
-    if (d->body) {
-        h = om_hash(d->body->x, 3 * (size_t)d->body->nvert * sizeof(double), h);
-        h = om_hash(d->body->tet_vert, 4 * (size_t)d->body->ntet * sizeof(int), h);
-    }
-    return h;
-}
-
 // ---- one shard --------------------------------------------------------------------------------------
 
 typedef struct Crew {
@@ -207,7 +186,7 @@ static void add_sample(OmBanetSummary* s, const OmBanetFacts* f) {
 
 static OmStatus generate(Crew* c, int nworker, OmBanetSummary* sum, OmBanetFacts* all) {
     const OmBanetDataDef* def = c->def;
-    const uint64_t hash = om__banet_hash_def(&def->sample);
+    const uint64_t hash = om_banet_sample_def_hash(&def->sample);
     for (int first = def->first; first < def->nsample; first += def->shard) {
         const int num = def->nsample - first < def->shard ? def->nsample - first : def->shard;
         char path[1024];

@@ -36,7 +36,8 @@ static OmStatus write_summary(const OmBanetDataDef* def, const OmBanetSummary* s
     OmText text = {0};
     OmJson j = om_json_begin(&text);
     om_json_open(&j, NULL, '{');
-    snprintf(hash, sizeof hash, "%016llx", (unsigned long long)om__banet_hash_def(&def->sample));
+    snprintf(hash, sizeof hash, "%016llx",
+             (unsigned long long)om_banet_sample_def_hash(&def->sample));
     om_json_string(&j, "hash", hash);
     om_json_integer(&j, "seed", (int64_t)def->sample.seed);
     om_json_integer(&j, "first", def->first);

@@ -51,23 +51,14 @@ static OmStatus estimate(void* ctx, const OmSurface* surface, const double* u, c
     return om_banet_estimate(ctx, SIDE, surface, u, seen, probability);
 }
 
-// Weights that do not come along: no network.
 static OmStatus load_network(Kidney* s, OmBanetNet** net) {
-    static const char* const key[] = {"command", "seed", "checksum"};
-    const char* path = s->def->weights;
-    if (path && !path[0]) return OM_OK;
-    OmStatus status = om_banet_net_load(path, net);
-    if (status == OM_IO && !path) return OM_OK;
-    OM_TRY(status);
+    OM_TRY(om_banet_net_find(s->def->weights, NULL, net));
+    s->sum.has_network = *net != NULL;
+    if (!*net) return OM_OK;
     s->estimate = estimate;
     s->estimate_ctx = *net;
     s->threshold = om_banet_net_threshold(*net);
-    s->net_hash = om_hash(&s->threshold, sizeof s->threshold, OM_HASH_SEED);
-    for (size_t k = 0; k < sizeof key / sizeof *key; ++k) {
-        const char* fact = om_banet_net_fact(*net, key[k]);
-        if (fact) s->net_hash = om_hash(fact, strlen(fact), s->net_hash);
-    }
-    s->sum.has_network = true;
+    s->net_hash = om_banet_net_hash(*net);
     return OM_OK;
 }
 

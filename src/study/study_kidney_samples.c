@@ -11,7 +11,7 @@
 #include "study/study_simulated_internal.h"
 
 #define CHUNK 20
-#define METHOD 1  // number of the method: results of another one are computed again
+#define METHOD 2  // number of the method: results of another one are computed again
 
 OmBanetSampleDef om__kidney_sample_def(const Kidney* s) {
     OmBanetSampleDef def = om_banet_sample_default_def(KIDNEY_SAMPLE_SEED);
@@ -90,14 +90,12 @@ static void run_range(void* ctx, int begin, int end, int block) {
 }
 
 static uint64_t hash_chunk(const Kidney* s, int first, int n) {
-    const OmBanetSampleDef d = om__kidney_sample_def(s);
-    const double number[] = {METHOD,      first,       n,          (double)d.seed, d.way,
-                             d.side,      d.share[0],  d.share[1], d.visible[0],   d.visible[1],
-                             d.law,       d.young[0],  d.young[1], d.poisson[0],   d.poisson[1],
-                             d.radius[0], d.radius[1], d.pull[0],  d.pull[1],      d.max_u};
+    const OmBanetSampleDef sample = om__kidney_sample_def(s);
+    const uint64_t def = om_banet_sample_def_hash(&sample);
+    const int number[] = {METHOD, first, n};
     uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
     hash = om_hash(number, sizeof number, hash);
-    hash = om_hash(s->twin.mesh.x, 3 * (size_t)s->twin.mesh.nvert * sizeof(double), hash);
+    hash = om_hash(&def, sizeof def, hash);
     return om_hash(&s->net_hash, sizeof s->net_hash, hash);
 }
 

@@ -307,26 +307,19 @@ static OmStatus summarise(Phantoms* s) {
 
 // ---- run ----------------------------------------------------------------------------------------------------------
 
-static void add_fact(Phantoms* s, const char* fact) {
-    if (fact) s->network = om_hash(fact, strlen(fact), s->network);
-}
-
-// The definition's own network, or a file of weights. Without the weights that come along there is no network.
+// The definition's own network, or a file of weights.
 static OmStatus open_network(Phantoms* s) {
     const OmStudyPhantomsDef* d = s->def;
     s->network = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
     s->estimate = d->estimate;
     s->threshold = d->threshold;
     if (s->estimate) {
-        add_fact(s, d->estimate_name);
+        s->network = om_hash(d->estimate_name, strlen(d->estimate_name), s->network);
     } else {
-        bool is_none = d->weights && !d->weights[0];
-        OM_TRY(om_banet_net_find(is_none ? "none" : d->weights, NULL, &s->net));
+        OM_TRY(om_banet_net_find(d->weights, NULL, &s->net));
         if (!s->net) return OM_OK;
-        static const char* const key[] = {"command", "seed",   "data",
-                                          "samples", "epochs", "validation_dsc"};
-        for (size_t k = 0; k < sizeof key / sizeof *key; ++k)
-            add_fact(s, om_banet_net_fact(s->net, key[k]));
+        uint64_t hash = om_banet_net_hash(s->net);
+        s->network = om_hash(&hash, sizeof hash, s->network);
         s->network = om_hash(&d->side, sizeof d->side, s->network);
         s->threshold = om_banet_net_threshold(s->net);
     }

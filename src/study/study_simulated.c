@@ -12,6 +12,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "omentum/banet_data.h"
 #include "study/study_internal.h"
 #include "study/study_match_case.h"
 #include "study/study_simulated_internal.h"
@@ -46,17 +47,11 @@ static OmStatus validate(const OmStudySimulatedDef* d) {
     return OM_OK;
 }
 
-// Seeds fixed before the first training; nothing is chosen on them.
+// The test sets of the generator; nothing is chosen on them. A quick study has small bodies and other seeds.
 static OmBanetSampleDef define_set(const OmStudySimulatedDef* d, int set) {
-    static const uint64_t seed[SIM_NSET] = {4001, 4002, 4003, 4004};
-    static const OmBanetWay way[SIM_NSET] = {OM_BANET_EXACT, OM_BANET_CAMERA, OM_BANET_MIXED,
-                                             OM_BANET_MIXED};
-    OmBanetSampleDef def =
-        om_banet_sample_default_def(d->is_quick ? QUICK_SEED + (uint64_t)set : seed[set]);
-    def.way = way[set];
-    def.board_share = set == OM_STUDY_SIM_BOARD;
-    def.two_share = set == OM_STUDY_SIM_TWO;
+    OmBanetSampleDef def = om_banet_data_test_def((OmBanetTest)set, d->out_dir).sample;
     if (d->is_quick) {
+        def.seed = QUICK_SEED + (uint64_t)set;
         def.extent[0] = 0.06;
         def.extent[1] = 0.08;
         def.thickness[1] = 0.01;
@@ -68,16 +63,10 @@ static OmBanetSampleDef define_set(const OmStudySimulatedDef* d, int set) {
 
 // Hash of everything that a sample depends on.
 static uint64_t hash_sample(const Sim* s, const SimCase* c) {
-    const OmBanetSampleDef* d = &s->sample_def[c->set];
-    const double number[] = {(double)d->seed, c->index,       d->way,          d->side,
-                             d->extent[0],    d->extent[1],   d->thickness[0], d->thickness[1],
-                             d->share[0],     d->share[1],    d->visible[0],   d->visible[1],
-                             d->two_share,    d->board_share, d->law,          d->young[0],
-                             d->young[1],     d->poisson[0],  d->poisson[1],   d->radius[0],
-                             d->radius[1],    d->pull[0],     d->pull[1],      d->max_u,
-                             d->tolerance,    d->min_volume,  d->max_attempt,  d->max_dim[0],
-                             d->max_dim[1],   d->max_dim[2],  SIM_METHOD};
+    const int number[2] = {SIM_METHOD, c->index};
+    const uint64_t def = om_banet_sample_def_hash(&s->sample_def[c->set]);
     uint64_t hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    hash = om_hash(&def, sizeof def, hash);
     return om_hash(number, sizeof number, hash);
 }
 

@@ -11,7 +11,7 @@
 #define SIM_NGUESS OM_STUDY_SIM_NGUESS
 #define SIM_MAX_CELL 8192  // with a surface vertex
 // Raise it with every change of the method: results in folders are then made anew.
-#define SIM_METHOD 2
+#define SIM_METHOD 3
 
 typedef struct SimMove {  // the body with a guess, moved
     int is_there, is_stopped;
@@ -100,7 +100,7 @@ OmStatus om__sim_body_cells(const SimBody* body, const double* probability, SimN
 
 // ---- study_simulated_net.c --------------------------------------------------------------------------
 
-// s->net, s->net_hash, s->sum.has_net and s->sum.threshold. No weights that come along: no network.
+// s->net, s->net_hash, s->sum.has_net and s->sum.threshold.
 OmStatus om__sim_net_load(Sim* s);
 void om__sim_net_destroy(struct OmBanetNet* net);
 // Probabilities of surface vertices; body->guess has those from the threshold on.

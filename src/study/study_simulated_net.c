@@ -1,24 +1,13 @@
 // study_simulated_net.c: the network of the study of simulated bodies.
-#include <string.h>
-
-#include "omentum/banet_net.h"
+#include "omentum/banet_update.h"
 #include "study/study_simulated_internal.h"
 
 OmStatus om__sim_net_load(Sim* s) {
-    if (s->def->weights && !s->def->weights[0]) return OM_OK;
-    OmStatus status = om_banet_net_load(s->def->weights, &s->net);
-    if (status == OM_IO && !s->def->weights) return OM_OK;
-    OM_TRY(status);
-    static const char* const key[] = {"command",        "seed",          "data",
-                                      "samples",        "epochs",        "validation_dsc",
-                                      "validation_tpr", "validation_ece"};
-    s->sum.has_net = true;
+    OM_TRY(om_banet_net_find(s->def->weights, NULL, &s->net));
+    s->sum.has_net = s->net != NULL;
+    if (!s->net) return OM_OK;
     s->sum.threshold = om_banet_net_threshold(s->net);
-    s->net_hash = om_hash(&s->sum.threshold, sizeof s->sum.threshold, OM_HASH_SEED);
-    for (size_t k = 0; k < sizeof key / sizeof *key; ++k) {
-        const char* fact = om_banet_net_fact(s->net, key[k]);
-        if (fact) s->net_hash = om_hash(fact, strlen(fact), s->net_hash);
-    }
+    s->net_hash = om_banet_net_hash(s->net);
     return OM_OK;
 }
 

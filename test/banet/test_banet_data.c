@@ -320,14 +320,38 @@ static void test_definitions(void** state) {
         assert_true(def.sample.two_share == (k == OM_BANET_TEST_TWO));
     }
     // every setting has a part in the hash
-    const OmBanetSampleDef base = om_banet_sample_default_def(1);
-    OmBanetSampleDef other = base;
+    OmBanetSampleDef d = om_banet_sample_default_def(1);
+    const uint64_t before = om_banet_sample_def_hash(&d);
+    double* const number[] = {
+        &d.side,     &d.extent[0],  &d.extent[1],  &d.thickness[0], &d.thickness[1], &d.share[0],
+        &d.share[1], &d.visible[0], &d.visible[1], &d.two_share,    &d.board_share,  &d.young[0],
+        &d.young[1], &d.poisson[0], &d.poisson[1], &d.radius[0],    &d.radius[1],    &d.pull[0],
+        &d.pull[1],  &d.min_u,      &d.max_u,      &d.tolerance,    &d.min_volume};
+    int* const whole[] = {&d.max_dim[0], &d.max_dim[1], &d.max_dim[2], &d.max_attempt};
+    for (size_t k = 0; k < sizeof number / sizeof *number; ++k) {
+        *number[k] += 1;
+        assert_true(om_banet_sample_def_hash(&d) != before);
+        d = om_banet_sample_default_def(1);
+    }
+    for (size_t k = 0; k < sizeof whole / sizeof *whole; ++k) {
+        ++*whole[k];
+        assert_true(om_banet_sample_def_hash(&d) != before);
+        --*whole[k];
+    }
+    OmBanetSampleDef other = d;
     other.seed = 2;
-    assert_true(om__banet_hash_def(&base) != om__banet_hash_def(&other));
-    other = base, other.pull[1] *= 2;
-    assert_true(om__banet_hash_def(&base) != om__banet_hash_def(&other));
-    other = base, other.law = OM_ST_VENANT_KIRCHHOFF;
-    assert_true(om__banet_hash_def(&base) != om__banet_hash_def(&other));
+    assert_true(om_banet_sample_def_hash(&other) != before);
+    other = d, other.way = OM_BANET_EXACT;
+    assert_true(om_banet_sample_def_hash(&other) != before);
+    other = d, other.law = OM_ST_VENANT_KIRCHHOFF;
+    assert_true(om_banet_sample_def_hash(&other) != before);
+    double x[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    int tet[4] = {0, 1, 2, 3};
+    const OmTetMesh body = {.nvert = 4, .ntet = 1, .x = x, .tet_vert = tet};
+    other = d, other.body = &body;
+    const uint64_t with_body = om_banet_sample_def_hash(&other);
+    x[3] = 2;
+    assert_true(with_body != before && om_banet_sample_def_hash(&other) != with_body);
 }
 
 int main(void) {

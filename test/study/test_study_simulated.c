@@ -256,6 +256,11 @@ static void test_network(void** unused) {
     assert_same(a[OM_STUDY_SIM_NET].ave, a[OM_STUDY_SIM_ZERO].ave);
     assert_same(a[OM_STUDY_SIM_ALL].ave, b[OM_STUDY_SIM_ALL].ave);
     assert_true(again.ece[OM_STUDY_SIM_EXACT] == sum.ece[OM_STUDY_SIM_EXACT]);
+    // Other weights, with the metadata and the threshold of these: other answers.
+    om_net_init_parameters(net->net, 4, net->param);
+    assert_ok(om__banet_net_save(net, path));
+    assert_ok(om_study_simulated_run(&def, NULL, &again));
+    assert_true(again.ece[OM_STUDY_SIM_EXACT] != sum.ece[OM_STUDY_SIM_EXACT]);
     om_banet_net_destroy(net);
     assert_ok(om_path_remove(path));
 }
