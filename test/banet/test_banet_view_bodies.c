@@ -1,5 +1,5 @@
 // test_banet_view_bodies.c: errors of the measured displacement on the bodies of samples. OM_BANET_VIEWS: how many
-// bodies, default 12.
+// bodies, default 36: the median of the third of 12 that is found is too uncertain for a bound.
 #include "banet_slab.h"
 
 #define SEED 9101  // not of a data set
@@ -46,11 +46,11 @@ static bool measure(int64_t index, double board_share, Case* out) {
     return status == OM_OK;
 }
 
-// Two of three bodies without a board. Measured on 36: 42 % lost; others 0.25 mm in the median and 1.1 mm for 90 %.
+// Two of three bodies without a board. Measured on 36: 17 lost; others 0.44 mm in the median and 1.6 mm for 90 %.
 static void test_bodies(void** state) {
     (void)state;
     const char* text = getenv("OM_BANET_VIEWS");
-    int n = text ? atoi(text) : 12, nview = 0, ngood = 0;
+    int n = text ? atoi(text) : 36, nview = 0, ngood = 0;
     assert_in_range(n, 3, 10000);
     double *median = calloc((size_t)n, sizeof *median), *p90 = calloc((size_t)n, sizeof *p90);
     for (int i = 0; i < n; ++i) {
