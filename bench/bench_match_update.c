@@ -1,7 +1,11 @@
 // bench_match_update.c: from a depth picture to attachments: the scan, and om_match_update. A sheet of 2,400 tetrahedra
 // (882 vertices), seen by the world's depth camera, with one corner lifted by 40 mm; the twin knows of no attachment.
+#include <time.h>
+
 #include "bench.h"
 #include "omentum/banet_update.h"
+#include "omentum/base_job.h"
+#include "omentum/body.h"
 
 #define TIME_STEP 0.02
 #define LIFT 0.04        // m
@@ -115,28 +119,66 @@ static void set_whole_way(BenchRow* row, const char* work) {
     row->reference_ms = 1440;
 }
 
+// A twin that runs in real time, as beside an operation.
+static OmStatus run_twin(void* ctx, const OmProgress* progress) {
+    const Lifted* f = ctx;
+    OmBody* body;
+    OM_TRY(om_body_create(&f->scene, &f->twin, 1, &body));
+    OmStatus status = OM_OK;
+    const double begin = om_clock_now();
+    for (int k = 1; status >= 0; ++k) {
+        OmBodyReport report;
+        status = om_body_step(body, TIME_STEP, &report);
+        if (status >= 0) status = om_progress_report(progress, "twin", 0, 1);
+        double early = begin + k * TIME_STEP - om_clock_now();
+        if (early > 0) nanosleep(&(struct timespec){0, (long)(1e9 * early)}, NULL);
+    }
+    om_body_destroy(body);
+    return status;
+}
+
+// Updates by network and physics; `first`: correspondence and network alone, of each run.
+static OmStatus time_runs(Lifted* f, const BenchOptions* options, OmBanetUpdater* updater,
+                          double* time, double* first, OmMatchEstimate* estimate) {
+    OmStatus status = OM_OK;
+    for (int run = 0; run < options->nrun && status == OM_OK; ++run) {
+        OmBanetAdvice advice;
+        om_match_estimate_done(estimate);
+        double start = bench_now();
+        status = om_banet_update(updater, 1, &f->acquisition, NULL, estimate, &advice);
+        time[run] = bench_now() - start;
+        first[run] = time[run] * (advice.pairs_ms + advice.network_ms) / advice.total_ms;
+        om_banet_advice_done(&advice);
+    }
+    return status;
+}
+
+// The same beside a twin, whose own errors count.
+static OmStatus time_runs_beside_twin(Lifted* f, const BenchOptions* options,
+                                      OmBanetUpdater* updater, double* time, double* first,
+                                      OmMatchEstimate* estimate) {
+    OmJob* job;
+    OM_TRY(om_job_start(run_twin, f, &job));
+    OmStatus status = time_runs(f, options, updater, time, first, estimate);
+    om_job_cancel(job);
+    OmStatus twin = om_job_join(job);
+    return status < 0 || twin == OM_CANCELLED ? status : twin;
+}
+
 // The same by network and physics, with the weights that come along; nothing is printed without them.
 static OmStatus time_joint(Lifted* f, const BenchOptions* options, double* time, double scan_ms) {
     OmBanetUpdateDef def = om_banet_update_default_def(f->match);
     OmBanetNet* net = NULL;
     OmBanetUpdater* updater = NULL;
     OmMatchEstimate estimate = {0};
-    OmBanetAdvice advice = {0};
-    double* first = NULL;  // correspondence and network, of each run
+    double* first = NULL;
     OmStatus status = om_banet_net_find(NULL, NULL, &net);
     if (status < 0 || !net) return status;
     OM_ALLOC_DONE(first, (size_t)options->nrun);
     def.net = net;
     def.nworker = options->nworker;
     OM_TRY_DONE(om_banet_updater_create(&def, &updater));
-    for (int run = 0; run < options->nrun; ++run) {
-        om_match_estimate_done(&estimate);
-        om_banet_advice_done(&advice);
-        double start = bench_now();
-        OM_TRY_DONE(om_banet_update(updater, 1, &f->acquisition, NULL, &estimate, &advice));
-        time[run] = bench_now() - start;
-        first[run] = time[run] * (advice.pairs_ms + advice.network_ms) / advice.total_ms;
-    }
+    OM_TRY_DONE(time_runs(f, options, updater, time, first, &estimate));
     BenchRow row = update_row(f, options, &estimate,
                               "attachments by network and physics, from one view", BELIEVED_MS);
     bench_times(time, options->nrun, &row);
@@ -145,10 +187,14 @@ static OmStatus time_joint(Lifted* f, const BenchOptions* options, double* time,
     bench_times(first, options->nrun, &row);
     row.min_ms += scan_ms;
     row.median_ms += scan_ms;
+    OM_TRY_DONE(bench_print(&row));
+    OM_TRY_DONE(time_runs_beside_twin(f, options, updater, time, first, &estimate));
+    row = update_row(f, options, &estimate,
+                     "attachments by network and physics, beside a twin in real time", 0);
+    bench_times(time, options->nrun, &row);
     status = bench_print(&row);
 done:
     om_free(first);
-    om_banet_advice_done(&advice);
     om_match_estimate_done(&estimate);
     om_banet_updater_destroy(updater);
     om_banet_net_destroy(net);
