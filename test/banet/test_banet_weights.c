@@ -1,11 +1,10 @@
 // test_banet_weights.c: the weights that come along find attachments, and a larger grid does not change what they find.
 //
 // The first samples of the test set (a) are made again. Without a trained network the mean DSC is near that of the best
-// constant answer, in which all cells are attached. Skipped by name until weights/banet.safetensors is there.
+// constant answer, in which all cells are attached. Fails without weights/banet.safetensors.
 #include "omentum/banet_net.h"
 #include "test_common.h"
 
-#define WEIGHTS "weights/banet.safetensors"
 #define NSAMPLE 10
 #define MARGIN 16
 
@@ -20,12 +19,6 @@ static OmBanetData make_data(void) {
         om_banet_sample_done(&sample);
     }
     return data;
-}
-
-static bool has_weights;
-
-static void skip_without_weights(void) {
-    if (!has_weights) test_skip("%s is not there: omentum banet train makes it", WEIGHTS);
 }
 
 static double dsc_of(int nboth, int nfound, int ntrue) {
@@ -83,7 +76,6 @@ static void test_it_finds_attachments(void** state) {
                                        "epochs",  "validation_dsc", "validation_tpr"};
     OmBanetNet* net;
     OmBanetEval e;
-    skip_without_weights();
     assert_ok(om_banet_net_load(NULL, &net));
     for (size_t i = 0; i < sizeof fact / sizeof *fact; ++i)
         assert_non_null(om_banet_net_fact(net, fact[i]));
@@ -102,7 +94,6 @@ static void test_margin(void** state) {
     const OmBanetData* data = *state;
     OmBanetNet* net;
     double sum[2] = {0};
-    skip_without_weights();
     assert_ok(om_banet_net_load(NULL, &net));
     for (int s = 0; s < NSAMPLE; ++s)
         for (int k = 0; k < 2; ++k)
@@ -113,8 +104,7 @@ static void test_margin(void** state) {
 
 static int begin(void** state) {
     static OmBanetData data;
-    has_weights = om_path_exists(WEIGHTS);
-    if (has_weights) data = make_data();
+    data = make_data();
     *state = &data;
     return 0;
 }
