@@ -86,9 +86,16 @@ typedef struct OmBanetAdvice {  // what the network said; om_banet_advice_done f
     double total_ms;              // of the whole update
 } OmBanetAdvice;
 OM_API void om_banet_advice_done(OmBanetAdvice* advice);
+/// Vertices with a probability of at least `threshold` from every acquisition (thesis 4.4). Acquisitions without
+/// correspondence are left out.
+/// @param attached  1 or 0; all 0 where no acquisition has a correspondence            (advice->nvert)
+/// @return OM_OK; OM_INVALID (threshold); OM_NO_MEMORY
+OM_API OmStatus om_banet_advice_intersect(const OmBanetAdvice* advice, double threshold,
+                                          unsigned char* attached);
 
 /// Estimate the attachments that explain the scans.
-/// @param advice  may be null
+/// @param estimate  null: only the network, without physics
+/// @param advice    may be null
 /// @return as om_match_update; errors of the network
 OM_API OmStatus om_banet_update(OmBanetUpdater* updater, int nacquisition,
                                 const OmAcquisition* acquisition, const OmProgress* progress,

@@ -76,7 +76,8 @@ typedef struct OmStudyKidneyTable {  // of one way
 typedef struct OmStudyKidneySummary {
     bool has_network;
     // Samples: the network alone; without it dsc, tpr and ave are empty.
-    int nsample;  // less the ones of which no draw succeeded
+    int nsample;  // made
+    int nfailed;  // of which no draw succeeded: in no row
     int nnew;     // samples and runs that were computed now
     OmStudyQuartiles dsc, tpr,
         ave;                      // over cells of the network's grid; ave in m, over all vertices
@@ -90,7 +91,8 @@ typedef struct OmStudyKidneySummary {
     int nmissing;     // levels that the truth did not reach
     double rest;      // m, mean error at rest
     OmStudyKidneyTable by[OM_STUDY_KIDNEY_NWAY];
-    int nlost;    // views in which the network found no correspondence
+    int nlost;    // views of all runs without correspondence for the network's row
+    int nshort;   // lifts of the truth that ended early
     bool is_met;  // every goal of the parts that were run, by OM_STUDY_KIDNEY_ALL
 } OmStudyKidneySummary;
 

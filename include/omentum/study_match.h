@@ -90,7 +90,8 @@ typedef enum OmStudyGuess {  // attachments given to the twin
     OM_STUDY_STILL_THREE,  // the same in each of three views
     OM_STUDY_SINGLE,       // om_match_update from one view
     OM_STUDY_THREE,        // om_match_update from three views
-    OM_STUDY_NETWORK,      // the network alone, from one view
+    // the network from one view, with the correspondence through the twin that physics has corrected
+    OM_STUDY_NETWORK,
     OM_STUDY_FUSION,       // ... its three views fused by log-odds
     OM_STUDY_CROSSING,     // ... its three views intersected, the thesis's way
     OM_STUDY_JOINT,        // om_banet_update, network and physics, from one view
@@ -122,6 +123,7 @@ typedef struct OmStudyGuessResult {
     OmStudyQuartiles ave, mve;  // (4.5) and (4.7), m: the moved twin against the truth
     // updates that were refused: the twin keeps its belief, no attachment, and dsc and tpr are 0
     int nrefused;
+    int nlost;  // views without correspondence: the network says nothing of them
     double ms;  // processor time of an update, median
 } OmStudyGuessResult;
 

@@ -1,10 +1,11 @@
 /// omentum/study_phantoms.h: attachments of silicone phantoms that a robot lifts (floor 8; thesis 4.3.1, Table 4.2).
 ///
-/// Four shapes are stitched to a board in three ways each, flat or over a capsule, grasped at three or four places and
-/// lifted by steps of 10 mm in the simulated world: another mesh, another law and another stiffness than the twin, with
-/// friction, arms in view, noise, and a camera that is 1 mm off. At every step the attachments are estimated by the
-/// network alone, by the network over the steps so far, by physics, and by all of it together. Shapes, stitches, grasps
-/// and seeds are fixed in the source and no method is developed with them; there are two other shapes for that.
+/// Four shapes are stitched to a board in three ways each, flat or over a capsule, grasped at four places and lifted by
+/// steps of 10 mm in the simulated world: another mesh, another law and another stiffness than the twin, with friction,
+/// arms in view, noise, and a camera that is 1 mm off. At every step the attachments are estimated by the network, by
+/// the network over the last three steps, by physics, and by all of it together. The network's correspondence goes
+/// through the twin that physics has corrected (OmBanetUpdateDef.is_corrected). Shapes, stitches, grasps and seeds are
+/// fixed in the source and no method is developed with them; there are two other shapes for that.
 ///
 ///     OmStudyPhantomsDef def = om_study_phantoms_default_def("out/phantoms");
 ///     om_study_phantoms_run(&def, progress, &summary);    // out/phantoms/report.html, study.json, views.csv
@@ -27,9 +28,9 @@ extern "C" {
 
 typedef enum OmStudyPhantomWay {
     OM_STUDY_PHANTOM_NETWORK,  // of one step; of several grasps: the intersection, as the thesis
-    OM_STUDY_PHANTOM_FUSION,   // the network over the steps so far; of several grasps: over them
+    OM_STUDY_PHANTOM_FUSION,  // the network over the last three steps; of several grasps: over them
     OM_STUDY_PHANTOM_PHYSICS,  // om_match_update
-    OM_STUDY_PHANTOM_ALL,      // om_banet_update: network, fusion and physics
+    OM_STUDY_PHANTOM_ALL,      // om_banet_update over the same steps: network, fusion and physics
     OM_STUDY_PHANTOM_NWAY
 } OmStudyPhantomWay;
 
@@ -90,6 +91,7 @@ typedef struct OmStudyPhantomsSummary {
     bool has_network;
     int nlost;   // steps without correspondence: the network has no input and attaches nothing
     int nloose;  // solves of the protocol that did not reach the whole lift
+    int nshort;  // lifts that ended before the free length: too much force, or the jaw lost the tissue
     OmStudyQuartiles rest;  // m, of the points at rest, one a lift
     OmStudyPhantomResult row[OM_STUDY_PHANTOM_NROW];
     bool is_met;  // the goals above

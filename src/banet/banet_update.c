@@ -215,6 +215,22 @@ void om_banet_advice_done(OmBanetAdvice* a) {
     memset(a, 0, sizeof *a);
 }
 
+OmStatus om_banet_advice_intersect(const OmBanetAdvice* a, double threshold,
+                                   unsigned char* attached) {
+    OmBanetView* view;
+    int nview = 0;
+    OM_ALLOC(view, (size_t)a->nacquisition);
+    for (int k = 0; k < a->nacquisition; ++k) {
+        const double* p = a->view + (size_t)k * (size_t)a->nvert;
+        int v = 0;
+        while (v < a->nvert && p[v] <= 0) ++v;
+        if (v < a->nvert) view[nview++] = (OmBanetView){.probability = p, .grasp = k};
+    }
+    OmStatus status = om_banet_intersect_grasps(nview, view, threshold, a->nvert, attached);
+    om_free(view);
+    return status;
+}
+
 // ---- one acquisition --------------------------------------------------------------------------------------------
 
 // The twin of acquisition a: given, or at rest with the last attachments.
@@ -383,7 +399,7 @@ OmStatus om_banet_update(OmBanetUpdater* u, int nacq, const OmAcquisition* acq,
                          OmBanetAdvice* advice) {
     double begin = om_clock_now();
     OmBanetAdvice own = {0};
-    memset(estimate, 0, sizeof *estimate);
+    if (estimate) memset(estimate, 0, sizeof *estimate);
     if (advice) *advice = own;
     OM_CHECK(nacq > 0 && acq, OM_INVALID, "banet: no acquisition");
     Work w = {.updater = u, .nacq = nacq, .advice = &own};
@@ -393,10 +409,11 @@ OmStatus om_banet_update(OmBanetUpdater* u, int nacq, const OmAcquisition* acq,
     if (status == OM_OK && has_network && u->def.is_corrected) status = correct_twin(&w, progress);
     if (status == OM_OK && has_network) status = use_network(&w, progress);
     if (has_network && u->def.is_corrected) om_match_live_set_attached(u->live, u->last);
-    if (status == OM_OK) status = estimate_with(&w, progress, estimate);
+    if (status == OM_OK && estimate) status = estimate_with(&w, progress, estimate);
     work_done(&w);
     own.total_ms = 1e3 * (om_clock_now() - begin);
-    if (status >= 0 && estimate->is_accepted) om_banet_updater_set_attached(u, estimate->attached);
+    if (status >= 0 && estimate && estimate->is_accepted)
+        om_banet_updater_set_attached(u, estimate->attached);
     if (status >= 0 && advice)
         *advice = own;
     else

@@ -26,7 +26,7 @@ const char* const om__study_guess_title[OM_STUDY_NGUESS] = {"Zero: none",
                                                             "Still in three views",
                                                             "one view",
                                                             "three views",
-                                                            "Network alone, one view",
+                                                            "Network, one view",
                                                             "Network, three views fused",
                                                             "Network, three views intersected",
                                                             "Network and physics, one view",
@@ -277,8 +277,9 @@ static OmStatus run_update(Layout* l, int k) {
 static OmStatus take_network(Layout* l, const double* probability, int nused, Views v,
                              AttUpdate* u) {
     u->is_there = 1;
-    u->is_accepted = nused == v.n;
-    if (nused < v.n) snprintf(u->reason, sizeof u->reason, "no correspondence");
+    u->is_accepted = nused > 0;
+    u->nlost = v.n - nused;
+    if (nused == 0) snprintf(u->reason, sizeof u->reason, "no correspondence");
     for (int i = 0; i < l->r->nnode; ++i) {
         double p = probability[l->under->vert[i]];
         u->probability[i] = (float)p;
@@ -287,19 +288,17 @@ static OmStatus take_network(Layout* l, const double* probability, int nused, Vi
     return move_all(l, u, NULL, v);
 }
 
-// The network's three views, intersected.
+// The network's three views, intersected; views without correspondence are left out.
 static OmStatus cross(Layout* l, const OmBanetAdvice* advice) {
-    OmBanetView view[MATCH_NGRASP];
     unsigned char* attached;
     Views v = {0, MATCH_NGRASP, OM_STUDY_CROSSING};
     OM_ALLOC(attached, advice->nvert);
-    for (int g = 0; g < MATCH_NGRASP; ++g)
-        view[g] = (OmBanetView){.probability = advice->view + (size_t)g * (size_t)advice->nvert,
-                                .grasp = g};
-    OmStatus status =
-        om_banet_intersect_grasps(MATCH_NGRASP, view, l->threshold, advice->nvert, attached);
+    OmStatus status = om_banet_advice_intersect(advice, l->threshold, attached);
     AttUpdate* u = &l->r->crossing;
-    u->is_there = u->is_accepted = 1;
+    u->is_there = 1;
+    u->is_accepted = advice->nused > 0;
+    u->nlost = MATCH_NGRASP - advice->nused;
+    if (!u->is_accepted) snprintf(u->reason, sizeof u->reason, "no correspondence");
     for (int i = 0; i < l->r->nnode; ++i) u->attached[i] = attached[l->under->vert[i]];
     om_free(attached);
     if (status >= 0) status = move_all(l, u, NULL, v);
@@ -323,9 +322,12 @@ static OmStatus run_joint(Layout* l, int k) {
     u->is_there = 1;
     OM_TRY_DONE(take_estimate(l, &estimate, v, u));
     OM_TRY_DONE(take_network(l, advice.probability, advice.nused, alone, &l->r->network[k]));
-    // The stages' share of the wall clock, of the processor time.
-    l->r->network[k].ms = u->ms * (advice.pairs_ms + advice.network_ms) / advice.total_ms;
-    if (k == MATCH_NGRASP) OM_TRY_DONE(cross(l, &advice));
+    // All but the second estimate of physics: its share of the wall clock, of the processor time.
+    l->r->network[k].ms = u->ms * (1 - (u->fit_ms + u->infer_ms + u->check_ms) / advice.total_ms);
+    if (k == MATCH_NGRASP) {
+        OM_TRY_DONE(cross(l, &advice));
+        l->r->crossing.ms = l->r->network[k].ms;
+    }
 done:
     om_banet_advice_done(&advice);
     om_match_estimate_done(&estimate);
@@ -409,6 +411,7 @@ static void summarise_guess(const Att* s, OmStudyGuess guess, OmStudyGuessResult
                 tpr[nscore] = u->tpr;
                 ms[nscore] = u->ms;
                 out->nrefused += !u->is_accepted;
+                out->nlost += u->nlost;
             } else {
                 const unsigned char* const list[] = {none, every, r->truth, r->still[g],
                                                      r->still[MATCH_NGRASP]};

@@ -11,11 +11,12 @@
 #define ATT_MAX_NODE 512                // of the twin's underside
 #define ATT_NUPDATE (MATCH_NGRASP + 1)  // single views, then all of them
 // Raise it with every change of the method: results in folders are then made anew.
-#define ATT_METHOD 4
+#define ATT_METHOD 5
 
 typedef struct AttUpdate {
     int is_there;  // this build has updates, and the network if it needs one
     int is_accepted;
+    int nlost;  // views without correspondence
     char reason[256];
     double ms, fit_ms, infer_ms, check_ms;  // processor time, and the stages' own
     double seen_share, moved_share, after_median;
@@ -33,7 +34,7 @@ typedef struct AttResult {  // of one layout; the contents of its file
     unsigned char truth[ATT_MAX_NODE];
     unsigned char still[ATT_NUPDATE][ATT_MAX_NODE];  // truly moved by less than 1 mm
     AttUpdate update[ATT_NUPDATE];                   // by physics
-    AttUpdate network[ATT_NUPDATE];                  // by the network alone; the last: fused
+    AttUpdate network[ATT_NUPDATE];                  // by the network; the last: fused
     AttUpdate crossing;                              // the network's views intersected
     AttUpdate joint[ATT_NUPDATE];                    // by network and physics
     // m, of the moved twin; estimates by their own update

@@ -66,6 +66,8 @@ typedef struct KidneyTruth {
     unsigned char* file[KIDNEY_NGRASP];
 } KidneyTruth;
 
+// Hash of the truth's scene and motions, of the twin's scene or the truth's; not of the state.
+OmStatus om__kidney_hash_truth(const OmScene* scene, uint64_t* hash);
 OmStatus om__kidney_truth_open(const OmScene* scene, bool is_quick, int state, int nworker,
                                KidneyTruth* truth);
 void om__kidney_truth_close(KidneyTruth* truth);

@@ -2,9 +2,11 @@
 //
 // The twin with a set of attachments is brought to rest under its weight, contact with the kidney and the measured
 // displacement of the grasp (4.3): om_match_find_rest, with springs of a full attachment. Without attachments it would
-// slide off the kidney, so the twin of Zero has neither weight nor contact and follows the grasp, as in the thesis. The
-// running twin, from which correspondence and physics start, has the attachments of the last accepted estimate of the
-// run; in the beginning the whole underside is attached.
+// slide off the kidney, so the twin of Zero has neither weight nor contact and follows the grasp, as in the thesis.
+//
+// Each way of estimating has a running twin of its own, from which its correspondence and physics start. It has the
+// last accepted attachments of the way in this run; in the beginning the whole underside is attached. So each row is
+// what it would be without the others.
 //
 // AVE of a scan: mean distance of its points from the twin at the same material points, less its value at rest: before
 // the grasps, with the true attachments. The thesis takes material points from ZoomOut. Here they are those of the
@@ -24,13 +26,19 @@
 
 #define MAX_PATH 1024
 #define KEEP 3    // views of different grasps in one estimate
-#define METHOD 6  // number of the methods: results of another one are computed again
+#define METHOD 7  // number of the methods: results of another one are computed again
 
 const char* const om__kidney_way_name[OM_STUDY_KIDNEY_NWAY] = {
     "zero", "underside", "same", "network", "fusion", "physics", "all"};
 const char* const om__kidney_way_title[OM_STUDY_KIDNEY_NWAY] = {
     "Zero: none", "All: the whole underside", "Same: the true ones", "network", "fusion", "physics",
     "all three"};
+
+typedef struct Belief {           // of a way that estimates
+    unsigned char* attached;      // its last accepted set                        (nvert)
+    double* x;                    // its running twin in this view, m             (nvert x 3)
+    double* kept[KIDNEY_NGRASP];  // the same in the last view of each earlier grasp
+} Belief;
 
 typedef struct Operation {  // a state of the tissue, and the robot's side of it
     Kidney* s;
@@ -44,24 +52,27 @@ typedef struct Operation {  // a state of the tissue, and the robot's side of it
     unsigned char* is_true;   // attached in truth     (nvert)
     unsigned char* attached;  // by a guess            (nvert)
     double* spring;           // of candidates of `mover`
-    unsigned char* belief;    // of the running twin   (nvert)
     int* held;                // scratch: grasped      (nvert)
-    double *x, *x_belief;     // the twin, m           (nvert x 3)
+    double* x;                // the twin, m           (nvert x 3)
     double* x_true;           // the truth at the twin's vertices
     OmFemMesh mesh;           // of the twin
     int* elem;                // places of the scan's points       (npoint)
     double* weight;           //                                   (npoint x 4)
     OmAcquisition acquisition;
-    // the last view of each earlier grasp, with the twin at that time
     int nkept;
-    OmAcquisition kept[KIDNEY_NGRASP];
+    OmAcquisition kept[KIDNEY_NGRASP];    // the last view of each earlier grasp
+    Belief belief[OM_STUDY_KIDNEY_NWAY];  // of ways from FIRST_WAY on; without attached: not run
 } Operation;
 
+#define FIRST_WAY OM_STUDY_KIDNEY_NETWORK
+
 static void forget(Operation* o) {
-    for (int k = 0; k < o->nkept; ++k) {
-        om_scan_done(&o->kept[k].scan);
-        om_free((void*)o->kept[k].x_twin);
-    }
+    for (int k = 0; k < o->nkept; ++k) om_scan_done(&o->kept[k].scan);
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way)
+        for (int k = 0; k < KIDNEY_NGRASP; ++k) {
+            om_free(o->belief[way].kept[k]);
+            o->belief[way].kept[k] = NULL;
+        }
     o->nkept = 0;
 }
 
@@ -72,13 +83,15 @@ static void operation_done(Operation* o) {
     om_match_destroy(o->match);
     om_match_destroy(o->mover);
     om__attach_model_destroy(o->free);
+    for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        om_free(o->belief[way].attached);
+        om_free(o->belief[way].x);
+    }
     om_free(o->is_true);
-    om_free(o->belief);
     om_free(o->held);
     om_free(o->attached);
     om_free(o->spring);
     om_free(o->x);
-    om_free(o->x_belief);
     om_free(o->x_true);
     om_fem_mesh_done(&o->mesh);
     om_free(o->elem);
@@ -122,12 +135,15 @@ static OmStatus operation_open(Kidney* s, int state, Operation* o) {
     o->under = om_tet_mesh_find_set(mesh, "underside");
     OM_CALLOC_DONE(o->is_true, n);
     OM_CALLOC_DONE(o->attached, n);
-    OM_CALLOC_DONE(o->belief, n);
     OM_CALLOC_DONE(o->held, n);
     OM_CALLOC_DONE(o->spring, n);
     OM_CALLOC_DONE(o->x, 3 * n);
-    OM_CALLOC_DONE(o->x_belief, 3 * n);
     OM_CALLOC_DONE(o->x_true, 3 * n);
+    for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        if (way != OM_STUDY_KIDNEY_PHYSICS && !o->updater) continue;
+        OM_CALLOC_DONE(o->belief[way].attached, n);
+        OM_CALLOC_DONE(o->belief[way].x, 3 * n);
+    }
     for (int k = 0; k < o->under->nvert; ++k) {
         int v = o->under->vert[k];
         o->is_true[v] = om__kidney_is_attached(state, om_pose_apply(task, om_load3(mesh->x, v)));
@@ -237,58 +253,71 @@ static OmStatus score(Operation* o, KidneyGuess* g) {
 
 // ---- estimates ----------------------------------------------------------------------------------------
 
+// Score the set o->attached of a way; it becomes the way's belief.
+static OmStatus take(Operation* o, int way, KidneyGuess* g) {
+    memcpy(o->belief[way].attached, o->attached, (size_t)o->s->twin.mesh.nvert);
+    return score(o, g);
+}
+
 // After a refused update the twin keeps its attachments.
-static OmStatus take_estimate(Operation* o, const OmMatchEstimate* e, KidneyGuess* g) {
+static OmStatus take_estimate(Operation* o, int way, const OmMatchEstimate* e, KidneyGuess* g) {
+    const unsigned char* last = o->belief[way].attached;
     g->is_accepted = e->is_accepted;
     snprintf(g->reason, sizeof g->reason, "%.119s", e->reason);
     for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
-        o->attached[v] = e->is_accepted ? e->attached[v] : o->belief[v];
-    return score(o, g);
+        o->attached[v] = e->is_accepted ? e->attached[v] : last[v];
+    return take(o, way, g);
+}
+
+// Vertices that the network attaches; where it says nothing, the twin keeps its attachments.
+static OmStatus take_advice(Operation* o, int way, const OmBanetAdvice* advice, KidneyGuess* g) {
+    const double* p = way == OM_STUDY_KIDNEY_NETWORK ? advice->view : advice->probability;
+    const unsigned char* last = o->belief[way].attached;
+    g->is_accepted = advice->nused > 0;
+    snprintf(g->reason, sizeof g->reason, "%.119s", g->is_accepted ? "" : advice->reason);
+    for (int v = 0; v < o->s->twin.mesh.nvert; ++v)
+        o->attached[v] = g->is_accepted ? p[v] >= o->s->threshold : last[v];
+    return take(o, way, g);
+}
+
+// This view and up to `nmost` - 1 last ones of earlier grasps, with the running twin of a way. Returns their number.
+static int gather(const Operation* o, int way, int nmost, OmAcquisition* list) {
+    int n = 0;
+    for (int k = o->nkept < nmost ? 0 : o->nkept - nmost + 1; k < o->nkept; ++k) {
+        list[n] = o->kept[k];
+        list[n++].x_twin = o->belief[way].kept[k];
+    }
+    list[n] = o->acquisition;
+    list[n++].x_twin = o->belief[way].x;
+    return n;
 }
 
 static OmStatus guess_physics(Operation* o, KidneyGuess* g) {
     OmMatchEstimate estimate = {0};
+    OmAcquisition now;
+    gather(o, OM_STUDY_KIDNEY_PHYSICS, 1, &now);
     clock_t begin = clock();
-    OmStatus status = om_match_update(o->match, 1, &o->acquisition, NULL, &estimate);
+    OmStatus status = om_match_update(o->match, 1, &now, NULL, &estimate);
     g->ms = processor_ms(begin);
-    if (status >= 0) status = take_estimate(o, &estimate, g);
+    if (status >= 0) status = take_estimate(o, OM_STUDY_KIDNEY_PHYSICS, &estimate, g);
     om_match_estimate_done(&estimate);
     return status;
 }
 
-// Vertices that the network attaches; where it says nothing, the twin keeps its attachments.
-static OmStatus take_probability(Operation* o, const double* probability, KidneyGuess* g) {
-    int nvert = o->s->twin.mesh.nvert;
-    g->is_accepted = false;
-    for (int v = 0; v < nvert; ++v) g->is_accepted = g->is_accepted || probability[v] > 0;
-    for (int v = 0; v < nvert; ++v)
-        o->attached[v] = g->is_accepted ? probability[v] >= o->s->threshold : o->belief[v];
-    return score(o, g);
-}
-
-// The network from this view; from this view and the last ones of up to two earlier grasps; and with physics.
-static OmStatus guess_network(Operation* o, KidneyView* view) {
+// A way of the network: alone from this view, alone from views of several grasps, and with physics from these.
+static OmStatus guess_network(Operation* o, int way, KidneyGuess* g) {
+    bool is_joint = way == OM_STUDY_KIDNEY_ALL;
     OmAcquisition list[KEEP];
     OmMatchEstimate estimate = {0};
     OmBanetAdvice advice = {0};
-    KidneyGuess *one = &view->by[OM_STUDY_KIDNEY_NETWORK], *all = &view->by[OM_STUDY_KIDNEY_ALL],
-                *fusion = &view->by[OM_STUDY_KIDNEY_FUSION];
-    int n = 0, nvert = o->s->twin.mesh.nvert;
-    for (int k = o->nkept < KEEP ? 0 : o->nkept - KEEP + 1; k < o->nkept; ++k)
-        list[n++] = o->kept[k];
-    list[n++] = o->acquisition;
-    om_banet_updater_set_attached(o->updater, o->belief);
-    OmStatus status;
-    OM_TRY_DONE(om_banet_update(o->updater, n, list, NULL, &estimate, &advice));
-    one->ms = (advice.pairs_ms + advice.network_ms) / n;
-    fusion->ms = advice.pairs_ms + advice.network_ms;
-    all->ms = advice.total_ms;
-    OM_TRY_DONE(take_probability(o, advice.view + (size_t)(n - 1) * (size_t)nvert, one));
-    view->is_lost = !one->is_accepted;
-    snprintf(one->reason, sizeof one->reason, "%.119s", one->is_accepted ? "" : advice.reason);
-    OM_TRY_DONE(take_probability(o, advice.probability, fusion));
-    status = take_estimate(o, &estimate, all);
-done:
+    int n = gather(o, way, way == OM_STUDY_KIDNEY_NETWORK ? 1 : KEEP, list);
+    om_banet_updater_set_attached(o->updater, o->belief[way].attached);
+    clock_t begin = clock();
+    OmStatus status =
+        om_banet_update(o->updater, n, list, NULL, is_joint ? &estimate : NULL, &advice);
+    g->ms = processor_ms(begin);
+    if (status >= 0)
+        status = is_joint ? take_estimate(o, way, &estimate, g) : take_advice(o, way, &advice, g);
     om_banet_advice_done(&advice);
     om_match_estimate_done(&estimate);
     return status;
@@ -310,24 +339,37 @@ static OmStatus guess_all(Operation* o, KidneyView* view) {
     memcpy(o->attached, o->is_true, n);
     OM_TRY(score(o, &view->by[OM_STUDY_KIDNEY_SAME]));
     OM_TRY(guess_physics(o, &view->by[OM_STUDY_KIDNEY_PHYSICS]));
-    if (o->updater) OM_TRY(guess_network(o, view));
-    memcpy(o->belief, o->attached, n);  // of the last way
-    return OM_OK;
+    if (!o->updater) return OM_OK;
+    OM_TRY(guess_network(o, OM_STUDY_KIDNEY_NETWORK, &view->by[OM_STUDY_KIDNEY_NETWORK]));
+    OM_TRY(guess_network(o, OM_STUDY_KIDNEY_FUSION, &view->by[OM_STUDY_KIDNEY_FUSION]));
+    view->is_lost = !view->by[OM_STUDY_KIDNEY_NETWORK].is_accepted;
+    return guess_network(o, OM_STUDY_KIDNEY_ALL, &view->by[OM_STUDY_KIDNEY_ALL]);
 }
 
 // ---- a run --------------------------------------------------------------------------------------------
 
-// What the robot sees, and the running twin, o->x_belief.
+// What the robot sees.
 static OmStatus look(Operation* o, int grasp, KidneyMoment moment, int run) {
-    OmAcquisition* a = &o->acquisition;
-    OM_TRY(om__kidney_truth_look(&o->truth, grasp, moment, run, &o->s->twin, a));
-    bool is_loose;
-    if (a->ngrasp) OM_TRY(move_twin(o, o->belief, &is_loose));
-    memcpy(o->x_belief, a->ngrasp ? o->x : o->s->twin.mesh.x,
-           3 * (size_t)o->s->twin.mesh.nvert * sizeof *o->x_belief);
-    a->x_twin = o->x_belief;
+    OM_TRY(om__kidney_truth_look(&o->truth, grasp, moment, run, &o->s->twin, &o->acquisition));
     OM_TRY(find_places(o));
     return om__kidney_truth_carry(&o->truth, o->s->twin.mesh.nvert, o->s->twin.mesh.x, o->x_true);
+}
+
+// The running twins follow the grasp. Those of equal attachments are equal.
+static OmStatus follow(Operation* o) {
+    size_t n = (size_t)o->s->twin.mesh.nvert;
+    for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        Belief* b = &o->belief[way];
+        const double* x = NULL;
+        bool is_loose;
+        if (!b->attached) continue;
+        for (int k = FIRST_WAY; k < way && !x; ++k)
+            if (o->belief[k].attached && memcmp(o->belief[k].attached, b->attached, n) == 0)
+                x = o->belief[k].x;
+        if (!x) OM_TRY(move_twin(o, b->attached, &is_loose));
+        memcpy(b->x, x ? x : o->x, 3 * n * sizeof *b->x);
+    }
+    return OM_OK;
 }
 
 static void look_done(Operation* o) {
@@ -335,14 +377,16 @@ static void look_done(Operation* o) {
     memset(&o->acquisition, 0, sizeof o->acquisition);
 }
 
-// Keep the view, with the twin at this time, for later grasps.
+// Keep the view, with the running twins at this time, for later grasps.
 static OmStatus keep(Operation* o) {
     size_t n = 3 * (size_t)o->s->twin.mesh.nvert;
-    double* x;
-    OM_ALLOC(x, n);
-    memcpy(x, o->x_belief, n * sizeof *x);
-    o->kept[o->nkept] = o->acquisition;
-    o->kept[o->nkept++].x_twin = x;
+    for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way) {
+        Belief* b = &o->belief[way];
+        if (!b->attached) continue;
+        OM_ALLOC(b->kept[o->nkept], n);
+        memcpy(b->kept[o->nkept], b->x, n * sizeof *b->x);
+    }
+    o->kept[o->nkept++] = o->acquisition;
     memset(&o->acquisition, 0, sizeof o->acquisition);
     return OM_OK;
 }
@@ -354,6 +398,7 @@ static OmStatus run_view(Operation* o, int run, int grasp, int level, bool is_la
     view->level = level;
     OmStatus status = look(o, grasp, (KidneyMoment)(KIDNEY_LIFTED + level), run);
     view->npoint = o->acquisition.scan.npoint;
+    if (status >= 0) status = follow(o);
     if (status >= 0) status = guess_all(o, view);
     if (status >= 0 && is_last) status = keep(o);
     look_done(o);
@@ -384,7 +429,8 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
         OM_TRY(om__kidney_truth_lift(&o->truth, o->s->def->out_dir, c->grasp[i], &is_new));
         r->lift[c->grasp[i]] = o->truth.lift[c->grasp[i]];
     }
-    attach_underside(o, o->belief);
+    for (int way = FIRST_WAY; way < OM_STUDY_KIDNEY_NWAY; ++way)
+        if (o->belief[way].attached) attach_underside(o, o->belief[way].attached);
     OmStatus status = look(o, c->grasp[0], KIDNEY_REST, run);
     if (status >= 0) status = move_twin(o, o->is_true, &is_loose);
     r->rest = status >= 0 ? measure_scan(o, o->x) : 0;
@@ -400,13 +446,21 @@ static OmStatus run_operation(Operation* o, int run, KidneyResult* r) {
     return OM_OK;
 }
 
+// Hash of everything that a run depends on: method, network, twin, and the truth with its attachments.
 static OmStatus hash_run(const Kidney* s, int state, int run, uint64_t* hash) {
     const int number[] = {METHOD, state, run, KIDNEY_NOISE_SEED, s->def->is_quick};
+    const OmTetMesh* mesh = &s->twin.mesh;
+    OmPose task = om_pose_inverse(s->twin.pose_world_task);
     OmText text = {0};
-    OmStatus status = om_scene_print(&s->scene, false, &text);
-    *hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
+    OmStatus status = om__kidney_hash_truth(&s->scene, hash);
+    if (status == OM_OK) status = om_scene_print(&s->scene, false, &text);
     if (status == OM_OK) *hash = om_hash(text.str, text.len, *hash);
-    *hash = om_hash(s->twin.mesh.x, 3 * (size_t)s->twin.mesh.nvert * sizeof(double), *hash);
+    *hash = om_hash(mesh->x, 3 * (size_t)mesh->nvert * sizeof(double), *hash);
+    for (int v = 0; v < mesh->nvert; ++v) {
+        OmVec3 p = om_pose_apply(task, om_load3(mesh->x, v));
+        const unsigned char is_in = om__kidney_is_attached(state, p);
+        *hash = om_hash(&is_in, 1, *hash);
+    }
     *hash = om_hash(number, sizeof number, *hash);
     *hash = om_hash(om__kidney_grasp, sizeof om__kidney_grasp, *hash);
     *hash = om_hash(&s->net_hash, sizeof s->net_hash, *hash);
@@ -539,6 +593,7 @@ OmStatus om__kidney_summarise_lifts(Kidney* s) {
         for (int g = 0; g < s->cases.ngrasp; ++g) {
             int nlevel = first->lift[s->cases.grasp[g]].nlevel;
             if (nlevel < s->cases.nlevel) sum->nmissing += s->cases.nlevel - nlevel;
+            sum->nshort += nlevel < s->cases.nlevel;
             sum->nrow += nlevel > 0;
         }
         for (int run = 0; run < nrun; ++run) {

@@ -47,10 +47,10 @@ static void add_outcome(const Kidney* s, OmReport* report) {
 
 // One line for each way.
 static void add_ways(const Kidney* s, OmReport* report) {
-    enum { NCOL = 9 };
-    static const char* const heading[NCOL] = {"attachments", "mean, mm",   "worst row, mm",
-                                              "over Zero",   "volume, mm", "DSC",
-                                              "TPR, %",      "refused",    "ms"};
+    enum { NCOL = 10 };
+    static const char* const heading[NCOL] = {
+        "attachments", "mean, mm", "worst row, mm", "over Zero",   "volume, mm",
+        "DSC",         "TPR, %",   "refused",       "not at rest", "ms"};
     char text[OM_STUDY_KIDNEY_NWAY][NCOL][WORD];
     const char* cell[OM_STUDY_KIDNEY_NWAY * NCOL];
     int nrow = 0;
@@ -66,21 +66,23 @@ static void add_ways(const Kidney* s, OmReport* report) {
         snprintf(c[5], WORD, "%.2f", t->dsc);
         snprintf(c[6], WORD, "%.0f", 100 * t->tpr);
         snprintf(c[7], WORD, "%d", t->nrefused);
-        snprintf(c[8], WORD, "%.0f", t->ms);
+        snprintf(c[8], WORD, "%d", t->nloose);
+        snprintf(c[9], WORD, "%.0f", t->ms);
         for (int k = 0; k < NCOL; ++k) cell[nrow * NCOL + k] = c[k];
         ++nrow;
     }
     om_report_heading(report, "Dissection: ways compared");
     om_report_table(report, heading, NCOL, cell, nrow);
-    char note[600];
+    char note[900];
     snprintf(
         note, sizeof note,
         "%d views of %d rows, %d runs each with other noise; the truth has %d tetrahedra. Mean: AVE of the scan's "
         "points at their true material points, less its value at rest, mean over rows; at rest %.2f mm (thesis "
         "3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
-        "underside. After a refused update the twin keeps its attachments. The network found "
-        "no correspondence in %d views.",
-        s->sum.nview, s->sum.nrow, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost);
+        "underside. After a refused update the twin of its row keeps its last accepted attachments, at first the whole "
+        "underside. The network found no correspondence in %d views of all runs. %d lifts of the truth ended early.",
+        s->sum.nview, s->sum.nrow, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost,
+        s->sum.nshort);
     om_report_paragraph(report, note);
 }
 
@@ -227,13 +229,14 @@ static void add_samples_table(const Kidney* s, OmReport* report) {
     for (int i = 0; i < NROW * NCOL; ++i) cell[i] = text[i / NCOL][i % NCOL];
     om_report_heading(report, "Samples: random attachments and loads, the network alone");
     om_report_table(report, heading, NCOL, cell, NROW);
-    char note[500];
+    char note[700];
     snprintf(
         note, sizeof note,
         "Median and quartiles over %d samples of one geometry, seed %d (the thesis has 600); median of the "
         "largest displacement %.0f mm. DSC and TPR over the cells of the network's grid. %d simulations stopped "
-        "before the whole displacement of the grasp, and count with the part that they reached.",
-        m->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped);
+        "before the whole displacement of the grasp, and count with the part that they reached. %d more samples "
+        "could not be made, for no draw had an equilibrium, and are in no row.",
+        m->nsample, KIDNEY_SAMPLE_SEED, 1e3 * m->input, m->nstopped, m->nfailed);
     om_report_paragraph(report, note);
 }
 
@@ -342,6 +345,7 @@ static void put_samples(const Kidney* s, OmJson* json) {
     const OmStudyKidneySummary* m = &s->sum;
     om_json_open(json, "samples", '{');
     om_json_integer(json, "n", m->nsample);
+    om_json_integer(json, "not_made", m->nfailed);
     om_json_integer(json, "seed", KIDNEY_SAMPLE_SEED);
     om_json_integer(json, "stopped", m->nstopped);
     om_json_number(json, "input_mm", 1e3 * m->input);
@@ -371,6 +375,7 @@ static OmStatus write_json(const Kidney* s) {
         om_json_integer(&json, "views", s->sum.nview);
         om_json_integer(&json, "tetrahedra_of_the_truth", s->sum.ntet);
         om_json_integer(&json, "missing_levels", s->sum.nmissing);
+        om_json_integer(&json, "lifts_ended_early", s->sum.nshort);
         om_json_integer(&json, "correspondence_lost", s->sum.nlost);
         om_json_number(&json, "rest_mm", 1e3 * s->sum.rest);
         for (int way = 0; way < OM_STUDY_KIDNEY_NWAY; ++way)

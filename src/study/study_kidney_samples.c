@@ -141,6 +141,7 @@ OmStatus om__kidney_summarise_samples(Kidney* s) {
         ++n;
     }
     sum->nsample = n;
+    sum->nfailed = (int)most - n;
     int nnet = s->estimate ? n : 0;
     sum->dsc = om__attach_quartiles(of[0], nnet);
     sum->tpr = om__attach_quartiles(of[1], nnet);

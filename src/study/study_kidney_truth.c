@@ -178,20 +178,28 @@ done:
     return status;
 }
 
-// Hash of everything that a lift depends on.
-static OmStatus hash_setup(const KidneyTruth* t, int grasp, uint64_t* hash) {
-    const OmMeshSet* held = om_tet_mesh_find_set(&t->site.mesh, "attachment");
+OmStatus om__kidney_hash_truth(const OmScene* scene, uint64_t* hash) {
+    const double number[] = {SPEED, FORCE_MAX, STILL, KIDNEY_STEP, CALIBRATION};
+    OmScene truth = *scene;
     OmText text = {0};
-    OmStatus status = om_scene_print(&t->scene, false, &text);
+    om__kidney_set_truth(&truth);
+    truth.seed = 0;
+    OmStatus status = om_scene_print(&truth, false, &text);
     *hash = om_hash(OM_VERSION, strlen(OM_VERSION), OM_HASH_SEED);
     if (status == OM_OK) *hash = om_hash(text.str, text.len, *hash);
-    *hash = om_hash(t->site.mesh.x, 3 * (size_t)t->site.mesh.nvert * sizeof(double), *hash);
-    *hash = om_hash(held->vert, (size_t)held->nvert * sizeof *held->vert, *hash);
-    *hash = om_hash(om__kidney_grasp[grasp], sizeof om__kidney_grasp[grasp], *hash);
-    const double number[] = {SPEED, FORCE_MAX, STILL, KIDNEY_STEP};
     *hash = om_hash(number, sizeof number, *hash);
     om_text_done(&text);
     return status;
+}
+
+// Hash of everything that a lift depends on.
+static OmStatus hash_setup(const KidneyTruth* t, int grasp, uint64_t* hash) {
+    const OmMeshSet* held = om_tet_mesh_find_set(&t->site.mesh, "attachment");
+    OM_TRY(om__kidney_hash_truth(&t->scene, hash));
+    *hash = om_hash(t->site.mesh.x, 3 * (size_t)t->site.mesh.nvert * sizeof(double), *hash);
+    *hash = om_hash(held->vert, (size_t)held->nvert * sizeof *held->vert, *hash);
+    *hash = om_hash(om__kidney_grasp[grasp], sizeof om__kidney_grasp[grasp], *hash);
+    return OM_OK;
 }
 
 OmStatus om__kidney_truth_lift(KidneyTruth* t, const char* dir, int grasp, bool* is_new) {
@@ -201,7 +209,6 @@ OmStatus om__kidney_truth_lift(KidneyTruth* t, const char* dir, int grasp, bool*
     if (!t->file[grasp]) t->file[grasp] = om_calloc(size, 1);
     unsigned char* file = t->file[grasp];
     if (!file) return OM_NO_MEMORY;
-    t->scene.seed = 0;
     OM_TRY(hash_setup(t, grasp, &hash));
     snprintf(name, sizeof name, "truth-%c%d%s.bin", 'A' + grasp, t->state + 1,
              t->is_quick ? "-quick" : "");

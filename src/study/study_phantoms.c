@@ -264,10 +264,13 @@ static void count_all(Phantoms* s, double* rest) {
         const PhantomResult* r = &s->result[i];
         sum->nview += r->nview;
         sum->nloose += r->nloose;
-        for (int g = 0; g < s->c[i].ngrasp; ++g) rest[n++] = r->rest[g];
+        for (int g = 0; g < s->c[i].ngrasp; ++g) {
+            rest[n++] = r->rest[g];
+            sum->nshort += r->nlevel[g] < s->c[i].nlevel[g];
+        }
         for (int k = 0; k < r->nview; ++k) {
             const PhantomEstimate* e = &r->view[k].by[OM_STUDY_PHANTOM_NETWORK];
-            sum->nlost += e->is_there && !e->is_accepted;
+            sum->nlost += e->is_there && e->nlost > 0;
         }
     }
     sum->rest = om__attach_quartiles(rest, n);

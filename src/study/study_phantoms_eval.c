@@ -229,6 +229,8 @@ static OmStatus make_views(Bench* b) {
         OmStatus status = look(b, t, 0, &still, &r->rest[g]);
         view_done(&still);
         if (status < 0) return status;
+        r->nlevel[g] = t->head->nlevel;
+        r->end_force[g] = t->head->end_force;
         const double* before = b->site.mesh.x;
         for (int k = 1; k <= t->head->nlevel; ++k) {
             View* v = &b->view[r->nview];
@@ -309,15 +311,17 @@ static OmStatus run_physics(Bench* b, int n, const OmAcquisition* acquisition,
     return status < 0 ? status : OM_OK;
 }
 
-// Probabilities of the network; a view without correspondence has none above 0.
-static void take_network(Bench* b, const double* probability, const char* reason,
+// Probabilities of the network from n views, of which nlost have no correspondence.
+static void take_network(Bench* b, const double* probability, int n, int nlost, const char* reason,
                          PhantomEstimate* out) {
     out->is_there = 1;
-    for (int v = 0; v < b->site.mesh.nvert; ++v) out->is_accepted |= probability[v] > 0;
+    out->is_accepted = nlost < n;
+    out->nlost = nlost;
     if (!out->is_accepted) set_reason(out, reason);
     for (int i = 0; i < b->r->nnode; ++i) {
-        out->probability[i] = (float)probability[b->under->vert[i]];
-        out->attached[i] = probability[b->under->vert[i]] > b->s->threshold;
+        double p = probability[b->under->vert[i]];
+        out->probability[i] = (float)p;
+        out->attached[i] = p >= b->s->threshold;
     }
 }
 
@@ -330,7 +334,8 @@ static OmStatus run_network(Bench* b, int n, const OmAcquisition* acquisition,
     OmStatus status = om_banet_update(b->updater, n, acquisition, NULL, &estimate, advice);
     if (status >= 0) {
         take(b, &estimate, &by[OM_STUDY_PHANTOM_ALL]);
-        take_network(b, advice->probability, advice->reason, &by[OM_STUDY_PHANTOM_FUSION]);
+        take_network(b, advice->probability, n, n - advice->nused, advice->reason,
+                     &by[OM_STUDY_PHANTOM_FUSION]);
     }
     om_match_estimate_done(&estimate);
     return status < 0 ? status : OM_OK;
@@ -345,7 +350,9 @@ static OmStatus eval_network(Bench* b, int i) {
     for (int k = 0; k < n; ++k) acquisition[k] = b->view[i - n + 1 + k].acquisition;
     OM_TRY(run_network(b, n, acquisition, out->by, &advice));
     const double* last = advice.view + (size_t)(n - 1) * (size_t)b->site.mesh.nvert;
-    take_network(b, last, advice.reason, &out->by[OM_STUDY_PHANTOM_NETWORK]);
+    bool is_lost = true;
+    for (int v = 0; v < b->site.mesh.nvert; ++v) is_lost = is_lost && last[v] <= 0;
+    take_network(b, last, 1, is_lost, advice.reason, &out->by[OM_STUDY_PHANTOM_NETWORK]);
     om_banet_advice_done(&advice);
     return OM_OK;
 }
@@ -375,19 +382,12 @@ static int find_joint(Bench* b, int view[PHANTOM_NGRASP]) {
 }
 
 // The vertices that the network finds from every grasp (thesis 4.4), of the grasps with a correspondence.
-static OmStatus intersect(Bench* b, int n, const OmBanetAdvice* advice, PhantomEstimate* out) {
-    int nvert = b->site.mesh.nvert, nview = 0;
-    OmBanetView view[PHANTOM_NGRASP];
-    for (int a = 0; a < n; ++a) {
-        const double* p = advice->view + (size_t)a * (size_t)nvert;
-        bool has_any = false;
-        for (int v = 0; v < nvert; ++v) has_any = has_any || p[v] > 0;
-        if (has_any) view[nview++] = (OmBanetView){.probability = p, .grasp = a};
-    }
+static OmStatus intersect(Bench* b, const OmBanetAdvice* advice, PhantomEstimate* out) {
     out->is_there = 1;
-    out->is_accepted = nview > 0;
-    if (nview == 0) set_reason(out, advice->reason);
-    OM_TRY(om_banet_intersect_grasps(nview, view, b->s->threshold, nvert, b->attached));
+    out->is_accepted = advice->nused > 0;
+    out->nlost = advice->nacquisition - advice->nused;
+    if (!out->is_accepted) set_reason(out, advice->reason);
+    OM_TRY(om_banet_advice_intersect(advice, b->s->threshold, b->attached));
     for (int i = 0; i < b->r->nnode; ++i) out->attached[i] = b->attached[b->under->vert[i]];
     return OM_OK;
 }
@@ -396,7 +396,7 @@ static OmStatus eval_joint_network(Bench* b, int n, const OmAcquisition* acquisi
     OmBanetAdvice advice = {0};
     PhantomEstimate* by = b->r->joint;
     OM_TRY(run_network(b, n, acquisition, by, &advice));
-    OmStatus status = intersect(b, n, &advice, &by[OM_STUDY_PHANTOM_NETWORK]);
+    OmStatus status = intersect(b, &advice, &by[OM_STUDY_PHANTOM_NETWORK]);
     om_banet_advice_done(&advice);
     return status;
 }

@@ -8,12 +8,13 @@
 #define PHANTOM_MAX_NODE 640  // of the twin's underside
 #define PHANTOM_NVIEW (PHANTOM_NGRASP * PHANTOM_NLEVEL)
 // Raise it with every change of the method: results in folders are then made anew.
-#define PHANTOM_METHOD 1
+#define PHANTOM_METHOD 2
 
 typedef struct PhantomEstimate {
     int is_there, is_accepted;
-    char reason[160];    // why not accepted
-    double dsc, tpr;     //
+    int nlost;         // of its views the network had no correspondence
+    char reason[160];  // why not accepted
+    double dsc, tpr;
     double ave, volume;  // m; of several grasps the mean
     float probability[PHANTOM_MAX_NODE];
     unsigned char attached[PHANTOM_MAX_NODE];
@@ -32,8 +33,11 @@ typedef struct PhantomResult {  // of one configuration; the contents of its fil
     int nnode;
     double node_x[PHANTOM_MAX_NODE][2];  // m, of the twin's underside
     unsigned char truth[PHANTOM_MAX_NODE];
-    double rest[PHANTOM_NGRASP];  // m, of the points at rest
-    int nview, nloose;
+    double rest[PHANTOM_NGRASP];       // m, of the points at rest
+    int nlevel[PHANTOM_NGRASP];        // that the lift of each grasp reached
+    double end_force[PHANTOM_NGRASP];  // N, at the level that a lift did not keep; 0: none
+    int nview;
+    int nloose;  // solves of the protocol that stopped before the whole lift
     PhantomView view[PHANTOM_NVIEW];
     int joint_level;  // of all grasps together; 0: none
     double joint_same_ave, joint_same_volume;

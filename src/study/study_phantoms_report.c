@@ -196,10 +196,55 @@ static void add_how(OmReport* report) {
         "AVE: the twin, with the grasped vertices moved as the tool moved and the attachments held still, against the "
         "points that the camera saw, less the value at rest. Points are compared with their true material points; the "
         "thesis takes them from its matching. Volume: all vertices of the twin against the truth. A refused estimate "
-        "attaches nothing and counts. Same: the true attachments. The twin believes in no attachment before.");
+        "attaches nothing and counts. Same: the true attachments. The twin believes in no attachment before. The "
+        "network's correspondence goes through the twin that physics has corrected, so its rows are not without "
+        "physics; fused: over the last three steps.");
     om_report_paragraph(
         report,
         "Maps show the underside from above: green found, blue missed, orange wrong, grey free.");
+}
+
+// What failed, and counts nevertheless.
+static OmStatus add_failures(const Phantoms* s, OmReport* report) {
+    const OmStudyPhantomsSummary* sum = &s->sum;
+    OmText text = {0};
+    OmStatus status = OM_OK;
+    char note[500], name[64];
+    om_report_heading(report, "What failed");
+    snprintf(
+        note, sizeof note,
+        "Lifts that ended before the free length: %d of %d. Steps without correspondence, of which the network "
+        "says nothing: %d of %d. Simulations with an estimate that stopped before the whole lift, and count with "
+        "the part that they reached: %d.",
+        sum->nshort, sum->nlift, sum->has_network ? sum->nlost : 0, sum->nview, sum->nloose);
+    om_report_paragraph(report, note);
+    for (int i = 0; i < s->ncase; ++i) {
+        const PhantomResult* r = &s->result[i];
+        om__phantoms_name(&s->c[i], name, sizeof name);
+        for (int g = 0; g < s->c[i].ngrasp && status == OM_OK; ++g)
+            if (r->nlevel[g] < s->c[i].nlevel[g])
+                status =
+                    om_text_append(&text, "%s, grasp %d: %d of %d levels; %.1f N at the next\n",
+                                   name, g + 1, r->nlevel[g], s->c[i].nlevel[g], r->end_force[g]);
+    }
+    if (status == OM_OK && text.len > 0)
+        om_report_details(report, "Lifts that ended early", text.str);
+    text.len = 0;
+    for (int i = 0; i < s->ncase; ++i) {
+        const PhantomResult* r = &s->result[i];
+        om__phantoms_name(&s->c[i], name, sizeof name);
+        for (int k = 0; k < OM_STUDY_PHANTOM_NWAY * r->nview && status == OM_OK; ++k) {
+            const PhantomView* v = &r->view[k / OM_STUDY_PHANTOM_NWAY];
+            const PhantomEstimate* e = &v->by[k % OM_STUDY_PHANTOM_NWAY];
+            if (e->is_there && !e->is_accepted)
+                status = om_text_append(
+                    &text, "%s, grasp %d, %d mm, %s: %s\n", name, v->grasp + 1, 10 * v->level,
+                    om__phantoms_way_title[k % OM_STUDY_PHANTOM_NWAY], e->reason);
+        }
+    }
+    if (status == OM_OK && text.len > 0) om_report_details(report, "Refused estimates", text.str);
+    om_text_done(&text);
+    return status;
 }
 
 static OmStatus write_report(const Phantoms* s) {
@@ -213,6 +258,7 @@ static OmStatus write_report(const Phantoms* s) {
     OmStatus status = OM_OK;
     for (int w = OM_STUDY_PHANTOM_NWAY - 1; w >= 0 && status == OM_OK; --w)
         status = add_pictures(s, w, &report);
+    if (status == OM_OK) status = add_failures(s, &report);
     add_how(&report);
     if (status < 0) {
         om_report_done(&report);
@@ -253,6 +299,7 @@ static OmStatus write_json(const Phantoms* s) {
     om_json_integer(&json, "steps", sum->nview);
     om_json_integer(&json, "lost", sum->nlost);
     om_json_integer(&json, "loose", sum->nloose);
+    om_json_integer(&json, "lifts_ended_early", sum->nshort);
     om__attach_put_quartiles(&json, "rest_mm", 1e3, sum->rest);
     om_json_open(&json, "rows", '{');
     for (int row = 0; row < OM_STUDY_PHANTOM_NROW; ++row) {

@@ -209,6 +209,46 @@ static void test_alone(void** state) {
     end(&rig);
 }
 
+// The intersection leaves a lost acquisition out: with it, nothing would be attached. Without physics, the network says
+// the same.
+static void test_lost_one(void** state) {
+    (void)state;
+    Rig rig;
+    begin(&rig);
+    Fake fake = {.in = 0.8, .out = 0.1};
+    OmBanetUpdater* updater = create(&rig, &fake);
+    OmBanetAdvice both, one;
+    OmAcquisition acq[2] = {rig.acq[0], rig.acq[1]};
+    for (int i = 0; i < acq[1].scan.npoint; ++i) acq[1].scan.x[3 * i + 2] += 0.05;
+    size_t n = (size_t)rig.view->mesh->nvert;
+    unsigned char *a = malloc(n), *b = malloc(n);
+    assert_true(a && b);
+    assert_ok(om_banet_update(updater, 2, acq, NULL, NULL, &both));
+    assert_ok(om_banet_update(updater, 1, acq, NULL, NULL, &one));
+    assert_true(both.nused == 1 && one.nused == 1);
+    assert_memory_equal(both.view, one.view, n * sizeof *one.view);
+    assert_ok(om_banet_advice_intersect(&both, 0.8, a));
+    assert_ok(om_banet_advice_intersect(&one, 0.8, b));
+    int count = 0;
+    for (size_t v = 0; v < n; ++v) {
+        assert_int_equal(a[v], one.view[v] >= 0.8);
+        count += a[v];
+    }
+    assert_memory_equal(a, b, n);
+    assert_true(count > 0);
+    om_banet_advice_done(&both);
+    om_banet_advice_done(&one);
+    // all of them lost: nothing
+    assert_ok(om_banet_update(updater, 1, acq + 1, NULL, NULL, &one));
+    assert_ok(om_banet_advice_intersect(&one, 0.8, a));
+    for (size_t v = 0; v < n; ++v) assert_int_equal(a[v], 0);
+    om_banet_advice_done(&one);
+    free(a);
+    free(b);
+    om_banet_updater_destroy(updater);
+    end(&rig);
+}
+
 // Two grasps add up, two looks at one grasp do not; the twin is found where the acquisition has none.
 static void test_views(void** state) {
     (void)state;
@@ -398,9 +438,10 @@ static void test_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_right), cmocka_unit_test(test_corrected),
-        cmocka_unit_test(test_wrong), cmocka_unit_test(test_alone),
-        cmocka_unit_test(test_views), cmocka_unit_test(test_invalid),
-        cmocka_unit_test(test_net),   cmocka_unit_test(test_memory)};
+        cmocka_unit_test(test_right),   cmocka_unit_test(test_corrected),
+        cmocka_unit_test(test_wrong),   cmocka_unit_test(test_alone),
+        cmocka_unit_test(test_views),   cmocka_unit_test(test_lost_one),
+        cmocka_unit_test(test_invalid), cmocka_unit_test(test_net),
+        cmocka_unit_test(test_memory)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -377,6 +377,22 @@ static void test_network(void** unused) {
     assert_true(fusion->dsc > 0.95);
     assert_true(all->dsc > 0.5);
     assert_true(all->mean < 0.001);
+    // The row of physics is what it is without a network: what the others believe is not its belief.
+    KidneyResult plain;
+    s.result = &plain;
+    s.estimate = NULL;
+    s.net_hash = 0;
+    assert_ok(om__kidney_run_lifts(&s));
+    assert_int_equal(plain.nview, result.nview);
+    for (int k = 0; k < plain.nview; ++k) {
+        const KidneyGuess *a = &plain.view[k].by[OM_STUDY_KIDNEY_PHYSICS],
+                          *b = &result.view[k].by[OM_STUDY_KIDNEY_PHYSICS];
+        assert_false(plain.view[k].by[OM_STUDY_KIDNEY_ALL].is_there);
+        assert_near(a->ave, b->ave, 0);
+        assert_near(a->dsc, b->dsc, 0);
+        assert_near(result.view[k].by[OM_STUDY_KIDNEY_NETWORK].ave,
+                    result.view[k].by[OM_STUDY_KIDNEY_SAME].ave, 0.0003);
+    }
 }
 
 static int leave(void** unused) {
