@@ -191,23 +191,37 @@ static int compare(const void* a, const void* b) {
     return x->index < y->index ? -1 : x->index > y->index;
 }
 
-static OmStatus fill_bins(const OmBanetNet* net, const BanetOutputs* o, OmBanetEval* e) {
-    const int64_t n = e->ncell;
+OmStatus om_banet_reliability(int64_t n, const double* probability, const unsigned char* truth,
+                              double predicted[OM_BANET_NBIN], double attached[OM_BANET_NBIN],
+                              double* ece) {
     Cell* cell;
+    *ece = 0;
+    memset(predicted, 0, OM_BANET_NBIN * sizeof *predicted);
+    memset(attached, 0, OM_BANET_NBIN * sizeof *attached);
+    if (n == 0) return OM_OK;
     OM_ALLOC(cell, n);
-    for (int64_t i = 0; i < n; ++i)
-        cell[i] = (Cell){om__banet_probability(net, (double)o->logit[i]), i, o->truth[i]};
+    for (int64_t i = 0; i < n; ++i) cell[i] = (Cell){probability[i], i, truth[i]};
     qsort(cell, (size_t)n, sizeof *cell, compare);
     for (int b = 0; b < OM_BANET_NBIN; ++b) {
         const int64_t begin = n * b / OM_BANET_NBIN, end = n * (b + 1) / OM_BANET_NBIN;
         for (int64_t i = begin; i < end; ++i) {
-            e->bin_predicted[b] += cell[i].probability / (double)(end - begin);
-            e->bin_true[b] += cell[i].truth / (double)(end - begin);
+            predicted[b] += cell[i].probability / (double)(end - begin);
+            attached[b] += cell[i].truth / (double)(end - begin);
         }
-        e->ece += fabs(e->bin_predicted[b] - e->bin_true[b]) * (double)(end - begin) / (double)n;
+        *ece += fabs(predicted[b] - attached[b]) * (double)(end - begin) / (double)n;
     }
     om_free(cell);
     return OM_OK;
+}
+
+static OmStatus fill_bins(const OmBanetNet* net, const BanetOutputs* o, OmBanetEval* e) {
+    double* p;
+    OM_ALLOC(p, e->ncell);
+    for (int64_t i = 0; i < e->ncell; ++i) p[i] = om__banet_probability(net, (double)o->logit[i]);
+    OmStatus status =
+        om_banet_reliability(e->ncell, p, o->truth, e->bin_predicted, e->bin_true, &e->ece);
+    om_free(p);
+    return status;
 }
 
 static OmStatus find_quartiles(const double* value, int n, double quartile[3]) {

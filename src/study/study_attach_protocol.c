@@ -234,7 +234,7 @@ OmStatus om__attach_model_solve(AttachModel* m, const AttachMove* move, double* 
                                 AttachSolve* solve) {
     memset(solve, 0, sizeof *solve);
     OM_TRY(check_move(m, move));
-    clock_t begin = clock();
+    double begin = om__attach_thread_ms();
     bool is_free = true;
     for (int i = 0; i < m->mesh.nnode; ++i) {
         bool is_attached = move->attached && move->attached[i];
@@ -270,8 +270,14 @@ OmStatus om__attach_model_solve(AttachModel* m, const AttachMove* move, double* 
         OM_TRY(solve_turning(m, move, &turn, &load, x, solve));
     }
     if (solve->is_converged) solve->reason[0] = 0;
-    solve->ms = 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+    solve->ms = om__attach_thread_ms() - begin;
     return OM_OK;
+}
+
+double om__attach_thread_ms(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
 // ---- scores -----------------------------------------------------------------------------------------

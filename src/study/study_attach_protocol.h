@@ -41,7 +41,7 @@ typedef struct AttachSolve {
     bool is_loose;      // prescribed vertices on a line or fewer: springs hold the body, see the .c
     double load;        // share of the grasp's way
     double min_volume;  // smallest det F
-    double ms;          // processor time
+    double ms;          // processor time of the calling thread
     int nnewton;
     char reason[160];  // why load 1 was not reached; "" if it was
 } AttachSolve;
@@ -56,6 +56,9 @@ void om__attach_model_destroy(AttachModel* model);
 // or a goal is not valid; OM_NO_MEMORY.
 OmStatus om__attach_model_solve(AttachModel* model, const AttachMove* move, double* x,
                                 AttachSolve* solve);
+
+// Processor time of the calling thread, ms.
+double om__attach_thread_ms(void);
 
 // ---- scores -----------------------------------------------------------------------------------------
 

@@ -1,18 +1,16 @@
 // study_simulated.c: Table 4.1: BA-Net on samples of the generator with seeds of their own.
 //
-// Samples are independent. A batch of them is made, scored and simulated in parallel; the network runs between, one
-// sample at a time on all workers. Samples, results without the network, and results of the network are one file each:
+// Samples are independent. A batch of them is made, scored and simulated in parallel; each network has one thread, as
+// its bytes depend on their number. Samples, results without the network, and results of the network are one file each:
 // other weights repeat the last alone.
 //
 // Grasped vertices share the force of the truth, and their true displacement drives the simulation of the same mesh and
 // law. The equilibrium with the true attachments is then that of the truth, up to tolerances and folds: AVE of Same is
 // smaller than in the thesis (0.6 mm), and AVE shows attachments alone.
-#include <math.h>
-#include <stdlib.h>
+#include <assert.h>
 #include <string.h>
-#include <time.h>
 
-#include "omentum/banet_data.h"
+#include "omentum/banet_net.h"
 #include "study/study_internal.h"
 #include "study/study_match_case.h"
 #include "study/study_simulated_internal.h"
@@ -167,17 +165,6 @@ static void prepare_range(void* ctx, int begin, int end, int block) {
     for (int i = begin; i < end; ++i) keep_status(&b->item[i], prepare(b->s, &b->item[i]));
 }
 
-static void move_range(void* ctx, int begin, int end, int block) {
-    (void)block;
-    Batch* b = ctx;
-    for (int i = begin; i < end; ++i) {
-        Item* item = &b->item[i];
-        SimCase* c = item->c;
-        if (!c->base.is_made || c->index >= b->s->nsolve[c->set]) continue;
-        keep_status(item, om__sim_body_move(&item->body, &c->net->move));
-    }
-}
-
 static OmStatus check_items(const Batch* b) {
     for (int i = 0; i < b->n; ++i)
         OM_CHECK(b->item[i].status >= 0, b->item[i].status, "sample %d of the set \"%s\": %s",
@@ -189,11 +176,19 @@ static OmStatus estimate(const Sim* s, Item* item) {
     SimCase* c = item->c;
     const OmSurface* surface = &item->sample.surface;
     OM_ALLOC(item->probability, (size_t)surface->nvert);
-    clock_t begin = clock();
+    double begin = om__attach_thread_ms();
     OM_TRY(om__sim_net_estimate(s, &item->body, item->probability));
-    c->net->ms = 1e3 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+    c->net->ms = om__attach_thread_ms() - begin;
     OM_TRY(om__sim_body_cells(&item->body, item->probability, c->net));
-    return om__sim_body_score(&item->body, &c->net->score);
+    OM_TRY(om__sim_body_score(&item->body, &c->net->score));
+    return c->index < s->nsolve[c->set] ? om__sim_body_move(&item->body, &c->net->move) : OM_OK;
+}
+
+static void estimate_range(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Batch* b = ctx;
+    for (int i = begin; i < end; ++i)
+        if (b->item[i].c->base.is_made) keep_status(&b->item[i], estimate(b->s, &b->item[i]));
 }
 
 static OmStatus run_batch(const Sim* s, Batch* b) {
@@ -213,9 +208,7 @@ static OmStatus run_batch(const Sim* s, Batch* b) {
         c->has_base = true;
     }
     if (!s->net) return OM_OK;
-    for (int i = 0; i < b->n; ++i)
-        if (b->item[i].c->base.is_made) OM_TRY(estimate(s, &b->item[i]));
-    om_parallel_for(s->def->nworker, b->n, 1, move_range, b);
+    om_parallel_for(s->def->nworker, b->n, 1, estimate_range, b);
     OM_TRY(check_items(b));
     for (int i = 0; i < b->n; ++i) {
         SimCase* c = b->item[i].c;
@@ -330,46 +323,29 @@ static void summarise_row(const Sim* s, int set, bool is_hidden, int guess, doub
     for (int k = 0; k < 6; ++k) *out[k] = om__attach_quartiles(part[k], k < 4 ? n : nmove);
 }
 
-typedef struct Said {
-    float probability;
-    int is_true;
-} Said;
-
-static int compare_said(const void* a, const void* b) {
-    float p = ((const Said*)a)->probability, q = ((const Said*)b)->probability;
-    if (p != q) return p < q ? -1 : 1;
-    return ((const Said*)a)->is_true -
-           ((const Said*)b)->is_true;  // the order of samples is nothing
-}
-
-// Reliability over the cells of a set: bins of equal count, and the expected calibration error.
+// Reliability over the cells of a set.
 static OmStatus calibrate(Sim* s, int set) {
-    size_t n = 0, at = 0;
+    static_assert(OM_STUDY_SIM_NBIN == OM_BANET_NBIN, "bins of the network's own evaluation");
+    int64_t n = 0, at = 0;
     for (int i = 0; i < s->ncase; ++i)
-        if (s->c[i].set == set && s->c[i].has_net) n += (size_t)s->c[i].net->ncell;
-    if (!n) return OM_OK;
-    Said* said = om_alloc(n, sizeof *said);
-    if (!said) return OM_NO_MEMORY;
-    for (int i = 0; i < s->ncase; ++i) {
+        if (s->c[i].set == set && s->c[i].has_net) n += s->c[i].net->ncell;
+    if (n == 0) return OM_OK;
+    double* said = om_alloc((size_t)n, sizeof *said);
+    unsigned char* is_true = om_alloc((size_t)n, 1);
+    OmStatus status = said && is_true ? OM_OK : OM_NO_MEMORY;
+    for (int i = 0; i < s->ncase && status == OM_OK; ++i) {
         const SimNet* net = s->c[i].net;
-        for (int k = 0; s->c[i].set == set && s->c[i].has_net && k < net->ncell; ++k)
-            said[at++] = (Said){net->probability[k], net->is_true[k]};
-    }
-    qsort(said, n, sizeof *said, compare_said);
-    for (size_t b = 0; b < OM_STUDY_SIM_NBIN; ++b) {
-        size_t begin = b * n / OM_STUDY_SIM_NBIN, end = (b + 1) * n / OM_STUDY_SIM_NBIN;
-        double p = 0, y = 0;
-        for (size_t k = begin; k < end; ++k) {
-            p += (double)said[k].probability;
-            y += said[k].is_true;
+        for (int k = 0; s->c[i].set == set && s->c[i].has_net && k < net->ncell; ++k) {
+            said[at] = (double)net->probability[k];
+            is_true[at++] = net->is_true[k];
         }
-        if (end == begin) continue;
-        s->sum.ece[set] += fabs(p - y) / (double)n;
-        s->sum.bin_said[set][b] = p / (double)(end - begin);
-        s->sum.bin_true[set][b] = y / (double)(end - begin);
     }
+    if (status == OM_OK)
+        status = om_banet_reliability(n, said, is_true, s->sum.bin_said[set], s->sum.bin_true[set],
+                                      &s->sum.ece[set]);
     om_free(said);
-    return OM_OK;
+    om_free(is_true);
+    return status;
 }
 
 static bool meets(const OmStudySimulatedRow* r, double dsc, double tpr, double ave) {
