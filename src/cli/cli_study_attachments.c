@@ -24,7 +24,7 @@ static const OmCliOption att_option[] = {
      OM_STUDY_KIDNEY_MAX_RUN},
     {"--cases", NULL, "N", "phantoms: the first N configurations", "24", NULL, 1, 24},
     {"--volume", NULL, "FILE", "kidney: labels of a CT; the left kidney is label 3"},
-    {"--weights", "-w", "FILE", "of the network", "the weights that come along"},
+    {"--weights", "-w", "FILE", "of the network; none: without it", "the weights that come along"},
     {"--workers", NULL, "N", "threads of simulations", "one per processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -107,6 +107,7 @@ static void print_layouts(const OmStudyAttachmentsSummary* s, const char* dir) {
                100 * r->tpr.median, 1e3 * r->ave.median, 1e3 * r->mve.median);
         if (k >= OM_STUDY_SINGLE)
             printf("; %d of %d refused, %.0f ms", r->nrefused, r->dsc.n, r->ms);
+        if (r->nlost) printf(", %d views lost", r->nlost);
         printf("\n");
     }
     printf("the goal of %g and %g %%, %g and %g %% from three views, %g ms is %s\n",
@@ -230,8 +231,8 @@ static void print_phantoms(const OmStudyPhantomsSummary* s, const char* dir) {
         om_cli_figure("phantoms.dsc_grasps", grasps->dsc.median);
         om_cli_figure("phantoms.tpr_grasps", grasps->tpr.median);
     }
-    printf("%d configurations, %d lifts, %d steps; %.2f mm at rest; medians of DSC / TPR / AVE:\n",
-           s->ncase, s->nlift, s->nview, 1e3 * s->rest.median);
+    printf("%d configuration%s, %d lifts, %d steps; %.2f mm at rest; medians of DSC / TPR / AVE:\n",
+           s->ncase, s->ncase == 1 ? "" : "s", s->nlift, s->nview, 1e3 * s->rest.median);
     for (int r = 0; r < OM_STUDY_PHANTOM_NROW; ++r) {
         const OmStudyPhantomResult* at = &s->row[r];
         if (at->n == 0) continue;
@@ -242,6 +243,9 @@ static void print_phantoms(const OmStudyPhantomsSummary* s, const char* dir) {
                        100 * at->by[k].tpr.median, 1e3 * at->by[k].ave.median);
         printf("\n");
     }
+    printf(
+        "failed: %d lifts ended early, %d steps without correspondence, %d simulations stopped\n",
+        s->nshort, s->nlost, s->nloose);
     printf(
         "the goal of DSC %g, TPR %g %%, AVE %g mm above Same, and of several grasps %g, %g %% is %s\n",
         OM_STUDY_PHANTOM_DSC, 100 * OM_STUDY_PHANTOM_TPR, 1e3 * OM_STUDY_PHANTOM_AVE,
@@ -291,6 +295,7 @@ static void print_kidney(const OmStudyKidneySummary* s, const char* dir) {
                s->dsc.median, 100 * s->tpr.median, 1e3 * s->ave.median, OM_STUDY_KIDNEY_DSC,
                1e3 * OM_STUDY_KIDNEY_AVE);
     }
+    if (s->nfailed) printf("  %d more samples could not be made\n", s->nfailed);
     if (s->nview)
         printf("dissection: %d rows, %d views of a run, truth of %d tetrahedra, %.2f mm at rest\n",
                s->nrow, s->nview, s->ntet, 1e3 * s->rest);

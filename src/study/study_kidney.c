@@ -5,7 +5,7 @@
 #include "study/study_kidney_case.h"
 
 #define COOKIE 0x6b1d4e79u
-#define SIDE 0.3  // m, of the thesis's grid: the fat is two voxels thick
+#define SIDE 0.3  // m, of the thesis's grid: om_banet_default_side of fat of 10 mm, two voxels
 
 OmStudyKidneyDef om_study_kidney_default_def(const char* out_dir, const char* volume) {
     return (OmStudyKidneyDef){

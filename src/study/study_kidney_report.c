@@ -8,6 +8,8 @@
 
 #define MAX_PATH 1024
 #define WORD 48
+#define NSAMPLE 600  // of the thesis
+#define NRUN 10      // of the whole study
 
 static OmStatus path_of(const Kidney* s, const char* name, char* path) {
     return om_path_join(s->def->out_dir, name, path, MAX_PATH);
@@ -43,6 +45,12 @@ static void add_outcome(const Kidney* s, OmReport* report) {
         n += (size_t)snprintf(text + n, sizeof text - n, "Left out: the rows of the network. ");
     snprintf(text + n, sizeof text - n, "%s.", m->is_met ? "Met" : "Missed");
     om_report_verdict(report, text, m->is_met);
+    const OmStudyKidneyDef* d = s->def;
+    if (!d->is_quick && d->nsample == NSAMPLE && d->nrun == NRUN) return;
+    snprintf(text, sizeof text, "Not the study of the thesis: %s%d of %d samples, %d of %d runs.",
+             d->is_quick ? "coarse meshes, one row with two levels, " : "", d->nsample, NSAMPLE,
+             d->nrun, NRUN);
+    om_report_paragraph(report, text);
 }
 
 // One line for each way.
@@ -76,12 +84,12 @@ static void add_ways(const Kidney* s, OmReport* report) {
     char note[900];
     snprintf(
         note, sizeof note,
-        "%d views of %d rows, %d runs each with other noise; the truth has %d tetrahedra. Mean: AVE of the scan's "
-        "points at their true material points, less its value at rest, mean over rows; at rest %.2f mm (thesis "
-        "3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
+        "Rows: %d; views of a run: %d; runs, each with other noise: %d; tetrahedra of the truth: %d. Mean: AVE of "
+        "the scan's points at their true material points, less its value at rest, mean over rows; at rest %.2f mm "
+        "(thesis 3.62 mm). Volume: all vertices of the twin by their true positions. DSC and TPR: medians over the "
         "underside. After a refused update the twin of its row keeps its last accepted attachments, at first the whole "
         "underside. The network found no correspondence in %d views of all runs. %d lifts of the truth ended early.",
-        s->sum.nview, s->sum.nrow, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost,
+        s->sum.nrow, s->sum.nview, s->def->nrun, s->sum.ntet, 1e3 * s->sum.rest, s->sum.nlost,
         s->sum.nshort);
     om_report_paragraph(report, note);
 }
@@ -279,8 +287,10 @@ static OmStatus add_gallery(const Kidney* s, OmReport* report) {
         order[k] = i;
     }
     OmStatus status = OM_OK;
-    for (int k = 0; k < 3 && n && status >= 0; ++k)
-        status = add_sample(s, order[k * (n - 1) / 2], which[k], report);
+    for (int k = 0; k < 3 && n && status >= 0; ++k) {
+        bool is_shown = k > 0 && k * (n - 1) / 2 == (k - 1) * (n - 1) / 2;  // of one or two samples
+        if (!is_shown) status = add_sample(s, order[k * (n - 1) / 2], which[k], report);
+    }
     om_free(order);
     if (status == OM_OK)
         om_report_paragraph(

@@ -9,7 +9,7 @@
 #define WORD 96
 #define MAP_SIDE 240     // pixels
 #define MAP_HALF 0.066   // m
-#define MAP_NEAR 0.0045  // m, from a pixel to its vertex
+#define MAP_NEAR 0.0045  // m, from a pixel to its vertex, of the usual mesh
 
 static OmStatus path_of(const Phantoms* s, const char* name, char* path) {
     return om_path_join(s->def->out_dir, name, path, MAX_PATH);
@@ -99,13 +99,14 @@ static void add_outcome(const Phantoms* s, OmReport* report) {
 // ---- pictures ---------------------------------------------------------------------------------------------------
 
 // The underside from above: found and true, missed, wrong, free.
-static void draw_map(const PhantomResult* r, const unsigned char* attached, OmPicture* map) {
+static void draw_map(const Phantoms* s, const PhantomResult* r, const unsigned char* attached,
+                     OmPicture* map) {
     static const unsigned char color[4][3] = {
         {200, 200, 200}, {230, 120, 20}, {30, 60, 200}, {20, 140, 60}};
     for (int i = 0; i < MAP_SIDE * MAP_SIDE; ++i) {
         double x = MAP_HALF * (2.0 * (i % MAP_SIDE) / (MAP_SIDE - 1) - 1);
         double y = MAP_HALF * (1 - 2.0 * (i / MAP_SIDE) / (MAP_SIDE - 1));
-        double best = MAP_NEAR;
+        double best = MAP_NEAR * s->coarse;
         int at = -1;
         for (int k = 0; k < r->nnode; ++k) {
             double d = hypot(x - r->node_x[k][0], y - r->node_x[k][1]);
@@ -134,7 +135,7 @@ static OmStatus add_pair(const Phantoms* s, int index, int k, int way, const cha
         snprintf(text, sizeof text, "%s: %s, grasp %d, %d mm", which, name, v->grasp + 1,
                  10 * v->level);
         om_report_picture(report, &seen, text);
-        draw_map(r, v->by[way].attached, &map);
+        draw_map(s, r, v->by[way].attached, &map);
         snprintf(text, sizeof text, "%s: DSC %.2f, TPR %.0f %%, AVE %.1f mm (Same %.1f mm)",
                  om__phantoms_way_title[way], v->by[way].dsc, 100 * v->by[way].tpr,
                  1e3 * v->by[way].ave, 1e3 * v->same_ave);
@@ -164,7 +165,9 @@ static OmStatus add_pictures(const Phantoms* s, int way, OmReport* report) {
     if (status == OM_OK) {
         memcpy(sorted, value, (size_t)n * sizeof *value);
         om_sort_doubles(sorted, n);
-        om_report_heading(report, om__phantoms_way_title[way]);
+        char title[WORD];
+        snprintf(title, sizeof title, "Best, median and worst by %s", om__phantoms_way_title[way]);
+        om_report_heading(report, title);
     }
     static const char* const which[3] = {"best", "median", "worst"};
     const int rank[3] = {n - 1, n / 2, 0};
@@ -196,7 +199,9 @@ static void add_how(OmReport* report) {
         "AVE: the twin, with the grasped vertices moved as the tool moved and the attachments held still, against the "
         "points that the camera saw, less the value at rest. Points are compared with their true material points; the "
         "thesis takes them from its matching. Volume: all vertices of the twin against the truth. A refused estimate "
-        "attaches nothing and counts. Same: the true attachments. The twin believes in no attachment before. The "
+        "attaches nothing and counts. Same: the true attachments. The weight of the truth holds tissue on the board "
+        "that the twin, without weight, lifts; so a set that is larger than the true one can have a smaller AVE and "
+        "error of the volume than Same. The twin believes in no attachment before. The "
         "network's correspondence goes through the twin that physics has corrected, so its rows are not without "
         "physics; fused: over the last three steps.");
     om_report_paragraph(
