@@ -299,7 +299,8 @@ static OmStatus cross(Layout* l, const OmBanetAdvice* advice) {
     u->is_accepted = advice->nused > 0;
     u->nlost = MATCH_NGRASP - advice->nused;
     if (!u->is_accepted) snprintf(u->reason, sizeof u->reason, "no correspondence");
-    for (int i = 0; i < l->r->nnode; ++i) u->attached[i] = attached[l->under->vert[i]];
+    for (int i = 0; i < l->r->nnode && status >= 0; ++i)
+        u->attached[i] = attached[l->under->vert[i]];
     om_free(attached);
     if (status >= 0) status = move_all(l, u, NULL, v);
     return status;
