@@ -101,7 +101,8 @@ typedef struct OmSceneAttach {
 typedef enum OmBeliefKind {
     OM_BELIEF_SAME,  // the truth's, shifted and grown
     OM_BELIEF_NONE,  // the twin has no attachment
-    OM_BELIEF_BOX    // underside vertices inside a box of the task frame
+    OM_BELIEF_BOX,   // underside vertices inside a box of the task frame
+    OM_BELIEF_PATCH  // another random patch of the underside
 } OmBeliefKind;
 
 typedef struct OmSceneBelief {  // attachments of the twin, where they are not those of the truth
@@ -109,6 +110,11 @@ typedef struct OmSceneBelief {  // attachments of the twin, where they are not t
     OmVec3 shift;               // m, task frame, of OM_BELIEF_SAME; z is not used; default 0
     // m, of OM_BELIEF_SAME: the region extends by this, or shrinks if below 0; default 0
     double grow;
+    // Attached vertices of OM_BELIEF_SAME over those of the truth: the region takes or loses vertices in the order of
+    // D (4.1) around the vertex farthest inside it; thesis 6.5.2 has 0.2-0.6 and 1.4-1.6. Default 1.
+    double ratio;
+    int seed;           // of OM_BELIEF_PATCH; default 0
+    double share;       // of the underside that OM_BELIEF_PATCH takes; default 0.3
     OmVec3 lo, hi;      // m, the box
     double stiffness;   // N/m per vertex, 0: held still; below 0 (default): the truth's
     double foundation;  // N/m^3, in place of `stiffness`; below 0 (default): the truth's
@@ -135,9 +141,12 @@ typedef struct OmSceneCamera {
 typedef struct OmSceneWorld {  // what the simulated world hides from the twin
     double young_factor;       // true Young's modulus over the twin's; default 0.85
     double density_factor;     // default 1
-    double tool_noise;         // m, standard deviation of a measured tool position; default 0.2 mm
-    bool has_depth_noise;      // default true
-    int narm;                  // 1 (PSM1 alone) to OM_MAX_ARM; default 2
+    int law;                   // OmLaw of the true tissue, -1 (default): the twin's
+    double poisson;        // true Poisson's ratio of all materials, below 0 (default): the twin's
+    double friction;       // true friction, below 0 (default): the twin's
+    double tool_noise;     // m, standard deviation of a measured tool position; default 0.2 mm
+    bool has_depth_noise;  // default true
+    int narm;              // 1 (PSM1 alone) to OM_MAX_ARM; default 2
     // N, standard deviation of a measured force at the tip along each axis; default below 0: arms measure no force
     double force_noise;
 } OmSceneWorld;

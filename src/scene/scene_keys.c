@@ -134,17 +134,24 @@ static const OmYamlField attach_field[] = {
 };
 static const OmYamlSchema attach_schema = {"attachments", attach_field, COUNT(attach_field), NULL};
 
-static const char* const belief_name[] = {"same", "none", "box", NULL};
+static const char* const belief_name[] = {"same", "none", "box", "random_patch", NULL};
 
 static const OmYamlField belief_field[] = {
     {"kind", OM_YAML_ENUM, AT(OmSceneBelief, kind), .name = belief_name,
-     .help = "the truth's, none, or the underside inside a box"},
+     .help = "the truth's, none, the underside inside a box, or another random patch of it"},
     {"shift_mm", OM_YAML_VEC3, AT(OmSceneBelief, shift), .min = -1000, .max = 1000, .scale = MM,
      .unit = "mm",
      .help = "`kind: same`: shift of the region, task frame; the third number is not used"},
     {"grow_mm", OM_YAML_DOUBLE, AT(OmSceneBelief, grow), .min = -1000, .max = 1000, .scale = MM,
      .unit = "mm",
      .help = "`kind: same`: the region extends by this on all sides; below 0 it shrinks"},
+    {"ratio", OM_YAML_DOUBLE, AT(OmSceneBelief, ratio), .min = 0.01, .max = 20,
+     .help =
+         "`kind: same`: attached vertices over those of the truth, in the order of thesis (4.1)"},
+    {"seed", OM_YAML_INT, AT(OmSceneBelief, seed), .min = 0, .max = 2000000000,
+     .help = "`kind: random_patch`: its place"},
+    {"share", OM_YAML_DOUBLE, AT(OmSceneBelief, share), .min = 0.01, .max = 0.95,
+     .help = "`kind: random_patch`: of the underside"},
     {"lo_mm", OM_YAML_VEC3, AT(OmSceneBelief, lo), .scale = MM, .unit = "mm",
      .help = "lower corner of the box, task frame"},
     {"hi_mm", OM_YAML_VEC3, AT(OmSceneBelief, hi), .scale = MM, .unit = "mm",
@@ -197,6 +204,12 @@ static const OmYamlField world_field[] = {
      .help = "true Young's modulus over the twin's"},
     {"density_factor", OM_YAML_DOUBLE, AT(OmSceneWorld, density_factor), .min = 0.1, .max = 10,
      .help = "true density over the twin's"},
+    {"law", OM_YAML_ENUM, AT(OmSceneWorld, law), .name = law_name,
+     .help = "true law of the material; left out: the twin's"},
+    {"poisson", OM_YAML_DOUBLE, AT(OmSceneWorld, poisson), .min = 0, .max = OM_MAX_POISSON,
+     .help = "true Poisson's ratio, of all materials; left out: the twin's"},
+    {"friction", OM_YAML_DOUBLE, AT(OmSceneWorld, friction), .min = 0, .max = 10,
+     .help = "true friction on board and organ; left out: the twin's"},
     {"tool_noise_mm", OM_YAML_DOUBLE, AT(OmSceneWorld, tool_noise), .min = 0, .max = 10,
      .scale = MM, .unit = "mm", .help = "standard deviation of a measured tool position"},
     {"depth_noise", OM_YAML_BOOL, AT(OmSceneWorld, has_depth_noise),

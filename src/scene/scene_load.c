@@ -39,12 +39,15 @@ OmScene om_scene_default(void) {
                              .attach = "border:medial 25 %",
                              .tumour_radius = 0.008};
     s.attach = (OmSceneAttach){.kind = OM_ATTACH_RANDOM, .share_min = 0.1, .share_max = 0.5};
-    s.believed = (OmSceneBelief){.stiffness = -1, .foundation = -1};
+    s.believed = (OmSceneBelief){.ratio = 1, .share = 0.3, .stiffness = -1, .foundation = -1};
     s.roi = (OmSceneRoi){.is_random = true, .radius = 0.008, .margin = 0.005};
     s.endoscope = (OmSceneCamera){0.2, 45 * DEG, 60 * DEG, 640, 480, {0}, {0}, {0}};
     s.rgbd = (OmSceneCamera){0.3, 50 * DEG, 42 * DEG, 320, 240, {0}, {0}, {0}};
     s.world = (OmSceneWorld){.young_factor = 0.85,
                              .density_factor = 1.0,
+                             .law = -1,
+                             .poisson = -1,
+                             .friction = -1,
                              .tool_noise = 0.2 * MM,
                              .has_depth_noise = true,
                              .narm = OM_MAX_ARM,
@@ -157,8 +160,15 @@ static OmStatus check_uses(const OmScene* s, const OmScene* plain, const char* n
     const OmSceneBelief* b = &s->believed;
     OM_CHECK(b->kind == OM_BELIEF_BOX || (om_norm(b->lo) == 0 && om_norm(b->hi) == 0), OM_INVALID,
              "%s: believed_attachments: lo_mm and hi_mm have no effect without kind: box", name);
-    OM_CHECK(b->kind == OM_BELIEF_SAME || (om_norm(b->shift) == 0 && b->grow == 0), OM_INVALID,
-             "%s: believed_attachments: shift_mm and grow_mm have no effect without kind: same",
+    OM_CHECK(
+        b->kind == OM_BELIEF_SAME || (om_norm(b->shift) == 0 && b->grow == 0 && b->ratio == 1),
+        OM_INVALID,
+        "%s: believed_attachments: shift_mm, grow_mm and ratio have no effect without kind: same",
+        name);
+    OM_CHECK(b->kind == OM_BELIEF_PATCH ||
+                 (b->seed == plain->believed.seed && b->share == plain->believed.share),
+             OM_INVALID,
+             "%s: believed_attachments: seed and share have no effect without kind: random_patch",
              name);
     OM_CHECK(!s->roi.is_random || om_norm(s->roi.center) == 0, OM_INVALID,
              "%s: roi: center_mm has no effect on a random region; say random: false", name);

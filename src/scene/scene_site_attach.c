@@ -14,33 +14,45 @@
 
 // ---- the truth ---------------------------------------------------------------------------------------------
 
-static OmStatus attach_random_patch(const OmScene* scene, OmSite* site) {
-    const OmMeshSet* under = om_tet_mesh_find_set(&site->mesh, "underside");
-    OmRng rng = om_rng_init((uint64_t)scene->seed, 1);
-    double share = om_rng_range(&rng, scene->attach.share_min, scene->attach.share_max);
+// The `n` vertices of the mesh, or the underside, that a patch takes; the caller frees them.
+static OmStatus draw_patch(const OmTetMesh* mesh, const int* from, int n, const OmPatchDef* def,
+                           int** list, int* nlist) {
     OmSurface surface = {0};
-    int *vert = NULL, *of_mesh = NULL, *candidate = NULL, *patch = NULL;
-    int ncandidate = 0, npatch = 0;
-    OmStatus status = om_tet_mesh_boundary(&site->mesh, &surface, &vert);
+    int *vert = NULL, *of_mesh = NULL, *candidate = NULL, ncandidate = 0;
+    OmPatchDef patch = *def;
+    *list = NULL;
+    OmStatus status = om_tet_mesh_boundary(mesh, &surface, &vert);
     if (status < 0) goto done;
-    OM_ALLOC_DONE(of_mesh, (size_t)site->mesh.nvert);
-    OM_ALLOC_DONE(candidate, (size_t)under->nvert);
-    for (int v = 0; v < site->mesh.nvert; ++v) of_mesh[v] = -1;
+    OM_ALLOC_DONE(of_mesh, (size_t)mesh->nvert);
+    OM_ALLOC_DONE(candidate, (size_t)n);
+    for (int v = 0; v < mesh->nvert; ++v) of_mesh[v] = -1;
     for (int i = 0; i < surface.nvert; ++i) of_mesh[vert[i]] = i;
-    for (int i = 0; i < under->nvert; ++i) {
-        if (of_mesh[under->vert[i]] >= 0) candidate[ncandidate++] = of_mesh[under->vert[i]];
-    }
-    OmPatchDef def = om_patch_default_def(share, (uint64_t)scene->seed);
-    OM_TRY_DONE(om_surface_random_patch(&surface, candidate, ncandidate, &def, &patch, &npatch));
-    for (int i = 0; i < npatch; ++i) patch[i] = vert[patch[i]];
-    status = om_tet_mesh_add_set(&site->mesh, "attachment", patch, npatch);
+    for (int i = 0; i < n; ++i)
+        if (of_mesh[from[i]] >= 0) candidate[ncandidate++] = of_mesh[from[i]];
+    if (patch.center >= 0) patch.center = of_mesh[patch.center];
+    OM_TRY_DONE(om_surface_random_patch(&surface, candidate, ncandidate, &patch, list, nlist));
+    for (int i = 0; i < *nlist; ++i) (*list)[i] = vert[(*list)[i]];
 done:
     om_free(of_mesh);
     om_free(candidate);
-    om_free(patch);
     om_free(vert);
     om_surface_done(&surface);
     return status;
+}
+
+static OmStatus attach_random_patch(double share, int seed, OmSite* site) {
+    const OmMeshSet* under = om_tet_mesh_find_set(&site->mesh, "underside");
+    OmPatchDef def = om_patch_default_def(share, (uint64_t)seed);
+    int *list, n;
+    OM_TRY(draw_patch(&site->mesh, under->vert, under->nvert, &def, &list, &n));
+    OmStatus status = om_tet_mesh_add_set(&site->mesh, "attachment", list, n);
+    om_free(list);
+    return status;
+}
+
+static double draw_share(const OmScene* scene) {
+    OmRng rng = om_rng_init((uint64_t)scene->seed, 1);
+    return om_rng_range(&rng, scene->attach.share_min, scene->attach.share_max);
 }
 
 // key: of the scene file, for the message.
@@ -67,7 +79,7 @@ static OmStatus attach_box(const OmScene* scene, OmVec3 lo, OmVec3 hi, const cha
 OmStatus om__site_attach(const OmScene* scene, OmSite* site) {
     const OmSceneAttach* a = &scene->attach;
     switch (a->kind) {
-    case OM_ATTACH_RANDOM: return attach_random_patch(scene, site);
+    case OM_ATTACH_RANDOM: return attach_random_patch(draw_share(scene), scene->seed, site);
     case OM_ATTACH_BOX: return attach_box(scene, a->lo, a->hi, "attachments", site);
     default:
         OM_CHECK(om_tet_mesh_find_set(&site->mesh, "attachment"), OM_INVALID,
@@ -164,13 +176,68 @@ done:
     return status;
 }
 
+// The vertex of the region that is farthest from the rest of the underside; any one if the region is all of it.
+static int find_deepest(const Region* r) {
+    int deepest = -1;
+    double most = -1;
+    for (int k = 0; k < r->under->nvert; ++k) {
+        int v = r->under->vert[k];
+        double d = r->is_in[v] ? distance_to(r, om_load3(r->mesh->x, v), false) : -1;
+        if (d <= most) continue;
+        most = d;
+        deepest = v;
+    }
+    return deepest;
+}
+
+// `ratio` times as many vertices. Below 1 those of the region with the lowest D of (4.1) stay; above 1 those of the
+// rest of the underside with the lowest D come to it. So a smaller region lies in a larger one.
+static OmStatus scale_region(const OmScene* scene, OmSite* site) {
+    const double ratio = scene->believed.ratio;
+    OmStatus status = OM_OK;
+    Region r;
+    int *from = NULL, *taken = NULL, *list = NULL, nfrom = 0, ntaken = 0, n = 0, nheld = 0;
+    OM_TRY(region_of(site, &r));
+    OM_ALLOC_DONE(from, (size_t)r.under->nvert);
+    OM_ALLOC_DONE(list, (size_t)r.under->nvert);
+    for (int k = 0; k < r.under->nvert; ++k) nheld += r.is_in[r.under->vert[k]] != 0;
+    for (int k = 0; k < r.under->nvert; ++k) {
+        int v = r.under->vert[k];
+        if ((r.is_in[v] != 0) == (ratio < 1)) from[nfrom++] = v;
+        if (r.is_in[v] && ratio > 1) list[n++] = v;
+    }
+    double want = ratio < 1 ? ratio * nheld : (ratio - 1) * nheld;
+    if (nfrom > 0 && nheld > 0) {
+        OmPatchDef def = om_patch_default_def(fmin(1, want / nfrom), (uint64_t)scene->seed);
+        def.center = find_deepest(&r);
+        OM_TRY_DONE(draw_patch(&site->mesh, from, nfrom, &def, &taken, &ntaken));
+    }
+    for (int i = 0; i < ntaken; ++i) list[n++] = taken[i];
+    OM_CHECK_DONE(
+        n > 0, OM_INVALID,
+        "%s: believed_attachments: ratio %g leaves no vertex of the %d that are attached; "
+        "say kind: none if the twin is to have no attachment",
+        om_scene_label(scene), ratio, nheld);
+    om_sort_ints(list, n);
+    status = om_tet_mesh_add_set(&site->mesh, "attachment", list, n);
+done:
+    om_free(r.is_in);
+    om_free(from);
+    om_free(taken);
+    om_free(list);
+    return status;
+}
+
 OmStatus om__site_believe(const OmScene* scene, OmSite* site) {
     const OmSceneBelief* b = &scene->believed;
     switch (b->kind) {
     case OM_BELIEF_NONE: return om_tet_mesh_add_set(&site->mesh, "attachment", NULL, 0);
     case OM_BELIEF_BOX: return attach_box(scene, b->lo, b->hi, "believed_attachments", site);
-    default: return om_norm(b->shift) == 0 && b->grow == 0 ? OM_OK : change_region(scene, site);
+    case OM_BELIEF_PATCH: return attach_random_patch(b->share, b->seed, site);
+    default: break;
     }
+    if (om_norm(b->shift) > 0 || b->grow != 0) OM_TRY(change_region(scene, site));
+    return b->ratio == 1 ? OM_OK : scale_region(scene, site);
 }
 
 // ---- stiffness -------------------------------------------------------------------------------------------------

@@ -206,7 +206,7 @@ void om_site_set_numbers(const OmScene* scene, OmSite* site) {
     double density = t->density < 0 && has_own ? site->material[0].density : t->density;
     site->young = young * (is_world ? scene->world.young_factor : 1.0);
     site->density = density * (is_world ? scene->world.density_factor : 1.0);
-    site->poisson = t->poisson;
+    site->poisson = is_world && scene->world.poisson >= 0 ? scene->world.poisson : t->poisson;
     om__site_set_stiffness(scene, site);
 }
 

@@ -66,6 +66,7 @@ static void print_number(double si, double scale, char* out) {
 }
 
 static bool is_given(const OmYamlField* f, const void* value) {
+    if (f->kind == OM_YAML_ENUM) return *(const int*)at(f, value) >= 0;
     if (f->kind != OM_YAML_DOUBLE || !has_range(f)) return true;
     double si = *(const double*)at(f, value), tiny = 1e-12 * fabs(si);
     return si >= f->min * scale_of(f) - tiny && si <= f->max * scale_of(f) + tiny;

@@ -25,8 +25,13 @@ OmStatus om_body_find_engine(const OmScene* scene, OmSiteRole role, const OmTiss
     return status < 0 ? om_error_prefix(status, "%s: tissue", om_scene_label(scene)) : OM_OK;
 }
 
-static OmMaterial material_of(const OmScene* scene, const OmSiteMaterial* m) {
-    return (OmMaterial){.law = (OmLaw)scene->tissue.law, .young = m->young, .poisson = m->poisson};
+static OmLaw law_of(const OmScene* scene, const OmSite* site) {
+    bool has_own = site->role == OM_SITE_WORLD && scene->world.law >= 0;
+    return (OmLaw)(has_own ? scene->world.law : scene->tissue.law);
+}
+
+static OmMaterial material_of(const OmScene* scene, const OmSite* site, const OmSiteMaterial* m) {
+    return (OmMaterial){.law = law_of(scene, site), .young = m->young, .poisson = m->poisson};
 }
 
 // Input for the engine's options: the scene's numbers and the file of `weights`.
@@ -63,12 +68,12 @@ OmStatus om_body_make_tissue_def(const OmScene* scene, const OmSite* site, OmBod
     def.input = &parts->input;
     def.is_averaged = scene->tissue.is_averaged && engine->can_average;
     OmSiteMaterial first = om_site_get_material(site, 0);
-    def.material_default = material_of(scene, &first);
+    def.material_default = material_of(scene, site, &first);
     def.density = site->density;
     if (site->nmaterial > 1) {
         for (int k = 0; k < site->nmaterial; ++k) {
             OmSiteMaterial m = om_site_get_material(site, k);
-            parts->material[k] = material_of(scene, &m);
+            parts->material[k] = material_of(scene, site, &m);
             parts->density[k] = m.density;
         }
         def.nmaterial = site->nmaterial;
@@ -95,7 +100,7 @@ void om_body_describe(const OmScene* scene, const OmSite* site, char* text, size
     snprintf(text, size, "%s", engine->summary ? engine->summary : engine->name);
     if (engine->has_law) {
         size_t n = strlen(text);
-        snprintf(text + n, size - n, ", %s", om_law_name((OmLaw)scene->tissue.law));
+        snprintf(text + n, size - n, ", %s", om_law_name(law_of(scene, site)));
     }
     if (!om_engine_uses(engine, "young")) return;
     for (int k = 0; k < (site->nmaterial > 0 ? site->nmaterial : 1); ++k) {

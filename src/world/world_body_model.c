@@ -4,7 +4,8 @@
 static OmStatus create_contact(const OmScene* scene, OmBodyModel* m) {
     const OmSite* site = m->site;
     OmContactDef def = om_contact_default_def();
-    def.friction = scene->tissue.friction;
+    const bool has_own = site->role == OM_SITE_WORLD && scene->world.friction >= 0;
+    def.friction = has_own ? scene->world.friction : scene->tissue.friction;
     OmContactPlane board = {site->pose_world_task.p,
                             om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1))};
     OmTissueObstacle obstacle[2];

@@ -146,6 +146,80 @@ static void test_belief(void** state) {
     assert_true(nboth == 0 && nwrong == 6 * 13);
 }
 
+// Fewer and more by the metric of (4.1): as many as asked, nested, in one piece around the middle; and another patch.
+static void test_ratio(void** state) {
+    (void)state;
+    OmScene s = hung_sheet();
+    int nboth, nwrong, n;
+    s.believed.ratio = 0.4;
+    count(&s, &nboth, &nwrong, &n);
+    assert_in_range(nboth, (int)(0.4 * n) - 1, (int)(0.4 * n) + 1);
+    assert_int_equal(nwrong, 0);
+    s.believed.ratio = 1.5;
+    count(&s, &nboth, &nwrong, &n);
+    assert_int_equal(nboth, n);
+    assert_in_range(nwrong, (int)(0.5 * n) - 1, (int)(0.5 * n) + 1);
+    s.believed.ratio = 20;  // no more than there is
+    count(&s, &nboth, &nwrong, &n);
+    assert_true(nboth == n && nwrong == 13 * 13 - n);
+    OmSite small, smaller;
+    s.believed.ratio = 0.6;
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &small));
+    s.believed.ratio = 0.2;
+    assert_ok(om_site_build(&s, OM_SITE_TWIN, NULL, &smaller));
+    int ninside = 0;
+    OmVec3 middle = om_vec3(0, 0, 0);
+    for (int i = 0; i < held_of(&smaller)->nvert; ++i)
+        for (int k = 0; k < held_of(&small)->nvert; ++k)
+            ninside += held_of(&smaller)->vert[i] == held_of(&small)->vert[k];
+    assert_int_equal(ninside, held_of(&smaller)->nvert);
+    // The truth's rows are 0 to 60 mm from the middle of the sheet; the farthest inside are at its border.
+    for (int i = 0; i < held_of(&smaller)->nvert; ++i)
+        middle = om_madd(middle, 1.0 / held_of(&smaller)->nvert,
+                         om_load3(smaller.mesh.x, held_of(&smaller)->vert[i]));
+    assert_true(fabs(middle.x) > 0.03);
+    om_site_done(&small);
+    om_site_done(&smaller);
+    s.believed.ratio = 0.001;
+    assert_status(om_site_build(&s, OM_SITE_TWIN, NULL, &small), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "ratio"));
+    s.believed = om_scene_default().believed;
+    s.believed.kind = OM_BELIEF_PATCH;
+    s.believed.share = 0.25;
+    int found[2];
+    for (int seed = 0; seed < 2; ++seed) {
+        s.believed.seed = 7 + seed;
+        count(&s, &nboth, &nwrong, &n);
+        assert_in_range(nboth + nwrong, 41, 43);  // a quarter of 169
+        found[seed] = nboth;
+    }
+    assert_true(found[0] != found[1]);
+}
+
+// Law, Poisson's ratio and stiffness of the true tissue reach the world alone; left out they are the twin's.
+static void test_true_tissue(void** state) {
+    (void)state;
+    OmScene s = hung_sheet();
+    for (int is_other = 0; is_other < 2; ++is_other) {
+        if (is_other) s.world.law = OM_NEO_HOOKEAN, s.world.poisson = 0.4, s.world.young_factor = 2;
+        for (int role = OM_SITE_TWIN; role <= OM_SITE_WORLD; ++role) {
+            OmSite site;
+            OmBodyParts parts;
+            OmTissueDef def;
+            char text[256];
+            assert_ok(om_site_build(&s, (OmSiteRole)role, NULL, &site));
+            assert_ok(om_body_make_tissue_def(&s, &site, &parts, &def));
+            om_body_describe(&s, &site, text, sizeof text);
+            bool is_own = is_other && role == OM_SITE_WORLD;
+            assert_int_equal(def.material_default.law,
+                             is_own ? OM_NEO_HOOKEAN : (OmLaw)s.tissue.law);
+            assert_near(def.material_default.poisson, is_own ? 0.4 : s.tissue.poisson, 0);
+            assert_non_null(strstr(text, om_law_name(def.material_default.law)));
+            om_site_done(&site);
+        }
+    }
+}
+
 // A stiffness that is believed reaches the twin alone, in both units; calibrated numbers of the truth stay.
 static void test_believed_stiffness(void** state) {
     (void)state;
@@ -226,11 +300,15 @@ static void test_keys(void** state) {
     assert_ok(om_scene_parse(text.str, text.len, "again.yaml", &again));
     assert_memory_equal(&again.believed, &s.believed, sizeof s.believed);
     assert_memory_equal(&again.attach, &s.attach, sizeof s.attach);
+    assert_true(s.world.law == -1 && again.world.law == -1);
+    assert_true(again.world.poisson < 0 && again.world.friction < 0);
     om_text_done(&text);
     expect(", stiffness: 5, foundation: 3e4}", "exclude each other");
     expect("}\nbelieved_attachments: {stiffness: 5, foundation: 3e4}", "exclude each other");
     expect("}\nbelieved_attachments: {lo_mm: [1, 2, 3]}", "kind: box");
     expect("}\nbelieved_attachments: {kind: none, grow_mm: 3}", "kind: same");
+    expect("}\nbelieved_attachments: {kind: box, ratio: 0.5}", "kind: same");
+    expect("}\nbelieved_attachments: {seed: 3}", "kind: random_patch");
     expect("}\nbelieved_attachment: {kind: none}", "believed_attachments");
     OmSite site;
     OmScene shrunk = hung_sheet();
@@ -240,9 +318,12 @@ static void test_keys(void** state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_foundation), cmocka_unit_test(test_belief),
-        cmocka_unit_test(test_believed_stiffness), cmocka_unit_test(test_nothing_believed),
-        cmocka_unit_test(test_keys)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_foundation),
+                                       cmocka_unit_test(test_belief),
+                                       cmocka_unit_test(test_ratio),
+                                       cmocka_unit_test(test_true_tissue),
+                                       cmocka_unit_test(test_believed_stiffness),
+                                       cmocka_unit_test(test_nothing_believed),
+                                       cmocka_unit_test(test_keys)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
