@@ -45,13 +45,14 @@ exit 0
 $ grep -E '"attached_vertices": [1-3][0-9],' out/update.json
 exit 0
 
-# With the network that comes along it finds about the 36 vertices that are held.
+# With the network that comes along it finds more of the 36 vertices that are held, and no more than these. The mesh is
+# three times coarser than the bodies of training.
 $ omentum update free.yaml run/acquisitions/001.yaml -q -o net
 exit 0
 out free\.yaml: the twin takes the new attachments$
 out network: 1 of 1 acquisitions; the attachments are those of
 no-err
-$ grep -E '"attached_vertices": (3[0-9]|4[0-2]),' net/update.json
+$ n() { sed -n 's/.*"attached_vertices": \([0-9]*\),/\1/p' $1/update.json; }; test $(n net) -gt $(n out) && test $(n net) -le 36
 exit 0
 $ omentum update free.yaml run/acquisitions/000.yaml run/acquisitions/001.yaml --json -q -o out
 exit 0
