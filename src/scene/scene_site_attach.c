@@ -14,7 +14,7 @@
 
 // ---- the truth ---------------------------------------------------------------------------------------------
 
-// The `n` vertices of the mesh, or the underside, that a patch takes; the caller frees them.
+// The vertices of a patch of the mesh, drawn among the n of `from`; the caller frees the list.
 static OmStatus draw_patch(const OmTetMesh* mesh, const int* from, int n, const OmPatchDef* def,
                            int** list, int* nlist) {
     OmSurface surface = {0};

@@ -7,7 +7,6 @@
 // Grasped vertices share the force of the truth, and their true displacement drives the simulation of the same mesh and
 // law. The equilibrium with the true attachments is then that of the truth, up to tolerances and folds: AVE of Same is
 // smaller than in the thesis (0.6 mm), and AVE shows attachments alone.
-#include <assert.h>
 #include <string.h>
 
 #include "omentum/banet_net.h"
@@ -325,7 +324,7 @@ static void summarise_row(const Sim* s, int set, bool is_hidden, int guess, doub
 
 // Reliability over the cells of a set.
 static OmStatus calibrate(Sim* s, int set) {
-    static_assert(OM_STUDY_SIM_NBIN == OM_BANET_NBIN, "bins of the network's own evaluation");
+    _Static_assert(OM_STUDY_SIM_NBIN == OM_BANET_NBIN, "bins of the network's own evaluation");
     int64_t n = 0, at = 0;
     for (int i = 0; i < s->ncase; ++i)
         if (s->c[i].set == set && s->c[i].has_net) n += s->c[i].net->ncell;

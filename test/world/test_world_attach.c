@@ -2,6 +2,7 @@
 #include "test_common.h"
 
 #include "omentum/body.h"
+#include "world/world_body.h"
 
 // A sheet of 120 x 120 mm without a board, attached where x > 0.
 static OmScene hung_sheet(void) {
@@ -196,12 +197,13 @@ static void test_ratio(void** state) {
     assert_true(found[0] != found[1]);
 }
 
-// Law, Poisson's ratio and stiffness of the true tissue reach the world alone; left out they are the twin's.
+// Law, Poisson's ratio and friction of the true tissue reach the world alone; left out they are the twin's.
 static void test_true_tissue(void** state) {
     (void)state;
     OmScene s = hung_sheet();
     for (int is_other = 0; is_other < 2; ++is_other) {
-        if (is_other) s.world.law = OM_NEO_HOOKEAN, s.world.poisson = 0.4, s.world.young_factor = 2;
+        s.tissue.has_board = true, s.tissue.friction = 0.2;
+        if (is_other) s.world.law = OM_NEO_HOOKEAN, s.world.poisson = 0.4, s.world.friction = 0.7;
         for (int role = OM_SITE_TWIN; role <= OM_SITE_WORLD; ++role) {
             OmSite site;
             OmBodyParts parts;
@@ -215,6 +217,12 @@ static void test_true_tissue(void** state) {
                              is_own ? OM_NEO_HOOKEAN : (OmLaw)s.tissue.law);
             assert_near(def.material_default.poisson, is_own ? 0.4 : s.tissue.poisson, 0);
             assert_non_null(strstr(text, om_law_name(def.material_default.law)));
+            OmBodyModel* model;
+            const OmTissueObstacle* board;
+            assert_ok(om_body_model_create(&s, &site, 1, &model));
+            assert_int_equal(om_contact_get_obstacles(model->contact, &board), 1);
+            assert_near(board->friction, is_own ? 0.7 : 0.2, 0);
+            om_body_model_destroy(model);
             om_site_done(&site);
         }
     }
