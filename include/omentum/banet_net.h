@@ -20,8 +20,7 @@ extern "C" {
 
 // ---- the trained network ------------------------------------------------------------------------------
 
-#define OM_BANET_NLEVEL 5                             // grids of the U-Net: four poolings
-#define OM_BANET_WEIGHTS "weights/banet.safetensors"  // that come along (om_path_share)
+#define OM_BANET_NLEVEL 5  // grids of the U-Net: four poolings
 
 typedef struct OmBanetNet OmBanetNet;  // constant; may be used by any number of threads
 
@@ -30,6 +29,12 @@ typedef struct OmBanetNet OmBanetNet;  // constant; may be used by any number of
 /// @return OM_OK; OM_INVALID (not such a file, or damaged: the message names the field); OM_NO_MEMORY; OM_IO (no such
 ///         file; the message says how to make one)
 OM_API OmStatus om_banet_net_load(const char* path, OmBanetNet** net);
+/// The network of a setting.
+/// @param name  "none" or "": *net is null; "installed": the weights that come along; null: these where they are
+///              installed, else *net is null; else a file
+/// @param root  folder that the file is relative to; may be null
+/// @return as om_banet_net_load
+OM_API OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net);
 OM_API void om_banet_net_destroy(OmBanetNet* net);
 /// The probability from which a cell counts as attached; chosen on validation samples.
 OM_API double om_banet_net_threshold(const OmBanetNet* net);

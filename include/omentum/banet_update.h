@@ -32,13 +32,6 @@ extern "C" {
 typedef OmStatus (*OmBanetEstimateFn)(void* ctx, const OmSurface* surface, const double* u,
                                       const double* seen, double* probability);
 
-/// The network of a setting.
-/// @param name  "none" or "": *net is null; "installed": the weights that come along; null: these where they are
-///              installed, else *net is null; else a file
-/// @param root  folder that the file is relative to; may be null
-/// @return as om_banet_net_load
-OM_API OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net);
-
 typedef struct OmBanetUpdateDef {  // made by om_banet_update_default_def
     OmMatch* match;                // borrowed until destroy; used in om_banet_update
     const OmBanetNet* net;         // borrowed until destroy; null (default): none

@@ -15,6 +15,7 @@
 #include "banet/banet_net_internal.h"
 
 #define FORMAT "omentum-banet-1"
+#define WEIGHTS "weights/banet.safetensors"  // that come along
 #define MAX_TENSOR 128
 #define MAX_CHANNEL 256
 #define SLOPE 0.01f  // of leaky ReLU
@@ -245,10 +246,10 @@ static OmStatus find_weights(const char* path, char* out, size_t size) {
         OM_CHECK(snprintf(out, size, "%s", path) < (int)size, OM_INVALID, "banet: too long a path");
         return OM_OK;
     }
-    OM_CHECK(om_path_share(OM_BANET_WEIGHTS, out, size) >= 0, OM_IO,
+    OM_CHECK(om_path_share(WEIGHTS, out, size) >= 0, OM_IO,
              "no trained BA-Net: %s is not installed; make one by omentum banet generate -o DATA, "
              "then omentum banet train -d DATA -o DIR",
-             OM_BANET_WEIGHTS);
+             WEIGHTS);
     return OM_OK;
 }
 
@@ -266,4 +267,18 @@ OmStatus om_banet_net_load(const char* path, OmBanetNet** out) {
     else
         *out = n;
     return status;
+}
+
+OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net) {
+    char path[1200];
+    *net = NULL;
+    if (!name) {  // that come along, if any
+        if (om_path_share(WEIGHTS, path, sizeof path) == OM_IO) return OM_OK;
+        return om_banet_net_load(path, net);
+    }
+    if (!*name || strcmp(name, "none") == 0) return OM_OK;
+    if (strcmp(name, "installed") == 0) return om_banet_net_load(NULL, net);
+    if (!root) return om_banet_net_load(name, net);
+    OM_TRY(om_path_join(root, name, path, sizeof path));
+    return om_banet_net_load(path, net);
 }

@@ -80,19 +80,6 @@ OmBanetUpdateDef om_banet_update_default_def(OmMatch* match) {
                               .cookie = COOKIE};
 }
 
-OmStatus om_banet_net_find(const char* name, const char* root, OmBanetNet** net) {
-    char path[1200];
-    *net = NULL;
-    if (!name) {  // that come along, if any
-        if (om_path_share(OM_BANET_WEIGHTS, path, sizeof path) == OM_IO) return OM_OK;
-        return om_banet_net_load(NULL, net);
-    }
-    if (!*name || strcmp(name, "none") == 0) return OM_OK;
-    if (strcmp(name, "installed") == 0) return om_banet_net_load(NULL, net);
-    OM_TRY(om_path_join(root ? root : ".", name, path, sizeof path));
-    return om_banet_net_load(path, net);
-}
-
 double om_banet_default_side(const OmSurface* surface) {
     double volume = 0, area = 0;
     for (int t = 0; t < surface->ntri; ++t) {

@@ -1,5 +1,5 @@
 // study_simulated_net.c: the network of the study of simulated bodies.
-#include "omentum/banet_update.h"
+#include "omentum/banet_net.h"
 #include "study/study_simulated_internal.h"
 
 OmStatus om__sim_net_load(Sim* s) {
