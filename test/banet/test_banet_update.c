@@ -166,6 +166,7 @@ static void test_alone(void** state) {
     assert_ok(om_banet_update(updater, 1, rig.acq, NULL, &e, &advice));
     assert_same(&plain, &e);
     assert_int_equal(advice.nused, 0);
+    om_banet_advice_done(&advice);
     om_match_estimate_done(&e);
     // Without a twin's state: the twin at rest with the attachments of the updater, not those of the site.
     OmAcquisition bare = rig.acq[0];
