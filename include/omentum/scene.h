@@ -187,6 +187,15 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     char network[OM_SCENE_PATH];
 } OmSceneUpdate;
 
+typedef struct OmSceneMonitor {  // the twin compared with the depth camera during the operation
+    bool is_enabled;             // default false
+    // m, discrepancy above which the warning state is 1, 2 and 3; above 0, ascending; default 2, 4 and 6 mm
+    double limit[3];
+    double hysteresis;  // m, by which it must fall below a limit; below limit[0]; default 0.5 mm
+    double rate;        // frames a second; default 30
+    int npoint;         // measured points in a frame, at most; default 1000
+} OmSceneMonitor;
+
 typedef struct OmScene {
     // Engines that `tissue: engine` may name, borrowed; null (default): om_engine_set_default of body.h.
     const struct OmEngineSet* engines;
@@ -206,6 +215,7 @@ typedef struct OmScene {
     OmSceneWorld world;
     OmSceneTask task;
     OmSceneUpdate update;
+    OmSceneMonitor monitor;
 } OmScene;
 
 /// The defaults above: the thesis's sheet.

@@ -149,6 +149,11 @@ OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camer
 OM_API OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                                float* depth, int* id, float* normal);
 
+/// As om_sense_depth, with the triangle of the object that each pixel shows in place of its normal (-1 none).
+/// @return OM_OK; OM_INVALID (a camera out of range)
+OM_API OmStatus om_sense_triangles(const OmSenseScene* scene, const OmCamera* camera, int nworker,
+                                   float* depth, int* id, int* tri);
+
 /// Noise of a structured-light or stereo camera: sigma = a + b z^2. Pixels have no depth where the cosine between ray
 /// and surface normal is below `min_grazing`, and at random with probability `dropout`.
 typedef struct OmDepthNoise {

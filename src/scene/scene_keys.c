@@ -270,6 +270,22 @@ static const OmYamlField update_field[] = {
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 
+static const OmYamlField monitor_field[] = {
+    {"enabled", OM_YAML_BOOL, AT(OmSceneMonitor, is_enabled),
+     .help = "is the twin compared with the depth camera during the operation?"},
+    {"limits_mm", OM_YAML_NUMBERS, AT(OmSceneMonitor, limit), .min = 0.1, .max = 100, .scale = MM,
+     .capacity = 3, .unit = "mm",
+     .help = "discrepancy above which the warning state is 1, 2 and 3; ascending"},
+    {"hysteresis_mm", OM_YAML_DOUBLE, AT(OmSceneMonitor, hysteresis), .min = 0, .max = 50,
+     .scale = MM, .unit = "mm",
+     .help = "the state falls where the discrepancy is below its limit by this"},
+    {"rate_hz", OM_YAML_DOUBLE, AT(OmSceneMonitor, rate), .min = 0.1, .max = 1000, .unit = "1/s",
+     .help = "frames a second"},
+    {"points", OM_YAML_INT, AT(OmSceneMonitor, npoint), .min = 100, .max = 100000,
+     .help = "measured points on the tissue in a frame, at most"},
+};
+static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
+
 static const OmYamlField scene_field[] = {
     {"name", OM_YAML_STRING, AT(OmScene, name), .size = OM_SCENE_NAME, .is_required = true,
      .help = "of the scene, for reports"},
@@ -300,6 +316,8 @@ static const OmYamlField scene_field[] = {
      .help = "what the arms may do"},
     {"update", OM_YAML_STRUCT, AT(OmScene, update), .sub = &update_schema,
      .help = "how the twin's attachments are corrected by the depth camera"},
+    {"monitor", OM_YAML_STRUCT, AT(OmScene, monitor), .sub = &monitor_schema,
+     .help = "how the twin is compared with the tissue that the depth camera sees"},
 };
 const OmYamlSchema om__scene_schema = {"scene", scene_field, COUNT(scene_field), NULL};
 

@@ -65,6 +65,8 @@ OmScene om_scene_default(void) {
                            .retract = 0.1};
     s.update = (OmSceneUpdate){
         .latency = 0.6, .keep = 3, .min_lift = 0.01, .rest = 0.3, .network = "none"};
+    s.monitor = (OmSceneMonitor){
+        .limit = {2 * MM, 4 * MM, 6 * MM}, .hysteresis = 0.5 * MM, .rate = 30, .npoint = 1000};
     return s;
 }
 
@@ -93,6 +95,12 @@ static OmStatus validate(const OmScene* s, const char* name) {
              "%s: model: world_edge_mm %g is outside its range, 0.5 to 50; leave it out for 0.7 of "
              "edge_mm",
              name, 1e3 * s->model.world_edge);
+    const double* limit = s->monitor.limit;
+    OM_CHECK(limit[0] < limit[1] && limit[1] < limit[2], OM_INVALID,
+             "%s: monitor: limits_mm must ascend", name);
+    OM_CHECK(s->monitor.hysteresis < limit[0], OM_INVALID,
+             "%s: monitor: hysteresis_mm %g must be below the first limit, %g", name,
+             1e3 * s->monitor.hysteresis, 1e3 * limit[0]);
     const OmVec3* cells[2] = {&s->tissue.cells, &s->tissue.world_cells};
     for (int i = 0; i < 2; ++i) {
         OmVec3 c = *cells[i];

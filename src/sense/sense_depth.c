@@ -12,7 +12,7 @@ typedef struct Depth {
     const OmCamera* camera;
     View view;
     float* depth;
-    int* id;
+    int *id, *tri;
     float* normal;
 } Depth;
 
@@ -32,6 +32,7 @@ static void depth_packet(const Depth* d, const Packet* p, size_t first) {
         size_t k = first + (size_t)i;
         d->depth[k] = is_in_range ? p->t[i] : 0.0f;
         if (d->id) d->id[k] = is_in_range ? p->id[i] : -1;
+        if (d->tri) d->tri[k] = is_in_range ? p->tri[i] : -1;
         if (!d->normal) continue;
         if (is_in_range)
             unit_normal(d, p, i, &d->normal[3 * k]);
@@ -58,7 +59,15 @@ static void depth_rows(void* ctx, int begin, int end, int block) {
 OmStatus om_sense_depth(const OmSenseScene* scene, const OmCamera* camera, int nworker,
                         float* depth, int* id, float* normal) {
     OM_TRY(om_camera_check(camera));
-    Depth d = {scene, camera, om__make_view(camera), depth, id, normal};
+    Depth d = {scene, camera, om__make_view(camera), depth, id, NULL, normal};
+    om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
+    return OM_OK;
+}
+
+OmStatus om_sense_triangles(const OmSenseScene* scene, const OmCamera* camera, int nworker,
+                            float* depth, int* id, int* tri) {
+    OM_TRY(om_camera_check(camera));
+    Depth d = {scene, camera, om__make_view(camera), depth, id, tri, NULL};
     om_parallel_for(nworker, camera->height, ROWS, depth_rows, &d);
     return OM_OK;
 }

@@ -20,6 +20,7 @@ static void expect3(OmVec3 v, double x, double y, double z) {
     expect(v.z, z);
 }
 
+// Long: every key once, with its value.
 static void test_a_sheet(void** state) {
     (void)state;
     OmScene s = parse(
@@ -57,7 +58,9 @@ static void test_a_sheet(void** state) {
         "  grasp_radius_mm: 4\n"
         "  time_step_ms: 25\n"
         "  max_actions: 90\n"
-        "  retract_mm: 95\n");
+        "  retract_mm: 95\n"
+        "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
+        "400}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
@@ -115,6 +118,35 @@ static void test_a_sheet(void** state) {
     expect(s.task.time_step, 0.025);
     assert_int_equal(s.task.max_actions, 90);
     expect(s.task.retract, 0.095);
+    assert_true(s.monitor.is_enabled);
+    expect(s.monitor.limit[0], 0.0015);
+    expect(s.monitor.limit[1], 0.003);
+    expect(s.monitor.limit[2], 0.007);
+    expect(s.monitor.hysteresis, 0.00025);
+    expect(s.monitor.rate, 15);
+    assert_int_equal(s.monitor.npoint, 400);
+}
+
+static void test_limits_of_the_monitor(void** state) {
+    (void)state;
+    const OmSceneMonitor plain = om_scene_default().monitor;
+    assert_false(plain.is_enabled);
+    expect(plain.limit[0], 0.002);
+    expect(plain.limit[1], 0.004);
+    expect(plain.limit[2], 0.006);
+    const char* const wrong[][2] = {
+        {"limits_mm: [2, 2, 6]", "limits_mm must ascend"},
+        {"limits_mm: [2, 7, 6]", "limits_mm must ascend"},
+        {"limits_mm: [2, 4]", "limits_mm"},
+        {"hysteresis_mm: 2", "hysteresis_mm 2 must be below the first limit, 2"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+        char text[256];
+        OmScene s;
+        int n = snprintf(text, sizeof text, "name: keys\ntissue: {source: sheet}\nmonitor: {%s}\n",
+                         wrong[i][0]);
+        assert_status(om_scene_parse(text, (size_t)n, "keys", &s), OM_INVALID);
+        if (!strstr(om_error_message(), wrong[i][1])) fail_msg("%s", om_error_message());
+    }
 }
 
 static void test_a_mesh(void** state) {
@@ -167,6 +199,7 @@ static void test_a_volume(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet),
+        cmocka_unit_test(test_limits_of_the_monitor),
         cmocka_unit_test(test_a_mesh),
         cmocka_unit_test(test_a_volume),
     };

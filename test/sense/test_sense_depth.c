@@ -1,6 +1,7 @@
 // Depth cameras and visibility against geometry: normals of a sphere, noise by range, areas behind a strip, a
 // real tool; the same bytes for any number of workers; refused memory.
 #include "omentum/robot.h"
+#include "omentum/shape_closest.h"
 #include "sense_shapes.h"
 #include "test_alloc.h"
 
@@ -45,6 +46,43 @@ static void normals_of_a_sphere(void** state) {
         om_surface_done(&sphere);
         om_sense_scene_destroy(scene);
     }
+}
+
+static void pixels_name_their_triangle(void** state) {
+    (void)state;
+    static float depth[W * H], again[W * H];
+    static int id[W * H], tri[W * H];
+    OmSenseScene* scene;
+    int first, second, count[2] = {0};
+    OmSurface near = make_sphere(om_vec3(0.01, 0, 0.06), 0.015, 20),
+              far = make_sphere(om_vec3(0, 0, 0.03), 0.03, 30);
+    const OmSurface* of[2] = {&near, &far};
+    OmSenseLook look = {.red = 1};
+    assert_ok(om_sense_scene_create(&scene));
+    assert_ok(om_sense_scene_add(scene, &near, &look, &first));
+    assert_ok(om_sense_scene_add(scene, &far, &look, &second));
+    assert_ok(om_sense_scene_commit(scene));
+    OmCamera c = look_down(W, H);
+    assert_ok(om_sense_triangles(scene, &c, 2, depth, id, tri));
+    assert_ok(om_sense_depth(scene, &c, 1, again, NULL, NULL));
+    assert_memory_equal(depth, again, sizeof depth);
+    for (int i = 0; i < W * H; ++i) {
+        if (id[i] < 0) assert_int_equal(tri[i], -1);
+        if (id[i] < 0) continue;
+        const OmSurface* s = of[id[i]];
+        const int* v = &s->tri_vert[3 * tri[i]];
+        OmVec3 ray = om_camera_ray(&c, i % W + 0.5, i / W + 0.5);
+        OmVec3 axis = om_quat_rotate(c.pose_world_camera.q, om_vec3(0, 0, 1));
+        OmVec3 p = om_madd(c.pose_world_camera.p, (double)depth[i] / om_dot(ray, axis), ray);
+        OmVec3 q = om_triangle_closest(p, om_load3(s->x, v[0]), om_load3(s->x, v[1]),
+                                       om_load3(s->x, v[2]), NULL);
+        assert_below(om_distance(q, p), 1e-6);  // float rays
+        ++count[id[i]];
+    }
+    assert_true(count[first] > 50 && count[second] > 50);
+    om_surface_done(&near);
+    om_surface_done(&far);
+    om_sense_scene_destroy(scene);
 }
 
 static void noise_grows_with_range(void** state) {
@@ -362,6 +400,7 @@ static void refused_memory_leaks_nothing(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(normals_of_a_sphere),
+        cmocka_unit_test(pixels_name_their_triangle),
         cmocka_unit_test(noise_grows_with_range),
         cmocka_unit_test(noise_is_new_in_every_frame),
         cmocka_unit_test(noise_is_that_of_single_streams),
