@@ -420,6 +420,41 @@ def pngs():
     put("png/short.png", png(50, 50, 8, 2, b"\0\1\2"))
 
 
+def world_logs():
+    """Logs of a world: one of every call; the target sets the hashes (0 here)."""
+    pose = struct.pack("<7d", 0.1, 0.2, 0.3, 1, 0, 0, 0)
+    camera = struct.pack("<ii", 4, 3) + pose + struct.pack("<12d", 0.8, 0.01, 2, *[0] * 9)
+    arm = struct.pack("<d", 0.02) + pose + struct.pack("<9d", *range(6), 0.1, 0, 0.2) + struct.pack("<ii6d", 1, 1, *range(6))
+
+    def record(kind, payload=b""):
+        return struct.pack("<IIQ", kind, len(payload), 0) + payload
+
+    def stored(plain):
+        packed = zlib.compress(plain, 1)
+        return struct.pack("<I", len(packed)) + packed
+
+    def observe(what, endoscope, depth, color):
+        none, rgb = struct.pack("<i", 0), struct.pack("<i", 3)
+        return record(6, struct.pack("<iid", 0, what, 0.02) + struct.pack("<i", 1)
+                      + arm + struct.pack("<d", 0.5) + struct.pack("<d", 0.01)
+                      + (camera + rgb + stored(bytes(range(36))) if endoscope else none + none)
+                      + struct.pack("<d", 0.01) + (camera if depth else none)
+                      + (struct.pack("<i", 1) + stored(bytes(range(24))) if depth else none)
+                      + (rgb + stored(bytes(range(36))) if color else none))
+
+    psm = pose + struct.pack("<15d", 0.01, *[-1] * 6, *[1] * 6, -0.3, 1.4)
+    head = record(0, struct.pack("<Iiii", 0x01020304, 1, 15, 1) + psm)
+    calls = [record(1, struct.pack("<i", 1)), record(2, struct.pack("<ii", 0, 0) + pose + struct.pack("<d", 0.02)),
+             record(2, struct.pack("<ii", -1, 5) + b"limit" + struct.pack("<i", 0) + pose + struct.pack("<d", 0.02)),
+             record(3, struct.pack("<iid", 0, 0, 0.5)), record(4, struct.pack("<ii", 0, 0)),
+             record(5, struct.pack("<id", 0, 0.02)), observe(1, False, False, False), observe(14, True, True, True)]
+    magic = b"omentum world log 1\n"
+    put("world_log/calls.log", magic + head + b"".join(calls) + record(7))
+    put("world_log/pictures.log", magic + head + calls[-1] + record(7))
+    put("world_log/cut.log", magic + head + calls[5])
+    put("world_log/head.log", magic + record(0, struct.pack("<Iiii", 0x01020304, 2, 0, 0) + struct.pack("<i", 0)) + record(7))
+
+
 if __name__ == "__main__":
     niftis()
     pngs()
@@ -432,5 +467,6 @@ if __name__ == "__main__":
     weights()
     umesh()
     banet()
+    world_logs()
     nets("umesh_net")
     nets("banet_net")

@@ -70,6 +70,7 @@
 #include "omentum/vec.h"
 #include "omentum/world.h"
 #include "omentum/world_cloud.h"
+#include "omentum/world_log.h"
 #include "omentum/world_series.h"
 
 #endif
