@@ -46,7 +46,10 @@ typedef enum OmActionOutcome {
     OM_ACTION_UNREACHED,  // the arm could not go there
     OM_ACTION_EMPTY,      // no tissue between the jaws
     OM_ACTION_OUTDATED,   // stopped: by an update of the twin the block is attached
-    OM_ACTION_ABORTED     // a command ended the loop during the action
+    OM_ACTION_ABORTED,    // a command ended the loop during the action
+    OM_ACTION_WARNED,     // stopped: the tissue is not where the twin expects it (Alg. 5, state 2)
+    OM_ACTION_REPLANNED,  // stopped: a person demanded a new plan, or forbade the block
+    OM_ACTION_HELD        // stopped: the loop holds (OmHold)
 } OmActionOutcome;
 OM_API const char* om_action_outcome_text(OmActionOutcome outcome);
 
@@ -80,10 +83,26 @@ typedef enum OmRetractOutcome {
     OM_RETRACT_GAVE_UP,    // the scene's number of actions was reached
     OM_RETRACT_NO_PLAN,    // no grasping point is left
     OM_RETRACT_CANCELLED,  // the program that runs the loop was cancelled
-    OM_RETRACT_ABORTED     // a person or a program aborted the operation
+    OM_RETRACT_ABORTED,    // a person or a program aborted the operation
+    OM_RETRACT_HELD        // the loop stopped for a person (OmHold), and there is none
 } OmRetractOutcome;
-/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted".
+/// One word, as run.json has it: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted",
+/// "held".
 OM_API const char* om_retract_outcome_text(OmRetractOutcome outcome);
+
+typedef enum OmHold {  // why the loop stops and waits for a person
+    OM_HOLD_NONE,      // it does not
+    OM_HOLD_WARNING,   // state 3 of Alg. 5: the twin does not describe this tissue
+    OM_HOLD_STALE,     // the picture, or the world's clock, is older than OmLoopDef.max_age
+    OM_HOLD_LATE,      // the twin is behind real time by more than OmLoopDef.max_lag
+    OM_HOLD_UPDATE,    // estimates of the attachments failed OM_LOOP_MAX_FAILED times in a row
+    OM_HOLD_PLANNER,   // the planner found no plan within its budget
+    OM_HOLD_TOOL,      // an arm is not measured
+    OM_HOLD_ARM        // an arm does not follow its command
+} OmHold;
+/// One word: "none", "warning", "stale", "late", "update", "planner", "tool", "arm".
+OM_API const char* om_hold_text(OmHold hold);
+#define OM_LOOP_MAX_FAILED 3  // estimates in a row that end in an error
 
 typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractOutcome outcome;     //
@@ -106,6 +125,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
+    OmHold hold;       // the last one; OM_HOLD_NONE: there was none
+    int nhold;         // times that the loop held
+    int ncommand;      // of a person or a program, but pause and resume
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;
@@ -123,6 +145,7 @@ OM_API void om_retract_result_done(OmRetractResult* result);
 // ---- listeners --------------------------------------------------------------------------------------------
 
 typedef struct OmLoop OmLoop;
+typedef struct OmLoopCommand OmLoopCommand;
 
 /// Functions that the loop calls; each may be null. A negative status ends the tick with this error. A listener may
 /// read the loop and command it (a command takes effect at the end of the tick); it does not tick or destroy the loop.
@@ -136,6 +159,8 @@ typedef struct OmLoopListener {
     OmStatus (*on_action_end)(void* ctx, const OmLoop* loop, const OmRetractAction* action);
     OmStatus (*on_end)(void* ctx, const OmLoop* loop, const OmRetractResult* result);
     OmStatus (*on_update)(void* ctx, const OmLoop* loop, const OmUpdateEvent* event);
+    OmStatus (*on_command)(void* ctx, const OmLoop* loop, const OmLoopCommand* command);
+    OmStatus (*on_hold)(void* ctx, const OmLoop* loop, OmHold hold, const char* reason);
 } OmLoopListener;
 
 // ---- the loop -----------------------------------------------------------------------------------------------
@@ -154,6 +179,15 @@ typedef struct OmLoopDef {
     // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
     // depth.
     OmUpdater* updater;
+    // A person watches: a hold waits for OM_LOOP_RESUME or OM_LOOP_ABORT. Default false: a hold ends the loop.
+    bool is_attended;
+    bool needs_approval;  // each plan waits for OM_LOOP_APPROVE or OM_LOOP_REJECT; default false
+    // s: the loop holds when a measurement is older, or when the world's clock stands still for longer; default 0.2;
+    // 0: not watched
+    double max_age;
+    // s by which the operation may be behind the clock on the wall, for a world that does not wait, as a real robot;
+    // default 0: not watched
+    double max_lag;
     bool is_settled;    // twin and world are at rest; default true; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;
@@ -162,24 +196,47 @@ OM_API OmLoopDef om_loop_default_def(const OmSceneTask* task, OmWorld* world, Om
                                      OmPlanner* planner);
 
 typedef enum OmLoopPhase {
-    OM_LOOP_BEGIN,   // before the first look
-    OM_LOOP_VERIFY,  // the ROI is seen: the arms keep still; does it stay visible?
-    OM_LOOP_PLAN,    // between two actions; only listeners see it
-    OM_LOOP_ACT,     // an action is under way
-    OM_LOOP_LOOK,    // the arms keep still until the tissue rests; then an acquisition is taken
-    OM_LOOP_ENDED    // the result is complete
+    OM_LOOP_BEGIN,    // before the first look
+    OM_LOOP_VERIFY,   // the ROI is seen: the arms keep still; does it stay visible?
+    OM_LOOP_PLAN,     // between two actions; only listeners see it
+    OM_LOOP_ACT,      // an action is under way
+    OM_LOOP_LOOK,     // the arms keep still until the tissue rests; then an acquisition is taken
+    OM_LOOP_LEARN,    // the arms keep still until the twin has learnt from it
+    OM_LOOP_CONSENT,  // a plan waits for OM_LOOP_APPROVE
+    OM_LOOP_HOLD,     // the arms keep still: a person must say how to go on
+    OM_LOOP_ENDED     // the result is complete
 } OmLoopPhase;
 
 typedef enum OmLoopCommandKind {
-    OM_LOOP_PAUSE,   // the arms stop; time of world and twin advances, the plan does not
-    OM_LOOP_RESUME,  // the action continues from where it stopped; a look at the ROI begins again
-    OM_LOOP_ABORT,   // the arms stop and stay, no jaw opens; the loop ends as OM_RETRACT_ABORTED
-    OM_LOOP_CANCEL   // the same, as OM_RETRACT_CANCELLED
+    OM_LOOP_PAUSE,  // the arms stop; time of world and twin advances, the plan does not
+    // The action continues from where it stopped; a look at the ROI begins again. After a hold a new plan is made.
+    OM_LOOP_RESUME,
+    OM_LOOP_ABORT,    // the arms stop and stay, no jaw opens; the loop ends as OM_RETRACT_ABORTED
+    OM_LOOP_CANCEL,   // the same, as OM_RETRACT_CANCELLED
+    OM_LOOP_SLOW,     // all motions at `value` of the speed they would have, above 0 to 1
+    OM_LOOP_FORBID,   // `block` is not grasped any more; an arm on its way there stops
+    OM_LOOP_ALLOW,    // `block` may be grasped again, also where it was tried without success
+    OM_LOOP_ATTACH,   // the tissue under `block` is attached: the twin and the planner take it over
+    OM_LOOP_FREE,     // the tissue under `block` is not attached
+    OM_LOOP_REPLAN,   // the current action stops, and a new plan is made
+    OM_LOOP_APPROVE,  // the plan that waits may begin
+    OM_LOOP_REJECT,  // it may not: its grasping point is forbidden, or its fold, and a new plan is made
+    OM_LOOP_NCOMMAND
 } OmLoopCommandKind;
+/// One word: "pause", "go", "abort", "cancel", "slow", "forbid", "allow", "attach", "free", "plan", "yes", "no".
+OM_API const char* om_loop_command_text(OmLoopCommandKind kind);
 
-typedef struct OmLoopCommand {
+struct OmLoopCommand {
     OmLoopCommandKind kind;
-} OmLoopCommand;
+    int block;     // of OM_LOOP_FORBID, _ALLOW, _ATTACH, _FREE; index as in OmSituation
+    double value;  // of OM_LOOP_SLOW
+};
+
+/// Read a command as a person types it: a word of om_loop_command_text or its first letters, then the block as two
+/// numbers "3 2", counted from 1, or the speed: "forbid 3 2", "slow 0.5", "go".
+/// @param n  blocks along a side of the grid
+/// @return OM_OK; OM_INVALID (the message says what is possible)
+OM_API OmStatus om_loop_command_parse(const char* text, int n, OmLoopCommand* command);
 
 /// @return OM_OK; OM_INVALID (a field of the definition or of the task, a world that does not observe visibility,
 ///         tissue without grasping points, an updater of another twin or a world without depth for it); OM_NO_MEMORY
@@ -198,6 +255,9 @@ OM_API OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command);
 
 OM_API OmLoopPhase om_loop_phase(const OmLoop* loop);
 OM_API bool om_loop_is_paused(const OmLoop* loop);
+/// Why the loop holds, in phase OM_LOOP_HOLD; otherwise OM_HOLD_NONE.
+OM_API OmHold om_loop_hold(const OmLoop* loop);
+OM_API int om_loop_grid(const OmLoop* loop);                // blocks along a side
 OM_API int om_loop_ntick(const OmLoop* loop);               // ticks so far
 OM_API OmRetractSample om_loop_sample(const OmLoop* loop);  // of the last tick
 /// Force by the twin, N: 0 for an arm that holds nothing; NAN for every arm if the twin's engine has no forces.

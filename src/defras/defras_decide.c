@@ -67,14 +67,6 @@ static void end_without_plan(OmLoop* loop) {
         r->naction);
 }
 
-// The planner's time limit ended the search before it found any plan.
-static void end_planning_timeout(OmLoop* loop) {
-    end_without_plan(loop);
-    snprintf(loop->result.reason, sizeof loop->result.reason,
-             "the planner found no plan within its time limit, after %d actions",
-             loop->result.naction);
-}
-
 static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
     OmRetractResult* r = &loop->result;
     loop->stage = STAGE_ENDED;
@@ -111,15 +103,17 @@ static OmStatus decide_plan(OmLoop* loop) {
     OmStatus status = om__loop_plan(loop);
     OM_TRY(status);
     bool is_empty = status == OM_UNSAT || loop->plan.naction == 0;
+    loop->wants_plan = false;
     if (is_empty && loop->npostponed > 0) {
         loop->attempt_distance *= 0.5;  // allow attempts that are closer together
     } else if (status == OM_TIMEOUT && is_empty) {
-        end_planning_timeout(loop);
+        om__loop_alarm(loop, OM_HOLD_PLANNER, "the planner found no plan within its budget");
+        OM_TRY(om__loop_check_hold(loop));
     } else if (is_empty) {
         end_without_plan(loop);
     } else {
         loop->action_index = loop->ncontinued = 0;
-        loop->stage = STAGE_NEXT_ACTION;
+        loop->stage = loop->needs_approval ? STAGE_CONSENT : STAGE_NEXT_ACTION;
     }
     return OM_OK;
 }
@@ -173,13 +167,19 @@ static OmStatus note_action(OmLoop* loop) {
     return om__loop_notify_action_end(loop);
 }
 
+OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome) {
+    OmPlanVerb verb = loop->action.plan.verb;
+    loop->action.outcome = outcome;
+    if (verb == OM_PLAN_REACH) loop->arm[loop->action.plan.arm].at = -1;
+    return note_action(loop);
+}
+
 // The arms stop and keep their tissue; the unfinished action is recorded.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
     for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
     OmStatus status = OM_OK;
     if (loop->stage == STAGE_ACTION) {
-        loop->action.outcome = OM_ACTION_ABORTED;
-        status = note_action(loop);
+        status = om__loop_break_action(loop, OM_ACTION_ABORTED);
     }
     end_stopped(loop, outcome);
     return status;
@@ -201,7 +201,8 @@ static void leave_action(OmLoop* loop) {
     bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
     if (is_last || is_broken) update_tried(loop);
     bool is_over = loop->result.naction >= loop->task.max_actions;
-    bool is_new = is_last || is_broken || is_over || om__look_is_outdated(loop);
+    bool is_new = is_last || is_broken || is_over || loop->wants_plan || om__look_is_outdated(loop);
+    loop->wants_plan = false;
     loop->stage = is_new ? STAGE_PLAN : STAGE_NEXT_ACTION;
     loop->ncontinued = 0;
     ++loop->action_index;
@@ -306,6 +307,9 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
+        case STAGE_LEARN:
+        case STAGE_CONSENT:
+        case STAGE_HOLD: needs_tick = true; break;
         case STAGE_ENDED: break;
         }
     }

@@ -19,6 +19,10 @@ static int block_of(const Grid* g, OmVec3 p_task) {
     return iy * g->n + ix;
 }
 
+int om__grid_block_of(const Grid* g, OmVec3 p_world) {
+    return block_of(g, om__to_task(g, p_world));
+}
+
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid) {
     memset(grid, 0, sizeof *grid);
     // a scene need not come from a file
@@ -108,6 +112,7 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
+        if (loop->is_forbidden[b]) s->tried[b] |= OM_TRIED_GRASP;
         s->reachable[b] &= arms;
         if (g->vert[b] < 0) s->reachable[b] = 0;
         bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;

@@ -49,6 +49,7 @@ typedef struct Motion {
     double commanded;   // fraction of the nominal speed, -1 before the first command
     double elapsed;     // s that the path so far takes at full speed
     double ease_begin;  // s
+    OmVec3 start;       // where the tip was at first, task frame, m
     Watch watch;
     OmActionOutcome outcome;
 } Motion;
@@ -66,7 +67,7 @@ typedef struct Action {
     OmActionOutcome outcome;
 } Action;
 
-#define OM_LOOP_MAX_PENDING 4  // commands within one tick
+#define OM_LOOP_MAX_PENDING 16  // commands within one tick
 
 // What the loop does between two ticks.
 typedef enum Stage {
@@ -76,6 +77,9 @@ typedef enum Stage {
     STAGE_NEXT_ACTION,  // begin an action of the plan
     STAGE_ACTION,       // execute an action; waits
     STAGE_LOOK,         // the arms keep still before an acquisition; waits
+    STAGE_LEARN,        // the arms keep still until the twin has learnt; waits
+    STAGE_CONSENT,      // a plan waits for a person; waits
+    STAGE_HOLD,         // the loop waits for a person; waits
     STAGE_ENDED
 } Stage;
 
@@ -94,11 +98,30 @@ struct OmLoop {
 
     // set by commands
     bool is_paused;
-    bool is_ticking;  // commands wait for the end of the tick
-    bool has_begun;   // listeners know
+    bool wants_plan;  // a new plan after the current action
+    bool is_forbidden[OM_PLAN_MAX_BLOCK];
+    bool is_corrected;   // the twin's attachments may differ from those of the plan
+    double person_rate;  // of the speed of every motion
+    bool is_ticking;     // commands wait for the end of the tick
+    bool has_begun;      // listeners know
     bool has_failed;
     OmLoopCommand pending[OM_LOOP_MAX_PENDING];
     int npending;
+
+    // set at creation
+    bool is_attended, needs_approval;
+    double max_age, max_lag;  // s, 0: not watched
+
+    // computed by defras_hold.c
+    OmHold alarm;          // raised and not yet followed by a hold
+    char alarm_text[200];  // why
+    OmHold hold;           // of STAGE_HOLD
+    Stage held_stage;      // in which it continues
+    double clock_last;     // s, of the world
+    double standing;       // s for which it did not advance
+    double lag_origin;     // s of the wall clock at the time 0
+    bool has_lag_origin;   //
+    int nfailed_update;    // estimates in a row that ended in an error
 
     // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
@@ -163,6 +186,7 @@ struct OmLoop {
 OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine);
 
 // defras_fluents.c
+int om__grid_block_of(const Grid* grid, OmVec3 p_world);    // the nearest for a point outside
 double om__grid_length(const Grid* grid, double fraction);  // of the tissue's smaller side, m
 OmStatus om__grid_build(const OmSceneTask* task, const OmSite* site, Grid* grid);
 bool om__grid_is_fixed(const Grid* grid, const OmBody* body, int block);
@@ -224,8 +248,23 @@ bool om__look_stops_reach(const OmLoop* loop);  // the arm reaches for a block t
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
 OmStatus om__loop_plan(OmLoop* loop);
+// Record the action as ended; the loop then leaves STAGE_ACTION.
+OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome);
 // End the loop between two actions or in the middle of one, at a command.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
+
+// defras_hold.c
+// Stop and wait for a person after this tick. The first alarm of a tick counts.
+void om__loop_alarm(OmLoop* loop, OmHold hold, const char* format, ...)
+    __attribute__((format(printf, 3, 4)));
+void om__loop_check_observation(OmLoop* loop, const OmObservation* obs, bool has_picture);
+void om__loop_check_follow(OmLoop* loop);    // of the current motion
+OmStatus om__loop_check_hold(OmLoop* loop);  // hold if there is an alarm
+OmStatus om__loop_end_hold(OmLoop* loop);
+
+// defras_command.c
+OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);
+OmStatus om__loop_apply(OmLoop* loop, const OmLoopCommand* command);
 
 // defras_notify.c: call a function of every listener that has it.
 OmStatus om__loop_notify_begin(OmLoop* loop);
@@ -234,6 +273,8 @@ OmStatus om__loop_notify_plan(const OmLoop* loop);
 OmStatus om__loop_notify_action_begin(const OmLoop* loop);
 OmStatus om__loop_notify_action_end(const OmLoop* loop);
 OmStatus om__loop_notify_end(const OmLoop* loop);
+OmStatus om__loop_notify_command(const OmLoop* loop, const OmLoopCommand* command);
+OmStatus om__loop_notify_hold(const OmLoop* loop, OmHold hold, const char* reason);
 OmStatus om__loop_notify_update(const OmLoop* loop, const OmUpdateEvent* event);
 
 #endif

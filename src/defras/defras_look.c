@@ -165,6 +165,11 @@ static OmStatus end_estimate(OmLoop* loop) {
         om__updater_drop(u);
         return status;
     }
+    loop->nfailed_update = status == OM_OK ? 0 : loop->nfailed_update + 1;
+    if (loop->nfailed_update >= OM_LOOP_MAX_FAILED)
+        om__loop_alarm(loop, OM_HOLD_UPDATE,
+                       "%d estimates in a row failed, the last because %.120s",
+                       loop->nfailed_update, om_error_message());
     if (status != OM_OK)
         status = end_record(loop, OM_UPDATE_REFUSED, om_error_message(), NULL);
     else if (!u->estimate.is_accepted)
@@ -197,7 +202,7 @@ OmStatus om__look_end(OmLoop* loop) {
 
 // The springs of freed vertices fade while the twin adopts an estimate: their blocks become free at the end of it.
 bool om__look_is_outdated(const OmLoop* loop) {
-    if (!loop->updater) return false;
+    if (!loop->is_corrected) return false;
     for (int b = 0; b < loop->grid.n * loop->grid.n; ++b)
         if (om__grid_is_fixed(&loop->grid, loop->twin, b) != loop->situation.is_fixed[b])
             return true;
@@ -206,6 +211,6 @@ bool om__look_is_outdated(const OmLoop* loop) {
 
 bool om__look_stops_reach(const OmLoop* loop) {
     const OmPlanAction* p = &loop->action.plan;
-    return loop->updater && p->verb == OM_PLAN_REACH && !loop->situation.is_fixed[p->block] &&
+    return loop->is_corrected && p->verb == OM_PLAN_REACH && !loop->situation.is_fixed[p->block] &&
            om__grid_is_fixed(&loop->grid, loop->twin, p->block);
 }

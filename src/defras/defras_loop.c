@@ -16,6 +16,9 @@ const char* om_action_outcome_text(OmActionOutcome outcome) {
     case OM_ACTION_EMPTY: return "nothing grasped";
     case OM_ACTION_OUTDATED: return "stopped by an update";
     case OM_ACTION_ABORTED: return "aborted";
+    case OM_ACTION_WARNED: return "stopped by a warning";
+    case OM_ACTION_REPLANNED: return "stopped for a new plan";
+    case OM_ACTION_HELD: return "stopped for a person";
     }
     return "";
 }
@@ -28,6 +31,7 @@ const char* om_retract_outcome_text(OmRetractOutcome outcome) {
     case OM_RETRACT_NO_PLAN: return "no_plan_left";
     case OM_RETRACT_CANCELLED: return "cancelled";
     case OM_RETRACT_ABORTED: return "aborted";
+    case OM_RETRACT_HELD: return "held";
     }
     return "";
 }
@@ -49,6 +53,7 @@ OmLoopDef om_loop_default_def(const OmSceneTask* task, OmWorld* world, OmBody* t
                        .world = world,
                        .twin = twin,
                        .planner = planner,
+                       .max_age = 0.2,
                        .is_settled = true,
                        .wall_begin = om_clock_now()};
 }
@@ -107,6 +112,10 @@ static OmStatus check_def(const OmLoopDef* def) {
              "OmLoopDef.world does not observe the visibility of the ROI");
     OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
     OM_TRY(check_updater(def));
+    OM_CHECK(def->is_attended || !def->needs_approval, OM_INVALID,
+             "OmLoopDef.needs_approval needs a person: is_attended is false");
+    OM_CHECK(def->max_age >= 0 && def->max_lag >= 0, OM_INVALID,
+             "OmLoopDef.max_age is %g s and max_lag %g s; 0 or more", def->max_age, def->max_lag);
     return check_task(def->task);
 }
 
@@ -157,15 +166,21 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
     loop->wall_begin = def->wall_begin;
     OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
-    if (status == OM_OK && def->updater)
-        status = om_match_adoption_create(def->updater->nvert, &loop->adoption);
+    if (status == OM_OK)
+        status = om_match_adoption_create(om_body_site(def->twin)->mesh.nvert, &loop->adoption);
     if (status < 0) {
         om_free(loop);
         return status;
     }
     for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
     loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
-    loop->rate = 1.0;
+    loop->rate = loop->person_rate = 1.0;
+    loop->is_corrected = def->updater != NULL;
+    loop->is_attended = def->is_attended;
+    loop->needs_approval = def->needs_approval;
+    loop->max_age = def->max_age;
+    loop->max_lag = def->max_lag;
+    loop->clock_last = -HUGE_VAL;
     loop->force_world = NAN;
     begin_result(loop, def->is_settled);
     if (loop->updater) om__updater_reset(loop->updater);
@@ -202,34 +217,10 @@ static OmStatus finish(OmLoop* loop) {
 
 // ---- commands -------------------------------------------------------------------------------------------
 
-static OmStatus pause_arms(OmLoop* loop) {
-    loop->is_paused = true;
-    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
-    return OM_OK;
-}
-
-static OmStatus resume(OmLoop* loop) {
-    if (!loop->is_paused) return OM_OK;
-    loop->is_paused = false;
-    loop->verify_begin = loop->visible_since = loop->look_begin = loop->time;
-    bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
-    return is_in_motion ? om__motion_resume(loop) : OM_OK;
-}
-
-static OmStatus stop(OmLoop* loop, OmRetractOutcome outcome) {
-    OM_TRY(om__loop_notify_begin(loop));
-    OM_TRY(om__loop_stop(loop, outcome));
-    return finish(loop);
-}
-
 static OmStatus apply(OmLoop* loop, const OmLoopCommand* command) {
-    switch (command->kind) {
-    case OM_LOOP_PAUSE: return pause_arms(loop);
-    case OM_LOOP_RESUME: return resume(loop);
-    case OM_LOOP_ABORT: return stop(loop, OM_RETRACT_ABORTED);
-    case OM_LOOP_CANCEL: return stop(loop, OM_RETRACT_CANCELLED);
-    }
-    return om_error(OM_INVALID, "OmLoopCommand.kind is %d", (int)command->kind);
+    OM_TRY(om__loop_notify_begin(loop));
+    OM_TRY(om__loop_apply(loop, command));
+    return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }
 
 static OmStatus check_running(const OmLoop* loop) {
@@ -250,8 +241,7 @@ static OmStatus leave(OmLoop* loop, OmStatus status) {
 
 OmStatus om_loop_command(OmLoop* loop, const OmLoopCommand* command) {
     OM_TRY(check_running(loop));
-    OM_CHECK((int)command->kind >= OM_LOOP_PAUSE && command->kind <= OM_LOOP_CANCEL, OM_INVALID,
-             "OmLoopCommand.kind is %d", (int)command->kind);
+    OM_TRY(om__loop_check_command(loop, command));
     if (loop->is_ticking) {
         OM_CHECK(loop->npending < OM_LOOP_MAX_PENDING, OM_INVALID,
                  "more than %d commands within one tick", OM_LOOP_MAX_PENDING);
@@ -269,7 +259,8 @@ static OmStatus tick(OmLoop* loop) {
     OM_TRY(om__loop_step(loop));
     OM_TRY(om__loop_notify_tick(loop));
     OM_TRY(om__look_check(loop));
-    if (!loop->is_paused) OM_TRY(om__loop_decide(loop));
+    OM_TRY(om__loop_check_hold(loop));
+    if (!loop->is_paused && loop->stage != STAGE_ENDED) OM_TRY(om__loop_decide(loop));
     if (loop->stage != STAGE_ENDED) OM_TRY(om__look_start(loop));
     return loop->stage == STAGE_ENDED ? finish(loop) : OM_OK;
 }
@@ -290,12 +281,19 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
     case STAGE_NEXT_ACTION: return OM_LOOP_PLAN;
     case STAGE_ACTION: return OM_LOOP_ACT;
     case STAGE_LOOK: return OM_LOOP_LOOK;
+    case STAGE_LEARN: return OM_LOOP_LEARN;
+    case STAGE_CONSENT: return OM_LOOP_CONSENT;
+    case STAGE_HOLD: return OM_LOOP_HOLD;
     case STAGE_ENDED: break;
     }
     return OM_LOOP_ENDED;
 }
 
 bool om_loop_is_paused(const OmLoop* loop) { return loop->is_paused; }
+
+OmHold om_loop_hold(const OmLoop* loop) { return loop->hold; }
+
+int om_loop_grid(const OmLoop* loop) { return loop->grid.n; }
 
 int om_loop_ntick(const OmLoop* loop) { return loop->tick; }
 

@@ -31,7 +31,7 @@ static bool must_stop_for_force(const OmLoop* loop, int arm) {
 // Command the motion if its rate has changed. A goal out of reach ends the motion.
 static OmStatus command(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
-    double rate = m->is_holding ? loop->rate : 1.0;
+    double rate = loop->person_rate * (m->is_holding ? loop->rate : 1.0);
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
     OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->goal),
@@ -53,6 +53,7 @@ OmStatus om__motion_begin(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, b
     loop->motion = (Motion){.arm = arm,
                             .goal = goal,
                             .from = state->tip,
+                            .start = state->tip,
                             .is_holding = is_holding,
                             .commanded = -1,
                             .watch = {loop->task.visibility, loop->margin, loop->visibility},
@@ -68,7 +69,7 @@ static OmStatus command_easing(OmLoop* loop, bool* is_done) {
     m->is_easing = true;
     m->ease_begin = loop->time;
     OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->from),
-                                    SLOW_RATE * loop->task.speed);
+                                    loop->person_rate * SLOW_RATE * loop->task.speed);
     *is_done = status == OM_INVALID;  // out of reach: the arm keeps its place
     return *is_done ? OM_OK : status;
 }
@@ -109,6 +110,7 @@ OmStatus om__motion_check(OmLoop* loop, bool* is_done) {
     }
     if (*is_done) return OM_OK;
     m->elapsed += m->commanded * loop->task.time_step;
+    om__loop_check_follow(loop);
     OM_CHECK(m->elapsed < MOTION_TIME, OM_INVALID, "PSM%d did not reach its goal in %g s",
              m->arm + 1, MOTION_TIME);
     return command(loop, is_done);

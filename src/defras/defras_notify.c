@@ -45,6 +45,16 @@ OmStatus om__loop_notify_update(const OmLoop* loop, const OmUpdateEvent* event) 
     return OM_OK;
 }
 
+OmStatus om__loop_notify_command(const OmLoop* loop, const OmLoopCommand* command) {
+    NOTIFY(loop, on_command, command);
+    return OM_OK;
+}
+
+OmStatus om__loop_notify_hold(const OmLoop* loop, OmHold hold, const char* reason) {
+    NOTIFY(loop, on_hold, hold, reason);
+    return OM_OK;
+}
+
 OmStatus om__loop_notify_end(const OmLoop* loop) {
     NOTIFY(loop, on_end, &loop->result);
     return OM_OK;

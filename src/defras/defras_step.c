@@ -100,6 +100,16 @@ static OmStatus add_sample(OmLoop* loop) {
     return OM_OK;
 }
 
+// An arm that is not measured stays where it was last measured.
+static void keep_lost_tips(const OmLoop* loop, OmObservation* obs) {
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        const ArmState* arm = &loop->arm[a];
+        OmPose* tip = &obs->arm[a].tip;
+        if (isfinite(tip->p.x) && isfinite(tip->p.y) && isfinite(tip->p.z)) continue;
+        *tip = (OmPose){om_pose_apply(loop->grid.task, arm->tip), arm->q};
+    }
+}
+
 OmStatus om__loop_step(OmLoop* loop) {
     double dt = loop->task.time_step;
     OmStatus status = om_world_advance(loop->world, dt);
@@ -115,6 +125,8 @@ OmStatus om__loop_step(OmLoop* loop) {
         double age = obs.time - obs.endoscope.time;
         loop->look_age = age < 0 ? 0 : age;
     }
+    om__loop_check_observation(loop, &obs, is_look);
+    keep_lost_tips(loop, &obs);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         ArmState* arm = &loop->arm[a];
         arm->tip = om__to_task(&loop->grid, obs.arm[a].tip.p);

@@ -360,10 +360,10 @@ static bool write_step_count(OmRecording* r) {
 }
 
 // Arrays that do not change begin at row 0 in every step.
-static bool write_constant_offsets(OmRecording* r, hid_t data, hid_t offsets) {
-    int64_t* zero = om_calloc((size_t)r->nstep + 1, sizeof *zero);
+static bool write_constant_offsets(const OmRecording* r, hid_t data, hid_t offsets,
+                                   const int64_t* zero) {
     H5G_info_t info;
-    bool is_good = zero && H5Gget_info(data, &info) >= 0;
+    bool is_good = H5Gget_info(data, &info) >= 0;
     for (hsize_t i = 0; is_good && i < info.nlinks; ++i) {
         char name[256];
         is_good = H5Lget_name_by_idx(data, ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name,
@@ -372,7 +372,6 @@ static bool write_constant_offsets(OmRecording* r, hid_t data, hid_t offsets) {
             is_good = write_fixed(offsets, name, H5T_NATIVE_INT64, (hsize_t)r->nstep, 0, zero);
         }
     }
-    om_free(zero);
     return is_good;
 }
 
@@ -406,10 +405,16 @@ static bool close_all(OmRecording* r) {
 
 OmStatus om_recording_end(OmRecording* r) {
     if (!r) return OM_OK;
+    int64_t* zero = om_calloc((size_t)r->nstep + 1, sizeof *zero);
+    if (!zero) {
+        om_recording_abort(r);
+        return OM_NO_MEMORY;
+    }
     errno = 0;
     bool is_good = write_step_count(r) &&
-                   write_constant_offsets(r, r->point_data, r->point_offsets) &&
-                   write_constant_offsets(r, r->cell_data, r->cell_offsets);
+                   write_constant_offsets(r, r->point_data, r->point_offsets, zero) &&
+                   write_constant_offsets(r, r->cell_data, r->cell_offsets, zero);
+    om_free(zero);
     is_good = close_all(r) && is_good;
     // HDF5 wrote the temporary file with its own descriptor; om_file syncs and renames it.
     OmStatus status = is_good ? om_file_commit(&r->target) : failed(r, "finish the file");

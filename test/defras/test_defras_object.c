@@ -463,6 +463,7 @@ static void test_an_action_is_continued(void** state) {
 static OmRetractResult run_world(Rig* g, HiddenWorld* hidden) {
     rig_start(g);
     OmLoopDef def = om_loop_default_def(&g->scene.task, &hidden->head, g->twin, g->planner);
+    def.max_age = 0;  // old pictures are what is tested
     OmLoop* loop;
     OmRetractResult result;
     assert_ok(om_loop_create(&def, &loop));

@@ -1,0 +1,140 @@
+// defras_hold.c: what the loop must not go on without, and how it stops (issue of trust: 6.3, human supervisor).
+//
+// After each step the measurements are checked: age, arms, the clock. The first fault raises an alarm. The loop then
+// stops all arms, tells its listeners why in one sentence, and waits for a person; without one it ends as
+// OM_RETRACT_HELD. Jaws that close or open complete their motion, so that the loop knows what it holds.
+//
+// An arm that does not follow is found by distance: the path commanded so far less the way made. A bound on time alone
+// would be reached by slow motions near the force limit, too.
+#include <math.h>
+#include <stdarg.h>
+#include <string.h>
+
+#include "defras/defras_internal.h"
+
+#define FOLLOW_LAG 0.015  // m, that an arm may be behind its command
+
+const char* om_hold_text(OmHold hold) {
+    switch (hold) {
+    case OM_HOLD_NONE: return "none";
+    case OM_HOLD_WARNING: return "warning";
+    case OM_HOLD_STALE: return "stale";
+    case OM_HOLD_LATE: return "late";
+    case OM_HOLD_UPDATE: return "update";
+    case OM_HOLD_PLANNER: return "planner";
+    case OM_HOLD_TOOL: return "tool";
+    case OM_HOLD_ARM: return "arm";
+    }
+    return "";
+}
+
+void om__loop_alarm(OmLoop* loop, OmHold hold, const char* format, ...) {
+    if (loop->alarm != OM_HOLD_NONE) return;
+    loop->alarm = hold;
+    va_list list;
+    va_start(list, format);
+    vsnprintf(loop->alarm_text, sizeof loop->alarm_text, format, list);
+    va_end(list);
+}
+
+// ---- checks -------------------------------------------------------------------------------------------------
+
+static bool is_finite3(OmVec3 p) { return isfinite(p.x) && isfinite(p.y) && isfinite(p.z); }
+
+static void check_clock(OmLoop* loop, double now) {
+    loop->standing = now > loop->clock_last ? 0 : loop->standing + loop->task.time_step;
+    loop->clock_last = now;
+    if (loop->standing > loop->max_age)
+        om__loop_alarm(loop, OM_HOLD_STALE,
+                       "nothing new was measured for %.2f s: the world's clock stands still",
+                       loop->standing);
+}
+
+static void check_arms(OmLoop* loop, const OmObservation* obs) {
+    if (obs->narm < loop->narm)
+        om__loop_alarm(loop, OM_HOLD_TOOL, "%d of %d arms are measured", obs->narm, loop->narm);
+    for (int a = 0; a < loop->narm && a < obs->narm; ++a) {
+        const double age = obs->time - obs->arm[a].time;
+        if (!is_finite3(obs->arm[a].tip.p))
+            om__loop_alarm(loop, OM_HOLD_TOOL, "the tip of PSM%d is not measured", a + 1);
+        else if (age > loop->max_age)
+            om__loop_alarm(loop, OM_HOLD_TOOL, "PSM%d was last measured %.2f s ago", a + 1, age);
+    }
+}
+
+static void check_lag(OmLoop* loop) {
+    if (loop->max_lag <= 0) return;
+    const double now = om_clock_now();
+    if (!loop->has_lag_origin) loop->lag_origin = now - loop->time;
+    loop->has_lag_origin = true;
+    const double lag = now - loop->lag_origin - loop->time;
+    if (lag > loop->max_lag)
+        om__loop_alarm(loop, OM_HOLD_LATE, "the twin is %.2f s behind real time", lag);
+}
+
+void om__loop_check_observation(OmLoop* loop, const OmObservation* obs, bool has_picture) {
+    check_lag(loop);
+    if (loop->max_age <= 0) return;
+    check_clock(loop, obs->time);
+    check_arms(loop, obs);
+    if (has_picture && loop->look_age > loop->max_age)
+        om__loop_alarm(loop, OM_HOLD_STALE, "the endoscope's picture is %.2f s old",
+                       loop->look_age);
+}
+
+void om__loop_check_follow(OmLoop* loop) {
+    const Motion* m = &loop->motion;
+    const double expected = m->elapsed * loop->task.speed;
+    const double made = om_distance(loop->arm[m->arm].tip, m->start);
+    if (expected - made > FOLLOW_LAG)
+        om__loop_alarm(loop, OM_HOLD_ARM, "PSM%d does not follow: it is %.0f mm behind its command",
+                       m->arm + 1, 1e3 * (expected - made));
+}
+
+// ---- the hold ---------------------------------------------------------------------------------------------------
+
+static bool is_jaw_action(const OmLoop* loop) {
+    const OmPlanVerb verb = loop->action.plan.verb;
+    return loop->stage == STAGE_ACTION && (verb == OM_PLAN_GRASP || verb == OM_PLAN_RELEASE);
+}
+
+static void end_held(OmLoop* loop, const char* reason) {
+    OmRetractResult* r = &loop->result;
+    loop->stage = STAGE_ENDED;
+    r->outcome = OM_RETRACT_HELD;
+    snprintf(r->reason, sizeof r->reason,
+             "stopped for a person after %d actions and %.1f s: %.160s", r->naction, loop->time,
+             reason);
+}
+
+OmStatus om__loop_check_hold(OmLoop* loop) {
+    if (loop->alarm == OM_HOLD_NONE) return OM_OK;
+    const OmHold hold = loop->alarm;
+    loop->alarm = OM_HOLD_NONE;
+    if (loop->stage == STAGE_ENDED || loop->stage == STAGE_HOLD) return OM_OK;
+    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    loop->hold = loop->result.hold = hold;
+    ++loop->result.nhold;
+    const bool continues = loop->is_attended && is_jaw_action(loop);
+    if (loop->stage == STAGE_ACTION && !continues) {
+        OM_TRY(om__loop_break_action(loop, OM_ACTION_HELD));
+        loop->held_stage = STAGE_PLAN;
+    } else {
+        loop->held_stage = loop->stage;
+    }
+    loop->stage = STAGE_HOLD;
+    OM_TRY(om__loop_notify_hold(loop, hold, loop->alarm_text));
+    if (!loop->is_attended) end_held(loop, loop->alarm_text);
+    return OM_OK;
+}
+
+// The person has seen to the cause: what was measured before does not count any more.
+OmStatus om__loop_end_hold(OmLoop* loop) {
+    loop->hold = OM_HOLD_NONE;
+    loop->stage = loop->held_stage;
+    loop->standing = 0;
+    loop->has_lag_origin = false;
+    loop->nfailed_update = 0;
+    bool is_in_motion = loop->stage == STAGE_ACTION && loop->action.nwait == 0;
+    return is_in_motion ? om__motion_resume(loop) : OM_OK;
+}
