@@ -47,6 +47,14 @@ typedef enum OmTried {
     OM_TRIED_MOVE_AWAY = 4,  // folding it away from the camera
 } OmTried;
 
+/// Result of trying a block in the simulation. The logic program uses it in place of its assumed law of exposure.
+typedef struct OmExposure {
+    bool is_known;    // default false; the other fields then have no meaning
+    bool exposes;     // the ROI was exposed, and it stayed exposed
+    int npull;        // pulls made before the fold, or until the ROI was exposed; 1 or more
+    OmPlanVerb fold;  // OM_PLAN_MOVE_ROI, OM_PLAN_MOVE_AWAY; OM_PLAN_PULL: pulls alone
+} OmExposure;
+
 typedef struct OmArmSituation {  // one arm, as sensed
     int at;                      // block below the tool, -1 none: fluent at
     int in_hand;                 // block held, -1 none: fluent in_hand; then the gripper is closed
@@ -60,14 +68,15 @@ typedef struct OmArmSituation {  // one arm, as sensed
 /// Block (ix, iy), counted from 1, has index (iy - 1) * n + ix - 1. x and y are those of the task frame; the arms are
 /// on both sides of its x-z plane.
 typedef struct OmSituation {
-    int n;                                 // blocks along a side, 1 to OM_PLAN_MAX_GRID
-    bool is_fixed[OM_PLAN_MAX_BLOCK];      // the block is above attachment points
-    bool is_above_roi[OM_PLAN_MAX_BLOCK];  // the block is above the ROI; at least one is
-    uint8_t reachable[OM_PLAN_MAX_BLOCK];  // bit a: arm a reaches the block
-    uint8_t tried[OM_PLAN_MAX_BLOCK];      // bits OmTried
-    OmArmSituation arm[OM_MAX_ARM];        // psm1, psm2
-    bool is_visible;                       // the ROI is seen: the plan is empty
-    double spacing;                        // between centres of neighbouring blocks, m, > 0
+    int n;                                   // blocks along a side, 1 to OM_PLAN_MAX_GRID
+    bool is_fixed[OM_PLAN_MAX_BLOCK];        // the block is above attachment points
+    bool is_above_roi[OM_PLAN_MAX_BLOCK];    // the block is above the ROI; at least one is
+    uint8_t reachable[OM_PLAN_MAX_BLOCK];    // bit a: arm a reaches the block
+    uint8_t tried[OM_PLAN_MAX_BLOCK];        // bits OmTried
+    OmArmSituation arm[OM_MAX_ARM];          // psm1, psm2
+    OmExposure exposure[OM_PLAN_MAX_BLOCK];  // what trying each block in the simulation showed
+    bool is_visible;                         // the ROI is seen: the plan is empty
+    double spacing;                          // between centres of neighbouring blocks, m, > 0
     const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
 } OmSituation;
 

@@ -110,6 +110,9 @@ OM_API int om_world_narm(const OmWorld* world);
 OM_API unsigned om_world_sources(const OmWorld* world);
 /// Calibrated kinematics of an arm: with the measured joints they give the pose of the tool. Null: not known.
 OM_API const OmPsm* om_world_psm(const OmWorld* world, int arm);
+/// The arm, 0 or 1, of a simulated world at a site, and its parked tip (pose_world_tip); the robot knows both.
+OM_API OmPsm om_world_place_psm(const OmSite* site, int arm);
+OM_API OmPose om_world_place_tip(const OmSite* site, int arm);
 /// Command a straight motion of the tip at `speed` m/s; returns at once. The orientation turns in proportion to the
 /// distance covered; where it would turn faster than OM_WORLD_MAX_TURN, the tip is slower.
 /// @param goal  pose_world_tip, a unit quaternion

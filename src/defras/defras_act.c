@@ -9,7 +9,6 @@
 #define JAW_OPEN (40.0 * OM_PI / 180.0)
 #define JAW_CLOSED 0.0
 #define GRIP_TIME 0.3  // s for the jaws to close or open, and to come to rest
-#define FALL_TIME 1.2  // s, wait for released tissue to fall
 
 typedef enum Next {
     NEXT_STEP,   // the next step of the action begins without a tick

@@ -13,12 +13,6 @@
 
 #include "defras/defras_internal.h"
 
-#define VISIBLE_TIME 0.5  // s for which the ROI must be seen without a break
-#define VERIFY_LIMIT 1.5  // s, longest verification
-#define MAX_CONTINUED 8   // commands of one action, counting those after the ROI closed
-// A motion stops at this visibility above the wanted one; one more such margin each time the action is continued.
-#define MARGIN 0.05
-
 // ---- the end ----------------------------------------------------------------------------------------------
 
 // A ROI in view before any action: the scene is no task, and the arms exposed nothing.

@@ -26,6 +26,21 @@ typedef struct Watch {
 
 #define FOLD_STEP 0.010  // m, step of a fold beyond its nominal length
 #define FOLD_GAIN 0.01   // visibility that each of these steps must gain
+#define FALL_TIME 1.2    // s, wait for released tissue to fall
+#define LOOK_EVERY 5     // ticks between looks through the endoscope
+
+// What ends a motion that holds tissue (defras_motion.c).
+#define SLOW_TIME 0.6     // s above the force limit, in one motion, after which the motion ends
+#define OVER_FACTOR 1.5   // times the limit; above it a motion ends at once
+#define EASE 0.9          // fraction of the limit to which the force is reduced after a force stop
+#define MOTION_TIME 30.0  // s; a longer motion is an error
+
+// When the ROI counts as exposed (defras_decide.c).
+#define VISIBLE_TIME 0.5  // s for which the ROI must be seen without a break
+#define VERIFY_LIMIT 1.5  // s, longest verification
+#define MAX_CONTINUED 8   // commands of one action, counting those after the ROI closed
+// A motion stops at this visibility above the wanted one; one more such margin each time the action is continued.
+#define MARGIN 0.05
 
 // The loop's data of one arm.
 typedef struct ArmState {
@@ -206,6 +221,9 @@ static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
 }
 
 #define SLOW_RATE 0.25  // fraction of the nominal speed at the force limit
+
+// Fraction of the nominal speed at a force: full speed up to SLOW_FROM of the limit, from there it falls in steps.
+double om__force_rate(double force, double limit);
 
 // defras_step.c: let one time step pass in the world and the twin, and measure.
 OmStatus om__loop_step(OmLoop* loop);

@@ -9,11 +9,7 @@
 // wanted visibility.
 #include "defras/defras_internal.h"
 
-#define SLOW_TIME 0.6     // s above the limit, in one motion, after which the motion ends
-#define OVER_FACTOR 1.5   // times the limit; above it a motion ends at once
-#define EASE 0.9          // fraction of the limit to which the force is reduced after a force stop
-#define DROP 0.01         // fall of the visibility that shows that its maximum is passed
-#define MOTION_TIME 30.0  // s; a longer motion is an error
+#define DROP 0.01  // fall of the visibility that shows that its maximum is passed
 
 bool om__watch_stop(Watch* w, double visibility) {
     w->best = fmax(w->best, visibility);

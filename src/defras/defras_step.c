@@ -7,7 +7,6 @@
 #define SLOW_FROM 0.75   // fraction of the limit above which a motion slows down
 #define RATE_STEP 0.125  // the rate changes in steps of this size
 #define STILL_RATE 0.02  // fraction of the nominal speed above the limit
-#define LOOK_EVERY 5     // ticks between looks through the endoscope
 
 static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     double start = om_clock_now();
@@ -56,6 +55,12 @@ static OmStatus watch_truth(OmLoop* loop) {
     return OM_OK;
 }
 
+double om__force_rate(double force, double limit) {
+    double slowing = fmax(0, (force / limit - SLOW_FROM) / (1 - SLOW_FROM));
+    double rate = 1 - RATE_STEP * ceil((1 - SLOW_RATE) * fmin(slowing, 1) / RATE_STEP);
+    return force > limit ? STILL_RATE : rate;
+}
+
 static void watch_force(OmLoop* loop) {
     if (!loop->has_forces) return;
     double limit = om__force_limit(&loop->task), largest = 0;
@@ -67,10 +72,7 @@ static void watch_force(OmLoop* loop) {
     if (is_over && !loop->is_over) ++loop->result.nforce;
     if (is_over && !loop->is_paused) loop->over_time += loop->task.time_step;
     loop->is_over = is_over;
-    // Full speed up to SLOW_FROM of the limit; from there the rate falls in steps.
-    double slowing = fmax(0, (largest / limit - SLOW_FROM) / (1 - SLOW_FROM));
-    double rate = 1 - RATE_STEP * ceil((1 - SLOW_RATE) * fmin(slowing, 1) / RATE_STEP);
-    loop->rate = is_over ? STILL_RATE : rate;
+    loop->rate = om__force_rate(largest, limit);
 }
 
 OmRetractSample om__loop_sample(const OmLoop* loop) {

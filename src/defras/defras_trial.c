@@ -7,7 +7,6 @@
 #define SETTLE_TIME 3.0
 #define SETTLE_SPEED 1e-3
 #define REST_TIME 0.4  // s without motion at the end of a lift or fold
-#define LOOK_EVERY 5   // steps between looks
 
 OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int nworker,
                           Trial** trial) {

@@ -10,6 +10,7 @@ void om_situation_init(OmSituation* s, int n, double spacing) {
     s->n = n;
     s->spacing = spacing;
     for (int i = 0; i < OM_MAX_ARM; i++) s->arm[i] = (OmArmSituation){.at = -1, .in_hand = -1};
+    for (int b = 0; b < OM_PLAN_MAX_BLOCK; b++) s->exposure[b].fold = OM_PLAN_PULL;
     if (n < 1 || n > OM_PLAN_MAX_GRID) return;  // om_planner_solve refuses other sizes
     // argmin over the arms of |y_arm - y_block|, arms at the same distance on either side
     for (int b = 0; b < n * n; b++) s->reachable[b] = 2 * (b / n) <= n - 1 ? 1 : 2;

@@ -69,11 +69,8 @@ static void sim_destroy(OmWorld* world) {
 
 // ---- arms --------------------------------------------------------------------------------------------------
 
-static OmStatus place_arm(SimWorld* w, int index) {
-    ArmState* arm = &w->now.arm[index];
-    Tool* tool = &w->tool[index];
-    OmPose task = w->site->pose_world_task;
-    OmVec3 half = w->site->half_size;
+OmPsm om_world_place_psm(const OmSite* site, int index) {
+    OmVec3 half = site->half_size;
     double side = index == 0 ? -1 : 1;
     // The base is tilted so that with all joints at zero the shaft points at the arm's half of the tissue.
     OmVec3 rcm = om_vec3(0.03, side * (half.y + RCM_OUT), 2 * half.z + RCM_HEIGHT);
@@ -81,12 +78,24 @@ static OmStatus place_arm(SimWorld* w, int index) {
     OmVec3 z = om_normalize(om_sub(rcm, middle));
     OmVec3 x = om_normalize(om_madd(om_vec3(1, 0, 0), -z.x, z));
     OmPose rcm_task = {rcm, om_quat_from_mat3(om_mat3_cols(x, om_cross(z, x), z))};
-    tool->psm = om_psm_default(OM_PROGRASP, om_pose_mul(task, rcm_task));
+    return om_psm_default(OM_PROGRASP, om_pose_mul(site->pose_world_task, rcm_task));
+}
+
+OmPose om_world_place_tip(const OmSite* site, int index) {
+    OmVec3 half = site->half_size;
+    double side = index == 0 ? -1 : 1;
     // Jaws straight down, the gripper opening along the arm's own side.
     OmMat3 down = om_mat3_cols(om_vec3(0, 1, 0), om_vec3(1, 0, 0), om_vec3(0, 0, -1));
     OmVec3 park = om_vec3(0.25 * half.x, side * half.y, 2 * half.z + PARK_HEIGHT);
-    OmPose tip_task = {park, om_quat_from_mat3(down)};
-    arm->tip = om_pose_mul(task, tip_task);
+    return om_pose_mul(site->pose_world_task, (OmPose){park, om_quat_from_mat3(down)});
+}
+
+static OmStatus place_arm(SimWorld* w, int index) {
+    ArmState* arm = &w->now.arm[index];
+    Tool* tool = &w->tool[index];
+    OmVec3 half = w->site->half_size;
+    tool->psm = om_world_place_psm(w->site, index);
+    arm->tip = om_world_place_tip(w->site, index);
     arm->goal = arm->tip;
     const double zero[OM_PSM_NJOINT] = {0};
     OmStatus status = om_psm_inverse(&tool->psm, arm->tip, zero, arm->q);
