@@ -1,0 +1,24 @@
+"""Patient-specific simulation of soft tissue for autonomous surgery.
+
+    import omentum as om
+    patient = om.build_patient("ct_labels.nii.gz", edge=0.004, label=1)
+    tissue = om.Tissue(patient)
+    tissue.grasp(tissue.x[0])
+
+All lengths are metres, forces newtons, times seconds, angles radians. Arrays of vectors are (n x 3). Positions and
+pictures of a simulation are NumPy views of its memory.
+"""
+from . import _capi as capi
+from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged,
+                   NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
+from .mesh import Surface, TetMesh
+from .patient import Patient, build_patient
+from .tissue import Embedding, Tissue
+from .volume import Volume, load_png, save_png
+
+for _kind in (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged, NotPositiveDefinite,
+              TimeLimit, Unavailable):
+    _kind.__module__ = "omentum"  # the name that tracebacks show
+
+__version__ = capi.OM_VERSION
+__all__ = [name for name in dir() if not name.startswith("_")]

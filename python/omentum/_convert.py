@@ -1,0 +1,167 @@
+"""Structs of C with Python values: the base class of the types in _capi.py, and conversions of arguments."""
+from __future__ import annotations
+
+import ctypes
+import difflib
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+_NUMBERS = {
+    ctypes.c_double: np.float64, ctypes.c_float: np.float32, ctypes.c_int: np.int32, ctypes.c_uint: np.uint32,
+    ctypes.c_bool: np.bool_, ctypes.c_ubyte: np.uint8, ctypes.c_byte: np.int8, ctypes.c_int64: np.int64,
+    ctypes.c_uint64: np.uint64, ctypes.c_int16: np.int16, ctypes.c_uint16: np.uint16,
+}
+
+
+class Struct(ctypes.Structure):
+    """A struct of C. A field that does not exist raises AttributeError with the nearest name, also when it is set."""
+
+    _names: tuple[str, ...] = ()
+    _offsets: tuple[int, ...] = ()
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self._names and not name.startswith("_"):
+            raise AttributeError(unknown(type(self).__name__, "field", name, self._names))
+        super().__setattr__(name, value)
+
+    def __repr__(self) -> str:
+        def short(value: Any) -> str:
+            if isinstance(value, np.ndarray) and value.size > 9:
+                return f"<{'x'.join(map(str, value.shape))} {value.dtype}>"
+            return repr(value.tolist()) if isinstance(value, np.ndarray) else repr(value)
+
+        shown = (f"{n}={short(v)}" for n in self._names if not isinstance(v := getattr(self, n), ctypes.Array))
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+    def as_dict(self) -> dict[str, Any]:
+        """All fields as Python values: arrays are copied, structs become dictionaries. Pointers are left out."""
+        out: dict[str, Any] = {}
+        for name in self._names:
+            value = getattr(self, name)
+            if isinstance(value, Struct):
+                out[name] = value.as_dict()
+            elif isinstance(value, np.ndarray):
+                out[name] = value.copy()
+            elif isinstance(value, (bool, int, float, str, IntEnum)):
+                out[name] = value
+        return out
+
+    def update(self, values: dict[str, Any]) -> None:
+        """Set several fields; the value of a field that is a struct may be a dictionary."""
+        for name, value in values.items():
+            if isinstance(value, dict) and isinstance(inner := getattr(self, name, None), Struct):
+                inner.update(value)
+            else:
+                setattr(self, name, value)
+
+
+def unknown(owner: str, what: str, name: str, names: Any) -> str:
+    """The sentence about a name that does not exist."""
+    near = difflib.get_close_matches(name, list(names), 1, 0.5)
+    return f"{owner} has no {what} '{name}'" + (f"; did you mean '{near[0]}'?" if near else "")
+
+
+def find_enum(kind: type[IntEnum], value: Any) -> int:
+    """A member of an enum, by itself, its number, or its name in any case: "neo-hookean", "NEO_HOOKEAN"."""
+    if isinstance(value, str):
+        name = value.upper().replace("-", "_").replace(" ", "_")
+        names = {m.name: m for m in kind}
+        if name not in names:
+            raise ValueError(unknown(kind.__name__, "member", value, [n.lower() for n in names]))
+        return int(names[name])
+    return int(value)
+
+
+def _view(raw: Any, dtype: Any, shape: tuple[int, ...]) -> np.ndarray:
+    return np.frombuffer(raw, dtype=dtype).reshape(shape)
+
+
+def _view_property(field: Any, name: str, dtype: Any, shape: tuple[int, ...], is_turned: bool) -> property:
+    def get(self: Any) -> np.ndarray:
+        array = _view(field.__get__(self, type(self)), dtype, shape)
+        return array.T if is_turned else array
+
+    def put(self: Any, value: Any) -> None:
+        array = np.asarray(value, dtype=dtype)
+        if array.shape != shape:
+            raise ValueError(f"{type(self).__name__}.{name} has shape {shape}, not {array.shape}")
+        get(self)[...] = array
+
+    return property(get, put)
+
+
+def _text_property(field: Any, name: str, size: int) -> property:
+    def get(self: Any) -> str:
+        return field.__get__(self, type(self)).decode("utf-8", "replace")
+
+    def put(self: Any, value: Any) -> None:
+        data = value.encode() if isinstance(value, str) else bytes(value)
+        if len(data) >= size:
+            raise ValueError(f"{type(self).__name__}.{name} holds at most {size - 1} bytes, the text has {len(data)}")
+        field.__set__(self, data)
+
+    return property(get, put)
+
+
+def _enum_property(field: Any, kind: type[IntEnum]) -> property:
+    def get(self: Any) -> int:
+        value = field.__get__(self, type(self))
+        try:
+            return kind(value)
+        except ValueError:
+            return value
+
+    return property(get, lambda self, value: field.__set__(self, find_enum(kind, value)))
+
+
+_SMALL = {"OmVec3": (3,), "OmQuat": (4,), "OmMat3": (3, 3)}
+
+
+def complete(cls: Any, fields: list[tuple[str, Any]], enums: dict[str, type[IntEnum]]) -> None:
+    """Give a struct its fields, and Python values to those that ctypes leaves as bytes, numbers or structs."""
+    cls._fields_ = fields
+    cls._names = tuple(name for name, _ in fields)
+    cls._offsets = tuple(cls.__dict__[name].offset for name, _ in fields)
+    for name, kind in fields:
+        field = cls.__dict__[name]
+        if name in enums:
+            setattr(cls, name, _enum_property(field, enums[name]))
+        elif kind.__name__ in _SMALL:
+            setattr(cls, name, _view_property(field, name, np.float64, _SMALL[kind.__name__], kind.__name__ == "OmMat3"))
+        elif issubclass(kind, ctypes.Array):
+            shape, item = [], kind
+            while issubclass(item, ctypes.Array):
+                shape.append(item._length_)
+                item = item._type_
+            if item is ctypes.c_char and len(shape) == 1:
+                setattr(cls, name, _text_property(field, name, shape[0]))
+            elif item in _NUMBERS:
+                setattr(cls, name, _view_property(field, name, _NUMBERS[item], tuple(shape), False))
+            elif item.__name__ == "OmVec3":
+                setattr(cls, name, _view_property(field, name, np.float64, (*shape, 3), False))
+
+
+# ---- arguments ----------------------------------------------------------------------------------------
+
+
+def array_of(value: Any, dtype: Any, shape: tuple[int | None, ...], name: str) -> np.ndarray:
+    """A contiguous array of this type and shape (None: any extent), copied only where it must be."""
+    array = np.ascontiguousarray(value, dtype=dtype)
+    if array.ndim != len(shape) or any(want is not None and have != want for have, want in zip(array.shape, shape)):
+        wanted = " x ".join("n" if s is None else str(s) for s in shape)
+        raise ValueError(f"{name} has shape {array.shape}: {wanted} is needed")
+    return array
+
+
+def index_array(value: Any, name: str) -> np.ndarray:
+    """Vertex numbers: integers as they are, a mask of booleans as the places where it is true."""
+    array = np.atleast_1d(np.asarray(value))
+    if array.size == 0:
+        return np.zeros(0, dtype=np.int32)
+    if array.dtype == np.bool_:
+        array = np.flatnonzero(array)
+    if not np.issubdtype(array.dtype, np.integer) or array.ndim != 1:
+        raise ValueError(f"{name} is a list of vertex numbers, or a mask of booleans")
+    return np.ascontiguousarray(array, dtype=np.int32)

@@ -1,0 +1,114 @@
+"""Patient models: from a label map to a mesh with attachments and a region of interest."""
+from __future__ import annotations
+
+import ctypes
+import os
+import pathlib
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._lib import Handle, Progress, ProgressFunction, copied, lib, path_of
+from .mesh import Surface, TetMesh
+from .volume import Volume
+
+
+class Patient:
+    """A patient model. Made by build_patient or Patient.load; constant; can be pickled.
+
+    mesh: the deformable tissue (TetMesh) with the set "attachment"; organ: the surface that it rests on, or None;
+    roi_point, roi_normal: the region of interest, m and unit (nroi x 3); up: unit direction away from the covered side;
+    report: the measures of the build (OmModelReport), or None.
+    """
+
+    def __init__(self, handle: Handle, report: c.OmModelReport | None) -> None:
+        raw = handle.address
+        self._handle = handle
+        self.report = report
+        self.name: str = raw.name
+        self.mesh = TetMesh._copy(raw.mesh)
+        self.organ = Surface._copy(raw.organ) if raw.organ.nvert else None
+        self.roi_point = copied(raw.roi_point, np.float64, (raw.nroi, 3))
+        self.roi_normal = copied(raw.roi_normal, np.float64, (raw.nroi, 3))
+        self.roi_center: np.ndarray = raw.roi_center.copy()
+        self.roi_radius: float = raw.roi_radius
+        self.up: np.ndarray = raw.up.copy()
+
+    @property
+    def materials(self) -> list[dict[str, Any]]:
+        """name, label (-1: every other label), young (Pa), poisson, density (kg/m^3) of each material."""
+        raw = self._handle.address
+        return [raw.material[i].as_dict() for i in range(raw.nmaterial)]
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Patient:
+        """Read the folder of a patient model, or its patient.yaml."""
+        place = pathlib.Path(path)
+        raw = c.OmPatient()
+        lib.om_patient_load(path_of(place / "patient.yaml" if place.is_dir() else place), ctypes.byref(raw))
+        return cls(_own(raw), None)
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Write patient.yaml, tissue.vtu, organ.ply, and the report of a model that was built in this process."""
+        report = ctypes.byref(self.report) if self.report is not None else None
+        lib.om_patient_save(ctypes.byref(self._handle.address), report, path_of(folder))
+
+    def __reduce__(self) -> Any:
+        with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
+            place = pathlib.Path(folder, "patient")
+            lib.om_patient_save(ctypes.byref(self._handle.address), None, path_of(place))
+            files = {p.name: p.read_bytes() for p in place.iterdir() if p.is_file()}
+        return _unpickle, (files,)
+
+    def __repr__(self) -> str:
+        organ = f", organ of {len(self.organ.tri)} triangles" if self.organ else ""
+        return f"Patient({self.name!r}, {self.mesh!r}{organ})"
+
+
+def _own(raw: Any) -> Handle:
+    return Handle(raw, lambda patient: lib.om_patient_done(ctypes.byref(patient)))
+
+
+def _unpickle(files: dict[str, bytes]) -> Patient:
+    with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
+        for name, data in files.items():
+            pathlib.Path(folder, name).write_bytes(data)
+        return Patient.load(folder)
+
+
+def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: int | str | list[int | str] | None = None,
+                  attach: str | list[str] | None = None, sheet: dict[str, Any] | None = None, name: str | None = None,
+                  progress: bool | ProgressFunction | None = None, **options: Any) -> Patient:
+    """Build a patient model from a label map or a file.
+
+    source: a Volume, or a file: NIfTI, NRRD, a volume mesh, a closed surface.
+    edge: mean edge of the mesh, m.
+    label: labels that are meshed together, by number or by the name in the file; None: the one label above 0.
+    sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
+    attach: attachments in words, "border:medial 25 %"; of a sheet only.
+    options: other fields of OmModelDef, such as keep_all, close_radius, smooth.
+    """
+    path = b"" if isinstance(source, Volume) else path_of(source)
+    definition = lib.om_model_default_def(path, edge)
+    if name is not None or isinstance(source, Volume):
+        definition.name = name or "volume"
+    for item in [] if label is None else [label] if isinstance(label, (str, int, np.integer)) else label:
+        if isinstance(item, str):
+            definition.label_name[definition.nlabel_name].value = item.encode()
+            definition.nlabel_name += 1
+        else:
+            definition.label[definition.nlabel] = item
+            definition.nlabel += 1
+    definition.sheet.update(sheet or {})
+    for words in [] if attach is None else [attach] if isinstance(attach, str) else attach:
+        place = definition.sheet.attach[definition.sheet.nattach]
+        lib.om_model_parse_attach(words.encode(), ctypes.byref(place))
+        definition.sheet.nattach += 1
+    definition.update(options)
+    raw, report = c.OmPatient(), c.OmModelReport()
+    volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None
+    with Progress(progress) as listener:
+        lib.om_model_build_volume(ctypes.byref(definition), volume, listener.pointer, ctypes.byref(raw), ctypes.byref(report))
+    return Patient(_own(raw), report)

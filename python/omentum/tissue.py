@@ -1,0 +1,349 @@
+"""Soft tissue: grasp, move, step, statics, forces, stress, attachments, snapshots."""
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._convert import array_of, index_array
+from ._lib import Busy, Closed, Handle, Owner, copied, create, lib, outcome, pose, view
+from .mesh import TetMesh
+from .patient import Patient
+
+__all__ = ["Embedding", "StepReport", "Tissue"]
+
+
+class StepReport(c.OmTissueReport):
+    """OmTissueReport with the status of the step: OK or NOT_CONVERGED, and its sentence."""
+
+    status: c.OmStatus
+    message: str
+
+
+def _with_status(report: Any, status: int) -> Any:
+    object.__setattr__(report, "_status", c.OmStatus(status))
+    object.__setattr__(report, "_message", lib.om_error_message().decode() if status else "")
+    return report
+
+
+for _name in ("status", "message"):  # kept beside the fields of C
+    setattr(StepReport, _name, property(lambda self, _n="_" + _name: self.__dict__[_n]))
+
+
+def find_engine(name: str) -> Any:
+    """The table of an engine: "fem", "pbd", "xpbd", "springs", "chainmail" or "umesh"."""
+    engines = lib.om_engine_set_default()
+    lib.om_engine_set_add(ctypes.byref(engines), lib.om_umesh_engine())
+    table = ctypes.POINTER(c.OmTissueEngine)()
+    lib.om_engine_set_find(ctypes.byref(engines), name.encode(), ctypes.byref(table))
+    return table
+
+
+def _make_materials(definition: Any, mesh: TetMesh, materials: list[dict[str, Any]], plain: dict[str, Any]) -> None:
+    """Materials by label: an entry of label -1 holds for every label that no other entry has."""
+    number = int(mesh.label.max(initial=0)) + 1  # type: ignore[union-attr]
+    table, density = (c.OmMaterial * number)(), (ctypes.c_double * number)()
+    for label in range(number):
+        entry = next((m for m in materials if m.get("label", -1) == label), None) or \
+            next((m for m in materials if m.get("label", -1) == -1), {})
+        values = {k: v for k, v in {**entry, **plain}.items() if k not in ("name", "label", "density")}
+        ctypes.memmove(ctypes.byref(table[label]), ctypes.byref(definition.material_default), ctypes.sizeof(c.OmMaterial))
+        table[label].update(values)
+        density[label] = entry.get("density", definition.density)
+    definition.nmaterial, definition.material = number, table
+    definition.material_density = ctypes.addressof(density)
+    definition._keep = (table, density)
+
+
+class Tissue(Owner):
+    """Tissue of a mesh: positions (m), forces (N) and time of one simulation.
+
+        tissue = Tissue(mesh, young=3000, law="neo-hookean")
+        tissue.grasp(point)                     # the vertices within 5 mm
+        tissue.move(point + [0, 0, 0.01])
+        tissue.step(0.02)
+        tissue.forces().pull[0]                 # N
+    """
+
+    def __init__(self, mesh: TetMesh | Patient, engine: str = "fem", *, young: float | None = None,
+                 poisson: float | None = None, law: str | c.OmLaw | None = None,
+                 materials: list[dict[str, Any]] | None = None, file: str | None = None,
+                 numbers: dict[str, float] | None = None, **options: Any) -> None:
+        """
+        mesh: its set "attachment" is held; of a Patient the mesh and the materials are taken.
+        engine: "fem", "pbd", "xpbd", "springs", "chainmail", or "umesh" with the `file` of a trained network.
+        young (Pa), poisson, law: of all tissue; default 3000, 0.45, "corotational".
+        materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
+        numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
+        options: other fields of OmTissueDef: density (kg/m^3), gravity (m/s^2), attachment_stiffness (N/m), rayleigh_mass,
+        rayleigh_stiffness, max_newton, is_averaged, solver={"nworker": 2, ...}.
+        """
+        plain = {k: v for k, v in (("young", young), ("poisson", poisson), ("law", law)) if v is not None}
+        if isinstance(mesh, Patient):
+            materials, mesh = materials or mesh.materials, mesh.mesh
+        arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, **plain, **options}
+        raw, table = mesh._as_c(), find_engine(engine)
+        definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
+        definition.update(options)
+        if materials:
+            _make_materials(definition, mesh, materials, plain)
+        else:
+            definition.material_default.update(plain)
+        if file or numbers:
+            values = (c.OmEngineNumber * max(1, len(numbers or {})))()
+            for value, (name, number) in zip(values, (numbers or {}).items()):
+                value.name, value.value = name.encode(), number
+            given = c.OmEngineInput(file=file.encode() if file else None, nnumber=len(numbers or {}), number=values)
+            definition.input = ctypes.pointer(given)
+        model = Handle(create(lib.om_tissue_create, ctypes.byref(definition)), lib.om_tissue_destroy)
+        self._setup(mesh, arguments, model)
+
+    def _setup(self, mesh: TetMesh, arguments: dict[str, Any], model: Handle) -> None:
+        self._arguments, self._model, self._mesh = arguments, model, mesh
+        self._handle = Handle(create(lib.om_tissue_state_create, model.address), lib.om_tissue_state_destroy, model)
+        self._work = Handle(create(lib.om_tissue_work_create, model.address), lib.om_tissue_work_destroy, model)
+        self._busy = Busy("Tissue")
+        shape = (len(mesh.x), 3)
+        self._x = view(self._handle, lib.om_tissue_x(self._c), np.float64, shape)
+        self._v = view(self._handle, lib.om_tissue_v(self._c), np.float64, shape)
+
+    def copy(self) -> Tissue:
+        """A second simulation of the same model, in the same state; it may run in another thread."""
+        twin = Tissue.__new__(Tissue)
+        with self._busy:
+            state = self._snapshot()
+        twin._setup(self._mesh, self._arguments, self._model)
+        twin.restore(state)
+        return twin
+
+    def close(self) -> None:
+        """Give up model, state and work. Views of positions keep the memory that they show."""
+        self._handle = None
+        self.__dict__.update(_model=None, _work=None, _x=None, _v=None)
+
+    # ---- what there is ----
+
+    @property
+    def mesh(self) -> TetMesh:
+        """The mesh at rest."""
+        return self._mesh
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions, m (nvert x 3): a view that every step changes; copy it to keep values. Read-only, see set_x."""
+        if self._handle is None:
+            raise Closed("this Tissue is closed")
+        return self._x
+
+    @property
+    def v(self) -> np.ndarray:
+        """Velocities, m/s (nvert x 3): a view, as x."""
+        if self._handle is None:
+            raise Closed("this Tissue is closed")
+        return self._v
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return lib.om_tissue_time(self._c)
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Lumped masses, kg (nvert)."""
+        self._c
+        return view(self._model, lib.om_tissue_mass(self._model.address), np.float64, (len(self._mesh.x),))
+
+    @property
+    def external_force(self) -> np.ndarray:
+        """N (nvert x 3), zero at first: a view to write into; the values stay until they are changed."""
+        return view(self._handle, lib.om_tissue_external_force(self._c), np.float64, self._mesh.x.shape, writable=True)
+
+    @property
+    def attached(self) -> np.ndarray:
+        """True where a vertex is attached (nvert): a view."""
+        return view(self._handle, lib.om_tissue_attached(self._c), np.bool_, (len(self._mesh.x),))
+
+    @property
+    def held_by(self) -> np.ndarray:
+        """The arm that grasps each vertex, -1: none (nvert): a view."""
+        return view(self._handle, lib.om_tissue_held_by(self._c), np.int8, (len(self._mesh.x),))
+
+    @property
+    def surface_vert(self) -> np.ndarray:
+        """Vertices of the boundary, ascending."""
+        self._c
+        number = ctypes.c_int()
+        address = lib.om_tissue_surface_vert(self._model.address, ctypes.byref(number))
+        return view(self._model, address, np.int32, (number.value,))
+
+    # ---- changing it ----
+
+    def set_x(self, x: Any, v: Any = None) -> None:
+        """Replace positions, m, and velocities, m/s (None: zero); (nvert x 3)."""
+        x = array_of(x, np.float64, self._mesh.x.shape, "x")
+        v = None if v is None else array_of(v, np.float64, self._mesh.x.shape, "v")
+        with self._busy:
+            lib.om_tissue_set_x(self._model_c, self._c, x.ctypes.data, None if v is None else v.ctypes.data)
+
+    def set_attachment(self, vert: Any, anchor: Any = None, stiffness: Any = None) -> None:
+        """Replace all attachments.
+
+        vert: vertex numbers, or a mask. anchor: m (nvert x 3); None: the rest positions. stiffness: N/m of the spring of each
+        vertex, one number or (nvert), 0: fixed; None: as the definition says.
+        """
+        vert = index_array(vert, "vert")
+        anchor = None if anchor is None else array_of(anchor, np.float64, (len(vert), 3), "anchor")
+        if stiffness is not None:
+            stiffness = np.ascontiguousarray(np.broadcast_to(np.asarray(stiffness, np.float64), (len(vert),)))
+        with self._busy:
+            lib.om_tissue_set_attachment(self._model_c, self._c, len(vert), vert.ctypes.data,
+                                         None if anchor is None else anchor.ctypes.data,
+                                         None if stiffness is None else stiffness.ctypes.data)
+
+    def grasp(self, tip: Any, arm: int = 0, radius: float = 0.005) -> int:
+        """Grasp the vertices within `radius` m of the tip, which they follow rigidly; their number is returned.
+
+        tip: a point, m (3), a pose (4 x 4), or (point, quaternion x y z w).
+        """
+        held = ctypes.c_int()
+        with self._busy:
+            lib.om_tissue_grasp(self._model_c, self._c, arm, pose(tip), radius, ctypes.byref(held))
+        return held.value
+
+    def move(self, tip: Any, arm: int = 0) -> None:
+        """Goal of the tool for the end of the next step; as of grasp."""
+        lib.om_tissue_move_grasp(self._c, arm, pose(tip))
+
+    def release(self, arm: int = 0) -> None:
+        """Open the tool."""
+        lib.om_tissue_release(self._c, arm)
+
+    def step(self, dt: float = 0.02, strict: bool = True) -> StepReport:
+        """One implicit Euler step of `dt` s.
+
+        A step that did not converge has advanced with the best iterate. It raises NotConverged (`result` is the report), or
+        with strict=False returns the report, whose `status` and `message` say so.
+        """
+        report = StepReport()
+        with self._busy:
+            status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
+        return outcome(status, _with_status(report, status), strict)
+
+    def find_rest(self, tolerance: float = 1e-5, max_iterations: int = 100, strict: bool = True) -> StepReport:
+        """Static equilibrium under weight, external forces, attachments and tools. `strict` as of step."""
+        report = StepReport()
+        with self._busy:
+            status = lib.om_tissue_find_rest(self._model_c, self._c, self._work.address, tolerance, max_iterations,
+                                             ctypes.byref(report))
+        return outcome(status, _with_status(report, status), strict)
+
+    def reset(self) -> None:
+        """Back to the rest shape, at rest, nothing grasped."""
+        with self._busy:
+            lib.om_tissue_state_reset(self._model_c, self._c)
+
+    # ---- measuring ----
+
+    def forces(self) -> c.OmTissueForces:
+        """Resultants on the tissue, N: grasp and pull (arms x 3), attachment, contact, external, weight (3)."""
+        out = c.OmTissueForces()
+        lib.om_tissue_get_forces(self._model_c, self._c, ctypes.byref(out))
+        return out
+
+    def internal_force(self) -> np.ndarray:
+        """Elastic force on each vertex, N (nvert x 3)."""
+        return self._vertex_force(lib.om_tissue_get_internal_force)
+
+    def attachment_force(self) -> np.ndarray:
+        """Force on each vertex by its attachment, N (nvert x 3)."""
+        return self._vertex_force(lib.om_tissue_get_attachment_force)
+
+    def holding_force(self) -> np.ndarray:
+        """Force on each vertex by tools, attachments and contact, N (nvert x 3)."""
+        return self._vertex_force(lib.om_tissue_get_holding_force)
+
+    def _vertex_force(self, function: Any) -> np.ndarray:
+        out = np.zeros(self._mesh.x.shape)
+        function(self._model_c, self._c, out.ctypes.data)
+        return out
+
+    def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
+        """A measure of every element (ntet): "von_mises" (Pa), "principal_stretch", "strain", "volume_ratio",
+        "energy_density" (J/m^3)."""
+        from ._convert import find_enum
+        out = np.zeros(len(self._mesh.tet))
+        lib.om_tissue_get_measure(self._model_c, self._c, find_enum(c.OmTissueMeasure, kind), out.ctypes.data)
+        return out
+
+    def energy(self) -> c.OmTissueEnergy:
+        """elastic, kinetic, gravity, spring: J."""
+        out = c.OmTissueEnergy()
+        lib.om_tissue_get_energy(self._model_c, self._c, ctypes.byref(out))
+        return out
+
+    def embed(self, points: Any) -> Embedding:
+        """Bind points of the rest shape, m (n x 3), to the elements that contain them or are nearest."""
+        points = array_of(points, np.float64, (None, 3), "points")
+        raw = c.OmEmbedding()
+        lib.om_tissue_embed(self._model_c, len(points), points.ctypes.data, ctypes.byref(raw))
+        return Embedding(Handle(raw, lambda e: lib.om_embedding_done(ctypes.byref(e))), len(self._mesh.x))
+
+    # ---- snapshots ----
+
+    @property
+    def hash(self) -> int:
+        """Of the state: equal for the same bytes."""
+        return lib.om_tissue_state_hash(self._c)
+
+    def _snapshot(self) -> bytes:
+        return ctypes.string_at(self._c, lib.om_tissue_state_size(self._model_c))
+
+    def snapshot(self) -> bytes:
+        """Everything that changes, for restore of this tissue, of a copy, or of one with the same definition."""
+        with self._busy:
+            return self._snapshot()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a snapshot."""
+        size = lib.om_tissue_state_size(self._model_c)
+        if len(snapshot) != size or snapshot[:12] != ctypes.string_at(self._c, 12):
+            raise ValueError("the snapshot is of another model")
+        with self._busy:
+            ctypes.memmove(self._c, snapshot, size)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"mesh": self._mesh, "arguments": self._arguments, "snapshot": self.snapshot()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        arguments = dict(state["arguments"])
+        self.__init__(state["mesh"], arguments.pop("engine"), **arguments)  # type: ignore[misc]
+        self.restore(state["snapshot"])
+
+    @property
+    def _model_c(self) -> Any:
+        self._c
+        return self._model.address
+
+    def __repr__(self) -> str:
+        if self._handle is None:
+            return "Tissue(closed)"
+        return f"Tissue({self._mesh!r}, engine {self._arguments['engine']!r}, time {self.time:g} s)"
+
+
+class Embedding:
+    """Points that elements carry."""
+
+    def __init__(self, handle: Handle, nvert: int) -> None:
+        self._handle, self._nvert = handle, nvert
+        raw = handle.address
+        self.tet = copied(raw.tet, np.int32, (raw.npoint,))  # -1: of particles
+        self.weights = copied(raw.bary, np.float64, (raw.npoint, 4))
+
+    def eval(self, x: Any) -> np.ndarray:
+        """Positions of the points, m (n x 3), for vertex positions x (nvert x 3)."""
+        x = array_of(x, np.float64, (self._nvert, 3), "x")
+        out = np.zeros((len(self.tet), 3))
+        lib.om_embedding_eval(ctypes.byref(self._handle.address), x.ctypes.data, out.ctypes.data)
+        return out

@@ -1,0 +1,120 @@
+"""Volumes (CT, MR, label maps) and pictures."""
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._lib import Handle, lib, path_of, view
+
+_TYPES = {
+    c.OmVoxelType.U8: np.uint8, c.OmVoxelType.I8: np.int8, c.OmVoxelType.U16: np.uint16, c.OmVoxelType.I16: np.int16,
+    c.OmVoxelType.U32: np.uint32, c.OmVoxelType.I32: np.int32, c.OmVoxelType.U64: np.uint64, c.OmVoxelType.I64: np.int64,
+    c.OmVoxelType.F32: np.float32, c.OmVoxelType.F64: np.float64,
+}
+
+
+class Volume:
+    """A scalar volume: `values[i, j, k]` (nx, ny, nz) and `affine` (4 x 4), which maps (i, j, k, 1) to RAS metres.
+
+    The axes are those of nibabel, in metres instead of millimetres. Volumes can be pickled.
+    """
+
+    def __init__(self, values: Any, spacing: Any = None, affine: Any = None) -> None:
+        """
+        values: (nx, ny, nz) of any integer or floating type; booleans become bytes.
+        spacing: m, one number or one for each axis; the centre of voxel (0, 0, 0) is the origin.
+        affine: (4 x 4) in place of `spacing`, m.
+        """
+        values = np.asarray(values)
+        if values.ndim != 3:
+            raise ValueError(f"a volume has three axes, not {values.ndim}")
+        if (spacing is None) == (affine is None):
+            raise ValueError("give either spacing or affine, in metres")
+        if values.dtype == np.bool_:
+            values = values.astype(np.uint8)
+        if affine is None:
+            affine = np.diag([*np.broadcast_to(np.asarray(spacing, dtype=float), 3), 1.0])
+        self.values = values
+        self.affine = np.array(affine, dtype=np.float64)
+        if self.affine.shape != (4, 4):
+            raise ValueError(f"affine has shape {self.affine.shape}: 4 x 4 is needed")
+        self._type()
+
+    def _type(self) -> c.OmVoxelType:
+        for kind, dtype in _TYPES.items():
+            if self.values.dtype == dtype:
+                return kind
+        raise ValueError(f"voxels of type {self.values.dtype} are not known; convert them with astype")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], entry: int = -1, max_bytes: int = c.OM_VOLUME_MAX_SIZE) -> Volume:
+        """Read NIfTI (.nii, .nii.gz, .hdr) or NRRD (.nrrd, .nhdr).
+
+        entry: which volume of a file of several, from 0; -1: the only one.
+        max_bytes: a larger volume is refused from its header.
+        The voxels are a view of the memory that the reader filled, in the type of the file, where its scale is 1.
+        """
+        raw = c.OmVolume()
+        lib.om_volume_load_within(path_of(path), entry, max_bytes, ctypes.byref(raw))
+        handle = Handle(raw, lambda volume: lib.om_volume_done(ctypes.byref(volume)))
+        shape = tuple(int(n) for n in raw.grid.dim)
+        values = view(handle, raw.voxel, _TYPES[raw.type], shape[::-1], writable=True).T
+        if (raw.slope, raw.inter) != (1.0, 0.0):
+            values = raw.slope * values + raw.inter
+        affine = np.eye(4)
+        affine[:3, :3], affine[:3, 3] = raw.grid.axis, raw.grid.origin
+        return cls(values, affine=affine)
+
+    def _as_c(self) -> Any:
+        """An OmVolume that borrows the voxels."""
+        kind = self._type()
+        voxels = np.asfortranarray(self.values)
+        raw = c.OmVolume(type=int(kind), voxel=voxels.ctypes.data, slope=1.0, inter=0.0)
+        raw.grid.dim = voxels.shape
+        raw.grid.axis, raw.grid.origin = self.affine[:3, :3], self.affine[:3, 3]
+        raw._keep = voxels
+        return raw
+
+    @property
+    def spacing(self) -> np.ndarray:
+        """Sides of a voxel, m (3)."""
+        return np.linalg.norm(self.affine[:3, :3], axis=0)
+
+    def labels(self) -> dict[int, int]:
+        """Labels above 0 and their number of voxels."""
+        found, count = np.unique(self.values, return_counts=True)
+        return {int(v): int(n) for v, n in zip(found, count) if v > 0}
+
+    def __repr__(self) -> str:
+        side = ", ".join(f"{1e3 * s:.3g}" for s in self.spacing)
+        return f"Volume({'x'.join(map(str, self.values.shape))} {self.values.dtype}, voxels of ({side}) mm)"
+
+
+def picture_array(picture: Any) -> np.ndarray:
+    """A copy of an OmPicture: (height, width, channels) of bytes; (0, 0, 0) if it is empty."""
+    shape = (picture.height, picture.width, picture.nchannel)
+    return view(None, picture.pixel, np.uint8, shape).copy()
+
+
+def save_png(path: str | os.PathLike[str], picture: Any) -> None:
+    """Write a picture (height, width) or (height, width, 1, 3 or 4) of bytes as PNG."""
+    pixels = np.ascontiguousarray(picture)
+    if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3):
+        raise ValueError("a picture is an array of bytes (height, width, channels)")
+    pixels = pixels.reshape(*pixels.shape[:2], -1)
+    raw = c.OmPicture(width=pixels.shape[1], height=pixels.shape[0], nchannel=pixels.shape[2], pixel=pixels.ctypes.data)
+    lib.om_picture_save_png(ctypes.byref(raw), path_of(path))
+
+
+def load_png(path: str | os.PathLike[str]) -> np.ndarray:
+    """Read a PNG as (height, width, 3) of bytes."""
+    raw = c.OmPicture()
+    lib.om_picture_load_png(path_of(path), ctypes.byref(raw))
+    try:
+        return picture_array(raw)
+    finally:
+        lib.om_picture_done(ctypes.byref(raw))

@@ -1,0 +1,36 @@
+"""What several files of tests use."""
+import numpy as np
+import pytest
+
+import omentum as om
+
+
+@pytest.fixture
+def box():
+    """A block of 40 x 20 x 20 mm, held at x = 0."""
+    mesh = om.TetMesh.box((0.04, 0.02, 0.02), (4, 2, 2))
+    mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 0] < 1e-9)
+    return mesh
+
+
+@pytest.fixture(scope="session")
+def ellipsoid():
+    """Labels: 1 is an ellipsoid with half axes of 36, 28 and 20 mm; 5 is a small cube in a corner."""
+    i, j, k = np.meshgrid(*[np.arange(44) - 21.5] * 3, indexing="ij")
+    labels = ((i / 18) ** 2 + (j / 14) ** 2 + (k / 10) ** 2 < 1).astype(np.uint8)
+    labels[:3, :3, :3] = 5
+    return om.Volume(labels, spacing=0.002)
+
+
+@pytest.fixture
+def alive():
+    """Blocks of the library that live after the test, less those before."""
+    import gc
+    gc.collect()
+    before = om.lib.om_alloc_alive()
+
+    def count():
+        gc.collect()
+        return om.lib.om_alloc_alive() - before
+
+    return count

@@ -1,0 +1,20 @@
+"""Run one file of tests with pytest; exit 77, which CTest reports as skipped, where pytest or NumPy is missing."""
+import importlib.util
+import os
+import resource
+import subprocess
+import sys
+
+missing = [name for name in ("numpy", "pytest") if importlib.util.find_spec(name) is None]
+if missing:
+    print(f"skipped: python3 cannot import {' and '.join(missing)}")
+    sys.exit(77)
+limit = int(os.environ.get("OM_TEST_CPU_S", "0"))
+if limit:  # processor time, as the tests in C
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 10))
+environment = dict(os.environ)
+if environment.get("OM_TEST_PRELOAD"):
+    environment["LD_PRELOAD"] = environment["OM_TEST_PRELOAD"]
+    environment["ASAN_OPTIONS"] = "detect_leaks=0"  # Python itself leaks; the tests count blocks of the library
+sys.exit(subprocess.run([sys.executable, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", "-ra", *sys.argv[1:]],
+                        env=environment, check=False).returncode)

@@ -1,0 +1,152 @@
+"""Volumes, meshes and patient models: against volumes computed by hand, files and other libraries."""
+import os
+import pickle
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import omentum as om
+
+ELLIPSOID = 4 / 3 * np.pi * 0.036 * 0.028 * 0.020  # m^3
+
+
+def test_a_label_map_becomes_a_mesh_of_its_volume(ellipsoid):
+    patient = om.build_patient(ellipsoid, edge=0.006, label=1)
+    assert patient.mesh.volume == pytest.approx(ELLIPSOID, rel=0.02)
+    centre = patient.mesh.x.mean(axis=0)
+    assert centre == pytest.approx([0.043] * 3, abs=0.001)  # voxel 21.5 of 2 mm
+    assert patient.mesh.x.min(axis=0) == pytest.approx(0.043 - np.array([0.036, 0.028, 0.020]), abs=0.002)
+    assert np.degrees(patient.mesh.quality().dihedral_min) > 10
+    assert patient.report.nvoxel == (ellipsoid.values == 1).sum()
+
+
+def test_the_affine_places_the_mesh(ellipsoid):
+    affine = np.diag([-0.002, -0.002, 0.002, 1.0])  # as a file in LPS has it
+    affine[:3, 3] = (0.1, 0.2, 0.3)
+    moved = om.build_patient(om.Volume(ellipsoid.values, affine=affine), edge=0.008, label=1)
+    assert moved.mesh.x.mean(axis=0) == pytest.approx([0.1 - 0.043, 0.2 - 0.043, 0.3 + 0.043], abs=0.001)
+    assert moved.mesh.volume == pytest.approx(ELLIPSOID, rel=0.04)
+
+
+def test_a_sheet_of_fat_on_an_organ(ellipsoid):
+    patient = om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thickness": 0.006}, attach="border:left 25 %")
+    assert {"attachment", "underside", "top", "border"} <= set(patient.mesh.sets)
+    assert patient.organ.volume == pytest.approx(ELLIPSOID, rel=0.05)
+    assert len(patient.roi_point) == 200
+    held = patient.mesh.x[patient.mesh.sets["attachment"]]
+    assert held[:, 0].max() < patient.mesh.x[:, 0].mean()  # left is -x
+    same = pickle.loads(pickle.dumps(patient))
+    assert np.allclose(same.mesh.x, patient.mesh.x, atol=1e-9) and np.array_equal(same.mesh.tet, patient.mesh.tet)
+    assert np.allclose(same.roi_point, patient.roi_point, atol=1e-9) and same.materials == patient.materials
+
+
+def test_several_labels_are_refused_until_one_is_named(ellipsoid):
+    assert ellipsoid.labels() == {1: int((ellipsoid.values == 1).sum()), 5: 27}
+    with pytest.raises(om.Invalid, match="label"):
+        om.build_patient(ellipsoid, edge=0.006)
+    with pytest.raises(AttributeError, match="thickness"):
+        om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thicknes": 0.006})
+    with pytest.raises(om.Invalid, match="attach|border"):
+        om.build_patient(ellipsoid, edge=0.006, label=1, sheet={"thickness": 0.006}, attach="bordr:left")
+
+
+def test_volumes_are_read_with_type_and_axes(tmp_path):
+    values = np.arange(24, dtype=np.int16).reshape(4, 3, 2)
+    head = ("NRRD0004\ntype: int16\ndimension: 3\nspace: right-anterior-superior\nsizes: 4 3 2\n"
+            "space directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (5,6,7)\nencoding: raw\nendian: little\n\n")
+    path = tmp_path / "v.nrrd"
+    path.write_bytes(head.encode() + values.tobytes(order="F"))
+    volume = om.Volume.load(path)
+    assert volume.values.dtype == np.int16 and np.array_equal(volume.values, values)
+    assert volume.affine == pytest.approx(np.array([[0.001, 0, 0, 0.005], [0, 0.002, 0, 0.006], [0, 0, 0.003, 0.007], [0, 0, 0, 1]]))
+    with pytest.raises(om.Invalid, match="voxels take"):
+        om.Volume.load(path, max_bytes=10)
+    with pytest.raises(om.FileFailed, match="missing.nrrd"):
+        om.Volume.load(tmp_path / "missing.nrrd")
+
+
+def test_meshes_survive_files_and_pickles(box, tmp_path):
+    box.label[3] = 7
+    for name in ("m.vtu", "m.vtk", "m.msh"):
+        box.save(tmp_path / name)
+        same = om.TetMesh.load(tmp_path / name, unit=1)
+        assert same.x == pytest.approx(box.x, abs=1e-12) and np.array_equal(same.tet, box.tet)
+        assert np.array_equal(same.label, box.label) and np.array_equal(same.sets["attachment"], box.sets["attachment"])
+    assert np.array_equal(pickle.loads(pickle.dumps(box)).tet, box.tet)
+    assert box.volume == pytest.approx(1.6e-5) and box.refined().volume == pytest.approx(1.6e-5)
+    surface, vert = box.boundary()
+    assert surface.volume == pytest.approx(1.6e-5) and np.array_equal(box.x[vert], surface.x)
+    assert surface.normals()[np.argmax(surface.x @ [1, 1, 1])] == pytest.approx(np.ones(3) / 3**0.5, abs=0.2)
+    surface.require_closed()
+    with pytest.raises(om.Invalid, match="edge|open|closed"):
+        om.Surface(surface.x, surface.tri[1:]).require_closed()
+
+
+def test_wrong_meshes_are_refused(box):
+    with pytest.raises(ValueError, match="n x 4"):
+        om.TetMesh(box.x, box.tet[:, :3])
+    bad = om.TetMesh(box.x, box.tet.copy())
+    bad.tet[5, 2] = 10**6
+    with pytest.raises(om.Invalid, match="5"):
+        bad.validate()
+    with pytest.raises(om.Invalid):
+        om.Tissue(bad)
+
+
+def test_meshio_both_ways(box):
+    meshio = pytest.importorskip("meshio")
+    same = om.TetMesh.from_meshio(box.to_meshio())
+    assert np.array_equal(same.x, box.x) and np.array_equal(same.tet, box.tet)
+    assert np.array_equal(same.sets["attachment"], box.sets["attachment"])
+    assert meshio.Mesh(box.x, [("tetra", box.tet)]).cells[0].data.shape == box.tet.shape
+
+
+def test_pyvista_both_ways(box):
+    pytest.importorskip("pyvista")
+    same = om.TetMesh.from_pyvista(box.to_pyvista())
+    assert same.x == pytest.approx(box.x, abs=1e-7) and np.array_equal(same.tet, box.tet)
+    surface, _ = box.boundary()
+    again = om.Surface.from_pyvista(surface.to_pyvista())
+    assert again.volume == pytest.approx(surface.volume, rel=1e-6)
+
+
+def test_pictures(tmp_path):
+    picture = np.arange(5 * 7 * 3, dtype=np.uint8).reshape(5, 7, 3)
+    om.save_png(tmp_path / "p.png", picture)
+    assert np.array_equal(om.load_png(tmp_path / "p.png"), picture)
+    with pytest.raises(ValueError):
+        om.save_png(tmp_path / "q.png", picture.astype(float))
+
+
+# ---- progress ----
+
+
+def test_progress_is_reported_and_cancels(ellipsoid, alive):
+    seen = []
+    om.build_patient(ellipsoid, edge=0.008, label=1, progress=lambda *report: seen.append(report))
+    assert seen and all(isinstance(stage, str) and 0 <= done <= total for stage, done, total in seen)
+    with pytest.raises(om.Cancelled):
+        om.build_patient(ellipsoid, edge=0.008, label=1, progress=lambda *_: False)
+    with pytest.raises(ZeroDivisionError):
+        om.build_patient(ellipsoid, edge=0.008, label=1, progress=lambda *_: 1 / 0)
+    assert alive() == 0
+
+
+def test_ctrl_c_ends_a_long_call(ellipsoid, alive):
+    """SIGINT in the middle of a build that would take many seconds."""
+    def interrupt():
+        time.sleep(0.3)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    begin = time.monotonic()
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        while time.monotonic() < begin + 60:
+            om.build_patient(ellipsoid, edge=0.002, label=1)
+    thread.join()
+    assert time.monotonic() - begin < 20
+    assert alive() == 0
