@@ -49,6 +49,7 @@ OM_HASH_SEED = 14695981039346656037
 OM_LAW_LOG_FLOOR = 0.02
 OM_LAW_POWER_FLOOR = 0.2
 OM_LAYER_MAX_INPUT = 4
+OM_LOOP_MAX_FAILED = 3
 OM_LOOP_MAX_LISTENER = 8
 OM_LOSS_MAX_TERM = 8
 OM_MATCH_ADOPT_TIME = 0.5
@@ -64,6 +65,7 @@ OM_MAX_OGDEN = 4
 OM_MAX_PART = 16
 OM_MAX_POISSON = 0.4999
 OM_MAX_WORKER = 64
+OM_MONITOR_MIN_POINT = 50
 OM_NAME_LEN = 64
 OM_NET_NAME = 64
 OM_NUMBER_SIZE = 32
@@ -103,6 +105,7 @@ OM_UNIT_MM = 0.001
 OM_UPDATE_MAX_KEEP = 8
 OM_VERSION = '0.1.0'
 OM_VOLUME_MAX_SIZE = 1073741824
+OM_WORLD_LOG_UNIT = 0.0001
 OM_WORLD_MAX_TURN = 1.0
 OM_WORLD_MIN_VISIBLE = 0.9
 OM_WORLD_SETTLE_SPEED = 0.001
@@ -437,6 +440,9 @@ class OmActionOutcome(IntEnum):
     EMPTY = 5
     OUTDATED = 6
     ABORTED = 7
+    WARNED = 8
+    REPLANNED = 9
+    HELD = 10
 
 
 class OmRetractOutcome(IntEnum):
@@ -446,6 +452,18 @@ class OmRetractOutcome(IntEnum):
     NO_PLAN = 3
     CANCELLED = 4
     ABORTED = 5
+    HELD = 6
+
+
+class OmHold(IntEnum):
+    NONE = 0
+    WARNING = 1
+    STALE = 2
+    LATE = 3
+    UPDATE = 4
+    PLANNER = 5
+    TOOL = 6
+    ARM = 7
 
 
 class OmLoopPhase(IntEnum):
@@ -454,7 +472,10 @@ class OmLoopPhase(IntEnum):
     PLAN = 2
     ACT = 3
     LOOK = 4
-    ENDED = 5
+    LEARN = 5
+    CONSENT = 6
+    HOLD = 7
+    ENDED = 8
 
 
 class OmLoopCommandKind(IntEnum):
@@ -462,6 +483,15 @@ class OmLoopCommandKind(IntEnum):
     RESUME = 1
     ABORT = 2
     CANCEL = 3
+    SLOW = 4
+    FORBID = 5
+    ALLOW = 6
+    ATTACH = 7
+    FREE = 8
+    REPLAN = 9
+    APPROVE = 10
+    REJECT = 11
+    NCOMMAND = 12
 
 
 class OmSpace(IntEnum):
@@ -2245,6 +2275,22 @@ class OmSceneUpdate(Struct):
     network: str
 
 
+class OmSceneMonitor(Struct):
+    """typedef struct OmSceneMonitor {  // the twin compared with the depth camera during the operation
+    bool is_enabled;             // default false
+    // m, discrepancy above which the warning state is 1, 2 and 3; above 0, ascending; default 2, 4 and 6 mm
+    double limit[3];
+    double hysteresis;  // m, by which it must fall below a limit; below limit[0]; default 0.5 mm
+    double rate;        // frames a second; default 30
+    int npoint;         // measured points in a frame, at most; default 1000
+} OmSceneMonitor;"""
+    is_enabled: bool
+    limit: np.ndarray
+    hysteresis: float
+    rate: float
+    npoint: int
+
+
 class OmScene(Struct):
     """typedef struct OmScene {
     // Engines that `tissue: engine` may name, borrowed; null (default): om_engine_set_default of body.h.
@@ -2265,6 +2311,7 @@ class OmScene(Struct):
     OmSceneWorld world;
     OmSceneTask task;
     OmSceneUpdate update;
+    OmSceneMonitor monitor;
 } OmScene;"""
     engines: Any
     name: str
@@ -2282,6 +2329,7 @@ class OmScene(Struct):
     world: OmSceneWorld
     task: OmSceneTask
     update: OmSceneUpdate
+    monitor: OmSceneMonitor
 
 
 class OmSiteMaterial(Struct):
@@ -3740,6 +3788,19 @@ class OmUpdateEvent(Struct):
     was_attached: Any
 
 
+class OmExposure(Struct):
+    """typedef struct OmExposure {
+    bool is_known;    // default false; the other fields then have no meaning
+    bool exposes;     // the ROI was exposed, and it stayed exposed
+    int npull;        // pulls made before the fold, or until the ROI was exposed; 1 or more
+    OmPlanVerb fold;  // OM_PLAN_MOVE_ROI, OM_PLAN_MOVE_AWAY; OM_PLAN_PULL: pulls alone
+} OmExposure;"""
+    is_known: bool
+    exposes: bool
+    npull: int
+    fold: OmPlanVerb
+
+
 class OmArmSituation(Struct):
     """typedef struct OmArmSituation {  // one arm, as sensed
     int at;                      // block below the tool, -1 none: fluent at
@@ -3759,14 +3820,15 @@ class OmArmSituation(Struct):
 
 class OmSituation(Struct):
     """typedef struct OmSituation {
-    int n;                                 // blocks along a side, 1 to OM_PLAN_MAX_GRID
-    bool is_fixed[OM_PLAN_MAX_BLOCK];      // the block is above attachment points
-    bool is_above_roi[OM_PLAN_MAX_BLOCK];  // the block is above the ROI; at least one is
-    uint8_t reachable[OM_PLAN_MAX_BLOCK];  // bit a: arm a reaches the block
-    uint8_t tried[OM_PLAN_MAX_BLOCK];      // bits OmTried
-    OmArmSituation arm[OM_MAX_ARM];        // psm1, psm2
-    bool is_visible;                       // the ROI is seen: the plan is empty
-    double spacing;                        // between centres of neighbouring blocks, m, > 0
+    int n;                                   // blocks along a side, 1 to OM_PLAN_MAX_GRID
+    bool is_fixed[OM_PLAN_MAX_BLOCK];        // the block is above attachment points
+    bool is_above_roi[OM_PLAN_MAX_BLOCK];    // the block is above the ROI; at least one is
+    uint8_t reachable[OM_PLAN_MAX_BLOCK];    // bit a: arm a reaches the block
+    uint8_t tried[OM_PLAN_MAX_BLOCK];        // bits OmTried
+    OmArmSituation arm[OM_MAX_ARM];          // psm1, psm2
+    OmExposure exposure[OM_PLAN_MAX_BLOCK];  // what trying each block in the simulation showed
+    bool is_visible;                         // the ROI is seen: the plan is empty
+    double spacing;                          // between centres of neighbouring blocks, m, > 0
     const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
 } OmSituation;"""
     n: int
@@ -3775,6 +3837,7 @@ class OmSituation(Struct):
     reachable: np.ndarray
     tried: np.ndarray
     arm: Any
+    exposure: Any
     is_visible: bool
     spacing: float
     center: Any
@@ -3938,6 +4001,9 @@ class OmRetractResult(Struct):
     OmRetractAction* action;
     int nsample;
     OmRetractSample* sample;
+    OmHold hold;       // the last one; OM_HOLD_NONE: there was none
+    int nhold;         // times that the loop held
+    int ncommand;      // of a person or a program, but pause and resume
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;
@@ -3971,6 +4037,9 @@ class OmRetractResult(Struct):
     action: Any
     nsample: int
     sample: Any
+    hold: OmHold
+    nhold: int
+    ncommand: int
     nacquisition: int
     nupdate: int
     update: Any
@@ -3998,6 +4067,8 @@ class OmLoopListener(Struct):
     OmStatus (*on_action_end)(void* ctx, const OmLoop* loop, const OmRetractAction* action);
     OmStatus (*on_end)(void* ctx, const OmLoop* loop, const OmRetractResult* result);
     OmStatus (*on_update)(void* ctx, const OmLoop* loop, const OmUpdateEvent* event);
+    OmStatus (*on_command)(void* ctx, const OmLoop* loop, const OmLoopCommand* command);
+    OmStatus (*on_hold)(void* ctx, const OmLoop* loop, OmHold hold, const char* reason);
 } OmLoopListener;"""
     ctx: Any
     on_begin: Any
@@ -4007,6 +4078,8 @@ class OmLoopListener(Struct):
     on_action_end: Any
     on_end: Any
     on_update: Any
+    on_command: Any
+    on_hold: Any
 
 
 class OmLoopDef(Struct):
@@ -4022,6 +4095,15 @@ class OmLoopDef(Struct):
     // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
     // depth.
     OmUpdater* updater;
+    // A person watches: a hold waits for OM_LOOP_RESUME or OM_LOOP_ABORT. Default false: a hold ends the loop.
+    bool is_attended;
+    bool needs_approval;  // each plan waits for OM_LOOP_APPROVE or OM_LOOP_REJECT; default false
+    // s: the loop holds when a measurement is older, or when the world's clock stands still for longer; default 0.2;
+    // 0: not watched
+    double max_age;
+    // s by which the operation may be behind the clock on the wall, for a world that does not wait, as a real robot;
+    // default 0: not watched
+    double max_lag;
     bool is_settled;    // twin and world are at rest; default true; recorded in the result
     double wall_begin;  // om_clock_now() from which OmRetractResult.wall_time counts; default: now
 } OmLoopDef;"""
@@ -4034,15 +4116,18 @@ class OmLoopDef(Struct):
     listener: Any
     nlistener: int
     updater: Any
+    is_attended: bool
+    needs_approval: bool
+    max_age: float
+    max_lag: float
     is_settled: bool
     wall_begin: float
 
 
 class OmLoopCommand(Struct):
-    """typedef struct OmLoopCommand {
-    OmLoopCommandKind kind;
-} OmLoopCommand;"""
     kind: OmLoopCommandKind
+    block: int
+    value: float
 
 
 class OmRetractDef(Struct):
@@ -4135,6 +4220,56 @@ class OmSearchResult(Struct):
     block: int
     first: OmPlanVerb
     second: OmPlanVerb
+
+
+class OmMonitorDef(Struct):
+    """typedef struct OmMonitorDef {
+    OmCookie cookie;          // set by om_monitor_default_def
+    OmSceneMonitor settings;  // limits, hysteresis, rate, number of points
+    // Tools, fixed anatomy and reach. Where a picture has colour, `clearance` is not used.
+    OmCloudDef space;
+    bool use_color;       // default true; a picture without colour is segmented by space alone
+    OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
+    int nray;             // of the simulated camera, 256 to 2^20; default 4096
+    double max_age;       // s, above 0: an older picture is stale; default 0.2
+} OmMonitorDef;"""
+    cookie: int
+    settings: OmSceneMonitor
+    space: OmCloudDef
+    use_color: bool
+    tissue: OmSenseRange
+    nray: int
+    max_age: float
+
+
+class OmMonitorFrame(Struct):
+    """typedef struct OmMonitorFrame {
+    double time;      // s, of the observation
+    double age;       // s, from the exposure of the depth picture to the observation
+    double distance;  // m, median of the closest distances
+    double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
+    double mu;    // m, distance less rest
+    int npoint;   // measured points on the tissue
+    int nrest;    // frames in `rest`
+    int state;    // warning state, 0 to 3; 0 before the first grasp
+    // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
+    // of the last good frame (0: there was none).
+    bool is_stale;
+    bool is_blind;       // fewer than OM_MONITOR_MIN_POINT points, or the twin is out of sight
+    int nstale, nblind;  // frames so far since the last reset
+} OmMonitorFrame;"""
+    time: float
+    age: float
+    distance: float
+    rest: float
+    mu: float
+    npoint: int
+    nrest: int
+    state: int
+    is_stale: bool
+    is_blind: bool
+    nstale: int
+    nblind: int
 
 
 class OmRecorderDef(Struct):
@@ -5600,6 +5735,27 @@ class OmUmeshEval(Struct):
     score: Any
 
 
+class OmWorldLogInfo(Struct):
+    """typedef struct OmWorldLogInfo {
+    int narm;
+    unsigned sources;  // OM_OBSERVE_ flags
+    int64_t size;      // bytes of the file
+    int nadvance;      // ticks
+    int nobserve;      // observations
+    int npicture;      // depth and colour pictures in them
+    double time;       // s that all ticks take together
+    bool is_complete;  // false: cut off, by a kill or a full disk
+} OmWorldLogInfo;"""
+    narm: int
+    sources: int
+    size: int
+    nadvance: int
+    nobserve: int
+    npicture: int
+    time: float
+    is_complete: bool
+
+
 class OmSeriesFrame(Struct):
     """typedef struct OmSeriesFrame {
     double time;                 // s, of the exposure; grows from frame to frame
@@ -5744,7 +5900,8 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
-complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int)], {})
+complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
 complete(OmMatchDef, [("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("ncandidate", c_int), ("candidate", c_void_p), ("foundation", c_double), ("contact", c_double), ("nhypothesis", c_int), ("seed", c_uint64), ("moved", c_double), ("min_seen", c_double), ("min_motion", c_double), ("max_residual", c_double), ("nworker", c_int), ("cookie", c_uint32)], {})
@@ -5805,22 +5962,25 @@ complete(OmScanDef, [("cookie", c_uint32), ("space", OmCloudDef), ("use_color", 
 complete(OmScanRegion, [("is_box", c_bool), ("u", c_double), ("v", c_double), ("radius", c_double), ("column", c_int), ("row", c_int), ("width", c_int), ("height", c_int)], {})
 complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", OmSceneUpdate), ("estimate", OmEstimateFn), ("estimate_ctx", c_void_p), ("timing", c_int), ("replay_tick", c_void_p), ("nreplay", c_int)], {"timing": OmUpdateTiming})
 complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
+complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
-complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
+complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 5), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
 complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome})
-complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent)))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("is_settled", c_bool), ("wall_begin", c_double)], {})
-complete(OmLoopCommand, [("kind", c_int)], {"kind": OmLoopCommandKind})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p))], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
+complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("records_acquisitions", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
 complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
+complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int)], {})
 complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool)], {})
 complete(OmFemGrid, [("grid", OmGrid), ("npoint", c_int), ("mesh", OmFemMesh), ("cell_elem", c_void_p), ("point_node", c_void_p), ("node_point", c_void_p), ("fixed", c_void_p)], {})
 complete(OmFemGridPatch, [("num", c_int), ("factor", c_void_p), ("column", POINTER(c_void_p)), ("dof", c_void_p)], {})
@@ -5888,6 +6048,7 @@ complete(OmUmeshTrust, [("score", c_double), ("way", c_double), ("stretch", c_do
 complete(OmUmeshTrainDef, [("data", POINTER(OmUmeshData)), ("out_dir", c_char_p), ("command", c_char_p), ("nvalid", c_int), ("base_channels", c_int), ("nlevel", c_int), ("type", c_int), ("batch", c_int), ("nepoch", c_int), ("poisson", c_double), ("rate", c_double), ("seed", c_uint64), ("nworker", c_int), ("cookie", c_uint32)], {"type": OmNetType})
 complete(OmUmeshTrainSummary, [("valid_error", c_double), ("linear_error", c_double), ("best_epoch", c_int), ("nepoch", c_int), ("nstep", c_int64), ("seconds", c_double), ("is_resumed", c_bool)], {})
 complete(OmUmeshEval, [("n", c_int), ("mean", c_double), ("sd", c_double), ("worst", c_double), ("worst_sample", c_int), ("network_mean", c_double), ("network_worst", c_double), ("alone_mean", c_double), ("alone_worst", c_double), ("linear_mean", c_double), ("linear_worst", c_double), ("linear_ms", c_double), ("mean_cycle", c_double), ("max_cycle", c_int), ("ninverted", c_int), ("nbeyond", c_int), ("max_u", c_double), ("ms_median", c_double), ("ms_min", c_double), ("ms_max", c_double), ("ninside", c_int), ("error", c_void_p), ("score", c_void_p)], {})
+complete(OmWorldLogInfo, [("narm", c_int), ("sources", c_uint), ("size", c_int64), ("nadvance", c_int), ("nobserve", c_int), ("npicture", c_int), ("time", c_double), ("is_complete", c_bool)], {})
 complete(OmSeriesFrame, [("time", c_double), ("pose_world_camera", OmPose), ("color", c_char * 128), ("depth", c_char * 128), ("right", c_char * 128), ("narm", c_int), ("arm", OmArmObservation * 2)], {})
 complete(OmSeries, [("dir", c_char * 512), ("camera", OmCamera), ("has_right", c_bool), ("right", OmCamera), ("depth_unit", c_double), ("nframe", c_int), ("capacity", c_int), ("frame", POINTER(OmSeriesFrame))], {})
 
@@ -6163,6 +6324,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_hash": (c_uint64, [c_void_p, c_size_t, c_uint64]),
     "om_heuristic_eval_excess": (c_double, [c_void_p, c_void_p]),
     "om_heuristic_springs": (c_int, [c_void_p, POINTER(c_void_p), POINTER(POINTER(OmSpring))]),
+    "om_hold_text": (c_char_p, [c_int]),
     "om_integer_parse": (c_bool, [POINTER(c_char_p), c_char_p, c_void_p]),
     "om_job_cancel": (None, [c_void_p]),
     "om_job_is_finished": (c_bool, [c_void_p]),
@@ -6190,10 +6352,14 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_log_set_sink": (None, [OmLogSink, c_void_p]),
     "om_loop_action": (POINTER(OmPlanAction), [c_void_p]),
     "om_loop_command": (c_int, [c_void_p, POINTER(OmLoopCommand)]),
+    "om_loop_command_parse": (c_int, [c_char_p, c_int, POINTER(OmLoopCommand)]),
+    "om_loop_command_text": (c_char_p, [c_int]),
     "om_loop_create": (c_int, [POINTER(OmLoopDef), POINTER(c_void_p)]),
     "om_loop_default_def": (OmLoopDef, [POINTER(OmSceneTask), POINTER(OmWorld), c_void_p, c_void_p]),
     "om_loop_destroy": (None, [c_void_p]),
     "om_loop_force": (c_double, [c_void_p, c_int]),
+    "om_loop_grid": (c_int, [c_void_p]),
+    "om_loop_hold": (c_int, [c_void_p]),
     "om_loop_is_paused": (c_bool, [c_void_p]),
     "om_loop_ntick": (c_int, [c_void_p]),
     "om_loop_phase": (c_int, [c_void_p]),
@@ -6259,6 +6425,14 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_model_default_def": (OmModelDef, [c_char_p, c_double]),
     "om_model_direction": (c_int, [c_char_p, c_bool, POINTER(OmVec3)]),
     "om_model_parse_attach": (c_int, [c_char_p, POINTER(OmAttachDef)]),
+    "om_monitor_create": (c_int, [POINTER(OmMonitorDef), POINTER(c_void_p)]),
+    "om_monitor_default_def": (OmMonitorDef, [POINTER(OmScene), POINTER(OmWorld), POINTER(OmSite)]),
+    "om_monitor_destroy": (None, [c_void_p]),
+    "om_monitor_frame": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, c_bool, POINTER(OmMonitorFrame)]),
+    "om_monitor_is_due": (c_bool, [c_void_p, c_double]),
+    "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
+    "om_monitor_reset": (None, [c_void_p]),
+    "om_monitor_sources": (c_uint, [c_void_p, POINTER(OmWorld)]),
     "om_nearest_word": (c_char_p, [c_char_p, POINTER(c_char_p), c_int]),
     "om_net_add_activation": (c_int, [c_void_p, c_int, c_int, c_float]),
     "om_net_add_batch_norm": (c_int, [c_void_p, c_char_p, c_int]),
@@ -6487,6 +6661,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_sense_scene_destroy": (None, [c_void_p]),
     "om_sense_scene_show": (None, [c_void_p, c_int, c_bool]),
     "om_sense_scene_update": (None, [c_void_p, c_int, c_void_p, c_void_p]),
+    "om_sense_triangles": (c_int, [c_void_p, POINTER(OmCamera), c_int, c_void_p, c_void_p, c_void_p]),
     "om_sense_visibility": (c_int, [c_void_p, POINTER(OmCamera), c_void_p, c_void_p, c_int, c_uint64, c_void_p]),
     "om_series_append": (c_int, [POINTER(OmSeries), POINTER(OmObservation)]),
     "om_series_append_stereo": (c_int, [POINTER(OmSeries), c_double, OmPose, POINTER(OmPicture), POINTER(OmPicture), POINTER(OmObservation)]),
@@ -6749,11 +6924,17 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_worker_is_inside": (c_bool, []),
     "om_world_advance": (c_int, [POINTER(OmWorld), c_double]),
     "om_world_check_visible": (c_int, [POINTER(OmScene), POINTER(OmSite)]),
+    "om_world_create_recorded": (c_int, [POINTER(OmWorld), c_char_p, POINTER(POINTER(OmWorld))]),
+    "om_world_create_replayed": (c_int, [c_char_p, POINTER(POINTER(OmWorld))]),
     "om_world_create_simulated": (c_int, [POINTER(OmScene), POINTER(OmSite), c_int, POINTER(POINTER(OmWorld))]),
     "om_world_destroy": (None, [POINTER(OmWorld)]),
+    "om_world_log_check": (c_int, [c_char_p, POINTER(OmWorldLogInfo)]),
+    "om_world_log_end": (c_int, [POINTER(OmWorld)]),
     "om_world_move": (c_int, [POINTER(OmWorld), c_int, OmPose, c_double]),
     "om_world_narm": (c_int, [POINTER(OmWorld)]),
     "om_world_observe": (c_int, [POINTER(OmWorld), c_uint, POINTER(OmObservation)]),
+    "om_world_place_psm": (OmPsm, [POINTER(OmSite), c_int]),
+    "om_world_place_tip": (OmPose, [POINTER(OmSite), c_int]),
     "om_world_psm": (POINTER(OmPsm), [POINTER(OmWorld), c_int]),
     "om_world_render": (c_int, [POINTER(OmWorld), c_int, c_int, POINTER(OmPicture)]),
     "om_world_reset": (c_int, [POINTER(OmWorld)]),
@@ -6894,6 +7075,7 @@ STATUS = frozenset([
     "om_laplacian_init_cloud",
     "om_law_find",
     "om_loop_command",
+    "om_loop_command_parse",
     "om_loop_create",
     "om_loop_take_result",
     "om_loop_tick",
@@ -6927,6 +7109,8 @@ STATUS = frozenset([
     "om_model_build_volume",
     "om_model_direction",
     "om_model_parse_attach",
+    "om_monitor_create",
+    "om_monitor_frame",
     "om_net_create",
     "om_net_describe",
     "om_net_finish",
@@ -7007,6 +7191,7 @@ STATUS = frozenset([
     "om_sense_scene_add",
     "om_sense_scene_commit",
     "om_sense_scene_create",
+    "om_sense_triangles",
     "om_sense_visibility",
     "om_series_append",
     "om_series_append_stereo",
@@ -7138,7 +7323,11 @@ STATUS = frozenset([
     "om_volume_refuse_dicom",
     "om_world_advance",
     "om_world_check_visible",
+    "om_world_create_recorded",
+    "om_world_create_replayed",
     "om_world_create_simulated",
+    "om_world_log_check",
+    "om_world_log_end",
     "om_world_move",
     "om_world_observe",
     "om_world_render",
