@@ -58,5 +58,6 @@ OmStatus bench_match_register(const BenchOptions* options);  // bench_match_regi
 OmStatus bench_match_update(const BenchOptions* options);    // bench_match_update.c
 OmStatus bench_match_spectral(const BenchOptions* options);  // bench_match_spectral.c
 OmStatus bench_match_live(const BenchOptions* options);      // bench_match_live.c
+OmStatus bench_monitor(const BenchOptions* options);         // bench_monitor.c
 
 #endif

@@ -35,6 +35,7 @@ static const struct {
     {"match_scan", bench_match_scan},
     {"match_register", bench_match_register},
     {"match_live", bench_match_live},
+    {"monitor", bench_monitor},
 };
 #define NBENCH ((int)(sizeof bench_table / sizeof *bench_table))
 
