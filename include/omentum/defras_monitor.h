@@ -37,7 +37,7 @@ typedef struct OmMonitorDef {
     OmCookie cookie;          // set by om_monitor_default_def
     OmSceneMonitor settings;  // limits, hysteresis, rate, number of points
     // Tools, fixed anatomy and reach. Where a picture has colour, `clearance` is not used.
-    OmCloudDef space;
+    OmCloudDef space;     // its arms are copied, its site is borrowed
     bool use_color;       // default true; a picture without colour is segmented by space alone
     OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
     int nray;             // of the simulated camera, 256 to 2^20; default 4096

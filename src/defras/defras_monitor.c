@@ -27,6 +27,7 @@
 
 struct OmMonitor {
     OmMonitorDef def;
+    OmPsm psm[OM_MAX_ARM];  // of def.space
     // the twin, its organ and the measured tools, as the simulated camera sees them
     OmSenseScene* sense;
     OmSurface tissue;  // boundary of the twin's mesh
@@ -111,6 +112,11 @@ OmStatus om_monitor_create(const OmMonitorDef* def, OmMonitor** monitor) {
     OmMonitor* m = om_calloc(1, sizeof *m);
     if (!m) return OM_NO_MEMORY;
     m->def = *def;
+    for (int a = 0; a < OM_MAX_ARM; ++a) {
+        if (!def->space.psm[a]) continue;
+        m->psm[a] = *def->space.psm[a];
+        m->def.space.psm[a] = &m->psm[a];
+    }
     OmStatus status = OM_OK;
     size_t nray = (size_t)def->nray, npoint = (size_t)def->settings.npoint;
     OM_TRY_DONE(build_scene(m));
