@@ -40,6 +40,15 @@ typedef struct OmCamera {
     OmLens lens;
 } OmCamera;
 
+/// A part of a camera's picture.
+typedef struct OmWindow {
+    int column, row;    // of its first pixel
+    int width, height;  // pixels; width 0: the whole picture
+} OmWindow;
+/// The part of the window that lies in a picture of this size. A window of width 0 is the whole picture; width and
+/// height of the outcome are 0 where nothing lies in it.
+OM_API OmWindow om_window_clip(OmWindow window, int width, int height);
+
 /// Check all fields. A lens must have a ray for every point of the picture: a distortion that folds it has none.
 /// @return OM_OK; OM_INVALID (the message names the field)
 OM_API OmStatus om_camera_check(const OmCamera* camera);
@@ -134,12 +143,15 @@ typedef struct OmSenseOptions {
     int samples;      // rays a pixel along each side, 1 to 4: antialiasing
     bool has_shadow;  // one shadow ray a sample
     int nworker;      // 0: one a processor; the picture does not depend on it
+    // The part to render; default: the whole picture. Its pixels are those of the whole picture, to the last bit if
+    // `column` is a multiple of 8.
+    OmWindow window;
 } OmSenseOptions;
 OM_API OmSenseOptions om_sense_options_default(void);
 
 /// Shaded picture (RGB). Exposure is set for the middle of the object that was added first. `picture` is made by the
-/// caller with om_picture_init(width, height, 3).
-/// @return OM_OK; OM_INVALID (camera or samples out of range, a picture of another size)
+/// caller with om_picture_init(width, height, 3), of the size of the camera's picture or of the window.
+/// @return OM_OK; OM_INVALID (camera, samples or window out of range, a picture of another size)
 OM_API OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
                                 const OmSenseOptions* options, OmPicture* picture);
 

@@ -49,12 +49,14 @@ enum {                          // what to observe beside the arms
     OM_OBSERVE_VISIBILITY = 1,  // visible fraction of the ROI
     OM_OBSERVE_IMAGE = 2,       // the endoscope's picture
     OM_OBSERVE_DEPTH = 4,       // the depth camera's depth
-    OM_OBSERVE_COLOR = 8        // the depth camera's colour, with OM_OBSERVE_DEPTH
+    OM_OBSERVE_COLOR = 8,       // the depth camera's colour, with OM_OBSERVE_DEPTH
+    OM_OBSERVE_WINDOW = 16      // the endoscope's picture inside om_world_set_window
 };
 
 typedef struct OmWorldPicture {  // of the endoscope
     double time;                 // s, of the exposure; also of `visibility`
-    OmCamera camera;             // intrinsics and pose
+    OmCamera camera;             // intrinsics and pose, of the whole picture
+    OmWindow window;             // the part of it that `color` shows; width 0: all of it
     OmPicture color;             // RGB; empty: not observed
 } OmWorldPicture;
 
@@ -72,8 +74,9 @@ typedef struct OmObservation {         // om_observation_done frees; zero-initia
     double time;                       // s, of the world's clock
     int narm;                          //
     OmArmObservation arm[OM_MAX_ARM];  // (narm)
-    // Visible fraction of the ROI, 0 to 1, at endoscope.time. A real world estimates it by the colour of the ROI in the
-    // picture; a simulated world computes it exactly, by rays against its true geometry.
+    // Visible fraction of the ROI, 0 to 1, at endoscope.time. A simulated world computes it exactly, by rays against
+    // its true geometry: this is the judge's. A controller measures its own in the endoscope's picture, see OmRoiMeter
+    // (world_cloud.h).
     double visibility;
     OmWorldPicture endoscope;
     OmDepthPicture rgbd;
@@ -91,10 +94,11 @@ typedef struct OmWorldOps {
     void (*stop)(OmWorld* world, int arm);
     OmStatus (*advance)(OmWorld* world, double dt);
     OmStatus (*observe)(OmWorld* world, unsigned what, OmObservation* observation);
-    OmStatus (*reset)(OmWorld* world);                   // optional
-    size_t (*state_size)(const OmWorld* world);          // optional, with save and restore
-    void (*save)(const OmWorld* world, void* block);     //
-    void (*restore)(OmWorld* world, const void* block);  //
+    OmStatus (*reset)(OmWorld* world);                    // optional
+    size_t (*state_size)(const OmWorld* world);           // optional, with save and restore
+    void (*save)(const OmWorld* world, void* block);      //
+    void (*restore)(OmWorld* world, const void* block);   //
+    void (*set_window)(OmWorld* world, OmWindow window);  // optional; needed by OM_OBSERVE_WINDOW
 } OmWorldOps;
 
 struct OmWorld {  // head of every kind of world
@@ -133,6 +137,9 @@ OM_API OmStatus om_world_advance(OmWorld* world, double dt);
 /// @return OM_OK; OM_INVALID (`what` has other flags); OM_UNAVAILABLE (the world has no such source: the message names
 ///         it); errors of the world
 OM_API OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation);
+/// The part of the endoscope's picture that OM_OBSERVE_WINDOW observes from now on; at first, and for a window of
+/// width 0, the whole picture. A simulated world renders this part only. No effect on a world without this source.
+OM_API void om_world_set_window(OmWorld* world, OmWindow window);
 OM_API void om_world_destroy(OmWorld* world);
 OM_API void om_observation_done(OmObservation* observation);
 

@@ -65,10 +65,26 @@ OM_API OmStatus om_cloud_init(const OmCloudDef* def, const OmObservation* observ
                               OmCloud* cloud);
 OM_API void om_cloud_done(OmCloud* cloud);
 
-/// Fraction of the ROI's points that a picture shows, for a world without the source OM_OBSERVE_VISIBILITY. A point is
-/// seen if it faces the camera, lies in the picture, and its pixel has a colour of the ROI (om_sense_range).
-/// @param site  ROI as known before the operation
-/// @return OM_OK; OM_INVALID (no picture, or no ROI)
+/// Measures the visible fraction of the ROI in the endoscope's pictures (thesis 6.5.3): the pixels with a colour of the
+/// ROI (om_sense_range) over its pixels in a picture without tissue and tools, times the fraction of its
+/// points that such a picture shows. Size, place and surroundings of the ROI are those of `site`, as known before the
+/// operation; the camera is the picture's. A ROI that lies up to OM_ROI_MARGIN beside its known place still counts.
+typedef struct OmRoiMeter OmRoiMeter;
+#define OM_ROI_MARGIN 0.010  // m
+/// @param site  borrowed until destroy
+/// @return OM_OK; OM_INVALID (no ROI); OM_NO_MEMORY
+OM_API OmStatus om_roi_meter_create(const OmSite* site, OmRoiMeter** meter);
+OM_API void om_roi_meter_destroy(OmRoiMeter* meter);
+/// The part of the picture that the meter reads, for om_world_set_window; before the first look the whole picture.
+OM_API OmWindow om_roi_meter_window(const OmRoiMeter* meter);
+/// The first look through a camera takes some milliseconds longer.
+/// @param visibility  out: 0 to 1
+/// @return OM_OK; OM_INVALID (no picture, or a picture of another size than its window); OM_NO_MEMORY; OM_UNAVAILABLE
+///         (Embree failed)
+OM_API OmStatus om_roi_meter_look(OmRoiMeter* meter, const OmWorldPicture* picture,
+                                  double* visibility);
+/// The same for one picture.
+/// @return OM_OK; OM_INVALID (no picture, or no ROI); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_roi_visibility(const OmWorldPicture* picture, const OmSite* site,
                                   double* visibility);
 

@@ -29,6 +29,18 @@ OmLens om_camera_lens(const OmCamera* c) {
     return lens;
 }
 
+OmWindow om_window_clip(OmWindow w, int width, int height) {
+    if (w.width == 0) return (OmWindow){0, 0, width, height};
+    int right = w.width > width - w.column ? width : w.column + w.width;
+    int bottom = w.height > height - w.row ? height : w.row + w.height;
+    w.column = w.column < 0 ? 0 : w.column;
+    w.row = w.row < 0 ? 0 : w.row;
+    bool is_empty = right <= w.column || bottom <= w.row;
+    w.width = is_empty ? 0 : right - w.column;
+    w.height = is_empty ? 0 : bottom - w.row;
+    return w;
+}
+
 static bool has_distortion(const OmLens* l) {
     return l->k1 != 0 || l->k2 != 0 || l->k3 != 0 || l->p1 != 0 || l->p2 != 0;
 }

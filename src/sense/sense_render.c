@@ -21,6 +21,7 @@ typedef struct Render {
     View view;
     Shading shading;
     OmSenseOptions options;
+    OmWindow window;
     OmPicture* picture;
 } Render;
 
@@ -41,14 +42,16 @@ static void see_packet(const Render* r, Packet* p, Surface* s) {
     }
 }
 
-static void render_row(const Render* r, int row) {
+// `line` counts the rows of the window.
+static void render_row(const Render* r, int line) {
     int w = r->camera->width, h = r->camera->height, samples = r->options.samples;
+    int row = r->window.row + line, end = r->window.column + r->window.width;
     float weight = 1.0f / (float)(samples * samples);
     Packet p;
     Surface s;
-    for (int x0 = 0; x0 < w; x0 += PACKET) {
+    for (int x0 = r->window.column; x0 < end; x0 += PACKET) {
         float sum[3][PACKET] = {{0}};
-        p.n = w - x0 < PACKET ? w - x0 : PACKET;
+        p.n = end - x0 < PACKET ? end - x0 : PACKET;
         for (int k = 0; k < samples * samples; ++k) {
             double u = x0 + (k % samples + 0.5) / samples, v = row + (k / samples + 0.5) / samples;
             om__set_rays(&p, &r->view, 4 * r->camera->far_m, u, v);
@@ -70,7 +73,8 @@ static void render_row(const Render* r, int row) {
         }
         int byte[3][PACKET];
         om__shade_tone(sum, byte);
-        unsigned char* out = &r->picture->pixel[3 * ((size_t)row * (size_t)w + (size_t)x0)];
+        size_t at = (size_t)line * (size_t)r->window.width + (size_t)(x0 - r->window.column);
+        unsigned char* out = &r->picture->pixel[3 * at];
         for (int i = 0; i < p.n; ++i)
             for (int k = 0; k < 3; ++k) out[3 * i + k] = (unsigned char)byte[k][i];
     }
@@ -100,15 +104,21 @@ OmStatus om_sense_render(const OmSenseScene* scene, const OmCamera* camera,
     OM_TRY(om_camera_check(camera));
     OM_CHECK(options->samples >= 1 && options->samples <= 4, OM_INVALID, "samples is %d; 1 to 4",
              options->samples);
-    OM_CHECK(picture->width == camera->width && picture->height == camera->height &&
+    OmWindow window = om_window_clip(options->window, camera->width, camera->height);
+    OM_CHECK(options->window.width == 0 || memcmp(&window, &options->window, sizeof window) == 0,
+             OM_INVALID, "a window of %d x %d pixels at (%d, %d) is not in a picture of %d x %d",
+             options->window.width, options->window.height, options->window.column,
+             options->window.row, camera->width, camera->height);
+    OM_CHECK(picture->width == window.width && picture->height == window.height &&
                  picture->nchannel == 3,
              OM_INVALID, "picture of %d x %d x %d does not fit the camera's %d x %d x 3",
-             picture->width, picture->height, picture->nchannel, camera->width, camera->height);
+             picture->width, picture->height, picture->nchannel, window.width, window.height);
     Render r = {.camera = camera,
                 .view = om__make_view(camera),
                 .shading = make_shading(scene, camera),
                 .options = *options,
+                .window = window,
                 .picture = picture};
-    om_parallel_for(options->nworker, camera->height, ROWS, render_rows, &r);
+    om_parallel_for(options->nworker, window.height, ROWS, render_rows, &r);
     return OM_OK;
 }

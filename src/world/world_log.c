@@ -76,6 +76,11 @@ static OmStatus recorded_observe(OmWorld* world, unsigned what, OmObservation* o
     return status;
 }
 
+// Not written: each picture has its window.
+static void recorded_set_window(OmWorld* world, OmWindow window) {
+    om_world_set_window(((RecordedWorld*)world)->inner, window);
+}
+
 static OmStatus recorded_reset(OmWorld* world) {
     RecordedWorld* w = (RecordedWorld*)world;
     LogCall call = {.kind = LOG_RESET};
@@ -88,7 +93,8 @@ static const OmWorldOps recorded_ops = {.destroy = recorded_destroy,
                                         .stop = recorded_stop,
                                         .advance = recorded_advance,
                                         .observe = recorded_observe,
-                                        .reset = recorded_reset};
+                                        .reset = recorded_reset,
+                                        .set_window = recorded_set_window};
 
 OmStatus om_world_create_recorded(OmWorld* inner, const char* path, OmWorld** world) {
     *world = NULL;

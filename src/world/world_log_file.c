@@ -79,8 +79,9 @@ static OmStatus code_bool(Coder* c, bool* value) {
 
 static OmStatus code_flags(Coder* c, unsigned* flags) {
     int v = (int)*flags;
-    OM_TRY(code_int(
-        c, &v, 0, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR));
+    const unsigned known = OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH |
+                           OM_OBSERVE_COLOR | OM_OBSERVE_WINDOW;
+    OM_TRY(code_int(c, &v, 0, (int)known));
     *flags = (unsigned)v;
     return OM_OK;
 }
@@ -216,23 +217,26 @@ static OmStatus code_depth(Coder* c, OmDepthPicture* p) {
     return OM_OK;
 }
 
-static OmStatus code_color(Coder* c, const OmCamera* camera, OmPicture* p) {
+// A picture of the camera's size, or of its window.
+static OmStatus code_color(Coder* c, const OmCamera* camera, OmWindow window, OmPicture* p) {
     int nchannel = p->pixel ? p->nchannel : 0;
     uint32_t stored;
     OM_TRY(code_int(c, &nchannel, 0, 4));
     if (nchannel == 0) return OM_OK;
     OM_CHECK(nchannel != 2 && camera->width > 0, OM_INVALID, "a picture of %d channels", nchannel);
-    const size_t n = (size_t)camera->width * (size_t)camera->height * (size_t)nchannel;
+    window = om_window_clip(window, camera->width, camera->height);
+    OM_CHECK(window.width > 0, OM_INVALID, "the window of a picture lies outside of it");
+    const size_t n = (size_t)window.width * (size_t)window.height * (size_t)nchannel;
     if (c->writer) {
-        OM_CHECK(p->width == camera->width && p->height == camera->height, OM_INVALID,
+        OM_CHECK(p->width == window.width && p->height == window.height, OM_INVALID,
                  "a picture of %d x %d pixels, its camera has %d x %d", p->width, p->height,
-                 camera->width, camera->height);
+                 window.width, window.height);
         OM_TRY(reserve_raw(c, n));
         pack_color(p, c->writer->raw);
         return write_raw(c, n);
     }
     OM_TRY(read_raw(c, n, &stored));
-    OM_TRY(om_picture_init(p, camera->width, camera->height, nchannel));
+    OM_TRY(om_picture_init(p, window.width, window.height, nchannel));
     unpack_color(c->reader->raw, p);
     return OM_OK;
 }
@@ -272,6 +276,13 @@ static OmStatus check_camera(const OmCamera* camera, bool has_picture) {
     return has_picture ? om_camera_check(camera) : OM_OK;
 }
 
+static OmStatus code_window(Coder* c, OmWindow* w) {
+    OM_TRY(code_int(c, &w->column, 0, 8192));
+    OM_TRY(code_int(c, &w->row, 0, 8192));
+    OM_TRY(code_int(c, &w->width, 0, 8192));
+    return code_int(c, &w->height, 0, 8192);
+}
+
 static OmStatus code_observation(Coder* c, unsigned what, OmObservation* obs) {
     OM_TRY(code_time(c, &obs->time));
     OM_TRY(code_int(c, &obs->narm, 0, OM_MAX_ARM));
@@ -279,13 +290,14 @@ static OmStatus code_observation(Coder* c, unsigned what, OmObservation* obs) {
     OM_TRY(code_numbers(c, &obs->visibility, 1));
     OM_TRY(code_time(c, &obs->endoscope.time));
     OM_TRY(code_camera(c, &obs->endoscope.camera));
-    OM_TRY(check_camera(&obs->endoscope.camera, what & OM_OBSERVE_IMAGE));
-    OM_TRY(code_color(c, &obs->endoscope.camera, &obs->endoscope.color));
+    OM_TRY(check_camera(&obs->endoscope.camera, what & (OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW)));
+    if (what & OM_OBSERVE_WINDOW) OM_TRY(code_window(c, &obs->endoscope.window));
+    OM_TRY(code_color(c, &obs->endoscope.camera, obs->endoscope.window, &obs->endoscope.color));
     OM_TRY(code_time(c, &obs->rgbd.time));
     OM_TRY(code_camera(c, &obs->rgbd.camera));
     OM_TRY(check_camera(&obs->rgbd.camera, what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)));
     OM_TRY(code_depth(c, &obs->rgbd));
-    return code_color(c, &obs->rgbd.camera, &obs->rgbd.color);
+    return code_color(c, &obs->rgbd.camera, (OmWindow){0}, &obs->rgbd.color);
 }
 
 // ---- calls ----------------------------------------------------------------------------------------------------------

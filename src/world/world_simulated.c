@@ -53,6 +53,7 @@ typedef struct SimWorld {
     int* tissue_vert;  // its vertices in the mesh
     int tissue_id, roi_id;
     OmCamera endoscope, rgbd;
+    OmWindow window;  // of OM_OBSERVE_WINDOW
     bool is_sense_stale;
 } SimWorld;
 
@@ -250,14 +251,22 @@ static OmStatus refresh_sense(SimWorld* w) {
     return OM_OK;
 }
 
-static OmStatus render(SimWorld* w, const OmCamera* camera, int samples, OmPicture* picture) {
+static OmStatus render(SimWorld* w, const OmCamera* camera, OmWindow window, int samples,
+                       OmPicture* picture) {
     OM_TRY(refresh_sense(w));
-    OM_TRY(om_picture_init(picture, camera->width, camera->height, 3));
     OmSenseOptions options = om_sense_options_default();
     options.samples = samples;
+    options.window = om_window_clip(window, camera->width, camera->height);
+    OM_TRY(om_picture_init(picture, options.window.width, options.window.height, 3));
     OmStatus status = om_sense_render(w->sense, camera, &options, picture);
     if (status < 0) om_picture_done(picture);
     return status;
+}
+
+// A window outside of the picture would be empty: the whole picture is observed instead.
+static void sim_set_window(OmWorld* world, OmWindow window) {
+    SimWorld* w = (SimWorld*)world;
+    w->window = om_window_clip(window, w->endoscope.width, w->endoscope.height);
 }
 
 static OmStatus observe_depth(SimWorld* w, OmDepthPicture* picture) {
@@ -325,7 +334,8 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
     observe_arms(w, obs);
     OmStatus status = observe_forces(w, obs);
     if (status == OM_OK && what) status = refresh_sense(w);
-    if (what & (OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE)) {
+    const bool has_picture = what & (OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW);
+    if (has_picture || what & OM_OBSERVE_VISIBILITY) {
         obs->endoscope.time = w->now.time;
         obs->endoscope.camera = w->endoscope;
     }
@@ -334,12 +344,14 @@ static OmStatus sim_observe(OmWorld* world, unsigned what, OmObservation* obs) {
         status = om_sense_visibility(w->sense, &w->endoscope, w->site->roi_x, w->site->roi_n,
                                      w->site->nroi, ignore, &obs->visibility);
     }
-    if (status == OM_OK && (what & OM_OBSERVE_IMAGE))
-        status = render(w, &w->endoscope, 1, &obs->endoscope.color);
+    if (status == OM_OK && has_picture) {
+        if (!(what & OM_OBSERVE_IMAGE)) obs->endoscope.window = w->window;
+        status = render(w, &w->endoscope, obs->endoscope.window, 1, &obs->endoscope.color);
+    }
     if (status == OM_OK && (what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)))
         status = observe_depth(w, &obs->rgbd);
     if (status == OM_OK && (what & OM_OBSERVE_COLOR))
-        status = render(w, &w->rgbd, 1, &obs->rgbd.color);
+        status = render(w, &w->rgbd, (OmWindow){0}, 1, &obs->rgbd.color);
     if (status < 0) om_observation_done(obs);
     return status;
 }
@@ -390,7 +402,8 @@ static const OmWorldOps sim_ops = {.destroy = sim_destroy,
                                    .reset = sim_reset,
                                    .state_size = sim_state_size,
                                    .save = sim_save,
-                                   .restore = sim_restore};
+                                   .restore = sim_restore,
+                                   .set_window = sim_set_window};
 
 OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int nworker,
                                    OmWorld** world) {
@@ -401,8 +414,8 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     if (!w) return OM_NO_MEMORY;
     w->head.ops = &sim_ops;
     w->head.narm = scene->world.narm;
-    w->head.sources =
-        OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    w->head.sources = OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH |
+                      OM_OBSERVE_COLOR | OM_OBSERVE_WINDOW;
     for (int a = 0; a < w->head.narm; ++a) w->head.psm[a] = &w->tool[a].psm;
     w->scene = scene;
     w->site = site;
@@ -437,5 +450,5 @@ OmStatus om_world_render(OmWorld* world, int width, int height, OmPicture* pictu
     OM_CHECK(world->ops == &sim_ops, OM_UNAVAILABLE,
              "only a simulated world can be drawn at any size");
     OmCamera camera = om_camera_resize(&((SimWorld*)world)->endoscope, width, height);
-    return render((SimWorld*)world, &camera, 2, picture);
+    return render((SimWorld*)world, &camera, (OmWindow){0}, 2, picture);
 }

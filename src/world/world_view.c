@@ -57,11 +57,16 @@ struct OmView {
 };
 
 OmStatus om_view_create(const OmScene* scene, const OmSite* site, OmView** view) {
+    OmCamera camera = om__world_camera(site, &scene->endoscope, -1);
+    return om__view_create(&camera, site, view);
+}
+
+OmStatus om__view_create(const OmCamera* camera, const OmSite* site, OmView** view) {
     *view = NULL;
     OmView* v = om_calloc(1, sizeof *v);
     if (!v) return OM_NO_MEMORY;
     v->site = site;
-    v->camera = om__world_camera(site, &scene->endoscope, -1);
+    v->camera = *camera;
     OmSenseLook look = {.red = 1};
     OmStatus status = om_sense_scene_create(&v->sense);
     if (status == OM_OK) status = om_tet_mesh_boundary(&site->mesh, &v->tissue, &v->tissue_vert);
@@ -88,6 +93,18 @@ OmStatus om_view_look(OmView* v, const double* x, OmVisibility* visibility) {
     OM_TRY(om_sense_scene_commit(v->sense));
     return om_sense_count_visible(v->sense, &v->camera, v->site->roi_x, v->site->roi_n,
                                   v->site->nroi, om__world_roi_bit(v->roi_id), visibility);
+}
+
+OmStatus om__view_render_bare(OmView* v, OmWindow window, OmPicture* picture) {
+    OmSenseOptions options = om_sense_options_default();
+    options.nworker = 1;
+    options.window = window;
+    om_sense_scene_show(v->sense, v->tissue_id, false);
+    OM_TRY(om_sense_scene_commit(v->sense));
+    OM_TRY(om_picture_init(picture, window.width, window.height, 3));
+    OmStatus status = om_sense_render(v->sense, &v->camera, &options, picture);
+    if (status < 0) om_picture_done(picture);
+    return status;
 }
 
 OmStatus om_world_check_visible(const OmScene* scene, const OmSite* site) {

@@ -2,13 +2,15 @@
 #ifndef OM_WORLD_VIEW_H
 #define OM_WORLD_VIEW_H
 
-#include "omentum/scene.h"
-#include "omentum/sense.h"
+#include "omentum/world.h"
 
 // A camera of the scene; `side` is the sign of its x in the task frame.
 OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double side);
 // Add the ROI, board and organ that the site has; roi_id is -1 without a drawn ROI.
 OmStatus om__world_add_anatomy(const OmSite* site, OmSenseScene* sense, int* roi_id);
+// A view through any camera, as om_view_create. Render the window of its picture without tissue and tools.
+OmStatus om__view_create(const OmCamera* camera, const OmSite* site, OmView** view);
+OmStatus om__view_render_bare(OmView* view, OmWindow window, OmPicture* picture);
 // Objects that do not hide the ROI: the drawn ROI itself.
 static inline uint64_t om__world_roi_bit(int roi_id) {
     return roi_id >= 0 ? (uint64_t)1 << roi_id : 0;

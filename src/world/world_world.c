@@ -50,16 +50,21 @@ OmStatus om_world_advance(OmWorld* world, double dt) {
 }
 
 OmStatus om_world_observe(OmWorld* world, unsigned what, OmObservation* observation) {
-    static const char* const name[] = {"visibility", "endoscope", "depth", "depth camera's colour"};
-    const unsigned known =
-        OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR;
+    static const char* const name[] = {"visibility", "endoscope", "depth", "depth camera's colour",
+                                       "window of the endoscope"};
+    const unsigned known = OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE | OM_OBSERVE_DEPTH |
+                           OM_OBSERVE_COLOR | OM_OBSERVE_WINDOW;
     OM_CHECK(!(what & ~known), OM_INVALID, "no source has the flags 0x%x; known are 0x%x",
              what & ~known, known);
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < 5; ++k) {
         bool is_missing = what & ~world->sources & (1u << k);
         OM_CHECK(!is_missing, OM_UNAVAILABLE, "this world has no source \"%s\"", name[k]);
     }
     return world->ops->observe(world, what, observation);
+}
+
+void om_world_set_window(OmWorld* world, OmWindow window) {
+    if (world->ops->set_window) world->ops->set_window(world, window);
 }
 
 OmStatus om_world_reset(OmWorld* world) {

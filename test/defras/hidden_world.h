@@ -42,6 +42,9 @@ static OmStatus hidden_advance(OmWorld* world, double dt) {
     if (++w->nadvance == w->fail_at) return om_error(OM_IO, "the robot does not answer");
     return om_world_advance(w->inner, dt);
 }
+static void hidden_set_window(OmWorld* world, OmWindow window) {
+    om_world_set_window(((HiddenWorld*)world)->inner, window);
+}
 static OmStatus hidden_observe(OmWorld* world, unsigned what, OmObservation* observation) {
     HiddenWorld* w = (HiddenWorld*)world;
     OmStatus status = om_world_observe(w->inner, what, observation);
@@ -72,7 +75,8 @@ static const OmWorldOps hidden_ops = {.destroy = hidden_destroy,
                                       .set_jaw = hidden_set_jaw,
                                       .stop = hidden_stop,
                                       .advance = hidden_advance,
-                                      .observe = hidden_observe};
+                                      .observe = hidden_observe,
+                                      .set_window = hidden_set_window};
 
 static inline HiddenWorld hidden_world(OmWorld* inner, unsigned sources) {
     return (HiddenWorld){.head = {&hidden_ops, om_world_narm(inner), sources}, .inner = inner};

@@ -181,6 +181,22 @@ static void pictures_do_not_depend_on_workers(void** state) {
     options.nworker = 4;
     assert_ok(om_sense_render(scene, &c, &options, &many));
     assert_memory_equal(one.pixel, many.pixel, 93 * 61 * 3);
+    // A window has the pixels of the whole picture; where it lies outside there is none.
+    options.window = om_window_clip((OmWindow){56, -4, 90, 31}, 93, 61);
+    assert_true(options.window.width == 37 && options.window.row == 0 &&
+                options.window.height == 27);
+    OmPicture part;
+    assert_ok(om_picture_init(&part, 37, 27, 3));
+    assert_ok(om_sense_render(scene, &c, &options, &part));
+    for (int row = 0; row < 27; ++row)
+        assert_memory_equal(&part.pixel[3 * row * 37], &one.pixel[3 * (row * 93 + 56)], 3 * 37);
+    assert_int_equal(om_window_clip((OmWindow){93, 0, 5, 5}, 93, 61).width, 0);
+    assert_int_equal(om_window_clip((OmWindow){-5, 0, 5, 5}, 93, 61).width, 0);
+    assert_int_equal(om_window_clip((OmWindow){0}, 93, 61).height, 61);
+    options.window.width = 38;
+    assert_status(om_sense_render(scene, &c, &options, &part), OM_INVALID);
+    options.window = (OmWindow){0};
+    om_picture_done(&part);
     // The ball, lit from the camera, is brighter in its middle than the shadowed ground at the corner.
     int middle = 3 * (30 * 93 + 46);
     assert_true(one.pixel[middle] > one.pixel[0] + 20);

@@ -221,6 +221,40 @@ static void test_cloud_of_lifted_tissue(void** state) {
     teardown(&f);
 }
 
+// A ROI that lies beside the place where it is known is measured like one that does not; far away it is none.
+static void check_beside(Field* f) {
+    OmObservation obs = observe(f, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE);
+    OmSite known;
+    assert_ok(om_site_build(&f->scene, OM_SITE_TWIN, NULL, &known));
+    const double shift[] = {0.004, -0.008, 0.041};
+    for (int k = 0; k < 3; ++k) {
+        double share, moved = shift[k] - (k > 0 ? shift[k - 1] : 0);
+        for (int i = 0; i < known.nroi; ++i) known.roi_x[3 * i + 1] += moved;
+        for (int v = 0; v < known.roi.nvert; ++v) known.roi.x[3 * v + 1] += moved;
+        assert_ok(om_roi_visibility(&obs.endoscope, &known, &share));
+        assert_near(share, k < 2 ? obs.visibility : 0, 0.04);
+    }
+    om_site_done(&known);
+    om_observation_done(&obs);
+}
+
+// A tool between camera and ROI hides it from the picture and from the rays.
+static void check_behind_a_tool(Field* f) {
+    OmObservation before = observe(f, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE), after;
+    OmVec3 eye = before.endoscope.camera.pose_world_camera.p;
+    OmVec3 p =
+        om_add(f->site.roi_center, om_scale(0.035, om_normalize(om_sub(eye, f->site.roi_center))));
+    assert_ok(om_world_move(f->world, 1, goal_of(f, 1, p), 0.2));
+    for (int i = 0; i < 60; ++i) assert_ok(om_world_advance(f->world, 0.02));
+    after = observe(f, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE);
+    double share;
+    assert_ok(om_roi_visibility(&after.endoscope, &f->site, &share));
+    assert_true(after.visibility < before.visibility - 0.2);
+    assert_near(share, after.visibility, 0.04);
+    om_observation_done(&before);
+    om_observation_done(&after);
+}
+
 // The visibility by colour against rays at the true geometry, from hidden to exposed.
 static void test_visibility_by_colour(void** state) {
     (void)state;
@@ -239,7 +273,7 @@ static void test_visibility_by_colour(void** state) {
         OmObservation obs = observe(&f, OM_OBSERVE_VISIBILITY | OM_OBSERVE_IMAGE);
         double share;
         assert_ok(om_roi_visibility(&obs.endoscope, &f.site, &share));
-        assert_near(share, obs.visibility, 0.04);  // pixels at the border of the ROI
+        assert_near(share, obs.visibility, 0.025);  // 200 rays, some 600 pixels
         worst = fmax(worst, fabs(share - obs.visibility));
         largest = fmax(largest, share);
         nbetween += share > 0.1 && share < 0.8;
@@ -249,10 +283,81 @@ static void test_visibility_by_colour(void** state) {
     }
     printf("visibility by colour: off the rays by at most %.4f\n", worst);
     assert_true(largest > 0.8 && nbetween > 1);
+    check_beside(&f);
+    check_behind_a_tool(&f);
     OmWorldPicture none = {0};
     double share = 1;
     assert_status(om_roi_visibility(&none, &f.site, &share), OM_INVALID);
     assert_near(share, 0, 0);
+    teardown(&f);
+}
+
+static void paint(OmPicture* color, int from, int to, const unsigned char rgb[3]) {
+    for (int i = 0; i < color->width * color->height; ++i)
+        if (i % color->width >= from && i % color->width < to) memcpy(&color->pixel[3 * i], rgb, 3);
+}
+
+// Pictures painted here: all of the ROI's colour, none, and the left half of the ROI; and through the window alone.
+static void test_visibility_of_painted_pictures(void** state) {
+    (void)state;
+    static const unsigned char roi[3] = {200, 40, 160}, fat[3] = {220, 170, 60};
+    Field f;
+    OmScene scene = half_held();
+    scene.endoscope.width = 640, scene.endoscope.height = 480;
+    // in the plane of the camera: left and right are the same
+    scene.roi.center = om_vec3(-0.03, 0, 0);
+    setup(&f, scene);
+    OmObservation obs = observe(&f, OM_OBSERVE_IMAGE);
+    OmRoiMeter* meter;
+    double share, u, v;
+    assert_ok(om_roi_meter_create(&f.site, &meter));
+    assert_int_equal(om_roi_meter_window(meter).width, 0);
+    assert_true(om_camera_project(&obs.endoscope.camera, f.site.roi_center, &u, &v));
+    paint(&obs.endoscope.color, 0, 640, fat);
+    assert_ok(om_roi_meter_look(meter, &obs.endoscope, &share));
+    assert_near(share, 0, 0);
+    paint(&obs.endoscope.color, 0, (int)(u + 0.5), roi);
+    assert_ok(om_roi_meter_look(meter, &obs.endoscope, &share));
+    assert_in_range(100 * share, 99,
+                    101);  // beside it too: half of the margin's disc is more than all of it
+    OmWindow w = om_roi_meter_window(meter);
+    assert_true(w.width > 30 && w.height > 20 && w.width * w.height < 10000 && w.column % 8 == 0);
+    assert_true(w.column < u && u < w.column + w.width && w.row < v && v < w.row + w.height);
+    // The world's own pixels: the window is a part of the whole picture, and gives the same share.
+    om_observation_done(&obs);
+    om_world_set_window(f.world, w);
+    OmObservation whole = observe(&f, OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW);
+    obs = observe(&f, OM_OBSERVE_WINDOW);
+    assert_true(whole.endoscope.window.width == 0 && whole.endoscope.color.width == 640);
+    assert_memory_equal(&obs.endoscope.window, &w, sizeof w);
+    for (int row = 0; row < w.height; ++row)
+        assert_memory_equal(&obs.endoscope.color.pixel[3 * row * w.width],
+                            &whole.endoscope.color.pixel[3 * ((row + w.row) * 640 + w.column)],
+                            3 * (size_t)w.width);
+    // Half of the ROI, all around it fat.
+    double half[2];
+    for (int k = 0; k < 2; ++k) {
+        OmPicture* color = k ? &obs.endoscope.color : &whole.endoscope.color;
+        const int from = k ? w.column : 0;
+        for (int i = 0; i < color->width * color->height; ++i) {
+            OmCamera* c = &whole.endoscope.camera;
+            int column = i % color->width + from, line = i / color->width + (k ? w.row : 0);
+            OmVec3 eye = c->pose_world_camera.p, ray = om_camera_ray(c, column + 0.5, line + 0.5);
+            double t = (f.site.roi_center.z - eye.z) / ray.z;
+            OmVec3 d = om_sub(om_madd(eye, t, ray), f.site.roi_center);
+            bool is_roi = hypot(d.x, d.y) < scene.roi.radius && d.y > 0;
+            memcpy(&color->pixel[3 * i], is_roi ? roi : fat, 3);
+        }
+        assert_ok(om_roi_meter_look(meter, k ? &obs.endoscope : &whole.endoscope, &half[k]));
+    }
+    assert_near(half[0], 0.5, 0.02);
+    assert_near(half[0], half[1], 0);
+    obs.endoscope.window.width = 8;  // a picture of another size than its window
+    assert_status(om_roi_meter_look(meter, &obs.endoscope, &share), OM_INVALID);
+    assert_near(share, 0, 0);
+    om_roi_meter_destroy(meter);
+    om_observation_done(&obs);
+    om_observation_done(&whole);
     teardown(&f);
 }
 
@@ -410,6 +515,7 @@ int main(void) {
         cmocka_unit_test(test_tools_are_left_out),
         cmocka_unit_test(test_cloud_of_lifted_tissue),
         cmocka_unit_test(test_visibility_by_colour),
+        cmocka_unit_test(test_visibility_of_painted_pictures),
         cmocka_unit_test(test_anatomy_and_distance_are_left_out),
         cmocka_unit_test(test_tools_stand_at_the_measured_tip),
         cmocka_unit_test(test_definitions_out_of_range),

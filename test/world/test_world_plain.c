@@ -51,8 +51,8 @@ static void test_a_foreign_world_obeys_the_same_calls(void** state) {
     assert_null(om_world_psm(world, 0));
     OmObservation obs = {0};
     assert_status(om_world_observe(world, OM_OBSERVE_DEPTH, &obs), OM_UNAVAILABLE);
-    assert_status(om_world_observe(world, OM_OBSERVE_VISIBILITY | 16, &obs), OM_INVALID);
-    assert_non_null(strstr(om_error_message(), "0x10"));
+    assert_status(om_world_observe(world, OM_OBSERVE_VISIBILITY | 64, &obs), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "0x40"));
     assert_status(om_world_observe(world, 1U << 31, &obs), OM_INVALID);
     plain.head.sources |= 32;  // nor may a world make up flags
     assert_status(om_world_observe(world, 32, &obs), OM_INVALID);
