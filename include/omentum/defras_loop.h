@@ -27,7 +27,8 @@ extern "C" {
 
 typedef struct OmRetractSample {  // one instant
     double time;        // s since the operation began; the first tick ends at one time step
-    double visibility;  // 0 to 1
+    double visibility;  // of the ROI, 0 to 1, as the robot measures it in the endoscope's picture
+    double visibility_world;  // the same by rays in the simulated truth; NAN without a truth
     // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
     double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
@@ -109,6 +110,7 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
+    double visibility_world_end;  // in the truth: this one judges; NAN without a truth
     // Forces: the arms act on the twin's forces only. The truth's forces are for evaluation; NAN without a truth.
     double force_max;        // N, by the twin; NAN if its engine has no forces
     double force_world_max;  // N, in the truth

@@ -38,6 +38,7 @@ static const OmCliKey result_key[] = {
     {"layout", "seed of attachments and ROI"},
     {"visibility_start", "visible fraction of the ROI, 0 to 1"},
     {"visibility_end", "the same, at the end"},
+    {"visibility_truth_end", "the same, in the truth"},
     {"actions", "carried out"},
     {"operation_s", "simulated time"},
     {"wall_s", "time it took"},
@@ -110,9 +111,10 @@ static void print_updates(const OmRetractResult* r) {
 // Print a summary for the user.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
-    printf(
-        "  ROI visible: %.0f %% at the start, %.0f %% at the end; it counts as exposed from %.0f %% on\n",
-        100 * r->visibility_start, 100 * r->visibility_end, 100 * scene->task.visibility);
+    printf("  ROI visible: %.0f %% at the start, %.0f %% at the end (in the truth %.0f %%); it "
+           "counts as exposed from %.0f %% on\n",
+           100 * r->visibility_start, 100 * r->visibility_end, 100 * r->visibility_world_end,
+           100 * scene->task.visibility);
     print_force(scene, r);
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
@@ -133,6 +135,7 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_figure("layout", scene->seed);
     om_cli_figure("visibility_start", r->visibility_start);
     om_cli_figure("visibility_end", r->visibility_end);
+    om_cli_figure("visibility_truth_end", r->visibility_world_end);
     om_cli_figure("actions", r->naction);
     om_cli_figure("operation_s", r->time);
     om_cli_figure("wall_s", r->wall_time);

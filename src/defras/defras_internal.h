@@ -4,6 +4,7 @@
 
 #include "omentum/defras_loop.h"
 #include "omentum/match_adopt.h"
+#include "omentum/world_cloud.h"
 
 // The tissue cut into n x n blocks in the task frame; a block's grasping point is a vertex of the twin.
 typedef struct Grid {
@@ -105,6 +106,7 @@ struct OmLoop {
     OmBody* truth;       // null: none
     OmPlanner* planner;  //
     OmUpdater* updater;  // null: none
+    OmRoiMeter* meter;   // null: the world shows no pictures and measures the visibility itself
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -144,6 +146,7 @@ struct OmLoop {
     double time;         // s of the operation
     int tick;
     double visibility;         // of the last look
+    double visibility_world;   // of the last look, in the truth, for the record alone; NAN unknown
     double look_age;           // s from the exposure of the last look's picture to its observation
     double force[OM_MAX_ARM];  // N, pull less weight, by the twin: the arms act on it
     double force_action;       // N, largest during the current action

@@ -5,6 +5,7 @@
 #include "defras/defras_updater.h"
 
 #define LOOP_COOKIE 0x100be7d
+#define PICTURE (OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW)  // sources in which the ROI is measured
 
 const char* om_action_outcome_text(OmActionOutcome outcome) {
     switch (outcome) {
@@ -108,8 +109,9 @@ static OmStatus check_def(const OmLoopDef* def) {
     OM_CHECK(def->nlistener >= 0 && def->nlistener <= OM_LOOP_MAX_LISTENER, OM_INVALID,
              "OmLoopDef.nlistener is %d; 0 to %d", def->nlistener, OM_LOOP_MAX_LISTENER);
     OM_CHECK(def->nlistener == 0 || def->listener, OM_INVALID, "OmLoopDef.listener is null");
-    OM_CHECK(om_world_sources(def->world) & OM_OBSERVE_VISIBILITY, OM_INVALID,
-             "OmLoopDef.world does not observe the visibility of the ROI");
+    OM_CHECK(
+        om_world_sources(def->world) & (PICTURE | OM_OBSERVE_VISIBILITY), OM_INVALID,
+        "OmLoopDef.world observes neither the endoscope's picture nor the visibility of the ROI");
     OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
     OM_TRY(check_updater(def));
     OM_CHECK(def->is_attended || !def->needs_approval, OM_INVALID,
@@ -168,7 +170,10 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
     if (status == OM_OK)
         status = om_match_adoption_create(om_body_site(def->twin)->mesh.nvert, &loop->adoption);
+    if (status == OM_OK && om_world_sources(def->world) & PICTURE)
+        status = om_roi_meter_create(om_body_site(def->twin), &loop->meter);
     if (status < 0) {
+        om_match_adoption_destroy(loop->adoption);
         om_free(loop);
         return status;
     }
@@ -181,7 +186,8 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->max_age = def->max_age;
     loop->max_lag = def->max_lag;
     loop->clock_last = -HUGE_VAL;
-    loop->force_world = NAN;
+    loop->force_world = loop->visibility_world = NAN;
+    loop->result.visibility_world_end = NAN;
     begin_result(loop, def->is_settled);
     if (loop->updater) om__updater_reset(loop->updater);
     *out = loop;
@@ -192,6 +198,7 @@ void om_loop_destroy(OmLoop* loop) {
     if (!loop) return;
     if (loop->updater) om__updater_cancel(loop->updater);
     om_match_adoption_destroy(loop->adoption);
+    om_roi_meter_destroy(loop->meter);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
     om_free(loop);

@@ -340,6 +340,7 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
         om_json_open(json, NULL, '{');
         om_json_number(json, "time_s", s->time);
         om_json_number(json, "visibility", s->visibility);
+        om_json_number(json, "visibility_world", s->visibility_world);
         om_json_number(json, "force_n", s->force);
         om_json_number(json, "force_world_n", s->force_world);
         om_json_number(json, "height_m", s->height);
@@ -387,6 +388,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_string(&json, "outcome", r->reason);
     om_json_number(&json, "visibility_start", r->visibility_start);
     om_json_number(&json, "visibility_end", r->visibility_end);
+    om_json_number(&json, "visibility_world_end", r->visibility_world_end);
     om_json_number(&json, "force_max_n", r->force_max);
     om_json_number(&json, "force_world_max_n", r->force_world_max);
     om_json_number(&json, "force_world_above_twin_max_n", r->force_more);

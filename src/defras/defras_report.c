@@ -7,7 +7,7 @@
 static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
 
 static void add_facts(OmReport* report, const OmRetractResult* r) {
-    char text[12][64];
+    char text[13][64];
     snprintf(text[0], 64, "%.0f %%", 100 * r->visibility_end);
     snprintf(text[1], 64, "%.0f %%", 100 * r->visibility_start);
     snprintf(text[2], 64, "%d", r->naction);
@@ -20,7 +20,9 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
     snprintf(text[9], 64, isnan(r->force_more) ? "not known" : "%.2f N", r->force_more);
     snprintf(text[10], 64, "%d", r->twin_nbad);
     snprintf(text[11], 64, isnan(r->force_world_max) ? "not known" : "%d", r->world_nbad);
-    const char *value[12], *label[12] = {"of the ROI seen at the end",
+    snprintf(text[12], 64, isnan(r->visibility_world_end) ? "not known" : "%.0f %%",
+             100 * r->visibility_world_end);
+    const char *value[13], *label[13] = {"of the ROI seen at the end, in the picture",
                                          "of the ROI seen at the start",
                                          "actions",
                                          "largest pull, by the twin",
@@ -31,9 +33,10 @@ static void add_facts(OmReport* report, const OmRetractResult* r) {
                                          "largest pull, in the truth",
                                          "largest excess of the truth over the twin",
                                          "steps of the twin with less certain forces",
-                                         "steps of the truth with less certain forces"};
-    for (int i = 0; i < 12; ++i) value[i] = text[i];
-    om_report_facts(report, value, label, 12);
+                                         "steps of the truth with less certain forces",
+                                         "of the ROI seen at the end, in the truth"};
+    for (int i = 0; i < 13; ++i) value[i] = text[i];
+    om_report_facts(report, value, label, 13);
 }
 
 // A sentence on how the tissue settled before the operation, if it moved far or is not at rest.
@@ -56,24 +59,25 @@ static void add_start(OmReport* report, const OmRetractResult* r) {
 
 static OmStatus add_charts(OmReport* report, const OmSceneTask* task, const OmRetractResult* r) {
     int n = r->nsample, ne = r->naction;
-    double *t = NULL, *y[4] = {NULL, NULL, NULL, NULL}, *event = NULL;
+    double *t = NULL, *y[5] = {NULL, NULL, NULL, NULL, NULL}, *event = NULL;
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(t, n);
     OM_ALLOC_DONE(event, ne);
-    for (int k = 0; k < 4; ++k) OM_ALLOC_DONE(y[k], n);
+    for (int k = 0; k < 5; ++k) OM_ALLOC_DONE(y[k], n);
     for (int i = 0; i < n; ++i) {
         t[i] = r->sample[i].time;
         y[0][i] = 100 * r->sample[i].visibility;
         y[1][i] = r->sample[i].force;
         y[2][i] = 1e3 * r->sample[i].height;
         y[3][i] = r->sample[i].force_world;
+        y[4][i] = 100 * r->sample[i].visibility_world;
     }
     for (int i = 0; i < ne; ++i) event[i] = r->action[i].begin;
     OmReportChart chart = {.title = "Visibility of the ROI",
                            .x_label = "time, s",
                            .y_label = "% of its points",
-                           .nseries = 1,
-                           .series = {{"visibility", t, y[0], n}},
+                           .nseries = n > 0 && isnan(y[4][0]) ? 1 : 2,
+                           .series = {{"in the picture", t, y[0], n}, {"in the truth", t, y[4], n}},
                            .has_limit = true,
                            .limit = 100 * task->visibility,
                            .limit_name = "exposed",
@@ -112,7 +116,7 @@ static OmStatus add_charts(OmReport* report, const OmSceneTask* task, const OmRe
 done:
     om_free(t);
     om_free(event);
-    for (int k = 0; k < 4; ++k) om_free(y[k]);
+    for (int k = 0; k < 5; ++k) om_free(y[k]);
     return status;
 }
 

@@ -78,6 +78,7 @@ static void watch_force(OmLoop* loop) {
 OmRetractSample om__loop_sample(const OmLoop* loop) {
     OmRetractSample s = {.time = loop->time,
                          .visibility = loop->visibility,
+                         .visibility_world = loop->visibility_world,
                          .force_world = loop->force_world,
                          .speed_rate = loop->rate};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
@@ -112,21 +113,37 @@ static void keep_lost_tips(const OmLoop* loop, OmObservation* obs) {
     }
 }
 
+// What a look observes: the ROI in the picture, and the visibility by rays for the record. Both are observed
+// without a truth, too: a replay makes the same calls.
+static unsigned sources_of_look(const OmLoop* loop) {
+    unsigned has = om_world_sources(loop->world), judge = has & OM_OBSERVE_VISIBILITY;
+    if (!loop->meter) return judge;
+    return judge | (has & OM_OBSERVE_WINDOW ? OM_OBSERVE_WINDOW : OM_OBSERVE_IMAGE);
+}
+
+static OmStatus take_look(OmLoop* loop, const OmObservation* obs) {
+    double age = obs->time - obs->endoscope.time;
+    bool has_judge = loop->truth && om_world_sources(loop->world) & OM_OBSERVE_VISIBILITY;
+    loop->look_age = age < 0 ? 0 : age;
+    loop->visibility_world = has_judge ? obs->visibility : (double)NAN;
+    loop->visibility = obs->visibility;
+    if (!loop->meter) return OM_OK;
+    OmStatus status = om_roi_meter_look(loop->meter, &obs->endoscope, &loop->visibility);
+    om_world_set_window(loop->world, om_roi_meter_window(loop->meter));
+    return status;
+}
+
 OmStatus om__loop_step(OmLoop* loop) {
     double dt = loop->task.time_step;
     OmStatus status = om_world_advance(loop->world, dt);
     if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->time);
     bool is_look = loop->tick % LOOK_EVERY == 0;
     OmObservation obs = {0};
-    OM_TRY(om_world_observe(loop->world, is_look ? OM_OBSERVE_VISIBILITY : 0, &obs));
+    OM_TRY(om_world_observe(loop->world, is_look ? sources_of_look(loop) : 0, &obs));
     // The operation begins one step before the first observation.
     if (loop->tick == 0) loop->time_origin = obs.time - dt;
     loop->time = obs.time - loop->time_origin;
-    if (is_look) {
-        loop->visibility = obs.visibility;
-        double age = obs.time - obs.endoscope.time;
-        loop->look_age = age < 0 ? 0 : age;
-    }
+    if (is_look) status = take_look(loop, &obs);
     om__loop_check_observation(loop, &obs, is_look);
     keep_lost_tips(loop, &obs);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
@@ -136,7 +153,7 @@ OmStatus om__loop_step(OmLoop* loop) {
         arm->is_moving = obs.arm[a].is_moving;
         arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
     }
-    status = step_twin(loop, &obs, dt);
+    if (status >= 0) status = step_twin(loop, &obs, dt);
     om_observation_done(&obs);
     OM_TRY(status);
     watch_force(loop);
@@ -145,5 +162,6 @@ OmStatus om__loop_step(OmLoop* loop) {
     ++loop->tick;
     loop->result.time = loop->time;
     loop->result.visibility_end = loop->visibility;
+    loop->result.visibility_world_end = loop->visibility_world;
     return OM_OK;
 }

@@ -439,6 +439,7 @@ static void test_run_json(void** state) {
     static const char* const verb[] = {"reach", "grasp", "release", "pull"};
     assert_near(json_number(&json, "visibility_start"), r.visibility_start, 1e-8);
     assert_near(json_number(&json, "visibility_end"), r.visibility_end, 1e-8);
+    assert_near(json_number(&json, "visibility_world_end"), r.visibility_world_end, 1e-8);
     assert_near(json_number(&json, "force_max_n"), r.force_max, 1e-8);
     assert_near(json_number(&json, "force_world_max_n"), r.force_world_max, 1e-8);
     assert_near(json_number(&json, "force_threshold_n"), 0.3, 1e-12);

@@ -385,7 +385,7 @@ static void test_a_world_without_a_truth(void** state) {
     for (int has_image = 0; has_image < 2; ++has_image) {
         rig_start(&g);
         HiddenWorld hidden =
-            hidden_world(g.world, OM_OBSERVE_VISIBILITY | (has_image ? OM_OBSERVE_IMAGE : 0u));
+            hidden_world(g.world, OM_OBSERVE_WINDOW | (has_image ? OM_OBSERVE_IMAGE : 0u));
         assert_null(om_world_truth(&hidden.head));
         snprintf(out, sizeof out, "%s/run%d", dir, has_image);
         OmRecorderDef rec = om_recorder_default_def(out, &g.scene, &hidden.head, g.twin, g.planner);
@@ -400,7 +400,7 @@ static void test_a_world_without_a_truth(void** state) {
         const OmRetractResult* r = om_loop_result(loop);
         assert_true(r->is_exposed && isnan(r->force_world_max) && isnan(r->world_shift));
         assert_true(isnan(r->force_more) && isnan(r->force_less) &&
-                    isnan(r->sample[3].force_world));
+                    isnan(r->sample[3].force_world) && isnan(r->sample[3].visibility_world));
         assert_true(r->world_nvert == 0 && r->world_nbad == 0 && r->nforce_world == 0);
         assert_true(r->hash == om_body_hash(g.twin));
         assert_int_equal(r->naction, known.naction);

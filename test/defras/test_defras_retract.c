@@ -30,6 +30,8 @@ static void test_a_free_corner_is_lifted(void** state) {
     for (int i = 0; i < r.nsample; ++i) {
         assert_true(r.sample[i].height <= scene.task.max_height + 2e-3);
         assert_true(r.sample[i].visibility >= 0 && r.sample[i].visibility <= 1);
+        // in a picture of 80 x 60 pixels the ROI has some 15
+        assert_near(r.sample[i].visibility, r.sample[i].visibility_world, 0.1);
         if (i) assert_true(r.sample[i].time > r.sample[i - 1].time);
     }
     for (int i = 1; i < r.naction; ++i)
