@@ -23,6 +23,7 @@
 #include "omentum/defras.h"
 #include "omentum/defras_loop.h"
 #include "omentum/defras_monitor.h"
+#include "omentum/defras_preplan.h"
 #include "omentum/defras_recorder.h"
 #include "omentum/defras_update.h"
 #include "omentum/fem.h"

@@ -494,6 +494,18 @@ class OmLoopCommandKind(IntEnum):
     NCOMMAND = 12
 
 
+class OmPreplanVerdict(IntEnum):
+    CHOSEN = 0
+    MORE_ACTIONS = 1
+    MORE_FORCE = 2
+    HIDDEN = 3
+    FORCE_LIMIT = 4
+    ATTACHED = 5
+    NO_TISSUE = 6
+    OUT_OF_REACH = 7
+    NVERDICT = 8
+
+
 class OmSpace(IntEnum):
     NONE = 0
     RAS = 1
@@ -4227,7 +4239,7 @@ class OmMonitorDef(Struct):
     OmCookie cookie;          // set by om_monitor_default_def
     OmSceneMonitor settings;  // limits, hysteresis, rate, number of points
     // Tools, fixed anatomy and reach. Where a picture has colour, `clearance` is not used.
-    OmCloudDef space;
+    OmCloudDef space;     // its arms are copied, its site is borrowed
     bool use_color;       // default true; a picture without colour is segmented by space alone
     OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
     int nray;             // of the simulated camera, 256 to 2^20; default 4096
@@ -4270,6 +4282,73 @@ class OmMonitorFrame(Struct):
     is_blind: bool
     nstale: int
     nblind: int
+
+
+class OmPreplanPoint(Struct):
+    """typedef struct OmPreplanPoint {  // a grasping point and the best that it reached
+    int block, arm;              // arm -1: none
+    OmPreplanVerdict verdict;
+    bool is_tried;      // false: the fields below are 0
+    bool exposes;       // the task's visibility was reached, and it stayed
+    int npull;          // pulls before the fold, or until the ROI was exposed
+    OmPlanVerb fold;    // OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI; OM_PLAN_PULL: none
+    double visibility;  // at its end, 0 to 1
+    double force;       // N, largest pull; -1: the twin's engine has no forces
+    int naction;        // as the loop counts: reach, grasp, each pull, each fold
+    int nstep;          // of the twin, of all sequences tried
+} OmPreplanPoint;"""
+    block: int
+    arm: int
+    verdict: OmPreplanVerdict
+    is_tried: bool
+    exposes: bool
+    npull: int
+    fold: OmPlanVerb
+    visibility: float
+    force: float
+    naction: int
+    nstep: int
+
+
+class OmPreplan(Struct):
+    """typedef struct OmPreplan {
+    char scene[OM_SCENE_NAME];
+    int seed;
+    int n;                                    // blocks along a side; there are n x n points
+    OmPreplanPoint point[OM_PLAN_MAX_BLOCK];  // of each block
+    int chosen;                               // its block, -1: nothing can be grasped
+    bool is_exposing;                         // the chosen point reaches `visibility`
+    double visibility;                        // that counts as exposed
+    double force_limit;                       // N, at which pulls stopped; -1: none
+    int ntried, nexposing;
+    int64_t nstep;     // of the twin, all points
+    char reason[256];  // one sentence: why this point, or the warning
+} OmPreplan;"""
+    scene: str
+    seed: int
+    n: int
+    point: Any
+    chosen: int
+    is_exposing: bool
+    visibility: float
+    force_limit: float
+    ntried: int
+    nexposing: int
+    nstep: int
+    reason: str
+
+
+class OmPreplanDef(Struct):
+    """typedef struct OmPreplanDef {
+    OmCookie cookie;
+    const OmScene* scene;  // borrowed; only the twin's side of it is used
+    int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
+    int nlowest;  // of the exposing points this many of lowest force compete; default 3
+} OmPreplanDef;"""
+    cookie: int
+    scene: Any
+    nworker: int
+    nlowest: int
 
 
 class OmRecorderDef(Struct):
@@ -5981,6 +6060,9 @@ complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_qua
 complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
 complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
 complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int)], {})
+complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
+complete(OmPreplan, [("scene", c_char * 64), ("seed", c_int), ("n", c_int), ("point", OmPreplanPoint * 256), ("chosen", c_int), ("is_exposing", c_bool), ("visibility", c_double), ("force_limit", c_double), ("ntried", c_int), ("nexposing", c_int), ("nstep", c_int64), ("reason", c_char * 256)], {})
+complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int)], {})
 complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool)], {})
 complete(OmFemGrid, [("grid", OmGrid), ("npoint", c_int), ("mesh", OmFemMesh), ("cell_elem", c_void_p), ("point_node", c_void_p), ("node_point", c_void_p), ("fixed", c_void_p)], {})
 complete(OmFemGridPatch, [("num", c_int), ("factor", c_void_p), ("column", POINTER(c_void_p)), ("dof", c_void_p)], {})
@@ -6536,6 +6618,17 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_point_tree_find": (c_int, [c_void_p, OmVec3, c_void_p]),
     "om_point_tree_find_many": (c_int, [c_void_p, OmVec3, c_int, c_void_p]),
     "om_pose_look_at": (OmPose, [OmVec3, OmVec3, OmVec3]),
+    "om_preplan_default_def": (OmPreplanDef, [POINTER(OmScene)]),
+    "om_preplan_get_exposure": (None, [POINTER(OmPreplan), POINTER(OmExposure)]),
+    "om_preplan_load": (c_int, [c_char_p, POINTER(OmPreplan)]),
+    "om_preplan_make_plan": (None, [POINTER(OmPreplan), POINTER(OmPlan)]),
+    "om_preplan_parse": (c_int, [c_char_p, c_size_t, c_char_p, POINTER(OmPreplan)]),
+    "om_preplan_print": (c_int, [POINTER(OmPreplan), POINTER(OmText)]),
+    "om_preplan_run": (c_int, [POINTER(OmPreplanDef), POINTER(OmProgress), POINTER(OmPreplan)]),
+    "om_preplan_save": (c_int, [POINTER(OmPreplan), c_char_p]),
+    "om_preplan_save_report": (c_int, [POINTER(OmPreplan), c_char_p]),
+    "om_preplan_verdict_text": (c_char_p, [c_int]),
+    "om_preplan_verdict_word": (c_char_p, [c_int]),
     "om_press_create": (c_int, [POINTER(OmPressDef), c_void_p, POINTER(c_void_p)]),
     "om_press_default_def": (OmPressDef, [c_void_p]),
     "om_press_destroy": (None, [c_void_p]),
@@ -7149,6 +7242,12 @@ STATUS = frozenset([
     "om_point_cloud_load",
     "om_point_cloud_save",
     "om_point_tree_create",
+    "om_preplan_load",
+    "om_preplan_parse",
+    "om_preplan_print",
+    "om_preplan_run",
+    "om_preplan_save",
+    "om_preplan_save_report",
     "om_press_create",
     "om_press_move",
     "om_press_place",

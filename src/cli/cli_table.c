@@ -42,6 +42,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_demo,
     &om_cli_verb_model,
     &om_cli_verb_plan,
+    &om_cli_verb_preplan,
     &om_cli_verb_retract,
     &study,
     &om_cli_verb_study_attachments,

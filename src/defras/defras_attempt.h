@@ -1,0 +1,39 @@
+// defras_attempt.h: one grasping point tried on a body of the twin, as the loop would do it.
+#ifndef OMENTUM_DEFRAS_ATTEMPT_H
+#define OMENTUM_DEFRAS_ATTEMPT_H
+
+#include "defras/defras_internal.h"
+#include "omentum/robot.h"
+
+// What an attempt needs. All but the limits is borrowed; the body is stepped.
+typedef struct Attempt {
+    const OmSceneTask* task;
+    const Grid* grid;
+    OmBody* body;  // nothing is grasped
+    OmView* view;
+    OmPsm psm[OM_MAX_ARM];  // reach
+    OmQuat q[OM_MAX_ARM];   // orientation of the tools, world frame; motions keep it
+    void* lifted;           // om_body_state_size bytes, scratch
+    double force_limit;     // N, INFINITY: none
+    bool has_forces;
+    int max_step;  // of the body; 0: no limit
+} Attempt;
+
+typedef struct AttemptResult {
+    bool is_cut;       // max_step ended it: nothing is known
+    bool is_held;      // tissue was grasped
+    bool is_in_reach;  // of the arm
+    bool is_forced;    // the force limit ended the pulls
+    bool exposes;
+    int npull;
+    OmPlanVerb fold;  // OM_PLAN_PULL: none
+    double visibility, force;
+    int naction;
+    int nstep;
+} AttemptResult;
+
+// Grasp a block from the body's present state, pull, and fold where the ROI is still hidden. The body is left in any
+// state.
+OmStatus om__attempt_run(const Attempt* attempt, int arm, int block, AttemptResult* result);
+
+#endif
