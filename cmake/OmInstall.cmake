@@ -31,3 +31,10 @@ configure_package_config_file(cmake/omentumConfig.cmake.in ${PROJECT_BINARY_DIR}
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/omentumConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/omentumConfig.cmake ${PROJECT_BINARY_DIR}/omentumConfigVersion.cmake
     DESTINATION ${OM_CMAKE_DIR})
+
+# The wheel of the Python package (pyproject.toml): the library and its data inside of the package.
+if(SKBUILD)
+    install(FILES $<TARGET_FILE:omentum> DESTINATION omentum/lib COMPONENT python)
+    install(FILES LICENSE NOTICE DESTINATION omentum COMPONENT python)
+    install(DIRECTORY scenes weights asp DESTINATION omentum/share COMPONENT python)
+endif()

@@ -11,10 +11,15 @@ pictures of a simulation are NumPy views of its memory.
 from . import _capi as capi
 from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged,
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
+from .camera import Camera, SenseScene
 from .mesh import Surface, TetMesh
 from .patient import Patient, build_patient
+from .plan import Action, Plan, Planner, Situation
+from .retract import Listener, Loop, RetractResult, retract
+from .scene import Body, Scene, Site
 from .tissue import Embedding, Tissue
 from .volume import Volume, load_png, save_png
+from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Observation, RecordedWorld, ReplayedWorld, SimulatedWorld, World
 
 for _kind in (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged, NotPositiveDefinite,
               TimeLimit, Unavailable):

@@ -114,6 +114,20 @@ def keep_raised(error: BaseException) -> None:
     _thread.raised = error
 
 
+def status_of(error: BaseException, where: str) -> int:
+    """The status of C for an exception in a Python function that C called.
+
+    An Error of the library becomes its own status and sentence, which C may handle: a goal out of reach is tried elsewhere.
+    Any other exception ends the call of C, and is raised by it.
+    """
+    status = c.OmStatus.CANCELLED if isinstance(error, KeyboardInterrupt) else c.OmStatus.IO
+    if isinstance(error, Error) and error.status is not None:
+        status = error.status
+    else:
+        keep_raised(error)
+    return lib.om_error(int(status), b"%s", str(error if isinstance(error, Error) else f"{where}: {error!r}").encode())
+
+
 def _check(status: int, function: Any, arguments: Any) -> int:
     """Raise an error (a negative status), or the exception of a Python function on the way."""
     if status < 0 or getattr(_thread, "raised", None) is not None:
@@ -280,9 +294,9 @@ class Busy:
 
 def create(function: Any, *arguments: Any) -> Any:
     """Call om_..._create(arguments, &object) and return the object."""
-    out = ctypes.c_void_p()
+    out = function.argtypes[-1]._type_()
     function(*arguments, ctypes.byref(out))
-    return out.value
+    return out.value if isinstance(out, ctypes.c_void_p) else out
 
 
 def view(handle: Any, address: int | None, dtype: Any, shape: tuple[int, ...], writable: bool = False) -> np.ndarray:

@@ -22,14 +22,10 @@ class StepReport(c.OmTissueReport):
     message: str
 
 
-def _with_status(report: Any, status: int) -> Any:
-    object.__setattr__(report, "_status", c.OmStatus(status))
-    object.__setattr__(report, "_message", lib.om_error_message().decode() if status else "")
+def with_status(report: Any, status: int) -> Any:
+    report.__dict__["status"] = c.OmStatus(status)
+    report.__dict__["message"] = lib.om_error_message().decode() if status else ""
     return report
-
-
-for _name in ("status", "message"):  # kept beside the fields of C
-    setattr(StepReport, _name, property(lambda self, _n="_" + _name: self.__dict__[_n]))
 
 
 def find_engine(name: str) -> Any:
@@ -229,7 +225,7 @@ class Tissue(Owner):
         report = StepReport()
         with self._busy:
             status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
-        return outcome(status, _with_status(report, status), strict)
+        return outcome(status, with_status(report, status), strict)
 
     def find_rest(self, tolerance: float = 1e-5, max_iterations: int = 100, strict: bool = True) -> StepReport:
         """Static equilibrium under weight, external forces, attachments and tools. `strict` as of step."""
@@ -237,7 +233,7 @@ class Tissue(Owner):
         with self._busy:
             status = lib.om_tissue_find_rest(self._model_c, self._c, self._work.address, tolerance, max_iterations,
                                              ctypes.byref(report))
-        return outcome(status, _with_status(report, status), strict)
+        return outcome(status, with_status(report, status), strict)
 
     def reset(self) -> None:
         """Back to the rest shape, at rest, nothing grasped."""

@@ -1,0 +1,221 @@
+"""Tissue retraction: whole runs, and the deliberative loop tick by tick with listeners in Python."""
+from __future__ import annotations
+
+import ctypes
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._convert import find_enum
+from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, lib, path_of, refuse_fork, status_of
+from .plan import Plan, Planner, Situation
+from .scene import Body, Scene
+from .world import World
+
+_SAMPLE_NAMES = ("time", "visibility", "force", "force_world", "height", "speed_rate")
+
+
+@dataclass
+class RetractResult:
+    """How a retraction ended. outcome: "exposed", "in_view_at_start", "gave_up", "no_plan_left", "cancelled", "aborted".
+
+    samples: dictionary of arrays over time: time (s), visibility, force and force_world (N), height (m), speed_rate.
+    actions, updates: a dictionary of the fields of OmRetractAction and OmRetractUpdate each. summary: all other fields of
+    OmRetractResult.
+    """
+
+    outcome: str
+    is_exposed: bool
+    reason: str
+    samples: dict[str, np.ndarray]
+    actions: list[dict[str, Any]]
+    updates: list[dict[str, Any]]
+    summary: dict[str, Any]
+
+    @classmethod
+    def _of(cls, raw: Any) -> RetractResult:
+        table = np.array([[getattr(raw.sample[i], n) for n in _SAMPLE_NAMES] for i in range(raw.nsample)]).reshape(-1, len(_SAMPLE_NAMES))
+        return cls(lib.om_retract_outcome_text(int(raw.outcome)).decode(), raw.is_exposed, raw.reason,
+                   {name: table[:, k].copy() for k, name in enumerate(_SAMPLE_NAMES)},
+                   [raw.action[i].as_dict() for i in range(raw.naction)], [raw.update[i].as_dict() for i in range(raw.nupdate)],
+                   raw.as_dict())
+
+
+def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
+            progress: bool | ProgressFunction | None = None, **settings: Any) -> RetractResult:
+    """Run the retraction of a scene to its end: sense, plan, act, watch the force.
+
+    out_dir: folder for report.html, run.json and run.vtkhdf; None: nothing is written. program: a logic program in place of
+    the built-in one. settings: other fields of OmRetractDef, such as nworker.
+    """
+    refuse_fork("a retraction")
+    definition = lib.om_retract_default_def(ctypes.byref(scene))
+    definition.update(settings)
+    definition.out_dir = None if out_dir is None else path_of(out_dir)
+    definition.program = None if program is None else path_of(program)
+    raw = c.OmRetractResult()
+    try:
+        with Progress(progress) as listener:
+            lib.om_retract_run(ctypes.byref(definition), listener.pointer, ctypes.byref(raw))
+        return RetractResult._of(raw)
+    finally:
+        lib.om_retract_result_done(ctypes.byref(raw))
+
+
+_HOOKS = dict(c.OmLoopListener._fields_)
+
+
+class Listener:
+    """What a loop tells. Derive from it; all methods do nothing here. An exception in one of them ends the tick.
+
+    A listener may read the loop and command it; it does not tick or close the loop.
+    """
+
+    def on_begin(self, loop: Loop) -> Any:
+        """Before the first tick."""
+
+    def on_tick(self, loop: Loop, sample: dict[str, float]) -> Any:
+        """After each tick; sample: time (s), visibility, force, force_world (N), height (m), speed_rate."""
+
+    def on_plan(self, loop: Loop, situation: Situation, plan: Plan) -> Any:
+        """A new plan, also one without actions."""
+
+    def on_action_begin(self, loop: Loop, action: dict[str, Any]) -> Any:
+        """An action begins: verb, arm, block, time."""
+
+    def on_action_end(self, loop: Loop, action: dict[str, Any]) -> Any:
+        """An action ended: fields of OmRetractAction."""
+
+    def on_update(self, loop: Loop, event: Any) -> Any:
+        """An estimate of the twin's attachments: OmUpdateEvent, valid during the call."""
+
+    def on_end(self, loop: Loop, result: RetractResult) -> Any:
+        """The loop has ended."""
+
+
+class Loop(Owner):
+    """The deliberative loop, one tick at a time.
+
+        scene = Scene.load("scenes/sheet.yaml")
+        world, twin, planner = SimulatedWorld(scene), Body(scene), Planner()
+        world.reset(); twin.settle()
+        result = Loop(scene, world, twin, planner, listeners=[MyListener()]).run()
+    """
+
+    def __init__(self, scene: Scene, world: World, twin: Body, planner: Planner, truth: Body | None = None,
+                 listeners: list[Listener] | None = None, **settings: Any) -> None:
+        """
+        scene: its task has limits, speeds and grid. world: at its start. twin: at rest.
+        truth: recorded, never acted on. listeners: called in this order. settings: other fields of OmLoopDef.
+        """
+        definition = lib.om_loop_default_def(ctypes.byref(scene.task), world._c, twin._c, planner._c)
+        definition.update(settings)
+        if truth is not None:
+            definition.truth = truth._c
+        listeners = listeners or []
+        table = (c.OmLoopListener * max(1, len(listeners)))()
+        for entry, listener in zip(table, listeners):
+            self._connect(entry, listener)
+        definition.listener, definition.nlistener = table, len(listeners)
+        self._busy = Busy("Loop")
+        self._inside = False
+        keep = (table, world._handle, twin._handle, planner._handle, scene, world, truth, listeners)
+        self._handle = Handle(create(lib.om_loop_create, ctypes.byref(definition)), lib.om_loop_destroy, *keep)
+
+    def _connect(self, entry: Any, listener: Listener) -> None:
+        """Functions of C for the methods of a listener."""
+        def hook(name: str, convert: Any) -> Any:
+            method = getattr(listener, name)
+
+            def call(_ctx: Any, _loop: Any, *values: Any) -> int:
+                self._inside = True
+                try:
+                    method(self, *convert(*values))
+                    return 0
+                except BaseException as error:
+                    return status_of(error, name)
+                finally:
+                    self._inside = False
+
+            return _HOOKS[name](call)
+
+        converts = {
+            "on_begin": lambda: (), "on_tick": lambda sample: (sample.contents.as_dict(),),
+            "on_plan": lambda situation, plan: (Situation._copy(situation.contents), Plan._of(c.OmPlan.from_buffer_copy(plan.contents))),
+            "on_action_begin": lambda action: (_action(action.contents),),
+            "on_action_end": lambda action: (_action(action.contents),),
+            "on_end": lambda result: (RetractResult._of(result.contents),),
+            "on_update": lambda event: (event.contents,),
+        }
+        for name, convert in converts.items():
+            if getattr(type(listener), name, None) is not getattr(Listener, name):
+                setattr(entry, name, hook(name, convert))
+
+    def tick(self) -> None:
+        """Advance world and twin by one time step, then decide what the arms do next."""
+        with self._busy:
+            lib.om_loop_tick(self._c)
+
+    def run(self) -> RetractResult:
+        """Tick to the end. Ctrl-C stops the arms; the loop ends as cancelled, then KeyboardInterrupt is raised."""
+        with Interrupts() as interrupts:
+            while self.phase != "ended":
+                if interrupts.is_set:
+                    self.command("cancel")
+                    break
+                self.tick()
+        return self.result
+
+    def command(self, kind: str, **fields: Any) -> None:
+        """Command the loop: "pause", "resume", "abort", "cancel", and the other kinds of OmLoopCommandKind."""
+        command = c.OmLoopCommand()
+        command.kind = find_enum(c.OmLoopCommandKind, kind)
+        command.update(fields)
+        lib.om_loop_command(self._c, ctypes.byref(command))
+
+    @property
+    def phase(self) -> str:
+        """ "begin", "verify", "plan", "act", "look", "ended", or another of OmLoopPhase."""
+        return c.OmLoopPhase(lib.om_loop_phase(self._c)).name.lower()
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether it is paused."""
+        return lib.om_loop_is_paused(self._c)
+
+    @property
+    def ntick(self) -> int:
+        """Ticks so far."""
+        return lib.om_loop_ntick(self._c)
+
+    @property
+    def sample(self) -> dict[str, float]:
+        """Of the last tick, as in Listener.on_tick."""
+        return lib.om_loop_sample(self._c).as_dict()
+
+    def force(self, arm: int = 0) -> float:
+        """By the twin, N; 0: the arm holds nothing; NaN: the engine has no forces."""
+        return lib.om_loop_force(self._c, arm)
+
+    @property
+    def result(self) -> RetractResult:
+        """The result so far."""
+        return RetractResult._of(lib.om_loop_result(self._c).contents)
+
+    def close(self) -> None:
+        """Give up the loop; within a listener this is refused."""
+        if self._inside:
+            raise RuntimeError("a listener does not close its loop; command it: loop.command('abort')")
+        super().close()
+
+
+def _action(raw: Any) -> dict[str, Any]:
+    out = raw.as_dict()
+    out["verb"] = c.OmPlanVerb(raw.verb).name.lower()
+    return out
+
+
+__all__ = ["Listener", "Loop", "RetractResult", "retract"]

@@ -1,0 +1,286 @@
+"""Scenes, sites built from them, and bodies: tissue with its contact on fixed anatomy."""
+from __future__ import annotations
+
+import ctypes
+import os
+import pathlib
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._convert import array_of, find_enum, index_array
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, outcome, path_of, pose, pose_matrix,
+                   text_of, view)
+from .mesh import Surface, TetMesh
+from .patient import Patient
+from .tissue import with_status
+
+_engines = lib.om_engine_set_default()  # lives as long as the module: scenes borrow it
+lib.om_engine_set_add(ctypes.byref(_engines), lib.om_umesh_engine())
+
+
+class Scene(c.OmScene):
+    """Everything a run needs to know: the fields of OmScene, SI units. `scene.tissue.young = 4000` changes one.
+
+    scene = Scene.load("scenes/sheet.yaml");  scene = Scene();  print(scene.yaml())
+    """
+
+    def __init__(self) -> None:
+        """The thesis's sheet with default settings."""
+        super().__init__()
+        plain = lib.om_scene_default()
+        ctypes.memmove(ctypes.byref(self), ctypes.byref(plain), ctypes.sizeof(plain))
+        self.engines = ctypes.pointer(_engines)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scene:
+        """Read a scene file."""
+        scene = cls()
+        lib.om_scene_load(path_of(path), ctypes.byref(scene))
+        scene.engines = ctypes.pointer(_engines)
+        return scene
+
+    @classmethod
+    def parse(cls, text: str, name: str = "scene") -> Scene:
+        """The same from a text; `name` is that of the file in messages."""
+        scene, data = cls(), text.encode()
+        lib.om_scene_parse(data, len(data), name.encode(), ctypes.byref(scene))
+        scene.engines = ctypes.pointer(_engines)
+        return scene
+
+    def yaml(self, is_commented: bool = False) -> str:
+        """The scene as a file, with every default filled in; is_commented: with unit, range and meaning of each key."""
+        return text_of(lambda out: lib.om_scene_print(ctypes.byref(self), is_commented, out))
+
+    def build(self, role: str = "twin", progress: bool | ProgressFunction | None = None) -> Site:
+        """The site of the "twin" or of the simulated "world"."""
+        return Site(self, role, progress)
+
+    def __reduce__(self) -> Any:
+        return _parse_again, (self.yaml(), self.path or "scene")
+
+
+def _parse_again(text: str, name: str) -> Scene:
+    return Scene.parse(text, name)
+
+
+class Site(Owner):
+    """Mesh, fixed anatomy and region of interest of a scene.
+
+    mesh: TetMesh in the world frame, m. roi_x, roi_n: sample points and outward normals of the region of interest
+    (nroi x 3). roi_center: m (3). half_size: m (3). pose_world_task: (4 x 4). organ: Surface or None.
+    """
+
+    def __init__(self, scene: Scene, role: str = "twin", progress: bool | ProgressFunction | None = None) -> None:
+        raw = c.OmSite()
+        with Progress(progress) as listener:
+            lib.om_site_build(ctypes.byref(scene), find_enum(c.OmSiteRole, role), listener.pointer, ctypes.byref(raw))
+        self._handle = Handle(raw, lambda site: lib.om_site_done(ctypes.byref(site)))
+        self.role = role
+        self.mesh = TetMesh._copy(raw.mesh)
+        self.roi_x = copied(raw.roi_x, np.float64, (raw.nroi, 3))
+        self.roi_n = copied(raw.roi_n, np.float64, (raw.nroi, 3))
+        self.roi_center: np.ndarray = raw.roi_center.copy()
+        self.half_size: np.ndarray = raw.half_size.copy()
+        self.pose_world_task = pose_matrix(raw.pose_world_task)
+        self.roi = Surface._copy(raw.roi)
+        self.organ = Surface._copy(raw.organ) if raw.has_organ else None
+        self.has_ground: bool = raw.has_ground
+
+    @property
+    def attached_area(self) -> float:
+        """m^2."""
+        return lib.om_site_attached_area(ctypes.byref(self._c))
+
+
+class BodyReport(c.OmBodyReport):
+    """OmBodyReport with the status of the step and its sentence."""
+
+    status: c.OmStatus
+    message: str
+
+
+class Body(Owner):
+    """Tissue of a scene with its contact on board and organ.
+
+        body = Body(Scene.load("scenes/sheet.yaml"))       # or Body(patient)
+        body.settle()
+        body.grasp(point)
+        body.move(point + [0, 0, 0.01])
+        body.step(0.02)
+        body.forces().pull[0]                               # N, less the weight that the ground no longer carries
+    """
+
+    def __init__(self, source: Scene | Patient | Site, role: str = "twin", nworker: int = 0, scene: Scene | None = None,
+                 progress: bool | ProgressFunction | None = None) -> None:
+        """
+        source: a scene, a patient model, or a site of `scene`.
+        role: "twin", the robot's belief, or "world", the simulated truth.
+        nworker: threads of a step, 0: one a processor; results do not depend on it.
+        scene: of a patient: settings such as law and engine; its tissue is replaced by the patient.
+        """
+        if isinstance(source, Patient):
+            scene, site = _patient_site(source, scene, role, progress)
+        elif isinstance(source, Site):
+            if scene is None:
+                raise ValueError("a body of a site needs the scene of the site")
+            site = source
+        else:
+            scene, site = source, Site(source, role, progress)
+        self.scene, self.site = scene, site
+        out = ctypes.c_void_p()
+        lib.om_body_create(ctypes.byref(scene), ctypes.byref(site._c), nworker, ctypes.byref(out))
+        self._setup(Handle(out.value, lib.om_body_destroy, site._handle, scene))
+
+    def _setup(self, handle: Handle) -> None:
+        self._handle = handle
+        self._busy = Busy("Body")
+        self._shape = self.site.mesh.x.shape
+
+    @classmethod
+    def _borrow(cls, address: int, scene: Scene, site: Site, keep: Any) -> Body:
+        """A body that another object owns: the truth of a world."""
+        body = cls.__new__(cls)
+        body.scene, body.site = scene, site
+        body._setup(Handle(address, lambda _: None, keep))
+        return body
+
+    # ---- what there is ----
+
+    @property
+    def mesh(self) -> TetMesh:
+        """The mesh at rest."""
+        return self.site.mesh
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions, m (nvert x 3): a read-only view that every step changes."""
+        return view(self._handle, lib.om_body_x(self._c), np.float64, self._shape)
+
+    @property
+    def attached(self) -> np.ndarray:
+        """True where a vertex is attached (nvert): a view."""
+        return view(self._handle, lib.om_body_attached(self._c), np.bool_, self._shape[:1])
+
+    @property
+    def held_by(self) -> np.ndarray:
+        """The arm that grasps each vertex, -1: none (nvert): a view."""
+        return view(self._handle, lib.om_body_held_by(self._c), np.int8, self._shape[:1])
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return lib.om_body_engine(self._c).contents.name.decode()
+
+    @property
+    def nbad(self) -> int:
+        """Steps so far that did not converge."""
+        return lib.om_body_nbad(self._c)
+
+    @property
+    def hash(self) -> int:
+        """Of the state."""
+        return lib.om_body_hash(self._c)
+
+    # ---- changing it ----
+
+    def grasp(self, tip: Any, arm: int = 0, radius: float = 0.005) -> int:
+        """Grasp the vertices within `radius` m of the tip (a point or a pose); their number is returned."""
+        held = ctypes.c_int()
+        with self._busy:
+            lib.om_body_grasp(self._c, arm, pose(tip), radius, ctypes.byref(held))
+        return held.value
+
+    def move(self, tip: Any, arm: int = 0) -> None:
+        """Goal of the tool for the end of the next step."""
+        lib.om_body_move(self._c, arm, pose(tip))
+
+    def release(self, arm: int = 0) -> None:
+        """Open the tool."""
+        lib.om_body_release(self._c, arm)
+
+    def is_holding(self, arm: int = 0) -> bool:
+        """Whether the arm grasps tissue."""
+        return lib.om_body_is_holding(self._c, arm)
+
+    def set_attachment(self, vert: Any, anchor: Any = None, stiffness: Any = None) -> None:
+        """Replace all attachments; as of Tissue.set_attachment."""
+        vert = index_array(vert, "vert")
+        anchor = None if anchor is None else array_of(anchor, np.float64, (len(vert), 3), "anchor")
+        if stiffness is not None:
+            stiffness = np.ascontiguousarray(np.broadcast_to(np.asarray(stiffness, np.float64), (len(vert),)))
+        with self._busy:
+            lib.om_body_set_attachment(self._c, len(vert), vert.ctypes.data, None if anchor is None else anchor.ctypes.data,
+                                       None if stiffness is None else stiffness.ctypes.data)
+
+    def step(self, dt: float = 0.02, strict: bool = True) -> BodyReport:
+        """A step of `dt` s. One that did not converge has advanced; it raises NotConverged, or with strict=False returns the
+        report, whose `status` and `message` say so."""
+        report = BodyReport()
+        with self._busy:
+            status = lib.om_body_step(self._c, dt, ctypes.byref(report))
+        return outcome(status, with_status(report, status), strict)
+
+    def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> bool:
+        """Step until all speeds are below `speed` m/s, for at most `seconds` s. True: the body is at rest."""
+        with self._busy:
+            status = lib.om_body_settle(self._c, dt, speed, seconds)
+        return outcome(status, status == 0, strict)
+
+    def reset(self) -> None:
+        """Back to the rest shape and the attachments of the site, at time 0."""
+        with self._busy:
+            lib.om_body_reset(self._c)
+
+    # ---- measuring ----
+
+    def forces(self) -> c.OmBodyForces:
+        """N: grasp and pull (arms x 3), attachment, contact, weight (3)."""
+        out = c.OmBodyForces()
+        lib.om_body_get_forces(self._c, ctypes.byref(out))
+        return out
+
+    def vertex_forces(self) -> np.ndarray:
+        """Force on each vertex by tools, attachments and contact, N (nvert x 3)."""
+        out = np.zeros(self._shape)
+        lib.om_body_get_vertex_forces(self._c, out.ctypes.data)
+        return out
+
+    def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
+        """A measure of every element (ntet), as of Tissue.measure."""
+        out = np.zeros(len(self.mesh.tet))
+        lib.om_body_get_measure(self._c, find_enum(c.OmTissueMeasure, kind), out.ctypes.data)
+        return out
+
+    def snapshot(self) -> bytes:
+        """Everything that changes."""
+        block = np.zeros(lib.om_body_state_size(self._c), np.uint8)
+        with self._busy:
+            lib.om_body_save(self._c, block.ctypes.data)
+        return block.tobytes()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a snapshot of this body."""
+        if len(snapshot) != lib.om_body_state_size(self._c):
+            raise ValueError("the snapshot is of another body")
+        with self._busy:
+            lib.om_body_restore(self._c, snapshot)
+
+    def __repr__(self) -> str:
+        return "Body(closed)" if self.is_closed else f"Body({self.mesh!r}, engine {self.engine!r})"
+
+
+def _patient_site(patient: Patient, scene: Scene | None, role: str, progress: Any) -> tuple[Scene, Site]:
+    """A scene whose tissue is the patient model, and its site, which holds no file afterwards."""
+    mine = Scene.parse(scene.yaml(), scene.path or "scene") if scene is not None else Scene()
+    with tempfile.TemporaryDirectory(prefix="omentum-") as folder:
+        place = pathlib.Path(folder, "patient")
+        patient.save(place)
+        mine.tissue.source = int(c.OmTissueSource.PATIENT)
+        mine.data_root, mine.tissue.file = str(place), "patient.yaml"
+        if scene is None:
+            mine.attach.kind = int(c.OmAttachKind.SET)
+            mine.tissue.young = mine.tissue.density = mine.tissue.poisson = -1  # the materials of the patient
+        return mine, Site(mine, role, progress)

@@ -1,0 +1,262 @@
+"""Worlds: an operating field known by observations and moved by commands. Simulated ones, and your own in Python."""
+from __future__ import annotations
+
+import ctypes
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._lib import Busy, Handle, Owner, create, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
+from .camera import Camera
+from .scene import Body, Scene, Site
+
+VISIBILITY, IMAGE, DEPTH, COLOR = c.OM_OBSERVE_VISIBILITY, c.OM_OBSERVE_IMAGE, c.OM_OBSERVE_DEPTH, c.OM_OBSERVE_COLOR
+
+
+@dataclass
+class Observation:
+    """What was measured, each with its own time (s).
+
+    arms: an OmArmObservation for each arm. visibility: visible fraction of the region of interest. picture: of the endoscope
+    (height x width x 3) bytes. depth: m along z of depth_camera, 0 or not finite: none (height x width). color: of the same
+    pixels (height x width x 3). Pictures are None where they were not observed.
+    """
+
+    time: float = 0.0
+    arms: list[c.OmArmObservation] = field(default_factory=list)
+    visibility: float = 0.0
+    picture: np.ndarray | None = None
+    picture_time: float = 0.0
+    picture_camera: c.OmCamera | None = None
+    depth: np.ndarray | None = None
+    depth_time: float = 0.0
+    depth_camera: c.OmCamera | None = None
+    color: np.ndarray | None = None
+
+    @classmethod
+    def _of(cls, raw: Any) -> Observation:
+        """Views of the pictures of an OmObservation, which the views keep alive."""
+        handle = Handle(raw, lambda o: lib.om_observation_done(ctypes.byref(o)))
+
+        def picture(p: Any) -> np.ndarray | None:
+            return view(handle, p.pixel, np.uint8, (p.height, p.width, p.nchannel), True) if p.pixel else None
+
+        depth_camera = raw.rgbd.camera
+        shape = (depth_camera.height, depth_camera.width)
+        return cls(raw.time, [c.OmArmObservation.from_buffer_copy(raw.arm[i]) for i in range(raw.narm)], raw.visibility,
+                   picture(raw.endoscope.color), raw.endoscope.time,
+                   Camera._copy(raw.endoscope.camera) if raw.endoscope.camera.width else None,
+                   view(handle, raw.rgbd.depth, np.float32, shape, True) if raw.rgbd.depth else None, raw.rgbd.time,
+                   Camera._copy(depth_camera) if depth_camera.width else None, picture(raw.rgbd.color))
+
+    def _write(self, raw: Any) -> None:
+        """Fill an OmObservation; its arrays are freed by C."""
+        raw.time, raw.narm, raw.visibility = self.time, len(self.arms), self.visibility
+        for i, arm in enumerate(self.arms):
+            ctypes.memmove(ctypes.byref(raw.arm[i]), ctypes.byref(arm), ctypes.sizeof(arm))
+        raw.endoscope.time, raw.rgbd.time = self.picture_time or self.time, self.depth_time or self.time
+        for target, camera in ((raw.endoscope, self.picture_camera), (raw.rgbd, self.depth_camera)):
+            if camera is not None:
+                ctypes.memmove(ctypes.byref(target.camera), ctypes.byref(camera), ctypes.sizeof(c.OmCamera))
+        for target, pixels, name in ((raw.endoscope, self.picture, "picture"), (raw.rgbd, self.color, "color")):
+            if pixels is not None:
+                pixels = np.ascontiguousarray(pixels, np.uint8)
+                if pixels.shape != (target.camera.height, target.camera.width, 3):
+                    raise ValueError(f"{name} has shape {pixels.shape}: height x width x 3 of its camera is needed")
+                lib.om_picture_init(ctypes.byref(target.color), pixels.shape[1], pixels.shape[0], 3)
+                ctypes.memmove(target.color.pixel, pixels.ctypes.data, pixels.nbytes)
+        if self.depth is not None:
+            depth = np.ascontiguousarray(self.depth, np.float32)
+            if depth.shape != (raw.rgbd.camera.height, raw.rgbd.camera.width):
+                raise ValueError(f"depth has shape {depth.shape}: height x width of depth_camera is needed")
+            raw.rgbd.depth = lib.om_alloc(depth.size, 4)
+            if not raw.rgbd.depth:
+                raise make_error(c.OmStatus.NO_MEMORY)
+            ctypes.memmove(raw.rgbd.depth, depth.ctypes.data, depth.nbytes)
+
+
+_OPS = dict(c.OmWorldOps._fields_)
+
+
+class World(Owner):
+    """An operating field. Derive from it to operate your own, for example a real robot:
+
+        class MyRobot(om.World):
+            def __init__(self):
+                super().__init__(narm=2, sources=om.VISIBILITY)
+            def move(self, arm, goal, speed): ...          # goal: OmPose; m/s. Returns at once
+            def set_jaw(self, arm, angle): ...             # rad
+            def stop(self, arm): ...
+            def advance(self, dt): ...                     # s
+            def observe(self, what): return om.Observation(...)
+            def reset(self): ...                           # optional
+
+    The library checks arguments before it calls these methods. A goal out of reach raises omentum.Invalid, which the loop
+    handles. Any other exception ends the call of the library, for example Loop.tick, and is raised there.
+    """
+
+    def __init__(self, narm: int = 2, sources: int = VISIBILITY, psm: list[c.OmPsm | None] | None = None) -> None:
+        """narm: 1 or 2. sources: sum of VISIBILITY, IMAGE, DEPTH, COLOR. psm: calibrated kinematics of the arms."""
+        if not 1 <= narm <= c.OM_MAX_ARM:
+            raise ValueError(f"a world has 1 to {c.OM_MAX_ARM} arms, not {narm}")
+        ops = c.OmWorldOps()
+        for name in ("move", "set_jaw", "stop", "advance", "observe", "reset", "destroy"):
+            setattr(ops, name, _OPS[name](getattr(self, "_on_" + name)))
+        if type(self).reset is World.reset:
+            ops.reset = _OPS["reset"]()
+        raw = c.OmWorld(ops=ctypes.pointer(ops), narm=narm, sources=sources)
+        for i, one in enumerate(psm or []):
+            if one is not None:
+                raw.psm[i] = ctypes.pointer(one)
+        self._busy = Busy(type(self).__name__)
+        self._handle = Handle(ctypes.pointer(raw), lambda _: None, ops, raw, psm)
+
+    # ---- what a controller calls, and a derived class implements ----
+
+    def move(self, arm: int, goal: Any, speed: float) -> None:
+        """Command a straight motion of the tip to a pose at `speed` m/s; returns at once."""
+        raise NotImplementedError
+
+    def set_jaw(self, arm: int, angle: float) -> None:
+        """Command the jaw angle, rad; below 20 degrees it grasps."""
+        raise NotImplementedError
+
+    def stop(self, arm: int) -> None:
+        """Stop an arm where it is."""
+        raise NotImplementedError
+
+    def advance(self, dt: float) -> None:
+        """Advance by `dt` s."""
+        raise NotImplementedError
+
+    def observe(self, what: int = 0) -> Observation:
+        """Observe the arms, and `what`, a sum of VISIBILITY, IMAGE, DEPTH, COLOR."""
+        raise NotImplementedError
+
+    def reset(self) -> Any:
+        """Bring the world to its start."""
+        raise NotImplementedError
+
+    # ---- functions that C calls ----
+
+    def _call(self, method: Any, *arguments: Any) -> int:
+        try:
+            method(*arguments)
+            return 0
+        except BaseException as error:
+            return status_of(error, type(self).__name__)
+
+    def _on_move(self, _world: Any, arm: int, goal: Any, speed: float) -> int:
+        return self._call(self.move, arm, c.OmPose.from_buffer_copy(goal), speed)
+
+    def _on_set_jaw(self, _world: Any, arm: int, angle: float) -> int:
+        return self._call(self.set_jaw, arm, angle)
+
+    def _on_stop(self, _world: Any, arm: int) -> None:
+        self._call(self.stop, arm)
+
+    def _on_advance(self, _world: Any, dt: float) -> int:
+        return self._call(self.advance, dt)
+
+    def _on_observe(self, _world: Any, what: int, raw: Any) -> int:
+        return self._call(lambda: self.observe(what)._write(raw.contents))
+
+    def _on_reset(self, _world: Any) -> int:
+        return self._call(self.reset)
+
+    def _on_destroy(self, _world: Any) -> None:
+        """The Python object owns the world."""
+
+
+class SimulatedWorld(World):
+    """The simulated operating field of a scene, with its own mesh, stiffness and noise.
+
+        world = SimulatedWorld(Scene.load("scenes/sheet.yaml"))
+        world.reset()
+        world.move(0, point, 0.02)
+        world.advance(0.02)
+        world.observe(om.VISIBILITY).visibility
+    """
+
+    def __init__(self, scene: Scene, nworker: int = 0) -> None:
+        refuse_fork("a simulated world")
+        self.scene, self.site = scene, Site(scene, "world")
+        address = create(lib.om_world_create_simulated, ctypes.byref(scene), ctypes.byref(self.site._c), nworker)
+        self._take(address, scene, self.site._handle)
+
+    def _take(self, address: Any, *keep: Any) -> None:
+        self._busy = Busy(type(self).__name__)
+        self._handle = Handle(address, lib.om_world_destroy, *keep)
+
+    def move(self, arm: int, goal: Any, speed: float) -> None:
+        lib.om_world_move(self._c, arm, pose(goal), speed)
+
+    def set_jaw(self, arm: int, angle: float) -> None:
+        lib.om_world_set_jaw(self._c, arm, angle)
+
+    def stop(self, arm: int) -> None:
+        lib.om_world_stop(self._c, arm)
+
+    def advance(self, dt: float) -> None:
+        with self._busy:
+            lib.om_world_advance(self._c, dt)
+
+    def observe(self, what: int = 0) -> Observation:
+        raw = c.OmObservation()
+        with self._busy:
+            lib.om_world_observe(self._c, what, ctypes.byref(raw))
+        return Observation._of(raw)
+
+    def reset(self, strict: bool = True) -> bool:
+        """Arms parked, tissue at rest, time 0. True: the tissue is at rest; if it is not, NotConverged, or False."""
+        with self._busy:
+            status = lib.om_world_reset(self._c)
+        return outcome(status, status == 0, strict)
+
+    @property
+    def truth(self) -> Body:
+        """The true body, for evaluation and pictures; a controller must not look."""
+        return Body._borrow(lib.om_world_truth(self._c), self.scene, self.site, self._handle)
+
+    def render(self, width: int = 640, height: int = 480) -> np.ndarray:
+        """The endoscope's view at any size: bytes (height x width x 3)."""
+        raw = c.OmPicture()
+        with self._busy:
+            lib.om_world_render(self._c, width, height, ctypes.byref(raw))
+        handle = Handle(raw, lambda p: lib.om_picture_done(ctypes.byref(p)))
+        return view(handle, raw.pixel, np.uint8, (height, width, 3), True)
+
+    def snapshot(self) -> bytes:
+        """Everything that changes."""
+        block = np.zeros(lib.om_world_state_size(self._c), np.uint8)
+        with self._busy:
+            lib.om_world_save(self._c, block.ctypes.data)
+        return block.tobytes()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Return to a snapshot of this world."""
+        if len(snapshot) != lib.om_world_state_size(self._c):
+            raise ValueError("the snapshot is of another world")
+        with self._busy:
+            lib.om_world_restore(self._c, snapshot)
+
+
+class RecordedWorld(SimulatedWorld):
+    """A world that passes every call to another one and writes it to a new file; ReplayedWorld answers from the file."""
+
+    def __init__(self, inner: World, path: str | os.PathLike[str]) -> None:
+        self._take(create(lib.om_world_create_recorded, inner._c, path_of(path)), inner, inner._handle)
+
+    def end(self) -> None:
+        """Complete the log and close the file."""
+        lib.om_world_log_end(self._c)
+
+
+class ReplayedWorld(SimulatedWorld):
+    """A world that answers from a log of RecordedWorld; a call that is not the next one of the log is refused."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._take(create(lib.om_world_create_replayed, path_of(path)))

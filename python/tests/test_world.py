@@ -1,0 +1,173 @@
+"""Worlds and the loop: a world in Python behaves as the one it wraps, listeners see the run, errors come through."""
+import numpy as np
+import pytest
+
+import omentum as om
+
+
+def make_scene():
+    scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
+    scene.seed = 201
+    scene.tissue.cells = (12, 12, 1)
+    scene.tissue.world_cells = (18, 18, 1)
+    return scene
+
+
+class Wrapped(om.World):
+    """A world in Python that passes every call to a simulated one."""
+
+    def __init__(self, inner):
+        super().__init__(narm=2, sources=om.VISIBILITY | om.DEPTH | om.COLOR | om.IMAGE)
+        self.inner, self.calls = inner, []
+
+    def move(self, arm, goal, speed):
+        self.calls.append("move")
+        self.inner.move(arm, goal, speed)
+
+    def set_jaw(self, arm, angle):
+        self.inner.set_jaw(arm, angle)
+
+    def stop(self, arm):
+        self.inner.stop(arm)
+
+    def advance(self, dt):
+        self.inner.advance(dt)
+
+    def observe(self, what=0):
+        return self.inner.observe(what)
+
+
+class Log(om.Listener):
+    def __init__(self):
+        self.ticks, self.plans, self.ended, self.outcomes = 0, [], [], None
+
+    def on_tick(self, loop, sample):
+        self.ticks += 1
+
+    def on_plan(self, loop, situation, plan):
+        self.plans.append((situation.n, str(plan)))
+
+    def on_action_end(self, loop, action):
+        self.ended.append(action["verb"])
+
+    def on_end(self, loop, result):
+        self.outcomes = result.outcome
+
+
+def run(scene, wrap, listeners=(), **settings):
+    inner, twin = om.SimulatedWorld(scene), om.Body(scene)
+    inner.reset()
+    twin.settle(strict=False)
+    world = wrap(inner)
+    loop = om.Loop(scene, world, twin, om.Planner(), truth=inner.truth, listeners=list(listeners), **settings)
+    return loop, loop.run(), world
+
+
+def test_a_loop_over_a_world_in_python_is_the_run_of_c(alive):
+    scene, log = make_scene(), Log()
+    plain = om.retract(scene)
+    loop, result, world = run(scene, Wrapped, [log])
+    assert result.outcome == plain.outcome and result.summary["hash"] == plain.summary["hash"]
+    assert result.samples["force"] == pytest.approx(plain.samples["force"], nan_ok=True)
+    assert log.ticks == loop.ntick and log.outcomes == result.outcome and log.plans[0][0] == 5
+    assert log.ended == [om.capi.OmPlanVerb(a["verb"]).name.lower() for a in result.actions]
+    assert "move" in world.calls and loop.phase == "ended"
+    with pytest.raises(om.Invalid, match="ended"):
+        loop.tick()
+    del loop, result, world, log, plain
+    assert alive() == 0
+
+
+def test_an_exception_in_a_world_or_a_listener_reaches_the_caller():
+    class Broken(Wrapped):
+        def advance(self, dt):
+            raise RuntimeError("the arm lost power")
+
+    with pytest.raises(RuntimeError, match="lost power"):
+        run(make_scene(), Broken)
+
+    class Curious(om.Listener):
+        def on_tick(self, loop, sample):
+            raise KeyError("tick")
+
+    with pytest.raises(KeyError):
+        run(make_scene(), lambda world: world, [Curious()])
+
+    class Closing(om.Listener):
+        def on_tick(self, loop, sample):
+            loop.close()
+
+    with pytest.raises(RuntimeError, match="does not close"):
+        run(make_scene(), lambda world: world, [Closing()])
+
+
+def test_a_listener_commands_the_loop():
+    class Stop(om.Listener):
+        def on_tick(self, loop, sample):
+            if loop.ntick == 20:
+                loop.command("abort")
+
+    _, result, _ = run(make_scene(), lambda world: world, [Stop()])
+    assert result.outcome == "aborted" and not result.is_exposed
+
+
+def test_observations_cross_the_border_both_ways(alive):
+    inner = om.SimulatedWorld(make_scene())
+    inner.reset()
+    world = Wrapped(inner)
+    direct = inner.observe(om.VISIBILITY | om.DEPTH | om.COLOR | om.IMAGE)
+    raw = om.capi.OmObservation()
+    om.lib.om_world_observe(world._c, om.DEPTH | om.COLOR | om.IMAGE, raw)  # through C to Python and back
+    back = om.Observation._of(raw)
+    assert np.array_equal(back.picture, direct.picture) and back.picture.shape[2] == 3
+    assert np.median(np.abs(back.depth - direct.depth)) < 1e-3 and back.depth.max() > 0.1
+    assert back.depth_camera.matrix == pytest.approx(direct.depth_camera.matrix)
+    assert back.color.shape == (*back.depth.shape, 3)
+    assert back.arms[0].tip.p == pytest.approx(direct.arms[0].tip.p, abs=2e-3)
+    depth = direct.depth
+    del direct, back, raw, world, inner
+    assert depth.max() > 0.1 and alive() > 0  # the view keeps its memory
+    del depth
+    assert alive() == 0
+
+
+def test_a_recorded_world_is_replayed(tmp_path):
+    inner = om.SimulatedWorld(make_scene())
+    recorded = om.RecordedWorld(inner, tmp_path / "world.log")
+    recorded.reset()
+    tips = []
+    for _ in range(3):
+        recorded.advance(0.02)
+        tips.append(recorded.observe(om.VISIBILITY))
+    recorded.end()
+    replayed = om.ReplayedWorld(tmp_path / "world.log")
+    replayed.reset()
+    for tip in tips:
+        replayed.advance(0.02)
+        again = replayed.observe(om.VISIBILITY)
+        assert again.visibility == tip.visibility and again.arms[1].tip.p.tolist() == tip.arms[1].tip.p.tolist()
+    with pytest.raises(om.Invalid, match="advance|log"):
+        replayed.advance(0.05)
+
+
+def test_snapshots_of_a_world_repeat_its_noise():
+    world = om.SimulatedWorld(make_scene())
+    world.reset()
+    state = world.snapshot()
+    world.advance(0.02)
+    first = world.observe().arms[0].tip.p.copy()
+    world.restore(state)
+    world.advance(0.02)
+    assert world.observe().arms[0].tip.p.tolist() == first.tolist()
+    assert world.render(160, 120).shape == (120, 160, 3)
+    with pytest.raises(om.Invalid, match="reach|speed|pose"):
+        world.move(0, (5, 5, 5), 0.02)
+
+
+def test_a_run_writes_its_record(tmp_path):
+    scene = make_scene()
+    result = om.retract(scene, tmp_path / "run", frame_every=0)
+    assert {"report.html", "run.json", "run.vtkhdf"} <= {p.name for p in (tmp_path / "run").iterdir()}
+    assert result.reason and len(result.samples["time"]) > 3 and result.summary["naction"] == len(result.actions)
+    with pytest.raises(om.Cancelled):
+        om.retract(scene, progress=lambda *_: False)
