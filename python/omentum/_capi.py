@@ -83,6 +83,7 @@ OM_REPORT_MAX_SERIES = 6
 OM_RETRACT_CHECK_TIME = 0.5
 OM_RETRACT_SAMPLE = 0.1
 OM_RETRACT_SLID = 0.15
+OM_ROI_MARGIN = 0.01
 OM_SCENE_MAX_GRID = 16
 OM_SCENE_NAME = 64
 OM_SCENE_PATH = 512
@@ -122,6 +123,7 @@ OM_OBSERVE_VISIBILITY = 1
 OM_OBSERVE_IMAGE = 2
 OM_OBSERVE_DEPTH = 4
 OM_OBSERVE_COLOR = 8
+OM_OBSERVE_WINDOW = 16
 OM_MESH_FLIP = 1
 OM_MESH_KEEP_UNUSED = 2
 OM_MESH_DROP_FLAT = 4
@@ -1936,6 +1938,17 @@ class OmCamera(Struct):
     lens: OmLens
 
 
+class OmWindow(Struct):
+    """typedef struct OmWindow {
+    int column, row;    // of its first pixel
+    int width, height;  // pixels; width 0: the whole picture
+} OmWindow;"""
+    column: int
+    row: int
+    width: int
+    height: int
+
+
 class OmSenseLook(Struct):
     """typedef struct OmSenseLook {
     double red, green, blue;  // 0 to 1, linear light
@@ -1978,10 +1991,14 @@ class OmSenseOptions(Struct):
     int samples;      // rays a pixel along each side, 1 to 4: antialiasing
     bool has_shadow;  // one shadow ray a sample
     int nworker;      // 0: one a processor; the picture does not depend on it
+    // The part to render; default: the whole picture. Its pixels are those of the whole picture, to the last bit if
+    // `column` is a multiple of 8.
+    OmWindow window;
 } OmSenseOptions;"""
     samples: int
     has_shadow: bool
     nworker: int
+    window: OmWindow
 
 
 class OmDepthNoise(Struct):
@@ -3578,11 +3595,13 @@ class OmArmObservation(Struct):
 class OmWorldPicture(Struct):
     """typedef struct OmWorldPicture {  // of the endoscope
     double time;                 // s, of the exposure; also of `visibility`
-    OmCamera camera;             // intrinsics and pose
+    OmCamera camera;             // intrinsics and pose, of the whole picture
+    OmWindow window;             // the part of it that `color` shows; width 0: all of it
     OmPicture color;             // RGB; empty: not observed
 } OmWorldPicture;"""
     time: float
     camera: OmCamera
+    window: OmWindow
     color: OmPicture
 
 
@@ -3605,8 +3624,9 @@ class OmObservation(Struct):
     double time;                       // s, of the world's clock
     int narm;                          //
     OmArmObservation arm[OM_MAX_ARM];  // (narm)
-    // Visible fraction of the ROI, 0 to 1, at endoscope.time. A real world estimates it by the colour of the ROI in the
-    // picture; a simulated world computes it exactly, by rays against its true geometry.
+    // Visible fraction of the ROI, 0 to 1, at endoscope.time. A simulated world computes it exactly, by rays against
+    // its true geometry: this is the judge's. A controller measures its own in the endoscope's picture, see OmRoiMeter
+    // (world_cloud.h).
     double visibility;
     OmWorldPicture endoscope;
     OmDepthPicture rgbd;
@@ -3627,10 +3647,11 @@ class OmWorldOps(Struct):
     void (*stop)(OmWorld* world, int arm);
     OmStatus (*advance)(OmWorld* world, double dt);
     OmStatus (*observe)(OmWorld* world, unsigned what, OmObservation* observation);
-    OmStatus (*reset)(OmWorld* world);                   // optional
-    size_t (*state_size)(const OmWorld* world);          // optional, with save and restore
-    void (*save)(const OmWorld* world, void* block);     //
-    void (*restore)(OmWorld* world, const void* block);  //
+    OmStatus (*reset)(OmWorld* world);                    // optional
+    size_t (*state_size)(const OmWorld* world);           // optional, with save and restore
+    void (*save)(const OmWorld* world, void* block);      //
+    void (*restore)(OmWorld* world, const void* block);   //
+    void (*set_window)(OmWorld* world, OmWindow window);  // optional; needed by OM_OBSERVE_WINDOW
 } OmWorldOps;"""
     destroy: Any
     move: Any
@@ -3642,6 +3663,7 @@ class OmWorldOps(Struct):
     state_size: Any
     save: Any
     restore: Any
+    set_window: Any
 
 
 class OmWorld(Struct):
@@ -3924,7 +3946,8 @@ class OmPlannerDef(Struct):
 class OmRetractSample(Struct):
     """typedef struct OmRetractSample {  // one instant
     double time;        // s since the operation began; the first tick ends at one time step
-    double visibility;  // 0 to 1
+    double visibility;  // of the ROI, 0 to 1, as the robot measures it in the endoscope's picture
+    double visibility_world;  // the same by rays in the simulated truth; NAN without a truth
     // N, by the twin, the larger of both arms: pull less the weight carried; NAN: it has no forces
     double force;
     double force_world;  // N, the same in the simulated truth; NAN without a truth
@@ -3933,6 +3956,7 @@ class OmRetractSample(Struct):
 } OmRetractSample;"""
     time: float
     visibility: float
+    visibility_world: float
     force: float
     force_world: float
     height: float
@@ -3997,6 +4021,7 @@ class OmRetractResult(Struct):
     bool is_exposed;              // the outcome is OM_RETRACT_EXPOSED
     char reason[256];             // one sentence: how it ended
     double visibility_start, visibility_end;
+    double visibility_world_end;  // in the truth: this one judges; NAN without a truth
     // Forces: the arms act on the twin's forces only. The truth's forces are for evaluation; NAN without a truth.
     double force_max;        // N, by the twin; NAN if its engine has no forces
     double force_world_max;  // N, in the truth
@@ -4033,6 +4058,7 @@ class OmRetractResult(Struct):
     reason: str
     visibility_start: float
     visibility_end: float
+    visibility_world_end: float
     force_max: float
     force_world_max: float
     force_more: float
@@ -5964,9 +5990,10 @@ complete(OmVolumeInfo, [("dim", c_int * 3), ("nentry", c_int), ("has_layers", c_
 complete(OmPicture, [("width", c_int), ("height", c_int), ("nchannel", c_int), ("pixel", c_void_p)], {})
 complete(OmLens, [("fx", c_double), ("fy", c_double), ("cx", c_double), ("cy", c_double), ("k1", c_double), ("k2", c_double), ("p1", c_double), ("p2", c_double), ("k3", c_double)], {})
 complete(OmCamera, [("pose_world_camera", OmPose), ("width", c_int), ("height", c_int), ("fov", c_double), ("near_m", c_double), ("far_m", c_double), ("lens", OmLens)], {})
+complete(OmWindow, [("column", c_int), ("row", c_int), ("width", c_int), ("height", c_int)], {})
 complete(OmSenseLook, [("red", c_double), ("green", c_double), ("blue", c_double), ("gloss", c_double), ("metal", c_double), ("crease", c_double), ("is_smooth", c_bool), ("is_checker", c_bool), ("texture", c_int)], {"texture": OmSenseTexture})
 complete(OmSenseRange, [("hue_min", c_double), ("hue_max", c_double), ("saturation_min", c_double), ("saturation_max", c_double), ("value_min", c_double), ("value_max", c_double)], {})
-complete(OmSenseOptions, [("samples", c_int), ("has_shadow", c_bool), ("nworker", c_int)], {})
+complete(OmSenseOptions, [("samples", c_int), ("has_shadow", c_bool), ("nworker", c_int), ("window", OmWindow)], {})
 complete(OmDepthNoise, [("a", c_double), ("b", c_double), ("min_grazing", c_double), ("dropout", c_double), ("seed", c_uint64), ("nworker", c_int)], {})
 complete(OmVisibility, [("npoint", c_int), ("nseen", c_int), ("naway", c_int), ("noutside", c_int), ("nhidden", c_int)], {})
 complete(OmScan, [("time", c_double), ("npoint", c_int), ("ntri", c_int), ("x", c_void_p), ("normal", c_void_p), ("tri_vert", c_void_p), ("noise", c_double), ("has_camera", c_bool), ("camera", OmCamera), ("pixel", c_void_p)], {})
@@ -6029,10 +6056,10 @@ complete(OmCalibrationTissueDef, [("build", OmCalibrationBuildFn), ("ctx", c_voi
 complete(OmPsm, [("pose_world_rcm", OmPose), ("wrist", c_double), ("q_min", c_double * 6), ("q_max", c_double * 6), ("jaw_min", c_double), ("jaw_max", c_double)], {})
 complete(OmPsmCapsule, [("a", OmVec3), ("b", OmVec3), ("radius", c_double)], {})
 complete(OmArmObservation, [("time", c_double), ("tip", OmPose), ("q", c_double * 6), ("jaw", c_double), ("jaw_speed", c_double), ("jaw_goal", c_double), ("is_moving", c_bool), ("has_wrench", c_bool), ("force", OmVec3), ("torque", OmVec3)], {})
-complete(OmWorldPicture, [("time", c_double), ("camera", OmCamera), ("color", OmPicture)], {})
+complete(OmWorldPicture, [("time", c_double), ("camera", OmCamera), ("window", OmWindow), ("color", OmPicture)], {})
 complete(OmDepthPicture, [("time", c_double), ("camera", OmCamera), ("depth", c_void_p), ("color", OmPicture)], {})
 complete(OmObservation, [("time", c_double), ("narm", c_int), ("arm", OmArmObservation * 2), ("visibility", c_double), ("endoscope", OmWorldPicture), ("rgbd", OmDepthPicture)], {})
-complete(OmWorldOps, [("destroy", CFUNCTYPE(None, POINTER(OmWorld))), ("move", CFUNCTYPE(c_int, POINTER(OmWorld), c_int, OmPose, c_double)), ("set_jaw", CFUNCTYPE(c_int, POINTER(OmWorld), c_int, c_double)), ("stop", CFUNCTYPE(None, POINTER(OmWorld), c_int)), ("advance", CFUNCTYPE(c_int, POINTER(OmWorld), c_double)), ("observe", CFUNCTYPE(c_int, POINTER(OmWorld), c_uint, POINTER(OmObservation))), ("reset", CFUNCTYPE(c_int, POINTER(OmWorld))), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmWorld))), ("save", CFUNCTYPE(None, POINTER(OmWorld), c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmWorld), c_void_p))], {})
+complete(OmWorldOps, [("destroy", CFUNCTYPE(None, POINTER(OmWorld))), ("move", CFUNCTYPE(c_int, POINTER(OmWorld), c_int, OmPose, c_double)), ("set_jaw", CFUNCTYPE(c_int, POINTER(OmWorld), c_int, c_double)), ("stop", CFUNCTYPE(None, POINTER(OmWorld), c_int)), ("advance", CFUNCTYPE(c_int, POINTER(OmWorld), c_double)), ("observe", CFUNCTYPE(c_int, POINTER(OmWorld), c_uint, POINTER(OmObservation))), ("reset", CFUNCTYPE(c_int, POINTER(OmWorld))), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmWorld))), ("save", CFUNCTYPE(None, POINTER(OmWorld), c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmWorld), c_void_p)), ("set_window", CFUNCTYPE(None, POINTER(OmWorld), OmWindow))], {})
 complete(OmWorld, [("ops", POINTER(OmWorldOps)), ("narm", c_int), ("sources", c_uint), ("psm", POINTER(OmPsm) * 2)], {})
 complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", POINTER(OmPsm) * 2), ("clearance", c_double), ("tool_margin", c_double), ("reach", c_double)], {})
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
@@ -6047,10 +6074,10 @@ complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi"
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 5), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
 complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
-complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double)], {})
+complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p))], {})
 complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
@@ -6707,6 +6734,10 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_rng_range": (c_double, [POINTER(OmRng), c_double, c_double]),
     "om_rng_u32": (c_uint32, [POINTER(OmRng)]),
     "om_rng_uniform": (c_double, [POINTER(OmRng)]),
+    "om_roi_meter_create": (c_int, [POINTER(OmSite), POINTER(c_void_p)]),
+    "om_roi_meter_destroy": (None, [c_void_p]),
+    "om_roi_meter_look": (c_int, [c_void_p, POINTER(OmWorldPicture), c_void_p]),
+    "om_roi_meter_window": (OmWindow, [c_void_p]),
     "om_roi_visibility": (c_int, [POINTER(OmWorldPicture), POINTER(OmSite), c_void_p]),
     "om_scan_check": (c_int, [POINTER(OmScan)]),
     "om_scan_check_model": (c_int, [POINTER(OmScan), POINTER(OmSurface), c_double, POINTER(OmScanFit)]),
@@ -7011,6 +7042,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_volume_value": (c_double, [POINTER(OmVolume), c_size_t]),
     "om_volume_values": (None, [POINTER(OmVolume), c_size_t, c_size_t, c_void_p]),
     "om_voxel_size": (c_size_t, [c_int]),
+    "om_window_clip": (OmWindow, [OmWindow, c_int, c_int]),
     "om_worker_count": (c_int, [c_int]),
     "om_worker_force": (None, [c_bool]),
     "om_worker_free": (c_int, [c_int]),
@@ -7034,6 +7066,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_world_restore": (c_int, [POINTER(OmWorld), c_void_p]),
     "om_world_save": (c_int, [POINTER(OmWorld), c_void_p]),
     "om_world_set_jaw": (c_int, [POINTER(OmWorld), c_int, c_double]),
+    "om_world_set_window": (None, [POINTER(OmWorld), OmWindow]),
     "om_world_sources": (c_uint, [POINTER(OmWorld)]),
     "om_world_state_size": (c_size_t, [POINTER(OmWorld)]),
     "om_world_stop": (None, [POINTER(OmWorld), c_int]),
@@ -7267,6 +7300,8 @@ STATUS = frozenset([
     "om_retract_check",
     "om_retract_run",
     "om_retract_search",
+    "om_roi_meter_create",
+    "om_roi_meter_look",
     "om_roi_visibility",
     "om_scan_check",
     "om_scan_check_model",
