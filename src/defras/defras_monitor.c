@@ -195,7 +195,9 @@ static int measure(OmMonitor* m, const OmCloudField* field, const OmDepthPicture
     OmVec3 eye = c->pose_world_camera.p;
     OmVec3 axis = om_quat_rotate(c->pose_world_camera.q, om_vec3(0, 0, 1));
     int wanted = m->def.settings.npoint, n = 0;
-    for (int64_t k = 0; k < (int64_t)MAX_TRIES * wanted && n < wanted; ++k) {
+    int64_t npixel = (int64_t)c->width * c->height;
+    int64_t most = npixel < (int64_t)MAX_TRIES * wanted ? npixel : (int64_t)MAX_TRIES * wanted;
+    for (int64_t k = 0; k < most && n < wanted; ++k) {
         double u = 0.5 + (double)k * R2_U, v = 0.5 + (double)k * R2_V;
         int column = (int)((u - floor(u)) * c->width), row = (int)((v - floor(v)) * c->height);
         int pixel = column + c->width * row;

@@ -318,6 +318,31 @@ static void hidden_tissue_of_the_twin_does_not_count(void** state) {
     table_destroy(&t);
 }
 
+// An organ between camera and the strip of tissue that is measured: the simulated camera sees the organ.
+static void tissue_behind_the_organ_does_not_count(void** state) {
+    (void)state;
+    Table t;
+    OmTetMesh box;
+    table_create(&t);
+    table_see_moved(&t, 0);
+    for (int i = 0; i < W * H; ++i)
+        if (t.depth[i] > 0 && fabs(point_of(&t, i).x + 0.03) > 0.005) t.depth[i] = 0;
+    OmMonitorFrame f = table_frame(&t, true);
+    assert_below(f.distance, 1e-6);
+    assert_ok(
+        om_tet_mesh_box(om_vec3(-0.05, -0.1, 0.03), om_vec3(0.005, 0.1, 0.035), 1, 1, 1, &box));
+    assert_ok(om_tet_mesh_boundary(&box, &t.site.organ, NULL));
+    OmSdfDef sdf = om_sdf_default_def(0.002);
+    assert_ok(om_sdf_from_surface(&t.site.organ, &sdf, &t.site.organ_sdf));
+    t.site.has_organ = true;
+    om_monitor_destroy(t.monitor);
+    assert_ok(om_monitor_create(&t.def, &t.monitor));
+    f = table_frame(&t, true);
+    assert_true(f.npoint > 50 && f.distance > 0.005);
+    om_tet_mesh_done(&box);
+    table_destroy(&t);
+}
+
 static void nothing_seen_changes_nothing(void** state) {
     (void)state;
     Table t;
@@ -493,6 +518,37 @@ static void the_twin_is_seen_behind_the_measured_tools(void** state) {
     pair_destroy(&p);
 }
 
+// Tissue within 2 mm of a measured tool is left out, whatever its colour.
+static void points_at_a_tool_do_not_count(void** state) {
+    (void)state;
+    Pair p;
+    OmMonitorFrame f;
+    pair_create(&p, exact_scene(), true);
+    pair_look(&p, &f);
+    OmDepthPicture* d = &p.obs.rgbd;
+    OmVec3 tip = om_pose_apply(p.site->pose_world_task, om_vec3(0, 0, 0.005));
+    double u, v;
+    assert_true(om_camera_project(&d->camera, tip, &u, &v));
+    int npixel = d->camera.width * d->camera.height, near = 0;
+    for (int i = 0; i < npixel; ++i) {  // 9 x 9 pixels of 1 mm around the tip
+        bool is_near = fabs(i % d->camera.width - u) < 4.5 && fabs(i / d->camera.width - v) < 4.5;
+        near += is_near && d->depth[i] > 0;
+        if (!is_near) d->depth[i] = 0;
+    }
+    assert_int_equal(near, 81);
+    p.scene.monitor.npoint = 10000;  // every pixel is looked at
+    OmMonitorDef def = om_monitor_default_def(&p.scene, p.world, p.site);
+    om_monitor_destroy(p.monitor);
+    assert_ok(om_monitor_create(&def, &p.monitor));
+    assert_ok(om_monitor_frame(p.monitor, &p.obs, om_body_x(p.twin), false, &f));
+    int before = f.npoint;
+    p.obs.arm[0].tip.p = tip;
+    assert_ok(om_monitor_frame(p.monitor, &p.obs, om_body_x(p.twin), false, &f));
+    printf("around a tip: %d points, %d with the tool there\n", before, f.npoint);
+    assert_true(before > 60 && f.npoint < before / 2);
+    pair_destroy(&p);
+}
+
 static void frames_repeat_with_any_number_of_workers(void** state) {
     (void)state;
     OmMonitorFrame f[3];
@@ -542,11 +598,13 @@ int main(void) {
         cmocka_unit_test(a_shift_before_the_grasp_is_in_the_rest),
         cmocka_unit_test(the_distance_is_that_of_brute_force),
         cmocka_unit_test(hidden_tissue_of_the_twin_does_not_count),
+        cmocka_unit_test(tissue_behind_the_organ_does_not_count),
         cmocka_unit_test(nothing_seen_changes_nothing),
         cmocka_unit_test(wrong_input_is_refused),
         cmocka_unit_test(states_are_those_of_the_algorithm),
         cmocka_unit_test(frames_are_due_once_a_period),
         cmocka_unit_test(the_twin_is_seen_behind_the_measured_tools),
+        cmocka_unit_test(points_at_a_tool_do_not_count),
         cmocka_unit_test(frames_repeat_with_any_number_of_workers),
         cmocka_unit_test(every_allocation_may_fail),
     };
