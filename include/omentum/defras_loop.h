@@ -14,6 +14,7 @@
 #define OMENTUM_DEFRAS_LOOP_H
 
 #include "omentum/body.h"
+#include "omentum/defras_monitor.h"
 #include "omentum/defras_update.h"
 #include "omentum/plan.h"
 #include "omentum/scene.h"
@@ -34,6 +35,8 @@ typedef struct OmRetractSample {  // one instant
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
     double speed_rate;   // 1, or less while slowed down by force
+    double mu;           // m, OmMonitorFrame.mu of the last frame; NAN: there is none
+    int warning;         // state of Alg. 5, 0 while nothing is held
 } OmRetractSample;
 
 #define OM_RETRACT_SAMPLE 0.1  // s between the samples of a result
@@ -76,6 +79,8 @@ typedef struct OmRetractUpdate {  // one estimate of the twin's attachments
     double seen_share;                      // OmMatchEstimate.seen_share
     double before_median, after_median;     // m, of the scan from the twin
     double estimate_ms;                     // wall time; NAN if cancelled
+    // m, mu when the estimate was started, and when the twin had adopted it, or it was refused; NAN: not measured
+    double mu_before, mu_after;
 } OmRetractUpdate;
 
 typedef enum OmRetractOutcome {
@@ -130,6 +135,9 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     OmHold hold;       // the last one; OM_HOLD_NONE: there was none
     int nhold;         // times that the loop held
     int ncommand;      // of a person or a program, but pause and resume
+    int nmonitor;      // frames compared with the twin
+    int nwarning[3];   // times that the warning state rose to 1, 2, 3
+    double mu_max;     // m, while tissue was held; 0 without a monitor
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;
@@ -163,6 +171,8 @@ typedef struct OmLoopListener {
     OmStatus (*on_update)(void* ctx, const OmLoop* loop, const OmUpdateEvent* event);
     OmStatus (*on_command)(void* ctx, const OmLoop* loop, const OmLoopCommand* command);
     OmStatus (*on_hold)(void* ctx, const OmLoop* loop, OmHold hold, const char* reason);
+    // the warning state changed from `was` to om_loop_warning
+    OmStatus (*on_warning)(void* ctx, const OmLoop* loop, int was, const OmMonitorFrame* frame);
 } OmLoopListener;
 
 // ---- the loop -----------------------------------------------------------------------------------------------
@@ -181,6 +191,9 @@ typedef struct OmLoopDef {
     // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
     // depth.
     OmUpdater* updater;
+    // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
+    // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
+    OmMonitor* monitor;
     // A person watches: a hold waits for OM_LOOP_RESUME or OM_LOOP_ABORT. Default false: a hold ends the loop.
     bool is_attended;
     bool needs_approval;  // each plan waits for OM_LOOP_APPROVE or OM_LOOP_REJECT; default false
@@ -259,6 +272,7 @@ OM_API OmLoopPhase om_loop_phase(const OmLoop* loop);
 OM_API bool om_loop_is_paused(const OmLoop* loop);
 /// Why the loop holds, in phase OM_LOOP_HOLD; otherwise OM_HOLD_NONE.
 OM_API OmHold om_loop_hold(const OmLoop* loop);
+OM_API int om_loop_warning(const OmLoop* loop);             // state of Alg. 5, 0 to 3
 OM_API int om_loop_grid(const OmLoop* loop);                // blocks along a side
 OM_API int om_loop_ntick(const OmLoop* loop);               // ticks so far
 OM_API OmRetractSample om_loop_sample(const OmLoop* loop);  // of the last tick

@@ -71,6 +71,8 @@ typedef struct OmMonitor OmMonitor;
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
 OM_API OmStatus om_monitor_create(const OmMonitorDef* def, OmMonitor** monitor);
 OM_API void om_monitor_destroy(OmMonitor* monitor);
+/// Limits of mu for the states 1, 2 and 3, m.
+OM_API void om_monitor_get_limits(const OmMonitor* monitor, double limit[3]);
 /// Before a new operation: nothing has been grasped, no frame has been seen.
 OM_API void om_monitor_reset(OmMonitor* monitor);
 /// What a frame needs of a world: OM_OBSERVE_DEPTH, and OM_OBSERVE_COLOR where the world has it and the definition uses

@@ -86,6 +86,7 @@ static OmStatus step_grasp(OmLoop* loop, Next* next) {
         return begin_wait(loop, GRIP_TIME, next);
     }
     state->in_hand = a->plan.block;
+    loop->has_grasped = true;
     state->is_closed = true;
     state->grasp_tip = state->tip;
     state->is_max_force = false;
@@ -184,6 +185,7 @@ static OmStatus take_steps(OmLoop* loop, bool* is_done) {
 
 OmStatus om__action_begin(OmLoop* loop, const OmPlanAction* plan, bool* is_done) {
     loop->force_action = loop->force_world_action = 0;
+    loop->warning_action = loop->warning;
     loop->action = (Action){.plan = *plan, .outcome = OM_ACTION_DONE};
     return take_steps(loop, is_done);
 }

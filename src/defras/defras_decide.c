@@ -193,7 +193,7 @@ static void leave_action(OmLoop* loop) {
     }
     bool is_last = loop->action_index + 1 == loop->plan.naction;
     bool is_broken = outcome != OM_ACTION_DONE && outcome != OM_ACTION_EXPOSED;
-    if (is_last || is_broken) update_tried(loop);
+    if ((is_last || is_broken) && outcome != OM_ACTION_WARNED) update_tried(loop);
     bool is_over = loop->result.naction >= loop->task.max_actions;
     bool is_new = is_last || is_broken || is_over || loop->wants_plan || om__look_is_outdated(loop);
     loop->wants_plan = false;
@@ -216,6 +216,8 @@ static OmStatus end_action(OmLoop* loop, bool* needs_tick) {
     if (om__look_is_due(loop)) {
         loop->stage = STAGE_LOOK;
         loop->look_begin = loop->time;
+    } else if (loop->action.outcome == OM_ACTION_WARNED) {
+        om__warn_begin_learning(loop);
     } else {
         conclude_action(loop, needs_tick);
     }
@@ -262,9 +264,18 @@ static void check_verification(OmLoop* loop, bool* needs_tick) {
     loop->stage = STAGE_NEXT_ACTION;
 }
 
+static void check_learning(OmLoop* loop, bool* needs_tick) {
+    *needs_tick = om__warn_is_learning(loop);
+    if (!*needs_tick) conclude_action(loop, needs_tick);
+}
+
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
     OM_TRY(om__look_take(loop, needs_tick));
-    if (!*needs_tick) conclude_action(loop, needs_tick);
+    if (*needs_tick) return OM_OK;
+    if (loop->action.outcome == OM_ACTION_WARNED)
+        om__warn_begin_learning(loop);
+    else
+        conclude_action(loop, needs_tick);
     return OM_OK;
 }
 
@@ -274,6 +285,11 @@ static OmStatus check_action(OmLoop* loop, bool* needs_tick) {
         om_world_stop(loop->world, loop->action.plan.arm);
         loop->action.outcome = OM_ACTION_OUTDATED;
         loop->arm[loop->action.plan.arm].at = -1;
+        return end_action(loop, needs_tick);
+    }
+    if (om__warn_stops(loop)) {
+        om_world_stop(loop->world, loop->action.plan.arm);
+        loop->action.outcome = OM_ACTION_WARNED;
         return end_action(loop, needs_tick);
     }
     OM_TRY(om__action_check(loop, &is_done));
@@ -301,7 +317,7 @@ OmStatus om__loop_decide(OmLoop* loop) {
         case STAGE_NEXT_ACTION: OM_TRY(begin_action(loop, &needs_tick)); break;
         case STAGE_ACTION: OM_TRY(check_action(loop, &needs_tick)); break;
         case STAGE_LOOK: OM_TRY(check_look(loop, &needs_tick)); break;
-        case STAGE_LEARN:
+        case STAGE_LEARN: check_learning(loop, &needs_tick); break;
         case STAGE_CONSENT:
         case STAGE_HOLD: needs_tick = true; break;
         case STAGE_ENDED: break;

@@ -44,7 +44,7 @@ static bool is_finite3(OmVec3 p) { return isfinite(p.x) && isfinite(p.y) && isfi
 static void check_clock(OmLoop* loop, double now) {
     loop->standing = now > loop->clock_last ? 0 : loop->standing + loop->task.time_step;
     loop->clock_last = now;
-    if (loop->standing > loop->max_age)
+    if (loop->max_age > 0 && loop->standing > loop->max_age)
         om__loop_alarm(loop, OM_HOLD_STALE,
                        "nothing new was measured for %.2f s: the world's clock stands still",
                        loop->standing);
@@ -74,8 +74,8 @@ static void check_lag(OmLoop* loop) {
 
 void om__loop_check_observation(OmLoop* loop, const OmObservation* obs, bool has_picture) {
     check_lag(loop);
-    if (loop->max_age <= 0) return;
     check_clock(loop, obs->time);
+    if (loop->max_age <= 0) return;
     check_arms(loop, obs);
     if (has_picture && loop->look_age > loop->max_age)
         om__loop_alarm(loop, OM_HOLD_STALE, "the endoscope's picture is %.2f s old",
@@ -130,6 +130,7 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
 
 // The person has seen to the cause: what was measured before does not count any more.
 OmStatus om__loop_end_hold(OmLoop* loop) {
+    loop->is_overruled = loop->hold == OM_HOLD_WARNING;
     loop->hold = OM_HOLD_NONE;
     loop->stage = loop->held_stage;
     loop->standing = 0;

@@ -107,6 +107,7 @@ struct OmLoop {
     OmPlanner* planner;  //
     OmUpdater* updater;  // null: none
     OmRoiMeter* meter;   // null: the world shows no pictures and measures the visibility itself
+    OmMonitor* monitor;  // null: none
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -139,6 +140,18 @@ struct OmLoop {
     double lag_origin;     // s of the wall clock at the time 0
     bool has_lag_origin;   //
     int nfailed_update;    // estimates in a row that ended in an error
+
+    // computed by defras_warn.c
+    OmMonitorFrame frame;     // the last one
+    double monitor_limit[3];  // m
+    int warning;              // state of Alg. 5
+    int warning_action;       // largest during the current action
+    bool has_grasped;         // tissue, in this operation
+    bool is_overruled;        // a person continues in state 3
+    bool has_effect_due;      // of the last update on mu
+    double effect_time;       // s, when to measure it
+    int effect_update;        // which one
+    double learn_begin;       // s, of STAGE_LEARN
 
     // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
@@ -283,6 +296,15 @@ void om__loop_check_follow(OmLoop* loop);    // of the current motion
 OmStatus om__loop_check_hold(OmLoop* loop);  // hold if there is an alarm
 OmStatus om__loop_end_hold(OmLoop* loop);
 
+// defras_warn.c: nothing happens without a monitor
+bool om__warn_is_due(const OmLoop* loop);  // a frame, in the step that follows
+OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs);
+double om__warn_rate(const OmLoop* loop);  // fraction of the speed of motions that hold tissue
+bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
+void om__warn_note_update(OmLoop* loop, bool is_adopted);
+void om__warn_begin_learning(OmLoop* loop);
+bool om__warn_is_learning(OmLoop* loop);  // false: STAGE_LEARN is over
+
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);
 OmStatus om__loop_apply(OmLoop* loop, const OmLoopCommand* command);
@@ -295,6 +317,7 @@ OmStatus om__loop_notify_action_begin(const OmLoop* loop);
 OmStatus om__loop_notify_action_end(const OmLoop* loop);
 OmStatus om__loop_notify_end(const OmLoop* loop);
 OmStatus om__loop_notify_command(const OmLoop* loop, const OmLoopCommand* command);
+OmStatus om__loop_notify_warning(const OmLoop* loop, int was);
 OmStatus om__loop_notify_hold(const OmLoop* loop, OmHold hold, const char* reason);
 OmStatus om__loop_notify_update(const OmLoop* loop, const OmUpdateEvent* event);
 

@@ -25,6 +25,7 @@ bool om__look_is_due(const OmLoop* loop) {
     if (!u) return false;
     OmPlanVerb verb = loop->action.plan.verb;
     if (verb != OM_PLAN_PULL && verb != OM_PLAN_MOVE_ROI && verb != OM_PLAN_MOVE_AWAY) return false;
+    if (loop->monitor && u->def.estimate && loop->warning_action == 0) return false;
     double lift = 0;
     for (int a = 0; a < OM_MAX_ARM; ++a)
         if (loop->arm[a].in_hand >= 0) lift = fmax(lift, loop->arm[a].lift);
@@ -93,12 +94,15 @@ static OmStatus begin_record(OmLoop* loop) {
         loop->update_capacity = capacity;
     }
     OM_TRY(copy_attached(loop, &attached));
-    r->update[r->nupdate++] = (OmRetractUpdate){.stage = OM_UPDATE_STARTED,
-                                                .nacquisition = u->nkept,
-                                                .start_tick = loop->tick,
-                                                .end_tick = -1,
-                                                .start = loop->time,
-                                                .nattached_before = count(attached, u->nvert)};
+    r->update[r->nupdate++] =
+        (OmRetractUpdate){.stage = OM_UPDATE_STARTED,
+                          .nacquisition = u->nkept,
+                          .start_tick = loop->tick,
+                          .end_tick = -1,
+                          .start = loop->time,
+                          .mu_before = loop->monitor ? loop->frame.mu : (double)NAN,
+                          .mu_after = NAN,
+                          .nattached_before = count(attached, u->nvert)};
     om_free(attached);
     return OM_OK;
 }
@@ -119,6 +123,7 @@ static OmStatus end_record(OmLoop* loop, OmUpdateStage stage, const char* reason
     const OmMatchEstimate* e = &u->estimate;
     OmRetractUpdate* r = &loop->result.update[loop->result.nupdate - 1];
     r->stage = stage;
+    if (stage != OM_UPDATE_CANCELLED) om__warn_note_update(loop, stage == OM_UPDATE_ADOPTED);
     r->end_tick = stage == OM_UPDATE_CANCELLED ? -1 : loop->tick;
     r->end = loop->time;
     r->nattached_after = stage == OM_UPDATE_ADOPTED ? 0 : r->nattached_before;

@@ -114,6 +114,8 @@ static OmStatus check_def(const OmLoopDef* def) {
         "OmLoopDef.world observes neither the endoscope's picture nor the visibility of the ROI");
     OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
     OM_TRY(check_updater(def));
+    OM_CHECK(!def->monitor || om_world_sources(def->world) & OM_OBSERVE_DEPTH, OM_INVALID,
+             "OmLoopDef.monitor needs a world that observes depth");
     OM_CHECK(def->is_attended || !def->needs_approval, OM_INVALID,
              "OmLoopDef.needs_approval needs a person: is_attended is false");
     OM_CHECK(def->max_age >= 0 && def->max_lag >= 0, OM_INVALID,
@@ -181,6 +183,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
     loop->rate = loop->person_rate = 1.0;
     loop->is_corrected = def->updater != NULL;
+    loop->monitor = def->monitor;
     loop->is_attended = def->is_attended;
     loop->needs_approval = def->needs_approval;
     loop->max_age = def->max_age;
@@ -190,6 +193,10 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->result.visibility_world_end = NAN;
     begin_result(loop, def->is_settled);
     if (loop->updater) om__updater_reset(loop->updater);
+    if (loop->monitor) {
+        om_monitor_reset(loop->monitor);
+        om_monitor_get_limits(loop->monitor, loop->monitor_limit);
+    }
     *out = loop;
     return OM_OK;
 }
@@ -299,6 +306,8 @@ OmLoopPhase om_loop_phase(const OmLoop* loop) {
 bool om_loop_is_paused(const OmLoop* loop) { return loop->is_paused; }
 
 OmHold om_loop_hold(const OmLoop* loop) { return loop->hold; }
+
+int om_loop_warning(const OmLoop* loop) { return loop->warning; }
 
 int om_loop_grid(const OmLoop* loop) { return loop->grid.n; }
 

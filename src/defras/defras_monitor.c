@@ -149,6 +149,10 @@ void om_monitor_destroy(OmMonitor* m) {
     om_free(m);
 }
 
+void om_monitor_get_limits(const OmMonitor* m, double limit[3]) {
+    for (int k = 0; k < 3; ++k) limit[k] = m->def.settings.limit[k];
+}
+
 void om_monitor_reset(OmMonitor* m) {
     m->has_begun = m->has_grasped = false;
     m->rest_sum = 0;

@@ -27,7 +27,7 @@ static bool must_stop_for_force(const OmLoop* loop, int arm) {
 // Command the motion if its rate has changed. A goal out of reach ends the motion.
 static OmStatus command(OmLoop* loop, bool* is_done) {
     Motion* m = &loop->motion;
-    double rate = loop->person_rate * (m->is_holding ? loop->rate : 1.0);
+    double rate = loop->person_rate * (m->is_holding ? loop->rate * om__warn_rate(loop) : 1.0);
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
     OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->goal),

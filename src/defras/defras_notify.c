@@ -50,6 +50,11 @@ OmStatus om__loop_notify_command(const OmLoop* loop, const OmLoopCommand* comman
     return OM_OK;
 }
 
+OmStatus om__loop_notify_warning(const OmLoop* loop, int was) {
+    NOTIFY(loop, on_warning, was, &loop->frame);
+    return OM_OK;
+}
+
 OmStatus om__loop_notify_hold(const OmLoop* loop, OmHold hold, const char* reason) {
     NOTIFY(loop, on_hold, hold, reason);
     return OM_OK;

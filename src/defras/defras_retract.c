@@ -24,12 +24,14 @@ typedef struct Setup {
     OmBanetNet* net;       // null: the scene names none
     OmBanetUpdater* banet;
     OmUpdater* updater;  // null: the scene has no updates
+    OmMonitor* monitor;  // null: the scene has none
     OmLoop* loop;
 } Setup;
 
 static void setup_done(Setup* s) {
     om_loop_destroy(s->loop);
     om_updater_destroy(s->updater);
+    om_monitor_destroy(s->monitor);
     om_banet_updater_destroy(s->banet);
     om_banet_net_destroy(s->net);
     om_match_destroy(s->match);
@@ -115,6 +117,11 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
     loop.wall_begin = wall_begin;
     OM_TRY(build_updater(def, s));
     loop.updater = s->updater;
+    if (def->scene->monitor.is_enabled) {
+        OmMonitorDef monitor = om_monitor_default_def(def->scene, s->world, &s->twin_site);
+        OM_TRY(om_monitor_create(&monitor, &s->monitor));
+        loop.monitor = s->monitor;
+    }
     if (def->out_dir) {
         OmRecorderDef rec =
             om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);

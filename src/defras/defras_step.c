@@ -80,7 +80,9 @@ OmRetractSample om__loop_sample(const OmLoop* loop) {
                          .visibility = loop->visibility,
                          .visibility_world = loop->visibility_world,
                          .force_world = loop->force_world,
-                         .speed_rate = loop->rate};
+                         .speed_rate = loop->rate,
+                         .mu = loop->monitor ? loop->frame.mu : (double)NAN,
+                         .warning = loop->warning};
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         s.force = fmax(s.force, loop->force[a]);
         if (loop->arm[a].in_hand >= 0) s.height = fmax(s.height, loop->arm[a].lift);
@@ -139,7 +141,10 @@ OmStatus om__loop_step(OmLoop* loop) {
     if (status < 0) return om_error_prefix(status, "world at %.2f s", loop->time);
     bool is_look = loop->tick % LOOK_EVERY == 0;
     OmObservation obs = {0};
-    OM_TRY(om_world_observe(loop->world, is_look ? sources_of_look(loop) : 0, &obs));
+    const bool is_frame = om__warn_is_due(loop);
+    unsigned what = is_look ? sources_of_look(loop) : 0;
+    if (is_frame) what |= om_monitor_sources(loop->monitor, loop->world);
+    OM_TRY(om_world_observe(loop->world, what, &obs));
     // The operation begins one step before the first observation.
     if (loop->tick == 0) loop->time_origin = obs.time - dt;
     loop->time = obs.time - loop->time_origin;
@@ -154,6 +159,7 @@ OmStatus om__loop_step(OmLoop* loop) {
         arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
     }
     if (status >= 0) status = step_twin(loop, &obs, dt);
+    if (status >= 0 && is_frame) status = om__warn_frame(loop, &obs);
     om_observation_done(&obs);
     OM_TRY(status);
     watch_force(loop);

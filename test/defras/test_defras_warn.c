@@ -1,0 +1,261 @@
+// test_defras_warn.c: what the loop does in the warning states of Alg. 5. The twin believes in no attachment, the truth
+// is held on the far half; the limits of mu are those at which this small sheet raises the wanted state.
+#include <math.h>
+#include <string.h>
+
+#include "loop_rig.h"
+
+#include "omentum/defras_monitor.h"
+#include "omentum/defras_update.h"
+
+// An estimate that knows the truth: the far half is attached. Or it is refused.
+typedef struct Teacher {
+    const OmSite* site;
+    bool refuses;
+    int ncall;
+} Teacher;
+
+static OmStatus teach(void* ctx, int n, const OmAcquisition* a, const OmProgress* progress,
+                      OmMatchEstimate* e) {
+    Teacher* t = ctx;
+    (void)a, (void)progress;
+    ++t->ncall;
+    if (t->refuses) {
+        snprintf(e->reason, sizeof e->reason, "it saw too little");
+        return OM_OK;
+    }
+    const OmTetMesh* mesh = &t->site->mesh;
+    const OmMeshSet* under = om_tet_mesh_find_set(mesh, "underside");
+    OmPose to_task = om_pose_inverse(t->site->pose_world_task);
+    OM_ALLOC(e->attached, (size_t)mesh->nvert);
+    OM_ALLOC(e->stiffness, (size_t)mesh->nvert);
+    e->nvert = mesh->nvert;
+    e->nacquisition = n;
+    memset(e->attached, 0, (size_t)mesh->nvert);
+    memset(e->stiffness, 0, (size_t)mesh->nvert * sizeof *e->stiffness);
+    for (int i = 0; i < under->nvert; ++i) {
+        const int v = under->vert[i];
+        e->attached[v] = om_pose_apply(to_task, om_load3(mesh->x, v)).x > 0.01;
+    }
+    e->is_accepted = true;
+    return OM_OK;
+}
+
+static OmScene warn_scene(double one, double two, double three) {
+    OmScene scene = object_scene();
+    scene.believed.kind = OM_BELIEF_NONE;
+    scene.world.has_depth_noise = false;
+    scene.world.young_factor = 1;
+    scene.rgbd.width = 96, scene.rgbd.height = 72;
+    scene.task.max_actions = 16;
+    scene.monitor.rate = 10;
+    scene.monitor.limit[0] = one, scene.monitor.limit[1] = two, scene.monitor.limit[2] = three;
+    scene.monitor.hysteresis = 0.2 * one;
+    return scene;
+}
+
+typedef struct Seen {
+    int nwarning, largest, nhold;
+    int ntaken, nmove_in_learning;
+    OmWorld* world;
+} Seen;
+
+static OmStatus on_warning(void* ctx, const OmLoop* loop, int was, const OmMonitorFrame* frame) {
+    Seen* s = ctx;
+    assert_int_not_equal(was, om_loop_warning(loop));
+    assert_true(om_loop_warning(loop) == 0 || om_loop_warning(loop) == frame->state);
+    s->largest = om_loop_warning(loop) > s->largest ? om_loop_warning(loop) : s->largest;
+    ++s->nwarning;
+    return OM_OK;
+}
+
+static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
+    Seen* s = ctx;
+    OmObservation obs = {0};
+    (void)now;
+    OM_TRY(om_world_observe(s->world, 0, &obs));
+    s->nmove_in_learning += om_loop_phase(loop) == OM_LOOP_LEARN && obs.arm[0].is_moving;
+    om_observation_done(&obs);
+    return OM_OK;
+}
+
+static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* event) {
+    (void)loop;
+    ((Seen*)ctx)->ntaken += event->stage == OM_UPDATE_TAKEN;
+    return OM_OK;
+}
+
+static OmStatus on_hold(void* ctx, const OmLoop* loop, OmHold hold, const char* reason) {
+    (void)loop;
+    assert_int_equal(hold, OM_HOLD_WARNING);
+    assert_non_null(strstr(reason, "mm is the limit"));
+    ++((Seen*)ctx)->nhold;
+    return OM_OK;
+}
+
+typedef struct Course {
+    Rig g;
+    Teacher teacher;
+    Seen seen;
+    OmUpdater* updater;
+    OmMonitor* monitor;
+    OmLoop* loop;
+} Course;
+
+static void course_begin(Course* c, OmScene scene, bool refuses, bool is_attended) {
+    memset(c, 0, sizeof *c);
+    rig_create(&c->g, scene);
+    c->teacher = (Teacher){.site = &c->g.twin_site, .refuses = refuses};
+    c->seen.world = c->g.world;
+    OmUpdateDef update = om_update_default_def(&c->g.scene, c->g.world, &c->g.twin_site);
+    update.estimate = teach, update.estimate_ctx = &c->teacher;
+    assert_ok(om_updater_create(&update, &c->updater));
+    OmMonitorDef monitor = om_monitor_default_def(&c->g.scene, c->g.world, &c->g.twin_site);
+    assert_ok(om_monitor_create(&monitor, &c->monitor));
+    OmLoopListener listener = {.ctx = &c->seen,
+                               .on_tick = on_tick,
+                               .on_warning = on_warning,
+                               .on_update = on_update,
+                               .on_hold = on_hold};
+    OmLoopDef def = om_loop_default_def(&c->g.scene.task, c->g.world, c->g.twin, c->g.planner);
+    def.truth = om_world_truth(c->g.world);
+    def.listener = &listener;
+    def.nlistener = 1;
+    def.updater = c->updater;
+    def.monitor = c->monitor;
+    def.is_attended = is_attended;
+    assert_ok(om_loop_create(&def, &c->loop));
+}
+
+static void course_end(Course* c) {
+    om_loop_destroy(c->loop);
+    om_updater_destroy(c->updater);
+    om_monitor_destroy(c->monitor);
+    rig_destroy(&c->g);
+}
+
+static void print_course(const OmRetractResult* r) {
+    printf("%s; mu %.2f mm; warnings %d %d %d\n", r->reason, 1e3 * r->mu_max, r->nwarning[0],
+           r->nwarning[1], r->nwarning[2]);
+    for (int i = 0; i < r->nupdate; ++i)
+        printf("  update %s: mu %.2f -> %.2f mm\n", om_update_stage_text(r->update[i].stage),
+               1e3 * r->update[i].mu_before, 1e3 * r->update[i].mu_after);
+}
+
+// Without a difference of more than the first limit nothing is learnt, and nothing slows down.
+static void test_no_warning(void** state) {
+    (void)state;
+    Course c;
+    course_begin(&c, warn_scene(0.02, 0.05, 0.06), false, false);
+    tick_to_end(c.loop);
+    const OmRetractResult* r = om_loop_result(c.loop);
+    assert_true(r->is_exposed && r->nmonitor > 20);
+    assert_int_equal(c.seen.nwarning, 0);
+    assert_int_equal(c.seen.ntaken, 0);
+    assert_int_equal(r->nupdate, 0);
+    assert_true(r->mu_max > 0.3e-3 && r->mu_max < 0.02);
+    course_end(&c);
+}
+
+// State 1: pulls take twice the time, an acquisition follows, and with the truth learnt mu falls.
+static void test_state_one(void** state) {
+    (void)state;
+    Course c;
+    double pull[2] = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+        course_begin(&c, warn_scene(k ? 0.005e-3 : 0.02, 0.05, 0.06), k, false);
+        tick_to_end(c.loop);
+        const OmRetractResult* r = om_loop_result(c.loop);
+        print_course(r);
+        assert_true(r->is_exposed);
+        for (int i = 0; i < r->naction; ++i) {
+            const OmRetractAction* a = &r->action[i];
+            assert_int_not_equal(a->outcome, OM_ACTION_WARNED);
+            if (a->verb == OM_PLAN_PULL && a->outcome == OM_ACTION_DONE)
+                pull[k] = fmax(pull[k], a->end - a->begin);
+        }
+        if (k) assert_int_equal(c.seen.largest, 1);
+        if (k) assert_true(c.seen.ntaken > 0 && c.teacher.ncall > 0);
+        course_end(&c);
+    }
+    printf("longest pull %.2f s, in state 1 %.2f s\n", pull[0], pull[1]);
+    assert_near(pull[1], 2 * pull[0], 0.05);
+}
+
+// State 2: the motion stops, the arms keep still until the twin has learnt, and mu falls to less than half. The plan
+// that follows continues with the tissue in hand.
+static void test_state_two(void** state) {
+    (void)state;
+    Course c;
+    course_begin(&c, warn_scene(0.1e-3, 0.3e-3, 0.06), false, false);
+    tick_to_end(c.loop);
+    const OmRetractResult* r = om_loop_result(c.loop);
+    print_course(r);
+    assert_true(r->is_exposed);
+    assert_int_equal(c.seen.largest, 2);
+    assert_int_equal(c.seen.nmove_in_learning, 0);
+    int nwarned = 0;
+    for (int i = 0; i + 1 < r->naction; ++i) {
+        if (r->action[i].outcome != OM_ACTION_WARNED) continue;
+        ++nwarned;
+        assert_true(r->action[i + 1].is_replanned);
+        assert_int_not_equal(r->action[i + 1].verb, OM_PLAN_RELEASE);
+    }
+    assert_true(nwarned >= 1 && r->nupdate >= 1);
+    assert_int_equal(r->update[0].stage, OM_UPDATE_ADOPTED);
+    assert_true(r->update[0].mu_after < 0.5 * r->update[0].mu_before);
+    course_end(&c);
+}
+
+// If nothing is learnt in state 2, the tissue is released and another point is grasped.
+static void test_nothing_is_learnt(void** state) {
+    (void)state;
+    Course c;
+    course_begin(&c, warn_scene(0.1e-3, 0.3e-3, 0.06), true, false);
+    tick_to_end(c.loop);
+    const OmRetractResult* r = om_loop_result(c.loop);
+    print_course(r);
+    int nwarned = 0;
+    for (int i = 0; i + 1 < r->naction; ++i) {
+        if (r->action[i].outcome != OM_ACTION_WARNED) continue;
+        ++nwarned;
+        assert_int_equal(r->action[i + 1].verb, OM_PLAN_RELEASE);
+        for (int k = i + 2; k < r->naction; ++k)
+            assert_int_not_equal(r->action[k].block, r->action[i].block);
+    }
+    assert_true(nwarned >= 1);
+    assert_int_equal(r->update[0].stage, OM_UPDATE_REFUSED);
+    assert_true(r->update[0].mu_after > 0.3e-3);
+    course_end(&c);
+}
+
+// State 3 ends an unattended run. A person may continue: the state then holds no more until it has fallen.
+static void test_state_three(void** state) {
+    (void)state;
+    Course c;
+    course_begin(&c, warn_scene(0.05e-3, 0.06e-3, 0.07e-3), false, false);
+    tick_to_end(c.loop);
+    const OmRetractResult* r = om_loop_result(c.loop);
+    print_course(r);
+    assert_int_equal(r->outcome, OM_RETRACT_HELD);
+    assert_int_equal(r->hold, OM_HOLD_WARNING);
+    assert_int_equal(c.seen.nhold, 1);
+    course_end(&c);
+    course_begin(&c, warn_scene(0.05e-3, 0.06e-3, 0.07e-3), false, true);
+    while (om_loop_phase(c.loop) != OM_LOOP_HOLD) assert_ok(om_loop_tick(c.loop));
+    assert_ok(give(c.loop, OM_LOOP_RESUME));
+    for (int i = 0; i < 10; ++i) assert_ok(om_loop_tick(c.loop));
+    assert_int_equal(om_loop_warning(c.loop), 3);
+    assert_int_equal(c.seen.nhold, 1);
+    assert_ok(give(c.loop, OM_LOOP_ABORT));
+    course_end(&c);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_warning),  cmocka_unit_test(test_state_one),
+        cmocka_unit_test(test_state_two),   cmocka_unit_test(test_nothing_is_learnt),
+        cmocka_unit_test(test_state_three),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
