@@ -26,6 +26,13 @@ typedef struct OmRetractDef {
     const char* program;   // a logic program in place of the built-in one, or null
     int frame_every;       // a picture in the report every so many actions, 0 none; default 1
     int nworker;           // default 0: one a processor
+    // The plan before the operation; borrowed; default null: the planner makes the first one, too.
+    const OmPreplan* preplan;
+    // A person watches the loop (OmLoopDef.is_attended): called after every tick, and gives commands by
+    // om_loop_command. An error ends the run. Default null.
+    OmStatus (*supervise)(void* ctx, OmLoop* loop);
+    void* supervise_ctx;
+    bool needs_approval;  // each plan waits for the person; default false
     // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
     bool records_acquisitions;
 } OmRetractDef;

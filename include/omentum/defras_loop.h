@@ -15,6 +15,7 @@
 
 #include "omentum/body.h"
 #include "omentum/defras_monitor.h"
+#include "omentum/defras_preplan.h"
 #include "omentum/defras_update.h"
 #include "omentum/plan.h"
 #include "omentum/scene.h"
@@ -191,6 +192,9 @@ typedef struct OmLoopDef {
     // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
     // depth.
     OmUpdater* updater;
+    // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
+    // known to the planner until the twin's attachments change.
+    const OmPreplan* preplan;
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;
@@ -272,14 +276,17 @@ OM_API OmLoopPhase om_loop_phase(const OmLoop* loop);
 OM_API bool om_loop_is_paused(const OmLoop* loop);
 /// Why the loop holds, in phase OM_LOOP_HOLD; otherwise OM_HOLD_NONE.
 OM_API OmHold om_loop_hold(const OmLoop* loop);
-OM_API int om_loop_warning(const OmLoop* loop);             // state of Alg. 5, 0 to 3
-OM_API int om_loop_grid(const OmLoop* loop);                // blocks along a side
-OM_API int om_loop_ntick(const OmLoop* loop);               // ticks so far
-OM_API OmRetractSample om_loop_sample(const OmLoop* loop);  // of the last tick
+OM_API const char* om_loop_hold_reason(const OmLoop* loop);  // of the last hold, or ""
+OM_API int om_loop_warning(const OmLoop* loop);              // state of Alg. 5, 0 to 3
+OM_API int om_loop_grid(const OmLoop* loop);                 // blocks along a side
+OM_API int om_loop_ntick(const OmLoop* loop);                // ticks so far
+OM_API OmRetractSample om_loop_sample(const OmLoop* loop);   // of the last tick
 /// Force by the twin, N: 0 for an arm that holds nothing; NAN for every arm if the twin's engine has no forces.
 OM_API double om_loop_force(const OmLoop* loop, int arm);
 OM_API const OmPlan*
 om_loop_plan(const OmLoop* loop);  // the current plan; naction 0 before the first
+/// The plan before the operation while the current plan is that one; otherwise null.
+OM_API const OmPreplan* om_loop_preplan(const OmLoop* loop);
 /// The current action, or null; valid until the next tick.
 OM_API const OmPlanAction* om_loop_action(const OmLoop* loop);
 /// The result so far; hash and times of planning are complete in phase OM_LOOP_ENDED. Valid until the next tick.

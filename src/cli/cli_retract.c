@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "cli_common.h"
+#include "cli_supervise.h"
 #include "omentum/defras.h"
 #include "omentum/umesh_net.h"
 
@@ -28,6 +29,13 @@ static const OmCliOption option[] = {
     {"--keys", NULL, NULL, "print the page of all keys of a scene (doc/scene_keys.md), and end"},
     {"--update", NULL, NULL,
      "correct the twin's attachments while it runs, as `update: enabled: true`"},
+    {"--plan", NULL, "FILE", "follow this plan first, as omentum preplan writes it"},
+    {"--defras", NULL, NULL,
+     "the whole of chapter 6: plan before (unless --plan is given), watch the twin, learn with the network"},
+    {"--supervise", NULL, NULL,
+     "take commands from standard input while it runs, a line each: pause, go, slow 0.5, forbid 3 2, ..."},
+    {"--approve", NULL, NULL, "with --supervise: each plan waits for yes or no"},
+    {"--real-time", NULL, NULL, "time passes as on the wall"},
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
@@ -48,6 +56,8 @@ static const OmCliKey result_key[] = {
     {"acquisitions", "taken, with --update or --record-acquisitions"},
     {"updates_adopted", "estimates that the twin adopted"},
     {"updates_refused", "estimates that left the twin unchanged"},
+    {"warnings", "times that the warning state rose to 1 or above"},
+    {"mu_max_mm", "largest discrepancy of the twin, while tissue was held"},
     {"layouts", "run with --layouts, or measured"},
     {"exposed", "of these layouts; of the sequences with --search"},
     {"force_threshold_n", "measured with --calibrate-force"},
@@ -63,6 +73,9 @@ typedef struct Settings {
     int nworker;
     bool is_quiet;
     bool records_acquisitions;
+    bool is_defras, has_preplan, needs_approval;
+    OmPreplan preplan;
+    OmCliPerson person;
     bool needs_scene;  // false: only a text is wanted
 } Settings;
 
@@ -124,6 +137,13 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
             "  note: in %d steps of the twin and %d of the truth an element was inverted, contact had not settled, "
             "or energy was gained: forces of these steps are less certain\n",
             r->twin_nbad, r->world_nbad);
+    if (r->nmonitor > 0) {
+        printf("  twin: at most %.1f mm from the tissue in %d frames; warning state 1 reached %d "
+               "times, 2 %d times, 3 %d times\n",
+               1e3 * r->mu_max, r->nmonitor, r->nwarning[0], r->nwarning[1], r->nwarning[2]);
+        om_cli_figure("warnings", r->nwarning[0]);
+        om_cli_figure("mu_max_mm", 1e3 * r->mu_max);
+    }
     if (!r->is_settled) printf("  note: the tissue still moved when the operation began\n");
     if (r->has_slid)
         printf(
@@ -146,19 +166,38 @@ static void print_result(const OmScene* scene, const OmRetractResult* r, const c
     om_cli_path(dir);
 }
 
-static OmRetractDef make_def(const Settings* s, const char* dir) {
+static OmRetractDef make_def(Settings* s, const char* dir) {
     OmRetractDef def = om_retract_default_def(&s->scene);
     def.out_dir = dir;
     def.program = s->program;
     def.nworker = s->nworker;
     def.records_acquisitions = s->records_acquisitions;
+    if (s->has_preplan) def.preplan = &s->preplan;
+    if (s->person.reads || s->person.is_paced) {
+        def.supervise = om_cli_supervise;
+        def.supervise_ctx = &s->person;
+    }
+    def.needs_approval = s->needs_approval;
     return def;
 }
 
-static int run(const Settings* s) {
+// The plan before the operation, where the user wants one and has none.
+static OmStatus plan_before(Settings* s) {
+    if (!s->is_defras || s->has_preplan) return OM_OK;
+    OmPreplanDef def = om_preplan_default_def(&s->scene);
+    def.nworker = s->nworker;
+    OM_TRY(om_preplan_run(&def, om_cli_progress(s->is_quiet), &s->preplan));
+    om_cli_progress_done();
+    s->has_preplan = true;
+    printf("plan before the operation: %s\n", s->preplan.reason);
+    return OM_OK;
+}
+
+static int run(Settings* s) {
+    OmStatus status = plan_before(s);
     OmRetractDef def = make_def(s, s->out);
     OmRetractResult result;
-    OmStatus status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
+    if (status == OM_OK) status = om_retract_run(&def, om_cli_progress(s->is_quiet), &result);
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
     print_result(&s->scene, &result, s->out);
@@ -168,7 +207,7 @@ static int run(const Settings* s) {
 }
 
 // Everything a run does before its first action, and what the rest would take.
-static int dry_run(const Settings* s) {
+static int dry_run(Settings* s) {
     const OmScene* scene = &s->scene;
     OmRetractDef def = make_def(s, s->out);
     OmRetractEstimate e;
@@ -235,6 +274,8 @@ static int run_layouts(Settings* s) {
         snprintf(name, sizeof name, "layout-%02d", k);
         OmStatus status = om_path_join(s->out, name, dir, sizeof dir);
         s->scene.seed = k;
+        s->has_preplan = false;
+        if (status == OM_OK) status = plan_before(s);
         OmRetractDef def = make_def(s, dir);
         OmRetractResult r;
         if (status == OM_OK) status = om_path_make_dir(s->out);
@@ -322,6 +363,11 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->program = om_cli_get(args, "--program");
     s->is_quiet = om_cli_get(args, "--quiet") != NULL;
     s->records_acquisitions = om_cli_get(args, "--record-acquisitions") != NULL;
+    s->is_defras = om_cli_get(args, "--defras") != NULL;
+    s->person.reads = om_cli_get(args, "--supervise") != NULL;
+    s->person.is_paced = om_cli_get(args, "--real-time") != NULL;
+    s->needs_approval = om_cli_get(args, "--approve") != NULL;
+    OM_CHECK(s->person.reads || !s->needs_approval, OM_INVALID, "--approve needs --supervise");
     s->first = 1;
     OM_TRY(om_cli_int(args, "--layouts", &s->nlayout));
     OM_TRY(om_cli_int(args, "--first", &s->first));
@@ -350,7 +396,16 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
     OM_TRY(om_cli_int(args, "--layout", &s->scene.seed));
     if (om_cli_get(args, "--update")) s->scene.update.is_enabled = true;
     if (om_cli_get(args, "--force-threshold")) s->scene.task.force_margin = 0;
-    return om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold);
+    OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
+    if (s->is_defras) {
+        s->scene.monitor.is_enabled = s->scene.update.is_enabled = true;
+        if (strcmp(s->scene.update.network, "none") == 0)
+            strcpy(s->scene.update.network, "installed");
+    }
+    const char* plan = om_cli_get(args, "--plan");
+    OM_CHECK(!plan || s->nlayout == 0, OM_INVALID, "--plan is for one layout; leave out --layouts");
+    s->has_preplan = plan != NULL;
+    return plan ? om_preplan_load(plan, &s->preplan) : OM_OK;
 }
 
 int om_cli_retract(int argc, char** argv) {
@@ -420,17 +475,20 @@ const OmCliVerb om_cli_verb_retract = {
         "or SIGTERM the record up to then is kept.",
     .option = option,
     .noption = sizeof option / sizeof *option,
-    .example = "  omentum retract scenes/sheet.yaml -o out/sheet\n"
-               "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
-               "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
-               "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
-               "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
-               "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
-               "  omentum retract scenes/belief.yaml --update -o out/belief\n"
-               "  omentum retract scenes/sheet.yaml --dry-run\n"
-               "  omentum retract --example > my.yaml\n"
-               "  omentum retract scenes/kidney.yaml --print-scene\n"
-               "  omentum retract scenes/sheet.yaml --calibrate-force",
+    .example =
+        "  omentum retract scenes/sheet.yaml -o out/sheet\n"
+        "  omentum retract scenes/sheet.yaml --layout 7 -o out/sheet-7\n"
+        "  omentum retract scenes/kidney.yaml --data /path/to/data -o out/kidney\n"
+        "  omentum retract scenes/sheet.yaml --layouts 17 -o out/sheet\n"
+        "  omentum retract scenes/sheet.yaml --layouts 17 --first 18 -o out/unseen\n"
+        "  omentum retract scenes/sheet.yaml --layout 11 --search\n"
+        "  omentum retract scenes/belief.yaml --update -o out/belief\n"
+        "  omentum retract scenes/belief.yaml --defras -o out/defras\n"
+        "  omentum retract scenes/belief.yaml --defras --supervise --approve --real-time -o out/watched\n"
+        "  omentum retract scenes/sheet.yaml --dry-run\n"
+        "  omentum retract --example > my.yaml\n"
+        "  omentum retract scenes/kidney.yaml --print-scene\n"
+        "  omentum retract scenes/sheet.yaml --calibrate-force",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -71,9 +71,28 @@ static void end_stopped(OmLoop* loop, OmRetractOutcome outcome) {
 
 // ---- planning -------------------------------------------------------------------------------------------
 
+void om__loop_forget_exposure(OmLoop* loop) {
+    for (int b = 0; b < loop->grid.n * loop->grid.n; ++b) loop->exposure[b].is_known = false;
+}
+
+// The plan before the operation is the first one, unless something has become known that speaks against it.
+static bool may_follow_preplan(const OmLoop* loop) {
+    const OmPreplan* p = loop->preplan;
+    if (!p || p->chosen < 0 || loop->result.nplan > 0) return false;
+    const OmSituation* s = &loop->situation;
+    const OmPreplanPoint* point = &p->point[p->chosen];
+    return !s->is_fixed[p->chosen] && !(s->tried[p->chosen] & OM_TRIED_GRASP) &&
+           s->reachable[p->chosen] >> point->arm & 1;
+}
+
 OmStatus om__loop_plan(OmLoop* loop) {
     om__sense_fluents(loop, &loop->situation);
-    OmStatus status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
+    loop->is_preplan = may_follow_preplan(loop);
+    OmStatus status = OM_OK;
+    if (loop->is_preplan)
+        om_preplan_make_plan(loop->preplan, &loop->plan);
+    else
+        status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
     if (status < 0) return status;
     OmRetractResult* r = &loop->result;
     if (r->nplan == loop->plan_capacity) {
@@ -119,6 +138,7 @@ static void update_tried(OmLoop* loop) {
     const OmPlanAction* action = &loop->action.plan;
     OmActionOutcome outcome = loop->action.outcome;
     if (action->block < 0) return;
+    loop->exposure[action->block].is_known = false;  // the world has answered
     uint8_t* tried = &loop->tried[action->block];
     bool is_gone =
         outcome == OM_ACTION_FORCE || outcome == OM_ACTION_UNREACHED || outcome == OM_ACTION_EMPTY;

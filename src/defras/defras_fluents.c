@@ -112,6 +112,7 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         s->is_fixed[b] = om__grid_is_fixed(g, loop->twin, b);
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
+        s->exposure[b] = loop->exposure[b];
         if (loop->is_forbidden[b]) s->tried[b] |= OM_TRIED_GRASP;
         s->reachable[b] &= arms;
         if (g->vert[b] < 0) s->reachable[b] = 0;

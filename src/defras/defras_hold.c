@@ -115,6 +115,7 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
     for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
     loop->hold = loop->result.hold = hold;
     ++loop->result.nhold;
+    snprintf(loop->hold_text, sizeof loop->hold_text, "%s", loop->alarm_text);
     const bool continues = loop->is_attended && is_jaw_action(loop);
     if (loop->stage == STAGE_ACTION && !continues) {
         OM_TRY(om__loop_break_action(loop, OM_ACTION_HELD));

@@ -108,6 +108,7 @@ struct OmLoop {
     OmUpdater* updater;  // null: none
     OmRoiMeter* meter;   // null: the world shows no pictures and measures the visibility itself
     OmMonitor* monitor;  // null: none
+    OmPreplan* preplan;  // owned; null: none
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -134,6 +135,7 @@ struct OmLoop {
     OmHold alarm;          // raised and not yet followed by a hold
     char alarm_text[200];  // why
     OmHold hold;           // of STAGE_HOLD
+    char hold_text[200];   // of the last hold
     Stage held_stage;      // in which it continues
     double clock_last;     // s, of the world
     double standing;       // s for which it did not advance
@@ -189,7 +191,9 @@ struct OmLoop {
     bool is_exhausted[OM_PLAN_MAX_BLOCK];
     // m: a block with MAX_NEAR_ATTEMPTS exhausted blocks nearer than this is postponed; 0: no block is
     double attempt_distance;
-    int npostponed;  // blocks postponed by the last sensing
+    OmExposure exposure[OM_PLAN_MAX_BLOCK];  // what trying in the simulation showed
+    bool is_preplan;                         // the current plan is the one made before
+    int npostponed;                          // blocks postponed by the last sensing
     Action action;
     Motion motion;
 
@@ -279,6 +283,8 @@ bool om__look_is_outdated(
 bool om__look_stops_reach(const OmLoop* loop);  // the arm reaches for a block that is now attached
 
 // defras_decide.c
+// The twin is not the one in which blocks were tried.
+void om__loop_forget_exposure(OmLoop* loop);
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
 OmStatus om__loop_plan(OmLoop* loop);

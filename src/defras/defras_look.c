@@ -156,6 +156,7 @@ static OmStatus adopt(OmLoop* loop) {
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, u->estimate.attached,
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);
+    om__loop_forget_exposure(loop);
     OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", was));
 done:
     om_free(was);

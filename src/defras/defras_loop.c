@@ -114,6 +114,9 @@ static OmStatus check_def(const OmLoopDef* def) {
         "OmLoopDef.world observes neither the endoscope's picture nor the visibility of the ROI");
     OM_TRY(om__check_watch(def->task, om_body_engine(def->twin)));
     OM_TRY(check_updater(def));
+    OM_CHECK(!def->preplan || def->preplan->n == def->task->grid, OM_INVALID,
+             "OmLoopDef.preplan has %d x %d blocks, the task %d x %d", def->preplan->n,
+             def->preplan->n, def->task->grid, def->task->grid);
     OM_CHECK(!def->monitor || om_world_sources(def->world) & OM_OBSERVE_DEPTH, OM_INVALID,
              "OmLoopDef.monitor needs a world that observes depth");
     OM_CHECK(def->is_attended || !def->needs_approval, OM_INVALID,
@@ -172,14 +175,24 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     OmStatus status = om__grid_build(def->task, om_body_site(def->twin), &loop->grid);
     if (status == OM_OK)
         status = om_match_adoption_create(om_body_site(def->twin)->mesh.nvert, &loop->adoption);
+    if (status == OM_OK && def->preplan) {
+        loop->preplan = om_alloc(1, sizeof *loop->preplan);
+        status = loop->preplan ? OM_OK : OM_NO_MEMORY;
+    }
     if (status == OM_OK && om_world_sources(def->world) & PICTURE)
         status = om_roi_meter_create(om_body_site(def->twin), &loop->meter);
     if (status < 0) {
         om_match_adoption_destroy(loop->adoption);
+        om_roi_meter_destroy(loop->meter);
+        om_free(loop->preplan);
         om_free(loop);
         return status;
     }
     for (int a = 0; a < OM_MAX_ARM; ++a) loop->arm[a] = (ArmState){.at = -1, .in_hand = -1};
+    if (loop->preplan) {
+        *loop->preplan = *def->preplan;
+        om_preplan_get_exposure(loop->preplan, loop->exposure);
+    }
     loop->attempt_distance = om__grid_length(&loop->grid, ATTEMPT_DISTANCE);
     loop->rate = loop->person_rate = 1.0;
     loop->is_corrected = def->updater != NULL;
@@ -206,6 +219,7 @@ void om_loop_destroy(OmLoop* loop) {
     if (loop->updater) om__updater_cancel(loop->updater);
     om_match_adoption_destroy(loop->adoption);
     om_roi_meter_destroy(loop->meter);
+    om_free(loop->preplan);
     om_retract_result_done(&loop->result);
     om_free(loop->plan_ms);
     om_free(loop);
@@ -309,6 +323,8 @@ OmHold om_loop_hold(const OmLoop* loop) { return loop->hold; }
 
 int om_loop_warning(const OmLoop* loop) { return loop->warning; }
 
+const char* om_loop_hold_reason(const OmLoop* loop) { return loop->hold_text; }
+
 int om_loop_grid(const OmLoop* loop) { return loop->grid.n; }
 
 int om_loop_ntick(const OmLoop* loop) { return loop->tick; }
@@ -321,6 +337,10 @@ double om_loop_force(const OmLoop* loop, int arm) {
 }
 
 const OmPlan* om_loop_plan(const OmLoop* loop) { return &loop->plan; }
+
+const OmPreplan* om_loop_preplan(const OmLoop* loop) {
+    return loop->is_preplan ? loop->preplan : NULL;
+}
 
 const OmPlanAction* om_loop_action(const OmLoop* loop) {
     return loop->stage == STAGE_ACTION ? &loop->plan.action[loop->action_index] : NULL;

@@ -207,7 +207,12 @@ static OmStatus on_plan(void* ctx, const OmLoop* loop, const OmSituation* situat
                           om_loop_sample(loop).time));
     OM_TRY(om_plan_print(plan, &rec->plans));
     OM_TRY(om_text_append(&rec->plans, "Why:\n"));
-    OM_TRY(om_planner_explain(rec->def.planner, situation, plan, 3, &rec->plans));
+    const OmPreplan* before = om_loop_preplan(loop);
+    if (before)
+        OM_TRY(
+            om_text_append(&rec->plans, "It was made before the operation: %s\n", before->reason));
+    else
+        OM_TRY(om_planner_explain(rec->def.planner, situation, plan, 3, &rec->plans));
     return om_text_append(&rec->plans, "\n");
 }
 

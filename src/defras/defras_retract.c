@@ -117,6 +117,9 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
     loop.wall_begin = wall_begin;
     OM_TRY(build_updater(def, s));
     loop.updater = s->updater;
+    loop.preplan = def->preplan;
+    loop.is_attended = def->supervise != NULL;
+    loop.needs_approval = def->needs_approval;
     if (def->scene->monitor.is_enabled) {
         OmMonitorDef monitor = om_monitor_default_def(def->scene, s->world, &s->twin_site);
         OM_TRY(om_monitor_create(&monitor, &s->monitor));
@@ -139,9 +142,11 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
 // ---- the run --------------------------------------------------------------------------------------------
 
 // Tick to the end. Progress may cancel the run: the record so far is kept.
-static OmStatus run(const Setup* s, int max_actions, const OmProgress* progress) {
+static OmStatus run(const OmRetractDef* def, const Setup* s, const OmProgress* progress) {
+    const int max_actions = def->scene->task.max_actions;
     while (om_loop_phase(s->loop) != OM_LOOP_ENDED) {
         OM_TRY(om_loop_tick(s->loop));
+        if (def->supervise) OM_TRY(def->supervise(def->supervise_ctx, s->loop));
         const int naction = om_loop_result(s->loop)->naction;
         OmStatus status = om_progress_report(progress, "retracting", naction, max_actions);
         if (status >= 0 || om_loop_phase(s->loop) == OM_LOOP_ENDED) continue;
@@ -159,7 +164,7 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
     OM_TRY(check_def(def));
     Setup setup = {0};
     OmStatus status = begin(def, progress, &setup);
-    if (status >= 0) status = run(&setup, def->scene->task.max_actions, progress);
+    if (status >= 0) status = run(def, &setup, progress);
     if (status >= 0) status = om_loop_take_result(setup.loop, result);
     setup_done(&setup);
     return status;
