@@ -35,6 +35,8 @@ typedef struct OmRetractDef {
     bool needs_approval;  // each plan waits for the person; default false
     // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
     bool records_acquisitions;
+    // Write run.vtkhdf; default true. False where several threads of a program make runs: HDF5 is for one thread.
+    bool has_recording;
 } OmRetractDef;
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);

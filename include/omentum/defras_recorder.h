@@ -29,6 +29,7 @@ typedef struct OmRecorderDef {
     int frame_every;       // a picture every so many actions, 0 none; default 1
     // write the acquisitions of the loop's updater to out_dir/acquisitions; default false
     bool records_acquisitions;
+    bool has_recording;  // write run.vtkhdf; default true; false where several threads record runs
 } OmRecorderDef;
 
 OM_API OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene,

@@ -32,6 +32,9 @@ typedef struct OmReport {  // all fields are private
 OM_API void om_report_begin(OmReport* report, const char* title, const char* subtitle);
 OM_API void om_report_heading(OmReport* report, const char* text);
 OM_API void om_report_paragraph(OmReport* report, const char* text);
+/// A paragraph of n links to other files, after a lead: "Runs: a, b". `href` is relative to the report's folder.
+OM_API void om_report_links(OmReport* report, const char* lead, const char* const* text,
+                            const char* const* href, int n);
 /// The outcome as one emphasised sentence. `is_good` selects its colour.
 OM_API void om_report_verdict(OmReport* report, const char* text, bool is_good);
 /// Numbers side by side: `count` values and their labels.

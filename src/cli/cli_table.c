@@ -50,6 +50,7 @@ static const OmCliVerb* const table[] = {
     &om_cli_verb_study_contact,
     &om_cli_verb_study_correspondence,
     &om_cli_verb_study_methods,
+    &om_cli_verb_study_retraction,
     &om_cli_verb_study_sheet,
     &umesh,
     &om_cli_verb_umesh_eval,

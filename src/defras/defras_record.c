@@ -22,7 +22,8 @@ OmRecorderDef om_recorder_default_def(const char* out_dir, const OmScene* scene,
                            .world = world,
                            .twin = twin,
                            .planner = planner,
-                           .frame_every = 1};
+                           .frame_every = 1,
+                           .has_recording = true};
 }
 
 // ---- the recorded mesh ------------------------------------------------------------------------------------
@@ -153,10 +154,12 @@ OmStatus om_recorder_create(const OmRecorderDef* def, OmRecorder** recorder) {
     OmStatus status = om_folder_begin(def->out_dir, OM__RETRACT_KIND, &rec->folder);
     rec->def.out_dir = NULL;  // not needed again
     if (status < 0) goto done;
-    OM_TRY_DONE(mark_mesh(om_body_site(rec->shown), def->scene->roi.radius, &marked));
-    char path[1200];
-    OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
-    OM_TRY_DONE(begin_recording(rec, &marked.mesh, path));
+    if (def->has_recording) {
+        char path[1200];
+        OM_TRY_DONE(mark_mesh(om_body_site(rec->shown), def->scene->roi.radius, &marked));
+        OM_TRY_DONE(om_path_join(rec->folder.path, "run.vtkhdf", path, sizeof path));
+        OM_TRY_DONE(begin_recording(rec, &marked.mesh, path));
+    }
     *recorder = rec;
     rec = NULL;
 done:
@@ -188,7 +191,7 @@ const char* om_recorder_place(const OmRecorder* rec) { return rec->folder.place;
 
 static OmStatus on_tick(void* ctx, const OmLoop* loop, const OmRetractSample* now) {
     OmRecorder* rec = ctx;
-    if ((om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
+    if (!rec->recording || (om_loop_ntick(loop) - 1) % RECORD_EVERY) return OM_OK;
     const size_t n = 3 * (size_t)rec->nvert;
     get_positions(rec, rec->x);
     if (!rec->has_begun) memcpy(rec->x_begin, rec->x, n * sizeof *rec->x);
@@ -437,7 +440,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
     OM_TRY(add_frame(rec, result->time, result->reason));
     OmRecording* recording = rec->recording;
     rec->recording = NULL;
-    OM_TRY(om_recording_end(recording));
+    if (recording) OM_TRY(om_recording_end(recording));
     OM_TRY(write_json(rec, result));
     OM_TRY(om__report_write(rec, result));
     bool is_part = result->outcome == OM_RETRACT_CANCELLED || result->outcome == OM_RETRACT_ABORTED;

@@ -253,8 +253,11 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     om_report_heading(&report, "Settings");
     add_settings(&report, rec, r);
     om_report_paragraph(
-        &report, "run.vtkhdf opens in ParaView 5.11 or later as a time series; run.json holds the "
-                 "numbers of this page.");
+        &report,
+        rec->def.has_recording
+            ? "run.vtkhdf opens in ParaView 5.11 or later as a time series; run.json holds "
+              "the numbers of this page."
+            : "run.json holds the numbers of this page.");
     if (status == OM_OK) return om_report_save(&report, path);
     om_report_done(&report);
     return status;

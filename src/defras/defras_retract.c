@@ -8,7 +8,8 @@
 #define RETRACT_COOKIE 0x0de78a5
 
 OmRetractDef om_retract_default_def(const OmScene* scene) {
-    return (OmRetractDef){.cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1};
+    return (OmRetractDef){
+        .cookie = RETRACT_COOKIE, .scene = scene, .frame_every = 1, .has_recording = true};
 }
 
 // ---- beginning ------------------------------------------------------------------------------------------
@@ -131,6 +132,7 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
         rec.truth = loop.truth;
         rec.frame_every = def->frame_every;
         rec.records_acquisitions = def->records_acquisitions;
+        rec.has_recording = def->has_recording;
         OM_TRY(om_recorder_create(&rec, &s->recorder));
         listener = om_recorder_listener(s->recorder);
         loop.listener = &listener;

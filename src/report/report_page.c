@@ -38,6 +38,21 @@ void om_report_begin(OmReport* r, const char* title, const char* subtitle) {
     PUT(r, "</header>\n");
 }
 
+void om_report_links(OmReport* r, const char* lead, const char* const* text,
+                     const char* const* href, int n) {
+    om__report_begin_block(r);
+    PUT(r, "<p>");
+    om__report_escape(r, lead);
+    for (int i = 0; i < n; ++i) {
+        PUT(r, "%s<a href=\"", i ? ", " : "");
+        om__report_escape(r, href[i]);
+        PUT(r, "\">");
+        om__report_escape(r, text[i]);
+        PUT(r, "</a>");
+    }
+    PUT(r, "</p>\n");
+}
+
 void om_report_verdict(OmReport* r, const char* text, bool is_good) {
     om__report_begin_block(r);
     PUT(r, "<div class=\"verdict %s\"><span role=\"img\" aria-label=\"%s\">%s</span><span>",

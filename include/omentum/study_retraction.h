@@ -1,0 +1,91 @@
+/// omentum/study_retraction.h: the experiments of thesis chapter 6 on tissue retraction (floor 8).
+///
+/// Scenarios: eight sheets, each with fewer and with more attachments than believed, by DEFRAS and by FRAS (6.5.2,
+/// Tables 6.2 and 6.3), beside an exhaustive search that says which of them can be exposed. Threshold: epsilon of
+/// 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief. Laboratory: a silicone sheet (6.5.3, Table
+/// 6.5). Kidney: wrong beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Every run is a
+/// folder with its own report; a finished run is not made again.
+///
+///     OmStudyRetractionDef def = om_study_retraction_default_def("out/retraction");
+///     OmStudyRetractionSummary summary;
+///     om_study_retraction_run(&def, progress, &summary);   // out/retraction/report.html, study.json
+#ifndef OMENTUM_STUDY_RETRACTION_H
+#define OMENTUM_STUDY_RETRACTION_H
+
+#include "omentum/defras.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum OmStudyRetractionPart {  // bits of OmStudyRetractionDef.parts
+    OM_RETRACTION_SCENARIOS = 1,
+    OM_RETRACTION_THRESHOLD = 2,
+    OM_RETRACTION_REPLANNING = 4,
+    OM_RETRACTION_LABORATORY = 8,
+    OM_RETRACTION_RANDOM = 16,
+    OM_RETRACTION_KIDNEY = 32,
+    OM_RETRACTION_ABLATIONS = 64
+} OmStudyRetractionPart;
+
+typedef enum OmRetractionRow {  // how a case is run
+    OM_RETRACTION_DEFRAS,       // every module
+    OM_RETRACTION_FRAS,         // no module of DEFRAS; the twin has the believed attachments
+    OM_RETRACTION_FRAS_TRUE,    // the same; the twin has the true attachments
+    OM_RETRACTION_NO_PREPLAN,   // DEFRAS without a plan before
+    OM_RETRACTION_NO_MONITOR,   // without monitoring: learning after each action instead
+    OM_RETRACTION_NO_LEARNING,  // without learning
+    OM_RETRACTION_NO_PHYSICS,   // the network's estimates without the physics check
+    OM_RETRACTION_ONE_ARM,      // PSM1 alone
+    OM_RETRACTION_NROW
+} OmRetractionRow;
+
+typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_def
+    // For runs, searches and report. Parts that exist already are not computed again.
+    const char* out_dir;
+    int parts;         // OmStudyRetractionPart, added; default: all but the kidney
+    int ncase;         // the first N scenarios, pairs or laboratory cases; default 0: all
+    int first;         // random: the first pair, from 0; default 0
+    const char* data;  // folder that holds ct_abdomen, needed for the kidney; default null
+    bool is_quick;     // a coarse sheet, few cases; default false
+    int nworker;       // runs at a time, of one thread each; default 0: one a processor
+    OmCookie cookie;
+} OmStudyRetractionDef;
+
+typedef struct
+    OmRetractionScore {     // of one row over the cases of a part; medians are NAN where nrun is 0
+    int nrun, npossible;    // runs; those whose case the search exposes
+    int nsuccess;           // exposed by the judge, true force at most 3 epsilon
+    int nsuccess_possible;  // of the possible ones
+    double visibility, visibility_mean, actions, events;  // medians, and a mean
+    double force, force_world;  // medians of F_max / epsilon, by the twin and by the truth
+    double more_actions;        // largest number of actions above the search's
+    int ntrigger, ngood;        // updates that were triggered, and that ended at mu <= 2 mm
+    int nfalse;                 // runs with right attachments and a warning
+} OmRetractionScore;
+
+#define OM_RETRACTION_NGRID 6   // 5 to 10 blocks along a side
+#define OM_RETRACTION_NSHARE 4  // 10, 30, 50, 70 % attached
+
+typedef struct OmStudyRetractionSummary {
+    int nrun, nnew;  // runs and searches, and those made now
+    double epsilon;  // N, of the scenarios
+    OmRetractionScore scenario[OM_RETRACTION_NROW], random[OM_RETRACTION_NROW];
+    OmRetractionScore laboratory[OM_RETRACTION_NROW], kidney[OM_RETRACTION_NROW];
+    OmForceCalibration force;  // of part threshold; nrun 0: not measured
+    // s of processor time, mean and standard deviation of one plan; NAN: not measured
+    double replan[OM_RETRACTION_NGRID][OM_RETRACTION_NSHARE];
+    double replan_sd[OM_RETRACTION_NGRID][OM_RETRACTION_NSHARE];
+} OmStudyRetractionSummary;
+
+OM_API OmStudyRetractionDef om_study_retraction_default_def(const char* out_dir);
+/// Make what is missing of runs and searches, then report.html and study.json of all parts that are in the folder.
+/// @return OM_OK; OM_INVALID (the message names the field, or the folder of another study); OM_IO; OM_NO_MEMORY;
+///         OM_CANCELLED (what is finished stays)
+OM_API OmStatus om_study_retraction_run(const OmStudyRetractionDef* def, const OmProgress* progress,
+                                        OmStudyRetractionSummary* summary);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

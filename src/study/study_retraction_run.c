@@ -1,0 +1,243 @@
+// study_retraction_run.c: runs and searches of the retraction study, and their files.
+//
+// A run is a folder runs/CASE-ROW with its own report, and a file CASE-ROW.bin with its figures and a hash of the case
+// and the row. A run whose file has the hash of the present case is not made again. Runs are independent of each
+// other: as many as there are workers are made at once, of one thread each. Figures are written between two batches.
+//
+// The search for the ceiling moves three times as fast as the arms, as the calibration of 6.5.1 does.
+#include <math.h>
+#include <string.h>
+
+#include "study/study_match_case.h"
+#include "study/study_retraction_internal.h"
+
+#define MAX_PATH 1024
+#define FRAME_EVERY 4
+#define SEARCH_SPEED_UP 3.0
+#define METHOD 1  // change it if runs are made in another way
+#define CEILING OM_RETRACTION_NROW
+
+const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
+    "defras",     "fras",        "fras-true",  "no-preplan",
+    "no-monitor", "no-learning", "no-physics", "one-arm"};
+const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
+                                                                  "FRAS, believed attachments",
+                                                                  "FRAS, true attachments",
+                                                                  "no plan before",
+                                                                  "no monitoring",
+                                                                  "no learning",
+                                                                  "no physics check",
+                                                                  "one arm"};
+
+typedef struct Task {  // a run, or with row CEILING a search
+    RetractionResult* result;
+    int row;
+    OmScene scene;
+    uint64_t hash;
+    char name[80];
+    OmStatus status;
+    char message[512];  // of an error: messages are of their thread
+} Task;
+
+typedef struct Batch {
+    const Retraction* s;
+    Task* task;
+} Batch;
+
+// ---- what a row changes --------------------------------------------------------------------------------------
+
+static void set_row(OmRetractionRow row, OmScene* scene) {
+    if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return;
+    if (row != OM_RETRACTION_NO_LEARNING) {
+        scene->update.is_enabled = true;
+        snprintf(scene->update.network, sizeof scene->update.network, "installed");
+    }
+    if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;
+}
+
+// Hash of what the protocol says about a task. Settings of the program that the protocol does not name belong to
+// METHOD: a key that a later version adds to scenes does not make every run again.
+static uint64_t hash_task(const Task* t) {
+    const RetractionCase* c = &t->result->c;
+    const OmScene* s = &t->scene;
+    const double value[] = {METHOD,
+                            t->row,
+                            c->group,
+                            c->kind,
+                            c->seed,
+                            c->believed_seed,
+                            c->share,
+                            c->believed,
+                            c->ratio,
+                            c->roi.x,
+                            c->roi.y,
+                            s->tissue.cells.x,
+                            s->tissue.world_cells.x,
+                            s->tissue.young,
+                            s->tissue.poisson,
+                            s->world.young_factor,
+                            s->world.poisson,
+                            s->world.friction,
+                            s->world.tool_noise,
+                            s->task.grid,
+                            s->task.force_threshold,
+                            s->task.force_margin,
+                            s->task.speed};
+    return om_hash(value, sizeof value, OM_HASH_SEED);
+}
+
+static OmStatus open_task(RetractionResult* r, int row, Task* t) {
+    *t = (Task){.result = r, .row = row};
+    bool knows_truth = row == OM_RETRACTION_FRAS_TRUE || row == CEILING;
+    OM_TRY(om__retraction_scene(&r->c, knows_truth ? RETRACTION_TRUE : RETRACTION_BELIEVED,
+                                &t->scene));
+    if (row == CEILING)
+        t->scene.task.speed *= SEARCH_SPEED_UP;
+    else
+        set_row((OmRetractionRow)row, &t->scene);
+    snprintf(t->name, sizeof t->name, "%s-%s", r->c.name,
+             row == CEILING ? "search" : om__retraction_row_name[row]);
+    t->hash = hash_task(t);
+    return OM_OK;
+}
+
+// ---- one run ---------------------------------------------------------------------------------------------------
+
+static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* run) {
+    memset(run, 0, sizeof *run);  // its bytes go to a file
+    run->outcome = r->outcome;
+    run->is_exposed = r->is_exposed;
+    snprintf(run->reason, sizeof run->reason, "%s", r->reason);
+    run->visibility_start = r->visibility_start;
+    run->visibility = r->visibility_end;
+    run->force = r->force_max;
+    run->force_world = r->force_world_max;
+    run->epsilon = scene->task.force_threshold;
+    run->nforce = r->nforce;
+    run->nforce_world = r->nforce_world;
+    run->naction = r->naction;
+    run->nplan = r->nplan;
+    run->nacquisition = r->nacquisition;
+    run->nupdate = r->nupdate;
+    for (int i = 0; i < r->nupdate; ++i) run->nadopted += r->update[i].stage == OM_UPDATE_ADOPTED;
+    run->time = r->time;
+    run->wall_time = r->wall_time;
+    run->twin_step_ms = r->twin_step_ms;
+    run->plan_ms = r->plan_ms_median;
+    for (int i = 0; i < r->naction && run->ngrasp < RETRACTION_MAX_GRASP; ++i)
+        if (r->action[i].verb == OM_PLAN_GRASP) run->grasp[run->ngrasp++] = r->action[i].block;
+    run->is_success = run->visibility >= scene->task.visibility && run->is_exposed &&
+                      run->force_world <= RETRACTION_MAX_FORCE * run->epsilon;
+}
+
+static OmStatus make_run(const Retraction* s, Task* t) {
+    char name[96], path[MAX_PATH];
+    OmRetractResult result;
+    OmRetractDef def = om_retract_default_def(&t->scene);
+    snprintf(name, sizeof name, "runs/%s", t->name);
+    OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
+    def.out_dir = path;
+    def.frame_every = FRAME_EVERY;
+    def.has_recording = false;  // several threads make runs
+    def.nworker = 1;
+    OM_TRY(om_retract_run(&def, NULL, &result));
+    keep(&t->scene, &result, &t->result->run[t->row]);
+    om_retract_result_done(&result);
+    return OM_OK;
+}
+
+static OmStatus make_ceiling(Task* t) {
+    RetractionCeiling* c = &t->result->ceiling;
+    memset(c, 0, sizeof *c);
+    const OmSceneTask* task = &t->scene.task;
+    OM_TRY(om_retract_search(&t->scene, RETRACTION_MAX_FORCE * task->force_threshold, 1, NULL,
+                             &c->best));
+    c->is_possible = c->best.nexposed > 0;
+    c->naction = 2 + (int)ceil(task->max_height / task->pull_step - 1e-9) +
+                 (c->best.first != OM_PLAN_PULL) + (c->best.second != OM_PLAN_PULL);
+    return OM_OK;
+}
+
+static void run_tasks(void* ctx, int begin, int end, int block) {
+    (void)block;
+    Batch* b = ctx;
+    for (int i = begin; i < end; ++i) {
+        Task* t = &b->task[i];
+        t->status = t->row == CEILING ? make_ceiling(t) : make_run(b->s, t);
+        if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
+    }
+}
+
+// ---- files -------------------------------------------------------------------------------------------------------
+
+static OmStatus save(const Retraction* s, const Task* t) {
+    char name[96];
+    OM_CHECK(t->status >= 0, t->status, "%s: %s", t->name, t->message);
+    snprintf(name, sizeof name, "%s.bin", t->name);
+    RetractionResult* r = t->result;
+    if (t->row != CEILING)
+        return om__match_save_result(s->def->out_dir, name, t->hash, &r->run[t->row],
+                                     sizeof r->run[t->row]);
+    return om__match_save_result(s->def->out_dir, name, t->hash, &r->ceiling, sizeof r->ceiling);
+}
+
+static bool load(const Retraction* s, Task* t) {
+    char name[96];
+    snprintf(name, sizeof name, "%s.bin", t->name);
+    RetractionResult* r = t->result;
+    if (t->row != CEILING)
+        return om__match_load_result(s->def->out_dir, name, t->hash, &r->run[t->row],
+                                     sizeof r->run[t->row]);
+    return om__match_load_result(s->def->out_dir, name, t->hash, &r->ceiling, sizeof r->ceiling);
+}
+
+static void mark(const Task* t) {
+    if (t->row == CEILING)
+        t->result->has_ceiling = true;
+    else
+        t->result->has_run[t->row] = true;
+}
+
+// Run n tasks. Two batches do not overlap: a batch has several tasks a worker, as runs differ in length.
+static OmStatus run_batches(Retraction* s, Task* task, int n) {
+    int nworker = om_worker_count(s->def->nworker), size = 2 * nworker;
+    for (int i = 0; i < n; i += size) {
+        int m = n - i < size ? n - i : size;
+        OM_TRY(om_progress_report(s->progress, "runs", i, n));
+        Batch b = {s, task + i};
+        om_parallel_for(nworker, m, 1, run_tasks, &b);
+        OmStatus status = OM_OK;
+        for (int k = 0; k < m; ++k) {  // all of them, so that none is lost
+            OmStatus one = save(s, &b.task[k]);
+            if (one == OM_OK) mark(&b.task[k]);
+            if (status == OM_OK) status = one;
+        }
+        OM_TRY(status);
+    }
+    return OM_OK;
+}
+
+OmStatus om__retraction_run_cases(Retraction* s) {
+    const int nrow = OM_RETRACTION_NROW + 1;
+    int n = 0;
+    OmStatus status = OM_OK;
+    Task* task = om_calloc((size_t)s->ncase * (size_t)nrow + 1, sizeof *task);
+    if (!task) return OM_NO_MEMORY;
+    for (int i = 0; i < s->ncase; ++i)
+        for (int row = 0; row < nrow; ++row) {
+            RetractionResult* r = &s->result[i];
+            if (row != CEILING && !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)row))
+                continue;
+            OM_TRY_DONE(open_task(r, row, &task[n]));
+            ++s->sum.nrun;
+            if (load(s, &task[n]))
+                mark(&task[n]);
+            else
+                ++n;
+        }
+    s->sum.nnew += n;
+    status = run_batches(s, task, n);
+done:
+    om_free(task);
+    return status;
+}

@@ -1,0 +1,30 @@
+# omentum study retraction: Table 6.4 and one pair, resumed; one sentence for whatever goes wrong.
+$ omentum study retraction --quick --part random --workers 2 -q -o out
+exit 0
+out ^random pairs, DEFRAS: . of 1 exposed, 
+out report: out/report.html
+no-err
+file out/report.html
+file out/study.json
+file out/runs/pair-1001-fewer-defras/report.html
+
+$ omentum study retraction --quick --part replanning -q -o out
+exit 0
+out ^a plan on 5 x 5 blocks takes [0-9.]+ ms
+out ^1 runs|^[0-9]+ runs \([0-9]+ new\)
+
+$ omentum study retraction --quick --part random --workers 1 -q -o out
+exit 0
+out \(0 new\)
+
+$ omentum study retraction --part kidney -q -o out
+exit 3
+err needs data
+
+$ omentum study retraction --part kidneys -o out
+exit 2
+err did you mean kidney
+
+$ omentum study retraction
+exit 2
+err add -o DIR

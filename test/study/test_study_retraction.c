@@ -1,0 +1,194 @@
+// test_study_retraction.c: cases of the retraction study, random states of Table 6.4, and a quick study, resumed.
+#include "study/study_retraction_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test_files.h"
+
+static char dir[] = "/tmp/om_retraction_XXXXXX";
+
+// Vertices of the twin's set "attachment".
+static int find_attached(const RetractionCase* c, RetractionKnowledge knowledge,
+                         unsigned char* held) {
+    OmScene scene;
+    OmSite site;
+    assert_ok(om__retraction_scene(c, knowledge, &scene));
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    const OmMeshSet* set = om_tet_mesh_find_set(&site.mesh, "attachment");
+    const int n = set->nvert;
+    memset(held, 0, 1000);
+    for (int i = 0; i < n; ++i) held[set->vert[i]] = 1;
+    if (c->group != RETRACTION_LAB) {  // the ROI is clear of what is attached in truth
+        OmVec3 roi = om_pose_apply(site.pose_world_task, c->roi);
+        for (int i = 0; knowledge == RETRACTION_TRUE && i < n; ++i)
+            assert_true(om_distance(roi, om_load3(site.mesh.x, set->vert[i])) > 0.012);
+    }
+    om_site_done(&site);
+    return n;
+}
+
+// Numbers that were committed before any run: the first draws never change.
+static void test_draws(void** unused) {
+    (void)unused;
+    static const double believed[8] = {0.269, 0.110, 0.154, 0.132, 0.104, 0.225, 0.143, 0.172};
+    static const double more[8] = {1.424, 1.455, 1.462, 1.533, 1.588, 1.408, 1.429, 1.504};
+    static const double fewer[8] = {0.273, 0.583, 0.211, 0.222, 0.583, 0.342, 0.291, 0.457};
+    static const double roi[8][2] = {{-20, -40}, {20, 20},  {30, 0},   {10, -40},
+                                     {-30, 0},   {10, -40}, {10, -10}, {40, 40}};
+    for (int k = 0; k < 8; ++k) {
+        RetractionCase f, m;
+        assert_ok(om__retraction_scenario(k + 1, RETRACTION_FEWER, false, &f));
+        assert_ok(om__retraction_scenario(k + 1, RETRACTION_MORE, false, &m));
+        assert_near(f.believed, believed[k], 5e-4);
+        assert_near(f.share / f.believed, fewer[k], 5e-4);
+        assert_near(m.share / m.believed, more[k], 5e-4);
+        assert_near(1e3 * m.roi.x, roi[k][0], 1e-6);
+        assert_near(1e3 * m.roi.y, roi[k][1], 1e-6);
+        assert_near(f.roi.x, m.roi.x, 0);
+        assert_near(f.roi.y, m.roi.y, 0);
+        assert_int_equal(f.seed, m.seed);
+        assert_int_equal(m.attempt, 0);
+    }
+}
+
+// Fewer: the truth lies in the belief; more: the belief lies in the truth; with the shares of the case.
+static void test_beliefs(void** unused) {
+    (void)unused;
+    static unsigned char truth[1000], belief[1000];
+    for (int k = 1; k <= 8; ++k)
+        for (int kind = RETRACTION_FEWER; kind <= RETRACTION_MORE; ++kind) {
+            RetractionCase c;
+            assert_ok(om__retraction_scenario(k, (RetractionKind)kind, false, &c));
+            const int ntrue = find_attached(&c, RETRACTION_TRUE, truth);
+            const int nbelieved = find_attached(&c, RETRACTION_BELIEVED, belief);
+            assert_near(ntrue, 169 * c.share, 0.51);  // 13 x 13 vertices of the underside
+            assert_near(nbelieved, 169 * c.believed, 0.51);
+            assert_true(kind == RETRACTION_FEWER ? ntrue < nbelieved : ntrue > nbelieved);
+            for (int i = 0; i < 1000; ++i)
+                assert_false(kind == RETRACTION_FEWER ? truth[i] && !belief[i]
+                                                      : belief[i] && !truth[i]);
+        }
+}
+
+static void test_pairs(void** unused) {
+    (void)unused;
+    static unsigned char truth[1000], belief[1000];
+    static const RetractionKind kind[10] = {0, 0, 0, 1, 1, 1, 3, 3, 4, 2};
+    for (int k = 0; k < 10; ++k) {
+        RetractionCase c;
+        assert_ok(om__retraction_pair(RETRACTION_FIRST_PAIR + k, false, &c));
+        assert_int_equal(c.kind, kind[(1 + k) % 10]);
+        find_attached(&c, RETRACTION_TRUE, truth);
+        const int nbelieved = find_attached(&c, RETRACTION_BELIEVED, belief);
+        const bool is_same = memcmp(truth, belief, sizeof truth) == 0;
+        assert_true(is_same == (c.kind == RETRACTION_SAME));
+        assert_true((nbelieved == 0) == (c.kind == RETRACTION_NONE));
+    }
+    for (int i = 0; i < RETRACTION_NLAB; ++i) {
+        const RetractionCase c = om__retraction_lab(i, false);
+        const int ntrue = find_attached(&c, RETRACTION_TRUE, truth);
+        const int nbelieved = find_attached(&c, RETRACTION_BELIEVED, belief);
+        assert_near(nbelieved, (i % 3 == 0 ? 0.4 : i % 3 == 1 ? 1.5 : 1) * ntrue, 0.51);
+    }
+}
+
+static void test_states(void** unused) {
+    (void)unused;
+    OmSituation a, b;
+    for (int n = 5; n <= 10; ++n)
+        for (int k = 0; k < 3; ++k) {
+            int nfixed = 0, nroi = 0;
+            om__retraction_random_state(n, 0.3, k, &a);
+            om__retraction_random_state(n, 0.3, k, &b);
+            assert_memory_equal(&a, &b, sizeof a);
+            om__retraction_random_state(n, 0.3, k + 1, &b);
+            assert_memory_not_equal(&a, &b, sizeof a);
+            for (int i = 0; i < n * n; ++i) {
+                nfixed += a.is_fixed[i];
+                nroi += a.is_above_roi[i];
+                assert_false(a.is_fixed[i] && a.is_above_roi[i]);
+            }
+            assert_int_equal(nfixed, lround(0.3 * n * n));
+            assert_int_equal(nroi, 1);
+        }
+}
+
+static void test_picture(void** unused) {
+    (void)unused;
+    RetractionCase c;
+    OmPicture picture;
+    int green = 0, magenta = 0;
+    assert_ok(om__retraction_scenario(1, RETRACTION_SAME, false, &c));
+    assert_ok(om__retraction_draw(&c, NULL, &picture));
+    const int n = picture.width * picture.height;
+    for (int k = 0; k < n; ++k) {
+        const unsigned char* p = picture.pixel + 3 * (size_t)k;
+        green += p[1] > 170 && p[0] < 100;
+        magenta += p[0] > 200 && p[1] < 60 && p[2] > 150;
+    }
+    // the outline takes some of the true area; the disc has a radius of 8 mm on 120 mm
+    printf("green %.3f of the picture, share %.3f\n", (double)green / n, c.share);
+    assert_true(green > 0.6 * c.share * n && green < 1.2 * c.share * n);  // 144 cells, 169 vertices
+    assert_near(magenta, OM_PI * 8 * 8 / (120 * 120) * n, 0.03 * magenta);
+    om_picture_done(&picture);
+}
+
+static void test_definitions(void** unused) {
+    (void)unused;
+    OmStudyRetractionSummary sum;
+    OmStudyRetractionDef raw = {0}, d = om_study_retraction_default_def(dir);
+    assert_status(om_study_retraction_run(&raw, NULL, &sum), OM_INVALID);
+    d.parts = 0;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
+    d = om_study_retraction_default_def(dir), d.ncase = -1;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
+    d = om_study_retraction_default_def(dir), d.first = 100;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
+    d = om_study_retraction_default_def(dir), d.nworker = -1;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
+    d = om_study_retraction_default_def(dir), d.parts = OM_RETRACTION_KIDNEY;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "ct_abdomen"));
+}
+
+// One pair with two workers, then with one: the second time nothing is made again.
+static void test_study(void** unused) {
+    (void)unused;
+    OmStudyRetractionSummary one, two;
+    OmStudyRetractionDef d = om_study_retraction_default_def(dir);
+    d.is_quick = true;
+    d.parts = OM_RETRACTION_RANDOM | OM_RETRACTION_REPLANNING;
+    d.nworker = 2;
+    assert_ok(om_study_retraction_run(&d, NULL, &one));
+    assert_int_equal(one.nnew, one.nrun);
+    assert_int_equal(one.random[OM_RETRACTION_DEFRAS].nrun, 1);
+    assert_int_equal(one.scenario[OM_RETRACTION_DEFRAS].nrun, 0);
+    assert_true(isnan(one.scenario[OM_RETRACTION_DEFRAS].visibility));
+    assert_true(one.replan[0][0] > 0 && one.replan[0][0] < 1);
+    d.nworker = 1;
+    assert_ok(om_study_retraction_run(&d, NULL, &two));
+    assert_int_equal(two.nnew, 0);
+    assert_near(two.random[OM_RETRACTION_DEFRAS].visibility,
+                one.random[OM_RETRACTION_DEFRAS].visibility, 0);
+}
+
+static int make_dir(void** unused) {
+    (void)unused;
+    return mkdtemp(dir) ? 0 : -1;
+}
+
+static int remove_dir(void** unused) {
+    (void)unused;
+    return om_path_remove(dir) == OM_OK ? 0 : -1;
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_draws),   cmocka_unit_test(test_beliefs),
+        cmocka_unit_test(test_pairs),   cmocka_unit_test(test_states),
+        cmocka_unit_test(test_picture), cmocka_unit_test(test_definitions),
+        cmocka_unit_test(test_study)};
+    return cmocka_run_group_tests(tests, make_dir, remove_dir);
+}
