@@ -11,10 +11,15 @@ pictures of a simulation are NumPy views of its memory.
 from . import _capi as capi
 from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemory, NoSolution, NotConverged,
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
+from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
+from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
+from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition
 from .mesh import Surface, TetMesh
 from .patient import Patient, build_patient
 from .plan import Action, Plan, Planner, Situation
+from .press import Press, PressReport, Probe
+from .recording import Recorder, Recording
 from .retract import Listener, Loop, RetractResult, retract
 from .scene import Body, Scene, Site
 from .tissue import Embedding, Tissue

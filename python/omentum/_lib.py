@@ -143,6 +143,16 @@ def make_error(status: int) -> Error:
     return _KINDS[c.OmStatus(status)](text)
 
 
+def forget_message() -> None:
+    """Empty the message of this thread before a call that may end with an outcome, since not each outcome sets one."""
+    lib.om_error(0, b"%s", b"")
+
+
+def message_of(status: int) -> str:
+    """The sentence about an outcome; "" if the status is OK."""
+    return (lib.om_error_message() or lib.om_status_text(status)).decode("utf-8", "replace") if status else ""
+
+
 def outcome(status: int, result: Any, strict: bool) -> Any:
     """What a finished computation returns: its result, or with `strict` an exception that holds the result."""
     if status > 0 and strict:

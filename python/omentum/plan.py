@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._lib import Busy, Handle, Owner, copied, create, lib, outcome, path_of, text_of
+from ._lib import Busy, Handle, Owner, copied, create, forget_message, lib, outcome, path_of, text_of
 
 
 class Situation(c.OmSituation):
@@ -111,11 +111,10 @@ class Planner(Owner):
         strict=False the plan is returned, and its `outcome` says so."""
         raw = c.OmPlan()
         with self._busy:
+            forget_message()
             status = lib.om_planner_solve(self._c, ctypes.byref(situation), ctypes.byref(raw))
-        if strict and status in (c.OmStatus.UNSAT, c.OmStatus.TIMEOUT):
-            why = "no plan exists: Planner.explain has the reasons" if status == c.OmStatus.UNSAT else ""
-            if why:
-                lib.om_error(status, b"%s", why.encode())
+        if status == c.OmStatus.UNSAT:
+            lib.om_error(status, b"%s", b"no plan exists: Planner.explain has the reasons")
         return outcome(status, Plan._of(raw), strict)
 
     def explain(self, situation: c.OmSituation, plan: Plan, others: int = 5) -> str:

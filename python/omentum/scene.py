@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of, find_enum, index_array
-from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, outcome, path_of, pose, pose_matrix,
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix,
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
@@ -220,12 +220,14 @@ class Body(Owner):
         report, whose `status` and `message` say so."""
         report = BodyReport()
         with self._busy:
+            forget_message()
             status = lib.om_body_step(self._c, dt, ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
 
     def settle(self, dt: float = 0.02, speed: float = 1e-3, seconds: float = 5.0, strict: bool = True) -> bool:
         """Step until all speeds are below `speed` m/s, for at most `seconds` s. True: the body is at rest."""
         with self._busy:
+            forget_message()
             status = lib.om_body_settle(self._c, dt, speed, seconds)
         return outcome(status, status == 0, strict)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of, index_array
-from ._lib import Busy, Closed, Handle, Owner, copied, create, lib, outcome, pose, view
+from ._lib import Busy, Closed, Handle, Owner, copied, create, forget_message, lib, message_of, outcome, pose, view
 from .mesh import TetMesh
 from .patient import Patient
 
@@ -24,7 +24,7 @@ class StepReport(c.OmTissueReport):
 
 def with_status(report: Any, status: int) -> Any:
     report.__dict__["status"] = c.OmStatus(status)
-    report.__dict__["message"] = lib.om_error_message().decode() if status else ""
+    report.__dict__["message"] = message_of(status)
     return report
 
 
@@ -224,6 +224,7 @@ class Tissue(Owner):
         """
         report = StepReport()
         with self._busy:
+            forget_message()
             status = lib.om_tissue_step(self._model_c, self._c, self._work.address, dt, ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)
 
@@ -231,6 +232,7 @@ class Tissue(Owner):
         """Static equilibrium under weight, external forces, attachments and tools. `strict` as of step."""
         report = StepReport()
         with self._busy:
+            forget_message()
             status = lib.om_tissue_find_rest(self._model_c, self._c, self._work.address, tolerance, max_iterations,
                                              ctypes.byref(report))
         return outcome(status, with_status(report, status), strict)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._lib import Busy, Handle, Owner, create, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
+from ._lib import Busy, Handle, Owner, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
 from .camera import Camera
 from .scene import Body, Scene, Site
 
@@ -213,6 +213,7 @@ class SimulatedWorld(World):
     def reset(self, strict: bool = True) -> bool:
         """Arms parked, tissue at rest, time 0. True: the tissue is at rest; if it is not, NotConverged, or False."""
         with self._busy:
+            forget_message()
             status = lib.om_world_reset(self._c)
         return outcome(status, status == 0, strict)
 

@@ -1,0 +1,190 @@
+"""The twin follows the camera: scans, and the attachments that explain them."""
+from __future__ import annotations
+
+import ctypes
+import os
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from . import _capi as c
+from ._convert import array_of
+from ._lib import Busy, Handle, Owner, Progress, ProgressFunction, copied, create, lib, path_of, pose, refuse_fork, view
+from .learned import BanetNet
+from .scene import Body, Scene, Site
+from .world import Observation, World
+
+
+class Scan(Owner):
+    """The part of the tissue's surface that a camera sees. x: m (npoint x 3); normal: unit, towards the camera, zero: not
+    known (npoint x 3); tri: triangles (ntri x 3); pixel: OmScanPixel of each pixel, or None. Views.
+    """
+
+    def __init__(self, x: Any, normal: Any = None, tri: Any = None, camera: c.OmCamera | None = None, noise: float = 0.0) -> None:
+        """camera: of the picture; noise: m, standard deviation of a point along its ray, 0: not known."""
+        x = array_of(x, np.float64, (None, 3), "x")
+        tri = array_of(np.zeros((0, 3)) if tri is None else tri, np.int32, (None, 3), "tri")
+        raw = c.OmScan()
+        lib.om_scan_init(len(x), len(tri), ctypes.byref(raw))
+        self._own(raw)
+        self.x[...] = x
+        if normal is not None:
+            self.normal[...] = array_of(normal, np.float64, x.shape, "normal")
+        self.tri[...] = tri
+        raw.noise = noise
+        if camera is not None:
+            raw.has_camera = True
+            ctypes.memmove(ctypes.byref(raw.camera), ctypes.byref(camera), ctypes.sizeof(c.OmCamera))
+        lib.om_scan_check(ctypes.byref(raw))
+
+    def _own(self, raw: Any) -> None:
+        self._handle = Handle(raw, lambda scan: lib.om_scan_done(ctypes.byref(scan)))
+
+    @classmethod
+    def from_observation(cls, observation: Observation, site: Site, world: World | None = None, **fields: Any) -> Scan:
+        """The tissue in the depth picture of an observation, and its colour where it has one.
+
+        site: the robot's own. world: whose kinematics show the tools; None: no tools are known. fields of OmScanDef.
+        """
+        definition = lib.om_scan_default_def(world._c if world is not None else None, ctypes.byref(site._c))
+        definition.update(fields)
+        raw, picture = c.OmScan(), c.OmObservation()
+        try:
+            observation._write(picture)
+            lib.om_scan_from_observation(ctypes.byref(definition), ctypes.byref(picture), ctypes.byref(raw))
+        finally:
+            lib.om_observation_done(ctypes.byref(picture))
+        scan = cls.__new__(cls)
+        scan._own(raw)
+        return scan
+
+    @property
+    def x(self) -> np.ndarray:
+        """Points, m (npoint x 3)."""
+        return view(self._handle, self._c.x, np.float64, (self._c.npoint, 3), True)
+
+    @property
+    def normal(self) -> np.ndarray:
+        """Unit normals (npoint x 3)."""
+        return view(self._handle, self._c.normal, np.float64, (self._c.npoint, 3), True)
+
+    @property
+    def tri(self) -> np.ndarray:
+        """Triangles (ntri x 3)."""
+        return view(self._handle, self._c.tri_vert, np.int32, (self._c.ntri, 3), True)
+
+    @property
+    def pixel(self) -> np.ndarray | None:
+        """What each pixel shows (height x width): OmScanPixel."""
+        raw = self._c
+        return view(self._handle, raw.pixel, np.uint8, (raw.camera.height, raw.camera.width)) if raw.pixel else None
+
+
+@dataclass
+class Acquisition:
+    """What an update needs from one moment. grasps: (arm, pose when the jaw closed, pose now) of each tool that holds tissue;
+    x_twin: the twin's positions then, m (nvert x 3), None: found as the equilibrium under the grasps.
+    """
+
+    scan: Scan
+    grasps: list[tuple[int, Any, Any]]
+    x_twin: np.ndarray | None = None
+    time: float = 0.0
+
+
+@dataclass
+class Estimate:
+    """Attachments that explain scans; arrays of the twin's vertices. Use it only if is_accepted; else `reason` says why not.
+
+    attached: bool. probability: of being attached. uncertainty: 1: the scans say nothing about this vertex. stiffness: N/m of
+    springs. x: the twin at rest with them, m (nacquisition x nvert x 3). look_next: m, where a view informs most, or None.
+    summary: the other fields of OmMatchEstimate, such as after_median (m).
+    """
+
+    is_accepted: bool
+    reason: str
+    attached: np.ndarray
+    probability: np.ndarray
+    uncertainty: np.ndarray
+    stiffness: np.ndarray
+    x: np.ndarray
+    look_next: np.ndarray | None
+    summary: dict[str, Any] = field(repr=False)
+
+    @classmethod
+    def _take(cls, raw: Any) -> Estimate:
+        n = raw.nvert
+        try:
+            return cls(raw.is_accepted, raw.reason, copied(raw.attached, np.bool_, (n,)), copied(raw.probability, np.float64, (n,)),
+                       copied(raw.uncertainty, np.float64, (n,)), copied(raw.stiffness, np.float64, (n,)),
+                       copied(raw.x, np.float64, (raw.nacquisition, n, 3)), raw.look_next.copy() if raw.has_look_next else None,
+                       raw.as_dict())
+        finally:
+            lib.om_match_estimate_done(ctypes.byref(raw))
+
+
+class Matcher(Owner):
+    """Finds the attachments of a twin from scans, by physics, and with a network by both.
+
+        matcher = Matcher(scene, twin.site, net=BanetNet.load())
+        estimate = matcher.update([Acquisition(scan, [(0, pose_grasp, pose_now)], twin.x.copy())])
+        if estimate.is_accepted: adopt(twin, estimate)
+    """
+
+    def __init__(self, scene: Scene, site: Site, net: BanetNet | None = None, **fields: Any) -> None:
+        """fields of OmMatchDef, such as candidate (vertices that may be attached), nhypothesis, seed, nworker."""
+        candidate = fields.pop("candidate", None)
+        definition = lib.om_match_default_def(ctypes.byref(scene), ctypes.byref(site._c))
+        definition.update(fields)
+        if candidate is not None:
+            candidate = np.ascontiguousarray(candidate, dtype=np.int32)
+            definition.candidate, definition.ncandidate = candidate.ctypes.data, len(candidate)
+        match = Handle(create(lib.om_match_create, ctypes.byref(definition)), lib.om_match_destroy, site._handle, scene)
+        setting = lib.om_banet_update_default_def(match.address)
+        if net is not None:
+            refuse_fork("a network")
+            setting.net = net._c
+        keep = (match, net._handle if net is not None else None)
+        self._handle = Handle(create(lib.om_banet_updater_create, ctypes.byref(setting)), lib.om_banet_updater_destroy, *keep)
+        self._nvert = len(site.mesh.x)
+        self._busy = Busy("Matcher")
+
+    def update(self, acquisitions: list[Acquisition], progress: bool | ProgressFunction | None = None) -> Estimate:
+        """Estimate the attachments that explain the scans. Acquisitions are of different moments of one operation."""
+        table, keep = (c.OmAcquisition * max(1, len(acquisitions)))(), []
+        for raw, item in zip(table, acquisitions):
+            ctypes.memmove(ctypes.byref(raw.scan), ctypes.byref(item.scan._c), ctypes.sizeof(c.OmScan))
+            raw.ngrasp, raw.time = len(item.grasps), item.time
+            for grasp, (arm, begin, now) in zip(raw.grasp, item.grasps):
+                grasp.arm, grasp.pose_world_grasp, grasp.pose_world_now = arm, pose(begin), pose(now)
+            if item.x_twin is not None:
+                x = array_of(item.x_twin, np.float64, (self._nvert, 3), "x_twin")
+                raw.x_twin = x.ctypes.data
+                keep.append(x)
+        out = c.OmMatchEstimate()
+        with self._busy, Progress(progress) as listener:
+            lib.om_banet_update(self._c, len(acquisitions), table, listener.pointer, ctypes.byref(out), None)
+        return Estimate._take(out)
+
+
+def adopt(body: Body, estimate: Estimate, seconds: float = c.OM_MATCH_ADOPT_TIME, dt: float = 0.02) -> None:
+    """Step a body for `seconds` s while its attachments become those of an estimate, without a jump."""
+    attached = np.ascontiguousarray(estimate.attached, dtype=np.uint8)
+    stiffness = np.ascontiguousarray(estimate.stiffness, dtype=np.float64)
+    adoption = Handle(create(lib.om_match_adoption_create, len(attached)), lib.om_match_adoption_destroy)
+    lib.om_match_adoption_begin(adoption.address, body._c, attached.ctypes.data, stiffness.ctypes.data, seconds)
+    while lib.om_match_adoption_is_active(adoption.address):
+        lib.om_match_adoption_step(adoption.address, body._c, dt)
+        body.step(dt, strict=False)
+
+
+def load_acquisition(path: str | os.PathLike[str], site: Site | None = None) -> Acquisition:
+    """Read a file of an acquisition, as `omentum update` takes it (om_acquisition_load). site: to find tissue in pictures."""
+    raw = c.OmAcquisition()
+    lib.om_acquisition_load(path_of(path), ctypes.byref(site._c) if site is not None else None, None, ctypes.byref(raw))
+    scan = Scan.__new__(Scan)
+    scan._own(c.OmScan.from_buffer_copy(raw.scan))
+    grasps = [(raw.grasp[i].arm, c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_grasp),
+               c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_now)) for i in range(raw.ngrasp)]
+    return Acquisition(scan, grasps, None, raw.time)

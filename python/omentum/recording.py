@@ -1,0 +1,122 @@
+"""Recordings: runs over time as VTKHDF files, written by the library, read with h5py as NumPy, or as PyVista objects."""
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Any, Iterator
+
+import numpy as np
+
+from . import _capi as c
+from ._convert import array_of
+from ._lib import Handle, Owner, create, lib, path_of
+from .mesh import TetMesh
+
+
+class Recorder(Owner):
+    """Writes positions of a mesh, and arrays, over time; ParaView opens the file (.vtkhdf) as a time series.
+
+        with Recorder("lift.vtkhdf", tissue.mesh, cell={"von_mises": 1}) as recorder:
+            recorder.add(tissue.time, tissue.x, von_mises=tissue.measure())
+
+    The file appears at the end of the `with` block, or by end(); after an exception nothing is left.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], mesh: TetMesh, point: dict[str, int] | None = None,
+                 cell: dict[str, int] | None = None) -> None:
+        """point, cell: names and numbers of components of arrays on vertices and on elements that each step brings."""
+        self._shapes = {name: (len(mesh.x), n) for name, n in (point or {}).items()}
+        self._shapes.update({name: (len(mesh.tet), n) for name, n in (cell or {}).items()})
+        arrays = (c.OmMeshArray * max(1, len(self._shapes)))()
+        for raw, (name, shape) in zip(arrays, self._shapes.items()):
+            raw.name, raw.ncomp, raw.is_cell = name.encode(), shape[1], name in (cell or {})
+            raw.type = int(c.OmArrayType.DOUBLE)
+        self._nvert = len(mesh.x)
+        address = create(lib.om_recording_begin, path_of(path), ctypes.byref(mesh._as_c()), arrays, len(self._shapes))
+        self._handle = Handle(address, lib.om_recording_abort)
+
+    def add(self, time: float, x: Any, **values: Any) -> None:
+        """Append a step: time (s) above the last one, positions, m (nvert x 3), and every array."""
+        if set(values) != set(self._shapes):
+            raise ValueError(f"a step brings the arrays {sorted(self._shapes)}, not {sorted(values)}")
+        x = array_of(x, np.float64, (self._nvert, 3), "x")
+        arrays = [array_of(np.reshape(values[n], (-1, shape[1])), np.float64, shape, n) for n, shape in self._shapes.items()]
+        pointers = (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
+        lib.om_recording_add_step(self._c, time, x.ctypes.data, pointers)
+
+    def end(self) -> None:
+        """Finish the file; the recorder is closed."""
+        handle, address = self._handle, self._c
+        handle.address, self._handle = None, None  # type: ignore[union-attr]
+        lib.om_recording_end(address)
+
+    def __exit__(self, kind: Any, *_: Any) -> None:
+        if kind is None and not self.is_closed:
+            self.end()
+        self.close()
+
+
+class Recording:
+    """A recording as NumPy arrays; needs h5py.
+
+    times: s (nstep). recording.x(i): positions at step i, m (nvert x 3). recording.array("von_mises", i): an array of
+    the file. recording.to_pyvista(i): a pyvista.UnstructuredGrid.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        import h5py
+        self._file = h5py.File(path, "r")
+        self._root = self._file["VTKHDF"]
+        steps = self._root["Steps"]
+        self.times: np.ndarray = steps["Values"][()]
+        self.nvert = int(self._root["NumberOfPoints"][0])
+        self.ncell = int(self._root["NumberOfCells"][0])
+        self.point_names = sorted(self._root["PointData"]) if "PointData" in self._root else []
+        self.cell_names = sorted(self._root["CellData"]) if "CellData" in self._root else []
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def _step(self, i: int) -> int:
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"step {i} of {len(self)}")
+        return i % len(self)
+
+    def x(self, i: int) -> np.ndarray:
+        """Positions at step i, m (nvert x 3)."""
+        at = int(self._root["Steps/PointOffsets"][self._step(i)])
+        return self._root["Points"][at:at + self.nvert]
+
+    def array(self, name: str, i: int) -> np.ndarray:
+        """An array of vertices or cells at step i."""
+        kind, n = ("PointData", self.nvert) if name in self.point_names else ("CellData", self.ncell)
+        if name not in self.point_names + self.cell_names:
+            raise KeyError(f"the recording has no array {name!r}: it has {self.point_names + self.cell_names}")
+        offsets = self._root[f"Steps/{kind}Offsets"]
+        at = int(offsets[name][self._step(i)]) if name in offsets else 0
+        return self._root[kind][name][at:at + n]
+
+    @property
+    def cells(self) -> list[np.ndarray]:
+        """Vertices of each cell: 4 of a tetrahedron, 3 of a triangle."""
+        ends = self._root["Offsets"][()]
+        return np.split(self._root["Connectivity"][()][:ends[self.ncell]], ends[1:self.ncell])
+
+    def to_pyvista(self, i: int) -> Any:
+        """Step i as a pyvista.UnstructuredGrid."""
+        import pyvista
+        cells = np.concatenate([np.insert(cell, 0, len(cell)) for cell in self.cells])
+        grid = pyvista.UnstructuredGrid(cells, self._root["Types"][:self.ncell], self.x(i))
+        for name in self.point_names:
+            grid.point_data[name] = self.array(name, i)
+        for name in self.cell_names:
+            grid.cell_data[name] = self.array(name, i)
+        return grid
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def __iter__(self) -> Iterator[tuple[float, np.ndarray]]:
+        for i, time in enumerate(self.times):
+            yield float(time), self.x(i)

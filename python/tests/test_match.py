@@ -1,0 +1,123 @@
+"""Scans, updates of the twin, and networks: against simulated truth, and physics against the network's answers."""
+import numpy as np
+import pytest
+
+import omentum as om
+
+LIFT = 0.03  # m
+
+
+@pytest.fixture(scope="module")
+def lifted():
+    """A sheet held along one side, of which the twin knows nothing; a corner is lifted, and the camera looks."""
+    scene = om.Scene.load(om.data_path("scenes/sheet.yaml"))
+    scene.seed = 203
+    scene.tissue.cells, scene.tissue.world_cells = (12, 12, 1), (18, 18, 1)
+    scene.attach.kind = int(om.capi.OmAttachKind.BOX)
+    scene.attach.lo, scene.attach.hi = (0.0, -0.07, -0.01), (0.07, 0.07, 0.01)
+    scene.roi.is_random = False
+    scene.believed.kind = om.capi.OmBeliefKind.NONE
+    twin, world = om.Body(scene), om.SimulatedWorld(scene)
+    world.reset()
+    twin.settle()
+    arm = world.observe().arms[0]
+    goal = om.capi.OmPose.from_buffer_copy(arm.tip)
+
+    def go(point, speed, seconds):
+        goal.p = point
+        world.move(0, goal, speed)
+        for _ in range(int(seconds / 0.02)):
+            world.advance(0.02)
+
+    def tip():
+        return om.capi.OmPose.from_buffer_copy(world.observe().arms[0].tip)
+
+    go((-0.04, -0.04, 0.005), 0.1, 2)
+    world.set_jaw(0, 0.0)
+    for _ in range(20):
+        world.advance(0.02)
+    begin = tip()
+    twin.grasp(begin)
+    go((-0.03, -0.03, 0.005 + LIFT), 0.03, 2.5)
+    now = tip()
+    twin.move(now)
+    twin.settle(strict=False)
+    return scene, twin, world, begin, now
+
+
+def test_the_attachments_are_found_from_a_depth_picture(lifted, alive):
+    scene, twin, world, begin, now = lifted
+    observation = world.observe(om.DEPTH | om.COLOR)
+    scan = om.Scan.from_observation(observation, twin.site, world)
+    assert len(scan.x) > 50 and len(scan.tri) > 50 and scan.x[:, 2].max() > 0.5 * LIFT
+    assert np.linalg.norm(scan.normal, axis=1) == pytest.approx(np.ones(len(scan.x)))
+    assert set(np.unique(scan.pixel)) <= {0, 1, 2, 3}
+    assert not twin.attached.any()
+    matcher = om.Matcher(scene, twin.site)
+    estimate = matcher.update([om.Acquisition(scan, [(0, begin, now)], twin.x.copy())])
+    assert estimate.is_accepted and estimate.reason == ""
+    truth = (twin.mesh.x[:, 0] > -0.001) & np.isin(np.arange(len(twin.mesh.x)), twin.mesh.sets["underside"])
+    dice = 2 * (estimate.attached & truth).sum() / (estimate.attached.sum() + truth.sum())
+    assert dice > 0.6
+    assert estimate.summary["after_median"] < estimate.summary["before_median"]
+    om.adopt(twin, estimate)
+    assert np.array_equal(twin.attached, estimate.attached)
+
+
+def test_network_and_physics_together(lifted):
+    scene, twin, world, begin, now = lifted
+    net = om.BanetNet.load()
+    assert 0 < net.threshold < 1 and net.nparameter > 1e6 and float(net.fact("validation_dsc")) > 0.5
+    scan = om.Scan.from_observation(world.observe(om.DEPTH | om.COLOR), twin.site, world)
+    estimate = om.Matcher(scene, twin.site, net=net).update([om.Acquisition(scan, [(0, begin, now)])])
+    assert estimate.is_accepted and estimate.attached.any()
+
+
+def test_an_update_that_moves_nothing_is_refused(lifted):
+    scene, twin, world, begin, _ = lifted
+    scan = om.Scan.from_observation(world.observe(om.DEPTH | om.COLOR), twin.site, world)
+    estimate = om.Matcher(scene, twin.site).update([om.Acquisition(scan, [(0, begin, begin)])])
+    assert not estimate.is_accepted and estimate.reason
+    with pytest.raises(om.Invalid):
+        om.Scan(np.full((3, 3), np.nan))
+
+
+def test_samples_of_banet_and_what_the_network_says():
+    """Samples of a seed that no training has. The thesis has a mean Dice coefficient of 0.82 on such samples."""
+    sample = om.make_banet_sample(3, 909, way="exact")
+    same = om.make_banet_sample(3, 909, way="exact")
+    assert np.array_equal(sample.u, same.u) and sample.attached.any()
+    moved = np.linalg.norm(sample.u, axis=1)
+    assert moved[sample.attached].max() < 1e-6 < moved.max()
+    net, dice = om.BanetNet.load(), []
+    for i in range(4):
+        sample = om.make_banet_sample(i, 910, way="exact")
+        found = net.estimate(sample.surface, sample.u, sample.seen) >= net.threshold
+        dice.append(2 * (found & sample.attached).sum() / (found.sum() + sample.attached.sum()))
+    assert np.mean(dice) > 0.6
+    with pytest.raises(ValueError, match="shape"):
+        net.estimate(sample.surface, sample.u[:5], sample.seen)
+    net.close()
+    with pytest.raises(om.Closed):
+        net.estimate(sample.surface, sample.u, sample.seen)
+
+
+def test_umesh_predicts_the_press_of_a_phantom():
+    net = om.UmeshNet.load()
+    top = net.x[net.x[:, 2].argmax()]
+    mask = net.patch(top)
+    assert 3 < mask.sum() < 100 and net.is_surface[mask].all()
+    push = np.zeros_like(net.x)
+    push[mask] = (0, 0, -0.01)
+    u, trust = net.predict(mask, push)
+    assert trust.is_inside and trust.score <= 1
+    assert u[mask] == pytest.approx(push[mask], abs=1e-7)
+    assert np.abs(u[net.x[:, 2] < 1e-6]).max() == 0  # the flat side is held
+    alone, _ = net.predict(mask, push, max_cycle=0)
+    assert np.linalg.norm(alone - u, axis=1).mean() < 1e-3
+    push[mask] = (0, 0, 0.2)
+    _, far = net.predict(mask, push, max_cycle=0)
+    assert not far.is_inside and far.why
+    x = net.x
+    net.close()
+    assert np.isfinite(x).all()
