@@ -403,20 +403,6 @@ class OmCloudPlace(IntEnum):
     TOOL = 3
 
 
-class OmUpdateTiming(IntEnum):
-    AFTER_LATENCY = 0
-    WHEN_READY = 1
-    REPLAYED = 2
-
-
-class OmUpdateStage(IntEnum):
-    TAKEN = 0
-    STARTED = 1
-    ADOPTED = 2
-    REFUSED = 3
-    CANCELLED = 4
-
-
 class OmPlanVerb(IntEnum):
     REACH = 0
     GRASP = 1
@@ -431,6 +417,32 @@ class OmTried(IntEnum):
     GRASP = 1
     MOVE_ROI = 2
     MOVE_AWAY = 4
+
+
+class OmPreplanVerdict(IntEnum):
+    CHOSEN = 0
+    MORE_ACTIONS = 1
+    MORE_FORCE = 2
+    HIDDEN = 3
+    FORCE_LIMIT = 4
+    ATTACHED = 5
+    NO_TISSUE = 6
+    OUT_OF_REACH = 7
+    NVERDICT = 8
+
+
+class OmUpdateTiming(IntEnum):
+    AFTER_LATENCY = 0
+    WHEN_READY = 1
+    REPLAYED = 2
+
+
+class OmUpdateStage(IntEnum):
+    TAKEN = 0
+    STARTED = 1
+    ADOPTED = 2
+    REFUSED = 3
+    CANCELLED = 4
 
 
 class OmActionOutcome(IntEnum):
@@ -494,18 +506,6 @@ class OmLoopCommandKind(IntEnum):
     APPROVE = 10
     REJECT = 11
     NCOMMAND = 12
-
-
-class OmPreplanVerdict(IntEnum):
-    CHOSEN = 0
-    MORE_ACTIONS = 1
-    MORE_FORCE = 2
-    HIDDEN = 3
-    FORCE_LIMIT = 4
-    ATTACHED = 5
-    NO_TISSUE = 6
-    OUT_OF_REACH = 7
-    NVERDICT = 8
 
 
 class OmSpace(IntEnum):
@@ -3721,105 +3721,54 @@ class OmCloud(Struct):
     pixel: Any
 
 
-class OmScanDef(Struct):
-    """typedef struct OmScanDef {
-    OmCookie cookie;  // set by om_scan_default_def
-    // Tools, fixed anatomy and reach. With colour, `clearance` is not used and `tool_margin` only for grey pixels:
-    // a sheet lies on the board, and grasped tissue lies beside the jaws.
-    OmCloudDef space;
+class OmMonitorDef(Struct):
+    """typedef struct OmMonitorDef {
+    OmCookie cookie;          // set by om_monitor_default_def
+    OmSceneMonitor settings;  // limits, hysteresis, rate, number of points
+    // Tools, fixed anatomy and reach. Where a picture has colour, `clearance` is not used.
+    OmCloudDef space;     // its arms are copied, its site is borrowed
     bool use_color;       // default true; a picture without colour is segmented by space alone
     OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
-    OmSenseRange tool;    // colours of tools and highlights; default om_sense_range(OM_PART_TOOL)
-    // m, mean distance of neighbouring points, above 0; default the mean edge of the site's mesh
-    double spacing;
-    // m, above 0: neighbouring pixels whose depths differ by more are not connected; default 4 mm
-    double max_jump;
-    // Triangles with a smaller cosine between normal and ray are left out, 0 to 1; default 0.1.
-    double min_cosine;
-    // m^2, 0 or more: smaller pieces of tissue are left out; default 25 mm^2
-    double min_area;
-    int margin;  // pixels around a tool that are not tissue, 0 to 16; default 1
-    // Noise of a depth, a + b z^2 for z in m: m and 1/m, 0 or more; default om_depth_noise_default. If neighbouring
-    // pixels of the tissue show more noise, more is taken.
-    double noise_a, noise_b;
-} OmScanDef;"""
+    int nray;             // of the simulated camera, 256 to 2^20; default 4096
+    double max_age;       // s, above 0: an older picture is stale; default 0.2
+} OmMonitorDef;"""
     cookie: int
+    settings: OmSceneMonitor
     space: OmCloudDef
     use_color: bool
     tissue: OmSenseRange
-    tool: OmSenseRange
-    spacing: float
-    max_jump: float
-    min_cosine: float
-    min_area: float
-    margin: int
-    noise_a: float
-    noise_b: float
+    nray: int
+    max_age: float
 
 
-class OmScanRegion(Struct):
-    """typedef struct OmScanRegion {  // pixels of a picture: a disc around a click, or a box
-    bool is_box;
-    double u, v, radius;             // of the disc: centre in pixel coordinates, pixels
-    int column, row, width, height;  // of the box: its first pixel and its size
-} OmScanRegion;"""
-    is_box: bool
-    u: float
-    v: float
-    radius: float
-    column: int
-    row: int
-    width: int
-    height: int
-
-
-class OmUpdateDef(Struct):
-    """typedef struct OmUpdateDef {
-    OmCookie cookie;
-    OmScanDef scan;          // how the tissue is found in pictures; its site is borrowed
-    OmSceneUpdate settings;  // latency, number of acquisitions, smallest lift, rest
-    // Default null: acquisitions are taken, for listeners, and nothing is estimated. The arms do not wait then, and the
-    // newest picture is taken, which may be from before the end of the action.
-    OmEstimateFn estimate;
-    void* estimate_ctx;  // borrowed by the job
-    // Default OM_UPDATE_AFTER_LATENCY in a world that has snapshots, otherwise OM_UPDATE_WHEN_READY.
-    OmUpdateTiming timing;
-    // OmRetractUpdate.end_tick of each estimate of the recorded run, below 0: never taken; copied  (nreplay)
-    const int* replay_tick;
-    int nreplay;
-} OmUpdateDef;"""
-    cookie: int
-    scan: OmScanDef
-    settings: OmSceneUpdate
-    estimate: Any
-    estimate_ctx: Any
-    timing: OmUpdateTiming
-    replay_tick: Any
-    nreplay: int
-
-
-class OmUpdateEvent(Struct):
-    """typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are valid during the call
-    OmUpdateStage stage;
-    int index;  // of the acquisition if it was taken, otherwise of the estimate; both count from 0
-    int tick;   // of the loop
-    double time;                       // s of the operation
-    const OmAcquisition* acquisition;  // taken; otherwise null
-    int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
-    const OmMatchEstimate* estimate;  // adopted, or refused with a result; otherwise null
-    const char* reason;               // of a refusal; otherwise ""
-    // attachments of the twin before an adoption; otherwise null  (nvert)
-    const unsigned char* was_attached;
-} OmUpdateEvent;"""
-    stage: OmUpdateStage
-    index: int
-    tick: int
+class OmMonitorFrame(Struct):
+    """typedef struct OmMonitorFrame {
+    double time;      // s, of the observation
+    double age;       // s, from the exposure of the depth picture to the observation
+    double distance;  // m, median of the closest distances
+    double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
+    double mu;    // m, distance less rest
+    int npoint;   // measured points on the tissue
+    int nrest;    // frames in `rest`
+    int state;    // warning state, 0 to 3; 0 before the first grasp
+    // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
+    // of the last good frame (0: there was none).
+    bool is_stale;
+    bool is_blind;       // fewer than OM_MONITOR_MIN_POINT points, or the twin is out of sight
+    int nstale, nblind;  // frames so far since the last reset
+} OmMonitorFrame;"""
     time: float
-    acquisition: Any
-    nacquisition: int
-    estimate: Any
-    reason: bytes | None
-    was_attached: Any
+    age: float
+    distance: float
+    rest: float
+    mu: float
+    npoint: int
+    nrest: int
+    state: int
+    is_stale: bool
+    is_blind: bool
+    nstale: int
+    nblind: int
 
 
 class OmExposure(Struct):
@@ -3943,6 +3892,174 @@ class OmPlannerDef(Struct):
     time_limit: float
 
 
+class OmPreplanPoint(Struct):
+    """typedef struct OmPreplanPoint {  // a grasping point and the best that it reached
+    int block, arm;              // arm -1: none
+    OmPreplanVerdict verdict;
+    bool is_tried;      // false: the fields below are 0
+    bool exposes;       // the task's visibility was reached, and it stayed
+    int npull;          // pulls before the fold, or until the ROI was exposed
+    OmPlanVerb fold;    // OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI; OM_PLAN_PULL: none
+    double visibility;  // at its end, 0 to 1
+    double force;       // N, largest pull; -1: the twin's engine has no forces
+    int naction;        // as the loop counts: reach, grasp, each pull, each fold
+    int nstep;          // of the twin, of all sequences tried
+} OmPreplanPoint;"""
+    block: int
+    arm: int
+    verdict: OmPreplanVerdict
+    is_tried: bool
+    exposes: bool
+    npull: int
+    fold: OmPlanVerb
+    visibility: float
+    force: float
+    naction: int
+    nstep: int
+
+
+class OmPreplan(Struct):
+    """typedef struct OmPreplan {
+    char scene[OM_SCENE_NAME];
+    int seed;
+    int n;                                    // blocks along a side; there are n x n points
+    OmPreplanPoint point[OM_PLAN_MAX_BLOCK];  // of each block
+    int chosen;                               // its block, -1: nothing can be grasped
+    bool is_exposing;                         // the chosen point reaches `visibility`
+    double visibility;                        // that counts as exposed
+    double force_limit;                       // N, at which pulls stopped; -1: none
+    int ntried, nexposing;
+    int64_t nstep;     // of the twin, all points
+    char reason[256];  // one sentence: why this point, or the warning
+} OmPreplan;"""
+    scene: str
+    seed: int
+    n: int
+    point: Any
+    chosen: int
+    is_exposing: bool
+    visibility: float
+    force_limit: float
+    ntried: int
+    nexposing: int
+    nstep: int
+    reason: str
+
+
+class OmPreplanDef(Struct):
+    """typedef struct OmPreplanDef {
+    OmCookie cookie;
+    const OmScene* scene;  // borrowed; only the twin's side of it is used
+    int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
+    int nlowest;  // of the exposing points this many of lowest force compete; default 3
+} OmPreplanDef;"""
+    cookie: int
+    scene: Any
+    nworker: int
+    nlowest: int
+
+
+class OmScanDef(Struct):
+    """typedef struct OmScanDef {
+    OmCookie cookie;  // set by om_scan_default_def
+    // Tools, fixed anatomy and reach. With colour, `clearance` is not used and `tool_margin` only for grey pixels:
+    // a sheet lies on the board, and grasped tissue lies beside the jaws.
+    OmCloudDef space;
+    bool use_color;       // default true; a picture without colour is segmented by space alone
+    OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
+    OmSenseRange tool;    // colours of tools and highlights; default om_sense_range(OM_PART_TOOL)
+    // m, mean distance of neighbouring points, above 0; default the mean edge of the site's mesh
+    double spacing;
+    // m, above 0: neighbouring pixels whose depths differ by more are not connected; default 4 mm
+    double max_jump;
+    // Triangles with a smaller cosine between normal and ray are left out, 0 to 1; default 0.1.
+    double min_cosine;
+    // m^2, 0 or more: smaller pieces of tissue are left out; default 25 mm^2
+    double min_area;
+    int margin;  // pixels around a tool that are not tissue, 0 to 16; default 1
+    // Noise of a depth, a + b z^2 for z in m: m and 1/m, 0 or more; default om_depth_noise_default. If neighbouring
+    // pixels of the tissue show more noise, more is taken.
+    double noise_a, noise_b;
+} OmScanDef;"""
+    cookie: int
+    space: OmCloudDef
+    use_color: bool
+    tissue: OmSenseRange
+    tool: OmSenseRange
+    spacing: float
+    max_jump: float
+    min_cosine: float
+    min_area: float
+    margin: int
+    noise_a: float
+    noise_b: float
+
+
+class OmScanRegion(Struct):
+    """typedef struct OmScanRegion {  // pixels of a picture: a disc around a click, or a box
+    bool is_box;
+    double u, v, radius;             // of the disc: centre in pixel coordinates, pixels
+    int column, row, width, height;  // of the box: its first pixel and its size
+} OmScanRegion;"""
+    is_box: bool
+    u: float
+    v: float
+    radius: float
+    column: int
+    row: int
+    width: int
+    height: int
+
+
+class OmUpdateDef(Struct):
+    """typedef struct OmUpdateDef {
+    OmCookie cookie;
+    OmScanDef scan;          // how the tissue is found in pictures; its site is borrowed
+    OmSceneUpdate settings;  // latency, number of acquisitions, smallest lift, rest
+    // Default null: acquisitions are taken, for listeners, and nothing is estimated. The arms do not wait then, and the
+    // newest picture is taken, which may be from before the end of the action.
+    OmEstimateFn estimate;
+    void* estimate_ctx;  // borrowed by the job
+    // Default OM_UPDATE_AFTER_LATENCY in a world that has snapshots, otherwise OM_UPDATE_WHEN_READY.
+    OmUpdateTiming timing;
+    // OmRetractUpdate.end_tick of each estimate of the recorded run, below 0: never taken; copied  (nreplay)
+    const int* replay_tick;
+    int nreplay;
+} OmUpdateDef;"""
+    cookie: int
+    scan: OmScanDef
+    settings: OmSceneUpdate
+    estimate: Any
+    estimate_ctx: Any
+    timing: OmUpdateTiming
+    replay_tick: Any
+    nreplay: int
+
+
+class OmUpdateEvent(Struct):
+    """typedef struct OmUpdateEvent {  // for OmLoopListener.on_update; pointers are valid during the call
+    OmUpdateStage stage;
+    int index;  // of the acquisition if it was taken, otherwise of the estimate; both count from 0
+    int tick;   // of the loop
+    double time;                       // s of the operation
+    const OmAcquisition* acquisition;  // taken; otherwise null
+    int nacquisition;  // that the estimate is made from; 0 if an acquisition was taken
+    const OmMatchEstimate* estimate;  // adopted, or refused with a result; otherwise null
+    const char* reason;               // of a refusal; otherwise ""
+    // attachments of the twin before an adoption; otherwise null  (nvert)
+    const unsigned char* was_attached;
+} OmUpdateEvent;"""
+    stage: OmUpdateStage
+    index: int
+    tick: int
+    time: float
+    acquisition: Any
+    nacquisition: int
+    estimate: Any
+    reason: bytes | None
+    was_attached: Any
+
+
 class OmRetractSample(Struct):
     """typedef struct OmRetractSample {  // one instant
     double time;        // s since the operation began; the first tick ends at one time step
@@ -3953,6 +4070,8 @@ class OmRetractSample(Struct):
     double force_world;  // N, the same in the simulated truth; NAN without a truth
     double height;       // m, the higher of the arms that hold tissue, over where it was grasped
     double speed_rate;   // 1, or less while slowed down by force
+    double mu;           // m, OmMonitorFrame.mu of the last frame; NAN: there is none
+    int warning;         // state of Alg. 5, 0 while nothing is held
 } OmRetractSample;"""
     time: float
     visibility: float
@@ -3961,6 +4080,8 @@ class OmRetractSample(Struct):
     force_world: float
     height: float
     speed_rate: float
+    mu: float
+    warning: int
 
 
 class OmRetractAction(Struct):
@@ -3999,6 +4120,8 @@ class OmRetractUpdate(Struct):
     double seen_share;                      // OmMatchEstimate.seen_share
     double before_median, after_median;     // m, of the scan from the twin
     double estimate_ms;                     // wall time; NAN if cancelled
+    // m, mu when the estimate was started, and when the twin had adopted it, or it was refused; NAN: not measured
+    double mu_before, mu_after;
 } OmRetractUpdate;"""
     stage: OmUpdateStage
     reason: str
@@ -4013,6 +4136,8 @@ class OmRetractUpdate(Struct):
     before_median: float
     after_median: float
     estimate_ms: float
+    mu_before: float
+    mu_after: float
 
 
 class OmRetractResult(Struct):
@@ -4041,6 +4166,9 @@ class OmRetractResult(Struct):
     OmHold hold;       // the last one; OM_HOLD_NONE: there was none
     int nhold;         // times that the loop held
     int ncommand;      // of a person or a program, but pause and resume
+    int nmonitor;      // frames compared with the twin
+    int nwarning[3];   // times that the warning state rose to 1, 2, 3
+    double mu_max;     // m, while tissue was held; 0 without a monitor
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;
@@ -4078,6 +4206,9 @@ class OmRetractResult(Struct):
     hold: OmHold
     nhold: int
     ncommand: int
+    nmonitor: int
+    nwarning: np.ndarray
+    mu_max: float
     nacquisition: int
     nupdate: int
     update: Any
@@ -4107,6 +4238,8 @@ class OmLoopListener(Struct):
     OmStatus (*on_update)(void* ctx, const OmLoop* loop, const OmUpdateEvent* event);
     OmStatus (*on_command)(void* ctx, const OmLoop* loop, const OmLoopCommand* command);
     OmStatus (*on_hold)(void* ctx, const OmLoop* loop, OmHold hold, const char* reason);
+    // the warning state changed from `was` to om_loop_warning
+    OmStatus (*on_warning)(void* ctx, const OmLoop* loop, int was, const OmMonitorFrame* frame);
 } OmLoopListener;"""
     ctx: Any
     on_begin: Any
@@ -4118,6 +4251,7 @@ class OmLoopListener(Struct):
     on_update: Any
     on_command: Any
     on_hold: Any
+    on_warning: Any
 
 
 class OmLoopDef(Struct):
@@ -4133,6 +4267,12 @@ class OmLoopDef(Struct):
     // Corrects the twin's attachments; borrowed until the loop is destroyed; default null. The world must observe
     // depth.
     OmUpdater* updater;
+    // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
+    // known to the planner until the twin's attachments change.
+    const OmPreplan* preplan;
+    // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
+    // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
+    OmMonitor* monitor;
     // A person watches: a hold waits for OM_LOOP_RESUME or OM_LOOP_ABORT. Default false: a hold ends the loop.
     bool is_attended;
     bool needs_approval;  // each plan waits for OM_LOOP_APPROVE or OM_LOOP_REJECT; default false
@@ -4154,6 +4294,8 @@ class OmLoopDef(Struct):
     listener: Any
     nlistener: int
     updater: Any
+    preplan: Any
+    monitor: Any
     is_attended: bool
     needs_approval: bool
     max_age: float
@@ -4176,8 +4318,17 @@ class OmRetractDef(Struct):
     const char* program;   // a logic program in place of the built-in one, or null
     int frame_every;       // a picture in the report every so many actions, 0 none; default 1
     int nworker;           // default 0: one a processor
+    // The plan before the operation; borrowed; default null: the planner makes the first one, too.
+    const OmPreplan* preplan;
+    // A person watches the loop (OmLoopDef.is_attended): called after every tick, and gives commands by
+    // om_loop_command. An error ends the run. Default null.
+    OmStatus (*supervise)(void* ctx, OmLoop* loop);
+    void* supervise_ctx;
+    bool needs_approval;  // each plan waits for the person; default false
     // Write every acquisition to out_dir/acquisitions (om_acquisition_save); default false. The run is unchanged.
     bool records_acquisitions;
+    // Write run.vtkhdf; default true. False where several threads of a program make runs: HDF5 is for one thread.
+    bool has_recording;
 } OmRetractDef;"""
     cookie: int
     scene: Any
@@ -4185,7 +4336,12 @@ class OmRetractDef(Struct):
     program: bytes | None
     frame_every: int
     nworker: int
+    preplan: Any
+    supervise: Any
+    supervise_ctx: Any
+    needs_approval: bool
     records_acquisitions: bool
+    has_recording: bool
 
 
 class OmRetractEstimate(Struct):
@@ -4260,123 +4416,6 @@ class OmSearchResult(Struct):
     second: OmPlanVerb
 
 
-class OmMonitorDef(Struct):
-    """typedef struct OmMonitorDef {
-    OmCookie cookie;          // set by om_monitor_default_def
-    OmSceneMonitor settings;  // limits, hysteresis, rate, number of points
-    // Tools, fixed anatomy and reach. Where a picture has colour, `clearance` is not used.
-    OmCloudDef space;     // its arms are copied, its site is borrowed
-    bool use_color;       // default true; a picture without colour is segmented by space alone
-    OmSenseRange tissue;  // colours of the tissue; default om_sense_range(OM_PART_TISSUE)
-    int nray;             // of the simulated camera, 256 to 2^20; default 4096
-    double max_age;       // s, above 0: an older picture is stale; default 0.2
-} OmMonitorDef;"""
-    cookie: int
-    settings: OmSceneMonitor
-    space: OmCloudDef
-    use_color: bool
-    tissue: OmSenseRange
-    nray: int
-    max_age: float
-
-
-class OmMonitorFrame(Struct):
-    """typedef struct OmMonitorFrame {
-    double time;      // s, of the observation
-    double age;       // s, from the exposure of the depth picture to the observation
-    double distance;  // m, median of the closest distances
-    double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
-    double mu;    // m, distance less rest
-    int npoint;   // measured points on the tissue
-    int nrest;    // frames in `rest`
-    int state;    // warning state, 0 to 3; 0 before the first grasp
-    // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
-    // of the last good frame (0: there was none).
-    bool is_stale;
-    bool is_blind;       // fewer than OM_MONITOR_MIN_POINT points, or the twin is out of sight
-    int nstale, nblind;  // frames so far since the last reset
-} OmMonitorFrame;"""
-    time: float
-    age: float
-    distance: float
-    rest: float
-    mu: float
-    npoint: int
-    nrest: int
-    state: int
-    is_stale: bool
-    is_blind: bool
-    nstale: int
-    nblind: int
-
-
-class OmPreplanPoint(Struct):
-    """typedef struct OmPreplanPoint {  // a grasping point and the best that it reached
-    int block, arm;              // arm -1: none
-    OmPreplanVerdict verdict;
-    bool is_tried;      // false: the fields below are 0
-    bool exposes;       // the task's visibility was reached, and it stayed
-    int npull;          // pulls before the fold, or until the ROI was exposed
-    OmPlanVerb fold;    // OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI; OM_PLAN_PULL: none
-    double visibility;  // at its end, 0 to 1
-    double force;       // N, largest pull; -1: the twin's engine has no forces
-    int naction;        // as the loop counts: reach, grasp, each pull, each fold
-    int nstep;          // of the twin, of all sequences tried
-} OmPreplanPoint;"""
-    block: int
-    arm: int
-    verdict: OmPreplanVerdict
-    is_tried: bool
-    exposes: bool
-    npull: int
-    fold: OmPlanVerb
-    visibility: float
-    force: float
-    naction: int
-    nstep: int
-
-
-class OmPreplan(Struct):
-    """typedef struct OmPreplan {
-    char scene[OM_SCENE_NAME];
-    int seed;
-    int n;                                    // blocks along a side; there are n x n points
-    OmPreplanPoint point[OM_PLAN_MAX_BLOCK];  // of each block
-    int chosen;                               // its block, -1: nothing can be grasped
-    bool is_exposing;                         // the chosen point reaches `visibility`
-    double visibility;                        // that counts as exposed
-    double force_limit;                       // N, at which pulls stopped; -1: none
-    int ntried, nexposing;
-    int64_t nstep;     // of the twin, all points
-    char reason[256];  // one sentence: why this point, or the warning
-} OmPreplan;"""
-    scene: str
-    seed: int
-    n: int
-    point: Any
-    chosen: int
-    is_exposing: bool
-    visibility: float
-    force_limit: float
-    ntried: int
-    nexposing: int
-    nstep: int
-    reason: str
-
-
-class OmPreplanDef(Struct):
-    """typedef struct OmPreplanDef {
-    OmCookie cookie;
-    const OmScene* scene;  // borrowed; only the twin's side of it is used
-    int nworker;  // points in parallel; default 0: one a processor. The result does not depend on it
-    int nlowest;  // of the exposing points this many of lowest force compete; default 3
-} OmPreplanDef;"""
-    cookie: int
-    scene: Any
-    nworker: int
-    nlowest: int
-
-
 class OmRecorderDef(Struct):
     """typedef struct OmRecorderDef {
     OmCookie cookie;
@@ -4389,6 +4428,7 @@ class OmRecorderDef(Struct):
     int frame_every;       // a picture every so many actions, 0 none; default 1
     // write the acquisitions of the loop's updater to out_dir/acquisitions; default false
     bool records_acquisitions;
+    bool has_recording;  // write run.vtkhdf; default true; false where several threads record runs
 } OmRecorderDef;"""
     cookie: int
     out_dir: bytes | None
@@ -4399,6 +4439,7 @@ class OmRecorderDef(Struct):
     truth: Any
     frame_every: int
     records_acquisitions: bool
+    has_recording: bool
 
 
 class OmFemGrid(Struct):
@@ -6064,33 +6105,33 @@ complete(OmWorld, [("ops", POINTER(OmWorldOps)), ("narm", c_int), ("sources", c_
 complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", POINTER(OmPsm) * 2), ("clearance", c_double), ("tool_margin", c_double), ("reach", c_double)], {})
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
 complete(OmCloud, [("time", c_double), ("n", c_int), ("x", c_void_p), ("pixel", c_void_p)], {})
-complete(OmScanDef, [("cookie", c_uint32), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("tool", OmSenseRange), ("spacing", c_double), ("max_jump", c_double), ("min_cosine", c_double), ("min_area", c_double), ("margin", c_int), ("noise_a", c_double), ("noise_b", c_double)], {})
-complete(OmScanRegion, [("is_box", c_bool), ("u", c_double), ("v", c_double), ("radius", c_double), ("column", c_int), ("row", c_int), ("width", c_int), ("height", c_int)], {})
-complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", OmSceneUpdate), ("estimate", OmEstimateFn), ("estimate_ctx", c_void_p), ("timing", c_int), ("replay_tick", c_void_p), ("nreplay", c_int)], {"timing": OmUpdateTiming})
-complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
+complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 5), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
 complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
-complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double)], {})
-complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
-complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
-complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
-complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
-complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("records_acquisitions", c_bool)], {})
-complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
-complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
-complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
-complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
-complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int)], {})
 complete(OmPreplanPoint, [("block", c_int), ("arm", c_int), ("verdict", c_int), ("is_tried", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int), ("visibility", c_double), ("force", c_double), ("naction", c_int), ("nstep", c_int)], {"verdict": OmPreplanVerdict, "fold": OmPlanVerb})
 complete(OmPreplan, [("scene", c_char * 64), ("seed", c_int), ("n", c_int), ("point", OmPreplanPoint * 256), ("chosen", c_int), ("is_exposing", c_bool), ("visibility", c_double), ("force_limit", c_double), ("ntried", c_int), ("nexposing", c_int), ("nstep", c_int64), ("reason", c_char * 256)], {})
 complete(OmPreplanDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("nworker", c_int), ("nlowest", c_int)], {})
-complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool)], {})
+complete(OmScanDef, [("cookie", c_uint32), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("tool", OmSenseRange), ("spacing", c_double), ("max_jump", c_double), ("min_cosine", c_double), ("min_area", c_double), ("margin", c_int), ("noise_a", c_double), ("noise_b", c_double)], {})
+complete(OmScanRegion, [("is_box", c_bool), ("u", c_double), ("v", c_double), ("radius", c_double), ("column", c_int), ("row", c_int), ("width", c_int), ("height", c_int)], {})
+complete(OmUpdateDef, [("cookie", c_uint32), ("scan", OmScanDef), ("settings", OmSceneUpdate), ("estimate", OmEstimateFn), ("estimate_ctx", c_void_p), ("timing", c_int), ("replay_tick", c_void_p), ("nreplay", c_int)], {"timing": OmUpdateTiming})
+complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("time", c_double), ("acquisition", POINTER(OmAcquisition)), ("nacquisition", c_int), ("estimate", POINTER(OmMatchEstimate)), ("reason", c_char_p), ("was_attached", c_void_p)], {"stage": OmUpdateStage})
+complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
+complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
+complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double)], {"stage": OmUpdateStage})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
+complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
+complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
+complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
+complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
+complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
+complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
 complete(OmFemGrid, [("grid", OmGrid), ("npoint", c_int), ("mesh", OmFemMesh), ("cell_elem", c_void_p), ("point_node", c_void_p), ("node_point", c_void_p), ("fixed", c_void_p)], {})
 complete(OmFemGridPatch, [("num", c_int), ("factor", c_void_p), ("column", POINTER(c_void_p)), ("dof", c_void_p)], {})
 complete(OmFemGridStop, [("tolerance", c_double), ("max_cycle", c_int), ("nworker", c_int)], {})
@@ -6469,14 +6510,17 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_loop_force": (c_double, [c_void_p, c_int]),
     "om_loop_grid": (c_int, [c_void_p]),
     "om_loop_hold": (c_int, [c_void_p]),
+    "om_loop_hold_reason": (c_char_p, [c_void_p]),
     "om_loop_is_paused": (c_bool, [c_void_p]),
     "om_loop_ntick": (c_int, [c_void_p]),
     "om_loop_phase": (c_int, [c_void_p]),
     "om_loop_plan": (POINTER(OmPlan), [c_void_p]),
+    "om_loop_preplan": (POINTER(OmPreplan), [c_void_p]),
     "om_loop_result": (POINTER(OmRetractResult), [c_void_p]),
     "om_loop_sample": (OmRetractSample, [c_void_p]),
     "om_loop_take_result": (c_int, [c_void_p, POINTER(OmRetractResult)]),
     "om_loop_tick": (c_int, [c_void_p]),
+    "om_loop_warning": (c_int, [c_void_p]),
     "om_loss": (OmLoss, [c_int]),
     "om_loss_eval": (c_int, [POINTER(OmLoss), c_int, OmNetShape, c_void_p, c_void_p, c_int, c_void_p, c_void_p]),
     "om_mask_choose_parts": (c_int, [POINTER(OmMask), c_int, c_void_p, c_int]),
@@ -6538,6 +6582,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_monitor_default_def": (OmMonitorDef, [POINTER(OmScene), POINTER(OmWorld), POINTER(OmSite)]),
     "om_monitor_destroy": (None, [c_void_p]),
     "om_monitor_frame": (c_int, [c_void_p, POINTER(OmObservation), c_void_p, c_bool, POINTER(OmMonitorFrame)]),
+    "om_monitor_get_limits": (None, [c_void_p, c_void_p]),
     "om_monitor_is_due": (c_bool, [c_void_p, c_double]),
     "om_monitor_next_state": (c_int, [POINTER(OmSceneMonitor), c_int, c_double]),
     "om_monitor_reset": (None, [c_void_p]),
@@ -6715,6 +6760,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_report_end_fold": (None, [POINTER(OmReport)]),
     "om_report_facts": (None, [POINTER(OmReport), POINTER(c_char_p), POINTER(c_char_p), c_int]),
     "om_report_heading": (None, [POINTER(OmReport), c_char_p]),
+    "om_report_links": (None, [POINTER(OmReport), c_char_p, POINTER(c_char_p), POINTER(c_char_p), c_int]),
     "om_report_listing": (None, [POINTER(OmReport), c_char_p]),
     "om_report_paragraph": (None, [POINTER(OmReport), c_char_p]),
     "om_report_picture": (None, [POINTER(OmReport), POINTER(OmPicture), c_char_p]),
