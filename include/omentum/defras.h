@@ -37,10 +37,15 @@ typedef struct OmRetractDef {
     bool records_acquisitions;
     // Write run.vtkhdf; default true. False where several threads of a program make runs: HDF5 is for one thread.
     bool has_recording;
+    // Write all that the loop observes to out_dir/observations.log, for om_retract_replay; default false. Depth is then
+    // rounded to 0.1 mm before the loop gets it (world_log.h).
+    bool records_observations;
 } OmRetractDef;
 
 OM_API OmRetractDef om_retract_default_def(const OmScene* scene);
 
+/// Every written run has audit.jsonl (defras_audit.h) and scene.yaml, the complete scene of the run. They are in
+/// OUT_DIR-unfinished until the run ends, and stay there if it is killed or fails after its begin.
 /// @return OM_OK, also if the ROI was not exposed: the result says how it ended. OM_INVALID (a scene that
 ///         cannot be run), OM_IO (output), with nothing written; OM_CANCELLED, and if the operation had begun, the
 ///         record so far is in out_dir, or beside it if something stands there: the message names the folder

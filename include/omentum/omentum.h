@@ -26,6 +26,7 @@
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_preplan.h"
 #include "omentum/defras_recorder.h"
+#include "omentum/defras_replay.h"
 #include "omentum/defras_update.h"
 #include "omentum/defras_words.h"
 #include "omentum/fem.h"

@@ -27,9 +27,9 @@ extern "C" {
 #define OM_WORLD_LOG_UNIT 1e-4  // m, a count of depth; beyond 65,535 counts: no return
 
 /// A world that passes every call to `inner` and writes it to a new file. It has the arms, the sources and the
-/// kinematics of `inner`, no truth and no snapshots. Every observation is flushed to the file: after a kill the log can
-/// be read up to there. A call fails with OM_IO where the file cannot be written, and with OM_INVALID where `inner`
-/// hands out an observation that is not finite.
+/// kinematics of `inner`, no truth and no snapshots. Every call is flushed to the file: after a kill the log can be
+/// read up to there. A call fails with OM_IO where the file cannot be written, and with OM_INVALID where a
+/// time, a camera or the visibility that `inner` hands out is not finite; arms may be, a tool is not always measured.
 /// @param inner  borrowed until destroy; observe it directly only where this does not change its later answers
 /// @return OM_OK; OM_INVALID (calibrated kinematics that are not finite); OM_IO (the file exists, or cannot be
 ///         written); OM_NO_MEMORY
@@ -39,9 +39,9 @@ OM_API OmStatus om_world_create_recorded(OmWorld* inner, const char* path, OmWor
 /// @return OM_OK, also if the log is complete already; OM_INVALID (not a recorded world); OM_IO
 OM_API OmStatus om_world_log_end(OmWorld* world);
 
-/// A world that answers from a log. A call that is not the next call of the log is OM_INVALID: the message names the
-/// tick, the call in the log and the call now; so does the first call beyond the end of a log that was cut off. It has
-/// no truth and no snapshots.
+/// A world that answers from a log. A call that is not the next call of the log is OM_IO: the message names the tick,
+/// the call in the log and the call now; so is the first call beyond the end of a log that was cut off. It has no truth
+/// and no snapshots.
 /// @return OM_OK; OM_INVALID (not a log, damaged, or cut off before its head ends); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_world_create_replayed(const char* path, OmWorld** world);
 

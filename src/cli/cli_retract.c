@@ -6,6 +6,7 @@
 #include "cli_common.h"
 #include "cli_supervise.h"
 #include "omentum/defras.h"
+#include "omentum/defras_replay.h"
 #include "omentum/umesh_net.h"
 
 static const OmCliOption option[] = {
@@ -38,6 +39,10 @@ static const OmCliOption option[] = {
     {"--real-time", NULL, NULL, "time passes as on the wall"},
     {"--record-acquisitions", NULL, NULL,
      "write what the depth camera saw after each pull and fold to DIR/acquisitions, for omentum update"},
+    {"--record", NULL, NULL,
+     "write all that the robot observes to DIR/observations.log, for --replay"},
+    {"--replay", NULL, "DIR",
+     "decide again from the observations in DIR, and compare with its audit.jsonl; with -o the audit is written there"},
     {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
     {"--quiet", "-q", NULL, "no progress"},
 };
@@ -58,6 +63,9 @@ static const OmCliKey result_key[] = {
     {"updates_refused", "estimates that left the twin unchanged"},
     {"warnings", "times that the warning state rose to 1 or above"},
     {"mu_max_mm", "largest discrepancy of the twin, while tissue was held"},
+    {"observations_bytes", "size of observations.log, with --record"},
+    {"same", "with --replay: 1 if all lines of the audit are the same, otherwise 0"},
+    {"lines", "of the audit, with --replay"},
     {"layouts", "run with --layouts, or measured"},
     {"exposed", "of these layouts; of the sequences with --search"},
     {"force_threshold_n", "measured with --calibrate-force"},
@@ -72,7 +80,7 @@ typedef struct Settings {
     int first;    // layout of several
     int nworker;
     bool is_quiet;
-    bool records_acquisitions;
+    bool records_acquisitions, records_observations;
     bool is_defras, has_preplan, needs_approval;
     OmPreplan preplan;
     OmCliPerson person;
@@ -119,6 +127,20 @@ static void print_updates(const OmRetractResult* r) {
     om_cli_figure("acquisitions", r->nacquisition);
     om_cli_figure("updates_adopted", nadopted);
     om_cli_figure("updates_refused", nrefused);
+}
+
+// Print how large the recorded observations are.
+static void print_recorded(const char* dir) {
+    char path[OM_SCENE_PATH];
+    FILE* file;
+    uint64_t size;
+    if (om_path_join(dir, "observations.log", path, sizeof path) < 0 ||
+        om_file_open(path, &file, &size) < 0)
+        return;
+    fclose(file);
+    printf("  observations: %s, %.1f MB; omentum retract --replay %s decides again from them\n",
+           path, 1e-6 * (double)size, dir);
+    om_cli_figure("observations_bytes", (double)size);
 }
 
 // Print a summary for the user.
@@ -178,6 +200,7 @@ static OmRetractDef make_def(Settings* s, const char* dir) {
         def.supervise_ctx = &s->person;
     }
     def.needs_approval = s->needs_approval;
+    def.records_observations = s->records_observations;
     return def;
 }
 
@@ -201,6 +224,7 @@ static int run(Settings* s) {
     if (status < 0) return om_cli_fail("retract", status);
     om_cli_progress_done();
     print_result(&s->scene, &result, s->out);
+    if (s->records_observations) print_recorded(s->out);
     int code = result.is_exposed ? OM_EXIT_OK : OM_EXIT_FAILED;
     om_retract_result_done(&result);
     return code;
@@ -308,6 +332,29 @@ static int run_layouts(Settings* s) {
     return nexposed == s->nlayout ? OM_EXIT_OK : OM_EXIT_FAILED;
 }
 
+// Decide again from the observations of a recorded run. Exit code 1: another decision; both are printed.
+static int replay(const OmCliArgs* args) {
+    Settings s = {.is_quiet = om_cli_get(args, "--quiet") != NULL};
+    OmReplayDef def = om_replay_default_def(om_cli_get(args, "--replay"));
+    OmReplayResult r;
+    OmEngineSet engines = om_engine_set_default();
+    OmStatus status = om_engine_set_add(&engines, om_umesh_engine());
+    def.path = om_cli_get(args, "--output");
+    def.engines = &engines;
+    if (status == OM_OK) status = om_cli_int(args, "--workers", &def.nworker);
+    if (status == OM_OK) status = om_retract_replay(&def, om_cli_progress(s.is_quiet), &r);
+    if (status < 0) return om_cli_fail("retract", status);
+    om_cli_progress_done();
+    printf("%s\n", r.reason);
+    if (r.line) printf("the run:\n%s\nthe replay:\n%s\n", r.was, r.now);
+    om_cli_figure("same", r.is_same);
+    om_cli_figure("lines", r.nline);
+    om_cli_reason(r.reason);
+    int code = r.is_same ? OM_EXIT_OK : OM_EXIT_FAILED;
+    om_replay_result_done(&r);
+    return code;
+}
+
 static int calibrate(const Settings* s) {
     OmForceCalibration c;
     int nlayout = s->nlayout ? s->nlayout : 17;
@@ -352,7 +399,8 @@ static int print_text(const OmCliArgs* args, Settings* s) {
 static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     int npositional;
     OM_TRY(om_cli_check(args, 1, &npositional));
-    s->needs_scene = !om_cli_get(args, "--example") && !om_cli_get(args, "--keys");
+    s->needs_scene = !om_cli_get(args, "--example") && !om_cli_get(args, "--keys") &&
+                     !om_cli_get(args, "--replay");
     if (!s->needs_scene) {
         OM_CHECK(npositional == 0, OM_INVALID, "\"%s\" is one argument too many",
                  om_cli_positional(args, 0));
@@ -368,6 +416,7 @@ static OmStatus read_settings(const OmCliArgs* args, Settings* s) {
     s->person.is_paced = om_cli_get(args, "--real-time") != NULL;
     s->needs_approval = om_cli_get(args, "--approve") != NULL;
     OM_CHECK(s->person.reads || !s->needs_approval, OM_INVALID, "--approve needs --supervise");
+    s->records_observations = om_cli_get(args, "--record") != NULL;
     s->first = 1;
     OM_TRY(om_cli_int(args, "--layouts", &s->nlayout));
     OM_TRY(om_cli_int(args, "--first", &s->first));
@@ -415,6 +464,7 @@ int om_cli_retract(int argc, char** argv) {
         fprintf(stderr, "omentum retract: %s\n", om_error_message());
         return OM_EXIT_USAGE;
     }
+    if (om_cli_get(&args, "--replay")) return replay(&args);
     if (!s.needs_scene) return print_text(&args, &s);
     OmStatus status = read_scene(&args, &s);
     const char* const input[] = {om_cli_positional(&args, 0), s.program};
@@ -472,7 +522,8 @@ const OmCliVerb om_cli_verb_retract = {
         "Runs the deliberative loop on a simulated operating field. Its mesh and stiffness differ from\n"
         "those of the twin, which plans and estimates forces. Exit code 0: the arms exposed the ROI; 1: not\n"
         "exposed, or in view before any action. DIR must be new, empty, or hold an older run. After Ctrl-C\n"
-        "or SIGTERM the record up to then is kept.",
+        "or SIGTERM the record up to then is kept. DIR/audit.jsonl has every decision with its facts and\n"
+        "reasons; while a run lives, and after a kill, it is in DIR-unfinished.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example =
@@ -485,6 +536,8 @@ const OmCliVerb om_cli_verb_retract = {
         "  omentum retract scenes/belief.yaml --update -o out/belief\n"
         "  omentum retract scenes/belief.yaml --defras -o out/defras\n"
         "  omentum retract scenes/belief.yaml --defras --supervise --approve --real-time -o out/watched\n"
+        "  omentum retract scenes/belief.yaml --defras --record -o out/recorded\n"
+        "  omentum retract --replay out/recorded\n"
         "  omentum retract scenes/sheet.yaml --dry-run\n"
         "  omentum retract --example > my.yaml\n"
         "  omentum retract scenes/kidney.yaml --print-scene\n"

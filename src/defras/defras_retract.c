@@ -2,8 +2,10 @@
 #include <string.h>
 
 #include "defras/defras_internal.h"
+#include "defras/defras_journal.h"
 #include "omentum/defras.h"
 #include "omentum/defras_recorder.h"
+#include "omentum/world_log.h"
 
 #define RETRACT_COOKIE 0x0de78a5
 
@@ -21,6 +23,7 @@ typedef struct Setup {
     OmWorld* world;
     OmPlanner* planner;
     OmRecorder* recorder;  // null: nothing is written
+    Journal* journal;      // null: neither written nor replayed
     OmMatch* match;        // of the job of the updater; null: nothing is estimated
     OmBanetNet* net;       // null: the scene names none
     OmBanetUpdater* banet;
@@ -36,6 +39,7 @@ static void setup_done(Setup* s) {
     om_banet_updater_destroy(s->banet);
     om_banet_net_destroy(s->net);
     om_match_destroy(s->match);
+    om__journal_destroy(s->journal);
     om_recorder_destroy(s->recorder);
     om_world_destroy(s->world);
     om_body_destroy(s->twin);
@@ -64,15 +68,25 @@ static OmStatus check_def(const OmRetractDef* def) {
     return def->out_dir ? om_folder_check(def->out_dir, OM__RETRACT_KIND) : OM_OK;
 }
 
+// A simulated world at rest, or the observations of a replay.
+static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
+                            const OmProgress* progress, Setup* s) {
+    if (replay) {
+        OM_TRY(om_world_create_replayed(replay->log, &s->world));
+        return replay->is_settled ? OM_OK : OM_NOT_CONVERGED;
+    }
+    OM_TRY(om_site_build(def->scene, OM_SITE_WORLD, progress, &s->world_site));
+    OM_TRY(om_world_check_visible(def->scene, &s->twin_site));
+    OM_TRY(om_world_create_simulated(def->scene, &s->world_site, def->nworker, &s->world));
+    return om_world_reset(s->world);
+}
+
 // Create sites, bodies, world and planner; let world and twin come to rest.
-static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup* s,
-                      bool* is_settled) {
+static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
+                      Setup* s, bool* is_settled) {
     const OmScene* scene = def->scene;
     OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
-    OM_TRY(om_site_build(scene, OM_SITE_WORLD, progress, &s->world_site));
-    OM_TRY(om_world_check_visible(scene, &s->twin_site));
     OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
-    OM_TRY(om_world_create_simulated(scene, &s->world_site, def->nworker, &s->world));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;
     planner.max_lift = (int)ceil(scene->task.max_height / scene->task.pull_step - 1e-9);
@@ -80,13 +94,13 @@ static OmStatus build(const OmRetractDef* def, const OmProgress* progress, Setup
     OmStatus twin =
         om_body_settle(s->twin, scene->task.time_step, OM_WORLD_SETTLE_SPEED, OM_WORLD_SETTLE_TIME);
     OM_TRY(twin);
-    OmStatus world = om_world_reset(s->world);
+    OmStatus world = build_world(def, replay, progress, s);
     *is_settled = twin == OM_OK && world == OM_OK;
     return world;
 }
 
 // An updater, if the scene corrects the twin's attachments or acquisitions are recorded.
-static OmStatus build_updater(const OmRetractDef* def, Setup* s) {
+static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Setup* s) {
     const bool is_enabled = def->scene->update.is_enabled;
     if (!is_enabled && !(def->records_acquisitions && def->out_dir)) return OM_OK;
     OmUpdateDef update = om_update_default_def(def->scene, s->world, &s->twin_site);
@@ -104,19 +118,47 @@ static OmStatus build_updater(const OmRetractDef* def, Setup* s) {
         update.estimate = om_update_estimate_by_banet;
         update.estimate_ctx = s->banet;
     }
+    if (replay) {
+        update.timing = replay->is_ready_timed ? OM_UPDATE_REPLAYED : OM_UPDATE_AFTER_LATENCY;
+        update.replay_tick = replay->end_tick;
+        update.nreplay = replay->nestimate;
+    }
     return om_updater_create(&update, &s->updater);
 }
 
-static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup* s) {
+// The recorder, the audit and the log; a replay has the audit alone.
+static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, Setup* s,
+                                OmLoopDef* loop, OmLoopListener listener[3]) {
+    if (!def->out_dir && !replay) return OM_OK;
+    if (!replay) {
+        OmRecorderDef rec =
+            om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
+        rec.truth = loop->truth;
+        rec.frame_every = def->frame_every;
+        rec.records_acquisitions = def->records_acquisitions;
+        rec.has_recording = def->has_recording;
+        OM_TRY(om_recorder_create(&rec, &s->recorder));
+    }
+    OM_TRY(om__journal_create(def, s->recorder, replay, s->world, s->planner,
+                              s->net ? om_banet_net_hash(s->net) : 0, &s->journal));
+    loop->world = om__journal_world(s->journal);
+    loop->nlistener = om__journal_listeners(s->journal, listener);
+    if (s->recorder) listener[loop->nlistener++] = om_recorder_listener(s->recorder);
+    loop->listener = listener;
+    return OM_OK;
+}
+
+static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
+                      Setup* s) {
     double wall_begin = om_clock_now();
     bool is_settled = false;
-    OM_TRY(build(def, progress, s, &is_settled));
+    OM_TRY(build(def, replay, progress, s, &is_settled));
     OmLoopDef loop = om_loop_default_def(&def->scene->task, s->world, s->twin, s->planner);
-    OmLoopListener listener;
+    OmLoopListener listener[3];
     loop.truth = om_world_truth(s->world);
     loop.is_settled = is_settled;
     loop.wall_begin = wall_begin;
-    OM_TRY(build_updater(def, s));
+    OM_TRY(build_updater(def, replay, s));
     loop.updater = s->updater;
     loop.preplan = def->preplan;
     loop.is_attended = def->supervise != NULL;
@@ -126,28 +168,34 @@ static OmStatus begin(const OmRetractDef* def, const OmProgress* progress, Setup
         OM_TRY(om_monitor_create(&monitor, &s->monitor));
         loop.monitor = s->monitor;
     }
-    if (def->out_dir) {
-        OmRecorderDef rec =
-            om_recorder_default_def(def->out_dir, def->scene, s->world, s->twin, s->planner);
-        rec.truth = loop.truth;
-        rec.frame_every = def->frame_every;
-        rec.records_acquisitions = def->records_acquisitions;
-        rec.has_recording = def->has_recording;
-        OM_TRY(om_recorder_create(&rec, &s->recorder));
-        listener = om_recorder_listener(s->recorder);
-        loop.listener = &listener;
-        loop.nlistener = 1;
+    OM_TRY(build_listeners(def, replay, s, &loop, listener));
+    if (replay) {
+        loop.is_attended = replay->is_attended;
+        loop.needs_approval = replay->needs_approval;
+        loop.max_age = replay->max_age;
     }
     return om_loop_create(&loop, &s->loop);
 }
 
 // ---- the run --------------------------------------------------------------------------------------------
 
+// Commands that the recorded run got after this tick.
+static OmStatus give_commands(const Setup* s, const Replay* replay, int* next) {
+    while (replay && *next < replay->ncommand && om_loop_phase(s->loop) != OM_LOOP_ENDED &&
+           replay->command[*next].tick <= om_loop_ntick(s->loop))
+        OM_TRY(om_loop_command(s->loop, &replay->command[(*next)++].command));
+    return OM_OK;
+}
+
 // Tick to the end. Progress may cancel the run: the record so far is kept.
-static OmStatus run(const OmRetractDef* def, const Setup* s, const OmProgress* progress) {
+static OmStatus run(const OmRetractDef* def, const Replay* replay, const Setup* s,
+                    const OmProgress* progress) {
     const int max_actions = def->scene->task.max_actions;
+    int ncommand = 0;
+    OM_TRY(give_commands(s, replay, &ncommand));
     while (om_loop_phase(s->loop) != OM_LOOP_ENDED) {
         OM_TRY(om_loop_tick(s->loop));
+        OM_TRY(give_commands(s, replay, &ncommand));
         if (def->supervise) OM_TRY(def->supervise(def->supervise_ctx, s->loop));
         const int naction = om_loop_result(s->loop)->naction;
         OmStatus status = om_progress_report(progress, "retracting", naction, max_actions);
@@ -160,16 +208,26 @@ static OmStatus run(const OmRetractDef* def, const Setup* s, const OmProgress* p
     return OM_OK;
 }
 
-OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
-                        OmRetractResult* result) {
+OmStatus om__retract_run(const OmRetractDef* def, Replay* replay, const OmProgress* progress,
+                         OmRetractResult* result) {
     memset(result, 0, sizeof *result);
     OM_TRY(check_def(def));
     Setup setup = {0};
-    OmStatus status = begin(def, progress, &setup);
-    if (status >= 0) status = run(def, &setup, progress);
+    OmStatus status = begin(def, replay, progress, &setup);
+    if (status >= 0) status = run(def, replay, &setup, progress);
+    if (replay && setup.journal) {
+        if (status < 0) snprintf(replay->failure, sizeof replay->failure, "%s", om_error_message());
+        OmStatus kept = om_text_append(&replay->audit, "%s", om__journal_text(setup.journal));
+        if (kept < 0) status = kept;
+    }
     if (status >= 0) status = om_loop_take_result(setup.loop, result);
     setup_done(&setup);
     return status;
+}
+
+OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
+                        OmRetractResult* result) {
+    return om__retract_run(def, NULL, progress, result);
 }
 
 // ---- before a run -------------------------------------------------------------------------------------------
@@ -226,7 +284,7 @@ OmStatus om_retract_check(const OmRetractDef* def, const OmProgress* progress,
     OmRetractDef unwritten = *def;
     unwritten.out_dir = NULL;
     Setup setup = {0};
-    OmStatus status = begin(&unwritten, progress, &setup);
+    OmStatus status = begin(&unwritten, NULL, progress, &setup);
     estimate->begin_time = om_clock_now() - start;
     if (status >= 0) status = estimate_loop(def, &setup, estimate);
     setup_done(&setup);

@@ -1,7 +1,8 @@
 // world_log.c: the recorded world and the replayed world.
 //
 // The recorded world writes each call with its answer when the answer is there. The replayed world reads one record a
-// call and compares. Commands are compared to the last bit: a replay that departs a little departs for good.
+// call and compares. Commands are compared to the last bit: a replay that departs a little departs for good. A
+// departure is OM_IO, since a controller takes OM_INVALID of a motion as a goal out of reach, and would go on.
 #include "omentum/world_log.h"
 
 #include <string.h>
@@ -175,16 +176,17 @@ static OmStatus depart(ReplayedWorld* w, const LogCall* now) {
                  "%s: the replay departs from the log at tick %d (%.2f s). Log: %s. Now: %s",
                  w->reader.path, w->tick, w->time, then_text, now_text);
     }
-    return om_error(OM_INVALID, "%s", w->failed);
+    return om_error(OM_IO, "%s", w->failed);
 }
 
 // Read the next record and compare it with the call that is made now. @return the recorded answer
 static OmStatus answer(ReplayedWorld* w, const LogCall* now) {
-    OM_CHECK(!w->failed[0], OM_INVALID, "%s", w->failed);
+    OM_CHECK(!w->failed[0], OM_IO, "%s", w->failed);
     OmStatus status = om__log_read(&w->reader, &w->call);
+    if (status == OM_NO_MEMORY) return status;
     if (status < 0) {
         snprintf(w->failed, sizeof w->failed, "%s", om_error_message());
-        return status;
+        return om_error(OM_IO, "%s", w->failed);
     }
     if (!is_same_call(&w->call, now)) return depart(w, now);
     if (w->call.status < 0) return om_error(w->call.status, "%s", w->call.message);

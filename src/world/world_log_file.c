@@ -243,17 +243,18 @@ static OmStatus code_color(Coder* c, const OmCamera* camera, OmWindow window, Om
 
 // ---- observations -----------------------------------------------------------------------------------------------
 
+// A tool that is not measured has values that are not finite: they are stored as they come.
 static OmStatus code_arm(Coder* c, OmArmObservation* arm) {
-    OM_TRY(code_time(c, &arm->time));
-    OM_TRY(code_pose(c, &arm->tip));
-    OM_TRY(code_numbers(c, arm->q, OM_PSM_NJOINT));
-    OM_TRY(code_numbers(c, &arm->jaw, 1));
-    OM_TRY(code_numbers(c, &arm->jaw_speed, 1));
-    OM_TRY(code_numbers(c, &arm->jaw_goal, 1));
+    OM_TRY(code(c, &arm->time, sizeof arm->time));
+    OM_TRY(code(c, &arm->tip, sizeof arm->tip));
+    OM_TRY(code(c, arm->q, sizeof arm->q));
+    OM_TRY(code(c, &arm->jaw, sizeof arm->jaw));
+    OM_TRY(code(c, &arm->jaw_speed, sizeof arm->jaw_speed));
+    OM_TRY(code(c, &arm->jaw_goal, sizeof arm->jaw_goal));
     OM_TRY(code_bool(c, &arm->is_moving));
     OM_TRY(code_bool(c, &arm->has_wrench));
-    OM_TRY(code_vector(c, &arm->force));
-    return code_vector(c, &arm->torque);
+    OM_TRY(code(c, &arm->force, sizeof arm->force));
+    return code(c, &arm->torque, sizeof arm->torque);
 }
 
 // Width 0: the observation has no camera.
@@ -361,9 +362,8 @@ static OmStatus write_record(LogWriter* w, LogKind kind) {
     head.hash = om__log_hash(head.kind, w->record.str, size, w->hash);
     errno = 0;
     bool is_good = fwrite(&head, sizeof head, 1, w->file) == 1 &&
-                   (size == 0 || fwrite(w->record.str, size, 1, w->file) == 1);
-    if (is_good && (kind == LOG_HEAD || kind == LOG_OBSERVE || kind == LOG_END))
-        is_good = fflush(w->file) == 0;
+                   (size == 0 || fwrite(w->record.str, size, 1, w->file) == 1) &&
+                   fflush(w->file) == 0;
     if (!is_good) return write_failed(w);
     w->hash = head.hash;
     w->record.len = 0;

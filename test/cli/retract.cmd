@@ -30,6 +30,10 @@ file run/report.html
 file run/run.json
 file run/run.vtkhdf
 file run/frames/000.png
+file run/audit.jsonl
+file run/scene.yaml
+no-file run-unfinished
+no-file run/observations.log
 
 # The report names a margin only where the scene has one.
 $ grep -o 'force threshold 3.00 N[;,][a-z ]*' run/report.html
@@ -53,6 +57,24 @@ no-file narrow
 # The same bytes again, with one thread.
 $ omentum retract small.yaml -q --workers 1 -o again && diff <(grep state_hash run/run.json) <(grep state_hash again/run.json) && cmp run/frames/003.png again/frames/003.png
 exit 0
+
+# Recorded, decided again from the observations alone, and with a changed line.
+$ omentum retract small.yaml -q --record -o recorded
+exit 0
+out ^  observations: recorded/observations\.log, 0\.\d MB; omentum retract --replay recorded decides again from them$
+$ omentum retract -q --replay recorded -o recorded-again.jsonl && cmp recorded/audit.jsonl recorded-again.jsonl
+exit 0
+out ^recorded: decided again from its observations: all \d+ lines are the same, 1 plans in \d\.\d s$
+no-err
+$ sed -i '3s/psm1/psm2/' recorded/audit.jsonl && omentum retract -q --replay recorded
+exit 1
+out ^recorded: line 3 of the audit differs$
+out ^\{"event": "begin".*"arm": "psm2"
+out ^\{"event": "begin".*"arm": "psm1"
+$ omentum retract -q --replay run
+exit 3
+err run has no observations\.log; record a run by omentum retract --record
+err-lines 1
 
 # Not exposed is an outcome, not an error: exit code 1 and a report.
 $ sed 's/lo_mm:.*/lo_mm: [-100, -100, -1]/' small.yaml > held.yaml && omentum retract held.yaml -q -o held
@@ -288,12 +310,12 @@ exit 3
 err taken
 err-lines 1
 
-# A full disk, as a limit on the size of files: one sentence, nothing left.
+# A full disk, as a limit on the size of files: one sentence, and the audit, since the operation took place.
 $ mkdir full && (trap '' XFSZ; ulimit -f 300; omentum retract small.yaml -q -o full/out; code=$?; ls -A full; exit $code)
 exit 3
 err full/out.*cannot .*: File too large
 err-lines 1
-no-out
+out ^out-unfinished$
 
 # Ctrl-C, SIGTERM, SIGHUP: the record so far is kept, beside what stands there, and no temporary folder is left.
 $ mkdir int && (timeout -s INT 1 omentum retract $ROOT/scenes/sheet.yaml -q -o int/out; code=$?; ls -A int; exit $code)

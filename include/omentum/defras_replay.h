@@ -1,0 +1,51 @@
+/// omentum/defras_replay.h: decide again from what a run recorded, and compare (floor 7).
+///
+/// A run with OmRetractDef.records_observations leaves its scene, its audit and its observations in its folder. A
+/// replay builds twin, planner and updater from the scene, and feeds the loop with the observations alone: no world, no
+/// truth. Commands of persons come from the audit. The replay's audit must equal the run's, byte for byte.
+///
+///     OmReplayDef def = om_replay_default_def("out/run");
+///     OmReplayResult result;
+///     om_retract_replay(&def, NULL, &result);
+///     puts(result.is_same ? "the same decisions" : result.difference);
+///     om_replay_result_done(&result);
+#ifndef OMENTUM_DEFRAS_REPLAY_H
+#define OMENTUM_DEFRAS_REPLAY_H
+
+#include "omentum/defras.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct OmReplayDef {
+    OmCookie cookie;
+    const char* dir;   // of the run
+    const char* path;  // the replay's audit is written there; null (default): not written
+    const struct OmEngineSet* engines;  // that the scene may name; null (default): those of OmScene
+    int nworker;                        // default 0: one a processor
+} OmReplayDef;
+
+OM_API OmReplayDef om_replay_default_def(const char* dir);
+
+typedef struct OmReplayResult {  // om_replay_result_done frees
+    bool is_same;
+    int nline;          // lines of the run's audit
+    int ndecision;      // plans among them
+    double time;        // s of the operation that was replayed
+    int line;           // the first line that differs, counted from 1; 0: none
+    char* was;          // this line in the run; "" behind its end
+    char* now;          // in the replay
+    char reason[1024];  // one sentence: the outcome
+} OmReplayResult;
+OM_API void om_replay_result_done(OmReplayResult* result);
+
+/// @return OM_OK, also if a decision differs; OM_INVALID (no recorded run in `dir`, a damaged log, or a run that held
+///         because it was behind real time: the wall clock is not recorded); OM_IO; OM_NO_MEMORY; OM_CANCELLED
+OM_API OmStatus om_retract_replay(const OmReplayDef* def, const OmProgress* progress,
+                                  OmReplayResult* result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
