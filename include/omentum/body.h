@@ -150,6 +150,9 @@ OM_API OmStatus om_body_get_forces(OmBody* body, OmBodyForces* forces);
 /// Force on each vertex by tools, attachments and contact, N (nvert x 3).
 /// @return OM_OK; errors of om_tissue_get_holding_force
 OM_API OmStatus om_body_get_vertex_forces(OmBody* body, double* force);
+/// Force on each vertex by its attachment, N (nvert x 3); zero where there is none.
+/// @return OM_OK; errors of om_tissue_get_attachment_force
+OM_API OmStatus om_body_get_attachment_force(OmBody* body, double* force);
 /// A measure of every element of the body's mesh (ntet).
 /// @return as om_tissue_get_measure
 OM_API OmStatus om_body_get_measure(const OmBody* body, OmTissueMeasure measure, double* value);

@@ -120,6 +120,18 @@ typedef struct OmSceneBelief {  // attachments of the twin, where they are not t
     double foundation;  // N/m^3, in place of `stiffness`; below 0 (default): the truth's
 } OmSceneBelief;
 
+typedef struct OmSceneRoiBelief {  // where the twin believes the ROI, beside its true place
+    // m, task frame, along the board or the organ that carries the ROI; z is not used; default 0
+    OmVec3 shift;
+} OmSceneRoiBelief;
+
+// Error of the registration: the whole site of the twin (mesh, board, organ, ROI, task frame, gravity) is moved against
+// the truth. Cameras and arms are calibrated: they stand where they are.
+typedef struct OmSceneRegistration {
+    OmVec3 shift;  // m, task frame; default 0
+    OmVec3 turn;   // rad, rotation vector in the task frame, about its origin; default 0
+} OmSceneRegistration;
+
 typedef struct OmSceneRoi {
     bool is_random;  // anywhere free under the tissue; default true
     OmVec3 center;   // m, task frame, if not random
@@ -149,6 +161,13 @@ typedef struct OmSceneWorld {  // what the simulated world hides from the twin
     int narm;              // 1 (PSM1 alone) to OM_MAX_ARM; default 2
     // N, standard deviation of a measured force at the tip along each axis; default below 0: arms measure no force
     double force_noise;
+    // A grasp slips where the force on the jaws exceeds grip_friction x grip_force: the tissue is free, and the jaws
+    // close on nothing. Coulomb's friction; default below 0: no grasp slips.
+    double grip_friction;
+    double grip_force;  // N, of the jaws on the tissue; default 8
+    // Pa: an attached vertex tears off for good where the force of its attachment exceeds this times its area
+    // (OmSite.attach_area); default 0: nothing tears
+    double tear_strength;
 } OmSceneWorld;
 
 typedef struct OmSceneTask {
@@ -208,8 +227,10 @@ typedef struct OmScene {
     int seed;  // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
-    OmSceneAttach attach;    // the truth
-    OmSceneBelief believed;  // by the twin
+    OmSceneAttach attach;              // the truth
+    OmSceneBelief believed;            // by the twin
+    OmSceneRoiBelief believed_roi;     //
+    OmSceneRegistration registration;  //
     OmSceneRoi roi;
     OmSceneCamera endoscope, rgbd;
     OmSceneWorld world;
@@ -268,25 +289,28 @@ typedef struct OmSite {
     double* attach_area;       // m^2, share of each vertex of the set "attachment", in its order
     double* attach_spring;     // N/m, of each of them
     OmPose pose_world_task;    // task frame
-    OmVec3 half_size;          // m, half the extent of the tissue in the task frame
-    bool has_ground;           // a board at the task frame's z = 0
-    bool has_organ;            // still anatomy under the tissue
-    OmSurface organ;           //
-    OmSdf organ_sdf;           //
-    int nroi;                  // sample points of the ROI's surface
-    double* roi_x;             // world frame, m      (nroi x 3)
-    double* roi_n;             // outward normals     (nroi x 3)
-    OmSurface roi;             // to be drawn
-    OmVec3 roi_center;         // world frame, m
-    int nmaterial;             // of a patient; 0: all of the tissue is of one
+    // Frame by which the scene places cameras and arms: the task frame, but without the error of registration.
+    OmPose pose_world_field;
+    OmVec3 half_size;   // m, half the extent of the tissue in the task frame
+    bool has_ground;    // a board at the task frame's z = 0
+    bool has_organ;     // still anatomy under the tissue
+    OmSurface organ;    //
+    OmSdf organ_sdf;    //
+    int nroi;           // sample points of the ROI's surface
+    double* roi_x;      // world frame, m      (nroi x 3)
+    double* roi_n;      // outward normals     (nroi x 3)
+    OmSurface roi;      // to be drawn
+    OmVec3 roi_center;  // world frame, m
+    int nmaterial;      // of a patient; 0: all of the tissue is of one
     OmSiteMaterial material[OM_SITE_MATERIALS];
     double young, density;  // of this site's tissue, or its first material, Pa and kg/m^3
     double poisson;         // of all of it; below 0: each material's own
     OmVec3 gravity;         // world frame, m/s^2
 } OmSite;
 
-/// Build the twin's or the world's site. Both have the same anatomy and ROI, and the same attachments unless
-/// OmSceneBelief gives the twin others; the world has another mesh and, by OmSceneWorld, another stiffness.
+/// Build the twin's or the world's site. Both have the same anatomy and ROI, and the same attachments, unless
+/// OmSceneBelief, OmSceneRoiBelief and OmSceneRegistration give the twin others; the world has another mesh and, by
+/// OmSceneWorld, another stiffness. Nothing of OmSceneWorld reaches the twin's site.
 /// @return OM_OK; OM_INVALID (nothing holds the tissue, a set is missing, the mesh of the truth is too coarse);
 ///        OM_NO_MEMORY; OM_IO; OM_CANCELLED
 OM_API OmStatus om_site_build(const OmScene* scene, OmSiteRole role, const OmProgress* progress,

@@ -45,6 +45,9 @@ typedef struct OmArmObservation {
 /// than 3 degrees. False while the jaw moves, and while it is commanded to stay open.
 OM_API bool om_arm_is_holding(const OmArmObservation* arm);
 
+/// Nothing between the jaws: the jaw is commanded closed and rests there. An arm that held tissue has lost it.
+OM_API bool om_arm_is_empty(const OmArmObservation* arm);
+
 enum {                          // what to observe beside the arms
     OM_OBSERVE_VISIBILITY = 1,  // visible fraction of the ROI
     OM_OBSERVE_IMAGE = 2,       // the endoscope's picture

@@ -2190,6 +2190,23 @@ class OmSceneBelief(Struct):
     foundation: float
 
 
+class OmSceneRoiBelief(Struct):
+    """typedef struct OmSceneRoiBelief {  // where the twin believes the ROI, beside its true place
+    // m, task frame, along the board or the organ that carries the ROI; z is not used; default 0
+    OmVec3 shift;
+} OmSceneRoiBelief;"""
+    shift: np.ndarray
+
+
+class OmSceneRegistration(Struct):
+    """typedef struct OmSceneRegistration {
+    OmVec3 shift;  // m, task frame; default 0
+    OmVec3 turn;   // rad, rotation vector in the task frame, about its origin; default 0
+} OmSceneRegistration;"""
+    shift: np.ndarray
+    turn: np.ndarray
+
+
 class OmSceneRoi(Struct):
     """typedef struct OmSceneRoi {
     bool is_random;  // anywhere free under the tissue; default true
@@ -2236,6 +2253,13 @@ class OmSceneWorld(Struct):
     int narm;              // 1 (PSM1 alone) to OM_MAX_ARM; default 2
     // N, standard deviation of a measured force at the tip along each axis; default below 0: arms measure no force
     double force_noise;
+    // A grasp slips where the force on the jaws exceeds grip_friction x grip_force: the tissue is free, and the jaws
+    // close on nothing. Coulomb's friction; default below 0: no grasp slips.
+    double grip_friction;
+    double grip_force;  // N, of the jaws on the tissue; default 8
+    // Pa: an attached vertex tears off for good where the force of its attachment exceeds this times its area
+    // (OmSite.attach_area); default 0: nothing tears
+    double tear_strength;
 } OmSceneWorld;"""
     young_factor: float
     density_factor: float
@@ -2246,6 +2270,9 @@ class OmSceneWorld(Struct):
     has_depth_noise: bool
     narm: int
     force_noise: float
+    grip_friction: float
+    grip_force: float
+    tear_strength: float
 
 
 class OmSceneTask(Struct):
@@ -2333,8 +2360,10 @@ class OmScene(Struct):
     int seed;  // of attachments, ROI and noise; --layout sets it
     OmSceneTissue tissue;
     OmSceneModel model;
-    OmSceneAttach attach;    // the truth
-    OmSceneBelief believed;  // by the twin
+    OmSceneAttach attach;              // the truth
+    OmSceneBelief believed;            // by the twin
+    OmSceneRoiBelief believed_roi;     //
+    OmSceneRegistration registration;  //
     OmSceneRoi roi;
     OmSceneCamera endoscope, rgbd;
     OmSceneWorld world;
@@ -2352,6 +2381,8 @@ class OmScene(Struct):
     model: OmSceneModel
     attach: OmSceneAttach
     believed: OmSceneBelief
+    believed_roi: OmSceneRoiBelief
+    registration: OmSceneRegistration
     roi: OmSceneRoi
     endoscope: OmSceneCamera
     rgbd: OmSceneCamera
@@ -2382,17 +2413,19 @@ class OmSite(Struct):
     double* attach_area;       // m^2, share of each vertex of the set "attachment", in its order
     double* attach_spring;     // N/m, of each of them
     OmPose pose_world_task;    // task frame
-    OmVec3 half_size;          // m, half the extent of the tissue in the task frame
-    bool has_ground;           // a board at the task frame's z = 0
-    bool has_organ;            // still anatomy under the tissue
-    OmSurface organ;           //
-    OmSdf organ_sdf;           //
-    int nroi;                  // sample points of the ROI's surface
-    double* roi_x;             // world frame, m      (nroi x 3)
-    double* roi_n;             // outward normals     (nroi x 3)
-    OmSurface roi;             // to be drawn
-    OmVec3 roi_center;         // world frame, m
-    int nmaterial;             // of a patient; 0: all of the tissue is of one
+    // Frame by which the scene places cameras and arms: the task frame, but without the error of registration.
+    OmPose pose_world_field;
+    OmVec3 half_size;   // m, half the extent of the tissue in the task frame
+    bool has_ground;    // a board at the task frame's z = 0
+    bool has_organ;     // still anatomy under the tissue
+    OmSurface organ;    //
+    OmSdf organ_sdf;    //
+    int nroi;           // sample points of the ROI's surface
+    double* roi_x;      // world frame, m      (nroi x 3)
+    double* roi_n;      // outward normals     (nroi x 3)
+    OmSurface roi;      // to be drawn
+    OmVec3 roi_center;  // world frame, m
+    int nmaterial;      // of a patient; 0: all of the tissue is of one
     OmSiteMaterial material[OM_SITE_MATERIALS];
     double young, density;  // of this site's tissue, or its first material, Pa and kg/m^3
     double poisson;         // of all of it; below 0: each material's own
@@ -2405,6 +2438,7 @@ class OmSite(Struct):
     attach_area: Any
     attach_spring: Any
     pose_world_task: OmPose
+    pose_world_field: OmPose
     half_size: np.ndarray
     has_ground: bool
     has_organ: bool
@@ -6042,15 +6076,17 @@ complete(OmSceneTissue, [("engine", c_char * 64), ("weights", c_char * 512), ("s
 complete(OmSceneModel, [("label", c_int), ("max_volume", c_double), ("edge", c_double), ("world_edge", c_double), ("thickness", c_double), ("side", c_char * 64), ("half_length", c_double), ("half_width", c_double), ("attach", c_char * 64), ("tumour_radius", c_double), ("tumour_shift", OmVec3), ("tumour_range", OmVec3), ("attach_turn", c_double)], {})
 complete(OmSceneAttach, [("kind", c_int), ("share_min", c_double), ("share_max", c_double), ("lo", OmVec3), ("hi", OmVec3), ("stiffness", c_double), ("foundation", c_double)], {})
 complete(OmSceneBelief, [("kind", c_int), ("shift", OmVec3), ("grow", c_double), ("ratio", c_double), ("seed", c_int), ("share", c_double), ("lo", OmVec3), ("hi", OmVec3), ("stiffness", c_double), ("foundation", c_double)], {})
+complete(OmSceneRoiBelief, [("shift", OmVec3)], {})
+complete(OmSceneRegistration, [("shift", OmVec3), ("turn", OmVec3)], {})
 complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_double), ("margin", c_double)], {})
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
-complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double)], {})
+complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int)], {})
-complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
+complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
-complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
+complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
 complete(OmMatchDef, [("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("ncandidate", c_int), ("candidate", c_void_p), ("foundation", c_double), ("contact", c_double), ("nhypothesis", c_int), ("seed", c_uint64), ("moved", c_double), ("min_seen", c_double), ("min_motion", c_double), ("max_residual", c_double), ("nworker", c_int), ("cookie", c_uint32)], {})
 complete(OmMatchView, [("mesh", POINTER(OmTetMesh)), ("surface", POINTER(OmSurface)), ("surface_vert", c_void_p), ("surface_of", c_void_p), ("ncandidate", c_int), ("candidate", c_void_p), ("area", c_void_p), ("edge", c_double), ("foundation", c_double)], {})
 complete(OmMatchGrasp, [("arm", c_int), ("pose_world_grasp", OmPose), ("pose_world_now", OmPose), ("radius", c_double), ("nvert", c_int), ("vert", c_void_p)], {})
@@ -6220,6 +6256,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_arena_create": (c_int, [c_size_t, POINTER(OmArena)]),
     "om_arena_destroy": (None, [POINTER(OmArena)]),
     "om_arena_push": (c_void_p, [POINTER(OmArena), c_size_t, c_size_t]),
+    "om_arm_is_empty": (c_bool, [POINTER(OmArmObservation)]),
     "om_arm_is_holding": (c_bool, [POINTER(OmArmObservation)]),
     "om_assert_failed": (None, [c_char_p, c_char_p, c_int]),
     "om_banet_advice_done": (None, [POINTER(OmBanetAdvice)]),
@@ -6282,6 +6319,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_body_engine": (POINTER(OmTissueEngine), [c_void_p]),
     "om_body_eval_anchor": (c_int, [c_void_p, c_int, c_void_p, c_void_p, c_void_p]),
     "om_body_find_engine": (c_int, [POINTER(OmScene), c_int, POINTER(POINTER(OmTissueEngine))]),
+    "om_body_get_attachment_force": (c_int, [c_void_p, c_void_p]),
     "om_body_get_forces": (c_int, [c_void_p, POINTER(OmBodyForces)]),
     "om_body_get_measure": (c_int, [c_void_p, c_int, c_void_p]),
     "om_body_get_vertex_forces": (c_int, [c_void_p, c_void_p]),
@@ -7160,6 +7198,7 @@ STATUS = frozenset([
     "om_body_create_shared",
     "om_body_eval_anchor",
     "om_body_find_engine",
+    "om_body_get_attachment_force",
     "om_body_get_forces",
     "om_body_get_measure",
     "om_body_get_vertex_forces",

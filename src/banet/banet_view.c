@@ -172,7 +172,7 @@ static OmStatus twin_init(const BanetViewDef* def, const BanetTruth* t, OmRng* r
     site->mesh = *t->mesh;
     site->mesh.nset = 1;
     site->mesh.set = &twin->set;
-    site->pose_world_task = find_task(t);
+    site->pose_world_task = site->pose_world_field = find_task(t);
     site->half_size = find_half_size(t, site->pose_world_task);
     site->has_ground = t->has_board;
     site->young = t->young * exp(om_rng_range(rng, log(def->stiffness[0]), log(def->stiffness[1])));

@@ -164,6 +164,23 @@ static const OmYamlField belief_field[] = {
 static const OmYamlSchema belief_schema = {"believed_attachments", belief_field,
                                            COUNT(belief_field), NULL};
 
+static const OmYamlField roi_belief_field[] = {
+    {"shift_mm", OM_YAML_VEC3, AT(OmSceneRoiBelief, shift), .min = -1000, .max = 1000, .scale = MM,
+     .unit = "mm",
+     .help = "shift of the region along its ground, task frame; the third number is not used"},
+};
+static const OmYamlSchema roi_belief_schema = {"believed_roi", roi_belief_field,
+                                               COUNT(roi_belief_field), NULL};
+
+static const OmYamlField registration_field[] = {
+    {"shift_mm", OM_YAML_VEC3, AT(OmSceneRegistration, shift), .min = -1000, .max = 1000,
+     .scale = MM, .unit = "mm", .help = "of the twin against the truth, task frame"},
+    {"turn_deg", OM_YAML_VEC3, AT(OmSceneRegistration, turn), .min = -90, .max = 90, .scale = DEG,
+     .unit = "deg", .help = "the same: rotation vector about the task frame's origin"},
+};
+static const OmYamlSchema registration_schema = {"registration", registration_field,
+                                                 COUNT(registration_field), NULL};
+
 static const OmYamlField roi_field[] = {
     {"random", OM_YAML_BOOL, AT(OmSceneRoi, is_random),
      .help = "is the region of interest placed at random, anywhere free under the tissue?"},
@@ -218,6 +235,12 @@ static const OmYamlField world_field[] = {
      .help = "of the robot; 1: PSM1 alone"},
     {"force_noise", OM_YAML_DOUBLE, AT(OmSceneWorld, force_noise), .min = -1, .max = 100,
      .unit = "N", .help = "standard deviation of a measured tool force; below 0: none is measured"},
+    {"grip_friction", OM_YAML_DOUBLE, AT(OmSceneWorld, grip_friction), .min = -1, .max = 10,
+     .help = "a grasp slips beyond this times grip_force; below 0: no grasp slips"},
+    {"grip_force", OM_YAML_DOUBLE, AT(OmSceneWorld, grip_force), .min = 0, .max = 1000, .unit = "N",
+     .help = "of the jaws on the tissue"},
+    {"tear_strength", OM_YAML_DOUBLE, AT(OmSceneWorld, tear_strength), .min = 0, .max = 1e12,
+     .unit = "Pa", .help = "force by area beyond which an attachment tears off; 0: nothing tears"},
 };
 static const OmYamlSchema world_schema = {"world", world_field, COUNT(world_field), NULL};
 
@@ -304,6 +327,10 @@ static const OmYamlField scene_field[] = {
      .help = "where the tissue is attached, in truth"},
     {"believed_attachments", OM_YAML_STRUCT, AT(OmScene, believed), .sub = &belief_schema,
      .help = "where the twin believes it to be attached; left out: the truth"},
+    {"believed_roi", OM_YAML_STRUCT, AT(OmScene, believed_roi), .sub = &roi_belief_schema,
+     .help = "where the twin believes the region of interest; left out: at its true place"},
+    {"registration", OM_YAML_STRUCT, AT(OmScene, registration), .sub = &registration_schema,
+     .help = "error of the registration: the twin's whole site is moved against the truth"},
     {"roi", OM_YAML_STRUCT, AT(OmScene, roi), .sub = &roi_schema, .group = MADE,
      .help = "the region of interest that the tissue hides"},
     {"endoscope", OM_YAML_STRUCT, AT(OmScene, endoscope), .sub = &camera_schema,

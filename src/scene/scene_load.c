@@ -51,7 +51,9 @@ OmScene om_scene_default(void) {
                              .tool_noise = 0.2 * MM,
                              .has_depth_noise = true,
                              .narm = OM_MAX_ARM,
-                             .force_noise = -1};
+                             .force_noise = -1,
+                             .grip_friction = -1,
+                             .grip_force = 8};
     s.task = (OmSceneTask){.grid = 5,
                            .force_threshold = 2.55,
                            .watch_force = true,

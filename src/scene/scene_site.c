@@ -39,7 +39,9 @@ static OmStatus build_twin(const OmScene* scene, const OmProgress* progress, OmS
     om_free(site->attach_area);
     om_free(site->attach_spring);
     site->attach_area = site->attach_spring = NULL;
-    return om__site_measure_attachments(0, site);
+    OM_TRY(om__site_measure_attachments(0, site));
+    OM_TRY(om__site_shift_roi(scene, site));
+    return om__site_register(scene, site);
 }
 
 // ---- the world's own mesh: at least twice the twin's vertices ---------------------------------------------------
@@ -106,7 +108,7 @@ static OmStatus build_world(const OmScene* scene, const OmProgress* progress, Om
     }
     if (status == OM_OK) status = om__site_measure_attachments(om_site_attached_area(&twin), site);
     if (status == OM_OK && site->nroi == 0) status = om__site_copy_roi(&twin, site);
-    if (status == OM_OK) site->pose_world_task = twin.pose_world_task;
+    if (status == OM_OK) site->pose_world_task = site->pose_world_field = twin.pose_world_task;
     om_site_done(&twin);
     return status;
 }

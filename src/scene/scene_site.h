@@ -14,6 +14,10 @@ OmStatus om__site_attach(const OmScene* scene, OmSite* site);
 OmStatus om__site_copy_attachments(const OmSite* twin, OmSite* world);
 // Replace the truth's attachments on the twin's mesh by the attachments that the twin believes in by the scene.
 OmStatus om__site_believe(const OmScene* scene, OmSite* site);
+// Move the ROI along its ground to where the twin believes it.
+OmStatus om__site_shift_roi(const OmScene* scene, OmSite* site);
+// Move the whole site by the error of the registration, but not the frame of cameras and arms.
+OmStatus om__site_register(const OmScene* scene, OmSite* site);
 // Area of each attached vertex, m^2, which must not exist yet; total above 0: scaled to this sum.
 OmStatus om__site_measure_attachments(double total, OmSite* site);
 // Stiffness of the attachments by the scene's numbers and the site's role.

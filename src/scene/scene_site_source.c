@@ -22,7 +22,7 @@ static void place_task_frame(OmSite* site, OmVec3 up, OmVec3 view) {
         hi = om_max3(hi, p);
     }
     frame.p = om_quat_rotate(q, om_vec3(0.5 * (lo.x + hi.x), 0.5 * (lo.y + hi.y), lo.z));
-    site->pose_world_task = frame;
+    site->pose_world_task = site->pose_world_field = frame;
     site->half_size = om_scale(0.5, om_sub(hi, lo));
 }
 

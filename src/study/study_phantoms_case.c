@@ -363,7 +363,7 @@ OmStatus om__phantoms_site(const PhantomCase* c, OmSiteRole role, double coarse,
     double edge = coarse * (role == OM_SITE_WORLD ? WORLD_EDGE : om__phantoms_shape[c->shape].edge);
     memset(site, 0, sizeof *site);
     site->role = role;
-    site->pose_world_task = om_pose_identity();
+    site->pose_world_task = site->pose_world_field = om_pose_identity();
     site->half_size = om_vec3(HALF_BOARD, HALF_BOARD, 0.5 * om__phantoms_shape[c->shape].thickness);
     site->has_ground = true;
     site->gravity = om_vec3(0, 0, -scene->tissue.gravity);

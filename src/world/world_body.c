@@ -155,6 +155,10 @@ OmStatus om_body_get_vertex_forces(OmBody* b, double* force) {
     return om_tissue_get_holding_force(b->model->tissue, b->state, force);
 }
 
+OmStatus om_body_get_attachment_force(OmBody* b, double* force) {
+    return om_tissue_get_attachment_force(b->model->tissue, b->state, force);
+}
+
 OmStatus om_body_get_measure(const OmBody* b, OmTissueMeasure measure, double* value) {
     return om_tissue_get_measure(b->model->tissue, b->state, measure, value);
 }

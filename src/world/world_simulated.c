@@ -8,6 +8,7 @@
 #include "omentum/robot.h"
 #include "omentum/sense.h"
 #include "omentum/world.h"
+#include "world/world_damage.h"
 #include "world/world_view.h"
 
 #define JAW_CLOSED (20.0 * OM_PI / 180.0)    // below: tissue is grasped (Alg. 4)
@@ -54,6 +55,7 @@ typedef struct SimWorld {
     int tissue_id, roi_id;
     OmCamera endoscope, rgbd;
     OmWindow window;  // of OM_OBSERVE_WINDOW
+    OmWorldDamage damage;
     bool is_sense_stale;
 } SimWorld;
 
@@ -64,6 +66,7 @@ static void sim_destroy(OmWorld* world) {
     om_surface_done(&w->tissue);
     om_free(w->tissue_vert);
     for (int a = 0; a < OM_MAX_ARM; ++a) om_surface_done(&w->tool[a].surface);
+    om__world_damage_done(&w->damage);
     om_free(w->start);
     om_free(w);
 }
@@ -193,6 +196,7 @@ static OmStatus sim_advance(OmWorld* world, double dt) {
     for (int a = 0; a < world->narm; ++a) OM_TRY(move_arm(w, a, dt));
     OmBodyReport report;
     OM_TRY(om_body_step(w->body, dt, &report));
+    OM_TRY(om__world_damage_step(&w->damage, w->body));
     w->now.time += dt;
     ++w->now.nstep;
     w->is_sense_stale = true;
@@ -422,6 +426,7 @@ OmStatus om_world_create_simulated(const OmScene* scene, const OmSite* site, int
     OmStatus status = om_body_create(scene, site, nworker, &w->body);
     for (int a = 0; status == OM_OK && a < w->head.narm; ++a) status = place_arm(w, a);
     if (status == OM_OK) status = build_sense(w);
+    if (status == OM_OK) status = om__world_damage_init(scene, site, &w->damage);
     if (status == OM_OK) {
         w->start = om_calloc(1, sim_state_size(&w->head));
         status = w->start ? OM_OK : OM_NO_MEMORY;

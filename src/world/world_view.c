@@ -8,9 +8,9 @@
 OmCamera om__world_camera(const OmSite* site, const OmSceneCamera* c, double side) {
     OmVec3 eye =
         om_vec3(side * c->distance * cos(c->elevation), 0, c->distance * sin(c->elevation));
-    OmVec3 eye_w = om_pose_apply(site->pose_world_task, eye);
-    OmVec3 target = om_pose_apply(site->pose_world_task, om_vec3(0, 0, site->half_size.z));
-    OmVec3 up = om_quat_rotate(site->pose_world_task.q, om_vec3(0, 0, 1));
+    OmVec3 eye_w = om_pose_apply(site->pose_world_field, eye);
+    OmVec3 target = om_pose_apply(site->pose_world_field, om_vec3(0, 0, site->half_size.z));
+    OmVec3 up = om_quat_rotate(site->pose_world_field.q, om_vec3(0, 0, 1));
     return om_scene_camera_place(c, om_pose_look_at(eye_w, target, up));
 }
 

@@ -17,6 +17,11 @@ bool om_arm_is_holding(const OmArmObservation* arm) {
     return is_commanded && arm->jaw > JAW_EMPTY && fabs(arm->jaw_speed) < JAW_STILL;
 }
 
+bool om_arm_is_empty(const OmArmObservation* arm) {
+    bool is_commanded = arm->jaw_goal < JAW_EMPTY;
+    return is_commanded && arm->jaw <= JAW_EMPTY && fabs(arm->jaw_speed) < JAW_STILL;
+}
+
 int om_world_narm(const OmWorld* world) { return world->narm; }
 unsigned om_world_sources(const OmWorld* world) { return world->sources; }
 const OmPsm* om_world_psm(const OmWorld* world, int arm) {
