@@ -50,6 +50,7 @@ typedef enum OmActionOutcome {
     OM_ACTION_HEIGHT,     // stopped: the height limit
     OM_ACTION_UNREACHED,  // the arm could not go there
     OM_ACTION_EMPTY,      // no tissue between the jaws
+    OM_ACTION_SLIPPED,    // stopped: tissue slipped out of the jaws
     OM_ACTION_OUTDATED,   // stopped: by an update of the twin the block is attached
     OM_ACTION_ABORTED,    // a command ended the loop during the action
     OM_ACTION_WARNED,     // stopped: the tissue is not where the twin expects it (Alg. 5, state 2)
@@ -139,6 +140,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     int nmonitor;      // frames compared with the twin
     int nwarning[3];   // times that the warning state rose to 1, 2, 3
     double mu_max;     // m, while tissue was held; 0 without a monitor
+    int nslip;         // grasps that slipped
+    int world_ntorn;   // attached vertices that tore off in the truth
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;

@@ -452,11 +452,12 @@ class OmActionOutcome(IntEnum):
     HEIGHT = 3
     UNREACHED = 4
     EMPTY = 5
-    OUTDATED = 6
-    ABORTED = 7
-    WARNED = 8
-    REPLANNED = 9
-    HELD = 10
+    SLIPPED = 6
+    OUTDATED = 7
+    ABORTED = 8
+    WARNED = 9
+    REPLANNED = 10
+    HELD = 11
 
 
 class OmRetractOutcome(IntEnum):
@@ -4203,6 +4204,8 @@ class OmRetractResult(Struct):
     int nmonitor;      // frames compared with the twin
     int nwarning[3];   // times that the warning state rose to 1, 2, 3
     double mu_max;     // m, while tissue was held; 0 without a monitor
+    int nslip;         // grasps that slipped
+    int world_ntorn;   // attached vertices that tore off in the truth
     int nacquisition;  // taken during the operation
     int nupdate;       // estimates
     OmRetractUpdate* update;
@@ -4243,6 +4246,8 @@ class OmRetractResult(Struct):
     nmonitor: int
     nwarning: np.ndarray
     mu_max: float
+    nslip: int
+    world_ntorn: int
     nacquisition: int
     nupdate: int
     update: Any
@@ -4363,6 +4368,9 @@ class OmRetractDef(Struct):
     bool records_acquisitions;
     // Write run.vtkhdf; default true. False where several threads of a program make runs: HDF5 is for one thread.
     bool has_recording;
+    // Write all that the loop observes to out_dir/observations.log, for om_retract_replay; default false. Depth is then
+    // rounded to 0.1 mm before the loop gets it (world_log.h).
+    bool records_observations;
 } OmRetractDef;"""
     cookie: int
     scene: Any
@@ -4376,6 +4384,7 @@ class OmRetractDef(Struct):
     needs_approval: bool
     records_acquisitions: bool
     has_recording: bool
+    records_observations: bool
 
 
 class OmRetractEstimate(Struct):
@@ -4450,6 +4459,23 @@ class OmSearchResult(Struct):
     second: OmPlanVerb
 
 
+class OmAuditDef(Struct):
+    """typedef struct OmAuditDef {
+    OmCookie cookie;
+    OmPlanner* planner;      // explains the plans, borrowed; null: without reasons
+    const char* path;        // of a new file; null (default): the text is only kept in memory
+    const char* scene_text;  // hashed, as the two below; default ""
+    const char* program;     // text of the logic program; default the built-in one
+    uint64_t network_hash;   // om_banet_net_hash; default 0: none
+} OmAuditDef;"""
+    cookie: int
+    planner: Any
+    path: bytes | None
+    scene_text: bytes | None
+    program: bytes | None
+    network_hash: int
+
+
 class OmRecorderDef(Struct):
     """typedef struct OmRecorderDef {
     OmCookie cookie;
@@ -4474,6 +4500,42 @@ class OmRecorderDef(Struct):
     frame_every: int
     records_acquisitions: bool
     has_recording: bool
+
+
+class OmReplayDef(Struct):
+    """typedef struct OmReplayDef {
+    OmCookie cookie;
+    const char* dir;   // of the run
+    const char* path;  // the replay's audit is written there; null (default): not written
+    const struct OmEngineSet* engines;  // that the scene may name; null (default): those of OmScene
+    int nworker;                        // default 0: one a processor
+} OmReplayDef;"""
+    cookie: int
+    dir: bytes | None
+    path: bytes | None
+    engines: Any
+    nworker: int
+
+
+class OmReplayResult(Struct):
+    """typedef struct OmReplayResult {  // om_replay_result_done frees
+    bool is_same;
+    int nline;          // lines of the run's audit
+    int ndecision;      // plans among them
+    double time;        // s of the operation that was replayed
+    int line;           // the first line that differs, counted from 1; 0: none
+    char* was;          // this line in the run; "" behind its end
+    char* now;          // in the replay
+    char reason[1024];  // one sentence: the outcome
+} OmReplayResult;"""
+    is_same: bool
+    nline: int
+    ndecision: int
+    time: float
+    line: int
+    was: bytes | None
+    now: bytes | None
+    reason: str
 
 
 class OmFemGrid(Struct):
@@ -6159,15 +6221,18 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
 complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
-complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
+complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
 complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
+complete(OmAuditDef, [("cookie", c_uint32), ("planner", c_void_p), ("path", c_char_p), ("scene_text", c_char_p), ("program", c_char_p), ("network_hash", c_uint64)], {})
 complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
+complete(OmReplayDef, [("cookie", c_uint32), ("dir", c_char_p), ("path", c_char_p), ("engines", POINTER(OmEngineSet)), ("nworker", c_int)], {})
+complete(OmReplayResult, [("is_same", c_bool), ("nline", c_int), ("ndecision", c_int), ("time", c_double), ("line", c_int), ("was", c_char_p), ("now", c_char_p), ("reason", c_char * 1024)], {})
 complete(OmFemGrid, [("grid", OmGrid), ("npoint", c_int), ("mesh", OmFemMesh), ("cell_elem", c_void_p), ("point_node", c_void_p), ("node_point", c_void_p), ("fixed", c_void_p)], {})
 complete(OmFemGridPatch, [("num", c_int), ("factor", c_void_p), ("column", POINTER(c_void_p)), ("dof", c_void_p)], {})
 complete(OmFemGridStop, [("tolerance", c_double), ("max_cycle", c_int), ("nworker", c_int)], {})
@@ -6259,6 +6324,11 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_arm_is_empty": (c_bool, [POINTER(OmArmObservation)]),
     "om_arm_is_holding": (c_bool, [POINTER(OmArmObservation)]),
     "om_assert_failed": (None, [c_char_p, c_char_p, c_int]),
+    "om_audit_create": (c_int, [POINTER(OmAuditDef), POINTER(c_void_p)]),
+    "om_audit_default_def": (OmAuditDef, [c_void_p]),
+    "om_audit_destroy": (None, [c_void_p]),
+    "om_audit_listener": (OmLoopListener, [c_void_p]),
+    "om_audit_text": (c_char_p, [c_void_p]),
     "om_banet_advice_done": (None, [POINTER(OmBanetAdvice)]),
     "om_banet_advice_intersect": (c_int, [POINTER(OmBanetAdvice), c_double, c_void_p]),
     "om_banet_cell_turn": (c_bool, [c_void_p, c_void_p, c_void_p, c_int, c_void_p, c_void_p]),
@@ -6790,6 +6860,8 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_recording_begin_scene": (c_int, [c_char_p, POINTER(OmTetMesh), c_char_p, POINTER(OmRecordedSurface), c_int, POINTER(OmRecordingArrays), POINTER(c_void_p)]),
     "om_recording_end": (c_int, [c_void_p]),
     "om_register_default_def": (OmRegisterDef, []),
+    "om_replay_default_def": (OmReplayDef, [c_char_p]),
+    "om_replay_result_done": (None, [POINTER(OmReplayResult)]),
     "om_report_begin": (None, [POINTER(OmReport), c_char_p, c_char_p]),
     "om_report_begin_fold": (None, [POINTER(OmReport), c_char_p]),
     "om_report_chart": (None, [POINTER(OmReport), POINTER(OmReportChart)]),
@@ -6809,6 +6881,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_retract_check": (c_int, [POINTER(OmRetractDef), POINTER(OmProgress), POINTER(OmRetractEstimate)]),
     "om_retract_default_def": (OmRetractDef, [POINTER(OmScene)]),
     "om_retract_outcome_text": (c_char_p, [c_int]),
+    "om_retract_replay": (c_int, [POINTER(OmReplayDef), POINTER(OmProgress), POINTER(OmReplayResult)]),
     "om_retract_result_done": (None, [POINTER(OmRetractResult)]),
     "om_retract_run": (c_int, [POINTER(OmRetractDef), POINTER(OmProgress), POINTER(OmRetractResult)]),
     "om_retract_search": (c_int, [POINTER(OmScene), c_double, c_int, POINTER(OmProgress), POINTER(OmSearchResult)]),
@@ -7127,6 +7200,13 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_volume_values": (None, [POINTER(OmVolume), c_size_t, c_size_t, c_void_p]),
     "om_voxel_size": (c_size_t, [c_int]),
     "om_window_clip": (OmWindow, [OmWindow, c_int, c_int]),
+    "om_words_action": (c_int, [c_void_p, POINTER(OmRetractAction), POINTER(OmText)]),
+    "om_words_command": (c_int, [c_void_p, POINTER(OmLoopCommand), POINTER(OmText)]),
+    "om_words_end": (c_int, [POINTER(OmRetractResult), POINTER(OmText)]),
+    "om_words_hold": (c_int, [c_int, c_char_p, POINTER(OmText)]),
+    "om_words_plan": (c_int, [c_void_p, POINTER(OmSituation), POINTER(OmPlan), POINTER(OmText)]),
+    "om_words_update": (c_int, [c_void_p, POINTER(OmUpdateEvent), POINTER(OmText)]),
+    "om_words_warning": (c_int, [c_void_p, c_int, POINTER(OmMonitorFrame), POINTER(OmText)]),
     "om_worker_count": (c_int, [c_int]),
     "om_worker_force": (None, [c_bool]),
     "om_worker_free": (c_int, [c_int]),
@@ -7171,6 +7251,7 @@ STATUS = frozenset([
     "om_acquisition_print_example",
     "om_acquisition_save",
     "om_arena_create",
+    "om_audit_create",
     "om_banet_advice_intersect",
     "om_banet_cells_expand",
     "om_banet_cells_make",
@@ -7383,6 +7464,7 @@ STATUS = frozenset([
     "om_report_save",
     "om_retract_calibrate_force",
     "om_retract_check",
+    "om_retract_replay",
     "om_retract_run",
     "om_retract_search",
     "om_roi_meter_create",
@@ -7540,6 +7622,13 @@ STATUS = frozenset([
     "om_volume_load_info",
     "om_volume_load_within",
     "om_volume_refuse_dicom",
+    "om_words_action",
+    "om_words_command",
+    "om_words_end",
+    "om_words_hold",
+    "om_words_plan",
+    "om_words_update",
+    "om_words_warning",
     "om_world_advance",
     "om_world_check_visible",
     "om_world_create_recorded",

@@ -6,7 +6,6 @@
 #include "defras/defras_internal.h"
 
 #define CLEARANCE 0.025  // m, height over the tissue at which a free tool travels
-#define JAW_OPEN (40.0 * OM_PI / 180.0)
 #define JAW_CLOSED 0.0
 #define GRIP_TIME 0.3  // s for the jaws to close or open, and to come to rest
 

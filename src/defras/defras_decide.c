@@ -329,6 +329,7 @@ static OmStatus begin(OmLoop* loop, bool* needs_tick) {
 
 OmStatus om__loop_decide(OmLoop* loop) {
     bool needs_tick = false;
+    OM_TRY(om__slip_react(loop));
     while (!needs_tick && loop->stage != STAGE_ENDED) {
         switch (loop->stage) {
         case STAGE_BEGIN: OM_TRY(begin(loop, &needs_tick)); break;

@@ -161,6 +161,7 @@ struct OmLoop {
     double time;         // s of the operation
     int tick;
     double visibility;         // of the last look
+    bool has_slipped;          // an arm lost its tissue since the last decision
     double visibility_world;   // of the last look, in the truth, for the record alone; NAN unknown
     double look_age;           // s from the exposure of the last look's picture to its observation
     double force[OM_MAX_ARM];  // N, pull less weight, by the twin: the arms act on it
@@ -171,6 +172,7 @@ struct OmLoop {
     double rate;               // fraction of the nominal speed
     // N, the larger of both arms in the truth, for the record alone; NAN unknown
     double force_world;
+    int truth_nattached;        // vertices of the truth at the start
     double force_world_last;    // N, at the tick before
     double force_world_action;  // N, largest during the current action
     double twin_wall;           // s spent in the twin
@@ -244,6 +246,12 @@ static inline OmVec3 om__to_task(const Grid* grid, OmVec3 p_world) {
 
 // Fraction of the nominal speed at a force: full speed up to SLOW_FROM of the limit, from there it falls in steps.
 double om__force_rate(double force, double limit);
+
+#define JAW_OPEN (40.0 * OM_PI / 180.0)
+
+// defras_slip.c: notice a slip in an observation; between two ticks, end what relied on the grasp.
+OmStatus om__slip_watch(OmLoop* loop, const OmObservation* obs);
+OmStatus om__slip_react(OmLoop* loop);
 
 // defras_step.c: let one time step pass in the world and the twin, and measure.
 OmStatus om__loop_step(OmLoop* loop);

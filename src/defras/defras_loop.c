@@ -15,6 +15,7 @@ const char* om_action_outcome_text(OmActionOutcome outcome) {
     case OM_ACTION_HEIGHT: return "stopped by height";
     case OM_ACTION_UNREACHED: return "out of reach";
     case OM_ACTION_EMPTY: return "nothing grasped";
+    case OM_ACTION_SLIPPED: return "tissue slipped";
     case OM_ACTION_OUTDATED: return "stopped by an update";
     case OM_ACTION_ABORTED: return "aborted";
     case OM_ACTION_WARNED: return "stopped by a warning";
@@ -135,6 +136,14 @@ static double mean_shift(const OmBody* body) {
     return sum / mesh->nvert;
 }
 
+static int count_attached(const OmBody* body) {
+    if (!body) return 0;  // a world without truth
+    const unsigned char* attached = om_body_attached(body);
+    int n = 0;
+    for (int v = 0; v < om_body_site(body)->mesh.nvert; ++v) n += attached[v] != 0;
+    return n;
+}
+
 static void begin_result(OmLoop* loop, bool is_settled) {
     OmRetractResult* r = &loop->result;
     const OmTetMesh* mesh = &om_body_site(loop->twin)->mesh;
@@ -143,6 +152,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     r->twin_ntet = mesh->ntet;
     r->twin_shift = mean_shift(loop->twin);
     r->world_shift = NAN;
+    loop->truth_nattached = count_attached(loop->truth);
     if (loop->truth) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
         r->world_nvert = hidden->nvert;
@@ -231,6 +241,7 @@ static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OM_TRY(om__look_end(loop));
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
+    r->world_ntorn = loop->truth_nattached - count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
     r->twin_nbad = om_body_nbad(loop->twin);
     r->world_nbad = loop->truth ? om_body_nbad(loop->truth) : 0;

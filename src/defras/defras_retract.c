@@ -76,7 +76,7 @@ static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
         return replay->is_settled ? OM_OK : OM_NOT_CONVERGED;
     }
     OM_TRY(om_site_build(def->scene, OM_SITE_WORLD, progress, &s->world_site));
-    OM_TRY(om_world_check_visible(def->scene, &s->twin_site));
+    OM_TRY(om_world_check_visible(def->scene, &s->world_site));
     OM_TRY(om_world_create_simulated(def->scene, &s->world_site, def->nworker, &s->world));
     return om_world_reset(s->world);
 }

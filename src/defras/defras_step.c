@@ -158,6 +158,7 @@ OmStatus om__loop_step(OmLoop* loop) {
         arm->is_moving = obs.arm[a].is_moving;
         arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
     }
+    if (status >= 0) status = om__slip_watch(loop, &obs);
     if (status >= 0) status = step_twin(loop, &obs, dt);
     if (status >= 0 && is_frame) status = om__warn_frame(loop, &obs);
     om_observation_done(&obs);

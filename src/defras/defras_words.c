@@ -129,6 +129,8 @@ static OmStatus print_stop(const OmLoop* loop, const OmRetractAction* a, OmText*
                               1e3 * task->max_height);
     case OM_ACTION_UNREACHED: return om_text_append(t, "not possible: the arm cannot reach there");
     case OM_ACTION_EMPTY: return om_text_append(t, "the jaws closed, but nothing is between them");
+    case OM_ACTION_SLIPPED:
+        return om_text_append(t, "stopped, because the tissue slipped out of the jaws");
     case OM_ACTION_OUTDATED:
         return om_text_append(
             t, "stopped, because the model has learnt that the tissue is attached there");
