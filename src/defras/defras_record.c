@@ -353,6 +353,10 @@ static void write_samples(OmJson* json, const OmRetractResult* r) {
         om_json_number(json, "force_world_n", s->force_world);
         om_json_number(json, "height_m", s->height);
         om_json_number(json, "speed_rate", s->speed_rate);
+        if (r->nmonitor > 0) {
+            om_json_number(json, "mu_m", s->mu);
+            om_json_integer(json, "warning", s->warning);
+        }
         om_json_close(json, '}');
     }
     om_json_close(json, ']');
@@ -377,9 +381,21 @@ static void write_updates(OmJson* json, const OmRetractResult* r) {
         om_json_number(json, "median_before_m", u->before_median);
         om_json_number(json, "median_after_m", u->after_median);
         om_json_number(json, "estimate_ms", u->estimate_ms);
+        om_json_number(json, "mu_before_m", u->mu_before);
+        om_json_number(json, "mu_after_m", u->mu_after);
         om_json_close(json, '}');
     }
     om_json_close(json, ']');
+}
+
+static void write_monitor(OmJson* json, const OmRetractResult* r) {
+    om_json_open(json, "monitor", '{');
+    om_json_integer(json, "frames", r->nmonitor);
+    om_json_number(json, "mu_max_m", r->mu_max);
+    om_json_integer(json, "times_state_1", r->nwarning[0]);
+    om_json_integer(json, "times_state_2", r->nwarning[1]);
+    om_json_integer(json, "times_state_3", r->nwarning[2]);
+    om_json_close(json, '}');
 }
 
 static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
@@ -429,6 +445,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_string(&json, "state_hash", hash);
     write_actions(&json, r, scene->task.grid);
     write_samples(&json, r);
+    if (r->nmonitor > 0) write_monitor(&json, r);
     if (r->nacquisition > 0) write_updates(&json, r);
     om_json_close(&json, '}');
     return om_json_save(&json, path);

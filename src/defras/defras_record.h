@@ -37,6 +37,8 @@ OmStatus om__draw_attached(const OmSite* site, const unsigned char* attached, Om
 /// What was updated: a table, and pictures of the attachments. Nothing without updates.
 OmStatus om__report_add_updates(OmReport* report, const OmRecorder* rec,
                                 const OmRetractResult* result);
+OmStatus om__report_add_monitor(OmReport* report, const OmRecorder* rec,
+                                const OmRetractResult* result);
 OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* result);
 
 #endif

@@ -248,6 +248,7 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     if (status == OM_OK) status = add_charts(&report, &rec->def.scene->task, r);
     om_report_heading(&report, "What was done");
     if (status == OM_OK) status = add_actions(&report, rec->def.scene->task.grid, r);
+    if (status == OM_OK) status = om__report_add_monitor(&report, rec, r);
     if (status == OM_OK) status = om__report_add_updates(&report, rec, r);
     om_report_details(&report, "Every plan, and why", rec->plans.str ? rec->plans.str : "");
     om_report_heading(&report, "Settings");
