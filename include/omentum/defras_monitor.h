@@ -52,7 +52,7 @@ OM_API OmMonitorDef om_monitor_default_def(const OmScene* scene, const OmWorld* 
 typedef struct OmMonitorFrame {
     double time;      // s, of the observation
     double age;       // s, from the exposure of the depth picture to the observation
-    double distance;  // m, median of the closest distances
+    double distance;  // m, median of the closest distances, or another quantile of the settings
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     int npoint;   // measured points on the tissue

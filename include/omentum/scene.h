@@ -213,6 +213,9 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     double hysteresis;  // m, by which it must fall below a limit; below limit[0]; default 0.5 mm
     double rate;        // frames a second; default 30
     int npoint;         // measured points in a frame, at most; default 1000
+    // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
+    // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
+    double quantile;
 } OmSceneMonitor;
 
 typedef struct OmScene {

@@ -75,6 +75,8 @@ static OmStatus check_def(const OmMonitorDef* d) {
              s->rate);
     OM_CHECK(s->npoint >= OM_MONITOR_MIN_POINT && s->npoint <= 1000000, OM_INVALID,
              "OmSceneMonitor.npoint is %d; %d to 1,000,000", s->npoint, OM_MONITOR_MIN_POINT);
+    OM_CHECK(s->quantile > 0 && s->quantile < 1, OM_INVALID,
+             "OmSceneMonitor.quantile is %g; above 0 and below 1", s->quantile);
     OM_CHECK(d->nray >= 256 && d->nray <= 1 << 20, OM_INVALID, "OmMonitorDef.nray is %d; 256 to %d",
              d->nray, 1 << 20);
     OM_CHECK(d->max_age > 0, OM_INVALID, "OmMonitorDef.max_age is %g s; above 0", d->max_age);
@@ -282,14 +284,14 @@ static OmStatus look(OmMonitor* m, const OmObservation* obs, const double* x_twi
     return OM_OK;
 }
 
-static double median_distance(OmMonitor* m, int npoint) {
+static double distance_of(OmMonitor* m, int npoint) {
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
         om_surface_tree_find(m->tree, om_load3(m->x, i), m->is_visible, INFINITY, &q);
         m->distance[i] = q.distance;
     }
     om_sort_doubles(m->distance, npoint);
-    return om_quantile(m->distance, npoint, 0.5);
+    return om_quantile(m->distance, npoint, m->def.settings.quantile);
 }
 
 // ---- a frame ----------------------------------------------------------------------------------------------------
@@ -344,7 +346,7 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     f.is_blind = npoint < OM_MONITOR_MIN_POINT || nvisible == 0;
     f.nstale += f.is_stale;
     f.nblind += f.is_blind;
-    if (!f.is_stale && !f.is_blind) judge(m, median_distance(m, npoint), m->has_grasped, &f);
+    if (!f.is_stale && !f.is_blind) judge(m, distance_of(m, npoint), m->has_grasped, &f);
     m->last = *frame = f;
     return OM_OK;
 }

@@ -306,6 +306,8 @@ static const OmYamlField monitor_field[] = {
      .help = "frames a second"},
     {"points", OM_YAML_INT, AT(OmSceneMonitor, npoint), .min = 100, .max = 100000,
      .help = "measured points on the tissue in a frame, at most"},
+    {"quantile", OM_YAML_DOUBLE, AT(OmSceneMonitor, quantile), .min = 0.1, .max = 0.99,
+     .help = "of the points' distances from the twin, whose rise is the discrepancy; 0.5: median"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 

@@ -67,8 +67,11 @@ OmScene om_scene_default(void) {
                            .retract = 0.1};
     s.update = (OmSceneUpdate){
         .latency = 0.6, .keep = 3, .min_lift = 0.01, .rest = 0.3, .network = "none"};
-    s.monitor = (OmSceneMonitor){
-        .limit = {2 * MM, 4 * MM, 6 * MM}, .hysteresis = 0.5 * MM, .rate = 30, .npoint = 1000};
+    s.monitor = (OmSceneMonitor){.limit = {2 * MM, 4 * MM, 6 * MM},
+                                 .hysteresis = 0.5 * MM,
+                                 .rate = 30,
+                                 .npoint = 1000,
+                                 .quantile = 0.5};
     return s;
 }
 

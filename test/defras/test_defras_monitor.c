@@ -294,6 +294,11 @@ static void the_distance_is_that_of_brute_force(void** state) {
            1e3 * d[n / 2], 1e3 * d[(int)(0.48 * n)], 1e3 * d[(int)(0.52 * n)], 1e3 * f.distance);
     assert_true(n > 1500 && d[n / 2] > 0.001 && d[n - 1] > 0.01);
     assert_true(f.distance >= d[(int)(0.48 * n)] && f.distance <= d[(int)(0.52 * n)]);
+    t.def.settings.quantile = 0.75;
+    om_monitor_destroy(t.monitor);
+    assert_ok(om_monitor_create(&t.def, &t.monitor));
+    f = table_frame(&t, true);
+    assert_true(f.distance >= d[(int)(0.73 * n)] && f.distance <= d[(int)(0.77 * n)]);
     om_surface_done(&s);
     om_free(vert);
     free(x);
@@ -412,8 +417,9 @@ static void wrong_input_is_refused(void** state) {
     struct {
         OmMonitorDef def;
         const char* field;
-    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"}, {t.def, "hysteresis"}, {t.def, "rate"},
-                 {t.def, "npoint"},      {t.def, "nray"},  {t.def, "max_age"},    {t.def, "site"}};
+    } wrong[] = {{t.def, "default_def"}, {t.def, "limit"},    {t.def, "hysteresis"},
+                 {t.def, "rate"},        {t.def, "npoint"},   {t.def, "nray"},
+                 {t.def, "max_age"},     {t.def, "quantile"}, {t.def, "site"}};
     wrong[0].def.cookie = 0;
     wrong[1].def.settings.limit[2] = 0.004;
     wrong[2].def.settings.hysteresis = 0.002;
@@ -421,7 +427,8 @@ static void wrong_input_is_refused(void** state) {
     wrong[4].def.settings.npoint = 49;
     wrong[5].def.nray = 255;
     wrong[6].def.max_age = 0;
-    wrong[7].def.space.site = NULL;
+    wrong[7].def.settings.quantile = 1;
+    wrong[8].def.space.site = NULL;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
         assert_status(om_monitor_create(&wrong[i].def, &none), OM_INVALID);
         assert_null(none);

@@ -60,7 +60,7 @@ static void test_a_sheet(void** state) {
         "  max_actions: 90\n"
         "  retract_mm: 95\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
-        "400}\n");
+        "400, quantile: 0.75}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
@@ -125,6 +125,7 @@ static void test_a_sheet(void** state) {
     expect(s.monitor.hysteresis, 0.00025);
     expect(s.monitor.rate, 15);
     assert_int_equal(s.monitor.npoint, 400);
+    expect(s.monitor.quantile, 0.75);
 }
 
 static void test_limits_of_the_monitor(void** state) {
