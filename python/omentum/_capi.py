@@ -2340,12 +2340,16 @@ class OmSceneMonitor(Struct):
     double hysteresis;  // m, by which it must fall below a limit; below limit[0]; default 0.5 mm
     double rate;        // frames a second; default 30
     int npoint;         // measured points in a frame, at most; default 1000
+    // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
+    // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
+    double quantile;
 } OmSceneMonitor;"""
     is_enabled: bool
     limit: np.ndarray
     hysteresis: float
     rate: float
     npoint: int
+    quantile: float
 
 
 class OmScene(Struct):
@@ -3780,7 +3784,7 @@ class OmMonitorFrame(Struct):
     """typedef struct OmMonitorFrame {
     double time;      // s, of the observation
     double age;       // s, from the exposure of the depth picture to the observation
-    double distance;  // m, median of the closest distances
+    double distance;  // m, median of the closest distances, or another quantile of the settings
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     int npoint;   // measured points on the tissue
@@ -6145,7 +6149,7 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
-complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})

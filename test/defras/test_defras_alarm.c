@@ -48,7 +48,14 @@ static OmScene alarm_scene(int seed, const char* belief) {
     if (!strcmp(belief, "fewer")) s.believed.ratio = 0.4;
     if (!strcmp(belief, "more")) s.believed.ratio = 1.5;
     if (!strcmp(belief, "patch")) s.believed.kind = OM_BELIEF_PATCH, s.believed.seed = seed + 1;
-    // errors of the kinds that a robot has: law, stiffness, Poisson's ratio, density, friction, tools, depth
+    // errors of the kinds that a robot has: registration, ROI, law, stiffness, Poisson's ratio, density, friction, tools,
+    // depth
+    OmRng rng = om_rng_init(5, (uint64_t)seed);
+    double e[8];
+    for (int i = 0; i < 8; ++i) e[i] = 2 * om_rng_uniform(&rng) - 1;
+    s.registration.shift = om_vec3(0.0015 * e[0], 0.0015 * e[1], 0.001 * e[2]);
+    s.registration.turn = om_scale(0.01, om_vec3(e[3], e[4], e[5]));
+    s.believed_roi.shift = om_vec3(0.002 * e[6], 0.002 * e[7], 0);
     s.world.law = OM_NEO_HOOKEAN;
     s.world.young_factor = seed % 2 ? 0.85 : 1.15;
     s.world.poisson = 0.42;
