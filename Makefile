@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
+.PHONY: help setup configure build wheel demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -63,6 +63,9 @@ doc: ## the API reference from the headers, in build/doc/html (needs doxygen)
 
 install: build ## install into PREFIX (default /usr/local), below DESTDIR
 	@DESTDIR="$(DESTDIR)" cmake --install $(RELEASE) --prefix "$(PREFIX)"
+
+wheel: setup ## the wheel of the Python package, in build/wheel (needs PyPI)
+	@tools/wheel.sh
 
 format: setup ## rewrite the C files in the project's format
 	@tools/list_c.sh | xargs -0 clang-format -i

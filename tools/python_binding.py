@@ -278,15 +278,15 @@ class Headers:
                 if name == "char":
                     return "str"
                 if name in SCALARS:
-                    return "np.ndarray"
+                    return "Numbers"
             if kind == ("*", "char"):
                 return "bytes | None"
             return "Any"
         name = self.base(kind)
         if name in self.enums:
-            return name
+            return f"Choice[{name}]"
         if name in VIEWS:
-            return "np.ndarray"
+            return "Numbers"
         if name in self.structs:
             return name
         if isinstance(self.aliases.get(kind), tuple):
@@ -369,7 +369,7 @@ from typing import TYPE_CHECKING, Any
 from ._convert import Struct, complete
 
 if TYPE_CHECKING:
-    import numpy as np
+    from ._convert import Choice, Numbers
 '''
 
 

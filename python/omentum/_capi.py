@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ._convert import Struct, complete
 
 if TYPE_CHECKING:
-    import numpy as np
+    from ._convert import Choice, Numbers
 
 
 # ---- constants
@@ -619,9 +619,9 @@ class OmRng(Struct):
     uint32_t out[4];      // the current block
     int used;             // words of `out` handed out
 } OmRng;"""
-    key: np.ndarray
-    counter: np.ndarray
-    out: np.ndarray
+    key: Numbers
+    counter: Numbers
+    out: Numbers
     used: int
 
 
@@ -669,9 +669,9 @@ class OmJson(Struct):
     bool is_first[32];  // nothing written yet at this depth
 } OmJson;"""
     text: Any
-    status: OmStatus
+    status: Choice[OmStatus]
     depth: int
-    is_first: np.ndarray
+    is_first: Numbers
 
 
 class OmAtomicFile(Struct):
@@ -717,9 +717,9 @@ class OmMat3(Struct):
     """typedef struct OmMat3 {
     OmVec3 cx, cy, cz;  // columns
 } OmMat3;"""
-    cx: np.ndarray
-    cy: np.ndarray
-    cz: np.ndarray
+    cx: Numbers
+    cy: Numbers
+    cz: Numbers
 
 
 class OmQuat(Struct):
@@ -737,8 +737,8 @@ class OmPose(Struct):
     OmVec3 p;  // m
     OmQuat q;  // frame in the name: pose_world_tool maps tool coordinates to world
 } OmPose;"""
-    p: np.ndarray
-    q: np.ndarray
+    p: Numbers
+    q: Numbers
 
 
 class OmGrid(Struct):
@@ -747,9 +747,9 @@ class OmGrid(Struct):
     double spacing;      // m, > 0
     OmVec3 origin;       // point (0, 0, 0), m
 } OmGrid;"""
-    dim: np.ndarray
+    dim: Numbers
     spacing: float
-    origin: np.ndarray
+    origin: Numbers
 
 
 class OmVoxelGrid(Struct):
@@ -758,9 +758,9 @@ class OmVoxelGrid(Struct):
     OmMat3 axis;              // columns: step of i, j, k, m; not singular
     OmVec3 origin;            // centre of voxel (0, 0, 0), m
 } OmVoxelGrid;"""
-    dim: np.ndarray
-    axis: np.ndarray
-    origin: np.ndarray
+    dim: Numbers
+    axis: Numbers
+    origin: Numbers
 
 
 class OmSurface(Struct):
@@ -811,7 +811,7 @@ class OmBanetGrid(Struct):
 } OmBanetGrid;"""
     pose_world_grid: OmPose
     voxel: float
-    dim: np.ndarray
+    dim: Numbers
 
 
 class OmMask(Struct):
@@ -898,7 +898,7 @@ class OmSolverDef(Struct):
     double row_bound;
     OmCookie cookie;  // set by om_solver_default_def
 } OmSolverDef;"""
-    preconditioner: OmPreconditioner
+    preconditioner: Choice[OmPreconditioner]
     max_iterations: int
     tolerance: float
     nworker: int
@@ -930,14 +930,14 @@ class OmMaterial(Struct):
 } OmMaterial;"""
     young: float
     poisson: float
-    law: OmLaw
-    volumetric: OmVolumetric
+    law: Choice[OmLaw]
+    volumetric: Choice[OmVolumetric]
     bulk: float
     c10: float
     c01: float
     nterm: int
-    ogden_mu: np.ndarray
-    ogden_alpha: np.ndarray
+    ogden_mu: Numbers
+    ogden_alpha: Numbers
 
 
 class OmFemMesh(Struct):
@@ -948,7 +948,7 @@ class OmFemMesh(Struct):
     int* elem_node;                //                                   (nelem x nelem_node)
     int* elem_material;            // index of the material                          (nelem)
 } OmFemMesh;"""
-    kind: OmElement
+    kind: Choice[OmElement]
     nnode: int
     nelem: int
     nelem_node: int
@@ -977,7 +977,7 @@ class OmFemContact(Struct):
     double stiffness;
     double reach;  // m, largest depth of a contact point; 0 (default): the edge of a face
 } OmFemContact;"""
-    nface: np.ndarray
+    nface: Numbers
     face_node: Any
     stiffness: float
     reach: float
@@ -1000,7 +1000,7 @@ class OmFemDef(Struct):
     nmaterial: int
     material: Any
     density: Any
-    locking: OmLocking
+    locking: Choice[OmLocking]
     ncontact: int
     contact: Any
     is_projected: bool
@@ -1015,8 +1015,8 @@ class OmFemTouch(Struct):
     double depth;            // of the deepest point, m
     double energy;           // J
 } OmFemTouch;"""
-    force: np.ndarray
-    torque: np.ndarray
+    force: Numbers
+    torque: Numbers
     area: float
     depth: float
     energy: float
@@ -1045,7 +1045,7 @@ class OmFemPressure(Struct):
     nface: int
     nface_node: int
     face_node: Any
-    traction: np.ndarray
+    traction: Numbers
     pressure: float
 
 
@@ -1059,7 +1059,7 @@ class OmFemLoad(Struct):
     const double* goal;             // displacement there, m (nnode x 3); null: 0
     const OmFemExtra* extra;        // or null
 } OmFemLoad;"""
-    body: np.ndarray
+    body: Numbers
     force: Any
     npressure: int
     pressure: Any
@@ -1117,7 +1117,7 @@ class OmFemReport(Struct):
     ncg: int
     min_volume: float
     is_unstable: bool
-    history: np.ndarray
+    history: Numbers
     nhistory: int
     reason: str
 
@@ -1133,7 +1133,7 @@ class OmFemDynamicDef(Struct):
     OmSolverDef solver;  // as in statics
     OmCookie cookie;
 } OmFemDynamicDef;"""
-    integrator: OmIntegrator
+    integrator: Choice[OmIntegrator]
     is_consistent_mass: bool
     mass_damping: float
     min_step: float
@@ -1183,20 +1183,20 @@ class OmBanetSampleDef(Struct):
     OmCookie cookie;
 } OmBanetSampleDef;"""
     seed: int
-    way: OmBanetWay
+    way: Choice[OmBanetWay]
     side: float
-    extent: np.ndarray
-    thickness: np.ndarray
-    max_dim: np.ndarray
-    share: np.ndarray
-    visible: np.ndarray
+    extent: Numbers
+    thickness: Numbers
+    max_dim: Numbers
+    share: Numbers
+    visible: Numbers
     two_share: float
     board_share: float
-    law: OmLaw
-    young: np.ndarray
-    poisson: np.ndarray
-    radius: np.ndarray
-    pull: np.ndarray
+    law: Choice[OmLaw]
+    young: Numbers
+    poisson: Numbers
+    radius: Numbers
+    pull: Numbers
     min_u: float
     max_u: float
     tolerance: float
@@ -1244,7 +1244,7 @@ class OmBanetSample(Struct):
     attached: Any
     grasped: Any
     center: int
-    force: np.ndarray
+    force: Numbers
     rest: Any
     x: Any
     share: float
@@ -1451,16 +1451,16 @@ class OmLayer(Struct):
     int weight, bias;    // indices of the table of parameters, or -1
     int mean, variance;  // running statistics of batch norm, or -1
 } OmLayer;"""
-    kind: OmLayerKind
+    kind: Choice[OmLayerKind]
     name: str
     ninput: int
-    input: np.ndarray
+    input: Numbers
     shape: OmNetShape
-    kernel: np.ndarray
-    stride: np.ndarray
-    padding: np.ndarray
-    scale: np.ndarray
-    activation: OmActivation
+    kernel: Numbers
+    stride: Numbers
+    padding: Numbers
+    scale: Numbers
+    activation: Choice[OmActivation]
     slope: float
     rate: float
     ngroup: int
@@ -1480,9 +1480,9 @@ class OmNetConv(Struct):
     bool has_bias;
 } OmNetConv;"""
     channels: int
-    kernel: np.ndarray
-    stride: np.ndarray
-    padding: np.ndarray
+    kernel: Numbers
+    stride: Numbers
+    padding: Numbers
     has_bias: bool
 
 
@@ -1506,9 +1506,9 @@ class OmUnetDef(Struct):
     out_channels: int
     nlevel: int
     base_channels: int
-    activation: OmActivation
+    activation: Choice[OmActivation]
     slope: float
-    norm: OmLayerKind
+    norm: Choice[OmLayerKind]
     ngroup: int
     dropout: float
     mask: Any
@@ -1526,7 +1526,7 @@ class OmNetParameter(Struct):
 } OmNetParameter;"""
     name: str
     ndim: int
-    dim: np.ndarray
+    dim: Numbers
     adr: int
     num: int
     layer: int
@@ -1549,16 +1549,16 @@ class OmNetRunDef(Struct):
 } OmNetRunDef;"""
     cookie: int
     batch: int
-    type: OmNetType
+    type: Choice[OmNetType]
     is_training: bool
     has_input_gradient: bool
     nworker: int
     seed: int
-    layout: OmNetLayout
+    layout: Choice[OmNetLayout]
 
 
 class OmLoss_item(Struct):
-    kind: OmLossKind
+    kind: Choice[OmLossKind]
     scale: float
 
 
@@ -1591,7 +1591,7 @@ class OmSchedule(Struct):
     double end;     // of the last step
     double warmup;  // share of the steps that go up, [0, 1)
 } OmSchedule;"""
-    kind: OmScheduleKind
+    kind: Choice[OmScheduleKind]
     peak: float
     start: float
     end: float
@@ -1612,7 +1612,7 @@ class OmOptimDef(Struct):
     int nworker;  // 0 (default): one per processor; the same bytes for any
 } OmOptimDef;"""
     cookie: int
-    kind: OmOptimKind
+    kind: Choice[OmOptimKind]
     beta1: float
     beta2: float
     epsilon: float
@@ -1724,7 +1724,7 @@ class OmTrainDef(Struct):
     has_cell_weight: bool
     optim: OmOptimDef
     schedule: OmSchedule
-    type: OmNetType
+    type: Choice[OmNetType]
     nworker: int
     seed: int
     metric: Any
@@ -1784,12 +1784,12 @@ class OmBanetTrainDef(Struct):
     command: bytes | None
     start: bytes | None
     nvalid: int
-    channel: np.ndarray
+    channel: Numbers
     ngroup: int
     dropout: float
-    dim: np.ndarray
+    dim: Numbers
     nimage: int
-    type: OmNetType
+    type: Choice[OmNetType]
     batch: int
     nepoch: int
     rate: float
@@ -1838,10 +1838,10 @@ class OmBanetEval(Struct):
     tpr: Any
     mean_dsc: float
     mean_tpr: float
-    dsc_quartile: np.ndarray
-    tpr_quartile: np.ndarray
-    bin_predicted: np.ndarray
-    bin_true: np.ndarray
+    dsc_quartile: Numbers
+    tpr_quartile: Numbers
+    bin_predicted: Numbers
+    bin_true: Numbers
     ece: float
     ncell: int
     ms: float
@@ -1855,7 +1855,7 @@ class OmVolume(Struct):
     double slope, inter;  // value = slope * stored + inter
 } OmVolume;"""
     grid: OmVoxelGrid
-    type: OmVoxelType
+    type: Choice[OmVoxelType]
     voxel: Any
     slope: float
     inter: float
@@ -1884,7 +1884,7 @@ class OmVolumeInfo(Struct):
     int nsegment;        //
     OmSegment* segment;  // names of .seg.nrrd (3D Slicer), or of a label table in NIfTI (nsegment)
 } OmVolumeInfo;"""
-    dim: np.ndarray
+    dim: Numbers
     nentry: int
     has_layers: bool
     unit: float
@@ -1969,7 +1969,7 @@ class OmSenseLook(Struct):
     crease: float
     is_smooth: bool
     is_checker: bool
-    texture: OmSenseTexture
+    texture: Choice[OmSenseTexture]
 
 
 class OmSenseRange(Struct):
@@ -2090,13 +2090,13 @@ class OmSceneTissue(Struct):
     engine: str
     weights: str
     source: int
-    size: np.ndarray
-    cells: np.ndarray
-    world_cells: np.ndarray
+    size: Numbers
+    cells: Numbers
+    world_cells: Numbers
     file: str
     unit: float
-    up: np.ndarray
-    view: np.ndarray
+    up: Numbers
+    view: Numbers
     law: int
     is_averaged: bool
     friction: float
@@ -2141,8 +2141,8 @@ class OmSceneModel(Struct):
     half_width: float
     attach: str
     tumour_radius: float
-    tumour_shift: np.ndarray
-    tumour_range: np.ndarray
+    tumour_shift: Numbers
+    tumour_range: Numbers
     attach_turn: float
 
 
@@ -2158,8 +2158,8 @@ class OmSceneAttach(Struct):
     kind: int
     share_min: float
     share_max: float
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Numbers
+    hi: Numbers
     stiffness: float
     foundation: float
 
@@ -2180,13 +2180,13 @@ class OmSceneBelief(Struct):
     double foundation;  // N/m^3, in place of `stiffness`; below 0 (default): the truth's
 } OmSceneBelief;"""
     kind: int
-    shift: np.ndarray
+    shift: Numbers
     grow: float
     ratio: float
     seed: int
     share: float
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Numbers
+    hi: Numbers
     stiffness: float
     foundation: float
 
@@ -2196,7 +2196,7 @@ class OmSceneRoiBelief(Struct):
     // m, task frame, along the board or the organ that carries the ROI; z is not used; default 0
     OmVec3 shift;
 } OmSceneRoiBelief;"""
-    shift: np.ndarray
+    shift: Numbers
 
 
 class OmSceneRegistration(Struct):
@@ -2204,8 +2204,8 @@ class OmSceneRegistration(Struct):
     OmVec3 shift;  // m, task frame; default 0
     OmVec3 turn;   // rad, rotation vector in the task frame, about its origin; default 0
 } OmSceneRegistration;"""
-    shift: np.ndarray
-    turn: np.ndarray
+    shift: Numbers
+    turn: Numbers
 
 
 class OmSceneRoi(Struct):
@@ -2216,7 +2216,7 @@ class OmSceneRoi(Struct):
     double margin;   // m, from the border of the tissue and from attachments; default 5 mm
 } OmSceneRoi;"""
     is_random: bool
-    center: np.ndarray
+    center: Numbers
     radius: float
     margin: float
 
@@ -2237,9 +2237,9 @@ class OmSceneCamera(Struct):
     fov: float
     width: int
     height: int
-    focal: np.ndarray
-    center: np.ndarray
-    distortion: np.ndarray
+    focal: Numbers
+    center: Numbers
+    distortion: Numbers
 
 
 class OmSceneWorld(Struct):
@@ -2345,7 +2345,7 @@ class OmSceneMonitor(Struct):
     double quantile;
 } OmSceneMonitor;"""
     is_enabled: bool
-    limit: np.ndarray
+    limit: Numbers
     hysteresis: float
     rate: float
     npoint: int
@@ -2436,7 +2436,7 @@ class OmSite(Struct):
     double poisson;         // of all of it; below 0: each material's own
     OmVec3 gravity;         // world frame, m/s^2
 } OmSite;"""
-    role: OmSiteRole
+    role: Choice[OmSiteRole]
     mesh: OmTetMesh
     attach_stiffness: float
     attach_foundation: float
@@ -2444,7 +2444,7 @@ class OmSite(Struct):
     attach_spring: Any
     pose_world_task: OmPose
     pose_world_field: OmPose
-    half_size: np.ndarray
+    half_size: Numbers
     has_ground: bool
     has_organ: bool
     organ: OmSurface
@@ -2453,13 +2453,13 @@ class OmSite(Struct):
     roi_x: Any
     roi_n: Any
     roi: OmSurface
-    roi_center: np.ndarray
+    roi_center: Numbers
     nmaterial: int
     material: Any
     young: float
     density: float
     poisson: float
-    gravity: np.ndarray
+    gravity: Numbers
 
 
 class OmMatchDef(Struct):
@@ -2554,9 +2554,9 @@ class OmMatchPull(Struct):
     double along;    // N/m, in every direction
 } OmMatchPull;"""
     tri: int
-    bary: np.ndarray
-    goal: np.ndarray
-    normal: np.ndarray
+    bary: Numbers
+    goal: Numbers
+    normal: Numbers
     across: float
     along: float
 
@@ -2651,7 +2651,7 @@ class OmMatchEstimate(Struct):
     is_accepted: bool
     reason: str
     has_look_next: bool
-    look_next: np.ndarray
+    look_next: Numbers
     fit_ms: float
     infer_ms: float
     check_ms: float
@@ -2862,7 +2862,7 @@ class OmTissueDef(Struct):
     material_density: Any
     rayleigh_mass: float
     rayleigh_stiffness: float
-    gravity: np.ndarray
+    gravity: Numbers
     attachment_stiffness: float
     attachment_springs: Any
     max_newton: int
@@ -2920,13 +2920,13 @@ class OmTissueObstacle(Struct):
     thickness: float
     is_plane: bool
     has_bounds: bool
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Numbers
+    hi: Numbers
     pose_begin: OmPose
     pose_end: OmPose
     friction: float
-    force: np.ndarray
-    torque: np.ndarray
+    force: Numbers
+    torque: Numbers
     ncontact: int
     penetration: float
 
@@ -2942,10 +2942,10 @@ class OmTissueForces(Struct):
 } OmTissueForces;"""
     grasp: Any
     pull: Any
-    attachment: np.ndarray
-    contact: np.ndarray
-    external: np.ndarray
-    weight: np.ndarray
+    attachment: Numbers
+    contact: Numbers
+    external: Numbers
+    weight: Numbers
 
 
 class OmTissueEnergy(Struct):
@@ -3138,9 +3138,9 @@ class OmBodyForces(Struct):
 } OmBodyForces;"""
     grasp: Any
     pull: Any
-    attachment: np.ndarray
-    contact: np.ndarray
-    weight: np.ndarray
+    attachment: Numbers
+    contact: Numbers
+    weight: Numbers
 
 
 class OmBodyReport(Struct):
@@ -3174,7 +3174,7 @@ class OmBodyParts(Struct):
     number: Any
     file: str
     material: Any
-    density: np.ndarray
+    density: Numbers
 
 
 class OmCalibrationParam(Struct):
@@ -3253,13 +3253,13 @@ class OmCalibrationDef(Struct):
     nlandmark: int
     experiment: Any
     landmark: Any
-    norm: OmCalibrationNorm
+    norm: Choice[OmCalibrationNorm]
     norm_size: float
     noise: float
-    global_: OmCalibrationGlobal
+    global_: Choice[OmCalibrationGlobal]
     population: int
     max_generations: int
-    local: OmCalibrationLocal
+    local: Choice[OmCalibrationLocal]
     max_local: int
     local_range: float
     tolerance: float
@@ -3287,8 +3287,8 @@ class OmCalibrationProfile(Struct):
     int partner;
     bool is_determined;  // the interval is closed on both sides, and there is no partner
 } OmCalibrationProfile;"""
-    x: np.ndarray
-    cost: np.ndarray
+    x: Numbers
+    cost: Numbers
     lo: float
     hi: float
     mesh_lo: float
@@ -3320,7 +3320,7 @@ class OmCalibrationResult(Struct):
     bool is_of_mesh;  // mesh_cost exceeds the noise, or the cost where that is not known
     OmCalibrationProfile profile[OM_CALIBRATION_MAX_PARAM];
 } OmCalibrationResult;"""
-    outcome: OmCalibrationOutcome
+    outcome: Choice[OmCalibrationOutcome]
     nparam: int
     nerror: int
     neval: int
@@ -3329,7 +3329,7 @@ class OmCalibrationResult(Struct):
     nlocal: int
     nprofile: int
     ngeneration: int
-    best: np.ndarray
+    best: Numbers
     cost_start: float
     cost_global: float
     cost: float
@@ -3350,8 +3350,8 @@ class OmContactPlane(Struct):
     OmVec3 point;   // on the plane, m
     OmVec3 normal;  // towards the free side; any length but zero
 } OmContactPlane;"""
-    point: np.ndarray
-    normal: np.ndarray
+    point: Numbers
+    normal: Numbers
 
 
 class OmContactDef(Struct):
@@ -3396,7 +3396,7 @@ class OmContactReport(Struct):
     nsolve: int
     ncontact: int
     penetration: float
-    force: np.ndarray
+    force: Numbers
     nobstacle: int
     obstacle: Any
     is_settled: bool
@@ -3412,8 +3412,8 @@ class OmProbeDef(Struct):
     const OmSurface* surface;  // mesh: closed, outward; copied by create
     OmCookie cookie;           // set by om_probe_default_def
 } OmProbeDef;"""
-    shape: OmProbeShape
-    size: np.ndarray
+    shape: Choice[OmProbeShape]
+    size: Numbers
     rounding: float
     radius: float
     length: float
@@ -3446,7 +3446,7 @@ class OmPressDef(Struct):
     OmCookie cookie;   // set by om_press_default_def
 } OmPressDef;"""
     obstacle: OmTissueObstacle
-    method: OmPressMethod
+    method: Choice[OmPressMethod]
     surface: Any
     ntri: int
     stiffness: float
@@ -3454,7 +3454,7 @@ class OmPressDef(Struct):
     tolerance: float
     max_iterations: int
     reuse: int
-    direction: np.ndarray
+    direction: Numbers
     reach: float
     cookie: int
 
@@ -3485,8 +3485,8 @@ class OmPressReport(Struct):
     ncolumn: int
     ncontact: int
     is_settled: bool
-    force: np.ndarray
-    torque: np.ndarray
+    force: Numbers
+    torque: Numbers
     area: float
     penetration: float
     complementarity: float
@@ -3516,13 +3516,13 @@ class OmCalibrationPath(Struct):
     const double* level;  // travel, m, ascending, from 0                                  (nlevel)
 } OmCalibrationPath;"""
     name: bytes | None
-    kind: OmCalibrationPathKind
-    point: np.ndarray
-    direction: np.ndarray
-    along: np.ndarray
+    kind: Choice[OmCalibrationPathKind]
+    point: Numbers
+    direction: Numbers
+    along: Numbers
     radius: float
     probe: Any
-    method: OmPressMethod
+    method: Choice[OmPressMethod]
     contact_ntri: int
     friction: float
     speed: float
@@ -3541,7 +3541,7 @@ class OmCalibrationSeen(Struct):
     path: int
     level: int
     landmark: int
-    x: np.ndarray
+    x: Numbers
 
 
 class OmCalibrationTissueDef(Struct):
@@ -3589,8 +3589,8 @@ class OmPsm(Struct):
 } OmPsm;"""
     pose_world_rcm: OmPose
     wrist: float
-    q_min: np.ndarray
-    q_max: np.ndarray
+    q_min: Numbers
+    q_max: Numbers
     jaw_min: float
     jaw_max: float
 
@@ -3600,8 +3600,8 @@ class OmPsmCapsule(Struct):
     OmVec3 a, b;
     double radius;
 } OmPsmCapsule;"""
-    a: np.ndarray
-    b: np.ndarray
+    a: Numbers
+    b: Numbers
     radius: float
 
 
@@ -3621,14 +3621,14 @@ class OmArmObservation(Struct):
 } OmArmObservation;"""
     time: float
     tip: OmPose
-    q: np.ndarray
+    q: Numbers
     jaw: float
     jaw_speed: float
     jaw_goal: float
     is_moving: bool
     has_wrench: bool
-    force: np.ndarray
-    torque: np.ndarray
+    force: Numbers
+    torque: Numbers
 
 
 class OmWorldPicture(Struct):
@@ -3741,8 +3741,8 @@ class OmCloudField(Struct):
 } OmCloudField;"""
     def_: OmCloudDef
     pose_task_world: OmPose
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Numbers
+    hi: Numbers
     ncapsule: int
     capsule: Any
 
@@ -3820,7 +3820,7 @@ class OmExposure(Struct):
     is_known: bool
     exposes: bool
     npull: int
-    fold: OmPlanVerb
+    fold: Choice[OmPlanVerb]
 
 
 class OmArmSituation(Struct):
@@ -3854,10 +3854,10 @@ class OmSituation(Struct):
     const double* center;  // of each block (n*n x 3), m, borrowed; null: a flat grid
 } OmSituation;"""
     n: int
-    is_fixed: np.ndarray
-    is_above_roi: np.ndarray
-    reachable: np.ndarray
-    tried: np.ndarray
+    is_fixed: Numbers
+    is_above_roi: Numbers
+    reachable: Numbers
+    tried: Numbers
     arm: Any
     exposure: Any
     is_visible: bool
@@ -3872,7 +3872,7 @@ class OmPlanAction(Struct):
     int block;  // -1 for release
     int time;   // step of the plan, from 0
 } OmPlanAction;"""
-    verb: OmPlanVerb
+    verb: Choice[OmPlanVerb]
     arm: int
     block: int
     time: int
@@ -3895,13 +3895,13 @@ class OmPlan(Struct):
     double ground_time;  // s, to adapt the ground program to the situation
     double solve_time;   // s
 } OmPlan;"""
-    outcome: OmStatus
+    outcome: Choice[OmStatus]
     n: int
     naction: int
     action: Any
     grasp_block: int
     grasp_arm: int
-    cost: np.ndarray
+    cost: Numbers
     is_optimal: bool
     is_reground: bool
     ground_time: float
@@ -3946,11 +3946,11 @@ class OmPreplanPoint(Struct):
 } OmPreplanPoint;"""
     block: int
     arm: int
-    verdict: OmPreplanVerdict
+    verdict: Choice[OmPreplanVerdict]
     is_tried: bool
     exposes: bool
     npull: int
-    fold: OmPlanVerb
+    fold: Choice[OmPlanVerb]
     visibility: float
     force: float
     naction: int
@@ -4070,7 +4070,7 @@ class OmUpdateDef(Struct):
     settings: OmSceneUpdate
     estimate: Any
     estimate_ctx: Any
-    timing: OmUpdateTiming
+    timing: Choice[OmUpdateTiming]
     replay_tick: Any
     nreplay: int
 
@@ -4088,7 +4088,7 @@ class OmUpdateEvent(Struct):
     // attachments of the twin before an adoption; otherwise null  (nvert)
     const unsigned char* was_attached;
 } OmUpdateEvent;"""
-    stage: OmUpdateStage
+    stage: Choice[OmUpdateStage]
     index: int
     tick: int
     time: float
@@ -4135,12 +4135,12 @@ class OmRetractAction(Struct):
     bool is_replanned;       // a new plan starts with it
     int plan;                // which plan, from 0
 } OmRetractAction;"""
-    verb: OmPlanVerb
+    verb: Choice[OmPlanVerb]
     arm: int
     block: int
     begin: float
     end: float
-    outcome: OmActionOutcome
+    outcome: Choice[OmActionOutcome]
     visibility: float
     force_max: float
     force_world_max: float
@@ -4162,7 +4162,7 @@ class OmRetractUpdate(Struct):
     // m, mu when the estimate was started, and when the twin had adopted it, or it was refused; NAN: not measured
     double mu_before, mu_after;
 } OmRetractUpdate;"""
-    stage: OmUpdateStage
+    stage: Choice[OmUpdateStage]
     reason: str
     nacquisition: int
     start_tick: int
@@ -4222,7 +4222,7 @@ class OmRetractResult(Struct):
     int twin_nvert, twin_ntet, world_nvert, world_ntet;  // of the world 0 without a truth
     uint64_t hash;  // of the truth's final state; of the twin's without a truth
 } OmRetractResult;"""
-    outcome: OmRetractOutcome
+    outcome: Choice[OmRetractOutcome]
     is_exposed: bool
     reason: str
     visibility_start: float
@@ -4244,11 +4244,11 @@ class OmRetractResult(Struct):
     action: Any
     nsample: int
     sample: Any
-    hold: OmHold
+    hold: Choice[OmHold]
     nhold: int
     ncommand: int
     nmonitor: int
-    nwarning: np.ndarray
+    nwarning: Numbers
     mu_max: float
     nslip: int
     world_ntorn: int
@@ -4348,7 +4348,7 @@ class OmLoopDef(Struct):
 
 
 class OmLoopCommand(Struct):
-    kind: OmLoopCommandKind
+    kind: Choice[OmLoopCommandKind]
     block: int
     value: float
 
@@ -4459,8 +4459,8 @@ class OmSearchResult(Struct):
     visibility: float
     force: float
     block: int
-    first: OmPlanVerb
-    second: OmPlanVerb
+    first: Choice[OmPlanVerb]
+    second: Choice[OmPlanVerb]
 
 
 class OmAuditDef(Struct):
@@ -4646,7 +4646,7 @@ class OmMeshFrame(Struct):
     OmSpace space;
 } OmMeshFrame;"""
     unit: float
-    space: OmSpace
+    space: Choice[OmSpace]
 
 
 class OmSurfaceCheck(Struct):
@@ -4664,7 +4664,7 @@ class OmSurfaceCheck(Struct):
     nflipped_edge: int
     ncomponent: int
     neuler: int
-    first_edge: np.ndarray
+    first_edge: Numbers
     first_tri: int
 
 
@@ -4677,7 +4677,7 @@ class OmMeshArray(Struct):
     const void* value;  // (nvert or ntet x ncomp)
 } OmMeshArray;"""
     name: bytes | None
-    type: OmArrayType
+    type: Choice[OmArrayType]
     ncomp: int
     is_cell: bool
     value: Any
@@ -4721,7 +4721,7 @@ class OmAcquisitionFile(Struct):
     cloud: str
     series: str
     frame_index: int
-    grasp_frame: np.ndarray
+    grasp_frame: Numbers
     frame: OmMeshFrame
     registered: int
     time: float
@@ -4780,9 +4780,9 @@ class OmRegistration(Struct):
     overlap: float
     sigma_angle: float
     sigma_shift: float
-    axis_angle: np.ndarray
-    axis_shift: np.ndarray
-    center: np.ndarray
+    axis_angle: Numbers
+    axis_shift: Numbers
+    center: Numbers
     is_reliable: bool
     reason: str
     nstart: int
@@ -4851,8 +4851,8 @@ class OmScanFileDef(Struct):
     frame: OmMeshFrame
     pose_world_file: OmPose
     has_eye: bool
-    eye: np.ndarray
-    up: np.ndarray
+    eye: Numbers
+    up: Numbers
     spacing: float
     noise: float
 
@@ -5028,9 +5028,9 @@ class OmTensor(Struct):
     const void* data;
 } OmTensor;"""
     name: bytes | None
-    type: OmTensorType
+    type: Choice[OmTensorType]
     rank: int
-    dim: np.ndarray
+    dim: Numbers
     data: Any
 
 
@@ -5044,7 +5044,7 @@ class OmStoreField(Struct):
     name: bytes | None
     unit: bytes | None
     offset: int
-    type: OmStoreType
+    type: Choice[OmStoreType]
     n: int
 
 
@@ -5081,7 +5081,7 @@ class OmPbdDef(Struct):
     bool has_self_collision;    // default true for OM_PBD_CLUSTERS
     OmCookie cookie;            // set by om_pbd_default_def
 } OmPbdDef;"""
-    kind: OmPbdKind
+    kind: Choice[OmPbdKind]
     substeps: int
     iterations: int
     damping: float
@@ -5113,7 +5113,7 @@ class OmReport(Struct):
     int nchart;
 } OmReport;"""
     html: OmText
-    status: OmStatus
+    status: Choice[OmStatus]
     message: str
     is_in_section: bool
     is_in_grid: bool
@@ -5223,8 +5223,8 @@ class OmStuffDef(Struct):
     edge: float
     fn: Any
     ctx: Any
-    lo: np.ndarray
-    hi: np.ndarray
+    lo: Numbers
+    hi: Numbers
     level: float
     max_tet: int
     nworker: int
@@ -5248,7 +5248,7 @@ class OmMeshQuality(Struct):
     volume: float
     dihedral_min: float
     dihedral_max: float
-    dihedral_bin: np.ndarray
+    dihedral_bin: Numbers
     edge_min: float
     edge_mean: float
     edge_max: float
@@ -5274,9 +5274,9 @@ class OmPatchDef(Struct):
     share: float
     seed: int
     center: int
-    w_d: np.ndarray
-    w_n: np.ndarray
-    w_p: np.ndarray
+    w_d: Numbers
+    w_n: Numbers
+    w_p: Numbers
     noise_length: float
 
 
@@ -5322,10 +5322,10 @@ class OmPatient(Struct):
     roi_point: Any
     roi_normal: Any
     nroi: int
-    roi_center: np.ndarray
+    roi_center: Numbers
     roi_radius: float
-    up: np.ndarray
-    file_space: OmSpace
+    up: Numbers
+    file_space: Choice[OmSpace]
 
 
 class OmAttachDef(Struct):
@@ -5373,7 +5373,7 @@ class OmSheetDef(Struct):
     nattach: int
     tumour_radius: float
     tumour_height: float
-    tumour_shift: np.ndarray
+    tumour_shift: Numbers
     nroi: int
 
 
@@ -5416,7 +5416,7 @@ class OmModelDef(Struct):
     input: str
     name: str
     volume: int
-    label: np.ndarray
+    label: Numbers
     nlabel: int
     label_name: Any
     nlabel_name: int
@@ -5425,7 +5425,7 @@ class OmModelDef(Struct):
     has_window: bool
     window_lo: float
     window_hi: float
-    part: np.ndarray
+    part: Numbers
     npart: int
     keep_all: bool
     min_share: float
@@ -5435,7 +5435,7 @@ class OmModelDef(Struct):
     smooth: float
     edge: float
     unit: float
-    space: OmSpace
+    space: Choice[OmSpace]
     remesh: bool
     refine: bool
     material: Any
@@ -5475,11 +5475,11 @@ class OmModelReport(Struct):
     quality: OmMeshQuality
     selected: str
     nvoxel: int
-    voxel: np.ndarray
+    voxel: Numbers
     label_volume: float
     label_error: float
-    part_volume: np.ndarray
-    part_is_kept: np.ndarray
+    part_volume: Numbers
+    part_is_kept: Numbers
     left_out: float
     filled: float
     mask_volume: float
@@ -5521,9 +5521,9 @@ class OmLabelRow(Struct):
     npart: int
     largest: float
     is_cut: bool
-    lo: np.ndarray
-    hi: np.ndarray
-    centroid: np.ndarray
+    lo: Numbers
+    hi: Numbers
+    centroid: Numbers
 
 
 class OmLabelList(Struct):
@@ -5538,8 +5538,8 @@ class OmLabelList(Struct):
     int nrow;
     OmLabelRow* row;  // in the order of layer and value                 (nrow)
 } OmLabelList;"""
-    dim: np.ndarray
-    voxel: np.ndarray
+    dim: Numbers
+    voxel: Numbers
     nentry: int
     has_layers: bool
     is_intensity: bool
@@ -5571,7 +5571,7 @@ class OmYamlField(Struct):
     const char* help;  // its meaning in one line, for people; null: none
 } OmYamlField;"""
     key: bytes | None
-    kind: OmYamlKind
+    kind: Choice[OmYamlKind]
     offset: int
     min: float
     max: float
@@ -5683,8 +5683,8 @@ class OmSurfacePoint(Struct):
     double distance;             // from the point of the query, m
 } OmSurfacePoint;"""
     tri: int
-    bary: np.ndarray
-    x: np.ndarray
+    bary: Numbers
+    x: Numbers
     distance: float
 
 
@@ -5697,7 +5697,7 @@ class OmUmeshGrid(Struct):
     uint64_t hash;              // of all fields
 } OmUmeshGrid;"""
     fem: OmFemGrid
-    up: np.ndarray
+    up: Numbers
     is_surface: Any
     surface_x: Any
     hash: int
@@ -5711,10 +5711,10 @@ class OmUmeshPatch(Struct):
     // Long side and short side, m; and the largest distance of a point from the plane of the face, on either side, m.
     double size[3];
 } OmUmeshPatch;"""
-    center: np.ndarray
-    normal: np.ndarray
-    along: np.ndarray
-    size: np.ndarray
+    center: Numbers
+    normal: Numbers
+    along: Numbers
+    size: Numbers
 
 
 class OmUmeshOrganDef(Struct):
@@ -5737,10 +5737,10 @@ class OmUmeshOrganDef(Struct):
 } OmUmeshOrganDef;"""
     patient: Any
     surface: Any
-    up: np.ndarray
+    up: Numbers
     nelem: int
     spacing: float
-    dim: np.ndarray
+    dim: Numbers
     multiple: int
     min_fill: float
     held_height: float
@@ -5782,7 +5782,7 @@ class OmUmeshDataDef(Struct):
     press_share: float
     max_press: float
     pull_share: float
-    patch_size: np.ndarray
+    patch_size: Numbers
     min_patch: int
     tolerance: float
     min_volume: float
@@ -5810,8 +5810,8 @@ class OmUmeshSample(Struct):
     double seconds;     // wall clock; not stored
 } OmUmeshSample;"""
     patch: OmUmeshPatch
-    force: np.ndarray
-    direction: np.ndarray
+    force: Numbers
+    direction: Numbers
     tilt: float
     press: float
     npatch: int
@@ -5909,7 +5909,7 @@ class OmUmeshTrainDef(Struct):
     nvalid: int
     base_channels: int
     nlevel: int
-    type: OmNetType
+    type: Choice[OmNetType]
     batch: int
     nepoch: int
     poisson: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 import ctypes
 import difflib
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -13,6 +13,22 @@ _NUMBERS = {
     ctypes.c_bool: np.bool_, ctypes.c_ubyte: np.uint8, ctypes.c_byte: np.int8, ctypes.c_int64: np.int64,
     ctypes.c_uint64: np.uint64, ctypes.c_int16: np.int16, ctypes.c_uint16: np.uint16,
 }
+
+
+if TYPE_CHECKING:  # what a field gives and what it takes
+    Member = TypeVar("Member", bound=IntEnum)
+
+    class Numbers:
+        """A NumPy view of the struct's memory; takes anything of its shape."""
+
+        def __get__(self, struct: Any, kind: Any = None) -> np.ndarray: ...
+        def __set__(self, struct: Any, values: Any) -> None: ...
+
+    class Choice(Generic[Member]):
+        """A member of an enum; takes its name in any case, too."""
+
+        def __get__(self, struct: Any, kind: Any = None) -> Member: ...
+        def __set__(self, struct: Any, value: Member | str | int) -> None: ...
 
 
 class Struct(ctypes.Structure):
@@ -48,11 +64,11 @@ class Struct(ctypes.Structure):
                 out[name] = value
         return out
 
-    def update(self, values: dict[str, Any]) -> None:
+    def assign(self, values: dict[str, Any]) -> None:
         """Set several fields; the value of a field that is a struct may be a dictionary."""
         for name, value in values.items():
             if isinstance(value, dict) and isinstance(inner := getattr(self, name, None), Struct):
-                inner.update(value)
+                inner.assign(value)
             else:
                 setattr(self, name, value)
 
@@ -117,6 +133,11 @@ def _enum_property(field: Any, kind: type[IntEnum]) -> property:
 
 
 _SMALL = {"OmVec3": (3,), "OmQuat": (4,), "OmMat3": (3, 3)}
+
+
+def functions_of(table: type[Struct]) -> dict[str, Any]:
+    """The types of the functions of a struct by name, to make them from Python functions."""
+    return {field[0]: field[1] for field in table._fields_}
 
 
 def complete(cls: Any, fields: list[tuple[str, Any]], enums: dict[str, type[IntEnum]]) -> None:

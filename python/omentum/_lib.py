@@ -22,6 +22,7 @@ from typing import Any, Callable
 import numpy as np
 
 from . import _capi as c
+from ._convert import functions_of
 
 HERE = pathlib.Path(__file__).resolve().parent
 
@@ -332,7 +333,7 @@ def text_of(append: Callable[[Any], Any]) -> str:
     text = c.OmText()
     try:
         append(ctypes.byref(text))
-        return ctypes.string_at(text.str, text.len).decode("utf-8", "replace") if text.len else ""
+        return ctypes.string_at(text.str or b"", text.len).decode("utf-8", "replace") if text.len else ""
     finally:
         lib.om_text_done(ctypes.byref(text))
 
@@ -340,7 +341,7 @@ def text_of(append: Callable[[Any], Any]) -> str:
 # ---- progress and Ctrl-C --------------------------------------------------------------------------------
 
 ProgressFunction = Callable[[str, float, float], Any]
-_REPORT = dict(c.OmProgress._fields_)["report"]
+_REPORT = functions_of(c.OmProgress)["report"]
 
 
 class Interrupts:
@@ -415,7 +416,9 @@ class _Bar:
             from tqdm.auto import tqdm
         except ImportError:
             tqdm = None
-        self._tqdm, self._bar, self._stage, self._last = tqdm, None, "", 0.0
+        self._tqdm: Any = tqdm
+        self._bar: Any = None
+        self._stage, self._last = "", 0.0
 
     def __call__(self, stage: str, done: float, total: float) -> bool:
         if self._tqdm is None:
@@ -463,7 +466,7 @@ def pose(value: Any) -> Any:
     if array.shape == (3,):
         out.p = array
     elif array.shape == (4, 4):
-        turn = c.OmMat3()
+        turn: Any = c.OmMat3()
         np.frombuffer(turn, dtype=np.float64).reshape(3, 3)[...] = array[:3, :3].T
         out.p = array[:3, 3]
         out.q = np.frombuffer(lib.om_quat_from_mat3(turn), dtype=np.float64)
@@ -481,7 +484,8 @@ def pose_matrix(value: Any) -> np.ndarray:
 
 
 def quat(value: Any) -> Any:
-    out = c.OmQuat()
+    """Four numbers x y z w as OmQuat."""
+    out: Any = c.OmQuat()
     np.frombuffer(out, dtype=np.float64)[...] = np.asarray(value, dtype=np.float64)
     return out
 

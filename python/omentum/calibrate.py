@@ -78,7 +78,7 @@ def calibrate(model: Callable[[np.ndarray], Any], parameters: list[Parameter], n
     for p in parameters:
         lib.om_calibration_add_param(ctypes.byref(definition), p.name.encode(), p.low, p.high, p.start, p.is_log)
     definition.noise, definition.nworker = noise, nworker
-    definition.update(fields)
+    definition.assign(fields)
     return _run(definition, out_dir, strict, progress, raised)
 
 
@@ -89,7 +89,7 @@ def calibrate_file(path: str | os.PathLike[str], observations: str | os.PathLike
     given = path_of(observations) if observations is not None else None
     problem = Handle(create(lib.om_calibration_problem_load, path_of(path), given), lib.om_calibration_problem_destroy)
     definition = lib.om_calibration_problem_search(problem.address)
-    definition.update(fields)
+    definition.assign(fields)
     definition._keep = problem
     return _run(definition, out_dir, strict, progress, [])
 

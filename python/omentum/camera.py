@@ -29,7 +29,7 @@ class Camera(c.OmCamera):
         else:
             place = lib.om_pose_look_at(vec3(eye, "eye"), vec3(target, "target"), vec3(up, "up"))
         self.pose_world_camera.p, self.pose_world_camera.q = place.p, place.q
-        self.lens.update(lens or {})
+        self.lens.assign(lens or {})
         lib.om_camera_check(ctypes.byref(self))
 
     @classmethod
@@ -79,7 +79,7 @@ class Camera(c.OmCamera):
         if normal is not None:
             normal = array_of(normal, np.float32, (self.height, self.width, 3), "normal")
         noise = lib.om_depth_noise_default(seed)
-        noise.update(settings)
+        noise.assign(settings)
         if normal is None:
             noise.min_grazing = 0
         lib.om_depth_add_noise(ctypes.byref(noise), ctypes.byref(self), frame, None if normal is None else normal.ctypes.data,
@@ -109,11 +109,10 @@ class SenseScene(Owner):
         look: the part of the operating field that it looks like ("tissue", "organ", "roi", "held", "board", "tool", "shaft"),
         or an OmSenseLook.
         """
-        if not isinstance(look, c.OmSenseLook):
-            look = lib.om_sense_look(find_enum(c.OmSensePart, look))
+        shade: Any = look if isinstance(look, c.OmSenseLook) else lib.om_sense_look(find_enum(c.OmSensePart, look))
         number = ctypes.c_int()
         with self._busy:
-            lib.om_sense_scene_add(self._c, ctypes.byref(surface._as_c()), ctypes.byref(look), ctypes.byref(number))
+            lib.om_sense_scene_add(self._c, ctypes.byref(surface._as_c()), ctypes.byref(shade), ctypes.byref(number))
         self._nvert.append(len(surface.x))
         self._is_changed = True
         return number.value

@@ -147,7 +147,7 @@ class BanetSample:
 def make_banet_sample(index: int, seed: int, strict: bool = True, **fields: Any) -> BanetSample | None:
     """Sample `index` of a seed; fields of OmBanetSampleDef, such as way="exact". It depends on these arguments alone."""
     definition, raw = lib.om_banet_sample_default_def(seed), c.OmBanetSample()
-    definition.update(fields)
+    definition.assign(fields)
     forget_message()
     status = lib.om_banet_sample_make(ctypes.byref(definition), index, ctypes.byref(raw))
     if status > 0:

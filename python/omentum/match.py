@@ -48,7 +48,7 @@ class Scan(Owner):
         site: the robot's own. world: whose kinematics show the tools; None: no tools are known. fields of OmScanDef.
         """
         definition = lib.om_scan_default_def(world._c if world is not None else None, ctypes.byref(site._c))
-        definition.update(fields)
+        definition.assign(fields)
         raw, picture = c.OmScan(), c.OmObservation()
         try:
             observation._write(picture)
@@ -136,7 +136,7 @@ class Matcher(Owner):
         """fields of OmMatchDef, such as candidate (vertices that may be attached), nhypothesis, seed, nworker."""
         candidate = fields.pop("candidate", None)
         definition = lib.om_match_default_def(ctypes.byref(scene), ctypes.byref(site._c))
-        definition.update(fields)
+        definition.assign(fields)
         if candidate is not None:
             candidate = np.ascontiguousarray(candidate, dtype=np.int32)
             definition.candidate, definition.ncandidate = candidate.ctypes.data, len(candidate)

@@ -154,6 +154,12 @@ class TetMesh:
         finally:
             lib.om_free(vert)
 
+    def contact_surface(self, ntri: int = 1004) -> Surface:
+        """The boundary as about `ntri` triangles of like size, for Press(surface=...)."""
+        raw = c.OmSurface()
+        lib.om_contact_surface_make(ctypes.byref(self._as_c()), ntri, ctypes.byref(raw))
+        return Surface._take(raw)
+
     def refined(self) -> TetMesh:
         """Every element replaced by eight."""
         raw = c.OmTetMesh()
@@ -170,7 +176,7 @@ class TetMesh:
         """A meshio.Mesh: labels as cell data `tet_label`, sets as point data of 0 and 1."""
         import meshio
         marks = {name: np.isin(np.arange(len(self.x)), vert).astype(np.uint8) for name, vert in self.sets.items()}
-        return meshio.Mesh(self.x, [("tetra", self.tet)], point_data=marks, cell_data={"tet_label": [self.label]})
+        return meshio.Mesh(self.x, [("tetra", self.tet)], point_data=marks, cell_data={"tet_label": [np.asarray(self.label)]})
 
     @classmethod
     def from_meshio(cls, mesh: Any, unit: float = 1.0) -> TetMesh:
@@ -188,7 +194,7 @@ class TetMesh:
         """A pyvista.UnstructuredGrid with `tet_label` and the sets."""
         import pyvista
         grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: self.tet}, self.x)
-        grid.cell_data["tet_label"] = self.label
+        grid.cell_data["tet_label"] = np.asarray(self.label)
         for name, vert in self.sets.items():
             grid.point_data[name] = np.isin(np.arange(len(self.x)), vert).astype(np.uint8)
         return grid

@@ -101,12 +101,12 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
         else:
             definition.label[definition.nlabel] = item
             definition.nlabel += 1
-    definition.sheet.update(sheet or {})
+    definition.sheet.assign(sheet or {})
     for words in [] if attach is None else [attach] if isinstance(attach, str) else attach:
         place = definition.sheet.attach[definition.sheet.nattach]
         lib.om_model_parse_attach(words.encode(), ctypes.byref(place))
         definition.sheet.nattach += 1
-    definition.update(options)
+    definition.assign(options)
     raw, report = c.OmPatient(), c.OmModelReport()
     volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None
     with Progress(progress) as listener:

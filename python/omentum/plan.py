@@ -60,6 +60,10 @@ class Action:
     text: str
 
 
+def _action_text(plan: Any, i: int) -> str:
+    return text_of(lambda out: lib.om_plan_print_action(ctypes.byref(plan), i, out))
+
+
 @dataclass
 class Plan:
     """The best plan. outcome: OK, UNSAT (no plan exists) or TIMEOUT (not proven to be the best)."""
@@ -87,7 +91,7 @@ class Plan:
         actions = []
         for i in range(raw.naction):
             item = raw.action[i]
-            text = text_of(lambda out, i=i: lib.om_plan_print_action(ctypes.byref(raw), i, out))
+            text = _action_text(raw, i)
             actions.append(Action(c.OmPlanVerb(item.verb).name.lower(), item.arm, at(item.block), item.time, text))
         return cls(c.OmStatus(raw.outcome), actions, at(raw.grasp_block), tuple(int(v) for v in raw.cost), raw.is_optimal,
                    raw.ground_time, raw.solve_time, raw)
@@ -100,7 +104,7 @@ class Planner(Owner):
         """program: a file in place of the built-in logic program. settings: fields of OmPlannerDef, such as horizon,
         max_lift, time_limit (s)."""
         definition = lib.om_planner_default_def()
-        definition.update(settings)
+        definition.assign(settings)
         if program is not None:
             definition.program = path_of(program)
         self._handle = Handle(create(lib.om_planner_create, ctypes.byref(definition)), lib.om_planner_destroy)

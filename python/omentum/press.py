@@ -21,7 +21,7 @@ class Probe(Owner):
         """fields of OmProbeDef, m: size, rounding (box), radius (sphere, capsule), length (capsule)."""
         is_mesh = isinstance(shape, Surface)
         definition = lib.om_probe_default_def(find_enum(c.OmProbeShape, "mesh" if is_mesh else shape))
-        definition.update(fields)
+        definition.assign(fields)
         if isinstance(shape, Surface):
             raw = shape._as_c()
             definition.surface = ctypes.pointer(raw)
@@ -68,10 +68,14 @@ class Press(Owner):
     """
 
     def __init__(self, tissue: Tissue, probe: Probe, method: str = "penalty", **fields: Any) -> None:
-        """method: "penalty", "multipliers" or "prescribed". fields of OmPressDef: ntri, stiffness, friction, tolerance, reuse."""
+        """method: "penalty", "multipliers" or "prescribed". fields of OmPressDef: ntri, stiffness, friction, tolerance, reuse, and
+        surface: a Surface in the rest shape whose vertices are the contact points; default: made from the mesh."""
         definition = lib.om_press_default_def(probe._c)
         definition.method = method
-        definition.update(fields)
+        surface = fields.pop("surface", None)
+        if surface is not None:
+            definition.surface = ctypes.pointer(surface._as_c())
+        definition.assign(fields)
         self._tissue = tissue
         address = create(lib.om_press_create, ctypes.byref(definition), tissue._model_c)
         self._handle = Handle(address, lib.om_press_destroy, probe._handle, tissue._model)
@@ -90,7 +94,8 @@ class Press(Owner):
         report = PressReport(
             c.OmStatus(status), message_of(status), raw.is_settled, raw.force.copy(),
             raw.torque.copy(), raw.area, raw.penetration, n, copied(raw.vert, np.int32, (n,)),
-            *(copied(a, np.float64, (n, 3)) for a in (raw.point, raw.normal, raw.push)), copied(raw.gap, np.float64, (n,)),
+            copied(raw.point, np.float64, (n, 3)), copied(raw.normal, np.float64, (n, 3)), copied(raw.push, np.float64, (n, 3)),
+            copied(raw.gap, np.float64, (n,)),
             c.OmTissueReport.from_buffer_copy(raw.tissue))
         return outcome(status, report, strict)
 

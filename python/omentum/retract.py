@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import find_enum
+from ._convert import find_enum, functions_of
 from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, lib, path_of, refuse_fork, status_of
 from .plan import Plan, Planner, Situation
 from .scene import Body, Scene
@@ -53,7 +53,7 @@ def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program
     """
     refuse_fork("a retraction")
     definition = lib.om_retract_default_def(ctypes.byref(scene))
-    definition.update(settings)
+    definition.assign(settings)
     definition.out_dir = None if out_dir is None else path_of(out_dir)
     definition.program = None if program is None else path_of(program)
     raw = c.OmRetractResult()
@@ -65,7 +65,7 @@ def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program
         lib.om_retract_result_done(ctypes.byref(raw))
 
 
-_HOOKS = dict(c.OmLoopListener._fields_)
+_HOOKS = functions_of(c.OmLoopListener)
 
 
 class Listener:
@@ -112,7 +112,7 @@ class Loop(Owner):
         truth: recorded, never acted on. listeners: called in this order. settings: other fields of OmLoopDef.
         """
         definition = lib.om_loop_default_def(ctypes.byref(scene.task), world._c, twin._c, planner._c)
-        definition.update(settings)
+        definition.assign(settings)
         if truth is not None:
             definition.truth = truth._c
         listeners = listeners or []
@@ -173,7 +173,7 @@ class Loop(Owner):
         """Command the loop: "pause", "resume", "abort", "cancel", and the other kinds of OmLoopCommandKind."""
         command = c.OmLoopCommand()
         command.kind = find_enum(c.OmLoopCommandKind, kind)
-        command.update(fields)
+        command.assign(fields)
         lib.om_loop_command(self._c, ctypes.byref(command))
 
     @property

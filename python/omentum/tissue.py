@@ -46,7 +46,7 @@ def _make_materials(definition: Any, mesh: TetMesh, materials: list[dict[str, An
             next((m for m in materials if m.get("label", -1) == -1), {})
         values = {k: v for k, v in {**entry, **plain}.items() if k not in ("name", "label", "density")}
         ctypes.memmove(ctypes.byref(table[label]), ctypes.byref(definition.material_default), ctypes.sizeof(c.OmMaterial))
-        table[label].update(values)
+        table[label].assign(values)
         density[label] = entry.get("density", definition.density)
     definition.nmaterial, definition.material = number, table
     definition.material_density = ctypes.addressof(density)
@@ -82,11 +82,11 @@ class Tissue(Owner):
         arguments = {"engine": engine, "materials": materials, "file": file, "numbers": numbers, **plain, **options}
         raw, table = mesh._as_c(), find_engine(engine)
         definition = lib.om_tissue_default_def(table, ctypes.byref(raw))
-        definition.update(options)
+        definition.assign(options)
         if materials:
             _make_materials(definition, mesh, materials, plain)
         else:
-            definition.material_default.update(plain)
+            definition.material_default.assign(plain)
         if file or numbers:
             values = (c.OmEngineNumber * max(1, len(numbers or {})))()
             for value, (name, number) in zip(values, (numbers or {}).items()):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
+from ._convert import functions_of
 from ._lib import Busy, Handle, Owner, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
 from .camera import Camera
 from .scene import Body, Scene, Site
@@ -78,7 +79,7 @@ class Observation:
             ctypes.memmove(raw.rgbd.depth, depth.ctypes.data, depth.nbytes)
 
 
-_OPS = dict(c.OmWorldOps._fields_)
+_OPS = functions_of(c.OmWorldOps)
 
 
 class World(Owner):

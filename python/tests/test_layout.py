@@ -67,6 +67,13 @@ def test_fields_are_python_values():
     assert material.as_dict()["young"] == 3000
 
 
+def test_no_field_hides_a_method_of_structs():
+    methods = {name for name in vars(Struct) if not name.startswith("_")}
+    assert methods == {"as_dict", "assign"}
+    structs = [k for k in vars(c).values() if isinstance(k, type) and issubclass(k, Struct)]
+    assert not [(k.__name__, n) for k in structs for n in k._names if n in methods]
+
+
 def test_a_field_that_does_not_exist_is_refused():
     with pytest.raises(AttributeError, match="did you mean 'young'"):
         c.OmMaterial().yung = 1

@@ -146,7 +146,7 @@ def test_a_recorded_world_is_replayed(tmp_path):
         replayed.advance(0.02)
         again = replayed.observe(om.VISIBILITY)
         assert again.visibility == tip.visibility and again.arms[1].tip.p.tolist() == tip.arms[1].tip.p.tolist()
-    with pytest.raises(om.Invalid, match="advance|log"):
+    with pytest.raises(om.Error, match="log"):
         replayed.advance(0.05)
 
 
