@@ -113,15 +113,12 @@ class Estimate:
     summary: dict[str, Any] = field(repr=False)
 
     @classmethod
-    def _take(cls, raw: Any) -> Estimate:
+    def _copy(cls, raw: Any) -> Estimate:
         n = raw.nvert
-        try:
-            return cls(raw.is_accepted, raw.reason, copied(raw.attached, np.bool_, (n,)), copied(raw.probability, np.float64, (n,)),
-                       copied(raw.uncertainty, np.float64, (n,)), copied(raw.stiffness, np.float64, (n,)),
-                       copied(raw.x, np.float64, (raw.nacquisition, n, 3)), raw.look_next.copy() if raw.has_look_next else None,
-                       raw.as_dict())
-        finally:
-            lib.om_match_estimate_done(ctypes.byref(raw))
+        return cls(raw.is_accepted, raw.reason, copied(raw.attached, np.bool_, (n,)), copied(raw.probability, np.float64, (n,)),
+                   copied(raw.uncertainty, np.float64, (n,)), copied(raw.stiffness, np.float64, (n,)),
+                   copied(raw.x, np.float64, (raw.nacquisition, n, 3)), raw.look_next.copy() if raw.has_look_next else None,
+                   raw.as_dict())
 
 
 class Matcher(Owner):
@@ -163,9 +160,12 @@ class Matcher(Owner):
                 raw.x_twin = x.ctypes.data
                 keep.append(x)
         out = c.OmMatchEstimate()
-        with self._busy, Progress(progress) as listener:
-            lib.om_banet_update(self._c, len(acquisitions), table, listener.pointer, ctypes.byref(out), None)
-        return Estimate._take(out)
+        try:
+            with self._busy, Progress(progress) as listener:
+                lib.om_banet_update(self._c, len(acquisitions), table, listener.pointer, ctypes.byref(out), None)
+            return Estimate._copy(out)
+        finally:
+            lib.om_match_estimate_done(ctypes.byref(out))
 
 
 def adopt(body: Body, estimate: Estimate, seconds: float = c.OM_MATCH_ADOPT_TIME, dt: float = 0.02) -> None:

@@ -108,7 +108,8 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
         definition.sheet.nattach += 1
     definition.assign(options)
     raw, report = c.OmPatient(), c.OmModelReport()
+    handle = _own(raw)  # before the call: Ctrl-C may come when it has succeeded
     volume = ctypes.byref(source._as_c()) if isinstance(source, Volume) else None
     with Progress(progress) as listener:
         lib.om_model_build_volume(ctypes.byref(definition), volume, listener.pointer, ctypes.byref(raw), ctypes.byref(report))
-    return Patient(_own(raw), report)
+    return Patient(handle, report)

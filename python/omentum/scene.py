@@ -75,9 +75,10 @@ class Site(Owner):
 
     def __init__(self, scene: Scene, role: str = "twin", progress: bool | ProgressFunction | None = None) -> None:
         raw = c.OmSite()
+        handle = Handle(raw, lambda site: lib.om_site_done(ctypes.byref(site)))  # before the call: Ctrl-C may come after it
         with Progress(progress) as listener:
             lib.om_site_build(ctypes.byref(scene), find_enum(c.OmSiteRole, role), listener.pointer, ctypes.byref(raw))
-        self._handle = Handle(raw, lambda site: lib.om_site_done(ctypes.byref(site)))
+        self._handle = handle
         self.role = role
         self.mesh = TetMesh._copy(raw.mesh)
         self.roi_x = copied(raw.roi_x, np.float64, (raw.nroi, 3))

@@ -150,3 +150,18 @@ def test_ctrl_c_ends_a_long_call(ellipsoid, alive):
     thread.join()
     assert time.monotonic() - begin < 20
     assert alive() == 0
+
+
+def test_ctrl_c_at_the_end_of_a_call_frees_its_result(ellipsoid, alive):
+    """SIGINT in the last report, when the call succeeds all the same."""
+    def report(stage, done, total):
+        last[:] = [stage, done, total]
+        if not is_first and last == wanted:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    is_first, last, wanted = True, [], []
+    om.build_patient(ellipsoid, edge=0.01, label=1, progress=report)
+    is_first, wanted = False, list(last)
+    with pytest.raises(KeyboardInterrupt):
+        om.build_patient(ellipsoid, edge=0.01, label=1, progress=report)
+    assert alive() == 0
