@@ -48,8 +48,8 @@ static OmScene alarm_scene(int seed, const char* belief) {
     if (!strcmp(belief, "fewer")) s.believed.ratio = 0.4;
     if (!strcmp(belief, "more")) s.believed.ratio = 1.5;
     if (!strcmp(belief, "patch")) s.believed.kind = OM_BELIEF_PATCH, s.believed.seed = seed + 1;
-    // errors of the kinds that a robot has: registration, ROI, law, stiffness, Poisson's ratio, density, friction, tools,
-    // depth
+    // errors of the kinds that a robot has: registration, ROI, law, stiffness, Poisson's ratio, density, friction,
+    // tools, depth
     OmRng rng = om_rng_init(5, (uint64_t)seed);
     double e[8];
     for (int i = 0; i < 8; ++i) e[i] = 2 * om_rng_uniform(&rng) - 1;

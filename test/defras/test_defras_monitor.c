@@ -2,6 +2,7 @@
 #include "test_alloc.h"
 
 #include "easy_scene.h"
+#include "omentum/defras.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/shape_closest.h"
 
@@ -581,6 +582,44 @@ static void frames_repeat_with_any_number_of_workers(void** state) {
     assert_memory_equal(&f[0], &f[2], sizeof *f);
 }
 
+// A whole run with a small limit, so that the state rises; its numbers are in the result, in run.json and the report.
+static void a_run_tells_of_its_frames(void** state) {
+    (void)state;
+    char dir[] = "/tmp/om_monitor_XXXXXX", path[64], text[128], *json, *html;
+    size_t size;
+    assert_non_null(mkdtemp(dir));
+    snprintf(path, sizeof path, "%s/run", dir);
+    OmScene scene = easy_scene();
+    scene.monitor.is_enabled = true;
+    scene.monitor.limit[0] = 1e-5;
+    scene.monitor.limit[1] = 1e-2;
+    scene.monitor.limit[2] = 2e-2;
+    scene.monitor.hysteresis = 0;
+    scene.task.max_actions = 4;
+    OmRetractDef def = om_retract_default_def(&scene);
+    OmRetractResult r;
+    def.out_dir = path;
+    assert_ok(om_retract_run(&def, NULL, &r));
+    assert_true(r.nwarning[0] > 0 && r.nwarning[1] == 0 && r.mu_max > 1e-5 && r.mu_max < 1e-2);
+    assert_near(r.nmonitor, 30 * r.time, 3);
+    snprintf(text, sizeof text, "%s/run.json", path);
+    assert_ok(om_file_read(text, 1u << 24, &json, &size));
+    snprintf(text, sizeof text, "%s/report.html", path);
+    assert_ok(om_file_read(text, 1u << 26, &html, &size));
+    snprintf(text, sizeof text, "\"times_state_1\": %d", r.nwarning[0]);
+    if (!strstr(json, text)) fail_msg("run.json does not have %s", text);
+    assert_non_null(strstr(json, "\"warning\": 1"));
+    assert_non_null(strstr(json, "\"mu_m\""));
+    snprintf(text, sizeof text, "%d frames of the depth camera were compared", r.nmonitor);
+    if (!strstr(html, text)) fail_msg("the report does not have: %s", text);
+    assert_non_null(strstr(html, "Warning state while tissue is held"));
+    om_retract_result_done(&r);
+    om_free(json);
+    om_free(html);
+    assert_ok(om_path_remove(path));
+    assert_int_equal(rmdir(dir), 0);
+}
+
 static OmStatus create_again(void* ctx) {
     const Table* t = ctx;
     OmMonitor* m;
@@ -623,6 +662,7 @@ int main(void) {
         cmocka_unit_test(the_twin_is_seen_behind_the_measured_tools),
         cmocka_unit_test(points_at_a_tool_do_not_count),
         cmocka_unit_test(frames_repeat_with_any_number_of_workers),
+        cmocka_unit_test(a_run_tells_of_its_frames),
         cmocka_unit_test(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
