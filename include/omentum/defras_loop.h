@@ -123,6 +123,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     double force_world_max;  // N, in the truth
     double force_more;       // N, largest excess of the truth over the twin at one instant
     double force_less;       // N, largest excess of the twin over the truth at one instant
+    // Factor on the twin's forces, learnt where the arms measure force; 1: nothing was learnt. `force` has it.
+    double force_factor;
     int nforce;        // times the twin's force rose to where the arms act: threshold less margin
     int nforce_world;  // times the truth's force rose above the threshold
     double time;       // s of the operation

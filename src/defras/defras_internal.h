@@ -56,6 +56,12 @@ typedef struct ArmState {
     bool is_max_force;
 } ArmState;
 
+// Sums of a least squares fit: measured pull = factor x pull of the twin.
+typedef struct ForceSum {
+    double measured, twin;  // N^2
+    double time;            // s of measurements in it
+} ForceSum;
+
 // One straight motion of a tip, from its first command to its end.
 typedef struct Motion {
     int arm;
@@ -154,6 +160,8 @@ struct OmLoop {
     double effect_time;       // s, when to measure it
     int effect_update;        // which one
     double learn_begin;       // s, of STAGE_LEARN
+
+    ForceSum force_sum;  // of defras_force.c
 
     // computed by defras_step.c
     ArmState arm[OM_MAX_ARM];
@@ -318,6 +326,10 @@ bool om__warn_stops(const OmLoop* loop);   // the current motion must stop
 void om__warn_note_update(OmLoop* loop, bool is_adopted);
 void om__warn_begin_learning(OmLoop* loop);
 bool om__warn_is_learning(OmLoop* loop);  // false: STAGE_LEARN is over
+
+// defras_force.c
+void om__force_add(OmLoop* loop, const OmObservation* obs, const OmBodyForces* twin);
+void om__force_reset(OmLoop* loop);
 
 // defras_command.c
 OmStatus om__loop_check_command(const OmLoop* loop, const OmLoopCommand* command);

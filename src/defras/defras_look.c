@@ -157,6 +157,7 @@ static OmStatus adopt(OmLoop* loop) {
                                         u->estimate.stiffness, OM_MATCH_ADOPT_TIME));
     om__updater_refresh(u);
     om__loop_forget_exposure(loop);
+    om__force_reset(loop);
     OM_TRY_DONE(end_record(loop, OM_UPDATE_ADOPTED, "", was));
 done:
     om_free(was);

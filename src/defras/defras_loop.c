@@ -152,6 +152,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     r->twin_ntet = mesh->ntet;
     r->twin_shift = mean_shift(loop->twin);
     r->world_shift = NAN;
+    r->force_factor = 1;
     loop->truth_nattached = count_attached(loop->truth);
     if (loop->truth) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;

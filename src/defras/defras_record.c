@@ -421,6 +421,7 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_number(&json, "force_margin_n", scene->task.force_margin);
     om_json_bool(&json, "force_watched", scene->task.watch_force);
     om_json_integer(&json, "times_above_force_limit", r->nforce);
+    om_json_number(&json, "force_factor", r->force_factor);
     om_json_integer(&json, "grasps_slipped", r->nslip);
     om_json_integer(&json, "world_vertices_torn", r->world_ntorn);
     om_json_integer(&json, "times_world_above_force_threshold", r->nforce_world);

@@ -21,8 +21,10 @@ static OmStatus step_twin(OmLoop* loop, const OmObservation* obs, double dt) {
     if (status < 0) return om_error_prefix(status, "twin at %.2f s", loop->time);
     OmBodyForces forces;
     OM_TRY(om_body_get_forces(loop->twin, &forces));
+    om__force_add(loop, obs, &forces);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
-        loop->force[a] = om_body_is_holding(loop->twin, a) ? om_norm(forces.pull[a]) : 0.0;
+        const double factor = loop->result.force_factor;
+        loop->force[a] = om_body_is_holding(loop->twin, a) ? factor * om_norm(forces.pull[a]) : 0.0;
     }
     loop->twin_wall += om_clock_now() - start;
     return OM_OK;
