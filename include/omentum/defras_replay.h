@@ -1,8 +1,9 @@
 /// omentum/defras_replay.h: decide again from what a run recorded, and compare (floor 7).
 ///
-/// A run with OmRetractDef.records_observations leaves its scene, its audit and its observations in its folder. A
-/// replay builds twin, planner and updater from the scene, and feeds the loop with the observations alone: no world, no
-/// truth. Commands of persons come from the audit. The replay's audit must equal the run's, byte for byte.
+/// A run with OmRetractDef.records_observations leaves its audit, its observations and the belief of the robot in its
+/// folder. A replay builds twin, planner and updater from the belief, and feeds the loop with the observations alone:
+/// there is no world, and no file that it reads holds the truth. Commands of persons come from the audit. The replay's
+/// audit must equal the run's, byte for byte.
 ///
 ///     OmReplayDef def = om_replay_default_def("out/run");
 ///     OmReplayResult result;

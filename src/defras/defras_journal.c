@@ -10,6 +10,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "defras/defras_belief.h"
 #include "defras/defras_internal.h"
 #include "omentum/world_log.h"
 
@@ -22,35 +23,33 @@ struct Journal {
     OmAudit* audit;
     char dir[1200];  // "": nothing is written
     bool has_begun, has_ended;
-    char *scene, *program;  // texts; program null: the built-in one
-    bool has_plan;          // made before the operation
+    OmText scene, belief;
+    char* program;  // null: the built-in one
+    bool has_plan;  // made before the operation
 };
 
-// ---- texts ---------------------------------------------------------------------------------------------------
+// ---- texts ------------------------------------------------------------------------------------------------------
 
 // The complete scene of the run, with paths that do not depend on the current folder.
-static OmStatus print_scene(const OmScene* scene, char** out) {
-    OmText text = {0};
+static OmStatus print_scene(const OmScene* scene, OmText* text) {
     OmScene* copy = om_alloc(1, sizeof *copy);
     if (!copy) return OM_NO_MEMORY;
     *copy = *scene;
+    copy->calibrated[0] = '\0';  // its values are in the scene
     char* full = realpath(scene->data_root[0] ? scene->data_root : ".", NULL);
     if (full && strlen(full) < sizeof copy->data_root) strcpy(copy->data_root, full);
     free(full);
-    OmStatus status = om_scene_print(copy, false, &text);
+    OmStatus status = om_scene_print(copy, false, text);
     om_free(copy);
-    if (status < 0) om_text_done(&text);
-    *out = text.str;
     return status;
 }
 
 static OmStatus read_texts(const OmRetractDef* def, const Replay* replay, Journal* j) {
     size_t size;
     if (def->program) OM_TRY(om_file_read(def->program, MAX_PROGRAM, &j->program, &size));
-    if (!replay) return print_scene(def->scene, &j->scene);
-    OM_ALLOC(j->scene, strlen(replay->scene_text) + 1);
-    strcpy(j->scene, replay->scene_text);
-    return OM_OK;
+    if (replay) return om_text_append(&j->belief, "%s", replay->belief);
+    OM_TRY(print_scene(def->scene, &j->scene));
+    return om__belief_print(def->scene, &j->belief);
 }
 
 // ---- creation ------------------------------------------------------------------------------------------------
@@ -78,10 +77,11 @@ static OmStatus make_dir(Journal* j) {
     return om_error(OM_IO, "%s exists; remove the folders that killed runs left", dir);
 }
 
-static OmStatus write_begin(const OmRetractDef* def, Journal* j) {
+static OmStatus write_begin(const OmRetractDef* def, const JournalTwin* twin, Journal* j) {
     char path[1300];
     OM_TRY(make_dir(j));
-    OM_TRY(save_text(j, OM__SCENE_FILE, j->scene));
+    OM_TRY(save_text(j, OM__SCENE_FILE, j->scene.str));
+    OM_TRY(save_text(j, OM__BELIEF_FILE, j->belief.str));
     if (j->program) OM_TRY(save_text(j, OM__PROGRAM_FILE, j->program));
     if (def->preplan) {
         OM_TRY(om_path_join(j->dir, OM__PLAN_FILE, path, sizeof path));
@@ -89,12 +89,14 @@ static OmStatus write_begin(const OmRetractDef* def, Journal* j) {
         j->has_plan = true;
     }
     if (!def->records_observations) return OM_OK;
+    OM_TRY(om_path_join(j->dir, OM__SITE_FILE, path, sizeof path));
+    OM_TRY(om__belief_save(twin->site, path));
     OM_TRY(om_path_join(j->dir, OM__LOG_FILE, path, sizeof path));
     return om_world_create_recorded(j->world, path, &j->recorded);
 }
 
 OmStatus om__journal_create(const OmRetractDef* def, OmRecorder* recorder, const Replay* replay,
-                            OmWorld* world, OmPlanner* planner, uint64_t network_hash,
+                            OmWorld* world, OmPlanner* planner, const JournalTwin* twin,
                             Journal** journal) {
     char path[1300];
     OmStatus status = OM_OK;
@@ -106,13 +108,13 @@ OmStatus om__journal_create(const OmRetractDef* def, OmRecorder* recorder, const
     OM_TRY_DONE(read_texts(def, replay, j));
     OmAuditDef audit = om_audit_default_def(planner);
     if (recorder) {
-        OM_TRY_DONE(write_begin(def, j));
+        OM_TRY_DONE(write_begin(def, twin, j));
         OM_TRY_DONE(om_path_join(j->dir, OM__AUDIT_FILE, path, sizeof path));
         audit.path = path;
     }
-    audit.scene_text = j->scene;
+    audit.scene_text = j->belief.str;
     if (j->program) audit.program = j->program;
-    audit.network_hash = network_hash;
+    audit.network_hash = twin->network_hash;
     OM_TRY_DONE(om_audit_create(&audit, &j->audit));
     *journal = j;
     j = NULL;
@@ -134,7 +136,8 @@ void om__journal_destroy(Journal* j) {
     om_audit_destroy(j->audit);
     om_world_destroy(j->recorded);
     if (j->dir[0] && (!j->has_begun || is_in_place(j))) om_path_remove(j->dir);
-    om_free(j->scene);
+    om_text_done(&j->scene);
+    om_text_done(&j->belief);
     om_free(j->program);
     om_free(j);
 }
@@ -169,9 +172,11 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* res
     if (j->recorded) {
         OM_TRY(om_world_log_end(j->recorded));
         OM_TRY(add_name(j, OM__LOG_FILE));
+        OM_TRY(add_name(j, OM__SITE_FILE));
     }
     OM_TRY(add_name(j, OM__AUDIT_FILE));
     OM_TRY(add_name(j, OM__SCENE_FILE));
+    OM_TRY(add_name(j, OM__BELIEF_FILE));
     if (j->program) OM_TRY(add_name(j, OM__PROGRAM_FILE));
     if (j->has_plan) OM_TRY(add_name(j, OM__PLAN_FILE));
     j->has_ended = true;

@@ -8,7 +8,9 @@
 
 #define OM__AUDIT_FILE "audit.jsonl"
 #define OM__LOG_FILE "observations.log"
-#define OM__SCENE_FILE "scene.yaml"
+#define OM__SCENE_FILE "scene.yaml"    // complete, to run it again
+#define OM__BELIEF_FILE "belief.yaml"  // without the truth
+#define OM__SITE_FILE "belief.h5"      // the twin's site, of a run with observations
 #define OM__PROGRAM_FILE "program.lp"  // only of a run with a program of its own
 #define OM__PLAN_FILE "plan.json"      // only of a run with a plan before the operation
 #define OM__MAX_AUDIT ((size_t)256 << 20)
@@ -21,8 +23,9 @@ typedef struct ReplayCommand {
 
 // What a replay takes from the audit of the recorded run, and what it leaves.
 typedef struct Replay {
-    const char* scene_text;
-    const char* log;  // path of the observations
+    const char* belief;  // text of OM__BELIEF_FILE
+    const char* site;    // path of OM__SITE_FILE
+    const char* log;     // path of the observations
     bool is_settled, is_attended, needs_approval;
     double max_age;          // s
     bool is_ready_timed;     // estimates were adopted when they were ready, at `end_tick`
@@ -36,11 +39,16 @@ typedef struct Replay {
 
 typedef struct Journal Journal;
 
+typedef struct JournalTwin {
+    const OmSite* site;
+    uint64_t network_hash;  // 0: none
+} JournalTwin;
+
 // The audit of a run, and its observations if `def` says so. A run writes them into PLACE-unfinished, beside its
 // folder; at its end they go into the recorder's folder. A replay keeps the audit in memory.
 // `recorder` is null for a replay, `replay` for a run. All are borrowed.
 OmStatus om__journal_create(const OmRetractDef* def, OmRecorder* recorder, const Replay* replay,
-                            OmWorld* world, OmPlanner* planner, uint64_t network_hash,
+                            OmWorld* world, OmPlanner* planner, const JournalTwin* twin,
                             Journal** journal);
 // A run that has not begun leaves nothing.
 void om__journal_destroy(Journal* journal);

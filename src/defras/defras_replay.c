@@ -203,8 +203,8 @@ static void print_reason(const char* dir, const Replay* r, OmReplayResult* resul
 // ---- the replay ----------------------------------------------------------------------------------------------
 
 typedef struct Files {  // of the run
-    char log[1200], program[1200], plan[1200];
-    char *audit, *scene;
+    char log[1200], program[1200], plan[1200], site[1200];
+    char *audit, *belief;
     bool has_program, has_plan;
     OmPreplan preplan;
 } Files;
@@ -223,8 +223,9 @@ static OmStatus read_files(const char* dir, Files* f) {
     OM_TRY(om_path_join(dir, OM__AUDIT_FILE, path, sizeof path));
     OM_TRY(om_file_read(path, OM__MAX_AUDIT, &f->audit, &size));
     OM_CHECK(strlen(f->audit) == size, OM_INVALID, "%s holds a zero byte", path);
-    OM_TRY(om_path_join(dir, OM__SCENE_FILE, path, sizeof path));
-    return om_file_read(path, MAX_SCENE, &f->scene, &size);
+    OM_TRY(om_path_join(dir, OM__SITE_FILE, f->site, sizeof f->site));
+    OM_TRY(om_path_join(dir, OM__BELIEF_FILE, path, sizeof path));
+    return om_file_read(path, MAX_SCENE, &f->belief, &size);
 }
 
 static OmStatus replay_files(const OmReplayDef* def, const Files* f, OmScene* scene, Replay* r,
@@ -232,9 +233,10 @@ static OmStatus replay_files(const OmReplayDef* def, const Files* f, OmScene* sc
     OmRetractResult run;
     OmStatus status = read_audit(f->audit, r);
     if (status < 0) return om_error_prefix(status, "%s", def->dir);
-    OM_TRY(om_scene_parse(f->scene, strlen(f->scene), OM__SCENE_FILE, scene));
+    OM_TRY(om_scene_parse(f->belief, strlen(f->belief), OM__BELIEF_FILE, scene));
     if (def->engines) scene->engines = def->engines;
-    r->scene_text = f->scene;
+    r->belief = f->belief;
+    r->site = f->site;
     r->log = f->log;
     OmRetractDef again = om_retract_default_def(scene);
     again.program = f->has_program ? f->program : NULL;
@@ -257,7 +259,7 @@ OmStatus om_retract_replay(const OmReplayDef* def, const OmProgress* progress,
     OM_CHECK(def->cookie == REPLAY_COOKIE, OM_INVALID, "OmReplayDef was not made by default_def");
     OM_CHECK(def->dir, OM_INVALID, "OmReplayDef.dir is null");
     Files* files = NULL;
-    Replay replay = {.scene_text = NULL};
+    Replay replay = {.belief = NULL};
     OmScene* scene = NULL;
     OmStatus status = OM_OK;
     OM_ALLOC_DONE(scene, 1);
@@ -270,7 +272,7 @@ done:
     om_free(replay.command);
     if (files) {
         om_free(files->audit);
-        om_free(files->scene);
+        om_free(files->belief);
     }
     om_free(files);
     om_free(scene);

@@ -1,6 +1,7 @@
 // defras_retract.c: a run of the loop on a scene: builds world and twin, ticks to the end, writes the record.
 #include <string.h>
 
+#include "defras/defras_belief.h"
 #include "defras/defras_internal.h"
 #include "defras/defras_journal.h"
 #include "omentum/defras.h"
@@ -85,7 +86,10 @@ static OmStatus build_world(const OmRetractDef* def, const Replay* replay,
 static OmStatus build(const OmRetractDef* def, const Replay* replay, const OmProgress* progress,
                       Setup* s, bool* is_settled) {
     const OmScene* scene = def->scene;
-    OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
+    if (replay)
+        OM_TRY(om__belief_load(replay->site, &s->twin_site));
+    else
+        OM_TRY(om_site_build(scene, OM_SITE_TWIN, progress, &s->twin_site));
     OM_TRY(om_body_create(scene, &s->twin_site, def->nworker, &s->twin));
     OmPlannerDef planner = om_planner_default_def();
     planner.program = def->program;
@@ -139,8 +143,8 @@ static OmStatus build_listeners(const OmRetractDef* def, const Replay* replay, S
         rec.has_recording = def->has_recording;
         OM_TRY(om_recorder_create(&rec, &s->recorder));
     }
-    OM_TRY(om__journal_create(def, s->recorder, replay, s->world, s->planner,
-                              s->net ? om_banet_net_hash(s->net) : 0, &s->journal));
+    const JournalTwin twin = {&s->twin_site, s->net ? om_banet_net_hash(s->net) : 0};
+    OM_TRY(om__journal_create(def, s->recorder, replay, s->world, s->planner, &twin, &s->journal));
     loop->world = om__journal_world(s->journal);
     loop->nlistener = om__journal_listeners(s->journal, listener);
     if (s->recorder) listener[loop->nlistener++] = om_recorder_listener(s->recorder);

@@ -7,6 +7,7 @@
 
 #include "loop_rig.h"
 
+#include "defras/defras_belief.h"
 #include "omentum/defras_audit.h"
 #include "omentum/defras_replay.h"
 #include "omentum/world_log.h"
@@ -118,11 +119,21 @@ static void copy_log(int look, double shift) {
     om__log_close(&reader);
 }
 
+static void copy_site(const char* from, const char* to) {
+    char *data, path[256];
+    size_t size;
+    snprintf(path, sizeof path, "%s", path_of(to, "belief.h5"));
+    assert_ok(om_file_read(path_of(from, "belief.h5"), 1 << 28, &data, &size));
+    assert_ok(om_file_write(path, data, size));
+    om_free(data);
+}
+
 static void test_a_difference_is_named(void** state) {
     (void)state;
     OmReplayResult r;
     assert_ok(om_path_make_dir(path_of("changed", "")));
-    copy_file("scene.yaml");
+    copy_file("belief.yaml");
+    copy_site("run", "changed");
     copy_log(-1, 0);
     // a decision of the run that is not the replay's: the second line is the first plan
     write_changed("audit.jsonl", "\"optimal\": true", "\"optimal\": false");
@@ -135,12 +146,12 @@ static void test_a_difference_is_named(void** state) {
     om_replay_result_done(&r);
     // another scene, though nothing else of it changed: the head has its hash
     copy_file("audit.jsonl");
-    write_changed("scene.yaml", "name: ", "name: x");
+    write_changed("belief.yaml", "name: ", "name: x");
     assert_ok(replay_run("changed", 1, &r));
     assert_int_equal(r.line, 1);
     om_replay_result_done(&r);
     // one observation, moved by 0.1 mm while the arm holds tissue: the twin follows it
-    copy_file("scene.yaml");
+    copy_file("belief.yaml");
     OmWorldLogInfo info;
     assert_ok(om_world_log_check(path_of("run", "observations.log"), &info));
     copy_log(info.nobserve - info.nobserve / 8, 1e-4);
@@ -166,6 +177,112 @@ static void test_folders_without_a_record_are_refused(void** state) {
     assert_status(replay_run("changed", 1, &r), OM_INVALID);
     assert_non_null(strstr(om_error_message(), "real time"));
     assert_null(r.was);
+}
+
+// ---- the belief -------------------------------------------------------------------------------------------------
+
+// Two scenes with one belief and two truths: what is written of the belief is the same.
+static void test_the_belief_holds_no_truth(void** state) {
+    (void)state;
+    OmScene a = update_scene(), b = a;
+    b.seed = 77;
+    b.attach.lo.x = 0.03;
+    b.believed.kind = OM_BELIEF_BOX, b.believed.lo = om_vec3(1, 1, 1),
+    b.believed.hi = b.believed.lo;
+    b.roi.margin = 0.001;
+    b.world.young_factor = 0.5, b.world.tool_noise = 0, b.world.law = OM_NEO_HOOKEAN;
+    b.tissue.world_cells = om_vec3(12, 12, 1);
+    OmText ta = {0}, tb = {0};
+    assert_ok(om__belief_print(&a, &ta));
+    assert_ok(om__belief_print(&b, &tb));
+    assert_string_equal(ta.str, tb.str);
+    om_text_done(&tb);
+    b.task.max_height = 0.04;  // known to the robot
+    assert_ok(om__belief_print(&b, &tb));
+    assert_string_not_equal(ta.str, tb.str);
+    om_text_done(&ta);
+    om_text_done(&tb);
+    // the complete scene is not read
+    OmReplayResult r;
+    record_run(&a, "blind");
+    assert_int_equal(remove(path_of("blind", "scene.yaml")), 0);
+    assert_ok(replay_run("blind", 1, &r));
+    assert_true(r.is_same);
+    om_replay_result_done(&r);
+}
+
+static void expect_same_array(const void* a, const void* b, size_t size) {
+    assert_int_equal(a != NULL, b != NULL);
+    if (a) assert_memory_equal(a, b, size);
+}
+
+static OmStatus load_site(void* ctx) {
+    OmSite site;
+    OM_TRY(om__belief_load(ctx, &site));
+    om_site_done(&site);
+    return OM_OK;
+}
+
+static void test_a_site_is_read_as_it_was_written(void** state) {
+    (void)state;
+    OmScene scene = object_scene();
+    OmSite a, b;
+    char path[256];
+    snprintf(path, sizeof path, "%s", path_of("", "site.h5"));
+    scene.attach.foundation = 1e5;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &a));
+    // an organ and a material, as a patient has them
+    assert_ok(om_surface_init(&a.organ, 4, 2));
+    for (int i = 0; i < 12; ++i) a.organ.x[i] = 0.1 * i;
+    for (int i = 0; i < 6; ++i) a.organ.tri_vert[i] = i % 4;
+    a.has_organ = true;
+    a.organ_sdf.grid = (OmGrid){{2, 3, 2}, 0.01, om_vec3(1, 2, 3)};
+    a.organ_sdf.d = om_calloc(12, sizeof *a.organ_sdf.d);
+    a.organ_sdf.d[7] = -0.5F;
+    a.nmaterial = 1;
+    a.material[0] = (OmSiteMaterial){"fat", 1000, 0.4, 900};
+    assert_ok(om__belief_save(&a, path));
+    assert_ok(om__belief_load(path, &b));
+    assert_memory_equal(a.organ.x, b.organ.x, 12 * sizeof(double));
+    assert_memory_equal(a.organ.tri_vert, b.organ.tri_vert, 6 * sizeof(int));
+    assert_memory_equal(&a.organ_sdf.grid, &b.organ_sdf.grid, sizeof a.organ_sdf.grid);
+    assert_memory_equal(a.organ_sdf.d, b.organ_sdf.d, 12 * sizeof(float));
+    assert_int_equal(b.nmaterial, 1);
+    assert_memory_equal(&a.material[0], &b.material[0], sizeof a.material[0]);
+    assert_int_equal(a.mesh.nvert, b.mesh.nvert);
+    assert_int_equal(a.mesh.nset, b.mesh.nset);
+    assert_memory_equal(a.mesh.x, b.mesh.x, 24 * (size_t)a.mesh.nvert);
+    assert_memory_equal(a.mesh.tet_vert, b.mesh.tet_vert, 16 * (size_t)a.mesh.ntet);
+    assert_memory_equal(a.mesh.tet_label, b.mesh.tet_label, 4 * (size_t)a.mesh.ntet);
+    for (int i = 0; i < a.mesh.nset; ++i) {
+        const OmMeshSet *p = &a.mesh.set[i], *q = &b.mesh.set[i];
+        assert_string_equal(p->name, q->name);
+        assert_int_equal(p->nvert, q->nvert);
+        expect_same_array(p->vert, q->vert, 4 * (size_t)p->nvert);
+    }
+    const size_t nheld = (size_t)om_tet_mesh_find_set(&a.mesh, "attachment")->nvert;
+    assert_true(nheld > 0 && a.attach_spring);
+    expect_same_array(a.attach_area, b.attach_area, 8 * nheld);
+    expect_same_array(a.attach_spring, b.attach_spring, 8 * nheld);
+    expect_same_array(a.roi_x, b.roi_x, 24 * (size_t)a.nroi);
+    expect_same_array(a.roi_n, b.roi_n, 24 * (size_t)a.nroi);
+    assert_memory_equal(&a.pose_world_task, &b.pose_world_task, sizeof a.pose_world_task);
+    assert_memory_equal(&a.pose_world_field, &b.pose_world_field, sizeof a.pose_world_field);
+    assert_memory_equal(&a.half_size, &b.half_size, sizeof a.half_size);
+    assert_memory_equal(&a.roi_center, &b.roi_center, sizeof a.roi_center);
+    assert_memory_equal(&a.gravity, &b.gravity, sizeof a.gravity);
+    const double na[] = {a.attach_stiffness, a.attach_foundation, a.young, a.density, a.poisson};
+    const double nb[] = {b.attach_stiffness, b.attach_foundation, b.young, b.density, b.poisson};
+    assert_memory_equal(na, nb, sizeof na);
+    assert_int_equal(a.has_ground, b.has_ground);
+    assert_int_equal(a.has_organ, b.has_organ);
+    om_site_done(&b);
+    assert_true(test_failing_allocations(load_site, path, 1) >= 8);
+    // an index that no vertex has
+    a.mesh.tet_vert[5] = a.mesh.nvert;
+    assert_status(om__belief_save(&a, path), OM_INVALID);
+    om_site_done(&a);
+    assert_status(om__belief_load(path_of("run", "audit.jsonl"), &b), OM_INVALID);
 }
 
 // ---- commands of a person ---------------------------------------------------------------------------------------
@@ -195,8 +312,9 @@ static void test_commands_of_a_person_are_given_again(void** state) {
     OmReplayResult r;
     rig_create(&g, object_scene());
     assert_ok(om_path_make_dir(path_of("person", "")));
-    assert_ok(om_scene_print(&g.scene, false, &text));
-    assert_ok(om_file_write(path_of("person", "scene.yaml"), text.str, text.len));
+    assert_ok(om__belief_print(&g.scene, &text));
+    assert_ok(om_file_write(path_of("person", "belief.yaml"), text.str, text.len));
+    assert_ok(om__belief_save(&g.twin_site, path_of("person", "belief.h5")));
     assert_ok(om_world_create_recorded(g.world, path_of("person", "observations.log"), &world));
     OmAuditDef def = om_audit_default_def(g.planner);
     def.path = path_of("person", "audit.jsonl");
@@ -297,6 +415,8 @@ int main(void) {
         cmocka_unit_test(test_the_same_decisions_from_the_observations),
         cmocka_unit_test(test_a_difference_is_named),
         cmocka_unit_test(test_folders_without_a_record_are_refused),
+        cmocka_unit_test(test_the_belief_holds_no_truth),
+        cmocka_unit_test(test_a_site_is_read_as_it_was_written),
         cmocka_unit_test(test_commands_of_a_person_are_given_again),
         cmocka_unit_test(test_a_killed_run_can_be_replayed),
         cmocka_unit_test(test_a_run_that_fails_at_once_leaves_nothing),

@@ -1,0 +1,15 @@
+// defras_belief.h: all that a robot knows of its patient, in two files: a scene without a truth, and the twin's site.
+#ifndef OMENTUM_DEFRAS_BELIEF_H
+#define OMENTUM_DEFRAS_BELIEF_H
+
+#include "omentum/scene.h"
+
+// Append the scene as a file, complete but for the truth: attachments, ROI, world, seed and errors of the belief are
+// those of om_scene_default. Paths do not depend on the current folder.
+OmStatus om__belief_print(const OmScene* scene, OmText* text);
+// The site of the twin, from which its body is made.
+OmStatus om__belief_save(const OmSite* site, const char* path);
+// @return OM_OK; OM_INVALID (damaged, or an index out of range); OM_NO_MEMORY; OM_IO. `site` is empty after an error
+OmStatus om__belief_load(const char* path, OmSite* site);
+
+#endif
