@@ -8,7 +8,7 @@
 ///     OmReplayDef def = om_replay_default_def("out/run");
 ///     OmReplayResult result;
 ///     om_retract_replay(&def, NULL, &result);
-///     puts(result.is_same ? "the same decisions" : result.difference);
+///     puts(result.reason);
 ///     om_replay_result_done(&result);
 #ifndef OMENTUM_DEFRAS_REPLAY_H
 #define OMENTUM_DEFRAS_REPLAY_H
