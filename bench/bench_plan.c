@@ -35,7 +35,17 @@ typedef struct Case {
     int n, percent, nstate;
     bool is_fresh;    // read, ground and solve for each state
     bool is_bounded;  // the program in use, else the plain one
+    bool is_known;    // every free block was tried in the simulation
 } Case;
+
+// Half of the free blocks expose the ROI in the simulation.
+static void add_exposures(int index, OmSituation* s) {
+    static const OmPlanVerb fold[3] = {OM_PLAN_PULL, OM_PLAN_MOVE_ROI, OM_PLAN_MOVE_AWAY};
+    OmRng r = om_rng_init(6, (uint64_t)index);
+    for (int b = 0; b < s->n * s->n; b++)
+        s->exposure[b] = (OmExposure){!s->is_fixed[b], om_rng_below(&r, 2) == 1,
+                                      1 + (int)om_rng_below(&r, 5), fold[om_rng_below(&r, 3)]};
+}
 
 static OmStatus create_planner(bool is_bounded, OmPlanner** planner) {
     OmPlannerDef def = om_planner_default_def();
@@ -64,8 +74,8 @@ static OmStatus measure(const Case* c) {
     double time[MAX_STATE];
     char scene[64], work[64];
     snprintf(scene, sizeof scene, "grid %dx%d, %d %% attached", c->n, c->n, c->percent);
-    snprintf(work, sizeof work, "%s%s", c->is_bounded ? "" : "unbounded, ",
-             c->is_fresh ? "grounded anew" : "re-solved");
+    snprintf(work, sizeof work, "%s%s%s", c->is_bounded ? "" : "unbounded, ",
+             c->is_fresh ? "grounded anew" : "re-solved", c->is_known ? ", exposures known" : "");
     BenchRow row = {.bench = "plan",
                     .scene = scene,
                     .work = work,
@@ -79,6 +89,7 @@ static OmStatus measure(const Case* c) {
     OmPlan plan;
     for (int i = c->is_fresh ? 0 : -1; i < c->nstate; i++) {  // state -1 grounds, untimed
         OmSituation s = random_state(c->n, c->percent, i < 0 ? MAX_STATE : i);
+        if (c->is_known) add_exposures(i, &s);
         if (c->is_fresh) {
             om_planner_destroy(planner);
             planner = NULL;
@@ -104,14 +115,15 @@ OmStatus bench_plan(const BenchOptions* options) {
     for (int n = 5; n <= 10; n += options->is_quick ? 5 : 1) {
         for (int percent = 10; percent <= 70; percent += 20) {
             int nstate = options->is_quick ? 20 : MAX_STATE;
-            OM_TRY(measure(&(Case){n, percent, nstate, true, true}));
-            OM_TRY(measure(&(Case){n, percent, nstate, false, true}));
+            OM_TRY(measure(&(Case){n, percent, nstate, true, true, false}));
+            OM_TRY(measure(&(Case){n, percent, nstate, false, true, false}));
+            OM_TRY(measure(&(Case){n, percent, nstate, false, true, true}));
         }
     }
     for (int n = 5; n <= (options->is_quick ? 5 : 10); n += n == 5 ? 2 : 3) {
         int nstate = n < 10 ? 10 : 5;
-        OM_TRY(measure(&(Case){n, 30, nstate, true, false}));
-        OM_TRY(measure(&(Case){n, 30, nstate, false, false}));
+        OM_TRY(measure(&(Case){n, 30, nstate, true, false, false}));
+        OM_TRY(measure(&(Case){n, 30, nstate, false, false, false}));
     }
     return OM_OK;
 }

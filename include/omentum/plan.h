@@ -22,7 +22,7 @@ extern "C" {
 #define OM_PLAN_MAX_GRID 16  // blocks along one side of the tissue, at most
 #define OM_PLAN_MAX_BLOCK (OM_PLAN_MAX_GRID * OM_PLAN_MAX_GRID)
 #define OM_PLAN_MAX_HORIZON 64
-#define OM_PLAN_NCOST 5  // objectives, the most important first; see OmPlan.cost
+#define OM_PLAN_NCOST 6  // objectives, the most important first; see OmPlan.cost
 
 /// The actions of Table 6.1 with their names in the logic program.
 #define OM_PLAN_VERB_TABLE(X)       \
@@ -101,9 +101,9 @@ typedef struct OmPlan {
     OmPlanAction action[OM_PLAN_MAX_HORIZON];  // in order of time
     int grasp_block;  // block that is newly grasped; -1 if the plan continues with a held block
     int grasp_arm;    // the arm that grasps it, -1
-    // By priority: new grasps; distance of the grasp from the ROI in 0.1 mm; minus its distance from the attachments in
-    // 0.1 mm; number of actions; order of preference between equal plans. All 0 for a user's program with another
-    // number of levels.
+    // By priority: new grasps; new grasps of blocks known not to expose the ROI; distance of the grasp from the ROI in
+    // 0.1 mm; minus its distance from the attachments in 0.1 mm; number of actions; order of preference between equal
+    // plans. All 0 for a user's program with another number of levels.
     int64_t cost[OM_PLAN_NCOST];
     bool is_optimal;     // no better plan exists within the horizon
     bool is_reground;    // the program was grounded for this plan, not only solved again

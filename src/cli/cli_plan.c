@@ -226,8 +226,8 @@ static OmStatus read_options(const OmCliArgs* args, OmSituation* s) {
 // ---- output -----------------------------------------------------------------------------------------------------
 
 static OmStatus write_json(const OmPlan* plan, OmStatus outcome, OmText* text) {
-    static const char* const cost_name[OM_PLAN_NCOST] = {"grasps", "roi", "attachments", "actions",
-                                                         "order"};
+    static const char* const cost_name[OM_PLAN_NCOST] = {"grasps",      "hidden",  "roi",
+                                                         "attachments", "actions", "order"};
     OmJson j = om_json_begin(text);
     om_json_open(&j, NULL, '{');
     om_json_string(&j, "outcome",

@@ -94,12 +94,15 @@ static OmStatus write_difference(const OmPlan* plan, const OmPlan* other, OmText
         return om_text_append(
             t, "it needs a new grasp, whereas the plan continues with the tissue in hand");
     case 1:
-        return om_text_append(t, "it is %.1f mm farther from the region of interest", worse / 10);
+        return om_text_append(t,
+                              "trying it in the simulation did not expose the region of interest");
     case 2:
+        return om_text_append(t, "it is %.1f mm farther from the region of interest", worse / 10);
+    case 3:
         return om_text_append(
             t, "it is as near to the region of interest but %.1f mm nearer to the attachments",
             worse / 10);
-    case 3:
+    case 4:
         return om_text_append(t, "the place is equally good, but it takes %.0f more action%s",
                               worse, worse == 1.0 ? "" : "s");
     default:
@@ -136,6 +139,22 @@ static OmStatus write_set(const OmSituation* s, const bool* mark, OmText* t) {
     return count > 12 ? om_text_append(t, " and %d more", count - 12) : OM_OK;
 }
 
+// What the simulation showed, of the blocks that were tried in it.
+static OmStatus write_exposures(const OmSituation* s, OmText* t) {
+    bool exposes[OM_PLAN_MAX_BLOCK], hides[OM_PLAN_MAX_BLOCK], is_any = false;
+    for (int b = 0; b < s->n * s->n; b++) {
+        const OmExposure* e = &s->exposure[b];
+        exposes[b] = e->is_known && e->exposes;
+        hides[b] = e->is_known && !e->exposes;
+        is_any = is_any || e->is_known;
+    }
+    if (!is_any) return OM_OK;
+    OM_TRY(om_text_append(t, ".\n  Exposes the region in the simulation: "));
+    OM_TRY(write_set(s, exposes, t));
+    OM_TRY(om_text_append(t, ".\n  Tried in the simulation in vain: "));
+    return write_set(s, hides, t);
+}
+
 // Describe the fluents that are true.
 static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     bool tried[OM_PLAN_MAX_BLOCK];
@@ -147,6 +166,7 @@ static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     OM_TRY(write_set(s, s->is_fixed, t));
     OM_TRY(om_text_append(t, ".\n  Grasped before in vain: "));
     OM_TRY(write_set(s, tried, t));
+    OM_TRY(write_exposures(s, t));
     for (int i = 0; i < OM_MAX_ARM; i++) {
         const OmArmSituation* a = &s->arm[i];
         OM_TRY(om_text_append(t, ".\n  PSM%d: ", i + 1));
@@ -163,6 +183,19 @@ static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     return om_text_append(t, ".\n");
 }
 
+// What trying the chosen block in the simulation showed.
+static OmStatus write_choice_exposure(const OmExposure* e, OmText* t) {
+    if (!e->is_known) return OM_OK;
+    if (!e->exposes)
+        return om_text_append(t, "Trying it in the simulation did not expose the region of "
+                                 "interest; no point that may expose it is allowed.\n");
+    return om_text_append(t, "In the simulation %d pull%s%s exposed the region of interest.\n",
+                          e->npull, e->npull == 1 ? "" : "s",
+                          e->fold == OM_PLAN_MOVE_AWAY  ? " and a fold away from the camera"
+                          : e->fold == OM_PLAN_MOVE_ROI ? " and a fold towards it"
+                                                        : "");
+}
+
 static OmStatus write_choice(const OmSituation* s, const OmPlan* plan, OmText* t) {
     if (s->is_visible)
         return om_text_append(t, "The region of interest is visible: nothing is to be done.\n");
@@ -177,10 +210,12 @@ static OmStatus write_choice(const OmSituation* s, const OmPlan* plan, OmText* t
     OM_TRY(write_block(s, plan->grasp_block, t));
     OM_TRY(om_text_append(
         t, " with PSM%d, the allowed point nearest to the region of interest (%.1f mm)",
-        plan->grasp_arm + 1, (double)plan->cost[1] / 10));
-    if (plan->cost[2] == 0) return om_text_append(t, ".\n");
-    return om_text_append(t, " and, among those, farthest from the attachments (%.1f mm).\n",
-                          (double)-plan->cost[2] / 10);
+        plan->grasp_arm + 1, (double)plan->cost[2] / 10));
+    if (plan->cost[3] != 0)
+        OM_TRY(om_text_append(t, " and, among those, farthest from the attachments (%.1f mm)",
+                              (double)-plan->cost[3] / 10));
+    OM_TRY(om_text_append(t, ".\n"));
+    return write_choice_exposure(&s->exposure[plan->grasp_block], t);
 }
 
 // ---- questions --------------------------------------------------------------------------------------------------

@@ -23,26 +23,29 @@ typedef enum FluentKind {
     MAX_HEIGHT,   // per arm
     MAX_FORCE,    // per arm
     LIFTED,       // per arm and number of pulls
+    EXPOSES,      // per end (none, fold towards, fold away), block and number of pulls
+    HIDDEN,       // per block
     VISIBLE_ROI,  // one
     EXPLAIN,      // one
     NFLUENT_KIND
 } FluentKind;
 
 static const char* const fluent_name[NFLUENT_KIND] = {
-    "fixed",          "above_ROI",  "reachable", "at",     "in_hand",     "tried",
-    "closed_gripper", "max_height", "max_force", "lifted", "visible_ROI", "explain"};
+    "fixed",      "above_ROI", "reachable", "at",      "in_hand", "tried",       "closed_gripper",
+    "max_height", "max_force", "lifted",    "exposes", "hidden",  "visible_ROI", "explain"};
 static const char* const tried_name[3] = {"grasp", "move_ROI", "move_away"};
+static const char* const end_name[3] = {"none", "move_ROI", "move_away"};
 
 // Fluents of a kind; `item` is an arm or a kind of try, `unit` a block or a number of pulls.
 static int slot(const OmPlanner* p, FluentKind kind, int item, int unit) {
-    int nb = p->n * p->n, at = 0;
+    int nb = p->n * p->n, nlift = p->def.max_lift + 1, at = 0;
     const int count[NFLUENT_KIND] = {
-        nb,     nb,         OM_MAX_ARM * nb, OM_MAX_ARM * nb, OM_MAX_ARM * nb,
-        3 * nb, OM_MAX_ARM, OM_MAX_ARM,      OM_MAX_ARM,      OM_MAX_ARM * (p->def.max_lift + 1),
-        1,      1};
+        nb,         nb,         OM_MAX_ARM * nb, OM_MAX_ARM * nb,    OM_MAX_ARM * nb, 3 * nb,
+        OM_MAX_ARM, OM_MAX_ARM, OM_MAX_ARM,      OM_MAX_ARM * nlift, 3 * nb * nlift,  nb,
+        1,          1};
     for (int k = 0; k < (int)kind; k++) at += count[k];
     if (kind == NFLUENT_KIND) return at;
-    int stride = kind == LIFTED ? p->def.max_lift + 1 : kind >= CLOSED ? 1 : nb;
+    int stride = kind == LIFTED ? nlift : kind == EXPOSES ? nb * nlift : kind < CLOSED ? nb : 1;
     return at + item * stride + unit;
 }
 
@@ -110,6 +113,12 @@ static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int
         arg[narg++] = om__plan_arm_symbol(item);
         arg[narg++] = zero;
         break;
+    case EXPOSES:
+        arg[narg++] = om__plan_block_symbol(p->n, unit / (p->def.max_lift + 1));
+        arg[narg++] = om__asp_number(unit % (p->def.max_lift + 1));
+        arg[narg++] = om__asp_function(end_name[item], NULL, 0);
+        break;
+    case HIDDEN: arg[narg++] = om__plan_block_symbol(p->n, unit); break;
     case LIFTED:
         arg[narg++] = om__plan_arm_symbol(item);
         arg[narg++] = om__asp_number(unit);
@@ -183,6 +192,8 @@ static OmStatus find_fluents(OmPlanner* p) {
                  {MAX_HEIGHT, OM_MAX_ARM, 0, 1},
                  {MAX_FORCE, OM_MAX_ARM, 0, 1},
                  {LIFTED, OM_MAX_ARM, 1, nlift},
+                 {EXPOSES, 3, 0, nb * nlift},
+                 {HIDDEN, 1, 0, nb},
                  {VISIBLE_ROI, 1, 0, 1},
                  {EXPLAIN, 1, 0, 1}};
     for (size_t r = 0; r < sizeof range / sizeof range[0]; r++) {
@@ -356,6 +367,20 @@ done:
 
 // ---- sensing: the situation into external atoms --------------------------------------------------------------------
 
+static void write_exposure(const OmPlanner* p, const OmSituation* s, bool* want) {
+    for (int b = 0; b < s->n * s->n; b++) {
+        const OmExposure* e = &s->exposure[b];
+        if (!e->is_known) continue;
+        if (!e->exposes) {
+            want[slot(p, HIDDEN, 0, b)] = true;
+            continue;
+        }
+        int npull = e->npull < p->def.max_lift ? e->npull : p->def.max_lift;
+        int end = e->fold == OM_PLAN_MOVE_ROI ? 1 : e->fold == OM_PLAN_MOVE_AWAY ? 2 : 0;
+        want[slot(p, EXPOSES, end, b * (p->def.max_lift + 1) + npull)] = true;
+    }
+}
+
 // Compute the value of every fluent (Alg. 4).
 static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_explaining,
                           bool* want) {
@@ -378,6 +403,7 @@ static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_expl
         int nlift = a->nlift < p->def.max_lift ? a->nlift : p->def.max_lift - 1;
         if (nlift > 0) want[slot(p, LIFTED, i, nlift)] = true;
     }
+    write_exposure(p, s, want);
     want[slot(p, VISIBLE_ROI, 0, 0)] = s->is_visible;
     want[slot(p, EXPLAIN, 0, 0)] = is_explaining;
 }
@@ -396,6 +422,8 @@ OmStatus om__planner_sense(OmPlanner* p, const OmSituation* s, bool is_explainin
         if (f->value == want[i]) continue;
         int kind = 0;
         while (kind + 1 < NFLUENT_KIND && slot(p, (FluentKind)(kind + 1), 0, 0) <= i) kind++;
+        // a user's program need not know what the simulation showed
+        if (!f->literal && (kind == EXPOSES || kind == HIDDEN)) continue;
         OM_CHECK_DONE(
             f->literal, OM_INVALID,
             "the logic program has no external atom %s for a sensed fluent; declare it as "
@@ -440,7 +468,7 @@ static void read_plan(const OmPlanner* p, OmPlan* plan) {
             plan->grasp_arm = a.arm;
         }
     }
-    // levels of the program: broken rules, grasps, roi, attachments, actions, order
+    // levels of the program: broken rules, grasps, hidden, roi, attachments, actions, order
     bool has_all = answer->ncost == OM_PLAN_NCOST + 1;
     for (int k = 0; k < OM_PLAN_NCOST && has_all; k++) plan->cost[k] = answer->cost[k + 1];
 }

@@ -52,6 +52,13 @@ OmStatus om__situation_check(const OmSituation* s) {
              "situation: spacing is %g m; it must be above 0 and at most 1", s->spacing);
     bool has_roi = false;
     for (int b = 0; b < s->n * s->n; b++) {
+        const OmExposure* e = &s->exposure[b];
+        bool is_end =
+            e->fold == OM_PLAN_PULL || e->fold == OM_PLAN_MOVE_ROI || e->fold == OM_PLAN_MOVE_AWAY;
+        OM_CHECK(!e->is_known || !e->exposes || (e->npull >= 1 && is_end), OM_INVALID,
+                 "situation: exposure of block %d: %d pulls and action %d; at least 1 pull, then "
+                 "a fold or OM_PLAN_PULL",
+                 b, e->npull, (int)e->fold);
         has_roi = has_roi || s->is_above_roi[b];
         OmVec3 c = om__situation_center(s, b);
         OM_CHECK(
