@@ -35,7 +35,7 @@ typedef enum OmRetractionRow {  // how a case is run
     OM_RETRACTION_NO_PREPLAN,   // DEFRAS without a plan before
     OM_RETRACTION_NO_MONITOR,   // without monitoring: learning after each action instead
     OM_RETRACTION_NO_LEARNING,  // without learning
-    OM_RETRACTION_NO_PHYSICS,   // the network's estimates without the physics check
+    OM_RETRACTION_NO_NETWORK,   // learning by physics alone
     OM_RETRACTION_ONE_ARM,      // PSM1 alone
     OM_RETRACTION_NROW
 } OmRetractionRow;

@@ -58,8 +58,8 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyRetractionDef* def) {
 
 static void print_group(const char* title, const OmRetractionScore* score) {
     static const char* const row[OM_RETRACTION_NROW] = {
-        "DEFRAS",        "FRAS, believed", "FRAS, true",       "no plan before",
-        "no monitoring", "no learning",    "no physics check", "one arm"};
+        "DEFRAS",        "FRAS, believed", "FRAS, true", "no plan before",
+        "no monitoring", "no learning",    "no network", "one arm"};
     for (int i = 0; i < OM_RETRACTION_NROW; ++i) {
         const OmRetractionScore* r = &score[i];
         if (r->nrun == 0) continue;

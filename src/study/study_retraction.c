@@ -105,7 +105,8 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, Columns
         score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.naction);
     score->ntrigger += run->ntrigger;
     score->ngood += run->ngood;
-    score->nfalse += r->c.kind == RETRACTION_SAME && run->nwarning > 0;
+    score->nfalse +=
+        r->c.kind == RETRACTION_SAME && run->nwarning[0] + run->nwarning[1] + run->nwarning[2] > 0;
 }
 
 static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRow row, Columns* c,

@@ -13,15 +13,17 @@ typedef struct RetractionRun {  // contents of its file; zero-initialise
     OmRetractOutcome outcome;
     bool is_exposed, is_success;
     char reason[256];
-    double visibility_start, visibility;  // by the judge
+    double visibility_start, visibility;  // by the judge, at the end
+    double visibility_seen;               // by the controller
     double force, force_world;            // N, largest
     double epsilon;                       // N
     int nforce;                           // times the twin's force rose to the limit of the arms
     int nforce_world;                     // times the true force rose above epsilon
     int naction, nplan, nacquisition, nupdate, nadopted;
     int ntrigger, ngood;  // updates by the monitor; of which ended at mu <= 2 mm
-    int nwarning;         // times the warning state rose above 0
-    double mu_max;        // m
+    int nwarning[3];      // times the warning state rose to 1, 2, 3
+    OmHold hold;
+    double mu_max;  // m
     double time, wall_time, twin_step_ms, plan_ms;
     int ngrasp, grasp[RETRACTION_MAX_GRASP];  // blocks, in order
 } RetractionRun;

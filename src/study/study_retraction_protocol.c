@@ -62,6 +62,12 @@ static double true_share(const Draw* d, RetractionKind kind) {
     return (kind == RETRACTION_MORE ? d->more : 1) * d->believed;
 }
 
+static void make_quick(OmSceneTask* task) {
+    task->grid = 3;
+    task->max_height = 0.02;
+    task->max_actions = 6;
+}
+
 static OmScene sheet_scene(const RetractionCase* c) {
     OmScene s = om_scene_default();
     s.seed = c->seed;
@@ -76,7 +82,7 @@ static OmScene sheet_scene(const RetractionCase* c) {
     s.world.friction = 0.2;
     s.task.force_threshold = EPSILON;
     s.task.force_margin = MARGIN;
-    if (c->is_quick) s.task.grid = 3;
+    if (c->is_quick) make_quick(&s.task);
     return s;
 }
 
@@ -113,7 +119,7 @@ static OmStatus kidney_scene(const RetractionCase* c, OmScene* s) {
     snprintf(s->data_root, sizeof s->data_root, "%s", c->data);
     s->seed = c->seed;
     s->world.friction = 0.2;
-    if (c->is_quick) s->task.grid = 3;
+    if (c->is_quick) make_quick(&s->task);
     return OM_OK;
 }
 

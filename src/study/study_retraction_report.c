@@ -284,7 +284,9 @@ static void put_run_json(OmJson* json, const char* key, const RetractionRun* r) 
     om_json_integer(json, "updates_adopted", r->nadopted);
     om_json_integer(json, "triggers", r->ntrigger);
     om_json_integer(json, "triggers_good", r->ngood);
-    om_json_integer(json, "warnings", r->nwarning);
+    om_json_integer(json, "warnings", r->nwarning[0] + r->nwarning[1] + r->nwarning[2]);
+    om_json_string(json, "hold", om_hold_text(r->hold));
+    om_json_number(json, "visibility_seen", r->visibility_seen);
     om_json_number(json, "mu_max_m", r->mu_max);
     om_json_number(json, "time_s", r->time);
     om_json_number(json, "wall_time_s", r->wall_time);

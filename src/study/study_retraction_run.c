@@ -14,22 +14,26 @@
 #define MAX_PATH 1024
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
-#define METHOD 1  // change it if runs are made in another way
+// Change them if runs, or searches and runs of FRAS, are made in another way.
+#define METHOD 3
+#define METHOD_FRAS 2
+#define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
+#define PREPLAN (OM_RETRACTION_NROW + 1)
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
     "defras",     "fras",        "fras-true",  "no-preplan",
-    "no-monitor", "no-learning", "no-physics", "one-arm"};
+    "no-monitor", "no-learning", "no-network", "one-arm"};
 const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
                                                                   "FRAS, believed attachments",
                                                                   "FRAS, true attachments",
                                                                   "no plan before",
                                                                   "no monitoring",
                                                                   "no learning",
-                                                                  "no physics check",
+                                                                  "no network",
                                                                   "one arm"};
 
-typedef struct Task {  // a run, or with row CEILING a search
+typedef struct Task {  // a run, or with row CEILING a search, with row PREPLAN a plan before
     RetractionResult* result;
     int row;
     OmScene scene;
@@ -46,12 +50,25 @@ typedef struct Batch {
 
 // ---- what a row changes --------------------------------------------------------------------------------------
 
+static bool has_preplan(int row) {
+    return row != CEILING && row != OM_RETRACTION_FRAS && row != OM_RETRACTION_FRAS_TRUE &&
+           row != OM_RETRACTION_NO_PREPLAN;
+}
+
+// The plan before is of the belief: both cases of a scenario have the same.
+static void preplan_name(const RetractionCase* c, char* name, size_t size) {
+    if (c->group == RETRACTION_SCENARIO)
+        snprintf(name, size, "preplan-scenario-%d.json", c->number);
+    else
+        snprintf(name, size, "preplan-%s.json", c->name);
+}
+
 static void set_row(OmRetractionRow row, OmScene* scene) {
     if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return;
-    if (row != OM_RETRACTION_NO_LEARNING) {
-        scene->update.is_enabled = true;
+    scene->monitor.is_enabled = row != OM_RETRACTION_NO_MONITOR;
+    scene->update.is_enabled = row != OM_RETRACTION_NO_LEARNING;
+    if (row != OM_RETRACTION_NO_NETWORK)
         snprintf(scene->update.network, sizeof scene->update.network, "installed");
-    }
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;
 }
 
@@ -60,7 +77,9 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
 static uint64_t hash_task(const Task* t) {
     const RetractionCase* c = &t->result->c;
     const OmScene* s = &t->scene;
-    const double value[] = {METHOD,
+    const bool is_fras = t->row == CEILING || t->row == OM_RETRACTION_FRAS ||
+                         t->row == OM_RETRACTION_FRAS_TRUE;
+    const double value[] = {is_fras ? METHOD_FRAS : METHOD,
                             t->row,
                             c->group,
                             c->kind,
@@ -109,7 +128,8 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     run->is_exposed = r->is_exposed;
     snprintf(run->reason, sizeof run->reason, "%s", r->reason);
     run->visibility_start = r->visibility_start;
-    run->visibility = r->visibility_end;
+    run->visibility = r->visibility_world_end;
+    run->visibility_seen = r->visibility_end;
     run->force = r->force_max;
     run->force_world = r->force_world_max;
     run->epsilon = scene->task.force_threshold;
@@ -119,7 +139,17 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
     run->nplan = r->nplan;
     run->nacquisition = r->nacquisition;
     run->nupdate = r->nupdate;
-    for (int i = 0; i < r->nupdate; ++i) run->nadopted += r->update[i].stage == OM_UPDATE_ADOPTED;
+    for (int i = 0; i < r->nupdate; ++i) {
+        const OmRetractUpdate* u = &r->update[i];
+        const bool is_adopted = u->stage == OM_UPDATE_ADOPTED;
+        run->nadopted += is_adopted;
+        // Every estimate that the monitor triggers counts; a refused one is a failure.
+        run->ntrigger += scene->monitor.is_enabled;
+        run->ngood += scene->monitor.is_enabled && is_adopted && u->mu_after <= GOOD_MU;
+    }
+    for (int k = 0; k < 3; ++k) run->nwarning[k] = r->nwarning[k];
+    run->mu_max = r->mu_max;
+    run->hold = r->hold;
     run->time = r->time;
     run->wall_time = r->wall_time;
     run->twin_step_ms = r->twin_step_ms;
@@ -130,9 +160,32 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
                       run->force_world <= RETRACTION_MAX_FORCE * run->epsilon;
 }
 
+// Plan before for the twin of a task, into the study's folder.
+static OmStatus make_preplan(const Retraction* s, Task* t) {
+    char name[96], path[MAX_PATH];
+    OmPreplanDef def = om_preplan_default_def(&t->scene);
+    OmPreplan* plan;
+    def.nworker = 1;
+    preplan_name(&t->result->c, name, sizeof name);
+    OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
+    OM_ALLOC(plan, 1);
+    OmStatus status = om_preplan_run(&def, NULL, plan);
+    if (status == OM_OK) status = om_preplan_save(plan, path);
+    om_free(plan);
+    return status;
+}
+
+static OmStatus load_preplan(const Retraction* s, const RetractionCase* c, OmPreplan* plan) {
+    char name[96], path[MAX_PATH];
+    preplan_name(c, name, sizeof name);
+    OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
+    return om_preplan_load(path, plan);
+}
+
 static OmStatus make_run(const Retraction* s, Task* t) {
     char name[96], path[MAX_PATH];
     OmRetractResult result;
+    OmPreplan* plan = NULL;
     OmRetractDef def = om_retract_default_def(&t->scene);
     snprintf(name, sizeof name, "runs/%s", t->name);
     OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
@@ -140,10 +193,18 @@ static OmStatus make_run(const Retraction* s, Task* t) {
     def.frame_every = FRAME_EVERY;
     def.has_recording = false;  // several threads make runs
     def.nworker = 1;
-    OM_TRY(om_retract_run(&def, NULL, &result));
+    OmStatus status = OM_OK;
+    if (has_preplan(t->row)) {
+        OM_ALLOC_DONE(plan, 1);
+        OM_TRY_DONE(load_preplan(s, &t->result->c, plan));
+        def.preplan = plan;
+    }
+    OM_TRY_DONE(om_retract_run(&def, NULL, &result));
     keep(&t->scene, &result, &t->result->run[t->row]);
     om_retract_result_done(&result);
-    return OM_OK;
+done:
+    om_free(plan);
+    return status;
 }
 
 static OmStatus make_ceiling(Task* t) {
@@ -163,7 +224,9 @@ static void run_tasks(void* ctx, int begin, int end, int block) {
     Batch* b = ctx;
     for (int i = begin; i < end; ++i) {
         Task* t = &b->task[i];
-        t->status = t->row == CEILING ? make_ceiling(t) : make_run(b->s, t);
+        t->status = t->row == PREPLAN   ? make_preplan(b->s, t)
+                    : t->row == CEILING ? make_ceiling(t)
+                                        : make_run(b->s, t);
         if (t->status < 0) snprintf(t->message, sizeof t->message, "%s", om_error_message());
     }
 }
@@ -175,6 +238,7 @@ static OmStatus save(const Retraction* s, const Task* t) {
     OM_CHECK(t->status >= 0, t->status, "%s: %s", t->name, t->message);
     snprintf(name, sizeof name, "%s.bin", t->name);
     RetractionResult* r = t->result;
+    if (t->row == PREPLAN) return OM_OK;
     if (t->row != CEILING)
         return om__match_save_result(s->def->out_dir, name, t->hash, &r->run[t->row],
                                      sizeof r->run[t->row]);
@@ -194,7 +258,7 @@ static bool load(const Retraction* s, Task* t) {
 static void mark(const Task* t) {
     if (t->row == CEILING)
         t->result->has_ceiling = true;
-    else
+    else if (t->row != PREPLAN)
         t->result->has_run[t->row] = true;
 }
 
@@ -217,27 +281,53 @@ static OmStatus run_batches(Retraction* s, Task* task, int n) {
     return OM_OK;
 }
 
-OmStatus om__retraction_run_cases(Retraction* s) {
-    const int nrow = OM_RETRACTION_NROW + 1;
-    int n = 0;
-    OmStatus status = OM_OK;
-    Task* task = om_calloc((size_t)s->ncase * (size_t)nrow + 1, sizeof *task);
-    if (!task) return OM_NO_MEMORY;
-    for (int i = 0; i < s->ncase; ++i)
-        for (int row = 0; row < nrow; ++row) {
-            RetractionResult* r = &s->result[i];
-            if (row != CEILING && !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)row))
-                continue;
-            OM_TRY_DONE(open_task(r, row, &task[n]));
-            ++s->sum.nrun;
-            if (load(s, &task[n]))
-                mark(&task[n]);
-            else
-                ++n;
+// The tasks of a case that are not in the folder yet.
+static OmStatus list_tasks(Retraction* s, RetractionResult* r, Task* task, int* n) {
+    for (int row = 0; row <= CEILING; ++row) {
+        if (row != CEILING && !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)row)) continue;
+        OM_TRY(open_task(r, row, &task[*n]));
+        ++s->sum.nrun;
+        if (load(s, &task[*n]))
+            mark(&task[*n]);
+        else
+            ++*n;
+    }
+    return OM_OK;
+}
+
+// Plans before that are not in the folder, each once.
+static OmStatus make_preplans(Retraction* s, const Task* task, int n, Task* plan) {
+    int nplan = 0;
+    for (int i = 0; i < n; ++i) {
+        char name[96], other[96], path[MAX_PATH];
+        bool is_listed = false;
+        if (!has_preplan(task[i].row)) continue;
+        preplan_name(&task[i].result->c, name, sizeof name);
+        for (int k = 0; k < nplan; ++k) {
+            preplan_name(&plan[k].result->c, other, sizeof other);
+            is_listed = is_listed || strcmp(name, other) == 0;
         }
+        OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
+        if (is_listed || om_path_exists(path)) continue;
+        plan[nplan] = task[i];
+        plan[nplan++].row = PREPLAN;
+    }
+    return run_batches(s, plan, nplan);
+}
+
+OmStatus om__retraction_run_cases(Retraction* s) {
+    const size_t most = (size_t)s->ncase * (CEILING + 1) + 1;
+    int n = 0;
+    OmStatus status;
+    Task *task = NULL, *plan = NULL;
+    OM_CALLOC_DONE(task, most);
+    OM_CALLOC_DONE(plan, most);
+    for (int i = 0; i < s->ncase; ++i) OM_TRY_DONE(list_tasks(s, &s->result[i], task, &n));
     s->sum.nnew += n;
+    OM_TRY_DONE(make_preplans(s, task, n, plan));
     status = run_batches(s, task, n);
 done:
     om_free(task);
+    om_free(plan);
     return status;
 }
