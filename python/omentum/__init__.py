@@ -18,6 +18,7 @@ from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition
 from .mesh import Surface, TetMesh
 from .patient import Patient, build_patient
 from .plan import Action, Plan, Planner, Situation
+from .preplan import Preplan, preplan
 from .press import Press, PressReport, Probe
 from .recording import Recorder, Recording
 from .retract import Listener, Loop, RetractResult, retract

@@ -221,6 +221,10 @@ def data_path(name: str) -> pathlib.Path:
     raise FileFailed(f"{name} does not come with this installation of omentum; OMENTUM_DATA may name its folder")
 
 
+# HDF5 serves one thread of a process at a time: recordings and samples of networks take turns.
+hdf5 = threading.RLock()
+
+
 # ---- forks --------------------------------------------------------------------------------------------
 
 _is_forked = False

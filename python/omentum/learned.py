@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of
-from ._lib import Busy, Handle, Owner, copied, create, data_path, forget_message, lib, outcome, path_of, refuse_fork, view, vec3
+from ._lib import Busy, Handle, Owner, copied, create, data_path, forget_message, hdf5, lib, outcome, path_of, refuse_fork, view, vec3
 from .mesh import Surface, TetMesh
 
 
@@ -172,7 +172,8 @@ class BanetData(Owner):
     def __init__(self, folder: str | os.PathLike[str], max_sample: int = 0) -> None:
         """folder: as `omentum banet generate` writes it. max_sample: 0: all."""
         raw = c.OmBanetData()
-        lib.om_banet_data_load(path_of(folder), max_sample, ctypes.byref(raw))
+        with hdf5:
+            lib.om_banet_data_load(path_of(folder), max_sample, ctypes.byref(raw))
         self._handle = Handle(raw, lambda data: lib.om_banet_data_done(ctypes.byref(data)))
 
     def __len__(self) -> int:
@@ -206,7 +207,8 @@ class UmeshData(Owner):
     def __init__(self, folder: str | os.PathLike[str], max_sample: int = 0) -> None:
         """folder: as `omentum umesh generate` writes it. max_sample: 0: all."""
         raw = c.OmUmeshData()
-        lib.om_umesh_data_load(path_of(folder), max_sample, ctypes.byref(raw))
+        with hdf5:
+            lib.om_umesh_data_load(path_of(folder), max_sample, ctypes.byref(raw))
         self._handle = Handle(raw, lambda data: lib.om_umesh_data_done(ctypes.byref(data)))
         n, nnode = raw.nsample, raw.grid.fem.mesh.nnode
         self.x = view(self._handle, raw.grid.fem.mesh.x, np.float64, (nnode, 3))

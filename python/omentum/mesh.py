@@ -65,7 +65,10 @@ class Surface:
     @classmethod
     def from_pyvista(cls, mesh: Any) -> Surface:
         """From a pyvista.DataSet in metres; polygons become triangles."""
-        mesh = mesh.extract_surface().triangulate()
+        import pyvista
+        if not isinstance(mesh, pyvista.PolyData):
+            mesh = mesh.extract_surface()
+        mesh = mesh.triangulate()
         return cls(np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.faces).reshape(-1, 4)[:, 1:])
 
     def _as_c(self) -> Any:

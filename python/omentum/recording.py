@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of
-from ._lib import Handle, Owner, create, lib, path_of
+from ._lib import Handle, Owner, create, hdf5, lib, path_of
 from .mesh import TetMesh
 
 
@@ -32,7 +32,8 @@ class Recorder(Owner):
             raw.name, raw.ncomp, raw.is_cell = name.encode(), shape[1], name in (cell or {})
             raw.type = int(c.OmArrayType.DOUBLE)
         self._nvert = len(mesh.x)
-        address = create(lib.om_recording_begin, path_of(path), ctypes.byref(mesh._as_c()), arrays, len(self._shapes))
+        with hdf5:
+            address = create(lib.om_recording_begin, path_of(path), ctypes.byref(mesh._as_c()), arrays, len(self._shapes))
         self._handle = Handle(address, lib.om_recording_abort)
 
     def add(self, time: float, x: Any, **values: Any) -> None:
@@ -42,13 +43,15 @@ class Recorder(Owner):
         x = array_of(x, np.float64, (self._nvert, 3), "x")
         arrays = [array_of(np.reshape(values[n], (-1, shape[1])), np.float64, shape, n) for n, shape in self._shapes.items()]
         pointers = (ctypes.c_void_p * max(1, len(arrays)))(*(a.ctypes.data for a in arrays))
-        lib.om_recording_add_step(self._c, time, x.ctypes.data, pointers)
+        with hdf5:
+            lib.om_recording_add_step(self._c, time, x.ctypes.data, pointers)
 
     def end(self) -> None:
         """Finish the file; the recorder is closed."""
         handle, address = self._handle, self._c
         handle.address, self._handle = None, None  # type: ignore[union-attr]
-        lib.om_recording_end(address)
+        with hdf5:
+            lib.om_recording_end(address)
 
     def __exit__(self, kind: Any, *_: Any) -> None:
         if kind is None and not self.is_closed:

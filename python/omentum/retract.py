@@ -3,15 +3,17 @@ from __future__ import annotations
 
 import ctypes
 import os
+from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Callable
 
 import numpy as np
 
 from . import _capi as c
 from ._convert import find_enum, functions_of
-from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, lib, path_of, refuse_fork, status_of
+from ._lib import Busy, Handle, Interrupts, Owner, Progress, ProgressFunction, create, hdf5, lib, path_of, refuse_fork, status_of
 from .plan import Plan, Planner, Situation
+from .preplan import Preplan
 from .scene import Body, Scene
 from .world import World
 
@@ -45,24 +47,46 @@ class RetractResult:
 
 
 def retract(scene: Scene, out_dir: str | os.PathLike[str] | None = None, program: str | os.PathLike[str] | None = None,
+            preplan: Preplan | None = None, supervise: Callable[[Loop], Any] | None = None,
             progress: bool | ProgressFunction | None = None, **settings: Any) -> RetractResult:
-    """Run the retraction of a scene to its end: sense, plan, act, watch the force.
+    """Run the retraction of a scene to its end: sense, plan, act, watch the force; monitor and learn, if the scene says so.
 
     out_dir: folder for report.html, run.json and run.vtkhdf; None: nothing is written. program: a logic program in place of
-    the built-in one. settings: other fields of OmRetractDef, such as nworker.
+    the built-in one. preplan: the plan before the operation, followed first. supervise: a person or a program that watches:
+    called with the loop after every tick, commands by loop.command. settings: other fields of OmRetractDef: nworker,
+    needs_approval, records_observations, ...
     """
     refuse_fork("a retraction")
     definition = lib.om_retract_default_def(ctypes.byref(scene))
     definition.assign(settings)
     definition.out_dir = None if out_dir is None else path_of(out_dir)
     definition.program = None if program is None else path_of(program)
+    if preplan is not None:
+        definition.preplan = ctypes.pointer(preplan.raw)
+    if supervise is not None:
+        definition.supervise = functions_of(c.OmRetractDef)["supervise"](_supervisor(supervise))
     raw = c.OmRetractResult()
     try:
-        with Progress(progress) as listener:
+        with hdf5 if out_dir is not None else nullcontext(), Progress(progress) as listener:
             lib.om_retract_run(ctypes.byref(definition), listener.pointer, ctypes.byref(raw))
         return RetractResult._of(raw)
     finally:
         lib.om_retract_result_done(ctypes.byref(raw))
+
+
+def _supervisor(function: Callable[[Loop], Any]) -> Any:
+    def call(_ctx: Any, address: int) -> int:
+        loop = Loop._borrow(address)
+        try:
+            function(loop)
+            return 0
+        except BaseException as error:
+            return status_of(error, "supervise")
+        finally:
+            loop._inside = False
+            loop.close()
+
+    return call
 
 
 _HOOKS = functions_of(c.OmLoopListener)
@@ -92,6 +116,15 @@ class Listener:
     def on_update(self, loop: Loop, event: Any) -> Any:
         """An estimate of the twin's attachments: OmUpdateEvent, valid during the call."""
 
+    def on_command(self, loop: Loop, command: c.OmLoopCommand) -> Any:
+        """A command took effect: kind, block, value."""
+
+    def on_hold(self, loop: Loop, hold: str, reason: str) -> Any:
+        """The loop stops and waits for a person; hold: "warning", "stale", "late", ..."""
+
+    def on_warning(self, loop: Loop, was: int, frame: c.OmMonitorFrame) -> Any:
+        """The warning state of the monitor changed from `was`, 0 to 3."""
+
     def on_end(self, loop: Loop, result: RetractResult) -> Any:
         """The loop has ended."""
 
@@ -106,13 +139,16 @@ class Loop(Owner):
     """
 
     def __init__(self, scene: Scene, world: World, twin: Body, planner: Planner, truth: Body | None = None,
-                 listeners: list[Listener] | None = None, **settings: Any) -> None:
+                 listeners: list[Listener] | None = None, preplan: Preplan | None = None, **settings: Any) -> None:
         """
         scene: its task has limits, speeds and grid. world: at its start. twin: at rest.
-        truth: recorded, never acted on. listeners: called in this order. settings: other fields of OmLoopDef.
+        truth: recorded, never acted on. listeners: called in this order. preplan: followed first. settings: other fields of
+        OmLoopDef: is_attended, needs_approval, max_age, ...
         """
         definition = lib.om_loop_default_def(ctypes.byref(scene.task), world._c, twin._c, planner._c)
         definition.assign(settings)
+        if preplan is not None:
+            definition.preplan = ctypes.pointer(preplan.raw)
         if truth is not None:
             definition.truth = truth._c
         listeners = listeners or []
@@ -124,6 +160,13 @@ class Loop(Owner):
         self._inside = False
         keep = (table, world._handle, twin._handle, planner._handle, scene, world, truth, listeners)
         self._handle = Handle(create(lib.om_loop_create, ctypes.byref(definition)), lib.om_loop_destroy, *keep)
+
+    @classmethod
+    def _borrow(cls, address: int) -> Loop:
+        """The loop of a run, for the time of a call."""
+        loop = cls.__new__(cls)
+        loop._handle, loop._busy, loop._inside = Handle(address, lambda _: None), Busy("Loop"), True
+        return loop
 
     def _connect(self, entry: Any, listener: Listener) -> None:
         """Functions of C for the methods of a listener."""
@@ -149,6 +192,9 @@ class Loop(Owner):
             "on_action_end": lambda action: (_action(action.contents),),
             "on_end": lambda result: (RetractResult._of(result.contents),),
             "on_update": lambda event: (event.contents,),
+            "on_command": lambda command: (c.OmLoopCommand.from_buffer_copy(command.contents),),
+            "on_hold": lambda hold, reason: (c.OmHold(hold).name.lower(), (reason or b"").decode()),
+            "on_warning": lambda was, frame: (was, c.OmMonitorFrame.from_buffer_copy(frame.contents)),
         }
         for name, convert in converts.items():
             if getattr(type(listener), name, None) is not getattr(Listener, name):
@@ -156,6 +202,8 @@ class Loop(Owner):
 
     def tick(self) -> None:
         """Advance world and twin by one time step, then decide what the arms do next."""
+        if self._inside:
+            raise RuntimeError("a function that the loop calls does not tick it")
         with self._busy:
             lib.om_loop_tick(self._c)
 
@@ -180,6 +228,11 @@ class Loop(Owner):
     def phase(self) -> str:
         """ "begin", "verify", "plan", "act", "look", "ended", or another of OmLoopPhase."""
         return c.OmLoopPhase(lib.om_loop_phase(self._c)).name.lower()
+
+    @property
+    def hold(self) -> str:
+        """Why the loop holds: "none", "warning", "stale", "late", ..."""
+        return c.OmHold(lib.om_loop_hold(self._c)).name.lower()
 
     @property
     def is_paused(self) -> bool:

@@ -111,6 +111,58 @@ def test_a_listener_commands_the_loop():
     assert result.outcome == "aborted" and not result.is_exposed
 
 
+def test_the_plan_before_is_followed_first(tmp_path):
+    scene = make_scene()
+    before = om.preplan(scene)
+    assert before.chosen and before.points[before.chosen]["verdict"] == "chosen" and len(before.points) == 25
+    assert before.plan.actions[0].verb == "reach" and before.plan.actions[0].block == before.chosen
+    before.save(tmp_path / "plan.json")
+    same = om.Preplan.load(tmp_path / "plan.json")
+    assert same.points.keys() == before.points.keys() and same.chosen == before.chosen and str(same) == str(before)
+    result = om.retract(scene, preplan=before)
+    assert result.actions[0]["block"] == before.raw.chosen
+
+
+def test_a_supervisor_commands_a_run():
+    seen = []
+
+    def watch(loop):
+        seen.append(loop.ntick)
+        if len(seen) == 3:
+            loop.command("slow", value=0.5)
+        if len(seen) == 6:
+            with pytest.raises(RuntimeError, match="does not tick"):
+                loop.tick()
+            loop.command("abort")
+
+    result = om.retract(make_scene(), supervise=watch)
+    assert result.outcome == "aborted" and seen[:3] == [1, 2, 3] and 6 <= len(seen) <= 7
+
+    def fail(loop):
+        raise KeyError("who")
+
+    with pytest.raises(KeyError, match="who"):
+        om.retract(make_scene(), supervise=fail)
+
+
+def test_a_listener_hears_commands():
+    class Hear(om.Listener):
+        kinds = []
+
+        def on_tick(self, loop, sample):
+            if loop.ntick == 5:
+                loop.command("forbid", block=7)
+            if loop.ntick == 8:
+                loop.command("abort")
+
+        def on_command(self, loop, command):
+            self.kinds.append((command.kind.name, command.block))
+
+    hear = Hear()
+    run(make_scene(), lambda world: world, [hear])
+    assert ("FORBID", 7) in hear.kinds and hear.kinds[-1][0] == "ABORT"
+
+
 def test_observations_cross_the_border_both_ways(alive):
     inner = om.SimulatedWorld(make_scene())
     inner.reset()
