@@ -21,7 +21,7 @@ wheel=$(echo "$tmp"/plain/*.whl)
 rm -f "$out"/omentum-*.whl
 if [ -x "$tmp/build/bin/auditwheel" ]; then
     # The library is found by ctypes: auditwheel sees it in the folder of the package.
-    PATH="$tmp/build/bin:$PATH" "$tmp/build/bin/auditwheel" -q repair --plat auto -w "$out" "$wheel" > "$tmp/log" 2>&1 ||
+    PATH="$tmp/build/bin:$PATH" "$tmp/build/bin/auditwheel" repair --plat auto -w "$out" "$wheel" > "$tmp/log" 2>&1 ||
         { tail -n 30 "$tmp/log" >&2; exit 1; }
 else
     echo "wheel.sh: without auditwheel; the wheel needs the Debian packages of packages.txt"

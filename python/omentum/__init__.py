@@ -13,6 +13,7 @@ from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemor
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
 from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
+from .engine import Engine, EngineStep
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
 from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition
 from .mesh import Surface, TetMesh
@@ -23,7 +24,7 @@ from .press import Press, PressReport, Probe
 from .recording import Recorder, Recording
 from .retract import Listener, Loop, RetractResult, retract
 from .scene import Body, Scene, Site
-from .tissue import Embedding, Tissue
+from .tissue import Embedding, StepReport, Tissue, register_engine
 from .volume import Volume, load_png, save_png
 from .world import COLOR, DEPTH, IMAGE, VISIBILITY, Observation, RecordedWorld, ReplayedWorld, SimulatedWorld, World
 

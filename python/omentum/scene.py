@@ -15,11 +15,7 @@ from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, crea
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
-from .tissue import with_status
-
-_engines = lib.om_engine_set_default()  # lives as long as the module: scenes borrow it
-lib.om_engine_set_add(ctypes.byref(_engines), lib.om_umesh_engine())
-
+from .tissue import engines, with_status
 
 class Scene(c.OmScene):
     """Everything a run needs to know: the fields of OmScene, SI units. `scene.tissue.young = 4000` changes one.
@@ -32,14 +28,14 @@ class Scene(c.OmScene):
         super().__init__()
         plain = lib.om_scene_default()
         ctypes.memmove(ctypes.byref(self), ctypes.byref(plain), ctypes.sizeof(plain))
-        self.engines = ctypes.pointer(_engines)
+        self.engines = ctypes.pointer(engines)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Scene:
         """Read a scene file."""
         scene = cls()
         lib.om_scene_load(path_of(path), ctypes.byref(scene))
-        scene.engines = ctypes.pointer(_engines)
+        scene.engines = ctypes.pointer(engines)
         return scene
 
     @classmethod
@@ -47,7 +43,7 @@ class Scene(c.OmScene):
         """The same from a text; `name` is that of the file in messages."""
         scene, data = cls(), text.encode()
         lib.om_scene_parse(data, len(data), name.encode(), ctypes.byref(scene))
-        scene.engines = ctypes.pointer(_engines)
+        scene.engines = ctypes.pointer(engines)
         return scene
 
     def yaml(self, is_commented: bool = False) -> str:

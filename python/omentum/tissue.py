@@ -9,10 +9,11 @@ import numpy as np
 from . import _capi as c
 from ._convert import array_of, index_array
 from ._lib import Busy, Closed, Handle, Owner, copied, create, forget_message, lib, message_of, outcome, pose, view
+from .engine import Engine
 from .mesh import TetMesh
 from .patient import Patient
 
-__all__ = ["Embedding", "StepReport", "Tissue"]
+__all__ = ["Embedding", "StepReport", "Tissue", "register_engine"]
 
 
 class StepReport(c.OmTissueReport):
@@ -28,10 +29,21 @@ def with_status(report: Any, status: int) -> Any:
     return report
 
 
-def find_engine(name: str) -> Any:
-    """The table of an engine: "fem", "pbd", "xpbd", "springs", "chainmail" or "umesh"."""
-    engines = lib.om_engine_set_default()
-    lib.om_engine_set_add(ctypes.byref(engines), lib.om_umesh_engine())
+engines = lib.om_engine_set_default()  # lives as long as the module: scenes borrow it
+lib.om_engine_set_add(ctypes.byref(engines), lib.om_umesh_engine())
+_registered: list[Engine] = []
+
+
+def register_engine(engine: Engine) -> None:
+    """Make an engine in Python known by its name, to Tissue and in scenes (`tissue: engine`)."""
+    lib.om_engine_set_add(ctypes.byref(engines), engine.table())
+    _registered.append(engine)  # the set borrows its table
+
+
+def find_engine(name: str | Engine) -> Any:
+    """The table of an engine: "fem", "pbd", "xpbd", "springs", "chainmail", "umesh", or one in Python."""
+    if isinstance(name, Engine):
+        return name.table()
     table = ctypes.POINTER(c.OmTissueEngine)()
     lib.om_engine_set_find(ctypes.byref(engines), name.encode(), ctypes.byref(table))
     return table
@@ -63,13 +75,13 @@ class Tissue(Owner):
         tissue.forces().pull[0]                 # N
     """
 
-    def __init__(self, mesh: TetMesh | Patient, engine: str = "fem", *, young: float | None = None,
+    def __init__(self, mesh: TetMesh | Patient, engine: str | Engine = "fem", *, young: float | None = None,
                  poisson: float | None = None, law: str | c.OmLaw | None = None,
                  materials: list[dict[str, Any]] | None = None, file: str | None = None,
                  numbers: dict[str, float] | None = None, **options: Any) -> None:
         """
         mesh: its set "attachment" is held; of a Patient the mesh and the materials are taken.
-        engine: "fem", "pbd", "xpbd", "springs", "chainmail", or "umesh" with the `file` of a trained network.
+        engine: "fem", "pbd", "xpbd", "springs", "chainmail", "umesh" with the `file` of a trained network, or an Engine.
         young (Pa), poisson, law: of all tissue; default 3000, 0.45, "corotational".
         materials: a dictionary of fields of OmMaterial for each label, with "label" (-1: all others) and "density".
         numbers: of the engine, such as {"cluster_spacing": 0.0127} (m).
@@ -93,7 +105,7 @@ class Tissue(Owner):
                 value.name, value.value = name.encode(), number
             given = c.OmEngineInput(file=file.encode() if file else None, nnumber=len(numbers or {}), number=values)
             definition.input = ctypes.pointer(given)
-        model = Handle(create(lib.om_tissue_create, ctypes.byref(definition)), lib.om_tissue_destroy)
+        model = Handle(create(lib.om_tissue_create, ctypes.byref(definition)), lib.om_tissue_destroy, engine)
         self._setup(mesh, arguments, model)
 
     def _setup(self, mesh: TetMesh, arguments: dict[str, Any], model: Handle) -> None:
@@ -327,7 +339,7 @@ class Tissue(Owner):
     def __repr__(self) -> str:
         if self._handle is None:
             return "Tissue(closed)"
-        return f"Tissue({self._mesh!r}, engine {self._arguments['engine']!r}, time {self.time:g} s)"
+        return f"Tissue({self._mesh!r}, engine {getattr(self._arguments['engine'], 'name', self._arguments['engine'])!r}, time {self.time:g} s)"
 
 
 class Embedding:
