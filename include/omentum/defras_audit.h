@@ -59,6 +59,8 @@ OM_API void om_audit_destroy(OmAudit* audit);
 OM_API OmLoopListener om_audit_listener(OmAudit* audit);
 /// All lines so far; valid until the next one or until the audit is destroyed.
 OM_API const char* om_audit_text(const OmAudit* audit);
+/// The sentences so far, a line each with its time, but for actions that begin; valid as long.
+OM_API const char* om_audit_story(const OmAudit* audit);
 
 #ifdef __cplusplus
 }

@@ -29,6 +29,10 @@ OM_API OmStatus om_words_action(const OmLoop* loop, const OmRetractAction* actio
 /// What an acquisition or an estimate changed in the robot's model: points that are attached now and were not.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_update(const OmLoop* loop, const OmUpdateEvent* event, OmText* text);
+/// What the arms have learnt of the force: a factor on the model's forces (OmRetractResult.force_factor). Begins with a
+/// blank.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_words_force(double factor, OmText* text);
 /// What a person demanded.
 /// @return OM_OK; OM_NO_MEMORY
 OM_API OmStatus om_words_command(const OmLoop* loop, const OmLoopCommand* command, OmText* text);

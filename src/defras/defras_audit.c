@@ -18,10 +18,12 @@ struct OmAudit {
     OmAuditDef def;
     char path[1200];
     uint64_t scene_hash, program_hash;
-    FILE* file;    // null: not begun, or without a file
-    OmText lines;  // all of them
-    OmText json;   // the line that is being written, over several lines
-    OmText words;  // a sentence, or reasons
+    FILE* file;     // null: not begun, or without a file
+    OmText lines;   // all of them
+    OmText json;    // the line that is being written, over several lines
+    OmText words;   // a sentence, or reasons
+    OmText story;   // all sentences, with their times
+    double factor;  // on the twin's forces, of the last line of an action
 };
 
 OmAuditDef om_audit_default_def(OmPlanner* planner) {
@@ -54,10 +56,13 @@ void om_audit_destroy(OmAudit* a) {
     om_text_done(&a->lines);
     om_text_done(&a->json);
     om_text_done(&a->words);
+    om_text_done(&a->story);
     om_free(a);
 }
 
 const char* om_audit_text(const OmAudit* a) { return a->lines.str ? a->lines.str : ""; }
+
+const char* om_audit_story(const OmAudit* a) { return a->story.str ? a->story.str : ""; }
 
 // ---- lines ---------------------------------------------------------------------------------------------------
 
@@ -105,6 +110,12 @@ static OmStatus end_words(OmAudit* a, OmJson* json) {
     return end_line(a, json);
 }
 
+// The same; the sentence is part of the story, too.
+static OmStatus end_told(OmAudit* a, const OmLoop* loop, OmJson* json) {
+    OM_TRY(om_text_append(&a->story, "%6.1f s  %s\n", loop->time, a->words.str));
+    return end_words(a, json);
+}
+
 static void put_block(OmJson* json, const char* key, int block, int n) {
     if (block < 0) return;
     om_json_numbers(json, key, (double[2]){block % n + 1, block / n + 1}, 2);
@@ -144,6 +155,7 @@ static OmStatus on_begin(void* ctx, const OmLoop* loop) {
         a->file = fopen(a->path, "wb");
         OM_CHECK(a->file, OM_IO, "%s cannot be written: %s", a->path, strerror(errno));
     }
+    a->factor = 1;
     OmJson json = begin_line(a, loop, "head");
     om_json_integer(&json, "format", 1);
     om_json_string(&json, "omentum", om_version());
@@ -297,7 +309,7 @@ static OmStatus on_plan(void* ctx, const OmLoop* loop, const OmSituation* s, con
     put_hash(&json, "twin", om_body_hash(loop->twin));
     a->words.len = 0;
     OM_TRY(om_words_plan(loop, s, plan, &a->words));
-    return end_words(a, &json);
+    return end_told(a, loop, &json);
 }
 
 // ---- actions -------------------------------------------------------------------------------------------------
@@ -318,9 +330,13 @@ static OmStatus on_action_end(void* ctx, const OmLoop* loop, const OmRetractActi
     om_json_string(&json, "outcome", om_action_outcome_text(action->outcome));
     om_json_number(&json, "visibility", action->visibility);
     om_json_number(&json, "force_n", action->force_max);
+    om_json_number(&json, "force_factor", loop->result.force_factor);
     put_hash(&json, "twin", om_body_hash(loop->twin));
     OM_TRY(om_words_action(loop, action, &a->words));
-    return end_words(a, &json);
+    const double factor = loop->result.force_factor;
+    if (factor != a->factor) OM_TRY(om_words_force(factor, &a->words));
+    a->factor = factor;
+    return end_told(a, loop, &json);
 }
 
 // ---- updates, persons, the end -------------------------------------------------------------------------------
@@ -348,7 +364,7 @@ static OmStatus on_update(void* ctx, const OmLoop* loop, const OmUpdateEvent* e)
     if (e->estimate && e->estimate->attached) put_estimate(&json, e->estimate, e->was_attached);
     if (e->reason[0]) om_json_string(&json, "reason", e->reason);
     OM_TRY(om_words_update(loop, e, &a->words));
-    return end_words(a, &json);
+    return end_told(a, loop, &json);
 }
 
 static OmStatus on_command(void* ctx, const OmLoop* loop, const OmLoopCommand* c) {
@@ -362,7 +378,7 @@ static OmStatus on_command(void* ctx, const OmLoop* loop, const OmLoopCommand* c
     om_number_write(value, c->value);  // to the last digit: a replay gives it again
     if (c->kind == OM_LOOP_SLOW) om_json_string(&json, "value", value);
     OM_TRY(om_words_command(loop, c, &a->words));
-    return end_words(a, &json);
+    return end_told(a, loop, &json);
 }
 
 static OmStatus on_warning(void* ctx, const OmLoop* loop, int was, const OmMonitorFrame* frame) {
@@ -374,7 +390,7 @@ static OmStatus on_warning(void* ctx, const OmLoop* loop, int was, const OmMonit
     om_json_number(&json, "rest_m", frame->rest);
     om_json_integer(&json, "points", frame->npoint);
     OM_TRY(om_words_warning(loop, was, frame, &a->words));
-    return end_words(a, &json);
+    return end_told(a, loop, &json);
 }
 
 static OmStatus on_hold(void* ctx, const OmLoop* loop, OmHold hold, const char* reason) {
@@ -383,7 +399,7 @@ static OmStatus on_hold(void* ctx, const OmLoop* loop, OmHold hold, const char* 
     om_json_string(&json, "hold", om_hold_text(hold));
     om_json_string(&json, "reason", reason);
     OM_TRY(om_words_hold(hold, reason, &a->words));
-    return end_words(a, &json);
+    return end_told(a, loop, &json);
 }
 
 // The reason of a scene that hides nothing tells of the truth, too: the words stand for it.
@@ -399,7 +415,7 @@ static OmStatus on_end(void* ctx, const OmLoop* loop, const OmRetractResult* r) 
     om_json_integer(&json, "plans", r->nplan);
     om_json_integer(&json, "updates", r->nupdate);
     put_hash(&json, "twin", om_body_hash(loop->twin));
-    OM_TRY(end_words(a, &json));
+    OM_TRY(end_told(a, loop, &json));
     if (!a->file) return OM_OK;
     FILE* file = a->file;
     a->file = NULL;

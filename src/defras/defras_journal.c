@@ -116,6 +116,7 @@ OmStatus om__journal_create(const OmRetractDef* def, OmRecorder* recorder, const
     if (j->program) audit.program = j->program;
     audit.network_hash = twin->network_hash;
     OM_TRY_DONE(om_audit_create(&audit, &j->audit));
+    if (recorder) recorder->audit = j->audit;
     *journal = j;
     j = NULL;
 done:

@@ -29,7 +29,8 @@ struct OmRecorder {
     int nacquisition;         // written
     OmPicture before, after;  // attachments of the twin, at the begin and after the last adoption
     int nplan;
-    OmText plans;  // every plan and its reasons, as text
+    OmText plans;                 // every plan and its reasons, as text
+    const struct OmAudit* audit;  // its sentences go into the report; null: none
 };
 
 /// The tissue of a body from below, attached vertices marked. @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "defras/defras_record.h"
+#include "omentum/defras_audit.h"
 #include "omentum/report.h"
 
 static const char* arm_name(int arm) { return arm ? "PSM2" : "PSM1"; }
@@ -250,6 +251,8 @@ OmStatus om__report_write(const OmRecorder* rec, const OmRetractResult* r) {
     if (status == OM_OK) status = add_actions(&report, rec->def.scene->task.grid, r);
     if (status == OM_OK) status = om__report_add_monitor(&report, rec, r);
     if (status == OM_OK) status = om__report_add_updates(&report, rec, r);
+    if (rec->audit)
+        om_report_details(&report, "The whole course in words", om_audit_story(rec->audit));
     om_report_details(&report, "Every plan, and why", rec->plans.str ? rec->plans.str : "");
     om_report_heading(&report, "Settings");
     add_settings(&report, rec, r);

@@ -152,6 +152,13 @@ OmStatus om_words_action(const OmLoop* loop, const OmRetractAction* a, OmText* t
     return om_text_append(t, ".");
 }
 
+OmStatus om_words_force(double factor, OmText* t) {
+    return om_text_append(t,
+                          " By the forces that the arms measure, the tissue pulls %.2f times as "
+                          "hard as the model says; the robot now counts with this.",
+                          factor);
+}
+
 // ---- updates -------------------------------------------------------------------------------------------------
 
 // Blocks whose first attached vertex came, and those whose last one went; vertices of both kinds elsewhere.

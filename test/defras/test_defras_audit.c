@@ -48,6 +48,12 @@ static OmStatus seen_end(void* ctx, const OmLoop* loop, const OmRetractAction* a
     return OM_OK;
 }
 
+static int count(const char* text, const char* part) {
+    int num = 0;
+    for (; (text = strstr(text, part)) != NULL; text += strlen(part)) ++num;
+    return num;
+}
+
 static char* run_audited(Rig* g, OmWorld* world, OmBody* truth, Seen* seen) {
     OmAudit* audit = make_audit(g->planner);
     OmLoopListener listener[2] = {om_audit_listener(audit),
@@ -65,14 +71,12 @@ static char* run_audited(Rig* g, OmWorld* world, OmBody* truth, Seen* seen) {
     tick_to_end(loop);
     om_loop_destroy(loop);
     char* text = strdup(om_audit_text(audit));
+    const char* story = om_audit_story(audit);  // a line for each sentence but those of begins
+    assert_int_equal(count(story, "\n"),
+                     count(text, "\"words\"") - count(text, "{\"event\": \"begin\""));
+    assert_non_null(strstr(story, " s  The region of interest is exposed: "));
     om_audit_destroy(audit);
     return text;
-}
-
-static int count(const char* text, const char* part) {
-    int num = 0;
-    for (; (text = strstr(text, part)) != NULL; text += strlen(part)) ++num;
-    return num;
 }
 
 // Braces and brackets match outside of strings, and a line ends where its object ends.
@@ -346,6 +350,9 @@ static void test_words_of_persons_and_ends(void** state) {
         assert_true(t.len > 20 && t.str[t.len - 1] == '.');
         om_text_done(&t);
     }
+    EXPECT_WORDS(om_words_force(1.256, &t),
+                 " By the forces that the arms measure, the tissue pulls 1.26 times as hard as the "
+                 "model says; the robot now counts with this.");
     EXPECT_WORDS(om_words_hold(OM_HOLD_TOOL, "the tip of PSM1 is not measured", &t),
                  "The robot waits for a person: the tip of PSM1 is not measured. Check this arm "
                  "and its connection.");
