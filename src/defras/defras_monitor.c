@@ -307,9 +307,13 @@ static OmStatus check_input(const OmMonitor* m, const OmObservation* obs, const 
              d->color.width, d->color.height, d->color.nchannel, d->camera.width, d->camera.height);
     OM_CHECK(isfinite(obs->time) && isfinite(d->time), OM_INVALID,
              "the observation has no finite time");
-    for (int a = 0; a < obs->narm; ++a)
-        OM_CHECK(isfinite(om_norm2(obs->arm[a].tip.p)), OM_INVALID,
-                 "the tip of PSM%d is not finite", a + 1);
+    OM_CHECK(obs->narm >= 0 && obs->narm <= OM_MAX_ARM, OM_INVALID, "the observation has %d arms",
+             obs->narm);
+    for (int a = 0; a < obs->narm; ++a) {
+        double sum = om_norm2(obs->arm[a].tip.p) + obs->arm[a].jaw;
+        for (int j = 0; j < OM_PSM_NJOINT; ++j) sum += obs->arm[a].q[j];
+        OM_CHECK(isfinite(sum), OM_INVALID, "the measured pose of PSM%d is not finite", a + 1);
+    }
     for (int i = 0; i < m->tissue.nvert; ++i)
         OM_CHECK(isfinite(om_norm2(om_load3(x_twin, m->tissue_vert[i]))), OM_INVALID,
                  "vertex %d of the twin is not finite", m->tissue_vert[i]);

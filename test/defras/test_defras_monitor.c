@@ -420,6 +420,11 @@ static void wrong_input_is_refused(void** state) {
     t.obs.narm = 1;
     t.obs.arm[0].tip.p.x = NAN;
     assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
+    t.obs.arm[0].tip.p.x = 0;
+    t.obs.arm[0].q[4] = INFINITY;
+    assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
+    t.obs.narm = OM_MAX_ARM + 1;
+    assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
     t.obs.narm = 0;
     f = table_frame(&t, false);  // nothing was counted
     assert_true(f.nrest == first.nrest + 1);
