@@ -61,8 +61,10 @@ typedef struct OmMonitorFrame {
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
-    bool is_blind;       // fewer than OM_MONITOR_MIN_POINT points, or the twin is out of sight
+    // Fewer than OM_MONITOR_MIN_POINT points, the twin is out of sight, or a tool's pose is not a number.
+    bool is_blind;
     int nstale, nblind;  // frames so far since the last reset
+    double unseen;       // s since the last frame that was neither, or since the first one
 } OmMonitorFrame;
 
 #define OM_MONITOR_MIN_POINT 50

@@ -3793,8 +3793,10 @@ class OmMonitorFrame(Struct):
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
     // of the last good frame (0: there was none).
     bool is_stale;
-    bool is_blind;       // fewer than OM_MONITOR_MIN_POINT points, or the twin is out of sight
+    // Fewer than OM_MONITOR_MIN_POINT points, the twin is out of sight, or a tool's pose is not a number.
+    bool is_blind;
     int nstale, nblind;  // frames so far since the last reset
+    double unseen;       // s since the last frame that was neither, or since the first one
 } OmMonitorFrame;"""
     time: float
     age: float
@@ -3808,6 +3810,7 @@ class OmMonitorFrame(Struct):
     is_blind: bool
     nstale: int
     nblind: int
+    unseen: float
 
 
 class OmExposure(Struct):
@@ -6211,7 +6214,7 @@ complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", P
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
 complete(OmCloud, [("time", c_double), ("n", c_int), ("x", c_void_p), ("pixel", c_void_p)], {})
 complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
-complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})

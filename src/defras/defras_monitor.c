@@ -43,7 +43,8 @@ struct OmMonitor {
     double* distance;           // (npoint)
     // between frames
     bool has_begun, has_grasped;
-    double period;  // of the last frame, counted from time 0
+    double period;     // of the last frame, counted from time 0
+    double good_time;  // s, of the last frame that was neither stale nor blind, or of the first
     double rest_sum;
     OmMonitorFrame last;
 };
@@ -309,15 +310,30 @@ static OmStatus check_input(const OmMonitor* m, const OmObservation* obs, const 
              "the observation has no finite time");
     OM_CHECK(obs->narm >= 0 && obs->narm <= OM_MAX_ARM, OM_INVALID, "the observation has %d arms",
              obs->narm);
-    for (int a = 0; a < obs->narm; ++a) {
-        double sum = om_norm2(obs->arm[a].tip.p) + obs->arm[a].jaw;
-        for (int j = 0; j < OM_PSM_NJOINT; ++j) sum += obs->arm[a].q[j];
-        OM_CHECK(isfinite(sum), OM_INVALID, "the measured pose of PSM%d is not finite", a + 1);
-    }
     for (int i = 0; i < m->tissue.nvert; ++i)
         OM_CHECK(isfinite(om_norm2(om_load3(x_twin, m->tissue_vert[i]))), OM_INVALID,
                  "vertex %d of the twin is not finite", m->tissue_vert[i]);
     return OM_OK;
+}
+
+static bool are_tools_measured(const OmObservation* obs) {
+    double sum = 0;
+    for (int a = 0; a < obs->narm; ++a) {
+        sum += om_norm2(obs->arm[a].tip.p) + obs->arm[a].jaw;
+        for (int j = 0; j < OM_PSM_NJOINT; ++j) sum += obs->arm[a].q[j];
+    }
+    return isfinite(sum);
+}
+
+// Measured points and visible triangles; none of either while a tool's pose is not a number.
+static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_twin, int* npoint,
+                        int* nvisible) {
+    *npoint = *nvisible = 0;
+    if (!are_tools_measured(obs)) return OM_OK;
+    OmCloudField field;
+    OM_TRY(om_cloud_field_init(&m->def.space, obs, &field));
+    *npoint = measure(m, &field, &obs->rgbd);
+    return look(m, obs, x_twin, nvisible);
 }
 
 // Alg. 5, lines 5 to 17.
@@ -335,12 +351,11 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
                           bool has_grasped, OmMonitorFrame* frame) {
     *frame = (OmMonitorFrame){0};
     OM_TRY(check_input(m, obs, x_twin));
-    OmCloudField field;
-    OM_TRY(om_cloud_field_init(&m->def.space, obs, &field));
-    int npoint = measure(m, &field, &obs->rgbd), nvisible;
-    OM_TRY(look(m, obs, x_twin, &nvisible));
+    int npoint, nvisible;
+    OM_TRY(compare(m, obs, x_twin, &npoint, &nvisible));
     OmMonitorFrame f = m->last;
     m->has_grasped |= has_grasped;
+    bool is_first = !m->has_begun;
     m->has_begun = true;
     m->period = period_at(m, obs->time);
     f.time = obs->time;
@@ -350,7 +365,10 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     f.is_blind = npoint < OM_MONITOR_MIN_POINT || nvisible == 0;
     f.nstale += f.is_stale;
     f.nblind += f.is_blind;
-    if (!f.is_stale && !f.is_blind) judge(m, distance_of(m, npoint), m->has_grasped, &f);
+    bool is_good = !f.is_stale && !f.is_blind;
+    if (is_good || is_first) m->good_time = obs->time;
+    f.unseen = fmax(0, obs->time - m->good_time);
+    if (is_good) judge(m, distance_of(m, npoint), m->has_grasped, &f);
     m->last = *frame = f;
     return OM_OK;
 }

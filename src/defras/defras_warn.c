@@ -46,6 +46,11 @@ OmStatus om__warn_frame(OmLoop* loop, const OmObservation* obs) {
                             &loop->frame));
     if (loop->frame.is_stale)
         om__loop_alarm(loop, OM_HOLD_STALE, "the depth picture is %.2f s old", loop->frame.age);
+    if (loop->max_age > 0 && loop->frame.is_blind && loop->frame.unseen > loop->max_age &&
+        is_holding(loop))
+        om__loop_alarm(loop, OM_HOLD_STALE,
+                       "the depth camera has shown no tissue to compare with the twin for %.2f s",
+                       loop->frame.unseen);
     const int was = loop->warning;
     loop->warning = is_holding(loop) ? loop->frame.state : 0;
     for (int s = was + 1; s <= loop->warning; ++s) ++r->nwarning[s - 1];

@@ -1,7 +1,9 @@
 // test_defras_monitor.c: distance, rest, warning state and timing of the monitor.
 #include "test_alloc.h"
 
-#include "easy_scene.h"
+#include "hidden_world.h"
+#include "loop_rig.h"
+
 #include "omentum/defras.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/shape_closest.h"
@@ -391,6 +393,18 @@ static void nothing_seen_changes_nothing(void** state) {
     t.obs.rgbd.time = t.obs.time - 0.15;
     assert_ok(om_monitor_frame(t.monitor, &t.obs, t.x, true, &f));
     assert_true(!f.is_stale && f.state == 3 && f.nstale == 1 && f.nblind == 3);
+    // a tool whose pose is not a number
+    t.obs.rgbd.time = t.obs.time;
+    for (int k = 0; k < 2; ++k) {
+        t.obs.narm = 1;
+        t.obs.arm[0] = (OmArmObservation){.jaw = k ? 0 : NAN};
+        if (k) t.obs.arm[0].q[4] = INFINITY;
+        f = table_frame(&t, true);
+        assert_true(f.is_blind && f.state == 3 && f.nblind == 4 + k);
+        assert_near(f.unseen, (k + 1) / 30.0, 1e-9);
+    }
+    t.obs.narm = 0;
+    assert_true(!table_frame(&t, true).is_blind);
     // before the grasp an old picture is not in the rest
     om_monitor_reset(t.monitor);
     t.obs.rgbd.time = t.obs.time - 0.3;
@@ -417,12 +431,6 @@ static void wrong_input_is_refused(void** state) {
     t.obs.rgbd.color = (OmPicture){.width = 2, .height = 2, .nchannel = 3, .pixel = pixel};
     assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
     t.obs.rgbd.color = (OmPicture){0};
-    t.obs.narm = 1;
-    t.obs.arm[0].tip.p.x = NAN;
-    assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
-    t.obs.arm[0].tip.p.x = 0;
-    t.obs.arm[0].q[4] = INFINITY;
-    assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
     t.obs.narm = OM_MAX_ARM + 1;
     assert_status(om_monitor_frame(t.monitor, &t.obs, t.x, false, &f), OM_INVALID);
     t.obs.narm = 0;
@@ -625,6 +633,58 @@ static void a_run_tells_of_its_frames(void** state) {
     assert_int_equal(rmdir(dir), 0);
 }
 
+// ---- faults ------------------------------------------------------------------------------------------------------
+
+static double fault_from;  // s of the world's clock
+static bool is_arm_lost;   // else: the depth camera is covered
+
+static OmStatus faulty_observe(OmWorld* world, unsigned what, OmObservation* obs) {
+    OM_TRY(om_world_observe(((HiddenWorld*)world)->inner, what, obs));
+    if (obs->time < fault_from) return OM_OK;
+    if (is_arm_lost) obs->arm[0].q[2] = NAN, obs->arm[0].tip.p.z = NAN;
+    for (int i = 0; obs->rgbd.depth && i < obs->rgbd.camera.width * obs->rgbd.camera.height; ++i)
+        if (!is_arm_lost) obs->rgbd.depth[i] = 0;
+    return OM_OK;
+}
+
+// The loop holds, with the reason in a sentence; it does not fail.
+static void a_lost_camera_or_tool_ends_in_a_hold(void** state) {
+    (void)state;
+    Rig g;
+    OmWorldOps ops = hidden_ops;
+    ops.observe = faulty_observe;
+    rig_create(&g, object_scene());
+    OmMonitorDef monitor_def = om_monitor_default_def(&g.scene, g.world, &g.twin_site);
+    for (int k = 0; k < 2; ++k) {
+        rig_start(&g);
+        OmMonitor* monitor;
+        HiddenWorld w =
+            hidden_world(g.world, OM_OBSERVE_VISIBILITY | OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR);
+        w.head.ops = &ops;
+        assert_ok(om_monitor_create(&monitor_def, &monitor));
+        OmLoopDef def = om_loop_default_def(&g.scene.task, &w.head, g.twin, g.planner);
+        def.monitor = monitor;
+        OmLoop* loop;
+        assert_ok(om_loop_create(&def, &loop));
+        fault_from = INFINITY;
+        is_arm_lost = k == 1;
+        while (om_loop_phase(loop) != OM_LOOP_ENDED) {
+            assert_ok(om_loop_tick(loop));
+            if (isinf(fault_from) && om_body_is_holding(g.twin, 0))
+                fault_from = om_loop_sample(loop).time + 0.2;
+        }
+        const OmRetractResult* r = om_loop_result(loop);
+        printf("%s: %s\n", om_hold_text(r->hold), r->reason);
+        assert_int_equal(r->outcome, OM_RETRACT_HELD);
+        assert_int_equal(r->hold, k ? OM_HOLD_TOOL : OM_HOLD_STALE);
+        assert_non_null(strstr(r->reason, k ? "PSM1 is not measured" : "has shown no tissue"));
+        assert_true(r->time - fault_from < 0.35);
+        om_loop_destroy(loop);
+        om_monitor_destroy(monitor);
+    }
+    rig_destroy(&g);
+}
+
 static OmStatus create_again(void* ctx) {
     const Table* t = ctx;
     OmMonitor* m;
@@ -667,6 +727,7 @@ int main(void) {
         cmocka_unit_test(the_twin_is_seen_behind_the_measured_tools),
         cmocka_unit_test(points_at_a_tool_do_not_count),
         cmocka_unit_test(frames_repeat_with_any_number_of_workers),
+        cmocka_unit_test(a_lost_camera_or_tool_ends_in_a_hold),
         cmocka_unit_test(a_run_tells_of_its_frames),
         cmocka_unit_test(every_allocation_may_fail),
     };
