@@ -15,7 +15,7 @@ from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
 from .engine import Engine, EngineStep
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample
-from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition
+from .match import Acquisition, Estimate, Matcher, Scan, adopt, load_acquisition, save_acquisition
 from .mesh import Surface, TetMesh
 from .patient import Patient, build_patient
 from .plan import Action, Plan, Planner, Situation

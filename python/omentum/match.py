@@ -151,10 +151,7 @@ class Matcher(Owner):
         """Estimate the attachments that explain the scans. Acquisitions are of different moments of one operation."""
         table, keep = (c.OmAcquisition * max(1, len(acquisitions)))(), []
         for raw, item in zip(table, acquisitions):
-            ctypes.memmove(ctypes.byref(raw.scan), ctypes.byref(item.scan._c), ctypes.sizeof(c.OmScan))
-            raw.ngrasp, raw.time = len(item.grasps), item.time
-            for grasp, (arm, begin, now) in zip(raw.grasp, item.grasps):
-                grasp.arm, grasp.pose_world_grasp, grasp.pose_world_now = arm, pose(begin), pose(now)
+            _fill(raw, item)
             if item.x_twin is not None:
                 x = array_of(item.x_twin, np.float64, (self._nvert, 3), "x_twin")
                 raw.x_twin = x.ctypes.data
@@ -188,3 +185,22 @@ def load_acquisition(path: str | os.PathLike[str], site: Site | None = None) -> 
     grasps = [(raw.grasp[i].arm, c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_grasp),
                c.OmPose.from_buffer_copy(raw.grasp[i].pose_world_now)) for i in range(raw.ngrasp)]
     return Acquisition(scan, grasps, None, raw.time)
+
+
+def save_acquisition(path: str | os.PathLike[str], acquisition: Acquisition) -> None:
+    """Write a file (.yaml) for `omentum update`, and the cloud beside it. x_twin is not written."""
+    raw = c.OmAcquisition()
+    _fill(raw, acquisition)
+    lib.om_acquisition_save(ctypes.byref(raw), path_of(path))
+
+
+def _fill(raw: Any, acquisition: Acquisition) -> None:
+    """An OmAcquisition that borrows the scan."""
+    ctypes.memmove(ctypes.byref(raw.scan), ctypes.byref(acquisition.scan._c), ctypes.sizeof(c.OmScan))
+    if len(acquisition.grasps) > c.OM_MAX_ARM:
+        raise ValueError(f"an acquisition has at most {c.OM_MAX_ARM} grasps, not {len(acquisition.grasps)}")
+    raw.ngrasp, raw.time = len(acquisition.grasps), acquisition.time
+    for grasp, (arm, begin, now) in zip(raw.grasp, acquisition.grasps):
+        grasp.arm = arm
+        for target, source in ((grasp.pose_world_grasp, pose(begin)), (grasp.pose_world_now, pose(now))):
+            target.p, target.q = source.p, source.q

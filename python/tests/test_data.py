@@ -1,0 +1,109 @@
+"""Training data, calibration problems and acquisitions in files: against what made them."""
+import ctypes
+
+import numpy as np
+import pytest
+
+import omentum as om
+
+
+def test_a_data_set_of_banet_holds_its_samples(tmp_path, alive):
+    folder = str(tmp_path / "data").encode()
+    definition = om.lib.om_banet_data_default_def(907, folder)
+    definition.nsample, definition.shard, definition.npicture = 2, 2, 0
+    definition.sample.assign({"way": "exact", "two_share": 0, "board_share": 0, "extent": (0.06, 0.08)})
+    summary = om.capi.OmBanetSummary()
+    om.lib.om_banet_generate(ctypes.byref(definition), None, ctypes.byref(summary))
+    data = om.BanetData(tmp_path / "data")
+    assert len(data) == 2 and summary.nsample == 2
+    sample = om.make_banet_sample(1, 907, way="exact", extent=(0.06, 0.08))
+    facts = data.facts(1)
+    assert facts["nsurface"] == len(sample.surface.x) and facts["nattached"] == sample.attached.sum()
+    value, target, weight = data[1]
+    assert value.shape == (5, *target.shape) and target.shape == weight.shape and value.dtype == np.float32
+    assert 0 < target.sum() <= facts["nattached"] and target.sum() < weight.sum()
+    # the displacement of a cell is a mean of vertices, in voxels of side / 64
+    assert np.abs(value[1:4]).max() <= np.linalg.norm(sample.u, axis=1).max() / (0.3 / 64) + 1e-2
+    assert value[4].min() == 0 and value[4].max() <= 1
+    mirrored = data.cells(1, dim=(48, 48, 16), symmetry=4)[1]
+    assert mirrored.shape == (16, 48, 48) and mirrored.sum() == target.sum()
+    for index in (2, -1):
+        with pytest.raises(IndexError):
+            data[index]
+    del data, sample
+    assert alive() == 0
+
+
+def test_a_data_set_of_umesh_holds_displacements(tmp_path):
+    organ_def = om.lib.om_umesh_organ_default_def()
+    organ_def.nelem = 200
+    organ = ctypes.c_void_p()
+    om.lib.om_umesh_organ_create(ctypes.byref(organ_def), ctypes.byref(organ))
+    definition = om.lib.om_umesh_data_default_def(organ, str(tmp_path / "data").encode())
+    definition.nsample, definition.npicture = 3, 0
+    summary = om.capi.OmUmeshSummary()
+    om.lib.om_umesh_generate(ctypes.byref(definition), None, ctypes.byref(summary))
+    om.lib.om_umesh_organ_destroy(organ)
+    data = om.UmeshData(tmp_path / "data")
+    assert len(data) == 3 and data.mask.shape == (3, len(data.x)) and data.u.shape == (3, len(data.x), 3)
+    assert data.mask.any(axis=1).all()
+    assert np.linalg.norm(data.u, axis=2).max() == pytest.approx(summary.max_u, rel=1e-5)
+    u = data.u
+    data.close()
+    assert np.isfinite(u).all()  # the view keeps the data
+
+
+def test_a_calibration_problem_from_files(tmp_path):
+    problem = om.data_path("scenes/calibrate/press.yaml")
+    with pytest.raises(om.NotConverged, match="evaluations") as caught:
+        om.calibrate_file(problem, out_dir=tmp_path / "out", max_generations=1, population=12, max_local=2, rise=0)
+    result = caught.value.result
+    assert set(result.best) == {"tissue.young", "attachments.stiffness"} and result.cost < result.cost_start
+    assert (tmp_path / "out" / "report.html").exists() and result.summary["neval"] == len(result.trace)
+    with pytest.raises(om.FileFailed, match="missing.csv"):
+        om.calibrate_file(problem, tmp_path / "missing.csv")
+
+
+def test_an_acquisition_is_written_and_read(tmp_path):
+    points = np.random.default_rng(3).uniform(-0.05, 0.05, (40, 3))
+    camera = om.Camera((0, 0, 0.3), (0, 0, 0), (0, 1, 0))
+    pose = (np.array([0.01, 0.02, 0.03]), np.array([0.0, 0.6, 0.0, 0.8]))
+    scan = om.Scan(points, noise=1e-3, camera=camera)
+    om.save_acquisition(tmp_path / "lift.yaml", om.Acquisition(scan, [(0, pose, np.array([0.01, 0.02, 0.05]))], time=2.5))
+    same = om.load_acquisition(tmp_path / "lift.yaml")
+    assert same.scan.x == pytest.approx(points, abs=1e-6) and same.time == 2.5
+    (arm, begin, now), = same.grasps
+    assert arm == 0 and begin.p == pytest.approx(pose[0]) and begin.q == pytest.approx(pose[1]) and now.p[2] == pytest.approx(0.05)
+
+
+def test_the_gil_is_free_in_a_step():
+    """While a thread computes in C, this one runs Python."""
+    import threading
+    mesh = om.TetMesh.box((0.1, 0.1, 0.1), (16, 16, 16))
+    mesh.sets["attachment"] = np.flatnonzero(mesh.x[:, 2] < 1e-9)
+    tissue = om.Tissue(mesh, solver={"nworker": 1})
+    thread = threading.Thread(target=lambda: tissue.find_rest(1e-6, strict=False))
+    thread.start()
+    turns = 0
+    while thread.is_alive():
+        turns += 1
+        thread.join(1e-4)
+    assert turns > 10
+
+
+def test_cameras_and_networks_are_refused_in_a_forked_child():
+    import os
+    read, write = os.pipe()
+    if os.fork() == 0:
+        said = []
+        for use in (om.SenseScene, om.BanetNet.load, om.UmeshNet.load, lambda: om.SimulatedWorld(om.Scene())):
+            try:
+                use()
+            except om.Unavailable as error:
+                said.append("spawn" in str(error))
+        os.write(write, str(said).encode())
+        os._exit(0)
+    os.close(write)
+    os.wait()
+    assert os.read(read, 200).decode() == str([True] * 4)
+    os.close(read)
