@@ -11,8 +11,11 @@
 // begins with a mark that shows another order. A file that ends within a record was cut off: the records before it are
 // good. One function writes and reads each structure.
 //
-// Pictures are compressed by zlib at level 1 from the differences of neighbours in a row, the two bytes of a depth in
-// planes of their own.
+// Pictures are compressed by zlib at level 1: a colour picture as its difference from the one before of the same camera,
+// depth as differences of neighbours in a row, its two bytes in planes of their own. Measured on 300 frames of
+// scenes/belief.yaml (320 x 240, colour and noisy depth): 58 kB and 2.4 ms of processor time a frame. Rejected: colour
+// as differences in a row and zlib's default strategy, 125 kB and 4.8 ms; the default strategy, 69 kB and 2.8 ms;
+// Huffman codes alone, 90 kB and 3.1 ms.
 //
 // HDF5 (nn_store.h) was rejected: it keeps a file whole in memory until its end, and a file that HDF5 itself extends is
 // not readable after a kill.
@@ -151,21 +154,28 @@ static void unpack_depth(const unsigned char* raw, int width, int height, float*
     }
 }
 
-// Differences of each channel along rows.
-static void pack_color(const OmPicture* p, unsigned char* raw) {
-    const size_t row = (size_t)p->width * (size_t)p->nchannel, n = row * (size_t)p->height;
-    for (size_t i = 0; i < n; ++i) {
-        unsigned before = i % row >= (size_t)p->nchannel ? p->pixel[i - (size_t)p->nchannel] : 0;
-        raw[i] = (unsigned char)(p->pixel[i] - before);
-    }
+// Where no picture of this size came before: differences of each channel along rows.
+static unsigned predict(const OmPicture* p, const LogBefore* before, size_t n, size_t i) {
+    const size_t row = (size_t)p->width * (size_t)p->nchannel, step = (size_t)p->nchannel;
+    if (before->size == n) return before->pixel[i];
+    return i % row >= step ? p->pixel[i - step] : 0;
 }
 
-static void unpack_color(const unsigned char* raw, OmPicture* p) {
-    const size_t row = (size_t)p->width * (size_t)p->nchannel, n = row * (size_t)p->height;
-    for (size_t i = 0; i < n; ++i) {
-        unsigned before = i % row >= (size_t)p->nchannel ? p->pixel[i - (size_t)p->nchannel] : 0;
-        p->pixel[i] = (unsigned char)(raw[i] + before);
-    }
+static void pack_color(const OmPicture* p, const LogBefore* before, size_t n, unsigned char* raw) {
+    for (size_t i = 0; i < n; ++i) raw[i] = (unsigned char)(p->pixel[i] - predict(p, before, n, i));
+}
+
+static void unpack_color(const unsigned char* raw, const LogBefore* before, size_t n,
+                         OmPicture* p) {
+    for (size_t i = 0; i < n; ++i) p->pixel[i] = (unsigned char)(raw[i] + predict(p, before, n, i));
+}
+
+static OmStatus keep_picture(LogBefore* before, const OmPicture* p, size_t n) {
+    before->size = 0;
+    OM_TRY(reserve(&before->pixel, &before->capacity, n));
+    memcpy(before->pixel, p->pixel, n);
+    before->size = n;
+    return OM_OK;
 }
 
 // Room for `size` plain bytes, and behind them for the same bytes compressed.
@@ -177,9 +187,17 @@ static OmStatus reserve_raw(Coder* c, size_t size) {
 
 static OmStatus write_raw(Coder* c, size_t size) {
     unsigned char* packed = c->writer->raw + size;
-    uLongf npacked = compressBound(size);
-    OM_CHECK(compress2(packed, &npacked, c->writer->raw, size, 1) == Z_OK, OM_NO_MEMORY,
+    const uLong most = compressBound(size);
+    z_stream z = {.next_in = c->writer->raw,
+                  .avail_in = (uInt)size,
+                  .next_out = packed,
+                  .avail_out = (uInt)most};
+    OM_CHECK(deflateInit2(&z, 1, Z_DEFLATED, MAX_WBITS, MAX_MEM_LEVEL, Z_RLE) == Z_OK, OM_NO_MEMORY,
              "a picture cannot be compressed");
+    const int status = deflate(&z, Z_FINISH);
+    const uLong npacked = z.total_out;
+    deflateEnd(&z);
+    OM_CHECK(status == Z_STREAM_END, OM_IO, "a picture cannot be compressed");
     uint32_t stored = (uint32_t)npacked;
     OM_TRY(code(c, &stored, sizeof stored));
     return code(c, packed, npacked);
@@ -218,7 +236,8 @@ static OmStatus code_depth(Coder* c, OmDepthPicture* p) {
 }
 
 // A picture of the camera's size, or of its window.
-static OmStatus code_color(Coder* c, const OmCamera* camera, OmWindow window, OmPicture* p) {
+static OmStatus code_color(Coder* c, int which, const OmCamera* camera, OmWindow window,
+                           OmPicture* p) {
     int nchannel = p->pixel ? p->nchannel : 0;
     uint32_t stored;
     OM_TRY(code_int(c, &nchannel, 0, 4));
@@ -232,13 +251,14 @@ static OmStatus code_color(Coder* c, const OmCamera* camera, OmWindow window, Om
                  "a picture of %d x %d pixels, its camera has %d x %d", p->width, p->height,
                  window.width, window.height);
         OM_TRY(reserve_raw(c, n));
-        pack_color(p, c->writer->raw);
+        pack_color(p, &c->writer->before[which], n, c->writer->raw);
+        OM_TRY(keep_picture(&c->writer->before[which], p, n));
         return write_raw(c, n);
     }
     OM_TRY(read_raw(c, n, &stored));
     OM_TRY(om_picture_init(p, window.width, window.height, nchannel));
-    unpack_color(c->reader->raw, p);
-    return OM_OK;
+    unpack_color(c->reader->raw, &c->reader->before[which], n, p);
+    return keep_picture(&c->reader->before[which], p, n);
 }
 
 // ---- observations -----------------------------------------------------------------------------------------------
@@ -293,12 +313,12 @@ static OmStatus code_observation(Coder* c, unsigned what, OmObservation* obs) {
     OM_TRY(code_camera(c, &obs->endoscope.camera));
     OM_TRY(check_camera(&obs->endoscope.camera, what & (OM_OBSERVE_IMAGE | OM_OBSERVE_WINDOW)));
     if (what & OM_OBSERVE_WINDOW) OM_TRY(code_window(c, &obs->endoscope.window));
-    OM_TRY(code_color(c, &obs->endoscope.camera, obs->endoscope.window, &obs->endoscope.color));
+    OM_TRY(code_color(c, 0, &obs->endoscope.camera, obs->endoscope.window, &obs->endoscope.color));
     OM_TRY(code_time(c, &obs->rgbd.time));
     OM_TRY(code_camera(c, &obs->rgbd.camera));
     OM_TRY(check_camera(&obs->rgbd.camera, what & (OM_OBSERVE_DEPTH | OM_OBSERVE_COLOR)));
     OM_TRY(code_depth(c, &obs->rgbd));
-    return code_color(c, &obs->rgbd.camera, (OmWindow){0}, &obs->rgbd.color);
+    return code_color(c, 1, &obs->rgbd.camera, (OmWindow){0}, &obs->rgbd.color);
 }
 
 // ---- calls ----------------------------------------------------------------------------------------------------------
@@ -411,6 +431,7 @@ void om__log_writer_done(LogWriter* w) {
     if (w->file) fclose(w->file);
     om_text_done(&w->record);
     om_free(w->raw);
+    for (int k = 0; k < 2; ++k) om_free(w->before[k].pixel);
     memset(w, 0, sizeof *w);
 }
 
@@ -489,5 +510,6 @@ void om__log_close(LogReader* r) {
     if (r->file) fclose(r->file);
     om_free(r->record);
     om_free(r->raw);
+    for (int k = 0; k < 2; ++k) om_free(r->before[k].pixel);
     memset(r, 0, sizeof *r);
 }

@@ -45,6 +45,12 @@ uint64_t om__log_hash(uint32_t kind, const void* data, size_t size, uint64_t bef
 // Round the depth of an observation to what the log can hold.
 void om__log_round(OmObservation* observation);
 
+typedef struct
+    LogBefore {  // the last colour picture of a camera, from which the next one is predicted
+    unsigned char* pixel;
+    size_t size, capacity;  // size 0: none
+} LogBefore;
+
 typedef struct LogWriter {
     FILE* file;  // null: ended
     char path[OM_SCENE_PATH];
@@ -52,6 +58,7 @@ typedef struct LogWriter {
     OmText record;       // the record that is being written
     unsigned char* raw;  // of a picture before and after compression
     size_t raw_capacity;
+    LogBefore before[2];  // endoscope, depth camera
 } LogWriter;
 OmStatus om__log_begin(const char* path, const LogHead* head, LogWriter* writer);
 /// The call's observation was rounded. @return OM_OK; OM_INVALID (a value that is not finite); OM_NO_MEMORY; OM_IO
@@ -71,6 +78,7 @@ typedef struct LogReader {
     size_t record_capacity;
     unsigned char* raw;  // of a picture
     size_t raw_capacity;
+    LogBefore before[2];  // endoscope, depth camera
 } LogReader;
 OmStatus om__log_open(const char* path, LogReader* reader);
 /// The next record. At the end its kind is LOG_END, or LOG_CUT. The observation that `call` held is freed.
