@@ -494,5 +494,12 @@ def quat(value: Any) -> Any:
     return out
 
 
+def arm_of(arm: int) -> int:
+    """The number of an arm, checked: the library ignores a release of an arm that does not exist."""
+    if not 0 <= arm < c.OM_MAX_ARM:
+        raise Invalid(f"there is no arm {arm}: arms are 0 to {c.OM_MAX_ARM - 1}")
+    return arm
+
+
 def path_of(path: Any) -> bytes:
     return os.fsencode(path)

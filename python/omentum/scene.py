@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import array_of, find_enum, index_array
-from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix,
+from ._lib import (Busy, Handle, Owner, Progress, ProgressFunction, arm_of, copied, create, forget_message, lib, outcome, path_of, pose, pose_matrix,
                    text_of, view)
 from .mesh import Surface, TetMesh
 from .patient import Patient
@@ -49,6 +49,12 @@ class Scene(c.OmScene):
     def yaml(self, is_commented: bool = False) -> str:
         """The scene as a file, with every default filled in; is_commented: with unit, range and meaning of each key."""
         return text_of(lambda out: lib.om_scene_print(ctypes.byref(self), is_commented, out))
+
+    def copy(self) -> Scene:
+        """A scene of its own with the same values."""
+        out = Scene.__new__(Scene)
+        ctypes.memmove(ctypes.byref(out), ctypes.byref(self), ctypes.sizeof(self))
+        return out
 
     def build(self, role: str = "twin", progress: bool | ProgressFunction | None = None) -> Site:
         """The site of the "twin" or of the simulated "world"."""
@@ -126,6 +132,7 @@ class Body(Owner):
             site = source
         else:
             scene, site = source, Site(source, role, progress)
+        scene = scene.copy()  # borrowed by C: later changes of the caller's scene are not for this body
         self.scene, self.site = scene, site
         out = ctypes.c_void_p()
         lib.om_body_create(ctypes.byref(scene), ctypes.byref(site._c), nworker, ctypes.byref(out))
@@ -192,15 +199,17 @@ class Body(Owner):
 
     def move(self, tip: Any, arm: int = 0) -> None:
         """Goal of the tool for the end of the next step."""
-        lib.om_body_move(self._c, arm, pose(tip))
+        with self._busy:
+            lib.om_body_move(self._c, arm, pose(tip))
 
     def release(self, arm: int = 0) -> None:
         """Open the tool."""
-        lib.om_body_release(self._c, arm)
+        with self._busy:
+            lib.om_body_release(self._c, arm_of(arm))
 
     def is_holding(self, arm: int = 0) -> bool:
         """Whether the arm grasps tissue."""
-        return lib.om_body_is_holding(self._c, arm)
+        return lib.om_body_is_holding(self._c, arm_of(arm))
 
     def set_attachment(self, vert: Any, anchor: Any = None, stiffness: Any = None) -> None:
         """Replace all attachments; as of Tissue.set_attachment."""
@@ -238,19 +247,23 @@ class Body(Owner):
     def forces(self) -> c.OmBodyForces:
         """N: grasp and pull (arms x 3), attachment, contact, weight (3)."""
         out = c.OmBodyForces()
-        lib.om_body_get_forces(self._c, ctypes.byref(out))
+        with self._busy:
+            lib.om_body_get_forces(self._c, ctypes.byref(out))
         return out
 
     def vertex_forces(self) -> np.ndarray:
         """Force on each vertex by tools, attachments and contact, N (nvert x 3)."""
         out = np.zeros(self._shape)
-        lib.om_body_get_vertex_forces(self._c, out.ctypes.data)
+        with self._busy:
+            lib.om_body_get_vertex_forces(self._c, out.ctypes.data)
         return out
 
     def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
         """A measure of every element (ntet), as of Tissue.measure."""
         out = np.zeros(len(self.mesh.tet))
-        lib.om_body_get_measure(self._c, find_enum(c.OmTissueMeasure, kind), out.ctypes.data)
+        number = find_enum(c.OmTissueMeasure, kind)
+        with self._busy:
+            lib.om_body_get_measure(self._c, number, out.ctypes.data)
         return out
 
     def snapshot(self) -> bytes:

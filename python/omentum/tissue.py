@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from . import _capi as c
-from ._convert import array_of, index_array
-from ._lib import Busy, Closed, Handle, Owner, copied, create, forget_message, lib, message_of, outcome, pose, view
+from ._convert import array_of, find_enum, index_array
+from ._lib import Busy, Closed, Handle, Owner, arm_of, copied, create, forget_message, lib, message_of, outcome, pose, view
 from .engine import Engine
 from .mesh import TetMesh
 from .patient import Patient
@@ -222,11 +222,13 @@ class Tissue(Owner):
 
     def move(self, tip: Any, arm: int = 0) -> None:
         """Goal of the tool for the end of the next step; as of grasp."""
-        lib.om_tissue_move_grasp(self._c, arm, pose(tip))
+        with self._busy:
+            lib.om_tissue_move_grasp(self._c, arm, pose(tip))
 
     def release(self, arm: int = 0) -> None:
         """Open the tool."""
-        lib.om_tissue_release(self._c, arm)
+        with self._busy:
+            lib.om_tissue_release(self._c, arm_of(arm))
 
     def step(self, dt: float = 0.02, strict: bool = True) -> StepReport:
         """One implicit Euler step of `dt` s.
@@ -259,7 +261,8 @@ class Tissue(Owner):
     def forces(self) -> c.OmTissueForces:
         """Resultants on the tissue, N: grasp and pull (arms x 3), attachment, contact, external, weight (3)."""
         out = c.OmTissueForces()
-        lib.om_tissue_get_forces(self._model_c, self._c, ctypes.byref(out))
+        with self._busy:
+            lib.om_tissue_get_forces(self._model_c, self._c, ctypes.byref(out))
         return out
 
     def internal_force(self) -> np.ndarray:
@@ -276,21 +279,24 @@ class Tissue(Owner):
 
     def _vertex_force(self, function: Any) -> np.ndarray:
         out = np.zeros(self._mesh.x.shape)
-        function(self._model_c, self._c, out.ctypes.data)
+        with self._busy:
+            function(self._model_c, self._c, out.ctypes.data)
         return out
 
     def measure(self, kind: str | c.OmTissueMeasure = "von_mises") -> np.ndarray:
         """A measure of every element (ntet): "von_mises" (Pa), "principal_stretch", "strain", "volume_ratio",
         "energy_density" (J/m^3)."""
-        from ._convert import find_enum
         out = np.zeros(len(self._mesh.tet))
-        lib.om_tissue_get_measure(self._model_c, self._c, find_enum(c.OmTissueMeasure, kind), out.ctypes.data)
+        number = find_enum(c.OmTissueMeasure, kind)
+        with self._busy:
+            lib.om_tissue_get_measure(self._model_c, self._c, number, out.ctypes.data)
         return out
 
     def energy(self) -> c.OmTissueEnergy:
         """elastic, kinetic, gravity, spring: J."""
         out = c.OmTissueEnergy()
-        lib.om_tissue_get_energy(self._model_c, self._c, ctypes.byref(out))
+        with self._busy:
+            lib.om_tissue_get_energy(self._model_c, self._c, ctypes.byref(out))
         return out
 
     def embed(self, points: Any) -> Embedding:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _capi as c
 from ._convert import functions_of
-from ._lib import Busy, Handle, Owner, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
+from ._lib import Busy, Handle, Owner, Unavailable, arm_of, create, forget_message, lib, make_error, outcome, path_of, pose, refuse_fork, status_of, view
 from .camera import Camera
 from .scene import Body, Scene, Site
 
@@ -184,6 +184,7 @@ class SimulatedWorld(World):
 
     def __init__(self, scene: Scene, nworker: int = 0) -> None:
         refuse_fork("a simulated world")
+        scene = scene.copy()  # borrowed by C: later changes of the caller's scene are not for this world
         self.scene, self.site = scene, Site(scene, "world")
         address = create(lib.om_world_create_simulated, ctypes.byref(scene), ctypes.byref(self.site._c), nworker)
         self._take(address, scene, self.site._handle)
@@ -199,7 +200,7 @@ class SimulatedWorld(World):
         lib.om_world_set_jaw(self._c, arm, angle)
 
     def stop(self, arm: int) -> None:
-        lib.om_world_stop(self._c, arm)
+        lib.om_world_stop(self._c, arm_of(arm))
 
     def advance(self, dt: float) -> None:
         with self._busy:
@@ -221,7 +222,10 @@ class SimulatedWorld(World):
     @property
     def truth(self) -> Body:
         """The true body, for evaluation and pictures; a controller must not look."""
-        return Body._borrow(lib.om_world_truth(self._c), self.scene, self.site, self._handle)
+        address = lib.om_world_truth(self._c)
+        if not address:
+            raise Unavailable("this world has no truth: only a simulated one knows it")
+        return Body._borrow(address, self.scene, self.site, self._handle)
 
     def render(self, width: int = 640, height: int = 480) -> np.ndarray:
         """The endoscope's view at any size: bytes (height x width x 3)."""

@@ -200,6 +200,11 @@ def test_a_recorded_world_is_replayed(tmp_path):
         assert again.visibility == tip.visibility and again.arms[1].tip.p.tolist() == tip.arms[1].tip.p.tolist()
     with pytest.raises(om.Error, match="log"):
         replayed.advance(0.05)
+    for use in (lambda: replayed.truth, replayed.snapshot, lambda: replayed.render(64, 48)):
+        with pytest.raises(om.Unavailable):
+            use()
+    with pytest.raises(om.Invalid, match="no arm 2"):
+        replayed.stop(2)
 
 
 def test_snapshots_of_a_world_repeat_its_noise():
