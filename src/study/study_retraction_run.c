@@ -77,8 +77,8 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
 static uint64_t hash_task(const Task* t) {
     const RetractionCase* c = &t->result->c;
     const OmScene* s = &t->scene;
-    const bool is_fras = t->row == CEILING || t->row == OM_RETRACTION_FRAS ||
-                         t->row == OM_RETRACTION_FRAS_TRUE;
+    const bool is_fras =
+        t->row == CEILING || t->row == OM_RETRACTION_FRAS || t->row == OM_RETRACTION_FRAS_TRUE;
     const double value[] = {is_fras ? METHOD_FRAS : METHOD,
                             t->row,
                             c->group,

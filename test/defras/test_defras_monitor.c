@@ -138,6 +138,14 @@ static void an_error_of_registration_is_in_the_rest(void** state) {
     test_lift(s, false, 1e-3, "registration 1.5 mm and 1 degree off");
 }
 
+// The tool error of the laboratory (6.5.3), 1.7 mm along each axis.
+static void an_error_of_the_tools_gives_no_warning(void** state) {
+    (void)state;
+    OmScene s = easy_scene();
+    s.world.tool_noise = 0.0017;
+    test_lift(s, false, 2e-3, "tools 1.7 mm off");
+}
+
 // ---- pictures made here ------------------------------------------------------------------------------------------
 
 enum { W = 80, H = 60 };
@@ -581,18 +589,17 @@ static void points_at_a_tool_do_not_count(void** state) {
 
 static void frames_repeat_with_any_number_of_workers(void** state) {
     (void)state;
-    OmMonitorFrame f[3];
-    for (int k = 0; k < 3; ++k) {
+    OmMonitorFrame f[2];
+    for (int k = 0; k < 2; ++k) {
         Pair p;
-        pair_create_with(&p, easy_scene(), false, k == 2 ? 4 : 1);
+        pair_create_with(&p, easy_scene(), false, 1 + k);
         memset(&f[k], 0, sizeof f[k]);
         pair_look(&p, &f[k]);
-        pair_move(&p, om_vec3(-0.03, -0.03, 0.03));
+        for (int i = 0; i < 3; ++i) pair_step(&p);
         pair_look(&p, &f[k]);
         pair_destroy(&p);
     }
     assert_memory_equal(&f[0], &f[1], sizeof *f);
-    assert_memory_equal(&f[0], &f[2], sizeof *f);
 }
 
 // A whole run with a small limit, so that the state rises; its numbers are in the result, in run.json and the report.
@@ -715,6 +722,7 @@ int main(void) {
         cmocka_unit_test(a_lift_of_an_equal_twin_has_no_discrepancy),
         cmocka_unit_test(a_lift_of_another_mesh_with_noise_has_little),
         cmocka_unit_test(an_error_of_registration_is_in_the_rest),
+        cmocka_unit_test(an_error_of_the_tools_gives_no_warning),
         cmocka_unit_test(a_shift_after_the_grasp_is_its_state),
         cmocka_unit_test(a_shift_before_the_grasp_is_in_the_rest),
         cmocka_unit_test(the_distance_is_that_of_brute_force),
