@@ -14,6 +14,7 @@
 #define OMENTUM_DEFRAS_LOOP_H
 
 #include "omentum/body.h"
+#include "omentum/defras_ahead.h"
 #include "omentum/defras_monitor.h"
 #include "omentum/defras_preplan.h"
 #include "omentum/defras_update.h"
@@ -131,6 +132,8 @@ typedef struct OmRetractResult {  // om_retract_result_done frees
     double wall_time;  // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
+    int nahead;           // grasping points tried by looking ahead
+    int64_t nahead_step;  // steps of the twin that this took
     double plan_ms_median, plan_ms_max;
     int naction;
     OmRetractAction* action;
@@ -200,6 +203,7 @@ typedef struct OmLoopDef {
     // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
     // known to the planner until the twin's attachments change.
     const OmPreplan* preplan;
+    OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;

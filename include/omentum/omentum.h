@@ -21,6 +21,7 @@
 #include "omentum/contact.h"
 #include "omentum/contact_tool.h"
 #include "omentum/defras.h"
+#include "omentum/defras_ahead.h"
 #include "omentum/defras_audit.h"
 #include "omentum/defras_loop.h"
 #include "omentum/defras_monitor.h"

@@ -190,6 +190,8 @@ typedef struct OmSceneTask {
     // m: length of a fold, away from the camera or beyond the ROI. Beyond it a fold continues only
     // while visibility increases. Default 100 mm.
     double retract;
+    // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
+    int ahead;
 } OmSceneTask;
 
 #define OM_UPDATE_MAX_KEEP 8

@@ -9,6 +9,8 @@
 #include "omentum/defras_replay.h"
 #include "omentum/umesh_net.h"
 
+#define AHEAD_POINTS 3  // grasping points that --defras tries in the twin before a new plan
+
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder for report.html, run.json, run.vtkhdf and frames"},
     {"--data", NULL, "DIR", "folder that the scene's file names are relative to",
@@ -448,6 +450,7 @@ static OmStatus read_scene(const OmCliArgs* args, Settings* s) {
     OM_TRY(om_cli_double(args, "--force-threshold", &s->scene.task.force_threshold));
     if (s->is_defras) {
         s->scene.monitor.is_enabled = s->scene.update.is_enabled = true;
+        if (s->scene.task.ahead == 0) s->scene.task.ahead = AHEAD_POINTS;
         if (strcmp(s->scene.update.network, "none") == 0)
             strcpy(s->scene.update.network, "installed");
     }

@@ -92,6 +92,8 @@ OmStatus om__loop_plan(OmLoop* loop) {
     if (loop->is_preplan)
         om_preplan_make_plan(loop->preplan, &loop->plan);
     else
+        status = om__loop_ahead(loop);
+    if (!loop->is_preplan && status >= 0)
         status = om_planner_solve(loop->planner, &loop->situation, &loop->plan);
     if (status < 0) return status;
     OmRetractResult* r = &loop->result;

@@ -115,6 +115,7 @@ struct OmLoop {
     OmRoiMeter* meter;   // null: the world shows no pictures and measures the visibility itself
     OmMonitor* monitor;  // null: none
     OmPreplan* preplan;  // owned; null: none
+    OmAhead* ahead;      // null: none
     int narm;            // of the world
     OmLoopListener listener[OM_LOOP_MAX_LISTENER];
     int nlistener;
@@ -203,6 +204,7 @@ struct OmLoop {
     double attempt_distance;
     OmExposure exposure[OM_PLAN_MAX_BLOCK];  // what trying in the simulation showed
     bool is_preplan;                         // the current plan is the one made before
+    int ahead_nbad;                          // steps with uncertain forces while looking ahead
     int npostponed;                          // blocks postponed by the last sensing
     Action action;
     Motion motion;
@@ -301,6 +303,10 @@ bool om__look_stops_reach(const OmLoop* loop);  // the arm reaches for a block t
 // defras_decide.c
 // The twin is not the one in which blocks were tried.
 void om__loop_forget_exposure(OmLoop* loop);
+
+// defras_ahead.c: before a new plan, after the fluents: try the best unknown grasping points in snapshots of the twin,
+// and make facts of them. Nothing without OmLoopDef.ahead.
+OmStatus om__loop_ahead(OmLoop* loop);
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
 OmStatus om__loop_plan(OmLoop* loop);

@@ -179,6 +179,7 @@ OmStatus om_loop_create(const OmLoopDef* def, OmLoop** out) {
     loop->truth = def->truth;
     loop->planner = def->planner;
     loop->updater = def->updater;
+    loop->ahead = def->ahead;
     loop->narm = om_world_narm(def->world);
     loop->nlistener = def->nlistener;
     for (int i = 0; i < def->nlistener; ++i) loop->listener[i] = def->listener[i];
@@ -244,7 +245,7 @@ static OmStatus finish(OmLoop* loop) {
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
     r->world_ntorn = loop->truth_nattached - count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
-    r->twin_nbad = om_body_nbad(loop->twin);
+    r->twin_nbad = om_body_nbad(loop->twin) - loop->ahead_nbad;
     r->world_nbad = loop->truth ? om_body_nbad(loop->truth) : 0;
     if (r->nplan > 0) {
         om_sort_doubles(loop->plan_ms, r->nplan);

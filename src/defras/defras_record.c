@@ -429,6 +429,8 @@ static OmStatus write_json(const OmRecorder* rec, const OmRetractResult* r) {
     om_json_number(&json, "wall_time_s", r->wall_time);
     om_json_number(&json, "twin_step_ms", r->twin_step_ms);
     om_json_integer(&json, "plans", r->nplan);
+    om_json_integer(&json, "points_tried_ahead", r->nahead);
+    om_json_integer(&json, "steps_ahead", r->nahead_step);
     om_json_number(&json, "plan_ms_median", r->plan_ms_median);
     om_json_number(&json, "plan_ms_max", r->plan_ms_max);
     om_json_bool(&json, "settled_at_start", r->is_settled);

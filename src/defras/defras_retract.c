@@ -30,11 +30,13 @@ typedef struct Setup {
     OmBanetUpdater* banet;
     OmUpdater* updater;  // null: the scene has no updates
     OmMonitor* monitor;  // null: the scene has none
+    OmAhead* ahead;      // null: the scene does not look ahead
     OmLoop* loop;
 } Setup;
 
 static void setup_done(Setup* s) {
     om_loop_destroy(s->loop);
+    om_ahead_destroy(s->ahead);
     om_updater_destroy(s->updater);
     om_monitor_destroy(s->monitor);
     om_banet_updater_destroy(s->banet);
@@ -165,6 +167,11 @@ static OmStatus begin(const OmRetractDef* def, const Replay* replay, const OmPro
     OM_TRY(build_updater(def, replay, s));
     loop.updater = s->updater;
     loop.preplan = def->preplan;
+    if (def->scene->task.ahead > 0) {
+        OmAheadDef ahead = om_ahead_default_def(def->scene, &s->twin_site);
+        OM_TRY(om_ahead_create(&ahead, s->twin, &s->ahead));
+        loop.ahead = s->ahead;
+    }
     loop.is_attended = def->supervise != NULL;
     loop.needs_approval = def->needs_approval;
     if (def->scene->monitor.is_enabled) {

@@ -274,6 +274,8 @@ static const OmYamlField task_field[] = {
      .help = "after which the arms give up"},
     {"retract_mm", OM_YAML_DOUBLE, AT(OmSceneTask, retract), .min = 1, .max = 500, .scale = MM,
      .unit = "mm", .help = "way of a fold, away from the camera or beyond the region"},
+    {"ahead", OM_YAML_INT, AT(OmSceneTask, ahead), .min = 0, .max = 16,
+     .help = "grasping points tried in the twin before a new plan; 0: none"},
 };
 static const OmYamlSchema task_schema = {"task", task_field, COUNT(task_field), NULL};
 

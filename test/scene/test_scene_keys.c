@@ -59,6 +59,7 @@ static void test_a_sheet(void** state) {
         "  time_step_ms: 25\n"
         "  max_actions: 90\n"
         "  retract_mm: 95\n"
+        "  ahead: 5\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
         "400, quantile: 0.75}\n");
     assert_int_equal(s.seed, 23);
@@ -118,6 +119,7 @@ static void test_a_sheet(void** state) {
     expect(s.task.time_step, 0.025);
     assert_int_equal(s.task.max_actions, 90);
     expect(s.task.retract, 0.095);
+    assert_int_equal(s.task.ahead, 5);
     assert_true(s.monitor.is_enabled);
     expect(s.monitor.limit[0], 0.0015);
     expect(s.monitor.limit[1], 0.003);

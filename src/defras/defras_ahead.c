@@ -1,0 +1,174 @@
+// defras_ahead.c: the best unknown grasping points, tried in snapshots of the twin before a new plan.
+//
+// Solve, try, solve again: the program names the point that it would grasp; if its exposure is not known, the point is
+// tried and becomes a fact. If it exposes the ROI, it stays the best, and the others need not be tried; if it does
+// not, the program names the next one. So at most `npoint` points are tried, by the program's own cost.
+//
+// Tissue in hand is released first, and falls for FALL_TIME; attachments that are being adopted arrive meanwhile. A
+// plan that continues with tissue in hand is left alone.
+//
+// Rejected: trying three points in each case. The program takes the nearest point that is not known to fail, so the
+// second and third do not change the plan where the first exposes the ROI.
+#include "omentum/defras_ahead.h"
+
+#include "defras/defras_attempt.h"
+#include "omentum/world.h"
+
+#define AHEAD_COOKIE 0xa4ead0
+#define AHEAD_POINTS 3
+#define AHEAD_STEPS 3000
+
+struct OmAhead {
+    OmAheadDef def;
+    Attempt attempt;       // owns view and lifted; body and grid are the loop's
+    void *now, *released;  // snapshots of the twin
+    void* adoption;        // of the loop's adoption, null before the first use
+};
+
+OmAheadDef om_ahead_default_def(const OmScene* scene, const OmSite* site) {
+    return (OmAheadDef){.cookie = AHEAD_COOKIE,
+                        .scene = scene,
+                        .site = site,
+                        .npoint = scene && scene->task.ahead > 0 ? scene->task.ahead : AHEAD_POINTS,
+                        .max_step = AHEAD_STEPS};
+}
+
+static OmStatus check_def(const OmAheadDef* def, const OmBody* twin) {
+    OM_CHECK(def->cookie == AHEAD_COOKIE, OM_INVALID, "OmAheadDef was not made by default_def");
+    OM_CHECK(def->scene && def->site, OM_INVALID, "OmAheadDef.scene or site is null");
+    OM_CHECK(om_body_site(twin) == def->site, OM_INVALID,
+             "OmAheadDef.site is not that of the twin");
+    OM_CHECK(def->npoint >= 1 && def->max_step >= 1, OM_INVALID,
+             "OmAheadDef: npoint is %d, max_step %d; 1 or more", def->npoint, def->max_step);
+    return OM_OK;
+}
+
+OmStatus om_ahead_create(const OmAheadDef* def, const OmBody* twin, OmAhead** out) {
+    *out = NULL;
+    OM_TRY(check_def(def, twin));
+    OmAhead* a = om_calloc(1, sizeof *a);
+    if (!a) return OM_NO_MEMORY;
+    const size_t size = om_body_state_size(twin);
+    OmStatus status = om_view_create(def->scene, def->site, &a->attempt.view);
+    a->def = *def;
+    a->now = om_alloc(1, size);
+    a->released = om_alloc(1, size);
+    a->attempt.lifted = om_alloc(1, size);
+    if (status >= 0 && (!a->now || !a->released || !a->attempt.lifted)) status = OM_NO_MEMORY;
+    for (int k = 0; k < OM_MAX_ARM; ++k) a->attempt.psm[k] = om_world_place_psm(def->site, k);
+    if (status < 0) {
+        om_ahead_destroy(a);
+        return status;
+    }
+    *out = a;
+    return OM_OK;
+}
+
+void om_ahead_destroy(OmAhead* a) {
+    if (!a) return;
+    om_view_destroy(a->attempt.view);
+    om_free(a->attempt.lifted);
+    om_free(a->now);
+    om_free(a->released);
+    om_free(a->adoption);
+    om_free(a);
+}
+
+// ---- snapshots ----------------------------------------------------------------------------------------------
+
+static OmStatus save(OmAhead* a, const OmLoop* loop) {
+    if (loop->adoption && !a->adoption) {
+        a->adoption = om_alloc(1, om_match_adoption_state_size(loop->adoption));
+        if (!a->adoption) return OM_NO_MEMORY;
+    }
+    om_body_save(loop->twin, a->now);
+    if (loop->adoption) om_match_adoption_save(loop->adoption, a->adoption);
+    return OM_OK;
+}
+
+static void restore(OmAhead* a, OmLoop* loop, int nbad) {
+    om_body_restore(loop->twin, a->now);
+    if (loop->adoption) om_match_adoption_restore(loop->adoption, a->adoption);
+    loop->ahead_nbad += om_body_nbad(loop->twin) - nbad;
+}
+
+// Open the jaws and let the tissue fall.
+static OmStatus release(OmAhead* a, OmLoop* loop, int* nstep) {
+    bool is_held = false,
+         is_adopting = loop->adoption && om_match_adoption_is_active(loop->adoption);
+    for (int k = 0; k < OM_MAX_ARM; ++k) {
+        is_held |= om_body_is_holding(loop->twin, k);
+        om_body_release(loop->twin, k);
+    }
+    const double dt = loop->task.time_step;
+    for (double t = 0; (is_held || is_adopting) && t < FALL_TIME; t += dt, ++*nstep) {
+        OmBodyReport report;
+        if (loop->adoption) OM_TRY(om_match_adoption_step(loop->adoption, loop->twin, dt));
+        OmStatus status = om_body_step(loop->twin, dt, &report);
+        if (status < 0) return status;
+    }
+    om_body_save(loop->twin, a->released);
+    return OM_OK;
+}
+
+// ---- points -------------------------------------------------------------------------------------------------
+
+static void prepare(OmAhead* a, OmLoop* loop) {
+    Attempt* t = &a->attempt;
+    t->task = &loop->task;
+    t->grid = &loop->grid;
+    t->body = loop->twin;
+    t->has_forces = loop->has_forces;
+    const double limit = om__force_limit(&loop->task) / loop->result.force_factor;
+    t->force_limit = loop->task.watch_force ? limit : HUGE_VAL;
+    for (int k = 0; k < OM_MAX_ARM; ++k) t->q[k] = loop->arm[k].q;
+}
+
+// The result of a point becomes a fact. False: the budget ended first, and nothing is known.
+static OmStatus try_point(OmAhead* a, OmLoop* loop, int arm, int block, int* nstep,
+                          bool* is_known) {
+    AttemptResult r;
+    a->attempt.max_step = a->def.max_step - *nstep;
+    *is_known = false;
+    if (a->attempt.max_step <= 0) return OM_OK;
+    om_body_restore(loop->twin, a->released);
+    OM_TRY(om__attempt_run(&a->attempt, arm, block, &r));
+    *nstep += r.nstep;
+    if (r.is_cut) return OM_OK;
+    *is_known = true;
+    const int most = (int)ceil(loop->task.max_height / loop->task.pull_step - 1e-9);
+    int npull = r.npull < 1 ? 1 : r.npull > most ? most : r.npull;
+    loop->exposure[block] = (OmExposure){true, r.exposes, npull, r.fold};
+    loop->situation.exposure[block] = loop->exposure[block];
+    ++loop->result.nahead;
+    return OM_OK;
+}
+
+static OmStatus try_points(OmAhead* a, OmLoop* loop, int* nstep) {
+    bool is_released = false, is_known = true;
+    for (int k = 0; k < a->def.npoint && is_known; ++k) {
+        OmPlan plan;
+        OmStatus status = om_planner_solve(loop->planner, &loop->situation, &plan);
+        if (status < 0) return status;
+        const int block = plan.grasp_block;
+        if (status != OM_OK || block < 0 || loop->exposure[block].is_known) return OM_OK;
+        if (!is_released) OM_TRY(release(a, loop, nstep));
+        is_released = true;
+        OM_TRY(try_point(a, loop, plan.grasp_arm, block, nstep, &is_known));
+    }
+    return OM_OK;
+}
+
+OmStatus om__loop_ahead(OmLoop* loop) {
+    OmAhead* a = loop->ahead;
+    if (!a || loop->situation.is_visible) return OM_OK;
+    const int nbad = om_body_nbad(loop->twin);
+    int nstep = 0;
+    prepare(a, loop);
+    OM_TRY(save(a, loop));
+    OmStatus status = try_points(a, loop, &nstep);
+    restore(a, loop, nbad);
+    loop->result.nahead_step += nstep;
+    if (nstep > 0) loop->has_lag_origin = false;  // the arms stood still meanwhile
+    return status;
+}

@@ -1,0 +1,164 @@
+// Looking ahead: points tried in snapshots of the twin, which is restored.
+#include "defras/defras_internal.h"
+#include "loop_rig.h"
+#include "omentum/defras_ahead.h"
+#include "omentum/defras_preplan.h"
+
+static Rig rig;
+
+static OmAhead* make_ahead(int npoint, int max_step) {
+    OmAheadDef def = om_ahead_default_def(&rig.scene, &rig.twin_site);
+    OmAhead* ahead;
+    def.npoint = npoint;
+    def.max_step = max_step;
+    assert_ok(om_ahead_create(&def, rig.twin, &ahead));
+    return ahead;
+}
+
+static OmLoop* start_loop(OmAhead* ahead) {
+    rig_start(&rig);
+    OmLoopDef def = om_loop_default_def(&rig.scene.task, rig.world, rig.twin, rig.planner);
+    def.truth = om_world_truth(rig.world);
+    def.ahead = ahead;
+    OmLoop* loop;
+    assert_ok(om_loop_create(&def, &loop));
+    return loop;
+}
+
+// Look ahead between two ticks, and compare the whole state of the twin.
+static void look_ahead(OmLoop* loop) {
+    const size_t size = om_body_state_size(rig.twin);
+    void *before = malloc(size), *after = malloc(size);
+    om__sense_fluents(loop, &loop->situation);
+    om_body_save(rig.twin, before);
+    assert_ok(om__loop_ahead(loop));
+    om_body_save(rig.twin, after);
+    assert_memory_equal(before, after, size);
+    free(before);
+    free(after);
+}
+
+// From rest, what looking ahead shows is what the plan before shows, of the points that the program names.
+static void facts_are_those_of_the_plan_before(void** state) {
+    (void)state;
+    static OmPreplan preplan;
+    static OmPlan plan;
+    OmPreplanDef def = om_preplan_default_def(&rig.scene);
+    assert_ok(om_preplan_run(&def, NULL, &preplan));
+    OmAhead* ahead = make_ahead(3, 100000);
+    OmLoop* loop = start_loop(NULL);
+    assert_ok(om_loop_tick(loop));  // the arms are observed
+    rig_start(&rig);
+    loop->ahead = ahead;
+    look_ahead(loop);
+    int ntried = 0;
+    for (int b = 0; b < 25; ++b) {
+        const OmExposure* e = &loop->exposure[b];
+        if (!e->is_known) continue;
+        const OmPreplanPoint* p = &preplan.point[b];
+        assert_true(p->is_tried);
+        assert_int_equal(e->exposes, p->exposes);
+        assert_int_equal(e->npull, p->npull);
+        assert_int_equal(e->fold, p->fold);
+        ++ntried;
+    }
+    assert_true(ntried >= 1 && ntried <= 3);
+    assert_int_equal(loop->result.nahead, ntried);
+    // the point that the program takes now is known, and exposes the ROI unless three were tried
+    assert_ok(om_planner_solve(rig.planner, &loop->situation, &plan));
+    assert_true(loop->exposure[plan.grasp_block].exposes || ntried == 3);
+    om_loop_destroy(loop);
+    om_ahead_destroy(ahead);
+}
+
+// In the middle of an operation, with tissue in hand at the end of its possibilities.
+static void tissue_in_hand_stays_in_hand(void** state) {
+    (void)state;
+    OmAhead* ahead = make_ahead(2, 100000);
+    OmLoop* loop = start_loop(NULL);
+    while (loop->arm[0].in_hand < 0 || loop->arm[0].lift < 0.015) assert_ok(om_loop_tick(loop));
+    const int held = loop->arm[0].in_hand;
+    loop->ahead = ahead;
+    look_ahead(loop);  // the plan continues with the tissue in hand
+    assert_int_equal(loop->result.nahead, 0);
+    loop->tried[held] = OM_TRIED_GRASP | OM_TRIED_MOVE_ROI | OM_TRIED_MOVE_AWAY;
+    loop->arm[0].is_max_force = true;
+    const int nbad = om_body_nbad(rig.twin);
+    look_ahead(loop);
+    assert_in_range(loop->result.nahead, 1, 2);
+    assert_true(om_body_is_holding(rig.twin, 0));
+    assert_int_equal(loop->ahead_nbad, om_body_nbad(rig.twin) - nbad);
+    assert_false(loop->exposure[held].is_known);
+    om_loop_destroy(loop);
+    om_ahead_destroy(ahead);
+}
+
+static void the_budget_counts_steps(void** state) {
+    (void)state;
+    OmAhead* ahead = make_ahead(3, 10);
+    OmLoop* loop = start_loop(NULL);
+    assert_ok(om_loop_tick(loop));
+    loop->ahead = ahead;
+    look_ahead(loop);
+    assert_int_equal(loop->result.nahead, 0);
+    assert_int_equal(loop->result.nahead_step, 10);
+    for (int b = 0; b < 25; ++b) assert_false(loop->exposure[b].is_known);
+    om_loop_destroy(loop);
+    om_ahead_destroy(ahead);
+}
+
+static void a_run_repeats(void** state) {
+    (void)state;
+    OmRetractResult result[2];
+    OmAhead* ahead = make_ahead(3, 3000);
+    for (int k = 0; k < 2; ++k) {
+        OmLoop* loop = start_loop(ahead);
+        tick_to_end(loop);
+        assert_ok(om_loop_take_result(loop, &result[k]));
+        om_loop_destroy(loop);
+    }
+    expect_same(&result[0], &result[1]);
+    assert_true(result[0].nahead > 0 && result[0].is_exposed);
+    assert_int_equal(result[0].nahead, result[1].nahead);
+    assert_int_equal(result[0].nahead_step, result[1].nahead_step);
+    om_retract_result_done(&result[0]);
+    om_retract_result_done(&result[1]);
+    om_ahead_destroy(ahead);
+}
+
+static void a_wrong_definition_is_refused(void** state) {
+    (void)state;
+    OmAhead* ahead;
+    OmAheadDef def = {0};
+    assert_status(om_ahead_create(&def, rig.twin, &ahead), OM_INVALID);
+    assert_null(ahead);
+    def = om_ahead_default_def(&rig.scene, &rig.world_site);
+    assert_status(om_ahead_create(&def, rig.twin, &ahead), OM_INVALID);
+    def = om_ahead_default_def(&rig.scene, &rig.twin_site);
+    def.npoint = 0;
+    assert_status(om_ahead_create(&def, rig.twin, &ahead), OM_INVALID);
+    om_ahead_destroy(NULL);
+}
+
+static int begin(void** state) {
+    (void)state;
+    rig_create(&rig, easy_scene());
+    return 0;
+}
+
+static int end(void** state) {
+    (void)state;
+    rig_destroy(&rig);
+    return 0;
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(facts_are_those_of_the_plan_before),
+        cmocka_unit_test(tissue_in_hand_stays_in_hand),
+        cmocka_unit_test(the_budget_counts_steps),
+        cmocka_unit_test(a_run_repeats),
+        cmocka_unit_test(a_wrong_definition_is_refused),
+    };
+    return cmocka_run_group_tests(tests, begin, end);
+}
