@@ -96,12 +96,13 @@ OmStatus om__site_place_roi(const OmScene* scene, OmSite* site) {
     return make_dome_roi(site, c, scene->roi.radius);
 }
 
+// The triangles from which a patient model draws the points of its ROI, by their middle. Drawn by all their corners
+// the ROI lacked a rim, which tissue hides last: a picture of the kidney showed 86 % of it, and the points 80 %.
 static bool is_roi_triangle(const OmSite* site, double radius, int t) {
-    for (int k = 0; k < 3; ++k) {
-        OmVec3 p = om_load3(site->organ.x, site->organ.tri_vert[3 * t + k]);
-        if (om_distance(p, site->roi_center) > radius) return false;
-    }
-    return true;
+    OmVec3 middle = {0, 0, 0};
+    for (int k = 0; k < 3; ++k)
+        middle = om_madd(middle, 1.0 / 3, om_load3(site->organ.x, site->organ.tri_vert[3 * t + k]));
+    return om_distance(middle, site->roi_center) <= radius;
 }
 
 OmStatus om__site_draw_roi(double radius, OmSite* site) {

@@ -3,8 +3,8 @@
 // The meter renders the ROI once for each camera, without tissue and tools: its pixels of the ROI's colour are those
 // that can be seen at most, and rays to the ROI's points say which fraction they are. A look adds the pixels of the
 // ROI's colour over that sum, so that highlights and pixels at the border, which are the same in both pictures, cancel.
-// A pixel counts by the area of the ROI that it shows: z^3 / |n . p| / (fx fy) for a point p of normal n, in the frame
-// of the camera. Without that, the near and the steep parts of a ROI on an organ count too much and too little.
+// A pixel counts by the area of the ROI that it shows. Without that, the near and the steep parts of a ROI on an organ
+// count too much and too little.
 //
 // Tried and rejected: the colour of the pixel at each point of the ROI, over all points. It has no weights, but a ROI
 // that lies 3 mm beside its known place would be seen to 76 % at most, and would never count as exposed.
@@ -54,7 +54,9 @@ static bool is_roi_pixel(const OmPicture* color, ptrdiff_t at) {
 
 typedef struct RoiPoint {  // a point of the ROI that faces the camera and lies in front of it
     double u, v;           // pixels
-    double area;           // m^2 of the ROI in the pixel
+    OmVec3 p;              // m, frame of the camera
+    OmVec3 ground;         // normal of the ground there, frame of the camera
+    OmVec3 drawn;          // normal of the surface that is drawn
     double near2;          // pixels^2, square of OM_ROI_MARGIN there
 } RoiPoint;
 
@@ -94,14 +96,13 @@ static int project_points(const OmSite* site, const double* surface, const OmCam
     OmPose to_camera = om_pose_inverse(camera->pose_world_camera);
     int n = 0;
     for (int i = 0; i < site->nroi; ++i) {
-        RoiPoint q;
-        OmVec3 x = om_load3(site->roi_x, i), p = om_pose_apply(to_camera, x);
-        double steep = -om_dot(om_quat_rotate(to_camera.q, om_load3(surface, i)), p);
-        bool is_facing = om_dot(om_quat_rotate(to_camera.q, om_load3(site->roi_n, i)), p) < 0;
+        OmVec3 x = om_load3(site->roi_x, i);
+        RoiPoint q = {.p = om_pose_apply(to_camera, x),
+                      .ground = om_quat_rotate(to_camera.q, om_load3(site->roi_n, i)),
+                      .drawn = om_quat_rotate(to_camera.q, om_load3(surface, i))};
+        bool is_facing = om_dot(q.ground, q.p) < 0;
         if (!is_facing || !om_camera_project(camera, x, &q.u, &q.v)) continue;
-        steep = fmax(steep, GRAZING * om_norm(p));  // above 0: p.z is
-        q.area = p.z * p.z * p.z / (steep * lens.fx * lens.fy);
-        double margin = OM_ROI_MARGIN * fmax(lens.fx, lens.fy) / p.z;
+        double margin = OM_ROI_MARGIN * fmax(lens.fx, lens.fy) / q.p.z;  // above 0: it projects
         q.near2 = margin * margin;
         point[n++] = q;
     }
@@ -126,22 +127,53 @@ static OmWindow window_of(const OmCamera* camera, int n, const RoiPoint* point) 
     return window.width > 0 && window.height > 0 ? window : (OmWindow){0};
 }
 
-static void fill_weights(const OmWindow* window, int n, const RoiPoint* point, float* weight) {
-    for (int row = 0; row < window->height; ++row) {
-        for (int column = 0; column < window->width; ++column) {
-            double best = INFINITY, u = window->column + column + 0.5, v = window->row + row + 0.5;
-            int nearest = 0;
-            for (int i = 0; i < n; ++i) {
-                double du = u - point[i].u, dv = v - point[i].v, d = du * du + dv * dv;
-                if (d >= best) continue;
-                best = d;
-                nearest = i;
-            }
-            bool is_near = best <= point[nearest].near2;
-            weight[(ptrdiff_t)row * window->width + column] =
-                is_near ? (float)point[nearest].area : 0.0f;
-        }
+// m^2, area that a pixel shows of the plane through p: z^3 / |n . p| / (fx fy) where the pixel's ray meets the plane.
+// @param ray  of the pixel, frame of the camera
+static double area_of(const OmLens* lens, OmVec3 p, OmVec3 normal, OmVec3 ray) {
+    double height = -om_dot(normal, p), steep = -om_dot(normal, ray);
+    height = fmax(height, GRAZING * om_norm(p));
+    double z = ray.z * height / fmax(steep, GRAZING);
+    return z * z * z / (height * lens->fx * lens->fy);
+}
+
+static const RoiPoint* find_nearest(int n, const RoiPoint* point, double u, double v) {
+    const RoiPoint* nearest = point;
+    double best = INFINITY;
+    for (int i = 0; i < n; ++i) {
+        double du = u - point[i].u, dv = v - point[i].v, d = du * du + dv * dv;
+        if (d >= best) continue;
+        best = d;
+        nearest = &point[i];
     }
+    return nearest;
+}
+
+// Beside the ROI's known place a pixel has the area that it shows of the board, so that a ROI which lies there counts
+// by its size. An organ is curved, and its ROI may end on a slope: there a pixel has the mean area of the ROI's pixels.
+// With the area at the nearest point a kidney's tumour that lay 0.7 mm aside counted 11 % too much, and was seen to
+// 88 % where rays saw 83 %; with the plane at the nearest point to 90 % where rays saw 80 %.
+static void fill_weights(OmRoiMeter* m, const OmCamera* camera, int n, const RoiPoint* point,
+                         const OmPicture* bare) {
+    const OmWindow* w = &m->window;
+    const OmLens lens = om_camera_lens(camera);
+    const OmQuat to_camera = om_quat_conj(camera->pose_world_camera.q);
+    double sum = 0;
+    int nroi = 0;
+    for (int k = 0; k < w->width * w->height; ++k) {
+        double u = w->column + k % w->width + 0.5, v = w->row + k / w->width + 0.5;
+        const RoiPoint* q = find_nearest(n, point, u, v);
+        OmVec3 ray = om_quat_rotate(to_camera, om_camera_ray(camera, u, v));
+        double du = u - q->u, dv = v - q->v;
+        bool is_roi = is_roi_pixel(bare, k), is_near = du * du + dv * dv <= q->near2;
+        double area = area_of(&lens, q->p, is_roi ? q->drawn : q->ground, ray);
+        if (!is_roi && m->site->has_organ) area = -1;  // the mean, below
+        m->weight[k] = is_near ? (float)area : 0.0f;
+        sum += is_near && is_roi ? area : 0;
+        nroi += is_near && is_roi;
+    }
+    double mean = nroi > 0 ? sum / nroi : 0;
+    for (int k = 0; k < w->width * w->height; ++k)
+        if (m->weight[k] < 0) m->weight[k] = (float)mean;
 }
 
 static double add_roi_pixels(const OmRoiMeter* m, OmWindow at, const OmPicture* color) {
@@ -177,10 +209,10 @@ static OmStatus look_without_tissue(OmRoiMeter* m, const OmCamera* camera) {
     m->window = window_of(camera, n, point);
     if (m->window.width > 0) {
         OM_ALLOC_DONE(m->weight, (size_t)m->window.width * (size_t)m->window.height);
-        fill_weights(&m->window, n, point, m->weight);
         OM_TRY_DONE(om__view_create(camera, m->site, &view));
         OM_TRY_DONE(om_view_look(view, NULL, &seen));
         OM_TRY_DONE(om__view_render_bare(view, m->window, &bare));
+        fill_weights(m, camera, n, point, &bare);
         m->whole = add_roi_pixels(m, m->window, &bare);
         m->most = (double)seen.nseen / seen.npoint;  // the ROI has points
     }
