@@ -292,6 +292,8 @@ static void check_learning(OmLoop* loop, bool* needs_tick) {
 }
 
 static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
+    // nothing is learnt in state 3
+    if (loop->warning == 3 && !loop->is_overruled) loop->look_begin = loop->time;
     OM_TRY(om__look_take(loop, needs_tick));
     if (*needs_tick) return OM_OK;
     if (loop->action.outcome == OM_ACTION_WARNED)

@@ -155,6 +155,7 @@ struct OmLoop {
     double monitor_limit[3];  // m
     int warning;              // state of Alg. 5
     int warning_action;       // largest during the current action
+    double state3_begin;      // s, since when it is 3
     bool has_grasped;         // tissue, in this operation
     bool is_overruled;        // a person continues in state 3
     bool has_effect_due;      // of the last update on mu
