@@ -11,7 +11,7 @@
 // begins with a mark that shows another order. A file that ends within a record was cut off: the records before it are
 // good. One function writes and reads each structure.
 //
-// Pictures are compressed by zlib at level 1: a colour picture as its difference from the one before of the same camera,
+// Pictures are compressed by zlib at level 1: a colour picture as its difference from the camera's last one,
 // depth as differences of neighbours in a row, its two bytes in planes of their own. Measured on 300 frames of
 // scenes/belief.yaml (320 x 240, colour and noisy depth): 58 kB and 2.4 ms of processor time a frame. Rejected: colour
 // as differences in a row and zlib's default strategy, 125 kB and 4.8 ms; the default strategy, 69 kB and 2.8 ms;

@@ -144,6 +144,18 @@ static void test_a_difference_is_named(void** state) {
     assert_non_null(strstr(r.now, "\"optimal\": true"));
     assert_non_null(strstr(r.reason, "line 2"));
     om_replay_result_done(&r);
+    // one decision more in the run
+    char* text = read_text(path_of("run", "audit.jsonl"));
+    OmText more = {0};
+    assert_ok(om_text_append(&more, "%s{\"event\": \"plan\"}\n", text));
+    assert_ok(om_file_write(path_of("changed", "audit.jsonl"), more.str, more.len));
+    assert_ok(replay_run("changed", 1, &r));
+    assert_int_equal(r.line, r.nline);
+    assert_string_equal(r.was, "{\"event\": \"plan\"}");
+    assert_string_equal(r.now, "");
+    om_replay_result_done(&r);
+    om_text_done(&more);
+    om_free(text);
     // another scene, though nothing else of it changed: the head has its hash
     copy_file("audit.jsonl");
     write_changed("belief.yaml", "name: ", "name: x");

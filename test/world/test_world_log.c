@@ -5,6 +5,7 @@
 #include "omentum/world_log.h"
 #include "plain_world.h"
 #include "test_alloc.h"
+#include "world/world_log_file.h"
 
 #define STEP 0.02  // s
 enum { WIDTH = 12, HEIGHT = 9, NTICK = 40 };
@@ -42,6 +43,7 @@ static void fill_depth(PictureWorld* w, OmDepthPicture* p, OmRng* rng) {
     p->depth = om_alloc(WIDTH * HEIGHT, sizeof *p->depth);
     for (int i = 0; i < WIDTH * HEIGHT; ++i)
         p->depth[i] = (float)(w->raw[i] = om_rng_range(rng, 0.05, 6.6));
+    p->depth[20] = (float)(w->raw[20] = 6.58);  // beyond 65,535 counts
     p->depth[3] = NAN, p->depth[7] = INFINITY, p->depth[9] = 0, p->depth[11] = -1;
 }
 
@@ -205,16 +207,13 @@ static void test_depth_is_rounded_before_it_is_used(void** state) {
     assert_ok(om_world_create_recorded(&w.plain.head, log_path(), &world));
     OmObservation obs = {0};
     assert_ok(om_world_observe(world, OM_OBSERVE_DEPTH, &obs));
-    int nfar = 0;
     for (int i = 0; i < WIDTH * HEIGHT; ++i) {
         double depth = (double)obs.rgbd.depth[i], count = depth / 1e-4;
         bool has_none = i == 3 || i == 7 || i == 9 || i == 11 || w.raw[i] >= 6.55355;
-        nfar += w.raw[i] >= 6.55355;
         // half a count, and the rounding of a float at 6 m
         assert_near(depth, has_none ? 0 : w.raw[i], 0.5e-4 + 1e-6);
         assert_near(count, round(count), 0.01);
     }
-    assert_true(nfar > 0);  // beyond 65,535 counts
     om_observation_done(&obs);
     om_world_destroy(world);
 }
@@ -288,6 +287,35 @@ static void test_a_damaged_log_is_never_whole(void** state) {
         if (status == OM_OK && info.is_complete) fail_msg("byte %zu changed: not noticed", i);
         data[i] ^= 4;
     }
+    om_free(data);
+}
+
+// Each record is good, but one of them is missing, or two have changed places.
+static void test_a_log_without_a_record_is_damaged(void** state) {
+    (void)state;
+    uint64_t hash[NTICK];
+    OmWorldLogInfo info;
+    char* data;
+    size_t size, at[4] = {20};  // behind the file's first line
+    record(hash);
+    assert_ok(om_file_read(log_path(), 1 << 24, &data, &size));
+    for (int k = 0; k < 3; ++k) {
+        LogRecordHead head;
+        memcpy(&head, data + at[k], sizeof head);
+        at[k + 1] = at[k] + sizeof head + head.size;
+    }
+    char* changed = malloc(size);
+    const size_t n1 = at[2] - at[1], n2 = at[3] - at[2];
+    memcpy(changed, data, at[1]);
+    memcpy(changed + at[1], data + at[2], size - at[2]);
+    write_bytes(changed, size - n1);
+    assert_status(om_world_log_check(log_path(), &info), OM_INVALID);
+    memcpy(changed, data, size);
+    memcpy(changed + at[1], data + at[2], n2);
+    memcpy(changed + at[1] + n2, data + at[1], n1);
+    write_bytes(changed, size);
+    assert_status(om_world_log_check(log_path(), &info), OM_INVALID);
+    free(changed);
     om_free(data);
 }
 
@@ -432,6 +460,7 @@ int main(void) {
         cmocka_unit_test(test_depth_is_rounded_before_it_is_used),
         cmocka_unit_test(test_another_call_is_named),
         cmocka_unit_test(test_a_damaged_log_is_never_whole),
+        cmocka_unit_test(test_a_log_without_a_record_is_damaged),
         cmocka_unit_test(test_a_cut_log_is_played_up_to_the_cut),
         cmocka_unit_test(test_a_killed_run_leaves_its_observations),
         cmocka_unit_test(test_bad_values_and_files_are_refused),
