@@ -43,7 +43,7 @@ bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRe
     if (row == OM_RETRACTION_DEFRAS) return true;
     if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return is_scenario;
     if (s->def->is_quick && (is_scenario || row != OM_RETRACTION_NO_LEARNING)) return false;
-    return (s->def->parts & OM_RETRACTION_ABLATIONS) && is_ablated;
+    return is_ablated;
 }
 
 static int count_wanted(const OmStudyRetractionDef* d, int all, int quick) {
@@ -51,26 +51,62 @@ static int count_wanted(const OmStudyRetractionDef* d, int all, int quick) {
     return d->ncase > 0 && d->ncase < n ? d->ncase : n;
 }
 
-static RetractionCase* add_case(Retraction* s) { return &s->result[s->ncase++].c; }
+// Is a run of DEFRAS of this case in the folder?
+static bool is_there(const Retraction* s, const char* name) {
+    char file[96], path[1024];
+    snprintf(file, sizeof file, "%s-defras.bin", name);
+    return om_path_join(s->def->out_dir, file, path, sizeof path) == OM_OK && om_path_exists(path);
+}
 
+static OmStatus add_scenario(Retraction* s, int number, RetractionKind kind, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "scenario-%d-%s", number, om__retraction_kind_name[kind]);
+    if (!is_asked && !is_there(s, name)) return OM_OK;
+    r->is_asked = is_asked;
+    ++s->ncase;
+    return om__retraction_scenario(number, kind, s->def->is_quick, &r->c);
+}
+
+static OmStatus add_pair(Retraction* s, int seed, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "pair-%d-%s", seed,
+             om__retraction_kind_name[om__retraction_pair_kind(seed)]);
+    if (!is_asked && !is_there(s, name)) return OM_OK;
+    r->is_asked = is_asked;
+    ++s->ncase;
+    return om__retraction_pair(seed, s->def->is_quick, &r->c);
+}
+
+static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
+    if (!is_asked && !is_there(s, c.name)) return;
+    s->result[s->ncase].is_asked = is_asked;
+    s->result[s->ncase++].c = c;
+}
+
+// The cases of the parts that were asked for, and all others that the folder has.
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
     const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;
-    if (d->parts & OM_RETRACTION_SCENARIOS || is_ablated)
-        for (int i = 0, n = count_wanted(d, RETRACTION_NSCENARIO, 1); i < n; ++i) {
-            OM_TRY(om__retraction_scenario(i + 1, RETRACTION_FEWER, d->is_quick, add_case(s)));
-            OM_TRY(om__retraction_scenario(i + 1, RETRACTION_MORE, d->is_quick, add_case(s)));
-        }
-    if (d->parts & OM_RETRACTION_RANDOM)
-        for (int i = d->first, n = i + count_wanted(d, RETRACTION_NPAIR, 1);
-             i < n && i < RETRACTION_NPAIR; ++i)
-            OM_TRY(om__retraction_pair(RETRACTION_FIRST_PAIR + i, d->is_quick, add_case(s)));
-    if (d->parts & OM_RETRACTION_LABORATORY)
-        for (int i = 0, n = count_wanted(d, RETRACTION_NLAB, 1); i < n; ++i)
-            *add_case(s) = om__retraction_lab(i, d->is_quick);
-    if (d->parts & OM_RETRACTION_KIDNEY)
-        for (int i = 0, n = count_wanted(d, RETRACTION_NKIDNEY, 1); i < n; ++i)
-            *add_case(s) = om__retraction_kidney(i, d->data, d->is_quick);
+    const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated
+                              ? count_wanted(d, RETRACTION_NSCENARIO, 1)
+                              : 0;
+    for (int i = 0; i < RETRACTION_NSCENARIO; ++i) {
+        OM_TRY(add_scenario(s, i + 1, RETRACTION_FEWER, i < nscenario));
+        OM_TRY(add_scenario(s, i + 1, RETRACTION_MORE, i < nscenario));
+    }
+    const int nlab = d->parts & OM_RETRACTION_LABORATORY ? count_wanted(d, RETRACTION_NLAB, 1) : 0;
+    for (int i = 0; i < RETRACTION_NLAB; ++i)
+        add_other(s, om__retraction_lab(i, d->is_quick), i < nlab);
+    int npair = d->parts & OM_RETRACTION_RANDOM ? RETRACTION_NPAIR : is_ablated ? NABLATED : 0;
+    if (npair > 0) npair = count_wanted(d, npair, 1);
+    for (int i = 0; i < RETRACTION_NPAIR; ++i)
+        OM_TRY(add_pair(s, RETRACTION_FIRST_PAIR + i, i >= d->first && i < d->first + npair));
+    const int nkidney =
+        d->parts & OM_RETRACTION_KIDNEY ? count_wanted(d, RETRACTION_NKIDNEY, 1) : 0;
+    for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i)
+        add_other(s, om__retraction_kidney(i, d->data, d->is_quick), i < nkidney);
     return OM_OK;
 }
 

@@ -36,6 +36,7 @@ typedef struct RetractionCeiling {  // an exhaustive search with the true attach
 
 typedef struct RetractionResult {  // of a case
     RetractionCase c;
+    bool is_asked;  // its part was asked for: missing runs are made; else they are only read
     bool has_ceiling, has_run[OM_RETRACTION_NROW];
     RetractionCeiling ceiling;
     RetractionRun run[OM_RETRACTION_NROW];
@@ -71,6 +72,8 @@ extern const char* const om__retraction_row_title[OM_RETRACTION_NROW];  // for p
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row);
 // Read what the folder has, make what is missing, as many at once as there are workers.
 OmStatus om__retraction_run_cases(Retraction* s);
+// The plan before of a case; OM_IO: it is not in the folder.
+OmStatus om__retraction_load_preplan(const Retraction* s, const RetractionCase* c, OmPreplan* plan);
 OmStatus om__retraction_run_threshold(Retraction* s);
 OmStatus om__retraction_run_replan(Retraction* s);
 // A random state of Table 6.4: one block above the ROI, a share of the others fixed in a patch.

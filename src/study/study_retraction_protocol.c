@@ -205,12 +205,16 @@ OmStatus om__retraction_scenario(int scenario, RetractionKind kind, bool is_quic
     return OM_OK;
 }
 
-OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c) {
+RetractionKind om__retraction_pair_kind(int seed) {
     static const RetractionKind kind[10] = {
         RETRACTION_FEWER, RETRACTION_FEWER, RETRACTION_FEWER, RETRACTION_MORE, RETRACTION_MORE,
         RETRACTION_MORE,  RETRACTION_OTHER, RETRACTION_OTHER, RETRACTION_NONE, RETRACTION_SAME};
+    return kind[seed % 10];
+}
+
+OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c) {
     *c = (RetractionCase){.group = RETRACTION_PAIR, .is_quick = is_quick};
-    OM_TRY(draw_case(seed, kind[seed % 10], c));
+    OM_TRY(draw_case(seed, om__retraction_pair_kind(seed), c));
     snprintf(c->name, sizeof c->name, "pair-%d-%s", seed, om__retraction_kind_name[c->kind]);
     return OM_OK;
 }

@@ -56,6 +56,7 @@ typedef struct RetractionCase {  // tissue with true and believed attachments
 OmStatus om__retraction_scenario(int scenario, RetractionKind kind, bool is_quick,
                                  RetractionCase* c);
 // A pair of a layout and a belief, seed RETRACTION_FIRST_PAIR and above.
+RetractionKind om__retraction_pair_kind(int seed);
 OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c);
 // A case of the laboratory (0 to 8: A, B, C x belief fewer, more, same) and of the kidney (0 to 3).
 RetractionCase om__retraction_lab(int i, bool is_quick);

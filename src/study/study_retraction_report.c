@@ -171,6 +171,50 @@ static OmStatus add_group(const Retraction* s, RetractionGroup group, const char
     return OM_OK;
 }
 
+// ---- Table 6.2 --------------------------------------------------------------------------------------------
+
+#define NPLAN 6
+
+static void put_plan(const RetractionCase* c, const OmPreplan* plan, double epsilon,
+                     char cell[NPLAN][WORD]) {
+    snprintf(cell[0], WORD, "%d", c->number);
+    snprintf(cell[1], WORD, "%d of %d", plan->nexposing, plan->ntried);
+    for (int i = 2; i < NPLAN; ++i) snprintf(cell[i], WORD, "-");
+    if (plan->chosen < 0) return;
+    const OmPreplanPoint* p = &plan->point[plan->chosen];
+    snprintf(cell[2], WORD, "(%d,%d)", p->block % plan->n + 1, p->block / plan->n + 1);
+    snprintf(cell[3], WORD, "%.0f", 100 * p->visibility);
+    snprintf(cell[4], WORD, "%d", p->naction);
+    snprintf(cell[5], WORD, "%.2f", p->force / epsilon);
+}
+
+static OmStatus add_plans(const Retraction* s, OmReport* report) {
+    static const char* const heading[NPLAN] = {
+        "scenario", "points that expose", "chosen", "visibility, %", "actions", "F_max / epsilon"};
+    char text[RETRACTION_NSCENARIO][NPLAN][WORD];
+    const char* cell[RETRACTION_NSCENARIO * NPLAN];
+    int n = 0;
+    OmPreplan* plan;
+    OM_ALLOC(plan, 1);
+    for (int i = 0; i < s->ncase; ++i) {
+        const RetractionCase* c = &s->result[i].c;
+        if (c->group != RETRACTION_SCENARIO || c->kind != RETRACTION_FEWER ||
+            om__retraction_load_preplan(s, c, plan) != OM_OK)
+            continue;
+        put_plan(c, plan, s->sum.epsilon, text[n]);
+        for (int k = 0; k < NPLAN; ++k) cell[n * NPLAN + k] = text[n][k];
+        ++n;
+    }
+    om_free(plan);
+    if (n == 0) return OM_OK;
+    om_report_heading(report, "Plans before (Table 6.2)");
+    om_report_table(report, heading, NPLAN, cell, n);
+    om_report_paragraph(report,
+                        "The thesis: visibility 100, 100, 100, 95, 80, 100, 93, 100 %; actions "
+                        "4, 6, 6, 5, 5, 5, 5, 5; F_max 1.0 to 2.0 epsilon, median 1.3.");
+    return OM_OK;
+}
+
 // ---- epsilon and Table 6.4 --------------------------------------------------------------------------------
 
 static void add_threshold(const Retraction* s, OmReport* report) {
@@ -227,6 +271,7 @@ static void add_outcome(const Retraction* s, OmReport* report) {
 }
 
 static OmStatus add_parts(const Retraction* s, OmReport* report) {
+    OM_TRY(add_plans(s, report));
     OM_TRY(add_group(
         s, RETRACTION_SCENARIO, "Scenarios (Table 6.3)", s->sum.scenario,
         "The thesis: DEFRAS 13 of 16, medians of 100 %, 8 actions, 18 force events, 2.0 "

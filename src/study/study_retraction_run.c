@@ -175,7 +175,8 @@ static OmStatus make_preplan(const Retraction* s, Task* t) {
     return status;
 }
 
-static OmStatus load_preplan(const Retraction* s, const RetractionCase* c, OmPreplan* plan) {
+OmStatus om__retraction_load_preplan(const Retraction* s, const RetractionCase* c,
+                                     OmPreplan* plan) {
     char name[96], path[MAX_PATH];
     preplan_name(c, name, sizeof name);
     OM_TRY(om_path_join(s->def->out_dir, name, path, sizeof path));
@@ -196,7 +197,7 @@ static OmStatus make_run(const Retraction* s, Task* t) {
     OmStatus status = OM_OK;
     if (has_preplan(t->row)) {
         OM_ALLOC_DONE(plan, 1);
-        OM_TRY_DONE(load_preplan(s, &t->result->c, plan));
+        OM_TRY_DONE(om__retraction_load_preplan(s, &t->result->c, plan));
         def.preplan = plan;
     }
     OM_TRY_DONE(om_retract_run(&def, NULL, &result));
@@ -281,17 +282,30 @@ static OmStatus run_batches(Retraction* s, Task* task, int n) {
     return OM_OK;
 }
 
-// The tasks of a case that are not in the folder yet.
-static OmStatus list_tasks(Retraction* s, RetractionResult* r, Task* task, int* n) {
-    for (int row = 0; row <= CEILING; ++row) {
-        if (row != CEILING && !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)row)) continue;
-        OM_TRY(open_task(r, row, &task[*n]));
-        ++s->sum.nrun;
-        if (load(s, &task[*n]))
-            mark(&task[*n]);
-        else
-            ++*n;
-    }
+// The tasks that are not in the folder yet: DEFRAS of all cases first, searches before FRAS with the true attachments.
+static OmStatus list_tasks(Retraction* s, Task* task, int* n) {
+    static const int order[CEILING + 1] = {
+        OM_RETRACTION_DEFRAS,      OM_RETRACTION_FRAS,       CEILING,
+        OM_RETRACTION_FRAS_TRUE,   OM_RETRACTION_NO_PREPLAN, OM_RETRACTION_NO_MONITOR,
+        OM_RETRACTION_NO_LEARNING, OM_RETRACTION_NO_NETWORK, OM_RETRACTION_ONE_ARM};
+    for (int k = 0; k <= CEILING; ++k)
+        for (int i = 0; i < s->ncase; ++i) {
+            RetractionResult* r = &s->result[i];
+            if (order[k] != CEILING &&
+                !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)order[k]))
+                continue;
+            const bool is_ablation = order[k] != CEILING && order[k] > OM_RETRACTION_FRAS_TRUE;
+            const int part = is_ablation ? OM_RETRACTION_ABLATIONS : ~OM_RETRACTION_ABLATIONS;
+            const bool is_made =
+                r->is_asked && (order[k] == OM_RETRACTION_DEFRAS || s->def->parts & part);
+            OM_TRY(open_task(r, order[k], &task[*n]));
+            const bool is_there = load(s, &task[*n]);
+            s->sum.nrun += is_there || is_made;
+            if (is_there)
+                mark(&task[*n]);
+            else
+                *n += is_made;
+        }
     return OM_OK;
 }
 
@@ -322,7 +336,7 @@ OmStatus om__retraction_run_cases(Retraction* s) {
     Task *task = NULL, *plan = NULL;
     OM_CALLOC_DONE(task, most);
     OM_CALLOC_DONE(plan, most);
-    for (int i = 0; i < s->ncase; ++i) OM_TRY_DONE(list_tasks(s, &s->result[i], task, &n));
+    OM_TRY_DONE(list_tasks(s, task, &n));
     s->sum.nnew += n;
     OM_TRY_DONE(make_preplans(s, task, n, plan));
     status = run_batches(s, task, n);
