@@ -46,7 +46,7 @@ ENGINE = "tissue/tissue_internal.h"  # private to tissue, but for the engines of
 C_HEADERS = set("""assert.h complex.h ctype.h errno.h fenv.h float.h inttypes.h iso646.h limits.h locale.h
 math.h setjmp.h signal.h stdalign.h stdarg.h stdatomic.h stdbool.h stddef.h stdint.h stdio.h stdlib.h
 stdnoreturn.h string.h tgmath.h threads.h time.h uchar.h wchar.h wctype.h
-dirent.h fcntl.h fnmatch.h glob.h libgen.h poll.h pthread.h sched.h strings.h termios.h unistd.h
+dirent.h dlfcn.h fcntl.h fnmatch.h glob.h libgen.h poll.h pthread.h sched.h strings.h termios.h unistd.h
 sys/file.h sys/ioctl.h sys/mman.h sys/random.h sys/resource.h sys/stat.h sys/statvfs.h sys/time.h sys/types.h sys/wait.h
 immintrin.h arm_neon.h""".split())
 

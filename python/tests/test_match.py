@@ -1,4 +1,6 @@
 """Scans, updates of the twin, and networks: against simulated truth, and physics against the network's answers."""
+import ctypes
+
 import numpy as np
 import pytest
 
@@ -67,6 +69,10 @@ def test_the_attachments_are_found_from_a_depth_picture(lifted, alive):
 def test_network_and_physics_together(lifted):
     scene, twin, world, begin, now = lifted
     net = om.BanetNet.load()
+    installed = ctypes.c_void_p()
+    om.lib.om_banet_net_load(None, ctypes.byref(installed))  # found beside the library, not beside Python
+    assert om.lib.om_banet_net_hash(installed) == om.lib.om_banet_net_hash(net._c)
+    om.lib.om_banet_net_destroy(installed)
     assert 0 < net.threshold < 1 and net.nparameter > 1e6 and float(net.fact("validation_dsc")) > 0.5
     scan = om.Scan.from_observation(world.observe(om.DEPTH | om.COLOR), twin.site, world)
     estimate = om.Matcher(scene, twin.site, net=net).update([om.Acquisition(scan, [(0, begin, now)])])

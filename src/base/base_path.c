@@ -6,6 +6,7 @@
 #define _GNU_SOURCE  // flock, getrandom, renameat2, realpath
 #include <ctype.h>
 #include <dirent.h>
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -50,18 +51,38 @@ OmStatus om_path_dir(const char* path, char* out, size_t size) {
     return OM_OK;
 }
 
-OmStatus om_path_share(const char* name, char* out, size_t size) {
-    char exe[1024], dir[1024];
-    ssize_t n = readlink("/proc/self/exe", exe, sizeof exe - 1);
-    exe[n > 0 ? n : 0] = 0;
-    OM_TRY(om_path_dir(exe, dir, sizeof dir));
-    const char* place[] = {"../share/omentum", "../../..", "../../../..",
-                           "."};  // installed, build tree
-    for (size_t i = 0; i < sizeof place / sizeof *place; ++i) {
-        char base[2048];
-        OM_TRY(om_path_join(dir, place[i], base, sizeof base));
+static const char place_of_library[] = "";  // an address inside of the library, for dladdr
+
+// The first place below the folder of `file` that has `name`; out is "" if none has.
+static OmStatus find_beside(const char* file, const char* const* place, const char* name, char* out,
+                            size_t size) {
+    char dir[1024], base[2048];
+    OM_TRY(om_path_dir(file, dir, sizeof dir));
+    for (; *place; ++place) {
+        OM_TRY(om_path_join(dir, *place, base, sizeof base));
         OM_TRY(om_path_join(base, name, out, size));
         if (om_path_exists(out)) return OM_OK;
+    }
+    out[0] = 0;
+    return OM_OK;
+}
+
+OmStatus om_path_share(const char* name, char* out, size_t size) {
+    // installed, or in the build tree
+    static const char* const by_program[] = {"../share/omentum", "../../..", "../../../..", ".",
+                                             NULL};
+    // installed in lib or lib/<architecture>, in the Python package, or in the build tree
+    static const char* const by_library[] = {"../share/omentum", "../../share/omentum", "../share",
+                                             "../..", NULL};
+    char exe[1024];
+    ssize_t n = readlink("/proc/self/exe", exe, sizeof exe - 1);
+    exe[n > 0 ? n : 0] = 0;
+    OM_TRY(find_beside(exe, by_program, name, out, size));
+    if (out[0]) return OM_OK;
+    Dl_info library;
+    if (dladdr(place_of_library, &library) && library.dli_fname) {
+        OM_TRY(find_beside(library.dli_fname, by_library, name, out, size));
+        if (out[0]) return OM_OK;
     }
     return om_error(OM_IO, "%s is not installed beside %s", name, exe);
 }
