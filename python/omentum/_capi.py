@@ -2297,6 +2297,8 @@ class OmSceneTask(Struct):
     // m: length of a fold, away from the camera or beyond the ROI. Beyond it a fold continues only
     // while visibility increases. Default 100 mm.
     double retract;
+    // Grasping points tried in the twin before a new plan during the operation, 0 to 16: look ahead. Default 0.
+    int ahead;
 } OmSceneTask;"""
     grid: int
     force_threshold: float
@@ -2310,6 +2312,7 @@ class OmSceneTask(Struct):
     time_step: float
     max_actions: int
     retract: float
+    ahead: int
 
 
 class OmSceneUpdate(Struct):
@@ -3579,6 +3582,21 @@ class OmCalibrationTissueDef(Struct):
     cookie: int
 
 
+class OmAheadDef(Struct):
+    """typedef struct OmAheadDef {
+    OmCookie cookie;
+    const OmScene* scene;  // borrowed until destroy: task and endoscope
+    const OmSite* site;    // of the twin; borrowed until destroy
+    int npoint;  // points tried for one plan, at most; default: the task's `ahead`, or 3 where this is 0
+    int max_step;  // steps of the twin for one plan; default 3000
+} OmAheadDef;"""
+    cookie: int
+    scene: Any
+    site: Any
+    npoint: int
+    max_step: int
+
+
 class OmPsm(Struct):
     """typedef struct OmPsm {
     OmPose pose_world_rcm;        // base frame at the remote centre of motion
@@ -4202,6 +4220,8 @@ class OmRetractResult(Struct):
     double wall_time;  // s it took here
     double twin_step_ms;  // mean wall time of a twin step
     int nplan;            // plans made
+    int nahead;           // grasping points tried by looking ahead
+    int64_t nahead_step;  // steps of the twin that this took
     double plan_ms_median, plan_ms_max;
     int naction;
     OmRetractAction* action;
@@ -4244,6 +4264,8 @@ class OmRetractResult(Struct):
     wall_time: float
     twin_step_ms: float
     nplan: int
+    nahead: int
+    nahead_step: int
     plan_ms_median: float
     plan_ms_max: float
     naction: int
@@ -4319,6 +4341,7 @@ class OmLoopDef(Struct):
     // The plan before the operation, of the same grid; copied; default null. It is followed first, and what it tried is
     // known to the planner until the twin's attachments change.
     const OmPreplan* preplan;
+    OmAhead* ahead;  // tries grasping points of the twin before a new plan; borrowed; default null
     // Compares the twin with the depth camera; borrowed; default null. The world must observe depth. With a monitor
     // acquisitions are taken in warning states 1 and 2 alone (Alg. 5), without one after every pull and fold.
     OmMonitor* monitor;
@@ -4344,6 +4367,7 @@ class OmLoopDef(Struct):
     nlistener: int
     updater: Any
     preplan: Any
+    ahead: Any
     monitor: Any
     is_attended: bool
     needs_approval: bool
@@ -6153,7 +6177,7 @@ complete(OmSceneRegistration, [("shift", OmVec3), ("turn", OmVec3)], {})
 complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_double), ("margin", c_double)], {})
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
-complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double)], {})
+complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
@@ -6202,6 +6226,7 @@ complete(OmPressReport, [("tissue", OmTissueReport), ("nsolve", c_int), ("ncolum
 complete(OmCalibrationPath, [("name", c_char_p), ("kind", c_int), ("point", OmVec3), ("direction", OmVec3), ("along", OmVec3), ("radius", c_double), ("probe", c_void_p), ("method", c_int), ("contact_ntri", c_int), ("friction", c_double), ("speed", c_double), ("time_step", c_double), ("settle", c_double), ("nlevel", c_int), ("level", c_void_p)], {"kind": OmCalibrationPathKind, "method": OmPressMethod})
 complete(OmCalibrationSeen, [("path", c_int), ("level", c_int), ("landmark", c_int), ("x", OmVec3)], {})
 complete(OmCalibrationTissueDef, [("build", OmCalibrationBuildFn), ("ctx", c_void_p), ("contact", POINTER(OmContactDef)), ("npath", c_int), ("path", POINTER(OmCalibrationPath)), ("nlandmark", c_int), ("landmark", POINTER(c_char_p)), ("rest", c_void_p), ("nobservation", c_int), ("observation", POINTER(OmCalibrationSeen)), ("force_scale", c_double), ("ncloud_point", c_int), ("cloud_point", c_void_p), ("cookie", c_uint32)], {})
+complete(OmAheadDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("npoint", c_int), ("max_step", c_int)], {})
 complete(OmPsm, [("pose_world_rcm", OmPose), ("wrist", c_double), ("q_min", c_double * 6), ("q_max", c_double * 6), ("jaw_min", c_double), ("jaw_max", c_double)], {})
 complete(OmPsmCapsule, [("a", OmVec3), ("b", OmVec3), ("radius", c_double)], {})
 complete(OmArmObservation, [("time", c_double), ("tip", OmPose), ("q", c_double * 6), ("jaw", c_double), ("jaw_speed", c_double), ("jaw_goal", c_double), ("is_moving", c_bool), ("has_wrench", c_bool), ("force", OmVec3), ("torque", OmVec3)], {})
@@ -6231,9 +6256,9 @@ complete(OmUpdateEvent, [("stage", c_int), ("index", c_int), ("tick", c_int), ("
 complete(OmRetractSample, [("time", c_double), ("visibility", c_double), ("visibility_world", c_double), ("force", c_double), ("force_world", c_double), ("height", c_double), ("speed_rate", c_double), ("mu", c_double), ("warning", c_int)], {})
 complete(OmRetractAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("begin", c_double), ("end", c_double), ("outcome", c_int), ("visibility", c_double), ("force_max", c_double), ("force_world_max", c_double), ("is_replanned", c_bool), ("plan", c_int)], {"verb": OmPlanVerb, "outcome": OmActionOutcome})
 complete(OmRetractUpdate, [("stage", c_int), ("reason", c_char * 256), ("nacquisition", c_int), ("start_tick", c_int), ("end_tick", c_int), ("start", c_double), ("end", c_double), ("nattached_before", c_int), ("nattached_after", c_int), ("seen_share", c_double), ("before_median", c_double), ("after_median", c_double), ("estimate_ms", c_double), ("mu_before", c_double), ("mu_after", c_double)], {"stage": OmUpdateStage})
-complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
+complete(OmRetractResult, [("outcome", c_int), ("is_exposed", c_bool), ("reason", c_char * 256), ("visibility_start", c_double), ("visibility_end", c_double), ("visibility_world_end", c_double), ("force_max", c_double), ("force_world_max", c_double), ("force_more", c_double), ("force_less", c_double), ("force_factor", c_double), ("nforce", c_int), ("nforce_world", c_int), ("time", c_double), ("wall_time", c_double), ("twin_step_ms", c_double), ("nplan", c_int), ("nahead", c_int), ("nahead_step", c_int64), ("plan_ms_median", c_double), ("plan_ms_max", c_double), ("naction", c_int), ("action", POINTER(OmRetractAction)), ("nsample", c_int), ("sample", POINTER(OmRetractSample)), ("hold", c_int), ("nhold", c_int), ("ncommand", c_int), ("nmonitor", c_int), ("nwarning", c_int * 3), ("mu_max", c_double), ("nslip", c_int), ("world_ntorn", c_int), ("nacquisition", c_int), ("nupdate", c_int), ("update", POINTER(OmRetractUpdate)), ("is_settled", c_bool), ("twin_shift", c_double), ("world_shift", c_double), ("has_slid", c_bool), ("twin_nbad", c_int), ("world_nbad", c_int), ("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("hash", c_uint64)], {"outcome": OmRetractOutcome, "hold": OmHold})
 complete(OmLoopListener, [("ctx", c_void_p), ("on_begin", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("on_tick", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractSample))), ("on_plan", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmSituation), POINTER(OmPlan))), ("on_action_begin", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmPlanAction))), ("on_action_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractAction))), ("on_end", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmRetractResult))), ("on_update", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmUpdateEvent))), ("on_command", CFUNCTYPE(c_int, c_void_p, c_void_p, POINTER(OmLoopCommand))), ("on_hold", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_char_p)), ("on_warning", CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, POINTER(OmMonitorFrame)))], {})
-complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
+complete(OmLoopDef, [("cookie", c_uint32), ("task", POINTER(OmSceneTask)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("listener", POINTER(OmLoopListener)), ("nlistener", c_int), ("updater", c_void_p), ("preplan", POINTER(OmPreplan)), ("ahead", c_void_p), ("monitor", c_void_p), ("is_attended", c_bool), ("needs_approval", c_bool), ("max_age", c_double), ("max_lag", c_double), ("is_settled", c_bool), ("wall_begin", c_double)], {})
 complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)], {"kind": OmLoopCommandKind})
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
@@ -6324,6 +6349,9 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_acquisition_save": (c_int, [POINTER(OmAcquisition), c_char_p]),
     "om_action_outcome_text": (c_char_p, [c_int]),
     "om_activation_name": (c_char_p, [c_int]),
+    "om_ahead_create": (c_int, [POINTER(OmAheadDef), c_void_p, POINTER(c_void_p)]),
+    "om_ahead_default_def": (OmAheadDef, [POINTER(OmScene), POINTER(OmSite)]),
+    "om_ahead_destroy": (None, [c_void_p]),
     "om_alloc": (c_void_p, [c_size_t, c_size_t]),
     "om_alloc_alive": (c_int64, []),
     "om_alloc_count": (c_int64, []),
@@ -7262,6 +7290,7 @@ STATUS = frozenset([
     "om_acquisition_parse",
     "om_acquisition_print_example",
     "om_acquisition_save",
+    "om_ahead_create",
     "om_arena_create",
     "om_audit_create",
     "om_banet_advice_intersect",
