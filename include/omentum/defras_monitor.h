@@ -56,6 +56,7 @@ typedef struct OmMonitorFrame {
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     int npoint;   // measured points on the tissue
+    int nmoved;   // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
     int nrest;    // frames in `rest`
     int state;    // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that

@@ -208,6 +208,12 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     char network[OM_SCENE_PATH];
 } OmSceneUpdate;
 
+typedef enum OmMonitorRegion {  // whose points are compared after the first grasp
+    OM_MONITOR_TISSUE,          // all of the tissue (thesis 6.4.5)
+    // points that moved by more than 3 mm, in the picture or in the twin: lifted tissue is a small part of a sheet
+    OM_MONITOR_MOVED
+} OmMonitorRegion;
+
 typedef struct OmSceneMonitor {  // the twin compared with the depth camera during the operation
     bool is_enabled;             // default false
     // m, discrepancy above which the warning state is 1, 2 and 3; above 0, ascending; default 2, 4 and 6 mm
@@ -218,6 +224,7 @@ typedef struct OmSceneMonitor {  // the twin compared with the depth camera duri
     // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
     // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
     double quantile;
+    int region;  // OmMonitorRegion; default OM_MONITOR_TISSUE
 } OmSceneMonitor;
 
 typedef struct OmScene {

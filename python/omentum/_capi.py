@@ -321,6 +321,11 @@ class OmBeliefKind(IntEnum):
     PATCH = 3
 
 
+class OmMonitorRegion(IntEnum):
+    TISSUE = 0
+    MOVED = 1
+
+
 class OmSiteRole(IntEnum):
     TWIN = 0
     WORLD = 1
@@ -2346,6 +2351,7 @@ class OmSceneMonitor(Struct):
     // Share of the measured points that are nearer to the twin than a frame's distance; default 0.5, the median of
     // thesis 6.4.5. A larger share notices disagreement of a smaller part of the tissue, and gives more false alarms.
     double quantile;
+    int region;  // OmMonitorRegion; default OM_MONITOR_TISSUE
 } OmSceneMonitor;"""
     is_enabled: bool
     limit: Numbers
@@ -2353,6 +2359,7 @@ class OmSceneMonitor(Struct):
     rate: float
     npoint: int
     quantile: float
+    region: int
 
 
 class OmScene(Struct):
@@ -3806,6 +3813,7 @@ class OmMonitorFrame(Struct):
     double rest;  // m, mean distance of the frames before the first grasp; 0 without such frames
     double mu;    // m, distance less rest
     int npoint;   // measured points on the tissue
+    int nmoved;   // points that moved, of region OM_MONITOR_MOVED; fewer than 30: mu is 0
     int nrest;    // frames in `rest`
     int state;    // warning state, 0 to 3; 0 before the first grasp
     // The picture was older than max_age. As in a blind frame, rest and state are unchanged, and the distance is that
@@ -3822,6 +3830,7 @@ class OmMonitorFrame(Struct):
     rest: float
     mu: float
     npoint: int
+    nmoved: int
     nrest: int
     state: int
     is_stale: bool
@@ -6179,7 +6188,7 @@ complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov"
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("ahead", c_int)], {})
 complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
-complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double)], {})
+complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
@@ -6239,7 +6248,7 @@ complete(OmCloudDef, [("cookie", c_uint32), ("site", POINTER(OmSite)), ("psm", P
 complete(OmCloudField, [("def_", OmCloudDef), ("pose_task_world", OmPose), ("lo", OmVec3), ("hi", OmVec3), ("ncapsule", c_int), ("capsule", OmPsmCapsule * 8)], {})
 complete(OmCloud, [("time", c_double), ("n", c_int), ("x", c_void_p), ("pixel", c_void_p)], {})
 complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("space", OmCloudDef), ("use_color", c_bool), ("tissue", OmSenseRange), ("nray", c_int), ("max_age", c_double)], {})
-complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
+complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
 complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})

@@ -23,6 +23,8 @@
 #define R2_U 0.7548776662466927  // 1 / p and 1 / p^2 of the root p of p^3 = p + 1
 #define R2_V 0.5698402909980532
 #define MIN_ANGLE 1e-4   // tangent, half the smallest field of the simulated camera
+#define MOVED 0.003      // m, of a point that moved
+#define MIN_MOVED 30     // points
 #define TICK_SLACK 1e-6  // frame periods; rounding of a clock that sums its steps
 
 struct OmMonitor {
@@ -33,6 +35,9 @@ struct OmMonitor {
     OmSurface tissue;  // boundary of the twin's mesh
     int* tissue_vert;  // its vertices in the mesh
     OmSurfaceTree* tree;
+    // the twin in the last good frame before the first grasp
+    OmSurfaceTree* rest_tree;
+    double* rest_x;  // (tissue.nvert x 3)
     OmSurface tool[OM_MAX_ARM];
     int tissue_id, tool_id[OM_MAX_ARM];  // -1: not known
     // of one frame
@@ -78,6 +83,8 @@ static OmStatus check_def(const OmMonitorDef* d) {
              "OmSceneMonitor.npoint is %d; %d to 1,000,000", s->npoint, OM_MONITOR_MIN_POINT);
     OM_CHECK(s->quantile > 0 && s->quantile < 1, OM_INVALID,
              "OmSceneMonitor.quantile is %g; above 0 and below 1", s->quantile);
+    OM_CHECK(s->region == OM_MONITOR_TISSUE || s->region == OM_MONITOR_MOVED, OM_INVALID,
+             "OmSceneMonitor.region is %d", s->region);
     OM_CHECK(d->nray >= 256 && d->nray <= 1 << 20, OM_INVALID, "OmMonitorDef.nray is %d; 256 to %d",
              d->nray, 1 << 20);
     OM_CHECK(d->max_age > 0, OM_INVALID, "OmMonitorDef.max_age is %g s; above 0", d->max_age);
@@ -97,11 +104,19 @@ static OmStatus add_tools(OmMonitor* m) {
     return OM_OK;
 }
 
+static void keep_rest(OmMonitor* m) {
+    memcpy(m->rest_x, m->tissue.x, 3 * (size_t)m->tissue.nvert * sizeof *m->rest_x);
+    om_surface_tree_move(m->rest_tree, m->rest_x);
+}
+
 static OmStatus build_scene(OmMonitor* m) {
     const OmSite* site = m->def.space.site;
     OM_TRY(om_sense_scene_create(&m->sense));
     OM_TRY(om_tet_mesh_boundary(&site->mesh, &m->tissue, &m->tissue_vert));
     OM_TRY(om_surface_tree_create(&m->tissue, &m->tree));
+    OM_TRY(om_surface_tree_create(&m->tissue, &m->rest_tree));
+    OM_ALLOC(m->rest_x, 3 * (size_t)m->tissue.nvert);
+    keep_rest(m);
     OmSenseLook look = {.red = 1};
     OM_TRY(om_sense_scene_add(m->sense, &m->tissue, &look, &m->tissue_id));
     int id;
@@ -140,6 +155,8 @@ void om_monitor_destroy(OmMonitor* m) {
     if (!m) return;
     om_sense_scene_destroy(m->sense);
     om_surface_tree_destroy(m->tree);
+    om_surface_tree_destroy(m->rest_tree);
+    om_free(m->rest_x);
     om_surface_done(&m->tissue);
     om_free(m->tissue_vert);
     for (int a = 0; a < OM_MAX_ARM; ++a) om_surface_done(&m->tool[a]);
@@ -285,14 +302,26 @@ static OmStatus look(OmMonitor* m, const OmObservation* obs, const double* x_twi
     return OM_OK;
 }
 
-static double distance_of(OmMonitor* m, int npoint) {
+// Has a measured point, or the twin's point q closest to it, moved since before the grasp?
+static bool has_moved(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
+    if (!om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL)) return true;
+    const int* v = &m->tissue.tri_vert[3 * q->tri];
+    OmVec3 rest = om_vec3(0, 0, 0);
+    for (int k = 0; k < 3; ++k) rest = om_madd(rest, q->bary[k], om_load3(m->rest_x, v[k]));
+    return om_distance(rest, q->x) > MOVED;
+}
+
+// The distances of all points, or of the points that moved; returns how many.
+static int find_distances(OmMonitor* m, int npoint, bool is_moved_only) {
+    int n = 0;
     for (int i = 0; i < npoint; ++i) {
         OmSurfacePoint q = {0};
-        om_surface_tree_find(m->tree, om_load3(m->x, i), m->is_visible, INFINITY, &q);
-        m->distance[i] = q.distance;
+        OmVec3 p = om_load3(m->x, i);
+        om_surface_tree_find(m->tree, p, m->is_visible, INFINITY, &q);
+        if (!is_moved_only || has_moved(m, p, &q)) m->distance[n++] = q.distance;
     }
-    om_sort_doubles(m->distance, npoint);
-    return om_quantile(m->distance, npoint, m->def.settings.quantile);
+    om_sort_doubles(m->distance, n);
+    return n;
 }
 
 // ---- a frame ----------------------------------------------------------------------------------------------------
@@ -337,14 +366,20 @@ static OmStatus compare(OmMonitor* m, const OmObservation* obs, const double* x_
 }
 
 // Alg. 5, lines 5 to 17.
-static void judge(OmMonitor* m, double distance, bool has_grasped, OmMonitorFrame* f) {
-    f->distance = distance;
+static void judge(OmMonitor* m, bool has_grasped, OmMonitorFrame* f) {
+    const OmSceneMonitor* settings = &m->def.settings;
+    bool is_moved_only = has_grasped && settings->region == OM_MONITOR_MOVED;
+    int n = find_distances(m, f->npoint, is_moved_only);
+    f->nmoved = is_moved_only ? n : 0;
+    bool is_enough = !is_moved_only || n >= MIN_MOVED;
+    f->distance = is_enough ? om_quantile(m->distance, n, settings->quantile) : f->rest;
     if (!has_grasped) {
-        m->rest_sum += distance;
+        m->rest_sum += f->distance;
         f->rest = m->rest_sum / ++f->nrest;
+        keep_rest(m);
     }
     f->mu = f->distance - f->rest;
-    f->state = has_grasped ? om_monitor_next_state(&m->def.settings, f->state, f->mu) : 0;
+    f->state = has_grasped ? om_monitor_next_state(settings, f->state, f->mu) : 0;
 }
 
 OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* x_twin,
@@ -368,7 +403,7 @@ OmStatus om_monitor_frame(OmMonitor* m, const OmObservation* obs, const double* 
     bool is_good = !f.is_stale && !f.is_blind;
     if (is_good || is_first) m->good_time = obs->time;
     f.unseen = fmax(0, obs->time - m->good_time);
-    if (is_good) judge(m, distance_of(m, npoint), m->has_grasped, &f);
+    if (is_good) judge(m, m->has_grasped, &f);
     m->last = *frame = f;
     return OM_OK;
 }

@@ -295,6 +295,8 @@ static const OmYamlField update_field[] = {
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 
+static const char* const region_name[] = {"tissue", "moved", NULL};
+
 static const OmYamlField monitor_field[] = {
     {"enabled", OM_YAML_BOOL, AT(OmSceneMonitor, is_enabled),
      .help = "is the twin compared with the depth camera during the operation?"},
@@ -310,6 +312,8 @@ static const OmYamlField monitor_field[] = {
      .help = "measured points on the tissue in a frame, at most"},
     {"quantile", OM_YAML_DOUBLE, AT(OmSceneMonitor, quantile), .min = 0.1, .max = 0.99,
      .help = "of the points' distances from the twin, whose rise is the discrepancy; 0.5: median"},
+    {"region", OM_YAML_ENUM, AT(OmSceneMonitor, region), .name = region_name,
+     .help = "points compared: of all tissue, or those that moved in the picture or in the twin"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 

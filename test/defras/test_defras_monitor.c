@@ -325,6 +325,59 @@ static void the_distance_is_that_of_brute_force(void** state) {
     table_destroy(&t);
 }
 
+// A corner of the sheet, lifted by up to `height`.
+static void lift_corner(const Table* t, double height, double* x) {
+    for (int i = 0; i < t->site.mesh.nvert; ++i) {
+        OmVec3 p = om_load3(t->site.mesh.x, i);
+        double part = fmax(0, -(p.x + p.y) / 0.12);
+        om_store3(x, i, om_add(p, om_vec3(0, 0, height * part)));
+    }
+}
+
+// A lifted corner is a small part of the sheet: the median of all points does not notice it, that of moved points does.
+static void moved_points_alone_may_be_compared(void** state) {
+    (void)state;
+    Table t;
+    table_create(&t);
+    t.def.settings.region = OM_MONITOR_MOVED;
+    om_monitor_destroy(t.monitor);
+    assert_ok(om_monitor_create(&t.def, &t.monitor));
+    double* x = malloc(3 * (size_t)t.site.mesh.nvert * sizeof *x);
+    lift_corner(&t, 0.02, x);
+    // tissue and twin lie 10 mm beside the twin's mesh before the grasp
+    for (int i = 0; i < t.site.mesh.nvert; ++i) t.x[3 * i + 2] += 0.01;
+    table_see_moved(&t, 0.01);
+    table_frame(&t, false);
+    OmMonitorFrame f = table_frame(&t, true);
+    assert_true(f.nmoved == 0 && f.mu == 0);
+    memcpy(t.x, t.site.mesh.x, 3 * (size_t)t.site.mesh.nvert * sizeof *t.x);
+    om_monitor_reset(t.monitor);
+    table_see_moved(&t, 0.001);
+    f = table_frame(&t, false);
+    assert_true(f.nmoved == 0 && f.nrest == 1);
+    f = table_frame(&t, true);  // nothing moved
+    assert_true(f.nmoved == 0 && f.mu == 0 && f.distance == f.rest);
+    table_see(&t, x);
+    f = table_frame(&t, true);  // the picture alone
+    printf("picture lifted: %d of %d points moved, mu %.2f mm\n", f.nmoved, f.npoint, 1e3 * f.mu);
+    assert_true(f.nmoved > 100 && f.nmoved < f.npoint / 2 && f.mu > 0.003);
+    int npicture = f.nmoved;
+    memcpy(t.x, x, 3 * (size_t)t.site.mesh.nvert * sizeof *x);
+    f = table_frame(&t, true);  // both alike
+    assert_true(f.nmoved >= npicture && f.distance < 1e-6);
+    table_see_moved(&t, 0);
+    f = table_frame(&t, true);  // the twin alone
+    printf("twin lifted: %d of %d points moved, mu %.2f mm\n", f.nmoved, f.npoint, 1e3 * f.mu);
+    assert_true(f.nmoved > 100 && f.nmoved < f.npoint / 2 && f.mu > 0.003);
+    t.def.settings.region = OM_MONITOR_TISSUE;
+    om_monitor_destroy(t.monitor);
+    assert_ok(om_monitor_create(&t.def, &t.monitor));
+    f = table_frame(&t, true);
+    assert_true(f.nmoved == 0 && f.mu < 0.001);
+    free(x);
+    table_destroy(&t);
+}
+
 // The twin's far half lies folded 10 mm above its near half; the near half is measured. It is hidden in the twin.
 static void hidden_tissue_of_the_twin_does_not_count(void** state) {
     (void)state;
@@ -726,6 +779,7 @@ int main(void) {
         cmocka_unit_test(a_shift_after_the_grasp_is_its_state),
         cmocka_unit_test(a_shift_before_the_grasp_is_in_the_rest),
         cmocka_unit_test(the_distance_is_that_of_brute_force),
+        cmocka_unit_test(moved_points_alone_may_be_compared),
         cmocka_unit_test(hidden_tissue_of_the_twin_does_not_count),
         cmocka_unit_test(tissue_behind_the_organ_does_not_count),
         cmocka_unit_test(nothing_seen_changes_nothing),

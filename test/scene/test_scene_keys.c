@@ -61,7 +61,7 @@ static void test_a_sheet(void** state) {
         "  retract_mm: 95\n"
         "  ahead: 5\n"
         "monitor: {enabled: true, limits_mm: [1.5, 3, 7], hysteresis_mm: 0.25, rate_hz: 15, points: "
-        "400, quantile: 0.75}\n");
+        "400, quantile: 0.75, region: moved}\n");
     assert_int_equal(s.seed, 23);
     expect3(s.tissue.size, 0.101, 0.102, 0.007);
     expect3(s.tissue.cells, 11, 12, 3);
@@ -128,12 +128,14 @@ static void test_a_sheet(void** state) {
     expect(s.monitor.rate, 15);
     assert_int_equal(s.monitor.npoint, 400);
     expect(s.monitor.quantile, 0.75);
+    assert_int_equal(s.monitor.region, OM_MONITOR_MOVED);
 }
 
 static void test_limits_of_the_monitor(void** state) {
     (void)state;
     const OmSceneMonitor plain = om_scene_default().monitor;
     assert_false(plain.is_enabled);
+    assert_int_equal(plain.region, OM_MONITOR_TISSUE);
     expect(plain.limit[0], 0.002);
     expect(plain.limit[1], 0.004);
     expect(plain.limit[2], 0.006);
