@@ -71,6 +71,7 @@ typedef struct OmSituation {
     int n;                                   // blocks along a side, 1 to OM_PLAN_MAX_GRID
     bool is_fixed[OM_PLAN_MAX_BLOCK];        // the block is above attachment points
     bool is_above_roi[OM_PLAN_MAX_BLOCK];    // the block is above the ROI; at least one is
+    bool is_forbidden[OM_PLAN_MAX_BLOCK];    // a person forbade to grasp the block
     uint8_t reachable[OM_PLAN_MAX_BLOCK];    // bit a: arm a reaches the block
     uint8_t tried[OM_PLAN_MAX_BLOCK];        // bits OmTried
     OmArmSituation arm[OM_MAX_ARM];          // psm1, psm2

@@ -82,7 +82,7 @@ static bool may_follow_preplan(const OmLoop* loop) {
     const OmSituation* s = &loop->situation;
     const OmPreplanPoint* point = &p->point[p->chosen];
     return !s->is_fixed[p->chosen] && !(s->tried[p->chosen] & OM_TRIED_GRASP) &&
-           s->reachable[p->chosen] >> point->arm & 1;
+           !s->is_forbidden[p->chosen] && s->reachable[p->chosen] >> point->arm & 1;
 }
 
 OmStatus om__loop_plan(OmLoop* loop) {

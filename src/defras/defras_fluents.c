@@ -114,7 +114,7 @@ void om__sense_fluents(OmLoop* loop, OmSituation* s) {
         s->is_above_roi[b] = b == g->roi_block;
         s->tried[b] = loop->tried[b];
         s->exposure[b] = loop->exposure[b];
-        if (loop->is_forbidden[b]) s->tried[b] |= OM_TRIED_GRASP;
+        s->is_forbidden[b] = loop->is_forbidden[b];
         s->reachable[b] &= arms;
         if (g->vert[b] < 0) s->reachable[b] = 0;
         bool is_held = loop->arm[0].in_hand == b || loop->arm[1].in_hand == b;

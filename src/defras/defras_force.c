@@ -1,4 +1,4 @@
-// defras_force.c: forces of the twin corrected by measured ones, where the arms measure force (thesis 7.1 leaves it open).
+// defras_force.c: the twin's forces corrected by measured ones, where the arms measure force (open in thesis 7.1).
 //
 // Tools move the twin by position, and its pull grows with its stiffness. Where the arms measure force, the factor
 // between the measured pull and the twin's is found by least squares over all ticks with enough force, and the twin's

@@ -166,6 +166,12 @@ static OmStatus write_fluents(const OmSituation* s, OmText* t) {
     OM_TRY(write_set(s, s->is_fixed, t));
     OM_TRY(om_text_append(t, ".\n  Grasped before in vain: "));
     OM_TRY(write_set(s, tried, t));
+    bool is_any = false;
+    for (int b = 0; b < s->n * s->n; b++) is_any = is_any || s->is_forbidden[b];
+    if (is_any) {
+        OM_TRY(om_text_append(t, ".\n  Forbidden by a person: "));
+        OM_TRY(write_set(s, s->is_forbidden, t));
+    }
     OM_TRY(write_exposures(s, t));
     for (int i = 0; i < OM_MAX_ARM; i++) {
         const OmArmSituation* a = &s->arm[i];

@@ -25,24 +25,37 @@ typedef enum FluentKind {
     LIFTED,       // per arm and number of pulls
     EXPOSES,      // per end (none, fold towards, fold away), block and number of pulls
     HIDDEN,       // per block
+    FORBIDDEN,    // per block
     VISIBLE_ROI,  // one
     EXPLAIN,      // one
     NFLUENT_KIND
 } FluentKind;
 
 static const char* const fluent_name[NFLUENT_KIND] = {
-    "fixed",      "above_ROI", "reachable", "at",      "in_hand", "tried",       "closed_gripper",
-    "max_height", "max_force", "lifted",    "exposes", "hidden",  "visible_ROI", "explain"};
+    "fixed",   "above_ROI",      "reachable",  "at",          "in_hand",
+    "tried",   "closed_gripper", "max_height", "max_force",   "lifted",
+    "exposes", "hidden",         "forbidden",  "visible_ROI", "explain"};
 static const char* const tried_name[3] = {"grasp", "move_ROI", "move_away"};
 static const char* const end_name[3] = {"none", "move_ROI", "move_away"};
 
 // Fluents of a kind; `item` is an arm or a kind of try, `unit` a block or a number of pulls.
 static int slot(const OmPlanner* p, FluentKind kind, int item, int unit) {
     int nb = p->n * p->n, nlift = p->def.max_lift + 1, at = 0;
-    const int count[NFLUENT_KIND] = {
-        nb,         nb,         OM_MAX_ARM * nb, OM_MAX_ARM * nb,    OM_MAX_ARM * nb, 3 * nb,
-        OM_MAX_ARM, OM_MAX_ARM, OM_MAX_ARM,      OM_MAX_ARM * nlift, 3 * nb * nlift,  nb,
-        1,          1};
+    const int count[NFLUENT_KIND] = {nb,
+                                     nb,
+                                     OM_MAX_ARM * nb,
+                                     OM_MAX_ARM * nb,
+                                     OM_MAX_ARM * nb,
+                                     3 * nb,
+                                     OM_MAX_ARM,
+                                     OM_MAX_ARM,
+                                     OM_MAX_ARM,
+                                     OM_MAX_ARM * nlift,
+                                     3 * nb * nlift,
+                                     nb,
+                                     nb,
+                                     1,
+                                     1};
     for (int k = 0; k < (int)kind; k++) at += count[k];
     if (kind == NFLUENT_KIND) return at;
     int stride = kind == LIFTED ? nlift : kind == EXPOSES ? nb * nlift : kind < CLOSED ? nb : 1;
@@ -118,7 +131,8 @@ static OmSymbol fluent_symbol(const OmPlanner* p, FluentKind kind, int item, int
         arg[narg++] = om__asp_number(unit % (p->def.max_lift + 1));
         arg[narg++] = om__asp_function(end_name[item], NULL, 0);
         break;
-    case HIDDEN: arg[narg++] = om__plan_block_symbol(p->n, unit); break;
+    case HIDDEN:
+    case FORBIDDEN: arg[narg++] = om__plan_block_symbol(p->n, unit); break;
     case LIFTED:
         arg[narg++] = om__plan_arm_symbol(item);
         arg[narg++] = om__asp_number(unit);
@@ -194,6 +208,7 @@ static OmStatus find_fluents(OmPlanner* p) {
                  {LIFTED, OM_MAX_ARM, 1, nlift},
                  {EXPOSES, 3, 0, nb * nlift},
                  {HIDDEN, 1, 0, nb},
+                 {FORBIDDEN, 1, 0, nb},
                  {VISIBLE_ROI, 1, 0, 1},
                  {EXPLAIN, 1, 0, 1}};
     for (size_t r = 0; r < sizeof range / sizeof range[0]; r++) {
@@ -386,6 +401,7 @@ static void write_fluents(const OmPlanner* p, const OmSituation* s, bool is_expl
                           bool* want) {
     for (int b = 0; b < s->n * s->n; b++) {
         want[slot(p, FIXED, 0, b)] = s->is_fixed[b];
+        want[slot(p, FORBIDDEN, 0, b)] = s->is_forbidden[b];
         want[slot(p, ABOVE_ROI, 0, b)] = s->is_above_roi[b];
         for (int i = 0; i < OM_MAX_ARM; i++)
             want[slot(p, REACHABLE, i, b)] = s->reachable[b] >> i & 1;
