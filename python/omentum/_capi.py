@@ -3875,6 +3875,7 @@ class OmSituation(Struct):
     int n;                                   // blocks along a side, 1 to OM_PLAN_MAX_GRID
     bool is_fixed[OM_PLAN_MAX_BLOCK];        // the block is above attachment points
     bool is_above_roi[OM_PLAN_MAX_BLOCK];    // the block is above the ROI; at least one is
+    bool is_forbidden[OM_PLAN_MAX_BLOCK];    // a person forbade to grasp the block
     uint8_t reachable[OM_PLAN_MAX_BLOCK];    // bit a: arm a reaches the block
     uint8_t tried[OM_PLAN_MAX_BLOCK];        // bits OmTried
     OmArmSituation arm[OM_MAX_ARM];          // psm1, psm2
@@ -3886,6 +3887,7 @@ class OmSituation(Struct):
     n: int
     is_fixed: Numbers
     is_above_roi: Numbers
+    is_forbidden: Numbers
     reachable: Numbers
     tried: Numbers
     arm: Any
@@ -6251,7 +6253,7 @@ complete(OmMonitorDef, [("cookie", c_uint32), ("settings", OmSceneMonitor), ("sp
 complete(OmMonitorFrame, [("time", c_double), ("age", c_double), ("distance", c_double), ("rest", c_double), ("mu", c_double), ("npoint", c_int), ("nmoved", c_int), ("nrest", c_int), ("state", c_int), ("is_stale", c_bool), ("is_blind", c_bool), ("nstale", c_int), ("nblind", c_int), ("unseen", c_double)], {})
 complete(OmExposure, [("is_known", c_bool), ("exposes", c_bool), ("npull", c_int), ("fold", c_int)], {"fold": OmPlanVerb})
 complete(OmArmSituation, [("at", c_int), ("in_hand", c_int), ("is_closed", c_bool), ("is_max_height", c_bool), ("is_max_force", c_bool), ("nlift", c_int)], {})
-complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
+complete(OmSituation, [("n", c_int), ("is_fixed", c_bool * 256), ("is_above_roi", c_bool * 256), ("is_forbidden", c_bool * 256), ("reachable", c_uint8 * 256), ("tried", c_uint8 * 256), ("arm", OmArmSituation * 2), ("exposure", OmExposure * 256), ("is_visible", c_bool), ("spacing", c_double), ("center", c_void_p)], {})
 complete(OmPlanAction, [("verb", c_int), ("arm", c_int), ("block", c_int), ("time", c_int)], {"verb": OmPlanVerb})
 complete(OmPlan, [("outcome", c_int), ("n", c_int), ("naction", c_int), ("action", OmPlanAction * 64), ("grasp_block", c_int), ("grasp_arm", c_int), ("cost", c_int64 * 6), ("is_optimal", c_bool), ("is_reground", c_bool), ("ground_time", c_double), ("solve_time", c_double)], {"outcome": OmStatus})
 complete(OmPlannerDef, [("cookie", c_uint32), ("horizon", c_int), ("max_lift", c_int), ("program", c_char_p), ("seed", c_uint32), ("has_all_distances", c_bool), ("time_limit", c_double)], {})
