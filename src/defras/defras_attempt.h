@@ -3,6 +3,7 @@
 #define OMENTUM_DEFRAS_ATTEMPT_H
 
 #include "defras/defras_internal.h"
+#include "omentum/defras_preplan.h"
 #include "omentum/robot.h"
 
 // What an attempt needs. All but the limits is borrowed; the body is stepped.
@@ -35,5 +36,8 @@ typedef struct AttemptResult {
 // Grasp a block from the body's present state, pull, and fold where the ROI is still hidden. The body is left in any
 // state.
 OmStatus om__attempt_run(const Attempt* attempt, int arm, int block, AttemptResult* result);
+
+// defras_preplan.c: choose among the points that were tried; sets verdicts, counts and the reason.
+void om__preplan_choose(OmPreplan* plan, int nlowest);
 
 #endif

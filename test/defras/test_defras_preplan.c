@@ -1,4 +1,5 @@
 // The plan before an operation: the points tried, the choice, and the plan file.
+#include "defras/defras_attempt.h"
 #include "easy_scene.h"
 #include "omentum/defras_preplan.h"
 #include "omentum/world.h"
@@ -30,8 +31,11 @@ static int choose(const OmPreplan* p) {
     for (int b = 0; b < p->n * p->n; ++b) {
         if (!p->point[b].exposes) continue;
         int k = n++;
-        for (; k > 0 && p->point[order[k - 1]].force > p->point[b].force; --k)
+        for (; k > 0; --k) {
+            const OmPreplanPoint *x = &p->point[order[k - 1]], *y = &p->point[b];
+            if (x->force < y->force || (x->force == y->force && x->naction <= y->naction)) break;
             order[k] = order[k - 1];
+        }
         order[k] = b;
     }
     int best = n > 0 ? order[0] : -1;
@@ -59,6 +63,40 @@ static void the_choice_is_that_of_the_thesis(void** state) {
             assert_true(p->force <= 1.5 * plan.force_limit);
         }
     }
+}
+
+// Random points, with equal forces among them: the choice by its definition, and a reason for every other point.
+static void any_points_are_chosen_by_the_definition(void** state) {
+    (void)state;
+    int nfewer = 0;
+    for (int k = 0; k < 300; ++k) {
+        OmRng r = om_rng_init(31, (uint64_t)k);
+        memset(&other, 0, sizeof other);
+        other.n = 2 + k % 4;
+        for (int b = 0; b < other.n * other.n; ++b) {
+            OmPreplanPoint* p = &other.point[b];
+            *p = (OmPreplanPoint){.block = b, .fold = OM_PLAN_PULL, .npull = 1};
+            p->is_tried = om_rng_uniform(&r) < 0.8;
+            p->verdict = p->is_tried ? OM_PREPLAN_HIDDEN : OM_PREPLAN_ATTACHED;
+            p->exposes = p->is_tried && om_rng_uniform(&r) < 0.5;
+            p->force = p->is_tried ? 0.1 * (1 + om_rng_below(&r, 6)) : 0;
+            p->naction = p->is_tried ? 3 + (int)om_rng_below(&r, 4) : 0;
+            p->visibility = om_rng_uniform(&r);
+        }
+        om__preplan_choose(&other, 3);
+        const int best = choose(&other);
+        if (best < 0) continue;
+        const OmPreplanPoint* c = &other.point[other.chosen];
+        assert_near(c->force, other.point[best].force, 0);
+        assert_int_equal(c->naction, other.point[best].naction);
+        for (int b = 0; b < other.n * other.n; ++b) {
+            const OmPreplanPoint* p = &other.point[b];
+            assert_int_equal(p->verdict == OM_PREPLAN_CHOSEN, b == other.chosen);
+            if (p->verdict == OM_PREPLAN_MORE_ACTIONS) assert_true(p->naction > c->naction);
+            nfewer += p->exposes && p->force < c->force;
+        }
+    }
+    assert_true(nfewer > 50);  // the choice is often not the point of lowest force
 }
 
 // Whatever the truth is, the plan is the same: only the belief counts.
@@ -94,6 +132,20 @@ static void no_point_exposes(void** state) {
     run(&scene, 1, &other);
     assert_int_equal(other.point[0].verdict == OM_PREPLAN_CHOSEN, other.chosen == 0);
     assert_near(other.force_limit, 0.01, 0);
+}
+
+static void one_arm_reaches_its_side_alone(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.world.narm = 1;
+    scene.task.max_height = 0.01;
+    scene.task.retract = 0.01;
+    run(&scene, 2, &other);
+    for (int b = 0; b < 25; ++b) {
+        bool is_far = b / 5 > 2 && b % 5 < 3;  // the side of PSM2, not attached
+        assert_int_equal(other.point[b].verdict == OM_PREPLAN_OUT_OF_REACH, is_far);
+        if (other.point[b].is_tried) assert_int_equal(other.point[b].arm, 0);
+    }
 }
 
 static void a_wrong_definition_is_refused(void** state) {
@@ -237,12 +289,14 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(any_number_of_workers_gives_the_same_plan),
         cmocka_unit_test(the_choice_is_that_of_the_thesis),
+        cmocka_unit_test(any_points_are_chosen_by_the_definition),
         cmocka_unit_test(the_truth_is_not_seen),
         cmocka_unit_test(the_plan_has_the_actions_of_the_point),
         cmocka_unit_test(the_file_is_read_as_written),
         cmocka_unit_test(a_damaged_file_is_refused),
         cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(no_point_exposes),
+        cmocka_unit_test(one_arm_reaches_its_side_alone),
         cmocka_unit_test(a_wrong_definition_is_refused),
         cmocka_unit_test(it_can_be_cancelled),
     };
