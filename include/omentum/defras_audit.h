@@ -27,8 +27,8 @@
 /// | end     | outcome, reason, visibility, force by the twin, hash of the twin                            |
 ///
 /// Sources of facts: "camera", "joints" (measured tools), "twin" (its forces and attachments), "patient" (the model
-/// before the operation), "trials" (points that the plan before the operation tried in the twin), "memory" (what was
-/// tried in the operation), "person".
+/// before the operation), "trials" (points that were tried in the twin, by the plan before the operation or by looking
+/// ahead), "memory" (what was tried in the operation), "person".
 #ifndef OMENTUM_DEFRAS_AUDIT_H
 #define OMENTUM_DEFRAS_AUDIT_H
 

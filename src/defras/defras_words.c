@@ -258,14 +258,16 @@ OmStatus om_words_warning(const OmLoop* loop, int was, const OmMonitorFrame* f, 
     static const char* const act[4] = {"The robot works at its usual speed",
                                        "The robot works at half its speed and measures again",
                                        "The robot stops, measures, and plans anew",
-                                       "The robot stops and waits for a person"};
+                                       "The robot stops; if this lasts, it waits for a person"};
     const int now = om_loop_warning(loop);
     const bool is_held = loop->arm[0].in_hand >= 0 || loop->arm[1].in_hand >= 0;
     if (!is_held) return om_text_append(t, "Warning %d ends: no tissue is held.", was);
-    OM_TRY(om_text_append(t,
-                          "Warning %d, after %d: the tissue is %.1f mm from where the model "
-                          "expects it. ",
-                          now, was, 1e3 * f->mu));
+    if (now == 0)
+        OM_TRY(om_text_append(t, "Warning %d ends", was));
+    else
+        OM_TRY(om_text_append(t, "Warning %d, after %d", now, was));
+    OM_TRY(om_text_append(t, ": the tissue is %.1f mm from where the model expects it. ",
+                          1e3 * f->mu));
     return om_text_append(t, "%s.", act[now < 0 || now > 3 ? 3 : now]);
 }
 

@@ -339,7 +339,11 @@ static void test_words_of_persons_and_ends(void** state) {
     EXPECT_WORDS(om_words_warning(&loop, 1, &frame, &t),
                  "Warning 2, after 1: the tissue is 4.6 mm from where the model expects it. The "
                  "robot stops, measures, and plans anew.");
-    loop.warning = 0, loop.arm[0].in_hand = -1;
+    loop.warning = 0;
+    EXPECT_WORDS(om_words_warning(&loop, 2, &frame, &t),
+                 "Warning 2 ends: the tissue is 4.6 mm from where the model expects it. The robot "
+                 "works at its usual speed.");
+    loop.arm[0].in_hand = -1;
     EXPECT_WORDS(om_words_warning(&loop, 2, &frame, &t), "Warning 2 ends: no tissue is held.");
     OmLoopCommand c = {.kind = OM_LOOP_FORBID, .block = 6};
     EXPECT_WORDS(om_words_command(&loop, &c, &t), "A person forbade point (3,2).");
