@@ -215,7 +215,9 @@ static bool hides(const void* ctx, int b) {
     const OmExposure* e = &((const OmSituation*)ctx)->exposure[b];
     return e->is_known && !e->exposes;
 }
-static bool is_forbidden(const void* ctx, int b) { return ((const OmLoop*)ctx)->is_forbidden[b]; }
+static bool is_forbidden(const void* ctx, int b) {
+    return ((const OmSituation*)ctx)->is_forbidden[b];
+}
 
 static void put_arm(OmJson* json, const char* name, const OmArmSituation* arm, int n) {
     om_json_open(json, name, '{');
@@ -258,7 +260,7 @@ static void put_facts(OmJson* json, const OmLoop* loop, const OmSituation* s) {
     put_blocks(json, "folded_away", s, is_moved, s);
     om_json_close(json, '}');
     om_json_open(json, "person", '{');
-    put_blocks(json, "forbidden", s, is_forbidden, loop);
+    put_blocks(json, "forbidden", s, is_forbidden, s);
     om_json_close(json, '}');
     om_json_close(json, '}');
 }
