@@ -304,11 +304,12 @@ static OmStatus look(OmMonitor* m, const OmObservation* obs, const double* x_twi
 
 // Has a measured point, or the twin's point q closest to it, moved since before the grasp?
 static bool has_moved(const OmMonitor* m, OmVec3 p, const OmSurfacePoint* q) {
-    if (!om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL)) return true;
     const int* v = &m->tissue.tri_vert[3 * q->tri];
     OmVec3 rest = om_vec3(0, 0, 0);
     for (int k = 0; k < 3; ++k) rest = om_madd(rest, q->bary[k], om_load3(m->rest_x, v[k]));
-    return om_distance(rest, q->x) > MOVED;
+    if (om_distance(rest, q->x) > MOVED) return true;
+    if (om_distance(rest, p) <= MOVED) return false;  // `rest` lies on the surface of the tree
+    return !om_surface_tree_find(m->rest_tree, p, NULL, MOVED, NULL);
 }
 
 // The distances of all points, or of the points that moved; returns how many.

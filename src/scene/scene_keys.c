@@ -313,7 +313,8 @@ static const OmYamlField monitor_field[] = {
     {"quantile", OM_YAML_DOUBLE, AT(OmSceneMonitor, quantile), .min = 0.1, .max = 0.99,
      .help = "of the points' distances from the twin, whose rise is the discrepancy; 0.5: median"},
     {"region", OM_YAML_ENUM, AT(OmSceneMonitor, region), .name = region_name,
-     .help = "points compared: of all tissue, or those that moved in the picture or in the twin"},
+     .help =
+         "points compared: of all tissue, or only points that moved in the picture or in the twin"},
 };
 static const OmYamlSchema monitor_schema = {"monitor", monitor_field, COUNT(monitor_field), NULL};
 
