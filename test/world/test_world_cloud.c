@@ -3,6 +3,8 @@
 #include "test_field.h"
 
 #include "omentum/world_cloud.h"
+#include "scene/scene_site.h"
+#include "world/world_view.h"
 
 #define TOP 0.005  // m, of the sheet
 
@@ -371,6 +373,87 @@ static void test_visibility_of_painted_pictures(void** state) {
     teardown(&f);
 }
 
+#define BALL 0.025  // m
+enum { NRING = 60, NSECTOR = 120, NBALL = 4000 };
+
+// A ball in place of the organ, its ROI a cap whose far side is steep as seen by the camera.
+static void put_ball(OmSite* site, double* x, double* n) {
+    OmSurface* organ = &site->organ;
+    assert_ok(om_surface_init(organ, (NRING + 1) * NSECTOR, 2 * NRING * NSECTOR));
+    for (int r = 0; r <= NRING; ++r)
+        for (int s = 0; s < NSECTOR; ++s) {
+            double a = OM_PI * r / NRING, b = 2 * OM_PI * s / NSECTOR;
+            OmVec3 u = om_vec3(sin(a) * cos(b), sin(a) * sin(b), cos(a));
+            om_store3(organ->x, r * NSECTOR + s, om_scale(BALL, u));
+        }
+    for (int r = 0, t = 0; r < NRING; ++r)
+        for (int s = 0; s < NSECTOR; ++s, t += 2) {
+            int a = r * NSECTOR + s, b = r * NSECTOR + (s + 1) % NSECTOR;
+            int tri[6] = {a, a + NSECTOR, b, b, a + NSECTOR, b + NSECTOR};
+            memcpy(&organ->tri_vert[3 * t], tri, sizeof tri);
+        }
+    site->has_organ = true, site->has_ground = false;
+    site->roi_center = om_vec3(0, 0, BALL);
+    om_surface_done(&site->roi);
+    assert_ok(om__site_draw_roi(0.012, site));
+    om_free(site->roi_x);
+    om_free(site->roi_n);
+    site->nroi = 0, site->roi_x = x, site->roi_n = n;
+    const double top = BALL - 0.012 * 0.012 / (2 * BALL);  // equal areas have equal heights
+    for (int i = 0; i < NBALL; ++i, ++site->nroi) {
+        double z = BALL - (BALL - top) * (i + 0.5) / NBALL, a = i * OM_PI * (3 - sqrt(5));
+        OmVec3 p =
+            om_vec3(sqrt(BALL * BALL - z * z) * cos(a), sqrt(BALL * BALL - z * z) * sin(a), z);
+        om_store3(x, i, p);
+        om_store3(n, i, om_scale(1 / BALL, p));
+    }
+}
+
+// On a ball, whose far side has few pixels, half of the ROI is measured by its area.
+static void test_visibility_on_an_organ(void** state) {
+    (void)state;
+    static const unsigned char fat[3] = {220, 170, 60};
+    static double x[3 * NBALL], n[3 * NBALL];
+    OmScene scene = half_held();
+    scene.endoscope.width = 640, scene.endoscope.height = 480;
+    OmSite site;
+    OmView* view;
+    OmRoiMeter* meter;
+    assert_ok(om_site_build(&scene, OM_SITE_TWIN, NULL, &site));
+    put_ball(&site, x, n);
+    OmCamera camera = om__world_camera(&site, &scene.endoscope, -1);
+    assert_ok(om__view_create(&camera, &site, &view));
+    assert_ok(om_roi_meter_create(&site, &meter));
+    double u, v, unweighted[2] = {0, 0};
+    assert_true(om_camera_project(&camera, site.roi_center, &u, &v));
+    const int middle = (int)v;
+    for (int far = 0; far < 2; ++far) {
+        OmWorldPicture picture = {.camera = camera};
+        assert_ok(om__view_render_bare(view, (OmWindow){0, 0, 640, 480}, &picture.color));
+        int nseen = 0, nall = 0;
+        for (int i = 0; i < 640 * 480; ++i) {
+            bool is_roi = om_sense_part_of(&picture.color.pixel[3 * i]) == OM_PART_ROI;
+            bool is_hidden = (i / 640 < middle) != (far == 1);
+            nall += is_roi, unweighted[far] += is_roi && !is_hidden;
+            if (is_hidden) memcpy(&picture.color.pixel[3 * i], fat, 3);
+        }
+        unweighted[far] /= nall;
+        for (int i = 0; i < NBALL; ++i) {
+            assert_true(om_camera_project(&camera, om_load3(x, i), &u, &v));
+            nseen += (v < middle) == (far == 1);
+        }
+        double share, wanted = (double)nseen / NBALL;
+        assert_ok(om_roi_meter_look(meter, &picture, &share));
+        assert_near(share, wanted, 0.02);
+        assert_true(fabs(unweighted[far] - wanted) > 0.1);
+        om_picture_done(&picture.color);
+    }
+    om_roi_meter_destroy(meter);
+    om_view_destroy(view);
+    site.roi_x = site.roi_n = NULL;
+    om_site_done(&site);
+}
+
 // ---- a made-up field: exact -----------------------------------------------------------------------------------
 
 enum { WIDTH = 20, HEIGHT = 4 };
@@ -526,6 +609,7 @@ int main(void) {
         cmocka_unit_test(test_cloud_of_lifted_tissue),
         cmocka_unit_test(test_visibility_by_colour),
         cmocka_unit_test(test_visibility_of_painted_pictures),
+        cmocka_unit_test(test_visibility_on_an_organ),
         cmocka_unit_test(test_anatomy_and_distance_are_left_out),
         cmocka_unit_test(test_tools_stand_at_the_measured_tip),
         cmocka_unit_test(test_definitions_out_of_range),
