@@ -45,12 +45,13 @@ typedef struct Watch {
 
 // The loop's data of one arm.
 typedef struct ArmState {
-    int at;            // block that the arm was moved to, -1
-    int in_hand;       // block held, -1
-    OmVec3 grasp_tip;  // task frame, where the jaw closed
-    OmVec3 tip;        // task frame, measured
-    OmQuat q;          // world frame, measured: motions keep it
-    double lift;       // m above grasp_tip while holding
+    int at;                            // block that the arm was moved to, -1
+    int in_hand;                       // block held, -1
+    OmVec3 grasp_tip;                  // task frame, where the jaw closed
+    OmVec3 tip;                        // task frame, measured
+    OmQuat q;                          // world frame, measured: motions keep it
+    double joint[OM_PSM_NJOINT], jaw;  // measured, rad and m
+    double lift;                       // m above grasp_tip while holding
     bool is_closed;
     bool is_moving;
     bool is_max_force;
@@ -315,6 +316,12 @@ OmStatus om__loop_plan(OmLoop* loop);
 OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome);
 // End the loop between two actions or in the middle of one, at a command.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
+
+// defras_apart.c
+// Least distance of the arm's tool from the other one on a straight way to a goal, m; INFINITY where it grows from now
+// on, or is not known.
+double om__tool_gap(const OmLoop* loop, int arm, OmPose goal);
+bool om__is_apart(const OmLoop* loop, int arm, OmPose goal);  // far enough
 
 // defras_hold.c
 // Stop and wait for a person after this tick. The first alarm of a tick counts.

@@ -30,8 +30,12 @@ static OmStatus command(OmLoop* loop, bool* is_done) {
     double rate = loop->person_rate * (m->is_holding ? loop->rate * om__warn_rate(loop) : 1.0);
     *is_done = false;
     if (rate == m->commanded) return OM_OK;
-    OmStatus status = om_world_move(loop->world, m->arm, om__goal_pose(loop, m->arm, m->goal),
-                                    rate * loop->task.speed);
+    const OmPose goal = om__goal_pose(loop, m->arm, m->goal);
+    OmStatus status = OM_OK;
+    if (m->commanded < 0 && !om__is_apart(loop, m->arm, goal))
+        status = om_error(OM_INVALID, "PSM%d would come too near to the other tool", m->arm + 1);
+    else
+        status = om_world_move(loop->world, m->arm, goal, rate * loop->task.speed);
     if (status == OM_INVALID) {
         om_log(OM_LOG_INFO, "%s", om_error_message());
         om_world_stop(loop->world, m->arm);

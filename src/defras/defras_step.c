@@ -2,6 +2,8 @@
 //
 // From SLOW_FROM of the force limit (the threshold less the margin) on the motion slows down, to SLOW_RATE at the
 // limit; above it the tip almost stops, and moving tissue comes to rest.
+#include <string.h>
+
 #include "defras/defras_internal.h"
 
 #define SLOW_FROM 0.75   // fraction of the limit above which a motion slows down
@@ -157,6 +159,8 @@ OmStatus om__loop_step(OmLoop* loop) {
         ArmState* arm = &loop->arm[a];
         arm->tip = om__to_task(&loop->grid, obs.arm[a].tip.p);
         arm->q = obs.arm[a].tip.q;
+        memcpy(arm->joint, obs.arm[a].q, sizeof arm->joint);
+        arm->jaw = obs.arm[a].jaw;
         arm->is_moving = obs.arm[a].is_moving;
         arm->lift = arm->in_hand >= 0 ? arm->tip.z - arm->grasp_tip.z : 0.0;
     }
