@@ -78,6 +78,7 @@ struct OmPlanner {
     OmAsp* asp;                       // null until the first ground program
     int n;                            // grid size of the ground program
     uint8_t pair[OM_PLAN_MAX_BLOCK];  // bit a: pair(arm a, block) is grounded
+    bool has_exposure;                // known exposure is grounded
     uint64_t metric_hash;             // of the block centres of the grounded metric/3
     OmFluent* fluent;                 // see fluent_count in plan_planner.c
     OmDistanceFluent* distance;

@@ -2,7 +2,8 @@
 //
 // The program is grounded once for a grid and the blocks each arm can be at. A new situation then only switches
 // external atoms, and grounds a distance the first time it is sensed. A new control object is made when the grid
-// changes, when an arm is at a block that it could not reach before, or when too many old distances are stored.
+// changes, when an arm is at a block that it could not reach before, when too many old distances are stored, or when an
+// exposure is known for the first time.
 #include <string.h>
 
 #include "plan/plan_internal.h"
@@ -255,6 +256,12 @@ static void forget_ground(OmPlanner* p) {
     for (int i = 0; i < HASH_SIZE; i++) p->distance_hash[i] = -1;
 }
 
+static bool is_any_known(const OmSituation* s) {
+    for (int b = 0; b < s->n * s->n; b++)
+        if (s->exposure[b].is_known) return true;
+    return false;
+}
+
 // Make a new control object with the program grounded for this situation.
 static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     OmStatus status = OM_OK;
@@ -269,7 +276,12 @@ static OmStatus ground(OmPlanner* p, const OmSituation* s) {
     snprintf(horizon, sizeof horizon, "horizon=%d", p->def.horizon);
     snprintf(max_lift, sizeof max_lift, "max_lift=%d", p->def.max_lift);
     snprintf(seed, sizeof seed, "--seed=%u", p->def.seed);
-    const char* arg[] = {"-c", n, "-c", horizon, "-c", max_lift, seed, "--opt-strategy=usc"};
+    p->has_exposure = p->has_exposure || is_any_known(s);
+    const char* arg[] = {"-c", n,
+                         "-c", horizon,
+                         "-c", max_lift,
+                         "-c", p->has_exposure ? "known=1" : "known=0",
+                         seed, "--opt-strategy=usc"};
     OM_TRY_DONE(om__asp_create(arg, (int)(sizeof arg / sizeof arg[0]), &p->asp));
 
     OM_TRY_DONE(write_facts(p, s, &facts));
@@ -292,6 +304,7 @@ done:
 // Does the ground program have every atom that this situation may need?
 static bool is_grounded_for(const OmPlanner* p, const OmSituation* s) {
     if (!p->asp || p->n != s->n || p->ndistance > 6 * s->n * s->n + 64) return false;
+    if (!p->has_exposure && is_any_known(s)) return false;
     if (p->def.has_all_distances && p->metric_hash != hash_centers(s)) return false;
     uint8_t pair[OM_PLAN_MAX_BLOCK];
     pairs_of(s, pair);
