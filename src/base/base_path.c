@@ -80,7 +80,7 @@ OmStatus om_path_share(const char* name, char* out, size_t size) {
     OM_TRY(find_beside(exe, by_program, name, out, size));
     if (out[0]) return OM_OK;
     Dl_info library;
-    // of a static library it is the program as it was called, which may be relative to the current folder
+    // of a static library it is the program by the name of its call, which may be relative to the current folder
     if (dladdr(place_of_library, &library) && library.dli_fname && library.dli_fname[0] == '/') {
         OM_TRY(find_beside(library.dli_fname, by_library, name, out, size));
         if (out[0]) return OM_OK;

@@ -8,7 +8,7 @@
 #define TOOL_GAP 0.008   // m
 #define PATH_STEP 0.005  // m, between the places of the path that are looked at
 
-// Squared distance of two segments: clamped to each, then to each other (Ericson, Real-Time Collision Detection, 5.1.9).
+// Squared distance of two segments, each clamped to the other (Ericson, Real-Time Collision Detection, 5.1.9).
 static double segment_distance2(OmVec3 a, OmVec3 b, OmVec3 c, OmVec3 d) {
     const OmVec3 u = om_sub(b, a), v = om_sub(d, c), r = om_sub(a, c);
     const double uu = om_norm2(u), vv = om_norm2(v), vr = om_dot(v, r), ur = om_dot(u, r);

@@ -85,7 +85,7 @@ static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
     s->result[s->ncase++].c = c;
 }
 
-// The cases of the parts that were asked for, and all others that the folder has.
+// The cases of the parts that the user wants, and all others that the folder has.
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
     const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;

@@ -36,7 +36,7 @@ typedef struct RetractionCeiling {  // an exhaustive search with the true attach
 
 typedef struct RetractionResult {  // of a case
     RetractionCase c;
-    bool is_asked;  // its part was asked for: missing runs are made; else they are only read
+    bool is_asked;  // the user wants its part: missing runs are made; else they are only read
     bool has_ceiling, has_run[OM_RETRACTION_NROW];
     RetractionCeiling ceiling;
     RetractionRun run[OM_RETRACTION_NROW];
