@@ -52,9 +52,11 @@ typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_de
     OmCookie cookie;
 } OmStudyRetractionDef;
 
-typedef struct
-    OmRetractionScore {     // of one row over the cases of a part; medians are NAN where nrun is 0
-    int nrun, npossible;    // runs; those whose case the search exposes
+// Of one row over the cases of a part; medians are NAN where nrun is 0.
+typedef struct OmRetractionScore {
+    int nrun;
+    int npossible;          // runs whose case the search exposes, or any run of the study
+    int nunknown;           // of the others: not searched
     int nsuccess;           // exposed by the judge, true force at most 3 epsilon
     int nsuccess_possible;  // of the possible ones
     double visibility, visibility_mean, actions, events;  // medians, and a mean

@@ -124,10 +124,18 @@ static double median(double* value, int n) {
     return om_quantile(value, n, 0.5);
 }
 
+bool om__retraction_is_possible(const RetractionResult* r) {
+    bool is_possible = r->has_ceiling && r->ceiling.is_possible;
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        is_possible = is_possible || (r->has_run[row] && r->run[row].is_success);
+    return is_possible;
+}
+
 static void add_run(const RetractionResult* r, const RetractionRun* run, Columns* c,
                     OmRetractionScore* score) {
     const int i = c->n++;
-    bool is_possible = r->has_ceiling && r->ceiling.is_possible;
+    const bool is_possible = om__retraction_is_possible(r);
+    score->nunknown += !is_possible && !r->has_ceiling;
     c->visibility[i] = run->visibility;
     c->actions[i] = run->naction;
     c->events[i] = run->nforce;
@@ -137,7 +145,7 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, Columns
     score->npossible += is_possible;
     score->nsuccess += run->is_success;
     score->nsuccess_possible += run->is_success && is_possible;
-    if (run->is_success && is_possible)
+    if (run->is_success && r->has_ceiling && r->ceiling.is_possible)
         score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.naction);
     score->ntrigger += run->ntrigger;
     score->ngood += run->ngood;

@@ -26,7 +26,8 @@ static void ratio_text(char* out, double value, const char* format) {
 static void put_score(const char* title, const OmRetractionScore* r, char cell[NSCORE][WORD]) {
     snprintf(cell[0], WORD, "%s", title);
     snprintf(cell[1], WORD, "%d of %d", r->nsuccess, r->nrun);
-    snprintf(cell[2], WORD, "%d of %d", r->nsuccess_possible, r->npossible);
+    snprintf(cell[2], WORD, "%d of %d%s", r->nsuccess_possible, r->npossible,
+             r->nunknown ? ", some not searched" : "");
     ratio_text(cell[3], 100 * r->visibility, "%.0f");
     ratio_text(cell[4], 100 * r->visibility_mean, "%.0f");
     ratio_text(cell[5], r->actions, "%.3g");
@@ -265,7 +266,7 @@ static void add_outcome(const Retraction* s, OmReport* report) {
     snprintf(
         text, sizeof text,
         "DEFRAS: %d of %d scenarios exposed with a true force of at most 3 epsilon, %d of the %d that "
-        "the search exposes. The thesis: 13 of 16.",
+        "are possible. The thesis: 13 of 16.",
         d->nsuccess, d->nrun, d->nsuccess_possible, d->npossible);
     om_report_verdict(report, text, d->nsuccess_possible == d->npossible);
 }
@@ -299,7 +300,7 @@ OmStatus om__retraction_write_report(const Retraction* s) {
     om_report_paragraph(
         &report,
         "A success exposes 80 % of the ROI by the judge, who counts its points by rays, with a "
-        "true force of at most 3 epsilon. Possible are the cases that an exhaustive search of one "
+        "true force of at most 3 epsilon. Possible are the cases that a run exposed, or an exhaustive search of one "
         "arm with the true attachments exposes within this force. Pictures: blue or green where the "
         "tissue is attached, a red line around what is believed, magenta the ROI, a ring around the "
         "first grasp, a dot on the last.");
