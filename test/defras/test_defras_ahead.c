@@ -3,6 +3,7 @@
 #include "loop_rig.h"
 #include "omentum/defras_ahead.h"
 #include "omentum/defras_preplan.h"
+#include "test_alloc.h"
 
 static Rig rig;
 
@@ -126,6 +127,20 @@ static void a_run_repeats(void** state) {
     om_ahead_destroy(ahead);
 }
 
+static OmStatus create_once(void* ctx) {
+    OmAheadDef def = om_ahead_default_def(&rig.scene, &rig.twin_site);
+    OmAhead** ahead = ctx;
+    OM_TRY(om_ahead_create(&def, rig.twin, ahead));
+    om_ahead_destroy(*ahead);
+    return OM_OK;
+}
+
+static void every_allocation_may_fail(void** state) {
+    (void)state;
+    OmAhead* ahead;
+    assert_true(test_failing_allocations(create_once, &ahead, 1) > 3);
+}
+
 static void a_wrong_definition_is_refused(void** state) {
     (void)state;
     OmAhead* ahead;
@@ -158,6 +173,7 @@ int main(void) {
         cmocka_unit_test(tissue_in_hand_stays_in_hand),
         cmocka_unit_test(the_budget_counts_steps),
         cmocka_unit_test(a_run_repeats),
+        cmocka_unit_test(every_allocation_may_fail),
         cmocka_unit_test(a_wrong_definition_is_refused),
     };
     return cmocka_run_group_tests(tests, begin, end);

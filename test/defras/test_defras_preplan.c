@@ -163,6 +163,24 @@ static void a_wrong_definition_is_refused(void** state) {
     assert_int_equal(other.chosen, -1);
 }
 
+static OmStatus run_small(void* ctx) {
+    OmPreplanDef def = om_preplan_default_def(ctx);
+    def.nworker = 1;
+    return om_preplan_run(&def, NULL, &other);
+}
+
+static void a_run_may_lack_memory(void** state) {
+    (void)state;
+    OmScene scene = easy_scene();
+    scene.tissue.cells = om_vec3(4, 4, 1);
+    scene.tissue.world_cells = om_vec3(6, 6, 1);
+    scene.task.grid = 2;
+    scene.task.grasp_radius = 0.02;
+    scene.task.max_height = scene.task.retract = 0.01;
+    assert_true(test_failing_allocations(run_small, &scene, 7) > 5);
+    assert_true(other.ntried > 0);
+}
+
 // A person stops it: nothing is left.
 static bool stop_soon(void* ctx, const char* stage, double done, double total) {
     (void)stage;
@@ -298,6 +316,7 @@ int main(void) {
         cmocka_unit_test(no_point_exposes),
         cmocka_unit_test(one_arm_reaches_its_side_alone),
         cmocka_unit_test(a_wrong_definition_is_refused),
+        cmocka_unit_test(a_run_may_lack_memory),
         cmocka_unit_test(it_can_be_cancelled),
     };
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
