@@ -143,8 +143,9 @@ static void keep(const OmScene* scene, const OmRetractResult* r, RetractionRun* 
         const OmRetractUpdate* u = &r->update[i];
         const bool is_adopted = u->stage == OM_UPDATE_ADOPTED;
         run->nadopted += is_adopted;
-        // Every estimate that the monitor triggers counts; a refused one is a failure.
-        run->ntrigger += scene->monitor.is_enabled;
+        // Every estimate that the monitor triggers counts, a refused one as a failure; not an estimate that the end
+        // of the run cancelled.
+        run->ntrigger += scene->monitor.is_enabled && u->stage != OM_UPDATE_CANCELLED;
         run->ngood += scene->monitor.is_enabled && is_adopted && u->mu_after <= GOOD_MU;
     }
     for (int k = 0; k < 3; ++k) run->nwarning[k] = r->nwarning[k];
