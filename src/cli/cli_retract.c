@@ -148,10 +148,12 @@ static void print_recorded(const char* dir) {
 // Print a summary for the user.
 static void print_result(const OmScene* scene, const OmRetractResult* r, const char* dir) {
     printf("%s, layout %d: %s\n", scene->name, scene->seed, r->reason);
-    printf("  ROI visible: %.0f %% at the start, %.0f %% at the end (in the truth %.0f %%); it "
-           "counts as exposed from %.0f %% on\n",
-           100 * r->visibility_start, 100 * r->visibility_end, 100 * r->visibility_world_end,
-           100 * scene->task.visibility);
+    char truth[40] = "";
+    if (isfinite(r->visibility_world_end))
+        snprintf(truth, sizeof truth, " (in the truth %.0f %%)", 100 * r->visibility_world_end);
+    printf(
+        "  ROI visible: %.0f %% at the start, %.0f %% at the end%s; it counts as exposed from %.0f %% on\n",
+        100 * r->visibility_start, 100 * r->visibility_end, truth, 100 * scene->task.visibility);
     print_force(scene, r);
     printf(
         "  speed: %.1f s of operation in %.1f s; a twin step %.2f ms; planning %.1f ms (median of %d)\n",
