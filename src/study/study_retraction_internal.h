@@ -70,7 +70,7 @@ extern const char* const om__retraction_row_title[OM_RETRACTION_NROW];  // for p
 
 // Is this row a run of the case? Ablations are of scenarios and of the first 20 pairs.
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row);
-// Does the search expose the case, or is a run of it a success? The search has one arm and one grasp; runs may have more.
+// Does the search expose the case, or is a run of it a success? The search has one arm and one grasp.
 bool om__retraction_is_possible(const RetractionResult* r);
 // Read what the folder has, make what is missing, as many at once as there are workers.
 OmStatus om__retraction_run_cases(Retraction* s);
