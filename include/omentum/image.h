@@ -1,6 +1,6 @@
 /// omentum/image.h: volumes (CT, MR, label maps) and pictures (floor 1).
 ///
-/// Volumes are read from NIfTI and NRRD, pictures are written as PNG.
+/// Volumes are read from NIfTI and NRRD and written as NRRD, pictures are written as PNG.
 #ifndef OMENTUM_IMAGE_H
 #define OMENTUM_IMAGE_H
 
@@ -81,6 +81,10 @@ OM_API OmStatus om_volume_load_entry(const char* path, int entry, OmVolume* volu
 /// @return OM_OK; OM_INVALID (the message names the field); OM_NO_MEMORY; OM_IO
 OM_API OmStatus om_volume_load_within(const char* path, int entry, uint64_t max_size,
                                       OmVolume* volume);
+/// Write NRRD (.nrrd), uncompressed, in RAS millimetres; values are rounded to whole numbers for U8 and I16.
+/// @param type  OM_VOXEL_U8 (label maps), OM_VOXEL_I16 (CT), OM_VOXEL_F32
+/// @return OM_OK; OM_INVALID (another type, a value that does not fit); OM_NO_MEMORY; OM_IO, the old file stays
+OM_API OmStatus om_volume_save(const OmVolume* volume, OmVoxelType type, const char* path);
 /// Number of voxels.
 OM_API size_t om_volume_count(const OmVolume* volume);
 /// Value of a voxel, slope and intercept applied; 0 if it is not finite.

@@ -271,6 +271,41 @@ static void test_headers_that_lie(void** unused) {
     assert_refused(load_bytes("t.nhdr", "x\n", 2, &v), &v, "t.nhdr", "NRRD0001");
 }
 
+// Written volumes are read again: grid and values; a value that does not fit is refused, and no file is left.
+static void test_written_volumes_are_read(void** unused) {
+    (void)unused;
+    static const OmVoxelType type[] = {OM_VOXEL_U8, OM_VOXEL_I16, OM_VOXEL_F32};
+    static const double last[] = {255, -32768, 1e6}, too_much[] = {256, -32769, 0};
+    for (int t = 0; t < 3; t++) {
+        OmVolume v, back;
+        const char* path = temp_path("w.nrrd");
+        assert_ok(om_volume_init(&v, NX, NY, NZ));
+        v.grid.axis =
+            om_mat3_cols(om_vec3(7e-4, 1e-4, 0), om_vec3(0, -8e-4, 0), om_vec3(0, 0, 2e-3));
+        v.grid.origin = om_vec3(-0.01, 0.02, 0.03);
+        for (int k = 0; k < COUNT; k++) ((float*)v.voxel)[k] = (float)k + (t < 2 ? 0.4f : 0.25f);
+        ((float*)v.voxel)[COUNT - 1] = (float)last[t];
+        assert_ok(om_volume_save(&v, type[t], path));
+        assert_ok(om_volume_load(path, &back));
+        assert_int_equal(back.type, type[t]);
+        assert_near(om_distance(back.grid.origin, v.grid.origin), 0, 1e-12);
+        assert_near(om_distance(back.grid.axis.cx, v.grid.axis.cx), 0, 1e-12);
+        assert_near(om_distance(back.grid.axis.cy, v.grid.axis.cy), 0, 1e-12);
+        assert_near(om_distance(back.grid.axis.cz, v.grid.axis.cz), 0, 1e-12);
+        for (int k = 0; k < COUNT - 1; k++)
+            assert_near(om_volume_value(&back, (size_t)k), k + (t < 2 ? 0 : 0.25), 0);
+        assert_near(om_volume_value(&back, COUNT - 1), last[t], 0);
+        om_volume_done(&back);
+        remove(path);
+        ((float*)v.voxel)[COUNT - 1] = (float)too_much[t];
+        if (t < 2) {
+            assert_int_equal(om_volume_save(&v, type[t], path), OM_INVALID);
+            assert_false(om_path_exists(path));
+        }
+        om_volume_done(&v);
+    }
+}
+
 static void test_seeds_cut_and_starved(void** unused) {
     (void)unused;
     assert_seeds_are_survived("fuzz/corpus/nrrd");
@@ -286,6 +321,7 @@ int main(void) {
         cmocka_unit_test(test_spacings_and_units),
         cmocka_unit_test(test_detached_voxels),
         cmocka_unit_test(test_headers_that_lie),
+        cmocka_unit_test(test_written_volumes_are_read),
         cmocka_unit_test(test_seeds_cut_and_starved),
     };
     return cmocka_run_group_tests(test, NULL, NULL);
