@@ -54,6 +54,7 @@
 #include "omentum/report.h"
 #include "omentum/robot.h"
 #include "omentum/scene.h"
+#include "omentum/scene_ct.h"
 #include "omentum/scene_model.h"
 #include "omentum/scene_yaml.h"
 #include "omentum/sense.h"

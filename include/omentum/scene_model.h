@@ -85,6 +85,22 @@ typedef struct OmSheetDef {
     int nroi;                // points sampled on it; default 200
 } OmSheetDef;
 
+/// Tissue over an organ, both labelled: the label of OmModelDef is the tissue, these are below it. The tissue's mesh
+/// gets the sets "underside" (where it meets the organ), "top" and "border".
+typedef struct OmOverDef {
+    int label
+        [OM_MAX_LABEL];  // of the organ, the ROI's among them; default (nlabel 0): nothing is below
+    int nlabel;
+    int roi;        // label on the organ's surface that is to be exposed; default -1: no ROI
+    char side[64];  // on which the tissue lies, om_model_direction's words; default "anterior"
+    // m: vertices of the tissue this close to the organ meet it, and the organ's surface this close to the label of the
+    // ROI belongs to the ROI; default 0: a voxel and a half
+    double reach;
+    OmAttachDef attach[OM_MAX_ATTACH];  // default (nattach 0): "underside:random 30 %", seed 1
+    int nattach;
+    int nroi;  // points sampled on the ROI; default 200
+} OmOverDef;
+
 typedef struct OmModelDef {
     OmCookie cookie;
     char input[1024];  // volume (NIfTI, NRRD), volume mesh (.msh .vtk .vtu), surface (STL OBJ PLY)
@@ -117,7 +133,8 @@ typedef struct OmModelDef {
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;
     OmSheetDef sheet;
-    int nworker;  // default 0: one a processor
+    OmOverDef over;  // not together with a sheet
+    int nworker;     // default 0: one a processor
 } OmModelDef;
 
 typedef struct OmModelReport {
@@ -212,6 +229,10 @@ OM_API int om_patient_find_material(const OmPatient* patient, int label);
 /// @return OM_OK; OM_INVALID; OM_NO_MEMORY; OM_IO, nothing is written
 OM_API OmStatus om_patient_save(const OmPatient* patient, const OmModelReport* report,
                                 const char* dir);
+struct OmReport;
+/// Add pictures of a model to a page: the organ with the region of interest, the tissue with its attachments, a cut.
+/// @return OM_OK; OM_NO_MEMORY; OM_UNAVAILABLE (Embree failed)
+OM_API OmStatus om_patient_add_pictures(const OmPatient* patient, struct OmReport* page);
 /// Read a patient.yaml and the files it names, relative to its folder. OM_INVALID also for an element
 /// without material and for a region of interest off the organ.
 /// @return OM_OK; OM_INVALID (the message names file and field); OM_NO_MEMORY; OM_IO

@@ -577,6 +577,14 @@ class OmPbdKind(IntEnum):
     LENGTHS = 2
 
 
+class OmCtLabel(IntEnum):
+    GAS = 0
+    FAT = 1
+    ORGAN = 2
+    TUMOUR = 3
+    NLABEL = 4
+
+
 class OmYamlKind(IntEnum):
     DOUBLE = 0
     INT = 1
@@ -5249,6 +5257,36 @@ class OmReportChart(Struct):
     box: Any
 
 
+class OmCtDef(Struct):
+    """typedef struct OmCtDef {
+    OmCookie cookie;
+    uint64_t seed;         // of noise and of the shape of the fat's surface
+    double voxel;          // side of a voxel, m; default 1.5 mm
+    double organ_half;     // half the organ's extent to the right and up the body, m; default 70 mm
+    double fat_half;       // half the fat's, m; default 48 mm
+    double fat_thickness;  // m, mean; default 7 mm
+    double fat_ripple;     // m, amplitude of the thickness; default 0.7 mm
+    // m, of the tumour's centre from the organ's middle: to the right, up the body; default 8 and -6 mm
+    double tumour_shift[2];
+    double tumour_radius;  // m; default 9 mm
+    double tumour_height;  // m, by which it rises out of the organ; default 4 mm
+    double blur;           // standard deviation of the scanner's blur, voxels; default 0.8
+    double noise;          // standard deviation, HU; default 20
+} OmCtDef;"""
+    cookie: int
+    seed: int
+    voxel: float
+    organ_half: float
+    fat_half: float
+    fat_thickness: float
+    fat_ripple: float
+    tumour_shift: Numbers
+    tumour_radius: float
+    tumour_height: float
+    blur: float
+    noise: float
+
+
 class OmStuffDef(Struct):
     """typedef struct OmStuffDef {
     OmCookie cookie;
@@ -5418,6 +5456,29 @@ class OmSheetDef(Struct):
     nroi: int
 
 
+class OmOverDef(Struct):
+    """typedef struct OmOverDef {
+    int label
+        [OM_MAX_LABEL];  // of the organ, the ROI's among them; default (nlabel 0): nothing is below
+    int nlabel;
+    int roi;        // label on the organ's surface that is to be exposed; default -1: no ROI
+    char side[64];  // on which the tissue lies, om_model_direction's words; default "anterior"
+    // m: vertices of the tissue this close to the organ meet it; default 0: a voxel and a half
+    double reach;
+    OmAttachDef attach[OM_MAX_ATTACH];  // default (nattach 0): "underside:random 30 %", seed 1
+    int nattach;
+    int nroi;  // points sampled on the ROI; default 200
+} OmOverDef;"""
+    label: Numbers
+    nlabel: int
+    roi: int
+    side: str
+    reach: float
+    attach: Any
+    nattach: int
+    nroi: int
+
+
 class OmModelDef(Struct):
     """typedef struct OmModelDef {
     OmCookie cookie;
@@ -5451,7 +5512,8 @@ class OmModelDef(Struct):
     OmPatientMaterial material[OM_MAX_MATERIAL];  // default: fat for a sheet, else soft tissue
     int nmaterial;
     OmSheetDef sheet;
-    int nworker;  // default 0: one a processor
+    OmOverDef over;  // not together with a sheet
+    int nworker;     // default 0: one a processor
 } OmModelDef;"""
     cookie: int
     input: str
@@ -5482,6 +5544,7 @@ class OmModelDef(Struct):
     material: Any
     nmaterial: int
     sheet: OmSheetDef
+    over: OmOverDef
     nworker: int
 
 
@@ -6316,6 +6379,7 @@ complete(OmReportSeries, [("name", c_char_p), ("x", c_void_p), ("y", c_void_p), 
 complete(OmReportSpan, [("label", c_char_p), ("begin", c_double), ("end", c_double), ("is_bad", c_bool)], {})
 complete(OmReportBox, [("min", c_double), ("lower", c_double), ("median", c_double), ("upper", c_double), ("max", c_double), ("n", c_int)], {})
 complete(OmReportChart, [("title", c_char_p), ("x_label", c_char_p), ("y_label", c_char_p), ("series", OmReportSeries * 6), ("nseries", c_int), ("has_limit", c_bool), ("limit", c_double), ("limit_name", c_char_p), ("limit2", c_double), ("limit2_name", c_char_p), ("is_log_x", c_bool), ("is_log_y", c_bool), ("has_range", c_bool), ("y_min", c_double), ("y_max", c_double), ("event", c_void_p), ("nevent", c_int), ("span", POINTER(OmReportSpan)), ("nspan", c_int), ("ngroup", c_int), ("group", POINTER(c_char_p)), ("box", POINTER(OmReportBox))], {})
+complete(OmCtDef, [("cookie", c_uint32), ("seed", c_uint64), ("voxel", c_double), ("organ_half", c_double), ("fat_half", c_double), ("fat_thickness", c_double), ("fat_ripple", c_double), ("tumour_shift", c_double * 2), ("tumour_radius", c_double), ("tumour_height", c_double), ("blur", c_double), ("noise", c_double)], {})
 complete(OmStuffDef, [("cookie", c_uint32), ("edge", c_double), ("fn", OmShapeFn), ("ctx", c_void_p), ("lo", OmVec3), ("hi", OmVec3), ("level", c_double), ("max_tet", c_int), ("nworker", c_int)], {})
 complete(OmMeshQuality, [("nvert", c_int), ("ntet", c_int), ("nboundary_tri", c_int), ("volume", c_double), ("dihedral_min", c_double), ("dihedral_max", c_double), ("dihedral_bin", c_int64 * 18), ("edge_min", c_double), ("edge_mean", c_double), ("edge_max", c_double), ("npart", c_int), ("euler", c_int), ("nlayer", c_int), ("is_manifold", c_bool)], {})
 complete(OmPatchDef, [("cookie", c_uint32), ("share", c_double), ("seed", c_uint64), ("center", c_int), ("w_d", c_double * 2), ("w_n", c_double * 2), ("w_p", c_double * 2), ("noise_length", c_double)], {})
@@ -6323,7 +6387,8 @@ complete(OmPatientMaterial, [("name", c_char * 64), ("label", c_int), ("young", 
 complete(OmPatient, [("name", c_char * 64), ("mesh", OmTetMesh), ("material", OmPatientMaterial * 16), ("nmaterial", c_int), ("organ", OmSurface), ("organ_spacing", c_double), ("roi_point", c_void_p), ("roi_normal", c_void_p), ("nroi", c_int), ("roi_center", OmVec3), ("roi_radius", c_double), ("up", OmVec3), ("file_space", c_int)], {"file_space": OmSpace})
 complete(OmAttachDef, [("face", c_char * 16), ("direction", c_char * 64), ("share", c_double), ("seed", c_uint64), ("turn", c_double)], {})
 complete(OmSheetDef, [("thickness", c_double), ("bridge", c_double), ("gap", c_double), ("side", c_char * 64), ("half_length", c_double), ("half_width", c_double), ("corner", c_double), ("wrap", c_double), ("attach", OmAttachDef * 8), ("nattach", c_int), ("tumour_radius", c_double), ("tumour_height", c_double), ("tumour_shift", c_double * 2), ("nroi", c_int)], {})
-complete(OmModelDef, [("cookie", c_uint32), ("input", c_char * 1024), ("name", c_char * 64), ("volume", c_int), ("label", c_int * 64), ("nlabel", c_int), ("label_name", (c_char * 128) * 64), ("nlabel_name", c_int), ("all_labels", c_bool), ("max_volume_size", c_uint64), ("has_window", c_bool), ("window_lo", c_double), ("window_hi", c_double), ("part", c_int * 16), ("npart", c_int), ("keep_all", c_bool), ("min_share", c_double), ("connectivity", c_int), ("keep_holes", c_bool), ("close_radius", c_double), ("smooth", c_double), ("edge", c_double), ("unit", c_double), ("space", c_int), ("remesh", c_bool), ("refine", c_bool), ("material", OmPatientMaterial * 16), ("nmaterial", c_int), ("sheet", OmSheetDef), ("nworker", c_int)], {"space": OmSpace})
+complete(OmOverDef, [("label", c_int * 64), ("nlabel", c_int), ("roi", c_int), ("side", c_char * 64), ("reach", c_double), ("attach", OmAttachDef * 8), ("nattach", c_int), ("nroi", c_int)], {})
+complete(OmModelDef, [("cookie", c_uint32), ("input", c_char * 1024), ("name", c_char * 64), ("volume", c_int), ("label", c_int * 64), ("nlabel", c_int), ("label_name", (c_char * 128) * 64), ("nlabel_name", c_int), ("all_labels", c_bool), ("max_volume_size", c_uint64), ("has_window", c_bool), ("window_lo", c_double), ("window_hi", c_double), ("part", c_int * 16), ("npart", c_int), ("keep_all", c_bool), ("min_share", c_double), ("connectivity", c_int), ("keep_holes", c_bool), ("close_radius", c_double), ("smooth", c_double), ("edge", c_double), ("unit", c_double), ("space", c_int), ("remesh", c_bool), ("refine", c_bool), ("material", OmPatientMaterial * 16), ("nmaterial", c_int), ("sheet", OmSheetDef), ("over", OmOverDef), ("nworker", c_int)], {"space": OmSpace})
 complete(OmModelReport, [("quality", OmMeshQuality), ("selected", c_char * 256), ("nvoxel", c_int64), ("voxel", OmVec3), ("label_volume", c_double), ("label_error", c_double), ("part_volume", c_double * 16), ("part_is_kept", c_bool * 16), ("left_out", c_double), ("filled", c_double), ("mask_volume", c_double), ("mesh_volume", c_double), ("surface_volume", c_double), ("volume_error", c_double), ("surface_error_mean", c_double), ("surface_error_max", c_double), ("surface_error_voxel", c_double), ("level_shift", c_double), ("edge", c_double), ("npart_mask", c_int), ("npart_kept", c_int), ("ncapped", c_int), ("seconds", c_double), ("note", c_char * 1024), ("warning", c_char * 512)], {})
 complete(OmLabelRow, [("name", c_char * 128), ("label", c_int), ("value", c_int), ("layer", c_int), ("nvoxel", c_int64), ("volume", c_double), ("npart", c_int), ("largest", c_double), ("is_cut", c_bool), ("lo", OmVec3), ("hi", OmVec3), ("centroid", OmVec3)], {})
 complete(OmLabelList, [("dim", c_int * 3), ("voxel", OmVec3), ("nentry", c_int), ("has_layers", c_bool), ("is_intensity", c_bool), ("min", c_double), ("max", c_double), ("nempty", c_int), ("nrow", c_int), ("row", POINTER(OmLabelRow))], {})
@@ -6524,6 +6589,11 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_csr_get": (c_double, [POINTER(OmCsr), c_int, c_int]),
     "om_csr_init": (c_int, [c_int, c_int, c_void_p, c_void_p, c_void_p, POINTER(OmCsr)]),
     "om_csr_init_diagonal": (c_int, [c_int, c_void_p, POINTER(OmCsr)]),
+    "om_ct_default_def": (OmCtDef, [c_uint64]),
+    "om_ct_get_dice": (c_double, [POINTER(OmVolume), POINTER(OmVolume), c_int]),
+    "om_ct_label": (c_int, [POINTER(OmVolume), POINTER(OmVolume)]),
+    "om_ct_label_text": (c_char_p, [c_int]),
+    "om_ct_make": (c_int, [POINTER(OmCtDef), POINTER(OmVolume), POINTER(OmVolume)]),
     "om_depth_add_noise": (None, [POINTER(OmDepthNoise), POINTER(OmCamera), c_uint64, c_void_p, c_void_p]),
     "om_depth_noise_default": (OmDepthNoise, [c_uint64]),
     "om_depth_to_cloud": (c_int, [POINTER(OmCamera), c_void_p, c_void_p, c_void_p, c_int, c_void_p, c_void_p]),
@@ -6810,6 +6880,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_path_make_dir": (c_int, [c_char_p]),
     "om_path_remove": (c_int, [c_char_p]),
     "om_path_share": (c_int, [c_char_p, c_char_p, c_size_t]),
+    "om_patient_add_pictures": (c_int, [POINTER(OmPatient), POINTER(OmReport)]),
     "om_patient_done": (None, [POINTER(OmPatient)]),
     "om_patient_find_material": (c_int, [POINTER(OmPatient), c_int]),
     "om_patient_load": (c_int, [c_char_p, POINTER(OmPatient)]),
@@ -7246,6 +7317,7 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_volume_load_info": (c_int, [c_char_p, POINTER(OmVolumeInfo)]),
     "om_volume_load_within": (c_int, [c_char_p, c_int, c_uint64, POINTER(OmVolume)]),
     "om_volume_refuse_dicom": (c_int, [c_char_p]),
+    "om_volume_save": (c_int, [POINTER(OmVolume), c_int, c_char_p]),
     "om_volume_value": (c_double, [POINTER(OmVolume), c_size_t]),
     "om_volume_values": (None, [POINTER(OmVolume), c_size_t, c_size_t, c_void_p]),
     "om_voxel_size": (c_size_t, [c_int]),
@@ -7365,6 +7437,8 @@ STATUS = frozenset([
     "om_contact_work_move",
     "om_csr_init",
     "om_csr_init_diagonal",
+    "om_ct_label",
+    "om_ct_make",
     "om_eigen_smallest",
     "om_engine_set_add",
     "om_engine_set_find",
@@ -7473,6 +7547,7 @@ STATUS = frozenset([
     "om_path_make_dir",
     "om_path_remove",
     "om_path_share",
+    "om_patient_add_pictures",
     "om_patient_load",
     "om_patient_save",
     "om_pbd_sample_sdf",
@@ -7674,6 +7749,7 @@ STATUS = frozenset([
     "om_volume_load_info",
     "om_volume_load_within",
     "om_volume_refuse_dicom",
+    "om_volume_save",
     "om_words_action",
     "om_words_command",
     "om_words_end",

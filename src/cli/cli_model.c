@@ -33,7 +33,9 @@ static const OmCliOption option[] = {
     {"--tumour", NULL, "KEY=VALUE,...",
      "on the organ under the sheet: radius, height, along, across (mm), points"},
     {"--attach", NULL, "FACE[:WHERE]",
-     "attach the sheet at: border, underside or top; may be repeated"},
+     "attach the sheet, or the tissue of --over, at: border, underside or top; may be repeated"},
+    {"--over", NULL, "KEY=VALUE,...",
+     "the label is tissue on an organ in the same volume: organ (labels, as 2/3), roi, side, reach (mm), points"},
     {"--material", NULL, "KEY=VALUE,...",
      "name, label, young (Pa), poisson, density; may be repeated"},
     {"--max-volume", NULL, "GB", "largest size of a volume's voxels", "1.07", "GB", 1e-3, 64},
@@ -189,6 +191,41 @@ static OmStatus parse_pairs(const char* verb, const char* list, const Key* key, 
 
 // ---- the def --------------------------------------------------------------------------------------------------
 
+static OmStatus parse_over(const OmCliArgs* args, OmModelDef* def) {
+    OmOverDef* o = &def->over;
+    char organ[256] = "", buffer[256];
+    char* word[OM_MAX_LABEL];
+    double points = o->nroi, roi = o->roi;
+    const Key key[] = {
+        {"organ", NULL, organ, sizeof organ, 1},
+        {"roi", &roi, NULL, 0, 1},
+        {"side", NULL, o->side, sizeof o->side, 1},
+        {"reach", &o->reach, NULL, 0, 1e-3},
+        {"points", &points, NULL, 0, 1},
+    };
+    const char* list = om_cli_get(args, "--over");
+    if (!list) return OM_OK;
+    OM_TRY(parse_pairs("--over", list, key, 5));
+    OM_CHECK(organ[0], OM_INVALID, "--over: organ is missing: the labels below, as organ=2/3");
+    int n = split(organ, ',', buffer, sizeof buffer, word, OM_MAX_LABEL);
+    OM_CHECK(n > 0, OM_INVALID, "--over: organ: at most %d labels", OM_MAX_LABEL);
+    for (int i = 0; i < n; i++)
+        OM_CHECK(is_whole_number(word[i], &o->label[o->nlabel++]), OM_INVALID,
+                 "--over: organ: \"%s\" is not the number of a label", word[i]);
+    OM_CHECK(roi == floor(roi) && roi >= -1 && roi < 1e9, OM_INVALID,
+             "--over: roi %g is not the number of a label", roi);
+    OM_CHECK(points >= 1 && points <= 20000 && points == floor(points), OM_INVALID,
+             "--over: points %g must be 1 to 20000", points);
+    o->roi = (int)roi;
+    o->nroi = (int)points;
+    const char* attach;
+    for (int k = 0; (attach = om_cli_get_nth(args, "--attach", k)) != NULL; k++) {
+        OM_CHECK(k < OM_MAX_ATTACH, OM_INVALID, "--attach: at most %d", OM_MAX_ATTACH);
+        OM_TRY(om_model_parse_attach(attach, &o->attach[o->nattach++]));
+    }
+    return OM_OK;
+}
+
 static OmStatus parse_sheet(const OmCliArgs* args, OmModelDef* def) {
     OmSheetDef* s = &def->sheet;
     double points = s->nroi;
@@ -212,8 +249,11 @@ static OmStatus parse_sheet(const OmCliArgs* args, OmModelDef* def) {
     const char* sheet = om_cli_get(args, "--sheet");
     const char* tumour = om_cli_get(args, "--tumour");
     const char* attach = om_cli_get(args, "--attach");
-    OM_CHECK(sheet || (!tumour && !attach), OM_INVALID, "%s needs --sheet",
+    const bool is_over = om_cli_get(args, "--over") != NULL;
+    OM_CHECK(!sheet || !is_over, OM_INVALID, "--sheet and --over exclude each other");
+    OM_CHECK(sheet || (!tumour && (!attach || is_over)), OM_INVALID, "%s needs --sheet",
              tumour ? "--tumour" : "--attach");
+    if (is_over) return parse_over(args, def);
     if (!sheet) return OM_OK;
     OM_TRY(parse_pairs("--sheet", sheet, sheet_key, 8));
     OM_CHECK(s->thickness > 0, OM_INVALID, "--sheet: thickness (mm) is missing or not positive");
@@ -420,7 +460,9 @@ const OmCliVerb om_cli_verb_model = {
         "  omentum model liver.stl --unit m --edge 5 -o liver\n"
         "  omentum model labels.nii.gz --label 3 --edge 4 --sheet thickness=8,side=lateral \\\n"
         "      --attach \"border:superior 30%\" --attach \"underside:random 20% seed 7\" \\\n"
-        "      --tumour radius=12,height=3 -o kidney",
+        "      --tumour radius=12,height=3 -o kidney\n"
+        "  omentum model labels.nrrd --label 1 --edge 5 --over organ=2/3,roi=3,side=anterior \\\n"
+        "      --attach \"underside:left 30%\" -o fat",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

@@ -68,6 +68,9 @@ OmModelDef om_model_default_def(const char* input, double edge) {
     def.sheet.tumour_radius = 0.012;
     def.sheet.tumour_height = 0.003;
     def.sheet.nroi = 200;
+    def.over.roi = -1;
+    def.over.nroi = 200;
+    snprintf(def.over.side, sizeof def.over.side, "anterior");
     return def;
 }
 
@@ -113,6 +116,10 @@ static OmStatus check_def(const OmModelDef* def) {
     OM_CHECK(def->nmaterial >= 0 && def->nmaterial <= OM_MAX_MATERIAL, OM_INVALID,
              "material: %d materials; at most %d", def->nmaterial, OM_MAX_MATERIAL);
     for (int i = 0; i < def->nmaterial; i++) OM_TRY(check_material(&def->material[i]));
+    OM_CHECK(def->over.nlabel >= 0 && def->over.nlabel <= OM_MAX_LABEL, OM_INVALID,
+             "over: %d labels; at most %d", def->over.nlabel, OM_MAX_LABEL);
+    OM_CHECK(def->over.nlabel == 0 || !(def->sheet.thickness > 0), OM_INVALID,
+             "over and sheet exclude each other: a sheet is made, labelled tissue is there");
     OM_CHECK(def->name[0] && !strchr(def->name, '/') && def->name[0] != '.', OM_INVALID,
              "name: \"%s\" cannot be the name of a file", def->name);
     OM_CHECK(om_text_is_plain(def->name, strlen(def->name), NULL), OM_INVALID,
@@ -295,7 +302,7 @@ static void default_materials(const OmModelDef* def, OmPatient* patient) {
     patient->nmaterial = def->nmaterial;
     if (patient->nmaterial > 0) return;
     // adipose tissue and a soft organ; density of fat and of water
-    const bool is_sheet = def->sheet.thickness > 0;
+    const bool is_sheet = def->sheet.thickness > 0 || def->over.nlabel > 0;
     OmPatientMaterial m = {.label = -1, .young = is_sheet ? 3000 : 5000, .poisson = 0.45};
     m.density = is_sheet ? 920 : 1060;
     snprintf(m.name, sizeof m.name, "%s", is_sheet ? "adipose tissue" : "soft tissue");
@@ -380,6 +387,8 @@ OmStatus om_model_build_volume(const OmModelDef* def, const OmVolume* volume,
         OM_TRY_DONE(mesh_organ(def, &body, progress, patient, report));
         OM_TRY_DONE(surface_error(&body, &patient->mesh, report));
         om_surface_done(&patient->organ);  // it is the tissue itself, not the organ below it
+        if (def->over.nlabel > 0)
+            OM_TRY_DONE(om__over_build(def, volume, progress, patient, report));
     }
     OM_TRY_DONE(om__patient_check_materials(patient));
     OM_TRY_DONE(om_tet_mesh_quality(&patient->mesh, &report->quality));

@@ -59,14 +59,28 @@ OmStatus om__mesh_with_volume(const OmMeshTask* task, const OmProgress* progress
 OmStatus om__sheet_build(const OmModelDef* def, const OmBody* body, const OmProgress* progress,
                          OmPatient* patient, OmModelReport* report);
 
+// Add the set "attachment" to a tissue with its faces as sets: those of `attach`, or `usual` if there are none.
+// `n` is the unit direction of the covered side, about which attachments turn.
+typedef struct OmAttachTask {
+    const OmAttachDef* attach;
+    int nattach;
+    const OmAttachDef* usual;
+    OmVec3 n;
+    bool is_left;
+} OmAttachTask;
+OmStatus om__model_attach(const OmAttachTask* task, OmTetMesh* mesh, const OmSurface* surface,
+                          const int* surface_vert);
+
+// Below the tissue in `patient->mesh`: the organ's surface, sets, attachments and the region of interest.
+OmStatus om__over_build(const OmModelDef* def, const OmVolume* given, const OmProgress* progress,
+                        OmPatient* patient, OmModelReport* report);
+
 // Check that every element has a material; the message names a label without one.
 OmStatus om__patient_check_materials(const OmPatient* patient);
 
 // Write report.html: verdict, pictures, tables, dihedral angles.
 OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* report,
                              const char* path);
-// Add pictures of the model to a page.
-OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page);
 
 // Append a sentence to the report's warnings or notes.
 void om__model_warn(OmModelReport* report, const char* format, ...) OM_PRINTF(2, 3);

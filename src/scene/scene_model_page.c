@@ -153,7 +153,7 @@ OmStatus om__model_save_page(const OmPatient* patient, const OmModelReport* repo
     om_report_begin(&page, "Patient model", patient->name);
     add_verdict(report, &page);
     add_facts(report, &page);
-    OmStatus status = om__model_add_pictures(patient, &page);
+    OmStatus status = om_patient_add_pictures(patient, &page);
     om_report_heading(&page, "Mesh");
     add_mesh_table(table, report, &page);
     add_angles(&report->quality, &page);

@@ -222,7 +222,7 @@ static OmStatus take_pictures(const OmPatient* p, Stage* stage, OmReport* page) 
     return OM_OK;
 }
 
-OmStatus om__model_add_pictures(const OmPatient* patient, OmReport* page) {
+OmStatus om_patient_add_pictures(const OmPatient* patient, struct OmReport* page) {
     Stage stage;
     for (int i = 0; i < NOBJECT; i++) stage.id[i] = -1;
     place_stage(patient, &stage);
