@@ -5463,7 +5463,8 @@ class OmOverDef(Struct):
     int nlabel;
     int roi;        // label on the organ's surface that is to be exposed; default -1: no ROI
     char side[64];  // on which the tissue lies, om_model_direction's words; default "anterior"
-    // m: vertices of the tissue this close to the organ meet it; default 0: a voxel and a half
+    // m: vertices of the tissue this close to the organ meet it, and the organ's surface this close to the label of the
+    // ROI belongs to the ROI; default 0: a voxel and a half
     double reach;
     OmAttachDef attach[OM_MAX_ATTACH];  // default (nattach 0): "underside:random 30 %", seed 1
     int nattach;
