@@ -15,13 +15,17 @@ typedef enum Next {
     NEXT_ACTION  // the action has ended
 } Next;
 
-static OmStatus begin_motion(OmLoop* loop, OmVec3 goal, bool is_holding, Next* next) {
+static OmStatus begin_motion_of(OmLoop* loop, int arm, OmVec3 goal, bool is_holding, Next* next) {
     Action* a = &loop->action;
     bool is_done;
-    OM_TRY(om__motion_begin(loop, a->plan.arm, goal, is_holding, &is_done));
+    OM_TRY(om__motion_begin(loop, arm, goal, is_holding, &is_done));
     if (is_done) a->outcome = loop->motion.outcome;
     *next = is_done ? NEXT_STEP : NEXT_TICK;
     return OM_OK;
+}
+
+static OmStatus begin_motion(OmLoop* loop, OmVec3 goal, bool is_holding, Next* next) {
+    return begin_motion_of(loop, loop->action.plan.arm, goal, is_holding, next);
 }
 
 static OmStatus begin_wait(OmLoop* loop, double seconds, Next* next) {
@@ -41,9 +45,13 @@ static OmStatus step_reach(OmLoop* loop, Next* next) {
         a->waypoint[0] = om_vec3(state->tip.x, state->tip.y, travel);
         a->waypoint[1] = om_vec3(target.x, target.y, travel);
         a->waypoint[2] = target;
+        a->step = 1;
+        const int other = 1 - a->plan.arm;
+        if (om__needs_room(loop, a->plan.arm, a->waypoint, 3))
+            return begin_motion_of(loop, other, om__aside(loop, other), false, next);
     }
-    if (a->step < 3 && a->outcome == OM_ACTION_DONE)
-        return begin_motion(loop, a->waypoint[a->step++], false, next);
+    if (a->step < 4 && a->outcome == OM_ACTION_DONE)
+        return begin_motion(loop, a->waypoint[a->step++ - 1], false, next);
     state->at = a->outcome == OM_ACTION_DONE ? a->plan.block : -1;
     state->is_max_force = false;
     *next = NEXT_ACTION;

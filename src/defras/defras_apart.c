@@ -1,12 +1,13 @@
 // defras_apart.c: the tools keep apart (6.4.4): a straight motion that would bring one tool nearer than TOOL_GAP to the
-// other is not begun.
+// other is not begun. A free tool that stands in the way of a reach makes room first.
 //
 // Shaft, wrist and jaws of both tools are capsules at their joints: of the arm that moves along the path, of the other
 // where it was last measured, since one arm moves at a time. A world whose kinematics are not known is not checked.
 #include "defras/defras_internal.h"
 
-#define TOOL_GAP 0.008   // m
-#define PATH_STEP 0.005  // m, between the places of the path that are looked at
+#define TOOL_GAP 0.008     // m
+#define ASIDE_HEIGHT 0.07  // m over the tissue, at the edge of the arm's own side
+#define PATH_STEP 0.005    // m, between the places of the path that are looked at
 
 // Squared distance of two segments, each clamped to the other (Ericson, Real-Time Collision Detection, 5.1.9).
 static double segment_distance2(OmVec3 a, OmVec3 b, OmVec3 c, OmVec3 d) {
@@ -32,7 +33,8 @@ static double tool_gap(const OmPsmCapsule p[OM_PSM_NCAPSULE],
     return least;
 }
 
-double om__tool_gap(const OmLoop* loop, int arm, OmPose goal) {
+// Least gap on a straight way, world frame; the joints before it are those measured.
+static double way_gap(const OmLoop* loop, int arm, OmVec3 from, OmPose goal) {
     const int other = 1 - arm;
     if (loop->narm < 2) return INFINITY;
     const OmPsm *psm = om_world_psm(loop->world, arm), *still = om_world_psm(loop->world, other);
@@ -40,7 +42,6 @@ double om__tool_gap(const OmLoop* loop, int arm, OmPose goal) {
     const ArmState *a = &loop->arm[arm], *b = &loop->arm[other];
     OmPsmCapsule obstacle[OM_PSM_NCAPSULE], tool[OM_PSM_NCAPSULE];
     om_psm_capsules(still, b->joint, b->jaw, obstacle);
-    const OmVec3 from = om_pose_apply(loop->grid.task, a->tip);
     const int n = 1 + (int)ceil(om_distance(from, goal.p) / PATH_STEP);
     om_psm_capsules(psm, a->joint, a->jaw, tool);
     const double now = tool_gap(tool, obstacle);
@@ -54,6 +55,26 @@ double om__tool_gap(const OmLoop* loop, int arm, OmPose goal) {
     }
     // a motion that leads away from the other tool is always allowed
     return least >= now ? (double)INFINITY : least;
+}
+
+double om__tool_gap(const OmLoop* loop, int arm, OmPose goal) {
+    return way_gap(loop, arm, om_pose_apply(loop->grid.task, loop->arm[arm].tip), goal);
+}
+
+bool om__needs_room(const OmLoop* loop, int arm, const OmVec3* waypoint, int n) {
+    if (loop->narm < 2 || loop->arm[1 - arm].in_hand >= 0) return false;
+    OmVec3 from = om_pose_apply(loop->grid.task, loop->arm[arm].tip);
+    for (int i = 0; i < n; ++i) {
+        const OmPose goal = om__goal_pose(loop, arm, waypoint[i]);
+        if (way_gap(loop, arm, from, goal) < TOOL_GAP) return true;
+        from = goal.p;
+    }
+    return false;
+}
+
+OmVec3 om__aside(const OmLoop* loop, int arm) {
+    const OmVec3 half = loop->grid.half, tip = loop->arm[arm].tip;
+    return om_vec3(tip.x, arm == 0 ? -half.y : half.y, fmax(tip.z, 2 * half.z + ASIDE_HEIGHT));
 }
 
 bool om__is_apart(const OmLoop* loop, int arm, OmPose goal) {

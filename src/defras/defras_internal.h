@@ -322,6 +322,9 @@ OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome);
 // on, or is not known.
 double om__tool_gap(const OmLoop* loop, int arm, OmPose goal);
 bool om__is_apart(const OmLoop* loop, int arm, OmPose goal);  // far enough
+// The other tool is free and too near to a way through `n` points of the task frame.
+bool om__needs_room(const OmLoop* loop, int arm, const OmVec3* waypoint, int n);
+OmVec3 om__aside(const OmLoop* loop, int arm);  // where a free tool makes room, task frame, m
 
 // defras_hold.c
 // Stop and wait for a person after this tick. The first alarm of a tick counts.
