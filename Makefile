@@ -26,7 +26,7 @@ configure: setup
 build: configure ## build the optimised library and the program
 	@cmake --build $(RELEASE)
 
-demo: build ## expose a tumour under a tissue sheet; report in out/demo
+demo: build ## from a CT made here to an exposed tumour; report in out/demo
 	@$(CLI) demo -o out/demo
 
 check: setup ## format, layers, quick tests in release and under sanitizers, install, samples, demo

@@ -6,7 +6,7 @@
 Each pixel of OUT is the mean of the pixels of IN that it covers. doc/images/retract.png is made by
 
     omentum demo -o out/demo
-    tools/picture_row.py doc/images/retract.png 336 out/demo/frames/00{2,4,8}.png
+    tools/picture_row.py doc/images/retract.png 336 out/demo/run/frames/00{0,3,6}.png
 
 Pictures are 8-bit RGB without interlace, as omentum writes them.
 """

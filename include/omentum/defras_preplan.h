@@ -106,6 +106,11 @@ OM_API OmStatus om_preplan_parse(const char* text, size_t size, const char* name
 /// @return OM_OK; OM_IO; OM_NO_MEMORY
 OM_API OmStatus om_preplan_save_report(const OmPreplan* plan, const char* path);
 
+struct OmReport;
+/// Add the maps of the grid to a page: visibility, force, actions.
+/// @return OM_OK; OM_NO_MEMORY
+OM_API OmStatus om_preplan_add_maps(const OmPreplan* plan, struct OmReport* page);
+
 #ifdef __cplusplus
 }
 #endif

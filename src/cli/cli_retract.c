@@ -1,4 +1,4 @@
-// cli_retract.c: omentum retract and omentum demo.
+// cli_retract.c: omentum retract.
 #include <string.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -482,42 +482,6 @@ int om_cli_retract(int argc, char** argv) {
     return s.nlayout ? run_layouts(&s) : run(&s);
 }
 
-// ---- demo -----------------------------------------------------------------------------------------------
-
-#define DEMO_LAYOUT 2
-
-static const OmCliOption demo_option[] = {
-    {"--output", "-o", "DIR", "folder for the report", "omentum-demo"},
-    {"--quick", NULL, NULL, "coarser meshes, smaller pictures: some seconds"},
-    {"--workers", NULL, "N", "threads", "one a processor", NULL, 0, OM_MAX_WORKER},
-    {"--quiet", "-q", NULL, "no progress"},
-};
-
-int om_cli_demo(int argc, char** argv) {
-    OmCliArgs args = {demo_option, sizeof demo_option / sizeof *demo_option, argc, argv};
-    int npositional;
-    Settings s = {0};
-    if (om_cli_check(&args, 0, &npositional) < 0 ||
-        om_cli_int(&args, "--workers", &s.nworker) < 0) {
-        fprintf(stderr, "omentum demo: %s\n", om_error_message());
-        return OM_EXIT_USAGE;
-    }
-    s = (Settings){
-        .nworker = s.nworker, .scene = om_scene_default(), .out = om_cli_get(&args, "--output")};
-    OmScene* scene = &s.scene;
-    s.is_quiet = om_cli_get(&args, "--quiet") != NULL;
-    if (!s.out) s.out = "omentum-demo";
-    snprintf(scene->name, sizeof scene->name, "demo");
-    scene->seed = DEMO_LAYOUT;
-    if (om_cli_get(&args, "--quick")) {
-        scene->tissue.cells = om_vec3(14, 14, 1);
-        scene->tissue.world_cells = om_vec3(20, 20, 2);
-        scene->endoscope.width = 320;
-        scene->endoscope.height = 240;
-    }
-    return run(&s);
-}
-
 const OmCliVerb om_cli_verb_retract = {
     .name = "retract",
     .run = om_cli_retract,
@@ -547,19 +511,6 @@ const OmCliVerb om_cli_verb_retract = {
         "  omentum retract --example > my.yaml\n"
         "  omentum retract scenes/kidney.yaml --print-scene\n"
         "  omentum retract scenes/sheet.yaml --calibrate-force",
-    .key = result_key,
-    .nkey = sizeof result_key / sizeof *result_key,
-};
-
-const OmCliVerb om_cli_verb_demo = {
-    .name = "demo",
-    .run = om_cli_demo,
-    .summary = "expose a tumour under a sheet of tissue; needs no file",
-    .usage = "omentum demo [-o DIR] [--quick]",
-    .about = "Lifts a sheet of soft tissue off a tumour. Exit code 0: exposed; 1: not exposed.",
-    .option = demo_option,
-    .noption = sizeof demo_option / sizeof *demo_option,
-    .example = "  omentum demo --quick -o out/demo",
     .key = result_key,
     .nkey = sizeof result_key / sizeof *result_key,
 };

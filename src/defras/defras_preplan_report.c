@@ -98,7 +98,7 @@ static OmStatus draw_map(const OmPreplan* plan, int map, OmPicture* picture) {
     return OM_OK;
 }
 
-static OmStatus add_maps(OmReport* report, const OmPreplan* plan) {
+OmStatus om_preplan_add_maps(const OmPreplan* plan, struct OmReport* report) {
     for (int map = 0; map < NMAP; ++map) {
         OmPicture picture;
         char caption[160];
@@ -165,7 +165,7 @@ OmStatus om_preplan_save_report(const OmPreplan* plan, const char* path) {
     om_report_paragraph(&report, text);
     om_report_heading(&report,
                       "The grid from above, PSM1 at the lower edge, the camera at the left");
-    OmStatus status = add_maps(&report, plan);
+    OmStatus status = om_preplan_add_maps(plan, &report);
     om_report_heading(&report, "Every grasping point");
     if (status == OM_OK) status = add_points(&report, plan);
     if (status == OM_OK) return om_report_save(&report, path);

@@ -67,19 +67,29 @@ done:
     return status;
 }
 
+// The picture is added to the page, and written beside it.
+static OmStatus add_picture(OmReport* report, const OmRecorder* rec, const OmPicture* picture,
+                            const char* name, const char* caption) {
+    char path[1200];
+    om_report_picture(report, picture, caption);
+    OM_TRY(om_path_join(rec->folder.path, name, path, sizeof path));
+    return om_picture_save_png(picture, path);
+}
+
 static OmStatus add_pictures(OmReport* report, const OmRecorder* rec) {
     if (!rec->before.pixel) return OM_OK;
-    om_report_picture(report, &rec->before,
-                      "Attachments (blue) as the twin believed at the begin, seen from below");
-    om_report_picture(report, &rec->after, "Attachments of the twin after the last update");
+    OM_TRY(add_picture(report, rec, &rec->before, "attached_before.png",
+                       "Attachments (blue) as the twin believed at the begin, seen from below"));
+    OM_TRY(add_picture(report, rec, &rec->after, "attached_after.png",
+                       "Attachments of the twin after the last update"));
     if (!rec->def.truth) return OM_OK;
     OmPicture truth;
     OM_TRY(
         om__draw_attached(om_body_site(rec->def.truth), om_body_attached(rec->def.truth), &truth));
-    om_report_picture(report, &truth,
-                      "Attachments of the simulated truth, which the twin never sees");
+    OmStatus status = add_picture(report, rec, &truth, "attached_truth.png",
+                                  "Attachments of the simulated truth, which the twin never sees");
     om_picture_done(&truth);
-    return OM_OK;
+    return status;
 }
 
 // ---- the table ----------------------------------------------------------------------------------------------

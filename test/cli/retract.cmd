@@ -337,9 +337,18 @@ file twice/out/run.json
 
 $ omentum demo --quick -q -o demo
 exit 0
-out ^demo, layout \d+: \d+ % of the ROI exposed
+out ^CT: \d+ x \d+ x \d+ voxels; labels by thresholds, Dice: fat 0\.9\d+, organ 0\.9\d+, tumour 0\.[89]\d+$
+out ^model: \d+ tetrahedra, held at \d+ vertices
+out ^plan before the operation: point
+out ^demo: \d+ % of the ROI exposed
 out report: demo/report\.html
 file demo/report.html
+file demo/ct.nrrd
+file demo/labels.nrrd
+file demo/scene.yaml
+file demo/plan.json
+file demo/model/report.html
+file demo/run/report.html
 
 $ omentum demo --slow
 exit 2
