@@ -6,9 +6,17 @@
 #include "omentum/tissue.h"
 #include "world/world_body.h"
 
+enum {
+    REST_UNKNOWN,
+    REST_KNOWN,
+    REST_STALE
+};  // stale: attachments have changed since it was measured
+
 typedef struct Rest {  // changes with the state, and is part of a snapshot
-    OmVec3 ground;     // N, force of the ground before the first grasp
-    int64_t is_known;
+    OmVec3
+        ground;  // N, force of the ground before the first grasp, or the first with the present attachments
+    int64_t kind;
+    OmVec3 carried;  // N, by the tools when attachments changed; of a stale rest
 } Rest;
 
 struct OmBody {
@@ -67,10 +75,11 @@ void om_body_reset(OmBody* b) {
 }
 
 OmStatus om_body_grasp(OmBody* b, int arm, OmPose tip, double radius, int* nheld) {
-    if (!b->rest.is_known) {
+    const bool is_free = !om_body_is_holding(b, 0) && !om_body_is_holding(b, 1);
+    if (b->rest.kind == REST_UNKNOWN || (b->rest.kind == REST_STALE && is_free)) {
         OmTissueForces f;
         OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
-        b->rest = (Rest){f.contact, 1};
+        b->rest = (Rest){.ground = f.contact, .kind = REST_KNOWN};
     }
     return om_tissue_grasp(b->model->tissue, b->state, arm, tip, radius, nheld);
 }
@@ -84,7 +93,14 @@ const signed char* om_body_held_by(const OmBody* b) { return om_tissue_held_by(b
 
 OmStatus om_body_set_attachment(OmBody* b, int nvert, const int* vert, const double* anchor,
                                 const double* stiffness) {
-    return om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness);
+    OmTissueForces f;
+    if (b->rest.kind == REST_KNOWN) {
+        OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
+        b->rest.carried = om_sub(b->rest.ground, f.contact);
+    }
+    OM_TRY(om_tissue_set_attachment(b->model->tissue, b->state, nvert, vert, anchor, stiffness));
+    if (b->rest.kind == REST_KNOWN) b->rest.kind = REST_STALE;
+    return OM_OK;
 }
 OmStatus om_body_eval_anchor(const OmBody* b, int nvert, const int* vert, const double* stiffness,
                              double* anchor) {
@@ -133,11 +149,18 @@ const OmTissueEngine* om_body_engine(const OmBody* b) { return om_tissue_engine(
 const OmSite* om_body_site(const OmBody* b) { return b->model->site; }
 uint64_t om_body_hash(const OmBody* b) { return om_tissue_state_hash(b->state); }
 
+// Weight that the tools carry. Attachments that hold tissue against the ground press on it by forces that say nothing
+// of weight: 10 N on a sheet of 0.7 N. So where attachments have changed since the ground's force was measured, the
+// weight carried at that time counts, and the ground is measured again before the next grasp.
+static OmVec3 find_carried(const OmBody* b, const OmTissueForces* f) {
+    return b->rest.kind == REST_STALE ? b->rest.carried : om_sub(b->rest.ground, f->contact);
+}
+
 // Tools carry the weight that the ground no longer carries, two tools half of it each; pull is the grasp without it.
 OmStatus om_body_get_forces(OmBody* b, OmBodyForces* forces) {
     OmTissueForces f;
     OM_TRY(om_tissue_get_forces(b->model->tissue, b->state, &f));
-    OmVec3 carried = om_sub(b->rest.ground, f.contact);
+    OmVec3 carried = find_carried(b, &f);
     bool is_shared = om_body_is_holding(b, 0) && om_body_is_holding(b, 1);
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         forces->grasp[a] = f.grasp[a];
