@@ -13,10 +13,11 @@ enum {
 };  // stale: attachments have changed since it was measured
 
 typedef struct Rest {  // changes with the state, and is part of a snapshot
-    OmVec3
-        ground;  // N, force of the ground before the first grasp, or the first with the present attachments
+    // N, force of the ground before the first grasp, or before the first with the present attachments
+    OmVec3 ground;
     int64_t kind;
-    OmVec3 carried;  // N, by the tools when attachments changed; of a stale rest
+    // N, weight that the tools carried when attachments changed; of a stale rest
+    OmVec3 carried;
 } Rest;
 
 struct OmBody {
