@@ -15,8 +15,8 @@
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
 // Change them if runs, or searches and runs of FRAS, are made in another way.
-#define METHOD 3
-#define METHOD_FRAS 2
+#define METHOD 4
+#define METHOD_FRAS 3
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
@@ -69,6 +69,7 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
     scene->update.is_enabled = row != OM_RETRACTION_NO_LEARNING;
     if (row != OM_RETRACTION_NO_NETWORK)
         snprintf(scene->update.network, sizeof scene->update.network, "installed");
+    scene->task.ahead = 3;
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;
 }
 
