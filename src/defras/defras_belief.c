@@ -21,7 +21,6 @@
 static void forget_truth(OmScene* s) {
     const OmScene none = om_scene_default();
     s->seed = none.seed;
-    s->calibrated[0] = '\0';  // its values are in the scene
     s->tissue.world_cells = none.tissue.world_cells;
     s->model = none.model;
     s->attach = none.attach;
@@ -32,11 +31,12 @@ static void forget_truth(OmScene* s) {
     s->world = none.world;
 }
 
-OmStatus om__belief_print(const OmScene* scene, OmText* text) {
+OmStatus om__scene_print_whole(const OmScene* scene, bool has_truth, OmText* text) {
     OmScene* copy = om_alloc(1, sizeof *copy);
     if (!copy) return OM_NO_MEMORY;
     *copy = *scene;
-    forget_truth(copy);
+    copy->calibrated[0] = '\0';  // its values are in the scene
+    if (!has_truth) forget_truth(copy);
     char* full = realpath(scene->data_root[0] ? scene->data_root : ".", NULL);
     if (full && strlen(full) < sizeof copy->data_root) strcpy(copy->data_root, full);
     free(full);

@@ -71,7 +71,7 @@ OmStatus om_loop_command_parse(const char* text, int n, OmLoopCommand* command) 
 
 static OmStatus pause_arms(OmLoop* loop) {
     loop->is_paused = true;
-    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    om__loop_stop_arms(loop);
     return OM_OK;
 }
 
@@ -87,35 +87,11 @@ static OmStatus resume(OmLoop* loop) {
 
 // ---- plans ----------------------------------------------------------------------------------------------------
 
-// The current plan is not followed further. A jaw completes its motion first.
-static OmStatus drop_plan(OmLoop* loop) {
-    OmPlanVerb verb = loop->action.plan.verb;
-    switch (loop->stage) {
-    case STAGE_ACTION:
-        if (verb == OM_PLAN_GRASP || verb == OM_PLAN_RELEASE) {
-            loop->wants_plan = true;
-            return OM_OK;
-        }
-        for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
-        OM_TRY(om__loop_break_action(loop, OM_ACTION_REPLANNED));
-        loop->stage = STAGE_PLAN;
-        return OM_OK;
-    case STAGE_NEXT_ACTION:
-    case STAGE_CONSENT: loop->stage = STAGE_PLAN; return OM_OK;
-    case STAGE_HOLD:
-        loop->wants_plan = true;
-        if (loop->held_stage == STAGE_NEXT_ACTION || loop->held_stage == STAGE_CONSENT)
-            loop->held_stage = STAGE_PLAN;
-        return OM_OK;
-    default: loop->wants_plan = true; return OM_OK;
-    }
-}
-
 static OmStatus forbid(OmLoop* loop, int block) {
     loop->is_forbidden[block] = true;
     bool is_grasped = loop->arm[0].in_hand == block || loop->arm[1].in_hand == block;
     bool is_planned = loop->plan.naction > 0 && loop->plan.grasp_block == block;
-    return is_planned && !is_grasped ? drop_plan(loop) : OM_OK;
+    return is_planned && !is_grasped ? om__loop_drop_plan(loop, OM_ACTION_REPLANNED) : OM_OK;
 }
 
 static void allow(OmLoop* loop, int block) {
@@ -175,7 +151,7 @@ static OmStatus mark(OmLoop* loop, int block, bool is_attached) {
     om__force_reset(loop);
     OM_TRY_DONE(om_match_adoption_begin(loop->adoption, loop->twin, attached, stiffness,
                                         OM_MATCH_ADOPT_TIME));
-    status = drop_plan(loop);
+    status = om__loop_drop_plan(loop, OM_ACTION_REPLANNED);
 done:
     om_free(attached);
     om_free(stiffness);
@@ -212,7 +188,7 @@ OmStatus om__loop_apply(OmLoop* loop, const OmLoopCommand* c) {
     case OM_LOOP_ALLOW: allow(loop, c->block); return OM_OK;
     case OM_LOOP_ATTACH: return mark(loop, c->block, true);
     case OM_LOOP_FREE: return mark(loop, c->block, false);
-    case OM_LOOP_REPLAN: return drop_plan(loop);
+    case OM_LOOP_REPLAN: return om__loop_drop_plan(loop, OM_ACTION_REPLANNED);
     case OM_LOOP_APPROVE:
         if (loop->stage == STAGE_CONSENT) loop->stage = STAGE_NEXT_ACTION;
         return OM_OK;

@@ -1,11 +1,13 @@
-// defras_decide.c: FRAS (6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
+// defras_decide.c: FRAS and DEFRAS (6.4, 6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
 //
 //     BEGIN ── VERIFY ── ENDED (in view at the start)
 //       └────────┴── PLAN ── ACTION ──┬── VERIFY ──┬── ENDED (exposed)
 //                     ^  └── ENDED    │            ├── ACTION (the ROI closed: the motion continues)
 //                     └───────────────┴────────────┘
 //
-// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN.
+// With an updater an action that moved held tissue is followed by LOOK, an acquisition, before VERIFY or PLAN; with a
+// monitor only where it warned, and a stop in warning state 2 by LEARN (defras_warn.c). A plan may wait in CONSENT, and
+// every stage may be left for HOLD: a person decides (defras_command.c, defras_hold.c).
 //
 // One tick is one step of world and twin, then a decision: stages that need no time follow each other, until a stage
 // needs the next tick.
@@ -183,6 +185,28 @@ static OmStatus note_action(OmLoop* loop) {
     return om__loop_notify_action_end(loop);
 }
 
+void om__loop_stop_arms(OmLoop* loop) {
+    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+}
+
+bool om__loop_moves_jaw(const OmLoop* loop) {
+    const OmPlanVerb verb = loop->action.plan.verb;
+    return loop->stage == STAGE_ACTION && (verb == OM_PLAN_GRASP || verb == OM_PLAN_RELEASE);
+}
+
+OmStatus om__loop_drop_plan(OmLoop* loop, OmActionOutcome outcome) {
+    Stage* stage = loop->stage == STAGE_HOLD ? &loop->held_stage : &loop->stage;
+    if (loop->stage == STAGE_ACTION && !om__loop_moves_jaw(loop)) {
+        om__loop_stop_arms(loop);
+        OM_TRY(om__loop_break_action(loop, outcome));
+        loop->stage = STAGE_PLAN;
+        return OM_OK;
+    }
+    if (*stage == STAGE_NEXT_ACTION || *stage == STAGE_CONSENT) *stage = STAGE_PLAN;
+    loop->wants_plan = *stage != STAGE_PLAN;
+    return OM_OK;
+}
+
 OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome) {
     OmPlanVerb verb = loop->action.plan.verb;
     loop->action.outcome = outcome;
@@ -192,7 +216,7 @@ OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome) {
 
 // The arms stop and keep their tissue; the unfinished action is recorded.
 OmStatus om__loop_stop(OmLoop* loop, OmRetractOutcome outcome) {
-    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    om__loop_stop_arms(loop);
     OmStatus status = OM_OK;
     if (loop->stage == STAGE_ACTION) {
         status = om__loop_break_action(loop, OM_ACTION_ABORTED);
@@ -306,7 +330,7 @@ static OmStatus check_look(OmLoop* loop, bool* needs_tick) {
 static OmStatus check_action(OmLoop* loop, bool* needs_tick) {
     bool is_done;
     if (om__look_stops_reach(loop)) {
-        om_world_stop(loop->world, loop->action.plan.arm);
+        om__loop_stop_arms(loop);  // the other one may make room
         loop->action.outcome = OM_ACTION_OUTDATED;
         loop->arm[loop->action.plan.arm].at = -1;
         return end_action(loop, needs_tick);

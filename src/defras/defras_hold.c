@@ -1,4 +1,4 @@
-// defras_hold.c: what the loop must not go on without, and how it stops (issue of trust: 6.3, human supervisor).
+// defras_hold.c: faults that the loop must not work with, and how it stops for a person (6.3, human supervisor).
 //
 // After each step the measurements are checked: age, arms, the clock. The first fault raises an alarm. The loop then
 // stops all arms, tells its listeners why in one sentence, and waits for a person; without one it ends as
@@ -39,8 +39,6 @@ void om__loop_alarm(OmLoop* loop, OmHold hold, const char* format, ...) {
 
 // ---- checks -------------------------------------------------------------------------------------------------
 
-static bool is_finite3(OmVec3 p) { return isfinite(p.x) && isfinite(p.y) && isfinite(p.z); }
-
 static void check_clock(OmLoop* loop, double now) {
     loop->standing = now > loop->clock_last ? 0 : loop->standing + loop->task.time_step;
     loop->clock_last = now;
@@ -55,7 +53,7 @@ static void check_arms(OmLoop* loop, const OmObservation* obs) {
         om__loop_alarm(loop, OM_HOLD_TOOL, "%d of %d arms are measured", obs->narm, loop->narm);
     for (int a = 0; a < loop->narm && a < obs->narm; ++a) {
         const double age = obs->time - obs->arm[a].time;
-        if (!is_finite3(obs->arm[a].tip.p))
+        if (!om_is_finite3(obs->arm[a].tip.p))
             om__loop_alarm(loop, OM_HOLD_TOOL, "the tip of PSM%d is not measured", a + 1);
         else if (age > loop->max_age)
             om__loop_alarm(loop, OM_HOLD_TOOL, "PSM%d was last measured %.2f s ago", a + 1, age);
@@ -93,11 +91,6 @@ void om__loop_check_follow(OmLoop* loop) {
 
 // ---- the hold ---------------------------------------------------------------------------------------------------
 
-static bool is_jaw_action(const OmLoop* loop) {
-    const OmPlanVerb verb = loop->action.plan.verb;
-    return loop->stage == STAGE_ACTION && (verb == OM_PLAN_GRASP || verb == OM_PLAN_RELEASE);
-}
-
 static void end_held(OmLoop* loop, const char* reason) {
     OmRetractResult* r = &loop->result;
     loop->stage = STAGE_ENDED;
@@ -112,11 +105,11 @@ OmStatus om__loop_check_hold(OmLoop* loop) {
     const OmHold hold = loop->alarm;
     loop->alarm = OM_HOLD_NONE;
     if (loop->stage == STAGE_ENDED || loop->stage == STAGE_HOLD) return OM_OK;
-    for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
+    om__loop_stop_arms(loop);
     loop->hold = loop->result.hold = hold;
     ++loop->result.nhold;
     snprintf(loop->hold_text, sizeof loop->hold_text, "%s", loop->alarm_text);
-    const bool continues = loop->is_attended && is_jaw_action(loop);
+    const bool continues = loop->is_attended && om__loop_moves_jaw(loop);
     if (loop->stage == STAGE_ACTION && !continues) {
         OM_TRY(om__loop_break_action(loop, OM_ACTION_HELD));
         loop->held_stage = STAGE_PLAN;

@@ -231,6 +231,7 @@ struct OmLoop {
 #define ATTACHMENT_DISTANCE 0.09  // of the middle of a block from an attachment, minimum
 
 // defras_loop.c
+int om__count_attached(const OmBody* body);  // vertices; 0 without a body
 /// @return OM_OK; OM_INVALID (the task watches the force, and the engine has none in newtons)
 OmStatus om__check_watch(const OmSceneTask* task, const OmTissueEngine* engine);
 
@@ -312,6 +313,11 @@ OmStatus om__loop_ahead(OmLoop* loop);
 // After a tick: leave the stage if it has ended, until a stage waits for the next tick.
 OmStatus om__loop_decide(OmLoop* loop);
 OmStatus om__loop_plan(OmLoop* loop);
+void om__loop_stop_arms(OmLoop* loop);
+bool om__loop_moves_jaw(const OmLoop* loop);  // the current action grasps or releases
+// The current plan is not followed further; its action under way ends with this outcome. A jaw completes its motion
+// first.
+OmStatus om__loop_drop_plan(OmLoop* loop, OmActionOutcome outcome);
 // Record the action as ended; the loop then leaves STAGE_ACTION.
 OmStatus om__loop_break_action(OmLoop* loop, OmActionOutcome outcome);
 // End the loop between two actions or in the middle of one, at a command.

@@ -2,7 +2,6 @@
 //
 // The recorder's folder appears when a run has ended, and a killed run leaves none: an audit must outlive a kill. So
 // the files of the journal are written beside it, under a name that later runs do not clean.
-#define _GNU_SOURCE  // realpath
 #include "defras/defras_journal.h"
 
 #include <errno.h>
@@ -30,26 +29,12 @@ struct Journal {
 
 // ---- texts ------------------------------------------------------------------------------------------------------
 
-// The complete scene of the run, with paths that do not depend on the current folder.
-static OmStatus print_scene(const OmScene* scene, OmText* text) {
-    OmScene* copy = om_alloc(1, sizeof *copy);
-    if (!copy) return OM_NO_MEMORY;
-    *copy = *scene;
-    copy->calibrated[0] = '\0';  // its values are in the scene
-    char* full = realpath(scene->data_root[0] ? scene->data_root : ".", NULL);
-    if (full && strlen(full) < sizeof copy->data_root) strcpy(copy->data_root, full);
-    free(full);
-    OmStatus status = om_scene_print(copy, false, text);
-    om_free(copy);
-    return status;
-}
-
 static OmStatus read_texts(const OmRetractDef* def, const Replay* replay, Journal* j) {
     size_t size;
     if (def->program) OM_TRY(om_file_read(def->program, MAX_PROGRAM, &j->program, &size));
     if (replay) return om_text_append(&j->belief, "%s", replay->belief);
-    OM_TRY(print_scene(def->scene, &j->scene));
-    return om__belief_print(def->scene, &j->belief);
+    OM_TRY(om__scene_print_whole(def->scene, true, &j->scene));
+    return om__scene_print_whole(def->scene, false, &j->belief);
 }
 
 // ---- creation ------------------------------------------------------------------------------------------------

@@ -136,7 +136,7 @@ static double mean_shift(const OmBody* body) {
     return sum / mesh->nvert;
 }
 
-static int count_attached(const OmBody* body) {
+int om__count_attached(const OmBody* body) {
     if (!body) return 0;  // a world without truth
     const unsigned char* attached = om_body_attached(body);
     int n = 0;
@@ -153,7 +153,7 @@ static void begin_result(OmLoop* loop, bool is_settled) {
     r->twin_shift = mean_shift(loop->twin);
     r->world_shift = NAN;
     r->force_factor = 1;
-    loop->truth_nattached = count_attached(loop->truth);
+    loop->truth_nattached = om__count_attached(loop->truth);
     if (loop->truth) {
         const OmTetMesh* hidden = &om_body_site(loop->truth)->mesh;
         r->world_nvert = hidden->nvert;
@@ -243,7 +243,7 @@ static OmStatus finish(OmLoop* loop) {
     OmRetractResult* r = &loop->result;
     OM_TRY(om__look_end(loop));
     r->twin_step_ms = loop->tick ? 1e3 * loop->twin_wall / loop->tick : 0;
-    r->world_ntorn = loop->truth_nattached - count_attached(loop->truth);
+    r->world_ntorn = loop->truth_nattached - om__count_attached(loop->truth);
     r->hash = om_body_hash(loop->truth ? loop->truth : loop->twin);
     r->twin_nbad = om_body_nbad(loop->twin) - loop->ahead_nbad;
     r->world_nbad = loop->truth ? om_body_nbad(loop->truth) : 0;

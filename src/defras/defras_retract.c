@@ -243,22 +243,14 @@ OmStatus om_retract_run(const OmRetractDef* def, const OmProgress* progress,
 
 // ---- before a run -------------------------------------------------------------------------------------------
 
-static int count_attached(const OmBody* body) {
-    if (!body) return 0;  // a world without truth
-    const unsigned char* attached = om_body_attached(body);
-    int num = 0;
-    for (int i = 0; i < om_body_site(body)->mesh.nvert; ++i) num += attached[i] != 0;
-    return num;
-}
-
 static void fill_estimate(const OmRetractDef* def, const Setup* s, OmRetractEstimate* e) {
     const OmLoop* loop = s->loop;
     const OmRetractResult* r = om_loop_result(loop);
     const OmSceneCamera* camera = &def->scene->endoscope;
     e->twin_nvert = r->twin_nvert, e->twin_ntet = r->twin_ntet;
     e->world_nvert = r->world_nvert, e->world_ntet = r->world_ntet;
-    e->twin_nattached = count_attached(s->twin);
-    e->world_nattached = count_attached(om_world_truth(s->world));
+    e->twin_nattached = om__count_attached(s->twin);
+    e->world_nattached = om__count_attached(om_world_truth(s->world));
     e->nblock = loop->grid.n * loop->grid.n;
     for (int b = 0; b < e->nblock; ++b)
         e->ngrasp += loop->grid.vert[b] >= 0 && !om__grid_is_fixed(&loop->grid, s->twin, b);

@@ -23,32 +23,14 @@ OmStatus om__slip_watch(OmLoop* loop, const OmObservation* obs) {
     return OM_OK;
 }
 
-static bool moves_jaw(const OmLoop* loop) {
-    OmPlanVerb verb = loop->action.plan.verb;
-    return verb == OM_PLAN_GRASP || verb == OM_PLAN_RELEASE;
-}
-
 OmStatus om__slip_react(OmLoop* loop) {
     if (!loop->has_slipped) return OM_OK;
     loop->has_slipped = false;
-    switch (loop->stage) {
-    case STAGE_ACTION:
-        if (moves_jaw(loop)) break;
-        for (int a = 0; a < loop->narm; ++a) om_world_stop(loop->world, a);
-        OM_TRY(om__loop_break_action(loop, OM_ACTION_SLIPPED));
+    if (loop->stage == STAGE_LOOK) {  // there is nothing to look at
         loop->stage = STAGE_PLAN;
         return OM_OK;
-    case STAGE_NEXT_ACTION:
-    case STAGE_CONSENT:
-    case STAGE_LOOK: loop->stage = STAGE_PLAN; return OM_OK;
-    // The ROI may stay visible: the verification decides. If it closes, the motion is not continued.
-    case STAGE_VERIFY: loop->action.outcome = OM_ACTION_SLIPPED; break;
-    case STAGE_HOLD:
-        if (loop->held_stage == STAGE_NEXT_ACTION || loop->held_stage == STAGE_CONSENT)
-            loop->held_stage = STAGE_PLAN;
-        break;
-    default: break;
     }
-    loop->wants_plan = true;
-    return OM_OK;
+    // The ROI may stay visible: the verification decides. If it closes, the motion is not continued.
+    if (loop->stage == STAGE_VERIFY) loop->action.outcome = OM_ACTION_SLIPPED;
+    return om__loop_drop_plan(loop, OM_ACTION_SLIPPED);
 }

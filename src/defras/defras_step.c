@@ -114,7 +114,7 @@ static void keep_lost_tips(const OmLoop* loop, OmObservation* obs) {
     for (int a = 0; a < OM_MAX_ARM; ++a) {
         const ArmState* arm = &loop->arm[a];
         OmPose* tip = &obs->arm[a].tip;
-        if (isfinite(tip->p.x) && isfinite(tip->p.y) && isfinite(tip->p.z)) continue;
+        if (om_is_finite3(tip->p)) continue;
         *tip = (OmPose){om_pose_apply(loop->grid.task, arm->tip), arm->q};
     }
 }

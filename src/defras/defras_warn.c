@@ -15,7 +15,8 @@
 // Tried: to learn also after force stops and after plans that exposed nothing, without a warning. Where the twin agrees
 // with the picture within the noise, an estimate is accepted by chance: on two development layouts with half as many
 // attachments again believed (2101, 2102 of scenes/belief.yaml) the twin's force rose from 0.02 to 0.49 N where the
-// truth bore 0.05 N, and 39 actions took the place of 21.
+// truth bore 0.05 N, and 39 actions took the place of 21. Pulls then still counted what adopted attachments press on
+// the ground (world_body.c), so that it is worth another try.
 //
 // A state counts while tissue is held: released tissue falls, and falls otherwise in the twin. If the twin still
 // disagrees by more than the second limit after it has learnt, or the estimate was refused, the tissue in hand is let
