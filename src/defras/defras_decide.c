@@ -1,4 +1,4 @@
-// defras_decide.c: FRAS and DEFRAS (6.4, 6.5.1) as a state machine: sense, plan, act, until the region of interest is exposed.
+// defras_decide.c: FRAS and DEFRAS (6.4, 6.5.1) as a state machine: sense, plan, act, until the ROI is exposed.
 //
 //     BEGIN ── VERIFY ── ENDED (in view at the start)
 //       └────────┴── PLAN ── ACTION ──┬── VERIFY ──┬── ENDED (exposed)

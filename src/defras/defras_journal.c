@@ -5,7 +5,6 @@
 #include "defras/defras_journal.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
