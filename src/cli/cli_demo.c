@@ -328,10 +328,10 @@ static OmStatus add_stages(OmReport* page, const Demo* d) {
     om_report_heading(page, "3. The plan before the operation");
     snprintf(
         text, sizeof text,
-        "A CT does not show where fat is attached. In truth it is held on the left; the robot "
-        "believes that it is held on the right. With this belief it tried %d grasping points in its "
-        "simulation, the twin, and found: %s.",
-        d->plan.ntried, d->plan.reason);
+        "A CT does not show where fat is attached. The robot believes in %.0f %% of the vertices that "
+        "hold it in truth. With this belief it tried %d grasping points in its simulation, the twin, "
+        "and found: %s.",
+        100 * d->scene.believed.ratio, d->plan.ntried, d->plan.reason);
     om_report_paragraph(page, text);
     OM_TRY(om_preplan_add_maps(&d->plan, page));
     return add_run(page, d);
