@@ -52,6 +52,7 @@
 #include "omentum/pbd.h"
 #include "omentum/plan.h"
 #include "omentum/report.h"
+#include "omentum/rl.h"
 #include "omentum/robot.h"
 #include "omentum/scene.h"
 #include "omentum/scene_ct.h"

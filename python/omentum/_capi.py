@@ -83,6 +83,10 @@ OM_REPORT_MAX_SERIES = 6
 OM_RETRACT_CHECK_TIME = 0.5
 OM_RETRACT_SAMPLE = 0.1
 OM_RETRACT_SLID = 0.15
+OM_RL_MAX_ACTION = 8
+OM_RL_MAX_CHOICE = 64
+OM_RL_MAX_INFO = 8
+OM_RL_NAME = 32
 OM_ROI_MARGIN = 0.01
 OM_SCENE_MAX_GRID = 16
 OM_SCENE_NAME = 64
@@ -5257,6 +5261,116 @@ class OmReportChart(Struct):
     box: Any
 
 
+class OmRlTaskOps(Struct):
+    """typedef struct OmRlTaskOps {
+    void (*destroy)(OmRlTask* task);
+    /// Memory of one environment; reset comes before any other call.
+    OmStatus (*state_create)(const OmRlTask* task, void** state);
+    void (*state_destroy)(const OmRlTask* task, void* state);
+    /// Begin an episode. All that is drawn, also later in the episode, comes from `rng` (keep a copy).
+    /// `start`: -1 draws one; 0 to nstart - 1 is a start of the evaluation.
+    OmStatus (*reset)(const OmRlTask* task, void* state, OmRng rng, int start);
+    /// One step. `action` is in range. The limit of steps is not the task's business.
+    OmStatus (*step)(const OmRlTask* task, void* state, const int* action, double* reward,
+                     bool* is_terminated);
+    /// Write nobservation finite values.
+    void (*observe)(const OmRlTask* task, const void* state, float* obs);
+    /// Write ninfo values. May be slow (a picture): called at the end of an episode and on request. Optional.
+    OmStatus (*info)(const OmRlTask* task, void* state, double* value);
+    /// Draw the scene into an empty picture, RGB. Optional.
+    OmStatus (*render)(const OmRlTask* task, void* state, OmPicture* picture);
+    /// The action of a scripted expert with the noise of a person; its noise comes from `rng`. Optional.
+    void (*expert)(const OmRlTask* task, const void* state, OmRng* rng, int* action);
+    /// Bytes of a state: after restore every later step gives the bytes of the saved state.
+    size_t (*state_size)(const OmRlTask* task);
+    void (*save)(const OmRlTask* task, const void* state, void* block);
+    void (*restore)(const OmRlTask* task, void* state, const void* block);
+} OmRlTaskOps;"""
+    destroy: Any
+    state_create: Any
+    state_destroy: Any
+    reset: Any
+    step: Any
+    observe: Any
+    info: Any
+    render: Any
+    expert: Any
+    state_size: Any
+    save: Any
+    restore: Any
+
+
+class OmRlTask(Struct):
+    ops: Any
+    name: str
+    nobservation: int
+    naction: int
+    nchoice: Numbers
+    max_step: int
+    nstart: int
+    ninfo: int
+    info_name: Any
+    score_name: bytes | None
+    target: float
+    hash: int
+
+
+class OmRlSetting(Struct):
+    """typedef struct OmRlSetting {  // of a task, as written by a user
+    const char *key, *value;
+} OmRlSetting;"""
+    key: bytes | None
+    value: bytes | None
+
+
+class OmRlTaskKind(Struct):
+    """typedef struct OmRlTaskKind {
+    const char *name, *about;
+    OmStatus (*create)(const OmRlSetting* setting, int nsetting, OmRlTask** task);
+} OmRlTaskKind;"""
+    name: bytes | None
+    about: bytes | None
+    create: Any
+
+
+class OmRlVecDef(Struct):
+    """typedef struct OmRlVecDef {
+    OmCookie cookie;
+    const OmRlTask* task;  // borrowed until the vector is destroyed
+    int nenv;              // environments, 1 to 65536, default 8
+    int nworker;           // 0 (default): one per processor; the same bytes for any
+    uint64_t seed;         // default 1
+    bool has_info;         // final_info is computed; default true
+} OmRlVecDef;"""
+    cookie: int
+    task: Any
+    nenv: int
+    nworker: int
+    seed: int
+    has_info: bool
+
+
+class OmRlStep(Struct):
+    """typedef struct OmRlStep {
+    float* obs;            // after the step, or the start of the next episode (nenv x nobservation)
+    double* reward;        // (nenv)
+    bool* is_terminated;   // the task ended the episode (nenv)
+    bool* is_truncated;    // the limit of steps ended the episode (nenv)
+    float* final_obs;      // last observation of an episode (nenv x nobservation)
+    double* final_info;    // last infos (nenv x ninfo)
+    double* final_return;  // sum of the rewards (nenv)
+    int* final_length;     // steps (nenv)
+} OmRlStep;"""
+    obs: Any
+    reward: Any
+    is_terminated: Any
+    is_truncated: Any
+    final_obs: Any
+    final_info: Any
+    final_return: Any
+    final_length: Any
+
+
 class OmCtDef(Struct):
     """typedef struct OmCtDef {
     OmCookie cookie;
@@ -6380,6 +6494,12 @@ complete(OmReportSeries, [("name", c_char_p), ("x", c_void_p), ("y", c_void_p), 
 complete(OmReportSpan, [("label", c_char_p), ("begin", c_double), ("end", c_double), ("is_bad", c_bool)], {})
 complete(OmReportBox, [("min", c_double), ("lower", c_double), ("median", c_double), ("upper", c_double), ("max", c_double), ("n", c_int)], {})
 complete(OmReportChart, [("title", c_char_p), ("x_label", c_char_p), ("y_label", c_char_p), ("series", OmReportSeries * 6), ("nseries", c_int), ("has_limit", c_bool), ("limit", c_double), ("limit_name", c_char_p), ("limit2", c_double), ("limit2_name", c_char_p), ("is_log_x", c_bool), ("is_log_y", c_bool), ("has_range", c_bool), ("y_min", c_double), ("y_max", c_double), ("event", c_void_p), ("nevent", c_int), ("span", POINTER(OmReportSpan)), ("nspan", c_int), ("ngroup", c_int), ("group", POINTER(c_char_p)), ("box", POINTER(OmReportBox))], {})
+complete(OmRlTaskOps, [("destroy", CFUNCTYPE(None, POINTER(OmRlTask))), ("state_create", CFUNCTYPE(c_int, POINTER(OmRlTask), POINTER(c_void_p))), ("state_destroy", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p)), ("reset", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, OmRng, c_int)), ("step", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p, c_void_p, c_void_p)), ("observe", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("info", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, c_void_p)), ("render", CFUNCTYPE(c_int, POINTER(OmRlTask), c_void_p, POINTER(OmPicture))), ("expert", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, POINTER(OmRng), c_void_p)), ("state_size", CFUNCTYPE(c_size_t, POINTER(OmRlTask))), ("save", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p)), ("restore", CFUNCTYPE(None, POINTER(OmRlTask), c_void_p, c_void_p))], {})
+complete(OmRlTask, [("ops", POINTER(OmRlTaskOps)), ("name", c_char * 32), ("nobservation", c_int), ("naction", c_int), ("nchoice", c_int * 8), ("max_step", c_int), ("nstart", c_int), ("ninfo", c_int), ("info_name", c_char_p * 8), ("score_name", c_char_p), ("target", c_double), ("hash", c_uint64)], {})
+complete(OmRlSetting, [("key", c_char_p), ("value", c_char_p)], {})
+complete(OmRlTaskKind, [("name", c_char_p), ("about", c_char_p), ("create", CFUNCTYPE(c_int, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))))], {})
+complete(OmRlVecDef, [("cookie", c_uint32), ("task", POINTER(OmRlTask)), ("nenv", c_int), ("nworker", c_int), ("seed", c_uint64), ("has_info", c_bool)], {})
+complete(OmRlStep, [("obs", c_void_p), ("reward", c_void_p), ("is_terminated", c_void_p), ("is_truncated", c_void_p), ("final_obs", c_void_p), ("final_info", c_void_p), ("final_return", c_void_p), ("final_length", c_void_p)], {})
 complete(OmCtDef, [("cookie", c_uint32), ("seed", c_uint64), ("voxel", c_double), ("organ_half", c_double), ("fat_half", c_double), ("fat_thickness", c_double), ("fat_ripple", c_double), ("tumour_shift", c_double * 2), ("tumour_radius", c_double), ("tumour_height", c_double), ("blur", c_double), ("noise", c_double)], {})
 complete(OmStuffDef, [("cookie", c_uint32), ("edge", c_double), ("fn", OmShapeFn), ("ctx", c_void_p), ("lo", OmVec3), ("hi", OmVec3), ("level", c_double), ("max_tet", c_int), ("nworker", c_int)], {})
 complete(OmMeshQuality, [("nvert", c_int), ("ntet", c_int), ("nboundary_tri", c_int), ("volume", c_double), ("dihedral_min", c_double), ("dihedral_max", c_double), ("dihedral_bin", c_int64 * 18), ("edge_min", c_double), ("edge_mean", c_double), ("edge_max", c_double), ("npart", c_int), ("euler", c_int), ("nlayer", c_int), ("is_manifold", c_bool)], {})
@@ -7008,6 +7128,25 @@ PROTOTYPES: dict[str, tuple[Any, list[Any]]] = {
     "om_retract_result_done": (None, [POINTER(OmRetractResult)]),
     "om_retract_run": (c_int, [POINTER(OmRetractDef), POINTER(OmProgress), POINTER(OmRetractResult)]),
     "om_retract_search": (c_int, [POINTER(OmScene), c_double, c_int, POINTER(OmProgress), POINTER(OmSearchResult)]),
+    "om_rl_task_create": (c_int, [c_char_p, POINTER(OmRlSetting), c_int, POINTER(POINTER(OmRlTask))]),
+    "om_rl_task_destroy": (None, [POINTER(OmRlTask)]),
+    "om_rl_task_kind": (POINTER(OmRlTaskKind), [c_int]),
+    "om_rl_task_nlogit": (c_int, [POINTER(OmRlTask)]),
+    "om_rl_vec_create": (c_int, [POINTER(OmRlVecDef), POINTER(c_void_p)]),
+    "om_rl_vec_default_def": (OmRlVecDef, [POINTER(OmRlTask)]),
+    "om_rl_vec_destroy": (None, [c_void_p]),
+    "om_rl_vec_expert": (c_int, [c_void_p, c_int, POINTER(OmRng), c_void_p]),
+    "om_rl_vec_info": (c_int, [c_void_p, c_int, c_void_p]),
+    "om_rl_vec_nenv": (c_int, [c_void_p]),
+    "om_rl_vec_observe": (None, [c_void_p, c_void_p]),
+    "om_rl_vec_render": (c_int, [c_void_p, c_int, POINTER(OmPicture)]),
+    "om_rl_vec_reset": (c_int, [c_void_p, c_void_p]),
+    "om_rl_vec_reset_one": (c_int, [c_void_p, c_int, c_int, c_void_p]),
+    "om_rl_vec_restore": (c_int, [c_void_p, c_void_p]),
+    "om_rl_vec_save": (None, [c_void_p, c_void_p]),
+    "om_rl_vec_size": (c_size_t, [c_void_p]),
+    "om_rl_vec_step": (c_int, [c_void_p, c_void_p, POINTER(OmRlStep)]),
+    "om_rl_vec_task": (POINTER(OmRlTask), [c_void_p]),
     "om_rng_below": (c_uint32, [POINTER(OmRng), c_uint32]),
     "om_rng_init": (OmRng, [c_uint64, c_uint64]),
     "om_rng_normal": (c_double, [POINTER(OmRng)]),
@@ -7597,6 +7736,15 @@ STATUS = frozenset([
     "om_retract_replay",
     "om_retract_run",
     "om_retract_search",
+    "om_rl_task_create",
+    "om_rl_vec_create",
+    "om_rl_vec_expert",
+    "om_rl_vec_info",
+    "om_rl_vec_render",
+    "om_rl_vec_reset",
+    "om_rl_vec_reset_one",
+    "om_rl_vec_restore",
+    "om_rl_vec_step",
     "om_roi_meter_create",
     "om_roi_meter_look",
     "om_roi_visibility",

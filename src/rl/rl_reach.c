@@ -1,0 +1,154 @@
+// rl_reach.c: move a tip to a goal in a box.
+//
+// The motion of the robot in task "retract" without tissue: each axis moves by -1, 0 or +1 step (5.3 of the thesis),
+// positions are in units of the box. Reward: minus the distance to the goal, as a share of the diagonal. The episode
+// ends when the tip is within a step and a half of the goal.
+#include <math.h>
+#include <string.h>
+
+#include "omentum/vec.h"
+#include "rl/rl_internal.h"
+
+typedef struct Reach {
+    OmRlTask head;
+    double step;  // as a share of the box
+} Reach;
+
+typedef struct State {
+    OmVec3 p, goal;  // in the box [0, 1]^3
+} State;
+
+enum { NSIDE = 3 };  // starts of the evaluation along each axis, goal in the centre
+
+static void destroy(OmRlTask* task) { om_free(task); }
+
+static OmStatus state_create(const OmRlTask* task, void** state) {
+    (void)task;
+    *state = om_calloc(1, sizeof(State));
+    return *state ? OM_OK : OM_NO_MEMORY;
+}
+
+static void state_destroy(const OmRlTask* task, void* state) {
+    (void)task;
+    om_free(state);
+}
+
+static OmVec3 draw(OmRng* rng) {
+    OmVec3 p;
+    p.x = om_rng_uniform(rng);
+    p.y = om_rng_uniform(rng);
+    p.z = om_rng_uniform(rng);
+    return p;
+}
+
+static OmStatus reset(const OmRlTask* task, void* state, OmRng rng, int start) {
+    (void)task;
+    State* s = state;
+    s->goal = draw(&rng);
+    s->p = draw(&rng);
+    if (start >= 0) {
+        s->goal = (OmVec3){0.5, 0.5, 0.5};
+        s->p = (OmVec3){start % NSIDE / 2.0, start / NSIDE % NSIDE / 2.0,
+                        start / (NSIDE * NSIDE) / 2.0};
+    }
+    return OM_OK;
+}
+
+static double move(double x, double step, int action) {
+    return fmin(fmax(x + (action - 1) * step, 0), 1);
+}
+
+static OmStatus step(const OmRlTask* task, void* state, const int* action, double* reward,
+                     bool* is_terminated) {
+    const Reach* r = (const Reach*)task;
+    State* s = state;
+    s->p.x = move(s->p.x, r->step, action[0]);
+    s->p.y = move(s->p.y, r->step, action[1]);
+    s->p.z = move(s->p.z, r->step, action[2]);
+    double distance = om_distance(s->p, s->goal);
+    *reward = -distance / sqrt(3.0);
+    *is_terminated = distance < 1.5 * r->step;
+    return OM_OK;
+}
+
+static void observe(const OmRlTask* task, const void* state, float* obs) {
+    (void)task;
+    const State* s = state;
+    const double value[7] = {
+        s->p.x, s->p.y, s->p.z, s->goal.x, s->goal.y, s->goal.z, om_distance(s->p, s->goal)};
+    for (int i = 0; i < 7; ++i) obs[i] = (float)value[i];
+}
+
+static OmStatus info(const OmRlTask* task, void* state, double* value) {
+    const Reach* r = (const Reach*)task;
+    const State* s = state;
+    value[0] = om_distance(s->p, s->goal) < 1.5 * r->step;
+    return OM_OK;
+}
+
+// Straight along each axis; a fifth of the components is random.
+static void expert(const OmRlTask* task, const void* state, OmRng* rng, int* action) {
+    const Reach* r = (const Reach*)task;
+    const State* s = state;
+    const double d[3] = {s->goal.x - s->p.x, s->goal.y - s->p.y, s->goal.z - s->p.z};
+    for (int k = 0; k < 3; ++k) {
+        action[k] = 1 + (d[k] > r->step / 2) - (d[k] < -r->step / 2);
+        if (om_rng_uniform(rng) < 0.2) action[k] = (int)om_rng_below(rng, 3);
+    }
+}
+
+static size_t state_size(const OmRlTask* task) {
+    (void)task;
+    return sizeof(State);
+}
+
+static void save(const OmRlTask* task, const void* state, void* block) {
+    (void)task;
+    memcpy(block, state, sizeof(State));
+}
+
+static void restore(const OmRlTask* task, void* state, const void* block) {
+    (void)task;
+    memcpy(state, block, sizeof(State));
+}
+
+static const OmRlTaskOps ops = {.destroy = destroy,
+                                .state_create = state_create,
+                                .state_destroy = state_destroy,
+                                .reset = reset,
+                                .step = step,
+                                .observe = observe,
+                                .info = info,
+                                .expert = expert,
+                                .state_size = state_size,
+                                .save = save,
+                                .restore = restore};
+
+OmStatus om__rl_reach_create(const OmRlSetting* setting, int nsetting, OmRlTask** task) {
+    static const char* const known[] = {"step", NULL};
+    double size = 0.05;
+    *task = NULL;
+    for (int i = 0; i < nsetting; ++i) {
+        if (strcmp(setting[i].key, "step") != 0)
+            return om__rl_setting_unknown("reach", &setting[i], known);
+        OM_TRY(om__rl_setting_number("reach", &setting[i], 1e-3, 0.2, &size));
+    }
+    Reach* r = om_calloc(1, sizeof *r);
+    if (!r) return OM_NO_MEMORY;
+    r->head = (OmRlTask){.ops = &ops,
+                         .name = "reach",
+                         .nobservation = 7,
+                         .naction = 3,
+                         .nchoice = {3, 3, 3},
+                         .max_step = (int)ceil(4 / size),
+                         .nstart = NSIDE * NSIDE * NSIDE,
+                         .ninfo = 1,
+                         .info_name = {"reached"},
+                         .score_name = "reached",
+                         .target = 0.99};
+    r->step = size;
+    r->head.hash = om_hash(r->head.name, sizeof r->head.name, OM_HASH_SEED);
+    r->head.hash = om_hash(&size, sizeof size, r->head.hash);
+    *task = &r->head;
+    return OM_OK;
+}

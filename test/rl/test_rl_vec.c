@@ -1,0 +1,299 @@
+// test_rl_vec.c: tasks, and environments side by side.
+#include "omentum/rl.h"
+#include "test_alloc.h"
+
+enum { NENV = 5, NSTEP = 700 };
+
+static OmRlTask* task_of(const char* name) {
+    OmRlTask* task;
+    assert_ok(om_rl_task_create(name, NULL, 0, &task));
+    return task;
+}
+
+static OmRlVec* vec_of(const OmRlTask* task, int nworker, uint64_t seed) {
+    OmRlVecDef def = om_rl_vec_default_def(task);
+    OmRlVec* vec;
+    def.nenv = NENV;
+    def.nworker = nworker;
+    def.seed = seed;
+    assert_ok(om_rl_vec_create(&def, &vec));
+    return vec;
+}
+
+static void random_actions(const OmRlTask* task, OmRng* rng, int* action) {
+    for (int i = 0; i < NENV * task->naction; ++i)
+        action[i] = (int)om_rng_below(rng, (uint32_t)task->nchoice[i % task->naction]);
+}
+
+// A hash of all that a run of random actions gives.
+static uint64_t run_hash(OmRlVec* vec, OmRng rng, int nstep, uint64_t hash) {
+    const OmRlTask* task = om_rl_vec_task(vec);
+    float obs[NENV * 16], final_obs[NENV * 16] = {0};
+    double reward[NENV], info[NENV * OM_RL_MAX_INFO] = {0}, sum[NENV] = {0};
+    bool is_terminated[NENV], is_truncated[NENV];
+    int action[NENV * OM_RL_MAX_ACTION], length[NENV] = {0};
+    for (int t = 0; t < nstep; ++t) {
+        random_actions(task, &rng, action);
+        assert_ok(om_rl_vec_step(
+            vec, action,
+            &(OmRlStep){obs, reward, is_terminated, is_truncated, final_obs, info, sum, length}));
+        hash = om_hash(obs, sizeof *obs * (size_t)(NENV * task->nobservation), hash);
+        hash = om_hash(final_obs, sizeof *obs * (size_t)(NENV * task->nobservation), hash);
+        hash = om_hash(reward, sizeof reward, hash);
+        hash = om_hash(info, sizeof info, hash);
+        hash = om_hash(sum, sizeof sum, hash);
+        hash = om_hash(length, sizeof length, hash);
+        hash = om_hash(is_terminated, sizeof is_terminated, hash);
+        hash = om_hash(is_truncated, sizeof is_truncated, hash);
+    }
+    return hash;
+}
+
+static void test_workers_and_resume(void** state) {
+    (void)state;
+    for (int k = 0; om_rl_task_kind(k); ++k) {
+        if (strcmp(om_rl_task_kind(k)->name, "retract") == 0) continue;  // test_rl_retract.c
+        OmRlTask* task = task_of(om_rl_task_kind(k)->name);
+        float obs[NENV * 16];
+        uint64_t hash[4];
+        assert_true(task->nobservation <= 16);
+        for (int w = 0; w < 4; ++w) {
+            OmRlVec* vec = vec_of(task, 1 << w, w < 3 ? 7 : 8);
+            assert_ok(om_rl_vec_reset(vec, obs));
+            hash[w] = run_hash(vec, om_rng_init(3, 0), NSTEP, OM_HASH_SEED);
+            om_rl_vec_destroy(vec);
+        }
+        assert_true(hash[0] == hash[1] && hash[0] == hash[2]);
+        assert_true(hash[0] != hash[3]);  // another seed
+
+        // saved in the middle and continued by another object
+        OmRlVec *a = vec_of(task, 1, 7), *b = vec_of(task, 2, 7), *c = vec_of(task, 1, 8);
+        void* block = om_alloc(om_rl_vec_size(a), 1);
+        assert_ok(om_rl_vec_reset(a, obs));
+        run_hash(a, om_rng_init(3, 0), 37, OM_HASH_SEED);
+        om_rl_vec_save(a, block);
+        uint64_t straight = run_hash(a, om_rng_init(4, 0), NSTEP, OM_HASH_SEED);
+        assert_ok(om_rl_vec_restore(b, block));
+        assert_true(run_hash(b, om_rng_init(4, 0), NSTEP, OM_HASH_SEED) == straight);
+        assert_status(om_rl_vec_restore(c, block), OM_INVALID);  // another seed
+        om_free(block);
+        om_rl_vec_destroy(a);
+        om_rl_vec_destroy(b);
+        om_rl_vec_destroy(c);
+        om_rl_task_destroy(task);
+    }
+}
+
+// Episode k of environment i does not depend on the environments beside it or on the episodes before it.
+static void test_episodes(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("cart-pole");
+    OmRlVec* vec = vec_of(task, 1, 5);
+    float obs[NENV * 4], first[NENV * 4], final_obs[NENV * 4];
+    double reward[NENV], sum[NENV];
+    bool is_terminated[NENV], is_truncated[NENV];
+    int action[NENV] = {0}, length[NENV];
+    assert_ok(om_rl_vec_reset(vec, obs));
+    assert_ok(om_rl_vec_reset(vec, first));  // episode 1 of each
+    assert_true(memcmp(obs, first, sizeof obs) != 0);
+    om_rl_vec_destroy(vec);
+
+    // pushed to the left, environment 0 loses its pole first; its next observation is the start of episode 1
+    vec = vec_of(task, 1, 5);
+    assert_ok(om_rl_vec_reset(vec, obs));
+    int nstep = 0;
+    do {
+        assert_ok(om_rl_vec_step(
+            vec, action,
+            &(OmRlStep){obs, reward, is_terminated, is_truncated, final_obs, NULL, sum, length}));
+        ++nstep;
+    } while (!is_terminated[0]);
+    assert_memory_equal(obs, first, 4 * sizeof *obs);
+    assert_true(fabsf(final_obs[2]) > 0.2f && fabsf(obs[2]) <= 0.05f);
+    assert_int_equal(length[0], nstep);
+    assert_near(sum[0], nstep, 0);
+    assert_false(is_truncated[0]);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+// An episode that the task does not end is cut at the limit: truncated, not terminated.
+static void test_truncation(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("reach");
+    OmRlVecDef def = om_rl_vec_default_def(task);
+    OmRlVec* vec;
+    float obs[7], final_obs[7];
+    double sum = 0, reward, info = -1;
+    bool is_terminated, is_truncated;
+    int length = 0, action[3] = {0, 0, 0};
+    def.nenv = 1;
+    assert_ok(om_rl_vec_create(&def, &vec));
+    assert_ok(om_rl_vec_reset(vec, obs));
+    double want = 0;
+    for (int t = 1; t <= task->max_step; ++t) {
+        assert_ok(om_rl_vec_step(vec, action,
+                                 &(OmRlStep){obs, &reward, &is_terminated, &is_truncated, final_obs,
+                                             &info, &sum, &length}));
+        want += reward;
+        assert_false(is_terminated);
+        assert_int_equal(is_truncated, t == task->max_step);
+    }
+    assert_int_equal(length, task->max_step);
+    assert_near(sum, want, 1e-12);
+    assert_near(info, 0, 0);
+    for (int k = 0; k < 3; ++k) assert_near((double)final_obs[k], 0, 0);  // pushed into the corner
+    assert_true(obs[0] > 0);                                              // a new start
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+// States of Gymnasium 1.4's CartPole-v1 after 1, 10 and 20 actions from (0.01, -0.02, 0.03, 0.04).
+static void test_cart_pole_numbers(void** state) {
+    (void)state;
+    static const int action[20] = {1, 0, 0, 1, 1, 1, 0, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+    static const struct {
+        int step;
+        double value[4];
+    } want[] = {
+        {0, {0.009600000000000001, 0.17467919574755525, 0.030799999999999998, -0.2430687179600081}},
+        {9,
+         {0.04073852394524412, 0.3664394360194746, -0.0062427665089263805, -0.46146260875248174}},
+        {19, {0.15721380134450405, 1.542026918097334, -0.16907815004436913, -2.3498850474720627}},
+    };
+    OmRlTask* task = task_of("cart-pole");
+    double s[4] = {0.01, -0.02, 0.03, 0.04}, reward;
+    bool is_terminated;
+    void* env;
+    assert_int_equal(task->ops->state_size(task), sizeof s);
+    assert_ok(task->ops->state_create(task, &env));
+    task->ops->restore(task, env, s);
+    for (int t = 0, k = 0; t < 20; ++t) {
+        assert_ok(task->ops->step(task, env, &action[t], &reward, &is_terminated));
+        assert_false(is_terminated);
+        if (k < 3 && t == want[k].step) {
+            task->ops->save(task, env, s);
+            // the same formula in double, summed in another order
+            for (int i = 0; i < 4; ++i) assert_near(s[i], want[k].value[i], 1e-13);
+            ++k;
+        }
+    }
+    task->ops->state_destroy(task, env);
+    om_rl_task_destroy(task);
+}
+
+static void test_starts(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("reach");
+    OmRlVec* vec = vec_of(task, 1, 1);
+    float obs[7], again[7];
+    assert_ok(om_rl_vec_reset_one(vec, 0, 5, obs));
+    assert_ok(om_rl_vec_reset_one(vec, 3, 5, again));
+    assert_memory_equal(obs, again, sizeof obs);
+    assert_near((double)obs[0], 1, 0);
+    assert_near((double)obs[1], 0.5, 0);
+    assert_near((double)obs[2], 0, 0);
+    assert_status(om_rl_vec_reset_one(vec, 0, task->nstart, obs), OM_INVALID);
+    assert_status(om_rl_vec_reset_one(vec, NENV, 0, obs), OM_INVALID);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+// The experts reach their goal from drawn starts.
+static void test_experts(void** state) {
+    (void)state;
+    OmRlTask* task = task_of("reach");
+    OmRlVec* vec = vec_of(task, 1, 1);
+    OmRng rng = om_rng_init(2, 0);
+    float obs[NENV * 7];
+    double reached[NENV], sum = 0;
+    bool is_terminated[NENV], is_truncated[NENV];
+    int action[NENV * 3], nepisode = 0;
+    assert_ok(om_rl_vec_reset(vec, obs));
+    for (int t = 0; t < 200; ++t) {
+        for (int i = 0; i < NENV; ++i) assert_ok(om_rl_vec_expert(vec, i, &rng, action + 3 * i));
+        assert_ok(om_rl_vec_step(
+            vec, action, &(OmRlStep){obs, NULL, is_terminated, is_truncated, NULL, reached}));
+        for (int i = 0; i < NENV; ++i)
+            if (is_terminated[i] || is_truncated[i]) sum += reached[i], ++nepisode;
+    }
+    assert_true(nepisode > 10);
+    assert_near(sum / nepisode, 1, 0);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+static void test_refused(void** state) {
+    (void)state;
+    OmRlTask *task, *other;
+    OmRlVec* vec;
+    float obs[NENV * 7];
+    int action[NENV * 3] = {0};
+    assert_status(om_rl_task_create("cartpole", NULL, 0, &task), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "did you mean cart-pole?"));
+    assert_null(task);
+    assert_status(om_rl_task_create("reach", &(OmRlSetting){"stop", "1"}, 1, &task), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "did you mean step?"));
+    assert_status(om_rl_task_create("reach", &(OmRlSetting){"step", "x"}, 1, &task), OM_INVALID);
+    assert_status(om_rl_task_create("reach", &(OmRlSetting){"step", "2"}, 1, &task), OM_INVALID);
+    assert_ok(om_rl_task_create("reach", &(OmRlSetting){"step", "0.1"}, 1, &other));
+    task = task_of("reach");
+    assert_true(task->hash != other->hash);
+    om_rl_task_destroy(other);
+    OmRlVecDef raw = {.task = task}, none = om_rl_vec_default_def(task);
+    assert_status(om_rl_vec_create(&raw, &vec), OM_INVALID);
+    none.nenv = 0;
+    assert_status(om_rl_vec_create(&none, &vec), OM_INVALID);
+    vec = vec_of(task, 1, 1);
+    assert_status(om_rl_vec_step(vec, action, &(OmRlStep){obs}), OM_INVALID);  // no reset
+    assert_ok(om_rl_vec_reset(vec, obs));
+    action[4] = 3;
+    assert_status(om_rl_vec_step(vec, action, &(OmRlStep){obs}), OM_INVALID);
+    assert_non_null(strstr(om_error_message(), "environment 1: action[1] is 3"));
+    OmPicture picture = {0};
+    assert_status(om_rl_vec_render(vec, 0, &picture), OM_UNAVAILABLE);
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+static OmStatus make(void* ctx) {
+    (void)ctx;
+    OmRlTask* task = NULL;
+    OmRlVec* vec = NULL;
+    OmStatus status = om_rl_task_create("reach", NULL, 0, &task);
+    if (status >= 0) {
+        OmRlVecDef def = om_rl_vec_default_def(task);
+        status = om_rl_vec_create(&def, &vec);
+    }
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+    return status;
+}
+
+static void test_memory(void** state) {
+    (void)state;
+    assert_true(test_failing_allocations(make, NULL, 1) >= 5);
+    OmRlTask* task = task_of("cart-pole");
+    OmRlVec* vec = vec_of(task, 1, 1);
+    float obs[NENV * 4];
+    assert_ok(om_rl_vec_reset(vec, obs));
+    test_count_begin();
+    run_hash(vec, om_rng_init(1, 0), 100, OM_HASH_SEED);
+    assert_int_equal(test_count_end(), 0);  // a step allocates nothing
+    om_rl_vec_destroy(vec);
+    om_rl_task_destroy(task);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_workers_and_resume),
+        cmocka_unit_test(test_episodes),
+        cmocka_unit_test(test_truncation),
+        cmocka_unit_test(test_cart_pole_numbers),
+        cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_experts),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
