@@ -22,6 +22,7 @@ from .plan import Action, Plan, Planner, Situation
 from .preplan import Preplan, preplan
 from .press import Press, PressReport, Probe
 from .recording import Recorder, Recording
+from .report import Chart, Picture, Report
 from .retract import Listener, Loop, RetractResult, retract
 from .scene import Body, Scene, Site
 from .tissue import Embedding, StepReport, Tissue, register_engine

@@ -100,14 +100,20 @@ def picture_array(picture: Any) -> np.ndarray:
     return view(None, picture.pixel, np.uint8, shape).copy()
 
 
-def save_png(path: str | os.PathLike[str], picture: Any) -> None:
-    """Write a picture (height, width) or (height, width, 1, 3 or 4) of bytes as PNG."""
+def picture_as_c(picture: Any) -> Any:
+    """An OmPicture that borrows the pixels."""
     pixels = np.ascontiguousarray(picture)
     if pixels.dtype != np.uint8 or pixels.ndim not in (2, 3):
         raise ValueError("a picture is an array of bytes (height, width, channels)")
     pixels = pixels.reshape(*pixels.shape[:2], -1)
     raw = c.OmPicture(width=pixels.shape[1], height=pixels.shape[0], nchannel=pixels.shape[2], pixel=pixels.ctypes.data)
-    lib.om_picture_save_png(ctypes.byref(raw), path_of(path))
+    raw._keep = pixels
+    return raw
+
+
+def save_png(path: str | os.PathLike[str], picture: Any) -> None:
+    """Write a picture (height, width) or (height, width, 1, 3 or 4) of bytes as PNG."""
+    lib.om_picture_save_png(ctypes.byref(picture_as_c(picture)), path_of(path))
 
 
 def load_png(path: str | os.PathLike[str]) -> np.ndarray:
