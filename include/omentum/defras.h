@@ -95,8 +95,8 @@ OM_API OmStatus om_retract_calibrate_force(const OmScene* scene, int nlayout, in
                                            OmForceCalibration* calibration);
 
 /// Can a layout be exposed at all? Try, from rest on the simulated truth, every sequence of the planner's actions for
-/// one grasp (lift to the height or force limit, then no fold, either fold, or both in either order), for every
-/// grasping point that is not above an attachment; without noise and without tools in view.
+/// one grasp (pulls until the ROI is exposed or to the height or force limit, then no fold, either fold, or both in
+/// either order), for every grasping point that is not above an attachment; without noise and without tools in view.
 typedef struct OmSearchResult {
     int ngrasp, nsequence;     // grasping points and sequences tried
     int nexposed;              // sequences that exposed the ROI
@@ -104,6 +104,7 @@ typedef struct OmSearchResult {
     double force;              // N, the largest pull of that sequence, in the truth
     int block;                 // grasping point of that sequence, -1: nothing can be grasped
     OmPlanVerb first, second;  // folds of that sequence; OM_PLAN_PULL: none
+    int naction;  // fewest actions of a sequence that exposes the ROI, with reach and grasp; 0: none
 } OmSearchResult;
 /// @param force_limit  N; a motion ends there
 /// @return OM_OK, also if nothing exposes the ROI; OM_INVALID (a scene that cannot be run); OM_NO_MEMORY;

@@ -45,6 +45,8 @@ typedef struct OmMatchDef {  // made by om_match_default_def
     double min_motion;
     // ... above this median distance of the scan from the updated twin, m; default 4 mm
     double max_residual;
+    // Adopt an estimate without asking whether the updated twin is closer to the scan; default false. For comparisons.
+    bool is_unchecked;
     int nworker;  // threads; default 1
     OmCookie cookie;
 } OmMatchDef;

@@ -206,6 +206,8 @@ typedef struct OmSceneUpdate {  // attachments of the twin corrected during the 
     double rest;      // s that the arms keep still before the picture; default 0.3
     // weights of BA-Net that an estimate asks: "none" (default), "installed", or a file
     char network[OM_SCENE_PATH];
+    // An estimate is adopted only if the updated twin is closer to what the camera sees; default true.
+    bool is_checked;
 } OmSceneUpdate;
 
 typedef enum OmMonitorRegion {  // whose points are compared after the first grasp

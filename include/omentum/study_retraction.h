@@ -1,10 +1,11 @@
 /// omentum/study_retraction.h: the experiments of thesis chapter 6 on tissue retraction (floor 8).
 ///
 /// Scenarios: eight sheets, each with fewer and with more attachments than believed, by DEFRAS and by FRAS (6.5.2,
-/// Tables 6.2 and 6.3), beside an exhaustive search that says which of them can be exposed. Threshold: epsilon of
+/// Tables 6.2 and 6.3). Threshold: epsilon of
 /// 6.5.1. Replanning: Table 6.4. Random: 100 pairs of a layout and a belief. Laboratory: a silicone sheet (6.5.3, Table
-/// 6.5). Kidney: wrong beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Every run is a
-/// folder with its own report; a finished run is not made again.
+/// 6.5). Kidney: wrong beliefs on the scene of a patient. Ablations: DEFRAS without one module each. Alarms: 100 sheets
+/// with right attachments and every other error. Searches: what is possible, for scenarios, the laboratory, and the
+/// pairs that no run exposed. Every run is a folder with its own report; a finished run is not made again.
 ///
 ///     OmStudyRetractionDef def = om_study_retraction_default_def("out/retraction");
 ///     OmStudyRetractionSummary summary;
@@ -25,7 +26,9 @@ typedef enum OmStudyRetractionPart {  // bits of OmStudyRetractionDef.parts
     OM_RETRACTION_LABORATORY = 8,
     OM_RETRACTION_RANDOM = 16,
     OM_RETRACTION_KIDNEY = 32,
-    OM_RETRACTION_ABLATIONS = 64
+    OM_RETRACTION_ABLATIONS = 64,
+    OM_RETRACTION_ALARMS = 128,
+    OM_RETRACTION_SEARCHES = 256
 } OmStudyRetractionPart;
 
 typedef enum OmRetractionRow {  // how a case is run
@@ -35,8 +38,10 @@ typedef enum OmRetractionRow {  // how a case is run
     OM_RETRACTION_NO_PREPLAN,   // DEFRAS without a plan before
     OM_RETRACTION_NO_MONITOR,   // without monitoring: learning after each action instead
     OM_RETRACTION_NO_LEARNING,  // without learning
-    OM_RETRACTION_NO_NETWORK,   // learning by physics alone
-    OM_RETRACTION_ONE_ARM,      // PSM1 alone
+    OM_RETRACTION_NO_AHEAD,     // without look-ahead
+    OM_RETRACTION_NO_CHECK,  // estimates are adopted even if the twin is no closer to what the camera sees
+    OM_RETRACTION_NO_NETWORK,  // learning by physics alone
+    OM_RETRACTION_ONE_ARM,     // PSM1 alone
     OM_RETRACTION_NROW
 } OmRetractionRow;
 
@@ -44,8 +49,8 @@ typedef struct OmStudyRetractionDef {  // made by om_study_retraction_default_de
     // For runs, searches and report. Parts that exist already are not computed again.
     const char* out_dir;
     int parts;         // OmStudyRetractionPart, added; default: all but the kidney
-    int ncase;         // the first N scenarios, pairs or laboratory cases; default 0: all
-    int first;         // random: the first pair, from 0; default 0
+    int ncase;         // the first N scenarios, pairs, sheets or laboratory cases; default 0: all
+    int first;         // random and alarms: the first pair or sheet, from 0; default 0
     const char* data;  // folder that holds ct_abdomen, needed for the kidney; default null
     bool is_quick;     // a coarse sheet, few cases; default false
     int nworker;       // runs at a time, of one thread each; default 0: one a processor
@@ -74,6 +79,7 @@ typedef struct OmStudyRetractionSummary {
     double epsilon;  // N, of the scenarios
     OmRetractionScore scenario[OM_RETRACTION_NROW], random[OM_RETRACTION_NROW];
     OmRetractionScore laboratory[OM_RETRACTION_NROW], kidney[OM_RETRACTION_NROW];
+    OmRetractionScore alarm[OM_RETRACTION_NROW];
     OmForceCalibration force;  // of part threshold; nrun 0: not measured
     // s of processor time, mean and standard deviation of one plan; NAN: not measured
     double replan[OM_RETRACTION_NGRID][OM_RETRACTION_NSHARE];

@@ -2343,6 +2343,8 @@ class OmSceneUpdate(Struct):
     double rest;      // s that the arms keep still before the picture; default 0.3
     // weights of BA-Net that an estimate asks: "none" (default), "installed", or a file
     char network[OM_SCENE_PATH];
+    // An estimate is adopted only if the updated twin is closer to what the camera sees; default true.
+    bool is_checked;
 } OmSceneUpdate;"""
     is_enabled: bool
     latency: float
@@ -2350,6 +2352,7 @@ class OmSceneUpdate(Struct):
     min_lift: float
     rest: float
     network: str
+    is_checked: bool
 
 
 class OmSceneMonitor(Struct):
@@ -2504,6 +2507,8 @@ class OmMatchDef(Struct):
     double min_motion;
     // ... above this median distance of the scan from the updated twin, m; default 4 mm
     double max_residual;
+    // Adopt an estimate without asking whether the updated twin is closer to the scan; default false. For comparisons.
+    bool is_unchecked;
     int nworker;  // threads; default 1
     OmCookie cookie;
 } OmMatchDef;"""
@@ -2519,6 +2524,7 @@ class OmMatchDef(Struct):
     min_seen: float
     min_motion: float
     max_residual: float
+    is_unchecked: bool
     nworker: int
     cookie: int
 
@@ -4505,6 +4511,7 @@ class OmSearchResult(Struct):
     double force;              // N, the largest pull of that sequence, in the truth
     int block;                 // grasping point of that sequence, -1: nothing can be grasped
     OmPlanVerb first, second;  // folds of that sequence; OM_PLAN_PULL: none
+    int naction;  // fewest actions of a sequence that exposes the ROI, with reach and grasp; 0: none
 } OmSearchResult;"""
     ngrasp: int
     nsequence: int
@@ -4514,6 +4521,7 @@ class OmSearchResult(Struct):
     block: int
     first: Choice[OmPlanVerb]
     second: Choice[OmPlanVerb]
+    naction: int
 
 
 class OmAuditDef(Struct):
@@ -6367,12 +6375,12 @@ complete(OmSceneRoi, [("is_random", c_bool), ("center", OmVec3), ("radius", c_do
 complete(OmSceneCamera, [("distance", c_double), ("elevation", c_double), ("fov", c_double), ("width", c_int), ("height", c_int), ("focal", c_double * 2), ("center", c_double * 2), ("distortion", c_double * 5)], {})
 complete(OmSceneWorld, [("young_factor", c_double), ("density_factor", c_double), ("law", c_int), ("poisson", c_double), ("friction", c_double), ("tool_noise", c_double), ("has_depth_noise", c_bool), ("narm", c_int), ("force_noise", c_double), ("grip_friction", c_double), ("grip_force", c_double), ("tear_strength", c_double)], {})
 complete(OmSceneTask, [("grid", c_int), ("force_threshold", c_double), ("watch_force", c_bool), ("force_margin", c_double), ("max_height", c_double), ("pull_step", c_double), ("visibility", c_double), ("speed", c_double), ("grasp_radius", c_double), ("time_step", c_double), ("max_actions", c_int), ("retract", c_double), ("ahead", c_int)], {})
-complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512)], {})
+complete(OmSceneUpdate, [("is_enabled", c_bool), ("latency", c_double), ("keep", c_int), ("min_lift", c_double), ("rest", c_double), ("network", c_char * 512), ("is_checked", c_bool)], {})
 complete(OmSceneMonitor, [("is_enabled", c_bool), ("limit", c_double * 3), ("hysteresis", c_double), ("rate", c_double), ("npoint", c_int), ("quantile", c_double), ("region", c_int)], {})
 complete(OmScene, [("engines", POINTER(OmEngineSet)), ("name", c_char * 64), ("path", c_char * 512), ("data_root", c_char * 512), ("calibrated", c_char * 512), ("seed", c_int), ("tissue", OmSceneTissue), ("model", OmSceneModel), ("attach", OmSceneAttach), ("believed", OmSceneBelief), ("believed_roi", OmSceneRoiBelief), ("registration", OmSceneRegistration), ("roi", OmSceneRoi), ("endoscope", OmSceneCamera), ("rgbd", OmSceneCamera), ("world", OmSceneWorld), ("task", OmSceneTask), ("update", OmSceneUpdate), ("monitor", OmSceneMonitor)], {})
 complete(OmSiteMaterial, [("name", c_char * 64), ("young", c_double), ("poisson", c_double), ("density", c_double)], {})
 complete(OmSite, [("role", c_int), ("mesh", OmTetMesh), ("attach_stiffness", c_double), ("attach_foundation", c_double), ("attach_area", c_void_p), ("attach_spring", c_void_p), ("pose_world_task", OmPose), ("pose_world_field", OmPose), ("half_size", OmVec3), ("has_ground", c_bool), ("has_organ", c_bool), ("organ", OmSurface), ("organ_sdf", OmSdf), ("nroi", c_int), ("roi_x", c_void_p), ("roi_n", c_void_p), ("roi", OmSurface), ("roi_center", OmVec3), ("nmaterial", c_int), ("material", OmSiteMaterial * 16), ("young", c_double), ("density", c_double), ("poisson", c_double), ("gravity", OmVec3)], {"role": OmSiteRole})
-complete(OmMatchDef, [("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("ncandidate", c_int), ("candidate", c_void_p), ("foundation", c_double), ("contact", c_double), ("nhypothesis", c_int), ("seed", c_uint64), ("moved", c_double), ("min_seen", c_double), ("min_motion", c_double), ("max_residual", c_double), ("nworker", c_int), ("cookie", c_uint32)], {})
+complete(OmMatchDef, [("scene", POINTER(OmScene)), ("site", POINTER(OmSite)), ("ncandidate", c_int), ("candidate", c_void_p), ("foundation", c_double), ("contact", c_double), ("nhypothesis", c_int), ("seed", c_uint64), ("moved", c_double), ("min_seen", c_double), ("min_motion", c_double), ("max_residual", c_double), ("is_unchecked", c_bool), ("nworker", c_int), ("cookie", c_uint32)], {})
 complete(OmMatchView, [("mesh", POINTER(OmTetMesh)), ("surface", POINTER(OmSurface)), ("surface_vert", c_void_p), ("surface_of", c_void_p), ("ncandidate", c_int), ("candidate", c_void_p), ("area", c_void_p), ("edge", c_double), ("foundation", c_double)], {})
 complete(OmMatchGrasp, [("arm", c_int), ("pose_world_grasp", OmPose), ("pose_world_now", OmPose), ("radius", c_double), ("nvert", c_int), ("vert", c_void_p)], {})
 complete(OmMatchPull, [("tri", c_int), ("bary", c_double * 3), ("goal", OmVec3), ("normal", OmVec3), ("across", c_double), ("along", c_double)], {})
@@ -6452,7 +6460,7 @@ complete(OmLoopCommand, [("kind", c_int), ("block", c_int), ("value", c_double)]
 complete(OmRetractDef, [("cookie", c_uint32), ("scene", POINTER(OmScene)), ("out_dir", c_char_p), ("program", c_char_p), ("frame_every", c_int), ("nworker", c_int), ("preplan", POINTER(OmPreplan)), ("supervise", CFUNCTYPE(c_int, c_void_p, c_void_p)), ("supervise_ctx", c_void_p), ("needs_approval", c_bool), ("records_acquisitions", c_bool), ("has_recording", c_bool), ("records_observations", c_bool)], {})
 complete(OmRetractEstimate, [("twin_nvert", c_int), ("twin_ntet", c_int), ("world_nvert", c_int), ("world_ntet", c_int), ("twin_nattached", c_int), ("world_nattached", c_int), ("nblock", c_int), ("ngrasp", c_int), ("visibility", c_double), ("is_settled", c_bool), ("has_slid", c_bool), ("nplanned", c_int), ("begin_time", c_double), ("time_rate", c_double), ("picture_bytes", c_double)], {})
 complete(OmForceCalibration, [("nrun", c_int), ("median", c_double), ("lower_quartile", c_double), ("upper_quartile", c_double), ("max", c_double), ("threshold", c_double), ("margin", c_double), ("more_median", c_double), ("npair", c_int)], {})
-complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
+complete(OmSearchResult, [("ngrasp", c_int), ("nsequence", c_int), ("nexposed", c_int), ("visibility", c_double), ("force", c_double), ("block", c_int), ("first", c_int), ("second", c_int), ("naction", c_int)], {"first": OmPlanVerb, "second": OmPlanVerb})
 complete(OmAuditDef, [("cookie", c_uint32), ("planner", c_void_p), ("path", c_char_p), ("scene_text", c_char_p), ("program", c_char_p), ("network_hash", c_uint64)], {})
 complete(OmRecorderDef, [("cookie", c_uint32), ("out_dir", c_char_p), ("scene", POINTER(OmScene)), ("world", POINTER(OmWorld)), ("twin", c_void_p), ("planner", c_void_p), ("truth", c_void_p), ("frame_every", c_int), ("records_acquisitions", c_bool), ("has_recording", c_bool)], {})
 complete(OmReplayDef, [("cookie", c_uint32), ("dir", c_char_p), ("path", c_char_p), ("engines", POINTER(OmEngineSet)), ("nworker", c_int)], {})

@@ -8,12 +8,12 @@
 static const OmCliOption option[] = {
     {"--output", "-o", "DIR", "folder of the study; finished runs there are kept"},
     {"--part", NULL, "PART",
-     "scenarios, threshold, replanning, laboratory, random, kidney or ablations",
+     "scenarios, threshold, replanning, laboratory, random, kidney, ablations, alarms or searches",
      "all but the kidney"},
     {"--quick", NULL, NULL, "a coarse sheet and a few cases of every part: under a minute"},
-    {"--cases", NULL, "N", "the first N scenarios, pairs or laboratory cases", "all", NULL, 0,
-     1000},
-    {"--first", NULL, "N", "random: the first pair, from 0", "0", NULL, 0, 99},
+    {"--cases", NULL, "N", "the first N scenarios, pairs, sheets or laboratory cases", "all", NULL,
+     0, 1000},
+    {"--first", NULL, "N", "random and alarms: the first pair or sheet, from 0", "0", NULL, 0, 99},
     {"--data", NULL, "DIR", "kidney: the folder that holds ct_abdomen"},
     {"--workers", NULL, "N", "runs at a time, of one thread each", "one per processor", NULL, 0,
      OM_MAX_WORKER},
@@ -22,7 +22,7 @@ static const OmCliOption option[] = {
 
 static const OmCliKey result_key[] = {
     {"success", "scenarios that DEFRAS exposed with a true force of at most 3 epsilon"},
-    {"possible", "scenarios that the search exposes"},
+    {"possible", "scenarios that the search or a run exposes"},
     {"runs", "runs and searches of the parts"},
     {"new_runs", "of which were made now"},
     {"epsilon_n", "force threshold of the scenarios"},
@@ -30,8 +30,9 @@ static const OmCliKey result_key[] = {
 };
 
 static OmStatus read_part(const char* name, int* parts) {
-    static const char* const part[] = {"scenarios", "threshold", "replanning", "laboratory",
-                                       "random",    "kidney",    "ablations"};
+    static const char* const part[] = {"scenarios",  "threshold", "replanning",
+                                       "laboratory", "random",    "kidney",
+                                       "ablations",  "alarms",    "searches"};
     const int n = sizeof part / sizeof *part;
     for (int i = 0; i < n; ++i)
         if (strcmp(name, part[i]) == 0) {
@@ -58,8 +59,8 @@ static OmStatus read_def(const OmCliArgs* args, OmStudyRetractionDef* def) {
 
 static void print_group(const char* title, const OmRetractionScore* score) {
     static const char* const row[OM_RETRACTION_NROW] = {
-        "DEFRAS",        "FRAS, believed", "FRAS, true", "no plan before",
-        "no monitoring", "no learning",    "no network", "one arm"};
+        "DEFRAS",      "FRAS, believed", "FRAS, true", "no plan before", "no monitoring",
+        "no learning", "no look-ahead",  "no check",   "no network",     "one arm"};
     for (int i = 0; i < OM_RETRACTION_NROW; ++i) {
         const OmRetractionScore* r = &score[i];
         if (r->nrun == 0) continue;
@@ -83,6 +84,10 @@ static void print_result(const OmStudyRetractionSummary* s, const char* dir) {
     print_group("laboratory", s->laboratory);
     print_group("random pairs", s->random);
     print_group("kidney", s->kidney);
+    print_group("right attachments", s->alarm);
+    if (s->alarm[OM_RETRACTION_DEFRAS].nrun > 0)
+        printf("false alarms: %d of %d runs\n", s->alarm[OM_RETRACTION_DEFRAS].nfalse,
+               s->alarm[OM_RETRACTION_DEFRAS].nrun);
     if (s->force.nrun > 0)
         printf("epsilon: %.2f N over %d grasps; the study uses %.2f N\n", s->force.threshold,
                s->force.nrun, s->epsilon);
@@ -117,11 +122,11 @@ const OmCliVerb om_cli_verb_study_retraction = {
     .usage = "omentum study retraction -o DIR [options]",
     .about =
         "The experiments of thesis chapter 6. Eight sheets, each with fewer and with more attachments than\n"
-        "believed, are retracted by DEFRAS and by FRAS, beside an exhaustive search with the true\n"
-        "attachments. Further parts: the force threshold, re-planning times, a silicone sheet, 100 random\n"
-        "pairs, a kidney, and DEFRAS without one module each. DIR receives report.html, study.json and one\n"
-        "folder per run; after an interruption the same command continues the study. Exit code 0: every\n"
-        "scenario that can be exposed was exposed; 1: one was not.",
+        "believed, are retracted by DEFRAS and by FRAS. Further parts: the force threshold, re-planning\n"
+        "times, a silicone sheet, 100 random pairs, a kidney, DEFRAS without one module each, false alarms\n"
+        "on 100 sheets with right attachments, and exhaustive searches that tell what is possible. DIR\n"
+        "receives report.html, study.json and one folder per run; after an interruption the same command\n"
+        "continues the study. Exit code 0: every scenario that can be exposed was exposed; 1: one was not.",
     .option = option,
     .noption = sizeof option / sizeof *option,
     .example = "  omentum study retraction --quick -o out/quick\n"

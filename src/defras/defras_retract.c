@@ -112,6 +112,7 @@ static OmStatus build_updater(const OmRetractDef* def, const Replay* replay, Set
     OmUpdateDef update = om_update_default_def(def->scene, s->world, &s->twin_site);
     if (is_enabled) {
         OmMatchDef match = om_match_default_def(def->scene, &s->twin_site);
+        match.is_unchecked = !def->scene->update.is_checked;
         OM_TRY(om_match_create(&match, &s->match));
         update.estimate = om_update_estimate_by_match;
         update.estimate_ctx = s->match;

@@ -2,9 +2,10 @@
 //
 // For every grasping point that is not above an attachment, from rest: a lift to the height limit or the force limit;
 // from there the fold away from the camera, the fold towards the ROI, and each fold followed by the other one. These
-// are all sequences of actions that the planner has for one grasp (asp/tissue_retraction.lp). Trials use the truth
-// alone, without noise and without tools in the picture, and compare its own force with the threshold. If the search
-// exposes nothing, no choice of the planner exposes the ROI from tissue at rest.
+// are all sequences of actions that the planner has for one grasp (asp/tissue_retraction.lp). A lift is made of pulls
+// and ends with the first pull that exposes the ROI, so that the fewest actions are known. Trials use the truth alone,
+// without noise and without tools in the picture, and compare its own force with the threshold. If the search exposes
+// nothing, no choice of the planner exposes the ROI from tissue at rest.
 #include <string.h>
 
 #include "defras/defras_trial.h"
@@ -17,10 +18,16 @@ typedef struct Search {
     OmSearchResult* best;
 } Search;
 
-static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, const TrialResult* c) {
+// A sequence of reach, grasp, npull pulls and the folds.
+static void keep(Search* s, int block, int npull, OmPlanVerb first, OmPlanVerb second,
+                 const TrialResult* c) {
     OmSearchResult* r = s->best;
+    const int naction = 2 + npull + (first != OM_PLAN_PULL) + (second != OM_PLAN_PULL);
     ++r->nsequence;
-    if (c->visibility >= s->scene->task.visibility) ++r->nexposed;
+    if (c->visibility >= s->scene->task.visibility) {
+        ++r->nexposed;
+        if (r->naction == 0 || naction < r->naction) r->naction = naction;
+    }
     if (c->visibility <= r->visibility) return;
     r->visibility = c->visibility;
     r->force = c->force;
@@ -30,7 +37,7 @@ static void keep(Search* s, int block, OmPlanVerb first, OmPlanVerb second, cons
 }
 
 // Both folds from a lifted state, each followed by the other.
-static OmStatus try_folds(Search* s, int block, const TrialResult* lift) {
+static OmStatus try_folds(Search* s, int block, int npull, const TrialResult* lift) {
     static const OmPlanVerb verb[2] = {OM_PLAN_MOVE_AWAY, OM_PLAN_MOVE_ROI};
     Trial* t = s->trial;
     OmStatus status = OM_OK;
@@ -41,10 +48,10 @@ static OmStatus try_folds(Search* s, int block, const TrialResult* lift) {
         TrialResult c = *lift;
         if (k) om_body_restore(t->body, lifted);
         OM_TRY_DONE(om__trial_fold(t, verb[k], s->force_limit, &c));
-        keep(s, block, verb[k], OM_PLAN_PULL, &c);
+        keep(s, block, npull, verb[k], OM_PLAN_PULL, &c);
         if (c.visibility >= s->scene->task.visibility) continue;
         OM_TRY_DONE(om__trial_fold(t, verb[1 - k], s->force_limit, &c));
-        keep(s, block, verb[k], verb[1 - k], &c);
+        keep(s, block, npull, verb[k], verb[1 - k], &c);
     }
 done:
     om_free(lifted);
@@ -53,13 +60,16 @@ done:
 
 static OmStatus try_block(Search* s, int block) {
     TrialResult c = {0};
-    int nheld;
+    const OmSceneTask* task = &s->scene->task;
+    int nheld, npull = 0;
     OM_TRY(om__trial_grasp(s->trial, block, &c, &nheld));
     if (nheld == 0) return OM_OK;
     ++s->best->ngrasp;
-    OM_TRY(om__trial_lift(s->trial, s->force_limit, &c));
-    keep(s, block, OM_PLAN_PULL, OM_PLAN_PULL, &c);
-    return c.visibility < s->scene->task.visibility ? try_folds(s, block, &c) : OM_OK;
+    while (!c.is_stopped && c.visibility < task->visibility &&
+           npull * task->pull_step < task->max_height - 1e-9)
+        OM_TRY(om__trial_pull(s->trial, npull++ * task->pull_step, s->force_limit, &c));
+    keep(s, block, npull, OM_PLAN_PULL, OM_PLAN_PULL, &c);
+    return c.visibility < task->visibility ? try_folds(s, block, npull, &c) : OM_OK;
 }
 
 OmStatus om_retract_search(const OmScene* scene, double force_limit, int nworker,

@@ -131,6 +131,14 @@ OmStatus om__trial_lift(Trial* t, double force_limit, TrialResult* c) {
     return move(t, om_vec3(0, 0, 1), t->scene.task.max_height, REST_TIME, force_limit, c);
 }
 
+OmStatus om__trial_pull(Trial* t, double height, double force_limit, TrialResult* c) {
+    const OmSceneTask* task = &t->scene.task;
+    const double left = task->max_height - height;
+    const bool is_last = left <= task->pull_step + 1e-9;
+    return move(t, om_vec3(0, 0, 1), fmin(left, task->pull_step), is_last ? REST_TIME : 0,
+                force_limit, c);
+}
+
 OmStatus om__trial_fold(Trial* t, OmPlanVerb verb, double force_limit, TrialResult* c) {
     OmVec3 tip = om_pose_apply(om_pose_inverse(t->grid.task), c->tip), direction;
     double length, before, now;

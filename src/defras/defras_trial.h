@@ -43,9 +43,11 @@ OmStatus om__trial_create(const OmScene* scene, int seed, OmSiteRole role, int n
 void om__trial_destroy(Trial* trial);
 // Restore the state at rest and grasp a block; nheld 0: only attached tissue, or none, is in reach.
 OmStatus om__trial_grasp(Trial* trial, int block, TrialResult* course, int* nheld);
-// Lift to the height limit; fold from the present tip, as the loop does. A force above `force_limit`, N, ends a motion
-// (INFINITY: no limit). Both update the result: its force and visibility are the largest of all motions.
+// Lift to the height limit; one pull of a lift that has come to `height`, m, and a rest after the last; fold from the
+// present tip, as the loop does. A force above `force_limit`, N, ends a motion (INFINITY: no limit). All update the
+// result: its force and visibility are the largest of all motions.
 OmStatus om__trial_lift(Trial* trial, double force_limit, TrialResult* course);
+OmStatus om__trial_pull(Trial* trial, double height, double force_limit, TrialResult* course);
 OmStatus om__trial_fold(Trial* trial, OmPlanVerb verb, double force_limit, TrialResult* course);
 // Repeat a motion; `force` receives the pull at every step of the trace, N.
 OmStatus om__trial_replay(Trial* trial, const Trace* trace, double* force);

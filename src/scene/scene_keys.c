@@ -292,6 +292,8 @@ static const OmYamlField update_field[] = {
      .help = "for which the arms keep still before the picture of an acquisition"},
     {"network", OM_YAML_STRING, AT(OmSceneUpdate, network), .size = OM_SCENE_PATH,
      .help = "weights of BA-Net that an estimate asks: none, installed, or a file"},
+    {"check", OM_YAML_BOOL, AT(OmSceneUpdate, is_checked),
+     .help = "is an estimate adopted only if the updated twin is closer to what the camera sees?"},
 };
 static const OmYamlSchema update_schema = {"update", update_field, COUNT(update_field), NULL};
 

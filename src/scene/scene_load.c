@@ -65,8 +65,12 @@ OmScene om_scene_default(void) {
                            .time_step = 0.02,
                            .max_actions = 150,
                            .retract = 0.1};
-    s.update = (OmSceneUpdate){
-        .latency = 0.6, .keep = 3, .min_lift = 0.01, .rest = 0.3, .network = "none"};
+    s.update = (OmSceneUpdate){.latency = 0.6,
+                               .keep = 3,
+                               .min_lift = 0.01,
+                               .rest = 0.3,
+                               .network = "none",
+                               .is_checked = true};
     s.monitor = (OmSceneMonitor){.limit = {2 * MM, 4 * MM, 6 * MM},
                                  .hysteresis = 0.5 * MM,
                                  .rate = 30,

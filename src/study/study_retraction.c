@@ -14,7 +14,8 @@ OmStudyRetractionDef om_study_retraction_default_def(const char* out_dir) {
     return (OmStudyRetractionDef){.out_dir = out_dir,
                                   .parts = OM_RETRACTION_SCENARIOS | OM_RETRACTION_THRESHOLD |
                                            OM_RETRACTION_REPLANNING | OM_RETRACTION_LABORATORY |
-                                           OM_RETRACTION_RANDOM | OM_RETRACTION_ABLATIONS,
+                                           OM_RETRACTION_RANDOM | OM_RETRACTION_ABLATIONS |
+                                           OM_RETRACTION_ALARMS | OM_RETRACTION_SEARCHES,
                                   .cookie = COOKIE};
 }
 
@@ -22,7 +23,7 @@ static OmStatus validate(const OmStudyRetractionDef* d) {
     OM_CHECK(d->cookie == COOKIE, OM_INVALID,
              "retraction study: a definition not made by om_study_retraction_default_def");
     OM_CHECK(d->out_dir, OM_INVALID, "retraction study: no folder");
-    OM_CHECK(d->parts > 0 && d->parts < 128, OM_INVALID, "retraction study: parts is %d: 1 to 127",
+    OM_CHECK(d->parts > 0 && d->parts < 512, OM_INVALID, "retraction study: parts is %d: 1 to 511",
              d->parts);
     OM_CHECK(d->nworker >= 0 && d->nworker <= OM_MAX_WORKER, OM_INVALID,
              "retraction study: nworker is %d: 0 to %d", d->nworker, OM_MAX_WORKER);
@@ -41,6 +42,7 @@ bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRe
     bool is_ablated = is_scenario ||
                       (c->group == RETRACTION_PAIR && c->number < RETRACTION_FIRST_PAIR + NABLATED);
     if (row == OM_RETRACTION_DEFRAS) return true;
+    if (c->group == RETRACTION_ALARM) return false;
     if (row == OM_RETRACTION_FRAS || row == OM_RETRACTION_FRAS_TRUE) return is_scenario;
     if (s->def->is_quick && (is_scenario || row != OM_RETRACTION_NO_LEARNING)) return false;
     return is_ablated;
@@ -79,6 +81,16 @@ static OmStatus add_pair(Retraction* s, int seed, bool is_asked) {
     return om__retraction_pair(seed, s->def->is_quick, &r->c);
 }
 
+static OmStatus add_alarm(Retraction* s, int seed, bool is_asked) {
+    RetractionResult* r = &s->result[s->ncase];
+    char name[64];
+    snprintf(name, sizeof name, "alarm-%d", seed);
+    if (!is_asked && !is_there(s, name)) return OM_OK;
+    r->is_asked = is_asked;
+    ++s->ncase;
+    return om__retraction_alarm(seed, s->def->is_quick, &r->c);
+}
+
 static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
     if (!is_asked && !is_there(s, c.name)) return;
     s->result[s->ncase].is_asked = is_asked;
@@ -89,20 +101,26 @@ static void add_other(Retraction* s, RetractionCase c, bool is_asked) {
 static OmStatus list_cases(Retraction* s) {
     const OmStudyRetractionDef* d = s->def;
     const bool is_ablated = d->parts & OM_RETRACTION_ABLATIONS;
-    const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated
+    const bool is_searched = d->parts & OM_RETRACTION_SEARCHES;
+    const int nscenario = d->parts & OM_RETRACTION_SCENARIOS || is_ablated || is_searched
                               ? count_wanted(d, RETRACTION_NSCENARIO, 1)
                               : 0;
     for (int i = 0; i < RETRACTION_NSCENARIO; ++i) {
         OM_TRY(add_scenario(s, i + 1, RETRACTION_FEWER, i < nscenario));
         OM_TRY(add_scenario(s, i + 1, RETRACTION_MORE, i < nscenario));
     }
-    const int nlab = d->parts & OM_RETRACTION_LABORATORY ? count_wanted(d, RETRACTION_NLAB, 1) : 0;
+    const int nlab = d->parts & OM_RETRACTION_LABORATORY || is_searched
+                         ? count_wanted(d, RETRACTION_NLAB, 1)
+                         : 0;
     for (int i = 0; i < RETRACTION_NLAB; ++i)
         add_other(s, om__retraction_lab(i, d->is_quick), i < nlab);
     int npair = d->parts & OM_RETRACTION_RANDOM ? RETRACTION_NPAIR : is_ablated ? NABLATED : 0;
     if (npair > 0) npair = count_wanted(d, npair, 1);
     for (int i = 0; i < RETRACTION_NPAIR; ++i)
         OM_TRY(add_pair(s, RETRACTION_FIRST_PAIR + i, i >= d->first && i < d->first + npair));
+    const int nalarm = d->parts & OM_RETRACTION_ALARMS ? count_wanted(d, RETRACTION_NALARM, 1) : 0;
+    for (int i = 0; i < RETRACTION_NALARM; ++i)
+        OM_TRY(add_alarm(s, RETRACTION_FIRST_ALARM + i, i >= d->first && i < d->first + nalarm));
     const int nkidney =
         d->parts & OM_RETRACTION_KIDNEY ? count_wanted(d, RETRACTION_NKIDNEY, 1) : 0;
     for (int i = 0; i < RETRACTION_NKIDNEY && d->data; ++i)
@@ -124,11 +142,20 @@ static double median(double* value, int n) {
     return om_quantile(value, n, 0.5);
 }
 
-bool om__retraction_is_possible(const RetractionResult* r) {
-    bool is_possible = r->has_ceiling && r->ceiling.is_possible;
+static bool is_exposed(const RetractionResult* r) {
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
-        is_possible = is_possible || (r->has_run[row] && r->run[row].is_success);
-    return is_possible;
+        if (r->has_run[row] && r->run[row].is_success) return true;
+    return false;
+}
+
+bool om__retraction_is_searched(const RetractionResult* r) {
+    const RetractionGroup g = r->c.group;
+    return g == RETRACTION_SCENARIO || g == RETRACTION_LAB ||
+           (g == RETRACTION_PAIR && r->has_run[OM_RETRACTION_DEFRAS] && !is_exposed(r));
+}
+
+bool om__retraction_is_possible(const RetractionResult* r) {
+    return (r->has_ceiling && r->ceiling.is_possible) || is_exposed(r);
 }
 
 static void add_run(const RetractionResult* r, const RetractionRun* run, Columns* c,
@@ -146,7 +173,7 @@ static void add_run(const RetractionResult* r, const RetractionRun* run, Columns
     score->nsuccess += run->is_success;
     score->nsuccess_possible += run->is_success && is_possible;
     if (run->is_success && r->has_ceiling && r->ceiling.is_possible)
-        score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.naction);
+        score->more_actions = fmax(score->more_actions, run->naction - r->ceiling.best.naction);
     score->ntrigger += run->ntrigger;
     score->ngood += run->ngood;
     score->nfalse +=
@@ -173,7 +200,7 @@ static void score_row(const Retraction* s, RetractionGroup group, OmRetractionRo
 static OmStatus summarise(Retraction* s) {
     OmStudyRetractionSummary* sum = &s->sum;
     OmRetractionScore* score[RETRACTION_NGROUP] = {sum->scenario, sum->random, sum->laboratory,
-                                                   sum->kidney};
+                                                   sum->kidney, sum->alarm};
     Columns* c = om_alloc(1, sizeof *c);
     if (!c) return OM_NO_MEMORY;
     for (int g = 0; g < RETRACTION_NGROUP; ++g)

@@ -6,7 +6,9 @@
 #include "omentum/study_retraction.h"
 #include "study/study_retraction_protocol.h"
 
-#define RETRACTION_MAX_CASE (2 * RETRACTION_NSCENARIO + RETRACTION_NPAIR + 9 + RETRACTION_NKIDNEY)
+#define RETRACTION_MAX_CASE                                                              \
+    (2 * RETRACTION_NSCENARIO + RETRACTION_NPAIR + RETRACTION_NALARM + RETRACTION_NLAB + \
+     RETRACTION_NKIDNEY)
 #define RETRACTION_MAX_GRASP 12
 
 typedef struct RetractionRun {  // contents of its file; zero-initialise
@@ -31,7 +33,6 @@ typedef struct RetractionRun {  // contents of its file; zero-initialise
 typedef struct RetractionCeiling {  // an exhaustive search with the true attachments
     bool is_possible;
     OmSearchResult best;
-    int naction;  // of its sequence: reach, grasp, pulls and folds
 } RetractionCeiling;
 
 typedef struct RetractionResult {  // of a case
@@ -70,6 +71,8 @@ extern const char* const om__retraction_row_title[OM_RETRACTION_NROW];  // for p
 
 // Is this row a run of the case? Ablations are of scenarios and of the first 20 pairs.
 bool om__retraction_is_wanted(const Retraction* s, const RetractionCase* c, OmRetractionRow row);
+// Is there a search for the case? Of a pair only where no run exposed it.
+bool om__retraction_is_searched(const RetractionResult* r);
 // Does the search expose the case, or is a run of it a success? The search has one arm and one grasp.
 bool om__retraction_is_possible(const RetractionResult* r);
 // Read what the folder has, make what is missing, as many at once as there are workers.

@@ -19,6 +19,9 @@
 // could be seen with the tissue removed; if more than 20 % of it is seen at rest. Whether a case can
 // be exposed at all is no reason to refuse it: the search of the study tells.
 //
+// Alarms are numbers 3001 to 3100 with right attachments; beside the errors of all sheets the registration is wrong by
+// up to 1 mm along each axis and half a degree about each, the place of the ROI by up to 2 mm, the density by 5 %.
+//
 // Epsilon (6.5.1): twice the median of the largest pulls of 425 grasps of this sheet, and the margin beside it, by
 // om_retract_calibrate_force with 17 layouts, before any case was drawn.
 #include <stdio.h>
@@ -29,6 +32,7 @@
 #include "study/study_retraction_protocol.h"
 
 #define DRAW_SEED 650205
+#define ERROR_SEED 650206
 #define MAX_ATTEMPT 50
 #define MAX_HIDDEN 0.2  // share of the ROI seen at rest, at most
 #define EPSILON 3.17    // N
@@ -86,6 +90,19 @@ static OmScene sheet_scene(const RetractionCase* c) {
     return s;
 }
 
+static double up_to(OmRng* rng, double most) { return om_rng_range(rng, -most, most); }
+
+// Every error that is not of the attachments.
+static void add_errors(const RetractionCase* c, OmScene* s) {
+    OmRng rng = om_rng_init(ERROR_SEED, (uint64_t)c->number);
+    double* shift = &s->registration.shift.x;
+    double* turn = &s->registration.turn.x;
+    for (int k = 0; k < 3; ++k) shift[k] = up_to(&rng, 0.001);
+    for (int k = 0; k < 3; ++k) turn[k] = up_to(&rng, OM_PI / 360);
+    s->believed_roi.shift = om_vec3(up_to(&rng, 0.002), up_to(&rng, 0.002), 0);
+    s->world.density_factor = 1.05;
+}
+
 // The sheet of ../data: 120 x 120 x 8 mm of silicone, 27.04 kPa, 0.4287, 0.123264 kg, on a board with holes every 10
 // mm: the twin has a vertex over each hole.
 static OmScene lab_scene(const RetractionCase* c) {
@@ -129,6 +146,7 @@ OmStatus om__retraction_scene(const RetractionCase* c, RetractionKnowledge knowl
     else
         *s = c->group == RETRACTION_LAB ? lab_scene(c) : sheet_scene(c);
     snprintf(s->name, sizeof s->name, "%s", c->name);
+    if (knowledge == RETRACTION_BELIEVED && c->group == RETRACTION_ALARM) add_errors(c, s);
     if (knowledge == RETRACTION_TRUE || c->kind == RETRACTION_SAME) return OM_OK;
     if (c->kind == RETRACTION_NONE)
         s->believed.kind = OM_BELIEF_NONE;
@@ -248,6 +266,13 @@ RetractionCase om__retraction_kidney(int i, const char* data, bool is_quick) {
                         .is_quick = is_quick};
     snprintf(c.name, sizeof c.name, "kidney-%s", om__retraction_kind_name[kind[i]]);
     return c;
+}
+
+OmStatus om__retraction_alarm(int seed, bool is_quick, RetractionCase* c) {
+    *c = (RetractionCase){.group = RETRACTION_ALARM, .is_quick = is_quick};
+    OM_TRY(draw_case(seed, RETRACTION_SAME, c));
+    snprintf(c->name, sizeof c->name, "alarm-%d", seed);
+    return OM_OK;
 }
 
 double om__retraction_epsilon(void) { return EPSILON; }

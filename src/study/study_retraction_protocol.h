@@ -9,6 +9,8 @@
 #define RETRACTION_NSCENARIO 8
 #define RETRACTION_FIRST_PAIR 1001  // seeds of random pairs: 1001 to 1100
 #define RETRACTION_NPAIR 100
+#define RETRACTION_FIRST_ALARM 3001
+#define RETRACTION_NALARM 100
 #define RETRACTION_NLAB 9         // A, B, C x fewer, more, same
 #define RETRACTION_NKIDNEY 4      // wrong beliefs on the kidney scene
 #define RETRACTION_MAX_FORCE 3.0  // epsilon: true force of a success at most
@@ -34,13 +36,14 @@ typedef enum RetractionGroup {
     RETRACTION_PAIR,
     RETRACTION_LAB,
     RETRACTION_KIDNEY,
+    RETRACTION_ALARM,
     RETRACTION_NGROUP
 } RetractionGroup;
 
 typedef struct RetractionCase {  // tissue with true and believed attachments
     char name[40];               // for files: "scenario-1-fewer"
     RetractionGroup group;
-    int number;  // scenario 1 to 8, seed of a pair, laboratory scenario 0 to 2
+    int number;  // scenario 1 to 8, seed of a pair or of an alarm, laboratory scenario 0 to 2
     RetractionKind kind;
     int seed;                // of the true patch, and of the noise
     int believed_seed;       // of the believed patch
@@ -58,6 +61,8 @@ OmStatus om__retraction_scenario(int scenario, RetractionKind kind, bool is_quic
 // A pair of a layout and a belief, seed RETRACTION_FIRST_PAIR and above.
 RetractionKind om__retraction_pair_kind(int seed);
 OmStatus om__retraction_pair(int seed, bool is_quick, RetractionCase* c);
+// A sheet with right attachments and every other error, seed RETRACTION_FIRST_ALARM and above.
+OmStatus om__retraction_alarm(int seed, bool is_quick, RetractionCase* c);
 // A case of the laboratory (0 to 8: A, B, C x belief fewer, more, same) and of the kidney (0 to 3).
 RetractionCase om__retraction_lab(int i, bool is_quick);
 RetractionCase om__retraction_kidney(int i, const char* data, bool is_quick);

@@ -66,8 +66,8 @@ static void ceiling_text(const RetractionResult* r, char* out) {
     if (!r->has_ceiling)
         snprintf(out, WORD, "not searched");
     else if (r->ceiling.is_possible)
-        snprintf(out, WORD, "%d of %d, %d actions", r->ceiling.best.nexposed,
-                 r->ceiling.best.nsequence, r->ceiling.naction);
+        snprintf(out, WORD, "%d of %d, from %d actions", r->ceiling.best.nexposed,
+                 r->ceiling.best.nsequence, r->ceiling.best.naction);
     else
         snprintf(out, WORD, "none of %d, %.0f %%", r->ceiling.best.nsequence,
                  100 * r->ceiling.best.visibility);
@@ -285,6 +285,8 @@ static OmStatus add_parts(const Retraction* s, OmReport* report) {
         report));
     OM_TRY(
         add_group(s, RETRACTION_PAIR, "Random pairs", s->sum.random, "Not in the thesis.", report));
+    OM_TRY(add_group(s, RETRACTION_ALARM, "False alarms: right attachments, every other error",
+                     s->sum.alarm, "Not in the thesis.", report));
     OM_TRY(add_group(s, RETRACTION_KIDNEY, "Kidney", s->sum.kidney, "Not in the thesis.", report));
     add_replan(s, report);
     add_threshold(s, report);
@@ -352,7 +354,7 @@ static void put_case_json(OmJson* json, const RetractionResult* r) {
         om_json_integer(json, "sequences", r->ceiling.best.nsequence);
         om_json_integer(json, "sequences_exposed", r->ceiling.best.nexposed);
         om_json_number(json, "best_visibility", r->ceiling.best.visibility);
-        om_json_integer(json, "search_actions", r->ceiling.naction);
+        om_json_integer(json, "search_actions", r->ceiling.best.naction);
     }
     om_json_open(json, "runs", '{');
     for (int row = 0; row < OM_RETRACTION_NROW; ++row)
@@ -397,6 +399,7 @@ OmStatus om__retraction_write_json(const Retraction* s) {
     put_scores_json(&json, "random", s->sum.random);
     put_scores_json(&json, "laboratory", s->sum.laboratory);
     put_scores_json(&json, "kidney", s->sum.kidney);
+    put_scores_json(&json, "alarms", s->sum.alarm);
     if (s->has_replan) {
         om_json_open(&json, "replan_ms", '[');
         for (int g = 0; g < OM_RETRACTION_NGRID; ++g) {

@@ -14,22 +14,25 @@
 #define MAX_PATH 1024
 #define FRAME_EVERY 4
 #define SEARCH_SPEED_UP 3.0
-// Change them if runs, or searches and runs of FRAS, are made in another way.
+// Change them if runs, runs of FRAS, or searches are made in another way.
 #define METHOD 4
 #define METHOD_FRAS 3
+#define METHOD_SEARCH 1
 #define GOOD_MU 0.002  // m
 #define CEILING OM_RETRACTION_NROW
 #define PREPLAN (OM_RETRACTION_NROW + 1)
 
 const char* const om__retraction_row_name[OM_RETRACTION_NROW] = {
-    "defras",     "fras",        "fras-true",  "no-preplan",
-    "no-monitor", "no-learning", "no-network", "one-arm"};
+    "defras",      "fras",     "fras-true", "no-preplan", "no-monitor",
+    "no-learning", "no-ahead", "no-check",  "no-network", "one-arm"};
 const char* const om__retraction_row_title[OM_RETRACTION_NROW] = {"DEFRAS",
                                                                   "FRAS, believed attachments",
                                                                   "FRAS, true attachments",
                                                                   "no plan before",
                                                                   "no monitoring",
                                                                   "no learning",
+                                                                  "no look-ahead",
+                                                                  "no physics check",
                                                                   "no network",
                                                                   "one arm"};
 
@@ -69,7 +72,8 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
     scene->update.is_enabled = row != OM_RETRACTION_NO_LEARNING;
     if (row != OM_RETRACTION_NO_NETWORK)
         snprintf(scene->update.network, sizeof scene->update.network, "installed");
-    scene->task.ahead = 3;
+    scene->update.is_checked = row != OM_RETRACTION_NO_CHECK;
+    scene->task.ahead = row == OM_RETRACTION_NO_AHEAD ? 0 : 3;
     if (row == OM_RETRACTION_ONE_ARM) scene->world.narm = 1;
 }
 
@@ -78,9 +82,10 @@ static void set_row(OmRetractionRow row, OmScene* scene) {
 static uint64_t hash_task(const Task* t) {
     const RetractionCase* c = &t->result->c;
     const OmScene* s = &t->scene;
-    const bool is_fras =
-        t->row == CEILING || t->row == OM_RETRACTION_FRAS || t->row == OM_RETRACTION_FRAS_TRUE;
-    const double value[] = {is_fras ? METHOD_FRAS : METHOD,
+    const bool is_fras = t->row == OM_RETRACTION_FRAS || t->row == OM_RETRACTION_FRAS_TRUE;
+    const double value[] = {t->row == CEILING ? METHOD_SEARCH
+                            : is_fras         ? METHOD_FRAS
+                                              : METHOD,
                             t->row,
                             c->group,
                             c->kind,
@@ -217,8 +222,6 @@ static OmStatus make_ceiling(Task* t) {
     OM_TRY(om_retract_search(&t->scene, RETRACTION_MAX_FORCE * task->force_threshold, 1, NULL,
                              &c->best));
     c->is_possible = c->best.nexposed > 0;
-    c->naction = 2 + (int)ceil(task->max_height / task->pull_step - 1e-9) +
-                 (c->best.first != OM_PLAN_PULL) + (c->best.second != OM_PLAN_PULL);
     return OM_OK;
 }
 
@@ -284,30 +287,47 @@ static OmStatus run_batches(Retraction* s, Task* task, int n) {
     return OM_OK;
 }
 
-// The tasks that are not in the folder yet: DEFRAS of all cases first, searches before FRAS with the true attachments.
-static OmStatus list_tasks(Retraction* s, Task* task, int* n) {
-    static const int order[CEILING + 1] = {
-        OM_RETRACTION_DEFRAS,      OM_RETRACTION_FRAS,       CEILING,
-        OM_RETRACTION_FRAS_TRUE,   OM_RETRACTION_NO_PREPLAN, OM_RETRACTION_NO_MONITOR,
-        OM_RETRACTION_NO_LEARNING, OM_RETRACTION_NO_NETWORK, OM_RETRACTION_ONE_ARM};
-    for (int k = 0; k <= CEILING; ++k)
-        for (int i = 0; i < s->ncase; ++i) {
-            RetractionResult* r = &s->result[i];
-            if (order[k] != CEILING &&
-                !om__retraction_is_wanted(s, &r->c, (OmRetractionRow)order[k]))
-                continue;
-            const bool is_ablation = order[k] != CEILING && order[k] > OM_RETRACTION_FRAS_TRUE;
-            const int part = is_ablation ? OM_RETRACTION_ABLATIONS : ~OM_RETRACTION_ABLATIONS;
-            const bool is_made =
-                r->is_asked && (order[k] == OM_RETRACTION_DEFRAS || s->def->parts & part);
-            OM_TRY(open_task(r, order[k], &task[*n]));
-            const bool is_there = load(s, &task[*n]);
-            s->sum.nrun += is_there || is_made;
-            if (is_there)
-                mark(&task[*n]);
-            else
-                *n += is_made;
-        }
+// Does the user want this task, a run or a search, if it is not in the folder?
+static bool is_asked(const Retraction* s, const RetractionResult* r, int row) {
+    static const int part[RETRACTION_NGROUP] = {[RETRACTION_SCENARIO] = OM_RETRACTION_SCENARIOS,
+                                                [RETRACTION_PAIR] = OM_RETRACTION_RANDOM,
+                                                [RETRACTION_LAB] = OM_RETRACTION_LABORATORY,
+                                                [RETRACTION_KIDNEY] = OM_RETRACTION_KIDNEY,
+                                                [RETRACTION_ALARM] = OM_RETRACTION_ALARMS};
+    int wanted = part[r->c.group];
+    if (row == CEILING)
+        wanted = OM_RETRACTION_SEARCHES;
+    else if (row > OM_RETRACTION_FRAS_TRUE)
+        wanted = OM_RETRACTION_ABLATIONS;
+    else if (row == OM_RETRACTION_DEFRAS)
+        wanted |= OM_RETRACTION_ABLATIONS;  // to compare with
+    return r->is_asked && s->def->parts & wanted;
+}
+
+// Mark the task of a case if the folder has it; else append it if the user wants it.
+static OmStatus list_task(Retraction* s, RetractionResult* r, int row, Task* task, int* n) {
+    OM_TRY(open_task(r, row, &task[*n]));
+    const bool is_there = load(s, &task[*n]), is_made = !is_there && is_asked(s, r, row);
+    s->sum.nrun += is_there || is_made;
+    s->sum.nnew += is_made;
+    if (is_there) mark(&task[*n]);
+    *n += is_made;
+    return OM_OK;
+}
+
+// The runs that are not in the folder yet: DEFRAS of all cases first.
+static OmStatus list_runs(Retraction* s, Task* task, int* n) {
+    for (int row = 0; row < OM_RETRACTION_NROW; ++row)
+        for (int i = 0; i < s->ncase; ++i)
+            if (om__retraction_is_wanted(s, &s->result[i].c, (OmRetractionRow)row))
+                OM_TRY(list_task(s, &s->result[i], row, task, n));
+    return OM_OK;
+}
+
+static OmStatus list_searches(Retraction* s, Task* task, int* n) {
+    for (int i = 0; i < s->ncase; ++i)
+        if (om__retraction_is_searched(&s->result[i]))
+            OM_TRY(list_task(s, &s->result[i], CEILING, task, n));
     return OM_OK;
 }
 
@@ -332,15 +352,17 @@ static OmStatus make_preplans(Retraction* s, const Task* task, int n, Task* plan
 }
 
 OmStatus om__retraction_run_cases(Retraction* s) {
-    const size_t most = (size_t)s->ncase * (CEILING + 1) + 1;
+    const size_t most = (size_t)s->ncase * OM_RETRACTION_NROW + 1;
     int n = 0;
     OmStatus status;
     Task *task = NULL, *plan = NULL;
     OM_CALLOC_DONE(task, most);
     OM_CALLOC_DONE(plan, most);
-    OM_TRY_DONE(list_tasks(s, task, &n));
-    s->sum.nnew += n;
+    OM_TRY_DONE(list_runs(s, task, &n));
     OM_TRY_DONE(make_preplans(s, task, n, plan));
+    OM_TRY_DONE(run_batches(s, task, n));
+    n = 0;
+    OM_TRY_DONE(list_searches(s, task, &n));
     status = run_batches(s, task, n);
 done:
     om_free(task);

@@ -17,6 +17,10 @@ $ omentum study retraction --quick --part random --workers 1 -q -o out
 exit 0
 out \(0 new\)
 
+$ omentum study retraction --quick --part alarms --workers 1 -q -o out
+exit 0
+out ^false alarms: 0 of 1 runs
+
 $ omentum study retraction --part kidney -q -o out
 exit 3
 err needs data

@@ -196,8 +196,16 @@ static void test_search(void** state) {
     assert_ok(om_retract_search(&scene, 3, 1, NULL, &found));
     assert_true(found.ngrasp > 0 && found.nexposed > 0 && found.visibility >= 0.8);
     assert_true(found.force > 0 && found.block >= 0);
+    // reach, grasp, five pulls of 10 mm and two folds at most; a ROI of which little must be seen needs fewer
+    OmScene little = scene;
+    OmSearchResult less;
+    little.task.visibility = 0.05;
+    assert_ok(om_retract_search(&little, 3, 1, NULL, &less));
+    printf("fewest actions: %d for 80 %% of the ROI, %d for 5 %%\n", found.naction, less.naction);
+    assert_true(found.naction <= 9 && less.naction >= 3 && less.naction < found.naction);
     assert_ok(om_retract_search(&scene, 0.02, 1, NULL, &none));  // nothing may be lifted
     assert_int_equal(none.nexposed, 0);
+    assert_int_equal(none.naction, 0);
     assert_int_equal(none.ngrasp, found.ngrasp);
     assert_true(none.visibility < 0.8);
     scene.attach.lo = om_vec3(-1, -1, -1);  // everything is attached

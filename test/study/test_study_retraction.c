@@ -94,6 +94,31 @@ static void test_pairs(void** unused) {
     }
 }
 
+// Sheets of the false alarms: attachments are right, everything else is wrong by a little.
+static void test_alarms(void** unused) {
+    (void)unused;
+    static unsigned char truth[1000], belief[1000];
+    double largest = 0;
+    for (int k = 0; k < 10; ++k) {
+        RetractionCase c;
+        OmScene believed, known;
+        assert_ok(om__retraction_alarm(RETRACTION_FIRST_ALARM + k, false, &c));
+        assert_int_equal(c.kind, RETRACTION_SAME);
+        find_attached(&c, RETRACTION_TRUE, truth);
+        find_attached(&c, RETRACTION_BELIEVED, belief);
+        assert_memory_equal(truth, belief, sizeof truth);
+        assert_ok(om__retraction_scene(&c, RETRACTION_BELIEVED, &believed));
+        assert_ok(om__retraction_scene(&c, RETRACTION_TRUE, &known));
+        assert_true(om_norm(known.registration.shift) + om_norm(known.registration.turn) == 0);
+        const OmVec3 shift = believed.registration.shift;
+        largest = fmax(largest, fabs(shift.x));
+        assert_true(fabs(shift.x) <= 0.001 && fabs(shift.y) <= 0.001 && fabs(shift.z) <= 0.001);
+        assert_true(om_norm(believed.registration.turn) > 0);
+        assert_true(om_norm(believed.believed_roi.shift) > 0);
+    }
+    assert_true(largest > 0.0005);
+}
+
 static void test_states(void** unused) {
     (void)unused;
     OmSituation a, b;
@@ -140,6 +165,8 @@ static void test_definitions(void** unused) {
     OmStudyRetractionSummary sum;
     OmStudyRetractionDef raw = {0}, d = om_study_retraction_default_def(dir);
     assert_status(om_study_retraction_run(&raw, NULL, &sum), OM_INVALID);
+    d.parts = 512;
+    assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
     d.parts = 0;
     assert_status(om_study_retraction_run(&d, NULL, &sum), OM_INVALID);
     d = om_study_retraction_default_def(dir), d.ncase = -1;
@@ -172,6 +199,13 @@ static void test_study(void** unused) {
     assert_int_equal(two.nnew, 0);
     assert_near(two.random[OM_RETRACTION_DEFRAS].visibility,
                 one.random[OM_RETRACTION_DEFRAS].visibility, 0);
+    // Searches of a scenario's two cases and of one case of the laboratory; no run is made.
+    d.parts = OM_RETRACTION_SEARCHES;
+    assert_ok(om_study_retraction_run(&d, NULL, &two));
+    assert_int_equal(two.nnew, 3);
+    assert_int_equal(two.scenario[OM_RETRACTION_DEFRAS].nrun, 0);
+    assert_ok(om_study_retraction_run(&d, NULL, &two));
+    assert_int_equal(two.nnew, 0);
 }
 
 static int make_dir(void** unused) {
@@ -186,9 +220,9 @@ static int remove_dir(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_draws),   cmocka_unit_test(test_beliefs),
-        cmocka_unit_test(test_pairs),   cmocka_unit_test(test_states),
-        cmocka_unit_test(test_picture), cmocka_unit_test(test_definitions),
-        cmocka_unit_test(test_study)};
+        cmocka_unit_test(test_draws),       cmocka_unit_test(test_beliefs),
+        cmocka_unit_test(test_pairs),       cmocka_unit_test(test_alarms),
+        cmocka_unit_test(test_states),      cmocka_unit_test(test_picture),
+        cmocka_unit_test(test_definitions), cmocka_unit_test(test_study)};
     return cmocka_run_group_tests(tests, make_dir, remove_dir);
 }
