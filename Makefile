@@ -10,7 +10,7 @@ RELEASE := build/release
 CLI := $(RELEASE)/bin/omentum
 export CMAKE_BUILD_PARALLEL_LEVEL := $(JOBS)
 
-.PHONY: help setup configure build wheel demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
+.PHONY: help setup python configure build wheel demo check check-all slow mutants tsan bench figures keys doc install format fuzz tidy clean
 .DEFAULT_GOAL := help
 
 help: ## this list
@@ -19,6 +19,9 @@ help: ## this list
 
 setup: ## install the missing packages of packages.txt
 	@tools/setup.sh packages.txt
+
+python: setup ## the environment of the Python tests, in build/python, with what PyPI has
+	@tools/python_env.sh
 
 configure: setup
 	@test -f $(RELEASE)/build.ninja || cmake --preset release -G Ninja
@@ -29,14 +32,16 @@ build: configure ## build the optimised library and the program
 demo: build ## from a CT made here to an exposed tumour; report in out/demo
 	@$(CLI) demo -o out/demo
 
-check: setup ## format, layers, quick tests in release and under sanitizers, install, samples, demo
+check: setup python ## format, layers, quick tests in release and under sanitizers, install, samples, demo
 	@tools/check.sh
 
-check-all: setup ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
+check-all: setup python ## check, and the slow tests, thread sanitizer, benchmarks, MPI, mutants: hours
 	@tools/setup.sh tools/packages_ci.txt || echo "check-all: without Open MPI; its tests are skipped"
+	@tools/python_env.sh python/requirements_slow.txt
 	@tools/check.sh --all
 
-slow: build ## the tests that take minutes
+slow: build python ## the tests that take minutes
+	@tools/python_env.sh python/requirements_slow.txt
 	@ctest --test-dir $(RELEASE) -L slow --output-on-failure
 
 mutants: setup ## change one line of src/ at a time: does a test notice? (hours; a run that was stopped goes on)

@@ -85,6 +85,10 @@ class Engine:
         """Compute a step; the number of substeps may be returned."""
         raise NotImplementedError
 
+    def __getstate__(self) -> dict[str, Any]:
+        """An engine is pickled without what C holds of it."""
+        return {k: v for k, v in self.__dict__.items() if k not in ("_table", "_data")}
+
     def table(self) -> Any:
         """The table of the engine for C, made once; it lives as long as the engine."""
         if not hasattr(self, "_table"):

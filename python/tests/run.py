@@ -1,9 +1,18 @@
-"""Run one file of tests with pytest; exit 77, which CTest reports as skipped, where pytest or NumPy is missing."""
+"""Run one file of tests with pytest; exit 77, which CTest reports as skipped, where pytest or NumPy is missing.
+
+The Python is that of build/python, where tools/python_env.sh made it, else the one that runs this file.
+"""
 import importlib.util
 import os
+import pathlib
 import resource
 import subprocess
 import sys
+
+own = pathlib.Path(__file__).resolve().parents[2] / "build/python/bin/python3"
+if own.exists() and not os.environ.get("OM_TEST_OWN"):
+    os.environ["OM_TEST_OWN"] = "1"
+    os.execv(own, [str(own), "-B", *sys.argv])
 
 missing = [name for name in ("numpy", "pytest") if importlib.util.find_spec(name) is None]
 if missing:

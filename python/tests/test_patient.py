@@ -104,15 +104,6 @@ def test_meshio_both_ways(box):
     assert meshio.Mesh(box.x, [("tetra", box.tet)]).cells[0].data.shape == box.tet.shape
 
 
-def test_pyvista_both_ways(box):
-    pytest.importorskip("pyvista")
-    same = om.TetMesh.from_pyvista(box.to_pyvista())
-    assert same.x == pytest.approx(box.x, abs=1e-7) and np.array_equal(same.tet, box.tet)
-    surface, _ = box.boundary()
-    again = om.Surface.from_pyvista(surface.to_pyvista())
-    assert again.volume == pytest.approx(surface.volume, rel=1e-6)
-
-
 def test_pictures(tmp_path):
     picture = np.arange(5 * 7 * 3, dtype=np.uint8).reshape(5, 7, 3)
     om.save_png(tmp_path / "p.png", picture)

@@ -1,0 +1,33 @@
+#!/bin/bash
+# python_env.sh [LIST]: the Python that runs the tests of the package: a virtual environment in build/python with the packages
+# of LIST (default python/requirements.txt). It sees the packages of the system, and fetches from PyPI what these lack.
+# Nothing is done where the environment is as the list says. Without a network the tests use what python3 has, and those
+# that need more are skipped by name: the script says so and succeeds.
+set -uo pipefail
+here=$(cd "$(dirname "$0")/.." && pwd)
+list=${1:-$here/python/requirements.txt}
+dir=$here/build/python
+stamp=$dir/$(basename "$list")
+
+python3 -c 'import sys; sys.exit(sys.version_info < (3, 9))' 2> /dev/null ||
+    { echo "python_env: python3 of version 3.9 or later is missing: the tests of the Python package are skipped" >&2; exit 0; }
+want=$(python3 -c 'import sys; print(sys.executable, sys.version.split()[0])'; cat "$list")
+[ "$(cat "$stamp" 2> /dev/null)" = "$want" ] && "$dir/bin/python3" -c '' 2> /dev/null && exit 0
+
+[ "$(head -n 1 "$dir/python" 2> /dev/null)" = "$(head -n 1 <<< "$want")" ] || rm -rf "$dir"
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+if [ ! -x "$dir/bin/python3" ]; then
+    mkdir -p "$here/build"
+    python3 -m venv --system-site-packages "$dir" > "$log" 2>&1 ||
+        { rm -rf "$dir"; tail -n 3 "$log" >&2; echo "python_env: python3 makes no virtual environment (package python3-venv)" >&2; exit 0; }
+    head -n 1 <<< "$want" > "$dir/python"
+fi
+echo "python_env: installing what is missing of $(sed 's/#.*//' "$list" | tr -s '\n' ' ')"
+if "$dir/bin/python3" -m pip install -q --disable-pip-version-check --no-input --retries 1 --timeout 20 -r "$list" > "$log" 2>&1; then
+    echo "$want" > "$stamp"
+else
+    tail -n 2 "$log" >&2
+    echo "python_env: PyPI cannot be reached; the tests use the packages that python3 has" >&2
+fi
+exit 0
