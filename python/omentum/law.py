@@ -21,7 +21,7 @@ _FLAT, _LOW = 1e-6, 0.1  # det F: flat up to rounding; what a step may leave, as
 
 @dataclass
 class Constants:
-    """Constants of the elements that a law is asked for (n each): young, mu, lam (Pa), poisson."""
+    """Constants of n elements: young, mu, lam (Pa), poisson."""
 
     young: np.ndarray
     poisson: np.ndarray
@@ -182,7 +182,7 @@ class Law(Engine):
         if not np.isfinite(values).all():
             bad = int(np.argmax(~np.isfinite(values.reshape(len(F), -1)).all(axis=1)))
             raise ValueError(f"law {self.name}: {what} is not finite at F = {F[bad].round(6).tolist()}, of an element with det F = "
-                             f"{np.linalg.det(F[bad]):.3g}; a law is asked for every F: smooth_log and smooth_power help")
+                             f"{np.linalg.det(F[bad]):.3g}; a law must be finite for every F: smooth_log and smooth_power help")
         return values
 
     def _elastic(self, model: int, address: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, Any]:
