@@ -13,6 +13,7 @@ from ._lib import (Cancelled, Closed, Error, FileFailed, InUse, Invalid, NoMemor
                    NotPositiveDefinite, TimeLimit, Unavailable, data_path, lib)
 from .calibrate import CalibrationResult, Parameter, calibrate, calibrate_file
 from .camera import Camera, SenseScene
+from .ct import CT_LABELS, label_ct, make_ct
 from .engine import Engine, EngineStep
 from .law import Law, check_law, smooth_log, smooth_power
 from .learned import BanetData, BanetNet, BanetSample, UmeshData, UmeshNet, make_banet_sample

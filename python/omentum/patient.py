@@ -79,15 +79,16 @@ def _unpickle(files: dict[str, bytes]) -> Patient:
 
 
 def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: int | str | list[int | str] | None = None,
-                  attach: str | list[str] | None = None, sheet: dict[str, Any] | None = None, name: str | None = None,
-                  progress: bool | ProgressFunction | None = None, **options: Any) -> Patient:
+                  attach: str | list[str] | None = None, sheet: dict[str, Any] | None = None, over: dict[str, Any] | None = None,
+                  name: str | None = None, progress: bool | ProgressFunction | None = None, **options: Any) -> Patient:
     """Build a patient model from a label map or a file.
 
     source: a Volume, or a file: NIfTI, NRRD, a volume mesh, a closed surface.
     edge: mean edge of the mesh, m.
     label: labels that are meshed together, by number or by the name in the file; None: the one label above 0.
     sheet: fields of OmSheetDef for a sheet of fat over the organ: {"thickness": 0.008, "side": "lateral"}, m.
-    attach: attachments in words, "border:medial 25 %"; of a sheet only.
+    over: fields of OmOverDef for labelled tissue over a labelled organ: {"label": [2, 3], "roi": 3}; 3 is to be exposed.
+    attach: attachments in words, "border:medial 25 %"; of a sheet, or of tissue over an organ.
     options: other fields of OmModelDef, such as keep_all, close_radius, smooth.
     """
     path = b"" if isinstance(source, Volume) else path_of(source)
@@ -102,10 +103,15 @@ def build_patient(source: Volume | str | os.PathLike[str], edge: float, label: i
             definition.label[definition.nlabel] = item
             definition.nlabel += 1
     definition.sheet.assign(sheet or {})
+    below = dict(over or {})
+    for item in np.atleast_1d(below.pop("label", [])):
+        definition.over.label[definition.over.nlabel] = item
+        definition.over.nlabel += 1
+    definition.over.assign(below)
+    holder = definition.over if over else definition.sheet
     for words in [] if attach is None else [attach] if isinstance(attach, str) else attach:
-        place = definition.sheet.attach[definition.sheet.nattach]
-        lib.om_model_parse_attach(words.encode(), ctypes.byref(place))
-        definition.sheet.nattach += 1
+        lib.om_model_parse_attach(words.encode(), ctypes.byref(holder.attach[holder.nattach]))
+        holder.nattach += 1
     definition.assign(options)
     raw, report = c.OmPatient(), c.OmModelReport()
     handle = _own(raw)  # before the call: Ctrl-C may come when it has succeeded

@@ -60,6 +60,17 @@ class Volume:
         """
         raw = c.OmVolume()
         lib.om_volume_load_within(path_of(path), entry, max_bytes, ctypes.byref(raw))
+        return cls._take(raw)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write NRRD (.nrrd): bytes, 16-bit integers, or floats, which become 32-bit."""
+        kind = self._type()
+        kind = c.OmVoxelType.F32 if kind == c.OmVoxelType.F64 else kind
+        lib.om_volume_save(ctypes.byref(self._as_c()), int(kind), path_of(path))
+
+    @classmethod
+    def _take(cls, raw: Any) -> Volume:
+        """A volume of C; its voxels are freed with the last view."""
         handle = Handle(raw, lambda volume: lib.om_volume_done(ctypes.byref(volume)))
         shape = tuple(int(n) for n in raw.grid.dim)
         values = view(handle, raw.voxel, _TYPES[raw.type], shape[::-1], writable=True).T

@@ -43,6 +43,32 @@ def test_a_sheet_of_fat_on_an_organ(ellipsoid):
     assert np.allclose(same.roi_point, patient.roi_point, atol=1e-9) and same.materials == patient.materials
 
 
+def test_a_ct_made_here_becomes_fat_over_an_organ(tmp_path):
+    ct, truth = om.make_ct(5, organ_half=0.048, fat_half=0.032)
+    labels = om.label_ct(ct)
+    fat, organ, tumour = (truth.values == om.CT_LABELS[name] for name in ("fat", "organ", "tumour"))
+    assert truth.labels().keys() == {1, 2, 3} and np.array_equal(labels.affine, truth.affine)
+    assert ct.values[fat].mean() < -50 < 0 < ct.values[organ].mean() < ct.values[tumour].mean() < 300  # HU
+    for mask, label in ((fat, 1), (organ, 2)):
+        found = labels.values == label
+        assert 2 * (mask & found).sum() / (mask.sum() + found.sum()) > 0.9
+    patient = om.build_patient(labels, edge=0.005, label=1, over={"label": [2, 3], "roi": 3, "reach": 0.0035}, attach="underside:superior 35 %")
+    assert patient.up == pytest.approx([0, 1, 0]) and {"underside", "top", "attachment"} <= set(patient.mesh.sets)
+    below = np.isin(labels.values, (2, 3)).sum() * 0.0015**3
+    assert patient.organ.volume == pytest.approx(below, rel=0.05)
+    middle = labels.affine[:3, :3] @ np.mean(np.nonzero(labels.values == 3), axis=1) + labels.affine[:3, 3]
+    assert np.linalg.norm((patient.roi_center - middle)[[0, 2]]) < 0.004 and len(patient.roi_point) == 200
+    labels.save(tmp_path / "labels.nrrd")
+    ct.save(tmp_path / "ct.nrrd")
+    same = om.Volume.load(tmp_path / "labels.nrrd")
+    assert same.values.dtype == np.uint8 and np.array_equal(same.values, labels.values) and same.affine == pytest.approx(labels.affine)
+    assert np.array_equal(om.Volume.load(tmp_path / "ct.nrrd").values, ct.values)
+    with pytest.raises(om.Invalid):
+        om.Volume(labels.values.astype(np.int64), spacing=0.001).save(tmp_path / "wide.nrrd")
+    with pytest.raises(om.Invalid, match="voxel"):
+        om.make_ct(voxel=-1)
+
+
 def test_several_labels_are_refused_until_one_is_named(ellipsoid):
     assert ellipsoid.labels() == {1: int((ellipsoid.values == 1).sum()), 5: 27}
     with pytest.raises(om.Invalid, match="label"):

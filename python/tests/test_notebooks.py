@@ -1,0 +1,62 @@
+"""The notebooks run, and their files show the results of a run."""
+import base64
+import importlib.util
+import json
+import pathlib
+
+import pytest
+
+import omentum as om
+
+FOLDER = pathlib.Path(__file__).resolve().parents[1] / "notebooks"
+NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
+spec = importlib.util.spec_from_file_location("notebook_run", FOLDER / "run.py")
+runner = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(runner)
+
+
+def test_there_are_three_and_each_shows_pictures(tmp_path):
+    assert len(NOTEBOOKS) == 3
+    for path in NOTEBOOKS:
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+        shown = [o["data"] for c in notebook["cells"] if c["cell_type"] == "code" for o in c["outputs"] if o["output_type"] != "stream"]
+        pictures = [data["image/png"] for data in shown if "image/png" in data]
+        assert len(pictures) >= 2 and path.stat().st_size < 400_000
+        for i, text in enumerate(pictures):
+            (tmp_path / f"{i}.png").write_bytes(base64.b64decode(text))
+            assert om.load_png(tmp_path / f"{i}.png").std() > 10  # it shows something
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_run_gives_the_results_in_the_file(path):
+    assert runner.check(path) == []
+
+
+def test_in_jupyter():
+    """Jupyter shows the same as run.py."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    old = nbformat.read(NOTEBOOKS[2], as_version=4)
+    nbformat.validate(old)
+    new = nbclient.NotebookClient(nbformat.from_dict(json.loads(json.dumps(old))), timeout=200, kernel_name="python3").execute()
+    for a, b in zip(old.cells, new.cells):
+        if a.cell_type == "code":
+            assert runner.compare(a.outputs, b.outputs) == []
+
+
+def test_other_results_are_noticed(tmp_path):
+    """A number, a word and an output that differ; a number that differs by rounding does not."""
+    cells = [("print('force', 1.25, 'N')", "force 1.25 N\n"), ("2 + 2", None)]
+    notebook = {"cells": [{"cell_type": "code", "source": [s], "outputs": []} for s, _ in cells], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+    path = tmp_path / "a.ipynb"
+    path.write_text(json.dumps(notebook))
+    assert len(runner.check(path)) == 2 and runner.check(path, write=True) == [] and runner.check(path) == []
+    text = path.read_text()
+    for old, new, is_same in (("1.25", "1.26", True), ("1.25", "1.29", False), ("force", "fork", False), ('"4"', '"5"', False)):
+        assert old in text
+        path.write_text(text.replace(f"{old} N" if old == "1.25" else f"{old} 1.25" if old == "force" else old,
+                                     f"{new} N" if old == "1.25" else f"{new} 1.25" if old == "force" else new))
+        assert (runner.check(path) == []) == is_same, (old, new)
+    path.write_text(text.replace("2 + 2", "1 / 0"))
+    with pytest.raises(ZeroDivisionError):
+        runner.check(path)
